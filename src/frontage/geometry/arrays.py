@@ -1,0 +1,26 @@
+"""Array aliases and the check that every noun runs on its arrays."""
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import DTypeLike, NDArray
+
+Float = NDArray[np.float64]
+Int = NDArray[np.int64]
+Bool = NDArray[np.bool_]
+Array = NDArray[Any]
+
+
+def readonly(array: Any, shape: tuple[int | None, ...], dtype: DTypeLike, name: str) -> Array:
+    """Return `array` as a read-only, C-ordered array of `shape` and `dtype`.
+
+    `None` in `shape` matches any length. An array that is already right is not copied: the view
+    handed back is read-only, so a noun never changes under its reader.
+
+    Raises ValueError naming the array when the shape does not match.
+    """
+    a = np.ascontiguousarray(array, dtype=dtype).view()
+    if a.ndim != len(shape) or any(want is not None and want != got for want, got in zip(shape, a.shape, strict=True)):
+        raise ValueError(f"{name}: shape {a.shape}, expected {tuple('n' if s is None else s for s in shape)}")
+    a.flags.writeable = False
+    return a

@@ -1,0 +1,80 @@
+"""Rigid motions between named frames, and the exponential map of rotations.
+
+Tangent order everywhere: translation (m) first, then rotation (rad), left perturbation in the `to`
+frame: ``T(xi) = (exp(w) R, t + v)`` with ``xi = (v, w)``.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from frontage.geometry.arrays import Float, readonly
+
+
+@dataclass(frozen=True, eq=False)
+class Rigid3:
+    """A rigid motion ``x_to = R x_frm + t`` that knows the frames it connects.
+
+    Named ``to_from_frm``, so that ``camera_from_local @ local_from_facade`` reads aloud and a wrong
+    product is refused. R (3, 3) is a rotation (checked to 1e-6), t (3,) in metres.
+    """
+
+    to: str
+    frm: str
+    R: Float
+    t: Float
+
+    def __post_init__(self) -> None:
+        R = readonly(self.R, (3, 3), np.float64, "R")
+        if not np.allclose(R @ R.T, np.eye(3), atol=1e-6) or np.linalg.det(R) < 0:
+            raise ValueError(f"{self.to}_from_{self.frm}: R is not a rotation")
+        object.__setattr__(self, "R", R)
+        object.__setattr__(self, "t", readonly(self.t, (3,), np.float64, "t"))
+
+    def __matmul__(self, other: "Rigid3") -> "Rigid3":
+        if self.frm != other.to:
+            raise ValueError(f"{self.to}_from_{self.frm} @ {other.to}_from_{other.frm}: frames do not meet")
+        return Rigid3(self.to, other.frm, self.R @ other.R, self.R @ other.t + self.t)
+
+    @property
+    def inverse(self) -> "Rigid3":
+        """The motion back, ``frm_from_to``."""
+        return Rigid3(self.frm, self.to, self.R.T, -self.R.T @ self.t)
+
+    @property
+    def matrix(self) -> Float:
+        """The homogeneous (4, 4) matrix."""
+        M = np.eye(4)
+        M[:3, :3], M[:3, 3] = self.R, self.t
+        return M
+
+    def apply(self, xyz: Float) -> Float:
+        """Transform points (n, 3) from frame `frm` to frame `to`."""
+        return np.asarray(xyz, np.float64) @ self.R.T + self.t
+
+    def rotate(self, directions: Float) -> Float:
+        """Rotate directions (n, 3) without translating them."""
+        return np.asarray(directions, np.float64) @ self.R.T
+
+    @staticmethod
+    def identity(to: str, frm: str) -> "Rigid3":
+        """The motion that renames a frame."""
+        return Rigid3(to, frm, np.eye(3), np.zeros(3))
+
+
+def rotation_from_quaternion(wxyz: Float) -> Float:
+    """Rotation matrix (3, 3) of a unit quaternion (w, x, y, z), normalised first; COLMAP and E57 order."""
+    w, x, y, z = np.asarray(wxyz, np.float64) / np.linalg.norm(wxyz)
+    return np.array(
+        [
+            [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
+            [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
+            [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
+        ]
+    )
+
+
+def skew(v: Float) -> Float:
+    """The (3, 3) matrix of the cross product, ``skew(v) @ u = v x u``."""
+    x, y, z = v
+    return np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])

@@ -1,0 +1,36 @@
+"""The nouns of Frontage: frozen dataclasses over read-only numpy arrays, checked when made.
+
+Frames, units and signs are on one page: docs/conventions.md.
+"""
+
+from frontage.model.building import Building, Surface
+from frontage.model.estimate import Estimate, Failed, Provenance
+from frontage.model.facade import Facade, Layer
+from frontage.model.opening import Bar, Opening
+from frontage.model.ortho import OrthoImage
+from frontage.model.photo import Camera, Photo
+from frontage.model.scan import Grid, Scan, merge_scans
+from frontage.model.solid import Face, Finding, Solid
+from frontage.model.world import WorldRef
+
+__all__ = [
+    "Bar",
+    "Building",
+    "Camera",
+    "Estimate",
+    "Face",
+    "Facade",
+    "Failed",
+    "Finding",
+    "Grid",
+    "Layer",
+    "Opening",
+    "OrthoImage",
+    "Photo",
+    "Provenance",
+    "Scan",
+    "Solid",
+    "Surface",
+    "WorldRef",
+    "merge_scans",
+]

@@ -1,0 +1,55 @@
+"""A value that knows how good it is, and its falsy twin for what could not be estimated."""
+
+from dataclasses import dataclass
+from enum import StrEnum
+from typing import Generic, TypeVar
+
+import numpy as np
+
+from frontage.geometry.arrays import Float, readonly
+
+T = TypeVar("T")
+
+
+class Provenance(StrEnum):
+    """Where an estimate comes from."""
+
+    MEASURED = "measured"
+    POOLED = "pooled"  # shared by similar elements
+    INFERRED = "inferred"  # symmetry, never seen
+    GIVEN = "given"  # told by the user or the file
+
+
+@dataclass(frozen=True, eq=False)
+class Estimate(Generic[T]):
+    """A value, its covariance (k, k) in squared units of its parameters, and its degrees of freedom.
+
+    For a `Rigid3` the covariance is (6, 6), order translation (m), rotation (rad); see geometry.rigid.
+    `dof` is the *effective* redundancy: correlated residuals are counted once (docs/facades.md).
+    """
+
+    value: T
+    covariance: Float
+    dof: float
+    provenance: Provenance = Provenance.MEASURED
+
+    def __post_init__(self) -> None:
+        c = np.atleast_2d(np.asarray(self.covariance, np.float64))
+        object.__setattr__(self, "covariance", readonly(c, (c.shape[0], c.shape[0]), np.float64, "covariance"))
+
+    @property
+    def sigma(self) -> Float:
+        """Standard errors (k,), the square roots of the covariance's diagonal."""
+        return np.sqrt(np.diag(self.covariance))
+
+
+@dataclass(frozen=True)
+class Failed:
+    """What one item of a batch returns when it cannot be done: falsy, with a code, a reason and advice."""
+
+    code: str
+    message: str
+    hint: str = ""
+
+    def __bool__(self) -> bool:
+        return False

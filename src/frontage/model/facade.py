@@ -1,0 +1,84 @@
+"""A facade: a plane with a frame, an outline and layers."""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from frontage.geometry.arrays import Float, Int, readonly
+from frontage.geometry.rigid import Rigid3
+from frontage.model.estimate import Estimate
+from frontage.model.world import WorldRef
+
+
+@dataclass(frozen=True, eq=False)
+class Layer:
+    """A surface parallel to the facade plane: `y` m (positive = recess), its sigma m, area m2, outline (k, 2) m (x, z)."""
+
+    y: float
+    sigma: float
+    area: float
+    outline: Float
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "outline", readonly(self.outline, (None, 2), np.float64, "outline"))
+
+
+@dataclass(frozen=True, eq=False)
+class Facade:
+    """A main facade of a building.
+
+    id                 "B07/F1"
+    building           "B07"
+    local_from_facade  pose of the facade frame: X right as seen from the street, Y into the building,
+                       Z up in the plane, origin = barycentre of the plane's inliers (paper A, eq. 2-4);
+                       covariance (6, 6), translation m and rotation rad in the *facade* axes
+    world              local -> world
+    outline            (k, 2) m (x, z): polygon of the facade in its own frame
+    layers             surfaces parallel to the plane, the wall itself (y = 0) among them
+    support            (m,) int64 into the scan: points near the plane and within the outline (balconies and
+                       reveals included), what later stages work on
+    inliers            (k,) int64 into the scan: points *on* the plane
+    roughness          m, robust standard deviation of the inliers about the plane
+    spacing            m, median distance of neighbouring points on the wall
+    coverage           share of the outline with points on the wall, 0..1
+    sigma_plane        m, standard error of the plane's offset at the barycentre
+    oriented_by        "rays", "city model" or "evidence": how the street side was told
+    curvature          m, sagitta of a quadratic fitted along x with its sigma; a bent facade says so
+    """
+
+    id: str
+    building: str
+    local_from_facade: Estimate[Rigid3]
+    world: WorldRef
+    outline: Float
+    layers: tuple[Layer, ...]
+    support: Int
+    inliers: Int
+    roughness: float
+    spacing: float
+    coverage: float
+    oriented_by: str
+    curvature: tuple[float, float] = (0.0, float("inf"))
+    notes: tuple[str, ...] = field(default=())
+
+    def __post_init__(self) -> None:
+        put = lambda name, value: object.__setattr__(self, name, value)  # noqa: E731
+        put("outline", readonly(self.outline, (None, 2), np.float64, "outline"))
+        put("support", readonly(self.support, (None,), np.int64, "support"))
+        put("inliers", readonly(self.inliers, (None,), np.int64, "inliers"))
+
+    @property
+    def frame(self) -> Rigid3:
+        """`local_from_facade` without its covariance."""
+        return self.local_from_facade.value
+
+    @property
+    def sigma_plane(self) -> float:
+        """Standard error of the plane's offset at the barycentre, m."""
+        return float(self.local_from_facade.sigma[1])
+
+    @property
+    def extent(self) -> tuple[float, float, float, float]:
+        """x0, z0, x1, z1 in m: the bounding box of the outline."""
+        (x0, z0), (x1, z1) = self.outline.min(0), self.outline.max(0)
+        return float(x0), float(z0), float(x1), float(z1)

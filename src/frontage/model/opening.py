@@ -1,0 +1,51 @@
+"""An opening of a facade, and its window bars."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from frontage.geometry.arrays import Float, readonly
+from frontage.model.estimate import Estimate, Provenance
+
+
+@dataclass(frozen=True)
+class Bar:
+    """A mullion ("vertical", position x) or transom ("horizontal", position z): m, with extent, width and sigma, m."""
+
+    axis: str
+    position: float
+    extent: tuple[float, float]
+    width: float
+    sigma: float
+
+
+@dataclass(frozen=True, eq=False)
+class Opening:
+    """A window, door or other opening of a facade.
+
+    id          "B07/F1/W3-2": third floor, second from the left as seen from the street; ground floor = 0
+    kind        window, door, shopfront, passage, garage, basement, ...
+    ring        (k, 2) m (x, z), counter-clockwise as seen from the street; ring_covariance (2k, 2k) m2
+    depth       of the frame behind the wall, m, positive = recess; None when not measured
+    evidence    log-likelihood ratio, nats
+    """
+
+    id: str
+    kind: str
+    ring: Float
+    ring_covariance: Float
+    depth: Estimate[float] | None
+    shape: str
+    provenance: Provenance
+    evidence: float
+    confidence: float
+    floor: int
+    bay: int
+    bars: tuple[Bar, ...] = ()
+    photos: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        k = len(self.ring)
+        object.__setattr__(self, "ring", readonly(self.ring, (k, 2), np.float64, "ring"))
+        c = readonly(self.ring_covariance, (2 * k, 2 * k), np.float64, "ring_covariance")
+        object.__setattr__(self, "ring_covariance", c)

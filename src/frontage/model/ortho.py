@@ -1,0 +1,70 @@
+"""An ortho-image: pixels on a facade plane, each with its place in the world."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from frontage.geometry.arrays import Array, Bool, Float, readonly
+from frontage.model.facade import Facade
+
+
+@dataclass(frozen=True, eq=False)
+class OrthoImage:
+    """A facade ortho-image.
+
+    pixels         (h, w, 4) uint8 RGBA, alpha 0 = nodata
+    gsd            m per pixel
+    corner         (x, z) m facade: outer upper left corner of pixel (0, 0)
+    facade         the facade whose plane carries it
+    depth          (h, w) float32 m, y of the surface; NaN = no relief measured, the plane holds
+    source         (h, w) uint16: 1 + index into `sources`, 0 = nodata
+    sources        names of the photos (or of the scan) that the pixels come from
+    gsd_effective  (h, w) float32 m per source pixel (photos) or point spacing (scan)
+    intensity      (h, w) float32 0..1 of the scan, NaN = none; or None
+    """
+
+    pixels: Array
+    gsd: float
+    corner: tuple[float, float]
+    facade: Facade
+    depth: Array
+    source: Array
+    sources: tuple[str, ...]
+    gsd_effective: Array
+    intensity: Array | None = None
+
+    def __post_init__(self) -> None:
+        h, w = self.pixels.shape[:2]
+        put = lambda name, value: object.__setattr__(self, name, value)  # noqa: E731
+        put("pixels", readonly(self.pixels, (h, w, 4), np.uint8, "pixels"))
+        put("depth", readonly(self.depth, (h, w), np.float32, "depth"))
+        put("source", readonly(self.source, (h, w), np.uint16, "source"))
+        put("gsd_effective", readonly(self.gsd_effective, (h, w), np.float32, "gsd_effective"))
+        if self.intensity is not None:
+            put("intensity", readonly(self.intensity, (h, w), np.float32, "intensity"))
+
+    @property
+    def size(self) -> tuple[int, int]:
+        """Width and height in pixels."""
+        return self.pixels.shape[1], self.pixels.shape[0]
+
+    def local_from_pixel(self, column_row: Float, relief: bool = True) -> tuple[Float, Bool]:
+        """Pixels (n, 2) (centre of the first at 0.5) to local points (n, 3) m, and whether relief was used (n,)."""
+        cr = np.atleast_2d(np.asarray(column_row, np.float64))
+        y, used = self._relief_at(cr) if relief else (np.zeros(len(cr)), np.zeros(len(cr), bool))
+        xyz = np.column_stack([self.corner[0] + cr[:, 0] * self.gsd, y, self.corner[1] - cr[:, 1] * self.gsd])
+        return self.facade.frame.apply(xyz), used
+
+    def pixel_from_local(self, xyz_local: Float) -> tuple[Float, Float]:
+        """Local points (n, 3) m to pixels (n, 2) and their depth y (n,) m from the plane."""
+        xyz = self.facade.frame.inverse.apply(np.atleast_2d(xyz_local))
+        return np.column_stack([(xyz[:, 0] - self.corner[0]) / self.gsd, (self.corner[1] - xyz[:, 2]) / self.gsd]), xyz[:, 1]
+
+    def _relief_at(self, column_row: Float) -> tuple[Float, Bool]:
+        """Depth y (n,) m at pixels (n, 2): the relief where it was measured, 0 (the plane) elsewhere."""
+        w, h = self.size
+        c, r = np.floor(column_row).astype(np.int64).T
+        inside = (c >= 0) & (c < w) & (r >= 0) & (r < h)
+        y = np.where(inside, self.depth[np.clip(r, 0, h - 1), np.clip(c, 0, w - 1)], np.nan).astype(np.float64)
+        used = np.isfinite(y)
+        return np.where(used, y, 0.0), used

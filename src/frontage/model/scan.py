@@ -1,0 +1,108 @@
+"""Points that know where they were measured from."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from frontage.geometry.arrays import Array, Float, Int, readonly
+from frontage.geometry.rigid import Rigid3
+from frontage.model.estimate import Estimate
+from frontage.model.world import WorldRef
+
+_PER_POINT = {"intensity": np.float32, "time": np.float64, "return_number": np.uint8, "return_count": np.uint8}
+
+
+@dataclass(frozen=True, eq=False)
+class Grid:
+    """The raster of a structured scan: `index` (h, w) int64 into the points, -1 = beam without return."""
+
+    index: Int
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "index", readonly(self.index, (None, None), np.int64, "grid.index"))
+
+
+@dataclass(frozen=True, eq=False)
+class Scan:
+    """A point cloud in local coordinates, with its rays.
+
+    name          the file (and scan inside it) that it came from, for messages and reports
+    xyz           (n, 3) float64 m, local
+    world         local -> world
+    origins       (s, 3) float64 m, local: where the sensor stood (stations) or was (trajectory samples)
+    origin_index  (n,) int32 into `origins`; -1 = unknown
+    intensity     (n,) float32, 0..1, or None; rgb (n, 3) uint8 or None; time (n,) float64 s or None
+    return_number, return_count  (n,) uint8 or None
+    grid          raster of a structured scan, or None (merged and cropped clouds have none)
+    sigma_range   m, one sigma of a range, when known
+    local_from_scanner  pose of the instrument, when the scan has exactly one
+    """
+
+    name: str
+    xyz: Float
+    world: WorldRef
+    origins: Float | None = None
+    origin_index: Array | None = None
+    intensity: Array | None = None
+    rgb: Array | None = None
+    time: Float | None = None
+    return_number: Array | None = None
+    return_count: Array | None = None
+    grid: Grid | None = None
+    sigma_range: float | None = None
+    local_from_scanner: Estimate[Rigid3] | None = None
+
+    def __post_init__(self) -> None:
+        n = len(self.xyz)
+        put = lambda name, value: object.__setattr__(self, name, value)  # noqa: E731
+        put("xyz", readonly(self.xyz, (n, 3), np.float64, "xyz"))
+        origins = np.empty((0, 3)) if self.origins is None else self.origins
+        put("origins", readonly(origins, (None, 3), np.float64, "origins"))
+        index = np.full(n, -1, np.int32) if self.origin_index is None else self.origin_index
+        put("origin_index", readonly(index, (n,), np.int32, "origin_index"))
+        if self.rgb is not None:
+            put("rgb", readonly(self.rgb, (n, 3), np.uint8, "rgb"))
+        for name, dtype in _PER_POINT.items():
+            if getattr(self, name) is not None:
+                put(name, readonly(getattr(self, name), (n,), dtype, name))
+
+    def __len__(self) -> int:
+        return len(self.xyz)
+
+    @property
+    def has_origins(self) -> bool:
+        """Whether at least one point knows where it was measured from."""
+        return bool((self.origin_index >= 0).any())  # type: ignore[operator]
+
+    def take(self, index: Array) -> "Scan":
+        """The points at `index` (k,) int, or where it is True (n,), without their raster."""
+        rows = {name: value[index] for name in ("xyz", "origin_index", "rgb", *_PER_POINT)
+                if (value := getattr(self, name)) is not None}
+        return replace(self, grid=None, **rows)
+
+    def sensor_of(self, index: Array) -> Float:
+        """Sensor positions (k, 3) m local of the points at `index`; NaN where unknown."""
+        padded = np.vstack([self.origins, np.full(3, np.nan)])  # type: ignore[list-item]
+        return padded[self.origin_index[index]]  # type: ignore[index,no-any-return]
+
+
+def merge_scans(scans: Sequence[Scan], name: str = "merged") -> Scan:
+    """One cloud from several that share one `WorldRef`; attributes that not all have are dropped, rays kept.
+
+    Raises ValueError when the world references differ.
+    """
+    first = scans[0]
+    if len(scans) == 1:
+        return first
+    if any((s.world.origin != first.world.origin).any() or s.world.crs != first.world.crs for s in scans):
+        raise ValueError("scans to merge must share one world reference")
+    start = np.cumsum([0, *(len(s.origins) for s in scans)])  # type: ignore[arg-type]
+    index = [np.where(s.origin_index >= 0, s.origin_index + o, -1)  # type: ignore[operator]
+             for s, o in zip(scans, start, strict=False)]
+    rows = {name: np.concatenate([getattr(s, name) for s in scans]) for name in ("rgb", *_PER_POINT)
+            if all(getattr(s, name) is not None for s in scans)}
+    sigmas = [s.sigma_range for s in scans if s.sigma_range is not None]
+    return Scan(name, np.concatenate([s.xyz for s in scans]), first.world,
+                np.concatenate([s.origins for s in scans]),  # type: ignore[arg-type]
+                np.concatenate(index), sigma_range=max(sigmas) if sigmas else None, **rows)

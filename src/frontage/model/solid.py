@@ -1,0 +1,42 @@
+"""A closed solid on an integer grid."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from frontage.geometry.arrays import Int, readonly
+
+
+@dataclass(frozen=True)
+class Face:
+    """A planar face: outer ring and holes as vertex ids, semantic class, opening id when it belongs to one."""
+
+    ring: tuple[int, ...]
+    semantics: str
+    holes: tuple[tuple[int, ...], ...] = ()
+    opening: str | None = None
+
+
+@dataclass(frozen=True)
+class Finding:
+    """One finding of the validator: val3dity's code, what, and the face or vertex it concerns."""
+
+    code: int
+    message: str
+    where: str = ""
+
+
+@dataclass(frozen=True, eq=False)
+class Solid:
+    """A building's solid: vertices (v, 3) int64 in 0.1 mm from `origin` (3,) int64 m (world), faces, LoD, findings."""
+
+    building: str
+    vertices: Int
+    origin: Int
+    faces: tuple[Face, ...]
+    lod: str
+    findings: tuple[Finding, ...] = ()
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "vertices", readonly(self.vertices, (None, 3), np.int64, "vertices"))
+        object.__setattr__(self, "origin", readonly(self.origin, (3,), np.int64, "origin"))
