@@ -3,7 +3,7 @@
 Frames, units and signs are on one page: docs/conventions.md.
 """
 
-from frontage.model.building import Building, Surface
+from frontage.model.building import Building, Footprint, Surface
 from frontage.model.estimate import Estimate, Failed, Provenance
 from frontage.model.facade import Facade, Layer
 from frontage.model.opening import Bar, Opening
@@ -22,6 +22,7 @@ __all__ = [
     "Facade",
     "Failed",
     "Finding",
+    "Footprint",
     "Grid",
     "Layer",
     "Opening",

@@ -45,3 +45,17 @@ class Building:
         object.__setattr__(self, "index", readonly(self.index, (None,), np.int64, "index"))
         if self.footprint is not None:
             object.__setattr__(self, "footprint", readonly(self.footprint, (None, 2), np.float64, "footprint"))
+
+
+@dataclass(frozen=True, eq=False)
+class Footprint:
+    """The outline of one building on a map: id and address of its source, outer ring (k, 2) m local, not closed."""
+
+    id: str
+    ring: Float
+    address: str | None = None
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "ring", readonly(self.ring, (None, 2), np.float64, "ring"))
+        if len(self.ring) < 3:
+            raise ValueError(f"footprint {self.id}: a ring needs 3 corners, got {len(self.ring)}")
