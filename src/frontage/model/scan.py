@@ -37,6 +37,7 @@ class Scan:
     grid          raster of a structured scan, or None (merged and cropped clouds have none)
     sigma_range   m, one sigma of a range, when known
     local_from_scanner  pose of the instrument, when the scan has exactly one
+    notes         what reading found worth saying (dropped points, assumed CRS, ...), one sentence each
     """
 
     name: str
@@ -52,6 +53,7 @@ class Scan:
     grid: Grid | None = None
     sigma_range: float | None = None
     local_from_scanner: Estimate[Rigid3] | None = None
+    notes: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         n = len(self.xyz)
@@ -105,4 +107,5 @@ def merge_scans(scans: Sequence[Scan], name: str = "merged") -> Scan:
     sigmas = [s.sigma_range for s in scans if s.sigma_range is not None]
     return Scan(name, np.concatenate([s.xyz for s in scans]), first.world,
                 np.concatenate([s.origins for s in scans]),  # type: ignore[arg-type]
-                np.concatenate(index), sigma_range=max(sigmas) if sigmas else None, **rows)
+                np.concatenate(index), sigma_range=max(sigmas) if sigmas else None,
+                notes=tuple(dict.fromkeys(n for s in scans for n in s.notes)), **rows)
