@@ -1,0 +1,86 @@
+"""The textured model of paper A: every facade a textured, geo-referenced 3-D polygon."""
+
+from dataclasses import dataclass
+from typing import Any
+
+import cv2
+import numpy as np
+import shapely
+
+from frontage.geometry.arrays import Array, Float
+from frontage.io.mesh import TexturedMesh
+from frontage.model import Facade
+
+MAX_TEXTURE = 4096  # px; what every graphics card and viewer takes
+_JPEG_QUALITY = 90
+
+
+@dataclass(frozen=True, eq=False)
+class FacadePicture:
+    """A facade with its ortho-image as a JPEG: gsd in m, corner (x, z) m of its upper left edge, size (w, h) px."""
+
+    facade: Facade
+    jpeg: bytes
+    gsd: float
+    corner: tuple[float, float]
+    size: tuple[int, int]
+
+
+def facade_mesh(picture: FacadePicture, max_texture: int = MAX_TEXTURE) -> TexturedMesh:
+    """The facade's outline, triangulated in its plane (y = 0), with the ortho-image as its texture.
+
+    Vertices stay in the facade frame, so float32 loses nothing; u, v are the ortho-image's edges 0..1.
+    """
+    facade = picture.facade
+    xz, faces = triangulate(facade.outline)
+    width, height = picture.size
+    u = (xz[:, 0] - picture.corner[0]) / (picture.gsd * width)
+    v = (picture.corner[1] - xz[:, 1]) / (picture.gsd * height)
+    return TexturedMesh(
+        name=facade.id,
+        xyz=np.column_stack([xz[:, 0], np.zeros(len(xz)), xz[:, 1]]),
+        uv=np.column_stack([u, v]),
+        faces=faces,
+        local_from_mesh=facade.frame.matrix,
+        texture=limit_texture(picture.jpeg, max_texture),
+        extras=_extras(picture),
+    )
+
+
+def triangulate(ring: Float) -> tuple[Float, Array]:
+    """Vertices (n, 2) m and counter-clockwise triangles (m, 3) of a polygon ring (k, 2) m (x, z).
+
+    Constrained Delaunay triangles of the repaired polygon: no vertex is added, so the outline stays exact.
+    """
+    polygon = shapely.make_valid(shapely.Polygon(ring))
+    parts = shapely.get_parts(shapely.constrained_delaunay_triangles(polygon))
+    corners = np.array([shapely.get_coordinates(part)[:3] for part in parts]).reshape(-1, 3, 2)
+    a, b = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
+    clockwise = a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0] < 0
+    corners[clockwise] = corners[clockwise][:, ::-1]
+    xz, faces = np.unique(corners.reshape(-1, 2), axis=0, return_inverse=True)
+    return xz, faces.reshape(-1, 3)
+
+
+def limit_texture(jpeg: bytes, limit: int = MAX_TEXTURE) -> bytes:
+    """The same JPEG, averaged down when a side is longer than `limit` px."""
+    image = cv2.imdecode(np.frombuffer(jpeg, np.uint8), cv2.IMREAD_COLOR)
+    scale = limit / max(image.shape[:2])
+    if scale >= 1:
+        return jpeg
+    size = tuple(max(1, round(n * scale)) for n in image.shape[1::-1])
+    small = cv2.resize(image, size, interpolation=cv2.INTER_AREA)
+    return bytes(cv2.imencode(".jpg", small, [cv2.IMWRITE_JPEG_QUALITY, _JPEG_QUALITY])[1])
+
+
+def _extras(picture: FacadePicture) -> dict[str, Any]:
+    facade = picture.facade
+    return {
+        "facade": facade.id,
+        "building": facade.building,
+        "gsd": picture.gsd,
+        "corner": list(picture.corner),
+        "size": list(picture.size),
+        "sigma_plane": facade.sigma_plane,
+        "origin_world": facade.world.to_world(facade.frame.t).tolist(),
+    }

@@ -1,0 +1,73 @@
+"""Working clouds: what one building's task needs of the whole street, and no more."""
+
+import numpy as np
+from scipy.ndimage import distance_transform_edt
+
+from frontage.geometry.arrays import Float, Int
+from frontage.model import Scan
+
+REACH = 15.0  # m; across a street: what can hide a facade, and the ground it stands on
+_CELL = 1.0  # m; plan cells for finding neighbours
+_MANY = 1_000_000  # surrounding points above which they are thinned
+_VOXEL = 0.05  # m; finer than a lamp post or a branch, which is what surroundings are for
+
+
+def thin(xyz: Float, voxel: float) -> Int:
+    """Indices (k,) int64, ascending, of the first point in every voxel of `voxel` m: the same on any machine."""
+    cells = np.floor((xyz - xyz.min(0)) / voxel).astype(np.int64) if len(xyz) else np.empty((0, 3), np.int64)
+    if not len(cells):
+        return np.empty(0, np.int64)
+    _, ny, nz = cells.max(0) + 1
+    _, first = np.unique((cells[:, 0] * ny + cells[:, 1]) * nz + cells[:, 2], return_index=True)
+    return np.sort(first).astype(np.int64)
+
+
+def thin_to(xyz: Float, voxel: float, most: int = 3_000_000) -> Int:
+    """Like `thin`, with the voxel grown by half until at most `most` points remain."""
+    index = thin(xyz, voxel)
+    while len(index) > most:
+        voxel *= 1.5
+        index = index[thin(xyz[index], voxel)]
+    return index
+
+
+class Neighbourhoods:
+    """Plan cells of a cloud, sorted once, so that the surroundings of one building cost what they hold."""
+
+    def __init__(self, xyz: Float) -> None:
+        self._low = np.floor(xyz[:, :2].min(0)) - REACH - 2 * _CELL
+        ij = ((xyz[:, :2] - self._low) / _CELL).astype(np.int64)
+        self._rows = int(ij[:, 1].max()) + 2 * int(REACH / _CELL) + 8
+        self._ij = ij
+        flat = ij[:, 0] * self._rows + ij[:, 1]
+        self._order = np.argsort(flat, kind="stable")
+        self._sorted = flat[self._order]
+
+    def around(self, index: Int, reach: float = REACH) -> Int:
+        """Indices (k,) ascending of all points in plan cells within `reach` m of the points at `index`, themselves too."""
+        own = self._ij[index]
+        margin = int(np.ceil(reach / _CELL)) + 1
+        low = own.min(0) - margin
+        near = np.ones(tuple(own.max(0) - low + margin + 1), bool)
+        near[tuple((own - low).T)] = False
+        cells = np.argwhere(distance_transform_edt(near) * _CELL <= reach) + low
+        flat = cells[:, 0] * self._rows + cells[:, 1]
+        start, stop = np.searchsorted(self._sorted, flat, "left"), np.searchsorted(self._sorted, flat, "right")
+        count = stop - start
+        within = np.arange(count.sum()) - np.repeat(np.cumsum(count) - count, count)
+        return np.sort(self._order[np.repeat(start, count) + within])
+
+
+def working_cloud(scan: Scan, neighbourhoods: Neighbourhoods, index: Int) -> tuple[Scan, Int]:
+    """One building's points and its surroundings within `REACH`, and which of them are its own (ascending).
+
+    The building keeps every point; surroundings of more than a million points are thinned to 5 cm.
+    """
+    own = np.zeros(len(scan), bool)
+    own[index] = True
+    near = neighbourhoods.around(index)
+    other = near[~own[near]]
+    if len(other) > _MANY:
+        other = other[thin(scan.xyz[other], _VOXEL)]
+    kept = np.sort(np.concatenate([np.flatnonzero(own), other]))
+    return scan.take(kept), np.flatnonzero(own[kept])

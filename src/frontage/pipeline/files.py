@@ -1,0 +1,56 @@
+"""Files written whole or not at all, and fingerprints of what they were made from."""
+
+import hashlib
+import json
+import os
+from collections.abc import Callable, Iterable
+from pathlib import Path
+from typing import Any
+
+import frontage
+
+
+def write_bytes(path: Path, data: bytes) -> None:
+    """Write under a temporary name beside `path`, then rename: a reader never sees half a file."""
+    write_with(path, lambda temporary: temporary.write_bytes(data))
+
+
+def write_with(path: Path, write: Callable[[Path], object]) -> None:
+    """Let `write` make the file under a temporary name with the same ending, then rename it to `path`."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    temporary = path.with_name(f".part.{path.name}")
+    write(temporary)
+    os.replace(temporary, path)
+
+
+def write_json(path: Path, value: Any) -> None:
+    """Write JSON (UTF-8, indented, numbers with all their digits)."""
+    write_bytes(path, (json.dumps(value, indent=1, ensure_ascii=False) + "\n").encode())
+
+
+def read_json(path: Path) -> Any:
+    """Read JSON; raises ValueError when it is none."""
+    return json.loads(path.read_text("utf-8"))
+
+
+def fingerprint(*parts: Any) -> str:
+    """Sixteen hex digits that change when any of the JSON-able parts changes."""
+    text = json.dumps(parts, sort_keys=True, default=str)
+    return hashlib.sha256(text.encode()).hexdigest()[:16]
+
+
+def file_hash(path: Path) -> str:
+    """SHA-256 of a file's bytes, as hex digits."""
+    with path.open("rb") as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()
+
+
+def code_hash(packages: Iterable[str]) -> str:
+    """Fingerprint of the source of some sub-packages: results made by other code are not taken for current."""
+    root = Path(frontage.__file__).parent
+    digest = hashlib.sha256(frontage.__version__.encode())
+    for package in sorted(packages):
+        for source in sorted((root / package).rglob("*")):
+            if source.suffix in (".py", ".html", ".css"):
+                digest.update(source.read_bytes())
+    return digest.hexdigest()[:16]

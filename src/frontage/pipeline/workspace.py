@@ -1,0 +1,134 @@
+"""The run folder: where everything lies, what is finished, and the answers it gives.
+
+Layout (DESIGN section 6, plus what makes a run resumable)::
+
+    OUT/manifest.json                inputs with hashes, versions, seed, resolved options, stages, warnings
+    OUT/.done/<stage>[.<item>].json  marker of a finished stage or task: its key and its result
+    OUT/scans/cloud.npz              all scans in one local frame
+    OUT/buildings/index.json         the buildings; surroundings.npz: the whole cloud, thinned
+    OUT/buildings/B07.laz            the building's own points, for users
+    OUT/buildings/B07.npz, .index.npy   its working cloud (with surroundings) and which points are its own
+    OUT/facades/B07_F1/              facade.json, points.npz, ortho.*, depth.tif, ...
+    OUT/model/  OUT/report.html
+
+A marker's key is a fingerprint of inputs, options and code. It is removed before its files are touched and
+written after the last of them, so a run that was killed at any point goes on where it was.
+"""
+
+from pathlib import Path
+from typing import Any
+
+from frontage.errors import InputError, WorkspaceError
+from frontage.model import Facade
+from frontage.pipeline.files import read_json, write_json
+from frontage.pipeline.pixels import FacadePixels
+from frontage.pipeline.records import load_facade
+
+
+class Workspace:
+    """A run folder. `Workspace(out).facade("B07/F1").pixel_to_world(column, row)` measures in it."""
+
+    def __init__(self, out: Path | str) -> None:
+        """Open an existing run folder. Raises WorkspaceError when it is none."""
+        self.out = Path(out)
+        if self.out.exists() and not self.out.is_dir():
+            raise WorkspaceError(f"{self.out} is a file, not a run folder; give another name")
+        if not self.manifest_path.is_file():
+            raise WorkspaceError(f"{self.out} is not a run folder (it has no manifest.json); `frontage run` makes one")
+
+    @classmethod
+    def create(cls, out: Path | str) -> "Workspace":
+        """Open a run folder, made when it does not exist. Raises WorkspaceError when it cannot be one."""
+        path = Path(out)
+        if path.exists() and not path.is_dir():
+            raise WorkspaceError(f"{path} is a file; give another name for the run folder")
+        try:
+            path.mkdir(parents=True, exist_ok=True)
+            if not (path / "manifest.json").is_file():
+                write_json(path / "manifest.json", {})
+        except OSError as error:
+            raise WorkspaceError(f"{path} cannot be written ({error.strerror}); give another run folder") from None
+        return cls(path)
+
+    # -- where things lie ------------------------------------------------------------------------------
+
+    @property
+    def manifest_path(self) -> Path:
+        """OUT/manifest.json."""
+        return self.out / "manifest.json"
+
+    @property
+    def cloud_path(self) -> Path:
+        """The merged cloud of all scans."""
+        return self.out / "scans" / "cloud.npz"
+
+    @property
+    def buildings_folder(self) -> Path:
+        """OUT/buildings."""
+        return self.out / "buildings"
+
+    @property
+    def surroundings_path(self) -> Path:
+        """The whole cloud, thinned, for the photos' z-buffer."""
+        return self.buildings_folder / "surroundings.npz"
+
+    def facade_folder(self, facade: str) -> Path:
+        """OUT/facades/B07_F1 of "B07/F1"."""
+        return self.out / "facades" / facade.replace("/", "_")
+
+    # -- what is in it ---------------------------------------------------------------------------------
+
+    def manifest(self) -> dict[str, Any]:
+        """The manifest. Raises WorkspaceError when it cannot be read."""
+        try:
+            manifest = read_json(self.manifest_path)
+        except (OSError, ValueError) as error:
+            raise WorkspaceError(f"{self.manifest_path} cannot be read ({error}); run `frontage run` again") from None
+        return dict(manifest)
+
+    def building_records(self) -> list[dict[str, Any]]:
+        """The buildings found, in order; empty before that stage."""
+        path = self.buildings_folder / "index.json"
+        return list(read_json(path)["buildings"]) if path.is_file() else []
+
+    def facade_ids(self) -> list[str]:
+        """The facades found, in the order of the buildings."""
+        done = [self.done("facades", record["id"]) for record in self.building_records()]
+        return [facade for marker in done if marker for facade in marker["result"]["facades"]]
+
+    def load_facade(self, facade: str) -> Facade:
+        """The facade noun. Raises WorkspaceError when there is none of that name."""
+        return load_facade(self._known_facade(facade))
+
+    def facade(self, facade: str) -> FacadePixels:
+        """Pixel <-> world of a facade ("B07/F1" or "B07_F1"). Raises InputError for an unknown name."""
+        return FacadePixels(self._known_facade(facade))
+
+    def _known_facade(self, facade: str) -> Path:
+        ids = self.facade_ids()
+        known = facade.replace("_", "/")
+        if known not in ids:
+            some = ", ".join(ids[:12]) + (", ..." if len(ids) > 12 else "") or "none yet"
+            raise InputError(f"no facade {facade!r} in {self.out}; known: {some}")
+        return self.facade_folder(known)
+
+    # -- what is finished ------------------------------------------------------------------------------
+
+    def _marker(self, stage: str, item: str) -> Path:
+        return self.out / ".done" / (f"{stage}.{item.replace('/', '_')}.json" if item else f"{stage}.json")
+
+    def done(self, stage: str, item: str = "", key: str | None = None) -> dict[str, Any] | None:
+        """The marker (`key`, `result`) of a finished stage or task; None when not finished or made from something else."""
+        try:
+            marker = read_json(self._marker(stage, item))
+        except (OSError, ValueError):
+            return None
+        return dict(marker) if key is None or marker.get("key") == key else None
+
+    def begin(self, stage: str, item: str = "") -> None:
+        """Files of this task are about to change: forget that it was finished."""
+        self._marker(stage, item).unlink(missing_ok=True)
+
+    def finish(self, stage: str, item: str, key: str, result: dict[str, Any]) -> None:
+        """Every file of this task is written."""
+        write_json(self._marker(stage, item), {"key": key, "result": result})

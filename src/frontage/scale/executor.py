@@ -1,0 +1,144 @@
+"""Where tasks run: one after the other, or in a pool of processes. The bytes that come out are the same.
+
+A task is a function of one picklable item that returns a picklable result. Tasks share nothing, so the
+number of workers changes the time and nothing else. Threads inside a worker are limited to one: a pool of
+processes that each start a pool of threads is slower, and BLAS may sum in another order.
+"""
+
+import multiprocessing
+import os
+import signal
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
+from concurrent.futures.process import BrokenProcessPool
+from types import TracebackType
+from typing import Any, Protocol, Self, TypeVar
+
+from frontage.errors import FrontageError
+
+Item = TypeVar("Item")
+Result = TypeVar("Result")
+
+THREAD_VARIABLES = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "VECLIB_MAXIMUM_THREADS")
+
+
+class Executor(Protocol):
+    """Runs a task over items; results come in the order of the items."""
+
+    workers: int
+
+    def map(
+        self, task: Callable[[Item], Result], items: Sequence[Item], done: Callable[[int], None] | None = None
+    ) -> list[Result]:
+        """Results of `task` over `items`, in their order; `done(i)` is called as item i finishes."""
+        ...
+
+    def __enter__(self) -> Self: ...
+
+    def __exit__(self, *exc: object) -> None: ...
+
+
+class SerialExecutor:
+    """One task after the other, in this process."""
+
+    workers = 1
+
+    def map(
+        self, task: Callable[[Item], Result], items: Sequence[Item], done: Callable[[int], None] | None = None
+    ) -> list[Result]:
+        """See `Executor.map`."""
+        return list(self._each(task, items, done))
+
+    @staticmethod
+    def _each(
+        task: Callable[[Item], Result], items: Sequence[Item], done: Callable[[int], None] | None
+    ) -> Iterator[Result]:
+        for i, item in enumerate(items):
+            yield task(item)
+            if done:
+                done(i)
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *exc: object) -> None:
+        return None
+
+
+class ProcessExecutor:
+    """A pool of `workers` processes, started afresh (spawn) so that nothing is inherited by accident.
+
+    The pool starts with the first task and ends with the `with` block; an exception, Ctrl-C among them,
+    ends the workers at once.
+    """
+
+    def __init__(self, workers: int) -> None:
+        self.workers = workers
+        self._pool: ProcessPoolExecutor | None = None
+
+    def map(
+        self, task: Callable[[Item], Result], items: Sequence[Item], done: Callable[[int], None] | None = None
+    ) -> list[Result]:
+        """See `Executor.map`. Raises FrontageError when a worker dies (most often: out of memory)."""
+        pool = self._started()
+        futures: dict[Future[Result], int] = {pool.submit(task, item): i for i, item in enumerate(items)}
+        pending: set[Future[Result]] = set(futures)
+        results: dict[int, Result] = {}
+        try:
+            while pending:
+                finished, pending = wait(pending, return_when=FIRST_COMPLETED)
+                for future in sorted(finished, key=futures.__getitem__):
+                    results[futures[future]] = future.result()
+                    if done:
+                        done(futures[future])
+        except BrokenProcessPool:
+            self._kill()
+            raise FrontageError(
+                f"a worker process was killed, most often for want of memory; run again with fewer than "
+                f"{self.workers} --workers, what is finished is kept",
+                code="W300",
+            ) from None
+        return [results[i] for i in range(len(items))]
+
+    def _started(self) -> ProcessPoolExecutor:
+        if self._pool is None:
+            context = multiprocessing.get_context("spawn")
+            self._pool = ProcessPoolExecutor(self.workers, mp_context=context, initializer=_quiet_worker)
+        return self._pool
+
+    def _kill(self) -> None:
+        pool, self._pool = self._pool, None
+        if pool is None:
+            return
+        workers = list((getattr(pool, "_processes", None) or {}).values())
+        pool.shutdown(wait=False, cancel_futures=True)
+        for process in workers:
+            process.terminate()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        if kind is not None:
+            self._kill()
+        elif self._pool is not None:
+            self._pool.shutdown()
+            self._pool = None
+
+
+def make_executor(workers: int = 1) -> Executor:
+    """Serial for one worker, a pool of processes for more. Raises ValueError below 1."""
+    if workers < 1:
+        raise ValueError(f"workers must be at least 1, not {workers}")
+    return SerialExecutor() if workers == 1 else ProcessExecutor(workers)
+
+
+def _quiet_worker() -> None:
+    """In each worker: one thread, and Ctrl-C is the parent's business."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    for name in THREAD_VARIABLES:
+        os.environ[name] = "1"
+    cv2: Any = __import__("cv2")
+    cv2.setNumThreads(1)
