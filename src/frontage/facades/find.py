@@ -1,0 +1,263 @@
+"""Every main facade of a building (paper A, sections 2.1 and 2.2)."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from frontage.facades.build import build_facade
+from frontage.facades.cells import CellMap, contrast, largest_part, occupied
+from frontage.facades.cloud import Cloud, prepare, voxel_first
+from frontage.facades.options import FacadeOptions
+from frontage.facades.paper import paper_plane
+from frontage.facades.refine import Wall, refine_wall
+from frontage.facades.search import search_plane
+from frontage.facades.street import Side, seen_through, side_from_evidence, side_from_rays
+from frontage.geometry.arrays import Float, Int
+from frontage.geometry.plane import facade_axes
+from frontage.model.building import Building
+from frontage.model.estimate import Failed
+from frontage.model.facade import Facade
+from frontage.model.scan import Scan
+
+_FEWEST = 100  # points: below, neither noise nor outline can be measured
+_PATIENCE = 4  # rejected planes in a row before the search ends
+_STOREY = 2.0  # m, least height of a facade
+_PIER = 1.0  # m, least width
+_FRONT = 0.35  # m: claddings, plinths and bent parts this near the plane shape the outline too
+_SEEN_THROUGH = 0.5  # share of a wall's points measured through another facade that makes it an interior
+_CONTRAST = 2.0  # wall area over that of neighbouring slabs: a bush or a furnished room has 1
+_RAYS = 20_000  # lines of sight sampled per question
+
+
+@dataclass(frozen=True, eq=False)
+class Front:
+    """A wall (oriented: normal into the building), its raster and its street side."""
+
+    wall: Wall
+    cells: CellMap
+    side: Side
+
+
+def find_facades(
+    scan: Scan, building: Building, options: FacadeOptions | None = None, seed: int = 0
+) -> tuple[Facade | Failed, ...]:
+    """Every main facade of `building`, the one with the most wall first ("B07/F1").
+
+    scan      working cloud: the building's points (`building.index`) and, where there are any, its
+              surroundings, which only help to tell the street side
+    seed      of the sampling; same input and seed give the same facades
+
+    Steps: thin to equal area and measure noise; search the plane with the most wall (LO-MSAC); refine it
+    on all points near it; tell its street side; take its prism away and search on; drop what was
+    seen through another facade. Returns `Failed` (F101 too few points, F102 no wall) instead of raising.
+    """
+    options = options or FacadeOptions()
+    rng = np.random.default_rng(seed)
+    index = building.index[np.isfinite(scan.xyz[building.index]).all(1)]
+    if len(index) < _FEWEST:
+        return (
+            Failed(
+                "F101",
+                f"building {building.id} has {len(index)} points; a facade needs {_FEWEST}",
+                "use a denser scan, or merge this building with its neighbour",
+            ),
+        )
+    cloud = prepare(scan.xyz[index], index, rng, scan.sigma_range)
+    around = _surroundings(scan, cloud, rng)
+    if options.method == "paper":
+        fronts = _paper_front(scan, cloud, around, building, options, rng)
+    else:
+        fronts = _all_fronts(scan, cloud, around, building, options, rng)
+        fronts = _drop_interiors(fronts, scan, cloud, rng)
+    if not fronts:
+        return (
+            Failed(
+                "F102",
+                f"building {building.id} has no upright plane of {options.min_area:g} m2 or more",
+                "lower facades.min_area, or set facades.levelled = false if z is not the plumb line",
+            ),
+        )
+    fronts.sort(key=lambda f: -f.cells.area)
+    return tuple(
+        build_facade(f"{building.id}/F{k}", building, scan, cloud, f.wall, f.cells, f.side, options, rng)
+        for k, f in enumerate(fronts, 1)
+    )
+
+
+def _surroundings(scan: Scan, cloud: Cloud, rng: np.random.Generator) -> Float:
+    """A few thousand points (k, 3) of building and surroundings, evenly in space: what lines of sight can meet."""
+    if scan.has_origins:
+        return np.empty((0, 3))
+    finite = scan.xyz[np.isfinite(scan.xyz).all(1)]
+    thin = voxel_first(finite, max(0.25, cloud.cell))
+    return finite[thin[rng.permutation(len(thin))[:_RAYS]]]
+
+
+def _all_fronts(
+    scan: Scan,
+    cloud: Cloud,
+    around: Float,
+    building: Building,
+    options: FacadeOptions,
+    rng: np.random.Generator,
+) -> list[Front]:
+    """Sequential search: the plane with the most wall, then the same on what its prism leaves."""
+    fronts: list[Front] = []
+    left, rejected = cloud.thin, 0
+    while rejected < _PATIENCE and len(fronts) < options.max_facades and len(left) > 10:
+        found = search_plane(cloud.xyz[left], cloud, options, rng)
+        if found is None:
+            break
+        front, used = _front_at(*found, left, scan, cloud, around, building, options, rng)
+        largest = max((f.cells.area for f in fronts), default=0.0)
+        if front is not None and _is_facade(front, cloud.xyz[left], largest, options):
+            fronts.append(front)
+            q = front.wall.coordinates(cloud.xyz[left])
+            prism = (q[:, 1] > -options.depth_front) & (q[:, 1] < options.depth_back)
+            used |= prism & front.cells.within(q[:, 0], q[:, 2])
+            rejected = 0
+        else:
+            rejected += 1
+        left = left[~used]
+    return fronts
+
+
+def _is_facade(front: Front, left: Float, largest: float, options: FacadeOptions) -> bool:
+    """Large enough in area, width and height, mostly wall where it claims to be, and a surface, not a volume."""
+    cells = front.cells
+    width, height = cells.size
+    if cells.area < max(options.min_area, options.min_share * largest):
+        return False
+    if width < _PIER or height < _STOREY or cells.coverage < 0.25:
+        return False
+    q = front.wall.coordinates(left)
+    return contrast(q[:, 0], q[:, 1], q[:, 2], cells, front.wall.threshold) >= _CONTRAST
+
+
+def _front_at(
+    normal: Float,
+    point: Float,
+    left: Int,
+    scan: Scan,
+    cloud: Cloud,
+    around: Float,
+    building: Building,
+    options: FacadeOptions,
+    rng: np.random.Generator,
+) -> tuple[Front | None, np.ndarray]:
+    """Refine and orient the plane found; also which of the points `left` it used up (at least those on it)."""
+    q = (cloud.xyz[left] - point) @ facade_axes(normal)
+    near = np.abs(q[:, 1]) < 2.0 * cloud.threshold
+    if near.sum() < 10:
+        return None, near
+    region = largest_part(*occupied(q[near, 0], q[near, 2], cloud.cell), cloud.cell)
+    if region is None:
+        return None, near
+    used = near & region.within(q[:, 0], q[:, 2])
+    wall = refine_wall(cloud, normal, point, region, options, rng)
+    if wall is None or abs(wall.normal[2]) > np.sin(np.radians(options.max_lean)):
+        return None, used
+    return orient(wall, region, normal, point, scan, cloud, around, building.ground_z, rng), used
+
+
+def orient(
+    wall: Wall,
+    region: CellMap | None,
+    normal: Float,
+    point: Float,
+    scan: Scan,
+    cloud: Cloud,
+    around: Float,
+    ground_z: float,
+    rng: np.random.Generator,
+) -> Front | None:
+    """Raster of the wall and its street side; the normal is turned into the building."""
+    offset = cloud.xyz @ wall.normal - wall.point @ wall.normal
+    near = cloud.xyz[np.abs(offset) < max(_FRONT, wall.threshold)]
+    if region is not None:
+        q = (near - point) @ facade_axes(normal)
+        near = near[region.within(q[:, 0], q[:, 2])]
+    cells = _raster(wall, near, cloud)
+    if cells is None:
+        return None
+    inliers = wall.inliers if len(wall.inliers) <= _RAYS else rng.choice(wall.inliers, _RAYS, replace=False)
+    side = side_from_rays(wall, cloud.xyz[inliers], scan.sensor_of(cloud.index[inliers]))
+    if side is None:
+        side = side_from_evidence(wall, cells, around, ground_z)
+    if side.sign < 0:
+        return Front(wall, cells, side)
+    turned = wall.flipped()
+    cells = _raster(turned, near, cloud)
+    mirrored = Side(-1, side.told_by, side.sensor * np.array([-1.0, -1.0, 1.0]), side.odds)
+    return None if cells is None else Front(turned, cells, mirrored)
+
+
+def _raster(wall: Wall, near: Float, cloud: Cloud) -> CellMap | None:
+    """Cells of the points `near` (n, 3): the outline from all of them, the wall from those on the plane."""
+    if len(near) == 0:
+        return None
+    q = wall.coordinates(near)
+    count, corner = occupied(q[:, 0], q[:, 2], cloud.cell)
+    part = largest_part(count, corner, cloud.cell)
+    if part is None:
+        return None
+    on = np.abs(q[:, 1]) < wall.threshold
+    row, column, _ = part.locate(q[on, 0], q[on, 2])
+    seen = np.zeros_like(part.wall)
+    seen[row, column] = True
+    return CellMap(corner, cloud.cell, seen & part.whole, part.whole)
+
+
+def _drop_interiors(fronts: list[Front], scan: Scan, cloud: Cloud, rng: np.random.Generator) -> list[Front]:
+    """Leave out walls most of whose points were seen through the openings of a larger facade."""
+    kept = []
+    for inner in fronts:
+        some = inner.wall.inliers
+        some = some if len(some) <= _RAYS else rng.choice(some, _RAYS, replace=False)
+        larger = [f for f in fronts if f.cells.area > inner.cells.area]
+        if not any(_behind(outer, some, scan, cloud) for outer in larger):
+            kept.append(inner)
+    return kept
+
+
+def _behind(outer: Front, rows: Int, scan: Scan, cloud: Cloud) -> bool:
+    """Whether the points `rows` of the cloud are an interior behind `outer`."""
+    measured = outer.side.told_by == "rays"
+    wall = outer.wall
+    sensors = (
+        scan.sensor_of(cloud.index[rows]) if measured else (wall.point + wall.axes @ outer.side.sensor)[None]
+    )
+    inside, closed = seen_through(wall, outer.cells, cloud.xyz[rows], sensors)
+    if measured:
+        return inside > _SEEN_THROUGH
+    return inside > _SEEN_THROUGH and closed < 0.5 * inside * outer.cells.coverage
+
+
+def _paper_front(
+    scan: Scan,
+    cloud: Cloud,
+    around: Float,
+    building: Building,
+    options: FacadeOptions,
+    rng: np.random.Generator,
+) -> list[Front]:
+    """The paper's main plane as it is, with the frame, outline and covariance of the common path."""
+    found = paper_plane(cloud.xyz, options.paper_threshold, options.paper_iterations, rng)
+    if found is None or abs(found[0][2]) > 0.9:
+        return []
+    normal, centre, inliers = found
+    fitted = refine_wall(cloud, normal, centre, None, options, rng)
+    if fitted is None:
+        return []
+    wall = Wall(
+        normal,
+        centre,
+        fitted.sigma,
+        options.paper_threshold,
+        fitted.covariance,
+        np.flatnonzero(inliers),
+        fitted.correlation,
+        fitted.dof,
+    )
+    front = orient(wall, None, normal, centre, scan, cloud, around, building.ground_z, rng)
+    return [] if front is None else [front]

@@ -1,0 +1,148 @@
+"""Search: vertical LO-MSAC on area-weighted points, and the offset with the most wall area (paper A, 2.1)."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from frontage.facades.cloud import Cloud
+from frontage.facades.options import FacadeOptions
+from frontage.geometry.arrays import Float, Int
+from frontage.geometry.plane import fit_plane, plane_offsets
+from frontage.solve.ransac import Consensus, lo_ransac
+
+_BASE = 0.5  # m, shortest base of a sample: half a metre of wall, the narrowest pier
+
+
+@dataclass(eq=False)
+class UprightWalls:
+    """Vertical planes through two points (m = 2): models are (nx, ny, 0, d) with n . p = d."""
+
+    xyz: Float
+    rise: Float  # (n,) probability of a point to be drawn first: how tall the stack of voxels is that it stands in
+    sample_size: int = 2
+
+    def __len__(self) -> int:
+        return len(self.xyz)
+
+    def draw(self, rng: np.random.Generator, count: int) -> Int:
+        """First point by rise; second the nearest of six at least a base away, so that small walls are hit too."""
+        total = np.cumsum(self.rise)
+        pick = np.searchsorted(total, rng.random((count, 7)) * total[-1], side="right")
+        pick = np.minimum(pick, len(self) - 1)
+        plan = self.xyz[pick][..., :2]
+        apart = np.linalg.norm(plan[:, 1:] - plan[:, :1], axis=2)
+        nearest = np.argmin(np.where(apart < _BASE, np.inf, apart), axis=1)
+        return np.column_stack([pick[:, 0], pick[np.arange(count), 1 + nearest]]).astype(np.int64)
+
+    def minimal(self, samples: Int) -> Float:
+        """Planes (j, 4) through pairs (k, 2)."""
+        a, b = self.xyz[samples[:, 0]], self.xyz[samples[:, 1]]
+        along = (b - a)[:, :2]
+        length = np.linalg.norm(along, axis=1)
+        good = length >= _BASE
+        n = np.column_stack([along[good, 1], -along[good, 0]]) / length[good, None]
+        return np.column_stack([n, np.zeros(len(n)), (n * a[good, :2]).sum(1)])
+
+    def residuals(self, models: Float, rows: Int | slice) -> Float:
+        """Signed distances (j, r) m."""
+        return models[:, :2] @ self.xyz[rows, :2].T - models[:, 3:]
+
+    def fit(self, rows: Int, weights: Float) -> Float | None:
+        """Total least-squares line in plan."""
+        flat = np.column_stack([self.xyz[rows, :2], np.zeros(len(rows))])
+        _, centre, variances = fit_plane(flat, weights)
+        if variances[2] < 1e-6:
+            return None
+        q = flat[:, :2] - centre[:2]
+        _, vectors = np.linalg.eigh((q * weights[:, None]).T @ q)
+        return np.array([*vectors[:, 0], 0.0, vectors[:, 0] @ centre[:2]])
+
+
+@dataclass(eq=False)
+class FreeWalls:
+    """Planes through three points (m = 3) no further from upright than `max_lean` rad; models (nx, ny, nz, d)."""
+
+    xyz: Float
+    max_lean: float
+    sample_size: int = 3
+
+    def __len__(self) -> int:
+        return len(self.xyz)
+
+    def draw(self, rng: np.random.Generator, count: int) -> Int:
+        """Three points at random."""
+        return np.asarray(rng.integers(0, len(self), (count, 3)), np.int64)
+
+    def minimal(self, samples: Int) -> Float:
+        """Planes (j, 4) through triples (k, 3)."""
+        a, b, c = (self.xyz[samples[:, k]] for k in range(3))
+        n = np.cross(b - a, c - a)
+        length = np.linalg.norm(n, axis=1)
+        good = length > _BASE**2 / 2
+        good[good] = np.abs(n[good, 2]) <= np.sin(self.max_lean) * length[good]
+        n = n[good] / length[good, None]
+        return np.column_stack([n, (n * a[good]).sum(1)])
+
+    def residuals(self, models: Float, rows: Int | slice) -> Float:
+        """Signed distances (j, r) m."""
+        return models[:, :3] @ self.xyz[rows].T - models[:, 3:]
+
+    def fit(self, rows: Int, weights: Float) -> Float | None:
+        """Total least-squares plane."""
+        normal, centre, variances = fit_plane(self.xyz[rows], weights)
+        if variances[1] < 1e-6 or abs(normal[2]) > np.sin(self.max_lean):
+            return None
+        return np.array([*normal, normal @ centre])
+
+
+def stack_rise(xyz: Float, cell: float) -> Float:
+    """Number (n,) of thinned points that share each point's plan cell: walls stack up, ground and roofs do not."""
+    key = ((xyz[:, :2] - xyz[:, :2].min(0)) / cell).astype(np.int64)
+    flat = key[:, 0] * (key[:, 1].max() + 1) + key[:, 1]
+    _, inverse, count = np.unique(flat, return_inverse=True, return_counts=True)
+    return count[inverse].astype(np.float64)
+
+
+def search_plane(
+    xyz: Float, cloud: Cloud, options: FacadeOptions, rng: np.random.Generator
+) -> tuple[Float, Float] | None:
+    """The wall plane with the most area among thinned points (n, 3): unit normal (3,) and a point (3,) on it."""
+    if len(xyz) < 3:
+        return None
+    found: Consensus | None
+    if options.levelled:
+        rise = stack_rise(xyz, cloud.cell)
+        found = lo_ransac(UprightWalls(xyz, rise), cloud.threshold, rng)
+    else:
+        walls = FreeWalls(xyz, np.radians(options.max_lean))
+        found = lo_ransac(walls, cloud.threshold, rng, max_hypotheses=8192)
+    if found is None or not found.inliers.any():
+        return None
+    normal = found.model[:3]
+    point = normal * found.model[3]
+    return normal, point + normal * modal_offset(xyz, normal, point, cloud, options)
+
+
+def modal_offset(xyz: Float, normal: Float, point: Float, cloud: Cloud, options: FacadeOptions) -> float:
+    """Offset m of the parallel surface that covers the most facade cells, near the plane found.
+
+    Thinned points count area already; a cell is counted once per offset bin all the same, so that a
+    deep front (a grille, ivy) cannot stack up.
+    """
+    offsets = plane_offsets(xyz, normal, point)
+    width = cloud.threshold
+    near = np.abs(offsets) < min(options.depth_front, options.depth_back)
+    if not near.any():
+        return 0.0
+    across = np.array([-normal[1], normal[0]]) / np.hypot(normal[0], normal[1])
+    cells = np.column_stack([xyz[near, :2] @ across, xyz[near, 2]]) / cloud.cell
+    cells = (cells - cells.min(0)).astype(np.int64)
+    step = np.rint(offsets[near] / width).astype(np.int64)
+    step -= (low := step.min())
+    flat = (step * (cells[:, 0].max() + 1) + cells[:, 0]) * (cells[:, 1].max() + 1) + cells[:, 1]
+    distinct = np.unique(flat) // ((cells[:, 0].max() + 1) * (cells[:, 1].max() + 1))
+    area = np.bincount(distinct).astype(np.float64)
+    pooled = area + np.pad(area, 1)[:-2] + np.pad(area, 1)[2:]  # a wall on the border of two bins
+    best = int(np.argmax(pooled))
+    chosen = np.abs(step - best) <= 1
+    return float(np.median(offsets[near][chosen])) if abs(best + low) > 1 else 0.0

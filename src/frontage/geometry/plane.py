@@ -1,0 +1,47 @@
+"""Planes and the facade frame's axes (paper A, section 2.2)."""
+
+import numpy as np
+
+from frontage.geometry.arrays import Float
+
+
+def facade_axes(inward: Float) -> Float:
+    """Rotation (3, 3), columns X, Y, Z, of the facade frame whose plane's normal into the building is `inward` (3,).
+
+    Paper A eq. 1-4 with normal azimuth phi and zenith angle psi: ``X = (sin phi, -cos phi, 0)`` is
+    horizontal and to the right as seen from the street, ``Y`` is the unit normal into the building,
+    ``Z = X x Y`` is up in the plane.
+
+    Raises ValueError when the plane is horizontal (X is then not defined) or `inward` is not finite.
+    """
+    n = np.asarray(inward, np.float64)
+    length, plan = float(np.linalg.norm(n)), float(np.hypot(n[0], n[1]))
+    if not np.isfinite(length) or plan < 1e-6 * length or length == 0.0:
+        raise ValueError("a facade's plane must have a finite normal and must not be horizontal")
+    y = n / length
+    x = np.array([y[1], -y[0], 0.0]) / float(np.hypot(y[0], y[1]))
+    return np.column_stack([x, y, np.cross(x, y)])
+
+
+def plane_offsets(xyz: Float, normal: Float, point: Float) -> Float:
+    """Signed distances (n,) m of points (n, 3) from the plane through `point` with unit `normal`."""
+    return np.asarray(xyz @ normal - float(np.dot(normal, point)), np.float64)
+
+
+def fit_plane(xyz: Float, weights: Float | None = None) -> tuple[Float, Float, Float]:
+    """Total least-squares plane of points (n, 3): unit normal (3,), centroid (3,), variances (3,) ascending, m2.
+
+    The sign of the normal is arbitrary but deterministic (its largest component is positive).
+    """
+    w = np.ones(len(xyz)) if weights is None else weights
+    centre = (w @ xyz) / w.sum()
+    q = xyz - centre
+    values, vectors = np.linalg.eigh((q * w[:, None]).T @ q / w.sum())
+    normal = vectors[:, 0]
+    return normal * np.sign(normal[np.argmax(np.abs(normal))]), centre, np.maximum(values, 0.0)
+
+
+def lean(inward: Float) -> float:
+    """Angle rad by which a wall leans from the vertical: positive = its top leans towards the street."""
+    n = np.asarray(inward, np.float64) / np.linalg.norm(inward)
+    return float(np.arcsin(np.clip(n[2], -1.0, 1.0)))

@@ -1,0 +1,72 @@
+"""Polygons in the plane: rings (k, 2) without a repeated last vertex, and rasters of cells turned into rings."""
+
+import numpy as np
+import shapely
+from shapely.geometry import Polygon, box
+
+from frontage.geometry.arrays import Array, Bool, Float
+
+
+def ring_area(ring: Float) -> float:
+    """Signed area in squared units: positive when counter-clockwise."""
+    x, y = np.asarray(ring, np.float64).T
+    return float(0.5 * (x @ np.roll(y, -1) - y @ np.roll(x, -1)))
+
+
+def ring_contains(ring: Float, xy: Float) -> Bool:
+    """Whether points (n, 2) lie in the ring (k, 2); its border counts as in."""
+    polygon = Polygon(ring)
+    shapely.prepare(polygon)
+    inside = shapely.contains_xy(polygon, xy[:, 0], xy[:, 1])
+    near = ~inside
+    if near.any():
+        inside[near] = shapely.intersects_xy(polygon, xy[near, 0], xy[near, 1])
+    return np.asarray(inside, np.bool_)
+
+
+def convex_ring(xy: Float) -> Float:
+    """Convex hull (k, 2) of points (n, 2), counter-clockwise; at least three points not on one line.
+
+    Raises ValueError when the points span no area.
+    """
+    hull = shapely.convex_hull(shapely.multipoints(xy))
+    if not isinstance(hull, Polygon):
+        raise ValueError("points on one line have no convex ring")
+    return polygon_ring(hull)
+
+
+def polygon_ring(polygon: Polygon) -> Float:
+    """Exterior ring (k, 2) of a polygon, counter-clockwise, holes dropped."""
+    ring = np.asarray(polygon.exterior.coords, np.float64)[:-1]
+    return ring if ring_area(ring) > 0 else ring[::-1]
+
+
+def cells_ring(mask: Bool, corner: tuple[float, float], cell: float, tolerance: float) -> Float:
+    """Outer ring (k, 2) of the largest connected part of the cells that are set, counter-clockwise.
+
+    mask       (h, w): row r, column c covers ``corner + cell * (c..c+1, r..r+1)``
+    tolerance  the ring may leave the cells' outline by so much (Douglas-Peucker)
+
+    Raises ValueError when no cell is set.
+    """
+    if not mask.any():
+        raise ValueError("no cell is set")
+    padded = np.zeros((mask.shape[0], mask.shape[1] + 2), np.int8)
+    padded[:, 1:-1] = mask
+    step: Array = np.diff(padded, axis=1)
+    row, first = np.nonzero(step == 1)
+    _, last = np.nonzero(step == -1)
+    x0, z0 = corner
+    runs = shapely.box(x0 + first * cell, z0 + row * cell, x0 + last * cell, z0 + (row + 1) * cell)
+    union = shapely.union_all(runs)
+    parts = shapely.get_parts(union)
+    part = max(parts, key=lambda p: float(p.area))
+    plain = Polygon(part.exterior).simplify(tolerance)
+    if not isinstance(plain, Polygon) or plain.is_empty or not plain.is_valid:
+        plain = Polygon(part.exterior)
+    return polygon_ring(plain)
+
+
+def rectangle(x0: float, z0: float, x1: float, z1: float) -> Float:
+    """Counter-clockwise ring (4, 2) of an upright rectangle."""
+    return polygon_ring(box(x0, z0, x1, z1))

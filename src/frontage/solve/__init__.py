@@ -1,0 +1,1 @@
+"""Estimation on arrays: one LO-RANSAC, robust fits, correlated residuals, least squares."""

@@ -1,0 +1,102 @@
+"""Correlated residuals on a raster: autocovariance, effective sample size, covariance of a linear fit.
+
+A wall's residuals are mostly its own roughness, which is correlated over decimetres, so a million
+points do not give micrometres. The empirical autocovariance c(h) of the gridded residuals (its
+variogram is c(0) - c(h)) is carried through the fit exactly:
+``C = N^-1 (sum_ij a_i a_j^T c(i - j)) N^-1`` with ``N = sum_i a_i a_i^T``, by FFT.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import fft
+
+from frontage.geometry.arrays import Array, Bool, Float
+
+
+@dataclass(frozen=True, eq=False)
+class Correlation:
+    """Isotropic autocovariance of a gridded residual.
+
+    covariance  (k,) at distances 0, 1, 2, ... cells; zero from k on
+    cell        m
+    area        m2, integral of the correlation over the plane: what one independent value stands for
+    """
+
+    covariance: Float
+    cell: float
+    area: float
+
+    @property
+    def length(self) -> float:
+        """Correlation length in m: the side of the square that one independent value stands for."""
+        return float(np.sqrt(self.area))
+
+
+def _padded(shape: tuple[int, int], reach: int) -> tuple[int, int]:
+    rows, columns = (int(fft.next_fast_len(s + reach, real=True)) for s in shape)
+    return rows, columns
+
+
+def _lag_radius(shape: tuple[int, int]) -> Array:
+    """Distance (h, w) in cells, rounded, of every wrapped lag of a padded raster."""
+    down, right = (np.minimum(np.arange(s), s - np.arange(s)) for s in shape)
+    return np.rint(np.hypot(down[:, None], right[None, :])).astype(np.int64)
+
+
+def residual_correlation(residual: Float, known: Bool, cell: float, reach: float = 3.0) -> Correlation:
+    """Autocovariance of `residual` (h, w) where `known` (h, w), up to `reach` m or a quarter of the shorter side.
+
+    It is cut where it first falls below twice its own sampling error: beyond, it is noise.
+    """
+    shorter = max(1, min(residual.shape) // 4)
+    lags = int(np.clip(round(reach / cell), 1, max(shorter, 2)))
+    shape = _padded(residual.shape, lags)
+    count = known.sum()
+    values = np.where(known, residual - residual[known].mean(), 0.0)
+    products = fft.irfft2(np.abs(fft.rfft2(values, shape)) ** 2, shape)
+    pairs = fft.irfft2(np.abs(fft.rfft2(known.astype(np.float64), shape)) ** 2, shape)
+    radius = _lag_radius(shape).ravel()
+    use = radius <= lags
+    summed = np.bincount(radius[use], products.ravel()[use], lags + 1)
+    number = np.maximum(np.rint(np.bincount(radius[use], pairs.ravel()[use], lags + 1)), 1.0)
+    covariance = summed / number
+    # each unordered pair of cells appears twice in `number`
+    noise = 2.0 * covariance[0] / np.sqrt(number / 2.0)
+    below = np.flatnonzero(covariance[1:] < noise[1:])
+    end = 1 + int(below[0]) if len(below) else lags + 1
+    ring = np.bincount(radius[use], minlength=lags + 1)[:end]
+    ratio = covariance[:end] / max(covariance[0], 1e-300)
+    area = float(min((ring * ratio).sum(), count) * cell**2)
+    return Correlation(np.ascontiguousarray(covariance[:end]), cell, max(area, cell**2))
+
+
+def fit_covariance(design: Float, known: Bool, correlation: Correlation) -> Float:
+    """Covariance (p, p) of an unweighted linear fit to correlated values on a raster.
+
+    design  (h, w, p) the row of the design matrix of every cell; read only where `known` (h, w)
+    """
+    rows, columns, p = design.shape
+    table = correlation.covariance
+    shape = _padded((rows, columns), len(table))
+    radius = _lag_radius(shape)
+    kernel = np.where(radius < len(table), np.append(table, 0.0)[np.minimum(radius, len(table))], 0.0)
+    fields = [np.where(known, design[..., k], 0.0) for k in range(p)]
+    spectrum = fft.rfft2(kernel, shape)
+    smoothed = [fft.irfft2(fft.rfft2(f, shape) * spectrum, shape)[:rows, :columns] for f in fields]
+    middle = np.array([[float((f * s).sum()) for s in smoothed] for f in fields])
+    normal = np.array([[float((f * g).sum()) for g in fields] for f in fields])
+    inverse = np.linalg.pinv(normal)
+    # the truncated table need not be positive definite: never claim less than independent cells would give
+    covariance = inverse @ (0.5 * (middle + middle.T)) @ inverse
+    return _at_least(covariance, table[0] * inverse)
+
+
+def _at_least(covariance: Float, floor: Float) -> Float:
+    """`covariance` raised, in the metric of `floor`, to be no smaller than `floor` in any direction."""
+    values, vectors = np.linalg.eigh(floor)
+    root = vectors * np.sqrt(np.maximum(values, 1e-300))
+    back = (vectors / np.sqrt(np.maximum(values, 1e-300))).T
+    spread, axes = np.linalg.eigh(back @ covariance @ back.T)
+    turned = root @ axes
+    return np.asarray((turned * np.maximum(spread, 1.0)) @ turned.T, np.float64)

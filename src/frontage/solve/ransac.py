@@ -1,0 +1,133 @@
+"""One LO-RANSAC for every minimal problem of the project.
+
+Fischler and Bolles (1981) with the truncated quadratic score of MSAC (Torr and Zisserman 2000), the
+local optimisation of Chum, Matas and Kittler (2003) and hypotheses scored in blocks: a block of
+hypotheses against a subset of the rows is one matrix, so no early-out test is needed.
+"""
+
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+
+from frontage.geometry.arrays import Bool, Float, Int
+
+
+class Estimator(Protocol):
+    """A minimal problem over `n` rows of data, which the estimator itself holds."""
+
+    sample_size: int
+
+    def __len__(self) -> int:
+        """Number of rows n."""
+
+    def draw(self, rng: np.random.Generator, count: int) -> Int:
+        """(count, sample_size) int64 rows of minimal samples."""
+
+    def minimal(self, samples: Int) -> Float:
+        """Models (j, p) through the samples (k, sample_size); degenerate samples are dropped."""
+
+    def residuals(self, models: Float, rows: Int | slice) -> Float:
+        """Signed or absolute residuals (j, r) of the models (j, p) at `rows`."""
+
+    def fit(self, rows: Int, weights: Float) -> Float | None:
+        """Weighted least-squares model (p,) of many rows, or None when they are degenerate."""
+
+
+@dataclass(frozen=True, eq=False)
+class Consensus:
+    """The best model (p,), its inlier mask (n,), its MSAC score per unit weight (0 best, 1 worst) and the work done."""
+
+    model: Float
+    inliers: Bool
+    score: float
+    share: float
+    hypotheses: int
+
+
+def needed_hypotheses(share: float, sample_size: int, confidence: float) -> float:
+    """Samples after which an all-inlier one was drawn with `confidence`: ln(1 - eta) / ln(1 - w^m)."""
+    good = min(max(share, 1e-9) ** sample_size, 1 - 1e-12)
+    return float(np.log1p(-confidence) / np.log1p(-good))
+
+
+def lo_ransac(
+    estimator: Estimator,
+    threshold: float,
+    rng: np.random.Generator,
+    *,
+    weights: Float | None = None,
+    confidence: float = 0.99,
+    max_hypotheses: int = 2048,
+    score_rows: int = 2500,
+    keep: int = 10,
+    block: int = 128,
+) -> Consensus | None:
+    """The model with the lowest truncated quadratic score ``sum w min(r^2, T^2)``.
+
+    Hypotheses are scored in blocks on `score_rows` random rows; the `keep` best are scored on all rows
+    and each is improved by three least-squares fits on its own inliers with a shrinking threshold.
+
+    threshold  T, in the unit of the residuals
+    weights    (n,) non-negative weights of the rows (for instance the area each stands for)
+
+    Returns None when no sample gave a model.
+    """
+    n = len(estimator)
+    if n < estimator.sample_size:
+        return None
+    weight = np.ones(n) if weights is None else np.asarray(weights, np.float64)
+    rows = rng.permutation(n)[: min(n, score_rows)]
+    models, scores = np.empty((0, 0)), np.empty(0)
+    tried, needed = 0, float(block)
+    while tried < min(needed, max_hypotheses):
+        tried += block
+        fresh = estimator.minimal(estimator.draw(rng, block))
+        if len(fresh) == 0:
+            continue
+        got, shares = _score(estimator, fresh, rows, weight[rows], threshold)
+        models = np.vstack([models, fresh]) if models.size else fresh
+        scores = np.concatenate([scores, got])
+        best = np.argsort(scores, kind="stable")[:keep]
+        if best[0] >= len(scores) - len(got):
+            share = float(shares[best[0] - (len(scores) - len(got))])
+            needed = needed_hypotheses(share, estimator.sample_size, confidence)
+        models, scores = models[best], scores[best]
+    if not models.size:
+        return None
+    return _optimise(estimator, models, weight, threshold, tried)
+
+
+def _score(
+    estimator: Estimator, models: Float, rows: Int | slice, weight: Float, threshold: float
+) -> tuple[Float, Float]:
+    """MSAC scores (j,) and inlier weight shares (j,), both per unit weight."""
+    squared = (estimator.residuals(models, rows) / threshold) ** 2
+    total = weight.sum()
+    share = (squared < 1.0) @ weight / total
+    np.minimum(squared, 1.0, out=squared)
+    return squared @ weight / total, share
+
+
+def _optimise(estimator: Estimator, models: Float, weight: Float, threshold: float, tried: int) -> Consensus:
+    """Score every kept model on all rows, refit each on its inliers, return the best of all."""
+    everything = slice(None)
+    best_model, best_score = models[0], np.inf
+    for start in models:
+        model = start
+        for factor in (3.0, 1.5, 1.0):
+            squared = (estimator.residuals(model[None], everything)[0] / threshold) ** 2
+            score = float(np.minimum(squared, 1.0) @ weight / weight.sum())
+            if score < best_score:
+                best_model, best_score = model, score
+            near = np.flatnonzero(squared < factor**2)
+            refitted = estimator.fit(near, weight[near]) if len(near) > estimator.sample_size else None
+            if refitted is None:
+                break
+            model = refitted
+        score, _ = (float(v[0]) for v in _score(estimator, model[None], everything, weight, threshold))
+        if score < best_score:
+            best_model, best_score = model, score
+    inliers = np.abs(estimator.residuals(best_model[None], everything)[0]) < threshold
+    share = float(weight[inliers].sum() / weight.sum())
+    return Consensus(best_model, inliers, best_score, share, tried)

@@ -1,0 +1,74 @@
+"""Robust linear fits: scale from the median absolute deviation, Tukey's biweight, IRLS."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from frontage.geometry.arrays import Float
+
+_MAD_TO_SIGMA = 1.4826
+TUKEY = 4.685  # 95 % efficiency for Gaussian residuals
+
+
+def mad_sigma(residuals: Float) -> float:
+    """Standard deviation of the Gaussian with the same median absolute deviation; same unit, nan if empty."""
+    if len(residuals) == 0:
+        return float("nan")
+    return float(_MAD_TO_SIGMA * np.median(np.abs(residuals - np.median(residuals))))
+
+
+def tukey_weights(residuals: Float, sigma: float) -> Float:
+    """Tukey's biweight (1 - (r / 4.685 sigma)^2)^2, zero outside; shape of `residuals`."""
+    u = np.clip(np.abs(residuals) / (TUKEY * sigma), 0.0, 1.0)
+    return np.asarray((1.0 - u * u) ** 2, np.float64)
+
+
+def weighted_fit(design: Float, observed: Float, weights: Float) -> Float:
+    """Solution (p,) of the weighted normal equations of design (n, p); minimum norm when singular."""
+    weighted = design * weights[:, None]
+    return np.asarray(np.linalg.lstsq(weighted.T @ design, weighted.T @ observed, rcond=None)[0], np.float64)
+
+
+@dataclass(frozen=True, eq=False)
+class RobustFit:
+    """Parameters (p,), robust sigma of the residuals, final weights (n,), iterations used."""
+
+    parameters: Float
+    sigma: float
+    weights: Float
+    iterations: int
+
+
+def irls(
+    design: Float,
+    observed: Float,
+    weights: Float,
+    sigma_floor: float,
+    start: Float,
+    sigma_start: float,
+    max_iterations: int = 20,
+) -> RobustFit:
+    """Iteratively re-weighted least squares with Tukey's biweight.
+
+    The scale is the MAD of the residuals inside the biweight's support, so that a parallel surface
+    further off does not widen it; it never falls below `sigma_floor`. Every step starts from `start`
+    (p,) and `sigma_start`, which must already isolate the wanted structure.
+    """
+    parameters, sigma = np.asarray(start, np.float64), max(sigma_start, sigma_floor)
+    factor = np.zeros(len(observed))
+    step = 0
+    for step in range(1, max_iterations + 1):  # noqa: B007
+        residuals = observed - design @ parameters
+        factor = tukey_weights(residuals, sigma)
+        if np.count_nonzero(factor) <= design.shape[1]:
+            break
+        updated = weighted_fit(design, observed, weights * factor)
+        residuals = observed - design @ updated
+        near = np.abs(residuals) < TUKEY * sigma
+        new_sigma = max(_MAD_TO_SIGMA * float(np.median(np.abs(residuals[near]))), sigma_floor)
+        moved = float(np.max(np.abs(design[near] @ (updated - parameters)), initial=0.0))
+        done = moved < 1e-3 * new_sigma and abs(new_sigma - sigma) < 1e-2 * sigma
+        parameters, sigma = updated, new_sigma
+        if done:
+            break
+    return RobustFit(parameters, sigma, weights * factor, step)
