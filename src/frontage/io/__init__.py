@@ -1,0 +1,1 @@
+"""Files <-> nouns, one module per format; the only door to the disk besides the pipeline."""

@@ -1,0 +1,199 @@
+"""COLMAP models, text and binary: cameras, photo poses, sparse points. Newer rig and frame files are not needed.
+
+Poses are `camera_from_world` (x right, y down, z forward), pixel centres at 0.5, as everywhere in Frontage.
+"""
+
+import struct
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from frontage.errors import FileError
+from frontage.geometry.arrays import Array, Float
+from frontage.geometry.rigid import Rigid3, rotation_from_quaternion
+from frontage.io.columns import Columns, to_scan
+from frontage.io.files import reading, require_file
+from frontage.io.placement import Wanted
+from frontage.model import Camera, Scan
+
+# Order of COLMAP's model ids (src/colmap/sensor/models.h).
+_MODELS = ("SIMPLE_PINHOLE", "PINHOLE", "SIMPLE_RADIAL", "RADIAL", "OPENCV", "OPENCV_FISHEYE", "FULL_OPENCV", "FOV",
+           "SIMPLE_RADIAL_FISHEYE", "RADIAL_FISHEYE", "THIN_PRISM_FISHEYE")
+
+
+@dataclass(frozen=True, eq=False)
+class ColmapImage:
+    """One oriented photo: id, name (may hold folders), camera id, pose in the model's world (m)."""
+
+    id: int
+    name: str
+    camera: int
+    camera_from_world: Rigid3
+
+
+@dataclass(frozen=True, eq=False)
+class ColmapModel:
+    """cameras by id; images in the order of their ids."""
+
+    folder: Path
+    cameras: dict[int, Camera]
+    images: tuple[ColmapImage, ...]
+
+
+def read_colmap(folder: str | Path) -> ColmapModel:
+    """Cameras and poses of a model folder (binary or text; a "sparse/0" inside is found).
+
+    Raises FileError (missing, truncated, corrupt, unknown camera model, image of an absent camera).
+    """
+    where = model_folder(folder)
+    cameras = _cameras(_part(where, "cameras"))
+    images = sorted(_images(_part(where, "images")), key=lambda i: i.id)
+    if not cameras or not images:
+        raise FileError(where, "the COLMAP model holds no cameras or no images", "export it again", code="I105")
+    for image in images:
+        if image.camera not in cameras:
+            raise FileError(where, f"image {image.name} uses camera {image.camera}, which cameras.* does not have",
+                            "export the model again", code="I110")
+    return ColmapModel(where, cameras, tuple(images))
+
+
+def model_folder(folder: str | Path) -> Path:
+    """The folder that holds the model's files. Raises FileError when there is none."""
+    base = Path(folder)
+    for place in (base, base / "sparse" / "0", base / "sparse", base / "0"):
+        if any((place / f"{name}.{kind}").is_file() for name in ("cameras", "points3D") for kind in ("bin", "txt")):
+            return place
+    raise FileError(base, "no COLMAP model here (cameras.txt or cameras.bin)", "name the folder that holds it", code="I101")
+
+
+def read_colmap_points(path: str | Path, wanted: Wanted) -> Scan:
+    """The sparse points of a model (folder, points3D.txt or points3D.bin) as a scan.
+
+    Every point's origin is the centre of the first photo of its track, where the poses are there.
+
+    Raises FileError (missing, truncated, corrupt, no points), CrsError.
+    """
+    given = Path(path)
+    p = _part(model_folder(given), "points3D") if given.is_dir() else require_file(given)
+    with reading(p, "COLMAP points3D"):
+        xyz, rgb, seen_by = _points_binary(p.read_bytes()) if p.suffix == ".bin" else _points_text(p)
+    if not len(xyz):
+        raise FileError(p, "holds no points", "name a scan instead", code="I105")
+    place = wanted.place(None, xyz)
+    c = Columns(p.name, place.to_local(xyz), rgb=rgb)
+    if any((p.parent / f"images.{kind}").is_file() for kind in ("bin", "txt")):
+        images = _images(_part(p.parent, "images"))
+        c.origins, c.origin_index = _origins(images, seen_by)
+        c.origins = place.to_local(c.origins)
+    return to_scan(p, c, place)
+
+
+def _origins(images: list[ColmapImage], seen_by: Array) -> tuple[Float, Array]:
+    """Camera centres (s, 3) in the model's world and their index per point (n,), -1 = unknown."""
+    images = sorted(images, key=lambda i: i.id)
+    ids = np.array([i.id for i in images], np.int64)
+    centres = np.array([i.camera_from_world.inverse.t for i in images]).reshape(-1, 3)
+    if not len(ids):
+        return centres, np.full(len(seen_by), -1, np.int32)
+    at = np.clip(np.searchsorted(ids, seen_by), 0, len(ids) - 1)
+    return centres, np.where(ids[at] == seen_by, at, -1).astype(np.int32)
+
+
+def _part(folder: Path, name: str) -> Path:
+    """The binary file of a model's part where there is one, else the text file."""
+    binary = folder / f"{name}.bin"
+    return require_file(binary if binary.is_file() else folder / f"{name}.txt")
+
+
+def _lines(path: Path) -> list[str]:
+    """Lines without comments; blank ones stay, for they are an image without points."""
+    return [line for line in path.read_text("utf-8").splitlines() if not line.startswith("#")]
+
+
+def _cameras(path: Path) -> dict[int, Camera]:
+    with reading(path, "COLMAP cameras"):
+        if path.suffix == ".bin":
+            return _cameras_binary(path.read_bytes())
+        rows = [line.split() for line in _lines(path) if line.strip()]
+        return {int(r[0]): Camera(r[1], int(r[2]), int(r[3]), np.array(r[4:], np.float64)) for r in rows}
+
+
+def _cameras_binary(data: bytes) -> dict[int, Camera]:
+    from frontage.geometry.camera import parameter_count
+
+    (count,), at = struct.unpack_from("<Q", data), 8
+    cameras = {}
+    for _ in range(count):
+        camera, model, width, height = struct.unpack_from("<iiQQ", data, at)
+        if not 0 <= model < len(_MODELS):
+            raise ValueError(f"camera model {model} is not supported")
+        n = parameter_count(_MODELS[model])
+        params = np.frombuffer(data, "<f8", n, at + 24)
+        cameras[camera] = Camera(_MODELS[model], width, height, params)
+        at += 24 + 8 * n
+    return cameras
+
+
+def _image(number: int, pose: Array, camera: int, name: str) -> ColmapImage:
+    if not np.isfinite(pose).all() or not pose[:4].any():
+        raise ValueError(f"the pose of {name} is not finite")
+    return ColmapImage(number, name, camera, Rigid3("camera", "world", rotation_from_quaternion(pose[:4]), pose[4:]))
+
+
+def _images(path: Path) -> list[ColmapImage]:
+    with reading(path, "COLMAP images"):
+        if path.suffix == ".bin":
+            return _images_binary(path.read_bytes())
+        found, lines = [], _lines(path)
+        while lines and not lines[-1].strip():
+            lines.pop()
+        for line in lines[::2]:  # every second line lists the photo's points
+            r = line.split(maxsplit=9)
+            if len(r) != 10:
+                raise ValueError(f"a line of {len(r)} words instead of 10: {line[:40]}")
+            found.append(_image(int(r[0]), np.array(r[1:8], np.float64), int(r[8]), r[9].strip()))
+        return found
+
+
+def _images_binary(data: bytes) -> list[ColmapImage]:
+    (count,), at = struct.unpack_from("<Q", data), 8
+    found = []
+    for _ in range(count):
+        number, *pose, camera = struct.unpack_from("<I7dI", data, at)
+        end = data.index(b"\0", at + 64)
+        (points,) = struct.unpack_from("<Q", data, end + 1)
+        found.append(_image(number, np.array(pose), camera, data[at + 64 : end].decode("utf-8")))
+        at = end + 9 + 24 * points
+    if at > len(data):
+        raise ValueError("truncated")
+    return found
+
+
+def _points_text(path: Path) -> tuple[Float, Array, Array]:
+    """xyz (n, 3), rgb (n, 3) and the first image of the track (n,), -1 = none."""
+    rows = [line.split(maxsplit=9)[:9] for line in _lines(path) if line.strip()]
+    if not rows:
+        return np.empty((0, 3)), np.empty((0, 3), np.uint8), np.empty(0, np.int64)
+    table = np.array([r + ["-1"] * (9 - len(r)) for r in rows], np.float64)
+    return table[:, 1:4].copy(), table[:, 4:7].astype(np.uint8), table[:, 8].astype(np.int64)
+
+
+def _points_binary(data: bytes) -> tuple[Float, Array, Array]:
+    """The same from points3D.bin. Records have tracks of any length, so their places are found one by one."""
+    (count,), at = struct.unpack_from("<Q", data), 8
+    if count * 51 > len(data):
+        raise ValueError("truncated")
+    starts, lengths = np.empty(count, np.int64), np.empty(count, np.int64)
+    for k in range(count):
+        starts[k] = at
+        (lengths[k],) = struct.unpack_from("<Q", data, at + 43)
+        at += 51 + 8 * int(lengths[k])
+    if at > len(data):
+        raise ValueError("truncated")
+    raw = np.frombuffer(data, np.uint8)
+    xyz = raw[starts[:, None] + 8 + np.arange(24)].view("<f8").reshape(-1, 3)
+    rgb = raw[starts[:, None] + 32 + np.arange(3)]
+    first = raw[np.minimum(starts[:, None] + 51 + np.arange(4), len(raw) - 1)].view("<u4")[:, 0].astype(np.int64)
+    return xyz.astype(np.float64), rgb, np.where(lengths > 0, first, -1)
+

@@ -1,0 +1,171 @@
+"""E57 (ASTM E2807): every scan with its pose, raster, beams without return, intensity and colour (extra `e57`)."""
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from pyproj import CRS
+
+from frontage.errors import CrsError, FileError, MissingExtra
+from frontage.geometry.arrays import Array, Float
+from frontage.geometry.rigid import Rigid3, rotation_from_quaternion
+from frontage.io.columns import Columns, normalised, to_scan
+from frontage.io.crs import parse_crs
+from frontage.io.files import reading, require_file
+from frontage.io.placement import Placement, Wanted
+from frontage.io.poses import given_pose
+from frontage.model import Scan
+
+_CARTESIAN = ("cartesianX", "cartesianY", "cartesianZ")
+_SPHERICAL = ("sphericalRange", "sphericalAzimuth", "sphericalElevation")
+_COLOURS = ("colorRed", "colorGreen", "colorBlue")
+_DTYPES = {"intensity": np.float64, "rowIndex": np.int64, "columnIndex": np.int64, "returnIndex": np.int64,
+           "cartesianInvalidState": np.int8, "sphericalInvalidState": np.int8, "timeStamp": np.float64,
+           **dict.fromkeys(_COLOURS, np.float32), **dict.fromkeys(_CARTESIAN + _SPHERICAL, np.float64)}
+_TWICE = 0.01  # share of beams in a cell that is taken: above, the indices are wrong
+_WASTE = 200  # cells per point: above, the indices are wrong
+
+
+@contextmanager
+def opened(path: str | Path) -> Iterator[Any]:
+    """An open pye57 file; every failure inside becomes one FileError.
+
+    Raises FileError; MissingExtra when pye57 is not installed.
+    """
+    p = require_file(path)
+    try:
+        import pye57
+    except ImportError as problem:
+        raise MissingExtra("reading E57", "e57") from problem
+    with reading(p, "E57"), open(p, "rb") as f:
+        if f.read(8) != b"ASTM-E57":
+            raise ValueError("it does not begin with 'ASTM-E57'")
+    with reading(p, "E57"):
+        e57 = pye57.E57(str(p))
+        try:
+            yield e57
+        finally:
+            e57.close()
+
+
+def read_e57(path: str | Path, wanted: Wanted, sigmas: tuple[float, ...] | None = None) -> list[Scan]:
+    """Every scan of an E57 file. Poses place the points; the raster keeps the file's own rows and columns.
+
+    sigmas  six, m and rad, when the poses are only approximate
+
+    Raises FileError (missing, truncated, corrupt, no points), CrsError, MissingExtra.
+    """
+    p = require_file(path)
+    notes: list[str] = []
+    with opened(p) as e57:
+        crs = _crs(e57, p, notes)
+        scans = [(k, *_read(e57, k)) for k in range(e57.scan_count)]
+    kept = [s for s in scans if len(s[2]["xyz"])]
+    if not kept:
+        raise FileError(p, "holds no points", "export it again", code="I105")
+    if len(kept) < len(scans):
+        notes.append(f"{p.name}: {len(scans) - len(kept)} scans without points left out")
+    some = np.vstack([pose.apply(d["xyz"][d["valid"]][:: max(1, len(d["xyz"]) // 2000)]) for _, pose, d in kept])
+    if not len(some):
+        raise FileError(p, "holds no points with coordinates", "export it again", code="I105")
+    place = wanted.place(crs, some)
+    shared = normalised([d.get("intensity") for _, _, d in kept])
+    return [_scan(p, k, pose, d, i, place, sigmas, notes)
+            for (k, pose, d), i in zip(kept, shared, strict=True) if d["valid"].any()]
+
+
+def _crs(e57: Any, path: Path, notes: list[str]) -> CRS | None:
+    """The CRS of coordinateMetadata; text that is not one is noted and left out."""
+    root = e57.root
+    text = root["coordinateMetadata"].value().strip() if root.isDefined("coordinateMetadata") else ""
+    if not text:
+        return None
+    try:
+        return parse_crs(text, str(path))
+    except CrsError:
+        notes.append(f"{path.name}: its coordinate metadata is not a CRS that PROJ knows and was left out")
+        return None
+
+
+def _read(e57: Any, number: int) -> tuple[Rigid3, dict[str, Array]]:
+    """Pose and columns of one scan: xyz (n, 3) in the scanner's frame, valid (n,), and what else it has."""
+    from pye57 import libe57
+
+    header = e57.get_header(number)
+    n = int(header.point_count)
+    present = [f for f in header.point_fields if f in _DTYPES]
+    arrays = {f: np.zeros(n, _DTYPES[f]) for f in present}
+    if n:
+        buffers = libe57.VectorSourceDestBuffer()
+        for name, array in arrays.items():
+            buffers.append(libe57.SourceDestBuffer(e57.image_file, name, array, n, True, True))
+        reader = header.points.reader(buffers)
+        if reader.read() != n:
+            raise ValueError(f"scan {number + 1} is truncated")
+        reader.close()
+    xyz, valid = _coordinates(arrays, n)
+    data: dict[str, Array] = {"xyz": xyz, "valid": valid}
+    if set(_COLOURS) <= arrays.keys():
+        data["rgb"] = _colour(header, np.column_stack([arrays[c] for c in _COLOURS]))
+    for name, field in (("intensity", "intensity"), ("time", "timeStamp"), ("row", "rowIndex"),
+                        ("column", "columnIndex"), ("return", "returnIndex")):
+        if field in arrays:
+            data[name] = arrays[field]
+    return Rigid3("file", "scanner", rotation_from_quaternion(header.rotation), header.translation), data
+
+
+def _colour(header: Any, rgb: Array) -> Array:
+    """Colour scaled by its declared limits to 0..255; without limits, 8 bits."""
+    top = 255.0
+    if header.node.isDefined("colorLimits"):
+        limits = header["colorLimits"]
+        top = max(float(limits[f"{c}Maximum"].value()) for c in _COLOURS) or 255.0
+    return (rgb * (255.0 / top)).round().clip(0, 255).astype(np.uint8)
+
+
+def _coordinates(a: dict[str, Array], n: int) -> tuple[Float, Array]:
+    """Points (n, 3) and which of them have coordinates (n,)."""
+    if set(_CARTESIAN) <= a.keys():
+        xyz = np.column_stack([a[c] for c in _CARTESIAN])
+        state = a.get("cartesianInvalidState")
+    elif set(_SPHERICAL) <= a.keys():
+        r, azimuth, elevation = (a[c] for c in _SPHERICAL)
+        flat = r * np.cos(elevation)
+        xyz = np.column_stack([flat * np.cos(azimuth), flat * np.sin(azimuth), r * np.sin(elevation)])
+        state = a.get("sphericalInvalidState")
+    else:
+        raise ValueError("a scan has neither cartesian nor spherical coordinates")
+    valid = np.ones(n, bool) if state is None else state == 0
+    return xyz, valid & (xyz != 0).any(axis=1)  # some writers mark a lost beam by the scanner's own place
+
+
+def _scan(path: Path, number: int, pose: Rigid3, d: dict[str, Array], intensity: Array | None, place: Placement,
+          sigmas: tuple[float, ...] | None, notes: list[str]) -> Scan:
+    local = place.pose_of(pose)
+    c = Columns(f"{path.name}:{number + 1}", place.points_of(pose, d["xyz"]), intensity, d.get("rgb"), d.get("time"),
+                origins=local.t[None], origin_index=np.zeros(len(d["xyz"]), np.int32), keep=d["valid"],
+                pose=given_pose(local, sigmas), notes=list(notes))
+    c.grid = _raster(d, c)
+    return to_scan(path, c, place)
+
+
+def _raster(d: dict[str, Array], c: Columns) -> Array | None:
+    """Index (h, w) of the first returns; None, with a note, where the indices cannot be a raster's."""
+    if "row" not in d or "column" not in d:
+        return None
+    first = np.flatnonzero(d["return"] == 0) if "return" in d else np.arange(len(d["row"]))
+    row, column = d["row"][first].astype(np.int64), d["column"][first].astype(np.int64)
+    if not len(first):
+        return None
+    row, column = row - row.min(), column - column.min()
+    h, w = int(row.max()) + 1, int(column.max()) + 1
+    cell = row * w + column
+    taken = len(cell) - len(np.unique(cell))
+    if min(h, w) < 2 or taken > _TWICE * len(cell) or h * w > _WASTE * len(cell):
+        c.notes.append(f"{c.name}: its row and column indices are not a raster's and were left out")
+        return None
+    grid = np.full(h * w, -1, np.int64)
+    grid[cell[::-1]] = first[::-1]  # of two in a cell the first stays
+    return grid.reshape(h, w)

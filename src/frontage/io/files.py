@@ -1,0 +1,69 @@
+"""Opening files safely: clear errors when reading, whole files or none when writing."""
+
+import contextlib
+import os
+from collections.abc import Iterator
+from pathlib import Path
+
+from frontage.errors import FileError, FrontageError
+
+_SHORT = 160
+
+
+def require_file(path: str | Path) -> Path:
+    """The path of an existing file that is not empty.
+
+    Raises FileError when it is missing, a folder, unreadable or empty.
+    """
+    p = Path(path)
+    if not p.exists():
+        raise FileError(p, "no such file", "check the path", code="I101")
+    if p.is_dir():
+        raise FileError(p, "is a folder, not a file", "name the file inside it", code="I101")
+    if not os.access(p, os.R_OK):
+        raise FileError(p, "cannot be opened", "check its permissions", code="I101")
+    if p.stat().st_size == 0:
+        raise FileError(p, "the file is empty", "export or copy it again", code="I102")
+    return p
+
+
+@contextlib.contextmanager
+def reading(path: str | Path, kind: str, advice: str = "export or copy it again") -> Iterator[None]:
+    """Turn whatever a parser raises on a damaged file into one FileError that names the file and its kind.
+
+    Native readers panic with exceptions outside `Exception`; those are caught by name.
+    """
+    try:
+        yield
+    except FrontageError:
+        raise
+    except Exception as problem:
+        raise FileError(path, f"not a readable {kind} file ({_brief(problem)})", advice, code="I103") from problem
+    except BaseException as problem:
+        if type(problem).__name__ != "PanicException":
+            raise
+        raise FileError(path, f"not a readable {kind} file (its data is corrupt)", advice, code="I103") from problem
+
+
+def _brief(problem: BaseException) -> str:
+    """The first line of an exception, short enough for one sentence."""
+    text = " ".join(str(problem).split()) or type(problem).__name__
+    return text if len(text) <= _SHORT else text[:_SHORT] + "..."
+
+
+@contextlib.contextmanager
+def whole_file(path: str | Path) -> Iterator[Path]:
+    """A temporary path beside `path` that takes its place when the block ends well, and vanishes when not.
+
+    Raises FileError when the folder cannot be written.
+    """
+    p = Path(path)
+    temporary = p.with_name(f".{p.name}.{os.getpid()}.part")
+    try:
+        p.parent.mkdir(parents=True, exist_ok=True)
+        yield temporary
+        os.replace(temporary, p)
+    except OSError as problem:
+        raise FileError(p, f"cannot be written ({problem.strerror or problem})", "check folder and disk", code="I104") from problem
+    finally:
+        temporary.unlink(missing_ok=True) if p.parent.is_dir() else None

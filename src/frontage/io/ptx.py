@@ -1,0 +1,132 @@
+"""PTX: several structured scans in one text file, each with its pose and its full raster.
+
+Per scan: columns, rows, scanner position, three axes, a 4x4 matrix for row vectors, then columns x rows lines
+``x y z intensity [r g b]``, column by column; ``0 0 0`` is a beam without return.
+"""
+
+import warnings
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TextIO
+
+import numpy as np
+
+from frontage.errors import FileError
+from frontage.geometry.arrays import Array, Float
+from frontage.geometry.rigid import Rigid3
+from frontage.io.columns import Columns, normalised, to_scan
+from frontage.io.files import reading, require_file
+from frontage.io.placement import Placement, Wanted
+from frontage.io.poses import given_pose, nearest_rotation
+from frontage.model import Scan
+
+_CHUNK = 1_000_000  # lines parsed at once
+_MOST = 2_000_000_000  # beams: more is a damaged header
+
+
+@dataclass
+class _Raw:
+    """One scan as stored: points (n, 3) in the scanner's frame, intensity, colour, raster (rows, columns)."""
+
+    pose: Rigid3
+    xyz: Float
+    intensity: Array
+    rgb: Array | None
+    grid: Array
+
+
+def read_ptx(path: str | Path, wanted: Wanted, sigmas: tuple[float, ...] | None = None) -> list[Scan]:
+    """Every scan of a PTX file; raster rows and columns stay as stored.
+
+    sigmas  six, m and rad, when the poses are only approximate
+
+    Raises FileError (missing, truncated, corrupt, no returns), CrsError.
+    """
+    p = require_file(path)
+    with reading(p, "PTX"), open(p, encoding="latin-1") as f:
+        raws = list(_scans(f, p))
+    kept = [(k, r) for k, r in enumerate(raws, 1) if len(r.xyz)]
+    if not kept:
+        raise FileError(p, "holds no points", "export it again", code="I105")
+    place = wanted.place(None, np.vstack([r.pose.apply(r.xyz[:: max(1, len(r.xyz) // 2000)]) for _, r in kept]))
+    shared = normalised([r.intensity for _, r in kept])
+    empty = [f"{p.name}: {len(raws) - len(kept)} scans without any return left out"] if len(kept) < len(raws) else []
+    return [_scan(p, k, r, i, place, sigmas, empty) for (k, r), i in zip(kept, shared, strict=True)]
+
+
+def _scan(path: Path, number: int, r: _Raw, intensity: Array | None, place: Placement,
+          sigmas: tuple[float, ...] | None, notes: list[str]) -> Scan:
+    pose = place.pose_of(r.pose)
+    c = Columns(f"{path.name}:{number}", place.points_of(r.pose, r.xyz), intensity, r.rgb, grid=r.grid,
+                origins=pose.t[None], origin_index=np.zeros(len(r.xyz), np.int32), pose=given_pose(pose, sigmas),
+                notes=list(notes))
+    return to_scan(path, c, place)
+
+
+def _scans(f: TextIO, path: Path) -> Iterator[_Raw]:
+    """Scan after scan until the end of the file."""
+    while (first := _next_line(f)) is not None:
+        columns, rows = _count(first), _count(_next_line(f))
+        if not 0 < columns * rows <= _MOST:
+            raise ValueError(f"a raster of {columns} x {rows}")
+        header = np.array([_numbers(f, 3) for _ in range(4)])
+        matrix = np.array([_numbers(f, 4) for _ in range(4)])
+        raw = _body(f, path, columns, rows, _pose(matrix))
+        yield _placed_already(raw, header[0])
+
+
+def _pose(matrix: Float) -> Rigid3:
+    """Scanner pose of the 4x4 matrix for row vectors."""
+    if not np.isfinite(matrix).all():
+        raise ValueError("its matrix is not finite")
+    return Rigid3("file", "scanner", nearest_rotation(matrix[:3, :3].T), matrix[3, :3])
+
+
+def _placed_already(raw: _Raw, position: Float) -> _Raw:
+    """With an identity matrix the points are in world coordinates already, and only the header's first line says
+    where the scanner stood: the same points, seen from there."""
+    if not position.any() or raw.pose.t.any() or not np.array_equal(raw.pose.R, np.eye(3)):
+        return raw
+    return replace(raw, pose=Rigid3("file", "scanner", np.eye(3), position), xyz=raw.xyz - position)
+
+
+def _body(f: TextIO, path: Path, columns: int, rows: int, pose: Rigid3) -> _Raw:
+    """The lines of one scan: returns kept, raster of their numbers."""
+    total, at = columns * rows, 0
+    parts: list[Float] = []
+    hit = np.zeros(total, bool)
+    while at < total:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", UserWarning)  # "no data": reported as truncated below
+            block: Float = np.loadtxt(f, np.float64, max_rows=min(_CHUNK, total - at), ndmin=2)
+        if not block.size:
+            raise FileError(path, f"truncated: {at} of {total} lines of a scan", "copy or export it again", code="I103")
+        if block.shape[1] not in (4, 7):
+            raise ValueError(f"lines of {block.shape[1]} values instead of 4 or 7")
+        returned = (block[:, :3] != 0).any(axis=1) & np.isfinite(block[:, :3]).all(axis=1)
+        hit[at : at + len(block)] = returned
+        parts.append(block[returned])
+        at += len(block)
+    data = np.concatenate(parts)
+    index = np.where(hit, np.cumsum(hit) - 1, -1)
+    rgb = data[:, 4:7].astype(np.uint8) if data.shape[1] == 7 else None
+    return _Raw(pose, data[:, :3].copy(), data[:, 3], rgb, index.reshape(columns, rows).T)
+
+
+def _next_line(f: TextIO) -> str | None:
+    """The next line that is not blank, or None at the end."""
+    return next((line for line in iter(f.readline, "") if line.strip()), None)
+
+
+def _count(line: str | None) -> int:
+    if line is None:
+        raise ValueError("its header ends early")
+    return int(line)
+
+
+def _numbers(f: TextIO, n: int) -> list[float]:
+    values = [float(v) for v in (_next_line(f) or "").split()]
+    if len(values) != n:
+        raise ValueError(f"a header line of {len(values)} values instead of {n}")
+    return values

@@ -1,0 +1,49 @@
+"""Fast binary intermediates of a run: a scan as uncompressed arrays, nothing pickled."""
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from frontage.errors import FileError
+from frontage.geometry.rigid import Rigid3
+from frontage.io.files import reading, require_file, whole_file
+from frontage.model import Estimate, Grid, Provenance, Scan, WorldRef
+
+_ARRAYS = ("xyz", "origins", "origin_index", "intensity", "rgb", "time", "return_number", "return_count")
+
+
+def save_scan(path: str | Path, scan: Scan) -> Path:
+    """Write every field of a scan to `path` (.npz), bit for bit. Raises FileError when it cannot be written."""
+    arrays = {n: getattr(scan, n) for n in _ARRAYS if getattr(scan, n) is not None}
+    if scan.grid is not None:
+        arrays["grid"] = scan.grid.index
+    meta: dict[str, Any] = {"name": scan.name, "crs": scan.world.crs, "sigma_range": scan.sigma_range,
+                            "notes": scan.notes}
+    if scan.local_from_scanner is not None:
+        e = scan.local_from_scanner
+        arrays["pose"], arrays["pose_covariance"] = e.value.matrix, e.covariance
+        meta["pose"] = {"frm": e.value.frm, "dof": e.dof, "provenance": e.provenance.value}
+    arrays["origin"] = scan.world.origin
+    arrays["meta"] = np.frombuffer(json.dumps(meta).encode("utf-8"), np.uint8)
+    with whole_file(path) as temporary, open(temporary, "wb") as f:
+        np.savez(f, allow_pickle=False, **arrays)
+    return Path(path)
+
+
+def load_scan(path: str | Path) -> Scan:
+    """Read what `save_scan` wrote. Raises FileError (missing, truncated, corrupt)."""
+    p = require_file(path)
+    with reading(p, "Frontage scan", "run the stage again"), np.load(p, allow_pickle=False) as f:
+        a = {name: f[name] for name in f.files}
+        if not {"meta", "xyz", "origin"} <= a.keys():
+            raise FileError(p, "not a Frontage scan", "run the stage again", code="I103")
+        meta = json.loads(a["meta"].tobytes())
+        pose = None
+        if "pose" in a:
+            rigid = Rigid3("local", meta["pose"]["frm"], a["pose"][:3, :3], a["pose"][:3, 3])
+            pose = Estimate(rigid, a["pose_covariance"], meta["pose"]["dof"], Provenance(meta["pose"]["provenance"]))
+        return Scan(meta["name"], world=WorldRef(a["origin"], meta["crs"]), sigma_range=meta["sigma_range"],
+                    grid=Grid(a["grid"]) if "grid" in a else None, local_from_scanner=pose,
+                    notes=tuple(meta["notes"]), **{n: a[n] for n in _ARRAYS if n in a})
