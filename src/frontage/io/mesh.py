@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 
 from frontage.geometry.arrays import Array, Float
+from frontage.io.files import whole_file
 from frontage.model import WorldRef
 
 # glTF (x, y, z) = local (x, z, -y): a quarter turn about x, as a quaternion (x, y, z, w).
@@ -57,7 +58,12 @@ def glb_bytes(meshes: Sequence[TexturedMesh], world: WorldRef, generator: str = 
     blob = _Blob()
     place = {"crs": world.crs, "origin": [int(v) for v in world.origin], "world": "local + origin", "up": "z"}
     n = len(meshes)
-    root = {"name": "local", "rotation": list(Y_UP_FROM_Z_UP), "children": list(range(1, n + 1)), "extras": place}
+    root = {
+        "name": "local",
+        "rotation": list(Y_UP_FROM_Z_UP),
+        "children": list(range(1, n + 1)),
+        "extras": place,
+    }
     gltf: dict[str, Any] = {
         "asset": {"version": "2.0", "generator": generator, "extras": place},
         "extensionsUsed": ["KHR_materials_unlit"],
@@ -83,29 +89,31 @@ def glb_bytes(meshes: Sequence[TexturedMesh], world: WorldRef, generator: str = 
 
 def write_glb(path: Path, meshes: Sequence[TexturedMesh], world: WorldRef) -> None:
     """Write `glb_bytes` to `path`, whole or not at all."""
-    write_whole(path, glb_bytes(meshes, world))
+    _write(path, glb_bytes(meshes, world))
 
 
 def write_obj(path: Path, meshes: Sequence[TexturedMesh], world: WorldRef) -> None:
-    """Write `path` (.obj), its .mtl, `textures/*.jpg` and `<stem>.offset.json` (add the offset to get the world).
+    """Write `path` (.obj), its .mtl, `textures/*.jpg` and `<stem>.offset.json`.
 
-    Vertices are local, z up, in metres with 0.1 mm digits; texture coordinates have v upwards, as OBJ wants.
+    World = vertex + offset. Vertices are local, z up, in metres with 0.1 mm digits; texture coordinates have v upwards, as OBJ wants.
     """
-    (path.parent / "textures").mkdir(parents=True, exist_ok=True)
     for mesh in meshes:
-        write_whole(path.parent / "textures" / f"{mesh.file_stem}.jpg", mesh.texture)
+        _write(path.parent / "textures" / f"{mesh.file_stem}.jpg", mesh.texture)
     mtl = "".join(f"newmtl {m.file_stem}\nKd 1 1 1\nmap_Kd textures/{m.file_stem}.jpg\n" for m in meshes)
-    write_whole(path.with_suffix(".mtl"), mtl.encode())
-    offset = {"crs": world.crs, "offset": [int(v) for v in world.origin], "world": "vertex + offset", "up": "z"}
-    write_whole(path.with_suffix(".offset.json"), (json.dumps(offset, indent=2) + "\n").encode())
-    write_whole(path, _obj_text(meshes, path.with_suffix(".mtl").name).encode())
+    _write(path.with_suffix(".mtl"), mtl.encode())
+    offset = {
+        "crs": world.crs,
+        "offset": [int(v) for v in world.origin],
+        "world": "vertex + offset",
+        "up": "z",
+    }
+    _write(path.with_suffix(".offset.json"), (json.dumps(offset, indent=2) + "\n").encode())
+    _write(path, _obj_text(meshes, path.with_suffix(".mtl").name).encode())
 
 
-def write_whole(path: Path, data: bytes) -> None:
-    """Write under a temporary name, then rename: a reader never sees half a file."""
-    temporary = path.with_name(f".{path.name}.part")
-    temporary.write_bytes(data)
-    temporary.replace(path)
+def _write(path: Path, data: bytes) -> None:
+    with whole_file(path) as temporary:
+        temporary.write_bytes(data)
 
 
 class _Blob:

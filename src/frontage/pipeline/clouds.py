@@ -52,7 +52,10 @@ class Neighbourhoods:
         near[tuple((own - low).T)] = False
         cells = np.argwhere(distance_transform_edt(near) * _CELL <= reach) + low
         flat = cells[:, 0] * self._rows + cells[:, 1]
-        start, stop = np.searchsorted(self._sorted, flat, "left"), np.searchsorted(self._sorted, flat, "right")
+        start, stop = (
+            np.searchsorted(self._sorted, flat, "left"),
+            np.searchsorted(self._sorted, flat, "right"),
+        )
         count = stop - start
         within = np.arange(count.sum()) - np.repeat(np.cumsum(count) - count, count)
         return np.sort(self._order[np.repeat(start, count) + within])

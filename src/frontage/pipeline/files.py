@@ -2,12 +2,15 @@
 
 import hashlib
 import json
-import os
 from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 import frontage
+from frontage.geometry.arrays import Array
+from frontage.io.files import whole_file
 
 
 def write_bytes(path: Path, data: bytes) -> None:
@@ -16,11 +19,19 @@ def write_bytes(path: Path, data: bytes) -> None:
 
 
 def write_with(path: Path, write: Callable[[Path], object]) -> None:
-    """Let `write` make the file under a temporary name with the same ending, then rename it to `path`."""
-    path.parent.mkdir(parents=True, exist_ok=True)
-    temporary = path.with_name(f".part.{path.name}")
-    write(temporary)
-    os.replace(temporary, path)
+    """Let `write` make the file under a temporary name, then rename it to `path`; its folder is made too."""
+    with whole_file(path) as temporary:
+        write(temporary)
+
+
+def write_array(path: Path, array: Array) -> None:
+    """Write one array as .npy (no pickle)."""
+
+    def write(temporary: Path) -> None:
+        with temporary.open("wb") as file:
+            np.save(file, array, allow_pickle=False)
+
+    write_with(path, write)
 
 
 def write_json(path: Path, value: Any) -> None:

@@ -62,4 +62,6 @@ def _entry(path: Path) -> dict[str, Any]:
     except FileNotFoundError:
         raise FileError(path, "no such file", "check the path") from None
     except OSError as error:
-        raise FileError(path, f"cannot be read ({error.strerror})", "check the path and its permissions") from None
+        raise FileError(
+            path, f"cannot be read ({error.strerror})", "check the path and its permissions"
+        ) from None

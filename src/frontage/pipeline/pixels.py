@@ -50,7 +50,9 @@ class FacadePixels:
         except FileNotFoundError:
             raise WorkspaceError(f"{folder} holds no ortho-image; make it with `frontage ortho`") from None
         except (ValueError, KeyError, OSError) as error:
-            raise WorkspaceError(f"{folder / 'ortho.json'} cannot be read ({error}); run `frontage ortho`") from None
+            raise WorkspaceError(
+                f"{folder / 'ortho.json'} cannot be read ({error}); run `frontage ortho`"
+            ) from None
         self._depth: Array | None = None
 
     @property
@@ -107,6 +109,8 @@ class FacadePixels:
         w, h = self.size
         c, r = np.floor(cr).astype(np.int64).T
         inside = (c >= 0) & (c < w) & (r >= 0) & (r < h)
-        y = np.where(inside, self.depth[np.clip(r, 0, h - 1), np.clip(c, 0, w - 1)], np.nan).astype(np.float64)
+        y = np.where(inside, self.depth[np.clip(r, 0, h - 1), np.clip(c, 0, w - 1)], np.nan).astype(
+            np.float64
+        )
         used = np.isfinite(y)
         return np.where(used, y, 0.0), used

@@ -59,8 +59,8 @@ class Project(BaseModel):
         return self
 
 
-def load_project(path: Path) -> Project:
-    """Read a project file (TOML).
+def load_project(path: Path, changes: Mapping[str, Mapping[str, Any]] | None = None) -> Project:
+    """Read a project file (TOML), with the values in `changes` (table -> key -> value) in place of its own.
 
     Raises FileError when it is missing or not TOML, OptionError for an unknown key or a value out of range.
     """
@@ -72,6 +72,9 @@ def load_project(path: Path) -> Project:
         raise FileError(path, f"cannot be read as text ({error})", "give a PROJECT.toml") from None
     except tomllib.TOMLDecodeError as error:
         raise FileError(path, f"is not valid TOML: {error}", "correct that line") from None
+    for name, values in (changes or {}).items():
+        if values and isinstance(table.setdefault(name, {}), dict):
+            table[name] |= values
     return make_project(table, path.resolve().parent, str(path))
 
 
@@ -93,7 +96,7 @@ def make_project(table: Mapping[str, Any], base: Path, name: str = "the project"
             table["model"] = _absolute(table["model"], base, ("path",))
         project = Project.model_validate(table)
     except ValidationError as error:
-        raise OptionError(f"{name}: {_sentence(error)}") from None
+        raise OptionError(f"{name}: {sentence(error)}") from None
     _refuse_unregistered(project, name)
     return project
 
@@ -157,7 +160,7 @@ def _points_of_cameras(photos: Any) -> list[dict[str, Any]]:
     """The COLMAP points as the cloud, when no scan is given."""
     cameras = Path(photos["cameras"]) if isinstance(photos, dict) and photos.get("cameras") else None
     if cameras and any((cameras / f"points3D.{end}").is_file() for end in ("txt", "bin")):
-        return [{"path": str(cameras)}]
+        return [{"path": str(cameras), **({"offset": photos["offset"]} if "offset" in photos else {})}]
     return []
 
 
@@ -166,17 +169,17 @@ def _refuse_unregistered(project: Project, name: str) -> None:
     for scan in project.scans:
         if scan.pose != "trusted":
             raise OptionError(
-                f"{name}: {scan.path} has pose = \"{scan.pose}\", but registering scans is not part of this "
-                f"version; give a registered scan and pose = \"trusted\""
+                f'{name}: {scan.path} has pose = "{scan.pose}", but registering scans is not part of this '
+                f'version; give a registered scan and pose = "trusted"'
             )
     if project.photos is not None and project.photos.pose != "trusted":
         raise OptionError(
-            f"{name}: the photos have pose = \"{project.photos.pose}\", but orienting photos is not part of "
-            f"this version; give true poses with cameras = ... and pose = \"trusted\", or leave [photos] out"
+            f'{name}: the photos have pose = "{project.photos.pose}", but orienting photos is not part of '
+            f'this version; give true poses with cameras = ... and pose = "trusted", or leave [photos] out'
         )
 
 
-def _sentence(error: ValidationError) -> str:
+def sentence(error: ValidationError) -> str:
     """The first thing that is wrong, in one sentence, with what would be right."""
     first = error.errors()[0]
     where = ".".join(str(part) for part in first["loc"])

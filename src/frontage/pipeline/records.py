@@ -26,9 +26,13 @@ def load_facade(folder: Path) -> Facade:
         with np.load(folder / "points.npz", allow_pickle=False) as indices:
             return facade_from_record(record, indices["support"], indices["inliers"])
     except FileNotFoundError:
-        raise WorkspaceError(f"{folder}: no such facade in this run folder; `frontage facades` makes it") from None
+        raise WorkspaceError(
+            f"{folder}: no such facade in this run folder; `frontage facades` makes it"
+        ) from None
     except (OSError, ValueError, KeyError) as error:
-        raise WorkspaceError(f"{folder}: the facade cannot be read ({error}); run `frontage facades` again") from None
+        raise WorkspaceError(
+            f"{folder}: the facade cannot be read ({error}); run `frontage facades` again"
+        ) from None
 
 
 def facade_record(facade: Facade) -> dict[str, Any]:

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from frontage.errors import FrontageError, InputError
+from frontage.errors import FileError, FrontageError
 from frontage.facades import FacadeOptions, find_facades
 from frontage.io.ortho import write_ortho
 from frontage.io.photos import PhotoSet
@@ -67,6 +67,7 @@ def facades_task(task: FacadesTask) -> dict[str, Any]:
     warnings = [failed_record(task.id, f) for f in found if isinstance(f, Failed)]
     result = {"facades": [f.id for f in facades], "warnings": warnings}
     workspace.begin("facades", task.id)
+    workspace.begin("ortho", task.id)  # its pictures are of other planes now
     for facade in facades:
         save_facade(workspace.facade_folder(facade.id), facade)
     for stale in set(before["result"]["facades"] if before else ()) - set(result["facades"]):
@@ -126,8 +127,8 @@ def _load(task: Task, workspace: Workspace) -> tuple[Scan, Building]:
 
 
 def _failure(error: Exception, item: str) -> Failed:
-    """An error as a warning of its item; bad input is raised again, because every item would meet it."""
-    if isinstance(error, InputError):
+    """An error as a warning of its item; a file that cannot be read is raised again: every item would meet it."""
+    if isinstance(error, FileError):
         raise error
     logger.debug("%s failed", item, exc_info=error)
     if isinstance(error, FrontageError):

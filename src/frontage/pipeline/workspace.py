@@ -15,6 +15,7 @@ A marker's key is a fingerprint of inputs, options and code. It is removed befor
 written after the last of them, so a run that was killed at any point goes on where it was.
 """
 
+import shutil
 from pathlib import Path
 from typing import Any
 
@@ -34,7 +35,9 @@ class Workspace:
         if self.out.exists() and not self.out.is_dir():
             raise WorkspaceError(f"{self.out} is a file, not a run folder; give another name")
         if not self.manifest_path.is_file():
-            raise WorkspaceError(f"{self.out} is not a run folder (it has no manifest.json); `frontage run` makes one")
+            raise WorkspaceError(
+                f"{self.out} is not a run folder (it has no manifest.json); `frontage run` makes one"
+            )
 
     @classmethod
     def create(cls, out: Path | str) -> "Workspace":
@@ -47,7 +50,9 @@ class Workspace:
             if not (path / "manifest.json").is_file():
                 write_json(path / "manifest.json", {})
         except OSError as error:
-            raise WorkspaceError(f"{path} cannot be written ({error.strerror}); give another run folder") from None
+            raise WorkspaceError(
+                f"{path} cannot be written ({error.strerror}); give another run folder"
+            ) from None
         return cls(path)
 
     # -- where things lie ------------------------------------------------------------------------------
@@ -83,7 +88,9 @@ class Workspace:
         try:
             manifest = read_json(self.manifest_path)
         except (OSError, ValueError) as error:
-            raise WorkspaceError(f"{self.manifest_path} cannot be read ({error}); run `frontage run` again") from None
+            raise WorkspaceError(
+                f"{self.manifest_path} cannot be read ({error}); run `frontage run` again"
+            ) from None
         return dict(manifest)
 
     def building_records(self) -> list[dict[str, Any]]:
@@ -96,6 +103,11 @@ class Workspace:
         done = [self.done("facades", record["id"]) for record in self.building_records()]
         return [facade for marker in done if marker for facade in marker["result"]["facades"]]
 
+    def ortho_ids(self) -> list[str]:
+        """The facades that have an ortho-image, in the order of the buildings."""
+        done = [self.done("ortho", record["id"]) for record in self.building_records()]
+        return [facade for marker in done if marker for facade in marker["result"]["orthos"]]
+
     def load_facade(self, facade: str) -> Facade:
         """The facade noun. Raises WorkspaceError when there is none of that name."""
         return load_facade(self._known_facade(facade))
@@ -103,6 +115,16 @@ class Workspace:
     def facade(self, facade: str) -> FacadePixels:
         """Pixel <-> world of a facade ("B07/F1" or "B07_F1"). Raises InputError for an unknown name."""
         return FacadePixels(self._known_facade(facade))
+
+    def remove_building(self, building: str) -> None:
+        """Remove the files of a building that the latest split does not know any more."""
+        facades = self.done("facades", building)
+        self.begin("facades", building)
+        self.begin("ortho", building)
+        for facade in facades["result"]["facades"] if facades else ():
+            shutil.rmtree(self.facade_folder(facade), ignore_errors=True)
+        for ending in (".npz", ".index.npy", ".laz", ".laz.stations.json"):
+            (self.buildings_folder / f"{building}{ending}").unlink(missing_ok=True)
 
     def _known_facade(self, facade: str) -> Path:
         ids = self.facade_ids()

@@ -1,0 +1,124 @@
+"""What commands share: common options, progress bars, results for people and for machines."""
+
+import json
+import logging
+import sys
+import time
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any, TypeVar
+
+import click
+
+if TYPE_CHECKING:
+    from frontage.pipeline.context import Progress
+    from frontage.pipeline.run import Summary
+
+Command = TypeVar("Command", bound=Callable[..., Any])
+
+
+def common(command: Command) -> Command:
+    """Add --json, --quiet and -v to a command; -v needs no parameter, the others do."""
+    command = click.option("--json", "as_json", is_flag=True, help="Print the result as JSON on stdout.")(
+        command
+    )
+    command = click.option("--quiet", "-q", is_flag=True, help="Print nothing but errors.")(command)
+    return click.option(
+        "-v",
+        "--verbose",
+        count=True,
+        expose_value=False,
+        is_eager=True,
+        callback=_log,
+        help="Logs; -vv for more.",
+    )(command)
+
+
+def workers_option(command: Command) -> Command:
+    """Add --workers."""
+    kind = click.IntRange(min=1)
+    text = "Processes; the result does not depend on it."
+    return click.option("--workers", "-w", type=kind, default=1, show_default=True, help=text)(command)
+
+
+def _log(ctx: click.Context, param: click.Parameter, value: int) -> None:
+    """Logging to stderr: nothing, information, everything."""
+    level = (logging.WARNING, logging.INFO, logging.DEBUG)[min(value, 2)]
+    logging.basicConfig(stream=sys.stderr, format="%(levelname)s %(name)s: %(message)s")
+    logging.getLogger("frontage").setLevel(level)
+
+
+def progress(quiet: bool, as_json: bool) -> "Progress":
+    """Progress bars on stderr, or nobody told with --quiet and --json."""
+    from frontage.pipeline.context import Silent
+
+    return Silent() if quiet or as_json else Bars()
+
+
+class Bars:
+    """One line per stage on stderr: a bar while it works, then what it made and how long it took."""
+
+    def __init__(self) -> None:
+        from rich.console import Console
+        from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
+
+        self._console = Console(stderr=True, highlight=False)
+        columns = (
+            TextColumn("{task.description:<10}"),
+            BarColumn(),
+            MofNCompleteColumn(),
+            TimeElapsedColumn(),
+        )
+        self._bars = Progress(*columns, console=self._console, transient=True)
+        self._task: Any = None
+        self._start = time.perf_counter()
+
+    def begin(self, stage: str, total: int) -> None:
+        """Start a bar."""
+        self._drop()
+        self._bars.start()
+        self._task = self._bars.add_task(stage, total=total or None)
+
+    def advance(self, stage: str) -> None:
+        """One item further."""
+        self._bars.advance(self._task)
+
+    def end(self, stage: str, seconds: float, kept: bool, result: dict[str, Any]) -> None:
+        """Replace the bar by a line."""
+        self._drop()
+        self._bars.stop()
+        state = "kept" if kept else f"{seconds:.1f} s"
+        self._console.print(f"{stage:<10} {result['items']:>10,}  {state}", markup=False)
+
+    def _drop(self) -> None:
+        if self._task is not None:
+            self._bars.remove_task(self._task)
+            self._task = None
+
+
+def tell(summary: "Summary", quiet: bool, as_json: bool) -> None:
+    """The outcome of a run or a stage."""
+    if as_json:
+        click.echo(json.dumps(as_table(summary), indent=1, ensure_ascii=False))
+        return
+    if quiet:
+        return
+    for warning in summary.warnings:
+        hint = f"; {warning['hint']}" if warning["hint"] else ""
+        click.echo(f"warning {warning['code']} {warning['item']}: {warning['message']}{hint}", err=True)
+    for note in summary.notes:
+        click.echo(f"note: {note}", err=True)
+    click.echo(
+        f"{len(summary.facades)} ortho-images in {summary.out / 'facades'}; see {summary.out / 'report.html'}"
+    )
+
+
+def as_table(summary: "Summary") -> dict[str, Any]:
+    """The summary, JSON-able."""
+    return {
+        "out": str(summary.out),
+        "items": summary.items,
+        "facades": list(summary.facades),
+        "warnings": list(summary.warnings),
+        "notes": list(summary.notes),
+        "seconds": round(summary.seconds, 3),
+    }

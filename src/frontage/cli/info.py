@@ -1,0 +1,80 @@
+"""`frontage info`."""
+
+import json
+from pathlib import Path
+from typing import Any
+
+import click
+
+
+@click.command("info")
+@click.argument("files", nargs=-1, required=True, type=click.Path(path_type=Path), metavar="FILE...")
+@click.option("--json", "as_json", is_flag=True, help="Print the result as JSON.")
+def command(files: tuple[Path, ...], as_json: bool) -> None:
+    """Points, extent, CRS, spacing, sensors of scans; cameras of COLMAP folders; contents of run folders."""
+    facts = [_facts(path) for path in files]
+    if as_json:
+        click.echo(json.dumps(facts if len(facts) > 1 else facts[0], indent=1, ensure_ascii=False))
+        return
+    for fact in facts:
+        click.echo("\n".join(_lines(fact)))
+
+
+def _facts(path: Path) -> dict[str, Any]:
+    if (path / "manifest.json").is_file():
+        return _run_folder(path)
+    if path.is_dir():
+        return _cameras(path)
+    from frontage.io.scans import scan_info
+
+    return scan_info(path)
+
+
+def _run_folder(path: Path) -> dict[str, Any]:
+    from frontage.pipeline.workspace import Workspace
+
+    workspace = Workspace(path)
+    manifest = workspace.manifest()
+    stages = manifest.get("stages", {})
+    return {
+        "path": str(path),
+        "format": "run folder",
+        "crs": (manifest.get("world") or {}).get("crs"),
+        "stages": {name: stage["items"] for name, stage in stages.items()},
+        "buildings": [record["id"] for record in workspace.building_records()],
+        "facades": workspace.facade_ids(),
+        "warnings": len(manifest.get("warnings", [])),
+    }
+
+
+def _cameras(path: Path) -> dict[str, Any]:
+    from frontage.io.colmap import read_colmap
+
+    model = read_colmap(path)
+    cameras = {
+        str(number): f"{camera.model} {camera.width} x {camera.height}"
+        for number, camera in model.cameras.items()
+    }
+    return {
+        "path": str(path),
+        "format": "COLMAP model",
+        "cameras": cameras,
+        "photos": [image.name for image in model.images],
+    }
+
+
+def _lines(fact: Any, indent: str = "") -> list[str]:
+    """Nested facts as indented `name: value` lines."""
+    lines = []
+    for name, value in fact.items():
+        if isinstance(value, dict):
+            lines += [f"{indent}{name}:", *_lines(value, indent + "  ")]
+        elif isinstance(value, list) and value and isinstance(value[0], dict):
+            lines.append(f"{indent}{name}:")
+            for entry in value:
+                first, *more = _lines(entry, indent + "    ")
+                lines += [f"{indent}  - {first.strip()}", *more]
+        else:
+            text = ", ".join(str(v) for v in value) if isinstance(value, list) else value
+            lines.append(f"{indent}{name}: {'-' if text in (None, '') else text}")
+    return lines

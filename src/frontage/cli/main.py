@@ -1,0 +1,96 @@
+"""The command `frontage`: a group that imports a command's file only when that command is called.
+
+Exit codes: 0 done, 1 failed (one sentence on stderr), 2 wrong usage, 130 interrupted.
+"""
+
+import importlib
+import logging
+import os
+import sys
+from typing import Any
+
+import click
+
+from frontage import __version__
+from frontage.errors import FrontageError
+
+# Each command with its line in --help, so that help imports nothing. A command lives in the module of its name.
+COMMANDS = {
+    "run": "The whole chain: scans and photos to ortho-images, model and report.",
+    "info": "What is in a scan, a photo folder's cameras, or a run folder.",
+    "buildings": "Split the street of a run folder into buildings again.",
+    "facades": "Find the facades of a run folder's buildings again.",
+    "ortho": "Make the ortho-images of a run folder again.",
+    "export": "Write the textured model (GLB, OBJ) of a run folder again.",
+    "report": "Write report.html of a run folder again.",
+    "pixel-to-world": "World position of an ortho-image pixel.",
+    "world-to-pixel": "Ortho-image pixel of a world position.",
+}
+
+
+class LazyGroup(click.Group):
+    """Lists its commands from `COMMANDS`, imports one when it is called, and turns errors into sentences."""
+
+    def list_commands(self, ctx: click.Context) -> list[str]:
+        """Names in the order of work."""
+        return list(COMMANDS)
+
+    def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
+        """Import the module of the command and return its `command`."""
+        if cmd_name not in COMMANDS:
+            return None
+        module = importlib.import_module(f"frontage.cli.{cmd_name.replace('-', '_')}")
+        command: click.Command = module.command
+        return command
+
+    def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        """The list of commands, without importing one."""
+        with formatter.section("Commands"):
+            formatter.write_dl(list(COMMANDS.items()))
+
+    def main(self, *args: Any, **kwargs: Any) -> Any:
+        """Run the command line and exit; no traceback reaches the user unless -v asks for it."""
+        kwargs["standalone_mode"] = False
+        try:
+            code = super().main(*args, **kwargs)
+        except click.ClickException as error:
+            error.show()
+            code = error.exit_code
+        except (KeyboardInterrupt, click.Abort):
+            click.echo("interrupted; the same command goes on where it was", err=True)
+            code = 130
+        except FrontageError as error:
+            click.echo(f"frontage: {error} [{error.code}]", err=True)
+            code = 1
+        except BrokenPipeError:
+            os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+            code = 1
+        except Exception as error:
+            code = _bug(error)
+        sys.exit(code if isinstance(code, int) else 0)
+
+
+def _bug(error: Exception) -> int:
+    """An error that nobody foresaw: one sentence, or the traceback with -v."""
+    if logging.getLogger("frontage").isEnabledFor(logging.INFO):
+        import traceback
+
+        traceback.print_exception(error)
+    text = " ".join(str(error).split())[:200]
+    click.echo(
+        f"frontage: unexpected {type(error).__name__}: {text}; a bug: run with -v and report it", err=True
+    )
+    return 1
+
+
+@click.group(cls=LazyGroup, context_settings={"help_option_names": ["-h", "--help"]})
+@click.version_option(__version__, prog_name="frontage")
+def main() -> None:
+    """Measured facades from laser scans and photographs of a street."""
+    # BLAS sums in another order with other thread counts; one thread = the same bytes at any --workers.
+    for name in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"):
+        os.environ.setdefault(name, "1")
+
+
+if __name__ == "__main__":
+    main()

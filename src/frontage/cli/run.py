@@ -1,0 +1,83 @@
+"""`frontage run`: the whole chain."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from frontage.cli.console import common, progress, tell, workers_option
+
+if TYPE_CHECKING:
+    from frontage.pipeline.project import Project
+
+
+@click.command("run")
+@click.argument("project", required=False, type=click.Path(path_type=Path), metavar="[PROJECT.toml]")
+@click.option("--scan", "scans", multiple=True, help="Scan file or glob; may be given again.")
+@click.option("--scan-crs", help="CRS of the scans, where the files do not say it.")
+@click.option("--units", type=click.Choice(["m", "ft", "us-ft"]), help="Unit of the scans' coordinates.")
+@click.option("--trajectory", help="Trajectory of a mobile scan (CSV or SBET).")
+@click.option("--stations", help="JSON of station positions of a LAS scan.")
+@click.option("--photos", help="Folder or glob of photos.")
+@click.option(
+    "--cameras", help="COLMAP folder with the photos' poses; without --scan its points are the cloud."
+)
+@click.option("--photo-offset", nargs=3, type=float, metavar="X Y Z", help="Added to camera positions, m.")
+@click.option("--model", "city_model", help="City model or footprints (CityJSON, CityGML, GeoJSON).")
+@click.option("--crs", help="CRS of the result; default: the scans' own.")
+@click.option("--gsd", type=float, help="Metres per pixel of the ortho-images.")
+@click.option("--seed", type=int, help="Seed of every random choice.")
+@click.option("-o", "--out", type=click.Path(path_type=Path), help="Run folder; default: the project's name.")
+@workers_option
+@common
+def command(
+    project: Path | None, out: Path | None, workers: int, quiet: bool, as_json: bool, **flags: Any
+) -> None:
+    """The whole chain: scans and photos to ortho-images, model and report.
+
+    Give a PROJECT.toml, or flags instead of a file. A run that was stopped goes on where it was.
+    """
+    from frontage.pipeline.run import run
+
+    if (project is None) == (not any(flags[name] for name in ("scans", "cameras"))):
+        raise click.UsageError("give either a PROJECT.toml or --scan (or --photos with --cameras)")
+    if project is None and out is None:
+        raise click.UsageError("name the run folder with -o OUT")
+    made = _from_flags(flags) if project is None else _from_file(project, flags)
+    folder = out or Path(project.stem + "_out" if project else "out")
+    tell(run(made, folder, workers=workers, progress=progress(quiet, as_json)), quiet, as_json)
+
+
+def _from_flags(flags: dict[str, Any]) -> "Project":
+    """A project from the flags, with paths relative to the current folder."""
+    from frontage.pipeline.project import make_project
+
+    scan = _given(flags, crs="scan_crs", units="units", trajectory="trajectory", stations="stations")
+    table: dict[str, Any] = {
+        "project": _given(flags, crs="crs", seed="seed"),
+        "scans": [{"path": path, **scan} for path in flags["scans"]],
+        "ortho": _given(flags, gsd="gsd"),
+    }
+    photos = _given(flags, path="photos", cameras="cameras", offset="photo_offset")
+    if photos:
+        table["photos"] = photos
+    if flags["city_model"]:
+        table["model"] = {"path": flags["city_model"]}
+    return make_project(table, Path.cwd(), "the command line")
+
+
+def _from_file(path: Path, flags: dict[str, Any]) -> "Project":
+    """A project file; --gsd, --seed and --crs replace what it says, other flags belong into the file."""
+    from frontage.pipeline.project import load_project
+
+    changes = {"project": _given(flags, crs="crs", seed="seed"), "ortho": _given(flags, gsd="gsd")}
+    used = {"crs", "seed", "gsd"}
+    extra = [name for name, value in flags.items() if value and name not in used]
+    if extra:
+        raise click.UsageError(f"with a project file, --{extra[0].replace('_', '-')} belongs into the file")
+    return load_project(path, changes)
+
+
+def _given(flags: dict[str, Any], **names: str) -> dict[str, Any]:
+    """The flags that were given, under the names of the project file."""
+    return {key: flags[name] for key, name in names.items() if flags[name] not in (None, (), "")}

@@ -1,0 +1,202 @@
+"""The order of work, in one place: scans -> buildings -> facades -> ortho -> export -> report.
+
+Every stage is a function of the run folder: load, call one room, save, say what it made. What it returns is
+kept in its marker and in the manifest: `items` (how many), `warnings` (what failed, with codes), `notes`.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from frontage.buildings import BuildingSplit, find_buildings
+from frontage.errors import InputError
+from frontage.exports import FacadePicture, facade_mesh
+from frontage.io.footprints import read_footprints
+from frontage.io.las import write_las
+from frontage.io.mesh import write_glb, write_obj
+from frontage.io.photos import PhotoSet, read_photos
+from frontage.io.scans import read_scans
+from frontage.io.store import load_scan, save_scan
+from frontage.model import Scan, WorldRef, merge_scans
+from frontage.pipeline.clouds import Neighbourhoods, thin_to, working_cloud
+from frontage.pipeline.context import Run
+from frontage.pipeline.files import read_json, write_array, write_bytes, write_json
+from frontage.pipeline.project import Project
+from frontage.pipeline.records import building_record, world_from_record, world_record
+from frontage.pipeline.summary import report_data
+from frontage.pipeline.tasks import FacadesTask, OrthoTask, facades_task, ortho_task
+from frontage.report import render_report
+
+Result = dict[str, Any]
+
+
+@dataclass(frozen=True)
+class Stage:
+    """A stage: its work, the code it depends on, the inputs and options that its result follows from."""
+
+    name: str
+    work: Callable[[Run], Result]
+    packages: tuple[str, ...]
+    inputs: tuple[str, ...]
+    options: Callable[[Project], Any]
+
+
+def scans(run: Run) -> Result:
+    """Read every scan into one local frame, merge them, and keep the cloud in a form that loads fast."""
+    merged = _read(run)
+    world = merged.world
+    if run.project.photos is not None:
+        _photos(run, world)  # unusable photos are told now, not after the long work
+    run.workspace.begin("scans")
+    run.workspace.cloud_path.parent.mkdir(exist_ok=True)
+    save_scan(run.workspace.cloud_path, merged)
+    low, high = world.to_world(merged.xyz.min(0)), world.to_world(merged.xyz.max(0))
+    return {
+        "items": len(merged),
+        "world": world_record(world),
+        "extent": [low.tolist(), high.tolist()],
+        "rays": merged.has_origins,
+        "notes": list(merged.notes),
+        "warnings": [],
+    }
+
+
+def buildings(run: Run) -> Result:
+    """Split the street into buildings (paper A, section 2.1) and cut out a working cloud for each."""
+    workspace = run.workspace
+    scan = load_scan(workspace.cloud_path)
+    model = run.project.model
+    footprints = read_footprints(model.path, scan.world) if model else ()
+    split = find_buildings(scan, run.project.buildings, footprints)
+    before = workspace.building_records()
+    workspace.begin("buildings")
+    _save_split(run, scan, split)
+    for stale in {b["id"] for b in before} - {b.id for b in split.buildings}:
+        workspace.remove_building(stale)
+    return {
+        "items": len(split.buildings),
+        "spacing": split.spacing,
+        "points": {"ground": len(split.ground), "occluders": len(split.occluders), "rest": len(split.rest)},
+        "notes": list(split.notes),
+        "warnings": [],
+    }
+
+
+def facades(run: Run) -> Result:
+    """Every building's main facades: plane, frame, outline, layers (paper A, section 2.2)."""
+    options, seed = run.project.facades, run.project.project.seed
+    tasks = [
+        FacadesTask(run.workspace.out, record, run.item_key(record["id"]), run.redo, options, seed)
+        for record in run.workspace.building_records()
+    ]
+    return _gathered(run.map("facades", facades_task, tasks), "facades")
+
+
+def ortho(run: Run) -> Result:
+    """Every facade's ortho-image, from the photos or from the scan (paper A, section 2.3)."""
+    photos = _photos(run, _world(run)) if run.project.photos is not None else None
+    tasks = [
+        OrthoTask(run.workspace.out, record, run.item_key(record["id"]), run.redo, run.project.ortho, photos)
+        for record in run.workspace.building_records()
+    ]
+    return _gathered(run.map("ortho", ortho_task, tasks), "orthos")
+
+
+def export(run: Run) -> Result:
+    """The textured model of paper A: OUT/model/facades.glb and facades.obj."""
+    workspace = run.workspace
+    meshes = [facade_mesh(picture) for name in workspace.ortho_ids() if (picture := _picture(run, name))]
+    folder = workspace.out / "model"
+    workspace.begin("export")
+    folder.mkdir(exist_ok=True)
+    world = _world(run)
+    write_glb(folder / "facades.glb", meshes, world)
+    write_obj(folder / "facades.obj", meshes, world)
+    return {"items": len(meshes), "notes": [], "warnings": []}
+
+
+def report(run: Run) -> Result:
+    """OUT/report.html: one file, no network."""
+    page = render_report(report_data(run.workspace, run.manifest()))
+    run.workspace.begin("report")
+    write_bytes(run.workspace.out / "report.html", page.encode())
+    return {"items": 1, "notes": [], "warnings": []}
+
+
+_BASE = ("geometry", "model", "solve", "raster", "io", "pipeline")
+
+STAGES: tuple[Stage, ...] = (
+    Stage("scans", scans, ("geometry", "model", "io"), ("scans",), lambda p: [p.project.crs, _dump(p.scans)]),
+    Stage("buildings", buildings, (*_BASE, "buildings"), ("model",), lambda p: _dump([p.buildings])),
+    Stage("facades", facades, (*_BASE, "facades"), (), lambda p: [p.project.seed, *_dump([p.facades])]),
+    Stage("ortho", ortho, (*_BASE, "ortho"), ("photos",), lambda p: _dump([p.ortho, p.photos])),
+    Stage("export", export, (*_BASE, "exports"), (), lambda p: []),
+    Stage("report", report, (*_BASE, "report"), (), lambda p: []),
+)
+
+
+def _dump(options: Sequence[Any]) -> list[Any]:
+    return [None if option is None else option.model_dump(mode="json") for option in options]
+
+
+def _read(run: Run) -> Scan:
+    found: list[Scan] = []
+    for source in run.each("scans", run.project.scans):
+        world = found[0].world if found else None
+        found += read_scans(source, world, run.project.project.crs)
+    merged = merge_scans(found)
+    if not len(merged):
+        names = ", ".join(str(source.path) for source in run.project.scans)
+        raise InputError(f"{names}: no points; give a scan that has some")
+    return merged
+
+
+def _world(run: Run) -> WorldRef:
+    marker = run.workspace.done("scans")
+    if marker is None:
+        raise InputError(f"{run.workspace.out}: no scan was read yet; run `frontage run` first")
+    return world_from_record(marker["result"]["world"])
+
+
+def _photos(run: Run, world: WorldRef) -> PhotoSet:
+    assert run.project.photos is not None
+    return read_photos(run.project.photos, world)
+
+
+def _save_split(run: Run, scan: Scan, split: BuildingSplit) -> None:
+    """Per building: its LAZ, its working cloud, its own points in it; then the list of them all."""
+    folder = run.workspace.buildings_folder
+    folder.mkdir(exist_ok=True)
+    thinned = scan.take(thin_to(scan.xyz, max(0.05, split.spacing)))
+    save_scan(folder / "surroundings.npz", thinned)
+    neighbourhoods = Neighbourhoods(scan.xyz)
+    records = []
+    for building in run.each("buildings", split.buildings):
+        cloud, own = working_cloud(scan, neighbourhoods, building.index)
+        save_scan(folder / f"{building.id}.npz", cloud)
+        write_array(folder / f"{building.id}.index.npy", own)
+        write_las(folder / f"{building.id}.laz", cloud.take(own))
+        records.append(building_record(building, len(own)))
+    write_json(folder / "index.json", {"world": world_record(scan.world), "buildings": records})
+
+
+def _gathered(results: Sequence[Result], kind: str) -> Result:
+    items = [name for result in results for name in result[kind]]
+    warnings = [warning for result in results for warning in result["warnings"]]
+    return {"items": len(items), "notes": [], "warnings": warnings}
+
+
+def _picture(run: Run, name: str) -> FacadePicture | None:
+    """A facade with its ortho-image, ready for export."""
+    folder = run.workspace.facade_folder(name)
+    sidecar = read_json(folder / "ortho.json")
+    facade = run.workspace.load_facade(name)
+    # The outer upper left corner of pixel (0, 0), from the contract's matrix.
+    corner = facade.frame.inverse.apply(
+        facade.world.to_local(np.array(sidecar["raster_to_world"], np.float64).reshape(4, 4)[None, :3, 3])
+    )[0]
+    size = int(sidecar["width"]), int(sidecar["height"])
+    jpeg = (folder / "ortho.jpg").read_bytes()
+    return FacadePicture(facade, jpeg, float(sidecar["gsd"]), (float(corner[0]), float(corner[2])), size)

@@ -1,0 +1,81 @@
+"""What the report shows, gathered from a run folder."""
+
+from typing import Any
+
+import numpy as np
+
+from frontage.exports import limit_texture
+from frontage.geometry.arrays import Array, Float
+from frontage.io.store import load_scan
+from frontage.pipeline.clouds import thin_to
+from frontage.pipeline.files import read_json
+from frontage.pipeline.workspace import Workspace
+from frontage.report import BuildingView, FacadeView, OrthoView, ReportData
+
+_PICTURE = 1500  # px; sharp on the page, and a street of 50 facades stays below 30 MB
+_PLAN_POINTS = 400_000
+_PLAN_CELL = 0.1  # m
+
+
+def report_data(workspace: Workspace, manifest: dict[str, Any]) -> ReportData:
+    """Everything on the page; pictures are read and shrunk here, because the report opens no file."""
+    views, streets, groups = [], [], []
+    for k, record in enumerate(workspace.building_records()):
+        plan = _plan(workspace, record["id"])
+        views.append(_building(workspace, record, plan, manifest))
+        streets.append(plan)
+        groups.append(np.full(len(plan), k, np.int64))
+    ground = _surroundings(workspace)
+    street = np.vstack([ground, *streets])
+    return ReportData(
+        manifest, tuple(views), street, np.concatenate([np.full(len(ground), -1, np.int64), *groups])
+    )
+
+
+def _building(
+    workspace: Workspace, record: dict[str, Any], plan: Float, manifest: dict[str, Any]
+) -> BuildingView:
+    marker = workspace.done("facades", record["id"])
+    with_ortho = set(workspace.ortho_ids())
+    warnings = manifest.get("warnings", [])
+    facades = tuple(
+        _facade(workspace, name, name in with_ortho, warnings)
+        for name in (marker["result"]["facades"] if marker else ())
+    )
+    return BuildingView(record, plan, facades, tuple(w for w in warnings if w["item"] == record["id"]))
+
+
+def _facade(workspace: Workspace, name: str, has_ortho: bool, warnings: list[dict[str, str]]) -> FacadeView:
+    facade = workspace.load_facade(name)
+    folder = workspace.facade_folder(name)
+    ortho = None
+    if has_ortho:
+        sidecar = read_json(folder / "ortho.json")
+        M = np.array(sidecar["raster_to_world"], np.float64).reshape(4, 4)
+        corner = facade.frame.inverse.apply(facade.world.to_local(M[None, :3, 3]))[0]
+        ortho = OrthoView(
+            jpeg=limit_texture((folder / "ortho.jpg").read_bytes(), _PICTURE),
+            gsd=float(sidecar["gsd"]),
+            size=(int(sidecar["width"]), int(sidecar["height"])),
+            corner=(float(corner[0]), float(corner[2])),
+            sources=tuple(str(s) for s in sidecar["sources"]),
+        )
+    own = tuple(w for w in warnings if w["item"] == name)
+    return FacadeView(facade, ortho, f"facades/{folder.name}", own)
+
+
+def _plan(workspace: Workspace, building: str) -> Float:
+    """The building's own points from above (k, 2) m local, one per 10 cm."""
+    folder = workspace.buildings_folder
+    index = np.load(folder / f"{building}.index.npy", allow_pickle=False)
+    return _from_above(load_scan(folder / f"{building}.npz").xyz[index])
+
+
+def _surroundings(workspace: Workspace) -> Float:
+    return _from_above(load_scan(workspace.surroundings_path).xyz)
+
+
+def _from_above(xyz: Float) -> Float:
+    flat = np.column_stack([xyz[:, :2], np.zeros(len(xyz))])
+    kept: Array = thin_to(flat, _PLAN_CELL, _PLAN_POINTS)
+    return flat[kept, :2]

@@ -1,0 +1,60 @@
+"""What the report shows: plain values and encoded pictures, gathered by the pipeline."""
+
+from dataclasses import dataclass
+from typing import Any
+
+from frontage.geometry.arrays import Array, Float
+from frontage.model import Facade
+
+
+@dataclass(frozen=True, eq=False)
+class OrthoView:
+    """An ortho-image for the page: JPEG bytes (of any size), and its raster in the facade frame.
+
+    gsd m per pixel of the full image, size (w, h) px of the full image, corner (x, z) m of its upper left
+    edge, sources with the share of the picture each gave, seen = share of pixels that are not nodata.
+    """
+
+    jpeg: bytes
+    gsd: float
+    size: tuple[int, int]
+    corner: tuple[float, float]
+    sources: tuple[str, ...]
+    seen: float | None = None
+    relief: float | None = None
+
+    @property
+    def extent(self) -> tuple[float, float, float, float]:
+        """x0, z0, x1, z1 m of the image's edges."""
+        (x, z), (w, h) = self.corner, self.size
+        return x, z - h * self.gsd, x + w * self.gsd, z
+
+
+@dataclass(frozen=True, eq=False)
+class FacadeView:
+    """A facade, its ortho-image where there is one, its folder relative to the page, and its warnings."""
+
+    facade: Facade
+    ortho: OrthoView | None
+    folder: str
+    warnings: tuple[dict[str, str], ...] = ()
+
+
+@dataclass(frozen=True, eq=False)
+class BuildingView:
+    """A building: its record (id, address, points, notes, cuts), plan points (k, 2) m local, facades, warnings."""
+
+    record: dict[str, Any]
+    plan: Float
+    facades: tuple[FacadeView, ...]
+    warnings: tuple[dict[str, str], ...] = ()
+
+
+@dataclass(frozen=True, eq=False)
+class ReportData:
+    """The whole page: the manifest, the street's plan (k, 2) m local with a building number (k,), -1 = none."""
+
+    manifest: dict[str, Any]
+    buildings: tuple[BuildingView, ...]
+    street: Float
+    street_building: Array

@@ -1,0 +1,61 @@
+"""report.html: one file, no network, everything inline, everything escaped."""
+
+from dataclasses import dataclass
+from typing import Any
+
+from jinja2 import Environment, PackageLoader, StrictUndefined
+
+from frontage.report.data import BuildingView, FacadeView, ReportData
+from frontage.report.figures import Figure, building_figure, ortho_figure, street_figure
+from frontage.report.numbers import Fact, facade_facts
+
+
+@dataclass(frozen=True)
+class _FacadeSection:
+    id: str
+    folder: str
+    figure: Figure | None
+    facts: list[Fact]
+    notes: tuple[str, ...]
+    warnings: tuple[dict[str, str], ...]
+
+
+@dataclass(frozen=True)
+class _BuildingSection:
+    record: dict[str, Any]
+    figure: Figure | None
+    facades: list[_FacadeSection]
+    warnings: tuple[dict[str, str], ...]
+
+
+def render_report(data: ReportData) -> str:
+    """The page as HTML text. Names from files are escaped; the same data gives the same text."""
+    environment = Environment(
+        loader=PackageLoader("frontage.report", "."),
+        autoescape=True,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    environment.filters["grouped"] = lambda number: f"{number:,}"
+    return environment.get_template("page.html").render(
+        manifest=data.manifest,
+        stages=data.manifest.get("stages", {}),
+        world=data.manifest.get("world") or {},
+        warnings=data.manifest.get("warnings", []),
+        notes=data.manifest.get("notes", []),
+        inputs=[entry for group in data.manifest.get("inputs", {}).values() for entry in group],
+        street=street_figure(data),
+        buildings=[_building(view) for view in data.buildings],
+    )
+
+
+def _building(view: BuildingView) -> _BuildingSection:
+    figure = building_figure(view.plan, view.facades)
+    return _BuildingSection(view.record, figure, [_facade(f) for f in view.facades], view.warnings)
+
+
+def _facade(view: FacadeView) -> _FacadeSection:
+    facade = view.facade
+    facts = facade_facts(view)
+    return _FacadeSection(facade.id, view.folder, ortho_figure(view), facts, facade.notes, view.warnings)
