@@ -1,4 +1,4 @@
-"""A simulated street as files: LAZ with stations, JPEG photos, a COLMAP text model, truth.json, project.toml."""
+"""A simulated street as files: LAZ with stations, JPEGs, a COLMAP text model, truth.json, project.toml."""
 
 import dataclasses
 import json
@@ -31,8 +31,8 @@ gsd = {gsd}
 """
 
 
-def write(folder: Path, scene: Scene, photos: int = 4, width: int = 2000, gsd: float = 0.01) -> Path:
-    """Write the scene; `photos` pictures of `width` pixels spread along the street. Returns the project file."""
+def write(folder: Path, scene: Scene, photos: int = 4, width: int = 1500, gsd: float = 0.01) -> Path:
+    """Write the scene and `photos` pictures of `width` pixels spread along it. Returns the project file."""
     (folder / "photos").mkdir(parents=True, exist_ok=True)
     (folder / "colmap").mkdir(exist_ok=True)
     write_laz(folder / "scan.laz", scene.scan)
@@ -48,20 +48,20 @@ def write(folder: Path, scene: Scene, photos: int = 4, width: int = 2000, gsd: f
     return project
 
 
-def default_camera(width: int = 2000) -> Camera:
-    """A wide lens with a realistic distortion (COLMAP's OPENCV model), 4:3."""
-    height, f = width * 3 // 4, 0.62 * width
+def default_camera(width: int = 1500) -> Camera:
+    """A wide lens with a realistic distortion (COLMAP's OPENCV model), held upright, 3:4."""
+    height, f = width * 4 // 3, 0.7 * width
     return Camera(
         "OPENCV", width, height, np.array([f, f, width / 2 + 3.2, height / 2 - 2.1, -0.06, 0.02, 4e-4, -3e-4])
     )
 
 
 def default_poses(scene: Scene, count: int = 4) -> list[Rigid3]:
-    """local_from_camera of hand-held photos from across the street, looking up a little and not quite square."""
+    """local_from_camera of hand-held photos from across the street, looking up and not quite square."""
     rng = np.random.default_rng(17)
     out = []
     for s in (np.arange(count) + 0.5) / count * scene.length:
-        eye = np.array([s + rng.uniform(-0.5, 0.5), -11.5, scene.slope * s + 1.6])
+        eye = np.array([s + rng.uniform(-0.5, 0.5), -12.0, scene.slope * s + 1.6])
         target = np.array([s + rng.uniform(-1.5, 1.5), 0.0, scene.slope * s + 5.5])
         out.append(scene.local_from_street @ look_at(eye, target))
     return out

@@ -1,8 +1,8 @@
 """The solid parts of a simulated street: houses with openings and protrusions, trees, cars, poles.
 
-Frames: the *street* frame has s along the street, d into the buildings of side 0, z up. A *facade* frame has
-its origin on the wall plane at the lower left corner of the house, x right as seen from the street, y into the
-building, z up. Lengths in metres.
+Frames: the *street* frame has s along the street, d into the buildings of side 0, z up. A *facade* frame
+has its origin on the wall plane at the lower left corner of the house, x right as seen from the street,
+y into the building, z up. Lengths in metres.
 """
 
 from dataclasses import dataclass
@@ -20,7 +20,7 @@ FRAME, BAR = 0.06, 0.035  # widths of window frames and bars, m
 
 @dataclass(frozen=True)
 class OpeningTruth:
-    """A rectangular opening: x0, z0, x1, z1 in the facade frame, `depth` of frame and glass behind the wall."""
+    """A rectangular opening, x0 z0 x1 z1 in the facade frame, frame and glass `depth` behind the wall."""
 
     kind: str
     x0: float

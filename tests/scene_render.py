@@ -1,4 +1,4 @@
-"""Photographs of a simulated street, ray by ray: exact planes, boxes and balls, the lens through `camera.ray`."""
+"""Photographs of a simulated street, ray by ray: exact planes, boxes and balls, lens by `camera.ray`."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ class Film:
         return slice(*np.clip([int(v0), int(v1) + 1], 0, h)), slice(*np.clip([int(u0), int(u1) + 1], 0, w))
 
     def put(self, rows: tuple[slice, slice], where: Array, t: Array, rgb: Array) -> None:
-        """Colour the rays `where` (flat index into the window) that were met at `t`; the caller checked nearness."""
+        """Colour the rays `where` (flat index into the window), met at `t`; the caller checked nearness."""
         h, w = self.t[rows].shape
         at = np.unravel_index(where, (h, w))
         self.t[rows][at] = t
@@ -56,7 +56,7 @@ class Film:
 
 
 def render_photo(scene: Scene, camera: Camera, pose: Rigid3, supersample: int = 2) -> Array:
-    """The photograph (h, w, 3) uint8 RGB that `camera` takes from `pose` (local_from_camera), supersample^2 rays a pixel."""
+    """The photograph (h, w, 3) uint8 RGB of `camera` at `pose` (local_from_camera)."""
     street_from_camera = scene.local_from_street.inverse @ pose
     corners = _normalised_corners(camera)
     total = np.zeros((camera.height, camera.width, 3), np.float32)
@@ -124,7 +124,7 @@ def _ground(film: Film, slope: float) -> None:
 def _hits_plane(
     film: Film, house: HouseTruth, frame: Rigid3
 ) -> tuple[tuple[slice, slice], Array, Array, Array, Array]:
-    """Rays that meet the wall's rectangle first: window, flat index, origin (3,), direction (n, 3), t (n,), facade frame."""
+    """Rays that meet the wall first: window, flat index; origin (3,), direction (n, 3), t (n,) in its frame."""
     w, h = house.width, house.height
     rows = film.window(frame.apply(np.array([[x, 0, z] for x in (0, w) for z in (0, h)])))
     o = frame.inverse.apply(film.origin[None])[0].astype(np.float32)
@@ -153,7 +153,7 @@ def _wall(film: Film, house: HouseTruth, frame: Rigid3) -> None:
 
 
 def _through(house: HouseTruth, i: int, x: Array, z: Array, ray: Array) -> Array:
-    """Colour of rays that enter opening i at (x, z): the recessed pane, or the reveal that they meet before it."""
+    """Colour of rays that enter opening i at (x, z): the recessed pane, or the reveal before it."""
     o = house.openings[i]
     step = ray * (o.depth / ray[:, 1])[:, None]
     xp, zp = x + step[:, 0], z + step[:, 2]

@@ -1,4 +1,4 @@
-"""Points of a simulated street: surfaces sampled on jittered grids, seen from stations, thinned where hidden."""
+"""Points of a simulated street: surfaces on jittered grids, seen from stations, thinned where hidden."""
 
 from dataclasses import dataclass
 
@@ -151,7 +151,7 @@ def _opening_points(
 
 
 def through_hole(house: HouseTruth, points: Points, eye: Float) -> Array:
-    """True (n,) where the ray from `eye` (n, 3) to the point passes the wall plane through an opening, or need not.
+    """True (n,) where the ray from `eye` (n, 3) to the point passes the wall through an opening, or need not.
 
     Both in the facade frame. Roofs and side walls are not behind the wall.
     """

@@ -1,4 +1,4 @@
-"""What the surfaces of a simulated street look like: a colour for any place, the same for points and photos."""
+"""What the surfaces of a simulated street look like: one colour for a place, in points and in photos."""
 
 import numpy as np
 
@@ -22,7 +22,7 @@ def _scaled(colour: tuple[float, float, float], tone: Array) -> Array:
 
 
 def wall_colour(house: HouseTruth, x: Array, z: Array) -> Array:
-    """Bricks with a tone of their own, mortar, and an F-shaped mark that a mirror would betray: (n, 3) 0..1."""
+    """Bricks each of its own tone, mortar, and an F-shaped mark that a mirror would betray: (n, 3) 0..1."""
     row = np.floor(z / BRICK[1])
     shifted = x / BRICK[0] + 0.5 * (row % 2)
     column = np.floor(shifted)

@@ -1,7 +1,7 @@
 """Simulated streets and walls with exact truth, for tests, the demo and the benchmarks.
 
-``street_scene()`` and ``wall_scene()`` make a `Scene`: a `Scan` with stations and rays, and what is true about
-it. ``render_photo()`` takes its photograph, ray by ray. ``write_scene()`` writes it all as files that
+``street_scene()`` and ``wall_scene()`` make a `Scene`: a `Scan` with stations and rays, and what is true
+about it. ``render_photo()`` takes its photograph, ray by ray. ``write_scene()`` writes it all as files that
 ``frontage run`` reads; ``python tests/scenes.py OUT`` does that from the command line.
 """
 
@@ -102,8 +102,9 @@ def street_scene(
 ) -> Scene:
     """A street of terraced houses, scanned from stations in the road.
 
-    `houses` per side; `spacing` m between points on the walls; `noise` m, one sigma along the ray; `slope` is the
-    rise of the ground per metre of street; `twins` makes all houses of a side alike; `azimuth` rad turns the street.
+    `houses` per side; `spacing` m between points on the walls; `noise` m, one sigma along the ray; `slope` is
+    the rise of the ground per metre of street; `twins` makes all houses of a side alike; `azimuth` (rad)
+    turns the street.
     """
     rng = np.random.default_rng(seed)
     frame = street_frame(azimuth)
@@ -181,7 +182,7 @@ def _stations(length: float, slope: float) -> Float:
 
 
 def _from(rng: np.random.Generator, points: Points, stations: Float) -> tuple[Points, Array]:
-    """Give every point (street frame) one of the two stations nearest along the street; drop averted surfaces."""
+    """Give every point (street frame) one of the two stations nearest to it; drop averted surfaces."""
     step = stations[1, 0] - stations[0, 0] if len(stations) > 1 else 1.0
     place = np.floor(points.xyz[:, 0] / step + rng.integers(0, 2, len(points.xyz))).astype(np.int64)
     eye = np.clip(place, 0, len(stations) - 1)
@@ -238,8 +239,8 @@ def _visible(
 
 
 def _scan(
-    rng: np.random.Generator, points: Points, eye: Array, stations: Float, frame: Rigid3, noise: float, colour: bool,
-    world: WorldRef,
+    rng: np.random.Generator, points: Points, eye: Array, stations: Float, frame: Rigid3, noise: float,
+    colour: bool, world: WorldRef,
 ) -> Scan:  # fmt: skip
     """Noise along the ray, colours, intensity and the street frame turned into the local one."""
     ray = points.xyz - stations[eye]
