@@ -21,7 +21,8 @@ from frontage.model import Scan
 _CARTESIAN = ("cartesianX", "cartesianY", "cartesianZ")
 _SPHERICAL = ("sphericalRange", "sphericalAzimuth", "sphericalElevation")
 _COLOURS = ("colorRed", "colorGreen", "colorBlue")
-_DTYPES = {"intensity": np.float64, "rowIndex": np.int64, "columnIndex": np.int64, "returnIndex": np.int64,
+# Indices are read as doubles: pye57 0.4.19 fills int64 buffers as if they were int32.
+_DTYPES = {"intensity": np.float64, "rowIndex": np.float64, "columnIndex": np.float64, "returnIndex": np.float64,
            "cartesianInvalidState": np.int8, "sphericalInvalidState": np.int8, "timeStamp": np.float64,
            **dict.fromkeys(_COLOURS, np.float32), **dict.fromkeys(_CARTESIAN + _SPHERICAL, np.float64)}
 _TWICE = 0.01  # share of beams in a cell that is taken: above, the indices are wrong
@@ -113,6 +114,12 @@ def _read(e57: Any, number: int) -> tuple[Rigid3, dict[str, Array]]:
                         ("column", "columnIndex"), ("return", "returnIndex")):
         if field in arrays:
             data[name] = arrays[field]
+    if header.node.isDefined("indexBounds"):
+        bounds = header["indexBounds"]
+        for name in ("row", "column"):
+            if bounds.isDefined(f"{name}Minimum") and bounds.isDefined(f"{name}Maximum"):
+                ends = [bounds[f"{name}{end}"].value() for end in ("Minimum", "Maximum")]
+                data[f"{name}_bounds"] = np.array(ends, np.int64)
     return Rigid3("file", "scanner", rotation_from_quaternion(header.rotation), header.translation), data
 
 
@@ -159,8 +166,8 @@ def _raster(d: dict[str, Array], c: Columns) -> Array | None:
     row, column = d["row"][first].astype(np.int64), d["column"][first].astype(np.int64)
     if not len(first):
         return None
-    row, column = row - row.min(), column - column.min()
-    h, w = int(row.max()) + 1, int(column.max()) + 1
+    row, h = _span(row, d.get("row_bounds"))
+    column, w = _span(column, d.get("column_bounds"))
     cell = row * w + column
     taken = len(cell) - len(np.unique(cell))
     if min(h, w) < 2 or taken > _TWICE * len(cell) or h * w > _WASTE * len(cell):
@@ -169,3 +176,11 @@ def _raster(d: dict[str, Array], c: Columns) -> Array | None:
     grid = np.full(h * w, -1, np.int64)
     grid[cell[::-1]] = first[::-1]  # of two in a cell the first stays
     return grid.reshape(h, w)
+
+
+def _span(index: Array, declared: Array | None) -> tuple[Array, int]:
+    """Indices from 0 and their number, by the declared bounds where the indices keep to them."""
+    low, high = int(index.min()), int(index.max())
+    if declared is not None and declared[0] <= low and declared[1] >= high:
+        low, high = int(declared[0]), int(declared[1])
+    return index - low, high - low + 1
