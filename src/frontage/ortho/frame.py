@@ -1,0 +1,63 @@
+"""The raster of a facade: which pixel is where on the plane."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from frontage.errors import OptionError
+from frontage.geometry.arrays import Array, Float
+from frontage.model import Facade
+from frontage.ortho.options import OrthoOptions
+
+_MAX_PIXELS = 40_000_000_000
+
+
+@dataclass(frozen=True)
+class Raster:
+    """Pixels of `gsd` m from `corner` (x, z) m, the outer upper left corner; columns = +x, rows = -z."""
+
+    corner: tuple[float, float]
+    gsd: float
+    width: int
+    height: int
+
+    @property
+    def facade_from_pixel(self) -> Float:
+        """(3, 3): ``(column, row, 1)`` to ``(x, z, 1)`` m."""
+        return np.array([[self.gsd, 0.0, self.corner[0]], [0.0, -self.gsd, self.corner[1]], [0.0, 0.0, 1.0]])
+
+    def xyz(self, column: Array, row: Array, y: Array | float = 0.0) -> Float:
+        """Pixel positions of any one shape (...) (first centre at 0.5) to facade points (..., 3) m."""
+        column, row = np.asarray(column, np.float64), np.asarray(row, np.float64)
+        x, z = self.corner[0] + column * self.gsd, self.corner[1] - row * self.gsd
+        return np.stack(np.broadcast_arrays(x, np.asarray(y, np.float64), z), axis=-1)
+
+    def pixel(self, xyz_facade: Float) -> Float:
+        """Facade points (n, 3) m to pixels (n, 2)."""
+        return np.column_stack(
+            [(xyz_facade[:, 0] - self.corner[0]) / self.gsd, (self.corner[1] - xyz_facade[:, 2]) / self.gsd]
+        )
+
+    def coarser(self, step: int) -> "Raster":
+        """The raster of cells of step x step pixels that covers this one."""
+        return Raster(self.corner, self.gsd * step, -(-self.width // step), -(-self.height // step))
+
+
+def facade_raster(facade: Facade, options: OrthoOptions) -> Raster:
+    """The raster that covers the facade's outline and its margin; its corner is a whole number of pixels.
+
+    Raises OptionError when the gsd is so small that the image could not be stored.
+    """
+    x0, z0, x1, z1 = facade.extent
+    gsd, margin = options.gsd, options.margin
+    left, right = math.floor((x0 - margin) / gsd), math.ceil((x1 + margin) / gsd)
+    bottom, top = math.floor((z0 - margin) / gsd), math.ceil((z1 + margin) / gsd)
+    width, height = max(right - left, 1), max(top - bottom, 1)
+    if width * height > _MAX_PIXELS:
+        raise OptionError(
+            f"facade {facade.id} is {x1 - x0:.1f} x {z1 - z0:.1f} m; a gsd of {gsd:g} m gives {width} x {height} pixels, "
+            "choose a larger gsd",
+            code="I320",
+        )
+    return Raster((left * gsd, top * gsd), gsd, width, height)

@@ -1,0 +1,116 @@
+"""The ortho-image of one facade, in the order of paper A's section 3."""
+
+from collections.abc import Callable, Sequence
+
+import numpy as np
+
+from frontage.geometry.arrays import Array, Float
+from frontage.model import Facade, Failed, OrthoImage, Photo, Scan
+from frontage.ortho.frame import Raster, facade_raster
+from frontage.ortho.options import OrthoOptions
+from frontage.ortho.relief import Relief, measure_relief
+from frontage.ortho.render import paint_photos
+from frontage.ortho.scan_image import intensity_band, paint_scan
+from frontage.ortho.views import Cloud, plan_views
+from frontage.raster.tiles import allocate, tiles
+from frontage.raster.zbuffer import local_spacing
+
+_TILE = 1024
+_LONELY = 3  # points of one cube of the cloud below which they are noise and hide nothing
+
+
+def make_ortho(
+    facade: Facade,
+    scan: Scan,
+    photos: Sequence[Photo] = (),
+    image_of: Callable[[str], Array] | None = None,
+    surroundings: Scan | None = None,
+    options: OrthoOptions | None = None,
+) -> OrthoImage | Failed:
+    """Make the ortho-image of `facade` from oriented photos, or where none sees it from the scan itself.
+
+    `scan` is the cloud that `facade.support` indexes; `surroundings` is what else may hide the facade from a
+    photo. `image_of(photo id)` gives the picture (h, w, 3) uint8. Photos without a pose are left out.
+
+    Returns Failed when neither a photo nor a point shows the facade. Raises OptionError for a raster that is
+    too large to store.
+    """
+    options = options or OrthoOptions()
+    raster = facade_raster(facade, options)
+    xyz_facade = facade.frame.inverse.apply(scan.xyz)
+    near = _near(xyz_facade, raster, options)
+    if not near.any() and not photos:
+        return Failed("F301", f"facade {facade.id}: no point lies on it", "check the outline and the scan")
+    bands = _Bands(raster)
+    relief = measure_relief(xyz_facade[near], facade.spacing, raster, options)
+    _fill_depth(bands.depth, raster, relief, options)
+    intensity = intensity_band(scan, xyz_facade, near, bands.depth, raster, facade.spacing)
+    oriented = [p for p in photos if p.local_from_camera is not None] if image_of is not None else []
+    plan = None
+    if oriented:
+        cloud = _cloud(scan, surroundings, facade, raster, options)
+        plan = plan_views(facade, raster, relief, cloud, oriented, options)
+    if plan is not None and image_of is not None:
+        paint_photos(bands.pixels, bands.source, bands.depth, facade, raster, plan, image_of, options)
+        for tile in tiles(raster.height, raster.width, _TILE):
+            bands.gsd[tile.window] = plan.window(plan.gsd, tile)
+        names = tuple(p.id for p in plan.photos)
+    else:
+        if not near.any():
+            return Failed(
+                "F302", f"facade {facade.id}: no photo sees it and no point lies on it", "check the poses"
+            )
+        names = paint_scan(bands, scan, xyz_facade, near, raster, facade.spacing)
+    return OrthoImage(
+        bands.pixels,
+        raster.gsd,
+        raster.corner,
+        facade,
+        bands.depth,
+        bands.source,
+        names,
+        bands.gsd,
+        intensity,
+    )
+
+
+class _Bands:
+    """The bands of an ortho-image while it is made."""
+
+    def __init__(self, raster: Raster) -> None:
+        shape = (raster.height, raster.width)
+        self.pixels = allocate((*shape, 4), np.uint8)
+        self.depth = allocate(shape, np.float32, np.nan)
+        self.source = allocate(shape, np.uint16)
+        self.gsd = allocate(shape, np.float32, np.nan)
+
+
+def _near(xyz_facade: Float, raster: Raster, options: OrthoOptions) -> Array:
+    """Which points (n,) lie within the raster and the facade's depth range."""
+    at, y = raster.pixel(xyz_facade), xyz_facade[:, 1]
+    inside = (at >= 0).all(1) & (at[:, 0] < raster.width) & (at[:, 1] < raster.height)
+    return inside & (y >= -options.front) & (y <= options.back)
+
+
+def _fill_depth(depth: Array, raster: Raster, relief: Relief | None, options: OrthoOptions) -> None:
+    """Write the depth band; it stays NaN when there is no relief or it is not wanted."""
+    if relief is None or not options.relief or options.projection == "homography":
+        return
+    for tile in tiles(raster.height, raster.width, _TILE):
+        depth[tile.window] = relief.at(raster, tile)
+
+
+def _cloud(
+    scan: Scan, surroundings: Scan | None, facade: Facade, raster: Raster, options: OrthoOptions
+) -> Cloud:
+    """Everything on the street side of the facade, with its local spacing; lonely points hide nothing."""
+    clouds = [scan.xyz] if surroundings is None else [scan.xyz, surroundings.xyz]
+    xyz, spacing = [], []
+    for points in clouds:
+        y = facade.frame.inverse.apply(points)[:, 1]
+        ahead = points[y < options.back]
+        s, k = local_spacing(ahead)
+        surface = k >= _LONELY
+        xyz.append(ahead[surface])
+        spacing.append(s[surface])
+    return Cloud(np.concatenate(xyz), np.concatenate(spacing))

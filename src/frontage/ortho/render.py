@@ -1,0 +1,60 @@
+"""Pixels from photos, tile by tile."""
+
+from collections.abc import Callable
+
+import numpy as np
+
+from frontage.geometry.arrays import Array
+from frontage.model import Facade
+from frontage.ortho.frame import Raster
+from frontage.ortho.options import OrthoOptions
+from frontage.ortho.project import map_tile, pixel_map
+from frontage.ortho.views import ViewPlan
+from frontage.raster.resample import resample
+from frontage.raster.tiles import Tile, tiles
+
+TILE = 512  # px; one Jacobian per tile
+
+
+def paint_photos(
+    pixels: Array,
+    source: Array,
+    depth: Array,
+    facade: Facade,
+    raster: Raster,
+    plan: ViewPlan,
+    image_of: Callable[[str], Array],
+    options: OrthoOptions,
+) -> None:
+    """Fill `pixels` (h, w, 4) and `source` (h, w) where the plan has a photo; photo by photo, one in memory."""
+    for i, photo in enumerate(plan.photos):
+        if not (plan.label == i).any():
+            continue
+        image = image_of(photo.id)
+        to_photo = pixel_map(photo, facade, raster, options.projection)
+        for tile in tiles(raster.height, raster.width, TILE):
+            mine = plan.window(plan.label, tile) == i
+            if not mine.any():
+                continue
+            part = _bounds(mine, tile)
+            inner = mine[part.r0 - tile.r0 : part.r1 - tile.r0, part.c0 - tile.c0 : part.c1 - tile.c0]
+            y = np.asarray(depth[part.window])
+            flat = options.projection == "homography" or not (np.nan_to_num(y) != 0).any()
+            at, jacobian = map_tile(to_photo, part, None if flat else y)
+            with np.errstate(invalid="ignore"):
+                limit = np.array([photo.camera.width, photo.camera.height])
+                inner = inner & ((at >= 0) & (at <= limit)).all(-1)
+            colour = resample(image, at, jacobian, options.interpolation)
+            pixels[part.window][inner] = np.dstack([colour, np.full(colour.shape[:2], 255, np.uint8)])[inner]
+            source[part.window][inner] = i + 1
+
+
+def _bounds(mask: Array, tile: Tile) -> Tile:
+    """The part of a tile that holds the True pixels of its mask."""
+    rows, columns = np.flatnonzero(mask.any(1)), np.flatnonzero(mask.any(0))
+    return Tile(
+        tile.r0 + int(rows[0]),
+        tile.r0 + int(rows[-1]) + 1,
+        tile.c0 + int(columns[0]),
+        tile.c0 + int(columns[-1]) + 1,
+    )

@@ -1,0 +1,1 @@
+"""Rasters: resampling, depth buffers, gridding, tiles. No project types, no named files."""

@@ -1,0 +1,82 @@
+"""Scattered points to grids: medians per cell, gap-aware colour, medians that step over missing cells."""
+
+import cv2
+import numpy as np
+
+from frontage.geometry.arrays import Array, Bool, Float, Int
+
+
+def cell_index(column_row: Float, shape: tuple[int, int]) -> tuple[Int, Bool]:
+    """Flat cell numbers (k,) of those positions (n, 2) (columns, rows) that lie inside, and which (n,) do."""
+    h, w = shape
+    inside = (
+        (column_row[:, 0] >= 0) & (column_row[:, 0] < w) & (column_row[:, 1] >= 0) & (column_row[:, 1] < h)
+    )
+    c, r = column_row[inside].astype(np.int64).T
+    return r * w + c, inside
+
+
+def cell_quantiles(
+    cell: Int, value: Float, shape: tuple[int, int], quantiles: tuple[float, ...]
+) -> tuple[Array, Array]:
+    """Quantiles (q, h, w) float64 (NaN = empty) of values (n,) by flat cell number (n,), and counts (h, w)."""
+    order = np.lexsort((value, cell))
+    cell, value = cell[order], value[order]
+    count = np.bincount(cell, minlength=shape[0] * shape[1])
+    start = np.cumsum(count) - count
+    used = np.flatnonzero(count)
+    out = np.full((len(quantiles), shape[0] * shape[1]), np.nan)
+    for i, q in enumerate(quantiles):
+        at = q * (count[used] - 1)
+        low, high = np.floor(at).astype(np.int64), np.ceil(at).astype(np.int64)
+        share = at - low
+        out[i, used] = value[start[used] + low] * (1 - share) + value[start[used] + high] * share
+    return out.reshape(len(quantiles), *shape), count.reshape(shape)
+
+
+def nan_median(grid: Array, radius: int) -> Array:
+    """Median of the known cells in a (2 r + 1)^2 window; cells that are NaN stay NaN."""
+    h, w = grid.shape
+    padded = np.pad(grid, radius, constant_values=np.nan)
+    side = 2 * radius + 1
+    out = np.empty_like(grid)
+    for row in range(0, h, 256):  # bands bound the memory of the stacked windows
+        n = min(256, h - row)
+        stack = [padded[row + i : row + i + n, j : j + w] for i in range(side) for j in range(side)]
+        ordered = np.sort(np.stack(stack), axis=0)  # NaN goes last
+        known = np.isfinite(ordered).sum(0)
+        pick = lambda k: np.take_along_axis(ordered, np.maximum(k, 0)[None], 0)[0]  # noqa: B023, E731
+        out[row : row + n] = 0.5 * (pick((known - 1) // 2) + pick(known // 2))
+    return np.where(np.isfinite(grid), out, np.nan)
+
+
+def closed(occupied: Bool, radius: Array) -> Bool:
+    """Morphological closing with discs of `radius` (h, w) px: fills gaps up to 2 r wide, grows no outer edge."""
+    reach = int(np.ceil(radius.max())) + 2
+    pad = np.pad(occupied, reach)
+    r = np.pad(radius.astype(np.float32), reach, mode="edge")
+    grown = distance_to(pad) <= r
+    back = distance_to(~grown) > r
+    return (back | pad)[reach:-reach, reach:-reach]
+
+
+def distance_to(mask: Bool) -> Array:
+    """Distance (h, w) px, float32, of every pixel to the nearest True one; huge when there is none."""
+    if not mask.any():
+        return np.full(mask.shape, 1e9, np.float32)
+    d: Array = cv2.distanceTransform((~mask).astype(np.uint8), cv2.DIST_L2, cv2.DIST_MASK_PRECISE)
+    return d
+
+
+def nearest_filled(grid: Array) -> Array:
+    """Every NaN replaced by the value of the nearest known cell (h, w); all NaN stays so."""
+    known = np.isfinite(grid)
+    if known.all() or not known.any():
+        return grid
+    _, labels = cv2.distanceTransformWithLabels(
+        (~known).astype(np.uint8), cv2.DIST_L2, cv2.DIST_MASK_5, labelType=cv2.DIST_LABEL_PIXEL
+    )
+    value_of_label = np.empty(labels.max() + 1, grid.dtype)
+    value_of_label[labels[known]] = grid[known]
+    filled: Array = value_of_label[labels]
+    return filled

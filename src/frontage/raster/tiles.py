@@ -1,0 +1,52 @@
+"""Tiles of a raster, and bands that may be larger than memory."""
+
+import tempfile
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import DTypeLike
+
+from frontage.geometry.arrays import Array
+
+IN_MEMORY = 1 << 29  # bytes; a larger band lives in an unlinked scratch file that the system pages in and out
+
+
+@dataclass(frozen=True)
+class Tile:
+    """A window of a raster: rows r0..r1, columns c0..c1 (ends excluded)."""
+
+    r0: int
+    r1: int
+    c0: int
+    c1: int
+
+    @property
+    def window(self) -> tuple[slice, slice]:
+        """The window as slices into the raster."""
+        return slice(self.r0, self.r1), slice(self.c0, self.c1)
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """Rows and columns."""
+        return self.r1 - self.r0, self.c1 - self.c0
+
+
+def tiles(height: int, width: int, size: int) -> Iterator[Tile]:
+    """Tiles of at most `size` x `size` px that cover a raster, row by row."""
+    for r in range(0, height, size):
+        for c in range(0, width, size):
+            yield Tile(r, min(r + size, height), c, min(c + size, width))
+
+
+def allocate(shape: tuple[int, ...], dtype: DTypeLike, fill: float = 0) -> Array:
+    """A band filled with `fill`: an array, or beyond `IN_MEMORY` bytes a memory map on a scratch file."""
+    size = int(np.prod(shape, dtype=np.int64)) * np.dtype(dtype).itemsize
+    if size <= IN_MEMORY:
+        return np.full(shape, fill, dtype)
+    with tempfile.TemporaryFile(prefix="frontage-band-") as scratch:
+        band: Array = np.memmap(scratch, dtype, "w+", shape=shape)
+    if fill != 0:
+        for row in range(0, shape[0], 1024):
+            band[row : row + 1024] = fill
+    return band
