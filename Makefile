@@ -51,7 +51,7 @@ $(VENV)/bin/python:
 lock:
 	uv pip compile pyproject.toml --extra e57 requirements.in $(LOCK) -o requirements.txt
 	uv pip compile pyproject.toml --extra dev requirements.in -c requirements.txt $(LOCK) -o requirements-dev.txt
-LOCK := --universal --python-version 3.11 --generate-hashes --no-emit-index-url --no-header --no-annotate --quiet
+LOCK := --universal --python-version 3.11 --generate-hashes --no-header --no-annotate --quiet
 
 clean:
 	rm -rf $(VENV) $(OUT) build dist .pytest_cache .mypy_cache .ruff_cache .hypothesis .import_linter_cache

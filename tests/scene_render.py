@@ -124,7 +124,7 @@ def _ground(film: Film, slope: float) -> None:
 def _hits_plane(
     film: Film, house: HouseTruth, frame: Rigid3
 ) -> tuple[tuple[slice, slice], Array, Array, Array, Array]:
-    """Rays that meet the wall first: window, flat index; origin (3,), direction (n, 3), t (n,) in its frame."""
+    """Rays that meet the wall first: window, flat index, origin (3,), ray (n, 3), t (n,), its frame."""
     w, h = house.width, house.height
     rows = film.window(frame.apply(np.array([[x, 0, z] for x in (0, w) for z in (0, h)])))
     o = frame.inverse.apply(film.origin[None])[0].astype(np.float32)

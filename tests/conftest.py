@@ -1,0 +1,23 @@
+"""Scenes that several tests share, made once per worker."""
+
+from pathlib import Path
+
+import cv2
+import pytest
+
+from scenes import Scene, street_scene, write_scene
+
+cv2.setNumThreads(1)  # two workers share two cores
+
+
+@pytest.fixture(scope="session")
+def street() -> Scene:
+    """Three houses at 5 cm, with trees, cars and rooms behind the windows."""
+    return street_scene(houses=3, spacing=0.05)
+
+
+@pytest.fixture(scope="session")
+def project(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The project file of a small written scene: two houses at 6 cm, two small photos."""
+    folder = tmp_path_factory.mktemp("street")
+    return write_scene(folder, street_scene(houses=2, spacing=0.06), photos=2, width=450, gsd=0.04)
