@@ -33,7 +33,7 @@ def facade() -> Facade:
 
 @pytest.fixture
 def photo() -> Photo:
-    """10 m east of the wall at the point's height, looking straight at it: x right = north, y down, z west."""
+    """10 m east of the wall at the point's height, facing it: x right = north, y down, z west."""
     R = np.column_stack([[0, 1.0, 0], [0, 0, -1.0], [-1.0, 0, 0]])
     pose = Rigid3("local", "camera", R, np.array([10.25, 0.0, 3.0]))
     return Photo(
