@@ -28,7 +28,13 @@ def citygml_outlines(path: Path) -> tuple[list[Outline], str | None]:
     if _local(root) != "CityModel":
         raise ValueError(f"its root is {_local(root)}, not CityModel")
     srs = next((e.get("srsName") for e in root.iter() if isinstance(e.tag, str) and e.get("srsName")), None)
-    swap = srs is not None and bool(_GEOGRAPHIC.search(srs.split("/")[-1])) and (":" in srs and "urn" in srs or "http" in srs)
+    srs = (
+        None if srs is not None and srs.startswith("#") else srs
+    )  # a local engineering CRS defined in the file
+    formal = srs is not None and srs.startswith(
+        ("urn:", "http")
+    )  # these forms keep the authority's axis order
+    swap = srs is not None and formal and bool(_GEOGRAPHIC.search(srs.split("/")[-1]))
     buildings = [e for e in root.iter() if _local(e) == "Building"]
     found = [_outline(b, k, swap) for k, b in enumerate(buildings, 1)]
     return [o for o in found if o.polygons], srs
@@ -40,7 +46,9 @@ def _local(element: etree._Element) -> str:
 
 
 def _outline(building: etree._Element, number: int, swap: bool) -> Outline:
-    name = next((v for k, v in building.attrib.items() if etree.QName(k).localname == "id"), f"building{number}")
+    name = next(
+        (v for k, v in building.attrib.items() if etree.QName(k).localname == "id"), f"building{number}"
+    )
     return Outline(str(name), _polygons(building, swap), _address(building))
 
 
@@ -82,9 +90,12 @@ def _ring(exterior: etree._Element) -> Float | None:
 
 
 def _address(building: etree._Element) -> str | None:
-    """"number street" of the first xAL address, or None."""
-    text = {_local(e): (e.text or "").strip() for e in building.iter()
-            if _local(e) in ("ThoroughfareName", "ThoroughfareNumber", "NameElement", "Number")}
+    """ "number street" of the first xAL address, or None."""
+    text = {
+        _local(e): (e.text or "").strip()
+        for e in building.iter()
+        if _local(e) in ("ThoroughfareName", "ThoroughfareNumber", "NameElement", "Number")
+    }
     street = text.get("ThoroughfareName") or text.get("NameElement")
     number = text.get("ThoroughfareNumber") or text.get("Number")
     return " ".join(v for v in (number, street) if v) or None if street else None

@@ -1,4 +1,4 @@
-"""COLMAP models, text and binary: cameras, photo poses, sparse points. Newer rig and frame files are not needed.
+"""COLMAP models, text and binary: cameras, photo poses, sparse points; rig and frame files are not needed.
 
 Poses are `camera_from_world` (x right, y down, z forward), pixel centres at 0.5, as everywhere in Frontage.
 """
@@ -18,8 +18,19 @@ from frontage.io.placement import Wanted
 from frontage.model import Camera, Scan
 
 # Order of COLMAP's model ids (src/colmap/sensor/models.h).
-_MODELS = ("SIMPLE_PINHOLE", "PINHOLE", "SIMPLE_RADIAL", "RADIAL", "OPENCV", "OPENCV_FISHEYE", "FULL_OPENCV", "FOV",
-           "SIMPLE_RADIAL_FISHEYE", "RADIAL_FISHEYE", "THIN_PRISM_FISHEYE")
+_MODELS = (
+    "SIMPLE_PINHOLE",
+    "PINHOLE",
+    "SIMPLE_RADIAL",
+    "RADIAL",
+    "OPENCV",
+    "OPENCV_FISHEYE",
+    "FULL_OPENCV",
+    "FOV",
+    "SIMPLE_RADIAL_FISHEYE",
+    "RADIAL_FISHEYE",
+    "THIN_PRISM_FISHEYE",
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,11 +61,17 @@ def read_colmap(folder: str | Path) -> ColmapModel:
     cameras = _cameras(_part(where, "cameras"))
     images = sorted(_images(_part(where, "images")), key=lambda i: i.id)
     if not cameras or not images:
-        raise FileError(where, "the COLMAP model holds no cameras or no images", "export it again", code="I105")
+        raise FileError(
+            where, "the COLMAP model holds no cameras or no images", "export it again", code="I105"
+        )
     for image in images:
         if image.camera not in cameras:
-            raise FileError(where, f"image {image.name} uses camera {image.camera}, which cameras.* does not have",
-                            "export the model again", code="I110")
+            raise FileError(
+                where,
+                f"image {image.name} uses camera {image.camera}, which cameras.* does not have",
+                "export the model again",
+                code="I110",
+            )
     return ColmapModel(where, cameras, tuple(images))
 
 
@@ -62,9 +79,18 @@ def model_folder(folder: str | Path) -> Path:
     """The folder that holds the model's files. Raises FileError when there is none."""
     base = Path(folder)
     for place in (base, base / "sparse" / "0", base / "sparse", base / "0"):
-        if any((place / f"{name}.{kind}").is_file() for name in ("cameras", "points3D") for kind in ("bin", "txt")):
+        if any(
+            (place / f"{name}.{kind}").is_file()
+            for name in ("cameras", "points3D")
+            for kind in ("bin", "txt")
+        ):
             return place
-    raise FileError(base, "no COLMAP model here (cameras.txt or cameras.bin)", "name the folder that holds it", code="I101")
+    raise FileError(
+        base,
+        "no COLMAP model here (cameras.txt or cameras.bin)",
+        "name the folder that holds it",
+        code="I101",
+    )
 
 
 def read_colmap_points(path: str | Path, wanted: Wanted) -> Scan:
@@ -138,7 +164,9 @@ def _cameras_binary(data: bytes) -> dict[int, Camera]:
 def _image(number: int, pose: Array, camera: int, name: str) -> ColmapImage:
     if not np.isfinite(pose).all() or not pose[:4].any():
         raise ValueError(f"the pose of {name} is not finite")
-    return ColmapImage(number, name, camera, Rigid3("camera", "world", rotation_from_quaternion(pose[:4]), pose[4:]))
+    return ColmapImage(
+        number, name, camera, Rigid3("camera", "world", rotation_from_quaternion(pose[:4]), pose[4:])
+    )
 
 
 def _images(path: Path) -> list[ColmapImage]:
@@ -194,6 +222,7 @@ def _points_binary(data: bytes) -> tuple[Float, Array, Array]:
     raw = np.frombuffer(data, np.uint8)
     xyz = raw[starts[:, None] + 8 + np.arange(24)].view("<f8").reshape(-1, 3)
     rgb = raw[starts[:, None] + 32 + np.arange(3)]
-    first = raw[np.minimum(starts[:, None] + 51 + np.arange(4), len(raw) - 1)].view("<u4")[:, 0].astype(np.int64)
+    first = (
+        raw[np.minimum(starts[:, None] + 51 + np.arange(4), len(raw) - 1)].view("<u4")[:, 0].astype(np.int64)
+    )
     return xyz.astype(np.float64), rgb, np.where(lengths > 0, first, -1)
-

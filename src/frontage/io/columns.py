@@ -12,6 +12,7 @@ from frontage.io.placement import Placement
 from frontage.model import Estimate, Grid, Scan
 
 _SAMPLE = 500_000  # values that a quantile is taken from, evenly spread
+_MANY = 1000  # points: real colour varies in every channel over so many
 _LOW, _HIGH = 0.001, 0.999  # quantiles: a mirror-like flash must not darken a whole facade
 
 
@@ -38,7 +39,7 @@ class Columns:
 
 
 def to_scan(path: object, columns: Columns, placement: Placement) -> Scan:
-    """The noun: rows without finite coordinates dropped and said, intensity and colour as in `normalised` and `rgb8`.
+    """The noun: rows without finite coordinates dropped, intensity and colour by `normalised`, `rgb8`.
 
     Raises FileError when no point is left.
     """
@@ -48,10 +49,18 @@ def to_scan(path: object, columns: Columns, placement: Placement) -> Scan:
     many = c.return_count is not None and c.return_count.max(initial=0) > 1
     time = c.time if c.time is not None and np.ptp(c.time) > 0 and np.isfinite(c.time).all() else None
     return Scan(
-        c.name, c.xyz, placement.world, c.origins, c.origin_index,
-        intensity=normalised([c.intensity])[0], rgb=rgb8(c.rgb, c), time=time,
-        return_number=c.return_number if many else None, return_count=c.return_count if many else None,
-        grid=None if c.grid is None else Grid(c.grid), local_from_scanner=c.pose,
+        c.name,
+        c.xyz,
+        placement.world,
+        c.origins,
+        c.origin_index,
+        intensity=normalised([c.intensity])[0],
+        rgb=rgb8(c.rgb, c),
+        time=time,
+        return_number=c.return_number if many else None,
+        return_count=c.return_count if many else None,
+        grid=None if c.grid is None else Grid(c.grid),
+        local_from_scanner=c.pose,
         notes=tuple(dict.fromkeys([*placement.notes, *c.notes])),
     )
 
@@ -64,8 +73,11 @@ def _kept(path: object, c: Columns) -> Columns:
         c.notes.append(f"{c.name}: {int((~finite).sum())} points without finite coordinates dropped")
     if keep.all():
         return c
-    rows = {n: getattr(c, n)[keep] for n in ("xyz", "intensity", "rgb", "time", "return_number", "return_count",
-                                             "origin_index") if getattr(c, n) is not None}
+    rows = {
+        n: getattr(c, n)[keep]
+        for n in ("xyz", "intensity", "rgb", "time", "return_number", "return_count", "origin_index")
+        if getattr(c, n) is not None
+    }
     grid = c.grid
     if grid is not None:
         new = np.append(np.where(keep, np.cumsum(keep) - 1, -1), -1)
@@ -74,16 +86,18 @@ def _kept(path: object, c: Columns) -> Columns:
 
 
 def rgb8(rgb: Array | None, c: Columns) -> Array | None:
-    """Colour (n, 3) of any integer or float type as uint8; None when it is one colour throughout (noted).
+    """Colour (n, 3) of any integer or float type as uint8; None, with a note, when it cannot be colour: one
+    value throughout, or a channel that never changes over a whole scan (other data in the colour fields).
 
     16-bit fields are halved to their upper byte, except when no value passes 255: many programs store 8-bit
     colour in LAS's 16-bit fields. Floats are taken as 0..1 when none passes 1, else as 0..255.
     """
     if rgb is None or len(rgb) == 0:
         return None
-    if (rgb == rgb[0]).all():
-        if len(rgb) > 1 and rgb[0].any():
-            c.notes.append(f"{c.name}: the same colour at every point means nothing: dropped")
+    constant = (rgb == rgb[0]).all(axis=0)
+    if constant.all() or (constant.any() and len(rgb) > _MANY):
+        if rgb.any():
+            c.notes.append(f"{c.name}: its colour fields hold no colour (a channel never changes): dropped")
         return None
     top = rgb.max()
     if rgb.dtype.kind == "f":
@@ -95,7 +109,7 @@ def normalised(columns: Sequence[Array | None]) -> list[Array | None]:
     """Intensities of the scans of one file as float32 0..1, with one scale for all of them.
 
     Values that lie in 0..1 already are kept. Others are scaled linearly from min(0, 0.1 % quantile) to the
-    99.9 % quantile and clipped; linear, so that ratios of reflectance survive. A constant means nothing: None.
+    99.9 % quantile and clipped; linear, so that ratios of reflectance survive. A constant gives None.
     """
     given = [c for c in columns if c is not None and len(c)]
     if not given:

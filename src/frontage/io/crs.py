@@ -37,16 +37,19 @@ def parse_crs(text: str, where: str = "") -> CRS:
         return CRS.from_user_input(text.strip())
     except ProjError as problem:
         shown = text if len(text) < 80 else text[:80] + "..."
-        raise CrsError(f"{prefix}unknown CRS {shown!r}; use a code such as 'EPSG:25832' or 'EPSG:25832+7837'",
-                       code="I201") from problem
+        raise CrsError(
+            f"{prefix}unknown CRS {shown!r}; use a code such as 'EPSG:25832' or 'EPSG:25832+7837'",
+            code="I201",
+        ) from problem
 
 
 def crs_text(crs: CRS) -> str:
     """The shortest exact name: "EPSG:25832", "EPSG:25832+7837", else WKT."""
     if crs.is_compound:
         parts = [part.to_authority(min_confidence=100) for part in crs.sub_crs_list]
-        if all(parts):
-            return parts[0][0] + ":" + "+".join(code for _, code in parts)  # type: ignore[index]
+        codes = [f"{part[1]}" for part in parts if part is not None]
+        if parts[0] is not None and len(codes) == len(parts):
+            return f"{parts[0][0]}:{'+'.join(codes)}"
     authority = crs.to_authority(min_confidence=100)
     return f"{authority[0]}:{authority[1]}" if authority else crs.to_wkt()
 
@@ -71,9 +74,12 @@ def is_world(crs: CRS) -> bool:
     """Whether it can carry the computation: projected, metres, east and north."""
     flat = horizontal(crs)
     upright = vertical(crs)
-    return (bool(flat.is_projected) and abs(unit_of(flat) - 1.0) < 1e-12
-            and {axis.direction for axis in flat.axis_info} == {"east", "north"}
-            and (upright is None or abs(unit_of(upright) - 1.0) < 1e-12))
+    return (
+        bool(flat.is_projected)
+        and abs(unit_of(flat) - 1.0) < 1e-12
+        and {axis.direction for axis in flat.axis_info} == {"east", "north"}
+        and (upright is None or abs(unit_of(upright) - 1.0) < 1e-12)
+    )
 
 
 def metric_twin(crs: CRS) -> CRS | None:
@@ -111,14 +117,18 @@ def utm_for(crs: CRS, longitude: float, latitude: float) -> CRS:
     """The UTM zone at a place, on the CRS's own datum where there is one, else on WGS 84."""
     near = AreaOfInterest(longitude, latitude, longitude, latitude)
     geodetic = crs.geodetic_crs
-    names = [geodetic.name.replace(" (geocentric)", "").replace(" (geog3D)", "")] if geodetic is not None else []
+    names = (
+        [geodetic.name.replace(" (geocentric)", "").replace(" (geog3D)", "")] if geodetic is not None else []
+    )
     for datum in [*names, "WGS 84"]:
         found = query_utm_crs_info(datum_name=datum, area_of_interest=near)
         zones = [z for z in found if "zone" in z.name]
         if zones:
             return CRS.from_authority(zones[0].auth_name, zones[0].code)
-    raise CrsError(f"no UTM zone at longitude {longitude:.2f}, latitude {latitude:.2f}; name a projected CRS",
-                   code="I203")
+    raise CrsError(
+        f"no UTM zone at longitude {longitude:.2f}, latitude {latitude:.2f}; name a projected CRS",
+        code="I203",
+    )
 
 
 def looks_geocentric(xyz: Float) -> bool:

@@ -1,4 +1,4 @@
-"""E57 (ASTM E2807): every scan with its pose, raster, beams without return, intensity and colour (extra `e57`)."""
+"""E57 (ASTM E2807): every scan with its pose, raster, lost beams, intensity and colour (extra `e57`)."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -22,9 +22,17 @@ _CARTESIAN = ("cartesianX", "cartesianY", "cartesianZ")
 _SPHERICAL = ("sphericalRange", "sphericalAzimuth", "sphericalElevation")
 _COLOURS = ("colorRed", "colorGreen", "colorBlue")
 # Indices are read as doubles: pye57 0.4.19 fills int64 buffers as if they were int32.
-_DTYPES = {"intensity": np.float64, "rowIndex": np.float64, "columnIndex": np.float64, "returnIndex": np.float64,
-           "cartesianInvalidState": np.int8, "sphericalInvalidState": np.int8, "timeStamp": np.float64,
-           **dict.fromkeys(_COLOURS, np.float32), **dict.fromkeys(_CARTESIAN + _SPHERICAL, np.float64)}
+_DTYPES = {
+    "intensity": np.float64,
+    "rowIndex": np.float64,
+    "columnIndex": np.float64,
+    "returnIndex": np.float64,
+    "cartesianInvalidState": np.int8,
+    "sphericalInvalidState": np.int8,
+    "timeStamp": np.float64,
+    **dict.fromkeys(_COLOURS, np.float32),
+    **dict.fromkeys(_CARTESIAN + _SPHERICAL, np.float64),
+}
 _TWICE = 0.01  # share of beams in a cell that is taken: above, the indices are wrong
 _WASTE = 200  # cells per point: above, the indices are wrong
 
@@ -68,13 +76,18 @@ def read_e57(path: str | Path, wanted: Wanted, sigmas: tuple[float, ...] | None 
         raise FileError(p, "holds no points", "export it again", code="I105")
     if len(kept) < len(scans):
         notes.append(f"{p.name}: {len(scans) - len(kept)} scans without points left out")
-    some = np.vstack([pose.apply(d["xyz"][d["valid"]][:: max(1, len(d["xyz"]) // 2000)]) for _, pose, d in kept])
+    some = np.vstack(
+        [pose.apply(d["xyz"][d["valid"]][:: max(1, len(d["xyz"]) // 2000)]) for _, pose, d in kept]
+    )
     if not len(some):
         raise FileError(p, "holds no points with coordinates", "export it again", code="I105")
     place = wanted.place(crs, some)
     shared = normalised([d.get("intensity") for _, _, d in kept])
-    return [_scan(p, k, pose, d, i, place, sigmas, notes)
-            for (k, pose, d), i in zip(kept, shared, strict=True) if d["valid"].any()]
+    return [
+        _scan(p, k, pose, d, i, place, sigmas, notes)
+        for (k, pose, d), i in zip(kept, shared, strict=True)
+        if d["valid"].any()
+    ]
 
 
 def _crs(e57: Any, path: Path, notes: list[str]) -> CRS | None:
@@ -110,8 +123,13 @@ def _read(e57: Any, number: int) -> tuple[Rigid3, dict[str, Array]]:
     data: dict[str, Array] = {"xyz": xyz, "valid": valid}
     if set(_COLOURS) <= arrays.keys():
         data["rgb"] = _colour(header, np.column_stack([arrays[c] for c in _COLOURS]))
-    for name, field in (("intensity", "intensity"), ("time", "timeStamp"), ("row", "rowIndex"),
-                        ("column", "columnIndex"), ("return", "returnIndex")):
+    for name, field in (
+        ("intensity", "intensity"),
+        ("time", "timeStamp"),
+        ("row", "rowIndex"),
+        ("column", "columnIndex"),
+        ("return", "returnIndex"),
+    ):
         if field in arrays:
             data[name] = arrays[field]
     if header.node.isDefined("indexBounds"):
@@ -148,12 +166,29 @@ def _coordinates(a: dict[str, Array], n: int) -> tuple[Float, Array]:
     return xyz, valid & (xyz != 0).any(axis=1)  # some writers mark a lost beam by the scanner's own place
 
 
-def _scan(path: Path, number: int, pose: Rigid3, d: dict[str, Array], intensity: Array | None, place: Placement,
-          sigmas: tuple[float, ...] | None, notes: list[str]) -> Scan:
+def _scan(
+    path: Path,
+    number: int,
+    pose: Rigid3,
+    d: dict[str, Array],
+    intensity: Array | None,
+    place: Placement,
+    sigmas: tuple[float, ...] | None,
+    notes: list[str],
+) -> Scan:
     local = place.pose_of(pose)
-    c = Columns(f"{path.name}:{number + 1}", place.points_of(pose, d["xyz"]), intensity, d.get("rgb"), d.get("time"),
-                origins=local.t[None], origin_index=np.zeros(len(d["xyz"]), np.int32), keep=d["valid"],
-                pose=given_pose(local, sigmas), notes=list(notes))
+    c = Columns(
+        f"{path.name}:{number + 1}",
+        place.points_of(pose, d["xyz"]),
+        intensity,
+        d.get("rgb"),
+        d.get("time"),
+        origins=local.t[None],
+        origin_index=np.zeros(len(d["xyz"]), np.int32),
+        keep=d["valid"],
+        pose=given_pose(local, sigmas),
+        notes=list(notes),
+    )
     c.grid = _raster(d, c)
     return to_scan(path, c, place)
 

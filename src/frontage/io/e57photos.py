@@ -1,6 +1,6 @@
 """Photos embedded in E57 files (`images2D` with a pinhole representation).
 
-ASTM E2807: the camera looks along its -z axis, x right, y up; here it is turned to x right, y down, z forward.
+ASTM E2807: the camera looks along its -z axis, x right, y up; here it becomes x right, y down, z forward.
 """
 
 from dataclasses import dataclass
@@ -31,18 +31,25 @@ class EmbeddedPhoto:
 
 def embedded_photos(path: str | Path) -> tuple[list[EmbeddedPhoto], list[str]]:
     """The pinhole photos with a pose, and notes on those left out. Raises FileError, MissingExtra."""
-    found, notes = [], []
+    found: list[EmbeddedPhoto] = []
+    notes: list[str] = []
     with opened(path) as e57:
         root = e57.root
         images = root["images2D"] if root.isDefined("images2D") else []
         for k in range(len(images)):
             node = images[k]
-            name = node["name"].value() if node.isDefined("name") and node["name"].value() else f"image{k + 1}"
+            name = (
+                node["name"].value() if node.isDefined("name") and node["name"].value() else f"image{k + 1}"
+            )
             if not node.isDefined("pinholeRepresentation") or not node.isDefined("pose"):
-                notes.append(f"{Path(path).name}: embedded photo {name} is no pinhole photo with a pose: left out")
+                notes.append(
+                    f"{Path(path).name}: embedded photo {name} is no pinhole photo with a pose: left out"
+                )
                 continue
             photo_id = name if all(name != f.id for f in found) else f"{name}#{k + 1}"
-            found.append(EmbeddedPhoto(k, photo_id, _camera(node["pinholeRepresentation"]), _pose(node["pose"])))
+            found.append(
+                EmbeddedPhoto(k, photo_id, _camera(node["pinholeRepresentation"]), _pose(node["pose"]))
+            )
     return found, notes
 
 
@@ -54,7 +61,9 @@ def embedded_bytes(path: str | Path, number: int) -> bytes:
         view = e57.root["images2D"][number]["pinholeRepresentation"]
         kind = next((b for b in _BLOBS if view.isDefined(b)), None)
         if kind is None:
-            raise FileError(path, f"embedded photo {number + 1} has no picture", "export it again", code="I103")
+            raise FileError(
+                path, f"embedded photo {number + 1} has no picture", "export it again", code="I103"
+            )
         blob = libe57.BlobNode(view[kind])
         data = np.zeros(blob.byteCount(), np.uint8)
         blob.read(data, 0, len(data))
@@ -64,10 +73,24 @@ def embedded_bytes(path: str | Path, number: int) -> bytes:
 
 def _camera(view: Any) -> Camera:
     """Focal length and pixel size in metres, principal point in pixels from the upper left corner."""
-    value = {k: float(view[k].value()) for k in ("imageWidth", "imageHeight", "focalLength", "pixelWidth", "pixelHeight",
-                                                 "principalPointX", "principalPointY")}
-    params = [value["focalLength"] / value["pixelWidth"], value["focalLength"] / value["pixelHeight"],
-              value["principalPointX"], value["principalPointY"]]
+    value = {
+        k: float(view[k].value())
+        for k in (
+            "imageWidth",
+            "imageHeight",
+            "focalLength",
+            "pixelWidth",
+            "pixelHeight",
+            "principalPointX",
+            "principalPointY",
+        )
+    }
+    params = [
+        value["focalLength"] / value["pixelWidth"],
+        value["focalLength"] / value["pixelHeight"],
+        value["principalPointX"],
+        value["principalPointY"],
+    ]
     if not np.isfinite(params).all() or min(params[:2]) <= 0:
         raise ValueError("an embedded photo has no focal length")
     return Camera("PINHOLE", int(value["imageWidth"]), int(value["imageHeight"]), np.array(params))

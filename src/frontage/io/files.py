@@ -38,11 +38,15 @@ def reading(path: str | Path, kind: str, advice: str = "export or copy it again"
     except FrontageError:
         raise
     except Exception as problem:
-        raise FileError(path, f"not a readable {kind} file ({_brief(problem)})", advice, code="I103") from problem
+        raise FileError(
+            path, f"not a readable {kind} file ({_brief(problem)})", advice, code="I103"
+        ) from problem
     except BaseException as problem:
         if type(problem).__name__ != "PanicException":
             raise
-        raise FileError(path, f"not a readable {kind} file (its data is corrupt)", advice, code="I103") from problem
+        raise FileError(
+            path, f"not a readable {kind} file (its data is corrupt)", advice, code="I103"
+        ) from problem
 
 
 def _brief(problem: BaseException) -> str:
@@ -64,6 +68,8 @@ def whole_file(path: str | Path) -> Iterator[Path]:
         yield temporary
         os.replace(temporary, p)
     except OSError as problem:
-        raise FileError(p, f"cannot be written ({problem.strerror or problem})", "check folder and disk", code="I104") from problem
+        raise FileError(
+            p, f"cannot be written ({problem.strerror or problem})", "check folder and disk", code="I104"
+        ) from problem
     finally:
         temporary.unlink(missing_ok=True) if p.parent.is_dir() else None

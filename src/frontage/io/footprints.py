@@ -1,10 +1,11 @@
 """Building footprints from CityJSON, CityGML and GeoJSON: where one house ends and the next begins.
 
-Of a city model the ground surfaces are taken; where there are none, the lowest level of detail seen from above.
+Of a city model the ground surfaces are taken; where there are none, the coarsest level seen from above.
 XML is read without entities, DTDs or network.
 """
 
 import json
+import logging
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -24,6 +25,7 @@ from frontage.io.placement import Placement, Wanted
 from frontage.model import WorldRef
 from frontage.model.building import Footprint
 
+log = logging.getLogger(__name__)
 _SLIVER = 0.5  # m2: smaller pieces are gaps between badly joined surfaces, not buildings
 
 
@@ -32,16 +34,20 @@ def read_footprints(path: str | Path, world: WorldRef, crs: str | None = None) -
 
     A building in several separate pieces gives one footprint per piece, with "#2", ... behind its id.
 
-    Raises FileError (missing, truncated, corrupt, no buildings), CrsError (another or no CRS than the world's,
-    not transformable).
+    Raises FileError (missing, truncated, corrupt, no buildings), CrsError (no CRS where the world has one,
+    or the other way round).
     """
     p = require_file(path)
     wanted = Wanted(p.name, world, None if world.crs is None else world.crs, crs)
     outlines, file_crs = _outlines(p)
     if not outlines:
-        raise FileError(p, "holds no buildings with a footprint", "name a CityJSON, CityGML or GeoJSON file", code="I105")
+        raise FileError(
+            p, "holds no buildings with a footprint", "name a CityJSON, CityGML or GeoJSON file", code="I105"
+        )
     sample = np.vstack([ring for o in outlines for ring in o.polygons])
     place = wanted.place(file_crs, sample)
+    for note in place.notes:
+        log.warning(note)
     found = [f for o in outlines for f in _footprints(o, place)]
     if not found:
         raise FileError(p, "holds no buildings with a footprint", "check the model", code="I105")
@@ -71,7 +77,7 @@ def _outlines(path: Path) -> tuple[Sequence[Outline], CRS | None]:
 
 @dataclass(frozen=True)
 class _Geometry:
-    """One CityJSON geometry: level of detail, its polygons (outer rings, (k, 3)) and their semantic classes."""
+    """One CityJSON geometry: level of detail, outer rings (k, 3) of its polygons and their classes."""
 
     lod: float
     rings: Polygons
@@ -87,8 +93,14 @@ def _cityjson(data: dict[str, Any]) -> Iterator[Outline]:
     for key, o in objects.items():
         parents = [q for q in o.get("parents", []) if q in objects]
         if o["type"] == "Building" or (o["type"] == "BuildingPart" and not parents):
-            family = [o, *(objects[c] for c in o.get("children", []) if c in objects
-                           and objects[c]["type"] == "BuildingPart")]
+            family = [
+                o,
+                *(
+                    objects[c]
+                    for c in o.get("children", [])
+                    if c in objects and objects[c]["type"] == "BuildingPart"
+                ),
+            ]
             geometries = [_geometry(g, vertices) for member in family for g in member.get("geometry", [])]
             polygons = _ground(geometries)
             if polygons:
@@ -103,7 +115,9 @@ def _first_address(o: dict[str, Any]) -> dict[str, Any]:
 def _geometry(g: dict[str, Any], vertices: Float) -> _Geometry:
     """Outer rings of a MultiSurface, CompositeSurface, Solid or MultiSolid, with their classes."""
     surfaces, values = g.get("boundaries", []), g.get("semantics", {}).get("values")
-    depth = {"MultiSurface": 0, "CompositeSurface": 0, "Solid": 1, "MultiSolid": 2, "CompositeSolid": 2}.get(g["type"])
+    depth = {"MultiSurface": 0, "CompositeSurface": 0, "Solid": 1, "MultiSolid": 2, "CompositeSolid": 2}.get(
+        g["type"]
+    )
     if depth is None:
         return _Geometry(float(g.get("lod", 0)), (), ())
     for _ in range(depth):
@@ -121,8 +135,13 @@ def _ground(geometries: Sequence[_Geometry]) -> Polygons:
     """Ground surfaces of the coarsest geometries that have them, else the whole coarsest geometry."""
     ordered = sorted(geometries, key=lambda g: g.lod)
     for lod in dict.fromkeys(g.lod for g in ordered):
-        rings = tuple(r for g in ordered if g.lod == lod
-                      for r, c in zip(g.rings, g.classes, strict=True) if c == "GroundSurface")
+        rings = tuple(
+            r
+            for g in ordered
+            if g.lod == lod
+            for r, c in zip(g.rings, g.classes, strict=True)
+            if c == "GroundSurface"
+        )
         if rings:
             return rings
     filled = [g for g in ordered if g.rings]
@@ -137,7 +156,9 @@ def _geojson(data: dict[str, Any]) -> Iterator[Outline]:
         if parts is None:
             continue
         rings = tuple(_three(part[0]) for part in parts(geometry["coordinates"]))
-        named = next((properties[n] for n in ("id", "gml_id", "fid", "osm_id", "ID") if properties.get(n)), None)
+        named = next(
+            (properties[n] for n in ("id", "gml_id", "fid", "osm_id", "ID") if properties.get(n)), None
+        )
         number = f.get("id") if f.get("id") is not None else named
         yield Outline(str(number if number is not None else k + 1), rings, _address(properties))
 
@@ -170,5 +191,6 @@ def _footprints(o: Outline, place: Placement) -> Iterator[Footprint]:
     whole = shapely.union_all([shapely.make_valid(q) for q in flat if q.area > 0])
     pieces = [q for q in shapely.get_parts(whole) if q.geom_type == "Polygon" and q.area >= _SLIVER]
     for k, piece in enumerate(sorted(pieces, key=lambda q: -q.area), 1):
-        ring = np.asarray(shapely.geometry.polygon.orient(piece).exterior.coords)[:-1, :2]
+        closed = shapely.get_coordinates(shapely.get_exterior_ring(piece))
+        ring = closed[:-1] if shapely.is_ccw(shapely.get_exterior_ring(piece)) else closed[:0:-1]
         yield Footprint(o.id if k == 1 else f"{o.id}#{k}", ring, o.address)

@@ -58,7 +58,7 @@ def parse_header(data: bytes, name: object) -> ImageHeader:
 
 
 def _jpeg(data: bytes, name: object) -> ImageHeader:
-    """Walk the segments up to the picture data; the end marker must follow it (0xFF is stuffed in between)."""
+    """Walk the segments up to the picture data; the end marker must follow it (0xFF is stuffed inside)."""
     at, size, orientation = 2, None, 1
     while at + 4 <= len(data):
         if data[at] != 0xFF:

@@ -27,15 +27,20 @@ Progress = Callable[[float], None]
 
 
 def read_las(
-    path: str | Path, wanted: Wanted, stations: str | Path | None = None, trajectory: Trajectory | None = None,
-    bounds: tuple[float, ...] | None = None, resolution: float | None = None, progress: Progress | None = None,
+    path: str | Path,
+    wanted: Wanted,
+    stations: str | Path | None = None,
+    trajectory: Trajectory | None = None,
+    bounds: tuple[float, ...] | None = None,
+    resolution: float | None = None,
+    progress: Progress | None = None,
 ) -> Scan:
     """A LAS, LAZ or COPC file as one scan.
 
     stations    JSON of `point_source_id` -> position; by default "<file>.stations.json" beside it, if there
     trajectory  of the vehicle: every point gets the position at its gps_time
     bounds      (x0, y0, x1, y1) m world; a COPC file reads only the nodes that it needs
-    resolution  m: a COPC file stops at the level of the octree that is this dense; others are thinned by the caller
+    resolution  m: a COPC file stops at the octree level that is this dense; the caller thins others
 
     Raises FileError (missing, empty, truncated, corrupt), CrsError.
     """
@@ -51,14 +56,19 @@ def read_las(
 
 
 def las_info(path: str | Path) -> dict[str, Any]:
-    """Header facts of a LAS file without reading its points: format, count, bounds (file CRS), crs, dimensions."""
+    """Header facts of a LAS file without reading its points: format, count, bounds, crs, dimensions."""
     p = require_file(path)
     with reading(p, "LAS/LAZ"), laspy.open(p) as f:
         h = f.header
         crs = _crs(h, p)
-        return {"format": f"LAS {h.version} point format {h.point_format.id}", "points": int(h.point_count),
-                "minimum": [float(v) for v in h.mins], "maximum": [float(v) for v in h.maxs],
-                "crs": None if crs is None else crs.name, "dimensions": list(h.point_format.dimension_names)}
+        return {
+            "format": f"LAS {h.version} point format {h.point_format.id}",
+            "points": int(h.point_count),
+            "minimum": [float(v) for v in h.mins],
+            "maximum": [float(v) for v in h.maxs],
+            "crs": None if crs is None else crs.name,
+            "dimensions": list(h.point_format.dimension_names),
+        }
 
 
 def _crs(header: Any, path: Path) -> CRS | None:
@@ -68,8 +78,12 @@ def _crs(header: Any, path: Path) -> CRS | None:
     return None if found is None else parse_crs(found.to_wkt(), str(path))
 
 
-def _open(path: Path, wanted: Wanted, bounds: tuple[float, ...] | None, resolution: float | None,
-          ) -> tuple[Any, Iterator[Any]]:
+def _open(
+    path: Path,
+    wanted: Wanted,
+    bounds: tuple[float, ...] | None,
+    resolution: float | None,
+) -> tuple[Any, Iterator[Any]]:
     """The header and an iterator of point records; a COPC query when it is asked and possible."""
     f = laspy.open(path)
     if f.header.point_count == 0:
@@ -108,8 +122,13 @@ def _box(header: Any, path: Path, wanted: Wanted, bounds: tuple[float, ...] | No
     return laspy.Bounds(mins=edge.min(0) - slack, maxs=edge.max(0) + slack)
 
 
-def _stream(path: Path, header: Any, chunks: Iterator[Any], wanted: Wanted, progress: Progress | None,
-            ) -> tuple[Columns, Placement]:
+def _stream(
+    path: Path,
+    header: Any,
+    chunks: Iterator[Any],
+    wanted: Wanted,
+    progress: Progress | None,
+) -> tuple[Columns, Placement]:
     """All records into preallocated columns; the first chunk decides the placement."""
     total, at = int(header.point_count), 0
     store: dict[str, Array] = {}
@@ -136,9 +155,15 @@ def _stream(path: Path, header: Any, chunks: Iterator[Any], wanted: Wanted, prog
 def _fields(chunk: Any) -> Iterator[tuple[str, Array]]:
     """The attributes that are used, whatever else a record holds."""
     names = set(chunk.point_format.dimension_names)
-    renamed = {"intensity": "intensity", "gps_time": "time", "point_source_id": "source",
-               "return_number": "return_number", "number_of_returns": "return_count", "withheld": "withheld",
-               _RAY: "ray"}
+    renamed = {
+        "intensity": "intensity",
+        "gps_time": "time",
+        "point_source_id": "source",
+        "return_number": "return_number",
+        "number_of_returns": "return_count",
+        "withheld": "withheld",
+        _RAY: "ray",
+    }
     for name, column in renamed.items():
         if name in names:
             yield column, np.asarray(chunk[name])
@@ -155,8 +180,15 @@ def _put(store: dict[str, Array], name: str, values: Array, at: int, total: int)
 
 def _columns(path: Path, store: dict[str, Array]) -> Columns:
     """Columns as `to_scan` takes them; `origin_index` carries the source ids until the rays are known."""
-    c = Columns(path.name, store["xyz"], store.get("intensity"), store.get("rgb"), store.get("time"),
-                store.get("return_number"), store.get("return_count"))
+    c = Columns(
+        path.name,
+        store["xyz"],
+        store.get("intensity"),
+        store.get("rgb"),
+        store.get("time"),
+        store.get("return_number"),
+        store.get("return_count"),
+    )
     c.origin_index = store.get("ray", store["source"])
     withheld = store.get("withheld")
     if withheld is not None and withheld.any():
@@ -165,13 +197,23 @@ def _columns(path: Path, store: dict[str, Array]) -> Columns:
     return c
 
 
-def _rays(path: Path, c: Columns, place: Placement, stations: str | Path | None, trajectory: Trajectory | None,
-          ) -> tuple[Float | None, Array | None]:
+def _rays(
+    path: Path,
+    c: Columns,
+    place: Placement,
+    stations: str | Path | None,
+    trajectory: Trajectory | None,
+) -> tuple[Float | None, Array | None]:
     """Sensor positions from a trajectory, else from the stations file, else none."""
     source, c.origin_index = c.origin_index, None
     if trajectory is not None:
         if c.time is None or not np.ptp(c.time):
-            raise FileError(path, "has a trajectory but its points have no gps_time", "export it with GPS time", code="I106")
+            raise FileError(
+                path,
+                "has a trajectory but its points have no gps_time",
+                "export it with GPS time",
+                code="I106",
+            )
         return rays_from_trajectory(trajectory, c.time, place, c.notes)
     found = Path(stations) if stations is not None else path.with_name(path.name + ".stations.json")
     if (stations is None and not found.exists()) or source is None:
@@ -180,7 +222,7 @@ def _rays(path: Path, c: Columns, place: Placement, stations: str | Path | None,
 
 
 def write_las(path: str | Path, scan: Scan) -> Path:
-    """Write a scan as LAS 1.4 (LAZ by its suffix), 0.1 mm steps, CRS as WKT; rays go beside it as stations.json.
+    """Write a scan as LAS 1.4 (LAZ by its suffix), 0.1 mm steps, CRS as WKT; rays beside it as stations.json.
 
     `point_source_id` is 1 + the origin's index (an extra dimension where there are more than 65,535), so that
     `read_las` gives the same rays back. The bytes depend on the scan alone.
@@ -195,8 +237,11 @@ def write_las(path: str | Path, scan: Scan) -> Path:
     wide = len(scan.origins) > 65535  # type: ignore[arg-type]
     if wide:
         header.add_extra_dim(laspy.ExtraBytesParams(_RAY, np.int32))
-    with whole_file(p) as temporary, open(temporary, "wb") as f, laspy.open(
-            f, mode="w", header=header, do_compress=p.suffix.lower() == ".laz", closefd=False) as out:
+    with (
+        whole_file(p) as temporary,
+        open(temporary, "wb") as f,
+        laspy.open(f, mode="w", header=header, do_compress=p.suffix.lower() == ".laz", closefd=False) as out,
+    ):
         for start in range(0, len(scan), CHUNK):
             out.write_points(_record(header, scan, slice(start, start + CHUNK), wide))
     beside = p.with_name(p.name + ".stations.json")
@@ -213,7 +258,9 @@ def _record(header: Any, scan: Scan, rows: slice, wide: bool) -> Any:
     r = laspy.ScaleAwarePointRecord.zeros(len(xyz), header=header)
     steps = np.rint(xyz / _STEP).astype(np.int64)
     if np.abs(steps).max(initial=0) >= 2**31:
-        raise FileError(scan.name, "spans more than 400 km and does not fit a LAS file", "split it", code="I107")
+        raise FileError(
+            scan.name, "spans more than 400 km and does not fit a LAS file", "split it", code="I107"
+        )
     r.X, r.Y, r.Z = steps.T.astype(np.int32)
     index = scan.origin_index[rows]  # type: ignore[index]
     if wide:

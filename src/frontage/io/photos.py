@@ -27,12 +27,18 @@ class PhotoSource(BaseModel):
 
     model_config = ConfigDict(extra="forbid", frozen=True)
 
-    path: str | tuple[str, ...] = Field(description="folder, file or glob(s); an E57 file with embedded photos")
-    cameras: str | None = Field(None, description="COLMAP model folder, text or binary")
-    offset: tuple[float, float, float] = Field((0.0, 0.0, 0.0), description="m, added to camera positions")
-    pose: Literal["trusted", "approximate", "none"] = Field("trusted", description="how far poses may be trusted")
-    sigma_position: float = Field(2.0, gt=0, description="m, of an approximate pose")
-    sigma_angle: float = Field(5.0, gt=0, le=180, description="degrees, of an approximate pose")
+    path: str | tuple[str, ...] = Field(
+        description="folder, file or glob(s); an E57 file with embedded photos"
+    )
+    cameras: str | None = Field(default=None, description="COLMAP model folder, text or binary")
+    offset: tuple[float, float, float] = Field(
+        default=(0.0, 0.0, 0.0), description="m, added to camera positions"
+    )
+    pose: Literal["trusted", "approximate", "none"] = Field(
+        default="trusted", description="how far poses may be trusted"
+    )
+    sigma_position: float = Field(default=2.0, gt=0, description="m, of an approximate pose")
+    sigma_angle: float = Field(default=5.0, gt=0, le=180, description="degrees, of an approximate pose")
 
     @property
     def sigmas(self) -> tuple[float, ...] | None:
@@ -77,8 +83,8 @@ class PhotoSet:
 def read_photos(source: PhotoSource, world: WorldRef) -> PhotoSet:
     """The photos with cameras and poses, checked against their files.
 
-    The ids are the names in the camera file. A picture whose stored size is its camera's is used as stored; one
-    that has it once its EXIF orientation is applied is turned.
+    The ids are the names in the camera file. A picture whose stored size is its camera's is used as stored;
+    one that has it once its EXIF orientation is applied is turned.
 
     Raises FileError: no pictures, cameras naming absent photos, a photo of another size than its camera.
     """
@@ -86,8 +92,10 @@ def read_photos(source: PhotoSource, world: WorldRef) -> PhotoSet:
     if len(files) == 1 and files[0].suffix.lower() == ".e57":
         return _embedded(files[0], source, world)
     if source.cameras is None:
-        raise InputError("[photos] need cameras = \"...\" (a COLMAP folder); to orient photos is not yet possible",
-                         code="I111")
+        raise InputError(
+            '[photos] need cameras = "..." (a COLMAP folder); to orient photos is not yet possible',
+            code="I111",
+        )
     model = read_colmap(source.cameras)
     matched = _matched(model.images, files, Path(source.cameras))
     photos, pixels = [], {}
@@ -112,8 +120,12 @@ def picture_files(path: str | tuple[str, ...]) -> list[Path]:
         else:
             found |= {Path(f) for f in glob.glob(pattern, recursive=True) if Path(f).is_file()}
     if not found:
-        raise FileError(path if isinstance(path, str) else ", ".join(path), "no photos here", "check path and glob",
-                        code="I101")
+        raise FileError(
+            path if isinstance(path, str) else ", ".join(path),
+            "no photos here",
+            "check path and glob",
+            code="I101",
+        )
     return sorted(found)
 
 
@@ -134,7 +146,9 @@ def _matched(images: tuple[ColmapImage, ...], files: list[Path], cameras: Path) 
     by_name: dict[str, list[Path]] = defaultdict(list)
     for f in files:
         by_name[f.name].append(f)
-    found, absent, twice = {}, [], []
+    found: dict[str, Path] = {}
+    absent: list[str] = []
+    twice: list[str] = []
     for image in images:
         name = image.name.replace("\\", "/")
         candidates = by_name.get(name.rsplit("/", 1)[-1], [])
@@ -144,10 +158,15 @@ def _matched(images: tuple[ColmapImage, ...], files: list[Path], cameras: Path) 
             found[image.name] = pick[0]
         else:
             (twice if pick else absent).append(image.name)
-    for names, what in ((absent, "names photos that are not there"), (twice, "names photos that are there twice")):
+    for names, what in (
+        (absent, "names photos that are not there"),
+        (twice, "names photos that are there twice"),
+    ):
         if names:
             more = f" and {len(names) - 3} more" if len(names) > 3 else ""
-            raise FileError(cameras, f"{what}: {', '.join(names[:3])}{more}", "check [photos] path", code="I112")
+            raise FileError(
+                cameras, f"{what}: {', '.join(names[:3])}{more}", "check [photos] path", code="I112"
+            )
     return found
 
 
@@ -158,8 +177,12 @@ def _checked(path: Path, camera: Camera) -> _Pixels:
         return _Pixels(str(path))
     if h.orientation >= 5 and (h.height, h.width) == (camera.width, camera.height):
         return _Pixels(str(path), h.orientation)
-    raise FileError(path, f"is {h.width} x {h.height} px but its camera is {camera.width} x {camera.height}",
-                    "use the photos that the cameras were made for", code="I113")
+    raise FileError(
+        path,
+        f"is {h.width} x {h.height} px but its camera is {camera.width} x {camera.height}",
+        "use the photos that the cameras were made for",
+        code="I113",
+    )
 
 
 def _embedded(path: Path, source: PhotoSource, world: WorldRef) -> PhotoSet:
@@ -168,8 +191,11 @@ def _embedded(path: Path, source: PhotoSource, world: WorldRef) -> PhotoSet:
     if not found:
         raise FileError(path, "holds no pinhole photos", "give pictures and cameras", code="I105")
     move = np.asarray(source.offset) - world.origin
-    return PhotoSet(tuple(_embedded_photo(e, source, move) for e in found),
-                    {e.id: _Pixels(str(path), embedded=e.number) for e in found}, tuple(notes))
+    return PhotoSet(
+        tuple(_embedded_photo(e, source, move) for e in found),
+        {e.id: _Pixels(str(path), embedded=e.number) for e in found},
+        tuple(notes),
+    )
 
 
 def _embedded_photo(e: EmbeddedPhoto, source: PhotoSource, move: Array) -> Photo:

@@ -1,17 +1,15 @@
 """From the coordinates of a file to local metres: units, CRS, origin, and what had to be assumed."""
 
-import warnings
 from dataclasses import dataclass
 
 import numpy as np
 from pyproj import CRS, Transformer
-from pyproj.aoi import AreaOfInterest
-from pyproj.transformer import TransformerGroup
 
 from frontage.errors import CrsError
 from frontage.geometry.arrays import Array, Float
 from frontage.geometry.rigid import Rigid3
 from frontage.io import crs as systems
+from frontage.io.transform import best_transformer, show, within
 from frontage.model import WorldRef
 
 _NEAR = 10_000.0  # m: coordinates this small lose nothing in float64 and keep their own origin
@@ -41,7 +39,7 @@ class Placement:
         """
         p = np.asarray(xyz, np.float64)
         if self.transformer is None:
-            return p * self.scale + (self.offset - self.world.origin)  # type: ignore[no-any-return]
+            return p * self.scale + (self.offset - self.world.origin)
         p = p * self.scale + self.offset
         z = p[:, 2]
         if self.flat:
@@ -50,18 +48,21 @@ class Placement:
             x, y, z = self.transformer.transform(p[:, 0], p[:, 1], z)
         out = np.column_stack([x, y, z])
         if (~np.isfinite(out) & np.isfinite(p)).any():
-            raise CrsError(f"coordinates such as {_show(p[~np.isfinite(out).all(1)][0])} lie outside the area in which "
-                           f"their CRS can be transformed; check the scan's crs", code="I204")
-        return out - self.world.origin  # type: ignore[no-any-return]
+            raise CrsError(
+                f"coordinates such as {show(p[~np.isfinite(out).all(1)][0])} lie outside the area in which "
+                f"their CRS can be transformed; check the scan's crs",
+                code="I204",
+            )
+        return out - self.world.origin
 
     def points_of(self, pose: Rigid3, xyz: Float) -> Float:
         """Points (n, 3) in a scanner's frame, its pose in file coordinates, to local metres (n, 3)."""
         if self.transformer is None and np.all(self.scale == 1.0):
-            return np.asarray(xyz, np.float64) @ pose.R.T + (pose.t + (self.offset - self.world.origin))  # type: ignore[no-any-return]
+            return np.asarray(xyz, np.float64) @ pose.R.T + (pose.t + (self.offset - self.world.origin))
         return self.to_local(pose.apply(xyz))
 
     def pose_of(self, pose: Rigid3) -> Rigid3:
-        """A pose in file coordinates to `local_from_...`; a curved transform turns it by its own rotation here."""
+        """A pose in file coordinates to `local_from_...`; turned as a curved transform turns."""
         if self.transformer is None:
             return Rigid3("local", pose.frm, pose.R, self.to_local(pose.t[None])[0])
         probes = pose.t + _LEVER * np.vstack([np.zeros(3), pose.R.T])
@@ -105,15 +106,17 @@ class Wanted:
         return _placement(self, source, target, points, notes)
 
     def _guess(self, source: CRS | None, points: Float, notes: list[str]) -> CRS | None:
-        """The CRS of a file that states none: geocentric by its magnitude, the asked one where it fits, or none."""
+        """The CRS of a file that states none: geocentric by magnitude, the asked one where it fits, none."""
         if source is not None:
             return source
         if systems.looks_geocentric(points):
-            notes.append(f"{self.name}: no CRS stated, but the coordinates are geocentric: taken as EPSG:4978")
+            notes.append(
+                f"{self.name}: no CRS stated, but the coordinates are geocentric: taken as EPSG:4978"
+            )
             return CRS.from_epsg(4978)
         if self.target:
             target = systems.parse_crs(self.target, "project")
-            if _within(target, points * systems.METRE_PER[self.units or "m"]):
+            if within(target, points * systems.METRE_PER[self.units or "m"]):
                 notes.append(f"{self.name}: no CRS stated: taken to be in the project's, {self.target}")
                 return target
         return None
@@ -122,11 +125,15 @@ class Wanted:
         """The world CRS; CrsError when some data has a CRS and other has none."""
         text = self.world.crs if self.world is not None else self.target
         if source is None and text is not None:
-            raise CrsError(f"{self.name}: has no CRS while the project is in {text}; say which with crs = \"EPSG:...\"",
-                           code="I202")
+            raise CrsError(
+                f'{self.name}: has no CRS while the project is in {text}; say which with crs = "EPSG:..."',
+                code="I202",
+            )
         if source is not None and self.world is not None and self.world.crs is None:
-            raise CrsError(f"{self.name}: is in {source.name} while other data has no CRS; give the others a crs",
-                           code="I202")
+            raise CrsError(
+                f"{self.name}: is in {source.name} while other data has no CRS; give the others a crs",
+                code="I202",
+            )
         if source is None:
             return None
         if text is None:
@@ -136,7 +143,9 @@ class Wanted:
             return target
         twin = systems.metric_twin(target)
         if twin is None:
-            raise CrsError(f"{text}: not a projected east-north CRS; name one in metres such as EPSG:25832", code="I203")
+            raise CrsError(
+                f"{text}: not a projected east-north CRS; name one in metres such as EPSG:25832", code="I203"
+            )
         notes.append(f"{text} is not in metres: computed in the same projection in metres")
         return twin
 
@@ -144,8 +153,10 @@ class Wanted:
         """Local engineering coordinates: no CRS anywhere."""
         unit = systems.METRE_PER[self.units or "m"]
         if not any("no CRS" in n for n in notes):
-            notes.append(f"{self.name}: no CRS: local engineering coordinates" + (
-                "" if self.units else ", taken as metres"))
+            notes.append(
+                f"{self.name}: no CRS: local engineering coordinates"
+                + ("" if self.units else ", taken as metres")
+            )
         placed = points * unit + self.offset
         world = self.world or WorldRef(_origin(placed), None)
         return Placement(world, np.full(3, unit), np.array(self.offset), notes=tuple(notes))
@@ -161,9 +172,11 @@ def _default_target(source: CRS, points: Float, notes: list[str], wanted: Wanted
         notes.append(f"{wanted.name}: {source.name} is not in metres: converted")
         return twin
     to_degrees = Transformer.from_crs(source, "EPSG:4979", always_xy=True)
-    lon, lat, _ = to_degrees.transform(*np.median(points + wanted.offset, axis=0))
+    lon, lat = to_degrees.transform(*np.median(points + wanted.offset, axis=0))[:2]
     if not (np.isfinite(lon) and np.isfinite(lat)):
-        raise CrsError(f"{wanted.name}: coordinates such as {_show(points[0])} do not fit {source.name}", code="I204")
+        raise CrsError(
+            f"{wanted.name}: coordinates such as {show(points[0])} do not fit {source.name}", code="I204"
+        )
     zone = systems.utm_for(source, float(lon), float(lat))
     notes.append(f"{wanted.name}: {source.name} transformed to {zone.name} ({systems.crs_text(zone)})")
     return zone
@@ -177,21 +190,35 @@ def _placement(wanted: Wanted, source: CRS, target: CRS, points: Float, notes: l
     plan = 1.0 if flat_from.is_geographic or unit is None else unit / systems.unit_of(flat_from)
     same_heights = not source.is_geocentric and (up_from is None or up_to is None or up_from.equals(up_to))
     same_heights = same_heights or _same_but_unit(up_from, up_to)
-    spatial = source.is_geocentric or len(source.axis_info) == 3 and not source.is_compound
+    spatial = source.is_geocentric or (len(source.axis_info) == 3 and not source.is_compound)
     if same_heights and not (spatial and up_to is not None):
         z_unit = unit or _height_unit(source, up_from)
         scale = np.array([plan, plan, z_unit])
-        moved = None if flat_from.equals(flat_to, ignore_axis_order=True) else _transformer(
-            wanted, flat_from, flat_to, points * scale + wanted.offset, notes)
+        moved = (
+            None
+            if flat_from.equals(flat_to, ignore_axis_order=True)
+            else best_transformer(wanted.name, flat_from, flat_to, points * scale + wanted.offset, notes)
+        )
         if up_from is None and up_to is not None:
             notes.append(f"{wanted.name}: its heights have no datum: taken to be in {up_to.name}")
         if unit is None and abs(z_unit - 1.0) > 1e-12 and up_from is None:
             notes.append(f"{wanted.name}: heights taken to be in the unit of the plan, {z_unit:.9g} m")
         flat = True
     else:
-        scale = np.array([plan, plan, plan if up_from is None else (unit or systems.unit_of(up_from)) / systems.unit_of(up_from)])
-        moved = _transformer(wanted, source, target if up_to is not None else flat_to.to_3d(),
-                             points * scale + wanted.offset, notes)
+        scale = np.array(
+            [
+                plan,
+                plan,
+                plan if up_from is None else (unit or systems.unit_of(up_from)) / systems.unit_of(up_from),
+            ]
+        )
+        moved = best_transformer(
+            wanted.name,
+            source,
+            target if up_to is not None else flat_to.to_3d(),
+            points * scale + wanted.offset,
+            notes,
+        )
         if up_to is None:
             notes.append(f"{wanted.name}: heights are above the ellipsoid")
         flat = False
@@ -199,7 +226,7 @@ def _placement(wanted: Wanted, source: CRS, target: CRS, points: Float, notes: l
     text = systems.crs_text(target)
     if wanted.world is not None:
         return Placement(wanted.world, scale, offset, moved, flat, tuple(notes))
-    trial = Placement(WorldRef(np.zeros(3), text), scale, offset, moved, flat)
+    trial = Placement(WorldRef(np.zeros(3, np.int64), text), scale, offset, moved, flat)
     world = WorldRef(_origin(trial.to_local(points)), text)
     return Placement(world, scale, offset, moved, flat, tuple(notes))
 
@@ -216,52 +243,11 @@ def _height_unit(source: CRS, upright: CRS | None) -> float:
     if upright is not None:
         return systems.unit_of(upright)
     axes = source.axis_info
-    return float(axes[2].unit_conversion_factor) if len(axes) == 3 else systems.unit_of(systems.horizontal(source))
-
-
-def _transformer(wanted: Wanted, source: CRS, target: CRS, points: Float, notes: list[str]) -> Transformer:
-    """The best transformation that is installed, at these points; its accuracy is noted when a better one is not.
-
-    Raises CrsError when there is none, or only one of unknown accuracy ("ballpark").
-    """
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # the missing grid is reported below, in our words
-        group = TransformerGroup(source, target, always_xy=True, area_of_interest=_area(source, points))
-    usable = [t for t in group.transformers if np.isfinite(t.transform(*points[0])).all()]
-    if not usable:
-        raise CrsError(f"{wanted.name}: coordinates such as {_show(points[0])} cannot be transformed from {source.name} "
-                       f"to {target.name}; check the scan's crs", code="I204")
-    best = usable[0]
-    missing = sorted({g.short_name for op in group.unavailable_operations for g in op.grids if not g.available})
-    grids = f" (missing grids: {', '.join(missing[:3])})" if missing else ""
-    if best.accuracy is None or best.accuracy < 0:
-        raise CrsError(f"{wanted.name}: no transformation of known accuracy from {source.name} to {target.name} is "
-                       f"installed{grids}; install the grids for PROJ or choose another target CRS", code="I205")
-    if not group.best_available or best.accuracy >= 0.1:
-        notes.append(f"{wanted.name}: {source.name} to {target.name} is good to {best.accuracy:g} m{grids}")
-    return best
-
-
-def _area(source: CRS, points: Float) -> AreaOfInterest | None:
-    """Where the points are, in degrees; None when it cannot be told."""
-    flat = source if source.is_geocentric else systems.horizontal(source)
-    lon, lat, _ = Transformer.from_crs(flat, "EPSG:4979" if source.is_geocentric else "EPSG:4326",
-                                       always_xy=True).transform(*points[: 1000].T)
-    if not (np.isfinite(lon).all() and np.isfinite(lat).all()):
-        return None
-    return AreaOfInterest(float(lon.min()), float(lat.min()), float(lon.max()), float(lat.max()))
-
-
-def _within(crs: CRS, points: Float) -> bool:
-    """Whether points (n, 3) in a CRS lie in (or within 3 degrees of) its area of use."""
-    area = crs.area_of_use
-    place = _area(crs, points)
-    if place is None:
-        return False
-    if area is None:
-        return True
-    return (area.west - 3 <= place.west_lon_degree and place.east_lon_degree <= area.east + 3
-            and area.south - 3 <= place.south_lat_degree and place.north_lat_degree <= area.north + 3)
+    return (
+        float(axes[2].unit_conversion_factor)
+        if len(axes) == 3
+        else systems.unit_of(systems.horizontal(source))
+    )
 
 
 def _origin(points: Float) -> Array:
@@ -269,7 +255,3 @@ def _origin(points: Float) -> Array:
     if np.abs(points).max() < _NEAR:
         return np.zeros(3, np.int64)
     return np.floor(np.median(points, axis=0)).astype(np.int64)
-
-
-def _show(point: Float) -> str:
-    return "(" + ", ".join(f"{v:.6g}" for v in point) + ")"

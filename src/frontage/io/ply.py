@@ -13,9 +13,24 @@ from frontage.io.files import reading, require_file, whole_file
 from frontage.io.placement import Wanted
 from frontage.model import Scan
 
-_TYPES = {"char": "i1", "uchar": "u1", "short": "i2", "ushort": "u2", "int": "i4", "uint": "u4", "float": "f4",
-          "double": "f8", "int8": "i1", "uint8": "u1", "int16": "i2", "uint16": "u2", "int32": "i4", "uint32": "u4",
-          "float32": "f4", "float64": "f8"}
+_TYPES = {
+    "char": "i1",
+    "uchar": "u1",
+    "short": "i2",
+    "ushort": "u2",
+    "int": "i4",
+    "uint": "u4",
+    "float": "f4",
+    "double": "f8",
+    "int8": "i1",
+    "uint8": "u1",
+    "int16": "i2",
+    "uint16": "u2",
+    "int32": "i4",
+    "uint32": "u4",
+    "float32": "f4",
+    "float64": "f8",
+}
 _ORDERS = {"ascii": "=", "binary_little_endian": "<", "binary_big_endian": ">"}
 _NAMES = {
     "intensity": ("intensity", "scalar_intensity", "reflectance", "scalar_reflectance", "remission"),
@@ -34,7 +49,7 @@ class _Header:
 
 
 def read_ply(path: str | Path, wanted: Wanted) -> Scan:
-    """The vertices of a PLY file: x y z, and colour, intensity, time and sensor position where properties name them.
+    """The vertices of a PLY file: x y z; colour, intensity, time and sensor position where named.
 
     Raises FileError (missing, truncated, corrupt, no vertices), CrsError.
     """
@@ -43,7 +58,9 @@ def read_ply(path: str | Path, wanted: Wanted) -> Scan:
         header = _header(f)
         v = _ascii(f, header) if header.order == "=" else _binary(f, header)
         if len(v) < header.count:
-            raise FileError(p, f"truncated: {len(v)} of {header.count} vertices", "copy it again", code="I103")
+            raise FileError(
+                p, f"truncated: {len(v)} of {header.count} vertices", "copy it again", code="I103"
+            )
     if not len(v):
         raise FileError(p, "holds no points", "export it again", code="I105")
     names = {n.lower(): n for n in v.dtype.names or ()}
@@ -67,8 +84,10 @@ def _coarse(c: Columns, xyz: Array, stored: np.dtype[np.void]) -> None:
     """Say when 32-bit coordinates are too large to hold millimetres."""
     top = float(np.nanmax(np.abs(xyz)))
     if stored.itemsize == 4 and stored.kind == "f" and np.spacing(np.float32(top)) > 1e-3:
-        c.notes.append(f"{c.name}: coordinates of {top:.0f} in 32-bit floats have steps of "
-                       f"{float(np.spacing(np.float32(top))):.3f}: export them as doubles or with a shift")
+        c.notes.append(
+            f"{c.name}: coordinates of {top:.0f} in 32-bit floats have steps of "
+            f"{float(np.spacing(np.float32(top))):.3f}: export them as doubles or with a shift"
+        )
 
 
 def _pick(v: Array, names: dict[str, str], wanted: tuple[str, ...]) -> Array:
@@ -79,7 +98,8 @@ def _header(f: BinaryIO) -> _Header:
     """Parse up to end_header. Raises ValueError when it is not a PLY header with x, y, z of fixed size."""
     if f.readline().strip() != b"ply":
         raise ValueError("it does not begin with 'ply'")
-    order, elements = "", []  # elements: [name, count, [(property, type)]]
+    order = ""
+    elements: list[tuple[str, int, list[tuple[str, str]]]] = []  # name, count, (property, type)
     while (line := f.readline()).strip() != b"end_header":
         if not line:
             raise ValueError("its header does not end")

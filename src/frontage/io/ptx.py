@@ -49,18 +49,39 @@ def read_ptx(path: str | Path, wanted: Wanted, sigmas: tuple[float, ...] | None 
     kept = [(k, r) for k, r in enumerate(raws, 1) if len(r.xyz)]
     if not kept:
         raise FileError(p, "holds no points", "export it again", code="I105")
-    place = wanted.place(None, np.vstack([r.pose.apply(r.xyz[:: max(1, len(r.xyz) // 2000)]) for _, r in kept]))
+    place = wanted.place(
+        None, np.vstack([r.pose.apply(r.xyz[:: max(1, len(r.xyz) // 2000)]) for _, r in kept])
+    )
     shared = normalised([r.intensity for _, r in kept])
-    empty = [f"{p.name}: {len(raws) - len(kept)} scans without any return left out"] if len(kept) < len(raws) else []
+    empty = (
+        [f"{p.name}: {len(raws) - len(kept)} scans without any return left out"]
+        if len(kept) < len(raws)
+        else []
+    )
     return [_scan(p, k, r, i, place, sigmas, empty) for (k, r), i in zip(kept, shared, strict=True)]
 
 
-def _scan(path: Path, number: int, r: _Raw, intensity: Array | None, place: Placement,
-          sigmas: tuple[float, ...] | None, notes: list[str]) -> Scan:
+def _scan(
+    path: Path,
+    number: int,
+    r: _Raw,
+    intensity: Array | None,
+    place: Placement,
+    sigmas: tuple[float, ...] | None,
+    notes: list[str],
+) -> Scan:
     pose = place.pose_of(r.pose)
-    c = Columns(f"{path.name}:{number}", place.points_of(r.pose, r.xyz), intensity, r.rgb, grid=r.grid,
-                origins=pose.t[None], origin_index=np.zeros(len(r.xyz), np.int32), pose=given_pose(pose, sigmas),
-                notes=list(notes))
+    c = Columns(
+        f"{path.name}:{number}",
+        place.points_of(r.pose, r.xyz),
+        intensity,
+        r.rgb,
+        grid=r.grid,
+        origins=pose.t[None],
+        origin_index=np.zeros(len(r.xyz), np.int32),
+        pose=given_pose(pose, sigmas),
+        notes=list(notes),
+    )
     return to_scan(path, c, place)
 
 
@@ -84,8 +105,8 @@ def _pose(matrix: Float) -> Rigid3:
 
 
 def _placed_already(raw: _Raw, position: Float) -> _Raw:
-    """With an identity matrix the points are in world coordinates already, and only the header's first line says
-    where the scanner stood: the same points, seen from there."""
+    """With an identity matrix the points are in world coordinates already, and only the header's first line
+    says where the scanner stood: the same points, seen from there."""
     if not position.any() or raw.pose.t.any() or not np.array_equal(raw.pose.R, np.eye(3)):
         return raw
     return replace(raw, pose=Rigid3("file", "scanner", np.eye(3), position), xyz=raw.xyz - position)
@@ -101,7 +122,9 @@ def _body(f: TextIO, path: Path, columns: int, rows: int, pose: Rigid3) -> _Raw:
             warnings.simplefilter("ignore", UserWarning)  # "no data": reported as truncated below
             block: Float = np.loadtxt(f, np.float64, max_rows=min(_CHUNK, total - at), ndmin=2)
         if not block.size:
-            raise FileError(path, f"truncated: {at} of {total} lines of a scan", "copy or export it again", code="I103")
+            raise FileError(
+                path, f"truncated: {at} of {total} lines of a scan", "copy or export it again", code="I103"
+            )
         if block.shape[1] not in (4, 7):
             raise ValueError(f"lines of {block.shape[1]} values instead of 4 or 7")
         returned = (block[:, :3] != 0).any(axis=1) & np.isfinite(block[:, :3]).all(axis=1)

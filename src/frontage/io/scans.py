@@ -30,16 +30,26 @@ class ScanSource(BaseModel):
     model_config = ConfigDict(extra="forbid", frozen=True)
 
     path: str = Field(description="file, or a COLMAP folder; the project file also takes globs")
-    crs: str | None = Field(None, description="CRS of the file's coordinates, over what the file says")
-    units: Literal["m", "ft", "us-ft"] | None = Field(None, description="unit of the file's coordinates")
-    offset: tuple[float, float, float] = Field((0.0, 0.0, 0.0), description="m, added to the file's coordinates")
-    pose: Literal["trusted", "approximate"] = Field("trusted", description="how far the file's pose may be trusted")
-    sigma_position: float = Field(2.0, gt=0, description="m, of an approximate pose")
-    sigma_heading: float = Field(5.0, gt=0, le=180, description="degrees, of an approximate pose")
-    sigma_level: float = Field(0.1, gt=0, le=90, description="degrees, of an approximate pose")
-    sigma_range: float | None = Field(None, gt=0, description="m, one sigma of a range, when known")
-    trajectory: str | None = Field(None, description="CSV or SBET of the vehicle")
-    stations: str | None = Field(None, description="JSON of station positions; found by itself beside the scan")
+    crs: str | None = Field(
+        default=None, description="CRS of the file's coordinates, over what the file says"
+    )
+    units: Literal["m", "ft", "us-ft"] | None = Field(
+        default=None, description="unit of the file's coordinates"
+    )
+    offset: tuple[float, float, float] = Field(
+        default=(0.0, 0.0, 0.0), description="m, added to the file's coordinates"
+    )
+    pose: Literal["trusted", "approximate"] = Field(
+        default="trusted", description="how far the file's pose may be trusted"
+    )
+    sigma_position: float = Field(default=2.0, gt=0, description="m, of an approximate pose")
+    sigma_heading: float = Field(default=5.0, gt=0, le=180, description="degrees, of an approximate pose")
+    sigma_level: float = Field(default=0.1, gt=0, le=90, description="degrees, of an approximate pose")
+    sigma_range: float | None = Field(default=None, gt=0, description="m, one sigma of a range, when known")
+    trajectory: str | None = Field(default=None, description="CSV or SBET of the vehicle")
+    stations: str | None = Field(
+        default=None, description="JSON of station positions; found by itself beside the scan"
+    )
 
     @property
     def sigmas(self) -> tuple[float, ...] | None:
@@ -51,8 +61,12 @@ class ScanSource(BaseModel):
 
 
 def read_scans(
-    source: ScanSource | str | Path, world: WorldRef | None = None, target_crs: str | None = None,
-    bounds: tuple[float, ...] | None = None, resolution: float | None = None, progress: Progress | None = None,
+    source: ScanSource | str | Path,
+    world: WorldRef | None = None,
+    target_crs: str | None = None,
+    bounds: tuple[float, ...] | None = None,
+    resolution: float | None = None,
+    progress: Progress | None = None,
 ) -> list[Scan]:
     """Every scan of a file, in local metres of one world; several for E57 and PTX.
 
@@ -82,8 +96,14 @@ def read_scans(
     return scans
 
 
-def _read(p: Path, s: ScanSource, wanted: Wanted, bounds: tuple[float, ...] | None, resolution: float | None,
-          progress: Progress | None) -> list[Scan]:
+def _read(
+    p: Path,
+    s: ScanSource,
+    wanted: Wanted,
+    bounds: tuple[float, ...] | None,
+    resolution: float | None,
+    progress: Progress | None,
+) -> list[Scan]:
     """Dispatch by suffix."""
     suffix = p.suffix.lower()
     if p.is_dir():
@@ -104,12 +124,16 @@ def _read(p: Path, s: ScanSource, wanted: Wanted, bounds: tuple[float, ...] | No
         return [read_colmap_points(p, wanted)]
     if suffix in (".xyz", ".csv", ".txt", ".asc", ".pts"):
         return [read_xyz(p, wanted)]
-    raise FileError(p, f"unknown kind of scan {suffix!r}" if p.exists() else "no such file",
-                    "Frontage reads " + ", ".join(SUFFIXES[:-2]), code="I101")
+    raise FileError(
+        p,
+        f"unknown kind of scan {suffix!r}" if p.exists() else "no such file",
+        "Frontage reads " + ", ".join(SUFFIXES[:-2]),
+        code="I101",
+    )
 
 
 def cropped(scan: Scan, bounds: tuple[float, ...]) -> Scan:
-    """The points within (x0, y0, x1, y1) or (x0, y0, z0, x1, y1, z1) m world; the raster stays where they are."""
+    """The points within (x0, y0, x1, y1) or (x0, y0, z0, x1, y1, z1) m world, without raster."""
     k = len(bounds) // 2
     low = np.array(bounds[:k]) - scan.world.origin[:k]
     high = np.array(bounds[k:]) - scan.world.origin[:k]
@@ -133,7 +157,7 @@ def _kept(scan: Scan, keep: Any) -> Scan:
 
 
 def scan_info(path: str | Path) -> dict[str, Any]:
-    """Facts of a scan file for `frontage info`: format, points, extent and CRS (world), spacing, sensors, fields, notes.
+    """Facts of a scan file for `frontage info`: points, extent, CRS (world), spacing, sensors, fields, notes.
 
     `spacing` is the median distance to the nearest neighbour of some thousand points, m.
     Raises FileError, CrsError, MissingExtra.
@@ -142,9 +166,12 @@ def scan_info(path: str | Path) -> dict[str, Any]:
     low = np.min([s.world.to_world(s.xyz.min(0)) for s in scans], axis=0)
     high = np.max([s.world.to_world(s.xyz.max(0)) for s in scans], axis=0)
     return {
-        "path": str(path), "format": Path(path).suffix.lower().lstrip(".") or "colmap",
-        "points": sum(len(s) for s in scans), "crs": scans[0].world.crs,
-        "minimum": low.round(4).tolist(), "maximum": high.round(4).tolist(),
+        "path": str(path),
+        "format": Path(path).suffix.lower().lstrip(".") or "colmap",
+        "points": sum(len(s) for s in scans),
+        "crs": scans[0].world.crs,
+        "minimum": low.round(4).tolist(),
+        "maximum": high.round(4).tolist(),
         "scans": [_scan_facts(s) for s in scans],
         "notes": list(dict.fromkeys(n for s in scans for n in s.notes)),
     }
@@ -153,17 +180,23 @@ def scan_info(path: str | Path) -> dict[str, Any]:
 def _scan_facts(s: Scan) -> dict[str, Any]:
     fields = [n for n in ("intensity", "rgb", "time", "return_number") if getattr(s, n) is not None]
     raster = list(s.grid.index.shape) if isinstance(s.grid, Grid) else None
-    return {"name": s.name, "points": len(s), "spacing": round(spacing(s), 5), "fields": fields,
-            "origins": len(s.origins), "with_origin": float((s.origin_index >= 0).mean()),  # type: ignore[arg-type,operator]
-            "raster": raster}
+    return {
+        "name": s.name,
+        "points": len(s),
+        "spacing": round(spacing(s), 5),
+        "fields": fields,
+        "origins": len(s.origins),  # type: ignore[arg-type]
+        "with_origin": float(np.mean(s.origin_index >= 0)),  # type: ignore[operator]
+        "raster": raster,
+    }
 
 
 def spacing(scan: Scan, sample: int = 2000) -> float:
-    """Median distance of a point to its nearest neighbour, m, at `sample` points spread evenly; 0 for one point."""
+    """Median distance of a point to its nearest neighbour, m, at `sample` of the points; 0 for one point."""
     from scipy.spatial import cKDTree
 
     if len(scan) < 2:
         return 0.0
     tree = cKDTree(scan.xyz, balanced_tree=False, compact_nodes=False)
     distance, _ = tree.query(scan.xyz[:: max(1, len(scan) // sample)], k=2)
-    return float(np.median(distance[:, 1]))
+    return float(np.median(np.asarray(distance)[:, 1]))

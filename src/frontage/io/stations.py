@@ -12,30 +12,38 @@ from frontage.io.placement import Placement
 from frontage.model import Scan
 
 
-def rays_from_stations(path: str | Path, source: Array, place: Placement, notes: list[str]) -> tuple[Float, Array]:
+def rays_from_stations(
+    path: str | Path, source: Array, place: Placement, notes: list[str]
+) -> tuple[Float, Array]:
     """Origins (s, 3) m local and their index per point, from the source ids (n,) of the points.
 
     Points of a source that the file does not name get -1, and a note.
     Raises FileError.
     """
     p = require_file(path)
-    with reading(p, "stations", "it should hold [{\"station\": 1, \"position\": [x, y, z]}, ...]"):
+    with reading(p, "stations", 'it should hold [{"station": 1, "position": [x, y, z]}, ...]'):
         entries = json.loads(p.read_text("utf-8"))
         ids = np.array([int(e["station"]) for e in entries], np.int64)
         positions = np.array([[float(v) for v in e["position"]] for e in entries]).reshape(-1, 3)
     if not len(ids) or len(np.unique(ids)) != len(ids) or not np.isfinite(positions).all():
-        raise FileError(p, "names no station, one twice, or one without a position", "correct it", code="I108")
+        raise FileError(
+            p, "names no station, one twice, or one without a position", "correct it", code="I108"
+        )
     order = np.argsort(ids)
     at = np.clip(np.searchsorted(ids[order], source), 0, len(ids) - 1)
     known = ids[order][at] == source
     if not known.all():
-        notes.append(f"{p.name}: {int((~known).sum())} points have a source id without a station: origin unknown")
+        notes.append(
+            f"{p.name}: {int((~known).sum())} points have a source id without a station: origin unknown"
+        )
     return place.to_local(positions), np.where(known, order[at], -1).astype(np.int32)
 
 
 def write_stations(path: Path, scan: Scan, first: int) -> None:
     """Write the origins of a scan; `first` is the id of origin 0."""
     world = scan.world.to_world(scan.origins)  # type: ignore[arg-type]
-    entries = [{"station": first + i, "position": [round(float(v), 6) for v in xyz]} for i, xyz in enumerate(world)]
+    entries = [
+        {"station": first + i, "position": [round(float(v), 6) for v in xyz]} for i, xyz in enumerate(world)
+    ]
     with whole_file(path) as temporary:
         temporary.write_text(json.dumps(entries), "utf-8")

@@ -15,12 +15,16 @@ _ARRAYS = ("xyz", "origins", "origin_index", "intensity", "rgb", "time", "return
 
 
 def save_scan(path: str | Path, scan: Scan) -> Path:
-    """Write every field of a scan to `path` (.npz), bit for bit. Raises FileError when it cannot be written."""
+    """Write every field of a scan to `path` (.npz), bit for bit. Raises FileError when that fails."""
     arrays = {n: getattr(scan, n) for n in _ARRAYS if getattr(scan, n) is not None}
     if scan.grid is not None:
         arrays["grid"] = scan.grid.index
-    meta: dict[str, Any] = {"name": scan.name, "crs": scan.world.crs, "sigma_range": scan.sigma_range,
-                            "notes": scan.notes}
+    meta: dict[str, Any] = {
+        "name": scan.name,
+        "crs": scan.world.crs,
+        "sigma_range": scan.sigma_range,
+        "notes": scan.notes,
+    }
     if scan.local_from_scanner is not None:
         e = scan.local_from_scanner
         arrays["pose"], arrays["pose_covariance"] = e.value.matrix, e.covariance
@@ -43,7 +47,15 @@ def load_scan(path: str | Path) -> Scan:
         pose = None
         if "pose" in a:
             rigid = Rigid3("local", meta["pose"]["frm"], a["pose"][:3, :3], a["pose"][:3, 3])
-            pose = Estimate(rigid, a["pose_covariance"], meta["pose"]["dof"], Provenance(meta["pose"]["provenance"]))
-        return Scan(meta["name"], world=WorldRef(a["origin"], meta["crs"]), sigma_range=meta["sigma_range"],
-                    grid=Grid(a["grid"]) if "grid" in a else None, local_from_scanner=pose,
-                    notes=tuple(meta["notes"]), **{n: a[n] for n in _ARRAYS if n in a})
+            pose = Estimate(
+                rigid, a["pose_covariance"], meta["pose"]["dof"], Provenance(meta["pose"]["provenance"])
+            )
+        return Scan(
+            meta["name"],
+            world=WorldRef(a["origin"], meta["crs"]),
+            sigma_range=meta["sigma_range"],
+            grid=Grid(a["grid"]) if "grid" in a else None,
+            local_from_scanner=pose,
+            notes=tuple(meta["notes"]),
+            **{n: a[n] for n in _ARRAYS if n in a},
+        )

@@ -32,8 +32,8 @@ class Table:
 def read_table(path: str | Path, kind: str) -> Table:
     """A table of numbers separated by comma, semicolon, tab or blanks.
 
-    A header row names the columns (a leading "#" or "//" is allowed); other comment lines and a first line with
-    the number of points are skipped; decimal commas are understood where the separator is not a comma.
+    A header row names the columns (a leading "#" or "//" is allowed); other comment lines and a first line
+    with the number of points are skipped; decimal commas are understood where the separator is not a comma.
 
     Raises FileError.
     """
@@ -66,7 +66,11 @@ def _layout(lines: list[str], path: Path) -> tuple[int, tuple[str, ...], str | N
         if len(fields) >= 2 and all(_is_number(f, commas) for f in fields):
             return row, names, delimiter, commas
         bare = text.lstrip("#/% ")
-        parts = [f.strip().strip('"').lower() for f in bare.split(delimiter)] if delimiter else bare.lower().split()
+        parts = (
+            [f.strip().strip('"').lower() for f in bare.split(delimiter)]
+            if delimiter
+            else bare.lower().split()
+        )
         if not all(_is_number(f, commas) for f in fields):
             names = tuple(re.sub(r"\s*[\[(].*", "", f) for f in parts) if len(parts) >= 2 else names
     raise FileError(path, "holds no rows of numbers", "check its type and columns", code="I105")
@@ -85,6 +89,13 @@ def _load(path: Path, skip: int, delimiter: str | None, commas: bool) -> Float:
     source: Path | io.StringIO = path
     if commas:
         source = io.StringIO(path.read_text("utf-8-sig", "replace").replace(",", "."))
-    table: Float = np.loadtxt(source, np.float64, comments=list(_COMMENT), delimiter=delimiter, skiprows=skip, ndmin=2,
-                              encoding="utf-8-sig")
+    table: Float = np.loadtxt(
+        source,
+        np.float64,
+        comments=list(_COMMENT),
+        delimiter=delimiter,
+        skiprows=skip,
+        ndmin=2,
+        encoding="utf-8-sig",
+    )
     return table

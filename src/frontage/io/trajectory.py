@@ -14,7 +14,7 @@ from frontage.io.table import read_table
 from frontage.model import WorldRef
 
 TRACK_STEP = 0.05
-"""m of track between stored sensor positions: a point's origin is at most half of this off along the track."""
+"""m of track between stored sensor positions: a point's origin is at most half of this off."""
 
 _WEEK, _ADJUSTED = 604_800.0, 1e9  # s: GPS week; LAS "adjusted standard GPS time" = GPS time - 1e9
 _GAP = 1.0  # s: no position is invented further than this from a sample
@@ -44,17 +44,23 @@ def read_trajectory(path: str | Path) -> Trajectory:
     ok = np.isfinite(time) & np.isfinite(xyz).all(1)
     time, first = np.unique(time[ok], return_index=True)
     if len(time) < 2:
-        raise FileError(p, "a trajectory needs two positions at different times", "check its columns", code="I109")
+        raise FileError(
+            p, "a trajectory needs two positions at different times", "check its columns", code="I109"
+        )
     return Trajectory(p, time, xyz[ok][first], crs)
 
 
 def _csv(path: Path) -> tuple[Float, Float, CRS | None]:
     table = read_table(path, "trajectory CSV")
     time = table.column("gps_time", "gpstime", "time", "t")
-    axes = [table.column(*names) for names in (("x", "easting", "east"), ("y", "northing", "north"),
-                                               ("z", "height", "altitude", "up"))]
+    axes = [
+        table.column(*names)
+        for names in (("x", "easting", "east"), ("y", "northing", "north"), ("z", "height", "altitude", "up"))
+    ]
     if time is None or any(a is None for a in axes):
-        raise FileError(path, "not a trajectory: the header row must name gps_time, x, y, z", "add it", code="I109")
+        raise FileError(
+            path, "not a trajectory: the header row must name gps_time, x, y, z", "add it", code="I109"
+        )
     return time, np.column_stack(axes), None  # type: ignore[arg-type]
 
 
@@ -62,15 +68,23 @@ def _sbet(path: Path) -> tuple[Float, Float, CRS | None]:
     """Records of 17 little-endian doubles: time, latitude, longitude (rad), ellipsoidal height, ..."""
     with reading(path, "SBET"):
         if path.stat().st_size % _SBET.itemsize:
-            raise FileError(path, "truncated: not a whole number of SBET records", "copy it again", code="I103")
+            raise FileError(
+                path, "truncated: not a whole number of SBET records", "copy it again", code="I103"
+            )
         r = np.fromfile(path, _SBET)
         if (np.abs(r["lat"]) > np.pi / 2).any() or (np.abs(r["lon"]) > 2 * np.pi).any():
             raise ValueError("latitudes or longitudes out of range")
-    return r["time"], np.column_stack([np.degrees(r["lon"]), np.degrees(r["lat"]), r["alt"]]), CRS.from_epsg(4979)
+    return (
+        r["time"],
+        np.column_stack([np.degrees(r["lon"]), np.degrees(r["lat"]), r["alt"]]),
+        CRS.from_epsg(4979),
+    )
 
 
-def rays_from_trajectory(track: Trajectory, time: Array, place: Placement, notes: list[str]) -> tuple[Float, Array]:
-    """Origins (s, 3) m local every `TRACK_STEP` of the track, and the nearest one's index per point (n,) int32.
+def rays_from_trajectory(
+    track: Trajectory, time: Array, place: Placement, notes: list[str]
+) -> tuple[Float, Array]:
+    """Origins (s, 3) m local every `TRACK_STEP` of the track, and the nearest one per point (n,) int32.
 
     A point's position is interpolated at its time and snapped to the nearest stored one; times beyond the
     track, or in gaps of more than a second, get -1 and a note. Scans in adjusted standard GPS time and tracks
@@ -86,7 +100,7 @@ def rays_from_trajectory(track: Trajectory, time: Array, place: Placement, notes
     near = np.minimum(np.abs(t - track.time[after]), np.abs(t - track.time[after - 1])) <= _GAP
     known = near & (t >= track.time[0] - TRACK_STEP) & (t <= track.time[-1] + TRACK_STEP)
     if not known.all():
-        notes.append(f"{track.path.name}: {int((~known).sum())} points lie outside the trajectory's times: origin unknown")
+        notes.append(f"{track.path.name}: {int((~known).sum())} points are outside its times: origin unknown")
     used, inverse = np.unique(step[known], return_inverse=True)
     origins = np.column_stack([np.interp(used * TRACK_STEP, arc, xyz[:, k]) for k in range(3)])
     index = np.full(len(t), -1, np.int32)
@@ -105,11 +119,19 @@ def _local(track: Trajectory, place: Placement, notes: list[str]) -> Float:
 
 def _same_clock(track: Trajectory, time: Float, notes: list[str]) -> Float:
     """Point times on the track's clock."""
-    for t, said in ((time, ""), ((time + _ADJUSTED) % _WEEK, "GPS time of the points reduced to seconds of the week"),
-                    (time % _WEEK, "GPS time of the points reduced to seconds of the week")):
+    for t, said in (
+        (time, ""),
+        ((time + _ADJUSTED) % _WEEK, "GPS time of the points reduced to seconds of the week"),
+        (time % _WEEK, "GPS time of the points reduced to seconds of the week"),
+    ):
         if t.max() >= track.time[0] and t.min() <= track.time[-1]:
             if said:
                 notes.append(f"{track.path.name}: {said}")
             return t
-    raise FileError(track.path, f"times {track.time[0]:.1f}..{track.time[-1]:.1f} s do not meet the points' "
-                    f"{time.min():.1f}..{time.max():.1f} s", "give the trajectory of this scan", code="I109")
+    raise FileError(
+        track.path,
+        f"times {track.time[0]:.1f}..{track.time[-1]:.1f} s do not meet the points' "
+        f"{time.min():.1f}..{time.max():.1f} s",
+        "give the trajectory of this scan",
+        code="I109",
+    )

@@ -11,8 +11,11 @@ from frontage.io.placement import Wanted
 from frontage.io.table import Table, read_table
 from frontage.model import Scan
 
-_AXES = (("x", "easting", "east", "e", "rechtswert"), ("y", "northing", "north", "n", "hochwert"),
-         ("z", "height", "elevation", "h", "altitude", "hoehe"))
+_AXES = (
+    ("x", "easting", "east", "e", "rechtswert"),
+    ("y", "northing", "north", "n", "hochwert"),
+    ("z", "height", "elevation", "h", "altitude", "hoehe"),
+)
 _INTENSITY = ("intensity", "i", "reflectance", "scalar_intensity")
 _COLOURS = (("red", "green", "blue"), ("r", "g", "b"))
 _TIME = ("gps_time", "gpstime", "time", "timestamp")
@@ -21,8 +24,8 @@ _TIME = ("gps_time", "gpstime", "time", "timestamp")
 def read_xyz(path: str | Path, wanted: Wanted) -> Scan:
     """A text table of points.
 
-    With a header row, columns are found by name. Without: 3 = x y z, 4 = + intensity, 6 = + r g b (or normals, which
-    are left out), 7 = + intensity r g b, or r g b intensity when only that reading gives whole colours.
+    With a header row, columns are found by name. Without: 3 = x y z, 4 = + intensity, 6 = + r g b (normals are
+    left out), 7 = + intensity r g b, or r g b intensity if only that reading gives whole colours.
 
     Raises FileError (missing, binary, no numbers, ragged rows), CrsError.
     """
@@ -38,7 +41,12 @@ def _named(t: Table) -> tuple[Float, Array | None, Array | None, Array | None]:
     if any(a is None for a in axes):
         if len(t.names) in (3, 4, 6, 7):
             return _unnamed(t.values, t.path)
-        raise FileError(t.path, f"its header ({', '.join(t.names[:8])}) names no x, y, z", "rename the columns", code="I106")
+        raise FileError(
+            t.path,
+            f"its header ({', '.join(t.names[:8])}) names no x, y, z",
+            "rename the columns",
+            code="I106",
+        )
     rgb = next((c for c in _COLOURS if all(n in t.names for n in c)), None)
     colour = None if rgb is None else np.column_stack([t.column(n) for n in rgb])  # type: ignore[misc]
     return np.column_stack(axes), t.column(*_INTENSITY), colour, t.column(*_TIME)  # type: ignore[arg-type]
