@@ -13,7 +13,7 @@ from frontage.geometry.arrays import Float
 
 
 def homography_from_pose(K: Float, R: Float, t: Float, facade_from_raster: Float) -> Float:
-    """``H = K [R e_x, R e_z, t] A``: plane y = 0 of the facade frame seen by a camera, scaled to ``H[2, 2] = 1``.
+    """``H = K [R e_x, R e_z, t] A`` of the facade plane y = 0 seen by a camera, scaled to ``H[2, 2] = 1``.
 
     K (3, 3); camera_from_facade R (3, 3), t (3,) m (so ``t = R_c (o - C)`` of the facade's origin o and the
     camera's centre C); facade_from_raster A (3, 3) takes ``(column, row, 1)`` to ``(x, z, 1)`` in metres.

@@ -167,6 +167,6 @@ class Lens:
 def _first_root(coefficients: Float) -> float:
     """Smallest real root > 0 of a polynomial (lowest order first); inf when there is none."""
     roots = poly.polyroots(poly.polytrim(coefficients)) if len(coefficients) > 1 else np.empty(0)
-    is_real = np.abs(roots.imag) <= 1e-9 * (1 + np.abs(roots.real))
-    real = np.asarray(roots.real)[np.asarray(is_real & (roots.real > 0))]
+    size, turn = np.asarray(roots.real), np.asarray(roots.imag)
+    real = size[(np.abs(turn) <= 1e-9 * (1 + np.abs(size))) & (size > 0)]
     return float(real.min()) if len(real) else float("inf")

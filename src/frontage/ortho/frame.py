@@ -56,8 +56,8 @@ def facade_raster(facade: Facade, options: OrthoOptions) -> Raster:
     width, height = max(right - left, 1), max(top - bottom, 1)
     if width * height > _MAX_PIXELS:
         raise OptionError(
-            f"facade {facade.id} is {x1 - x0:.1f} x {z1 - z0:.1f} m; a gsd of {gsd:g} m gives {width} x {height} pixels, "
-            "choose a larger gsd",
+            f"facade {facade.id} is {x1 - x0:.1f} x {z1 - z0:.1f} m; a gsd of {gsd:g} m gives "
+            f"{width} x {height} pixels, choose a larger gsd",
             code="I320",
         )
     return Raster((left * gsd, top * gsd), gsd, width, height)

@@ -43,24 +43,26 @@ def make_ortho(
         return Failed("F301", f"facade {facade.id}: no point lies on it", "check the outline and the scan")
     bands = _Bands(raster)
     relief = measure_relief(xyz_facade[near], facade.spacing, raster, options)
-    _fill_depth(bands.depth, raster, relief, options)
-    intensity = intensity_band(scan, xyz_facade, near, bands.depth, raster, facade.spacing)
+    shown = relief if options.relief and options.projection == "full" else None
+    _fill_depth(bands.depth, raster, shown)
+    points = _surface(xyz_facade, near, relief)
+    intensity = intensity_band(scan, xyz_facade, points, raster, facade.spacing)
     oriented = [p for p in photos if p.local_from_camera is not None] if image_of is not None else []
     plan = None
     if oriented:
         cloud = _cloud(scan, surroundings, facade, raster, options)
-        plan = plan_views(facade, raster, relief, cloud, oriented, options)
+        plan = plan_views(facade, raster, shown, cloud, oriented, options)
     if plan is not None and image_of is not None:
-        paint_photos(bands.pixels, bands.source, bands.depth, facade, raster, plan, image_of, options)
+        paint_photos(bands.pixels, bands.source, shown, facade, raster, plan, image_of, options)
         for tile in tiles(raster.height, raster.width, _TILE):
             bands.gsd[tile.window] = plan.window(plan.gsd, tile)
         names = tuple(p.id for p in plan.photos)
     else:
-        if not near.any():
+        if not points.any():
             return Failed(
                 "F302", f"facade {facade.id}: no photo sees it and no point lies on it", "check the poses"
             )
-        names = paint_scan(bands, scan, xyz_facade, near, raster, facade.spacing)
+        names = paint_scan(bands, scan, xyz_facade, points, raster, facade.spacing)
     return OrthoImage(
         bands.pixels,
         raster.gsd,
@@ -92,9 +94,16 @@ def _near(xyz_facade: Float, raster: Raster, options: OrthoOptions) -> Array:
     return inside & (y >= -options.front) & (y <= options.back)
 
 
-def _fill_depth(depth: Array, raster: Raster, relief: Relief | None, options: OrthoOptions) -> None:
+def _surface(xyz_facade: Float, near: Array, relief: Relief | None) -> Array:
+    """Which points (n,) are near and not behind the surface of their cell: no rooms behind windows."""
+    if relief is None:
+        return near
+    return near & relief.in_front(xyz_facade)
+
+
+def _fill_depth(depth: Array, raster: Raster, relief: Relief | None) -> None:
     """Write the depth band; it stays NaN when there is no relief or it is not wanted."""
-    if relief is None or not options.relief or options.projection == "homography":
+    if relief is None:
         return
     for tile in tiles(raster.height, raster.width, _TILE):
         depth[tile.window] = relief.at(raster, tile)

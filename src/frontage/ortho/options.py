@@ -10,24 +10,29 @@ class OrthoOptions(BaseModel):
 
     model_config = ConfigDict(extra="forbid", frozen=True)
 
-    gsd: float = Field(0.01, gt=0, le=1.0, description="metre per pixel of the ortho-image")
-    margin: float = Field(0.2, ge=0, le=20.0, description="metres added around the facade's outline")
+    gsd: float = Field(default=0.01, gt=0, le=1.0, description="metre per pixel of the ortho-image")
+    margin: float = Field(default=0.2, ge=0, le=20.0, description="metres added around the facade's outline")
     relief: bool = Field(
-        True, description="place every pixel on the measured relief (true ortho-image) instead of the plane"
+        default=True,
+        description="place every pixel on the measured relief (true ortho-image) instead of the plane",
     )
     front: float = Field(
-        1.5, ge=0, le=10.0, description="metres in front of the plane that still belong to the facade"
+        default=1.5, ge=0, le=10.0, description="metres in front of the plane that still belong to the facade"
     )
     back: float = Field(
-        1.5, ge=0, le=10.0, description="metres behind the plane that still belong to the facade"
+        default=1.5, ge=0, le=10.0, description="metres behind the plane that still belong to the facade"
     )
     projection: Literal["full", "homography"] = Field(
-        "full",
-        description="full: lens distortion and relief; homography: paper A's plane-to-plane map, no distortion, no relief",
+        default="full",
+        description="full: lens distortion and relief; homography: paper A's map of the plane, neither",
     )
     interpolation: Literal["adaptive", "bilinear", "nearest"] = Field(
-        "adaptive", description="adaptive: cubic, prefiltered where the photo is finer; bilinear: paper A's"
+        default="adaptive",
+        description="adaptive: cubic, prefiltered where the photo is finer; bilinear: paper A's",
     )
     max_photos: int = Field(
-        24, ge=1, le=1000, description="at most this many photos, those that show most of the facade best"
+        default=24,
+        ge=1,
+        le=1000,
+        description="at most this many photos, those that show most of the facade best",
     )

@@ -15,7 +15,7 @@ FLAT_ERROR = 0.02  # photo px that interpolation between exactly projected nodes
 _STEPS = (32, 16, 8, 4)  # px between nodes; finer ones would cost more than projecting every pixel
 
 PixelMap = Callable[[Array, Array, Array | float], Float]
-"""(column (...), row (...), y (...) m) of the raster to photo pixels (..., 2), NaN where the camera cannot see."""
+"""(column, row, y in m) of the raster, any shape (...), to photo pixels (..., 2); NaN where it cannot see."""
 
 
 def full_projection(photo: Photo, facade: Facade, raster: Raster) -> PixelMap:

@@ -21,12 +21,17 @@ CELL = 0.03  # m
 _CELL_SPACINGS = 1.5  # a cell holds about two points of the wall
 _COARSEST = 0.15  # m: a coarser relief is worse than the plane, reveals being 0.1 to 0.3 m deep
 _STEP = 0.03  # m between neighbouring cells that is an edge and not a slope
+_BEHIND = 0.05  # m behind the farther side of its neighbourhood: a point inside the building
 _BRIDGE = 2  # cells: gaps up to twice as wide are closed
+_REVEAL = 0.35  # m: frames and glass lie no deeper behind a wall; what does is a passage or a room seen through glass
+_PASSAGE = (
+    1.2  # m: a measured surface deeper than a reveal is a part of the facade when it is as wide as this
+)
 
 
 @dataclass(frozen=True)
 class Relief:
-    """Depth y (h, w) float64 m by cell of `raster`, NaN where not measured; near and far side at steps."""
+    """Depth y (h, w) float64 m by cell of `raster`, gaps filled; near and far side at steps; 1 where measured."""
 
     raster: Raster
     y: Array
@@ -34,17 +39,28 @@ class Relief:
     far: Array
     known: Array
 
-    def at(self, raster: Raster, tile: Tile) -> Array:
-        """Depth (rows, columns) float32 m of the pixels of a tile of the fine raster, NaN where unknown."""
+    def at(self, raster: Raster, tile: Tile, filled: bool = False) -> Array:
+        """Depth (rows, columns) float32 m of the pixels of a tile of a raster of the same facade.
+
+        Where it was not measured it is NaN, or if `filled` that of the nearest surface: glass without
+        returns lies where its frame does, and drawing it on the plane would repeat the frame in it.
+        """
         ratio = raster.gsd / self.raster.gsd
         offset = (raster.corner[0] - self.raster.corner[0], self.raster.corner[1] - raster.corner[1])
         u = (np.arange(tile.c0, tile.c1) + 0.5) * ratio + offset[0] / self.raster.gsd - 0.5
         v = (np.arange(tile.r0, tile.r1) + 0.5) * ratio + offset[1] / self.raster.gsd - 0.5
-        take = lambda grid: _bilinear(grid, u, v)  # noqa: E731
-        y, near, far, known = take(self.y), take(self.near), take(self.far), take(self.known)
+        y, near, far, known = (_bilinear(grid, u, v) for grid in (self.y, self.near, self.far, self.known))
         step = far - near > _STEP
         y = np.where(step, np.where(y > 0.5 * (near + far), far, near), y)
-        return np.where(known > 0.5, y, np.nan).astype(np.float32)
+        return np.where((known > 0.5) | filled, y, np.nan).astype(np.float32)
+
+    def in_front(self, xyz_facade: Float) -> Array:
+        """Which points (n, 3) m in the facade frame are on the surface, or before it, and not behind."""
+        c, r = np.floor(self.raster.pixel(xyz_facade)).astype(np.int64).T
+        h, w = self.far.shape
+        behind = xyz_facade[:, 1] > self.far[np.clip(r, 0, h - 1), np.clip(c, 0, w - 1)] + _BEHIND
+        kept: Array = ~behind
+        return kept
 
 
 def measure_relief(xyz_facade: Float, spacing: float, raster: Raster, options: OrthoOptions) -> Relief | None:
@@ -69,6 +85,7 @@ def measure_relief(xyz_facade: Float, spacing: float, raster: Raster, options: O
         return None
     (low, median, high), _ = gridding.cell_quantiles(cell, points[inside, 1], shape, (0.25, 0.5, 0.75))
     median[high - low > _STEP] = np.nan
+    median[_rooms(median, size)] = np.nan
     return _regular(cells, median)
 
 
@@ -83,8 +100,21 @@ def _regular(cells: Raster, median: Array) -> Relief:
     return Relief(cells, full, cv2.erode(full, box), cv2.dilate(full, box), known.astype(np.float64))
 
 
+def _rooms(y: Array, size: float) -> Array:
+    """Cells (h, w) deeper than a reveal that do not make up a wide surface: interiors seen through glass."""
+    with np.errstate(invalid="ignore"):
+        deep = y > _REVEAL
+    if not deep.any():
+        return deep
+    whole = gridding.closed(deep, np.full(y.shape, float(_BRIDGE)))
+    radius = np.full(y.shape, 0.5 * _PASSAGE / size)
+    wide = ~gridding.closed(~whole, radius)  # opening = closing of the background
+    near_wide = gridding.distance_to(wide) <= _BRIDGE + 1
+    return deep & ~near_wide
+
+
 def _lonely(y: Array) -> Array:
-    """Cells with fewer than 3 known neighbours of 8 within a step of their own depth: clutter, not a surface."""
+    """Cells with fewer than 3 of 8 neighbours within a step of their own depth: clutter, not a surface."""
     padded = np.pad(y, 1, constant_values=np.nan)
     h, w = y.shape
     friends = np.zeros(y.shape, np.int64)
@@ -96,7 +126,7 @@ def _lonely(y: Array) -> Array:
     return friends < 3
 
 
-def _bilinear(grid: Array, u: Float, v: Float) -> Array:
+def _bilinear(grid: Array, u: Array, v: Array) -> Array:
     """Grid values at the outer product of columns u (n,) and rows v (m,): (m, n), edges held."""
     h, w = grid.shape
     u, v = np.clip(u, 0, w - 1), np.clip(v, 0, h - 1)

@@ -9,6 +9,7 @@ from frontage.model import Facade
 from frontage.ortho.frame import Raster
 from frontage.ortho.options import OrthoOptions
 from frontage.ortho.project import map_tile, pixel_map
+from frontage.ortho.relief import Relief
 from frontage.ortho.views import ViewPlan
 from frontage.raster.resample import resample
 from frontage.raster.tiles import Tile, tiles
@@ -19,14 +20,14 @@ TILE = 512  # px; one Jacobian per tile
 def paint_photos(
     pixels: Array,
     source: Array,
-    depth: Array,
+    relief: Relief | None,
     facade: Facade,
     raster: Raster,
     plan: ViewPlan,
     image_of: Callable[[str], Array],
     options: OrthoOptions,
 ) -> None:
-    """Fill `pixels` (h, w, 4) and `source` (h, w) where the plan has a photo; photo by photo, one in memory."""
+    """Fill `pixels` (h, w, 4) and `source` (h, w) where the plan has a photo; one photo is in memory at a time."""
     for i, photo in enumerate(plan.photos):
         if not (plan.label == i).any():
             continue
@@ -38,9 +39,9 @@ def paint_photos(
                 continue
             part = _bounds(mine, tile)
             inner = mine[part.r0 - tile.r0 : part.r1 - tile.r0, part.c0 - tile.c0 : part.c1 - tile.c0]
-            y = np.asarray(depth[part.window])
-            flat = options.projection == "homography" or not (np.nan_to_num(y) != 0).any()
-            at, jacobian = map_tile(to_photo, part, None if flat else y)
+            at, jacobian = map_tile(
+                to_photo, part, None if relief is None else relief.at(raster, part, filled=True)
+            )
             with np.errstate(invalid="ignore"):
                 limit = np.array([photo.camera.width, photo.camera.height])
                 inner = inner & ((at >= 0) & (at <= limit)).all(-1)

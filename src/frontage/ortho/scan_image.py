@@ -15,21 +15,18 @@ _TILE = 1024
 
 
 class Bands(Protocol):
-    """What `paint_scan` fills: pixels (h, w, 4), depth, source, gsd (h, w)."""
+    """What `paint_scan` fills: pixels (h, w, 4), source, gsd (h, w)."""
 
     pixels: Array
-    depth: Array
     source: Array
     gsd: Array
 
 
-def intensity_band(
-    scan: Scan, xyz_facade: Float, near: Bool, surface: Array, raster: Raster, spacing: float
-) -> Array | None:
+def intensity_band(scan: Scan, xyz_facade: Float, near: Bool, raster: Raster, spacing: float) -> Array | None:
     """Intensity (h, w) float32 0..1 of the scan on the facade, NaN = none; None when the scan has none."""
     if scan.intensity is None or not near.any():
         return None
-    samples = surface_samples(xyz_facade[near], scan.intensity[near][:, None], surface, raster, spacing)
+    samples = surface_samples(xyz_facade[near], scan.intensity[near][:, None], raster, spacing)
     band = allocate((raster.height, raster.width, 1), np.float32, np.nan)
     known = allocate((raster.height, raster.width), np.bool_)
     splat(samples, raster, band, known)
@@ -42,7 +39,7 @@ def intensity_band(
 def paint_scan(
     bands: Bands, scan: Scan, xyz_facade: Float, near: Bool, raster: Raster, spacing: float
 ) -> tuple[str, ...]:
-    """Fill pixels, source and gsd from the scan's colour, else its intensity, else its shape; name the source."""
+    """Fill pixels, source and gsd from the scan's colour, else intensity, else shape; name the source."""
     points = xyz_facade[near]
     if scan.rgb is not None and np.ptp(scan.rgb) > 0:
         kind, value = "colour", scan.rgb[near].astype(np.float32)
@@ -50,7 +47,7 @@ def paint_scan(
         kind, value = "intensity", _stretched(scan.intensity[near])[:, None]
     else:
         kind, value = "depth", points[:, 1:2].astype(np.float32)
-    samples = surface_samples(points, value, bands.depth, raster, spacing)
+    samples = surface_samples(points, value, raster, spacing)
     band = allocate((raster.height, raster.width, value.shape[1]), np.float32)
     known = allocate((raster.height, raster.width), np.bool_)
     splat(samples, raster, band, known)

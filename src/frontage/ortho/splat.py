@@ -1,8 +1,9 @@
 """Pixels from the scan's own points: gap-aware splatting.
 
-Points of a pixel are averaged; where points are sparser than pixels the values are spread by a Gaussian of half
-the local spacing. Gaps narrower than three spacings are closed, wider ones (windows, shadows) stay empty, and no
-outer edge grows: nothing is smeared across a window. Points behind the surface of their cell are left out.
+Points of a pixel are averaged; where points are sparser than pixels the values are spread by a Gaussian of
+half the local spacing. Gaps narrower than three spacings are closed, wider ones (windows, shadows) stay empty,
+and no outer edge grows: nothing is smeared across a window. Points behind
+the surface are not given (see `Relief.in_front`).
 """
 
 from dataclasses import dataclass
@@ -13,18 +14,17 @@ import numpy as np
 from frontage.geometry.arrays import Array, Float
 from frontage.ortho.frame import Raster
 from frontage.raster import gridding
-from frontage.raster.tiles import Tile, tiles
+from frontage.raster.tiles import tiles
 
 _TILE = 1024
 _CLOSING = 1.5  # spacings: discs of this radius close gaps up to three spacings wide
 _SIGMA = 0.55  # spacings: Gaussian that joins the samples of a square lattice without visible dots
 _OCTAVE = 1.5  # ratio of the Gaussians among which a pixel picks
-_BEHIND = 0.05  # m behind the surface of its cell: an interior point seen past an edge
 
 
 @dataclass(frozen=True)
 class Samples:
-    """Points on the facade's surface: pixel positions (n, 2), values (n, k) and the local spacing as a coarse grid."""
+    """Points on the surface: pixel positions (n, 2), values (n, k), and the local spacing by coarse block."""
 
     at: Float
     value: Array
@@ -32,17 +32,12 @@ class Samples:
     spacing_px: Array
 
 
-def surface_samples(
-    xyz_facade: Float, value: Array, surface: Array, raster: Raster, spacing: float
-) -> Samples:
-    """Those points (n, 3) m that are the surface (h, w) m of their pixel or lie before it; NaN = not known, all are kept."""
+def surface_samples(xyz_facade: Float, value: Array, raster: Raster, spacing: float) -> Samples:
+    """Points (n, 3) m of the surface with their values (n, k) on the raster; spacing m is typical."""
     at = raster.pixel(xyz_facade)
     c, r = np.floor(at).astype(np.int64).T
     inside = (c >= 0) & (c < raster.width) & (r >= 0) & (r < raster.height)
-    at, value, y = at[inside], value[inside], xyz_facade[inside, 1]
-    here = np.asarray(surface)[r[inside], c[inside]]
-    front = ~(y > np.where(np.isfinite(here), here, np.inf) + _BEHIND)
-    at, value = at[front], value[front]
+    at, value = at[inside], value[inside]
     block = max(1, int(np.ceil(8 * spacing / raster.gsd)))
     blocks = raster.coarser(block)
     return Samples(at, value, blocks, _spacing_px(at, blocks, block, spacing / raster.gsd))
@@ -53,11 +48,12 @@ def _spacing_px(at: Float, blocks: Raster, block: int, typical: float) -> Array:
     cell, _ = gridding.cell_index(at / block, (blocks.height, blocks.width))
     count = np.bincount(cell, minlength=blocks.height * blocks.width).reshape(blocks.height, blocks.width)
     dense = cv2.dilate(count.astype(np.float32), np.ones((5, 5), np.uint8))
-    return np.clip(block / np.sqrt(np.maximum(dense, 1.0)), 0.25 * typical, 4.0 * typical)
+    spacing: Array = np.clip(block / np.sqrt(np.maximum(dense, 1.0)), 0.25 * typical, 4.0 * typical)
+    return spacing
 
 
 def splat(samples: Samples, raster: Raster, out: Array, known: Array) -> None:
-    """Write values (h, w, k) to `out` and True to `known` (h, w) wherever there is a surface; tile by tile."""
+    """Write values (h, w, k) to `out` and True to `known` (h, w) where there is a surface, tile by tile."""
     order = np.argsort(samples.at[:, 1], kind="stable")
     at, value = samples.at[order], samples.value[order]
     reach = int(np.ceil(3.0 * max(1.0, float(samples.spacing_px.max())))) + 2
@@ -79,7 +75,7 @@ def splat(samples: Samples, raster: Raster, out: Array, known: Array) -> None:
 
 
 def _spread(cell: Array, value: Array, shape: tuple[int, int], spacing: Array) -> tuple[Array, Array]:
-    """Mean value (h, w, k) and mask (h, w) from points by flat pixel number, spread by the local spacing (h, w) px."""
+    """Mean value (h, w, k) and mask (h, w) of points by flat pixel number, spread by the spacing (h, w) px."""
     count = np.bincount(cell, minlength=shape[0] * shape[1]).reshape(shape).astype(np.float32)
     total = np.stack(
         [np.bincount(cell, value[:, k], shape[0] * shape[1]).reshape(shape) for k in range(value.shape[1])],
@@ -99,4 +95,9 @@ def _spread(cell: Array, value: Array, shape: tuple[int, int], spacing: Array) -
         good = want & (weight > 0.02 / max(1.0, sigma * sigma))
         mean[good] = summed.reshape(*shape, -1)[good] / weight[good][:, None]
         filled |= good
-    return mean, mask & filled
+    return mean, mask & filled & (cv2.GaussianBlur(mask.astype(np.float32), (0, 0), _soft(spacing)) > 0.5)
+
+
+def _soft(spacing: Array) -> float:
+    """Sigma px of the smoothing that takes the scallops of the discs off the mask's edge."""
+    return max(0.3, 0.7 * float(np.median(spacing)))

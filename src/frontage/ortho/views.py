@@ -1,8 +1,8 @@
 """Which photo shows which part of a facade best, and whether anything stands in between.
 
-Views are chosen on cells of some pixels: quality ``cos(theta) / Z^2`` (pixel density times frontality), fading
-towards the photo's border and smoothed over a metre so that patches stay large, among the photos in whose depth
-buffer (the cloud, splatted) the cell is not hidden. Nothing is blended; what no photo sees stays nodata.
+Views are chosen on cells of some pixels: quality ``cos(theta) / Z^2`` (pixel density times frontality),
+fading towards the photo's border and smoothed over a metre so that patches stay large, among the photos in
+whose depth buffer (the cloud, splatted) the cell is not hidden. Nothing is blended; what no photo sees stays nodata.
 """
 
 from collections.abc import Sequence
@@ -24,6 +24,7 @@ _CELL = 0.04  # m
 _MAX_CELLS = 4_000_000
 _REDUCED = 4  # photo px per depth buffer px
 _TOLERANCE = 0.15  # m: what stands less in front of a surface is that surface
+_OCCLUDER = 0.5  # m in front of the surface: not the facade itself
 _SPLAT = 0.75  # spacings: discs of this radius leave no gap on a square lattice seen from the front
 _PATCH = 1.0  # m over which quality is smoothed
 _BORDER = 0.05  # share of the photo's width over which quality fades to zero
@@ -31,7 +32,7 @@ _BORDER = 0.05  # share of the photo's width over which quality fades to zero
 
 @dataclass(frozen=True)
 class ViewPlan:
-    """Choice per cell of `cells`: `label` (h, w) int16 index into `photos`, -1 = none; `gsd` (h, w) m, best view's."""
+    """Per cell: `label` (h, w) int16, index into `photos`, -1 = none; `gsd` (h, w) m of that photo."""
 
     cells: Raster
     step: int
@@ -48,7 +49,7 @@ class ViewPlan:
 
 @dataclass(frozen=True)
 class Cloud:
-    """What may hide the facade: points (n, 3) m local and the spacing (n,) m of the surface each belongs to."""
+    """What may hide the facade: points (n, 3) m local, spacing (n,) m of the surface each belongs to."""
 
     xyz: Float
     spacing: Float
@@ -66,9 +67,9 @@ def plan_views(
     step = max(1, round(_CELL / raster.gsd), int(np.ceil(np.sqrt(raster.width * raster.height / _MAX_CELLS))))
     cells = raster.coarser(step)
     y = np.zeros((cells.height, cells.width))
-    if relief is not None and options.projection == "full":
-        measured = relief.at(cells, Tile(0, cells.height, 0, cells.width))
-        y = np.where(np.isfinite(measured), measured, 0.0)
+    if relief is not None:
+        measured = relief.at(cells, Tile(0, cells.height, 0, cells.width), filled=True)
+        y = measured.astype(np.float64)
     views = [v for p in photos if (v := _look(p, facade, cells, y, options)) is not None]
     views = sorted(views, key=lambda v: -float(v.quality.sum()))[: options.max_photos]
     if not views:
@@ -122,7 +123,7 @@ def _look(photo: Photo, facade: Facade, cells: Raster, y: Array, options: OrthoO
 
 
 def _effective_gsd(at: Float, gsd: float) -> Array:
-    """Metres of facade per photo pixel in the worse direction, gsd / smallest singular value of the Jacobian."""
+    """Metres of facade per photo pixel in the worse direction: gsd / smallest singular value of J."""
     if min(at.shape[:2]) < 2:
         return np.full(at.shape[:2], np.nan)
     (a, c), (b, d) = np.moveaxis(np.gradient(at, axis=1), -1, 0), np.moveaxis(np.gradient(at, axis=0), -1, 0)
@@ -149,11 +150,11 @@ def _visible(view: _View, facade: Facade, cells: Raster, y: Array, cloud: Cloud)
     own = np.linalg.norm(surface - photo.pose.t, axis=1).reshape(y.shape)
     u, v = np.nan_to_num(np.moveaxis(view.at, -1, 0), nan=0.0) / _REDUCED
     c, r = (np.clip(i.astype(np.int64), 0, n - 1) for i, n in ((u, reduced[1]), (v, reduced[0])))
-    hidden = buffer[r, c] < own - _TOLERANCE
-    # a cell between two hidden ones is hidden; and the edge of what hides is known to a cell at best
-    hidden = cv2.morphologyEx(hidden.astype(np.uint8), cv2.MORPH_CLOSE, np.ones((3, 3), np.uint8))
-    hidden = cv2.dilate(hidden, np.ones((3, 3), np.uint8))
-    visible: Bool = hidden == 0
+    box = np.ones((3, 3), np.uint8)
+    hidden = (buffer[r, c] < own - _TOLERANCE).astype(np.uint8)
+    # a cell between two hidden ones is hidden; and the outline of a tree or car is known to a cell at best
+    occluder = cv2.dilate((buffer[r, c] < own - _OCCLUDER).astype(np.uint8), box)
+    visible: Bool = (cv2.morphologyEx(hidden, cv2.MORPH_CLOSE, box) | occluder) == 0
     return visible
 
 

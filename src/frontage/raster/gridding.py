@@ -19,7 +19,7 @@ def cell_index(column_row: Float, shape: tuple[int, int]) -> tuple[Int, Bool]:
 def cell_quantiles(
     cell: Int, value: Float, shape: tuple[int, int], quantiles: tuple[float, ...]
 ) -> tuple[Array, Array]:
-    """Quantiles (q, h, w) float64 (NaN = empty) of values (n,) by flat cell number (n,), and counts (h, w)."""
+    """Quantiles (q, h, w) (NaN = empty) of values (n,) by flat cell number (n,), and counts (h, w)."""
     order = np.lexsort((value, cell))
     cell, value = cell[order], value[order]
     count = np.bincount(cell, minlength=shape[0] * shape[1])
@@ -45,13 +45,15 @@ def nan_median(grid: Array, radius: int) -> Array:
         stack = [padded[row + i : row + i + n, j : j + w] for i in range(side) for j in range(side)]
         ordered = np.sort(np.stack(stack), axis=0)  # NaN goes last
         known = np.isfinite(ordered).sum(0)
-        pick = lambda k: np.take_along_axis(ordered, np.maximum(k, 0)[None], 0)[0]  # noqa: B023, E731
-        out[row : row + n] = 0.5 * (pick((known - 1) // 2) + pick(known // 2))
+        low, high = (np.maximum(k, 0)[None] for k in ((known - 1) // 2, known // 2))
+        out[row : row + n] = (
+            0.5 * (np.take_along_axis(ordered, low, 0) + np.take_along_axis(ordered, high, 0))[0]
+        )
     return np.where(np.isfinite(grid), out, np.nan)
 
 
 def closed(occupied: Bool, radius: Array) -> Bool:
-    """Morphological closing with discs of `radius` (h, w) px: fills gaps up to 2 r wide, grows no outer edge."""
+    """Morphological closing by discs of `radius` (h, w) px: fills gaps up to 2 r wide, grows no edge."""
     reach = int(np.ceil(radius.max())) + 2
     pad = np.pad(occupied, reach)
     r = np.pad(radius.astype(np.float32), reach, mode="edge")

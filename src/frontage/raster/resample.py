@@ -28,8 +28,8 @@ _TO_CODE_8 = np.rint(
 def resample(image: Array, at: Array, jacobian: Float, interpolation: str = "adaptive") -> Array:
     """Sample `image` (h, w, 3) uint8 at `at` (m, n, 2) px (pixel centre at 0.5): (m, n, 3) uint8.
 
-    `jacobian` (2, 2) is the typical d(source)/d(target) of the map. Positions that are NaN or outside give the
-    nearest edge's colour; the caller masks them.
+    `jacobian` (2, 2) is the typical d(source)/d(target) of the map. Positions that are NaN or outside give
+    the nearest edge's colour; the caller masks them.
     """
     h, w = image.shape[:2]
     known = np.isfinite(at).all(-1)
@@ -74,7 +74,7 @@ def _averaged(source: Array, step: int) -> Array:
 
 
 def _prefiltered(source: Array, jacobian: Float) -> Array:
-    """`source` blurred with the Gaussian of covariance (J J^T - I)/4, where J stretches by more than MINIFYING."""
+    """`source` blurred by a Gaussian of covariance (J J^T - I)/4 where J stretches by more than MINIFYING."""
     values, axes = np.linalg.eigh(jacobian @ jacobian.T)
     if np.sqrt(values[-1]) <= MINIFYING:
         return source
