@@ -1,0 +1,77 @@
+"""How far apart the points lie."""
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from frontage.geometry.arrays import Float
+
+_CUBES = 240
+_PER_CUBE = 400
+
+
+def measure_spacing(xyz: Float) -> tuple[float, float]:
+    """Median and 80 % quantile (m), over places of the cloud, of the distance between neighbouring points.
+
+    The cloud (n, 3) is cut along its own order into equally long pieces; from each a few query points are taken.
+    Every place has one vote, so that the dense spot before the scanner does not speak for the whole street.
+    Coincident points (overlapping scans) are not neighbours.
+    """
+    n = len(xyz)
+    if n < 2:
+        return 0.0, 0.0
+    if n <= 200_000:
+        distance = _nearest(xyz, xyz[:: max(1, n // 20_000)])
+        return _median(distance), _quantile(distance)
+    seeds = xyz[np.linspace(0, n - 1, _CUBES).astype(np.int64)]
+    half = _half_width(xyz, seeds)
+    place = np.floor((xyz - xyz.min(0)) / (2 * half)).astype(np.int32)
+    chosen = np.unique(np.floor((seeds - xyz.min(0)) / (2 * half)).astype(np.int32), axis=0)
+    code = _code(place)
+    wanted = np.sort(_code(chosen))
+    at = np.minimum(np.searchsorted(wanted, code), len(wanted) - 1)
+    near = np.flatnonzero(wanted[at] == code)
+    cube = at[near]
+    order = np.argsort(cube, kind="stable")
+    near, cube = near[order], cube[order]
+    start = np.searchsorted(cube, np.arange(len(wanted)))
+    rank = np.arange(len(cube)) - start[cube]
+    size = np.bincount(cube, minlength=len(wanted))
+    query = rank % np.maximum(size // _PER_CUBE, 1)[cube] == 0
+    distance = _nearest(xyz[near], xyz[near[query]])
+    medians = np.array(
+        [
+            _median(part)
+            for part in np.split(distance, np.searchsorted(cube[query], np.arange(1, len(wanted))))
+        ]
+    )
+    medians = medians[np.isfinite(medians)]
+    return _median(medians), _quantile(medians)
+
+
+def _half_width(xyz: Float, seeds: Float) -> float:
+    """Half the edge (m) of cubes that hold some hundred points: from a thinned copy's density at the seeds."""
+    step = max(1, len(xyz) // 50_000)
+    distance, _ = cKDTree(xyz[::step]).query(seeds, k=5)
+    return max(float(np.median(distance[:, -1])), 1e-6)
+
+
+def _code(cell: Float) -> Float:
+    return (cell[:, 0].astype(np.int64) << 42) + (cell[:, 1].astype(np.int64) << 21) + cell[:, 2]
+
+
+def _nearest(xyz: Float, query: Float) -> Float:
+    """Distance (k,) m of each query point to its nearest neighbour that is not itself nor its copy; inf = none."""
+    distance, _ = cKDTree(xyz).query(query, k=min(4, len(xyz)))
+    distance = np.atleast_2d(distance)
+    distance[distance < 1e-6] = np.inf
+    return distance.min(1)  # type: ignore[no-any-return]
+
+
+def _median(d: Float) -> float:
+    d = d[np.isfinite(d)]
+    return float(np.median(d)) if len(d) else float("nan")
+
+
+def _quantile(d: Float) -> float:
+    d = d[np.isfinite(d)]
+    return float(np.quantile(d, 0.8)) if len(d) else float("nan")
