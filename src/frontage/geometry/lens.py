@@ -142,10 +142,9 @@ class Lens:
             if not (np.abs(step) > _CONVERGED).any():
                 break
         with np.errstate(invalid="ignore"):
-            good = (np.abs(self._value_and_jacobian(xy, bare)[0] - goal) < 1e-9).all(1)
-            if not bare:
-                good &= (xy**2).sum(1) < self.limit**2
-        return np.where(good[:, None], xy, np.nan)
+            good = np.max(np.abs(self._value_and_jacobian(xy, bare)[0] - goal), axis=1) < 1e-9
+            inside = bare | ((xy**2).sum(1) < self.limit**2)
+        return np.where(np.logical_and(good, inside)[:, None], xy, np.nan)
 
     def _value_and_jacobian(self, xy: Float, bare: bool) -> tuple[Float, tuple[Float, Float, Float, Float]]:
         """Distorted points (n, 2) and the four entries (n,) of their Jacobian, row by row."""

@@ -35,13 +35,11 @@ class OrthoImage:
 
     def __post_init__(self) -> None:
         h, w = self.pixels.shape[:2]
-        put = lambda name, value: object.__setattr__(self, name, value)  # noqa: E731
-        put("pixels", readonly(self.pixels, (h, w, 4), np.uint8, "pixels"))
-        put("depth", readonly(self.depth, (h, w), np.float32, "depth"))
-        put("source", readonly(self.source, (h, w), np.uint16, "source"))
-        put("gsd_effective", readonly(self.gsd_effective, (h, w), np.float32, "gsd_effective"))
-        if self.intensity is not None:
-            put("intensity", readonly(self.intensity, (h, w), np.float32, "intensity"))
+        object.__setattr__(self, "pixels", readonly(self.pixels, (h, w, 4), np.uint8, "pixels"))
+        object.__setattr__(self, "source", readonly(self.source, (h, w), np.uint16, "source"))
+        for name in ("depth", "gsd_effective", "intensity"):
+            if getattr(self, name) is not None:
+                object.__setattr__(self, name, readonly(getattr(self, name), (h, w), np.float32, name))
 
     @property
     def size(self) -> tuple[int, int]:
@@ -49,7 +47,7 @@ class OrthoImage:
         return self.pixels.shape[1], self.pixels.shape[0]
 
     def local_from_pixel(self, column_row: Float, relief: bool = True) -> tuple[Float, Bool]:
-        """Pixels (n, 2) (centre of the first at 0.5) to local points (n, 3) m, and whether relief was used (n,)."""
+        """Pixels (n, 2), first centre at 0.5, to local points (n, 3) m and whether relief was used (n,)."""
         cr = np.atleast_2d(np.asarray(column_row, np.float64))
         y, used = self._relief_at(cr) if relief else (np.zeros(len(cr)), np.zeros(len(cr), bool))
         xyz = np.column_stack([self.corner[0] + cr[:, 0] * self.gsd, y, self.corner[1] - cr[:, 1] * self.gsd])
@@ -58,13 +56,26 @@ class OrthoImage:
     def pixel_from_local(self, xyz_local: Float) -> tuple[Float, Float]:
         """Local points (n, 3) m to pixels (n, 2) and their depth y (n,) m from the plane."""
         xyz = self.facade.frame.inverse.apply(np.atleast_2d(xyz_local))
-        return np.column_stack([(xyz[:, 0] - self.corner[0]) / self.gsd, (self.corner[1] - xyz[:, 2]) / self.gsd]), xyz[:, 1]
+        return np.column_stack(
+            [(xyz[:, 0] - self.corner[0]) / self.gsd, (self.corner[1] - xyz[:, 2]) / self.gsd]
+        ), xyz[:, 1]
+
+    def pixel_to_world(self, column_row: Float, relief: bool = True) -> tuple[Float, Bool]:
+        """Pixels (n, 2), first centre at 0.5, to world points (n, 3) m and whether relief was used (n,)."""
+        xyz, used = self.local_from_pixel(column_row, relief)
+        return self.facade.world.to_world(xyz), used
+
+    def world_to_pixel(self, xyz_world: Float) -> tuple[Float, Float]:
+        """World points (n, 3) m to pixels (n, 2) and their depth y (n,) m behind the plane."""
+        return self.pixel_from_local(self.facade.world.to_local(np.atleast_2d(xyz_world)))
 
     def _relief_at(self, column_row: Float) -> tuple[Float, Bool]:
         """Depth y (n,) m at pixels (n, 2): the relief where it was measured, 0 (the plane) elsewhere."""
         w, h = self.size
         c, r = np.floor(column_row).astype(np.int64).T
         inside = (c >= 0) & (c < w) & (r >= 0) & (r < h)
-        y = np.where(inside, self.depth[np.clip(r, 0, h - 1), np.clip(c, 0, w - 1)], np.nan).astype(np.float64)
+        y = np.where(inside, self.depth[np.clip(r, 0, h - 1), np.clip(c, 0, w - 1)], np.nan).astype(
+            np.float64
+        )
         used = np.isfinite(y)
         return np.where(used, y, 0.0), used

@@ -23,7 +23,7 @@ _COARSEST = 0.15  # m: a coarser relief is worse than the plane, reveals being 0
 _STEP = 0.03  # m between neighbouring cells that is an edge and not a slope
 _BEHIND = 0.05  # m behind the farther side of its neighbourhood: a point inside the building
 _BRIDGE = 2  # cells: gaps up to twice as wide are closed
-_REVEAL = 0.35  # m: frames and glass lie no deeper behind a wall; what does is a passage or a room seen through glass
+_REVEAL = 0.35  # m: frames and glass lie no deeper behind a wall; what does is a passage or a room
 _PASSAGE = (
     1.2  # m: a measured surface deeper than a reveal is a part of the facade when it is as wide as this
 )
@@ -31,7 +31,7 @@ _PASSAGE = (
 
 @dataclass(frozen=True)
 class Relief:
-    """Depth y (h, w) float64 m by cell of `raster`, gaps filled; near and far side at steps; 1 where measured."""
+    """Depth y (h, w) float64 m by cell of `raster`, gaps filled; both sides of steps; 1 where measured."""
 
     raster: Raster
     y: Array

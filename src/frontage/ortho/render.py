@@ -27,7 +27,7 @@ def paint_photos(
     image_of: Callable[[str], Array],
     options: OrthoOptions,
 ) -> None:
-    """Fill `pixels` (h, w, 4) and `source` (h, w) where the plan has a photo; one photo is in memory at a time."""
+    """Fill `pixels` (h, w, 4) and `source` (h, w) where the plan has a photo, one photo in memory."""
     for i, photo in enumerate(plan.photos):
         if not (plan.label == i).any():
             continue

@@ -1,9 +1,8 @@
 """Pixels from the scan's own points: gap-aware splatting.
 
 Points of a pixel are averaged; where points are sparser than pixels the values are spread by a Gaussian of
-half the local spacing. Gaps narrower than three spacings are closed, wider ones (windows, shadows) stay empty,
-and no outer edge grows: nothing is smeared across a window. Points behind
-the surface are not given (see `Relief.in_front`).
+half the local spacing. Gaps narrower than three spacings are closed, wider ones (windows, shadows) stay
+empty, and no outer edge grows: nothing is smeared across a window.
 """
 
 from dataclasses import dataclass
@@ -75,7 +74,7 @@ def splat(samples: Samples, raster: Raster, out: Array, known: Array) -> None:
 
 
 def _spread(cell: Array, value: Array, shape: tuple[int, int], spacing: Array) -> tuple[Array, Array]:
-    """Mean value (h, w, k) and mask (h, w) of points by flat pixel number, spread by the spacing (h, w) px."""
+    """Mean (h, w, k) and mask (h, w) of points by flat pixel number, spread by the spacing (h, w) px."""
     count = np.bincount(cell, minlength=shape[0] * shape[1]).reshape(shape).astype(np.float32)
     total = np.stack(
         [np.bincount(cell, value[:, k], shape[0] * shape[1]).reshape(shape) for k in range(value.shape[1])],

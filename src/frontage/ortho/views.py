@@ -2,7 +2,8 @@
 
 Views are chosen on cells of some pixels: quality ``cos(theta) / Z^2`` (pixel density times frontality),
 fading towards the photo's border and smoothed over a metre so that patches stay large, among the photos in
-whose depth buffer (the cloud, splatted) the cell is not hidden. Nothing is blended; what no photo sees stays nodata.
+whose depth buffer (the cloud, splatted) the cell is not hidden. Nothing is blended;
+what no photo sees stays nodata.
 """
 
 from collections.abc import Sequence
