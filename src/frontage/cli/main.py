@@ -14,7 +14,7 @@ import click
 from frontage import __version__
 from frontage.errors import FrontageError
 
-# Each command with its line in --help, so that help imports nothing. A command lives in the module of its name.
+# Each command with its line in --help, so that help imports nothing; it lives in the module of its name.
 COMMANDS = {
     "run": "The whole chain: scans and photos to ortho-images, model and report.",
     "info": "What is in a scan, a photo folder's cameras, or a run folder.",

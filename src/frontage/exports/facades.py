@@ -17,7 +17,7 @@ _JPEG_QUALITY = 90
 
 @dataclass(frozen=True, eq=False)
 class FacadePicture:
-    """A facade with its ortho-image as a JPEG: gsd in m, corner (x, z) m of its upper left edge, size (w, h) px."""
+    """A facade and its ortho-image as JPEG: gsd m, corner (x, z) m of its upper left, size (w, h) px."""
 
     facade: Facade
     jpeg: bytes
@@ -64,7 +64,7 @@ def triangulate(ring: Float) -> tuple[Float, Array]:
 
 def limit_texture(jpeg: bytes, limit: int = MAX_TEXTURE) -> bytes:
     """The same JPEG, averaged down when a side is longer than `limit` px."""
-    image = cv2.imdecode(np.frombuffer(jpeg, np.uint8), cv2.IMREAD_COLOR)
+    image: Any = cv2.imdecode(np.frombuffer(jpeg, np.uint8), cv2.IMREAD_COLOR)
     scale = limit / max(image.shape[:2])
     if scale >= 1:
         return jpeg

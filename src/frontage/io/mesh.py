@@ -95,7 +95,8 @@ def write_glb(path: Path, meshes: Sequence[TexturedMesh], world: WorldRef) -> No
 def write_obj(path: Path, meshes: Sequence[TexturedMesh], world: WorldRef) -> None:
     """Write `path` (.obj), its .mtl, `textures/*.jpg` and `<stem>.offset.json`.
 
-    World = vertex + offset. Vertices are local, z up, in metres with 0.1 mm digits; texture coordinates have v upwards, as OBJ wants.
+    World = vertex + offset. Vertices are local, z up, in metres with 0.1 mm digits; texture coordinates
+    have v upwards, as OBJ wants.
     """
     for mesh in meshes:
         _write(path.parent / "textures" / f"{mesh.file_stem}.jpg", mesh.texture)
@@ -136,7 +137,7 @@ class _Blob:
         """Append an array as float32 or uint32; the number of its accessor."""
         whole = array.dtype.kind in "iu"
         a = np.ascontiguousarray(array, "<u4" if whole else "<f4")
-        entry = {"bufferView": self.add(a.tobytes(), target), "componentType": _UINT if whole else _FLOAT}
+        entry: dict[str, Any] = {"bufferView": self.add(a.tobytes(), target), "componentType": _UINT if whole else _FLOAT}
         entry |= {"count": len(a), "type": kind}
         if bounds:
             entry |= {"min": a.min(0).tolist(), "max": a.max(0).tolist()}

@@ -13,7 +13,7 @@ _VOXEL = 0.05  # m; finer than a lamp post or a branch, which is what surroundin
 
 
 def thin(xyz: Float, voxel: float) -> Int:
-    """Indices (k,) int64, ascending, of the first point in every voxel of `voxel` m: the same on any machine."""
+    """Indices (k,) int64, ascending, of the first point in every voxel of `voxel` m."""
     cells = np.floor((xyz - xyz.min(0)) / voxel).astype(np.int64) if len(xyz) else np.empty((0, 3), np.int64)
     if not len(cells):
         return np.empty(0, np.int64)
@@ -44,7 +44,7 @@ class Neighbourhoods:
         self._sorted = flat[self._order]
 
     def around(self, index: Int, reach: float = REACH) -> Int:
-        """Indices (k,) ascending of all points in plan cells within `reach` m of the points at `index`, themselves too."""
+        """Indices (k,) ascending of all points in plan cells within `reach` m of those at `index`."""
         own = self._ij[index]
         margin = int(np.ceil(reach / _CELL)) + 1
         low = own.min(0) - margin

@@ -41,7 +41,7 @@ class Silent:
 
 @dataclass
 class Run:
-    """One run: shared by its stages. `key` is the current stage's fingerprint, `redo` = finished tasks too."""
+    """One run, shared by its stages; `key` = the stage's fingerprint, `redo` = finished tasks too."""
 
     workspace: Workspace
     project: Project

@@ -57,7 +57,7 @@ def file_hash(path: Path) -> str:
 
 
 def code_hash(packages: Iterable[str]) -> str:
-    """Fingerprint of the source of some sub-packages: results made by other code are not taken for current."""
+    """Fingerprint of the source of sub-packages: results made by other code are not taken for current."""
     root = Path(frontage.__file__).parent
     digest = hashlib.sha256(frontage.__version__.encode())
     for package in sorted(packages):

@@ -1,4 +1,4 @@
-"""Which files a project reads, with their sizes and hashes: what the manifest names and the markers depend on."""
+"""Which files a project reads, with sizes and hashes: for the manifest, and what the markers depend on."""
 
 import glob
 from collections.abc import Iterator

@@ -25,7 +25,7 @@ class WorldPoint:
 
 @dataclass(frozen=True)
 class PixelPoint:
-    """An ortho-image position (px, centre of the first pixel at 0.5), the point's depth y (m), and whether it is inside."""
+    """An ortho-image position (px, centre of the first at 0.5), the depth y (m), whether it is inside."""
 
     column: float
     row: float
@@ -85,7 +85,7 @@ class FacadePixels:
         M = self.raster_to_world
         # Subtract first: at UTM size the full product would lose digits.
         local = np.atleast_2d(np.asarray(xyz_world, np.float64)) - M[:3, 3]
-        cry = np.linalg.solve(M[:3, :3], local.T).T
+        cry: Float = np.linalg.solve(M[:3, :3], local.T).T.astype(np.float64)
         return cry[:, :2], cry[:, 2]
 
     def pixel_to_world(self, column: float, row: float, relief: bool = True) -> WorldPoint:
@@ -94,10 +94,11 @@ class FacadePixels:
         if not (0 <= column <= w and 0 <= row <= h):
             raise InputError(f"pixel ({column:g}, {row:g}) lies outside the ortho-image of {w} x {h} px")
         xyz, y, used = self.world_from_pixels(np.array([[column, row]]), relief)
-        return WorldPoint(*(float(v) for v in xyz[0]), float(y[0]), "relief" if used[0] else "plane")
+        X, Y, Z = (float(v) for v in xyz[0])
+        return WorldPoint(X, Y, Z, float(y[0]), "relief" if used[0] else "plane")
 
     def world_to_pixel(self, x: float, y: float, z: float) -> PixelPoint:
-        """One world position (m, in the run's CRS) to its pixel: the foot of its perpendicular on the plane."""
+        """One world position (m, the run's CRS) to its pixel: the foot of its perpendicular on the plane."""
         if not np.isfinite([x, y, z]).all():
             raise InputError("X, Y and Z must be finite numbers")
         (cr,), (depth,) = self.pixels_from_world(np.array([[x, y, z]]))

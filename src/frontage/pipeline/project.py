@@ -27,12 +27,14 @@ class General(BaseModel):
 
     model_config = _FORBID
 
-    crs: str | None = Field(None, description="projected metric CRS of the result; default: the scans' own")
-    seed: int = Field(0, ge=0, description="seed of every random choice")
+    crs: str | None = Field(
+        default=None, description="projected metric CRS of the result; default: the scans' own"
+    )
+    seed: int = Field(default=0, ge=0, description="seed of every random choice")
 
 
 class ModelSource(BaseModel):
-    """The `[model]` table: a city model or footprints, which tell where one house ends and the next begins."""
+    """The `[model]` table: a city model or footprints, which tell where a house ends and the next begins."""
 
     model_config = _FORBID
 
@@ -48,9 +50,9 @@ class Project(BaseModel):
     scans: tuple[ScanSource, ...] = ()
     photos: PhotoSource | None = None
     model: ModelSource | None = None
-    buildings: BuildingOptions = BuildingOptions()
-    facades: FacadeOptions = FacadeOptions()
-    ortho: OrthoOptions = OrthoOptions()
+    buildings: BuildingOptions = Field(default_factory=BuildingOptions)
+    facades: FacadeOptions = Field(default_factory=FacadeOptions)
+    ortho: OrthoOptions = Field(default_factory=OrthoOptions)
 
     @model_validator(mode="after")
     def _has_points(self) -> Self:
@@ -141,7 +143,7 @@ def _absolute(table: Any, base: Path, keys: tuple[str, ...], globs: bool = False
 
 
 def _found_offset(photos: Any) -> Any:
-    """Photos with the offset of an `offset.txt` (three numbers) in their cameras folder, unless one is given."""
+    """Photos with the offset of an `offset.txt` (three numbers) in their cameras folder, if none is given."""
     if not isinstance(photos, dict) or "offset" in photos or not photos.get("cameras"):
         return photos
     file = Path(photos["cameras"]) / "offset.txt"

@@ -12,7 +12,7 @@ from frontage.pipeline.files import read_json, write_json, write_with
 
 
 def save_facade(folder: Path, facade: Facade) -> None:
-    """`folder/facade.json` (readable) and `folder/points.npz` (int64 indices into the building's working cloud)."""
+    """`folder/facade.json` and `folder/points.npz` (int64 indices into the building's working cloud)."""
     folder.mkdir(parents=True, exist_ok=True)
     indices = {"support": facade.support, "inliers": facade.inliers}
     write_with(folder / "points.npz", lambda path: _save_arrays(path, indices))

@@ -172,7 +172,7 @@ def _nothing(summary: Summary) -> str:
 
 
 def _require_before(workspace: Workspace, stage: str, keys: dict[str, str]) -> None:
-    """What facades and ortho-images are made from must be current; a report may be made of whatever is there."""
+    """What facades and ortho-images are made from must be current; a report takes whatever is there."""
     before = list(keys)[: list(keys).index(stage)]
     for name in before if stage in ("facades", "ortho") else before[:1]:
         if workspace.done(name, key=keys[name] if stage in ("facades", "ortho") else None) is None:

@@ -101,7 +101,8 @@ def ortho(run: Run) -> Result:
         OrthoTask(run.workspace.out, record, run.item_key(record["id"]), run.redo, run.project.ortho, photos)
         for record in run.workspace.building_records()
     ]
-    return _gathered(run.map("ortho", ortho_task, tasks), "orthos")
+    made = _gathered(run.map("ortho", ortho_task, tasks), "orthos")
+    return made | {"notes": list(photos.notes) if photos else []}
 
 
 def export(run: Run) -> Result:

@@ -27,7 +27,7 @@ logger = logging.getLogger(__name__)
 
 @dataclass(frozen=True)
 class Task:
-    """One building's turn in a stage: its record, the key its result will carry, whether to redo what is finished."""
+    """One building's turn in a stage: its record, its result's key, whether to redo what is finished."""
 
     out: Path
     building: dict[str, Any]
@@ -70,7 +70,8 @@ def facades_task(task: FacadesTask) -> dict[str, Any]:
     workspace.begin("ortho", task.id)  # its pictures are of other planes now
     for facade in facades:
         save_facade(workspace.facade_folder(facade.id), facade)
-    for stale in set(before["result"]["facades"] if before else ()) - set(result["facades"]):
+    known: list[str] = before["result"]["facades"] if before else []
+    for stale in set(known) - {f.id for f in facades}:
         shutil.rmtree(workspace.facade_folder(stale), ignore_errors=True)
     workspace.finish("facades", task.id, task.key, result)
     return result
@@ -127,7 +128,7 @@ def _load(task: Task, workspace: Workspace) -> tuple[Scan, Building]:
 
 
 def _failure(error: Exception, item: str) -> Failed:
-    """An error as a warning of its item; a file that cannot be read is raised again: every item would meet it."""
+    """An error as a warning of its item; an unreadable file is raised again: all items would meet it."""
     if isinstance(error, FileError):
         raise error
     logger.debug("%s failed", item, exc_info=error)

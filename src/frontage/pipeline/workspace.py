@@ -140,7 +140,7 @@ class Workspace:
         return self.out / ".done" / (f"{stage}.{item.replace('/', '_')}.json" if item else f"{stage}.json")
 
     def done(self, stage: str, item: str = "", key: str | None = None) -> dict[str, Any] | None:
-        """The marker (`key`, `result`) of a finished stage or task; None when not finished or made from something else."""
+        """The marker (`key`, `result`) of a finished stage or task; None when not finished or not current."""
         try:
             marker = read_json(self._marker(stage, item))
         except (OSError, ValueError):

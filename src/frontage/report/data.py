@@ -42,7 +42,7 @@ class FacadeView:
 
 @dataclass(frozen=True, eq=False)
 class BuildingView:
-    """A building: its record (id, address, points, notes, cuts), plan points (k, 2) m local, facades, warnings."""
+    """A building: its record, plan points (k, 2) m local, facades, warnings."""
 
     record: dict[str, Any]
     plan: Float
@@ -52,7 +52,7 @@ class BuildingView:
 
 @dataclass(frozen=True, eq=False)
 class ReportData:
-    """The whole page: the manifest, the street's plan (k, 2) m local with a building number (k,), -1 = none."""
+    """The whole page: manifest, buildings, the street's plan (k, 2) m local, building number (k,) or -1."""
 
     manifest: dict[str, Any]
     buildings: tuple[BuildingView, ...]

@@ -3,6 +3,7 @@
 import base64
 import math
 from dataclasses import dataclass
+from functools import partial
 
 import cv2
 import numpy as np
@@ -37,7 +38,7 @@ class Segment:
 
 @dataclass(frozen=True)
 class Figure:
-    """A picture of `width` x `height` px with a metre grid, an outline, facades in plan and a scale bar."""
+    """A picture of `width` x `height` px with a metre grid, an outline, facades in plan, a scale bar."""
 
     width: float
     height: float
@@ -51,7 +52,7 @@ class Figure:
 
 
 def ortho_figure(view: FacadeView) -> Figure | None:
-    """The ortho-image with lines every metre (fewer when large), labelled x and z in m of the facade frame."""
+    """The ortho-image with a line every metre (fewer when large), labelled x and z in m of the frame."""
     if view.ortho is None:
         return None
     x0, z0, x1, z1 = view.ortho.extent
@@ -86,7 +87,7 @@ def _plan(points: Float, group: Array, facades: list[FacadeView]) -> Figure | No
     low, high = everything.min(0) - 1.0, everything.max(0) + 1.0
     size = high - low
     scale = min(_FIGURE_WIDTH / size[0], 520.0 / size[1])
-    pixel = lambda xy: (xy - (low[0], high[1])) * (scale, -scale)  # noqa: E731
+    pixel = partial(_to_figure, origin=np.array([low[0], high[1]]), scale=float(scale))
     bar = _nice(size[0] / 5)
     return Figure(
         width=float(size[0] * scale),
@@ -96,6 +97,11 @@ def _plan(points: Float, group: Array, facades: list[FacadeView]) -> Figure | No
         bar=bar * scale,
         bar_label=f"{bar:g} m",
     )
+
+
+def _to_figure(xy: Float, origin: Float, scale: float) -> Float:
+    """Plan (n, 2) m to figure (n, 2) px, y down."""
+    return (xy - origin) * (scale, -scale)
 
 
 def facade_ends(view: FacadeView) -> Float:

@@ -46,7 +46,7 @@ def facade_facts(view: FacadeView) -> list[Fact]:
 
 
 def lean_of(facade: Facade) -> float:
-    """Lean of the wall in rad: the angle of its normal above the horizon; positive = its top leans to the street."""
+    """Lean of the wall in rad, from its normal; positive = its top leans to the street."""
     return math.asin(float(np.clip(facade.frame.R[2, 1], -1, 1)))
 
 

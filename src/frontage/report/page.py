@@ -38,9 +38,10 @@ def render_report(data: ReportData) -> str:
         lstrip_blocks=True,
     )
     environment.filters["grouped"] = lambda number: f"{number:,}"
-    return environment.get_template("page.html").render(
+    text = environment.get_template("page.html").render(
         manifest=data.manifest,
         stages=data.manifest.get("stages", {}),
+        totals=_totals(data.manifest.get("stages", {})),
         world=data.manifest.get("world") or {},
         warnings=data.manifest.get("warnings", []),
         notes=data.manifest.get("notes", []),
@@ -48,6 +49,13 @@ def render_report(data: ReportData) -> str:
         street=street_figure(data),
         buildings=[_building(view) for view in data.buildings],
     )
+    return text.lstrip()
+
+
+def _totals(stages: dict[str, Any]) -> list[tuple[str, str]]:
+    """What was made, for the head of the page; a dash for stages that did not run."""
+    names = {"scans": "points", "buildings": "buildings", "facades": "facades", "ortho": "ortho-images"}
+    return [(text, f"{stages[name]['items']:,}" if name in stages else "–") for name, text in names.items()]
 
 
 def _building(view: BuildingView) -> _BuildingSection:
