@@ -78,13 +78,18 @@ def read_ortho(folder: Path) -> OrthoImage:
         facade = _facade(side)
         same_size = pixels.shape[:2] == (side["height"], side["width"])
         if not same_size or not math.isclose(gsd, side["gsd"], rel_tol=1e-9):
-            gsd, side["gsd"], rel_tol=1e-9
-        ):
             raise FileError(folder / "ortho.tif", "does not fit ortho.json", "run the ortho step again")
         return OrthoImage(
-            pixels, side["gsd"], (side["corner"][0], side["corner"][1]), facade, bands["depth"], bands["sources"],
-            tuple(side["sources"]), bands["gsd"], intensity,
-        )  # fmt: skip
+            pixels,
+            side["gsd"],
+            (side["corner"][0], side["corner"][1]),
+            facade,
+            bands["depth"],
+            bands["sources"],
+            tuple(side["sources"]),
+            bands["gsd"],
+            intensity,
+        )
     except (KeyError, TypeError, IndexError) as error:
         raise FileError(path, f"lacks or garbles {error}", "run the ortho step again") from error
     except ValueError as error:
