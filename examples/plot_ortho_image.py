@@ -1,7 +1,8 @@
 """An ortho-image of a simulated facade from photographs, and how far its windows are from the truth.
 
-Takes two photos of a street with a distorting lens, makes the ortho-image of one house at 1 cm and measures the
-edges of its window panes in it. With a file name it writes the picture: ``python examples/plot_ortho_image.py out.png``.
+Takes two photos of a street with a distorting lens, makes the ortho-image of one house at 1 cm and measures
+the edges of its window panes in it. With a file name it writes the picture:
+``python examples/plot_ortho_image.py out.png``.
 """
 
 import sys
@@ -57,9 +58,8 @@ def main() -> None:
     ortho = make(scene, 1)
     windows = [o for o in scene.houses[1].openings if o.kind == "window"]
     errors = np.array([e for o in windows for e in edge_errors(scene, 1, ortho, o)])
-    print(
-        f"ortho-image {ortho.size[0]} x {ortho.size[1]} px at {ortho.gsd * 100:g} cm from {len(ortho.sources)} photos"
-    )
+    width, height = ortho.size
+    print(f"ortho-image {width} x {height} px at {ortho.gsd * 100:g} cm from {len(ortho.sources)} photos")
     print(f"{len(errors)} window edges: median error {np.median(np.abs(errors)) * 1000:.1f} mm,")
     print(f"mean {errors.mean() * 1000:+.1f} mm; a pixel is {ortho.gsd * 1000:g} mm")
     if len(sys.argv) > 1:
