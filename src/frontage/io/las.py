@@ -273,6 +273,6 @@ def _record(header: Any, scan: Scan, rows: slice, wide: bool) -> Any:
         r.red, r.green, r.blue = (scan.rgb[rows].astype(np.uint16) * 257).T
     if scan.time is not None:
         r.gps_time = scan.time[rows]
-    r.return_number = 1 if scan.return_number is None else scan.return_number[rows]
-    r.number_of_returns = 1 if scan.return_count is None else scan.return_count[rows]
+    r.return_number = np.ones(len(xyz), np.uint8) if scan.return_number is None else scan.return_number[rows]
+    r.number_of_returns = np.ones(len(xyz), np.uint8) if scan.return_count is None else scan.return_count[rows]
     return r
