@@ -17,7 +17,7 @@ from frontage.model.facade import Facade
 from frontage.model.scan import Scan
 
 _BEND_REACH = 0.5  # m: how far a bent wall may leave its plane and still count as the same wall
-_UNDECIDED = 0.8  # odds above which the street side is doubtful
+_UNDECIDED = 1 / 3  # odds above which the street side is doubtful
 
 
 def build_facade(

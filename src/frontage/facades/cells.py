@@ -9,6 +9,9 @@ from frontage.geometry.arrays import Array, Bool, Float, Int
 from frontage.geometry.ring import cells_ring
 
 _GAP = 2.0  # m: the widest opening or shadow that a wall bridges (shop window, gate)
+_GATE = (
+    4.0  # m: the widest notch in the border that is bridged once the part is known (gate, shadow of a tree)
+)
 _THINNEST = 0.3  # m: what is thinner is no wall (a strip of ground, a wire)
 
 
@@ -18,12 +21,14 @@ class CellMap:
 
     wall   cells with points on the plane, of the chosen part only
     whole  cells of the outline: the wall with its openings
+    shut   cells with points within 10 cm of the plane: what no line of sight passes
     """
 
     corner: tuple[float, float]
     cell: float
     wall: Bool
     whole: Bool
+    shut: Bool
 
     @property
     def area(self) -> float:
@@ -47,6 +52,13 @@ class CellMap:
     def outline(self) -> Float:
         """Ring (k, 2) m of the outline."""
         return cells_ring(self.whole, self.corner, self.cell, 0.75 * self.cell)
+
+    def marked(self, x: Float, z: Float) -> Bool:
+        """Raster (h, w): the cells of the outline that hold at least one of the points (n,)."""
+        row, column, inside = self.locate(x, z)
+        mask = np.zeros_like(self.whole)
+        mask[row[inside], column[inside]] = True
+        return mask & self.whole
 
     def locate(self, x: Float, z: Float) -> tuple[Int, Int, Bool]:
         """Row, column (clipped) and whether inside the raster, of points (n,)."""
@@ -77,13 +89,10 @@ def contrast(x: Float, y: Float, z: Float, cells: CellMap, threshold: float) -> 
 
     x, y, z    (n,) m, facade coordinates; threshold m, half the thickness of a slab
     """
-    row, column, inside = cells.locate(x, z)
     area = []
     for slab in (-1, 0, 1):
-        use = inside & (np.abs(y - 2.0 * slab * threshold) < threshold)
-        mask = np.zeros_like(cells.wall)
-        mask[row[use], column[use]] = True
-        area.append(int((mask & cells.whole).sum()))
+        use = np.abs(y - 2.0 * slab * threshold) < threshold
+        area.append(int(cells.marked(x[use], z[use]).sum()))
     return 2.0 * area[1] / max(area[0] + area[2], 1)
 
 
@@ -99,8 +108,22 @@ def _close(mask: Bool, radius: float) -> Bool:
     return np.asarray(ndimage.distance_transform_edt(grown) > radius, np.bool_)
 
 
-def largest_part(count: Array, corner: tuple[float, float], cell: float, gap: float = _GAP) -> CellMap | None:
-    """The connected part with the most wall, bridging gaps up to `gap` m, its holes filled; None when nothing is left."""
+def _fill_along(mask: Bool, reach: float, axis: int) -> Bool:
+    """Set the cells between two set ones that are at most `reach` cells apart along `axis`."""
+    place = np.indices(mask.shape)[axis]
+    far = sum(mask.shape) + 1 + int(reach)
+    before = np.maximum.accumulate(np.where(mask, place, -far), axis=axis)
+    after = np.flip(np.minimum.accumulate(np.flip(np.where(mask, place, 2 * far), axis), axis=axis), axis)
+    return np.asarray(after - before <= reach + 1, np.bool_)
+
+
+def largest_part(
+    count: Array, corner: tuple[float, float], cell: float, votes: Float, gap: float = _GAP
+) -> CellMap | None:
+    """The connected part with the most votes, bridging gaps up to `gap` m, its holes filled; None when empty.
+
+    votes (n, 3) m: facade coordinates of points that say which part is meant; a cell counts once.
+    """
     wall = count > 0
     pruned = ndimage.binary_opening(_close(wall, 1.5), _disk(max(_THINNEST / cell / 2, 1.0)))
     if not pruned.any():
@@ -108,7 +131,13 @@ def largest_part(count: Array, corner: tuple[float, float], cell: float, gap: fl
     whole = ndimage.binary_fill_holes(_close(pruned, 0.5 * gap / cell))
     labels, number = ndimage.label(whole)
     if number > 1:
-        weight = np.bincount(labels[wall], minlength=number + 1)
+        voted = np.zeros_like(wall)
+        row, column, inside = CellMap(corner, cell, wall, wall, wall).locate(votes[:, 0], votes[:, 2])
+        voted[row[inside], column[inside]] = True
+        weight = np.bincount(labels[voted], minlength=number + 1)
         weight[0] = 0
         whole = labels == int(np.argmax(weight))
-    return CellMap(corner, cell, np.asarray(wall & whole, np.bool_), np.asarray(whole, np.bool_))
+    # gates, shop fronts and shadows cut into the border: bridge what has wall on both sides
+    whole = _fill_along(_fill_along(whole, _GATE / cell, 1), _GATE / cell, 0)
+    whole = ndimage.binary_fill_holes(whole)
+    return CellMap(corner, cell, np.asarray(wall & whole, np.bool_), np.asarray(whole, np.bool_), wall)

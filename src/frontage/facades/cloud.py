@@ -1,12 +1,12 @@
 """The building's points, thinned so that every one stands for the same area, with spacing and noise measured."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.spatial import cKDTree
 
 from frontage.geometry.arrays import Array, Float, Int
-from frontage.geometry.plane import fit_plane
+from frontage.geometry.plane import fit_plane, plane_offsets
 
 _DENSE_CELLS = 40_000_000  # above, a table of all voxels costs more than a sort
 _WELL_FILLED = 4  # points per voxel, on average, that say "dense" without measuring
@@ -28,10 +28,15 @@ class Cloud:
     cell: float
     noise: float
 
+    def slab(self, normal: Float, point: Float, reach: float) -> tuple["Cloud", Int]:
+        """The points within `reach` m of a plane, as a cloud without thinned points, and their rows (k,) int64."""
+        rows = np.flatnonzero(np.abs(plane_offsets(self.xyz, normal, point)) < reach)
+        return replace(self, xyz=self.xyz[rows], index=self.index[rows], thin=np.empty(0, np.int64)), rows
+
     @property
     def threshold(self) -> float:
-        """Inlier distance of the search in m: 3 sigma of the measured noise, 1.5 cm to 10 cm."""
-        return float(np.clip(3.0 * self.noise, 0.015, 0.10))
+        """Inlier distance of the search in m: 3 sigma of the measured noise, 2 cm to 10 cm."""
+        return float(np.clip(3.0 * self.noise, 0.02, 0.10))
 
 
 def voxel_first(xyz: Float, cell: float) -> Int:
@@ -74,18 +79,16 @@ def _median_positive(distance: Array) -> float:
     return float(np.median(good)) if len(good) else float("nan")
 
 
-def surface_noise(xyz: Float, thin: Int, cell: float, rng: np.random.Generator, seeds: int = 240) -> float:
+def surface_noise(xyz: Float, thin: Int, cell: float, rng: np.random.Generator, seeds: int = 300) -> float:
     """Robust sigma in m of points about upright planes fitted in balls of 3.5 cells: noise with local roughness.
 
     The lower quartile over those balls that are flat (thickness below a fifth of the width) and upright:
     bushes, rooms and mouldings only ever add. 2 cm when there are none.
     """
-    points = xyz[thin[rng.permutation(len(thin))[:60_000]]] if len(thin) > 60_000 else xyz[thin]
-    radius = 3.5 * cell * max(1.0, (len(thin) / 60_000) ** 0.5)
-    centres = points[rng.permutation(len(points))[:seeds]]
-    tree = cKDTree(points)
+    points = xyz[thin]
+    tree = cKDTree(points, balanced_tree=False, compact_nodes=False)
     thickness = []
-    for near in tree.query_ball_point(centres, radius):
+    for near in tree.query_ball_point(points[rng.permutation(len(points))[:seeds]], 3.5 * cell):
         if len(near) < 10:
             continue
         normal, _, variances = fit_plane(points[near])

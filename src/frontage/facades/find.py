@@ -1,6 +1,6 @@
 """Every main facade of a building (paper A, sections 2.1 and 2.2)."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -25,7 +25,11 @@ _STOREY = 2.0  # m, least height of a facade
 _PIER = 1.0  # m, least width
 _FRONT = 0.35  # m: claddings, plinths and bent parts this near the plane shape the outline too
 _SEEN_THROUGH = 0.5  # share of a wall's points measured through another facade that makes it an interior
+_SLACK = 0.25  # m that refinement may move the plane at the facade's ends
+_SHUT = 0.10  # m: what is this near the plane closes it; window frames lie deeper
 _CONTRAST = 2.0  # wall area over that of neighbouring slabs: a bush or a furnished room has 1
+_SIGHTS = 500  # lines of sight per plausible place
+_AROUND = 60_000  # points of the surroundings kept without rays
 _RAYS = 20_000  # lines of sight sampled per question
 
 
@@ -90,7 +94,7 @@ def _surroundings(scan: Scan, cloud: Cloud, rng: np.random.Generator) -> Float:
         return np.empty((0, 3))
     finite = scan.xyz[np.isfinite(scan.xyz).all(1)]
     thin = voxel_first(finite, max(0.25, cloud.cell))
-    return finite[thin[rng.permutation(len(thin))[:_RAYS]]]
+    return finite[thin[rng.permutation(len(thin))[:_AROUND]]]
 
 
 def _all_fronts(
@@ -150,34 +154,37 @@ def _front_at(
     near = np.abs(q[:, 1]) < 2.0 * cloud.threshold
     if near.sum() < 10:
         return None, near
-    region = largest_part(*occupied(q[near, 0], q[near, 2], cloud.cell), cloud.cell)
+    region = largest_part(*occupied(q[near, 0], q[near, 2], cloud.cell), cloud.cell, q[near])
     if region is None:
         return None, near
     used = near & region.within(q[:, 0], q[:, 2])
-    wall = refine_wall(cloud, normal, point, region, options, rng)
+    if region.area < 0.5 * options.min_area:
+        return None, used
+    # the full cloud is read once; a slab of it serves every further step
+    slab, rows = cloud.slab(normal, point, _FRONT + _SLACK)
+    wall = refine_wall(slab, normal, point, region, options, rng)
     if wall is None or abs(wall.normal[2]) > np.sin(np.radians(options.max_lean)):
         return None, used
-    return orient(wall, region, normal, point, scan, cloud, around, building.ground_z, rng), used
+    votes = cloud.xyz[left[used]]
+    cells = _raster(wall, slab, votes)
+    again = None if cells is None else refine_wall(slab, wall.normal, wall.point, cells, options, rng)
+    front = orient(again or wall, scan, slab, around, votes, building.ground_z, rng)
+    if front is None:
+        return None, used
+    return replace(front, wall=replace(front.wall, inliers=rows[front.wall.inliers])), used
 
 
 def orient(
     wall: Wall,
-    region: CellMap | None,
-    normal: Float,
-    point: Float,
     scan: Scan,
     cloud: Cloud,
     around: Float,
+    votes: Float,
     ground_z: float,
     rng: np.random.Generator,
 ) -> Front | None:
     """Raster of the wall and its street side; the normal is turned into the building."""
-    offset = cloud.xyz @ wall.normal - wall.point @ wall.normal
-    near = cloud.xyz[np.abs(offset) < max(_FRONT, wall.threshold)]
-    if region is not None:
-        q = (near - point) @ facade_axes(normal)
-        near = near[region.within(q[:, 0], q[:, 2])]
-    cells = _raster(wall, near, cloud)
+    cells = _raster(wall, cloud, votes)
     if cells is None:
         return None
     inliers = wall.inliers if len(wall.inliers) <= _RAYS else rng.choice(wall.inliers, _RAYS, replace=False)
@@ -187,25 +194,29 @@ def orient(
     if side.sign < 0:
         return Front(wall, cells, side)
     turned = wall.flipped()
-    cells = _raster(turned, near, cloud)
-    mirrored = Side(-1, side.told_by, side.sensor * np.array([-1.0, -1.0, 1.0]), side.odds)
-    return None if cells is None else Front(turned, cells, mirrored)
+    mirrored = _raster(turned, cloud, votes)
+    sensors = side.sensors * np.array([-1.0, -1.0, 1.0])
+    return None if mirrored is None else Front(turned, mirrored, Side(-1, side.told_by, sensors, side.odds))
 
 
-def _raster(wall: Wall, near: Float, cloud: Cloud) -> CellMap | None:
-    """Cells of the points `near` (n, 3): the outline from all of them, the wall from those on the plane."""
-    if len(near) == 0:
+def _raster(wall: Wall, cloud: Cloud, votes: Float) -> CellMap | None:
+    """Cells of the points near the plane: the outline from all of them, the wall from those on it.
+
+    votes (n, 3): points that say which connected part of the plane is meant.
+    """
+    offset = cloud.xyz @ wall.normal - wall.point @ wall.normal
+    q = wall.coordinates(cloud.xyz[np.abs(offset) < max(_FRONT, wall.threshold)])
+    if len(q) == 0:
         return None
-    q = wall.coordinates(near)
     count, corner = occupied(q[:, 0], q[:, 2], cloud.cell)
-    part = largest_part(count, corner, cloud.cell)
+    part = largest_part(count, corner, cloud.cell, wall.coordinates(votes))
     if part is None:
         return None
     on = np.abs(q[:, 1]) < wall.threshold
-    row, column, _ = part.locate(q[on, 0], q[on, 2])
-    seen = np.zeros_like(part.wall)
-    seen[row, column] = True
-    return CellMap(corner, cloud.cell, seen & part.whole, part.whole)
+    shut = np.abs(q[:, 1]) < _SHUT
+    return CellMap(
+        corner, cloud.cell, part.marked(q[on, 0], q[on, 2]), part.whole, part.marked(q[shut, 0], q[shut, 2])
+    )
 
 
 def _drop_interiors(fronts: list[Front], scan: Scan, cloud: Cloud, rng: np.random.Generator) -> list[Front]:
@@ -222,15 +233,15 @@ def _drop_interiors(fronts: list[Front], scan: Scan, cloud: Cloud, rng: np.rando
 
 def _behind(outer: Front, rows: Int, scan: Scan, cloud: Cloud) -> bool:
     """Whether the points `rows` of the cloud are an interior behind `outer`."""
-    measured = outer.side.told_by == "rays"
-    wall = outer.wall
-    sensors = (
-        scan.sensor_of(cloud.index[rows]) if measured else (wall.point + wall.axes @ outer.side.sensor)[None]
-    )
-    inside, closed = seen_through(wall, outer.cells, cloud.xyz[rows], sensors)
-    if measured:
-        return inside > _SEEN_THROUGH
-    return inside > _SEEN_THROUGH and closed < 0.5 * inside * outer.cells.coverage
+    wall, xyz = outer.wall, cloud.xyz[rows]
+    if outer.side.told_by == "rays":
+        return seen_through(wall, outer.cells, xyz, scan.sensor_of(cloud.index[rows]))[0] > _SEEN_THROUGH
+    shut = float(outer.cells.shut.sum() / max(outer.cells.whole.sum(), 1))
+    for place in outer.side.sensors @ wall.axes.T + wall.point:
+        inside, closed = seen_through(wall, outer.cells, xyz[:_SIGHTS], place[None])
+        if inside > _SEEN_THROUGH and closed < 0.5 * inside * shut:
+            return True
+    return False
 
 
 def _paper_front(
@@ -259,5 +270,5 @@ def _paper_front(
         fitted.correlation,
         fitted.dof,
     )
-    front = orient(wall, None, normal, centre, scan, cloud, around, building.ground_z, rng)
+    front = orient(wall, scan, cloud, around, cloud.xyz[inliers], building.ground_z, rng)
     return [] if front is None else [front]

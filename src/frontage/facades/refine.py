@@ -10,7 +10,7 @@ from frontage.facades.options import FacadeOptions
 from frontage.geometry.arrays import Array, Bool, Float, Int
 from frontage.geometry.plane import facade_axes
 from frontage.solve.correlation import Correlation, fit_covariance, residual_correlation
-from frontage.solve.robust import irls, mad_sigma, weighted_fit
+from frontage.solve.robust import TUKEY, irls, mad_sigma, weighted_fit
 
 _MOST = 150_000  # points in one fit: their mean is known to 15 um at 5 mm noise, the wall itself is not
 _MOST_CELLS = 120_000  # of the residual raster
@@ -98,7 +98,7 @@ def refine_wall(
     """
     axes = facade_axes(normal)
     offsets = cloud.xyz @ axes[:, 1] - point @ axes[:, 1]
-    reach = 2.0 * cloud.threshold
+    reach = max(2.0 * cloud.threshold, 0.10)
     candidates = np.flatnonzero(np.abs(offsets) < reach)
     q = (cloud.xyz[candidates] - point) @ axes
     if region is not None:
@@ -119,7 +119,7 @@ def _robust_fit(q: Float, cloud: Cloud, cell: float) -> tuple[Float, float]:
     """IRLS on area-weighted points (n, 3): (c, a, b) and sigma m."""
     floor = 0.0005
     weights = 1.0 / _cell_count(q[:, 0], q[:, 2], cell)
-    centre, sigma = start_sigma(q[:, 1], 2.0 * cloud.threshold, floor)
+    centre, sigma = start_sigma(q[:, 1], cloud.threshold, floor)
     fit = np.array([centre, 0.0, 0.0])
     design = np.column_stack([np.ones(len(q)), q[:, 0], q[:, 2]])
     for _ in range(
@@ -132,8 +132,23 @@ def _robust_fit(q: Float, cloud: Cloud, cell: float) -> tuple[Float, float]:
         fit = weighted_fit(design[near], q[near, 1], weights[near])
         shift, sigma = start_sigma(q[:, 1] - design @ fit, cloud.threshold, floor)
         fit = fit + np.array([shift, 0.0, 0.0])
+    sigma = natural_sigma(q[:, 1] - design @ fit, sigma, floor)
     result = irls(design, q[:, 1], weights, floor, fit, sigma)
-    return result.parameters, result.sigma
+    return result.parameters, natural_sigma(q[:, 1] - design @ result.parameters, result.sigma, floor)
+
+
+def natural_sigma(residuals: Float, sigma: float, floor: float, most: float = 0.033) -> float:
+    """Sigma in m at which the MAD of what lies within Tukey's support of it is that sigma, found from below.
+
+    A wall that waves more than its local roughness widens; a separate parallel layer does not enter.
+    """
+    for _ in range(20):
+        inside = np.abs(residuals) < TUKEY * sigma
+        new = float(np.clip(mad_sigma(residuals[inside]) if inside.any() else floor, floor, most))
+        if abs(new - sigma) < 0.01 * sigma:
+            return new
+        sigma = new
+    return sigma
 
 
 def _cell_count(x: Float, z: Float, cell: float) -> Float:

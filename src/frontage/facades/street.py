@@ -1,9 +1,7 @@
 """Which side is the street, and what was seen through a wall: both are questions of lines of sight.
 
-With rays the answer is measured. Without them a sensor is assumed at plausible places on either side
-of the wall, and the place that contradicts the data least is kept: a point whose line of sight meets
-seen, unbroken wall cannot have been seen from there (behind the wall it would be hidden, in front of
-the wall it would hide).
+With rays the answer is measured. Without them the side is told by what every street has in common,
+and the sensor may have stood anywhere in front.
 """
 
 from dataclasses import dataclass
@@ -16,19 +14,21 @@ from frontage.geometry.arrays import Bool, Float
 
 _EYE = 1.7  # m above the ground: a tripod; a roof-mounted scanner is at 2-3 m
 _AWAY = (4.0, 8.0, 15.0, 30.0)  # m, distances tried from the wall
-_REACH = 15.0  # m, points further from the wall say nothing
+_NEAR, _FAR, _PLAN = 1.0, 8.0, 0.25  # m: strip beside the wall that is looked at, and its cells
+_RECESS = 0.6  # m: windows lie this deep at most
+_CAP = 3.0  # of a log odds: 20 to 1
 
 
 @dataclass(frozen=True, eq=False)
 class Side:
-    """The street side of a wall: sign (+1: along the wall's present normal), how it was told, sensor (3,) m facade frame.
+    """The street side of a wall: sign (+1: along the wall's present normal), how it was told, sensors (k, 3) m facade frame.
 
-    `odds`  contradictions of the kept side over those of the other one, 0 sure .. 1 undecided
+    `odds`  of the other side over the kept one: 0 sure .. 1 undecided
     """
 
     sign: int
     told_by: str
-    sensor: Float
+    sensors: Float
     odds: float
 
 
@@ -40,59 +40,79 @@ def side_from_rays(wall: Wall, xyz: Float, sensors: Float) -> Side | None:
     height = (sensors[known] - wall.point) @ wall.normal
     front = float((height > 0).mean())
     sign = 1 if front > 0.5 else -1
-    place = wall.coordinates(np.median(sensors[known][np.sign(height) == sign], axis=0)[None])[0]
-    return Side(sign, "rays", place, min(front, 1 - front) / max(front, 1 - front))
-
-
-def solid_cells(cells: CellMap) -> Bool:
-    """Cells of the wall all of whose neighbours are wall too: nothing is seen through them."""
-    padded = np.pad(cells.wall, 1)
-    h, w = cells.wall.shape
-    around = sum(
-        padded[1 + i : 1 + i + h, 1 + j : 1 + j + w].astype(np.int8) for i in (-1, 0, 1) for j in (-1, 0, 1)
-    )
-    return np.asarray(around >= 8, np.bool_) & cells.wall
-
-
-def crossing(sensor: Float, q: Float) -> tuple[Float, Float, Bool]:
-    """Where lines from `sensor` (3,) through q (n, 3) meet the plane y = 0: x, z (n,) and whether they do ahead."""
-    rise = q[:, 1] - sensor[1]
-    with np.errstate(divide="ignore", invalid="ignore"):
-        share = -sensor[1] / rise
-    ahead = np.isfinite(share) & (share > 0)
-    share = np.where(ahead, share, 0.0)
-    return sensor[0] + share * (q[:, 0] - sensor[0]), sensor[2] + share * (q[:, 2] - sensor[2]), ahead
+    return Side(sign, "rays", np.empty((0, 3)), min(front, 1 - front) / max(front, 1 - front))
 
 
 def side_from_evidence(wall: Wall, cells: CellMap, xyz: Float, ground_z: float) -> Side:
-    """The side from which the surroundings xyz (n, 3) local contradict the wall least.
+    """The street side without rays, from three things that hold whoever measured: a sum of capped log odds.
 
-    Candidate sensors stand at eye height and at half the wall's height, left, middle and right of it.
+    - the street is open ground: low points with nothing above them, in front of the wall;
+    - the building is high: points up to the wall's own height are behind it (roof, rooms, other faces);
+    - windows are recessed: in the wall's holes, points close behind outweigh points close in front.
+
+    xyz (n, 3) local: building and surroundings, evenly thinned; ground_z m local.
     """
     q = wall.coordinates(xyz)
-    away = np.abs(q[:, 1])
-    q = q[(away < _REACH) & (away > max(3 * wall.threshold, 0.1))]
-    solid = solid_cells(cells)
-    x0, z0 = cells.outline.min(0)
-    x1, z1 = cells.outline.max(0)
-    eye = float(ground_z - wall.point[2]) + _EYE if np.isfinite(ground_z) else z0 + _EYE
-    places = [
-        (sign, np.array([x, -sign * d, z]))
-        for sign in (1, -1)
-        for d in _AWAY
-        for z in sorted({eye, max(eye, 0.5 * (z0 + z1))})
-        for x in np.linspace(x0 - 0.5 * (x1 - x0), x1 + 0.5 * (x1 - x0), 7)
-    ]
-    # sign +1: the wall's normal points into the building already, the street is at negative y
-    best: dict[int, tuple[float, Float]] = {}
-    for sign, place in places:
-        x, z, ahead = crossing(place, q)
-        contradicted = float((cells.within(x, z, solid) & ahead).sum())
-        if sign not in best or contradicted < best[sign][0]:
-            best[sign] = (contradicted, place)
-    sign = 1 if best[1][0] <= best[-1][0] else -1
-    odds = (best[sign][0] + 1.0) / (best[-sign][0] + 1.0)
-    return Side(-sign, "evidence", best[sign][1], odds)
+    (ground_plus, mass_plus), (ground_minus, mass_minus) = (_plan_areas(q, cells, sign) for sign in (1, -1))
+    hole = cells.whole & ~cells.wall
+    recess_plus, recess_minus = (_hole_area(q, cells, hole, wall, sign) for sign in (1, -1))
+    odds = _log_odds(ground_plus, ground_minus)
+    odds += _log_odds(mass_minus, mass_plus)
+    odds += _log_odds(recess_minus, recess_plus)
+    sign = 1 if odds > 0 else -1
+    return Side(
+        sign,
+        "evidence",
+        plausible_sensors(cells, ground_z - wall.point[2] + _EYE, sign),
+        float(np.exp(-abs(odds))),
+    )
+
+
+def _log_odds(favour: float, against: float) -> float:
+    """Log of the ratio of two areas in m2, tamed by a square metre and capped: no clue decides alone."""
+    return float(np.clip(np.log((favour + 1.0) / (against + 1.0)), -_CAP, _CAP))
+
+
+def _plan_areas(q: Float, cells: CellMap, sign: int) -> tuple[float, float]:
+    """m2 of open ground and of building, in plan, on the side `sign` of the wall and along its length.
+
+    A plan cell is open when its highest point is in the lowest third of the wall's height, built up when
+    it is in the upper half: relative to the wall, so that slopes, areas and steps do not matter.
+    """
+    (x0, z0), (x1, z1) = cells.outline.min(0), cells.outline.max(0)
+    away = sign * q[:, 1]
+    beside = q[(away > _NEAR) & (away < _FAR) & (q[:, 0] > x0) & (q[:, 0] < x1)]
+    width = int((x1 - x0) / _PLAN) + 1
+    flat = (np.abs(beside[:, 1]) / _PLAN).astype(np.int64) * width + ((beside[:, 0] - x0) / _PLAN).astype(
+        np.int64
+    )
+    top = np.full((int(_FAR / _PLAN) + 1) * width, -np.inf)
+    np.maximum.at(top, flat, beside[:, 2])
+    is_open = np.isfinite(top) & (top < z0 + (z1 - z0) / 3)
+    return float(is_open.sum()) * _PLAN**2, float((top > 0.5 * (z0 + z1)).sum()) * _PLAN**2
+
+
+def _hole_area(q: Float, cells: CellMap, hole: Bool, wall: Wall, sign: int) -> float:
+    """m2 of the wall's holes in which points lie close to the plane, on the side `sign`."""
+    away = sign * q[:, 1]
+    close = (away > max(2.0 * wall.threshold, 0.04)) & (away < _RECESS)
+    return float((cells.marked(q[close, 0], q[close, 2]) & hole).sum()) * cells.cell**2
+
+
+def plausible_sensors(cells: CellMap, eye: float, sign: int) -> Float:
+    """Places (k, 3) m, facade frame, on the side `sign` from which a wall may have been measured.
+
+    At the height `eye` (z of a tripod) and at half the wall's height; left, middle and right of the wall.
+    """
+    (x0, z0), (x1, z1) = cells.outline.min(0), cells.outline.max(0)
+    return np.array(
+        [
+            [x, sign * d, z]
+            for d in _AWAY
+            for z in (eye, max(eye, 0.5 * (z0 + z1)))
+            for x in np.linspace(x0 - 0.5 * (x1 - x0), x1 + 0.5 * (x1 - x0), 7)
+        ]
+    )
 
 
 def seen_through(wall: Wall, cells: CellMap, xyz: Float, sensors: Float) -> tuple[float, float]:
@@ -110,5 +130,5 @@ def seen_through(wall: Wall, cells: CellMap, xyz: Float, sensors: Float) -> tupl
     with np.errstate(invalid="ignore"):
         at = np.where(crosses[:, None], s + share * (q - s), 0.0)
     inside = crosses & cells.within(at[:, 0], at[:, 2])
-    closed = crosses & cells.within(at[:, 0], at[:, 2], cells.wall)
+    closed = crosses & cells.within(at[:, 0], at[:, 2], cells.shut)
     return float(inside.mean()), float(closed.mean())

@@ -7,6 +7,7 @@ import numpy as np
 from frontage.geometry.arrays import Float
 
 _MAD_TO_SIGMA = 1.4826
+_GROWTH = 1.5
 TUKEY = 4.685  # 95 % efficiency for Gaussian residuals
 
 
@@ -51,7 +52,7 @@ def irls(
     """Iteratively re-weighted least squares with Tukey's biweight.
 
     The scale is the MAD of the residuals inside the biweight's support, so that a parallel surface
-    further off does not widen it; it never falls below `sigma_floor`. Every step starts from `start`
+    further off does not widen it; it stays between `sigma_floor` and 1.5 times `sigma_start`. Every step starts from `start`
     (p,) and `sigma_start`, which must already isolate the wanted structure.
     """
     parameters, sigma = np.asarray(start, np.float64), max(sigma_start, sigma_floor)
@@ -66,6 +67,7 @@ def irls(
         residuals = observed - design @ updated
         near = np.abs(residuals) < TUKEY * sigma
         new_sigma = max(_MAD_TO_SIGMA * float(np.median(np.abs(residuals[near]))), sigma_floor)
+        new_sigma = min(new_sigma, _GROWTH * max(sigma_start, sigma_floor))
         moved = float(np.max(np.abs(design[near] @ (updated - parameters)), initial=0.0))
         done = moved < 1e-3 * new_sigma and abs(new_sigma - sigma) < 1e-2 * sigma
         parameters, sigma = updated, new_sigma
