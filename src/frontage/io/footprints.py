@@ -152,10 +152,11 @@ def _geojson(data: dict[str, Any]) -> Iterator[Outline]:
     """Polygons and MultiPolygons of a FeatureCollection."""
     for k, f in enumerate(data["features"] if data["type"] == "FeatureCollection" else [data]):
         geometry, properties = f.get("geometry") or {}, f.get("properties") or {}
-        parts = {"Polygon": lambda c: [c], "MultiPolygon": lambda c: c}.get(geometry.get("type", ""))
-        if parts is None:
+        if geometry.get("type") not in ("Polygon", "MultiPolygon"):
             continue
-        rings = tuple(_three(part[0]) for part in parts(geometry["coordinates"]))
+        single = geometry["type"] == "Polygon"
+        parts = [geometry["coordinates"]] if single else geometry["coordinates"]
+        rings = tuple(_three(part[0]) for part in parts)
         named = next(
             (properties[n] for n in ("id", "gml_id", "fid", "osm_id", "ID") if properties.get(n)), None
         )

@@ -39,10 +39,12 @@ def save_scan(path: str | Path, scan: Scan) -> Path:
 def load_scan(path: str | Path) -> Scan:
     """Read what `save_scan` wrote. Raises FileError (missing, truncated, corrupt)."""
     p = require_file(path)
-    with reading(p, "Frontage scan", "run the stage again"), np.load(p, allow_pickle=False) as f:
+    # opened here: np.load leaves its own handle open when a file is damaged
+    again = "run the stage again"
+    with reading(p, "Frontage scan", again), open(p, "rb") as raw, np.load(raw, allow_pickle=False) as f:
         a = {name: f[name] for name in f.files}
         if not {"meta", "xyz", "origin"} <= a.keys():
-            raise FileError(p, "not a Frontage scan", "run the stage again", code="I103")
+            raise FileError(p, "not a Frontage scan", again, code="I103")
         meta = json.loads(a["meta"].tobytes())
         pose = None
         if "pose" in a:
