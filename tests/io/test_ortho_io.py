@@ -1,0 +1,134 @@
+"""An ortho-image on disk: what is written comes back, and others can read it."""
+
+import json
+
+import cv2
+import numpy as np
+import pytest
+import tifffile
+
+import ortho_wall as wall
+from frontage.errors import FileError
+from frontage.io import ortho as ortho_io
+from frontage.io.geotiff import write_geotiff
+from frontage.ortho import OrthoOptions, make_ortho
+
+
+@pytest.fixture(scope="module")
+def ortho():
+    facade = wall.facade(3.0, 2.0)
+    depth = lambda x, z: np.where(np.abs(x) < 0.5, 0.2, 0.0)  # noqa: E731
+    made = make_ortho(facade, wall.wall_cloud(facade, depth=depth), options=OrthoOptions(margin=0.1))
+    assert made
+    return made
+
+
+def test_everything_comes_back(ortho, tmp_path):
+    ortho_io.write_ortho(tmp_path / "B01_F1", ortho)
+    back = ortho_io.read_ortho(tmp_path / "B01_F1")
+    for name in ("pixels", "depth", "source", "gsd_effective", "intensity"):
+        assert np.array_equal(
+            getattr(back, name), getattr(ortho, name), equal_nan=name not in ("pixels", "source")
+        ), name
+    assert (back.gsd, back.sources, back.facade.id) == (ortho.gsd, ortho.sources, "B01/F1")
+    pixels = np.random.default_rng(0).uniform(0, 200, (500, 2))
+    world, used = ortho.pixel_to_world(pixels)
+    again, used_again = back.pixel_to_world(pixels)
+    assert np.abs(world - again).max() < 1e-8 and np.array_equal(used, used_again)
+    assert np.array_equal(back.facade.local_from_facade.covariance, ortho.facade.local_from_facade.covariance)
+
+
+def test_the_sidecar_is_the_contract(ortho, tmp_path):
+    ortho_io.write_ortho(tmp_path, ortho)
+    side = json.loads((tmp_path / "ortho.json").read_text())
+    keys = {
+        "building",
+        "facade",
+        "crs",
+        "gsd",
+        "width",
+        "height",
+        "raster_to_world",
+        "frame",
+        "sigma_plane",
+        "sources",
+    }
+    assert set(keys.split()) <= set(side)
+    M, pixel = np.array(side["raster_to_world"]), np.array([120.5, 80.25])
+    world, _ = ortho.pixel_to_world(pixel[None], relief=False)
+    assert np.abs((M @ [*pixel, 0.0, 1.0])[:3] - world[0]).max() < 1e-8
+    deep = (M @ [*pixel, 0.3, 1.0])[:3] - world[0]
+    assert np.allclose(deep, 0.3 * np.array(side["frame"]["y"]), atol=1e-8)
+    assert np.allclose(np.cross(side["frame"]["z"], side["frame"]["x"]), side["frame"]["y"])
+
+
+def test_the_tiff_is_georeferenced_tiled_and_says_where_the_world_is(ortho, tmp_path):
+    ortho_io.write_ortho(tmp_path, ortho)
+    with tifffile.TiffFile(tmp_path / "ortho.tif") as tif:
+        page = tif.pages[0]
+        assert page.is_tiled and page.compression.name == "ADOBE_DEFLATE" and page.shape[2] == 4
+        assert page.tags[33550].value == (ortho.gsd, ortho.gsd, 0.0)
+        assert page.tags[33922].value[3:5] == pytest.approx(ortho.corner)
+        assert "RASTER_TO_WORLD" in page.tags[42112].value
+    side = json.loads((tmp_path / "ortho.json").read_text())
+    jpeg = cv2.imread(str(tmp_path / "ortho.jpg"))
+    assert jpeg.shape[:2] == (side["height"], side["width"])
+    assert np.isnan(tifffile.imread(tmp_path / "depth.tif")).any()
+    assert tifffile.imread(tmp_path / "sources.tif").dtype == np.uint16
+
+
+def test_gdal_reads_the_plane_coordinates(ortho, tmp_path):
+    rasterio = pytest.importorskip("rasterio", reason="rasterio (extra gis) is not installed")
+    ortho_io.write_ortho(tmp_path, ortho)
+    with rasterio.open(tmp_path / "ortho.tif") as tif:
+        assert tif.transform * (10, 20) == pytest.approx((ortho.corner[0] + 0.1, ortho.corner[1] - 0.2))
+        assert "metre" in tif.crs.to_wkt()
+
+
+def test_more_than_four_gigabytes_is_a_big_tiff(ortho, tmp_path, monkeypatch):
+    monkeypatch.setattr("frontage.io.geotiff._BIG", 1000)
+    write_geotiff(tmp_path / "a.tif", ortho.pixels, ortho.corner, ortho.gsd, "x", {})
+    with tifffile.TiffFile(tmp_path / "a.tif") as tif:
+        assert tif.is_bigtiff
+
+
+def test_a_write_that_fails_leaves_the_earlier_file(ortho, tmp_path, monkeypatch):
+    ortho_io.write_ortho(tmp_path, ortho)
+    before = (tmp_path / "ortho.tif").read_bytes()
+
+    def full_disk(*_, **__):
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(tifffile.TiffWriter, "write", full_disk)
+    with pytest.raises(FileError, match="No space left"):
+        ortho_io.write_ortho(tmp_path, ortho)
+    assert (tmp_path / "ortho.tif").read_bytes() == before
+    assert not [p for p in tmp_path.iterdir() if p.name.startswith(".")]
+
+
+def test_missing_damaged_and_foreign_files_are_said(ortho, tmp_path):
+    with pytest.raises(FileError, match=r"ortho\.json: does not exist"):
+        ortho_io.read_ortho(tmp_path)
+    ortho_io.write_ortho(tmp_path, ortho)
+    side = json.loads((tmp_path / "ortho.json").read_text())
+    (tmp_path / "ortho.json").write_text(json.dumps({k: v for k, v in side.items() if k != "frame"}))
+    with pytest.raises(FileError, match="frame"):
+        ortho_io.read_ortho(tmp_path)
+    (tmp_path / "ortho.json").write_text(json.dumps(side | {"width": 7}))
+    with pytest.raises(FileError, match="does not fit"):
+        ortho_io.read_ortho(tmp_path)
+    (tmp_path / "ortho.json").write_text("{")
+    with pytest.raises(FileError, match="no valid JSON"):
+        ortho_io.read_ortho(tmp_path)
+    (tmp_path / "ortho.json").write_text(json.dumps(side))
+    content = (tmp_path / "depth.tif").read_bytes()
+    (tmp_path / "depth.tif").write_bytes(content[: len(content) // 2])
+    with pytest.raises(FileError, match=r"depth\.tif"):
+        ortho_io.read_ortho(tmp_path)
+
+
+def test_an_output_that_is_a_file_is_refused(ortho, tmp_path):
+    (tmp_path / "out").write_text("mine")
+    with pytest.raises(FileError, match="out"):
+        ortho_io.write_ortho(tmp_path / "out", ortho)
+    assert (tmp_path / "out").read_text() == "mine"

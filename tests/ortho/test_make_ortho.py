@@ -1,0 +1,216 @@
+"""The ortho-image: right place, right photo, nothing smeared, nothing invented."""
+
+import cv2
+import numpy as np
+import pytest
+from pydantic import ValidationError
+
+import ortho_wall as wall
+from frontage.errors import OptionError
+from frontage.model import Failed, Photo, Scan
+from frontage.ortho import OrthoOptions, make_ortho
+
+PLANE = OrthoOptions(margin=0.0)
+
+
+@pytest.fixture(scope="module")
+def scene():
+    facade = wall.facade(8.0, 6.0)
+    return facade, wall.texture(8.0, 6.0), wall.wall_cloud(facade)
+
+
+def images(facade, picture, photos, depth=None):
+    made = {p.id: wall.render(p, facade, picture, depth) for p in photos}
+    return made.__getitem__
+
+
+def test_true_poses_with_distortion_give_a_third_of_a_pixel(scene):
+    facade, picture, cloud = scene
+    photo = wall.photo(facade, wall.camera(1600, 1200), (-3.0, -8.0, -1.5))
+    ortho = make_ortho(facade, cloud, [photo], images(facade, picture, [photo]), options=PLANE)
+    assert ortho.size == (800, 600)
+    shifts = np.linalg.norm(wall.displacement(ortho.pixels, picture), axis=1)
+    assert 0.0 < np.median(shifts) <= 0.3
+    assert np.abs(ortho.pixels[..., :3].astype(int) - picture).mean() < 12, "mirrored or upside down"
+
+
+def test_the_papers_homography_is_off_by_the_distortion(scene):
+    facade, picture, cloud = scene
+    photo = wall.photo(facade, wall.camera(1600, 1200), (-3.0, -8.0, -1.5))
+    options = OrthoOptions(margin=0.0, projection="homography", interpolation="bilinear")
+    ortho = make_ortho(facade, cloud, [photo], images(facade, picture, [photo]), options=options)
+    shifts = np.linalg.norm(wall.displacement(ortho.pixels, picture), axis=1)
+    assert np.median(shifts) > 1.0
+    assert np.isnan(ortho.depth).all()
+
+
+def test_relief_puts_recessed_things_where_they_are(scene):
+    facade, picture, _ = scene
+    depth = lambda x, z: np.where((np.abs(x) < 2.0) & (np.abs(z) < 1.5), 0.3, 0.0)  # noqa: E731
+    cloud = wall.wall_cloud(facade, depth=depth)
+    photo = wall.photo(facade, wall.camera(1600, 1200), (-5.0, -7.0, 0.0))
+    image_of = images(facade, picture, [photo], depth)
+    inside = (slice(200, 400), slice(300, 550))
+    errors = {}
+    for relief in (True, False):
+        ortho = make_ortho(facade, cloud, [photo], image_of, options=OrthoOptions(margin=0.0, relief=relief))
+        shift = wall.displacement(ortho.pixels[inside], picture[inside], 64)
+        errors[relief] = np.median(np.linalg.norm(shift, axis=1))
+    assert errors[True] < 0.5
+    assert errors[False] > 10.0
+
+
+def test_a_window_edge_of_the_relief_is_straight(scene):
+    facade, _, _ = scene
+    depth = lambda x, z: np.where((np.abs(x) < 0.6) & (np.abs(z) < 0.9), 0.15, 0.0)  # noqa: E731
+    cloud = wall.wall_cloud(facade, spacing=0.02, depth=depth, noise=0.004)
+    ortho = make_ortho(facade, cloud, options=PLANE)
+    deep = ortho.depth > 0.075
+    left = np.argmax(deep[230:370], axis=1)  # first recessed pixel of each row
+    assert np.abs(left - 340).max() <= 3, "the reveal at x = -0.6 m is column 340"
+    assert left.std() < 1.5, "within half a cell of 3 cm"
+    assert np.nanmedian(ortho.depth[250:350, 360:440]) == pytest.approx(0.15, abs=0.003)
+
+
+def test_pixel_and_world_round_trip_on_relief_and_plane(scene):
+    facade, _, _ = scene
+    depth = lambda x, z: np.where(np.abs(x) < 1.0, 0.25, 0.0)  # noqa: E731
+    cloud = wall.wall_cloud(facade, depth=depth, holes=[(-1.0, 1.0, 1.0, 2.5)])
+    ortho = make_ortho(facade, cloud, options=PLANE)
+    pixels = np.random.default_rng(0).uniform([0, 0], [800, 600], (2000, 2))
+    for relief in (True, False):
+        world, used = ortho.pixel_to_world(pixels, relief)
+        back, y = ortho.world_to_pixel(world)
+        assert np.abs(back - pixels).max() < 1e-6
+        assert np.allclose(y[~used], 0.0, atol=1e-6)
+        assert used.any() == relief
+    _, used = ortho.pixel_to_world(np.array([[400.0, 125.0], [400.0, 400.0]]))
+    assert used.tolist() == [False, True], "the hole has no relief, the recess has"
+    corner, _ = ortho.pixel_to_world(np.array([[0.0, 0.0]]), relief=False)
+    expected = facade.world.to_world(facade.frame.apply(np.array([[-4.0, 0.0, 3.0]])))
+    assert np.abs(corner - expected).max() < 1e-6
+
+
+def with_board(facade, cloud: Scan, x: tuple[float, float], y: float) -> Scan:
+    """The cloud and a board in front of the wall."""
+    g = np.stack(np.meshgrid(np.arange(*x, 0.02), [y], np.arange(-3.0, 3.0, 0.02)), axis=-1).reshape(-1, 3)
+    return Scan("board", np.vstack([cloud.xyz, facade.frame.apply(g)]), cloud.world)
+
+
+def test_what_one_photo_cannot_see_comes_from_the_next_best(scene):
+    facade, _, wall_only = scene
+    cloud = with_board(facade, wall_only, (-0.3, 0.3), -3.0)
+    camera = wall.camera(800, 600, distorted=False)
+    photos = [
+        wall.photo(facade, camera, (0.0, -8.0, 0.0), name="front"),
+        wall.photo(facade, camera, (5, -9.0, 0), name="right"),
+    ]
+    flat = {"front": np.full((600, 800, 3), 60, np.uint8), "right": np.full((600, 800, 3), 180, np.uint8)}
+    alone = make_ortho(facade, cloud, photos[:1], flat.__getitem__, options=PLANE)
+    both = make_ortho(facade, cloud, photos, flat.__getitem__, options=PLANE)
+    behind = (slice(250, 350), slice(390, 410))
+    assert (alone.pixels[behind][..., 3] == 0).all(), "hidden and seen by no other photo: nodata"
+    assert (alone.source[behind] == 0).all()
+    names = np.array(["", *both.sources])[both.source[behind]]
+    assert (names == "right").all()
+    assert (both.pixels[behind][..., 0] == 180).all()
+
+
+def test_patches_are_few(scene):
+    facade, _, cloud = scene
+    camera = wall.camera(800, 600, distorted=False)
+    photos = [wall.photo(facade, camera, (x, -8.0, 0.0), (x, 0, 0), name=str(x)) for x in (-3.0, 0.0, 3.0)]
+    ortho = make_ortho(facade, cloud, photos, lambda _: np.full((600, 800, 3), 9, np.uint8), options=PLANE)
+    for source in range(1, len(ortho.sources) + 1):
+        assert cv2.connectedComponents((ortho.source == source).astype(np.uint8))[0] - 1 <= 1
+
+
+def test_outside_the_photo_nothing_is_smeared(scene):
+    facade, _, cloud = scene
+    photo = wall.photo(
+        facade, wall.camera(600, 450, distorted=False, focal=1.5), (-2.5, -5.0, 1.0), (-2.5, 0, 1.0)
+    )
+    ortho = make_ortho(facade, cloud, [photo], lambda _: np.full((450, 600, 3), 99, np.uint8), options=PLANE)
+    at = photo.project(
+        ortho.local_from_pixel(np.array([[c, r] for c in range(1, 800, 7) for r in range(1, 600, 7)]))[0]
+    )
+    inside = ((at > 0) & (at < [600, 450])).all(1)
+    alpha = ortho.pixels[1::7, 1::7, 3].T.ravel() > 0
+    assert not (alpha & ~inside).any()
+    assert (alpha & inside).sum() > 0.9 * inside.sum()
+
+
+def test_photos_behind_or_without_a_pose_are_not_used(scene):
+    facade, _, cloud = scene
+    behind = wall.photo(facade, wall.camera(), (0.0, 8.0, 0.0))
+    ortho = make_ortho(
+        facade, cloud, [behind, Photo("loose", wall.camera())], lambda _: np.zeros((9, 9, 3), np.uint8)
+    )
+    assert ortho.sources == ("wall (colour)",)
+
+
+def test_the_scan_paints_what_no_photo_does_and_windows_stay_empty(scene):
+    facade, _, _ = scene
+    hole = (-2.6, -0.5, -1.4, 1.0)
+    cloud = wall.wall_cloud(facade, spacing=0.03, holes=[hole])
+    sparse = wall.facade(8.0, 6.0, spacing=0.03)
+    ortho = make_ortho(sparse, cloud, options=PLANE)
+    alpha = ortho.pixels[..., 3] > 0
+    window = np.zeros_like(alpha)
+    window[200:350, 140:260] = True
+    assert alpha[10:-10, 10:-10][
+        ~cv2.dilate(window.astype(np.uint8), np.ones((9, 9))).astype(bool)[10:-10, 10:-10]
+    ].all()
+    assert not alpha[210:340, 150:250].any(), "smeared across the window"
+    left, right = ortho.pixels[300, 60, :3], ortho.pixels[300, 700, :3]
+    assert left.tolist() == [200, 60, 40] and right.tolist() == [40, 80, 200]
+    assert ortho.intensity[100, 400] == pytest.approx(0.8) and ortho.intensity[500, 400] == pytest.approx(0.2)
+
+
+def test_rooms_behind_glass_are_left_out(scene):
+    facade, _, _ = scene
+    hole = (-0.6, -0.9, 0.6, 0.9)
+    shell = wall.wall_cloud(facade, holes=[hole])
+    room = np.random.default_rng(5).uniform([-0.6, 0.5, -0.9], [0.6, 1.4, 0.9], (1500, 3))
+    cloud = Scan("wall", np.vstack([shell.xyz, facade.frame.apply(room)]), shell.world,
+                 rgb=np.vstack([shell.rgb, np.zeros((1500, 3), np.uint8)]))  # fmt: skip
+    ortho = make_ortho(facade, cloud, options=PLANE)
+    inside = (slice(220, 380), slice(350, 450))
+    assert (ortho.pixels[inside][..., 3] > 0).mean() < 0.02
+    assert np.isnan(ortho.depth[inside]).mean() > 0.98
+
+
+@pytest.mark.parametrize("kind", ["colour", "intensity", "depth"])
+def test_the_source_says_what_the_scan_gave(scene, kind):
+    facade, _, full = scene
+    cloud = Scan("s", full.xyz, full.world, rgb=full.rgb if kind == "colour" else None,
+                 intensity=None if kind == "depth" else full.intensity)  # fmt: skip
+    ortho = make_ortho(facade, cloud, options=PLANE)
+    assert ortho.sources == (f"s ({kind})",)
+    assert (ortho.source == 1).mean() > 0.98
+    assert (ortho.intensity is None) == (kind == "depth")
+
+
+def test_nothing_at_all_is_a_failure_that_says_so(scene):
+    facade, _, _ = scene
+    far = Scan("far", np.full((10, 3), 500.0), wall.WORLD)
+    failed = make_ortho(facade, far)
+    assert isinstance(failed, Failed) and not failed
+    assert "B01/F1" in failed.message
+
+
+def test_the_same_input_gives_the_same_bytes(scene):
+    facade, picture, cloud = scene
+    photo = wall.photo(facade, wall.camera(800, 600), (1.0, -8.0, 0.0))
+    image_of = images(facade, picture, [photo])
+    first, second = (make_ortho(facade, cloud, [photo], image_of) for _ in range(2))
+    assert first.pixels.tobytes() == second.pixels.tobytes()
+    assert first.depth.tobytes() == second.depth.tobytes()
+
+
+def test_options_out_of_range_are_refused(scene):
+    facade, _, cloud = scene
+    with pytest.raises(ValidationError, match="greater than 0"):
+        OrthoOptions(gsd=-0.01)
+    with pytest.raises(OptionError, match="larger gsd"):
+        make_ortho(facade, cloud, options=OrthoOptions(gsd=1e-6))

@@ -1,0 +1,136 @@
+"""Resampling, depth buffers and gridding on small arrays with known answers."""
+
+import cv2
+import numpy as np
+import pytest
+
+from frontage.raster import gridding, tiles
+from frontage.raster.resample import resample
+from frontage.raster.zbuffer import local_spacing, splat_depth
+
+
+def grid(h: int, w: int, scale: float, at=(0.0, 0.0)) -> np.ndarray:
+    u, v = np.meshgrid(at[0] + (np.arange(w) + 0.5) * scale, at[1] + (np.arange(h) + 0.5) * scale)
+    return np.stack([u, v], axis=-1).astype(np.float32)
+
+
+def noise(h: int, w: int, sigma: float = 0.0) -> np.ndarray:
+    picture = np.random.default_rng(0).integers(0, 256, (h, w, 3)).astype(np.uint8)
+    return cv2.GaussianBlur(picture, (0, 0), sigma) if sigma else picture
+
+
+@pytest.mark.parametrize("interpolation", ["adaptive", "bilinear", "nearest"])
+def test_the_identity_changes_nothing(interpolation):
+    picture = noise(60, 80)
+    assert np.array_equal(resample(picture, grid(60, 80, 1.0), np.eye(2), interpolation), picture)
+
+
+@pytest.mark.parametrize("factor", [1.6, 2.5, 7.0])
+def test_minifying_a_fine_pattern_gives_its_mean_and_no_moire(factor):
+    stripes = np.zeros((700, 700, 3), np.uint8)
+    stripes[:, ::2] = 255
+    n = int(700 / factor) - 12
+    at = grid(n, n, factor, (3 * factor, 3 * factor))
+    ours = resample(stripes, at, factor * np.eye(2)).astype(float)[4:-4, 4:-4]
+    bilinear = resample(stripes, at, factor * np.eye(2), "bilinear").astype(float)[4:-4, 4:-4]
+    assert ours.std() < (0.4 * bilinear.std() if factor < 2 else 12)
+    light = 188 if factor >= 2 else 128  # half the light is code 188, half the code value 128
+    assert abs(ours.mean() - light) < 6
+
+
+def test_magnifying_is_sharper_than_bilinear_and_does_not_ring():
+    edge = np.full((40, 40, 3), 50, np.uint8)
+    edge[:, 20:] = 200
+    at = grid(160, 160, 0.25)
+    ours = resample(edge, at, 0.25 * np.eye(2))
+    linear = resample(edge, at, 0.25 * np.eye(2), "bilinear")
+    assert ours.min() == 50 and ours.max() == 200
+    assert (
+        np.abs(np.diff(ours[80, :, 0].astype(int))).max()
+        > np.abs(np.diff(linear[80, :, 0].astype(int))).max()
+    )
+
+
+def test_an_oblique_view_is_filtered_along_its_long_axis_only():
+    rows = np.zeros((300, 300, 3), np.uint8)
+    rows[::8] = 255  # lines across the axis that is not minified
+    J = np.array([[3.0, 0.0], [0.0, 1.0]])
+    at = np.stack(np.meshgrid((np.arange(90) + 0.5) * 3, np.arange(250) + 0.5), axis=-1).astype(np.float32)
+    picture = resample(rows, at, J)
+    assert picture[64:72].max() > 120
+
+
+def test_positions_without_a_place_do_not_break_the_rest():
+    picture = noise(60, 80, 1.0)
+    at = grid(60, 80, 1.0)
+    at[:20] = np.nan
+    assert np.array_equal(resample(picture, at, np.eye(2))[25:], picture[25:])
+
+
+def test_the_nearest_surface_wins_and_discs_close_gaps():
+    x, y = np.meshgrid(np.arange(4.5, 100, 6), np.arange(4.5, 100, 6))
+    wall = np.column_stack([x.ravel(), y.ravel()])
+    xy = np.vstack([wall, [[50.5, 50.5]]])
+    depth = np.r_[np.full(len(wall), 9.0), 4.0]
+    buffer = splat_depth(xy, depth, np.r_[np.full(len(wall), 4.5), 2.0], (100, 100))
+    assert np.isfinite(buffer[4:-4, 4:-4]).all()
+    assert buffer[50, 50] == 4.0 and buffer[52, 50] == 4.0 and buffer[54, 50] == 9.0
+    assert np.isinf(splat_depth(xy, depth, np.zeros(len(xy)), (100, 100))).mean() > 0.9
+
+
+def test_spacing_is_measured_where_the_points_are():
+    rng = np.random.default_rng(0)
+    fine = np.column_stack([rng.uniform(0, 4, 40_000), np.zeros(40_000), rng.uniform(0, 4, 40_000)])
+    coarse = np.column_stack([rng.uniform(10, 14, 10_000), np.zeros(10_000), rng.uniform(0, 4, 10_000)])
+    spacing, count = local_spacing(np.vstack([fine, coarse]))
+    assert np.median(spacing[:40_000]) == pytest.approx(0.02, rel=0.1)
+    assert np.median(spacing[40_000:]) == pytest.approx(0.04, rel=0.1)
+    assert count.min() >= 1
+
+
+def test_quantiles_by_cell():
+    cell = np.array([0, 0, 0, 3, 3])
+    q, count = gridding.cell_quantiles(cell, np.array([3.0, 1, 2, 10, 20]), (2, 2), (0.0, 0.5, 1.0))
+    assert count.tolist() == [[3, 0], [0, 2]]
+    assert q[:, 0, 0].tolist() == [1, 2, 3] and q[:, 1, 1].tolist() == [10, 15, 20]
+    assert np.isnan(q[:, 0, 1]).all()
+
+
+def test_median_steps_over_missing_cells_and_removes_outliers():
+    field = np.full((300, 9), 5.0)
+    field[150, 4], field[10, :] = 99.0, np.nan
+    smooth = gridding.nan_median(field, 1)
+    assert smooth[150, 4] == 5.0 and np.isnan(smooth[10]).all()
+    assert np.nanmax(np.abs(smooth - 5.0)) == 0.0
+
+
+def test_closing_fills_narrow_gaps_and_grows_no_edge():
+    block = np.zeros((80, 80), bool)
+    block[20:60, 20:60:4] = True
+    closed = gridding.closed(block, np.full(block.shape, 4.0))
+    assert closed[25:55, 22:55].all()
+    assert not closed[:, :19].any() and not closed[:19].any()
+    assert not gridding.closed(block, np.full(block.shape, 1.0))[30, 22:24].all()
+
+
+def test_nearest_known_value_fills():
+    field = np.full((5, 9), np.nan)
+    field[2, 0], field[2, 8] = 1.0, 2.0
+    assert gridding.nearest_filled(field)[2].tolist() == [1, 1, 1, 1, pytest.approx(1.5, abs=0.5), 2, 2, 2, 2]
+
+
+def test_tiles_cover_once():
+    count = np.zeros((1000, 700), int)
+    for tile in tiles.tiles(1000, 700, 256):
+        count[tile.window] += 1
+        assert max(tile.shape) <= 256
+    assert (count == 1).all()
+
+
+def test_bands_beyond_memory_live_in_a_scratch_file(monkeypatch):
+    monkeypatch.setattr(tiles, "IN_MEMORY", 1000)
+    band = tiles.allocate((50, 40), np.float32, np.nan)
+    assert isinstance(band, np.memmap) and np.isnan(band).all()
+    band[3, 4] = 7.0
+    assert band[3, 4] == 7.0
+    assert not isinstance(tiles.allocate((2, 2), np.uint8), np.memmap)
