@@ -42,7 +42,7 @@ class Street:
         a = np.array([p[0] for p in pairs], np.int64)
         b = np.array([p[1] for p in pairs], np.int64)
         graph = coo_array((np.ones(len(a)), (a, b)), shape=(n, n))
-        return connected_components(graph, directed=False)[1].astype(np.int64)  # type: ignore[no-any-return]
+        return connected_components(graph, directed=False)[1].astype(np.int64)
 
     def _ends(self, f: int) -> list[tuple[Float, int]]:
         """Both ends (2,) m of a front, with their segments."""

@@ -99,11 +99,14 @@ def _height(level: Level, ground: Ground | None) -> Float:
 
 
 def _ground_leaves(tree: Octree, ground: Ground | None, options: BuildingOptions) -> Bool:
-    """Leaves (m,) that are ground: within the tolerance of the terrain where, or beside where, it was measured."""
+    """Leaves (m,) that are ground: within the tolerance of the terrain, and not on a wall away from where it was measured."""
     if ground is None:
         return np.zeros(len(tree.leaf), bool)
     row, col = ground.cell_of(tree.leaf.mean[:, :2])
-    return (np.abs(ground.height(tree.leaf.mean)) <= options.ground_tolerance) & ground.beside[row, col]
+    upright = (np.abs(tree.shape.normal[:, 2]) < 0.5)[tree.of_leaf]
+    return (np.abs(ground.height(tree.leaf.mean)) <= options.ground_tolerance) & (
+        ground.beside[row, col] | ~upright
+    )
 
 
 def _street(
@@ -138,7 +141,7 @@ def _street(
         party = party_walls(turned, profile, footprints) if footprints else None
         fronts.append(turned)
         profiles.append(profile)
-        cuts.append(find_cuts(profile, options, party) if options.split else ())
+        cuts.append(find_cuts(profile, options, party, tree.level.size) if options.split else ())
     return Street(fronts, profiles, cuts)
 
 
@@ -168,7 +171,8 @@ def _assign(
     for f, front in enumerate(street.fronts):
         owner[front.members] = f
     used = np.flatnonzero(owner >= 0)
-    distance, nearest = cKDTree(columns.xy[used]).query(tree.leaf.mean[:, :2])
+    found = cKDTree(columns.xy[used]).query(tree.leaf.mean[:, :2])
+    distance, nearest = np.asarray(found[0]), np.asarray(found[1])
     front_of_leaf = owner[used[nearest]]
     s, d = np.zeros(len(tree.leaf)), np.zeros(len(tree.leaf))
     for f, front in enumerate(street.fronts):
@@ -193,7 +197,7 @@ def _leaf_height(tree: Octree, ground: Ground | None) -> Float:
 
 def _near(
     tree: Octree,
-    distance: Float,
+    distance: Array,
     d: Float,
     ground_leaf: Bool,
     ground: Ground | None,
@@ -208,6 +212,8 @@ def _near(
     close = behind | (distance <= _ATTACHED)
     near = close & ~ground_leaf
     low = _leaf_height(tree, ground) < -options.ground_tolerance
+    if ground is None:  # a cut-out: all of it was chosen by hand
+        near[:] = True
     near &= ~(low & (distance > tree.level.size * 2))
     return near, ~near & ~ground_leaf & ~low
 
@@ -223,7 +229,7 @@ def _occluders(
     upright = wall & (cell_d < 1.5)
     height = _height(tree.level, ground)
     out = is_occluder(tree.level, tree.shape, tree.touch, cell_d, height, count > 0, upright)
-    return out[tree.of_leaf] & free  # type: ignore[no-any-return]
+    return out[tree.of_leaf] & free
 
 
 def _collect(

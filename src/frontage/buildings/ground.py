@@ -31,7 +31,7 @@ class Ground:
     @property
     def beside(self) -> Bool:
         """Cells (h, w) that were measured as ground or touch one that was."""
-        return ndimage.binary_dilation(self.measured, np.ones((3, 3)))  # type: ignore[no-any-return]
+        return ndimage.binary_dilation(self.measured, np.ones((3, 3), bool))
 
     def cell_of(self, xy: Float) -> tuple[Array, Array]:
         """Row and column (n,) of points (n, 2) m, clipped to the raster."""
@@ -42,7 +42,7 @@ class Ground:
         """Height (n,) m of points (n, 3) above the terrain, bilinear."""
         at = (xyz[:, :2] - self.corner) / self.cell - 0.5
         below = ndimage.map_coordinates(self.z, [at[:, 1], at[:, 0]], order=1, mode="nearest")
-        return xyz[:, 2] - below  # type: ignore[no-any-return]
+        return xyz[:, 2] - below
 
 
 def find_ground(level: Level, shape: Shape, touching: Array, options: BuildingOptions) -> Ground | None:

@@ -8,10 +8,11 @@ on the ground it must lean on the wall for most of its height and be built of su
 import numpy as np
 
 from frontage.buildings.voxels import Level, Shape, components
-from frontage.geometry.arrays import Bool, Float
+from frontage.geometry.arrays import Array, Bool, Float, Int
 
 _ON_WALL = 0.35  # m in front of the wall: still its relief
 _OFF_GROUND = 2.3  # m, headroom under a balcony
+_TALL = 3.5  # m, an upright surface higher than any vehicle is a wall
 _LEAFY = 0.5  # share of scattered cells that makes a piece foliage
 
 
@@ -36,11 +37,18 @@ def is_occluder(
     on_wall = _heights(group, level.ijk[at, 2], contact[at], n)
     tall = _heights(group, level.ijk[at, 2], np.ones(len(at), bool), n)
     leafy = np.bincount(group, weights=_scattered(shape)[at], minlength=n) / np.maximum(count, 1)
+    standing = (np.abs(shape.normal[:, 2]) < 0.35) & (shape.planarity > 0.35)
+    upright = np.bincount(group, weights=standing[at].astype(np.float64), minlength=n) / np.maximum(count, 1)
     base = np.full(n, np.inf)
     np.minimum.at(base, group, height[at])
     hangs = base > _OFF_GROUND
     surfaces = leafy < _LEAFY
     keep = (on_wall > 0) & surfaces & (hangs | (on_wall > 0.5 * tall))
+    keep |= surfaces & (upright > 0.5) & (tall * level.size >= _TALL)
+    if not np.isfinite(
+        height
+    ).any():  # a cut-out without ground: only foliage clear of the wall is taken from it
+        keep |= surfaces | (on_wall > 0)
     out = np.zeros(len(level), bool)
     out[at] = ~keep[group]
     return out
@@ -48,10 +56,10 @@ def is_occluder(
 
 def _scattered(shape: Shape) -> Float:
     """1 for cells (m,) whose surroundings fill space instead of a surface or a line."""
-    return ((shape.scatter > 0.1) & (shape.linearity < 0.7)).astype(np.float64)  # type: ignore[no-any-return]
+    return ((shape.scatter > 0.1) & (shape.linearity < 0.7)).astype(np.float64)
 
 
-def _heights(group: Float, k: Float, keep: Bool, n: int) -> Float:
+def _heights(group: Int, k: Array, keep: Bool, n: int) -> Float:
     """Number (n,) of height bins k that the kept cells of each group occupy."""
     pairs = np.unique(np.column_stack([group[keep], k[keep]]), axis=0)
     return np.bincount(pairs[:, 0].astype(np.int64), minlength=n).astype(np.float64)

@@ -11,28 +11,29 @@ class BuildingOptions(BaseModel):
     model_config = ConfigDict(extra="forbid", frozen=True)
 
     method: Literal["frontage", "paper"] = Field(
-        "frontage", description="'paper' = octree cells + connected components only (paper A, section 2.1)"
+        default="frontage",
+        description="'paper' = octree cells + connected components only (paper A, section 2.1)",
     )
     cell: float | None = Field(
-        None,
+        default=None,
         gt=0,
         le=10,
         description="m, octree cell of the components; default max(0.25, 3 x measured spacing)",
     )
-    min_width: float = Field(3.5, ge=1, le=50, description="m, the narrowest house along the street")
+    min_width: float = Field(default=3.5, ge=1, le=50, description="m, the narrowest house along the street")
     min_wall_height: float = Field(
-        3.0, ge=0.5, le=50, description="m, how high a wall must rise to count as one"
+        default=3.0, ge=0.5, le=50, description="m, how high a wall must rise to count as one"
     )
-    ground_slope: float = Field(0.15, ge=0, le=1, description="steepest ground, rise over run")
+    ground_slope: float = Field(default=0.15, ge=0, le=1, description="steepest ground, rise over run")
     ground_tolerance: float = Field(
-        0.15, gt=0, le=1, description="m, thickness of the ground: kerbs are ground"
+        default=0.15, gt=0, le=1, description="m, thickness of the ground: kerbs are ground"
     )
     max_depth: float = Field(
-        20.0, gt=0, le=200, description="m, how far behind its front a building may reach"
+        default=20.0, gt=0, le=200, description="m, how far behind its front a building may reach"
     )
     snap: float = Field(
-        1.0, ge=0, le=5, description="m, how far a footprint may pull a cut to its party wall"
+        default=1.0, ge=0, le=5, description="m, how far a footprint may pull a cut to its party wall"
     )
     split: bool = Field(
-        True, description="cut terraces into houses; False = one building per connected street front"
+        default=True, description="cut terraces into houses; False = one building per connected street front"
     )

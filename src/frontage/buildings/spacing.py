@@ -3,7 +3,7 @@
 import numpy as np
 from scipy.spatial import cKDTree
 
-from frontage.geometry.arrays import Float
+from frontage.geometry.arrays import Array, Float, Int
 
 _CUBES = 240
 _PER_CUBE = 400
@@ -51,11 +51,11 @@ def measure_spacing(xyz: Float) -> tuple[float, float]:
 def _half_width(xyz: Float, seeds: Float) -> float:
     """Half the edge (m) of cubes that hold some hundred points: from a thinned copy's density at the seeds."""
     step = max(1, len(xyz) // 50_000)
-    distance, _ = cKDTree(xyz[::step]).query(seeds, k=5)
+    distance = np.asarray(cKDTree(xyz[::step]).query(seeds, k=5)[0])
     return max(float(np.median(distance[:, -1])), 1e-6)
 
 
-def _code(cell: Float) -> Float:
+def _code(cell: Array) -> Int:
     return (cell[:, 0].astype(np.int64) << 42) + (cell[:, 1].astype(np.int64) << 21) + cell[:, 2]
 
 
@@ -64,7 +64,7 @@ def _nearest(xyz: Float, query: Float) -> Float:
     distance, _ = cKDTree(xyz).query(query, k=min(4, len(xyz)))
     distance = np.atleast_2d(distance)
     distance[distance < 1e-6] = np.inf
-    return distance.min(1)  # type: ignore[no-any-return]
+    return distance.min(1)
 
 
 def _median(d: Float) -> float:

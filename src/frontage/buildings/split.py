@@ -16,7 +16,7 @@ from frontage.solve.segmentation import change_points
 _LAG = 10  # bins (2.5 m): differences at this lag hold the windows' own rhythm as noise
 _FLOOR = {"eaves": 0.15, "offset": 0.03, "rough": 0.01, "colour": 4.0, "bright": 0.1}
 _STEP = {"eaves": 0.4, "offset": 0.05, "rough": 0.015, "colour": 6.0, "bright": 0.2}
-_EAVES_ALONE = 0.6  # m, a step of the eaves that needs no second witness
+_WITNESSES = 3  # parameters a cut is charged for: its place and two cues; other signals may stay as they are
 _REACH = 24  # bins (6 m): how far from a cut its two sides are compared
 _NEAR = 8  # bins (2 m): the same for eaves and offset, which drift
 _T = 4.0  # standard errors
@@ -32,8 +32,13 @@ class Cut:
     cues: tuple[str, ...]
 
 
-def find_cuts(profile: Profile, options: BuildingOptions, party: Float | None = None) -> tuple[Cut, ...]:
-    """Cuts of a front from left to right. `party` (k,) m along the front: party walls of a map, where given."""
+def find_cuts(
+    profile: Profile, options: BuildingOptions, party: Float | None = None, cell: float = 0.25
+) -> tuple[Cut, ...]:
+    """Cuts of a front from left to right.
+
+    `party` (k,) m along the front: party walls of a map, where given; `cell` m: how finely heights are known.
+    """
     signal, kinds = _signals(profile)
     width = max(2, int(round(options.min_width / BIN)))
     walls = np.empty(0) if party is None else party
@@ -44,12 +49,12 @@ def find_cuts(profile: Profile, options: BuildingOptions, party: Float | None = 
         linear = np.array([k in ("eaves", "offset", "bright") for k in kinds])
         use = np.isfinite(noise)
         n = max(2.0, len(profile) / length)
-        penalty = 2.0 * float(use.sum()) * np.log(n)
+        penalty = 2.0 * _WITNESSES * np.log(n)
         cuts = change_points(
             np.clip(scaled[:, use] - np.nanmedian(scaled[:, use], 0), -50, 50), penalty, width, linear[use]
         )
     cuts = _with_gaps(profile, cuts, width)
-    kept, cues, odds = _prune(profile, signal, kinds, cuts, walls, options)
+    kept, cues, odds = _prune(profile, signal, kinds, cuts, walls, options.snap, cell)
     found = [
         Cut(profile.lo + c * BIN, 1 / (1 + np.exp(-o)), q) for c, q, o in zip(kept, cues, odds, strict=True)
     ]
@@ -92,16 +97,15 @@ def _with_gaps(profile: Profile, cuts: Int, width: int) -> Int:
 
 
 def _prune(
-    profile: Profile, signal: Float, kinds: list[str], cuts: Int, walls: Float, options: BuildingOptions
+    profile: Profile, signal: Float, kinds: list[str], cuts: Int, walls: Float, snap: float, cell: float
 ) -> tuple[list[int], list[tuple[str, ...]], list[float]]:
     """Take away the weakest unconvincing cut until all convince; the sides of the others grow meanwhile."""
     kept = [int(c) for c in cuts]
-    gaps = _gaps(profile)
     while True:
-        judged = [_judge(profile, signal, kinds, kept, i, gaps) for i in range(len(kept))]
+        judged = [_judge(profile, signal, kinds, kept, i, cell) for i in range(len(kept))]
         weak = []
         for i, (cues, strength, odds) in enumerate(judged):
-            mapped = len(walls) and np.abs(walls - profile.lo - kept[i] * BIN).min() <= options.snap
+            mapped = len(walls) and np.abs(walls - profile.lo - kept[i] * BIN).min() <= snap
             if not (len(cues) >= 2 or strength or mapped):
                 weak.append((odds, i))
         if not weak:
@@ -110,31 +114,33 @@ def _prune(
 
 
 def _judge(
-    profile: Profile, signal: Float, kinds: list[str], cuts: list[int], i: int, gaps: list[tuple[int, int]]
+    profile: Profile, signal: Float, kinds: list[str], cuts: list[int], i: int, cell: float
 ) -> tuple[tuple[str, ...], bool, float]:
     """The cues for cut i among its neighbours, whether one of them suffices alone, and the log-odds."""
     c = cuts[i]
     lo, hi = (cuts[i - 1] if i else 0), (cuts[i + 1] if i + 1 < len(cuts) else len(profile))
     spread = _within(signal, cuts)
     cues: dict[str, float] = {}
-    alone = any(a <= c <= b for a, b in gaps)
+    alone = any(a <= c <= b for a, b in _gaps(profile))
     if alone:
         cues["gap"] = 9.0
     for k in range(signal.shape[1]):
         kind = kinds[k]
-        reach = _NEAR if kind in ("eaves", "offset") else _REACH
+        reach = _NEAR if kind == "offset" else _REACH
         left, right = signal[max(lo, c - reach) : c, k], signal[c : min(hi, c + reach), k]
-        step, t = _step(
-            left, right, max(spread[k], _FLOOR[kind] / 2) if np.isfinite(spread[k]) else _FLOOR[kind]
-        )
+        floor = max(_FLOOR[kind], cell / 2) if kind == "eaves" else _FLOOR[kind]
+        step, t = _step(left, right, max(spread[k], floor) if np.isfinite(spread[k]) else floor)
+        if kind == "eaves":  # a step, not a slope: it stands close to the cut as well as far from it
+            close, tight = _step(left[-_NEAR:], right[:_NEAR], floor)
+            step, t = min(step, close), min(t, tight)
         if t > _T and step > _STEP[kind]:
             name = "surface" if kind in ("colour", "bright") else kind
             cues[name] = max(cues.get(name, 0.0), t)
-            alone |= kind == "eaves" and step > _EAVES_ALONE
+            alone |= kind == "eaves"
     t = _rhythm(profile.rows, lo, c, hi)
     if t > _T:
         cues["rhythm"] = t
-    odds = sum(min(t * t / 2, 12.0) - 4.0 for t in cues.values()) - 2.0
+    odds: float = sum(min(t * t / 2, 12.0) - 4.0 for t in cues.values()) - 2.0
     return tuple(sorted(cues)), alone, float(np.clip(odds, -20, 20))
 
 
@@ -158,7 +164,9 @@ def _step(left: Float, right: Float, spread: float) -> tuple[float, float]:
     if min(len(left), len(right)) < 4:
         return 0.0, 0.0
     step = abs(float(np.median(left) - np.median(right)))
-    per = 4.0
+    own = [1.4826 * float(np.median(np.abs(side - np.median(side)))) for side in (left, right)]
+    spread = max(spread, *own)  # a ragged side proves nothing
+    per = 1.0 / BIN
     return step, step / (spread * np.sqrt(per / len(left) + per / len(right)))
 
 
@@ -171,9 +179,8 @@ def _rhythm(rows: Float, lo: int, c: int, hi: int) -> float:
         x.mean(0)
         for x in (a[::2], a[1::2], a[: len(a) // 2], a[len(a) // 2 :], b[: len(b) // 2], b[len(b) // 2 :])
     ]
-    both = (
-        np.minimum(np.cumsum(a.mean(0)[::-1])[::-1], np.cumsum(b.mean(0)[::-1])[::-1]) > 0.2
-    )  # below both eaves
+    above = [np.cumsum(x.mean(0)[::-1])[::-1] for x in (a, b)]
+    both = np.minimum(*above) > 0.2  # below both eaves
     if both.sum() < 8:
         return 0.0
     between = float(np.mean((a.mean(0) - b.mean(0))[both] ** 2))

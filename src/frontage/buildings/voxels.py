@@ -45,7 +45,7 @@ class Level:
 def pack(ijk: Array) -> Int:
     """Cell coordinates (m, 3) >= 0 to keys (m,) int64."""
     i = np.asarray(ijk, np.int64) + 1
-    return (i[:, 0] << 2 * _BITS) | (i[:, 1] << _BITS) | i[:, 2]  # type: ignore[no-any-return]
+    return (i[:, 0] << 2 * _BITS) | (i[:, 1] << _BITS) | i[:, 2]
 
 
 def leaves(xyz: Float, size: float) -> tuple[Level, Array]:
@@ -88,7 +88,8 @@ def parents(leaf: Level, shift: int) -> tuple[Level, Array]:
     d = leaf.mean - (leaf.origin + (ijk[of_leaf] + 0.5) * size)
     pairs = [(0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2)]
     moment = np.column_stack([np.bincount(of_leaf, weights=d[:, a] * d[:, b], minlength=n) for a, b in pairs])
-    return Level(size, leaf.origin, ijk, key, weight, mean, moment), of_leaf
+    moments: Float = moment.astype(np.float64)
+    return Level(size, leaf.origin, ijk, key, weight, mean, moments), of_leaf
 
 
 def adjacency(level: Level) -> sparse.csr_array:

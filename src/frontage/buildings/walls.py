@@ -54,7 +54,7 @@ class Front:
 def wall_cells(level: Level, shape: Shape, above: Bool) -> Bool:
     """Cells (m,) above ground whose surroundings are planar and upright."""
     upright = np.abs(shape.normal[:, 2]) < 0.35
-    return above & upright & (shape.planarity > 0.35) & (shape.scatter < 0.12) & (shape.support >= 5)  # type: ignore[no-any-return]
+    return above & upright & (shape.planarity > 0.35) & (shape.scatter < 0.12) & (shape.support >= 5)
 
 
 def wall_columns(level: Level, shape: Shape, wall: Bool, options: BuildingOptions) -> Columns:
@@ -94,7 +94,7 @@ def _blocks(xy: Float, link: float) -> Int:
         return np.empty(0, np.int64)
     pairs = cKDTree(xy).query_pairs(link, output_type="ndarray")
     graph = coo_array((np.ones(len(pairs)), (pairs[:, 0], pairs[:, 1])), shape=(len(xy), len(xy)))
-    return connected_components(graph, directed=False)[1].astype(np.int64)  # type: ignore[no-any-return]
+    return connected_components(graph, directed=False)[1].astype(np.int64)
 
 
 def find_fronts(
@@ -157,11 +157,11 @@ def _absorbed(xy: Float, front: Front, ground: Ground | None, options: BuildingO
     s, d = front.coordinates(xy)
     reach = (s > front.lo - 0.6) & (s < front.hi + 0.6) & (np.abs(d) < options.max_depth)
     if ground is None:
-        return reach  # type: ignore[no-any-return]
+        return reach
     index = np.flatnonzero(reach)
     step = np.linspace(0, 1, int(np.ceil(options.max_depth / 0.5)))
     path = xy[index, None] - (d[index, None, None] * front.out) * step[None, :, None]
     row, col = ground.cell_of(path.reshape(-1, 2))
     open_ = ground.measured[row, col].reshape(len(index), -1).mean(1) * np.abs(d[index])
     reach[index] = open_ < 2.0
-    return reach  # type: ignore[no-any-return]
+    return reach
