@@ -53,6 +53,7 @@ __all__ = [
 ]  # fmt: skip
 
 CRS = "EPSG:25832"
+GRAZING = 0.05  # cosine of incidence below which a beam does not come back
 
 
 @dataclass(frozen=True, eq=False)
@@ -187,7 +188,8 @@ def _from(rng: np.random.Generator, points: Points, stations: Float) -> tuple[Po
     place = np.floor(points.xyz[:, 0] / step + rng.integers(0, 2, len(points.xyz))).astype(np.int64)
     eye = np.clip(place, 0, len(stations) - 1)
     ray = stations[eye] - points.xyz
-    facing = ((ray * points.normal).sum(1) > 0) | ~points.normal.any(1)
+    cosine = (ray * points.normal).sum(1) / np.linalg.norm(ray, axis=1)
+    facing = (cosine > GRAZING) | ~points.normal.any(1)
     return points.keep(facing), eye[facing]
 
 
