@@ -1,0 +1,166 @@
+"""The street is divided into its houses, and nothing is lost."""
+
+import numpy as np
+import pytest
+
+from frontage.buildings import BuildingOptions, BuildingSplit, find_buildings
+from frontage.model import Footprint, Scan, WorldRef
+from scenes import CAR, FACADE, GROUND, TREE, Scene, street_scene, wall_scene
+
+WORLD = WorldRef((0, 0, 0))
+
+
+@pytest.fixture(scope="module")
+def street() -> Scene:
+    return street_scene(seed=3, houses=4, spacing=0.06)
+
+
+@pytest.fixture(scope="module")
+def split(street: Scene) -> BuildingSplit:
+    return find_buildings(street.scan)
+
+
+def labels(split: BuildingSplit, n: int) -> np.ndarray:
+    out = np.full(n, -1)
+    for i, building in enumerate(split.buildings):
+        out[building.index] = i
+    return out
+
+
+def best_iou(split: BuildingSplit, scene: Scene) -> np.ndarray:
+    """Best IoU of every true house's facade points with a building's facade points."""
+    found = labels(split, len(scene.scan))
+    facade = scene.label == FACADE
+    out = []
+    for house in range(len(scene.houses)):
+        true = facade & (scene.house == house)
+        out.append(
+            max(
+                (
+                    (true & (found == b)).sum() / (facade & (true | (found == b))).sum()
+                    for b in range(len(split.buildings))
+                ),
+                default=0.0,
+            )
+        )
+    return np.array(out)
+
+
+def test_every_point_has_exactly_one_place(street: Scene, split: BuildingSplit) -> None:
+    parts = [b.index for b in split.buildings] + [split.ground, split.occluders, split.rest]
+    assert np.array_equal(np.sort(np.concatenate(parts)), np.arange(len(street.scan)))
+
+
+def test_a_terrace_is_cut_into_its_houses(street: Scene, split: BuildingSplit) -> None:
+    assert len(split.buildings) == len(street.houses)
+    assert best_iou(split, street).min() > 0.9
+    assert [b.id for b in split.buildings] == ["B01", "B02", "B03", "B04"]
+
+
+def test_the_papers_components_leave_the_terrace_in_one_piece(street: Scene) -> None:
+    paper = find_buildings(street.scan, BuildingOptions(method="paper"))
+    assert best_iou(paper, street).min() < 0.75
+
+
+def test_trees_and_cars_are_occluders_and_the_street_is_ground(street: Scene, split: BuildingSplit) -> None:
+    n = len(street.scan)
+    occluder, ground, building = np.zeros(n, bool), np.zeros(n, bool), labels(split, n) >= 0
+    occluder[split.occluders] = True
+    ground[split.ground] = True
+    assert occluder[street.label == TREE].mean() > 0.9
+    assert building[street.label == CAR].mean() < 0.05
+    assert ground[street.label == GROUND].mean() > 0.97
+    assert building[street.label == FACADE].mean() > 0.95
+
+
+@pytest.mark.parametrize("slope", [0.01, 0.08])
+def test_slopes_stay_ground(slope: float) -> None:
+    scene = street_scene(seed=5, houses=3, spacing=0.08, slope=slope)
+    split = find_buildings(scene.scan)
+    ground = np.zeros(len(scene.scan), bool)
+    ground[split.ground] = True
+    assert ground[scene.label == GROUND].mean() > 0.95
+    assert ground[scene.label == FACADE].mean() < 0.05
+
+
+def test_both_sides_of_the_street_stay_apart() -> None:
+    scene = street_scene(seed=2, houses=2, spacing=0.08, both_sides=True, trees=False, cars=False)
+    found = labels(find_buildings(scene.scan), len(scene.scan))
+    side = np.array([h.s0 for h in scene.houses])
+    facade = scene.label == FACADE
+    across = {frozenset(np.unique(found[facade & (scene.house == h)])) for h in range(len(side))}
+    owners = [set(np.unique(found[facade & (scene.house == h)])) - {-1} for h in range(len(side))]
+    frames = [h.local_from_facade.R[:, 1] for h in scene.houses]
+    for i, a in enumerate(frames):
+        for j, b in enumerate(frames[:i]):
+            if a @ b < 0:
+                assert not owners[i] & owners[j]
+    assert len(across) >= 2
+
+
+def test_twins_are_cut_only_by_a_map() -> None:
+    scene = street_scene(seed=1, houses=2, spacing=0.08, twins=True, trees=False, cars=False)
+    rings = []
+    for h in scene.houses:
+        front = np.array([[h.s0, -0.5], [h.s1, -0.5], [h.s1, 10.0], [h.s0, 10.0]])
+        rings.append(scene.local_from_street.apply(np.column_stack([front, np.zeros(4)]))[:, :2])
+    maps = [Footprint(f"P{i}", ring, f"{i} High Street") for i, ring in enumerate(rings)]
+    assert len(find_buildings(scene.scan).buildings) == 1
+    split = find_buildings(scene.scan, footprints=maps)
+    assert {b.address for b in split.buildings} == {"0 High Street", "1 High Street"}
+    cuts = {c for b in split.buildings for c in b.cuts}
+    assert len(cuts) == 1
+    (x, y), posterior = cuts.pop()
+    party = scene.local_from_street.inverse.apply(np.array([[x, y, 0.0]]))[0, 0]
+    assert abs(party - scene.houses[0].s1) < 0.3
+    assert 0.9 < posterior < 1
+
+
+def test_the_same_cloud_gives_the_same_split(street: Scene, split: BuildingSplit) -> None:
+    again = find_buildings(street.scan)
+    assert [b.index.tobytes() for b in again.buildings] == [b.index.tobytes() for b in split.buildings]
+    assert again.occluders.tobytes() == split.occluders.tobytes()
+
+
+@pytest.mark.parametrize(("turn", "shift"), [(0.7, (0, 0, 0)), (2.4, (-310.3, 47.7, 12.1))])
+def test_a_turned_and_shifted_world_gives_the_same_houses(
+    street: Scene, turn: float, shift: tuple[float, ...]
+) -> None:
+    c, s = np.cos(turn), np.sin(turn)
+    R = np.array([[c, -s, 0], [s, c, 0], [0, 0, 1]])
+    scan = street.scan
+    moved = Scan(
+        "turned",
+        scan.xyz @ R.T + shift,
+        scan.world,
+        scan.origins @ R.T + shift,
+        scan.origin_index,
+        rgb=scan.rgb,
+    )
+    result = find_buildings(moved)
+    assert best_iou(result, street).min() > 0.85
+
+
+def test_a_wall_cut_out_without_ground_loses_nothing() -> None:
+    scene = wall_scene(seed=0)
+    keep = scene.label == FACADE
+    split = find_buildings(scene.scan.take(keep))
+    assert len(split.buildings) == 1
+    assert len(split.buildings[0].index) == keep.sum()
+    assert any("no ground" in note for note in split.notes)
+
+
+def test_thirty_points_are_no_building() -> None:
+    xyz = np.random.default_rng(0).normal(size=(30, 3))
+    split = find_buildings(Scan("tiny.laz", xyz, WORLD))
+    assert not split.buildings
+    assert "30 points" in split.notes[0]
+
+
+def test_a_flat_ground_is_no_building() -> None:
+    rng = np.random.default_rng(0)
+    xyz = np.column_stack([rng.uniform(0, 20, (20_000, 2)), rng.normal(0, 0.01, 20_000)])
+    split = find_buildings(Scan("flat.laz", xyz, WORLD))
+    assert not split.buildings
+    assert len(split.ground) > 19_000
+    assert any("no building" in note for note in split.notes)
