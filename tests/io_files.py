@@ -28,7 +28,9 @@ def cloud(n: int = 500, seed: int = 0, world: WorldRef = UTM) -> Scan:
     )  # fmt: skip
 
 
-def write_laspy(path: Path, xyz: Float, point_format: int = 3, crs: str | None = None, **fields: Array) -> Path:
+def write_laspy(
+    path: Path, xyz: Float, point_format: int = 3, crs: str | None = None, **fields: Array
+) -> Path:
     """A LAS or LAZ file as another program would write it; extra fields become columns."""
     header = laspy.LasHeader(point_format=point_format, version="1.4" if point_format > 5 else "1.3")
     header.scales, header.offsets = np.full(3, 0.001), np.floor(xyz.min(0))
@@ -80,7 +82,10 @@ def _embed(e57: pye57.E57, photo: bytes) -> None:
     imf = e57.image_file
     image, view, pose = (libe57.StructureNode(imf) for _ in range(3))
     half = np.sqrt(0.5)
-    for name, values in (("rotation", dict(w=half, x=half, y=0.0, z=0.0)), ("translation", dict(x=1.0, y=2.0, z=3.0))):
+    for name, values in (
+        ("rotation", dict(w=half, x=half, y=0.0, z=0.0)),
+        ("translation", dict(x=1.0, y=2.0, z=3.0)),
+    ):
         node = libe57.StructureNode(imf)
         for axis, value in values.items():
             node.set(axis, libe57.FloatNode(imf, value))
@@ -100,7 +105,9 @@ def _embed(e57: pye57.E57, photo: bytes) -> None:
     blob.write(np.frombuffer(photo, np.uint8).copy(), 0, len(photo))
 
 
-def ptx_text(rows: int = 3, columns: int = 4, t: Float = POSITION, colour: bool = False, scans: int = 1) -> str:
+def ptx_text(
+    rows: int = 3, columns: int = 4, t: Float = POSITION, colour: bool = False, scans: int = 1
+) -> str:
     """PTX scans turned by 30 degrees about z; the beam of row 1 in column 2 has no return."""
     c, s = np.cos(np.pi / 6), np.sin(np.pi / 6)
     matrix = np.array([[c, s, 0, 0], [-s, c, 0, 0], [0, 0, 1, 0], [*t, 1]])
@@ -136,7 +143,9 @@ def write_colmap_text(folder: Path) -> Path:
     """Two photos 60 x 40 px at x = 1 and 2, turned by nothing, and two points."""
     folder.mkdir(parents=True, exist_ok=True)
     (folder / "cameras.txt").write_text("# comment\n7 PINHOLE 60 40 50 50 30 20\n")
-    (folder / "images.txt").write_text("# comment\n5 1 0 0 0 -2 0 0 7 sub/b.jpg\n\n3 1 0 0 0 -1 0 0 7 a.jpg\n5 6 11\n")
+    (folder / "images.txt").write_text(
+        "# comment\n5 1 0 0 0 -2 0 0 7 sub/b.jpg\n\n3 1 0 0 0 -1 0 0 7 a.jpg\n5 6 11\n"
+    )
     (folder / "points3D.txt").write_text("# c\n11 1 2 3 9 8 7 0.5 5 0\n12 4 5 6 1 2 3 0.5 3 0 5 1\n")
     return folder
 

@@ -80,7 +80,10 @@ def test_truncated(tmp_path: Path, good: dict[str, Path], suffix: str, share: fl
 @pytest.mark.parametrize("suffix", SUFFIXES)
 def test_something_else_under_that_name(tmp_path: Path, good: dict[str, Path], suffix: str) -> None:
     path = tmp_path / good[suffix].name
-    for data in (b"PK\x03\x04 a zip" + bytes(range(256)) * 8, b"<html><body>404 not found</body></html>" * 20):
+    for data in (
+        b"PK\x03\x04 a zip" + bytes(range(256)) * 8,
+        b"<html><body>404 not found</body></html>" * 20,
+    ):
         path.write_bytes(data)
         with pytest.raises(FileError) as e:
             read_scans(path)
@@ -165,7 +168,9 @@ def test_mixed_crs(tmp_path: Path, good: dict[str, Path]) -> None:
 
 
 def test_coordinates_that_do_not_fit_their_crs(tmp_path: Path) -> None:
-    path = write_laspy(tmp_path / "far.las", np.array([[5e8, 5e8, 1.0], [5e8, 6e8, 2.0]]) / 1e3 + 1e9, crs="EPSG:25833")
+    path = write_laspy(
+        tmp_path / "far.las", np.array([[5e8, 5e8, 1.0], [5e8, 6e8, 2.0]]) / 1e3 + 1e9, crs="EPSG:25833"
+    )
     with pytest.raises(CrsError):
         read_scans(path, WorldRef(np.zeros(3), "EPSG:25832"))
 
@@ -183,7 +188,14 @@ def test_bad_stations(tmp_path: Path, text: str) -> None:
     sentence(e.value, "s.las.stations.json")
 
 
-TRACKS = ["", "1 2 3\n", "gps_time,x,y\n1,2,3\n", "gps_time,x,y,z\n", "gps_time,x,y,z\n1,2,3,4\n", "gps_time,x,y,z\n1,2,a,4\n"]
+TRACKS = [
+    "",
+    "1 2 3\n",
+    "gps_time,x,y\n1,2,3\n",
+    "gps_time,x,y,z\n",
+    "gps_time,x,y,z\n1,2,3,4\n",
+    "gps_time,x,y,z\n1,2,a,4\n",
+]
 
 
 @pytest.mark.parametrize("text", TRACKS)
@@ -293,7 +305,9 @@ def test_bad_footprints(tmp_path: Path, name: str) -> None:
 
 def test_footprints_of_another_world(tmp_path: Path) -> None:
     ring = [[11.4, 48.7], [11.41, 48.7], [11.41, 48.71], [11.4, 48.7]]
-    path = write_json(tmp_path / "m.geojson", {"type": "Feature", "geometry": {"type": "Polygon", "coordinates": [ring]}})
+    path = write_json(
+        tmp_path / "m.geojson", {"type": "Feature", "geometry": {"type": "Polygon", "coordinates": [ring]}}
+    )
     assert len(read_footprints(path, UTM)) == 1
     with pytest.raises(CrsError, match="other data has no CRS"):
         read_footprints(path, LOCAL)

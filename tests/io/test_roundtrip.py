@@ -85,13 +85,17 @@ def test_colour_of_8_bits_in_fields_of_16(tmp_path: Path, factor: int) -> None:
     rgb[0] = 255
     xyz = np.random.default_rng(4).uniform(0, 9, (400, 3))
     fields = {n: (rgb[:, k] * factor).astype(np.uint16) for k, n in enumerate(("red", "green", "blue"))}
-    np.testing.assert_array_equal(read_las(write_laspy(tmp_path / "c.las", xyz, 2, **fields), Wanted("c")).rgb, rgb)
+    np.testing.assert_array_equal(
+        read_las(write_laspy(tmp_path / "c.las", xyz, 2, **fields), Wanted("c")).rgb, rgb
+    )
 
 
 def test_colour_fields_that_hold_no_colour_are_dropped_and_said(tmp_path: Path) -> None:
     r = np.random.default_rng(3)
     other = r.integers(0, 65536, 2000)
-    path = write_laspy(tmp_path / "c.las", r.uniform(0, 9, (2000, 3)), 2, red=np.full(2000, 777), green=other, blue=other)
+    path = write_laspy(
+        tmp_path / "c.las", r.uniform(0, 9, (2000, 3)), 2, red=np.full(2000, 777), green=other, blue=other
+    )
     scan = read_las(path, Wanted("c"))
     assert scan.rgb is None and any("colour" in n for n in scan.notes)
 
@@ -132,7 +136,12 @@ def test_store_round_trip_is_exact(tmp_path: Path) -> None:
         np.testing.assert_array_equal(getattr(back, name), getattr(full, name))
     np.testing.assert_array_equal(back.grid.index, full.grid.index)
     np.testing.assert_array_equal(back.local_from_scanner.covariance, pose.covariance)
-    assert (back.notes, back.sigma_range, back.world.crs, back.name) == (full.notes, 0.002, "EPSG:25832", "cloud")
+    assert (back.notes, back.sigma_range, back.world.crs, back.name) == (
+        full.notes,
+        0.002,
+        "EPSG:25832",
+        "cloud",
+    )
     assert back.return_number is None
 
 
@@ -156,7 +165,9 @@ def test_info_says_what_is_there(tmp_path: Path) -> None:
 
 def test_intensity_is_linear_up_to_its_quantile(tmp_path: Path) -> None:
     values = np.r_[np.linspace(0, 1000, 9_999), 65535].astype(np.uint16)
-    path = write_laspy(tmp_path / "i.las", np.random.default_rng(0).uniform(0, 9, (10_000, 3)), 1, intensity=values)
+    path = write_laspy(
+        tmp_path / "i.las", np.random.default_rng(0).uniform(0, 9, (10_000, 3)), 1, intensity=values
+    )
     got = read_las(path, Wanted("i")).intensity
     assert got is not None and got.max() == 1.0 and got[5000] == pytest.approx(0.5, abs=0.01)
 

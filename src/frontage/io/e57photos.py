@@ -55,8 +55,6 @@ def embedded_photos(path: str | Path) -> tuple[list[EmbeddedPhoto], list[str]]:
 
 def embedded_bytes(path: str | Path, number: int) -> bytes:
     """The JPEG or PNG bytes of photo `number`. Raises FileError, MissingExtra."""
-    from pye57 import libe57
-
     with opened(path) as e57:
         view = e57.root["images2D"][number]["pinholeRepresentation"]
         kind = next((b for b in _BLOBS if view.isDefined(b)), None)
@@ -64,7 +62,7 @@ def embedded_bytes(path: str | Path, number: int) -> bytes:
             raise FileError(
                 path, f"embedded photo {number + 1} has no picture", "export it again", code="I103"
             )
-        blob = libe57.BlobNode(view[kind])
+        blob = view[kind]
         data = np.zeros(blob.byteCount(), np.uint8)
         blob.read(data, 0, len(data))
     parse_header(data.tobytes(), path)

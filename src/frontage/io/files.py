@@ -5,7 +5,7 @@ import os
 from collections.abc import Iterator
 from pathlib import Path
 
-from frontage.errors import FileError, FrontageError
+from frontage.errors import CrsError, FileError, MissingExtra
 
 _SHORT = 160
 
@@ -35,7 +35,7 @@ def reading(path: str | Path, kind: str, advice: str = "export or copy it again"
     """
     try:
         yield
-    except FrontageError:
+    except (FileError, CrsError, MissingExtra):
         raise
     except Exception as problem:
         raise FileError(

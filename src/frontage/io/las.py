@@ -136,6 +136,7 @@ def _stream(
     for chunk in chunks:
         n = len(chunk)
         raw = np.column_stack([chunk.X, chunk.Y, chunk.Z]).astype(np.float64) * header.scales + header.offsets
+        _plausible(path, header, raw)
         if place is None:
             place = wanted.place(_crs(header, path), raw[:: max(1, n // 10_000)])
             total = total if n >= CHUNK or n == total else n  # a query hands back one chunk
@@ -150,6 +151,19 @@ def _stream(
     if at != total:
         raise FileError(path, f"truncated: {at} of {total} points", "export or copy it again", code="I103")
     return _columns(path, store), place
+
+
+def _plausible(path: Path, header: Any, raw: Float) -> None:
+    """Refuse points (n, 3) further outside the header's bounds than these are large: damaged LAZ data decodes
+    into such points without any error. Headers without bounds are not judged."""
+    low, high = np.asarray(header.mins, np.float64), np.asarray(header.maxs, np.float64)
+    size = float(np.linalg.norm(high - low))
+    if not np.isfinite(size) or size == 0 or (high < low).any():
+        return
+    if (raw.min(0) < low - size).any() or (raw.max(0) > high + size).any():
+        raise FileError(
+            path, "damaged: points lie far outside the bounds in its header", "copy it again", code="I103"
+        )
 
 
 def _fields(chunk: Any) -> Iterator[tuple[str, Array]]:
@@ -274,5 +288,7 @@ def _record(header: Any, scan: Scan, rows: slice, wide: bool) -> Any:
     if scan.time is not None:
         r.gps_time = scan.time[rows]
     r.return_number = np.ones(len(xyz), np.uint8) if scan.return_number is None else scan.return_number[rows]
-    r.number_of_returns = np.ones(len(xyz), np.uint8) if scan.return_count is None else scan.return_count[rows]
+    r.number_of_returns = (
+        np.ones(len(xyz), np.uint8) if scan.return_count is None else scan.return_count[rows]
+    )
     return r
