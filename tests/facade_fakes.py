@@ -10,7 +10,9 @@ GSD = 0.02
 WORLD = WorldRef(np.array([678_000, 5_403_000, 400]), "EPSG:25832")
 
 
-def facade(name: str = "B01/F1", azimuth: float = 0.7, lean: float = 0.004, notes: tuple[str, ...] = ()) -> Facade:
+def facade(
+    name: str = "B01/F1", azimuth: float = 0.7, lean: float = 0.004, notes: tuple[str, ...] = ()
+) -> Facade:
     """10 x 6 m with a gable notch, facing `azimuth` (rad from east) and leaning a little; L-shaped outline."""
     c, s = np.cos(azimuth), np.sin(azimuth)
     tilt = np.array([[1, 0, 0], [0, np.cos(lean), -np.sin(lean)], [0, np.sin(lean), np.cos(lean)]])
@@ -36,7 +38,14 @@ def ortho(name: str = "B01/F1") -> OrthoImage:
     depth[:, : w // 2] = 0.3
     source = np.ones((h, w), np.uint16)
     return OrthoImage(
-        pixels, GSD, (-5.5, 3.5), facade(name), depth, source, ("IMG_1.jpg",), np.full((h, w), GSD, np.float32)
+        pixels,
+        GSD,
+        (-5.5, 3.5),
+        facade(name),
+        depth,
+        source,
+        ("IMG_1.jpg",),
+        np.full((h, w), GSD, np.float32),
     )
 
 

@@ -51,7 +51,9 @@ def world_of_vertices(gltf: dict[str, Any], binary: bytes, i: int) -> tuple[Any,
                   [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)]])  # fmt: skip
     gl = (xyz @ M[:3, :3].T + M[:3, 3]) @ R.T
     local = np.column_stack([gl[:, 0], -gl[:, 2], gl[:, 1]])  # y up back to z up
-    return local + gltf["asset"]["extras"]["origin"], accessor(gltf, binary, primitive["attributes"]["TEXCOORD_0"])
+    return local + gltf["asset"]["extras"]["origin"], accessor(
+        gltf, binary, primitive["attributes"]["TEXCOORD_0"]
+    )
 
 
 def test_a_texel_lies_where_its_pixel_lies_in_the_world() -> None:

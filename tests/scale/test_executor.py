@@ -31,7 +31,11 @@ def test_serial_and_processes_give_the_same_in_order() -> None:
     finished: list[int] = []
     with make_executor(1) as one, make_executor(2) as two:
         assert isinstance(one, SerialExecutor) and isinstance(two, ProcessExecutor)
-        assert one.map(square, range(9)) == two.map(square, range(9), finished.append) == [k * k for k in range(9)]
+        assert (
+            one.map(square, range(9))
+            == two.map(square, range(9), finished.append)
+            == [k * k for k in range(9)]
+        )
     assert sorted(finished) == list(range(9))
 
 

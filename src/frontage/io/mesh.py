@@ -137,7 +137,10 @@ class _Blob:
         """Append an array as float32 or uint32; the number of its accessor."""
         whole = array.dtype.kind in "iu"
         a = np.ascontiguousarray(array, "<u4" if whole else "<f4")
-        entry: dict[str, Any] = {"bufferView": self.add(a.tobytes(), target), "componentType": _UINT if whole else _FLOAT}
+        entry: dict[str, Any] = {
+            "bufferView": self.add(a.tobytes(), target),
+            "componentType": _UINT if whole else _FLOAT,
+        }
         entry |= {"count": len(a), "type": kind}
         if bounds:
             entry |= {"min": a.min(0).tolist(), "max": a.max(0).tolist()}

@@ -2,7 +2,8 @@
 
 import hashlib
 import json
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -56,7 +57,8 @@ def file_hash(path: Path) -> str:
         return hashlib.file_digest(file, "sha256").hexdigest()
 
 
-def code_hash(packages: Iterable[str]) -> str:
+@cache
+def code_hash(packages: tuple[str, ...]) -> str:
     """Fingerprint of the source of sub-packages: results made by other code are not taken for current."""
     root = Path(frontage.__file__).parent
     digest = hashlib.sha256(frontage.__version__.encode())

@@ -110,17 +110,23 @@ def export(run: Run) -> Result:
     workspace = run.workspace
     meshes = [facade_mesh(picture) for name in workspace.ortho_ids() if (picture := _picture(run, name))]
     folder = workspace.out / "model"
+    before = workspace.done("export")
     workspace.begin("export")
     folder.mkdir(exist_ok=True)
     world = _world(run)
     write_glb(folder / "facades.glb", meshes, world)
     write_obj(folder / "facades.obj", meshes, world)
-    return {"items": len(meshes), "notes": [], "warnings": []}
+    textures = [mesh.file_stem for mesh in meshes]
+    for stale in set(before["result"]["textures"] if before else ()) - set(textures):
+        (folder / "textures" / f"{stale}.jpg").unlink(missing_ok=True)
+    return {"items": len(meshes), "textures": textures, "notes": [], "warnings": []}
 
 
 def report(run: Run) -> Result:
     """OUT/report.html: one file, no network."""
-    page = render_report(report_data(run.workspace, run.manifest()))
+    manifest = run.manifest()
+    manifest["stages"].pop("report", None)  # the page does not tell of its own making
+    page = render_report(report_data(run.workspace, manifest))
     run.workspace.begin("report")
     write_bytes(run.workspace.out / "report.html", page.encode())
     return {"items": 1, "notes": [], "warnings": []}

@@ -86,7 +86,7 @@ def _plan(points: Float, group: Array, facades: list[FacadeView]) -> Figure | No
     everything = np.vstack([points, *ends]) if ends else points
     low, high = everything.min(0) - 1.0, everything.max(0) + 1.0
     size = high - low
-    scale = min(_FIGURE_WIDTH / size[0], 520.0 / size[1])
+    scale = min(_FIGURE_WIDTH / size[0], 520.0 / size[1], 30.0)  # one 10 cm point stays 3 px
     pixel = partial(_to_figure, origin=np.array([low[0], high[1]]), scale=float(scale))
     bar = _nice(size[0] / 5)
     return Figure(
@@ -114,7 +114,7 @@ def _segment(view: FacadeView, ends: Float) -> Segment:
     along = ends[1] - ends[0]
     # Right as seen from the street is x; in the figure (y down) the street lies a quarter turn clockwise.
     outward = np.array([-along[1], along[0]]) / max(float(np.hypot(*along)), 1e-9)
-    tip = ends.mean(0) + 16 * outward
+    tip = ends.mean(0) + 22 * outward
     (x1, y1), (x2, y2) = ends.tolist()
     return Segment(view.facade.id, x1, y1, x2, y2, float(tip[0]), float(tip[1]))
 

@@ -1,0 +1,234 @@
+"""The run folder: complete, resumable at any point, the same bytes at any number of workers."""
+
+import hashlib
+import json
+import shutil
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import frontage.pipeline.stages as stages
+import frontage.pipeline.tasks as tasks
+from frontage.errors import FileError, InputError, WorkspaceError
+from frontage.model import Failed
+from frontage.pipeline.project import load_project
+from frontage.pipeline.run import run, run_stage
+from frontage.pipeline.workspace import Workspace
+
+
+class Told:
+    """Remembers which stages were kept."""
+
+    def __init__(self) -> None:
+        self.kept: dict[str, bool] = {}
+
+    def begin(self, stage: str, total: int) -> None: ...
+
+    def advance(self, stage: str) -> None: ...
+
+    def end(self, stage: str, seconds: float, kept: bool, result: dict[str, Any]) -> None:
+        self.kept[stage] = kept
+
+
+@pytest.fixture(scope="module")
+def finished(project: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    out = tmp_path_factory.mktemp("run") / "out"
+    run(load_project(project), out)
+    return out
+
+
+def contents(out: Path) -> dict[str, str]:
+    """Every file's hash but the manifest's, which holds timings."""
+    files = (p for p in sorted(out.rglob("*")) if p.is_file() and p.name != "manifest.json")
+    return {str(p.relative_to(out)): hashlib.sha256(p.read_bytes()).hexdigest() for p in files}
+
+
+def test_a_run_leaves_what_the_design_names(finished: Path) -> None:
+    facade = Workspace(finished).facade_ids()[0].replace("/", "_")
+    for name in (
+        "manifest.json",
+        "report.html",
+        "model/facades.glb",
+        "model/facades.obj",
+        "buildings/B01.laz",
+    ):
+        assert (finished / name).stat().st_size > 0, name
+    for name in ("ortho.tif", "ortho.json", "depth.tif", "sources.tif", "ortho.jpg", "facade.json"):
+        assert (finished / "facades" / facade / name).stat().st_size > 0, name
+    assert not list(finished.rglob("*.part"))
+    manifest = json.loads((finished / "manifest.json").read_text())
+    assert manifest["seed"] == 0 and manifest["world"]["crs"] == "EPSG:25832"
+    assert len(manifest["inputs"]["photos"]) >= 4  # two photos, cameras.txt, images.txt
+    assert all(len(entry["sha256"]) == 64 for group in manifest["inputs"].values() for entry in group)
+    assert {"seconds", "key", "items"} <= manifest["stages"]["ortho"].keys()
+    assert manifest["project"]["ortho"]["gsd"] == 0.04
+
+
+def test_two_workers_give_the_same_bytes(finished: Path, project: Path, tmp_path: Path) -> None:
+    run(load_project(project), tmp_path / "two", workers=2)
+    assert contents(tmp_path / "two") == contents(finished)
+
+
+def test_a_second_run_keeps_everything(finished: Path, project: Path) -> None:
+    before, told = contents(finished), Told()
+    run(load_project(project), finished, progress=told)
+    assert told.kept and all(told.kept.values())
+    assert contents(finished) == before
+
+
+def test_a_changed_option_redoes_its_stage_and_what_follows(
+    finished: Path, project: Path, tmp_path: Path
+) -> None:
+    out = tmp_path / "out"
+    shutil.copytree(finished, out)
+    told = Told()
+    run(load_project(project, {"ortho": {"gsd": 0.08}}), out, progress=told)
+    assert told.kept == {
+        "scans": True, "buildings": True, "facades": True, "ortho": False, "export": False, "report": False,
+    }  # fmt: skip
+    facade = Workspace(out).facade_ids()[0]
+    assert Workspace(out).facade(facade).sidecar["gsd"] == 0.08
+
+
+class _Killed(BaseException):
+    """Stands for SIGKILL: nothing in between catches it."""
+
+
+@pytest.mark.parametrize(
+    "function", ["save_scan", "write_las", "find_buildings", "write_json", "write_glb", "render_report"]
+)
+def test_a_run_killed_in_a_stage_goes_on_to_the_same_result(
+    function: str, finished: Path, project: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def killed(*_: object, **__: object) -> None:
+        raise _Killed
+
+    out = tmp_path / "out"
+    with monkeypatch.context() as patch:
+        patch.setattr(stages, function, killed)
+        with pytest.raises(_Killed):
+            run(load_project(project), out)
+    run(load_project(project), out)
+    assert contents(out) == contents(finished)
+
+
+@pytest.mark.parametrize("function", ["save_facade", "write_ortho"])
+def test_a_run_killed_in_a_task_keeps_the_tasks_before(
+    function: str, finished: Path, project: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    true, calls = getattr(tasks, function), []
+
+    def killed_later(*args: Any) -> None:
+        calls.append(args)
+        if len(calls) == 2:
+            raise _Killed
+        true(*args)
+
+    out = tmp_path / "out"
+    with monkeypatch.context() as patch:
+        patch.setattr(tasks, function, killed_later)
+        with pytest.raises(_Killed):
+            run(load_project(project), out)
+    stage = {"save_facade": "facades", "write_ortho": "ortho"}[function]
+    assert list((out / ".done").glob(f"{stage}.B*.json"))
+    run(load_project(project), out)
+    assert contents(out) == contents(finished)
+
+
+def test_a_building_that_fails_is_a_warning_with_its_code(
+    project: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    true = tasks.find_facades
+
+    def picky(scan: Any, building: Any, *rest: Any) -> Any:
+        if building.id == "B01":
+            return (Failed("F199", "no wall here", "look elsewhere"),)
+        return true(scan, building, *rest)
+
+    def broken(facade: Any, *rest: Any) -> Any:
+        raise ZeroDivisionError("of all things")
+
+    monkeypatch.setattr(tasks, "find_facades", picky)
+    summary = run(load_project(project), tmp_path / "a")
+    assert [w["code"] for w in summary.warnings] == ["F199"] and summary.facades
+    assert "no wall here" in (tmp_path / "a" / "report.html").read_text()
+    monkeypatch.setattr(tasks, "make_ortho", broken)
+    with pytest.raises(Exception, match="no ortho-image could be made"):
+        run(load_project(project), tmp_path / "b")
+    assert any(w["code"] == "E999" for w in Workspace(tmp_path / "b").manifest()["warnings"])
+
+
+def test_a_bad_photo_leaves_earlier_results_intact(finished: Path, project: Path, tmp_path: Path) -> None:
+    inputs, out = tmp_path / "in", tmp_path / "out"
+    shutil.copytree(project.parent, inputs)
+    run(load_project(inputs / project.name), out)
+    before = contents(out)
+    photo = next((inputs / "photos").glob("*.jpg"))
+    photo.write_bytes(photo.read_bytes()[:500])
+    with pytest.raises(FileError, match=photo.name):
+        run(load_project(inputs / project.name), out)
+    assert contents(out) == before
+
+
+def test_a_stage_alone_takes_options_and_refuses_what_is_not_ready(finished: Path, tmp_path: Path) -> None:
+    out = tmp_path / "out"
+    shutil.copytree(finished, out)
+    summary = run_stage(out, "ortho", options={"gsd": 0.1})
+    assert summary.facades == tuple(Workspace(out).facade_ids())
+    assert Workspace(out).facade(summary.facades[0]).sidecar["gsd"] == 0.1
+    run_stage(out, "buildings")
+    run_stage(out, "facades")
+    assert Workspace(out).ortho_ids() == []  # they showed other planes
+    (out / ".done" / "facades.json").unlink()
+    with pytest.raises(WorkspaceError, match="'facades' is not finished"):
+        run_stage(out, "ortho")
+    with pytest.raises(InputError, match="gsd"):
+        run_stage(out, "ortho", options={"gsd": -1})
+
+
+def test_buildings_that_are_gone_take_their_files_along(
+    finished: Path, project: Path, tmp_path: Path
+) -> None:
+    out = tmp_path / "out"
+    shutil.copytree(finished, out)
+    before = {record["id"] for record in Workspace(out).building_records()}
+    assert len(before) > 1
+    run(load_project(project, {"buildings": {"split": False}}), out)
+    after = {record["id"] for record in Workspace(out).building_records()}
+    assert len(after) < len(before)
+    for gone in before - after:
+        assert not list(out.rglob(f"{gone}*"))
+
+
+def test_pixels_and_world_round_trip_on_relief_and_plane(finished: Path) -> None:
+    workspace = Workspace(finished)
+    pixels = workspace.facade(workspace.facade_ids()[0])
+    w, h = pixels.size
+    cr = np.random.default_rng(1).uniform(0, 1, (200, 2)) * (w, h)
+    for relief in (True, False):
+        xyz, y, used = pixels.world_from_pixels(cr, relief)
+        back, depth = pixels.pixels_from_world(xyz)
+        assert np.abs(back - cr).max() < 1e-6
+        assert np.abs(depth - y).max() < 1e-7
+        assert used.any() == relief
+    rows, columns = np.nonzero(np.isfinite(pixels.depth))
+    k = len(rows) // 2
+    point = pixels.pixel_to_world(columns[k] + 0.5, rows[k] + 0.5)
+    assert point.surface == "relief" and point.depth == pytest.approx(
+        float(pixels.depth[rows[k], columns[k]])
+    )
+    back = pixels.world_to_pixel(point.x, point.y, point.z)
+    assert (back.column, back.row) == pytest.approx(
+        (columns[k] + 0.5, rows[k] + 0.5), abs=1e-6
+    ) and back.inside
+    assert pixels.pixel_to_world(columns[k] + 0.5, rows[k] + 0.5, relief=False).surface == "plane"
+    with pytest.raises(InputError, match="outside"):
+        pixels.pixel_to_world(w + 1, 0)
+
+
+def test_an_unknown_facade_is_told_with_the_known_ones(finished: Path) -> None:
+    with pytest.raises(InputError, match=r"B99/F1.*known: B01/F1"):
+        Workspace(finished).facade("B99/F1")
+    assert Workspace(finished).facade("B01_F1").size == Workspace(finished).facade("B01/F1").size
