@@ -1,4 +1,5 @@
-"""Street cloud -> buildings: which points belong to which house, and what stands in front (paper A, section 2.1)."""
+"""Street cloud -> buildings: which points belong to which house, and what stands in front (paper
+A, section 2.1)."""
 
 from frontage.buildings.find import BuildingSplit, find_buildings
 from frontage.buildings.options import BuildingOptions

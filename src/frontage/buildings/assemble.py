@@ -16,7 +16,8 @@ _CORNER = 2.5  # m between the ends of two walls that make one corner
 
 @dataclass(frozen=True, eq=False)
 class Street:
-    """All fronts, their profiles and cuts; segments are numbered through, `first[f]` is the first of front f."""
+    """All fronts, their profiles and cuts; segments are numbered through, `first[f]` is the first
+    of front f."""
 
     fronts: list[Front]
     profiles: list[Profile]
@@ -80,7 +81,8 @@ class Street:
         return pairs
 
     def _slivers(self) -> list[tuple[int, int]]:
-        """Fronts too short to be a house of their own join the nearest front of their block, if it touches them."""
+        """Fronts too short to be a house of their own join the nearest front of their block, if it
+        touches them."""
         pairs = []
         for i, a in enumerate(self.fronts):
             if a.hi - a.lo >= 4.0:

@@ -22,6 +22,7 @@ from frontage.buildings.walls import Columns, Front, find_fronts, wall_cells, wa
 from frontage.geometry.arrays import Array, Bool, Float, Int
 from frontage.model import Building, Footprint, Scan
 
+_DEFAULTS = BuildingOptions()
 _FEWEST = 100  # points; fewer make no building
 _ATTACHED = 2.0  # m, distance to a wall within which loose cells before it are looked at closely
 
@@ -55,12 +56,13 @@ class Octree:
 
 def find_buildings(
     scan: Scan,
-    options: BuildingOptions = BuildingOptions(),
-    footprints: Sequence[Footprint] = (),  # noqa: B008
+    options: BuildingOptions = _DEFAULTS,
+    footprints: Sequence[Footprint] = (),
 ) -> BuildingSplit:
     """Divide a cloud into buildings, ground, occluders and the rest.
 
-    Paper A, section 2.1: octree cells and connected components (`method="paper"` stops there). Beyond it: ground
+    Paper A, section 2.1: octree cells and connected components (`method="paper"` stops there).
+    Beyond it: ground
     and occluders are taken out, and a component is cut into houses along its fronts (docs/buildings.md).
     Buildings are numbered B01, B02, ... along the longest front from left to right, then across the street.
     """
@@ -99,7 +101,8 @@ def _height(level: Level, ground: Ground | None) -> Float:
 
 
 def _ground_leaves(tree: Octree, ground: Ground | None, options: BuildingOptions) -> Bool:
-    """Leaves (m,) that are ground: within the tolerance of the terrain, and not on a wall away from where it was measured."""
+    """Leaves (m,) that are ground: within the tolerance of the terrain, and not on a wall away
+    from where it was measured."""
     if ground is None:
         return np.zeros(len(tree.leaf), bool)
     row, col = ground.cell_of(tree.leaf.mean[:, :2])
@@ -205,7 +208,8 @@ def _near(
 ) -> tuple[Bool, Bool]:
     """Leaves (m,) that may be a building's, and those that stand clear of every building.
 
-    Behind a wall everything within the building's depth may be the building's; before it what hangs together with
+    Behind a wall everything within the building's depth may be the building's; before it what
+    hangs together with
     the wall's surroundings.
     """
     behind = (d <= 0.35) & (distance <= options.max_depth)
@@ -329,7 +333,8 @@ def _building(
 def _one_or_none(
     scan: Scan, tree: Octree, ground: Ground | None, spacing: float, options: BuildingOptions
 ) -> BuildingSplit:
-    """No wall was found: what rises over no ground at all is a cut-out and stays whole; over ground there is none."""
+    """No wall was found: what rises over no ground at all is a cut-out and stays whole; over
+    ground there is none."""
     tall = float(np.ptp(tree.leaf.mean[:, 2]))
     if ground is not None or tall < options.min_wall_height:
         ground_leaf = _ground_leaves(tree, ground, options)

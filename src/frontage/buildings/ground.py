@@ -1,7 +1,9 @@
 """The ground: a raster opened step by step, kept only where something flat was really measured.
 
-After the Simple Morphological Filter (Pingel, Clarke & McBride 2013): what an opening with a growing window lowers
-by more than the ground can slope is an object. Unlike it, a cell is ground only if its lowest surface lies flat:
+After the Simple Morphological Filter (Pingel, Clarke & McBride 2013): what an opening with a
+growing window lowers
+by more than the ground can slope is an object. Unlike it, a cell is ground only if its lowest
+surface lies flat:
 a facade cut out of its street has a lowest edge, but no ground, and must not lose its foot.
 """
 
@@ -21,7 +23,8 @@ _MIN_AREA = 4.0  # m2, smallest patch called ground
 
 @dataclass(frozen=True, eq=False)
 class Ground:
-    """A terrain raster: `z` (h, w) m local, `measured` (h, w) bool; cell (0, 0) starts at `corner` (x, y) m local."""
+    """A terrain raster: `z` (h, w) m local, `measured` (h, w) bool; cell (0, 0) starts at `corner`
+    (x, y) m local."""
 
     z: Float
     measured: Bool
@@ -48,7 +51,8 @@ class Ground:
 def find_ground(level: Level, shape: Shape, touching: Array, options: BuildingOptions) -> Ground | None:
     """The terrain under a level of cells, or None when no ground was measured.
 
-    `touching` (m,) is the number of neighbours of each cell: lonely ones (mirror ghosts below the street) are no ground.
+    `touching` (m,) is the number of neighbours of each cell: lonely ones (mirror ghosts below the
+    street) are no ground.
     """
     cell = 2 * level.size
     corner = level.origin[:2]
@@ -78,7 +82,8 @@ def find_ground(level: Level, shape: Shape, touching: Array, options: BuildingOp
 
 
 def _terrain(low: Float, cell: float, options: BuildingOptions) -> Bool:
-    """Where the lowest surface `low` (h, w) m (inf = empty) belongs to the terrain and not to an object on it."""
+    """Where the lowest surface `low` (h, w) m (inf = empty) belongs to the terrain and not to an
+    object on it."""
     known = np.isfinite(low)
     rows, cols = ndimage.distance_transform_edt(~known, return_distances=False, return_indices=True)
     base = float(low[known].min())

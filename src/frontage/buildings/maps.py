@@ -14,7 +14,8 @@ _BEHIND = 1.5  # m behind the wall: inside the footprint even when the map is ha
 
 
 def party_walls(front: Front, profile: Profile, footprints: Sequence[Footprint]) -> Float:
-    """Places s (k,) m along a front where the footprint behind the wall changes from one building to another."""
+    """Places s (k,) m along a front where the footprint behind the wall changes from one building
+    to another."""
     s: Float = profile.lo + (np.arange(len(profile), dtype=np.float64) + 0.5) * BIN
     d = profile.offset_at(s) - _BEHIND
     number = _inside(front.origin + s[:, None] * front.along + d[:, None] * front.out, footprints)

@@ -1,8 +1,11 @@
 """Trees, cars, lamps, people and wires: out of the buildings, kept for those who look past them.
 
-What lies on or behind a wall is the building's (rooms seen through windows do no harm). What stands before it is
-taken piece by piece: attached, off the ground and built of surfaces, it is a balcony, a sign or an oriel; standing
-on the ground it must lean on the wall for most of its height and be built of surfaces, as stairs and porches are.
+What lies on or behind a wall is the building's (rooms seen through windows do no harm). What
+stands before it is
+taken piece by piece: attached, off the ground and built of surfaces, it is a balcony, a sign or an
+oriel; standing
+on the ground it must lean on the wall for most of its height and be built of surfaces, as stairs
+and porches are.
 """
 
 import numpy as np

@@ -6,7 +6,8 @@ from pydantic import BaseModel, ConfigDict, Field
 
 
 class BuildingOptions(BaseModel):
-    """How the street is divided into buildings. Every length is in metres; defaults come from how houses are built."""
+    """How the street is divided into buildings. Every length is in metres; defaults come from how
+    houses are built."""
 
     model_config = ConfigDict(extra="forbid", frozen=True)
 

@@ -1,4 +1,5 @@
-"""The paper's own method: octree cells, connected components, each a building (paper A, section 2.1). The baseline."""
+"""The paper's own method: octree cells, connected components, each a building (paper A, section
+2.1). The baseline."""
 
 import numpy as np
 
@@ -9,7 +10,8 @@ _SHARE = 0.01  # a component with fewer cells than this share of the largest is 
 
 
 def component_buildings(level: Level, touch: object, above: Bool) -> Int:
-    """Building number (m,) of every cell above ground: its connected component; -1 = too small to be a building."""
+    """Building number (m,) of every cell above ground: its connected component; -1 = too small to
+    be a building."""
     label = components(touch, above)  # type: ignore[arg-type]
     if not above.any():
         return label

@@ -19,7 +19,8 @@ _SHOP = 4.0  # m, height of the ground floor, whose colour is its own business
 class Profile:
     """Signals of n bins along a front; bin i covers lo + i BIN .. lo + (i + 1) BIN. NaN = not measured.
 
-    offset (n,) m in front of the front's line; top (n,) m local z, eaves; rough (n,) m, spread of the wall surface
+    offset (n,) m in front of the front's line; top (n,) m local z, eaves; rough (n,) m, spread of
+    the wall surface
     colour (n, 6) Lab of the upper floors, then of the ground floor; bright (n,) log of the intensity
     rows (n, r) share of occupied wall, per height bin of BIN m
     """
@@ -63,7 +64,8 @@ def paint_of(scan: Scan, leaf: Level, of_point: Array) -> Paint:
 
 
 def profile_of(lo: float, hi: float, s: Float, d: Float, z: Float, foot: Float, paint: Paint) -> Profile:
-    """Signals from the wall leaves of a front: s, d (k,) m, z (k,) m local, `foot` (k,) m height above the ground."""
+    """Signals from the wall leaves of a front: s, d (k,) m, z (k,) m local, `foot` (k,) m height
+    above the ground."""
     n = max(1, int(np.ceil((hi - lo) / BIN - 1e-9)))
     at = np.floor((s - lo) / BIN).astype(np.int64)
     inside = (at >= 0) & (at < n)

@@ -12,7 +12,8 @@ _PER_CUBE = 400
 def measure_spacing(xyz: Float) -> tuple[float, float]:
     """Median and 80 % quantile (m), over places of the cloud, of the distance between neighbouring points.
 
-    The cloud (n, 3) is cut along its own order into equally long pieces; from each a few query points are taken.
+    The cloud (n, 3) is cut along its own order into equally long pieces; from each a few query
+    points are taken.
     Every place has one vote, so that the dense spot before the scanner does not speak for the whole street.
     Coincident points (overlapping scans) are not neighbours.
     """
@@ -49,7 +50,8 @@ def measure_spacing(xyz: Float) -> tuple[float, float]:
 
 
 def _half_width(xyz: Float, seeds: Float) -> float:
-    """Half the edge (m) of cubes that hold some hundred points: from a thinned copy's density at the seeds."""
+    """Half the edge (m) of cubes that hold some hundred points: from a thinned copy's density at
+    the seeds."""
     step = max(1, len(xyz) // 50_000)
     distance = np.asarray(cKDTree(xyz[::step]).query(seeds, k=5)[0])
     return max(float(np.median(distance[:, -1])), 1e-6)
@@ -60,11 +62,13 @@ def _code(cell: Array) -> Int:
 
 
 def _nearest(xyz: Float, query: Float) -> Float:
-    """Distance (k,) m of each query point to its nearest neighbour that is not itself nor its copy; inf = none."""
+    """Distance (k,) m of each query point to its nearest neighbour that is not itself nor its
+    copy; inf = none."""
     distance, _ = cKDTree(xyz).query(query, k=min(4, len(xyz)))
     distance = np.atleast_2d(distance)
     distance[distance < 1e-6] = np.inf
-    return distance.min(1)
+    nearest: Float = distance.min(1)
+    return nearest
 
 
 def _median(d: Float) -> float:

@@ -1,6 +1,7 @@
 """Where a row of houses is cut: change points of the profile, kept when independent cues agree.
 
-One signal never cuts on its own, except a step of the eaves or an open gap: a bay moves the plane, a shop front
+One signal never cuts on its own, except a step of the eaves or an open gap: a bay moves the plane,
+a shop front
 changes the colour, a stair the rhythm, and all of it within one house.
 """
 
@@ -25,7 +26,8 @@ _GAP = 1.0  # m without any wall, from foot to eaves: an open gap
 
 @dataclass(frozen=True)
 class Cut:
-    """A cut at s (m along the front), the probability that it parts two buildings, and the cues that speak for it."""
+    """A cut at s (m along the front), the probability that it parts two buildings, and the cues
+    that speak for it."""
 
     s: float
     posterior: float
@@ -40,7 +42,7 @@ def find_cuts(
     `party` (k,) m along the front: party walls of a map, where given; `cell` m: how finely heights are known.
     """
     signal, kinds = _signals(profile)
-    width = max(2, int(round(options.min_width / BIN)))
+    width = max(2, round(options.min_width / BIN))
     walls = np.empty(0) if party is None else party
     cuts = np.empty(0, np.int64)
     noise, length = _noise(signal, kinds), 4.0
@@ -68,7 +70,8 @@ def _signals(profile: Profile) -> tuple[Float, list[str]]:
 
 
 def _noise(signal: Float, kinds: list[str]) -> Float:
-    """Spread (p,) within a building: of differences at the lag of a window bay, whose median few cuts can move."""
+    """Spread (p,) within a building: of differences at the lag of a window bay, whose median few
+    cuts can move."""
     if len(signal) <= _LAG:
         return np.full(signal.shape[1], np.nan)
     difference = np.abs(signal[_LAG:] - signal[:-_LAG])
@@ -80,7 +83,8 @@ def _noise(signal: Float, kinds: list[str]) -> Float:
 
 
 def _gaps(profile: Profile) -> list[tuple[int, int]]:
-    """Stretches [a, b) of bins without wall at any height, wide enough to be open, not at the front's ends."""
+    """Stretches [a, b) of bins without wall at any height, wide enough to be open, not at the
+    front's ends."""
     empty = np.concatenate([[False], ~np.isfinite(profile.top), [False]])
     edge = np.flatnonzero(np.diff(empty.astype(np.int8)))
     runs = zip(edge[::2], edge[1::2], strict=True)
@@ -159,7 +163,8 @@ def _median(a: Float) -> Float:
 
 
 def _step(left: Float, right: Float, spread: float) -> tuple[float, float]:
-    """Difference of the two sides' medians, and the same in standard errors; bins within 1 m are one observation."""
+    """Difference of the two sides' medians, and the same in standard errors; bins within 1 m are
+    one observation."""
     left, right = left[np.isfinite(left)], right[np.isfinite(right)]
     if min(len(left), len(right)) < 4:
         return 0.0, 0.0
@@ -171,7 +176,8 @@ def _step(left: Float, right: Float, spread: float) -> tuple[float, float]:
 
 
 def _rhythm(rows: Float, lo: int, c: int, hi: int) -> float:
-    """How differently the openings stand in height left and right of a cut, in spreads of each side's own halves."""
+    """How differently the openings stand in height left and right of a cut, in spreads of each
+    side's own halves."""
     a, b = rows[max(lo, c - 2 * _REACH) : c], rows[c : min(hi, c + 2 * _REACH)]
     if min(len(a), len(b)) < 12:
         return 0.0
@@ -189,7 +195,8 @@ def _rhythm(rows: Float, lo: int, c: int, hi: int) -> float:
 
 
 def _snap(cuts: list[Cut], walls: Float, profile: Profile, options: BuildingOptions) -> tuple[Cut, ...]:
-    """Party walls of the map: each becomes a cut; a measured step beside it keeps its place and gains confidence."""
+    """Party walls of the map: each becomes a cut; a measured step beside it keeps its place and
+    gains confidence."""
     out = list(cuts)
     hi = profile.lo + len(profile) * BIN
     for wall in walls[(walls > profile.lo + 1) & (walls < hi - 1)]:

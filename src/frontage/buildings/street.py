@@ -17,7 +17,8 @@ def face_street(
 ) -> Front:
     """The front with `out` to the street, `along` to the right as seen from there and s counted accordingly.
 
-    Told by the rays where points know theirs, else by measured ground, else by opacity: nothing is seen *behind*
+    Told by the rays where points know theirs, else by measured ground, else by opacity: nothing is
+    seen *behind*
     a closed piece of wall, so the side with more cells over occupied wall is the street.
     `s_d` are the coordinates (m,) of all cells in the front's frame, NaN for cells that are not near it.
     """
@@ -74,7 +75,8 @@ def _by_opacity(level: Level, wall: Bool, s: Float, d: Float) -> float:
 
 
 def order(fronts: list[Front], place: Float) -> Int:
-    """Rank (b,) of buildings at `place` (b, 2) m: along the longest front from left to right, then across the street."""
+    """Rank (b,) of buildings at `place` (b, 2) m: along the longest front from left to right, then
+    across the street."""
     if not fronts:
         return np.lexsort((place[:, 1], place[:, 0]))
     first = max(fronts, key=lambda f: (f.hi - f.lo, -f.origin[0], -f.origin[1]))

@@ -1,6 +1,7 @@
 """Octree cells as packed 64-bit keys: the only structure this room works on.
 
-A level of an octree is the set of its occupied cells. A cell's key packs its three integer coordinates (21 bits
+A level of an octree is the set of its occupied cells. A cell's key packs its three integer
+coordinates (21 bits
 each), so a level is one sorted int64 array, a parent is a shift, and a neighbour is a binary search.
 """
 
@@ -49,7 +50,8 @@ def pack(ijk: Array) -> Int:
 
 
 def leaves(xyz: Float, size: float) -> tuple[Level, Array]:
-    """Distribute points (n, 3) m into octree leaves of edge `size` m; also the leaf of every point (n,) int32.
+    """Distribute points (n, 3) m into octree leaves of edge `size` m; also the leaf of every point
+    (n,) int32.
 
     Raises InputError when the cloud is wider than 2 million cells.
     """
@@ -77,7 +79,8 @@ def mean_of(group: Array, value: Array, count: Float) -> Float:
 
 
 def parents(leaf: Level, shift: int) -> tuple[Level, Array]:
-    """The level `shift` steps up the octree, with moments of its leaves; and the parent of every leaf (m,) int64."""
+    """The level `shift` steps up the octree, with moments of its leaves; and the parent of every
+    leaf (m,) int64."""
     key, of_leaf = np.unique(pack(leaf.ijk >> shift), return_inverse=True)
     n = len(key)
     weight = np.bincount(of_leaf, minlength=n).astype(np.float64)
@@ -119,9 +122,11 @@ def components(touch: sparse.csr_array, keep: Array) -> Int:
 
 @dataclass(frozen=True, eq=False)
 class Shape:
-    """How the leaves around each cell (its 26 neighbours included) lie: eigenvalues l1 >= l2 >= l3 of their scatter.
+    """How the leaves around each cell (its 26 neighbours included) lie: eigenvalues l1 >= l2 >= l3
+    of their scatter.
 
-    normal (m, 3) unit;  linearity (l1-l2)/l1, planarity (l2-l3)/l1, scatter l3/l1, each (m,);  support (m,) leaves
+    normal (m, 3) unit;  linearity (l1-l2)/l1, planarity (l2-l3)/l1, scatter l3/l1, each (m,);
+    support (m,) leaves
     """
 
     normal: Float

@@ -1,6 +1,7 @@
 """Wall evidence: an accumulation map, and the street fronts drawn through it.
 
-A column of the map counts *occupied height bins* with a vertical, planar surface, not points: the number of points
+A column of the map counts *occupied height bins* with a vertical, planar surface, not points: the
+number of points
 tells how near the scanner stood, the number of bins how high the wall is.
 """
 
@@ -25,7 +26,8 @@ _MIN_FRONT = 3.0  # m, shortest front
 
 @dataclass(frozen=True, eq=False)
 class Columns:
-    """Wall columns: `xy` (k, 2) m, `bins` (k,) occupied height bins, `normal` (k, 2) unit, sign free, `block` (k,)."""
+    """Wall columns: `xy` (k, 2) m, `bins` (k,) occupied height bins, `normal` (k, 2) unit, sign
+    free, `block` (k,)."""
 
     xy: Float
     bins: Float
@@ -35,7 +37,8 @@ class Columns:
 
 @dataclass(frozen=True, eq=False)
 class Front:
-    """A street front in plan: unit `along` and `out` (2,), line `origin + s along`, s from `lo` to `hi`, m; its columns."""
+    """A street front in plan: unit `along` and `out` (2,), line `origin + s along`, s from `lo` to
+    `hi`, m; its columns."""
 
     origin: Float
     along: Float
@@ -100,7 +103,8 @@ def _blocks(xy: Float, link: float) -> Int:
 def find_fronts(
     columns: Columns, ground: Ground | None, size: float, options: BuildingOptions
 ) -> list[Front]:
-    """The fronts of every block, longest wall first; each takes the columns behind it that no street separates."""
+    """The fronts of every block, longest wall first; each takes the columns behind it that no
+    street separates."""
     fronts: list[Front] = []
     for block in range(int(columns.block.max()) + 1 if len(columns.block) else 0):
         free = np.flatnonzero(columns.block == block)
@@ -149,11 +153,13 @@ def _heaviest_run(s: Float, weight: Float, band: Bool, gap: float) -> Int:
     index = np.flatnonzero(band)
     index = index[np.argsort(s[index], kind="stable")]
     piece = np.concatenate([[0], np.cumsum(np.diff(s[index]) > gap)])
-    return index[piece == np.argmax(np.bincount(piece, weights=weight[index]))]
+    run: Int = index[piece == np.argmax(np.bincount(piece, weights=weight[index]))]
+    return run
 
 
 def _absorbed(xy: Float, front: Front, ground: Ground | None, options: BuildingOptions) -> Bool:
-    """Columns (k,) beside a front, up to the building depth, with less than 2 m of measured ground between."""
+    """Columns (k,) beside a front, up to the building depth, with less than 2 m of measured ground
+    between."""
     s, d = front.coordinates(xy)
     reach = (s > front.lo - 0.6) & (s < front.hi + 0.6) & (np.abs(d) < options.max_depth)
     if ground is None:

@@ -8,7 +8,8 @@ from frontage.geometry.arrays import Bool, Float, Int
 def change_points(signal: Float, penalty: float, min_bins: int, linear: Bool | None = None) -> Int:
     """Cuts (c,) that minimise the sum of squared residuals within segments plus `penalty` per cut.
 
-    signal (n, p) float64 in units of its own noise, NaN = unmeasured; a cut at i lies between bins i - 1 and i;
+    signal (n, p) float64 in units of its own noise, NaN = unmeasured; a cut at i lies between bins
+    i - 1 and i;
     segments have at least `min_bins` bins. `linear` (p,) bool: channels that may drift linearly in a segment
     (regression line instead of mean). Optimal partitioning (Jackson et al. 2005), O(n^2 p).
     """
