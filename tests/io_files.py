@@ -70,7 +70,9 @@ def write_e57(path: Path, scans: int = 2, photo: bytes | None = None, **changed:
     """An E57 file with pose and raster, as pye57 writes it, and one embedded pinhole photo when given."""
     e57 = pye57.E57(str(path), mode="w")
     for k in range(scans):
-        e57.write_scan_raw(e57_columns() | changed, rotation=QUATERNION, translation=POSITION + [k, 0, 0])
+        e57.write_scan_raw(
+            e57_columns() | changed, rotation=QUATERNION, translation=POSITION + np.array([k, 0, 0])
+        )
     if photo is not None:
         _embed(e57, photo)
     e57.close()
@@ -83,8 +85,8 @@ def _embed(e57: pye57.E57, photo: bytes) -> None:
     image, view, pose = (libe57.StructureNode(imf) for _ in range(3))
     half = np.sqrt(0.5)
     for name, values in (
-        ("rotation", dict(w=half, x=half, y=0.0, z=0.0)),
-        ("translation", dict(x=1.0, y=2.0, z=3.0)),
+        ("rotation", {"w": half, "x": half, "y": 0.0, "z": 0.0}),
+        ("translation", {"x": 1.0, "y": 2.0, "z": 3.0}),
     ):
         node = libe57.StructureNode(imf)
         for axis, value in values.items():

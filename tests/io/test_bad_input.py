@@ -103,7 +103,7 @@ def test_flipped_bytes_in_the_middle(tmp_path: Path, good: dict[str, Path], suff
 
 
 HEADS = {
-    "a.ply": "ply\nformat ascii 1.0\nelement vertex 0\nproperty float x\nproperty float y\nproperty float z\nend_header\n",
+    "a.ply": "ply\nformat ascii 1.0\nelement vertex 0\nproperty float x\nproperty float y\nproperty float z\nend_header\n",  # noqa: E501
     "noxyz.ply": "ply\nformat ascii 1.0\nelement vertex 1\nproperty float a\nend_header\n1\n",
     "open.ply": "ply\nformat ascii 1.0\nelement vertex 1\n",
     "list.ply": "ply\nformat ascii 1.0\nelement vertex 1\nproperty list uchar int x\nend_header\n1 1\n",
@@ -116,7 +116,7 @@ HEADS = {
     "inf.xyz": "inf 1 2\n1 -inf 2\n",
     "head.ptx": "4\n3\n0 0 0\n",
     "huge.ptx": "400000\n3000000\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n1 0 0 0\n0 1 0 0\n0 0 1 0\n0 0 0 1\n",
-    "none.ptx": "1\n2\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n1 0 0 0\n0 1 0 0\n0 0 1 0\n0 0 0 1\n0 0 0 0.5\n0 0 0 0.5\n",
+    "none.ptx": "1\n2\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n1 0 0 0\n0 1 0 0\n0 0 1 0\n0 0 0 1\n0 0 0 0.5\n0 0 0 0.5\n",  # noqa: E501
     "mirror.ptx": ptx_text().replace("0.000000 0.000000 1.000000 0.000000", "0 0 -1 0"),
     "words.ptx": ptx_text().replace("2 3 1.5", "two 3 1.5"),
     "points3D.txt": "# nothing\n",
@@ -175,7 +175,7 @@ def test_coordinates_that_do_not_fit_their_crs(tmp_path: Path) -> None:
         read_scans(path, WorldRef(np.zeros(3), "EPSG:25832"))
 
 
-STATIONS = ["{", "[]", "[{}]", '[{"station": 1, "position": [1, 2]}]', '[{"station": "a", "position": [1, 2, 3]}]',
+STATIONS = ["{", "[]", "[{}]", '[{"station": 1, "position": [1, 2]}]', '[{"station": "a", "position": [1, 2, 3]}]',  # noqa: E501
             '[{"station": 1, "position": [1, 2, 3]}, {"station": 1, "position": [1, 2, 3]}]']  # fmt: skip
 
 
@@ -284,14 +284,14 @@ FOOTPRINTS = {
     "b.json": '{"type": "Something"}',
     "c.json": '{"type": "CityJSON", "version": "2.0", "CityObjects": {}, "vertices": []}',
     "d.geojson": '{"type": "FeatureCollection", "features": []}',
-    "e.json": '{"type": "CityJSON", "CityObjects": {"a": {"type": "Building", "geometry": [{"type": "MultiSurface",'
+    "e.json": '{"type": "CityJSON", "CityObjects": {"a": {"type": "Building", "geometry": [{"type": "MultiSurface",'  # noqa: E501
     ' "lod": "1", "boundaries": [[[0, 1, 9]]]}]}}, "vertices": [[0, 0, 0]]}',
     "f.gml": "<CityModel>",
     "g.gml": "<html><body/></html>",
     "h.gml": '<!DOCTYPE CityModel [<!ENTITY x SYSTEM "file:///etc/passwd">]><CityModel>&x;</CityModel>',
     "i.gml": "<CityModel/>",
     "j.txt": "1 2 3",
-    "k.gml": "<CityModel><Building id='a'><exterior><posList>1 2 3 4</posList></exterior></Building></CityModel>",
+    "k.gml": "<CityModel><Building id='a'><exterior><posList>1 2 3 4</posList></exterior></Building></CityModel>",  # noqa: E501
 }
 
 

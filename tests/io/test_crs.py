@@ -14,7 +14,7 @@ from frontage.io.scans import ScanSource, read_scans
 from frontage.model import WorldRef
 from io_files import write_laspy
 
-PLAN = np.random.default_rng(0).uniform(0, 40, (50, 3)) + [678_000, 5_403_000, 415]
+PLAN = np.random.default_rng(0).uniform(0, 40, (50, 3)) + np.array([678_000, 5_403_000, 415])
 
 
 @pytest.mark.parametrize(
@@ -83,7 +83,7 @@ def test_longitude_and_latitude_go_to_utm(tmp_path: Path) -> None:
 def test_feet_become_metres_plan_and_height_each_by_its_own_unit(
     tmp_path: Path, crs: str, z_foot: float
 ) -> None:
-    feet = np.random.default_rng(0).uniform(0, 300, (40, 3)) + [985_000, 200_000, 0]
+    feet = np.random.default_rng(0).uniform(0, 300, (40, 3)) + np.array([985_000, 200_000, 0])
     np.savetxt(tmp_path / "f.xyz", feet, fmt="%.5f")
     scan = read_scans(ScanSource(path=str(tmp_path / "f.xyz"), crs=crs))[0]
     assert np.abs(scan.world.to_world(scan.xyz) - feet * [1200 / 3937, 1200 / 3937, z_foot]).max() < 1e-5

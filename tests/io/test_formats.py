@@ -42,14 +42,20 @@ def test_e57_pose_raster_and_lost_beams(tmp_path: Path) -> None:
     R = rotation_from_quaternion(QUATERNION)
     assert [s.name for s in scans] == ["a.e57:1", "a.e57:2"]
     for k, scan in enumerate(scans):
-        xyz = np.column_stack([columns[f"cartesian{a}"] for a in "XYZ"])[~lost] @ R.T + POSITION + [k, 0, 0]
+        xyz = (
+            np.column_stack([columns[f"cartesian{a}"] for a in "XYZ"])[~lost] @ R.T
+            + POSITION
+            + np.array([k, 0, 0])
+        )
         assert (
             np.abs(scan.world.to_world(scan.xyz) - xyz).max() < 1e-6
         )  # pye57 writes 32-bit sensor coordinates
         assert scan.grid is not None and scan.grid.index.shape == (12, 20)
         np.testing.assert_array_equal(scan.grid.index.ravel() < 0, lost)
         np.testing.assert_array_equal(np.sort(scan.grid.index[scan.grid.index >= 0]), np.arange(len(scan)))
-        np.testing.assert_allclose(scan.world.to_world(scan.origins)[0], POSITION + [k, 0, 0], atol=1e-6)
+        np.testing.assert_allclose(
+            scan.world.to_world(scan.origins)[0], POSITION + np.array([k, 0, 0]), atol=1e-6
+        )
         np.testing.assert_allclose(scan.local_from_scanner.value.R, R, atol=1e-12)
         np.testing.assert_allclose(scan.intensity, columns["intensity"][~lost], atol=1e-6)
         np.testing.assert_array_equal(scan.rgb[:, 0], columns["colorRed"][~lost])
@@ -91,7 +97,7 @@ def test_ptx_scans_pose_and_raster(tmp_path: Path, colour: bool) -> None:
     assert grid.shape == (3, 4) and grid[1, 2] == -1 and (grid >= 0).sum() == 11
     sensor = np.array([4.0, 4.0, 6.5])  # column 3, row 2
     c, s = np.cos(np.pi / 6), np.sin(np.pi / 6)
-    expected = POSITION + [c * 4 - s * 4, s * 4 + c * 4, 6.5]
+    expected = POSITION + np.array([c * 4 - s * 4, s * 4 + c * 4, 6.5])
     assert np.abs(scans[0].world.to_world(scans[0].xyz[grid[2, 3]]) - expected).max() < 1e-5
     np.testing.assert_allclose(
         scans[0].local_from_scanner.value.apply(sensor[None])[0], scans[0].xyz[grid[2, 3]]
@@ -114,8 +120,8 @@ def test_ptx_already_in_world_coordinates(tmp_path: Path) -> None:
 def test_ply_orders_and_other_elements(tmp_path: Path, order: str) -> None:
     rows = [(1.5, 2.5, 3.5, 10, 0.25), (4.5, 5.5, 6.5, 200, 0.75)]
     head = (
-        f"ply\nformat {order} 1.0\ncomment x\nelement camera 1\nproperty float a\nproperty uchar b\nelement vertex 2\n"
-        "property double x\nproperty double y\nproperty double z\nproperty uchar red\nproperty float scalar_Intensity\n"
+        f"ply\nformat {order} 1.0\ncomment x\nelement camera 1\nproperty float a\nproperty uchar b\nelement vertex 2\n"  # noqa: E501
+        "property double x\nproperty double y\nproperty double z\nproperty uchar red\nproperty float scalar_Intensity\n"  # noqa: E501
         "element face 1\nproperty list uchar int vertex_indices\nend_header\n"
     )
     if order == "ascii":
@@ -131,7 +137,7 @@ def test_ply_orders_and_other_elements(tmp_path: Path, order: str) -> None:
 
 
 def test_ply_in_coarse_floats_says_so(tmp_path: Path) -> None:
-    head = "ply\nformat ascii 1.0\nelement vertex 2\nproperty float x\nproperty float y\nproperty float z\nend_header\n"
+    head = "ply\nformat ascii 1.0\nelement vertex 2\nproperty float x\nproperty float y\nproperty float z\nend_header\n"  # noqa: E501
     (tmp_path / "a.ply").write_text(head + "678000 5403000 400\n678010 5403010 410\n")
     assert any("32-bit" in n for n in read_scans(tmp_path / "a.ply")[0].notes)
 
@@ -252,8 +258,8 @@ def test_orientation_tag_on_a_picture_of_the_right_size_is_left_alone(tmp_path: 
 
 def test_footprints_of_geojson_and_cityjson(tmp_path: Path) -> None:
     square = [[0, 0], [10, 0], [10, 8], [0, 8], [0, 0]]
-    feature = {"type": "Feature", "properties": {"addr:street": "rue Soufflot", "addr:housenumber": "13", "id": "B"},
-               "geometry": {"type": "Polygon", "coordinates": [[[x + 500_000, y + 5_400_000] for x, y in square]]}}  # fmt: skip
+    feature = {"type": "Feature", "properties": {"addr:street": "rue Soufflot", "addr:housenumber": "13", "id": "B"},  # noqa: E501
+               "geometry": {"type": "Polygon", "coordinates": [[[x + 500_000, y + 5_400_000] for x, y in square]]}}  # fmt: skip  # noqa: E501
     crs = {"type": "name", "properties": {"name": "urn:ogc:def:crs:EPSG::25832"}}
     path = write_json(
         tmp_path / "a.geojson", {"type": "FeatureCollection", "crs": crs, "features": [feature]}
@@ -266,7 +272,7 @@ def test_footprints_of_geojson_and_cityjson(tmp_path: Path) -> None:
 
     part = {"type": "BuildingPart", "parents": ["H"], "geometry": [
         {"type": "Solid", "lod": "2.2", "boundaries": [[[[0, 1, 2, 3]], [[4, 5, 6, 7]]]],
-         "semantics": {"surfaces": [{"type": "GroundSurface"}, {"type": "RoofSurface"}], "values": [[0, 1]]}}]}  # fmt: skip
+         "semantics": {"surfaces": [{"type": "GroundSurface"}, {"type": "RoofSurface"}], "values": [[0, 1]]}}]}  # fmt: skip  # noqa: E501
     vertices = [
         [0, 0, 0],
         [100, 0, 0],

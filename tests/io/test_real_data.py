@@ -137,7 +137,7 @@ def test_footprints_of_the_city_model(name: str) -> None:
     assert shapely.Polygon(found[2].ring).area == pytest.approx(188.15, abs=0.1)
 
 
-@pytest.mark.parametrize("path", ["munich_lod2/DEBY_LOD2_4959322.gml", "lod_examples/CityGMLv3/Building_LOD0-EPSG25832.gml",
+@pytest.mark.parametrize("path", ["munich_lod2/DEBY_LOD2_4959322.gml", "lod_examples/CityGMLv3/Building_LOD0-EPSG25832.gml",  # noqa: E501
                                   "lod_examples/CityGMLv2/Building_LOD1-EPSG25832.gml",
                                   "ingolstadt_lod3/4018115.xml"])  # fmt: skip
 def test_footprints_of_every_citygml(path: str) -> None:

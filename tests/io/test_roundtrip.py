@@ -1,4 +1,4 @@
-"""What is written comes back: LAS, PLY, intermediates; every LAS point format; attributes of other programs."""
+"""What is written comes back: LAS, PLY, intermediates; every LAS point format; fields of other programs."""
 
 import filecmp
 from pathlib import Path
@@ -59,7 +59,7 @@ def test_writing_again_without_rays_removes_the_old_stations(tmp_path: Path) -> 
 @pytest.mark.parametrize("point_format", range(11))
 def test_every_las_point_format(tmp_path: Path, point_format: int) -> None:
     r = np.random.default_rng(point_format)
-    xyz = np.round(r.uniform(0, 50, (300, 3)) + [500_000, 5_400_000, 100], 3)
+    xyz = np.round(r.uniform(0, 50, (300, 3)) + np.array([500_000, 5_400_000, 100]), 3)
     extra = r.uniform(0, 1, 300).astype(np.float32)
     path = write_laspy(tmp_path / "f.las", xyz, point_format, intensity=np.arange(300), my_extra=extra)
     back = read_las(path, Wanted("f"))
@@ -128,7 +128,7 @@ def test_ply_round_trip(tmp_path: Path) -> None:
 def test_store_round_trip_is_exact(tmp_path: Path) -> None:
     scan = cloud(24)
     pose = given_pose(Rigid3("local", "scanner", np.eye(3), np.ones(3)), (1, 1, 1, 0.1, 0.1, 0.1))
-    full = Scan(scan.name, scan.xyz, scan.world, scan.origins, scan.origin_index, scan.intensity, scan.rgb, scan.time,
+    full = Scan(scan.name, scan.xyz, scan.world, scan.origins, scan.origin_index, scan.intensity, scan.rgb, scan.time,  # noqa: E501
                 grid=Grid(np.arange(24).reshape(4, 6)), sigma_range=0.002, local_from_scanner=pose,
                 notes=("a", "b"))  # fmt: skip
     back = load_scan(save_scan(tmp_path / "s.npz", full))

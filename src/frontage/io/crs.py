@@ -18,7 +18,6 @@ from frontage.geometry.arrays import Float
 
 # The German surveys name their systems like "urn:adv:crs:ETRS89_UTM32*DE_DHHN2016_NH" (AdV, GeoInfoDok).
 _ADV = re.compile(r"urn:adv:crs:ETRS89_UTM(\d\d)(?:\*DE_(DHHN92|DHHN2016)_NH)?$")
-_ZONE = re.compile(r"UTM zone \d+[NS]$")
 _ADV_HEIGHTS = {"DHHN92": "5783", "DHHN2016": "7837"}
 
 METRE_PER = {"m": 1.0, "ft": 0.3048, "us-ft": 1200.0 / 3937.0}
@@ -123,7 +122,7 @@ def utm_for(crs: CRS, longitude: float, latitude: float) -> CRS:
     )
     for datum in [*names, "WGS 84"]:
         found = query_utm_crs_info(datum_name=datum, area_of_interest=near)
-        zones = [z for z in found if _ZONE.search(z.name)]  # not those with northings first
+        zones = [z for z in found if re.fullmatch(re.escape(datum) + r" / UTM zone \d+[NS]", z.name)]
         if zones:
             return CRS.from_authority(zones[0].auth_name, zones[0].code)
     raise CrsError(

@@ -25,7 +25,7 @@ def read_xyz(path: str | Path, wanted: Wanted) -> Scan:
     """A text table of points.
 
     With a header row, columns are found by name. Without: 3 = x y z, 4 = + intensity, 6 = + r g b (normals are
-    left out), 7 = + intensity r g b, or r g b intensity if only that gives whole colours.
+    left out), 7 = + intensity r g b, or r g b intensity where that gives colours.
 
     Raises FileError (missing, binary, no numbers, ragged rows), CrsError.
     """
