@@ -21,7 +21,7 @@ class CellMap:
 
     wall   cells with points on the plane, of the chosen part only
     whole  cells of the outline: the wall with its openings
-    shut   cells with points within 10 cm of the plane: what no line of sight passes
+    shut   cells with points on the wall or in front of it: what no line of sight passes
     """
 
     corner: tuple[float, float]

@@ -28,6 +28,7 @@ _SEEN_THROUGH = 0.5  # share of a wall's points measured through another facade 
 _SLACK = 0.25  # m that refinement may move the plane at the facade's ends
 _SHUT = 0.10  # m: what is this near the plane closes it; window frames lie deeper
 _CONTRAST = 2.0  # wall area over that of neighbouring slabs: a bush or a furnished room has 1
+_LEAK = 0.3  # share of the chance crossings of shut cells that an interior may still have (curtains, frames)
 _SIGHTS = 500  # lines of sight per plausible place
 _AROUND = 60_000  # points of the surroundings kept without rays
 _RAYS = 20_000  # lines of sight sampled per question
@@ -161,7 +162,7 @@ def _front_at(
     if region.area < 0.5 * options.min_area:
         return None, used
     # the full cloud is read once; a slab of it serves every further step
-    slab, rows = cloud.slab(normal, point, _FRONT + _SLACK)
+    slab, rows = cloud.slab(normal, point, options.depth_front + _SLACK)
     wall = refine_wall(slab, normal, point, region, options, rng)
     if wall is None or abs(wall.normal[2]) > np.sin(np.radians(options.max_lean)):
         return None, used
@@ -204,16 +205,16 @@ def _raster(wall: Wall, cloud: Cloud, votes: Float) -> CellMap | None:
 
     votes (n, 3): points that say which connected part of the plane is meant.
     """
-    offset = cloud.xyz @ wall.normal - wall.point @ wall.normal
-    q = wall.coordinates(cloud.xyz[np.abs(offset) < max(_FRONT, wall.threshold)])
-    if len(q) == 0:
+    q = wall.coordinates(cloud.xyz)
+    near = np.abs(q[:, 1]) < max(_FRONT, wall.threshold)
+    if not near.any():
         return None
-    count, corner = occupied(q[:, 0], q[:, 2], cloud.cell)
+    count, corner = occupied(q[near, 0], q[near, 2], cloud.cell)
     part = largest_part(count, corner, cloud.cell, wall.coordinates(votes))
     if part is None:
         return None
     on = np.abs(q[:, 1]) < wall.threshold
-    shut = np.abs(q[:, 1]) < _SHUT
+    shut = q[:, 1] < _SHUT  # what stands in front of the wall shuts it as well
     return CellMap(
         corner, cloud.cell, part.marked(q[on, 0], q[on, 2]), part.whole, part.marked(q[shut, 0], q[shut, 2])
     )
@@ -232,14 +233,19 @@ def _drop_interiors(fronts: list[Front], scan: Scan, cloud: Cloud, rng: np.rando
 
 
 def _behind(outer: Front, rows: Int, scan: Scan, cloud: Cloud) -> bool:
-    """Whether the points `rows` of the cloud are an interior behind `outer`."""
+    """Whether the points `rows` of the cloud are an interior behind `outer`.
+
+    Without rays: from some plausible place in front of `outer` most of them are seen through the holes of `outer` and hardly any through what is shut.
+    """
     wall, xyz = outer.wall, cloud.xyz[rows]
     if outer.side.told_by == "rays":
         return seen_through(wall, outer.cells, xyz, scan.sensor_of(cloud.index[rows]))[0] > _SEEN_THROUGH
     shut = float(outer.cells.shut.sum() / max(outer.cells.whole.sum(), 1))
     for place in outer.side.sensors @ wall.axes.T + wall.point:
-        inside, closed = seen_through(wall, outer.cells, xyz[:_SIGHTS], place[None])
-        if inside > _SEEN_THROUGH and closed < 0.5 * inside * shut:
+        inside, closed = seen_through(
+            wall, outer.cells, xyz[:: max(1, len(xyz) // _SIGHTS)], place[None], 0.5
+        )
+        if inside > _SEEN_THROUGH and closed < _LEAK * inside * shut:
             return True
     return False
 

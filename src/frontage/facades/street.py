@@ -115,17 +115,21 @@ def plausible_sensors(cells: CellMap, eye: float, sign: int) -> Float:
     )
 
 
-def seen_through(wall: Wall, cells: CellMap, xyz: Float, sensors: Float) -> tuple[float, float]:
+def seen_through(
+    wall: Wall, cells: CellMap, xyz: Float, sensors: Float, steepest: float = 0.0
+) -> tuple[float, float]:
     """Shares of points (n, 3) behind a wall whose line of sight crosses its outline, and crosses seen wall in it.
 
     sensors (n, 3) or (1, 3) local m; points without a sensor count as not crossing. `wall` is oriented
     (normal into the building). A room behind a window crosses the outline but no wall; the far side of
-    a tower, measured from elsewhere, "crosses" wall as often as the wall is closed.
+    a tower, measured from elsewhere, "crosses" wall as often as the wall is closed. Lines that meet the
+    wall at less than `steepest` (sine of the angle) do not count.
     """
     q, s = wall.coordinates(xyz), wall.coordinates(sensors)
     with np.errstate(divide="ignore", invalid="ignore"):
         share = -s[:, 1] / (q[:, 1] - s[:, 1])
     crosses = np.isfinite(share) & (share > 0) & (share < 1) & (s[:, 1] < 0) & (q[:, 1] > wall.threshold)
+    crosses &= np.abs(q[:, 1] - s[:, 1]) >= steepest * np.linalg.norm(q - s, axis=1)
     share = np.where(crosses, share, 0.0)[:, None]
     with np.errstate(invalid="ignore"):
         at = np.where(crosses[:, None], s + share * (q - s), 0.0)

@@ -1,0 +1,257 @@
+"""find_facades against simulated truth: accuracy, frames, sides, what must not win, what must fail clearly."""
+
+import numpy as np
+import pytest
+
+from frontage.facades import FacadeOptions, find_facades
+from frontage.model import Building, Facade, Failed, Scan, WorldRef
+
+WORLD = WorldRef(np.array([0, 0, 0]))
+
+
+def turned(azimuth):
+    c, s = np.cos(azimuth), np.sin(azimuth)
+    return np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
+
+
+def panel(rng, width, height, noise=0.005, spacing=0.04, windows=True):
+    """Points of a wall in its own frame, x from -width/2, z from 0, y = noise, windows every 3 m."""
+    x, z = np.meshgrid(np.arange(-width / 2, width / 2, spacing), np.arange(0, height, spacing))
+    x, z = x.ravel() + rng.uniform(-0.01, 0.01, x.size), z.ravel() + rng.uniform(-0.01, 0.01, x.size)
+    hole = (np.abs((x + 300) % 3 - 1.5) < 0.6) & (z % 3 > 0.9) & (z % 3 < 2.4) & windows
+    wall = np.column_stack([x, rng.normal(0, noise, x.size), z])
+    return wall[~hole], wall[hole]
+
+
+def scene(seed=0, azimuth=0.6, shift=(30.0, -12.0, 3.0), rays=True, clutter=True, lean=0.0):
+    """A 20 x 12 m wall with 60 % clutter, a station in the street; truth: R columns X, Y, Z and a point."""
+    rng = np.random.default_rng(seed)
+    wall, hole = panel(rng, 20, 12)
+    wall[:, 1] -= np.tan(lean) * wall[:, 2]
+    parts = [wall]
+    if clutter:
+        n = len(wall) // 5
+        frames = hole[: n // 2] + [0, 0.12, 0]
+        eye = np.array([2.0, -12.0, 1.7])
+        depth = rng.uniform(0.5, 5, n)[:, None]
+        seen = hole[rng.permutation(len(hole))[:n]]
+        rooms = seen + (seen - eye) / 12.0 * depth[: len(seen)]  # along the line of sight: behind the windows
+        balcony = np.column_stack([rng.uniform(-6, 6, n), rng.normal(-1.0, 0.005, n), rng.uniform(3, 4, n)])
+        bushes = rng.normal([-5, -3, 1.5], 0.8, (2 * n, 3))
+        ground = np.column_stack([rng.uniform(-12, 12, 2 * n), rng.uniform(-10, 0, 2 * n), rng.normal(0, 0.01, 2 * n)])
+        parts += [frames, rooms, balcony, bushes, ground]
+    xyz = np.vstack(parts)
+    R = turned(azimuth)
+    t = np.asarray(shift)
+    origins = (R @ np.array([2.0, -12.0, 1.7]) + t)[None] if rays else None
+    index = np.zeros(len(xyz), np.int32) if rays else None
+    return Scan("wall", xyz @ R.T + t, WORLD, origins, index), R, t
+
+
+def only(result):
+    assert all(isinstance(f, Facade) for f in result), result
+    return result[0]
+
+
+def whole(scan, ground_z=3.0):
+    return Building("B01", np.arange(len(scan)), ground_z)
+
+
+@pytest.mark.parametrize("rays", [True, False])
+@pytest.mark.parametrize("seed", range(3))
+def test_plane_of_a_cluttered_wall_is_found_to_a_millimetre(seed, rays):
+    scan, R, t = scene(seed, azimuth=0.6 + 2 * seed, rays=rays)
+    f = only(find_facades(scan, whole(scan)))
+    offset = (f.frame.t - t) @ R[:, 1]
+    angle = np.degrees(np.linalg.norm(np.cross(f.frame.R[:, 1], R[:, 1])))
+    assert abs(offset) < 0.001 and angle < 0.005
+    assert 0.00005 / 10 < f.sigma_plane < 0.0005  # n_eff counts points of white noise, not fewer, not infinity
+    assert 0.0045 < f.roughness < 0.0055
+    assert f.frame.R[:, 1] @ R[:, 1] > 0.999  # into the building
+    assert f.oriented_by == ("rays" if rays else "evidence")
+    x0, z0, x1, z1 = f.extent
+    assert 19.5 < x1 - x0 < 20.6 and 11.5 < z1 - z0 < 12.6
+
+
+def test_frame_is_right_handed_upright_and_not_mirrored():
+    scan, R, t = scene(1)
+    frame = only(find_facades(scan, whole(scan))).frame
+    X, Y, Z = frame.R.T
+    assert np.allclose(np.cross(X, Y), Z) and X[2] == 0.0 and Z[2] > 0.99
+    # a mark at the right as seen from the street has a positive x: the truth's own x axis says so
+    right = R @ np.array([8.0, 0.0, 6.0]) + t
+    assert frame.inverse.apply(right[None])[0, 0] > frame.inverse.apply(t[None])[0, 0] + 7.9
+
+
+def test_origin_is_the_barycentre_of_the_inliers():
+    scan, *_ = scene(2)
+    f = only(find_facades(scan, whole(scan)))
+    q = f.frame.inverse.apply(scan.xyz[f.inliers])
+    assert np.abs(q.mean(0)).max() < 1e-3
+    assert np.abs(q[:, 1]).max() < 0.1
+
+
+def test_rotating_the_world_changes_nothing():
+    sizes = []
+    for azimuth, shift in ((0.0, (0, 0, 0)), (2.1, (500.0, -300.0, 40.0))):
+        scan, R, t = scene(3, azimuth=azimuth, shift=shift)
+        f = only(find_facades(scan, whole(scan, shift[2])))
+        sizes.append([*(R.T @ (f.frame.t - t)), f.roughness, f.coverage])
+    assert np.abs(np.subtract(*sizes))[1] < 0.001
+    assert np.abs(np.subtract(*sizes)).max() < 0.15
+
+
+def test_errors_are_what_the_covariance_says():
+    score = []
+    for seed in range(12):
+        scan, R, t = scene(seed, azimuth=0.3 * seed)
+        f = only(find_facades(scan, whole(scan), seed=seed))
+        turn = f.frame.R.T @ R  # small: true axes in the facade's
+        error = np.array([(t - f.frame.t) @ f.frame.R[:, 1], turn[2, 1], -turn[0, 1]])
+        cov = f.local_from_facade.covariance[np.ix_([1, 3, 5], [1, 3, 5])]
+        score.append(error @ np.linalg.solve(cov, error) / 3)
+    assert 0.5 < np.mean(score) < 2.0
+
+
+def test_same_seed_same_bytes():
+    scan, *_ = scene(4, rays=False)
+    a, b = (only(find_facades(scan, whole(scan), seed=7)) for _ in range(2))
+    assert a.frame.matrix.tobytes() == b.frame.matrix.tobytes()
+    assert a.outline.tobytes() == b.outline.tobytes() and a.support.tobytes() == b.support.tobytes()
+
+
+def test_support_holds_balcony_and_frames_but_no_room():
+    scan, R, t = scene(5)
+    f = only(find_facades(scan, whole(scan)))
+    y = f.frame.inverse.apply(scan.xyz[f.support])[:, 1]
+    assert y.min() < -0.95 and 0.9 < y.max() <= 1.0
+    assert np.isin(f.inliers, f.support).mean() > 0.99
+    assert [round(layer.y, 1) for layer in f.layers] == [-1.0, 0.0, 0.1]
+
+
+@pytest.mark.parametrize("rays", [True, False])
+def test_corner_building_has_two_facades(rays):
+    rng = np.random.default_rng(0)
+    street, _ = panel(rng, 12, 9)
+    side, _ = panel(rng, 8, 9)
+    corner = side @ turned(np.pi / 2).T + [6.0, 4.0, 0.0]
+    ground = np.column_stack([rng.uniform(-6, 14, 8000), rng.uniform(-8, 8, 8000), rng.normal(0, 0.01, 8000)])
+    ground = ground[(ground[:, 1] < 0) | (ground[:, 0] > 6)]
+    xyz = np.vstack([street, corner, ground])
+    origins = np.array([[0.0, -9, 1.7], [14.0, 4, 1.7]]) if rays else None
+    index = np.r_[np.zeros(len(street)), np.ones(len(corner)), np.zeros(len(ground))].astype(np.int32) if rays else None
+    scan = Scan("corner", xyz, WORLD, origins, index)
+    found = find_facades(scan, Building("B02", np.arange(len(street) + len(corner)), 0.0))
+    assert [f.id for f in found] == ["B02/F1", "B02/F2"]
+    assert found[0].frame.R[:, 1] @ [0, 1, 0] > 0.999
+    assert found[1].frame.R[:, 1] @ [-1, 0, 0] > 0.999
+
+
+def test_tower_has_six_facades_that_look_outwards_without_rays():
+    rng = np.random.default_rng(1)
+    faces = []
+    for k in range(6):
+        face, _ = panel(rng, 4, 15, windows=False)
+        faces.append((face + [0, -3.46, 0]) @ turned(k * np.pi / 3).T)
+    scan = Scan("tower", np.vstack(faces), WORLD)
+    found = find_facades(scan, whole(scan, 0.0))
+    assert len(found) == 6
+    for f in found:
+        assert f.frame.t[:2] @ f.frame.R[:2, 1] < -3.4  # from outside towards the axis
+
+
+@pytest.mark.parametrize("rays", [True, False])
+def test_wall_of_a_room_seen_through_windows_is_no_facade(rays):
+    rng = np.random.default_rng(2)
+    wall, hole = panel(rng, 20, 12)
+    eye = np.array([0.0, -10.0, 1.7])
+    through = hole[rng.permutation(len(hole))]
+    back = eye + (through - eye) * (16.0 / (through[:, 1] - eye[1]))[:, None]  # a wall 6 m behind, denser than the front
+    back = np.vstack([back + rng.normal(0, 0.003, back.shape) for _ in range(4)])
+    xyz = np.vstack([wall, back])
+    scan = Scan("room", xyz, WORLD, eye[None] if rays else None, np.zeros(len(xyz), np.int32) if rays else None)
+    found = find_facades(scan, whole(scan, 0.0))
+    assert len(found) == 1
+    assert abs(found[0].frame.t[1]) < 0.001
+
+
+def test_opposite_side_of_the_street_never_wins():
+    rng = np.random.default_rng(3)
+    wall, _ = panel(rng, 8, 6)
+    opposite, _ = panel(rng, 40, 20)
+    opposite += [0, -18.0, 0]
+    scan = Scan("street", np.vstack([opposite, wall]), WORLD)
+    found = find_facades(scan, Building("B03", np.arange(len(opposite), len(opposite) + len(wall)), 0.0))
+    assert len(found) == 1 and abs(found[0].frame.t[1]) < 0.001
+    assert found[0].support.min() >= len(opposite)
+
+
+def test_dense_front_does_not_win_against_more_wall():
+    rng = np.random.default_rng(4)
+    wall, _ = panel(rng, 20, 12, spacing=0.05)
+    cladding = np.column_stack([rng.uniform(-10, 10, 200_000), rng.normal(-0.3, 0.002, 200_000), rng.uniform(0, 3, 200_000)])
+    xyz = np.vstack([wall[wall[:, 2] > 3], cladding])
+    scan = Scan("shop", xyz, WORLD, np.array([[0, -10.0, 1.7]]), np.zeros(len(xyz), np.int32))
+    f = only(find_facades(scan, whole(scan, 0.0)))
+    assert abs(f.frame.t[1]) < 0.001  # 200 k points of cladding on 60 m2 against 70 k points on 140 m2
+    assert any(abs(layer.y + 0.3) < 0.005 for layer in f.layers)
+
+
+def test_curved_wall_says_so():
+    rng = np.random.default_rng(5)
+    wall, _ = panel(rng, 20, 8)
+    wall[:, 1] += 0.2 * (wall[:, 0] / 10) ** 2
+    scan = Scan("bent", wall, WORLD, np.array([[0, -10.0, 1.7]]), np.zeros(len(wall), np.int32))
+    f = only(find_facades(scan, whole(scan, 0.0)))
+    assert -0.24 < f.curvature[0] < -0.16 and any("bent" in note for note in f.notes)
+
+
+def test_flat_wall_is_not_called_bent():
+    scan, *_ = scene(6)
+    f = only(find_facades(scan, whole(scan)))
+    assert abs(f.curvature[0]) < 0.003 and not any("bent" in note for note in f.notes)
+
+
+def test_leaning_wall_is_not_forced_upright():
+    scan, R, t = scene(7, lean=np.radians(1.0))
+    f = only(find_facades(scan, whole(scan)))
+    assert np.degrees(np.arcsin(f.frame.R[2, 1])) == pytest.approx(1.0, abs=0.005)
+    assert any("leans towards the street" in note for note in f.notes)
+
+
+def test_cloud_that_is_not_levelled():
+    scan, R, t = scene(8, lean=np.radians(6.0))
+    f = only(find_facades(scan, whole(scan), FacadeOptions(levelled=False)))
+    assert np.degrees(np.arcsin(f.frame.R[2, 1])) == pytest.approx(6.0, abs=0.01)
+
+
+def test_thirty_points_fail_with_a_clear_sentence():
+    scan, *_ = scene(0)
+    (failed,) = find_facades(scan, Building("B09", np.arange(30), 0.0))
+    assert isinstance(failed, Failed) and not failed
+    assert failed.code == "F101" and "30 points" in failed.message and failed.hint
+
+
+def test_a_bush_is_no_facade():
+    rng = np.random.default_rng(0)
+    scan = Scan("bush", rng.normal(0, 2.0, (40_000, 3)), WORLD)
+    (failed,) = find_facades(scan, whole(scan, -5.0))
+    assert isinstance(failed, Failed) and failed.code == "F102"
+
+
+def test_points_that_are_not_numbers_are_left_out():
+    scan, *_ = scene(1)
+    xyz = scan.xyz.copy()
+    xyz[::50] = np.nan
+    broken = Scan("nan", xyz, WORLD, scan.origins, scan.origin_index)
+    f = only(find_facades(broken, whole(broken)))
+    for array in (f.frame.matrix, f.outline, f.local_from_facade.covariance, scan.xyz[f.support]):
+        assert np.isfinite(array).all()
+    assert not np.isin(np.arange(0, len(xyz), 50), f.support).any()
+
+
+def test_paper_method_finds_the_same_wall_less_exactly():
+    scan, R, t = scene(2)
+    paper = only(find_facades(scan, whole(scan), FacadeOptions(method="paper", paper_iterations=200)))
+    angle = np.degrees(np.linalg.norm(np.cross(paper.frame.R[:, 1], R[:, 1])))
+    assert 0.005 < angle < 2.0
