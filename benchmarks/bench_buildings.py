@@ -9,8 +9,8 @@ import argparse
 import time
 
 import numpy as np
-from _common import bootstrap, figure, peak_memory, table
 
+from _common import bootstrap, figure, peak_memory, table
 from frontage.buildings import BuildingOptions, BuildingSplit, find_buildings
 from frontage.model import Scan
 from scenes import FACADE, Scene, street_scene
@@ -75,7 +75,9 @@ def scaling(millions: list[int]) -> None:
     rows = []
     for m in millions:
         copies = int(np.ceil(m * 1e6 / len(base)))
-        xyz = np.concatenate([base.xyz + [0.0, i * length * 2, 0.0] for i in range(copies)])[: int(m * 1e6)]
+        xyz = np.concatenate([base.xyz + np.array([0.0, i * length * 2, 0.0]) for i in range(copies)])[
+            : int(m * 1e6)
+        ]
         scan = Scan("street", xyz, base.world)
         start = time.perf_counter()
         split = find_buildings(scan)
