@@ -46,8 +46,8 @@ def read_las(
     """
     p = require_file(path)
     with reading(p, "LAS/LAZ"):
-        header, chunks = _open(p, wanted, bounds, resolution)
-        columns, placement = _stream(p, header, chunks, wanted, progress)
+        header, chunks, total = _open(p, wanted, bounds, resolution)
+        columns, placement = _stream(p, header, chunks, total, wanted, progress)
     own = header.generating_software.startswith(_OWN)
     if own and columns.intensity is not None:
         columns.intensity = columns.intensity.astype(np.float32) / 65535.0
@@ -83,19 +83,19 @@ def _open(
     wanted: Wanted,
     bounds: tuple[float, ...] | None,
     resolution: float | None,
-) -> tuple[Any, Iterator[Any]]:
-    """The header and an iterator of point records; a COPC query when it is asked and possible."""
+) -> tuple[Any, Iterator[Any], int]:
+    """The header, point records and their number; a COPC query when it is asked and possible."""
     f = laspy.open(path)
     if f.header.point_count == 0:
         f.close()
         raise FileError(path, "holds no points", "export or copy it again", code="I105")
     is_copc = any(v.user_id == "copc" and v.record_id == 1 for v in f.header.vlrs)
     if not is_copc or (bounds is None and resolution is None):
-        return f.header, _all_points(f)
+        return f.header, _all_points(f), int(f.header.point_count)
     f.close()
-    copc = laspy.CopcReader.open(path)
-    points = copc.query(_box(copc.header, path, wanted, bounds), resolution=resolution)
-    return copc.header, iter([points] if len(points) else [])
+    with laspy.CopcReader.open(path) as copc:
+        points = copc.query(_box(copc.header, path, wanted, bounds), resolution=resolution)
+        return copc.header, iter([points] if len(points) else []), len(points)
 
 
 def _all_points(f: Any) -> Iterator[Any]:
@@ -123,14 +123,10 @@ def _box(header: Any, path: Path, wanted: Wanted, bounds: tuple[float, ...] | No
 
 
 def _stream(
-    path: Path,
-    header: Any,
-    chunks: Iterator[Any],
-    wanted: Wanted,
-    progress: Progress | None,
+    path: Path, header: Any, chunks: Iterator[Any], total: int, wanted: Wanted, progress: Progress | None
 ) -> tuple[Columns, Placement]:
     """All records into preallocated columns; the first chunk decides the placement."""
-    total, at = int(header.point_count), 0
+    at = 0
     store: dict[str, Array] = {}
     place: Placement | None = None
     for chunk in chunks:
@@ -139,7 +135,6 @@ def _stream(
         _plausible(path, header, raw)
         if place is None:
             place = wanted.place(_crs(header, path), raw[:: max(1, n // 10_000)])
-            total = total if n >= CHUNK or n == total else n  # a query hands back one chunk
         _put(store, "xyz", place.to_local(raw), at, total)
         for name, values in _fields(chunk):
             _put(store, name, values, at, total)

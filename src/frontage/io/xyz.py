@@ -24,8 +24,8 @@ _TIME = ("gps_time", "gpstime", "time", "timestamp")
 def read_xyz(path: str | Path, wanted: Wanted) -> Scan:
     """A text table of points.
 
-    With a header row, columns are found by name. Without: 3 = x y z, 4 = + intensity, 6 = + r g b (normals are
-    left out), 7 = + intensity r g b, or r g b intensity where that gives colours.
+    With a header row, columns are found by name. Without: 3 = x y z, 4 = intensity too, 6 = + r g b (normals:
+    not read), 7 = + intensity r g b, or r g b intensity.
 
     Raises FileError (missing, binary, no numbers, ragged rows), CrsError.
     """
