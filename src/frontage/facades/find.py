@@ -29,6 +29,7 @@ _SLACK = 0.25  # m that refinement may move the plane at the facade's ends
 _SHUT = 0.10  # m: what is this near the plane closes it; window frames lie deeper
 _CONTRAST = 2.0  # wall area over that of neighbouring slabs: a bush or a furnished room has 1
 _LEAK = 0.3  # share of the chance crossings of shut cells that an interior may still have (curtains, frames)
+_GRAZING = 0.25  # sine of the angle (15 degrees) below which a surface returns nothing
 _SIGHTS = 500  # lines of sight per plausible place
 _AROUND = 60_000  # points of the surroundings kept without rays
 _RAYS = 20_000  # lines of sight sampled per question
@@ -227,15 +228,16 @@ def _drop_interiors(fronts: list[Front], scan: Scan, cloud: Cloud, rng: np.rando
         some = inner.wall.inliers
         some = some if len(some) <= _RAYS else rng.choice(some, _RAYS, replace=False)
         larger = [f for f in fronts if f.cells.area > inner.cells.area]
-        if not any(_behind(outer, some, scan, cloud) for outer in larger):
+        if not any(_behind(outer, inner, some, scan, cloud) for outer in larger):
             kept.append(inner)
     return kept
 
 
-def _behind(outer: Front, rows: Int, scan: Scan, cloud: Cloud) -> bool:
-    """Whether the points `rows` of the cloud are an interior behind `outer`.
+def _behind(outer: Front, inner: Front, rows: Int, scan: Scan, cloud: Cloud) -> bool:
+    """Whether `inner`, with the points `rows` of the cloud, is an interior behind `outer`.
 
-    Without rays: from some plausible place in front of `outer` most of them are seen through the holes of `outer` and hardly any through what is shut.
+    Without rays: from some plausible place in front of `outer` most of them are seen,
+    not edge-on, through the holes of `outer` and hardly any through what is shut.
     """
     wall, xyz = outer.wall, cloud.xyz[rows]
     if outer.side.told_by == "rays":
