@@ -223,4 +223,15 @@ def hidden_by_box(eye: Float, xyz: Float, box: Box) -> Array:
     ray = np.where(np.abs(ray) < 1e-12, 1e-12, ray)
     a, b = (np.array(box.low) - eye) / ray, (np.array(box.high) - eye) / ray
     near, far = np.minimum(a, b).max(1), np.maximum(a, b).min(1)
-    return (near < far) & (far > 0) & (near < 1 - 1e-3)
+    return (near < far) & (far > 0) & (near < 1 - 1e-4)
+
+
+def behind_boxes(house: HouseTruth, xyz: Float, eye: Float) -> Array:
+    """True (n,) where a cornice, sill or balcony hides the point from `eye` (n, 3), facade frame."""
+    hidden = np.zeros(len(xyz), bool)
+    for box in house.boxes:
+        (x0, _, z0), (x1, _, z1) = box.low, box.high
+        x, _, z = xyz.T
+        near = np.flatnonzero((x > x0 - 3) & (x < x1 + 3) & (z > z0 - 0.05) & (z < z1 + 6) & ~hidden)
+        hidden[near[hidden_by_box(eye[near], xyz[near], box)]] = True
+    return hidden

@@ -35,6 +35,7 @@ from scene_parts import (
 from scene_render import render_photo
 from scene_sampling import (
     Points,
+    behind_boxes,
     car_points,
     clutter_points,
     ground_points,
@@ -204,7 +205,8 @@ def _seen(
     points = points.keep(~_inside_neighbour(points, house, row))
     points, eye = _from(rng, points, stations)
     facade_from_street = street_from_facade.inverse
-    seen = through_hole(house, points.moved(facade_from_street), facade_from_street.apply(stations[eye]))
+    local, eyes = points.moved(facade_from_street), facade_from_street.apply(stations[eye])
+    seen = through_hole(house, local, eyes) & ~behind_boxes(house, local.xyz, eyes)
     return points.keep(seen), eye[seen]
 
 
