@@ -66,4 +66,6 @@ class MissingExtra(FrontageError, ImportError):
 
     def __init__(self, what: str, extra: str) -> None:
         """Say which extra to install for `what`."""
-        super().__init__(f"{what} needs an optional dependency; install it with: pip install 'frontage[{extra}]'")
+        super().__init__(
+            f"{what} needs an optional dependency; install it with: pip install 'frontage[{extra}]'"
+        )

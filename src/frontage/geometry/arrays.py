@@ -20,7 +20,20 @@ def readonly(array: Any, shape: tuple[int | None, ...], dtype: DTypeLike, name: 
     Raises ValueError naming the array when the shape does not match.
     """
     a = np.ascontiguousarray(array, dtype=dtype).view()
-    if a.ndim != len(shape) or any(want is not None and want != got for want, got in zip(shape, a.shape, strict=True)):
+    if a.ndim != len(shape) or any(
+        want is not None and want != got for want, got in zip(shape, a.shape, strict=True)
+    ):
         raise ValueError(f"{name}: shape {a.shape}, expected {tuple('n' if s is None else s for s in shape)}")
     a.flags.writeable = False
     return a
+
+
+def freeze(noun: object, **fields: tuple[tuple[int | None, ...], DTypeLike]) -> None:
+    """Check the array fields of a frozen dataclass and make them read-only; `None` fields are left alone.
+
+    ``freeze(self, xyz=((n, 3), np.float64))``. Raises ValueError as `readonly` does.
+    """
+    for name, (shape, dtype) in fields.items():
+        value = getattr(noun, name)
+        if value is not None:
+            object.__setattr__(noun, name, readonly(value, shape, dtype, name))

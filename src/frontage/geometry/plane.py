@@ -6,7 +6,7 @@ from frontage.geometry.arrays import Float
 
 
 def facade_axes(inward: Float) -> Float:
-    """Rotation (3, 3), columns X, Y, Z, of the facade frame whose plane's normal into the building is `inward` (3,).
+    """Rotation (3, 3), columns X, Y, Z, of the facade frame whose plane's normal into the building is `inward`.
 
     Paper A eq. 1-4 with normal azimuth phi and zenith angle psi: ``X = (sin phi, -cos phi, 0)`` is
     horizontal and to the right as seen from the street, ``Y`` is the unit normal into the building,
@@ -29,7 +29,7 @@ def plane_offsets(xyz: Float, normal: Float, point: Float) -> Float:
 
 
 def fit_plane(xyz: Float, weights: Float | None = None) -> tuple[Float, Float, Float]:
-    """Total least-squares plane of points (n, 3): unit normal (3,), centroid (3,), variances (3,) ascending, m2.
+    """Total least-squares plane of points (n, 3): unit normal, centroid, variances (3,) ascending, m2.
 
     The sign of the normal is arbitrary but deterministic (its largest component is positive).
     """

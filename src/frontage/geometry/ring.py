@@ -1,4 +1,4 @@
-"""Polygons in the plane: rings (k, 2) without a repeated last vertex, and rasters of cells turned into rings."""
+"""Rings (k, 2) in the plane, without a repeated last vertex, and rasters of cells turned into rings."""
 
 import numpy as np
 import shapely

@@ -243,7 +243,7 @@ def write_las(path: str | Path, scan: Scan) -> Path:
     header.creation_date = date(2000, 1, 1)
     if scan.world.crs is not None:
         header.add_crs(parse_crs(scan.world.crs, str(p)))
-    wide = len(scan.origins) > 65535  # type: ignore[arg-type]
+    wide = len(scan.origins) > 65535
     if wide:
         header.add_extra_dim(laspy.ExtraBytesParams(_RAY, np.int32))
     with (
@@ -271,7 +271,7 @@ def _record(header: Any, scan: Scan, rows: slice, wide: bool) -> Any:
             scan.name, "spans more than 400 km and does not fit a LAS file", "split it", code="I107"
         )
     r.X, r.Y, r.Z = steps.T.astype(np.int32)
-    index = scan.origin_index[rows]  # type: ignore[index]
+    index = scan.origin_index[rows]
     if wide:
         r[_RAY] = index
     else:

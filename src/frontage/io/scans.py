@@ -185,8 +185,8 @@ def _scan_facts(s: Scan) -> dict[str, Any]:
         "points": len(s),
         "spacing": round(spacing(s), 5),
         "fields": fields,
-        "origins": len(s.origins),  # type: ignore[arg-type]
-        "with_origin": float(np.mean(s.origin_index >= 0)),  # type: ignore[operator]
+        "origins": len(s.origins),
+        "with_origin": float(np.mean(s.origin_index >= 0)),
         "raster": raster,
     }
 

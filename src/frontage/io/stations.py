@@ -41,7 +41,7 @@ def rays_from_stations(
 
 def write_stations(path: Path, scan: Scan, first: int) -> None:
     """Write the origins of a scan; `first` is the id of origin 0."""
-    world = scan.world.to_world(scan.origins)  # type: ignore[arg-type]
+    world = scan.world.to_world(scan.origins)
     entries = [
         {"station": first + i, "position": [round(float(v), 6) for v in xyz]} for i, xyz in enumerate(world)
     ]

@@ -4,7 +4,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from frontage.geometry.arrays import Float, Int, readonly
+from frontage.geometry.arrays import Float, Int, freeze
 
 
 @dataclass(frozen=True, eq=False)
@@ -17,7 +17,7 @@ class Surface:
     holes: tuple[Float, ...] = ()
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "ring", readonly(self.ring, (None, 3), np.float64, "ring"))
+        freeze(self, ring=((None, 3), np.float64))
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,20 +42,19 @@ class Building:
     notes: tuple[str, ...] = field(default=())
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "index", readonly(self.index, (None,), np.int64, "index"))
-        if self.footprint is not None:
-            object.__setattr__(self, "footprint", readonly(self.footprint, (None, 2), np.float64, "footprint"))
+        freeze(self, index=((None,), np.int64))
+        freeze(self, footprint=((None, 2), np.float64))
 
 
 @dataclass(frozen=True, eq=False)
 class Footprint:
-    """The outline of one building on a map: id and address of its source, outer ring (k, 2) m local, not closed."""
+    """A building on a map: id and address of its source, outer ring (k, 2) m local, not closed."""
 
     id: str
     ring: Float
     address: str | None = None
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "ring", readonly(self.ring, (None, 2), np.float64, "ring"))
+        freeze(self, ring=((None, 2), np.float64))
         if len(self.ring) < 3:
             raise ValueError(f"footprint {self.id}: a ring needs 3 corners, got {len(self.ring)}")

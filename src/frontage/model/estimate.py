@@ -35,7 +35,9 @@ class Estimate(Generic[T]):
 
     def __post_init__(self) -> None:
         c = np.atleast_2d(np.asarray(self.covariance, np.float64))
-        object.__setattr__(self, "covariance", readonly(c, (c.shape[0], c.shape[0]), np.float64, "covariance"))
+        object.__setattr__(
+            self, "covariance", readonly(c, (c.shape[0], c.shape[0]), np.float64, "covariance")
+        )
 
     @property
     def sigma(self) -> Float:

@@ -4,7 +4,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from frontage.geometry.arrays import Float, Int, readonly
+from frontage.geometry.arrays import Float, Int, freeze
 from frontage.geometry.rigid import Rigid3
 from frontage.model.estimate import Estimate
 from frontage.model.world import WorldRef
@@ -12,7 +12,7 @@ from frontage.model.world import WorldRef
 
 @dataclass(frozen=True, eq=False)
 class Layer:
-    """A surface parallel to the facade plane: `y` m (positive = recess), its sigma m, area m2, outline (k, 2) m (x, z)."""
+    """A surface parallel to the facade plane: `y` m (positive = recess), its sigma m, area m2, outline (k, 2) m."""
 
     y: float
     sigma: float
@@ -20,7 +20,7 @@ class Layer:
     outline: Float
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "outline", readonly(self.outline, (None, 2), np.float64, "outline"))
+        freeze(self, outline=((None, 2), np.float64))
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,10 +62,9 @@ class Facade:
     notes: tuple[str, ...] = field(default=())
 
     def __post_init__(self) -> None:
-        put = lambda name, value: object.__setattr__(self, name, value)  # noqa: E731
-        put("outline", readonly(self.outline, (None, 2), np.float64, "outline"))
-        put("support", readonly(self.support, (None,), np.int64, "support"))
-        put("inliers", readonly(self.inliers, (None,), np.int64, "inliers"))
+        freeze(
+            self, outline=((None, 2), np.float64), support=((None,), np.int64), inliers=((None,), np.int64)
+        )
 
     @property
     def frame(self) -> Rigid3:

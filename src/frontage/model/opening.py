@@ -4,13 +4,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from frontage.geometry.arrays import Float, readonly
+from frontage.geometry.arrays import Float, freeze
 from frontage.model.estimate import Estimate, Provenance
 
 
 @dataclass(frozen=True)
 class Bar:
-    """A mullion ("vertical", position x) or transom ("horizontal", position z): m, with extent, width and sigma, m."""
+    """A mullion ("vertical", position x) or transom ("horizontal", position z): all in m."""
 
     axis: str
     position: float
@@ -46,6 +46,4 @@ class Opening:
 
     def __post_init__(self) -> None:
         k = len(self.ring)
-        object.__setattr__(self, "ring", readonly(self.ring, (k, 2), np.float64, "ring"))
-        c = readonly(self.ring_covariance, (2 * k, 2 * k), np.float64, "ring_covariance")
-        object.__setattr__(self, "ring_covariance", c)
+        freeze(self, ring=((k, 2), np.float64), ring_covariance=((2 * k, 2 * k), np.float64))

@@ -12,7 +12,7 @@ from frontage.model.estimate import Estimate
 
 @dataclass(frozen=True, eq=False)
 class Camera:
-    """A COLMAP camera model ("PINHOLE", "OPENCV", ...) with its size (w, h) px and parameters, in COLMAP's order."""
+    """A COLMAP camera model ("PINHOLE", "OPENCV", ...), its size in px, parameters in COLMAP's order."""
 
     model: str
     width: int
@@ -21,10 +21,12 @@ class Camera:
 
     def __post_init__(self) -> None:
         n = maths.parameter_count(self.model)
-        object.__setattr__(self, "params", readonly(self.params, (n,), np.float64, f"{self.model} parameters"))
+        object.__setattr__(
+            self, "params", readonly(self.params, (n,), np.float64, f"{self.model} parameters")
+        )
 
     def project(self, xyz_camera: Float) -> Float:
-        """Points (n, 3) m in the camera frame to pixels (n, 2); NaN behind the camera or past the lens model's range."""
+        """Points (n, 3) m in the camera frame to pixels (n, 2); NaN behind the camera or past the lens's range."""
         return maths.project(self.model, self.params, xyz_camera)
 
     def ray(self, pixels: Float) -> Float:

@@ -2,15 +2,21 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
-from frontage.geometry.arrays import Array, Float, Int, readonly
+from frontage.geometry.arrays import Array, Float, Int, freeze
 from frontage.geometry.rigid import Rigid3
 from frontage.model.estimate import Estimate
 from frontage.model.world import WorldRef
 
-_PER_POINT = {"intensity": np.float32, "time": np.float64, "return_number": np.uint8, "return_count": np.uint8}
+_PER_POINT = {
+    "intensity": np.float32,
+    "time": np.float64,
+    "return_number": np.uint8,
+    "return_count": np.uint8,
+}
 
 
 @dataclass(frozen=True, eq=False)
@@ -20,7 +26,7 @@ class Grid:
     index: Int
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "index", readonly(self.index, (None, None), np.int64, "grid.index"))
+        freeze(self, index=((None, None), np.int64))
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,8 +49,8 @@ class Scan:
     name: str
     xyz: Float
     world: WorldRef
-    origins: Float | None = None
-    origin_index: Array | None = None
+    origins: Float = None  # type: ignore[assignment]  # None: empty
+    origin_index: Array = None  # type: ignore[assignment]  # None: all unknown
     intensity: Array | None = None
     rgb: Array | None = None
     time: Float | None = None
@@ -57,17 +63,14 @@ class Scan:
 
     def __post_init__(self) -> None:
         n = len(self.xyz)
-        put = lambda name, value: object.__setattr__(self, name, value)  # noqa: E731
-        put("xyz", readonly(self.xyz, (n, 3), np.float64, "xyz"))
-        origins = np.empty((0, 3)) if self.origins is None else self.origins
-        put("origins", readonly(origins, (None, 3), np.float64, "origins"))
-        index = np.full(n, -1, np.int32) if self.origin_index is None else self.origin_index
-        put("origin_index", readonly(index, (n,), np.int32, "origin_index"))
-        if self.rgb is not None:
-            put("rgb", readonly(self.rgb, (n, 3), np.uint8, "rgb"))
-        for name, dtype in _PER_POINT.items():
-            if getattr(self, name) is not None:
-                put(name, readonly(getattr(self, name), (n,), dtype, name))
+        if self.origins is None:
+            object.__setattr__(self, "origins", np.empty((0, 3)))
+        if self.origin_index is None:
+            object.__setattr__(self, "origin_index", np.full(n, -1, np.int32))
+        freeze(self, xyz=((n, 3), np.float64), origins=((None, 3), np.float64), rgb=((n, 3), np.uint8))
+        freeze(
+            self, origin_index=((n,), np.int32), **{name: ((n,), dtype) for name, dtype in _PER_POINT.items()}
+        )
 
     def __len__(self) -> int:
         return len(self.xyz)
@@ -75,18 +78,21 @@ class Scan:
     @property
     def has_origins(self) -> bool:
         """Whether at least one point knows where it was measured from."""
-        return bool((self.origin_index >= 0).any())  # type: ignore[operator]
+        return bool(np.any(self.origin_index >= 0))
 
     def take(self, index: Array) -> "Scan":
         """The points at `index` (k,) int, or where it is True (n,), without their raster."""
-        rows = {name: value[index] for name in ("xyz", "origin_index", "rgb", *_PER_POINT)
-                if (value := getattr(self, name)) is not None}
+        rows = {
+            name: value[index]
+            for name in ("xyz", "origin_index", "rgb", *_PER_POINT)
+            if (value := getattr(self, name)) is not None
+        }
         return replace(self, grid=None, **rows)
 
     def sensor_of(self, index: Array) -> Float:
         """Sensor positions (k, 3) m local of the points at `index`; NaN where unknown."""
-        padded = np.vstack([self.origins, np.full(3, np.nan)])  # type: ignore[list-item]
-        return padded[self.origin_index[index]]  # type: ignore[index,no-any-return]
+        padded = np.vstack([self.origins, np.full(3, np.nan)])
+        return np.asarray(padded[self.origin_index[index]])
 
 
 def merge_scans(scans: Sequence[Scan], name: str = "merged") -> Scan:
@@ -99,13 +105,23 @@ def merge_scans(scans: Sequence[Scan], name: str = "merged") -> Scan:
         return first
     if any((s.world.origin != first.world.origin).any() or s.world.crs != first.world.crs for s in scans):
         raise ValueError("scans to merge must share one world reference")
-    start = np.cumsum([0, *(len(s.origins) for s in scans)])  # type: ignore[arg-type]
-    index = [np.where(s.origin_index >= 0, s.origin_index + o, -1)  # type: ignore[operator]
-             for s, o in zip(scans, start, strict=False)]
-    rows = {name: np.concatenate([getattr(s, name) for s in scans]) for name in ("rgb", *_PER_POINT)
-            if all(getattr(s, name) is not None for s in scans)}
+    start = np.cumsum([0, *(len(s.origins) for s in scans)])
+    index = [
+        np.where(s.origin_index >= 0, s.origin_index + o, -1) for s, o in zip(scans, start, strict=False)
+    ]
+    rows: dict[str, Any] = {
+        name: np.concatenate([getattr(s, name) for s in scans])
+        for name in ("rgb", *_PER_POINT)
+        if all(getattr(s, name) is not None for s in scans)
+    }
     sigmas = [s.sigma_range for s in scans if s.sigma_range is not None]
-    return Scan(name, np.concatenate([s.xyz for s in scans]), first.world,
-                np.concatenate([s.origins for s in scans]),  # type: ignore[arg-type]
-                np.concatenate(index), sigma_range=max(sigmas) if sigmas else None,
-                notes=tuple(dict.fromkeys(n for s in scans for n in s.notes)), **rows)
+    return Scan(
+        name,
+        np.concatenate([s.xyz for s in scans]),
+        first.world,
+        np.concatenate([s.origins for s in scans]),
+        np.concatenate(index),
+        sigma_range=max(sigmas) if sigmas else None,
+        notes=tuple(dict.fromkeys(n for s in scans for n in s.notes)),
+        **rows,
+    )

@@ -4,12 +4,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from frontage.geometry.arrays import Int, readonly
+from frontage.geometry.arrays import Int, freeze
 
 
 @dataclass(frozen=True)
 class Face:
-    """A planar face: outer ring and holes as vertex ids, semantic class, opening id when it belongs to one."""
+    """A planar face: outer ring and holes as vertex ids, semantic class, opening id if it has one."""
 
     ring: tuple[int, ...]
     semantics: str
@@ -28,7 +28,7 @@ class Finding:
 
 @dataclass(frozen=True, eq=False)
 class Solid:
-    """A building's solid: vertices (v, 3) int64 in 0.1 mm from `origin` (3,) int64 m (world), faces, LoD, findings."""
+    """A building's solid: vertices (v, 3) int64 in 0.1 mm from `origin` (3,) int64 m, world."""
 
     building: str
     vertices: Int
@@ -38,5 +38,4 @@ class Solid:
     findings: tuple[Finding, ...] = ()
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "vertices", readonly(self.vertices, (None, 3), np.int64, "vertices"))
-        object.__setattr__(self, "origin", readonly(self.origin, (3,), np.int64, "origin"))
+        freeze(self, vertices=((None, 3), np.int64), origin=((3,), np.int64))

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from frontage.geometry.arrays import Float, Int, readonly
+from frontage.geometry.arrays import Float, Int, freeze
 
 
 @dataclass(frozen=True, eq=False)
@@ -19,7 +19,7 @@ class WorldRef:
     crs: str | None = None
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "origin", readonly(self.origin, (3,), np.int64, "origin"))
+        freeze(self, origin=((3,), np.int64))
 
     def to_world(self, xyz_local: Float) -> Float:
         """Local (..., 3) m to world (..., 3) m."""
