@@ -6,7 +6,7 @@ from frontage.geometry.arrays import Float
 
 
 def facade_axes(inward: Float) -> Float:
-    """Rotation (3, 3), columns X, Y, Z, of the facade frame whose plane's normal into the building is `inward`.
+    """Rotation (3, 3), columns X, Y, Z, of the facade frame with the normal into the building `inward`.
 
     Paper A eq. 1-4 with normal azimuth phi and zenith angle psi: ``X = (sin phi, -cos phi, 0)`` is
     horizontal and to the right as seen from the street, ``Y`` is the unit normal into the building,

@@ -26,7 +26,7 @@ class Camera:
         )
 
     def project(self, xyz_camera: Float) -> Float:
-        """Points (n, 3) m in the camera frame to pixels (n, 2); NaN behind the camera or past the lens's range."""
+        """Points (n, 3) m in the camera frame to pixels (n, 2); NaN behind the camera or past its lens."""
         return maths.project(self.model, self.params, xyz_camera)
 
     def ray(self, pixels: Float) -> Float:
