@@ -12,7 +12,7 @@ from frontage.model.world import WorldRef
 
 @dataclass(frozen=True, eq=False)
 class Layer:
-    """A surface parallel to the facade plane: `y` m (positive = recess), its sigma m, area m2, its outline."""
+    """A surface parallel to the facade plane: `y` m (positive = recess), its sigma, area m2, outline."""
 
     y: float
     sigma: float
