@@ -244,9 +244,11 @@ def _behind(outer: Front, inner: Front, rows: Int, scan: Scan, cloud: Cloud) -> 
         return seen_through(wall, outer.cells, xyz, scan.sensor_of(cloud.index[rows]))[0] > _SEEN_THROUGH
     shut = float(outer.cells.shut.sum() / max(outer.cells.whole.sum(), 1))
     for place in outer.side.sensors @ wall.axes.T + wall.point:
-        inside, closed = seen_through(
-            wall, outer.cells, xyz[:: max(1, len(xyz) // _SIGHTS)], place[None], 0.5
-        )
+        sight = place - inner.wall.point
+        if abs(sight @ inner.wall.normal) < _GRAZING * np.linalg.norm(sight):
+            continue
+        some = xyz[:: max(1, len(xyz) // _SIGHTS)]
+        inside, closed = seen_through(wall, outer.cells, some, place[None], 0.5)
         if inside > _SEEN_THROUGH and closed < _LEAK * inside * shut:
             return True
     return False
