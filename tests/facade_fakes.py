@@ -13,17 +13,19 @@ WORLD = WorldRef(np.array([678_000, 5_403_000, 400]), "EPSG:25832")
 def facade(
     name: str = "B01/F1", azimuth: float = 0.7, lean: float = 0.004, notes: tuple[str, ...] = ()
 ) -> Facade:
-    """10 x 6 m with a gable notch, facing `azimuth` (rad from east) and leaning a little; L-shaped outline."""
+    """10 x 6 m with a gable notch, facing `azimuth` (rad from east) leaning a little, L-shaped."""
     c, s = np.cos(azimuth), np.sin(azimuth)
-    tilt = np.array([[1, 0, 0], [0, np.cos(lean), -np.sin(lean)], [0, np.sin(lean), np.cos(lean)]])
+    cl, sl = np.cos(lean), np.sin(lean)
+    tilt = np.array([[1, 0, 0], [0, cl, -sl], [0, sl, cl]])
     R = np.array([[s, c, 0], [-c, s, 0], [0, 0, 1.0]]) @ tilt  # columns X, Y, Z of DESIGN section 2
     pose = Estimate(Rigid3("local", "facade", R, np.array([61.5, 870.25, 15.125])), np.eye(6) * 1e-8, 500.0)
     outline = np.array([[-5.0, -3], [5, -3], [5, 1], [1, 1], [1, 3], [-5, 3]])
     wall = Layer(0.0, 0.0004, 52.0, outline)
     return Facade(
-        id=name, building=name.split("/")[0], local_from_facade=pose, world=WORLD, outline=outline, layers=(wall,),
+        id=name, building=name.split("/")[0], local_from_facade=pose, world=WORLD,
+        outline=outline, layers=(wall,),
         support=np.arange(10), inliers=np.arange(2, 8), roughness=0.004, spacing=0.02, coverage=0.9,
-        oriented_by="rays", curvature=(0.002, float("inf")), notes=notes,
+        oriented_by="rays", curvature=(0.002, float("inf")),
     )  # fmt: skip
 
 

@@ -18,19 +18,20 @@ EVIL = '<script>alert("x")</script>'
 def view(name: str = "B01/F1") -> FacadeView:
     image = ortho(name)
     seen = OrthoView(jpeg(image), GSD, image.size, image.corner, ("IMG_1.jpg", EVIL))
-    return FacadeView(image.facade, seen, f"facades/{name.replace('/', '_')}")
+    return FacadeView(image.facade, seen, "facades/" + name.replace("/", "_"))
 
 
 def page(address: str = "13 rue Soufflot") -> str:
     warning = {"stage": "facades", "item": "B01", "code": "F103", "message": EVIL, "hint": ""}
     counts = {"items": 1, "key": "k", "warnings": [], "notes": []}
     manifest = {
-        "frontage": "0.1.0", "seed": 0, "versions": {"python": "3.11"}, "warnings": [warning], "notes": ["a note"],
+        "frontage": "0.1.0", "seed": 0, "versions": {"python": "3.11"}, "warnings": [warning],
+        "notes": ["a note"],
         "world": {"crs": "EPSG:25832", "origin": [678_000, 5_403_000, 400]}, "stages": {"scans": counts},
         "inputs": {"scans": [{"path": EVIL, "size": 1, "sha256": "0" * 64}]},
     }  # fmt: skip
     record = {"id": "B01", "address": address, "points": 1234, "ground_z": 12.0, "cuts": [], "notes": [EVIL]}
-    plan = np.random.default_rng(0).uniform(0, 10, (50, 2)) + (60, 868)
+    plan = np.random.default_rng(0).uniform(0, 10, (50, 2)) + np.array([60, 868])
     building = BuildingView(record, plan, (view(),), (warning,))
     return render_report(ReportData(manifest, (building,), plan, np.zeros(50, np.int64)))
 
