@@ -53,7 +53,7 @@ def test_the_sidecar_is_the_contract(ortho, tmp_path):
         "sigma_plane",
         "sources",
     }
-    assert set(keys.split()) <= set(side)
+    assert keys <= set(side)
     M, pixel = np.array(side["raster_to_world"]), np.array([120.5, 80.25])
     world, _ = ortho.pixel_to_world(pixel[None], relief=False)
     assert np.abs((M @ [*pixel, 0.0, 1.0])[:3] - world[0]).max() < 1e-8
