@@ -1,4 +1,5 @@
-"""Main plane of a simulated 20 x 12 m wall: ours, the paper's 3-point RANSAC, least squares, Open3D where installed.
+"""Main plane of a simulated 20 x 12 m wall: ours, the paper's 3-point RANSAC, least squares, Open3D
+where installed.
 
     python benchmarks/planes.py [--seeds 10] [--points 1000000] [--noise 0.005]
 
@@ -34,12 +35,19 @@ def wall(seed: int, points: int, noise: float) -> Scan:
     rooms = windows[rng.integers(0, len(windows), k)]
     rooms = STATION + (rooms - STATION) * (1 + rng.uniform(0.05, 0.5, k))[:, None]
     frames = windows[rng.integers(0, len(windows), k)] + np.column_stack(
-        [np.zeros(k), 0.12 + rng.normal(0, noise, k), np.zeros(k)])
+        [np.zeros(k), 0.12 + rng.normal(0, noise, k), np.zeros(k)]
+    )
     balcony = np.column_stack([rng.uniform(-6, 6, k), rng.normal(-1.0, noise, k), rng.uniform(3, 4, k)])
     bushes = rng.normal([-5.0, -3.0, 1.5], 0.8, (k, 3))
     ground = np.column_stack([rng.uniform(-12, 12, k), rng.uniform(-10, 0, k), rng.normal(0, 0.01, k)])
     xyz = np.vstack([on[~hole][:n], frames, rooms, balcony, bushes, ground])
-    return Scan("wall", rng.permutation(xyz), WorldRef(np.zeros(3, np.int64)), STATION[None], np.zeros(len(xyz), np.int32))
+    return Scan(
+        "wall",
+        rng.permutation(xyz),
+        WorldRef(np.zeros(3, np.int64)),
+        STATION[None],
+        np.zeros(len(xyz), np.int32),
+    )
 
 
 def ours(scan: Scan, seed: int) -> Facade:
@@ -63,7 +71,7 @@ def open3d_plane(scan: Scan, seed: int) -> Plane:
 
     o3d.utility.random.seed(seed)
     cloud = o3d.geometry.PointCloud(o3d.utility.Vector3dVector(scan.xyz))
-    (a, b, c, d), rows = cloud.segment_plane(0.05, 3, 1000)
+    (a, b, c, _d), rows = cloud.segment_plane(0.05, 3, 1000)
     return np.array([a, b, c]), scan.xyz[rows].mean(0)
 
 
@@ -89,12 +97,17 @@ def nees(f: Facade) -> float:
 
 
 def main() -> None:
-    arguments = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    arguments = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     arguments.add_argument("--seeds", type=int, default=10)
     arguments.add_argument("--points", type=int, default=1_000_000)
     arguments.add_argument("--noise", type=float, default=0.005)
     given = arguments.parse_args()
-    methods: dict[str, Callable[[Scan, int], Plane]] = {"paper, 3-point RANSAC": paper, "least squares": least_squares}
+    methods: dict[str, Callable[[Scan, int], Plane]] = {
+        "paper, 3-point RANSAC": paper,
+        "least squares": least_squares,
+    }
     try:
         import open3d  # type: ignore[import-not-found,unused-ignore]  # noqa: F401
 
@@ -118,7 +131,8 @@ def main() -> None:
     print(f"{'method':24s} {'offset mm':28s} {'angle deg':28s} s per million points")
     for name, got in rows.items():
         offset, angle, took_all = np.array(got).T
-        print(f"{name:24s} {interval(offset):28s} {interval(angle):28s} {np.median(took_all) * 1e6 / given.points:.2f}")
+        per_million = np.median(took_all) * 1e6 / given.points
+        print(f"{name:24s} {interval(offset):28s} {interval(angle):28s} {per_million:.2f}")
     print(f"NEES of frontage: {np.mean(squares):.2f} over {given.seeds} seeds (honest: 1)")
 
 

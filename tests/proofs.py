@@ -36,6 +36,8 @@ def assert_invariant(measure: Callable[[Float], Float], xyz: Float, tolerance: f
 
 
 def mean_nees(errors: Float, covariances: Float) -> float:
-    """Mean normalised squared error per degree of freedom of errors (n, k) with covariances (n, k, k): 1 when honest."""
+    """Mean normalised squared error per degree of freedom of errors (n, k) with covariances (n, k,
+    k): 1 when honest.
+    """
     solved = np.linalg.solve(covariances, errors[..., None])[..., 0]
     return float(np.mean(np.sum(errors * solved, axis=1)) / errors.shape[1])

@@ -1,4 +1,6 @@
-"""find_facades against simulated truth: accuracy, frames, sides, what must not win, what must fail clearly."""
+"""find_facades against simulated truth:
+accuracy, frames, sides, what must not win, what must fail clearly.
+"""
 
 import numpy as np
 import pytest
@@ -31,14 +33,16 @@ def scene(seed=0, azimuth=0.6, shift=(30.0, -12.0, 3.0), rays=True, clutter=True
     parts = [wall]
     if clutter:
         n = len(wall) // 5
-        frames = hole[: n // 2] + [0, 0.12, 0]
+        frames = [*hole[: n // 2], 0, 0.12, 0]
         eye = np.array([2.0, -12.0, 1.7])
         depth = rng.uniform(0.5, 5, n)[:, None]
         seen = hole[rng.permutation(len(hole))[:n]]
         rooms = seen + (seen - eye) / 12.0 * depth[: len(seen)]  # along the line of sight: behind the windows
         balcony = np.column_stack([rng.uniform(-6, 6, n), rng.normal(-1.0, 0.005, n), rng.uniform(3, 4, n)])
         bushes = rng.normal([-5, -3, 1.5], 0.8, (2 * n, 3))
-        ground = np.column_stack([rng.uniform(-12, 12, 2 * n), rng.uniform(-10, 0, 2 * n), rng.normal(0, 0.01, 2 * n)])
+        ground = np.column_stack(
+            [rng.uniform(-12, 12, 2 * n), rng.uniform(-10, 0, 2 * n), rng.normal(0, 0.01, 2 * n)]
+        )
         parts += [frames, rooms, balcony, bushes, ground]
     xyz = np.vstack(parts)
     R = turned(azimuth)
@@ -65,7 +69,8 @@ def test_plane_of_a_cluttered_wall_is_found_to_a_millimetre(seed, rays):
     offset = (f.frame.t - t) @ R[:, 1]
     angle = np.degrees(np.linalg.norm(np.cross(f.frame.R[:, 1], R[:, 1])))
     assert abs(offset) < 0.001 and angle < 0.005
-    assert 0.00005 / 10 < f.sigma_plane < 0.0005  # n_eff counts points of white noise, not fewer, not infinity
+    # n_eff counts points of white noise, not fewer, not infinity
+    assert 0.00005 / 10 < f.sigma_plane < 0.0005
     assert 0.0045 < f.roughness < 0.0055
     assert f.frame.R[:, 1] @ R[:, 1] > 0.999  # into the building
     assert f.oriented_by == ("rays" if rays else "evidence")
@@ -121,7 +126,7 @@ def test_same_seed_same_bytes():
 
 
 def test_support_holds_balcony_and_frames_but_no_room():
-    scan, R, t = scene(5)
+    scan, _R, _t = scene(5)
     f = only(find_facades(scan, whole(scan)))
     y = f.frame.inverse.apply(scan.xyz[f.support])[:, 1]
     assert y.min() < -0.95 and 0.9 < y.max() <= 1.0
@@ -139,7 +144,11 @@ def test_corner_building_has_two_facades(rays):
     ground = ground[(ground[:, 1] < 0) | (ground[:, 0] > 6)]
     xyz = np.vstack([street, corner, ground])
     origins = np.array([[0.0, -9, 1.7], [14.0, 4, 1.7]]) if rays else None
-    index = np.r_[np.zeros(len(street)), np.ones(len(corner)), np.zeros(len(ground))].astype(np.int32) if rays else None
+    index = (
+        np.r_[np.zeros(len(street)), np.ones(len(corner)), np.zeros(len(ground))].astype(np.int32)
+        if rays
+        else None
+    )
     scan = Scan("corner", xyz, WORLD, origins, index)
     found = find_facades(scan, Building("B02", np.arange(len(street) + len(corner)), 0.0))
     assert [f.id for f in found] == ["B02/F1", "B02/F2"]
@@ -152,7 +161,7 @@ def test_tower_has_six_facades_that_look_outwards_without_rays():
     faces = []
     for k in range(6):
         face, _ = panel(rng, 4, 15, windows=False)
-        faces.append((face + [0, -3.46, 0]) @ turned(k * np.pi / 3).T)
+        faces.append(([*face, 0, -3.46, 0]) @ turned(k * np.pi / 3).T)
     scan = Scan("tower", np.vstack(faces), WORLD)
     found = find_facades(scan, whole(scan, 0.0))
     assert len(found) == 6
@@ -166,10 +175,13 @@ def test_wall_of_a_room_seen_through_windows_is_no_facade(rays):
     wall, hole = panel(rng, 20, 12)
     eye = np.array([0.0, -10.0, 1.7])
     through = hole[rng.permutation(len(hole))]
-    back = eye + (through - eye) * (16.0 / (through[:, 1] - eye[1]))[:, None]  # a wall 6 m behind, denser than the front
+    # a wall 6 m behind, denser than the front
+    back = eye + (through - eye) * (16.0 / (through[:, 1] - eye[1]))[:, None]
     back = np.vstack([back + rng.normal(0, 0.003, back.shape) for _ in range(4)])
     xyz = np.vstack([wall, back])
-    scan = Scan("room", xyz, WORLD, eye[None] if rays else None, np.zeros(len(xyz), np.int32) if rays else None)
+    scan = Scan(
+        "room", xyz, WORLD, eye[None] if rays else None, np.zeros(len(xyz), np.int32) if rays else None
+    )
     found = find_facades(scan, whole(scan, 0.0))
     assert len(found) == 1
     assert abs(found[0].frame.t[1]) < 0.001
@@ -189,7 +201,9 @@ def test_opposite_side_of_the_street_never_wins():
 def test_dense_front_does_not_win_against_more_wall():
     rng = np.random.default_rng(4)
     wall, _ = panel(rng, 20, 12, spacing=0.05)
-    cladding = np.column_stack([rng.uniform(-10, 10, 200_000), rng.normal(-0.3, 0.002, 200_000), rng.uniform(0, 3, 200_000)])
+    cladding = np.column_stack(
+        [rng.uniform(-10, 10, 200_000), rng.normal(-0.3, 0.002, 200_000), rng.uniform(0, 3, 200_000)]
+    )
     xyz = np.vstack([wall[wall[:, 2] > 3], cladding])
     scan = Scan("shop", xyz, WORLD, np.array([[0, -10.0, 1.7]]), np.zeros(len(xyz), np.int32))
     f = only(find_facades(scan, whole(scan, 0.0)))
@@ -213,14 +227,14 @@ def test_flat_wall_is_not_called_bent():
 
 
 def test_leaning_wall_is_not_forced_upright():
-    scan, R, t = scene(7, lean=np.radians(1.0))
+    scan, _R, _t = scene(7, lean=np.radians(1.0))
     f = only(find_facades(scan, whole(scan)))
     assert np.degrees(np.arcsin(f.frame.R[2, 1])) == pytest.approx(1.0, abs=0.005)
     assert any("leans towards the street" in note for note in f.notes)
 
 
 def test_cloud_that_is_not_levelled():
-    scan, R, t = scene(8, lean=np.radians(6.0))
+    scan, _R, _t = scene(8, lean=np.radians(6.0))
     f = only(find_facades(scan, whole(scan), FacadeOptions(levelled=False)))
     assert np.degrees(np.arcsin(f.frame.R[2, 1])) == pytest.approx(6.0, abs=0.01)
 
@@ -251,7 +265,7 @@ def test_points_that_are_not_numbers_are_left_out():
 
 
 def test_paper_method_finds_the_same_wall_less_exactly():
-    scan, R, t = scene(2)
+    scan, R, _t = scene(2)
     paper = only(find_facades(scan, whole(scan), FacadeOptions(method="paper", paper_iterations=200)))
     angle = np.degrees(np.linalg.norm(np.cross(paper.frame.R[:, 1], R[:, 1])))
     assert 0.005 < angle < 2.0

@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-from proofs import assert_invariant, assert_jacobian
 from scipy import ndimage
 
 from frontage.facades.build import pose_covariance
@@ -11,6 +10,7 @@ from frontage.geometry.plane import facade_axes, fit_plane
 from frontage.solve.correlation import fit_covariance, residual_correlation
 from frontage.solve.ransac import lo_ransac, needed_hypotheses
 from frontage.solve.robust import irls, mad_sigma
+from proofs import assert_invariant, assert_jacobian
 
 
 def test_needed_hypotheses_are_the_textbook_numbers():

@@ -67,7 +67,8 @@ def _between(xyz: Float, wall: Wall, options: FacadeOptions) -> np.ndarray:
 
 
 def pose_covariance(plane: Float) -> Float:
-    """Covariance (6, 6) of the facade frame (translation m, rotation rad, facade axes) from that of (c, a, b).
+    """Covariance (6, 6) of the facade frame (translation m, rotation rad, facade axes) from that of (c,
+    a, b).
 
     The plane y = c + a x + b z moves the frame by c along Y and turns it by -b about X and by a about Z.
     The origin's place in the plane and the horizontal X are definitions, not estimates: they have no error.

@@ -75,7 +75,9 @@ class CellMap:
 
 
 def occupied(x: Float, z: Float, cell: float) -> tuple[Array, tuple[float, float]]:
-    """Number of points per cell (h, w) with a margin of one gap, and the raster's corner (x, z) m on whole cells."""
+    """Number of points per cell (h, w) with a margin of one gap, and the raster's corner (x,
+    z) m on whole cells.
+    """
     margin = int(np.ceil(_GAP / cell)) + 2
     c0, r0 = int(np.floor(x.min() / cell)) - margin, int(np.floor(z.min() / cell)) - margin
     column, row = np.floor(x / cell).astype(np.int64) - c0, np.floor(z / cell).astype(np.int64) - r0
@@ -85,7 +87,8 @@ def occupied(x: Float, z: Float, cell: float) -> tuple[Array, tuple[float, float
 
 
 def contrast(x: Float, y: Float, z: Float, cells: CellMap, threshold: float) -> float:
-    """Area on the plane over the mean area of equally thick slabs on both sides: a wall has much, a bush has 1.
+    """Area on the plane over the mean area of equally thick slabs on both sides: a wall has much, a
+    bush has 1.
 
     x, y, z    (n,) m, facade coordinates; threshold m, half the thickness of a slab
     """

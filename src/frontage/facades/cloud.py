@@ -1,6 +1,9 @@
-"""The building's points, thinned so that every one stands for the same area, with spacing and noise measured."""
+"""The building's points, thinned so that every one stands for the same area,
+with spacing and noise measured.
+"""
 
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from scipy.spatial import cKDTree
@@ -29,7 +32,9 @@ class Cloud:
     noise: float
 
     def slab(self, normal: Float, point: Float, reach: float) -> tuple["Cloud", Int]:
-        """The points within `reach` m of a plane, as a cloud without thinned points, and their rows (k,) int64."""
+        """The points within `reach` m of a plane, as a cloud without thinned points,
+        and their rows (k,) int64.
+        """
         rows = np.flatnonzero(np.abs(plane_offsets(self.xyz, normal, point)) < reach)
         return replace(self, xyz=self.xyz[rows], index=self.index[rows], thin=np.empty(0, np.int64)), rows
 
@@ -80,7 +85,8 @@ def _median_positive(distance: Array) -> float:
 
 
 def surface_noise(xyz: Float, thin: Int, cell: float, rng: np.random.Generator, seeds: int = 300) -> float:
-    """Robust sigma in m of points about upright planes fitted in balls of 3.5 cells: noise with local roughness.
+    """Robust sigma in m of points about upright planes fitted in balls of 3.5 cells: noise with local
+    roughness.
 
     The lower quartile over those balls that are flat (thickness below a fifth of the width) and upright:
     bushes, rooms and mouldings only ever add. 2 cm when there are none.
@@ -88,7 +94,8 @@ def surface_noise(xyz: Float, thin: Int, cell: float, rng: np.random.Generator, 
     points = xyz[thin]
     tree = cKDTree(points, balanced_tree=False, compact_nodes=False)
     thickness = []
-    for near in tree.query_ball_point(points[rng.permutation(len(points))[:seeds]], 3.5 * cell):
+    balls: Any = tree.query_ball_point(points[rng.permutation(len(points))[:seeds]], 3.5 * cell)
+    for near in balls:
         if len(near) < 10:
             continue
         normal, _, variances = fit_plane(points[near])
@@ -98,7 +105,9 @@ def surface_noise(xyz: Float, thin: Int, cell: float, rng: np.random.Generator, 
 
 
 def prepare(xyz: Float, index: Int, rng: np.random.Generator, sigma_range: float | None) -> Cloud:
-    """Thin the points (n, 3) and measure their noise; the voxel is 10 cm, or two spacings of a sparser cloud."""
+    """Thin the points (n, 3) and measure their noise;
+    the voxel is 10 cm, or two spacings of a sparser cloud.
+    """
     cell = _FINEST
     thin = voxel_first(xyz, cell)
     if len(xyz) < _WELL_FILLED * len(thin):  # sparse: a cell must hold a point where there is wall

@@ -91,7 +91,9 @@ def find_facades(
 
 
 def _surroundings(scan: Scan, cloud: Cloud, rng: np.random.Generator) -> Float:
-    """A few thousand points (k, 3) of building and surroundings, evenly in space: what lines of sight can meet."""
+    """A few thousand points (k, 3) of building and surroundings, evenly in space:
+    what lines of sight can meet.
+    """
     if scan.has_origins:
         return np.empty((0, 3))
     finite = scan.xyz[np.isfinite(scan.xyz).all(1)]
@@ -129,7 +131,9 @@ def _all_fronts(
 
 
 def _is_facade(front: Front, left: Float, largest: float, options: FacadeOptions) -> bool:
-    """Large enough in area, width and height, mostly wall where it claims to be, and a surface, not a volume."""
+    """Large enough in area, width and height, mostly wall where it claims to be, and a surface,
+    not a volume.
+    """
     cells = front.cells
     width, height = cells.size
     if cells.area < max(options.min_area, options.min_share * largest):
@@ -151,7 +155,9 @@ def _front_at(
     options: FacadeOptions,
     rng: np.random.Generator,
 ) -> tuple[Front | None, np.ndarray]:
-    """Refine and orient the plane found; also which of the points `left` it used up (at least those on it)."""
+    """Refine and orient the plane found;
+    also which of the points `left` it used up (at least those on it).
+    """
     q = (cloud.xyz[left] - point) @ facade_axes(normal)
     near = np.abs(q[:, 1]) < 2.0 * cloud.threshold
     if near.sum() < 10:

@@ -66,7 +66,9 @@ def _layer(
     width: float,
     is_wall: bool,
 ) -> Layer | None:
-    """The layer at offset y, or None when it is too small or no better than its background (cells per bin)."""
+    """The layer at offset y,
+    or None when it is too small or no better than its background (cells per bin).
+    """
     near = np.abs(q[:, 1] - y) < 2.5 * sigma
     distinct = np.unique(flat_cell[near])
     area = len(distinct) * cells.cell**2

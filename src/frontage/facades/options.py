@@ -12,7 +12,7 @@ class FacadeOptions(BaseModel):
 
     method: Literal["lo-msac", "paper"] = Field(
         default="lo-msac",
-        description="lo-msac: vertical LO-MSAC, refined, every facade; paper: 3-point RANSAC, the main plane only",
+        description="lo-msac: vertical, refined, every facade; paper: 3-point RANSAC, the main plane only",
     )
     levelled: bool = Field(
         default=True,

@@ -8,7 +8,8 @@ from frontage.geometry.arrays import Bool, Float
 def paper_plane(
     xyz: Float, threshold: float, iterations: int, rng: np.random.Generator, block: int = 4
 ) -> tuple[Float, Float, Bool] | None:
-    """Unit normal (3,), barycentre (3,) and inliers (n,) of the plane with the most points within `threshold` m.
+    """Unit normal (3,), barycentre (3,) and inliers (n,) of the plane with the most points within
+    `threshold` m.
 
     Paper A section 2.1: three random points, all points polled, the plane with the larger number of
     points and, among equals, the smaller accumulated error. No prior, no weights, no refinement: the

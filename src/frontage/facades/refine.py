@@ -1,4 +1,4 @@
-"""Refinement: robust fit y = c + a x + b z, its covariance from correlated residuals, lean prior, bend test."""
+"""Refinement: robust fit y = c + a x + b z, covariance of correlated residuals, lean prior, bend test."""
 
 from dataclasses import dataclass
 
@@ -10,7 +10,7 @@ from frontage.facades.options import FacadeOptions
 from frontage.geometry.arrays import Array, Bool, Float, Int
 from frontage.geometry.plane import facade_axes
 from frontage.solve.correlation import Correlation, fit_covariance, residual_correlation
-from frontage.solve.robust import TUKEY, irls, mad_sigma, weighted_fit
+from frontage.solve.robust import TUKEY, irls, mad_sigma, tukey_weights, weighted_fit
 
 _MOST = 150_000  # points in one fit: their mean is known to 15 um at 5 mm noise, the wall itself is not
 _MOST_CELLS = 120_000  # of the residual raster
@@ -109,6 +109,11 @@ def refine_wall(
     picked = q if len(q) <= _MOST else q[np.sort(rng.choice(len(q), _MOST, replace=False))]
     fit, sigma = _robust_fit(picked, cloud, cell=cloud.cell)
     residual = q[:, 1] - fit[0] - fit[1] * q[:, 0] - fit[2] * q[:, 2]
+    if len(picked) < len(q):  # one last step on all points: the covariance speaks of all of them
+        design = np.column_stack([np.ones(len(q)), q[:, 0], q[:, 2]])
+        weights = tukey_weights(residual, sigma) / _cell_count(q[:, 0], q[:, 2], cloud.cell)
+        step = weighted_fit(design, residual, weights)
+        fit, residual = fit + step, residual - design @ step
     near = np.abs(residual) < _SIGMAS * sigma
     if near.sum() < 10:
         return None
@@ -232,14 +237,14 @@ def bend(x: Float, y: Float, threshold: float, reach: float, strip: float = 0.5)
     mode = pooled.argmax(1)
     on_mode = np.abs(level - mode[column]) <= 1
     held = np.bincount(column[on_mode], minlength=number).astype(np.float64)
-    height = np.bincount(column[on_mode], y[on_mode], minlength=number) / np.maximum(held, 1.0)
+    height: Float = np.bincount(column[on_mode], y[on_mode], minlength=number) / np.maximum(held, 1.0)
     good = held >= max(10.0, 0.2 * float(np.median(held)))
     if good.sum() < 6:
         return 0.0, float("inf")
     return _sagitta((np.arange(number)[good] + 0.5) * strip, np.asarray(height[good], np.float64), threshold)
 
 
-def _sagitta(x: Float, y: Float, threshold: float) -> tuple[float, float]:
+def _sagitta(x: Array, y: Array, threshold: float) -> tuple[float, float]:
     half = 0.5 * float(np.ptp(x))
     u = (x - x.min() - half) / half
     design = np.column_stack([np.ones(len(u)), u, u * u])

@@ -18,14 +18,17 @@ class UprightWalls:
     """Vertical planes through two points (m = 2): models are (nx, ny, 0, d) with n . p = d."""
 
     xyz: Float
-    rise: Float  # (n,) probability of a point to be drawn first: how tall the stack of voxels is that it stands in
+    # (n,) probability of a point to be drawn first: how tall the stack of voxels is that it stands in
+    rise: Float
     sample_size: int = 2
 
     def __len__(self) -> int:
         return len(self.xyz)
 
     def draw(self, rng: np.random.Generator, count: int) -> Int:
-        """First point by rise; second the nearest of six at least a base away, so that small walls are hit too."""
+        """First point by rise; second the nearest of six at least a base away,
+        so that small walls are hit too.
+        """
         total = np.cumsum(self.rise)
         pick = np.searchsorted(total, rng.random((count, 7)) * total[-1], side="right")
         pick = np.minimum(pick, len(self) - 1)
@@ -60,7 +63,9 @@ class UprightWalls:
 
 @dataclass(eq=False)
 class FreeWalls:
-    """Planes through three points (m = 3) no further from upright than `max_lean` rad; models (nx, ny, nz, d)."""
+    """Planes through three points (m = 3) no further from upright than `max_lean` rad;
+    models (nx, ny, nz, d).
+    """
 
     xyz: Float
     max_lean: float
@@ -96,7 +101,9 @@ class FreeWalls:
 
 
 def stack_rise(xyz: Float, cell: float) -> Float:
-    """Number (n,) of thinned points that share each point's plan cell: walls stack up, ground and roofs do not."""
+    """Number (n,) of thinned points that share each point's plan cell:
+    walls stack up, ground and roofs do not.
+    """
     key = ((xyz[:, :2] - xyz[:, :2].min(0)) / cell).astype(np.int64)
     flat = key[:, 0] * (key[:, 1].max() + 1) + key[:, 1]
     _, inverse, count = np.unique(flat, return_inverse=True, return_counts=True)
@@ -106,7 +113,9 @@ def stack_rise(xyz: Float, cell: float) -> Float:
 def search_plane(
     xyz: Float, cloud: Cloud, options: FacadeOptions, rng: np.random.Generator
 ) -> tuple[Float, Float] | None:
-    """The wall plane with the most area among thinned points (n, 3): unit normal (3,) and a point (3,) on it."""
+    """The wall plane with the most area among thinned points (n, 3):
+    unit normal (3,) and a point (3,) on it.
+    """
     if len(xyz) < 3:
         return None
     found: Consensus | None

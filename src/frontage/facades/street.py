@@ -21,7 +21,8 @@ _CAP = 3.0  # of a log odds: 20 to 1
 
 @dataclass(frozen=True, eq=False)
 class Side:
-    """The street side of a wall: sign (+1: along the wall's present normal), how it was told, sensors (k, 3) m facade frame.
+    """The street side of a wall: sign (+1: along the wall's present normal), how it was told, sensors
+    (k, 3) m facade frame.
 
     `odds`  of the other side over the kept one: 0 sure .. 1 undecided
     """
@@ -33,7 +34,9 @@ class Side:
 
 
 def side_from_rays(wall: Wall, xyz: Float, sensors: Float) -> Side | None:
-    """The side from which most inliers (n, 3) were measured; sensors (n, 3), NaN where unknown. None: no rays."""
+    """The side from which most inliers (n, 3) were measured; sensors (n, 3), NaN where unknown.
+    None: no rays.
+    """
     known = np.isfinite(sensors).all(1)
     if not known.any():
         return None
@@ -118,7 +121,8 @@ def plausible_sensors(cells: CellMap, eye: float, sign: int) -> Float:
 def seen_through(
     wall: Wall, cells: CellMap, xyz: Float, sensors: Float, steepest: float = 0.0
 ) -> tuple[float, float]:
-    """Shares of points (n, 3) behind a wall whose line of sight crosses its outline, and crosses seen wall in it.
+    """Shares of points (n, 3) behind a wall whose line of sight crosses its outline, and crosses seen
+    wall in it.
 
     sensors (n, 3) or (1, 3) local m; points without a sensor count as not crossing. `wall` is oriented
     (normal into the building). A room behind a window crosses the outline but no wall; the far side of

@@ -45,7 +45,8 @@ def _lag_radius(shape: tuple[int, int]) -> Array:
 
 
 def residual_correlation(residual: Float, known: Bool, cell: float, reach: float = 3.0) -> Correlation:
-    """Autocovariance of `residual` (h, w) where `known` (h, w), up to `reach` m or a quarter of the shorter side.
+    """Autocovariance of `residual` (h, w) where `known` (h, w), up to `reach` m or a quarter of the
+    shorter side.
 
     It is cut where it first falls below twice its own sampling error: beyond, it is noise.
     """

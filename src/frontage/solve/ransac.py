@@ -36,7 +36,9 @@ class Estimator(Protocol):
 
 @dataclass(frozen=True, eq=False)
 class Consensus:
-    """The best model (p,), its inlier mask (n,), its MSAC score per unit weight (0 best, 1 worst) and the work done."""
+    """The best model (p,), its inlier mask (n,), its MSAC score per unit weight (0 best,
+    1 worst) and the work done.
+    """
 
     model: Float
     inliers: Bool

@@ -52,7 +52,8 @@ def irls(
     """Iteratively re-weighted least squares with Tukey's biweight.
 
     The scale is the MAD of the residuals inside the biweight's support, so that a parallel surface
-    further off does not widen it; it stays between `sigma_floor` and 1.5 times `sigma_start`. Every step starts from `start`
+    further off does not widen it; it stays between `sigma_floor` and 1.5 times `sigma_start`. Every
+    step starts from `start`
     (p,) and `sigma_start`, which must already isolate the wanted structure.
     """
     parameters, sigma = np.asarray(start, np.float64), max(sigma_start, sigma_floor)
