@@ -179,7 +179,7 @@ def test_ctrl_c_leaves_a_run_that_goes_on(project: Path, tmp_path: Path) -> None
         time.sleep(0.02)
     process.send_signal(signal.SIGINT)
     _, errors = process.communicate(timeout=60)
-    assert process.returncode == 130
+    assert process.returncode == 130, errors
     assert errors.strip() == "interrupted; the same command goes on where it was"
     result = call("run", project, "-o", tmp_path / "o", "--json")
     assert result.exit_code == 0 and json.loads(result.stdout)["facades"]

@@ -117,7 +117,7 @@ def export(run: Run) -> Result:
     write_glb(folder / "facades.glb", meshes, world)
     write_obj(folder / "facades.obj", meshes, world)
     textures = [mesh.file_stem for mesh in meshes]
-    for stale in set(before["result"]["textures"] if before else ()) - set(textures):
+    for stale in set(before["result"].get("textures", []) if before else ()) - set(textures):
         (folder / "textures" / f"{stale}.jpg").unlink(missing_ok=True)
     return {"items": len(meshes), "textures": textures, "notes": [], "warnings": []}
 

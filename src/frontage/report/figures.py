@@ -11,7 +11,8 @@ import numpy as np
 from frontage.geometry.arrays import Array, Float
 from frontage.report.data import FacadeView, OrthoView, ReportData
 
-_PLAN_PIXELS = 900
+_PLAN_PIXELS = 430  # half the figure: a lone point shows as 2 px
+_AROUND = 12.0  # m shown around the facades
 _FIGURE_WIDTH, _FIGURE_HEIGHT = 860.0, 760.0
 
 
@@ -83,8 +84,12 @@ def _plan(points: Float, group: Array, facades: list[FacadeView]) -> Figure | No
     if not len(points):
         return None
     ends = [facade_ends(view) for view in facades]
-    everything = np.vstack([points, *ends]) if ends else points
-    low, high = everything.min(0) - 1.0, everything.max(0) + 1.0
+    # Stray points can lie a kilometre away: what is shown is the facades and their surroundings.
+    shown = np.vstack(ends) if ends else points
+    margin = _AROUND if ends else 1.0
+    low, high = shown.min(0) - margin, shown.max(0) + margin
+    near = ((points >= low) & (points <= high)).all(1)
+    points, group = points[near], group[near]
     size = high - low
     scale = min(_FIGURE_WIDTH / size[0], 520.0 / size[1], 30.0)  # one 10 cm point stays 3 px
     pixel = partial(_to_figure, origin=np.array([low[0], high[1]]), scale=float(scale))
@@ -130,7 +135,7 @@ def _plan_image(xy: Float, group: Array, size: Float) -> str:
     last[(r * w + c)[order]] = group[order]
     tint = np.where(last.reshape(h, w) >= 0, 60 + (last.reshape(h, w) * 67) % 180, 0)
     hsv = np.dstack([tint, np.where(last.reshape(h, w) >= 0, 110, 0), np.full((h, w), 150)]).astype(np.uint8)
-    strength = np.clip(40 + 50 * np.log1p(count), 0, 255) * (count > 0)
+    strength = np.clip(90 + 45 * np.log1p(count), 0, 255) * (count > 0)
     image = np.dstack([cv2.cvtColor(hsv, cv2.COLOR_HSV2BGR), strength.astype(np.uint8)])
     png = cv2.imencode(".png", image)[1].tobytes()
     return "data:image/png;base64," + base64.b64encode(png).decode()
