@@ -93,7 +93,7 @@ def speed():
     rows = []
     for method in ("adaptive", "bilinear"):
         for name, flag in (("bilinear", cv2.INTER_LINEAR), ("cubic", cv2.INTER_CUBIC)):
-            rows.append([method, name, figure(time_ratio(lambda: ours(method), lambda: peer(flag), 15))])  # noqa: B023
+            rows.append([method, name, figure(time_ratio(lambda: ours(method), lambda: peer(flag), 9))])  # noqa: B023
     title = "One 12 MP photo to 30 x 15 m at 1 cm, full projection with distortion"
     table(title, ["ours", "cv2.warpPerspective", "time ratio"], rows)
 

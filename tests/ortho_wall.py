@@ -65,7 +65,7 @@ def photo(
     return Photo(name, camera, pose)
 
 
-def render(photo: Photo, facade: Facade, picture: Array, depth=None, oversample: int = 2) -> Array:
+def render(photo: Photo, facade: Facade, picture: Array, depth=None, oversample: int = 1) -> Array:
     """What the camera sees of `picture`, which hangs on the facade at depth(x, z) m (default 0)."""
     w, h, s = photo.camera.width, photo.camera.height, oversample
     u, v = np.meshgrid((np.arange(w * s) + 0.5) / s, (np.arange(h * s) + 0.5) / s)

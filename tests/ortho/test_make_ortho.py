@@ -26,7 +26,7 @@ def images(facade, picture, photos, depth=None):
 
 def test_true_poses_with_distortion_give_a_third_of_a_pixel(scene):
     facade, picture, cloud = scene
-    photo = wall.photo(facade, wall.camera(1600, 1200), (-3.0, -8.0, -1.5))
+    photo = wall.photo(facade, wall.camera(1200, 900), (-3.0, -8.0, -1.5))
     ortho = make_ortho(facade, cloud, [photo], images(facade, picture, [photo]), options=PLANE)
     assert ortho.size == (800, 600)
     shifts = np.linalg.norm(wall.displacement(ortho.pixels, picture), axis=1)
@@ -36,7 +36,7 @@ def test_true_poses_with_distortion_give_a_third_of_a_pixel(scene):
 
 def test_the_papers_homography_is_off_by_the_distortion(scene):
     facade, picture, cloud = scene
-    photo = wall.photo(facade, wall.camera(1600, 1200), (-3.0, -8.0, -1.5))
+    photo = wall.photo(facade, wall.camera(1200, 900), (-3.0, -8.0, -1.5))
     options = OrthoOptions(margin=0.0, projection="homography", interpolation="bilinear")
     ortho = make_ortho(facade, cloud, [photo], images(facade, picture, [photo]), options=options)
     shifts = np.linalg.norm(wall.displacement(ortho.pixels, picture), axis=1)
@@ -48,7 +48,7 @@ def test_relief_puts_recessed_things_where_they_are(scene):
     facade, picture, _ = scene
     depth = lambda x, z: np.where((np.abs(x) < 2.0) & (np.abs(z) < 1.5), 0.3, 0.0)  # noqa: E731
     cloud = wall.wall_cloud(facade, depth=depth)
-    photo = wall.photo(facade, wall.camera(1600, 1200), (-5.0, -7.0, 0.0))
+    photo = wall.photo(facade, wall.camera(1200, 900), (-5.0, -7.0, 0.0))
     image_of = images(facade, picture, [photo], depth)
     inside = (slice(200, 400), slice(300, 550))
     errors = {}

@@ -108,7 +108,7 @@ class Lens:
                 new = np.where((step >= low) & (step <= high), step, 0.5 * (low + high))
                 done = np.abs(new - r) <= _CONVERGED * (1 + r)
                 r = new
-                if done[np.isfinite(goal)].all():
+                if done[np.isfinite(high)].all():
                     break
             scale = np.where(goal > 0, r / np.where(goal > 0, goal, 1.0), 1.0)
         return np.where(np.isfinite(high), scale, np.nan)[:, None] * xy

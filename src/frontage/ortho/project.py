@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 
+import cv2
 import numpy as np
 
 from frontage.geometry import camera as maths
@@ -69,22 +70,21 @@ def map_tile(to_photo: PixelMap, tile: Tile, y: Array | None) -> tuple[Array, Fl
             break
     jacobian = _jacobian(grid, step)
     if y is None and _bend(grid) / 8.0 <= FLAT_ERROR:
-        return _interpolated(grid, (r - rows[0]) / step, (c - columns[0]) / step), jacobian
+        return _interpolated(grid, step, tile.shape), jacobian
     depth = 0.0 if y is None else np.where(np.isfinite(y), y, 0.0)
     return to_photo(c[None, :], r[:, None], depth).astype(np.float32), jacobian
 
 
 def _nodes(first: int, last: int, step: int) -> Float:
-    """Positions `step` px apart that enclose the pixel centres first + 0.5 .. last - 0.5, three at least."""
-    count = max(3, -(-(last - first) // step) + 1)
-    return first + step * np.arange(count, dtype=np.float64)
+    """Positions `step` px apart from half a step before `first` to at least half a step past `last`."""
+    return first + step * (np.arange(-(-(last - first) // step) + 2, dtype=np.float64) - 0.5)
 
 
 def _bend(grid: Float) -> float:
     """Sum of the largest second differences along both axes, px; inf when a part is not visible."""
     if not np.isfinite(grid).all():
         return np.inf
-    return float(sum(np.abs(np.diff(grid, 2, axis=a)).max() for a in (0, 1)))
+    return float(sum(np.abs(np.diff(grid, 2, axis=a)).max(initial=0.0) for a in (0, 1)))
 
 
 def _jacobian(grid: Float, step: int) -> Float:
@@ -98,17 +98,10 @@ def _jacobian(grid: Float, step: int) -> Float:
     return np.column_stack(J)
 
 
-def _interpolated(grid: Float, row: Float, column: Float) -> Array:
-    """Bilinear values (m, n, 2) float32 at fractional node positions; two small matrix products."""
-    by_row, by_column = _hat(row, grid.shape[0]), _hat(column, grid.shape[1])
-    base = grid[0, 0] if np.isfinite(grid[0, 0]).all() else np.zeros(2)
-    planes = [
-        by_row @ (grid[..., k] - base[k]).astype(np.float32) @ by_column.T + np.float32(base[k])
-        for k in (0, 1)
-    ]
-    return np.stack(planes, axis=-1)
-
-
-def _hat(at: Float, count: int) -> Array:
-    """Weights (n, count) float32 of linear interpolation between nodes 0 .. count - 1."""
-    return np.maximum(0.0, 1.0 - np.abs(at[:, None] - np.arange(count))).astype(np.float32)
+def _interpolated(grid: Float, step: int, shape: tuple[int, int]) -> Array:
+    """Bilinear values (m, n, 2) float32 at the pixel centres of a tile whose `_nodes` are given."""
+    h, w = grid.shape[:2]
+    # cv2.resize puts node k at (k + 0.5) step - 0.5; ours begin half a step before the tile: cut a step
+    fine = cv2.resize(grid.astype(np.float32), (w * step, h * step), interpolation=cv2.INTER_LINEAR)
+    inner: Array = fine[step : step + shape[0], step : step + shape[1]]
+    return inner

@@ -43,10 +43,11 @@ def paint_photos(
                 to_photo, part, None if relief is None else relief.at(raster, part, filled=True)
             )
             with np.errstate(invalid="ignore"):
-                limit = np.array([photo.camera.width, photo.camera.height])
-                inner = inner & ((at >= 0) & (at <= limit)).all(-1)
+                u, v = at[..., 0], at[..., 1]
+                inner = inner & (u >= 0) & (v >= 0) & (u <= photo.camera.width) & (v <= photo.camera.height)
             colour = resample(image, at, jacobian, options.interpolation)
-            pixels[part.window][inner] = np.dstack([colour, np.full(colour.shape[:2], 255, np.uint8)])[inner]
+            np.copyto(pixels[part.window][..., :3], colour, where=inner[..., None])
+            pixels[part.window][..., 3][inner] = 255
             source[part.window][inner] = i + 1
 
 

@@ -14,6 +14,7 @@ from frontage.geometry.arrays import Array, Float
 INTERPOLATIONS = ("adaptive", "bilinear", "nearest")
 MINIFYING = 1.2  # source px per target px beyond which a prefilter pays
 _MARGIN = 12  # px of source kept around what the map asks for: reach of the kernels
+_REMAP_LIMIT = 32767  # px: sides of pictures that cv2.remap takes
 _CV = {"adaptive": cv2.INTER_CUBIC, "bilinear": cv2.INTER_LINEAR, "nearest": cv2.INTER_NEAREST}
 
 _CODE = np.arange(256) / 255.0
@@ -32,18 +33,18 @@ def resample(image: Array, at: Array, jacobian: Float, interpolation: str = "ada
     the nearest edge's colour; the caller masks them.
     """
     h, w = image.shape[:2]
-    known = np.isfinite(at).all(-1)
-    if not known.any():
+    if interpolation != "adaptive" and max(h, w) < _REMAP_LIMIT:
+        return _sample(image, _shifted(at, 0, 0, 1), _CV[interpolation])
+    (u0, u1), (v0, v1) = _range(at)
+    if not np.isfinite([u0, v0]).all():
         return np.zeros((*at.shape[:2], 3), np.uint8)
-    (u0, v0), (u1, v1) = at[known].min(0), at[known].max(0)
     stretch = float(np.linalg.svd(jacobian, compute_uv=False)[0])
     octaves = max(0, int(np.floor(np.log2(max(stretch, 1.0))))) if interpolation == "adaptive" else 0
     step, margin = 1 << octaves, _MARGIN << octaves
     c0, c1 = _span(u0, u1, margin, w, step)
     r0, r1 = _span(v0, v1, margin, h, step)
     source = image[r0:r1, c0:c1]
-    place = (at - np.array([c0, r0])) / step - 0.5
-    place = np.nan_to_num(place, nan=-1.0).astype(np.float32)
+    place = _shifted(at, c0, r0, step)
     if interpolation != "adaptive":
         return _sample(source, place, _CV[interpolation])
     if octaves:
@@ -53,6 +54,28 @@ def resample(image: Array, at: Array, jacobian: Float, interpolation: str = "ada
     if stretch <= 1.0:
         sampled = _without_ringing(sampled, source, place)
     return np.take(_TO_CODE_8, sampled) if sampled.dtype == np.uint16 else sampled
+
+
+def _shifted(at: Array, column: int, row: int, step: int) -> Array:
+    """Map positions as OpenCV counts them (centres at whole numbers) in a cut-out reduced by `step`."""
+    place: Array = cv2.add(np.asarray(at, np.float32), (-column - 0.5 * step, -row - 0.5 * step, 0.0, 0.0))
+    if step > 1:
+        place /= step
+    cv2.patchNaNs(place, -1.0)
+    return place
+
+
+def _range(at: Array) -> tuple[tuple[float, float], tuple[float, float]]:
+    """Smallest and largest known u and v of a map, NaN when there is none."""
+    u, v = cv2.split(at)  # OpenCV's extremes are several times faster than numpy's on such small arrays
+    (u0, u1, _, _), (v0, v1, _, _) = cv2.minMaxLoc(u), cv2.minMaxLoc(v)
+    if np.isfinite(cv2.sumElems(at)[:2]).all():
+        return (u0, u1), (v0, v1)
+    known = np.isfinite(u) & np.isfinite(v)
+    if not known.any():
+        return (np.nan, np.nan), (np.nan, np.nan)
+    u, v = u[known], v[known]
+    return (float(u.min()), float(u.max())), (float(v.min()), float(v.max()))
 
 
 def _span(low: float, high: float, margin: int, size: int, step: int) -> tuple[int, int]:
@@ -95,7 +118,7 @@ def _prefiltered(source: Array, jacobian: Float) -> Array:
 
 def _sample(source: Array, place: Array, flag: int) -> Array:
     """cv2.remap, whose pictures and maps must stay below 32767 px: the caller's tiles do."""
-    sampled: Array = cv2.remap(source, place[..., 0], place[..., 1], flag, borderMode=cv2.BORDER_REPLICATE)
+    sampled: Array = cv2.remap(source, place, None, flag, borderMode=cv2.BORDER_REPLICATE)
     return sampled
 
 
