@@ -15,6 +15,7 @@ PIP := $(BIN)/python -m pip --disable-pip-version-check --quiet
 demo: $(VENV)/.ready-run
 	$(BIN)/python tests/scenes.py $(OUT)/street
 	$(BIN)/frontage run $(OUT)/street/project.toml -o $(OUT)/result
+	$(BIN)/python examples/picture.py $(OUT)/result $(OUT)/street/project.toml $(OUT)/picture.jpg
 	@echo "The report is $(OUT)/result/report.html"
 
 test: $(VENV)/.ready-dev

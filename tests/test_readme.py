@@ -1,0 +1,89 @@
+"""Every command that the README shows runs, on a smaller street, and prints lines of the kind it shows."""
+
+import os
+import re
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[1]
+README = (ROOT / "README.md").read_text("utf-8")
+PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md")), ROOT / "CONTRIBUTING.md"]
+
+
+def console() -> list[tuple[str, list[str]]]:
+    """The commands of the tour with the output shown under each."""
+    out: list[tuple[str, list[str]]] = []
+    for block in re.findall(r"```console\n(.*?)```", README, re.S):
+        for line in block.splitlines():
+            if line.startswith("$ "):
+                out.append((line[2:], []))
+            else:
+                out[-1][1].append(line)
+    return out
+
+
+def kind(line: str) -> str:
+    """A line with its numbers taken out: what must be the same on any street."""
+    words = re.sub(r"B\d\d(?:/F\d)?|[\d.,:\s-]+", " ", line).split()
+    return " ".join(word for word in words if word not in ("relief", "plane"))
+
+
+def shell(command: list[str], folder: Path) -> str:
+    environment = os.environ | {"PATH": f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"}
+    done = subprocess.run(command, cwd=folder, env=environment, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, f"{command}: {done.stderr}"
+    return done.stdout + done.stderr
+
+
+def test_the_tour_runs_and_prints_what_it_shows(project: Path, tmp_path: Path) -> None:
+    shutil.copytree(project.parent, tmp_path / "demo-out" / "street")
+    commands = console()
+    assert len(commands) >= 5
+    for command, shown in commands:
+        printed = {kind(line) for line in shell(command.split(), tmp_path).splitlines()}
+        missing = [line for line in shown if kind(line) not in printed]
+        assert not missing, f"{command} no longer prints {missing}; it printed {sorted(printed)}"
+    (snippet,) = re.findall(r"```python\n(.*?)```", README, re.S)
+    assert float(shell([sys.executable, "-c", snippet], tmp_path).split()[0]) == pytest.approx(4.0, abs=0.05)
+
+
+def test_the_make_targets_that_are_shown_exist() -> None:
+    targets = set(re.findall(r"^([a-z]+):", (ROOT / "Makefile").read_text(), re.M))
+    for page in PAGES:
+        assert set(re.findall(r"^make ([a-z]+)", page.read_text("utf-8"), re.M)) <= targets, page.name
+    assert {"demo", "test"} <= set(re.findall(r"^make ([a-z]+)", README, re.M))
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda p: p.name)
+def test_links_lead_somewhere(page: Path) -> None:
+    for target in re.findall(r"\]\(([^)#]+)[^)]*\)", page.read_text("utf-8")):
+        if "://" not in target:
+            assert (page.parent / target).exists(), f"{page.name}: {target}"
+
+
+def test_every_page_is_in_the_index() -> None:
+    index = (ROOT / "docs" / "index.md").read_text("utf-8")
+    for page in PAGES[1:-1]:
+        assert page.name == "index.md" or f"({page.name})" in index
+
+
+def test_commands_on_the_pages_use_flags_that_exist() -> None:
+    """Data for the commands of docs/real-data.md may be absent; their flags must be known anyway."""
+    from frontage.cli.run import command
+
+    known = {option for parameter in command.params for option in parameter.opts}
+    text = (ROOT / "docs" / "real-data.md").read_text("utf-8")
+    lines = re.findall(r"^frontage run .*$", text, re.M)
+    assert len(lines) >= 7
+    for line in lines:
+        flags = {word for word in line.split() if word.startswith("-")}
+        assert flags <= known, line
+
+
+def test_the_picture_is_small() -> None:
+    (name,) = re.findall(r"!\[[^\]]*\]\(([^)]+)\)", README)
+    assert 20_000 < (ROOT / name).stat().st_size < 300_000
