@@ -33,7 +33,7 @@ def scene(seed=0, azimuth=0.6, shift=(30.0, -12.0, 3.0), rays=True, clutter=True
     parts = [wall]
     if clutter:
         n = len(wall) // 5
-        frames = [*hole[: n // 2], 0, 0.12, 0]
+        frames = hole[: n // 2] + np.array([0, 0.12, 0])
         eye = np.array([2.0, -12.0, 1.7])
         depth = rng.uniform(0.5, 5, n)[:, None]
         seen = hole[rng.permutation(len(hole))[:n]]
@@ -161,7 +161,7 @@ def test_tower_has_six_facades_that_look_outwards_without_rays():
     faces = []
     for k in range(6):
         face, _ = panel(rng, 4, 15, windows=False)
-        faces.append(([*face, 0, -3.46, 0]) @ turned(k * np.pi / 3).T)
+        faces.append((face + np.array([0, -3.46, 0])) @ turned(k * np.pi / 3).T)
     scan = Scan("tower", np.vstack(faces), WORLD)
     found = find_facades(scan, whole(scan, 0.0))
     assert len(found) == 6

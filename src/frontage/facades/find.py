@@ -20,6 +20,7 @@ from frontage.model.facade import Facade
 from frontage.model.scan import Scan
 
 _FEWEST = 100  # points: below, neither noise nor outline can be measured
+_PARALLEL = float(np.cos(np.radians(15.0)))
 _PATIENCE = 4  # rejected planes in a row before the search ends
 _STOREY = 2.0  # m, least height of a facade
 _PIER = 1.0  # m, least width
@@ -28,7 +29,7 @@ _SEEN_THROUGH = 0.5  # share of a wall's points measured through another facade 
 _SLACK = 0.25  # m that refinement may move the plane at the facade's ends
 _SHUT = 0.10  # m: what is this near the plane closes it; window frames lie deeper
 _CONTRAST = 2.0  # wall area over that of neighbouring slabs: a bush or a furnished room has 1
-_LEAK = 0.3  # share of the chance crossings of shut cells that an interior may still have (curtains, frames)
+_LEAK = 0.15  # share of the chance crossings of shut cells that an interior may still have (curtains, frames)
 _GRAZING = 0.25  # sine of the angle (15 degrees) below which a surface returns nothing
 _SIGHTS = 500  # lines of sight per plausible place
 _AROUND = 60_000  # points of the surroundings kept without rays
@@ -49,8 +50,7 @@ def find_facades(
 ) -> tuple[Facade | Failed, ...]:
     """Every main facade of `building`, the one with the most wall first ("B07/F1").
 
-    scan      working cloud: the building's points (`building.index`) and, where there are any, its
-              surroundings, which only help to tell the street side
+    scan      working cloud: the building and its surroundings, which only help to tell the street side
     seed      of the sampling; same input and seed give the same facades
 
     Steps: thin to equal area and measure noise; search the plane with the most wall (LO-MSAC); refine it
@@ -109,7 +109,7 @@ def _all_fronts(
     options: FacadeOptions,
     rng: np.random.Generator,
 ) -> list[Front]:
-    """Sequential search: the plane with the most wall, then the same on what its prism leaves."""
+    """Sequential search: the plane with the most wall, then the same on what it leaves."""
     fronts: list[Front] = []
     left, rejected = cloud.thin, 0
     while rejected < _PATIENCE and len(fronts) < options.max_facades and len(left) > 10:
@@ -119,10 +119,11 @@ def _all_fronts(
         front, used = _front_at(*found, left, scan, cloud, around, building, options, rng)
         largest = max((f.cells.area for f in fronts), default=0.0)
         if front is not None and _is_facade(front, cloud.xyz[left], largest, options):
-            fronts.append(front)
             q = front.wall.coordinates(cloud.xyz[left])
-            prism = (q[:, 1] > -options.depth_front) & (q[:, 1] < options.depth_back)
-            used |= prism & front.cells.within(q[:, 0], q[:, 2])
+            used |= (np.abs(q[:, 1]) < _FRONT) & front.cells.within(q[:, 0], q[:, 2])
+            # a balcony front or a recess belongs to the facade that has it; what stands across is another
+            if not any(_is_layer_of(front, f, cloud, options) for f in fronts):
+                fronts.append(front)
             rejected = 0
         else:
             rejected += 1
@@ -142,6 +143,15 @@ def _is_facade(front: Front, left: Float, largest: float, options: FacadeOptions
         return False
     q = front.wall.coordinates(left)
     return contrast(q[:, 0], q[:, 1], q[:, 2], cells, front.wall.threshold) >= _CONTRAST
+
+
+def _is_layer_of(front: Front, facade: Front, cloud: Cloud, options: FacadeOptions) -> bool:
+    """Whether `front` is parallel to an accepted facade and mostly within its prism."""
+    if abs(front.wall.normal @ facade.wall.normal) < _PARALLEL:
+        return False
+    q = facade.wall.coordinates(cloud.xyz[front.wall.inliers])
+    prism = (q[:, 1] > -options.depth_front) & (q[:, 1] < options.depth_back)
+    return bool((prism & facade.cells.within(q[:, 0], q[:, 2])).mean() > 0.5)
 
 
 def _front_at(
@@ -233,7 +243,7 @@ def _drop_interiors(fronts: list[Front], scan: Scan, cloud: Cloud, rng: np.rando
     for inner in fronts:
         some = inner.wall.inliers
         some = some if len(some) <= _RAYS else rng.choice(some, _RAYS, replace=False)
-        larger = [f for f in fronts if f.cells.area > inner.cells.area]
+        larger = (f for f in fronts if f.cells.area > inner.cells.area)
         if not any(_behind(outer, inner, some, scan, cloud) for outer in larger):
             kept.append(inner)
     return kept
