@@ -214,3 +214,31 @@ def test_options_out_of_range_are_refused(scene):
         OrthoOptions(gsd=-0.01)
     with pytest.raises(OptionError, match="larger gsd"):
         make_ortho(facade, cloud, options=OrthoOptions(gsd=1e-6))
+
+
+def owner(array: object) -> object:
+    """What owns an array's memory in the end."""
+    while isinstance(array, np.ndarray) and array.base is not None:
+        array = array.base
+    return array
+
+
+def test_wider_than_opencv_takes_and_larger_than_memory(monkeypatch, tmp_path):
+    from frontage.io.ortho import read_ortho, write_ortho
+    from frontage.raster import tiles
+
+    monkeypatch.setattr(tiles, "IN_MEMORY", 1 << 20)
+    facade = wall.facade(340.0, 0.4, spacing=0.05)
+    cloud = wall.wall_cloud(facade, spacing=0.05)
+    photo = wall.photo(facade, wall.camera(600, 450, distorted=False), (165.0, -6.0, 0.0), (165.0, 0.0, 0.0))
+    for photos in ([], [photo]):
+        ortho = make_ortho(
+            facade, cloud, photos, lambda _: np.full((450, 600, 3), 77, np.uint8), options=PLANE
+        )
+        assert ortho.size == (34000, 40)
+        assert "mmap" in str(type(owner(ortho.pixels))), "the band was copied into memory"
+        known = ortho.source > 0
+        assert known[8:32, 33600:33900].mean() > 0.95
+        assert (known[8:32].mean() > 0.95) == (not photos)
+        write_ortho(tmp_path, ortho)
+        assert np.array_equal(read_ortho(tmp_path).pixels, ortho.pixels)
