@@ -194,31 +194,19 @@ def _placement(wanted: Wanted, source: CRS, target: CRS, points: Float, notes: l
     if same_heights and not (spatial and up_to is not None):
         z_unit = unit or _height_unit(source, up_from)
         scale = np.array([plan, plan, z_unit])
-        moved = (
-            None
-            if flat_from.equals(flat_to, ignore_axis_order=True)
-            else best_transformer(wanted.name, flat_from, flat_to, points * scale + wanted.offset, notes)
-        )
+        moved = None
+        if not flat_from.equals(flat_to, ignore_axis_order=True):
+            moved = best_transformer(wanted.name, flat_from, flat_to, points * scale + wanted.offset, notes)
         if up_from is None and up_to is not None:
             notes.append(f"{wanted.name}: its heights have no datum: taken to be in {up_to.name}")
         if unit is None and abs(z_unit - 1.0) > 1e-12 and up_from is None:
             notes.append(f"{wanted.name}: heights taken to be in the unit of the plan, {z_unit:.9g} m")
         flat = True
     else:
-        scale = np.array(
-            [
-                plan,
-                plan,
-                plan if up_from is None else (unit or systems.unit_of(up_from)) / systems.unit_of(up_from),
-            ]
-        )
-        moved = best_transformer(
-            wanted.name,
-            source,
-            target if up_to is not None else flat_to.to_3d(),
-            points * scale + wanted.offset,
-            notes,
-        )
+        z_unit = plan if up_from is None else (unit or systems.unit_of(up_from)) / systems.unit_of(up_from)
+        scale = np.array([plan, plan, z_unit])
+        spatial_to = target if up_to is not None else flat_to.to_3d()
+        moved = best_transformer(wanted.name, source, spatial_to, points * scale + wanted.offset, notes)
         if up_to is None:
             notes.append(f"{wanted.name}: heights are above the ellipsoid")
         flat = False
