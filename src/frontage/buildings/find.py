@@ -8,6 +8,7 @@ from scipy.spatial import cKDTree
 from frontage.buildings.assemble import Street
 from frontage.buildings.assign import assign
 from frontage.buildings.collect import BuildingSplit, collect
+from frontage.buildings.gaps import open_bins
 from frontage.buildings.ground import Ground, find_ground
 from frontage.buildings.maps import party_walls
 from frontage.buildings.octree import Octree, cell_height, ground_leaves, leaf_height, octree
@@ -80,6 +81,7 @@ def _street(
     owner = np.full(len(columns.xy), -1, np.int64)
     for f, front in enumerate(found):
         owner[front.members] = f
+    height = cell_height(tree.level, ground)
     of_cell = owner[cKDTree(columns.xy).query(tree.level.mean[:, :2])[1]]
     for f, front in enumerate(found):
         s, d = front.coordinates(tree.level.mean[:, :2])
@@ -92,7 +94,9 @@ def _street(
         party = party_walls(turned, profile, footprints) if footprints else None
         fronts.append(turned)
         profiles.append(profile)
-        cuts.append(find_cuts(profile, options, party, tree.level.size) if options.split else ())
+        s, d = turned.coordinates(tree.level.mean[:, :2])
+        open_ = open_bins(profile, s, d, height, tree.level.weight)
+        cuts.append(find_cuts(profile, options, open_, party, tree.level.size) if options.split else ())
     return Street(fronts, profiles, cuts)
 
 

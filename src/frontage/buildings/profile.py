@@ -23,6 +23,7 @@ class Profile:
     the wall surface
     colour (n, 6) Lab of the upper floors, then of the ground floor; bright (n,) log of the intensity
     rows (n, r) share of occupied wall, per height bin of BIN m
+    count (n,) occupied leaves on the wall: how well a bin was measured
     """
 
     lo: float
@@ -32,6 +33,7 @@ class Profile:
     colour: Float
     bright: Float
     rows: Float
+    count: Float
 
     def __len__(self) -> int:
         return len(self.offset)
@@ -87,6 +89,7 @@ def profile_of(lo: float, hi: float, s: Float, d: Float, z: Float, foot: Float, 
         _colour(at, near, foot, paint, n),
         _bright(at, near, paint, n),
         _rows(at, z, near, n),
+        np.bincount(at[near], minlength=n).astype(np.float64),
     )
 
 

@@ -11,16 +11,16 @@ import numpy as np
 
 from frontage.buildings.options import BuildingOptions
 from frontage.buildings.profile import BIN, Profile
-from frontage.geometry.arrays import Float, Int
+from frontage.buildings.signals import FLOOR, noise_of, sampling_of, sharpest, signals
+from frontage.geometry.arrays import Bool, Float, Int
 from frontage.solve.segmentation import change_points
 
-_LAG = 10  # bins (2.5 m): differences at this lag hold the windows' own rhythm as noise
-_FLOOR = {"eaves": 0.15, "offset": 0.03, "rough": 0.01, "colour": 4.0, "bright": 0.1}
 _STEP = {"eaves": 0.4, "offset": 0.05, "rough": 0.015, "colour": 6.0, "bright": 0.2}
 _WITNESSES = 3  # parameters a cut is charged for: its place and two cues; other signals may stay as they are
 _REACH = 24  # bins (6 m): how far from a cut its two sides are compared
 _NEAR = 8  # bins (2 m): the same for eaves and offset, which drift
 _T = 4.0  # standard errors
+_STEEP = 0.02  # of a wall's height: seen steeply from the street, a cornice's depth moves the top it shows
 _GAP = 1.0  # m without any wall, from foot to eaves: an open gap
 
 
@@ -35,65 +35,70 @@ class Cut:
 
 
 def find_cuts(
-    profile: Profile, options: BuildingOptions, party: Float | None = None, cell: float = 0.25
+    profile: Profile,
+    options: BuildingOptions,
+    open_: Bool,
+    party: Float | None = None,
+    cell: float = 0.25,
 ) -> tuple[Cut, ...]:
     """Cuts of a front from left to right.
 
+    `open_` (n,): bins that are seen through from the ground up;
     `party` (k,) m along the front: party walls of a map, where given; `cell` m: how finely heights are known.
     """
-    signal, kinds = _signals(profile)
+    signal, kinds = signals(profile)
     width = max(2, round(options.min_width / BIN))
     walls = np.empty(0) if party is None else party
-    cuts = np.empty(0, np.int64)
-    noise, length = _noise(signal, kinds), 4.0
-    if np.isfinite(noise).any():
-        scaled = signal / noise / np.sqrt(length)
-        linear = np.array([k in ("eaves", "offset", "bright") for k in kinds])
-        use = np.isfinite(noise)
-        n = max(2.0, len(profile) / length)
-        penalty = 2.0 * _WITNESSES * np.log(n)
-        cuts = change_points(
-            np.clip(scaled[:, use] - np.nanmedian(scaled[:, use], 0), -50, 50), penalty, width, linear[use]
-        )
-    cuts = _with_gaps(profile, cuts, width)
-    kept, cues, odds = _prune(profile, signal, kinds, cuts, walls, options.snap, cell)
+    noise = noise_of(signal, kinds, profile.count)
+    sampling = sampling_of(profile, noise, kinds)
+    cuts = _candidates(signal, kinds, noise, sampling, width)
+    gaps = _gaps(open_)
+    cuts = _with_gaps(gaps, cuts, width)
+    look = _Look(profile, signal, kinds, sampling, gaps, cell)
+    kept, cues, odds = _prune(look, cuts, walls, options.snap)
     found = [
         Cut(profile.lo + c * BIN, 1 / (1 + np.exp(-o)), q) for c, q, o in zip(kept, cues, odds, strict=True)
     ]
     return _snap(found, walls, profile, options)
 
 
-def _signals(profile: Profile) -> tuple[Float, list[str]]:
-    """The profile as one matrix (n, p) and the kind of every channel."""
-    parts = [profile.top, profile.offset, profile.rough, *profile.colour.T, profile.bright]
-    return np.column_stack(parts), ["eaves", "offset", "rough", *["colour"] * 6, "bright"]
+@dataclass(frozen=True, eq=False)
+class _Look:
+    """What cuts are judged by: channels (n, p), their sampling errors (n, p), open gaps, cell m."""
+
+    profile: Profile
+    signal: Float
+    kinds: list[str]
+    sampling: Float
+    gaps: list[tuple[int, int]]
+    cell: float
 
 
-def _noise(signal: Float, kinds: list[str]) -> Float:
-    """Spread (p,) within a building: of differences at the lag of a window bay, whose median few
-    cuts can move."""
-    if len(signal) <= _LAG:
-        return np.full(signal.shape[1], np.nan)
-    difference = np.abs(signal[_LAG:] - signal[:-_LAG])
-    known = np.isfinite(difference).sum(0) >= 4
-    spread = np.full(signal.shape[1], np.nan)
-    if known.any():
-        spread[known] = 1.4826 / np.sqrt(2) * np.nanmedian(difference[:, known], axis=0)
-    return np.where(known, np.maximum(spread, [_FLOOR[k] for k in kinds]), np.nan)
+def _candidates(signal: Float, kinds: list[str], noise: Float, sampling: Float, width: int) -> Int:
+    """Change points (c,) of all channels together, every bin weighted by how well it was measured."""
+    use, length = np.isfinite(noise), 4.0
+    if not use.any():
+        return np.empty(0, np.int64)
+    scaled = (signal / noise / np.sqrt(length))[:, use]
+    linear = np.array([k in ("eaves", "offset", "bright") for k in kinds])[use]
+    sigma = np.sqrt(noise**2 + sampling**2)
+    penalty = 2.0 * _WITNESSES * np.log(max(2.0, len(signal) / length))
+    level = np.clip(scaled - np.nanmedian(scaled, 0), -50, 50)
+    cuts = change_points(level, penalty, width, linear, (noise / sigma)[:, use] ** 2)
+    return sharpest(signal[:, use], sigma[:, use], cuts, width)
 
 
-def _gaps(profile: Profile) -> list[tuple[int, int]]:
-    """Stretches [a, b) of bins without wall at any height, wide enough to be open, not at the
-    front's ends."""
-    empty = np.concatenate([[False], ~np.isfinite(profile.top), [False]])
-    edge = np.flatnonzero(np.diff(empty.astype(np.int8)))
+def _gaps(open_: Bool) -> list[tuple[int, int]]:
+    """Stretches [a, b) of open bins, wide enough for a gap, not at the front's ends."""
+    padded = np.concatenate([[False], open_, [False]])
+    edge = np.flatnonzero(np.diff(padded.astype(np.int8)))
     runs = zip(edge[::2], edge[1::2], strict=True)
-    return [(int(a), int(b)) for a, b in runs if (b - a) * BIN >= _GAP and a > 0 and b < len(profile)]
+    return [(int(a), int(b)) for a, b in runs if (b - a) * BIN >= _GAP and a > 0 and b < len(open_)]
 
 
-def _with_gaps(profile: Profile, cuts: Int, width: int) -> Int:
+def _with_gaps(gaps: list[tuple[int, int]], cuts: Int, width: int) -> Int:
     """Every open gap is a candidate, and replaces the change points beside it."""
-    middles = np.array([(a + b) // 2 for a, b in _gaps(profile)], np.int64)
+    middles = np.array([(a + b) // 2 for a, b in gaps], np.int64)
     if not len(middles):
         return cuts
     near = np.abs(cuts[:, None] - middles).min(1) < width if len(cuts) else np.empty(0, bool)
@@ -101,15 +106,15 @@ def _with_gaps(profile: Profile, cuts: Int, width: int) -> Int:
 
 
 def _prune(
-    profile: Profile, signal: Float, kinds: list[str], cuts: Int, walls: Float, snap: float, cell: float
+    look: _Look, cuts: Int, walls: Float, snap: float
 ) -> tuple[list[int], list[tuple[str, ...]], list[float]]:
     """Take away the weakest unconvincing cut until all convince; the sides of the others grow meanwhile."""
     kept = [int(c) for c in cuts]
     while True:
-        judged = [_judge(profile, signal, kinds, kept, i, cell) for i in range(len(kept))]
+        judged = [_judge(look, kept, i) for i in range(len(kept))]
         weak = []
         for i, (cues, strength, odds) in enumerate(judged):
-            mapped = len(walls) and np.abs(walls - profile.lo - kept[i] * BIN).min() <= snap
+            mapped = len(walls) and np.abs(walls - look.profile.lo - kept[i] * BIN).min() <= snap
             if not (len(cues) >= 2 or strength or mapped):
                 weak.append((odds, i))
         if not weak:
@@ -117,31 +122,29 @@ def _prune(
         kept.pop(min(weak)[1])
 
 
-def _judge(
-    profile: Profile, signal: Float, kinds: list[str], cuts: list[int], i: int, cell: float
-) -> tuple[tuple[str, ...], bool, float]:
+def _judge(look: _Look, cuts: list[int], i: int) -> tuple[tuple[str, ...], bool, float]:
     """The cues for cut i among its neighbours, whether one of them suffices alone, and the log-odds."""
-    c = cuts[i]
-    lo, hi = (cuts[i - 1] if i else 0), (cuts[i + 1] if i + 1 < len(cuts) else len(profile))
-    spread = _within(signal, cuts)
+    c, n = cuts[i], len(look.profile)
+    lo, hi = (cuts[i - 1] if i else 0), (cuts[i + 1] if i + 1 < len(cuts) else n)
+    spread, tall = _within(look.signal, cuts), look.profile.rows.shape[1] * BIN
     cues: dict[str, float] = {}
-    alone = any(a <= c <= b for a, b in _gaps(profile))
+    alone = any(a <= c <= b for a, b in look.gaps)
     if alone:
         cues["gap"] = 9.0
-    for k in range(signal.shape[1]):
-        kind = kinds[k]
+    for k, kind in enumerate(look.kinds):
+        floor = max(FLOOR[kind], look.cell / 2) if kind == "eaves" else FLOOR[kind]
         reach = _NEAR if kind == "offset" else _REACH
-        left, right = signal[max(lo, c - reach) : c, k], signal[c : min(hi, c + reach), k]
-        floor = max(_FLOOR[kind], cell / 2) if kind == "eaves" else _FLOOR[kind]
-        step, t = _step(left, right, max(spread[k], floor) if np.isfinite(spread[k]) else floor)
+        own = max(spread[k], floor) if np.isfinite(spread[k]) else floor
+        step, t = _step(look, k, max(lo, c - reach), c, min(hi, c + reach), own)
         if kind == "eaves":  # a step, not a slope: it stands close to the cut as well as far from it
-            close, tight = _step(left[-_NEAR:], right[:_NEAR], floor)
-            step, t = min(step, close), min(t, tight)
-        if t > _T and step > _STEP[kind]:
+            close, _ = _step(look, k, max(lo, c - _NEAR), c, min(hi, c + _NEAR), floor)
+            step, t = (min(abs(step), abs(close)), t) if step * close > 0 else (0.0, 0.0)
+        least = max(_STEP[kind], _STEEP * tall) if kind == "eaves" else _STEP[kind]
+        if t > _T and abs(step) > least:
             name = "surface" if kind in ("colour", "bright") else kind
             cues[name] = max(cues.get(name, 0.0), t)
             alone |= kind == "eaves"
-    t = _rhythm(profile.rows, lo, c, hi)
+    t = _rhythm(look.profile.rows, lo, c, hi)
     if t > _T:
         cues["rhythm"] = t
     odds: float = sum(min(t * t / 2, 12.0) - 4.0 for t in cues.values()) - 2.0
@@ -162,17 +165,22 @@ def _median(a: Float) -> Float:
     return out
 
 
-def _step(left: Float, right: Float, spread: float) -> tuple[float, float]:
-    """Difference of the two sides' medians, and the same in standard errors; bins within 1 m are
-    one observation."""
-    left, right = left[np.isfinite(left)], right[np.isfinite(right)]
-    if min(len(left), len(right)) < 4:
-        return 0.0, 0.0
-    step = abs(float(np.median(left) - np.median(right)))
-    own = [1.4826 * float(np.median(np.abs(side - np.median(side)))) for side in (left, right)]
-    spread = max(spread, *own)  # a ragged side proves nothing
-    per = 1.0 / BIN
-    return step, step / (spread * np.sqrt(per / len(left) + per / len(right)))
+def _step(look: _Look, k: int, lo: int, c: int, hi: int, spread: float) -> tuple[float, float]:
+    """Step of channel k at c, from the medians of [lo, c) and [c, hi), and its size in standard errors; bins
+    within 1 m are one observation, and each side adds what its sampling leaves open."""
+    medians, variance, per = [], 0.0, 1.0 / BIN
+    for a, b in ((lo, c), (c, hi)):
+        known = np.isfinite(look.signal[a:b, k])
+        side, sampling = look.signal[a:b, k][known], look.sampling[a:b, k][known]
+        if len(side) < 4:
+            return 0.0, 0.0
+        medians.append(float(np.median(side)))
+        ragged = 1.4826 * float(np.median(np.abs(side - medians[-1])))  # a ragged side proves nothing
+        variance += (
+            (max(spread, ragged) ** 2 + float(np.nan_to_num(np.median(sampling))) ** 2) * per / len(side)
+        )
+    step = medians[1] - medians[0]
+    return step, abs(step) / float(np.sqrt(variance))
 
 
 def _rhythm(rows: Float, lo: int, c: int, hi: int) -> float:

@@ -5,18 +5,21 @@ import numpy as np
 from frontage.geometry.arrays import Bool, Float, Int
 
 
-def change_points(signal: Float, penalty: float, min_bins: int, linear: Bool | None = None) -> Int:
+def change_points(
+    signal: Float, penalty: float, min_bins: int, linear: Bool | None = None, weight: Float | None = None
+) -> Int:
     """Cuts (c,) that minimise the sum of squared residuals within segments plus `penalty` per cut.
 
     signal (n, p) float64 in units of its own noise, NaN = unmeasured; a cut at i lies between bins
     i - 1 and i;
     segments have at least `min_bins` bins. `linear` (p,) bool: channels that may drift linearly in a segment
-    (regression line instead of mean). Optimal partitioning (Jackson et al. 2005), O(n^2 p).
+    (regression line instead of mean). `weight` (n, p): of each bin's square, 1 where the noise is the unit's.
+    Optimal partitioning (Jackson et al. 2005), O(n^2 p).
     """
     n, p = signal.shape
     if n < 2 * min_bins:
         return np.empty(0, np.int64)
-    sums = _prefix(signal)
+    sums = _prefix(signal, np.ones_like(signal) if weight is None else weight)
     drift = np.zeros(p, bool) if linear is None else np.asarray(linear, bool)
     best = np.full(n + 1, np.inf)
     best[0] = -penalty
@@ -33,19 +36,20 @@ def change_points(signal: Float, penalty: float, min_bins: int, linear: Bool | N
     return np.array(cuts[::-1], np.int64)
 
 
-def _prefix(signal: Float) -> Float:
-    """Prefix sums (6, n + 1, p) of 1, y, y2, x, x2, xy over the measured bins."""
+def _prefix(signal: Float, weight: Float) -> Float:
+    """Prefix sums (6, n + 1, p) of 1, y, y2, x, x2, xy over the measured bins, each times its weight."""
     known = np.isfinite(signal)
+    w = np.where(known, weight, 0.0)
     y = np.where(known, signal, 0.0)
     x = np.where(known, np.arange(len(signal), dtype=np.float64)[:, None], 0.0)
-    terms = np.stack([known.astype(np.float64), y, y * y, x, x * x, x * y])
+    terms = np.stack([w, w * y, w * y * y, w * x, w * x * x, w * x * y])
     return np.concatenate([np.zeros((6, 1, signal.shape[1])), np.cumsum(terms, axis=1)], axis=1)
 
 
 def _cost(sums: Float, drift: Bool) -> Float:
     """Residual sum of squares (k,) of segments with sums (6, k, p)."""
     n, y, yy, x, xx, xy = sums
-    count = np.maximum(n, 1.0)
+    count = np.maximum(n, 1e-9)
     flat = yy - y * y / count
     sxx, sxy = xx - x * x / count, xy - x * y / count
     gain = np.where(drift & (sxx > 1e-9), sxy**2 / np.maximum(sxx, 1e-9), 0.0)
