@@ -1,6 +1,6 @@
 """From the coordinates of a file to local metres: units, CRS, origin, and what had to be assumed."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from pyproj import CRS, Transformer
@@ -210,13 +210,14 @@ def _placement(wanted: Wanted, source: CRS, target: CRS, points: Float, notes: l
         if up_to is None:
             notes.append(f"{wanted.name}: heights are above the ellipsoid")
         flat = False
+    unplaced = WorldRef(np.zeros(3, np.int64), systems.crs_text(target))
     offset = np.asarray(wanted.offset, np.float64)
-    text = systems.crs_text(target)
-    if wanted.world is not None:
-        return Placement(wanted.world, scale, offset, moved, flat, tuple(notes))
-    trial = Placement(WorldRef(np.zeros(3, np.int64), text), scale, offset, moved, flat)
-    world = WorldRef(_origin(trial.to_local(points)), text)
-    return Placement(world, scale, offset, moved, flat, tuple(notes))
+    return _anchored(Placement(unplaced, scale, offset, moved, flat, tuple(notes)), wanted.world, points)
+
+
+def _anchored(trial: Placement, world: WorldRef | None, points: Float) -> Placement:
+    """The placement in `world`, or in one of its own whose origin lies near its points (n, 3)."""
+    return replace(trial, world=world or WorldRef(_origin(trial.to_local(points)), trial.world.crs))
 
 
 def _same_but_unit(a: CRS | None, b: CRS | None) -> bool:
