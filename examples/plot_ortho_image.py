@@ -54,7 +54,7 @@ def edge_errors(scene: Scene, number: int, ortho: OrthoImage, opening: OpeningTr
 
 
 def main() -> None:
-    scene = street_scene(houses=2, spacing=0.03, trees=False, cars=False)
+    scene = street_scene(houses=2, spacing=0.015, trees=False, cars=False)
     ortho = make(scene, 1)
     windows = [o for o in scene.houses[1].openings if o.kind == "window"]
     errors = np.array([e for o in windows for e in edge_errors(scene, 1, ortho, o)])
