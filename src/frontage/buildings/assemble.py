@@ -8,6 +8,7 @@ from scipy.sparse.csgraph import connected_components
 
 from frontage.buildings.profile import Profile
 from frontage.buildings.split import Cut, bins_of
+from frontage.buildings.voxels import grouped
 from frontage.buildings.walls import Front
 from frontage.geometry.arrays import Float, Int
 
@@ -31,8 +32,9 @@ class Street:
     def segment(self, front: Int, s: Float) -> Int:
         """Segment (k,) of places s (k,) m along the fronts numbered `front` (k,)."""
         out = np.zeros(len(s), np.int64)
+        sort, edge = grouped(front, len(self.fronts))
         for f in range(len(self.fronts)):
-            own = front == f
+            own = sort[edge[f] : edge[f + 1]]
             out[own] = self.first[f] + bins_of(self.cuts[f], s[own])
         return out
 

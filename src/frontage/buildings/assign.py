@@ -11,6 +11,7 @@ from frontage.buildings.ground import Ground
 from frontage.buildings.occluders import is_occluder
 from frontage.buildings.octree import Octree, cell_height, ground_leaves, leaf_height
 from frontage.buildings.options import BuildingOptions
+from frontage.buildings.voxels import grouped
 from frontage.buildings.walls import Columns
 from frontage.geometry.arrays import Array, Bool, Float, Int
 from frontage.model import Footprint, Scan
@@ -53,8 +54,9 @@ def _places(tree: Octree, columns: Columns, street: Street) -> tuple[Int, Float,
     distance, nearest = np.asarray(found[0]), np.asarray(found[1])
     front_of_leaf = owner[used[nearest]]
     s, d = np.zeros(len(tree.leaf)), np.zeros(len(tree.leaf))
+    sort, edge = grouped(front_of_leaf, len(street.fronts))
     for f, front in enumerate(street.fronts):
-        own = front_of_leaf == f
+        own = sort[edge[f] : edge[f + 1]]
         s[own], d[own] = front.coordinates(tree.leaf.mean[own, :2])
         d[own] -= street.profiles[f].offset_at(s[own])
     return front_of_leaf, distance, s, d

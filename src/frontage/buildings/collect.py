@@ -10,6 +10,7 @@ from frontage.buildings.ground import Ground
 from frontage.buildings.maps import footprint_of
 from frontage.buildings.octree import Octree
 from frontage.buildings.street import order
+from frontage.buildings.voxels import grouped, mean_of
 from frontage.geometry.arrays import Bool, Int
 from frontage.model import Building, Footprint, Scan
 
@@ -43,14 +44,16 @@ def collect(
     """Building nouns from the label (m,) of every leaf (-1 = none), numbered along the street."""
     label = np.where(ground_leaf, -1, label)
     number, count = _numbers(tree, label, street)
-    of_point = number[label][tree.of_point]
-    sort = np.argsort(of_point, kind="stable").astype(np.int64)
-    edge = np.searchsorted(of_point[sort], np.arange(count + 1))
-    owners = _cuts_of(street, number) if street else {}
     own = number[label]
-    buildings = tuple(
-        _building(tree, b, sort[edge[b] : edge[b + 1]], own == b, ground, owners.get(b, ()), footprints)
+    sort, edge = grouped(own.astype(np.int32)[tree.of_point], count)
+    leaf_sort, leaf_edge = grouped(own, count)
+    owners = _cuts_of(street, number) if street else {}
+    parts = [
+        (sort[edge[b] : edge[b + 1]], leaf_sort[leaf_edge[b] : leaf_edge[b + 1]], owners.get(b, ()))
         for b in range(count)
+    ]
+    buildings = tuple(
+        _building(tree, b, index, own, ground, cuts, footprints) for b, (index, own, cuts) in enumerate(parts)
     )
     other = sort[: edge[0]]
     leaf = tree.of_point[other]
@@ -63,7 +66,10 @@ def collect(
 def _numbers(tree: Octree, label: Int, street: Street | None) -> tuple[Int, int]:
     """Number of every label along the street (last entry, for label -1: -1), and their count."""
     known = np.unique(label[label >= 0])
-    place = np.array([tree.leaf.mean[label == b, :2].mean(0) for b in known])
+    inside = np.flatnonzero(label >= 0)
+    at = np.searchsorted(known, label[inside])
+    size = np.bincount(at, minlength=len(known)).astype(np.float64)
+    place = np.column_stack([mean_of(at, tree.leaf.mean[inside, a], size) for a in (0, 1)])
     rank = order(street.fronts if street else [], place) if len(known) else np.empty(0, np.int64)
     number = np.full(int(label.max()) + 2, -1, np.int64)
     number[known[rank]] = np.arange(len(known))
@@ -98,7 +104,7 @@ def _building(
     tree: Octree,
     b: int,
     index: Int,
-    own: Bool,
+    own: Int,
     ground: Ground | None,
     cuts: tuple[tuple[tuple[float, float], float], ...],
     footprints: Sequence[Footprint],

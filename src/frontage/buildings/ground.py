@@ -55,10 +55,13 @@ def find_ground(level: Level, shape: Shape, touching: Array, options: BuildingOp
     street) are no ground.
     """
     cell = 2 * level.size
-    corner = level.origin[:2]
-    col, row = (level.ijk[:, :2] >> 1).T
-    h, w = int(row.max()) + 1, int(col.max()) + 1
     solid = touching >= 3
+    if not solid.any():
+        return None
+    first = level.ijk[solid, :2].min(0) >> 1  # stray points far off must not widen the raster
+    h, w = ((level.ijk[solid, :2].max(0) >> 1) - first + 1)[::-1]
+    corner = level.origin[:2] + first * cell
+    col, row = np.clip((level.ijk[:, :2] >> 1) - first, 0, (w - 1, h - 1)).T
     low = np.full((h, w), np.inf)
     np.minimum.at(low, (row[solid], col[solid]), level.mean[solid, 2])
     if not np.isfinite(low).any():

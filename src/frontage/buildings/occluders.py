@@ -64,5 +64,5 @@ def _scattered(shape: Shape) -> Float:
 
 def _heights(group: Int, k: Array, keep: Bool, n: int) -> Float:
     """Number (n,) of height bins k that the kept cells of each group occupy."""
-    pairs = np.unique(np.column_stack([group[keep], k[keep]]), axis=0)
-    return np.bincount(pairs[:, 0].astype(np.int64), minlength=n).astype(np.float64)
+    pairs = np.unique(group[keep] << 32 | k[keep].astype(np.int64))
+    return np.bincount(pairs >> 32, minlength=n).astype(np.float64)

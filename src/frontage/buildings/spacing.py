@@ -3,10 +3,12 @@
 import numpy as np
 from scipy.spatial import cKDTree
 
-from frontage.geometry.arrays import Array, Float, Int
+from frontage.buildings.voxels import extent
+from frontage.geometry.arrays import Float, Int
 
 _CUBES = 240
 _PER_CUBE = 400
+_CHUNK = 1 << 18  # points at a time, so that temporaries stay in the cache
 
 
 def measure_spacing(xyz: Float) -> tuple[float, float]:
@@ -25,13 +27,9 @@ def measure_spacing(xyz: Float) -> tuple[float, float]:
         return _median(distance), _quantile(distance)
     seeds = xyz[np.linspace(0, n - 1, _CUBES).astype(np.int64)]
     half = _half_width(xyz, seeds)
-    place = np.floor((xyz - xyz.min(0)) / (2 * half)).astype(np.int32)
-    chosen = np.unique(np.floor((seeds - xyz.min(0)) / (2 * half)).astype(np.int32), axis=0)
-    code = _code(place)
-    wanted = np.sort(_code(chosen))
-    at = np.minimum(np.searchsorted(wanted, code), len(wanted) - 1)
-    near = np.flatnonzero(wanted[at] == code)
-    cube = at[near]
+    low = extent(xyz)[0]
+    wanted = np.unique(_code(seeds, low, 2 * half))
+    near, cube = _inside(xyz, low, 2 * half, wanted)
     order = np.argsort(cube, kind="stable")
     near, cube = near[order], cube[order]
     start = np.searchsorted(cube, np.arange(len(wanted)))
@@ -57,8 +55,24 @@ def _half_width(xyz: Float, seeds: Float) -> float:
     return max(float(np.median(distance[:, -1])), 1e-6)
 
 
-def _code(cell: Array) -> Int:
-    return (cell[:, 0].astype(np.int64) << 42) + (cell[:, 1].astype(np.int64) << 21) + cell[:, 2]
+def _code(xyz: Float, low: Float, edge: float) -> Int:
+    """Key (n,) of the cube of `edge` m, counted from `low` (3,), that holds each point."""
+    key = np.zeros(len(xyz), np.int64)
+    for a in range(3):
+        key = (key << 21) + ((xyz[:, a] - low[a]) / edge).astype(np.int64)
+    return key
+
+
+def _inside(xyz: Float, low: Float, edge: float, wanted: Int) -> tuple[Int, Int]:
+    """Points (k,) in the cubes with sorted keys `wanted`, and the number of the cube of each."""
+    near, cube = [], []
+    for start in range(0, len(xyz), _CHUNK):
+        code = _code(xyz[start : start + _CHUNK], low, edge)
+        at = np.minimum(np.searchsorted(wanted, code), len(wanted) - 1)
+        hit = np.flatnonzero(wanted[at] == code)
+        near.append(start + hit)
+        cube.append(at[hit])
+    return np.concatenate(near), np.concatenate(cube)
 
 
 def _nearest(xyz: Float, query: Float) -> Float:

@@ -159,10 +159,12 @@ def _within(signal: Float, cuts: list[int]) -> Float:
 
 def _median(a: Float) -> Float:
     """Median over the bins (p,), NaN for a channel without measurement."""
-    out = np.full(a.shape[1], np.nan)
-    known = np.isfinite(a).any(0)
-    out[known] = np.nanmedian(a[:, known], axis=0)
-    return out
+    n, column = np.isfinite(a).sum(0), np.arange(a.shape[1])
+    if not len(a):
+        return np.full(a.shape[1], np.nan)
+    ordered = np.sort(a, axis=0)  # NaN last
+    below, above = np.maximum(n - 1, 0) // 2, np.minimum(n // 2, len(a) - 1)
+    return np.where(n > 0, 0.5 * (ordered[below, column] + ordered[above, column]), np.nan)
 
 
 def _step(look: _Look, k: int, lo: int, c: int, hi: int, spread: float) -> tuple[float, float]:

@@ -55,8 +55,8 @@ def leaves(xyz: Float, size: float) -> tuple[Level, Array]:
 
     Raises InputError when the cloud is wider than 2 million cells.
     """
-    origin = xyz.min(0)
-    if float((xyz.max(0) - origin).max()) / size > _MAX:
+    origin, far = extent(xyz)
+    if float((far - origin).max()) / size > _MAX:
         raise InputError(
             f"the cloud is wider than {_MAX * size / 1000:.0f} km; cut it into tiles or remove stray points"
         )
@@ -73,9 +73,23 @@ def leaves(xyz: Float, size: float) -> tuple[Level, Array]:
     return Level(size, origin, ijk, unique, weight, mean), of_point
 
 
+def extent(xyz: Float) -> tuple[Float, Float]:
+    """Least and greatest coordinates (3,) of points (n, 3), column by column: numpy is slow across rows."""
+    columns = [xyz[:, a] for a in range(xyz.shape[1])]
+    return np.array([c.min() for c in columns]), np.array([c.max() for c in columns])
+
+
 def mean_of(group: Array, value: Array, count: Float) -> Float:
     """Mean (m,) of `value` (n,) per group (n,) int, `count` (m,) members each."""
     return np.bincount(group, weights=value, minlength=len(count)) / np.maximum(count, 1)
+
+
+def grouped(group: Array, count: int) -> tuple[Int, Int]:
+    """Members (n,) int64 sorted by group -1 .. count - 1, and where each group >= 0 begins (count + 1,)."""
+    small = group.astype(np.int16) if count < 1 << 15 else group  # 16 bits are sorted by radix, in O(n)
+    sort = np.argsort(small, kind="stable").astype(np.int64)
+    size = np.bincount(group + 1, minlength=count + 1)
+    return sort, np.cumsum(size).astype(np.int64)
 
 
 def parents(leaf: Level, shift: int) -> tuple[Level, Array]:

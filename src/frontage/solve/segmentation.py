@@ -14,7 +14,8 @@ def change_points(
     i - 1 and i;
     segments have at least `min_bins` bins. `linear` (p,) bool: channels that may drift linearly in a segment
     (regression line instead of mean). `weight` (n, p): of each bin's square, 1 where the noise is the unit's.
-    Optimal partitioning (Jackson et al. 2005), O(n^2 p).
+    Optimal partitioning (Jackson et al. 2005), pruned as in PELT (Killick, Fearnhead & Eckley 2012): exact,
+    and O(n p) where the number of cuts grows with n.
     """
     n, p = signal.shape
     if n < 2 * min_bins:
@@ -24,11 +25,15 @@ def change_points(
     best = np.full(n + 1, np.inf)
     best[0] = -penalty
     back = np.zeros(n + 1, np.int64)
+    dead = np.full(n + 1, n + 1)  # the end from which a start can no longer win
+    start = np.empty(0, np.int64)
     for end in range(min_bins, n + 1):
-        start = np.arange(0, end - min_bins + 1)
-        total = best[start] + _cost(sums[:, end, None] - sums[:, start], drift) + penalty
-        back[end] = int(np.argmin(total))
-        best[end] = total[back[end]]
+        start = np.append(start[dead[start] > end], end - min_bins)
+        total = best[start] + _cost(sums[:, end, None] - sums[:, start], drift)
+        least = int(np.argmin(total))
+        back[end], best[end] = start[least], total[least] + penalty
+        beaten = start[total >= best[end]]  # a cut here only helps them, once it may be made
+        dead[beaten] = np.minimum(dead[beaten], end + min_bins)
     cuts, at = [], n
     while back[at] > 0:
         at = int(back[at])
