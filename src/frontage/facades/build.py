@@ -1,69 +1,85 @@
 """From a refined wall to the `Facade` noun: frame, covariance, layers, support, notes."""
 
 import numpy as np
+from scipy.spatial import cKDTree
 
+from frontage.facades.bend import bend
 from frontage.facades.cells import CellMap
-from frontage.facades.cloud import Cloud, surface_spacing
+from frontage.facades.front import Front, Scene
 from frontage.facades.layers import find_layers
-from frontage.facades.options import FacadeOptions
-from frontage.facades.refine import Wall, bend
+from frontage.facades.refine import Wall
 from frontage.facades.street import Side
-from frontage.geometry.arrays import Float
+from frontage.geometry.arrays import Float, Int
 from frontage.geometry.plane import lean
 from frontage.geometry.rigid import Rigid3
-from frontage.model.building import Building
 from frontage.model.estimate import Estimate
 from frontage.model.facade import Facade
-from frontage.model.scan import Scan
 
+_MOST = 50_000  # points that tell whether a wall is bent
+_BLOCKS = 12  # of 3 x 3 cells, in which the spacing is measured
 _BEND_REACH = 0.5  # m: how far a bent wall may leave its plane and still count as the same wall
 _UNDECIDED = 1 / 3  # odds above which the street side is doubtful
 
 
-def build_facade(
-    name: str,
-    building: Building,
-    scan: Scan,
-    cloud: Cloud,
-    wall: Wall,
-    cells: CellMap,
-    side: Side,
-    options: FacadeOptions,
-    rng: np.random.Generator,
-) -> Facade:
+def build_facade(name: str, front: Front, scene: Scene, rng: np.random.Generator) -> Facade:
     """The facade of an oriented wall; its support is every building point in the outline's prism.
 
     The prism reaches from `depth_front` before the plane to `depth_back` behind it.
     """
+    wall, cells, slab, options, cloud = front.wall, front.cells, front.slab, scene.options, scene.cloud
     frame = Rigid3("local", "facade", wall.axes, wall.point)
-    near = np.flatnonzero(_between(cloud.xyz, wall, options))
-    q = wall.coordinates(cloud.xyz[near])
-    inside = cells.within(q[:, 0], q[:, 2])
-    near, q = near[inside], q[inside]
-    some = q if len(q) <= 200_000 else q[np.sort(rng.choice(len(q), 200_000, replace=False))]
-    curvature = bend(some[:, 0], some[:, 1], wall.threshold, _BEND_REACH)
-    spacing = surface_spacing(cloud.xyz[wall.inliers], rng)
+    flat = cells.flat(slab.q[:, 0], slab.q[:, 2])
+    inside = cells.whole.ravel()[flat]
+    inside &= (slab.q[:, 1] > -options.depth_front) & (slab.q[:, 1] < options.depth_back)
+    near = np.flatnonzero(inside)
+    some = near if len(near) <= _MOST else near[rng.integers(0, len(near), _MOST)]
+    q = np.take(slab.q, some, axis=0)
+    curvature = bend(q[:, 0], q[:, 1], wall.threshold, _BEND_REACH)
+    spacing = wall_spacing(slab.q, flat, cells, wall.threshold, rng)
     return Facade(
         id=name,
-        building=building.id,
+        building=scene.building.id,
         local_from_facade=Estimate(frame, pose_covariance(wall.covariance), wall.dof),
-        world=scan.world,
+        world=scene.scan.world,
         outline=cells.outline,
-        layers=find_layers(some, cells, wall.sigma, (-options.depth_front, options.depth_back)),
-        support=cloud.index[near],
+        layers=find_layers(
+            np.take(slab.q[:, 1], near),
+            flat[near],
+            cells,
+            wall.sigma,
+            (-options.depth_front, options.depth_back),
+        ),
+        support=cloud.index[slab.rows[near]],
         inliers=cloud.index[wall.inliers],
         roughness=wall.sigma,
         spacing=spacing if np.isfinite(spacing) else 0.5 * cloud.cell,
         coverage=cells.coverage,
-        oriented_by=side.told_by,
+        oriented_by=front.side.told_by,
         curvature=curvature,
-        notes=_notes(wall, side, curvature),
+        notes=_notes(wall, front.side, curvature),
     )
 
 
-def _between(xyz: Float, wall: Wall, options: FacadeOptions) -> np.ndarray:
-    offset = xyz @ wall.normal - wall.point @ wall.normal
-    return np.asarray((offset > -options.depth_front) & (offset < options.depth_back))
+def wall_spacing(q: Float, flat: Int, cells: CellMap, threshold: float, rng: np.random.Generator) -> float:
+    """Median distance in m between neighbouring points on the wall, from a few blocks of its cells.
+
+    q (n, 3) m facade frame; flat (n,) the points' cells. NaN when no block holds two points.
+    """
+    rows, columns = np.nonzero(cells.wall)
+    if len(rows) == 0:
+        return float("nan")
+    block = np.zeros(cells.wall.shape, np.int8)
+    for pick in rng.integers(0, len(rows), _BLOCKS):
+        r, c = rows[pick], columns[pick]
+        block[max(r - 1, 0) : r + 2, max(c - 1, 0) : c + 2] = 1
+    block[~cells.wall] = 0
+    near = np.flatnonzero(block.ravel()[flat])
+    near = near[np.abs(q[near, 1]) < threshold]
+    if len(near) < 2:
+        return float("nan")
+    apart = np.asarray(cKDTree(q[near]).query(q[near], k=2)[0])[:, 1]
+    apart = apart[np.isfinite(apart) & (apart > 1e-6)]
+    return float(np.median(apart)) if len(apart) else float("nan")
 
 
 def pose_covariance(plane: Float) -> Float:

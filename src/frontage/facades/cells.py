@@ -1,17 +1,20 @@
 """The facade's raster of cells: which are seen wall, which connected part is the facade, its outline."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
+import shapely
 from scipy import ndimage
+from shapely.geometry import Polygon
 
 from frontage.geometry.arrays import Array, Bool, Float, Int
-from frontage.geometry.ring import cells_ring
+from frontage.geometry.ring import cells_ring, polygon_ring
 
 _GAP = 2.0  # m: the widest opening or shadow that a wall bridges (shop window, gate)
 _GATE = (
     4.0  # m: the widest notch in the border that is bridged once the part is known (gate, shadow of a tree)
 )
+_STEEP = np.radians(20.0)  # no wall leans so much
 _THINNEST = 0.3  # m: what is thinner is no wall (a strip of ground, a wire)
 
 
@@ -50,15 +53,40 @@ class CellMap:
 
     @property
     def outline(self) -> Float:
-        """Ring (k, 2) m of the outline."""
-        return cells_ring(self.whole, self.corner, self.cell, 0.75 * self.cell)
+        """Ring (k, 2) m of the outline, through the middles of the border cells, which are half filled."""
+        ring = cells_ring(self.whole, self.corner, self.cell, 0.75 * self.cell)
+        inner = Polygon(ring).buffer(-0.5 * self.cell, join_style="mitre")
+        parts = [part for part in shapely.get_parts(inner) if isinstance(part, Polygon)]
+        return polygon_ring(max(parts, key=lambda part: float(part.area))) if parts else ring
 
     def marked(self, x: Float, z: Float) -> Bool:
         """Raster (h, w): the cells of the outline that hold at least one of the points (n,)."""
-        row, column, inside = self.locate(x, z)
-        mask = np.zeros_like(self.whole)
-        mask[row[inside], column[inside]] = True
-        return mask & self.whole
+        mask = np.zeros(self.whole.size, np.bool_)
+        mask[self.flat(x, z)] = True
+        return mask.reshape(self.whole.shape) & self.whole
+
+    def flat(self, x: Float, z: Float) -> Int:
+        """Cell number (n,) of points (n,), row by row; points outside get the nearest border cell,
+        which is in no outline (the raster has a margin).
+        """
+        h, w = self.wall.shape
+        column = ((x - self.corner[0]) * (1.0 / self.cell)).astype(np.int64)
+        row = ((z - self.corner[1]) * (1.0 / self.cell)).astype(np.int64)
+        np.clip(column, 0, w - 1, out=column)
+        np.clip(row, 0, h - 1, out=row)
+        row *= w
+        row += column
+        return row
+
+    def moved(self, x: float, z: float) -> "CellMap":
+        """The same cells, counted from the point (x, z) m."""
+        return replace(self, corner=(self.corner[0] - x, self.corner[1] - z))
+
+    @property
+    def mirrored(self) -> "CellMap":
+        """The same cells seen from the other side: x changes sign."""
+        corner = (-self.corner[0] - self.wall.shape[1] * self.cell, self.corner[1])
+        return CellMap(corner, self.cell, self.wall[:, ::-1], self.whole[:, ::-1], self.shut[:, ::-1])
 
     def locate(self, x: Float, z: Float) -> tuple[Int, Int, Bool]:
         """Row, column (clipped) and whether inside the raster, of points (n,)."""
@@ -70,20 +98,39 @@ class CellMap:
 
     def within(self, x: Float, z: Float, mask: Bool | None = None) -> Bool:
         """Whether points (n,) fall on a cell that is set in `mask` (the outline when omitted)."""
-        row, column, inside = self.locate(x, z)
-        return np.asarray((self.whole if mask is None else mask)[row, column] & inside, np.bool_)
+        return np.asarray(
+            (self.whole if mask is None else mask & self.whole).ravel()[self.flat(x, z)], np.bool_
+        )
 
 
-def occupied(x: Float, z: Float, cell: float) -> tuple[Array, tuple[float, float]]:
-    """Number of points per cell (h, w) with a margin of one gap, and the raster's corner (x,
-    z) m on whole cells.
+def occupied(x: Float, z: Float, cell: float) -> tuple[Array, tuple[float, float], Int]:
+    """Number of points per cell (h, w) with a margin of one gap, the raster's corner (x, z) m on whole
+    cells, and every point's cell (n,).
     """
     margin = int(np.ceil(_GAP / cell)) + 2
     c0, r0 = int(np.floor(x.min() / cell)) - margin, int(np.floor(z.min() / cell)) - margin
-    column, row = np.floor(x / cell).astype(np.int64) - c0, np.floor(z / cell).astype(np.int64) - r0
+    column = (x * (1.0 / cell) - c0).astype(np.int64)
+    row = (z * (1.0 / cell) - r0).astype(np.int64)
     h, w = int(row.max()) + margin + 1, int(column.max()) + margin + 1
-    count = np.bincount(row * w + column, minlength=h * w).reshape(h, w)
-    return count, (c0 * cell, r0 * cell)
+    flat = row * w + column
+    return np.bincount(flat, minlength=h * w).reshape(h, w), (c0 * cell, r0 * cell), flat
+
+
+def sloping(y: Float, count: Array, flat: Int, cell: float) -> Bool:
+    """Cells (h, w) where the surface is no wall: its mean offset changes with height by more than 20 degrees.
+
+    Roofs and ground near the plane; plinths and claddings are parallel to it.
+    """
+    mean = np.bincount(flat, y, minlength=count.size).reshape(count.shape) / np.maximum(count, 1)
+    mean = np.where(count > 0, mean, np.nan)
+    above, below = np.full_like(mean, np.nan), np.full_like(mean, np.nan)
+    above[:-1], below[1:] = mean[1:], mean[:-1]
+    up, down = np.abs(above - mean), np.abs(mean - below)
+    steep = np.tan(_STEEP) * cell
+    # on both sides, or at the end of the surface on the one there is: an edge between two walls is one-sided
+    one = np.where(np.isnan(up), down, up)
+    both = np.fmin(np.where(np.isnan(up), one, up), np.where(np.isnan(down), one, down))
+    return np.asarray(both > steep, np.bool_)
 
 
 def contrast(x: Float, y: Float, z: Float, cells: CellMap, threshold: float) -> float:
@@ -140,7 +187,21 @@ def largest_part(
         weight = np.bincount(labels[voted], minlength=number + 1)
         weight[0] = 0
         whole = labels == int(np.argmax(weight))
-    # gates, shop fronts and shadows cut into the border: bridge what has wall on both sides
-    whole = _fill_along(_fill_along(whole, _GATE / cell, 1), _GATE / cell, 0)
-    whole = ndimage.binary_fill_holes(whole)
+    whole = ndimage.binary_fill_holes(_under_wall(whole, pruned, cell))
     return CellMap(corner, cell, np.asarray(wall & whole, np.bool_), np.asarray(whole, np.bool_), wall)
+
+
+def _under_wall(whole: Bool, pruned: Bool, cell: float) -> Bool:
+    """The outline with gates and shadows bridged, as far as there is wall above: what has none is sky.
+
+    Cells between wall on both sides (at most `_GATE` m) are bridged, below the wall's upper edge. That
+    edge is the highest wall cell of every column, interpolated over columns without any.
+    """
+    bridged = _fill_along(_fill_along(whole, _GATE / cell, 1), _GATE / cell, 0)
+    own = whole & pruned
+    columns = np.flatnonzero(own.any(0))
+    if len(columns) == 0:
+        return bridged
+    top = own.shape[0] - 1 - np.argmax(own[::-1, columns], axis=0)
+    edge = np.interp(np.arange(own.shape[1]), columns, top)
+    return np.asarray(bridged & (np.arange(own.shape[0])[:, None] <= edge), np.bool_)

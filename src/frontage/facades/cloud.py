@@ -2,17 +2,18 @@
 with spacing and noise measured.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from scipy.spatial import cKDTree
 
 from frontage.geometry.arrays import Array, Float, Int
-from frontage.geometry.plane import fit_plane, plane_offsets
+from frontage.geometry.plane import facade_axes, plane_offsets
 
 _DENSE_CELLS = 40_000_000  # above, a table of all voxels costs more than a sort
 _WELL_FILLED = 4  # points per voxel, on average, that say "dense" without measuring
+_UNKNOWN = 0.02  # m, noise of a cloud without a flat upright piece
 _FINEST = 0.10  # m, cell of the facade raster where the points are dense enough
 
 
@@ -31,12 +32,11 @@ class Cloud:
     cell: float
     noise: float
 
-    def slab(self, normal: Float, point: Float, reach: float) -> tuple["Cloud", Int]:
-        """The points within `reach` m of a plane, as a cloud without thinned points,
-        and their rows (k,) int64.
-        """
+    def slab(self, normal: Float, point: Float, reach: float) -> "Slab":
+        """The points within `reach` m of a plane, in its coordinates: the one pass over all points."""
         rows = np.flatnonzero(np.abs(plane_offsets(self.xyz, normal, point)) < reach)
-        return replace(self, xyz=self.xyz[rows], index=self.index[rows], thin=np.empty(0, np.int64)), rows
+        axes = facade_axes(normal)
+        return Slab(rows, (np.take(self.xyz, rows, axis=0) - point) @ axes, axes, point)
 
     @property
     def threshold(self) -> float:
@@ -44,19 +44,41 @@ class Cloud:
         return float(np.clip(3.0 * self.noise, 0.02, 0.10))
 
 
+@dataclass(frozen=True, eq=False)
+class Slab:
+    """Points beside a plane.
+
+    rows         (k,) int64 into Cloud.xyz
+    q            (k, 3) m, coordinates in the frame `axes` (3, 3), columns x, y, z, with origin `point` (3,)
+    """
+
+    rows: Int
+    q: Float
+    axes: Float
+    point: Float
+
+    def moved(self, axes: Float, point: Float) -> "Slab":
+        """The same points in another frame: a small rigid motion of `q`, exact."""
+        shift = self.axes.T @ (point - self.point)
+        return Slab(self.rows, (self.q - shift) @ (self.axes.T @ axes), axes, point)
+
+
 def voxel_first(xyz: Float, cell: float) -> Int:
     """First point (k,) int64 of every occupied voxel, in voxel order (z slowest)."""
-    low = xyz.min(0)
-    key = ((xyz - low) * (1.0 / cell)).astype(np.int64)
-    size = key.max(0) + 1
-    flat = (key[:, 2] * size[1] + key[:, 1]) * size[0] + key[:, 0]
-    if float(np.prod(size.astype(np.float64))) > _DENSE_CELLS:
+    flat, total = np.zeros(len(xyz), np.int64), 1
+    for k in range(3):
+        column = np.array(xyz[:, k])
+        column -= column.min()
+        column *= 1.0 / cell
+        # x fastest; the truncation of positive numbers is their floor
+        flat += column.astype(np.int64) * total
+        total *= int(column.max()) + 1
+    if total > _DENSE_CELLS:
         return np.asarray(np.unique(flat, return_index=True)[1], np.int64)
-    table = np.full(int(np.prod(size)), -1, np.int32)
-    table[flat[::-1]] = np.arange(
-        len(flat) - 1, -1, -1, dtype=np.int32
-    )  # the last one written is the first point
-    return table[table >= 0].astype(np.int64)
+    table = np.full(total, -1, np.int32)
+    # the last one written is the first point
+    table[flat[::-1]] = np.arange(len(flat) - 1, -1, -1, dtype=np.int32)
+    return table[np.flatnonzero(table >= 0)].astype(np.int64)
 
 
 def surface_spacing(xyz: Float, rng: np.random.Generator, windows: int = 8, wanted: int = 400) -> float:
@@ -93,15 +115,19 @@ def surface_noise(xyz: Float, thin: Int, cell: float, rng: np.random.Generator, 
     """
     points = xyz[thin]
     tree = cKDTree(points, balanced_tree=False, compact_nodes=False)
-    thickness = []
     balls: Any = tree.query_ball_point(points[rng.permutation(len(points))[:seeds]], 3.5 * cell)
-    for near in balls:
-        if len(near) < 10:
-            continue
-        normal, _, variances = fit_plane(points[near])
-        if abs(normal[2]) < 0.35 and variances[0] < variances[1] / 25.0:
-            thickness.append(np.sqrt(variances[0] * len(near) / (len(near) - 3)))
-    return float(np.quantile(thickness, 0.25)) if len(thickness) >= 5 else 0.02
+    size = np.array([len(ball) for ball in balls])
+    balls, size = balls[size >= 10], size[size >= 10]
+    if len(size) < 5:
+        return _UNKNOWN
+    start = np.concatenate([[0], np.cumsum(size)[:-1]])
+    near = points[np.concatenate([np.asarray(ball, np.int64) for ball in balls])]
+    near = near - np.repeat(np.add.reduceat(near, start) / size[:, None], size, axis=0)
+    moments = np.add.reduceat(near[:, :, None] * near[:, None, :], start) / size[:, None, None]
+    values, vectors = np.linalg.eigh(moments)
+    flat = (np.abs(vectors[:, 2, 0]) < 0.35) & (values[:, 0] < values[:, 1] / 25.0)
+    thickness = np.sqrt(np.maximum(values[flat, 0], 0.0) * size[flat] / (size[flat] - 3))
+    return float(np.quantile(thickness, 0.25)) if len(thickness) >= 5 else _UNKNOWN
 
 
 def prepare(xyz: Float, index: Int, rng: np.random.Generator, sigma_range: float | None) -> Cloud:

@@ -4,87 +4,98 @@ import numpy as np
 from scipy import ndimage, signal
 
 from frontage.facades.cells import CellMap
-from frontage.geometry.arrays import Float, Int
+from frontage.geometry.arrays import Array, Float, Int
 from frontage.geometry.ring import convex_ring
 from frontage.model.facade import Layer
 
-_LEAST_AREA = 0.5  # m2: half a window of frames, a strip of plinth
+_LEAST_AREA = 1.0  # m2: a window of frames, a strip of plinth
+_LEAST_SHARE = 0.02  # of the wall
+_MOST_LAYERS = 8  # plinth, wall, pilasters, frames, panes, balcony fronts, cornice, recess
 _BIC_GAIN = 10.0  # "very strong" evidence (Kass and Raftery 1995)
+_FINEST = 0.002  # m, least width of a bin
 
 
-def find_layers(q: Float, cells: CellMap, sigma: float, reach: tuple[float, float]) -> tuple[Layer, ...]:
-    """Layers of points q (n, 3) m in the facade frame with y in `reach` (front < 0 < back), nearest first.
+def find_layers(
+    y: Float, flat: Int, cells: CellMap, sigma: float, reach: tuple[float, float]
+) -> tuple[Layer, ...]:
+    """Layers of points at offsets y (n,) m in cells `flat` (n,) of the raster, with y in `reach` (front < 0 <
+    back), nearest first.
 
     Area is counted: every cell counts once per bin of sigma / 2. A peak of the kernel density (bandwidth
-    sigma) is kept when a Gaussian layer on a locally constant background beats the background alone by a
-    BIC gain above 10 and covers half a square metre.
+    sigma) is a layer when a Gaussian on a locally constant background beats the background alone by a BIC
+    gain above 10, it covers a square metre and 2 % of the wall, and no stronger layer is within 3 sigma.
+    At most eight, those with the most evidence.
     """
-    width = max(0.5 * sigma, 0.001)
-    use = (q[:, 1] > reach[0]) & (q[:, 1] < reach[1])
-    q = q[use]
-    if len(q) == 0:
+    if len(y) == 0:
         return ()
-    row, column, _ = cells.locate(q[:, 0], q[:, 2])
-    flat_cell = row * cells.wall.shape[1] + column
-    level = ((q[:, 1] - reach[0]) / width).astype(np.int64)
+    width = max(0.5 * sigma, _FINEST)
     bins = int(np.ceil((reach[1] - reach[0]) / width)) + 1
-    pairs = np.unique(flat_cell * bins + level)
-    histogram = np.bincount(pairs % bins, minlength=bins).astype(np.float64)
-    density = ndimage.gaussian_filter1d(histogram, sigma / width, mode="constant")
+    held = _occupancy(y, flat, cells.whole.size, reach[0], width, bins)
+    density = ndimage.gaussian_filter1d(held.sum(0).astype(np.float64), sigma / width, mode="constant")
+    background = ndimage.median_filter(density, size=2 * round(10 * sigma / width) + 1, mode="nearest")
     peaks, _ = signal.find_peaks(density, distance=max(1, round(3 * sigma / width)))
     # the wall itself is at y = 0 by construction, whatever the smoothing makes of its neighbours
-    here = round(-reach[0] / width)
-    peaks = np.unique(np.append(peaks[np.abs(peaks - here) > 3 * sigma / width], here))
-    background = ndimage.median_filter(density, size=2 * round(10 * sigma / width) + 1, mode="nearest")
-    found = [
-        layer
-        for p in peaks
-        if (
-            layer := _layer(
-                reach[0] + (p + 0.5) * width,
-                q,
-                flat_cell,
-                cells,
-                sigma,
-                float(background[p]),
-                width,
-                bool(p == here),
-            )
-        )
-        is not None
-    ]
-    return tuple(sorted(found, key=lambda layer: layer.y))
+    here = int(-reach[0] / width)
+    half = round(2.5 * sigma / width)
+    found = [(np.inf, here)]
+    for p in peaks[np.abs(peaks - here) * width > 3.0 * sigma]:
+        number = int(np.count_nonzero(held[:, max(p - half, 0) : p + half + 1].any(1)))
+        gain = _gain(number, float(background[p]) * (2 * half + 1), len(y))
+        least = max(_LEAST_AREA, _LEAST_SHARE * cells.area)
+        if gain > _BIC_GAIN and number * cells.cell**2 >= least:
+            found.append((gain, int(p)))
+    kept: list[int] = []
+    for _, p in sorted(found, key=lambda f: (-f[0], f[1])):
+        if len(kept) < _MOST_LAYERS and all(abs(p - other) * width > 3.0 * sigma for other in kept):
+            kept.append(p)
+    index = np.flatnonzero(np.bincount(flat, minlength=cells.whole.size))
+    found_layers = (_layer(p, here, y, held, index, cells, sigma, reach[0], width) for p in sorted(kept))
+    return tuple(layer for layer in found_layers if layer is not None)
+
+
+def _occupancy(y: Float, flat: Int, size: int, low: float, width: float, bins: int) -> Array:
+    """(k, bins) bool: whether a cell that holds points, in cell order, holds one in each bin of offsets."""
+    number = np.cumsum(np.bincount(flat, minlength=size) > 0) - 1
+    level = np.clip(((y - low) * (1.0 / width)).astype(np.int64), 0, bins - 1)
+    held = np.zeros((int(number[-1]) + 1) * bins, np.bool_)
+    held[number[flat] * bins + level] = True
+    return held.reshape(-1, bins)
+
+
+def _gain(number: int, expected: float, points: int) -> float:
+    """BIC gain of `number` cells over the `expected` ones of the background (Poisson); -inf when less than
+    half more.
+    """
+    expected = max(expected, 1.0)
+    if number < 1.5 * expected:
+        return -np.inf
+    return float(
+        2.0 * (number * np.log(number / expected) - (number - expected)) - 2.0 * np.log(max(points, 2))
+    )
 
 
 def _layer(
-    y: float,
-    q: Float,
-    flat_cell: Int,
+    peak: int,
+    here: int,
+    y: Float,
+    held: Array,
+    index: Int,
     cells: CellMap,
     sigma: float,
-    background: float,
+    low: float,
     width: float,
-    is_wall: bool,
 ) -> Layer | None:
-    """The layer at offset y,
-    or None when it is too small or no better than its background (cells per bin).
-    """
-    near = np.abs(q[:, 1] - y) < 2.5 * sigma
-    distinct = np.unique(flat_cell[near])
-    area = len(distinct) * cells.cell**2
-    if not is_wall:
-        expected = max(background * 5.0 * sigma / width, 1.0)
-        number = float(len(distinct))
-        gain = 2.0 * (number * np.log(max(number, 1.0) / expected) - (number - expected))
-        gain -= 2.0 * np.log(max(len(q), 2))
-        if area < _LEAST_AREA or number < 1.5 * expected or gain < _BIC_GAIN:
-            return None
-    if not near.any():
+    """The layer at the bin `peak`; held, index: occupied bins (k, bins) of the cells `index` (k,)."""
+    at = 0.0 if peak == here else low + (peak + 0.5) * width
+    half = round(2.5 * sigma / width)
+    distinct = index[held[:, max(peak - half, 0) : peak + half + 1].any(1)]
+    inside = y[np.abs(y - at) < 2.5 * sigma]
+    if len(inside) == 0 or len(distinct) == 0:
         return None
-    height = float(np.median(q[near, 1]))
-    spread = float(np.std(q[near, 1]))
-    r, c = np.divmod(distinct, cells.wall.shape[1])
-    return Layer(0.0 if is_wall else height, spread / np.sqrt(len(distinct)), area, _ring(r, c, cells))
+    r, c = np.divmod(distinct, cells.whole.shape[1])
+    height = 0.0 if peak == here else float(np.median(inside))
+    spread = float(np.std(inside)) / np.sqrt(len(distinct))
+    return Layer(height, spread, len(distinct) * cells.cell**2, _ring(r, c, cells))
 
 
 def _ring(row: Int, column: Int, cells: CellMap) -> Float:

@@ -1,19 +1,20 @@
-"""Refinement: robust fit y = c + a x + b z, covariance of correlated residuals, lean prior, bend test."""
+"""Refinement: robust fit y = c + a x + b z on equal areas, its covariance, the lean's prior."""
 
 from dataclasses import dataclass
 
 import numpy as np
 
 from frontage.facades.cells import CellMap
-from frontage.facades.cloud import Cloud
+from frontage.facades.cloud import Cloud, Slab
+from frontage.facades.means import cell_means, passes, station_covariance
 from frontage.facades.options import FacadeOptions
-from frontage.geometry.arrays import Array, Bool, Float, Int
+from frontage.geometry.arrays import Float, Int
 from frontage.geometry.plane import facade_axes
-from frontage.solve.correlation import Correlation, fit_covariance, residual_correlation
+from frontage.model.scan import Scan
+from frontage.solve.correlation import Correlation
 from frontage.solve.robust import TUKEY, irls, mad_sigma, tukey_weights, weighted_fit
 
-_MOST = 150_000  # points in one fit: their mean is known to 15 um at 5 mm noise, the wall itself is not
-_MOST_CELLS = 120_000  # of the residual raster
+_MOST = 20_000  # points that tell direction and scale; the last step takes all
 _SIGMAS = 3.0  # inliers lie within
 
 
@@ -85,57 +86,54 @@ def start_sigma(offsets: Float, threshold: float, floor: float) -> tuple[float, 
 
 
 def refine_wall(
-    cloud: Cloud,
-    normal: Float,
-    point: Float,
+    slab: Slab,
     region: CellMap | None,
+    cloud: Cloud,
+    scan: Scan,
     options: FacadeOptions,
     rng: np.random.Generator,
 ) -> Wall | None:
-    """Fit the wall near the plane (normal, point) to all points within `region` (in that plane's frame).
+    """Fit the wall to all points of `slab` near its plane and within `region` (in the slab's frame).
 
-    Returns None when fewer than ten points remain.
+    Direction and scale come from a sample; the last step is least squares on the means of all inliers
+    per cell, so that equal areas count equally, whatever the density. None when fewer than ten remain.
     """
-    axes = facade_axes(normal)
-    offsets = cloud.xyz @ axes[:, 1] - point @ axes[:, 1]
-    reach = max(2.0 * cloud.threshold, 0.10)
-    candidates = np.flatnonzero(np.abs(offsets) < reach)
-    q = (cloud.xyz[candidates] - point) @ axes
+    near = np.abs(slab.q[:, 1]) < max(2.0 * cloud.threshold, 0.10)
     if region is not None:
-        inside = region.within(q[:, 0], q[:, 2])
-        candidates, q = candidates[inside], q[inside]
+        near &= region.whole.ravel()[region.flat(slab.q[:, 0], slab.q[:, 2])]
+    candidates = np.flatnonzero(near)
     if len(candidates) < 10:
         return None
-    picked = q if len(q) <= _MOST else q[np.sort(rng.choice(len(q), _MOST, replace=False))]
-    fit, sigma = _robust_fit(picked, cloud, cell=cloud.cell)
-    residual = q[:, 1] - fit[0] - fit[1] * q[:, 0] - fit[2] * q[:, 2]
-    if len(picked) < len(q):  # one last step on all points: the covariance speaks of all of them
-        design = np.column_stack([np.ones(len(q)), q[:, 0], q[:, 2]])
-        weights = tukey_weights(residual, sigma) / _cell_count(q[:, 0], q[:, 2], cloud.cell)
-        step = weighted_fit(design, residual, weights)
-        fit, residual = fit + step, residual - design @ step
-    near = np.abs(residual) < _SIGMAS * sigma
-    if near.sum() < 10:
-        return None
-    return _finish(axes, point, fit, sigma, q, residual, near, candidates, cloud, options)
+    q = np.take(slab.q, candidates, axis=0)
+    picked = q if len(q) <= _MOST else q[rng.integers(0, len(q), _MOST)]
+    fit, sigma = robust_fit(picked, cloud.threshold, cloud.cell)
+    residual = q[:, 1] - (fit[0] + fit[1] * q[:, 0] + fit[2] * q[:, 2])
+    return _finish(slab, fit, sigma, q, residual, candidates, cloud, scan, options)
 
 
-def _robust_fit(q: Float, cloud: Cloud, cell: float) -> tuple[Float, float]:
-    """IRLS on area-weighted points (n, 3): (c, a, b) and sigma m."""
+def refine_thin(q: Float, cloud: Cloud) -> tuple[Float, float]:
+    """The fit (3,) = (c, a, b) and sigma m of thinned points (n, 3), one per voxel: a good start."""
+    return robust_fit(q, cloud.threshold, None)
+
+
+def robust_fit(q: Float, threshold: float, cell: float | None) -> tuple[Float, float]:
+    """IRLS on points (n, 3), each weighted by the share of its `cell` (m) that it stands for: (c, a, b) and
+    sigma m.
+    """
     floor = 0.0005
-    weights = 1.0 / _cell_count(q[:, 0], q[:, 2], cell)
-    centre, sigma = start_sigma(q[:, 1], cloud.threshold, floor)
+    weights = np.ones(len(q)) if cell is None else 1.0 / _cell_count(q[:, 0], q[:, 2], cell)
+    centre, sigma = start_sigma(q[:, 1], threshold, floor)
     fit = np.array([centre, 0.0, 0.0])
     design = np.column_stack([np.ones(len(q)), q[:, 0], q[:, 2]])
     for _ in range(
         3
     ):  # a first direction that is off by a degree smears the layer: straighten, then measure anew
         residual = q[:, 1] - design @ fit
-        near = np.abs(residual) < max(2.0 * sigma, 0.5 * cloud.threshold)
+        near = np.abs(residual) < max(2.0 * sigma, 0.5 * threshold)
         if near.sum() < 10:
             break
         fit = weighted_fit(design[near], q[near, 1], weights[near])
-        shift, sigma = start_sigma(q[:, 1] - design @ fit, cloud.threshold, floor)
+        shift, sigma = start_sigma(q[:, 1] - design @ fit, threshold, floor)
         fit = fit + np.array([shift, 0.0, 0.0])
     sigma = natural_sigma(q[:, 1] - design @ fit, sigma, floor)
     result = irls(design, q[:, 1], weights, floor, fit, sigma)
@@ -165,28 +163,48 @@ def _cell_count(x: Float, z: Float, cell: float) -> Float:
 
 
 def _finish(
-    axes: Float,
-    point: Float,
+    slab: Slab,
     fit: Float,
     sigma: float,
     q: Float,
     residual: Float,
-    near: Bool,
     candidates: Int,
     cloud: Cloud,
+    scan: Scan,
     options: FacadeOptions,
-) -> Wall:
-    """Covariance at the barycentre, the lean's prior, the plane in local coordinates."""
+) -> Wall | None:
+    """One step on the cell means of all points, covariance at the barycentre, the lean's prior, the plane."""
+    near = np.flatnonzero(np.abs(residual) < TUKEY * sigma)
+    if len(near) < 10:
+        return None
     x, z, r = q[near, 0], q[near, 2], residual[near]
-    bx, bz = float(x.mean()), float(z.mean())
-    covariance, correlation, dof = _covariance(x - bx, z - bz, r, cloud)
+    weights = tukey_weights(r, sigma)
+    means = cell_means(x, z, r, weights, cloud.cell)
+    step = means.fit()
+    fit = fit + step
+    r = r - (step[0] + step[1] * x + step[2] * z)
+    on = np.abs(r) < _SIGMAS * sigma
+    if np.count_nonzero(on) < 10:
+        return None
+    bx, bz = float(x[on].mean()), float(z[on].mean())
+    means = means.centred(step, bx, bz)
+    covariance, correlation, dof = means.covariance()
+    stations = passes(scan, cloud.index[slab.rows[candidates[near]]])
+    covariance = covariance + station_covariance(means, stations, weights, r, covariance)
     fit = np.array([fit[0] + fit[1] * bx + fit[2] * bz, fit[1], fit[2]])
     if options.levelled:
-        fit, covariance = _lean_prior(axes, fit, covariance, np.radians(options.lean_sigma))
-    barycentre = point + axes @ np.array([bx, fit[0], bz])
-    normal = axes @ np.array([-fit[1], 1.0, -fit[2]])
-    normal /= np.linalg.norm(normal)
-    return Wall(normal, barycentre, sigma, _SIGMAS * sigma, covariance, candidates[near], correlation, dof)
+        fit, covariance = _lean_prior(slab.axes, fit, covariance, np.radians(options.lean_sigma))
+    normal = slab.axes @ np.array([-fit[1], 1.0, -fit[2]])
+    return Wall(
+        normal / np.linalg.norm(normal),
+        slab.point + slab.axes @ np.array([bx, fit[0], bz]),
+        sigma,
+        _SIGMAS * sigma,
+        covariance,
+        slab.rows[candidates[near[on]]],
+        correlation,
+        dof,
+    )
 
 
 def _lean_prior(axes: Float, fit: Float, covariance: Float, sigma: float) -> tuple[Float, Float]:
@@ -194,62 +212,3 @@ def _lean_prior(axes: Float, fit: Float, covariance: Float, sigma: float) -> tup
     upright = axes[2, 1] / max(axes[2, 2], 1e-6)  # the slope b for which the normal is horizontal
     gain = covariance[:, 2] / (covariance[2, 2] + sigma**2)
     return fit + gain * (upright - fit[2]), covariance - np.outer(gain, covariance[2])
-
-
-def _covariance(x: Float, z: Float, r: Float, cloud: Cloud) -> tuple[Float, Correlation, float]:
-    """Covariance (3, 3) of (c, a, b) from residuals r (n,) at (x, z), on a raster of cell means."""
-    cell = cloud.cell
-    while (np.ptp(x) / cell + 1) * (np.ptp(z) / cell + 1) > _MOST_CELLS:
-        cell *= 2.0
-    column, row = ((v - v.min()) / cell for v in (x, z))
-    h, w = int(row.max()) + 1, int(column.max()) + 1
-    flat = row.astype(np.int64) * w + column.astype(np.int64)
-    count: Array = np.bincount(flat, minlength=h * w).reshape(h, w)
-    mean = np.bincount(flat, r, minlength=h * w).reshape(h, w) / np.maximum(count, 1)
-    known = count > 0
-    correlation = residual_correlation(mean, known, cell)
-    design = np.ones((h, w, 3))
-    design[..., 1] = x.min() + (np.arange(w) + 0.5) * cell
-    design[..., 2] = (z.min() + (np.arange(h) + 0.5) * cell)[:, None]
-    covariance = fit_covariance(design, known, correlation)
-    effective = float(np.var(mean[known]) / max(covariance[0, 0], 1e-300))
-    return covariance, correlation, max(effective - 3.0, 1.0)
-
-
-def bend(x: Float, y: Float, threshold: float, reach: float, strip: float = 0.5) -> tuple[float, float]:
-    """Sagitta of the wall along x and its sigma, m: a quadratic through the modal offset of every strip.
-
-    x, y       (n,) m, facade coordinates of points near the plane; |y| <= `reach` are used
-    threshold  m, width of the histogram's bins and of the mode
-
-    Positive: the middle lies deeper than the ends. (0, inf) with fewer than six strips.
-    """
-    keep = np.abs(y) <= reach
-    x, y = x[keep], y[keep]
-    if len(x) == 0 or np.ptp(x) < 6 * strip:
-        return 0.0, float("inf")
-    number = int(np.ceil(np.ptp(x) / strip))
-    column = np.minimum(((x - x.min()) / strip).astype(np.int64), number - 1)
-    bins = int(np.ceil(2 * reach / threshold))
-    level = np.clip(((y + reach) / threshold).astype(np.int64), 0, bins - 1)
-    count = np.bincount(column * bins + level, minlength=number * bins).reshape(number, bins)
-    pooled = count + np.pad(count, ((0, 0), (1, 0)))[:, :-1] + np.pad(count, ((0, 0), (0, 1)))[:, 1:]
-    mode = pooled.argmax(1)
-    on_mode = np.abs(level - mode[column]) <= 1
-    held = np.bincount(column[on_mode], minlength=number).astype(np.float64)
-    height: Float = np.bincount(column[on_mode], y[on_mode], minlength=number) / np.maximum(held, 1.0)
-    good = held >= max(10.0, 0.2 * float(np.median(held)))
-    if good.sum() < 6:
-        return 0.0, float("inf")
-    return _sagitta((np.arange(number)[good] + 0.5) * strip, np.asarray(height[good], np.float64), threshold)
-
-
-def _sagitta(x: Array, y: Array, threshold: float) -> tuple[float, float]:
-    half = 0.5 * float(np.ptp(x))
-    u = (x - x.min() - half) / half
-    design = np.column_stack([np.ones(len(u)), u, u * u])
-    start = np.linalg.lstsq(design, y, rcond=None)[0]
-    fit = irls(design, y, np.ones(len(u)), 0.0005, start, max(mad_sigma(y - design @ start), threshold / 3))
-    inverse = np.linalg.pinv((design * fit.weights[:, None]).T @ design)
-    # neighbouring strips share a house's roughness: count every second one
-    return -float(fit.parameters[2]), float(fit.sigma * np.sqrt(2.0 * inverse[2, 2]))

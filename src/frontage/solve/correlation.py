@@ -6,7 +6,7 @@ variogram is c(0) - c(h)) is carried through the fit exactly:
 ``C = N^-1 (sum_ij a_i a_j^T c(i - j)) N^-1`` with ``N = sum_i a_i a_i^T``, by FFT.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy import fft
@@ -31,6 +31,10 @@ class Correlation:
     def length(self) -> float:
         """Correlation length in m: the side of the square that one independent value stands for."""
         return float(np.sqrt(self.area))
+
+    def raised(self, variance: float) -> "Correlation":
+        """The same with `variance` added at every distance: what a fit took from the residuals."""
+        return replace(self, covariance=self.covariance + variance)
 
 
 def _padded(shape: tuple[int, int], reach: int) -> tuple[int, int]:

@@ -10,7 +10,7 @@ from typing import Protocol
 
 import numpy as np
 
-from frontage.geometry.arrays import Bool, Float, Int
+from frontage.geometry.arrays import Array, Bool, Float, Int
 
 
 class Estimator(Protocol):
@@ -27,8 +27,8 @@ class Estimator(Protocol):
     def minimal(self, samples: Int) -> Float:
         """Models (j, p) through the samples (k, sample_size); degenerate samples are dropped."""
 
-    def residuals(self, models: Float, rows: Int | slice) -> Float:
-        """Signed or absolute residuals (j, r) of the models (j, p) at `rows`."""
+    def residuals(self, models: Float, rows: Int | slice) -> Array:
+        """Signed or absolute residuals (j, r), float32 or float64, of the models (j, p) at `rows`."""
 
     def fit(self, rows: Int, weights: Float) -> Float | None:
         """Weighted least-squares model (p,) of many rows, or None when they are degenerate."""
@@ -78,7 +78,7 @@ def lo_ransac(
     n = len(estimator)
     if n < estimator.sample_size:
         return None
-    weight = np.ones(n) if weights is None else np.asarray(weights, np.float64)
+    weight = np.ones(n, np.float32) if weights is None else np.asarray(weights, np.float32)
     rows = rng.permutation(n)[: min(n, score_rows)]
     models, scores = np.empty((0, 0)), np.empty(0)
     tried, needed = 0, float(block)
@@ -101,29 +101,33 @@ def lo_ransac(
 
 
 def _score(
-    estimator: Estimator, models: Float, rows: Int | slice, weight: Float, threshold: float
+    estimator: Estimator, models: Float, rows: Int | slice, weight: Array, threshold: float
 ) -> tuple[Float, Float]:
     """MSAC scores (j,) and inlier weight shares (j,), both per unit weight."""
-    squared = (estimator.residuals(models, rows) / threshold) ** 2
-    total = weight.sum()
-    share = (squared < 1.0) @ weight / total
+    squared = estimator.residuals(models, rows) / np.float32(threshold)
+    squared *= squared
+    total = float(weight.sum(dtype=np.float64))
+    share = (squared < 1.0).astype(np.float32) @ weight / total
     np.minimum(squared, 1.0, out=squared)
-    return squared @ weight / total, share
+    return (squared @ weight / total).astype(np.float64), share.astype(np.float64)
 
 
-def _optimise(estimator: Estimator, models: Float, weight: Float, threshold: float, tried: int) -> Consensus:
+def _optimise(estimator: Estimator, models: Float, weight: Array, threshold: float, tried: int) -> Consensus:
     """Score every kept model on all rows, refit each on its inliers, return the best of all."""
     everything = slice(None)
     best_model, best_score = models[0], np.inf
-    for start in models:
+    ranked, _ = _score(estimator, models, everything, weight, threshold)
+    # several of the kept are the same structure: the half that is best on all rows is worth a refit
+    for start in models[np.argsort(ranked, kind="stable")[: (len(models) + 1) // 2]]:
         model = start
         for factor in (3.0, 1.5, 1.0):
-            squared = (estimator.residuals(model[None], everything)[0] / threshold) ** 2
+            squared = (estimator.residuals(model[None], everything)[0] / np.float32(threshold)) ** 2
             score = float(np.minimum(squared, 1.0) @ weight / weight.sum())
             if score < best_score:
                 best_model, best_score = model, score
             near = np.flatnonzero(squared < factor**2)
-            refitted = estimator.fit(near, weight[near]) if len(near) > estimator.sample_size else None
+            spread = weight[near].astype(np.float64)
+            refitted = estimator.fit(near, spread) if len(near) > estimator.sample_size else None
             if refitted is None:
                 break
             model = refitted
