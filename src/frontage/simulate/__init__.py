@@ -1,0 +1,1 @@
+"""Streets with exact truth: scenes, scanners, cameras. No estimator imports this package."""

@@ -1,0 +1,229 @@
+"""The nouns of a simulated street: triangles that know their surface, and the plans they were built from.
+
+Frames: *local* has the scene's own origin (integer metres, `world`); the *street* frame has s along the
+street, d into the houses of side 0, z up; a *facade* frame has its origin on the main plane at the lower left
+corner, x right as seen from the street, y into the building, z up. Lengths in metres.
+"""
+
+from dataclasses import dataclass, field
+from enum import IntEnum
+
+import numpy as np
+
+from frontage.geometry.arrays import Array, Float, Int, freeze
+from frontage.geometry.rigid import Rigid3
+from frontage.model import WorldRef
+
+
+class Part(IntEnum):
+    """What a surface is."""
+
+    GROUND = 0
+    WALL = 1
+    ROOF = 2
+    REVEAL = 3
+    FRAME = 4
+    BAR = 5
+    PANE = 6
+    LEAF = 7  # of a door or gate
+    SHUTTER = 8
+    SILL = 9
+    PLINTH = 10
+    CORNICE = 11
+    BALCONY = 12
+    RAILING = 13
+    ORIEL = 14
+    ROOM = 15  # inside of a house, curtains and furniture included
+    TREE = 16
+    CAR = 17
+    LAMP = 18
+    PERSON = 19
+    DORMER = 20
+    CHIMNEY = 21
+
+
+@dataclass(frozen=True)
+class Material:
+    """How a surface looks to a camera and to a laser.
+
+    kind      texture: "plaster", "brick", "ashlar", "stone", "wood", "metal", "glass", "tiles", "asphalt",
+              "paving", "leaves", "fabric", "paint"
+    rgb       linear reflectance of the base colour, 0..1; `rgb_joint` of joints, stains or the second tone
+    laser     diffuse reflectance at the laser's wavelength, 0..1, only loosely tied to the colour
+    gloss     share of the reflection that is a lobe about the mirror direction, 0..1
+    size      m, width and height of the texture's unit (brick, stone, tile), where it has one
+    seed      of the texture's random fields
+    """
+
+    name: str
+    kind: str
+    rgb: tuple[float, float, float]
+    rgb_joint: tuple[float, float, float]
+    laser: float
+    gloss: float = 0.0
+    size: tuple[float, float] = (0.25, 0.075)
+    seed: int = 0
+
+
+@dataclass(frozen=True)
+class Surface:
+    """One surface of the scene; every triangle belongs to one.
+
+    id          readable, e.g. "B02/F1/W3-2/frame"
+    house, facade, opening   indices into `Scene.houses`, `House.facades`, `FacadePlan.openings`; -1 = none
+    origin, u, v             texture plane, local m: coordinates are ((P - origin) . u, (P - origin) . v)
+    roughness   m, one sigma of the surface's height, correlated over `correlation` m (0 = smooth)
+    """
+
+    id: str
+    part: Part
+    material: int
+    house: int = -1
+    facade: int = -1
+    opening: int = -1
+    origin: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    u: tuple[float, float, float] = (1.0, 0.0, 0.0)
+    v: tuple[float, float, float] = (0.0, 0.0, 1.0)
+    roughness: float = 0.0
+    correlation: float = 0.3
+
+
+@dataclass(frozen=True, eq=False)
+class Mesh:
+    """Triangles: vertices (v, 3) m local, corners (t, 3) int64 into them, surface (t,) int32 per triangle.
+
+    Corners are counter-clockwise seen from outside; panes and leaves are single sheets.
+    """
+
+    vertices: Float
+    corners: Int
+    surface: Array
+
+    def __post_init__(self) -> None:
+        freeze(self, vertices=((None, 3), np.float64), corners=((None, 3), np.int64))
+        freeze(self, surface=((len(self.corners),), np.int32))
+
+    @property
+    def normals(self) -> Float:
+        """Unit normals (t, 3); zero for a triangle without area."""
+        a, b, c = (self.vertices[self.corners[:, k]] for k in range(3))
+        n = np.cross(b - a, c - a)
+        length = np.linalg.norm(n, axis=1, keepdims=True)
+        return np.asarray(n / np.where(length > 0, length, 1.0))
+
+
+@dataclass(frozen=True)
+class BarPlan:
+    """A window bar: axis "vertical" (position x) or "horizontal" (position z), extent along it, width; m."""
+
+    axis: str
+    position: float
+    extent: tuple[float, float]
+    width: float
+
+
+@dataclass(frozen=True, eq=False)
+class OpeningPlan:
+    """An opening as built: the hole in the wall (reveal edge), in the facade frame.
+
+    id            "B02/F1/W3-2"
+    kind          "window", "door", "shopfront", "passage", "garage", "basement"
+    shape         "rectangle", "segmental", "round", "pointed", "circle"
+    ring          (k, 2) m (x, z), counter-clockwise as seen from the street, chord error of arcs < 1 mm
+    wall_y        m, y of the wall it is cut into (0 = main plane, negative = an oriel's front)
+    depth         m, wall to the front of the frame or leaf; glass_depth to the pane
+    bars          between the frame's sides
+    shutters      "none", "open" (beside the hole) or "closed" (the hole is flush)
+    """
+
+    id: str
+    kind: str
+    shape: str
+    ring: Float
+    wall_y: float
+    depth: float
+    glass_depth: float
+    frame_width: float
+    bars: tuple[BarPlan, ...] = ()
+    shutters: str = "none"
+    glazed: bool = True
+    floor: int = 0
+    bay: int = 0
+
+    def __post_init__(self) -> None:
+        freeze(self, ring=((None, 2), np.float64))
+
+
+@dataclass(frozen=True, eq=False)
+class ProtrusionPlan:
+    """Something in front of (or behind) the main plane: outline (k, 2) m (x, z), y from near to far, m."""
+
+    id: str
+    kind: str
+    ring: Float
+    y_range: tuple[float, float]
+
+    def __post_init__(self) -> None:
+        freeze(self, ring=((None, 2), np.float64))
+
+
+@dataclass(frozen=True, eq=False)
+class FacadePlan:
+    """One facade as built: frame, outline (k, 2) m (x, z) of the wall, openings and protrusions."""
+
+    id: str
+    local_from_facade: Rigid3
+    outline: Float
+    openings: tuple[OpeningPlan, ...] = ()
+    protrusions: tuple[ProtrusionPlan, ...] = ()
+    roughness: float = 0.0
+
+    def __post_init__(self) -> None:
+        freeze(self, outline=((None, 2), np.float64))
+
+
+@dataclass(frozen=True, eq=False)
+class House:
+    """One building: id, address, footprint (k, 2) m local, heights m local, facades.
+
+    shell is the building without openings and fittings, LoD2, closed: (semantics, ring (k, 3) m local)
+    with semantics "WallSurface", "RoofSurface", "GroundSurface".
+    """
+
+    id: str
+    address: str
+    side: int
+    footprint: Float
+    ground_z: float
+    eaves_z: float
+    ridge_z: float
+    facades: tuple[FacadePlan, ...]
+    shell: tuple[tuple[str, Float], ...] = ()
+    twin_of: str | None = None
+
+    def __post_init__(self) -> None:
+        freeze(self, footprint=((None, 2), np.float64))
+
+
+@dataclass(frozen=True, eq=False)
+class Scene:
+    """A street: geometry, materials and plans, with the centre line (k, 3) m local that vehicles drive on."""
+
+    name: str
+    seed: int
+    world: WorldRef
+    local_from_street: Rigid3
+    mesh: Mesh
+    surfaces: tuple[Surface, ...]
+    materials: tuple[Material, ...]
+    houses: tuple[House, ...]
+    road: Float
+    notes: tuple[str, ...] = field(default=())
+
+    def __post_init__(self) -> None:
+        freeze(self, road=((None, 3), np.float64))
+
+    @property
+    def parts(self) -> Array:
+        """`Part` (s,) uint8 of every surface."""
+        return np.array([s.part for s in self.surfaces], np.uint8)
