@@ -55,7 +55,7 @@ def progress(quiet: bool, as_json: bool) -> "Progress":
 
 
 class Bars:
-    """One line per stage on stderr: a bar while it works, then what it made and how long it took."""
+    """One line per stage on stderr: what it made and how long it took; on a terminal a bar while it works."""
 
     def __init__(self) -> None:
         from rich.console import Console
@@ -75,7 +75,8 @@ class Bars:
     def begin(self, stage: str, total: int) -> None:
         """Start a bar."""
         self._drop()
-        self._bars.start()
+        if self._console.is_terminal:
+            self._bars.start()
         self._task = self._bars.add_task(stage, total=total or None)
 
     def advance(self, stage: str) -> None:
@@ -85,7 +86,8 @@ class Bars:
     def end(self, stage: str, seconds: float, kept: bool, result: dict[str, Any]) -> None:
         """Replace the bar by a line."""
         self._drop()
-        self._bars.stop()
+        if self._console.is_terminal:
+            self._bars.stop()
         state = "kept" if kept else f"{seconds:.1f} s"
         self._console.print(f"{stage:<10} {result['items']:>10,}  {state}", markup=False)
 

@@ -26,4 +26,4 @@ def command(out: Path, facade: str, column: float, row: float, plane: bool, as_j
     if as_json:
         click.echo(json.dumps({**asdict(point), "crs": pixels.crs}))
     else:
-        click.echo(f"{point.x:.4f} {point.y:.4f} {point.z:.4f} {point.surface}")
+        click.echo(f"{point.x:z.4f} {point.y:z.4f} {point.z:z.4f} {point.surface}")

@@ -26,4 +26,4 @@ def command(out: Path, facade: str, x: float, y: float, z: float, as_json: bool)
         click.echo(json.dumps(asdict(point)))
     else:
         where = "" if point.inside else " outside"
-        click.echo(f"{point.column:.4f} {point.row:.4f} {point.depth:.4f}{where}")
+        click.echo(f"{point.column:z.4f} {point.row:z.4f} {point.depth:z.4f}{where}")
