@@ -1,0 +1,113 @@
+"""First hits of rays on a mesh: Embree finds the triangle in float32, its plane the distance in float64."""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from frontage.errors import MissingExtra
+from frontage.geometry.arrays import Array, Bool, Float, Int
+from frontage.simulate.scene import Mesh
+
+_CHUNK = 400_000  # rays per call into Embree: bounds the memory of its answers to some 20 MB
+_GRAZING = 1e-4  # |cos| below which dividing by it would cost more than float32 does
+
+
+@dataclass(frozen=True, eq=False)
+class Hits:
+    """Where rays ended: triangle (n,), -1 = none; distance (n,) in lengths of the ray's direction or inf."""
+
+    triangle: Int
+    distance: Float
+
+    @property
+    def found(self) -> Bool:
+        """Which rays hit something (n,)."""
+        return self.triangle >= 0
+
+
+class Tracer:
+    """Casts rays on one mesh. Directions need not be unit vectors; with unit vectors distances are metres.
+
+    Embree is much faster on rays that lie close together: pass them in scan or pixel order. Use one instance
+    per process: it cannot be pickled and its calls hold the interpreter lock.
+    """
+
+    def __init__(self, mesh: Mesh, keep: Bool | None = None) -> None:
+        """Build the tree over `mesh`, or over its triangles where `keep` (t,) is True; answers index `mesh`.
+
+        Raises MissingExtra without embreex, ValueError for a `keep` of the wrong length.
+        """
+        corners = mesh.vertices[mesh.corners]
+        chosen = np.ones(len(corners), np.bool_) if keep is None else np.asarray(keep, np.bool_)
+        if chosen.shape != (len(corners),):
+            raise ValueError(f"keep: shape {chosen.shape}, expected ({len(corners)},)")
+        self._rows = np.flatnonzero(chosen)
+        self._apex = corners[self._rows, 0]
+        self._normals = mesh.normals[self._rows]
+        # float32 is exact enough only near zero: trace about the middle of the mesh.
+        self._centre = (
+            (corners.min((0, 1)) + corners.max((0, 1))) / 2 if len(self._rows) else np.zeros(3, np.float64)
+        )
+        self._scene = _embree_scene(corners[self._rows] - self._centre) if len(self._rows) else None
+
+    def first_hit(self, origins: Float, directions: Float, skip: float = 0.0) -> Hits:
+        """The first triangle that each ray meets beyond `skip` of its length.
+
+        origins (n, 3) or (3,) m local, directions (n, 3). `skip` > 0 keeps a ray that starts on a surface
+        from hitting it again.
+        """
+        directions = np.asarray(directions, np.float64)
+        origins = np.broadcast_to(np.asarray(origins, np.float64), directions.shape)
+        n = len(directions)
+        triangle, distance = np.full(n, -1, np.int64), np.full(n, np.inf)
+        for start in range(0, n if self._scene is not None else 0, _CHUNK):
+            part = slice(start, start + _CHUNK)
+            o, d = origins[part], directions[part]
+            answer = self._run(o + skip * d, d, output=True)
+            hit = np.flatnonzero(answer["primID"] >= 0)
+            row = answer["primID"][hit].astype(np.int64)
+            triangle[start + hit] = self._rows[row]
+            coarse = answer["tfar"][hit].astype(np.float64) + skip
+            distance[start + hit] = self._refined(o[hit], d[hit], row, coarse)
+        return Hits(triangle, distance)
+
+    def blocked(self, origins: Float, directions: Float, reach: Float | float, skip: float = 1e-4) -> Bool:
+        """Whether anything lies between `skip` and `reach` lengths of each ray (n,); faster than `first_hit`."""
+        directions = np.asarray(directions, np.float64)
+        origins = np.broadcast_to(np.asarray(origins, np.float64), directions.shape)
+        limit = np.broadcast_to(np.asarray(reach, np.float64), len(directions)) - skip
+        answer = np.zeros(len(directions), np.bool_)
+        for start in range(0, len(directions) if self._scene is not None else 0, _CHUNK):
+            part = slice(start, start + _CHUNK)
+            o, d, far = origins[part], directions[part], np.maximum(limit[part], 0.0)
+            # Embree's answer to an unbounded ray is infinity, which float32 holds
+            hit = self._run(o + skip * d, d, query="OCCLUDED", dists=far.astype(np.float32))
+            answer[part] = np.asarray(hit) >= 0
+        return answer
+
+    def _run(self, origins: Float, directions: Float, **options: Any) -> Any:
+        near = (origins - self._centre).astype(np.float32)
+        assert self._scene is not None
+        return self._scene.run(near, np.ascontiguousarray(directions, np.float32), **options)
+
+    def _refined(self, origins: Float, directions: Float, row: Int, coarse: Float) -> Float:
+        """Distance to the plane of triangle `row` in float64, `coarse` where the ray runs along the plane."""
+        normal = self._normals[row]
+        slope = np.einsum("ij,ij->i", directions, normal)
+        height = np.einsum("ij,ij->i", self._apex[row] - origins, normal)
+        flat = np.abs(slope) < _GRAZING * np.linalg.norm(directions, axis=1)
+        exact = height / np.where(flat, 1.0, slope)
+        return np.where(flat, coarse, exact)
+
+
+def _embree_scene(corners: Array) -> Any:
+    """Embree's tree over triangles (t, 3, 3)."""
+    try:
+        from embreex.mesh_construction import TriangleMesh
+        from embreex.rtcore_scene import EmbreeScene
+    except ImportError as error:
+        raise MissingExtra("simulating a scan or a photo", "simulate") from error
+    scene = EmbreeScene(robust=True)  # no ray slips between triangles that share an edge
+    TriangleMesh(scene, np.ascontiguousarray(corners, np.float32))
+    return scene
