@@ -50,7 +50,7 @@ $(VENV)/bin/python:
 
 # Resolve the pins anew (needs uv).
 lock:
-	uv pip compile pyproject.toml --extra e57 requirements.in $(LOCK) -o requirements.txt
+	uv pip compile pyproject.toml --extra e57 --extra simulate requirements.in $(LOCK) -o requirements.txt
 	uv pip compile pyproject.toml --extra dev requirements.in -c requirements.txt $(LOCK) -o requirements-dev.txt
 LOCK := --universal --python-version 3.11 --generate-hashes --no-header --no-annotate --quiet
 
