@@ -26,9 +26,10 @@ class Tick:
 
 @dataclass(frozen=True)
 class Segment:
-    """A facade in plan: both ends, label place and the tip of its outward arrow, in px."""
+    """A facade in plan: both ends and the tip of its outward arrow, in px; its label, "" = none."""
 
     id: str
+    label: str
     x1: float
     y1: float
     x2: float
@@ -70,17 +71,25 @@ def ortho_figure(view: FacadeView) -> Figure | None:
 
 
 def street_figure(data: ReportData) -> Figure | None:
-    """The street seen from above: every building in its own tint, its facades with their ids."""
+    """The street seen from above: every building in its own tint, its name at its longest facade."""
     facades = [f for b in data.buildings for f in b.facades]
-    return _plan(data.street, data.street_building, facades)
+    longest = {f.facade.building: f.facade.id for f in sorted(facades, key=_length)}
+    labels = [f.facade.building if f.facade.id in longest.values() else "" for f in facades]
+    return _plan(data.street, data.street_building, facades, labels)
 
 
 def building_figure(plan: Float, facades: tuple[FacadeView, ...]) -> Figure | None:
     """One building seen from above, with its facades."""
-    return _plan(plan, np.zeros(len(plan), np.int64), list(facades))
+    labels = [f.facade.id.rpartition("/")[2] for f in facades]
+    return _plan(plan, np.zeros(len(plan), np.int64), list(facades), labels)
 
 
-def _plan(points: Float, group: Array, facades: list[FacadeView]) -> Figure | None:
+def _length(view: FacadeView) -> float:
+    x0, _, x1, _ = view.facade.extent
+    return x1 - x0
+
+
+def _plan(points: Float, group: Array, facades: list[FacadeView], labels: list[str]) -> Figure | None:
     if not len(points):
         return None
     ends = [facade_ends(view) for view in facades]
@@ -98,7 +107,7 @@ def _plan(points: Float, group: Array, facades: list[FacadeView]) -> Figure | No
         width=float(size[0] * scale),
         height=float(size[1] * scale),
         href=_plan_image(pixel(points), group, size * scale),
-        segments=tuple(_segment(v, pixel(e)) for v, e in zip(facades, ends, strict=True)),
+        segments=tuple(_segment(v, t, pixel(e)) for v, t, e in zip(facades, labels, ends, strict=True)),
         bar=bar * scale,
         bar_label=f"{bar:g} m",
     )
@@ -115,13 +124,13 @@ def facade_ends(view: FacadeView) -> Float:
     return view.facade.frame.apply(np.array([[x0, 0.0, 0.0], [x1, 0.0, 0.0]]))[:, :2]
 
 
-def _segment(view: FacadeView, ends: Float) -> Segment:
+def _segment(view: FacadeView, label: str, ends: Float) -> Segment:
     along = ends[1] - ends[0]
     # Right as seen from the street is x; in the figure (y down) the street lies a quarter turn clockwise.
     outward = np.array([-along[1], along[0]]) / max(float(np.hypot(*along)), 1e-9)
     tip = ends.mean(0) + 22 * outward
     (x1, y1), (x2, y2) = ends.tolist()
-    return Segment(view.facade.id, x1, y1, x2, y2, float(tip[0]), float(tip[1]))
+    return Segment(view.facade.id, label, x1, y1, x2, y2, float(tip[0]), float(tip[1]))
 
 
 def _plan_image(xy: Float, group: Array, size: Float) -> str:
