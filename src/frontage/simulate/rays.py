@@ -73,7 +73,7 @@ class Tracer:
         return Hits(triangle, distance)
 
     def blocked(self, origins: Float, directions: Float, reach: Float | float, skip: float = 1e-4) -> Bool:
-        """Whether anything lies between `skip` and `reach` lengths of each ray (n,); faster than `first_hit`."""
+        """Whether anything lies between `skip` and `reach` lengths of each ray (n,): a yes or no, quickly."""
         directions = np.asarray(directions, np.float64)
         origins = np.broadcast_to(np.asarray(origins, np.float64), directions.shape)
         limit = np.broadcast_to(np.asarray(reach, np.float64), len(directions)) - skip

@@ -1,0 +1,183 @@
+"""What a laser scanner can do: the part that a user states, and the rest drawn from the seed."""
+
+from dataclasses import dataclass
+from typing import Literal, Self
+
+import numpy as np
+from pydantic import BaseModel, ConfigDict, Field, model_validator
+
+_WAVELENGTHS = (532, 905, 1064, 1550)
+
+
+class InstrumentSpec(BaseModel):
+    """A laser scanner. What is left out (None) is drawn from the seed, so that no two scenes are alike."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+    ranging: Literal["pulsed", "phase"] | None = Field(None, description="pulsed or phase-shift ranging")
+    wavelength: Literal[532, 905, 1064, 1550] | None = Field(
+        None, description="nm; coated panes reflect more of it the longer it is"
+    )
+    sigma_range: float | None = Field(
+        None, ge=0, le=0.1, description="m, range noise on a white surface 10 m away"
+    )
+    sigma_angle: float | None = Field(None, ge=0, le=5, description="mrad, noise of each of the two angles")
+    divergence: float | None = Field(
+        None, ge=0, le=10, description="mrad, full angle of the beam, 1/e2 of the power"
+    )
+    exit_beam: float | None = Field(
+        None, ge=0, le=0.05, description="m, diameter of the leaving beam, 1/e2 of the power"
+    )
+    subrays: Literal[1, 7, 19, 37] = Field(19, description="rays that sample the beam's cross-section")
+    echoes: Literal["first", "strongest", "last", "all"] | None = Field(
+        None, description="which echoes of a beam are kept"
+    )
+    resolution: float | None = Field(
+        None, gt=0, le=3, description="m, pulsed: echoes closer than this melt into one"
+    )
+    range_min: float = Field(0.6, ge=0, description="m, nothing nearer is measured")
+    range_max: float = Field(150.0, gt=0, description="m, nothing farther is measured")
+    range_dark: float | None = Field(
+        None, gt=0, description="m, at which a surface that reflects 10 % is just detected"
+    )
+    strays: float | None = Field(None, ge=0, le=0.1, description="share of the beams that measure air")
+    colour: bool = Field(True, description="points carry the colour of what they hit")
+
+    @model_validator(mode="after")
+    def _ranges(self) -> Self:
+        if self.range_min >= self.range_max:
+            raise ValueError(
+                f"range_min ({self.range_min:g} m) must be smaller than range_max ({self.range_max:g} m)"
+            )
+        return self
+
+
+class ScannerSpec(InstrumentSpec):
+    """Terrestrial stations in front of the houses, each a polar raster."""
+
+    stations: int = Field(
+        2, ge=1, le=100, description="scan positions, spread along the street unless `positions` says where"
+    )
+    positions: tuple[tuple[float, float], ...] | None = Field(
+        None, min_length=1, description="m, positions [s, d] along the street and towards the houses"
+    )
+    height: float = Field(1.75, gt=0, le=20, description="m, of the scanner's centre above the ground")
+    spacing: float = Field(0.02, gt=0.0005, le=1, description="m between neighbouring beams, 10 m away")
+    lowest: float = Field(-50.0, ge=-90, lt=90, description="degrees, lowest beam above the horizon")
+    highest: float = Field(75.0, gt=-90, le=90, description="degrees, highest beam above the horizon")
+    field: float = Field(
+        360.0, gt=0, le=360, description="degrees, horizontal field; less than 360 faces the houses"
+    )
+    pose: Literal["true", "approximate"] = Field(
+        "true", description="approximate: the poses handed over come from GPS and a compass"
+    )
+    sigma_position: float = Field(1.5, ge=0, description="m per axis, of approximate poses")
+    sigma_heading: float = Field(3.0, ge=0, le=90, description="degrees, of approximate poses")
+    sigma_level: float = Field(0.1, ge=0, le=10, description="degrees, of approximate poses")
+
+    @model_validator(mode="after")
+    def _angles(self) -> Self:
+        if self.lowest >= self.highest:
+            raise ValueError(f"lowest ({self.lowest:g}) must be smaller than highest ({self.highest:g})")
+        return self
+
+
+class DriveSpec(InstrumentSpec):
+    """A vehicle with two profile scanners, driving once along the road of the scene."""
+
+    speed: float = Field(7.0, gt=0, le=40, description="m/s")
+    height: float = Field(2.4, gt=0.3, le=10, description="m, of the scanners above the road")
+    lane: float | None = Field(None, description="m, offset of the track towards the houses; None: drawn")
+    profile_rate: float = Field(100.0, gt=0, le=2000, description="profiles per second of each scanner")
+    beams: int = Field(1000, ge=16, le=100_000, description="beams of one profile, all around")
+    tilt: float = Field(45.0, ge=0, le=80, description="degrees between a profile and the cross-section")
+    overrun: float = Field(
+        10.0, ge=0, le=500, description="m driven before the first and after the last house"
+    )
+    start: float = Field(302_400.0, ge=0, description="s, gps_time of the first profile")
+    offset: float = Field(0.03, ge=0, description="m per axis, one sigma of the trajectory's constant error")
+    drift: float = Field(0.03, ge=0, description="m, one sigma per axis gained in 100 m of drive")
+    drift_angle: float = Field(
+        0.02, ge=0, description="degrees, one sigma of the slowly varying attitude error"
+    )
+    boresight: float = Field(
+        0.01, ge=0, description="degrees per axis, one sigma of each scanner's mounting error"
+    )
+
+
+@dataclass(frozen=True)
+class Instrument:
+    """A scanner with every property settled; lengths m, angles rad. See `InstrumentSpec` for their meaning.
+
+    exponent    b of the range noise `sigma_range (E / E_white,10m)^-b`
+    near        m, range of the near-range roll-off 1 - exp(-(R / near)^2)
+    falloff     exponent of the cosine of incidence in the diffuse reflection
+    fine        m, phase-shift: half of the shortest modulation wavelength
+    coherence   phase-shift: echoes whose modulation is weakened below this share are rejected
+    spread      share of the echo's width that shows up as range noise (growth with incidence)
+    levels      steps of the recorded intensity
+    """
+
+    ranging: str
+    wavelength: int
+    sigma_range: float
+    exponent: float
+    sigma_angle: float
+    divergence: float
+    exit_beam: float
+    subrays: int
+    echoes: str
+    resolution: float
+    fine: float
+    coherence: float
+    spread: float
+    range_min: float
+    range_max: float
+    range_dark: float
+    near: float
+    falloff: float
+    strays: float
+    levels: int
+
+    def footprint(self, distance: float) -> float:
+        """Diameter of the beam, 1/e2 of the power, m, at `distance` m: exit beam and divergence combined."""
+        return float(np.hypot(self.exit_beam, self.divergence * distance))
+
+
+def draw_instrument(spec: InstrumentSpec, rng: np.random.Generator) -> Instrument:
+    """Settle what `spec` leaves open. Every draw is made, so that stating one value changes no other."""
+    mobile = isinstance(spec, DriveSpec)
+    phase = bool(rng.random() < 0.4) and not mobile
+    ranging = spec.ranging or ("phase" if phase else "pulsed")
+    pulsed = ranging == "pulsed"
+    low, high = (0.003, 0.006) if mobile else (0.001, 0.003) if pulsed else (0.0003, 0.0008)
+    sigma = rng.uniform(low, high)
+    angle = rng.uniform(0.02, 0.05)
+    divergence = rng.uniform(*((0.3, 0.5) if mobile else (0.15, 0.35)))
+    wavelength, kept = int(rng.choice(_WAVELENGTHS)), str(rng.choice(["first", "strongest"]))
+
+    def given(value: float | None, drawn: float) -> float:
+        return float(drawn if value is None else value)
+
+    return Instrument(
+        ranging=ranging,
+        wavelength=spec.wavelength or wavelength,
+        sigma_range=given(spec.sigma_range, sigma),
+        exponent=float(rng.uniform(0.35, 0.6)),
+        sigma_angle=1e-3 * given(spec.sigma_angle, angle),
+        divergence=1e-3 * given(spec.divergence, divergence),
+        exit_beam=given(spec.exit_beam, rng.uniform(0.003, 0.006)),
+        subrays=spec.subrays,
+        echoes=spec.echoes or ("all" if mobile else kept if pulsed else "strongest"),
+        resolution=given(spec.resolution, rng.uniform(0.2, 0.6)),
+        fine=float(rng.uniform(0.6, 1.5)),
+        coherence=float(rng.uniform(0.4, 0.75)),
+        spread=float(rng.uniform(0.1, 0.3)),
+        range_min=spec.range_min,
+        range_max=spec.range_max,
+        range_dark=given(spec.range_dark, rng.uniform(60, 120)),
+        near=float(rng.uniform(1.0, 3.0)),
+        falloff=float(rng.uniform(0.8, 1.3)),
+        strays=given(spec.strays, 10 ** rng.uniform(-5.5, -4)),
+        levels=int(rng.choice([1024, 4096, 65536])),
+    )
