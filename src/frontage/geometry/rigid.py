@@ -74,6 +74,30 @@ def rotation_from_quaternion(wxyz: Float) -> Float:
     )
 
 
+def quaternion_from_rotation(R: Float) -> Float:
+    """Unit quaternion (w, x, y, z), w >= 0, of a rotation matrix (3, 3); the inverse of the above.
+
+    The eigenvector of Bar-Itzhack's symmetric matrix (2000): stable for every angle.
+    """
+    K = np.array(
+        [
+            [R[0, 0] - R[1, 1] - R[2, 2], R[1, 0] + R[0, 1], R[2, 0] + R[0, 2], R[2, 1] - R[1, 2]],
+            [R[1, 0] + R[0, 1], R[1, 1] - R[0, 0] - R[2, 2], R[2, 1] + R[1, 2], R[0, 2] - R[2, 0]],
+            [R[2, 0] + R[0, 2], R[2, 1] + R[1, 2], R[2, 2] - R[0, 0] - R[1, 1], R[1, 0] - R[0, 1]],
+            [R[2, 1] - R[1, 2], R[0, 2] - R[2, 0], R[1, 0] - R[0, 1], R[0, 0] + R[1, 1] + R[2, 2]],
+        ]
+    )
+    x, y, z, w = np.linalg.eigh(K)[1][:, -1]
+    q = np.array([w, x, y, z])
+    return q if w >= 0 else -q
+
+
+def rotation_angle(R: Float) -> float:
+    """Angle rad, 0..pi, of a rotation matrix (3, 3); exact for small angles too."""
+    sine = float(np.linalg.norm([R[2, 1] - R[1, 2], R[0, 2] - R[2, 0], R[1, 0] - R[0, 1]]) / 2)
+    return float(np.arctan2(sine, (np.trace(R) - 1) / 2))
+
+
 def skew(v: Float) -> Float:
     """The (3, 3) matrix of the cross product, ``skew(v) @ u = v x u``."""
     x, y, z = v

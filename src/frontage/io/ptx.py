@@ -5,18 +5,18 @@ Per scan: columns, rows, scanner position, three axes, a 4x4 matrix for row vect
 """
 
 import warnings
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TextIO
 
 import numpy as np
 
-from frontage.errors import FileError
+from frontage.errors import FileError, InputError
 from frontage.geometry.arrays import Array, Float
 from frontage.geometry.rigid import Rigid3
 from frontage.io.columns import Columns, normalised, to_scan
-from frontage.io.files import reading, require_file
+from frontage.io.files import reading, require_file, whole_file
 from frontage.io.placement import Placement, Wanted
 from frontage.io.poses import given_pose, nearest_rotation
 from frontage.model import Scan
@@ -153,3 +153,38 @@ def _numbers(f: TextIO, n: int) -> list[float]:
     if len(values) != n:
         raise ValueError(f"a header line of {len(values)} values instead of {n}")
     return values
+
+
+def write_ptx(path: str | Path, scans: Sequence[Scan]) -> Path:
+    """Write structured scans with one pose each: 0.01 mm in the scanner's frame, intensity 0..1 to 1e-4.
+
+    Raises InputError for a scan without pose or raster, FileError (cannot be written).
+    """
+    p = Path(path)
+    with whole_file(p) as temporary, temporary.open("w", encoding="ascii", newline="\n") as f:
+        for scan in scans:
+            _write(f, scan)
+    return p
+
+
+def _write(f: TextIO, scan: Scan) -> None:
+    """One scan: header, then every beam of the raster, column by column."""
+    if scan.local_from_scanner is None or scan.grid is None:
+        raise InputError(f"{scan.name}: a PTX scan needs the pose and the raster of its scanner")
+    pose, index = scan.local_from_scanner.value, scan.grid.index.T.ravel()
+    t = scan.world.to_world(pose.t)
+    matrix = np.vstack([np.column_stack([pose.R.T, np.zeros(3)]), [*t, 1.0]])
+    rows, columns = scan.grid.index.shape
+    f.write(f"{columns}\n{rows}\n")
+    for numbers in (t, *pose.R.T, *matrix):
+        f.write(" ".join(f"{v:.12g}" for v in numbers) + "\n")
+    lost = index < 0
+    intensity = np.full(len(scan), 0.5) if scan.intensity is None else scan.intensity
+    table = np.column_stack([pose.inverse.apply(scan.xyz), intensity])[index]
+    table[lost] = 0.0, 0.0, 0.0, 0.5
+    form = "%.5f %.5f %.5f %.4f"
+    if scan.rgb is not None:
+        table = np.column_stack([table, np.where(lost[:, None], 0, scan.rgb[index])])
+        form += " %d %d %d"
+    for start in range(0, len(table), _CHUNK):
+        np.savetxt(f, table[start : start + _CHUNK], fmt=form)

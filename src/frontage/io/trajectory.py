@@ -8,7 +8,7 @@ from pyproj import CRS
 
 from frontage.errors import FileError
 from frontage.geometry.arrays import Array, Float
-from frontage.io.files import reading, require_file
+from frontage.io.files import reading, require_file, whole_file
 from frontage.io.placement import Placement, Wanted
 from frontage.io.table import read_table
 from frontage.model import WorldRef
@@ -135,3 +135,18 @@ def _same_clock(track: Trajectory, time: Float, notes: list[str]) -> Float:
         "give the trajectory of this scan",
         code="I109",
     )
+
+
+def write_trajectory(path: str | Path, samples: Float, world: WorldRef) -> Path:
+    """Write a trajectory as CSV with a header row; world coordinates to 0.1 mm, angles in degrees to 1e-5.
+
+    samples  (k, 7): gps_time s, x, y, z m local, roll, pitch, heading rad
+
+    Raises FileError (cannot be written).
+    """
+    p = Path(path)
+    table = np.column_stack([samples[:, 0], world.to_world(samples[:, 1:4]), np.degrees(samples[:, 4:7])])
+    with whole_file(p) as temporary, temporary.open("w", encoding="ascii", newline="\n") as f:
+        f.write("gps_time,x,y,z,roll,pitch,heading\n")
+        np.savetxt(f, table, fmt=["%.6f", *["%.4f"] * 3, *["%.5f"] * 3], delimiter=",")
+    return p
