@@ -10,10 +10,12 @@ from frontage.geometry.arrays import Array, Float
 from frontage.geometry.homography import apply_homography, homography_from_pose
 from frontage.model import Facade, Photo
 from frontage.ortho.frame import Raster
+from frontage.raster.sourcemap import SourceMap, bend, mean_jacobian, nodes
 from frontage.raster.tiles import Tile
 
 FLAT_ERROR = 0.02  # photo px that interpolation between exactly projected nodes may cost
-_STEPS = (32, 16, 8, 4)  # px between nodes; finer ones would cost more than projecting every pixel
+_STEPS = (16, 8, 4)  # px between nodes; finer ones would cost more than projecting every pixel
+_FLAT = 1e-4  # m of relief within a tile that no photo resolves
 
 PixelMap = Callable[[Array, Array, Array | float], Float]
 """(column, row, y in m) of the raster, any shape (...), to photo pixels (..., 2); NaN where it cannot see."""
@@ -55,53 +57,59 @@ def pixel_map(photo: Photo, facade: Facade, raster: Raster, projection: str) -> 
     return (full_projection if projection == "full" else homography_projection)(photo, facade, raster)
 
 
-def map_tile(to_photo: PixelMap, tile: Tile, y: Array | None) -> tuple[Array, Float]:
-    """Photo pixels (m, n, 2) float32 of a tile's pixel centres, and the typical Jacobian (2, 2).
+def map_tile(to_photo: PixelMap, tile: Tile, y: Array | None) -> SourceMap:
+    """Where the pixel centres of a tile lie in the photo, on the plane (`y` None) or a relief y (m, n) m.
 
-    On the plane (`y` None) the map is exact at nodes and bilinear between them, the nodes being so dense that
-    the second differences promise an error below `FLAT_ERROR`. On a relief (m, n) m, NaN = the plane, every
-    pixel is projected.
+    NaN in y = the plane. The map is exact at nodes and interpolated between them and in depth when the second
+    differences (and, in depth, exact values between the nodes) promise an error below `FLAT_ERROR`; otherwise
+    every pixel is projected.
     """
-    r, c = np.arange(tile.r0, tile.r1) + 0.5, np.arange(tile.c0, tile.c1) + 0.5
-    for step in _STEPS:
-        rows, columns = _nodes(tile.r0, tile.r1, step), _nodes(tile.c0, tile.c1, step)
-        grid = to_photo(columns[None, :], rows[:, None], 0.0)
-        if _bend(grid) / 8.0 <= FLAT_ERROR:
+    depth = None if y is None else np.nan_to_num(np.asarray(y, np.float32), nan=0.0)
+    low, high = (0.0, 0.0) if depth is None else _range(depth)
+    depths = (low,) if low == high else (low, high)
+    step = _STEPS[0]
+    for _ in range(2):  # the error falls with the square of the step: the second try is right
+        columns, rows = nodes(tile.c0, tile.c1, step)[None, :], nodes(tile.r0, tile.r1, step)[:, None]
+        grids = [to_photo(columns, rows, v) for v in depths]
+        error = max(bend(g) for g in grids) / 8.0
+        if error <= FLAT_ERROR or step == _STEPS[-1]:
             break
-    jacobian = _jacobian(grid, step)
-    if y is None and _bend(grid) / 8.0 <= FLAT_ERROR:
-        return _interpolated(grid, step, tile.shape), jacobian
-    depth = 0.0 if y is None else np.where(np.isfinite(y), y, 0.0)
-    return to_photo(c[None, :], r[:, None], depth).astype(np.float32), jacobian
+        step = next((s for s in _STEPS[1:] if error * (s / step) ** 2 <= 0.9 * FLAT_ERROR), _STEPS[-1])
+    jacobian = mean_jacobian(grids[0], step)
+    if error <= FLAT_ERROR:
+        bounds = np.min([g.min((0, 1)) for g in grids], 0), np.max([g.max((0, 1)) for g in grids], 0)
+        if low == high:
+            return SourceMap((grids[0],), step, tile.shape, jacobian, *bounds)
+        powers = _powers_of_depth(lambda v: to_photo(columns, rows, v), low, high)
+        if powers is not None:
+            return SourceMap(powers, step, tile.shape, jacobian, *bounds, depth=depth)
+    c, r = np.arange(tile.c0, tile.c1) + 0.5, np.arange(tile.r0, tile.r1) + 0.5
+    every = to_photo(c[None, :], r[:, None], 0.0 if depth is None else depth)
+    return SourceMap.exact(every, jacobian)
 
 
-def _nodes(first: int, last: int, step: int) -> Float:
-    """Positions `step` px apart from half a step before `first` to at least half a step past `last`."""
-    return first + step * (np.arange(-(-(last - first) // step) + 2, dtype=np.float64) - 0.5)
+def _range(depth: Array) -> tuple[float, float]:
+    """Smallest and largest depth of a tile, one value when they are closer than a tenth of a millimetre."""
+    low, high, _, _ = cv2.minMaxLoc(depth)
+    middle = 0.5 * (low + high)
+    return (middle, middle) if high - low < _FLAT else (low, high)
 
 
-def _bend(grid: Float) -> float:
-    """Sum of the largest second differences along both axes, px; inf when a part is not visible."""
-    if not np.isfinite(grid).all():
-        return np.inf
-    return float(sum(np.abs(np.diff(grid, 2, axis=a)).max(initial=0.0) for a in (0, 1)))
+def _powers_of_depth(at: Callable[[float], Float], low: float, high: float) -> tuple[Float, ...] | None:
+    """Grids (p, q, 2) of the powers of y that give the map between two depths, or None when two are too few.
 
-
-def _jacobian(grid: Float, step: int) -> Float:
-    """Median d(photo)/d(column), d(photo)/d(row) over the known nodes, columns of a (2, 2) matrix."""
-    by_column = np.diff(grid, axis=1).reshape(-1, 2) / step
-    by_row = np.diff(grid, axis=0).reshape(-1, 2) / step
-    J = []
-    for d in (by_column, by_row):
-        known = d[np.isfinite(d).all(1)]
-        J.append(np.median(known, axis=0) if len(known) else np.ones(2))
-    return np.column_stack(J)
-
-
-def _interpolated(grid: Float, step: int, shape: tuple[int, int]) -> Array:
-    """Bilinear values (m, n, 2) float32 at the pixel centres of a tile whose `_nodes` are given."""
-    h, w = grid.shape[:2]
-    # cv2.resize puts node k at (k + 0.5) step - 0.5; ours begin half a step before the tile: cut a step
-    fine = cv2.resize(grid.astype(np.float32), (w * step, h * step), interpolation=cv2.INTER_LINEAR)
-    inner: Array = fine[step : step + shape[0], step : step + shape[1]]
-    return inner
+    A pinhole's map is a rational function of y; over a facade's relief its third order is far below a pixel.
+    """
+    middle = 0.5 * (low + high)
+    first, centre, last = at(low), at(middle), at(high)
+    half = 0.5 * (high - low)
+    slope, curve = (last - first) / (2 * half), (last - 2 * centre + first) / (2 * half * half)
+    error = 0.0
+    for share in (-0.5, 0.5):
+        d = share * half
+        error = max(error, float(np.abs(centre + d * (slope + d * curve) - at(middle + d)).max()))
+    if not error <= FLAT_ERROR:
+        return None
+    if float(np.abs(curve).max()) * half * half <= FLAT_ERROR:
+        return centre - middle * slope, slope
+    return centre - middle * slope + middle**2 * curve, slope - 2 * middle * curve, curve

@@ -12,6 +12,7 @@ from frontage.ortho.project import map_tile, pixel_map
 from frontage.ortho.relief import Relief
 from frontage.ortho.views import ViewPlan
 from frontage.raster.resample import resample
+from frontage.raster.sourcemap import SourceMap
 from frontage.raster.tiles import Tile, tiles
 
 TILE = 512  # px; one Jacobian per tile
@@ -39,16 +40,21 @@ def paint_photos(
                 continue
             part = _bounds(mine, tile)
             inner = mine[part.r0 - tile.r0 : part.r1 - tile.r0, part.c0 - tile.c0 : part.c1 - tile.c0]
-            at, jacobian = map_tile(
-                to_photo, part, None if relief is None else relief.at(raster, part, filled=True)
-            )
-            with np.errstate(invalid="ignore"):
-                u, v = at[..., 0], at[..., 1]
-                inner = inner & (u >= 0) & (v >= 0) & (u <= photo.camera.width) & (v <= photo.camera.height)
-            colour = resample(image, at, jacobian, options.interpolation)
-            np.copyto(pixels[part.window][..., :3], colour, where=inner[..., None])
-            pixels[part.window][..., 3][inner] = 255
+            y = None if relief is None else relief.at(raster, part, filled=True)
+            at = map_tile(to_photo, part, y)
+            inner = inner & _in_picture(at, photo.camera.width, photo.camera.height)
+            colour = resample(image, at, options.interpolation)
+            np.copyto(pixels[part.window].view(np.uint32), colour.view(np.uint32), where=inner[..., None])
             source[part.window][inner] = i + 1
+
+
+def _in_picture(at: SourceMap, width: int, height: int) -> Array | bool:
+    """Which pixels (m, n) of a map have a place in a photo; True when all have."""
+    if at.complete and (at.low >= 0).all() and at.high[0] <= width and at.high[1] <= height:
+        return True
+    u, v = at.planes((-0.5, -0.5), 1.0)
+    inside: Array = (u >= 0) & (v >= 0) & (u <= width) & (v <= height)
+    return inside
 
 
 def _bounds(mask: Array, tile: Tile) -> Tile:
