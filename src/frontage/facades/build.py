@@ -33,8 +33,7 @@ def build_facade(name: str, front: Front, scene: Scene, rng: np.random.Generator
     inside &= (slab.q[:, 1] > -options.depth_front) & (slab.q[:, 1] < options.depth_back)
     near = np.flatnonzero(inside)
     some = near if len(near) <= _MOST else near[rng.integers(0, len(near), _MOST)]
-    q = np.take(slab.q, some, axis=0)
-    curvature = bend(q[:, 0], q[:, 1], wall.threshold, _BEND_REACH)
+    curvature = bend(slab.q[some, 0], slab.q[some, 1], wall.threshold, _BEND_REACH)
     spacing = wall_spacing(slab.q, flat, cells, wall.threshold, rng)
     return Facade(
         id=name,
@@ -52,7 +51,7 @@ def build_facade(name: str, front: Front, scene: Scene, rng: np.random.Generator
         support=cloud.index[slab.rows[near]],
         inliers=cloud.index[wall.inliers],
         roughness=wall.sigma,
-        spacing=spacing if np.isfinite(spacing) else 0.5 * cloud.cell,
+        spacing=spacing if np.isfinite(spacing) else 0.5 * cloud.raster,
         coverage=cells.coverage,
         oriented_by=front.side.told_by,
         curvature=curvature,

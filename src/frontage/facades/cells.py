@@ -78,6 +78,10 @@ class CellMap:
         row += column
         return row
 
+    def shrunk(self, border: float) -> Bool:
+        """The cells (h, w) of the outline that are further than `border` m from what is not."""
+        return np.asarray(ndimage.distance_transform_edt(self.whole) * self.cell > border, np.bool_)
+
     def moved(self, x: float, z: float) -> "CellMap":
         """The same cells, counted from the point (x, z) m."""
         return replace(self, corner=(self.corner[0] - x, self.corner[1] - z))

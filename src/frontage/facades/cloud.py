@@ -11,6 +11,8 @@ from scipy.spatial import cKDTree
 from frontage.geometry.arrays import Array, Float, Int
 from frontage.geometry.plane import facade_axes, plane_offsets
 
+_BLOCK = 16_384  # points
+_MOST_SEARCHED = 200_000  # points
 _DENSE_CELLS = 40_000_000  # above, a table of all voxels costs more than a sort
 _WELL_FILLED = 4  # points per voxel, on average, that say "dense" without measuring
 _UNKNOWN = 0.02  # m, noise of a cloud without a flat upright piece
@@ -23,20 +25,33 @@ class Cloud:
 
     xyz      (n, 3) m local, all points of the building; index (n,) of them in the scan
     thin     (k,) int64 into `xyz`: one point per voxel of side `cell`
-    cell     m, the voxel; `noise` m, range noise and local roughness
+    cell     m, the voxel; `raster` m, cell of the facade raster; `noise` m, range noise and local roughness
     """
 
     xyz: Float
     index: Int
     thin: Int
     cell: float
+    raster: float
     noise: float
+
+    def bounded(self) -> "Cloud":
+        """What the search looks at: all points, or of more than 200 k one per voxel.
+
+        A raster of such points needs cells of two voxels: a turned raster of single ones has empty cells.
+        """
+        if len(self.xyz) <= _MOST_SEARCHED:
+            return self
+        rows = np.arange(len(self.thin))
+        xyz = np.take(self.xyz, self.thin, axis=0)
+        return Cloud(xyz, self.index[self.thin], rows, self.cell, 2.0 * self.raster, self.noise)
 
     def slab(self, normal: Float, point: Float, reach: float) -> "Slab":
         """The points within `reach` m of a plane, in its coordinates: the one pass over all points."""
-        rows = np.flatnonzero(np.abs(plane_offsets(self.xyz, normal, point)) < reach)
+        offsets = plane_offsets(self.xyz, normal, point)
+        rows = np.flatnonzero(np.abs(offsets, out=offsets) < reach)
         axes = facade_axes(normal)
-        return Slab(rows, (np.take(self.xyz, rows, axis=0) - point) @ axes, axes, point)
+        return Slab(rows, columns(np.take(self.xyz, rows, axis=0) - point, axes), axes, point)
 
     @property
     def threshold(self) -> float:
@@ -57,22 +72,34 @@ class Slab:
     axes: Float
     point: Float
 
+    def at(self, places: Int) -> Float:
+        """Coordinates (k, 3) of the points at `places` (k,) of `rows`, stored by column."""
+        return np.stack([np.take(self.q[:, k], places) for k in range(3)]).T
+
     def moved(self, axes: Float, point: Float) -> "Slab":
         """The same points in another frame: a small rigid motion of `q`, exact."""
-        shift = self.axes.T @ (point - self.point)
-        return Slab(self.rows, (self.q - shift) @ (self.axes.T @ axes), axes, point)
+        turn = self.axes.T @ axes
+        q = columns(self.q, turn)
+        q -= (self.axes.T @ (point - self.point)) @ turn
+        return Slab(self.rows, q, axes, point)
+
+
+def columns(xyz: Float, axes: Float) -> Float:
+    """Points (n, 3) times axes (3, 3), stored by column: every later step reads one coordinate at a time."""
+    return np.asarray((axes.T @ xyz.T).T, np.float64)
 
 
 def voxel_first(xyz: Float, cell: float) -> Int:
     """First point (k,) int64 of every occupied voxel, in voxel order (z slowest)."""
-    flat, total = np.zeros(len(xyz), np.int64), 1
-    for k in range(3):
-        column = np.array(xyz[:, k])
-        column -= column.min()
-        column *= 1.0 / cell
-        # x fastest; the truncation of positive numbers is their floor
-        flat += column.astype(np.int64) * total
-        total *= int(column.max()) + 1
+    low = xyz.min(0)
+    size = ((xyz.max(0) - low) * (1.0 / cell)).astype(np.int64) + 1
+    total = int(size[0]) * int(size[1]) * int(size[2])
+    stride = np.array([1, size[0], size[0] * size[1]])  # x fastest
+    flat = np.empty(len(xyz), np.int64)
+    for start in range(0, len(xyz), _BLOCK):  # a block stays in the processor's cache
+        block = xyz[start : start + _BLOCK] - low
+        block *= 1.0 / cell
+        flat[start : start + _BLOCK] = block.astype(np.int64) @ stride  # truncation of positive numbers
     if total > _DENSE_CELLS:
         return np.asarray(np.unique(flat, return_index=True)[1], np.int64)
     table = np.full(total, -1, np.int32)
@@ -106,7 +133,7 @@ def _median_positive(distance: Array) -> float:
     return float(np.median(good)) if len(good) else float("nan")
 
 
-def surface_noise(xyz: Float, thin: Int, cell: float, rng: np.random.Generator, seeds: int = 300) -> float:
+def surface_noise(xyz: Float, thin: Int, cell: float, rng: np.random.Generator, seeds: int = 200) -> float:
     """Robust sigma in m of points about upright planes fitted in balls of 3.5 cells: noise with local
     roughness.
 
@@ -141,4 +168,4 @@ def prepare(xyz: Float, index: Int, rng: np.random.Generator, sigma_range: float
         cell = max(_FINEST, 2.0 * spacing) if np.isfinite(spacing) else _FINEST
         thin = voxel_first(xyz, cell)
     noise = surface_noise(xyz, thin, cell, rng)
-    return Cloud(xyz, index, thin, cell, max(noise, sigma_range or 0.0, 0.001))
+    return Cloud(xyz, index, thin, cell, cell, max(noise, sigma_range or 0.0, 0.001))

@@ -5,24 +5,25 @@ from dataclasses import replace
 import numpy as np
 
 from frontage.facades.build import build_facade
-from frontage.facades.cells import contrast
-from frontage.facades.cloud import Cloud, prepare
-from frontage.facades.front import FRONT, RAYS, Front, Plane, Scene, front_at, straightened, surroundings
+from frontage.facades.cells import CellMap, contrast
+from frontage.facades.cloud import prepare
+from frontage.facades.front import FRONT, Front, Scene, measured, sketched, straightened, surroundings
 from frontage.facades.interiors import drop_interiors
 from frontage.facades.options import FacadeOptions
 from frontage.facades.paper import paper_plane
 from frontage.facades.search import search_plane, stack_rise
-from frontage.geometry.arrays import Float
+from frontage.geometry.arrays import Bool, Float
 from frontage.model.building import Building
 from frontage.model.estimate import Failed
 from frontage.model.facade import Facade
 from frontage.model.scan import Scan
 
 _FEWEST = 100  # points: below, neither noise nor outline can be measured
-_PARALLEL = float(np.cos(np.radians(15.0)))
 _PATIENCE = 4  # rejected planes in a row before the search ends
 _STOREY = 2.0  # m, least height of a facade
 _PIER = 1.0  # m, least width
+_END = 0.5  # m at the border of a facade in which the next one may stand
+_COVERED = 0.25  # share of the outline with wall
 _CONTRAST = 2.0  # wall area over that of neighbouring slabs: a bush or a furnished room has 1
 _STACK = 3.0  # voxels on top of each other that may be a wall
 _THINNED = 0.5  # one point per voxel leaves cells of a turned raster empty: share of the area that must show
@@ -43,18 +44,16 @@ def find_facades(
     options = options or FacadeOptions()
     rng = np.random.default_rng(seed)
     index = building.index
-    xyz = np.take(scan.xyz, index, axis=0)
-    finite = np.isfinite(xyz @ np.ones(3))  # a sum with anything that is no number is no number
-    if not finite.all():
+    everything = len(index) == len(scan) and np.array_equal(index, np.arange(len(scan)))
+    xyz = scan.xyz if everything else np.take(scan.xyz, index, axis=0)
+    if not np.isfinite(xyz.sum()):  # a sum with anything that is no number is no number
+        finite = np.isfinite(xyz).all(1)
         index, xyz = index[finite], xyz[finite]
     if len(index) < _FEWEST:
         return (_too_few(building, len(index)),)
     cloud = prepare(xyz, index, rng, scan.sigma_range)
     scene = Scene(scan, cloud, surroundings(scan, cloud, rng), building, options)
-    if options.method == "paper":
-        fronts = _paper_front(scene, rng)
-    else:
-        fronts = drop_interiors(_all_fronts(scene, rng), scan, cloud, rng)
+    fronts = _paper_front(scene, rng) if options.method == "paper" else _fronts(scene, rng)
     if not fronts:
         return (
             Failed(
@@ -75,10 +74,18 @@ def _too_few(building: Building, number: int) -> Failed:
     )
 
 
+def _fronts(scene: Scene, rng: np.random.Generator) -> list[Front]:
+    """Every front: found among a bounded number of points, then each measured with all of them."""
+    few = replace(scene, cloud=scene.cloud.bounded())
+    found = drop_interiors(_all_fronts(few, rng), scene.scan, few.cloud, rng)
+    final = (measured(f, few.cloud.xyz[f.wall.inliers], scene, rng) for f in found)
+    return [front for front in final if front is not None]
+
+
 def _all_fronts(scene: Scene, rng: np.random.Generator) -> list[Front]:
     """Sequential search among thinned points: the plane with the most wall, then the same on what it leaves.
 
-    All points are read only where a plane has enough thinned ones.
+    The search ends when no plane holds enough points for a facade, connected or not.
     """
     cloud, options = scene.cloud, scene.options
     thin = np.take(cloud.xyz, cloud.thin, axis=0)
@@ -93,44 +100,41 @@ def _all_fronts(scene: Scene, rng: np.random.Generator) -> list[Front]:
         found = search_plane(thin, rise, cloud, options, rng)
         if found is None:
             break
-        plane = straightened(*found, thin, cloud, _THINNED * least)
-        if not plane.own.any():
+        plane = straightened(*found, thin, cloud)
+        if plane.held < least or not plane.own.any():
             break
         used, front = plane.own, None
-        if plane.enough:
-            front = front_at(plane, thin[plane.own], scene, rng)
-        if front is not None and _is_facade(front, thin, least):
-            q = front.wall.coordinates(thin)
-            used = used | ((np.abs(q[:, 1]) < FRONT) & front.cells.within(q[:, 0], q[:, 2]))
-            # a balcony front or a recess belongs to the facade that has it; what stands across is another
-            if not any(_is_layer_of(front, f, cloud, options) for f in fronts):
-                fronts.append(front)
-            rejected = 0
-        else:
+        if plane.area >= _THINNED * least:
+            front = sketched(plane.normal, plane.point, plane.sigma, thin[used], scene, rng)
+        if front is None or not _is_large(front.cells, least):
             rejected += 1
+            thin, rise = thin[~used], rise[~used]
+            continue
+        q = front.wall.coordinates(thin)
+        used = used | ((np.abs(q[:, 1]) < FRONT) & front.cells.within(q[:, 0], q[:, 2]))
+        if contrast(q[:, 0], q[:, 1], q[:, 2], front.cells, front.wall.threshold) < _CONTRAST:
+            rejected += 1
+        else:
+            rejected = 0
+            fronts.append(front)
+            used |= _in_prism(q, front, options)
         thin, rise = thin[~used], rise[~used]
     return fronts
 
 
-def _is_facade(front: Front, thin: Float, least: float) -> bool:
-    """Large enough in area, width and height, mostly wall where it claims to be, and a surface,
-    not a volume.
-    """
-    cells = front.cells
+def _is_large(cells: CellMap, least: float) -> bool:
+    """Large enough in area, width and height, and mostly wall where it claims to be."""
     width, height = cells.size
-    if cells.area < least or width < _PIER or height < _STOREY or cells.coverage < 0.25:
-        return False
-    q = front.wall.coordinates(thin)
-    return contrast(q[:, 0], q[:, 1], q[:, 2], cells, front.wall.threshold) >= _CONTRAST
+    return cells.area >= least and width >= _PIER and height >= _STOREY and cells.coverage >= _COVERED
 
 
-def _is_layer_of(front: Front, facade: Front, cloud: Cloud, options: FacadeOptions) -> bool:
-    """Whether `front` is parallel to an accepted facade and mostly within its prism."""
-    if abs(front.wall.normal @ facade.wall.normal) < _PARALLEL:
-        return False
-    q = facade.wall.coordinates(cloud.xyz[front.wall.inliers[:: max(1, len(front.wall.inliers) // RAYS)]])
-    prism = (q[:, 1] > -options.depth_front) & (q[:, 1] < options.depth_back)
-    return bool((prism & facade.cells.within(q[:, 0], q[:, 2])).mean() > 0.5)
+def _in_prism(q: Float, front: Front, options: FacadeOptions) -> Bool:
+    """Which points (n, 3), facade coordinates, belong to an accepted facade: its balconies, recesses, bays.
+
+    What stands at its ends (the next face round the corner) does not.
+    """
+    deep = (q[:, 1] > -options.depth_front) & (q[:, 1] < options.depth_back)
+    return np.asarray(deep & front.cells.within(q[:, 0], q[:, 2], front.cells.shrunk(_END)), np.bool_)
 
 
 def _paper_front(scene: Scene, rng: np.random.Generator) -> list[Front]:
@@ -140,7 +144,8 @@ def _paper_front(scene: Scene, rng: np.random.Generator) -> list[Front]:
     if found is None or abs(found[0][2]) > 0.9:
         return []
     normal, centre, inliers = found
-    front = front_at(Plane(normal, centre, inliers, True), cloud.xyz[inliers], scene, rng)
+    sketch = sketched(normal, centre, options.paper_threshold / 3, cloud.xyz[inliers], scene, rng)
+    front = None if sketch is None else measured(sketch, cloud.xyz[inliers], scene, rng)
     if front is None:
         return []
     sign = 1.0 if normal @ front.wall.normal > 0 else -1.0
@@ -153,4 +158,4 @@ def _paper_front(scene: Scene, rng: np.random.Generator) -> list[Front]:
     )
     shift = front.wall.axes.T @ (centre - front.wall.point)
     cells = front.cells.moved(float(shift[0]), float(shift[2]))
-    return [Front(wall, cells, front.side, front.slab.moved(wall.axes, centre))]
+    return [Front(wall, cells, front.slab.moved(wall.axes, centre), front.side)]

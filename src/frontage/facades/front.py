@@ -6,9 +6,9 @@ import numpy as np
 
 from frontage.facades.bend import level
 from frontage.facades.cells import CellMap, largest_part, occupied, sloping
-from frontage.facades.cloud import Cloud, Slab, voxel_first
+from frontage.facades.cloud import Cloud, Slab, columns, voxel_first
 from frontage.facades.options import FacadeOptions
-from frontage.facades.refine import Wall, refine_thin, refine_wall
+from frontage.facades.refine import Wall, refine_thin, refine_wall, sketch_wall
 from frontage.facades.street import Side, side_from_evidence, side_from_rays
 from frontage.geometry.arrays import Bool, Float, Int
 from frontage.geometry.plane import facade_axes
@@ -25,12 +25,12 @@ RAYS = 20_000  # lines of sight sampled per question
 
 @dataclass(frozen=True, eq=False)
 class Front:
-    """A wall (oriented: normal into the building), its raster, its street side, the points beside it."""
+    """A wall (oriented: normal into the building), its raster, the points beside it, its street side."""
 
     wall: Wall
     cells: CellMap
-    side: Side
     slab: Slab
+    side: Side
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,6 +42,11 @@ class Scene:
     around: Float
     building: Building
     options: FacadeOptions
+
+    @property
+    def reach(self) -> float:
+        """m from a plane that a facade's points reach, with room for the plane's last step."""
+        return max(self.options.depth_front, self.options.depth_back) + _SLACK
 
 
 def surroundings(scan: Scan, cloud: Cloud, rng: np.random.Generator) -> Float:
@@ -57,74 +62,94 @@ def surroundings(scan: Scan, cloud: Cloud, rng: np.random.Generator) -> Float:
 
 @dataclass(frozen=True, eq=False)
 class Plane:
-    """A plane through `point` (3,) m with unit `normal` (3,), the thinned points `own` (n,) on its wall, and
-    whether that is `enough` to look closer.
+    """A plane through `point` (3,) m with unit `normal` (3,), as found among thinned points.
+
+    sigma       m, spread of the points about it
+    own         (n,) the thinned points on its largest connected part
+    area, held  m2 that part covers; m2 that all points near the plane would cover side by side
     """
 
     normal: Float
     point: Float
+    sigma: float
     own: Bool
-    enough: bool
+    area: float
+    held: float
 
 
-def straightened(normal: Float, point: Float, thin: Float, cloud: Cloud, least: float) -> Plane:
-    """A plane found, fitted to the connected part of it that has most of the thinned points (n, 3);
-    not `enough` when that part covers less than `least` m2.
-    """
+def straightened(normal: Float, point: Float, thin: Float, cloud: Cloud) -> Plane:
+    """A plane found, fitted to the connected part of it that has most of the thinned points (n, 3)."""
     axes = facade_axes(normal)
-    q = (thin - point) @ axes
-    near = np.abs(q[:, 1]) < 2.0 * cloud.threshold
-    if np.count_nonzero(near) < 10:
-        return Plane(normal, point, near, False)
-    count, corner, _ = occupied(q[near, 0], q[near, 2], cloud.cell)
-    region = largest_part(count, corner, cloud.cell, q[near])
+    q = columns(thin - point, axes)
+    near = np.flatnonzero(np.abs(q[:, 1]) < 2.0 * cloud.threshold)
+    own, held = np.zeros(len(thin), np.bool_), len(near) * cloud.cell**2
+    if len(near) < 10:
+        own[near] = True
+        return Plane(normal, point, cloud.noise, own, 0.0, held)
+    on = q[near]
+    cell = 2.0 * cloud.cell  # a turned raster of single points has empty cells
+    count, corner, _ = occupied(on[:, 0], on[:, 2], cell)
+    region = largest_part(count, corner, cell, on)
     if region is None:
-        return Plane(normal, point, near, False)
-    own = near.copy()
-    own[near] = region.within(q[near, 0], q[near, 2])
-    if region.area < least:
-        return Plane(normal, point, own, False)
-    fit, _ = refine_thin(q[own], cloud)
-    beside = np.abs(q[:, 1]) < _BOW
-    shift, slope = level(q[beside, 0], q[beside] @ [-fit[1], 1.0, -fit[2]] - fit[0], cloud.threshold)
+        own[near] = True
+        return Plane(normal, point, cloud.noise, own, 0.0, held)
+    own[near] = region.within(on[:, 0], on[:, 2])
+    fit, sigma = refine_thin(q[own], cloud)
+    beside = q[np.abs(q[:, 1]) < _BOW]
+    shift, slope = level(beside[:, 0], beside @ [-fit[1], 1.0, -fit[2]] - fit[0], cloud.threshold)
     straight = axes @ np.array([-fit[1] - slope, 1.0, -fit[2]])
-    return Plane(straight / np.linalg.norm(straight), point + axes[:, 1] * (fit[0] + shift), own, True)
+    straight /= np.linalg.norm(straight)
+    return Plane(straight, point + axes[:, 1] * (fit[0] + shift), sigma, own, region.area, held)
 
 
-def front_at(plane: Plane, votes: Float, scene: Scene, rng: np.random.Generator) -> Front | None:
-    """The front on a straightened plane, from all points near it; None when there is no wall after all.
+def sketched(
+    normal: Float, point: Float, sigma: float, votes: Float, scene: Scene, rng: np.random.Generator
+) -> Front | None:
+    """The front on a plane with noise `sigma` m: cells, inliers, street side; None when there is no wall.
 
     votes  (n, 3) m: points that say which connected part of the plane is meant
     """
-    cloud, options = scene.cloud, scene.options
-    reach = max(options.depth_front, options.depth_back) + _SLACK
-    slab = cloud.slab(plane.normal, plane.point, reach)
-    cells = _raster(slab, (votes - plane.point) @ slab.axes, cloud)
+    if abs(normal[2]) > np.sin(np.radians(scene.options.max_lean)):
+        return None
+    slab = scene.cloud.slab(normal, point, scene.reach)
+    cells = _raster(slab, (votes - point) @ slab.axes, scene.cloud)
+    wall = None if cells is None else sketch_wall(slab, cells, sigma)
+    return None if cells is None or wall is None else orient(wall, cells, slab, scene, rng)
+
+
+def measured(front: Front, votes: Float, scene: Scene, rng: np.random.Generator) -> Front | None:
+    """A sketched front with its plane, covariance and cells from all points of the scene's cloud."""
+    slab = scene.cloud.slab(front.wall.normal, front.wall.point, scene.reach)
+    cells = _raster(slab, (votes - front.wall.point) @ slab.axes, scene.cloud)
     if cells is None:
         return None
-    wall = refine_wall(slab, cells, cloud, scene.scan, options, rng)
-    if wall is None or abs(wall.normal[2]) > np.sin(np.radians(options.max_lean)):
+    wall = refine_wall(slab, cells, scene.cloud, scene.scan, scene.options, rng)
+    if wall is None or abs(wall.normal[2]) > np.sin(np.radians(scene.options.max_lean)):
         return None
-    return orient(wall, cells, slab, scene, rng)
+    return Front(wall, *_seated(cells, slab, wall), front.side)
+
+
+def _seated(cells: CellMap, slab: Slab, wall: Wall) -> tuple[CellMap, Slab]:
+    """Cells and points in the wall's own frame; both came in that of the slab."""
+    x, _, z = slab.axes.T @ (wall.point - slab.point)
+    slab = slab.moved(wall.axes, wall.point)
+    return _marked(cells.moved(float(x), float(z)), slab, wall), slab
 
 
 def orient(wall: Wall, cells: CellMap, slab: Slab, scene: Scene, rng: np.random.Generator) -> Front:
     """Tell the street side and turn the wall, its cells (of the slab's frame) and its points to it."""
-    x, _, z = slab.axes.T @ (wall.point - slab.point)
-    cells = cells.moved(float(x), float(z))
-    slab = slab.moved(wall.axes, wall.point)
-    cells = _marked(cells, slab, wall)
+    cells, slab = _seated(cells, slab, wall)
     inliers = some_of(wall.inliers, rng)
     scan, cloud = scene.scan, scene.cloud
     side = side_from_rays(wall, cloud.xyz[inliers], scan.sensor_of(cloud.index[inliers]))
     if side is None:
         side = side_from_evidence(wall, cells, scene.around, scene.building.ground_z)
     if side.sign < 0:
-        return Front(wall, cells, side, slab)
+        return Front(wall, cells, slab, side)
     wall, cells = wall.flipped(), cells.mirrored
-    slab = Slab(slab.rows, slab.q * np.array([-1.0, -1.0, 1.0]), wall.axes, wall.point)
+    slab = slab.moved(wall.axes, wall.point)
     sensors = side.sensors * np.array([-1.0, -1.0, 1.0])
-    return Front(wall, _marked(cells, slab, wall), Side(-1, side.told_by, sensors, side.odds), slab)
+    return Front(wall, _marked(cells, slab, wall), slab, Side(-1, side.told_by, sensors, side.odds))
 
 
 def some_of(rows: Int, rng: np.random.Generator) -> Int:
@@ -141,10 +166,10 @@ def _raster(slab: Slab, votes: Float, cloud: Cloud) -> CellMap | None:
     if len(near) < 10:
         return None
     x, y, z = (np.take(slab.q[:, k], near) for k in range(3))
-    count, corner, flat = occupied(x, z, cloud.cell)
+    count, corner, flat = occupied(x, z, cloud.raster)
     on = np.bincount(flat[np.abs(y) < 2.0 * cloud.threshold], minlength=count.size).reshape(count.shape) > 0
-    count[sloping(y, count, flat, cloud.cell) & ~on] = 0
-    return largest_part(count, corner, cloud.cell, votes)
+    count[sloping(y, count, flat, cloud.raster) & ~on] = 0
+    return largest_part(count, corner, cloud.raster, votes)
 
 
 def _marked(cells: CellMap, slab: Slab, wall: Wall) -> CellMap:

@@ -31,7 +31,7 @@ def find_layers(
     width = max(0.5 * sigma, _FINEST)
     bins = int(np.ceil((reach[1] - reach[0]) / width)) + 1
     held = _occupancy(y, flat, cells.whole.size, reach[0], width, bins)
-    density = ndimage.gaussian_filter1d(held.sum(0).astype(np.float64), sigma / width, mode="constant")
+    density = ndimage.gaussian_filter1d(held.sum(1).astype(np.float64), sigma / width, mode="constant")
     background = ndimage.median_filter(density, size=2 * round(10 * sigma / width) + 1, mode="nearest")
     peaks, _ = signal.find_peaks(density, distance=max(1, round(3 * sigma / width)))
     # the wall itself is at y = 0 by construction, whatever the smoothing makes of its neighbours
@@ -39,7 +39,7 @@ def find_layers(
     half = round(2.5 * sigma / width)
     found = [(np.inf, here)]
     for p in peaks[np.abs(peaks - here) * width > 3.0 * sigma]:
-        number = int(np.count_nonzero(held[:, max(p - half, 0) : p + half + 1].any(1)))
+        number = int(np.count_nonzero(held[max(p - half, 0) : p + half + 1].any(0)))
         gain = _gain(number, float(background[p]) * (2 * half + 1), len(y))
         least = max(_LEAST_AREA, _LEAST_SHARE * cells.area)
         if gain > _BIC_GAIN and number * cells.cell**2 >= least:
@@ -54,12 +54,15 @@ def find_layers(
 
 
 def _occupancy(y: Float, flat: Int, size: int, low: float, width: float, bins: int) -> Array:
-    """(k, bins) bool: whether a cell that holds points, in cell order, holds one in each bin of offsets."""
+    """(bins, k) bool: whether a cell that holds points, in cell order, holds one in each bin of offsets."""
     number = np.cumsum(np.bincount(flat, minlength=size) > 0) - 1
     level = np.clip(((y - low) * (1.0 / width)).astype(np.int64), 0, bins - 1)
-    held = np.zeros((int(number[-1]) + 1) * bins, np.bool_)
-    held[number[flat] * bins + level] = True
-    return held.reshape(-1, bins)
+    occupied = int(number[-1]) + 1
+    held = np.zeros(bins * occupied, np.bool_)
+    level *= occupied
+    level += number[flat]
+    held[level] = True
+    return held.reshape(bins, occupied)
 
 
 def _gain(number: int, expected: float, points: int) -> float:
@@ -85,10 +88,10 @@ def _layer(
     low: float,
     width: float,
 ) -> Layer | None:
-    """The layer at the bin `peak`; held, index: occupied bins (k, bins) of the cells `index` (k,)."""
+    """The layer at the bin `peak`; held, index: occupied bins (bins, k) of the cells `index` (k,)."""
     at = 0.0 if peak == here else low + (peak + 0.5) * width
     half = round(2.5 * sigma / width)
-    distinct = index[held[:, max(peak - half, 0) : peak + half + 1].any(1)]
+    distinct = index[held[max(peak - half, 0) : peak + half + 1].any(0)]
     inside = y[np.abs(y - at) < 2.5 * sigma]
     if len(inside) == 0 or len(distinct) == 0:
         return None

@@ -3,10 +3,11 @@
 from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy import ndimage
 
 from frontage.geometry.arrays import Array, Bool, Float, Int
 from frontage.model.scan import Scan
-from frontage.solve.correlation import Correlation, fit_covariance, residual_correlation
+from frontage.solve.correlation import fit_covariance, residual_correlation
 
 _MOST_CELLS = 40_000  # of the residual raster: coarser cells lose nothing, roughness is correlated
 _LEAST_WEIGHT = 0.3  # of a cell: less than a third of one good point says nothing
@@ -47,8 +48,8 @@ class CellMeans:
         """The means after the plane `step` (3,) was taken off, with x and z counted from (x, z) m."""
         return replace(self, mean=self.mean - self.design @ step, x=self.x - x, z=self.z - z)
 
-    def covariance(self) -> tuple[Float, Correlation, float]:
-        """Covariance (3, 3) of (c, a, b), the residuals' correlation, the effective redundancy."""
+    def covariance(self) -> tuple[Float, float]:
+        """Covariance (3, 3) of (c, a, b), the effective redundancy."""
         design = self.design
         correlation = residual_correlation(self.mean, self.known, self.cell)
         covariance = fit_covariance(design, self.known, correlation)
@@ -59,7 +60,7 @@ class CellMeans:
             raised = correlation.raised(float(np.sum(covariance * spread)))
             covariance = fit_covariance(design, self.known, raised)
         effective = float(correlation.covariance[0] / max(covariance[0, 0], 1e-300))
-        return covariance, correlation, max(effective - 3.0, 1.0)
+        return covariance, max(effective - 3.0, 1.0)
 
 
 def cell_means(x: Float, z: Float, r: Float, weights: Float, cell: float) -> CellMeans:
@@ -77,12 +78,20 @@ def cell_means(x: Float, z: Float, r: Float, weights: Float, cell: float) -> Cel
     return CellMeans(
         mean,
         total,
-        total > _LEAST_WEIGHT,
+        _inner(total > _LEAST_WEIGHT),
         np.asarray(x0 + (np.arange(w) + 0.5) * cell, np.float64),
         np.asarray(z0 + (np.arange(h) + 0.5) * cell, np.float64),
         flat,
         cell,
     )
+
+
+def _inner(known: Bool) -> Bool:
+    """Cells (h, w) with wall all around, if half of them have: at the border of a wall and of its openings
+    a cell holds something else too (ground, a reveal, the next wall), and always on the same side.
+    """
+    inner = ndimage.binary_erosion(known, np.ones((3, 3), np.bool_))
+    return np.asarray(inner if 2 * np.count_nonzero(inner) > np.count_nonzero(known) else known, np.bool_)
 
 
 def passes(scan: Scan, index: Int) -> Int:

@@ -11,8 +11,7 @@ from frontage.facades.options import FacadeOptions
 from frontage.geometry.arrays import Float, Int
 from frontage.geometry.plane import facade_axes
 from frontage.model.scan import Scan
-from frontage.solve.correlation import Correlation
-from frontage.solve.robust import TUKEY, irls, mad_sigma, tukey_weights, weighted_fit
+from frontage.solve.robust import TUKEY, irls, mad_sigma, tukey_response, tukey_weights, weighted_fit
 
 _MOST = 20_000  # points that tell direction and scale; the last step takes all
 _SIGMAS = 3.0  # inliers lie within
@@ -20,13 +19,13 @@ _SIGMAS = 3.0  # inliers lie within
 
 @dataclass(frozen=True, eq=False)
 class Wall:
-    """A refined wall plane.
+    """A wall plane, sketched (its covariance is NaN) or measured.
 
     normal, point  unit normal (3,), barycentre of the inliers (3,) m local, on the plane
     sigma          m, robust spread of the inliers; threshold m, 3 sigma
     covariance     (3, 3) of offset (m), slope along x (rad), slope along z (rad) at `point`
     inliers        (k,) int64 into Cloud.xyz
-    correlation    of the residuals; dof: effective redundancy
+    dof            effective redundancy of the fit
     """
 
     normal: Float
@@ -35,7 +34,6 @@ class Wall:
     threshold: float
     covariance: Float
     inliers: Int
-    correlation: Correlation
     dof: float
 
     @property
@@ -59,7 +57,6 @@ class Wall:
             self.threshold,
             sign @ self.covariance @ sign,
             self.inliers,
-            self.correlation,
             self.dof,
         )
 
@@ -85,9 +82,28 @@ def start_sigma(offsets: Float, threshold: float, floor: float) -> tuple[float, 
     return centre, sigma
 
 
+def sketch_wall(slab: Slab, region: CellMap, sigma: float) -> Wall | None:
+    """The plane of `slab` as a wall without covariance: its inliers within `region`, their barycentre."""
+    near = np.flatnonzero(np.abs(slab.q[:, 1]) < _SIGMAS * sigma)
+    q = slab.at(near)
+    on = region.within(q[:, 0], q[:, 2])
+    if np.count_nonzero(on) < 10:
+        return None
+    x, z = float(q[on, 0].mean()), float(q[on, 2].mean())
+    return Wall(
+        slab.axes[:, 1],
+        slab.point + slab.axes @ np.array([x, 0.0, z]),
+        sigma,
+        _SIGMAS * sigma,
+        np.full((3, 3), np.nan),
+        slab.rows[near[on]],
+        0.0,
+    )
+
+
 def refine_wall(
     slab: Slab,
-    region: CellMap | None,
+    region: CellMap,
     cloud: Cloud,
     scan: Scan,
     options: FacadeOptions,
@@ -99,14 +115,13 @@ def refine_wall(
     per cell, so that equal areas count equally, whatever the density. None when fewer than ten remain.
     """
     near = np.abs(slab.q[:, 1]) < max(2.0 * cloud.threshold, 0.10)
-    if region is not None:
-        near &= region.whole.ravel()[region.flat(slab.q[:, 0], slab.q[:, 2])]
+    near &= region.within(slab.q[:, 0], slab.q[:, 2])
     candidates = np.flatnonzero(near)
     if len(candidates) < 10:
         return None
-    q = np.take(slab.q, candidates, axis=0)
+    q = slab.at(candidates)
     picked = q if len(q) <= _MOST else q[rng.integers(0, len(q), _MOST)]
-    fit, sigma = robust_fit(picked, cloud.threshold, cloud.cell)
+    fit, sigma = robust_fit(picked, cloud.threshold, cloud.raster)
     residual = q[:, 1] - (fit[0] + fit[1] * q[:, 0] + fit[2] * q[:, 2])
     return _finish(slab, fit, sigma, q, residual, candidates, cloud, scan, options)
 
@@ -179,7 +194,9 @@ def _finish(
         return None
     x, z, r = q[near, 0], q[near, 2], residual[near]
     weights = tukey_weights(r, sigma)
-    means = cell_means(x, z, r, weights, cloud.cell)
+    # one step of re-weighting moves by the mean of r w over that of w; Newton's, over the mean of (r w)'
+    gain = float(weights.sum() / max(tukey_response(r, sigma).sum(), 0.5 * weights.sum()))
+    means = cell_means(x, z, gain * r, weights, cloud.raster)
     step = means.fit()
     fit = fit + step
     r = r - (step[0] + step[1] * x + step[2] * z)
@@ -188,7 +205,7 @@ def _finish(
         return None
     bx, bz = float(x[on].mean()), float(z[on].mean())
     means = means.centred(step, bx, bz)
-    covariance, correlation, dof = means.covariance()
+    covariance, dof = means.covariance()
     stations = passes(scan, cloud.index[slab.rows[candidates[near]]])
     covariance = covariance + station_covariance(means, stations, weights, r, covariance)
     fit = np.array([fit[0] + fit[1] * bx + fit[2] * bz, fit[1], fit[2]])
@@ -202,7 +219,6 @@ def _finish(
         _SIGMAS * sigma,
         covariance,
         slab.rows[candidates[near[on]]],
-        correlation,
         dof,
     )
 

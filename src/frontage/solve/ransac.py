@@ -62,13 +62,15 @@ def lo_ransac(
     confidence: float = 0.99,
     max_hypotheses: int = 2048,
     score_rows: int = 2500,
+    verify_rows: int = 20_000,
     keep: int = 10,
     block: int = 128,
 ) -> Consensus | None:
     """The model with the lowest truncated quadratic score ``sum w min(r^2, T^2)``.
 
-    Hypotheses are scored in blocks on `score_rows` random rows; the `keep` best are scored on all rows
-    and each is improved by three least-squares fits on its own inliers with a shrinking threshold.
+    Hypotheses are scored in blocks on `score_rows` random rows; the `keep` best are scored on `verify_rows`
+    and the better half is improved by three least-squares fits on its own inliers with a shrinking
+    threshold. The inliers are of all rows.
 
     threshold  T, in the unit of the residuals
     weights    (n,) non-negative weights of the rows (for instance the area each stands for)
@@ -79,7 +81,8 @@ def lo_ransac(
     if n < estimator.sample_size:
         return None
     weight = np.ones(n, np.float32) if weights is None else np.asarray(weights, np.float32)
-    rows = rng.permutation(n)[: min(n, score_rows)]
+    verify = rng.permutation(n)[:verify_rows]
+    rows = verify[:score_rows]
     models, scores = np.empty((0, 0)), np.empty(0)
     tried, needed = 0, float(block)
     while tried < min(needed, max_hypotheses):
@@ -97,7 +100,10 @@ def lo_ransac(
         models, scores = models[best], scores[best]
     if not models.size:
         return None
-    return _optimise(estimator, models, weight, threshold, tried)
+    model, score = _optimise(estimator, models, verify, weight[verify], threshold)
+    inliers = np.abs(estimator.residuals(model[None], slice(None))[0]) < threshold
+    share = float(weight[inliers].sum() / weight.sum())
+    return Consensus(model, inliers, score, share, tried)
 
 
 def _score(
@@ -112,28 +118,26 @@ def _score(
     return (squared @ weight / total).astype(np.float64), share.astype(np.float64)
 
 
-def _optimise(estimator: Estimator, models: Float, weight: Array, threshold: float, tried: int) -> Consensus:
-    """Score every kept model on all rows, refit each on its inliers, return the best of all."""
-    everything = slice(None)
+def _optimise(
+    estimator: Estimator, models: Float, rows: Int, weight: Array, threshold: float
+) -> tuple[Float, float]:
+    """The best model and its score on `rows`, of those kept and their refits; weight (r,) of the rows."""
     best_model, best_score = models[0], np.inf
-    ranked, _ = _score(estimator, models, everything, weight, threshold)
-    # several of the kept are the same structure: the half that is best on all rows is worth a refit
+    ranked, _ = _score(estimator, models, rows, weight, threshold)
+    total = float(weight.sum(dtype=np.float64))
+    # several of the kept are the same structure: the half that is best on more rows is worth a refit
     for start in models[np.argsort(ranked, kind="stable")[: (len(models) + 1) // 2]]:
         model = start
-        for factor in (3.0, 1.5, 1.0):
-            squared = (estimator.residuals(model[None], everything)[0] / np.float32(threshold)) ** 2
-            score = float(np.minimum(squared, 1.0) @ weight / weight.sum())
+        for factor in (3.0, 1.5, 1.0, 0.0):
+            squared = (estimator.residuals(model[None], rows)[0] / np.float32(threshold)) ** 2
+            score = float(np.minimum(squared, 1.0) @ weight / total)
             if score < best_score:
                 best_model, best_score = model, score
             near = np.flatnonzero(squared < factor**2)
-            spread = weight[near].astype(np.float64)
-            refitted = estimator.fit(near, spread) if len(near) > estimator.sample_size else None
+            if len(near) <= estimator.sample_size:
+                break
+            refitted = estimator.fit(rows[near], weight[near].astype(np.float64))
             if refitted is None:
                 break
             model = refitted
-        score, _ = (float(v[0]) for v in _score(estimator, model[None], everything, weight, threshold))
-        if score < best_score:
-            best_model, best_score = model, score
-    inliers = np.abs(estimator.residuals(best_model[None], everything)[0]) < threshold
-    share = float(weight[inliers].sum() / weight.sum())
-    return Consensus(best_model, inliers, best_score, share, tried)
+    return best_model, best_score

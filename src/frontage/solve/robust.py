@@ -24,6 +24,12 @@ def tukey_weights(residuals: Float, sigma: float) -> Float:
     return np.asarray((1.0 - u * u) ** 2, np.float64)
 
 
+def tukey_response(residuals: Float, sigma: float) -> Float:
+    """Derivative of residual times weight: (1 - u^2) (1 - 5 u^2), u = r / 4.685 sigma; zero outside."""
+    u2 = np.clip(np.abs(residuals) / (TUKEY * sigma), 0.0, 1.0) ** 2
+    return np.asarray((1.0 - u2) * (1.0 - 5.0 * u2), np.float64)
+
+
 def weighted_fit(design: Float, observed: Float, weights: Float) -> Float:
     """Solution (p,) of the weighted normal equations of design (n, p); minimum norm when singular."""
     weighted = design * weights[:, None]
