@@ -115,6 +115,8 @@ class Instrument:
     fine        m, phase-shift: half of the shortest modulation wavelength
     coherence   phase-shift: echoes whose modulation is weakened below this share are rejected
     spread      share of the echo's width that shows up as range noise (growth with incidence)
+    gain        intensity of a white surface 10 m away
+    speckle     relative noise of the intensity
     levels      steps of the recorded intensity
     """
 
@@ -137,6 +139,8 @@ class Instrument:
     near: float
     falloff: float
     strays: float
+    gain: float
+    speckle: float
     levels: int
 
     def footprint(self, distance: float) -> float:
@@ -163,7 +167,7 @@ def draw_instrument(spec: InstrumentSpec, rng: np.random.Generator) -> Instrumen
         ranging=ranging,
         wavelength=spec.wavelength or wavelength,
         sigma_range=given(spec.sigma_range, sigma),
-        exponent=float(rng.uniform(0.35, 0.6)),
+        exponent=float(rng.uniform(0.2, 0.45)),
         sigma_angle=1e-3 * given(spec.sigma_angle, angle),
         divergence=1e-3 * given(spec.divergence, divergence),
         exit_beam=given(spec.exit_beam, rng.uniform(0.003, 0.006)),
@@ -179,5 +183,7 @@ def draw_instrument(spec: InstrumentSpec, rng: np.random.Generator) -> Instrumen
         near=float(rng.uniform(1.0, 3.0)),
         falloff=float(rng.uniform(0.8, 1.3)),
         strays=given(spec.strays, 10 ** rng.uniform(-5.5, -4)),
-        levels=int(rng.choice([1024, 4096, 65536])),
+        gain=float(rng.uniform(0.3, 1.0)),
+        speckle=float(rng.uniform(0.01, 0.05)),
+        levels=int(rng.choice([4096, 65536])),
     )

@@ -15,15 +15,25 @@ _GRAZING = 1e-4  # |cos| below which dividing by it would cost more than float32
 
 @dataclass(frozen=True, eq=False)
 class Hits:
-    """Where rays ended: triangle (n,), -1 = none; distance (n,) in lengths of the ray's direction or inf."""
+    """Where rays ended.
+
+    triangle   (n,) of the mesh, -1 = none
+    distance   (n,) in lengths of the ray's direction, inf = none
+    cosine     (n,) of incidence, 0..1 from either side; 0 = none
+    """
 
     triangle: Int
     distance: Float
+    cosine: Float
 
     @property
     def found(self) -> Bool:
         """Which rays hit something (n,)."""
         return self.triangle >= 0
+
+    def take(self, rows: Array) -> "Hits":
+        """The hits of the rays at `rows`."""
+        return Hits(self.triangle[rows], self.distance[rows], self.cosine[rows])
 
 
 class Tracer:
@@ -60,7 +70,7 @@ class Tracer:
         directions = np.asarray(directions, np.float64)
         origins = np.broadcast_to(np.asarray(origins, np.float64), directions.shape)
         n = len(directions)
-        triangle, distance = np.full(n, -1, np.int64), np.full(n, np.inf)
+        triangle, distance, cosine = np.full(n, -1, np.int64), np.full(n, np.inf), np.zeros(n)
         for start in range(0, n if self._scene is not None else 0, _CHUNK):
             part = slice(start, start + _CHUNK)
             o, d = origins[part], directions[part]
@@ -69,8 +79,8 @@ class Tracer:
             row = answer["primID"][hit].astype(np.int64)
             triangle[start + hit] = self._rows[row]
             coarse = answer["tfar"][hit].astype(np.float64) + skip
-            distance[start + hit] = self._refined(o[hit], d[hit], row, coarse)
-        return Hits(triangle, distance)
+            distance[start + hit], cosine[start + hit] = self._refined(o[hit], d[hit], row, coarse)
+        return Hits(triangle, distance, cosine)
 
     def blocked(self, origins: Float, directions: Float, reach: Float | float, skip: float = 1e-4) -> Bool:
         """Whether anything lies between `skip` and `reach` lengths of each ray (n,): a yes or no, quickly."""
@@ -91,14 +101,14 @@ class Tracer:
         assert self._scene is not None
         return self._scene.run(near, np.ascontiguousarray(directions, np.float32), **options)
 
-    def _refined(self, origins: Float, directions: Float, row: Int, coarse: Float) -> Float:
-        """Distance to the plane of triangle `row` in float64, `coarse` where the ray runs along the plane."""
+    def _refined(self, origins: Float, directions: Float, row: Int, coarse: Float) -> tuple[Float, Float]:
+        """Distance to the plane of triangle `row`, `coarse` along that plane, and cosine of incidence."""
         normal = self._normals[row]
         slope = np.einsum("ij,ij->i", directions, normal)
         height = np.einsum("ij,ij->i", self._apex[row] - origins, normal)
-        flat = np.abs(slope) < _GRAZING * np.linalg.norm(directions, axis=1)
-        exact = height / np.where(flat, 1.0, slope)
-        return np.where(flat, coarse, exact)
+        cosine = np.abs(slope) / np.sqrt(np.einsum("ij,ij->i", directions, directions))
+        flat = cosine < _GRAZING
+        return np.where(flat, coarse, height / np.where(flat, 1.0, slope)), np.minimum(cosine, 1.0)
 
 
 def _embree_scene(corners: Array) -> Any:
