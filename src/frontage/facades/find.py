@@ -7,7 +7,7 @@ import numpy as np
 from frontage.facades.build import build_facade
 from frontage.facades.cells import CellMap, contrast
 from frontage.facades.cloud import prepare
-from frontage.facades.front import FRONT, Front, Scene, measured, sketched, straightened, surroundings
+from frontage.facades.front import FRONT, Front, Scene, measured, sketched, straightened
 from frontage.facades.interiors import drop_interiors
 from frontage.facades.options import FacadeOptions
 from frontage.facades.paper import paper_plane
@@ -52,7 +52,7 @@ def find_facades(
     if len(index) < _FEWEST:
         return (_too_few(building, len(index)),)
     cloud = prepare(xyz, index, rng, scan.sigma_range)
-    scene = Scene(scan, cloud, surroundings(scan, cloud, rng), building, options)
+    scene = Scene(scan, cloud, building, options)
     fronts = _paper_front(scene, rng) if options.method == "paper" else _fronts(scene, rng)
     if not fronts:
         return (
@@ -77,7 +77,7 @@ def _too_few(building: Building, number: int) -> Failed:
 def _fronts(scene: Scene, rng: np.random.Generator) -> list[Front]:
     """Every front: found among a bounded number of points, then each measured with all of them."""
     few = replace(scene, cloud=scene.cloud.bounded())
-    found = drop_interiors(_all_fronts(few, rng), scene.scan, few.cloud, rng)
+    found = drop_interiors(_all_fronts(few, rng), few, rng)
     final = (measured(f, few.cloud.xyz[f.wall.inliers], scene, rng) for f in found)
     return [front for front in final if front is not None]
 

@@ -1,6 +1,7 @@
 """From a plane found among thinned points to a wall with its cells and its street side."""
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -19,7 +20,8 @@ FRONT = 0.35  # m: claddings, plinths and bent parts this near the plane shape t
 _BOW = 1.5  # m from its tangent plane at one end that a bent wall may reach at the other
 _SLACK = 0.10  # m that the last step may move the plane at the facade's ends
 _SHUT = 0.10  # m: what is this near the plane closes it; window frames lie deeper
-_AROUND = 60_000  # points of the surroundings kept without rays
+_AROUND = 200_000  # points of the surroundings, at most
+_AROUND_CELL = 0.25  # m between them
 RAYS = 20_000  # lines of sight sampled per question
 
 
@@ -35,11 +37,10 @@ class Front:
 
 @dataclass(frozen=True, eq=False)
 class Scene:
-    """What every step looks at; `around` (k, 3) m: the surroundings that lines of sight can meet."""
+    """What every step looks at: the scan, the building's points in it, the building, the options."""
 
     scan: Scan
     cloud: Cloud
-    around: Float
     building: Building
     options: FacadeOptions
 
@@ -48,16 +49,14 @@ class Scene:
         """m from a plane that a facade's points reach, with room for the plane's last step."""
         return max(self.options.depth_front, self.options.depth_back) + _SLACK
 
-
-def surroundings(scan: Scan, cloud: Cloud, rng: np.random.Generator) -> Float:
-    """A few thousand points (k, 3) of building and surroundings, evenly in space:
-    what lines of sight can meet. None are needed where the points know their sensors.
-    """
-    if scan.has_origins:
-        return np.empty((0, 3))
-    finite = scan.xyz[np.isfinite(scan.xyz).all(1)]
-    thin = voxel_first(finite, max(0.25, cloud.cell))
-    return finite[thin[rng.permutation(len(thin))[:_AROUND]]]
+    @cached_property
+    def around(self) -> Float:
+        """Points (k, 3) m of building and surroundings, evenly in space: what lines of sight can meet."""
+        xyz = self.scan.xyz
+        if not np.isfinite(xyz.sum()):
+            xyz = xyz[np.isfinite(xyz).all(1)]
+        thin = voxel_first(xyz, max(_AROUND_CELL, self.cloud.cell))
+        return xyz[thin[:: len(thin) // _AROUND + 1]]
 
 
 @dataclass(frozen=True, eq=False)

@@ -15,6 +15,7 @@ from frontage.geometry.arrays import Bool, Float
 _EYE = 1.7  # m above the ground: a tripod; a roof-mounted scanner is at 2-3 m
 _AWAY = (4.0, 8.0, 15.0, 30.0)  # m, distances tried from the wall
 _NEAR, _FAR, _PLAN = 1.0, 8.0, 0.25  # m: strip beside the wall that is looked at, and its cells
+_STEP, _PERSON = 0.75, 2.0  # m above the ground: kerbs and slopes; what is higher is built
 _RECESS = 0.6  # m: windows lie this deep at most
 _CAP = 3.0  # of a log odds: 20 to 1
 
@@ -93,6 +94,25 @@ def _plan_areas(q: Float, cells: CellMap, sign: int) -> tuple[float, float]:
     np.maximum.at(top, flat, beside[:, 2])
     is_open = np.isfinite(top) & (top < z0 + (z1 - z0) / 3)
     return float(is_open.sum()) * _PLAN**2, float((top > 0.5 * (z0 + z1)).sum()) * _PLAN**2
+
+
+def beside(wall: Wall, cells: CellMap, xyz: Float, ground_z: float) -> tuple[float, float, float]:
+    """m2, in plan, before an oriented wall: ground under the open sky, built up, and the strip looked at.
+
+    xyz (n, 3) local: building and surroundings; ground_z m local. A plan cell is open when its highest
+    point is no more than a step above the ground, built up when that is above a person's height.
+    """
+    q = wall.coordinates(xyz)
+    x0, x1 = cells.outline[:, 0].min(), cells.outline[:, 0].max()
+    away = -q[:, 1]
+    near = (away > _NEAR) & (away < _FAR) & (q[:, 0] > x0) & (q[:, 0] < x1)
+    width = int((x1 - x0) / _PLAN) + 1
+    flat = (away[near] / _PLAN).astype(np.int64) * width + ((q[near, 0] - x0) / _PLAN).astype(np.int64)
+    top = np.full((int(_FAR / _PLAN) + 1) * width, -np.inf)
+    np.maximum.at(top, flat, xyz[near, 2] - ground_z)
+    open_sky = np.isfinite(top) & (top < _STEP)
+    strip = (_FAR - _NEAR) * float(x1 - x0)
+    return float(open_sky.sum()) * _PLAN**2, float((top > _PERSON).sum()) * _PLAN**2, strip
 
 
 def _hole_area(q: Float, cells: CellMap, hole: Bool, wall: Wall, sign: int) -> float:
