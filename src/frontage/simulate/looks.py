@@ -1,0 +1,116 @@
+"""The tables behind a scene's looks: per surface, per material and per triangle, ready to be indexed."""
+
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+
+from frontage.geometry.arrays import Array, Float, Int
+from frontage.simulate.scene import Part, Scene
+
+_FACING = (
+    0.5  # cosine below which a triangle is too oblique to its surface's texture plane to be painted by it
+)
+
+
+@dataclass(frozen=True, eq=False)
+class Looks:
+    """Arrays of a scene.
+
+    material (s,) int64, part (s,) uint8, origin (s, 3), frame (s, 3, 3): u, v and u x v of every surface
+    kinds: names of the kinds of material; kind (m,) index into them; rgb, joint (m, 3), size (m, 2) float32;
+    gloss (m,) float32; seed (m,) uint32
+    normals (t, 3) float64; surface (t,) int32; axes (t,) uint8: which two of the frame's axes a triangle's
+    texture runs along, 0 = (u, v), 1 = (u, w), 2 = (w, v); axes_of_surface (s,) its commonest by area
+    """
+
+    material: Int
+    part: Array
+    frame: Float
+    origin: Float
+    kinds: tuple[str, ...]
+    kind: Int
+    rgb: Array
+    joint: Array
+    size: Array
+    gloss: Array
+    seed: Array
+    normals: Float
+    surface: Array
+    axes: Array
+    axes_of_surface: Array
+
+    def texture_coordinates(self, surface: Array, xyz: Float, axes: Array) -> tuple[Array, Array]:
+        """u, v (n,) float32 m of points (n, 3) m local on surfaces (n,), along the triangles' axes (n,)."""
+        local = xyz - self.origin[surface]
+        along = self.frame[surface]
+        u = np.einsum("ij,ij->i", local, along[np.arange(len(local)), _FIRST[axes]])
+        v = np.einsum("ij,ij->i", local, along[np.arange(len(local)), _SECOND[axes]])
+        return u.astype(np.float32), v.astype(np.float32)
+
+
+_FIRST = np.array([0, 0, 2])
+_SECOND = np.array([1, 2, 1])
+
+
+@lru_cache(maxsize=4)
+def look_of(scene: Scene) -> Looks:
+    """The tables of a scene; the last few scenes' are remembered."""
+    surfaces, materials = scene.surfaces, scene.materials
+    frame = _frames(
+        surfaces_u=np.array([s.u for s in surfaces]), surfaces_v=np.array([s.v for s in surfaces])
+    )
+    kinds = tuple(sorted({m.kind for m in materials}))
+    normals, surface = scene.mesh.normals, scene.mesh.surface
+    axes = _axes(normals, frame[surface])
+    return Looks(
+        material=np.array([s.material for s in surfaces], np.int64),
+        part=scene.parts,
+        frame=frame,
+        origin=np.array([s.origin for s in surfaces], np.float64),
+        kinds=kinds,
+        kind=np.array([kinds.index(m.kind) for m in materials], np.int64),
+        rgb=np.array([m.rgb for m in materials], np.float32),
+        joint=np.array([m.rgb_joint for m in materials], np.float32),
+        size=np.array([m.size for m in materials], np.float32),
+        gloss=np.array([m.gloss for m in materials], np.float32),
+        seed=np.array([m.seed & 0xFFFFFFFF for m in materials], np.uint32),
+        normals=normals,
+        surface=surface,
+        axes=axes,
+        axes_of_surface=_commonest(axes, surface, areas(scene), len(surfaces)),
+    )
+
+
+def areas(scene: Scene) -> Float:
+    """Area (t,) m2 of every triangle."""
+    a, b, c = (scene.mesh.vertices[scene.mesh.corners[:, k]] for k in range(3))
+    return np.asarray(0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=1))
+
+
+def without(scene: Scene, *parts: Part) -> Int:
+    """Indices (k,) int64 of the triangles that belong to none of `parts`."""
+    return np.flatnonzero(~np.isin(scene.parts[scene.mesh.surface], [int(p) for p in parts]))
+
+
+def _frames(surfaces_u: Float, surfaces_v: Float) -> Float:
+    """u, v, w = u x v (s, 3, 3), of length 1; a v parallel to u is replaced by any normal to it."""
+    u = surfaces_u / np.linalg.norm(surfaces_u, axis=1, keepdims=True)
+    w = np.cross(u, surfaces_v)
+    lost = np.linalg.norm(w, axis=1) < 1e-6
+    w[lost] = np.cross(u[lost], np.roll(u[lost], 1, axis=1) * [1.0, -1.0, 1.0])
+    w /= np.maximum(np.linalg.norm(w, axis=1, keepdims=True), 1e-12)
+    return np.stack([u, np.cross(w, u), w], axis=1)
+
+
+def _axes(normals: Float, frame: Float) -> Array:
+    """The plane of its surface's frame that each triangle (t,) lies in, (u, v) unless it is too oblique."""
+    facing = np.abs(np.einsum("tij,tj->ti", frame, normals))  # along u, v, w
+    other = np.where(facing[:, 1] >= facing[:, 0], 1, 2)
+    return np.where(facing[:, 2] >= _FACING, 0, other).astype(np.uint8)
+
+
+def _commonest(axes: Array, surface: Array, area: Float, count: int) -> Array:
+    votes = np.zeros((count, 3))
+    np.add.at(votes, (surface, axes), area)
+    return np.asarray(np.argmax(votes, axis=1), np.uint8)

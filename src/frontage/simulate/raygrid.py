@@ -1,0 +1,76 @@
+"""The viewing directions of all pixels of a camera, from exact ones on a coarse grid.
+
+Inverting a lens model takes Newton steps for every pixel. Directions are smooth, so a cubic through nodes
+16 px apart reproduces them to some 1e-6 px; pixels near directions that the lens does not see are computed
+one by one.
+"""
+
+import numpy as np
+from scipy.sparse import csr_array
+
+from frontage.geometry.arrays import Array, Bool, Float
+from frontage.model import Camera
+
+_STEP = 16  # px
+
+
+class RayGrid:
+    """Directions at the pixels of one camera; NaN where it sees nothing."""
+
+    def __init__(self, camera: Camera) -> None:
+        self.camera = camera
+        self._x, self._y = _nodes(camera.width), _nodes(camera.height)
+        x, y = np.meshgrid(self._x, self._y)
+        exact = camera.ray(np.column_stack([x.ravel(), y.ravel()]))
+        self._exact = exact.reshape(len(self._y), len(self._x), 3)
+        self._across = _weights(self._x, np.arange(camera.width) + 0.5)
+
+    def rows(self, first: int, end: int) -> Float:
+        """Unit directions (end - first, width, 3) of the pixel centres of rows first..end-1, camera frame."""
+        y = np.arange(first, end) + 0.5
+        down = _weights(self._y, y)
+        # a node without direction must not spoil pixels that give it no weight
+        known = finite(self._exact)
+        nodes = np.where(known[..., None], self._exact, 0.0)
+        seen = self._spread(down, known[..., None].astype(np.float64))[..., 0] > 1 - 1e-9
+        rays = self._spread(down, nodes)
+        rays /= np.maximum(np.linalg.norm(rays, axis=2, keepdims=True), 1e-12)
+        if not known.all():
+            touched = self._spread(abs(down), (~known[..., None]).astype(np.float64), abs(self._across))
+            row, column = np.nonzero((touched[..., 0] > 1e-12) | ~seen)
+            rays[row, column] = self.camera.ray(np.column_stack([column + 0.5, y[row]]))
+        return rays
+
+    def _spread(self, down: csr_array, nodes: Float, across: csr_array | None = None) -> Float:
+        """Node values (a, b, k) to pixels (rows, width, k)."""
+        a, b, k = nodes.shape
+        rows = np.asarray(down @ nodes.reshape(a, b * k)).reshape(-1, b, k)
+        turned = np.ascontiguousarray(rows.transpose(1, 0, 2)).reshape(b, -1)
+        wide = np.asarray((self._across if across is None else across) @ turned)
+        return np.ascontiguousarray(wide.reshape(-1, len(rows), k).transpose(1, 0, 2))
+
+
+def finite(rays: Float) -> Bool:
+    """Which directions (..., 3) are known."""
+    return np.asarray(np.isfinite(rays[..., 0]) & np.isfinite(rays[..., 2]))
+
+
+def _nodes(size: int) -> Float:
+    return np.linspace(0.0, size, max(4, -(-size // _STEP) + 1))
+
+
+def _weights(nodes: Float, at: Array) -> csr_array:
+    """Lagrange's cubic weights (n, nodes) of the four equidistant nodes about every position (n,)."""
+    step = nodes[1] - nodes[0]
+    first = np.clip(np.floor(at / step).astype(np.int64) - 1, 0, len(nodes) - 4)
+    t = at / step - first
+    w = np.column_stack(
+        [
+            -(t - 1) * (t - 2) * (t - 3) / 6,
+            t * (t - 2) * (t - 3) / 2,
+            -t * (t - 1) * (t - 3) / 2,
+            t * (t - 1) * (t - 2) / 6,
+        ]
+    )
+    columns = first[:, None] + np.arange(4)
+    return csr_array((w.ravel(), columns.ravel(), np.arange(0, 4 * len(at) + 1, 4)), (len(at), len(nodes)))
