@@ -52,7 +52,7 @@ def _tag(name: str) -> str:
 def _add(parent: _Node, name: str, text: str | None = None, **attributes: str) -> _Node:
     """A child element; attributes are named prefix_local."""
     named = {_tag(k.replace("_", ":", 1)) if "_" in k else k: v for k, v in attributes.items()}
-    element = etree.SubElement(parent, _tag(name), named)
+    element: _Node = etree.SubElement(parent, _tag(name), named)
     element.text = text
     return element
 

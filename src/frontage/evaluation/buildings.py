@@ -1,0 +1,123 @@
+"""The split of a street into buildings: points of true houses against points of buildings found, and cuts."""
+
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+from scipy.optimize import linear_sum_assignment
+
+from frontage.evaluation.figure import Figure, Part, detections, figure, mean, median, p95
+from frontage.evaluation.result import LabelledPoints
+from frontage.evaluation.truth import TrueBuilding, TrueFacade, Truth
+from frontage.geometry.arrays import Array, Bool, Float, Int
+
+_SEEN = 0.5  # share of a house's facade with a free line of sight, for it to be one to be found
+_NEAR = 0.5  # m: points this near a facade's plane tell where a house ends
+_SHARED = 0.3  # m between the ends of two facades that share a party wall
+_REACH = 3.0  # m on both sides of a party wall: a cut further off is a miss
+
+
+def score_buildings(truth: Truth, points: LabelledPoints, buildings: int) -> Part:
+    """Figures of the split. `buildings` = how many were found.
+
+    F1 is over buildings matched one to one with IoU of their points >= 0.5; `iou` over all visible houses.
+    """
+    iou = _point_overlap(points, len(truth.buildings), buildings)
+    row, column = linear_sum_assignment(-iou)
+    partner = {int(k): int(j) for k, j in zip(row, column, strict=True) if iou[k, j] >= 0.5}
+    seen = [_seen(truth, b) for b in truth.buildings]
+    counts = [(k in partner, False, k not in partner) for k, s in enumerate(seen) if s]
+    counts += [(False, True, False)] * (buildings - len(partner))
+    figures = detections(np.array(counts, np.float64).reshape(-1, 3))
+    best = np.array([iou[k].max(initial=0.0) for k, s in enumerate(seen) if s])
+    figures["iou"] = figure(best, mean)
+    cuts = list(_cuts(truth, points, partner))
+    errors = np.array([c["error_mm"] / 1000 for c in cuts if c["error_mm"] is not None])
+    made = np.array([c["error_mm"] is not None for c in cuts], np.float64)
+    figures["cuts_found"] = figure(made, mean)
+    figures["cut_median"] = figure(np.abs(errors), median, "m")
+    figures["cut_p95"] = figure(np.abs(errors), p95, "m")
+    figures["count"] = Figure(float(buildings), None, None, buildings)
+    return Part(figures, tuple(_rows(truth, iou, partner, seen, points.names)) + tuple(cuts))
+
+
+def _point_overlap(points: LabelledPoints, houses: int, buildings: int) -> Float:
+    """IoU (houses, buildings) of the points of each."""
+    both = (points.house >= 0) & (points.found >= 0)
+    shape = houses, buildings
+    cell = points.house[both] * buildings + points.found[both]
+    shared = np.bincount(cell, minlength=houses * buildings).reshape(shape)
+    own = np.bincount(points.house[points.house >= 0], minlength=houses)
+    found = np.bincount(points.found[points.found >= 0], minlength=buildings)
+    return np.asarray(shared / np.maximum(own[:, None] + found[None] - shared, 1))
+
+
+def _seen(truth: Truth, building: TrueBuilding) -> bool:
+    shares = [max(truth.facade(f).visible.values(), default=1.0) for f in building.facades]
+    return max(shares, default=0.0) >= _SEEN
+
+
+def _cuts(truth: Truth, points: LabelledPoints, partner: dict[int, int]) -> Iterator[dict[str, Any]]:
+    """Where the split put the border between two neighbours that share a wall, against where it is."""
+    index = {b.id: k for k, b in enumerate(truth.buildings)}
+    for a in truth.facades:
+        for b in truth.facades:
+            border = _border(a, b)
+            if border is None:
+                continue
+            left, right = index[a.building], index[b.building]
+            about: dict[str, Any] = {"cut": f"{a.building}|{b.building}", "error_mm": None}
+            if left in partner and right in partner:
+                about["error_mm"] = _cut_error(points, a, border, (left, right), partner)
+            yield about
+
+
+def _border(a: TrueFacade, b: TrueFacade) -> float | None:
+    """x on `a` where its right end meets the left end of `b`, another house's facade; None: they do not."""
+    if a.building == b.building or a.frame.R[:, 1] @ b.frame.R[:, 1] < 0.9:
+        return None
+    end = float(a.outline[:, 0].max())
+    start = b.frame.apply(np.array([[b.outline[:, 0].min(), 0.0, 0.0]]))
+    x, y, _ = a.frame.inverse.apply(start)[0]
+    return (end + float(x)) / 2 if abs(x - end) < _SHARED and abs(y) < _REACH else None
+
+
+def _cut_error(
+    points: LabelledPoints, facade: TrueFacade, border: float, pair: tuple[int, int], partner: dict[int, int]
+) -> float | None:
+    """mm, along the facade: the border that best parts the points the split gave to either side."""
+    local = facade.frame.inverse.apply(points.xyz)
+    near = np.abs(local[:, 0] - border) < _REACH
+    near &= (np.abs(local[:, 1]) < _NEAR) & np.isin(points.house, pair)
+    sides = partner[pair[0]], partner[pair[1]]
+    near &= np.isin(points.found, sides)
+    x, right = local[near, 0], points.found[near] == sides[1]
+    if right.all() or not right.any():
+        return None
+    return round(1000 * (_best_cut(x, right) - border), 2)
+
+
+def _best_cut(x: Float, right: Bool) -> float:
+    """The place that leaves the fewest points of the left part on its right and the other way round."""
+    order: Int = np.argsort(x, kind="stable")
+    x, side = x[order], right[order]
+    wrong: Array = np.concatenate([[0], np.cumsum(side)]) + np.concatenate(
+        [np.cumsum(~side[::-1])[::-1], [0]]
+    )
+    k = int(np.argmin(wrong))
+    return float((x[max(k - 1, 0)] + x[min(k, len(x) - 1)]) / 2)
+
+
+def _rows(
+    truth: Truth, iou: Float, partner: dict[int, int], seen: list[bool], names: tuple[str, ...]
+) -> Iterator[dict[str, Any]]:
+    for k, building in enumerate(truth.buildings):
+        j = partner.get(k)
+        yield {
+            "id": building.id,
+            "seen": seen[k],
+            "found": None if j is None else names[j],
+            "iou": round(float(iou[k].max(initial=0.0)), 4),
+        }
+    for j in sorted(set(range(len(names))) - set(partner.values())):
+        yield {"found": names[j], "matched": None}

@@ -1,0 +1,118 @@
+"""Facade planes found against facades built: offset, angles, outline, and the reported covariances."""
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+import shapely
+
+from frontage.evaluation.figure import Figure, Part, detections, figure, mean, median, normalised, p95, rms
+from frontage.evaluation.match import assign
+from frontage.evaluation.result import FoundFacade
+from frontage.evaluation.truth import TrueFacade, Truth
+from frontage.geometry.arrays import Array, Float
+
+SEEN = 0.5
+"""Share of a facade with a free line of sight, from which on it counts as one to be found."""
+
+_SLANT = np.cos(np.radians(15.0))
+_FAR = 1.0  # m between plane and plane, at the found one's origin
+_HALF = 0.5  # share of the found outline that lies on the true facade, at least
+
+
+def score_facades(truth: Truth, found: Sequence[FoundFacade], sensors: Sequence[str] = ()) -> Part:
+    """Figures of all facade planes; every true facade is matched with at most one found.
+
+    Planes on no facade of the truth (gables, side walls) are counted as `elsewhere`, not as wrong.
+    """
+    share = np.array([[_share(t, f) for f in found] for t in truth.facades])
+    share = share.reshape(len(truth.facades), len(found))
+    pairs = list(zip(*assign(share), strict=True))
+    seen = [_seen(t, sensors) >= SEEN for t in truth.facades]
+    hit = {int(k) for k, _ in pairs}
+    counts = [(k in hit, 0, k not in hit) for k, wanted in enumerate(seen) if wanted]
+    figures = {"recall": detections(np.array(counts, np.float64).reshape(-1, 3))["recall"]}
+    alone = len(found) - len(pairs)
+    figures["elsewhere"] = Figure(float(alone), None, None, len(found))
+    errors = np.array([plane_error(truth.facades[k], found[j]) for k, j in pairs]).reshape(-1, 3)
+    figures |= _errors(errors)
+    covered = [_outline(truth.facades[k], found[j]) for k, j in pairs]
+    figures["outline_iou"] = figure(np.array(covered), mean)
+    figures |= _consistency(errors, [found[j] for _, j in pairs])
+    rows = [_row(truth.facades[k], found[j], e) for (k, j), e in zip(pairs, errors, strict=True)]
+    missed = [t.id for k, t in enumerate(truth.facades) if seen[k] and k not in hit]
+    return Part(figures, tuple(rows + [{"id": name, "found": None} for name in missed]))
+
+
+def plane_error(truth: TrueFacade, found: FoundFacade) -> Float:
+    """The true plane in the found frame: offset along Y at its origin (m), turns about X and Z (rad).
+
+    Those are the components 1, 3 and 5 of the tangent of `FoundFacade.covariance`.
+    """
+    normal = found.frame.R.T @ truth.frame.R[:, 1]
+    offset = (truth.frame.t - found.frame.t) @ truth.frame.R[:, 1] / (normal[1] or np.nan)
+    turn = np.array([normal[2], -normal[0]])
+    sine = float(np.hypot(*turn))
+    exact = np.arctan2(sine, normal[1]) / sine if sine > 0 else 1.0
+    return np.array([offset, *(turn * exact)])
+
+
+def _seen(facade: TrueFacade, sensors: Sequence[str]) -> float:
+    shares = [v for k, v in facade.visible.items() if not sensors or k in sensors]
+    return max(shares, default=1.0)
+
+
+def _share(truth: TrueFacade, found: FoundFacade) -> float:
+    """Share of the found outline that lies on a true facade, seen along its normal.
+
+    0 on another plane, and on a plane that takes the inside of the house for the street.
+    """
+    error = plane_error(truth, found)
+    if found.frame.R[:, 1] @ truth.frame.R[:, 1] < _SLANT or abs(error[0]) > _FAR:
+        return 0.0
+    ring, wall = _on(truth, found), shapely.make_valid(shapely.Polygon(truth.outline))
+    share = float(ring.intersection(wall).area / max(ring.area, 1e-12))
+    return share * min(1.0, ring.area / wall.area) if share >= _HALF else 0.0
+
+
+def _on(truth: TrueFacade, found: FoundFacade) -> Any:
+    """The found outline as a polygon on the true facade."""
+    xz = found.outline
+    local = found.frame.apply(np.column_stack([xz[:, 0], np.zeros(len(xz)), xz[:, 1]]))
+    return shapely.make_valid(shapely.Polygon(truth.frame.inverse.apply(local)[:, [0, 2]]))
+
+
+def _outline(truth: TrueFacade, found: FoundFacade) -> float:
+    a, b = _on(truth, found), shapely.make_valid(shapely.Polygon(truth.outline))
+    return float(a.intersection(b).area / a.union(b).area)
+
+
+def _errors(errors: Array) -> dict[str, Figure]:
+    offset, angle = errors[:, 0], np.degrees(np.hypot(errors[:, 1], errors[:, 2]))
+    return {
+        "offset_bias": figure(offset, median, "m"),
+        "offset_median": figure(np.abs(offset), median, "m"),
+        "offset_rms": figure(offset, rms, "m"),
+        "angle_median": figure(angle, median, "deg"),
+        "angle_p95": figure(angle, p95, "deg"),
+    }
+
+
+def _consistency(errors: Array, found: Sequence[FoundFacade]) -> dict[str, Figure]:
+    """NEES of plane errors against the reported covariances, three degrees of freedom each."""
+    squared = []
+    for error, facade in zip(errors, found, strict=True):
+        if facade.covariance is not None:
+            block = facade.covariance[np.ix_([1, 3, 5], [1, 3, 5])]
+            if np.linalg.eigvalsh(block)[0] > 0:
+                squared.append(float(error @ np.linalg.solve(block, error)))
+    return normalised(np.array(squared), "plane", dof=3)
+
+
+def _row(truth: TrueFacade, found: FoundFacade, error: Float) -> dict[str, Any]:
+    row: dict[str, Any] = {"id": truth.id, "found": found.id}
+    row |= {"offset_mm": round(1000 * float(error[0]), 3)}
+    row |= {"angle_deg": round(float(np.degrees(np.hypot(error[1], error[2]))), 5)}
+    if found.covariance is not None:
+        row["sigma_mm"] = round(1000 * float(np.sqrt(found.covariance[1, 1])), 3)
+    return row

@@ -1,0 +1,142 @@
+"""Ortho-images found against true ones: how far their content lies from its place, tile by tile.
+
+Both pictures are on the true raster. Each tile's shift is found by normalised cross-correlation of the
+high-passed grey values (whole pixels), then refined by ECC (Evangelidis & Psarakis 2008); glass, which
+shows something else from everywhere, is left out, and so are tiles without texture or without a clear match
+(a parked car is not a displaced wall).
+"""
+
+from collections.abc import Sequence
+
+import cv2
+import numpy as np
+
+from frontage.evaluation.figure import Figure, Part, figure, median, p95
+from frontage.evaluation.result import OrthoPair
+from frontage.geometry.arrays import Array, Bool, Float
+
+_TILE = 1.6  # m, side of a tile; they overlap by half
+_SEARCH = 0.25  # m, largest displacement that is looked for
+_KNOWN = 0.7  # share of a tile that must be comparable
+_ALIKE = 0.5  # correlation from which on a match counts
+_TEXTURE = 1.5  # grey levels, spread of a tile's high-passed values
+_BORDER = 0.3  # m at the rim of a facade, where the true picture ends
+
+
+def score_orthos(pairs: Sequence[OrthoPair]) -> Part:
+    """Figures over the tiles of all facades. px = pixels of the found image.
+
+    `coverage` = share of the facade with a pixel; `alike` = share of the tiles with texture that match.
+    """
+    shifts = [(p, *displacements(p)) for p in pairs]
+    metres = [s * p.gsd for p, s, _ in shifts]
+    length = np.concatenate([np.empty(0), *(np.linalg.norm(m, axis=1) for m in metres)])
+    pixels = np.concatenate(
+        [np.empty(0), *(np.linalg.norm(m, axis=1) / p.gsd_found for m, p in zip(metres, pairs, strict=True))]
+    )
+    both = np.concatenate([np.empty((0, 2)), *metres])
+    alike = np.concatenate([np.empty(0), *(a for _, _, a in shifts)])
+    figures = {
+        "displacement_median": figure(length, median, "m"),
+        "displacement_p95": figure(length, p95, "m"),
+        "displacement_px_median": figure(pixels, median, "px"),
+        "displacement_px_p95": figure(pixels, p95, "px"),
+        "right_bias": figure(both[:, 0], median, "m"),
+        "down_bias": figure(both[:, 1], median, "m"),
+        "alike": figure(alike >= _ALIKE, lambda v: v.mean(1)),
+        "coverage": figure(np.array([_coverage(p) for p in pairs]), lambda v: v.mean(1)),
+        "tiles": Figure(float(len(length)), None, None, len(length)),
+        **_relief(pairs),
+    }
+    rows = tuple(_row(p, m, a) for (p, _, a), m in zip(shifts, metres, strict=True))
+    return Part(figures, rows)
+
+
+def displacements(pair: OrthoPair) -> tuple[Float, Float]:
+    """Shifts (m, 2) px, right and down, of the found content; correlation (t,) of all tiles with texture."""
+    usable = _usable(pair)
+    true, found = _detail(pair.true), _detail(pair.found)
+    side, reach = max(16, round(_TILE / pair.gsd)), max(2, round(_SEARCH / pair.gsd))
+    shifts: list[tuple[float, float]] = []
+    scores: list[float] = []
+    h, w = usable.shape
+    for r in range(reach, h - side - reach + 1, side // 2):
+        for c in range(reach, w - side - reach + 1, side // 2):
+            part = slice(r, r + side), slice(c, c + side)
+            wide = slice(r - reach, r + side + reach), slice(c - reach, c + side + reach)
+            known = usable[part]
+            if known.mean() < _KNOWN or true[part][known].std() < _TEXTURE:
+                continue
+            shift, score = _shift(true[part], known, found[wide], reach)
+            scores.append(score)
+            if score >= _ALIKE:
+                shifts.append(shift)
+    return np.array(shifts).reshape(-1, 2), np.array(scores)
+
+
+def _usable(pair: OrthoPair) -> Bool:
+    """Pixels that can be compared: known in both, not glass, not at the facade's rim."""
+    rim = max(1, round(_BORDER / pair.gsd))
+    inside = np.zeros(pair.valid.shape, np.uint8)
+    inside[rim:-rim, rim:-rim] = 1
+    glass = cv2.dilate((pair.opening > 0).astype(np.uint8), np.ones((3, 3), np.uint8))
+    return np.asarray((inside > 0) & (glass == 0) & pair.valid)
+
+
+def _detail(rgb: Array) -> Array:
+    """Grey values less their surroundings, in equal contrast (h, w) float32."""
+    grey = cv2.cvtColor(np.ascontiguousarray(rgb), cv2.COLOR_RGB2GRAY).astype(np.float32)
+    high = grey - cv2.GaussianBlur(grey, (0, 0), 8)
+    return np.asarray(10 * high / (np.sqrt(cv2.GaussianBlur(high * high, (0, 0), 16)) + 4))
+
+
+def _shift(true: Array, known: Bool, found: Array, reach: int) -> tuple[tuple[float, float], float]:
+    """Right and down, px, by which `found` (with `reach` more on each side) shows what `true` shows."""
+    mask = known.astype(np.float32)
+    score = cv2.matchTemplate(found, true, cv2.TM_CCORR_NORMED, mask=mask)
+    score = np.where(np.isfinite(score), score, -1.0)
+    _, best, _, (x, y) = cv2.minMaxLoc(score)
+    part = found[y : y + true.shape[0], x : x + true.shape[1]]
+    warp = np.eye(2, 3, dtype=np.float32)
+    stop = (cv2.TERM_CRITERIA_EPS | cv2.TERM_CRITERIA_COUNT, 50, 1e-5)
+    try:
+        _, warp = cv2.findTransformECC(
+            true, part, warp, cv2.MOTION_TRANSLATION, stop, known.astype(np.uint8), 5
+        )
+    except cv2.error:
+        return (0.0, 0.0), -1.0  # it did not converge: no match
+    dx, dy = (float(v) for v in warp[:, 2])
+    if max(abs(dx), abs(dy)) > 1.5:
+        return (0.0, 0.0), -1.0
+    return (x - reach + dx, y - reach + dy), float(best)
+
+
+def _coverage(pair: OrthoPair) -> float:
+    """Share of the facade (everywhere the true picture shows it) that the found image covers."""
+    shown = pair.true.max(2) > 0
+    return float(pair.valid[shown].mean()) if shown.any() else 0.0
+
+
+def _relief(pairs: Sequence[OrthoPair]) -> dict[str, Figure]:
+    """Errors of the relief, a sample of the pixels where both have one, off the glass."""
+    parts = [np.empty(0)]
+    for p in pairs:
+        if p.depth_true is not None and p.depth_found is not None:
+            error = np.where(p.opening > 0, np.nan, p.depth_found - p.depth_true)[::8, ::8].ravel()
+            parts.append(error[np.isfinite(error)])
+    errors = np.concatenate(parts)
+    return {
+        "relief_bias": figure(errors, median, "m"),
+        "relief_median": figure(np.abs(errors), median, "m"),
+    }
+
+
+def _row(pair: OrthoPair, metres: Float, alike: Float) -> dict[str, object]:
+    length = np.linalg.norm(metres, axis=1)
+    return {
+        "id": pair.facade,
+        "tiles": len(metres),
+        "of": len(alike),
+        "displacement_mm": round(1000 * float(np.median(length)), 2) if len(length) else None,
+        "coverage": round(_coverage(pair), 4),
+    }

@@ -1,0 +1,183 @@
+"""The truth of a scene as the scorers use it: lengths in m, local to the truth's own origin.
+
+The file it comes from is described in docs/simulate.md, "Truth".
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from frontage.errors import InputError
+from frontage.geometry.arrays import Float, freeze
+from frontage.geometry.rigid import Rigid3
+from frontage.model import WorldRef
+
+SCHEMA = 1
+
+
+@dataclass(frozen=True)
+class TrueBar:
+    """A window bar: axis "vertical" (position x) or "horizontal" (position z), extent along it; m."""
+
+    axis: str
+    position: float
+    extent: tuple[float, float]
+
+
+@dataclass(frozen=True, eq=False)
+class TrueOpening:
+    """An opening: ring (k, 2) m (x, z) of the hole; depth m, wall to frame; visible = share per sensor."""
+
+    id: str
+    kind: str
+    shape: str
+    ring: Float
+    wall_y: float
+    depth: float
+    bars: tuple[TrueBar, ...]
+    shutters: str
+    glazed: bool
+    visible: Mapping[str, float]
+
+    def __post_init__(self) -> None:
+        freeze(self, ring=((None, 2), np.float64))
+
+
+@dataclass(frozen=True, eq=False)
+class TrueFacade:
+    """A facade: frame with its origin on the main plane, outline (k, 2) m (x, z), its ortho-image's entry."""
+
+    id: str
+    building: str
+    frame: Rigid3
+    outline: Float
+    openings: tuple[TrueOpening, ...]
+    visible: Mapping[str, float]
+    ortho: Mapping[str, Any] | None
+
+    def __post_init__(self) -> None:
+        freeze(self, outline=((None, 2), np.float64))
+
+
+@dataclass(frozen=True, eq=False)
+class TrueBuilding:
+    """A building: footprint (k, 2) m, the ids of its facades, the side of the street it stands on."""
+
+    id: str
+    address: str
+    side: int
+    footprint: Float
+    facades: tuple[str, ...]
+
+    def __post_init__(self) -> None:
+        freeze(self, footprint=((None, 2), np.float64))
+
+
+@dataclass(frozen=True, eq=False)
+class TruePose:
+    """A sensor's pose, true and as given: `name` of the photo, or of the scan "file:number"."""
+
+    name: str
+    true: Rigid3
+    given: Rigid3
+
+
+@dataclass(frozen=True, eq=False)
+class Truth:
+    """Everything true of a scene."""
+
+    name: str
+    world: WorldRef
+    buildings: tuple[TrueBuilding, ...]
+    facades: tuple[TrueFacade, ...]
+    photos: tuple[TruePose, ...] = ()
+    scans: tuple[TruePose, ...] = ()
+    points: tuple[Mapping[str, Any], ...] = field(default=())
+
+    def facade(self, number: str) -> TrueFacade:
+        """The facade of that id. Raises KeyError."""
+        for facade in self.facades:
+            if facade.id == number:
+                return facade
+        raise KeyError(number)
+
+
+def read_truth(table: Mapping[str, Any], name: str = "truth.json") -> Truth:
+    """The nouns from the contents of a truth.json. Raises InputError when they are none."""
+    try:
+        if table["schema"] != SCHEMA:
+            raise InputError(f"{name}: schema {table['schema']} is not {SCHEMA}; simulate the scene again")
+        world = WorldRef(np.array(table["origin"], np.int64), table["crs"])
+        return Truth(
+            str(table["name"]),
+            world,
+            tuple(_building(b, world) for b in table["buildings"]),
+            tuple(_facade(f, world) for f in table["facades"]),
+            tuple(_photo(p, world) for p in table["photos"]),
+            tuple(_station(s, world) for s in table["stations"]),
+            tuple(table["points"]),
+        )
+    except (KeyError, TypeError, ValueError) as error:
+        if isinstance(error, InputError):
+            raise
+        raise InputError(
+            f"{name}: not the truth of a simulated scene ({type(error).__name__}: {error}); "
+            f"give the folder that `frontage simulate` wrote"
+        ) from None
+
+
+def _building(b: Mapping[str, Any], world: WorldRef) -> TrueBuilding:
+    footprint = np.array(b["footprint"], np.float64) - world.origin[:2]
+    return TrueBuilding(b["id"], b["address"], int(b["side"]), footprint, tuple(b["facades"]))
+
+
+def _facade(f: Mapping[str, Any], world: WorldRef) -> TrueFacade:
+    axes = np.column_stack([f["frame"][axis] for axis in "xyz"])
+    frame = Rigid3("local", "facade", axes, world.to_local(np.array(f["frame"]["origin"])))
+    return TrueFacade(
+        f["id"],
+        f["building"],
+        frame,
+        np.array(f["outline"]),
+        tuple(_opening(o) for o in f["openings"]),
+        f["visible"],
+        f.get("ortho"),
+    )
+
+
+def _opening(o: Mapping[str, Any]) -> TrueOpening:
+    bars = [
+        TrueBar(axis, b["position"], (b["extent"][0], b["extent"][1]))
+        for axis in ("vertical", "horizontal")
+        for b in o["bars"][axis]
+    ]
+    return TrueOpening(
+        o["id"],
+        o["kind"],
+        o["shape"],
+        np.array(o["outline"]),
+        float(o["wall_y"]),
+        float(o["depth"]),
+        tuple(bars),
+        o["shutters"],
+        bool(o["glazed"]),
+        o["visible"],
+    )
+
+
+def _photo(p: Mapping[str, Any], world: WorldRef) -> TruePose:
+    poses = [
+        Rigid3("local", "camera", np.array(p[key]["R"]).T, world.to_local(np.array(p[key]["center"])))
+        for key in ("true", "given")
+    ]
+    return TruePose(p["name"], *poses)
+
+
+def _station(s: Mapping[str, Any], world: WorldRef) -> TruePose:
+    poses = [
+        Rigid3("local", "scanner", np.array(s[key]["R"]), world.to_local(np.array(s[key]["position"])))
+        for key in ("true", "given")
+    ]
+    return TruePose(f"{s['file']}:{s['number']}", *poses)
