@@ -1,140 +1,141 @@
 """From a spec to a street: the one function that the instruments start from."""
 
+from dataclasses import dataclass
+
 import numpy as np
 
-from frontage.geometry.ring import rectangle
 from frontage.geometry.rigid import Rigid3
 from frontage.model import WorldRef
+from frontage.simulate.draft import HouseDraft, draw_house
+from frontage.simulate.ground import Profile, draw_ground
+from frontage.simulate.house import build_house
+from frontage.simulate.housespec import HouseSpec
 from frontage.simulate.meshing import MeshBuilder, Pen
-from frontage.simulate.scene import FacadePlan, House, Material, OpeningPlan, Part, Scene
+from frontage.simulate.scene import House, Scene
 from frontage.simulate.spec import SceneSpec
-from frontage.simulate.windows import OpeningMaterials, draw_opening
+
+_BEYOND = 60.0  # m of street before the first and after the last house
+
+
+@dataclass(frozen=True)
+class Plot:
+    """Where a house stands: side of the street, s from `start`, m behind the building line, its draft."""
+
+    side: int
+    start: float
+    setback: float
+    draft: HouseDraft
+    twin: bool
 
 
 def street(spec: SceneSpec) -> Scene:
-    """Build the street that `spec` asks for; the same spec gives the same bytes."""
-    rng = np.random.default_rng(spec.seed)
-    slope = (spec.slope if spec.slope is not None else float(rng.uniform(1, 8))) / 100
-    width = spec.street_width or float(rng.uniform(11, 18))
-    heading = float(rng.uniform(0, 2 * np.pi))
-    c, s = np.cos(heading), np.sin(heading)
-    local_from_street = Rigid3("local", "street", np.array([[c, -s, 0], [s, c, 0], [0, 0, 1]]), np.zeros(3))
+    """Build the street that `spec` asks for; the same spec gives the same bytes.
+
+    Raises OptionError when openings that the spec places leave their wall or overlap.
+    """
+    rng = np.random.default_rng((spec.seed, 0))
+    profile = _draw_profile(spec, rng)
+    local_from_street = _draw_frame(rng)
+    sides = 2 if spec.opposite else 1
+    plots = [p for side in range(sides) for p in _plots(spec, side, profile)]
     builder = MeshBuilder()
-    houses: list[House] = []
-    ends = [0.0, 0.0]
-    for side in range(2 if spec.opposite else 1):
-        for _ in range(spec.houses):
-            w = float(rng.uniform(6, 12))
-            houses.append(
-                _house(builder, local_from_street, len(houses), side, ends[side], w, width, slope, rng)
-            )
-            ends[side] += w
-    length = max(ends)
-    _ground(builder, local_from_street, length, width, slope)
-    road = local_from_street.apply(np.array([[t, -width / 2, slope * t] for t in (0.0, length)]))
+    houses = _build_houses(builder, local_from_street, profile, plots)
+    ends = [(p.start, p.start + p.draft.width) for p in plots] or [(0.0, 20.0)]
+    s0, s1 = min(a for a, _ in ends), max(b for _, b in ends)
+    ground = Pen(builder, local_from_street)
+    draw_ground(ground, profile, s0 - _BEYOND, s1 + _BEYOND, np.random.default_rng((spec.seed, 1)))
+    middle = -profile.width / 2
+    road = [[s, middle, profile.height(s, middle)] for s in np.linspace(s0, s1, 2 + int((s1 - s0) // 10))]
     return Scene(
-        spec.name,
-        spec.seed,
-        WorldRef(np.array(spec.origin), spec.crs),
-        local_from_street,
-        builder.mesh(),
-        tuple(builder.surfaces),
-        tuple(builder.materials),
-        tuple(houses),
-        road,
+        name=spec.name,
+        seed=spec.seed,
+        world=WorldRef(np.array(spec.origin), spec.crs),
+        local_from_street=local_from_street,
+        mesh=builder.mesh(),
+        surfaces=tuple(builder.surfaces),
+        materials=tuple(builder.materials),
+        houses=tuple(houses),
+        road=local_from_street.apply(np.array(road)),
     )
 
 
-def _house(builder, local_from_street, number, side, s0, w, width, slope, rng) -> House:  # type: ignore[no-untyped-def]
-    eye = np.eye(3)
-    if side == 0:
-        frame = Rigid3("street", "facade", eye, np.array([s0, 0.0, slope * s0]))
-    else:
-        frame = Rigid3("street", "facade", np.diag([-1.0, -1.0, 1.0]), np.array([s0 + w, -width, slope * s0]))
-    local = local_from_street @ frame
-    pen = Pen(builder, local, f"B{number + 1:02d}", number, 0)
-    floors, depth = int(rng.integers(2, 5)), 10.0
-    eaves = 3.4 + 3.1 * (floors - 1)
-    rgb = tuple(float(v) for v in rng.uniform(0.3, 0.8, 3))
-    plaster = Material("plaster", "plaster", rgb, (0.3, 0.3, 0.3), 0.5, seed=number)
-    white = Material("white paint", "paint", (0.8, 0.8, 0.8), (0.7, 0.7, 0.7), 0.7, 0.1)
-    glass = Material("glass", "glass", (0.02, 0.02, 0.02), (0.02, 0.02, 0.02), 0.02, 1.0)
-    wood = Material("oak", "wood", (0.25, 0.15, 0.08), (0.2, 0.1, 0.05), 0.4, 0.1)
-    tiles = Material("tiles", "tiles", (0.4, 0.15, 0.1), (0.2, 0.1, 0.1), 0.3, size=(0.2, 0.3))
-    room = Material("room", "plaster", (0.6, 0.6, 0.55), (0.5, 0.5, 0.5), 0.6)
-    openings = []
-    columns = int(w // 2.2)
-    pitch = w / columns
-    for floor in range(floors):
-        for k in range(columns):
-            x = pitch * (k + 0.5)
-            z0 = 0.9 + (0.4 + 3.1 * floor if floor else 0.0)
-            door = floor == 0 and k == 0
-            ring = rectangle(x - 0.55, 0.1 if door else z0, x + 0.55, z0 + 1.5)
-            letter = "D" if door else "W"
-            openings.append(
-                OpeningPlan(
-                    f"B{number + 1:02d}/F1/{letter}{floor}-{k + 1}",
-                    "door" if door else "window",
-                    "rectangle",
-                    ring,
-                    0.0,
-                    0.15,
-                    0.19,
-                    0.07,
-                    glazed=not door,
-                    floor=floor,
-                    bay=k + 1,
-                )
-            )
-    facade = pen.of(f"B{number + 1:02d}/F1")
-    wall = facade.surface("wall", Part.WALL, plaster, roughness=0.002)
-    facade.plate(wall, rectangle(0, -2.0, w, eaves), 0.0, [o.ring for o in openings])
-    for i, o in enumerate(openings):
-        own = pen.of(o.id, opening=i)
-        draw_opening(own, o, OpeningMaterials(plaster, white, glass, wood, wood), 0.4)
-        if o.glazed:
-            (x0, z0), (x1, z1) = o.ring.min(0), o.ring.max(0)
-            inside = own.surface("room", Part.ROOM, room)
-            around = rectangle(x0 - 0.4, z0 - 0.6, x1 + 0.4, z1 + 0.4)
-            own.plate(inside, around, 0.4, [o.ring], inward=True)
-            own.strip(inside, around, 0.4, 4.5)
-            own.plate(inside, around, 4.5)
-    body = pen.surface("body", Part.WALL, plaster, u=(0.0, 1.0, 0.0))
-    for ring in (
-        [[w, 0, -2], [w, depth, -2], [w, depth, eaves], [w, 0, eaves]],
-        [[0, depth, -2], [0, 0, -2], [0, 0, eaves], [0, depth, eaves]],
-        [[w, depth, -2], [0, depth, -2], [0, depth, eaves], [w, depth, eaves]],
-    ):
-        pen.polygon(body, np.array(ring, float))
-    roof = pen.surface("roof", Part.ROOF, tiles)
-    ridge = eaves + 3.0
-    for ring in (
-        [[0, 0, eaves], [w, 0, eaves], [w, depth / 2, ridge], [0, depth / 2, ridge]],
-        [[w, depth, eaves], [0, depth, eaves], [0, depth / 2, ridge], [w, depth / 2, ridge]],
-        [[w, 0, eaves], [w, depth, eaves], [w, depth / 2, ridge]],
-        [[0, depth, eaves], [0, 0, eaves], [0, depth / 2, ridge]],
-    ):
-        pen.polygon(roof, np.array(ring, float))
-    plan = FacadePlan(f"B{number + 1:02d}/F1", local, rectangle(0, 0, w, eaves), tuple(openings), (), 0.002)
-    corners = local.apply(np.array([[0, 0, 0], [w, 0, 0], [w, depth, 0], [0, depth, 0]], float))
-    z = float(local.t[2])
-    return House(
-        f"B{number + 1:02d}",
-        f"{number + 1} Long Street",
-        side,
-        corners[:, :2],
-        z,
-        z + eaves,
-        z + ridge,
-        (plan,),
+def _draw_profile(spec: SceneSpec, rng: np.random.Generator) -> Profile:
+    rise = float(rng.uniform(1, 8) * rng.choice([-1, 1]))
+    width = float(rng.uniform(11, 18))
+    pavement = float(rng.uniform(1.6, 3.0))
+    width = width if spec.street_width is None else spec.street_width
+    slope = (rise if spec.slope is None else spec.slope) / 100
+    return Profile(width, min(pavement, width / 4), slope)
+
+
+def _draw_frame(rng: np.random.Generator) -> Rigid3:
+    """A street that runs in any direction, and does not begin at the origin."""
+    c, s = np.cos(turn := float(rng.uniform(0, 2 * np.pi))), np.sin(turn)
+    R = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
+    return Rigid3("local", "street", R, rng.uniform((10, 10, 5), (60, 60, 30)))
+
+
+def _plots(spec: SceneSpec, side: int, profile: Profile) -> list[Plot]:
+    """Houses of one side from s = 0 on; those of the other side are drawn, never specified."""
+    asked = list(spec.house) if side == 0 else []
+    count = max(spec.houses, len(asked)) if side == 0 or not spec.house else max(spec.houses, len(spec.house))
+    asked += [HouseSpec()] * (count - len(asked))
+    free = np.random.default_rng((spec.seed, 2))
+    setting = spec.setting or str(free.choice(["terrace", "terrace", "detached"]))
+    plots: list[Plot] = []
+    s = 0.0
+    for k, house in enumerate(asked):
+        rng = np.random.default_rng((spec.seed, 3, side, k))
+        detached = setting == "detached"
+        width, gap, setback = _site(house, detached, rng)
+        twin = k > 0 and (house.twin or (house == HouseSpec() and bool(rng.random() < 0.12)))
+        seed: tuple[int, ...] = (spec.seed, 4, side, k)
+        if twin:
+            before = plots[-1]
+            seed, setback = before.draft.seed, before.setback
+            width = before.draft.width
+            house = before.draft.spec
+        slope = profile.slope if side == 0 else -profile.slope
+        draft = draw_house(house, seed, slope, detached, width)
+        plots.append(Plot(side, s, setback, draft, twin))
+        s += width + gap
+    return plots
+
+
+def _site(house: HouseSpec, detached: bool, rng: np.random.Generator) -> tuple[float, float, float]:
+    """Width, gap to the next house and setback; m."""
+    width = float(rng.uniform(7.5, 12.5) if detached else rng.uniform(5.0, 14.0))
+    gap = float(rng.uniform(2.5, 6.0)) if detached else 0.0
+    setback = float(rng.uniform(2.0, 6.0) if detached else rng.choice([0.0, 0.0, rng.uniform(0, 0.4)]))
+    return (
+        width if house.width is None else house.width,
+        gap if house.gap is None else house.gap,
+        setback if house.setback is None else house.setback,
     )
 
 
-def _ground(builder, local_from_street, length, width, slope) -> None:  # type: ignore[no-untyped-def]
-    pen = Pen(builder, local_from_street)
-    asphalt = Material("asphalt", "asphalt", (0.06, 0.06, 0.065), (0.1, 0.1, 0.1), 0.2)
-    ground = pen.surface("ground", Part.GROUND, asphalt, v=(0.0, 1.0, 0.0))
-    a, b = -40.0, length + 40.0
-    ring = [[a, -width - 30, slope * a], [b, -width - 30, slope * b], [b, 30, slope * b], [a, 30, slope * a]]
-    pen.polygon(ground, np.array(ring))
+def _build_houses(
+    builder: MeshBuilder, local_from_street: Rigid3, profile: Profile, plots: list[Plot]
+) -> list[House]:
+    houses: list[House] = []
+    numbers = [1, 2]
+    for k, plot in enumerate(plots):
+        pen = Pen(builder, local_from_street @ _street_from_house(plot, profile), f"B{k + 1:02d}", house=k)
+        address = f"{numbers[plot.side]} Long Street"
+        numbers[plot.side] += 2
+        twin_of = houses[-1].id if plot.twin else None
+        houses.append(build_house(pen, plot.draft, f"B{k + 1:02d}", address, plot.side, twin_of))
+    return houses
+
+
+def _street_from_house(plot: Plot, profile: Profile) -> Rigid3:
+    """The house's frame: its front's lower left corner as seen from the street, leaning about its foot."""
+    draft = plot.draft
+    c, s = np.cos(draft.lean), np.sin(draft.lean)
+    lean = np.array([[1.0, 0, 0], [0, c, s], [0, -s, c]])
+    ends = [profile.slope * plot.start, profile.slope * (plot.start + draft.width)]
+    if plot.side == 0:
+        return Rigid3("street", "house", lean, np.array([plot.start, plot.setback, min(ends)]))
+    turn = np.diag([-1.0, -1.0, 1.0])
+    t = np.array([plot.start + draft.width, -profile.width - plot.setback, min(ends)])
+    return Rigid3("street", "house", turn @ lean, t)

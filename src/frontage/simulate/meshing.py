@@ -114,9 +114,9 @@ class Pen:
         self.triangles(surface, xyz, corners[:, ::-1] if inward else corners)
 
     def strip(self, surface: int, ring: Float, y0: float, y1: float, outward: bool = False) -> None:
-        """The side of a ring extruded from y0 to y1 > y0, facing its middle (a reveal) or outward (a block)."""
+        """The side of a ring from y0 to y1 > y0, facing its middle (a reveal) or outward (a block)."""
         near = np.column_stack([ring[:, 0], np.full(len(ring), y0), ring[:, 1]])
-        far = near + [0.0, y1 - y0, 0.0]
+        far = near + np.array([0.0, y1 - y0, 0.0])
         xyz, corners = band(near, far)
         self.triangles(surface, xyz, corners[:, ::-1] if outward else corners)
 
@@ -132,7 +132,7 @@ class Pen:
             self.plate(surface, ring, y1, holes, inward=True)
 
     def box(self, surface: int, low: Sequence[float], high: Sequence[float], inward: bool = False) -> None:
-        """An upright box from corner `low` to corner `high`, seen from outside (or, `inward`, from inside)."""
+        """An upright box from corner `low` to `high`, seen from outside (or, `inward`, from inside)."""
         corner = np.array([[i, j, k] for i in (0, 1) for j in (0, 1) for k in (0, 1)], float)
         xyz = np.asarray(low) + corner * (np.asarray(high, float) - np.asarray(low, float))
         self.triangles(surface, xyz, _BOX[:, ::-1] if inward else _BOX)

@@ -1,0 +1,121 @@
+"""An elevation: everything that is drawn on one facade, before it becomes triangles."""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+import shapely
+
+from frontage.errors import OptionError
+from frontage.geometry.arrays import Float
+from frontage.geometry.rigid import Rigid3
+from frontage.simulate.scene import OpeningPlan, Part
+
+CLEARANCE = 0.05  # m, least distance of openings from each other and from the wall's border
+
+
+@dataclass(frozen=True)
+class Dressing:
+    """What surrounds an opening: sill (height, projection), surround (width, projection), m; curtain; leaf.
+
+    curtain   "none", "sides", "net" or "blind", covering `share` of the window
+    leaf      "panels", "boards" or "ribs"
+    flare     m, by which the way to the room widens (behind an oriel's windows)
+    """
+
+    sill: tuple[float, float] | None = None
+    surround: tuple[float, float] | None = None
+    curtain: str = "none"
+    share: float = 0.0
+    leaf: str = "panels"
+    flare: float = 0.0
+
+
+@dataclass(frozen=True)
+class Band:
+    """A block on the wall from y0 to y1 m: a plinth, a string course, a cornice, a pilaster."""
+
+    name: str
+    part: Part
+    polygon: shapely.Polygon
+    y0: float
+    y1: float = 0.0
+
+
+@dataclass(frozen=True)
+class Balcony:
+    """A slab from x0 to x1 m with a railing: `projection` m deep, upper face at z m."""
+
+    x0: float
+    x1: float
+    z: float
+    projection: float
+    thickness: float = 0.16
+    height: float = 1.0
+    style: str = "bars"  # of the railing: "bars", "solid"
+
+
+@dataclass(frozen=True)
+class Oriel:
+    """A closed bay before the wall, x0 to x1, z0 to z1 m; its front is narrower by `slant` m a side."""
+
+    x0: float
+    x1: float
+    z0: float
+    z1: float
+    projection: float
+    slant: float = 0.0
+
+    @property
+    def ring(self) -> Float:
+        """Its outline on the main plane (4, 2)."""
+        return np.array([[self.x0, self.z0], [self.x1, self.z0], [self.x1, self.z1], [self.x0, self.z1]])
+
+
+@dataclass(frozen=True, eq=False)
+class Elevation:
+    """One facade of a house: pose in the house's frame, outline (k, 2) m (x, z), and what is on it."""
+
+    id: str
+    house_from_facade: Rigid3
+    outline: Float
+    openings: tuple[OpeningPlan, ...] = ()
+    dressings: tuple[Dressing, ...] = ()
+    bands: tuple[Band, ...] = ()
+    balconies: tuple[Balcony, ...] = ()
+    oriels: tuple[Oriel, ...] = field(default=())
+
+    @property
+    def width(self) -> float:
+        """Its width, m."""
+        return float(np.ptp(self.outline[:, 0]))
+
+
+def separate(rings: list[Float], walls: list[Float]) -> list[str]:
+    """What is wrong with openings (k, 2) cut into their walls: one text each, "" where nothing is."""
+    shapes = [shapely.Polygon(r) for r in rings]
+    grown = [s.buffer(CLEARANCE, join_style="mitre") for s in shapes]
+    problems: list[str] = []
+    for k, shape in enumerate(grown):
+        wall = shapely.Polygon(walls[k])
+        hit = [j for j in range(k) if not problems[j] and shape.intersects(shapes[j])]
+        if not wall.contains(shape):
+            problems.append(
+                f"reaches beyond the wall ({_extent(walls[k])}; keep {CLEARANCE:g} m from its border)"
+            )
+        elif hit:
+            problems.append(f"overlaps or touches opening {hit[0] + 1}")
+        else:
+            problems.append("")
+    return problems
+
+
+def refuse_misfits(rings: list[Float], wall: Float, name: str) -> None:
+    """Raise OptionError for the first opening that leaves its wall or overlaps another one."""
+    for k, problem in enumerate(separate(rings, [wall] * len(rings))):
+        if problem:
+            raise OptionError(f"{name}: opening {k + 1} {problem}; move it or make it smaller")
+
+
+def _extent(wall: Float) -> str:
+    (x0, z0), (x1, z1) = wall.min(0), wall.max(0)
+    return f"x {x0:.2f} to {x1:.2f} m, z {z0:.2f} to {z1:.2f} m"

@@ -1,0 +1,58 @@
+"""The street itself: carriageway, kerbs, pavements and what lies behind the houses."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from frontage.simulate.meshing import Pen
+from frontage.simulate.scene import Material, Part
+
+KERB = 0.12  # m, pavement above the gutter
+
+
+@dataclass(frozen=True)
+class Profile:
+    """Cross-section of a street from facade (d = 0) to facade (d = -width), rising `slope` m per metre.
+
+    pavement   m, width of each pavement
+    """
+
+    width: float
+    pavement: float
+    slope: float
+
+    def height(self, s: float, d: float) -> float:
+        """Height of the ground at (s, d) m."""
+        depth, z = self._section
+        return self.slope * s + float(np.interp(d, depth, z))
+
+    @property
+    def _section(self) -> tuple[list[float], list[float]]:
+        w, p = self.width, self.pavement
+        low = -0.02 * p
+        gutter, crown = low - KERB, low - KERB + 0.02 * (w / 2 - p)
+        d = [-w - 60, -w, -w + p, -w + p + 0.001, -w / 2, -p - 0.001, -p, 0.0, 60.0]
+        return d, [0.0, 0.0, low, gutter, crown, gutter, low, 0.0, 0.0]
+
+
+def draw_ground(pen: Pen, profile: Profile, s0: float, s1: float, rng: np.random.Generator) -> None:
+    """Draw the ground from s0 to s1 m with a pen in the street's frame."""
+    seed = [int(v) for v in rng.integers(2**31, size=4)]
+    asphalt = Material("asphalt", "asphalt", (0.07, 0.07, 0.075), (0.11, 0.11, 0.11), 0.18, 0.0, seed=seed[0])
+    slab = float(rng.uniform(0.3, 0.5))
+    paving = Material(
+        "paving", "paving", (0.32, 0.31, 0.29), (0.16, 0.15, 0.14), 0.35, 0.0, (slab, slab), seed[1]
+    )
+    kerb = Material("kerb", "stone", (0.42, 0.41, 0.40), (0.3, 0.3, 0.3), 0.45, 0.0, (1.0, 0.15), seed[2])
+    yard = Material("yard", "paving", (0.22, 0.24, 0.16), (0.14, 0.16, 0.10), 0.4, 0.0, (0.1, 0.1), seed[3])
+    w, p = profile.width, profile.pavement
+    strips = (
+        ("road", asphalt, -w + p + 0.001, -w / 2, 0.004), ("road", asphalt, -w / 2, -p - 0.001, 0.004),
+        ("kerb", kerb, -p - 0.001, -p, 0.0), ("kerb", kerb, -w + p, -w + p + 0.001, 0.0),
+        ("pavement", paving, -p, 0.0, 0.003), ("pavement", paving, -w, -w + p, 0.003),
+        ("yard", yard, 0.0, 40.0, 0.01), ("yard", yard, -w - 40.0, -w, 0.01),
+    )  # fmt: skip
+    for k, (name, material, d0, d1, rough) in enumerate(strips):
+        surface = pen.surface(f"{name}{k}", Part.GROUND, material, v=(0.0, 1.0, 0.0), roughness=rough)
+        corners = [(s0, d0), (s1, d0), (s1, d1), (s0, d1)]
+        pen.polygon(surface, np.array([[s, d, profile.height(s, d)] for s, d in corners]))
