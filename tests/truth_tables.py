@@ -38,7 +38,7 @@ def table() -> dict[str, Any]:
     for k in range(2):
         name = f"B{k + 1:02d}"
         origin = R @ np.array([k * WIDTH, 0.0, 0.0]) + ORIGIN
-        corners = np.array([[0, 0], [WIDTH, 0], [WIDTH, 10], [0, 10]]) + [k * WIDTH, 0]
+        corners = np.array([[0, 0], [WIDTH, 0], [WIDTH, 10], [0, 10]]) + np.array([k * WIDTH, 0])
         buildings.append({
             "id": name, "address": f"{2 * k + 1} Lime Street", "side": 0, "facades": [f"{name}/F1"],
             "footprint": (corners @ R[:2, :2].T + ORIGIN[:2]).tolist(),

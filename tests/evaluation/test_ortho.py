@@ -14,8 +14,8 @@ def wall(seed: int = 0, shape: tuple[int, int] = (620, 900)) -> np.ndarray:
 
 
 def pair(found: np.ndarray, true: np.ndarray, **more: object) -> OrthoPair:
-    return OrthoPair("B01/F1", true, found, np.ones(true.shape[:2], bool), np.zeros(true.shape[:2], int), 0.01, 0.01,
-                     **more)  # type: ignore[arg-type]  # fmt: skip
+    everywhere, none = np.ones(true.shape[:2], bool), np.zeros(true.shape[:2], int)
+    return OrthoPair("B01/F1", true, found, everywhere, none, 0.01, 0.01, **more)  # type: ignore[arg-type]
 
 
 @pytest.mark.parametrize("shift", [(0.0, 0.0), (1.3, -0.7), (-6.25, 4.5), (0.2, 0.3)])
