@@ -1,5 +1,7 @@
 """The ortho-image: right place, right photo, nothing smeared, nothing invented."""
 
+from dataclasses import replace
+
 import cv2
 import numpy as np
 import pytest
@@ -135,9 +137,90 @@ def test_outside_the_photo_nothing_is_smeared(scene):
         ortho.local_from_pixel(np.array([[c, r] for c in range(1, 800, 7) for r in range(1, 600, 7)]))[0]
     )
     inside = ((at > 0) & (at < [600, 450])).all(1)
-    alpha = ortho.pixels[1::7, 1::7, 3].T.ravel() > 0
-    assert not (alpha & ~inside).any()
-    assert (alpha & inside).sum() > 0.9 * inside.sum()
+    shown = ortho.source[1::7, 1::7].T.ravel() == 1
+    assert not (shown & ~inside).any()
+    assert (shown & inside).sum() > 0.9 * inside.sum()
+
+
+def test_what_photos_leave_out_comes_from_the_scan_when_it_is_much(scene):
+    facade, _, cloud = scene
+    part = wall.photo(
+        facade, wall.camera(600, 450, distorted=False, focal=1.5), (-2.5, -5.0, 0), (-2.5, 0, 0)
+    )
+    whole = wall.photo(
+        facade, wall.camera(800, 600, distorted=False, focal=0.55), (-2.8, -7.0, 0), (-2.8, 0, 0)
+    )
+    for photo, filled in ((part, True), (whole, False)):
+        ortho = make_ortho(
+            facade, cloud, [photo], lambda _: np.full((600, 800, 3), 99, np.uint8), options=PLANE
+        )
+        assert (ortho.sources == (photo.id, "wall (colour)")) == filled
+        assert ((ortho.source > 0).mean() > 0.98) == filled
+        assert 0.1 < (ortho.source == 1).mean() < 0.98
+        assert (ortho.pixels[..., 3] > 0).tolist() == (ortho.source > 0).tolist()
+        if filled:
+            assert ortho.pixels[300, 700, :3].tolist() == [40, 80, 200], "the scan's own colour"
+
+
+@pytest.mark.parametrize("photos", [False, True])
+def test_nothing_is_painted_outside_the_outline(scene, photos):
+    full, _, cloud = scene
+    gable = np.array([[-4.0, -3.0], [4.0, -3.0], [4.0, 1.0], [0.0, 3.0], [-4.0, 1.0]])
+    facade = replace(full, outline=gable)
+    photo = wall.photo(facade, wall.camera(800, 600, distorted=False, focal=0.5), (0.0, -8.0, 0.0))
+    ortho = make_ortho(
+        facade,
+        cloud,
+        [photo] if photos else [],
+        lambda _: np.full((600, 800, 3), 99, np.uint8),
+        options=OrthoOptions(margin=0.1),
+    )
+    alpha = ortho.pixels[..., 3] > 0
+    corner, near_the_roof, inside = alpha[15:60, 15:250], alpha[110, 365:455], alpha[330:600, 15:-15]
+    assert not corner.any() and not (ortho.source[15:60, 15:250] > 0).any()
+    assert near_the_roof.any() and inside.mean() > 0.99
+    assert np.isnan(ortho.depth[15:60, 15:250]).all()
+
+
+@pytest.mark.parametrize("sparser", [2.0, 3.5, 5.0])
+def test_a_scan_sparser_than_pixels_fills_the_wall_and_not_the_window(sparser):
+    spacing = sparser * 0.01
+    facade = wall.facade(6.0, 5.0, spacing=spacing)
+    rng = np.random.default_rng(round(10 * sparser))
+    x, z = rng.uniform([-3.0, -2.5], [3.0, 2.5], (round(30 / spacing**2), 2)).T
+    wall_only = ~((np.abs(x) < 0.5) & (np.abs(z) < 0.5))
+    xyz = np.column_stack([x, rng.normal(0, 0.003, len(x)), z])[wall_only]
+    scan = Scan("s", facade.frame.apply(xyz), wall.WORLD, rgb=np.full((len(xyz), 3), 120, np.uint8))
+    ortho = make_ortho(facade, scan, options=PLANE)
+    alpha = ortho.pixels[..., 3] > 0
+    window = np.zeros_like(alpha)
+    window[200:300, 250:350] = True
+    edge = cv2.dilate(window.astype(np.uint8), np.ones((3, 3)), iterations=round(sparser)) > 0
+    border = round(3 * sparser)  # no point lies beyond the wall to close its outermost gaps
+    inner = np.zeros_like(alpha)
+    inner[border:-border, border:-border] = True
+    assert alpha[inner & ~edge].mean() >= 0.995
+    assert (~alpha[window]).mean() >= 0.95
+    assert np.nanmedian(ortho.gsd_effective) == pytest.approx(spacing, rel=0.2)
+
+
+def test_a_far_end_that_is_sparser_than_the_near_one_is_filled_too():
+    rng = np.random.default_rng(4)
+    facade = wall.facade(16.0, 4.0, spacing=0.015)
+    x = rng.uniform(-8.0, 8.0, 400_000)
+    share = 10 ** (-(x + 8.0) / 8.0)  # the density falls by 100, the spacing grows tenfold
+    x = x[rng.random(len(x)) < share]
+    z = rng.uniform(-2.0, 2.0, len(x))
+    hole = (np.abs(np.abs(x) - 4.0) < 0.6) & (np.abs(z) < 0.8)
+    xyz = np.column_stack([x, rng.normal(0, 0.003, len(x)), z])[~hole]
+    scan = Scan("s", facade.frame.apply(xyz), wall.WORLD, intensity=np.full(len(xyz), 0.5, np.float32))
+    alpha = make_ortho(facade, scan, options=PLANE).pixels[..., 3] > 0
+    for c in (400, 1200):
+        assert (~alpha[120:280, c - 60 : c + 60]).mean() > 0.9, "a window is not smeared over"
+    wall_only = np.ones_like(alpha)
+    wall_only[100:300, 320:480] = wall_only[100:300, 1120:1280] = False
+    wall_only[:30] = wall_only[-30:] = wall_only[:, :10] = wall_only[:, -40:] = False
+    assert alpha[wall_only].mean() > 0.99
 
 
 def test_photos_behind_or_without_a_pose_are_not_used(scene):
@@ -237,8 +320,9 @@ def test_wider_than_opencv_takes_and_larger_than_memory(monkeypatch, tmp_path):
         )
         assert ortho.size == (34000, 40)
         assert "mmap" in str(type(owner(ortho.pixels))), "the band was copied into memory"
-        known = ortho.source > 0
+        known = ortho.source == 1
         assert known[8:32, 33600:33900].mean() > 0.95
         assert (known[8:32].mean() > 0.95) == (not photos)
+        assert (ortho.source[8:32] > 0).mean() > 0.95, "the scan shows what the photo does not"
         write_ortho(tmp_path, ortho)
         assert np.array_equal(read_ortho(tmp_path).pixels, ortho.pixels)

@@ -6,16 +6,16 @@ import numpy as np
 
 from frontage.geometry.arrays import Array, Float
 from frontage.model import Facade, Failed, OrthoImage, Photo, Scan
+from frontage.ortho.bands import TILE, Bands, cut_out, fill, missed_by_photos
 from frontage.ortho.frame import Raster, facade_raster
 from frontage.ortho.options import OrthoOptions
 from frontage.ortho.relief import Relief, measure_relief
 from frontage.ortho.render import paint_photos
-from frontage.ortho.scan_image import intensity_band, paint_scan
+from frontage.ortho.scan_image import intensity_band, paint_scan, picture_kind
 from frontage.ortho.views import Cloud, plan_views
-from frontage.raster.tiles import allocate, tiles
+from frontage.raster.tiles import tiles
 from frontage.raster.zbuffer import local_spacing
 
-_TILE = 1024
 _LONELY = 3  # points of one cube of the cloud below which they are noise and hide nothing
 
 
@@ -41,7 +41,7 @@ def make_ortho(
     near = _near(xyz_facade, raster, options)
     if not near.any() and not photos:
         return Failed("F301", f"facade {facade.id}: no point lies on it", "check the outline and the scan")
-    bands = _Bands(raster)
+    bands = Bands(raster)
     relief = measure_relief(xyz_facade[near], facade.spacing, raster, options)
     shown = relief if options.relief and options.projection == "full" else None
     _fill_depth(bands.depth, raster, shown)
@@ -52,17 +52,19 @@ def make_ortho(
     if oriented:
         cloud = _cloud(scan, surroundings, facade, raster, options)
         plan = plan_views(facade, raster, shown, cloud, oriented, options)
+    names: tuple[str, ...] = ()
     if plan is not None and image_of is not None:
         paint_photos(bands.pixels, bands.source, shown, facade, raster, plan, image_of, options)
-        for tile in tiles(raster.height, raster.width, _TILE):
+        for tile in tiles(raster.height, raster.width, TILE):
             bands.gsd[tile.window] = plan.window(plan.gsd, tile)
         names = tuple(p.id for p in plan.photos)
-    else:
-        if not points.any():
-            return Failed(
-                "F302", f"facade {facade.id}: no photo sees it and no point lies on it", "check the poses"
-            )
-        names = paint_scan(bands, scan, xyz_facade, points, raster, facade.spacing)
+    if points.any():
+        names += _from_scan(bands, scan, xyz_facade, points, raster, facade, len(names))
+    elif not names:
+        return Failed(
+            "F302", f"facade {facade.id}: no photo sees it and no point lies on it", "check the poses"
+        )
+    cut_out(bands, intensity, facade, raster, options)
     return OrthoImage(
         bands.pixels,
         raster.gsd,
@@ -76,15 +78,17 @@ def make_ortho(
     )
 
 
-class _Bands:
-    """The bands of an ortho-image while it is made."""
-
-    def __init__(self, raster: Raster) -> None:
-        shape = (raster.height, raster.width)
-        self.pixels = allocate((*shape, 4), np.uint8)
-        self.depth = allocate(shape, np.float32, np.nan)
-        self.source = allocate(shape, np.uint16)
-        self.gsd = allocate(shape, np.float32, np.nan)
+def _from_scan(
+    bands: Bands, scan: Scan, xyz_facade: Float, points: Array, raster: Raster, facade: Facade, photos: int
+) -> tuple[str, ...]:
+    """Paint from the scan: all of it without photos, else what they miss if that is much; its name."""
+    if photos == 0:
+        return paint_scan(bands, scan, xyz_facade, points, raster, facade.spacing)
+    if not missed_by_photos(bands, facade, raster) or picture_kind(scan) == "depth":
+        return ()
+    own = Bands(raster)
+    names = paint_scan(own, scan, xyz_facade, points, raster, facade.spacing)
+    return names if fill(bands, own, photos + 1, raster) else ()
 
 
 def _near(xyz_facade: Float, raster: Raster, options: OrthoOptions) -> Array:
@@ -105,7 +109,7 @@ def _fill_depth(depth: Array, raster: Raster, relief: Relief | None) -> None:
     """Write the depth band; it stays NaN when there is no relief or it is not wanted."""
     if relief is None:
         return
-    for tile in tiles(raster.height, raster.width, _TILE):
+    for tile in tiles(raster.height, raster.width, TILE):
         depth[tile.window] = relief.at(raster, tile)
 
 

@@ -1,25 +1,14 @@
 """Colour, grey or shaded depth from the scan, and the intensity band."""
 
-from typing import Protocol
-
 import cv2
 import numpy as np
 
 from frontage.geometry.arrays import Array, Bool, Float
 from frontage.model import Scan
+from frontage.ortho.bands import TILE, Bands
 from frontage.ortho.frame import Raster
 from frontage.ortho.splat import Samples, splat, surface_samples
 from frontage.raster.tiles import allocate, tiles
-
-_TILE = 1024
-
-
-class Bands(Protocol):
-    """What `paint_scan` fills: pixels (h, w, 4), source, gsd (h, w)."""
-
-    pixels: Array
-    source: Array
-    gsd: Array
 
 
 def intensity_band(scan: Scan, xyz_facade: Float, near: Bool, raster: Raster, spacing: float) -> Array | None:
@@ -31,28 +20,37 @@ def intensity_band(scan: Scan, xyz_facade: Float, near: Bool, raster: Raster, sp
     known = allocate((raster.height, raster.width), np.bool_)
     splat(samples, raster, band, known)
     flat: Array = band[..., 0]
-    for tile in tiles(raster.height, raster.width, _TILE):
+    for tile in tiles(raster.height, raster.width, TILE):
         flat[tile.window][~known[tile.window]] = np.nan
     return flat
+
+
+def picture_kind(scan: Scan) -> str:
+    """What a picture from the scan shows: "colour", else "intensity", else "depth"."""
+    if scan.rgb is not None and np.ptp(scan.rgb) > 0:
+        return "colour"
+    if scan.intensity is not None and np.ptp(scan.intensity) > 0:
+        return "intensity"
+    return "depth"
 
 
 def paint_scan(
     bands: Bands, scan: Scan, xyz_facade: Float, near: Bool, raster: Raster, spacing: float
 ) -> tuple[str, ...]:
     """Fill pixels, source and gsd from the scan's colour, else intensity, else shape; name the source."""
-    points = xyz_facade[near]
-    if scan.rgb is not None and np.ptp(scan.rgb) > 0:
-        kind, value = "colour", scan.rgb[near].astype(np.float32)
-    elif scan.intensity is not None and np.ptp(scan.intensity) > 0:
-        kind, value = "intensity", _stretched(scan.intensity[near])[:, None]
+    points, kind = xyz_facade[near], picture_kind(scan)
+    if kind == "colour" and scan.rgb is not None:
+        value = scan.rgb[near].astype(np.float32)
+    elif kind == "intensity" and scan.intensity is not None:
+        value = _stretched(scan.intensity[near])[:, None]
     else:
-        kind, value = "depth", points[:, 1:2].astype(np.float32)
+        value = points[:, 1:2].astype(np.float32)
     samples = surface_samples(points, value, raster, spacing)
     band = allocate((raster.height, raster.width, value.shape[1]), np.float32)
     known = allocate((raster.height, raster.width), np.bool_)
     splat(samples, raster, band, known)
     shading = _depth_range(samples) if kind == "depth" else None
-    for tile in tiles(raster.height, raster.width, _TILE):
+    for tile in tiles(raster.height, raster.width, TILE):
         _paint_tile(bands, band[tile.window], known[tile.window], samples, raster, tile.window, shading)
     return (f"{scan.name} ({kind})",)
 

@@ -1,8 +1,9 @@
 """Pixels from the scan's own points: gap-aware splatting.
 
 Points of a pixel are averaged; where points are sparser than pixels the values are spread by a Gaussian of
-half the local spacing. Gaps narrower than three spacings are closed, wider ones (windows, shadows) stay
-empty, and no outer edge grows: nothing is smeared across a window.
+half the local spacing. On a surface sampled at random with spacing s, a disc of radius R is empty with
+probability ``exp(-pi (R / s)^2)``; closing by discs of two spacings fills all but a thousandth of it; what
+is still empty is a hole. Closing grows no outer edge: nothing is smeared across a window.
 """
 
 from dataclasses import dataclass
@@ -12,12 +13,18 @@ import numpy as np
 
 from frontage.geometry.arrays import Array, Float
 from frontage.ortho.frame import Raster
+from frontage.ortho.gaps import local_gap
 from frontage.raster import gridding
 from frontage.raster.tiles import tiles
 
 _TILE = 1024
-_CLOSING = 1.5  # spacings: discs of this radius close gaps up to three spacings wide
+_CLOSING = 2.0  # spacings: 99.9 % of a surface sampled at random is nearer to its samples than this closes
+_LONE = 3.0  # spacings: real surfaces drop out more than random ones; a gap alone, and no wider, is no window
+_DENSE = 0.7  # px: closer samples leave no pixel without one
+_OPENING = 0.5  # spacings: what is narrower is a stray sample
+_REACH = 8.0  # spacings around a tile that its pixels depend on
 _SIGMA = 0.55  # spacings: Gaussian that joins the samples of a square lattice without visible dots
+_COARSEST = 0.25  # m: closing wider gaps would close windows
 _OCTAVE = 1.5  # ratio of the Gaussians among which a pixel picks
 
 
@@ -37,25 +44,15 @@ def surface_samples(xyz_facade: Float, value: Array, raster: Raster, spacing: fl
     c, r = np.floor(at).astype(np.int64).T
     inside = (c >= 0) & (c < raster.width) & (r >= 0) & (r < raster.height)
     at, value = at[inside], value[inside]
-    block = max(1, int(np.ceil(8 * spacing / raster.gsd)))
-    blocks = raster.coarser(block)
-    return Samples(at, value, blocks, _spacing_px(at, blocks, block, spacing / raster.gsd))
-
-
-def _spacing_px(at: Float, blocks: Raster, block: int, typical: float) -> Array:
-    """Spacing (h, w) px by block, from the densest block within a metre or so (an empty one is a window)."""
-    cell, _ = gridding.cell_index(at / block, (blocks.height, blocks.width))
-    count = np.bincount(cell, minlength=blocks.height * blocks.width).reshape(blocks.height, blocks.width)
-    dense = cv2.dilate(count.astype(np.float32), np.ones((5, 5), np.uint8))
-    spacing: Array = np.clip(block / np.sqrt(np.maximum(dense, 1.0)), 0.25 * typical, 4.0 * typical)
-    return spacing
+    blocks, gap = local_gap(at, raster, spacing / raster.gsd)
+    return Samples(at, value, blocks, np.clip(gap, 0.25 * spacing / raster.gsd, _COARSEST / raster.gsd))
 
 
 def splat(samples: Samples, raster: Raster, out: Array, known: Array) -> None:
     """Write values (h, w, k) to `out` and True to `known` (h, w) where there is a surface, tile by tile."""
     order = np.argsort(samples.at[:, 1], kind="stable")
     at, value = samples.at[order], samples.value[order]
-    reach = int(np.ceil(3.0 * max(1.0, float(samples.spacing_px.max())))) + 2
+    reach = int(np.ceil(_REACH * max(1.0, float(samples.spacing_px.max())))) + 2
     for tile in tiles(raster.height, raster.width, _TILE):
         r0, c0 = tile.r0 - reach, tile.c0 - reach
         shape = (tile.shape[0] + 2 * reach, tile.shape[1] + 2 * reach)
@@ -73,6 +70,20 @@ def splat(samples: Samples, raster: Raster, out: Array, known: Array) -> None:
         known[tile.window] = mask[inner]
 
 
+def _surface(sampled: Array, spacing: Array) -> Array:
+    """Where (h, w) the surface is that was sampled with a spacing (h, w) px: closed, without stray samples.
+
+    A lone gap that the closing just missed is filled whole; one that it missed by more is a hole.
+    """
+    mask = gridding.closed(sampled, _CLOSING * spacing)
+    _, holes = cv2.connectedComponents((~mask).astype(np.uint8), connectivity=4)
+    open_still = np.zeros(holes.max() + 1, bool)
+    open_still[holes[~gridding.closed(sampled, _LONE * spacing)]] = True
+    mask |= ~open_still[holes]
+    opened: Array = ~gridding.closed(~mask, _OPENING * spacing)
+    return opened
+
+
 def _spread(cell: Array, value: Array, shape: tuple[int, int], spacing: Array) -> tuple[Array, Array]:
     """Mean (h, w, k) and mask (h, w) of points by flat pixel number, spread by the spacing (h, w) px."""
     count = np.bincount(cell, minlength=shape[0] * shape[1]).reshape(shape).astype(np.float32)
@@ -80,7 +91,7 @@ def _spread(cell: Array, value: Array, shape: tuple[int, int], spacing: Array) -
         [np.bincount(cell, value[:, k], shape[0] * shape[1]).reshape(shape) for k in range(value.shape[1])],
         axis=-1,
     ).astype(np.float32)
-    mask = gridding.closed(count > 0, np.where(spacing > 1.0, _CLOSING * spacing, 0.0))
+    mask = _surface(count > 0, np.where(spacing > _DENSE, spacing, 0.0))
     mean = np.zeros_like(total)
     filled = np.zeros(shape, bool)
     low, high = max(0.3, _SIGMA * float(spacing.min())), max(0.3, _SIGMA * float(spacing.max()))
@@ -94,9 +105,4 @@ def _spread(cell: Array, value: Array, shape: tuple[int, int], spacing: Array) -
         good = want & (weight > 0.02 / max(1.0, sigma * sigma))
         mean[good] = summed.reshape(*shape, -1)[good] / weight[good][:, None]
         filled |= good
-    return mean, mask & filled & (cv2.GaussianBlur(mask.astype(np.float32), (0, 0), _soft(spacing)) > 0.5)
-
-
-def _soft(spacing: Array) -> float:
-    """Sigma px of the smoothing that takes the scallops of the discs off the mask's edge."""
-    return max(0.3, 0.7 * float(np.median(spacing)))
+    return mean, mask & filled
