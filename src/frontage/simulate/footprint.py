@@ -26,8 +26,8 @@ def pattern(count: int) -> tuple[Float, Float]:
     i, j = np.meshgrid(*[np.arange(-rings, rings + 1)] * 2, indexing="ij")
     inside = np.abs(i + j) <= rings
     node = np.column_stack([(i + 0.5 * j)[inside], (np.sqrt(3) / 2 * j)[inside]])
-    reach = 1.1 * max(rings, 1) ** 0.5  # lattice steps per 1/e2 radius: the rim holds about 1 % of the power
-    weight = np.exp(-2 * (node**2).sum(1) / reach**2)
+    # of all Gaussian widths this one brings the power beyond an edge nearest to the beam's (4 %, 19 nodes)
+    weight = np.exp(-2 * (node**2).sum(1) / max(1.5 * rings, 1) ** 2)
     weight /= weight.sum()
     moment = (weight * (node**2).sum(1)).sum() / 2
     if rings:

@@ -68,7 +68,7 @@ class Target:
         self._pane_row = np.cumsum(self.is_pane) - 1
         house = np.array([s.house + 1 for s in scene.surfaces], np.int64)
         rng = np.random.default_rng([scene.seed, 0x91])
-        self._panes = draw_panes(house[self.is_pane], wavelength, rng)
+        self.panes = draw_panes(house[self.is_pane], wavelength, rng)
 
     def light(self, instrument: Instrument, origins: Float, directions: Float) -> tuple[Light, ...]:
         """Light of sub-rays, origins and directions (n, k, 3) m local and unit.
@@ -83,7 +83,7 @@ class Target:
         at = np.flatnonzero(hits.found & self.is_pane[surface])
         energy = power * self._scattered(instrument, surface, hits)
         kind = np.full(n * k, Echo.PLAIN, np.uint8)
-        one, optics = hits.take(at), self._panes.take(self._pane_row[surface[at]])
+        one, optics = hits.take(at), self.panes.take(self._pane_row[surface[at]])
         energy[at], kind[at] = power[at] * self._from_pane(instrument, optics, one), Echo.PANE
         direct = (energy, np.where(hits.found, hits.distance, 0.0), surface, kind, hits.cosine)
         glazed = np.zeros(n, np.bool_)
@@ -131,7 +131,7 @@ class Target:
             done.triangle[end], done.distance[end] = ahead.triangle[~again], here[end]
             done.cosine[end] = ahead.cosine[~again]
             way = way[again]
-            more = self._panes.take(self._pane_row[surface[again]])
+            more = self.panes.take(self._pane_row[surface[again]])
             share[way] *= pane_optics(more, ahead.cosine[again])[1]
         surface = np.where(done.found, self._surface[done.triangle], -1).astype(np.int32)
         energy = power * share**2 * self._scattered(instrument, surface, done)
