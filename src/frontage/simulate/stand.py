@@ -66,7 +66,7 @@ def places(scene: Scene, spec: ScannerSpec, tracer: Tracer) -> list[Float]:
 
 
 def ground_below(scene: Scene, tracer: Tracer, xyz: Float) -> Float:
-    """Height z (n,) m of the ground below points (n, 3) local; NaN where the next thing below is no ground."""
+    """Height z (n,) m of the ground below points (n, 3) local; NaN where something else comes first."""
     hits = tracer.first_hit(xyz, np.tile([0.0, 0.0, -1.0], (len(xyz), 1)))
     part = scene.parts[scene.mesh.surface[hits.triangle]]
     return np.where(hits.found & (part == Part.GROUND), xyz[:, 2] - hits.distance, np.nan)
