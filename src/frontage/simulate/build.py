@@ -78,7 +78,7 @@ def _draw_frame(rng: np.random.Generator) -> Rigid3:
 def _plots(spec: SceneSpec, side: int, profile: Profile) -> list[Plot]:
     """Houses of one side from s = 0 on; those of the other side are drawn, never specified."""
     asked = list(spec.house) if side == 0 else []
-    count = max(spec.houses, len(asked)) if side == 0 or not spec.house else max(spec.houses, len(spec.house))
+    count = (len(spec.house) or 4) if spec.houses is None else max(spec.houses, len(asked))
     asked += [HouseSpec()] * (count - len(asked))
     free = np.random.default_rng((spec.seed, 2))
     setting = spec.setting or str(free.choice(["terrace", "terrace", "detached"]))

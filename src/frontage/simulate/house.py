@@ -14,6 +14,7 @@ from frontage.simulate.roofs import draw_roof
 from frontage.simulate.rooms import draw_rooms
 from frontage.simulate.scene import FacadePlan, House, Part, ProtrusionPlan
 from frontage.simulate.shell import house_from_side, shell_faces, side_outline
+from frontage.simulate.slots import oriel_wall
 from frontage.simulate.style import draw_style
 from frontage.simulate.windows import draw_opening
 
@@ -98,7 +99,11 @@ def _protrusions(elevation: Elevation) -> list[ProtrusionPlan]:
         ring = rectangle(b.x0, b.z - b.thickness, b.x1, b.z + b.height)
         found.append(ProtrusionPlan(f"{elevation.id}/balcony{k + 1}", "balcony", ring, (-b.projection, 0.0)))
     for k, o in enumerate(elevation.oriels):
-        found.append(ProtrusionPlan(f"{elevation.id}/oriel{k + 1}", "oriel", o.ring, (-o.projection, 0.0)))
+        found.append(
+            ProtrusionPlan(
+                f"{elevation.id}/oriel{k + 1}", "oriel", o.ring, (-o.projection, 0.0), oriel_wall(o)
+            )
+        )
     for band in elevation.bands:
         edge: Float = np.asarray(band.polygon.exterior.coords)[:-1]
         kind = band.name.split("_")[0].rstrip("0123456789")

@@ -156,15 +156,19 @@ class OpeningPlan:
 
 @dataclass(frozen=True, eq=False)
 class ProtrusionPlan:
-    """Something in front of (or behind) the main plane: outline (k, 2) m (x, z), y from near to far, m."""
+    """Something in front of (or behind) the main plane: outline (k, 2) m (x, z), y from near to far, m.
+
+    `front` (k, 2) is its outline at the near end where that is smaller (a slanted oriel), corner by corner.
+    """
 
     id: str
     kind: str
     ring: Float
     y_range: tuple[float, float]
+    front: Float | None = None
 
     def __post_init__(self) -> None:
-        freeze(self, ring=((None, 2), np.float64))
+        freeze(self, ring=((None, 2), np.float64), front=((None, 2), np.float64))
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,28 +1,106 @@
-"""What a simulated street is asked to be."""
+"""What a simulated street is asked to be, and how to read that from TOML."""
 
-from typing import Literal
+import tomllib
+from typing import Any, Literal
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
+from frontage.errors import OptionError
+from frontage.simulate.cameras import CameraSpec
+from frontage.simulate.citymodel import ModelSpec
 from frontage.simulate.housespec import HouseSpec
-
-FORBID = ConfigDict(extra="forbid", frozen=True)
+from frontage.simulate.instrument import DriveSpec, ScannerSpec
 
 
 class SceneSpec(BaseModel):
-    """A street; what is left out (None) is drawn from the seed."""
+    """A street and what measures it; what is left out is drawn from the seed."""
 
-    model_config = FORBID
+    model_config = ConfigDict(extra="forbid", frozen=True)
 
-    name: str = Field(default="street", description="name of the scene")
+    name: str = Field(default="street", min_length=1, description="name of the scene")
     seed: int = Field(default=0, ge=0, description="seed of everything that is drawn")
-    houses: int = Field(default=4, ge=0, le=500, description="houses on each side of the street")
+    houses: int | None = Field(
+        default=None, ge=0, le=500, description="houses on each side; None: those of `house`, or else 4"
+    )
     setting: Literal["terrace", "detached"] | None = Field(
         default=None, description="terrace or detached houses"
     )
     slope: float | None = Field(default=None, ge=-12, le=12, description="rise along the street, percent")
-    street_width: float | None = Field(default=None, ge=6, le=60, description="facade to facade, m")
+    street_width: float | None = Field(
+        default=None, ge=6, le=60, description="building line to building line, m"
+    )
     opposite: bool = Field(default=True, description="houses on the other side")
+    trees: int | None = Field(default=None, ge=0, le=500, description="trees along the pavements")
+    cars: int | None = Field(default=None, ge=0, le=500, description="parked cars")
+    lamps: int | None = Field(default=None, ge=0, le=500, description="street lamps")
+    people: int | None = Field(default=None, ge=0, le=500, description="pedestrians")
     crs: str | None = Field(default="EPSG:25832", description="projected metric CRS of the scene")
-    origin: tuple[int, int, int] = Field(default=(691_000, 5_336_000, 500), description="world origin, m")
-    house: tuple[HouseSpec, ...] = Field(default=(), description="houses of the near side, from s = 0 on")
+    origin: tuple[int, int, int] = Field(
+        default=(691_000, 5_336_000, 500), description="world origin of local coordinates, m"
+    )
+    house: tuple[HouseSpec, ...] = Field(
+        default=(), description="houses of the near side, from s = 0 on; missing ones are drawn"
+    )
+    scanners: tuple[ScannerSpec, ...] = Field(default=(), description="terrestrial scanners")
+    drive: DriveSpec | None = Field(default=None, description="a mobile recording")
+    cameras: tuple[CameraSpec, ...] = Field(default=(), description="series of photographs")
+    model: ModelSpec = Field(default_factory=ModelSpec, description="errors of the LoD2 city model")
+
+
+def parse_spec(text: str, name: str = "spec") -> SceneSpec:
+    """Read a spec from TOML text; `name` (of its file) begins every complaint.
+
+    Raises OptionError with one sentence for TOML that cannot be read, an unknown key or a value out of range.
+    """
+    try:
+        return SceneSpec.model_validate(tomllib.loads(text))
+    except tomllib.TOMLDecodeError as error:
+        raise OptionError(f"{name}: not TOML ({error}); quote texts and write tables as [[house]]") from None
+    except ValidationError as error:
+        raise OptionError(f"{name}: {_sentence(error)}") from None
+
+
+def _sentence(error: ValidationError) -> str:
+    """The first thing that is wrong, and what would be right."""
+    found = error.errors()
+    first = next((e for e in found if e["type"] == "extra_forbidden"), found[0])  # a typo explains the rest
+    where = _place(first["loc"])
+    message = str(first["msg"]).removeprefix("Value error, ")
+    if first["type"] == "extra_forbidden":
+        return f"unknown key {where}; known there: {', '.join(_known(first['loc']))}"
+    if first["type"] == "value_error":
+        return f"{where}: {message}" if where else message
+    if first["type"] == "missing":
+        return f"{where} is missing; add it"
+    return f"{where} = {first['input']!r} is not usable: {message[:1].lower()}{message[1:]}"
+
+
+def _place(location: tuple[int | str, ...]) -> str:
+    """Where in the file: tables of a list are counted from 1, "house 2, opening 3, width"."""
+    words: list[str] = []
+    for part in location:
+        if isinstance(part, int):
+            words[-1] += f" {part + 1}"
+        else:
+            words.append(part)
+    return ", ".join(words)
+
+
+def _known(location: tuple[int | str, ...]) -> list[str]:
+    """The keys allowed where an unknown one was found."""
+    fields: Any = SceneSpec
+    for part in location[:-1]:
+        if isinstance(part, str):
+            fields = _inner(fields.model_fields[part].annotation)
+    return sorted(fields.model_fields)
+
+
+def _inner(annotation: Any) -> Any:
+    """The model class inside ``tuple[Model, ...]`` or ``Model | None``."""
+    if isinstance(annotation, type) and issubclass(annotation, BaseModel):
+        return annotation
+    for argument in getattr(annotation, "__args__", ()):
+        found = _inner(argument)
+        if found is not None:
+            return found
+    return None

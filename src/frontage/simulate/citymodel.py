@@ -1,0 +1,99 @@
+"""The city model that a surveying office would have: block models with an office's errors."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from pydantic import BaseModel, ConfigDict, Field
+
+from frontage.geometry.arrays import Float
+from frontage.geometry.rigid import Rigid3
+from frontage.model.building import Surface
+from frontage.simulate.scene import House, Scene
+
+PLANE = 0.0005  # m, corners further from a plane than this are not called plane
+
+
+class ModelSpec(BaseModel):
+    """Errors of the city model, one sigma each: `[model]`."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+    shift: float = Field(default=0.10, ge=0, le=20, description="m per axis, common to all houses")
+    building: float = Field(default=0.05, ge=0, le=5, description="m per axis in plan, of each house")
+    corner: float = Field(default=0.03, ge=0, le=2, description="m per axis in plan, of each corner")
+    height: float = Field(default=0.10, ge=0, le=5, description="m, common shift in height")
+    roof: float = Field(default=0.15, ge=0, le=5, description="m, height of each house's eaves and ridge")
+
+
+@dataclass(frozen=True, eq=False)
+class ModelBuilding:
+    """A house of the city model: surfaces of a closed LoD2 shell, outer rings (k, 3) m local."""
+
+    id: str
+    address: str
+    surfaces: tuple[Surface, ...]
+
+    @property
+    def footprint(self) -> Float:
+        """Outline (k, 2) m local, counter-clockwise."""
+        ground = next(s for s in self.surfaces if s.semantics == "GroundSurface")
+        return np.asarray(ground.ring[::-1, :2])
+
+
+@dataclass(frozen=True, eq=False)
+class CityModel:
+    """All houses, and the common shift (3,) m that was added to them."""
+
+    buildings: tuple[ModelBuilding, ...]
+    shift: Float
+
+
+def survey_model(scene: Scene, spec: ModelSpec, seed: int = 0) -> CityModel:
+    """Block models of all houses of a scene with the errors that `spec` asks for.
+
+    Walls are vertical, footprints are simple, lean, oriels and dormers are left out, as in official LoD2.
+    Corners above one another move together, so that walls stay plane; faces stay closed.
+    """
+    rng = np.random.default_rng((scene.seed, seed, 0xC17))
+    shift = rng.normal(0, 1, 3) * [spec.shift, spec.shift, spec.height]
+    return CityModel(tuple(_survey(h, shift, spec, rng) for h in scene.houses), shift)
+
+
+def _survey(house: House, shift: Float, spec: ModelSpec, rng: np.random.Generator) -> ModelBuilding:
+    own = np.array([*rng.normal(0, spec.building, 2), 0.0]) + shift
+    corner = rng.normal(0, spec.corner, (4, 2))
+    roof = float(rng.normal(0, spec.roof))
+    leaning, upright = _frames(house)
+    size = np.max([leaning.inverse.apply(ring).max(0) for _, ring in house.shell], axis=0)
+    surfaces: list[Surface] = []
+    for semantics, ring in house.shell:
+        inside = leaning.inverse.apply(ring)
+        xyz = upright.apply(inside)
+        xyz[:, :2] += _bilinear(corner, inside[:, 0] / size[0], inside[:, 1] / size[1])
+        xyz[:, 2] += np.where(inside[:, 2] > 0.01, roof, 0.0)
+        for face in _plane_faces(xyz + own):
+            surfaces.append(Surface(face, semantics, f"{house.id}_{len(surfaces)}"))
+    return ModelBuilding(house.id, house.address, tuple(surfaces))
+
+
+def _frames(house: House) -> tuple[Rigid3, Rigid3]:
+    """The house's frame (that of its front) as it stands, and as it would stand upright."""
+    leaning = house.facades[0].local_from_facade
+    x = leaning.R[:, 0]
+    up = np.array([0.0, 0.0, 1.0])
+    return leaning, Rigid3(leaning.to, leaning.frm, np.column_stack([x, np.cross(up, x), up]), leaning.t)
+
+
+def _bilinear(corner: Float, u: Float, v: Float) -> Float:
+    """Shifts (k, 2) at relative places u, v between those of four corners (4, 2), front left first."""
+    weight = np.column_stack([(1 - u) * (1 - v), u * (1 - v), u * v, (1 - u) * v])
+    return weight @ corner
+
+
+def _plane_faces(ring: Float) -> list[Float]:
+    """The ring, or the two triangles of a quad whose corners no longer lie in one plane."""
+    if len(ring) != 4:
+        return [ring]
+    normal = np.cross(ring[2] - ring[0], ring[3] - ring[1])
+    off = abs(float((ring[1] - ring[0]) @ normal)) / float(np.linalg.norm(normal))
+    return [ring] if off < PLANE else [ring[[0, 1, 2]], ring[[0, 2, 3]]]
