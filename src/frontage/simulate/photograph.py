@@ -1,6 +1,6 @@
 """Photographs of a scene, and the colours that a scanner's camera gives its points."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from functools import lru_cache
 
 import numpy as np
@@ -32,11 +32,16 @@ def photograph(scene: Scene, spec: CameraSpec, seed: int = 0) -> tuple[Shot, ...
     return tuple(shots(scene, spec, seed))
 
 
-def shots(scene: Scene, spec: CameraSpec, seed: int = 0) -> Iterator[Shot]:
-    """As `photograph`, one at a time: one picture is in memory. `walk.plan` tells how many will come."""
+def shots(scene: Scene, spec: CameraSpec, seed: int = 0, only: Sequence[int] | None = None) -> Iterator[Shot]:
+    """As `photograph`, one at a time: one picture is in memory. `walk.plan` tells how many will come.
+
+    `only` = the numbers of those to take now, counted from 0: photos do not depend on one another.
+    """
     camera = make_camera(spec, seed)
     stage = stage_of(scene, spec.light)
-    for k, aim in enumerate(plan(scene, spec, seed)):
+    aims = plan(scene, spec, seed)
+    for k in range(len(aims)) if only is None else only:
+        aim = aims[k]
         light = render(stage, camera, aim.true, spec.supersampling)
         image = develop(light, spec, np.random.default_rng([seed, 0xF117, k]))
         exact = Estimate(aim.true, np.zeros((6, 6)), np.inf, Provenance.GIVEN)

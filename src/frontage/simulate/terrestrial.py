@@ -1,5 +1,7 @@
 """Terrestrial stations: polar rasters with the beams that came back empty."""
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from frontage.geometry.arrays import Float
@@ -20,9 +22,15 @@ _TILT = np.radians(0.3)  # rad, one sigma: tripods are levelled by eye, the comp
 
 
 def scan_stations(
-    scene: Scene, spec: ScannerSpec, seed: int, light: LightSpec | None = None
+    scene: Scene,
+    spec: ScannerSpec,
+    seed: int,
+    light: LightSpec | None = None,
+    only: Sequence[int] | None = None,
 ) -> tuple[Station, ...]:
     """Scan `scene` from every station of `spec`, its camera in `light`; the same seed gives the same bytes.
+
+    `only` = the numbers of those to scan now, counted from 0: stations do not depend on one another.
 
     Raises OptionError where a station cannot stand, MissingExtra without the ray tracer.
     """
@@ -31,8 +39,8 @@ def scan_stations(
     target = Target(scene, instrument.wavelength)
     centres = places(scene, spec, target.tracer)
     return tuple(
-        _station(scene, spec, instrument, target, centre, k, (seed, scene.seed, 0x7E, k), light)
-        for k, centre in enumerate(centres)
+        _station(scene, spec, instrument, target, centres[k], k, (seed, scene.seed, 0x7E, k), light)
+        for k in (range(len(centres)) if only is None else only)
     )
 
 
