@@ -10,6 +10,7 @@ from frontage.simulate.cameras import CameraSpec
 from frontage.simulate.citymodel import ModelSpec
 from frontage.simulate.housespec import HouseSpec
 from frontage.simulate.instrument import DriveSpec, ScannerSpec
+from frontage.simulate.output import OutputSpec
 
 
 class SceneSpec(BaseModel):
@@ -45,6 +46,7 @@ class SceneSpec(BaseModel):
     drive: DriveSpec | None = Field(default=None, description="a mobile recording")
     cameras: tuple[CameraSpec, ...] = Field(default=(), description="series of photographs")
     model: ModelSpec = Field(default_factory=ModelSpec, description="errors of the LoD2 city model")
+    output: OutputSpec = Field(default_factory=OutputSpec, description="formats and sizes of the files")
 
 
 def parse_spec(text: str, name: str = "spec") -> SceneSpec:
