@@ -25,11 +25,9 @@ def score_facades(truth: Truth, found: Sequence[FoundFacade], sensors: Sequence[
 
     Planes on no facade of the truth (gables, side walls) are counted as `elsewhere`, not as wrong.
     """
-    share = np.array([[_share(t, f) for f in found] for t in truth.facades])
-    share = share.reshape(len(truth.facades), len(found))
-    pairs = list(zip(*assign(share), strict=True))
+    pairs = match_facades(truth, found)
     seen = [_seen(t, sensors) >= SEEN for t in truth.facades]
-    hit = {int(k) for k, _ in pairs}
+    hit = {k for k, _ in pairs}
     counts = [(k in hit, 0, k not in hit) for k, wanted in enumerate(seen) if wanted]
     figures = {"recall": detections(np.array(counts, np.float64).reshape(-1, 3))["recall"]}
     alone = len(found) - len(pairs)
@@ -42,6 +40,13 @@ def score_facades(truth: Truth, found: Sequence[FoundFacade], sensors: Sequence[
     rows = [_row(truth.facades[k], found[j], e) for (k, j), e in zip(pairs, errors, strict=True)]
     missed = [t.id for k, t in enumerate(truth.facades) if seen[k] and k not in hit]
     return Part(figures, tuple(rows + [{"id": name, "found": None} for name in missed]))
+
+
+def match_facades(truth: Truth, found: Sequence[FoundFacade]) -> list[tuple[int, int]]:
+    """Index of the true facade and of the found one that stands for it, one to one, by their overlap."""
+    share = np.array([[_share(t, f) for f in found] for t in truth.facades])
+    row, column = assign(share.reshape(len(truth.facades), len(found)))
+    return list(zip(row.tolist(), column.tolist(), strict=True))
 
 
 def plane_error(truth: TrueFacade, found: FoundFacade) -> Float:

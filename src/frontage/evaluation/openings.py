@@ -31,6 +31,7 @@ from frontage.geometry.arrays import Array, Float
 VISIBLE, PARTLY = 0.8, 0.2
 """Share of an opening with a free line of sight, above which it counts as visible, as partly visible."""
 
+_DOORS = ("door", "passage", "garage")
 _FAR = 1.5  # m: an opening further than this from a facade's plane is not on it
 _SLANT = np.cos(np.radians(25.0))
 _INSIDE = 0.5  # share of an opening that lies within the facade's outline
@@ -196,9 +197,14 @@ def _depth(pairs: Sequence[Pair]) -> dict[str, Figure]:
 
 def _labels(pairs: Sequence[Pair]) -> dict[str, Figure]:
     """How often kind and shape are the true ones."""
-    kinds = [p.found.kind.lower() == p.truth.kind for p in pairs if p.found is not None]
+    kinds = [_same_kind(p.found, p.truth.kind) for p in pairs if p.found is not None]
     shapes = [p.found.shape.lower() == p.truth.shape for p in pairs if p.found is not None and p.found.shape]
     return {"kind_right": figure(np.array(kinds), mean), "shape_right": figure(np.array(shapes), mean)}
+
+
+def _same_kind(found: FoundOpening, kind: str) -> bool:
+    told = found.kind.lower()
+    return (told == "door") == (kind in _DOORS) if found.coarse else told == kind
 
 
 def _bars(pairs: Sequence[Pair]) -> dict[str, Figure]:

@@ -40,6 +40,7 @@ class FoundBar:
 class FoundOpening:
     """An opening found: ring (k, 3) m; what else the result says of it, None = nothing.
 
+    coarse `kind` tells only windows from doors
     bars   its window bars; counts (vertical, horizontal) where only their number is known
     sigma  standard errors in m of "left", "right", "bottom", "top", "depth", as far as reported
     """
@@ -52,6 +53,7 @@ class FoundOpening:
     bars: tuple[FoundBar, ...] | None = None
     counts: tuple[int, int] | None = None
     sigma: Mapping[str, float] = field(default_factory=dict)
+    coarse: bool = False
 
     def __post_init__(self) -> None:
         freeze(self, ring=((None, 3), np.float64))
