@@ -11,6 +11,7 @@ from frontage.simulate.ground import Profile, draw_ground
 from frontage.simulate.house import build_house
 from frontage.simulate.housespec import HouseSpec
 from frontage.simulate.meshing import MeshBuilder, Pen
+from frontage.simulate.obstacles import draw_obstacles
 from frontage.simulate.scene import House, Scene
 from frontage.simulate.spec import SceneSpec
 
@@ -44,6 +45,7 @@ def street(spec: SceneSpec) -> Scene:
     s0, s1 = min(a for a, _ in ends), max(b for _, b in ends)
     ground = Pen(builder, local_from_street)
     draw_ground(ground, profile, s0 - _BEYOND, s1 + _BEYOND, np.random.default_rng((spec.seed, 1)))
+    draw_obstacles(ground, profile, spec, s0 - 5, s1 + 5, np.random.default_rng((spec.seed, 5)))
     middle = -profile.width / 2
     road = [[s, middle, profile.height(s, middle)] for s in np.linspace(s0, s1, 2 + int((s1 - s0) // 10))]
     return Scene(

@@ -37,6 +37,7 @@ def _door(draft: HouseDraft, style: Style, middle: float, rng: np.random.Generat
     shape = style.ground.shape if style.ground.shape in ("segmental", "round") else "rectangle"
     z = _threshold(draft, middle - width / 2, middle + width / 2)
     top = draft.entrance + min(draft.ground_floor_height - 0.5, float(rng.uniform(2.1, 2.7)))
+    top = min(top, z + 2.9)
     kind = WindowType(
         "door", shape, width, top - z, style.upper.depth, 0.07, _PLAIN, 0.15,
         Dressing(surround=style.upper.dressing.surround, leaf=str(rng.choice(["panels", "boards"]))), False,

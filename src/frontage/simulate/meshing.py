@@ -194,3 +194,16 @@ def inset(ring: Float, distance: float) -> Float:
     middle = normal + before
     scale = 2.0 / (middle**2).sum(1, keepdims=True)
     return np.asarray(ring + distance * scale * middle)
+
+
+def loft(rings: Float) -> tuple[Float, Int]:
+    """A closed body through rings (m, k, 3), each counter-clockwise seen from the last one: the first and the
+    last ring are its ends; convex rings only.
+    """
+    m, k, _ = rings.shape
+    a = np.arange(k)
+    b = (a + 1) % k
+    quads = np.concatenate([np.column_stack([a, b, b + k]), np.column_stack([a, b + k, a + k])])
+    sides = (quads[None] + (np.arange(m - 1) * k)[:, None, None]).reshape(-1, 3)
+    cap = np.column_stack([np.zeros(k - 2, np.int64), a[1:-1], a[2:]])
+    return rings.reshape(-1, 3), np.concatenate([sides, cap[:, ::-1], cap + (m - 1) * k])
