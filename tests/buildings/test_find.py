@@ -1,10 +1,13 @@
 """The street is divided into its houses, and nothing is lost."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from frontage.buildings import BuildingOptions, BuildingSplit, find_buildings
 from frontage.model import Footprint, Scan, WorldRef
+from one_house import KINDS, Kind, one_house
 from scenes import CAR, FACADE, GROUND, TREE, Scene, street_scene, wall_scene
 
 WORLD = WorldRef((0, 0, 0))
@@ -164,3 +167,23 @@ def test_a_flat_ground_is_no_building() -> None:
     assert not split.buildings
     assert len(split.ground) > 19_000
     assert any("no building" in note for note in split.notes)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_a_wide_house_is_not_shredded(kind: Kind) -> None:
+    scene = one_house(kind, seed=4)
+    split = find_buildings(scene.scan)
+    assert len(split.buildings) == 1
+    found = labels(split, len(scene.scan))
+    assert (found[scene.label == FACADE] == 0).mean() > 0.95
+
+
+def test_a_middle_of_another_colour_and_height_is_a_house() -> None:
+    """The counterpart: between equal flanks too, a piece 8 m wide of another colour is the neighbour's."""
+    scene = one_house("attic", seed=4)
+    rgb = np.array(scene.scan.rgb)
+    middle = scene.house == 1
+    rgb[middle] = (rgb[middle] * [0.55, 0.8, 1.2]).clip(0, 255).astype(np.uint8)
+    split = find_buildings(replace(scene.scan, rgb=rgb))
+    assert len(split.buildings) == 3
+    assert best_iou(split, scene).min() > 0.9

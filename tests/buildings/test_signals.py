@@ -13,7 +13,8 @@ def _gap(behind: bool) -> np.ndarray:
     wall = np.ones(n, bool)
     wall[30:36] = False
     value = np.where(wall, 0.0, np.nan)
-    profile = Profile(0.0, value, value, value, np.full((n, 6), np.nan), value, np.ones((n, 8)), wall * 40.0)
+    colour, rows, relief = np.full((n, 6), np.nan), np.ones((n, 8)), np.zeros((n, 8))
+    profile = Profile(0.0, value, value, value, colour, value, rows, relief, 0.0, wall * 40.0)
     s = (np.repeat(np.flatnonzero(wall), 10) + 0.5) * BIN
     d = np.zeros(len(s))
     if behind:

@@ -14,11 +14,11 @@ from frontage.buildings.maps import party_walls
 from frontage.buildings.octree import Octree, cell_height, ground_leaves, leaf_height, octree
 from frontage.buildings.options import BuildingOptions
 from frontage.buildings.paper import component_buildings
-from frontage.buildings.profile import Paint, Profile, paint_of, profile_of
+from frontage.buildings.profile import Leaves, Paint, Profile, paint_of, profile_of
 from frontage.buildings.spacing import measure_spacing
 from frontage.buildings.split import Cut, find_cuts
 from frontage.buildings.street import face_street
-from frontage.buildings.voxels import components
+from frontage.buildings.voxels import components, grouped
 from frontage.buildings.walls import Columns, Front, find_fronts, wall_cells, wall_columns
 from frontage.geometry.arrays import Bool, Int
 from frontage.model import Footprint, Scan
@@ -83,14 +83,15 @@ def _street(
         owner[front.members] = f
     height = cell_height(tree.level, ground)
     of_cell = owner[cKDTree(columns.xy).query(tree.level.mean[:, :2])[1]]
+    leaf_sort, leaf_edge = grouped(of_cell[tree.of_leaf], len(found))
     for f, front in enumerate(found):
         s, d = front.coordinates(tree.level.mean[:, :2])
         near = (of_cell == f) & (s > front.lo) & (s < front.hi) & (np.abs(d) < options.max_depth)
         turned = face_street(
             front, scan, tree.level, wall, (np.where(near, s, np.nan), np.where(near, d, np.nan)), ground
         )
-        own = np.flatnonzero(((of_cell == f) & wall)[tree.of_leaf])
-        profile = _profile(tree, turned, own, paint, ground)
+        own = leaf_sort[leaf_edge[f] : leaf_edge[f + 1]]
+        profile = _profile(tree, turned, own, wall, paint, ground)
         party = party_walls(turned, profile, footprints) if footprints else None
         fronts.append(turned)
         profiles.append(profile)
@@ -100,14 +101,17 @@ def _street(
     return Street(fronts, profiles, cuts)
 
 
-def _profile(tree: Octree, front: Front, own: Int, paint: Paint, ground: Ground | None) -> Profile:
-    """The profile of a front from its wall leaves `own` (k,)."""
+def _profile(
+    tree: Octree, front: Front, own: Int, wall: Bool, paint: Paint, ground: Ground | None
+) -> Profile:
+    """The profile of a front from the leaves `own` (k,) around it; wall (m,) cells."""
     mean = tree.leaf.mean[own]
     s, d = front.coordinates(mean[:, :2])
     foot = mean[:, 2] - (np.min(mean[:, 2]) if len(mean) else 0.0) if ground is None else ground.height(mean)
     lab = None if paint.lab is None else paint.lab[own]
     bright = None if paint.bright is None else paint.bright[own]
-    return profile_of(front.lo, front.hi, s, d, mean[:, 2], foot, Paint(lab, bright))
+    at = Leaves(s, d, mean[:, 2], foot, tree.leaf.size)
+    return profile_of(front.lo, front.hi, at, wall[tree.of_leaf[own]], Paint(lab, bright))
 
 
 def _one_or_none(

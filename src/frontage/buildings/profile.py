@@ -12,6 +12,9 @@ from frontage.model import Scan
 
 BIN = 0.25  # m, width of a bin along the front
 _SKIN = 0.2  # m, half thickness of the wall surface: mouldings belong to it
+_PROUD = 1.0  # m, how far bays and cornices stand out from the wall
+_BEHIND = 0.35  # m behind the wall: still its top, and not yet the roof
+_CROWN = 1.0  # m, greatest height of a cornice or parapet above the recognised wall
 _SHOP = 4.0  # m, height of the ground floor, whose colour is its own business
 
 
@@ -19,10 +22,13 @@ _SHOP = 4.0  # m, height of the ground floor, whose colour is its own business
 class Profile:
     """Signals of n bins along a front; bin i covers lo + i BIN .. lo + (i + 1) BIN. NaN = not measured.
 
-    offset (n,) m in front of the front's line; top (n,) m local z, eaves; rough (n,) m, spread of
+    offset (n,) m in front of the front's line; top (n,) m local z, eaves with cornice and parapet;
+    rough (n,) m, spread of
     the wall surface
     colour (n, 6) Lab of the upper floors, then of the ground floor; bright (n,) log of the intensity
     rows (n, r) share of occupied wall, per height bin of BIN m
+    relief (n, r) m in front of the front's line, per height bin of BIN m
+    base m local z, foot of the lowest height bin
     count (n,) occupied leaves on the wall: how well a bin was measured
     """
 
@@ -33,6 +39,8 @@ class Profile:
     colour: Float
     bright: Float
     rows: Float
+    relief: Float
+    base: float
     count: Float
 
     def __len__(self) -> int:
@@ -44,6 +52,18 @@ class Profile:
         if not len(known):
             return np.zeros(len(s))
         return np.interp(s, self.lo + (known + 0.5) * BIN, self.offset[known])
+
+
+@dataclass(frozen=True, eq=False)
+class Leaves:
+    """Leaves of edge `size` m around a front, (k,) m each: s along it, d before it, z local, `foot` above the
+    ground."""
+
+    s: Float
+    d: Float
+    z: Float
+    foot: Float
+    size: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,32 +85,68 @@ def paint_of(scan: Scan, leaf: Level, of_point: Array) -> Paint:
     return Paint(lab, bright)
 
 
-def profile_of(lo: float, hi: float, s: Float, d: Float, z: Float, foot: Float, paint: Paint) -> Profile:
-    """Signals from the wall leaves of a front: s, d (k,) m, z (k,) m local, `foot` (k,) m height
-    above the ground."""
+def profile_of(lo: float, hi: float, at: Leaves, wall: Bool, paint: Paint) -> Profile:
+    """Signals of a front from its leaves; `wall` (k,) are those in upright, planar surroundings."""
     n = max(1, int(np.ceil((hi - lo) / BIN - 1e-9)))
-    at = np.floor((s - lo) / BIN).astype(np.int64)
-    inside = (at >= 0) & (at < n)
-    mode = _mode(at[inside], d[inside], n)
-    near = np.zeros(len(s), bool)
-    near[inside] = np.abs(d[inside] - mode[at[inside]]) < _SKIN
-    high = np.zeros(len(s), bool)
-    high[inside] = np.abs(d[inside] - mode[at[inside]]) < 1.0
-    offset = _mean(at, d, near, n)
-    rough = _mean(at[near], np.abs(d[near] - offset[at[near]]), np.ones(int(near.sum()), bool), n)
-    top = np.full(n, -np.inf)
-    np.maximum.at(top, at[high], z[high])
-    top = _running_median(np.where(np.isfinite(top), top, np.nan), 5)
+    bin_ = np.floor((at.s - lo) / BIN).astype(np.int64)
+    inside = (bin_ >= 0) & (bin_ < n)
+    mode = _mode(bin_[inside & wall], at.d[inside & wall], n)
+    rel = np.full(len(at.s), np.nan)
+    rel[inside] = at.d[inside] - mode[bin_[inside]]
+    near = wall & (np.abs(rel) < _SKIN)
+    offset = _mean(bin_, at.d, near, n)
+    rough = _mean(bin_[near], np.abs(at.d[near] - offset[bin_[near]]), np.ones(int(near.sum()), bool), n)
+    proud = np.abs(rel) < _PROUD
+    base = float(at.z[proud].min()) if proud.any() else 0.0
+    row = np.floor((at.z - base) / BIN).astype(np.int64)
     return Profile(
         lo,
         offset,
-        top,
+        _running_median(_eaves(bin_, at, rel, wall, n), 5),
         rough,
-        _colour(at, near, foot, paint, n),
-        _bright(at, near, paint, n),
-        _rows(at, z, near, n),
-        np.bincount(at[near], minlength=n).astype(np.float64),
+        _colour(bin_, near, at.foot, paint, n),
+        _bright(bin_, near, paint, n),
+        _rows(bin_, row, near, n),
+        _relief(bin_, row, at.d, proud, n),
+        base,
+        np.bincount(bin_[near], minlength=n).astype(np.float64),
     )
+
+
+def _eaves(bin_: Array, at: Leaves, rel: Float, wall: Bool, n: int) -> Float:
+    """Top (n,) m of every bin: the highest wall and what goes on above it without a gap (cornice, parapet);
+    NaN = no wall."""
+    skin = (rel > -_BEHIND) & (rel < _PROUD)
+    out = np.full(n, np.nan)
+    if not (skin & wall).any():
+        return out
+    low = float(at.z[skin].min())
+    row = np.floor((at.z[skin] - low) / at.size).astype(np.int64)
+    highest = np.full((n, int(row.max()) + 3), -np.inf)
+    np.maximum.at(highest, (bin_[skin], row), at.z[skin])
+    top = np.full(n, -1)
+    np.maximum.at(top, bin_[skin], np.where(wall[skin], row, -1))
+    every = np.flatnonzero(top >= 0)
+    for _ in range(int(np.ceil(_CROWN / at.size))):
+        next_ = np.isfinite(highest[every, top[every] + 1])
+        over = np.isfinite(highest[every, top[every] + 2]) & ~next_  # one leaf may be missing
+        top[every] += next_ + 2 * over
+    out[every] = highest[every, top[every]]
+    return out
+
+
+def _relief(bin_: Array, row: Array, d: Float, keep: Bool, n: int) -> Float:
+    """Median place (n, r) m before the front's line, per bin and height bin; NaN where under 2 leaves."""
+    if not keep.any():
+        return np.full((n, 1), np.nan)
+    rows = int(row[keep].max()) + 1
+    cell = bin_[keep] * rows + row[keep]
+    order = np.lexsort((d[keep], cell))
+    count = np.bincount(cell, minlength=n * rows)
+    middle = np.cumsum(count) - count + count // 2
+    out = np.full(n * rows, np.nan)
+    out[count >= 2] = d[keep][order][middle[count >= 2]]
+    return out.reshape(n, rows)
 
 
 def _mode(at: Array, d: Float, n: int) -> Float:
@@ -123,13 +179,10 @@ def _bright(at: Array, near: Bool, paint: Paint, n: int) -> Float:
     return np.full(n, np.nan) if paint.bright is None else _mean(at, paint.bright, near, n)
 
 
-def _rows(at: Array, z: Float, near: Bool, n: int) -> Float:
-    """Occupied wall (n, r) 0 or 1, per bin and height bin of BIN m."""
-    if not near.any():
-        return np.zeros((n, 1))
-    row = np.floor((z[near] - z[near].min()) / BIN).astype(np.int64)
-    rows = np.zeros((n, int(row.max()) + 1))
-    rows[at[near], row] = 1.0
+def _rows(bin_: Array, row: Array, near: Bool, n: int) -> Float:
+    """Occupied wall (n, r) 0 or 1, per bin and height bin."""
+    rows = np.zeros((n, int(row[near].max()) + 1 if near.any() else 1))
+    rows[bin_[near], row[near]] = 1.0
     return rows
 
 

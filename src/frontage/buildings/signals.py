@@ -4,12 +4,14 @@ A scan thins out along a row: the same mean over ten leaves is worth less than o
 by few beams are known only to the distance between them.
 """
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from frontage.buildings.profile import BIN, Profile
-from frontage.geometry.arrays import Float, Int
+from frontage.geometry.arrays import Bool, Float, Int
 
-FLOOR = {"eaves": 0.15, "offset": 0.03, "rough": 0.01, "colour": 4.0, "bright": 0.1}
+FLOOR = {"eaves": 0.1, "offset": 0.03, "rough": 0.01, "colour": 4.0, "bright": 0.1}
 _LAG = 10  # bins (2.5 m): differences at this lag hold the windows' own rhythm as noise
 _FEW = 8.0  # leaves from which the mean of a bin is as uncertain as bins differ within a house
 _SHIFT = 6  # bins (1.5 m): how far a cut may be moved to where its step is sharpest
@@ -51,8 +53,11 @@ def sampling_of(profile: Profile, noise: Float, kinds: list[str]) -> Float:
     return np.where([kind == "eaves" for kind in kinds], tall, mean)
 
 
-def sharpest(signal: Float, sigma: Float, cuts: Int, width: int) -> Int:
-    """Cuts moved to where the medians of their two sides explain the bins best; signal, sigma (n, p)."""
+def sharpest(signal: Float, sigma: Float, cuts: Int, width: int, tells: Sequence[Bool] | None = None) -> Int:
+    """Cuts moved to where the medians of their two sides explain the bins best; signal, sigma (n, p).
+
+    `tells` (p,) for each cut: the channels that show it; by default those that step there.
+    """
     out: list[int] = []
     edge = [0, *cuts.tolist(), len(signal)]
     for i, c in enumerate(edge[1:-1]):
@@ -60,10 +65,24 @@ def sharpest(signal: Float, sigma: Float, cuts: Int, width: int) -> Int:
         lo, hi = max(left + width, c - _SHIFT), min(edge[i + 2] - width, c + _SHIFT)
         a, b = max(edge[i], c - _SHIFT - _WINDOW), min(edge[i + 2], c + _SHIFT + _WINDOW)
         places = np.arange(min(lo, c), max(hi, c) + 1)
-        cost = np.array([_misfit(signal[a:p], sigma[a:p]) + _misfit(signal[p:b], sigma[p:b]) for p in places])
+        use = _stepping(signal, sigma, (a, c, b)) if tells is None else tells[i]
+        y, e = signal[:, use], sigma[:, use]
+        cost = np.array([_misfit(y[a:p], e[a:p]) + _misfit(y[p:b], e[p:b]) for p in places])
         best = int(np.argmin(cost))
         out.append(int(places[best]) if cost[c - places[0]] - cost[best] > _GAIN else c)
-    return np.unique(np.array(out, np.int64))
+    return np.array(out, np.int64)
+
+
+def _stepping(signal: Float, sigma: Float, side: tuple[int, int, int]) -> Bool:
+    """Channels (p,) whose medians on the two sides differ by more than a bin's error, all where none does: the
+    others cannot tell where the step is."""
+    a, c, b = side
+    known = np.isfinite(signal[a:c]).any(0) & np.isfinite(signal[c:b]).any(0)
+    out = np.zeros(signal.shape[1], bool)
+    if known.any():
+        step = np.nanmedian(signal[c:b, known], axis=0) - np.nanmedian(signal[a:c, known], axis=0)
+        out[known] = np.abs(step) > np.median(sigma[a:b, known], axis=0)
+    return out if out.any() else np.ones(len(out), bool)
 
 
 def _misfit(signal: Float, sigma: Float) -> float:

@@ -9,18 +9,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from frontage.buildings.bays import embedded
+from frontage.buildings.evidence import Look, judge, settled
 from frontage.buildings.options import BuildingOptions
 from frontage.buildings.profile import BIN, Profile
-from frontage.buildings.signals import FLOOR, noise_of, sampling_of, sharpest, signals
+from frontage.buildings.signals import noise_of, sampling_of, sharpest, signals
 from frontage.geometry.arrays import Bool, Float, Int
 from frontage.solve.segmentation import change_points
 
-_STEP = {"eaves": 0.4, "offset": 0.05, "rough": 0.015, "colour": 6.0, "bright": 0.2}
 _WITNESSES = 3  # parameters a cut is charged for: its place and two cues; other signals may stay as they are
-_REACH = 24  # bins (6 m): how far from a cut its two sides are compared
-_NEAR = 8  # bins (2 m): the same for eaves and offset, which drift
-_T = 4.0  # standard errors
-_STEEP = 0.02  # of a wall's height: seen steeply from the street, a cornice's depth moves the top it shows
 _GAP = 1.0  # m without any wall, from foot to eaves: an open gap
 
 
@@ -54,24 +51,8 @@ def find_cuts(
     cuts = _candidates(signal, kinds, noise, sampling, width)
     gaps = _gaps(open_)
     cuts = _with_gaps(gaps, cuts, width)
-    look = _Look(profile, signal, kinds, sampling, gaps, cell)
-    kept, cues, odds = _prune(look, cuts, walls, options.snap)
-    found = [
-        Cut(profile.lo + c * BIN, 1 / (1 + np.exp(-o)), q) for c, q, o in zip(kept, cues, odds, strict=True)
-    ]
-    return _snap(found, walls, profile, options)
-
-
-@dataclass(frozen=True, eq=False)
-class _Look:
-    """What cuts are judged by: channels (n, p), their sampling errors (n, p), open gaps, cell m."""
-
-    profile: Profile
-    signal: Float
-    kinds: list[str]
-    sampling: Float
-    gaps: list[tuple[int, int]]
-    cell: float
+    look = Look(profile, signal, kinds, sampling, gaps, cell)
+    return _snap(_prune(look, cuts, walls, options.snap, width), walls, profile, options)
 
 
 def _candidates(signal: Float, kinds: list[str], noise: Float, sampling: Float, width: int) -> Int:
@@ -105,103 +86,26 @@ def _with_gaps(gaps: list[tuple[int, int]], cuts: Int, width: int) -> Int:
     return np.union1d(cuts[~near], middles)
 
 
-def _prune(
-    look: _Look, cuts: Int, walls: Float, snap: float
-) -> tuple[list[int], list[tuple[str, ...]], list[float]]:
-    """Take away the weakest unconvincing cut until all convince; the sides of the others grow meanwhile."""
+def _prune(look: Look, cuts: Int, walls: Float, snap: float, width: int) -> list[Cut]:
+    """Take away the weakest unconvincing cut until all convince, and the sides of bays; the other pieces grow
+    meanwhile. Cuts beside a mapped party wall stay."""
     kept = [int(c) for c in cuts]
     while True:
-        judged = [_judge(look, kept, i) for i in range(len(kept))]
-        weak = []
-        for i, (cues, strength, odds) in enumerate(judged):
-            mapped = len(walls) and np.abs(walls - look.profile.lo - kept[i] * BIN).min() <= snap
-            if not (len(cues) >= 2 or strength or mapped):
-                weak.append((odds, i))
-        if not weak:
-            return kept, [j[0] for j in judged], [j[2] for j in judged]
-        kept.pop(min(weak)[1])
-
-
-def _judge(look: _Look, cuts: list[int], i: int) -> tuple[tuple[str, ...], bool, float]:
-    """The cues for cut i among its neighbours, whether one of them suffices alone, and the log-odds."""
-    c, n = cuts[i], len(look.profile)
-    lo, hi = (cuts[i - 1] if i else 0), (cuts[i + 1] if i + 1 < len(cuts) else n)
-    spread, tall = _within(look.signal, cuts), look.profile.rows.shape[1] * BIN
-    cues: dict[str, float] = {}
-    alone = any(a <= c <= b for a, b in look.gaps)
-    if alone:
-        cues["gap"] = 9.0
-    for k, kind in enumerate(look.kinds):
-        floor = max(FLOOR[kind], look.cell / 2) if kind == "eaves" else FLOOR[kind]
-        reach = _NEAR if kind == "offset" else _REACH
-        own = max(spread[k], floor) if np.isfinite(spread[k]) else floor
-        step, t = _step(look, k, max(lo, c - reach), c, min(hi, c + reach), own)
-        if kind == "eaves":  # a step, not a slope: it stands close to the cut as well as far from it
-            close, _ = _step(look, k, max(lo, c - _NEAR), c, min(hi, c + _NEAR), floor)
-            step, t = (min(abs(step), abs(close)), t) if step * close > 0 else (0.0, 0.0)
-        least = max(_STEP[kind], _STEEP * tall) if kind == "eaves" else _STEP[kind]
-        if t > _T and abs(step) > least:
-            name = "surface" if kind in ("colour", "bright") else kind
-            cues[name] = max(cues.get(name, 0.0), t)
-            alone |= kind == "eaves"
-    t = _rhythm(look.profile.rows, lo, c, hi)
-    if t > _T:
-        cues["rhythm"] = t
-    odds: float = sum(min(t * t / 2, 12.0) - 4.0 for t in cues.values()) - 2.0
-    return tuple(sorted(cues)), alone, float(np.clip(odds, -20, 20))
-
-
-def _within(signal: Float, cuts: list[int]) -> Float:
-    """Robust spread (p,) about the medians of the segments between cuts."""
-    residual = [part - _median(part) for part in np.split(signal, cuts) if len(part)]
-    return 1.4826 * _median(np.abs(np.concatenate(residual)))
-
-
-def _median(a: Float) -> Float:
-    """Median over the bins (p,), NaN for a channel without measurement."""
-    n, column = np.isfinite(a).sum(0), np.arange(a.shape[1])
-    if not len(a):
-        return np.full(a.shape[1], np.nan)
-    ordered = np.sort(a, axis=0)  # NaN last
-    below, above = np.maximum(n - 1, 0) // 2, np.minimum(n // 2, len(a) - 1)
-    return np.where(n > 0, 0.5 * (ordered[below, column] + ordered[above, column]), np.nan)
-
-
-def _step(look: _Look, k: int, lo: int, c: int, hi: int, spread: float) -> tuple[float, float]:
-    """Step of channel k at c, from the medians of [lo, c) and [c, hi), and its size in standard errors; bins
-    within 1 m are one observation, and each side adds what its sampling leaves open."""
-    medians, variance, per = [], 0.0, 1.0 / BIN
-    for a, b in ((lo, c), (c, hi)):
-        known = np.isfinite(look.signal[a:b, k])
-        side, sampling = look.signal[a:b, k][known], look.sampling[a:b, k][known]
-        if len(side) < 4:
-            return 0.0, 0.0
-        medians.append(float(np.median(side)))
-        ragged = 1.4826 * float(np.median(np.abs(side - medians[-1])))  # a ragged side proves nothing
-        variance += (
-            (max(spread, ragged) ** 2 + float(np.nan_to_num(np.median(sampling))) ** 2) * per / len(side)
-        )
-    step = medians[1] - medians[0]
-    return step, abs(step) / float(np.sqrt(variance))
-
-
-def _rhythm(rows: Float, lo: int, c: int, hi: int) -> float:
-    """How differently the openings stand in height left and right of a cut, in spreads of each
-    side's own halves."""
-    a, b = rows[max(lo, c - 2 * _REACH) : c], rows[c : min(hi, c + 2 * _REACH)]
-    if min(len(a), len(b)) < 12:
-        return 0.0
-    low = [
-        x.mean(0)
-        for x in (a[::2], a[1::2], a[: len(a) // 2], a[len(a) // 2 :], b[: len(b) // 2], b[len(b) // 2 :])
-    ]
-    above = [np.cumsum(x.mean(0)[::-1])[::-1] for x in (a, b)]
-    both = np.minimum(*above) > 0.2  # below both eaves
-    if both.sum() < 8:
-        return 0.0
-    between = float(np.mean((a.mean(0) - b.mean(0))[both] ** 2))
-    own = 0.5 * float(np.mean((low[2] - low[3])[both] ** 2) + np.mean((low[4] - low[5])[both] ** 2))
-    return float(np.sqrt(between / max(own, 1e-3)) * 2.0) if between > 0.04 else 0.0
+        judged = [judge(look, kept, i) for i in range(len(kept))]
+        place = [look.profile.lo + c * BIN for c in kept]
+        mapped = [bool(len(walls)) and bool(np.abs(walls - s).min() <= snap) for s in place]
+        weak = [(v.odds, i) for i, v in enumerate(judged) if not (v.convincing or mapped[i])]
+        if weak:
+            kept.pop(min(weak)[1])
+            continue
+        bay = embedded(look, kept, [m or "gap" in v.cues for m, v in zip(mapped, judged, strict=True)])
+        if bay is None:
+            kept = settled(look, kept, [v.cues for v in judged], width)
+            odds = [float(1 / (1 + np.exp(-v.odds))) for v in judged]
+            return [
+                Cut(look.profile.lo + c * BIN, o, v.cues) for c, o, v in zip(kept, odds, judged, strict=True)
+            ]
+        del kept[bay : bay + 2]
 
 
 def _snap(cuts: list[Cut], walls: Float, profile: Profile, options: BuildingOptions) -> tuple[Cut, ...]:
