@@ -67,7 +67,7 @@ class CameraSpec(BaseModel):
     sigma_position: float = Field(default=1.5, ge=0, le=20, description="of the given position, m per axis")
     sigma_heading: float = Field(default=2.5, ge=0, le=40, description="of the given heading, degrees")
     sigma_level: float = Field(default=0.5, ge=0, le=10, description="of the given pitch and roll, degrees")
-    supersampling: int = Field(default=3, ge=1, le=8, description="samples per pixel side where edges are")
+    samples: int = Field(default=5, ge=1, le=64, description="samples in a pixel that edges run through")
     psf: float = Field(default=0.5, ge=0, le=4, description="one sigma of the lens blur, px")
     vignetting: float = Field(default=0.35, ge=0, le=0.9, description="loss of light in the corners, share")
     exposure_jitter: float = Field(default=0.25, ge=0, le=2, description="one sigma, exposure values")

@@ -16,6 +16,7 @@ from frontage.simulate.scene import Scene
 _SUN = np.array([1.0, 0.93, 0.80])  # colour of the sun 40 degrees up
 _BLUE, _GREY = np.array([0.21, 0.29, 0.45]), np.array([0.40, 0.42, 0.45])  # zenith, clear and overcast
 _HAZE = np.array([0.50, 0.55, 0.60])
+_CLOUDS = (3.7, 1.9, 0.9, 0.45, 0.21, 0.1)  # wavelengths, in heights of the layer
 _BOUNCE = 0.22  # reflectance of a street as a whole
 
 
@@ -92,7 +93,7 @@ def _clouds(light: Light, d: Float) -> Array:
     height = np.maximum(d[:, 2], 0.06)
     x, y = ((d[:, k] / height).astype(np.float32) for k in (0, 1))
     seed = np.full(len(d), light.seed, np.uint32)
-    field = noise.fractal(x, y, (3.7, 1.6, 0.7, 0.33), seed, 7, np.zeros(len(d), np.float32))
+    field = noise.fractal(x, y, _CLOUDS, seed, 7, np.zeros(len(d), np.float32), 0.7)
     cover = np.clip(0.45 * field + 0.1 + 1.6 * light.overcast, 0, 1)
     return np.asarray(cover * np.clip((d[:, 2] - 0.02) / 0.15, 0, 1), np.float32)
 
@@ -101,7 +102,7 @@ def _horizon(light: Light, d: Float, rgb: Array) -> Array:
     """Far roofs and trees in the haze, up to some degrees above the horizon, and ground below it."""
     azimuth = np.arctan2(d[:, 1], d[:, 0]).astype(np.float32)
     seed = np.full(len(d), light.seed, np.uint32)
-    line = 0.045 + 0.02 * noise.fractal(
+    line = 0.03 + 0.007 * noise.fractal(
         azimuth, 0 * azimuth, (0.5, 0.17, 0.06), seed, 9, np.zeros(len(d), np.float32)
     )
     below = np.clip((line - d[:, 2].astype(np.float32)) / 0.002 + 0.5, 0, 1)[:, None]

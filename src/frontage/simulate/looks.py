@@ -20,8 +20,10 @@ class Looks:
     material (s,) int64, part (s,) uint8, origin (s, 3), frame (s, 3, 3): u, v and u x v of every surface
     kinds: names of the kinds of material; kind (m,) index into them; rgb, joint (m, 3), size (m, 2) float32;
     gloss (m,) float32; seed (m,) uint32
-    normals (t, 3) float64; surface (t,) int32; axes (t,) uint8: which two of the frame's axes a triangle's
-    texture runs along, 0 = (u, v), 1 = (u, w), 2 = (w, v); axes_of_surface (s,) its commonest by area
+    normals (t + 1, 3) float64, the last one up; surface (t,) int32; axes (t,) uint8: which two of the frame's
+    axes a triangle's texture runs along, 0 = (u, v), 1 = (u, w), 2 = (w, v); axes_of_surface (s,) its
+    commonest by area
+    first, second (3 s, 4): texture coordinate of (x, y, z, 1) at 3 * surface + axes
     """
 
     material: Int
@@ -39,18 +41,20 @@ class Looks:
     surface: Array
     axes: Array
     axes_of_surface: Array
+    first: Float
+    second: Float
 
     def texture_coordinates(self, surface: Array, xyz: Float, axes: Array) -> tuple[Array, Array]:
         """u, v (n,) float32 m of points (n, 3) m local on surfaces (n,), along the triangles' axes (n,)."""
-        local = xyz - self.origin[surface]
-        along = self.frame[surface]
-        u = np.einsum("ij,ij->i", local, along[np.arange(len(local)), _FIRST[axes]])
-        v = np.einsum("ij,ij->i", local, along[np.arange(len(local)), _SECOND[axes]])
+        row = 3 * np.asarray(surface, np.int64) + axes
+        u, v = (
+            np.einsum("ij,ij->i", xyz, table[row, :3]) + table[row, 3] for table in (self.first, self.second)
+        )
         return u.astype(np.float32), v.astype(np.float32)
 
 
-_FIRST = np.array([0, 0, 2])
-_SECOND = np.array([1, 2, 1])
+_FIRST: Int = np.array([0, 0, 2])
+_SECOND: Int = np.array([1, 2, 1])
 
 
 @lru_cache(maxsize=4)
@@ -63,11 +67,12 @@ def look_of(scene: Scene) -> Looks:
     kinds = tuple(sorted({m.kind for m in materials}))
     normals, surface = scene.mesh.normals, scene.mesh.surface
     axes = _axes(normals, frame[surface])
+    origin = np.array([s.origin for s in surfaces], np.float64)
     return Looks(
         material=np.array([s.material for s in surfaces], np.int64),
         part=scene.parts,
         frame=frame,
-        origin=np.array([s.origin for s in surfaces], np.float64),
+        origin=origin,
         kinds=kinds,
         kind=np.array([kinds.index(m.kind) for m in materials], np.int64),
         rgb=np.array([m.rgb for m in materials], np.float32),
@@ -75,10 +80,12 @@ def look_of(scene: Scene) -> Looks:
         size=np.array([m.size for m in materials], np.float32),
         gloss=np.array([m.gloss for m in materials], np.float32),
         seed=np.array([m.seed & 0xFFFFFFFF for m in materials], np.uint32),
-        normals=normals,
+        normals=np.concatenate([normals, [[0.0, 0.0, 1.0]]]),
         surface=surface,
         axes=axes,
         axes_of_surface=_commonest(axes, surface, areas(scene), len(surfaces)),
+        first=_tables(frame, origin, _FIRST),
+        second=_tables(frame, origin, _SECOND),
     )
 
 
@@ -91,6 +98,12 @@ def areas(scene: Scene) -> Float:
 def without(scene: Scene, *parts: Part) -> Int:
     """Indices (k,) int64 of the triangles that belong to none of `parts`."""
     return np.flatnonzero(~np.isin(scene.parts[scene.mesh.surface], [int(p) for p in parts]))
+
+
+def _tables(frame: Float, origin: Float, axis: Int) -> Float:
+    along = frame[:, axis]
+    shift = -np.einsum("skj,sj->sk", along, origin)
+    return np.concatenate([along, shift[..., None]], axis=2).reshape(-1, 4)
 
 
 def _frames(surfaces_u: Float, surfaces_v: Float) -> Float:

@@ -40,9 +40,9 @@ class Patch:
         """Noise of one wavelength (m), standard deviation 1, own to the material."""
         return noise.wave(self.u, self.v, length, self.seed, salt, self.blur)
 
-    def fractal(self, lengths: tuple[float, ...], salt: int) -> Array:
-        """Noise of several wavelengths (m), standard deviation 1."""
-        return noise.fractal(self.u, self.v, lengths, self.seed, salt, self.blur)
+    def fractal(self, lengths: tuple[float, ...], salt: int, gain: float = 1.0) -> Array:
+        """Noise of several wavelengths (m), each `gain` times the one before, standard deviation 1."""
+        return noise.fractal(self.u, self.v, lengths, self.seed, salt, self.blur, gain)
 
 
 def shade(scene: Scene, surface: Array, xyz: Float) -> Array:
@@ -103,7 +103,7 @@ def _joints(p: Patch, shift: float, width: float) -> Array:
 
 def _weather(p: Patch, strength: float) -> Array:
     """Brightness (n,) about 1: patches, rain streaks, grime near the foot of the wall."""
-    patches = 0.05 * p.fractal((3.1, 1.3, 0.55), 11)
+    patches = 0.055 * p.fractal((5.3, 2.3, 1.1, 0.47, 0.21), 11, 0.75)
     streaks = p.wave((0.11, 2.6), 17) + 0.7 * p.wave((0.37, 4.0), 18)
     runs = 0.06 * np.minimum(0.0, streaks + 0.3)
     foot = -0.16 * np.exp(-np.clip(p.v, 0, 9) / 0.35) * (1 + 0.5 * p.wave(0.4, 19))
@@ -137,11 +137,11 @@ def _stone(p: Patch) -> Array:
 
 def _plaster(p: Patch) -> Array:
     base = _tone(p.rgb, 1 + 0.035 * p.fractal((0.09, 0.035, 0.014, 0.008), 51))
-    stain = np.clip(0.8 * p.fractal((1.9, 0.8, 0.33), 55) - 0.75, 0, 1)
+    stain = np.clip(0.7 * p.fractal((3.3, 1.7, 0.8, 0.37, 0.17, 0.08), 55, 0.8) - 0.55, 0, 1)
     crack = np.exp(-((p.wave(0.9, 58) + 0.35 * p.wave(0.16, 59)) ** 2) / 0.0006)
     crack *= (p.wave(2.7, 60) > 0.9) * np.exp(-((p.blur / 0.01) ** 2))
     chips = np.clip(p.wave(0.055, 61) - 2.1, 0, 0.6)
-    wall = _mix(_tone(base, _weather(p, 1.0)), p.joint, 0.45 * stain + 0.8 * chips)
+    wall = _mix(_tone(base, _weather(p, 1.0)), p.joint, 0.5 * stain + 0.7 * chips)
     return _tone(wall, 1 - 0.35 * crack)
 
 
@@ -168,7 +168,7 @@ def _tiles(p: Patch) -> Array:
     tone = 1 + calm * 0.4 * (noise.cell(column, row, p.seed, 1) - 0.5)
     down = p.v / p.size[:, 1] - row
     lap = 1 - calm * 0.35 * np.clip(1 - 5 * down, 0, 1)
-    moss = np.clip(p.fractal((1.4, 0.5, 0.15), 101) - 0.8, 0, 1)
+    moss = np.clip(p.fractal((1.4, 0.6, 0.25, 0.1), 101, 0.85) - 0.8, 0, 1)
     face = _tone(p.rgb, tone * lap * (1 + 0.06 * p.fractal((0.06, 0.02), 104)))
     return _mix(_mix(face, p.joint, _joints(p, 0.5, 0.008)), _MOSS, 0.5 * moss)
 
@@ -191,10 +191,8 @@ def _paving(p: Patch) -> Array:
 
 
 def _leaves(p: Patch) -> Array:
-    column, row = np.floor(p.u / 0.12), np.floor(p.v / 0.12)
-    tone = 0.55 + 0.9 * noise.cell(column, row, p.seed, 1)
-    leaf = _tone(p.rgb, tone * (1 + 0.12 * p.wave(0.03, 131)))
-    return _mix(leaf, p.joint, 0.5 * noise.cell(column, row, p.seed, 2))
+    tone = np.clip(1 + 0.3 * p.fractal((0.9, 0.35, 0.13, 0.05), 131), 0.3, 1.8)
+    return _mix(_tone(p.rgb, tone), p.joint, 0.4 + 0.3 * p.fractal((0.7, 0.16), 135))
 
 
 def _fabric(p: Patch) -> Array:

@@ -59,12 +59,19 @@ def wave(
     return np.asarray(_sample(x, y) * fade, np.float32)
 
 
-def fractal(u: Array, v: Array, lengths: tuple[float, ...], seed: Array, salt: int, blur: Array) -> Array:
-    """The sum of one `wave` per wavelength, standard deviation 1 where no pixel blurs it; (n,) float32."""
+def fractal(
+    u: Array, v: Array, lengths: tuple[float, ...], seed: Array, salt: int, blur: Array, gain: float = 1.0
+) -> Array:
+    """The sum of one `wave` per wavelength, each `gain` times as strong as the one before; (n,) float32.
+
+    Its standard deviation is 1 where no pixel blurs it.
+    """
     total = np.zeros(len(u), np.float32)
+    strength = gain ** np.arange(len(lengths))
+    strength /= np.sqrt((strength**2).sum())
     for k, length in enumerate(lengths):
-        total += wave(u, v, length, seed, salt + 101 * k, blur)
-    return total / np.float32(np.sqrt(len(lengths)))
+        total += np.float32(strength[k]) * wave(u, v, length, seed, salt + 101 * k, blur)
+    return total
 
 
 def stripes(x: Array, share: Array | float, blur: Array) -> Array:

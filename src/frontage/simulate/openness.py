@@ -8,6 +8,7 @@ from frontage.simulate.stage import Sight, Stage
 
 _STEP = 4  # px between the places where rays are cast
 _RAYS = 4
+_DITHER: Int = np.array([[0, 2, 1, 3], [3, 1, 2, 0], [1, 3, 0, 2], [2, 0, 3, 1]])
 _PASSES = (1, 2, 4)  # distances of the smoothing kernel, in grid cells (a-trous)
 
 
@@ -24,39 +25,38 @@ class OpennessMap:
         ways = np.where(seen[:, None], rays.reshape(-1, 3), [0.0, 0.0, 1.0]) @ R.T
         triangle, xyz = self._solid(stage, origin, ways)
         triangle[~seen] = -1
-        face = np.where(triangle >= 0, stage.faces[triangle], 0)
+        face = stage.faces[triangle]
         hit = np.flatnonzero(triangle >= 0)
         free = np.ones(len(triangle), np.float32)
         free[hit] = stage.openness(triangle[hit], xyz[hit], ways[hit], _RAYS)
         shape = (len(rows), len(columns))
-        self._face = face.reshape(shape).astype(np.uint32)
+        self._face = face.reshape(shape)
         self._free = _smoothed(free.reshape(shape), self._face)
         self._stage = stage
 
     def at(self, row: Array, column: Array, sight: Sight, which: Int) -> Array:
         """Openness (m,) float32 of what `sight`'s rays `which` (m,) see in pixels (row, column) (m,)."""
-        solid = sight.solid[which]
-        face = np.where(solid >= 0, self._stage.faces[solid], np.uint32(0))
-        y, x = (
-            np.clip((c - _STEP // 2) / _STEP, 0, n - 1)
-            for c, n in zip((row, column), self._face.shape, strict=True)
-        )
-        total, weight = np.zeros((2, len(which)), np.float32)
-        spare = np.zeros(len(which), np.float32)
-        y0, x0 = np.floor(y).astype(np.int64), np.floor(x).astype(np.int64)
-        for dy in (0, 1):
-            for dx in (0, 1):
-                i, j = (
-                    np.minimum(y0 + dy, self._face.shape[0] - 1),
-                    np.minimum(x0 + dx, self._face.shape[1] - 1),
-                )
-                share = (1 - np.abs(y - y0 - dy)) * (1 - np.abs(x - x0 - dx)) + 1e-3
-                value = self._free[i, j]
-                same = share * (self._face[i, j] == face)
-                total += same * value
+        face = self._stage.faces[sight.solid[which]]
+        h, w = self._face.shape
+        # ordered dither picks one of the four cells around a pixel as often as bilinear weights would
+        i = np.clip((row - _STEP // 2 + _DITHER[row & 3, column & 3]) // _STEP, 0, h - 1)
+        j = np.clip((column - _STEP // 2 + _DITHER[column & 3, row & 3]) // _STEP, 0, w - 1)
+        free = self._free[i, j]
+        other = np.flatnonzero(self._face[i, j] != face)
+        free[other] = self._nearby(i[other], j[other], face[other], free[other])
+        return np.asarray(free, np.float32)
+
+    def _nearby(self, i: Int, j: Int, face: Array, spare: Array) -> Array:
+        """The mean over those of the 3 x 3 cells around (i, j) (k,) that show `face` (k,), else `spare`."""
+        h, w = self._face.shape
+        total, weight = np.zeros((2, len(i)), np.float32)
+        for di in (-1, 0, 1):
+            for dj in (-1, 0, 1):
+                near = np.clip(i + di, 0, h - 1), np.clip(j + dj, 0, w - 1)
+                same = self._face[near] == face
+                total += same * self._free[near]
                 weight += same
-                spare += 0.25 * value
-        return np.where(weight > 0, total / np.maximum(weight, 1e-9), spare).astype(np.float32)
+        return np.where(weight > 0, total / np.maximum(weight, 1.0), spare)
 
     @staticmethod
     def _solid(stage: Stage, origin: Float, ways: Float) -> tuple[Int, Float]:

@@ -42,7 +42,7 @@ def shots(scene: Scene, spec: CameraSpec, seed: int = 0, only: Sequence[int] | N
     aims = plan(scene, spec, seed)
     for k in range(len(aims)) if only is None else only:
         aim = aims[k]
-        light = render(stage, camera, aim.true, spec.supersampling)
+        light = render(stage, camera, aim.true, spec.samples)
         image = develop(light, spec, np.random.default_rng([seed, 0xF117, k]))
         exact = Estimate(aim.true, np.zeros((6, 6)), np.inf, Provenance.GIVEN)
         yield Shot(image, Photo(aim.name, camera, exact, aim.time), aim.given)

@@ -1,7 +1,7 @@
 """A photo's light: one ray per pixel, more where anything changes from a pixel to the next.
 
 Surfaces are prefiltered (see `materials`), so only edges alias: of faces, of shadows, of what panes mirror.
-There a pixel is split into n x n; samples of one face in one light are shaded once.
+There a pixel gets several samples; those of one face in one light are shaded once.
 """
 
 from concurrent.futures import ThreadPoolExecutor
@@ -21,10 +21,10 @@ _SPLIT = 400_000  # samples at edges traced at a time
 _THREADS = 2  # casting rays holds the interpreter lock; the arithmetic of another band runs meanwhile
 
 
-def render(stage: Stage, camera: Camera, local_from_camera: Rigid3, supersampling: int = 3) -> Array:
+def render(stage: Stage, camera: Camera, local_from_camera: Rigid3, samples: int = 5) -> Array:
     """Light (h, w, 3) float32, linear, that reaches the pixels; 0 where the lens sees nothing."""
     grid = RayGrid(camera)
-    view = _View(stage, camera, local_from_camera, grid, supersampling)
+    view = _View(stage, camera, local_from_camera, grid, samples)
     rows = max(1, _BAND // camera.width)
     bands = [(r, min(r + rows, camera.height)) for r in range(0, camera.height, rows)]
     with ThreadPoolExecutor(_THREADS) as pool:
@@ -34,13 +34,12 @@ def render(stage: Stage, camera: Camera, local_from_camera: Rigid3, supersamplin
 class _View:
     """One photo being rendered."""
 
-    def __init__(self, stage: Stage, camera: Camera, pose: Rigid3, grid: RayGrid, splits: int) -> None:
+    def __init__(self, stage: Stage, camera: Camera, pose: Rigid3, grid: RayGrid, samples: int) -> None:
         self.stage, self.camera, self.pose, self.grid = stage, camera, pose, grid
         self.openness = OpennessMap(stage, grid, pose.t, pose.R)
         middle = camera.ray(np.array([camera.width, camera.height]) / 2 + [[0.5, 0.0], [-0.5, 0.0]])
         self.angle = float(np.linalg.norm(middle[1] - middle[0]))
-        steps = (np.arange(splits) + 0.5) / splits - 0.5
-        self.offsets = np.stack(np.meshgrid(steps, steps), axis=-1).reshape(-1, 2)
+        self.offsets = lattice(samples)
 
     def band(self, first: int, end: int) -> Array:
         """Light (end - first, w, 3) float32 of rows first..end-1; one more row on either side is traced."""
@@ -80,6 +79,23 @@ class _View:
         free = self.openness.at(row[pixel] + top, column[pixel], sight, pick)
         rgb = radiance(self.stage, sight, pick, free, self.angle)
         return np.asarray(np.add.reduceat(rgb * share[:, None], start, axis=0), np.float32)
+
+
+def lattice(n: int) -> Float:
+    """Offsets (n, 2) px, -0.5..0.5, of n samples: all their columns and all their rows differ.
+
+    Window edges run along pixel rows and columns: n samples give n steps of grey there, where a square grid
+    gives sqrt(n). The rank-1 lattice whose samples lie farthest apart (on the torus) is taken.
+    """
+    i = np.arange(n)
+    best = max(range(1, n + 1), key=lambda k: (np.gcd(k, n) == 1, _spread(n, k), -k))
+    return np.asarray((np.column_stack([i, i * best % n]) + 0.5) / n - 0.5)
+
+
+def _spread(n: int, k: int) -> int:
+    i = np.arange(1, n)
+    j = i * k % n
+    return int(np.min(np.minimum(i, n - i) ** 2 + np.minimum(j, n - j) ** 2, initial=2 * n * n))
 
 
 def _groups(sight: Sight, n: int) -> tuple[Array, Array, Array]:

@@ -8,9 +8,10 @@ import numpy as np
 from frontage.geometry.arrays import Array, Float
 from frontage.simulate.cameras import CameraSpec
 
-_MIDDLE = 0.20  # linear level that the exposure puts the typical brightness at
+_MIDDLE = 0.25  # linear level that the exposure puts the typical brightness at
 _MOST = 0.97  # quantile that it tries not to burn out
 _CONTRAST = 0.03  # amplitude of the S on top of sRGB's curve, what cameras usually add
+_GREY_WORLD = 0.25  # power of the correction towards a grey mean
 _BAND = 256  # rows with a random generator of their own
 _LUMA = np.array([0.30, 0.59, 0.11], np.float32)
 
@@ -95,6 +96,6 @@ def _exposure(thin: Array) -> float:
 
 
 def _balance(thin: Array) -> Float:
-    """Gains of red and blue of an automatic white balance: half way to a grey mean."""
+    """Gains of red and blue of an automatic white balance: a little of the way to a grey mean."""
     mean = np.maximum(thin.mean(0), 1e-4) if len(thin) else np.ones(3)
-    return np.sqrt(np.asarray(mean[1] / mean[[0, 2]], np.float64))
+    return np.asarray((mean[1] / mean[[0, 2]]) ** _GREY_WORLD, np.float64)

@@ -50,16 +50,16 @@ class Stage:
     def __init__(self, scene: Scene, light: Light, keep: Bool | None = None) -> None:
         self.scene, self.light, self.looks = scene, light, look_of(scene)
         kept = np.ones(len(scene.mesh.corners), np.bool_) if keep is None else keep
-        self._is_pane = self.looks.part[self.looks.surface] == Part.PANE
+        self.is_pane = self.looks.part[self.looks.surface] == Part.PANE
         self.every = Tracer(scene.mesh, kept)
-        self.solid = Tracer(scene.mesh, kept & ~self._is_pane)
+        self.solid = Tracer(scene.mesh, kept & ~self.is_pane)
         self.faces = _faces(scene, self.looks)
 
     def look(self, origin: Float, ways: Float) -> Sight:
         """Cast rays from `origin` (3,) or (n, 3) m local along unit vectors (n, 3)."""
         hits = self.every.first_hit(origin, ways)
         solid, distance = hits.triangle.copy(), hits.distance.copy()
-        paned = np.flatnonzero(self._is_pane[solid] & (solid >= 0))
+        paned = np.flatnonzero(self.is_pane[solid] & (solid >= 0))
         pane, pane_distance = solid[paned], distance[paned]
         origins = np.broadcast_to(origin, ways.shape)
         behind = self.solid.first_hit(origins[paned], ways[paned])
@@ -82,13 +82,13 @@ class Stage:
         )  # fmt: skip
 
     def normals(self, triangle: Int, ways: Float) -> Float:
-        """Unit normals (n, 3) of triangles, turned against the rays (n, 3) that see them; up for the sky."""
+        """Unit normals (n, 3) of triangles, turned against the rays (n, 3) seeing them; vertical for sky."""
         n = self.looks.normals[triangle]
-        n = np.where(np.einsum("ij,ij->i", n, ways)[:, None] > 0, -n, n)
-        return np.where((triangle >= 0)[:, None], n, [0.0, 0.0, 1.0])
+        n *= np.where(np.einsum("ij,ij->i", n, ways) > 0, -1.0, 1.0)[:, None]
+        return n
 
     def sunny(self, triangle: Int, xyz: Float, ways: Float) -> Bool:
-        """Whether the sun shines on the seen side of triangles (n,) at xyz (n, 3); panes let it through."""
+        """Whether the sun shines on the seen side of triangles (n,) at xyz (n, 3); panes let it pass."""
         lit = np.zeros(len(triangle), np.bool_)
         if self.light.overcast >= 1:
             return lit
@@ -130,18 +130,20 @@ class Stage:
         return np.asarray(normal / np.linalg.norm(normal, axis=1, keepdims=True))
 
     def _key(self, triangle: Int, lit: Bool) -> Array:
-        face = np.where(triangle >= 0, self.faces[triangle], np.uint32(0))
-        return np.asarray(noise.scramble(face, 2) ^ (lit.astype(np.uint32) * np.uint32(0x68E31DA4)))
+        return np.asarray(
+            noise.scramble(self.faces[triangle], 2) ^ (lit.astype(np.uint32) * np.uint32(0x68E31DA4))
+        )
 
 
 def _faces(scene: Scene, looks: Looks) -> Array:
-    """A number (t,) uint32 > 0 per triangle, equal for those of one surface that lie in one plane."""
-    n = np.round(looks.normals * 64).astype(np.int64)
+    """A number > 0 per triangle, equal for those of one surface in one plane; (t + 1,) uint32, the last 0."""
+    normals = looks.normals[:-1]
+    n = np.round(normals * 64).astype(np.int64)
     apex = scene.mesh.vertices[scene.mesh.corners[:, 0]]
-    offset = np.round(np.einsum("ij,ij->i", apex, looks.normals) / _SAME_PLANE).astype(np.int64)
+    offset = np.round(np.einsum("ij,ij->i", apex, normals) / _SAME_PLANE).astype(np.int64)
     rows = np.column_stack([looks.surface.astype(np.int64), n, offset])
     _, number = np.unique(rows, axis=0, return_inverse=True)
-    return (number.reshape(-1) + 1).astype(np.uint32)
+    return np.append(number.reshape(-1) + 1, 0).astype(np.uint32)
 
 
 def _hemisphere(normal: Float, turn: Array, height: Array) -> Float:
