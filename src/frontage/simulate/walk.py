@@ -1,6 +1,7 @@
 """Where photos are taken from, and where the camera's own GPS and compass say so."""
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
@@ -28,8 +29,9 @@ class Aim:
     time: float
 
 
+@lru_cache(maxsize=8)
 def plan(scene: Scene, spec: CameraSpec, seed: int) -> tuple[Aim, ...]:
-    """The poses of all photos, in the order they are taken.
+    """The poses of all photos, in the order they are taken; the last plans are remembered.
 
     A walk goes along the facades of one side, as far across the street as it is wide (or `spec.distance`),
     steps aside for trees and cars, and aims by hand: 1.5 degrees and some centimetres off.
