@@ -39,7 +39,7 @@ def ground(z: float = 0.0, size: float = 60.0) -> Sheet:
     return Sheet((-size, -size, z), (2 * size, 0, 0), (0, 2 * size, 0), Part.GROUND, 0.3)
 
 
-def scene_of(*sheets: Sheet, seed: int = 0) -> Scene:
+def scene_of(*sheets: Sheet, seed: int = 0, kind: str = "paint") -> Scene:
     """A scene whose surface k is sheet k; street frame = local frame, the road is the x axis from 0 to 20."""
     vertices, corners, surfaces = [], [], []
     for k, s in enumerate(sheets):
@@ -49,7 +49,7 @@ def scene_of(*sheets: Sheet, seed: int = 0) -> Scene:
         u, v = (tuple(w / np.linalg.norm(w)) for w in (a, b))
         surfaces.append(Surface(f"S{k}", s.part, k, 0, origin=s.corner, u=u, v=v, roughness=s.roughness))
     materials = [
-        Material(f"M{k}", "paint", (0.5, 0.5, 0.5), (0.5, 0.5, 0.5), s.laser, s.gloss)
+        Material(f"M{k}", kind, (0.5, 0.5, 0.5), (0.5, 0.5, 0.5), s.laser, s.gloss)
         for k, s in enumerate(sheets)
     ]
     return Scene(

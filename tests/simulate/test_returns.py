@@ -184,14 +184,14 @@ def test_intensity_follows_reflectance_cosine_and_range() -> None:
         for y in (4.0, 15.0, 45.0):
             points = across(np.linspace(0, 1.5 * y, 40), y)
             d = towards(points, ORIGIN)
-            m = measure(
-                Target(scene_of(wall(y, x=(-100, 100), laser=laser)), 905), beam, np.zeros((40, 3)), d, (1,)
-            )
+            target = Target(scene_of(wall(y, x=(-100, 100), laser=laser)), 905)
+            m = measure(target, beam, np.zeros((40, 3)), d, (1,))
+            albedo = laser * target.tint.factor(m.surface, m.hit)  # the mean of the material and its texture
             r = np.linalg.norm(points, axis=1)
-            law = 0.05 * laser * (y / r) ** 1.2 * (10 / r) ** 2 * (1 - np.exp(-((r / 2.0) ** 2)))
+            law = 0.05 * albedo * (y / r) ** 1.2 * (10 / r) ** 2 * (1 - np.exp(-((r / 2.0) ** 2)))
             np.testing.assert_allclose(m.intensity, law, rtol=3e-3)
             values[laser, y] = m.intensity[0]
-    assert values[0.8, 15.0] / values[0.2, 15.0] == pytest.approx(4, rel=1e-3)
+    assert values[0.8, 15.0] / values[0.2, 15.0] == pytest.approx(4, rel=0.01)
 
 
 def test_range_noise_grows_as_the_light_gets_less() -> None:
@@ -222,3 +222,12 @@ def test_rough_walls_move_ranges_by_correlated_heights() -> None:
     assert correlation(lag) == pytest.approx(np.exp(-0.5), abs=0.15)
     assert abs(correlation(5 * lag)) < 0.3
     assert np.abs(m.true_range - 10).max() < 1e-6
+
+
+def test_texture_of_the_wall_shows_in_the_intensity() -> None:
+    bricks = Target(scene_of(wall(10.0), wall(11.0), kind="brick"), 905)
+    x, z = np.meshgrid(np.arange(0, 3, 0.01), np.arange(0, 3, 0.01))
+    points = np.column_stack([x.ravel(), np.full(x.size, 10.0), z.ravel()])
+    factor = bricks.tint.factor(np.zeros(x.size, int), points)
+    assert 0.02 < factor.std() / factor.mean() < 0.5 and (factor > 0).all()
+    assert bricks.tint.factor(np.zeros(x.size, int), points).tobytes() == factor.tobytes()

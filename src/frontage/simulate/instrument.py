@@ -179,7 +179,7 @@ def draw_instrument(spec: InstrumentSpec, rng: np.random.Generator) -> Instrumen
         spread=float(rng.uniform(0.1, 0.3)),
         range_min=spec.range_min,
         range_max=spec.range_max,
-        range_dark=given(spec.range_dark, rng.uniform(60, 120)),
+        range_dark=given(spec.range_dark, float(np.exp(rng.uniform(np.log(30), np.log(120))))),
         near=float(rng.uniform(1.0, 3.0)),
         falloff=float(rng.uniform(0.8, 1.3)),
         strays=given(spec.strays, 10 ** rng.uniform(-5.5, -4)),

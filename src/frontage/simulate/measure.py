@@ -58,9 +58,12 @@ def _batch(
     light = target.light(instrument, *sub_rays(instrument, origins, directions, first))
     e = _with_strays(record(light, instrument), len(directions), instrument, rng)
     hit = origins[e.beam] + e.true_range[:, None] * directions[e.beam]
-    real = (e.kind == Echo.PLAIN) | (e.kind == Echo.MIXED) | (e.kind == Echo.THROUGH_GLASS)
-    near = np.where(real, target.roughness.shortening(e.surface, hit, e.cosine), 0.0)
-    scale = np.clip(e.energy, _FLOOR, _CEILING) ** -instrument.exponent
+    real = np.flatnonzero(np.isin(e.kind, (Echo.PLAIN, Echo.MIXED, Echo.THROUGH_GLASS)))
+    near, tint = np.zeros(len(e)), np.ones(len(e))
+    near[real] = target.roughness.shortening(e.surface[real], hit[real], e.cosine[real])
+    tint[real] = target.tint.factor(e.surface[real], hit[real])
+    energy = e.energy * tint
+    scale = np.clip(energy, _FLOOR, _CEILING) ** -instrument.exponent
     sigma = np.hypot(
         instrument.sigma_range * scale, instrument.spread * e.width * (instrument.sigma_range > 0)
     )
@@ -69,7 +72,7 @@ def _batch(
         e.number,
         e.count,
         e.range - near + sigma * rng.normal(size=len(e)),
-        _intensity(e.energy, instrument, rng),
+        _intensity(energy, instrument, rng),
         e.surface,
         e.kind,
         e.true_range,

@@ -15,6 +15,7 @@ from frontage.simulate.rays import Hits, Tracer
 from frontage.simulate.recording import Echo
 from frontage.simulate.roughness import Roughness
 from frontage.simulate.scene import Part, Scene
+from frontage.simulate.tint import Tint
 
 REFERENCE = 10.0
 """m, the range at which energies are 1 for a white surface that faces the scanner."""
@@ -59,6 +60,7 @@ class Target:
         """Prepare `scene` for a laser of `wavelength` nm; panes are drawn from the scene's seed."""
         self.tracer = tracer or Tracer(scene.mesh)
         self.roughness = Roughness(scene)
+        self.tint = Tint(scene, np.random.default_rng([scene.seed, 0x71]))
         material = [scene.materials[s.material] for s in scene.surfaces]
         self._albedo = np.array([m.laser for m in material])
         self._gloss = np.array([m.gloss for m in material])
