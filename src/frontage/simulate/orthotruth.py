@@ -7,8 +7,9 @@ import shapely
 
 from frontage.geometry.arrays import Array, Bool, Float, freeze
 from frontage.simulate.light import Light
+from frontage.simulate.noise import scramble
 from frontage.simulate.rays import Tracer
-from frontage.simulate.render import lattice
+from frontage.simulate.render import groups, lattice
 from frontage.simulate.scene import FacadePlan, Part, Scene
 from frontage.simulate.sensor import encode
 from frontage.simulate.shading import surface_light
@@ -73,26 +74,31 @@ def _rows(stage: Stage, plan: FacadePlan, x: Float, z: Float, gsd: float) -> tup
     centre = np.stack(np.broadcast_arrays(x, 0.0, z[:, None]), axis=-1).reshape(-1, 3)
     triangle, y = _cast(stage.every, plan, centre)
     surface = np.where(triangle >= 0, stage.looks.surface[triangle], -1).astype(np.int32)
-    light = np.zeros((len(centre), 3), np.float32)
-    for dx, dz in lattice(_SAMPLES):
-        light += _light(stage, plan, centre + gsd * np.array([dx, 0.0, dz]), gsd) / np.float32(_SAMPLES)
+    offsets = gsd * np.insert(lattice(_SAMPLES), 1, 0.0, axis=1)
+    light = _light(stage, plan, (centre[:, None] + offsets).reshape(-1, 3), gsd)
     shape = (len(z), len(x))
     return light.reshape(*shape, 3), surface.reshape(shape), y.astype(np.float32).reshape(shape)
 
 
 def _light(stage: Stage, plan: FacadePlan, at: Float, gsd: float) -> Array:
-    """Light (n, 3) float32 at facade points (n, 3); black where nothing is hit."""
+    """Mean light (n, 3) float32 of every four samples at facade points (4 n, 3); nothing is black."""
     triangle, y = _cast(stage.every, plan, at)
+    key = stage.faces[triangle]
     paned = np.flatnonzero(stage.is_pane[triangle] & (triangle >= 0))
     triangle[paned], y[paned] = _cast(stage.solid, plan, at[paned])
-    hit = np.flatnonzero(triangle >= 0)
-    xyz = plan.local_from_facade.apply(np.column_stack([at[hit, 0], y[hit], at[hit, 2]]))
+    through = np.zeros(len(at), np.bool_)
+    through[paned] = True
+    key = scramble(key, 1) ^ stage.faces[triangle]
+    pick, share, start = groups(key, _SAMPLES)
+    rgb = np.zeros((len(pick), 3), np.float32)
+    hit = np.flatnonzero(triangle[pick] >= 0)
+    seen = pick[hit]
+    xyz = plan.local_from_facade.apply(np.column_stack([at[seen, 0], y[seen], at[seen, 2]]))
     ways = np.broadcast_to(plan.local_from_facade.R[:, 1], xyz.shape)
-    flat, blur = np.ones(len(hit), np.float32), np.full(len(hit), gsd, np.float32)
-    rgb = np.zeros((len(at), 3), np.float32)
-    rgb[hit] = surface_light(stage, triangle[hit], xyz, ways, np.zeros(len(hit), np.bool_), flat, blur)
-    rgb[paned] = rgb[paned] * _THROUGH + _PANE
-    return rgb
+    flat, blur = np.ones(len(seen), np.float32), np.full(len(seen), gsd, np.float32)
+    rgb[hit] = surface_light(stage, triangle[seen], xyz, ways, np.zeros(len(seen), np.bool_), flat, blur)
+    rgb[through[pick]] = rgb[through[pick]] * _THROUGH + _PANE
+    return np.asarray(np.add.reduceat(rgb * share[:, None], start, axis=0), np.float32)
 
 
 def _cast(tracer: Tracer, plan: FacadePlan, at: Float) -> tuple[Array, Float]:

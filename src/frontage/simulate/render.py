@@ -14,7 +14,7 @@ from frontage.model import Camera
 from frontage.simulate.openness import OpennessMap
 from frontage.simulate.raygrid import RayGrid, finite
 from frontage.simulate.shading import radiance
-from frontage.simulate.stage import Sight, Stage
+from frontage.simulate.stage import Stage
 
 _BAND = 250_000  # pixels worked on at a time
 _SPLIT = 400_000  # samples at edges traced at a time
@@ -74,7 +74,7 @@ class _View:
         ).reshape(-1, 3)
         ways /= np.linalg.norm(ways, axis=1, keepdims=True)
         sight = self.stage.look(self.pose.t, ways)
-        pick, share, start = _groups(sight, len(self.offsets))
+        pick, share, start = groups(sight.key, len(self.offsets))
         pixel = pick // len(self.offsets)
         free = self.openness.at(row[pixel] + top, column[pixel], sight, pick)
         rgb = radiance(self.stage, sight, pick, free, self.angle)
@@ -98,9 +98,9 @@ def _spread(n: int, k: int) -> int:
     return int(np.min(np.minimum(i, n - i) ** 2 + np.minimum(j, n - j) ** 2, initial=2 * n * n))
 
 
-def _groups(sight: Sight, n: int) -> tuple[Array, Array, Array]:
+def groups(key: Array, n: int) -> tuple[Array, Array, Array]:
     """One sample per run of equal keys within every n: its index, its share, where each n's runs start."""
-    keys = sight.key.reshape(-1, n)
+    keys = key.reshape(-1, n)
     order = np.argsort(keys, axis=1, kind="stable")
     ordered = np.take_along_axis(keys, order, axis=1)
     new = np.ones(keys.shape, np.bool_)
