@@ -6,21 +6,25 @@ from frontage.geometry.arrays import Array, Float
 from frontage.solve.robust import irls, mad_sigma
 
 _GROWTH_STEPS = 20  # of the parabola along a bent wall
+_STRIP, _LEAST_STRIPS = 0.5, 12  # m, width of a strip, narrower on short walls
+_ON_CURVE = 2 / 3  # share of the strips that a bent wall follows
 _BENT = 1.3  # wall on the parabola over that on the plane, from which a wall is bent
 
 
-def bend(x: Float, y: Float, threshold: float, reach: float, strip: float = 0.5) -> tuple[float, float]:
+def bend(x: Float, y: Float, threshold: float, reach: float) -> tuple[float, float]:
     """Sagitta of the wall along x and its sigma, m: a quadratic through the modal offset of every strip.
 
     x, y       (n,) m, facade coordinates of points near the plane; |y| <= `reach` are used
     threshold  m, width of the histogram's bins and of the mode
 
-    Positive: the middle lies deeper than the ends. (0, inf) with fewer than six strips.
+    Positive: the middle lies deeper than the ends. (0, inf) with too few strips, or when the quadratic
+    misses a third of them or is no better than `threshold` (pilasters, a recessed middle).
     """
     keep = np.abs(y) <= reach
     x, y = x[keep], y[keep]
-    if len(x) == 0 or np.ptp(x) < 6 * strip:
+    if len(x) == 0 or np.ptp(x) < _LEAST_STRIPS * threshold:
         return 0.0, float("inf")
+    strip = min(_STRIP, float(np.ptp(x)) / _LEAST_STRIPS)
     number = int(np.ceil(np.ptp(x) / strip))
     column = np.minimum(((x - x.min()) / strip).astype(np.int64), number - 1)
     bins = int(np.ceil(2 * reach / threshold))
@@ -32,7 +36,7 @@ def bend(x: Float, y: Float, threshold: float, reach: float, strip: float = 0.5)
     held = np.bincount(column[on_mode], minlength=number).astype(np.float64)
     height: Float = np.bincount(column[on_mode], y[on_mode], minlength=number) / np.maximum(held, 1.0)
     good = held >= max(10.0, 0.2 * float(np.median(held)))
-    if good.sum() < 6:
+    if 2 * good.sum() < _LEAST_STRIPS:
         return 0.0, float("inf")
     return _sagitta((np.arange(number)[good] + 0.5) * strip, np.asarray(height[good], np.float64), threshold)
 
@@ -43,6 +47,8 @@ def _sagitta(x: Array, y: Array, threshold: float) -> tuple[float, float]:
     design = np.column_stack([np.ones(len(u)), u, u * u])
     start = np.linalg.lstsq(design, y, rcond=None)[0]
     fit = irls(design, y, np.ones(len(u)), 0.0005, start, max(mad_sigma(y - design @ start), threshold / 3))
+    if np.count_nonzero(fit.weights) < _ON_CURVE * len(u) or fit.sigma > threshold:
+        return 0.0, float("inf")
     inverse = np.linalg.pinv((design * fit.weights[:, None]).T @ design)
     # neighbouring strips share a house's roughness: count every second one
     return -float(fit.parameters[2]), float(fit.sigma * np.sqrt(2.0 * inverse[2, 2]))

@@ -16,8 +16,11 @@ from frontage.model.estimate import Estimate
 from frontage.model.facade import Facade
 
 _MOST = 50_000  # points that tell whether a wall is bent
+_MOST_LAYERED = 200_000  # points that tell its layers
 _BLOCKS = 12  # of 3 x 3 cells, in which the spacing is measured
 _BEND_REACH = 0.5  # m: how far a bent wall may leave its plane and still count as the same wall
+_BEND_INSET = 0.5  # m at its ends where a corner, a pilaster or the next face may stand
+_BENT = 5.0  # sigmas of its sagitta from which a wall is bent: strips are few, their modes not Gaussian
 _UNDECIDED = 1 / 3  # odds above which the street side is doubtful
 
 
@@ -32,8 +35,10 @@ def build_facade(name: str, front: Front, scene: Scene, rng: np.random.Generator
     inside = cells.whole.ravel()[flat]
     inside &= (slab.q[:, 1] > -options.depth_front) & (slab.q[:, 1] < options.depth_back)
     near = np.flatnonzero(inside)
-    some = near if len(near) <= _MOST else near[rng.integers(0, len(near), _MOST)]
+    inner = cells.shrunk(_BEND_INSET).ravel()[flat]
+    some = _few(np.flatnonzero(inner & inside), _MOST, rng)
     curvature = bend(slab.q[some, 0], slab.q[some, 1], wall.threshold, _BEND_REACH)
+    layered = _few(near, _MOST_LAYERED, rng)
     spacing = wall_spacing(slab.q, flat, cells, wall.threshold, rng)
     return Facade(
         id=name,
@@ -42,8 +47,8 @@ def build_facade(name: str, front: Front, scene: Scene, rng: np.random.Generator
         world=scene.scan.world,
         outline=cells.outline,
         layers=find_layers(
-            np.take(slab.q[:, 1], near),
-            flat[near],
+            np.take(slab.q[:, 1], layered),
+            flat[layered],
             cells,
             wall.sigma,
             (-options.depth_front, options.depth_back),
@@ -57,6 +62,11 @@ def build_facade(name: str, front: Front, scene: Scene, rng: np.random.Generator
         curvature=curvature,
         notes=_notes(wall, front.side, curvature),
     )
+
+
+def _few(rows: Int, most: int, rng: np.random.Generator) -> Int:
+    """At most `most` of the rows (n,), at random and in order."""
+    return rows if len(rows) <= most else np.sort(rng.choice(rows, most, replace=False))
 
 
 def wall_spacing(q: Float, flat: Int, cells: CellMap, threshold: float, rng: np.random.Generator) -> float:
@@ -97,7 +107,7 @@ def _notes(wall: Wall, side: Side, curvature: tuple[float, float]) -> tuple[str,
     """What a user should know before trusting the plane."""
     notes = []
     sagitta, sigma = curvature
-    if abs(sagitta) > max(3.0 * sigma, wall.threshold):
+    if abs(sagitta) > max(_BENT * sigma, wall.threshold):
         way = "back" if sagitta > 0 else "forward"
         notes.append(
             f"the wall is bent: its middle lies {abs(sagitta) * 100:.0f} cm (sigma {sigma * 100:.1f} cm) "

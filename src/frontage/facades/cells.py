@@ -15,6 +15,7 @@ _GATE = (
     4.0  # m: the widest notch in the border that is bridged once the part is known (gate, shadow of a tree)
 )
 _STEEP = np.radians(20.0)  # no wall leans so much
+_BESIDE = 0.5  # m beside a wall in which a volume shows
 _THINNEST = 0.3  # m: what is thinner is no wall (a strip of ground, a wire)
 
 
@@ -138,16 +139,18 @@ def sloping(y: Float, count: Array, flat: Int, cell: float) -> Bool:
 
 
 def contrast(x: Float, y: Float, z: Float, cells: CellMap, threshold: float) -> float:
-    """Area on the plane over the mean area of equally thick slabs on both sides: a wall has much, a
-    bush has 1.
+    """Area on the plane over the median area of equally thick slabs to half a metre on both sides: a wall
+    has much, even one in several layers; a bush or a furnished room has about 1.
 
     x, y, z    (n,) m, facade coordinates; threshold m, half the thickness of a slab
     """
-    area = []
-    for slab in (-1, 0, 1):
-        use = np.abs(y - 2.0 * slab * threshold) < threshold
-        area.append(int(cells.marked(x[use], z[use]).sum()))
-    return 2.0 * area[1] / max(area[0] + area[2], 1)
+    slabs = max(2, round(_BESIDE / (2.0 * threshold)))
+    level = np.rint(y / (2.0 * threshold)).astype(np.int64) + slabs
+    use = (level >= 0) & (level <= 2 * slabs) & cells.within(x, z)
+    # area is counted: a cell once per slab
+    held = np.unique(level[use] * cells.whole.size + cells.flat(x[use], z[use])) // cells.whole.size
+    area = np.bincount(held, minlength=2 * slabs + 1)
+    return float(area[slabs] / max(float(np.median(np.delete(area, slabs))), 1.0))
 
 
 def _disk(radius: float) -> Bool:

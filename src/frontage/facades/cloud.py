@@ -3,7 +3,6 @@ with spacing and noise measured.
 """
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from scipy.spatial import cKDTree
@@ -15,6 +14,8 @@ _BLOCK = 16_384  # points
 _MOST_SEARCHED = 200_000  # points
 _DENSE_CELLS = 40_000_000  # above, a table of all voxels costs more than a sort
 _WELL_FILLED = 4  # points per voxel, on average, that say "dense" without measuring
+_MOST_FOR_NOISE = 500_000  # points
+_LEAST_IN_CUBE = 12  # points to fit a plane to
 _UNKNOWN = 0.02  # m, noise of a cloud without a flat upright piece
 _FINEST = 0.10  # m, cell of the facade raster where the points are dense enough
 
@@ -89,17 +90,22 @@ def columns(xyz: Float, axes: Float) -> Float:
     return np.asarray((axes.T @ xyz.T).T, np.float64)
 
 
-def voxel_first(xyz: Float, cell: float) -> Int:
-    """First point (k,) int64 of every occupied voxel, in voxel order (z slowest)."""
+def voxel_of(xyz: Float, cell: float) -> tuple[Int, int]:
+    """Voxel number (n,) of every point, x fastest, z slowest, and how many voxels their box has."""
     low = xyz.min(0)
     size = ((xyz.max(0) - low) * (1.0 / cell)).astype(np.int64) + 1
-    total = int(size[0]) * int(size[1]) * int(size[2])
-    stride = np.array([1, size[0], size[0] * size[1]])  # x fastest
+    stride = np.array([1, size[0], size[0] * size[1]])
     flat = np.empty(len(xyz), np.int64)
     for start in range(0, len(xyz), _BLOCK):  # a block stays in the processor's cache
         block = xyz[start : start + _BLOCK] - low
         block *= 1.0 / cell
         flat[start : start + _BLOCK] = block.astype(np.int64) @ stride  # truncation of positive numbers
+    return flat, int(size[0]) * int(size[1]) * int(size[2])
+
+
+def voxel_first(xyz: Float, cell: float) -> Int:
+    """First point (k,) int64 of every occupied voxel, in voxel order (z slowest)."""
+    flat, total = voxel_of(xyz, cell)
     if total > _DENSE_CELLS:
         return np.asarray(np.unique(flat, return_index=True)[1], np.int64)
     table = np.full(total, -1, np.int32)
@@ -133,27 +139,35 @@ def _median_positive(distance: Array) -> float:
     return float(np.median(good)) if len(good) else float("nan")
 
 
-def surface_noise(xyz: Float, thin: Int, cell: float, rng: np.random.Generator, seeds: int = 200) -> float:
-    """Robust sigma in m of points about upright planes fitted in balls of 3.5 cells: noise with local
-    roughness.
+def surface_noise(xyz: Float, cell: float, rng: np.random.Generator, cubes: int = 1000) -> float:
+    """Robust sigma in m of points (n, 3) about upright planes fitted in cubes of side `cell`: noise with
+    local roughness.
 
-    The lower quartile over those balls that are flat (thickness below a fifth of the width) and upright:
-    bushes, rooms and mouldings only ever add. 2 cm when there are none.
+    The lower quartile over those cubes whose points are flat (thickness below a fifth of the width) and
+    upright: bushes, rooms and mouldings only ever add. 2 cm when there are none.
     """
-    points = xyz[thin]
-    tree = cKDTree(points, balanced_tree=False, compact_nodes=False)
-    balls: Any = tree.query_ball_point(points[rng.permutation(len(points))[:seeds]], 3.5 * cell)
-    size = np.array([len(ball) for ball in balls])
-    balls, size = balls[size >= 10], size[size >= 10]
-    if len(size) < 5:
-        return _UNKNOWN
-    start = np.concatenate([[0], np.cumsum(size)[:-1]])
-    near = points[np.concatenate([np.asarray(ball, np.int64) for ball in balls])]
+    xyz = xyz[:: len(xyz) // _MOST_FOR_NOISE + 1]
+    flat, total = voxel_of(xyz, cell)
+    seeds = flat[rng.integers(0, len(flat), cubes)]
+    if total > _DENSE_CELLS:
+        held = np.isin(flat, seeds)
+    else:
+        table = np.zeros(total, np.bool_)
+        table[seeds] = True
+        held = table[flat]
+    rows = np.flatnonzero(held)
+    rows = rows[np.argsort(flat[rows], kind="stable")]
+    start = np.flatnonzero(np.diff(flat[rows], prepend=-1))
+    size = np.diff(start, append=len(rows))
+    near = xyz[rows]
     near = near - np.repeat(np.add.reduceat(near, start) / size[:, None], size, axis=0)
-    moments = np.add.reduceat(near[:, :, None] * near[:, None, :], start) / size[:, None, None]
-    values, vectors = np.linalg.eigh(moments)
-    flat = (np.abs(vectors[:, 2, 0]) < 0.35) & (values[:, 0] < values[:, 1] / 25.0)
-    thickness = np.sqrt(np.maximum(values[flat, 0], 0.0) * size[flat] / (size[flat] - 3))
+    moments = np.add.reduceat(near[:, :, None] * near[:, None, :], start)[size >= _LEAST_IN_CUBE]
+    size = size[size >= _LEAST_IN_CUBE]
+    values, vectors = np.linalg.eigh(moments / size[:, None, None])
+    good = (np.abs(vectors[:, 2, 0]) < 0.35) & (values[:, 0] < values[:, 1] / 25.0)
+    free = size[good] - 3.0
+    thickness = np.sqrt(np.maximum(values[good, 0], 0.0) * size[good] / free)
+    thickness /= 1.0 - 0.6745 / np.sqrt(2.0 * free)  # the lower quartile of a sigma estimated from so few
     return float(np.quantile(thickness, 0.25)) if len(thickness) >= 5 else _UNKNOWN
 
 
@@ -167,5 +181,5 @@ def prepare(xyz: Float, index: Int, rng: np.random.Generator, sigma_range: float
         spacing = surface_spacing(xyz, rng)
         cell = max(_FINEST, 2.0 * spacing) if np.isfinite(spacing) else _FINEST
         thin = voxel_first(xyz, cell)
-    noise = surface_noise(xyz, thin, cell, rng)
+    noise = surface_noise(xyz, 2.0 * cell, rng)
     return Cloud(xyz, index, thin, cell, cell, max(noise, sigma_range or 0.0, 0.001))

@@ -6,8 +6,8 @@ import numpy as np
 
 from frontage.facades.build import build_facade
 from frontage.facades.cells import CellMap, contrast
-from frontage.facades.cloud import prepare
-from frontage.facades.front import FRONT, Front, Scene, measured, sketched, straightened
+from frontage.facades.cloud import Cloud, prepare
+from frontage.facades.front import FRONT, RAYS, Front, Scene, measured, sketched, straightened
 from frontage.facades.interiors import drop_interiors
 from frontage.facades.options import FacadeOptions
 from frontage.facades.paper import paper_plane
@@ -21,10 +21,11 @@ from frontage.model.scan import Scan
 _FEWEST = 100  # points: below, neither noise nor outline can be measured
 _PATIENCE = 4  # rejected planes in a row before the search ends
 _STOREY = 2.0  # m, least height of a facade
+_PARALLEL = float(np.cos(np.radians(15.0)))
 _PIER = 1.0  # m, least width
 _END = 0.5  # m at the border of a facade in which the next one may stand
 _COVERED = 0.25  # share of the outline with wall
-_CONTRAST = 2.0  # wall area over that of neighbouring slabs: a bush or a furnished room has 1
+_CONTRAST = 2.0  # wall area over that of slabs beside it: a bush or a furnished room has 1
 _STACK = 3.0  # voxels on top of each other that may be a wall
 _THINNED = 0.5  # one point per voxel leaves cells of a turned raster empty: share of the area that must show
 
@@ -112,12 +113,13 @@ def _all_fronts(scene: Scene, rng: np.random.Generator) -> list[Front]:
             continue
         q = front.wall.coordinates(thin)
         used = used | ((np.abs(q[:, 1]) < FRONT) & front.cells.within(q[:, 0], q[:, 2]))
-        if contrast(q[:, 0], q[:, 1], q[:, 2], front.cells, front.wall.threshold) < _CONTRAST:
+        if contrast(q[:, 0], q[:, 1], q[:, 2], front.cells, cloud.threshold) < _CONTRAST:
             rejected += 1
         else:
             rejected = 0
-            fronts.append(front)
             used |= _in_prism(q, front, options)
+            if not any(_is_layer_of(front, f, cloud, options) for f in fronts):
+                fronts.append(front)
         thin, rise = thin[~used], rise[~used]
     return fronts
 
@@ -135,6 +137,14 @@ def _in_prism(q: Float, front: Front, options: FacadeOptions) -> Bool:
     """
     deep = (q[:, 1] > -options.depth_front) & (q[:, 1] < options.depth_back)
     return np.asarray(deep & front.cells.within(q[:, 0], q[:, 2], front.cells.shrunk(_END)), np.bool_)
+
+
+def _is_layer_of(front: Front, facade: Front, cloud: Cloud, options: FacadeOptions) -> bool:
+    """Whether `front` is parallel to an accepted facade and mostly within its prism."""
+    if abs(front.wall.normal @ facade.wall.normal) < _PARALLEL:
+        return False
+    some = cloud.xyz[front.wall.inliers[:: len(front.wall.inliers) // RAYS + 1]]
+    return bool(_in_prism(facade.wall.coordinates(some), facade, options).mean() > 0.5)
 
 
 def _paper_front(scene: Scene, rng: np.random.Generator) -> list[Front]:

@@ -13,6 +13,36 @@ _LEAST_SHARE = 0.02  # of the wall
 _MOST_LAYERS = 8  # plinth, wall, pilasters, frames, panes, balcony fronts, cornice, recess
 _BIC_GAIN = 10.0  # "very strong" evidence (Kass and Raftery 1995)
 _FINEST = 0.002  # m, least width of a bin
+_HALF = 2.5  # sigmas to either side that a layer holds
+_CLEAR = 0.05  # m: a surface that stands across has a point so near in every cell, whatever the spacing
+_WIDE = 4.0  # times that: what a parallel surface leaves empty in its cells, and a slanting one does not
+
+
+class Offsets:
+    """Points sorted by offset: y (n,) m ascending, cell (n,) of each, and counts over windows of y."""
+
+    def __init__(self, y: Float, flat: Int, size: int) -> None:
+        order = np.argsort(y, kind="stable")
+        self.y, self.cell, self.size = y[order], flat[order], size
+
+    def window(self, at: float, half: float) -> slice:
+        """The points within `half` m of the offset `at`."""
+        return slice(*np.searchsorted(self.y, [at - half, at + half]))
+
+    def area(self, low: float, width: float, bins: int) -> Float:
+        """Number (bins,) of cells with a point in each bin of `width` m from `low` on."""
+        level = np.clip(((self.y - low) * (1.0 / width)).astype(np.int64), 0, bins - 1)
+        held = np.unique(level * self.size + self.cell) // self.size
+        return np.bincount(held, minlength=bins).astype(np.float64)
+
+    def cells(self, at: float, half: float) -> Int:
+        """Cells (k,) of a parallel surface at the offset `at`: most of what they hold near it lies on it.
+
+        Reveals and other slanting surfaces pass through every offset; their cells hold all of them.
+        """
+        on = np.bincount(self.cell[self.window(at, half)], minlength=self.size)
+        near = np.bincount(self.cell[self.window(at, max(_WIDE * half, _CLEAR))], minlength=self.size)
+        return np.flatnonzero((on > 0) & (2 * on > near))
 
 
 def find_layers(
@@ -28,41 +58,30 @@ def find_layers(
     """
     if len(y) == 0:
         return ()
-    width = max(0.5 * sigma, _FINEST)
-    bins = int(np.ceil((reach[1] - reach[0]) / width)) + 1
-    held = _occupancy(y, flat, cells.whole.size, reach[0], width, bins)
-    density = ndimage.gaussian_filter1d(held.sum(1).astype(np.float64), sigma / width, mode="constant")
+    offsets = Offsets(y, flat, cells.whole.size)
+    width, half = max(0.5 * sigma, _FINEST), _HALF * sigma
+    area = offsets.area(reach[0], width, int(np.ceil((reach[1] - reach[0]) / width)) + 1)
+    found = {0.0: np.inf}  # the wall itself is at y = 0 by construction
+    for at, background in _peaks(area, reach[0], width, sigma):
+        number = len(offsets.cells(at, half))
+        gain = _gain(number, background * 2.0 * half / width, len(y))
+        if gain > _BIC_GAIN and number * cells.cell**2 >= max(_LEAST_AREA, _LEAST_SHARE * cells.area):
+            found[at] = gain
+    kept: list[float] = []
+    for at in sorted(found, key=lambda at: (-found[at], at)):
+        if len(kept) < _MOST_LAYERS and all(abs(at - other) > 3.0 * sigma for other in kept):
+            kept.append(at)
+    layers = (_layer(at, offsets, cells, half) for at in sorted(kept))
+    return tuple(layer for layer in layers if layer is not None)
+
+
+def _peaks(area: Float, low: float, width: float, sigma: float) -> list[tuple[float, float]]:
+    """Offset m and background (cells per bin) of every peak of the smoothed area, but the wall's own."""
+    density = ndimage.gaussian_filter1d(area, sigma / width, mode="constant")
     background = ndimage.median_filter(density, size=2 * round(10 * sigma / width) + 1, mode="nearest")
     peaks, _ = signal.find_peaks(density, distance=max(1, round(3 * sigma / width)))
-    # the wall itself is at y = 0 by construction, whatever the smoothing makes of its neighbours
-    here = int(-reach[0] / width)
-    half = round(2.5 * sigma / width)
-    found = [(np.inf, here)]
-    for p in peaks[np.abs(peaks - here) * width > 3.0 * sigma]:
-        number = int(np.count_nonzero(held[max(p - half, 0) : p + half + 1].any(0)))
-        gain = _gain(number, float(background[p]) * (2 * half + 1), len(y))
-        least = max(_LEAST_AREA, _LEAST_SHARE * cells.area)
-        if gain > _BIC_GAIN and number * cells.cell**2 >= least:
-            found.append((gain, int(p)))
-    kept: list[int] = []
-    for _, p in sorted(found, key=lambda f: (-f[0], f[1])):
-        if len(kept) < _MOST_LAYERS and all(abs(p - other) * width > 3.0 * sigma for other in kept):
-            kept.append(p)
-    index = np.flatnonzero(np.bincount(flat, minlength=cells.whole.size))
-    found_layers = (_layer(p, here, y, held, index, cells, sigma, reach[0], width) for p in sorted(kept))
-    return tuple(layer for layer in found_layers if layer is not None)
-
-
-def _occupancy(y: Float, flat: Int, size: int, low: float, width: float, bins: int) -> Array:
-    """(bins, k) bool: whether a cell that holds points, in cell order, holds one in each bin of offsets."""
-    number = np.cumsum(np.bincount(flat, minlength=size) > 0) - 1
-    level = np.clip(((y - low) * (1.0 / width)).astype(np.int64), 0, bins - 1)
-    occupied = int(number[-1]) + 1
-    held = np.zeros(bins * occupied, np.bool_)
-    level *= occupied
-    level += number[flat]
-    held[level] = True
-    return held.reshape(bins, occupied)
+    at = low + (peaks + 0.5) * width
+    return [(float(a), float(background[p])) for a, p in zip(at, peaks, strict=True) if abs(a) > 3.0 * sigma]
 
 
 def _gain(number: int, expected: float, points: int) -> float:
@@ -77,31 +96,19 @@ def _gain(number: int, expected: float, points: int) -> float:
     )
 
 
-def _layer(
-    peak: int,
-    here: int,
-    y: Float,
-    held: Array,
-    index: Int,
-    cells: CellMap,
-    sigma: float,
-    low: float,
-    width: float,
-) -> Layer | None:
-    """The layer at the bin `peak`; held, index: occupied bins (bins, k) of the cells `index` (k,)."""
-    at = 0.0 if peak == here else low + (peak + 0.5) * width
-    half = round(2.5 * sigma / width)
-    distinct = index[held[max(peak - half, 0) : peak + half + 1].any(0)]
-    inside = y[np.abs(y - at) < 2.5 * sigma]
-    if len(inside) == 0 or len(distinct) == 0:
+def _layer(at: float, offsets: Offsets, cells: CellMap, half: float) -> Layer | None:
+    """The layer at the offset `at` m, with points within `half` m of it."""
+    inside = offsets.y[offsets.window(at, half)]
+    held = offsets.cells(at, half)
+    if len(inside) == 0 or len(held) == 0:
         return None
-    r, c = np.divmod(distinct, cells.whole.shape[1])
-    height = 0.0 if peak == here else float(np.median(inside))
-    spread = float(np.std(inside)) / np.sqrt(len(distinct))
-    return Layer(height, spread, len(distinct) * cells.cell**2, _ring(r, c, cells))
+    r, c = np.divmod(held, cells.whole.shape[1])
+    height = 0.0 if at == 0.0 else float(np.median(inside))
+    spread = float(np.std(inside)) / np.sqrt(len(held))
+    return Layer(height, spread, len(held) * cells.cell**2, _ring(r, c, cells))
 
 
-def _ring(row: Int, column: Int, cells: CellMap) -> Float:
+def _ring(row: Array, column: Array, cells: CellMap) -> Float:
     """Convex ring of cells: a layer (all frames of a front) is rarely one piece."""
     h = cells.wall.shape[0]
     first, last = np.full(h, np.iinfo(np.int64).max), np.full(h, -1)

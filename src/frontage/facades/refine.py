@@ -14,7 +14,13 @@ from frontage.model.scan import Scan
 from frontage.solve.robust import TUKEY, irls, mad_sigma, tukey_response, tukey_weights, weighted_fit
 
 _MOST = 20_000  # points that tell direction and scale; the last step takes all
+_FLOOR = 0.0005  # m, least sigma
+_WIDE, _CLOSE = (
+    (0.5, 0.3, 0.15, 0.0),
+    (0.15, 0.0),
+)  # of the inlier distance: how near points straighten a plane
 _SIGMAS = 3.0  # inliers lie within
+_QUARTER = 0.3186  # half the width, in sigmas, of the middle quarter of a Gaussian
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,10 +70,18 @@ class Wall:
 def start_sigma(offsets: Float, threshold: float, floor: float) -> tuple[float, float]:
     """Centre and robust sigma in m of the densest layer of `offsets` (n,) within `threshold`.
 
-    The window shrinks to 3 sigma of what is inside until it settles, so parallel layers drop out.
+    It starts from the shortest interval that holds a quarter of them (Rousseeuw's shorth, for layers that
+    hold a quarter); the window shrinks to 3 sigma of what is inside until it settles.
     """
-    centre, width = 0.0, threshold
-    sigma = threshold / _SIGMAS
+    near = np.sort(offsets[np.abs(offsets) < threshold])
+    if len(near) < 8:
+        return (float(np.median(near)) if len(near) else 0.0), threshold / _SIGMAS
+    quarter = len(near) // 4
+    length = near[quarter:] - near[:-quarter]
+    best = int(np.argmin(length))
+    centre = 0.5 * float(near[best] + near[best + quarter])
+    sigma = max(0.5 * float(length[best]) / _QUARTER, floor)
+    width = min(_SIGMAS * sigma, threshold)
     for _ in range(12):
         inside = offsets[np.abs(offsets - centre) < width]
         if len(inside) < 3:
@@ -121,38 +135,64 @@ def refine_wall(
         return None
     q = slab.at(candidates)
     picked = q if len(q) <= _MOST else q[rng.integers(0, len(q), _MOST)]
-    fit, sigma = robust_fit(picked, cloud.threshold, cloud.raster)
+    weights = 1.0 / _cell_count(picked[:, 0], picked[:, 2], cloud.raster)
+    fit, sigma = robust_fit(picked, weights, cloud.threshold, np.zeros(3))
     residual = q[:, 1] - (fit[0] + fit[1] * q[:, 0] + fit[2] * q[:, 2])
     return _finish(slab, fit, sigma, q, residual, candidates, cloud, scan, options)
 
 
 def refine_thin(q: Float, cloud: Cloud) -> tuple[Float, float]:
-    """The fit (3,) = (c, a, b) and sigma m of thinned points (n, 3), one per voxel: a good start."""
-    return robust_fit(q, cloud.threshold, None)
+    """The fit (3,) = (c, a, b) and sigma m of thinned points (n, 3), one per voxel: a good start.
 
-
-def robust_fit(q: Float, threshold: float, cell: float | None) -> tuple[Float, float]:
-    """IRLS on points (n, 3), each weighted by the share of its `cell` (m) that it stands for: (c, a, b) and
-    sigma m.
+    Walls of many shallow layers draw a free plane aslant through several; one that was straightened in
+    plan first stays on its layer, but misses a wall that leans. The one with more points close to it wins.
     """
-    floor = 0.0005
-    weights = np.ones(len(q)) if cell is None else 1.0 / _cell_count(q[:, 0], q[:, 2], cell)
-    centre, sigma = start_sigma(q[:, 1], threshold, floor)
-    fit = np.array([centre, 0.0, 0.0])
+    weights = np.ones(len(q))
+    fits = [
+        robust_fit(q, weights, cloud.threshold, _straighten(q, weights, cloud.threshold, _WIDE, columns))
+        for columns in (2, 3)
+    ]
+    close = _SIGMAS * min(sigma for _, sigma in fits)
+    held = [np.count_nonzero(np.abs(q @ [-a, 1.0, -b] - c) < close) for (c, a, b), _ in fits]
+    return fits[0] if held[0] > held[1] else fits[1]
+
+
+def robust_fit(q: Float, weights: Float, threshold: float, start: Float) -> tuple[Float, float]:
+    """IRLS on points (n, 3) with `weights` (n,) from the plane `start` = (c, a, b): the fit and sigma m."""
+    start = _straighten(q, weights, threshold, _CLOSE, 3, start)
     design = np.column_stack([np.ones(len(q)), q[:, 0], q[:, 2]])
-    for _ in range(
-        3
-    ):  # a first direction that is off by a degree smears the layer: straighten, then measure anew
+    _, sigma = start_sigma(q[:, 1] - design @ start, threshold, _FLOOR)
+    sigma = natural_sigma(q[:, 1] - design @ start, sigma, _FLOOR)
+    result = irls(design, q[:, 1], weights, _FLOOR, start, sigma)
+    return result.parameters, natural_sigma(q[:, 1] - design @ result.parameters, result.sigma, _FLOOR)
+
+
+def _straighten(
+    q: Float,
+    weights: Float,
+    threshold: float,
+    shares: tuple[float, ...],
+    columns: int,
+    start: Float | None = None,
+) -> Float:
+    """The plane (c, a, b) of the densest layer, its direction fitted to what is ever closer to it.
+
+    A first direction that is off by a degree smears the layer. shares: of `threshold` m, how close;
+    columns: 2 leaves the lean at zero.
+    """
+    design = np.column_stack([np.ones(len(q)), q[:, 0], q[:, 2]])
+    fit = np.zeros(3) if start is None else np.array(start)
+    shift, sigma = start_sigma(q[:, 1] - design @ fit, threshold, _FLOOR)
+    fit[0] += shift
+    for share in shares:
         residual = q[:, 1] - design @ fit
-        near = np.abs(residual) < max(2.0 * sigma, 0.5 * threshold)
-        if near.sum() < 10:
+        near = np.abs(residual) < max(2.0 * sigma, share * threshold)
+        if np.count_nonzero(near) < 10:
             break
-        fit = weighted_fit(design[near], q[near, 1], weights[near])
-        shift, sigma = start_sigma(q[:, 1] - design @ fit, threshold, floor)
-        fit = fit + np.array([shift, 0.0, 0.0])
-    sigma = natural_sigma(q[:, 1] - design @ fit, sigma, floor)
-    result = irls(design, q[:, 1], weights, floor, fit, sigma)
-    return result.parameters, natural_sigma(q[:, 1] - design @ result.parameters, result.sigma, floor)
+        fit[:columns] += weighted_fit(design[near, :columns], residual[near], weights[near])
+        shift, sigma = start_sigma(q[:, 1] - design @ fit, threshold, _FLOOR)
+        fit[0] += shift
+    return fit
 
 
 def natural_sigma(residuals: Float, sigma: float, floor: float, most: float = 0.033) -> float:
