@@ -10,10 +10,10 @@ from typing import Any
 
 import numpy as np
 
-from frontage.geometry.arrays import Array, Float
+from frontage.geometry.arrays import Array, Float, Int
 from frontage.geometry.rigid import Rigid3
-from frontage.model import WorldRef
-from frontage.simulate.recording import Drive, Echo, Shot, Station
+from frontage.model import Photo, WorldRef
+from frontage.simulate.recording import Drive, Echo, Station
 from frontage.simulate.scene import FacadePlan, House, OpeningPlan, ProtrusionPlan, Scene
 from frontage.simulate.visibility import Shares, Visibility
 
@@ -112,20 +112,17 @@ def _protrusion(p: ProtrusionPlan) -> Table:
     return {"id": p.id, "kind": p.kind, "outline": _numbers(p.ring), "y": _numbers(p.y_range)}
 
 
-def station_tables(stations: Sequence[Station], world: WorldRef, file: str) -> list[Table]:
-    """One entry per terrestrial scan of a file; `number` counts from 1 in the order of the file."""
-    return [
-        {
-            "file": file,
-            "number": number,
-            "true": _pose(station.true, world),
-            "given": _pose(station.given, world),
-            "points": len(station.scan),
-            "raster": None if station.scan.grid is None else list(station.scan.grid.index.shape),
-            "echoes": _echoes(station.echo),
-        }
-        for number, station in enumerate(stations, 1)
-    ]
+def station_table(station: Station, world: WorldRef, file: str) -> Table:
+    """The entry of a terrestrial scan; `number` = 1, its place in its file."""
+    return {
+        "file": file,
+        "number": 1,
+        "true": _pose(station.true, world),
+        "given": _pose(station.given, world),
+        "points": len(station.scan),
+        "raster": None if station.scan.grid is None else list(station.scan.grid.index.shape),
+        "echoes": _echoes(station.echo),
+    }
 
 
 def drive_table(drive: Drive, file: str, trajectory: str, true_trajectory: str) -> Table:
@@ -141,33 +138,33 @@ def drive_table(drive: Drive, file: str, trajectory: str, true_trajectory: str) 
     }
 
 
-def photo_tables(shots: Sequence[Shot], world: WorldRef) -> list[Table]:
-    """One entry per photograph: camera (COLMAP), true pose, and the approximate pose of its EXIF."""
-    return [
-        {
-            "name": shot.photo.id,
-            "camera": {
-                "model": shot.photo.camera.model,
-                "width": shot.photo.camera.width,
-                "height": shot.photo.camera.height,
-                "params": shot.photo.camera.params.tolist(),
-            },
-            "true": _camera_pose(shot.photo.pose, world),
-            "given": _camera_pose(shot.given, world),
-        }
-        for shot in shots
-    ]
+def photo_table(photo: Photo, given: Rigid3, world: WorldRef) -> Table:
+    """The entry of a photograph: camera (COLMAP), true pose, and the approximate pose of its EXIF."""
+    return {
+        "name": photo.id,
+        "camera": {
+            "model": photo.camera.model,
+            "width": photo.camera.width,
+            "height": photo.camera.height,
+            "params": photo.camera.params.tolist(),
+        },
+        "true": _camera_pose(photo.pose, world),
+        "given": _camera_pose(given, world),
+    }
 
 
-def point_arrays(scene: Scene, recordings: Sequence[Station | Drive]) -> dict[str, Array]:
-    """Per point, in the order of the file: surface (index into surface_arrays), part, house, echo, range."""
-    surface = np.concatenate([np.empty(0, np.int32), *(r.surface for r in recordings)])
+def point_arrays(scene: Scene, recording: Station | Drive, order: Int) -> dict[str, Array]:
+    """Per point, in the order of the file: surface (index into surface_arrays), part, house, echo, range.
+
+    order  (n,) index into the recording's points of every point of the file
+    """
+    surface = recording.surface[order]
     return {
         "surface": surface,
         "part": _of(scene.parts, surface, 255),
         "house": _of(np.array([s.house for s in scene.surfaces], np.int32), surface, -1),
-        "echo": np.concatenate([np.empty(0, np.uint8), *(r.echo for r in recordings)]),
-        "range": np.concatenate([np.empty(0), *(r.true_range for r in recordings)]).astype(np.float32),
+        "echo": recording.echo[order],
+        "range": recording.true_range[order].astype(np.float32),
     }
 
 

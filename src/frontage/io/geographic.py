@@ -1,0 +1,27 @@
+"""Where a world position lies on the globe, and which way north is there: for what GPS and compass write."""
+
+import numpy as np
+from pyproj import Geod, Transformer
+
+from frontage.geometry.arrays import Float
+from frontage.io.crs import horizontal, parse_crs
+
+_AHEAD = 10.0  # m: far enough that the bearing keeps its digits
+
+
+def latitude_longitude(xy: Float, crs: str) -> Float:
+    """Latitude and longitude (n, 2) in degrees (WGS 84) of world positions (n, 2) m.
+
+    Raises CrsError for an unknown CRS.
+    """
+    to_globe = Transformer.from_crs(horizontal(parse_crs(crs)), "EPSG:4326", always_xy=True)
+    longitude, latitude = to_globe.transform(xy[:, 0], xy[:, 1])
+    return np.column_stack([latitude, longitude])
+
+
+def true_heading(xy: Float, direction: Float, crs: str) -> float:
+    """Degrees clockwise from true north of a horizontal `direction` (2,) at the world position (2,) m."""
+    step = np.asarray(direction[:2], np.float64) / max(float(np.hypot(*direction[:2])), 1e-12)
+    (lat0, lon0), (lat1, lon1) = latitude_longitude(np.stack([xy[:2], xy[:2] + _AHEAD * step]), crs)
+    azimuth, _, _ = Geod(ellps="WGS84").inv(lon0, lat0, lon1, lat1)
+    return float(azimuth) % 360.0
