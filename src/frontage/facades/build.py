@@ -16,7 +16,7 @@ from frontage.model.estimate import Estimate
 from frontage.model.facade import Facade
 
 _MOST = 50_000  # points that tell whether a wall is bent
-_MOST_LAYERED = 200_000  # points that tell its layers
+_MOST_LAYERED = 100_000  # points that tell its layers
 _BLOCKS = 12  # of 3 x 3 cells, in which the spacing is measured
 _BEND_REACH = 0.5  # m: how far a bent wall may leave its plane and still count as the same wall
 _BEND_INSET = 0.5  # m at its ends where a corner, a pilaster or the next face may stand

@@ -15,7 +15,7 @@ _GATE = (
     4.0  # m: the widest notch in the border that is bridged once the part is known (gate, shadow of a tree)
 )
 _STEEP = np.radians(20.0)  # no wall leans so much
-_BESIDE = 0.5  # m beside a wall in which a volume shows
+BESIDE = 0.5  # m beside a wall in which a volume shows
 _THINNEST = 0.3  # m: what is thinner is no wall (a strip of ground, a wire)
 
 
@@ -144,7 +144,7 @@ def contrast(x: Float, y: Float, z: Float, cells: CellMap, threshold: float) -> 
 
     x, y, z    (n,) m, facade coordinates; threshold m, half the thickness of a slab
     """
-    slabs = max(2, round(_BESIDE / (2.0 * threshold)))
+    slabs = max(2, round(BESIDE / (2.0 * threshold)) - 1)
     level = np.rint(y / (2.0 * threshold)).astype(np.int64) + slabs
     use = (level >= 0) & (level <= 2 * slabs) & cells.within(x, z)
     # area is counted: a cell once per slab

@@ -92,8 +92,9 @@ def columns(xyz: Float, axes: Float) -> Float:
 
 def voxel_of(xyz: Float, cell: float) -> tuple[Int, int]:
     """Voxel number (n,) of every point, x fastest, z slowest, and how many voxels their box has."""
-    low = xyz.min(0)
-    size = ((xyz.max(0) - low) * (1.0 / cell)).astype(np.int64) + 1
+    # column by column: numpy's reduction over the long axis of (n, 3) is three times slower
+    low, high = (np.array([extreme(xyz[:, k]) for k in range(3)]) for extreme in (np.min, np.max))
+    size = ((high - low) * (1.0 / cell)).astype(np.int64) + 1
     stride = np.array([1, size[0], size[0] * size[1]])
     flat = np.empty(len(xyz), np.int64)
     for start in range(0, len(xyz), _BLOCK):  # a block stays in the processor's cache

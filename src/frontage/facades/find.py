@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 
 from frontage.facades.build import build_facade
-from frontage.facades.cells import CellMap, contrast
-from frontage.facades.cloud import Cloud, prepare
+from frontage.facades.cells import BESIDE, CellMap, contrast
+from frontage.facades.cloud import Cloud, columns, prepare
 from frontage.facades.front import FRONT, RAYS, Front, Scene, measured, sketched, straightened
 from frontage.facades.interiors import drop_interiors
 from frontage.facades.options import FacadeOptions
@@ -19,7 +19,7 @@ from frontage.model.facade import Facade
 from frontage.model.scan import Scan
 
 _FEWEST = 100  # points: below, neither noise nor outline can be measured
-_PATIENCE = 4  # rejected planes in a row before the search ends
+_PATIENCE = 3  # rejected planes in a row before the search ends
 _STOREY = 2.0  # m, least height of a facade
 _PARALLEL = float(np.cos(np.radians(15.0)))
 _PIER = 1.0  # m, least width
@@ -80,7 +80,8 @@ def _fronts(scene: Scene, rng: np.random.Generator) -> list[Front]:
     few = replace(scene, cloud=scene.cloud.bounded())
     found = drop_interiors(_all_fronts(few, rng), few, rng)
     final = (measured(f, few.cloud.xyz[f.wall.inliers], scene, rng) for f in found)
-    return [front for front in final if front is not None]
+    least = scene.options.min_area
+    return [front for front in final if front is not None and _is_large(front.cells, least)]
 
 
 def _all_fronts(scene: Scene, rng: np.random.Generator) -> list[Front]:
@@ -93,6 +94,7 @@ def _all_fronts(scene: Scene, rng: np.random.Generator) -> list[Front]:
     rise = stack_rise(thin, cloud.cell)
     if options.levelled:  # ground and roofs are no walls
         thin, rise = thin[rise >= _STACK], rise[rise >= _STACK]
+    whole = thin
     fronts: list[Front] = []
     rejected = 0
     while rejected < _PATIENCE and len(fronts) < options.max_facades and len(thin) > 10:
@@ -113,7 +115,7 @@ def _all_fronts(scene: Scene, rng: np.random.Generator) -> list[Front]:
             continue
         q = front.wall.coordinates(thin)
         used = used | ((np.abs(q[:, 1]) < FRONT) & front.cells.within(q[:, 0], q[:, 2]))
-        if contrast(q[:, 0], q[:, 1], q[:, 2], front.cells, cloud.threshold) < _CONTRAST:
+        if not _is_surface(front, whole, cloud):
             rejected += 1
         else:
             rejected = 0
@@ -128,6 +130,15 @@ def _is_large(cells: CellMap, least: float) -> bool:
     """Large enough in area, width and height, and mostly wall where it claims to be."""
     width, height = cells.size
     return cells.area >= least and width >= _PIER and height >= _STOREY and cells.coverage >= _COVERED
+
+
+def _is_surface(front: Front, thin: Float, cloud: Cloud) -> bool:
+    """Whether the plane stands out from what lies beside it among all thinned points (n, 3), those of
+    planes already taken away as well: a slice of a bush would stand alone without its neighbours.
+    """
+    q = columns(thin - front.wall.point, front.wall.axes)
+    q = q[np.abs(q[:, 1]) < BESIDE]
+    return contrast(q[:, 0], q[:, 1], q[:, 2], front.cells, cloud.threshold) >= _CONTRAST
 
 
 def _in_prism(q: Float, front: Front, options: FacadeOptions) -> Bool:
