@@ -107,7 +107,7 @@ def _distance(scene: Scene, spec: CameraSpec, fronts: Float, line: float, turn: 
     way = np.broadcast_to([0.0, -turn, 0.0], start.shape)
     street = scene.local_from_street
     hits = Tracer(scene.mesh, fixed).first_hit(street.apply(start), street.rotate(way))
-    free = float(np.quantile(hits.distance, 0.1)) + 1.5 - _BACK
+    free = float(np.quantile(np.minimum(hits.distance, 99.0), 0.1)) + 1.5 - _BACK
     tall = max((h.eaves_z - h.ground_z for h in scene.houses), default=10.0)
     return max(1.5, min(free, spec.distance or min(max(1.3 * tall, 8.0), 25.0)))
 
