@@ -161,6 +161,8 @@ def triangulate(ring: Float, holes: Sequence[Float] = ()) -> tuple[Float, Int]:
     No vertex is added, so that neighbouring surfaces that share a ring meet without gaps.
     Raises ValueError when rings touch or cross.
     """
+    if len(holes) == 0 and len(ring) <= 4 and (quick := _convex(np.asarray(ring, np.float64))) is not None:
+        return np.asarray(ring, np.float64), quick
     polygon = shapely.Polygon(ring, [np.asarray(h) for h in holes])
     if not polygon.is_valid:
         raise ValueError(f"polygon to be triangulated: {shapely.is_valid_reason(polygon)}")
@@ -173,6 +175,17 @@ def triangulate(ring: Float, holes: Sequence[Float] = ()) -> tuple[Float, Int]:
     turn = (b[:, 0] - a[:, 0]) * (c[:, 1] - a[:, 1]) - (b[:, 1] - a[:, 1]) * (c[:, 0] - a[:, 0])
     corners[turn < 0] = corners[turn < 0][:, ::-1]
     return vertices, corners
+
+
+def _convex(ring: Float) -> Int | None:
+    """Triangles of a strictly convex triangle or quad (k, 2), counter-clockwise; None for any other ring."""
+    ahead = np.roll(ring, -1, axis=0) - ring
+    after = np.roll(ahead, -1, axis=0)
+    turn = ahead[:, 0] * after[:, 1] - ahead[:, 1] * after[:, 0]
+    if not (turn.min() > 0 or turn.max() < 0):
+        return None
+    corners = np.array([[0, 1, 2], [0, 2, 3]][: len(ring) - 2])
+    return corners if turn[0] > 0 else corners[:, ::-1]
 
 
 def fan(ring: Float) -> Int:

@@ -75,4 +75,4 @@ def _turned(angle: float, slope: float) -> Float:
     c, s = np.cos(angle), np.sin(angle)
     run, rise = np.array([1.0, slope]) / np.hypot(1.0, slope)
     lift = np.array([[run, 0.0, -rise], [0.0, 1.0, 0.0], [rise, 0.0, run]])
-    return lift @ np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
+    return np.asarray(lift @ np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]]))

@@ -117,7 +117,7 @@ def _draw_dormer(
 def _draw_eaves(pen: Pen, draft: HouseDraft, overhang: float) -> None:
     """The slope carried on over the front, with a gutter."""
     run, rise = _slope(draft)
-    drop = min(overhang * rise / run, 0.5)
+    drop = min(overhang * rise / run, 0.2)  # steep roofs flatten there; the top windows stay free
     e = draft.eaves
     profile = np.array([[0.0, e], [-overhang, e - drop], [-overhang, e - drop - 0.1], [0.0, e - 0.12]])
     _beam(pen, pen.surface("eaves", Part.ROOF, draft.palette.roof), profile, 0.0, draft.width)

@@ -1,0 +1,126 @@
+"""Specs: what they ask for is built, and what cannot be built is named in one sentence."""
+
+import re
+
+import numpy as np
+import pytest
+
+from frontage.errors import OptionError
+from frontage.geometry.ring import ring_area
+from frontage.simulate.build import street
+from frontage.simulate.spec import SceneSpec, parse_spec
+
+OPENING = "x = 1.0\nz = 1.2\nwidth = 1.1\nheight = 1.6\n"
+HOUSE = "houses = 1\nopposite = false\ntrees = 0\ncars = 0\nlamps = 0\npeople = 0\nslope = 0\n[[house]]\nwidth = 8\n"
+
+
+@pytest.mark.parametrize(
+    ("text", "sentence"),
+    [
+        ("houses = -1", "houses = -1 is not usable: input should be greater than or equal to 0"),
+        ("hauses = 3", "unknown key hauses; known there: "),
+        ("[[house]]\nwidth = -8", "house 1, width = -8 is not usable: input should be greater than 2.5"),
+        ("[[house]]\n[[house]]\nlane = 1", "unknown key house 2, lane; known there: "),
+        (
+            "[[house]]\n[[house.opening]]\n" + OPENING.replace("1.1", "-1.1"),
+            "house 1, opening 1, width = -1.1",
+        ),
+        ("[[house]]\n[[house.opening]]\nx = 1", "house 1, opening 1, z is missing"),
+        ("[[house]]\n[[house.opening]]\nheigth = 2", "unknown key house 1, opening 1, heigth"),
+        (
+            "[[house]]\n[[house.opening]]\nshape = 'round'\n" + OPENING.replace("1.6", "0.5"),
+            "too low for a round",
+        ),
+        ("[[house]]\n[[house.opening]]\nshape = 'circle'\n" + OPENING, "a circle has one size"),
+        ("[[house]]\n[[house.opening]]\nframe = 0.2\n" + OPENING.replace("1.1", "0.4"), "fills an opening"),
+        ("[[scanners]]\nspacing = 0", "scanners 1, spacing = 0 is not usable"),
+        ("[drive]\nspeed = -3", "drive, speed = -3 is not usable"),
+        ("[model]\ncorner = -0.1", "model, corner = -0.1 is not usable"),
+        ("seed = ", "not TOML"),
+    ],
+)
+def test_a_bad_spec_is_named_in_one_sentence(text: str, sentence: str) -> None:
+    with pytest.raises(OptionError) as caught:
+        parse_spec(text, "street.toml")
+    message = str(caught.value)
+    assert message.startswith("street.toml: ") and sentence in message and "\n" not in message
+
+
+@pytest.mark.parametrize(
+    ("openings", "sentence"),
+    [
+        (
+            [OPENING, OPENING.replace("x = 1.0", "x = 1.9")],
+            "house B01: opening 2 overlaps or touches opening 1",
+        ),
+        (
+            [OPENING.replace("x = 1.0", "x = 7.5")],
+            "house B01: opening 1 reaches beyond the wall (x 0.00 to 8.00 m",
+        ),
+        ([OPENING.replace("z = 1.2", "z = -0.5")], "house B01: opening 1 reaches beyond the wall"),
+    ],
+)
+def test_openings_that_do_not_fit_are_named_in_one_sentence(openings: list[str], sentence: str) -> None:
+    spec = parse_spec(HOUSE + "".join(f"[[house.opening]]\n{o}" for o in openings))
+    with pytest.raises(OptionError, match=re.escape(sentence)):
+        street(spec)
+
+
+def test_openings_are_built_as_they_were_specified() -> None:
+    wanted = "kind = 'door'\nshape = 'segmental'\nx = 5.0\nz = 0.1\nwidth = 1.2\nheight = 2.4\ndepth = 0.3\n"
+    bars = "vertical = 2\nhorizontal = 1\ndepth = 0.22\nframe = 0.06\n"
+    text = HOUSE + f"floors = 2\n[[house.opening]]\n{OPENING}{bars}[[house.opening]]\n{wanted}"
+    (house,) = street(parse_spec(text)).houses
+    window, door = sorted(house.facades[0].openings, key=lambda o: o.kind, reverse=True)
+    np.testing.assert_allclose([window.ring.min(0), window.ring.max(0)], [[1.0, 1.2], [2.1, 2.8]], atol=1e-12)
+    assert (window.depth, window.frame_width, window.floor) == (0.22, 0.06, 0)
+    assert [b.axis for b in window.bars] == ["vertical", "vertical", "horizontal"]
+    assert (door.kind, door.shape, door.depth, door.glazed) == ("door", "segmental", 0.3, False)
+    assert door.ring[:, 1].max() == pytest.approx(2.5, abs=0.001) and ring_area(door.ring) < 1.2 * 2.4
+    assert {window.id, door.id} == {"B01/F1/W0-1", "B01/F1/D0-2"}
+
+
+def test_what_a_spec_says_of_a_house_is_built() -> None:
+    text = HOUSE + (
+        "floors = 3\nfloor_height = 3.2\nground_floor_height = 4.0\nroof = 'flat'\nlean = 0.4\nshape = 'round'\n"
+        "columns = 3\nreveal = 0.2\nshop = false\noriel = false\nbalconies = false\nshutters = false\n"
+        "roughness = 0.004\nwall = 'brick'\nsetback = 1.5\n"
+    )
+    scene = street(parse_spec(text))
+    (house,) = scene.houses
+    facade = house.facades[0]
+    assert np.ptp(facade.outline[:, 0]) == pytest.approx(8.0)
+    assert 10.4 < house.eaves_z - house.ground_z < 11.5 and house.ridge_z == house.eaves_z
+    rows = [[o for o in facade.openings if o.floor == k] for k in (1, 2)]
+    assert [len(r) for r in rows] == [3, 3] and {o.shape for r in rows for o in r} == {"round"}
+    assert {o.depth for r in rows for o in r} == {0.2} and facade.roughness == 0.004
+    assert np.degrees(np.arcsin(-facade.local_from_facade.R[2, 1])) == pytest.approx(0.4)
+    back = scene.local_from_street.inverse.apply(facade.local_from_facade.t[None])[0]
+    np.testing.assert_allclose(back, [0.0, 1.5, 0.0], atol=1e-9)
+    walls = [scene.materials[s.material].kind for s in scene.surfaces if s.id == "B01/F1/wall"]
+    assert walls == ["brick"]
+
+
+def test_a_leaning_wall_goes_back_with_height() -> None:
+    scene = street(parse_spec(HOUSE + "lean = 0.5\nsetback = 0"))
+    facade = scene.houses[0].facades[0]
+    top = facade.local_from_facade.apply(np.array([[0.0, 0.0, 10.0]]))
+    s, d, z = scene.local_from_street.inverse.apply(top)[0]
+    assert d == pytest.approx(10 * np.sin(np.radians(0.5))) and z < 10 and s == pytest.approx(0.0, abs=1e-9)
+
+
+def test_a_slope_runs_along_the_road_and_under_the_houses() -> None:
+    scene = street(SceneSpec(seed=1, houses=3, slope=6.0, setting="terrace"))
+    road = scene.local_from_street.inverse.apply(scene.road)
+    assert np.polyfit(road[:, 0], road[:, 2], 1)[0] == pytest.approx(0.06)
+    for house in scene.houses:
+        outline = house.facades[0].outline
+        climb = outline[1, 1] - outline[0, 1]
+        assert abs(climb) == pytest.approx(0.06 * np.ptp(outline[:, 0])) and (climb > 0) == (house.side == 0)
+
+
+def test_counts_are_kept_and_houses_listed_are_all_there_are() -> None:
+    scene = street(parse_spec("opposite = false\nsetting = 'terrace'\n[[house]]\n[[house]]\ntwin = true"))
+    assert [h.twin_of for h in scene.houses] == [None, "B01"]
+    assert len(street(SceneSpec(houses=3)).houses) == 6
+    assert street(SceneSpec(houses=0, trees=0)).houses == ()
