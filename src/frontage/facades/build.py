@@ -42,7 +42,7 @@ def build_facade(name: str, front: Front, scene: Scene, rng: np.random.Generator
     spacing = wall_spacing(slab.q, flat, cells, wall.threshold, rng)
     return Facade(
         id=name,
-        building=scene.building.id,
+        building=name.rsplit("/", 1)[0],
         local_from_facade=Estimate(frame, pose_covariance(wall.covariance), wall.dof),
         world=scene.scan.world,
         outline=cells.outline,

@@ -53,7 +53,7 @@ def find_facades(
     if len(index) < _FEWEST:
         return (_too_few(building, len(index)),)
     cloud = prepare(xyz, index, rng, scan.sigma_range)
-    scene = Scene(scan, cloud, building, options)
+    scene = Scene(scan, cloud, building.ground_z, options)
     fronts = _paper_front(scene, rng) if options.method == "paper" else _fronts(scene, rng)
     if not fronts:
         return (
@@ -78,13 +78,13 @@ def _too_few(building: Building, number: int) -> Failed:
 def _fronts(scene: Scene, rng: np.random.Generator) -> list[Front]:
     """Every front: found among a bounded number of points, then each measured with all of them."""
     few = replace(scene, cloud=scene.cloud.bounded())
-    found = drop_interiors(_all_fronts(few, rng), few, rng)
+    found = drop_interiors(sketch_fronts(few, rng), few, rng)
     final = (measured(f, few.cloud.xyz[f.wall.inliers], scene, rng) for f in found)
     least = scene.options.min_area
     return [front for front in final if front is not None and _is_large(front.cells, least)]
 
 
-def _all_fronts(scene: Scene, rng: np.random.Generator) -> list[Front]:
+def sketch_fronts(scene: Scene, rng: np.random.Generator) -> list[Front]:
     """Sequential search among thinned points: the plane with the most wall, then the same on what it leaves.
 
     The search ends when no plane holds enough points for a facade, connected or not.

@@ -1,6 +1,6 @@
 """From a plane found among thinned points to a wall with its cells and its street side."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
@@ -13,7 +13,6 @@ from frontage.facades.refine import Wall, refine_thin, refine_wall, sketch_wall
 from frontage.facades.street import Side, side_from_evidence, side_from_rays
 from frontage.geometry.arrays import Bool, Float, Int
 from frontage.geometry.plane import facade_axes
-from frontage.model.building import Building
 from frontage.model.scan import Scan
 
 FRONT = 0.35  # m: claddings, plinths and bent parts this near the plane shape the outline too
@@ -37,12 +36,12 @@ class Front:
 
 @dataclass(frozen=True, eq=False)
 class Scene:
-    """What every step looks at: the scan, the building's points in it, the building, the options."""
+    """What every step looks at: the scan, the building's points in it, its ground (z m), the options."""
 
     scan: Scan
     cloud: Cloud
-    building: Building
-    options: FacadeOptions
+    ground_z: float = 0.0
+    options: FacadeOptions = field(default_factory=FacadeOptions)
 
     @property
     def reach(self) -> float:
@@ -142,7 +141,7 @@ def orient(wall: Wall, cells: CellMap, slab: Slab, scene: Scene, rng: np.random.
     scan, cloud = scene.scan, scene.cloud
     side = side_from_rays(wall, cloud.xyz[inliers], scan.sensor_of(cloud.index[inliers]))
     if side is None:
-        side = side_from_evidence(wall, cells, scene.around, scene.building.ground_z)
+        side = side_from_evidence(wall, cells, scene.around, scene.ground_z)
     if side.sign < 0:
         return Front(wall, cells, slab, side)
     wall, cells = wall.flipped(), cells.mirrored

@@ -49,10 +49,10 @@ def _is_interior(outer: Front, inner: Front, rows: Int, scene: Scene) -> bool:
     room = (q[:, 1] > FRONT) & (q[:, 1] < _ROOM) & cover.within(q[:, 0], q[:, 2])
     if room.mean() <= _SEEN_THROUGH:
         return False
-    ground, mass, strip = beside(inner.wall, inner.cells, scene.around, scene.building.ground_z)
+    ground, mass, strip = beside(inner.wall, inner.cells, scene.around, scene.ground_z)
     if ground > max(mass, _OPEN * strip):
         return False
-    street, _, length = beside(wall, outer.cells, scene.around, scene.building.ground_z)
+    street, _, length = beside(wall, outer.cells, scene.around, scene.ground_z)
     looks_away = outer.wall.normal @ inner.wall.normal < -_AWAY and mass < _OPEN * strip
     return street > _OPEN * length or not looks_away or _explained_by_a_place(outer, inner, xyz)
 

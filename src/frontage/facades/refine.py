@@ -147,6 +147,7 @@ def refine_thin(q: Float, cloud: Cloud) -> tuple[Float, float]:
     Walls of many shallow layers draw a free plane aslant through several; one that was straightened in
     plan first stays on its layer, but misses a wall that leans. The one with more points close to it wins.
     """
+    q = q[:: len(q) // _MOST + 1]
     weights = np.ones(len(q))
     fits = [
         robust_fit(q, weights, cloud.threshold, _straighten(q, weights, cloud.threshold, _WIDE, columns))
