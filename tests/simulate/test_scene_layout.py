@@ -2,6 +2,7 @@
 
 from collections import Counter
 from functools import lru_cache
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -137,7 +138,7 @@ def test_neighbours_in_a_terrace_meet_and_detached_houses_do_not() -> None:
         back = scene.local_from_street.inverse
         near = [h for h in scene.houses if h.side == 0]
         spans = [back.apply(np.column_stack([h.footprint, np.zeros(4)]))[:, 0] for h in near]
-        gaps = np.array([b.min() - a.max() for a, b in zip(spans[:-1], spans[1:], strict=True)])
+        gaps = np.array([b.min() - a.max() for a, b in pairwise(spans)])
         assert (np.abs(gaps) < 1e-9).all() if setting == "terrace" else (gaps > 2).all()
         assert setting == "terrace" or max(len(h.facades) for h in near) > 1
 

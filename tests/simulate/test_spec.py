@@ -11,7 +11,8 @@ from frontage.simulate.build import street
 from frontage.simulate.spec import SceneSpec, parse_spec
 
 OPENING = "x = 1.0\nz = 1.2\nwidth = 1.1\nheight = 1.6\n"
-HOUSE = "houses = 1\nopposite = false\ntrees = 0\ncars = 0\nlamps = 0\npeople = 0\nslope = 0\n[[house]]\nwidth = 8\n"
+BARE = "trees = 0\ncars = 0\nlamps = 0\npeople = 0\n"
+HOUSE = f"houses = 1\nopposite = false\nslope = 0\n{BARE}[[house]]\nwidth = 8\n"
 
 
 @pytest.mark.parametrize(
@@ -82,7 +83,8 @@ def test_openings_are_built_as_they_were_specified() -> None:
 
 def test_what_a_spec_says_of_a_house_is_built() -> None:
     text = HOUSE + (
-        "floors = 3\nfloor_height = 3.2\nground_floor_height = 4.0\nroof = 'flat'\nlean = 0.4\nshape = 'round'\n"
+        "floors = 3\nfloor_height = 3.2\nground_floor_height = 4.0\nroof = 'flat'\nlean = 0.4\n"
+        "shape = 'round'\n"
         "columns = 3\nreveal = 0.2\nshop = false\noriel = false\nbalconies = false\nshutters = false\n"
         "roughness = 0.004\nwall = 'brick'\nsetback = 1.5\n"
     )
