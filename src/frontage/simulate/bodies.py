@@ -10,6 +10,17 @@ _CAR_COLOURS = ((0.02, 0.02, 0.025), (0.35, 0.36, 0.38), (0.75, 0.75, 0.75), (0.
                 (0.03, 0.06, 0.2), (0.1, 0.11, 0.12), (0.05, 0.12, 0.08))  # fmt: skip
 _CLOTHES = ((0.03, 0.03, 0.05), (0.3, 0.05, 0.05), (0.1, 0.15, 0.3), (0.45, 0.42, 0.35), (0.08, 0.1, 0.07))
 _TURN = np.linspace(0, 2 * np.pi, 13)[:-1]
+_FINE = np.linspace(0, 2 * np.pi, 41)[:-1]
+# sections of a car from below: height, half length, half width, m
+_BODY = (
+    (0.2, 1.85, 0.74),
+    (0.3, 2.05, 0.83),
+    (0.5, 2.12, 0.87),
+    (0.68, 2.12, 0.87),
+    (0.8, 2.06, 0.84),
+    (0.9, 1.9, 0.78),
+)
+_CABIN = ((0.88, 1.32, 0.76), (1.1, 1.13, 0.7), (1.36, 0.83, 0.6), (1.42, 0.74, 0.54), (1.45, 0.55, 0.42))
 
 
 def draw_car(pen: Pen, name: str, rng: np.random.Generator) -> None:
@@ -21,13 +32,10 @@ def draw_car(pen: Pen, name: str, rng: np.random.Generator) -> None:
     dark = Material("car glass", "paint", (0.015, 0.018, 0.02), (0.015, 0.018, 0.02), 0.06, 0.6)
     tyre = Material("tyre", "paint", (0.015, 0.015, 0.015), (0.03, 0.03, 0.03), 0.05)
     body = pen.surface(f"{name}/body", Part.CAR, paint)
-    levels = ((0.22, 2.0, 0.78), (0.42, 2.12, 0.86), (0.68, 2.12, 0.87), (0.9, 2.0, 0.8))
-    rings = [_rounded(x, y, 0.0, z) for z, x, y in levels]
-    _loft(pen, body, np.array(rings) * scale)
-    cabin = [_rounded(1.25, 0.74, -0.15, 0.88), _rounded(0.85, 0.62, -0.2, 1.38)]
-    _loft(pen, pen.surface(f"{name}/windows", Part.CAR, dark), np.array(cabin) * scale)
-    top = [_rounded(0.86, 0.63, -0.2, 1.375), _rounded(0.7, 0.55, -0.2, 1.45)]
-    _loft(pen, body, np.array(top) * scale)
+    _loft(pen, body, np.array([_rounded(x, y, 0.0, z) for z, x, y in _BODY]) * scale)
+    cabin = [_rounded(x, y, -0.2, z) for z, x, y in _CABIN]
+    _loft(pen, pen.surface(f"{name}/windows", Part.CAR, dark), np.array(cabin[:3]) * scale)
+    _loft(pen, body, np.array(cabin[2:]) * scale)
     wheels = pen.surface(f"{name}/wheels", Part.CAR, tyre)
     for x in (-1.3, 1.3):
         for y in (-0.82, 0.62):
@@ -82,17 +90,7 @@ def _circle(radius: float, x: float, y: float, z: float) -> Float:
 
 
 def _rounded(half_x: float, half_y: float, x: float, z: float) -> Float:
-    """A rectangle with cut corners in the plane z."""
-    c = 0.22 * half_y
-    a, b = half_x, half_y
-    ring = [
-        (a, c - b),
-        (a, b - c),
-        (a - c, b),
-        (c - a, b),
-        (-a, b - c),
-        (-a, c - b),
-        (c - a, -b),
-        (a - c, -b),
-    ]
-    return np.column_stack([np.array(ring) + np.array([x, 0.0]), np.full(8, z)])
+    """A superellipse about (x, 0) in the plane z: straight sides, round corners."""
+    c, s = np.cos(_FINE), np.sin(_FINE)
+    ring = np.column_stack([np.sign(c) * np.abs(c) ** 0.45, np.sign(s) * np.abs(s) ** 0.45])
+    return np.column_stack([ring * [half_x, half_y] + [x, 0.0], np.full(len(ring), z)])

@@ -77,7 +77,10 @@ def _bands(
     width = float(np.ptp(outline[:, 0]))
     wall = shapely.Polygon(outline)
     found: list[tuple[str, Part, Float, float]] = []
-    if rng.random() < 0.75:
+    if draft.palette.ground_floor is not draft.palette.wall and draft.floors > 1:
+        top = draft.level(1) - 0.35  # a ground floor of cut stone stands out a little
+        found.append(("base", Part.PLINTH, rectangle(0, -3.0, width, top), -float(rng.uniform(0.015, 0.05))))
+    elif rng.random() < 0.75:
         top = draft.entrance - float(rng.uniform(0.02, 0.12))
         found.append(("plinth", Part.PLINTH, rectangle(0, -3.0, width, top), -float(rng.uniform(0.02, 0.08))))
     if draft.floors > 1 and rng.random() < 0.55:

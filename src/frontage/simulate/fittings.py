@@ -66,7 +66,8 @@ def _open_shutters(pen: Pen, plan: OpeningPlan, palette: Palette) -> None:
 
 
 def _band(pen: Pen, band: Band, palette: Palette) -> None:
-    material = palette.plinth if band.part == Part.PLINTH else palette.trim
+    own = {"plinth": palette.plinth, "base": palette.ground_floor}
+    material = own.get(band.name, palette.trim)
     polygon_block(pen, pen.surface(band.name, band.part, material), band.polygon, band.y0, band.y1)
 
 

@@ -96,7 +96,7 @@ def draw_style(draft: HouseDraft, rng: np.random.Generator) -> Style:
     low = bool(room - parapet < 1.75)
     height = float(rng.uniform(1.05, 1.45) if low else rng.uniform(1.4, min(2.3, room - parapet - 0.12)))
     height = min(height, room - parapet - 0.1)
-    width = float(rng.uniform(0.85, 1.25) if not low else rng.uniform(0.9, 1.7))
+    width = float(rng.uniform(0.85, 1.4) if not low else rng.uniform(0.9, 1.7))
     shape = spec.shape or str(
         rng.choice(["rectangle", "segmental", "round", "pointed"], p=[0.58, 0.22, 0.14, 0.06])
     )
