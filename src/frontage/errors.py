@@ -41,6 +41,12 @@ class FileError(InputError):
         super().__init__(f"{path}: {problem}" + (f"; {advice}" if advice else ""), code=code)
 
 
+class UnsupportedFormat(FileError):
+    """A file is of a format, or a version of one, that is not read here."""
+
+    code = "I114"
+
+
 class CrsError(InputError):
     """A coordinate reference system is missing, wrong, mixed or cannot be transformed exactly."""
 

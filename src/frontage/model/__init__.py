@@ -10,6 +10,7 @@ from frontage.model.opening import Bar, Opening
 from frontage.model.ortho import OrthoImage
 from frontage.model.photo import Camera, Photo
 from frontage.model.scan import Grid, Scan, merge_scans
+from frontage.model.shape import Feature, Shape, Surfaces
 from frontage.model.solid import Face, Finding, Solid
 from frontage.model.world import WorldRef
 
@@ -21,6 +22,7 @@ __all__ = [
     "Facade",
     "Face",
     "Failed",
+    "Feature",
     "Finding",
     "Footprint",
     "Grid",
@@ -30,8 +32,10 @@ __all__ = [
     "Photo",
     "Provenance",
     "Scan",
+    "Shape",
     "Solid",
     "Surface",
+    "Surfaces",
     "WorldRef",
     "merge_scans",
 ]

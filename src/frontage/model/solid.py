@@ -19,11 +19,18 @@ class Face:
 
 @dataclass(frozen=True)
 class Finding:
-    """One finding of the validator: val3dity's code, what, and the face or vertex it concerns."""
+    """One finding of the validator.
+
+    `code` is val3dity's, `qie` the same thing's code in the older CityGML QIE list where that differs;
+    `where` names geometry, shell, face and ring; `location` is (x, y, z) m in the input's coordinates.
+    """
 
     code: int
     message: str
     where: str = ""
+    feature: str = ""
+    location: tuple[float, float, float] | None = None
+    qie: int | None = None
 
 
 @dataclass(frozen=True, eq=False)
