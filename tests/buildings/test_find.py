@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from frontage.buildings import BuildingOptions, BuildingSplit, find_buildings
-from frontage.model import Footprint, Scan, WorldRef
+from frontage.model import Scan, WorldRef
 from one_house import KINDS, Kind, one_house
 from scenes import CAR, FACADE, GROUND, TREE, Scene, street_scene, wall_scene
 
@@ -99,24 +99,6 @@ def test_both_sides_of_the_street_stay_apart() -> None:
             if a @ b < 0:
                 assert not owners[i] & owners[j]
     assert len(across) >= 2
-
-
-def test_twins_are_cut_only_by_a_map() -> None:
-    scene = street_scene(seed=1, houses=2, spacing=0.08, twins=True, trees=False, cars=False)
-    rings = []
-    for h in scene.houses:
-        front = np.array([[h.s0, -0.5], [h.s1, -0.5], [h.s1, 10.0], [h.s0, 10.0]])
-        rings.append(scene.local_from_street.apply(np.column_stack([front, np.zeros(4)]))[:, :2])
-    maps = [Footprint(f"P{i}", ring, f"{i} High Street") for i, ring in enumerate(rings)]
-    assert len(find_buildings(scene.scan).buildings) == 1
-    split = find_buildings(scene.scan, footprints=maps)
-    assert {b.address for b in split.buildings} == {"0 High Street", "1 High Street"}
-    cuts = {c for b in split.buildings for c in b.cuts}
-    assert len(cuts) == 1
-    (x, y), posterior = cuts.pop()
-    party = scene.local_from_street.inverse.apply(np.array([[x, y, 0.0]]))[0, 0]
-    assert abs(party - scene.houses[0].s1) < 0.3
-    assert 0.9 < posterior < 1
 
 
 def test_the_same_cloud_gives_the_same_split(street: Scene, split: BuildingSplit) -> None:

@@ -1,28 +1,34 @@
 """From fronts and cuts to one number per cell: which building it belongs to."""
 
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
-from frontage.buildings.profile import Profile
+from frontage.buildings.profile import BIN, Profile
 from frontage.buildings.split import Cut, bins_of
 from frontage.buildings.voxels import grouped
 from frontage.buildings.walls import Front
 from frontage.geometry.arrays import Float, Int
 
+_BESIDE = 1.0  # m that an interior may reach past the front it is seen through
+_BEHIND = 0.5  # m behind a front: no longer its own wall
+_NO_HIGHER = 0.25  # m
 _CORNER = 2.5  # m between the ends of two walls that make one corner
 
 
 @dataclass(frozen=True, eq=False)
 class Street:
-    """All fronts, their profiles and cuts; segments are numbered through, `first[f]` is the first
-    of front f."""
+    """All fronts, their profiles and cuts; segments are numbered through, `first[f]` is the first of front f.
+    A front may reach `depth` m back; `joins`: pairs of segments on one footprint of a map."""
 
     fronts: list[Front]
     profiles: list[Profile]
     cuts: list[tuple[Cut, ...]]
+    depth: float
+    joins: tuple[tuple[int, int], ...] = ()
 
     @property
     def first(self) -> Int:
@@ -41,7 +47,7 @@ class Street:
     def building_of_segment(self) -> Int:
         """Building (segments,) after walls that meet at a corner have been joined."""
         n = int(self.first[-1])
-        pairs = [*self._corners(), *self._slivers()]
+        pairs = [*self._corners(), *self._slivers(), *self._interiors(), *self.joins]
         a = np.array([p[0] for p in pairs], np.int64)
         b = np.array([p[1] for p in pairs], np.int64)
         graph = coo_array((np.ones(len(a)), (a, b)), shape=(n, n))
@@ -102,3 +108,38 @@ class Street:
                     (int(self.first[i]), int(self.segment(np.array([best[1]]), np.array([best[2]]))[0]))
                 )
         return pairs
+
+    def hidden_fronts(self) -> set[int]:
+        """Numbers of the fronts seen through the openings of others."""
+        pieces = [piece for piece, _ in self._interiors()]
+        return set((np.searchsorted(self.first, pieces, side="right") - 1).tolist())
+
+    def _interiors(self) -> list[tuple[int, int]]:
+        """Pieces of wall seen through the openings of a front: behind it, and no higher than it is there."""
+        pairs = []
+        middle, top, half = self._pieces()
+        for f, (front, profile) in enumerate(zip(self.fronts, self.profiles, strict=True)):
+            s, d = front.coordinates(middle)
+            d = d - profile.offset_at(s)
+            within = (s - half > front.lo - _BESIDE) & (s + half < front.hi + _BESIDE)
+            bins = np.clip(((s - profile.lo) / BIN).astype(np.int64), 0, len(profile) - 1)
+            lower = top < profile.top[bins] + _NO_HIGHER  # False where no wall was seen
+            for piece in np.flatnonzero(within & (d < -_BEHIND) & (d > -self.depth) & lower):
+                if not self.first[f] <= piece < self.first[f + 1]:
+                    pairs.append((int(piece), int(self.segment(np.array([f]), s[[piece]])[0])))
+        return pairs
+
+    def _pieces(self) -> tuple[Float, Float, Float]:
+        """Middle (n, 2), height of the top (n,) and half the length (n,) of every segment, m."""
+        middle, top, half = [], [], []
+        for front, profile, cuts in zip(self.fronts, self.profiles, self.cuts, strict=True):
+            edge = np.array([front.lo, *(c.s for c in cuts), front.hi])
+            for a, b in pairwise(edge):
+                s = np.array([0.5 * (a + b)])
+                d = profile.offset_at(s)
+                middle.append(front.origin + s[0] * front.along + d[0] * front.out)
+                part = profile.top[max(0, int((a - profile.lo) / BIN)) : int((b - profile.lo) / BIN) + 1]
+                known = part[np.isfinite(part)]
+                top.append(float(np.median(known)) if len(known) else np.inf)
+                half.append(0.5 * (b - a))
+        return np.array(middle).reshape(-1, 2), np.array(top), np.array(half)

@@ -1,6 +1,7 @@
 """Every leaf to its building, to the occluders, or to neither."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 from scipy.spatial import cKDTree
@@ -8,6 +9,7 @@ from scipy.spatial import cKDTree
 from frontage.buildings.assemble import Street
 from frontage.buildings.collect import BuildingSplit, collect
 from frontage.buildings.ground import Ground
+from frontage.buildings.maps import same_footprint
 from frontage.buildings.occluders import is_occluder
 from frontage.buildings.octree import Octree, cell_height, ground_leaves, leaf_height
 from frontage.buildings.options import BuildingOptions
@@ -35,8 +37,15 @@ def assign(
     ground_leaf = ground_leaves(tree, ground, options)
     on_wall = (distance < tree.level.size) & wall[tree.of_leaf]
     ground_leaf &= ~(on_wall & (np.abs(leaf_height(tree, ground)) > 0.05))
-    label = street.building_of_segment()[street.segment(front_of_leaf, s)]
+    segment = street.segment(front_of_leaf, s)
     near, loose = _near(tree, distance, d, ground_leaf, ground, options)
+    building = street.building_of_segment()
+    if footprints:
+        pairs = same_footprint(building[segment], near, tree.leaf.mean[:, :2], footprints)
+        first = {int(b): int(np.argmax(building == b)) for b in np.unique(building)}
+        street = replace(street, joins=tuple((first[a], first[b]) for a, b in pairs))
+        building = street.building_of_segment()
+    label = building[segment]
     label = np.where(near, label, -1)
     occluder = loose | _occluders(tree, d, ground_leaf, near, wall, ground)
     return collect(

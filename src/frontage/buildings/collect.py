@@ -86,8 +86,10 @@ def _notes(scan: Scan, ground: Ground | None, count: int) -> tuple[str, ...]:
 def _cuts_of(street: Street, number: Int) -> dict[int, tuple[tuple[tuple[float, float], float], ...]]:
     """Cuts (x, y, m local; posterior) on the border of every building."""
     out: dict[int, list[tuple[tuple[float, float], float]]] = {}
-    building = street.building_of_segment()
+    building, hidden = street.building_of_segment(), street.hidden_fronts()
     for f, front in enumerate(street.fronts):
+        if f in hidden:
+            continue
         for i, cut in enumerate(street.cuts[f]):
             d = street.profiles[f].offset_at(np.array([cut.s]))[0]
             x, y = front.origin + cut.s * front.along + d * front.out

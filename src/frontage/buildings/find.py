@@ -10,7 +10,7 @@ from frontage.buildings.assign import assign
 from frontage.buildings.collect import BuildingSplit, collect
 from frontage.buildings.gaps import open_bins
 from frontage.buildings.ground import Ground, find_ground
-from frontage.buildings.maps import party_walls
+from frontage.buildings.maps import mapped_row
 from frontage.buildings.octree import Octree, cell_height, ground_leaves, leaf_height, octree
 from frontage.buildings.options import BuildingOptions
 from frontage.buildings.paper import component_buildings
@@ -77,7 +77,7 @@ def _street(
     paint = paint_of(scan, tree.leaf, tree.of_point)
     found = find_fronts(columns, ground, tree.level.size, options)
     if not found:
-        return Street([], [], [])
+        return Street([], [], [], options.max_depth)
     owner = np.full(len(columns.xy), -1, np.int64)
     for f, front in enumerate(found):
         owner[front.members] = f
@@ -92,13 +92,13 @@ def _street(
         )
         own = leaf_sort[leaf_edge[f] : leaf_edge[f + 1]]
         profile = _profile(tree, turned, own, wall, paint, ground)
-        party = party_walls(turned, profile, footprints) if footprints else None
+        row = mapped_row(turned, profile, footprints, options.snap) if footprints else None
         fronts.append(turned)
         profiles.append(profile)
         s, d = turned.coordinates(tree.level.mean[:, :2])
         open_ = open_bins(profile, s, d, height, tree.level.weight)
-        cuts.append(find_cuts(profile, options, open_, party, tree.level.size) if options.split else ())
-    return Street(fronts, profiles, cuts)
+        cuts.append(find_cuts(profile, options, open_, row, tree.level.size) if options.split else ())
+    return Street(fronts, profiles, cuts, options.max_depth)
 
 
 def _profile(

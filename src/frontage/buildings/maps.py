@@ -1,43 +1,116 @@
-"""Footprints of a map or city model: party walls and addresses."""
+"""Footprints of a map: party walls, buildings, addresses. Where a map covers the street, it decides."""
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 import shapely
 
 from frontage.buildings.profile import BIN, Profile
 from frontage.buildings.walls import Front
-from frontage.geometry.arrays import Float, Int
+from frontage.geometry.arrays import Bool, Float, Int
 from frontage.model import Footprint
 
 _BEHIND = 1.5  # m behind the wall: inside the footprint even when the map is half a metre off
+_AGREE = 0.3  # m: shifts of both ends of a row differ by less when it is the map that is off
+_FINE = 5  # places looked up per bin (every 5 cm)
+_OFF = 0.75  # m beside a footprint: its walls, on a map that is half a metre off
+_TOUCHING = 1e-6  # m
+_VOTES = 2000  # places of a building that are looked up
+_MOST = 0.5  # share of them in one footprint from which two pieces on it are one building
+_SOME = 0.2  # share of them from which a building takes the address
 
 
-def party_walls(front: Front, profile: Profile, footprints: Sequence[Footprint]) -> Float:
-    """Places s (k,) m along a front where the footprint behind the wall changes from one building
-    to another."""
-    s: Float = profile.lo + (np.arange(len(profile), dtype=np.float64) + 0.5) * BIN
+@dataclass(frozen=True, eq=False)
+class MappedRow:
+    """What a map says along a front.
+
+    walls (k,) m along it, party walls;  ends (2,) m of the mapped row, NaN where far from the front's
+    number (n,) footprint behind each bin of the profile, -1 = none
+    """
+
+    walls: Float
+    ends: Float
+    number: Int
+
+    def inside(self, s: float, lo: float, snap: float) -> bool:
+        """Whether a place s lies within one footprint, away from party walls; lo m: where bin 0 begins."""
+        i = int(np.clip((s - lo) / BIN, 0, len(self.number) - 1))
+        far = not len(self.walls) or float(np.abs(self.walls - s).min()) > snap
+        return far and bool(self.number[i] >= 0)
+
+
+def mapped_row(front: Front, profile: Profile, footprints: Sequence[Footprint], snap: float) -> MappedRow:
+    """The map along a front, a little way behind its wall; `snap` m: how far the map may be off."""
+    over, n = int(np.ceil(snap / BIN)) + 1, len(profile)
+    s: Float = (
+        profile.lo + (np.arange(-over * _FINE, (n + over) * _FINE, dtype=np.float64) + 0.5) * BIN / _FINE
+    )
     d = profile.offset_at(s) - _BEHIND
-    number = _inside(front.origin + s[:, None] * front.along + d[:, None] * front.out, footprints)
+    number = inside(front.origin + s[:, None] * front.along + d[:, None] * front.out, footprints)
     known = np.flatnonzero(number >= 0)
     change = np.flatnonzero(np.diff(number[known]) != 0)
-    return 0.5 * (s[known[change]] + s[known[change + 1]])
+    walls = 0.5 * (s[known[change]] + s[known[change + 1]])
+    ends = np.full(2, np.nan)
+    margin = 2 * over * _FINE
+    if len(known) and 0 < known[0] <= margin:
+        ends[0] = s[known[0]]
+    if len(known) and len(s) - 1 > known[-1] >= len(s) - 1 - margin:
+        ends[1] = s[known[-1]]
+    bins = number[over * _FINE + _FINE // 2 : (over + n) * _FINE : _FINE]
+    return MappedRow(walls[(walls > profile.lo) & (walls < front.hi)], ends, bins)
+
+
+def map_shift(row: MappedRow, measured: Float, lo: float, hi: float, snap: float) -> float:
+    """By how much (m) the map is off along the front: from party walls that were measured (c,) too, else from
+    both ends of the row (lo, hi m); 0 = cannot tell."""
+    if len(measured) and len(row.walls):
+        nearest = measured[np.abs(row.walls[:, None] - measured).argmin(1)] - row.walls
+        nearest = nearest[np.abs(nearest) <= snap]
+        if len(nearest):
+            return float(np.median(nearest))
+    at_ends = np.array([lo, hi]) - row.ends
+    agree = (
+        np.isfinite(at_ends).all() and abs(at_ends[0] - at_ends[1]) < _AGREE and np.abs(at_ends).max() <= snap
+    )
+    return float(at_ends.mean()) if agree else 0.0
 
 
 def footprint_of(xy: Float, footprints: Sequence[Footprint]) -> Footprint | None:
     """The footprint that holds most of the places (k, 2) m of a building, if it holds any fifth of them."""
+    number, share = _vote(xy, footprints)
+    return footprints[number] if share > _SOME else None
+
+
+def same_footprint(
+    label: Int, keep: Bool, xy: Float, footprints: Sequence[Footprint]
+) -> list[tuple[int, int]]:
+    """Pairs of labels (of the places (m, 2) m kept) that lie on one footprint for the most part."""
+    own = np.flatnonzero(keep & (label >= 0))
+    own = own[np.argsort(label[own], kind="stable")]
+    first: dict[int, int] = {}
+    pairs = []
+    for part in np.split(own, np.flatnonzero(np.diff(label[own])) + 1) if len(own) else []:
+        number, share = _vote(xy[part], footprints)
+        if share > _MOST:
+            pairs.append((first.setdefault(number, int(label[part[0]])), int(label[part[0]])))
+    return [(a, b) for a, b in pairs if a != b]
+
+
+def _vote(xy: Float, footprints: Sequence[Footprint]) -> tuple[int, float]:
+    """The footprint that holds most of the places (k, 2), and the share of them that it holds."""
     if not footprints or not len(xy):
-        return None
-    number = _inside(xy[:: max(1, len(xy) // 5000)], footprints)
+        return -1, 0.0
+    number = inside(xy[:: max(1, len(xy) // _VOTES)], footprints, _OFF)
     votes = np.bincount(number[number >= 0], minlength=len(footprints))
     best = int(votes.argmax())
-    return footprints[best] if votes[best] > 0.2 * len(number) else None
+    return best, float(votes[best] / len(number))
 
 
-def _inside(xy: Float, footprints: Sequence[Footprint]) -> Int:
-    """Number (k,) of the first footprint that contains each place, -1 = none."""
+def inside(xy: Float, footprints: Sequence[Footprint], margin: float = 0.0) -> Int:
+    """Number (k,) of the footprint that each place lies in, or next to by up to `margin` m; -1 = none."""
+    tree = shapely.STRtree([shapely.Polygon(f.ring).buffer(0) for f in footprints])
+    place, found = tree.query_nearest(shapely.points(xy), max_distance=margin or _TOUCHING, all_matches=False)
     number = np.full(len(xy), -1, np.int64)
-    for i, footprint in enumerate(footprints):
-        inside = shapely.contains_xy(shapely.Polygon(footprint.ring).buffer(0), xy[:, 0], xy[:, 1])
-        number[inside & (number < 0)] = i
+    number[place] = found
     return number

@@ -74,8 +74,10 @@ def sharpest(signal: Float, sigma: Float, cuts: Int, width: int, tells: Sequence
 
 
 def _stepping(signal: Float, sigma: Float, side: tuple[int, int, int]) -> Bool:
-    """Channels (p,) whose medians on the two sides differ by more than a bin's error, all where none does: the
-    others cannot tell where the step is."""
+    """Channels (p,) whose medians on the two sides differ by more than a bin's error, all where none does.
+
+    The others cannot tell where the step is.
+    """
     a, c, b = side
     known = np.isfinite(signal[a:c]).any(0) & np.isfinite(signal[c:b]).any(0)
     out = np.zeros(signal.shape[1], bool)

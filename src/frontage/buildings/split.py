@@ -11,6 +11,7 @@ import numpy as np
 
 from frontage.buildings.bays import embedded
 from frontage.buildings.evidence import Look, judge, settled
+from frontage.buildings.maps import MappedRow, map_shift
 from frontage.buildings.options import BuildingOptions
 from frontage.buildings.profile import BIN, Profile
 from frontage.buildings.signals import noise_of, sampling_of, sharpest, signals
@@ -18,6 +19,12 @@ from frontage.geometry.arrays import Bool, Float, Int
 from frontage.solve.segmentation import change_points
 
 _WITNESSES = 3  # parameters a cut is charged for: its place and two cues; other signals may stay as they are
+_PLACED = {
+    "eaves",
+    "offset",
+    "surface",
+    "gap",
+}  # cues that tell where a party wall is, not only that there is one
 _GAP = 1.0  # m without any wall, from foot to eaves: an open gap
 
 
@@ -35,24 +42,28 @@ def find_cuts(
     profile: Profile,
     options: BuildingOptions,
     open_: Bool,
-    party: Float | None = None,
+    row: MappedRow | None = None,
     cell: float = 0.25,
 ) -> tuple[Cut, ...]:
     """Cuts of a front from left to right.
 
     `open_` (n,): bins that are seen through from the ground up;
-    `party` (k,) m along the front: party walls of a map, where given; `cell` m: how finely heights are known.
+    `row`: what a map says along the front, where given; `cell` m: how finely heights are known.
     """
     signal, kinds = signals(profile)
     width = max(2, round(options.min_width / BIN))
-    walls = np.empty(0) if party is None else party
     noise = noise_of(signal, kinds, profile.count)
     sampling = sampling_of(profile, noise, kinds)
     cuts = _candidates(signal, kinds, noise, sampling, width)
     gaps = _gaps(open_)
     cuts = _with_gaps(gaps, cuts, width)
+    if row is not None:  # where a map covers the street, it decides
+        cuts = np.array(
+            [c for c in cuts if not row.inside(profile.lo + c * BIN, profile.lo, options.snap)], np.int64
+        )
     look = Look(profile, signal, kinds, sampling, gaps, cell)
-    return _snap(_prune(look, cuts, walls, options.snap, width), walls, profile, options)
+    found = _prune(look, cuts, np.empty(0) if row is None else row.walls, options.snap, width)
+    return tuple(found) if row is None else _snap(found, row, profile, options.snap)
 
 
 def _candidates(signal: Float, kinds: list[str], noise: Float, sampling: Float, width: int) -> Int:
@@ -108,20 +119,24 @@ def _prune(look: Look, cuts: Int, walls: Float, snap: float, width: int) -> list
         del kept[bay : bay + 2]
 
 
-def _snap(cuts: list[Cut], walls: Float, profile: Profile, options: BuildingOptions) -> tuple[Cut, ...]:
-    """Party walls of the map: each becomes a cut; a measured step beside it keeps its place and
-    gains confidence."""
+def _snap(cuts: list[Cut], row: MappedRow, profile: Profile, snap: float) -> tuple[Cut, ...]:
+    """Party walls of the map: each becomes a cut. A measured step beside it keeps its place and gains
+    confidence; where nothing was measured, the map is moved as the measured ones say that it is off."""
     out = list(cuts)
-    hi = profile.lo + len(profile) * BIN
-    for wall in walls[(walls > profile.lo + 1) & (walls < hi - 1)]:
-        near = [c for c in out if abs(c.s - wall) <= options.snap]
-        best = min(near, key=lambda c: abs(c.s - wall)) if near else Cut(float(wall), 0.5, ())
-        measured = bool({"eaves", "offset", "gap"} & set(best.cues))
+    lo, hi = profile.lo, profile.lo + len(profile) * BIN
+    seen = np.array([c.s for c in cuts if _PLACED & set(c.cues)])
+    shift = map_shift(row, seen, lo, hi, snap)
+    for wall in row.walls[(row.walls > lo + 1) & (row.walls < hi - 1)]:
+        near = [c for c in out if abs(c.s - wall) <= snap]
+        best = (
+            min(near, key=lambda c: (not _PLACED & set(c.cues), abs(c.s - wall)))
+            if near
+            else Cut(wall, 0.5, ())
+        )
+        s = best.s if _PLACED & set(best.cues) else float(wall) + shift
         odds = np.log(best.posterior / max(1 - best.posterior, 1e-9)) + 4.0
         out = [c for c in out if c not in near]
-        out.append(
-            Cut(best.s if measured else float(wall), float(1 / (1 + np.exp(-odds))), (*best.cues, "map"))
-        )
+        out.append(Cut(s, float(1 / (1 + np.exp(-odds))), (*best.cues, "map")))
     return tuple(sorted(out, key=lambda c: c.s))
 
 
