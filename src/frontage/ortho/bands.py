@@ -57,9 +57,15 @@ def fill(bands: Bands, other: Bands, number: int, raster: Raster) -> bool:
 def cut_out(
     bands: Bands, intensity: Array | None, facade: Facade, raster: Raster, options: OrthoOptions
 ) -> None:
-    """Clear everything outside the facade's outline and its margin."""
+    """Clear what lies outside the facade's outline; within its margin a measured surface stays.
+
+    Without any relief, which could tell a cornice from the sky, the whole margin stays.
+    """
+    measured = any(np.isfinite(bands.depth[t.window]).any() for t in tiles(raster.height, raster.width, TILE))
     for tile in tiles(raster.height, raster.width, TILE):
         outside = ~inside_outline(facade, raster, tile, options.margin)
+        if measured:
+            outside |= ~np.isfinite(bands.depth[tile.window]) & ~inside_outline(facade, raster, tile, 0.0)
         if outside.any():
             bands.pixels[tile.window][outside] = 0
             bands.source[tile.window][outside] = 0

@@ -9,6 +9,7 @@ from frontage.errors import OptionError
 from frontage.geometry.arrays import Array, Float
 from frontage.model import Facade
 from frontage.ortho.options import OrthoOptions
+from frontage.raster.tiles import Tile
 
 _MAX_PIXELS = 40_000_000_000
 
@@ -42,6 +43,32 @@ class Raster:
     def coarser(self, step: int) -> "Raster":
         """The raster of cells of step x step pixels that covers this one."""
         return Raster(self.corner, self.gsd * step, -(-self.width // step), -(-self.height // step))
+
+    def of_cells(self, size: float) -> "Raster":
+        """The raster of cells of `size` m, from the same corner, that covers this one and a cell more."""
+        return Raster(
+            self.corner,
+            size,
+            math.ceil(self.width * self.gsd / size) + 1,
+            math.ceil(self.height * self.gsd / size) + 1,
+        )
+
+    def window_of(self, other: "Raster", tile: Tile) -> tuple[tuple[int, int, int, int], Array, Array]:
+        """Where a tile of `other` lies in this raster: window (r0, r1, c0, c1), at least two cells a side if
+        there are, and in it the columns u (n,) and rows v (m,) of the tile's pixels, whole numbers = centres.
+        """
+        ratio = other.gsd / self.gsd
+        u = (np.arange(tile.c0, tile.c1) + 0.5) * ratio + (other.corner[0] - self.corner[0]) / self.gsd - 0.5
+        v = (np.arange(tile.r0, tile.r1) + 0.5) * ratio + (self.corner[1] - other.corner[1]) / self.gsd - 0.5
+        c0, c1 = _window(u, self.width)
+        r0, r1 = _window(v, self.height)
+        return (r0, r1, c0, c1), u - c0, v - r0
+
+
+def _window(at: Array, size: int) -> tuple[int, int]:
+    """First and last (excluded) of `size` cells that interpolation at sorted positions needs."""
+    first = int(np.clip(np.floor(at[0]), 0, max(size - 2, 0)))
+    return first, int(np.clip(np.floor(at[-1]) + 2, first + 1, size))
 
 
 def facade_raster(facade: Facade, options: OrthoOptions) -> Raster:

@@ -7,6 +7,8 @@ line of samples leaves six off the line). Holes have no samples and sparse retur
 few, so the mean over two metres, each sample counting once, is the wall's.
 """
 
+from dataclasses import dataclass
+
 import cv2
 import numpy as np
 from scipy.spatial import cKDTree
@@ -15,6 +17,7 @@ from frontage.geometry.arrays import Array, Float
 from frontage.ortho.frame import Raster
 from frontage.raster import gridding
 
+_COARSEST = 0.25  # m: closing the gaps of a sparser cloud would close windows
 _QUERIES = 40_000  # samples asked for their neighbours
 _NEIGHBOURS = 40
 _SECTORS = 8
@@ -25,19 +28,33 @@ _BLOCK = 0.5  # m
 _REACH = 1.0  # m: sigma of the mean over the surroundings
 
 
-def local_gap(at: Float, raster: Raster, typical: float) -> tuple[Raster, Array]:
-    """Spacing (h, w) px float32 by block of about half a metre, from samples (n, 2) px.
+@dataclass(frozen=True)
+class Gaps:
+    """Spacing (h, w) px float32 by block of `step` pixels of a raster."""
 
-    As spacings ``1 / sqrt(density)`` of points strewn at random that leave the same gaps. `typical` px is
-    that of the wall; blocks are no smaller than eight of it. Where no sample is near, that of the nearest
-    block.
+    step: int
+    px: Array
+
+    def at(self, rows: Array, columns: Array) -> Array:
+        """Spacing (m, n) px at rows (m,) and columns (n,) of pixels, the border's outside."""
+        h, w = self.px.shape
+        r, c = np.clip(rows // self.step, 0, h - 1), np.clip(columns // self.step, 0, w - 1)
+        return np.asarray(self.px[r[:, None], c])
+
+
+def local_gaps(at: Float, raster: Raster, typical: float) -> Gaps:
+    """Local gaps of samples (n, 2) px by block of about half a metre, `typical` px being the wall's spacing.
+
+    As spacings ``1 / sqrt(density)`` of points strewn at random that leave the same gaps; no smaller than a
+    quarter of the typical one. Blocks are no smaller than eight of it. Where no sample is near, that of the
+    nearest block.
     """
     block = max(1, round(_BLOCK / raster.gsd), int(np.ceil(8 * typical)))
     blocks = raster.coarser(block)
-    own = _sector_gap(at)
-    known = np.isfinite(own[1])
-    place, gap = own[0][known], own[1][known]
-    cell, _ = gridding.cell_index(place / block, (blocks.height, blocks.width))
+    place, gap = _sector_gap(at)
+    known = np.isfinite(gap)
+    cell, inside = gridding.cell_index(place[known] / block, (blocks.height, blocks.width))
+    gap = gap[known][inside]
     size = blocks.height * blocks.width
     count = np.bincount(cell, minlength=size).reshape(blocks.height, blocks.width).astype(np.float32)
     total = np.bincount(cell, np.log(gap), size).reshape(count.shape).astype(np.float32)
@@ -49,7 +66,8 @@ def local_gap(at: Float, raster: Raster, typical: float) -> tuple[Raster, Array]
     with np.errstate(invalid="ignore", divide="ignore"):
         mean = np.where(count > 1e-3, np.exp(total / count), np.nan)
     filled = gridding.nearest_filled(mean.astype(np.float32))
-    return blocks, np.where(np.isfinite(filled), filled, np.float32(typical))
+    filled = np.where(np.isfinite(filled), filled, np.float32(typical))
+    return Gaps(block, np.clip(filled, 0.25 * typical, max(_COARSEST / raster.gsd, 0.25 * typical)))
 
 
 def _sector_gap(at: Float) -> tuple[Float, Float]:

@@ -8,7 +8,9 @@ from frontage.geometry.arrays import Array, Float
 from frontage.model import Facade, Failed, OrthoImage, Photo, Scan
 from frontage.ortho.bands import TILE, Bands, cut_out, fill, missed_by_photos
 from frontage.ortho.frame import Raster, facade_raster
+from frontage.ortho.gaps import Gaps, local_gaps
 from frontage.ortho.options import OrthoOptions
+from frontage.ortho.recess import DEEPEST_REVEAL
 from frontage.ortho.relief import Relief, measure_relief
 from frontage.ortho.render import paint_photos
 from frontage.ortho.scan_image import intensity_band, paint_scan, picture_kind
@@ -42,11 +44,12 @@ def make_ortho(
     if not near.any() and not photos:
         return Failed("F301", f"facade {facade.id}: no point lies on it", "check the outline and the scan")
     bands = Bands(raster)
-    relief = measure_relief(xyz_facade[near], facade.spacing, raster, options)
+    gaps = _wall_gaps(xyz_facade[near], facade, raster)
+    relief = measure_relief(xyz_facade[near], facade.spacing, raster, options, gaps)
     shown = relief if options.relief and options.projection == "full" else None
     _fill_depth(bands.depth, raster, shown)
     points = _surface(xyz_facade, near, relief)
-    intensity = intensity_band(scan, xyz_facade, points, raster, facade.spacing)
+    intensity = intensity_band(scan, xyz_facade, points, raster, gaps)
     oriented = [p for p in photos if p.local_from_camera is not None] if image_of is not None else []
     plan = None
     if oriented:
@@ -59,7 +62,7 @@ def make_ortho(
             bands.gsd[tile.window] = plan.window(plan.gsd, tile)
         names = tuple(p.id for p in plan.photos)
     if points.any():
-        names += _from_scan(bands, scan, xyz_facade, points, raster, facade, len(names))
+        names += _from_scan(bands, scan, xyz_facade, points, raster, facade, gaps, len(names))
     elif not names:
         return Failed(
             "F302", f"facade {facade.id}: no photo sees it and no point lies on it", "check the poses"
@@ -79,15 +82,22 @@ def make_ortho(
 
 
 def _from_scan(
-    bands: Bands, scan: Scan, xyz_facade: Float, points: Array, raster: Raster, facade: Facade, photos: int
+    bands: Bands,
+    scan: Scan,
+    xyz_facade: Float,
+    points: Array,
+    raster: Raster,
+    facade: Facade,
+    gaps: Gaps,
+    photos: int,
 ) -> tuple[str, ...]:
     """Paint from the scan: all of it without photos, else what they miss if that is much; its name."""
     if photos == 0:
-        return paint_scan(bands, scan, xyz_facade, points, raster, facade.spacing)
+        return paint_scan(bands, scan, xyz_facade, points, raster, gaps)
     if not missed_by_photos(bands, facade, raster) or picture_kind(scan) == "depth":
         return ()
     own = Bands(raster)
-    names = paint_scan(own, scan, xyz_facade, points, raster, facade.spacing)
+    names = paint_scan(own, scan, xyz_facade, points, raster, gaps)
     return names if fill(bands, own, photos + 1, raster) else ()
 
 
@@ -96,6 +106,12 @@ def _near(xyz_facade: Float, raster: Raster, options: OrthoOptions) -> Array:
     at, y = raster.pixel(xyz_facade), xyz_facade[:, 1]
     inside = (at >= 0).all(1) & (at[:, 0] < raster.width) & (at[:, 1] < raster.height)
     return inside & (y >= -options.front) & (y <= options.back)
+
+
+def _wall_gaps(near: Float, facade: Facade, raster: Raster) -> Gaps:
+    """Gaps between the points (n, 3) m that are neither in a room nor far in front."""
+    wall = near[np.abs(near[:, 1]) <= DEEPEST_REVEAL]
+    return local_gaps(raster.pixel(wall), raster, facade.spacing / raster.gsd)
 
 
 def _surface(xyz_facade: Float, near: Array, relief: Relief | None) -> Array:

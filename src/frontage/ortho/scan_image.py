@@ -7,15 +7,16 @@ from frontage.geometry.arrays import Array, Bool, Float
 from frontage.model import Scan
 from frontage.ortho.bands import TILE, Bands
 from frontage.ortho.frame import Raster
+from frontage.ortho.gaps import Gaps
 from frontage.ortho.splat import Samples, splat, surface_samples
 from frontage.raster.tiles import allocate, tiles
 
 
-def intensity_band(scan: Scan, xyz_facade: Float, near: Bool, raster: Raster, spacing: float) -> Array | None:
+def intensity_band(scan: Scan, xyz_facade: Float, near: Bool, raster: Raster, gaps: Gaps) -> Array | None:
     """Intensity (h, w) float32 0..1 of the scan on the facade, NaN = none; None when the scan has none."""
     if scan.intensity is None or not near.any():
         return None
-    samples = surface_samples(xyz_facade[near], scan.intensity[near][:, None], raster, spacing)
+    samples = surface_samples(xyz_facade[near], scan.intensity[near][:, None], raster, gaps)
     band = allocate((raster.height, raster.width, 1), np.float32, np.nan)
     known = allocate((raster.height, raster.width), np.bool_)
     splat(samples, raster, band, known)
@@ -35,7 +36,7 @@ def picture_kind(scan: Scan) -> str:
 
 
 def paint_scan(
-    bands: Bands, scan: Scan, xyz_facade: Float, near: Bool, raster: Raster, spacing: float
+    bands: Bands, scan: Scan, xyz_facade: Float, near: Bool, raster: Raster, gaps: Gaps
 ) -> tuple[str, ...]:
     """Fill pixels, source and gsd from the scan's colour, else intensity, else shape; name the source."""
     points, kind = xyz_facade[near], picture_kind(scan)
@@ -45,7 +46,7 @@ def paint_scan(
         value = _stretched(scan.intensity[near])[:, None]
     else:
         value = points[:, 1:2].astype(np.float32)
-    samples = surface_samples(points, value, raster, spacing)
+    samples = surface_samples(points, value, raster, gaps)
     band = allocate((raster.height, raster.width, value.shape[1]), np.float32)
     known = allocate((raster.height, raster.width), np.bool_)
     splat(samples, raster, band, known)
@@ -67,15 +68,14 @@ def _paint_tile(
     """Pixels of one tile from its values."""
     if shading is not None:
         value = _shaded(
-            value[..., 0], known, raster.gsd * float(np.median(samples.spacing_px)), raster.gsd, shading
+            value[..., 0], known, raster.gsd * float(np.median(samples.gaps.px)), raster.gsd, shading
         )
     rgb = np.clip(np.rint(value), 0, 255).astype(np.uint8)
     bands.pixels[window][..., :3] = np.where(known[..., None], np.broadcast_to(rgb, (*known.shape, 3)), 0)
     bands.pixels[window][..., 3] = np.where(known, 255, 0)
     bands.source[window] = known
-    ratio = round(samples.spacing.gsd / raster.gsd)
     rows, columns = np.arange(window[0].start, window[0].stop), np.arange(window[1].start, window[1].stop)
-    gsd = samples.spacing_px[rows[:, None] // ratio, columns // ratio] * raster.gsd
+    gsd = samples.gaps.at(rows, columns) * raster.gsd
     bands.gsd[window] = np.where(known, gsd, np.nan)
 
 

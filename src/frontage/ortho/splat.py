@@ -13,7 +13,7 @@ import numpy as np
 
 from frontage.geometry.arrays import Array, Float
 from frontage.ortho.frame import Raster
-from frontage.ortho.gaps import local_gap
+from frontage.ortho.gaps import Gaps
 from frontage.raster import gridding
 from frontage.raster.tiles import tiles
 
@@ -24,35 +24,31 @@ _DENSE = 0.7  # px: closer samples leave no pixel without one
 _OPENING = 0.5  # spacings: what is narrower is a stray sample
 _REACH = 8.0  # spacings around a tile that its pixels depend on
 _SIGMA = 0.55  # spacings: Gaussian that joins the samples of a square lattice without visible dots
-_COARSEST = 0.25  # m: closing wider gaps would close windows
 _OCTAVE = 1.5  # ratio of the Gaussians among which a pixel picks
 
 
 @dataclass(frozen=True)
 class Samples:
-    """Points on the surface: pixel positions (n, 2), values (n, k), and the local spacing by coarse block."""
+    """Points on the surface: pixel positions (n, 2), values (n, k), and the local gaps between them."""
 
     at: Float
     value: Array
-    spacing: Raster
-    spacing_px: Array
+    gaps: Gaps
 
 
-def surface_samples(xyz_facade: Float, value: Array, raster: Raster, spacing: float) -> Samples:
-    """Points (n, 3) m of the surface with their values (n, k) on the raster; spacing m is typical."""
+def surface_samples(xyz_facade: Float, value: Array, raster: Raster, gaps: Gaps) -> Samples:
+    """Points (n, 3) m of the surface with their values (n, k) that lie on the raster."""
     at = raster.pixel(xyz_facade)
     c, r = np.floor(at).astype(np.int64).T
     inside = (c >= 0) & (c < raster.width) & (r >= 0) & (r < raster.height)
-    at, value = at[inside], value[inside]
-    blocks, gap = local_gap(at, raster, spacing / raster.gsd)
-    return Samples(at, value, blocks, np.clip(gap, 0.25 * spacing / raster.gsd, _COARSEST / raster.gsd))
+    return Samples(at[inside], value[inside], gaps)
 
 
 def splat(samples: Samples, raster: Raster, out: Array, known: Array) -> None:
     """Write values (h, w, k) to `out` and True to `known` (h, w) where there is a surface, tile by tile."""
     order = np.argsort(samples.at[:, 1], kind="stable")
     at, value = samples.at[order], samples.value[order]
-    reach = int(np.ceil(_REACH * max(1.0, float(samples.spacing_px.max())))) + 2
+    reach = int(np.ceil(_REACH * max(1.0, float(samples.gaps.px.max())))) + 2
     for tile in tiles(raster.height, raster.width, _TILE):
         r0, c0 = tile.r0 - reach, tile.c0 - reach
         shape = (tile.shape[0] + 2 * reach, tile.shape[1] + 2 * reach)
@@ -61,10 +57,7 @@ def splat(samples: Samples, raster: Raster, out: Array, known: Array) -> None:
         if not len(cell):
             continue
         inner = (slice(reach, -reach), slice(reach, -reach))
-        rows = np.clip(np.arange(r0, r0 + shape[0]), 0, raster.height - 1)
-        columns = np.clip(np.arange(c0, c0 + shape[1]), 0, raster.width - 1)
-        ratio = round(samples.spacing.gsd / raster.gsd)
-        radius = samples.spacing_px[rows[:, None] // ratio, columns // ratio]
+        radius = samples.gaps.at(np.arange(r0, r0 + shape[0]), np.arange(c0, c0 + shape[1]))
         mean, mask = _spread(cell, value[a:b][inside], shape, radius)
         out[tile.window] = mean[inner]
         known[tile.window] = mask[inner]

@@ -12,11 +12,12 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 
-from frontage.geometry.arrays import Array, Bool, Float
+from frontage.geometry.arrays import Array, Float
 from frontage.model import Facade, Photo
 from frontage.ortho.frame import Raster
 from frontage.ortho.options import OrthoOptions
 from frontage.ortho.project import pixel_map
+from frontage.ortho.recess import DEEPEST_REVEAL
 from frontage.ortho.relief import Relief
 from frontage.raster.tiles import Tile
 from frontage.raster.zbuffer import splat_depth
@@ -25,7 +26,11 @@ _CELL = 0.04  # m
 _MAX_CELLS = 4_000_000
 _REDUCED = 4  # photo px per depth buffer px
 _TOLERANCE = 0.15  # m: what stands less in front of a surface is that surface
-_OCCLUDER = 0.5  # m in front of the surface: not the facade itself
+_OCCLUDER = DEEPEST_REVEAL + _TOLERANCE  # m in front of the surface: not the facade's own wall, frame or sill
+_SELF = 1e-4  # of its quality is what a cell counts that the facade itself hides: used when nothing else is
+_LOYALTY = 1.5  # how much a whole neighbourhood in one photo is worth, as a logarithm of quality
+_AROUND = 0.3  # m: that neighbourhood
+_ROUNDS = 6
 _SPLAT = 0.75  # spacings: discs of this radius leave no gap on a square lattice seen from the front
 _PATCH = 1.0  # m over which quality is smoothed
 _BORDER = 0.05  # share of the photo's width over which quality fades to zero
@@ -75,8 +80,8 @@ def plan_views(
     views = sorted(views, key=lambda v: -float(v.quality.sum()))[: options.max_photos]
     if not views:
         return None
-    quality = np.stack([np.where(_visible(v, facade, cells, y, cloud), v.quality, 0.0) for v in views])
-    label = np.argmax(quality, axis=0).astype(np.int16)
+    quality = np.stack([_visibility(v, facade, cells, y, cloud) * v.quality for v in views])
+    label = _connected(quality, max(1, round(_AROUND / cells.gsd)))
     gsd = np.take_along_axis(np.stack([v.gsd for v in views]), label[None].astype(np.int64), 0)[0]
     seen = np.take_along_axis(quality, label[None].astype(np.int64), 0)[0] > 0
     label[~seen] = -1
@@ -135,8 +140,27 @@ def _effective_gsd(at: Float, gsd: float) -> Array:
     return out
 
 
-def _visible(view: _View, facade: Facade, cells: Raster, y: Array, cloud: Cloud) -> Bool:
-    """Cells (h, w) with nothing of the cloud more than the tolerance in front of them."""
+def _connected(quality: Array, radius: int) -> Array:
+    """The photo (h, w) int16 of every cell, of the highest quality (k, h, w) and what its neighbours take.
+
+    Iterated conditional modes with a Potts term over a window of 2 `radius` + 1 cells: seams run where two
+    photos are about equally good, not around single cells.
+    """
+    with np.errstate(divide="ignore"):
+        score = np.log(quality.astype(np.float32))
+    label: Array = np.argmax(score, axis=0)
+    side = 2 * radius + 1
+    for _ in range(_ROUNDS):
+        together = [
+            s + _LOYALTY * cv2.blur((label == i).astype(np.float32), (side, side))
+            for i, s in enumerate(score)
+        ]
+        label = np.argmax(np.stack(together), axis=0)
+    return np.asarray(label.astype(np.int16))
+
+
+def _visibility(view: _View, facade: Facade, cells: Raster, y: Array, cloud: Cloud) -> Array:
+    """1 for cells (h, w) with nothing in front, `_SELF` with parts of the facade itself there, else 0."""
     photo = view.photo
     camera_from_local = photo.pose.inverse
     reduced = (-(-photo.camera.height // _REDUCED), -(-photo.camera.width // _REDUCED))
@@ -155,7 +179,8 @@ def _visible(view: _View, facade: Facade, cells: Raster, y: Array, cloud: Cloud)
     hidden = (buffer[r, c] < own - _TOLERANCE).astype(np.uint8)
     # a cell between two hidden ones is hidden; and the outline of a tree or car is known to a cell at best
     occluder = cv2.dilate((buffer[r, c] < own - _OCCLUDER).astype(np.uint8), box)
-    visible: Bool = (cv2.morphologyEx(hidden, cv2.MORPH_CLOSE, box) | occluder) == 0
+    own_shade = cv2.morphologyEx(hidden, cv2.MORPH_CLOSE, box)
+    visible: Array = np.where(occluder > 0, 0.0, np.where(own_shade > 0, _SELF, 1.0))
     return visible
 
 

@@ -1,4 +1,4 @@
-"""Scattered points to grids: medians per cell, gap-aware colour, medians that step over missing cells."""
+"""Scattered points to grids: medians per cell, values between cells, closing of gaps."""
 
 import cv2
 import numpy as np
@@ -34,22 +34,25 @@ def cell_quantiles(
     return out.reshape(len(quantiles), *shape), count.reshape(shape)
 
 
-def nan_median(grid: Array, radius: int) -> Array:
-    """Median of the known cells in a (2 r + 1)^2 window; cells that are NaN stay NaN."""
+def bilinear(grid: Array, u: Array, v: Array) -> Array:
+    """Values (m, n) float32 of a grid (h, w) at columns u (n,) and rows v (m,), edges held."""
     h, w = grid.shape
-    padded = np.pad(grid, radius, constant_values=np.nan)
-    side = 2 * radius + 1
-    out = np.empty_like(grid)
-    for row in range(0, h, 256):  # bands bound the memory of the stacked windows
-        n = min(256, h - row)
-        stack = [padded[row + i : row + i + n, j : j + w] for i in range(side) for j in range(side)]
-        ordered = np.sort(np.stack(stack), axis=0)  # NaN goes last
-        known = np.isfinite(ordered).sum(0)
-        low, high = (np.maximum(k, 0)[None] for k in ((known - 1) // 2, known // 2))
-        out[row : row + n] = (
-            0.5 * (np.take_along_axis(ordered, low, 0) + np.take_along_axis(ordered, high, 0))[0]
-        )
-    return np.where(np.isfinite(grid), out, np.nan)
+    u, v = np.clip(u, 0, w - 1), np.clip(v, 0, h - 1)
+    c, r = np.minimum(u.astype(int), max(w - 2, 0)), np.minimum(v.astype(int), max(h - 2, 0))
+    c1, r1 = np.minimum(c + 1, w - 1), np.minimum(r + 1, h - 1)
+    s, t = (u - c).astype(np.float32)[None], (v - r).astype(np.float32)[:, None]
+    low = grid[r].astype(np.float32)
+    rows = low + (grid[r1] - low) * t
+    left = rows[:, c]
+    mixed: Array = left + (rows[:, c1] - left) * s
+    return mixed
+
+
+def nearest(grid: Array, u: Array, v: Array) -> Array:
+    """Values (m, n) of the cells of a grid (h, w) that lie nearest to columns u (n,) and rows v (m,)."""
+    h, w = grid.shape
+    c = np.clip(np.rint(u), 0, w - 1).astype(int)
+    return np.asarray(grid[np.clip(np.rint(v), 0, h - 1).astype(int)][:, c])
 
 
 def closed(occupied: Bool, radius: Array) -> Bool:

@@ -1,0 +1,98 @@
+"""Where the surface steps back: at a reveal, cells are too coarse to say, the points are not.
+
+Points near a step are either of its near or of its far side. The near surface is opaque, so a recess seen
+obliquely has a strip without points beside its edge: there the near surface ends half a spacing after its
+last point. Where points of both sides stand close, the edge runs between them. Both follow from distances to
+the two sets, smoothed over most of a spacing, which straightens what random samples roughen and moves no
+straight edge.
+"""
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+
+from frontage.geometry.arrays import Array, Bool, Float
+from frontage.ortho.frame import Raster
+from frontage.ortho.gaps import Gaps
+from frontage.raster import gridding
+from frontage.raster.tiles import Tile, allocate, tiles
+
+_TILE = 1024
+_PER_SPACING = 3  # cells per spacing
+_CLOSING = 2.0  # spacings: as for pixels from the scan
+_BEYOND = 0.5  # spacings that a surface reaches past its last point
+_SMOOTH = 0.7  # spacings
+_REACH = 6.0  # spacings around a tile that its cells depend on
+
+
+@dataclass(frozen=True)
+class Steps:
+    """Signed distance (h, w) float32 to the edges of steps, in cells of `raster`, negative before them."""
+
+    raster: Raster
+    distance: Array
+
+    def recessed(self, raster: Raster, tile: Tile) -> Bool:
+        """Which pixels (m, n) of a tile of a raster of the same facade lie on the far side of their step."""
+        (r0, r1, c0, c1), u, v = self.raster.window_of(raster, tile)
+        far: Bool = gridding.bilinear(self.distance[r0:r1, c0:c1], u, v) > 0.0
+        return far
+
+
+def measure_steps(
+    points: Float, cells: Raster, near: Array, far: Array, step: float, raster: Raster, gaps: Gaps
+) -> Steps:
+    """Edges of the steps between `near` and `far` (h, w) m of `cells`, from points (n, 3) m of the facade."""
+    k = max(1, int(np.median(gaps.px) / _PER_SPACING))
+    fine = raster.coarser(k)
+    distance = allocate((fine.height, fine.width), np.float32)
+    stepped = far - near > step
+    box = np.ones((5, 5), np.uint8)  # points beyond the cells in question have their say too
+    near, far = cv2.erode(near, box), cv2.dilate(far, box)
+    at, recessed = _sorted_points(points, cells, near, far, step, fine)
+    reach = int(np.ceil(_REACH * max(1.0, float(gaps.px.max()) / k))) + 2
+    for tile in tiles(fine.height, fine.width, _TILE):
+        (r0, r1, c0, c1), _, _ = cells.window_of(fine, tile)
+        if not stepped[r0:r1, c0:c1].any():
+            continue
+        r, c = tile.r0 - reach, tile.c0 - reach
+        shape = (tile.shape[0] + 2 * reach, tile.shape[1] + 2 * reach)
+        a, b = np.searchsorted(at[:, 1], [r, r + shape[0]])
+        cell, inside = gridding.cell_index(at[a:b] - [c, r], shape)
+        spacing = gaps.at(np.arange(r, r + shape[0]) * k, np.arange(c, c + shape[1]) * k) / k
+        sides = []
+        for side in (~recessed[a:b][inside], recessed[a:b][inside]):
+            hit = np.zeros(shape[0] * shape[1], bool)
+            hit[cell[side]] = True
+            sides.append(hit.reshape(shape))
+        signed = _signed_distance(sides[0], sides[1], spacing)
+        distance[tile.window] = signed[reach:-reach, reach:-reach]
+    return Steps(fine, distance)
+
+
+def _sorted_points(
+    points: Float, cells: Raster, near: Array, far: Array, step: float, fine: Raster
+) -> tuple[Float, Bool]:
+    """Positions (n, 2) in `fine`, by row, of the points at steps, and which (n,) are of the far side."""
+    c, r = np.floor(cells.pixel(points)).astype(np.int64).T
+    h, w = near.shape
+    r, c = np.clip(r, 0, h - 1), np.clip(c, 0, w - 1)
+    low, high, y = near[r, c], far[r, c], points[:, 1]
+    use = (high - low > step) & (y <= high + step)
+    at, recessed = fine.pixel(points[use]), (y > 0.5 * (low + high))[use]
+    order = np.argsort(at[:, 1], kind="stable")
+    return at[order], recessed[order]
+
+
+def _signed_distance(near: Bool, far: Bool, spacing: Array) -> Array:
+    """Cells (h, w) float32 to the edge between two sampled sides, negative on the near side."""
+    to_near, to_far = gridding.distance_to(near), gridding.distance_to(far)
+    nearer = to_near <= to_far
+    near_side = gridding.closed(near, _CLOSING * spacing) & nearer
+    far_side = gridding.closed(far, _CLOSING * spacing) & ~nearer
+    beyond = gridding.distance_to(near_side) - gridding.distance_to(~near_side)
+    signed = beyond - np.minimum(gridding.distance_to(far_side), _BEYOND * spacing)
+    sigma = max(0.5, _SMOOTH * float(np.median(spacing)))
+    smooth: Array = cv2.GaussianBlur(np.clip(signed, -8 * sigma, 8 * sigma).astype(np.float32), (0, 0), sigma)
+    return smooth
