@@ -93,7 +93,10 @@ def _light(stage: Stage, plan: FacadePlan, at: Float, gsd: float) -> Array:
     rgb = np.zeros((len(pick), 3), np.float32)
     hit = np.flatnonzero(triangle[pick] >= 0)
     seen = pick[hit]
-    xyz = plan.local_from_facade.apply(np.column_stack([at[seen, 0], y[seen], at[seen, 2]]))
+    place = np.column_stack([at[:, 0], y, at[:, 2]])
+    middle = place.reshape(-1, _SAMPLES, 3).mean(axis=1)  # the first sample is not
+    whole = share[hit, None] == 1
+    xyz = plan.local_from_facade.apply(np.where(whole, middle[seen // _SAMPLES], place[seen]))
     ways = np.broadcast_to(plan.local_from_facade.R[:, 1], xyz.shape)
     flat, blur = np.ones(len(seen), np.float32), np.full(len(seen), gsd, np.float32)
     rgb[hit] = surface_light(stage, triangle[seen], xyz, ways, np.zeros(len(seen), np.bool_), flat, blur)
