@@ -16,6 +16,7 @@ from frontage.errors import FrontageError
 
 # Each command with its line in --help, so that help imports nothing; it lives in the module of its name.
 COMMANDS = {
+    "demo": "Simulate a small street, run the whole chain on it, and score the result.",
     "run": "The whole chain: scans and photos to ortho-images, model and report.",
     "info": "What is in a scan, a photo folder's cameras, or a run folder.",
     "buildings": "Split the street of a run folder into buildings again.",
@@ -25,6 +26,9 @@ COMMANDS = {
     "report": "Write report.html of a run folder again.",
     "pixel-to-world": "World position of an ortho-image pixel.",
     "world-to-pixel": "Ortho-image pixel of a world position.",
+    "validate": "Check solids against ISO 19107, with val3dity's error codes.",
+    "simulate": "A street with exact truth: scans, photos, city model.",
+    "score": "A run folder against the truth of its simulated scene.",
 }
 
 
