@@ -4,9 +4,11 @@ accuracy, frames, sides, what must not win, what must fail clearly.
 
 import numpy as np
 import pytest
+from scipy import ndimage
 
 from frontage.facades import FacadeOptions, find_facades
 from frontage.model import Building, Facade, Failed, Scan, WorldRef
+from scenes import INTERIOR, street_scene
 
 WORLD = WorldRef(np.array([0, 0, 0]))
 
@@ -269,3 +271,89 @@ def test_paper_method_finds_the_same_wall_less_exactly():
     paper = only(find_facades(scan, whole(scan), FacadeOptions(method="paper", paper_iterations=200)))
     angle = np.degrees(np.linalg.norm(np.cross(paper.frame.R[:, 1], R[:, 1])))
     assert 0.005 < angle < 2.0
+
+
+def rough(rng, x, z, sigma=0.003, length=0.3, cell=0.05):
+    """A Gaussian random field at (x, z), correlated over `length`."""
+    shape = (int(np.ptp(z) / cell) + 3, int(np.ptp(x) / cell) + 3)
+    field = ndimage.gaussian_filter(rng.normal(0, 1, (shape[0] + 40, shape[1] + 40)), length / 2 / cell)
+    field = field[20:-20, 20:-20]
+    at = [(z - z.min()) / cell, (x - x.min()) / cell]
+    return sigma / field.std() * ndimage.map_coordinates(field, at, order=1, mode="nearest")
+
+
+@pytest.mark.parametrize("roughness", [0.0, 0.003])
+def test_errors_match_the_covariance_on_smooth_and_on_rough_walls(roughness):
+    score = []
+    for seed in range(20):
+        rng = np.random.default_rng(seed)
+        wall, _ = panel(rng, 10, 7, spacing=0.06)
+        if roughness:
+            wall[:, 1] += rough(rng, wall[:, 0], wall[:, 2], roughness)
+        ground = np.column_stack(
+            [rng.uniform(-6, 6, 3000), rng.uniform(-4, 0, 3000), rng.normal(0, 0.01, 3000)]
+        )
+        xyz = np.vstack([wall, ground])
+        scan = Scan("rough", xyz, WORLD, np.array([[0, -10.0, 1.7]]), np.zeros(len(xyz), np.int32))
+        f = only(find_facades(scan, whole(scan, 0.0), seed=seed))
+        # errors of (c, lean, azimuth) at the facade's own origin
+        error = np.array([-f.frame.t[1], f.frame.R[1, 2], -f.frame.R[1, 0]])
+        cov = f.local_from_facade.covariance[np.ix_([1, 3, 5], [1, 3, 5])]
+        score.append(error @ np.linalg.solve(cov, error) / 3)
+    assert 0.55 < np.mean(score) < 1.6  # 99.8 % of chi-square with 60 degrees of freedom
+
+
+@pytest.mark.parametrize("rays", [True, False])
+def test_no_facade_of_a_street_is_made_of_rooms(rays):
+    scene = street_scene(seed=3, houses=3, spacing=0.05)
+    scan = scene.scan if rays else Scan("street", scene.scan.xyz, scene.scan.world)
+    for i, house in enumerate(scene.houses):
+        own = np.flatnonzero(scene.house == i)
+        found = find_facades(scan, Building(f"B{i}", own, float(scan.xyz[own, 2].min())))
+        assert abs((found[0].frame.t - house.local_from_facade.t) @ house.local_from_facade.R[:, 1]) < 0.002
+        for f in found:
+            assert np.mean(scene.label[f.inliers] == INTERIOR) < 0.2
+
+
+@pytest.mark.parametrize(("radius", "faces"), [(1.0, 2), (1.5, 2), (3.0, 3)])
+def test_rounded_corner_is_no_fan_of_slivers(radius, faces):
+    rng = np.random.default_rng(0)
+    a, _ = panel(rng, 8, 9)
+    b, _ = panel(rng, 8, 9)
+    turn = rng.uniform(0, np.pi / 2, int(radius * np.pi / 2 * 9 / 0.04**2))
+    arc = np.column_stack(
+        [radius * (np.sin(turn) - 1), radius * (1 - np.cos(turn)), rng.uniform(0, 9, len(turn))]
+    )
+    arc += rng.normal(0, 0.005, arc.shape)
+    xyz = np.vstack([a - [4 + radius, 0, 0], arc, b @ turned(np.pi / 2).T + [0, 4 + radius, 0]])
+    scan = Scan("corner", xyz, WORLD, np.array([[8.0, -8, 1.7]]), np.zeros(len(xyz), np.int32))
+    found = find_facades(scan, whole(scan, 0.0))
+    assert len(found) == faces
+    flat = sorted(found, key=lambda f: -f.coverage)[:2]
+    assert all(f.sigma_plane < 0.0003 for f in flat)
+    for f in found[2:]:  # the corner of three metres is a wall of its own, and bent
+        assert any("bent" in note for note in f.notes)
+
+
+def test_relief_does_not_tilt_the_plane_across_its_layers():
+    rng = np.random.default_rng(0)
+    wall, _ = panel(rng, 4, 20, noise=0.003, windows=False)
+    strip = np.floor((wall[:, 0] + 2) / 0.5).astype(int)
+    # pilasters, fluted panels, all of it set back in the upper storeys
+    depth = np.array([0, 0.2, 0.14, 0.2, 0.2, 0.26, 0.2, 0])[strip % 8] + 0.08 * (wall[:, 2] > 15)
+    wall[:, 1] += depth
+    scan = Scan("relief", wall, WORLD, np.array([[0, -10.0, 1.7]]), np.zeros(len(wall), np.int32))
+    f = only(find_facades(scan, whole(scan, 0.0)))
+    assert np.degrees(np.hypot(f.frame.R[1, 0], f.frame.R[1, 2])) < 0.05
+    assert f.roughness < 0.005 and not any("bent" in note for note in f.notes)
+
+
+def test_reveals_are_no_layers():
+    rng = np.random.default_rng(0)
+    wall, _ = panel(rng, 12, 9)
+    x, y, z = np.meshgrid(np.arange(-4.5, 5, 3.0), np.arange(0.03, 0.4, 0.03), np.arange(1, 8, 0.03))
+    reveal = np.column_stack([x.ravel(), y.ravel(), z.ravel()]) + rng.normal(0, 0.002, (x.size, 3))
+    xyz = np.vstack([wall, reveal, reveal + np.array([1.2, 0, 0])])
+    scan = Scan("reveals", xyz, WORLD, np.array([[0, -10.0, 1.7]]), np.zeros(len(xyz), np.int32))
+    f = only(find_facades(scan, whole(scan, 0.0)))
+    assert [layer.y for layer in f.layers] == [0.0]

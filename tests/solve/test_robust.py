@@ -5,11 +5,12 @@ import pytest
 from scipy import ndimage
 
 from frontage.facades.build import pose_covariance
+from frontage.facades.refine import start_sigma
 from frontage.facades.search import FreeWalls, UprightWalls
 from frontage.geometry.plane import facade_axes, fit_plane
 from frontage.solve.correlation import fit_covariance, residual_correlation
 from frontage.solve.ransac import lo_ransac, needed_hypotheses
-from frontage.solve.robust import irls, mad_sigma
+from frontage.solve.robust import irls, mad_sigma, tukey_response, tukey_weights
 from proofs import assert_invariant, assert_jacobian
 
 
@@ -86,3 +87,15 @@ def test_pose_covariance_has_the_right_signs():
     plane = np.diag([1.0, 4.0, 9.0]) + 0.5
     pose = pose_covariance(plane)
     assert pose[1, 1] == 1.5 and pose[5, 5] == 4.5 and pose[3, 3] == 9.5 and pose[3, 5] == -0.5
+
+
+def test_tukey_response_is_the_derivative_of_the_influence():
+    r = np.linspace(-0.03, 0.03, 7)
+    assert_jacobian(lambda v: v * tukey_weights(v, 0.005), np.diag(tukey_response(r, 0.005)), r)
+
+
+def test_start_is_the_densest_layer_not_the_middle_of_two():
+    rng = np.random.default_rng(0)
+    offsets = np.concatenate([rng.normal(-0.03, 0.003, 6000), rng.normal(0.03, 0.003, 4000)])
+    centre, sigma = start_sigma(offsets, 0.1, 0.0005)
+    assert abs(centre + 0.03) < 0.001 and 0.0025 < sigma < 0.0035

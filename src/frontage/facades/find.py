@@ -103,7 +103,7 @@ def sketch_fronts(scene: Scene, rng: np.random.Generator) -> list[Front]:
         found = search_plane(thin, rise, cloud, options, rng)
         if found is None:
             break
-        plane = straightened(*found, thin, cloud)
+        plane = straightened(*found, thin, cloud, options.levelled, rng)
         if plane.held < least or not plane.own.any():
             break
         used, front = plane.own, None

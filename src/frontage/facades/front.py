@@ -10,6 +10,7 @@ from frontage.facades.cells import CellMap, largest_part, occupied, sloping
 from frontage.facades.cloud import Cloud, Slab, columns, voxel_first
 from frontage.facades.options import FacadeOptions
 from frontage.facades.refine import Wall, refine_thin, refine_wall, sketch_wall
+from frontage.facades.search import sharp_plane
 from frontage.facades.street import Side, side_from_evidence, side_from_rays
 from frontage.geometry.arrays import Bool, Float, Int
 from frontage.geometry.plane import facade_axes
@@ -75,7 +76,9 @@ class Plane:
     held: float
 
 
-def straightened(normal: Float, point: Float, thin: Float, cloud: Cloud) -> Plane:
+def straightened(
+    normal: Float, point: Float, thin: Float, cloud: Cloud, levelled: bool, rng: np.random.Generator
+) -> Plane:
     """A plane found, fitted to the connected part of it that has most of the thinned points (n, 3)."""
     axes = facade_axes(normal)
     q = columns(thin - point, axes)
@@ -91,9 +94,14 @@ def straightened(normal: Float, point: Float, thin: Float, cloud: Cloud) -> Plan
     if region is None:
         own[near] = True
         return Plane(normal, point, cloud.noise, own, 0.0, held)
-    own[near] = region.within(on[:, 0], on[:, 2])
-    fit, sigma = refine_thin(q[own], cloud)
     beside = q[np.abs(q[:, 1]) < _BOW]
+    wide = beside[np.abs(beside[:, 1]) < FRONT]
+    wide = wide[region.within(wide[:, 0], wide[:, 2])]
+    sharp = sharp_plane(wide, cloud, rng) if levelled else None
+    own[near] = region.within(on[:, 0], on[:, 2])
+    fit, sigma = refine_thin(q[own], wide, cloud, sharp)
+    own |= np.abs(q @ [-fit[1], 1.0, -fit[2]] - fit[0]) < 2.0 * cloud.threshold
+    own &= region.within(q[:, 0], q[:, 2])
     shift, slope = level(beside[:, 0], beside @ [-fit[1], 1.0, -fit[2]] - fit[0], cloud.threshold)
     straight = axes @ np.array([-fit[1] - slope, 1.0, -fit[2]])
     straight /= np.linalg.norm(straight)

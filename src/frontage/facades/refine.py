@@ -141,21 +141,28 @@ def refine_wall(
     return _finish(slab, fit, sigma, q, residual, candidates, cloud, scan, options)
 
 
-def refine_thin(q: Float, cloud: Cloud) -> tuple[Float, float]:
-    """The fit (3,) = (c, a, b) and sigma m of thinned points (n, 3), one per voxel: a good start.
+def refine_thin(q: Float, wide: Float, cloud: Cloud, sharp: Float | None) -> tuple[Float, float]:
+    """The fit (3,) = (c, a, b) and sigma m of thinned points, one per voxel: a good start.
 
-    Walls of many shallow layers draw a free plane aslant through several; one that was straightened in
-    plan first stays on its layer, but misses a wall that leans. The one with more points close to it wins.
+    q (n, 3) near the plane that was found; wide (m, 3) also in front of it and behind; sharp (3,) the plane
+    with the most points at the measured noise, or None.
+
+    Walls in many shallow layers draw a plane aslant through several. So the fit is tried free, straightened
+    in plan before it may lean, and from `sharp`; the likeliest wins.
     """
-    q = q[:: len(q) // _MOST + 1]
+    q, wide = (p[:: len(p) // _MOST + 1] for p in (q, wide))
     weights = np.ones(len(q))
-    fits = [
-        robust_fit(q, weights, cloud.threshold, _straighten(q, weights, cloud.threshold, _WIDE, columns))
-        for columns in (2, 3)
-    ]
-    close = _SIGMAS * min(sigma for _, sigma in fits)
-    held = [np.count_nonzero(np.abs(q @ [-a, 1.0, -b] - c) < close) for (c, a, b), _ in fits]
-    return fits[0] if held[0] > held[1] else fits[1]
+    starts = [(q, _straighten(q, weights, cloud.threshold, _WIDE, columns)) for columns in (2, 3)]
+    if sharp is not None:
+        starts.append((wide, sharp))
+    fits = [robust_fit(p, np.ones(len(p)), cloud.threshold, start) for p, start in starts]
+    return max(fits, key=lambda fit: _likelihood(wide, *fit))
+
+
+def _likelihood(q: Float, fit: Float, sigma: float) -> float:
+    """Log likelihood of points (n, 3), Gaussian about a plane with `sigma` m, over uniform in a metre."""
+    inside = np.abs(q @ [-fit[1], 1.0, -fit[2]] - fit[0]) < _SIGMAS * sigma
+    return float(np.count_nonzero(inside) * (np.log(1.0 / (np.sqrt(2.0 * np.pi) * sigma)) - 0.5))
 
 
 def robust_fit(q: Float, weights: Float, threshold: float, start: Float) -> tuple[Float, float]:

@@ -10,6 +10,7 @@ from frontage.geometry.arrays import Array, Float, Int
 from frontage.geometry.plane import fit_plane, plane_offsets
 from frontage.solve.ransac import Consensus, lo_ransac
 
+_SHARPEST = 0.006  # m, least inlier distance: mortar joints
 _BASE = 0.5  # m, shortest base of a sample: half a metre of wall, the narrowest pier
 
 
@@ -147,6 +148,22 @@ def search_plane(
     normal = found.model[:3]
     point = centre + normal * found.model[3]
     return normal, point + normal * modal_offset(xyz, normal, point, cloud, options)
+
+
+def sharp_plane(q: Float, cloud: Cloud, rng: np.random.Generator) -> Float | None:
+    """The upright plane (3,) = (c, a, 0), y = c + a x, with the most points (n, 3) at the measured noise.
+
+    q is in the frame of a plane found with the inlier distance, which is never below 2 cm: shallow relief
+    fits into that. None when the noise is no smaller, or nothing is found.
+    """
+    threshold = max(3.0 * cloud.noise, _SHARPEST)
+    if threshold > 0.7 * cloud.threshold or len(q) < 10:
+        return None
+    found = lo_ransac(UprightWalls(q, np.ones(len(q))), threshold, rng, max_hypotheses=512)
+    if found is None or abs(found.model[1]) < 0.9:
+        return None
+    nx, ny, _, d = found.model
+    return np.array([d / ny, -nx / ny, 0.0])
 
 
 def modal_offset(xyz: Float, normal: Float, point: Float, cloud: Cloud, options: FacadeOptions) -> float:
