@@ -34,6 +34,7 @@ HOUSE = f"houses = 1\nopposite = false\nslope = 0\n{BARE}[[house]]\nwidth = 8\n"
         ),
         ("[[house]]\n[[house.opening]]\nshape = 'circle'\n" + OPENING, "a circle has one size"),
         ("[[house]]\n[[house.opening]]\nframe = 0.2\n" + OPENING.replace("1.1", "0.4"), "fills an opening"),
+        (f"[[house]]\n[[house.opening]]\nshutters = 'closed'\ndepth = 0.03\n{OPENING}", "need a reveal of"),
         ("[[scanners]]\nspacing = 0", "scanners 1, spacing = 0 is not usable"),
         ("[drive]\nspeed = -3", "drive, speed = -3 is not usable"),
         ("[model]\ncorner = -0.1", "model, corner = -0.1 is not usable"),
@@ -119,6 +120,17 @@ def test_a_slope_runs_along_the_road_and_under_the_houses() -> None:
         outline = house.facades[0].outline
         climb = outline[1, 1] - outline[0, 1]
         assert abs(climb) == pytest.approx(0.06 * np.ptp(outline[:, 0])) and (climb > 0) == (house.side == 0)
+
+
+def test_what_cannot_be_had_is_refused_or_noted() -> None:
+    two = f"[[house.opening]]\n{OPENING}[[house.opening]]\nshutters = 'open'\n{OPENING}"
+    two = two[::-1].replace("x = 1.0"[::-1], "x = 2.4"[::-1], 1)[::-1]
+    with pytest.raises(OptionError, match="the open shutters of opening 2 cover a neighbour"):
+        street(parse_spec(HOUSE + two))
+    with pytest.raises(OptionError, match="house B01: 20 columns of windows .* do not fit on 8.00 m"):
+        street(parse_spec(HOUSE + "columns = 20"))
+    low = street(parse_spec(HOUSE + "floors = 1\noriel = true\nroof = 'flat'\ndormers = true"))
+    assert low.notes == ("B01: no room for what `oriel` asks for", "B01: no room for what `dormers` asks for")
 
 
 def test_counts_are_kept_and_houses_listed_are_all_there_are() -> None:

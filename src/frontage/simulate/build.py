@@ -32,7 +32,8 @@ class Plot:
 def street(spec: SceneSpec) -> Scene:
     """Build the street that `spec` asks for; the same spec gives the same bytes.
 
-    Raises OptionError when openings that the spec places leave their wall or overlap.
+    Raises OptionError when openings that the spec places leave their wall, overlap or do not fit.
+    What a house has no room for is said in the scene's notes.
     """
     rng = np.random.default_rng((spec.seed, 0))
     profile = _draw_profile(spec, rng)
@@ -40,7 +41,7 @@ def street(spec: SceneSpec) -> Scene:
     sides = 2 if spec.opposite else 1
     plots = [p for side in range(sides) for p in _plots(spec, side, profile)]
     builder = MeshBuilder()
-    houses = _build_houses(builder, local_from_street, profile, plots)
+    houses, notes = _build_houses(builder, local_from_street, profile, plots)
     ends = [(p.start, p.start + p.draft.width) for p in plots] or [(0.0, 20.0)]
     s0, s1 = min(a for a, _ in ends), max(b for _, b in ends)
     ground = Pen(builder, local_from_street)
@@ -58,6 +59,7 @@ def street(spec: SceneSpec) -> Scene:
         materials=tuple(builder.materials),
         houses=tuple(houses),
         road=local_from_street.apply(np.array(road)),
+        notes=tuple(notes),
     )
 
 
@@ -118,16 +120,19 @@ def _site(house: HouseSpec, detached: bool, rng: np.random.Generator) -> tuple[f
 
 def _build_houses(
     builder: MeshBuilder, local_from_street: Rigid3, profile: Profile, plots: list[Plot]
-) -> list[House]:
+) -> tuple[list[House], list[str]]:
     houses: list[House] = []
+    notes: list[str] = []
     numbers = [1, 2]
     for k, plot in enumerate(plots):
         pen = Pen(builder, local_from_street @ _street_from_house(plot, profile), f"B{k + 1:02d}", house=k)
         address = f"{numbers[plot.side]} Long Street"
         numbers[plot.side] += 2
         twin_of = houses[-1].id if plot.twin else None
-        houses.append(build_house(pen, plot.draft, f"B{k + 1:02d}", address, plot.side, twin_of))
-    return houses
+        house, unmet = build_house(pen, plot.draft, f"B{k + 1:02d}", address, plot.side, twin_of)
+        houses.append(house)
+        notes += unmet
+    return houses, notes
 
 
 def _street_from_house(plot: Plot, profile: Profile) -> Rigid3:

@@ -3,6 +3,7 @@
 import numpy as np
 import shapely
 
+from frontage.errors import OptionError
 from frontage.geometry.arrays import Float
 from frontage.geometry.ring import rectangle
 from frontage.simulate.draft import HouseDraft
@@ -12,7 +13,7 @@ from frontage.simulate.layout import Layout, lay_out_front, lay_out_side
 from frontage.simulate.scene import Part
 from frontage.simulate.shapes import BarLayout
 from frontage.simulate.shell import front_outline, house_from_side
-from frontage.simulate.slots import Slot, name_openings
+from frontage.simulate.slots import Slot, name_openings, undisturbed
 from frontage.simulate.style import Style, WindowType
 
 _OPAQUE = {"door", "passage", "garage"}
@@ -21,22 +22,33 @@ _OPAQUE = {"door", "passage", "garage"}
 def compose(draft: HouseDraft, style: Style, id: str, rng: np.random.Generator) -> tuple[Elevation, ...]:
     """The front of a house, and of a detached one its sides that have openings.
 
-    Raises OptionError when openings of the spec leave the wall or overlap.
+    Raises OptionError when openings of the spec leave the wall, overlap or do not fit.
     """
     outline = front_outline(draft, 0)
     if draft.spec.opening:
-        slots = [_given(o) for o in draft.spec.opening]
-        refuse_misfits([s.ring for s in slots], outline, f"house {id}")
-        layout = Layout(tuple(slots))
+        layout = _given_layout(draft, outline, id)
     else:
-        layout = lay_out_front(draft, style, outline, rng)
+        layout = lay_out_front(draft, style, outline, id, rng)
     sides = [_elevation(draft, 0, f"{id}/F1", outline, layout, rng)]
     for side in range(1, 4) if draft.detached else ():
         outline = front_outline(draft, side)
-        layout = lay_out_side(draft, style, float(np.ptp(outline[:, 0])), outline, rng)
+        layout = lay_out_side(draft, style, outline, id, rng)
         if layout.slots:
             sides.append(_elevation(draft, side, f"{id}/F{side + 1}", outline, layout, rng))
     return tuple(sides)
+
+
+def _given_layout(draft: HouseDraft, outline: Float, id: str) -> Layout:
+    """The openings that the spec places."""
+    slots = [_given(o) for o in draft.spec.opening]
+    refuse_misfits([s.ring for s in slots], outline, f"house {id}")
+    kept = undisturbed(slots)
+    for k, (asked, free) in enumerate(zip(slots, kept, strict=True)):
+        if asked.shutters != free.shutters:
+            raise OptionError(
+                f"house {id}: the open shutters of opening {k + 1} cover a neighbour; close them"
+            )
+    return Layout(tuple(kept))
 
 
 def _given(spec: OpeningSpec) -> Slot:
@@ -107,3 +119,20 @@ def _bands(
         pieces = [p for p in shapely.get_parts(rest) if isinstance(p, shapely.Polygon) and p.area > 0.005]
         bands += [Band(name, part, piece, y0) for piece in pieces]
     return tuple(bands)
+
+
+def unmet(draft: HouseDraft, elevations: tuple[Elevation, ...], dormers: int, id: str) -> tuple[str, ...]:
+    """What the spec asked for and the house has no room for, one sentence each."""
+    spec, front = draft.spec, elevations[0]
+    has = {
+        "oriel": bool(front.oriels),
+        "balconies": bool(front.balconies),
+        "shop": any(o.kind == "shopfront" for o in front.openings),
+        "shutters": any(o.shutters != "none" for o in front.openings),
+        "dormers": dormers > 0,
+    }
+    return tuple(
+        f"{id}: no room for what `{key}` asks for"
+        for key, found in has.items()
+        if getattr(spec, key) and not found
+    )

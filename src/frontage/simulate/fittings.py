@@ -9,7 +9,7 @@ from frontage.simulate.elevation import Balcony, Band, Elevation, Oriel
 from frontage.simulate.meshing import Pen, inset
 from frontage.simulate.palette import Palette
 from frontage.simulate.scene import OpeningPlan, Part
-from frontage.simulate.slots import oriel_wall
+from frontage.simulate.slots import oriel_wall, shutter_leaves
 
 _BALUSTER, _PITCH = 0.016, 0.115  # m, thickness and spacing of railing bars
 
@@ -56,13 +56,9 @@ def _surround(pen: Pen, plan: OpeningPlan, size: tuple[float, float], palette: P
 
 def _open_shutters(pen: Pen, plan: OpeningPlan, palette: Palette) -> None:
     """Two leaves folded back beside the opening."""
-    (x0, z0), (x1, z1) = plan.ring.min(0), plan.ring.max(0)
-    half = (x1 - x0) / 2
-    if plan.shape == "segmental":
-        z1 = float(plan.ring[2, 1])  # up to the springing of the arch
     surface = pen.surface("shutter", Part.SHUTTER, palette.shutter)
-    for left in (x0 - half - 0.02, x1 + 0.02):
-        pen.box(surface, (left, -0.065, z0), (left + half, -0.025, z1))
+    for x0, z0, x1, z1 in shutter_leaves(plan.ring):
+        pen.box(surface, (x0, -0.065, z0), (x1, -0.025, z1))
 
 
 def _band(pen: Pen, band: Band, palette: Palette) -> None:

@@ -5,7 +5,7 @@ import numpy as np
 from frontage.geometry.arrays import Float
 from frontage.geometry.rigid import Rigid3
 from frontage.geometry.ring import rectangle
-from frontage.simulate.compose import compose
+from frontage.simulate.compose import compose, unmet
 from frontage.simulate.draft import HouseDraft
 from frontage.simulate.elevation import Elevation
 from frontage.simulate.fittings import draw_fittings, step_before
@@ -21,8 +21,10 @@ from frontage.simulate.windows import draw_opening
 FOUNDATION = -3.0  # m, walls reach so deep below the lowest pavement
 
 
-def build_house(pen: Pen, draft: HouseDraft, id: str, address: str, side: int, twin_of: str | None) -> House:
-    """Draw a house with a pen in the house's frame and return its plan."""
+def build_house(
+    pen: Pen, draft: HouseDraft, id: str, address: str, side: int, twin_of: str | None
+) -> tuple[House, tuple[str, ...]]:
+    """Draw a house with a pen in the house's frame; return its plan, and what there was no room for."""
     rng = np.random.default_rng((*draft.seed, 1))
     style = draw_style(draft, rng)
     elevations = compose(draft, style, id, rng)
@@ -37,7 +39,7 @@ def build_house(pen: Pen, draft: HouseDraft, id: str, address: str, side: int, t
         [[0, 0, 0], [draft.width, 0, 0], [draft.width, draft.depth, 0], [0, draft.depth, 0]], float
     )
     ground = float(frame.t[2])
-    return House(
+    house = House(
         id=id,
         address=address,
         side=side,
@@ -49,6 +51,7 @@ def build_house(pen: Pen, draft: HouseDraft, id: str, address: str, side: int, t
         shell=tuple((f.semantics, frame.apply(f.ring)) for f in shell_faces(draft)),
         twin_of=twin_of,
     )
+    return house, unmet(draft, elevations, len(dormers), id)
 
 
 def _draw_facade(pen: Pen, draft: HouseDraft, elevation: Elevation) -> None:

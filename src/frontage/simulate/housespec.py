@@ -40,6 +40,8 @@ class OpeningSpec(BaseModel):
             raise ValueError(
                 f"height {self.height:g} is too low for a {self.shape} arch {self.width:g} m wide"
             )
+        if self.shutters == "closed" and self.depth < 0.05:
+            raise ValueError(f"closed shutters need a reveal of 0.05 m, but depth is {self.depth:g}")
         if min(self.width, self.height) <= 2 * self.frame + 0.05:
             raise ValueError(
                 f"a frame {self.frame:g} m wide fills an opening of {self.width:g} x {self.height:g} m"

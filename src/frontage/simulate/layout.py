@@ -4,12 +4,15 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from frontage.errors import OptionError
 from frontage.geometry.arrays import Float
 from frontage.simulate.draft import HouseDraft
 from frontage.simulate.elevation import Balcony, Oriel, separate
 from frontage.simulate.groundfloor import ground_floor
-from frontage.simulate.slots import Slot, oriel_wall
+from frontage.simulate.slots import Slot, oriel_wall, undisturbed
 from frontage.simulate.style import Style, WindowType, draw_bars
+
+LEAST_PIER = 0.12  # m, between windows that stand as close as a spec may ask
 
 
 @dataclass(frozen=True)
@@ -21,9 +24,14 @@ class Layout:
     oriels: tuple[Oriel, ...] = ()
 
 
-def lay_out_front(draft: HouseDraft, style: Style, outline: Float, rng: np.random.Generator) -> Layout:
-    """Fill the front of a house; what would overlap or leave the wall is left out."""
-    axes = draw_axes(draft.width, style, draft.spec.columns, rng)
+def lay_out_front(
+    draft: HouseDraft, style: Style, outline: Float, id: str, rng: np.random.Generator
+) -> Layout:
+    """Fill the front of a house; what would overlap or leave the wall is left out.
+
+    Raises OptionError when the columns that the spec asks for do not fit.
+    """
+    axes = draw_axes(draft.width, style, draft.spec.columns, id, rng)
     low = ground_floor(draft, style, axes, rng)
     slots = _upper_rows(draft, style, axes, rng)
     oriel = _draw_oriel(draft, style, axes, rng)
@@ -38,14 +46,14 @@ def lay_out_front(draft: HouseDraft, style: Style, outline: Float, rng: np.rando
 
 
 def lay_out_side(
-    draft: HouseDraft, style: Style, width: float, outline: Float, rng: np.random.Generator
+    draft: HouseDraft, style: Style, outline: Float, id: str, rng: np.random.Generator
 ) -> Layout:
     """Fill a side or the back of a detached house with a few windows."""
     quiet = replace(style, gap=max(style.gap, 1.2), shutters=style.shutters if rng.random() < 0.5 else 0.0)
-    count = int(rng.integers(0, 4))
+    width, count = float(np.ptp(outline[:, 0])), int(rng.integers(0, 4))
     if count == 0:
         return Layout(())
-    axes = draw_axes(width, quiet, count, rng)
+    axes = draw_axes(width, quiet, None, id, rng)[:count]
     slots = []
     for storey in draft.storeys:
         kind = quiet.of(storey.number, draft.floors)
@@ -63,19 +71,29 @@ def fitting(slots: list[Slot], outline: Float, oriels: tuple[Oriel, ...]) -> lis
         own = [s for s in slots if s.wall_y != 0.0]
         problems = separate([s.ring for s in own], [oriel_wall(oriel)] * len(own))
         kept |= {id(s) for s, p in zip(own, problems, strict=True) if not p}
-    return [s for s in slots if id(s) in kept]
+    return undisturbed([s for s in slots if id(s) in kept])
 
 
-def draw_axes(width: float, style: Style, count: int | None, rng: np.random.Generator) -> list[float]:
-    """Left edges (m) of the windows of a storey, evenly spread or in a looser rhythm."""
+def draw_axes(
+    width: float, style: Style, count: int | None, id: str, rng: np.random.Generator
+) -> list[float]:
+    """Left edges (m) of the windows of a storey, evenly spread or in a looser rhythm.
+
+    Raises OptionError when `count` windows do not fit.
+    """
     w = max(t.width for t in (style.upper, style.noble, style.top, style.ground))
     margin = 0.5 + (w / 2 if style.shutters else 0.0)
     room = width - 2 * margin + style.gap
     n = count or max(1, int(room // (w + style.gap)))
     free = width - 2 * margin - n * w
+    if count and n * (w + LEAST_PIER) + LEAST_PIER > width:
+        raise OptionError(
+            f"house {id}: {n} columns of windows {w:.2f} m wide do not fit on {width:.2f} m; ask for fewer"
+        )
     weight = np.ones(n - 1) if rng.random() < 0.65 else rng.uniform(0.75, 1.35, n - 1)
     if n == 1 or free <= 0:
-        return [(width - w) / 2 + k * (w + 0.3) - (n - 1) * (w + 0.3) / 2 for k in range(n)]
+        pier = (width - n * w) / (n + 1)
+        return [pier + k * (w + pier) for k in range(n)]
     spread = min(1.0, (style.gap * 1.8 * (n - 1)) / free)
     gaps = free * spread * weight / weight.sum()
     start = margin + free * (1 - spread) / 2

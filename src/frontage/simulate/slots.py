@@ -1,8 +1,9 @@
 """Places for openings, before they have names."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
+import shapely
 
 from frontage.geometry.arrays import Float
 from frontage.simulate.elevation import Dressing, Oriel
@@ -29,6 +30,34 @@ class Slot:
         """Its outline (k, 2) m."""
         t = self.type
         return opening_ring(t.shape, self.x, self.z, t.width, t.height, t.rise)
+
+
+def undisturbed(slots: list[Slot]) -> list[Slot]:
+    """The slots without those surrounds and open shutters that would cover a neighbour, or its shutters."""
+    rings = [shapely.Polygon(s.ring) for s in slots]
+    leaves: list[shapely.Geometry] = []
+    found = []
+    for k, slot in enumerate(slots):
+        others = shapely.union_all(rings[:k] + rings[k + 1 :]).buffer(0.01)
+        surround = slot.type.dressing.surround
+        if surround and others.intersects(rings[k].buffer(surround[0], join_style="mitre")):
+            slot = replace(slot, type=replace(slot.type, dressing=replace(slot.type.dressing, surround=None)))
+        if slot.shutters == "open":
+            own = shapely.union_all([shapely.box(*leaf) for leaf in shutter_leaves(slot.ring)])
+            if own.intersects(shapely.union_all([others, *leaves])):
+                slot = replace(slot, shutters="none")
+            else:
+                leaves.append(own)
+        found.append(slot)
+    return found
+
+
+def shutter_leaves(ring: Float) -> list[tuple[float, float, float, float]]:
+    """The two open shutters beside an opening: x0, z0, x1, z1 m; they reach to where an arch springs."""
+    (x0, z0), (x1, z1) = ring.min(0), ring.max(0)
+    half = (x1 - x0) / 2
+    top = z1 if len(ring) == 4 else float(ring[2, 1])
+    return [(x - half, z0, x, top) for x in (x0 - 0.02, x1 + 0.02 + half)]
 
 
 def oriel_wall(oriel: Oriel) -> Float:
