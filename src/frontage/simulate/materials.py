@@ -103,11 +103,16 @@ def _joints(p: Patch, shift: float, width: float) -> Array:
 
 def _weather(p: Patch, strength: float) -> Array:
     """Brightness (n,) about 1: patches, rain streaks, grime near the foot of the wall."""
-    patches = 0.055 * p.fractal((5.3, 2.3, 1.1, 0.47, 0.21), 11, 0.75)
+    patches = 0.08 * p.fractal((5.3, 2.3, 1.1, 0.47, 0.21), 11, 0.75)
     streaks = p.wave((0.11, 2.6), 17) + 0.7 * p.wave((0.37, 4.0), 18)
     runs = 0.06 * np.minimum(0.0, streaks + 0.3)
     foot = -0.16 * np.exp(-np.clip(p.v, 0, 9) / 0.35) * (1 + 0.5 * p.wave(0.4, 19))
     return np.asarray(1 + strength * (patches + runs + foot), np.float32)
+
+
+def _spots(p: Patch, length: float, threshold: float, salt: int) -> Array:
+    """Rare spots (n,) 0..1 of about a third of `length` m: pits, repairs, droppings."""
+    return np.asarray(np.clip(2.5 * (p.wave(length, salt) - threshold), 0, 1), np.float32)
 
 
 def _brick(p: Patch) -> Array:
@@ -123,24 +128,27 @@ def _brick(p: Patch) -> Array:
 
 def _ashlar(p: Patch) -> Array:
     column, row, calm = _unit(p, 0.5)
-    tone = 1 + calm * 0.16 * (noise.cell(column, row, p.seed, 1) - 0.5)
-    face = _tone(p.rgb, tone * (1 + 0.045 * p.fractal((0.35, 0.12, 0.045, 0.016), 31)))
+    tone = 1 + calm * 0.3 * (noise.cell(column, row, p.seed, 1) - 0.5)
+    tone = tone * (1 + 0.065 * p.fractal((0.35, 0.15, 0.07, 0.033, 0.014), 31))
+    face = _mix(
+        _tone(p.rgb, tone), 0.5 * p.joint, 0.6 * (_spots(p, 0.06, 1.9, 36) + _spots(p, 0.15, 2.0, 37))
+    )
     groove = _joints(p, 0.5, 0.014)
     return _tone(_mix(face, p.joint, groove), _weather(p, 1.0))
 
 
 def _stone(p: Patch) -> Array:
-    grain = 1 + 0.05 * p.fractal((0.25, 0.07, 0.025, 0.010), 41)
-    pits = np.clip(p.wave(0.018, 45) - 1.7, 0, 1)
+    grain = 1 + 0.065 * p.fractal((0.25, 0.1, 0.045, 0.02, 0.009), 41)
+    pits = _spots(p, 0.018, 1.7, 45) + _spots(p, 0.07, 1.9, 46)
     return _mix(_tone(p.rgb, grain * _weather(p, 0.8)), 0.6 * p.joint, 0.5 * pits)
 
 
 def _plaster(p: Patch) -> Array:
-    base = _tone(p.rgb, 1 + 0.035 * p.fractal((0.09, 0.035, 0.014, 0.008), 51))
+    base = _tone(p.rgb, 1 + 0.09 * p.fractal((0.23, 0.11, 0.05, 0.023, 0.01), 51, 0.9))
     stain = np.clip(0.7 * p.fractal((3.3, 1.7, 0.8, 0.37, 0.17, 0.08), 55, 0.8) - 0.55, 0, 1)
     crack = np.exp(-((p.wave(0.9, 58) + 0.35 * p.wave(0.16, 59)) ** 2) / 0.0006)
     crack *= (p.wave(2.7, 60) > 0.9) * np.exp(-((p.blur / 0.01) ** 2))
-    chips = np.clip(p.wave(0.055, 61) - 2.1, 0, 0.6)
+    chips = _spots(p, 0.055, 2.0, 61) + 0.8 * _spots(p, 0.13, 1.9, 62) + 0.5 * _spots(p, 0.3, 2.0, 63)
     wall = _mix(_tone(base, _weather(p, 1.0)), p.joint, 0.5 * stain + 0.7 * chips)
     return _tone(wall, 1 - 0.35 * crack)
 

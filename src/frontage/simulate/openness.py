@@ -6,20 +6,22 @@ from frontage.geometry.arrays import Array, Float, Int
 from frontage.simulate.raygrid import RayGrid, finite
 from frontage.simulate.stage import Sight, Stage
 
-_STEP = 4  # px between the places where rays are cast
+_CELLS = 500  # along the longer side of the picture, about
+_LEAST = 4  # px between the places where rays are cast
 _RAYS = 4
 _DITHER: Int = np.array([[0, 2, 1, 3], [3, 1, 2, 0], [1, 3, 0, 2], [2, 0, 3, 1]])
 _PASSES = (1, 2, 4)  # distances of the smoothing kernel, in grid cells (a-trous)
 
 
 class OpennessMap:
-    """Openness on a grid of every fourth pixel of one photo."""
+    """Openness on a coarse grid of one photo."""
 
     def __init__(self, stage: Stage, grid: RayGrid, origin: Float, R: Float) -> None:
         """Cast the rays of a photo taken at `origin` (3,) m local, local_from_camera rotation R (3, 3)."""
         h, w = grid.camera.height, grid.camera.width
-        rows = range(min(_STEP // 2, h - 1), h, _STEP)
-        columns = np.arange(min(_STEP // 2, w - 1), w, _STEP)
+        self._step = step = max(_LEAST, max(h, w) // _CELLS)
+        rows = range(min(step // 2, h - 1), h, step)
+        columns = np.arange(min(step // 2, w - 1), w, step)
         rays = np.stack([grid.rows(r, r + 1)[0, columns] for r in rows])
         seen = finite(rays).ravel()
         ways = np.where(seen[:, None], rays.reshape(-1, 3), [0.0, 0.0, 1.0]) @ R.T
@@ -39,8 +41,9 @@ class OpennessMap:
         face = self._stage.faces[sight.solid[which]]
         h, w = self._face.shape
         # ordered dither picks one of the four cells around a pixel as often as bilinear weights would
-        i = np.clip((row - _STEP // 2 + _DITHER[row & 3, column & 3]) // _STEP, 0, h - 1)
-        j = np.clip((column - _STEP // 2 + _DITHER[column & 3, row & 3]) // _STEP, 0, w - 1)
+        step, half = self._step, self._step // 2
+        i = np.clip((row - half + _DITHER[row & 3, column & 3] * step // 4) // step, 0, h - 1)
+        j = np.clip((column - half + _DITHER[column & 3, row & 3] * step // 4) // step, 0, w - 1)
         free = self._free[i, j]
         other = np.flatnonzero(self._face[i, j] != face)
         free[other] = self._nearby(i[other], j[other], face[other], free[other])

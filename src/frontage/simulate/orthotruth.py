@@ -65,7 +65,8 @@ def true_ortho(scene: Scene, house: int, facade: int, gsd: float) -> OrthoTruth:
     buried = z[:, None] < _ground(scene, plan, x)
     parts = [_rows(stage, plan, x, z[k : k + _ROWS // w + 1], gsd) for k in range(0, h, _ROWS // w + 1)]
     light, surface, depth = (np.concatenate(p) for p in zip(*parts, strict=True))
-    surface[buried], depth[buried], light[buried] = -1, np.nan, 0.0
+    surface[buried], depth[buried] = -1, np.nan
+    light[surface < 0] = 0.0
     return OrthoTruth(encode(light), _holes(plan, x, z), surface, depth, corner, gsd)
 
 

@@ -1,8 +1,8 @@
 """The viewing directions of all pixels of a camera, from exact ones on a coarse grid.
 
-Inverting a lens model takes Newton steps for every pixel. Directions are smooth, so a cubic through nodes
-16 px apart reproduces them to some 1e-6 px; pixels near directions that the lens does not see are computed
-one by one.
+Inverting a lens model takes Newton steps for every pixel. Directions are smooth, so a cubic through nodes a
+third of a degree apart reproduces them to some 1e-6 px; pixels near directions that the lens does not see are
+computed one by one.
 """
 
 import numpy as np
@@ -11,15 +11,20 @@ from scipy.sparse import csr_array
 from frontage.geometry.arrays import Array, Bool, Float
 from frontage.model import Camera
 
-_STEP = 16  # px
+_STEP = 0.006  # rad between nodes
+_WIDEST = 16  # px between nodes
 
 
 class RayGrid:
-    """Directions at the pixels of one camera; NaN where it sees nothing."""
+    """Directions at a camera's pixels, NaN where it sees nothing; `angle` rad per pixel in its middle."""
 
     def __init__(self, camera: Camera) -> None:
         self.camera = camera
-        self._x, self._y = _nodes(camera.width), _nodes(camera.height)
+        middle = np.array([camera.width, camera.height]) / 2
+        near = camera.ray(middle + np.array([[0.5, 0.0], [-0.5, 0.0]]))
+        self.angle = float(np.linalg.norm(near[1] - near[0]))
+        step = min(max(_STEP / self.angle, 1.0), _WIDEST)
+        self._x, self._y = _nodes(camera.width, step), _nodes(camera.height, step)
         x, y = np.meshgrid(self._x, self._y)
         exact = camera.ray(np.column_stack([x.ravel(), y.ravel()]))
         self._exact = exact.reshape(len(self._y), len(self._x), 3)
@@ -55,8 +60,8 @@ def finite(rays: Float) -> Bool:
     return np.asarray(np.isfinite(rays[..., 0]) & np.isfinite(rays[..., 2]))
 
 
-def _nodes(size: int) -> Float:
-    return np.linspace(0.0, size, max(4, -(-size // _STEP) + 1))
+def _nodes(size: int, step: float) -> Float:
+    return np.linspace(0.0, size, max(4, int(np.ceil(size / step)) + 1))
 
 
 def _weights(nodes: Float, at: Array) -> csr_array:

@@ -37,8 +37,6 @@ class _View:
     def __init__(self, stage: Stage, camera: Camera, pose: Rigid3, grid: RayGrid, samples: int) -> None:
         self.stage, self.camera, self.pose, self.grid = stage, camera, pose, grid
         self.openness = OpennessMap(stage, grid, pose.t, pose.R)
-        middle = camera.ray(np.array([camera.width, camera.height]) / 2 + [[0.5, 0.0], [-0.5, 0.0]])
-        self.angle = float(np.linalg.norm(middle[1] - middle[0]))
         self.offsets = lattice(samples)
 
     def band(self, first: int, end: int) -> Array:
@@ -56,7 +54,7 @@ class _View:
         plain = np.flatnonzero(inner & seen & ~split)
         row, column = np.divmod(plain, self.camera.width)
         free = self.openness.at(row + top, column, sight, plain)
-        out[plain] = radiance(self.stage, sight, plain, free, self.angle)
+        out[plain] = radiance(self.stage, sight, plain, free, self.grid.angle)
         pixels = np.flatnonzero(split)
         many = max(1, _SPLIT // len(self.offsets))
         for k in range(0, len(pixels), many):
@@ -77,7 +75,7 @@ class _View:
         pick, share, start = groups(sight.key, len(self.offsets))
         pixel = pick // len(self.offsets)
         free = self.openness.at(row[pixel] + top, column[pixel], sight, pick)
-        rgb = radiance(self.stage, sight, pick, free, self.angle)
+        rgb = radiance(self.stage, sight, pick, free, self.grid.angle)
         return np.asarray(np.add.reduceat(rgb * share[:, None], start, axis=0), np.float32)
 
 

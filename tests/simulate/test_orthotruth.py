@@ -1,0 +1,76 @@
+"""True ortho-images: what they show, where, and how deep it lies."""
+
+import numpy as np
+import pytest
+
+from frontage.simulate.build import street
+from frontage.simulate.orthotruth import OrthoTruth, true_ortho
+from frontage.simulate.scene import Part, Scene
+from frontage.simulate.spec import SceneSpec
+
+GSD = 0.03
+
+
+@pytest.fixture(scope="module")
+def scene() -> Scene:
+    return street(SceneSpec(seed=2, houses=1))
+
+
+@pytest.fixture(scope="module")
+def ortho(scene: Scene) -> OrthoTruth:
+    return true_ortho(scene, 0, 0, GSD)
+
+
+def parts(scene: Scene, ortho: OrthoTruth) -> np.ndarray:
+    return np.where(ortho.surface >= 0, scene.parts[ortho.surface].astype(int), -1)
+
+
+def centre_of(ring: np.ndarray, ortho: OrthoTruth) -> tuple[int, int]:
+    x, z = (ring.min(0) + ring.max(0)) / 2
+    return int((ortho.corner[1] - z) / ortho.gsd), int((x - ortho.corner[0]) / ortho.gsd)
+
+
+def test_every_hole_has_its_place_and_its_area(scene, ortho):
+    plan = scene.houses[0].facades[0]
+    assert len(plan.openings) > 2
+    for k, opening in enumerate(plan.openings):
+        assert ortho.opening[centre_of(opening.ring, ortho)] == k + 1
+        x, z = opening.ring.T
+        area = 0.5 * abs(np.dot(x, np.roll(z, -1)) - np.dot(z, np.roll(x, -1)))
+        around = np.hypot(*(np.roll(opening.ring, -1, axis=0) - opening.ring).T).sum()
+        assert (ortho.opening == k + 1).sum() * GSD**2 == pytest.approx(area, abs=0.3 * around * GSD)
+
+
+def test_depth_is_that_of_the_parts(scene, ortho):
+    part = parts(scene, ortho)
+    on_wall = (part == Part.WALL) & (ortho.opening == 0) & (np.abs(ortho.depth) < 0.02)
+    assert on_wall.mean() > 0.2
+    assert np.abs(ortho.depth[on_wall]).max() < 1e-5
+    for k, opening in enumerate(scene.houses[0].facades[0].openings):
+        pane = (ortho.opening == k + 1) & (part == Part.PANE)
+        if opening.glazed and pane.any():
+            expected = opening.wall_y + opening.glass_depth
+            assert np.median(ortho.depth[pane]) == pytest.approx(expected, abs=0.03)
+
+
+def test_nothing_loose_is_shown_and_nothing_below_the_ground(scene, ortho):
+    part = parts(scene, ortho)
+    for loose in (Part.TREE, Part.CAR, Part.LAMP, Part.PERSON, Part.GROUND):
+        assert not (part == loose).any()
+    assert np.isnan(ortho.depth[part == -1]).all()
+    assert not ortho.rgb[part == -1].any()
+    bottom = np.flatnonzero((part != -1).any(1)).max()
+    assert abs(ortho.corner[1] - bottom * GSD) < 1.2
+
+
+def test_the_picture_is_even_and_not_mirrored(scene, ortho):
+    wall = parts(scene, ortho) == Part.WALL
+    grey = ortho.rgb[wall].mean(1)
+    assert 40 < grey.mean() < 230
+    holes = ortho.rgb[parts(scene, ortho) == Part.PANE].mean()
+    assert holes < grey.mean()
+    middle = [centre_of(o.ring, ortho)[1] for o in scene.houses[0].facades[0].openings]
+    left = [o.ring[:, 0].mean() for o in scene.houses[0].facades[0].openings]
+    assert (np.argsort(middle, kind="stable") == np.argsort(left, kind="stable")).mean() > 0.5
+    again = true_ortho(scene, 0, 0, GSD)
+    assert again.rgb.tobytes() == ortho.rgb.tobytes()
