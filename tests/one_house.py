@@ -18,7 +18,7 @@ KINDS: tuple[Kind, ...] = ("plain", "risalit", "attic", "recess", "oriel")
 _OFFSET = {"risalit": -0.5, "attic": -0.5, "recess": 0.4}  # m, towards the street is negative
 
 
-def one_house(kind: Kind, seed: int, spacing: float = 0.05, slope: float = 0.0) -> scenes.Scene:
+def one_house(kind: Kind, seed: int, spacing: float = 0.07, slope: float = 0.0) -> scenes.Scene:
     """A house 28 m wide with wings of 10 m beside a middle of 8 m: `risalit` stands out by 0.5 m, `attic` is
     a storey higher besides, `recess` is set back by 0.4 m, `oriel` hangs above the ground floor."""
 
