@@ -14,6 +14,7 @@ _MOST_LAYERS = 8  # plinth, wall, pilasters, frames, panes, balcony fronts, corn
 _BIC_GAIN = 10.0  # "very strong" evidence (Kass and Raftery 1995)
 _FINEST = 0.002  # m, least width of a bin
 _HALF = 2.5  # sigmas to either side that a layer holds
+_BACKGROUND = (-3, -2, 2, 3)  # windows beside a layer that tell its background
 _CLEAR = 0.05  # m: a surface that stands across has a point so near in every cell, whatever the spacing
 _WIDE = 4.0  # times that: what a parallel surface leaves empty in its cells, and a slanting one does not
 
@@ -52,8 +53,8 @@ def find_layers(
     back), nearest first.
 
     Area is counted: every cell counts once per bin of sigma / 2. A peak of the kernel density (bandwidth
-    sigma) is a layer when a Gaussian on a locally constant background beats the background alone by a BIC
-    gain above 10, it covers a square metre and 2 % of the wall, and no stronger layer is within 3 sigma.
+    sigma) is a layer when it holds more cells than the windows beside it by a BIC gain above 10 (Poisson),
+    covers a square metre and 2 % of the wall, and no stronger layer is within 3 sigma.
     At most eight, those with the most evidence.
     """
     if len(y) == 0:
@@ -62,10 +63,14 @@ def find_layers(
     width, half = max(0.5 * sigma, _FINEST), _HALF * sigma
     area = offsets.area(reach[0], width, int(np.ceil((reach[1] - reach[0]) / width)) + 1)
     found = {0.0: np.inf}  # the wall itself is at y = 0 by construction
-    for at, background in _peaks(area, reach[0], width, sigma):
+    least = max(_LEAST_AREA, _LEAST_SHARE * cells.area) / cells.cell**2
+    for at in _peaks(area, reach[0], width, sigma):
         number = len(offsets.cells(at, half))
-        gain = _gain(number, background * 2.0 * half / width, len(y))
-        if gain > _BIC_GAIN and number * cells.cell**2 >= max(_LEAST_AREA, _LEAST_SHARE * cells.area):
+        if number < least:
+            continue
+        background = [len(offsets.cells(at + 2.0 * k * half, half)) for k in _BACKGROUND]
+        gain = _gain(number, float(np.median(background)), len(y))
+        if gain > _BIC_GAIN:
             found[at] = gain
     kept: list[float] = []
     for at in sorted(found, key=lambda at: (-found[at], at)):
@@ -75,13 +80,11 @@ def find_layers(
     return tuple(layer for layer in layers if layer is not None)
 
 
-def _peaks(area: Float, low: float, width: float, sigma: float) -> list[tuple[float, float]]:
-    """Offset m and background (cells per bin) of every peak of the smoothed area, but the wall's own."""
+def _peaks(area: Float, low: float, width: float, sigma: float) -> list[float]:
+    """Offset m of every peak of the smoothed area, but the wall's own."""
     density = ndimage.gaussian_filter1d(area, sigma / width, mode="constant")
-    background = ndimage.median_filter(density, size=2 * round(10 * sigma / width) + 1, mode="nearest")
     peaks, _ = signal.find_peaks(density, distance=max(1, round(3 * sigma / width)))
-    at = low + (peaks + 0.5) * width
-    return [(float(a), float(background[p])) for a, p in zip(at, peaks, strict=True) if abs(a) > 3.0 * sigma]
+    return [float(at) for at in low + (peaks + 0.5) * width if abs(at) > 3.0 * sigma]
 
 
 def _gain(number: int, expected: float, points: int) -> float:
