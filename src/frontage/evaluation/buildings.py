@@ -1,6 +1,6 @@
 """The split of a street into buildings: points of true houses against points of buildings found, and cuts."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import Any
 
 import numpy as np
@@ -8,7 +8,7 @@ from scipy.optimize import linear_sum_assignment
 
 from frontage.evaluation.figure import Figure, Part, detections, figure, mean, median, p95
 from frontage.evaluation.result import LabelledPoints
-from frontage.evaluation.truth import TrueBuilding, TrueFacade, Truth
+from frontage.evaluation.truth import TrueBuilding, TrueFacade, Truth, best_share
 from frontage.geometry.arrays import Array, Bool, Float, Int
 
 _SEEN = 0.5  # share of a house's facade with a free line of sight, for it to be one to be found
@@ -17,15 +17,17 @@ _SHARED = 0.3  # m between the ends of two facades that share a party wall
 _REACH = 3.0  # m on both sides of a party wall: a cut further off is a miss
 
 
-def score_buildings(truth: Truth, points: LabelledPoints, buildings: int) -> Part:
-    """Figures of the split. `buildings` = how many were found.
+def score_buildings(
+    truth: Truth, points: LabelledPoints, buildings: int, sensors: Sequence[str] = ()
+) -> Part:
+    """Figures of the split. `buildings` = how many were found; `sensors` = those that measured the points.
 
     F1 is over buildings matched one to one with IoU of their points >= 0.5; `iou` over all visible houses.
     """
     iou = _point_overlap(points, len(truth.buildings), buildings)
     row, column = linear_sum_assignment(-iou)
     partner = {int(k): int(j) for k, j in zip(row, column, strict=True) if iou[k, j] >= 0.5}
-    seen = [_seen(truth, b) for b in truth.buildings]
+    seen = [_seen(truth, b, sensors) for b in truth.buildings]
     counts = [(k in partner, False, k not in partner) for k, s in enumerate(seen) if s]
     counts += [(False, True, False)] * (buildings - len(partner))
     figures = detections(np.array(counts, np.float64).reshape(-1, 3))
@@ -52,8 +54,8 @@ def _point_overlap(points: LabelledPoints, houses: int, buildings: int) -> Float
     return np.asarray(shared / np.maximum(own[:, None] + found[None] - shared, 1))
 
 
-def _seen(truth: Truth, building: TrueBuilding) -> bool:
-    shares = [max(truth.facade(f).visible.values(), default=1.0) for f in building.facades]
+def _seen(truth: Truth, building: TrueBuilding, sensors: Sequence[str]) -> bool:
+    shares = [best_share(truth.facade(f).visible, sensors) for f in building.facades]
     return max(shares, default=0.0) >= _SEEN
 
 

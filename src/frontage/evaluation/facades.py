@@ -9,7 +9,7 @@ import shapely
 from frontage.evaluation.figure import Figure, Part, detections, figure, mean, median, normalised, p95, rms
 from frontage.evaluation.match import assign
 from frontage.evaluation.result import FoundFacade
-from frontage.evaluation.truth import TrueFacade, Truth
+from frontage.evaluation.truth import TrueFacade, Truth, best_share
 from frontage.geometry.arrays import Array, Float
 
 SEEN = 0.5
@@ -26,7 +26,7 @@ def score_facades(truth: Truth, found: Sequence[FoundFacade], sensors: Sequence[
     Planes on no facade of the truth (gables, side walls) are counted as `elsewhere`, not as wrong.
     """
     pairs = match_facades(truth, found)
-    seen = [_seen(t, sensors) >= SEEN for t in truth.facades]
+    seen = [best_share(t.visible, sensors) >= SEEN for t in truth.facades]
     hit = {k for k, _ in pairs}
     counts = [(k in hit, 0, k not in hit) for k, wanted in enumerate(seen) if wanted]
     figures = {"recall": detections(np.array(counts, np.float64).reshape(-1, 3))["recall"]}
@@ -60,11 +60,6 @@ def plane_error(truth: TrueFacade, found: FoundFacade) -> Float:
     sine = float(np.hypot(*turn))
     exact = np.arctan2(sine, normal[1]) / sine if sine > 0 else 1.0
     return np.array([offset, *(turn * exact)])
-
-
-def _seen(facade: TrueFacade, sensors: Sequence[str]) -> float:
-    shares = [v for k, v in facade.visible.items() if not sensors or k in sensors]
-    return max(shares, default=1.0)
 
 
 def _share(truth: TrueFacade, found: FoundFacade) -> float:

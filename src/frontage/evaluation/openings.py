@@ -25,7 +25,7 @@ from frontage.evaluation.figure import (
 )
 from frontage.evaluation.match import assign, overlap
 from frontage.evaluation.result import BORDERS, FoundOpening
-from frontage.evaluation.truth import TrueFacade, TrueOpening, Truth
+from frontage.evaluation.truth import TrueFacade, TrueOpening, Truth, best_share
 from frontage.geometry.arrays import Array, Float
 
 VISIBLE, PARTLY = 0.8, 0.2
@@ -94,8 +94,7 @@ def visibility(opening: TrueOpening, sensors: Sequence[str] = ()) -> str:
     """ "visible", "partly", "hidden", or "shuttered", by the sensor that saw most of it."""
     if opening.shutters == "closed":
         return "shuttered"
-    shares = [v for k, v in opening.visible.items() if not sensors or k in sensors]
-    best = max(shares, default=1.0)
+    best = best_share(opening.visible, sensors)
     return "visible" if best >= VISIBLE else "partly" if best >= PARTLY else "hidden"
 
 

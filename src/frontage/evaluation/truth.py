@@ -3,7 +3,7 @@
 The file it comes from is described in docs/simulate.md, "Truth".
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -102,6 +102,15 @@ class Truth:
             if facade.id == number:
                 return facade
         raise KeyError(number)
+
+
+def best_share(visible: Mapping[str, float], sensors: Sequence[str] = ()) -> float:
+    """The largest share seen by any of `sensors`, by any sensor of the scene when none is named.
+
+    A truth that tells of no sensor counts everything as seen.
+    """
+    named = {k: v for k, v in visible.items() if not sensors or k in sensors}
+    return max(named.values(), default=0.0) if visible else 1.0
 
 
 def read_truth(table: Mapping[str, Any], name: str = "truth.json") -> Truth:

@@ -38,6 +38,7 @@ from frontage.simulate.scene import Scene
 from frontage.simulate.spec import SceneSpec
 from frontage.simulate.terrestrial import scan_stations
 from frontage.simulate.truth import drive_table, photo_table, point_arrays, station_table
+from frontage.simulate.visibility import Eye
 
 MOBILE, TRAJECTORY, TRUE_TRAJECTORY = "scans/mobile.laz", "scans/trajectory.csv", "truth/trajectory.csv"
 _CROP = 1.5  # a sensor's diagonal against 35 mm film
@@ -97,7 +98,9 @@ def _station(task: Task) -> dict[str, Any]:
     order = _file_order(station.scan, task.name)
     save_arrays(task.out / points_name(task.name), point_arrays(scene, station, order))
     table = station_table(station, scene.world, task.name)
-    return {"station": table | {"points": len(order)}, "place": station.true.t}
+    field, lowest, highest = np.radians([spec.field, spec.lowest, spec.highest])
+    eye = Eye(station.true.t, scene.local_from_street.R[:, 1], float(field), float(lowest), float(highest))
+    return {"station": table | {"points": len(order)}, "eye": eye}
 
 
 def _light(spec: SceneSpec) -> Any:

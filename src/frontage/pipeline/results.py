@@ -56,6 +56,15 @@ class Results:
             )
         self.shift: Float = (self.world.origin - truth.world.origin).astype(np.float64)
 
+    def sensors(self) -> tuple[str, ...]:
+        """Which of the scene's sensors the run read: "stations", "drive", "photos"."""
+        project = self.manifest["project"]
+        names = {Path(scan["path"]).name for scan in project["scans"]}
+        stations = {pose.name.rsplit(":", 1)[0].rsplit("/", 1)[-1] for pose in self.truth.scans}
+        mobile = {Path(p["file"]).name for p in self.truth.points} - stations
+        read = {"stations": names & stations, "drive": names & mobile, "photos": project.get("photos")}
+        return tuple(name for name, found in read.items() if found)
+
     def facades(self) -> list[FoundFacade] | Absent:
         """Planes with their frames and covariances."""
         if "facades" not in self.manifest.get("stages", {}):

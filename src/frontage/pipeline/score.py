@@ -110,17 +110,23 @@ def load_truth(path: Path | str) -> tuple[Truth, Path]:
 
 
 def score(run: Path | str, truth_path: Path | str, sensors: Sequence[str] = ()) -> Scores:
-    """Score every part of a run folder. `sensors` = those the run had ("stations", "drive", "photos").
+    """Score every part of a run folder.
+
+    sensors  those that tell what could be seen ("stations", "drive", "photos"); default: those the run read,
+             for buildings and planes those that measured its points
 
     Raises WorkspaceError when `run` is no run folder, FileError and InputError for the truth, InputError
     when both lie in different coordinate systems.
     """
     truth, base = load_truth(truth_path)
     results = Results(Path(run), truth, base)
-    seen = tuple(sensors)
+    seen = tuple(sensors) or results.sensors()
+    measured = tuple(sensors) or tuple(s for s in seen if s != "photos") or seen
     makers: dict[str, Callable[[], Part | Absent]] = {
-        "buildings": lambda: _scored(results.points(), lambda p: score_buildings(truth, p, len(p.names))),
-        "facades": lambda: _scored(results.facades(), lambda f: score_facades(truth, f, seen)),
+        "buildings": lambda: _scored(
+            results.points(), lambda p: score_buildings(truth, p, len(p.names), measured)
+        ),
+        "facades": lambda: _scored(results.facades(), lambda f: score_facades(truth, f, measured)),
         "ortho": lambda: _scored(results.orthos(), score_orthos),
         "openings": lambda: _scored(results.openings(), lambda o: score_openings(truth, o, seen)),
         "model": lambda: _scored(results.model(), lambda o: score_openings(truth, o, seen)),

@@ -202,7 +202,7 @@ def _files(task: Task) -> Iterable[str]:
 
 def _seen(scene: Scene, found: Sequence[dict[str, Any]]) -> Visibility:
     none: Float = np.empty((0, 3))
-    stations = np.array([f["place"] for f in found if "place" in f]).reshape(-1, 3)
+    stations = [f["eye"] for f in found if "eye" in f]
     track = np.concatenate([none, *(f["track"] for f in found if "track" in f)])
     return visibility(scene, Tracer(scene.mesh), stations, track, [f["photo"] for f in found if "photo" in f])
 

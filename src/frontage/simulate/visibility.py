@@ -24,6 +24,25 @@ Shares = dict[str, float]
 
 
 @dataclass(frozen=True, eq=False)
+class Eye:
+    """A scanner's place (3,) m local and its field: `field` rad about `forward` (3,), elevations rad."""
+
+    place: Float
+    forward: Float
+    field: float
+    lowest: float
+    highest: float
+
+    def within(self, rays: Float) -> Bool:
+        """Which rays (n, 3) leave within the field."""
+        flat = np.hypot(rays[:, 0], rays[:, 1])
+        elevation = np.arctan2(rays[:, 2], flat)
+        cosine = (rays[:, :2] @ self.forward[:2]) / np.maximum(flat * np.hypot(*self.forward[:2]), 1e-12)
+        ahead = np.arccos(np.clip(cosine, -1, 1)) <= self.field / 2
+        return np.asarray(ahead & (elevation >= self.lowest) & (elevation <= self.highest))
+
+
+@dataclass(frozen=True, eq=False)
 class Visibility:
     """Shares of the facades by "house/facade" index, and of the openings by "house/facade/opening" index."""
 
@@ -44,25 +63,28 @@ class _Samples:
 
 
 def visibility(
-    scene: Scene, tracer: Tracer, stations: Float, track: Float, photos: Sequence[Photo]
+    scene: Scene, tracer: Tracer, stations: Sequence[Eye], track: Float, photos: Sequence[Photo]
 ) -> Visibility:
     """Cast a ray from every sensor to every sample of the walls and openings.
 
-    stations (k, 3) m local; track (m, 3) m local, positions of a vehicle in order. An opening's own frame,
-    panes and shutters do not hide it; anything else before it does. A photo sees what lies in its picture.
+    track (m, 3) m local, positions of a vehicle in order. An opening's own frame, panes and shutters do not
+    hide it; anything else before it does. A photo sees what lies in its picture, a station what lies in its
+    field.
     """
     samples = _samples(scene)
     owner = np.array([(s.house, s.facade, s.opening) for s in scene.surfaces], np.int64).reshape(-1, 3)
     seen: dict[str, Bool] = {}
-    if len(stations):
-        seen["stations"] = _any(scene, tracer, samples, owner, stations)
-    if len(track):
-        seen["drive"] = _any(scene, tracer, samples, owner, _thinned(track))
-    if photos:
-        seen["photos"] = np.zeros(len(samples.xyz), np.bool_)
-        for photo in photos:
-            near = _pictured(photo, samples.xyz)
-            seen["photos"] |= _free(scene, tracer, samples, owner, photo.pose.t, near)
+    xyz, everything = samples.xyz, np.ones(len(samples.xyz), np.bool_)
+    eyes = {
+        "stations": [(e.place, e.within(xyz - e.place)) for e in stations],
+        "drive": [(place, everything) for place in _thinned(track)],
+        "photos": [(p.pose.t, _pictured(p, xyz)) for p in photos],
+    }
+    for name, places in eyes.items():
+        if places:
+            seen[name] = ~everything
+            for place, among in places:
+                seen[name] |= _free(scene, tracer, samples, owner, place, among & ~seen[name])
     any_sensor = np.any(list(seen.values()), axis=0) if seen else np.zeros(len(samples.xyz), np.bool_)
     return _shares(samples.key, seen | {"any": any_sensor})
 
@@ -119,14 +141,6 @@ def _inside(ring: Float, dx: float, dz: float) -> Float:
     return np.asarray(np.column_stack([x.ravel(), z.ravel()])[inside])
 
 
-def _any(scene: Scene, tracer: Tracer, samples: _Samples, owner: Int, places: Float) -> Bool:
-    """Which samples any of the places (k, 3) sees."""
-    seen = np.zeros(len(samples.xyz), np.bool_)
-    for place in places:
-        seen |= _free(scene, tracer, samples, owner, place, ~seen)
-    return seen
-
-
 def _free(scene: Scene, tracer: Tracer, samples: _Samples, owner: Int, eye: Float, among: Bool) -> Bool:
     """Which samples `among` (n,) have a free line of sight to `eye` (3,), not too far and not too slant."""
     ray = samples.xyz - eye
@@ -154,6 +168,8 @@ def _pictured(photo: Photo, xyz: Float) -> Bool:
 
 def _thinned(track: Float) -> Float:
     """Positions about a metre apart."""
+    if not len(track):
+        return track
     arc = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(track, axis=0), axis=1))])
     _, first = np.unique(np.floor(arc / _TRACK_STEP), return_index=True)
     return track[first]
