@@ -1,6 +1,7 @@
 """Specs: what they ask for is built, and what cannot be built is named in one sentence."""
 
 import re
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -8,6 +9,8 @@ import pytest
 from frontage.errors import OptionError
 from frontage.geometry.ring import ring_area
 from frontage.simulate.build import street
+from frontage.simulate.citymodel import ModelSpec
+from frontage.simulate.housespec import HouseSpec, OpeningSpec
 from frontage.simulate.spec import SceneSpec, parse_spec
 
 OPENING = "x = 1.0\nz = 1.2\nwidth = 1.1\nheight = 1.6\n"
@@ -127,7 +130,7 @@ def test_what_cannot_be_had_is_refused_or_noted() -> None:
     two = two[::-1].replace("x = 1.0"[::-1], "x = 2.4"[::-1], 1)[::-1]
     with pytest.raises(OptionError, match="the open shutters of opening 2 cover a neighbour"):
         street(parse_spec(HOUSE + two))
-    with pytest.raises(OptionError, match="house B01: 20 columns of windows .* do not fit on 8.00 m"):
+    with pytest.raises(OptionError, match=r"house B01: 20 columns of windows .* do not fit on 8\.00 m"):
         street(parse_spec(HOUSE + "columns = 20"))
     low = street(parse_spec(HOUSE + "floors = 1\noriel = true\nroof = 'flat'\ndormers = true"))
     assert low.notes == ("B01: no room for what `oriel` asks for", "B01: no room for what `dormers` asks for")
@@ -138,3 +141,20 @@ def test_counts_are_kept_and_houses_listed_are_all_there_are() -> None:
     assert [h.twin_of for h in scene.houses] == [None, "B01"]
     assert len(street(SceneSpec(houses=3)).houses) == 6
     assert street(SceneSpec(houses=0, trees=0)).houses == ()
+
+
+def test_the_documentation_names_every_key() -> None:
+    text = (Path(__file__).parents[2] / "docs/simulate.md").read_text(encoding="utf-8")
+    for model in (SceneSpec, HouseSpec, OpeningSpec, ModelSpec):
+        tables = {"house", "opening", "scanners", "drive", "cameras", "model", "output"}
+        for key in set(model.model_fields) - tables:
+            assert f"`{key}`" in text, key
+
+
+def test_the_example_of_the_documentation_is_a_street() -> None:
+    text = (Path(__file__).parents[2] / "docs/simulate.md").read_text(encoding="utf-8")
+    example = next(b for b in text.split("```toml\n")[1:] if "[[house.opening]]" in b).split("```")[0]
+    scene = street(parse_spec(example))
+    assert scene.notes == () and [h.id for h in scene.houses if h.side == 0] == ["B01", "B02"]
+    assert any(p.kind == "oriel" for p in scene.houses[0].facades[0].protrusions)
+    assert {o.kind for o in scene.houses[1].facades[0].openings} == {"door", "window"}

@@ -133,21 +133,34 @@ def _draw_oriel(draft: HouseDraft, style: Style, axes: list[float], rng: np.rand
     """An oriel over one or two axes and one or more upper storeys; none where the windows stand too close."""
     if not style.oriel or draft.floors < 2:
         return None
-    span = int(rng.integers(1, 3)) if len(axes) > 3 else 1
-    first = int(rng.integers(0, len(axes) - span + 1))
-    slant = float(rng.choice([0.0, 0.25]))
-    side = 0.22 + slant
-    x0, x1 = axes[first] - side, axes[first + span - 1] + style.upper.width + side
-    left = axes[first - 1] + style.upper.width if first else 0.3
-    right = axes[first + span] if first + span < len(axes) else draft.width - 0.3
-    if x0 < left + 0.12 or x1 > right - 0.12:
+    spans = (1, 2) if len(axes) > 3 else (1,)
+    places = [(k, n, slant) for n in spans for k in range(len(axes) - n + 1) for slant in (0.0, 0.25)]
+    fits = [p for p in places if _oriel_fits(draft, style, axes, p)]
+    if not fits:
         return None
+    first, span, slant = fits[int(rng.integers(len(fits)))]
+    x0, x1 = _oriel_span(style, axes, (first, span, slant))
     last = int(rng.integers(1, draft.floors))
     z1 = draft.level(last + 1) - 0.25 if last + 1 < draft.floors else draft.eaves - 0.45
     highest = max(t.height for t in (style.upper, style.noble, style.top)) + style.parapet + 0.12
     if z1 < draft.level(last) + highest:
         z1 = draft.level(last) + highest
     return Oriel(x0, x1, draft.level(1) - 0.2, z1, float(rng.uniform(0.4, 0.9)), slant)
+
+
+def _oriel_span(style: Style, axes: list[float], place: tuple[int, int, float]) -> tuple[float, float]:
+    """Left and right edge (m) of an oriel before `span` axes from the `first` on."""
+    first, span, slant = place
+    return axes[first] - 0.22 - slant, axes[first + span - 1] + style.upper.width + 0.22 + slant
+
+
+def _oriel_fits(draft: HouseDraft, style: Style, axes: list[float], place: tuple[int, int, float]) -> bool:
+    """Whether an oriel keeps 12 cm from the windows beside it and 42 cm from the wall's ends."""
+    first, span, _ = place
+    x0, x1 = _oriel_span(style, axes, place)
+    left = axes[first - 1] + style.upper.width if first else 0.3
+    right = axes[first + span] if first + span < len(axes) else draft.width - 0.3
+    return x0 >= left + 0.12 and x1 <= right - 0.12
 
 
 def _on_oriel(slot: Slot, oriel: Oriel) -> Slot:

@@ -109,18 +109,19 @@ def draw_style(draft: HouseDraft, rng: np.random.Generator) -> Style:
     shutters = rng.random() < 0.3 and shape in ("rectangle", "segmental")
     has_shutters = bool(shutters) if spec.shutters is None else spec.shutters
     gap = width + 0.12 if has_shutters else float(rng.uniform(0.5, 1.6))
+    oriel = _chosen(spec.oriel, rng.random() < 0.2)
     return Style(
         upper=upper,
         noble=_noble(upper, rng, spec.shape is None and spec.vertical is None),
         top=_top(upper, rng, spec.shape is None),
         ground=_ground(upper, draft, rng),
         parapet=parapet,
-        gap=gap,
+        gap=max(gap, 0.7) if oriel else gap,
         jitter=float(rng.choice([0.0, 0.005, 0.012, 0.02])),
         odd=float(rng.choice([0.0, 0.0, 0.08, 0.25])) if spec.vertical is None else 0.0,
         shutters=float(rng.uniform(0.6, 1.0)) if has_shutters else 0.0,
         balconies=_chosen(spec.balconies, rng.random() < 0.35),
-        oriel=_chosen(spec.oriel, rng.random() < 0.2),
+        oriel=oriel,
         shop=_chosen(spec.shop, rng.random() < (0.0 if draft.detached else 0.45)),
         dormers=_chosen(spec.dormers, rng.random() < 0.45),
     )
