@@ -132,7 +132,7 @@ def test_behind_every_pane_lies_a_room(seed: int) -> None:
             assert Part.PANE not in part
         else:  # into a room, or through it and out of another window
             assert set(part) <= {Part.ROOM, Part.BAR, Part.PANE, Part.FRAME}, plan.id
-            assert (part == Part.ROOM).mean() > 0.5
+            assert len(house.facades) > 1 or Part.PANE not in part
         assert (y[part == Part.ROOM] > plan.wall_y + plan.depth).all()
 
 

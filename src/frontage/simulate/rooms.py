@@ -82,8 +82,10 @@ def _draw_partitions(
     t, w, d = draft.inner, draft.width, draft.depth
     surface = pen.surface("partition", Part.ROOM, draft.palette.room)
     taken = {_side(e): _spans(e, storey) for e in elevations}
-    depth = float(rng.uniform(3.4, min(5.2, d - t - 0.5)))
-    if _free(taken.get(1, []), depth) and _free(taken.get(3, []), d - depth):
+    tries = rng.uniform(3.4, min(5.2, d - t - 0.5), 12).tolist()
+    free = [y for y in tries if _free(taken.get(1, []), y) and _free(taken.get(3, []), d - y)]
+    depth = free[0] if free else tries[0]
+    if free:
         pen.plate(surface, rectangle(t, storey.floor, w - t, storey.ceiling), depth)
     last = t
     for x in np.sort(rng.uniform(t + 0.8, w - t - 0.8, 6)):
