@@ -12,7 +12,8 @@ from frontage.simulate.build import street
 from frontage.simulate.cameras import CameraSpec, Standpoint, make_camera
 from frontage.simulate.light import LightSpec, draw_light
 from frontage.simulate.photograph import photograph, scan_colours
-from frontage.simulate.render import lattice, render
+from frontage.simulate.render import render
+from frontage.simulate.samples import lattice
 from frontage.simulate.scene import Part, Scene
 from frontage.simulate.sensor import develop
 from frontage.simulate.spec import SceneSpec

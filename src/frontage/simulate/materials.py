@@ -45,11 +45,14 @@ class Patch:
         return noise.fractal(self.u, self.v, lengths, self.seed, salt, self.blur, gain)
 
 
-def shade(scene: Scene, surface: Array, xyz: Float) -> Array:
-    """Diffuse reflectance (n, 3) float32, linear RGB 0..1, at points (n, 3) m local on surfaces (n,)."""
+def shade(scene: Scene, surface: Array, xyz: Float, blur: float = 0.0) -> Array:
+    """Diffuse reflectance (n, 3) float32, linear RGB 0..1, at points (n, 3) m local on surfaces (n,).
+
+    `blur` m is the width that is averaged over.
+    """
     looks = look_of(scene)
     axes = looks.axes_of_surface[surface]
-    return reflectance(looks, np.asarray(surface), xyz, axes, np.zeros(len(xyz), np.float32))
+    return reflectance(looks, np.asarray(surface), xyz, axes, np.full(len(xyz), blur, np.float32))
 
 
 def reflectance(looks: Looks, surface: Array, xyz: Float, axes: Array, blur: Array) -> Array:

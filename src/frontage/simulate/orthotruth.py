@@ -9,7 +9,7 @@ from frontage.geometry.arrays import Array, Bool, Float, freeze
 from frontage.simulate.light import Light
 from frontage.simulate.noise import scramble
 from frontage.simulate.rays import Tracer
-from frontage.simulate.render import groups, lattice
+from frontage.simulate.samples import group, lattice
 from frontage.simulate.scene import FacadePlan, Part, Scene
 from frontage.simulate.sensor import encode
 from frontage.simulate.shading import surface_light
@@ -90,19 +90,18 @@ def _light(stage: Stage, plan: FacadePlan, at: Float, gsd: float) -> Array:
     through = np.zeros(len(at), np.bool_)
     through[paned] = True
     key = scramble(key, 1) ^ stage.faces[triangle]
-    pick, share, start = groups(key, _SAMPLES)
+    groups = group(key, _SAMPLES)
+    pick = groups.pick
     rgb = np.zeros((len(pick), 3), np.float32)
     hit = np.flatnonzero(triangle[pick] >= 0)
     seen = pick[hit]
-    place = np.column_stack([at[:, 0], y, at[:, 2]])
-    middle = place.reshape(-1, _SAMPLES, 3).mean(axis=1)  # the first sample is not
-    whole = share[hit, None] == 1
-    xyz = plan.local_from_facade.apply(np.where(whole, middle[seen // _SAMPLES], place[seen]))
+    middle = groups.mean(np.column_stack([at[:, 0], y, at[:, 2]]))[hit]
+    xyz = plan.local_from_facade.apply(middle)
     ways = np.broadcast_to(plan.local_from_facade.R[:, 1], xyz.shape)
     flat, blur = np.ones(len(seen), np.float32), np.full(len(seen), gsd, np.float32)
     rgb[hit] = surface_light(stage, triangle[seen], xyz, ways, np.zeros(len(seen), np.bool_), flat, blur)
     rgb[through[pick]] = rgb[through[pick]] * _THROUGH + _PANE
-    return np.asarray(np.add.reduceat(rgb * share[:, None], start, axis=0), np.float32)
+    return groups.blend(rgb)
 
 
 def _cast(tracer: Tracer, plan: FacadePlan, at: Float) -> tuple[Array, Float]:

@@ -5,6 +5,7 @@ There a pixel gets several samples; those of one face in one light are shaded on
 """
 
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
 
 import numpy as np
 
@@ -13,6 +14,7 @@ from frontage.geometry.rigid import Rigid3
 from frontage.model import Camera
 from frontage.simulate.openness import OpennessMap
 from frontage.simulate.raygrid import RayGrid, finite
+from frontage.simulate.samples import group, lattice
 from frontage.simulate.shading import radiance
 from frontage.simulate.stage import Stage
 
@@ -72,41 +74,14 @@ class _View:
         ).reshape(-1, 3)
         ways /= np.linalg.norm(ways, axis=1, keepdims=True)
         sight = self.stage.look(self.pose.t, ways)
-        pick, share, start = groups(sight.key, len(self.offsets))
+        groups = group(sight.key, len(self.offsets))
+        pick = groups.pick
+        place = sight.xyz.copy()
+        place[pick] = groups.mean(sight.xyz)  # a group is shaded in its middle
+        sight = replace(sight, xyz=place)
         pixel = pick // len(self.offsets)
         free = self.openness.at(row[pixel] + top, column[pixel], sight, pick)
-        rgb = radiance(self.stage, sight, pick, free, self.grid.angle)
-        return np.asarray(np.add.reduceat(rgb * share[:, None], start, axis=0), np.float32)
-
-
-def lattice(n: int) -> Float:
-    """Offsets (n, 2) px, -0.5..0.5, of n samples: all their columns and all their rows differ.
-
-    Window edges run along pixel rows and columns: n samples give n steps of grey there, where a square grid
-    gives sqrt(n). The rank-1 lattice whose samples lie farthest apart (on the torus) is taken.
-    """
-    i = np.arange(n)
-    best = max(range(1, n + 1), key=lambda k: (np.gcd(k, n) == 1, _spread(n, k), -k))
-    return np.asarray((np.column_stack([i, i * best % n]) + 0.5) / n - 0.5)
-
-
-def _spread(n: int, k: int) -> int:
-    i = np.arange(1, n)
-    j = i * k % n
-    return int(np.min(np.minimum(i, n - i) ** 2 + np.minimum(j, n - j) ** 2, initial=2 * n * n))
-
-
-def groups(key: Array, n: int) -> tuple[Array, Array, Array]:
-    """One sample per run of equal keys within every n: its index, its share, where each n's runs start."""
-    keys = key.reshape(-1, n)
-    order = np.argsort(keys, axis=1, kind="stable")
-    ordered = np.take_along_axis(keys, order, axis=1)
-    new = np.ones(keys.shape, np.bool_)
-    new[:, 1:] = ordered[:, 1:] != ordered[:, :-1]
-    begin = np.flatnonzero(new)
-    share = np.diff(np.append(begin, keys.size)).astype(np.float32) / np.float32(n)
-    pick = (order + n * np.arange(len(keys))[:, None]).ravel()[begin]
-    return pick, share, np.flatnonzero(begin % n == 0)
+        return groups.blend(radiance(self.stage, sight, pick, free, self.grid.angle))
 
 
 def _changes(key: Array) -> Bool:
