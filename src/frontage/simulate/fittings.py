@@ -49,7 +49,7 @@ def _sill(pen: Pen, plan: OpeningPlan, size: tuple[float, float], palette: Palet
 
 def _surround(pen: Pen, plan: OpeningPlan, size: tuple[float, float], palette: Palette) -> None:
     width, projection = size
-    surface = pen.surface("surround", Part.REVEAL, palette.trim)
+    surface = pen.surface("surround", Part.CORNICE, palette.trim)
     outer = inset(plan.ring, -width)
     pen.block(surface, outer, plan.wall_y - projection, plan.wall_y, [plan.ring], back=False)
 
@@ -64,7 +64,8 @@ def _open_shutters(pen: Pen, plan: OpeningPlan, palette: Palette) -> None:
 def _band(pen: Pen, band: Band, palette: Palette) -> None:
     own = {"plinth": palette.plinth, "base": palette.ground_floor}
     material = own.get(band.name, palette.trim)
-    polygon_block(pen, pen.surface(band.name, band.part, material), band.polygon, band.y0, band.y1)
+    surface = pen.surface(band.name, band.part, material, roughness=0.0015)
+    polygon_block(pen, surface, band.polygon, band.y0, band.y1)
 
 
 def _balcony(pen: Pen, balcony: Balcony, palette: Palette) -> None:
