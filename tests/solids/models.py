@@ -45,6 +45,9 @@ class Model:
     def also(self, *points: Sequence[float]) -> "Model":
         return replace(self, xyz=np.vstack([self.xyz, points]))
 
+    def shifted(self, by: Sequence[float]) -> "Model":
+        return replace(self, xyz=self.xyz + np.asarray(by))
+
     def turned(self) -> "Model":
         """Inside out."""
         return replace(self, faces=tuple(tuple(r[::-1] for r in face) for face in self.faces))

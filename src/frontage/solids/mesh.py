@@ -75,7 +75,7 @@ class Mesh:
 
     def place(self, local: Array) -> tuple[float, float, float]:
         """World position of a local one."""
-        x, y, z = (float(v) for v in np.asarray(local, np.float64) + self.origin)
+        x, y, z = (round(float(v), 6) for v in np.asarray(local, np.float64) + self.origin)
         return x, y, z
 
 

@@ -25,7 +25,9 @@ def check_crossings(mesh: Mesh, triangles: Triangles, tolerances: Tolerances) ->
     pairs = box_pairs(mesh.xyz, ids, None, mesh.noise)
     pairs = pairs[face[pairs[:, 0]] != face[pairs[:, 1]]]
     hit = meeting(mesh.grid, ids[pairs[:, 0]], ids[pairs[:, 1]])
-    pairs = pairs[hit | _through_diagonal(triangles, ids, face, pairs)]
+    hit |= _through_diagonal(triangles, ids, face, pairs)
+    hit |= _touching(mesh, triangles, ids, face, pairs)
+    pairs = pairs[hit]
     between = np.sort(face[pairs], axis=1)
     findings: list[Finding] = []
     for f, g in np.unique(between, axis=0):
@@ -36,6 +38,24 @@ def check_crossings(mesh: Mesh, triangles: Triangles, tolerances: Tolerances) ->
             findings.append(Finding(306, "two faces meet where they should not", where, "", mesh.place(at)))
             findings += _edge_inside(mesh, triangles, int(f), int(g))
     return findings
+
+
+def _touching(mesh: Mesh, triangles: Triangles, ids: Int, face: Int, pairs: Int) -> Bool:
+    """Pairs (n, 2) of triangles of faces with no common vertex that are closer than rounding can tell."""
+    pair_faces, label = np.unique(face[pairs], axis=0, return_inverse=True)
+    members = [set(v) for v in _by_face(triangles.edges[:, 0], triangles.edge_face, len(mesh.faces) - 1)]
+    strange = np.array([members[f].isdisjoint(members[g]) for f, g in pair_faces], np.bool_)
+    chosen = np.nonzero(strange[label.ravel()])[0] if len(pairs) else np.zeros(0, np.int64)
+    hit = np.zeros(len(pairs), np.bool_)
+    one, other = mesh.xyz[ids[pairs[chosen, 0]]], mesh.xyz[ids[pairs[chosen, 1]]]
+    hit[chosen[[k for k, _ in common_lines(one, other, mesh.noise)]]] = True
+    return hit
+
+
+def _by_face(vertices: Int, face: Int, number: int) -> list[list[int]]:
+    order = np.argsort(face, kind="stable")
+    bounds = np.searchsorted(face[order], np.arange(1, number))
+    return [part.tolist() for part in np.split(vertices[order], bounds)]
 
 
 def _through_diagonal(triangles: Triangles, ids: Int, face: Int, pairs: Int) -> Bool:
