@@ -1,9 +1,9 @@
 """Ortho-images found against true ones: how far their content lies from its place, tile by tile.
 
 Both pictures are on the true raster. Each tile's shift is found by normalised cross-correlation of the
-high-passed grey values (whole pixels), then refined by ECC (Evangelidis & Psarakis 2008); glass, which
-shows something else from everywhere, is left out, and so are tiles without texture or without a clear match
-(a parked car is not a displaced wall).
+high-passed grey values (whole pixels), then refined by ECC (Evangelidis & Psarakis 2008). Only the plain wall
+counts: glass shows something else from everywhere, and the edges of sills and cornices move with their
+shadows. Tiles without texture or without a clear match are left out (a parked car is no displaced wall).
 """
 
 from collections.abc import Sequence
@@ -17,8 +17,11 @@ from frontage.geometry.arrays import Array, Bool, Float
 
 _TILE = 1.6  # m, side of a tile; they overlap by half
 _SEARCH = 0.25  # m, largest displacement that is looked for
-_KNOWN = 0.7  # share of a tile that must be comparable
+_KNOWN = 0.4  # share of a tile that must be comparable
+_PLAIN = 0.02  # m: true depths up to this are plain wall
+_EDGE = 0.03  # m around everything else that is left out
 _ALIKE = 0.5  # correlation from which on a match counts
+_NEARER = 0.15  # correlation that a displacement of `_SEARCH` must gain over none
 _TEXTURE = 1.5  # grey levels, spread of a tile's high-passed values
 _BORDER = 0.3  # m at the rim of a facade, where the true picture ends
 
@@ -75,12 +78,15 @@ def displacements(pair: OrthoPair) -> tuple[Float, Float]:
 
 
 def _usable(pair: OrthoPair) -> Bool:
-    """Pixels that can be compared: known in both, not glass, not at the facade's rim."""
-    rim = max(1, round(_BORDER / pair.gsd))
-    inside = np.zeros(pair.valid.shape, np.uint8)
-    inside[rim:-rim, rim:-rim] = 1
-    glass = cv2.dilate((pair.opening > 0).astype(np.uint8), np.ones((3, 3), np.uint8))
-    return np.asarray((inside > 0) & (glass == 0) & pair.valid)
+    """Pixels that can be compared: known in both, plain wall, not at the facade's rim."""
+    rim, edge = max(1, round(_BORDER / pair.gsd)), 2 * max(1, round(_EDGE / pair.gsd)) + 1
+    other = pair.opening > 0
+    if pair.depth_true is not None:
+        other |= ~(np.abs(pair.depth_true) < _PLAIN)
+    wall = cv2.dilate(other.astype(np.uint8), np.ones((edge, edge), np.uint8)) == 0
+    inside = np.zeros(pair.valid.shape, np.bool_)
+    inside[rim:-rim, rim:-rim] = True
+    return np.asarray(inside & wall & pair.valid)
 
 
 def _detail(rgb: Array) -> Array:
@@ -95,7 +101,10 @@ def _shift(true: Array, known: Bool, found: Array, reach: int) -> tuple[tuple[fl
     mask = known.astype(np.float32)
     score = cv2.matchTemplate(found, true, cv2.TM_CCORR_NORMED, mask=mask)
     score = np.where(np.isfinite(score), score, -1.0)
-    _, best, _, (x, y) = cv2.minMaxLoc(score)
+    # courses of bricks repeat: of two places that look nearly as good, the nearer one
+    far = np.hypot(*np.mgrid[-reach : reach + 1, -reach : reach + 1]) / reach
+    _, _, _, (x, y) = cv2.minMaxLoc(score - _NEARER * far)
+    best = score[y, x]
     part = found[y : y + true.shape[0], x : x + true.shape[1]]
     warp = np.eye(2, 3, dtype=np.float32)
     stop = (cv2.TERM_CRITERIA_EPS | cv2.TERM_CRITERIA_COUNT, 50, 1e-5)
