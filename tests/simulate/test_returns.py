@@ -9,6 +9,7 @@ from frontage.simulate.instrument import Instrument
 from frontage.simulate.measure import measure
 from frontage.simulate.recording import Echo
 from frontage.simulate.returns import Echoes, record
+from frontage.simulate.roughness import Roughness
 from frontage.simulate.scene import Part, Scene
 from frontage.simulate.target import Target
 from laser_scenes import Sheet, instrument, scene_of, towards, wall
@@ -207,20 +208,38 @@ def test_range_noise_grows_as_the_light_gets_less() -> None:
     assert scatter(40.0) == pytest.approx(0.002 * 16**0.4, rel=0.06)
 
 
-def test_rough_walls_move_ranges_by_correlated_heights() -> None:
-    beam = instrument(sigma_range=0.0, strays=0.0)
-    scene = scene_of(wall(10.0, x=(-40, 40), z=(-20, 20), roughness=0.003))
-    x = np.linspace(-20, 20, 4000)
-    m = measure(Target(scene, 905), beam, across(x, 0.0), np.tile([0.0, 1.0, 0.0], (4000, 1)), (1,))
-    height = 10.0 - m.range
-    assert np.std(height) == pytest.approx(0.003, rel=0.25)
-    lag = round(0.3 / (x[1] - x[0]))  # the correlation length: exp(-1/2) of the variance is left
+def rough_heights(seed: int) -> np.ndarray:
+    """Heights (40, 40) m of a rough wall, 16 x 16 m, on a grid of 0.4 m."""
+    scene = scene_of(wall(10.0, x=(-8, 8), z=(-8, 8), roughness=0.003), seed=seed)
+    x, z = np.meshgrid(np.arange(-7.8, 8, 0.4), np.arange(-7.8, 8, 0.4))
+    points = np.column_stack([x.ravel(), np.full(x.size, 10.0), z.ravel()])
+    return Roughness(scene).heights(np.zeros(x.size, int), points).reshape(x.shape)
+
+
+def test_rough_walls_bulge_about_the_plane_they_were_built_on() -> None:
+    fields = np.array([rough_heights(seed) for seed in range(12)])
+    # roughness 3 mm, its grain 1.2 mm, waves of 1.5 to 6 mm
+    assert np.hypot(0.003, 0.0015) < np.sqrt((fields**2).mean()) < np.hypot(0.004, 0.006)
+    assert np.abs(fields.mean((1, 2))).max() < 5e-4 < fields.std()
+    slope = np.polyfit(np.arange(40) * 0.4, fields.mean(1).T, 1)[0]
+    assert np.abs(slope).max() < 1e-4
+
+
+def test_neighbouring_heights_are_alike_and_distant_ones_are_not() -> None:
+    fields = np.array([rough_heights(seed) for seed in range(12)])
 
     def correlation(k: int) -> float:
-        return float(np.corrcoef(height[:-k], height[k:])[0, 1])
+        return float(np.corrcoef(fields[:, :, :-k].ravel(), fields[:, :, k:].ravel())[0, 1])
 
-    assert correlation(lag) == pytest.approx(np.exp(-0.5), abs=0.15)
-    assert abs(correlation(5 * lag)) < 0.3
+    assert correlation(1) > 0.55 > 0.3 > correlation(12)
+
+
+def test_heights_shorten_the_ranges() -> None:
+    beam = instrument(sigma_range=0.0, strays=0.0)
+    target = Target(scene_of(wall(10.0, x=(-40, 40), z=(-20, 20), roughness=0.003)), 905)
+    x = np.linspace(-20, 20, 1000)
+    m = measure(target, beam, across(x, 0.0), np.tile([0.0, 1.0, 0.0], (1000, 1)), (1,))
+    np.testing.assert_allclose(10.0 - m.range, target.roughness.heights(m.surface, m.hit), atol=1e-9)
     assert np.abs(m.true_range - 10).max() < 1e-6
 
 

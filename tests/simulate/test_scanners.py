@@ -36,12 +36,13 @@ def test_points_without_noise_lie_on_their_surfaces() -> None:
 
 
 def test_footprints_leave_walls_where_they_are() -> None:
-    (s,) = scan_stations(yard(), ScannerSpec(**QUIET, **COARSE), 1)
+    (s,) = scan_stations(yard(), ScannerSpec(**QUIET, **COARSE, exit_beam=0.005, divergence=0.3), 1)
     d = s.scan.xyz - s.true.t
     steep = np.abs(d[:, 1]) / np.linalg.norm(d, axis=1) > 0.5
     plain = (s.surface == 1) & (s.echo == Echo.PLAIN) & steep
     assert plain.sum() > 500
-    assert np.abs(s.scan.xyz[plain, 1] - 8.0).max() < 1e-4
+    off = np.abs(s.scan.xyz[plain, 1] - 8.0)
+    assert np.quantile(off, 0.99) < 1e-5 and off.max() < 1e-3  # more only where the post takes half the beam
 
 
 def test_raster_keeps_every_beam_in_order() -> None:

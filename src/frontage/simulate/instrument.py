@@ -154,10 +154,10 @@ def draw_instrument(spec: InstrumentSpec, rng: np.random.Generator) -> Instrumen
     phase = bool(rng.random() < 0.4) and not mobile
     ranging = spec.ranging or ("phase" if phase else "pulsed")
     pulsed = ranging == "pulsed"
-    low, high = (0.003, 0.006) if mobile else (0.001, 0.003) if pulsed else (0.0003, 0.0008)
+    low, high = (0.003, 0.006) if mobile else (0.001, 0.003) if pulsed else (0.0004, 0.0012)
     sigma = rng.uniform(low, high)
     angle = rng.uniform(0.02, 0.05)
-    divergence = rng.uniform(*((0.3, 0.5) if mobile else (0.15, 0.35)))
+    divergence = rng.uniform(*((0.35, 0.7) if mobile else (0.25, 0.6)))
     wavelength, kept = int(rng.choice(_WAVELENGTHS)), str(rng.choice(["first", "strongest"]))
 
     def given(value: float | None, drawn: float) -> float:
@@ -170,7 +170,7 @@ def draw_instrument(spec: InstrumentSpec, rng: np.random.Generator) -> Instrumen
         exponent=float(rng.uniform(0.2, 0.45)),
         sigma_angle=1e-3 * given(spec.sigma_angle, angle),
         divergence=1e-3 * given(spec.divergence, divergence),
-        exit_beam=given(spec.exit_beam, rng.uniform(0.003, 0.006)),
+        exit_beam=given(spec.exit_beam, rng.uniform(0.0035, 0.007)),
         subrays=spec.subrays,
         echoes=spec.echoes or ("all" if mobile else kept if pulsed else "strongest"),
         resolution=given(spec.resolution, rng.uniform(0.2, 0.6)),

@@ -1,44 +1,88 @@
-"""Rough surfaces: a smooth random height field per surface, added to ranges rather than meshed."""
+"""Rough surfaces: a random height field per surface, added to ranges rather than meshed."""
 
 import numpy as np
+from scipy.special import gammaincinv
 
 from frontage.geometry.arrays import Array, Float
-from frontage.simulate.scene import Scene, Surface
+from frontage.simulate.scene import Part, Scene, Surface
 
-_WAVES = 24  # cosines per field: their sum is Gaussian to a few percent
+_WAVES = 32  # cosines per field: their sum is Gaussian to a few percent
+_MIX = 0.5  # shape of the mixture of scales
+_GRAIN, _GRAIN_LENGTH = 0.4, 0.015  # grain of render, pores and joints: share of the roughness, m
+_WAVY, _WAVY_LENGTH = (0.0015, 0.006), (0.8, 2.0)  # m, bulges of walls and their correlation length
 _FLATTEST = 0.25  # cosine of incidence below which heights are no longer stretched along the beam
+_SAMPLES = 2000  # points of a wall at which its mean plane is found
 
 
 class Roughness:
-    """Heights of every surface: cosines whose wave vectors give a Gaussian covariance.
+    """Heights of every surface: sums of cosines, drawn from the scene's seed.
 
-    cov(h(p), h(q)) = sigma^2 exp(-|p - q|^2 / (2 l^2)), with sigma = `Surface.roughness`, l = `.correlation`.
+    roughness   rational quadratic covariance sigma^2 (1 + d^2 / (2 a l^2))^-a with a = 1/2, sigma and l as
+                the `Surface` says: fields of all scales about l (Rasmussen & Williams 2006, eq. 4.19)
+    grain       a share of it in addition, correlated over 15 mm
+    waves       walls bulge by some millimetres over metres, as those of real scans do
+
+    A wall's mean plane is taken off, so that its true plane stays the one that it was built on.
     """
 
     def __init__(self, scene: Scene) -> None:
-        """Draw the waves of every surface from the scene's seed and the surface's number."""
-        self._sigma = np.array([s.roughness for s in scene.surfaces])
-        self._length = np.array([max(s.correlation, 1e-3) for s in scene.surfaces])
-        self._planes = np.array([_plane(s) for s in scene.surfaces]).reshape(-1, 3, 3)
+        """Draw the waves of every surface."""
         rng = np.random.default_rng([scene.seed, 0x40])
-        self._wave = rng.normal(size=(_WAVES, 2))
-        self._phase = rng.uniform(0, 2 * np.pi, (len(scene.surfaces), _WAVES))
+        sigma = np.array([s.roughness for s in scene.surfaces])
+        length = np.array([max(s.correlation, 1e-3) for s in scene.surfaces])
+        wall = (scene.parts == Part.WALL) & (sigma > 0)
+        wavy = np.where(wall, rng.uniform(*_WAVY, len(sigma)), 0.0)
+        self._planes = np.array([_plane(s) for s in scene.surfaces]).reshape(-1, 3, 3)
+        self._sigma = np.stack([sigma, _GRAIN * sigma, wavy])
+        self._length = np.stack(
+            [length, np.full(len(sigma), _GRAIN_LENGTH), rng.uniform(*_WAVY_LENGTH, len(sigma))]
+        )
+        # one wave per quantile of the scales: 32 draws alone would miss the long ones
+        scale = np.sqrt(gammaincinv(_MIX, (rng.permutation(_WAVES) + 0.5) / _WAVES) / _MIX)
+        self._wave = rng.normal(size=(3, _WAVES, 2))
+        self._wave[0] *= scale[:, None]
+        self._phase = rng.uniform(0, 2 * np.pi, (3, len(sigma), _WAVES))
+        self._mean = np.zeros((len(sigma), 3))
+        for s in np.flatnonzero(wall & np.isin(np.arange(len(sigma)), scene.mesh.surface)):
+            self._mean[s] = self._mean_plane(scene, int(s), rng)
 
     def heights(self, surface: Array, xyz: Float) -> Float:
         """Height (n,) m of surfaces (n,) at points (n, 3) m local, outward; 0 where the surface is smooth."""
         out = np.zeros(len(surface))
-        rough = np.flatnonzero(self._sigma[surface] > 0)
-        s, plane = surface[rough], self._planes[surface[rough]]
-        at = np.einsum("nij,nj->ni", plane[:, 1:], xyz[rough] - plane[:, 0]) / self._length[s, None]
-        total = np.zeros(len(rough))
-        for k, wave in enumerate(self._wave):
-            total += np.cos(at @ wave + self._phase[s, k])
-        out[rough] = self._sigma[s] * np.sqrt(2 / _WAVES) * total
+        rough = np.flatnonzero(self._sigma[0, surface] > 0)
+        s = surface[rough]
+        at = self._texture(s, xyz[rough])
+        total = -(self._mean[s, 0] + np.einsum("nj,nj->n", at, self._mean[s, 1:]))
+        for sigma, length, waves, phase in zip(
+            self._sigma, self._length, self._wave, self._phase, strict=True
+        ):
+            here = np.flatnonzero(sigma[s] > 0)
+            k, p = s[here], at[here] / length[s[here], None]
+            field = np.zeros(len(here))
+            for w, wave in enumerate(waves):
+                field += np.cos(p @ wave + phase[k, w])
+            total[here] += sigma[k] * np.sqrt(2 / _WAVES) * field
+        out[rough] = total
         return out
 
     def shortening(self, surface: Array, xyz: Float, cosine: Float) -> Float:
         """How much nearer (n,) m the surface is along beams that meet it at `cosine` of incidence."""
         return np.asarray(self.heights(surface, xyz) / np.maximum(cosine, _FLATTEST))
+
+    def _texture(self, surface: Array, xyz: Float) -> Float:
+        plane = self._planes[surface]
+        return np.asarray(np.einsum("nij,nj->ni", plane[:, 1:], xyz - plane[:, 0]))
+
+    def _mean_plane(self, scene: Scene, surface: int, rng: np.random.Generator) -> Float:
+        """Height and two slopes (3,) of the plane through a surface's heights, over its area."""
+        corners = scene.mesh.vertices[scene.mesh.corners[scene.mesh.surface == surface]]
+        area = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1)
+        row = rng.choice(len(corners), _SAMPLES, p=area / area.sum())
+        weight = rng.dirichlet(np.ones(3), _SAMPLES)
+        xyz = np.einsum("nk,nkj->nj", weight, corners[row])
+        which = np.full(_SAMPLES, surface)
+        design = np.column_stack([np.ones(_SAMPLES), self._texture(which, xyz)])
+        return np.asarray(np.linalg.lstsq(design, self.heights(which, xyz), rcond=None)[0])
 
 
 def _plane(surface: Surface) -> list[tuple[float, float, float]]:
