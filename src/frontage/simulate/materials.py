@@ -185,11 +185,12 @@ def _tiles(p: Patch) -> Array:
 
 
 def _asphalt(p: Patch) -> Array:
-    speckle = 0.14 * p.fractal((0.035, 0.016, 0.008), 111)
-    worn = 0.08 * p.fractal((4.0, 1.5, 0.5), 115)
+    speckle = 0.2 * p.fractal((0.13, 0.06, 0.03, 0.016, 0.008), 111)
+    worn = 0.1 * p.fractal((4.0, 1.7, 0.7, 0.3), 115, 0.85)
     crack = np.exp(-((p.wave(1.9, 118) + 0.3 * p.wave(0.3, 119)) ** 2) / 0.0008)
     patch = noise.cell(np.floor(p.u / 2.3), np.floor(p.v / 1.7), p.seed, 5) > 0.93
-    tone = (1 + speckle + worn - 0.22 * patch) * (1 - 0.5 * crack * np.exp(-((p.blur / 0.02) ** 2)))
+    crack *= (p.wave(3.7, 120) > 0.8) * np.exp(-((p.blur / 0.02) ** 2))
+    tone = (1 + speckle + worn - 0.22 * patch) * (1 - 0.5 * crack)
     return _tone(p.rgb, tone)
 
 

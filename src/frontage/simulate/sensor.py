@@ -42,6 +42,7 @@ def develop(light: Array, spec: CameraSpec, rng: np.random.Generator) -> Array:
     jitter = np.exp(rng.normal(0, spec.white_balance_jitter, 2))
     red, blue = jitter * _balance(thin)
     balance = np.array([red, 1.0, blue], np.float32)
+    loss = 0.0 if spec.model == "EQUIRECTANGULAR" else spec.vignetting  # panoramas are stitched and evened
     bands = range(0, len(light), _BAND)
     seeds = rng.integers(2**63, size=len(bands))
     out = np.empty(light.shape, np.uint8)
@@ -50,7 +51,7 @@ def develop(light: Array, spec: CameraSpec, rng: np.random.Generator) -> Array:
         first, end = bands[k], min(bands[k] + _BAND, len(light))
         seen = np.asarray(light[first:end].any(axis=2))
         signal = _blurred(light, first, end, spec.psf) * np.float32(gain)
-        signal *= _vignette(light.shape, spec.vignetting, first, end)[..., None]
+        signal *= _vignette(light.shape, loss, first, end)[..., None]
         signal = _noisy(signal, spec, np.random.default_rng(seeds[k]))
         out[first:end] = encode(signal * balance * seen[..., None])
 

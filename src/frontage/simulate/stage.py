@@ -14,7 +14,7 @@ from frontage.simulate.scene import Part, Scene
 _OFF = 1e-3  # m: rays start this far off the surface they leave
 _SAME_PLANE = 0.004  # m
 _TILT = 0.0015  # rad, one sigma of a pane's tilt out of the frame's plane
-_BULGE = 0.0022  # rad, one sigma of the slope of a pane's waves (roller waves, sealed air)
+_BULGE = 0.0016  # rad, one sigma of the slope of a pane's waves (roller waves, sealed air)
 
 
 @dataclass(frozen=True, eq=False)
