@@ -25,6 +25,8 @@ def read_obj(path: Path) -> list[tuple[str, Surfaces]]:
         elif words[0] == "o":
             objects.append((" ".join(words[1:]), []))
         elif words[0] == "f":
+            if len(words) < 2:
+                raise ValueError(f"line {number}: a face without vertices")
             objects[-1][1].append([_reference(w, len(vertices), number) for w in words[1:]])
     xyz = np.array(vertices, np.float64).reshape(-1, 3)
     full = [(name, faces) for name, faces in objects if faces] or [("", [])]

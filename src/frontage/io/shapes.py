@@ -30,10 +30,10 @@ def read_shapes(
     p = require_file(path)
     with reading(p, "model", _ADVICE):
         objects = _faces(p)
-        if objects is None:
-            if inner:
-                raise OptionError(f"{p}: says itself what its inner shells are; leave --inner away")
+        if objects is None and not inner:
             return _structured(p)
+    if objects is None:
+        raise OptionError(f"{p}: says itself what its inner shells are; leave --inner away")
     voids = tuple(_one_shell(q) for q in inner)
     if voids and primitive != "Solid":
         raise OptionError(f"a {primitive} has no inner shells; leave --inner away")

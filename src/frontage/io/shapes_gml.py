@@ -41,8 +41,8 @@ _CURVED = (
     "Sphere",
     "Cylinder",
 )
-_OWN = re.compile(r"(Installation|Furniture|Room|BuildingUnit|Storey|ConstructiveElement)$")
-_PART = re.compile(r"(Building|Bridge|Tunnel)Part$")
+_OWN = re.compile(r"(?=[A-Z])\w*(Installation|Furniture|Room|BuildingUnit|Storey|ConstructiveElement)$")
+_PART = re.compile(r"(Building|Bridge|Tunnel)Part$")  # objects have capitals, properties have not
 _LOD = re.compile(r"lod(\d(?:\.\d)?)")
 _HREF = "{http://www.w3.org/1999/xlink}href"
 _DEPTH = 60  # references to references: more than this is a circle
@@ -98,8 +98,8 @@ class _Reader:
     def features(self, element: etree._Element, number: int) -> list[Feature]:
         """A feature, and those inside it that are things of their own (rooms, installations)."""
         below = self.geometries(element)
-        parts = [e for e in below if _PART.search(_local(e))]
-        others = [e for e in below if _OWN.search(_local(e))]
+        parts = [e for e in below if _PART.match(_local(e))]
+        others = [e for e in below if _OWN.match(_local(e))]
         shapes = self._shapes([e for e in below if e not in parts and e not in others])
         inside = [f for k, p in enumerate(parts) for f in self.features(p, k)]
         name = _id(element) or f"{_local(element)}{number}"
@@ -114,7 +114,7 @@ class _Reader:
         found = []
         for child in element:
             name = _local(child)
-            stop = name in _GEOMETRIES or _PART.search(name) or _OWN.search(name)
+            stop = name in _GEOMETRIES or _PART.match(name) or _OWN.match(name)
             found += [child] if stop else self.geometries(child) if name else []
         return found
 
@@ -209,7 +209,7 @@ def _ring(boundary: etree._Element) -> Ring:
         if name in ("posList", "pos", "coordinates"):
             text = (e.text or "").replace(",", " ") if name == "coordinates" else e.text or ""
             values = np.array(text.split(), np.float64)
-            size = _dimension(e, len(values)) if name != "pos" else len(values)
+            size = _dimension(e) if name != "pos" else len(values)
             if size not in (2, 3) or len(values) % size:
                 raise ValueError("a ring with a broken list of coordinates")
             xyz = np.zeros((len(values) // size, 3))
@@ -218,8 +218,8 @@ def _ring(boundary: etree._Element) -> Ring:
     return np.concatenate(rows) if rows else np.zeros((0, 3))
 
 
-def _dimension(element: etree._Element, count: int) -> int:
+def _dimension(element: etree._Element) -> int:
     """srsDimension of the element or what it stands in; 3 where nobody says."""
     said = element.get("srsDimension") or element.get("dimension")
     above = (a.get("srsDimension") for a in element.iterancestors())
-    return int(said or next((v for v in above if v), 0) or (3 if count % 3 == 0 else 2))
+    return int(said or next((v for v in above if v), 3))

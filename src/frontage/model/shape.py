@@ -18,6 +18,8 @@ class Surfaces:
     `points` (p, 3) m, world or local; ring r is `points[rings[r]:rings[r + 1]]`, face f has the rings
     `faces[f]` to `faces[f + 1]`, its outer one first. `explicit` = every ring must repeat its first point
     at the end (GML, JSON-FG). `names` holds one name per face, or nothing.
+
+    Raises ValueError for coordinates that are not finite.
     """
 
     points: Float
@@ -28,6 +30,8 @@ class Surfaces:
 
     def __post_init__(self) -> None:
         freeze(self, points=((None, 3), np.float64), rings=((None,), np.int64), faces=((None,), np.int64))
+        if not np.isfinite(self.points).all():
+            raise ValueError("points: a coordinate that is not a finite number")
 
     @classmethod
     def of(
