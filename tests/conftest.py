@@ -5,7 +5,12 @@ from pathlib import Path
 import cv2
 import pytest
 
+from frontage.pipeline.project import load_project
+from frontage.pipeline.run import run
+from frontage.pipeline.simulate import simulate
+from frontage.simulate.spec import parse_spec
 from scenes import Scene, street_scene, write_scene
+from simulated import TINY
 
 cv2.setNumThreads(1)  # two workers share two cores
 
@@ -21,3 +26,17 @@ def project(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The project file of a small written scene: two houses at 6 cm, two small photos."""
     folder = tmp_path_factory.mktemp("street")
     return write_scene(folder, street_scene(houses=2, spacing=0.06), photos=2, width=450, gsd=0.04)
+
+
+@pytest.fixture(scope="session")
+def simulated(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The folder of a tiny simulated scene: one house, two stations, two small photos."""
+    return simulate(parse_spec(TINY), tmp_path_factory.mktemp("scenes") / "tiny").out
+
+
+@pytest.fixture(scope="session")
+def simulated_run(simulated: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The run folder of the tiny scene. Tests that change it copy it first."""
+    out = tmp_path_factory.mktemp("runs") / "tiny"
+    run(load_project(simulated / "project.toml"), out)
+    return out
