@@ -121,3 +121,23 @@ def displacement(found: Array, truth: Array, tile: int = 96) -> Float:
             a, b = (g[r : r + tile, c : c + tile] for g in grey)
             shifts.append(cv2.phaseCorrelate(b, a, window)[0])
     return np.array(shifts)
+
+
+def scanned_window(
+    facade: Facade, ring, reveal: float, eye, spacing: float, noise: float = 0.003, seed: int = 0
+) -> Scan:
+    """A wall with one recess (x0, z0, x1, z1), `reveal` m deep, as beams from `eye` hit it."""
+    rng = np.random.default_rng(seed)
+    x0, z0, x1, z1 = facade.extent
+    x, z = np.meshgrid(np.arange(x0, x1, spacing), np.arange(z0, z1, spacing))
+    x, z = (g.ravel() + rng.uniform(-0.2, 0.2, g.size) * spacing for g in (x, z))
+    eye = np.array(eye, float)
+    beam = np.column_stack([x, np.zeros_like(x), z]) - eye
+    inside = (x > ring[0]) & (x < ring[2]) & (z > ring[1]) & (z < ring[3])
+    back = (reveal - eye[1]) / -eye[1]
+    with np.errstate(divide="ignore"):
+        side_x = np.where(beam[:, 0] > 0, ring[2] - eye[0], ring[0] - eye[0]) / beam[:, 0]
+        side_z = np.where(beam[:, 2] > 0, ring[3] - eye[2], ring[1] - eye[2]) / beam[:, 2]
+    reach = np.where(inside, np.minimum(np.minimum(side_x, side_z), back), 1.0)
+    xyz = eye + beam * reach[:, None] + rng.normal(0.0, noise, beam.shape) * [0.0, 1.0, 0.0]
+    return Scan("window", facade.frame.apply(xyz), WORLD)

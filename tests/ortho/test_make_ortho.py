@@ -74,6 +74,45 @@ def test_a_window_edge_of_the_relief_is_straight(scene):
     assert np.nanmedian(ortho.depth[250:350, 360:440]) == pytest.approx(0.15, abs=0.003)
 
 
+@pytest.mark.parametrize("reveal", [0.08, 0.15, 0.3])
+@pytest.mark.parametrize("eye", [(0.5, -12.0, -2.5), (6.0, -8.0, -3.0)])
+def test_window_edges_of_the_relief_lie_where_they_are(reveal, eye):
+    """A scan every 3 cm that looks into the recess obliquely: one side of it is in shadow."""
+    facade = wall.facade(5.0, 4.0, spacing=0.03)
+    cloud = wall.scanned_window(facade, (-0.43, -0.62, 0.57, 0.78), reveal, eye, spacing=0.03)
+    ortho = make_ortho(facade, cloud, options=PLANE)
+    deep = ortho.depth > 0.5 * reveal
+    left, right = 250 + np.array([-43, 57])
+    top, bottom = 200 - np.array([78, -62])
+    rows, columns = slice(top + 12, bottom - 12), slice(left + 12, right - 12)
+    middle_row, middle = (top + bottom) // 2, (left + right) // 2
+    found = [
+        middle - np.argmin(deep[rows, middle::-1], axis=1) + 1 - left,
+        middle + np.argmin(deep[rows, middle:], axis=1) - right,
+        middle_row - np.argmin(deep[middle_row::-1, columns], axis=0) + 1 - top,
+        middle_row + np.argmin(deep[middle_row:, columns], axis=0) - bottom,
+    ]
+    medians = np.array([np.median(e) for e in found])
+    assert np.abs(medians).max() <= 1.5, "half a spacing, whatever the depth and the side"
+    assert max(e.std() for e in found) < 1.0
+    assert np.nanmedian(ortho.depth[rows, columns]) == pytest.approx(reveal, abs=0.003)
+
+
+def test_glass_without_returns_lies_at_its_frame(scene):
+    facade, picture, _ = scene
+    pane = lambda x, z: (np.abs(x) < 0.5) & (np.abs(z) < 0.7)  # noqa: E731
+    depth = lambda x, z: np.where((np.abs(x) < 0.6) & (np.abs(z) < 0.8), 0.2, 0.0)  # noqa: E731
+    cloud = wall.wall_cloud(facade, depth=depth)
+    seen = ~pane(*facade.frame.inverse.apply(cloud.xyz)[:, [0, 2]].T)
+    photo = wall.photo(facade, wall.camera(1200, 900), (-5.0, -7.0, 0.0))
+    image_of = images(facade, picture, [photo], depth)
+    ortho = make_ortho(facade, cloud.take(np.flatnonzero(seen)), [photo], image_of, options=PLANE)
+    inside = (slice(235, 365), slice(352, 448))
+    shift = wall.displacement(ortho.pixels[inside], picture[inside], 48)
+    assert np.median(np.linalg.norm(shift, axis=1)) < 1.0, "a plane through the wall would be off by 14 px"
+    assert np.isnan(ortho.depth[290:310, 390:410]).all(), "it was not measured, and says so"
+
+
 def test_pixel_and_world_round_trip_on_relief_and_plane(scene):
     facade, _, _ = scene
     depth = lambda x, z: np.where(np.abs(x) < 1.0, 0.25, 0.0)  # noqa: E731

@@ -24,7 +24,7 @@ from frontage.raster.tiles import Tile
 CELL = 0.03  # m
 STEP = 0.03  # m between neighbouring cells that is an edge and not a slope
 _CELL_SPACINGS = 1.5  # a cell holds about two points of the wall
-_COARSEST = 0.15  # m: a coarser relief is worse than the plane, reveals being 0.1 to 0.3 m deep
+_COARSEST = 0.1  # m: wider than a window frame, cells tear and bend what the plane leaves straight
 _BEHIND = 0.05  # m behind the farther side of its neighbourhood: a point inside the building
 _BRIDGE = 2  # cells: gaps up to twice as wide are closed
 _FRIENDS = 3  # of the 24 neighbours that must agree with a cell within a step, or it is clutter

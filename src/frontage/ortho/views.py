@@ -28,6 +28,7 @@ _REDUCED = 4  # photo px per depth buffer px
 _TOLERANCE = 0.15  # m: what stands less in front of a surface is that surface
 _OCCLUDER = DEEPEST_REVEAL + _TOLERANCE  # m in front of the surface: not the facade's own wall, frame or sill
 _SELF = 1e-4  # of its quality is what a cell counts that the facade itself hides: used when nothing else is
+_BLUNT = 0.05  # m: discs that are larger do not know a sill's outline, and hide only what stands far behind
 _LOYALTY = 1.5  # how much a whole neighbourhood in one photo is worth, as a logarithm of quality
 _AROUND = 0.3  # m: that neighbourhood
 _ROUNDS = 6
@@ -179,6 +180,8 @@ def _visibility(view: _View, facade: Facade, cells: Raster, y: Array, cloud: Clo
     hidden = (buffer[r, c] < own - _TOLERANCE).astype(np.uint8)
     # a cell between two hidden ones is hidden; and the outline of a tree or car is known to a cell at best
     occluder = cv2.dilate((buffer[r, c] < own - _OCCLUDER).astype(np.uint8), box)
+    if _SPLAT * facade.spacing > _BLUNT:
+        hidden[:] = 0
     own_shade = cv2.morphologyEx(hidden, cv2.MORPH_CLOSE, box)
     visible: Array = np.where(occluder > 0, 0.0, np.where(own_shade > 0, _SELF, 1.0))
     return visible
