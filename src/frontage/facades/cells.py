@@ -11,6 +11,7 @@ from frontage.geometry.arrays import Array, Bool, Float, Int
 from frontage.geometry.ring import cells_ring, polygon_ring
 
 _GAP = 2.0  # m: the widest opening or shadow that a wall bridges (shop window, gate)
+_GAP_CELLS = 10  # and as many cells: a wider gap in a sparse cloud is chance
 _GATE = (
     4.0  # m: the widest notch in the border that is bridged once the part is known (gate, shadow of a tree)
 )
@@ -112,7 +113,7 @@ def occupied(x: Float, z: Float, cell: float) -> tuple[Array, tuple[float, float
     """Number of points per cell (h, w) with a margin of one gap, the raster's corner (x, z) m on whole
     cells, and every point's cell (n,).
     """
-    margin = int(np.ceil(_GAP / cell)) + 2
+    margin = int(np.ceil(widest_gap(cell) / cell)) + 2
     c0, r0 = int(np.floor(x.min() / cell)) - margin, int(np.floor(z.min() / cell)) - margin
     column = (x * (1.0 / cell) - c0).astype(np.int64)
     row = (z * (1.0 / cell) - r0).astype(np.int64)
@@ -153,6 +154,11 @@ def contrast(x: Float, y: Float, z: Float, cells: CellMap, threshold: float) -> 
     return float(area[slabs] / max(float(np.median(np.delete(area, slabs))), 1.0))
 
 
+def widest_gap(cell: float) -> float:
+    """The widest gap in m that a wall on a raster of `cell` m bridges."""
+    return max(_GAP, _GAP_CELLS * cell)
+
+
 def _disk(radius: float) -> Bool:
     reach = int(np.ceil(radius))
     grid = np.arange(-reach, reach + 1)
@@ -175,12 +181,14 @@ def _fill_along(mask: Bool, reach: float, axis: int) -> Bool:
 
 
 def largest_part(
-    count: Array, corner: tuple[float, float], cell: float, votes: Float, gap: float = _GAP
+    count: Array, corner: tuple[float, float], cell: float, votes: Float, gap: float | None = None
 ) -> CellMap | None:
-    """The connected part with the most votes, bridging gaps up to `gap` m, its holes filled; None when empty.
+    """The connected part with the most votes, gaps up to `gap` m bridged (`widest_gap`), its holes filled;
+    None when empty.
 
     votes (n, 3) m: facade coordinates of points that say which part is meant; a cell counts once.
     """
+    gap = widest_gap(cell) if gap is None else gap
     wall = count > 0
     pruned = ndimage.binary_opening(_close(wall, 1.5), _disk(max(_THINNEST / cell / 2, 1.0)))
     if not pruned.any():
@@ -194,15 +202,16 @@ def largest_part(
         weight = np.bincount(labels[voted], minlength=number + 1)
         weight[0] = 0
         whole = labels == int(np.argmax(weight))
-    whole = ndimage.binary_fill_holes(_under_wall(whole, pruned, cell))
+    whole = ndimage.binary_fill_holes(_under_wall(whole, pruned, cell, gap))
     return CellMap(corner, cell, np.asarray(wall & whole, np.bool_), np.asarray(whole, np.bool_), wall)
 
 
-def _under_wall(whole: Bool, pruned: Bool, cell: float) -> Bool:
+def _under_wall(whole: Bool, pruned: Bool, cell: float, gap: float) -> Bool:
     """The outline with gates and shadows bridged, as far as there is wall above: what has none is sky.
 
     Cells between wall on both sides (at most `_GATE` m) are bridged, below the wall's upper edge. That
-    edge is the highest wall cell of every column, interpolated over columns without any.
+    edge is the highest wall cell of every column, interpolated over columns without any; its notches of a
+    gap's width are closed.
     """
     bridged = _fill_along(_fill_along(whole, _GATE / cell, 1), _GATE / cell, 0)
     own = whole & pruned
@@ -210,5 +219,7 @@ def _under_wall(whole: Bool, pruned: Bool, cell: float) -> Bool:
     if len(columns) == 0:
         return bridged
     top = own.shape[0] - 1 - np.argmax(own[::-1, columns], axis=0)
-    edge = np.interp(np.arange(own.shape[1]), columns, top)
+    edge: Array = np.interp(np.arange(own.shape[1]), columns, top)
+    notch = 2 * round(0.5 * gap / cell) + 1
+    edge = ndimage.grey_closing(np.pad(edge, notch, mode="edge"), (notch,))[notch:-notch]
     return np.asarray(bridged & (np.arange(own.shape[0])[:, None] <= edge), np.bool_)

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from frontage.facades.cells import CellMap, largest_part, occupied
+from frontage.facades.cells import CellMap, largest_part, occupied, widest_gap
 from frontage.facades.front import FRONT, Front, Scene, some_of
 from frontage.facades.street import beside, seen_through
 from frontage.geometry.arrays import Float, Int
@@ -86,5 +86,5 @@ def _cover(front: Front, scene: Scene) -> CellMap:
     own = own[front.cells.within(own[:, 0], own[:, 2])]
     x, z = np.concatenate([q[:, 0], own[:, 0]]), np.concatenate([q[:, 2], own[:, 2]])
     count, corner, _ = occupied(x, z, _COVER)
-    cover = largest_part(count, corner, _COVER, own) or front.cells
+    cover = largest_part(count, corner, _COVER, own, widest_gap(0.0)) or front.cells
     return replace(cover, whole=cover.shrunk(_COVER))  # a side wall at its end is not behind it

@@ -241,13 +241,10 @@ def _finish(
     if len(near) < 10:
         return None
     x, z, r = q[near, 0], q[near, 2], residual[near]
-    weights = tukey_weights(r, sigma)
-    # one step of re-weighting moves by the mean of r w over that of w; Newton's, over the mean of (r w)'
-    gain = float(weights.sum() / max(tukey_response(r, sigma).sum(), 0.5 * weights.sum()))
+    weights, gain = _newton(r, sigma)
     means = cell_means(x, z, gain * r, weights, cloud.raster)
     step = means.fit()
-    fit = fit + step
-    r = r - (step[0] + step[1] * x + step[2] * z)
+    fit, r = fit + step, r - (step[0] + step[1] * x + step[2] * z)
     on = np.abs(r) < _SIGMAS * sigma
     if np.count_nonzero(on) < 10:
         return None
@@ -256,7 +253,7 @@ def _finish(
     covariance, dof = means.covariance()
     stations = passes(scan, cloud.index[slab.rows[candidates[near]]])
     covariance = covariance + station_covariance(means, stations, weights, r, covariance)
-    fit = np.array([fit[0] + fit[1] * bx + fit[2] * bz, fit[1], fit[2]])
+    fit[0] += fit[1] * bx + fit[2] * bz
     if options.levelled:
         fit, covariance = _lean_prior(slab.axes, fit, covariance, np.radians(options.lean_sigma))
     normal = slab.axes @ np.array([-fit[1], 1.0, -fit[2]])
@@ -269,6 +266,15 @@ def _finish(
         slab.rows[candidates[near[on]]],
         dof,
     )
+
+
+def _newton(r: Float, sigma: float) -> tuple[Float, float]:
+    """Tukey's weights (n,) of residuals (n,) m, and what the step they give falls short of Newton's.
+
+    Re-weighting moves by the mean of r w over that of w, Newton's step by that over the mean of (r w)'.
+    """
+    weights = tukey_weights(r, sigma)
+    return weights, float(weights.sum() / max(tukey_response(r, sigma).sum(), 0.5 * weights.sum()))
 
 
 def _lean_prior(axes: Float, fit: Float, covariance: Float, sigma: float) -> tuple[Float, Float]:

@@ -83,14 +83,37 @@ def lo_ransac(
     weight = np.ones(n, np.float32) if weights is None else np.asarray(weights, np.float32)
     verify = rng.permutation(n)[:verify_rows]
     rows = verify[:score_rows]
+    models, tried = _sample(
+        estimator, rows, weight[rows], threshold, rng, confidence, max_hypotheses, keep, block
+    )
+    if not models.size:
+        return None
+    model, score = _optimise(estimator, models, verify, weight[verify], threshold)
+    inliers = np.abs(estimator.residuals(model[None], slice(None))[0]) < threshold
+    share = float(weight[inliers].sum() / weight.sum())
+    return Consensus(model, inliers, score, share, tried)
+
+
+def _sample(
+    estimator: Estimator,
+    rows: Int,
+    weight: Array,
+    threshold: float,
+    rng: np.random.Generator,
+    confidence: float,
+    most: int,
+    keep: int,
+    block: int,
+) -> tuple[Float, int]:
+    """The `keep` best models (j, p) of blocks of minimal samples, best first, and how many were tried."""
     models, scores = np.empty((0, 0)), np.empty(0)
     tried, needed = 0, float(block)
-    while tried < min(needed, max_hypotheses):
+    while tried < min(needed, most):
         tried += block
         fresh = estimator.minimal(estimator.draw(rng, block))
         if len(fresh) == 0:
             continue
-        got, shares = _score(estimator, fresh, rows, weight[rows], threshold)
+        got, shares = _score(estimator, fresh, rows, weight, threshold)
         models = np.vstack([models, fresh]) if models.size else fresh
         scores = np.concatenate([scores, got])
         best = np.argsort(scores, kind="stable")[:keep]
@@ -98,12 +121,7 @@ def lo_ransac(
             share = float(shares[best[0] - (len(scores) - len(got))])
             needed = needed_hypotheses(share, estimator.sample_size, confidence)
         models, scores = models[best], scores[best]
-    if not models.size:
-        return None
-    model, score = _optimise(estimator, models, verify, weight[verify], threshold)
-    inliers = np.abs(estimator.residuals(model[None], slice(None))[0]) < threshold
-    share = float(weight[inliers].sum() / weight.sum())
-    return Consensus(model, inliers, score, share, tried)
+    return models, tried
 
 
 def _score(
