@@ -75,3 +75,26 @@ def test_cars_lie_on_the_slope() -> None:
         v = steep.local_from_street.inverse.apply(steep.mesh.vertices[np.unique(steep.mesh.corners[rows])])
         low = v[v[:, 2] - 0.08 * v[:, 0] < (v[:, 2] - 0.08 * v[:, 0]).min() + 0.03]
         assert np.polyfit(low[:, 0], low[:, 2], 1)[0] == pytest.approx(0.08, abs=0.02)
+
+
+def test_hedges_leave_the_way_to_the_doors_open() -> None:
+    green = street(
+        SceneSpec(seed=20, houses=3, setting="detached", hedges=True, trees=0, cars=0, lamps=0, people=0)
+    )
+    leaves = [k for k, s in enumerate(green.surfaces) if s.id.startswith("hedge")]
+    assert len(leaves) == len(green.houses)
+    tracer = Tracer(green.mesh, keep=np.isin(green.mesh.surface, leaves))
+    across = 8.0  # m, further away stand the hedges opposite
+    for house in green.houses:
+        facade = house.facades[0]
+        frame = facade.local_from_facade
+        out = frame.rotate(np.array([[0.0, -1.0, 0.0]]))
+        doors = [o for o in facade.openings if o.kind == "door" and o.floor == 0]
+        x = np.concatenate([np.linspace(o.ring[:, 0].min(), o.ring[:, 0].max(), 9) for o in doors])
+        z = np.interp(x, [0, np.ptp(facade.outline[:, 0])], facade.outline[:2, 1]) + 0.5
+        from_door = frame.apply(np.column_stack([x, np.full(len(x), -0.5), z]))
+        assert tracer.first_hit(from_door, np.repeat(out, len(x), 0)).distance.min() > across
+        x = np.linspace(0, np.ptp(facade.outline[:, 0]), 80)
+        z = np.interp(x, x[[0, -1]], facade.outline[:2, 1]) + 0.5
+        along = frame.apply(np.column_stack([x, np.full(80, -0.5), z]))
+        assert 0.3 < (tracer.first_hit(along, np.repeat(out, 80, 0)).distance < across).mean() < 0.95

@@ -8,6 +8,7 @@ from frontage.geometry.rigid import Rigid3
 from frontage.model import WorldRef
 from frontage.simulate.draft import HouseDraft, draw_house
 from frontage.simulate.ground import Profile, draw_ground
+from frontage.simulate.hedges import LEAST_SETBACK, Front, draw_hedge, ways_in
 from frontage.simulate.house import build_house
 from frontage.simulate.housespec import HouseSpec
 from frontage.simulate.meshing import MeshBuilder, Pen
@@ -46,6 +47,7 @@ def street(spec: SceneSpec) -> Scene:
     s0, s1 = min(a for a, _ in ends), max(b for _, b in ends)
     ground = Pen(builder, local_from_street)
     draw_ground(ground, profile, s0 - _BEYOND, s1 + _BEYOND, np.random.default_rng((spec.seed, 1)))
+    _draw_hedges(ground, profile, spec, plots, houses)
     draw_obstacles(ground, profile, spec, s0 - 5, s1 + 5, np.random.default_rng((spec.seed, 5)))
     middle = -profile.width / 2
     road = [[s, middle, profile.height(s, middle)] for s in np.linspace(s0, s1, 2 + int((s1 - s0) // 10))]
@@ -86,12 +88,13 @@ def _plots(spec: SceneSpec, side: int, profile: Profile) -> list[Plot]:
     asked += [HouseSpec()] * (count - len(asked))
     free = np.random.default_rng((spec.seed, 2))
     setting = spec.setting or str(free.choice(["terrace", "terrace", "detached"]))
+    line = float(np.random.default_rng((spec.seed, 7, side)).uniform(2.0, 5.5))
     plots: list[Plot] = []
     s = 0.0
     for k, house in enumerate(asked):
         rng = np.random.default_rng((spec.seed, 3, side, k))
         detached = setting == "detached"
-        width, gap, setback = _site(house, detached, rng)
+        width, gap, setback = _site(house, line if detached else None, rng)
         twin = k > 0 and (house.twin or (house == HouseSpec() and bool(rng.random() < 0.12)))
         seed: tuple[int, ...] = (spec.seed, 4, side, k)
         if twin:
@@ -106,11 +109,13 @@ def _plots(spec: SceneSpec, side: int, profile: Profile) -> list[Plot]:
     return plots
 
 
-def _site(house: HouseSpec, detached: bool, rng: np.random.Generator) -> tuple[float, float, float]:
-    """Width, gap to the next house and setback; m."""
+def _site(house: HouseSpec, line: float | None, rng: np.random.Generator) -> tuple[float, float, float]:
+    """Width, gap to the next house and setback; m. Detached houses keep more or less to a common `line`."""
+    detached = line is not None
     width = float(rng.uniform(7.5, 12.5) if detached else rng.uniform(5.0, 14.0))
     gap = float(rng.uniform(2.5, 6.0)) if detached else 0.0
-    setback = float(rng.uniform(2.0, 6.0) if detached else rng.choice([0.0, 0.0, rng.uniform(0, 0.4)]))
+    aside = float(rng.uniform(-0.6, 0.6) if detached else rng.choice([0.0, 0.0, rng.uniform(0, 0.4)]))
+    setback = aside + (line or 0.0)
     return (
         width if house.width is None else house.width,
         gap if house.gap is None else house.gap,
@@ -133,6 +138,21 @@ def _build_houses(
         houses.append(house)
         notes += unmet
     return houses, notes
+
+
+def _draw_hedges(pen: Pen, profile: Profile, spec: SceneSpec, plots: list[Plot], houses: list[House]) -> None:
+    """Hedges along the building line, before half of the houses that stand back."""
+    for k, (plot, house) in enumerate(zip(plots, houses, strict=True)):
+        rng = np.random.default_rng((spec.seed, 6, k))
+        drawn = bool(rng.random() < 0.5)
+        if plot.setback < LEAST_SETBACK or not (drawn if spec.hedges is None else spec.hedges):
+            continue
+        s0, s1 = plot.start, plot.start + plot.draft.width
+        near = plot.side == 0
+        ways = tuple((s0 + a, s0 + b) if near else (s1 - b, s1 - a) for a, b in ways_in(house))
+        d, towards = (0.0, 1.0) if near else (-profile.width, -1.0)
+        front = Front(s0, s1, profile.height(s0, d), profile.height(s1, d), ways)
+        draw_hedge(pen.of(f"hedge{k + 1}"), front, d, towards, rng)
 
 
 def _street_from_house(plot: Plot, profile: Profile) -> Rigid3:

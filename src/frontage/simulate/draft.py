@@ -28,6 +28,7 @@ class HouseDraft:
     step            m, ground floor above the highest pavement
     rise            m, ridge above eaves
     detached        its sides stand free and have openings
+    roughness       m, one sigma of its walls' surface, correlated over `correlation` m
     lean            rad, rotation about the front's foot, positive: the top goes back
     inner           m, inner face of the outer walls behind the main plane
     seed            of its layout; twins share it
@@ -45,6 +46,7 @@ class HouseDraft:
     rise: float
     lean: float
     roughness: float
+    correlation: float
     detached: bool
     inner: float
     palette: Palette
@@ -100,6 +102,7 @@ def draw_house(
     step = float(rng.uniform(0.12, 0.35) if rng.random() < 0.5 else rng.uniform(0.5, 0.95))
     roughness = float(rng.uniform(0.001, 0.005))
     climb = slope * width
+    palette = draw_palette(rng, spec.wall)
     return HouseDraft(
         spec=spec,
         width=width,
@@ -113,9 +116,10 @@ def draw_house(
         rise=rise,
         lean=float(np.radians(lean if spec.lean is None else spec.lean)),
         roughness=roughness if spec.roughness is None else spec.roughness,
+        correlation=float(rng.uniform(0.12, 0.5)),
         detached=detached,
         inner=max([0.52, *(o.depth + 0.12 for o in spec.opening)]),
-        palette=draw_palette(rng, spec.wall),
+        palette=palette,
         seed=seed,
     )
 

@@ -59,7 +59,8 @@ def _draw_facade(pen: Pen, draft: HouseDraft, elevation: Elevation) -> None:
     own = pen.within(pen.local_from_frame @ elevation.house_from_facade)
     side = int(elevation.id[-1]) - 1
     holes = [o.ring for o in elevation.openings if o.wall_y == 0.0] + [o.ring for o in elevation.oriels]
-    wall = own.surface("wall", Part.WALL, draft.palette.wall, roughness=draft.roughness, correlation=0.25)
+    rough, length = draft.roughness, draft.correlation
+    wall = own.surface("wall", Part.WALL, draft.palette.wall, roughness=rough, correlation=length)
     own.plate(wall, side_outline(draft, side, FOUNDATION), 0.0, holes)
     for k, (plan, dressing) in enumerate(zip(elevation.openings, elevation.dressings, strict=True)):
         piece = own.of(plan.id, opening=k)

@@ -35,6 +35,7 @@ class SceneSpec(BaseModel):
     cars: int | None = Field(default=None, ge=0, le=500, description="parked cars")
     lamps: int | None = Field(default=None, ge=0, le=500, description="street lamps")
     people: int | None = Field(default=None, ge=0, le=500, description="pedestrians")
+    hedges: bool | None = Field(default=None, description="hedges before houses that stand back")
     crs: str | None = Field(default="EPSG:25832", description="projected metric CRS of the scene")
     origin: tuple[int, int, int] = Field(
         default=(691_000, 5_336_000, 500), description="world origin of local coordinates, m"
