@@ -70,9 +70,9 @@ def draw_panes(group: Array, wavelength: int, rng: np.random.Generator) -> Panes
         return np.asarray(np.where(own, single, drawn[group]))
 
     kinds = np.array([[1, 0], [2, 0], [2, 1], [3, 1]])
-    share = [0.2, 0.25, 0.4, 0.15]
+    share = [0.15, 0.15, 0.5, 0.2]
     kind = kinds[per_house(rng.choice(4, houses, p=share), rng.choice(4, len(group), p=share))]
-    film = _COATING[wavelength] * rng.uniform(0.7, 1.2, houses)[group]
+    film = _COATING[wavelength] * rng.uniform(0.8, 1.4, houses)[group]
     dirt = 10 ** (rng.uniform(-3.8, -2.3, houses)[group] + rng.normal(0, 0.2, len(group)))
     absorbed = np.full(len(group), _ABSORBED[wavelength])
     return Panes(kind[:, 0], kind[:, 1] * np.minimum(film, 0.9), absorbed, np.minimum(dirt, 0.02))

@@ -6,7 +6,7 @@ from typing import Literal, Self
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
-_WAVELENGTHS = (532, 905, 1064, 1550)
+_WAVELENGTHS = {532: 0.1, 905: 0.25, 1064: 0.15, 1550: 0.5}  # nm: share of the scanners at work
 
 
 class InstrumentSpec(BaseModel):
@@ -158,7 +158,8 @@ def draw_instrument(spec: InstrumentSpec, rng: np.random.Generator) -> Instrumen
     sigma = rng.uniform(low, high)
     angle = rng.uniform(0.02, 0.05)
     divergence = rng.uniform(*((0.35, 0.7) if mobile else (0.25, 0.6)))
-    wavelength, kept = int(rng.choice(_WAVELENGTHS)), str(rng.choice(["first", "strongest"]))
+    wavelength = int(rng.choice(list(_WAVELENGTHS), p=list(_WAVELENGTHS.values())))
+    kept = str(rng.choice(["first", "strongest"]))
 
     def given(value: float | None, drawn: float) -> float:
         return float(drawn if value is None else value)
@@ -179,7 +180,7 @@ def draw_instrument(spec: InstrumentSpec, rng: np.random.Generator) -> Instrumen
         spread=float(rng.uniform(0.1, 0.3)),
         range_min=spec.range_min,
         range_max=spec.range_max,
-        range_dark=given(spec.range_dark, float(np.exp(rng.uniform(np.log(30), np.log(120))))),
+        range_dark=given(spec.range_dark, float(np.exp(rng.uniform(np.log(25), np.log(100))))),
         near=float(rng.uniform(1.0, 3.0)),
         falloff=float(rng.uniform(0.8, 1.3)),
         strays=given(spec.strays, 10 ** rng.uniform(-5.5, -4)),
