@@ -23,6 +23,9 @@ _UPRIGHT = 0.75  # share of the height through which a step of the plane must ru
 _CROWN = 12  # bins (3 m) below the eaves: cornice, frieze and the uppermost lintels
 _MOULDED = 0.04  # m, spread of the relief over them from which it tells something
 _SAME = 0.8  # correlation of the relief on both sides of a cut that shows one cornice
+_LEFT_OVER = 0.5  # share of the higher side's wall that the lower side may show above its eaves
+_UNLIKE = 0.5  # mean square difference of levelled row profiles: a correlation of 3/4
+_EXACT = 0.02  # the least of two halves of one side
 _PROUD = 0.05  # m, a step of the plane at one height
 
 Side = tuple[int, int]
@@ -115,6 +118,8 @@ def difference(look: Look, k: int, left: Side, right: Side, spread: float) -> tu
     if kind == "eaves":  # a step, not a slope: it stands close to the cut as well as far from it
         close, _ = _step(look, k, _last(left, _NEAR), _first(right, _NEAR), floor)
         step, t = (float(np.sign(step)) * min(abs(step), abs(close)), t) if step * close > 0 else (0.0, 0.0)
+        if not _free_above(look, left, right):
+            return 0.0, 0.0
     return step, t
 
 
@@ -170,6 +175,25 @@ def _upright(look: Look, left: Side, right: Side, step: float) -> bool:
     return len(at_height) < 3 or bool(np.mean(at_height > max(_PROUD, 0.5 * abs(step))) >= _UPRIGHT)
 
 
+def _free_above(look: Look, left: Side, right: Side) -> bool:
+    """Whether the lower side is empty where the higher one still has wall.
+
+    Between galleries, dormers and badly seen storeys the recognised wall ends here higher and there lower,
+    but above it the house goes on.
+    """
+    profile = look.profile
+    parts = _last(left, _REACH), _first(right, _REACH)
+    tops = [_median(profile.top[part, None])[0] for part in parts]
+    if not np.isfinite(tops).all():
+        return True
+    first, last = sorted(int((top - profile.base) / BIN) + 1 for top in tops)
+    full = [np.isfinite(profile.relief[part, first:last]) for part in parts]
+    if not full[0].size:
+        return True
+    low, high = (full[i].mean() for i in np.argsort(tops))
+    return bool(low < _LEFT_OVER * high)
+
+
 def _cornice_goes_on(look: Look, left: Side, right: Side) -> bool:
     """Whether the relief under the lower eaves is the same on both sides: then what rises above one of them
     is a railing or a parapet (or was measured there only), and no neighbour's wall."""
@@ -191,11 +215,20 @@ def _rhythm(a: Float, b: Float) -> float:
     """How differently the openings of two sides (k, r) stand in height, in spreads of their own halves."""
     if min(len(a), len(b)) < 12:
         return 0.0
-    half = [x.mean(0) for x in (a[: len(a) // 2], a[len(a) // 2 :], b[: len(b) // 2], b[len(b) // 2 :])]
     above = [np.cumsum(x.mean(0)[::-1])[::-1] for x in (a, b)]
     both = np.minimum(*above) > 0.2  # below both eaves
     if both.sum() < 8:
         return 0.0
-    between = float(np.mean((a.mean(0) - b.mean(0))[both] ** 2))
-    own = 0.5 * float(np.mean((half[0] - half[1])[both] ** 2) + np.mean((half[2] - half[3])[both] ** 2))
-    return float(np.sqrt(between / max(own, 1e-3)) * 2.0) if between > 0.04 else 0.0
+    half = [
+        _levelled(x.mean(0)[both])
+        for x in (a[: len(a) // 2], a[len(a) // 2 :], b[: len(b) // 2], b[len(b) // 2 :])
+    ]
+    between = float(np.mean((_levelled(a.mean(0)[both]) - _levelled(b.mean(0)[both])) ** 2))
+    own = 0.5 * float(np.mean((half[0] - half[1]) ** 2) + np.mean((half[2] - half[3]) ** 2))
+    return float(np.sqrt(between / max(own, _EXACT)) * 2.0) if between > _UNLIKE else 0.0
+
+
+def _levelled(share: Float) -> Float:
+    """A row profile (r,) without the level and the contrast that only the density of the points gives it."""
+    spread = float(np.std(share))
+    return (share - share.mean()) / spread if spread > 0 else np.zeros_like(share)
