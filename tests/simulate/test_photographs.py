@@ -12,6 +12,7 @@ from frontage.simulate.build import street
 from frontage.simulate.cameras import CameraSpec, Standpoint, make_camera
 from frontage.simulate.light import LightSpec, draw_light
 from frontage.simulate.photograph import photograph, scan_colours
+from frontage.simulate.rays import Tracer
 from frontage.simulate.render import render
 from frontage.simulate.samples import lattice
 from frontage.simulate.scene import Part, Scene
@@ -206,17 +207,24 @@ def test_exposure_and_colour_change_and_the_same_seed_gives_the_same_bytes(house
     assert np.abs(np.diff(means[:, 0] / means[:, 2])) > 0.005
 
 
-def test_a_walk_stands_in_the_street_and_sees_the_facades(houses):
-    aims = plan(houses, CameraSpec(most=5, pitches=(5.0, 20.0)), 2)
-    assert len(aims) == 5
-    assert len({a.name for a in aims}) == 5
-    street_from_local = houses.local_from_street.inverse
+@pytest.mark.parametrize(("seed", "side"), [(7, 0), (101, 0), (101, 1)])
+def test_a_walk_stands_in_the_street_and_sees_the_facades(seed, side):
+    scene = street(SceneSpec(seed=seed))
+    aims = plan(scene, CameraSpec(most=9, side=side, pitches=(5.0, 20.0)), 2)
+    assert len(aims) == 9
+    assert len({a.name for a in aims}) == 9
+    tracer = Tracer(scene.mesh)
+    street_from_local = scene.local_from_street.inverse
+    where = street_from_local.apply(np.array([a.true.t for a in aims]))
+    assert np.ptp(where[:, 1]) < 1.0
+    assert np.ptp(where[:, 0]) > 20.0
     for aim in aims:
-        s, d, _ = street_from_local.apply(aim.true.t[None])[0]
-        assert d < -1.5
         forward = street_from_local.rotate(aim.true.R[:, 2][None])[0]
-        assert forward[1] > 0.85
-        assert -2 < s < 60
+        assert forward[1] * (1 - 2 * side) > 0.85
+        around = aim.true.R @ np.array([[0, 0, 1.0], [0.5, 0, 0.8], [-0.5, 0, 0.8], [0, -0.3, 0.9]]).T
+        distance = tracer.first_hit(aim.true.t, around.T).distance
+        assert distance.min() > 0.5
+        assert np.median(np.minimum(distance, 30)) > 4.0
 
 
 def test_given_poses_are_as_wrong_as_their_sigmas_say():

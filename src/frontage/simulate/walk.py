@@ -16,6 +16,8 @@ _BACK = 0.8  # m kept from the houses behind
 _ROOM = 0.5  # m that a photographer needs around the camera
 _DODGE = 0.7  # m further along when something stands in the way
 _OVERLAP = 0.75
+_FILM, _WIDEST = 36.0, 18.0  # mm: width of 35 mm film; shorter lenses do not widen the spacing
+_FARTHEST = 99.0  # m
 _COMMON = 0.7  # share of a GPS's variance that is the same for photos taken within minutes
 
 
@@ -49,12 +51,11 @@ def plan(scene: Scene, spec: CameraSpec, seed: int) -> tuple[Aim, ...]:
 def _walk(scene: Scene, spec: CameraSpec, rng: np.random.Generator) -> tuple[Standpoint, ...]:
     fronts = _fronts(scene, spec.side)
     first, last = fronts[:, 0].min(), fronts[:, 0].max()
-    line = float(np.median(fronts[:, 1]))
     turn = 1.0 if spec.side == 0 else -1.0
+    line = turn * float((turn * fronts[:, 1]).min())  # the foremost front
     away = _distance(scene, spec, fronts, line, turn)
-    step = spec.spacing or (1 - _OVERLAP) * away * max(spec.width / spec.height, 1.0) * 36.0 / max(
-        spec.focal, 18.0
-    )
+    field = away * min(spec.width / spec.height, 1.0) * _FILM / max(spec.focal, _WIDEST)
+    step = spec.spacing or (1 - _OVERLAP) * field
     stops = np.linspace(first, last, max(2, int(np.ceil((last - first) / step)) + 1))
     if spec.most is not None:
         stops = _thinned(stops, -(-spec.most // (len(spec.headings) * len(spec.pitches))))
@@ -99,15 +100,20 @@ def _foot(facade: FacadePlan) -> Float:
 
 
 def _distance(scene: Scene, spec: CameraSpec, fronts: Float, line: float, turn: float) -> float:
-    """How far from the facades (m) photos are taken: as asked, but never inside the houses opposite."""
-    fixed = ~np.isin(scene.parts[scene.mesh.surface], [*_LOOSE, Part.GROUND])
-    along = np.linspace(fronts[:, 0].min(), fronts[:, 0].max(), 64)
-    height = np.interp(along, *fronts[np.argsort(fronts[:, 0])].T[[0, 2]]) + spec.eye
-    start = np.column_stack([along, np.full(64, line - 1.5 * turn), height])
-    way = np.broadcast_to([0.0, -turn, 0.0], start.shape)
+    """How far from the foremost facade (m) photos are taken: as asked, but never inside what stands opposite.
+
+    The free width is measured from the road, which nothing fixed stands on.
+    """
     street = scene.local_from_street
+    road = street.inverse.apply(scene.road)
+    along = np.linspace(fronts[:, 0].min(), fronts[:, 0].max(), 64)
+    level = [np.interp(along, road[:, 0], road[:, k]) for k in (1, 2)]
+    start = np.column_stack([along, *level]) + np.array([0.0, 0.0, spec.eye])
+    fixed = ~np.isin(scene.parts[scene.mesh.surface], [*_LOOSE, Part.GROUND])
+    way = np.broadcast_to([0.0, -turn, 0.0], start.shape)
     hits = Tracer(scene.mesh, fixed).first_hit(street.apply(start), street.rotate(way))
-    free = float(np.quantile(np.minimum(hits.distance, 99.0), 0.1)) + 1.5 - _BACK
+    reach = np.abs(start[:, 1] - line) + np.minimum(hits.distance, _FARTHEST)
+    free = float(np.quantile(reach, 0.1)) - _BACK
     tall = max((h.eaves_z - h.ground_z for h in scene.houses), default=10.0)
     return max(1.5, min(free, spec.distance or min(max(1.3 * tall, 8.0), 25.0)))
 
