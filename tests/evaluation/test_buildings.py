@@ -3,7 +3,8 @@ import pytest
 
 from frontage.evaluation.buildings import score_buildings
 from frontage.evaluation.result import LabelledPoints
-from truth_tables import HEIGHT, WIDTH, axes, truth
+from frontage.evaluation.truth import read_truth
+from truth_tables import HEIGHT, WIDTH, axes, table, truth
 
 
 def street(cut: float | None, swapped: float = 0.0) -> tuple[LabelledPoints, int]:
@@ -45,3 +46,14 @@ def test_a_house_cut_in_two_costs_precision() -> None:
 def test_points_that_belong_to_nobody_cost_overlap() -> None:
     f = score_buildings(truth(), *street(WIDTH, swapped=0.6)).figures
     assert f["iou"].value == pytest.approx(0.4, abs=0.02) and f["f1"].value == 0.0
+
+
+def test_houses_that_nothing_measured_are_not_asked_for() -> None:
+    houses = table()
+    houses["facades"][1]["visible"] = {"stations": 0.1, "photos": 0.9, "any": 0.9}
+    points, _ = street(None)
+    own = LabelledPoints(points.xyz[points.house == 0], np.zeros((points.house == 0).sum()),
+                         np.zeros((points.house == 0).sum()), ("B01",))  # fmt: skip
+    f = score_buildings(read_truth(houses), own, 1, ("stations",)).figures
+    assert f["f1"].value == 1.0 and f["recall"].n == 1 and f["cuts_found"].n == 0
+    assert score_buildings(read_truth(houses), own, 1).figures["recall"].value == 0.5

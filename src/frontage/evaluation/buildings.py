@@ -33,7 +33,7 @@ def score_buildings(
     figures = detections(np.array(counts, np.float64).reshape(-1, 3))
     best = np.array([iou[k].max(initial=0.0) for k, s in enumerate(seen) if s])
     figures["iou"] = figure(best, mean)
-    cuts = list(_cuts(truth, points, partner))
+    cuts = list(_cuts(truth, points, partner, seen))
     errors = np.array([c["error_mm"] / 1000 for c in cuts if c["error_mm"] is not None])
     made = np.array([c["error_mm"] is not None for c in cuts], np.float64)
     figures["cuts_found"] = figure(made, mean)
@@ -59,15 +59,17 @@ def _seen(truth: Truth, building: TrueBuilding, sensors: Sequence[str]) -> bool:
     return max(shares, default=0.0) >= _SEEN
 
 
-def _cuts(truth: Truth, points: LabelledPoints, partner: dict[int, int]) -> Iterator[dict[str, Any]]:
-    """Where the split put the border between two neighbours that share a wall, against where it is."""
+def _cuts(
+    truth: Truth, points: LabelledPoints, partner: dict[int, int], seen: list[bool]
+) -> Iterator[dict[str, Any]]:
+    """Where the split put the border between visible neighbours that share a wall, against where it is."""
     index = {b.id: k for k, b in enumerate(truth.buildings)}
     for a in truth.facades:
         for b in truth.facades:
-            border = _border(a, b)
-            if border is None:
-                continue
             left, right = index[a.building], index[b.building]
+            border = _border(a, b)
+            if border is None or not (seen[left] and seen[right]):
+                continue
             about: dict[str, Any] = {"cut": f"{a.building}|{b.building}", "error_mm": None}
             if left in partner and right in partner:
                 about["error_mm"] = _cut_error(points, a, border, (left, right), partner)
