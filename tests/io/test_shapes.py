@@ -24,6 +24,8 @@ from shape_files import (
     polygon,
 )
 
+OGC = "https://www.opengis.net/def/crs"
+
 
 def shell(features: list[Feature]) -> Surfaces:
     (shape,) = features[0].shapes
@@ -154,6 +156,7 @@ BAD: dict[str, tuple[str, str]] = {
     "unknown version": ("m.json", json.dumps(cityjson("7.0"))),
     "a vertex that is not there": ("m.json", json.dumps(cityjson(vertices=[[0, 0, 0]]))),
     "not a number": ("m.off", off().replace("1 1 1", "1 nan 1")),
+    "a number beyond all measure": ("m.off", off().replace("1 1 1", "1 1e200 1")),
     "a word for a number": ("m.off", off().replace("1 1 1", "1 one 1")),
     "reference to nowhere": ("m.gml", city(lod2_solid("<gml:surfaceMember xlink:href='#no'/>"))),
     "a circle of references": (
@@ -207,6 +210,11 @@ def test_missing_empty_and_unknown_files(tmp_path: Path) -> None:
         ),
         ("i.gml", "<IndoorFeatures xmlns='http://www.opengis.net/indoorgml/1.0/core'/>"),
         ("o.json", json.dumps({"type": "Topology"})),
+        ("d.json", json.dumps(cityjson(metadata={"referenceSystem": f"{OGC}/EPSG/0/4979"}))),
+        (
+            "d.gml",
+            city(lod2_solid("")).replace("<gml:Solid", "<gml:Solid srsName='urn:ogc:def:crs:EPSG::4979'"),
+        ),
     ):
         path = write(tmp_path, name, text)
         with pytest.raises(UnsupportedFormat) as caught:

@@ -205,3 +205,11 @@ def test_no_file_of_the_suites_breaks_the_validator() -> None:
     for folder in ("poly", "obj", "gml", "cityjson", "cityjsonseq", "test_indoorgml"):
         for path in sorted(data_path(f"{VAL}/{folder}").iterdir()):
             assert 999 not in found(path), path
+
+
+@pytest.mark.parametrize("version", ["CityGMLv2", "CityGMLv3"])
+@pytest.mark.parametrize("name", ["LOD1-EPSG25832", "LOD1-LocalEngineeringCRS", "LOD2-EPSG25832"])
+def test_an_example_house_is_valid(version: str, name: str) -> None:
+    report = validate_file(data_path(f"citymodels/lod_examples/{version}/Building_{name}.gml"))
+    assert report.valid, report.findings
+    assert report.geometries["Solid"] == 1

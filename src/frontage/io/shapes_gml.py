@@ -13,6 +13,7 @@ from lxml import etree
 
 from frontage.errors import UnsupportedFormat
 from frontage.geometry.arrays import Float
+from frontage.io.degrees import refuse_degrees
 from frontage.model import Feature, Shape, Surfaces
 from frontage.model.shape import ShapeKind
 
@@ -63,6 +64,8 @@ def read_gml(path: Path) -> tuple[str, list[Feature]]:
     root = tree.getroot()
     if _local(root) == "IndoorFeatures":
         raise UnsupportedFormat(path, "is IndoorGML", "its cells and their network are not checked here")
+    names = (e.get("srsName") for e in root.iter() if isinstance(e.tag, str))
+    refuse_degrees(path, next((name for name in names if name), None))
     reader = _Reader(root)
     kind = "CityGML" if _local(root) == "CityModel" else "GML"
     members = _members(root) or reader.geometries(root)

@@ -9,6 +9,7 @@ import numpy as np
 
 from frontage.errors import UnsupportedFormat
 from frontage.geometry.arrays import Float
+from frontage.io.degrees import refuse_degrees
 from frontage.model import Feature, Shape, Surfaces
 
 _SURFACES = ("MultiSurface", "CompositeSurface")
@@ -28,11 +29,12 @@ def read_json(path: Path) -> tuple[str, list[Feature]]:
     except json.JSONDecodeError:
         if path.suffix.lower() != ".jsonl" and '"CityJSONFeature"' not in text:
             raise
-        return "CityJSONSeq", _sequence(text)
+        return "CityJSONSeq", _sequence(path, text)
     if not isinstance(data, dict):
         raise ValueError("it holds no JSON object")
     kind = data.get("type")
     if kind == "CityJSON":
+        refuse_degrees(path, data.get("metadata", {}).get("referenceSystem"))
         return f"CityJSON {data.get('version', '')}".strip(), _cityjson(data, data)
     if kind == "tu3djson":
         return "tu3djson", [_tu3d(f, k) for k, f in enumerate(data["features"])]
@@ -42,7 +44,7 @@ def read_json(path: Path) -> tuple[str, list[Feature]]:
     raise UnsupportedFormat(path, f"JSON of type {kind!r}", "name a CityJSON file")
 
 
-def _sequence(text: str) -> list[Feature]:
+def _sequence(path: Path, text: str) -> list[Feature]:
     """CityJSONSeq: the first line says how coordinates are packed, every further line is one feature."""
     head: Any = None
     features: list[Feature] = []
@@ -56,10 +58,13 @@ def _sequence(text: str) -> list[Feature]:
                 if data.get("type") != "CityJSON":
                     raise ValueError("the first line is not a CityJSON object")
                 _transform(data)
+                refuse_degrees(path, data.get("metadata", {}).get("referenceSystem"))
             elif data.get("type") == "CityJSONFeature":
                 features += _cityjson(data, head)
             else:
                 raise ValueError(f"an object of type {data.get('type')!r}")
+        except UnsupportedFormat:
+            raise
         except (ValueError, KeyError, TypeError) as problem:
             raise ValueError(f"line {number}: {problem}") from problem
     return features

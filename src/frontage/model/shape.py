@@ -8,6 +8,7 @@ import numpy as np
 
 from frontage.geometry.arrays import Array, Float, Int, freeze
 
+_LARGEST = 1e15  # m
 ShapeKind = Literal["MultiSurface", "CompositeSurface", "Solid", "MultiSolid", "CompositeSolid"]
 
 
@@ -19,7 +20,7 @@ class Surfaces:
     `faces[f]` to `faces[f + 1]`, its outer one first. `explicit` = every ring must repeat its first point
     at the end (GML, JSON-FG). `names` holds one name per face, or nothing.
 
-    Raises ValueError for coordinates that are not finite.
+    Raises ValueError for coordinates that are not finite or so large that doubles have no metres left.
     """
 
     points: Float
@@ -30,8 +31,8 @@ class Surfaces:
 
     def __post_init__(self) -> None:
         freeze(self, points=((None, 3), np.float64), rings=((None,), np.int64), faces=((None,), np.int64))
-        if not np.isfinite(self.points).all():
-            raise ValueError("points: a coordinate that is not a finite number")
+        if not (np.abs(self.points) < _LARGEST).all():
+            raise ValueError("points: a coordinate that is not a number or beyond 1e15")
 
     @classmethod
     def of(

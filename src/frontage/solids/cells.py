@@ -16,6 +16,7 @@ from frontage.geometry.arrays import Array, Bool, Float, Int
 from frontage.solids.common import common_lines
 from frontage.solids.crossings import box_pairs
 from frontage.solids.distances import to_triangles, winding
+from frontage.solids.rows import distinct
 
 OUTSIDE, OPPOSITE, INSIDE, SAME = -1, 0, 1, 2
 _GRID = 4  # in noise: pieces are noded on such a grid
@@ -130,10 +131,10 @@ def _untouched(one: Skin, touched: Int) -> Int:
     if not len(free):
         return free
     half = np.stack([one.ids[free], np.roll(one.ids[free], -1, axis=1)], axis=2).reshape(-1, 2)
-    _, label = np.unique(np.sort(half, axis=1), axis=0, return_inverse=True)
+    _, label, _ = distinct(np.sort(half, axis=1))
     triangle = np.repeat(np.arange(len(free)), 3)
     size = len(free) + int(label.max()) + 1
-    graph = coo_array((np.ones(len(triangle)), (triangle, len(free) + label.ravel())), shape=(size, size))
+    graph = coo_array((np.ones(len(triangle)), (triangle, len(free) + label)), shape=(size, size))
     group: Array = connected_components(graph, directed=False)[1][: len(free)]
     order = np.lexsort((-_inscribed(one.corners[free]), group))
     first: Bool = np.ones(len(order), np.bool_)

@@ -15,6 +15,7 @@ from scipy.spatial import cKDTree
 
 from frontage.geometry.arrays import Float, Int
 from frontage.solids.cells import Skin, contacts, cut_triangle
+from frontage.solids.rows import distinct
 from frontage.solids.touching import distance
 
 _SAME = 8  # in noise
@@ -24,8 +25,7 @@ def chambers(skins: Sequence[Skin]) -> int:
     """Number of parts of space between shells that touch in points and lines only; n + 1 for n apart."""
     rings = [ring for k in range(len(skins)) for ring in _cut(skins, k)]
     edges, cell = _edges(rings, skins[0].noise)
-    _, label, count = np.unique(edges, axis=0, return_inverse=True, return_counts=True)
-    label = label.ravel()
+    _, label, count = distinct(edges)
     two = np.nonzero(count[label] == 2)[0]
     pairs = cell[two[np.argsort(label[two], kind="stable")]].reshape(-1, 2)
     size = int(cell.max()) + 1

@@ -1,10 +1,11 @@
 """Level 5 and 6: solids among each other. Codes 501 to 503 in one CompositeSolid, 601 in one building."""
 
-import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
+import shapely
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
@@ -25,7 +26,7 @@ class Body:
     shells: tuple[Shell, ...]
     name: str
 
-    @property
+    @cached_property
     def skin(self) -> Skin:
         """The triangles of all its shells."""
         mesh = self.shells[0][0]
@@ -46,10 +47,8 @@ def check_composite(bodies: Sequence[Body], tolerances: Tolerances) -> list[Find
     """Findings on the solids of one CompositeSolid, each valid in itself."""
     limit = _limit(bodies, tolerances)
     findings, links = [], []
-    for i, j in itertools.combinations(range(len(bodies)), 2):
-        relation = _relate(bodies[i], bodies[j], max(limit, 0.0))
-        if relation is None:
-            continue
+    for i, j in _close(bodies, limit):
+        relation = _relate(bodies[i], bodies[j], limit)
         if relation.joined:
             links.append((i, j))
         where = f"{bodies[i].name}&{bodies[j].name}"
@@ -65,11 +64,11 @@ def check_parts(bodies: Sequence[Body], groups: Sequence[object], tolerances: To
     """601 for solids of one building whose insides overlap; those of one group are not compared."""
     limit = _limit(bodies, tolerances)
     findings = []
-    for i, j in itertools.combinations(range(len(bodies)), 2):
+    for i, j in _close(bodies, 0.0):
         if groups[i] == groups[j]:
             continue
         relation = _relate(bodies[i], bodies[j], 0.0)
-        if relation is not None and (relation.same or relation.overlap > limit):
+        if relation.same or relation.overlap > limit:
             at = bodies[0].shells[0][0].place(relation.where)
             text = f"solids of one building overlap by {relation.overlap:.4g} m"
             findings.append(Finding(601, text, f"{bodies[i].name}&{bodies[j].name}", "", at))
@@ -81,15 +80,24 @@ def _limit(bodies: Sequence[Body], tolerances: Tolerances) -> float:
     return noise + max(tolerances.overlap, 0.0)
 
 
-def _relate(one: Body, other: Body, reach: float) -> _Relation | None:
-    """None when the boxes of the two, grown by `reach`, are apart."""
+def _close(bodies: Sequence[Body], reach: float) -> list[tuple[int, int]]:
+    """Pairs (i < j) of solids whose boxes, grown by `reach`, meet."""
+    if len(bodies) < 2:
+        return []
+    low = np.array([body.skin.corners.min((0, 1)) for body in bodies])
+    high = np.array([body.skin.corners.max((0, 1)) for body in bodies]) + reach + bodies[0].skin.noise
+    tree = shapely.STRtree(shapely.box(low[:, 0], low[:, 1], high[:, 0], high[:, 1]))
+    i, j = tree.query(tree.geometries)
+    meet = (i < j) & (low[i, 2] <= high[j, 2]) & (low[j, 2] <= high[i, 2])
+    return sorted(zip(i[meet].tolist(), j[meet].tolist(), strict=True))
+
+
+def _relate(one: Body, other: Body, reach: float) -> _Relation:
+    """Of two solids that are close; a gap of up to `reach` still joins them."""
     a, b = one.skin, other.skin
-    pa, pb = a.corners.reshape(-1, 3), b.corners.reshape(-1, 3)
-    if (pa.min(0) > pb.max(0) + reach + a.noise).any() or (pb.min(0) > pa.max(0) + reach + a.noise).any():
-        return None
     sides = compare(a, b), compare(b, a)
     measured = [m for pieces in sides for m in _overlaps(pieces)]
-    overlap, where = max(measured, key=lambda m: m[0], default=(0.0, pa.mean(0)))
+    overlap, where = max(measured, key=lambda m: m[0], default=(0.0, a.corners.mean((0, 1))))
     same = all((pieces.state == SAME).all() for pieces in sides)
     joined = overlap > 0 or any(pieces.has(OPPOSITE) for pieces in sides)
     joined = joined or (reach > _ON * a.noise and _gap(a, b) <= reach)
@@ -109,8 +117,8 @@ def _overlaps(pieces: Pieces) -> list[tuple[float, Float]]:
 
 def _gap(one: Skin, other: Skin) -> float:
     """Smallest distance (m) of a vertex of one to the other."""
-    first, _ = to_triangles(np.unique(one.corners.reshape(-1, 3), axis=0), other.corners)
-    second, _ = to_triangles(np.unique(other.corners.reshape(-1, 3), axis=0), one.corners)
+    first, _ = to_triangles(one.xyz[np.unique(one.ids)], other.corners)
+    second, _ = to_triangles(other.xyz[np.unique(other.ids)], one.corners)
     return float(min(first.min(), second.min()))
 
 

@@ -9,6 +9,7 @@ from scipy.spatial import cKDTree
 
 from frontage.geometry.arrays import Array, Bool, Float, Int
 from frontage.model import Surfaces
+from frontage.solids.rows import distinct
 
 _QUANTUM = 2.0**-30  # m: coordinates are rounded to this; a thousandth of the smallest tolerance anyone sets
 _NOISE = 1e-7  # m: rounding of projections and rotations; nothing is told apart below it
@@ -92,10 +93,10 @@ def weld(surfaces: Sequence[Surfaces], snap: float, quantum: float | None = None
     extent = float(np.abs(local).max(initial=1.0))
     step = quantum or max(_QUANTUM, 2.0 ** (int(np.ceil(np.log2(extent))) - _EXACT_BITS))
     noise = max(_NOISE, 8 * float(np.spacing(np.abs(points).max(initial=1.0))))
-    unique, inverse = np.unique(np.rint(local / step).astype(np.int64), axis=0, return_inverse=True)
+    unique, inverse, _ = distinct(np.rint(local / step).astype(np.int64))
     target = _snapped(unique * step, snap + 2 * min(step, _QUANTUM))
     kept = target == np.arange(len(target))
-    ids = (np.cumsum(kept) - 1)[target][inverse.ravel()]
+    ids = (np.cumsum(kept) - 1)[target][inverse]
     grid = unique[kept]
     starts = np.cumsum([0, *(len(s.points) for s in surfaces)])
     return [

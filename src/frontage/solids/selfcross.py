@@ -9,8 +9,8 @@ from frontage.solids.crossings import box_pairs, meeting
 from frontage.solids.distances import pairwise
 from frontage.solids.mesh import Mesh
 from frontage.solids.polygons import Triangles
+from frontage.solids.rows import among, distinct
 from frontage.solids.tolerances import Tolerances
-from frontage.solids.topology import among
 from frontage.solids.touching import distance
 
 
@@ -30,7 +30,7 @@ def check_crossings(mesh: Mesh, triangles: Triangles, tolerances: Tolerances) ->
     pairs = pairs[hit]
     between = np.sort(face[pairs], axis=1)
     findings: list[Finding] = []
-    for f, g in np.unique(between, axis=0):
+    for f, g in distinct(between)[0]:
         own = pairs[(between == (f, g)).all(1)]
         at = _real(mesh, triangles, ids, own, (int(f), int(g)), max(tolerances.snap, mesh.noise))
         if at is not None:
@@ -42,10 +42,10 @@ def check_crossings(mesh: Mesh, triangles: Triangles, tolerances: Tolerances) ->
 
 def _touching(mesh: Mesh, triangles: Triangles, ids: Int, face: Int, pairs: Int) -> Bool:
     """Pairs (n, 2) of triangles of faces with no common vertex that are closer than rounding can tell."""
-    pair_faces, label = np.unique(face[pairs], axis=0, return_inverse=True)
+    pair_faces, label, _ = distinct(face[pairs])
     members = [set(v) for v in _by_face(triangles.edges[:, 0], triangles.edge_face, len(mesh.faces) - 1)]
     strange = np.array([members[f].isdisjoint(members[g]) for f, g in pair_faces], np.bool_)
-    chosen = np.nonzero(strange[label.ravel()])[0] if len(pairs) else np.zeros(0, np.int64)
+    chosen = np.nonzero(strange[label])[0] if len(pairs) else np.zeros(0, np.int64)
     hit = np.zeros(len(pairs), np.bool_)
     one, other = mesh.xyz[ids[pairs[chosen, 0]]], mesh.xyz[ids[pairs[chosen, 1]]]
     hit[chosen[[k for k, _ in common_lines(one, other, mesh.noise)]]] = True

@@ -10,6 +10,7 @@ from scipy.sparse.csgraph import breadth_first_order, connected_components
 
 from frontage.geometry.arrays import Bool, Int
 from frontage.solids.polygons import Triangles
+from frontage.solids.rows import among, distinct
 
 
 @dataclass(frozen=True, eq=False)
@@ -28,9 +29,8 @@ class Topology:
     @classmethod
     def of(cls, triangles: Triangles, faces: int) -> "Topology":
         """From the ring edges of a shell of so many faces."""
-        ends, edge = np.unique(np.sort(triangles.edges, axis=1), axis=0, return_inverse=True)
-        edge = edge.ravel()
-        return cls(triangles, faces, ends, np.bincount(edge, minlength=len(ends)), edge)
+        ends, edge, uses = distinct(np.sort(triangles.edges, axis=1))
+        return cls(triangles, faces, ends, uses, edge)
 
     @cached_property
     def pairs(self) -> Int:
@@ -108,8 +108,7 @@ class Topology:
             np.column_stack([face, half]), np.column_stack([self.triangles.edge_face, self.triangles.edges])
         )
         key = np.column_stack([np.where(inner, face + 1, 0), np.sort(half, axis=1)])
-        _, label, count = np.unique(key, axis=0, return_inverse=True, return_counts=True)
-        label = label.ravel()
+        _, label, count = distinct(key)
         two = np.nonzero(count[label] == 2)[0]
         pairs = two[np.argsort(label[two], kind="stable")].reshape(-1, 2)
         low = half[:, 0] < half[:, 1]
@@ -124,10 +123,4 @@ class Topology:
 
 
 def _graph(a: Int, b: Int, size: int) -> Any:
-    return coo_array((np.ones(len(a), np.int8), (a, b)), shape=(size, size)).tocsr()
-
-
-def among(rows: Int, known: Int) -> Bool:
-    """Which rows (n, k) occur in `known` (m, k)."""
-    _, label = np.unique(np.concatenate([rows, known]), axis=0, return_inverse=True)
-    return np.asarray(np.isin(label.ravel()[: len(rows)], label.ravel()[len(rows) :]))
+    return coo_array((np.ones(len(a), np.int32), (a, b)), shape=(size, size)).tocsr()

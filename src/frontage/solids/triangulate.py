@@ -6,6 +6,7 @@ import shapely
 from frontage.geometry.arrays import Bool, Float, Int
 from frontage.solids.drawing import face_polygons
 from frontage.solids.mesh import Mesh
+from frontage.solids.rows import distinct
 
 
 def triangulate(mesh: Mesh, xy: Float, faces: Bool, index: Int, rings: Int) -> tuple[Int, Int]:
@@ -62,10 +63,10 @@ def _delaunay(mesh: Mesh, xy: Float, faces: Bool, index: Int, rings: Int) -> tup
             np.column_stack([np.repeat(face, 3), spots]),
         ]
     )
-    _, group = np.unique(keys + 0.0, axis=0, return_inverse=True)  # + 0.0: no minus zero
+    _, group, _ = distinct(keys)
     corner = np.full(group.max() + 1, -1)
-    corner[group.ravel()[: len(known)]] = known
-    triangles = corner[group.ravel()[len(known) :]].reshape(-1, 3)
+    corner[group[: len(known)]] = known
+    triangles = corner[group[len(known) :]].reshape(-1, 3)
     turned = _area(xy, triangles) < 0
     triangles[turned] = triangles[turned][:, [0, 2, 1]]
     return triangles, face
