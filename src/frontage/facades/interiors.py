@@ -16,6 +16,7 @@ _SIGHTS = 500  # lines of sight per plausible place
 _COVER = 0.5  # m, cells of the wall extended over its neighbours
 _ROOM = 12.0  # m: how far behind a facade its rooms reach
 _OPEN = 0.25  # share of the strip before a wall that is open ground when it stands outside
+_COURT = 2.0  # open ground over built-up area before it: the floor of a room has as much of both
 _AWAY = 0.5  # cosine between outward normals below which a wall looks away from another
 
 
@@ -50,7 +51,7 @@ def _is_interior(outer: Front, inner: Front, rows: Int, scene: Scene) -> bool:
     if room.mean() <= _SEEN_THROUGH:
         return False
     ground, mass, strip = beside(inner.wall, inner.cells, scene.around, scene.ground_z)
-    if ground > max(mass, _OPEN * strip):
+    if ground > max(_COURT * mass, _OPEN * strip):
         return False
     street, _, length = beside(wall, outer.cells, scene.around, scene.ground_z)
     looks_away = outer.wall.normal @ inner.wall.normal < -_AWAY and mass < _OPEN * strip
