@@ -2,6 +2,7 @@
 
 import hashlib
 import json
+import shutil
 from pathlib import Path
 
 import cv2
@@ -48,16 +49,28 @@ def test_the_same_spec_gives_the_same_bytes_at_any_number_of_workers(bare: Path,
 
 
 def test_every_file_is_listed_and_an_earlier_scene_is_replaced(bare: Path, tmp_path: Path) -> None:
-    names = set(json.loads((bare / "truth" / "files.json").read_text()))
-    assert set(hashes(bare)) <= names
+    names = set(json.loads((bare / "truth" / "files.json").read_text())["files"])
+    assert set(hashes(bare)) == names | {"truth/files.json"}
     out = tmp_path / "scene"
     simulate(parse_spec(BARE), out)
-    only_photos = BARE.split("[[scanners]]")[0] + "[[cameras]]" + BARE.split("[[cameras]]")[1]
+    parts = BARE.split("[[cameras]]")
+    only_photos = parts[0].split("[[scanners]]")[0] + "[[cameras]]" + parts[1] + "[output]\ngsd = 0.1\n"
     (out / "mine.txt").write_text("kept")
     simulate(parse_spec(only_photos), out)
     left = set(hashes(out))
     assert "mine.txt" in left and "photos/IMG_0001.jpg" in left
     assert not any(name.startswith("scans/") for name in left)
+
+
+def test_a_finished_scene_is_kept_and_a_damaged_one_made_again(bare: Path, tmp_path: Path) -> None:
+    out = Path(shutil.copytree(bare, tmp_path / "scene"))
+    before = {p: p.stat().st_mtime_ns for p in out.rglob("*") if p.is_file()}
+    kept = simulate(parse_spec(BARE), out)
+    assert {p: p.stat().st_mtime_ns for p in out.rglob("*") if p.is_file()} == before
+    assert kept.photos == 2 and kept.points > 1000
+    (out / "scans" / "S1.e57").unlink()
+    simulate(parse_spec(BARE), out)
+    assert hashes(out) == hashes(bare)
 
 
 def test_a_folder_with_other_things_is_left_alone(tmp_path: Path) -> None:

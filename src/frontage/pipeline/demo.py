@@ -44,7 +44,7 @@ class Demo:
 def demo(out: Path, *, workers: int = 1, progress: Progress | None = None) -> Demo:
     """Simulate the street of `SPEC` into out/street and run the chain into out/result.
 
-    A second call makes the street anew (the same bytes) and keeps the stages of the run that are finished.
+    A second call keeps the street and the stages of the run that are finished.
 
     Raises FrontageError as `simulate`, `run` and `score` do.
     """

@@ -10,13 +10,13 @@ from typing import Any
 import numpy as np
 
 import frontage
-from frontage.errors import OptionError, WorkspaceError
+from frontage.errors import OptionError
 from frontage.geometry.arrays import Float
 from frontage.io.colmapwrite import write_colmap
 from frontage.model import Estimate, Photo
 from frontage.pipeline.citymodels import write_lod2, write_lod3
 from frontage.pipeline.context import Progress, Silent
-from frontage.pipeline.files import read_json, write_bytes, write_json
+from frontage.pipeline.files import code_hash, fingerprint, read_json, write_bytes, write_json
 from frontage.pipeline.record import (
     MOBILE,
     TRAJECTORY,
@@ -29,6 +29,7 @@ from frontage.pipeline.record import (
     save_arrays,
     scene_of,
 )
+from frontage.pipeline.scenefolder import SceneFolder
 from frontage.pipeline.sceneproject import project_text
 from frontage.scale import make_executor
 from frontage.simulate.cameras import CameraSpec
@@ -41,7 +42,7 @@ from frontage.simulate.visibility import Visibility, visibility
 from frontage.simulate.walk import plan
 
 _SHOWN = 0.1  # share of a facade that some sensor saw, for its true ortho-image to be made
-_MARKER = "truth/files.json"
+_CODE = ("geometry", "model", "solve", "raster", "io", "simulate", "pipeline")
 _PLAIN = (
     "project.toml",
     "lod2.city.json",
@@ -79,16 +80,21 @@ def simulate(
     """Build the street of `spec`, measure it, and write everything into the folder `out`.
 
     The same spec gives the same bytes at any number of workers. A spec that names no instrument gets two
-    stations and six photos. An earlier scene in the folder is replaced.
+    stations and six photos. An earlier scene in the folder is replaced; the same one is kept as it is.
 
     Raises OptionError for a spec that cannot be built, WorkspaceError for a folder with other things in it,
     MissingExtra without the ray tracer or pye57.
     """
     start, told, folder = time.perf_counter(), progress or Silent(), Path(out).resolve()
     spec, notes = _with_instruments(spec)
+    place = SceneFolder(folder, fingerprint(code_hash(_CODE), spec.model_dump(mode="json")))
+    if place.current():
+        made = _summary(folder, notes, start)
+        told.end("scene", made.seconds, True, {"items": made.facades})
+        return made
     scene = _built(spec, told)
     tasks = [*_scan_tasks(spec, folder), *_photo_tasks(spec, scene, folder)]
-    _clear(folder, tasks, scene)
+    place.begin(_names(tasks, scene))
     with make_executor(workers) as executor:
 
         def each(stage: str, some: Sequence[Task]) -> list[dict[str, Any]]:
@@ -101,20 +107,23 @@ def simulate(
         found = each("record", tasks)
         seen = _seen(scene, found)
         orthos = each("truth", _ortho_tasks(spec, scene, seen, folder))
-    table = _truth(spec, scene, seen, found, orthos)
-    _write(spec, scene, folder, table, found)
-    stations, photos = table["stations"], table["photos"]
-    points = sum(s["points"] for s in stations) + (table["drive"] or {"points": 0})["points"]
-    openings = sum(len(f["openings"]) for f in table["facades"])
+    _write(spec, scene, folder, _truth(spec, scene, seen, found, orthos), found)
+    place.finish()
+    return _summary(folder, notes, start)
+
+
+def _summary(out: Path, notes: tuple[str, ...], start: float) -> Simulated:
+    """What a finished folder holds, from its truth."""
+    table = read_json(out / "truth" / "truth.json")
     return Simulated(
-        folder,
-        folder / "project.toml",
+        out,
+        out / "project.toml",
         len(table["points"]),
-        points,
-        len(photos),
+        sum(entry["points"] for entry in (*table["stations"], table["drive"]) if entry),
+        len(table["photos"]),
         len(table["facades"]),
-        openings,
-        (*notes, *scene.notes),
+        sum(len(facade["openings"]) for facade in table["facades"]),
+        (*notes, *table["notes"]),
         time.perf_counter() - start,
     )
 
@@ -170,25 +179,11 @@ def _ortho_tasks(spec: SceneSpec, scene: Scene, seen: Visibility, out: Path) -> 
     ]
 
 
-def _clear(out: Path, tasks: Sequence[Task], scene: Scene) -> None:
-    """Remove an earlier scene's files; the marker names those of this one before the first is written.
-
-    Raises WorkspaceError when the folder holds anything but a scene.
-    """
-    if out.exists() and not out.is_dir():
-        raise WorkspaceError(f"{out} is a file; give another name for the scene's folder")
-    marker = out / _MARKER
-    if marker.is_file():
-        for name in read_json(marker):
-            (out / name).unlink(missing_ok=True)
-    elif out.is_dir() and any(out.iterdir()):
-        raise WorkspaceError(f"{out} is not empty and holds no simulated scene; give another folder")
+def _names(tasks: Sequence[Task], scene: Scene) -> list[str]:
+    """Every file that may be written, known before the first is."""
     names = [name for task in tasks for name in _files(task)]
     names += [n for house in scene.houses for facade in house.facades for n in ortho_names(facade.id)]
-    try:
-        write_json(marker, [*_PLAIN, *names, _MARKER])
-    except OSError as error:
-        raise WorkspaceError(f"{out} cannot be written ({error.strerror}); give another folder") from None
+    return [*_PLAIN, *names]
 
 
 def _files(task: Task) -> Iterable[str]:
