@@ -6,6 +6,7 @@ from math import acos, asin, atan2, cos, hypot, isclose, pi, sin, sqrt
 import numpy as np
 import pytest
 
+from frontage.errors import OptionError
 from frontage.geometry.camera import MODELS
 from frontage.geometry.rigid import Rigid3
 from frontage.model import Camera, Estimate, Photo
@@ -124,6 +125,7 @@ def test_a_lens_is_drawn_from_the_seed_and_bends_by_more_than_a_pixel():
         ({"model": "PINHOL"}, "PINHOL.*is not known"),
         ({"model": "PINHOLE", "params": (1.0, 2.0)}, "4 parameters, not 2"),
         ({"layout": "places"}, "at least one entry"),
+        ({"places": ({"along": 1, "across": -5},)}, "only used with layout"),
         ({"widht": 3}, "widht"),
         ({"focal": -3}, "focal"),
     ],
@@ -131,3 +133,11 @@ def test_a_lens_is_drawn_from_the_seed_and_bends_by_more_than_a_pixel():
 def test_a_wrong_camera_is_refused_with_the_reason(wrong, words):
     with pytest.raises(ValueError, match=words):
         CameraSpec(**wrong)
+
+
+def test_a_camera_that_sees_nothing_in_its_middle_is_refused():
+    params = (60.0, 60.0, 2000.0, 200.0)  # the middle is more than 180 degrees off the axis
+    with pytest.raises(OptionError, match="nothing in the middle"):
+        make_camera(CameraSpec(model="FISHEYE", width=600, height=400, params=params), 0)
+    with pytest.raises(OptionError, match="nothing in the middle"):
+        make_camera(CameraSpec(model="PINHOLE", width=600, height=400, params=(0.0, 0.0, 300.0, 200.0)), 0)

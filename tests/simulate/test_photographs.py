@@ -6,6 +6,7 @@ import cv2
 import numpy as np
 import pytest
 
+from frontage.errors import OptionError
 from frontage.geometry.rigid import Rigid3
 from frontage.model import Camera
 from frontage.simulate.build import street
@@ -225,6 +226,11 @@ def test_a_walk_stands_in_the_street_and_sees_the_facades(seed, side):
         distance = tracer.first_hit(aim.true.t, around.T).distance
         assert distance.min() > 0.5
         assert np.median(np.minimum(distance, 30)) > 4.0
+
+
+def test_a_side_without_houses_is_named():
+    with pytest.raises(OptionError, match="no house on side 1"):
+        plan(street(SceneSpec(seed=1, houses=1, opposite=False)), CameraSpec(side=1), 0)
 
 
 def test_given_poses_are_as_wrong_as_their_sigmas_say():

@@ -5,6 +5,7 @@ from typing import Literal, Self
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
+from frontage.errors import OptionError
 from frontage.geometry.arrays import Float
 from frontage.geometry.camera import MODELS, parameter_count
 from frontage.model import Camera
@@ -88,6 +89,8 @@ class CameraSpec(BaseModel):
             )
         if self.layout == "places" and not self.places:
             raise ValueError('layout = "places" needs at least one entry in places')
+        if self.layout == "walk" and self.places:
+            raise ValueError('places are only used with layout = "places"; add that or leave them out')
         return self
 
 
@@ -96,10 +99,20 @@ def make_camera(spec: CameraSpec, seed: int) -> Camera:
 
     The principal point is off the middle by some pixels, the two focal lengths agree to 0.2 permille, the
     distortion is a few per cent in the corners.
+
+    Raises OptionError for `params` of a camera that sees nothing in the middle of its picture.
     """
     w, h = spec.width, spec.height
     if spec.params is not None:
-        return Camera(spec.model, w, h, np.array(spec.params, np.float64))
+        camera = Camera(spec.model, w, h, np.array(spec.params, np.float64))
+        with np.errstate(divide="ignore", invalid="ignore"):
+            ahead = camera.ray(np.array([[w / 2 - 0.5, h / 2], [w / 2 + 0.5, h / 2]]))
+        if not np.isfinite(ahead).all():
+            raise OptionError(
+                f"a {spec.model} camera with params {spec.params} sees nothing in the middle of a picture of"
+                f" {w} x {h} px; check focal length and principal point"
+            )
+        return camera
     if spec.model == "EQUIRECTANGULAR":
         return Camera(spec.model, w, h, np.array([w, h], np.float64))
     rng = np.random.default_rng([seed, 0xCA3E6A])

@@ -27,7 +27,8 @@ _CHUNK = 500_000
 def photograph(scene: Scene, spec: CameraSpec, seed: int = 0) -> tuple[Shot, ...]:
     """Take all photos that `spec` asks for; same scene, spec and seed give the same bytes.
 
-    Raises MissingExtra without the ray tracer, ValueError when there is no house to photograph.
+    Raises MissingExtra without the ray tracer, OptionError when there is no house to photograph or the camera
+    has no direction in the middle of its picture.
     """
     return tuple(shots(scene, spec, seed))
 

@@ -5,6 +5,7 @@ from functools import lru_cache
 
 import numpy as np
 
+from frontage.errors import OptionError
 from frontage.geometry.arrays import Float
 from frontage.geometry.rigid import Rigid3
 from frontage.simulate.cameras import CameraSpec, Standpoint
@@ -90,7 +91,7 @@ def _fronts(scene: Scene, side: int) -> Float:
             if inward[1] * (1 - 2 * side) > 0.7:
                 ends.append(street_from_local.apply(facade.local_from_facade.apply(_foot(facade))))
     if not ends:
-        raise ValueError(f"there is no house on side {side} to photograph; choose the other side")
+        raise OptionError(f"there is no house on side {side} to photograph; choose the other side or places")
     return np.concatenate(ends)
 
 
