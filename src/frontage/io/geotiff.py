@@ -15,6 +15,7 @@ import tifffile
 from frontage.errors import FileError
 from frontage.geometry.arrays import Array, Float
 from frontage.io.files import whole_file
+from frontage.raster.tiles import allocate
 
 _TILE = (256, 256)
 _BIG = 2**32 - 2**25  # bytes: classic TIFF ends at 4 GiB
@@ -57,6 +58,8 @@ def write_geotiff(
 def read_geotiff(path: Path) -> tuple[Array, tuple[float, float], float]:
     """The band, the outer upper left corner (x, z) m, and the gsd m of a file that `write_geotiff` made.
 
+    A band larger than memory should hold is read into a scratch file, tile by tile.
+
     Raises FileError when the file is missing, damaged or not georeferenced.
     """
     if not path.is_file():
@@ -65,7 +68,7 @@ def read_geotiff(path: Path) -> tuple[Array, tuple[float, float], float]:
         with tifffile.TiffFile(path) as tif:
             page = tif.pages[0]
             scale, tie = page.tags[_SCALE].value, page.tags[_TIEPOINT].value
-            band: Array = page.asarray()
+            band: Array = page.asarray(out=allocate(page.shape, page.dtype))
     except KeyError as error:
         raise FileError(path, "is a TIFF without georeference", "run the ortho step again") from error
     except Exception as error:  # tifffile raises whatever its decoders do

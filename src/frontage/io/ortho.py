@@ -6,6 +6,7 @@ pixels with the centre of the first at 0.5, y in metres behind the facade plane.
 
 import json
 import math
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -167,9 +168,15 @@ def _sidecar(ortho: OrthoImage) -> dict[str, Any]:
         "oriented_by": facade.oriented_by,
         "curvature": [_finite(v) for v in facade.curvature],
         "notes": list(facade.notes),
-        "relief": bool(np.isfinite(ortho.depth).any()),
-        "nodata_share": round(float(np.mean(np.asarray(ortho.source) == 0)), 6),
+        "relief": any(np.isfinite(part).any() for part in _strips(ortho.depth)),
+        "nodata_share": round(sum(int((p == 0).sum()) for p in _strips(ortho.source)) / ortho.source.size, 6),
     }
+
+
+def _strips(band: Array) -> Iterator[Array]:
+    """A band (h, w) in strips of some rows, so that what is asked of it takes little memory."""
+    for row in range(0, band.shape[0], 1024):
+        yield band[row : row + 1024]
 
 
 def _finite(value: float) -> float | None:

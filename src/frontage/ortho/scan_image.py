@@ -9,6 +9,7 @@ from frontage.ortho.bands import TILE, Bands
 from frontage.ortho.frame import Raster
 from frontage.ortho.gaps import Gaps
 from frontage.ortho.splat import Samples, splat, surface_samples
+from frontage.raster import gridding
 from frontage.raster.tiles import allocate, tiles
 
 
@@ -94,7 +95,8 @@ def _depth_range(samples: Samples) -> tuple[float, float]:
 
 def _shaded(y: Array, known: Bool, spacing: float, gsd: float, span: tuple[float, float]) -> Array:
     """Grey (h, w, 1): light from the upper left on the surface, darker the deeper it lies."""
-    y = np.where(known, y, span[1]).astype(np.float32)
+    y = gridding.nearest_filled(np.where(known, y, np.nan).astype(np.float32))
+    y = np.nan_to_num(y, nan=span[1])
     smooth = cv2.GaussianBlur(y, (0, 0), max(1.0, spacing / gsd))
     dz, dx = np.gradient(smooth, gsd)
     lit = (0.8 + 0.45 * (dz + dx)) / np.sqrt(1.0 + dx * dx + dz * dz)

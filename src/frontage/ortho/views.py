@@ -29,6 +29,7 @@ _TOLERANCE = 0.15  # m: what stands less in front of a surface is that surface
 _OCCLUDER = DEEPEST_REVEAL + _TOLERANCE  # m in front of the surface: not the facade's own wall, frame or sill
 _SELF = 1e-4  # of its quality is what a cell counts that the facade itself hides: used when nothing else is
 _BLUNT = 0.05  # m: discs that are larger do not know a sill's outline, and hide only what stands far behind
+_LEAN = 2.0  # discs of up to twice the wall's typical spacing
 _LOYALTY = 1.5  # how much a whole neighbourhood in one photo is worth, as a logarithm of quality
 _AROUND = 0.3  # m: that neighbourhood
 _ROUNDS = 6
@@ -173,13 +174,17 @@ def _visibility(view: _View, facade: Facade, cells: Raster, y: Array, cloud: Clo
     buffer = splat_depth(at, distance, radius, reduced)
     column, row = np.arange(cells.width) + 0.5, np.arange(cells.height) + 0.5
     surface = facade.frame.apply(cells.xyz(column[None, :], row[:, None], y).reshape(-1, 3))
-    own = np.linalg.norm(surface - photo.pose.t, axis=1).reshape(y.shape)
+    ray = surface - photo.pose.t
+    own = np.linalg.norm(ray, axis=1).reshape(y.shape)
+    cosine = np.maximum((ray @ facade.frame.R[:, 1]).reshape(y.shape) / own, 1e-3)
+    # discs face the photo: seen obliquely, those of the surface itself reach out in front of it
+    slack = _LEAN * _SPLAT * facade.spacing * np.sqrt(np.maximum(1.0 / cosine**2 - 1.0, 0.0))
     u, v = np.nan_to_num(np.moveaxis(view.at, -1, 0), nan=0.0) / _REDUCED
     c, r = (np.clip(i.astype(np.int64), 0, n - 1) for i, n in ((u, reduced[1]), (v, reduced[0])))
     box = np.ones((3, 3), np.uint8)
-    hidden = (buffer[r, c] < own - _TOLERANCE).astype(np.uint8)
+    hidden = (buffer[r, c] < own - _TOLERANCE - slack).astype(np.uint8)
     # a cell between two hidden ones is hidden; and the outline of a tree or car is known to a cell at best
-    occluder = cv2.dilate((buffer[r, c] < own - _OCCLUDER).astype(np.uint8), box)
+    occluder = cv2.dilate((buffer[r, c] < own - _OCCLUDER - slack).astype(np.uint8), box)
     if _SPLAT * facade.spacing > _BLUNT:
         hidden[:] = 0
     own_shade = cv2.morphologyEx(hidden, cv2.MORPH_CLOSE, box)
