@@ -208,7 +208,6 @@ def test_missing_empty_and_unknown_files(tmp_path: Path) -> None:
             "g.json",
             json.dumps({"type": "FeatureCollection", "features": [{"type": "Feature", "geometry": None}]}),
         ),
-        ("i.gml", "<IndoorFeatures xmlns='http://www.opengis.net/indoorgml/1.0/core'/>"),
         ("o.json", json.dumps({"type": "Topology"})),
         ("d.json", json.dumps(cityjson(metadata={"referenceSystem": f"{OGC}/EPSG/0/4979"}))),
         (

@@ -8,6 +8,7 @@ import shapely
 
 from frontage.geometry.arrays import Float
 from frontage.model import Feature, Finding, Shape, Surfaces
+from frontage.model.shape import CellGraph
 from frontage.solids import NAMES, QIE_NAMES, Tolerances, validate_feature
 from solids.models import Model, box, ell, extrude, pyramid
 
@@ -334,3 +335,27 @@ def test_tolerances_are_checked() -> None:
     ):
         with pytest.raises(ValueError):
             Tolerances(**wrong)  # type: ignore[arg-type]
+
+
+ROOMS = {"R1": "S1", "R2": "S2"}
+STATES = {"S1": "R1", "S2": "R2"}
+SPOTS = {"S1": (0.5, 0.5, 0.5), "S2": (1.5, 0.5, 0.5)}
+INDOOR: dict[str, tuple[list[int], float, CellGraph]] = {
+    "two rooms and a door": ([], 0.0, CellGraph(ROOMS, STATES, SPOTS, {"T": ("S1", "S2")})),
+    "without states": ([], 0.0, CellGraph({"R1": "", "R2": ""}, {}, {}, {})),
+    "rooms that overlap": ([701], -0.2, CellGraph(ROOMS, STATES, SPOTS, {"T": ("S1", "S2")})),
+    "a state outside": ([702], 0.0, CellGraph(ROOMS, STATES, {**SPOTS, "S2": (2.5, 0.5, 0.5)}, {})),
+    "states that are swapped": ([703], 0.0, CellGraph(ROOMS, {"S1": "R2", "S2": "R1"}, SPOTS, {})),
+    "a state that is not there": ([703], 0.0, CellGraph(ROOMS, {"S1": "R1"}, {}, {})),
+    "a door to nowhere": ([703], 0.0, CellGraph(ROOMS, STATES, SPOTS, {"T": ("S1", "S9")})),
+    "a door with one side": ([703], 0.0, CellGraph(ROOMS, STATES, SPOTS, {"T": ("S1",)})),
+    "a door between rooms apart": ([704], 0.1, CellGraph(ROOMS, STATES, SPOTS, {"T": ("S1", "S2")})),
+}
+
+
+@pytest.mark.parametrize("name", INDOOR)
+def test_rooms_and_their_graph(name: str) -> None:
+    expected, gap, graph = INDOOR[name]
+    rooms = (box(), box((1 + gap, 0, 0), (2, 1, 1)))
+    cells = tuple(Feature(f"R{k}", "CellSpace", (room.shape(),)) for k, room in enumerate(rooms, 1))
+    assert codes(validate_feature(Feature("I", "IndoorFeatures", (), cells, graph))) == expected

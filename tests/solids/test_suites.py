@@ -147,9 +147,14 @@ OTHERS = {
     "test_tu3djson/cube.json": set(),
     "test_tu3djson/cube2.json": set(),
     "test_tu3djson/cube3.json": {104},
-    # IndoorGML is another standard (its 7xx codes are about rooms and routes): said so, not half checked
-    "test_indoorgml/igml_701.gml": {904},
-    "test_indoorgml/igml_v1.gml": {904},
+    "test_indoorgml/igml_701.gml": {701},
+    "test_indoorgml/igml_702.gml": {702},
+    "test_indoorgml/igml_703_1.gml": {703},
+    "test_indoorgml/igml_703_2.gml": {703},
+    "test_indoorgml/igml_704_1.gml": set(),  # its description: all valid thus
+    "test_indoorgml/igml_704_2.gml": {704},
+    "test_indoorgml/igml_v1.gml": set(),
+    "test_indoorgml/igml_v2.gml": set(),
     "gml/csol1.gml": set(),
     "gml/csol1b.gml": set(),
     "gml/csol5.gml": {104},

@@ -44,7 +44,7 @@ def command(
 ) -> None:
     """Check solids against ISO 19107, with val3dity's error codes (docs/validate.md).
 
-    Reads CityJSON, CityJSONSeq, CityGML and other GML, JSON-FG, OBJ, OFF, POLY. Exit code 0: all valid,
+    Reads CityJSON, CityJSONSeq, CityGML, IndoorGML, JSON-FG, OBJ, OFF, POLY. Exit code 0: all valid,
     1: something was found, or a file cannot be read.
     """
     from pydantic import ValidationError

@@ -11,9 +11,9 @@ from pathlib import Path
 import numpy as np
 from lxml import etree
 
-from frontage.errors import UnsupportedFormat
 from frontage.geometry.arrays import Float
 from frontage.io.degrees import refuse_degrees
+from frontage.io.shapes_indoor import indoor_feature
 from frontage.model import Feature, Shape, Surfaces
 from frontage.model.shape import ShapeKind
 
@@ -55,18 +55,19 @@ Face = tuple[list[Ring], str]
 def read_gml(path: Path) -> tuple[str, list[Feature]]:
     """The name of the format and every feature with its geometries.
 
-    Raises lxml's XMLSyntaxError on damaged XML, ValueError naming what is wrong, UnsupportedFormat.
+    Raises lxml's XMLSyntaxError on damaged XML, ValueError naming what is wrong, UnsupportedFormat for
+    coordinates in degrees.
     """
     parser = etree.XMLParser(resolve_entities=False, no_network=True, load_dtd=False, huge_tree=False)
     tree = etree.parse(str(path), parser)
     if tree.docinfo.doctype:
         raise ValueError("it has a document type declaration, which is not accepted")
     root = tree.getroot()
-    if _local(root) == "IndoorFeatures":
-        raise UnsupportedFormat(path, "is IndoorGML", "its cells and their network are not checked here")
     names = (e.get("srsName") for e in root.iter() if isinstance(e.tag, str))
     refuse_degrees(path, next((name for name in names if name), None))
     reader = _Reader(root)
+    if _local(root) == "IndoorFeatures":
+        return "IndoorGML", [indoor_feature(root, reader.shapes_below)]
     kind = "CityGML" if _local(root) == "CityModel" else "GML"
     members = _members(root) or reader.geometries(root)
     return kind, [f for k, e in enumerate(members) for f in reader.features(e, k)]
@@ -109,6 +110,10 @@ class _Reader:
         own = Feature(name, _local(element), tuple(shapes), tuple(inside))
         rest = [f for k, o in enumerate(others) for f in self.features(o, k)]
         return [own, *rest]
+
+    def shapes_below(self, element: etree._Element) -> tuple[Shape, ...]:
+        """Every geometry at or below an element."""
+        return tuple(self._shapes(self.geometries(element)))
 
     def geometries(self, element: etree._Element) -> list[etree._Element]:
         """The outermost geometries and features at or below an element."""

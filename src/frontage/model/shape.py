@@ -1,6 +1,6 @@
 """Surfaces and solids as files hold them: rings of coordinates, not yet checked for anything."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Literal
 
@@ -68,10 +68,28 @@ class Shape:
 
 
 @dataclass(frozen=True)
+class CellGraph:
+    """IndoorGML's graph by identifiers; an empty one means: refers to nothing.
+
+    The state of each cell and the cell of each state as the file says, a state's position (m) where it has
+    one, and the states that each transition connects.
+    """
+
+    state_of_cell: Mapping[str, str]
+    cell_of_state: Mapping[str, str]
+    position: Mapping[str, tuple[float, float, float]]
+    ends: Mapping[str, tuple[str, ...]]
+
+
+@dataclass(frozen=True)
 class Feature:
-    """A thing with geometry: a building with its parts, a tree, an object of an OBJ file."""
+    """A thing with geometry: a building with its parts, a tree, an object of an OBJ file.
+
+    With a `graph` it is an indoor model, its parts are cells.
+    """
 
     id: str
     kind: str
     shapes: tuple[Shape, ...]
     parts: tuple["Feature", ...] = ()
+    graph: CellGraph | None = None

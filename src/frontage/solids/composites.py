@@ -75,6 +75,12 @@ def check_parts(bodies: Sequence[Body], groups: Sequence[object], tolerances: To
     return findings
 
 
+def adjacent(one: Body, other: Body, tolerances: Tolerances) -> bool:
+    """Whether two solids share a piece of a face, overlap, or are no further apart than the tolerance."""
+    limit = _limit([one, other], tolerances)
+    return bool(_close([one, other], limit)) and _relate(one, other, limit).joined
+
+
 def _limit(bodies: Sequence[Body], tolerances: Tolerances) -> float:
     noise = _ON * bodies[0].shells[0][0].noise if bodies else 0.0
     return noise + max(tolerances.overlap, 0.0)

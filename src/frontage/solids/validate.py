@@ -14,6 +14,7 @@ from frontage.solids.composites import Body, check_composite, check_parts
 from frontage.solids.mesh import Mesh, weld
 from frontage.solids.polygons import Triangles, check_polygons
 from frontage.solids.rings import check_rings
+from frontage.solids.rooms import check_rooms
 from frontage.solids.shells import check_shell
 from frontage.solids.tolerances import Tolerances
 
@@ -58,7 +59,7 @@ def validate_feature(
     surfaces = [s for _, _, shape in everything for solid in shape.solids for s in solid]
     meshes = iter(weld(surfaces, tolerances.snap, quantum))
     findings: list[Finding] = []
-    bodies: list[tuple[Body, object, str]] = []
+    bodies: list[tuple[Body, tuple[str, int], str]] = []
     for owner, number, shape in everything:
         shells = [tuple(next(meshes) for _ in solid) for solid in shape.solids]
         found, valid = _check_shape(shape, shells, tolerances)
@@ -67,11 +68,22 @@ def validate_feature(
             replace(f, feature=owner, where="|".join(x for x in (name, f.where) if x)) for f in found
         ]
         bodies += [(replace(b, name=_join(owner, name, b.name)), (owner, number), shape.lod) for b in valid]
+    findings += [replace(f, feature=feature.id) for f in _among(feature, bodies, tolerances)]
+    return tuple(findings)
+
+
+def _among(
+    feature: Feature, bodies: Sequence[tuple[Body, tuple[str, int], str]], tolerances: Tolerances
+) -> list[Finding]:
+    """Findings on the valid solids of a feature among each other: (solid, owner and geometry, lod)."""
+    if feature.graph is not None:
+        owners = [group[0] for _, group, _ in bodies]
+        return check_rooms(feature.graph, [body for body, _, _ in bodies], owners, tolerances)
+    findings = []
     for lod in sorted({lod for _, _, lod in bodies}):
         own = [(body, group) for body, group, level in bodies if level == lod]
-        parts = check_parts([b for b, _ in own], [g for _, g in own], tolerances)
-        findings += [replace(f, feature=feature.id) for f in parts]
-    return tuple(findings)
+        findings += check_parts([b for b, _ in own], [g for _, g in own], tolerances)
+    return findings
 
 
 def _shapes(feature: Feature) -> Iterator[tuple[str, int, Shape]]:
