@@ -92,15 +92,19 @@ class Elevation:
 
 def separate(rings: list[Float], walls: list[Float]) -> list[str]:
     """What is wrong with openings (k, 2) cut into their walls: one text each, "" where nothing is."""
-    shapes = [shapely.Polygon(r) for r in rings]
-    grown = [s.buffer(CLEARANCE, join_style="mitre") for s in shapes]
+    if not rings:
+        return []
+    shapes = np.array([shapely.Polygon(r) for r in rings])
+    grown = shapely.buffer(shapes, CLEARANCE, join_style="mitre")
+    near: dict[int, list[int]] = {}
+    for k, j in shapely.STRtree(shapes).query(grown, predicate="intersects").T.tolist():
+        near.setdefault(k, []).append(j)
     problems: list[str] = []
-    for k, shape in enumerate(grown):
-        wall = shapely.Polygon(walls[k])
-        hit = [j for j in range(k) if not problems[j] and shape.intersects(shapes[j])]
-        if not wall.contains(shape):
+    for k, wall in enumerate(walls):
+        hit = [j for j in sorted(near[k]) if j < k and not problems[j]]
+        if not shapely.Polygon(wall).contains(grown[k]):
             problems.append(
-                f"reaches beyond the wall ({_extent(walls[k])}; keep {CLEARANCE:g} m from its border)"
+                f"reaches beyond the wall ({_extent(wall)}; keep {CLEARANCE:g} m from its border)"
             )
         elif hit:
             problems.append(f"overlaps or touches opening {hit[0] + 1}")

@@ -13,6 +13,8 @@ from frontage.simulate.style import WindowType
 
 _LETTER = {"window": "W", "door": "D", "shopfront": "S", "passage": "P", "garage": "G", "basement": "B"}
 
+_APART = 0.01  # m, least distance of surrounds and shutters from other openings
+
 
 @dataclass(frozen=True)
 class Slot:
@@ -34,17 +36,20 @@ class Slot:
 
 def undisturbed(slots: list[Slot]) -> list[Slot]:
     """The slots without those surrounds and open shutters that would cover a neighbour, or its shutters."""
-    rings = [shapely.Polygon(s.ring) for s in slots]
+    shapes = np.array([shapely.Polygon(s.ring) for s in slots])
     leaves: list[shapely.Geometry] = []
     found = []
     for k, slot in enumerate(slots):
-        others = shapely.union_all(rings[:k] + rings[k + 1 :]).buffer(0.01)
+        others = np.delete(shapes, k)
         surround = slot.type.dressing.surround
-        if surround and others.intersects(rings[k].buffer(surround[0], join_style="mitre")):
-            slot = replace(slot, type=replace(slot.type, dressing=replace(slot.type.dressing, surround=None)))
+        if surround:
+            moulding = shapely.buffer(shapes[k], surround[0], join_style="mitre")
+            if shapely.dwithin(others, moulding, _APART).any():
+                dressing = replace(slot.type.dressing, surround=None)
+                slot = replace(slot, type=replace(slot.type, dressing=dressing))
         if slot.shutters == "open":
             own = shapely.union_all([shapely.box(*leaf) for leaf in shutter_leaves(slot.ring)])
-            if own.intersects(shapely.union_all([others, *leaves])):
+            if shapely.dwithin(others, own, _APART).any() or any(own.intersects(leaf) for leaf in leaves):
                 slot = replace(slot, shutters="none")
             else:
                 leaves.append(own)

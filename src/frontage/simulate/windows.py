@@ -64,7 +64,7 @@ def _draw_bars(pen: Pen, plan: OpeningPlan, palette: Palette, front: float, back
         (x0, x1), (z0, z1) = (across, bar.extent) if bar.axis == "vertical" else (bar.extent, across)
         # uprights stand a hair in front, as no two faces may share a plane
         shy = 0.003 if bar.axis == "vertical" else 0.004
-        pen.block(surface, rectangle(x0, z0, x1, z1), front + shy, back - shy)
+        pen.box(surface, (x0, front + shy, z0), (x1, back - shy, z1))
 
 
 def _draw_leaf(pen: Pen, light: Float, y: float, style: str, palette: Palette) -> None:
