@@ -61,6 +61,16 @@ def test_raster_keeps_every_beam_in_order() -> None:
     assert (np.diff(azimuth) < 1e-9).all()  # columns to the right, as the picture of the scan is seen
 
 
+def test_a_raster_of_several_echoes_points_at_the_first() -> None:
+    fence = [Sheet((x, 3.0, 0.0), (0.02, 0, 0), (0, 0, 8.0), Part.RAILING) for x in np.arange(5, 15, 0.2)]
+    scene, wide = scene_of(ground(), wall(8.0), *fence), {"exit_beam": 0.03, "ranging": "pulsed"}
+    (s,) = scan_stations(scene, ScannerSpec(**QUIET, **wide, **COARSE, echoes="all"), 1)
+    number, count = s.scan.return_number, s.scan.return_count
+    assert number is not None and count is not None and (count == 2).sum() > 10
+    index = s.scan.grid.index  # type: ignore[union-attr]
+    assert (number[index[index >= 0]] == 1).all() and (index >= 0).sum() == (number == 1).sum()
+
+
 def test_neighbouring_beams_are_as_far_apart_as_asked() -> None:
     spec = ScannerSpec(**PENCIL, spacing=0.04, positions=((10.0, -2.0),), field=20.0, lowest=-5, highest=5)
     (s,) = scan_stations(scene_of(ground(), wall(8.0)), spec, 1)

@@ -83,7 +83,9 @@ def _station(
     m = measure(target, instrument, np.broadcast_to(centre, beams.shape), beams, seed)
     xyz = m.range[:, None] * polar(az[m.beam], el[m.beam])
     index = np.full(len(az), -1, np.int64)
-    index[m.beam] = np.arange(len(m.beam))
+    first = np.flatnonzero(m.number == 1)
+    index[m.beam[first]] = first
+    several = instrument.echoes == "all"
     scan = Scan(
         f"station {number + 1}",
         given.apply(xyz),
@@ -95,6 +97,8 @@ def _station(
         grid=Grid(index.reshape(len(azimuth), len(elevation)).T),
         sigma_range=instrument.sigma_range,
         local_from_scanner=Estimate(given, _covariance(spec), 0.0, Provenance.GIVEN),
+        return_number=m.number if several else None,
+        return_count=m.count if several else None,
     )
     return Station(scan, true, given, m.surface, m.kind, m.true_range)
 
