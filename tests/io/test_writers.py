@@ -11,9 +11,9 @@ from lxml import etree
 
 from frontage.errors import InputError
 from frontage.geometry.rigid import Rigid3, rotation_from_quaternion
+from frontage.io.address import split_address
 from frontage.io.citygmlwrite import write_citygml
 from frontage.io.cityjson import write_cityjson
-from frontage.io.citymodel import CityBuilding, Shell, split_address
 from frontage.io.colmap import read_colmap
 from frontage.io.colmapwrite import write_colmap
 from frontage.io.e57write import write_e57
@@ -24,6 +24,7 @@ from frontage.io.ptx import write_ptx
 from frontage.io.scans import ScanSource, read_scans
 from frontage.io.trajectory import read_trajectory, write_trajectory
 from frontage.model import Camera, Estimate, Grid, Photo, Scan, Surface, WorldRef
+from frontage.model.citymodel import CityBuilding, Shell
 from io_files import UTM
 from realdata import data_path
 

@@ -8,10 +8,11 @@ import numpy as np
 from lxml import etree
 
 from frontage.geometry.arrays import Float
-from frontage.io.citymodel import CityBuilding, Shell, split_address
+from frontage.io.address import split_address
 from frontage.io.crs import parse_crs
 from frontage.io.files import whole_file
 from frontage.model import Surface, WorldRef
+from frontage.model.citymodel import CityBuilding, Shell
 
 _NAMES = {
     "core": "http://www.opengis.net/citygml/2.0",

@@ -8,10 +8,11 @@ from typing import Any
 import numpy as np
 
 from frontage.geometry.arrays import Float, Int
-from frontage.io.citymodel import CityBuilding, Shell, split_address
+from frontage.io.address import split_address
 from frontage.io.crs import parse_crs
 from frontage.io.files import whole_file
 from frontage.model import WorldRef
+from frontage.model.citymodel import CityBuilding, Shell
 
 _STEP = 1e-4  # m: the grid that vertices are shared on
 _SKIPPED = {"source_id", "type"}

@@ -4,6 +4,7 @@ Frames, units and signs are on one page: docs/conventions.md.
 """
 
 from frontage.model.building import Building, Footprint, Surface
+from frontage.model.citymodel import CityBuilding, CityModel, Shell
 from frontage.model.estimate import Estimate, Failed, Provenance
 from frontage.model.facade import Facade, Layer
 from frontage.model.opening import Bar, Opening
@@ -18,6 +19,8 @@ __all__ = [
     "Bar",
     "Building",
     "Camera",
+    "CityBuilding",
+    "CityModel",
     "Estimate",
     "Facade",
     "Face",
@@ -33,6 +36,7 @@ __all__ = [
     "Provenance",
     "Scan",
     "Shape",
+    "Shell",
     "Solid",
     "Surface",
     "Surfaces",

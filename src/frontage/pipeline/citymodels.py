@@ -7,8 +7,8 @@ import numpy as np
 
 from frontage.io.citygmlwrite import write_citygml
 from frontage.io.cityjson import write_cityjson
-from frontage.io.citymodel import CityBuilding, Shell
 from frontage.model import Surface
+from frontage.model.citymodel import CityBuilding, Shell
 from frontage.simulate.citymodel import survey_model
 from frontage.simulate.scene import House, OpeningPlan, Scene
 from frontage.simulate.solids import GRID, truth_solid
