@@ -90,10 +90,9 @@ def _cityjson(data: Any, head: Any) -> list[Feature]:
     objects = data["CityObjects"]
     shapes = {name: tuple(_geometries(o, vertices, templates, name)) for name, o in objects.items()}
     part_of = {
-        name: parent
+        name: parents[0]
         for name, o in objects.items()
-        for parent in o.get("parents", o.get("parent", []))[:1]
-        if o["type"].endswith("Part") and parent in objects
+        if o["type"].endswith("Part") and (parents := o.get("parents")) and parents[0] in objects
     }
     children: dict[str, list[str]] = {}
     for name, parent in part_of.items():

@@ -23,7 +23,10 @@ _SAME = 8  # in noise
 
 def chambers(skins: Sequence[Skin]) -> int:
     """Number of parts of space between shells that touch in points and lines only; n + 1 for n apart."""
-    rings = [ring for k in range(len(skins)) for ring in _cut(skins, k)]
+    lines = [_touched(skins, k) for k in range(len(skins))]
+    if not any(lines):
+        return len(skins) + 1
+    rings = [ring for one, own in zip(skins, lines, strict=True) for ring in _cut(one, own)]
     edges, cell = _edges(rings, skins[0].noise)
     _, label, count = distinct(edges)
     two = np.nonzero(count[label] == 2)[0]
@@ -37,13 +40,17 @@ def chambers(skins: Sequence[Skin]) -> int:
     return 1 + number - _rank(rows)
 
 
-def _cut(skins: Sequence[Skin], own: int) -> list[list[Float]]:
-    """The pieces of one shell, each as rings (k, 3)."""
-    one = skins[own]
+def _touched(skins: Sequence[Skin], own: int) -> dict[int, list[Float]]:
+    """Per triangle of one shell, where the others touch it."""
     lines: dict[int, list[Float]] = {}
     for other in (s for k, s in enumerate(skins) if k != own):
-        for triangle, found in contacts(one, other).items():
+        for triangle, found in contacts(skins[own], other).items():
             lines.setdefault(triangle, []).extend(found)
+    return lines
+
+
+def _cut(one: Skin, lines: dict[int, list[Float]]) -> list[list[Float]]:
+    """The pieces of a shell, each as rings (k, 3)."""
     pieces: list[list[Float]] = []
     for t, corners in enumerate(one.corners):
         cut = cut_triangle(corners, lines[t], one.noise) if t in lines else []
