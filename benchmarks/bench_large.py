@@ -1,6 +1,6 @@
 """Ortho-images beyond 32767 px and of a gigapixel: made, written and read; time, size, memory.
 
-python benchmarks/bench_large.py [WIDTH HEIGHT]       px at 1 cm; default 40000 25600, 18 GB of scratch files
+python benchmarks/bench_large.py [WIDTH HEIGHT]       px at 1 cm; default 40000 25600, 30 GB of scratch files
 """
 
 import sys
