@@ -149,3 +149,14 @@ def test_every_triangle_has_an_area_and_every_surface_its_triangles() -> None:
     assert scene.mesh.corners.max() < len(scene.mesh.vertices)
     assert set(np.unique(scene.mesh.surface)) == set(range(len(scene.surfaces)))
     assert len({s.id for s in scene.surfaces}) == len(scene.surfaces)
+
+
+def test_the_ground_meets_the_walls_and_does_not_enter_the_houses() -> None:
+    scene = street(SceneSpec(seed=2, houses=3, trees=0, cars=0, people=0, hedges=False))
+    ground = scene.parts[scene.mesh.surface] == Part.GROUND
+    corners = scene.mesh.vertices[scene.mesh.corners[ground]][:, :, :2]
+    plan = shapely.union_all(shapely.polygons(corners))
+    feet = shapely.union_all([shapely.Polygon(h.footprint).buffer(1e-6) for h in scene.houses])
+    for house in scene.houses:
+        assert plan.intersection(shapely.Polygon(house.footprint).buffer(-0.15)).area < 1e-6
+    assert plan.contains(feet.buffer(0.5).difference(feet))

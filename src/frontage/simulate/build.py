@@ -7,7 +7,7 @@ import numpy as np
 from frontage.geometry.rigid import Rigid3
 from frontage.model import WorldRef
 from frontage.simulate.draft import HouseDraft, draw_house
-from frontage.simulate.ground import Profile, draw_ground
+from frontage.simulate.ground import Box, Profile, draw_ground
 from frontage.simulate.hedges import LEAST_SETBACK, Front, draw_hedge, ways_in
 from frontage.simulate.house import build_house
 from frontage.simulate.housespec import HouseSpec
@@ -46,7 +46,10 @@ def street(spec: SceneSpec) -> Scene:
     ends = [(p.start, p.start + p.draft.width) for p in plots] or [(0.0, 20.0)]
     s0, s1 = min(a for a, _ in ends), max(b for _, b in ends)
     ground = Pen(builder, local_from_street)
-    draw_ground(ground, profile, s0 - _BEYOND, s1 + _BEYOND, np.random.default_rng((spec.seed, 1)))
+    span = (s0 - _BEYOND, s1 + _BEYOND)
+    draw_ground(
+        ground, profile, span, [_box(p, profile) for p in plots], np.random.default_rng((spec.seed, 1))
+    )
     _draw_hedges(ground, profile, spec, plots, houses)
     draw_obstacles(ground, profile, spec, s0 - 5, s1 + 5, np.random.default_rng((spec.seed, 5)))
     middle = -profile.width / 2
@@ -153,6 +156,13 @@ def _draw_hedges(pen: Pen, profile: Profile, spec: SceneSpec, plots: list[Plot],
         d, towards = (0.0, 1.0) if near else (-profile.width, -1.0)
         front = Front(s0, s1, profile.height(s0, d), profile.height(s1, d), ways)
         draw_hedge(pen.of(f"hedge{k + 1}"), front, d, towards, rng)
+
+
+def _box(plot: Plot, profile: Profile) -> Box:
+    """The house's footprint in the street frame."""
+    near, far = plot.setback, plot.setback + plot.draft.depth
+    d0, d1 = (near, far) if plot.side == 0 else (-profile.width - far, -profile.width - near)
+    return plot.start, d0, plot.start + plot.draft.width, d1
 
 
 def _street_from_house(plot: Plot, profile: Profile) -> Rigid3:

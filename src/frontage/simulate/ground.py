@@ -3,11 +3,15 @@
 from dataclasses import dataclass
 
 import numpy as np
+import shapely
 
-from frontage.simulate.meshing import Pen
+from frontage.simulate.meshing import Pen, triangulate
 from frontage.simulate.scene import Material, Part
 
 KERB = 0.12  # m, pavement above the gutter
+_UNDER_WALLS = 0.1  # m, that the ground reaches under the outer walls
+
+Box = tuple[float, float, float, float]  # s0, d0, s1, d1 in m
 
 
 @dataclass(frozen=True)
@@ -35,8 +39,12 @@ class Profile:
         return d, [0.0, 0.0, low, gutter, crown, gutter, low, 0.0, 0.0]
 
 
-def draw_ground(pen: Pen, profile: Profile, s0: float, s1: float, rng: np.random.Generator) -> None:
-    """Draw the ground from s0 to s1 m with a pen in the street's frame."""
+def draw_ground(
+    pen: Pen, profile: Profile, span: tuple[float, float], houses: list[Box], rng: np.random.Generator
+) -> None:
+    """Draw the ground over a `span` of s (m) with a pen in the street's frame, but not inside houses."""
+    s0, s1 = span
+    cellars = shapely.union_all([shapely.box(*h).buffer(-_UNDER_WALLS, join_style="mitre") for h in houses])
     seed = [int(v) for v in rng.integers(2**31, size=4)]
     asphalt = Material("asphalt", "asphalt", (0.07, 0.07, 0.075), (0.11, 0.11, 0.11), 0.18, 0.0, seed=seed[0])
     slab = float(rng.uniform(0.3, 0.5))
@@ -54,5 +62,12 @@ def draw_ground(pen: Pen, profile: Profile, s0: float, s1: float, rng: np.random
     )  # fmt: skip
     for k, (name, material, d0, d1, rough) in enumerate(strips):
         surface = pen.surface(f"{name}{k}", Part.GROUND, material, v=(0.0, 1.0, 0.0), roughness=rough)
-        corners = [(s0, d0), (s1, d0), (s1, d1), (s0, d1)]
-        pen.polygon(surface, np.array([[s, d, profile.height(s, d)] for s, d in corners]))
+        for piece in shapely.get_parts(shapely.box(s0, d0, s1, d1).difference(cellars)):
+            _draw_piece(pen, surface, piece, profile)
+
+
+def _draw_piece(pen: Pen, surface: int, piece: shapely.Polygon, profile: Profile) -> None:
+    rings = [np.asarray(r.coords)[:-1] for r in (piece.exterior, *piece.interiors)]
+    plan, corners = triangulate(rings[0], rings[1:])
+    z = np.array([profile.height(s, d) for s, d in plan])
+    pen.triangles(surface, np.column_stack([plan, z]), corners)

@@ -9,6 +9,7 @@ from frontage.geometry.arrays import Float
 from frontage.simulate.draft import HouseDraft
 from frontage.simulate.elevation import Balcony, Oriel, separate
 from frontage.simulate.groundfloor import ground_floor
+from frontage.simulate.shapes import BarLayout
 from frontage.simulate.slots import Slot, oriel_wall, undisturbed
 from frontage.simulate.style import Style, WindowType, draw_bars
 
@@ -212,6 +213,9 @@ def _gable_rows(draft: HouseDraft, style: Style, rng: np.random.Generator) -> li
         clear = draft.width * (1 - (z + small.height - draft.eaves) / draft.rise) - 0.5
         count = int(clear // (small.width + 0.7))
         if count < 1:
+            oculus = replace(small, shape="circle", width=0.7, height=0.7, bars=BarLayout())
+            if clear >= 0.6:
+                slots.append(Slot(oculus, draft.width / 2 - 0.35, z, draft.floors + row))
             break
         pitch = small.width + 0.7
         start = draft.width / 2 - count * pitch / 2 + 0.35
