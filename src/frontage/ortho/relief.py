@@ -17,7 +17,7 @@ from frontage.ortho.edges import Steps, measure_steps
 from frontage.ortho.frame import Raster
 from frontage.ortho.gaps import Gaps
 from frontage.ortho.options import OrthoOptions
-from frontage.ortho.recess import framed, rooms
+from frontage.ortho.recess import DEEPEST_REVEAL, framed, rooms
 from frontage.raster import gridding
 from frontage.raster.tiles import Tile
 
@@ -27,6 +27,7 @@ _CELL_SPACINGS = 1.5  # a cell holds about two points of the wall
 _COARSEST = 0.1  # m: wider than a window frame, cells tear and bend what the plane leaves straight
 _BEHIND = 0.05  # m behind the farther side of its neighbourhood: a point inside the building
 _BRIDGE = 2  # cells: gaps up to twice as wide are closed
+_OPAQUE = 2  # points of a cell that are a wall, behind which nothing is the facade
 _FRIENDS = 3  # of the 24 neighbours that must agree with a cell within a step, or it is clutter
 
 
@@ -88,6 +89,10 @@ def measure_relief(
     if not inside.any():
         return None
     points = points[inside]
+    front = points[:, 1] <= DEEPEST_REVEAL
+    opaque = np.bincount(cell[front], minlength=shape[0] * shape[1]) >= _OPAQUE
+    seen = front | ~opaque[cell]  # a room's far wall, seen through the window beside, is behind this one
+    points, cell = points[seen], cell[seen]
     (low, median, high), _ = gridding.cell_quantiles(cell, points[:, 1], shape, (0.25, 0.5, 0.75))
     median[high - low > STEP] = np.nan
     median[rooms(median, size, STEP)] = np.nan
