@@ -85,9 +85,9 @@ class Elevation:
     oriels: tuple[Oriel, ...] = field(default=())
 
     @property
-    def width(self) -> float:
-        """Its width, m."""
-        return float(np.ptp(self.outline[:, 0]))
+    def side(self) -> int:
+        """0 front, 1 right, 2 back, 3 left."""
+        return int(self.id.rsplit("/F", 1)[1]) - 1
 
 
 def separate(rings: list[Float], walls: list[Float]) -> list[str]:

@@ -30,7 +30,7 @@ def build_house(
     elevations = compose(draft, style, id, rng)
     for k, elevation in enumerate(elevations):
         _draw_facade(pen.of(elevation.id, facade=k), draft, elevation)
-    _draw_blind_walls(pen, draft, {e.house_from_facade.t.tobytes() for e in elevations})
+    _draw_blind_walls(pen, draft, {e.side for e in elevations})
     dormers = draw_roof(pen, draft, style, rng)
     draw_rooms(pen, draft, elevations, rng)
     frame = pen.local_from_frame
@@ -57,31 +57,27 @@ def build_house(
 def _draw_facade(pen: Pen, draft: HouseDraft, elevation: Elevation) -> None:
     """The wall with its holes, the openings in them, and what is fixed to it."""
     own = pen.within(pen.local_from_frame @ elevation.house_from_facade)
-    side = int(elevation.id[-1]) - 1
     holes = [o.ring for o in elevation.openings if o.wall_y == 0.0] + [o.ring for o in elevation.oriels]
-    rough, length = draft.roughness, draft.correlation
-    wall = own.surface("wall", Part.WALL, draft.palette.wall, roughness=rough, correlation=length)
-    own.plate(wall, side_outline(draft, side, FOUNDATION), 0.0, holes)
+    _draw_wall(own, draft, elevation.side, "wall", holes)
     for k, (plan, dressing) in enumerate(zip(elevation.openings, elevation.dressings, strict=True)):
         piece = own.of(plan.id, opening=k)
         draw_opening(piece, plan, dressing, draft.palette, draft.inner)
         if plan.kind == "door" and plan.floor == 0:
-            low = min(draft.ground_at(float(x)) for x in plan.ring[:, 0]) if side == 0 else 0.0
+            low = min(draft.ground_at(float(x)) for x in plan.ring[:, 0]) if elevation.side == 0 else 0.0
             step_before(piece, plan, low, draft.palette)
     draw_fittings(own, elevation, draft.palette)
 
 
-def _draw_blind_walls(pen: Pen, draft: HouseDraft, drawn: set[bytes]) -> None:
-    for face in shell_faces(draft, FOUNDATION):
-        if face.side < 0:
-            continue
-        frame = house_from_side(draft, face.side)
-        if frame.t.tobytes() not in drawn:
-            own = pen.within(pen.local_from_frame @ frame)
-            wall = own.surface(
-                f"wall{face.side + 1}", Part.WALL, draft.palette.wall, roughness=draft.roughness
-            )
-            own.plate(wall, side_outline(draft, face.side, FOUNDATION), 0.0)
+def _draw_blind_walls(pen: Pen, draft: HouseDraft, drawn: set[int]) -> None:
+    for side in sorted({0, 1, 2, 3} - drawn):
+        own = pen.within(pen.local_from_frame @ house_from_side(draft, side))
+        _draw_wall(own, draft, side, f"wall{side + 1}", [])
+
+
+def _draw_wall(pen: Pen, draft: HouseDraft, side: int, name: str, holes: list[Float]) -> None:
+    rough, length = draft.roughness, draft.correlation
+    wall = pen.surface(name, Part.WALL, draft.palette.wall, roughness=rough, correlation=length)
+    pen.plate(wall, side_outline(draft, side, FOUNDATION), 0.0, holes)
 
 
 def _plan(

@@ -3,12 +3,12 @@
 import numpy as np
 import shapely
 
-from frontage.geometry.arrays import Float
 from frontage.geometry.ring import rectangle
 from frontage.simulate.draft import HouseDraft, Storey
 from frontage.simulate.elevation import Elevation
 from frontage.simulate.meshing import Pen
 from frontage.simulate.scene import Part
+from frontage.simulate.shell import house_from_side
 from frontage.simulate.windows import inner_ring
 
 _MARGIN = 0.12  # m, least distance of a partition from a window
@@ -21,10 +21,10 @@ def draw_rooms(
     storeys = list(draft.storeys)
     if any(o.kind == "basement" for e in elevations for o in e.openings):
         storeys.insert(0, Storey(-1, draft.entrance - 2.2, draft.entrance - 0.12))
-    holes = {e.id: _holes(e) for e in elevations}
+    holes = {e.side: _holes(e) for e in elevations}
     for storey in storeys:
         own = pen.of(f"{pen.prefix}/storey{storey.number}")
-        _draw_storey(own, draft, storey, elevations, holes)
+        _draw_storey(own, draft, storey, holes)
         _draw_partitions(own, draft, storey, elevations, rng)
         _draw_furniture(own, draft, storey, rng)
 
@@ -34,28 +34,18 @@ def _holes(elevation: Elevation) -> shapely.Geometry:
     return shapely.union_all([shapely.Polygon(inner_ring(o, d)) for o, d in pairs if o.glazed])
 
 
-def _draw_storey(
-    pen: Pen, draft: HouseDraft, storey: Storey, elevations: tuple[Elevation, ...],
-    holes: dict[str, shapely.Geometry],
-) -> None:  # fmt: skip
+def _draw_storey(pen: Pen, draft: HouseDraft, storey: Storey, holes: dict[int, shapely.Geometry]) -> None:
     t, w, d = draft.inner, draft.width, draft.depth
-    low, high = storey.floor, storey.ceiling
     floor = pen.surface("floor", Part.ROOM, draft.palette.floor, v=(0.0, 1.0, 0.0))
     plan = np.array([[t, t], [w - t, t], [w - t, d - t], [t, d - t]])
-    pen.polygon(floor, np.column_stack([plan, np.full(4, low)]))
+    pen.polygon(floor, np.column_stack([plan, np.full(4, storey.floor)]))
     walls = pen.surface("walls", Part.ROOM, draft.palette.room)
-    pen.polygon(walls, np.column_stack([plan[::-1], np.full(4, high)]))
-    by_side = {_side(e): e for e in elevations}
+    pen.polygon(walls, np.column_stack([plan[::-1], np.full(4, storey.ceiling)]))
     for side in range(4):
+        own = pen.within(pen.local_from_frame @ house_from_side(draft, side))
         length = d if side % 2 else w
-        ring = rectangle(t, low, length - t, high)
-        frame = by_side[side].house_from_facade if side in by_side else None
-        own = pen.within(pen.local_from_frame @ frame) if frame else pen
-        if frame is None or side not in by_side:
-            _plain_wall(pen, walls, plan, side, low, high)
-            continue
-        rest = shapely.Polygon(ring).difference(holes[by_side[side].id])
-        for piece in shapely.get_parts(rest):
+        wall = shapely.Polygon(rectangle(t, storey.floor, length - t, storey.ceiling))
+        for piece in shapely.get_parts(wall.difference(holes.get(side, shapely.Polygon()))):
             _inner_wall(own, walls, piece, t)
 
 
@@ -65,23 +55,13 @@ def _inner_wall(pen: Pen, surface: int, piece: shapely.Polygon, y: float) -> Non
     pen.plate(surface, ring, y, inside, inward=True)
 
 
-def _plain_wall(pen: Pen, surface: int, plan: Float, side: int, low: float, high: float) -> None:
-    a, b = plan[side], plan[(side + 1) % 4]
-    ring = np.array([[*a, low], [*b, low], [*b, high], [*a, high]])
-    pen.polygon(surface, ring[::-1])
-
-
-def _side(elevation: Elevation) -> int:
-    return int(elevation.id.rsplit("/F", 1)[1]) - 1
-
-
 def _draw_partitions(
     pen: Pen, draft: HouseDraft, storey: Storey, elevations: tuple[Elevation, ...], rng: np.random.Generator
 ) -> None:
     """A wall along the corridor and walls between rooms, none of them in front of a window."""
     t, w, d = draft.inner, draft.width, draft.depth
     surface = pen.surface("partition", Part.ROOM, draft.palette.room)
-    taken = {_side(e): _spans(e, storey) for e in elevations}
+    taken = {e.side: _spans(e, storey) for e in elevations}
     tries = rng.uniform(3.4, min(5.2, d - t - 0.5), 12).tolist()
     free = [y for y in tries if _free(taken.get(1, []), y) and _free(taken.get(3, []), d - y)]
     depth = free[0] if free else tries[0]
