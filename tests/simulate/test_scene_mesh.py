@@ -1,5 +1,7 @@
 """The mesh of a street: closed around every hole, its solids turned outwards, the same every time."""
 
+import time
+
 import numpy as np
 import pytest
 import shapely
@@ -160,3 +162,9 @@ def test_the_ground_meets_the_walls_and_does_not_enter_the_houses() -> None:
     for house in scene.houses:
         assert plan.intersection(shapely.Polygon(house.footprint).buffer(-0.15)).area < 1e-6
     assert plan.contains(feet.buffer(0.5).difference(feet))
+
+
+def test_ten_houses_a_side_take_less_than_five_seconds() -> None:
+    start = time.process_time()
+    assert len(street(SceneSpec(seed=4, houses=10)).houses) == 20
+    assert time.process_time() - start < 5.0
