@@ -38,6 +38,13 @@ HOUSE = f"houses = 1\nopposite = false\nslope = 0\n{BARE}[[house]]\nwidth = 8\n"
         ("[[house]]\n[[house.opening]]\nshape = 'circle'\n" + OPENING, "a circle has one size"),
         ("[[house]]\n[[house.opening]]\nframe = 0.2\n" + OPENING.replace("1.1", "0.4"), "fills an opening"),
         (f"[[house]]\n[[house.opening]]\nshutters = 'closed'\ndepth = 0.03\n{OPENING}", "need a reveal of"),
+        ("[house]\nwidth = 8", "house must be a list of tables; write [[house]] in two brackets"),
+        ("model = 3", "model must be a table, not 3"),
+        ("[[house]]\ntwin = true", "house 1 is a twin of the house before it, but there is none"),
+        (
+            "[[house]]\n[[house]]\ntwin = true\nwidth = 7",
+            "house 2: a twin is built like the house before it; leave out",
+        ),
         ("[[scanners]]\nspacing = 0", "scanners 1, spacing = 0 is not usable"),
         ("[drive]\nspeed = -3", "drive, speed = -3 is not usable"),
         ("[model]\ncorner = -0.1", "model, corner = -0.1 is not usable"),

@@ -82,9 +82,14 @@ class HouseSpec(BaseModel):
     )
     setback: float | None = Field(default=None, ge=0, le=20, description="m behind the building line")
     gap: float | None = Field(default=None, ge=0, le=40, description="m to the next house; 0 = a party wall")
-    twin: bool = Field(
-        default=False, description="built like the house before it; other keys are then drawn alike"
-    )
+    twin: bool = Field(default=False, description="built like the house before it; only `gap` is its own")
     opening: tuple[OpeningSpec, ...] = Field(
         default=(), description="the front's openings, instead of drawn ones"
     )
+
+    @model_validator(mode="after")
+    def _only_a_twin(self) -> Self:
+        others = sorted(self.model_fields_set - {"twin", "gap"})
+        if self.twin and others:
+            raise ValueError(f"a twin is built like the house before it; leave out {', '.join(others)}")
+        return self

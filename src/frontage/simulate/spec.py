@@ -1,9 +1,9 @@
 """What a simulated street is asked to be, and how to read that from TOML."""
 
 import tomllib
-from typing import Any, Literal
+from typing import Any, Literal, Self
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError
+from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 
 from frontage.errors import OptionError
 from frontage.simulate.cameras import CameraSpec
@@ -49,6 +49,12 @@ class SceneSpec(BaseModel):
     model: ModelSpec = Field(default_factory=ModelSpec, description="errors of the LoD2 city model")
     output: OutputSpec = Field(default_factory=OutputSpec, description="formats and sizes of the files")
 
+    @model_validator(mode="after")
+    def _first_is_no_twin(self) -> Self:
+        if self.house and self.house[0].twin:
+            raise ValueError("house 1 is a twin of the house before it, but there is none; leave out twin")
+        return self
+
 
 def parse_spec(text: str, name: str = "spec") -> SceneSpec:
     """Read a spec from TOML text; `name` (of its file) begins every complaint.
@@ -75,6 +81,12 @@ def _sentence(error: ValidationError) -> str:
         return f"{where}: {message}" if where else message
     if first["type"] == "missing":
         return f"{where} is missing; add it"
+    if first["type"] == "tuple_type" and isinstance(first["input"], dict):
+        return (
+            f"{where} must be a list of tables; write [[{'.'.join(map(str, first['loc']))}]] in two brackets"
+        )
+    if first["type"] == "model_type":
+        return f"{where} must be a table, not {first['input']!r}"
     return f"{where} = {first['input']!r} is not usable: {message[:1].lower()}{message[1:]}"
 
 
