@@ -13,10 +13,7 @@ PIP := $(BIN)/python -m pip --disable-pip-version-check --quiet
 .PHONY: demo test check format bench lock clean
 
 demo: $(VENV)/.ready-run
-	$(BIN)/python tests/scenes.py $(OUT)/street
-	$(BIN)/frontage run $(OUT)/street/project.toml -o $(OUT)/result
-	$(BIN)/python examples/picture.py $(OUT)/result $(OUT)/street/project.toml $(OUT)/picture.jpg
-	@echo "The report is $(OUT)/result/report.html"
+	$(BIN)/frontage demo $(OUT)
 
 test: $(VENV)/.ready-dev
 	OMP_NUM_THREADS=1 $(BIN)/python -m pytest -n $(WORKERS)
