@@ -1,4 +1,4 @@
-"""A photo's light: one ray per pixel, more where anything changes from a pixel to the next.
+"""A photo's light: a ray for every second pixel, several per pixel where anything changes between pixels.
 
 Surfaces are prefiltered (see `materials`), so only edges alias: of faces, of shadows, of what panes mirror.
 There a pixel gets several samples; those of one face in one light are shaded once.
@@ -16,7 +16,7 @@ from frontage.simulate.openness import OpennessMap
 from frontage.simulate.raygrid import RayGrid, finite
 from frontage.simulate.samples import group, lattice
 from frontage.simulate.shading import radiance
-from frontage.simulate.stage import Stage
+from frontage.simulate.stage import Sight, Stage
 
 _BAND = 250_000  # pixels worked on at a time
 _SPLIT = 400_000  # samples at edges traced at a time
@@ -42,26 +42,45 @@ class _View:
         self.offsets = lattice(samples)
 
     def band(self, first: int, end: int) -> Array:
-        """Light (end - first, w, 3) float32 of rows first..end-1; one more row on either side is traced."""
+        """Light (end - first, w, 3) float32 of rows first..end-1; one more row on either side is looked at.
+
+        Rays are cast for every second pixel, as on a chessboard. Another pixel whose four neighbours see the
+        same faces in the same light sees them too.
+        """
         top, bottom = max(first - 1, 0), min(end + 1, self.camera.height)
         rays = self.grid.rows(top, bottom)
         seen = finite(rays)
         rays = np.where(seen[..., None], rays, [0.0, 0.0, 1.0]) @ self.pose.R.T
-        sight = self.stage.look(self.pose.t, rays.reshape(-1, 3))
-        edge = _changes(np.where(seen, sight.key.reshape(seen.shape), np.uint32(1)))
+        cast = (np.arange(top, bottom)[:, None] + np.arange(self.camera.width)) % 2 == 0
+        ways, chosen = rays.reshape(-1, 3), np.flatnonzero(cast)
+        sight = self.stage.look(self.pose.t, ways[chosen])
+        key, index = np.zeros(seen.shape, np.uint32), np.zeros(seen.shape, np.int64)
+        key[cast], index[cast] = np.where(seen[cast], sight.key, np.uint32(1)), np.arange(len(chosen))
+        edge = _changes(key, cast)
         inner = np.zeros(seen.shape, np.bool_)
         inner[first - top : first - top + end - first] = True
-        out = np.zeros((seen.size, 3), np.float32)
         split = inner & edge & _inside(seen) if len(self.offsets) > 1 else np.zeros_like(inner)
-        plain = np.flatnonzero(inner & seen & ~split)
-        row, column = np.divmod(plain, self.camera.width)
-        free = self.openness.at(row + top, column, sight, plain)
-        out[plain] = radiance(self.stage, sight, plain, free, self.grid.angle)
-        pixels = np.flatnonzero(split)
+        plain = inner & seen & ~split
+        out = np.zeros((seen.size, 3), np.float32)
+        at = np.flatnonzero(plain & cast)
+        out[at] = self._light(sight, index.ravel()[at], at, top)
+        at = np.flatnonzero(plain & ~cast & edge)
+        out[at] = self._light(self.stage.look(self.pose.t, ways[at]), np.arange(len(at)), at, top)
+        at = np.flatnonzero(plain & ~cast & ~edge)
+        beside = np.pad(index, 1, mode="reflect")[1:-1, :-2].ravel()[at]
+        same = self.stage.follow(sight, beside, self.pose.t, ways[at])
+        out[at] = self._light(same, np.arange(len(at)), at, top)
+        at = np.flatnonzero(split)
         many = max(1, _SPLIT // len(self.offsets))
-        for k in range(0, len(pixels), many):
-            out[pixels[k : k + many]] = self._split(rays, pixels[k : k + many], top)
+        for k in range(0, len(at), many):
+            out[at[k : k + many]] = self._split(rays, at[k : k + many], top)
         return out.reshape(*seen.shape, 3)[first - top : first - top + end - first]
+
+    def _light(self, sight: Sight, which: Array, pixels: Array, top: int) -> Array:
+        """Light (k, 3) that rays `which` (k,) of `sight` bring to `pixels` (k,), counted from row `top`."""
+        row, column = np.divmod(pixels, self.camera.width)
+        free = self.openness.at(row + top, column, sight, which)
+        return radiance(self.stage, sight, which, free, self.grid.angle)
 
     def _split(self, rays: Float, pixels: Array, top: int) -> Array:
         """Mean light (k, 3) of the samples of `pixels` (k,), flat indices into rays (m, w, 3)."""
@@ -79,20 +98,21 @@ class _View:
         place = sight.xyz.copy()
         place[pick] = groups.mean(sight.xyz)  # a group is shaded in its middle
         sight = replace(sight, xyz=place)
-        pixel = pick // len(self.offsets)
-        free = self.openness.at(row[pixel] + top, column[pixel], sight, pick)
-        return groups.blend(radiance(self.stage, sight, pick, free, self.grid.angle))
+        return groups.blend(self._light(sight, pick, pixels[pick // len(self.offsets)], top))
 
 
-def _changes(key: Array) -> Bool:
-    """Pixels (h, w) that differ from one of their four neighbours."""
-    edge = np.zeros(key.shape, np.bool_)
-    across, down = key[:, 1:] != key[:, :-1], key[1:] != key[:-1]
-    edge[:, 1:] |= across
-    edge[:, :-1] |= across
-    edge[1:] |= down
-    edge[:-1] |= down
-    return edge
+def _changes(key: Array, cast: Bool) -> Bool:
+    """Pixels (h, w) where something else is seen than beside them, from the keys of every second one.
+
+    Those with a key of their own (`cast`) are compared with their diagonal neighbours, the four neighbours of
+    others with each other.
+    """
+    wide = np.pad(key, 1, mode="reflect")
+    corner = (wide[:-2, :-2], wide[:-2, 2:], wide[2:, :-2], wide[2:, 2:])
+    left, beside = wide[1:-1, :-2], (wide[1:-1, 2:], wide[:-2, 1:-1], wide[2:, 1:-1])
+    own = np.logical_or.reduce([c != key for c in corner])
+    between = np.logical_or.reduce([b != left for b in beside])
+    return np.asarray(np.where(cast, own, between))
 
 
 def _inside(seen: Bool) -> Bool:

@@ -13,6 +13,7 @@ from frontage.simulate.scene import Part, Scene
 
 _OFF = 1e-3  # m: rays start this far off the surface they leave
 _SAME_PLANE = 0.004  # m
+_FARTHEST = 1e4  # m
 _TILT = 0.0015  # rad, one sigma of a pane's tilt out of the frame's plane
 _BULGE = 0.0016  # rad, one sigma of the slope of a pane's waves (roller waves, sealed air)
 
@@ -54,23 +55,22 @@ class Stage:
         self.every = Tracer(scene.mesh, kept)
         self.solid = Tracer(scene.mesh, kept & ~self.is_pane)
         self.faces = _faces(scene, self.looks)
+        apex = scene.mesh.vertices[scene.mesh.corners[:, 0]]
+        self._offset = np.append(np.einsum("ij,ij->i", apex, self.looks.normals[:-1]), 0.0)
 
     def look(self, origin: Float, ways: Float) -> Sight:
-        """Cast rays from `origin` (3,) or (n, 3) m local along unit vectors (n, 3)."""
+        """Cast rays from `origin` (3,) m local along unit vectors (n, 3)."""
         hits = self.every.first_hit(origin, ways)
         solid, distance = hits.triangle.copy(), hits.distance.copy()
         paned = np.flatnonzero(self.is_pane[solid] & (solid >= 0))
         pane, pane_distance = solid[paned], distance[paned]
-        origins = np.broadcast_to(origin, ways.shape)
-        behind = self.solid.first_hit(origins[paned], ways[paned])
+        behind = self.solid.first_hit(origin, ways[paned])
         solid[paned], distance[paned] = behind.triangle, behind.distance
-        xyz = origins + ways * np.where(solid >= 0, distance, 0.0)[:, None]
-        pane_xyz = origins[paned] + ways[paned] * pane_distance[:, None]
-        normal = self._bent(pane, pane_xyz, ways[paned])
-        cosine = -np.einsum("ij,ij->i", normal, ways[paned])
-        mirror_way = ways[paned] + 2 * cosine[:, None] * normal
+        xyz = _along(origin, ways, distance)
+        pane_xyz = _along(origin, ways[paned], pane_distance)
+        cosine, mirror_way = self._mirrored(pane, pane_xyz, ways[paned])
         mirror = self.every.first_hit(pane_xyz, mirror_way, skip=_OFF)
-        mirror_xyz = pane_xyz + mirror_way * np.where(mirror.found, mirror.distance, 0.0)[:, None]
+        mirror_xyz = _along(pane_xyz, mirror_way, mirror.distance)
         lit = self.sunny(solid, xyz, ways)
         mirror_lit = self.sunny(mirror.triangle, mirror_xyz, mirror_way)
         key = self._key(solid, lit)
@@ -80,6 +80,43 @@ class Stage:
             ways, solid, xyz, distance, lit, paned, pane, pane_xyz, cosine,
             mirror.triangle, mirror_xyz, mirror_way, mirror_lit, key,
         )  # fmt: skip
+
+    def follow(self, sight: Sight, rows: Int, origin: Float, ways: Float) -> Sight:
+        """What rays (n, 3) from `origin` meet that see the same faces in the same light as `rows` of `sight`.
+
+        Nothing is cast: the rays are cut with the planes of those faces.
+        """
+        solid = sight.solid[rows]
+        distance = self._reach(solid, origin, ways)
+        xyz = _along(origin, ways, distance)
+        place = np.full(len(sight.solid), -1)
+        place[sight.paned] = np.arange(len(sight.paned))
+        paned = np.flatnonzero(place[rows] >= 0)
+        of = place[rows[paned]]
+        pane, mirror = sight.pane[of], sight.mirror[of]
+        pane_xyz = _along(origin, ways[paned], self._reach(pane, origin, ways[paned]))
+        cosine, mirror_way = self._mirrored(pane, pane_xyz, ways[paned])
+        mirror_xyz = _along(pane_xyz, mirror_way, self._reach(mirror, pane_xyz, mirror_way))
+        return Sight(
+            ways, solid, xyz, distance, sight.lit[rows], paned, pane, pane_xyz, cosine,
+            mirror, mirror_xyz, mirror_way, sight.mirror_lit[of], sight.key[rows],
+        )  # fmt: skip
+
+    def _reach(self, triangle: Int, origin: Float, ways: Float) -> Float:
+        """Distance (n,) m along rays to the planes of triangles (n,), inf for the sky."""
+        normal = self.looks.normals[triangle]
+        slope = np.einsum("ij,ij->i", normal, ways)
+        start = np.einsum("ij,ij->i", normal, np.broadcast_to(origin, ways.shape))
+        height = self._offset[triangle] - start
+        flat = np.abs(slope) < 1e-9
+        reach = np.clip(height / np.where(flat, 1.0, slope), 0.0, _FARTHEST)
+        return np.where(triangle >= 0, reach, np.inf)
+
+    def _mirrored(self, pane: Int, xyz: Float, ways: Float) -> tuple[Float, Float]:
+        """Cosine (k,) of incidence on panes and the mirrored directions (k, 3)."""
+        normal = self._bent(pane, xyz, ways)
+        cosine = -np.einsum("ij,ij->i", normal, ways)
+        return cosine, ways + 2 * cosine[:, None] * normal
 
     def normals(self, triangle: Int, ways: Float) -> Float:
         """Unit normals (n, 3) of triangles, turned against the rays (n, 3) seeing them; vertical for sky."""
@@ -133,6 +170,11 @@ class Stage:
         return np.asarray(
             noise.scramble(self.faces[triangle], 2) ^ (lit.astype(np.uint32) * np.uint32(0x68E31DA4))
         )
+
+
+def _along(origin: Float, ways: Float, distance: Float) -> Float:
+    """Points (n, 3) at distances (n,) m along rays; the origin where that is infinite."""
+    return np.asarray(origin + ways * np.where(np.isfinite(distance), distance, 0.0)[:, None])
 
 
 def _faces(scene: Scene, looks: Looks) -> Array:
