@@ -39,6 +39,7 @@ HOUSE = f"houses = 1\nopposite = false\nslope = 0\n{BARE}[[house]]\nwidth = 8\n"
         ("[[house]]\n[[house.opening]]\nframe = 0.2\n" + OPENING.replace("1.1", "0.4"), "fills an opening"),
         (f"[[house]]\n[[house.opening]]\nshutters = 'closed'\ndepth = 0.03\n{OPENING}", "need a reveal of"),
         ("[house]\nwidth = 8", "house must be a list of tables; write [[house]] in two brackets"),
+        ("[[house]]\n[house.opening]\nx = 1", "write [[house.opening]] in two brackets"),
         ("model = 3", "model must be a table, not 3"),
         ("[[house]]\ntwin = true", "house 1 is a twin of the house before it, but there is none"),
         (

@@ -82,9 +82,7 @@ def _sentence(error: ValidationError) -> str:
     if first["type"] == "missing":
         return f"{where} is missing; add it"
     if first["type"] == "tuple_type" and isinstance(first["input"], dict):
-        return (
-            f"{where} must be a list of tables; write [[{'.'.join(map(str, first['loc']))}]] in two brackets"
-        )
+        return f"{where} must be a list of tables; write [[{_table(first['loc'])}]] in two brackets"
     if first["type"] == "model_type":
         return f"{where} must be a table, not {first['input']!r}"
     return f"{where} = {first['input']!r} is not usable: {message[:1].lower()}{message[1:]}"
@@ -99,6 +97,11 @@ def _place(location: tuple[int | str, ...]) -> str:
         else:
             words.append(part)
     return ", ".join(words)
+
+
+def _table(location: tuple[int | str, ...]) -> str:
+    """The name of a table in TOML, "house.opening"."""
+    return ".".join(part for part in location if isinstance(part, str))
 
 
 def _known(location: tuple[int | str, ...]) -> list[str]:
