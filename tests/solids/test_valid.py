@@ -8,7 +8,7 @@ import shapely
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from frontage.model import Face, Feature, Solid
+from frontage.model import Face, Feature, Shape, Solid, Surfaces
 from frontage.solids import Tolerances, validate, validate_feature, validate_shape
 from solids.models import Model, box, ell, extrude, windows
 from solids.test_defects import PLACES, rotation
@@ -58,6 +58,26 @@ def test_one_defect_in_a_random_extrusion_is_found(plan: shapely.Polygon, which:
         (307, f"face={wall}")
     }
     assert {f.code for f in validate_shape(model.turned().shape())} == {405}
+
+
+def test_faces_whose_holes_touch_in_points() -> None:
+    """Rooms of a checkered floor: holes touch each other and the rim at corners, the inside stays whole."""
+    r = np.random.default_rng(5)
+    polygons = []
+    while len(polygons) < 400:
+        k = int(r.integers(3, 10))
+        dark = np.argwhere(r.random((k, k)) < r.uniform(0.3, 0.8))
+        cells = shapely.union_all(shapely.box(dark[:, 0], dark[:, 1], dark[:, 0] + 1, dark[:, 1] + 1))
+        rest = shapely.box(-1, -1, k + 1, k + 1).difference(cells)
+        polygons += [p for p in (*shapely.get_parts(cells), *shapely.get_parts(rest)) if p.interiors]
+    flat = [[np.asarray(x.coords)[:-1] for x in (p.exterior, *p.interiors)] for p in map(_oriented, polygons)]
+    turn, shift = PLACES["tilted in UTM"]
+    rings = [[np.column_stack([x, np.zeros(len(x))]) @ turn.T + shift for x in face] for face in flat]
+    assert validate_shape(Shape("MultiSurface", ((Surfaces.of(rings),),))) == ()
+
+
+def _oriented(polygon: shapely.Polygon) -> shapely.Polygon:
+    return shapely.orient_polygons(polygon)
 
 
 @pytest.mark.parametrize("place", PLACES)

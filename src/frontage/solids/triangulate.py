@@ -8,6 +8,8 @@ from frontage.solids.drawing import face_polygons
 from frontage.solids.mesh import Mesh
 from frontage.solids.rows import distinct
 
+_TURNS, _ANGLE = 30, 2.399963229728653  # the golden angle: no two turns alike
+
 
 def triangulate(mesh: Mesh, xy: Float, faces: Bool, index: Int, rings: Int) -> tuple[Int, Int]:
     """Triangles (t, 3) of vertex ids, turned as the face's normal, and the face of each (t,).
@@ -49,11 +51,42 @@ def _area(xy: Float, triangles: Int) -> Float:
 
 
 def _delaunay(mesh: Mesh, xy: Float, faces: Bool, index: Int, rings: Int) -> tuple[Int, Int]:
-    """Corner numbers (t, 3) and face (t,); the corners are found again by their coordinates."""
+    """Corner numbers (t, 3) and face (t,).
+
+    GEOS joins holes in an order that depends on their position and, where many of them touch, can fail (one
+    face in ten thousand); turned a little, the same face works.
+    """
     if not faces.any():
         return np.zeros((0, 3), np.int64), np.zeros(0, np.int64)
+    try:
+        return _as_drawn(mesh, xy, faces, index, rings)
+    except shapely.errors.GEOSException:
+        found = [_one_turned(mesh, xy, int(f), index, rings) for f in np.nonzero(faces)[0]]
+        return np.concatenate([t for t, _ in found]), np.concatenate([f for _, f in found])
+
+
+def _one_turned(mesh: Mesh, xy: Float, face: int, index: Int, rings: Int) -> tuple[Int, Int]:
+    """The same for one face, as drawn or turned until it works."""
+    chosen = np.arange(len(mesh.faces) - 1) == face
+    for k in range(_TURNS):
+        s, c = np.sin(k * _ANGLE), np.cos(k * _ANGLE)
+        try:
+            return _as_drawn(mesh, xy @ np.array([[c, s], [-s, c]]), chosen, index, rings)
+        except shapely.errors.GEOSException as problem:
+            last = problem
+    raise last
+
+
+def _as_drawn(mesh: Mesh, xy: Float, faces: Bool, index: Int, rings: Int) -> tuple[Int, Int]:
+    """GEOS's triangles; the corners are found again by their coordinates.
+
+    Raises GEOSException where it fails, or the triangles do not cover a face.
+    """
     drawn = face_polygons(mesh, xy, faces, index, rings)
     parts, which = shapely.get_parts(shapely.constrained_delaunay_triangles(drawn), return_index=True)
+    covered = np.bincount(which, weights=shapely.area(parts), minlength=len(drawn))
+    if (np.abs(covered - shapely.area(drawn)) > mesh.noise * shapely.length(drawn)).any():
+        raise shapely.errors.GEOSException("the triangles do not cover the face")
     face = np.nonzero(faces)[0][which]
     spots = shapely.get_coordinates(parts).reshape(-1, 4, 2)[:, :3].reshape(-1, 2)
     known = np.nonzero(faces[mesh.face_of_corner])[0]
