@@ -15,9 +15,7 @@ from frontage.cli.console import common, progress, workers_option
 @click.option("-o", "--out", type=click.Path(path_type=Path), required=True, help="Folder of the scene.")
 @workers_option
 @common
-def command(
-    spec: Path | None, seed: int | None, out: Path, workers: int, quiet: bool, as_json: bool
-) -> None:
+def command(spec: Path | None, seed: int | None, out: Path, workers: int, quiet: bool, as_json: bool) -> None:
     """Simulate a street with exact truth: scans, photos, an LoD2 model, and a project that reads them.
 
     What SPEC.toml leaves out is drawn from the seed; with --seed alone everything is. docs/simulate.md
@@ -47,5 +45,7 @@ def command(
         return
     for note in done.notes:
         click.echo(f"note: {note}", err=True)
-    click.echo(f"{done.points:,} points of {done.scans} scans and {done.photos} photos of {done.facades} facades")
+    click.echo(
+        f"{done.points:,} points of {done.scans} scans and {done.photos} photos of {done.facades} facades"
+    )
     click.echo(f"next: frontage run {out / 'project.toml'} -o RUN; frontage score RUN {out}")
