@@ -61,7 +61,7 @@ def reflectance(looks: Looks, surface: Array, xyz: Float, axes: Array, blur: Arr
     material = looks.material[surface]
     kinds = looks.kind[material]
     rgb = np.empty((len(surface), 3), np.float32)
-    for kind in np.unique(kinds):
+    for kind in np.flatnonzero(np.bincount(kinds)):
         at = np.flatnonzero(kinds == kind)
         m = material[at]
         patch = Patch(
