@@ -154,6 +154,9 @@ def sentence(error: InputError, path: Path) -> str:
 BAD: dict[str, tuple[str, str]] = {
     "missing transform": ("m.json", json.dumps({**cityjson(), "transform": None})),
     "unknown version": ("m.json", json.dumps(cityjson("7.0"))),
+    "no city objects": ("m.json", json.dumps({**cityjson(), "CityObjects": None})),
+    "no vertices": ("m.json", json.dumps({k: v for k, v in cityjson().items() if k != "vertices"})),
+    "boundaries of another type": ("m.json", json.dumps(cityjson()).replace('"Solid"', '"MultiSolid"')),
     "a vertex that is not there": ("m.json", json.dumps(cityjson(vertices=[[0, 0, 0]]))),
     "not a number": ("m.off", off().replace("1 1 1", "1 nan 1")),
     "a number beyond all measure": ("m.off", off().replace("1 1 1", "1 1e200 1")),

@@ -23,7 +23,13 @@ def read_json(path: Path) -> tuple[str, list[Feature]]:
 
     Raises ValueError naming what is wrong, UnsupportedFormat for other kinds of JSON.
     """
-    text = path.read_text("utf-8-sig")
+    try:
+        return _read(path, path.read_text("utf-8-sig"))
+    except KeyError as problem:
+        raise ValueError(f"the member {problem.args[0]} is missing") from problem
+
+
+def _read(path: Path, text: str) -> tuple[str, list[Feature]]:
     try:
         data = json.loads(text)
     except json.JSONDecodeError:
@@ -65,7 +71,9 @@ def _sequence(path: Path, text: str) -> list[Feature]:
                 raise ValueError(f"an object of type {data.get('type')!r}")
         except UnsupportedFormat:
             raise
-        except (ValueError, KeyError, TypeError) as problem:
+        except KeyError as problem:
+            raise ValueError(f"line {number}: the member {problem.args[0]} is missing") from problem
+        except (ValueError, TypeError) as problem:
             raise ValueError(f"line {number}: {problem}") from problem
     return features
 
@@ -88,6 +96,8 @@ def _cityjson(data: Any, head: Any) -> list[Feature]:
     vertices = np.array(data["vertices"], np.float64).reshape(-1, 3) * scale + shift
     templates = head.get("geometry-templates", {})
     objects = data["CityObjects"]
+    if not isinstance(objects, dict):
+        raise ValueError("CityObjects is no object")
     shapes = {name: tuple(_geometries(o, vertices, templates, name)) for name, o in objects.items()}
     part_of = {
         name: parents[0]
@@ -109,8 +119,13 @@ def _geometries(city_object: Any, vertices: Float, templates: Any, name: str) ->
     for number, geometry in enumerate(city_object.get("geometry", ())):
         try:
             shape = _geometry(geometry, vertices, templates)
-        except (IndexError, TypeError, KeyError, ValueError) as problem:
+        except KeyError as problem:
+            raise ValueError(f"{name}, geometry {number}: no member {problem.args[0]}") from problem
+        except (IndexError, ValueError) as problem:
             raise ValueError(f"{name}, geometry {number}: {problem}") from problem
+        except TypeError as problem:
+            text = "its boundaries are not nested as its type asks"
+            raise ValueError(f"{name}, geometry {number}: {text} ({problem})") from problem
         if shape is not None:
             yield shape
 
@@ -144,6 +159,8 @@ def _surfaces(polygons: Sequence[Sequence[Sequence[int]]], vertices: Float) -> S
     """Polygons by vertex number."""
     sizes = [len(ring) for polygon in polygons for ring in polygon]
     ids = np.array([i for polygon in polygons for ring in polygon for i in ring], np.int64)
+    if ids.ndim != 1:
+        raise TypeError("lists where vertex numbers should be")
     if len(ids) and (ids.min() < 0 or ids.max() >= len(vertices)):
         raise ValueError(f"a face names vertex {ids.max()}, there are {len(vertices)}")
     faces = np.cumsum([0, *(len(polygon) for polygon in polygons)])
