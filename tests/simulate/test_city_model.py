@@ -9,12 +9,13 @@ import pytest
 
 from frontage.geometry.arrays import Float
 from frontage.geometry.ring import ring_area
-from frontage.model import Solid
+from frontage.model import Shape, Solid, Surfaces
 from frontage.simulate.build import street
 from frontage.simulate.citymodel import ModelSpec, survey_model
 from frontage.simulate.scene import House, Scene
 from frontage.simulate.solids import GRID, truth_solid
 from frontage.simulate.spec import SceneSpec
+from frontage.solids.validate import validate, validate_shape
 
 EXACT = ModelSpec(shift=0, building=0, corner=0, height=0, roof=0)
 
@@ -128,3 +129,13 @@ def test_lod3_faces_are_plane() -> None:
     for house in scene.houses[:3]:
         solid = truth_solid(house, scene.world)
         assert max(off_plane(solid.vertices[list(f.ring)] / GRID) for f in solid.faces) < 5e-4
+
+
+def test_solids_and_city_model_are_valid_by_iso_19107() -> None:
+    scene = scenes()[2]
+    for house, building in list(zip(scene.houses, survey_model(scene, ModelSpec()).buildings, strict=True))[
+        :4
+    ]:
+        assert validate(truth_solid(house, scene.world)) == ()
+        faces = Surfaces.of([[s.ring] for s in building.surfaces])
+        assert validate_shape(Shape("Solid", ((faces,),))) == ()
