@@ -132,6 +132,35 @@ def test_samples_in_a_pixel_share_no_row_and_no_column():
             assert np.allclose(np.sort(at[:, axis]), (np.arange(n) + 0.5) / n - 0.5)
 
 
+def small_view(scene: Scene) -> tuple[Stage, Camera, Rigid3]:
+    spec = CameraSpec(width=240, height=180, most=1)
+    return lit(scene, SUNNY), make_camera(spec, 1), plan(scene, spec, 1)[0].true
+
+
+def test_bands_leave_no_seams(houses, monkeypatch):
+    view = small_view(houses)
+    whole = render(*view, samples=5)
+    monkeypatch.setattr("frontage.simulate.render._BAND", 7 * 240)
+    monkeypatch.setattr("frontage.simulate.render._SPLIT", 1000)
+    assert np.allclose(render(*view, samples=5), whole, atol=1e-5)
+
+
+def test_following_a_neighbour_gives_what_casting_gives(houses):
+    stage, camera, pose = small_view(houses)
+    y, x = np.mgrid[0:180, 0:240] + 0.5
+    ways = pose.rotate(camera.ray(np.column_stack([x.ravel(), y.ravel()])))
+    sight = stage.look(pose.t, ways)
+    left = np.arange(1, len(ways))
+    left = left[(left % 240 > 0) & (sight.key[left] == sight.key[left - 1])]
+    same = stage.follow(sight, left - 1, pose.t, ways[left])
+    assert len(left) > 0.6 * len(ways) and len(same.paned) > 500
+    assert np.abs(same.xyz - sight.xyz[left]).max() < 0.005  # faces are flat to 4 mm
+    cast = np.flatnonzero(np.isin(sight.paned, left))
+    assert (left[same.paned] == sight.paned[cast]).all()
+    assert np.abs(same.cosine - sight.cosine[cast]).max() < 1e-6
+    assert (same.lit == sight.lit[left]).all()
+
+
 def test_more_samples_change_edges_only_a_little():
     scene = painted(scene_of(wall(8.0), Sheet((-1, 7.5, 1), (1.9, 0, 0.1), (-0.1, 0, 1.6))), 0.8, 0.05)
     camera = Camera("PINHOLE", 120, 90, np.array([100.0, 100.0, 60.0, 45.0]))
