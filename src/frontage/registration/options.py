@@ -1,0 +1,41 @@
+"""The options of registration: what data cannot tell, and nothing that they can."""
+
+from pydantic import BaseModel, ConfigDict, Field
+
+
+class RegistrationOptions(BaseModel):
+    """How good the city model is, and how large the pieces are that scans are cut into."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    sigma_model: float = Field(
+        default=0.05,
+        ge=0,
+        le=5,
+        description="m, one sigma per axis of a building's place in the model's plan",
+    )
+    sigma_height: float = Field(
+        default=0.15, ge=0, le=10, description="m, one sigma of a building's base and roof in the model"
+    )
+    sigma_lean: float = Field(
+        default=0.3,
+        ge=0,
+        le=10,
+        description="degrees, one sigma by which walls lean that the model has upright",
+    )
+    cell: float = Field(
+        default=0.2,
+        ge=0.05,
+        le=2,
+        description="m, cubes whose points become one flat piece; doubled twice far off",
+    )
+    reach: float = Field(
+        default=70.0, ge=10, le=500, description="m from the scanner that are used: further points say little"
+    )
+    observable: float = Field(
+        default=0.10,
+        gt=0,
+        le=5,
+        description="m, a direction with a larger sigma is called unobservable",
+    )
+    seed: int = Field(default=0, ge=0, description="seed of the thinning")

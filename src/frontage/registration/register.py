@@ -1,0 +1,289 @@
+"""Scans to a city model (paper B, section 2.1): pieces, ties between scans, coarse search, adjustment."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from frontage.errors import CrsError, InputError
+from frontage.geometry.arrays import Float
+from frontage.geometry.rigid import Rigid3
+from frontage.model import CityModel, Estimate, Scan
+from frontage.registration.adjust import STAGES, Adjusted, Pairs, Problem, adjust, rotation_vector
+from frontage.registration.coarse import SPAN, plan_of_surfels, plan_of_walls, search
+from frontage.registration.correspond import foot_heights, match
+from frontage.registration.observability import about_frame, directions
+from frontage.registration.options import RegistrationOptions
+from frontage.registration.result import Alternative, PosePrior, Registered, Registration, WallOffset
+from frontage.registration.stations import group_prior, groups, motion, pairs
+from frontage.registration.surfels import Surfels, merge_surfels, surfels
+from frontage.registration.walls import Walls, model_walls
+
+_RIVAL = 0.9  # share of the best score above which another place is an alternative
+_BEYOND = 16.8  # squared sigmas (99.9 % of 3 degrees of freedom) away before a place is another one
+_MOST = 6000  # pieces that candidates are tried with
+_NEAR = 0.3  # m, pieces that lie on the model
+
+
+def register(
+    scans: Sequence[Scan],
+    model: CityModel,
+    priors: Sequence[PosePrior],
+    options: RegistrationOptions | None = None,
+) -> Registration:
+    """Poses of scans (placed roughly by `priors`, one each) against the walls of a city model.
+
+    Raises CrsError when model and scans have different systems or lie apart, InputError when the model has no
+    walls, a scan no flat pieces or the numbers of scans and priors differ.
+    """
+    options = options or RegistrationOptions()
+    walls = _checked(scans, model, priors)
+    pieces = [
+        _thinned(surfels(s, options.cell, p.position, options.reach), s.name)
+        for s, p in zip(scans, priors, strict=True)
+    ]
+    start: list[Rigid3] = [Rigid3.identity("local", "given")] * len(scans)
+    alternatives: list[Alternative] = []
+    for members in groups(pieces, priors):
+        placed, others = _place(members, pieces, walls, priors, options)
+        alternatives += others
+        for s, pose in placed.items():
+            start[s] = pose
+    problem = Problem(pieces, walls, priors, options)
+    common = pairs(pieces, start, spread=0.2)
+    result = adjust(problem, start, common, STAGES[3:])
+    common = pairs(pieces, result.poses)
+    result = adjust(problem, result.poses, common, STAGES[-1:])
+    return _report(scans, problem, result, common, alternatives)
+
+
+def prior_of(scan: Scan) -> PosePrior:
+    """The prior that reading gave the scan with its approximate pose. Raises InputError without one."""
+    pose = scan.local_from_scanner
+    if pose is None or not (np.diag(pose.covariance) > 0).all():
+        raise InputError(
+            f"{scan.name}: has no approximate pose; state sigma_position, sigma_heading, sigma_level"
+        )
+    s = pose.sigma
+    return PosePrior(pose.value.t, s[:3], float(s[5]), float(np.hypot(s[3], s[4]) / np.sqrt(2)))
+
+
+def _checked(scans: Sequence[Scan], model: CityModel, priors: Sequence[PosePrior]) -> Walls:
+    """The model's walls, after everything that can be wrong with the input was looked at."""
+    if len(scans) != len(priors) or not scans:
+        raise InputError(f"{len(scans)} scans with {len(priors)} pose priors; give one prior for every scan")
+    for s in scans:
+        if s.world.crs and model.world.crs and s.world.crs != model.world.crs:
+            raise CrsError(
+                f"the city model is in {model.world.crs}, {s.name} in {s.world.crs}; read both in one system"
+            )
+        if (s.world.origin != model.world.origin).any():
+            raise CrsError(
+                f"{s.name} and the city model have different local origins; read both with one world"
+            )
+    walls = model_walls(model)
+    if not walls.of_kind("wall"):
+        raise InputError(
+            "the city model has no walls (LoD1 or finer) near the scans; check its file and extent"
+        )
+    _overlapping(walls, priors)
+    return walls
+
+
+def _overlapping(walls: Walls, priors: Sequence[PosePrior]) -> None:
+    """Raise CrsError when no wall is within reach of any scan, and say what would help."""
+    place = np.array([p.point for p in walls.patches])
+    slack = max(SPAN * float(p.sigma_position.max()) for p in priors)
+    scans = np.array([p.position for p in priors])
+    gap = _gap(place[:, :2], scans[:, :2])
+    if gap < 200.0 + slack:
+        return
+    # swapped axes show at world size only; local origins differ per axis, so that both are tried
+    raise CrsError(
+        f"the city model lies {gap / 1000:.1f} km from the scans; check its coordinate system and that its "
+        "axes are not swapped (east before north)"
+    )
+
+
+def _gap(a: Float, b: Float) -> float:
+    return float(np.sqrt(np.square(a[:, None] - b[None]).sum(2).min()))
+
+
+def _thinned(s: Surfels, name: str) -> Surfels:
+    if len(s) == 0:
+        raise InputError(f"{name}: has no flat surfaces within reach of its scanner; is its position right?")
+    return s
+
+
+def _place(
+    members: dict[int, Rigid3],
+    pieces: Sequence[Surfels],
+    walls: Walls,
+    priors: Sequence[PosePrior],
+    options: RegistrationOptions,
+) -> tuple[dict[int, Rigid3], list[Alternative]]:
+    """Poses of a group of scans as one body on the model: the best of the coarse search's candidates."""
+    first, prior = group_prior(members, priors)
+    chain = {s: Rigid3("local", "given", first.R @ p.R, first.R @ p.t + first.t) for s, p in members.items()}
+    body = merge_surfels([pieces[s].moved(pose) for s, pose in chain.items()])
+    sigma = (float(prior.sigma_position[:2].max()), prior.sigma_heading)
+    peaks = search(plan_of_surfels(body), plan_of_walls(walls), prior.position[:2], sigma)
+    thin = body.take(np.arange(0, len(body), max(1, len(body) // _MOST)))
+    problem = Problem([thin], walls, [prior], options)
+    tried: list[tuple[float, Adjusted]] = []
+    for peak in peaks:
+        start = motion(peak, prior.position)
+        start = motion(peak, prior.position, _height(thin.moved(start), walls, prior))
+        got = adjust(problem, [start], None, STAGES[1:])
+        tried.append((_explained(got, thin) - 0.005 * got.prior_cost, got))
+    if not tried:
+        return chain, []
+    tried.sort(key=lambda t: -t[0])
+    score, best = tried[0]
+    g = best.poses[0]
+    poses = {s: Rigid3("local", "given", g.R @ p.R, g.R @ p.t + g.t) for s, p in chain.items()}
+    return poses, _rivals(tried, prior, score, best)
+
+
+def _height(body: Surfels, walls: Walls, prior: PosePrior) -> float:
+    """How far the body must be raised so that its ground lies at the feet of the model, within the prior."""
+    z, spread = foot_heights(body.take(body.level), walls)
+    seen = np.isfinite(z)
+    if not seen.any():
+        return 0.0
+    limit = SPAN * float(prior.sigma_position[2])
+    return float(np.clip(np.median((walls.base - z)[seen]), -limit, limit))
+
+
+def _explained(a: Adjusted, pieces: Surfels) -> float:
+    """Share of the upright area that lies on the model."""
+    near = np.abs(a.residuals[0]) < _NEAR
+    m = a.matches[0].piece[near]
+    return float(pieces.area[m[pieces.upright[m]]].sum() / max(pieces.area[pieces.upright].sum(), 1e-9))
+
+
+def _rivals(
+    tried: Sequence[tuple[float, Adjusted]], prior: PosePrior, score: float, best: Adjusted
+) -> list[Alternative]:
+    """Other places with nearly the best score, that the best one's own uncertainty does not cover."""
+    out: list[Alternative] = []
+    seen = [best]
+    C = best.covariance + np.diag([1e-4, 1e-4, 1e-2, 1e-6, 1e-6, 1e-6])
+    for other, a in tried[1:]:
+        offs = [_difference(a, b, prior) for b in seen]
+        new = all(np.hypot(d[0], d[1]) > 0.5 or abs(d[5]) > np.radians(1.0) for d in offs)
+        at = np.array([0, 1, 5])
+        far = offs[0][at] @ np.linalg.solve(C[np.ix_(at, at)], offs[0][at]) > _BEYOND
+        if other > _RIVAL * score and new and far:
+            out.append(Alternative(offs[0][:3], float(offs[0][5]), other / score))
+            seen.append(a)
+    return out
+
+
+def _difference(a: Adjusted, b: Adjusted, prior: PosePrior) -> Float:
+    """Shift of the pivot and turn (6,) from b to a."""
+    p = prior.position[None]
+    shift = a.poses[0].apply(p)[0] - b.poses[0].apply(p)[0]
+    return np.concatenate([shift, rotation_vector(a.poses[0].R @ b.poses[0].R.T)])
+
+
+def _report(
+    scans: Sequence[Scan],
+    problem: Problem,
+    a: Adjusted,
+    common: Pairs,
+    alternatives: Sequence[Alternative],
+) -> Registration:
+    registered = tuple(_registered(scan, problem, a, k) for k, scan in enumerate(scans))
+    r = _between(problem, a, common)
+    agreement = float(1.4826 * np.median(np.abs(r))) if len(r) else float("nan")
+    return Registration(
+        registered,
+        tuple(alternatives),
+        _offsets(problem, a),
+        agreement,
+        len(r),
+        a.reason,
+        _notes(registered, alternatives),
+    )
+
+
+def _registered(scan: Scan, problem: Problem, a: Adjusted, k: int) -> Registered:
+    pose, prior, pieces = a.poses[k], problem.priors[k], problem.pieces[k]
+    position = pose.apply(prior.position[None])[0]
+    block = a.covariance[6 * k : 6 * k + 6, 6 * k : 6 * k + 6]
+    lever = float(np.median(np.linalg.norm(pieces.xyz - prior.position, axis=1)))
+    m, near = a.matches[k], np.abs(a.residuals[k]) < 3 * a.sigma
+    upright = pieces.upright
+    on = match(pieces.moved(pose), problem.walls, _NEAR, roofs=False).piece
+    share = float(pieces.area[on].sum() / max(pieces.area[upright].sum(), 1e-9))
+    r = a.residuals[k][near]
+    return Registered(
+        scan.name,
+        Estimate(
+            pose, about_frame(block, pose, position), max(float(pieces.area[m.piece[near]].sum()) - 6, 1.0)
+        ),
+        position,
+        block,
+        directions(block, prior, problem.options.observable, lever),
+        share,
+        float(1.4826 * np.median(np.abs(r))) if len(r) else float("nan"),
+        int(near.sum()),
+        float(pieces.area[m.piece[near]].sum()),
+    )
+
+
+def _between(problem: Problem, a: Adjusted, common: Pairs) -> Float:
+    """Distances (m,) m between scans where they overlap."""
+    out = [np.zeros(0)]
+    for s, t in {(int(x), int(y)) for x, y in zip(common.s, common.t, strict=True)}:
+        rows = (common.s == s) & (common.t == t)
+        one = problem.pieces[s].take(common.i[rows]).moved(a.poses[s])
+        two = problem.pieces[t].take(common.k[rows]).moved(a.poses[t])
+        out.append(np.einsum("ij,ij->i", two.normal, one.xyz - two.xyz))
+    return np.concatenate(out)
+
+
+def _offsets(problem: Problem, a: Adjusted) -> tuple[WallOffset, ...]:
+    """Every patch that was seen, against the model: building shift and own offset together."""
+    walls = problem.walls
+    count = len(walls.names)
+    area = np.zeros(len(walls.patches))
+    for pieces, m, w in zip(problem.pieces, a.matches, a.weights, strict=True):
+        area += np.bincount(m.patch, pieces.area[m.piece] * w, len(area))
+    out = []
+    for j in np.flatnonzero(area > 1.0):
+        p = walls.patches[j]
+        b, e = p.building, a.effects[count + j]
+        at = np.concatenate([3 * b + np.arange(3), [3 * (count + j)]])
+        g = np.append(p.normal, 1.0)
+        variance = float(g @ a.effect_covariance[np.ix_(at, at)] @ g)
+        offset = float(p.normal @ a.effects[b] + e[0])
+        out.append(
+            WallOffset(
+                walls.names[b],
+                p.source,
+                p.kind,
+                offset,
+                float(np.sqrt(variance)),
+                float(e[1]),
+                float(e[2]),
+                float(area[j]),
+            )
+        )
+    return tuple(out)
+
+
+def _notes(scans: Sequence[Registered], alternatives: Sequence[Alternative]) -> tuple[str, ...]:
+    notes = []
+    for s in scans:
+        lost = [d for d in s.unobservable if d.kind == "shift"]
+        if lost:
+            words = ", ".join(f"{d.axis.round(2).tolist()} (sigma {d.sigma:.2f} m)" for d in lost)
+            notes.append(
+                f"{s.name}: the walls do not determine the shift along {words}; there the prior stands"
+            )
+        if s.explained < 0.2:
+            notes.append(f"{s.name}: only {100 * s.explained:.0f} % of its wall area lies on the model")
+    if alternatives:
+        notes.append(f"{len(alternatives)} other places explain the scans nearly as well; check the result")
+    return tuple(notes)
