@@ -115,7 +115,9 @@ def cells(p: np.ndarray, size: float, least: int) -> tuple[np.ndarray, np.ndarra
 
 def wall_figures(v: View) -> dict[str, list[float]]:
     p = wall_of(v)
-    _, _, patches = cells(p, CELL, 12)
+    # 10 cm, or what holds some 20 points of a sparse scan
+    per_area = np.median([len(r) for r in cells(p, 0.5, 1)[2]]) / 0.25
+    _, _, patches = cells(p, max(CELL, np.sqrt(20 / per_area)), 12)
     spread = []
     for rows in patches[:: max(len(patches) // 400, 1)]:
         A = np.column_stack([p[rows][:, [0, 2]], np.ones(len(rows))])
@@ -195,7 +197,7 @@ def main() -> None:
         scene = street(SceneSpec(seed=100 + seed, houses=3))
         stations = scan_stations(
             scene,
-            ScannerSpec(stations=1, spacing=0.01, colour=False, field=110, lowest=-10, highest=50),
+            ScannerSpec(stations=2, spacing=0.014, colour=False, field=110, lowest=-10, highest=50),
             seed,
         )
         cloud = merge_scans([s.scan for s in stations])

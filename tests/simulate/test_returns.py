@@ -218,7 +218,7 @@ def rough_heights(seed: int) -> np.ndarray:
 
 def test_rough_walls_bulge_about_the_plane_they_were_built_on() -> None:
     fields = np.array([rough_heights(seed) for seed in range(12)])
-    # roughness 3 mm, its grain 1.2 mm, waves of 1.5 to 6 mm
+    # roughness 3 mm, its grain 1.8 mm, waves of 1.5 to 6 mm
     assert np.hypot(0.003, 0.0015) < np.sqrt((fields**2).mean()) < np.hypot(0.004, 0.006)
     assert np.abs(fields.mean((1, 2))).max() < 5e-4 < fields.std()
     slope = np.polyfit(np.arange(40) * 0.4, fields.mean(1).T, 1)[0]

@@ -8,7 +8,7 @@ from frontage.simulate.scene import Part, Scene, Surface
 
 _WAVES = 32  # cosines per field: their sum is Gaussian to a few percent
 _MIX = 0.5  # shape of the mixture of scales
-_GRAIN, _GRAIN_LENGTH = 0.4, 0.015  # grain of render, pores and joints: share of the roughness, m
+_GRAIN, _GRAIN_LENGTH = 0.6, 0.015  # grain of render, pores and joints: share of the roughness, m
 _WAVY, _WAVY_LENGTH = (0.0015, 0.006), (0.8, 2.0)  # m, bulges of walls and their correlation length
 _FLATTEST = 0.25  # cosine of incidence below which heights are no longer stretched along the beam
 _SAMPLES = 2000  # points of a wall at which its mean plane is found
