@@ -10,7 +10,7 @@ import numpy as np
 import pyproj
 
 from frontage.geometry.arrays import Float
-from frontage.geometry.rigid import Rigid3
+from frontage.geometry.rigid import Rigid3, quaternion_from_rotation
 from frontage.model import Camera, Scan
 from scenes import Scene, render_photo
 
@@ -101,25 +101,10 @@ def write_colmap(folder: Path, camera: Camera, poses: dict[str, Rigid3]) -> None
     lines = []
     for i, (name, pose) in enumerate(poses.items()):
         camera_from_local = pose.inverse
-        numbers = (*quaternion(camera_from_local.R), *camera_from_local.t)
+        numbers = (*quaternion_from_rotation(camera_from_local.R), *camera_from_local.t)
         lines.append(f"{i + 1} {' '.join(repr(float(v)) for v in numbers)} 1 {name}\n\n")
     (folder / "images.txt").write_text("".join(lines))
     (folder / "points3D.txt").write_text("")
-
-
-def quaternion(R: Float) -> Float:
-    """Unit quaternion (w, x, y, z), w >= 0, of a rotation matrix: the eigenvector of Bar-Itzhack's matrix."""
-    K = np.array(
-        [
-            [R[0, 0] - R[1, 1] - R[2, 2], R[1, 0] + R[0, 1], R[2, 0] + R[0, 2], R[2, 1] - R[1, 2]],
-            [R[1, 0] + R[0, 1], R[1, 1] - R[0, 0] - R[2, 2], R[2, 1] + R[1, 2], R[0, 2] - R[2, 0]],
-            [R[2, 0] + R[0, 2], R[2, 1] + R[1, 2], R[2, 2] - R[0, 0] - R[1, 1], R[1, 0] - R[0, 1]],
-            [R[2, 1] - R[1, 2], R[0, 2] - R[2, 0], R[1, 0] - R[0, 1], R[0, 0] + R[1, 1] + R[2, 2]],
-        ]
-    )
-    x, y, z, w = np.linalg.eigh(K)[1][:, -1]
-    q = np.array([w, x, y, z])
-    return q if w >= 0 else -q
 
 
 def truth(scene: Scene) -> dict[str, object]:

@@ -3,10 +3,9 @@
 import numpy as np
 import pytest
 
-from frontage.geometry.rigid import rotation_from_quaternion
 from frontage.model import Photo
 from frontage.model.estimate import Estimate
-from scene_files import default_camera, default_poses, quaternion
+from scene_files import default_camera, default_poses
 from scenes import CAR, FACADE, GROUND, INTERIOR, TREE, Scene, render_photo, street_scene, wall_scene
 
 
@@ -96,8 +95,3 @@ def test_the_wall_scene_has_the_clutter_that_was_asked(share: float) -> None:
     assert np.ptp(wall[:, 0]) == pytest.approx(20, abs=0.3) and np.ptp(wall[:, 2]) == pytest.approx(
         12, abs=0.3
     )
-
-
-def test_quaternions_come_back_as_the_same_rotation() -> None:
-    for pose in default_poses(street_scene(houses=1, spacing=0.5), 5):
-        np.testing.assert_allclose(rotation_from_quaternion(quaternion(pose.R)), pose.R, atol=1e-12)
