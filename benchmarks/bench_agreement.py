@@ -5,10 +5,13 @@ and the shifts between pairs of them by phase correlation of tiles that both pho
 texture. A tile counts when the two correlate by 0.6 after the shift; "alike" is the share that does. "On the
 wall" are tiles whose points lie within 2 cm of the plane: what disagrees there is the plane or the poses.
 
-    python benchmarks/bench_agreement.py RUN_FOLDER PHOTOS CAMERAS [GSD]
+    python benchmarks/bench_agreement.py [RUN_FOLDER PHOTOS CAMERAS [GSD]]
+
+Without arguments it runs the castle photos of the shared data.
 """
 
 import sys
+import tempfile
 from itertools import combinations
 from pathlib import Path
 
@@ -19,7 +22,9 @@ from _common import DATA, bootstrap, figure, table
 from frontage.io.photos import PhotoSource, read_photos
 from frontage.io.store import load_scan
 from frontage.ortho import OrthoOptions, make_ortho
+from frontage.pipeline.project import make_project
 from frontage.pipeline.records import load_facade
+from frontage.pipeline.run import run
 from frontage.pipeline.workspace import Workspace
 
 TILE = 128  # px
@@ -120,9 +125,22 @@ def main(run, photos, cameras, gsd=0.015):
     )
 
 
+def castle():
+    """The castle photos, run from the start into a temporary folder."""
+    photos, cameras = DATA / "castle_photos" / "images", DATA / "castle_photos" / "colmap"
+    if not photos.is_dir():
+        print(f"{photos} is not there: nothing measured")
+        return
+    with tempfile.TemporaryDirectory() as folder:
+        run(make_project({"photos": {"path": str(photos), "cameras": str(cameras)}}, Path.cwd()), folder)
+        main(folder, str(photos), str(cameras), 0.015)
+
+
 if __name__ == "__main__":
     given = sys.argv[1:]
-    if not given:
-        print("usage: bench_agreement.py RUN_FOLDER PHOTOS CAMERAS [GSD]; e.g. of", DATA / "castle_photos")
-        sys.exit(2)
-    main(*given[:3], *(float(g) for g in given[3:4]))
+    if len(given) in (3, 4):
+        main(*given[:3], *(float(g) for g in given[3:4]))
+    elif given:
+        sys.exit("usage: bench_agreement.py [RUN_FOLDER PHOTOS CAMERAS [GSD]]")
+    else:
+        castle()
