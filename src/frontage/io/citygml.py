@@ -1,101 +1,239 @@
-"""The footprints inside CityGML 1, 2 and 3. Entities are not resolved, DTDs and the network not used."""
+"""Buildings of CityGML 1, 2 and 3: solids, surfaces with classes, openings, parts and installations."""
 
 import re
-from collections.abc import Iterator
-from pathlib import Path
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, field
 
 import numpy as np
 from lxml import etree
 
 from frontage.geometry.arrays import Float
-from frontage.io.outlines import Outline, Polygons
+from frontage.io.citydraft import Draft, DraftShell, Face, Value
+from frontage.io.gml import SOLIDS, Find, identifier, local, polygons, rings, solids, targets
+from frontage.io.gmlfacts import address_of, attributes_of
 
-_GROUND = "GroundSurface"
-_LOD = re.compile(r"lod(\d)")
-_GEOGRAPHIC = re.compile(r"(^|:)(4326|4258|4979|4937)$")
+_CLASSES = {
+    "WallSurface": "WallSurface",
+    "RoofSurface": "RoofSurface",
+    "GroundSurface": "GroundSurface",
+    "ClosureSurface": "ClosureSurface",
+    "OuterCeilingSurface": "OuterCeilingSurface",
+    "OuterFloorSurface": "OuterFloorSurface",
+    "Window": "Window",
+    "Door": "Door",
+    "WindowSurface": "Window",
+    "DoorSurface": "Door",
+}
+_PROPERTY = re.compile(r"lod(\d)(Solid|MultiSurface|FootPrint|RoofEdge|Geometry|ImplicitRepresentation)$")
+_PARTS = ("BuildingPart", "BuildingInstallation", "BuildingConstructiveElement")
+_OTHER = re.compile(  # rooms and furniture, what an installation inside is, and words
+    r"interior|buildingRoom|buildingFurniture|buildingUnit|buildingSubdivision|address$|appearance|generic"
+    r"|generalizesTo|relatedTo|externalReference"
+)
+_LEVEL0 = {"FootPrint": "GroundSurface", "RoofEdge": "RoofSurface"}
 
 
-def citygml_outlines(path: Path) -> tuple[list[Outline], str | None]:
-    """Every building with its ground polygons (or its coarsest geometry), and the CRS that the file names.
+@dataclass(eq=False)
+class _Owner:
+    """The thematic surface that a geometry stands in: class, id, attributes."""
 
-    Raises lxml's XMLSyntaxError on damaged XML, ValueError when it is no city model.
+    semantics: str | None = None
+    id: str = ""
+    about: dict[str, Value] = field(default_factory=dict)
+
+
+@dataclass(eq=False)
+class _Property:
+    """A geometry property: level of detail, kind ("Solid", "FootPrint", ...), element, thematic surface."""
+
+    lod: str
+    kind: str
+    element: etree._Element
+    owner: _Owner
+
+
+@dataclass(eq=False)
+class _Polygon:
+    """A polygon of a level: its element (None when it is placed by a matrix) and its face."""
+
+    element: etree._Element | None
+    face: Face
+
+
+class _Reader:
+    """Fills the draft of one building."""
+
+    def __init__(self, draft: Draft, find: Find) -> None:
+        self._draft = draft
+        self._find = find
+
+    def read(self, element: etree._Element, part: str = "") -> None:
+        """The shells of a building, then those of the parts in it."""
+        properties: list[_Property] = []
+        parts: list[etree._Element] = []
+        self._collect(element, _Owner(), properties, parts)
+        for lod in dict.fromkeys(p.lod for p in properties):
+            self._draft.shells += self._level(lod, [p for p in properties if p.lod == lod], part)
+        for k, child in enumerate(parts):
+            first = len(self._draft.shells)
+            self.read(child, identifier(child) or f"{self._draft.id}/{local(child)}{k}")
+            for shell in self._draft.shells[first:]:
+                shell.installation |= local(child) == "BuildingInstallation"
+
+    def _collect(
+        self,
+        children: Iterable[etree._Element],
+        owner: _Owner,
+        properties: list[_Property],
+        parts: list[etree._Element],
+    ) -> None:
+        """Geometry properties with their thematic surfaces; parts and installations are kept apart."""
+        for child in children:
+            name = local(child)
+            if not name or _OTHER.match(name):
+                continue
+            if match := _PROPERTY.match(name):
+                properties.append(_Property(match[1], match[2], child, owner))
+            elif name in _PARTS:
+                parts += [] if _is_inside(child) else [child]
+            else:
+                inner = _thematic(child, owner) if name in _CLASSES else owner
+                self._collect(self._targets(child), inner, properties, parts)
+
+    def _targets(self, element: etree._Element) -> list[etree._Element]:
+        try:
+            return targets(element, self._find)
+        except ValueError as problem:
+            self._draft.problems.append(str(problem))
+            return []
+
+    def _level(self, lod: str, properties: list[_Property], part: str) -> list[DraftShell]:
+        """Solids with the classes of the surfaces that they share polygons with; the other surfaces open."""
+        closed: list[list[_Polygon]] = []
+        loose: list[_Polygon] = []
+        for p in properties:
+            for g in self._targets(p.element):
+                if local(g) == "Solid":
+                    closed.append(list(self._solid(g, p)))
+                elif local(g) in SOLIDS:
+                    closed += [list(self._solid(s, p)) for s in solids(g, self._find)]
+                elif local(g) == "ImplicitGeometry":
+                    loose += self._implicit(g, p)
+                else:
+                    loose += self._surface(g, p)
+        loose = _without_shared(closed, loose)
+        shells = [DraftShell(lod, [q.face for q in solid], True, part) for solid in closed]
+        return shells + ([DraftShell(lod, [q.face for q in loose], False, part)] if loose else [])
+
+    def _solid(self, solid: etree._Element, p: _Property) -> Iterator[_Polygon]:
+        """The polygons of the outer shell."""
+        for side in solid:
+            if local(side) == "exterior":
+                for surface in self._targets(side):
+                    yield from self._surface(surface, p)
+            elif local(side) == "interior":
+                self._draft.problems.append("an inner shell of a solid")
+
+    def _surface(self, surface: etree._Element, p: _Property) -> Iterator[_Polygon]:
+        trouble = self._draft.problems.append
+        for element, turned in polygons(surface, self._find, trouble):
+            try:
+                found = rings(element)
+            except ValueError as problem:
+                trouble(str(problem))
+                continue
+            if turned:
+                found = [r[::-1] for r in found]
+            yield _Polygon(element, _face(found, identifier(element), p))
+
+    def _implicit(self, geometry: etree._Element, p: _Property) -> Iterator[_Polygon]:
+        """A prototype set at its place by a matrix and a reference point (CityGML 2.0, 10.6.2)."""
+        members = {local(c): c for c in geometry}
+        if not {"transformationMatrix", "referencePoint"} <= set(members):
+            self._draft.problems.append("an implicit geometry without matrix or reference point")
+            return
+        matrix = np.array((members["transformationMatrix"].text or "").split(), np.float64)
+        anchor = _position(members["referencePoint"])
+        shape = next(
+            (c for n, c in members.items() if n in ("relativeGMLGeometry", "relativeGeometry")), None
+        )
+        if matrix.shape != (16,) or shape is None or anchor is None:
+            self._draft.problems.append("an implicit geometry that is kept in another file or is broken")
+            return
+        for target in self._targets(shape):
+            for q in self._surface(target, p):
+                q.face.rings = [_moved(r, matrix.reshape(4, 4)) + anchor for r in q.face.rings]
+                yield _Polygon(None, q.face)
+
+
+def building_of(element: etree._Element, number: int, find: Find) -> Draft:
+    """A Building element as a draft, its parts and installations included; `number` names it without id.
+
+    `find` looks up references. What cannot be read is named in the draft's problems.
     """
-    parser = etree.XMLParser(resolve_entities=False, no_network=True, load_dtd=False, huge_tree=False)
-    tree = etree.parse(str(path), parser)
-    root = tree.getroot()
-    if tree.docinfo.doctype:
-        raise ValueError("it has a document type declaration, which is not accepted")
-    if _local(root) != "CityModel":
-        raise ValueError(f"its root is {_local(root)}, not CityModel")
-    srs = next((e.get("srsName") for e in root.iter() if isinstance(e.tag, str) and e.get("srsName")), None)
-    srs = (
-        None if srs is not None and srs.startswith("#") else srs
-    )  # a local engineering CRS defined in the file
-    formal = srs is not None and srs.startswith(
-        ("urn:", "http")
-    )  # these forms keep the authority's axis order
-    swap = srs is not None and formal and bool(_GEOGRAPHIC.search(srs.split("/")[-1]))
-    buildings = [e for e in root.iter() if _local(e) == "Building"]
-    found = [_outline(b, k, swap) for k, b in enumerate(buildings, 1)]
-    return [o for o in found if o.polygons], srs
+    draft = Draft(identifier(element) or f"building{number}")
+    draft.attributes = attributes_of(element)
+    draft.address, further = address_of(element)
+    if further:
+        draft.attributes["further_addresses"] = "; ".join(further)
+    _Reader(draft, find).read(element)
+    return draft
 
 
-def _local(element: etree._Element) -> str:
-    """The tag without its namespace; comments and instructions have none."""
-    return etree.QName(element).localname if isinstance(element.tag, str) else ""
+def _is_inside(part: etree._Element) -> bool:
+    """Whether an installation of CityGML 3 says that it lies inside the building."""
+    return any(local(c) == "relationToConstruction" and (c.text or "").strip() == "inside" for c in part)
 
 
-def _outline(building: etree._Element, number: int, swap: bool) -> Outline:
-    name = next(
-        (v for k, v in building.attrib.items() if etree.QName(k).localname == "id"), f"building{number}"
-    )
-    return Outline(str(name), _polygons(building, swap), _address(building))
+def _thematic(element: etree._Element, above: _Owner) -> _Owner:
+    about = attributes_of(element)
+    if above.id:
+        about["parent"] = above.id
+    return _Owner(_CLASSES[local(element)], identifier(element), about)
 
 
-def _polygons(building: etree._Element, swap: bool) -> Polygons:
-    """Ground surfaces, else the coarsest level of detail, else every polygon; latitude first is turned."""
-    ground = [p for e in building.iter() if _local(e) == _GROUND for p in _rings(e)]
-    if not ground:
-        levels = sorted((m[1], k) for k, e in enumerate(building.iter()) if (m := _LOD.match(_local(e))))
-        elements = list(building.iter())
-        for lod in dict.fromkeys(level for level, _ in levels):
-            ground = [p for level, k in levels if level == lod for p in _rings(elements[k])]
-            if ground:
-                break
-    ground = ground or list(_rings(building))
-    return tuple(p[:, [1, 0, 2]] if swap else p for p in ground)
+def _face(found: list[Float], name: str, p: _Property) -> Face:
+    owner = p.owner
+    about = dict(owner.about)
+    if name and owner.id:
+        about["surface"] = owner.id
+    return Face(found, owner.semantics or _LEVEL0.get(p.kind), name or owner.id, about)
 
 
-def _rings(element: etree._Element) -> Iterator[Float]:
-    """Outer rings (k, 3) of the polygons below an element."""
-    for polygon in element.iter():
-        if _local(polygon) == "exterior" and (ring := _ring(polygon)) is not None:
-            yield ring
+def _without_shared(closed: list[list[_Polygon]], loose: list[_Polygon]) -> list[_Polygon]:
+    """Give the polygons of solids the classes of surfaces that hold the same ones; what is left of those.
+
+    The same = referred to, or a copy with equal corners.
+    """
+    by_element = {q.element: q for q in loose if q.element is not None}
+    by_corners = {_corners(q.face): q for q in loose}
+    shared: set[int] = set()
+    for solid in closed:
+        for q in solid:
+            twin = by_element.get(q.element) if q.element is not None else None
+            twin = twin or by_corners.get(_corners(q.face))
+            if twin is not None:
+                shared.add(id(twin))
+                q.face.semantics, q.face.id, q.face.about = (
+                    twin.face.semantics,
+                    twin.face.id or q.face.id,
+                    twin.face.about,
+                )
+    return [q for q in loose if id(q) not in shared]
 
 
-def _ring(exterior: etree._Element) -> Float | None:
-    """posList, or a row of pos or Point, as (k, 3)."""
-    texts, dimension = [], 3
-    for e in exterior.iter():
-        if _local(e) in ("posList", "pos"):
-            texts.append(e.text or "")
-            dimension = int(e.get("srsDimension", dimension))
-    values = np.array(" ".join(texts).split(), np.float64)
-    if not len(values):
-        return None
-    if len(values) % dimension:
-        raise ValueError("a ring with a broken coordinate list")
-    ring = values.reshape(-1, dimension)
-    return ring if dimension == 3 else np.column_stack([ring, np.zeros(len(ring))])
+def _corners(face: Face) -> frozenset[tuple[float, ...]]:
+    """The corners of the outer ring in mm, in no order."""
+    return frozenset(map(tuple, np.round(face.rings[0], 3).tolist()))
 
 
-def _address(building: etree._Element) -> str | None:
-    """ "number street" of the first xAL address, or None."""
-    text = {
-        _local(e): (e.text or "").strip()
-        for e in building.iter()
-        if _local(e) in ("ThoroughfareName", "ThoroughfareNumber", "NameElement", "Number")
-    }
-    street = text.get("ThoroughfareName") or text.get("NameElement")
-    number = text.get("ThoroughfareNumber") or text.get("Number")
-    return " ".join(v for v in (number, street) if v) or None if street else None
+def _moved(ring: Float, matrix: Float) -> Float:
+    out = np.column_stack([ring, np.ones(len(ring))]) @ matrix.T
+    return out[:, :3] / out[:, 3:]
+
+
+def _position(element: etree._Element) -> Float | None:
+    """The position (3,) below a property, or None."""
+    text = next((e.text or "" for e in element.iter() if local(e) == "pos"), "")
+    values = np.array(text.split(), np.float64)
+    return values if values.shape == (3,) else None

@@ -3,6 +3,9 @@
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
+import numpy as np
+
+from frontage.geometry.arrays import Float
 from frontage.model.building import Surface
 from frontage.model.estimate import Failed
 from frontage.model.world import WorldRef
@@ -11,12 +14,16 @@ from frontage.model.world import WorldRef
 @dataclass(frozen=True, eq=False)
 class Shell:
     """One geometry of a building: level of detail ("2.2", "3.3"), polygons in local m seen counter-clockwise
-    from outside, and attributes of single polygons by their `source_id`. `closed` = a solid's outer shell."""
+    from outside, and attributes of single polygons by their `source_id`. `closed` = a solid's outer shell.
+    `part` is the id of the building part or installation that it belongs to, "" the building itself;
+    an `installation` (balcony, chimney, stairs) is no part of the building's body."""
 
     lod: str
     surfaces: tuple[Surface, ...]
     about: Mapping[str, Mapping[str, str | float | int]] = field(default_factory=dict)
     closed: bool = True
+    part: str = ""
+    installation: bool = False
 
 
 @dataclass(frozen=True, eq=False)
@@ -28,11 +35,42 @@ class CityBuilding:
     address: str | None = None
     attributes: Mapping[str, str | float | int] = field(default_factory=dict)
 
+    def level(self, finest: str = "9") -> tuple[Shell, ...]:
+        """The shells of the finest level of detail that is not above `finest` ("2" takes 2.0 to 2.9 in).
+
+        Where every level is finer, the coarsest one. Levels compare as numbers; parts come along.
+        """
+        levels = sorted({_number(s.lod) for s in self.shells})
+        fitting = [v for v in levels if v < np.floor(_number(finest)) + 1.0]
+        chosen = fitting[-1] if fitting else levels[0] if levels else 0.0
+        return tuple(s for s in self.shells if _number(s.lod) == chosen)
+
 
 @dataclass(frozen=True, eq=False)
 class CityModel:
-    """Buildings in the local frame of `world`; `problems` says what could not be used, per building."""
+    """Buildings in the local frame of `world`.
+
+    problems  what could not be used, per building
+    notes     what had to be assumed or changed: a transformation, the order of the axes
+    """
 
     buildings: tuple[CityBuilding, ...]
     world: WorldRef
     problems: tuple[Failed, ...] = ()
+    notes: tuple[str, ...] = ()
+
+    def bounds(self) -> Float:
+        """The lowest and highest corner (2, 3) m local of all polygons. Raises ValueError without any."""
+        rings = [s.ring for b in self.buildings for shell in b.shells for s in shell.surfaces]
+        if not rings:
+            raise ValueError("the city model has no polygons")
+        points = np.concatenate(rings)
+        return np.stack([points.min(0), points.max(0)])
+
+
+def _number(lod: str) -> float:
+    """A level of detail as a number; 0 where the file says none."""
+    try:
+        return float(lod)
+    except ValueError:
+        return 0.0

@@ -1,0 +1,111 @@
+"""Reading CityGML as a stream: one building in memory at a time.
+
+Entities are not resolved, DTDs and the network not used. A building that refers to elements outside it
+(shared polygons) waits; what it needs is picked up in further passes.
+"""
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+from lxml import etree
+
+from frontage.io.citydraft import Draft
+from frontage.io.citygml import building_of
+from frontage.io.cityplace import Place
+from frontage.io.gml import HREF, identifier, local
+
+_MEMBERS = ("cityObjectMember", "featureMember", "featureMembers", "member")
+_SAFE: dict[str, Any] = {"resolve_entities": False, "no_network": True, "load_dtd": False, "huge_tree": False}
+_PASSES = 8  # references to references to ... beyond the building
+
+
+def read_citygml(path: Path, place: Place) -> Iterator[Draft]:
+    """The buildings of a file that touch the bounds; those that wait for others come last.
+
+    Raises lxml's XMLSyntaxError on damaged XML, ValueError when it is no city model.
+    """
+    waiting: list[tuple[int, bytes]] = []
+    missing: set[str] = set()
+    for number, element in enumerate(_buildings(path, place), 1):
+        own = _by_id(element)
+        if outside := _references(element) - set(own):
+            missing |= outside
+            waiting.append((number, etree.tostring(element)))
+            continue
+        draft = building_of(element, number, own.get)
+        if place.touches(draft.points()):
+            yield draft
+    shared = _shared(path, missing)
+    for number, text in waiting:
+        element = etree.fromstring(text, etree.XMLParser(**_SAFE))
+        draft = building_of(element, number, (shared | _by_id(element)).get)
+        if place.touches(draft.points()):
+            yield draft
+
+
+def _buildings(path: Path, place: Place) -> Iterator[etree._Element]:
+    """Every Building element, emptied once it is used; the members around them are emptied too."""
+    tags = [f"{{*}}{name}" for name in ("CityModel", "Envelope", "Building", *_MEMBERS)]
+    with open(path, "rb") as file:
+        context = etree.iterparse(file, events=("start", "end"), tag=tags, **_SAFE)
+        for event, element in context:
+            name = local(element)
+            if event == "start":
+                if name == "CityModel":
+                    _acceptable(element)
+                elif name == "Envelope":
+                    place.stated(element.get("srsName"))
+            elif name == "Building":
+                named = (e.get("srsName") for e in element.iter() if isinstance(e.tag, str))
+                place.stated(next((srs for srs in named if srs), None))
+                yield element
+                _empty(element)
+            elif name in _MEMBERS:
+                _empty(element)
+    root = context.root
+    if root is None or local(root) != "CityModel":
+        raise ValueError(f"its root is {'nothing' if root is None else local(root)}, not CityModel")
+    _acceptable(root)
+
+
+def _acceptable(element: etree._Element) -> None:
+    if element.getroottree().docinfo.doctype:
+        raise ValueError("it has a document type declaration, which is not accepted")
+
+
+def _empty(element: etree._Element) -> None:
+    """Free an element and those before it."""
+    element.clear(keep_tail=True)
+    parent = element.getparent()
+    while parent is not None and element.getprevious() is not None:
+        del parent[0]
+
+
+def _by_id(element: etree._Element) -> dict[str, etree._Element]:
+    return {name: e for e in element.iter() if isinstance(e.tag, str) and (name := identifier(e))}
+
+
+def _references(element: etree._Element) -> set[str]:
+    """The identifiers that hrefs within the file name."""
+    named = (e.get(HREF, "") for e in element.iter() if isinstance(e.tag, str))
+    return {href[1:] for href in named if href.startswith("#")}
+
+
+def _shared(path: Path, missing: set[str]) -> dict[str, etree._Element]:
+    """The elements of the given identifiers, and those that they refer to in turn."""
+    found: dict[str, etree._Element] = {}
+    for _ in range(_PASSES):
+        if not missing:
+            break
+        copies: dict[str, etree._Element] = {}
+        with open(path, "rb") as file:
+            for _, element in etree.iterparse(file, events=("end",), **_SAFE):
+                if (name := identifier(element)) in missing:
+                    copies[name] = etree.fromstring(etree.tostring(element, with_tail=False))
+                if local(element) in _MEMBERS:
+                    _empty(element)
+        for element in copies.values():
+            found |= _by_id(element)
+        missing = {r for e in copies.values() for r in _references(e)} - set(found)
+    return found

@@ -1,0 +1,81 @@
+"""City models of any format as buildings in local metres: the one way in for every stage."""
+
+from collections.abc import Iterator
+from pathlib import Path
+
+from frontage.errors import FileError
+from frontage.io.citydraft import Draft, finish
+from frontage.io.citygmlread import read_citygml
+from frontage.io.cityjsonstream import read_cityjson
+from frontage.io.cityplace import Place
+from frontage.io.files import reading, require_file
+from frontage.io.geojson import json_kind, read_geojson
+from frontage.io.geopackage import read_geopackage
+from frontage.model import CityModel, Failed, WorldRef
+from frontage.model.citymodel import CityBuilding
+
+_ADVICE = "name a CityJSON, CityGML, GeoJSON or GeoPackage file"
+
+
+def read_city_model(
+    path: str | Path,
+    world: WorldRef | None = None,
+    bounds: tuple[float, ...] | None = None,
+    crs: str | None = None,
+) -> CityModel:
+    """Read the buildings of CityJSON 1.0 to 2.0, CityJSONSeq, CityGML 1 to 3, GeoJSON or GeoPackage.
+
+    Of the last two, footprints of known height become blocks of LoD1 (docs/citymodels.md).
+
+    world   the world of the run; decided from the file when None (projected metric CRS, integer origin)
+    bounds  (x0, y0, x1, y1) or (x0, y0, z0, x1, y1, z1), m world: buildings that do not touch it are left out
+    crs     the CRS of the file, over what it says itself
+
+    Polygons that cannot be used are left out and named in the model's `problems`, building by building.
+
+    Raises FileError (missing, empty, damaged, no buildings, none within the bounds), UnsupportedFormat,
+    CrsError (unknown, missing, cannot be transformed).
+    """
+    p = require_file(path)
+    place = Place(p.name, world, crs, bounds)
+    buildings: list[CityBuilding] = []
+    problems: list[Failed] = []
+    seen = 0
+    with reading(p, "city model", _ADVICE):
+        for draft in _drafts(p, place):
+            seen += 1
+            building, failed = finish(draft, place.to_local)
+            buildings += [] if building is None else [building]
+            problems += [] if failed is None else [failed]
+    if not buildings:
+        raise _nothing(p, seen, problems)
+    assert place.world is not None
+    return CityModel(tuple(buildings), place.world, tuple(problems), tuple(place.notes))
+
+
+def _nothing(path: Path, seen: int, problems: list[Failed]) -> FileError:
+    if problems:
+        return FileError(
+            path,
+            f"none of its {seen} buildings can be used ({problems[0].message})",
+            "repair the model",
+            code="I103",
+        )
+    return FileError(path, "holds no buildings", _ADVICE, code="I105")
+
+
+def _drafts(path: Path, place: Place) -> Iterator[Draft]:
+    """The buildings of a file of any format, told by its content."""
+    with open(path, "rb") as f:
+        head = f.read(4096).lstrip(b"\xef\xbb\xbf \t\r\n\x1e")
+    if head[:1] == b"<":
+        yield from read_citygml(path, place)
+    elif head.startswith(b"SQLite format 3"):
+        yield from read_geopackage(path, place)
+    elif head[:1] == b"{":
+        kind = json_kind(path)
+        if kind not in ("CityJSON", "FeatureCollection", "Feature"):
+            raise ValueError(f"JSON of type {kind!r}")
+        yield from read_cityjson(path, place) if kind == "CityJSON" else read_geojson(path, place)
+    else:
+        raise ValueError("neither XML, JSON nor GeoPackage")

@@ -1,0 +1,100 @@
+"""Where a city model lies: the CRS and the order of the axes that its file means, and what is asked of it."""
+
+import numpy as np
+from pyproj import CRS, Transformer
+
+from frontage.geometry.arrays import Float
+from frontage.io import crs as systems
+from frontage.io.placement import Placement, Wanted
+from frontage.io.transform import show, within
+from frontage.model import WorldRef
+
+_FORMAL = ("urn:", "http:", "https:")  # these names keep the authority's order of axes
+
+
+class Place:
+    """File coordinates to local metres; decided by the first points that are asked for.
+
+    bounds  (x0, y0, x1, y1) or (x0, y0, z0, x1, y1, z1), m world, or None for everything
+    """
+
+    def __init__(
+        self, name: str, world: WorldRef | None, crs: str | None, bounds: tuple[float, ...] | None
+    ) -> None:
+        self._name = name
+        self._wanted = Wanted(name, world, None if world is None else world.crs, crs)
+        self._stated: str | None = None
+        self._bounds = None if bounds is None else np.asarray(bounds, np.float64).reshape(2, -1)
+        self._placement: Placement | None = None
+        self._swap = False
+        self.notes: list[str] = []
+
+    def stated(self, crs: str | None) -> None:
+        """What the file says of its CRS; the caller's word comes first. A local system ("#...") is none."""
+        if crs and not crs.startswith("#"):
+            self._stated = self._stated or crs
+
+    @property
+    def world(self) -> WorldRef | None:
+        """The world, once it is decided."""
+        return self._placement.world if self._placement else self._wanted.world
+
+    @property
+    def bounded(self) -> bool:
+        """Whether only a part is wanted."""
+        return self._bounds is not None
+
+    def to_local(self, points: Float) -> Float:
+        """File coordinates (n, 3), n > 0, to local metres. Raises CrsError."""
+        if self._placement is None:
+            self._decide(points)
+        assert self._placement is not None
+        return self._placement.to_local(points[:, [1, 0, 2]] if self._swap else points)
+
+    def touches(self, points: Float) -> bool:
+        """Whether the box around file coordinates (n, 3) meets the bounds; without points it does not."""
+        if self._bounds is None:
+            return True
+        points = points[np.isfinite(points).all(1)]
+        if not len(points):
+            return False
+        local = self.to_local(points)
+        assert self.world is not None
+        k = self._bounds.shape[1]
+        low, high = self.world.to_world(np.stack([local.min(0), local.max(0)]))[:, :k]
+        return bool((low <= self._bounds[1]).all() and (high >= self._bounds[0]).all())
+
+    def _decide(self, points: Float) -> None:
+        text = self._wanted.crs or self._stated
+        crs = systems.parse_crs(text, self._name) if text else None
+        meant = crs or (systems.parse_crs(self._wanted.target) if self._wanted.target else None)
+        if meant is not None:
+            self._swap = self._north_first(meant, text or "", points)
+        sample = points[:, [1, 0, 2]] if self._swap else points
+        self._placement = self._wanted.place(crs, sample)
+        self.notes += self._placement.notes
+
+    def _north_first(self, crs: CRS, text: str, points: Float) -> bool:
+        """Whether the file has north before east: as its name says, unless only the other order fits."""
+        formal = text.startswith(_FORMAL) and systems.horizontal(crs).axis_info[0].direction == "north"
+        turned = points[:, [1, 0, 2]]
+        expected, other = (turned, points) if formal else (points, turned)
+        if self._fits(crs, expected) or not self._fits(crs, other):
+            return formal
+        order = "east before north" if formal else "north before east"
+        self.notes.append(
+            f"{self._name}: coordinates such as {show(points[0])} fit {crs.name} only with {order}: "
+            f"the axes were taken in that order"
+        )
+        return not formal
+
+    def _fits(self, crs: CRS, points: Float) -> bool:
+        """Whether points lie where their CRS is used, and where the world's is."""
+        if not within(crs, points):
+            return False
+        if self._wanted.target is None:
+            return True
+        target = systems.horizontal(systems.parse_crs(self._wanted.target))
+        there = Transformer.from_crs(systems.horizontal(crs), target, always_xy=True)
+        xy = np.column_stack(there.transform(points[:, 0], points[:, 1]))
+        return within(target, np.column_stack([xy, np.zeros(len(xy))]))

@@ -1,0 +1,130 @@
+"""Geometries of GML 3: polygons and their rings, references within a file. No entities, DTDs or network."""
+
+from collections.abc import Callable, Iterator
+
+import numpy as np
+from lxml import etree
+
+from frontage.geometry.arrays import Float
+
+SOLIDS = ("MultiSolid", "CompositeSolid")
+FACES = ("Polygon", "PolygonPatch", "Triangle", "Rectangle")
+CURVED = (
+    "Arc",
+    "ArcString",
+    "Circle",
+    "Bezier",
+    "BSpline",
+    "CubicSpline",
+    "Clothoid",
+    "Cone",
+    "Sphere",
+    "Cylinder",
+)
+HREF = "{http://www.w3.org/1999/xlink}href"
+_DEPTH = 60  # references to references: more than this is a circle
+
+Ring = Float
+Find = Callable[[str], "etree._Element | None"]
+"""The element with a gml:id, or None."""
+
+
+def local(element: etree._Element) -> str:
+    """The tag without its namespace; comments and instructions have none."""
+    return etree.QName(element).localname if isinstance(element.tag, str) else ""
+
+
+def identifier(element: etree._Element) -> str:
+    """The gml:id of an element, or ""."""
+    return next((str(v) for k, v in element.attrib.items() if etree.QName(k).localname == "id"), "")
+
+
+def targets(member: etree._Element, find: Find, depth: int = 0) -> list[etree._Element]:
+    """The children of a property, or what it refers to. Raises ValueError if that is not in the file."""
+    href = member.get(HREF) if isinstance(member.tag, str) else None
+    if href is None:
+        return [c for c in member if isinstance(c.tag, str)]
+    if not href.startswith("#"):
+        raise ValueError(f"a reference to another file ({href})")
+    target = find(href[1:])
+    if target is None:
+        raise ValueError(f"a reference to {href}, which is not in the file")
+    if depth > _DEPTH:
+        raise ValueError(f"references that run in a circle ({href})")
+    return [target]
+
+
+def polygons(
+    surface: etree._Element, find: Find, trouble: Callable[[str], None], depth: int = 0
+) -> Iterator[tuple[etree._Element, bool]]:
+    """The polygons of a surface of any kind, and whether an OrientableSurface turns them.
+
+    `trouble` is told of curved surfaces and of references that lead nowhere; it may raise.
+    """
+    name = local(surface)
+    if name in FACES:
+        yield surface, False
+        return
+    if name in CURVED:
+        trouble(f"a curved surface ({name})")
+        return
+    turned = name == "OrientableSurface" and surface.get("orientation") == "-"
+    for member in surface:
+        try:
+            inside = targets(member, find, depth)
+        except ValueError as problem:
+            trouble(str(problem))
+            continue
+        for target in inside:
+            for face, turned_inside in polygons(target, find, trouble, depth + 1):
+                yield face, turned_inside != turned
+
+
+def solids(geometry: etree._Element, find: Find, depth: int = 0) -> Iterator[etree._Element]:
+    """The solids of an aggregate, those of aggregates inside it too."""
+    for member in geometry:
+        for child in targets(member, find, depth):
+            if local(child) == "Solid":
+                yield child
+            elif local(child) in SOLIDS:
+                yield from solids(child, find, depth + 1)
+
+
+def rings(polygon: etree._Element) -> list[Ring]:
+    """The rings of a polygon as they stand, the outer one first."""
+    outer = [_ring(e) for e in polygon if local(e) in ("exterior", "outerBoundaryIs")]
+    inner = [_ring(e) for e in polygon if local(e) in ("interior", "innerBoundaryIs")]
+    return (outer[:1] or [np.zeros((0, 3))]) + inner
+
+
+def _ring(boundary: etree._Element) -> Ring:
+    """posList, coordinates, or a row of pos, as (k, 3); two dimensions lie at height 0."""
+    rows: list[Float] = []
+    for e in boundary.iter():
+        name = local(e)
+        if name in CURVED:
+            raise ValueError(f"a curved ring ({name})")
+        if name in ("posList", "pos", "coordinates"):
+            rows.append(_coordinates(e, name))
+    return np.concatenate(rows) if rows else np.zeros((0, 3))
+
+
+def _coordinates(element: etree._Element, name: str) -> Float:
+    text = (element.text or "").replace(",", " ") if name == "coordinates" else element.text or ""
+    try:
+        values = np.array(text.split(), np.float64)
+    except ValueError as problem:
+        raise ValueError("a coordinate that is not a number") from problem
+    size = _dimension(element) if name != "pos" else len(values)
+    if size not in (2, 3) or len(values) % size:
+        raise ValueError("a ring with a broken list of coordinates")
+    xyz = np.zeros((len(values) // size, 3))
+    xyz[:, :size] = values.reshape(-1, size)
+    return xyz
+
+
+def _dimension(element: etree._Element) -> int:
+    """srsDimension of the element or what it stands in; 3 where nobody says."""
+    said = element.get("srsDimension") or element.get("dimension")
+    above = (a.get("srsDimension") for a in element.iterancestors())
+    return int(said or next((v for v in above if v), 3))

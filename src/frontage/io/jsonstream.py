@@ -1,0 +1,115 @@
+"""JSON files read piece by piece: the members of an object, the entries of its large members, one at a time.
+
+A file may be larger than memory; only the value at hand is decoded. Decoding is the standard library's.
+"""
+
+import json
+from collections.abc import Iterator
+from json.decoder import JSONDecodeError
+from pathlib import Path
+from typing import Any, TextIO
+
+_STEP = 1 << 20  # characters per reading
+_SPACE = " \t\r\n\x1e"  # record separators stand between the texts of a JSON sequence (RFC 7464)
+
+
+class _Text:
+    """A window on the text of a file that grows to the right and is dropped on the left."""
+
+    def __init__(self, file: TextIO) -> None:
+        self._file = file
+        self._text = ""
+        self._at = 0
+        self._dropped = 0
+        self._decoder = json.JSONDecoder()
+
+    def _more(self) -> bool:
+        """Read on; False at the end of the file. What lies behind is dropped."""
+        step = self._file.read(max(_STEP, len(self._text) - self._at))
+        self._dropped += self._at
+        self._text, self._at = self._text[self._at :] + step, 0
+        return bool(step)
+
+    def peek(self) -> str:
+        """The next character that is no space; "" at the end."""
+        while True:
+            while self._at < len(self._text) and self._text[self._at] in _SPACE:
+                self._at += 1
+            if self._at < len(self._text):
+                return self._text[self._at]
+            if not self._more():
+                return ""
+
+    def take(self, expected: str) -> str:
+        """Go past the next character, which must be one of those expected."""
+        found = self.peek()
+        if not found or found not in expected:
+            what = " or ".join(f"'{c}'" for c in expected)
+            raise ValueError(f"{what} expected at character {self._dropped + self._at}")
+        self._at += 1
+        return found
+
+    def value(self) -> Any:
+        """Decode the next value."""
+        self.peek()
+        while True:
+            try:
+                found, end = self._decoder.raw_decode(self._text, self._at)
+            except JSONDecodeError as problem:
+                if self._more():
+                    continue
+                place = self._dropped + problem.pos
+                raise ValueError(f"{problem.msg} at character {place}") from problem
+            if end == len(self._text) and self._more():
+                continue  # a number could go on
+            self._at = end
+            return found
+
+    def entries(self) -> Iterator[tuple[Any, Any]]:
+        """(key, value) of an object, (number, value) of an array."""
+        closing = "}" if self.take("{[") == "{" else "]"
+        if self.peek() == closing:
+            self.take(closing)
+            return
+        number = 0
+        while True:
+            key: Any = number
+            if closing == "}":
+                key = self.value()
+                self.take(":")
+            yield key, self.value()
+            number += 1
+            if self.take("," + closing) == closing:
+                return
+
+
+def members(path: Path, large: tuple[str, ...] = ()) -> Iterator[tuple[int, str, Any, Any]]:
+    """Walk through the objects that a file holds, one after the other: (object's number, name, None, value).
+
+    Members named in `large` come entry by entry instead, with their key or number in place of None.
+    Raises ValueError when the file is damaged or holds something else.
+    """
+    with open(path, encoding="utf-8-sig") as file:
+        text = _Text(file)
+        document = 0
+        while document == 0 or text.peek() != "":
+            for name, key, value in _object(text, large):
+                yield document, name, key, value
+            document += 1
+
+
+def _object(text: _Text, large: tuple[str, ...]) -> Iterator[tuple[str, Any, Any]]:
+    text.take("{")
+    if text.peek() == "}":
+        text.take("}")
+        return
+    while True:
+        name = text.value()
+        text.take(":")
+        if name in large and text.peek() in ("{", "["):
+            for key, value in text.entries():
+                yield name, key, value
+        else:
+            yield name, None, text.value()
+        if text.take(",}") == "}":
+            return
