@@ -61,7 +61,7 @@ def test_without_scans_the_points_of_the_cameras_are_the_cloud(tmp_path: Path) -
         ("[[scans]]\nunits = 'm'\n", r"'scans\.0\.path' is missing"),
         ('[scans]\npath = "a"\n', "two brackets"),
         ('[[scans]]\npath = "none/*.laz"\n', r"none/\*\.laz: matches no file"),
-        (SCAN + 'pose = "approximate"\n', "registering scans is not part of this version"),
+        (SCAN + 'pose = "approximate"\n', "there is no city model to register it to"),
         (SCAN + '[photos]\npath = "p"\npose = "none"\n', "orienting photos is not part of this version"),
         (
             SCAN + '[photos]\npath = "p"\npose = "approximate"\n',

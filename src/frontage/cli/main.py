@@ -19,6 +19,7 @@ COMMANDS = {
     "demo": "Simulate a small street, run the whole chain on it, and score the result.",
     "run": "The whole chain: scans and photos to ortho-images, model and report.",
     "info": "What is in a scan, a photo folder's cameras, or a run folder.",
+    "register": "Register the approximate scans of a run folder to its city model again.",
     "buildings": "Split the street of a run folder into buildings again.",
     "facades": "Find the facades of a run folder's buildings again.",
     "ortho": "Make the ortho-images of a run folder again.",

@@ -18,6 +18,11 @@ if TYPE_CHECKING:
 @click.option("--units", type=click.Choice(["m", "ft", "us-ft"]), help="Unit of the scans' coordinates.")
 @click.option("--trajectory", help="Trajectory of a mobile scan (CSV or SBET).")
 @click.option("--stations", help="JSON of station positions of a LAS scan.")
+@click.option(
+    "--pose",
+    type=click.Choice(["trusted", "approximate"]),
+    help="Of the scans; approximate ones (GPS, compass) are registered to --model.",
+)
 @click.option("--photos", help="Folder or glob of photos.")
 @click.option(
     "--cameras", help="COLMAP folder with the photos' poses; without --scan its points are the cloud."
@@ -52,7 +57,8 @@ def _from_flags(flags: dict[str, Any]) -> "Project":
     """A project from the flags, with paths relative to the current folder."""
     from frontage.pipeline.project import make_project
 
-    scan = _given(flags, crs="scan_crs", units="units", trajectory="trajectory", stations="stations")
+    names = ("units", "trajectory", "stations", "pose")
+    scan = _given(flags, crs="scan_crs", **{name: name for name in names})
     table: dict[str, Any] = {
         "project": _given(flags, crs="crs", seed="seed"),
         "scans": [{"path": path, **scan} for path in flags["scans"]],

@@ -18,6 +18,7 @@ from frontage.facades import FacadeOptions
 from frontage.io.photos import PhotoSource
 from frontage.io.scans import ScanSource
 from frontage.ortho import OrthoOptions
+from frontage.registration import RegistrationOptions
 
 _FORBID = ConfigDict(extra="forbid", frozen=True)
 
@@ -50,6 +51,7 @@ class Project(BaseModel):
     scans: tuple[ScanSource, ...] = ()
     photos: PhotoSource | None = None
     model: ModelSource | None = None
+    registration: RegistrationOptions = Field(default_factory=RegistrationOptions)
     buildings: BuildingOptions = Field(default_factory=BuildingOptions)
     facades: FacadeOptions = Field(default_factory=FacadeOptions)
     ortho: OrthoOptions = Field(default_factory=OrthoOptions)
@@ -167,12 +169,12 @@ def _points_of_cameras(photos: Any) -> list[dict[str, Any]]:
 
 
 def _refuse_unregistered(project: Project, name: str) -> None:
-    """Poses that would have to be estimated first: not in this version, and said so."""
+    """Poses that nothing given can improve, and photos' poses, which this version does not estimate."""
     for scan in project.scans:
-        if scan.pose != "trusted":
+        if scan.pose != "trusted" and project.model is None:
             raise OptionError(
-                f'{name}: {scan.path} has pose = "{scan.pose}", but registering scans is not part of this '
-                f'version; give a registered scan and pose = "trusted"'
+                f'{name}: {scan.path} has pose = "{scan.pose}" and there is no city model to register it to; '
+                f'name one with [model] path = ... or --model, or give a registered scan and pose = "trusted"'
             )
     if project.photos is not None and project.photos.pose != "trusted":
         raise OptionError(

@@ -71,7 +71,9 @@ def run_stage(
         raise WorkspaceError(f"{out}: nothing has run here yet; start with `frontage run`")
     project = _with_options(manifest["project"], stage, options or {})
     position = [s.name for s in STAGES].index(stage)
-    _require_before(workspace, stage, stage_keys(project, manifest["inputs"]))
+    if not STAGES[position].needed(project):
+        raise OptionError(f"{out}: nothing to do for {stage!r}: all scans have trusted poses")
+    _require_before(workspace, project, stage, stage_keys(project, manifest["inputs"]))
     return _perform(
         workspace, project, manifest["inputs"], STAGES[: position + 1], (stage,), workers, progress
     )
@@ -105,7 +107,7 @@ def _perform(
         context.stages = dict(workspace.manifest().get("stages", {}))
         context.manifest = lambda: _manifest(context)
         for stage in stages:
-            if not only or stage.name in only:
+            if stage.needed(project) and (not only or stage.name in only):
                 _one(context, stage, keys[stage.name], redo=bool(only))
     summary = _summary(context, time.perf_counter() - start)
     if not only and not summary.facades:
@@ -171,9 +173,10 @@ def _nothing(summary: Summary) -> str:
     return f"no ortho-image could be made: {found} were found{reason}; see {summary.out / 'report.html'}"
 
 
-def _require_before(workspace: Workspace, stage: str, keys: dict[str, str]) -> None:
+def _require_before(workspace: Workspace, project: Project, stage: str, keys: dict[str, str]) -> None:
     """What facades and ortho-images are made from must be current; a report takes whatever is there."""
-    before = list(keys)[: list(keys).index(stage)]
+    needed = [s.name for s in STAGES if s.needed(project)]
+    before = needed[: needed.index(stage)]
     for name in before if stage in ("facades", "ortho") else before[:1]:
         if workspace.done(name, key=keys[name] if stage in ("facades", "ortho") else None) is None:
             raise WorkspaceError(

@@ -1,4 +1,4 @@
-"""The order of work, in one place: scans -> buildings -> facades -> ortho -> export -> report.
+"""The order of work, in one place: scans -> register -> buildings -> facades -> ortho -> export -> report.
 
 Every stage is a function of the run folder: load, call one room, save, say what it made. What it returns is
 kept in its marker and in the manifest: `items` (how many), `warnings` (what failed, with codes), `notes`.
@@ -25,6 +25,7 @@ from frontage.pipeline.context import Run
 from frontage.pipeline.files import read_json, write_array, write_bytes, write_json
 from frontage.pipeline.project import Project
 from frontage.pipeline.records import building_record, world_from_record, world_record
+from frontage.pipeline.registering import approximate, register_scans, save_parts
 from frontage.pipeline.summary import report_data
 from frontage.pipeline.tasks import FacadesTask, OrthoTask, facades_task, ortho_task
 from frontage.report import render_report
@@ -34,39 +35,54 @@ Result = dict[str, Any]
 
 @dataclass(frozen=True)
 class Stage:
-    """A stage: its work, the code it depends on, the inputs and options that its result follows from."""
+    """A stage: its work, the code it depends on, the inputs and options that its result follows from.
+
+    `needed` tells whether a project has any work for it.
+    """
 
     name: str
     work: Callable[[Run], Result]
     packages: tuple[str, ...]
     inputs: tuple[str, ...]
     options: Callable[[Project], Any]
+    needed: Callable[[Project], bool] = lambda project: True
 
 
 def scans(run: Run) -> Result:
     """Read every scan into one local frame, merge them, and keep the cloud in a form that loads fast."""
-    merged = _read(run)
+    parts = _read(run)
+    merged = merge_scans([scan for _, scan in parts])
+    if not len(merged):
+        names = ", ".join(str(source.path) for source in run.project.scans)
+        raise InputError(f"{names}: no points; give a scan that has some")
     world = merged.world
     if run.project.photos is not None:
         _photos(run, world)  # unusable photos are told now, not after the long work
     run.workspace.begin("scans")
     run.workspace.cloud_path.parent.mkdir(exist_ok=True)
     save_scan(run.workspace.cloud_path, merged)
+    kept = save_parts(run, parts) if approximate(run.project) else []
     low, high = world.to_world(merged.xyz.min(0)), world.to_world(merged.xyz.max(0))
     return {
         "items": len(merged),
         "world": world_record(world),
         "extent": [low.tolist(), high.tolist()],
         "rays": merged.has_origins,
+        "parts": kept,
         "notes": list(merged.notes),
         "warnings": [],
     }
 
 
+def register(run: Run) -> Result:
+    """Scans with approximate poses onto the city model (paper B, section 2.1)."""
+    return register_scans(run)
+
+
 def buildings(run: Run) -> Result:
     """Split the street into buildings (paper A, section 2.1) and cut out a working cloud for each."""
     workspace = run.workspace
-    scan = load_scan(workspace.cloud_path)
+    scan = load_scan(workspace.registered_path if approximate(run.project) else workspace.cloud_path)
     model = run.project.model
     footprints = read_footprints(model.path, scan.world) if model else ()
     split = find_buildings(scan, run.project.buildings, footprints)
@@ -132,10 +148,15 @@ def report(run: Run) -> Result:
     return {"items": 1, "notes": [], "warnings": []}
 
 
+def _registration(project: Project) -> Any:
+    return _dump([project.registration]) if approximate(project) else None
+
+
 _BASE = ("geometry", "model", "solve", "raster", "io", "pipeline")
 
 STAGES: tuple[Stage, ...] = (
     Stage("scans", scans, ("geometry", "model", "io"), ("scans",), lambda p: [p.project.crs, _dump(p.scans)]),
+    Stage("register", register, (*_BASE, "registration"), ("model",), _registration, approximate),
     Stage("buildings", buildings, (*_BASE, "buildings"), ("model",), lambda p: _dump([p.buildings])),
     Stage("facades", facades, (*_BASE, "facades"), (), lambda p: [p.project.seed, *_dump([p.facades])]),
     Stage("ortho", ortho, (*_BASE, "ortho"), ("photos",), lambda p: _dump([p.ortho, p.photos])),
@@ -148,16 +169,13 @@ def _dump(options: Sequence[Any]) -> list[Any]:
     return [None if option is None else option.model_dump(mode="json") for option in options]
 
 
-def _read(run: Run) -> Scan:
-    found: list[Scan] = []
-    for source in run.each("scans", run.project.scans):
-        world = found[0].world if found else None
-        found += read_scans(source, world, run.project.project.crs)
-    merged = merge_scans(found)
-    if not len(merged):
-        names = ", ".join(str(source.path) for source in run.project.scans)
-        raise InputError(f"{names}: no points; give a scan that has some")
-    return merged
+def _read(run: Run) -> list[tuple[int, Scan]]:
+    """Every scan in the world of the first, with the number of its source."""
+    found: list[tuple[int, Scan]] = []
+    for number, source in enumerate(run.each("scans", run.project.scans)):
+        world = found[0][1].world if found else None
+        found += [(number, scan) for scan in read_scans(source, world, run.project.project.crs)]
+    return found
 
 
 def _world(run: Run) -> WorldRef:

@@ -4,7 +4,9 @@ Layout (DESIGN section 6, plus what makes a run resumable)::
 
     OUT/manifest.json                inputs with hashes, versions, seed, resolved options, stages, warnings
     OUT/.done/<stage>[.<item>].json  marker of a finished stage or task: its key and its result
-    OUT/scans/cloud.npz              all scans in one local frame
+    OUT/scans/cloud.npz              all scans in one local frame, as given
+    OUT/scans/part_000.npz, registered.npz   each scan as given, and all in place, when scans are registered
+    OUT/registration/report.json     transforms, covariances, what was observable
     OUT/buildings/index.json         the buildings; surroundings.npz: the whole cloud, thinned
     OUT/buildings/B07.laz            the building's own points, for users
     OUT/buildings/B07.npz, .index.npy   its working cloud (with surroundings) and which points are its own
@@ -64,8 +66,22 @@ class Workspace:
 
     @property
     def cloud_path(self) -> Path:
-        """The merged cloud of all scans."""
+        """The merged cloud of all scans, as given."""
         return self.out / "scans" / "cloud.npz"
+
+    def part_path(self, number: int) -> Path:
+        """One scan as given, of a run that registers scans."""
+        return self.out / "scans" / f"part_{number:03d}.npz"
+
+    @property
+    def registered_path(self) -> Path:
+        """The merged cloud of all scans, in place."""
+        return self.out / "scans" / "registered.npz"
+
+    @property
+    def registration_folder(self) -> Path:
+        """OUT/registration."""
+        return self.out / "registration"
 
     @property
     def buildings_folder(self) -> Path:

@@ -1,0 +1,178 @@
+"""The register stage: scans with approximate poses onto the city model (paper B, section 2.1).
+
+The scans stage leaves every scan as given in `scans/part_000.npz`, ...; this one leaves all of them in place
+and merged in `scans/registered.npz`, and `registration/report.json`.
+"""
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from frontage.errors import InputError
+from frontage.geometry.arrays import Float
+from frontage.geometry.rigid import Rigid3
+from frontage.io.citymodel import read_city_model
+from frontage.io.scans import ScanSource
+from frontage.io.store import load_scan, save_scan
+from frontage.model import Estimate, Scan, merge_scans
+from frontage.pipeline.context import Run
+from frontage.pipeline.files import write_json
+from frontage.pipeline.project import Project
+from frontage.registration import PosePrior, Registered, Registration, WallOffset, register
+
+Result = dict[str, Any]
+
+
+def approximate(project: Project) -> bool:
+    """Whether any scan of the project has to be registered."""
+    return any(source.pose == "approximate" for source in project.scans)
+
+
+def save_parts(run: Run, parts: Sequence[tuple[int, Scan]]) -> list[int]:
+    """Keep scans as given, one file each; returns the number of the project's source of each."""
+    for k, (_, scan) in enumerate(parts):
+        save_scan(run.workspace.part_path(k), scan)
+    return [source for source, _ in parts]
+
+
+def register_scans(run: Run) -> Result:
+    """Register the approximate scans against the city model; trusted ones stay where they are."""
+    marker = run.workspace.done("scans")
+    assert marker is not None and run.project.model is not None
+    numbers = marker["result"]["parts"]
+    sources = [run.project.scans[k] for k in numbers]
+    scans = [load_scan(run.workspace.part_path(k)) for k in range(len(numbers))]
+    rough = [k for k, source in enumerate(sources) if source.pose == "approximate"]
+    model = read_city_model(run.project.model.path, scans[0].world)
+    priors = [pose_prior(scans[k], sources[k]) for k in rough]
+    run.progress.begin("register", len(rough))
+    found = register([scans[k] for k in rough], model, priors, run.project.registration)
+    placed = dict(zip(rough, found.scans, strict=True))
+    run.workspace.begin("register")
+    run.workspace.registration_folder.mkdir(exist_ok=True)
+    merged = merge_scans([_moved(s, placed[k]) if k in placed else s for k, s in enumerate(scans)])
+    save_scan(run.workspace.registered_path, merged)
+    given = [scans[k] for k in rough]
+    write_json(run.workspace.registration_folder / "report.json", report_record(given, priors, found))
+    notes = [*found.notes, *_trusted_note(len(scans) - len(rough)), *(str(p.message) for p in model.problems)]
+    return {"items": len(rough), "notes": notes, "warnings": _warnings(found)}
+
+
+def pose_prior(scan: Scan, source: ScanSource) -> PosePrior:
+    """What the project says of a scan's pose, about the place where its instrument stood.
+
+    Raises InputError when the scan does not tell where that was.
+    """
+    if scan.local_from_scanner is not None:
+        position = scan.local_from_scanner.value.t
+    elif len(scan.origins):
+        position = scan.origins.mean(0)
+    else:
+        raise InputError(
+            f"{scan.name}: an approximate pose needs the instrument's position; give E57 or PTX, or "
+            "stations = ... or trajectory = ... beside the scan"
+        )
+    level, heading = np.radians([source.sigma_level, source.sigma_heading])
+    return PosePrior(position, np.full(3, source.sigma_position), float(heading), float(level))
+
+
+def report_record(scans: Sequence[Scan], priors: Sequence[PosePrior], found: Registration) -> dict[str, Any]:
+    """`registration/report.json`: per scan the matrix into the world, covariance, what was observable."""
+    return {
+        "scans": [_scan_record(s, p, r) for s, p, r in zip(scans, priors, found.scans, strict=True)],
+        "ambiguous": found.ambiguous,
+        "alternatives": [
+            {"shift": a.shift.tolist(), "turn": float(np.degrees(a.turn)), "score": a.score}
+            for a in found.alternatives
+        ],
+        "agreement": _finite(found.agreement),
+        "overlap": found.overlap,
+        "walls": [_wall_record(w) for w in found.walls],
+        "reason": found.reason,
+        "notes": list(found.notes),
+    }
+
+
+def _scan_record(scan: Scan, prior: PosePrior, r: Registered) -> dict[str, Any]:
+    """Angles in degrees but for the covariance (m, rad); `matrix` acts on the coordinates named by `from`."""
+    local_from_file, source = _file_frame(scan)
+    world = np.eye(4)
+    world[:3, 3] = scan.world.origin
+    return {
+        "scan": scan.name,
+        "from": source,
+        "matrix": (world @ r.local_from_given.value.matrix @ local_from_file).tolist(),
+        "correction": r.local_from_given.value.matrix.tolist(),
+        "covariance": r.covariance.tolist(),
+        "given": scan.world.to_world(prior.position[None])[0].tolist(),
+        "position": scan.world.to_world(r.position[None])[0].tolist(),
+        "sigma_prior": prior.sigma.tolist(),
+        "observable": [
+            {
+                "kind": d.kind,
+                "axis": d.axis.tolist(),
+                "sigma": _unit(d.kind, d.sigma),
+                "sigma_prior": _unit(d.kind, d.sigma_prior),
+                "observable": d.observable,
+            }
+            for d in r.directions
+        ],
+        "residual": _finite(r.residual),
+        "explained": r.explained,
+        "pieces": r.pieces,
+        "area": r.area,
+    }
+
+
+def _file_frame(scan: Scan) -> tuple[Float, str]:
+    """What the file's coordinates are, and how they were placed: (4, 4) local from them."""
+    if scan.local_from_scanner is not None:
+        return scan.local_from_scanner.value.matrix, "scanner"
+    M = np.eye(4)
+    M[:3, 3] = -scan.world.origin.astype(np.float64)
+    return M, "file, in the project's system"
+
+
+def _wall_record(w: WallOffset) -> dict[str, Any]:
+    turn, lean = np.degrees([w.turn, w.lean]).tolist()
+    record = {"building": w.building, "surface": w.surface, "kind": w.kind, "offset": w.offset}
+    return record | {"sigma": w.sigma, "turn": turn, "lean": lean, "area": w.area}
+
+
+def _moved(scan: Scan, r: Registered) -> Scan:
+    """The scan with its points, origins and pose corrected."""
+    T = r.local_from_given.value
+    pose = scan.local_from_scanner
+    if pose is not None:
+        chained = Rigid3("local", pose.value.frm, T.R @ pose.value.R, T.R @ pose.value.t + T.t)
+        pose = Estimate(chained, r.covariance, r.local_from_given.dof)
+    return replace(scan, xyz=T.apply(scan.xyz), origins=T.apply(scan.origins), local_from_scanner=pose)
+
+
+def _warnings(found: Registration) -> list[dict[str, str]]:
+    """What a user must decide about: another place fits as well."""
+    if not found.ambiguous:
+        return []
+    shifts = "; ".join(f"{np.hypot(*a.shift[:2]):.1f} m away" for a in found.alternatives)
+    return [
+        {
+            "code": "R201",
+            "item": "registration",
+            "message": f"other places explain the scans nearly as well ({shifts})",
+            "hint": "give better positions (sigma_position) or more of the street",
+        }
+    ]
+
+
+def _trusted_note(count: int) -> list[str]:
+    return [f"{count} scans have trusted poses and were not moved"] if count else []
+
+
+def _unit(kind: str, sigma: float) -> float:
+    return float(np.degrees(sigma)) if kind == "turn" else sigma
+
+
+def _finite(value: float) -> float | None:
+    return value if np.isfinite(value) else None
