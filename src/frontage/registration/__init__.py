@@ -1,7 +1,7 @@
 """Scans placed on a city model, with honest statistics (paper B, section 2.1)."""
 
+from frontage.registration.georeference import prior_of, register
 from frontage.registration.options import RegistrationOptions
-from frontage.registration.register import prior_of, register
 from frontage.registration.result import (
     Alternative,
     Direction,

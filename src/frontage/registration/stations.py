@@ -4,10 +4,11 @@ Neighbours are found by a KD-tree over flat pieces; residual and normal equation
 piece's normal. (small_gicp 1.0.1 is of no use here: its point-to-plane Hessian is wrong on walls oblique to the axes.)
 """
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from scipy import ndimage
 from scipy.spatial import cKDTree
 
 from frontage.geometry.arrays import Float, Int
@@ -17,13 +18,16 @@ from frontage.registration.coarse import Peak, plan_of_surfels, search
 from frontage.registration.result import PosePrior
 from frontage.registration.surfels import Surfels
 
-_SEARCH = (2.0, 1.0, 0.5, 0.3, 0.2, 0.2)  # m, neighbours of the stages
-_STEPS = 4
+_WIDE = (2.0, 1.0, 0.5, 0.3)  # m, search distances from the coarse search on
+_CLOSE = (0.4, 0.2, 0.2)  # and once a place along the street is found
+_STEPS = 3
 _TURN = np.cos(np.radians(15.0))
 _LEAST = 15.0  # m2 of common upright surface that ties two scans
-_CLOSE = 0.04  # m, pieces on one surface
-_PEAKS = 6
-_MOST = 6000  # pieces that a stage looks at
+_SOFT = 0.05  # m, distance at which common surface counts a quarter
+_SLIDE = 0.2  # m between the places that are tried along the street
+_RIVAL = 0.9  # of the best common area: another place as good as that unties the scans
+_PEAKS = 4
+_MOST = 4000  # pieces that a stage looks at
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,24 +48,102 @@ def motion(peak: Peak, pivot: Float, height: float = 0.0) -> Rigid3:
 
 
 def tie(pieces: Sequence[Surfels], priors: Sequence[PosePrior], a: int, b: int) -> Tie | None:
-    """Scan b onto scan a, or None where they have too little in common."""
+    """Scan b onto scan a, or None where they have too little in common, or as much at another place.
+
+    Fronts let a street slide along itself: from the best peak on, the weakest direction is searched in small
+    steps. There setbacks, reveals, cars and posts tell the right place, whose common area stands out.
+    """
     sigma = np.hypot(priors[a].sigma, priors[b].sigma)
-    target, source = pieces[a], pieces[b]
-    plan = (plan_of_surfels(source), plan_of_surfels(target))
-    pivot = priors[b].position
-    peaks = search(*plan, pivot[:2], (float(sigma[:2].max()), float(sigma[5])), _PEAKS)
-    tree = cKDTree(target.xyz)
-    best: tuple[float, Rigid3] | None = None
-    for peak in peaks:
-        start = motion(peak, pivot)
-        start = motion(peak, pivot, _height(source.moved(start), target))
-        pose = _refine(source, target, tree, start, pivot, sigma)
-        area = _common(source, target, tree, pose)
-        if best is None or area > best[0]:
-            best = (area, pose)
-    if best is None or best[0] < _LEAST:
+    pair = _Pair(_thin(pieces[b]), pieces[a], cKDTree(pieces[a].xyz), priors[b].position, sigma)
+    plan = (plan_of_surfels(pieces[b]), plan_of_surfels(pieces[a]))
+    reach = (float(sigma[:2].max()), float(sigma[5]))
+    found = [
+        pair.rated(pair.refine(pair.raised(p), _WIDE)) for p in search(*plan, pair.pivot[:2], reach, _PEAKS)
+    ]
+    if not found:
         return None
-    return Tie(a, b, best[1], best[0])
+    _, first = max(found, key=lambda t: t[0])
+    found += [pair.rated(pair.refine(pose, _CLOSE)) for pose in pair.slid(first)]
+    found.sort(key=lambda t: -t[0])
+    score, best = found[0]
+    here = best.apply(pair.pivot[None])
+    far = [rival for rival, pose in found if np.linalg.norm(pose.apply(pair.pivot[None]) - here) > 0.3]
+    if score < _LEAST or (far and max(far) > _RIVAL * score):
+        return None
+    return Tie(a, b, best, score)
+
+
+def _thin(s: Surfels) -> Surfels:
+    """Every k-th piece, its area k times as large."""
+    k = max(1, len(s) // _MOST)
+    t = s.take(np.arange(0, len(s), k))
+    return Surfels(t.xyz, t.normal, t.oriented, t.area * k, t.thickness)
+
+
+@dataclass(frozen=True, eq=False)
+class _Pair:
+    """Two scans to be tied: thinned pieces of one, all of the other, pivot and sigmas of the prior."""
+
+    source: Surfels
+    target: Surfels
+    tree: cKDTree
+    pivot: Float
+    sigma: Float
+
+    def raised(self, peak: Peak) -> Rigid3:
+        """The motion of a peak of the plan, at the height where the ground of both meets."""
+        flat = motion(peak, self.pivot)
+        return motion(peak, self.pivot, _height(self.source.moved(flat), self.target))
+
+    def refine(self, pose: Rigid3, stages: Sequence[float]) -> Rigid3:
+        """Point to plane with a shrinking search distance; differences of levels as priors."""
+        start = pose.apply(self.pivot[None])[0]
+        for within in stages:
+            for _ in range(_STEPS):
+                normal, gradient = self.normal(pose, within, start)
+                step = np.linalg.solve(normal, -gradient)
+                pose = moved(pose, self.pivot, step)
+                if np.abs(step).max() < 1e-4:
+                    break
+        return pose
+
+    def normal(self, pose: Rigid3, within: float, start: Float) -> tuple[Float, Float]:
+        """Normal equations (6, 6) and gradient (6,) of a step about the pivot."""
+        now = self.source.moved(pose)
+        i, k = neighbours(now, self.target, self.tree, max(within, 0.25))
+        n = self.target.normal[k]
+        r = np.einsum("ij,ij->i", n, now.xyz[i] - self.target.xyz[k])
+        here = pose.apply(self.pivot[None])[0]
+        A = np.column_stack([n, np.cross(now.xyz[i] - here, n)])
+        scale = within / 3
+        w = (scale**2 / (scale**2 + r * r)) ** 2 * np.minimum(now.area[i], 0.5) / scale**2
+        off = np.concatenate([0.1 * (here - start), np.zeros(3)])
+        return (A * w[:, None]).T @ A + np.diag(1 / self.sigma**2), A.T @ (w * r) + off / self.sigma**2
+
+    def rated(self, pose: Rigid3) -> tuple[float, Rigid3]:
+        """Common upright area (m2) of a pose, less what the prior holds against it."""
+        off = (pose.apply(self.pivot[None])[0] - self.pivot)[:2] / self.sigma[:2]
+        return self.common(pose) * float(np.exp(-0.01 * off @ off)), pose
+
+    def common(self, pose: Rigid3) -> float:
+        """Upright area (m2) of the source that lies on the target, soft at its borders."""
+        now = self.source.take(self.source.upright).moved(pose)
+        i, k = neighbours(now, self.target, self.tree, 0.25)
+        r = np.einsum("ij,ij->i", self.target.normal[k], now.xyz[i] - self.target.xyz[k])
+        return float(now.area[i] @ (_SOFT**2 / (_SOFT**2 + r * r)) ** 2)
+
+    def slid(self, pose: Rigid3) -> list[Rigid3]:
+        """The best places along the direction in which the pose is weakest, which climbs with the street."""
+        normal, _ = self.normal(pose, 0.2, pose.t)
+        weak = np.linalg.eigh(normal[:3, :3])[1][:, 0]
+        reach = 3.0 * float(self.sigma[:2].max()) + float(
+            np.abs(pose.apply(self.pivot[None]) - self.pivot).max()
+        )
+        steps = np.arange(-int(reach / _SLIDE), int(reach / _SLIDE) + 1) * _SLIDE
+        poses = [Rigid3(pose.to, pose.frm, pose.R, pose.t + s * weak) for s in steps]
+        rating = np.array([self.rated(p)[0] for p in poses])
+        top = np.flatnonzero(rating == ndimage.maximum_filter1d(rating, 3))
+        return [poses[k] for k in top[np.argsort(-rating[top], kind="stable")][:_PEAKS]]
 
 
 def _height(source: Surfels, target: Surfels) -> float:
@@ -87,39 +169,6 @@ def neighbours(source: Surfels, target: Surfels, tree: cKDTree, within: float) -
     oriented = source.oriented[i] & target.oriented[k]
     same = np.where(oriented, cosine, np.abs(cosine)) > _TURN
     return i[same], k[same].astype(np.int64)
-
-
-def _refine(
-    source: Surfels, target: Surfels, tree: cKDTree, pose: Rigid3, pivot: Float, sigma: Float
-) -> Rigid3:
-    """Point to plane with a shrinking search distance; GPS and level differences as priors."""
-    thin = source.take(np.arange(0, len(source), max(1, len(source) // _MOST)))
-    start = pose.R @ pivot + pose.t
-    for within in _SEARCH:
-        for _ in range(_STEPS):
-            now = thin.moved(pose)
-            i, k = neighbours(now, target, tree, max(within, 0.25))
-            n = target.normal[k]
-            r = np.einsum("ij,ij->i", n, now.xyz[i] - target.xyz[k])
-            here = pose.R @ pivot + pose.t
-            A = np.column_stack([n, np.cross(now.xyz[i] - here, n)])
-            scale = within / 3
-            w = (scale**2 / (scale**2 + r * r)) ** 2 * np.minimum(thin.area[i], 0.1) / scale**2
-            off = np.concatenate([0.1 * (here - start), np.zeros(3)])
-            normal = (A * w[:, None]).T @ A + np.diag(1 / sigma**2)
-            step = np.linalg.solve(normal, -(A.T @ (w * r) + off / sigma**2))
-            pose = moved(pose, pivot, step)
-            if np.abs(step).max() < 1e-4:
-                break
-    return pose
-
-
-def _common(source: Surfels, target: Surfels, tree: cKDTree, pose: Rigid3) -> float:
-    """Upright area (m2) of the source that lies on the target."""
-    now = source.take(source.upright).moved(pose)
-    i, k = neighbours(now, target, tree, 0.25)
-    r = np.einsum("ij,ij->i", target.normal[k], now.xyz[i] - target.xyz[k])
-    return float(now.area[i[np.abs(r) < _CLOSE]].sum())
 
 
 def groups(pieces: Sequence[Surfels], priors: Sequence[PosePrior]) -> list[dict[int, Rigid3]]:
@@ -189,16 +238,20 @@ def group_prior(members: dict[int, Rigid3], priors: Sequence[PosePrior]) -> tupl
 
 
 def pairs(
-    pieces: Sequence[Surfels], poses: Sequence[Rigid3], within: float = 0.25, spread: float = 0.1
+    pieces: Sequence[Surfels],
+    poses: Sequence[Rigid3],
+    together: Sequence[Collection[int]],
+    spread: float = 0.1,
 ) -> Pairs:
-    """Pieces of different scans on one surface, `spread` m apart along the normal at most."""
+    """Pieces of different scans of a group on one surface, `spread` m apart along the normal at most."""
+    group = {s: g for g, members in enumerate(together) for s in members}
     now = [s.moved(p) for s, p in zip(pieces, poses, strict=True)]
     parts: list[tuple[Int, ...]] = []
     area: list[Float] = [np.zeros(0)]
     for t, target in enumerate(now):
         tree = cKDTree(target.xyz)
-        for s in range(t + 1, len(now)):
-            i, k = neighbours(now[s], target, tree, within)
+        for s in (s for s in range(t + 1, len(now)) if group[s] == group[t]):
+            i, k = neighbours(now[s], target, tree, 0.25)
             r = np.einsum("ij,ij->i", target.normal[k], now[s].xyz[i] - target.xyz[k])
             i, k = i[np.abs(r) < spread], k[np.abs(r) < spread]
             parts.append((np.full(len(i), s), np.full(len(i), t), i, k))

@@ -43,15 +43,16 @@ def register(
     ]
     start: list[Rigid3] = [Rigid3.identity("local", "given")] * len(scans)
     alternatives: list[Alternative] = []
-    for members in groups(pieces, priors):
+    together = groups(pieces, priors)
+    for members in together:
         placed, others = _place(members, pieces, walls, priors, options)
         alternatives += others
         for s, pose in placed.items():
             start[s] = pose
     problem = Problem(pieces, walls, priors, options)
-    common = pairs(pieces, start, spread=0.2)
+    common = pairs(pieces, start, together, 0.2)
     result = adjust(problem, start, common, STAGES[3:])
-    common = pairs(pieces, result.poses)
+    common = pairs(pieces, result.poses, together)
     result = adjust(problem, result.poses, common, STAGES[-1:])
     return _report(scans, problem, result, common, alternatives)
 
