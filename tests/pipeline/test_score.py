@@ -46,7 +46,7 @@ def value(scores: Scores, name: str) -> float:
 def test_what_the_chain_makes_is_scored_and_the_rest_is_absent(simulated_run: Path, simulated: Path) -> None:
     scores = score(simulated_run, simulated)
     assert value(scores, "buildings.f1") == 1.0 and value(scores, "facades.recall") == 1.0
-    assert value(scores, "facades.offset_median") < 0.002
+    assert value(scores, "facades.offset_median") < 0.02  # the wall bulges, and has surrounds on it
     assert value(scores, "ortho.displacement_px_median") < 0.5
     assert abs(value(scores, "ortho.relief_bias")) < 0.002
     for name in ("openings", "model", "photos", "scans"):
@@ -75,14 +75,15 @@ def test_an_ortho_image_that_lies_elsewhere_fails(copy: Path, simulated: Path) -
 
 
 def test_a_plane_that_is_off_fails(copy: Path, simulated: Path) -> None:
+    before = value(score(copy, simulated), "facades.offset_bias")
     path = next((copy / "facades").glob("*/facade.json"))
     record = json.loads(path.read_text())
     pose = record["local_from_facade"]
     inward = np.array(pose["R"])[:, 1]
-    pose["t"] = (np.array(pose["t"]) + 0.05 * inward).tolist()
+    pose["t"] = (np.array(pose["t"]) + 0.2 * inward).tolist()
     path.write_text(json.dumps(record))
     scores = score(copy, simulated)
-    assert value(scores, "facades.offset_median") == pytest.approx(0.05, abs=0.003)
+    assert value(scores, "facades.offset_bias") == pytest.approx(before - 0.2, abs=1e-4)
     assert value(scores, "facades.plane_normalised") > 10
     assert value(scores, "facades.plane_within_95") == 0.0
 
