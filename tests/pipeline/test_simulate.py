@@ -23,6 +23,7 @@ from frontage.pipeline.simulate import simulate
 from frontage.simulate.recording import Echo
 from frontage.simulate.scene import Part
 from frontage.simulate.spec import parse_spec
+from realdata import data_path
 from simulated import BARE, truth_of
 
 
@@ -191,6 +192,17 @@ def test_city_models_hold_the_houses_and_their_openings(simulated: Path, truth: 
         assert np.abs(offset - table["lod2"]["shift"][:2]).max() < 0.5
     openings = read_city_openings(simulated / table["lod3"])
     assert {o.about["id"] for o in openings} == {o.id for f in truth.facades for o in f.openings}
+
+
+def test_city_models_are_valid_by_their_schemas(simulated: Path) -> None:
+    import jsonschema
+    from lxml import etree
+
+    schema = json.loads(data_path("schemas/cityjson/cityjson.min.schema.json").read_text())
+    for name in ("lod2.city.json", "truth/lod3.city.json"):
+        jsonschema.validate(json.loads((simulated / name).read_text()), schema)
+    xsd = etree.XMLSchema(etree.parse(str(data_path("schemas/citygml/citygml/2.0/building.xsd"))))
+    xsd.assertValid(etree.parse(str(simulated / "lod2.gml")))
 
 
 def test_true_solids_are_closed(simulated: Path) -> None:
