@@ -2,7 +2,7 @@
 
 import hashlib
 import json
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -31,6 +31,16 @@ def write_array(path: Path, array: Array) -> None:
     def write(temporary: Path) -> None:
         with temporary.open("wb") as file:
             np.save(file, array, allow_pickle=False)
+
+    write_with(path, write)
+
+
+def write_arrays(path: Path, arrays: Mapping[str, Array]) -> None:
+    """Write named arrays as .npz (uncompressed, no pickle)."""
+
+    def write(temporary: Path) -> None:
+        with temporary.open("wb") as file:
+            np.savez(file, allow_pickle=False, **arrays)
 
     write_with(path, write)
 

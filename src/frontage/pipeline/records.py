@@ -8,14 +8,14 @@ import numpy as np
 from frontage.errors import WorkspaceError
 from frontage.geometry.rigid import Rigid3
 from frontage.model import Building, Estimate, Facade, Failed, Layer, Provenance, WorldRef
-from frontage.pipeline.files import read_json, write_json, write_with
+from frontage.pipeline.files import read_json, write_arrays, write_json
 
 
 def save_facade(folder: Path, facade: Facade) -> None:
     """`folder/facade.json` and `folder/points.npz` (int64 indices into the building's working cloud)."""
     folder.mkdir(parents=True, exist_ok=True)
     indices = {"support": facade.support, "inliers": facade.inliers}
-    write_with(folder / "points.npz", lambda path: _save_arrays(path, indices))
+    write_arrays(folder / "points.npz", indices)
     write_json(folder / "facade.json", facade_record(facade))
 
 
@@ -133,11 +133,6 @@ def world_from_record(record: dict[str, Any]) -> WorldRef:
 def failed_record(item: str, failed: Failed) -> dict[str, str]:
     """A warning as it stands in the manifest and in the report."""
     return {"item": item, "code": failed.code, "message": failed.message, "hint": failed.hint}
-
-
-def _save_arrays(path: Path, arrays: dict[str, Any]) -> None:
-    with path.open("wb") as file:
-        np.savez(file, allow_pickle=False, **arrays)
 
 
 def _number(value: float) -> float | None:

@@ -16,9 +16,10 @@ from frontage.geometry.rigid import Rigid3
 from frontage.io.citymodel import read_city_model
 from frontage.io.scans import ScanSource
 from frontage.io.store import load_scan, save_scan
-from frontage.model import Estimate, Scan, merge_scans
+from frontage.model import CityModel, Estimate, Scan, Surface, merge_scans
+from frontage.pipeline.clouds import thin_to
 from frontage.pipeline.context import Run
-from frontage.pipeline.files import write_json
+from frontage.pipeline.files import write_arrays, write_json
 from frontage.pipeline.project import Project
 from frontage.registration import PosePrior, Registered, Registration, WallOffset, register
 
@@ -56,6 +57,7 @@ def register_scans(run: Run) -> Result:
     save_scan(run.workspace.registered_path, merged)
     given = [scans[k] for k in rough]
     write_json(run.workspace.registration_folder / "report.json", report_record(given, priors, found))
+    _save_plan(run, model, scans, merged)
     notes = [*found.notes, *_trusted_note(len(scans) - len(rough)), *(str(p.message) for p in model.problems)]
     return {"items": len(rough), "notes": notes, "warnings": _warnings(found)}
 
@@ -124,6 +126,40 @@ def _scan_record(scan: Scan, prior: PosePrior, r: Registered) -> dict[str, Any]:
         "pieces": r.pieces,
         "area": r.area,
     }
+
+
+def _save_plan(run: Run, model: CityModel, scans: Sequence[Scan], merged: Scan) -> None:
+    """`registration/plan.npz` for the report: walls (k, 2, 2) and points (n, 2) before and after, m local."""
+    rings = [s.ring for b in model.buildings for shell in b.shells for s in shell.surfaces if _upright(s)]
+    plan = {
+        "walls": np.array([_ends(ring) for ring in rings]).reshape(-1, 2, 2),
+        "before": _from_side(merge_scans(scans)),
+        "after": _from_side(merged),
+    }
+    write_arrays(run.workspace.registration_folder / "plan.npz", plan)
+
+
+def _upright(surface: Surface) -> bool:
+    """Whether a polygon stands: its area vector is nearly level."""
+    ring = surface.ring - surface.ring.mean(0)
+    area = np.cross(ring, np.roll(ring, -1, 0)).sum(0)
+    return bool(abs(area[2]) < 0.2 * np.linalg.norm(area))
+
+
+def _ends(ring: Float) -> Float:
+    """Both ends (2, 2) of an upright polygon in plan: its corners furthest along its main direction."""
+    xy = ring[:, :2]
+    along = np.linalg.svd(xy - xy.mean(0))[2][0]
+    s = xy @ along
+    return np.asarray(xy[[s.argmin(), s.argmax()]])
+
+
+def _from_side(scan: Scan) -> Float:
+    """Points (n, 2) from above, of those up to 8 m above the instruments: walls, no ground."""
+    eye = float(np.median(scan.origins[:, 2])) if len(scan.origins) else float(np.median(scan.xyz[:, 2]))
+    up = scan.xyz[(scan.xyz[:, 2] > eye) & (scan.xyz[:, 2] < eye + 8.0)]
+    flat = np.column_stack([up[:, :2], np.zeros(len(up))])
+    return np.asarray(flat[thin_to(flat, 0.1, 300_000), :2])
 
 
 def _file_frame(scan: Scan) -> tuple[Float, str]:

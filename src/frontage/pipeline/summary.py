@@ -10,7 +10,7 @@ from frontage.io.store import load_scan
 from frontage.pipeline.clouds import thin_to
 from frontage.pipeline.files import read_json
 from frontage.pipeline.workspace import Workspace
-from frontage.report import BuildingView, FacadeView, OrthoView, ReportData
+from frontage.report import BuildingView, FacadeView, OrthoView, RegistrationView, ReportData
 
 _PICTURE = 1500  # px; sharp on the page, and a street of 50 facades stays below 30 MB
 _PLAN_POINTS = 400_000
@@ -27,9 +27,8 @@ def report_data(workspace: Workspace, manifest: dict[str, Any]) -> ReportData:
         groups.append(np.full(len(plan), k, np.int64))
     ground = _surroundings(workspace)
     street = np.vstack([ground, *streets])
-    return ReportData(
-        manifest, tuple(views), street, np.concatenate([np.full(len(ground), -1, np.int64), *groups])
-    )
+    group = np.concatenate([np.full(len(ground), -1, np.int64), *groups])
+    return ReportData(manifest, tuple(views), street, group, _registration(workspace, manifest))
 
 
 def _building(
@@ -43,6 +42,16 @@ def _building(
         for name in (marker["result"]["facades"] if marker else ())
     )
     return BuildingView(record, plan, facades, tuple(w for w in warnings if w["item"] == record["id"]))
+
+
+def _registration(workspace: Workspace, manifest: dict[str, Any]) -> RegistrationView | None:
+    """What the register stage left, where it had something to do."""
+    folder, world = workspace.registration_folder, manifest.get("world")
+    if world is None or "register" not in manifest.get("stages", {}):
+        return None
+    with np.load(folder / "plan.npz", allow_pickle=False) as plan:
+        arrays = [plan[name] for name in ("walls", "before", "after")]
+    return RegistrationView(read_json(folder / "report.json"), np.array(world["origin"], np.float64), *arrays)
 
 
 def _facade(workspace: Workspace, name: str, has_ortho: bool, warnings: list[dict[str, str]]) -> FacadeView:

@@ -51,6 +51,20 @@ class BuildingView:
 
 
 @dataclass(frozen=True, eq=False)
+class RegistrationView:
+    """registration/report.json and its plan, m local: walls (k, 2, 2), points (n, 2) before and after.
+
+    origin (3,) m is the world position of the local origin.
+    """
+
+    record: dict[str, Any]
+    origin: Float
+    walls: Float
+    before: Float
+    after: Float
+
+
+@dataclass(frozen=True, eq=False)
 class ReportData:
     """The whole page: manifest, buildings, the street's plan (k, 2) m local, building number (k,) or -1."""
 
@@ -58,3 +72,4 @@ class ReportData:
     buildings: tuple[BuildingView, ...]
     street: Float
     street_building: Array
+    registration: RegistrationView | None = None

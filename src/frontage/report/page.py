@@ -8,6 +8,7 @@ from jinja2 import Environment, PackageLoader, StrictUndefined
 from frontage.report.data import BuildingView, FacadeView, ReportData
 from frontage.report.figures import Figure, building_figure, ortho_figure, street_figure
 from frontage.report.numbers import Fact, facade_facts
+from frontage.report.registration import registration_figure, registration_rows
 
 
 @dataclass(frozen=True)
@@ -47,6 +48,8 @@ def render_report(data: ReportData) -> str:
         notes=data.manifest.get("notes", []),
         inputs=[entry for group in data.manifest.get("inputs", {}).values() for entry in group],
         street=street_figure(data),
+        registration=registration_figure(data.registration) if data.registration else None,
+        registered=registration_rows(data.registration.record) if data.registration else [],
         buildings=[_building(view) for view in data.buildings],
     )
     return text.lstrip()
