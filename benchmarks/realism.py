@@ -197,7 +197,7 @@ def main() -> None:
         scene = street(SceneSpec(seed=100 + seed, houses=3))
         stations = scan_stations(
             scene,
-            ScannerSpec(stations=2, spacing=0.014, colour=False, field=110, lowest=-10, highest=50),
+            ScannerSpec(stations=2, spacing=0.018, colour=False, field=165, lowest=-10, highest=50),
             seed,
         )
         cloud = merge_scans([s.scan for s in stations])
