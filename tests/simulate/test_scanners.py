@@ -121,6 +121,14 @@ def test_same_seed_same_bytes() -> None:
     assert len(other.scan) != len(first.scan) or (other.scan.xyz != first.scan.xyz).any()
 
 
+def test_stations_do_not_depend_on_one_another() -> None:
+    spec = ScannerSpec(spacing=0.4, positions=((5.0, 0.0), (14.0, -1.0)), colour=False)
+    both = scan_stations(yard(), spec, 3)
+    (second,) = scan_stations(yard(), spec, 3, only=[1])
+    assert second.scan.xyz.tobytes() == both[1].scan.xyz.tobytes()
+    assert not np.array_equal(both[0].true.R, both[1].true.R)
+
+
 def test_noise_and_strays_are_as_stated() -> None:
     spec = ScannerSpec(
         **{**PENCIL, "sigma_range": 0.004, "strays": 0.01, "spacing": 0.1}, positions=((10.0, 0.0),)
