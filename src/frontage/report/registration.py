@@ -13,6 +13,7 @@ from frontage.report.data import RegistrationView
 
 _WIDTH, _HEIGHT = 860.0, 620.0
 _AROUND = 10.0  # m about the stations' surroundings that the model covers
+_MOTION = {"shift": "shift along", "turn": "turn about"}
 _PLACES = ("given", "position")
 _MAGNIFIED = (1, 2, 5, 10, 20, 50, 100, 200, 500, 1000)
 _SHOWN = 14.0  # px, the longest half-axis of an ellipse comes up to this where it can
@@ -106,10 +107,7 @@ def _row(scan: dict[str, Any]) -> dict[str, str]:
     sigma = np.sqrt(np.diag(np.array(scan["covariance"])))
     turn = np.array(scan["correction"])[:2, :2]
     lost = [d for d in scan["observable"] if not d["observable"]]
-    names = [
-        f"{'turn about' if d['kind'] == 'turn' else 'shift along'} ({', '.join(f'{v:.2f}' for v in d['axis'])})"
-        for d in lost
-    ]
+    names = [f"{_MOTION[d['kind']]} ({', '.join(f'{v:.2f}' for v in d['axis'])})" for d in lost]
     return {
         "scan": scan["scan"],
         "moved": f"{np.hypot(move[0], move[1]):.2f} m in plan, {move[2]:+.2f} m up, "
