@@ -8,6 +8,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 from lxml import etree
 
 from frontage.io.citydraft import Draft
@@ -17,6 +18,8 @@ from frontage.io.gml import HREF, identifier, local
 
 _MEMBERS = ("cityObjectMember", "featureMember", "featureMembers", "member")
 _SAFE: dict[str, Any] = {"resolve_entities": False, "no_network": True, "load_dtd": False, "huge_tree": False}
+_FLAT = etree.XPath("boolean(ancestor-or-self::*[@srsDimension='2'] | .//@srsDimension[.='2'])")
+_ANCHORS = ("anchorPoint", "anchorDefinition")  # of a local system, CityGML 2 and 3
 _PASSES = 8  # references to references to ... beyond the building
 
 
@@ -28,6 +31,8 @@ def read_citygml(path: Path, place: Place) -> Iterator[Draft]:
     waiting: list[tuple[int, bytes]] = []
     missing: set[str] = set()
     for number, element in enumerate(_buildings(path, place), 1):
+        if place.bounded and _is_far(element, place):
+            continue
         own = _by_id(element)
         if outside := _references(element) - set(own):
             missing |= outside
@@ -46,7 +51,7 @@ def read_citygml(path: Path, place: Place) -> Iterator[Draft]:
 
 def _buildings(path: Path, place: Place) -> Iterator[etree._Element]:
     """Every Building element, emptied once it is used; the members around them are emptied too."""
-    tags = [f"{{*}}{name}" for name in ("CityModel", "Envelope", "Building", *_MEMBERS)]
+    tags = [f"{{*}}{name}" for name in ("CityModel", "Envelope", *_ANCHORS, "Building", *_MEMBERS)]
     with open(path, "rb") as file:
         context = etree.iterparse(file, events=("start", "end"), tag=tags, **_SAFE)
         for event, element in context:
@@ -56,6 +61,8 @@ def _buildings(path: Path, place: Place) -> Iterator[etree._Element]:
                     _acceptable(element)
                 elif name == "Envelope":
                     place.stated(element.get("srsName"))
+            elif name in _ANCHORS:
+                place.anchored(element.get("codeSpace"), element.text or "")
             elif name == "Building":
                 named = (e.get("srsName") for e in element.iter() if isinstance(e.tag, str))
                 place.stated(next((srs for srs in named if srs), None))
@@ -67,6 +74,23 @@ def _buildings(path: Path, place: Place) -> Iterator[etree._Element]:
     if root is None or local(root) != "CityModel":
         raise ValueError(f"its root is {'nothing' if root is None else local(root)}, not CityModel")
     _acceptable(root)
+
+
+def _is_far(element: etree._Element, place: Place) -> bool:
+    """Whether the coordinates of a building all lie outside the bounds; False where a look does not tell.
+
+    Spares the reading of what is not wanted, most of a large file.
+    """
+    if next(element.iter("{*}coordinates", "{*}ImplicitGeometry"), None) is not None or _FLAT(element):
+        return False
+    texts = [e.text or "" for e in element.iter("{*}posList", "{*}pos")]
+    try:
+        points = np.array(" ".join(texts).split(), np.float64)
+    except ValueError:
+        return False
+    if not len(points) or len(points) % 3:
+        return False
+    return not place.touches(points.reshape(-1, 3))
 
 
 def _acceptable(element: etree._Element) -> None:

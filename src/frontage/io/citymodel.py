@@ -48,20 +48,21 @@ def read_city_model(
             buildings += [] if building is None else [building]
             problems += [] if failed is None else [failed]
     if not buildings:
-        raise _nothing(p, seen, problems)
+        raise _nothing(p, seen, problems, place)
     assert place.world is not None
     return CityModel(tuple(buildings), place.world, tuple(problems), tuple(place.notes))
 
 
-def _nothing(path: Path, seen: int, problems: list[Failed]) -> FileError:
+def _nothing(path: Path, seen: int, problems: list[Failed], place: Place) -> FileError:
+    """Why there is no building."""
     if problems:
-        return FileError(
-            path,
-            f"none of its {seen} buildings can be used ({problems[0].message})",
-            "repair the model",
-            code="I103",
-        )
-    return FileError(path, "holds no buildings", _ADVICE, code="I105")
+        what = f"none of its {seen} buildings can be used ({problems[0].message})"
+        return FileError(path, what, "repair the model", code="I103")
+    if place.extent is None:
+        return FileError(path, "holds no buildings", _ADVICE, code="I105")
+    (x0, y0), (x1, y1) = place.extent[:, :2]
+    what = f"holds no buildings within the bounds; they lie at x {x0:.0f} to {x1:.0f}, y {y0:.0f} to {y1:.0f}"
+    return FileError(path, what, "check the CRS of the model and of the scans", code="I105")
 
 
 def _drafts(path: Path, place: Place) -> Iterator[Draft]:

@@ -1,5 +1,7 @@
 """Where a city model lies: the CRS and the order of the axes that its file means, and what is asked of it."""
 
+from dataclasses import replace
+
 import numpy as np
 from pyproj import CRS, Transformer
 
@@ -16,6 +18,7 @@ class Place:
     """File coordinates to local metres; decided by the first points that are asked for.
 
     bounds  (x0, y0, x1, y1) or (x0, y0, z0, x1, y1, z1), m world, or None for everything
+    extent  lowest and highest corner (2, 3) m world of all that was held against the bounds
     """
 
     def __init__(
@@ -27,12 +30,22 @@ class Place:
         self._bounds = None if bounds is None else np.asarray(bounds, np.float64).reshape(2, -1)
         self._placement: Placement | None = None
         self._swap = False
+        self.extent: Float | None = None
         self.notes: list[str] = []
 
     def stated(self, crs: str | None) -> None:
         """What the file says of its CRS; the caller's word comes first. A local system ("#...") is none."""
         if crs and not crs.startswith("#"):
             self._stated = self._stated or crs
+
+    def anchored(self, crs: str | None, position: str) -> None:
+        """Where a local system of the file has its origin: x, y, z in a CRS; used where the world has one."""
+        values = np.array(position.split(), np.float64)
+        local = self._wanted.world is not None and self._wanted.world.crs is None
+        if crs and values.shape == (3,) and not local and self._wanted.crs is None:
+            self._stated = self._stated or crs
+            x, y, z = (float(v) for v in values)
+            self._wanted = replace(self._wanted, offset=(x, y, z))
 
     @property
     def world(self) -> WorldRef | None:
@@ -61,15 +74,17 @@ class Place:
         local = self.to_local(points)
         assert self.world is not None
         k = self._bounds.shape[1]
-        low, high = self.world.to_world(np.stack([local.min(0), local.max(0)]))[:, :k]
-        return bool((low <= self._bounds[1]).all() and (high >= self._bounds[0]).all())
+        box = self.world.to_world(np.stack([local.min(0), local.max(0)]))
+        seen = np.concatenate([box, self.extent]) if self.extent is not None else box
+        self.extent = np.stack([seen.min(0), seen.max(0)])
+        return bool((box[0, :k] <= self._bounds[1]).all() and (box[1, :k] >= self._bounds[0]).all())
 
     def _decide(self, points: Float) -> None:
         text = self._wanted.crs or self._stated
         crs = systems.parse_crs(text, self._name) if text else None
         meant = crs or (systems.parse_crs(self._wanted.target) if self._wanted.target else None)
         if meant is not None:
-            self._swap = self._north_first(meant, text or "", points)
+            self._swap = self._north_first(meant, text or "", points + self._wanted.offset)
         sample = points[:, [1, 0, 2]] if self._swap else points
         self._placement = self._wanted.place(crs, sample)
         self.notes += self._placement.notes

@@ -22,6 +22,7 @@ CURVED = (
     "Cylinder",
 )
 HREF = "{http://www.w3.org/1999/xlink}href"
+_IDS = ("{http://www.opengis.net/gml}id", "{http://www.opengis.net/gml/3.2}id")
 _DEPTH = 60  # references to references: more than this is a circle
 
 Ring = Float
@@ -31,12 +32,13 @@ Find = Callable[[str], "etree._Element | None"]
 
 def local(element: etree._Element) -> str:
     """The tag without its namespace; comments and instructions have none."""
-    return etree.QName(element).localname if isinstance(element.tag, str) else ""
+    tag = element.tag
+    return tag.rpartition("}")[2] if isinstance(tag, str) else ""
 
 
 def identifier(element: etree._Element) -> str:
     """The gml:id of an element, or ""."""
-    return next((str(v) for k, v in element.attrib.items() if etree.QName(k).localname == "id"), "")
+    return element.get(_IDS[0]) or element.get(_IDS[1]) or element.get("id") or ""
 
 
 def targets(member: etree._Element, find: Find, depth: int = 0) -> list[etree._Element]:
