@@ -14,7 +14,7 @@ from frontage.ortho.recess import DEEPEST_REVEAL
 from frontage.ortho.relief import Relief, measure_relief
 from frontage.ortho.render import paint_photos
 from frontage.ortho.scan_image import intensity_band, paint_scan, picture_kind
-from frontage.ortho.views import Cloud, plan_views
+from frontage.ortho.views import Cloud, ViewPlan, plan_views
 from frontage.raster.tiles import tiles
 from frontage.raster.zbuffer import local_spacing
 
@@ -50,17 +50,12 @@ def make_ortho(
     _fill_depth(bands.depth, raster, shown)
     points = _surface(xyz_facade, near, relief)
     intensity = intensity_band(scan, xyz_facade, points, raster, gaps)
-    oriented = [p for p in photos if p.local_from_camera is not None] if image_of is not None else []
-    plan = None
-    if oriented:
+    oriented = [p for p in photos if p.local_from_camera is not None]
+    names: tuple[str, ...] = ()
+    if oriented and image_of is not None:
         cloud = _cloud(scan, surroundings, facade, raster, options)
         plan = plan_views(facade, raster, shown, cloud, oriented, options)
-    names: tuple[str, ...] = ()
-    if plan is not None and image_of is not None:
-        paint_photos(bands.pixels, bands.source, shown, facade, raster, plan, image_of, options)
-        for tile in tiles(raster.height, raster.width, TILE):
-            bands.gsd[tile.window] = plan.window(plan.gsd, tile)
-        names = tuple(p.id for p in plan.photos)
+        names = _from_photos(bands, shown, facade, raster, plan, image_of, options)
     if points.any():
         names += _from_scan(bands, scan, xyz_facade, points, raster, facade, gaps, len(names))
     elif not names:
@@ -79,6 +74,24 @@ def make_ortho(
         bands.gsd,
         intensity,
     )
+
+
+def _from_photos(
+    bands: Bands,
+    relief: Relief | None,
+    facade: Facade,
+    raster: Raster,
+    plan: ViewPlan | None,
+    image_of: Callable[[str], Array],
+    options: OrthoOptions,
+) -> tuple[str, ...]:
+    """Paint every pixel from the photo planned for it, with what a photo's pixel covers there; their names."""
+    if plan is None:
+        return ()
+    paint_photos(bands.pixels, bands.source, relief, facade, raster, plan, image_of, options)
+    for tile in tiles(raster.height, raster.width, TILE):
+        bands.gsd[tile.window] = plan.window(plan.gsd, tile)
+    return tuple(p.id for p in plan.photos)
 
 
 def _from_scan(
