@@ -11,7 +11,10 @@ import click
 @click.argument("files", nargs=-1, required=True, type=click.Path(path_type=Path), metavar="FILE...")
 @click.option("--json", "as_json", is_flag=True, help="Print the result as JSON.")
 def command(files: tuple[Path, ...], as_json: bool) -> None:
-    """Points, extent, CRS, spacing, sensors of scans; cameras of COLMAP folders; contents of run folders."""
+    """What files hold: scans, city models, COLMAP folders, run folders.
+
+    Points, extent, CRS, spacing, sensors of scans; buildings, levels of detail, surfaces of city models.
+    """
     facts = [_facts(path) for path in files]
     if as_json:
         click.echo(json.dumps(facts if len(facts) > 1 else facts[0], indent=1, ensure_ascii=False))
@@ -25,9 +28,10 @@ def _facts(path: Path) -> dict[str, Any]:
         return _run_folder(path)
     if path.is_dir():
         return _cameras(path)
+    from frontage.io.citymodelinfo import city_model_info, looks_like_city_model
     from frontage.io.scans import scan_info
 
-    return scan_info(path)
+    return city_model_info(path) if looks_like_city_model(path) else scan_info(path)
 
 
 def _run_folder(path: Path) -> dict[str, Any]:

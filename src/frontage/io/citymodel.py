@@ -1,6 +1,6 @@
 """City models of any format as buildings in local metres: the one way in for every stage."""
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 from frontage.errors import FileError
@@ -65,18 +65,33 @@ def _nothing(path: Path, seen: int, problems: list[Failed], place: Place) -> Fil
     return FileError(path, what, "check the CRS of the model and of the scans", code="I105")
 
 
-def _drafts(path: Path, place: Place) -> Iterator[Draft]:
-    """The buildings of a file of any format, told by its content."""
+def kind_of(path: Path) -> str | None:
+    """CityGML, CityJSON, GeoJSON or GeoPackage by the content of a file; None for anything else.
+
+    Raises ValueError on damaged JSON.
+    """
     with open(path, "rb") as f:
         head = f.read(4096).lstrip(b"\xef\xbb\xbf \t\r\n\x1e")
     if head[:1] == b"<":
-        yield from read_citygml(path, place)
-    elif head.startswith(b"SQLite format 3"):
-        yield from read_geopackage(path, place)
-    elif head[:1] == b"{":
-        kind = json_kind(path)
-        if kind not in ("CityJSON", "FeatureCollection", "Feature"):
-            raise ValueError(f"JSON of type {kind!r}")
-        yield from read_cityjson(path, place) if kind == "CityJSON" else read_geojson(path, place)
-    else:
-        raise ValueError("neither XML, JSON nor GeoPackage")
+        return "CityGML"
+    if head.startswith(b"SQLite format 3"):
+        return "GeoPackage"
+    if head[:1] != b"{":
+        return None
+    return {"CityJSON": "CityJSON", "FeatureCollection": "GeoJSON", "Feature": "GeoJSON"}.get(json_kind(path))
+
+
+_READERS: dict[str, Callable[[Path, Place], Iterator[Draft]]] = {
+    "CityGML": read_citygml,
+    "CityJSON": read_cityjson,
+    "GeoJSON": read_geojson,
+    "GeoPackage": read_geopackage,
+}
+
+
+def _drafts(path: Path, place: Place) -> Iterator[Draft]:
+    """The buildings of a file of any format."""
+    kind = kind_of(path)
+    if kind is None:
+        raise ValueError("it is no CityGML, CityJSON, GeoJSON or GeoPackage")
+    yield from _READERS[kind](path, place)
