@@ -223,10 +223,11 @@ def _linearise(
     sigma = max(scale / 3.0, FLOOR)
     normal, gradient = np.zeros((n, n)), np.zeros(n)
     rs, ws = [], []
+    share = _share(problem, matches)
     for s, (pose, m) in enumerate(zip(poses, matches, strict=True)):
         rows, r = _wall_rows(problem, pose, s, stations, effects, m)
         w = (scale**2 / (scale**2 + r * r)) ** 2
-        weight = w * problem.pieces[s].area[m.piece] / (INDEPENDENT * sigma**2)
+        weight = w * share[m.patch] * problem.pieces[s].area[m.piece] / (INDEPENDENT * sigma**2)
         normal += (rows.T.multiply(weight) @ rows).toarray()
         gradient += rows.T @ (weight * r)
         rs.append(r)
@@ -236,6 +237,17 @@ def _linearise(
         _add_pairs(problem, poses, pairs, scale, normal, gradient)
     cost = _add_priors(problem, poses, effects, stage.free, normal, gradient)
     return _State(normal, gradient, rs, ws, cost)
+
+
+def _share(problem: Problem, matches: Sequence[Matches]) -> Float:
+    """What a piece counts by patch (j,): relief seen from several places is seen once."""
+    areas: Float = np.array(
+        [
+            np.bincount(m.patch, problem.pieces[s].area[m.piece], len(problem.walls.patches))
+            for s, m in enumerate(matches)
+        ]
+    )
+    return np.asarray(areas.max(0) / np.maximum(areas.sum(0), 1e-9))
 
 
 def _wall_rows(

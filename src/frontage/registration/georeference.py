@@ -1,6 +1,7 @@
 """Scans to a city model (paper B, section 2.1): pieces, ties between scans, coarse search, adjustment."""
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -21,6 +22,8 @@ from frontage.registration.walls import Walls, model_walls
 _RIVAL = 0.9  # share of the best score above which another place is an alternative
 _BEYOND = 16.8  # squared sigmas (99.9 % of 3 degrees of freedom) away before a place is another one
 _MOST = 6000  # pieces that candidates are tried with
+_PRIOR = 0.005  # of the explained share that one squared sigma of the prior is worth
+_UNTIED = 0.95  # of what single scans explain, that tied ones must explain
 _NEAR = 0.3  # m, pieces that lie on the model
 
 
@@ -41,14 +44,7 @@ def register(
         _thinned(surfels(s, options.cell, p.position, options.reach), s.name)
         for s, p in zip(scans, priors, strict=True)
     ]
-    start: list[Rigid3] = [Rigid3.identity("local", "given")] * len(scans)
-    alternatives: list[Alternative] = []
-    together = groups(pieces, priors)
-    for members in together:
-        placed, others = _place(members, pieces, walls, priors, options)
-        alternatives += others
-        for s, pose in placed.items():
-            start[s] = pose
+    start, alternatives, together = _placed(pieces, walls, priors, options)
     problem = Problem(pieces, walls, priors, options)
     common = pairs(pieces, start, together, 0.2)
     result = adjust(problem, start, common, STAGES[3:])
@@ -115,16 +111,51 @@ def _thinned(s: Surfels, name: str) -> Surfels:
     return s
 
 
+@dataclass(frozen=True, eq=False)
+class _Placed:
+    """A group of scans on the model: poses by scan, share of the walls explained, other places."""
+
+    poses: dict[int, Rigid3]
+    score: float
+    alternatives: list[Alternative]
+
+
+def _placed(
+    pieces: Sequence[Surfels], walls: Walls, priors: Sequence[PosePrior], options: RegistrationOptions
+) -> tuple[list[Rigid3], list[Alternative], list[list[int]]]:
+    """Start of every scan, alternatives, and which scans hang together.
+
+    A tie between scans can be wrong (twin houses): where the model explains them clearly better one by one,
+    they are not tied.
+    """
+    found: list[_Placed] = []
+    for members in groups(pieces, priors):
+        body = _place(members, pieces, walls, priors, options)
+        if len(members) > 1:
+            single = [{s: Rigid3.identity("local", "given")} for s in members]
+            alone = [_place(one, pieces, walls, priors, options) for one in single]
+            if body.score < _UNTIED * float(np.mean([a.score for a in alone])):
+                found += alone
+                continue
+        found.append(body)
+    start = {s: pose for g in found for s, pose in g.poses.items()}
+    return (
+        [start[s] for s in sorted(start)],
+        [a for g in found for a in g.alternatives],
+        [sorted(g.poses) for g in found],
+    )
+
+
 def _place(
     members: dict[int, Rigid3],
     pieces: Sequence[Surfels],
     walls: Walls,
     priors: Sequence[PosePrior],
     options: RegistrationOptions,
-) -> tuple[dict[int, Rigid3], list[Alternative]]:
+) -> _Placed:
     """Poses of a group of scans as one body on the model: the best of the coarse search's candidates."""
     first, prior = group_prior(members, priors)
-    chain = {s: Rigid3("local", "given", first.R @ p.R, first.R @ p.t + first.t) for s, p in members.items()}
+    chain = {s: _after(first, p) for s, p in members.items()}
     body = merge_surfels([pieces[s].moved(pose) for s, pose in chain.items()])
     sigma = (float(prior.sigma_position[:2].max()), prior.sigma_heading)
     peaks = search(plan_of_surfels(body), plan_of_walls(walls), prior.position[:2], sigma)
@@ -135,19 +166,23 @@ def _place(
         start = motion(peak, prior.position)
         start = motion(peak, prior.position, _height(thin.moved(start), walls, prior))
         got = adjust(problem, [start], None, STAGES[1:])
-        tried.append((_explained(got, thin) - 0.005 * got.prior_cost, got))
+        tried.append((_explained(got, thin) - _PRIOR * got.prior_cost, got))
     if not tried:
-        return chain, []
+        return _Placed(chain, 0.0, [])
     tried.sort(key=lambda t: -t[0])
     score, best = tried[0]
-    g = best.poses[0]
-    poses = {s: Rigid3("local", "given", g.R @ p.R, g.R @ p.t + g.t) for s, p in chain.items()}
-    return poses, _rivals(tried, prior, score, best)
+    poses = {s: _after(best.poses[0], p) for s, p in chain.items()}
+    return _Placed(poses, _explained(best, thin), _rivals(tried, prior, score, best))
+
+
+def _after(a: Rigid3, b: Rigid3) -> Rigid3:
+    """First b, then a: both correct coordinates."""
+    return Rigid3("local", "given", a.R @ b.R, a.R @ b.t + a.t)
 
 
 def _height(body: Surfels, walls: Walls, prior: PosePrior) -> float:
     """How far the body must be raised so that its ground lies at the feet of the model, within the prior."""
-    z, spread = foot_heights(body.take(body.level), walls)
+    z, _ = foot_heights(body.take(body.level), walls)
     seen = np.isfinite(z)
     if not seen.any():
         return 0.0

@@ -134,8 +134,10 @@ class _Pair:
 
     def slid(self, pose: Rigid3) -> list[Rigid3]:
         """The best places along the direction in which the pose is weakest, which climbs with the street."""
-        normal, _ = self.normal(pose, 0.2, pose.t)
-        weak = np.linalg.eigh(normal[:3, :3])[1][:, 0]
+        N, _ = self.normal(pose, 0.2, pose.t)
+        climb = -N[2, :2] / N[2, 2]
+        flat = np.linalg.eigh(N[:2, :2] + np.outer(N[:2, 2], climb))[1][:, 0]
+        weak = np.append(flat, climb @ flat)
         reach = 3.0 * float(self.sigma[:2].max()) + float(
             np.abs(pose.apply(self.pivot[None]) - self.pivot).max()
         )
@@ -143,7 +145,7 @@ class _Pair:
         poses = [Rigid3(pose.to, pose.frm, pose.R, pose.t + s * weak) for s in steps]
         rating = np.array([self.rated(p)[0] for p in poses])
         top = np.flatnonzero(rating == ndimage.maximum_filter1d(rating, 3))
-        return [poses[k] for k in top[np.argsort(-rating[top], kind="stable")][:_PEAKS]]
+        return [poses[k] for k in top[np.argsort(-rating[top], kind="stable")][: 2 * _PEAKS]]
 
 
 def _height(source: Surfels, target: Surfels) -> float:
