@@ -7,7 +7,7 @@ from frontage.model.building import Building, Footprint, Surface
 from frontage.model.citymodel import CityBuilding, CityModel, Shell
 from frontage.model.estimate import Estimate, Failed, Provenance
 from frontage.model.facade import Facade, Layer
-from frontage.model.opening import Bar, Opening
+from frontage.model.opening import Bar, Elements, Opening, Protrusion
 from frontage.model.ortho import OrthoImage
 from frontage.model.photo import Camera, Photo
 from frontage.model.scan import Grid, Scan, merge_scans
@@ -21,6 +21,7 @@ __all__ = [
     "Camera",
     "CityBuilding",
     "CityModel",
+    "Elements",
     "Estimate",
     "Facade",
     "Face",
@@ -33,6 +34,7 @@ __all__ = [
     "Opening",
     "OrthoImage",
     "Photo",
+    "Protrusion",
     "Provenance",
     "Scan",
     "Shape",

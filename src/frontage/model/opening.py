@@ -47,3 +47,33 @@ class Opening:
     def __post_init__(self) -> None:
         k = len(self.ring)
         freeze(self, ring=((k, 2), np.float64), ring_covariance=((2 * k, 2 * k), np.float64))
+
+
+@dataclass(frozen=True, eq=False)
+class Protrusion:
+    """Something that stands out of the wall (or is set back as a whole): balcony, oriel, cornice, awning, ...
+
+    ring     (k, 2) m (x, z), counter-clockwise as seen from the street; sigma m of its borders
+    front    y of its front face, m: negative = in front of the wall
+    """
+
+    id: str
+    kind: str
+    ring: Float
+    sigma: float
+    front: Estimate[float]
+    provenance: Provenance
+    confidence: float
+
+    def __post_init__(self) -> None:
+        freeze(self, ring=((None, 2), np.float64))
+
+
+@dataclass(frozen=True, eq=False)
+class Elements:
+    """What a facade holds: openings and protrusions; `notes` say what could not be judged, and where."""
+
+    facade: str
+    openings: tuple[Opening, ...]
+    protrusions: tuple[Protrusion, ...] = ()
+    notes: tuple[str, ...] = ()
