@@ -13,7 +13,7 @@ import numpy as np
 from frontage.geometry.arrays import Bool, Float, Int
 from frontage.io.block import block
 from frontage.model import Failed, Surface
-from frontage.model.citymodel import CityBuilding, Shell
+from frontage.model.citymodel import CityBuilding, Shell, Texture
 
 Value = str | float | int
 
@@ -27,12 +27,14 @@ _FLAT = 1e-8  # m2: a polygon smaller than this has no plane
 @dataclass(eq=False)
 class Face:
     """A polygon: rings (k, 3) in file coordinates, the outer one first, closed or not; its class, id and
-    attributes where the file has them."""
+    attributes where the file has them, the ids of its rings, and a texture with a place for every corner."""
 
     rings: Sequence[Float]
     semantics: str | None = None
     id: str = ""
     about: dict[str, Value] = field(default_factory=dict)
+    names: Sequence[str] = ()
+    texture: Texture | None = None
 
 
 @dataclass(eq=False)
@@ -99,13 +101,17 @@ def _shell(
     firsts = np.cumsum([0, *(len(f.rings) for f in draft.faces)])
     kept: list[int] = []
     for k in range(len(draft.faces)):
+        if not draft.faces[k].rings:
+            continue  # broken in the file, and named when it was read
         if trouble := rings.trouble(firsts[k], firsts[k + 1]):
             found[trouble] += 1
         else:
             kept.append(k)
     normals = np.array([rings.normals[firsts[k] : firsts[k + 1]].sum(0) for k in kept]).reshape(-1, 3)
     polygons = [[r for r in rings.parts[firsts[k] : firsts[k + 1]] if len(r) >= _CORNERS] for k in kept]
+    textures = [_texture(draft.faces[k], rings.kept[firsts[k] : firsts[k + 1]]) for k in kept]
     if draft.closed and kept and _inside_out(polygons, normals):
+        textures = [t and Texture(t.image, tuple(r[::-1] for r in t.rings)) for t in textures]
         polygons, normals = [[r[::-1] for r in polygon] for polygon in polygons], -normals
     faces = [draft.faces[k] for k in kept]
     classes = _classes(faces, polygons, normals)
@@ -115,14 +121,28 @@ def _shell(
         for polygon, kind, name in zip(polygons, classes, names, strict=True)
     )
     about = {name: face.about for face, name in zip(faces, names, strict=True) if face.about}
-    return Shell(draft.lod, surfaces, about, draft.closed, draft.part, draft.installation)
+    pictures = {name: t for t, name in zip(textures, names, strict=True) if t is not None}
+    return Shell(draft.lod, surfaces, about, draft.closed, draft.part, draft.installation, pictures)
+
+
+def _texture(face: Face, kept: Sequence[Bool]) -> Texture | None:
+    """A polygon's texture at the corners that were kept; None where it does not fit the corners."""
+    t = face.texture
+    if t is None or [len(r) for r in t.rings] != [len(k) for k in kept]:
+        return None
+    places = [r[k] for r, k in zip(t.rings, kept, strict=True)]
+    return Texture(t.image, tuple(p for i, p in enumerate(places) if i == 0 or len(p) >= _CORNERS))
 
 
 @dataclass(eq=False)
 class _Rings:
-    """Rings in local metres without repeated corners: (k, 3) each, their normals times area (r, 3) m2."""
+    """Rings in local metres without repeated corners: (k, 3) each, their normals times area (r, 3) m2.
+
+    `kept` says which corners of the file these are.
+    """
 
     parts: list[Float]
+    kept: list[Bool]
     normals: Float
     finite: Bool
 
@@ -137,6 +157,7 @@ class _Rings:
         if usable.any():
             local[usable] = to_local(points[usable])
         keep = ~(np.abs(local - local[_neighbour(owner, count)]).max(1, initial=0.0) <= _SAME)
+        kept = np.split(keep, np.cumsum([len(r) for r in rings])[:-1]) if count else []
         local, owner = local[keep], owner[keep]
         sizes = np.bincount(owner, minlength=count)
         begins = np.cumsum(sizes) - sizes
@@ -144,11 +165,11 @@ class _Rings:
         cross = _cross(arms, arms[_neighbour(owner, count)])
         normals = np.stack([np.bincount(owner, c, minlength=count) for c in cross.T], axis=1) / 2
         finite = np.bincount(owner, ~np.isfinite(local).all(1), minlength=count) == 0
-        return cls(np.split(local, np.cumsum(sizes)[:-1]) if count else [], normals, finite)
+        return cls(np.split(local, np.cumsum(sizes)[:-1]) if count else [], kept, normals, finite)
 
     def trouble(self, first: int, end: int) -> str:
         """Why the polygon of some rings cannot be used; "" when it can."""
-        if end == first or len(self.parts[first]) < _CORNERS:
+        if len(self.parts[first]) < _CORNERS:
             return "a polygon with fewer than 3 corners"
         if not self.finite[first:end].all():
             return "a coordinate that is not a number"

@@ -141,10 +141,11 @@ class _Reader:
                 found = rings(element)
             except ValueError as problem:
                 trouble(str(problem))
-                continue
-            if turned:
-                found = [r[::-1] for r in found]
-            yield _Polygon(element, _face(found, identifier(element), p))
+                found = []
+            face = _face(found, element, p)
+            if turned:  # its pictures lie on the other side
+                face.rings, face.names = [r[::-1] for r in found], ()
+            yield _Polygon(element, face)
 
     def _implicit(self, geometry: etree._Element, p: _Property) -> Iterator[_Polygon]:
         """A prototype set at its place by a matrix and a reference point (CityGML 2.0, 10.6.2)."""
@@ -192,12 +193,13 @@ def _thematic(element: etree._Element, above: _Owner) -> _Owner:
     return _Owner(_CLASSES[local(element)], identifier(element), about)
 
 
-def _face(found: list[Float], name: str, p: _Property) -> Face:
-    owner = p.owner
+def _face(found: list[Float], element: etree._Element, p: _Property) -> Face:
+    owner, name = p.owner, identifier(element)
     about = dict(owner.about)
     if name and owner.id:
         about["surface"] = owner.id
-    return Face(found, owner.semantics or _LEVEL0.get(p.kind), name or owner.id, about)
+    lines = [identifier(e) for e in element.iter("{*}LinearRing")]
+    return Face(found, owner.semantics or _LEVEL0.get(p.kind), name or owner.id, about, lines)
 
 
 def _without_shared(closed: list[list[_Polygon]], loose: list[_Polygon]) -> list[_Polygon]:
@@ -211,7 +213,7 @@ def _without_shared(closed: list[list[_Polygon]], loose: list[_Polygon]) -> list
     for solid in closed:
         for q in solid:
             twin = by_element.get(q.element) if q.element is not None else None
-            twin = twin or by_corners.get(_corners(q.face))
+            twin = twin or (by_corners.get(_corners(q.face)) if q.face.rings else None)
             if twin is not None:
                 shared.add(id(twin))
                 q.face.semantics, q.face.id, q.face.about = (
@@ -224,7 +226,7 @@ def _without_shared(closed: list[list[_Polygon]], loose: list[_Polygon]) -> list
 
 def _corners(face: Face) -> frozenset[tuple[float, ...]]:
     """The corners of the outer ring in mm, in no order."""
-    return frozenset(map(tuple, np.round(face.rings[0], 3).tolist()))
+    return frozenset(map(tuple, np.round(face.rings[0], 3).tolist())) if face.rings else frozenset()
 
 
 def _moved(ring: Float, matrix: Float) -> Float:

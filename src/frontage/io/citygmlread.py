@@ -14,9 +14,11 @@ from lxml import etree
 from frontage.io.citydraft import Draft
 from frontage.io.citygml import building_of
 from frontage.io.cityplace import Place
+from frontage.io.citytexture import Painter
 from frontage.io.gml import HREF, identifier, local
 
-_MEMBERS = ("cityObjectMember", "featureMember", "featureMembers", "member")
+_MEMBERS = ("cityObjectMember", "featureMember", "featureMembers", "member", "appearanceMember")
+_EMPTIED = [f"{{*}}{name}" for name in ("Building", *_MEMBERS)]
 _SAFE: dict[str, Any] = {"resolve_entities": False, "no_network": True, "load_dtd": False, "huge_tree": False}
 _FLAT = etree.XPath("boolean(ancestor-or-self::*[@srsDimension='2'] | .//@srsDimension[.='2'])")
 _ANCHORS = ("anchorPoint", "anchorDefinition")  # of a local system, CityGML 2 and 3
@@ -28,52 +30,84 @@ def read_citygml(path: Path, place: Place) -> Iterator[Draft]:
 
     Raises lxml's XMLSyntaxError on damaged XML, ValueError when it is no city model.
     """
-    waiting: list[tuple[int, bytes]] = []
-    missing: set[str] = set()
-    for number, element in enumerate(_buildings(path, place), 1):
-        if place.bounded and _is_far(element, place):
-            continue
-        own = _by_id(element)
-        if outside := _references(element) - set(own):
-            missing |= outside
-            waiting.append((number, etree.tostring(element)))
-            continue
-        draft = building_of(element, number, own.get)
-        if place.touches(draft.points()):
-            yield draft
-    shared = _shared(path, missing)
-    for number, text in waiting:
-        element = etree.fromstring(text, etree.XMLParser(**_SAFE))
-        draft = building_of(element, number, (shared | _by_id(element)).get)
-        if place.touches(draft.points()):
-            yield draft
+    yield from _Reader(path, place).drafts()
 
 
-def _buildings(path: Path, place: Place) -> Iterator[etree._Element]:
-    """Every Building element, emptied once it is used; the members around them are emptied too."""
-    tags = [f"{{*}}{name}" for name in ("CityModel", "Envelope", *_ANCHORS, "Building", *_MEMBERS)]
-    with open(path, "rb") as file:
-        context = etree.iterparse(file, events=("start", "end"), tag=tags, **_SAFE)
-        for event, element in context:
-            name = local(element)
-            if event == "start":
-                if name == "CityModel":
-                    _acceptable(element)
-                elif name == "Envelope":
-                    place.stated(element.get("srsName"))
-            elif name in _ANCHORS:
-                place.anchored(element.get("codeSpace"), element.text or "")
-            elif name == "Building":
-                named = (e.get("srsName") for e in element.iter() if isinstance(e.tag, str))
-                place.stated(next((srs for srs in named if srs), None))
-                yield element
-                _empty(element)
-            elif name in _MEMBERS:
-                _empty(element)
-    root = context.root
-    if root is None or local(root) != "CityModel":
-        raise ValueError(f"its root is {'nothing' if root is None else local(root)}, not CityModel")
-    _acceptable(root)
+class _Reader:
+    """One file: what waits for elements elsewhere in it, and whether pictures stand outside the buildings."""
+
+    def __init__(self, path: Path, place: Place) -> None:
+        self._path = path
+        self._place = place
+        self._waiting: list[tuple[int, bytes]] = []
+        self._missing: set[str] = set()
+        self._appearances = False
+
+    def drafts(self) -> list[Draft]:
+        """All buildings that are wanted."""
+        found: list[Draft] = []
+        for number, element in enumerate(self._buildings(), 1):
+            if self._place.bounded and _is_far(element, self._place):
+                continue
+            own = _by_id(element)
+            if outside := _references(element) - set(own):
+                self._missing |= outside
+                self._waiting.append((number, etree.tostring(element)))
+            else:
+                found += self._draft(element, number, own)
+        shared = _shared(self._path, self._missing)
+        for number, text in self._waiting:
+            element = etree.fromstring(text, etree.XMLParser(**_SAFE))
+            found += self._draft(element, number, shared | _by_id(element))
+        if self._appearances:
+            painter = Painter(found)
+            with open(self._path, "rb") as file:
+                for _, element in etree.iterparse(file, tag=["{*}ParameterizedTexture", *_EMPTIED], **_SAFE):
+                    painter.look(element)
+                    _empty(element)
+            painter.paint()
+        return found
+
+    def _draft(self, element: etree._Element, number: int, by_id: dict[str, etree._Element]) -> list[Draft]:
+        """The building, where it touches the bounds, with the pictures that stand inside it."""
+        draft = building_of(element, number, by_id.get)
+        if not self._place.touches(draft.points()):
+            return []
+        painter = Painter([draft])
+        painter.look(element)
+        painter.paint()
+        return [draft]
+
+    def _buildings(self) -> Iterator[etree._Element]:
+        """Every Building element, emptied once it is used; the members around them are emptied too."""
+        tags = [f"{{*}}{name}" for name in ("CityModel", "Envelope", *_ANCHORS)] + _EMPTIED
+        with open(self._path, "rb") as file:
+            context = etree.iterparse(file, events=("start", "end"), tag=tags, **_SAFE)
+            for event, element in context:
+                name = local(element)
+                if event == "start":
+                    self._start(name, element)
+                elif name in _ANCHORS:
+                    self._place.anchored(element.get("codeSpace"), element.text or "")
+                elif name == "Building":
+                    named = (e.get("srsName") for e in element.iter() if isinstance(e.tag, str))
+                    self._place.stated(next((srs for srs in named if srs), None))
+                    yield element
+                    _empty(element)
+                elif name in _MEMBERS:
+                    _empty(element)
+        root = context.root
+        if root is None or local(root) != "CityModel":
+            raise ValueError(f"its root is {'nothing' if root is None else local(root)}, not CityModel")
+        _acceptable(root)
+
+    def _start(self, name: str, element: etree._Element) -> None:
+        """What an element says before its content is known."""
+        if name == "CityModel":
+            _acceptable(element)
+        elif name == "Envelope":
+            self._place.stated(element.get("srsName"))
+        self._appearances |= name == "appearanceMember"
 
 
 def _is_far(element: etree._Element, place: Place) -> bool:

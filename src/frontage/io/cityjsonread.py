@@ -2,7 +2,7 @@
 
 import json
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -10,6 +10,7 @@ import numpy as np
 from frontage.geometry.arrays import Float
 from frontage.io.address import spoken_address
 from frontage.io.citydraft import Draft, DraftShell, Face, Value
+from frontage.model.citymodel import Texture
 
 _PARTS = ("BuildingPart", "BuildingInstallation", "BuildingConstructiveElement")
 _SURFACES = ("MultiSurface", "CompositeSurface")
@@ -19,10 +20,19 @@ _BAD = (IndexError, TypeError, KeyError, ValueError, AttributeError)
 
 @dataclass(frozen=True, eq=False)
 class Corners:
-    """Vertices (v, 3) in file coordinates and the templates of the model."""
+    """Vertices (v, 3) in file coordinates, the templates of the model, pictures and places (p, 2) in them."""
 
     vertices: Float
     templates: Mapping[str, Any]
+    images: Sequence[str] = ()
+    places: Float = field(default_factory=lambda: np.zeros((0, 2)))
+
+    @classmethod
+    def of(cls, vertices: Float, templates: Mapping[str, Any], appearance: Mapping[str, Any]) -> "Corners":
+        """With the pictures of an `appearance` member."""
+        images = [str(t.get("image", "")) for t in appearance.get("textures") or ()]
+        places = np.array(appearance.get("vertices-texture") or [], np.float64).reshape(-1, 2)
+        return cls(vertices, templates, images, places)
 
 
 def families(objects: Mapping[str, Any]) -> dict[str, list[str]]:
@@ -101,14 +111,19 @@ def _geometry(geometry: Any, corners: Corners, part: str, problems: list[str]) -
         return
     semantics = geometry.get("semantics") or {}
     table, given = semantics.get("surfaces") or [], semantics.get("values")
+    themes = list((geometry.get("texture") or {}).values())
+    painted = themes[0].get("values") if themes else None
     if kind in _SURFACES:
-        yield DraftShell(lod, _faces(boundaries, given, table, corners, problems), False, part)
+        faces = _faces(boundaries, given, table, corners, problems)
+        _paint(faces, painted, corners)
+        yield DraftShell(lod, faces, False, part)
     elif kind in ("Solid", "MultiSolid", "CompositeSolid"):
         solids = [boundaries] if kind == "Solid" else boundaries
-        numbers = [given] if kind == "Solid" else given or []
+        numbers, pictures = ([given], [painted]) if kind == "Solid" else (given, painted)
         for k, solid in enumerate(solids):
-            said = _item(_item(numbers, k), 0)
-            yield DraftShell(lod, _faces(solid[0], said, table, corners, problems), True, part)
+            faces = _faces(solid[0], _item(_item(numbers, k), 0), table, corners, problems)
+            _paint(faces, _item(_item(pictures, k), 0), corners)
+            yield DraftShell(lod, faces, True, part)
             problems += ["an inner shell of a solid"] * (len(solid) - 1)
     elif kind not in _NOTHING:
         raise ValueError(f"of type {kind!r}")
@@ -132,7 +147,7 @@ def _item(values: Any, k: int) -> Any:
 def _faces(
     polygons: Sequence[Any], given: Any, table: Sequence[Any], corners: Corners, problems: list[str]
 ) -> list[Face]:
-    """Polygons by vertex number with their semantics; broken ones are named in `problems`."""
+    """Polygons by vertex number with their semantics; broken ones lose their rings, named in `problems`."""
     faces = []
     for k, polygon in enumerate(polygons):
         try:
@@ -142,7 +157,20 @@ def _faces(
             faces.append(Face(rings, meaning.get("type"), str(meaning.get("id", "")), _about(meaning, table)))
         except _BAD as problem:
             problems.append(f"a broken polygon ({_said(problem)})")
+            faces.append(Face([]))
     return faces
+
+
+def _paint(faces: Sequence[Face], given: Any, corners: Corners) -> None:
+    """Give polygons their textures: per ring the number of the picture, then those of places in it."""
+    for k, face in enumerate(faces):
+        rings = _item(given, k)
+        try:
+            if rings and rings[0] and rings[0][0] is not None:
+                places = tuple(corners.places[np.asarray(r[1:], np.int64)] for r in rings)
+                face.texture = Texture(corners.images[rings[0][0]], places)
+        except _BAD:
+            continue  # a picture that is not there is no reason to lose a wall
 
 
 def _ring(numbers: Any, vertices: Float) -> Float:

@@ -29,14 +29,17 @@ def read_cityjson(path: Path, place: Place) -> Iterator[Draft]:
     templates = model.head.get("geometry-templates") or {}
     if model.goes_on:
         for feature in _features(path):
-            corners = Corners(_table(feature.get("vertices", ())) * scale + shift, templates)
+            appearance = feature.get("appearance") or {}
+            vertices = _table(feature.get("vertices", ())) * scale + shift
+            corners = Corners.of(vertices, templates, appearance)
             objects = feature["CityObjects"]
             for key, family in families(objects).items():
                 draft = building_of(key, family, objects, corners)
                 if place.touches(draft.points()):
                     yield draft
         return
-    corners = Corners(model.vertices.table() * scale + shift, templates)
+    appearance = model.head.get("appearance") or {}
+    corners = Corners.of(model.vertices.table() * scale + shift, templates, appearance)
     found = families(model.relations)
     if place.bounded:
         found = _near(path, found, corners, place)

@@ -12,11 +12,22 @@ from frontage.model.world import WorldRef
 
 
 @dataclass(frozen=True, eq=False)
+class Texture:
+    """A picture on a polygon, by reference: its path or URL as the file names it.
+
+    `rings`: the place in it of every corner, (k, 2) per ring, the outer one first; 0..1, to the right and up.
+    """
+
+    image: str
+    rings: tuple[Float, ...]
+
+
+@dataclass(frozen=True, eq=False)
 class Shell:
     """One geometry of a building: level of detail ("2.2", "3.3"), polygons in local m seen counter-clockwise
     from outside, and attributes of single polygons by their `source_id`. `closed` = a solid's outer shell.
     `part` is the id of the building part or installation that it belongs to, "" the building itself;
-    an `installation` (balcony, chimney, stairs) is no part of the building's body."""
+    an `installation` (balcony, chimney, stairs) is no part of its body. `textures` by `source_id`."""
 
     lod: str
     surfaces: tuple[Surface, ...]
@@ -24,6 +35,7 @@ class Shell:
     closed: bool = True
     part: str = ""
     installation: bool = False
+    textures: Mapping[str, Texture] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, eq=False)
