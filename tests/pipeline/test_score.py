@@ -163,10 +163,13 @@ def test_estimated_poses_are_scored(copy: Path, simulated: Path) -> None:
                        "sigma_center": [0.02] * 3, "sigma_angles": [0.01] * 3})  # fmt: skip
     (copy / "orientation").mkdir()
     (copy / "orientation" / "report.json").write_text(json.dumps(photos))
-    scans = [
-        {"scan": f"{Path(s['file']).name}:1", "matrix": np.eye(4).tolist(), "covariance": np.eye(6).tolist()}
-        for s in table["stations"]
-    ]
+    scans = []
+    for s, origin in zip(table["stations"], ("file", "scanner"), strict=True):
+        matrix = np.eye(4)
+        if origin == "scanner":
+            matrix[:3, :3], matrix[:3, 3] = s["true"]["R"], s["true"]["position"]
+        scans.append({"scan": f"{Path(s['file']).name}:1", "from": origin, "matrix": matrix.tolist(),
+                      "covariance": np.eye(6).tolist()})  # fmt: skip
     (copy / "registration").mkdir()
     (copy / "registration" / "report.json").write_text(json.dumps(scans))
     scores = score(copy, simulated)

@@ -97,26 +97,27 @@ def photo_poses(table: Any, path: Path, world: WorldRef) -> list[FoundPose]:
 
 
 def scan_poses(table: Any, path: Path, truth: Truth) -> list[FoundPose]:
-    """Poses of registration/report.json: `matrix` takes the file's given coordinates to the world.
+    """Poses of registration/report.json: `matrix` takes coordinates to the world, the scanner's own where
+    `from` is "scanner", else the file's as they were given.
 
-    The estimated pose is the matrix applied to the given one; the covariance (m, rad) is of that pose.
-    Scans that the truth does not know are left out. Raises FileError.
+    The covariance (m, rad) is of the scanner's place and the rotation about it. Scans that the truth does
+    not know are left out. Raises FileError.
     """
-    given = {pose.name: pose.given for pose in truth.scans}
-    given |= {name.rsplit("/", 1)[-1]: pose for name, pose in given.items()}
-    full = {pose.name.rsplit("/", 1)[-1]: pose.name for pose in truth.scans}
+    known = {pose.name.rsplit("/", 1)[-1]: pose for pose in truth.scans}
+    known |= {name.rsplit(":", 1)[0]: pose for name, pose in known.items()}
     out = []
     for entry in _entries(table, "scans", path):
         try:
-            name = str(entry["scan"]).rsplit("/", 1)[-1]
-            if name not in given:
+            scan = known.get(str(entry["scan"]).rsplit("/", 1)[-1])
+            if scan is None:
                 continue
             M = np.array(entry["matrix"], np.float64).reshape(4, 4)
-            R = nearest_rotation(M[:3, :3], _ROUNDED)
-            place = M[:3, :3] @ truth.world.to_world(given[name].t) + M[:3, 3]
-            pose = Rigid3("local", "scanner", R @ given[name].R, truth.world.to_local(place))
+            R, place = nearest_rotation(M[:3, :3], _ROUNDED), M[:3, 3]
+            if entry.get("from") != "scanner":
+                R, place = R @ scan.given.R, M[:3, :3] @ truth.world.to_world(scan.given.t) + place
+            pose = Rigid3("local", "scanner", R, truth.world.to_local(place))
             sigma = np.sqrt(np.diag(np.array(entry["covariance"], np.float64)))
-            out.append(FoundPose(full[name], pose, sigma[:3], sigma[3:]))
+            out.append(FoundPose(scan.name, pose, sigma[:3], sigma[3:]))
         except (KeyError, TypeError, ValueError, IndexError) as error:
             raise _lacking(path, entry.get("scan", "a scan"), error) from None
     return out

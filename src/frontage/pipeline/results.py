@@ -84,7 +84,8 @@ class Results:
         house = self._true_houses()
         if isinstance(house, Absent):
             return house
-        cloud = load_scan(self.workspace.cloud_path).xyz
+        moved = any(scan["pose"] == "approximate" for scan in self.manifest["project"]["scans"])
+        cloud = load_scan(self.workspace.registered_path if moved else self.workspace.cloud_path).xyz
         if len(cloud) != len(house):
             return Absent(f"the cloud has {len(cloud)} points, the truth of its scans {len(house)}")
         found = np.full(len(cloud), -1, np.int64)
