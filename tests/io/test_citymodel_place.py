@@ -6,11 +6,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from city_files import HOUSE, write
+from city_files import LOCAL, house, write
 from frontage.errors import CrsError, FileError
+from frontage.io.citygmlwrite import write_citygml
 from frontage.io.citymodel import read_city_model
-from frontage.model import CityBuilding, CityModel, Shell, Surface, WorldRef
-from frontage.model.overlap import require_overlap
+from frontage.model import CityModel
 from io_files import UTM
 from shape_files import FACES, GOOD, city, cityjson, lod2_surface, members, polygon
 
@@ -46,22 +46,19 @@ def test_the_order_of_the_axes(tmp_path: Path, srs: str, first: float, second: f
     assert bool(told) == note and all("before" in n for n in told)
 
 
-def test_a_model_somewhere_else_gives_one_sentence() -> None:
-    rings = tuple(Surface(np.array(ring, float), kind) for kind, ring in HOUSE)
-    model = CityModel((CityBuilding("B", (Shell("2", rings),)),), UTM)
-    near = np.array([[20.0, 0, 0], [40.0, 9, 9]])
-    require_overlap(model, near, 12.5)
-    with pytest.raises(CrsError, match=r"^m.gml: lies 12 m away from the scan .*check the CRS of both$"):
-        require_overlap(model, near, 11.5, "m.gml")
-    x, y, z = UTM.origin
-    turned = CityModel(model.buildings, WorldRef(np.array([y, x, z]), UTM.crs))
-    shift = np.array([x - y, y - x])
-    with pytest.raises(CrsError, match="x and y are swapped"):
-        require_overlap(turned, near[:, :2] + shift, 50)
-    with pytest.raises(CrsError, match="holds no buildings"):
-        require_overlap(CityModel((), UTM), near, 50)
+def test_a_model_somewhere_else_gives_one_sentence(tmp_path: Path) -> None:
+    near = (5.0, 100.0, 9.0, 110.0)
+    path = write_citygml(tmp_path / "m.gml", [house("A", 0.0)], LOCAL, "t")
+    assert len(read_city_model(path, LOCAL, bounds=(8.0, 5.0, 9.0, 9.0)).buildings) == 1
+    with pytest.raises(
+        FileError, match=r"m\.gml: .* x 0 to 8, y 0 to 6, 94 m away: check the CRS of the model"
+    ):
+        read_city_model(path, LOCAL, bounds=near)
+    path = write_citygml(tmp_path / "n.gml", [house("A", 100.0)], LOCAL, "t")
+    with pytest.raises(FileError, match=r"x and y are swapped: write it with east before north"):
+        read_city_model(path, LOCAL, bounds=near)
     with pytest.raises(ValueError, match="no polygons"):
-        CityModel((), UTM).bounds()
+        CityModel((), LOCAL).bounds()
 
 
 @pytest.mark.parametrize(

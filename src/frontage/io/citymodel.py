@@ -58,11 +58,10 @@ def _nothing(path: Path, seen: int, problems: list[Failed], place: Place) -> Fil
     if problems:
         what = f"none of its {seen} buildings can be used ({problems[0].message})"
         return FileError(path, what, "repair the model", code="I103")
-    if place.extent is None:
+    far = place.far()
+    if not far:
         return FileError(path, "holds no buildings", _ADVICE, code="I105")
-    (x0, y0), (x1, y1) = place.extent[:, :2]
-    what = f"holds no buildings within the bounds; they lie at x {x0:.0f} to {x1:.0f}, y {y0:.0f} to {y1:.0f}"
-    return FileError(path, what, "check the CRS of the model and of the scans", code="I105")
+    return FileError(path, "holds no buildings within the bounds", far, code="I206")
 
 
 def kind_of(path: Path) -> str | None:

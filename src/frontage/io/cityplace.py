@@ -18,7 +18,6 @@ class Place:
     """File coordinates to local metres; decided by the first points that are asked for.
 
     bounds  (x0, y0, x1, y1) or (x0, y0, z0, x1, y1, z1), m world, or None for everything
-    extent  lowest and highest corner (2, 3) m world of all that was held against the bounds
     """
 
     def __init__(
@@ -30,7 +29,7 @@ class Place:
         self._bounds = None if bounds is None else np.asarray(bounds, np.float64).reshape(2, -1)
         self._placement: Placement | None = None
         self._swap = False
-        self.extent: Float | None = None
+        self._extent: Float | None = None  # lowest and highest corner (2, 3) m world of all that was seen
         self.notes: list[str] = []
 
     def stated(self, crs: str | None) -> None:
@@ -75,9 +74,19 @@ class Place:
         assert self.world is not None
         k = self._bounds.shape[1]
         box = self.world.to_world(np.stack([local.min(0), local.max(0)]))
-        seen = np.concatenate([box, self.extent]) if self.extent is not None else box
-        self.extent = np.stack([seen.min(0), seen.max(0)])
+        seen = np.concatenate([box, self._extent]) if self._extent is not None else box
+        self._extent = np.stack([seen.min(0), seen.max(0)])
         return bool((box[0, :k] <= self._bounds[1]).all() and (box[1, :k] >= self._bounds[0]).all())
+
+    def far(self) -> str:
+        """Where the buildings lie that were held against the bounds, and what to do; "" without any."""
+        if self._extent is None or self._bounds is None:
+            return ""
+        box, near = self._extent, self._bounds
+        place = f"they lie at x {box[0, 0]:.0f} to {box[1, 0]:.0f}, y {box[0, 1]:.0f} to {box[1, 1]:.0f}"
+        if _gap(box[:, [1, 0]], near[:, :2]) == 0.0:
+            return f"{place}, x and y are swapped: write it with east before north, or name its CRS"
+        return f"{place}, {_gap(box, near):.0f} m away: check the CRS of the model and of the scans"
 
     def _decide(self, points: Float) -> None:
         text = self._wanted.crs or self._stated
@@ -113,3 +122,10 @@ class Place:
         there = Transformer.from_crs(systems.horizontal(crs), target, always_xy=True)
         xy = np.column_stack(there.transform(points[:, 0], points[:, 1]))
         return within(target, np.column_stack([xy, np.zeros(len(xy))]))
+
+
+def _gap(a: Float, b: Float) -> float:
+    """The distance in m between two boxes (2, k), 0 where they meet."""
+    k = min(a.shape[1], b.shape[1])
+    a, b = a[:, :k], b[:, :k]
+    return float(np.linalg.norm(np.maximum(0.0, np.maximum(a[0] - b[1], b[0] - a[1]))))

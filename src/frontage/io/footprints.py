@@ -20,15 +20,21 @@ log = logging.getLogger(__name__)
 _SLIVER = 0.5  # m2: smaller pieces are gaps between badly joined surfaces, not buildings
 
 
-def read_footprints(path: str | Path, world: WorldRef, crs: str | None = None) -> tuple[Footprint, ...]:
+def read_footprints(
+    path: str | Path,
+    world: WorldRef,
+    crs: str | None = None,
+    bounds: tuple[float, ...] | None = None,
+) -> tuple[Footprint, ...]:
     """The outline of every building of a map or city model, local metres, counter-clockwise, not closed.
 
     A building in several separate pieces gives one footprint per piece, with "#2", ... behind its id.
+    `bounds` (x0, y0, x1, y1) m world: buildings that do not touch it are left out.
 
-    Raises FileError (missing, truncated, corrupt, no buildings), CrsError (no CRS where the world has one,
-    or the other way round).
+    Raises FileError (missing, truncated, corrupt, no buildings, none within the bounds), CrsError (no CRS
+    where the world has one, or the other way round).
     """
-    model = read_city_model(path, world, crs=crs)
+    model = read_city_model(path, world, bounds, crs)
     for note in (*model.notes, *(p.message for p in model.problems)):
         log.warning(note)
     found = footprints_of(model.buildings)

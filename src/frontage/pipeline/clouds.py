@@ -1,5 +1,7 @@
 """Working clouds: what one building's task needs of the whole street, and no more."""
 
+from collections.abc import Sequence
+
 import numpy as np
 from scipy.ndimage import distance_transform_edt
 
@@ -10,6 +12,14 @@ REACH = 15.0  # m; across a street: what can hide a facade, and the ground it st
 _CELL = 1.0  # m; plan cells for finding neighbours
 _MANY = 1_000_000  # surrounding points above which they are thinned
 _VOXEL = 0.05  # m; finer than a lamp post or a branch, which is what surroundings are for
+
+
+def around(scans: Sequence[Scan], margin: float) -> tuple[float, ...]:
+    """The box in plan (x0, y0, x1, y1), m world, of scans in one world, `margin` m wider on every side."""
+    low = np.min([s.xyz.min(0) for s in scans], axis=0)
+    high = np.max([s.xyz.max(0) for s in scans], axis=0)
+    low, high = scans[0].world.to_world(low - margin), scans[0].world.to_world(high + margin)
+    return (float(low[0]), float(low[1]), float(high[0]), float(high[1]))
 
 
 def thin(xyz: Float, voxel: float) -> Int:

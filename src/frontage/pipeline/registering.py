@@ -17,13 +17,14 @@ from frontage.io.citymodel import read_city_model
 from frontage.io.scans import ScanSource
 from frontage.io.store import load_scan, save_scan
 from frontage.model import CityModel, Estimate, Scan, Surface, merge_scans
-from frontage.pipeline.clouds import thin_to
+from frontage.pipeline.clouds import around, thin_to
 from frontage.pipeline.context import Run
 from frontage.pipeline.files import write_arrays, write_json
 from frontage.pipeline.project import Project
 from frontage.registration import PosePrior, Registered, Registration, WallOffset, register
 
 Result = dict[str, Any]
+_TURNED = 50.0  # m: what a wrong heading moves the far end of a scan by
 
 
 def approximate(project: Project) -> bool:
@@ -46,8 +47,9 @@ def register_scans(run: Run) -> Result:
     sources = [run.project.scans[k] for k in numbers]
     scans = [load_scan(run.workspace.part_path(k)) for k in range(len(numbers))]
     rough = [k for k, source in enumerate(sources) if source.pose == "approximate"]
-    model = read_city_model(run.project.model.path, scans[0].world)
     priors = [pose_prior(scans[k], sources[k]) for k in rough]
+    reach = _TURNED + 4.0 * max(float(p.sigma_position.max()) for p in priors)
+    model = read_city_model(run.project.model.path, scans[0].world, around(scans, reach))
     run.progress.begin("register", len(rough))
     found = register([scans[k] for k in rough], model, priors, run.project.registration)
     placed = dict(zip(rough, found.scans, strict=True))
@@ -58,7 +60,12 @@ def register_scans(run: Run) -> Result:
     given = [scans[k] for k in rough]
     write_json(run.workspace.registration_folder / "report.json", report_record(given, priors, found))
     _save_plan(run, model, scans, merged)
-    notes = [*found.notes, *_trusted_note(len(scans) - len(rough)), *(str(p.message) for p in model.problems)]
+    notes = [
+        *found.notes,
+        *_trusted_note(len(scans) - len(rough)),
+        *model.notes,
+        *(str(p.message) for p in model.problems),
+    ]
     return {"items": len(rough), "notes": notes, "warnings": _warnings(found)}
 
 

@@ -20,7 +20,7 @@ from frontage.io.photos import PhotoSet, read_photos
 from frontage.io.scans import read_scans
 from frontage.io.store import load_scan, save_scan
 from frontage.model import Scan, WorldRef, merge_scans
-from frontage.pipeline.clouds import Neighbourhoods, thin_to, working_cloud
+from frontage.pipeline.clouds import Neighbourhoods, around, thin_to, working_cloud
 from frontage.pipeline.context import Run
 from frontage.pipeline.files import read_json, write_array, write_bytes, write_json
 from frontage.pipeline.project import Project
@@ -31,6 +31,7 @@ from frontage.pipeline.tasks import FacadesTask, OrthoTask, facades_task, ortho_
 from frontage.report import render_report
 
 Result = dict[str, Any]
+_MAP_OFF = 20.0  # m: further than maps are off; buildings beyond are left unread
 
 
 @dataclass(frozen=True)
@@ -84,7 +85,8 @@ def buildings(run: Run) -> Result:
     workspace = run.workspace
     scan = load_scan(workspace.registered_path if approximate(run.project) else workspace.cloud_path)
     model = run.project.model
-    footprints = read_footprints(model.path, scan.world) if model else ()
+    near = around([scan], _MAP_OFF)
+    footprints = read_footprints(model.path, scan.world, bounds=near) if model else ()
     split = find_buildings(scan, run.project.buildings, footprints)
     before = workspace.building_records()
     workspace.begin("buildings")
