@@ -1,9 +1,9 @@
-"""Coarse search over heading and plan position by correlating walls with walls (4 degrees of freedom, levelled).
+"""Coarse search over heading and plan position by correlating walls with walls (4 degrees of freedom).
 
-Both sides are lists of upright pieces in plan: place, direction of the outward normal, weight. For every heading
-the correlation ``c(t) = sum_i sum_j w_i w_j G(p_i + t - q_j) f(theta_i - theta_j)`` of all shifts t is one FFT:
-``f(a) = 15 cos a + 6 cos 2a + cos 3a`` is 22 for walls that look the same way, -6 across, -10 for walls that turn
-their backs, and its harmonics are images whose correlations add in the frequency domain. Heights follow later.
+Both sides are upright pieces in plan: place, direction of the outward normal, weight. For every heading the
+correlation ``c(t) = sum_i sum_j w_i w_j G(p_i + t - q_j) f(theta_i - theta_j)`` of all shifts t is one FFT:
+``f(a) = 15 cos a + 6 cos 2a + cos 3a`` is 22 for walls that look the same way, -6 across, -10 for walls that
+turn their backs; its harmonics are images whose correlations add in the frequency domain.
 """
 
 from dataclasses import dataclass

@@ -15,8 +15,8 @@ _BORDER = 0.3  # m that a foot point may lie outside its polygon
 
 @dataclass(frozen=True, eq=False)
 class Matches:
-    """Pieces on patches: `piece` (m,) into the surfels, `patch` (m,) into the walls, distance r (m,) m outwards
-    positive, place u along and h up (m,) m in the patch."""
+    """Pieces on patches: `piece` (m,) into the surfels, `patch` (m,) into the walls, distance r (m,) m
+    outwards positive, place u along and h up (m,) m in the patch."""
 
     piece: Int
     patch: Int

@@ -12,8 +12,8 @@ _GAIN = 4.0  # information of the data, relative to the prior's, that makes a di
 def directions(covariance: Float, prior: PosePrior, limit: float, lever: float) -> tuple[Direction, ...]:
     """Principal directions of shift and turn of a pose with `covariance` (6, 6) about the instrument.
 
-    A direction is unobservable when its sigma is above `limit` m (turns: times `lever` m, the median range), or
-    when the data know less than four times what the prior knows.
+    A direction is unobservable when its sigma is above `limit` m (turns: times `lever` m, the median range),
+    or when the data know less than four times what the prior knows.
     """
     out = []
     for kind, block, reach in (("shift", slice(0, 3), 1.0), ("turn", slice(3, 6), lever)):

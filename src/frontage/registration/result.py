@@ -109,7 +109,7 @@ class WallOffset:
 class Registration:
     """All scans against one city model.
 
-    ambiguous     another place is nearly as good; `alternatives` are the same for all scans that hang together
+    ambiguous     another place is nearly as good; `alternatives` are of scans that hang together
     agreement     m, robust standard deviation between scans where they overlap; NaN for a single scan
     reason        why the adjustment stopped
     """

@@ -1,7 +1,7 @@
 """Scans to one another: the same coarse search, then point to plane; and the groups that hang together.
 
-Neighbours are found by a KD-tree over flat pieces; residual and normal equations are scalar distances along the
-piece's normal. (small_gicp 1.0.1 is of no use here: its point-to-plane Hessian is wrong on walls oblique to the axes.)
+Neighbours are found by a KD-tree over flat pieces; residual and normal equations are distances along a
+piece's normal (not small_gicp 1.0.1: its point-to-plane Hessian is wrong on walls oblique to the axes).
 """
 
 from collections.abc import Collection, Sequence
@@ -13,8 +13,8 @@ from scipy.spatial import cKDTree
 
 from frontage.geometry.arrays import Float, Int
 from frontage.geometry.rigid import Rigid3
-from frontage.registration.adjust import Pairs, moved
 from frontage.registration.coarse import Peak, plan_of_surfels, search
+from frontage.registration.equations import Pairs, moved
 from frontage.registration.result import PosePrior
 from frontage.registration.surfels import Surfels
 
@@ -44,7 +44,7 @@ def motion(peak: Peak, pivot: Float, height: float = 0.0) -> Rigid3:
     """The rigid motion of a peak about `pivot` (3,), raised by `height` m."""
     c, s = np.cos(peak.turn), np.sin(peak.turn)
     R = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
-    return Rigid3("local", "given", R, pivot + [*peak.shift, height] - R @ pivot)
+    return Rigid3("local", "given", R, pivot + np.array([*peak.shift, height]) - R @ pivot)
 
 
 def tie(pieces: Sequence[Surfels], priors: Sequence[PosePrior], a: int, b: int) -> Tie | None:
@@ -53,7 +53,7 @@ def tie(pieces: Sequence[Surfels], priors: Sequence[PosePrior], a: int, b: int) 
     Fronts let a street slide along itself: from the best peak on, the weakest direction is searched in small
     steps. There setbacks, reveals, cars and posts tell the right place, whose common area stands out.
     """
-    sigma = np.hypot(priors[a].sigma, priors[b].sigma)
+    sigma: Float = np.sqrt(priors[a].sigma ** 2 + priors[b].sigma ** 2)
     pair = _Pair(_thin(pieces[b]), pieces[a], cKDTree(pieces[a].xyz), priors[b].position, sigma)
     plan = (plan_of_surfels(pieces[b]), plan_of_surfels(pieces[a]))
     reach = (float(sigma[:2].max()), float(sigma[5]))
@@ -101,7 +101,7 @@ class _Pair:
         for within in stages:
             for _ in range(_STEPS):
                 normal, gradient = self.normal(pose, within, start)
-                step = np.linalg.solve(normal, -gradient)
+                step: Float = np.asarray(np.linalg.solve(normal, -gradient), np.float64)
                 pose = moved(pose, self.pivot, step)
                 if np.abs(step).max() < 1e-4:
                     break
@@ -166,11 +166,11 @@ def neighbours(source: Surfels, target: Surfels, tree: cKDTree, within: float) -
     """Rows of `source` (in the target's frame) and of the pieces of `target` on the same surface."""
     distance, k = tree.query(source.xyz, distance_upper_bound=within)
     i = np.flatnonzero(np.isfinite(distance))
-    k = k[i]
+    k = np.asarray(k, np.int64)[i]
     cosine = np.einsum("ij,ij->i", source.normal[i], target.normal[k])
     oriented = source.oriented[i] & target.oriented[k]
     same = np.where(oriented, cosine, np.abs(cosine)) > _TURN
-    return i[same], k[same].astype(np.int64)
+    return i[same], k[same]
 
 
 def groups(pieces: Sequence[Surfels], priors: Sequence[PosePrior]) -> list[dict[int, Rigid3]]:

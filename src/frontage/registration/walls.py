@@ -47,7 +47,7 @@ class Patch:
 
 @dataclass(frozen=True, eq=False)
 class Walls:
-    """The patches of a model; `names` of its buildings, `base` (b,) m their lowest height, `footprints` plan."""
+    """The patches of a model; `names` of its buildings, `base` (b,) m their lowest height, `footprints`."""
 
     patches: tuple[Patch, ...]
     names: tuple[str, ...]
@@ -72,7 +72,9 @@ class Walls:
 def model_walls(model: CityModel) -> Walls:
     """Exposed walls and roofs of the model's best shell below LoD3 (or the next best), in its local frame."""
     found: list[Patch] = []
-    names, base, footprints = [], [], []
+    names: list[str] = []
+    base: list[float] = []
+    footprints: list[Any] = []
     for b in model.buildings:
         surfaces = _surfaces(b)
         if not surfaces:
