@@ -9,7 +9,7 @@ from lxml import etree
 
 from frontage.geometry.arrays import Float
 from frontage.io.citydraft import Draft, DraftShell, Face, Value
-from frontage.io.gml import SOLIDS, Find, identifier, local, polygons, rings, solids, targets
+from frontage.io.gml import SOLIDS, Find, identifier, local, polygons, position, rings, solids, targets
 from frontage.io.gmlfacts import address_of, attributes_of
 
 _CLASSES = {
@@ -154,7 +154,7 @@ class _Reader:
             self._draft.problems.append("an implicit geometry without matrix or reference point")
             return
         matrix = np.array((members["transformationMatrix"].text or "").split(), np.float64)
-        anchor = _position(members["referencePoint"])
+        anchor = position(members["referencePoint"])
         shape = next(
             (c for n, c in members.items() if n in ("relativeGMLGeometry", "relativeGeometry")), None
         )
@@ -232,10 +232,3 @@ def _corners(face: Face) -> frozenset[tuple[float, ...]]:
 def _moved(ring: Float, matrix: Float) -> Float:
     out = np.column_stack([ring, np.ones(len(ring))]) @ matrix.T
     return out[:, :3] / out[:, 3:]
-
-
-def _position(element: etree._Element) -> Float | None:
-    """The position (3,) below a property, or None."""
-    text = next((e.text or "" for e in element.iter() if local(e) == "pos"), "")
-    values = np.array(text.split(), np.float64)
-    return values if values.shape == (3,) else None

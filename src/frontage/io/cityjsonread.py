@@ -10,6 +10,7 @@ import numpy as np
 from frontage.geometry.arrays import Float
 from frontage.io.address import spoken_address
 from frontage.io.citydraft import Draft, DraftShell, Face, Value
+from frontage.io.cityjsonbase import template_of
 from frontage.model.citymodel import Texture
 
 _PARTS = ("BuildingPart", "BuildingInstallation", "BuildingConstructiveElement")
@@ -106,8 +107,8 @@ def _geometry(geometry: Any, corners: Corners, part: str, problems: list[str]) -
     kind, boundaries = geometry["type"], geometry["boundaries"]
     lod = str(geometry.get("lod", ""))
     if kind == "GeometryInstance":
-        template, placed = _instance(geometry, corners)
-        yield from _geometry(template, placed, part, problems)
+        template, placed = template_of(geometry, corners.vertices, corners.templates)
+        yield from _geometry(template, Corners(placed, {}), part, problems)
         return
     semantics = geometry.get("semantics") or {}
     table, given = semantics.get("surfaces") or [], semantics.get("values")
@@ -127,16 +128,6 @@ def _geometry(geometry: Any, corners: Corners, part: str, problems: list[str]) -
             problems += ["an inner shell of a solid"] * (len(solid) - 1)
     elif kind not in _NOTHING:
         raise ValueError(f"of type {kind!r}")
-
-
-def _instance(geometry: Any, corners: Corners) -> tuple[Any, Corners]:
-    """The template of an instance, and its vertices where the instance stands."""
-    matrix = np.array(geometry["transformationMatrix"], np.float64).reshape(4, 4)
-    anchor = corners.vertices[geometry["boundaries"][0]]
-    points = np.array(corners.templates["vertices-templates"], np.float64).reshape(-1, 3)
-    moved = np.column_stack([points, np.ones(len(points))]) @ matrix.T
-    template = corners.templates["templates"][geometry["template"]]
-    return template, Corners(moved[:, :3] / moved[:, 3:] + anchor, {})
 
 
 def _item(values: Any, k: int) -> Any:

@@ -7,14 +7,13 @@ from typing import Any
 
 import numpy as np
 
-from frontage.errors import UnsupportedFormat
 from frontage.geometry.arrays import Float
 from frontage.io.citydraft import Draft
+from frontage.io.cityjsonbase import transform_of
 from frontage.io.cityjsonread import Corners, building_of, families
 from frontage.io.cityplace import Place
 from frontage.io.jsonstream import members
 
-_VERSIONS = ("1.", "2.")
 _BLOCK = 1 << 16  # vertices gathered before they become an array
 
 
@@ -22,10 +21,10 @@ def read_cityjson(path: Path, place: Place) -> Iterator[Draft]:
     """The buildings that touch the bounds, in the order of the file.
 
     An object is passed through two or three times (vertices may stand at its end, parts far from their
-    buildings). Raises ValueError naming what is wrong, UnsupportedFormat for other versions.
+    buildings). Raises ValueError naming what is wrong.
     """
     model = _survey(path)
-    scale, shift = _stated(path, model.head, place)
+    scale, shift = _stated(model.head, place)
     templates = model.head.get("geometry-templates") or {}
     if model.goes_on:
         for feature in _features(path):
@@ -138,17 +137,9 @@ def _table(rows: Iterable[Any]) -> Float:
     return np.array(list(rows), np.float64).reshape(-1, 3)
 
 
-def _stated(path: Path, head: Mapping[str, Any], place: Place) -> tuple[Float, Float]:
+def _stated(head: Mapping[str, Any], place: Place) -> tuple[Float, Float]:
     """Check kind and version, hand on the CRS, give scale and shift of the vertices."""
     if head.get("type") != "CityJSON":
         raise ValueError(f"JSON of type {head.get('type')!r}")
-    version = str(head.get("version", ""))
-    if not version.startswith(_VERSIONS):
-        raise UnsupportedFormat(path, f"CityJSON version {version!r}", "known are 1.0, 1.1 and 2.0")
     place.stated((head.get("metadata") or {}).get("referenceSystem"))
-    transform = head.get("transform")
-    if transform is None:
-        if not version.startswith("1.0"):
-            raise ValueError("the member transform is missing")
-        return np.ones(3), np.zeros(3)
-    return np.array(transform["scale"], np.float64), np.array(transform["translate"], np.float64)
+    return transform_of(head)

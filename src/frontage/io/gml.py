@@ -130,3 +130,10 @@ def _dimension(element: etree._Element) -> int:
     said = element.get("srsDimension") or element.get("dimension")
     above = (a.get("srsDimension") for a in element.iterancestors())
     return int(said or next((v for v in above if v), 3))
+
+
+def position(element: etree._Element) -> Float | None:
+    """The point (3,) in or below an element; None without one, or in two dimensions."""
+    text = next((e.text or "" for e in element.iter() if local(e) == "pos"), "")
+    values = np.array(text.split(), np.float64)
+    return values if values.shape == (3,) else None

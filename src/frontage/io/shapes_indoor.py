@@ -2,10 +2,9 @@
 
 from collections.abc import Callable
 
-import numpy as np
 from lxml import etree
 
-from frontage.io.gml import HREF, identifier, local
+from frontage.io.gml import HREF, identifier, local, position
 from frontage.model import Feature, Shape
 from frontage.model.shape import CellGraph
 
@@ -38,7 +37,6 @@ def _links(element: etree._Element, name: str) -> list[str]:
 
 
 def _position(state: etree._Element) -> tuple[float, float, float] | None:
-    """The point of a state; None without one, or in two dimensions."""
-    text = next((e.text or "" for e in state.iter() if local(e) == "pos"), "")
-    values = np.array(text.split(), np.float64)
-    return (float(values[0]), float(values[1]), float(values[2])) if len(values) == 3 else None
+    """The point of a state."""
+    point = position(state)
+    return None if point is None else (float(point[0]), float(point[1]), float(point[2]))

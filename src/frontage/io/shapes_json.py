@@ -9,13 +9,12 @@ import numpy as np
 
 from frontage.errors import UnsupportedFormat
 from frontage.geometry.arrays import Float
+from frontage.io.cityjsonbase import template_of, transform_of
 from frontage.io.degrees import refuse_degrees
 from frontage.model import Feature, Shape, Surfaces
 
 _SURFACES = ("MultiSurface", "CompositeSurface")
 _SOLIDS = ("MultiSolid", "CompositeSolid")
-_VERSIONS = ("0.", "1.", "2.")
-_NO_TRANSFORM = ("0.", "1.0")  # from 1.1 on a transform is required
 
 
 def read_json(path: Path) -> tuple[str, list[Feature]]:
@@ -63,7 +62,7 @@ def _sequence(path: Path, text: str) -> list[Feature]:
                 head = data
                 if data.get("type") != "CityJSON":
                     raise ValueError("the first line is not a CityJSON object")
-                _transform(data)
+                transform_of(data)
                 refuse_degrees(path, data.get("metadata", {}).get("referenceSystem"))
             elif data.get("type") == "CityJSONFeature":
                 features += _cityjson(data, head)
@@ -78,21 +77,9 @@ def _sequence(path: Path, text: str) -> list[Feature]:
     return features
 
 
-def _transform(data: Any) -> tuple[Float, Float]:
-    version = str(data.get("version", ""))
-    if not version.startswith(_VERSIONS):
-        raise ValueError(f"CityJSON version {version!r}; known are 1.0, 1.1 and 2.0")
-    transform = data.get("transform")
-    if transform is None:
-        if not version.startswith(_NO_TRANSFORM):
-            raise ValueError("the member transform is missing")
-        return np.ones(3), np.zeros(3)
-    return np.array(transform["scale"], np.float64), np.array(transform["translate"], np.float64)
-
-
 def _cityjson(data: Any, head: Any) -> list[Feature]:
     """The city objects of a CityJSON object or feature; parts of buildings stand under their buildings."""
-    scale, shift = _transform(head)
+    scale, shift = transform_of(head)
     vertices = np.array(data["vertices"], np.float64).reshape(-1, 3) * scale + shift
     templates = head.get("geometry-templates", {})
     objects = data["CityObjects"]
@@ -134,11 +121,7 @@ def _geometry(geometry: Any, vertices: Float, templates: Any) -> Shape | None:
     """One geometry; None for points and lines."""
     if geometry["type"] != "GeometryInstance":
         return _shape(geometry, vertices)
-    matrix = np.array(geometry["transformationMatrix"], np.float64).reshape(4, 4)
-    anchor = vertices[geometry["boundaries"][0]]
-    local = np.array(templates["vertices-templates"], np.float64).reshape(-1, 3)
-    placed = np.column_stack([local, np.ones(len(local))]) @ matrix.T
-    return _shape(templates["templates"][geometry["template"]], placed[:, :3] / placed[:, 3:] + anchor)
+    return _shape(*template_of(geometry, vertices, templates))
 
 
 def _shape(geometry: Any, vertices: Float) -> Shape | None:
