@@ -1,0 +1,39 @@
+"""What cjio makes of models, where it is installed: the same buildings in other packings."""
+
+import shutil
+import subprocess
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from city_files import house
+from frontage.io.cityjson import write_cityjson
+from frontage.io.citymodel import read_city_model
+from io_files import UTM
+from realdata import data_path
+
+CJIO = shutil.which("cjio")
+
+
+@pytest.mark.skipif(CJIO is None, reason="cjio is not installed")
+@pytest.mark.parametrize("source", ["ours", "theirs"])
+def test_models_that_cjio_has_written_again(tmp_path: Path, source: str) -> None:
+    path = tmp_path / "m.city.json"
+    if source == "ours":
+        write_cityjson(path, [house("A", 0), house("B", 8)], UTM, "two houses")
+    else:
+        path = data_path("ingolstadt_scene/input/lod2/lod2.city.json")
+    steps = [["export", "jsonl", "x.city.jsonl"], ["vertices_clean", "save", "clean.city.json"]]
+    wanted = read_city_model(path, UTM)
+    for step in steps:
+        out = tmp_path / step[-1]
+        subprocess.run([str(CJIO), str(path), *step[:-1], str(out)], check=True, capture_output=True)
+        found = read_city_model(out, UTM)
+        assert {b.id: b.address for b in found.buildings} == {b.id: b.address for b in wanted.buildings}
+        by_id = {b.id: b for b in found.buildings}
+        for b in wanted.buildings:
+            for one, other in zip(b.shells, by_id[b.id].shells, strict=True):
+                for s, t in zip(one.surfaces, other.surfaces, strict=True):
+                    assert (s.semantics, s.source_id) == (t.semantics, t.source_id)
+                    np.testing.assert_allclose(s.ring, t.ring, atol=6e-4)
