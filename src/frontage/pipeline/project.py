@@ -39,7 +39,8 @@ class ModelSource(BaseModel):
 
     model_config = _FORBID
 
-    path: Path = Field(description="CityJSON, CityGML or GeoJSON file")
+    path: Path = Field(description="CityJSON, CityGML, GeoJSON or GeoPackage file")
+    crs: str | None = Field(default=None, description="CRS of the file, over what it says itself")
 
 
 class Project(BaseModel):

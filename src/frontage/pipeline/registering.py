@@ -49,7 +49,8 @@ def register_scans(run: Run) -> Result:
     rough = [k for k, source in enumerate(sources) if source.pose == "approximate"]
     priors = [pose_prior(scans[k], sources[k]) for k in rough]
     reach = _TURNED + 4.0 * max(float(p.sigma_position.max()) for p in priors)
-    model = read_city_model(run.project.model.path, scans[0].world, around(scans, reach))
+    source = run.project.model
+    model = read_city_model(source.path, scans[0].world, around(scans, reach), source.crs)
     run.progress.begin("register", len(rough))
     found = register([scans[k] for k in rough], model, priors, run.project.registration)
     placed = dict(zip(rough, found.scans, strict=True))

@@ -86,7 +86,7 @@ def buildings(run: Run) -> Result:
     scan = load_scan(workspace.registered_path if approximate(run.project) else workspace.cloud_path)
     model = run.project.model
     near = around([scan], _MAP_OFF)
-    footprints = read_footprints(model.path, scan.world, bounds=near) if model else ()
+    footprints = read_footprints(model.path, scan.world, model.crs, near) if model else ()
     split = find_buildings(scan, run.project.buildings, footprints)
     before = workspace.building_records()
     workspace.begin("buildings")
@@ -151,7 +151,15 @@ def report(run: Run) -> Result:
 
 
 def _registration(project: Project) -> Any:
-    return _dump([project.registration]) if approximate(project) else None
+    return [_model_crs(project), *_dump([project.registration])] if approximate(project) else None
+
+
+def _buildings(project: Project) -> Any:
+    return [_model_crs(project), *_dump([project.buildings])]
+
+
+def _model_crs(project: Project) -> str | None:
+    return project.model.crs if project.model else None
 
 
 _BASE = ("geometry", "model", "solve", "raster", "io", "pipeline")
@@ -159,7 +167,7 @@ _BASE = ("geometry", "model", "solve", "raster", "io", "pipeline")
 STAGES: tuple[Stage, ...] = (
     Stage("scans", scans, ("geometry", "model", "io"), ("scans",), lambda p: [p.project.crs, _dump(p.scans)]),
     Stage("register", register, (*_BASE, "registration"), ("model",), _registration, approximate),
-    Stage("buildings", buildings, (*_BASE, "buildings"), ("model",), lambda p: _dump([p.buildings])),
+    Stage("buildings", buildings, (*_BASE, "buildings"), ("model",), _buildings),
     Stage("facades", facades, (*_BASE, "facades"), (), lambda p: [p.project.seed, *_dump([p.facades])]),
     Stage("ortho", ortho, (*_BASE, "ortho"), ("photos",), lambda p: _dump([p.ortho, p.photos])),
     Stage("export", export, (*_BASE, "exports"), (), lambda p: []),
