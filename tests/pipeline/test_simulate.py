@@ -9,7 +9,7 @@ import cv2
 import numpy as np
 import pytest
 
-from frontage.errors import OptionError, WorkspaceError
+from frontage.errors import FileError, OptionError, WorkspaceError
 from frontage.evaluation.ortho import displacements
 from frontage.evaluation.result import OrthoPair
 from frontage.evaluation.truth import Truth, read_truth
@@ -214,3 +214,49 @@ def test_true_solids_are_closed(simulated: Path) -> None:
                 edges += list(zip(ring, ring[1:] + ring[:1], strict=True))
         assert len(edges) == len(set(edges)) > 100
         assert {(b, a) for a, b in edges} == set(edges)
+
+
+LOD3 = """
+seed = 2
+from_model = "models/house.city.json"
+trees = 0
+cars = 0
+people = 0
+lamps = 0
+[[scanners]]
+stations = 1
+spacing = 0.1
+field = 150
+lowest = -15
+highest = 40
+subrays = 1
+[[cameras]]
+width = 120
+height = 90
+most = 1
+samples = 1
+[output]
+gsd = 0.05
+"""
+
+
+def test_a_scene_from_a_city_model_has_its_openings_and_its_world(bare: Path, tmp_path: Path) -> None:
+    (tmp_path / "models").mkdir()
+    shutil.copy(bare / "truth" / "lod3.city.json", tmp_path / "models" / "house.city.json")
+    with pytest.raises(FileError, match="no such file"):
+        simulate(parse_spec(LOD3), tmp_path / "scene")
+    out = simulate(parse_spec(LOD3), tmp_path / "scene", base=tmp_path).out
+    table, source = truth_of(out), truth_of(bare)
+    assert table["crs"] == source["crs"]
+    made, wanted = (
+        [np.mean(o["outline_world"], axis=0) for f in t["facades"] for o in f["openings"]]
+        for t in (table, source)
+    )
+    gaps = np.linalg.norm(np.array(made)[:, None] - np.array(wanted)[None], axis=2)
+    assert len(made) == len(wanted) and gaps.min(0).max() < 0.01
+    # a station before the longest facade sees it, and the ortho-image is there
+    seen = [f for f in table["facades"] if f["visible"]["stations"] > 0.5]
+    assert seen and all((out / f["ortho"]["file"]).exists() for f in seen)
+    assert json.loads((out / "truth" / "spec.json").read_text())["from_model"] == ["models/house.city.json"]
+    again = simulate(parse_spec(LOD3), tmp_path / "again", base=tmp_path, workers=2).out
+    assert hashes(again) == hashes(out)

@@ -37,7 +37,8 @@ def command(spec: Path | None, seed: int | None, out: Path, workers: int, quiet:
             raise FileError(spec, f"cannot be read as text ({error})", "give a SPEC.toml") from None
     if seed is not None:
         made = made.model_copy(update={"seed": seed})
-    done = simulate(made, out, workers=workers, progress=progress(quiet, as_json))
+    base = spec.parent if spec is not None else Path(".")
+    done = simulate(made, out, base=base, workers=workers, progress=progress(quiet, as_json))
     if as_json:
         click.echo(json.dumps(asdict(done), indent=1, default=str))
         return

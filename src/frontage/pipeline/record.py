@@ -19,6 +19,7 @@ import numpy as np
 
 from frontage.geometry.arrays import Array, Int
 from frontage.geometry.rigid import Rigid3
+from frontage.io.citymodel import read_city_model
 from frontage.io.e57write import write_e57
 from frontage.io.exif import Exif, write_jpeg
 from frontage.io.geographic import latitude_longitude, true_heading
@@ -31,6 +32,7 @@ from frontage.simulate.build import street
 from frontage.simulate.cameras import CameraSpec
 from frontage.simulate.instrument import ScannerSpec
 from frontage.simulate.mobile import drive
+from frontage.simulate.modelscene import model_scene
 from frontage.simulate.orthotruth import true_ortho
 from frontage.simulate.photograph import shots
 from frontage.simulate.recording import Station
@@ -66,8 +68,15 @@ def record(task: Task) -> dict[str, Any]:
 
 @lru_cache(maxsize=1)
 def scene_of(spec: SceneSpec) -> Scene:
-    """The street of a spec; the last one is remembered."""
-    return street(spec)
+    """The street of a spec, or the scene of its city models; the last one is remembered.
+
+    Raises OptionError, FileError, UnsupportedFormat, CrsError.
+    """
+    if not spec.from_model:
+        return street(spec)
+    models = [read_city_model(spec.from_model[0])]
+    models += [read_city_model(path, models[0].world) for path in spec.from_model[1:]]
+    return model_scene(spec, models)
 
 
 def points_name(scan: str) -> str:

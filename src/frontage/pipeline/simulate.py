@@ -1,5 +1,6 @@
 """A simulated scene as a folder: recordings, photos, city model, the truth, and a project that reads them."""
 
+import hashlib
 import json
 import time
 from collections.abc import Iterable, Sequence
@@ -13,6 +14,7 @@ import frontage
 from frontage.errors import OptionError
 from frontage.geometry.arrays import Float
 from frontage.io.colmapwrite import write_colmap
+from frontage.io.files import require_file
 from frontage.model import Estimate, Photo
 from frontage.pipeline.citymodels import write_lod2, write_lod3
 from frontage.pipeline.context import Progress, Silent
@@ -75,19 +77,29 @@ class Simulated:
 
 
 def simulate(
-    spec: SceneSpec, out: Path | str, *, workers: int = 1, progress: Progress | None = None
+    spec: SceneSpec,
+    out: Path | str,
+    *,
+    base: Path | str = ".",
+    workers: int = 1,
+    progress: Progress | None = None,
 ) -> Simulated:
     """Build the street of `spec`, measure it, and write everything into the folder `out`.
 
-    The same spec gives the same bytes at any number of workers. A spec that names no instrument gets two
-    stations and six photos. An earlier scene in the folder is replaced; the same one is kept as it is.
+    The city models of `from_model` are looked for from `base`. The same spec gives the same bytes at any
+    number of workers. A spec that names no instrument gets two stations and six photos. An earlier scene in
+    the folder is replaced; the same one is kept as it is.
 
-    Raises OptionError for a spec that cannot be built, WorkspaceError for a folder with other things in it,
+    Raises OptionError for a spec that cannot be built, FileError, UnsupportedFormat or CrsError for a city
+    model that cannot be read, WorkspaceError for a folder with other things in it,
     MissingExtra without the ray tracer or pye57.
     """
     start, told, folder = time.perf_counter(), progress or Silent(), Path(out).resolve()
-    spec, notes = _with_instruments(spec)
-    place = SceneFolder(folder, fingerprint(code_hash(_CODE), spec.model_dump(mode="json")))
+    asked, notes = _with_instruments(spec)
+    paths = [require_file(Path(base) / path) for path in asked.from_model]
+    spec = asked.model_copy(update={"from_model": tuple(str(path.resolve()) for path in paths)})
+    contents = [hashlib.sha256(path.read_bytes()).hexdigest() for path in paths]
+    place = SceneFolder(folder, fingerprint(code_hash(_CODE), asked.model_dump(mode="json"), contents))
     if place.current():
         made = _summary(folder, notes, start)
         told.end("scene", made.seconds, True, {"items": made.facades})
@@ -107,7 +119,7 @@ def simulate(
         found = each("record", tasks)
         seen = _seen(scene, found)
         orthos = each("truth", _ortho_tasks(spec, scene, seen, folder))
-    _write(spec, scene, folder, _truth(spec, scene, seen, found, orthos), found)
+    _write(asked, scene, folder, _truth(spec, scene, seen, found, orthos), found)
     place.finish()
     return _summary(folder, notes, start)
 

@@ -3,11 +3,12 @@
 from dataclasses import dataclass
 
 import numpy as np
+import shapely
 
 from frontage.geometry.rigid import Rigid3
 from frontage.model import WorldRef
 from frontage.simulate.draft import HouseDraft, draw_house
-from frontage.simulate.ground import Box, Profile, draw_ground
+from frontage.simulate.ground import Profile, draw_ground
 from frontage.simulate.hedges import LEAST_SETBACK, Front, draw_hedge, ways_in
 from frontage.simulate.house import build_house
 from frontage.simulate.housespec import HouseSpec
@@ -158,11 +159,11 @@ def _draw_hedges(pen: Pen, profile: Profile, spec: SceneSpec, plots: list[Plot],
         draw_hedge(pen.of(f"hedge{k + 1}"), front, d, towards, rng)
 
 
-def _box(plot: Plot, profile: Profile) -> Box:
+def _box(plot: Plot, profile: Profile) -> shapely.Polygon:
     """The house's footprint in the street frame."""
     near, far = plot.setback, plot.setback + plot.draft.depth
     d0, d1 = (near, far) if plot.side == 0 else (-profile.width - far, -profile.width - near)
-    return plot.start, d0, plot.start + plot.draft.width, d1
+    return shapely.box(plot.start, d0, plot.start + plot.draft.width, d1)
 
 
 def _street_from_house(plot: Plot, profile: Profile) -> Rigid3:

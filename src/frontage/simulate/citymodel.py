@@ -64,12 +64,15 @@ def _survey(house: House, shift: Float, spec: ModelSpec, rng: np.random.Generato
     corner = rng.normal(0, spec.corner, (4, 2))
     roof = float(rng.normal(0, spec.roof))
     leaning, upright = _frames(house)
-    size = np.max([leaning.inverse.apply(ring).max(0) for _, ring in house.shell], axis=0)
+    corners = leaning.inverse.apply(np.concatenate([ring for _, ring in house.shell]))
+    low, size = corners.min(0), np.ptp(corners, axis=0)
+    if len(house.footprint) != 4:  # lines that run askew stay straight under one affinity only
+        corner = _affine(corner)
     surfaces: list[Surface] = []
     for semantics, ring in house.shell:
         inside = leaning.inverse.apply(ring)
         xyz = upright.apply(inside)
-        xyz[:, :2] += _bilinear(corner, inside[:, 0] / size[0], inside[:, 1] / size[1])
+        xyz[:, :2] += _bilinear(corner, *((inside - low) / size)[:, :2].T)
         xyz[:, 2] += np.where(inside[:, 2] > 0.01, roof, 0.0)
         for face in _plane_faces(xyz + own):
             surfaces.append(Surface(face, semantics, f"{house.id}_{len(surfaces)}"))
@@ -88,6 +91,12 @@ def _bilinear(corner: Float, u: Float, v: Float) -> Float:
     """Shifts (k, 2) at relative places u, v between those of four corners (4, 2), front left first."""
     weight = np.column_stack([(1 - u) * (1 - v), u * (1 - v), u * v, (1 - u) * v])
     return weight @ corner
+
+
+def _affine(corner: Float) -> Float:
+    """The shifts (4, 2) nearest to `corner` for which `_bilinear` is linear."""
+    twist = np.array([1.0, -1.0, 1.0, -1.0])
+    return np.asarray(corner - np.outer(twist, twist @ corner / 4))
 
 
 def _plane_faces(ring: Float) -> list[Float]:

@@ -1,5 +1,6 @@
 """The street itself: carriageway, kerbs, pavements and what lies behind the houses."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,8 +11,6 @@ from frontage.simulate.scene import Material, Part
 
 KERB = 0.12  # m, pavement above the gutter
 _UNDER_WALLS = 0.1  # m, that the ground reaches under the outer walls
-
-Box = tuple[float, float, float, float]  # s0, d0, s1, d1 in m
 
 
 @dataclass(frozen=True)
@@ -40,11 +39,19 @@ class Profile:
 
 
 def draw_ground(
-    pen: Pen, profile: Profile, span: tuple[float, float], houses: list[Box], rng: np.random.Generator
+    pen: Pen,
+    profile: Profile,
+    span: tuple[float, float],
+    houses: Sequence[shapely.Geometry],
+    rng: np.random.Generator,
+    behind: float = 40.0,
 ) -> None:
-    """Draw the ground over a `span` of s (m) with a pen in the street's frame, but not inside houses."""
+    """Draw the ground over a `span` of s (m) with a pen in the street's frame, but not inside houses.
+
+    `houses` are footprints in (s, d); the ground goes on for `behind` m on both sides of the street.
+    """
     s0, s1 = span
-    cellars = shapely.union_all([shapely.box(*h).buffer(-_UNDER_WALLS, join_style="mitre") for h in houses])
+    cellars = shapely.union_all([h.buffer(-_UNDER_WALLS, join_style="mitre") for h in houses])
     seed = [int(v) for v in rng.integers(2**31, size=4)]
     asphalt = Material("asphalt", "asphalt", (0.07, 0.07, 0.075), (0.11, 0.11, 0.11), 0.18, 0.0, seed=seed[0])
     slab = float(rng.uniform(0.3, 0.5))
@@ -58,7 +65,7 @@ def draw_ground(
         ("road", asphalt, -w + p + 0.001, -w / 2, 0.004), ("road", asphalt, -w / 2, -p - 0.001, 0.004),
         ("kerb", kerb, -p - 0.001, -p, 0.0), ("kerb", kerb, -w + p, -w + p + 0.001, 0.0),
         ("pavement", paving, -p, 0.0, 0.003), ("pavement", paving, -w, -w + p, 0.003),
-        ("yard", yard, 0.0, 40.0, 0.01), ("yard", yard, -w - 40.0, -w, 0.01),
+        ("yard", yard, 0.0, behind, 0.01), ("yard", yard, -w - behind, -w, 0.01),
     )  # fmt: skip
     for k, (name, material, d0, d1, rough) in enumerate(strips):
         surface = pen.surface(f"{name}{k}", Part.GROUND, material, v=(0.0, 1.0, 0.0), roughness=rough)

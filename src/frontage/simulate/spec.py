@@ -3,7 +3,7 @@
 import tomllib
 from typing import Any, Literal, Self
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
+from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_validator, model_validator
 
 from frontage.errors import OptionError
 from frontage.simulate.cameras import CameraSpec
@@ -11,6 +11,10 @@ from frontage.simulate.citymodel import ModelSpec
 from frontage.simulate.housespec import HouseSpec
 from frontage.simulate.instrument import DriveSpec, ScannerSpec
 from frontage.simulate.output import OutputSpec
+
+_DRAWN = frozenset(
+    ("houses", "house", "setting", "slope", "street_width", "opposite", "hedges", "crs", "origin")
+)
 
 
 class SceneSpec(BaseModel):
@@ -20,6 +24,9 @@ class SceneSpec(BaseModel):
 
     name: str = Field(default="street", min_length=1, description="name of the scene")
     seed: int = Field(default=0, ge=0, description="seed of everything that is drawn")
+    from_model: tuple[str, ...] = Field(
+        default=(), description="city models (CityGML, CityJSON) to build instead of drawn houses"
+    )
     houses: int | None = Field(
         default=None, ge=0, le=500, description="houses on each side; None: those of `house`, or else 4"
     )
@@ -48,6 +55,17 @@ class SceneSpec(BaseModel):
     cameras: tuple[CameraSpec, ...] = Field(default=(), description="series of photographs")
     model: ModelSpec = Field(default_factory=ModelSpec, description="errors of the LoD2 city model")
     output: OutputSpec = Field(default_factory=OutputSpec, description="formats and sizes of the files")
+
+    @field_validator("from_model", mode="before")
+    @classmethod
+    def _one_or_several(cls, value: Any) -> Any:
+        return (value,) if isinstance(value, str) else value
+
+    @model_validator(mode="after")
+    def _model_has_its_houses(self) -> Self:
+        if self.from_model and (stated := sorted(self.model_fields_set & _DRAWN)):
+            raise ValueError(f"from_model brings its own houses and ground; leave out {', '.join(stated)}")
+        return self
 
     @model_validator(mode="after")
     def _first_is_no_twin(self) -> Self:
