@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     "--cameras", help="COLMAP folder with the photos' poses; without --scan its points are the cloud."
 )
 @click.option("--photo-offset", nargs=3, type=float, metavar="X Y Z", help="Added to camera positions, m.")
-@click.option("--model", "city_model", help="City model or footprints: CityJSON, CityGML, GeoJSON, GeoPackage.")
+@click.option("--model", "city_model", help="City model or footprints (CityJSON, CityGML, GeoJSON, GPKG).")
 @click.option("--crs", help="CRS of the result; default: the scans' own.")
 @click.option("--gsd", type=float, help="Metres per pixel of the ortho-images.")
 @click.option("--seed", type=int, help="Seed of every random choice.")
