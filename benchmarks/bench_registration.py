@@ -3,10 +3,10 @@
     python benchmarks/bench_registration.py [--seeds 20] [--only exact,office] [--scene FOLDER]
 
 Every seed is another simulated street (3 to 5 houses a side, terrace or detached, up to 6 trees and 4 cars)
-with 1 to 3 stations. Two models: `exact` = the true shells; `office` = 0.26 m common shift per axis (one sigma),
-5 cm per building, 3 cm per corner, 15 cm per roof. Errors are against the model: its common shift is inherent.
-`found` = within 0.3 m in the observable directions, or flagged ambiguous. ICP gets the same scans, thinned to
-5 000 points, and no priors. Last, one station of 2 M points, and the Ingolstadt scene (`--scene`) if there.
+with 1 to 3 stations. Two models: `exact` = the true shells; `office` = 0.26 m common shift per axis (sigma),
+5 cm per building, 3 cm per corner, 15 cm per roof. Errors are against the model: its shift is inherent.
+`found` = within 0.3 m in the observable directions, or flagged ambiguous. ICP gets the same scans, thinned
+to 5 000 points, without priors. Last, one station of 2 M points, and the Ingolstadt scene if it is there.
 Times are processor seconds.
 """
 

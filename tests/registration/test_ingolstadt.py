@@ -6,7 +6,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-from realdata import data_path
 
 from frontage.geometry.arrays import Array
 from frontage.io.citymodel import read_city_model
@@ -14,6 +13,7 @@ from frontage.io.scans import ScanSource, read_scans
 from frontage.model import CityModel, Scan
 from frontage.registration import Registration, prior_of, register
 from frontage.registration.select import select_walls
+from realdata import data_path
 
 
 @pytest.fixture(scope="module")

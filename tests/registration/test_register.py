@@ -46,6 +46,24 @@ def test_five_metres_and_fifteen_degrees_off(heading: float) -> None:
     assert "moved less than" in result.reason
 
 
+def test_what_hides_and_what_the_model_lacks_does_not_bias() -> None:
+    """40 % of the directions are hidden, the model lacks one house, a hedge stands before another."""
+    scan = scan_of(STREET, PLACE, step=0.1)
+    azimuth = np.degrees(np.arctan2(*(scan.xyz - PLACE)[:, [1, 0]].T)) % 45.0
+    seen = scan.xyz[azimuth > 18.0]
+    rng = np.random.default_rng(0)
+    x, z = rng.uniform(-14, -6, 20_000), rng.uniform(0, 1.5, 20_000)
+    hedge = np.column_stack([x, 5.2 + rng.normal(0, 0.01, 20_000), z])
+    xyz = np.concatenate([seen, hedge])
+    scan = replace(scan, xyz=xyz, origin_index=np.zeros(len(xyz), np.int32))
+    given = misplaced(scan, np.array([3.5, -3.5, 0.2]), 15.0)
+    (result,) = run([given], model_of((*STREET[:3], *STREET[4:]))).scans
+    off, angle = error(result, given)
+    assert np.linalg.norm(off[:2]) < 0.01
+    assert angle < np.radians(0.06)
+    assert 0.5 < result.explained < 0.95
+
+
 def test_scan_that_is_right_stays() -> None:
     given = misplaced(scan_of(STREET, PLACE), np.zeros(3), 0.0)
     off, angle = error(run([given], model_of(STREET)).scans[0], given)
