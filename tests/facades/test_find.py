@@ -357,3 +357,16 @@ def test_reveals_are_no_layers():
     scan = Scan("reveals", xyz, WORLD, np.array([[0, -10.0, 1.7]]), np.zeros(len(xyz), np.int32))
     f = only(find_facades(scan, whole(scan, 0.0)))
     assert [layer.y for layer in f.layers] == [0.0]
+
+
+def test_plinth_and_mouldings_do_not_pull_the_wall():
+    """Layers 2 and 4.5 cm proud of it, on a third of the area, are not the wall's roughness."""
+    rng = np.random.default_rng(12)
+    wall, _ = panel(rng, 11, 6.5, noise=0.004, spacing=0.03)
+    plinth, moulding = wall[:, 2] < 0.9, (wall[:, 2] % 3 > 2.5) | (np.abs(wall[:, 0]) > 5.2)
+    wall[moulding, 1] -= 0.021
+    wall[plinth, 1] -= 0.045 - 0.021 * moulding[plinth]
+    scan = Scan("trim", wall, WORLD, np.array([[0, -9.0, 1.7]]), np.zeros(len(wall), np.int32))
+    f = only(find_facades(scan, whole(scan, 0.0)))
+    assert abs(f.frame.t[1]) < 0.002
+    assert f.roughness < 0.008

@@ -204,12 +204,13 @@ def _straighten(
 
 
 def natural_sigma(residuals: Float, sigma: float, floor: float, most: float = 0.033) -> float:
-    """Sigma in m at which the MAD of what lies within Tukey's support of it is that sigma, found from below.
+    """Sigma in m at which the MAD of what lies within 3 sigma is that sigma, found from below.
 
-    A wall that waves more than its local roughness widens; a separate parallel layer does not enter.
+    A wall that waves more than its local roughness widens; a separate parallel layer does not enter: in a
+    window as wide as Tukey's support, plinths and mouldings of a few sigma let in one another.
     """
     for _ in range(20):
-        inside = np.abs(residuals) < TUKEY * sigma
+        inside = np.abs(residuals) < _SIGMAS * sigma
         new = float(np.clip(mad_sigma(residuals[inside]) if inside.any() else floor, floor, most))
         if abs(new - sigma) < 0.01 * sigma:
             return new

@@ -8,6 +8,7 @@ from frontage.geometry.arrays import Float
 
 _MAD_TO_SIGMA = 1.4826
 _GROWTH = 1.5
+_INSIDE = 3.0  # sigmas; the MAD of a Gaussian cut there is its MAD to 0.3 %
 TUKEY = 4.685  # 95 % efficiency for Gaussian residuals
 
 
@@ -57,7 +58,7 @@ def irls(
 ) -> RobustFit:
     """Iteratively re-weighted least squares with Tukey's biweight.
 
-    The scale is the MAD of the residuals inside the biweight's support, so that a parallel surface
+    The scale is the MAD of the residuals within three times itself, so that a parallel surface
     further off does not widen it; it stays between `sigma_floor` and 1.5 times `sigma_start`. Every
     step starts from `start`
     (p,) and `sigma_start`, which must already isolate the wanted structure.
@@ -72,7 +73,7 @@ def irls(
             break
         updated = weighted_fit(design, observed, weights * factor)
         residuals = observed - design @ updated
-        near = np.abs(residuals) < TUKEY * sigma
+        near = np.abs(residuals) < _INSIDE * sigma
         new_sigma = max(_MAD_TO_SIGMA * float(np.median(np.abs(residuals[near]))), sigma_floor)
         new_sigma = min(new_sigma, _GROWTH * max(sigma_start, sigma_floor))
         moved = float(np.max(np.abs(design[near] @ (updated - parameters)), initial=0.0))
