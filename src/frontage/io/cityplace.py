@@ -84,9 +84,12 @@ class Place:
             return ""
         box, near = self._extent, self._bounds
         place = f"they lie at x {box[0, 0]:.0f} to {box[1, 0]:.0f}, y {box[0, 1]:.0f} to {box[1, 1]:.0f}"
-        if _gap(box[:, [1, 0]], near[:, :2]) == 0.0:
+        if _gap(box[:, :2], near[:, :2]) > 0.0 and _gap(box[:, [1, 0]], near[:, :2]) == 0.0:
             return f"{place}, x and y are swapped: write it with east before north, or name its CRS"
-        return f"{place}, {_gap(box, near):.0f} m away: check the CRS of the model and of the scans"
+        apart = _gap(box, near)
+        if apart == 0.0:
+            return f"{place}, all around: check the bounds"
+        return f"{place}, {apart:.0f} m away: check the CRS of the model and of the scans"
 
     def _decide(self, points: Float) -> None:
         text = self._wanted.crs or self._stated
