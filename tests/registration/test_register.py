@@ -156,9 +156,10 @@ def test_same_input_same_bytes() -> None:
 
 def test_model_far_away_is_one_sentence() -> None:
     given = misplaced(scan_of(ALONE, PLACE, step=0.3), np.zeros(3), 0.0)
-    far = model_of(tuple(replace(b, x=b.x + 5000) for b in ALONE))
-    with pytest.raises(CrsError, match=r"lies 5\.0 km from the scans; check its coordinate system"):
-        run([given], far)
+    for away, words in ((5000, r"5\.0 km"), (200, r"\d+ m")):
+        far = model_of(tuple(replace(b, x=b.x + away) for b in ALONE))
+        with pytest.raises(CrsError, match=rf"lies {words} from the scans; check its coordinate system"):
+            run([given], far)
 
 
 def test_other_system_is_one_sentence() -> None:

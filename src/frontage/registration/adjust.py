@@ -59,47 +59,58 @@ def adjust(
     pairs: Pairs | None = None,
     stages: Sequence[Stage] = STAGES,
 ) -> Adjusted:
-    """Poses from `start` through all `stages`; the last one iterates until the pose rests."""
-    poses = list(start)
-    effects = np.zeros((len(problem.walls.names) + len(problem.walls.patches), 3))
-    sigma = CEILING
-    reason = "no stage"
-    state: State | None = None
+    """Poses from `start` through all `stages`, each until the poses rest or its steps are used up."""
+    errors = np.zeros((len(problem.walls.names) + len(problem.walls.patches), 3))
+    now = _Now(list(start), errors, CEILING, [])
+    reason = ""
     for stage in stages:
+        reason = f"{stage.steps} steps in the last stage"
         for step in range(stage.steps):
             if step % 4 == 0 or stage.scale == 0:
-                matches = _match(problem, poses, stage)
-            scale = stage.scale or 3.0 * sigma
-            state = linearise(problem, poses, effects, matches, pairs, scale, stage.free)
-            shift = state.solve()
-            poses = [
-                moved(p, q.position, shift[6 * s : 6 * s + 6])
-                for s, (p, q) in enumerate(zip(poses, problem.priors, strict=True))
-            ]
-            effects = effects + shift[6 * len(poses) :].reshape(-1, 3)
-            sigma = float(np.clip(_scatter(state, scale), FLOOR, CEILING)) if stage.scale < 0.5 else CEILING
-            step_size = np.abs(shift[: 6 * len(poses)].reshape(-1, 6)).max(0)
-            reason = f"{step + 1} steps in the last stage"
-            if step_size[:3].max() < 1e-4 and step_size[3:].max() < 1e-5:
+                now.matches = _match(problem, now.poses, stage)
+            if _step(problem, now, pairs, stage):
                 reason = "the poses moved less than 0.1 mm and 0.01 mrad"
                 break
-    if state is None:
-        raise ValueError("an adjustment needs at least one stage")
-        state = linearise(problem, poses, effects, matches, pairs, stages[-1].scale or 3.0 * sigma, True)
-    inverse: Float = np.asarray(np.linalg.inv(state.normal), np.float64)
-    k = 6 * len(poses)
-    return Adjusted(
-        tuple(poses),
-        inverse[:k, :k],
-        effects,
-        inverse[k:, k:],
-        tuple(matches),
-        tuple(state.r),
-        tuple(state.w),
-        sigma,
-        reason,
-        state.prior_cost,
+    last = linearise(
+        problem, now.poses, now.effects, now.matches, pairs, stages[-1].scale or 3 * now.sigma, True
     )
+    inverse: Float = np.asarray(np.linalg.inv(last.normal), np.float64)
+    k = 6 * len(now.poses)
+    return Adjusted(
+        tuple(now.poses),
+        inverse[:k, :k],
+        now.effects,
+        inverse[k:, k:],
+        tuple(now.matches),
+        tuple(last.r),
+        tuple(last.w),
+        now.sigma,
+        reason,
+        last.prior_cost,
+    )
+
+
+@dataclass
+class _Now:
+    """Where an adjustment stands: poses, the model's errors, scatter of the residuals (m), matches."""
+
+    poses: list[Rigid3]
+    effects: Float
+    sigma: float
+    matches: list[Matches]
+
+
+def _step(problem: Problem, now: _Now, pairs: Pairs | None, stage: Stage) -> bool:
+    """One step of all unknowns; whether the poses rest."""
+    scale = stage.scale or 3.0 * now.sigma
+    state = linearise(problem, now.poses, now.effects, now.matches, pairs, scale, stage.free)
+    shift = state.solve()
+    k = 6 * len(now.poses)
+    own = shift[:k].reshape(-1, 6)
+    now.poses = [moved(p, q.position, d) for p, q, d in zip(now.poses, problem.priors, own, strict=True)]
+    now.effects = now.effects + shift[k:].reshape(-1, 3)
+    now.sigma = float(np.clip(_scatter(state, scale), FLOOR, CEILING)) if stage.scale < 0.5 else CEILING
+    return bool(np.abs(own[:, :3]).max() < 1e-4 and np.abs(own[:, 3:]).max() < 1e-5)
 
 
 def _match(problem: Problem, poses: Sequence[Rigid3], stage: Stage) -> list[Matches]:
@@ -109,7 +120,7 @@ def _match(problem: Problem, poses: Sequence[Rigid3], stage: Stage) -> list[Matc
     return [match(m, problem.walls, stage.d_max, slack, turn, roofs=stage.d_max < 2.5) for m in placed]
 
 
-def _scatter(state: "State", scale: float) -> float:
+def _scatter(state: State, scale: float) -> float:
     """Robust standard deviation of the residuals inside the loss, every piece alike."""
     r = np.concatenate(state.r)
     near = np.abs(r) < scale

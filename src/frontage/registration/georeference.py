@@ -34,9 +34,9 @@ def register(
     walls, a scan no flat pieces or the numbers of scans and priors differ.
     """
     options = options or RegistrationOptions()
-    walls = _checked(scans, model, priors)
+    walls = _checked(scans, model, priors, options.reach)
     pieces = [
-        _thinned(surfels(s, options.cell, p.position, options.reach), s.name)
+        _usable(surfels(s, options.cell, p.position, options.reach), s.name)
         for s, p in zip(scans, priors, strict=True)
     ]
     start, alternatives, together = place(pieces, walls, priors, options)
@@ -59,7 +59,7 @@ def prior_of(scan: Scan) -> PosePrior:
     return PosePrior(pose.value.t, s[:3], float(s[5]), float(np.hypot(s[3], s[4]) / np.sqrt(2)))
 
 
-def _checked(scans: Sequence[Scan], model: CityModel, priors: Sequence[PosePrior]) -> Walls:
+def _checked(scans: Sequence[Scan], model: CityModel, priors: Sequence[PosePrior], reach: float) -> Walls:
     """The model's walls, after everything that can be wrong with the input was looked at."""
     if len(scans) != len(priors) or not scans:
         raise InputError(f"{len(scans)} scans with {len(priors)} pose priors; give one prior for every scan")
@@ -77,30 +77,29 @@ def _checked(scans: Sequence[Scan], model: CityModel, priors: Sequence[PosePrior
         raise InputError(
             "the city model has no walls (LoD1 or finer) near the scans; check its file and extent"
         )
-    _overlapping(walls, priors)
+    _overlapping(walls, priors, reach)
     return walls
 
 
-def _overlapping(walls: Walls, priors: Sequence[PosePrior]) -> None:
+def _overlapping(walls: Walls, priors: Sequence[PosePrior], reach: float) -> None:
     """Raise CrsError when no wall is within reach of any scan, and say what would help."""
-    place = np.array([p.point for p in walls.patches])
-    slack = max(SPAN * float(p.sigma_position.max()) for p in priors)
-    scans = np.array([p.position for p in priors])
-    gap = _gap(place[:, :2], scans[:, :2])
-    if gap < 200.0 + slack:
-        return
-    # swapped axes show at world size only; local origins differ per axis, so that both are tried
-    raise CrsError(
-        f"the city model lies {gap / 1000:.1f} km from the scans; check its coordinate system and that its "
-        "axes are not swapped (east before north)"
-    )
+    place = np.array([p.point for p in walls.patches])[:, :2]
+    half = np.array([0.5 * p.length for p in walls.patches])
+    gap = np.array(
+        [
+            np.linalg.norm(place - p.position[:2], axis=1) - half - SPAN * p.sigma_position.max()
+            for p in priors
+        ]
+    ).min()
+    if gap > reach:
+        far = f"{gap / 1000:.1f} km" if gap > 1000 else f"{gap:.0f} m"
+        raise CrsError(
+            f"the city model lies {far} from the scans; check its coordinate system and that its axes are "
+            "not swapped (east before north)"
+        )
 
 
-def _gap(a: Float, b: Float) -> float:
-    return float(np.sqrt(np.square(a[:, None] - b[None]).sum(2).min()))
-
-
-def _thinned(s: Surfels, name: str) -> Surfels:
+def _usable(s: Surfels, name: str) -> Surfels:
     if len(s) == 0:
         raise InputError(f"{name}: has no flat surfaces within reach of its scanner; is its position right?")
     return s

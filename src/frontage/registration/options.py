@@ -38,4 +38,3 @@ class RegistrationOptions(BaseModel):
         le=5,
         description="m, a direction with a larger sigma is called unobservable",
     )
-    seed: int = Field(default=0, ge=0, description="seed of the thinning")
