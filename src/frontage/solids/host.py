@@ -17,6 +17,7 @@ from frontage.solids.placing import Log
 from frontage.solids.relief import GRID
 from frontage.solids.repair import flattened, grounded, noded
 from frontage.solids.rims import normal, unmatched, volume6
+from frontage.solids.sewing import lidded, sewn
 
 _WELD = 10  # 0.1 mm: vertices this close are one, as for the validator
 _UP = 0.5  # vertical part of the normal of a roof or ground of a block
@@ -30,12 +31,15 @@ class Host:
     notes: tuple[str, ...] = ()
 
 
-def host_solid(building: str, surfaces: Sequence[Surface], world: WorldRef, lod: str = "2") -> Host | Failed:
+def host_solid(
+    building: str, surfaces: Sequence[Surface], world: WorldRef, lod: str = "2", lid: bool = False
+) -> Host | Failed:
     """The polygons of a building (rings (k, 3) m local, counter-clockwise from outside) as a closed solid.
 
     Vertices go to the grid of 0.1 mm and are not moved otherwise. Repaired with a note: vertices up to 1 mm
-    apart, vertices on edges of others, faces that all look inwards, a missing ground,
-    faces that are not flat. Everything else is S302 (no faces) or S303 (not closed).
+    apart, vertices on edges of others, faces that all look inwards, a missing ground, faces that are not
+    flat, free edges up to 0.1 m apart (`sewing.sewn`); with `lid` also a roof that does not meet its walls,
+    which is replaced (`sewing.lidded`). Everything else is S302 (no faces) or S303 (not closed).
     """
     log = Log()
     vertices, faces = _welded(surfaces, log, building)
@@ -44,15 +48,16 @@ def host_solid(building: str, surfaces: Sequence[Surface], world: WorldRef, lod:
         return Failed("S302", f"{building}: only {len(faces)} usable polygons, no solid", hint)
     solid = noded(Solid(building, vertices, world.origin, tuple(faces), lod), log)
     solid = grounded(solid, log)
+    if unmatched(solid.faces):
+        solid = sewn(solid, log)
+    if lid and unmatched(solid.faces):
+        solid = lidded(solid, log)
     loose = unmatched(solid.faces)
     if loose:
         x, y, z = (vertices[loose[0][0]] / GRID + world.origin).tolist()
         where = f"{len(loose)} edges have no partner, one at {x:.2f} {y:.2f} {z:.2f}"
-        return Failed(
-            "S303",
-            f"{building}: the host is not closed, {where}",
-            "repair the model, or use a block made from the facade",
-        )
+        hint = "repair the model, or use a block made from the ground or the facade"
+        return Failed("S303", f"{building}: the host is not closed, {where}", hint)
     if volume6(solid) < 0:
         log.notes.append(f"{building}: all faces looked inwards and have been turned")
         turned = [Face(f.ring[::-1], f.semantics, tuple(h[::-1] for h in f.holes)) for f in solid.faces]
@@ -95,6 +100,40 @@ def _clean(ring: list[int]) -> tuple[int, ...]:
     return tuple(v for v, before in zip(ring, (ring[-1], *ring[:-1]), strict=True) if v != before)
 
 
+def ground_block(
+    building: str, surfaces: Sequence[Surface], world: WorldRef, top: float | None = None
+) -> Host | Failed:
+    """An upright block over a building's one ground polygon, up to `top` (m local; None: its highest wall).
+
+    The host where a model's walls and roof do not close: walls in plan as in the model, the roof flat.
+    """
+    grounds = [s for s in surfaces if s.semantics == "GroundSurface"]
+    walls = [s.ring[:, 2].max() for s in surfaces if s.semantics == "WallSurface"]
+    if len(grounds) != 1 or (top is None and not walls):
+        hint = "use a block made from the facade"
+        return Failed(
+            "S304", f"{building}: {len(grounds)} ground polygons, a block needs one and a top", hint
+        )
+    high = float(max(walls)) if top is None else top
+    rings = (grounds[0].ring, *grounds[0].holes)
+    up = normal(rings[0])[2] > 0
+    lower = [r[::-1] if up else r for r in rings]
+    upper = [np.column_stack([r[:, :2], np.full(len(r), high)])[::-1] for r in lower]
+    shell = [Surface(lower[0], "GroundSurface", "", tuple(lower[1:]))]
+    shell.append(Surface(upper[0], "RoofSurface", "", tuple(upper[1:])))
+    for low_ring, high_ring in zip(lower, upper, strict=True):
+        above = high_ring[::-1]
+        for a in range(len(low_ring)):
+            b = (a + 1) % len(low_ring)
+            side = np.array([low_ring[b], low_ring[a], above[a], above[b]])
+            shell.append(Surface(side, "WallSurface"))
+    made = host_solid(building, shell, world, "1")
+    if not isinstance(made, Host):
+        return made
+    note = f"{building}: a block over its ground polygon up to {high:.2f} m stands for the city model's solid"
+    return Host(made.solid, (note, *made.notes))
+
+
 def facade_block(
     building: str, local_from_facade: Rigid3, outline: Float, depth: float, world: WorldRef
 ) -> Host | Failed:
@@ -103,9 +142,12 @@ def facade_block(
     The host where there is no city model. The front and the back are walls; sides that look up are roof,
     those that look down ground.
     """
-    polygon = shapely.set_precision(Polygon(outline), 1 / GRID).simplify(1 / GRID)
-    if not isinstance(polygon, Polygon) or polygon.is_empty or not Polygon(outline).is_valid or depth <= 0:
+    raw = Polygon(outline)
+    if not raw.is_valid or raw.area == 0 or depth <= 0:
         return Failed("S304", f"{building}: the facade's outline makes no block", "check outline and depth")
+    polygon = shapely.set_precision(raw, 1 / GRID).simplify(1 / GRID)
+    if not isinstance(polygon, Polygon) or polygon.is_empty:
+        return Failed("S304", f"{building}: the facade's outline is too thin", "check outline and depth")
     level = Rigid3("local", "block", facade_axes(local_from_facade.R[:, 1]), local_from_facade.t)
     ring = polygon_ring(polygon)
     flat = np.column_stack([ring[:, 0], np.zeros(len(ring)), ring[:, 1]])

@@ -13,13 +13,13 @@ from frontage.solids.placing import Log
 from frontage.solids.relief import GRID
 from frontage.solids.rims import Edge, edges_of, normal, rings_of, unmatched
 
-_NEAR = 10.0  # 0.1 mm: a vertex this close to an edge lies on it (the validator's snap tolerance)
+NEAR = 10.0  # 0.1 mm: a vertex this close to an edge lies on it (the validator's snap tolerance)
 _FLAT = 0.008  # m: corners further off the face's plane than this split it; a valid face may have 0.01
 _LEVEL = 0.9  # vertical part of a ground's normal
 
 
-def noded(solid: Solid, log: Log) -> Solid:
-    """Vertices that lie on free edges of other faces put into these edges."""
+def noded(solid: Solid, log: Log, near: float = NEAR) -> Solid:
+    """Free vertices within `near` (0.1 mm) of free edges of other faces put into these edges."""
     loose = unmatched(solid.faces)
     if not loose:
         return solid
@@ -30,7 +30,7 @@ def noded(solid: Solid, log: Log) -> Solid:
         p, way = solid.vertices[a].astype(np.float64), (solid.vertices[b] - solid.vertices[a]).astype(float)
         t = (xyz - p) @ way / float(way @ way)
         off = np.linalg.norm(xyz - p - t[:, None] * way, axis=1)
-        on = np.nonzero((off <= _NEAR) & (t > 0) & (t < 1) & (ids != a) & (ids != b))[0]
+        on = np.nonzero((off <= near) & (t > 0) & (t < 1) & (ids != a) & (ids != b))[0]
         if len(on):
             between[a, b] = ids[on[np.argsort(t[on], kind="stable")]].tolist()
     if not between:
@@ -52,7 +52,7 @@ def grounded(solid: Solid, log: Log) -> Solid:
 
     Every free edge must belong to one simple loop, every loop must be flat and face down.
     """
-    loops = _loops([e[::-1] for e in unmatched(solid.faces)])
+    loops = free_loops([e[::-1] for e in unmatched(solid.faces)])
     if not loops:
         return solid
     low = float(solid.vertices[:, 2].min()) / GRID
@@ -70,7 +70,7 @@ def grounded(solid: Solid, log: Log) -> Solid:
     return replace(solid, faces=tuple(faces))
 
 
-def _loops(edges: Sequence[Edge]) -> list[list[int]]:
+def free_loops(edges: Sequence[Edge]) -> list[list[int]]:
     """Simple loops of edges; none where an end is ambiguous."""
     after = dict(edges)
     if len(after) != len(edges) or set(after) != set(after.values()):
@@ -93,7 +93,7 @@ def flattened(solid: Solid, log: Log) -> Solid:
         ids = [i for r in rings_of(face) for i in r]
         n = normal(local[list(face.ring)])
         off = np.abs((local[ids] - local[ids].mean(0)) @ n).max()
-        parts = _triangles(face, local, n) if off > _FLAT else []
+        parts = triangles(face, local, n) if off > _FLAT else []
         faces += parts or [face]
         split += bool(parts)
     if split:
@@ -101,7 +101,7 @@ def flattened(solid: Solid, log: Log) -> Solid:
     return replace(solid, faces=tuple(faces)) if split else solid
 
 
-def _triangles(face: Face, local: Float, n: Float) -> list[Face]:
+def triangles(face: Face, local: Float, n: Float) -> list[Face]:
     """A face as triangles over its own vertices; none where the triangulation fails."""
     keep = [k for k in range(3) if k != int(np.argmax(np.abs(n)))]
     where = {tuple(local[i, keep].tolist()): i for r in rings_of(face) for i in r}
