@@ -225,3 +225,18 @@ def test_real_houses_keep_their_windows_and_leave_room_for_a_street() -> None:
         assert 0.95 * len(objects) <= found <= len(objects), name
         spec = ScannerSpec.model_validate({"stations": 2})
         assert len(places(scene, spec, Tracer(scene.mesh))) == 2
+        assert clear_share(scene) > 0.95, name
+
+
+def clear_share(scene: Scene) -> float:
+    """Share of the openings whose own pane, bar or leaf is met from just before the wall."""
+    tracer = Tracer(scene.mesh)
+    met = []
+    for f, facade in enumerate(scene.houses[0].facades):
+        for o, opening in enumerate(facade.openings):
+            at = opening.ring.min(0) + np.ptp(opening.ring, axis=0) * [0.37, 0.31]
+            start = facade.local_from_facade.apply(np.array([[at[0], -0.01, at[1]]]))
+            hits = tracer.first_hit(start, facade.local_from_facade.R[:, 1][None])
+            seen = scene.surfaces[scene.mesh.surface[hits.triangle[0]]]
+            met.append((seen.facade, seen.opening) == (f, o) and seen.part != Part.ROOM)
+    return float(np.mean(met))

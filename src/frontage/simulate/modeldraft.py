@@ -15,6 +15,8 @@ from frontage.simulate.modelwalls import Wall, find_walls, footprint_of, polygon
 from frontage.simulate.scene import ProtrusionPlan
 
 _FACADE = (2.0, 2.0, 6.0)  # m, m, m2: width, height and area from which a wall without openings is a facade
+_GRID = 0.25  # m, between places that no room may hold
+_KEPT = (-0.2, 0.0, 0.25)  # m behind walls: air before them, and the wall itself
 _SEAM = 0.3  # m: bands as high as this do not divide a facade
 
 
@@ -35,6 +37,8 @@ class ModelDraft:
     gone         faces that are drawn anew: openings and their reveals
     fixtures     faces of installations (balconies, chimneys), part by part
     footprint    polygon(s) in plan, m local; base = height of the ground, m local
+    lost         number of windows and doors without a wall
+    outdoors     places (n, 3) m local just before the walls and in them
     """
 
     id: str
@@ -47,6 +51,7 @@ class ModelDraft:
     footprint: shapely.Geometry
     base: float
     lost: int
+    outdoors: Float
 
     def frame(self, facade: ModelFacade) -> Rigid3:
         """Pose of a facade."""
@@ -69,7 +74,36 @@ def read_house(building: CityBuilding, id: str) -> ModelDraft | None:
     facades = [f for k in range(len(walls)) if (f := _facade(k, walls[k], openings, gone, base))]
     front = _with_protrusions(id, facades, walls, fixtures)
     address = building.address or f"{id[1:].lstrip('0')} {building.id}"
-    return ModelDraft(id, address, faces, walls, front, gone, fixtures, footprint, base, lost)
+    return ModelDraft(
+        id,
+        address,
+        faces,
+        walls,
+        front,
+        gone,
+        fixtures,
+        footprint,
+        base,
+        lost,
+        _outdoors(walls, openings, gone),
+    )
+
+
+def _outdoors(walls: tuple[Wall, ...], openings: list[FoundOpening], gone: Set[int]) -> Float:
+    """Points on a grid over all walls and their openings, a little before them and within them."""
+    out: list[Float] = [np.empty((0, 3))]
+    for number, wall in enumerate(walls):
+        holes = [shapely.Polygon(o.ring) for o in openings if o.wall == number]
+        area = shapely.union_all([wall.area(gone), *holes])
+        if area.is_empty:
+            continue
+        x0, z0, x1, z1 = area.bounds
+        x, z = np.meshgrid(np.arange(x0 + _GRID / 2, x1, _GRID), np.arange(z0 + _GRID / 2, z1, _GRID))
+        shapely.prepare(area)
+        on = shapely.contains_xy(area, x, z)
+        for y in _KEPT:
+            out.append(wall.local_from_wall.apply(np.column_stack([x[on], np.full(on.sum(), y), z[on]])))
+    return np.concatenate(out)
 
 
 def _base(faces: tuple[Surface, ...]) -> float:

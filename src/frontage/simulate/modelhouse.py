@@ -13,7 +13,7 @@ from frontage.simulate.elevation import Dressing
 from frontage.simulate.meshing import Pen, band, triangulate
 from frontage.simulate.modeldraft import ModelDraft, ModelFacade
 from frontage.simulate.modelopenings import KINDS, FoundOpening, has_inset
-from frontage.simulate.modelroom import draw_room
+from frontage.simulate.modelroom import REACH, draw_room
 from frontage.simulate.modelwalls import area_vector, flat_polygon, in_plan, plane_frame, polygons
 from frontage.simulate.palette import Palette, draw_palette
 from frontage.simulate.scene import FacadePlan, House, Material, OpeningPlan, Part
@@ -108,6 +108,8 @@ def _draw_facade(
     area = draft.walls[facade.wall].area(draft.gone).difference(shapely.union_all(holes))
     _draw_area(own, own.surface("wall", Part.WALL, palette.wall, roughness=rough), area)
     house = in_plan(draft.footprint, own.local_from_frame)
+    air = own.local_from_frame.inverse.apply(draft.outdoors)
+    air = air[(air[:, 1] > 0.0) & (air[:, 1] < REACH)]
     for k, plan in enumerate(plans):
         curtain = str(rng.choice(["none", "sides", "net", "blind"], p=[0.4, 0.3, 0.2, 0.1]))
         leaf = "ribs" if plan.kind == "garage" else "panels"
@@ -117,7 +119,7 @@ def _draw_facade(
         draw_opening(piece, plan, dressing, palette, inner)
         if plan.glazed:
             others = [p.ring for p in plans if p is not plan]
-            draw_room(piece, plan.ring, others, house, inner, palette, rng)
+            draw_room(piece, plan.ring, others, house, air, inner, palette, rng)
 
 
 def _draw_area(pen: Pen, surface: int, area: shapely.Geometry) -> None:

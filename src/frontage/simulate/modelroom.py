@@ -11,9 +11,12 @@ from frontage.simulate.meshing import Pen
 from frontage.simulate.palette import Palette
 from frontage.simulate.scene import Part
 
+REACH = 8.0
+"""m behind a wall, beyond which no room reaches."""
+
 _SIDE, _BELOW, _ABOVE = 1.2, 0.95, 0.45  # m, a room's reach beyond its window
 _LEAST = 0.03  # m, likewise at least
-_DEPTHS = (4.5, 3.6, 2.8, 2.0, 1.4, 0.9, 0.5)  # m: the deepest that stays in the house
+_DEPTHS = (4.5, 3.6, 2.8, 2.0, 1.4, 0.9, 0.5, 0.2, 0.08)  # m: the deepest that stays in the house
 
 
 def draw_room(
@@ -21,17 +24,21 @@ def draw_room(
     ring: Float,
     others: Sequence[Float],
     house: shapely.Geometry,
+    air: Float,
     y: float,
     palette: Palette,
     rng: np.random.Generator,
 ) -> None:
     """A box from y m (facade frame) inwards, open to the hole `ring`; half-way to the `others` it ends.
 
-    `house` is the footprint in the facade's (x, y).
+    `house` is the footprint in the facade's (x, y), `air` (n, 3) are places outdoors and in walls, in
+    the facade frame: the room leaves loggias, light wells and other walls' windows alone.
     """
     x0, z0, x1, z1 = _extent(ring, others)
     spans = [(x0, x1), (float(ring[:, 0].min()) - _LEAST, float(ring[:, 0].max()) + _LEAST)]
-    fits = ((a, b, d) for d in _DEPTHS for a, b in spans if _holds(house, a, b, y, d))
+    near = (air[:, 2] > z0) & (air[:, 2] < z1) & (air[:, 0] > x0) & (air[:, 0] < x1)
+    before = air[near][:, :2]
+    fits = ((a, b, d) for d in _DEPTHS for a, b in spans if _holds(house, before, (a, y, b, y + d)))
     x0, x1, deep = next(fits, (*spans[1], _DEPTHS[-1]))
     walls = pen.surface("room", Part.ROOM, palette.room)
     floor = pen.surface("floor", Part.ROOM, palette.floor, v=(0.0, 1.0, 0.0))
@@ -68,6 +75,9 @@ def _extent(ring: Float, others: Sequence[Float]) -> tuple[float, float, float, 
     return float(x0 - half[0]), float(z0 - half[1]), float(x1 + half[2]), float(z1 + half[3])
 
 
-def _holds(house: shapely.Geometry, x0: float, x1: float, y: float, deep: float) -> bool:
-    box = shapely.box(x0, y, x1, y + deep)
+def _holds(house: shapely.Geometry, air: Float, bounds: tuple[float, float, float, float]) -> bool:
+    """Whether a room of some bounds (x0, y0, x1, y1) lies in the house, without any of the `air` (n, 2)."""
+    box = shapely.box(*bounds)
+    if ((air > bounds[:2]) & (air < bounds[2:])).all(1).any():
+        return False
     return bool(house.intersection(box).area > 0.99 * box.area)

@@ -15,7 +15,7 @@ _WIDTHS = (16.0, 14.0, 12.0, 10.0, 8.0, 7.0, 6.0)  # m: the widest street that f
 _ROW = 8.0  # m behind the foremost facade, up to which others stand on the street
 _FACING = np.cos(np.radians(20.0))
 _TRIED = 24  # facades, the longest ones
-_BLANK = 0.3  # what a metre of facade without openings counts
+_BLANK, _BAY = 0.3, 4.0  # what a metre of blank wall counts; m of wall that an opening makes count whole
 _OVERHANG = 0.3  # m that what stands on the street may reach into it
 _ENDS = 3.0  # m free beyond the first and the last facade
 
@@ -55,7 +55,8 @@ def _fronts(drafts: Sequence[ModelDraft]) -> Iterator[_Front]:
     for k, draft in enumerate(drafts):
         for facade in draft.facades:
             width = float(np.ptp(facade.outline[:, 0]))
-            yield _Front(k, draft.frame(facade), width, width * (1.0 if facade.openings else _BLANK))
+            told = min(_BAY * len(facade.openings), width)
+            yield _Front(k, draft.frame(facade), width, told + _BLANK * (width - told))
 
 
 def _try(
