@@ -1,0 +1,1 @@
+"""Openings and protrusions of a facade, from its points and their lines of sight."""

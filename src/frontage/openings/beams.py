@@ -1,0 +1,200 @@
+"""What every beam says about the wall: it ended on it, went through it, or was stopped before it."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import ndimage
+
+from frontage.geometry.arrays import Array, Bool, Float, Int, freeze
+from frontage.model.facade import Facade
+from frontage.model.scan import Scan
+
+_TILE = 0.25  # m, raster of the wall's depth
+_KERNEL = 0.8  # m, one sigma of the surroundings that tell it: wider than half a window
+_PEAK = 0.25  # share of the highest peak that a surface needs to be the wall: glass fronts hold little wall
+_FINEST = 0.01  # m, least bin of offsets
+_FITTING = 0.3  # m: sills, surrounds, open shutters and cut stone stand so far out, and close what they cover
+_LEAST = 0.015  # m: a surface that near the wall is the wall, however quiet the scanner
+_REACH = 60.0  # m behind the wall that a beam through it may reach
+
+
+@dataclass(frozen=True)
+class Raster:
+    """Cells of the facade plane: lower left corner (x, z) m, side m, rows (z up) and columns."""
+
+    corner: tuple[float, float]
+    cell: float
+    shape: tuple[int, int]
+
+    @classmethod
+    def over(cls, facade: Facade, cell: float) -> "Raster":
+        """Cells over the facade's bounding box."""
+        x0, z0, x1, z1 = facade.extent
+        return cls((x0, z0), cell, (int((z1 - z0) / cell) + 1, int((x1 - x0) / cell) + 1))
+
+    def flat(self, x: Float, z: Float) -> Int:
+        """Cell of every place, -1 outside the raster (or not a number)."""
+        with np.errstate(invalid="ignore"):
+            c = np.floor((x - self.corner[0]) / self.cell)
+            r = np.floor((z - self.corner[1]) / self.cell)
+            inside = (c >= 0) & (r >= 0) & (c < self.shape[1]) & (r < self.shape[0])
+        return np.where(inside, np.where(inside, r, 0) * self.shape[1] + np.where(inside, c, 0), -1).astype(
+            np.int64
+        )
+
+    def count(self, x: Float, z: Float) -> Float:
+        """How many of the places (n,) lie in each cell."""
+        at = self.flat(x, z)
+        size = self.shape[0] * self.shape[1]
+        return np.bincount(at[at >= 0], minlength=size).reshape(self.shape).astype(np.float64)
+
+
+@dataclass(frozen=True, eq=False)
+class Beams:
+    """Beams where they meet the wall, sorted into what they say.
+
+    solid    (n, 2) x, z m of points on the wall or on what is fitted to it
+    open     (m, 2) where the beams of points behind the wall crossed it; open_depth (m,) of the points, m
+    blocked  (k, 2) where beams would have met the wall that something before it stopped
+    front    (p, 3) x, z m and depth m (negative) of the points before the wall, fittings left out
+    wall     (h, w) depth y m of the wall on `raster`; sigma m of the wall's own points about it; `least`
+             m is the distance from the wall beyond which a point is not on it
+    rays     whether the lines of sight are known
+    """
+
+    solid: Float
+    solid_depth: Float
+    open: Float
+    open_depth: Float
+    blocked: Float
+    front: Float
+    wall: Float
+    raster: Raster
+    sigma: float
+    least: float
+    rays: bool
+
+    def __post_init__(self) -> None:
+        pair = ((None, 2), np.float64)
+        freeze(self, solid=pair, open=pair, blocked=pair, front=((None, 3), np.float64))
+
+    def depth_at(self, x: Float, z: Float) -> Float:
+        """Depth y m of the wall at places (n,); of the nearest cell outside the raster."""
+        return _at(self.wall, self.raster, x, z)
+
+
+def sort_beams(facade: Facade, scan: Scan) -> Beams:
+    """Every beam of the working cloud that has to do with the facade's wall.
+
+    With known sensors the beam's crossing with the *local* wall counts (found on the plane, then once more
+    on the depth there); without, a point stands for the place on the wall right before it.
+    """
+    to_facade = facade.frame.inverse
+    near = to_facade.apply(scan.xyz[facade.support])
+    raster = Raster.over(facade, _TILE)
+    wall = _wall_depth(near, raster, facade.roughness)
+    residual = near[:, 1] - _at(wall, raster, near[:, 0], near[:, 2])
+    close = np.abs(residual) < max(3.0 * facade.roughness, _LEAST)
+    sigma = 1.4826 * float(np.median(np.abs(residual[close]))) if close.any() else facade.roughness
+    least = max(3.0 * sigma, _LEAST)
+    known = scan.origin_index >= 0
+    lone = facade.support[~known[facade.support]]
+    place, depth = _crossings(scan, facade, wall, raster, np.flatnonzero(known))
+    point = to_facade.apply(scan.xyz[lone])
+    own = point[:, 1] - _at(wall, raster, point[:, 0], point[:, 2])
+    d = residual
+    on = (d <= least) & (d >= -_FITTING)
+    through, stopped = depth > least, depth < -_FITTING
+    behind, ahead = own > least, d < -_FITTING
+    return Beams(
+        near[on][:, [0, 2]],
+        d[on],
+        np.vstack([place[through], point[behind][:, [0, 2]]]),
+        np.concatenate([depth[through], own[behind]]),
+        place[stopped],
+        np.column_stack([near[ahead][:, [0, 2]], d[ahead]]),
+        wall,
+        raster,
+        sigma,
+        least,
+        bool(known[facade.support].mean() > 0.5) if len(facade.support) else False,
+    )
+
+
+def _crossings(scan: Scan, facade: Facade, wall: Float, raster: Raster, index: Int) -> tuple[Float, Float]:
+    """Where the beams of the points `index` (n,) cross the wall, (k, 2), and the points' depth behind it.
+
+    Only beams that cross it within the facade's bounding box, from before the wall.
+    """
+    to_facade = facade.frame.inverse
+    point, eye = to_facade.apply(scan.xyz[index]), to_facade.apply(scan.sensor_of(index))
+    depth = np.zeros(len(index))
+    place = np.empty((len(index), 2))
+    ok: Bool = eye[:, 1] < -_FITTING
+    run = np.where(np.abs(point[:, 1] - eye[:, 1]) > 1e-6, point[:, 1] - eye[:, 1], 1e-6)
+    for _ in range(2):
+        share = (depth - eye[:, 1]) / run
+        place = (eye + share[:, None] * (point - eye))[:, [0, 2]]
+        depth = np.nan_to_num(_at(wall, raster, place[:, 0], place[:, 1]))
+    ok &= (share > 0) & (raster.flat(place[:, 0], place[:, 1]) >= 0) & (point[:, 1] < _REACH)
+    return place[ok], (point[:, 1] - depth)[ok]
+
+
+def _wall_depth(xyz: Float, raster: Raster, roughness: float) -> Float:
+    """Depth of the wall (h, w): the surface that holds much of the area around a tile.
+
+    Of several the one on the facade plane or nearest before it, else the first behind: frames and panes lie
+    behind the wall they belong to, balconies and bays well before it.
+    """
+    step = max(roughness, _FINEST)
+    low, high = float(xyz[:, 1].min()), float(xyz[:, 1].max())
+    bins = int((high - low) / step) + 2
+    level = ((xyz[:, 1] - low) / step).astype(np.int64)
+    flat = raster.flat(xyz[:, 0], xyz[:, 2])
+    fine = Raster(raster.corner, _TILE / 8, (raster.shape[0] * 8, raster.shape[1] * 8))
+    kept = flat >= 0
+    key = fine.flat(xyz[kept, 0], xyz[kept, 2]) * bins + level[kept]
+    _, first = np.unique(key, return_index=True)  # area, not points: every cell counts once per offset
+    size = raster.shape[0] * raster.shape[1]
+    held = np.bincount(flat[kept][first] * bins + level[kept][first], minlength=size * bins)
+    area = held.reshape(*raster.shape, bins).astype(np.float32)
+    wide = (_KERNEL / _TILE, _KERNEL / _TILE, 1.0)
+    area = ndimage.gaussian_filter(area, wide, mode="constant", truncate=3.0)
+    y = low + (np.arange(bins) + 0.5) * step
+    return _refined(_chosen(area, y, 3.0 * step), xyz, raster, 3.0 * step)
+
+
+def _chosen(area: Array, y: Array, slack: float) -> Float:
+    """The depth (h, w) of the wall's peak among the peaks of `area` (h, w, bins) at offsets y (bins,)."""
+    peak = (area >= _PEAK * area.max(2, keepdims=True)) & (area > 0)
+    peak[..., 1:-1] &= (area[..., 1:-1] >= area[..., :-2]) & (area[..., 1:-1] > area[..., 2:])
+    # those before the plane rank by how far they stand out, those behind it come after all of them
+    rank = np.where(y <= slack, np.abs(y), 10.0 + y)
+    best = np.where(peak, rank, np.inf).argmin(2)
+    out: Float = y[best]
+    empty = ~peak.any(2)
+    if empty.all():
+        return np.zeros(empty.shape)
+    near = ndimage.distance_transform_edt(empty, return_distances=False, return_indices=True)
+    return np.asarray(out[tuple(near)])
+
+
+def _refined(wall: Float, xyz: Float, raster: Raster, slack: float) -> Float:
+    """The wall's depth (h, w) as the mean of its own points around each tile, where there are any."""
+    flat = raster.flat(xyz[:, 0], xyz[:, 2])
+    d = xyz[:, 1] - _at(wall, raster, xyz[:, 0], xyz[:, 2])
+    on = (flat >= 0) & (np.abs(d) <= slack)
+    size = raster.shape[0] * raster.shape[1]
+    number = np.bincount(flat[on], minlength=size).reshape(raster.shape).astype(np.float64)
+    total = np.bincount(flat[on], d[on], minlength=size).reshape(raster.shape)
+    weight = ndimage.uniform_filter(number, 3, mode="constant")
+    mean = ndimage.uniform_filter(total, 3, mode="constant") / np.maximum(weight, 1e-9)
+    return wall + np.where(weight > 1e-9, mean, 0.0)
+
+
+def _at(values: Float, raster: Raster, x: Float, z: Float) -> Float:
+    """The value (n,) of the cell that each place lies in, or of the nearest one."""
+    h, w = raster.shape
+    c = np.clip(np.nan_to_num((x - raster.corner[0]) / raster.cell), 0, w - 1).astype(np.int64)
+    r = np.clip(np.nan_to_num((z - raster.corner[1]) / raster.cell), 0, h - 1).astype(np.int64)
+    return np.asarray(values[r, c])

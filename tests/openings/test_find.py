@@ -1,0 +1,136 @@
+"""Openings of small walls: found where they are, told from bare wall, honest about what is unknown."""
+
+import numpy as np
+import pytest
+
+from frontage.geometry.rigid import Rigid3
+from frontage.geometry.ring import rectangle
+from frontage.model.estimate import Estimate, Failed
+from frontage.model.facade import Facade
+from frontage.model.opening import Elements
+from frontage.model.scan import Scan
+from frontage.model.world import WorldRef
+from frontage.openings.candidates import Box, best_layout
+from frontage.openings.find import find_openings
+from frontage.openings.options import OpeningOptions
+
+WINDOW = (1.0, 2.0, 2.2, 3.6)
+DOOR = (4.0, 0.0, 5.1, 2.2)
+EYE = np.array([3.0, -8.0, 1.7])
+
+
+def scan_wall(holes, *, spacing=0.02, depth=0.15, rays=True, returned=1.0, seed=0, size=(7.0, 5.0)):
+    """A wall in the facade frame (y = 0) seen from EYE: beams meet it, or a pane `depth` behind its holes."""
+    rng = np.random.default_rng(seed)
+    x, z = np.meshgrid(np.arange(0, size[0], spacing), np.arange(0, size[1], spacing))
+    p = np.column_stack([x.ravel(), np.zeros(x.size), z.ravel()])
+    p[:, [0, 2]] += rng.uniform(-spacing / 2, spacing / 2, (len(p), 2))
+    inside, step = np.zeros(len(p), bool), np.zeros(len(p))
+    for x0, z0, x1, z1 in holes:
+        inside |= (p[:, 0] > x0) & (p[:, 0] < x1) & (p[:, 2] > z0) & (p[:, 2] < z1)
+        # a beam ends on the reveal when it meets that before the pane
+        way = p[:, [0, 2]] - EYE[[0, 2]]
+        wall = np.where(way > 0, [x1, z1], [x0, z0]) - p[:, [0, 2]]
+        here = (p[:, 0] > x0) & (p[:, 0] < x1) & (p[:, 2] > z0) & (p[:, 2] < z1)
+        step = np.where(here, np.minimum(depth / 8.0, (wall / way).min(1)), step)
+    p += (p - EYE) * step[:, None]
+    p[:, 1] += rng.normal(0, 0.003, len(p))
+    p = p[~inside | (rng.random(len(p)) < returned)]
+    world = WorldRef(np.zeros(3, np.int64))
+    known = {"origins": EYE[None], "origin_index": np.zeros(len(p), np.int32)} if rays else {}
+    pose = Estimate(Rigid3("local", "facade", np.eye(3), np.zeros(3)), np.eye(6) * 1e-8, 100.0)
+    index = np.arange(len(p))
+    facade = Facade(
+        "B01/F1", "B01", pose, world, rectangle(0, 0, *size), (), index, index, 0.003, spacing, 0.9, "rays"
+    )
+    return facade, Scan("wall", p, world, **known)
+
+
+def found_in(*args, **kwargs):
+    result = find_openings(*scan_wall(*args, **kwargs))
+    assert isinstance(result, Elements)
+    return result.openings
+
+
+def box_of(opening):
+    return np.concatenate([opening.ring.min(0), opening.ring.max(0)])
+
+
+@pytest.mark.parametrize("rays", [True, False])
+@pytest.mark.parametrize("spacing", [0.01, 0.02, 0.04])
+def test_borders_and_depth(rays, spacing):
+    door, window = found_in([WINDOW, DOOR], rays=rays, spacing=spacing)
+    assert (door.kind, window.kind) == ("door", "window")
+    assert np.abs(box_of(window) - WINDOW).max() < 0.4 * spacing + 0.003
+    assert np.abs(box_of(door) - DOOR)[[0, 2, 3]].max() < 0.4 * spacing + 0.003
+    assert window.depth is not None and abs(window.depth.value - 0.15) < 0.01
+    assert window.id == "B01/F1/W1-1" and door.id == "B01/F1/D0-1"
+
+
+def test_panes_that_return_nothing():
+    (window,) = found_in([WINDOW], returned=0.0)
+    assert np.abs(box_of(window) - WINDOW).max() < 0.015
+    assert window.depth is None
+
+
+def test_a_bare_wall_has_no_openings():
+    assert found_in([]) == ()
+
+
+def test_one_window_is_not_two_and_two_are_not_one():
+    pair = [(1.0, 2.0, 1.8, 3.4), (1.95, 2.0, 2.75, 3.4)]
+    openings = found_in(pair)
+    assert len(openings) == 2
+    assert all(np.abs(box_of(o) - p).max() < 0.012 for o, p in zip(openings, pair, strict=True))
+
+
+def test_what_was_not_scanned_is_no_opening():
+    facade, scan = scan_wall([WINDOW])
+    x, z = scan.xyz[:, 0], scan.xyz[:, 2]
+    kept = np.flatnonzero(~((x > 3.0) & (z > 1.0)))  # a corner of the front that no beam reached
+    facade = Facade(**{**facade.__dict__, "support": np.arange(len(kept)), "inliers": np.arange(len(kept))})
+    result = find_openings(facade, scan.take(kept))
+    assert [o.kind for o in result.openings] == ["window"]
+    assert any("not seen" in note for note in result.notes)
+
+
+def test_a_room_behind_the_wall_is_no_opening():
+    facade, scan = scan_wall([WINDOW], rays=False)
+    room = scan.xyz[::2] + np.array([0.0, 0.4, 0.0])  # the inner face of the wall, scanned from inside
+    cloud = Scan("wall", np.vstack([scan.xyz, room]), scan.world)
+    index = np.arange(len(cloud))
+    (window,) = find_openings(
+        Facade(**{**facade.__dict__, "support": index, "inliers": facade.inliers}), cloud
+    ).openings
+    assert np.abs(box_of(window) - WINDOW).max() < 0.015
+
+
+def test_thirty_points_fail_with_a_sentence():
+    facade, scan = scan_wall([WINDOW], spacing=1.0)
+    result = find_openings(facade, scan)
+    assert isinstance(result, Failed) and "points" in result.message
+
+
+def test_the_same_input_gives_the_same_result():
+    first, second = (found_in([WINDOW, DOOR]) for _ in range(2))
+    assert [o.ring.tobytes() for o in first] == [o.ring.tobytes() for o in second]
+
+
+def test_sigmas_are_honest():
+    errors = []
+    for seed in range(6):
+        (window,) = found_in([WINDOW], seed=seed, spacing=0.04)
+        sigma = np.sqrt(np.diag(window.ring_covariance))[[0, 1, 4, 5]]
+        errors.append((box_of(window) - WINDOW) / sigma)
+    assert 0.2 < np.sqrt(np.mean(np.square(errors))) < 1.6
+
+
+def test_layout_prefers_the_pair_that_is_worth_more():
+    whole, left, right = Box(0, 0, 10, 20, 50.0), Box(0, 0, 10, 9, 30.0), Box(0, 11, 10, 20, 30.0)
+    assert best_layout([whole, left, right]) == [left, right]
+    assert best_layout([Box(0, 0, 10, 20, 70.0), left, right])[0].worth == 70.0
+
+
+def test_least_size():
+    options = OpeningOptions(min_width=2.0)
+    assert find_openings(*scan_wall([WINDOW]), options).openings == ()
