@@ -256,7 +256,7 @@ def test_reseated_walls_lie_in_the_measured_plane():
 
 
 def test_many_random_facades_are_valid_and_exact():
-    for seed in range(40):
+    for seed in range(25):
         rng = np.random.default_rng(seed)
         host, facade = random_facade(rng, np.pi / 2)
         result = build_solid(host, [facade])
@@ -267,7 +267,7 @@ def test_many_random_facades_are_valid_and_exact():
         assert volume6(result.solid) == -column6(result.solid, front), seed
 
 
-@settings(max_examples=60, deadline=None, suppress_health_check=list(HealthCheck), derandomize=True)
+@settings(max_examples=40, deadline=None, suppress_health_check=list(HealthCheck), derandomize=True)
 @given(st.integers(0, 2**32 - 1), st.floats(0, 6.28))
 def test_any_facade_in_any_direction(seed, azimuth):
     host, facade = random_facade(np.random.default_rng(seed), azimuth)

@@ -1,11 +1,32 @@
-"""Solids: are they valid? ISO 19107 with the error codes and tolerances of val3dity.
+"""Solids: windows, doors and protrusions put into a coarse solid by cells (paper B, 3.2), and the validator.
 
-``validate(solid)`` for Frontage's own integer solids, `validate_shape` and `validate_feature` for what was
-read from files. The order is the standard's: rings, polygons, shells, solids, composites, buildings.
+`host_solid`, `ground_block` and `facade_block` give the coarse solid, `build_solid` the fine one.
+``validate(solid)`` checks Frontage's own integer solids, `validate_shape` and `validate_feature` what was
+read from files: ISO 19107 with the error codes and tolerances of val3dity, in the standard's order: rings,
+polygons, shells, solids, composites, buildings.
 """
 
+from frontage.solids.build import build_solid
 from frontage.solids.codes import NAMES, QIE_NAMES
+from frontage.solids.host import Host, facade_block, ground_block, host_solid
+from frontage.solids.relief import BuildOptions, Built, FacadeReliefs, Relief
 from frontage.solids.tolerances import Tolerances
 from frontage.solids.validate import validate, validate_feature, validate_shape
 
-__all__ = ["NAMES", "QIE_NAMES", "Tolerances", "validate", "validate_feature", "validate_shape"]
+__all__ = [
+    "NAMES",
+    "QIE_NAMES",
+    "BuildOptions",
+    "Built",
+    "FacadeReliefs",
+    "Host",
+    "Relief",
+    "Tolerances",
+    "build_solid",
+    "facade_block",
+    "ground_block",
+    "host_solid",
+    "validate",
+    "validate_feature",
+    "validate_shape",
+]

@@ -166,7 +166,7 @@ def _limited(placed: list[Placed], clearance: Clearance, options: BuildOptions, 
             log.notes.append(
                 f"{one.relief.id}: {abs(free - base) / GRID:.3f} m deep, no more is free behind it"
             )
-            placed = raised(placed, k, free)
+            placed = _evened(raised(placed, k, free), k, options.gap * GRID)
         elif free != one.height and one.height < base:
             log.refuse("S315", one.relief, "meets another part of the building", "check its depth")
             placed = removed(placed, k)
@@ -175,6 +175,17 @@ def _limited(placed: list[Placed], clearance: Clearance, options: BuildOptions, 
             log.notes.append(f"{one.relief.id}: made flush, there is no room for its depth")
             placed = raised(placed, k, base)
         k += 1
+    return placed
+
+
+def _evened(placed: list[Placed], index: int, gap: float) -> list[Placed]:
+    """One relief and those that touch it at the same height where the step between them would be a sliver."""
+    one = placed[index]
+    for k, other in enumerate(placed):
+        step = abs(other.height - placed[index].height)
+        if other.parent == one.parent and 0 < step < gap and other.polygon.dwithin(one.polygon, _TRIM):
+            height = min(placed[index].height, other.height, key=abs)
+            placed = raised(raised(placed, k, height), index, height)
     return placed
 
 

@@ -17,7 +17,7 @@ from frontage.solids.contract import Node
 from frontage.solids.partition import Partition
 from frontage.solids.placing import Placed
 from frontage.solids.relief import GRID
-from frontage.solids.rims import Edge, compact, normal, rings_of
+from frontage.solids.rims import Edge, compact, normal, rings_of, without_spurs
 from frontage.solids.walls import Wall
 
 Spot = tuple[Node, int]  # a node at a height
@@ -198,17 +198,4 @@ def _follow(ring: tuple[int, ...], paths: dict[Edge, list[int]]) -> tuple[int, .
     for a, b in zip(ring, (*ring[1:], ring[0]), strict=True):
         way = paths.get((b, a), [b, a])[::-1]
         out += way[:-1]
-    return _without_spurs(out)
-
-
-def _without_spurs(ring: list[int]) -> tuple[int, ...]:
-    """A ring without ways there and back again."""
-    out: list[int] = []
-    for v in ring:
-        if len(out) > 1 and out[-2] == v:
-            out.pop()
-        elif not out or out[-1] != v:
-            out.append(v)
-    while len(out) > 3 and (out[0] == out[-1] or out[1] == out[-1] or out[0] == out[-2]):
-        out = out[1:] if out[1] == out[-1] else out[:-1]
-    return tuple(out)
+    return without_spurs(out)

@@ -2,6 +2,8 @@
 
 from collections.abc import Sequence
 
+from frontage.solids.rims import without_spurs
+
 Node = tuple[int, int]
 Rings = tuple[tuple[Node, ...], ...]
 
@@ -20,7 +22,7 @@ def contracted(cells: Sequence[Rings], fixed: set[Node]) -> list[Rings]:
         moves = _moves(rings, fixed)
         if not moves:
             return rings
-        rings = [tuple(_moved(r, moves) for r in c) for c in rings]
+        rings = [tuple(without_spurs(moves.get(n, n) for n in r) for r in c) for c in rings]
         rings = [(c[0], *(h for h in c[1:] if len(h) > 2)) if c and len(c[0]) > 2 else () for c in rings]
 
 
@@ -42,17 +44,3 @@ def _moves(cells: Sequence[Rings], fixed: set[Node]) -> dict[Node, Node]:
 
 def _square(a: Node, b: Node) -> int:
     return (a[0] - b[0]) ** 2 + (a[1] - b[1]) ** 2
-
-
-def _moved(ring: tuple[Node, ...], moves: dict[Node, Node]) -> tuple[Node, ...]:
-    """A ring with its nodes moved, without repetitions and ways there and back."""
-    out: list[Node] = []
-    for node in ring:
-        n = moves.get(node, node)
-        if len(out) > 1 and out[-2] == n:
-            out.pop()
-        elif not out or out[-1] != n:
-            out.append(n)
-    while len(out) > 2 and (out[0] == out[-1] or out[1] == out[-1] or out[0] == out[-2]):
-        out = out[1:] if out[1] == out[-1] else out[:-1]
-    return tuple(out)

@@ -16,7 +16,7 @@ from frontage.model import Face, Failed, Solid, Surface, WorldRef
 from frontage.solids.placing import Log
 from frontage.solids.relief import GRID
 from frontage.solids.repair import flattened, grounded, noded
-from frontage.solids.rims import normal, unmatched, volume6
+from frontage.solids.rims import normal, unmatched, volume6, without_repeats
 from frontage.solids.sewing import lidded, sewn
 
 _WELD = 10  # 0.1 mm: vertices this close are one, as for the validator
@@ -80,7 +80,7 @@ def _welded(surfaces: Sequence[Surface], log: Log, building: str) -> tuple[Int, 
     for surface in surfaces:
         own = []
         for ring in (surface.ring, *surface.holes):
-            own.append(_clean(number[start : start + len(ring)].tolist()))
+            own.append(without_repeats(number[start : start + len(ring)].tolist()))
             start += len(ring)
         if len(own[0]) > 2:
             faces.append(Face(own[0], surface.semantics, tuple(h for h in own[1:] if len(h) > 2)))
@@ -94,10 +94,6 @@ def _joined(grid: Int) -> Int:
     for a, b in sorted(map(tuple, np.sort(pairs, axis=1).tolist())):
         first[b] = min(first[b], first[a])
     return first
-
-
-def _clean(ring: list[int]) -> tuple[int, ...]:
-    return tuple(v for v, before in zip(ring, (ring[-1], *ring[:-1]), strict=True) if v != before)
 
 
 def ground_block(

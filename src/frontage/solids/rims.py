@@ -2,6 +2,7 @@
 
 import itertools
 from collections.abc import Iterable, Iterator, Sequence
+from typing import TypeVar
 
 import numpy as np
 
@@ -9,6 +10,7 @@ from frontage.geometry.arrays import Float, Int
 from frontage.model import Face, Solid
 
 Edge = tuple[int, int]
+V = TypeVar("V")
 
 
 def rings_of(face: Face) -> tuple[tuple[int, ...], ...]:
@@ -53,6 +55,24 @@ def _fan(v: Sequence[Sequence[int]], ring: Sequence[int]) -> int:
         (bx, by, bz), (cx, cy, cz) = v[i], v[j]
         total += ax * (by * cz - bz * cy) + ay * (bz * cx - bx * cz) + az * (bx * cy - by * cx)
     return total
+
+
+def without_repeats(ring: Sequence[int]) -> tuple[int, ...]:
+    """A ring without vertices that repeat the one before."""
+    return tuple(v for v, before in zip(ring, (ring[-1], *ring[:-1]), strict=True) if v != before)
+
+
+def without_spurs(ring: Iterable[V]) -> tuple[V, ...]:
+    """A ring without repeated vertices and without ways there and back again."""
+    out: list[V] = []
+    for v in ring:
+        if len(out) > 1 and out[-2] == v:
+            out.pop()
+        elif not out or out[-1] != v:
+            out.append(v)
+    while len(out) > 2 and (out[0] == out[-1] or out[1] == out[-1] or out[0] == out[-2]):
+        out = out[1:] if out[1] == out[-1] else out[:-1]
+    return tuple(out)
 
 
 def compact(building: str, vertices: Int, faces: Sequence[Face], origin: Int, lod: str) -> Solid:

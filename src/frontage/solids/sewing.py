@@ -5,12 +5,12 @@ from dataclasses import replace
 import numpy as np
 from scipy.spatial import cKDTree
 
-from frontage.geometry.arrays import Int
+from frontage.geometry.arrays import Float, Int
 from frontage.model import Face, Solid
 from frontage.solids.placing import Log
 from frontage.solids.relief import GRID
 from frontage.solids.repair import flattened, free_loops, grounded, noded, triangles
-from frontage.solids.rims import edges_of, rings_of, unmatched
+from frontage.solids.rims import edges_of, rings_of, unmatched, without_repeats
 from frontage.solids.validate import validate
 
 _REACH = (100.0, 200.0, 500.0, 1000.0)  # 0.1 mm: city models are drawn to 0.1 m
@@ -76,19 +76,15 @@ def _joined(solid: Solid, reach: float) -> Solid:
     if not len(fixed) or not len(loose):
         return solid
     away, nearest = cKDTree(_xyz(solid, fixed)).query(_xyz(solid, loose))
-    near = away <= reach
-    goes = dict(zip(loose[near].tolist(), fixed[nearest[near]].tolist(), strict=True))
+    near = np.asarray(away) <= reach
+    goes = dict(zip(loose[near].tolist(), fixed[np.asarray(nearest)[near]].tolist(), strict=True))
     faces = []
     for f in solid.faces:
-        ring, *holes = (_clean([goes.get(i, i) for i in r]) for r in rings_of(f))
+        ring, *holes = (without_repeats([goes.get(i, i) for i in r]) for r in rings_of(f))
         if len(ring) > 2:
             faces.append(Face(ring, f.semantics, tuple(h for h in holes if len(h) > 2), f.opening))
     return replace(solid, faces=tuple(faces))
 
 
-def _xyz(solid: Solid, ids: Int) -> np.ndarray:
+def _xyz(solid: Solid, ids: Int) -> Float:
     return solid.vertices[ids].astype(np.float64)
-
-
-def _clean(ring: list[int]) -> tuple[int, ...]:
-    return tuple(v for v, before in zip(ring, (ring[-1], *ring[:-1]), strict=True) if v != before)

@@ -1,0 +1,125 @@
+"""Polygonised curves, sloping ground, leaning walls."""
+
+import numpy as np
+import pytest
+
+from frontage.geometry.ring import rectangle, ring_area
+from frontage.model import Face, Solid
+from frontage.solids import validate
+from frontage.solids.build import build_solid
+from frontage.solids.polygonise import arch_ring, circle_ring, steps
+from frontage.solids.relief import GRID, Built, FacadeReliefs, Relief
+from frontage.solids.rims import normal, unmatched, volume6
+from solids.facades import WORLD, block, frame
+
+
+@pytest.mark.parametrize("error", [0.02, 0.005, 0.0005])
+@pytest.mark.parametrize("rise", [0.15, 0.6, 1.1])
+def test_chords_stay_within_their_error(rise, error):
+    """Segmental, round and pointed: the middle of a chord is off the arc by at most the error."""
+    ring = arch_ring(0, 1.2, 0, 2, rise, error)
+    assert ring_area(ring) > 0
+    assert np.array_equal(ring, ring * [1, 1]) and ring[:, 1].max() == pytest.approx(2 + rise)
+    right = ring[(ring[:, 0] >= 0.6 - 1e-9) & (ring[:, 1] >= 2)]
+    radius = (0.36 + rise**2) / (2 * min(0.6, rise))
+    centre = np.array([0.6, 2 + rise - radius]) if rise <= 0.6 else np.array([1.2 - radius, 2.0])
+    assert np.linalg.norm(right - centre, axis=1) == pytest.approx(radius)
+    middles = (right[1:] + right[:-1]) / 2
+    sagitta = radius - np.linalg.norm(middles - centre, axis=1)
+    assert (sagitta <= error + 1e-12).all()
+    assert len(right) == 2 or sagitta.max() > error / 5, "not finer than asked for"
+    assert np.allclose(sorted(ring[:, 0].tolist()), sorted((1.2 - ring[:, 0]).tolist())), "symmetric"
+
+
+def test_circle_and_bad_curves():
+    ring = circle_ring(1, 2, 0.5, 0.001)
+    assert np.linalg.norm(ring - [1, 2], axis=1) == pytest.approx(0.5)
+    assert len(ring) == steps(0.5, 2 * np.pi, 0.001)
+    for bad in ((0, 0, 0, 1, 1), (0, 1, 0, 1, 0), (0, 1, 2, 1, 1)):
+        with pytest.raises(ValueError, match="arch"):
+            arch_ring(*bad, 0.01)
+    with pytest.raises(ValueError, match="positive"):
+        circle_ring(0, 0, 1, 0)
+
+
+def skewed(solid: Solid, along: float, into: float) -> Solid:
+    """The block with its ground sloping: `along` the street and `into` the building (rise over run)."""
+    v = solid.vertices.copy()
+    low = v[:, 2] == v[:, 2].min()
+    v[low, 2] += np.rint((v[low, 0] - v[:, 0].min()) * along + (v[low, 1] - v[:, 1].min()) * into).astype(int)
+    return Solid(solid.building, v, solid.origin, solid.faces, "2")
+
+
+@pytest.mark.parametrize(("along", "into"), [(0.08, 0.0), (0.0, 0.05), (-0.05, -0.03)])
+def test_door_on_sloping_ground(along, into):
+    place = frame(np.pi / 2)
+    host = skewed(block(place, rectangle(0, 0, 10, 6)), along, into)
+    assert not validate(host)
+    foot = [along * x - (0.3 if along < 0 else 0) for x in (4.0, 5.0)]
+    door = Relief("D", np.array([[4, foot[0]], [5, foot[1]], [5, 2.5], [4, 2.5]]), 0.4, "Door")
+    oriel = Relief("P", rectangle(6, -0.45, 8, 2), -0.6, "WallSurface")
+    result = build_solid(host, [FacadeReliefs("F", place, rectangle(0, 0, 10, 6), (door, oriel))])
+    assert isinstance(result, Built) and not result.failed
+    assert not validate(result.solid)
+    (ground,) = (f for f in result.solid.faces if f.semantics == "GroundSurface")
+    assert len(ground.ring) == 12
+    n = normal(result.solid.vertices[list(ground.ring)] / GRID)
+    at = result.solid.vertices[list(ground.ring)] / GRID
+    assert np.abs((at - at[0]) @ n).max() < 2e-4, "the notch lies in the ground's plane"
+
+
+@pytest.mark.parametrize("lean", [-0.06, 0.06])
+def test_leaning_wall(lean):
+    """A wall 3.4 degrees off the plumb: recesses follow its normal."""
+    place = frame(np.pi / 2)
+    host = block(place, rectangle(0, 0, 10, 6))
+    v = host.vertices.copy()
+    front_top = (v[:, 1] == v[:, 1].min()) & (v[:, 2] == v[:, 2].max())
+    v[front_top, 1] -= round(lean * 60_000)
+    host = Solid("B", v, host.origin, host.faces, "2")
+    reliefs = (Relief("W", rectangle(2, 2, 3, 4), 0.2), Relief("D", rectangle(5, 0, 6, 2), 0.3, "Door"))
+    result = build_solid(host, [FacadeReliefs("F", place, rectangle(0, 0, 10, 6), reliefs)])
+    assert isinstance(result, Built) and not result.failed and not validate(result.solid)
+    lost = (volume6(host) - volume6(result.solid)) / 6e12
+    assert lost == pytest.approx(0.2 * 2 + 0.3 * 2, rel=0.02)
+
+
+def test_recess_under_a_roof_slope_stays_below_it():
+    """A wall that ends in a roof falling into the house: a deep recess near its top would pierce the roof."""
+    base = block(frame(np.pi / 2), rectangle(0, 0, 10, 6))
+    v = base.vertices.copy()
+    v[(v[:, 1] == v[:, 1].max()) & (v[:, 2] == v[:, 2].max()), 2] -= 50_000
+    host = Solid("B", v, base.origin, base.faces, "2")
+    window = Relief("W", rectangle(2, 4.5, 3, 5.7), 1.0)
+    result = build_solid(host, [FacadeReliefs("F", frame(np.pi / 2), rectangle(0, 0, 10, 6), (window,))])
+    assert isinstance(result, Built) and "no more is free" in result.notes[0]
+    assert not validate(result.solid)
+
+
+def test_building_in_front_stops_a_protrusion():
+    """An L-shaped house: an oriel beside the inner corner cannot go into the other wing."""
+    plan = np.array([[0, 0], [10, 0], [10, 4], [4, 4], [4, 10], [0, 10.0]]) * GRID
+    low = np.column_stack([plan, np.zeros(6)])
+    v = np.rint(np.concatenate([low, low + np.array([0, 0, 6 * GRID])])).astype(np.int64)
+    faces = [Face((5, 4, 3, 2, 1, 0), "GroundSurface"), Face(tuple(range(6, 12)), "RoofSurface")]
+    faces += [Face((a, (a + 1) % 6, (a + 1) % 6 + 6, a + 6), "WallSurface") for a in range(6)]
+    host = Solid("L", v, WORLD.origin, tuple(faces), "2")
+    assert not unmatched(host.faces)
+    place = frame(-np.pi / 2, at=(10.0, 4.0, 0.0))  # the wall y = 4, seen from the yard
+    oriels = (
+        Relief("near", rectangle(5.2, 2, 5.97, 4), -1.0, "WallSurface"),
+        Relief("far", rectangle(2, 2, 4, 4), -1.0, "WallSurface"),
+    )
+    result = build_solid(host, [FacadeReliefs("F", place, rectangle(0, 0, 6, 6), oriels)])
+    assert isinstance(result, Built) and not validate(result.solid)
+    assert not result.failed
+    assert volume6(result.solid) - volume6(host) == 6 * GRID**3 * 4 + 6 * 7_700 * 20_000 * 10_000
+
+
+def test_touching_recesses_that_are_limited_keep_no_sliver_step():
+    host = block(frame(np.pi / 2), rectangle(0, 0, 10, 6), 0.5)
+    reliefs = (Relief("A", rectangle(2, 2, 3, 4), 0.47), Relief("B", rectangle(3, 2, 4, 4), 0.9))
+    result = build_solid(host, [FacadeReliefs("F", frame(np.pi / 2), rectangle(0, 0, 10, 6), reliefs)])
+    assert isinstance(result, Built) and not validate(result.solid)
+    panes = [f for f in result.solid.faces if f.semantics == "Window"]
+    assert len({int(result.solid.vertices[f.ring[0], 1]) for f in panes}) == 1
