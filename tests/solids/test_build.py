@@ -279,3 +279,25 @@ def test_any_facade_in_any_direction(seed, azimuth):
     assert {f.opening for f in result.solid.faces} - {None} == set(result.offsets) | {
         f.opening for f in result.solid.faces if f.opening and f.opening[-1] in "np"
     }
+
+
+def test_two_facades_share_a_wall():
+    """A second facade on the same wall gets what the first has left of it."""
+    host = block(STRAIGHT, WALL)
+    first, second = Relief("A", rectangle(2, 2, 3, 3), 0.2), Relief("B", rectangle(2.5, 2, 4, 3), 0.2)
+    third = Relief("C", rectangle(6, 2, 7, 3), 0.2)
+    facades = [
+        FacadeReliefs("F1", STRAIGHT, WALL, (first,)),
+        FacadeReliefs("F2", STRAIGHT, WALL, (second, third)),
+    ]
+    result = build_solid(host, facades)
+    assert isinstance(result, Built) and not validate(result.solid)
+    assert {f.opening for f in result.solid.faces} == {None, "A", "B", "C"}
+    assert any(n.startswith("B: its outline was changed") for n in result.notes)
+
+
+def test_same_input_gives_the_same_solid():
+    one, other = (build_solid(h, [f]) for h, f in (random_facade(np.random.default_rng(5)) for _ in range(2)))
+    assert isinstance(one, Built) and isinstance(other, Built)
+    assert one.solid.faces == other.solid.faces and one.notes == other.notes
+    assert np.array_equal(one.solid.vertices, other.solid.vertices)
