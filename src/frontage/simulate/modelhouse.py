@@ -23,13 +23,15 @@ from frontage.simulate.windows import FRAME_THICKNESS, draw_opening
 
 _STOREY = 3.0  # m, to number the storeys
 _GATE = 2.1  # m: wider doors are gates
-_SKIRT = 0.5  # m that walls reach below the ground
 _ROUGH = (0.0005, 0.003)  # m, one sigma of walls
 _WALL = 0.3  # m, outside to inside of a wall, at least
 
 
-def draw_model_house(pen: Pen, draft: ModelDraft, side: int, rng: np.random.Generator) -> House:
-    """Draw a building with a pen in local metres, its materials and window frames from `rng`."""
+def draw_model_house(pen: Pen, draft: ModelDraft, side: int, foot: float, rng: np.random.Generator) -> House:
+    """Draw a building with a pen in local metres, its materials and window frames from `rng`.
+
+    `foot` m local lies below the ground: walls are carried down to it.
+    """
     palette = draw_palette(rng)
     bars, reveal = draw_bars(rng), float(0.05 + 0.25 * rng.beta(1.3, 2.4))
     frame_width, rough = float(rng.uniform(0.05, 0.08)), float(rng.uniform(*_ROUGH))
@@ -45,7 +47,7 @@ def draw_model_house(pen: Pen, draft: ModelDraft, side: int, rng: np.random.Gene
         facades.append(
             FacadePlan(name, draft.frame(facade), facade.outline, tuple(plans), facade.protrusions, rough)
         )
-    _draw_rest(pen, draft, palette, rough)
+    _draw_rest(pen, draft, palette, rough, foot)
     return _house(draft, side, tuple(facades))
 
 
@@ -128,7 +130,7 @@ def _draw_area(pen: Pen, surface: int, area: shapely.Geometry) -> None:
         pen.plate(surface, polygon_ring(part), 0.0, [np.asarray(h.coords)[:-1] for h in part.interiors])
 
 
-def _draw_rest(pen: Pen, draft: ModelDraft, palette: Palette, rough: float) -> None:
+def _draw_rest(pen: Pen, draft: ModelDraft, palette: Palette, rough: float, foot: float) -> None:
     """Walls that are no facade, roofs, installations, and skirts down to the ground."""
     fronts = {f.wall for f in draft.facades}
     used = set(draft.gone) | {k for wall in draft.walls for k in wall.pieces}
@@ -151,7 +153,7 @@ def _draw_rest(pen: Pen, draft: ModelDraft, palette: Palette, rough: float) -> N
     skirt = pen.surface("skirt", Part.PLINTH, palette.plinth)
     for face in draft.faces:
         if face.semantics == "GroundSurface":
-            low = face.ring * [1, 1, 0] + [0, 0, min(draft.base, float(face.ring[:, 2].min())) - _SKIRT]
+            low = face.ring * [1, 1, 0] + [0, 0, min(foot, float(face.ring[:, 2].min()))]
             pen.triangles(skirt, *band(face.ring, low))
 
 

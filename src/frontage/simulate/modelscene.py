@@ -18,6 +18,7 @@ from frontage.simulate.scene import House, Scene
 from frontage.simulate.spec import SceneSpec
 
 _AROUND = 40.0  # m of ground beyond the buildings
+_DEEP = 0.5  # m that walls reach below the lowest ground
 _SLOPE = 0.12
 
 
@@ -39,12 +40,13 @@ def model_scene(spec: SceneSpec, models: Sequence[CityModel]) -> Scene:
         )
     site = find_site(drafts)
     profile, frame = _lie(drafts, site, np.random.default_rng((spec.seed, 0)))
+    foot = _lowest(drafts, site, profile, float(frame.t[2]))
     builder = MeshBuilder()
     houses: list[House] = []
     for k, draft in enumerate(drafts):
         pen = Pen(builder, Rigid3("local", "local", np.eye(3), np.zeros(3)), draft.id, house=k)
         side = 0 if k in site.row else 1
-        houses.append(draw_model_house(pen, draft, side, np.random.default_rng((spec.seed, 8, k))))
+        houses.append(draw_model_house(pen, draft, side, foot, np.random.default_rng((spec.seed, 8, k))))
     _draw_street(Pen(builder, frame), spec, profile, drafts, site)
     middle, (s0, s1) = -profile.width / 2, site.span
     road = [[s, middle, profile.height(s, middle)] for s in np.linspace(s0, s1, 2 + int((s1 - s0) // 10))]
@@ -75,6 +77,13 @@ def _lie(drafts: Sequence[ModelDraft], site: Site, rng: np.random.Generator) -> 
     pavement = min(float(rng.uniform(1.6, 3.0)), site.width / 4)
     lifted = Rigid3(frame.to, frame.frm, frame.R, np.array([*frame.t[:2], start]))
     return Profile(site.width, pavement, slope), lifted
+
+
+def _lowest(drafts: Sequence[ModelDraft], site: Site, profile: Profile, start: float) -> float:
+    """A height (m local) below the ground at every building."""
+    s0, _, s1, _ = shapely.union_all([site_plan(d, site) for d in drafts]).bounds
+    low = start + float(min(profile.slope * s0, profile.slope * s1))
+    return min(low, *(d.base for d in drafts)) - _DEEP
 
 
 def _draw_street(
