@@ -301,3 +301,27 @@ def test_same_input_gives_the_same_solid():
     assert isinstance(one, Built) and isinstance(other, Built)
     assert one.solid.faces == other.solid.faces and one.notes == other.notes
     assert np.array_equal(one.solid.vertices, other.solid.vertices)
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_mosaic_of_touching_reliefs(seed):
+    """Cells of an irregular grid, border to border and corner to corner, in and out, with niches in them."""
+    rng = np.random.default_rng(seed)
+    place = STRAIGHT if seed % 2 else frame(rng.uniform(0, 6.28), rng.uniform(-0.05, 0.05))
+    outline = rectangle(0, 0, 9, 7)
+    xs, zs = np.sort(rng.uniform(0, 9, 6)).round(2), np.sort(rng.uniform(0, 7, 6)).round(2)
+    reliefs = []
+    for i, j in np.argwhere(rng.random((5, 5)) < 0.6).tolist():
+        x0, x1, z0, z1 = float(xs[i]), float(xs[i + 1]), float(zs[j]), float(zs[j + 1])
+        depth = rng.choice([None, 0.1, 0.105, 0.3, -0.3, float(rng.uniform(-0.6, 0.6))])
+        inner: tuple[Relief, ...] = ()
+        if min(x1 - x0, z1 - z0) > 0.3:
+            niche = rectangle(x0 + 0.1, z0 + 0.05, x1 - 0.1, z1 - 0.05)
+            inner = (Relief(f"{i}{j}n", niche, float(rng.uniform(-0.5, 0.5))),)
+        reliefs.append(Relief(f"{i}{j}", rectangle(x0, z0, x1, z1), depth, "Window", inner))
+    result = built(reliefs, place, outline)
+    assert not validate(result.solid)
+    assert not {"S399", "S316"} & {f.code for f in result.failed}
+    assert len({f.opening for f in result.solid.faces}) > 5
+    if place is STRAIGHT:
+        assert volume6(result.solid) == -column6(result.solid, int(result.host.vertices[0, 1]))
