@@ -21,9 +21,18 @@ from frontage.pipeline.clouds import around, thin_to
 from frontage.pipeline.context import Run
 from frontage.pipeline.files import write_arrays, write_json
 from frontage.pipeline.project import Project
-from frontage.registration import PosePrior, Registered, Registration, WallOffset, register
+from frontage.pipeline.registered import (
+    empty_record,
+    report_record,
+    save_walls,
+    selection_notes,
+    selection_record,
+    strip_records,
+)
+from frontage.registration import PosePrior, Registered, Registration, correct_strips, register, select_walls
 
 Result = dict[str, Any]
+_STATIONS = 64  # origins above which they are a trajectory
 _TURNED = 50.0  # m: what a wrong heading moves the far end of a scan by
 
 
@@ -40,34 +49,59 @@ def save_parts(run: Run, parts: Sequence[tuple[int, Scan]]) -> list[int]:
 
 
 def register_scans(run: Run) -> Result:
-    """Register the approximate scans against the city model; trusted ones stay where they are."""
-    marker = run.workspace.done("scans")
-    assert marker is not None and run.project.model is not None
-    numbers = marker["result"]["parts"]
-    sources = [run.project.scans[k] for k in numbers]
-    scans = [load_scan(run.workspace.part_path(k)) for k in range(len(numbers))]
+    """Register the approximate scans against the city model; trusted ones stay where they are.
+
+    Stations are adjusted together, every mobile recording strip by strip along its trajectory.
+    """
+    sources, scans = _load_parts(run)
     rough = [k for k, source in enumerate(sources) if source.pose == "approximate"]
-    priors = [pose_prior(scans[k], sources[k]) for k in rough]
-    reach = _TURNED + 4.0 * max(float(p.sigma_position.max()) for p in priors)
-    source = run.project.model
-    model = read_city_model(source.path, scans[0].world, around(scans, reach), source.crs)
+    priors = {k: pose_prior(scans[k], sources[k]) for k in rough}
+    model = _model(run, scans, list(priors.values()))
     run.progress.begin("register", len(rough))
-    found = register([scans[k] for k in rough], model, priors, run.project.registration)
-    placed = dict(zip(rough, found.scans, strict=True))
+    still = [k for k in rough if not is_mobile(scans[k])]
+    options, placed = run.project.registration, dict(enumerate(scans))
+    found, table = None, empty_record()
+    if still:
+        found = register([scans[k] for k in still], model, [priors[k] for k in still], options)
+        placed |= {k: _moved(scans[k], r) for k, r in zip(still, found.scans, strict=True)}
+        table = report_record([scans[k] for k in still], [priors[k] for k in still], found)
+    for k in sorted(set(rough) - set(still)):
+        strips = correct_strips(scans[k], model, priors[k], options=options)
+        placed[k] = strips.scan
+        table["scans"] += strip_records(scans[k], priors[k], strips)
+    merged = merge_scans([placed[k] for k in range(len(scans))])
+    selection = select_walls(merged, model, options=options)
     run.workspace.begin("register")
     run.workspace.registration_folder.mkdir(exist_ok=True)
-    merged = merge_scans([_moved(s, placed[k]) if k in placed else s for k, s in enumerate(scans)])
     save_scan(run.workspace.registered_path, merged)
-    given = [scans[k] for k in rough]
-    write_json(run.workspace.registration_folder / "report.json", report_record(given, priors, found))
+    write_json(run.workspace.registration_folder / "report.json", table | selection_record(selection, merged))
+    save_walls(run.workspace.registration_folder / "walls.npz", selection)
     _save_plan(run, model, scans, merged)
-    notes = [
-        *found.notes,
-        *_trusted_note(len(scans) - len(rough)),
-        *model.notes,
-        *(str(p.message) for p in model.problems),
-    ]
-    return {"items": len(rough), "notes": notes, "warnings": _warnings(found)}
+    notes = [*table["notes"], *_trusted_note(len(scans) - len(rough)), *model.notes]
+    notes += [*(str(p.message) for p in model.problems), *selection_notes(selection)]
+    return {"items": len(rough), "notes": notes, "warnings": _warnings(found) if found else []}
+
+
+def _load_parts(run: Run) -> tuple[list[ScanSource], list[Scan]]:
+    """Every scan as given, and what the project says of it."""
+    marker = run.workspace.done("scans")
+    assert marker is not None
+    numbers = marker["result"]["parts"]
+    scans = [load_scan(run.workspace.part_path(k)) for k in range(len(numbers))]
+    return [run.project.scans[k] for k in numbers], scans
+
+
+def _model(run: Run, scans: Sequence[Scan], priors: Sequence[PosePrior]) -> CityModel:
+    """The city model as far around the scans as they may have to move."""
+    source = run.project.model
+    assert source is not None  # the project is refused without one
+    reach = _TURNED + 4.0 * max(float(p.sigma_position.max()) for p in priors)
+    return read_city_model(source.path, scans[0].world, around(scans, reach), source.crs)
+
+
+def is_mobile(scan: Scan) -> bool:
+    """Whether a scan was measured on the move: it has times, and more places than stations would be."""
+    return scan.time is not None and len(scan.origins) > _STATIONS
 
 
 def pose_prior(scan: Scan, source: ScanSource) -> PosePrior:
@@ -86,54 +120,6 @@ def pose_prior(scan: Scan, source: ScanSource) -> PosePrior:
         )
     level, heading = np.radians([source.sigma_level, source.sigma_heading])
     return PosePrior(position, np.full(3, source.sigma_position), float(heading), float(level))
-
-
-def report_record(scans: Sequence[Scan], priors: Sequence[PosePrior], found: Registration) -> dict[str, Any]:
-    """`registration/report.json`: per scan the matrix into the world, covariance, what was observable."""
-    return {
-        "scans": [_scan_record(s, p, r) for s, p, r in zip(scans, priors, found.scans, strict=True)],
-        "ambiguous": found.ambiguous,
-        "alternatives": [
-            {"shift": a.shift.tolist(), "turn": float(np.degrees(a.turn)), "score": a.score}
-            for a in found.alternatives
-        ],
-        "agreement": _finite(found.agreement),
-        "overlap": found.overlap,
-        "walls": [_wall_record(w) for w in found.walls],
-        "reason": found.reason,
-        "notes": list(found.notes),
-    }
-
-
-def _scan_record(scan: Scan, prior: PosePrior, r: Registered) -> dict[str, Any]:
-    """Angles in degrees but for the covariance (m, rad); `matrix` acts on the coordinates named by `from`."""
-    local_from_file, source = _file_frame(scan)
-    world = np.eye(4)
-    world[:3, 3] = scan.world.origin
-    return {
-        "scan": scan.name,
-        "from": source,
-        "matrix": (world @ r.local_from_given.value.matrix @ local_from_file).tolist(),
-        "correction": r.local_from_given.value.matrix.tolist(),
-        "covariance": r.covariance.tolist(),
-        "given": scan.world.to_world(prior.position[None])[0].tolist(),
-        "position": scan.world.to_world(r.position[None])[0].tolist(),
-        "sigma_prior": prior.sigma.tolist(),
-        "observable": [
-            {
-                "kind": d.kind,
-                "axis": d.axis.tolist(),
-                "sigma": _unit(d.kind, d.sigma),
-                "sigma_prior": _unit(d.kind, d.sigma_prior),
-                "observable": d.observable,
-            }
-            for d in r.directions
-        ],
-        "residual": _finite(r.residual),
-        "explained": r.explained,
-        "pieces": r.pieces,
-        "area": r.area,
-    }
 
 
 def _save_plan(run: Run, model: CityModel, scans: Sequence[Scan], merged: Scan) -> None:
@@ -170,21 +156,6 @@ def _from_side(scan: Scan) -> Float:
     return np.asarray(flat[thin_to(flat, 0.1, 300_000), :2])
 
 
-def _file_frame(scan: Scan) -> tuple[Float, str]:
-    """What the file's coordinates are, and how they were placed: (4, 4) local from them."""
-    if scan.local_from_scanner is not None:
-        return scan.local_from_scanner.value.matrix, "scanner"
-    M = np.eye(4)
-    M[:3, 3] = -scan.world.origin.astype(np.float64)
-    return M, "file, in the project's system"
-
-
-def _wall_record(w: WallOffset) -> dict[str, Any]:
-    turn, lean = np.degrees([w.turn, w.lean]).tolist()
-    record = {"building": w.building, "surface": w.surface, "kind": w.kind, "offset": w.offset}
-    return record | {"sigma": w.sigma, "turn": turn, "lean": lean, "area": w.area}
-
-
 def _moved(scan: Scan, r: Registered) -> Scan:
     """The scan with its points, origins and pose corrected."""
     T = r.local_from_given.value
@@ -212,11 +183,3 @@ def _warnings(found: Registration) -> list[dict[str, str]]:
 
 def _trusted_note(count: int) -> list[str]:
     return [f"{count} scans have trusted poses and were not moved"] if count else []
-
-
-def _unit(kind: str, sigma: float) -> float:
-    return float(np.degrees(sigma)) if kind == "turn" else sigma
-
-
-def _finite(value: float) -> float | None:
-    return value if np.isfinite(value) else None

@@ -10,6 +10,8 @@ from frontage.registration.result import (
     Registration,
     WallOffset,
 )
+from frontage.registration.select import Selection, WallPoints, select_walls
+from frontage.registration.strips import Strips, correct_strips
 
 __all__ = [
     "Alternative",
@@ -18,7 +20,12 @@ __all__ = [
     "Registered",
     "Registration",
     "RegistrationOptions",
+    "Selection",
+    "Strips",
     "WallOffset",
+    "WallPoints",
+    "correct_strips",
     "prior_of",
     "register",
+    "select_walls",
 ]

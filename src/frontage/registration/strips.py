@@ -25,11 +25,15 @@ from frontage.registration.walls import model_walls
 
 @dataclass(frozen=True, eq=False)
 class Strip:
-    """One strip: its middle time s, the correction of its points, what of it the walls determine."""
+    """One strip: its middle time s, the correction of its points, what of it the walls determine.
+
+    position  (3,) m local, the vehicle's after the correction; covariance (6, 6) of it and the turn about it
+    """
 
     time: float
     local_from_given: Estimate[Rigid3]
     position: Float
+    covariance: Float
     directions: tuple[Direction, ...]
 
 
@@ -75,7 +79,8 @@ def correct_strips(
         block = a.covariance[6 * k : 6 * k + 6, 6 * k : 6 * k + 6]
         here = pose.apply(p.position[None])[0]
         estimate = Estimate(pose, about_frame(block, pose, here), max(float(len(a.matches[k])) / 25, 1.0))
-        strips.append(Strip(float(times[k]), estimate, here, directions(block, p, options.observable, 15.0)))
+        known = directions(block, p, options.observable, 15.0)
+        strips.append(Strip(float(times[k]), estimate, here, block, known))
     return Strips(tuple(strips), _corrected(scan, times, a.poses), a.reason)
 
 

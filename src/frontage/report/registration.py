@@ -115,7 +115,7 @@ def _row(scan: dict[str, Any]) -> dict[str, str]:
         "sigma": f"{100 * sigma[0]:.1f}, {100 * sigma[1]:.1f}, {100 * sigma[2]:.1f} cm; "
         f"{np.degrees(sigma[5]):.3f}°",
         "lost": "; ".join(names) or "nothing",
-        "explained": f"{100 * scan['explained']:.0f} %",
+        "explained": "–" if scan["explained"] is None else f"{100 * scan['explained']:.0f} %",
     }
 
 
