@@ -40,6 +40,13 @@ class Strips:
         other = p[a:b, 1 - self._axis]
         return np.asarray(p[a:b, self._axis][(other >= across[0]) & (other <= across[1])])
 
+    def around(self, kind: int, along: tuple[float, float], across: tuple[float, float]) -> Float:
+        """Solid (0) or open (1) beams (n, 2) x, z m in a rectangle."""
+        p = self._sorted[kind]
+        a, b = np.searchsorted(p[:, self._axis], along)
+        other = p[a:b, 1 - self._axis]
+        return np.asarray(p[a:b][(other >= across[0]) & (other <= across[1])])
+
     def locate(self, at: float, sign: int, band: float, inner: float, across: tuple[float, float]) -> Border:
         """The border near `at` m whose opening lies to the side `sign` (+1: beyond it).
 

@@ -3,7 +3,6 @@
 import numpy as np
 
 from frontage.geometry.arrays import Float
-from frontage.geometry.ring import rectangle
 from frontage.model.estimate import Estimate, Failed, Provenance
 from frontage.model.facade import Facade
 from frontage.model.opening import Elements, Opening
@@ -14,6 +13,9 @@ from frontage.openings.candidates import Box, find_boxes
 from frontage.openings.evidence import Evidence, weigh
 from frontage.openings.kinds import kind_of, numbered
 from frontage.openings.options import OpeningOptions
+from frontage.openings.shapes import find_circle, find_head, ring_of
+
+Place = tuple[float, float, float, float]
 
 _FEWEST = 200  # points: below, density and noise cannot be told
 _RIM = 0.1  # m beside an opening where the wall must show
@@ -21,6 +23,7 @@ _WALL = 0.4  # share of the expected beams that a rim must have on the wall
 _GROUND = 0.35  # m above the ground where no wall can show below an opening
 _RETURN = 0.3  # share of the expected beams that a small opening must send back from its depth
 _LONE = 0.6  # m, least side of an opening that sends back less
+_CIRCLE = 10.0  # nats that a circle must gain over a square
 _BAND = 0.12  # m around a cell's border where the border is searched: half a pier
 _HUG = 0.04  # m off the borders, where reveals are not taken for the frame
 
@@ -94,47 +97,71 @@ def _walled(evidence: Evidence, r0: int, r1: int, c0: int, c1: int) -> float:
 def _measured(
     facade: Facade, beams: Beams, evidence: Evidence, strips: tuple[Strips, Strips], box: Box, ground: float
 ) -> Opening:
-    """The opening of a box: borders, depth and kind."""
-    x0, z0, x1, z1, borders = _borders(evidence, strips, box)
-    sigma = np.array([b.sigma for b in borders])
-    depth, passes = _depth(beams, x0, z0, x1, z1)
-    ring = rectangle(x0, z0, x1, z1)
-    # corners share their borders: (left, bottom), (right, bottom), (right, top), (left, top)
-    spread = np.zeros((8, 4))
-    for row, border in enumerate((0, 2, 1, 2, 1, 3, 0, 3)):
-        spread[row, border] = 1.0
+    """The opening of a box: borders, shape, depth and kind."""
+    g, (cx, cz) = evidence.raster.cell, evidence.raster.corner
+    rough = (cx + box.c0 * g, cz + box.r0 * g, cx + box.c1 * g, cz + box.r1 * g)
+    place, borders = _borders(strips, rough, g, 0.0)
+    shape, place, rise = _shape(evidence, strips[0], box, place)
+    if shape not in ("rectangle", "circle"):
+        x0, _, x1, top = place
+        (x0, z0, x1, _), borders = _borders(strips, place, g, rise)
+        place = (x0, z0, x1, top)
+    x0, z0, x1, z1 = place
+    depth, passes = _depth(beams, x0, z0, x1, z1 - rise)
+    ring, weights = ring_of(shape, place, rise)
+    variance = np.array([b.sigma for b in borders]) ** 2
     return Opening(
         "",
         kind_of(x1 - x0, z1 - z0, z0 - ground, passes),
         ring,
-        spread @ np.diag(sigma**2) @ spread.T,
+        (weights * variance) @ weights.T,
         depth,
-        "rectangle",
+        shape,
         Provenance.MEASURED,
         box.worth,
-        float(min(1.0, np.mean([b.gain > np.log(100.0) for b in borders]))),
+        float(np.mean([b.gain > np.log(100.0) for b in borders])),
         0,
         0,
     )
 
 
+def _shape(evidence: Evidence, strips: Strips, box: Box, place: Place) -> tuple[str, Place, float]:
+    """Shape, box and rise of the head, m, of an opening that was measured as a rectangle."""
+    x0, z0, x1, z1 = place
+    reach = max(0.6 * (x1 - x0), 0.3)
+    around = ((x0 - 0.3 * (x1 - x0), x1 + 0.3 * (x1 - x0)), (z0 - reach, z1 + reach))
+    solid, opened = (strips.around(kind, *around) for kind in (0, 1))
+    density = float(evidence.expected[box.cells].mean()) / evidence.raster.cell**2
+    radius, gain = find_circle(solid, opened, place, density)
+    if gain > _CIRCLE:
+        x, z = (x0 + x1) / 2, (z0 + z1) / 2
+        return "circle", (x - radius, z - radius, x + radius, z + radius), 0.0
+    head = find_head(solid, opened, place, density, min(reach, 0.3 * (x1 - x0)))
+    if head.shape == "rectangle":
+        return head.shape, place, 0.0
+    return head.shape, (x0, z0, x1, head.top), head.rise
+
+
 def _borders(
-    evidence: Evidence, strips: tuple[Strips, Strips], box: Box
-) -> tuple[float, float, float, float, list[Border]]:
-    """x0, z0, x1, z1 m, and the borders left, right, bottom, top; two rounds, for each needs the others."""
-    g, (cx, cz) = evidence.raster.cell, evidence.raster.corner
-    x0, x1, z0, z1 = cx + box.c0 * g, cx + box.c1 * g, cz + box.r0 * g, cz + box.r1 * g
+    strips: tuple[Strips, Strips], rough: Place, cell: float, rise: float
+) -> tuple[Place, list[Border]]:
+    """Box and borders left, right, bottom, top; two rounds, for each needs the others. The sides end where a
+    head of that rise begins.
+    """
+    x0, z0, x1, z1 = rough
     borders: list[Border] = []
-    for band in (max(_BAND, 2.0 * g), max(_BAND / 2, 1.5 * g)):
+    for band in (max(_BAND, 2.0 * cell), max(_BAND / 2, 1.5 * cell)):
         wide, high = (x1 - x0) / 2, (z1 - z0) / 2
+        side = (z0, max(z1 - rise, z0 + 0.2 * (z1 - z0)))
         borders = [
-            strips[0].locate(x0, 1, min(band, wide), wide, (z0, z1)),
-            strips[0].locate(x1, -1, min(band, wide), wide, (z0, z1)),
+            strips[0].locate(x0, 1, min(band, wide), wide, side),
+            strips[0].locate(x1, -1, min(band, wide), wide, side),
             strips[1].locate(z0, 1, min(band, high), high, (x0, x1)),
             strips[1].locate(z1, -1, min(band, high), high, (x0, x1)),
         ]
-        x0, x1, z0, z1 = (b.at for b in borders)
-    return x0, z0, x1, z1, borders
+        x0, x1, z0 = (b.at for b in borders[:3])
+        z1 = borders[3].at if rise == 0.0 else z1
+    return (x0, z0, x1, z1), borders
 
 
 def _depth(beams: Beams, x0: float, z0: float, x1: float, z1: float) -> tuple[Estimate[float] | None, float]:
