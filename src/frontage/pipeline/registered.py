@@ -134,7 +134,7 @@ def _facade(w: WallPoints) -> dict[str, Any]:
 
 
 def save_walls(path: Path, found: Selection) -> None:
-    """Per wall k: points `index_k` (into registered.npz), `relief_k` with its `corner_k` and `cell_k`, frame."""
+    """Per wall k: points `index_k` (into registered.npz), `relief_k`, its `corner_k` and `cell_k`, frame."""
     arrays: dict[str, Any] = {}
     for k, w in enumerate(found.walls):
         arrays[f"index_{k}"], arrays[f"relief_{k}"] = w.index, w.relief
