@@ -325,3 +325,16 @@ def test_mosaic_of_touching_reliefs(seed):
     assert len({f.opening for f in result.solid.faces}) > 5
     if place is STRAIGHT:
         assert volume6(result.solid) == -column6(result.solid, int(result.host.vertices[0, 1]))
+
+
+def test_part_on_a_narrow_neck_is_left_out():
+    """What an earlier opening leaves of a later one may hang together by a millimetre only."""
+    later = np.array(
+        [[2, 2], [4, 2], [4, 4], [3.001, 4], [3.001, 4.4], [3.6, 4.4], [3.6, 5], [3, 5], [3, 4], [2, 4.0]]
+    )
+    result = built([Relief("A", later, 0.2)])
+    assert not validate(result.solid)
+    assert volume6(result.host) - volume6(result.solid) == pytest.approx(
+        6 * 20_000 * 20_000 * 2_000, rel=2e-3
+    )
+    assert len(result.notes) == 1

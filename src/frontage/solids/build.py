@@ -13,7 +13,7 @@ from frontage.geometry.rigid import Rigid3
 from frontage.model import Failed, Solid
 from frontage.solids.carve import carve
 from frontage.solids.clearance import Clearance
-from frontage.solids.contract import Node
+from frontage.solids.contract import SHORTEST, Node
 from frontage.solids.partition import Partition, partition
 from frontage.solids.placing import Area, Draft, Log, Placed, place, raised, removed
 from frontage.solids.relief import GRID, BuildOptions, Built, FacadeReliefs, Relief
@@ -209,9 +209,9 @@ def _corner_cut(
 ) -> list[Placed]:
     """The last relief at a node without its corner there."""
     half = options.gap * GRID / 2
-    here = [
-        k for k, p in enumerate(placed) if p.height and p.polygon.boundary.dwithin(shapely.Point(node), 1.0)
-    ]
+    point = shapely.Point(node)
+    here = [k for k, p in enumerate(placed) if p.polygon.boundary.dwithin(point, SHORTEST)]
+    here = [k for k in here if placed[k].height] or here
     if not here:
         return placed
     one = placed[here[-1]]

@@ -42,12 +42,16 @@ class Partition:
         return {n: tuple(sorted(h)) for n, h in found.items()}
 
     def pinched(self) -> list[Node]:
-        """Nodes where the solid would touch itself along an edge: void, solid, void, solid around it."""
+        """Nodes where the solid would touch itself along an edge: void, solid, void, solid around it.
+
+        Also those where a cell's ring touches itself.
+        """
         after: dict[Node, list[Node]] = {}
         for a, b in {e for edge in self.left for e in (edge, edge[::-1])}:
             after.setdefault(a, []).append(b)
         busy = [n for n, ends in after.items() if len(ends) > 3]
-        return sorted(n for n in busy if self._alternates(n, after[n]))
+        twice = {n for c in self.cells for r in c.rings if len(set(r)) < len(r) for n in r if r.count(n) > 1}
+        return sorted(twice | {n for n in busy if self._alternates(n, after[n])})
 
     def _alternates(self, node: Node, ends: Sequence[Node]) -> bool:
         turn = np.argsort([np.arctan2(z - node[1], x - node[0]) for x, z in ends])

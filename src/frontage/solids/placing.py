@@ -120,7 +120,16 @@ def _fit(
                 return None
             log.notes.append(f"{relief.id}: clipped where it overlaps {other.relief.id}")
             polygon = _largest(shapely.difference(polygon, other.polygon, grid_size=1.0))
-    return _checked(draft, polygon, gap, log)
+    return _checked(draft, _without_necks(polygon, gap), gap, log)
+
+
+def _without_necks(polygon: Polygon, gap: float) -> Polygon:
+    """A polygon without parts that hang on it by less than the gap."""
+    wide = shapely.get_parts(polygon.buffer(-0.49 * gap, join_style="mitre"))
+    if len(wide) < 2:
+        return polygon
+    body = max(wide, key=lambda p: float(p.area)).buffer(0.5 * gap, join_style="mitre")
+    return _largest(shapely.intersection(polygon, body, grid_size=1.0))
 
 
 def _checked(draft: Draft, polygon: Polygon, gap: float, log: Log) -> Polygon | None:
