@@ -123,7 +123,12 @@ def _with_depth(holes: list[Hole], behind: Float, tolerance: float) -> list[Hole
 
     Its sigma holds the scatter of the windows' own depths about it: the paper gives all windows one plane.
     """
-    inside = [behind[_in_box(behind, h.box), 1] for h in holes]
+    behind = behind[np.argsort(behind[:, 0], kind="stable")]
+    first, last = np.searchsorted(
+        behind[:, 0], np.array([(h.box[0], h.box[2]) for h in holes]).reshape(-1, 2).T
+    )
+    strips = [behind[a:b] for a, b in zip(first, last, strict=True)]
+    inside = [q[_in_box(q, h.box), 1] for q, h in zip(strips, holes, strict=True)]
     plane = shifted_plane(np.concatenate([np.empty(0), *inside]), tolerance)
     if plane is None:
         return holes

@@ -146,6 +146,10 @@ def _largest(
     """Rows i0:i1, columns j0:j1 of the largest rectangle of set cells (n, m), None if all are too small."""
     best, found = 0.0, None
     for i0 in range(len(part)):
+        if i0 and not (part[i0] & ~part[i0 - 1]).any():
+            continue  # what begins in this row also fits from the row before it
+        if (zs[-1] - zs[i0]) * (xs[-1] - xs[0]) <= best:
+            break
         runs = np.logical_and.accumulate(part[i0:], axis=0)  # columns set from row i0 down to each row
         step = np.diff(np.pad(runs.astype(np.int8), ((0, 0), (1, 1))), axis=1)
         row, begin = np.nonzero(step == 1)

@@ -29,9 +29,13 @@ def split_windows(
     """
     done: list[Box] = []
     todo = list(windows)
+    lines = sorted(borders, key=lambda b: -b.count)
+    place = np.array([(b.position, *b.extent, b.upright) for b in lines]).reshape(-1, 4)
+    xz = xz[np.argsort(xz[:, 0], kind="stable")]
     while todo:
         box = todo.pop()
-        halves = _split(box, borders, xz, distance, least)
+        inner = [lines[k] for k in np.flatnonzero(_crossing(place, box, least))]
+        halves = _split(box, inner, xz, distance, least) if inner else None
         if halves is None:
             done.append(box)
         else:
@@ -39,27 +43,35 @@ def split_windows(
     return done
 
 
+def _crossing(place: Float, box: Box, least: tuple[float, float]) -> Bool:
+    """Which lines (n, 4) (position, extent, upright) run inside a window with room on either side."""
+    low, high = np.array(box[:2]), np.array(box[2:])
+    across = np.where(place[:, 3] == 1, 0, 1)
+    room = np.array(least)[across]
+    inside = (place[:, 0] > low[across] + room) & (place[:, 0] < high[across] - room)
+    along = 1 - across
+    return np.asarray(inside & (place[:, 1] < high[along]) & (place[:, 2] > low[along]), np.bool_)
+
+
 def _split(
-    box: Box, borders: Sequence[Border], xz: Float, distance: float, least: tuple[float, float]
+    box: Box, inner: Sequence[Border], xz: Float, distance: float, least: tuple[float, float]
 ) -> list[Box] | None:
-    """The two windows of a separated one, or None."""
-    own = xz[((xz >= box[:2]) & (xz <= box[2:])).all(1)]
+    """The two windows of a separated one, or None; xz (n, 2) sorted by x."""
+    first, last = np.searchsorted(xz[:, 0], (box[0], box[2]))
+    own = xz[first:last]
+    own = own[(own[:, 1] >= box[1]) & (own[:, 1] <= box[3])]
     radius = SEARCH * distance
-    for border in sorted(borders, key=lambda b: -b.count):
+    for border in inner:
         a, b = (0, 1) if border.upright else (1, 0)  # across the line, along it
-        if not box[a] + least[a] < border.position < box[a + 2] - least[a]:
-            continue
-        if min(border.extent[1], box[b + 2]) - max(border.extent[0], box[b]) <= 0:
-            continue
         near = own[np.abs(own[:, a] - border.position) <= radius]
         if not len(near) or _filled(near[:, b], box[b], box[b + 2], distance) <= FACADE_SHARE:
             continue
         low, high = float(near[:, a].min()), float(near[:, a].max())
         if low - box[a] < least[a] or box[a + 2] - high < least[a]:
             continue
-        first, second = list(box), list(box)
-        first[a + 2], second[a] = low, high
-        return [(*first,), (*second,)]  # type: ignore[list-item]
+        one, other = list(box), list(box)
+        one[a + 2], other[a] = low, high
+        return [(*one,), (*other,)]  # type: ignore[list-item]
     return None
 
 
@@ -79,11 +91,9 @@ def with_head(box: Box, borders: Sequence[Border], seen: AvailabilityMap) -> tup
     been classed as facade.
     """
     x0, z0, x1, z1 = box
-    crowns = [
-        b.position
-        for b in borders
-        if b.side == "top" and x0 < np.mean(b.extent) < x1 and z1 < b.position <= z1 + (x1 - x0) / 2
-    ]
+    near = [b for b in borders if b.side == "top" and z1 < b.position <= z1 + (x1 - x0) / 2]
+    # one line per element of the map, which could not tell more apart
+    crowns = {int(b.position / seen.cell): b.position for b in near if x0 < sum(b.extent) / 2 < x1}.values()
     for crown in [*sorted(crowns, reverse=True), z1]:
         raised = (x0, z0, x1, crown)
         if (rise := _rise(raised, seen)) > 0 and crown - rise <= z1:
