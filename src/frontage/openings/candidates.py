@@ -1,6 +1,6 @@
 """Rectangles that may be openings, and the best layout of those that do not overlap."""
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -13,6 +13,7 @@ from frontage.openings.options import OpeningOptions
 _PRICE = 12.0  # nats an opening must be worth: four borders (MDL)
 _LINES = 8  # candidate borders a component has in each direction, at most
 _KEPT = 80  # rectangles of a component that go into the layout
+_TRIED = 400  # rectangles that are looked at for those
 _UNSEEN = 0.05  # nats a cell of nothing known costs
 _SCALES = ((0.6, 12.0), (1.0, 12.0), (1.7, 12.0), (2.5, 25.0))  # least openings: square, largest part
 _SMOOTH = 1.0  # cells, one sigma before components are formed
@@ -34,22 +35,26 @@ class Box:
         return slice(self.r0, self.r1), slice(self.c0, self.c1)
 
 
-def find_boxes(evidence: Evidence, options: OpeningOptions) -> list[Box]:
+def find_boxes(evidence: Evidence, options: OpeningOptions, framed: Callable[[Box, bool], bool]) -> list[Box]:
     """The set of rectangles without overlap that is worth most, by components of open cells.
 
     A rectangle is worth the evidence of its cells less the price of an opening; its borders are lines where
     the evidence of a component changes most. Two windows and their pier compete with the window over both.
+    Only `framed` rectangles are openings; where the best layout has others, the best of those that are framed
+    on all sides (its second argument) counts instead.
     """
     worth = np.where(evidence.llr == 0.0, -_UNSEEN, evidence.llr)
     least = (options.min_height / evidence.raster.cell, options.min_width / evidence.raster.cell)
     found: list[Box] = []
     for rows, columns in _components(evidence.llr, least):
-        part = worth[rows, columns]
-        boxes = _rectangles(part, least)
-        found += [
+        boxes = [
             Box(b.r0 + rows.start, b.c0 + columns.start, b.r1 + rows.start, b.c1 + columns.start, b.worth)
-            for b in best_layout(boxes)
+            for b in _rectangles(worth[rows, columns], least)
         ]
+        chosen = best_layout(boxes[:_KEPT])
+        if not all(framed(b, False) for b in chosen):
+            chosen = best_layout([b for b in boxes if framed(b, True)][:_KEPT])
+        found += chosen
     return found
 
 
@@ -102,7 +107,7 @@ def _rectangles(part: Float, least: tuple[float, float]) -> list[Box]:
     band = total[j] - total[i]
     worth = band[:, m] - band[:, k] - _PRICE
     a, b = np.nonzero(worth > 0)
-    order = np.lexsort((b, a, -worth[a, b]))[:_KEPT]
+    order = np.lexsort((b, a, -worth[a, b]))[:_TRIED]
     return [
         Box(int(r[i[p]]), int(c[k[q]]), int(r[j[p]]), int(c[m[q]]), float(worth[p, q]))
         for p, q in zip(a[order], b[order], strict=True)

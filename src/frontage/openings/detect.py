@@ -45,15 +45,16 @@ def find_by_evidence(facade: Facade, scan: Scan, options: OpeningOptions) -> Ele
         )
     evidence = weigh(facade, beams)
     ground = facade.extent[1] if options.ground_z is None else options.ground_z
-    boxes = [b for b in find_boxes(evidence, options) if _framed(evidence, b, ground)]
+    boxes = find_boxes(evidence, options, lambda box, all_: _framed(evidence, box, ground, all_))
     strips = (Strips(beams, 0), Strips(beams, 1))
     found = [_measured(facade, beams, evidence, strips, box, ground) for box in boxes]
     sized = [o for o in found if np.all(np.ptp(o.ring, axis=0) >= (options.min_width, options.min_height))]
     return Elements(facade.id, numbered(facade.id, sized), notes=_notes(evidence, beams))
 
 
-def _framed(evidence: Evidence, box: Box, ground: float) -> bool:
+def _framed(evidence: Evidence, box: Box, ground: float, all_sides: bool) -> bool:
     """Whether the wall shows on both sides and above or below: what is open on one side is no opening.
+    With `all_sides` above and below.
 
     Near the ground the lower side counts as shown; the opening itself must be free of wall.
     """
@@ -69,7 +70,9 @@ def _framed(evidence: Evidence, box: Box, ground: float) -> bool:
     left, right, below, above = (_walled(evidence, *s) for s in sides)
     low = evidence.raster.corner[1] + r0 * evidence.raster.cell < ground + _GROUND
     inside = _walled(evidence, r0 + 1, r1 - 1, c0 + 1, c1 - 1)
-    shown = min(left, right) >= _WALL and (max(below, above) >= _WALL or low)
+    below = 1.0 if low else below
+    ends = min(below, above) if all_sides else max(below, above)
+    shown = min(left, right, ends) >= _WALL
     return shown and not inside > _WALL and _told(evidence, box)
 
 
