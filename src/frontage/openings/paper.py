@@ -1,5 +1,6 @@
 """Openings and protrusions by cell decomposition as published (Becker & Haala 2008, sections 3.1 and 3.2)."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -100,10 +101,9 @@ def _reconstruct(
     if level == _DEEPEST:
         return holes, []
     fronts = _fronts(q, on, outline, tolerance, distance, least)
-    for front in list(fronts):
+    for front, own in zip(tuple(fronts), _within(q, [f.box for f in fronts]), strict=True):
         x0, z0, x1, z1 = front.box
         holes = [h for h in holes if not (x0 <= h.centre[0] <= x1 and z0 <= h.centre[1] <= z1)]
-        own = q[(q[:, 0] >= x0) & (q[:, 0] <= x1) & (q[:, 2] >= z0) & (q[:, 2] <= z1)]
         moved = own - np.array([0.0, front.y, 0.0])
         inner, outer = _reconstruct(moved, rectangle(*front.box), tolerance, options, level + 1)
         holes += inner
@@ -123,12 +123,7 @@ def _with_depth(holes: list[Hole], behind: Float, tolerance: float) -> list[Hole
 
     Its sigma holds the scatter of the windows' own depths about it: the paper gives all windows one plane.
     """
-    behind = behind[np.argsort(behind[:, 0], kind="stable")]
-    first, last = np.searchsorted(
-        behind[:, 0], np.array([(h.box[0], h.box[2]) for h in holes]).reshape(-1, 2).T
-    )
-    strips = [behind[a:b] for a, b in zip(first, last, strict=True)]
-    inside = [q[_in_box(q, h.box), 1] for q, h in zip(strips, holes, strict=True)]
+    inside = [q[:, 1] for q in _within(behind, [h.box for h in holes])]
     plane = shifted_plane(np.concatenate([np.empty(0), *inside]), tolerance)
     if plane is None:
         return holes
@@ -153,9 +148,9 @@ def _fronts(
     found = decompose(q[on][:, [0, 2]], outline, distance, least)
     seen = AvailabilityMap.of(before[:, [0, 2]], outline, distance)
     fronts: list[Front] = []
-    for box in found.holes:
+    for box, points in zip(found.holes, _within(before, found.holes), strict=True):
         share, _ = seen.box_share(box)
-        y = before[_in_box(before, box), 1]
+        y = points[:, 1]
         plane = shifted_plane(y, tolerance) if share > FACADE_SHARE else None
         if plane is not None:
             held = y[np.abs(y - plane) <= tolerance]
@@ -165,7 +160,10 @@ def _fronts(
     return fronts
 
 
-def _in_box(q: Float, box: Box) -> Bool:
-    """Which points (n, 3) lie before or behind the rectangle."""
-    x0, z0, x1, z1 = box
-    return np.asarray((q[:, 0] > x0) & (q[:, 0] < x1) & (q[:, 2] > z0) & (q[:, 2] < z1), np.bool_)
+def _within(q: Float, boxes: Sequence[Box]) -> list[Float]:
+    """The points (k, 3) of (n, 3) that lie before, on or behind each rectangle."""
+    q = q[np.argsort(q[:, 0], kind="stable")]
+    ends = np.array([(b[0], b[2]) for b in boxes]).reshape(-1, 2)
+    first, last = np.searchsorted(q[:, 0], ends[:, 0]), np.searchsorted(q[:, 0], ends[:, 1], side="right")
+    strips = (q[a:b] for a, b in zip(first, last, strict=True))
+    return [s[(s[:, 2] >= b[1]) & (s[:, 2] <= b[3])] for s, b in zip(strips, boxes, strict=True)]
