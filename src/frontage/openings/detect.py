@@ -32,14 +32,14 @@ def find_by_evidence(facade: Facade, scan: Scan, options: OpeningOptions) -> Ele
     """Openings of a facade by the evidence of its beams (docs/openings.md)."""
     if len(facade.support) < _FEWEST:
         return Failed(
-            "openings.few",
+            "F401",
             f"facade {facade.id} has {len(facade.support)} points, too few to tell openings from gaps",
             "openings need about ten points across: scan closer or more densely",
         )
     beams = sort_beams(facade, scan)
     if len(beams.solid) < _FEWEST // 2:
         return Failed(
-            "openings.no-wall",
+            "F402",
             f"facade {facade.id} shows hardly any wall, so openings cannot be told from it",
             "check the facade's plane, or scan it from the street",
         )
