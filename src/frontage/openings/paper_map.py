@@ -1,6 +1,7 @@
 """The point-availability map (paper B, section 3.2.2, first paragraph)."""
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Self
 
 import numpy as np
@@ -43,8 +44,7 @@ class AvailabilityMap:
         """Of the cells between planes xs (m + 1,), zs (n + 1,) m: share of available elements (n, m) (NaN
         outside), and share of the cell within the outline. Elements cut by a plane count by their area.
         """
-        held = self._sums(self.available & self.inside, xs, zs)
-        within = self._sums(self.inside, xs, zs)
+        held, within = (self._sums(total, xs, zs) for total in self._totals)
         area = np.diff(zs)[:, None] * np.diff(xs)[None] / self.cell**2
         with np.errstate(invalid="ignore", divide="ignore"):
             share = np.where(within > 1e-9, held / within, np.nan)
@@ -56,10 +56,16 @@ class AvailabilityMap:
         share, _ = self.share(np.array([x0, x1]), np.array([z0, z1]))
         return float(np.nan_to_num(share[0, 0])), (x1 - x0) * (z1 - z0) / self.cell**2
 
-    def _sums(self, mask: Bool, xs: Float, zs: Float) -> Float:
-        """Sums (n, m) of a mask over the cells, in elements, by bilinear reading of its integral image."""
-        total = np.zeros((mask.shape[0] + 1, mask.shape[1] + 1))
-        total[1:, 1:] = mask.cumsum(0).cumsum(1)
+    @cached_property
+    def _totals(self) -> tuple[Float, Float]:
+        """Integral images (h + 1, w + 1) of the available elements within the outline, and of all there."""
+        totals = np.zeros((2, self.inside.shape[0] + 1, self.inside.shape[1] + 1))
+        for total, mask in zip(totals, (self.available & self.inside, self.inside), strict=True):
+            total[1:, 1:] = mask.cumsum(0).cumsum(1)
+        return totals[0], totals[1]
+
+    def _sums(self, total: Float, xs: Float, zs: Float) -> Float:
+        """Sums (n, m) over the cells, in elements, by bilinear reading of an integral image."""
         rows = _between(total, (zs - self.corner[1]) / self.cell)
         corners = _between(rows.T, (xs - self.corner[0]) / self.cell).T
         return np.asarray(np.diff(np.diff(corners, axis=0), axis=1))
