@@ -85,7 +85,7 @@ def _from_photos(
     image_of: Callable[[str], Array],
     options: OrthoOptions,
 ) -> tuple[str, ...]:
-    """Paint every pixel from the photo planned for it, with what a photo's pixel covers there; their names."""
+    """Paint every pixel from the photo planned for it, note what a photo pixel covers there; their names."""
     if plan is None:
         return ()
     paint_photos(bands.pixels, bands.source, relief, facade, raster, plan, image_of, options)
