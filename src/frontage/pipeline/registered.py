@@ -89,8 +89,9 @@ def _direction(d: Direction) -> dict[str, Any]:
 
 def strip_records(scan: Scan, prior: PosePrior, strips: Strips) -> list[dict[str, Any]]:
     """One entry per strip of a mobile recording; `matrix` acts on the file's coordinates."""
-    local_from_file, world = np.eye(4), np.eye(4)
-    local_from_file[:3, 3], world[:3, 3] = -scan.world.origin, scan.world.origin
+    local_from_file, source = _file_frame(scan)
+    world = np.eye(4)
+    world[:3, 3] = scan.world.origin
     table = []
     for k, strip in enumerate(strips.strips, 1):
         T = strip.local_from_given.value
@@ -98,7 +99,7 @@ def strip_records(scan: Scan, prior: PosePrior, strips: Strips) -> list[dict[str
         table.append(
             {
                 "scan": f"{scan.name}, strip {k}",
-                "from": "file, in the project's system",
+                "from": source,
                 "time": strip.time,
                 "matrix": (world @ T.matrix @ local_from_file).tolist(),
                 "correction": T.matrix.tolist(),

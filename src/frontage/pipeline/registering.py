@@ -29,7 +29,15 @@ from frontage.pipeline.registered import (
     selection_record,
     strip_records,
 )
-from frontage.registration import PosePrior, Registered, Registration, correct_strips, register, select_walls
+from frontage.registration import (
+    PosePrior,
+    Registered,
+    Registration,
+    correct_strips,
+    prior_of,
+    register,
+    select_walls,
+)
 
 Result = dict[str, Any]
 _STATIONS = 64  # origins above which they are a trajectory
@@ -110,16 +118,14 @@ def pose_prior(scan: Scan, source: ScanSource) -> PosePrior:
     Raises InputError when the scan does not tell where that was.
     """
     if scan.local_from_scanner is not None:
-        position = scan.local_from_scanner.value.t
-    elif len(scan.origins):
-        position = scan.origins.mean(0)
-    else:
+        return prior_of(scan)
+    if not len(scan.origins) or source.sigmas is None:
         raise InputError(
             f"{scan.name}: an approximate pose needs the instrument's position; give E57 or PTX, or "
             "stations = ... or trajectory = ... beside the scan"
         )
-    level, heading = np.radians([source.sigma_level, source.sigma_heading])
-    return PosePrior(position, np.full(3, source.sigma_position), float(heading), float(level))
+    sigma = np.array(source.sigmas)
+    return PosePrior(scan.origins.mean(0), sigma[:3], float(sigma[5]), float(sigma[3]))
 
 
 def _save_plan(run: Run, model: CityModel, scans: Sequence[Scan], merged: Scan) -> None:
@@ -127,8 +133,8 @@ def _save_plan(run: Run, model: CityModel, scans: Sequence[Scan], merged: Scan) 
     rings = [s.ring for b in model.buildings for shell in b.shells for s in shell.surfaces if _upright(s)]
     plan = {
         "walls": np.array([_ends(ring) for ring in rings]).reshape(-1, 2, 2),
-        "before": _from_side(merge_scans(scans)),
-        "after": _from_side(merged),
+        "before": _from_side(scans),
+        "after": _from_side([merged]),
     }
     write_arrays(run.workspace.registration_folder / "plan.npz", plan)
 
@@ -148,10 +154,13 @@ def _ends(ring: Float) -> Float:
     return np.asarray(xy[[s.argmin(), s.argmax()]])
 
 
-def _from_side(scan: Scan) -> Float:
+def _from_side(scans: Sequence[Scan]) -> Float:
     """Points (n, 2) from above, of those up to 8 m above the instruments: walls, no ground."""
-    eye = float(np.median(scan.origins[:, 2])) if len(scan.origins) else float(np.median(scan.xyz[:, 2]))
-    up = scan.xyz[(scan.xyz[:, 2] > eye) & (scan.xyz[:, 2] < eye + 8.0)]
+    xyz, origins = (
+        np.concatenate(arrays) for arrays in zip(*((s.xyz, s.origins) for s in scans), strict=True)
+    )
+    eye = float(np.median(origins[:, 2] if len(origins) else xyz[:, 2]))
+    up = xyz[(xyz[:, 2] > eye) & (xyz[:, 2] < eye + 8.0)]
     flat = np.column_stack([up[:, :2], np.zeros(len(up))])
     return np.asarray(flat[thin_to(flat, 0.1, 300_000), :2])
 

@@ -101,8 +101,8 @@ def _plan(points: Float, group: Array, facades: list[FacadeView], labels: list[s
     points, group = points[near], group[near]
     size = high - low
     scale = min(_FIGURE_WIDTH / size[0], 520.0 / size[1], 30.0)  # one 10 cm point stays 3 px
-    pixel = partial(_to_figure, origin=np.array([low[0], high[1]]), scale=float(scale))
-    bar = _nice(size[0] / 5)
+    pixel = partial(to_figure, origin=np.array([low[0], high[1]]), scale=float(scale))
+    bar = nice(size[0] / 5)
     return Figure(
         width=float(size[0] * scale),
         height=float(size[1] * scale),
@@ -113,7 +113,7 @@ def _plan(points: Float, group: Array, facades: list[FacadeView], labels: list[s
     )
 
 
-def _to_figure(xy: Float, origin: Float, scale: float) -> Float:
+def to_figure(xy: Float, origin: Float, scale: float) -> Float:
     """Plan (n, 2) m to figure (n, 2) px, y down."""
     return (xy - origin) * (scale, -scale)
 
@@ -146,6 +146,11 @@ def _plan_image(xy: Float, group: Array, size: Float) -> str:
     hsv = np.dstack([tint, np.where(last.reshape(h, w) >= 0, 110, 0), np.full((h, w), 150)]).astype(np.uint8)
     strength = np.clip(90 + 45 * np.log1p(count), 0, 255) * (count > 0)
     image = np.dstack([cv2.cvtColor(hsv, cv2.COLOR_HSV2BGR), strength.astype(np.uint8)])
+    return png_uri(image)
+
+
+def png_uri(image: Array) -> str:
+    """A picture (h, w, 4) uint8 BGRA as PNG inside the page."""
     png = cv2.imencode(".png", image)[1].tobytes()
     return "data:image/png;base64," + base64.b64encode(png).decode()
 
@@ -156,8 +161,8 @@ def _data_uri(ortho: OrthoView) -> str:
 
 def _ticks(low: float, high: float, scale: float, place: object) -> tuple[Tick, ...]:
     """Lines every metre where they stay 12 px apart, labels where they stay 34 px apart."""
-    step = _nice(max(1.0, 12 / scale))
-    label = _nice(max(step, 34 / scale))
+    step = nice(max(1.0, 12 / scale))
+    label = nice(max(step, 34 / scale))
     count = range(math.ceil(low / step), math.floor(high / step) + 1)
     values = [k * step for k in count]
     return tuple(Tick(place(v), f"{v:g}" if _multiple(v, label) else "") for v in values)  # type: ignore[operator]
@@ -167,7 +172,7 @@ def _multiple(value: float, of: float) -> bool:
     return abs(value / of - round(value / of)) < 1e-6
 
 
-def _nice(value: float) -> float:
+def nice(value: float) -> float:
     """The smallest of 1, 2, 5 times a power of ten that is not below `value`."""
     power = 10.0 ** math.floor(math.log10(value))
     return next(m * power for m in (1, 2, 5, 10) if m * power >= value * (1 - 1e-9))

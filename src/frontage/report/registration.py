@@ -1,15 +1,14 @@
 """The registration in plan: the model's walls, the scans before and after, the stations with their errors."""
 
-import base64
 from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
-import cv2
 import numpy as np
 
 from frontage.geometry.arrays import Float
 from frontage.report.data import RegistrationView
+from frontage.report.figures import nice, png_uri, to_figure
 
 _WIDTH, _HEIGHT = 860.0, 620.0
 _AROUND = 10.0  # m about the stations' surroundings that the model covers
@@ -54,14 +53,14 @@ def registration_figure(view: RegistrationView) -> RegistrationFigure:
     low, high = _shown(np.vstack([given, placed]), view.after)
     scale = float(min(_WIDTH / (high[0] - low[0]), _HEIGHT / (high[1] - low[1])))
     size = (high - low) * scale
-    pixel = partial(_to_figure, origin=np.array([low[0], high[1]]), scale=scale)
+    pixel = partial(to_figure, origin=np.array([low[0], high[1]]), scale=scale)
     half = [_half_axes(np.array(s["covariance"])[:2, :2]) for s in scans]
     longest = max(axes[0] for axes in half) * scale
     magnified = max((m for m in _MAGNIFIED if m * longest <= _SHOWN), default=1)
     names = [s["scan"] for s in scans]
     ends = pixel(view.walls.reshape(-1, 2)).reshape(-1, 4)
     inside = ((ends > -50) & (ends < size.max() + 50)).all(1)
-    bar = next(v for v in (1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0) if v * scale > 60 or v == 100.0)
+    bar = nice(max(1.0, 60.0 / scale))
     return RegistrationFigure(
         width=float(size[0]),
         height=float(size[1]),
@@ -79,10 +78,6 @@ def _shown(places: Float, points: Float) -> tuple[Float, Float]:
     near = points[np.linalg.norm(points - places.mean(0), axis=1) < 60.0]
     low, high = np.quantile(np.vstack([places, near]), [0.01, 0.99], axis=0)
     return low - _AROUND, high + _AROUND
-
-
-def _to_figure(xy: Float, origin: Float, scale: float) -> Float:
-    return (xy - origin) * (scale, -scale)
 
 
 def _ellipses(
@@ -134,5 +129,4 @@ def _picture(before: Float, after: Float, size: Float) -> str:
         inside = np.flatnonzero(((xy >= 0) & (xy < [w, h])).all(1))
         c, r = xy[inside].astype(np.int64).T
         image[r, c] = colour
-    png = cv2.imencode(".png", image)[1].tobytes()
-    return "data:image/png;base64," + base64.b64encode(png).decode()
+    return png_uri(image)
