@@ -1,0 +1,245 @@
+"""A facade's openings and protrusions as files: what users script against, and what later stages read back.
+
+`openings.json` and `protrusions.json` are lists (docs/openings.md names their keys); `outlines.npz` holds the
+covariance of every opening's outline, which is too large for a text.
+"""
+
+import math
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any, TypeVar
+
+import numpy as np
+
+from frontage.errors import FileError
+from frontage.geometry.arrays import Float
+from frontage.model import Bar, Elements, Estimate, Facade, Opening, Protrusion, Provenance
+from frontage.pipeline.files import read_json, write_arrays, write_json
+
+FILES = ("openings.json", "protrusions.json", "outlines.npz")
+"""What `save_elements` leaves in a facade's folder."""
+
+_AGAIN = "make it again with `frontage openings`"
+_ON = 1e-6  # m: corners that close to the bounding box make its border
+Noun = TypeVar("Noun")
+
+
+def save_elements(folder: Path, facade: Facade, elements: Elements) -> None:
+    """Write `elements` of `facade` to `folder`; its notes are not kept there."""
+    covariances = {str(k): o.ring_covariance for k, o in enumerate(elements.openings)}
+    write_arrays(folder / "outlines.npz", covariances)
+    write_json(folder / "protrusions.json", [_protrusion_record(p, facade) for p in elements.protrusions])
+    write_json(folder / "openings.json", [_opening_record(o, facade) for o in elements.openings])
+
+
+def load_elements(folder: Path, facade: str) -> Elements:
+    """What `save_elements` wrote, exactly; `facade` is the facade's id. Raises FileError."""
+    covariances = _covariances(folder / "outlines.npz")
+
+    def opening(record: dict[str, Any], number: int) -> Opening:
+        if str(number) not in covariances:
+            raise ValueError("outlines.npz holds no outline of it")
+        return _opening(record, covariances[str(number)])
+
+    openings = _nouns(folder / "openings.json", opening)
+    if len(openings) != len(covariances):
+        problem = f"holds {len(covariances)} outlines, openings.json {len(openings)} openings"
+        raise FileError(folder / "outlines.npz", problem, _AGAIN)
+    protrusions = _nouns(folder / "protrusions.json", lambda record, _: _protrusion(record))
+    return Elements(facade, openings, protrusions)
+
+
+def _opening_record(o: Opening, facade: Facade) -> dict[str, Any]:
+    return {
+        "id": o.id,
+        "kind": o.kind,
+        "shape": o.shape,
+        "outline": o.ring.tolist(),
+        "outline_world": _in_world(o.ring, 0.0, facade),
+        "depth": None if o.depth is None else float(o.depth.value),
+        "bars": {
+            axis: [_bar_record(b) for b in o.bars if b.axis == axis] for axis in ("vertical", "horizontal")
+        },
+        "sigma": border_sigmas(o) | {"depth": None if o.depth is None else _number(o.depth.sigma[0])},
+        "provenance": str(o.provenance),
+        "confidence": float(o.confidence),
+        "floor": int(o.floor),
+        "bay": int(o.bay),
+        "evidence": float(o.evidence),
+        "photos": list(o.photos),
+        "depth_estimate": None if o.depth is None else _estimate_record(o.depth),
+    }
+
+
+def _protrusion_record(p: Protrusion, facade: Facade) -> dict[str, Any]:
+    front = float(p.front.value)
+    return {
+        "id": p.id,
+        "kind": p.kind,
+        "outline": p.ring.tolist(),
+        "outline_world": _in_world(p.ring, front, facade),
+        "front": front,
+        "sigma": {"border": _number(p.sigma), "front": _number(p.front.sigma[0])},
+        "provenance": str(p.provenance),
+        "confidence": float(p.confidence),
+        "front_estimate": _estimate_record(p.front),
+    }
+
+
+def border_sigmas(o: Opening) -> dict[str, float | None]:
+    """Standard errors m of an opening's "left", "right", "bottom", "top"; None = not known.
+
+    Of the ring's bounding box: the mean over the corners that make a border.
+    """
+    sigma = np.sqrt(np.diag(o.ring_covariance)).reshape(-1, 2)
+    low, high = o.ring.min(0), o.ring.max(0)
+    borders = {"left": (0, low), "right": (0, high), "bottom": (1, low), "top": (1, high)}
+    return {
+        name: _number(sigma[np.abs(o.ring[:, axis] - at[axis]) < _ON, axis].mean())
+        for name, (axis, at) in borders.items()
+    }
+
+
+def _bar_record(b: Bar) -> dict[str, Any]:
+    extent = [float(v) for v in b.extent]
+    return {
+        "position": float(b.position),
+        "extent": extent,
+        "width": float(b.width),
+        "sigma": _number(b.sigma),
+    }
+
+
+def _estimate_record(e: Estimate[float]) -> dict[str, Any]:
+    return {
+        "variance": _number(e.covariance[0, 0]),
+        "dof": _number(e.dof),
+        "provenance": str(e.provenance),
+    }
+
+
+def _in_world(ring: Float, y: float, facade: Facade) -> list[list[float]]:
+    """A ring (k, 2) m at depth y m of the facade's frame in world coordinates (k, 3)."""
+    xyz = np.column_stack([ring[:, 0], np.full(len(ring), y), ring[:, 1]])
+    return list(facade.world.to_world(facade.frame.apply(xyz)).tolist())
+
+
+def _covariances(path: Path) -> dict[str, Float]:
+    try:
+        with path.open("rb") as file, np.load(file, allow_pickle=False) as arrays:
+            return {name: arrays[name] for name in arrays.files}
+    except FileNotFoundError:
+        raise FileError(path, "no such file", _AGAIN) from None
+    except (OSError, ValueError, EOFError) as error:
+        raise FileError(path, f"cannot be read ({error})", _AGAIN) from None
+    except Exception as error:  # zipfile and zlib have errors of their own
+        raise FileError(path, f"is damaged ({error})", _AGAIN) from None
+
+
+def _nouns(path: Path, make: Callable[[dict[str, Any], int], Noun]) -> tuple[Noun, ...]:
+    """Every record of a list as a noun. Raises FileError that names the file and the record."""
+    try:
+        table = read_json(path)
+    except FileNotFoundError:
+        raise FileError(path, "no such file", _AGAIN) from None
+    except (OSError, ValueError) as error:
+        raise FileError(path, f"is not JSON ({error})", _AGAIN) from None
+    if not isinstance(table, list) or not all(isinstance(record, dict) for record in table):
+        raise FileError(path, "is no list of objects", _AGAIN)
+    made = []
+    for number, record in enumerate(table):
+        try:
+            made.append(make(record, number))
+        except KeyError as error:
+            raise FileError(path, f"{_name(record, number)} lacks {error}", _AGAIN) from None
+        except (TypeError, ValueError) as error:
+            raise FileError(path, f"{_name(record, number)}: {error}", _AGAIN) from None
+    return tuple(made)
+
+
+def _name(record: dict[str, Any], number: int) -> str:
+    return str(record.get("id", f"entry {number}"))
+
+
+def _opening(r: dict[str, Any], covariance: Float) -> Opening:
+    depth = None
+    if r["depth"] is not None:
+        depth = _estimate(_real(r["depth"], "depth"), r["depth_estimate"])
+    return Opening(
+        id=_text(r, "id"),
+        kind=_text(r, "kind"),
+        ring=_ring(r["outline"]),
+        ring_covariance=covariance,
+        depth=depth,
+        shape=_text(r, "shape"),
+        provenance=Provenance(r["provenance"]),
+        evidence=_real(r["evidence"], "evidence"),
+        confidence=_real(r["confidence"], "confidence"),
+        floor=_whole(r, "floor"),
+        bay=_whole(r, "bay"),
+        bars=tuple(_bar(b, axis) for axis in ("vertical", "horizontal") for b in r["bars"][axis]),
+        photos=tuple(str(photo) for photo in r["photos"]),
+    )
+
+
+def _protrusion(r: dict[str, Any]) -> Protrusion:
+    return Protrusion(
+        id=_text(r, "id"),
+        kind=_text(r, "kind"),
+        ring=_ring(r["outline"]),
+        sigma=_or_infinite(r["sigma"]["border"], "sigma"),
+        front=_estimate(_real(r["front"], "front"), r["front_estimate"]),
+        provenance=Provenance(r["provenance"]),
+        confidence=_real(r["confidence"], "confidence"),
+    )
+
+
+def _bar(r: dict[str, Any], axis: str) -> Bar:
+    low, high = (_real(v, "extent") for v in r["extent"])
+    return Bar(
+        axis,
+        _real(r["position"], "position"),
+        (low, high),
+        _real(r["width"], "width"),
+        _or_infinite(r["sigma"], "sigma"),
+    )
+
+
+def _estimate(value: float, r: dict[str, Any]) -> Estimate[float]:
+    variance = np.array([[_or_infinite(r["variance"], "variance")]])
+    return Estimate(value, variance, _or_infinite(r["dof"], "dof"), Provenance(r["provenance"]))
+
+
+def _ring(value: Any) -> Float:
+    ring = np.array([[_real(v, "outline") for v in corner] for corner in value], np.float64)
+    if ring.ndim != 2 or ring.shape[1] != 2 or len(ring) < 3:
+        raise ValueError("its outline is no ring of three or more corners [x, z]")
+    return ring
+
+
+def _text(r: dict[str, Any], key: str) -> str:
+    if not isinstance(r[key], str):
+        raise ValueError(f"{key} = {r[key]!r} is no text")
+    return str(r[key])
+
+
+def _whole(r: dict[str, Any], key: str) -> int:
+    if not isinstance(r[key], int) or isinstance(r[key], bool):
+        raise ValueError(f"{key} = {r[key]!r} is no whole number")
+    return int(r[key])
+
+
+def _real(value: Any, key: str) -> float:
+    if not isinstance(value, int | float) or isinstance(value, bool) or not math.isfinite(value):
+        raise ValueError(f"{key} = {value!r} is no number")
+    return float(value)
+
+
+def _or_infinite(value: Any, key: str) -> float:
+    """null stands for "not known"."""
+    return math.inf if value is None else _real(value, key)
+
+
+def _number(value: float) -> float | None:
+    """JSON has no infinity and no NaN: null stands for "not known"."""
+    return float(value) if math.isfinite(value) else None

@@ -1,0 +1,70 @@
+"""Openings and protrusions made by hand on the facade of `facade_fakes`, for later stages."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from frontage.geometry.ring import rectangle
+from frontage.model import Bar, Elements, Estimate, Opening, Protrusion, Provenance
+
+
+def opening(
+    name: str = "B01/F1/W1-1", box: tuple[float, float, float, float] = (-3.1, -0.7, -1.9, 0.9)
+) -> Opening:
+    """A window with two bars: borders of 3, 4, 5 and 6 mm (left, bottom, right, top), 12 cm deep."""
+    x0, z0, x1, z1 = box
+    sigma = np.array([3, 4, 5, 4, 5, 6, 3, 6]) * 1e-3
+    root = np.random.default_rng(4).normal(size=(8, 8))
+    part = root @ root.T
+    scale = sigma / np.sqrt(np.diag(part))
+    return Opening(
+        id=name,
+        kind="window",
+        ring=np.array([[x0, z0], [x1, z0], [x1, z1], [x0, z1]]),
+        ring_covariance=part * np.outer(scale, scale),
+        depth=Estimate(0.1 + 0.02, np.array([[0.007**2]]), 41.0, Provenance.POOLED),
+        shape="rectangle",
+        provenance=Provenance.MEASURED,
+        evidence=212.125,
+        confidence=0.9375,
+        floor=1,
+        bay=1,
+        bars=(
+            Bar("vertical", -2.5, (-0.7, 0.9), 0.06, 0.004),
+            Bar("horizontal", 0.3, (-3.1, -1.9), 0.05, float("inf")),
+        ),
+        photos=("IMG_1.jpg",),
+    )
+
+
+def round_door(name: str = "B01/F1/D0-1") -> Opening:
+    """A door with a round head of many corners, that was never seen: inferred, without a depth."""
+    angle = np.linspace(0, np.pi, 13)
+    head = np.column_stack([2.0 + 0.6 * np.cos(angle), -1.2 + 0.6 * np.sin(angle)])
+    ring = np.vstack([[[1.4, -3.0], [2.6, -3.0]], head])
+    return replace(
+        opening(),
+        id=name,
+        kind="door",
+        ring=ring,
+        ring_covariance=np.eye(2 * len(ring)) * 0.03**2,
+        depth=None,
+        shape="round",
+        provenance=Provenance.INFERRED,
+        floor=0,
+        bars=(),
+        photos=(),
+    )
+
+
+def balcony() -> Protrusion:
+    """A balcony 0.9 m before the wall, its errors not known."""
+    front = Estimate(-0.9, np.array([[np.inf]]), float("inf"))
+    return Protrusion(
+        "B01/F1/P1", "balcony", rectangle(-3.3, -1.8, -1.7, -0.8), 0.02, front, Provenance.MEASURED, 0.8
+    )
+
+
+def elements() -> Elements:
+    """A window, an inferred door and a balcony."""
+    return Elements("B01/F1", (opening(), round_door()), (balcony(),))

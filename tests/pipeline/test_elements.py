@@ -1,0 +1,120 @@
+"""openings.json and protrusions.json: what stands in them, and that reading them back loses nothing."""
+
+import json
+from dataclasses import fields
+from typing import Any
+
+import numpy as np
+import pytest
+
+from facade_fakes import facade
+from frontage.errors import FileError
+from frontage.model import Elements, Estimate
+from frontage.pipeline.elements import FILES, load_elements, save_elements
+from opening_fakes import elements, opening, round_door
+
+
+def same(a: Any, b: Any) -> bool:
+    """Whether two nouns are equal to the last bit."""
+    if isinstance(a, np.ndarray):
+        return np.array_equal(a, b)
+    if isinstance(a, tuple):
+        return len(a) == len(b) and all(same(x, y) for x, y in zip(a, b, strict=True))
+    if isinstance(a, Estimate) or hasattr(a, "__dataclass_fields__"):
+        return type(a) is type(b) and all(same(getattr(a, f.name), getattr(b, f.name)) for f in fields(a))
+    return bool(a == b)
+
+
+def test_what_was_saved_is_read_back_exactly(tmp_path):
+    save_elements(tmp_path, facade(), elements())
+    assert same(elements(), load_elements(tmp_path, "B01/F1"))
+    assert not same(elements().openings[0], elements().openings[1])
+
+
+def test_a_facade_without_openings_has_empty_lists(tmp_path):
+    save_elements(tmp_path, facade(), Elements("B01/F1", ()))
+    assert json.loads((tmp_path / "openings.json").read_text()) == []
+    assert load_elements(tmp_path, "B01/F1").openings == ()
+
+
+def test_the_same_elements_give_the_same_bytes(tmp_path):
+    for name in "ab":
+        (tmp_path / name).mkdir()
+        save_elements(tmp_path / name, facade(), elements())
+    for file in FILES:
+        assert (tmp_path / "a" / file).read_bytes() == (tmp_path / "b" / file).read_bytes()
+
+
+def test_the_documented_keys_of_openings(tmp_path):
+    save_elements(tmp_path, facade(), elements())
+    window, door = json.loads((tmp_path / "openings.json").read_text())
+    assert window["sigma"] == pytest.approx(
+        {"left": 0.003, "bottom": 0.004, "right": 0.005, "top": 0.006, "depth": 0.007}
+    )
+    assert (window["kind"], window["floor"], window["bay"], window["depth"]) == ("window", 1, 1, 0.1 + 0.02)
+    assert window["provenance"] == "measured" and door["provenance"] == "inferred"
+    assert window["bars"]["vertical"][0]["position"] == -2.5
+    assert window["bars"]["horizontal"][0]["extent"] == [-3.1, -1.9]
+    assert door["depth"] is None and door["sigma"]["depth"] is None
+    f = facade()
+    xyz = f.frame.inverse.apply(f.world.to_local(np.array(window["outline_world"])))
+    np.testing.assert_allclose(xyz[:, [0, 2]], opening().ring, atol=1e-9)
+    np.testing.assert_allclose(xyz[:, 1], 0.0, atol=1e-9)
+
+
+def test_protrusions_stand_at_their_front(tmp_path):
+    save_elements(tmp_path, facade(), elements())
+    (balcony,) = json.loads((tmp_path / "protrusions.json").read_text())
+    assert balcony["front"] == -0.9 and balcony["sigma"] == {"border": 0.02, "front": None}
+    f = facade()
+    xyz = f.frame.inverse.apply(f.world.to_local(np.array(balcony["outline_world"])))
+    np.testing.assert_allclose(xyz[:, 1], -0.9, atol=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("key", "value", "told"),
+    [
+        ("kind", 3, "kind = 3 is no text"),
+        ("outline", [[0, 0], [1, 0]], "no ring"),
+        ("outline", [[0, 0], [1, 0], [1, "1"], [0, 1]], "outline = '1' is no number"),
+        ("outline", [[0, 0], [1, 0], [1, 1]], "ring_covariance"),
+        ("provenance", "guessed", "guessed"),
+        ("floor", 1.5, "floor = 1.5 is no whole number"),
+        ("depth", float("nan"), "depth = nan is no number"),
+        ("depth_estimate", {"variance": 1.0, "dof": 3.0}, "lacks 'provenance'"),
+        ("bars", {"vertical": []}, "lacks 'horizontal'"),
+    ],
+)
+def test_a_garbled_entry_is_named(tmp_path, key, value, told):
+    save_elements(tmp_path, facade(), elements())
+    path = tmp_path / "openings.json"
+    table = json.loads(path.read_text())
+    table[0][key] = value
+    path.write_text(json.dumps(table))
+    with pytest.raises(FileError) as caught:
+        load_elements(tmp_path, "B01/F1")
+    assert str(caught.value).startswith(f"{path}: B01/F1/W1-1") and told in str(caught.value)
+
+
+@pytest.mark.parametrize("file", FILES)
+def test_missing_and_damaged_files_say_which(tmp_path, file):
+    save_elements(tmp_path, facade(), elements())
+    whole = (tmp_path / file).read_bytes()
+    for damage in (whole[: len(whole) // 2], b"", b'{"a": 1}'):
+        (tmp_path / file).write_bytes(damage)
+        with pytest.raises(FileError, match=file) as caught:
+            load_elements(tmp_path, "B01/F1")
+        assert "frontage openings" in str(caught.value)
+    (tmp_path / file).unlink()
+    with pytest.raises(FileError, match=f"{file}: no such file"):
+        load_elements(tmp_path, "B01/F1")
+
+
+def test_outlines_of_another_list_are_refused(tmp_path):
+    save_elements(tmp_path, facade(), elements())
+    more = tmp_path / "more"
+    more.mkdir()
+    save_elements(more, facade(), Elements("B01/F1", (opening(), round_door(), opening("B01/F1/W1-2"))))
+    (more / "outlines.npz").replace(tmp_path / "outlines.npz")
+    with pytest.raises(FileError, match=r"outlines\.npz"):
+        load_elements(tmp_path, "B01/F1")
