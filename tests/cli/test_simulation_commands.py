@@ -64,7 +64,7 @@ def test_score_shows_figures_and_what_is_absent(simulated_run: Path, simulated: 
     assert any(
         line.split()[:2] == ["offset_median", lines_value(line)] for line in lines if "offset_m" in line
     )
-    assert any(line.startswith("openings") and "absent" in line for line in lines)
+    assert any(line.startswith("photos") and "absent" in line for line in lines)
     table = json.loads(call("score", simulated_run, simulated, "--json").stdout)
     assert table["parts"]["facades"]["figures"]["recall"]["value"] == 1.0
     assert table["bounds"] == []
@@ -80,9 +80,9 @@ def lines_value(line: str) -> str:
 def test_bounds_decide_the_exit_code(simulated_run: Path, simulated: Path) -> None:
     good = call("score", simulated_run, simulated, "--require", "facades.offset_median<=0.01")
     assert good.exit_code == 0, good.output
-    bounds = ["--require", "facades.offset_median<=0.01", "--require", "openings.f1_50>=0.9"]
+    bounds = ["--require", "facades.offset_median<=0.01", "--require", "photos.found>=1"]
     bad = call("score", simulated_run, simulated, "--json", *bounds)
-    assert bad.exit_code == 1 and "openings is absent" in bad.stderr
+    assert bad.exit_code == 1 and "photos is absent" in bad.stderr
     kept = [bound["kept"] for bound in json.loads(bad.stdout)["bounds"]]
     assert kept == [True, False]
     unknown = call("score", simulated_run, simulated, "--require", "facades.offset<=1")

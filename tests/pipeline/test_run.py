@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+import frontage.pipeline.findopenings as findopenings
 import frontage.pipeline.stages as stages
 import frontage.pipeline.tasks as tasks
 from frontage.errors import FileError, InputError, WorkspaceError
@@ -56,7 +57,8 @@ def test_a_run_leaves_what_the_design_names(finished: Path) -> None:
         "buildings/B01.laz",
     ):
         assert (finished / name).stat().st_size > 0, name
-    for name in ("ortho.tif", "ortho.json", "depth.tif", "sources.tif", "ortho.jpg", "facade.json"):
+    for name in ("ortho.tif", "ortho.json", "depth.tif", "sources.tif", "ortho.jpg", "facade.json",
+                 "openings.json", "protrusions.json"):  # fmt: skip
         assert (finished / "facades" / facade / name).stat().st_size > 0, name
     assert not list(finished.rglob("*.part"))
     manifest = json.loads((finished / "manifest.json").read_text())
@@ -87,7 +89,8 @@ def test_a_changed_option_redoes_its_stage_and_what_follows(
     told = Told()
     run(load_project(project, {"ortho": {"gsd": 0.08}}), out, progress=told)
     assert told.kept == {
-        "scans": True, "buildings": True, "facades": True, "ortho": False, "export": False, "report": False,
+        "scans": True, "buildings": True, "facades": True, "ortho": False, "openings": False,
+        "export": False, "report": False,
     }  # fmt: skip
     facade = Workspace(out).facade_ids()[0]
     assert Workspace(out).facade(facade).sidecar["gsd"] == 0.08
@@ -124,6 +127,8 @@ def test_a_run_killed_again_and_again_comes_to_the_same_result(
         (tasks, "save_facade", 2),
         (tasks, "write_ortho", 1),
         (tasks, "write_ortho", 2),
+        (findopenings, "save_elements", 1),
+        (findopenings, "save_elements", 2),
         (stages, "write_glb", 1),
         (stages, "write_obj", 1),
         (stages, "render_report", 1),
@@ -183,6 +188,7 @@ def test_a_stage_alone_takes_options_and_refuses_what_is_not_ready(finished: Pat
     run_stage(out, "buildings")
     run_stage(out, "facades")
     assert Workspace(out).ortho_ids() == []  # they showed other planes
+    assert Workspace(out).opening_ids() == [] and not list((out / "facades").rglob("openings.json"))
     (out / ".done" / "facades.json").unlink()
     with pytest.raises(WorkspaceError, match="'facades' is not finished"):
         run_stage(out, "ortho")

@@ -49,11 +49,11 @@ def test_what_the_chain_makes_is_scored_and_the_rest_is_absent(simulated_run: Pa
     assert value(scores, "facades.offset_median") < 0.02  # the wall bulges, and has surrounds on it
     assert value(scores, "ortho.displacement_px_median") < 0.5
     assert abs(value(scores, "ortho.relief_bias")) < 0.002
-    for name in ("openings", "model", "photos", "scans"):
+    for name in ("model", "photos", "scans"):
         assert isinstance(scores.parts[name], Absent)
     table = scores.table()
-    assert set(table["absent"]) == {"openings", "model", "photos", "scans"}
-    assert "openings.json" in table["absent"]["openings"]
+    assert set(table["absent"]) == {"model", "photos", "scans"}
+    assert "lod3.city.json" in table["absent"]["model"]
     json.dumps(table, allow_nan=False)
 
 
@@ -182,7 +182,7 @@ def test_estimated_poses_are_scored(copy: Path, simulated: Path) -> None:
 def test_gates_need_a_figure_to_hold(simulated_run: Path, simulated: Path) -> None:
     scores = score(simulated_run, simulated)
     assert parse_gate("facades.offset_median<=0.01").holds(scores)[0]
-    kept, why = parse_gate("openings.f1_50 >= 0.9").holds(scores)
+    kept, why = parse_gate("photos.found >= 1").holds(scores)
     assert not kept and "absent" in why
     kept, why = parse_gate("buildings.cut_median<=1").holds(scores)
     assert not kept and "nothing to compute" in why

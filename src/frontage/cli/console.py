@@ -40,6 +40,13 @@ def workers_option(command: Command) -> Command:
     return click.option("--workers", "-w", type=kind, default=1, show_default=True, help=text)(command)
 
 
+def method_option(command: Command) -> Command:
+    """Add --method, the way to find openings."""
+    kind = click.Choice(["evidence", "paper"])
+    text = "How openings are found; default: the run's, evidence."
+    return click.option("--method", type=kind, help=text)(command)
+
+
 def _log(ctx: click.Context, param: click.Parameter, value: int) -> None:
     """Logging to stderr: nothing, information, everything."""
     level = (logging.WARNING, logging.INFO, logging.DEBUG)[min(value, 2)]

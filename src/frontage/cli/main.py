@@ -23,6 +23,7 @@ COMMANDS = {
     "buildings": "Split the street of a run folder into buildings again.",
     "facades": "Find the facades of a run folder's buildings again.",
     "ortho": "Make the ortho-images of a run folder again.",
+    "openings": "Find the windows, doors and protrusions of a run folder's facades again.",
     "export": "Write the textured model (GLB, OBJ) of a run folder again.",
     "report": "Write report.html of a run folder again.",
     "pixel-to-world": "World position of an ortho-image pixel.",

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from frontage.cli.console import common, progress, tell, workers_option
+from frontage.cli.console import common, method_option, progress, tell, workers_option
 
 if TYPE_CHECKING:
     from frontage.pipeline.project import Project
@@ -31,6 +31,7 @@ if TYPE_CHECKING:
 @click.option("--model", "city_model", help="City model or footprints (CityJSON, CityGML, GeoJSON, GPKG).")
 @click.option("--crs", help="CRS of the result; default: the scans' own.")
 @click.option("--gsd", type=float, help="Metres per pixel of the ortho-images.")
+@method_option
 @click.option("--seed", type=int, help="Seed of every random choice.")
 @click.option("-o", "--out", type=click.Path(path_type=Path), help="Run folder; default: the project's name.")
 @workers_option
@@ -63,6 +64,7 @@ def _from_flags(flags: dict[str, Any]) -> "Project":
         "project": _given(flags, crs="crs", seed="seed"),
         "scans": [{"path": path, **scan} for path in flags["scans"]],
         "ortho": _given(flags, gsd="gsd"),
+        "openings": _given(flags, method="method"),
     }
     photos = _given(flags, path="photos", cameras="cameras", offset="photo_offset")
     if photos:
@@ -73,11 +75,15 @@ def _from_flags(flags: dict[str, Any]) -> "Project":
 
 
 def _from_file(path: Path, flags: dict[str, Any]) -> "Project":
-    """A project file; --gsd, --seed and --crs replace what it says, other flags belong into the file."""
+    """A project file; --gsd, --method, --seed, --crs replace what it says, other flags belong in it."""
     from frontage.pipeline.project import load_project
 
-    changes = {"project": _given(flags, crs="crs", seed="seed"), "ortho": _given(flags, gsd="gsd")}
-    used = {"crs", "seed", "gsd"}
+    changes = {
+        "project": _given(flags, crs="crs", seed="seed"),
+        "ortho": _given(flags, gsd="gsd"),
+        "openings": _given(flags, method="method"),
+    }
+    used = {"crs", "seed", "gsd", "method"}
     extra = [name for name, value in flags.items() if value and name not in used]
     if extra:
         raise click.UsageError(f"with a project file, --{extra[0].replace('_', '-')} belongs into the file")

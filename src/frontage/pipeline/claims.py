@@ -19,10 +19,16 @@ _ROUNDED = 1e-3  # of printed rotation matrices
 
 
 def json_openings(table: Any, path: Path, frame: Rigid3, world: WorldRef) -> Iterator[FoundOpening]:
-    """The openings of an openings.json; `frame` = local_from_facade of its facade. Raises FileError."""
-    for entry in _entries(table, "openings", path):
+    """The openings of an openings.json; `frame` = local_from_facade of its facade. Raises FileError.
+
+    Where no opening has any bar, bars were not looked for, and nothing is claimed of them.
+    """
+    entries = _entries(table, "openings", path)
+    bars = [entry.get("bars") for entry in entries]
+    barred = any(any(b.values()) if isinstance(b, dict) else b is not None for b in bars)
+    for entry in entries:
         try:
-            yield _opening(entry, frame, world)
+            yield _opening(entry if barred else entry | {"bars": None}, frame, world)
         except (KeyError, TypeError, ValueError, IndexError) as error:
             raise _lacking(path, entry.get("id", "an opening"), error) from None
 

@@ -49,6 +49,12 @@ def load_elements(folder: Path, facade: str) -> Elements:
     return Elements(facade, openings, protrusions)
 
 
+def remove_elements(folder: Path) -> None:
+    """Remove what `save_elements` left in a folder, if anything."""
+    for name in FILES:
+        (folder / name).unlink(missing_ok=True)
+
+
 def _opening_record(o: Opening, facade: Facade) -> dict[str, Any]:
     return {
         "id": o.id,

@@ -17,6 +17,7 @@ from frontage.errors import FileError, OptionError
 from frontage.facades import FacadeOptions
 from frontage.io.photos import PhotoSource
 from frontage.io.scans import ScanSource
+from frontage.openings.options import OpeningOptions
 from frontage.ortho import OrthoOptions
 from frontage.registration import RegistrationOptions
 
@@ -56,6 +57,7 @@ class Project(BaseModel):
     buildings: BuildingOptions = Field(default_factory=BuildingOptions)
     facades: FacadeOptions = Field(default_factory=FacadeOptions)
     ortho: OrthoOptions = Field(default_factory=OrthoOptions)
+    openings: OpeningOptions = Field(default_factory=OpeningOptions)
 
     @model_validator(mode="after")
     def _has_points(self) -> Self:

@@ -174,11 +174,12 @@ def _nothing(summary: Summary) -> str:
 
 
 def _require_before(workspace: Workspace, project: Project, stage: str, keys: dict[str, str]) -> None:
-    """What facades and ortho-images are made from must be current; a report takes whatever is there."""
+    """What facades, pictures and openings are made from must be current; a report takes whatever is there."""
     needed = [s.name for s in STAGES if s.needed(project)]
     before = needed[: needed.index(stage)]
-    for name in before if stage in ("facades", "ortho") else before[:1]:
-        if workspace.done(name, key=keys[name] if stage in ("facades", "ortho") else None) is None:
+    (exact,) = [s.exact for s in STAGES if s.name == stage]
+    for name in before if exact else before[:1]:
+        if workspace.done(name, key=keys[name] if exact else None) is None:
             raise WorkspaceError(
                 f"{workspace.out}: stage {name!r} is not finished, or was made with other options or another "
                 f"version; run `frontage run` first"

@@ -1,4 +1,6 @@
-"""The order of work, in one place: scans -> register -> buildings -> facades -> ortho -> export -> report.
+"""The order of work, in one place.
+
+scans -> register -> buildings -> facades -> ortho -> openings -> export -> report
 
 Every stage is a function of the run folder: load, call one room, save, say what it made. What it returns is
 kept in its marker and in the manifest: `items` (how many), `warnings` (what failed, with codes), `notes`.
@@ -23,6 +25,7 @@ from frontage.model import Scan, WorldRef, merge_scans
 from frontage.pipeline.clouds import Neighbourhoods, around, thin_to, working_cloud
 from frontage.pipeline.context import Run
 from frontage.pipeline.files import read_json, write_array, write_bytes, write_json
+from frontage.pipeline.findopenings import OpeningsTask, openings_task, shared_notes
 from frontage.pipeline.project import Project
 from frontage.pipeline.records import building_record, world_from_record, world_record
 from frontage.pipeline.registering import approximate, register_scans, save_parts
@@ -38,7 +41,8 @@ _MAP_OFF = 20.0  # m: further than maps are off; buildings beyond are left unrea
 class Stage:
     """A stage: its work, the code it depends on, the inputs and options that its result follows from.
 
-    `needed` tells whether a project has any work for it.
+    `needed` tells whether a project has any work for it; `exact`: done alone, it takes nothing that was made
+    with other options.
     """
 
     name: str
@@ -47,6 +51,7 @@ class Stage:
     inputs: tuple[str, ...]
     options: Callable[[Project], Any]
     needed: Callable[[Project], bool] = lambda project: True
+    exact: bool = False
 
 
 def scans(run: Run) -> Result:
@@ -123,6 +128,18 @@ def ortho(run: Run) -> Result:
     return made | {"notes": list(photos.notes) if photos else []}
 
 
+def openings(run: Run) -> Result:
+    """Every facade's openings and protrusions, from the beams of the scan (paper B, sections 3.1 and 3.2)."""
+    options = run.project.openings
+    tasks = [
+        OpeningsTask(run.workspace.out, record, run.item_key(record["id"]), run.redo, options)
+        for record in run.workspace.building_records()
+    ]
+    results = run.map("openings", openings_task, tasks)
+    protrusions = sum(len(result["protrusions"]) for result in results)
+    return _gathered(results, "openings") | {"protrusions": protrusions, "notes": shared_notes(results)}
+
+
 def export(run: Run) -> Result:
     """The textured model of paper A: OUT/model/facades.glb and facades.obj."""
     workspace = run.workspace
@@ -158,6 +175,10 @@ def _buildings(project: Project) -> Any:
     return [_model_crs(project), *_dump([project.buildings])]
 
 
+def _facades(project: Project) -> Any:
+    return [project.project.seed, *_dump([project.facades])]
+
+
 def _model_crs(project: Project) -> str | None:
     return project.model.crs if project.model else None
 
@@ -168,8 +189,9 @@ STAGES: tuple[Stage, ...] = (
     Stage("scans", scans, ("geometry", "model", "io"), ("scans",), lambda p: [p.project.crs, _dump(p.scans)]),
     Stage("register", register, (*_BASE, "registration"), ("model",), _registration, approximate),
     Stage("buildings", buildings, (*_BASE, "buildings"), ("model",), _buildings),
-    Stage("facades", facades, (*_BASE, "facades"), (), lambda p: [p.project.seed, *_dump([p.facades])]),
-    Stage("ortho", ortho, (*_BASE, "ortho"), ("photos",), lambda p: _dump([p.ortho, p.photos])),
+    Stage("facades", facades, (*_BASE, "facades"), (), _facades, exact=True),
+    Stage("ortho", ortho, (*_BASE, "ortho"), ("photos",), lambda p: _dump([p.ortho, p.photos]), exact=True),
+    Stage("openings", openings, (*_BASE, "openings"), (), lambda p: _dump([p.openings]), exact=True),
     Stage("export", export, (*_BASE, "exports"), (), lambda p: []),
     Stage("report", report, (*_BASE, "report"), (), lambda p: []),
 )

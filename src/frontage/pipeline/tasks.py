@@ -19,6 +19,7 @@ from frontage.io.photos import PhotoSet
 from frontage.io.store import load_scan
 from frontage.model import Building, Facade, Failed, OrthoImage, Scan
 from frontage.ortho import OrthoOptions, make_ortho
+from frontage.pipeline.elements import remove_elements
 from frontage.pipeline.records import building_from_record, failed_record, load_facade, save_facade
 from frontage.pipeline.workspace import Workspace
 
@@ -68,7 +69,9 @@ def facades_task(task: FacadesTask) -> dict[str, Any]:
     result = {"facades": [f.id for f in facades], "warnings": warnings}
     workspace.begin("facades", task.id)
     workspace.begin("ortho", task.id)  # its pictures are of other planes now
+    workspace.begin("openings", task.id)
     for facade in facades:
+        remove_elements(workspace.facade_folder(facade.id))
         save_facade(workspace.facade_folder(facade.id), facade)
     known: list[str] = before["result"]["facades"] if before else []
     for stale in set(known) - {f.id for f in facades}:
@@ -86,7 +89,7 @@ def ortho_task(task: OrthoTask) -> dict[str, Any]:
     names = list(found["result"]["facades"]) if found else []
     result: dict[str, Any] = {"orthos": [], "warnings": []}
     if names:
-        scan, _ = _load(task, workspace)
+        scan, _ = load_cloud(task, workspace)
         surroundings = load_scan(workspace.surroundings_path) if task.photos is not None else None
         workspace.begin("ortho", task.id)
         for name in names:
@@ -103,10 +106,10 @@ def ortho_task(task: OrthoTask) -> dict[str, Any]:
 
 def _find(task: FacadesTask, workspace: Workspace) -> tuple[Facade | Failed, ...]:
     try:
-        scan, building = _load(task, workspace)
+        scan, building = load_cloud(task, workspace)
         return find_facades(scan, building, task.options, task.seed)
     except Exception as error:
-        return (_failure(error, task.id),)
+        return (as_failed(error, task.id),)
 
 
 def _ortho(
@@ -118,16 +121,17 @@ def _ortho(
         image_of = task.photos.image if task.photos else None
         return make_ortho(facade, scan, photos, image_of, surroundings, task.options)
     except Exception as error:
-        return _failure(error, name)
+        return as_failed(error, name)
 
 
-def _load(task: Task, workspace: Workspace) -> tuple[Scan, Building]:
+def load_cloud(task: Task, workspace: Workspace) -> tuple[Scan, Building]:
+    """The building's working cloud and the building, whose points index it."""
     stem = workspace.buildings_folder / task.id
     index = np.load(stem.with_suffix(".index.npy"), allow_pickle=False)
     return load_scan(stem.with_suffix(".npz")), building_from_record(task.building, index)
 
 
-def _failure(error: Exception, item: str) -> Failed:
+def as_failed(error: Exception, item: str) -> Failed:
     """An error as a warning of its item; an unreadable file is raised again: all items would meet it."""
     if isinstance(error, FileError):
         raise error

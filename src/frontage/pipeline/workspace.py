@@ -10,7 +10,7 @@ Layout (DESIGN section 6, plus what makes a run resumable)::
     OUT/buildings/index.json         the buildings; surroundings.npz: the whole cloud, thinned
     OUT/buildings/B07.laz            the building's own points, for users
     OUT/buildings/B07.npz, .index.npy   its working cloud (with surroundings) and which points are its own
-    OUT/facades/B07_F1/              facade.json, points.npz, ortho.*, depth.tif, ...
+    OUT/facades/B07_F1/              facade.json, points.npz, ortho.*, depth.tif, openings.json, ...
     OUT/model/  OUT/report.html
 
 A marker's key is a fingerprint of inputs, options and code. It is removed before its files are touched and
@@ -124,6 +124,11 @@ class Workspace:
         done = [self.done("ortho", record["id"]) for record in self.building_records()]
         return [facade for marker in done if marker for facade in marker["result"]["orthos"]]
 
+    def opening_ids(self) -> list[str]:
+        """The facades whose openings were looked for with success, in the order of the buildings."""
+        done = [self.done("openings", record["id"]) for record in self.building_records()]
+        return [facade for marker in done if marker for facade in marker["result"]["facades"]]
+
     def load_facade(self, facade: str) -> Facade:
         """The facade noun. Raises WorkspaceError when there is none of that name."""
         return load_facade(self._known_facade(facade))
@@ -137,6 +142,7 @@ class Workspace:
         facades = self.done("facades", building)
         self.begin("facades", building)
         self.begin("ortho", building)
+        self.begin("openings", building)
         for facade in facades["result"]["facades"] if facades else ():
             shutil.rmtree(self.facade_folder(facade), ignore_errors=True)
         for ending in (".npz", ".index.npy", ".laz", ".laz.stations.json"):

@@ -1,0 +1,94 @@
+"""The openings of one building's facades: a picklable task, like those of `tasks`."""
+
+from collections import defaultdict
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from frontage.model import Building, Elements, Facade, Failed, Scan
+from frontage.openings.find import find_openings
+from frontage.openings.options import OpeningOptions
+from frontage.pipeline.elements import remove_elements, save_elements
+from frontage.pipeline.records import failed_record
+from frontage.pipeline.tasks import Task, as_failed, load_cloud
+from frontage.pipeline.workspace import Workspace
+
+_NAMED = 4  # facades that a shared note names
+
+
+@dataclass(frozen=True)
+class OpeningsTask(Task):
+    """Find the openings of one building's facades."""
+
+    options: OpeningOptions
+
+
+def openings_task(task: OpeningsTask) -> dict[str, Any]:
+    """Openings of one building's facades to their folders.
+
+    Returns `{"facades": [id, ...], "openings": [id, ...], "protrusions": [id, ...], "notes": {facade: [...]},
+    "warnings": [...]}`; `facades` are those that were judged.
+    """
+    workspace = Workspace(task.out)
+    if not task.redo and (marker := workspace.done("openings", task.id, task.key)):
+        return dict(marker["result"])
+    found = workspace.done("facades", task.id)
+    names = list(found["result"]["facades"]) if found else []
+    result: dict[str, Any] = {"facades": [], "openings": [], "protrusions": [], "notes": {}, "warnings": []}
+    if names:
+        scan, building = load_cloud(task, workspace)
+        workspace.begin("openings", task.id)
+        for name in names:
+            remove_elements(workspace.facade_folder(name))
+            facade = workspace.load_facade(name)
+            elements = _find(facade, scan, options_at(facade, building, task.options))
+            if isinstance(elements, Failed):
+                result["warnings"].append(failed_record(name, elements))
+            else:
+                save_elements(workspace.facade_folder(name), facade, elements)
+                _tell(elements, result)
+    workspace.finish("openings", task.id, task.key, result)
+    return result
+
+
+def _tell(elements: Elements, result: dict[str, Any]) -> None:
+    """Add what was found on one facade."""
+    result["facades"].append(elements.facade)
+    result["openings"] += [o.id for o in elements.openings]
+    result["protrusions"] += [p.id for p in elements.protrusions]
+    result["notes"][elements.facade] = list(elements.notes)
+
+
+def _find(facade: Facade, scan: Scan, options: OpeningOptions) -> Elements | Failed:
+    try:
+        return find_openings(facade, scan, options)
+    except Exception as error:
+        return as_failed(error, facade.id)
+
+
+def options_at(facade: Facade, building: Building, options: OpeningOptions) -> OpeningOptions:
+    """The options with the building's ground height, where it is known and none was given.
+
+    In the facade's frame: the z of its z axis at that height, for x is horizontal.
+    """
+    if options.ground_z is not None or not np.isfinite(building.ground_z):
+        return options
+    rise = float(facade.frame.R[2, 2])
+    return options.model_copy(update={"ground_z": (building.ground_z - float(facade.frame.t[2])) / rise})
+
+
+def shared_notes(results: Iterable[dict[str, Any]]) -> list[str]:
+    """What was noted of the facades: each note once, with the facades that it was noted of."""
+    facades: dict[str, list[str]] = defaultdict(list)
+    for result in results:
+        for name, notes in result["notes"].items():
+            for note in notes:
+                facades[note.removeprefix(f"facade {name}: ")].append(name)
+    return [f"{_names(names)}: {note}" for note, names in facades.items()]
+
+
+def _names(names: list[str]) -> str:
+    more = f" and {len(names) - _NAMED} more" if len(names) > _NAMED else ""
+    return "openings of " + ", ".join(names[:_NAMED]) + more

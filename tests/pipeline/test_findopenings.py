@@ -1,0 +1,93 @@
+"""The stage `openings`: within the chain and alone, by either method, and where a facade cannot be judged."""
+
+import shutil
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import frontage.pipeline.findopenings as findopenings
+from facade_fakes import facade
+from frontage.evaluation.figure import Absent
+from frontage.model import Building, Failed
+from frontage.openings.options import OpeningOptions
+from frontage.pipeline.elements import FILES, load_elements
+from frontage.pipeline.findopenings import options_at, shared_notes
+from frontage.pipeline.run import run_stage
+from frontage.pipeline.score import score
+from frontage.pipeline.workspace import Workspace
+
+
+@pytest.fixture
+def copy(simulated_run: Path, tmp_path: Path) -> Path:
+    return Path(shutil.copytree(simulated_run, tmp_path / "copy"))
+
+
+def test_the_chain_finds_the_openings_of_the_street(simulated_run: Path, simulated: Path) -> None:
+    part = score(simulated_run, simulated).parts["openings"]
+    assert not isinstance(part, Absent)
+    assert (part.figures["recall_visible_50"].value or 0) > 0.6
+    assert (part.figures["border_median"].value or 9) < 0.03
+    assert (
+        part.figures["bars_exact"].value is None
+    )  # nothing looks for bars yet, so nothing is claimed of them
+    workspace = Workspace(simulated_run)
+    (name,) = workspace.opening_ids()
+    found = load_elements(workspace.facade_folder(name), name)
+    assert [o.id.split("/")[1] for o in found.openings] == ["F1"] * len(found.openings)
+    assert workspace.manifest()["stages"]["openings"]["items"] == len(found.openings) > 3
+
+
+def test_the_stage_alone_takes_the_method(copy: Path) -> None:
+    workspace = Workspace(copy)
+    (name,) = workspace.opening_ids()
+    path = workspace.facade_folder(name) / "openings.json"
+    before = path.read_bytes()
+    run_stage(copy, "openings", options={"method": "paper"})
+    assert path.read_bytes() != before
+    assert any("method 'paper'" in note for note in workspace.manifest()["notes"])
+    run_stage(copy, "openings", options={"method": "evidence"})
+    assert path.read_bytes() == before
+
+
+def test_a_facade_that_cannot_be_judged_is_a_warning_and_leaves_no_files(
+    copy: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (name,) = Workspace(copy).opening_ids()
+    folder = Workspace(copy).facade_folder(name)
+
+    def few(*_: Any) -> Failed:
+        return Failed("F401", "too few points", "scan again")
+
+    def broken(*_: Any) -> Failed:
+        raise ZeroDivisionError("of all things")
+
+    for found, code in ((few, "F401"), (broken, "E999")):
+        monkeypatch.setattr(findopenings, "find_openings", found)
+        summary = run_stage(copy, "openings")
+        assert [(w["item"], w["code"]) for w in summary.warnings] == [(name, code)]
+        assert Workspace(copy).opening_ids() == [] and not any((folder / file).exists() for file in FILES)
+
+
+def test_the_ground_is_told_in_the_facade_s_own_frame() -> None:
+    f = facade(lean=0.05)
+    building = Building("B01", np.arange(3), ground_z=12.5)
+    z = options_at(f, building, OpeningOptions()).ground_z
+    assert z is not None
+    assert f.frame.apply(np.array([[3.0, 0.0, z]]))[0, 2] == pytest.approx(12.5, abs=1e-12)
+    assert options_at(f, building, OpeningOptions(ground_z=0.25)).ground_z == 0.25
+    unknown = replace(building, ground_z=float("inf"))
+    assert options_at(f, unknown, OpeningOptions()).ground_z is None
+
+
+def test_notes_are_told_once_with_their_facades() -> None:
+    results = [
+        {"notes": {"B01/F1": ["sensors unknown", "facade B01/F1: too dark"]}},
+        {"notes": {f"B02/F{k}": ["sensors unknown"] for k in range(1, 6)}},
+    ]
+    assert shared_notes(results) == [
+        "openings of B01/F1, B02/F1, B02/F2, B02/F3 and 2 more: sensors unknown",
+        "openings of B01/F1: too dark",
+    ]
