@@ -39,13 +39,17 @@ class Face:
 
 @dataclass(eq=False)
 class DraftShell:
-    """One geometry: level of detail, polygons, whether it is a solid, the part that it belongs to."""
+    """One geometry: level of detail, polygons, whether it is a solid, the part that it belongs to.
+
+    `attributes` are the part's.
+    """
 
     lod: str
     faces: list[Face]
     closed: bool
     part: str = ""
     installation: bool = False
+    attributes: dict[str, Value] = field(default_factory=dict)
 
 
 @dataclass(eq=False)
@@ -122,7 +126,9 @@ def _shell(
     )
     about = {name: face.about for face, name in zip(faces, names, strict=True) if face.about}
     pictures = {name: t for t, name in zip(textures, names, strict=True) if t is not None}
-    return Shell(draft.lod, surfaces, about, draft.closed, draft.part, draft.installation, pictures)
+    return Shell(
+        draft.lod, surfaces, about, draft.closed, draft.part, draft.installation, pictures, draft.attributes
+    )
 
 
 def _texture(face: Face, kept: Sequence[Bool]) -> Texture | None:

@@ -77,8 +77,10 @@ class _Reader:
         for k, child in enumerate(parts):
             first = len(self._draft.shells)
             self.read(child, identifier(child) or f"{self._draft.id}/{local(child)}{k}")
+            about = attributes_of(child)
             for shell in self._draft.shells[first:]:
                 shell.installation |= local(child) == "BuildingInstallation"
+                shell.attributes = shell.attributes or about
 
     def _collect(
         self,

@@ -78,6 +78,7 @@ def building_of(key: str, family: Sequence[str], objects: Mapping[str, Any], cor
                 draft.problems.append(f"a broken geometry ({_said(problem)})")
         for shell in draft.shells[first:]:
             shell.installation = objects[member].get("type") == "BuildingInstallation"
+            shell.attributes = values(objects[member].get("attributes") or {}) if part else {}
     return draft
 
 

@@ -27,7 +27,8 @@ class Shell:
     """One geometry of a building: level of detail ("2.2", "3.3"), polygons in local m seen counter-clockwise
     from outside, and attributes of single polygons by their `source_id`. `closed` = a solid's outer shell.
     `part` is the id of the building part or installation that it belongs to, "" the building itself;
-    an `installation` (balcony, chimney, stairs) is no part of its body. `textures` by `source_id`."""
+    an `installation` (balcony, chimney, stairs) is no part of its body. `textures` by `source_id`;
+    `attributes` of the part or installation, empty for the building itself."""
 
     lod: str
     surfaces: tuple[Surface, ...]
@@ -36,6 +37,7 @@ class Shell:
     part: str = ""
     installation: bool = False
     textures: Mapping[str, Texture] = field(default_factory=dict)
+    attributes: Mapping[str, str | float | int] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, eq=False)

@@ -74,7 +74,7 @@ def _with_facade(
         if share[best] == 0.0:
             log.refuse("S310", relief, "lies on no wall of the host", "check outline and registration")
             continue
-        offsets[relief.id] = -float(_on_wall(relief.ring, motions[best])[:, 1].mean())
+        offsets |= dict.fromkeys(_names(relief), -float(_on_wall(relief.ring, motions[best])[:, 1].mean()))
         groups.setdefault(best, []).append(drafts[best])
     first = solid
     for number, own in sorted(groups.items()):
@@ -100,6 +100,11 @@ def _with_wall(solid: Solid, wall: Wall, drafts: Sequence[Draft], options: Build
             log.refuse("S399", p.relief, "the cut would leave the solid open", "please report this case")
         return solid
     return finer
+
+
+def _names(relief: Relief) -> list[str]:
+    """A relief and all that lies on it."""
+    return [relief.id, *(name for r in relief.inside for name in _names(r))]
 
 
 def _draft(relief: Relief, wall_from_facade: Rigid3) -> Draft:

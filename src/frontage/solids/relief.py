@@ -72,6 +72,18 @@ class BuildOptions(BaseModel):
     max_angle: float = Field(
         default=15.0, gt=0, le=45, description="degrees between the measured plane and the host wall, at most"
     )
+    chord_error: float = Field(
+        default=0.005,
+        ge=0.0005,
+        le=0.1,
+        description="m: curved outlines keep vertices so that chords stay as near",
+    )
+    block_depth: float = Field(
+        default=8.0,
+        ge=1,
+        le=100,
+        description="m: how deep a block made from the cloud reaches behind a facade",
+    )
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,0 +1,54 @@
+"""In which wall does an opening stand? From the faces around it alone."""
+
+import numpy as np
+
+from frontage.geometry.arrays import Float
+from frontage.model import Solid
+from frontage.solids.relief import GRID
+from frontage.solids.rims import Edge, edges_of, normal
+
+_SAME_WAY = 0.99  # cosine between the normals of an opening and its wall
+_OPENINGS = ("Window", "Door")
+
+
+def walls_of_openings(solid: Solid) -> dict[int, int]:
+    """Face number of every window and door -> that of the wall around it.
+
+    The wall is the parallel face that shares most edge with the opening, or with the reveals around it;
+    the largest neighbour where no face is parallel. Openings without any wall beside them are left out.
+    """
+    xyz = solid.vertices / GRID
+    beyond = {e: k for k, f in enumerate(solid.faces) for e in edges_of(f)}
+    normals: dict[int, Float] = {}
+
+    def normal_of(k: int) -> Float:
+        if k not in normals:
+            normals[k] = normal(xyz[list(solid.faces[k].ring)])
+        return normals[k]
+
+    found = {}
+    for k, face in enumerate(solid.faces):
+        if face.semantics not in _OPENINGS:
+            continue
+        direct = _shared(solid, xyz, k, beyond)
+        beside = dict(direct)
+        for reveal in direct:
+            if solid.faces[reveal].opening is None:
+                for other, length in _shared(solid, xyz, reveal, beyond).items():
+                    beside[other] = beside.get(other, 0.0) + length
+        walls = {j: v for j, v in beside.items() if solid.faces[j].semantics not in _OPENINGS and j != k}
+        parallel = {j: v for j, v in walls.items() if normal_of(j) @ normal_of(k) > _SAME_WAY}
+        chosen = parallel or {j: v for j, v in walls.items() if solid.faces[j].semantics == "WallSurface"}
+        if chosen:
+            found[k] = max(chosen, key=lambda j: (chosen[j], -j))
+    return found
+
+
+def _shared(solid: Solid, xyz: Float, face: int, beyond: dict[Edge, int]) -> dict[int, float]:
+    """The neighbours of a face with the length (m) of edge that they share with it."""
+    out: dict[int, float] = {}
+    for a, b in edges_of(solid.faces[face]):
+        other = beyond.get((b, a))
+        if other is not None:
+            out[other] = out.get(other, 0.0) + float(np.linalg.norm(xyz[a] - xyz[b]))
+    return out

@@ -1,0 +1,98 @@
+"""What was found on a facade as reliefs of its wall: which parts shape the solid, which only hang on it."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import shapely
+from shapely.geometry import Polygon
+from shapely.geometry.base import BaseGeometry
+
+from frontage.geometry.arrays import Float
+from frontage.model import Elements, Facade, Opening, Protrusion
+from frontage.solids.relief import FacadeReliefs, Relief
+
+BODIES = frozenset({"oriel", "bay", "risalit", "portal", "pilaster", "niche", "loggia", "recess", "setback"})
+"""Kinds of protrusion that are a part of the building's body; every other kind is an installation."""
+
+DOORS = frozenset({"door", "garage", "passage"})
+"""Kinds of opening that people or vehicles go through: Door; every other kind is a Window."""
+
+_MOST = 0.5  # share of an opening that lies on a body
+
+
+@dataclass(frozen=True, eq=False)
+class FacadeParts:
+    """A facade's reliefs, and the protrusions that hang on it without being a part of the body."""
+
+    reliefs: FacadeReliefs
+    attached: tuple[Protrusion, ...] = ()
+
+
+def facade_parts(facade: Facade, elements: Elements, chord_error: float) -> FacadeParts:
+    """Openings become recesses at their measured depth, flush faces where none was measured.
+
+    A protrusion of one of the `BODIES`, and whatever is set back as a whole, is a relief with the openings
+    that lie on it inside; depths count from the surface that an opening stands in. All other protrusions are
+    `attached`. Rings lose the vertices that a chord within `chord_error` (m) of them replaces.
+    """
+    bodies = sorted((p for p in elements.protrusions if is_body(p)), key=lambda p: -_area(p).area)
+    below = _homes(bodies, bodies)
+    inside = _homes(elements.openings, bodies)
+
+    def on(number: int | None) -> tuple[Relief, ...]:
+        """What lies on a body, or on the wall: bodies first, they are the larger pieces."""
+        front = 0.0 if number is None else float(bodies[number].front.value)
+        found = [
+            Relief(p.id, _plain(p.ring, chord_error), float(p.front.value) - front, "WallSurface", on(k))
+            for k, p in enumerate(bodies)
+            if below[k] == number
+        ]
+        own = [o for o, h in zip(elements.openings, inside, strict=True) if h == number]
+        return (*found, *(_relief(o, chord_error) for o in own))
+
+    attached = tuple(p for p in elements.protrusions if not is_body(p))
+    return FacadeParts(FacadeReliefs(facade.id, facade.frame, facade.outline, on(None)), attached)
+
+
+def is_body(protrusion: Protrusion) -> bool:
+    """Whether a protrusion shapes the building's body: by its kind, or because it is set back."""
+    return protrusion.kind in BODIES or float(protrusion.front.value) > 0
+
+
+def semantics_of(opening: Opening) -> str:
+    """Window or Door."""
+    return "Door" if opening.kind in DOORS else "Window"
+
+
+def _relief(opening: Opening, chord_error: float) -> Relief:
+    depth = None if opening.depth is None else float(opening.depth.value)
+    return Relief(opening.id, _plain(opening.ring, chord_error), depth, semantics_of(opening))
+
+
+def _homes(
+    things: Sequence[Opening] | Sequence[Protrusion], bodies: Sequence[Protrusion]
+) -> list[int | None]:
+    """For every thing the smallest larger body that holds most of it; None: it stands in the wall."""
+    areas = [_area(p) for p in bodies]
+    found: list[int | None] = []
+    for thing in things:
+        ring = _area(thing)
+        larger = [k for k, a in enumerate(areas) if a.area > ring.area]
+        holding = [k for k in larger if areas[k].intersection(ring).area > _MOST * ring.area]
+        found.append(min(holding, key=lambda k: float(areas[k].area)) if holding else None)
+    return found
+
+
+def _area(thing: Opening | Protrusion) -> BaseGeometry:
+    return shapely.make_valid(Polygon(thing.ring))
+
+
+def _plain(ring: Float, chord_error: float) -> Float:
+    """A ring (k, 2) with fewer vertices, all within `chord_error` m of it; rings of four stay."""
+    if len(ring) <= 4:
+        return ring
+    plain = Polygon(ring).simplify(chord_error)
+    if not isinstance(plain, Polygon) or plain.is_empty or not plain.is_valid:
+        return ring
+    return np.asarray(plain.exterior.coords, np.float64)[:-1]
