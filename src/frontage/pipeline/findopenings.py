@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from frontage.catalog import number_building
 from frontage.model import Building, Elements, Facade, Failed, Scan
 from frontage.openings.find import find_openings
 from frontage.openings.options import OpeningOptions
@@ -40,6 +41,7 @@ def openings_task(task: OpeningsTask) -> dict[str, Any]:
     if names:
         scan, building = load_cloud(task, workspace)
         workspace.begin("openings", task.id)
+        judged: list[tuple[Facade, Elements]] = []
         for name in names:
             remove_elements(workspace.facade_folder(name))
             facade = workspace.load_facade(name)
@@ -47,10 +49,24 @@ def openings_task(task: OpeningsTask) -> dict[str, Any]:
             if isinstance(elements, Failed):
                 result["warnings"].append(failed_record(name, elements))
             else:
-                save_elements(workspace.facade_folder(name), facade, elements)
-                _tell(elements, result)
+                judged.append((facade, elements))
+        for facade, elements in _numbered(judged, building, task.options):
+            save_elements(workspace.facade_folder(facade.id), facade, elements)
+            _tell(elements, result)
     workspace.finish("openings", task.id, task.key, result)
     return result
+
+
+def _numbered(
+    judged: list[tuple[Facade, Elements]], building: Building, options: OpeningOptions
+) -> list[tuple[Facade, Elements]]:
+    """Floors, bays and ids, with floors that agree between the facades."""
+    facades = [facade for facade, _ in judged]
+    ground = building.ground_z
+    if facades and options.ground_z is not None:
+        frame = facades[0].frame
+        ground = float(frame.t[2] + frame.R[2, 2] * options.ground_z)
+    return list(zip(facades, number_building(facades, [e for _, e in judged], ground), strict=True))
 
 
 def _tell(elements: Elements, result: dict[str, Any]) -> None:

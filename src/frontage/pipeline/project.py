@@ -19,6 +19,7 @@ from frontage.io.photos import PhotoSource
 from frontage.io.scans import ScanSource
 from frontage.openings.options import OpeningOptions
 from frontage.ortho import OrthoOptions
+from frontage.pipeline.addressbook import AddressBook
 from frontage.registration import RegistrationOptions
 
 _FORBID = ConfigDict(extra="forbid", frozen=True)
@@ -58,6 +59,7 @@ class Project(BaseModel):
     facades: FacadeOptions = Field(default_factory=FacadeOptions)
     ortho: OrthoOptions = Field(default_factory=OrthoOptions)
     openings: OpeningOptions = Field(default_factory=OpeningOptions)
+    addresses: AddressBook = ()
 
     @model_validator(mode="after")
     def _has_points(self) -> Self:

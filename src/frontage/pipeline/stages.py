@@ -191,7 +191,9 @@ STAGES: tuple[Stage, ...] = (
     Stage("buildings", buildings, (*_BASE, "buildings"), ("model",), _buildings),
     Stage("facades", facades, (*_BASE, "facades"), (), _facades, exact=True),
     Stage("ortho", ortho, (*_BASE, "ortho"), ("photos",), lambda p: _dump([p.ortho, p.photos]), exact=True),
-    Stage("openings", openings, (*_BASE, "openings"), (), lambda p: _dump([p.openings]), exact=True),
+    Stage(
+        "openings", openings, (*_BASE, "openings", "catalog"), (), lambda p: _dump([p.openings]), exact=True
+    ),
     Stage("export", export, (*_BASE, "exports"), (), lambda p: []),
     Stage("report", report, (*_BASE, "report"), (), lambda p: []),
 )
