@@ -13,6 +13,9 @@ _TILE = 0.25  # m, raster of the wall's depth
 _KERNEL = 0.8  # m, one sigma of the surroundings that tell it: wider than half a window
 _PEAK = 0.25  # share of the highest peak that a surface needs to be the wall: glass fronts hold little wall
 _FINEST = 0.01  # m, least bin of offsets
+_RECESS = 6.0  # m: shop fronts and gates are smaller, set-back parts wider or higher: those are walls
+_BESIDE = 1.5  # m: so near lies the wall that a pier belongs to; smaller than that is no bay of the wall
+_PIER = 0.4  # share of a tile that a pier fills
 _FITTING = 0.3  # m: sills, surrounds, open shutters and cut stone stand so far out, and close what they cover
 _LEAST = 0.015  # m: a surface that near the wall is the wall, however quiet the scanner
 _REACH = 60.0  # m behind the wall that a beam through it may reach
@@ -157,26 +160,54 @@ def _wall_depth(xyz: Float, raster: Raster, roughness: float) -> Float:
     _, first = np.unique(key, return_index=True)  # area, not points: every cell counts once per offset
     size = raster.shape[0] * raster.shape[1]
     held = np.bincount(flat[kept][first] * bins + level[kept][first], minlength=size * bins)
-    area = held.reshape(*raster.shape, bins).astype(np.float32)
+    own = held.reshape(*raster.shape, bins).astype(np.float32)
     wide = (_KERNEL / _TILE, _KERNEL / _TILE, 1.0)
-    area = ndimage.gaussian_filter(area, wide, mode="constant", truncate=3.0)
-    y = low + (np.arange(bins) + 0.5) * step
-    return _refined(_chosen(area, y, 3.0 * step), xyz, raster, 3.0 * step)
+    area = ndimage.gaussian_filter(own, wide, mode="constant", truncate=3.0)
+    y = np.asarray(low + (np.arange(bins) + 0.5) * step, np.float64)
+    wall = _without_recesses(_chosen(area, y, 3.0 * step), own, y, 3.0 * step)
+    return _refined(wall, xyz, raster, 3.0 * step)
 
 
-def _chosen(area: Array, y: Array, slack: float) -> Float:
+def _chosen(area: Array, y: Float, slack: float) -> Float:
     """The depth (h, w) of the wall's peak among the peaks of `area` (h, w, bins) at offsets y (bins,)."""
     peak = (area >= _PEAK * area.max(2, keepdims=True)) & (area > 0)
     peak[..., 1:-1] &= (area[..., 1:-1] >= area[..., :-2]) & (area[..., 1:-1] > area[..., 2:])
     # those before the plane rank by how far they stand out, those behind it come after all of them
     rank = np.where(y <= slack, np.abs(y), 10.0 + y)
     best = np.where(peak, rank, np.inf).argmin(2)
-    out: Float = y[best]
     empty = ~peak.any(2)
     if empty.all():
         return np.zeros(empty.shape)
-    near = ndimage.distance_transform_edt(empty, return_distances=False, return_indices=True)
-    return np.asarray(out[tuple(near)])
+    return _filled(y[best], empty)
+
+
+def _without_recesses(wall: Float, own: Array, y: Float, slack: float) -> Float:
+    """The wall's depth (h, w) where `wall` follows the panes, gates and rooms of wide openings instead.
+
+    They may be the surface with most area around, but are neither as wide nor as high as a set-back part of
+    the building. Piers between them are walls: tiles that hold (`own` (h, w, bins)) mostly the wall beside.
+    """
+    bay = int(_BESIDE / _TILE)
+    panel = (ndimage.grey_closing(wall, (bay, bay)) > wall + slack) & (wall < -_FITTING)
+    wall = _filled(wall, panel)
+    beside = ndimage.minimum_filter(wall, bay)
+    level = np.abs(y - beside[..., None]) <= slack
+    pier = (own * level).sum(2) > _PIER * own.sum(2)
+    high, wide = _opened(wall)
+    wall = np.where(pier & (wall > np.minimum(high, wide) + slack), beside, wall)
+    return _filled(wall, wall > np.maximum(*_opened(wall)) + slack)
+
+
+def _opened(wall: Float) -> tuple[Float, Float]:
+    """The map (h, w) without what is less high, and without what is less wide than a set-back part."""
+    size = int(_RECESS / _TILE)
+    return ndimage.grey_opening(wall, (size, 1)), ndimage.grey_opening(wall, (1, size))
+
+
+def _filled(values: Float, gap: Bool) -> Float:
+    """The values (h, w), in the gap the nearest others."""
+    near = ndimage.distance_transform_edt(gap, return_distances=False, return_indices=True)
+    return np.asarray(values[tuple(near)])
 
 
 def _refined(wall: Float, xyz: Float, raster: Raster, slack: float) -> Float:

@@ -23,6 +23,7 @@ _WALL = 0.4  # share of the expected beams that a rim must have on the wall
 _GROUND = 0.35  # m above the ground where no wall can show below an opening
 _RETURN = 0.3  # share of the expected beams that a small opening must send back from its depth
 _LONE = 0.6  # m, least side of an opening that sends back less
+_VISIBLE = 0.5  # share of the beams due that must have got as far as the wall there
 _CIRCLE = 10.0  # nats that a circle must gain over a square
 _BAND = 0.12  # m around a cell's border where the border is searched: half a pier
 _HUG = 0.04  # m off the borders, where reveals are not taken for the frame
@@ -77,15 +78,17 @@ def _framed(evidence: Evidence, box: Box, ground: float, all_sides: bool) -> boo
 
 
 def _told(evidence: Evidence, box: Box) -> bool:
-    """Whether beams tell enough of a box: half of its cells say something, and a small one has a depth.
+    """Whether beams tell enough of a box: half of its cells say something, and it has a depth or is large and
+    half visible.
 
-    A shadow leaves cells as empty as glass does, and most shadows are small.
+    A shadow leaves cells as empty as glass does; most shadows are small or of something before the wall.
     """
     known = (evidence.llr[box.cells] != 0.0).mean() > 0.5
+    visible = evidence.expected[box.cells].sum() > _VISIBLE * evidence.due[box.cells].sum()
     g = evidence.raster.cell
     sides = ((box.r1 - box.r0) * g, (box.c1 - box.c0) * g)
     returned = evidence.open[box.cells].sum() > _RETURN * evidence.expected[box.cells].sum()
-    return bool(known and (returned or min(sides) > _LONE))
+    return bool(known and (returned or (visible and min(sides) > _LONE)))
 
 
 def _walled(evidence: Evidence, r0: int, r1: int, c0: int, c1: int) -> float:

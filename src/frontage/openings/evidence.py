@@ -30,7 +30,8 @@ class Evidence:
     """Maps (h, w) on `raster`, row 0 the lowest.
 
     llr       nats, open against solid; 0 = nothing known
-    solid     beams that ended on the wall; open: that went through; expected: expected from around
+    solid     beams that ended on the wall; open: that went through; expected: of a wall, from around;
+              due: were nothing before it
     seen      cells that some beam tells of
     inside    cells within the outline
     """
@@ -40,6 +41,7 @@ class Evidence:
     solid: Float
     open: Float
     expected: Float
+    due: Float
     seen: Bool
     inside: Bool
 
@@ -57,14 +59,17 @@ def weigh(facade: Facade, beams: Beams) -> Evidence:
     raster = Raster.over(facade, max(_PER_CELL * facade.spacing, _FINEST))
     solid, open_ = raster.count(*beams.solid.T), raster.count(*beams.open.T)
     inside = _inside(facade, raster)
-    expected = _expected(solid, raster.cell) * _unhidden(beams, raster, solid + open_)
+    due = _expected(solid, raster.cell)
+    expected = due * _unhidden(beams, raster, solid + open_)
     expected = np.where(_unwatched(solid + open_, expected, inside, raster.cell), 0.0, expected)
     lost = np.minimum(_LOST * expected, _MOST_LOST)
     through = (_THROUGH if beams.rays else _BEHIND) * open_
     if not beams.rays:
         through *= ndimage.uniform_filter(solid, 3) < np.maximum(0.3 * expected, 1e-9)
     llr = np.clip(lost - _HIT * solid + through, -_CAP, _CAP)
-    return Evidence(raster, np.where(inside, llr, 0.0), solid, open_, expected, solid + open_ > 0, inside)
+    return Evidence(
+        raster, np.where(inside, llr, 0.0), solid, open_, expected, due, solid + open_ > 0, inside
+    )
 
 
 def _inside(facade: Facade, raster: Raster) -> Bool:
