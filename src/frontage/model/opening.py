@@ -28,6 +28,7 @@ class Opening:
     ring        (k, 2) m (x, z), counter-clockwise as seen from the street; ring_covariance (2k, 2k) m2
     depth       of the frame behind the wall, m, positive = recess; None when not measured
     evidence    log-likelihood ratio, nats
+    on          id of the protrusion that it sits on, whose front its depth counts from; "" = the main wall
     """
 
     id: str
@@ -43,6 +44,7 @@ class Opening:
     bay: int
     bars: tuple[Bar, ...] = ()
     photos: tuple[str, ...] = ()
+    on: str = ""
 
     def __post_init__(self) -> None:
         k = len(self.ring)

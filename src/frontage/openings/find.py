@@ -1,12 +1,17 @@
 """Openings and protrusions of a facade."""
 
+from dataclasses import replace
+
 from frontage.model.estimate import Failed
 from frontage.model.facade import Facade
 from frontage.model.opening import Elements
 from frontage.model.scan import Scan
 from frontage.openings.detect import find_by_evidence
+from frontage.openings.kinds import numbered
 from frontage.openings.options import OpeningOptions
 from frontage.openings.paper import find_by_paper
+from frontage.openings.protrusions import find_protrusions
+from frontage.openings.recursion import openings_on_fronts
 
 
 def find_openings(facade: Facade, scan: Scan, options: OpeningOptions | None = None) -> Elements | Failed:
@@ -16,5 +21,13 @@ def find_openings(facade: Facade, scan: Scan, options: OpeningOptions | None = N
     Rings are in the facade frame (x right, z up as seen from the street; depth positive = recess).
     """
     options = options or OpeningOptions()
-    find = find_by_paper if options.method == "paper" else find_by_evidence
-    return find(facade, scan, options)
+    if options.method == "paper":
+        return find_by_paper(facade, scan, options)
+    found = find_by_evidence(facade, scan, options)
+    if not isinstance(found, Elements):
+        return found
+    protrusions = find_protrusions(facade, scan, found.openings, options.ground_z)
+    openings = openings_on_fronts(
+        facade, scan, found.openings, protrusions, lambda own, part: find_by_evidence(own, part, options)
+    )
+    return replace(found, openings=numbered(facade.id, list(openings)), protrusions=protrusions)

@@ -1,0 +1,205 @@
+"""Where a protrusion ends: beams that its front stopped against beams that passed beside it."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from frontage.geometry.arrays import Bool, Float
+from frontage.model.facade import Facade
+from frontage.model.scan import Scan
+from frontage.openings.protrusion_pieces import Box, Grain, Piece, within
+
+_BAND = 0.1  # m to either side of a rough border that is searched
+_STEP = 0.001  # m, raster of the posterior
+_STRAY = 0.02  # share of the beams beyond a border that end on the front's plane all the same
+_NEXT = 2.5  # spacings within a border that tell how far apart rows of hits are
+_SHY = 0.15  # share of the side that is left out at either end: corners
+_CROWN = 0.6  # m above the wall that a cornice may reach
+_AHEAD = 1.5  # m: further before the wall nothing belongs to it
+_HIDDEN = 1.5  # m beyond its last hit that a border is looked for behind what hides it
+_RIM = 0.06  # m, depth of the rim that tells how far out a border stands
+_BEAM = 0.0045  # m: half the footprint of common scanners 10 m away
+
+
+@dataclass(frozen=True, eq=False)
+class Crossings:
+    """Points (n, 3) m before, on and behind the wall, and the slopes of their beams (n, 2): dx/dy, dz/dy.
+
+    `rays` (n,): whether the sensor is known; where it is not the slope is zero: a point stands for the place
+    on a plane right before it.
+    """
+
+    q: Float
+    slope: Float
+    rays: Bool
+
+    @classmethod
+    def of(cls, facade: Facade, scan: Scan) -> "Crossings":
+        """The beams of the facade's support, of what stands before its upper end (eaves, cornices), and of
+        what they were stopped by before it.
+        """
+        inverse = facade.frame.inverse
+        q = inverse.apply(scan.xyz)
+        origins = np.vstack([inverse.apply(scan.origins).reshape(-1, 3), np.full(3, np.nan)])
+        way = q - origins[scan.origin_index]
+        known = (scan.origin_index >= 0) & (way[:, 1] > 1e-3)
+        slope = np.where(known[:, None], way[:, [0, 2]] / np.where(known, way[:, 1], 1.0)[:, None], 0.0)
+        x0, z0, x1, z1 = facade.extent
+        stopped = known & (q[:, 1] < -_AHEAD)
+        place = q[:, [0, 2]] - q[:, 1:2] * slope
+        stopped &= (place >= (x0, z0)).all(1) & (place <= (x1, z1)).all(1)
+        crown = (q[:, 1] < 0.0) & (q[:, 1] >= -_AHEAD) & (np.abs(q[:, 2] - z1) < _CROWN)
+        kept = stopped | (crown & (q[:, 0] > x0) & (q[:, 0] < x1))
+        kept[facade.support] = True
+        return cls(q[kept], slope[kept], known[kept])
+
+    def at(self, y: float, box: Box, margin: float) -> tuple[Float, Float]:
+        """Places (k, 2) x, z m within the box where beams cross the plane at y m, and the depth y of their
+        points (k,).
+        """
+        x = self.q[:, 0] + (y - self.q[:, 1]) * self.slope[:, 0]
+        some = np.flatnonzero((x >= box[0] - margin) & (x <= box[2] + margin))
+        z = self.q[some, 2] + (y - self.q[some, 1]) * self.slope[some, 1]
+        inside = (z >= box[1] - margin) & (z <= box[3] + margin)
+        some, z = some[inside], z[inside]
+        return np.column_stack([x[some], z]), self.q[some, 1]
+
+
+@dataclass(frozen=True)
+class Outline:
+    """A measured box m, the standard errors m of left, bottom, right, top, the share of the beams within it
+    that the front stopped, and the share of the borders that beams bracket.
+    """
+
+    box: Box
+    sigma: tuple[float, float, float, float]
+    hit: float
+    bracketed: float
+
+
+def outline_of(crossings: Crossings, before: Float, piece: Piece, grain: Grain) -> Outline:
+    """Borders of a piece among the points (k, 3) m before the wall.
+
+    A border parts the piece's own points, undersides and cheeks included, from the beams that passed beside
+    it: where these crossed the plane, parallel to the wall, that lies as far out as the piece's rim there.
+    """
+    points, cheeks = before[piece.rows], {side: before[rows] for side, rows in piece.cheeks.items()}
+    cache: dict[float, tuple[Float, Float]] = {}
+    place, sigma, good = list(piece.box), [0.0] * 4, 0
+    for side in range(4):
+        if side in cheeks:
+            place[side], sigma[side] = _foot(cheeks[side], side % 2, grain)
+            good += 1
+            continue
+        y = _rim_depth(points, piece, side)
+        if y not in cache:
+            cache[y] = crossings.at(y, piece.box, _HIDDEN)
+        at, error, bracketed = _border(points, *cache[y], piece, side, y, grain)
+        place[side], sigma[side] = at, error
+        good += bracketed
+    hit = hit_share(crossings, piece.box, piece.y, grain)
+    box = (place[0], place[1], place[2], place[3])
+    return Outline(box, (sigma[0], sigma[1], sigma[2], sigma[3]), hit, good / 4)
+
+
+def hit_share(crossings: Crossings, box: Box, y: float, grain: Grain) -> float:
+    """Share of the beams through a box and as far as a front at y m that it stopped; 0 without any."""
+    _, depth = crossings.at(y, box, 0.0)
+    reached = depth >= y - grain.half
+    return float((depth[reached] <= y + grain.half).mean()) if reached.any() else 0.0
+
+
+def _foot(cheek: Float, axis: int, grain: Grain) -> tuple[float, float]:
+    """Where a slanting cheek of points (k, 3) m meets the wall, m, and its standard error: a line fitted in
+    the plane across, Theil's slope over pairs from its near and its far half.
+    """
+    order = np.argsort(cheek[:, 1], kind="stable")
+    y, s = cheek[order, 1], cheek[order, 2 * axis]
+    half = len(y) // 2
+    slope = float(np.median((s[-half:] - s[:half]) / np.maximum(y[-half:] - y[:half], 1e-3)))
+    rest = s - slope * y
+    at = float(np.median(rest))
+    spread = 1.4826 * float(np.median(np.abs(rest - at)))
+    lever = abs(float(y.mean())) / max(float(y.std()), 1e-3)
+    return at, float(np.sqrt((1.0 + lever**2) * spread**2 / len(y) + _STEP**2 + (0.5 * grain.sigma) ** 2))
+
+
+def _rim_depth(points: Float, piece: Piece, side: int) -> float:
+    """y m of the foremost points along a side; the front's own where these are as far out."""
+    axis = 0 if side % 2 == 0 else 2
+    edge = piece.box[side]
+    rim = points[np.abs(points[:, axis] - edge) <= _RIM, 1]
+    if len(rim) < 5:
+        return piece.y
+    y = float(np.quantile(rim, 0.05))
+    return y if y - piece.y > _RIM else piece.y
+
+
+def _border(
+    points: Float, where: Float, depth: Float, piece: Piece, side: int, y: float, grain: Grain
+) -> tuple[float, float, bool]:
+    """Place m, standard error m of a border, and whether passes beyond it bracket it.
+
+    points (k, 3) m of the piece; where (n, 2) m beams crossed the plane at y m, and the depth (n,) of theirs
+    """
+    axis, band = side % 2, max(_BAND, 3.0 * grain.spacing)
+    inner = min(band, 0.5 * (piece.box[axis + 2] - piece.box[axis]))
+    solid = _outwards(points[:, [0, 2]], piece.box, side, inner)
+    solid = solid[solid <= band]
+    if len(solid) < 3:
+        return piece.box[side], band / np.sqrt(3.0), False
+    own = within(np.insert(where, 1, 0.0, axis=1), piece.box, 0.0)
+    behind = (depth > y + grain.half) & ~(own & (depth < -grain.half))
+    passed = _outwards(where[behind], piece.box, side, inner)
+    mean, spread = _posterior(solid, passed[passed <= band], inner, band, grain.spacing)
+    beyond = passed[passed > mean]
+    free = float(beyond[0]) if len(beyond) else _HIDDEN
+    stopped = _outwards(where[depth < piece.y - grain.half], piece.box, side, inner)
+    stopped = stopped[(stopped > mean) & (stopped < free)]
+    if free > mean + 2.0 * grain.spacing and len(stopped) > len(solid) / 10:
+        spread = float(np.hypot(spread, (free - mean) / np.sqrt(3.0)))  # something hides where it ends
+    at = piece.box[side] + (-mean if side < 2 else mean)
+    return at, spread, free <= mean + 2.0 * grain.spacing
+
+
+def _outwards(where: Float, box: Box, side: int, inner: float) -> Float:
+    """Distances m, sorted, of places (n, 2) beyond a side of a box, from `inner` m within; ends left out."""
+    axis = side % 2
+    low, high = box[1 - axis], box[3 - axis]
+    cut = _SHY * (high - low)
+    s = (where[:, axis] - box[side]) * (-1.0 if side < 2 else 1.0)
+    along = where[:, 1 - axis]
+    return np.sort(s[(along >= low + cut) & (along <= high - cut) & (s >= -inner)])
+
+
+def _posterior(solid: Float, passed: Float, inner: float, band: float, spacing: float) -> tuple[float, float]:
+    """Mean and standard error m of a border from the places (n,), (m,) of hits and passes across it, sorted.
+
+    No surface ends further beyond its last hit than the next row of hits would be.
+    """
+    e = np.arange(-inner, band, _STEP)
+    score = _log_likelihood(e, solid, passed)
+    last = float(solid[-1 - int(_STRAY * len(solid))])
+    rows = solid[(solid >= last - _NEXT * spacing) & (solid <= last)]
+    gap = float(np.diff(rows).max()) if len(rows) > 1 else spacing
+    p = np.where(e <= last + max(min(gap, spacing), 2 * _STEP), np.exp(score - score.max()), 0.0)
+    p = p / p.sum() if p.sum() > 0 else (np.abs(e - last) <= _STEP) / 2.0
+    mean = float(p @ e / p.sum())
+    return mean, float(np.sqrt(p @ (e - mean) ** 2 / p.sum() + _STEP**2 + _BEAM**2))
+
+
+def _log_likelihood(e: Float, solid: Float, passed: Float) -> Float:
+    """Log-likelihood (k,) of borders at e (k,): hits within, passes beyond, given where the beams crossed.
+
+    Conditional on the beams' places, so that rows of beams parallel to the border do no harm.
+    """
+    inside = (solid <= 0).sum() + 1.0
+    share = min(max(inside / (inside + (passed <= 0).sum() + 1.0), 0.05), 0.98)
+    s = np.searchsorted(solid, e, side="right")
+    n = np.searchsorted(passed, e, side="right")
+    return np.asarray(
+        s * np.log(share)
+        + n * np.log(1.0 - share)
+        + (len(solid) - s) * np.log(_STRAY)
+        + (len(passed) - n) * np.log(1.0 - _STRAY)
+    )

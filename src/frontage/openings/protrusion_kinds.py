@@ -1,0 +1,81 @@
+"""What a protrusion is: by its size, how far it stands out, where it is and how much of it beams pass."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from frontage.model.facade import Facade
+from frontage.model.opening import Opening
+from frontage.openings.protrusion_pieces import Box
+
+_STOREY = 1.7  # m: lower than a person, nothing is a room
+_RAIL = (0.6, 1.7)  # m, height of balconies from the underside of the slab to the rail
+_STAND = 0.25  # m, least depth of a balcony: feet
+_SLAB = 0.8  # m: cornices and bands are lower
+_LONG = 4.0  # times its height that a band is wide
+_MOST = 0.5  # share of the facade's width that cornices and bands run along
+_TOP = 1.0  # m below the wall's top
+_POROUS = 0.6  # share of the beams that a railing stops at most
+_STEP = 0.4  # m above the ground: what begins lower stands on it
+_WALK = 1.8  # m above the ground: people walk below balconies and awnings
+_NARROW = 3.0  # times its width that a pilaster is high
+_NEAR = 0.25  # m between a slab or sill and the opening that it belongs to
+
+
+@dataclass(frozen=True)
+class Look:
+    """What kinds are told by: box m, projection m, share of beams that the front stops, no upright front."""
+
+    box: Box
+    projection: float
+    hit: float
+    inclined: bool
+
+    @property
+    def size(self) -> tuple[float, float]:
+        """Width and height m."""
+        return self.box[2] - self.box[0], self.box[3] - self.box[1]
+
+
+def kind_of_protrusion(look: Look, facade: Facade, ground: float, openings: Sequence[Opening]) -> str:
+    """ "balcony", "oriel", "cornice", "band", "sill", "pilaster", "railing", "awning", "steps", "plinth", or,
+    where none fits, "protrusion".
+    """
+    width, height = look.size
+    if look.box[1] < ground + _STEP and height < _STOREY:
+        return "plinth" if width > _MOST * _width(facade) and look.projection < _STAND else "steps"
+    if height >= _STOREY:
+        return "pilaster" if height > _NARROW * width and width < _SLAB else "oriel"
+    if height <= _SLAB and width >= _LONG * height:
+        return _of_bands(look, facade, ground, openings)
+    if look.inclined:
+        return "awning"
+    if _RAIL[0] <= height:
+        if look.projection >= _STAND:
+            return "balcony"
+        return "railing" if look.hit < _POROUS else "protrusion"
+    return "protrusion"
+
+
+def _of_bands(look: Look, facade: Facade, ground: float, openings: Sequence[Opening]) -> str:
+    """The kind of something long and low."""
+    x0, z0, x1, z1 = look.box
+    if facade.extent[3] - z1 < _TOP:
+        return "cornice"
+    if look.size[0] > _MOST * _width(facade):
+        return "band"
+    feet = [o.ring[:, 1].min() for o in openings if o.ring[:, 0].min() < x1 and o.ring[:, 0].max() > x0]
+    carries = any(z0 - _NEAR <= foot <= z1 + _NEAR for foot in feet)
+    if look.projection < _STAND:
+        return "sill" if carries else "band"
+    if z0 < ground + _WALK:
+        return "steps" if carries else "protrusion"
+    return "balcony" if carries else "awning"
+
+
+def _width(facade: Facade) -> float:
+    return facade.extent[2] - facade.extent[0]
+
+
+def is_wall(kind: str) -> bool:
+    """Whether the front of this kind is a wall of its own, with openings."""
+    return kind in ("oriel", "setback")

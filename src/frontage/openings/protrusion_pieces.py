@@ -1,0 +1,231 @@
+"""Pieces that stand out of a wall: connected points before it, cut into flat fronts."""
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from scipy import ndimage
+
+from frontage.geometry.arrays import Array, Bool, Float, Int
+
+Box = tuple[float, float, float, float]
+
+_GAP = 0.15  # m: railings leave no wider gaps between their bars, lest a child falls through
+_GAP_POINTS = 4.0  # spacings that points of one surface are apart at most
+_FINE = 0.03  # m, least cell in which area is counted
+_HALF = 2.5  # sigmas to either side that a flat front holds
+_FINEST = 0.004  # m, least of those sigmas: mouldings and paint
+_LONG, _ROWS = 0.5, 3.0  # m, least length of a front; its least height in rows of beams
+_LEAST_HEIGHT = 0.04  # m
+_CONTRAST = 2.0  # times the area of the slabs beside it: a front is a surface, foliage fills a volume
+_TAIL = 0.1  # of the fullest line of cells: thinner tails are not the front's
+_FRONTS = 12  # flat fronts of one connected piece, at most
+_CHEEK = 0.6  # m that slanting cheeks and roofs reach beyond a front
+_ALONG = 0.6  # share of a front's side that these run along
+
+
+@dataclass(frozen=True, eq=False)
+class Piece:
+    """Something before the wall: rows (k,) of its points, rough box x0, z0, x1, z1 m, y m of its front.
+
+    front_rows  (m,) rows of the points on the front itself
+    cheeks      rows of slanting surfaces that run back to the wall, by side (left, below, right, above)
+    inclined    whether it has no upright front
+    """
+
+    rows: Int
+    front_rows: Int
+    box: Box
+    y: float
+    cheeks: Mapping[int, Int] = field(default_factory=dict)
+    inclined: bool = False
+
+
+@dataclass(frozen=True)
+class Grain:
+    """What the scan resolves: spacing m on the wall, sigma m of its surface; `half` m, half a thin front."""
+
+    spacing: float
+    sigma: float
+
+    @property
+    def half(self) -> float:
+        """m to either side of a flat front that its points lie."""
+        return _HALF * max(self.sigma, _FINEST)
+
+    @property
+    def gap(self) -> float:
+        """m within which points hang together."""
+        return max(_GAP, _GAP_POINTS * self.spacing)
+
+    @property
+    def cell(self) -> float:
+        """m, side of the cells that area is counted in."""
+        return max(2.0 * self.spacing, _FINE)
+
+    @property
+    def least(self) -> tuple[float, float]:
+        """m, least length and height of a front: ten points along, three rows of beams across."""
+        return max(_LONG, 10.0 * self.spacing), max(_LEAST_HEIGHT, _ROWS * self.spacing)
+
+
+def find_pieces(q: Float, grain: Grain) -> list[Piece]:
+    """Pieces among points (n, 3) m that lie before a wall y = 0, largest fronts of a connected part first."""
+    found: list[Piece] = []
+    for rows in _connected(q, grain.gap, 3):
+        if np.ptp(q[rows][:, [0, 2]], axis=0).max() >= grain.least[0]:
+            found += _cut(q, rows, grain)
+    return found
+
+
+def _connected(q: Float, gap: float, least: int) -> Iterator[Int]:
+    """Rows of points (n, d) that hang together: cells of `gap` m that touch, corners included."""
+    if len(q) == 0:
+        return
+    key = ((q - q.min(0)) / gap).astype(np.int64)
+    shape = key.max(0) + 1
+    held = np.zeros(shape, np.bool_)
+    held[tuple(key.T)] = True
+    labels, _ = ndimage.label(held, np.ones((3,) * q.shape[1], np.bool_))
+    label = labels[tuple(key.T)]
+    order = np.argsort(label, kind="stable")
+    for rows in np.split(order, np.flatnonzero(np.diff(label[order])) + 1):
+        if len(rows) >= least:
+            yield rows
+
+
+def _cut(q: Float, rows: Int, grain: Grain) -> list[Piece]:
+    """The flat fronts of a connected part, each with what lies behind it; without any, the part as a whole.
+
+    The largest front first: it takes what its rectangle covers from the front to the wall. What is left over
+    beside it as cheeks or roofs widens it.
+    """
+    free = np.ones(len(rows), np.bool_)
+    found: list[Piece] = []
+    p = q[rows]
+    for _ in range(_FRONTS):
+        y = _peak(p[free], grain)
+        if y is None:
+            break
+        on = free & (np.abs(p[:, 1] - y) <= grain.half)
+        for part in _connected(p[on][:, [0, 2]], grain.gap, 10):
+            box = _extent(p[on][part], grain.cell)
+            at, front = _settled(p, free & within(p, box, grain.cell), y, grain)
+            box = _extent(p[front], grain.cell)
+            if not _large(box, grain) or not _is_surface(p, at, box, grain):
+                continue
+            own = free & within(p, box, grain.cell) & (p[:, 1] >= at - grain.half)
+            free &= ~own
+            piece, taken = _widened(q, Piece(rows[own], rows[front], box, at), rows, free, grain)
+            found.append(piece)
+            free &= ~taken
+        free &= ~on
+    return found or _inclined(q, rows, grain)
+
+
+def _peak(p: Float, grain: Grain) -> float | None:
+    """Offset y m that holds most cells of the facade among the points (n, 3); None below a least front."""
+    if len(p) < 10:
+        return None
+    width = grain.half
+    low = float(p[:, 1].min()) - width
+    level = ((p[:, 1] - low) / (width / 2)).astype(np.int64)
+    across = ((p[:, [0, 2]] - p[:, [0, 2]].min(0)) / grain.cell).astype(np.int64)
+    size = int(level.max()) + 1
+    held = np.unique((across[:, 0] * (across[:, 1].max() + 1) + across[:, 1]) * size + level) % size
+    area = np.convolve(np.bincount(held, minlength=size), [0.5, 1.0, 1.0, 0.5], "same")
+    best = int(area.argmax())
+    if area[best] * grain.cell**2 < grain.least[0] * grain.least[1]:
+        return None
+    near = p[np.abs(p[:, 1] - (low + best * width / 2)) <= width, 1]
+    return float(np.median(near)) if len(near) else None
+
+
+def _settled(p: Float, inside: Bool, y: float, grain: Grain) -> tuple[float, Bool]:
+    """The front of the points `inside` (n,) at about y m: its own offset, and which points lie on it."""
+    near = inside & (np.abs(p[:, 1] - y) <= 2.0 * grain.half)
+    own = _peak(p[near], grain)
+    at = y if own is None else own
+    return at, near & (np.abs(p[:, 1] - at) <= grain.half)
+
+
+def _large(box: Box, grain: Grain) -> bool:
+    sides = sorted((box[2] - box[0], box[3] - box[1]))
+    return sides[1] >= grain.least[0] and sides[0] >= grain.least[1]
+
+
+def _is_surface(p: Float, y: float, box: Box, grain: Grain) -> bool:
+    """Whether the front at y m stands out from slabs of its thickness before and behind it."""
+    inside = p[within(p, box, 0.0)]
+    across = ((inside[:, [0, 2]] - np.array(box[:2])) / grain.cell).astype(np.int64)
+    flat = across[:, 0] * (across[:, 1].max(initial=0) + 1) + across[:, 1]
+
+    def area(at: float) -> int:
+        return len(np.unique(flat[np.abs(inside[:, 1] - at) <= grain.half]))
+
+    beside = [area(y + 2.0 * k * grain.half) for k in (-5, -4, -3, -2, 2, 3, 4, 5)]
+    return area(y) >= _CONTRAST * float(np.median(beside))
+
+
+def _widened(q: Float, piece: Piece, rows: Int, free: Bool, grain: Grain) -> tuple[Piece, Bool]:
+    """The piece with the cheeks and roofs beside it, and which of the rows (n,) these take: `free` points
+    along most of a side that run back from its front to the wall.
+    """
+    p = q[rows]
+    near = free & (p[:, 1] >= piece.y - grain.half) & within(p, piece.box, _CHEEK)
+    box, cheeks, taken = list(piece.box), {}, np.zeros(len(rows), np.bool_)
+    for side in range(4):
+        axis, other = (0, 2) if side % 2 == 0 else (2, 0)
+        lo, hi = piece.box[1 - side % 2], piece.box[3 - side % 2]
+        beyond = p[:, axis] < box[side] if side < 2 else p[:, axis] > box[side]
+        own = near & beyond & (p[:, other] >= lo - grain.cell) & (p[:, other] <= hi + grain.cell)
+        long = occupied(p[own, other], grain.gap) * grain.gap >= _ALONG * (hi - lo)
+        if long and np.ptp(p[own, 1]) >= _ALONG * -piece.y:
+            box[side] = float(np.quantile(p[own, axis], 0.01 if side < 2 else 0.99))
+            cheeks[side] = rows[own]
+            taken |= own
+    own_rows = np.concatenate([piece.rows, *cheeks.values()])
+    return replace(piece, rows=own_rows, box=(box[0], box[1], box[2], box[3]), cheeks=cheeks), taken
+
+
+def _inclined(q: Float, rows: Int, grain: Grain) -> list[Piece]:
+    """A part without upright fronts that is one plane across the wall: an awning, a slab seen from below."""
+    p = q[rows]
+    box = _extent(p, grain.cell)
+    if box[2] - box[0] < grain.least[0] or len(rows) < 30:
+        return []
+    centred = p - p.mean(0)
+    values, axes = np.linalg.eigh(centred.T @ centred / len(p))
+    flat = np.sqrt(max(values[0], 0.0)) <= grain.half and values[1] > 25.0 * values[0]
+    if not flat or abs(axes[0, 0]) > 0.3:
+        return []
+    low = (box[0], box[1] - grain.least[1] / 2, box[2], box[3] + grain.least[1] / 2)
+    front = float(np.quantile(p[:, 1], 0.02))
+    ahead = rows[p[:, 1] <= front + grain.half]
+    return [Piece(rows, ahead, low if box[3] - box[1] < grain.least[1] else box, front, inclined=True)]
+
+
+def _extent(p: Float, cell: float) -> Box:
+    """Box of points (n, 3) without thin tails: lines of cells that hold a tenth of what the fullest holds."""
+    box = []
+    across = np.floor((p[:, [0, 2]] - p[:, [0, 2]].min(0)) / cell).astype(np.int64)
+    held = np.unique(across, axis=0)
+    for axis in (0, 1):
+        line = np.bincount(held[:, axis])
+        full = np.flatnonzero(line >= _TAIL * line.max())
+        kept = p[(across[:, axis] >= full[0]) & (across[:, axis] <= full[-1]), 2 * axis]
+        box.append((float(kept.min()), float(kept.max())))
+    return box[0][0], box[1][0], box[0][1], box[1][1]
+
+
+def within(p: Float, box: Box, margin: float) -> Bool:
+    """Which points (n, 3) lie before, on or behind a box, so much wider on all sides."""
+    x, z = p[:, 0], p[:, 2]
+    return np.asarray(
+        (x >= box[0] - margin) & (x <= box[2] + margin) & (z >= box[1] - margin) & (z <= box[3] + margin)
+    )
+
+
+def occupied(values: Array, step: float) -> int:
+    """How many steps of `step` m hold a value (n,)."""
+    return len(np.unique((values / step).astype(np.int64)))

@@ -1,0 +1,210 @@
+"""Balconies, oriels, cornices, railings, awnings, bands: what stands out of a facade's wall."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from frontage.geometry.arrays import Float
+from frontage.geometry.ring import rectangle
+from frontage.model.estimate import Estimate, Provenance
+from frontage.model.facade import Facade
+from frontage.model.opening import Opening, Protrusion
+from frontage.model.scan import Scan
+from frontage.openings.protrusion_borders import Crossings, Outline, outline_of
+from frontage.openings.protrusion_kinds import Look, kind_of_protrusion
+from frontage.openings.protrusion_pieces import Box, Grain, Piece, find_pieces, occupied
+
+_LEAST = 0.08  # m before the wall from which points may belong to a protrusion
+_OUT = 0.1  # m that a front stands out at least
+_SIGMAS = 5.0  # of the wall's noise that it does
+_BENT = 5.0  # sigmas of its sagitta from which a wall is bent
+_TOUCH = 0.2  # m from the wall: what belongs to it comes so near
+_CONTACT = 0.1  # share of a protrusion's outline along which it must
+_FREE = 0.4  # the same for what stands on the ground, as cars do
+_LOW = 2.0  # times its height that a tier or a step is wide
+_REACH = 1.5  # m before the wall that belongs to it
+_SLOPE = 1.5  # m that the ground rises along a facade at most
+_UNDER = 0.5  # m beside a protrusion where the lowest point tells the ground
+_FULL = 0.6  # of the beams that the fullest row of a front stopped
+_COMMON = 0.5  # of the wall's noise that all points of a front share
+
+
+def find_protrusions(
+    facade: Facade, scan: Scan, openings: Sequence[Opening] = (), ground: float | None = None
+) -> tuple[Protrusion, ...]:
+    """Protrusions of a facade, from left to right, those at the same place from bottom to top.
+
+    `openings` help to tell sills and slabs; `ground` z m of the ground (docs/openings.md).
+    """
+    crossings = _unbent(facade, Crossings.of(facade, scan))
+    grain = Grain(facade.spacing, facade.roughness)
+    least = max(3.0 * facade.roughness, _LEAST)
+    before = crossings.q[crossings.q[:, 1] < -least]
+    found: list[Protrusion] = []
+    pieces = _merged(find_pieces(before, grain), grain)
+    for piece in _bridged(pieces, crossings, grain):
+        if piece.y > -max(_OUT, _SIGMAS * facade.roughness):
+            continue
+        foot = _foot(crossings.q, piece.box, ground)
+        if not _attached(before, piece, foot):
+            continue
+        outline = outline_of(crossings, before, piece, grain)
+        if min(outline.box[2] - outline.box[0], outline.box[3] - outline.box[1]) > 0:
+            found.append(_protrusion(facade, before, piece, outline, foot, openings))
+    return numbered(facade.id, found)
+
+
+def numbered(facade: str, found: Sequence[Protrusion]) -> tuple[Protrusion, ...]:
+    """Named "B07/F1/P1", ... from left to right (to a decimetre), then from bottom to top."""
+    order = sorted(found, key=lambda p: (round(float(p.ring[:, 0].min()), 1), float(p.ring[:, 1].min())))
+    return tuple(replace(p, id=f"{facade}/P{k}") for k, p in enumerate(order, 1))
+
+
+def _foot(q: Float, box: Box, ground: float | None) -> float:
+    """Height z m of the ground below a box: of the lowest points there, for streets slope; not far above
+    `ground`.
+    """
+    low = q[(q[:, 0] > box[0] - _UNDER) & (q[:, 0] < box[2] + _UNDER) & (q[:, 1] > -_REACH), 2]
+    lowest = float(np.quantile(low, 0.002)) if len(low) else box[1]
+    return lowest if ground is None else min(max(lowest, ground), ground + _SLOPE)
+
+
+def _unbent(facade: Facade, crossings: Crossings) -> Crossings:
+    """The beams with the parabola of a bent wall taken off."""
+    sagitta, sigma = facade.curvature
+    if abs(sagitta) < max(_BENT * sigma, 3.0 * facade.roughness):
+        return crossings
+    x0, _, x1, _ = facade.extent
+    u = (crossings.q[:, 0] - (x0 + x1) / 2) / max((x1 - x0) / 2, 1e-9)
+    flat = crossings.q.copy()
+    flat[:, 1] += sagitta * u * u
+    return replace(crossings, q=flat)
+
+
+def _merged(pieces: list[Piece], grain: Grain) -> list[Piece]:
+    """Pieces without those within others, and with the tiers of one moulding (or flight of steps) as one."""
+    out: list[Piece] = []
+    todo = sorted(pieces, key=lambda p: -_area(p.box))
+    while todo:
+        piece = todo.pop(0)
+        host = next((k for k, p in enumerate(out) if _part_of(piece, p, grain)), None)
+        if host is None:
+            out.append(piece)
+        else:
+            todo.insert(0, _joined(piece, out.pop(host), grain))
+    return out
+
+
+def _joined(piece: Piece, host: Piece, grain: Grain) -> Piece:
+    """A piece and its host as one: the larger front, of tiers the foremost."""
+    a, b = piece.box, host.box
+    ahead = piece if piece.y < host.y and _tier(a, b, grain) else host
+    box = (min(a[0], b[0]), min(a[1], b[1]), max(a[2], b[2]), max(a[3], b[3]))
+    rows = np.concatenate([host.rows, piece.rows])
+    return replace(ahead, rows=rows, box=box, inclined=host.inclined and piece.inclined)
+
+
+def _bridged(pieces: list[Piece], crossings: Crossings, grain: Grain) -> list[Piece]:
+    """Pieces with those joined that go on behind what hides them: level, as far out, and no beam passes
+    between them.
+    """
+    out: list[Piece] = []
+    for piece in sorted(pieces, key=lambda p: p.box[0]):
+        host = next((k for k, p in enumerate(out) if _goes_on(p, piece, crossings, grain)), None)
+        if host is None:
+            out.append(piece)
+        else:
+            larger = max(piece, out[host], key=lambda p: len(p.front_rows))
+            joined = _joined(piece, out[host], grain)
+            out[host] = replace(joined, y=larger.y, front_rows=larger.front_rows)
+    return out
+
+
+def _goes_on(left: Piece, right: Piece, crossings: Crossings, grain: Grain) -> bool:
+    """Whether two pieces, the first further left, are one that something hides in the middle."""
+    a, b = left.box, right.box
+    shared = min(a[3], b[3]) - max(a[1], b[1])
+    level = shared > 0.6 * max(a[3] - a[1], b[3] - b[1])
+    if not level or abs(left.y - right.y) > 2.0 * grain.half or b[0] <= a[2]:
+        return False
+    gap = (a[2] + grain.spacing, max(a[1], b[1]), b[0] - grain.spacing, min(a[3], b[3]))
+    _, depth = crossings.at(max(left.y, right.y), gap, 0.0)
+    _, seen = crossings.at(max(left.y, right.y), (a[0], gap[1], a[2], gap[3]), 0.0)
+    passed = float((depth > max(left.y, right.y) + grain.half).sum()) / max(gap[2] - gap[0], grain.spacing)
+    return passed < 0.1 * len(seen) / (a[2] - a[0])
+
+
+def _part_of(piece: Piece, host: Piece, grain: Grain) -> bool:
+    """Whether a piece is a moulding on the host's front, or a tier of the same moulding."""
+    a, b = piece.box, host.box
+    wide, high = min(a[2], b[2]) - max(a[0], b[0]), min(a[3], b[3]) - max(a[1], b[1])
+    inside = wide > 0 and high > 0 and wide * high > 0.8 * _area(a)
+    return (inside and piece.y > host.y - 2.0 * _OUT) or _tier(a, b, grain)
+
+
+def _tier(a: Box, b: Box, grain: Grain) -> bool:
+    """Whether two long boxes with the same ends lie on top of each other."""
+    ends = max(abs(a[0] - b[0]), abs(a[2] - b[2])) < 2.0 * grain.gap
+    apart = max(a[1], b[1]) - min(a[3], b[3])
+    low = all(c[2] - c[0] > _LOW * (c[3] - c[1]) for c in (a, b))
+    return ends and apart < grain.gap and low
+
+
+def _area(box: Box) -> float:
+    return (box[2] - box[0]) * (box[3] - box[1])
+
+
+def _attached(before: Float, piece: Piece, ground: float) -> bool:
+    """Whether a piece comes near the wall along enough of its outline.
+
+    Cars, people, lamps and trees stand free of it; what stands on the ground has more to prove.
+    """
+    x0, z0, x1, z1 = piece.box
+    if -piece.y <= _TOUCH:
+        return True
+    p = before[piece.rows]
+    p = p[p[:, 1] > -_TOUCH]
+    step, rim = _TOUCH / 2, _TOUCH
+    sides = (
+        occupied(p[np.abs(p[:, 0] - x0) < rim, 2], step) + occupied(p[np.abs(p[:, 0] - x1) < rim, 2], step),
+        occupied(p[np.abs(p[:, 2] - z0) < rim, 0], step) + occupied(p[np.abs(p[:, 2] - z1) < rim, 0], step),
+    )
+    share = sum(sides) * step / (2.0 * (x1 - x0 + z1 - z0))
+    return share >= (_FREE if z0 < ground + rim else _CONTACT)
+
+
+def _front(facade: Facade, front: Float, piece: Piece, grain: Grain) -> Estimate[float]:
+    """y m of the front of points (k, 3), errors of the wall's plane included.
+
+    Of a railing the rails and the edge of the slab count: the fullest rows. Its bars stand further back.
+    """
+    row = ((front[:, 2] - front[:, 2].min(initial=0.0)) / grain.cell).astype(np.int64)
+    number = np.bincount(row) if len(row) else np.zeros(1)
+    full = front[(number >= _FULL * number.max())[row], 1] if len(row) else front[:, 1]
+    at = piece.y if piece.inclined or len(full) < 3 else float(full.mean())
+    spread = float(full.std()) if len(full) > 2 else facade.roughness
+    variance = spread**2 / max(len(full), 1) + (_COMMON * facade.roughness) ** 2 + facade.sigma_plane**2
+    return Estimate(at, np.array([[variance]]), float(max(len(full) - 1, 1)))
+
+
+def _protrusion(
+    facade: Facade,
+    before: Float,
+    piece: Piece,
+    outline: Outline,
+    ground: float,
+    openings: Sequence[Opening],
+) -> Protrusion:
+    """The noun of a piece."""
+    front = _front(facade, before[piece.front_rows], piece, Grain(facade.spacing, facade.roughness))
+    look = Look(outline.box, -front.value, outline.hit, piece.inclined)
+    return Protrusion(
+        "",
+        kind_of_protrusion(look, facade, ground, openings),
+        rectangle(*outline.box),
+        float(np.sqrt(np.mean(np.square(outline.sigma)))),
+        front,
+        Provenance.MEASURED,
+        outline.bracketed,
+    )
