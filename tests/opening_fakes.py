@@ -65,6 +65,11 @@ def balcony() -> Protrusion:
     )
 
 
+def on_balcony() -> Opening:
+    """A window in the front of `balcony`."""
+    return replace(opening("B01/F1/W0-2", (-3.0, -1.7, -2.0, -0.9)), on="B01/F1/P1", floor=0, bay=2)
+
+
 def elements() -> Elements:
-    """A window, an inferred door and a balcony."""
-    return Elements("B01/F1", (opening(), round_door()), (balcony(),))
+    """A window, an inferred door, a balcony with a window in its front."""
+    return Elements("B01/F1", (opening(), round_door(), on_balcony()), (balcony(),))

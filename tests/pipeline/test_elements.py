@@ -47,7 +47,7 @@ def test_the_same_elements_give_the_same_bytes(tmp_path):
 
 def test_the_documented_keys_of_openings(tmp_path):
     save_elements(tmp_path, facade(), elements())
-    window, door = json.loads((tmp_path / "openings.json").read_text())
+    window, door, front = json.loads((tmp_path / "openings.json").read_text())
     assert window["sigma"] == pytest.approx(
         {"left": 0.003, "bottom": 0.004, "right": 0.005, "top": 0.006, "depth": 0.007}
     )
@@ -60,6 +60,9 @@ def test_the_documented_keys_of_openings(tmp_path):
     xyz = f.frame.inverse.apply(f.world.to_local(np.array(window["outline_world"])))
     np.testing.assert_allclose(xyz[:, [0, 2]], opening().ring, atol=1e-9)
     np.testing.assert_allclose(xyz[:, 1], 0.0, atol=1e-9)
+    assert front["on"] == "B01/F1/P1"
+    xyz = f.frame.inverse.apply(f.world.to_local(np.array(front["outline_world"])))
+    np.testing.assert_allclose(xyz[:, 1], -0.9, atol=1e-9)
 
 
 def test_protrusions_stand_at_their_front(tmp_path):
@@ -114,7 +117,7 @@ def test_outlines_of_another_list_are_refused(tmp_path):
     save_elements(tmp_path, facade(), elements())
     more = tmp_path / "more"
     more.mkdir()
-    save_elements(more, facade(), Elements("B01/F1", (opening(), round_door(), opening("B01/F1/W1-2"))))
+    save_elements(more, facade(), Elements("B01/F1", (opening(), round_door())))
     (more / "outlines.npz").replace(tmp_path / "outlines.npz")
     with pytest.raises(FileError, match=r"outlines\.npz"):
         load_elements(tmp_path, "B01/F1")

@@ -29,7 +29,9 @@ def save_elements(folder: Path, facade: Facade, elements: Elements) -> None:
     covariances = {str(k): o.ring_covariance for k, o in enumerate(elements.openings)}
     write_arrays(folder / "outlines.npz", covariances)
     write_json(folder / "protrusions.json", [_protrusion_record(p, facade) for p in elements.protrusions])
-    write_json(folder / "openings.json", [_opening_record(o, facade) for o in elements.openings])
+    fronts = {"": 0.0} | {p.id: float(p.front.value) for p in elements.protrusions}
+    records = [_opening_record(o, facade, fronts[o.on]) for o in elements.openings]
+    write_json(folder / "openings.json", records)
 
 
 def load_elements(folder: Path, facade: str) -> Elements:
@@ -55,13 +57,14 @@ def remove_elements(folder: Path) -> None:
         (folder / name).unlink(missing_ok=True)
 
 
-def _opening_record(o: Opening, facade: Facade) -> dict[str, Any]:
+def _opening_record(o: Opening, facade: Facade, front: float) -> dict[str, Any]:
+    """`front`: y m of the wall or protrusion that the opening is in."""
     return {
         "id": o.id,
         "kind": o.kind,
         "shape": o.shape,
         "outline": o.ring.tolist(),
-        "outline_world": _in_world(o.ring, 0.0, facade),
+        "outline_world": _in_world(o.ring, front, facade),
         "depth": None if o.depth is None else float(o.depth.value),
         "bars": {
             axis: [_bar_record(b) for b in o.bars if b.axis == axis] for axis in ("vertical", "horizontal")
@@ -73,6 +76,7 @@ def _opening_record(o: Opening, facade: Facade) -> dict[str, Any]:
         "bay": int(o.bay),
         "evidence": float(o.evidence),
         "photos": list(o.photos),
+        "on": o.on,
         "depth_estimate": None if o.depth is None else _estimate_record(o.depth),
     }
 
@@ -185,6 +189,7 @@ def _opening(r: dict[str, Any], covariance: Float) -> Opening:
         bay=_whole(r, "bay"),
         bars=tuple(_bar(b, axis) for axis in ("vertical", "horizontal") for b in r["bars"][axis]),
         photos=tuple(str(photo) for photo in r["photos"]),
+        on=_text(r, "on"),
     )
 
 
