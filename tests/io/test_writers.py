@@ -218,7 +218,7 @@ def test_citygml_is_valid_and_its_footprints_come_back(tmp_path: Path) -> None:
 
 
 def test_a_model_without_the_level_asked_for_is_refused(tmp_path: Path) -> None:
-    bare = CityBuilding("B9", (Shell("3.3", HOUSES[0].shells[0].surfaces),))
+    bare = CityBuilding("B9", (Shell("1", HOUSES[0].shells[0].surfaces),))
     with pytest.raises(ValueError, match="B9 has no shell"):
         write_citygml(tmp_path / "m.gml", [bare], UTM, "t")
     assert not (tmp_path / "m.gml").exists()

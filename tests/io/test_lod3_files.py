@@ -1,0 +1,162 @@
+"""LoD3 files: valid by their schemas, and the same buildings when they are read back."""
+
+import json
+import shutil
+import subprocess
+import warnings
+from pathlib import Path
+
+import numpy as np
+import pytest
+from lxml import etree
+
+from facade_fakes import WORLD
+from frontage.exports.lod3 import city_building
+from frontage.io.citygmlwrite import write_citygml
+from frontage.io.cityjson import write_cityjson
+from frontage.io.citymodel import read_city_model
+from frontage.io.cityopenings import read_city_openings
+from frontage.io.shapes import read_shapes
+from frontage.model import Building, Elements
+from frontage.model.citymodel import CityBuilding
+from frontage.solids import assemble, validate_feature
+from opening_fakes import opening, round_door
+from realdata import data_path
+from solids.test_assemble import GROUND, protrusion, wall, window
+
+CJIO = shutil.which("cjio")
+
+
+def lod3(name: str = "B01") -> CityBuilding:
+    """A house with two windows, one of them on an oriel, a flush round door, a balcony and an awning."""
+    elements = Elements(
+        "B01/F1",
+        (opening(), window("B01/F1/W1-2", (2.2, 0, 3.8, 1.5), 0.2), round_door()),
+        (
+            protrusion("oriel", (2, -1, 4, 2), -0.8),
+            protrusion("balcony", (-3.5, -1.5, -1.5, -0.4), -1.0),
+            protrusion("awning", (-4, -2, 0, -1.6), -1.2),
+        ),
+    )
+    building = Building(name, np.arange(3), GROUND, "13 rue Soufflot")
+    made = assemble(building, [(wall(), elements)], (), WORLD)
+    assert made
+    return city_building(building, made, [(wall(), elements)])
+
+
+def written(folder: Path, kind: str) -> Path:
+    if kind == "city.json":
+        return write_cityjson(folder / "lod3.city.json", [lod3()], WORLD, "one house")
+    return write_citygml(
+        folder / "lod3.gml", [lod3()], WORLD, "one house", "2.0" if kind == "gml2" else "3.0"
+    )
+
+
+KINDS = ["city.json", "gml2", "gml3"]
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_what_is_written_is_read(tmp_path: Path, kind: str) -> None:
+    model = read_city_model(written(tmp_path, kind), WORLD)
+    (read,), wrote = model.buildings, lod3()
+    assert model.problems == model.notes == ()
+    assert (read.id, read.address) == ("B01", "13 rue Soufflot")
+    assert read.attributes["host"] == "cloud" and read.attributes["measuredHeight"] == 6.2
+    assert sorted((s.lod, s.closed, s.installation) for s in read.shells) == sorted(
+        (s.lod, s.closed, s.installation) for s in wrote.shells
+    )
+    hanging = [s for s in read.shells if s.installation]
+    assert [s.attributes["kind"] for s in hanging] == ["balcony", "awning"]
+    for one, other in zip(*(sorted(b.shells, key=_order) for b in (wrote, read)), strict=True):
+        rings = [{_key(s.ring): s.semantics for s in shell.surfaces} for shell in (one, other)]
+        assert rings[0] == rings[1]
+
+
+def _order(shell) -> tuple:
+    return shell.lod, shell.installation, len(shell.surfaces), round(shell.surfaces[0].ring.mean(), 2)
+
+
+def _key(ring: np.ndarray) -> tuple:
+    return tuple(sorted(map(tuple, np.rint(ring * 1e4).astype(int).tolist())))
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_openings_carry_what_is_known(tmp_path: Path, kind: str) -> None:
+    found = {
+        o.about["id"] if kind == "city.json" else _named(o): o
+        for o in read_city_openings(written(tmp_path, kind))
+    }
+    assert set(found) == {"B01/F1/W1-1", "B01/F1/W1-2", "B01/F1/D0-1"}
+    a = found["B01/F1/W1-1"].about
+    assert (a["depth"], a["sigma_depth"], a["n_vertical"], a["n_horizontal"]) == (0.12, 0.007, 1, 1)
+    assert (a["provenance"], a["confidence"], a["floor"], a["kind"]) == ("measured", 0.9375, 1, "window")
+    assert 0.003 < a["sigma_border"] < 0.006 and a["offset"] == pytest.approx(0, abs=1e-3)
+    door = found["B01/F1/D0-1"]
+    assert door.kind == "Door" and "depth" not in door.about and door.about["provenance"] == "inferred"
+    parents = {o.about["parent"] for o in found.values()}
+    assert len(parents) == 2, "the window of the oriel stands in the oriel's front"
+
+
+def _named(opening) -> str:
+    clean = opening.about["surface"]
+    return {"B01_F1_W1-1": "B01/F1/W1-1", "B01_F1_W1-2": "B01/F1/W1-2", "B01_F1_D0-1": "B01/F1/D0-1"}[clean]
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_written_solids_are_valid(tmp_path: Path, kind: str) -> None:
+    _, features = read_shapes(written(tmp_path, kind))
+    assert sum(len(f.shapes) for f in features) >= 4
+    assert [v for f in features for v in validate_feature(f)] == []
+
+
+def test_cityjson_is_valid_by_its_schema_and_openings_have_parents(tmp_path: Path) -> None:
+    import jsonschema
+
+    model = json.loads(written(tmp_path, "city.json").read_text())
+    house = model["CityObjects"]["B01"]
+    assert [g["lod"] for g in house["geometry"]] == ["2", "3"]
+    surfaces = house["geometry"][1]["semantics"]["surfaces"]
+    for number, s in enumerate(surfaces):
+        if s["type"] in ("Window", "Door"):
+            wall_of = surfaces[s["parent"]]
+            assert wall_of["type"] == "WallSurface" and number in wall_of["children"]
+    types = [model["CityObjects"][name]["type"] for name in house["children"]]
+    assert types == ["BuildingInstallation"] * 2
+    schema = json.loads(data_path("schemas/cityjson/cityjson.min.schema.json").read_text())
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", DeprecationWarning)
+        jsonschema.validate(model, schema)
+
+
+@pytest.mark.parametrize(
+    ("kind", "modules"), [("gml2", ("building", "generics")), ("gml3", ("building", "generics"))]
+)
+def test_citygml_is_valid_by_its_schema(tmp_path: Path, kind: str, modules: tuple[str, ...]) -> None:
+    version = "2.0" if kind == "gml2" else "3.0"
+    folder = data_path(f"schemas/citygml/citygml/{version}/building.xsd").parent
+    imports = "".join(
+        f'<xs:import namespace="http://www.opengis.net/citygml/{m}/{version}" '
+        f'schemaLocation="{(folder / f"{m}.xsd").resolve().as_uri()}"/>'
+        for m in modules
+    )
+    text = f'<xs:schema xmlns:xs="http://www.w3.org/2001/XMLSchema">{imports}</xs:schema>'
+    (tmp_path / "all.xsd").write_text(text)
+    schema = etree.XMLSchema(etree.parse(str(tmp_path / "all.xsd")))
+    tree = etree.parse(str(written(tmp_path, kind)))
+    assert schema.validate(tree), schema.error_log.last_error
+    solid = next(e for e in tree.iter() if str(e.tag).endswith("lod3Solid"))
+    solid.getparent().append(solid)  # out of its place in the sequence
+    assert not schema.validate(tree)
+
+
+@pytest.mark.skipif(CJIO is None, reason="cjio is not installed")
+def test_cjio_writes_it_again(tmp_path: Path) -> None:
+    path = written(tmp_path, "city.json")
+    out = tmp_path / "again.city.json"
+    subprocess.run(
+        [str(CJIO), str(path), "vertices_clean", "save", str(out)], check=True, capture_output=True
+    )
+    again = {o.about["id"]: o for o in read_city_openings(out)}
+    for o in read_city_openings(path):
+        assert again[o.about["id"]].about == o.about
+        np.testing.assert_allclose(again[o.about["id"]].ring, o.ring, atol=6e-4)
