@@ -82,6 +82,28 @@ def test_a_body_on_a_body_counts_from_it():
     assert [(r.id, round(r.depth or 0, 9)) for r in outer.inside] == [("B01/F1/oriel", -0.6)]
 
 
+def test_a_plinth_goes_round_the_door():
+    plinth = protrusion("plinth", (-5, -3, 5, -2.4), -0.1)
+    door = replace(window("D", (-1, -3, 0, -0.8), 0.2), kind="door")
+    cellar = window("C", (2, -2.9, 3, -2.5), 0.15)
+    made = house(wall(), Elements("B01/F1", (door, cellar), (plinth,)))
+    assert not made.failed
+    (pane,) = faces(made, "D")
+    ring = made.built[0].solid.vertices[list(pane.ring)] / GRID
+    assert np.ptp(wall().frame.inverse.apply(ring)[:, 2]) == pytest.approx(2.2, abs=0.01)
+    assert len(faces(made, "B01/F1/plinth")) == 1 and len(faces(made, "B01/F1/plinth-2")) == 1
+    assert len(faces(made, "C")) == 1
+
+
+def test_an_opening_says_what_it_is_on():
+    bay = protrusion("oriel", (-2, -1, 2, 2), -0.8)
+    pane = replace(window("W1", (1.5, 0, 2.9, 1.5), 0.2), on="B01/F1/oriel")
+    parts = facade_parts(wall(), Elements("B01/F1", (pane,), (bay,)), 0.005)
+    assert [r.id for r in parts.reliefs.reliefs[0].inside] == ["W1"]
+    parts = facade_parts(wall(), Elements("B01/F1", (replace(pane, on=""),), (bay,)), 0.005)
+    assert [r.id for r in parts.reliefs.reliefs] == ["B01/F1/oriel", "W1"]
+
+
 def test_what_is_set_back_shapes_the_wall_whatever_it_is_called():
     made = house(wall(), Elements("B01/F1", (), (protrusion("something", (-1, -1, 1, 1), 0.4),)))
     assert not made.installations and faces(made, "B01/F1/something")[0].semantics == "WallSurface"

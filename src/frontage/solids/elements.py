@@ -12,7 +12,7 @@ from frontage.geometry.arrays import Float
 from frontage.model import Elements, Facade, Opening, Protrusion
 from frontage.solids.relief import FacadeReliefs, Relief
 
-BODIES = frozenset({"oriel", "bay", "risalit", "portal", "pilaster", "niche", "loggia", "recess", "setback"})
+BODIES = frozenset({"oriel", "bay", "risalit", "pilaster", "plinth", "niche", "loggia", "setback"})
 """Kinds of protrusion that are a part of the building's body; every other kind is an installation."""
 
 DOORS = frozenset({"door", "garage", "passage"})
@@ -33,8 +33,9 @@ def facade_parts(facade: Facade, elements: Elements, chord_error: float) -> Faca
     """Openings become recesses at their measured depth, flush faces where none was measured.
 
     A protrusion of one of the `BODIES`, and whatever is set back as a whole, is a relief with the openings
-    that lie on it inside; depths count from the surface that an opening stands in. All other protrusions are
-    `attached`. Rings lose the vertices that a chord within `chord_error` (m) of them replaces.
+    that lie on it inside; depths count from the surface that an opening stands in. A body that an opening of
+    another surface reaches into (a plinth at a door) goes round it. All other protrusions are `attached`.
+    Rings lose the vertices that a chord within `chord_error` (m) of them replaces.
     """
     bodies = sorted((p for p in elements.protrusions if is_body(p)), key=lambda p: -_area(p).area)
     below = _homes(bodies, bodies)
@@ -43,13 +44,16 @@ def facade_parts(facade: Facade, elements: Elements, chord_error: float) -> Faca
     def on(number: int | None) -> tuple[Relief, ...]:
         """What lies on a body, or on the wall: bodies first, they are the larger pieces."""
         front = 0.0 if number is None else float(bodies[number].front.value)
-        found = [
-            Relief(p.id, _plain(p.ring, chord_error), float(p.front.value) - front, "WallSurface", on(k))
-            for k, p in enumerate(bodies)
-            if below[k] == number
-        ]
-        own = [o for o, h in zip(elements.openings, inside, strict=True) if h == number]
-        return (*found, *(_relief(o, chord_error) for o in own))
+        found: list[Relief] = []
+        for k, p in enumerate(bodies):
+            if below[k] == number:
+                others = [o for o, h in zip(elements.openings, inside, strict=True) if h == number]
+                deep = float(p.front.value) - front
+                for name, ring in _around(p, others):
+                    own = on(k) if name == p.id else ()
+                    found.append(Relief(name, _plain(ring, chord_error), deep, "WallSurface", own))
+        openings = [o for o, h in zip(elements.openings, inside, strict=True) if h == number]
+        return (*found, *(_relief(o, chord_error) for o in openings))
 
     attached = tuple(p for p in elements.protrusions if not is_body(p))
     return FacadeParts(FacadeReliefs(facade.id, facade.frame, facade.outline, on(None)), attached)
@@ -73,15 +77,32 @@ def _relief(opening: Opening, chord_error: float) -> Relief:
 def _homes(
     things: Sequence[Opening] | Sequence[Protrusion], bodies: Sequence[Protrusion]
 ) -> list[int | None]:
-    """For every thing the smallest larger body that holds most of it; None: it stands in the wall."""
+    """For every thing the body it says it is on, else the smallest larger one that holds most of it; None:
+    it stands in the wall."""
     areas = [_area(p) for p in bodies]
+    names = {p.id: k for k, p in enumerate(bodies)}
     found: list[int | None] = []
     for thing in things:
+        if isinstance(thing, Opening) and thing.on in names:
+            found.append(names[thing.on])
+            continue
         ring = _area(thing)
         larger = [k for k, a in enumerate(areas) if a.area > ring.area]
         holding = [k for k in larger if areas[k].intersection(ring).area > _MOST * ring.area]
         found.append(min(holding, key=lambda k: float(areas[k].area)) if holding else None)
     return found
+
+
+def _around(body: Protrusion, openings: Sequence[Opening]) -> list[tuple[str, Float]]:
+    """The ring of a body without the openings that stand in what is around it: its pieces, largest first."""
+    ring = _area(body)
+    cut = [a for o in openings if (a := _area(o)).intersects(ring) and not a.contains(ring)]
+    if not cut or not ring.intersects(shapely.union_all(cut)):
+        return [(body.id, body.ring)]
+    rest = shapely.get_parts(ring.difference(shapely.union_all(cut)))
+    pieces = sorted((p for p in rest if isinstance(p, Polygon)), key=lambda p: -float(p.area))
+    names = [body.id, *(f"{body.id}-{k}" for k in range(2, len(pieces) + 1))]
+    return [(n, np.asarray(p.exterior.coords)[:-1]) for n, p in zip(names, pieces, strict=True) if p.area > 0]
 
 
 def _area(thing: Opening | Protrusion) -> BaseGeometry:
