@@ -6,13 +6,15 @@ import pytest
 
 from frontage.raster import gridding, tiles
 from frontage.raster import resample as resampling
-from frontage.raster.sourcemap import SourceMap
+from frontage.raster.sourcemap import SourceMap, fitted
 from frontage.raster.zbuffer import local_spacing, splat_depth
 
 
 def resample(picture, at, jacobian, interpolation="adaptive"):
     """The colours (m, n, 3) of a map given pixel by pixel."""
-    sampled = resampling.resample(picture, SourceMap.exact(at, np.asarray(jacobian, float)), interpolation)
+    sampled = resampling.resample(
+        picture, SourceMap.of_pixels(at, np.asarray(jacobian, float)), interpolation
+    )
     assert (sampled[..., 3] == 255).all()
     return sampled[..., :3]
 
@@ -86,6 +88,41 @@ def test_positions_without_a_place_do_not_break_the_rest():
     at = grid(60, 80, 1.0)
     at[:20] = np.nan
     assert np.array_equal(resample(picture, at, np.eye(2), "bilinear")[25:], picture[25:])
+
+
+@pytest.mark.parametrize("scale", [0.4, 1.0, 1.6, 2.7])
+def test_a_strip_at_a_time_gives_what_the_whole_gives(scale, monkeypatch):
+    picture, at = noise(400, 500, 1.0), grid(120, 150, scale, (10.3, 20.7))
+    whole = resample(picture, at, scale * np.eye(2))
+    monkeypatch.setattr(resampling, "_CACHE", 0)
+    page = np.zeros((200, 300, 4), np.uint8)
+    window = page[30:150, 40:190]
+    resampling.resample(picture, SourceMap.of_pixels(at, scale * np.eye(2)), out=window)
+    assert np.array_equal(window[..., :3], whole) and page.any(-1).sum() == 120 * 150
+
+
+def test_a_fitted_map_knows_its_error():
+    def lens(column, row, depth):
+        u, v, w = 30.0 + 0.9 * column, 20.0 - 1.1 * row, 1.0 + 0.05 * column + 0.02 * row + 0.006 * depth
+        bent = 1.0 + 1e-5 * ((u - 30) ** 2 + (v - 20) ** 2)
+        return np.stack([900.0 * u * bent / w, 900.0 * v * bent / w], axis=-1)
+
+    m, n = 60, 80
+    depth = np.random.default_rng(0).uniform(-1, 1, (m, n)).astype(np.float32)
+    row, column = (np.arange(k) * (2.0 / k) - 1.0 + 1.0 / k for k in (m, n))
+    truth = lens(*np.broadcast_arrays(column[None, :], row[:, None], depth))
+    for degree in (1, 3, 6):
+        found = fitted(lens, degree, 2)
+        g0, g1, g2 = found.factors
+        powers = (g0 - g2, g1, 2 * g2)
+        at = SourceMap(powers, (m, n), np.eye(2), found.low, found.high, depth=depth)
+        u, v = at.planes((1000.0, 2000.0), 2.0)
+        error = np.abs(np.stack([(u + 0.5) / 2 + 1000, (v + 0.5) / 2 + 2000], -1) - truth).max()
+        assert 0.3 * found.error < error + 0.001 and error < 1.1 * found.error + 0.01
+        part = at.planes((1000.0, 2000.0), 2.0, slice(7, 20))
+        assert np.allclose(part, np.stack([u, v])[:, 7:20], atol=0.002)
+    assert fitted(lens, 6, 2).error < 0.01 < fitted(lens, 1, 2).error
+    assert fitted(lambda c, r, d: np.full((len(c), 2), np.nan), 3, 0).error == np.inf
 
 
 def test_the_nearest_surface_wins_and_discs_close_gaps():

@@ -10,11 +10,15 @@ from frontage.geometry.arrays import Array, Float
 from frontage.geometry.homography import apply_homography, homography_from_pose
 from frontage.model import Facade, Photo
 from frontage.ortho.frame import Raster
-from frontage.raster.sourcemap import SourceMap, bend, mean_jacobian, nodes
+from frontage.raster.sourcemap import SourceMap, fitted, jacobian_of
 from frontage.raster.tiles import Tile
 
-FLAT_ERROR = 0.02  # photo px that interpolation between exactly projected nodes may cost
-_STEPS = (16, 8, 4)  # px between nodes; finer ones would cost more than projecting every pixel
+FLAT_ERROR = 0.01  # photo px that a polynomial may differ from the projection
+_DEGREES = (5, 9)  # of the polynomials of a tile; higher ones would cost more than projecting every pixel
+_DEPTH_DEGREE = (
+    2  # a pinhole's map is a rational function of y; over a relief its third order is below 0.01 px
+)
+_STRAIGHT = 0.001  # photo px that a second power of y must move something by
 _FLAT = 1e-4  # m of relief within a tile that no photo resolves
 
 PixelMap = Callable[[Array, Array, Array | float], Float]
@@ -60,32 +64,30 @@ def pixel_map(photo: Photo, facade: Facade, raster: Raster, projection: str) -> 
 def map_tile(to_photo: PixelMap, tile: Tile, y: Array | None) -> SourceMap:
     """Where the pixel centres of a tile lie in the photo, on the plane (`y` None) or a relief y (m, n) m.
 
-    NaN in y = the plane. The map is exact at nodes and interpolated between them and in depth when the second
-    differences (and, in depth, exact values between the nodes) promise an error below `FLAT_ERROR`; otherwise
-    every pixel is projected.
+    NaN in y = the plane. The map is a polynomial when one of `_DEGREES` errs by at most `FLAT_ERROR` where
+    it errs most; otherwise every pixel is projected.
     """
     depth = None if y is None else np.nan_to_num(np.asarray(y, np.float32), nan=0.0)
     low, high = (0.0, 0.0) if depth is None else _range(depth)
-    depths = (low,) if low == high else (low, high)
-    step = _STEPS[0]
-    for _ in range(2):  # the error falls with the square of the step: the second try is right
-        columns, rows = nodes(tile.c0, tile.c1, step)[None, :], nodes(tile.r0, tile.r1, step)[:, None]
-        grids = [to_photo(columns, rows, v) for v in depths]
-        error = max(bend(g) for g in grids) / 8.0
-        if error <= FLAT_ERROR or step == _STEPS[-1]:
-            break
-        step = next((s for s in _STEPS[1:] if error * (s / step) ** 2 <= 0.9 * FLAT_ERROR), _STEPS[-1])
-    jacobian = mean_jacobian(grids[0], step)
-    if error <= FLAT_ERROR:
-        bounds = np.min([g.min((0, 1)) for g in grids], 0), np.max([g.max((0, 1)) for g in grids], 0)
-        if low == high:
-            return SourceMap((grids[0],), step, tile.shape, jacobian, *bounds)
-        powers = _powers_of_depth(lambda v: to_photo(columns, rows, v), low, high)
-        if powers is not None:
-            return SourceMap(powers, step, tile.shape, jacobian, *bounds, depth=depth)
+    middle, half = 0.5 * (low + high), 0.5 * (high - low)
+    columns, rows = 0.5 * (tile.c0 + tile.c1), 0.5 * (tile.r0 + tile.r1)
+    half_width, half_height = 0.5 * (tile.c1 - tile.c0), 0.5 * (tile.r1 - tile.r0)
+
+    def at(c: Array, r: Array, d: Array) -> Float:
+        return to_photo(columns + half_width * c, rows + half_height * r, middle + half * d)
+
+    for degree in _DEGREES:
+        found = fitted(at, degree, _DEPTH_DEGREE if half > 0.0 else 0)
+        if found.error <= FLAT_ERROR:
+            jacobian = np.column_stack(
+                [found.factors[0, 0, 1] / half_width, found.factors[0, 1, 0] / half_height]
+            )
+            powers = _powers(found.factors, middle, half)
+            used = depth if len(powers) > 1 else None
+            return SourceMap(powers, tile.shape, jacobian, found.low, found.high, depth=used)
     c, r = np.arange(tile.c0, tile.c1) + 0.5, np.arange(tile.r0, tile.r1) + 0.5
     every = to_photo(c[None, :], r[:, None], 0.0 if depth is None else depth)
-    return SourceMap.exact(every, jacobian)
+    return SourceMap.of_pixels(every, jacobian_of(every))
 
 
 def _range(depth: Array) -> tuple[float, float]:
@@ -95,21 +97,11 @@ def _range(depth: Array) -> tuple[float, float]:
     return (middle, middle) if high - low < _FLAT else (low, high)
 
 
-def _powers_of_depth(at: Callable[[float], Float], low: float, high: float) -> tuple[Float, ...] | None:
-    """Grids (p, q, 2) of the powers of y that give the map between two depths, or None when two are too few.
-
-    A pinhole's map is a rational function of y; over a facade's relief its third order is far below a pixel.
-    """
-    middle = 0.5 * (low + high)
-    first, centre, last = at(low), at(middle), at(high)
-    half = 0.5 * (high - low)
-    slope, curve = (last - first) / (2 * half), (last - 2 * centre + first) / (2 * half * half)
-    error = 0.0
-    for share in (-0.5, 0.5):
-        d = share * half
-        error = max(error, float(np.abs(centre + d * (slope + d * curve) - at(middle + d)).max()))
-    if not error <= FLAT_ERROR:
-        return None
-    if float(np.abs(curve).max()) * half * half <= FLAT_ERROR:
-        return centre - middle * slope, slope
-    return centre - middle * slope + middle**2 * curve, slope - 2 * middle * curve, curve
+def _powers(factors: Float, middle: float, half: float) -> tuple[Float, ...]:
+    """Coefficients (p, q, 2) of powers of y m from those (k, p, q, 2) of T_k of ``(y - middle) / half``."""
+    if len(factors) == 1:
+        return (factors[0],)
+    g0, g1, g2 = factors[0] - factors[2], factors[1] / half, 2.0 * factors[2] / half**2
+    if 2.0 * float(np.abs(factors[2]).sum()) <= _STRAIGHT:
+        return g0 - middle * g1, g1
+    return g0 - middle * g1 + middle**2 * g2, g1 - 2.0 * middle * g2, g2

@@ -43,6 +43,10 @@ def paint_photos(
             y = None if relief is None else relief.at(raster, part, filled=True)
             at = map_tile(to_photo, part, y)
             inner = inner & _in_picture(at, photo.camera.width, photo.camera.height)
+            if inner.all():
+                resample(image, at, options.interpolation, pixels[part.window])
+                source[part.window] = i + 1
+                continue
             colour = resample(image, at, options.interpolation)
             np.copyto(pixels[part.window].view(np.uint32), colour.view(np.uint32), where=inner[..., None])
             source[part.window][inner] = i + 1

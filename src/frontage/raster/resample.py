@@ -14,6 +14,9 @@ px per target px) with singular values s1 >= s2:
 Pictures are sampled with four channels, for which OpenCV's bilinear remap is twice as fast as for three.
 """
 
+from collections.abc import Callable
+from dataclasses import dataclass
+
 import cv2
 import numpy as np
 
@@ -26,8 +29,8 @@ MAGNIFYING = 0.7  # below which the overshoot of a cubic, one source px wide, ca
 _NARROW = 0.3  # px: a Gaussian of a smaller sigma changes nothing
 _REACH = 2.2  # sigmas to which a Gaussian is summed, 97 % of it
 _UPRIGHT = 0.1  # px^2 of covariance between rows and columns (or a fifth of the ellipse) to neglect
-_MARGIN = 6  # px of source kept around what the map asks for: reach of the kernels
-_REMAP_LIMIT = 32767  # px: sides of pictures that cv2.remap takes
+_MARGIN = 4  # px of source kept around what the map asks for: reach of the kernels
+_CACHE = 1 << 21  # bytes of a strip's picture: beyond a core's own cache, sampling takes half as long again
 _CV = {"bilinear": cv2.INTER_LINEAR, "nearest": cv2.INTER_NEAREST}
 
 _CODE = np.arange(256) / 255.0
@@ -39,30 +42,49 @@ _TO_CODE_8 = np.rint(
 ).astype(np.uint8)
 
 
-def resample(image: Array, at: SourceMap, interpolation: str = "adaptive") -> Array:
+def resample(image: Array, at: SourceMap, interpolation: str = "adaptive", out: Array | None = None) -> Array:
     """Sample `image` (h, w, 3) uint8 along a map of `shape` (m, n): (m, n, 4) uint8, alpha 255.
 
-    Positions that are unknown or outside give the nearest edge's colour; the caller masks them.
+    Positions that are unknown or outside give the nearest edge's colour; the caller masks them. The result is
+    written to `out`, which may be a window of a larger picture, if there is one.
     """
+    out = np.empty((*at.shape, 4), np.uint8) if out is None else out
     if not np.isfinite(at.low).all():
-        return np.full((*at.shape, 4), (0, 0, 0, 255), np.uint8)
-    stretch = _stretch(at.jacobian) if interpolation == "adaptive" else 1.0
-    step = 1 << max(0, int(np.floor(np.log2(max(stretch, 1.0)))))
-    h, w = image.shape[:2]
-    c0, c1 = _span(at.low[0], at.high[0], _MARGIN * step, w, step)
-    r0, r1 = _span(at.low[1], at.high[1], _MARGIN * step, h, step)
-    source = image[r0:r1, c0:c1]
+        out[:] = (0, 0, 0, 255)
+        return out
+    kernel = _kernel(at.jacobian, interpolation)
+    strip = max(8, int(_CACHE / (4 * at.shape[1] * max(kernel.scale, 1.0) ** 2)))
+    for first in range(0, at.shape[0], strip):
+        rows = slice(first, min(first + strip, at.shape[0]))
+        _sample(image, at, rows, kernel, out[rows])
+    return out
+
+
+@dataclass(frozen=True)
+class _Kernel:
+    """What is done to a piece of the source before its pixels, `scale` times as dense, are sampled."""
+
+    scale: float
+    prepared: Callable[[Array], Array]
+    flag: int = cv2.INTER_LINEAR
+
+    @property
+    def step(self) -> int:
+        """Source px that become one."""
+        return max(1, round(1.0 / self.scale))
+
+
+def _kernel(jacobian: Float, interpolation: str) -> _Kernel:
+    """The kernel for a map of a Jacobian (2, 2)."""
     if interpolation != "adaptive":
-        return _sample(source, at, (c0, r0), 1.0, _CV[interpolation])
+        return _Kernel(1.0, lambda source: source, _CV[interpolation])
+    stretch = _stretch(jacobian)
     if stretch > MINIFYING:
-        source = _averaged(source, step) if step > 1 else source
-        source = _prefiltered(source, at.jacobian / step)
-        scale = 1.0 / step
-    else:
-        scale = 4.0 if stretch <= 0.5 and max(source.shape[:2]) < _REMAP_LIMIT // 4 else 2.0
-        source = _magnified(source, int(scale), clamp=stretch < MAGNIFYING)
-    sampled = _sample(source, at, (c0, r0), scale, cv2.INTER_LINEAR)
-    return np.take(_TO_CODE_8, sampled) if sampled.dtype == np.uint16 else sampled
+        step = 1 << int(np.floor(np.log2(stretch)))
+        blurred = _gaussian(jacobian / step)
+        return _Kernel(1.0 / step, (lambda source: blurred(_averaged(source, step))) if step > 1 else blurred)
+    factor = 4 if stretch <= 0.5 else 2
+    return _Kernel(factor, lambda source: _magnified(source, factor, clamp=stretch < MAGNIFYING))
 
 
 def _stretch(jacobian: Float) -> float:
@@ -79,13 +101,25 @@ def _span(low: float, high: float, margin: int, size: int, step: int) -> tuple[i
     return first, last
 
 
-def _sample(source: Array, at: SourceMap, origin: tuple[int, int], scale: float, flag: int) -> Array:
-    """cv2.remap, whose pictures and maps must stay below 32767 px: the caller's tiles do."""
-    u, v = at.planes(origin, scale)
+def _sample(image: Array, at: SourceMap, rows: slice, kernel: _Kernel, out: Array) -> None:
+    """Some rows of a map. cv2.remap's pictures and maps must stay below 32767 px: the caller's tiles do."""
+    base = (float(np.floor(at.low[0])), float(np.floor(at.low[1])))
+    planes = at.planes(base, kernel.scale, rows)
+    spans = []
+    for plane, first, size in zip(planes, base, image.shape[1::-1], strict=True):
+        low, high, _, _ = cv2.minMaxLoc(plane)
+        low, high = first + (low + 0.5) / kernel.scale, first + (high + 0.5) / kernel.scale
+        spans.append(_span(low, high, _MARGIN * kernel.step, size, kernel.step))
+        plane -= (spans[-1][0] - first) * kernel.scale
+    (c0, c1), (r0, r1) = spans
+    source = kernel.prepared(image[r0:r1, c0:c1])
     if source.shape[2] == 3:
         source = cv2.cvtColor(source, cv2.COLOR_RGB2RGBA)
-    sampled: Array = cv2.remap(source, u, v, flag, borderMode=cv2.BORDER_REPLICATE)
-    return sampled
+    if source.dtype == np.uint8:
+        cv2.remap(source, *planes, kernel.flag, dst=out, borderMode=cv2.BORDER_REPLICATE)
+        return
+    light = cv2.remap(source, *planes, kernel.flag, borderMode=cv2.BORDER_REPLICATE)
+    np.take(_TO_CODE_8, light, out=out)
 
 
 def _averaged(source: Array, step: int) -> Array:
@@ -99,24 +133,23 @@ def _averaged(source: Array, step: int) -> Array:
     return small
 
 
-def _prefiltered(source: Array, jacobian: Float) -> Array:
-    """`source` blurred by a Gaussian of covariance (J J^T - I)/4, where that is positive."""
+def _gaussian(jacobian: Float) -> Callable[[Array], Array]:
+    """The blur of pictures by a Gaussian of covariance (J J^T - I)/4, where that is positive."""
     values, axes = np.linalg.eigh(jacobian @ jacobian.T)
     values = np.maximum((values - 1.0) / 4.0, 0.0)
     if values[-1] <= _NARROW**2:
-        return source
+        return lambda source: source
     (a, b), (_, d) = (axes * values) @ axes.T
     if abs(b) <= max(_UPRIGHT, 0.2 * max(a, d)):  # the ellipse lies along rows and columns, or is a circle
         sigma = np.sqrt(np.maximum([a, d], 1e-4))
-        size = 2 * np.maximum(np.ceil(_REACH * sigma - 0.5).astype(int), 0) + 1
-        blurred: Array = cv2.GaussianBlur(source, (int(size[0]), int(size[1])), sigma[0], sigmaY=sigma[1])
-        return blurred
+        w, h = (2 * max(int(np.ceil(_REACH * s - 0.5)), 0) + 1 for s in sigma)
+        return lambda source: cv2.GaussianBlur(source, (w, h), sigma[0], sigmaY=sigma[1])
     reach = int(np.ceil(_REACH * np.sqrt(max(a, d)) - 0.5))
     x, y = np.meshgrid(np.arange(-reach, reach + 1), np.arange(-reach, reach + 1))
     inverse = np.linalg.inv(np.array([[a, b], [b, d]]) + 0.02 * np.eye(2))
     kernel = np.exp(-0.5 * (inverse[0, 0] * x * x + 2 * inverse[0, 1] * x * y + inverse[1, 1] * y * y))
-    blurred = cv2.filter2D(source, -1, kernel / kernel.sum())
-    return blurred
+    kernel /= kernel.sum()
+    return lambda source: cv2.filter2D(source, -1, kernel)
 
 
 def _magnified(source: Array, factor: int, clamp: bool) -> Array:
