@@ -60,6 +60,20 @@ class FoundOpening:
 
 
 @dataclass(frozen=True, eq=False)
+class FoundProtrusion:
+    """A protrusion found: ring (k, 3) m at its front; standard errors m of its borders and of the front."""
+
+    id: str
+    kind: str
+    ring: Float
+    sigma_border: float | None = None
+    sigma_front: float | None = None
+
+    def __post_init__(self) -> None:
+        freeze(self, ring=((None, 3), np.float64))
+
+
+@dataclass(frozen=True, eq=False)
 class FoundPose:
     """A pose estimated: name as in the truth, standard errors (3,) m of the place, (3,) rad, or None."""
 

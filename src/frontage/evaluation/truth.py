@@ -46,6 +46,19 @@ class TrueOpening:
 
 
 @dataclass(frozen=True, eq=False)
+class TrueProtrusion:
+    """Something before the wall: ring (k, 2) m (x, z) where it meets it, y m of its near and far end."""
+
+    id: str
+    kind: str
+    ring: Float
+    y: tuple[float, float]
+
+    def __post_init__(self) -> None:
+        freeze(self, ring=((None, 2), np.float64))
+
+
+@dataclass(frozen=True, eq=False)
 class TrueFacade:
     """A facade: frame with its origin on the main plane, outline (k, 2) m (x, z), its ortho-image's entry."""
 
@@ -56,6 +69,7 @@ class TrueFacade:
     openings: tuple[TrueOpening, ...]
     visible: Mapping[str, float]
     ortho: Mapping[str, Any] | None
+    protrusions: tuple[TrueProtrusion, ...] = ()
 
     def __post_init__(self) -> None:
         freeze(self, outline=((None, 2), np.float64))
@@ -153,7 +167,13 @@ def _facade(f: Mapping[str, Any], world: WorldRef) -> TrueFacade:
         tuple(_opening(o) for o in f["openings"]),
         f["visible"],
         f.get("ortho"),
+        tuple(_protrusion(p) for p in f.get("protrusions", ())),
     )
+
+
+def _protrusion(p: Mapping[str, Any]) -> TrueProtrusion:
+    near, far = (float(v) for v in p["y"])
+    return TrueProtrusion(p["id"], p["kind"], np.array(p["outline"]), (near, far))
 
 
 def _opening(o: Mapping[str, Any]) -> TrueOpening:

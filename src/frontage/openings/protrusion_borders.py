@@ -1,5 +1,6 @@
 """Where a protrusion ends: beams that its front stopped against beams that passed beside it."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -7,16 +8,19 @@ import numpy as np
 from frontage.geometry.arrays import Bool, Float
 from frontage.model.facade import Facade
 from frontage.model.scan import Scan
-from frontage.openings.protrusion_pieces import Box, Grain, Piece, within
+from frontage.openings.protrusion_grain import Grain
+from frontage.openings.protrusion_pieces import Box, Piece, slant, within
 
 _BAND = 0.1  # m to either side of a rough border that is searched
 _STEP = 0.001  # m, raster of the posterior
 _STRAY = 0.02  # share of the beams beyond a border that end on the front's plane all the same
 _NEXT = 2.5  # spacings within a border that tell how far apart rows of hits are
-_SHY = 0.15  # share of the side that is left out at either end: corners
+_SHY = 0.02  # share of the side that is left out at either end: corners
 _CROWN = 0.6  # m above the wall that a cornice may reach
 _AHEAD = 1.5  # m: further before the wall nothing belongs to it
 _HIDDEN = 1.5  # m beyond its last hit that a border is looked for behind what hides it
+_SEEN = 0.2  # of the beams due that show the wall beside a front
+_GUESS = 0.25  # of a cheek's width: error of one that is inferred from the other
 _RIM = 0.06  # m, depth of the rim that tells how far out a border stands
 _BEAM = 0.0045  # m: half the footprint of common scanners 10 m away
 
@@ -83,6 +87,7 @@ def outline_of(crossings: Crossings, before: Float, piece: Piece, grain: Grain) 
     A border parts the piece's own points, undersides and cheeks included, from the beams that passed beside
     it: where these crossed the plane, parallel to the wall, that lies as far out as the piece's rim there.
     """
+    grain = grain.near(piece.box)
     points, cheeks = before[piece.rows], {side: before[rows] for side, rows in piece.cheeks.items()}
     cache: dict[float, tuple[Float, Float]] = {}
     place, sigma, good = list(piece.box), [0.0] * 4, 0
@@ -97,6 +102,11 @@ def outline_of(crossings: Crossings, before: Float, piece: Piece, grain: Grain) 
         at, error, bracketed = _border(points, *cache[y], piece, side, y, grain)
         place[side], sigma[side] = at, error
         good += bracketed
+    for side in (0, 2):
+        if side not in cheeks and 2 - side in cheeks:
+            edge = before[piece.front_rows, 0]
+            wide = abs(place[2 - side] - float(edge.max() if side == 0 else edge.min()))
+            place[side], sigma[side] = _mirrored(crossings.q, place, sigma[side], side, wide, grain)
     hit = hit_share(crossings, piece.box, piece.y, grain)
     box = (place[0], place[1], place[2], place[3])
     return Outline(box, (sigma[0], sigma[1], sigma[2], sigma[3]), hit, good / 4)
@@ -110,18 +120,26 @@ def hit_share(crossings: Crossings, box: Box, y: float, grain: Grain) -> float:
 
 
 def _foot(cheek: Float, axis: int, grain: Grain) -> tuple[float, float]:
-    """Where a slanting cheek of points (k, 3) m meets the wall, m, and its standard error: a line fitted in
-    the plane across, Theil's slope over pairs from its near and its far half.
-    """
-    order = np.argsort(cheek[:, 1], kind="stable")
-    y, s = cheek[order, 1], cheek[order, 2 * axis]
-    half = len(y) // 2
-    slope = float(np.median((s[-half:] - s[:half]) / np.maximum(y[-half:] - y[:half], 1e-3)))
-    rest = s - slope * y
-    at = float(np.median(rest))
-    spread = 1.4826 * float(np.median(np.abs(rest - at)))
-    lever = abs(float(y.mean())) / max(float(y.std()), 1e-3)
+    """Where a slanting cheek of points (k, 3) m meets the wall, m, and its standard error."""
+    y = cheek[:, 1]
+    at, _, spread = slant(y, cheek[:, 2 * axis])
+    lever = abs(float(y.mean())) / max(float(y.std()), _STEP)
     return at, float(np.sqrt((1.0 + lever**2) * spread**2 / len(y) + _STEP**2 + (0.5 * grain.sigma) ** 2))
+
+
+def _mirrored(
+    q: Float, place: Sequence[float], sigma: float, side: int, wide: float, grain: Grain
+) -> tuple[float, float]:
+    """A left or right border m whose cheek was not seen, and its error: as `wide` as the other one, unless
+    points (n, 3) show the wall there. Bays are symmetric as a rule.
+    """
+    beyond = place[side] - wide if side == 0 else place[side] + wide
+    x0, x1 = sorted((place[side], beyond))
+    there = (q[:, 0] > x0) & (q[:, 0] < x1) & (q[:, 2] > place[1]) & (q[:, 2] < place[3])
+    wall = float((np.abs(q[there, 1]) <= grain.half).sum())
+    if wall > _SEEN * wide * (place[3] - place[1]) / grain.spacing**2:
+        return place[side], sigma
+    return beyond, float(np.hypot(sigma, _GUESS * wide))
 
 
 def _rim_depth(points: Float, piece: Piece, side: int) -> float:
@@ -144,7 +162,8 @@ def _border(
     """
     axis, band = side % 2, max(_BAND, 3.0 * grain.spacing)
     inner = min(band, 0.5 * (piece.box[axis + 2] - piece.box[axis]))
-    solid = _outwards(points[:, [0, 2]], piece.box, side, inner)
+    ahead = points[points[:, 1] <= y + max(grain.half, -y / 2.0)]  # bands run on along the wall behind it
+    solid = _outwards(ahead[:, [0, 2]], piece.box, side, inner)
     solid = solid[solid <= band]
     if len(solid) < 3:
         return piece.box[side], band / np.sqrt(3.0), False

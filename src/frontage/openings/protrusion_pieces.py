@@ -7,16 +7,10 @@ import numpy as np
 from scipy import ndimage
 
 from frontage.geometry.arrays import Array, Bool, Float, Int
+from frontage.openings.protrusion_grain import Grain
 
 Box = tuple[float, float, float, float]
 
-_GAP = 0.15  # m: railings leave no wider gaps between their bars, lest a child falls through
-_GAP_POINTS = 4.0  # spacings that points of one surface are apart at most
-_FINE = 0.03  # m, least cell in which area is counted
-_HALF = 2.5  # sigmas to either side that a flat front holds
-_FINEST = 0.004  # m, least of those sigmas: mouldings and paint
-_LONG, _ROWS = 0.5, 3.0  # m, least length of a front; its least height in rows of beams
-_LEAST_HEIGHT = 0.04  # m
 _CONTRAST = 2.0  # times the area of the slabs beside it: a front is a surface, foliage fills a volume
 _TAIL = 0.1  # of the fullest line of cells: thinner tails are not the front's
 _FRONTS = 12  # flat fronts of one connected piece, at most
@@ -41,40 +35,13 @@ class Piece:
     inclined: bool = False
 
 
-@dataclass(frozen=True)
-class Grain:
-    """What the scan resolves: spacing m on the wall, sigma m of its surface; `half` m, half a thin front."""
-
-    spacing: float
-    sigma: float
-
-    @property
-    def half(self) -> float:
-        """m to either side of a flat front that its points lie."""
-        return _HALF * max(self.sigma, _FINEST)
-
-    @property
-    def gap(self) -> float:
-        """m within which points hang together."""
-        return max(_GAP, _GAP_POINTS * self.spacing)
-
-    @property
-    def cell(self) -> float:
-        """m, side of the cells that area is counted in."""
-        return max(2.0 * self.spacing, _FINE)
-
-    @property
-    def least(self) -> tuple[float, float]:
-        """m, least length and height of a front: ten points along, three rows of beams across."""
-        return max(_LONG, 10.0 * self.spacing), max(_LEAST_HEIGHT, _ROWS * self.spacing)
-
-
 def find_pieces(q: Float, grain: Grain) -> list[Piece]:
     """Pieces among points (n, 3) m that lie before a wall y = 0, largest fronts of a connected part first."""
     found: list[Piece] = []
     for rows in _connected(q, grain.gap, 3):
-        if np.ptp(q[rows][:, [0, 2]], axis=0).max() >= grain.least[0]:
-            found += _cut(q, rows, grain)
+        (x0, _, z0), (x1, _, z1) = q[rows].min(0), q[rows].max(0)
+        if max(x1 - x0, z1 - z0) >= grain.least[0]:
+            found += _cut(q, rows, grain.near((float(x0), float(z0), float(x1), float(z1))))
     return found
 
 
@@ -180,12 +147,34 @@ def _widened(q: Float, piece: Piece, rows: Int, free: Bool, grain: Grain) -> tup
         beyond = p[:, axis] < box[side] if side < 2 else p[:, axis] > box[side]
         own = near & beyond & (p[:, other] >= lo - grain.cell) & (p[:, other] <= hi + grain.cell)
         long = occupied(p[own, other], grain.gap) * grain.gap >= _ALONG * (hi - lo)
-        if long and np.ptp(p[own, 1]) >= _ALONG * -piece.y:
+        if long and _is_cheek(p[own, 1], p[own, axis], piece, piece.box[side], grain):
             box[side] = float(np.quantile(p[own, axis], 0.01 if side < 2 else 0.99))
             cheeks[side] = rows[own]
             taken |= own
     own_rows = np.concatenate([piece.rows, *cheeks.values()])
     return replace(piece, rows=own_rows, box=(box[0], box[1], box[2], box[3]), cheeks=cheeks), taken
+
+
+def _is_cheek(y: Float, s: Float, piece: Piece, edge: float, grain: Grain) -> bool:
+    """Whether points (k,) at depths y m, places s m across, are a plane from the front's edge to the wall."""
+    if len(y) < 10 or np.ptp(y) < _ALONG * -piece.y:
+        return False
+    at, slope, spread = slant(y, s)
+    return spread <= grain.half and abs(at + slope * piece.y - edge) <= grain.gap
+
+
+def slant(y: Float, s: Float) -> tuple[float, float, float]:
+    """The line s = at + slope y through places (k,), k > 1, and the spread about it, m.
+
+    Theil's slope over pairs of the near and the far half.
+    """
+    order = np.argsort(y, kind="stable")
+    y, s = y[order], s[order]
+    half = max(len(y) // 2, 1)
+    slope = float(np.median((s[-half:] - s[:half]) / np.maximum(y[-half:] - y[:half], 1e-3)))
+    rest = s - slope * y
+    at = float(np.median(rest))
+    return at, slope, 1.4826 * float(np.median(np.abs(rest - at)))
 
 
 def _inclined(q: Float, rows: Int, grain: Grain) -> list[Piece]:

@@ -12,8 +12,9 @@ from frontage.model.facade import Facade
 from frontage.model.opening import Opening, Protrusion
 from frontage.model.scan import Scan
 from frontage.openings.protrusion_borders import Crossings, Outline, outline_of
+from frontage.openings.protrusion_grain import Grain
 from frontage.openings.protrusion_kinds import Look, kind_of_protrusion
-from frontage.openings.protrusion_pieces import Box, Grain, Piece, find_pieces, occupied
+from frontage.openings.protrusion_pieces import Box, Piece, find_pieces, occupied
 
 _LEAST = 0.08  # m before the wall from which points may belong to a protrusion
 _OUT = 0.1  # m that a front stands out at least
@@ -26,8 +27,10 @@ _LOW = 2.0  # times its height that a tier or a step is wide
 _REACH = 1.5  # m before the wall that belongs to it
 _SLOPE = 1.5  # m that the ground rises along a facade at most
 _UNDER = 0.5  # m beside a protrusion where the lowest point tells the ground
+_LEVEL = 0.6  # share of the longer one's side that parts of one piece have in common
+_PASSING = 0.1  # share of the beams that show a gap between them to be one
 _FULL = 0.6  # of the beams that the fullest row of a front stopped
-_COMMON = 0.5  # of the wall's noise that all points of a front share
+_COMMON = 0.3  # m within which the points of a front err together
 
 
 def find_protrusions(
@@ -38,9 +41,9 @@ def find_protrusions(
     `openings` help to tell sills and slabs; `ground` z m of the ground (docs/openings.md).
     """
     crossings = _unbent(facade, Crossings.of(facade, scan))
-    grain = Grain(facade.spacing, facade.roughness)
-    least = max(3.0 * facade.roughness, _LEAST)
-    before = crossings.q[crossings.q[:, 1] < -least]
+    q, least = crossings.q, 3.0 * facade.roughness
+    grain = Grain.of(q[np.abs(q[:, 1]) < least][:, [0, 2]], facade.spacing, facade.roughness)
+    before = q[(q[:, 1] < -max(least, _LEAST)) & (q[:, 1] > -_REACH)]
     found: list[Protrusion] = []
     pieces = _merged(find_pieces(before, grain), grain)
     for piece in _bridged(pieces, crossings, grain):
@@ -51,7 +54,7 @@ def find_protrusions(
             continue
         outline = outline_of(crossings, before, piece, grain)
         if min(outline.box[2] - outline.box[0], outline.box[3] - outline.box[1]) > 0:
-            found.append(_protrusion(facade, before, piece, outline, foot, openings))
+            found.append(_protrusion(facade, before, piece, outline, grain, foot, openings))
     return numbered(facade.id, found)
 
 
@@ -121,18 +124,26 @@ def _bridged(pieces: list[Piece], crossings: Crossings, grain: Grain) -> list[Pi
     return out
 
 
-def _goes_on(left: Piece, right: Piece, crossings: Crossings, grain: Grain) -> bool:
-    """Whether two pieces, the first further left, are one that something hides in the middle."""
-    a, b = left.box, right.box
-    shared = min(a[3], b[3]) - max(a[1], b[1])
-    level = shared > 0.6 * max(a[3] - a[1], b[3] - b[1])
-    if not level or abs(left.y - right.y) > 2.0 * grain.half or b[0] <= a[2]:
+def _goes_on(one: Piece, other: Piece, crossings: Crossings, grain: Grain) -> bool:
+    """Whether two pieces beside or above each other are one that something hides in the middle."""
+    if abs(one.y - other.y) > 2.0 * grain.half:
         return False
-    gap = (a[2] + grain.spacing, max(a[1], b[1]), b[0] - grain.spacing, min(a[3], b[3]))
-    _, depth = crossings.at(max(left.y, right.y), gap, 0.0)
-    _, seen = crossings.at(max(left.y, right.y), (a[0], gap[1], a[2], gap[3]), 0.0)
-    passed = float((depth > max(left.y, right.y) + grain.half).sum()) / max(gap[2] - gap[0], grain.spacing)
-    return passed < 0.1 * len(seen) / (a[2] - a[0])
+    y = max(one.y, other.y)
+    for axis in (0, 1):
+        a, b = sorted((one.box, other.box), key=lambda box: box[axis])
+        across = 1 - axis
+        low, high = max(a[across], b[across]), min(a[across + 2], b[across + 2])
+        level = high - low > _LEVEL * max(a[across + 2] - a[across], b[across + 2] - b[across])
+        start, end = a[axis + 2] + grain.spacing, b[axis] - grain.spacing
+        if not level or end <= start:
+            continue
+        gap = (start, low, end, high) if axis == 0 else (low, start, high, end)
+        _, between = crossings.at(y, gap, 0.0)
+        _, seen = crossings.at(y, a, 0.0)
+        due = len(seen) * (end - start) / (a[axis + 2] - a[axis])
+        if (between > y + grain.half).sum() < _PASSING * due:
+            return True
+    return False
 
 
 def _part_of(piece: Piece, host: Piece, grain: Grain) -> bool:
@@ -184,7 +195,9 @@ def _front(facade: Facade, front: Float, piece: Piece, grain: Grain) -> Estimate
     full = front[(number >= _FULL * number.max())[row], 1] if len(row) else front[:, 1]
     at = piece.y if piece.inclined or len(full) < 3 else float(full.mean())
     spread = float(full.std()) if len(full) > 2 else facade.roughness
-    variance = spread**2 / max(len(full), 1) + (_COMMON * facade.roughness) ** 2 + facade.sigma_plane**2
+    (x0, z0, x1, z1) = piece.box
+    patches = min(max((x1 - x0) * (z1 - z0) / _COMMON**2, 1.0), max(len(full), 1))
+    variance = max(spread, facade.roughness) ** 2 / patches + facade.sigma_plane**2
     return Estimate(at, np.array([[variance]]), float(max(len(full) - 1, 1)))
 
 
@@ -193,11 +206,12 @@ def _protrusion(
     before: Float,
     piece: Piece,
     outline: Outline,
+    grain: Grain,
     ground: float,
     openings: Sequence[Opening],
 ) -> Protrusion:
     """The noun of a piece."""
-    front = _front(facade, before[piece.front_rows], piece, Grain(facade.spacing, facade.roughness))
+    front = _front(facade, before[piece.front_rows], piece, grain.near(piece.box))
     look = Look(outline.box, -front.value, outline.hit, piece.inclined)
     return Protrusion(
         "",
