@@ -1,19 +1,22 @@
 """A building from its facades: coarse solid, reliefs, fine solid, what hangs on it (paper B, section 3.2)."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
+import shapely
 from shapely.geometry import Polygon
+from shapely.geometry.base import BaseGeometry
 
 from frontage.geometry.rigid import Rigid3
-from frontage.model import Building, Elements, Facade, Failed, Protrusion, WorldRef
+from frontage.model import Building, Elements, Facade, Failed, Protrusion, Solid, WorldRef
 from frontage.model.citymodel import Shell
 from frontage.solids.build import build_solid
 from frontage.solids.elements import FacadeParts, facade_parts
-from frontage.solids.hosts import Coarse, coarse_solids, part_of
+from frontage.solids.host import Host
+from frontage.solids.hosts import Coarse, coarse_solids
 from frontage.solids.installations import Installation, installation
-from frontage.solids.relief import BuildOptions, Built, Relief
+from frontage.solids.relief import GRID, BuildOptions, Built, FacadeReliefs, Relief
 from frontage.solids.validate import validate
 from frontage.solids.walls import find_walls
 
@@ -56,10 +59,10 @@ def assemble(
     if isinstance(coarse, Failed):
         return coarse
     parts = [facade_parts(f, e, options.chord_error) for f, e in fronts]
-    home = [part_of(coarse.hosts, f, options) for f, _ in fronts]
+    shared = [_shared(p.reliefs, coarse.hosts, options) for p in parts]
     built, fine, failed = [], [], list[Failed]()
     for number, host in enumerate(coarse.hosts):
-        own = [p.reliefs for p, h in zip(parts, home, strict=True) if (h or 0) == number]
+        own = [s[number] for s in shared]
         made = build_solid(host.solid, own, options)
         good = made if isinstance(made, Built) else Built(host.solid, host.solid, failed=(made,))
         if trouble := _findings(building.id, good):
@@ -68,8 +71,8 @@ def assemble(
         fine.append(any(f.opening for f in good.solid.faces))
         failed += good.failed
     hung = [
-        _hung(p, part, built[h or 0], world, options)
-        for part, h in zip(parts, home, strict=True)
+        _hung(p, part, [b.host for b in built], world, options)
+        for part in parts
         for p in (part.attached if options.depth else ())
     ]
     failed += [i for i in hung if isinstance(i, Failed)]
@@ -97,20 +100,49 @@ def _findings(building: str, built: Built) -> Failed | None:
     return Failed("S320", text, "please report this case")
 
 
+def _shared(facade: FacadeReliefs, hosts: Sequence[Host], options: BuildOptions) -> list[FacadeReliefs]:
+    """A facade's reliefs by host: each goes where the host's walls cover most of it."""
+    if len(hosts) == 1:
+        return [facade]
+    walls = [_seen(facade, h.solid, options) for h in hosts]
+    whole = max(range(len(hosts)), key=lambda k: walls[k].area)
+    chosen: list[list[Relief]] = [[] for _ in hosts]
+    for relief in facade.reliefs:
+        ring = shapely.make_valid(Polygon(relief.ring))
+        share = [float(w.intersection(ring).area) for w in walls]
+        chosen[int(np.argmax(share)) if max(share) > 0 else whole].append(relief)
+    return [replace(facade, reliefs=tuple(own)) for own in chosen]
+
+
+def _seen(facade: FacadeReliefs, solid: Solid, options: BuildOptions) -> BaseGeometry:
+    """The walls of a solid that a facade was measured on, in its frame (x, z) m."""
+    back = facade.local_from_facade.inverse
+    rings = [
+        back.apply(solid.vertices[list(solid.faces[k].ring)] / GRID)[:, [0, 2]]
+        for w in find_walls(solid, facade, options)
+        for k in w.faces
+    ]
+    return shapely.union_all([shapely.make_valid(Polygon(r)) for r in rings])
+
+
 def _hung(
-    protrusion: Protrusion, part: FacadeParts, built: Built, world: WorldRef, options: BuildOptions
+    protrusion: Protrusion,
+    part: FacadeParts,
+    hosts: Sequence[Solid],
+    world: WorldRef,
+    options: BuildOptions,
 ) -> Installation | Failed:
     """An installation in front of the host's wall, or of the body that it hangs on."""
     facade, ring = part.reliefs, protrusion.ring
     flat = np.insert(ring, 1, 0.0, axis=1)
     place, best = facade.local_from_facade, 0.0
-    for wall in find_walls(built.host, facade, options):
+    for wall in (w for host in hosts for w in find_walls(host, facade, options)):
         motion = wall.local_from_wall.inverse @ facade.local_from_facade
-        seen = Polygon(motion.apply(flat)[:, [0, 2]]).buffer(0)
-        share = sum(float(p.intersection(seen).area) for p in wall.polygons)
+        seen = motion.apply(flat)[:, [0, 2]]
+        area = shapely.make_valid(Polygon(seen * GRID))
+        share = sum(float(p.intersection(area).area) for p in wall.polygons)
         if share > best:
-            place, best = wall.local_from_wall, share
-            ring = motion.apply(flat)[:, [0, 2]]
+            place, best, ring = wall.local_from_wall, share, seen
     place = Rigid3(place.to, "wall", place.R, place.t)
     return installation(protrusion, facade.id, place, ring, _under(protrusion, facade.reliefs), world)
 
