@@ -66,7 +66,9 @@ def find_building(asked: str, known: Mapping[str, Iterable[str]]) -> str:
     if len(meant) == 1:
         return meant[0]
     if meant:
-        raise InputError(f'"{asked}" may mean {len(meant)} buildings: {_listed(meant, known)}; give the id')
+        raise InputError(
+            f'"{asked}" may mean {len(meant)} buildings: {_listed(meant, known)}; say more, or give the id'
+        )
     raise InputError(_nothing(asked, known))
 
 

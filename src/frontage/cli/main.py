@@ -26,6 +26,7 @@ COMMANDS = {
     "openings": "Find the windows, doors and protrusions of a run folder's facades again.",
     "export": "Write the textured model (GLB, OBJ) of a run folder again.",
     "report": "Write report.html of a run folder again.",
+    "locate": "Where an opening is: by address, floor and number, or by its id.",
     "pixel-to-world": "World position of an ortho-image pixel.",
     "world-to-pixel": "Ortho-image pixel of a world position.",
     "validate": "Check solids against ISO 19107, with val3dity's error codes.",

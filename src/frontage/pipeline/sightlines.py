@@ -14,6 +14,7 @@ _SAMPLES = 24  # per side of the opening's box
 _LEAST = 0.5  # share of an opening that a photo must show
 _BEFORE = 0.2  # m before the wall: what stands nearer is the facade's own relief
 _PIXELS = 160.0  # of the mask of what hides the opening, along its longer side
+_FEW = 3  # points of a cell that make a surface
 _SPLAT = 0.75  # spacings: discs of this radius leave no gap on a surface
 
 
@@ -60,11 +61,14 @@ def _samples(ring: Float, wall_y: float) -> Float:
 
 
 def _before(facade: Facade, cloud: Float, wall_y: float) -> tuple[Float, Float]:
-    """Points (m, 3) local that stand before the wall, and the spacing (m,) m of their surfaces."""
-    spacing, _ = local_spacing(cloud)
+    """Points (m, 3) local that stand before the wall, and the spacing (m,) m of their surfaces.
+
+    Single points are noise, and at the edge of a surface too few share a cell to tell its spacing.
+    """
+    spacing, count = local_spacing(cloud)
     y = (cloud - facade.frame.t) @ facade.frame.R[:, 1]
-    front = y < wall_y - _BEFORE
-    return cloud[front], spacing[front]
+    front = (y < wall_y - _BEFORE) & (count >= _FEW)
+    return cloud[front], np.minimum(spacing, 2.0 * np.median(spacing) if len(spacing) else 0.0)[front]
 
 
 def _view(

@@ -19,13 +19,16 @@ written after the last of them, so a run that was killed at any point goes on wh
 
 import shutil
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from frontage.errors import InputError, WorkspaceError
 from frontage.model import Facade
 from frontage.pipeline.files import read_json, write_json
 from frontage.pipeline.pixels import FacadePixels
 from frontage.pipeline.records import load_facade
+
+if TYPE_CHECKING:
+    from frontage.pipeline.located import Located
 
 
 class Workspace:
@@ -136,6 +139,23 @@ class Workspace:
     def facade(self, facade: str) -> FacadePixels:
         """Pixel <-> world of a facade ("B07/F1" or "B07_F1"). Raises InputError for an unknown name."""
         return FacadePixels(self._known_facade(facade))
+
+    def locate(
+        self,
+        address: str,
+        *,
+        floor: int | None = None,
+        window: int | None = None,
+        door: int | None = None,
+        facade: str | None = None,
+    ) -> "Located":
+        """Where an opening is: `locate("13 rue Soufflot", floor=3, window=2)`, or by its id alone.
+
+        See `frontage.pipeline.locate.locate`. Raises InputError with one sentence when there is none.
+        """
+        from frontage.pipeline.locate import locate
+
+        return locate(self, address, floor=floor, window=window, door=door, facade=facade)
 
     def remove_building(self, building: str) -> None:
         """Remove the files of a building that the latest split does not know any more."""

@@ -1,0 +1,126 @@
+"""Which opening is meant: "the second window of the third floor of 13 rue Soufflot" (paper A)."""
+
+import re
+from typing import TYPE_CHECKING
+
+from frontage.errors import InputError, WorkspaceError
+from frontage.model import Elements, Opening
+from frontage.pipeline.addressbook import building_at
+from frontage.pipeline.elements import load_elements
+from frontage.pipeline.located import Located, Place, answer, number_of
+from frontage.pipeline.project import Project
+
+if TYPE_CHECKING:
+    from frontage.pipeline.workspace import Workspace
+
+_ID = re.compile(r"(?P<facade>[^/]+[/_]F\d+)/(?P<name>[A-Z]-?\d+-\d+)", re.IGNORECASE)
+_DOORS = ("door", "garage", "passage")
+
+
+def locate(
+    workspace: "Workspace",
+    address: str,
+    *,
+    floor: int | None = None,
+    window: int | None = None,
+    door: int | None = None,
+    facade: str | None = None,
+) -> Located:
+    """Answer for an opening by its building's address or id, floor and number, or by its own id alone.
+
+    Numbers count all openings of the floor from the left as seen from the street, as ids do; `window` takes
+    the opening of that number whatever it is, `door` a door, gate or passage. Without `facade` ("F2") it is
+    the street facade: the first, which shows the most wall.
+
+    Raises InputError with one sentence: what was not found, and what there is.
+    """
+    found = _ID.fullmatch(address.strip())
+    if found:
+        if (floor, window, door, facade) != (None, None, None, None):
+            raise InputError(
+                f"{address} is an opening's id: give it alone, or an address with --floor and --window"
+            )
+        name, chosen = _facade_named(workspace, found["facade"]), "named by the id"
+        place = Place(name.rsplit("/", 1)[0], None, name, chosen)
+        elements = _elements(workspace, name)
+        opening = _by_name(elements, f"{name}/{found['name']}")
+    else:
+        if floor is None or (window is None) == (door is None):
+            raise InputError(
+                "give --floor and one of --window and --door, or an opening's id such as B01/F1/W3-2"
+            )
+        place = _place(workspace, address, facade)
+        elements = _elements(workspace, place.facade)
+        opening = _by_number(elements, floor, window, door)
+    return answer(workspace, place, elements, opening)
+
+
+def _place(workspace: "Workspace", asked: str, facade: str | None) -> Place:
+    names = workspace.facade_ids()
+    by_id = {n.casefold(): n for n in names}.get(asked.strip().replace("_", "/").casefold())
+    if by_id and facade is None:
+        return Place(by_id.rsplit("/", 1)[0], None, by_id, "asked for")
+    project = Project.model_validate(workspace.manifest()["project"])
+    building = building_at(workspace, asked, project.addresses)
+    own = [n for n in names if n.rsplit("/", 1)[0] == building]
+    if not own:
+        raise InputError(f"{building} has no facade in {workspace.out}; its warnings in the report say why")
+    address = asked if asked.strip().casefold() != building.casefold() else None
+    if facade is None:
+        others = f" ({len(own) - 1} more: {', '.join(own[1:])})" if len(own) > 1 else ""
+        return Place(building, address, own[0], f"the street facade, which shows the most wall{others}")
+    wanted = facade.replace("_", "/").casefold()
+    for name in own:
+        if wanted in (name.casefold(), name.rsplit("/", 1)[1].casefold()):
+            return Place(building, address, name, "asked for")
+    raise InputError(f"{building} has no facade {facade}; it has {', '.join(own)}")
+
+
+def _facade_named(workspace: "Workspace", name: str) -> str:
+    wanted = name.replace("_", "/").casefold()
+    names = workspace.facade_ids()
+    for known in names:
+        if known.casefold() == wanted:
+            return known
+    raise InputError(f"no facade {name} in {workspace.out}; known: {', '.join(names[:12]) or 'none yet'}")
+
+
+def _elements(workspace: "Workspace", name: str) -> Elements:
+    folder = workspace.facade_folder(name)
+    if not (folder / "openings.json").is_file():
+        raise WorkspaceError(
+            f"{folder} has no openings.json; make it with `frontage openings {workspace.out}`"
+        )
+    return load_elements(folder, name)
+
+
+def _by_name(elements: Elements, id: str) -> Opening:
+    for opening in elements.openings:
+        if opening.id.casefold() == id.casefold():
+            return opening
+    floor = int(re.split(r"(?<=\d)-", id.rsplit("/", 1)[1][1:])[0])
+    raise InputError(f"no opening {id}; {_there(elements, floor)}")
+
+
+def _by_number(elements: Elements, floor: int, window: int | None, door: int | None) -> Opening:
+    number = window if door is None else door
+    for opening in elements.openings:
+        if (
+            opening.floor == floor
+            and number_of(opening) == number
+            and (door is None or opening.kind in _DOORS)
+        ):
+            return opening
+    what = "opening" if door is None else "door"
+    raise InputError(f"{elements.facade} has no {what} {number} on floor {floor}; {_there(elements, floor)}")
+
+
+def _there(elements: Elements, floor: int) -> str:
+    """What can be asked for instead."""
+    names = [o.id.rsplit("/", 1)[1] for o in elements.openings if o.floor == floor]
+    if names:
+        return f"there, from the left: {', '.join(names)}"
+    floors = sorted({o.floor for o in elements.openings})
+    return (
+        f"openings were found on floors {', '.join(map(str, floors))}" if floors else "none was found on it"
+    )

@@ -1,0 +1,204 @@
+"""The answer about an opening: where it is in the world, how large, how sure, and which photos show it."""
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from frontage.errors import FrontageError
+from frontage.geometry.arrays import Float
+from frontage.geometry.ring import box_sigmas
+from frontage.io.photos import read_photos
+from frontage.io.store import load_scan
+from frontage.model import Elements, Facade, Opening, Photo
+from frontage.pipeline.pixels import FacadePixels
+from frontage.pipeline.project import Project
+from frontage.pipeline.records import world_from_record
+from frontage.pipeline.sightlines import PhotoView, photo_views
+
+if TYPE_CHECKING:
+    from frontage.pipeline.workspace import Workspace
+
+Point = tuple[float, float, float]
+_SIDES = ("left", "bottom", "right", "top")
+
+
+@dataclass(frozen=True)
+class Place:
+    """A facade, the building it belongs to, what that was asked for as, and why it is this facade."""
+
+    building: str
+    address: str | None
+    facade: str
+    chosen: str
+
+
+@dataclass(frozen=True)
+class Located:
+    """An opening in the world: positions in m in `crs`, corners from the lower left, seen counter-clockwise.
+
+    id, kind, shape     "B02/F1/W3-2", "window", "rectangle"
+    building, address   its building, and the address that was asked for
+    facade              its facade; `chosen` says why this one
+    floor, number, bay  the ground floor is 0; from the left on its floor; column over all floors
+    outline, corners    on the wall; `outline_inside`, `corners_inside` at its depth, None = not measured
+    center              of the box of its outline, on the wall
+    width, height, area m, m, m2; depth m behind the wall, None = not measured
+    sigma               standard errors m: left, right, bottom, top, width, height, depth, plane (of the wall
+                        along its normal); None = not known
+    pixels              (column0, row0, column1, row1) of its box in the ortho-image; None = there is none
+    photos              those that show at least half of it, finest pixels first; `tested` says how
+    """
+
+    id: str
+    kind: str
+    shape: str
+    building: str
+    address: str | None
+    facade: str
+    chosen: str
+    floor: int
+    number: int
+    bay: int
+    crs: str | None
+    outline: tuple[Point, ...]
+    outline_inside: tuple[Point, ...] | None
+    corners: tuple[Point, ...]
+    corners_inside: tuple[Point, ...] | None
+    center: Point
+    width: float
+    height: float
+    area: float
+    depth: float | None
+    sigma: dict[str, float | None]
+    provenance: str
+    confidence: float
+    pixels: tuple[float, float, float, float] | None
+    photos: tuple[PhotoView, ...]
+    tested: str
+    notes: tuple[str, ...] = ()
+
+
+def answer(workspace: "Workspace", place: Place, elements: Elements, o: Opening) -> Located:
+    """Measure an opening of a facade's elements."""
+    facade = workspace.load_facade(place.facade)
+    wall_y = _wall_y(elements, o)
+    box = _box(o.ring)
+    depth = None if o.depth is None else float(o.depth.value)
+    inside = None if depth is None else wall_y + depth
+    photos, unread = _photos(workspace)
+    cloud, tested = _cloud(workspace) if photos else (None, "")
+    width, height = (float(v) for v in box[2] - box[0])
+    return Located(
+        id=o.id,
+        kind=o.kind,
+        shape=o.shape,
+        building=place.building,
+        address=place.address,
+        facade=place.facade,
+        chosen=place.chosen,
+        floor=o.floor,
+        number=number_of(o),
+        bay=o.bay,
+        crs=facade.world.crs,
+        outline=_world(facade, o.ring, wall_y),
+        outline_inside=None if inside is None else _world(facade, o.ring, inside),
+        corners=_world(facade, box, wall_y),
+        corners_inside=None if inside is None else _world(facade, box, inside),
+        center=_world(facade, box.mean(0, keepdims=True), wall_y)[0],
+        width=width,
+        height=height,
+        area=_area(o.ring),
+        depth=depth,
+        sigma=_sigmas(o, facade),
+        provenance=str(o.provenance),
+        confidence=float(o.confidence),
+        pixels=_pixels(workspace, facade, box, wall_y),
+        photos=photo_views(facade, o.ring, wall_y, photos, cloud),
+        tested=tested,
+        notes=tuple(note for note in (_inferred(o), unread) if note),
+    )
+
+
+def number_of(opening: Opening) -> int:
+    """From the left on its floor: the last number of its id."""
+    return int(opening.id.rsplit("-", 1)[1])
+
+
+def _wall_y(elements: Elements, o: Opening) -> float:
+    """y (m) of the wall that the opening is in: the front of the oriel that carries it, else the plane."""
+    fronts = {p.id: float(p.front.value) for p in elements.protrusions}
+    return fronts.get(o.on, 0.0)
+
+
+def _box(ring: Float) -> Float:
+    """Corners (4, 2) of a ring's bounding box from the lower left, counter-clockwise."""
+    (x0, z0), (x1, z1) = ring.min(0), ring.max(0)
+    return np.array([[x0, z0], [x1, z0], [x1, z1], [x0, z1]])
+
+
+def _area(ring: Float) -> float:
+    x, z = ring.T
+    return float(abs(x @ np.roll(z, -1) - z @ np.roll(x, -1)) / 2)
+
+
+def _world(facade: Facade, ring: Float, y: float) -> tuple[Point, ...]:
+    """A ring (k, 2) m at depth y m in world coordinates, to a tenth of a millimetre."""
+    xyz = np.column_stack([ring[:, 0], np.full(len(ring), y), ring[:, 1]])
+    rows = np.round(facade.world.to_world(facade.frame.apply(xyz)), 4)
+    return tuple((float(a), float(b), float(c)) for a, b, c in rows)
+
+
+def _sigmas(o: Opening, facade: Facade) -> dict[str, float | None]:
+    """Of the borders, of width and height (borders that go together count as such), depth, and the wall."""
+    found = dict(zip(_SIDES, box_sigmas(o.ring, o.ring_covariance), strict=True))
+    found |= {"width": _sigma_of_span(o, 0), "height": _sigma_of_span(o, 1)}
+    found |= {"depth": np.inf if o.depth is None else o.depth.sigma[0], "plane": facade.sigma_plane}
+    return {name: float(sigma) if np.isfinite(sigma) else None for name, sigma in found.items()}
+
+
+def _sigma_of_span(o: Opening, axis: int) -> float:
+    """sqrt(g C g) for g = mean of the corners on the one border minus that on the other."""
+    value = o.ring[:, axis]
+    gradient = np.zeros_like(o.ring)
+    for sign, extreme in ((1.0, value.max()), (-1.0, value.min())):
+        on = np.abs(value - extreme) < 1e-6
+        gradient[on, axis] = sign / on.sum()
+    g = gradient.ravel()
+    return float(np.sqrt(g @ o.ring_covariance @ g))
+
+
+def _pixels(
+    workspace: "Workspace", facade: Facade, box: Float, y: float
+) -> tuple[float, float, float, float] | None:
+    """The box in the ortho-image: column and row of its upper left and its lower right corner."""
+    folder = workspace.facade_folder(facade.id)
+    if not (folder / "ortho.json").is_file():
+        return None
+    at, _ = FacadePixels(folder).pixels_from_world(np.array(_world(facade, box[[3, 1]], y)))
+    (c0, r0), (c1, r1) = np.round(at, 2).tolist()
+    return c0, r0, c1, r1
+
+
+def _photos(workspace: "Workspace") -> tuple[tuple[Photo, ...], str]:
+    """The photos of the run, and what to note where they cannot be read."""
+    manifest = workspace.manifest()
+    project = Project.model_validate(manifest["project"])
+    if project.photos is None:
+        return (), ""
+    try:
+        return read_photos(project.photos, world_from_record(manifest["world"])).photos, ""
+    except FrontageError as error:
+        return (), f"the photos could not be asked: {error}"
+
+
+def _cloud(workspace: "Workspace") -> tuple[Float | None, str]:
+    """Everything that was scanned, thinned (n, 3) m local, and what is tested with it."""
+    seen = "before the wall, at least half inside the frame"
+    if not workspace.surroundings_path.is_file():
+        return None, f"{seen}; what may hide it was not tested"
+    return load_scan(workspace.surroundings_path).xyz, f"{seen}, at least half not hidden by what was scanned"
+
+
+def _inferred(o: Opening) -> str:
+    return "it was not seen: its neighbours tell of it" if str(o.provenance) == "inferred" else ""
