@@ -18,6 +18,7 @@ BODIES = frozenset({"oriel", "bay", "risalit", "pilaster", "plinth", "niche", "l
 DOORS = frozenset({"door", "garage", "passage"})
 """Kinds of opening that people or vehicles go through: Door; every other kind is a Window."""
 
+_YIELDING = ("plinth", "pilaster")  # bodies that go round openings; the others hide what is behind them
 _MOST = 0.5  # share of an opening that lies on a body
 
 
@@ -33,8 +34,8 @@ def facade_parts(facade: Facade, elements: Elements, chord_error: float) -> Faca
     """Openings become recesses at their measured depth, flush faces where none was measured.
 
     A protrusion of one of the `BODIES`, and whatever is set back as a whole, is a relief with the openings
-    that lie on it inside; depths count from the surface that an opening stands in. A body that an opening of
-    another surface reaches into (a plinth at a door) goes round it. All other protrusions are `attached`.
+    that lie on it inside; depths count from the surface that an opening stands in. A plinth or pilaster goes
+    round the openings that reach into it. All other protrusions are `attached`.
     Rings lose the vertices that a chord within `chord_error` (m) of them replaces.
     """
     bodies = sorted((p for p in elements.protrusions if is_body(p)), key=lambda p: -_area(p).area)
@@ -94,8 +95,13 @@ def _homes(
 
 
 def _around(body: Protrusion, openings: Sequence[Opening]) -> list[tuple[str, Float]]:
-    """The ring of a body without the openings that stand in what is around it: its pieces, largest first."""
+    """The ring of a plinth or pilaster without the openings beside it, any other body's ring as it is.
+
+    Its pieces, largest first, with their names.
+    """
     ring = _area(body)
+    if body.kind not in _YIELDING:
+        return [(body.id, body.ring)]
     cut = [a for o in openings if (a := _area(o)).intersects(ring) and not a.contains(ring)]
     if not cut or not ring.intersects(shapely.union_all(cut)):
         return [(body.id, body.ring)]
