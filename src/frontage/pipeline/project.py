@@ -21,6 +21,7 @@ from frontage.openings.options import OpeningOptions
 from frontage.ortho import OrthoOptions
 from frontage.pipeline.addressbook import AddressBook
 from frontage.registration import RegistrationOptions
+from frontage.solids import BuildOptions
 
 _FORBID = ConfigDict(extra="forbid", frozen=True)
 
@@ -59,6 +60,7 @@ class Project(BaseModel):
     facades: FacadeOptions = Field(default_factory=FacadeOptions)
     ortho: OrthoOptions = Field(default_factory=OrthoOptions)
     openings: OpeningOptions = Field(default_factory=OpeningOptions)
+    solids: BuildOptions = Field(default_factory=BuildOptions)
     addresses: AddressBook = ()
 
     @model_validator(mode="after")

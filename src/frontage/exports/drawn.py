@@ -1,0 +1,96 @@
+"""Solids as triangles with what they show: the same for the textured model and for its picture."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import shapely
+
+from frontage.geometry.arrays import Array, Float, Int
+from frontage.model import Face, Solid
+from frontage.solids import Assembled
+from frontage.solids.relief import GRID
+from frontage.solids.rims import normal
+
+KINDS = ("WallSurface", "RoofSurface", "GroundSurface", "OuterCeilingSurface", "OuterFloorSurface", "Window",
+         "Door", "Installation")  # fmt: skip
+"""What a triangle shows; every other class counts as a wall."""
+
+
+@dataclass(frozen=True, eq=False)
+class Drawn:
+    """Triangles: corners (t, 3, 3) m local, counter-clockwise from outside, normals (t, 3), kind (t,) into
+    `KINDS`; `edges` (e, 2, 3) m local: borders of the faces."""
+
+    corners: Float
+    normals: Float
+    kind: Int
+    edges: Float
+
+    def __len__(self) -> int:
+        """How many triangles."""
+        return len(self.corners)
+
+
+def drawn(assembled: Assembled) -> Drawn:
+    """A building's fine solids and its installations."""
+    parts = [_solid(b.solid) for b in assembled.built]
+    parts += [_solid(i.solid, KINDS.index("Installation")) for i in assembled.installations]
+    return joined(parts)
+
+
+def joined(parts: Sequence[Drawn]) -> Drawn:
+    """All triangles in one."""
+    return Drawn(
+        np.concatenate([np.zeros((0, 3, 3)), *(p.corners for p in parts)]),
+        np.concatenate([np.zeros((0, 3)), *(p.normals for p in parts)]),
+        np.concatenate([np.zeros(0, np.int64), *(p.kind for p in parts)]),
+        np.concatenate([np.zeros((0, 2, 3)), *(p.edges for p in parts)]),
+    )
+
+
+def _solid(solid: Solid, kind: int | None = None) -> Drawn:
+    xyz = solid.vertices / GRID
+    corners, normals, kinds, edges = [], [], [], []
+    for face in solid.faces:
+        n = normal(xyz[list(face.ring)])
+        triangles = _triangles(face, xyz, n)
+        corners.append(triangles)
+        normals.append(np.tile(n, (len(triangles), 1)))
+        own = kind if kind is not None else KINDS.index(face.semantics) if face.semantics in KINDS else 0
+        kinds.append(np.full(len(triangles), own))
+        for ring in (face.ring, *face.holes):
+            edges.append(np.stack([xyz[list(ring)], xyz[[*ring[1:], ring[0]]]], axis=1))
+    return Drawn(
+        np.concatenate(corners), np.concatenate(normals), np.concatenate(kinds), np.concatenate(edges)
+    )
+
+
+def _triangles(face: Face, xyz: Float, n: Float) -> Float:
+    """A face as triangles (t, 3, 3), no vertex added."""
+    ring = xyz[list(face.ring)]
+    if len(ring) == 3 and not face.holes:
+        return ring[None]
+    axis = int(np.argmax(np.abs(n)))
+    u, v = [(1, 2), (2, 0), (0, 1)][axis] if n[axis] > 0 else [(2, 1), (0, 2), (1, 0)][axis]
+    ids = np.array([i for r in (face.ring, *face.holes) for i in r])
+    flat = xyz[:, [u, v]]
+    polygon = shapely.Polygon(flat[list(face.ring)], [flat[list(h)] for h in face.holes])
+    parts = shapely.get_parts(shapely.constrained_delaunay_triangles(shapely.make_valid(polygon)))
+    found = np.array([shapely.get_coordinates(p)[:3] for p in parts]).reshape(-1, 3, 2)
+    a, b = found[:, 1] - found[:, 0], found[:, 2] - found[:, 0]
+    clockwise = a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0] < 0
+    found[clockwise] = found[clockwise][:, ::-1]
+    place = {tuple(p): i for p, i in zip(flat[ids].tolist(), ids.tolist(), strict=True)}
+    known = [[place.get(tuple(p), -1) for p in t] for t in found.tolist()]
+    return np.asarray(xyz[np.array([t for t in known if -1 not in t], np.int64).reshape(-1, 3)])
+
+
+def unique_vertices(corners: Float, extra: Float) -> tuple[Array, Array]:
+    """Rows of (corner, extra) without repeats (n, 3 + k), and triangles (t, 3) into them.
+
+    corners (t, 3, 3), extra (t, 3, k).
+    """
+    rows = np.concatenate([corners, extra], axis=2).reshape(-1, 3 + extra.shape[2])
+    found, index = np.unique(rows, axis=0, return_inverse=True)
+    return found, index.reshape(-1, 3)

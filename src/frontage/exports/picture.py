@@ -1,0 +1,123 @@
+"""A picture of the model as seen from the street: every pixel the nearest surface, shaded, with its edges."""
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+
+from frontage.exports.drawn import KINDS, Drawn
+from frontage.exports.model3d import COLOURS
+from frontage.geometry.arrays import Array, Float
+
+_SIZE = 1200  # px, width at most
+_OVER = 2  # pixels drawn per pixel kept, along each axis
+_ASIDE, _ABOVE = (
+    np.radians(28.0),
+    np.radians(16.0),
+)  # the eye stands so far to the left of and above the normal
+_LIGHT = np.array([0.45, -0.55, 0.70])  # in the view's axes: right, towards the eye is negative, up
+_AMBIENT = 0.45
+_NEAR = 0.02  # m: an edge is drawn where it is no further behind the surface than this
+_INK = np.array([45.0, 45.0, 50.0])
+
+
+@dataclass(frozen=True, eq=False)
+class View:
+    """A parallel view: `axes` (3, 3) rows right, away from the eye, up; scale px per m, corner of the picture
+    (right, up) m."""
+
+    axes: Float
+    scale: float
+    corner: Float
+    size: tuple[int, int]
+
+    def place(self, xyz: Float) -> Float:
+        """Points (..., 3) m local as (column, row, distance): px, px, m."""
+        q = xyz @ self.axes.T
+        column = (q[..., 0] - self.corner[0]) * self.scale
+        row = (self.corner[1] - q[..., 2]) * self.scale
+        return np.stack([column, row, q[..., 1]], axis=-1)
+
+
+def picture(shapes: Drawn, inward: Float, most: int = _SIZE) -> Array:
+    """The model (h, w, 3) uint8 RGB, seen from the street side of a facade whose normal is `inward` (3,).
+
+    A parallel view from a little above and to the left, white ground. Raises ValueError without triangles.
+    """
+    if not len(shapes):
+        raise ValueError("there is nothing to draw")
+    view = _view(shapes.corners.reshape(-1, 3), inward, most * _OVER)
+    image, depth = _surfaces(shapes, view)
+    _edges(image, depth, shapes, view)
+    small: Array = cv2.resize(
+        image.astype(np.float32), (view.size[0] // _OVER, view.size[1] // _OVER), interpolation=3
+    )
+    return np.asarray(np.clip(np.rint(small), 0, 255), np.uint8)
+
+
+def _view(xyz: Float, inward: Float, most: int) -> View:
+    flat = np.array([inward[0], inward[1], 0.0]) / np.hypot(inward[0], inward[1])
+    side = np.array([flat[1], -flat[0], 0.0])
+    ahead = np.cos(_ASIDE) * flat + np.sin(_ASIDE) * side
+    right = np.array([ahead[1], -ahead[0], 0.0])
+    away = np.cos(_ABOVE) * ahead - np.array([0, 0, np.sin(_ABOVE)])
+    axes = np.array([right, away, np.cross(right, away)])
+    q = xyz @ axes.T
+    low, high = q.min(0) - 0.5, q.max(0) + 0.5
+    wide, tall = high[0] - low[0], high[2] - low[2]
+    scale = most / max(wide, tall * 1.3)
+    w, h = (int(np.ceil(v * scale / _OVER)) * _OVER for v in (wide, tall))
+    return View(axes, float(scale), np.array([low[0], high[2]]), (w, h))
+
+
+def _surfaces(shapes: Drawn, view: View) -> tuple[Array, Array]:
+    """Colours (h, w, 3) and distances (h, w) of the nearest surfaces."""
+    w, h = view.size
+    image = np.full((h, w, 3), 255.0, np.float32)
+    depth = np.full((h, w), np.inf, np.float32)
+    light = _LIGHT / np.linalg.norm(_LIGHT)
+    towards = shapes.normals @ view.axes.T
+    shade = _AMBIENT + (1 - _AMBIENT) * np.clip(towards @ light, 0, 1)
+    base = np.array([COLOURS[k] for k in KINDS])[shapes.kind]
+    colour = 255 * np.clip(base * shade[:, None] * 1.5, 0, 1) ** (1 / 2.2)
+    place = view.place(shapes.corners)
+    for k in np.flatnonzero(towards[:, 1] < 0).tolist():
+        _fill(image, depth, place[k], colour[k])
+    return image, depth
+
+
+def _fill(image: Array, depth: Array, corners: Float, colour: Float) -> None:
+    """One triangle (3, 3), column, row, distance, where it is nearest."""
+    h, w = depth.shape
+    c0, r0 = np.maximum(np.floor(corners[:, :2].min(0)).astype(int), 0)
+    c1, r1 = np.minimum(np.ceil(corners[:, :2].max(0)).astype(int) + 1, [w, h])
+    if c1 <= c0 or r1 <= r0:
+        return
+    (ax, ay, az), (bx, by, bz), (cx, cy, cz) = corners.tolist()
+    area = (bx - ax) * (cy - ay) - (cx - ax) * (by - ay)
+    if abs(area) < 1e-9:
+        return
+    x, y = np.arange(c0, c1) + 0.5, (np.arange(r0, r1) + 0.5)[:, None]
+    s = ((x - ax) * (cy - ay) - (cx - ax) * (y - ay)) / area
+    t = ((bx - ax) * (y - ay) - (x - ax) * (by - ay)) / area
+    z = az + s * (bz - az) + t * (cz - az)
+    near = depth[r0:r1, c0:c1]
+    shown = (s >= 0) & (t >= 0) & (s + t <= 1) & (z < near)
+    near[shown] = z[shown]
+    image[r0:r1, c0:c1][shown] = colour
+
+
+def _edges(image: Array, depth: Array, shapes: Drawn, view: View) -> None:
+    """The faces' borders, where nothing lies before them."""
+    ends = view.place(shapes.edges)
+    h, w = depth.shape
+    steps = np.maximum(1, np.ceil(np.abs(ends[:, 1, :2] - ends[:, 0, :2]).max(1))).astype(np.int64)
+    which = np.repeat(np.arange(len(ends)), steps)
+    t = (np.arange(len(which)) - np.repeat(np.cumsum(steps) - steps, steps)) / np.repeat(steps, steps)
+    at = ends[which, 0] + t[:, None] * (ends[which, 1] - ends[which, 0])
+    c, r = at[:, 0].astype(np.int64), at[:, 1].astype(np.int64)
+    inside = (c >= 1) & (c < w - 1) & (r >= 1) & (r < h - 1)
+    c, r, z = c[inside], r[inside], at[inside, 2]
+    behind = np.min([depth[r + i, c + j] for i in (-1, 0, 1) for j in (-1, 0, 1)], axis=0)
+    shown = z <= behind + _NEAR + 2.0 / view.scale
+    image[r[shown], c[shown]] = _INK

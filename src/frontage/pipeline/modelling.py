@@ -1,0 +1,232 @@
+"""The stage `model`: facades, what was found on them and the city model become LoD3 buildings in files."""
+
+from collections import defaultdict
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import cv2
+import numpy as np
+
+from frontage.exports import FacadePicture, building_mesh, city_building, drawn, picture
+from frontage.io.citygmlwrite import write_citygml
+from frontage.io.cityjson import write_cityjson
+from frontage.io.citymodel import read_city_model
+from frontage.io.glb import Mesh, glb_of
+from frontage.model import Building, Elements, Facade, Failed, WorldRef
+from frontage.model.citymodel import CityBuilding, Shell
+from frontage.pipeline.context import Run
+from frontage.pipeline.elements import load_elements
+from frontage.pipeline.facadepicture import facade_picture
+from frontage.pipeline.files import write_bytes, write_json
+from frontage.pipeline.records import building_from_record, failed_record
+from frontage.pipeline.tasks import as_failed
+from frontage.pipeline.workspace import Workspace
+from frontage.solids import Assembled, BuildOptions, assemble
+from frontage.solids.matching import Group, match_model
+
+FILES = ("lod3.city.json", "lod3.gml", "lod3_citygml3.gml", "lod3.glb", "report.json")
+"""What the stage leaves in OUT/model, beside a picture per building in `pictures/`."""
+
+_MARGIN = 20.0  # m around the scan: buildings of the model beyond are not read
+_NAMED = 3  # messages of one code that a warning quotes
+_QUALITY = 92  # JPEG
+
+Result = dict[str, Any]
+
+
+@dataclass(frozen=True)
+class ModelTask:
+    """One building to build: records of what was measured, and its shells in the city model."""
+
+    out: Path
+    records: tuple[dict[str, Any], ...]
+    shells: tuple[Shell, ...]
+    options: BuildOptions
+
+
+@dataclass(frozen=True, eq=False)
+class Made:
+    """A building as it goes into the files; `failed` where there is none, or of parts of it."""
+
+    id: str
+    building: CityBuilding | None = None
+    mesh: Mesh | None = None
+    picture: bytes = b""
+    about: Mapping[str, Any] | None = None
+    failed: tuple[Failed, ...] = ()
+
+
+def make_model(run: Run, world: WorldRef) -> Result:
+    """Build every building, write OUT/model; see docs/model.md."""
+    workspace, options = run.workspace, run.project.solids
+    records = {r["id"]: r for r in workspace.building_records()}
+    city = _city_model(run, world)
+    facades = {name: [workspace.load_facade(f) for f in _facades(workspace, name)] for name in records}
+    groups = match_model(facades, city, options)
+    tasks = [
+        ModelTask(workspace.out, tuple(records[n] for n in g.measured), _shells(g, city), options)
+        for g in groups
+    ]
+    made = run.map("model", model_task, tasks)
+    workspace.begin("model")
+    _write(workspace, [m for m in made if m.building is not None], world)
+    warnings = [w for m in made for w in _warnings(m)]
+    return {
+        "items": sum(m.building is not None for m in made),
+        "buildings": [m.id for m in made if m.building is not None],
+        "notes": _notes(made, groups),
+        "warnings": warnings,
+    }
+
+
+def model_task(task: ModelTask) -> Made:
+    """Build one building from the files of its facades."""
+    workspace = Workspace(task.out)
+    building = _joined(task.records)
+    try:
+        fronts = [_front(workspace, f) for r in task.records for f in _facades(workspace, r["id"])]
+        if not fronts:
+            return Made(building.id)
+        found = assemble(building, fronts, task.shells, fronts[0][0].world, task.options)
+        if isinstance(found, Failed):
+            return Made(building.id, failed=(found,))
+        return _made(building, found, fronts, workspace, task.options)
+    except Exception as error:
+        return Made(building.id, failed=(as_failed(error, building.id),))
+
+
+def _made(
+    building: Building,
+    found: Assembled,
+    fronts: Sequence[tuple[Facade, Elements]],
+    workspace: Workspace,
+    options: BuildOptions,
+) -> Made:
+    pictures = [p for f, _ in fronts if (p := _picture(workspace, f)) is not None]
+    widest = max((f for f, _ in fronts), key=lambda f: f.extent[2] - f.extent[0])
+    image = picture(drawn(found), widest.frame.R[:, 1])
+    jpeg = cv2.imencode(".jpg", image[..., ::-1], [cv2.IMWRITE_JPEG_QUALITY, _QUALITY])[1].tobytes()
+    return Made(
+        building.id,
+        city_building(building, found, fronts),
+        building_mesh(found, pictures, options.max_offset + 1.0),
+        jpeg,
+        _about(found, fronts),
+        found.failed,
+    )
+
+
+def _about(found: Assembled, fronts: Sequence[tuple[Facade, Elements]]) -> dict[str, Any]:
+    """What report.json says of a building."""
+    faces = [f for b in found.built for f in b.solid.faces]
+    offsets = {k: round(v, 4) for b in found.built for k, v in b.offsets.items()}
+    return {
+        "host": found.coarse.source,
+        "lod": "3" if any(found.fine) else "2",
+        "facades": [f.id for f, _ in fronts],
+        "openings_found": sum(len(e.openings) for _, e in fronts),
+        "openings_built": len({f.opening for f in faces if f.semantics in ("Window", "Door")}),
+        "installations": [i.id for i in found.installations],
+        "offsets": offsets,
+        "refused": [{"code": f.code, "message": f.message, "hint": f.hint} for f in found.failed],
+        "notes": list(found.notes),
+    }
+
+
+def _city_model(run: Run, world: WorldRef) -> tuple[CityBuilding, ...]:
+    """The buildings of the project's city model near the scan."""
+    source = run.project.model
+    if source is None:
+        return ()
+    marker = run.workspace.done("scans")
+    low, high = np.array(marker["result"]["extent"] if marker else [[-np.inf] * 3, [np.inf] * 3])
+    box = (*(low[:2] - _MARGIN).tolist(), *(high[:2] + _MARGIN).tolist())
+    return read_city_model(source.path, world, box, source.crs).buildings
+
+
+def _shells(group: Group, city: Sequence[CityBuilding]) -> tuple[Shell, ...]:
+    """The group's shells of LoD2 or below; of several buildings each is a part under its own id."""
+    own = [b for b in city if b.id in group.model]
+    if len(own) == 1:
+        return own[0].level("2")
+    return tuple(replace(s, part=s.part or b.id) for b in own for s in b.level("2"))
+
+
+def _facades(workspace: Workspace, building: str) -> list[str]:
+    marker = workspace.done("facades", building)
+    return list(marker["result"]["facades"]) if marker else []
+
+
+def _front(workspace: Workspace, name: str) -> tuple[Facade, Elements]:
+    """A facade with what was found on it; nothing where it was not judged."""
+    facade = workspace.load_facade(name)
+    folder = workspace.facade_folder(name)
+    judged = (folder / "openings.json").is_file()
+    return facade, load_elements(folder, name) if judged else Elements(name, ())
+
+
+def _picture(workspace: Workspace, facade: Facade) -> FacadePicture | None:
+    folder = workspace.facade_folder(facade.id)
+    return facade_picture(folder, facade) if (folder / "ortho.json").is_file() else None
+
+
+def _joined(records: Sequence[dict[str, Any]]) -> Building:
+    """One building of several measured ones: the first one's id, the first address, the lowest ground."""
+    parts = [building_from_record(r, np.zeros(0, np.int64)) for r in records]
+    grounds = [p.ground_z for p in parts if np.isfinite(p.ground_z)]
+    address = next((p.address for p in parts if p.address), None)
+    return replace(parts[0], address=address, ground_z=min(grounds, default=parts[0].ground_z))
+
+
+def _write(workspace: Workspace, made: Sequence[Made], world: WorldRef) -> None:
+    """All files of the model; without any building, none."""
+    folder = workspace.out / "model"
+    folder.mkdir(exist_ok=True)
+    pictures = folder / "pictures"
+    names = {f"{m.id}.jpg" for m in made}
+    for stale in pictures.glob("*.jpg"):
+        if stale.name not in names:
+            stale.unlink()
+    if not made:
+        for name in FILES:
+            (folder / name).unlink(missing_ok=True)
+        return
+    buildings = [m.building for m in made if m.building is not None]
+    write_cityjson(folder / FILES[0], buildings, world, "Frontage LoD3")
+    write_citygml(folder / FILES[1], buildings, world, "Frontage LoD3", "2.0")
+    write_citygml(folder / FILES[2], buildings, world, "Frontage LoD3", "3.0")
+    write_bytes(folder / FILES[3], glb_of([m.mesh for m in made if m.mesh is not None], world))
+    write_json(folder / FILES[4], {m.id: m.about for m in made})
+    for m in made:
+        write_bytes(pictures / f"{m.id}.jpg", m.picture)
+
+
+def _warnings(made: Made) -> list[dict[str, str]]:
+    """One warning per code: the first messages, and how many more there are."""
+    by_code: dict[str, list[Failed]] = defaultdict(list)
+    for failed in made.failed:
+        by_code[failed.code].append(failed)
+    found = []
+    for code, own in by_code.items():
+        more = f"; and {len(own) - _NAMED} more, see model/report.json" if len(own) > _NAMED else ""
+        text = "; ".join(f.message for f in own[:_NAMED]) + more
+        found.append(failed_record(made.id, Failed(code, text, own[0].hint)))
+    return found
+
+
+def _notes(made: Sequence[Made], groups: Sequence[Group]) -> list[str]:
+    notes = []
+    blocks = [m.id for m in made if m.building is not None and m.building.attributes.get("host") == "cloud"]
+    if blocks:
+        some = ", ".join(blocks[:_NAMED]) + (
+            f" and {len(blocks) - _NAMED} more" if len(blocks) > _NAMED else ""
+        )
+        notes.append(f"{some}: built on blocks behind their facades, for lack of a city model")
+    for g in groups:
+        if len(g.measured) > 1:
+            notes.append(
+                f"{', '.join(g.measured)} stand on one building of the city model and are one in the model"
+            )
+    return notes
