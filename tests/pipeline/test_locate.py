@@ -16,8 +16,11 @@ from frontage.errors import InputError, WorkspaceError
 from frontage.geometry.arrays import Float
 from frontage.geometry.ring import rectangle
 from frontage.model import Elements, Estimate, Opening, Protrusion, Provenance
+from frontage.pipeline.context import Silent
 from frontage.pipeline.elements import load_elements, save_elements
 from frontage.pipeline.located import Located, _photos
+from frontage.pipeline.project import load_project
+from frontage.pipeline.run import run
 from frontage.pipeline.sightlines import photo_views
 from frontage.pipeline.workspace import Workspace
 
@@ -40,6 +43,16 @@ def answers(simulated_run: Path) -> list[Located]:
 def truth(simulated: Path) -> list[dict[str, Any]]:
     table = json.loads((simulated / "truth" / "truth.json").read_text())
     return [o for facade in table["facades"] for o in facade["openings"]]
+
+
+class _Told(Silent):
+    """Remembers which stages were kept."""
+
+    def __init__(self) -> None:
+        self.kept: dict[str, bool] = {}
+
+    def end(self, stage: str, seconds: float, kept: bool, result: dict[str, Any]) -> None:
+        self.kept[stage] = kept
 
 
 def box(outline: Any) -> Float:
@@ -114,7 +127,32 @@ def test_the_question_of_the_paper(copy: Path, asked: str, answers: list[Located
     found = workspace.locate(asked, floor=1, window=2)
     assert (found.id, found.outline, found.pixels) == (wanted.id, wanted.outline, wanted.pixels)
     assert found.address == (asked if "ouf" in asked else None)
-    assert ("street facade" in found.chosen) == (asked != "B01/F1")
+    assert ("most openings" in found.chosen) == (asked != "B01/F1")
+
+
+def test_the_facade_with_the_most_openings_is_meant_unless_another_is_asked_for(copy: Path) -> None:
+    workspace = Workspace(copy)
+    marker = json.loads((copy / ".done" / "facades.B01.json").read_text())
+    marker["result"]["facades"] = ["B01/F1", "B01/F2"]
+    (copy / ".done" / "facades.B01.json").write_text(json.dumps(marker))
+    shutil.copytree(copy / "facades" / "B01_F1", copy / "facades" / "B01_F2")
+    folder, first = workspace.facade_folder("B01/F1"), workspace.load_facade("B01/F1")
+    save_elements(folder, first, Elements("B01/F1", load_elements(folder, "B01/F1").openings[-1:]))
+    found = workspace.locate("B01", floor=0, window=1)
+    assert found.facade == "B01/F2" and found.chosen.endswith("it has also B01/F1")
+    with pytest.raises(InputError, match="B01/F1 has no opening 1 on floor 0"):
+        workspace.locate("B01", floor=0, window=1, facade="f1")
+
+
+def test_addresses_are_told_without_doing_anything_again(copy: Path, simulated: Path) -> None:
+    project = load_project(
+        simulated / "project.toml", {"addresses": {"B01": ["13 rue Soufflot", "2 Hofgasse"]}}
+    )
+    told = _Told()
+    run(project, copy, progress=told)
+    assert told.kept and all(told.kept.values())
+    for asked in ("13 rue Soufflot", "hofgasse 2"):
+        assert Workspace(copy).locate(asked, floor=1, window=1).building == "B01"
 
 
 def test_an_address_by_a_point_follows_the_house(copy: Path, answers: list[Located]) -> None:

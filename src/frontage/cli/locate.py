@@ -21,7 +21,7 @@ _CORNERS = ("lower left", "lower right", "upper right", "upper left")
     "--window", "-w", type=click.IntRange(1), help="Its number on the floor, from the left as in ids."
 )
 @click.option("--door", "-d", type=click.IntRange(1), help="The same, of a door, gate or passage.")
-@click.option("--facade", help='Facade of the building, "F2"; default: the one with the most wall.')
+@click.option("--facade", help='Facade of the building, "F2"; default: the one with the most openings.')
 @click.option("--json", "as_json", is_flag=True, help="Print the answer as JSON.")
 def command(
     out: Path,

@@ -30,7 +30,7 @@ def locate(
 
     Numbers count all openings of the floor from the left as seen from the street, as ids do; `window` takes
     the opening of that number whatever it is, `door` a door, gate or passage. Without `facade` ("F2") it is
-    the street facade: the first, which shows the most wall.
+    the street facade: the one that shows the most openings.
 
     Raises InputError with one sentence: what was not found, and what there is.
     """
@@ -67,13 +67,26 @@ def _place(workspace: "Workspace", asked: str, facade: str | None) -> Place:
         raise InputError(f"{building} has no facade in {workspace.out}; its warnings in the report say why")
     address = asked if asked.strip().casefold() != building.casefold() else None
     if facade is None:
-        others = f" ({len(own) - 1} more: {', '.join(own[1:])})" if len(own) > 1 else ""
-        return Place(building, address, own[0], f"the street facade, which shows the most wall{others}")
+        front = _street_facade(workspace, own)
+        others = [name for name in own if name != front]
+        more = f"; it has also {', '.join(others)}" if others else ""
+        return Place(building, address, front, f"the building's facade with the most openings{more}")
     wanted = facade.replace("_", "/").casefold()
     for name in own:
         if wanted in (name.casefold(), name.rsplit("/", 1)[1].casefold()):
             return Place(building, address, name, "asked for")
     raise InputError(f"{building} has no facade {facade}; it has {', '.join(own)}")
+
+
+def _street_facade(workspace: "Workspace", names: list[str]) -> str:
+    """The facade that shows the most openings, of equal ones the first."""
+
+    def count(name: str) -> int:
+        folder = workspace.facade_folder(name)
+        judged = (folder / "openings.json").is_file()
+        return len(load_elements(folder, name).openings) if judged else -1
+
+    return max(names, key=count)
 
 
 def _facade_named(workspace: "Workspace", name: str) -> str:
