@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from frontage.geometry.rigid import Rigid3
-from frontage.geometry.ring import rectangle, ring_contains
+from frontage.geometry.ring import rectangle
 from frontage.model.estimate import Estimate, Failed
 from frontage.model.facade import Facade
 from frontage.model.opening import Elements
@@ -13,7 +13,6 @@ from frontage.model.world import WorldRef
 from frontage.openings.candidates import Box, best_layout
 from frontage.openings.find import find_openings
 from frontage.openings.options import OpeningOptions
-from frontage.openings.shapes import find_circle, find_head, ring_of
 
 WINDOW = (1.0, 2.0, 2.2, 3.6)
 DOOR = (4.0, 0.0, 5.1, 2.2)
@@ -135,26 +134,3 @@ def test_layout_prefers_the_pair_that_is_worth_more():
 def test_least_size():
     options = OpeningOptions(min_width=2.0)
     assert find_openings(*scan_wall([WINDOW]), options).openings == ()
-
-
-@pytest.mark.parametrize(
-    ("shape", "rise"), [("rectangle", 0.0), ("segmental", 0.2), ("round", 0.6), ("pointed", 0.6 * 3**0.5)]
-)
-def test_heads_are_told_apart(shape, rise):
-    box = (1.0, 2.0, 2.2, 4.0)
-    truth, _ = ring_of(shape, box, rise)
-    p = np.random.default_rng(3).uniform((0.5, 1.5), (2.7, 4.5), (6000, 2))
-    inside = ring_contains(truth, p)
-    head = find_head(p[~inside], p[inside], box, 6000 / 6.6, 0.4)
-    assert head.shape == shape
-    assert abs(head.top - 4.0) < 0.015 and abs(head.rise - rise) < 0.05
-
-
-def test_a_circle_is_no_square():
-    truth, _ = ring_of("circle", (1.0, 2.0, 2.0, 3.0), 0.0)
-    p = np.random.default_rng(4).uniform((0.5, 1.5), (2.5, 3.5), (6000, 2))
-    inside = ring_contains(truth, p)
-    radius, gain = find_circle(p[~inside], p[inside], (1.0, 2.0, 2.0, 3.0), 1500.0)
-    assert gain > 10 and abs(radius - 0.5) < 0.01
-    square = np.abs(p - (1.5, 2.5)).max(1) < 0.5
-    assert find_circle(p[~square], p[square], (1.0, 2.0, 2.0, 3.0), 1500.0)[1] < 0

@@ -1,31 +1,79 @@
-"""Which head an opening has: flat, segmental, round or pointed, or whether it is a circle."""
+"""Which head an opening has: flat, segmental, round, pointed or triangular, or whether it is a circle."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from frontage.geometry.arrays import Float
+from frontage.geometry.arrays import Bool, Float
+from frontage.openings.borders import Place, side_scores
+from frontage.openings.sight import Sight
 
 _GAIN = 10.0  # nats that a curve must gain over a straight head: "very strong" (Kass and Raftery 1995)
-_SOLID = np.log(0.97 / 0.12)  # nats of a hit on the wall, see evidence.py
-_OPEN = np.log(0.97 / 0.03)
-_RISES = np.linspace(0.06, 0.46, 21)  # of segmental heads, as a share of the width
-_STEP = 0.002  # m, raster of heights and radii
+_FREE = 5.0  # nats more for a shape whose rise is free
+_RISES = np.linspace(0.06, 0.4, 18)  # of segmental heads, as a share of the width
+_SLOPES = np.linspace(0.1, 1.0, 19)  # rises of triangular heads, as a share of the width
+_EDGE = 0.01  # m beside the sides where beams tell of them, not of the head
+_MARGIN = 0.3  # m above the head that is looked at
 _ARC = 24  # pieces of a head: chord error 3 mm on a half circle of 2 m
 _ROUND = (0.8, 1.25)  # height over width of what may be a circle
+_MOST = 6000  # beams of a head: more tell nothing new
+_SQRT3 = float(np.sqrt(3.0))
+
+
+@dataclass(frozen=True, eq=False)
+class Fan:
+    """Beams (n,) about an opening: x, z m where each is told to be solid or open; `missing` per m2."""
+
+    x: Float
+    z: Float
+    solid: Bool
+    missing: float
+
+    def part(self, keep: Bool) -> "Fan":
+        """Those that `keep` (n,), thinned to what a head needs."""
+        k = np.flatnonzero(keep)
+        k = k[:: max(len(k) // _MOST, 1)]
+        return Fan(self.x[k], self.z[k], self.solid[k], self.missing * len(k) / max(int(keep.sum()), 1))
 
 
 @dataclass(frozen=True)
 class Head:
-    """A shape, the height of its top m, its rise m (top less springing), and the nats it gains over flat."""
+    """A shape, the height of its top m, its rise m (top less springing), and the nats it gains over flat.
+
+    covariance  (top, rise): their variances and covariance, m2
+    """
 
     shape: str
     top: float
     rise: float
     gain: float
+    covariance: tuple[float, float, float] = (0.0, 0.0, 0.0)
 
 
-def _below(shape: str, rise: float, half: float, u: Float) -> Float:
+def fan_of(near: Sight, place: Place, face: float, frame: float | None, density: float) -> Fan:
+    """The beams about an opening as its curved borders see them.
+
+    place, face, frame  x0, z0, x1, z1 m; depth of the solid face beside the head; depth of the frame or None
+    density             beams per m2 that a wall sends back there
+
+    As at straight borders (`borders.locate`): a beam that slants away from the middle ends on the reveal and
+    counts on a plane within the wall, the others on the face.
+    """
+    x0, z0, x1, z1 = place
+    centre = np.array([(x0 + x1) / 2, max((z0 + z1) / 2, z1 - (x1 - x0) / 2)])
+    inward = centre - near.place
+    seen = (inward * near.slope).sum(1) < 0
+    begin = max(face, 0.0) + near.wall
+    back = max(frame - face, 2.0 * near.wall) if frame is not None else 2.0 * near.wall
+    at = near.at(np.where(seen, begin, face))
+    free = near.depth >= -0.3
+    solid = near.depth <= np.where(seen, begin, face + back / 2)
+    box = (at[:, 0] > x0) & (at[:, 0] < x1) & (at[:, 1] > z0) & (at[:, 1] < z1 - 0.3 * (z1 - z0))
+    through = float((box & ~solid).sum()) / max(0.7 * (x1 - x0) * (z1 - z0), 1e-6)
+    return Fan(at[free, 0], at[free, 1], solid[free], max(density - through, 0.0))
+
+
+def below(shape: str, rise: float, half: float, u: Float) -> Float:
     """Height (n,) m below the top (negative) at u (n,) m from the middle of a head of that half width.
 
     Segmental and round heads are arcs of one circle, pointed ones of two whose centres are the springings.
@@ -33,6 +81,8 @@ def _below(shape: str, rise: float, half: float, u: Float) -> Float:
     if shape == "rectangle":
         return np.zeros(len(u))
     v = np.minimum(np.abs(u), half)
+    if shape == "triangular":
+        return np.asarray(-rise * v / half)
     if shape == "pointed":
         full = 2.0 * half
         return np.asarray(np.sqrt(np.maximum(full**2 - (half + v) ** 2, 0.0)) - np.sqrt(full**2 - half**2))
@@ -40,96 +90,132 @@ def _below(shape: str, rise: float, half: float, u: Float) -> Float:
     return np.asarray(np.sqrt(np.maximum(radius**2 - v**2, 0.0)) - radius)
 
 
-def find_head(
-    solid: Float, opened: Float, box: tuple[float, float, float, float], density: float, reach: float
-) -> Head:
-    """The likeliest head of an opening.
+def find_head(fan: Fan, place: Place, blur: float, known: Head | None = None) -> Head:
+    """The likeliest head of an opening that was measured as a rectangle `place` x0, z0, x1, z1 m; of one
+    whose shape is `known` its top and rise.
 
-    solid, opened  (n, 2), (m, 2) x, z m of beams around the opening
-    box            x0, z0, x1, z1 m with a straight head; density of beams on the wall per m2; reach m, how
-                   far from z1 tops are tried
-
-    Poisson log-likelihood ratio of the region under a curve being open; every curve is a shift of the points,
-    so that all tops of one curve are one sorted search.
+    Every beam of its region is on its side of the head, blurred, but for strays; every curve is a shift of
+    the beams, so that all tops of one curve are one convolution.
     """
-    x0, z0, x1, z1 = box
+    x0, z0, x1, z1 = place
     half, middle = (x1 - x0) / 2, (x0 + x1) / 2
-    low, high = max(z0 + 0.1 * (z1 - z0), z1 - reach), z1 + reach
-    tops = np.arange(low + 0.3 * (z1 - low), high, _STEP)
-
-    def within(p: Float) -> Float:
-        keep = (np.abs(p[:, 0] - middle) < half) & (p[:, 1] > low) & (p[:, 1] < high)
-        return np.asarray(p[keep] - (middle, 0.0))
-
-    s, o = within(solid), within(opened)
-    through = (o[:, 1] < z1 - 0.3 * (z1 - low)).sum() / max(2 * half * 0.7 * (z1 - low), 1e-6)
-    per_area = 0.85 * density - 0.97 * through
-    u = (np.arange(200) + 0.5) / 200 * 2 * half - half
-
-    def best(shape: str, rise: float) -> tuple[float, float]:
-        hits = np.sort(s[:, 1] - _below(shape, rise, half, s[:, 0]))
-        passed = np.sort(o[:, 1] - _below(shape, rise, half, o[:, 0]))
-        area = np.maximum(tops[:, None] + _below(shape, rise, half, u)[None, :] - low, 0).mean(1) * 2 * half
-        score = per_area * area - _SOLID * np.searchsorted(hits, tops) + _OPEN * np.searchsorted(passed, tops)
-        k = int(score.argmax())
-        return float(score[k]), float(tops[k])
-
-    flat, top = best("rectangle", 0.0)
+    low, high = max(z0 + 0.1 * (z1 - z0), z1 - 1.2 * half - _MARGIN), z1 + 0.8 * half + _MARGIN
+    near = fan.part((np.abs(fan.x - middle) < half - _EDGE) & (fan.z > low) & (fan.z < high))
+    if not near.solid.any() or (near.solid.all() and near.missing <= 0.0):
+        return Head("rectangle", z1, 0.0, 0.0)
+    tops = np.arange(low + 0.2 * (z1 - low), high - 0.2, 0.002)
+    search = _Search(near, middle, half, low, tops, blur)
+    if known is not None:
+        rise = {"round": half, "pointed": _SQRT3 * half}.get(known.shape, known.rise)
+        return search.refined(replace(known, rise=rise, top=search.best(known.shape, rise)[1]))
+    flat, top = search.best("rectangle", 0.0)
     found = Head("rectangle", top, 0.0, 0.0)
-    price = _GAIN
-    trials = [("round", half), ("pointed", np.sqrt(3.0) * half)]
-    trials += [("segmental", float(r) * 2 * half) for r in _RISES]
-    for shape, rise in trials:
-        if rise > 0.9 * (z1 + reach - z0):
+    trials = [("round", half, 0.0), ("pointed", _SQRT3 * half, 0.0)]
+    trials += [("segmental", float(r) * 2 * half, _FREE) for r in _RISES]
+    trials += [("triangular", float(r) * 2 * half, _FREE) for r in _SLOPES]
+    for shape, rise, price in trials:
+        if rise > 0.95 * (high - z0):
             continue
-        score, top = best(shape, rise)
-        if score - flat > max(price, found.gain):
-            found = Head(shape, top, rise, score - flat)
-    return found
+        score, top = search.best(shape, rise)
+        if top - rise > z0 and score - flat - price > max(_GAIN, found.gain):
+            found = Head(shape, top, rise, score - flat - price)
+    return found if found.shape == "rectangle" else search.refined(found)
 
 
-def find_circle(
-    solid: Float, opened: Float, box: tuple[float, float, float, float], density: float
-) -> tuple[float, float]:
-    """Radius m of the likeliest circle about the middle of a box, and the nats it gains over the box."""
-    x0, z0, x1, z1 = box
+class _Search:
+    """Scores of heads over the same beams."""
+
+    def __init__(self, fan: Fan, middle: float, half: float, low: float, tops: Float, blur: float) -> None:
+        self._fan, self._middle, self._half, self._blur = fan, middle, half, blur
+        self._low, self._tops = low, tops
+        self._u = ((np.arange(100) + 0.5) / 50 - 1.0) * half
+
+    def curve(self, shape: str, rise: float, tops: Float) -> Float:
+        """Log-likelihood (k,) of heads whose tops are at `tops` (k,) m."""
+        fan, half = self._fan, self._half
+        v = fan.z - below(shape, rise, half, fan.x - self._middle)
+        middle = float(tops[len(tops) // 2])
+        score = side_scores(middle - v[fan.solid], middle - v[~fan.solid], middle - tops[::-1], self._blur)
+        open_area = np.maximum(tops[:, None] + below(shape, rise, half, self._u) - self._low, 0).mean(1)
+        return np.asarray(score[::-1] + fan.missing * open_area * 2 * half)
+
+    def best(self, shape: str, rise: float) -> tuple[float, float]:
+        """Score and top m of the likeliest head of that shape and rise."""
+        score = self.curve(shape, rise, self._tops)
+        k = int(score.argmax())
+        return float(score[k]), float(self._tops[k])
+
+    def _fine(self, shape: str, rise: float, top: float) -> tuple[float, float, float]:
+        """Score, posterior mean m and variance m2 of tops near one."""
+        tops: Float = top + np.arange(-24, 25, dtype=np.float64) * 0.0005
+        score = self.curve(shape, rise, tops)
+        p = np.exp(score - score.max())
+        p /= p.sum()
+        mean = float(p @ tops)
+        return float(score.max()), mean, float(p @ (tops - mean) ** 2)
+
+    def refined(self, head: Head) -> Head:
+        """The posterior mean and covariance of top and rise."""
+        if head.shape in ("round", "pointed"):
+            _, top, variance = self._fine(head.shape, head.rise, head.top)
+            return Head(head.shape, top, head.rise, head.gain, (variance, 0.0, 0.0))
+        limit = self._half if head.shape == "segmental" else 4.0 * self._half
+        rises = np.clip(head.rise + np.linspace(-0.03, 0.03, 19) * 2 * self._half, 0.01, limit)
+        found = [self._fine(head.shape, float(r), head.top) for r in rises]
+        score, tops, variances = (np.array(c) for c in zip(*found, strict=True))
+        p = np.exp(score - score.max())
+        p /= p.sum()
+        t, r = float(p @ tops), float(p @ rises)
+        spread = (float(p @ (variances + (tops - t) ** 2)), float(p @ ((tops - t) * (rises - r))))
+        return Head(head.shape, t, r, head.gain, (*spread, float(p @ (rises - r) ** 2)))
+
+
+def find_circle(fan: Fan, place: Place, blur: float) -> tuple[float, float, float]:
+    """Radius m of the likeliest circle about a box's middle, its sigma, the nats it gains over the box."""
+    x0, z0, x1, z1 = place
     wide, high = x1 - x0, z1 - z0
     if not _ROUND[0] < high / wide < _ROUND[1]:
-        return 0.0, 0.0
-    centre = np.array([(x0 + x1) / 2, (z0 + z1) / 2])
-    s, o = solid - centre, opened - centre
-    s = s[np.abs(s).max(1) < 0.75 * wide]
-    o = o[np.abs(o).max(1) < 0.75 * wide]
-    core = np.hypot(o[:, 0], o[:, 1]) < 0.4 * wide
-    per_area = 0.85 * density - 0.97 * core.sum() / (np.pi * (0.4 * wide) ** 2)
-    radii = np.arange(0.4 * wide, 0.7 * wide, _STEP)
+        return 0.0, 0.0, 0.0
+    x, z = fan.x - (x0 + x1) / 2, (fan.z - (z0 + z1) / 2) * wide / high
+    keep = np.maximum(np.abs(x), np.abs(z)) < 0.75 * wide
+    some = fan.part(keep)
+    x, z = some.x - (x0 + x1) / 2, (some.z - (z0 + z1) / 2) * wide / high
+    if not some.solid.any() or some.solid.all():
+        return 0.0, 0.0, 0.0
+    radii = np.arange(0.4 * wide, 0.7 * wide, 0.0005)
+    middle = float(radii[len(radii) // 2])
 
-    def score(hits: Float, passed: Float, size: Float, area: Float) -> Float:
-        inside, through = np.searchsorted(np.sort(hits), size), np.searchsorted(np.sort(passed), size)
-        return np.asarray(per_area * area - _SOLID * inside + _OPEN * through)
+    def score(size: Float, area: Float) -> Float:
+        u = middle - size
+        told = side_scores(u[some.solid], u[~some.solid], middle - radii[::-1], blur)[::-1]
+        return np.asarray(told + some.missing * area)
 
-    scale = np.array([1.0, wide / high])
-    round_ = score(np.hypot(s[:, 0], s[:, 1]), np.hypot(o[:, 0], o[:, 1]), radii, np.pi * radii**2)
-    square = score(np.abs(s * scale).max(1), np.abs(o * scale).max(1), radii, 4.0 * radii**2 * high / wide)
-    return float(radii[round_.argmax()]), float(round_.max() - square.max())
+    ring = score(np.hypot(x, z), np.pi * radii**2)
+    square = score(np.maximum(np.abs(x), np.abs(z)), 4.0 * radii**2)
+    p = np.exp(ring - ring.max())
+    p /= p.sum()
+    mean = float(p @ radii)
+    return mean, float(np.sqrt(p @ (radii - mean) ** 2)), float(ring.max() - square.max())
 
 
-def ring_of(shape: str, box: tuple[float, float, float, float], rise: float) -> tuple[Float, Float]:
-    """Ring (k, 2) m, counter-clockwise, and how its coordinates (2k,) follow the borders: (2k, 4) weights of
-    left, right, bottom, top.
+def ring_of(shape: str, place: Place, rise: float) -> tuple[Float, Float]:
+    """Ring (k, 2) m, counter-clockwise, and how its coordinates (2k,) follow left, right, bottom, top and
+    rise: derivatives (2k, 5). Round and pointed heads take their rise from the width.
     """
-    x0, z0, x1, z1 = box
+    start = np.array([place[0], place[2], place[1], place[3], rise])
+    steps = 1e-4 * np.eye(5)
+    ahead = [(_ring(shape, start + s) - _ring(shape, start - s)).ravel() / 2e-4 for s in steps]
+    return _ring(shape, start), np.column_stack(ahead)
+
+
+def _ring(shape: str, p: Float) -> Float:
+    """Ring (k, 2) m of the parameters left, right, bottom, top, rise."""
+    x0, x1, z0, z1, rise = (float(v) for v in p)
+    half, middle = (x1 - x0) / 2, (x0 + x1) / 2
     if shape == "circle":
         angle = np.arange(2 * _ARC) * np.pi / _ARC
-        share = np.column_stack([0.5 + 0.5 * np.cos(angle), 0.5 + 0.5 * np.sin(angle)])
-        base = (x0 + share[:, 0] * (x1 - x0), z0 + share[:, 1] * (z1 - z0))
-    else:
-        u = np.linspace(1.0, 0.0, 2 if shape == "rectangle" else _ARC + 1)
-        half = (x1 - x0) / 2
-        head = z1 + _below(shape, rise, half, (2.0 * u - 1.0) * half)
-        share = np.column_stack([np.r_[0.0, 1.0, u], np.r_[0.0, 0.0, np.ones(len(u))]])
-        base = (x0 + share[:, 0] * (x1 - x0), np.r_[z0, z0, head])
-    weights = np.zeros((2 * len(share), 4))
-    weights[0::2, 0], weights[0::2, 1] = 1.0 - share[:, 0], share[:, 0]
-    weights[1::2, 2], weights[1::2, 3] = 1.0 - share[:, 1], share[:, 1]
-    return np.column_stack(base), weights
+        return np.column_stack([middle + half * np.cos(angle), (z0 + z1) / 2 + (z1 - z0) / 2 * np.sin(angle)])
+    rise = {"round": half, "pointed": _SQRT3 * half}.get(shape, rise)
+    u = np.linspace(1.0, -1.0, {"rectangle": 2, "triangular": 3}.get(shape, _ARC + 1)) * half
+    head = z1 + below(shape, rise, half, u)
+    return np.column_stack([np.r_[x0, x1, middle + u], np.r_[z0, z0, head]])

@@ -1,0 +1,85 @@
+"""How far behind the wall the frame of an opening lies."""
+
+import numpy as np
+
+from frontage.geometry.arrays import Float
+from frontage.model.estimate import Estimate
+from frontage.openings.sight import Sight
+
+_NEAREST = 0.012  # m off the borders: reveals and the beams that they share with the frame
+_HUG = 0.05  # m off the borders: frames are that wide
+_DEEPEST = 1.0  # m: what lies deeper is a room
+_BIN = 0.005  # m
+_SHARE = 0.3  # of the points of the densest surface that the frame's front needs, being the foremost
+_FEW = 8  # points that tell a depth
+AROUND = 1.2  # m around an opening that tell its wall
+_RELIEF = 0.035  # m about the local mean of wall and relief
+_MUCH = 0.2  # of the points of the largest surface that the wall needs, being the rearmost
+_COMMON = 0.5  # of the noise of a point that its neighbours share
+
+
+def find_depth(near: Sight, box: tuple[float, float, float, float], rise: float) -> Estimate[float] | None:
+    """Depth m of the front of the frame behind the wall, None where too few points tell it.
+
+    near  beams within `AROUND` of the opening x0, z0, x1, z1 m, whose head is `rise` m high
+
+    The frame runs along the borders of the opening: the foremost of the surfaces there. Panes, curtains and
+    rooms lie behind it, reveals end at it. The wall is the rearmost of the surfaces around the opening that
+    hold much of its surroundings: surrounds, bands and plinths stand before it.
+    """
+    wall = _wall(near, box)
+    y = _along(near, box, rise, _HUG)
+    if len(y) < _FEW:
+        y = _along(near, box, rise, np.inf)
+    if len(y) < _FEW or wall is None:
+        return None
+    frame = _level(y, np.arange(wall[0] + near.wall, wall[0] + _DEEPEST, _BIN), near.wall / 3.0, _SHARE)
+    if frame is None:
+        return None
+    variance = frame[1] ** 2 + wall[1] ** 2
+    return Estimate(frame[0] - wall[0], np.array([[variance]]), float(len(y) - 1))
+
+
+def _wall(near: Sight, box: tuple[float, float, float, float]) -> tuple[float, float] | None:
+    """Depth y m of the wall around a box, and its sigma: minus the first level from behind."""
+    x0, z0, x1, z1 = box
+    own = near.at(near.depth)
+    out = (own[:, 0] < x0) | (own[:, 0] > x1) | (own[:, 1] < z0) | (own[:, 1] > z1)
+    on = out & (np.abs(near.depth) < _RELIEF)
+    y = (near.depth + near.level)[on]
+    if len(y) < _FEW:
+        return None
+    found = _level(-y, np.arange(-y.max() - _BIN, -y.min() + 2 * _BIN, _BIN), near.wall / 3.0, _MUCH)
+    return None if found is None else (-found[0], found[1])
+
+
+def _level(y: Float, edge: Float, noise: float, share: float) -> tuple[float, float] | None:
+    """The first peak of y (n,) that is at least `share` of the highest one, and its sigma, m."""
+    number, _ = np.histogram(y, edge)
+    smooth: Float = np.convolve(number, [0.25, 0.5, 0.25], "same")
+    first = int(np.argmax(smooth >= share * smooth.max()))
+    while first + 1 < len(smooth) and smooth[first + 1] > smooth[first]:
+        first += 1
+    at = float(edge[first] + _BIN / 2)
+    for _ in range(3):
+        some = y[np.abs(y - at) < 2.0 * noise]
+        if len(some) < _FEW // 2:
+            return None
+        at = float(np.median(some))
+    # the foremost of several layers and the noise of one are not told apart better than that
+    return float(some.mean()), float(np.hypot(some.std() / np.sqrt(len(some)), _COMMON * noise))
+
+
+def _along(near: Sight, box: tuple[float, float, float, float], rise: float, hug: float) -> Float:
+    """Depths y (n,) m of the points behind the wall that lie at most `hug` m within the sides and the top.
+
+    Not along the bottom: sills and thresholds slope.
+    """
+    x0, z0, x1, z1 = box
+    own = near.at(near.depth)
+    off = np.minimum(own[:, 0] - x0, x1 - own[:, 0])
+    if rise == 0.0:
+        off = np.minimum(off, z1 - own[:, 1])
+    span = (own[:, 1] > z0 + _NEAREST) & (own[:, 1] < z1 - rise)
+    some = span & (off > _NEAREST) & (off < hug) & (near.depth > near.wall) & (near.depth < _DEEPEST)
+    return np.asarray((near.depth + near.level)[some])

@@ -1,0 +1,141 @@
+"""Measures the openings of a facade: borders, shape, depth, and what they have in common."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from frontage.geometry.arrays import Float
+from frontage.model.estimate import Estimate
+from frontage.openings.borders import FEW, WIDTHS, Border, Face, Look, Place, find_borders
+from frontage.openings.depth import AROUND, find_depth
+from frontage.openings.shapes import Head, fan_of, find_circle, find_head, ring_of
+from frontage.openings.sight import Sight
+
+_CLOSE = 0.4  # m around an opening that tell its borders
+_CIRCLE = 10.0  # nats that a circle must gain over a square
+_SAME = 0.003  # m: faces of one facade agree no better
+_ENOUGH = 3  # openings that tell what their facade has in common
+
+
+@dataclass(frozen=True, eq=False)
+class Outline:
+    """An opening as it was measured.
+
+    place       x0, z0, x1, z1 m, its bounding box
+    rise        m, top less springing; 0 = straight head
+    covariance  (5, 5) m2 of left, right, bottom, top and rise
+    borders     left, right, bottom, top as straight borders
+    passes      share of the beams that end more than a metre behind
+    """
+
+    shape: str
+    place: Place
+    rise: float
+    covariance: Float
+    borders: tuple[Border, ...]
+    depth: Estimate[float] | None
+    passes: float
+
+    @property
+    def ring(self) -> tuple[Float, Float]:
+        """Ring (k, 2) m and its covariance (2k, 2k) m2."""
+        ring, weights = ring_of(self.shape, self.place, self.rise)
+        return ring, weights @ self.covariance @ weights.T
+
+
+def measure(sight: Sight, boxes: list[Place], cell: float, spacing: float) -> list[Outline]:
+    """Outlines of the openings whose places are known to about two cells; `cell`, `spacing` m.
+
+    Twice: the first time every opening by itself; then with the blur of edges and the depth of sills and
+    surrounds that the whole facade shows, where an opening's own points do not tell them.
+    """
+    first = [_outline(sight, box, cell, spacing, Look(told=True)) for box in boxes]
+    look = facade_look(first)
+    return [_outline(sight, o.place, spacing, spacing, look, o) for o in first]
+
+
+def facade_look(outlines: list[Outline]) -> Look:
+    """What the borders of a facade share: the likeliest blur, and the median face of every side."""
+    if not outlines:
+        return Look()
+    scores = np.sum([b.scores for o in outlines for b in o.borders], axis=0)
+    faces: list[Face | None] = []
+    for side in range(4):
+        y = np.array([o.borders[side].face.y for o in outlines if o.borders[side].face.points >= FEW])
+        if len(y) < _ENOUGH:
+            faces.append(None)
+            continue
+        middle = float(np.median(y))
+        spread = 1.4826 * float(np.median(np.abs(y - middle)))
+        faces.append(Face(middle, max(spread, _SAME), len(y)))
+    return Look(WIDTHS[int(np.argmax(scores))], tuple(faces))
+
+
+def _outline(
+    sight: Sight, box: Place, cell: float, spacing: float, look: Look, known: Outline | None = None
+) -> Outline:
+    near = sight.around(box, _CLOSE)
+    wide = sight.around(box, AROUND)
+    rise = known.rise if known else 0.0
+    depth = known.depth if known else find_depth(wide, box, 0.0)
+    frame = None if depth is None else depth.value
+    place, borders = find_borders(near, box, cell, rise, frame, spacing, look)
+    shape, place, rise, spread = _shape(near, place, borders, frame, look.blur, known)
+    if rise > 0.0 and known is None:
+        place, borders = find_borders(near, place, spacing, rise, frame, spacing, look)
+    covariance = np.diag([*(b.sigma**2 for b in borders), 0.0])
+    if spread is not None:
+        covariance[3:, 3:] = spread
+    if shape == "circle":
+        covariance[:4, :4] = np.eye(4) * spread[0, 0] if spread is not None else covariance[:4, :4]
+        covariance[3:, 4] = covariance[4, 3:] = 0.0
+    return Outline(
+        shape, place, rise, covariance, tuple(borders), find_depth(wide, place, rise), _passes(near, place)
+    )
+
+
+def _shape(
+    near: Sight,
+    place: Place,
+    borders: list[Border],
+    frame: float | None,
+    blur: float,
+    known: Outline | None,
+) -> tuple[str, Place, float, Float | None]:
+    """Shape, box, rise m and covariance (2, 2) of top and rise, None where the head is straight."""
+    x0, z0, x1, z1 = place
+    fan = fan_of(near, place, borders[3].face.y, frame, _density(near, place))
+    if known is not None and known.shape == "rectangle":
+        return "rectangle", place, 0.0, None
+    radius, sigma, gain = find_circle(fan, place, blur)
+    if gain > _CIRCLE and (known is None or known.shape == "circle"):
+        x, z = (x0 + x1) / 2, (z0 + z1) / 2
+        box = (x - radius, z - radius, x + radius, z + radius)
+        return "circle", box, 0.0, np.diag([sigma**2 + 1e-6, 0.0])
+    head = find_head(fan, place, blur, None if known is None else Head(known.shape, z1, known.rise, 0.0))
+    if head.shape in ("rectangle", "circle"):
+        return head.shape, place, 0.0, None
+    return head.shape, (x0, z0, x1, head.top), head.rise, _spread(head)
+
+
+def _spread(head: Head) -> Float:
+    top, both, rise = head.covariance
+    return np.array([[top + 1e-6, both], [both, rise + 1e-6]])
+
+
+def _density(near: Sight, place: Place) -> float:
+    """Beams per m2 that the wall beside an opening sends back."""
+    x0, z0, x1, z1 = place
+    reach = min(_CLOSE, 0.3)
+    on = (np.abs(near.depth) <= near.wall) & (near.place[:, 1] > z0) & (near.place[:, 1] < z1)
+    left = on & (near.place[:, 0] < x0 - 0.02) & (near.place[:, 0] > x0 - 0.02 - reach)
+    right = on & (near.place[:, 0] > x1 + 0.02) & (near.place[:, 0] < x1 + 0.02 + reach)
+    return float(np.median([left.sum(), right.sum()])) / max(reach * (z1 - z0), 1e-6)
+
+
+def _passes(near: Sight, place: Place) -> float:
+    """Share of the beams into an opening that end more than a metre behind."""
+    x0, z0, x1, z1 = place
+    x, z = near.place.T
+    inside = (x > x0) & (x < x1) & (z > z0) & (z < z1) & (near.depth > near.wall)
+    return float((near.depth[inside] > 1.0).mean()) if inside.any() else 0.0

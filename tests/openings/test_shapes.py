@@ -1,0 +1,66 @@
+"""Heads of openings: told apart, measured without bias, and rings that follow their parameters."""
+
+import numpy as np
+import pytest
+
+from frontage.geometry.ring import ring_area, ring_contains
+from frontage.openings.shapes import Fan, find_circle, find_head, ring_of
+
+BOX = (1.0, 2.0, 2.2, 4.0)
+HEADS = [
+    ("rectangle", 0.0),
+    ("segmental", 0.2),
+    ("round", 0.6),
+    ("pointed", 0.6 * 3**0.5),
+    ("triangular", 0.4),
+]
+
+
+def fan_about(ring, count=6000, seed=3, returned=1.0):
+    p = np.random.default_rng(seed).uniform((0.5, 1.5), (2.7, 4.5), (count, 2))
+    inside = ring_contains(ring, p)
+    kept = ~inside | (np.arange(count) % 10 < 10 * returned)
+    density = count / 6.6
+    return Fan(p[kept, 0], p[kept, 1], ~inside[kept], density * (1.0 - returned))
+
+
+@pytest.mark.parametrize(("shape", "rise"), HEADS)
+@pytest.mark.parametrize("returned", [1.0, 0.0])
+def test_heads_are_told_apart_and_measured(shape, rise, returned):
+    head = find_head(fan_about(ring_of(shape, BOX, rise)[0], returned=returned), BOX, 0.002)
+    assert head.shape == shape
+    if shape != "rectangle":
+        assert abs(head.top - 4.0) < 0.012 and abs(head.rise - rise) < 0.04
+        assert 0.0 < np.sqrt(head.covariance[0]) < 0.01
+
+
+@pytest.mark.parametrize(("shape", "rise"), HEADS[1:])
+def test_tops_are_unbiased_and_their_sigmas_honest(shape, rise):
+    ring = ring_of(shape, BOX, rise)[0]
+    found = [find_head(fan_about(ring, 3000, seed), BOX, 0.002) for seed in range(12)]
+    error = np.array([h.top - 4.0 for h in found])
+    sigma = np.sqrt([h.covariance[0] for h in found])
+    assert abs(error.mean()) < 0.003
+    assert 0.3 < np.sqrt(np.mean((error / np.maximum(sigma, 5e-4)) ** 2)) < 2.0
+
+
+def test_a_circle_is_no_square():
+    p = np.random.default_rng(4).uniform((0.5, 1.5), (2.5, 3.5), (6000, 2))
+    box = (1.0, 2.0, 2.0, 3.0)
+    inside = ring_contains(ring_of("circle", box, 0.0)[0], p)
+    radius, sigma, gain = find_circle(Fan(p[:, 0], p[:, 1], ~inside, 0.0), box, 0.002)
+    assert gain > 10 and abs(radius - 0.5) < 0.01 and 0 < sigma < 0.01
+    square = np.abs(p - (1.5, 2.5)).max(1) < 0.5
+    assert find_circle(Fan(p[:, 0], p[:, 1], ~square, 0.0), box, 0.002)[2] < 0
+
+
+@pytest.mark.parametrize(("shape", "rise"), [*HEADS, ("circle", 0.0)])
+def test_rings_follow_their_parameters(shape, rise):
+    box = (1.0, 2.0, 2.2, 3.2) if shape == "circle" else BOX
+    ring, weights = ring_of(shape, box, rise)
+    assert ring_area(ring) > 0
+    assert np.allclose(np.r_[ring.min(0), ring.max(0)], box, atol=2e-3)
+    shift = np.array([0.003, -0.002, 0.001, 0.004, 0.002 if rise else 0.0])
+    moved = (box[0] + shift[0], box[1] + shift[2], box[2] + shift[1], box[3] + shift[3])
+    other, _ = ring_of(shape, moved, rise + shift[4])
+    assert np.allclose(ring.ravel() + weights @ shift, other.ravel(), atol=2e-4)
