@@ -5,6 +5,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+import cv2
 import numpy as np
 import pytest
 
@@ -48,8 +49,40 @@ def test_the_stage_alone_takes_the_method(copy: Path) -> None:
     run_stage(copy, "openings", options={"method": "paper"})
     assert path.read_bytes() != before
     assert any("method 'paper'" in note for note in workspace.manifest()["notes"])
+    assert pictures(path.parent) == {"openings", "evidence", "cells_before", "cells"}
     run_stage(copy, "openings", options={"method": "evidence"})
     assert path.read_bytes() == before
+    assert pictures(path.parent) == {"openings", "evidence"}
+
+
+def pictures(folder: Path) -> set[str]:
+    return {path.stem for path in folder.glob("*.png")}
+
+
+def test_openings_without_an_ortho_image_are_drawn_on_the_evidence(copy: Path) -> None:
+    workspace = Workspace(copy)
+    (name,) = workspace.opening_ids()
+    folder = workspace.facade_folder(name)
+    photograph = cv2.imread(str(folder / "openings.png"))
+    (copy / ".done" / "ortho.B01.json").unlink()
+    run_stage(copy, "openings")
+    drawn, evidence = (cv2.imread(str(folder / f"{stem}.png")) for stem in ("openings", "evidence"))
+    assert drawn.shape == evidence.shape != photograph.shape
+    assert 0.5 < (drawn == evidence).all(2).mean() < 1.0
+
+
+def test_a_picture_that_cannot_be_drawn_costs_no_openings(
+    copy: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def broken(*_: Any) -> None:
+        raise ZeroDivisionError("of all things")
+
+    monkeypatch.setattr(findopenings, "save_pictures", broken)
+    summary = run_stage(copy, "openings")
+    assert [w["code"] for w in summary.warnings] == ["E999"]
+    (name,) = Workspace(copy).opening_ids()
+    folder = Workspace(copy).facade_folder(name)
+    assert (folder / "openings.json").is_file() and pictures(folder) == set()
 
 
 def test_a_facade_that_cannot_be_judged_is_a_warning_and_leaves_no_files(
@@ -69,6 +102,7 @@ def test_a_facade_that_cannot_be_judged_is_a_warning_and_leaves_no_files(
         summary = run_stage(copy, "openings")
         assert [(w["item"], w["code"]) for w in summary.warnings] == [(name, code)]
         assert Workspace(copy).opening_ids() == [] and not any((folder / file).exists() for file in FILES)
+        assert pictures(folder) == set()
 
 
 def test_the_ground_is_told_in_the_facade_s_own_frame() -> None:

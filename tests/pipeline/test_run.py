@@ -58,7 +58,7 @@ def test_a_run_leaves_what_the_design_names(finished: Path) -> None:
     ):
         assert (finished / name).stat().st_size > 0, name
     for name in ("ortho.tif", "ortho.json", "depth.tif", "sources.tif", "ortho.jpg", "facade.json",
-                 "openings.json", "protrusions.json"):  # fmt: skip
+                 "openings.json", "protrusions.json", "openings.png", "evidence.png"):  # fmt: skip
         assert (finished / "facades" / facade / name).stat().st_size > 0, name
     assert not list(finished.rglob("*.part"))
     manifest = json.loads((finished / "manifest.json").read_text())

@@ -22,6 +22,11 @@ def view(name: str = "B01/F1") -> FacadeView:
 
 
 def page(address: str = "13 rue Soufflot") -> str:
+    return page_of(view(), address)
+
+
+def page_of(shown: FacadeView, address: str = "13 rue Soufflot") -> str:
+    """The page of one building with one facade."""
     warning = {"stage": "facades", "item": "B01", "code": "F103", "message": EVIL, "hint": ""}
     counts = {"items": 1, "key": "k", "warnings": [], "notes": []}
     manifest = {
@@ -32,14 +37,14 @@ def page(address: str = "13 rue Soufflot") -> str:
     }  # fmt: skip
     record = {"id": "B01", "address": address, "points": 1234, "ground_z": 12.0, "cuts": [], "notes": [EVIL]}
     plan = np.random.default_rng(0).uniform(0, 10, (50, 2)) + np.array([60, 868])
-    building = BuildingView(record, plan, (view(),), (warning,))
+    building = BuildingView(record, plan, (shown,), (warning,))
     return render_report(ReportData(manifest, (building,), plan, np.zeros(50, np.int64)))
 
 
 class Tags(HTMLParser):
     """Counts start and end tags, collects every address."""
 
-    VOID = frozenset({"meta", "image", "line", "rect", "polygon"})
+    VOID = frozenset({"meta", "image", "line", "rect", "polygon", "path"})
 
     def __init__(self) -> None:
         super().__init__()

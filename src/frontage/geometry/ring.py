@@ -6,11 +6,34 @@ from shapely.geometry import Polygon, box
 
 from frontage.geometry.arrays import Array, Bool, Float
 
+_ON_SIDE = 1e-6  # corners that close to a side of the bounding box touch it
+
 
 def ring_area(ring: Float) -> float:
     """Signed area in squared units: positive when counter-clockwise."""
     x, y = np.asarray(ring, np.float64).T
     return float(0.5 * (x @ np.roll(y, -1) - y @ np.roll(x, -1)))
+
+
+def ring_area_sigma(ring: Float, covariance: Float) -> float:
+    """Standard error of a ring's area, of the covariance (2k, 2k) of its coordinates x0, y0, x1, y1, ..."""
+    ahead, behind = np.roll(ring, -1, axis=0), np.roll(ring, 1, axis=0)
+    gradient = 0.5 * np.column_stack([ahead[:, 1] - behind[:, 1], behind[:, 0] - ahead[:, 0]]).ravel()
+    return float(np.sqrt(max(float(gradient @ covariance @ gradient), 0.0)))
+
+
+def box_sigmas(ring: Float, covariance: Float) -> tuple[float, float, float, float]:
+    """Standard errors of x0, y0, x1, y1 of a ring's bounding box: mean over the corners that touch a side.
+
+    `covariance` (2k, 2k) of the coordinates x0, y0, x1, y1, ...
+    """
+    sigma = np.sqrt(np.diag(covariance)).reshape(-1, 2)
+
+    def side(axis: int, at: float) -> float:
+        return float(sigma[np.abs(ring[:, axis] - at) < _ON_SIDE, axis].mean())
+
+    low, high = ring.min(0), ring.max(0)
+    return side(0, low[0]), side(1, low[1]), side(0, high[0]), side(1, high[1])
 
 
 def ring_contains(ring: Float, xy: Float) -> Bool:

@@ -65,6 +65,20 @@ def decompose(xz: Float, outline: Float, distance: float, least: tuple[float, fl
     return Decomposition(xz, distance, edges, borders, seen, cells, tuple(sorted(holes)))
 
 
+def facade_cells(facade: Facade, scan: Scan, options: OpeningOptions) -> Decomposition | None:
+    """The decomposition that the facade's windows come from (not those of its protrusions), to look at.
+
+    None where too few points lie on the plane.
+    """
+    q = facade.frame.inverse.apply(scan.xyz[facade.support])
+    tolerance = _ON_PLANE * facade.roughness
+    distance = point_distance(q[np.abs(q[:, 1]) <= tolerance][:, [0, 2]])
+    if not np.isfinite(distance):
+        return None
+    least = (options.min_width, options.min_height)
+    return decompose(q[q[:, 1] <= tolerance][:, [0, 2]], facade.outline, distance, least)
+
+
 def find_by_paper(facade: Facade, scan: Scan, options: OpeningOptions) -> Elements | Failed:
     """What the facade holds, by the published method on its one plane.
 

@@ -13,6 +13,7 @@ import numpy as np
 
 from frontage.errors import FileError
 from frontage.geometry.arrays import Float
+from frontage.geometry.ring import box_sigmas
 from frontage.model import Bar, Elements, Estimate, Facade, Opening, Protrusion, Provenance
 from frontage.pipeline.files import read_json, write_arrays, write_json
 
@@ -20,7 +21,7 @@ FILES = ("openings.json", "protrusions.json", "outlines.npz")
 """What `save_elements` leaves in a facade's folder."""
 
 _AGAIN = "make it again with `frontage openings`"
-_ON = 1e-6  # m: corners that close to the bounding box make its border
+_SIDES = ("left", "bottom", "right", "top")
 Noun = TypeVar("Noun")
 
 
@@ -69,7 +70,7 @@ def _opening_record(o: Opening, facade: Facade, front: float) -> dict[str, Any]:
         "bars": {
             axis: [_bar_record(b) for b in o.bars if b.axis == axis] for axis in ("vertical", "horizontal")
         },
-        "sigma": border_sigmas(o) | {"depth": None if o.depth is None else _number(o.depth.sigma[0])},
+        "sigma": _sigmas(o),
         "provenance": str(o.provenance),
         "confidence": float(o.confidence),
         "floor": int(o.floor),
@@ -96,18 +97,11 @@ def _protrusion_record(p: Protrusion, facade: Facade) -> dict[str, Any]:
     }
 
 
-def border_sigmas(o: Opening) -> dict[str, float | None]:
-    """Standard errors m of an opening's "left", "right", "bottom", "top"; None = not known.
-
-    Of the ring's bounding box: the mean over the corners that make a border.
-    """
-    sigma = np.sqrt(np.diag(o.ring_covariance)).reshape(-1, 2)
-    low, high = o.ring.min(0), o.ring.max(0)
-    borders = {"left": (0, low), "right": (0, high), "bottom": (1, low), "top": (1, high)}
-    return {
-        name: _number(sigma[np.abs(o.ring[:, axis] - at[axis]) < _ON, axis].mean())
-        for name, (axis, at) in borders.items()
-    }
+def _sigmas(o: Opening) -> dict[str, float | None]:
+    """Standard errors m of an opening's borders and depth; None = not known."""
+    sides = box_sigmas(o.ring, o.ring_covariance)
+    found = {name: _number(sigma) for name, sigma in zip(_SIDES, sides, strict=True)}
+    return found | {"depth": None if o.depth is None else _number(o.depth.sigma[0])}
 
 
 def _bar_record(b: Bar) -> dict[str, Any]:

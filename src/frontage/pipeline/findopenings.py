@@ -12,6 +12,7 @@ from frontage.model import Building, Elements, Facade, Failed, Scan
 from frontage.openings.find import find_openings
 from frontage.openings.options import OpeningOptions
 from frontage.pipeline.elements import remove_elements, save_elements
+from frontage.pipeline.openingpictures import remove_pictures, save_pictures
 from frontage.pipeline.records import failed_record
 from frontage.pipeline.tasks import Task, as_failed, load_cloud
 from frontage.pipeline.workspace import Workspace
@@ -30,20 +31,22 @@ def openings_task(task: OpeningsTask) -> dict[str, Any]:
     """Openings of one building's facades to their folders.
 
     Returns `{"facades": [id, ...], "openings": [id, ...], "protrusions": [id, ...], "notes": {facade: [...]},
-    "warnings": [...]}`; `facades` are those that were judged.
+    "pictures": {facade: [...]}, "warnings": [...]}`; `facades` are those that were judged.
     """
     workspace = Workspace(task.out)
     if not task.redo and (marker := workspace.done("openings", task.id, task.key)):
         return dict(marker["result"])
     found = workspace.done("facades", task.id)
     names = list(found["result"]["facades"]) if found else []
-    result: dict[str, Any] = {"facades": [], "openings": [], "protrusions": [], "notes": {}, "warnings": []}
+    result: dict[str, Any] = {"facades": [], "openings": [], "protrusions": [], "warnings": []}
+    result |= {"notes": {}, "pictures": {}}
     if names:
         scan, building = load_cloud(task, workspace)
         workspace.begin("openings", task.id)
         judged: list[tuple[Facade, Elements]] = []
         for name in names:
             remove_elements(workspace.facade_folder(name))
+            remove_pictures(workspace.facade_folder(name))
             facade = workspace.load_facade(name)
             elements = _find(facade, scan, options_at(facade, building, task.options))
             if isinstance(elements, Failed):
@@ -53,6 +56,7 @@ def openings_task(task: OpeningsTask) -> dict[str, Any]:
         for facade, elements in _numbered(judged, building, task.options):
             save_elements(workspace.facade_folder(facade.id), facade, elements)
             _tell(elements, result)
+            _picture(task, workspace, facade, elements, scan, result)
     workspace.finish("openings", task.id, task.key, result)
     return result
 
@@ -75,6 +79,22 @@ def _tell(elements: Elements, result: dict[str, Any]) -> None:
     result["openings"] += [o.id for o in elements.openings]
     result["protrusions"] += [p.id for p in elements.protrusions]
     result["notes"][elements.facade] = list(elements.notes)
+
+
+def _picture(
+    task: OpeningsTask,
+    workspace: Workspace,
+    facade: Facade,
+    elements: Elements,
+    scan: Scan,
+    result: dict[str, Any],
+) -> None:
+    """The facade's pictures; openings without them are better than none."""
+    try:
+        pictures = save_pictures(workspace, facade, elements, scan, task.options)
+        result["pictures"][facade.id] = pictures
+    except Exception as error:
+        result["warnings"].append(failed_record(facade.id, as_failed(error, facade.id)))
 
 
 def _find(facade: Facade, scan: Scan, options: OpeningOptions) -> Elements | Failed:

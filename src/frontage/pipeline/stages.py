@@ -184,6 +184,7 @@ def _model_crs(project: Project) -> str | None:
 
 
 _BASE = ("geometry", "model", "solve", "raster", "io", "pipeline")
+_OPENINGS = (*_BASE, "openings", "catalog", "report")
 
 STAGES: tuple[Stage, ...] = (
     Stage("scans", scans, ("geometry", "model", "io"), ("scans",), lambda p: [p.project.crs, _dump(p.scans)]),
@@ -191,9 +192,7 @@ STAGES: tuple[Stage, ...] = (
     Stage("buildings", buildings, (*_BASE, "buildings"), ("model",), _buildings),
     Stage("facades", facades, (*_BASE, "facades"), (), _facades, exact=True),
     Stage("ortho", ortho, (*_BASE, "ortho"), ("photos",), lambda p: _dump([p.ortho, p.photos]), exact=True),
-    Stage(
-        "openings", openings, (*_BASE, "openings", "catalog"), (), lambda p: _dump([p.openings]), exact=True
-    ),
+    Stage("openings", openings, _OPENINGS, (), lambda p: _dump([p.openings]), exact=True),
     Stage("export", export, (*_BASE, "exports"), (), lambda p: []),
     Stage("report", report, (*_BASE, "report"), (), lambda p: []),
 )

@@ -7,14 +7,19 @@ import numpy as np
 from frontage.exports import limit_texture
 from frontage.geometry.arrays import Array, Float
 from frontage.io.store import load_scan
+from frontage.model import Facade
 from frontage.pipeline.clouds import thin_to
+from frontage.pipeline.elements import load_elements
 from frontage.pipeline.files import read_json
+from frontage.pipeline.openingpictures import ortho_corner
 from frontage.pipeline.workspace import Workspace
-from frontage.report import BuildingView, FacadeView, OrthoView, RegistrationView, ReportData
+from frontage.report import BuildingView, FacadeView, OrthoView, PictureView, RegistrationView, ReportData
 
 _PICTURE = 1500  # px; sharp on the page, and a street of 50 facades stays below 30 MB
 _PLAN_POINTS = 400_000
 _PLAN_CELL = 0.1  # m
+_FILES = ("ortho.tif", "ortho.json", "depth.tif", "sources.tif", "ortho.jpg",
+          "openings.json", "protrusions.json", "openings.png", "evidence.png")  # fmt: skip
 
 
 def report_data(workspace: Workspace, manifest: dict[str, Any]) -> ReportData:
@@ -60,17 +65,39 @@ def _facade(workspace: Workspace, name: str, has_ortho: bool, warnings: list[dic
     ortho = None
     if has_ortho:
         sidecar = read_json(folder / "ortho.json")
-        M = np.array(sidecar["raster_to_world"], np.float64).reshape(4, 4)
-        corner = facade.frame.inverse.apply(facade.world.to_local(M[None, :3, 3]))[0]
         ortho = OrthoView(
             jpeg=limit_texture((folder / "ortho.jpg").read_bytes(), _PICTURE),
             gsd=float(sidecar["gsd"]),
             size=(int(sidecar["width"]), int(sidecar["height"])),
-            corner=(float(corner[0]), float(corner[2])),
+            corner=ortho_corner(sidecar, facade),
             sources=tuple(str(s) for s in sidecar["sources"]),
         )
     own = tuple(w for w in warnings if w["item"] == name)
-    return FacadeView(facade, ortho, f"facades/{folder.name}", own)
+    return FacadeView(
+        facade,
+        ortho,
+        f"facades/{folder.name}",
+        own,
+        files=tuple(file for file in _FILES if (folder / file).is_file()),
+        **_openings(workspace, facade),
+    )
+
+
+def _openings(workspace: Workspace, facade: Facade) -> dict[str, Any]:
+    """What the stage `openings` left of a facade, by the names of the view; nothing where it left nothing."""
+    done = workspace.done("openings", facade.building)
+    if done is None or facade.id not in done["result"]["facades"]:
+        return {}
+    folder, result = workspace.facade_folder(facade.id), done["result"]
+    pictures = [
+        PictureView((folder / f"{p['name']}.png").read_bytes(), tuple(p["extent"]), p["caption"])
+        for p in result["pictures"].get(facade.id, ())
+    ]
+    return {
+        "elements": load_elements(folder, facade.id),
+        "evidence": tuple(pictures),
+        "notes": tuple(result["notes"].get(facade.id, ())),
+    }
 
 
 def _plan(workspace: Workspace, building: str) -> Float:

@@ -20,6 +20,7 @@ from frontage.io.store import load_scan
 from frontage.model import Building, Facade, Failed, OrthoImage, Scan
 from frontage.ortho import OrthoOptions, make_ortho
 from frontage.pipeline.elements import remove_elements
+from frontage.pipeline.openingpictures import remove_pictures
 from frontage.pipeline.records import building_from_record, failed_record, load_facade, save_facade
 from frontage.pipeline.workspace import Workspace
 
@@ -72,6 +73,7 @@ def facades_task(task: FacadesTask) -> dict[str, Any]:
     workspace.begin("openings", task.id)
     for facade in facades:
         remove_elements(workspace.facade_folder(facade.id))
+        remove_pictures(workspace.facade_folder(facade.id))
         save_facade(workspace.facade_folder(facade.id), facade)
     known: list[str] = before["result"]["facades"] if before else []
     for stale in set(known) - {f.id for f in facades}:

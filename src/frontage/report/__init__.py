@@ -1,6 +1,21 @@
 """Pages for people: report.html."""
 
-from frontage.report.data import BuildingView, FacadeView, OrthoView, RegistrationView, ReportData
+from frontage.report.data import (
+    BuildingView,
+    FacadeView,
+    OrthoView,
+    PictureView,
+    RegistrationView,
+    ReportData,
+)
 from frontage.report.page import render_report
 
-__all__ = ["BuildingView", "FacadeView", "OrthoView", "RegistrationView", "ReportData", "render_report"]
+__all__ = [
+    "BuildingView",
+    "FacadeView",
+    "OrthoView",
+    "PictureView",
+    "RegistrationView",
+    "ReportData",
+    "render_report",
+]

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from frontage.geometry.arrays import Array, Float
-from frontage.model import Facade
+from frontage.model import Elements, Facade
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,13 +31,31 @@ class OrthoView:
 
 
 @dataclass(frozen=True, eq=False)
+class PictureView:
+    """A picture of a facade: PNG bytes, its edges x0, z0, x1, z1 in m of the facade frame, its caption."""
+
+    png: bytes
+    extent: tuple[float, float, float, float]
+    caption: str
+
+
+@dataclass(frozen=True, eq=False)
 class FacadeView:
-    """A facade, its ortho-image where there is one, its folder relative to the page, and its warnings."""
+    """A facade, its ortho-image where there is one, its folder relative to the page, and its warnings.
+
+    elements  its openings and protrusions, None where they were not looked for or could not be judged
+    evidence  pictures of what they were found from; files: names in the folder that the page links to
+    notes     on the openings
+    """
 
     facade: Facade
     ortho: OrthoView | None
     folder: str
     warnings: tuple[dict[str, str], ...] = ()
+    elements: Elements | None = None
+    evidence: tuple[PictureView, ...] = ()
+    files: tuple[str, ...] = ()
+    notes: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, eq=False)

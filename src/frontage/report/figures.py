@@ -9,7 +9,8 @@ import cv2
 import numpy as np
 
 from frontage.geometry.arrays import Array, Float
-from frontage.report.data import FacadeView, OrthoView, ReportData
+from frontage.report.data import FacadeView, PictureView, ReportData
+from frontage.report.openings import Outline, outlines
 
 _PLAN_PIXELS = 430  # half the figure: a lone point shows as 2 px
 _AROUND = 12.0  # m shown around the facades
@@ -40,7 +41,7 @@ class Segment:
 
 @dataclass(frozen=True)
 class Figure:
-    """A picture of `width` x `height` px with a metre grid, an outline, facades in plan, a scale bar."""
+    """A picture of `width` x `height` px with a metre grid, outlines, facades in plan, a scale bar."""
 
     width: float
     height: float
@@ -49,6 +50,7 @@ class Figure:
     horizontal: tuple[Tick, ...] = ()
     outline: str = ""
     segments: tuple[Segment, ...] = ()
+    elements: tuple[Outline, ...] = ()
     bar: float = 0.0
     bar_label: str = ""
 
@@ -57,16 +59,26 @@ def ortho_figure(view: FacadeView) -> Figure | None:
     """The ortho-image with a line every metre (fewer when large), labelled x and z in m of the frame."""
     if view.ortho is None:
         return None
-    x0, z0, x1, z1 = view.ortho.extent
+    return _elevation(view, view.ortho.extent, _data_uri(view.ortho.jpeg, "jpeg"))
+
+
+def evidence_figure(view: FacadeView, picture: PictureView) -> Figure:
+    """A picture of the evidence, in the same way."""
+    return _elevation(view, picture.extent, _data_uri(picture.png, "png"))
+
+
+def _elevation(view: FacadeView, extent: tuple[float, float, float, float], href: str) -> Figure:
+    x0, z0, x1, z1 = extent
     scale = min(_FIGURE_WIDTH / (x1 - x0), _FIGURE_HEIGHT / (z1 - z0))
-    ring = (view.facade.outline - (x0, z1)) * (scale, -scale)
+    place = partial(to_figure, origin=np.array([x0, z1]), scale=float(scale))
     return Figure(
         width=(x1 - x0) * scale,
         height=(z1 - z0) * scale,
-        href=_data_uri(view.ortho),
+        href=href,
         vertical=_ticks(x0, x1, scale, lambda x: (x - x0) * scale),
         horizontal=_ticks(z0, z1, scale, lambda z: (z1 - z) * scale),
-        outline=" ".join(f"{x:.1f},{y:.1f}" for x, y in ring),
+        outline=" ".join(f"{x:.1f},{y:.1f}" for x, y in place(view.facade.outline)),
+        elements=outlines(view.elements, place) if view.elements else (),
     )
 
 
@@ -151,12 +163,11 @@ def _plan_image(xy: Float, group: Array, size: Float) -> str:
 
 def png_uri(image: Array) -> str:
     """A picture (h, w, 4) uint8 BGRA as PNG inside the page."""
-    png = cv2.imencode(".png", image)[1].tobytes()
-    return "data:image/png;base64," + base64.b64encode(png).decode()
+    return _data_uri(cv2.imencode(".png", image)[1].tobytes(), "png")
 
 
-def _data_uri(ortho: OrthoView) -> str:
-    return "data:image/jpeg;base64," + base64.b64encode(ortho.jpeg).decode()
+def _data_uri(data: bytes, kind: str) -> str:
+    return f"data:image/{kind};base64," + base64.b64encode(data).decode()
 
 
 def _ticks(low: float, high: float, scale: float, place: object) -> tuple[Tick, ...]:

@@ -6,8 +6,9 @@ from typing import Any
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
 from frontage.report.data import BuildingView, FacadeView, ReportData
-from frontage.report.figures import Figure, building_figure, ortho_figure, street_figure
+from frontage.report.figures import Figure, building_figure, evidence_figure, ortho_figure, street_figure
 from frontage.report.numbers import Fact, facade_facts
+from frontage.report.openings import Row, opening_facts, rows
 from frontage.report.registration import registration_figure, registration_rows
 
 
@@ -19,6 +20,9 @@ class _FacadeSection:
     facts: list[Fact]
     notes: tuple[str, ...]
     warnings: tuple[dict[str, str], ...]
+    rows: list[Row]
+    evidence: list[tuple[Figure, str]]
+    files: tuple[str, ...]
 
 
 @dataclass(frozen=True)
@@ -57,7 +61,8 @@ def render_report(data: ReportData) -> str:
 
 def _totals(stages: dict[str, Any]) -> list[tuple[str, str]]:
     """What was made, for the head of the page; a dash for stages that did not run."""
-    names = {"scans": "points", "buildings": "buildings", "facades": "facades", "ortho": "ortho-images"}
+    names = {"scans": "points", "buildings": "buildings", "facades": "facades", "ortho": "ortho-images",
+             "openings": "openings"}  # fmt: skip
     return [(text, f"{stages[name]['items']:,}" if name in stages else "–") for name, text in names.items()]
 
 
@@ -67,6 +72,17 @@ def _building(view: BuildingView) -> _BuildingSection:
 
 
 def _facade(view: FacadeView) -> _FacadeSection:
-    facade = view.facade
     facts = facade_facts(view)
-    return _FacadeSection(facade.id, view.folder, ortho_figure(view), facts, facade.notes, view.warnings)
+    if view.elements is not None:
+        facts += opening_facts(view.facade, view.elements)
+    return _FacadeSection(
+        view.facade.id,
+        view.folder,
+        ortho_figure(view),
+        facts,
+        view.facade.notes + view.notes,
+        view.warnings,
+        rows(view.elements) if view.elements else [],
+        [(evidence_figure(view, picture), picture.caption) for picture in view.evidence],
+        view.files,
+    )

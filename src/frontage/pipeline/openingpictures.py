@@ -1,0 +1,76 @@
+"""Pictures of a facade's openings in its folder: what they were found from, and what was found."""
+
+from pathlib import Path
+from typing import Any
+
+import cv2
+import numpy as np
+
+from frontage.exports import limit_texture
+from frontage.model import Elements, Facade, Scan
+from frontage.openings.beams import sort_beams
+from frontage.openings.evidence import weigh
+from frontage.openings.options import OpeningOptions
+from frontage.openings.paper import facade_cells
+from frontage.pipeline.files import read_json, write_bytes
+from frontage.pipeline.workspace import Workspace
+from frontage.report.drawing import opening_picture
+from frontage.report.evidence import Picture, beam_picture, cell_pictures
+
+NAMES = ("openings", "evidence", "cells_before", "cells")
+"""File stems of all pictures that may be there."""
+
+_LARGEST = 1000  # px of the longer side of the ortho-image under the openings
+
+
+def save_pictures(
+    workspace: Workspace, facade: Facade, elements: Elements, scan: Scan, options: OpeningOptions
+) -> list[dict[str, Any]]:
+    """Write `evidence.png` (by the paper's method also `cells_before.png`, `cells.png`) and `openings.png`.
+
+    `scan` is the building's working cloud. Returns `{"name", "caption", "extent": [x0, z0, x1, z1]}` of the
+    pictures of the evidence.
+    """
+    pictures = _evidence(facade, scan, options)
+    background = _ortho(workspace, facade) or (pictures[0] if pictures else None)
+    drawn = [opening_picture(background, elements)] if background else []
+    for picture in (*pictures, *drawn):
+        write_bytes(workspace.facade_folder(facade.id) / f"{picture.name}.png", picture.png)
+    return [{"name": p.name, "caption": p.caption, "extent": list(p.extent)} for p in pictures]
+
+
+def remove_pictures(folder: Path) -> None:
+    """Remove what `save_pictures` left in a folder, if anything."""
+    for name in NAMES:
+        (folder / f"{name}.png").unlink(missing_ok=True)
+
+
+def _evidence(facade: Facade, scan: Scan, options: OpeningOptions) -> tuple[Picture, ...]:
+    """What the method saw; worked out once more, which costs little."""
+    if options.method == "paper":
+        cells = facade_cells(facade, scan, options)
+        return () if cells is None else cell_pictures(cells)
+    beams = sort_beams(facade, scan)
+    return (beam_picture(beams, weigh(facade, beams)),)
+
+
+def _ortho(workspace: Workspace, facade: Facade) -> Picture | None:
+    """The facade's ortho-image, where there is a finished one."""
+    done = workspace.done("ortho", facade.building)
+    if done is None or facade.id not in done["result"]["orthos"]:
+        return None
+    folder = workspace.facade_folder(facade.id)
+    sidecar = read_json(folder / "ortho.json")
+    jpeg = limit_texture((folder / "ortho.jpg").read_bytes(), _LARGEST)
+    image = cv2.imdecode(np.frombuffer(jpeg, np.uint8), cv2.IMREAD_COLOR)
+    assert image is not None
+    x, z = ortho_corner(sidecar, facade)
+    w, h = (float(sidecar["gsd"]) * int(sidecar[side]) for side in ("width", "height"))
+    return Picture("ortho", "", cv2.cvtColor(image, cv2.COLOR_BGR2BGRA), (x, z - h, x + w, z))
+
+
+def ortho_corner(sidecar: dict[str, Any], facade: Facade) -> tuple[float, float]:
+    """Outer upper left corner (x, z) m of pixel (0, 0) in the facade's frame, from the sidecar's matrix."""
+    M = np.array(sidecar["raster_to_world"], np.float64).reshape(4, 4)
+    x, _, z = facade.frame.inverse.apply(facade.world.to_local(M[None, :3, 3]))[0]
+    return float(x), float(z)

@@ -1,0 +1,72 @@
+"""Openings and protrusions drawn on a picture of their facade, coloured by where they come from."""
+
+import cv2
+import numpy as np
+
+from frontage.geometry.arrays import Array, Float
+from frontage.geometry.ring import box_sigmas
+from frontage.model import Elements, Opening, Provenance
+from frontage.report.evidence import Picture
+
+SIGMAS = 1.96
+"""Standard errors to either side of a border that are drawn: 95 %."""
+
+# RGB; page.css has the same
+_COLOURS = {
+    Provenance.MEASURED: (46, 229, 157),
+    Provenance.POOLED: (77, 184, 255),
+    Provenance.INFERRED: (255, 159, 28),
+    Provenance.GIVEN: (255, 255, 255),
+}
+_PROTRUSION = (255, 93, 177)
+_FINE = 4  # binary digits of a pixel that outlines are drawn to
+_STRENGTH = 0.45  # of the bands of the borders' errors
+
+
+def opening_picture(background: Picture, elements: Elements) -> Picture:
+    """The outlines on a picture of the facade; bands are the 95 % errors of borders, crosses are inferred."""
+    image = background.image.copy()
+    x0, _, x1, z1 = background.extent
+    scale = image.shape[1] / (x1 - x0)
+
+    def pixels(ring: Float) -> Array:
+        return np.asarray(np.round(((ring - (x0, z1)) * (scale, -scale) - 0.5) * 2**_FINE), np.int32)
+
+    bands = image.copy()
+    for opening in elements.openings:
+        rings = [pixels(ring) for ring in error_band(opening)]
+        cv2.fillPoly(bands, rings, (*_COLOURS[opening.provenance][::-1], 255), cv2.LINE_AA, _FINE)
+    image = cv2.addWeighted(bands, _STRENGTH, image, 1 - _STRENGTH, 0.0)
+    for protrusion in elements.protrusions:
+        _outline(image, pixels(protrusion.ring), _PROTRUSION)
+    for opening in elements.openings:
+        colour = _COLOURS[opening.provenance]
+        _outline(image, pixels(opening.ring), colour)
+        if opening.provenance is Provenance.INFERRED:
+            (left, low), (right, high) = opening.ring.min(0), opening.ring.max(0)
+            for diagonal in ([[left, low], [right, high]], [[left, high], [right, low]]):
+                _outline(image, pixels(np.array(diagonal)), colour)
+    caption = (
+        "Openings: green measured, blue pooled, orange and crossed inferred (never seen); pink protrusions"
+    )
+    return Picture("openings", caption, image, background.extent)
+
+
+def error_band(opening: Opening) -> tuple[Float, Float]:
+    """The outline grown and shrunk by the 95 % errors of its borders, (k, 2) m each; unknown ones count 0."""
+    sigma = SIGMAS * np.nan_to_num(np.array(box_sigmas(opening.ring, opening.ring_covariance)), posinf=0.0)
+    return _moved(opening.ring, sigma), _moved(opening.ring, -sigma)
+
+
+def _moved(ring: Float, by: Float) -> Float:
+    """The ring with its box's sides moved outwards by (left, bottom, right, top) m, the rest in between."""
+    low, high = ring.min(0), ring.max(0)
+    size = high - low
+    most = -0.5 * size  # sides that are moved inwards meet in the middle
+    start, end = low - np.maximum(by[:2], most), high + np.maximum(by[2:], most)
+    return np.asarray(start + (ring - low) / np.maximum(size, 1e-9) * (end - start))
+
+
+def _outline(image: Array, ring: Array, colour: tuple[int, int, int]) -> None:
+    cv2.polylines(image, [ring], True, (0, 0, 0, 255), 3, cv2.LINE_AA, _FINE)
+    cv2.polylines(image, [ring], True, (*colour[::-1], 255), 1, cv2.LINE_AA, _FINE)
