@@ -25,7 +25,7 @@ def page(address: str = "13 rue Soufflot") -> str:
     return page_of(view(), address)
 
 
-def page_of(shown: FacadeView, address: str = "13 rue Soufflot") -> str:
+def page_of(shown: FacadeView, address: str = "13 rue Soufflot", model: bytes = b"") -> str:
     """The page of one building with one facade."""
     warning = {"stage": "facades", "item": "B01", "code": "F103", "message": EVIL, "hint": ""}
     counts = {"items": 1, "key": "k", "warnings": [], "notes": []}
@@ -37,14 +37,15 @@ def page_of(shown: FacadeView, address: str = "13 rue Soufflot") -> str:
     }  # fmt: skip
     record = {"id": "B01", "address": address, "points": 1234, "ground_z": 12.0, "cuts": [], "notes": [EVIL]}
     plan = np.random.default_rng(0).uniform(0, 10, (50, 2)) + np.array([60, 868])
-    building = BuildingView(record, plan, (shown,), (warning,))
-    return render_report(ReportData(manifest, (building,), plan, np.zeros(50, np.int64)))
+    building = BuildingView(record, plan, (shown,), (warning,), model)
+    files = ("model/lod3.glb",) if model else ()
+    return render_report(ReportData(manifest, (building,), plan, np.zeros(50, np.int64), files=files))
 
 
 class Tags(HTMLParser):
     """Counts start and end tags, collects every address."""
 
-    VOID = frozenset({"meta", "image", "line", "rect", "polygon", "path"})
+    VOID = frozenset({"meta", "image", "line", "rect", "polygon", "path", "img"})
 
     def __init__(self) -> None:
         super().__init__()
@@ -69,8 +70,19 @@ def test_the_page_is_one_well_formed_file_without_network() -> None:
     tags = Tags()
     tags.feed(text)
     assert tags.open == []
-    assert all(re.match(r"data:image/(jpeg|png);base64,|#|buildings/|facades/", link) for link in tags.links)
+    assert all(
+        re.match(r"data:image/(jpeg|png);base64,|#|buildings/|facades/|model/", link) for link in tags.links
+    )
     assert not re.search(r"https?://|@import|url\(", text)
+
+
+def test_the_model_is_shown_where_there_is_one() -> None:
+    assert "<img" not in page()
+    text = page_of(view(), model=b"a picture")
+    assert text.count('<img src="data:image/png;base64,') == 1 and 'href="model/lod3.glb"' in text
+    tags = Tags()
+    tags.feed(text)
+    assert tags.open == []
 
 
 def test_names_from_files_are_escaped() -> None:

@@ -116,9 +116,10 @@ def tell(summary: "Summary", quiet: bool, as_json: bool) -> None:
         click.echo(f"warning {warning['code']} {warning['item']}: {warning['message']}{hint}", err=True)
     for note in summary.notes:
         click.echo(f"note: {note}", err=True)
-    click.echo(
-        f"{len(summary.facades)} ortho-images in {summary.out / 'facades'}; see {summary.out / 'report.html'}"
-    )
+    made = f"{len(summary.facades)} ortho-images"
+    if "openings" in summary.items:
+        made += f" and {summary.items['openings']} openings"
+    click.echo(f"{made} in {summary.out / 'facades'}; see {summary.out / 'report.html'}")
 
 
 def as_table(summary: "Summary") -> dict[str, Any]:

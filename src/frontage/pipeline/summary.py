@@ -20,6 +20,7 @@ _PLAN_POINTS = 400_000
 _PLAN_CELL = 0.1  # m
 _FILES = ("ortho.tif", "ortho.json", "depth.tif", "sources.tif", "ortho.jpg",
           "openings.json", "protrusions.json", "openings.png", "evidence.png")  # fmt: skip
+_MODEL = (".json", ".gml", ".glb", ".obj")
 
 
 def report_data(workspace: Workspace, manifest: dict[str, Any]) -> ReportData:
@@ -33,7 +34,9 @@ def report_data(workspace: Workspace, manifest: dict[str, Any]) -> ReportData:
     ground = _surroundings(workspace)
     street = np.vstack([ground, *streets])
     group = np.concatenate([np.full(len(ground), -1, np.int64), *groups])
-    return ReportData(manifest, tuple(views), street, group, _registration(workspace, manifest))
+    model = (p for p in (workspace.out / "model").glob("*") if p.suffix in _MODEL)
+    files = tuple(f"model/{path.name}" for path in sorted(model))
+    return ReportData(manifest, tuple(views), street, group, _registration(workspace, manifest), files)
 
 
 def _building(
@@ -46,7 +49,9 @@ def _building(
         _facade(workspace, name, name in with_ortho, warnings)
         for name in (marker["result"]["facades"] if marker else ())
     )
-    return BuildingView(record, plan, facades, tuple(w for w in warnings if w["item"] == record["id"]))
+    own = tuple(w for w in warnings if w["item"] == record["id"])
+    picture = workspace.out / "model" / "pictures" / f"{record['id']}.png"
+    return BuildingView(record, plan, facades, own, picture.read_bytes() if picture.is_file() else b"")
 
 
 def _registration(workspace: Workspace, manifest: dict[str, Any]) -> RegistrationView | None:

@@ -60,12 +60,13 @@ class FacadeView:
 
 @dataclass(frozen=True, eq=False)
 class BuildingView:
-    """A building: its record, plan points (k, 2) m local, facades, warnings."""
+    """A building: its record, plan points (k, 2) m local, facades, warnings, its model as PNG (empty = none)."""
 
     record: dict[str, Any]
     plan: Float
     facades: tuple[FacadeView, ...]
     warnings: tuple[dict[str, str], ...] = ()
+    model: bytes = b""
 
 
 @dataclass(frozen=True, eq=False)
@@ -84,10 +85,14 @@ class RegistrationView:
 
 @dataclass(frozen=True, eq=False)
 class ReportData:
-    """The whole page: manifest, buildings, the street's plan (k, 2) m local, building number (k,) or -1."""
+    """The whole page: manifest, buildings, the street's plan (k, 2) m local, building number (k,) or -1.
+
+    files  of the model, relative to the page
+    """
 
     manifest: dict[str, Any]
     buildings: tuple[BuildingView, ...]
     street: Float
     street_building: Array
     registration: RegistrationView | None = None
+    files: tuple[str, ...] = ()

@@ -59,12 +59,12 @@ def ortho_figure(view: FacadeView) -> Figure | None:
     """The ortho-image with a line every metre (fewer when large), labelled x and z in m of the frame."""
     if view.ortho is None:
         return None
-    return _elevation(view, view.ortho.extent, _data_uri(view.ortho.jpeg, "jpeg"))
+    return _elevation(view, view.ortho.extent, data_uri(view.ortho.jpeg, "jpeg"))
 
 
 def evidence_figure(view: FacadeView, picture: PictureView) -> Figure:
     """A picture of the evidence, in the same way."""
-    return _elevation(view, picture.extent, _data_uri(picture.png, "png"))
+    return _elevation(view, picture.extent, data_uri(picture.png, "png"))
 
 
 def _elevation(view: FacadeView, extent: tuple[float, float, float, float], href: str) -> Figure:
@@ -163,10 +163,11 @@ def _plan_image(xy: Float, group: Array, size: Float) -> str:
 
 def png_uri(image: Array) -> str:
     """A picture (h, w, 4) uint8 BGRA as PNG inside the page."""
-    return _data_uri(cv2.imencode(".png", image)[1].tobytes(), "png")
+    return data_uri(cv2.imencode(".png", image)[1].tobytes(), "png")
 
 
-def _data_uri(data: bytes, kind: str) -> str:
+def data_uri(data: bytes, kind: str) -> str:
+    """A "png" or "jpeg" inside the page."""
     return f"data:image/{kind};base64," + base64.b64encode(data).decode()
 
 

@@ -6,7 +6,14 @@ from typing import Any
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
 from frontage.report.data import BuildingView, FacadeView, ReportData
-from frontage.report.figures import Figure, building_figure, evidence_figure, ortho_figure, street_figure
+from frontage.report.figures import (
+    Figure,
+    building_figure,
+    data_uri,
+    evidence_figure,
+    ortho_figure,
+    street_figure,
+)
 from frontage.report.numbers import Fact, facade_facts
 from frontage.report.openings import Row, opening_facts, rows
 from frontage.report.registration import registration_figure, registration_rows
@@ -31,6 +38,7 @@ class _BuildingSection:
     figure: Figure | None
     facades: list[_FacadeSection]
     warnings: tuple[dict[str, str], ...]
+    model: str
 
 
 def render_report(data: ReportData) -> str:
@@ -54,6 +62,7 @@ def render_report(data: ReportData) -> str:
         street=street_figure(data),
         registration=registration_figure(data.registration) if data.registration else None,
         registered=registration_rows(data.registration.record) if data.registration else [],
+        files=data.files,
         buildings=[_building(view) for view in data.buildings],
     )
     return text.lstrip()
@@ -68,7 +77,8 @@ def _totals(stages: dict[str, Any]) -> list[tuple[str, str]]:
 
 def _building(view: BuildingView) -> _BuildingSection:
     figure = building_figure(view.plan, view.facades)
-    return _BuildingSection(view.record, figure, [_facade(f) for f in view.facades], view.warnings)
+    model = data_uri(view.model, "png") if view.model else ""
+    return _BuildingSection(view.record, figure, [_facade(f) for f in view.facades], view.warnings, model)
 
 
 def _facade(view: FacadeView) -> _FacadeSection:
