@@ -60,7 +60,7 @@ class FacadeView:
 
 @dataclass(frozen=True, eq=False)
 class BuildingView:
-    """A building: its record, plan points (k, 2) m local, facades, warnings, its model as PNG (empty = none)."""
+    """A building: its record, plan points (k, 2) m local, facades, warnings, PNG of its model (or empty)."""
 
     record: dict[str, Any]
     plan: Float
