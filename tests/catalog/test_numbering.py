@@ -136,6 +136,13 @@ def test_bays_are_columns_over_all_floors_and_numbers_count_within_one() -> None
     assert max(by_name.values()) == 3
 
 
+def test_shops_that_match_no_window_leave_the_windows_their_bays() -> None:
+    shops = [opening(x, 0.3, 2.2, 2.6, "shopfront") for x in (0.4, 3.2, 6.0)]
+    found = numbered("B01/F1", [*shops, *rows([4.1], (0.6, 2.2, 3.8, 5.4, 7.0))], 0.0)
+    assert [o.bay for o in found if o.floor == 1] == [1, 2, 3, 4, 5]
+    assert max(o.bay for o in found) == 5
+
+
 @pytest.mark.parametrize("ground", [0.0, None])
 def test_nothing_and_one_opening(ground: float | None) -> None:
     assert numbered("B01/F1", [], ground) == ()

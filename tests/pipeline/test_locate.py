@@ -127,7 +127,7 @@ def test_the_question_of_the_paper(copy: Path, asked: str, answers: list[Located
     found = workspace.locate(asked, floor=1, window=2)
     assert (found.id, found.outline, found.pixels) == (wanted.id, wanted.outline, wanted.pixels)
     assert found.address == (asked if "ouf" in asked else None)
-    assert ("most openings" in found.chosen) == (asked != "B01/F1")
+    assert found.chosen == ("asked for" if asked == "B01/F1" else "the only one of the building")
 
 
 def test_the_facade_with_the_most_openings_is_meant_unless_another_is_asked_for(copy: Path) -> None:
@@ -139,7 +139,7 @@ def test_the_facade_with_the_most_openings_is_meant_unless_another_is_asked_for(
     folder, first = workspace.facade_folder("B01/F1"), workspace.load_facade("B01/F1")
     save_elements(folder, first, Elements("B01/F1", load_elements(folder, "B01/F1").openings[-1:]))
     found = workspace.locate("B01", floor=0, window=1)
-    assert found.facade == "B01/F2" and found.chosen.endswith("it has also B01/F1")
+    assert found.facade == "B01/F2" and found.chosen == "the one with the most openings, before B01/F1"
     with pytest.raises(InputError, match="B01/F1 has no opening 1 on floor 0"):
         workspace.locate("B01", floor=0, window=1, facade="f1")
 

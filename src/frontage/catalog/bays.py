@@ -10,8 +10,9 @@ from frontage.geometry.arrays import Float, Int
 def find_bays(boxes: Float, floor: Int) -> Int:
     """The bay (n,) of openings with boxes (n, 4) m (x0, z0, x1, z1), counted from the left, from 1.
 
-    Two openings of different floors share a bay when each holds the other's middle. What shares with nobody
-    (a shop front under two axes, a gable's windows) takes the nearest bay that it overlaps, or is one itself.
+    Two openings of different floors share a bay when each holds the other's middle; those of the fullest floor
+    have one each. What else shares with nobody (a shop front under two axes, a gable's windows) takes the
+    nearest of these bays that it overlaps, or is one itself.
     """
     if not len(boxes):
         return np.empty(0, np.int64)
@@ -22,8 +23,10 @@ def find_bays(boxes: Float, floor: Int) -> Int:
     _, group = connected_components(link, directed=False)
     size = np.bincount(group)
     places = np.array([np.median(middle[group == g]) for g in range(len(size))])
-    shared = np.flatnonzero(size > 1)
-    for i in np.flatnonzero(size[group] == 1):
+    floors, number = np.unique(floor, return_counts=True)
+    known = (size > 1) | np.isin(np.arange(len(size)), group[floor == floors[np.argmax(number)]])
+    shared = np.flatnonzero(known)
+    for i in np.flatnonzero(~known[group]):
         held = shared[np.abs(places[shared] - middle[i]) < half[i] + 0.25 * half[i]]
         if len(held):
             group[i] = held[np.argmin(np.abs(places[held] - middle[i]))]

@@ -68,9 +68,9 @@ def _place(workspace: "Workspace", asked: str, facade: str | None) -> Place:
     address = asked if asked.strip().casefold() != building.casefold() else None
     if facade is None:
         front = _street_facade(workspace, own)
-        others = [name for name in own if name != front]
-        more = f"; it has also {', '.join(others)}" if others else ""
-        return Place(building, address, front, f"the building's facade with the most openings{more}")
+        others = ", ".join(name for name in own if name != front)
+        why = f"the one with the most openings, before {others}" if others else "the only one of the building"
+        return Place(building, address, front, why)
     wanted = facade.replace("_", "/").casefold()
     for name in own:
         if wanted in (name.casefold(), name.rsplit("/", 1)[1].casefold()):
