@@ -62,6 +62,7 @@ def test_scans_come_to_their_true_poses_and_say_how_well(scene: Path, out: Path)
         covariance = np.array(found["covariance"])[:3, :3]
         assert error @ np.linalg.solve(covariance, error) < 16.3  # 99.9 % of three degrees of freedom
         seen = [d for d in found["observable"] if d["kind"] == "shift" and d["observable"]]
+        assert not any(d["weak"] and d["observable"] for d in found["observable"])
         assert seen, "facing walls determine at least the distance from them"
         assert all(abs(error @ d["axis"]) < 0.05 for d in seen)
         # the matrix takes the scanner's own coordinates into the world: its origin is the station

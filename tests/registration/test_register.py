@@ -80,14 +80,32 @@ def test_a_single_front_leaves_sliding_open() -> None:
     assert not along.observable
     assert along.sigma == pytest.approx(1.0, rel=0.1)
     assert across.observable
+    assert not along.weak, "the prior stands"
     assert across.sigma < 0.01
     assert along in result.unobservable
 
 
 def test_the_note_names_what_is_not_determined() -> None:
     given = misplaced(scan_of(ALONE, PLACE), np.zeros(3), 0.0, (1.0, 2.0))
-    (note,) = run([given], model_of(ALONE)).notes
-    assert "do not determine the shift along [1.0, " in note or "along [-1.0, " in note
+    lost, weak = run([given], model_of(ALONE)).notes
+    assert "do not determine the shift along [1.0, " in lost or "along [-1.0, " in lost
+    assert "little determines the shift along" in weak and weak.count("[") == 1
+
+
+def test_a_direction_is_observable_as_far_as_the_model_is_good() -> None:
+    """With no roof in sight the ground at the houses' feet tells the height to some centimetres: for a model
+    known to a millimetre that is little, for one known to 3 cm it is as good as the model."""
+    given = misplaced(scan_of(STREET, PLACE), np.zeros(3), 0.0, (1.0, 2.0))
+    states = []
+    for options in (EXACT, RegistrationOptions(sigma_height=0.03), RegistrationOptions(sigma_height=0.5)):
+        (result,) = run([given], model_of(STREET), options).scans
+        (height,) = (d for d in result.directions if d.kind == "shift" and abs(d.axis[2]) > 0.9)
+        assert 0.01 < height.sigma < 0.3, "the data tell it, not the prior of 1 m"
+        assert height.weak != height.observable
+        states.append(height.observable)
+        plan = [d for d in result.directions if d.kind == "shift" and abs(d.axis[2]) < 0.5]
+        assert len(plan) == 2 and all(d.observable and not d.weak for d in plan)
+    assert states == [False, True, False], "half a metre is more than `observable` allows"
 
 
 def test_equal_houses_a_pitch_apart_are_ambiguous() -> None:

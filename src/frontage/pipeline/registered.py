@@ -83,7 +83,7 @@ def _wall_record(w: WallOffset) -> dict[str, Any]:
 
 def _direction(d: Direction) -> dict[str, Any]:
     sigma, prior = _unit(d.kind, d.sigma), _unit(d.kind, d.sigma_prior)
-    known = {"sigma": sigma, "sigma_prior": prior, "observable": d.observable}
+    known = {"sigma": sigma, "sigma_prior": prior, "observable": d.observable, "weak": d.weak}
     return {"kind": d.kind, "axis": d.axis.tolist()} | known
 
 

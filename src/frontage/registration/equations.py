@@ -30,6 +30,8 @@ INDEPENDENT = 1.0  # m2 of wall that count as one observation
 FLOOR = 0.005  # m, least sigma of one observation
 CEILING = 0.05  # m, largest: what scatters more is not the wall
 _CORNER = 0.6  # sigma of a corner and of a patch, relative to that of the building
+_ROOF = 0.3  # sigma of a roof, relative to that of the building's height
+_ASLANT = 0.5  # squared cosine with one surface's normal from which on it determines a direction: 45 degrees
 _HELD = 1e-5  # rad, sigma of levels that are held
 
 
@@ -78,14 +80,25 @@ class Problem:
                 ]
                 if p.kind == "wall"
                 else [
-                    0.3 * height,
-                    0.3 * height / max(p.length, 1.0),
+                    _ROOF * height,
+                    _ROOF * height / max(p.length, 1.0),
                     np.radians(1.0) * min(1, height / 0.15),
                 ]
             )
             for p in self.walls.patches
         ]
         return np.vstack([buildings, np.array(patches).reshape(-1, 3)])
+
+    @property
+    def observable(self) -> Float:
+        """Sigma (3,) m per axis up to which a shift is observable: what one surface of the model tells of a
+        direction that it meets at 45 degrees, and `FLOOR` of the scan. Good models ask for more.
+        """
+        o = self.options
+        plan = o.sigma_model**2 * (1 + (_CORNER / 1.4) ** 2)
+        height = o.sigma_height**2 * (1 + _ROOF**2)
+        variance = np.array([plan, plan, height]) / _ASLANT + FLOOR**2
+        return np.asarray(np.minimum(np.sqrt(variance), o.observable))
 
 
 @dataclass(frozen=True, eq=False)

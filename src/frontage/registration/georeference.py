@@ -14,7 +14,14 @@ from frontage.registration.equations import Pairs, Problem
 from frontage.registration.observability import about_frame, directions
 from frontage.registration.options import RegistrationOptions
 from frontage.registration.place import place
-from frontage.registration.result import Alternative, PosePrior, Registered, Registration, WallOffset
+from frontage.registration.result import (
+    Alternative,
+    Direction,
+    PosePrior,
+    Registered,
+    Registration,
+    WallOffset,
+)
 from frontage.registration.stations import pairs
 from frontage.registration.surfels import Surfels, surfels
 from frontage.registration.walls import Walls, model_walls
@@ -143,7 +150,7 @@ def _registered(scan: Scan, problem: Problem, a: Adjusted, k: int) -> Registered
         ),
         position,
         block,
-        directions(block, prior, problem.options.observable, lever),
+        directions(block, prior, problem.observable, lever),
         share,
         float(1.4826 * np.median(np.abs(r))) if len(r) else float("nan"),
         int(near.sum()),
@@ -195,14 +202,19 @@ def _offsets(problem: Problem, a: Adjusted) -> tuple[WallOffset, ...]:
 def _notes(scans: Sequence[Registered], alternatives: Sequence[Alternative]) -> tuple[str, ...]:
     notes = []
     for s in scans:
-        lost = [d for d in s.unobservable if d.kind == "shift"]
-        if lost:
-            words = ", ".join(f"{d.axis.round(2).tolist()} (sigma {d.sigma:.2f} m)" for d in lost)
+        shifts = [d for d in s.unobservable if d.kind == "shift"]
+        if lost := _words([d for d in shifts if not d.weak]):
             notes.append(
-                f"{s.name}: the walls do not determine the shift along {words}; there the prior stands"
+                f"{s.name}: the walls do not determine the shift along {lost}; there the prior stands"
             )
+        if weak := _words([d for d in shifts if d.weak]):
+            notes.append(f"{s.name}: little determines the shift along {weak}")
         if s.explained < 0.2:
             notes.append(f"{s.name}: only {100 * s.explained:.0f} % of its wall area lies on the model")
     if alternatives:
         notes.append(f"{len(alternatives)} other places explain the scans nearly as well; check the result")
     return tuple(notes)
+
+
+def _words(lost: Sequence[Direction]) -> str:
+    return ", ".join(f"{d.axis.round(2).tolist()} (sigma {d.sigma:.2f} m)" for d in lost)

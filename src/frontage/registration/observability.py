@@ -6,25 +6,42 @@ from frontage.geometry.arrays import Float
 from frontage.geometry.rigid import Rigid3, skew
 from frontage.registration.result import Direction, PosePrior
 
-_GAIN = 4.0  # information of the data, relative to the prior's, that makes a direction observed
+_GAIN = 4.0  # information of the data, relative to the prior's, that makes the data tell a direction
 
 
-def directions(covariance: Float, prior: PosePrior, limit: float, lever: float) -> tuple[Direction, ...]:
+def directions(covariance: Float, prior: PosePrior, limit: Float, lever: float) -> tuple[Direction, ...]:
     """Principal directions of shift and turn of a pose with `covariance` (6, 6) about the instrument.
 
-    A direction is unobservable when its sigma is above `limit` m (turns: times `lever` m, the median range),
-    or when the data know less than four times what the prior knows.
+    limit  (3,) m per axis: the largest sigma of an observable shift (`Problem.observable`)
+    lever  m, the median range: a turn counts by how far it moves level ground and walls there
+
+    The data tell a direction when they know at least four times what the prior knows. It is observable if
+    they tell it within `limit`, else weak.
     """
     out = []
-    for kind, block, reach in (("shift", slice(0, 3), 1.0), ("turn", slice(3, 6), lever)):
+    for kind, block in (("shift", slice(0, 3)), ("turn", slice(3, 6))):
         values, vectors = np.linalg.eigh(covariance[block, block])
         for value, axis in zip(values[::-1], vectors.T[::-1], strict=True):
             sigma = float(np.sqrt(max(value, 0.0)))
             known = float(1 / np.sqrt(np.sum(axis**2 / prior.sigma[block] ** 2)))
-            gained = sigma * np.sqrt(1 + _GAIN) <= known
+            told = bool(sigma * np.sqrt(1 + _GAIN) <= known)
             axis = axis * np.sign(axis[np.argmax(np.abs(axis))])
-            out.append(Direction(kind, axis, sigma, known, bool(gained and sigma * reach <= limit)))
+            most = _along(axis, limit) if kind == "shift" else _about(axis, limit) / max(lever, 1e-9)
+            out.append(Direction(kind, axis, sigma, known, told and sigma <= most, told and sigma > most))
     return tuple(out)
+
+
+def _along(axis: Float, limit: Float) -> float:
+    """The limit in m along a unit vector (3,)."""
+    return float(np.sqrt(np.square(axis * limit).sum()))
+
+
+def _about(axis: Float, limit: Float) -> float:
+    """The limit in m of what a turn about a unit vector (3,) does to places all around, level with the pivot:
+    it moves them along ``axis x r``, in the mean over all r in the plane."""
+    heading, tilt = axis[2] ** 2, axis[0] ** 2 + axis[1] ** 2
+    share = np.array([0.5 * heading, 0.5 * heading, 0.5 * tilt])
+    return _along(np.sqrt(share / share.sum()), limit)
 
 
 def about_frame(covariance: Float, pose: Rigid3, position: Float) -> Float:

@@ -36,5 +36,5 @@ class RegistrationOptions(BaseModel):
         default=0.10,
         gt=0,
         le=5,
-        description="m, a direction with a larger sigma is called unobservable",
+        description="m, the largest sigma of an observable direction, however poor the model is",
     )

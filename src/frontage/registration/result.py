@@ -42,7 +42,8 @@ class Direction:
     kind        "shift" (sigma in m) or "turn" (rad)
     axis        (3,) unit vector, local: of the shift, or about which it turns
     sigma       of the result; `sigma_prior` of GPS, compass and level along the same axis
-    observable  False: the result is little more than the prior
+    observable  the data determine it as well as the model's surfaces are known
+    weak        not observable, but the data tell it: `sigma` is theirs. Neither: the prior stands
     """
 
     kind: str
@@ -50,6 +51,7 @@ class Direction:
     sigma: float
     sigma_prior: float
     observable: bool
+    weak: bool = False
 
 
 @dataclass(frozen=True, eq=False)
@@ -86,7 +88,7 @@ class Registered:
 
     @property
     def unobservable(self) -> tuple[Direction, ...]:
-        """The directions in which only the prior speaks."""
+        """The directions that the data tell poorly (weak) or not at all."""
         return tuple(d for d in self.directions if not d.observable)
 
 

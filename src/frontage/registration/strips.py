@@ -79,7 +79,7 @@ def correct_strips(
         block = a.covariance[6 * k : 6 * k + 6, 6 * k : 6 * k + 6]
         here = pose.apply(p.position[None])[0]
         estimate = Estimate(pose, about_frame(block, pose, here), max(float(len(a.matches[k])) / 25, 1.0))
-        known = directions(block, p, options.observable, 15.0)
+        known = directions(block, p, problem.observable, 15.0)
         strips.append(Strip(float(times[k]), estimate, here, block, known))
     return Strips(tuple(strips), _corrected(scan, times, a.poses), a.reason)
 

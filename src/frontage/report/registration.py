@@ -101,8 +101,7 @@ def _row(scan: dict[str, Any]) -> dict[str, str]:
     move = np.array(scan["position"]) - np.array(scan["given"])
     sigma = np.sqrt(np.diag(np.array(scan["covariance"])))
     turn = np.array(scan["correction"])[:2, :2]
-    lost = [d for d in scan["observable"] if not d["observable"]]
-    names = [f"{_MOTION[d['kind']]} ({', '.join(f'{v:.2f}' for v in d['axis'])})" for d in lost]
+    names = [_direction(d) for d in scan["observable"] if not d["observable"]]
     return {
         "scan": scan["scan"],
         "moved": f"{np.hypot(move[0], move[1]):.2f} m in plan, {move[2]:+.2f} m up, "
@@ -112,6 +111,13 @@ def _row(scan: dict[str, Any]) -> dict[str, str]:
         "lost": "; ".join(names) or "nothing",
         "explained": "–" if scan["explained"] is None else f"{100 * scan['explained']:.0f} %",
     }
+
+
+def _direction(d: dict[str, Any]) -> str:
+    """A direction that is not observable; of a weak one how well the data tell it."""
+    name = f"{_MOTION[d['kind']]} ({', '.join(f'{v:.2f}' for v in d['axis'])})"
+    sigma = f"{100 * d['sigma']:.1f} cm" if d["kind"] == "shift" else f"{d['sigma']:.3f}°"
+    return f"{name}: only to {sigma}" if d.get("weak") else name
 
 
 def _half_axes(C: Float) -> tuple[float, float, float]:
