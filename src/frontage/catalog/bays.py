@@ -10,9 +10,9 @@ from frontage.geometry.arrays import Float, Int
 def find_bays(boxes: Float, floor: Int) -> Int:
     """The bay (n,) of openings with boxes (n, 4) m (x0, z0, x1, z1), counted from the left, from 1.
 
-    Two openings of different floors share a bay when each holds the other's middle; those of the fullest floor
-    have one each. What else shares with nobody (a shop front under two axes, a gable's windows) takes the
-    nearest of these bays that it overlaps, or is one itself.
+    Two openings of different floors share a bay when each holds the other's middle; those of the fullest
+    floor have one each. What else shares with nobody (a shop front under two axes, a gable's windows) takes
+    the nearest of these bays that it overlaps, or is one itself.
     """
     if not len(boxes):
         return np.empty(0, np.int64)
