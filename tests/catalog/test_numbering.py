@@ -1,5 +1,6 @@
 """Floors, bays and ids: of simulated houses with their true numbers, and of fronts that are hard to count."""
 
+import json
 import random
 
 import numpy as np
@@ -10,6 +11,7 @@ from frontage.model import Elements, Opening
 from frontage.simulate.build import street
 from frontage.simulate.spec import SceneSpec
 from fronts import facade, opening, rows
+from realdata import data_path
 
 
 def floors(openings: tuple[Opening, ...]) -> list[int]:
@@ -176,3 +178,17 @@ def test_ground_that_is_not_known_is_taken_from_the_openings() -> None:
     elements = [Elements("B01/F1", (opening(1.0, 0.1, 1.0, 2.2, "door"), *rows([4.1, 7.2])))]
     (found,) = number_building([front], elements, float("nan"))
     assert floors(found.openings) == [0] + [1] * 3 + [2] * 3
+
+
+@pytest.mark.parametrize(
+    ("front", "lowest", "most"), [("brooklyn_row", 0, 2), ("manhattan_apartment", 1, 15)]
+)
+def test_rows_of_real_fronts_are_counted_as_their_annotator_did(front: str, lowest: int, most: int) -> None:
+    table = json.loads(data_path(f"truth/{front}.json").read_text())
+    told = {}
+    for o in table["openings"]:
+        one = opening(o["x0"], o["z0"], o["x1"] - o["x0"], o["z1"] - o["z0"], o["kind"])
+        told[one.ring.tobytes()] = (one, o["floor"] - lowest)
+    found = numbered("B01/F1", [one for one, _ in told.values()])
+    assert [o.floor for o in found] == [told[o.ring.tobytes()][1] for o in found]
+    assert max(o.floor for o in found) == most - lowest
