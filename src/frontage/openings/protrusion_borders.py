@@ -5,11 +5,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from frontage.geometry.arrays import Bool, Float
+from frontage.geometry.arrays import Float
 from frontage.model.facade import Facade
 from frontage.model.scan import Scan
+from frontage.openings.protrusion_boxes import Box, within
 from frontage.openings.protrusion_grain import Grain
-from frontage.openings.protrusion_pieces import Box, Piece, slant, within
+from frontage.openings.protrusion_pieces import Piece, slant
 
 _BAND = 0.1  # m to either side of a rough border that is searched
 _STEP = 0.001  # m, raster of the posterior
@@ -27,15 +28,12 @@ _BEAM = 0.0045  # m: half the footprint of common scanners 10 m away
 
 @dataclass(frozen=True, eq=False)
 class Crossings:
-    """Points (n, 3) m before, on and behind the wall, and the slopes of their beams (n, 2): dx/dy, dz/dy.
-
-    `rays` (n,): whether the sensor is known; where it is not the slope is zero: a point stands for the place
-    on a plane right before it.
+    """Points before, on and behind the wall as columns q (3, n) m, and the slopes of their beams (2, n): dx/dy,
+    dz/dy; zero where the sensor is not known: a point stands for the place on a plane right before it.
     """
 
     q: Float
     slope: Float
-    rays: Bool
 
     @classmethod
     def of(cls, facade: Facade, scan: Scan) -> "Crossings":
@@ -55,18 +53,28 @@ class Crossings:
         crown = (q[:, 1] < 0.0) & (q[:, 1] >= -_AHEAD) & (np.abs(q[:, 2] - z1) < _CROWN)
         kept = stopped | (crown & (q[:, 0] > x0) & (q[:, 0] < x1))
         kept[facade.support] = True
-        return cls(q[kept], slope[kept], known[kept])
+        return cls(np.ascontiguousarray(q[kept].T), np.ascontiguousarray(slope[kept].T))
 
     def at(self, y: float, box: Box, margin: float) -> tuple[Float, Float]:
         """Places (k, 2) x, z m within the box where beams cross the plane at y m, and the depth y of their
         points (k,).
         """
-        x = self.q[:, 0] + (y - self.q[:, 1]) * self.slope[:, 0]
+        ahead = y - self.q[1]
+        x = self.q[0] + ahead * self.slope[0]
         some = np.flatnonzero((x >= box[0] - margin) & (x <= box[2] + margin))
-        z = self.q[some, 2] + (y - self.q[some, 1]) * self.slope[some, 1]
+        z = self.q[2][some] + ahead[some] * self.slope[1][some]
         inside = (z >= box[1] - margin) & (z <= box[3] + margin)
         some, z = some[inside], z[inside]
-        return np.column_stack([x[some], z]), self.q[some, 1]
+        return np.column_stack([x[some], z]), self.q[1][some]
+
+    def thinned(self, most: int) -> "Crossings":
+        """At most `most` of the beams, to tell shares by."""
+        step = -(-self.q.shape[1] // most)
+        return (
+            self
+            if step <= 1
+            else Crossings(*(np.ascontiguousarray(v[:, ::step]) for v in (self.q, self.slope)))
+        )
 
 
 @dataclass(frozen=True)
@@ -106,7 +114,7 @@ def outline_of(crossings: Crossings, before: Float, piece: Piece, grain: Grain) 
         if side not in cheeks and 2 - side in cheeks:
             edge = before[piece.front_rows, 0]
             wide = abs(place[2 - side] - float(edge.max() if side == 0 else edge.min()))
-            place[side], sigma[side] = _mirrored(crossings.q, place, sigma[side], side, wide, grain)
+            place[side], sigma[side] = _mirrored(crossings.q.T, place, sigma[side], side, wide, grain)
     hit = hit_share(crossings, piece.box, piece.y, grain)
     box = (place[0], place[1], place[2], place[3])
     return Outline(box, (sigma[0], sigma[1], sigma[2], sigma[3]), hit, good / 4)

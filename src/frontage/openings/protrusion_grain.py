@@ -5,6 +5,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from frontage.geometry.arrays import Float, freeze
+from frontage.openings.protrusion_boxes import Box
 
 _GAP = 0.15  # m: railings leave no wider gaps between their bars, lest a child falls through
 _GAP_POINTS = 4.0  # spacings that points of one surface are apart at most
@@ -21,12 +22,14 @@ _SPARSE = 80  # percentile of the tiles' spacings that connects what belongs tog
 
 @dataclass(frozen=True, eq=False)
 class Grain:
-    """spacing m between beams on the wall, sigma m of its surface; tiles (k, 3): x, z m of the middles of the
-    tiles where the spacing was measured, and it.
+    """spacing m between beams on the wall, sigma m of its surface; `sparse` m, spacing where it is wide.
+
+    tiles (k, 3): x, z m of the middles of the tiles where the spacing was measured, and it
     """
 
     spacing: float
     sigma: float
+    sparse: float
     tiles: Float
 
     def __post_init__(self) -> None:
@@ -39,7 +42,7 @@ class Grain:
         `spacing` m is that of the whole wall: no tile counts as finer.
         """
         if len(wall) == 0:
-            return cls(spacing, sigma, np.empty((0, 3)))
+            return cls(spacing, sigma, spacing, np.empty((0, 3)))
         low, side = wall.min(0), _CELLS * spacing
         tile = np.floor((wall - low) / _TILE).astype(np.int64)
         flat = tile[:, 0] * (tile[:, 1].max() + 1) + tile[:, 1]
@@ -49,9 +52,10 @@ class Grain:
         full = np.flatnonzero(number >= _FEWEST)
         middle = np.column_stack(np.divmod(full, tile[:, 1].max() + 1)) + 0.5
         apart = np.maximum(np.sqrt(seen[full] * side**2 / number[full]), spacing)
-        return cls(spacing, sigma, np.column_stack([low + middle * _TILE, apart]))
+        sparse = float(np.percentile(apart, _SPARSE)) if len(apart) else spacing
+        return cls(spacing, sigma, sparse, np.column_stack([low + middle * _TILE, apart]))
 
-    def near(self, box: tuple[float, float, float, float]) -> "Grain":
+    def near(self, box: Box) -> "Grain":
         """With the spacing of the tiles that a box x0, z0, x1, z1 m touches."""
         if len(self.tiles) == 0:
             return self
@@ -68,8 +72,7 @@ class Grain:
     @property
     def gap(self) -> float:
         """m within which points hang together, where the wall is seen sparsely, too."""
-        sparse = float(np.percentile(self.tiles[:, 2], _SPARSE)) if len(self.tiles) else self.spacing
-        return max(_GAP, _GAP_POINTS * sparse)
+        return max(_GAP, _GAP_POINTS * self.sparse)
 
     @property
     def cell(self) -> float:

@@ -5,11 +5,13 @@ from dataclasses import dataclass
 
 from frontage.model.facade import Facade
 from frontage.model.opening import Opening
-from frontage.openings.protrusion_pieces import Box
+from frontage.openings.protrusion_boxes import Box
 
 _STOREY = 1.7  # m: lower than a person, nothing is a room
-_RAIL = (0.6, 1.7)  # m, height of balconies from the underside of the slab to the rail
-_STAND = 0.25  # m, least depth of a balcony: feet
+_RAIL = 0.6  # m, least height of balconies from the underside of the slab to the rail
+_FEET = 0.6  # m, least width of a balcony
+_ROOF = 0.4  # m that awnings stand out at least: hoods above windows do less
+_STAND = 0.25  # m, least depth of a balcony
 _SLAB = 0.8  # m: cornices and bands are lower
 _LONG = 4.0  # times its height that a band is wide
 _MOST = 0.5  # share of the facade's width that cornices and bands run along
@@ -45,11 +47,11 @@ def kind_of_protrusion(look: Look, facade: Facade, ground: float, openings: Sequ
         return "plinth" if width > _MOST * _width(facade) and look.projection < _STAND else "steps"
     if height >= _STOREY:
         return "pilaster" if height > _NARROW * width and width < _SLAB else "oriel"
-    if height <= _SLAB and width >= _LONG * height:
+    if height <= _SLAB and width >= _LONG * height and (height < _RAIL or look.projection < _STAND):
         return _of_bands(look, facade, ground, openings)
-    if look.inclined:
+    if look.inclined and look.projection >= _ROOF:
         return "awning"
-    if _RAIL[0] <= height:
+    if height >= _RAIL and width >= _FEET:
         if look.projection >= _STAND:
             return "balcony"
         return "railing" if look.hit < _POROUS else "protrusion"
@@ -65,11 +67,11 @@ def _of_bands(look: Look, facade: Facade, ground: float, openings: Sequence[Open
         return "band"
     feet = [o.ring[:, 1].min() for o in openings if o.ring[:, 0].min() < x1 and o.ring[:, 0].max() > x0]
     carries = any(z0 - _NEAR <= foot <= z1 + _NEAR for foot in feet)
-    if look.projection < _STAND:
-        return "sill" if carries else "band"
-    if z0 < ground + _WALK:
-        return "steps" if carries else "protrusion"
-    return "balcony" if carries else "awning"
+    if look.projection >= _STAND and carries:
+        return "steps" if z0 < ground + _WALK else "balcony"
+    if look.projection >= _ROOF and z0 >= ground + _WALK:
+        return "awning"
+    return "sill" if carries else "band"
 
 
 def _width(facade: Facade) -> float:

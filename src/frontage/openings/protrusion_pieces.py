@@ -6,13 +6,13 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from scipy import ndimage
 
-from frontage.geometry.arrays import Array, Bool, Float, Int
+from frontage.geometry.arrays import Bool, Float, Int
+from frontage.openings.protrusion_boxes import Box, extent, occupied, within
+from frontage.openings.protrusion_checks import is_framed
 from frontage.openings.protrusion_grain import Grain
 
-Box = tuple[float, float, float, float]
-
 _CONTRAST = 2.0  # times the area of the slabs beside it: a front is a surface, foliage fills a volume
-_TAIL = 0.1  # of the fullest line of cells: thinner tails are not the front's
+_TAIL, _HEAVY = 0.1, 0.5  # of the fullest line of cells: thinner tails are not the front's
 _FRONTS = 12  # flat fronts of one connected piece, at most
 _CHEEK = 0.6  # m that slanting cheeks and roofs reach beyond a front
 _ALONG = 0.6  # share of a front's side that these run along
@@ -76,10 +76,8 @@ def _cut(q: Float, rows: Int, grain: Grain) -> list[Piece]:
             break
         on = free & (np.abs(p[:, 1] - y) <= grain.half)
         for part in _connected(p[on][:, [0, 2]], grain.gap, 10):
-            box = _extent(p[on][part], grain.cell)
-            at, front = _settled(p, free & within(p, box, grain.cell), y, grain)
-            box = _extent(p[front], grain.cell)
-            if not _large(box, grain) or not _is_surface(p, at, box, grain):
+            at, front, box = _settled(p, free, extent(p[on][part], grain.cell, _TAIL), y, grain)
+            if box is None:
                 continue
             own = free & within(p, box, grain.cell) & (p[:, 1] >= at - grain.half)
             free &= ~own
@@ -108,12 +106,24 @@ def _peak(p: Float, grain: Grain) -> float | None:
     return float(np.median(near)) if len(near) else None
 
 
-def _settled(p: Float, inside: Bool, y: float, grain: Grain) -> tuple[float, Bool]:
-    """The front of the points `inside` (n,) at about y m: its own offset, and which points lie on it."""
-    near = inside & (np.abs(p[:, 1] - y) <= 2.0 * grain.half)
+def _settled(p: Float, free: Bool, around: Box, y: float, grain: Grain) -> tuple[float, Bool, Box | None]:
+    """The front of the `free` points (n,) within a box at about y m: its own offset, which points lie on it,
+    and its box; None when it is no framed surface. Of a front with thin parts (brackets below a ledge) the
+    full one alone may be.
+    """
+    near = free & within(p, around, grain.cell) & (np.abs(p[:, 1] - y) <= 2.0 * grain.half)
     own = _peak(p[near], grain)
     at = y if own is None else own
-    return at, near & (np.abs(p[:, 1] - at) <= grain.half)
+    front = near & (np.abs(p[:, 1] - at) <= grain.half)
+    if front.any():
+        for tail in (_TAIL, _HEAVY):
+            box = extent(p[front], grain.cell, tail)
+            held = free & within(p, box, grain.cell) & (p[:, 1] >= at - grain.half)
+            flat = front & within(p, box, 0.0)
+            framed = _large(box, grain) and is_framed(p[held], p[flat], box, grain)
+            if framed and _is_surface(p, at, box, grain):
+                return at, flat, box
+    return at, front, None
 
 
 def _large(box: Box, grain: Grain) -> bool:
@@ -122,7 +132,7 @@ def _large(box: Box, grain: Grain) -> bool:
 
 
 def _is_surface(p: Float, y: float, box: Box, grain: Grain) -> bool:
-    """Whether the front at y m stands out from slabs of its thickness before and behind it."""
+    """Whether the front at y m stands out from slabs of its thickness before it, and from those behind it."""
     inside = p[within(p, box, 0.0)]
     across = ((inside[:, [0, 2]] - np.array(box[:2])) / grain.cell).astype(np.int64)
     flat = across[:, 0] * (across[:, 1].max(initial=0) + 1) + across[:, 1]
@@ -130,8 +140,8 @@ def _is_surface(p: Float, y: float, box: Box, grain: Grain) -> bool:
     def area(at: float) -> int:
         return len(np.unique(flat[np.abs(inside[:, 1] - at) <= grain.half]))
 
-    beside = [area(y + 2.0 * k * grain.half) for k in (-5, -4, -3, -2, 2, 3, 4, 5)]
-    return area(y) >= _CONTRAST * float(np.median(beside))
+    beside = [np.median([area(y + 2.0 * sign * k * grain.half) for k in (2, 3, 4, 5)]) for sign in (-1, 1)]
+    return area(y) >= _CONTRAST * float(max(beside))
 
 
 def _widened(q: Float, piece: Piece, rows: Int, free: Bool, grain: Grain) -> tuple[Piece, Bool]:
@@ -180,7 +190,7 @@ def slant(y: Float, s: Float) -> tuple[float, float, float]:
 def _inclined(q: Float, rows: Int, grain: Grain) -> list[Piece]:
     """A part without upright fronts that is one plane across the wall: an awning, a slab seen from below."""
     p = q[rows]
-    box = _extent(p, grain.cell)
+    box = extent(p, grain.cell, _TAIL)
     if box[2] - box[0] < grain.least[0] or len(rows) < 30:
         return []
     centred = p - p.mean(0)
@@ -192,29 +202,3 @@ def _inclined(q: Float, rows: Int, grain: Grain) -> list[Piece]:
     front = float(np.quantile(p[:, 1], 0.02))
     ahead = rows[p[:, 1] <= front + grain.half]
     return [Piece(rows, ahead, low if box[3] - box[1] < grain.least[1] else box, front, inclined=True)]
-
-
-def _extent(p: Float, cell: float) -> Box:
-    """Box of points (n, 3) without thin tails: lines of cells that hold a tenth of what the fullest holds."""
-    box = []
-    across = np.floor((p[:, [0, 2]] - p[:, [0, 2]].min(0)) / cell).astype(np.int64)
-    held = np.unique(across, axis=0)
-    for axis in (0, 1):
-        line = np.bincount(held[:, axis])
-        full = np.flatnonzero(line >= _TAIL * line.max())
-        kept = p[(across[:, axis] >= full[0]) & (across[:, axis] <= full[-1]), 2 * axis]
-        box.append((float(kept.min()), float(kept.max())))
-    return box[0][0], box[1][0], box[0][1], box[1][1]
-
-
-def within(p: Float, box: Box, margin: float) -> Bool:
-    """Which points (n, 3) lie before, on or behind a box, so much wider on all sides."""
-    x, z = p[:, 0], p[:, 2]
-    return np.asarray(
-        (x >= box[0] - margin) & (x <= box[2] + margin) & (z >= box[1] - margin) & (z <= box[3] + margin)
-    )
-
-
-def occupied(values: Array, step: float) -> int:
-    """How many steps of `step` m hold a value (n,)."""
-    return len(np.unique((values / step).astype(np.int64)))

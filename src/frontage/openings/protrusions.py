@@ -12,21 +12,22 @@ from frontage.model.facade import Facade
 from frontage.model.opening import Opening, Protrusion
 from frontage.model.scan import Scan
 from frontage.openings.protrusion_borders import Crossings, Outline, outline_of
+from frontage.openings.protrusion_boxes import Box
+from frontage.openings.protrusion_checks import is_attached
 from frontage.openings.protrusion_grain import Grain
 from frontage.openings.protrusion_kinds import Look, kind_of_protrusion
-from frontage.openings.protrusion_pieces import Box, Piece, find_pieces, occupied
+from frontage.openings.protrusion_pieces import Piece, find_pieces
 
 _LEAST = 0.08  # m before the wall from which points may belong to a protrusion
 _OUT = 0.1  # m that a front stands out at least
 _SIGMAS = 5.0  # of the wall's noise that it does
 _BENT = 5.0  # sigmas of its sagitta from which a wall is bent
-_TOUCH = 0.2  # m from the wall: what belongs to it comes so near
-_CONTACT = 0.1  # share of a protrusion's outline along which it must
-_FREE = 0.4  # the same for what stands on the ground, as cars do
 _LOW = 2.0  # times its height that a tier or a step is wide
 _REACH = 1.5  # m before the wall that belongs to it
 _SLOPE = 1.5  # m that the ground rises along a facade at most
 _UNDER = 0.5  # m beside a protrusion where the lowest point tells the ground
+_MOST = 300_000  # beams that tell shares
+_WIDE = 0.2  # m: pipes and posts are narrower
 _LEVEL = 0.6  # share of the longer one's side that parts of one piece have in common
 _PASSING = 0.1  # share of the beams that show a gap between them to be one
 _FULL = 0.6  # of the beams that the fullest row of a front stopped
@@ -41,19 +42,21 @@ def find_protrusions(
     `openings` help to tell sills and slabs; `ground` z m of the ground (docs/openings.md).
     """
     crossings = _unbent(facade, Crossings.of(facade, scan))
-    q, least = crossings.q, 3.0 * facade.roughness
+    q, least = crossings.q.T, 3.0 * facade.roughness
+    few = crossings.thinned(_MOST)
     grain = Grain.of(q[np.abs(q[:, 1]) < least][:, [0, 2]], facade.spacing, facade.roughness)
     before = q[(q[:, 1] < -max(least, _LEAST)) & (q[:, 1] > -_REACH)]
     found: list[Protrusion] = []
     pieces = _merged(find_pieces(before, grain), grain)
-    for piece in _bridged(pieces, crossings, grain):
+    for piece in _bridged(pieces, few, grain):
         if piece.y > -max(_OUT, _SIGMAS * facade.roughness):
             continue
-        foot = _foot(crossings.q, piece.box, ground)
-        if not _attached(before, piece, foot):
+        foot = _foot(few.q, piece.box, ground)
+        if not is_attached(before[piece.rows], piece.box, piece.y, foot):
             continue
         outline = outline_of(crossings, before, piece, grain)
-        if min(outline.box[2] - outline.box[0], outline.box[3] - outline.box[1]) > 0:
+        wide, high = outline.box[2] - outline.box[0], outline.box[3] - outline.box[1]
+        if wide >= _WIDE and high >= grain.near(piece.box).least[1] / 2:
             found.append(_protrusion(facade, before, piece, outline, grain, foot, openings))
     return numbered(facade.id, found)
 
@@ -68,7 +71,7 @@ def _foot(q: Float, box: Box, ground: float | None) -> float:
     """Height z m of the ground below a box: of the lowest points there, for streets slope; not far above
     `ground`.
     """
-    low = q[(q[:, 0] > box[0] - _UNDER) & (q[:, 0] < box[2] + _UNDER) & (q[:, 1] > -_REACH), 2]
+    low = q[2, (q[0] > box[0] - _UNDER) & (q[0] < box[2] + _UNDER) & (q[1] > -_REACH)]
     lowest = float(np.quantile(low, 0.002)) if len(low) else box[1]
     return lowest if ground is None else min(max(lowest, ground), ground + _SLOPE)
 
@@ -79,9 +82,9 @@ def _unbent(facade: Facade, crossings: Crossings) -> Crossings:
     if abs(sagitta) < max(_BENT * sigma, 3.0 * facade.roughness):
         return crossings
     x0, _, x1, _ = facade.extent
-    u = (crossings.q[:, 0] - (x0 + x1) / 2) / max((x1 - x0) / 2, 1e-9)
+    u = (crossings.q[0] - (x0 + x1) / 2) / max((x1 - x0) / 2, 1e-9)
     flat = crossings.q.copy()
-    flat[:, 1] += sagitta * u * u
+    flat[1] += sagitta * u * u
     return replace(crossings, q=flat)
 
 
@@ -141,7 +144,7 @@ def _goes_on(one: Piece, other: Piece, crossings: Crossings, grain: Grain) -> bo
         _, between = crossings.at(y, gap, 0.0)
         _, seen = crossings.at(y, a, 0.0)
         due = len(seen) * (end - start) / (a[axis + 2] - a[axis])
-        if (between > y + grain.half).sum() < _PASSING * due:
+        if (between > -_LEAST).sum() < _PASSING * due:
             return True
     return False
 
@@ -164,25 +167,6 @@ def _tier(a: Box, b: Box, grain: Grain) -> bool:
 
 def _area(box: Box) -> float:
     return (box[2] - box[0]) * (box[3] - box[1])
-
-
-def _attached(before: Float, piece: Piece, ground: float) -> bool:
-    """Whether a piece comes near the wall along enough of its outline.
-
-    Cars, people, lamps and trees stand free of it; what stands on the ground has more to prove.
-    """
-    x0, z0, x1, z1 = piece.box
-    if -piece.y <= _TOUCH:
-        return True
-    p = before[piece.rows]
-    p = p[p[:, 1] > -_TOUCH]
-    step, rim = _TOUCH / 2, _TOUCH
-    sides = (
-        occupied(p[np.abs(p[:, 0] - x0) < rim, 2], step) + occupied(p[np.abs(p[:, 0] - x1) < rim, 2], step),
-        occupied(p[np.abs(p[:, 2] - z0) < rim, 0], step) + occupied(p[np.abs(p[:, 2] - z1) < rim, 0], step),
-    )
-    share = sum(sides) * step / (2.0 * (x1 - x0 + z1 - z0))
-    return share >= (_FREE if z0 < ground + rim else _CONTACT)
 
 
 def _front(facade: Facade, front: Float, piece: Piece, grain: Grain) -> Estimate[float]:

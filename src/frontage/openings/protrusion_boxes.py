@@ -1,0 +1,51 @@
+"""Boxes x0, z0, x1, z1 m on a facade, and the points within, along and all over them."""
+
+import numpy as np
+
+from frontage.geometry.arrays import Array, Bool, Float
+
+Box = tuple[float, float, float, float]
+
+
+def within(p: Float, box: Box, margin: float) -> Bool:
+    """Which points (n, 3) lie before, on or behind a box, so much wider on all sides."""
+    x, z = p[:, 0], p[:, 2]
+    return np.asarray(
+        (x >= box[0] - margin) & (x <= box[2] + margin) & (z >= box[1] - margin) & (z <= box[3] + margin)
+    )
+
+
+def occupied(values: Array, step: float) -> int:
+    """How many steps of `step` m hold a value (n,)."""
+    return len(np.unique((values / step).astype(np.int64)))
+
+
+def extent(p: Float, cell: float, tail: float) -> Box:
+    """Box of points (n, 3) without thin tails: lines of cells that hold less than `tail` of the fullest."""
+    across = np.floor((p[:, [0, 2]] - p[:, [0, 2]].min(0)) / cell).astype(np.int64)
+    held = np.unique(across, axis=0)
+    ends = []
+    for axis in (0, 1):
+        line = np.bincount(held[:, axis])
+        full = np.flatnonzero(line >= tail * line.max())
+        kept = p[(across[:, axis] >= full[0]) & (across[:, axis] <= full[-1]), 2 * axis]
+        ends.append((float(kept.min()), float(kept.max())))
+    return ends[0][0], ends[1][0], ends[0][1], ends[1][1]
+
+
+def shown_sides(p: Float, box: Box, cell: float) -> list[float]:
+    """Share of the left, lower, right and upper side within `cell` m of which points (n, 3) show."""
+    shares = []
+    for side in range(4):
+        axis, along = (0, 2) if side % 2 == 0 else (2, 0)
+        near = np.abs(p[:, axis] - box[side]) <= cell
+        length = max(box[3 - side % 2] - box[1 - side % 2], cell)
+        shares.append(min(occupied(p[near, along], cell) * cell / length, 1.0))
+    return shares
+
+
+def filled(p: Float, box: Box, cell: float) -> float:
+    """Share of a box's cells that hold points (n, 3)."""
+    across = np.floor((p[:, [0, 2]] - box[:2]) / cell).astype(np.int64)
+    area = max((box[2] - box[0]) * (box[3] - box[1]), cell**2)
+    return float(len(np.unique(across, axis=0)) * cell**2 / area)
