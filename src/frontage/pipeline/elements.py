@@ -1,6 +1,6 @@
 """A facade's openings and protrusions as files: what users script against, and what later stages read back.
 
-`openings.json` and `protrusions.json` are lists (docs/openings.md names their keys); `outlines.npz` holds the
+`openings.json` and `protrusions.json` are lists (docs/pipeline.md names their keys); `outlines.npz` holds the
 covariance of every opening's outline, which is too large for a text.
 """
 
