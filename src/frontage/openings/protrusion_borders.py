@@ -28,8 +28,8 @@ _BEAM = 0.0045  # m: half the footprint of common scanners 10 m away
 
 @dataclass(frozen=True, eq=False)
 class Crossings:
-    """Points before, on and behind the wall as columns q (3, n) m, and the slopes of their beams (2, n): dx/dy,
-    dz/dy; zero where the sensor is not known: a point stands for the place on a plane right before it.
+    """Points before, on and behind the wall as columns q (3, n) m, and the slopes dx/dy, dz/dy of their beams
+    (2, n); zero where the sensor is not known: a point stands for the place on a plane right before it.
     """
 
     q: Float

@@ -10,6 +10,7 @@ from frontage.geometry.arrays import Bool, Float, Int
 from frontage.openings.protrusion_boxes import Box, extent, occupied, within
 from frontage.openings.protrusion_checks import is_framed
 from frontage.openings.protrusion_grain import Grain
+from frontage.openings.protrusion_mouldings import moulding
 
 _CONTRAST = 2.0  # times the area of the slabs beside it: a front is a surface, foliage fills a volume
 _TAIL, _HEAVY = 0.1, 0.5  # of the fullest line of cells: thinner tails are not the front's
@@ -67,7 +68,7 @@ def _cut(q: Float, rows: Int, grain: Grain) -> list[Piece]:
     The largest front first: it takes what its rectangle covers from the front to the wall. What is left over
     beside it as cheeks or roofs widens it.
     """
-    free = np.ones(len(rows), np.bool_)
+    free, left = np.ones(len(rows), np.bool_), np.ones(len(rows), np.bool_)
     found: list[Piece] = []
     p = q[rows]
     for _ in range(_FRONTS):
@@ -84,8 +85,21 @@ def _cut(q: Float, rows: Int, grain: Grain) -> list[Piece]:
             piece, taken = _widened(q, Piece(rows[own], rows[front], box, at), rows, free, grain)
             found.append(piece)
             free &= ~taken
+            left &= ~(own | taken)
         free &= ~on
-    return found or _inclined(q, rows, grain)
+    return (found + _moulded(q, rows[left], grain)) or _inclined(q, rows, grain)
+
+
+def _moulded(q: Float, rows: Int, grain: Grain) -> list[Piece]:
+    """The mouldings and round bays among what the flat fronts left over of a connected part."""
+    found: list[Piece] = []
+    for part in _connected(q[rows][:, [0, 2]], grain.gap, 30):
+        own = rows[part]
+        while (shape := moulding(q[own], grain)) is not None:
+            on, front, box, y = shape
+            found.append(Piece(own[on], own[front], box, y))
+            own = own[~on]
+    return found
 
 
 def _peak(p: Float, grain: Grain) -> float | None:
