@@ -54,6 +54,12 @@ def test_a_run_leaves_what_the_design_names(finished: Path) -> None:
         "report.html",
         "model/facades.glb",
         "model/facades.obj",
+        "model/lod3.city.json",
+        "model/lod3.gml",
+        "model/lod3_citygml3.gml",
+        "model/lod3.glb",
+        "model/report.json",
+        "model/pictures/B01.png",
         "buildings/B01.laz",
     ):
         assert (finished / name).stat().st_size > 0, name
@@ -90,6 +96,7 @@ def test_a_changed_option_redoes_its_stage_and_what_follows(
     run(load_project(project, {"ortho": {"gsd": 0.08}}), out, progress=told)
     assert told.kept == {
         "scans": True, "buildings": True, "facades": True, "ortho": False, "openings": False,
+        "model": False,
         "export": False, "report": False,
     }  # fmt: skip
     facade = Workspace(out).facade_ids()[0]

@@ -92,6 +92,8 @@ def _of_opening(o: Opening) -> dict[str, Value]:
         "floor": o.floor,
         "bay": o.bay,
     }
+    if not o.bars:
+        out["bars"] = "not measured"
     if len(variance) and np.isfinite(variance).all():
         out["sigma_border"] = round(float(np.sqrt(variance.mean())), 5)
     if o.depth is not None:

@@ -31,7 +31,6 @@ FILES = ("lod3.city.json", "lod3.gml", "lod3_citygml3.gml", "lod3.glb", "report.
 
 _MARGIN = 20.0  # m around the scan: buildings of the model beyond are not read
 _NAMED = 3  # messages of one code that a warning quotes
-_QUALITY = 92  # JPEG
 
 Result = dict[str, Any]
 
@@ -107,12 +106,12 @@ def _made(
     pictures = [p for f, _ in fronts if (p := _picture(workspace, f)) is not None]
     widest = max((f for f, _ in fronts), key=lambda f: f.extent[2] - f.extent[0])
     image = picture(drawn(found), widest.frame.R[:, 1])
-    jpeg = cv2.imencode(".jpg", image[..., ::-1], [cv2.IMWRITE_JPEG_QUALITY, _QUALITY])[1].tobytes()
+    png = cv2.imencode(".png", image[..., ::-1])[1].tobytes()
     return Made(
         building.id,
         city_building(building, found, fronts),
         building_mesh(found, pictures, options.max_offset + 1.0),
-        jpeg,
+        png,
         _about(found, fronts),
         found.failed,
     )
@@ -184,11 +183,9 @@ def _write(workspace: Workspace, made: Sequence[Made], world: WorldRef) -> None:
     """All files of the model; without any building, none."""
     folder = workspace.out / "model"
     folder.mkdir(exist_ok=True)
-    pictures = folder / "pictures"
-    names = {f"{m.id}.jpg" for m in made}
-    for stale in pictures.glob("*.jpg"):
-        if stale.name not in names:
-            stale.unlink()
+    pictures = {folder / "pictures" / f"{m.id}.png": m.picture for m in made}
+    for stale in set((folder / "pictures").glob("*.png")) - set(pictures):
+        stale.unlink()
     if not made:
         for name in FILES:
             (folder / name).unlink(missing_ok=True)
@@ -199,8 +196,8 @@ def _write(workspace: Workspace, made: Sequence[Made], world: WorldRef) -> None:
     write_citygml(folder / FILES[2], buildings, world, "Frontage LoD3", "3.0")
     write_bytes(folder / FILES[3], glb_of([m.mesh for m in made if m.mesh is not None], world))
     write_json(folder / FILES[4], {m.id: m.about for m in made})
-    for m in made:
-        write_bytes(pictures / f"{m.id}.jpg", m.picture)
+    for path, png in pictures.items():
+        write_bytes(path, png)
 
 
 def _warnings(made: Made) -> list[dict[str, str]]:

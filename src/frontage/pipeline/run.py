@@ -191,7 +191,8 @@ def _with_options(table: dict[str, Any], stage: str, options: dict[str, Any]) ->
 
     from frontage.pipeline.project import sentence
 
-    changed = {**table, stage: {**table.get(stage, {}), **options}} if options else table
+    (name,) = [s.table or s.name for s in STAGES if s.name == stage]
+    changed = {**table, name: {**table.get(name, {}), **options}} if options else table
     try:
         return Project.model_validate(changed)
     except ValidationError as error:

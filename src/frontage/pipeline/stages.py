@@ -1,6 +1,6 @@
 """The order of work, in one place.
 
-scans -> register -> buildings -> facades -> ortho -> openings -> export -> report
+scans -> register -> buildings -> facades -> ortho -> openings -> model -> export -> report
 
 Every stage is a function of the run folder: load, call one room, save, say what it made. What it returns is
 kept in its marker and in the manifest: `items` (how many), `warnings` (what failed, with codes), `notes`.
@@ -10,11 +10,9 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-import numpy as np
-
 from frontage.buildings import BuildingSplit, find_buildings
 from frontage.errors import InputError
-from frontage.exports import FacadePicture, facade_mesh
+from frontage.exports import facade_mesh
 from frontage.io.footprints import read_footprints
 from frontage.io.las import write_las
 from frontage.io.mesh import write_glb, write_obj
@@ -24,8 +22,10 @@ from frontage.io.store import load_scan, save_scan
 from frontage.model import Scan, WorldRef, merge_scans
 from frontage.pipeline.clouds import Neighbourhoods, around, thin_to, working_cloud
 from frontage.pipeline.context import Run
-from frontage.pipeline.files import read_json, write_array, write_bytes, write_json
+from frontage.pipeline.facadepicture import facade_picture
+from frontage.pipeline.files import write_array, write_bytes, write_json
 from frontage.pipeline.findopenings import OpeningsTask, openings_task, shared_notes
+from frontage.pipeline.modelling import make_model
 from frontage.pipeline.project import Project
 from frontage.pipeline.records import building_record, world_from_record, world_record
 from frontage.pipeline.registering import approximate, register_scans, save_parts
@@ -42,7 +42,7 @@ class Stage:
     """A stage: its work, the code it depends on, the inputs and options that its result follows from.
 
     `needed` tells whether a project has any work for it; `exact`: done alone, it takes nothing that was made
-    with other options.
+    with other options. `table`: the project's table of its options, where that has another name.
     """
 
     name: str
@@ -52,6 +52,7 @@ class Stage:
     options: Callable[[Project], Any]
     needed: Callable[[Project], bool] = lambda project: True
     exact: bool = False
+    table: str = ""
 
 
 def scans(run: Run) -> Result:
@@ -140,10 +141,17 @@ def openings(run: Run) -> Result:
     return _gathered(results, "openings") | {"protrusions": protrusions, "notes": shared_notes(results)}
 
 
+def model(run: Run) -> Result:
+    """Every building as a closed LoD3 solid with its openings cut in (paper B, section 3.2)."""
+    return make_model(run, _world(run))
+
+
 def export(run: Run) -> Result:
     """The textured model of paper A: OUT/model/facades.glb and facades.obj."""
     workspace = run.workspace
-    meshes = [facade_mesh(picture) for name in workspace.ortho_ids() if (picture := _picture(run, name))]
+    names = workspace.ortho_ids()
+    pictures = [facade_picture(workspace.facade_folder(n), workspace.load_facade(n)) for n in names]
+    meshes = [facade_mesh(p) for p in pictures]
     folder = workspace.out / "model"
     before = workspace.done("export")
     workspace.begin("export")
@@ -179,6 +187,10 @@ def _facades(project: Project) -> Any:
     return [project.project.seed, *_dump([project.facades])]
 
 
+def _solids(project: Project) -> Any:
+    return [_model_crs(project), *_dump([project.solids])]
+
+
 def _model_crs(project: Project) -> str | None:
     return project.model.crs if project.model else None
 
@@ -193,6 +205,7 @@ STAGES: tuple[Stage, ...] = (
     Stage("facades", facades, (*_BASE, "facades"), (), _facades, exact=True),
     Stage("ortho", ortho, (*_BASE, "ortho"), ("photos",), lambda p: _dump([p.ortho, p.photos]), exact=True),
     Stage("openings", openings, _OPENINGS, (), lambda p: _dump([p.openings]), exact=True),
+    Stage("model", model, (*_BASE, "solids", "exports"), ("model",), _solids, exact=True, table="solids"),
     Stage("export", export, (*_BASE, "exports"), (), lambda p: []),
     Stage("report", report, (*_BASE, "report"), (), lambda p: []),
 )
@@ -244,17 +257,3 @@ def _gathered(results: Sequence[Result], kind: str) -> Result:
     items = [name for result in results for name in result[kind]]
     warnings = [warning for result in results for warning in result["warnings"]]
     return {"items": len(items), "notes": [], "warnings": warnings}
-
-
-def _picture(run: Run, name: str) -> FacadePicture | None:
-    """A facade with its ortho-image, ready for export."""
-    folder = run.workspace.facade_folder(name)
-    sidecar = read_json(folder / "ortho.json")
-    facade = run.workspace.load_facade(name)
-    # The outer upper left corner of pixel (0, 0), from the contract's matrix.
-    corner = facade.frame.inverse.apply(
-        facade.world.to_local(np.array(sidecar["raster_to_world"], np.float64).reshape(4, 4)[None, :3, 3])
-    )[0]
-    size = int(sidecar["width"]), int(sidecar["height"])
-    jpeg = (folder / "ortho.jpg").read_bytes()
-    return FacadePicture(facade, jpeg, float(sidecar["gsd"]), (float(corner[0]), float(corner[2])), size)

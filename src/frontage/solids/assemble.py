@@ -8,7 +8,6 @@ import shapely
 from shapely.geometry import Polygon
 from shapely.geometry.base import BaseGeometry
 
-from frontage.geometry.rigid import Rigid3
 from frontage.model import Building, Elements, Facade, Failed, Protrusion, Solid, WorldRef
 from frontage.model.citymodel import Shell
 from frontage.solids.build import build_solid
@@ -135,7 +134,7 @@ def _hung(
     """An installation in front of the host's wall, or of the body that it hangs on."""
     facade, ring = part.reliefs, protrusion.ring
     flat = np.insert(ring, 1, 0.0, axis=1)
-    place, best = facade.local_from_facade, 0.0
+    place, best = None, 0.0
     for wall in (w for host in hosts for w in find_walls(host, facade, options)):
         motion = wall.local_from_wall.inverse @ facade.local_from_facade
         seen = motion.apply(flat)[:, [0, 2]]
@@ -143,7 +142,8 @@ def _hung(
         share = sum(float(p.intersection(area).area) for p in wall.polygons)
         if share > best:
             place, best, ring = wall.local_from_wall, share, seen
-    place = Rigid3(place.to, "wall", place.R, place.t)
+    if place is None:
+        return Failed("S310", f"{protrusion.id}: hangs on no wall of the host", "check the registration")
     return installation(protrusion, facade.id, place, ring, _under(protrusion, facade.reliefs), world)
 
 

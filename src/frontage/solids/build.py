@@ -58,7 +58,9 @@ def _with_facade(
     if not walls:
         hint = "check the registration, or raise max_offset"
         log.failed.append(
-            Failed("S310", f"{facade.id}: no wall of the host lies where it was measured", hint)
+            Failed(
+                "S310", f"{facade.id}: no wall of the host lies where it was measured; {_count(facade)}", hint
+            )
         )
         return solid
     motions = [w.local_from_wall.inverse @ facade.local_from_facade for w in walls]
@@ -100,6 +102,11 @@ def _with_wall(solid: Solid, wall: Wall, drafts: Sequence[Draft], options: Build
             log.refuse("S399", p.relief, "the cut would leave the solid open", "please report this case")
         return solid
     return finer
+
+
+def _count(facade: FacadeReliefs) -> str:
+    number = sum(len(_names(r)) for r in facade.reliefs)
+    return f"{number} element{'s' if number > 1 else ''} left out"
 
 
 def _names(relief: Relief) -> list[str]:

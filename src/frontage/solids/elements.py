@@ -33,12 +33,14 @@ class FacadeParts:
 def facade_parts(facade: Facade, elements: Elements, chord_error: float) -> FacadeParts:
     """Openings become recesses at their measured depth, flush faces where none was measured.
 
-    A protrusion of one of the `BODIES`, and whatever is set back as a whole, is a relief with the openings
-    that lie on it inside; depths count from the surface that an opening stands in. A plinth or pilaster goes
+    A protrusion of one of the `BODIES`, and whatever is set back or carries openings, is a relief with the
+    openings that lie on it inside; depths count from the surface that an opening stands in. A plinth or pilaster goes
     round the openings that reach into it. All other protrusions are `attached`.
     Rings lose the vertices that a chord within `chord_error` (m) of them replaces.
     """
-    bodies = sorted((p for p in elements.protrusions if is_body(p)), key=lambda p: -_area(p).area)
+    carrying = {o.on for o in elements.openings}
+    chosen = [p for p in elements.protrusions if is_body(p) or p.id in carrying]
+    bodies = sorted(chosen, key=lambda p: -_area(p).area)
     below = _homes(bodies, bodies)
     inside = _homes(elements.openings, bodies)
 
@@ -56,7 +58,7 @@ def facade_parts(facade: Facade, elements: Elements, chord_error: float) -> Faca
         openings = [o for o, h in zip(elements.openings, inside, strict=True) if h == number]
         return (*found, *(_relief(o, chord_error) for o in openings))
 
-    attached = tuple(p for p in elements.protrusions if not is_body(p))
+    attached = tuple(p for p in elements.protrusions if p not in chosen)
     return FacadeParts(FacadeReliefs(facade.id, facade.frame, facade.outline, on(None)), attached)
 
 
