@@ -6,14 +6,16 @@ import numpy as np
 
 from frontage.geometry.arrays import Float
 from frontage.model.estimate import Estimate
-from frontage.openings.borders import FEW, WIDTHS, Border, Face, Look, Place, find_borders
+from frontage.openings.borders import WIDTHS, Border, Place, find_borders
 from frontage.openings.depth import AROUND, find_depth
+from frontage.openings.edges import FEW, Face, Look
 from frontage.openings.shapes import Head, fan_of, find_circle, find_head, ring_of
 from frontage.openings.sight import Sight
 
 _CLOSE = 0.4  # m around an opening that tell its borders
 _CIRCLE = 10.0  # nats that a circle must gain over a square
 _SAME = 0.003  # m: faces of one facade agree no better
+_WIDEST = 0.01  # m, one sigma of the footprint of common scanners
 _ENOUGH = 3  # openings that tell what their facade has in common
 
 
@@ -55,20 +57,24 @@ def measure(sight: Sight, boxes: list[Place], cell: float, spacing: float) -> li
 
 
 def facade_look(outlines: list[Outline]) -> Look:
-    """What the borders of a facade share: the likeliest blur, and the median face of every side."""
+    """What the edges of a facade share: the likeliest blur, the median face of every side, the footprint."""
     if not outlines:
         return Look()
     scores = np.sum([b.scores for o in outlines for b in o.borders], axis=0)
     faces: list[Face | None] = []
     for side in range(4):
-        y = np.array([o.borders[side].face.y for o in outlines if o.borders[side].face.points >= FEW])
+        y = np.array(
+            [o.borders[side].edge.face.y for o in outlines if o.borders[side].edge.face.points >= FEW]
+        )
         if len(y) < _ENOUGH:
             faces.append(None)
             continue
         middle = float(np.median(y))
         spread = 1.4826 * float(np.median(np.abs(y - middle)))
         faces.append(Face(middle, max(spread, _SAME), len(y)))
-    return Look(WIDTHS[int(np.argmax(scores))], tuple(faces))
+    mixed = np.sum([b.edge.mixed for o in outlines for b in o.borders], axis=0)
+    footprint = float(mixed[0] / mixed[1]) if mixed[1] > 0 else 0.0
+    return Look(WIDTHS[int(np.argmax(scores))], tuple(faces), min(footprint, _WIDEST))
 
 
 def _outline(
@@ -79,19 +85,26 @@ def _outline(
     rise = known.rise if known else 0.0
     depth = known.depth if known else find_depth(wide, box, 0.0)
     frame = None if depth is None else depth.value
-    place, borders = find_borders(near, box, cell, rise, frame, spacing, look)
+    loose = known is not None and _loose(known, sight.wall)
+    place, borders = find_borders(near, box, cell, rise, frame, spacing, look, loose)
     shape, place, rise, spread = _shape(near, place, borders, frame, look.blur, known)
     if rise > 0.0 and known is None:
-        place, borders = find_borders(near, place, spacing, rise, frame, spacing, look)
+        place, borders = find_borders(near, place, spacing, rise, frame, spacing, look, loose)
     covariance = np.diag([*(b.sigma**2 for b in borders), 0.0])
-    if spread is not None:
+    if shape == "circle" and spread is not None:
+        centre = float(np.mean(np.diag(covariance)[:4])) / 2
+        covariance[:4, :4] = np.eye(4) * (centre + spread[0, 0])
+    elif spread is not None:
         covariance[3:, 3:] = spread
-    if shape == "circle":
-        covariance[:4, :4] = np.eye(4) * spread[0, 0] if spread is not None else covariance[:4, :4]
-        covariance[3:, 4] = covariance[4, 3:] = 0.0
     return Outline(
         shape, place, rise, covariance, tuple(borders), find_depth(wide, place, rise), _passes(near, place)
     )
+
+
+def _loose(outline: Outline, wall: float) -> bool:
+    """Whether what stands before the wall beside an opening does not go around it: shutters do not."""
+    left, right, _, top = (b.edge.face.y for b in outline.borders)
+    return min(left, right) < -wall and abs(min(left, right) - top) > wall
 
 
 def _shape(
@@ -104,7 +117,7 @@ def _shape(
 ) -> tuple[str, Place, float, Float | None]:
     """Shape, box, rise m and covariance (2, 2) of top and rise, None where the head is straight."""
     x0, z0, x1, z1 = place
-    fan = fan_of(near, place, borders[3].face.y, frame, _density(near, place))
+    fan = fan_of(near, place, borders[3].edge.face.y, frame, _density(near, place))
     if known is not None and known.shape == "rectangle":
         return "rectangle", place, 0.0, None
     radius, sigma, gain = find_circle(fan, place, blur)

@@ -1,0 +1,214 @@
+"""Beams at the edge of an opening: which tell solid from open, and where each of them does.
+
+An edge belongs to a solid that reaches from its face (the wall, a sill or a surround before it) into the
+wall. Beams that slant away from the opening end on the reveal behind it, which is *in sight*; the others pass
+the edge of the face, which *hides* what lies behind. Which plane tells the two sides apart depends on that.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from frontage.geometry.arrays import Float
+from frontage.openings.sight import Sight
+
+FITTING = 0.3
+"""m: sills, surrounds and shutters stand so far out; what is before that only hides."""
+
+FEW = 6
+"""Points that tell a depth."""
+
+_SHY = 0.15  # share of the opening's side that is left out at either end: arches, corners, sills
+_STRIP = 0.03  # m, least width of the face beside an edge that tells its depth; of what lies right behind it
+_COMMON = 0.3  # of a point's noise that its neighbours share
+_SPLAY = 0.1  # m per m, one sigma of how much reveals slant
+_FLOOR = 0.001  # m: reveals are not straighter
+_SHALLOW = 0.25  # m: echoes of surfaces that near melt into one
+_MIXED = (0.2, 0.8)  # share of the way from the face to the frame where only mixed echoes lie
+_QUANTILES = 1.68  # sigmas of a normal distribution between those shares
+_ROUND = 0.01  # m about an edge where mixed echoes come from
+_DILATED = (
+    1.3  # sigmas by which an edge seems to stand out that has nothing near behind it: 10 % of the light
+)
+_UNSURE = 0.6  # sigmas, of that; as much where face and frame are not equally bright
+_FINEST = 0.001  # m, one sigma of the footprint at least
+
+
+@dataclass(frozen=True)
+class Face:
+    """Depth y m of the solid face that ends at an edge, its sigma, and the points that tell it."""
+
+    y: float
+    sigma: float
+    points: int
+
+
+@dataclass(frozen=True)
+class Look:
+    """What the edges of a facade share.
+
+    blur       m, one sigma of the places where solid turns open
+    faces      left, right, bottom, top: of edges whose own points do not tell theirs
+    footprint  m, one sigma of a beam's footprint across the beam; 0 = unknown
+    told       whether other blurs are asked for, too
+    """
+
+    blur: float = 0.002
+    faces: tuple[Face | None, ...] = (None, None, None, None)
+    footprint: float = 0.0
+    told: bool = False
+
+
+@dataclass(frozen=True)
+class Side:
+    """Where an edge is looked for: along `axis` (0 = x, 1 = z) about `at` m, the opening on the side `sign`.
+
+    inner   m to the middle of the opening; reach m to either side; across (low, high) m, extent of the edge
+    loose   whether what stands before the wall may begin off the edge: open shutters do, surrounds do not
+    """
+
+    axis: int
+    sign: int
+    at: float
+    inner: float
+    reach: float
+    across: tuple[float, float]
+    loose: bool = False
+
+    @property
+    def number(self) -> int:
+        """0 left, 1 right, 2 bottom, 3 top."""
+        return 2 * self.axis + (self.sign < 0)
+
+
+@dataclass(frozen=True, eq=False)
+class Edge:
+    """Beams around an edge, u (n,) m towards the opening from where it is looked for.
+
+    solid, opened, stopped  beams that the solid stopped, that went through, that something before it stopped
+    reveal   where the reveal begins by its own points, and its sigma, m; None where none is in sight
+    slack    m per m, how much the place depends on the face's depth; `doubt` m, one sigma by the footprint
+    mixed    mixed echoes, and how many there would be per m of footprint's sigma: their quotient tells it
+    """
+
+    solid: Float
+    opened: Float
+    stopped: Float
+    reveal: tuple[float, float] | None
+    face: Face
+    slack: float
+    doubt: float
+    mixed: tuple[float, float]
+    rays: bool
+
+
+def edge_beams(near: Sight, side: Side, frame: float | None, spacing: float, look: Look) -> Edge:
+    """The beams around an edge, each where it crosses the plane that decides on which side it is.
+
+    A beam that the reveal would stop is solid if it ended before a plane 3 sigma within the wall, and counts
+    where it crosses that plane: the face's noise does not matter. A beam past the face's edge counts where it
+    passes that, and is solid if most of its light came from the face (half-way to the frame, `frame` m deep).
+    """
+    cut = _SHY * (side.across[1] - side.across[0])
+    low, high = side.across[0] + cut, side.across[1] - cut
+    slope = side.sign * near.slope[:, side.axis]
+    seen = slope < 0
+    own = near.at(near.depth)
+    beside = (own[:, 1 - side.axis] > low) & (own[:, 1 - side.axis] < high)
+    u_own = side.sign * (own[:, side.axis] - side.at)
+    face = _face(u_own[beside], near.depth[beside], near.wall, side.reach, spacing)
+    shared = look.faces[side.number]
+    if face.points < FEW and shared is not None:
+        face = shared
+    begin = max(face.y, 0.0) + near.wall
+    back = max(frame - face.y, 2.0 * near.wall) if frame is not None else 2.0 * near.wall
+    # what stands loose beside an edge only bounds it: what passes has passed at the wall itself
+    back_solid = near.depth <= face.y + back / 2
+    edge_y = np.where(back_solid, face.y, max(face.y, 0.0)) if side.loose else face.y
+    at_plane = near.at(np.where(seen, begin, edge_y))
+    u = side.sign * (at_plane[:, side.axis] - side.at)
+    some = (at_plane[:, 1 - side.axis] > low) & (at_plane[:, 1 - side.axis] < high)
+    some &= np.abs(u) < side.reach
+    stopped = near.depth < -FITTING
+    solid = np.where(seen, near.depth <= begin, back_solid)
+    reveal = None
+    if frame is not None:
+        on = seen & beside & (near.depth > begin) & (near.depth < frame - near.wall)
+        on &= np.abs(u_own) < side.reach
+        reveal = _reveal_line(u_own[on], near.depth[on] - max(face.y, 0.0), near.wall / 3.0, slope[on])
+    hidden = some & ~seen & ~stopped
+    wide = np.sqrt(1.0 + slope**2)
+    way = (near.depth - face.y) / back
+    far = _far(u[hidden], way[hidden])
+    dilated = far * _DILATED * look.footprint * wide
+    u = np.where(seen, u, u - dilated)
+    share = float(hidden.sum()) / max(int(some.sum()), 1)
+    slack = float(np.abs(slope[hidden]).mean()) * share if share > 0 else 0.0
+    doubt = _UNSURE * max(look.footprint, _FINEST) * float(wide[hidden].mean()) * share if share > 0 else 0.0
+    mixed = _mixed(u[hidden], way[hidden], wide[hidden]) if back < _SHALLOW else (0.0, 0.0)
+    return Edge(
+        u[some & solid & ~stopped],
+        u[some & ~solid],
+        u[some & stopped],
+        reveal,
+        face,
+        slack,
+        doubt,
+        mixed,
+        bool(near.slope.any()),
+    )
+
+
+def _far(u: Float, way: Float) -> float:
+    """Share of the beams (n,) right inside an edge that find nothing near behind it: panes, rooms.
+
+    way  (n,) depth of their points, 0 = the face, 1 = the frame
+    """
+    due = int(((u > -_STRIP) & (u < 0) & (way < 0.5)).sum())
+    near = int(((u > 0) & (u < _STRIP) & (way >= 0.5) & (way < 1.5)).sum())
+    return 1.0 - min(near / due, 1.0) if due >= FEW else 0.0
+
+
+def _mixed(u: Float, way: Float, wide: Float) -> tuple[float, float]:
+    """Mixed echoes at an edge, and how many there would be per m of the footprint's sigma."""
+    between = (way > _MIXED[0]) & (way < _MIXED[1]) & (np.abs(u) < _ROUND)
+    face = (u > -_STRIP) & (u < -_ROUND / 2) & (way < 0.5)
+    if not face.any():
+        return 0.0, 0.0
+    per_metre = float(face.sum()) / (_STRIP - _ROUND / 2)
+    return float(between.sum()), _QUANTILES * per_metre * float(wide[face].mean())
+
+
+def _face(u: Float, depth: Float, wall: float, reach: float, spacing: float) -> Face:
+    """The face that ends at a border: the foremost of the surfaces within a strip beside it."""
+    solid = (depth <= wall) & (depth > -FITTING) & (np.abs(u) < reach)
+    u, depth = u[solid], depth[solid]
+    if len(u) < FEW:
+        return Face(0.0, wall, len(u))
+    edge = float(np.quantile(u, 0.97))
+    strip = depth[u > edge - max(_STRIP, 1.2 * spacing)]
+    if len(strip) < FEW:
+        return Face(0.0, wall, len(strip))
+    front = strip[np.abs(strip - np.quantile(strip, 0.2)) < wall]
+    return Face(
+        float(front.mean()),
+        float(np.hypot(front.std() / np.sqrt(len(front)), _COMMON * wall / 3.0)),
+        len(front),
+    )
+
+
+def _reveal_line(u: Float, depth: Float, noise: float, slope: Float) -> tuple[float, float] | None:
+    """Where a reveal begins, m, and its sigma, from its own points; it may slant a little."""
+    if len(u) < 4:
+        return None
+    keep = np.abs(u - np.median(u)) < 0.02 + _SPLAY * depth
+    u, depth, slope = u[keep], depth[keep], slope[keep]
+    if len(u) < 4:
+        return None
+    sigma = float(np.hypot(noise * np.median(np.abs(slope)), _FLOOR))
+    design = np.column_stack([np.ones(len(u)), depth])
+    normal = design.T @ design / sigma**2 + np.diag([0.0, 1.0 / _SPLAY**2])
+    inverse = np.linalg.inv(normal)
+    start = inverse @ (design.T @ u / sigma**2)
+    spread = float(np.sqrt(np.mean((u - design @ start) ** 2))) / sigma
+    return float(start[0]), float(np.sqrt(inverse[0, 0]) * max(spread, 1.0) + _FLOOR)
