@@ -34,9 +34,9 @@ def facade_parts(facade: Facade, elements: Elements, chord_error: float) -> Faca
     """Openings become recesses at their measured depth, flush faces where none was measured.
 
     A protrusion of one of the `BODIES`, and whatever is set back or carries openings, is a relief with the
-    openings that lie on it inside; depths count from the surface that an opening stands in. A plinth or pilaster goes
-    round the openings that reach into it. All other protrusions are `attached`.
-    Rings lose the vertices that a chord within `chord_error` (m) of them replaces.
+    openings that lie on it inside; depths count from the surface that an opening stands in. A plinth or
+    pilaster goes round the openings that reach into it. All other protrusions are `attached`. Rings lose the
+    vertices that a chord within `chord_error` (m) of them replaces.
     """
     carrying = {o.on for o in elements.openings}
     chosen = [p for p in elements.protrusions if is_body(p) or p.id in carrying]

@@ -1,0 +1,88 @@
+"""The LoD3 model as meshes and as a picture, and the walls that openings stand in."""
+
+import numpy as np
+import pytest
+
+from exports.test_facades import accessor, read_glb, world_of_vertices
+from facade_fakes import GSD, WORLD, jpeg, ortho
+from frontage.exports import FacadePicture, building_mesh, drawn, picture
+from frontage.exports.drawn import KINDS, Drawn
+from frontage.exports.parents import walls_of_openings
+from frontage.io.glb import glb_of
+from frontage.model import Elements
+from frontage.solids import Assembled
+from frontage.solids.rims import volume6
+from opening_fakes import opening
+from solids.test_assemble import house, protrusion, wall, window
+
+
+def model() -> Assembled:
+    elements = Elements(
+        "B01/F1",
+        (opening(), window("W2", (2.2, 0, 3.8, 1.5), 0.2), window("W3", (-1, -2, 0, -1), None)),
+        (protrusion("oriel", (2, -1, 4, 2), -0.8), protrusion("balcony", (-3.5, -1.5, -1.5, -0.4), -1.0)),
+    )
+    return house(wall(), elements)
+
+
+def test_triangles_enclose_the_volume_of_the_solids() -> None:
+    made = model()
+    a, b, c = np.moveaxis(drawn(made).corners, 1, 0)
+    volume = np.einsum("ni,ni->n", a, np.cross(b, c)).sum() / 6
+    solids = [made.built[0].solid, *(i.solid for i in made.installations)]
+    assert volume == pytest.approx(sum(volume6(s) for s in solids) / 6e12, rel=1e-6)
+
+
+def test_the_ortho_image_lies_on_walls_and_panes_and_nothing_else() -> None:
+    image = ortho()
+    shown = FacadePicture(wall(), jpeg(image), GSD, image.corner, image.size)
+    mesh = building_mesh(model(), [shown], 2.0)
+    gltf, binary = read_glb(glb_of([mesh], WORLD))
+    assert gltf["materials"][0]["name"] == "B01/F1" and len(gltf["meshes"]) == 1
+    xyz, uv = world_of_vertices(gltf, binary, 0)
+    local = WORLD.to_local(xyz)
+    x, y, z = wall().frame.inverse.apply(local).T
+    width, height = image.size
+    assert uv[:, 0] * width == pytest.approx((x - image.corner[0]) / GSD, abs=0.01)
+    assert uv[:, 1] * height == pytest.approx((image.corner[1] - z) / GSD, abs=0.01)
+    assert sorted(set(np.round(y, 2).tolist())) == [-0.8, -0.6, 0.0, 0.12]
+    plain = gltf["meshes"][0]["primitives"][1:]
+    assert all("NORMAL" in p["attributes"] for p in plain)
+    assert np.abs(accessor(gltf, binary, plain[0]["attributes"]["POSITION"])).max() < 12  # float32 is enough
+
+
+def test_without_pictures_panes_are_glass_coloured() -> None:
+    names = {p.material.name for p in building_mesh(model(), [], 2.0).pieces}
+    assert {"WallSurface", "Window", "RoofSurface", "Installation"} <= names
+
+
+def test_the_same_model_gives_the_same_bytes() -> None:
+    assert glb_of([building_mesh(model(), [], 2.0)], WORLD) == glb_of(
+        [building_mesh(model(), [], 2.0)], WORLD
+    )
+
+
+def test_the_picture_shows_the_street_side() -> None:
+    inward = wall().frame.R[:, 1]
+    front, back = picture(drawn(model()), inward, 300), picture(drawn(model()), -inward, 300)
+    glass = [int(((i[..., 2].astype(int) - i[..., 0]) > 25).sum()) for i in (front, back)]
+    assert glass[0] > 500 and glass[1] == 0
+    assert (front[0] == 255).all() and front.shape[1] <= 300
+
+
+def test_nothing_to_draw() -> None:
+    empty = Drawn(np.zeros((0, 3, 3)), np.zeros((0, 3)), np.zeros(0, np.int64), np.zeros((0, 2, 3)))
+    with pytest.raises(ValueError, match="nothing to draw"):
+        picture(empty, np.array([0.0, 1, 0]))
+
+
+def test_openings_know_their_walls() -> None:
+    solid = model().built[0].solid
+    parents = {solid.faces[k].opening: solid.faces[w] for k, w in walls_of_openings(solid).items()}
+    assert set(parents) == {"B01/F1/W1-1", "W2", "W3"}
+    assert parents["W2"].opening == "B01/F1/oriel"
+    assert parents["B01/F1/W1-1"] is parents["W3"] and len(parents["W3"].holes) == 3
+
+
+def test_kinds_are_the_classes_of_faces() -> None:
+    assert set(np.unique(drawn(model()).kind)) <= set(range(len(KINDS)))

@@ -1,0 +1,140 @@
+"""The stage `model` on facades and elements that were put in a run folder by hand."""
+
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from facade_fakes import WORLD
+from frontage.io.cityjson import write_cityjson
+from frontage.io.citymodel import read_city_model
+from frontage.model import Building, Elements, Estimate
+from frontage.model.citymodel import CityBuilding, Shell
+from frontage.pipeline.context import Run, Silent
+from frontage.pipeline.elements import save_elements
+from frontage.pipeline.files import write_json
+from frontage.pipeline.modelling import FILES, make_model
+from frontage.pipeline.project import make_project
+from frontage.pipeline.records import building_record, save_facade, world_record
+from frontage.pipeline.workspace import Workspace
+from frontage.scale import make_executor
+from opening_fakes import opening, round_door
+from solids.test_assemble import GROUND, house, protrusion, wall
+from solids.test_build_host import polygons
+
+
+def folder(out: Path, names: tuple[str, ...] = ("B01", "B02")) -> Workspace:
+    """Facades of two houses side by side, each with a window, a door and a balcony."""
+    workspace = Workspace.create(out)
+    records = []
+    for k, name in enumerate(names):
+        at = wall(at=(10.0 * k, 0, 0))
+        facade = replace(at, id=f"{name}/F1", building=name)
+        panes = tuple(replace(o, id=f"{name}/F1/{o.id[-4:]}") for o in (opening(), round_door()))
+        balcony = replace(protrusion("balcony", (-3.5, -1.5, -1.5, -0.4), -1.0), id=f"{name}/F1/P1")
+        where = workspace.facade_folder(facade.id)
+        save_facade(where, facade)
+        save_elements(where, facade, Elements(facade.id, panes, (balcony,)))
+        workspace.finish("facades", name, "k", {"facades": [facade.id], "warnings": []})
+        records.append(building_record(Building(name, np.arange(3), GROUND, f"{k + 1} Lime Street"), 3))
+    write_json(
+        workspace.buildings_folder / "index.json", {"world": world_record(WORLD), "buildings": records}
+    )
+    low, high = WORLD.to_world(np.array([[40.0, 850, 0], [90, 890, 30]]))
+    workspace.finish("scans", "", "k", {"extent": [low.tolist(), high.tolist()]})
+    return workspace
+
+
+def made(workspace: Workspace, workers: int = 1, model: Path | None = None, **options) -> dict:
+    table = {"scans": [{"path": "x.las"}], "solids": options}
+    if model is not None:
+        table["model"] = {"path": str(model)}
+    with make_executor(workers) as executor:
+        run = Run(workspace, make_project(table, workspace.out), executor, Silent(), {})
+        return make_model(run, WORLD)
+
+
+def test_files_of_the_model(tmp_path: Path) -> None:
+    workspace = folder(tmp_path)
+    result = made(workspace)
+    assert (result["items"], result["buildings"], result["warnings"]) == (2, ["B01", "B02"], [])
+    assert "B01, B02: built on blocks behind their facades" in result["notes"][0]
+    for name in FILES:
+        assert (tmp_path / "model" / name).stat().st_size > 0
+    about = json.loads((tmp_path / "model" / "report.json").read_text())
+    assert about["B01"]["openings_built"] == about["B01"]["openings_found"] == 2
+    assert about["B02"]["installations"] == ["B02/F1/P1"] and about["B02"]["host"] == "cloud"
+    assert (tmp_path / "model" / "pictures" / "B02.png").read_bytes()[:4] == b"\x89PNG"
+    model = read_city_model(tmp_path / "model" / "lod3.city.json", WORLD)
+    assert [(b.id, b.address) for b in model.buildings] == [
+        ("B01", "1 Lime Street"),
+        ("B02", "2 Lime Street"),
+    ]
+
+
+def test_two_workers_give_the_same_bytes(tmp_path: Path) -> None:
+    one, two = folder(tmp_path / "1"), folder(tmp_path / "2")
+    made(one)
+    made(two, workers=2)
+    for name in FILES:
+        assert (one.out / "model" / name).read_bytes() == (two.out / "model" / name).read_bytes()
+
+
+def city(path: Path, wide: float, offset: float = 0.2) -> Path:
+    """A city model of one house, `wide` m along the street, its front `offset` m behind the measured one."""
+    at = wall(wide=wide, at=(wide / 2 - 5, offset, 0))
+    surfaces = tuple(polygons(house(at, Elements("B01/F1", ())).built[0].host))
+    return write_cityjson(path, [CityBuilding("M7", (Shell("2", surfaces),))], WORLD, "m")
+
+
+def test_a_city_model_is_the_host_and_what_it_lacks_is_made(tmp_path: Path) -> None:
+    workspace = folder(tmp_path)
+    result = made(workspace, model=city(tmp_path / "m.city.json", 10.0))
+    about = json.loads((tmp_path / "model" / "report.json").read_text())
+    assert [about[n]["host"] for n in ("B01", "B02")] == ["model", "cloud"]
+    assert about["B01"]["offsets"]["B01/F1/W1-1"] == pytest.approx(0.2, abs=1e-3)
+    assert result["notes"] == ["B02: built on blocks behind their facades, for lack of a city model"]
+
+
+def test_two_measured_houses_on_one_of_the_model_become_one(tmp_path: Path) -> None:
+    workspace = folder(tmp_path)
+    result = made(workspace, model=city(tmp_path / "m.city.json", 20.0))
+    assert result["buildings"] == ["B01"]
+    assert "B01, B02 stand on one building of the city model" in result["notes"][0]
+    about = json.loads((tmp_path / "model" / "report.json").read_text())
+    assert about["B01"]["openings_built"] == 4
+
+
+def test_options_of_the_table(tmp_path: Path) -> None:
+    workspace = folder(tmp_path, ("B01",))
+    made(workspace, model=city(tmp_path / "m.city.json", 10.0), reseat=True)
+    about = json.loads((tmp_path / "model" / "report.json").read_text())
+    assert about["B01"]["offsets"]["B01/F1/W1-1"] == pytest.approx(0.0, abs=1e-3)
+    made(workspace, depth=False)
+    about = json.loads((tmp_path / "model" / "report.json").read_text())
+    assert about["B01"]["installations"] == [] and about["B01"]["openings_built"] == 2
+
+
+def test_without_buildings_nothing_stale_stays(tmp_path: Path) -> None:
+    workspace = folder(tmp_path, ("B01",))
+    made(workspace)
+    write_json(workspace.buildings_folder / "index.json", {"world": world_record(WORLD), "buildings": []})
+    assert made(workspace)["items"] == 0
+    assert not [p for p in (tmp_path / "model").rglob("*") if p.is_file()]
+
+
+def test_a_facade_without_a_wall_is_a_warning_with_its_count(tmp_path: Path) -> None:
+    workspace = folder(tmp_path, ("B01",))
+    behind = replace(wall(), id="B01/F2")
+    pose = replace(behind.frame, t=behind.frame.apply(np.array([[0, 3.0, 0]]))[0])
+    behind = replace(behind, local_from_facade=Estimate(pose, np.eye(6) * 1e-8, 9.0))
+    save_facade(workspace.facade_folder("B01/F2"), behind)
+    save_elements(
+        workspace.facade_folder("B01/F2"), behind, Elements("B01/F2", (replace(opening(), id="B01/F2/W"),))
+    )
+    workspace.finish("facades", "B01", "k", {"facades": ["B01/F1", "B01/F2"], "warnings": []})
+    (warning,) = made(workspace, model=city(tmp_path / "m.city.json", 10.0))["warnings"]
+    assert (warning["item"], warning["code"]) == ("B01", "S310")
+    assert "B01/F2: no wall of the host lies where it was measured; 1 element left out" in warning["message"]
