@@ -1,7 +1,7 @@
 """openings.json and protrusions.json: what stands in them, and that reading them back loses nothing."""
 
 import json
-from dataclasses import fields
+from dataclasses import fields, replace
 from typing import Any
 
 import numpy as np
@@ -10,7 +10,7 @@ import pytest
 from facade_fakes import facade
 from frontage.errors import FileError
 from frontage.model import Elements, Estimate
-from frontage.pipeline.elements import FILES, load_elements, save_elements
+from frontage.pipeline.elements import FILES, check_elements, load_elements, save_elements
 from opening_fakes import elements, opening, round_door
 
 
@@ -97,6 +97,19 @@ def test_a_garbled_entry_is_named(tmp_path, key, value, told):
     with pytest.raises(FileError) as caught:
         load_elements(tmp_path, "B01/F1")
     assert str(caught.value).startswith(f"{path}: B01/F1/W1-1") and told in str(caught.value)
+
+
+def test_what_files_cannot_hold_is_told_before(tmp_path):
+    assert check_elements(elements()) is not None
+    found = elements()
+    broken = replace(found.openings[0], depth=Estimate(float("nan"), np.eye(1), 3.0))
+    with pytest.raises(ValueError, match=r"B01/F1/W1-1: its outline, depth"):
+        check_elements(replace(found, openings=(broken,)))
+    with pytest.raises(ValueError, match=r"B01/F1/W0-2: it is on B01/F1/P1, which was not found"):
+        check_elements(replace(found, protrusions=()))
+    front = replace(found.protrusions[0], confidence=float("inf"))
+    with pytest.raises(ValueError, match=r"B01/F1/P1: .* confidence"):
+        check_elements(replace(found, protrusions=(front,)))
 
 
 @pytest.mark.parametrize("file", FILES)

@@ -11,7 +11,7 @@ from frontage.catalog import number_building
 from frontage.model import Building, Elements, Facade, Failed, Scan
 from frontage.openings.find import find_openings
 from frontage.openings.options import OpeningOptions
-from frontage.pipeline.elements import remove_elements, save_elements
+from frontage.pipeline.elements import check_elements, remove_elements, save_elements
 from frontage.pipeline.openingpictures import remove_pictures, save_pictures
 from frontage.pipeline.records import failed_record
 from frontage.pipeline.tasks import Task, as_failed, load_cloud
@@ -99,7 +99,8 @@ def _picture(
 
 def _find(facade: Facade, scan: Scan, options: OpeningOptions) -> Elements | Failed:
     try:
-        return find_openings(facade, scan, options)
+        found = find_openings(facade, scan, options)
+        return found if isinstance(found, Failed) else check_elements(found)
     except Exception as error:
         return as_failed(error, facade.id)
 

@@ -46,7 +46,13 @@ class Picture:
     @property
     def png(self) -> bytes:
         """The image as a PNG file."""
-        return bytes(cv2.imencode(".png", self.image)[1])
+        return png_bytes(self.image)
+
+
+def png_bytes(image: Array) -> bytes:
+    """A picture as a PNG file; OpenCV's own choice makes flat areas eight times as large."""
+    small = [cv2.IMWRITE_PNG_COMPRESSION, 6, cv2.IMWRITE_PNG_STRATEGY, cv2.IMWRITE_PNG_STRATEGY_DEFAULT]
+    return bytes(cv2.imencode(".png", image, small)[1])
 
 
 def beam_picture(beams: Beams, evidence: Evidence) -> Picture:

@@ -10,10 +10,12 @@ import numpy as np
 
 from frontage.geometry.arrays import Array, Float
 from frontage.report.data import FacadeView, PictureView, ReportData
+from frontage.report.evidence import png_bytes
 from frontage.report.openings import Outline, outlines
 
 _PLAN_PIXELS = 430  # half the figure: a lone point shows as 2 px
-_AROUND = 12.0  # m shown around the facades
+_AROUND = 12.0  # m shown around the facades, at most
+_EDGE = 2.0  # m shown beyond the last point: room for arrows and names
 _FIGURE_WIDTH, _FIGURE_HEIGHT = 860.0, 760.0
 
 
@@ -111,6 +113,8 @@ def _plan(points: Float, group: Array, facades: list[FacadeView], labels: list[s
     low, high = shown.min(0) - margin, shown.max(0) + margin
     near = ((points >= low) & (points <= high)).all(1)
     points, group = points[near], group[near]
+    some = np.vstack([points, shown])
+    low, high = np.maximum(some.min(0) - _EDGE, low), np.minimum(some.max(0) + _EDGE, high)
     size = high - low
     scale = min(_FIGURE_WIDTH / size[0], 520.0 / size[1], 30.0)  # one 10 cm point stays 3 px
     pixel = partial(to_figure, origin=np.array([low[0], high[1]]), scale=float(scale))
@@ -163,7 +167,7 @@ def _plan_image(xy: Float, group: Array, size: Float) -> str:
 
 def png_uri(image: Array) -> str:
     """A picture (h, w, 4) uint8 BGRA as PNG inside the page."""
-    return data_uri(cv2.imencode(".png", image)[1].tobytes(), "png")
+    return data_uri(png_bytes(image), "png")
 
 
 def data_uri(data: bytes, kind: str) -> str:
