@@ -89,8 +89,8 @@ class Outline:
     bracketed: float
 
 
-def outline_of(crossings: Crossings, before: Float, piece: Piece, grain: Grain) -> Outline:
-    """Borders of a piece among the points (k, 3) m before the wall.
+def outline_of(crossings: Crossings, few: Crossings, before: Float, piece: Piece, grain: Grain) -> Outline:
+    """Borders of a piece among the points (k, 3) m before the wall; `few` of the crossings tell shares.
 
     A border parts the piece's own points, undersides and cheeks included, from the beams that passed beside
     it: where these crossed the plane, parallel to the wall, that lies as far out as the piece's rim there.
@@ -115,7 +115,7 @@ def outline_of(crossings: Crossings, before: Float, piece: Piece, grain: Grain) 
             edge = before[piece.front_rows, 0]
             wide = abs(place[2 - side] - float(edge.max() if side == 0 else edge.min()))
             place[side], sigma[side] = _mirrored(crossings.q.T, place, sigma[side], side, wide, grain)
-    hit = hit_share(crossings, piece.box, piece.y, grain)
+    hit = hit_share(few, piece.box, piece.y, grain)
     box = (place[0], place[1], place[2], place[3])
     return Outline(box, (sigma[0], sigma[1], sigma[2], sigma[3]), hit, good / 4)
 
@@ -178,7 +178,7 @@ def _border(
     own = within(np.insert(where, 1, 0.0, axis=1), piece.box, 0.0)
     behind = (depth > y + grain.half) & ~(own & (depth < -grain.half))
     passed = _outwards(where[behind], piece.box, side, inner)
-    mean, spread = _posterior(solid, passed[passed <= band], inner, band, grain.spacing)
+    mean, spread = posterior(solid, passed[passed <= band], inner, band, grain.spacing)
     beyond = passed[passed > mean]
     free = float(beyond[0]) if len(beyond) else _HIDDEN
     stopped = _outwards(where[depth < piece.y - grain.half], piece.box, side, inner)
@@ -199,7 +199,7 @@ def _outwards(where: Float, box: Box, side: int, inner: float) -> Float:
     return np.sort(s[(along >= low + cut) & (along <= high - cut) & (s >= -inner)])
 
 
-def _posterior(solid: Float, passed: Float, inner: float, band: float, spacing: float) -> tuple[float, float]:
+def posterior(solid: Float, passed: Float, inner: float, band: float, spacing: float) -> tuple[float, float]:
     """Mean and standard error m of a border from the places (n,), (m,) of hits and passes across it, sorted.
 
     No surface ends further beyond its last hit than the next row of hits would be.

@@ -22,13 +22,14 @@ def occupied(values: Array, step: float) -> int:
 
 def extent(p: Float, cell: float, tail: float) -> Box:
     """Box of points (n, 3) without thin tails: lines of cells that hold less than `tail` of the fullest."""
-    across = np.floor((p[:, [0, 2]] - p[:, [0, 2]].min(0)) / cell).astype(np.int64)
-    held = np.unique(across, axis=0)
+    across = [((p[:, k] - p[:, k].min()) / cell).astype(np.int64) for k in (0, 2)]
+    held = np.zeros([int(a.max()) + 1 for a in across], np.bool_)
+    held[across[0], across[1]] = True
     ends = []
     for axis in (0, 1):
-        line = np.bincount(held[:, axis])
+        line = held.sum(1 - axis)
         full = np.flatnonzero(line >= tail * line.max())
-        kept = p[(across[:, axis] >= full[0]) & (across[:, axis] <= full[-1]), 2 * axis]
+        kept = p[(across[axis] >= full[0]) & (across[axis] <= full[-1]), 2 * axis]
         ends.append((float(kept.min()), float(kept.max())))
     return ends[0][0], ends[1][0], ends[0][1], ends[1][1]
 
@@ -46,6 +47,8 @@ def shown_sides(p: Float, box: Box, cell: float) -> list[float]:
 
 def filled(p: Float, box: Box, cell: float) -> float:
     """Share of a box's cells that hold points (n, 3)."""
-    across = np.floor((p[:, [0, 2]] - box[:2]) / cell).astype(np.int64)
-    area = max((box[2] - box[0]) * (box[3] - box[1]), cell**2)
-    return float(len(np.unique(across, axis=0)) * cell**2 / area)
+    size = [int((box[k + 2] - box[k]) / cell) + 1 for k in (0, 1)]
+    held = np.zeros(size, np.bool_)
+    across = [np.clip((p[:, 2 * k] - box[k]) / cell, 0, size[k] - 1).astype(np.int64) for k in (0, 1)]
+    held[across[0], across[1]] = True
+    return float(held.sum() * cell**2 / max((box[2] - box[0]) * (box[3] - box[1]), cell**2))

@@ -39,14 +39,18 @@ class Look:
 
 
 def kind_of_protrusion(look: Look, facade: Facade, ground: float, openings: Sequence[Opening]) -> str:
-    """ "balcony", "oriel", "cornice", "band", "sill", "pilaster", "railing", "awning", "steps", "plinth", or,
-    where none fits, "protrusion".
+    """ "balcony", "oriel", "bay" (an oriel from the ground on), "risalit" (most of the facade's width), "cornice",
+    "band", "sill", "pilaster", "railing", "awning", "steps", "plinth", or, where none fits, "protrusion".
     """
     width, height = look.size
     if look.box[1] < ground + _STEP and height < _STOREY:
         return "plinth" if width > _MOST * _width(facade) and look.projection < _STAND else "steps"
     if height >= _STOREY:
-        return "pilaster" if height > _NARROW * width and width < _SLAB else "oriel"
+        if height > _NARROW * width and width < _SLAB:
+            return "pilaster"
+        if look.box[1] > ground + _STEP:
+            return "oriel"
+        return "risalit" if width > _MOST * _width(facade) else "bay"
     if height <= _SLAB and width >= _LONG * height and (height < _RAIL or look.projection < _STAND):
         return _of_bands(look, facade, ground, openings)
     if look.inclined and look.projection >= _ROOF:
@@ -80,4 +84,4 @@ def _width(facade: Facade) -> float:
 
 def is_wall(kind: str) -> bool:
     """Whether the front of this kind is a wall of its own, with openings."""
-    return kind in ("oriel", "setback")
+    return kind in ("oriel", "bay", "risalit", "setback")

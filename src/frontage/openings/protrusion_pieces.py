@@ -39,14 +39,14 @@ class Piece:
 def find_pieces(q: Float, grain: Grain) -> list[Piece]:
     """Pieces among points (n, 3) m that lie before a wall y = 0, largest fronts of a connected part first."""
     found: list[Piece] = []
-    for rows in _connected(q, grain.gap, 3):
+    for rows in connected(q, grain.gap, 3):
         (x0, _, z0), (x1, _, z1) = q[rows].min(0), q[rows].max(0)
         if max(x1 - x0, z1 - z0) >= grain.least[0]:
             found += _cut(q, rows, grain.near((float(x0), float(z0), float(x1), float(z1))))
     return found
 
 
-def _connected(q: Float, gap: float, least: int) -> Iterator[Int]:
+def connected(q: Float, gap: float, least: int) -> Iterator[Int]:
     """Rows of points (n, d) that hang together: cells of `gap` m that touch, corners included."""
     if len(q) == 0:
         return
@@ -75,25 +75,30 @@ def _cut(q: Float, rows: Int, grain: Grain) -> list[Piece]:
         y = _peak(p[free], grain)
         if y is None:
             break
-        on = free & (np.abs(p[:, 1] - y) <= grain.half)
-        for part in _connected(p[on][:, [0, 2]], grain.gap, 10):
-            at, front, box = _settled(p, free, extent(p[on][part], grain.cell, _TAIL), y, grain)
-            if box is None:
+        on = np.flatnonzero(free & (np.abs(p[:, 1] - y) <= grain.half))
+        for part in connected(p[on][:, [0, 2]], grain.gap, 10):
+            around = extent(p[on[part]], grain.cell, _TAIL)
+            if not _large(around, grain):
                 continue
-            own = free & within(p, box, grain.cell) & (p[:, 1] >= at - grain.half)
-            free &= ~own
-            piece, taken = _widened(q, Piece(rows[own], rows[front], box, at), rows, free, grain)
+            near = np.flatnonzero(free & within(p, around, grain.cell))
+            shape = settled(p[near], y, grain)
+            if shape is None:
+                continue
+            at, front, box = shape
+            own = near[within(p[near], box, grain.cell) & (p[near, 1] >= at - grain.half)]
+            free[own] = left[own] = False
+            piece, taken = _widened(q, Piece(rows[own], rows[near[front]], box, at), rows, free, grain)
             found.append(piece)
             free &= ~taken
-            left &= ~(own | taken)
-        free &= ~on
+            left &= ~taken
+        free[on] = False
     return (found + _moulded(q, rows[left], grain)) or _inclined(q, rows, grain)
 
 
 def _moulded(q: Float, rows: Int, grain: Grain) -> list[Piece]:
     """The mouldings and round bays among what the flat fronts left over of a connected part."""
     found: list[Piece] = []
-    for part in _connected(q[rows][:, [0, 2]], grain.gap, 30):
+    for part in connected(q[rows][:, [0, 2]], grain.gap, 30):
         own = rows[part]
         while (shape := moulding(q[own], grain)) is not None:
             on, front, box, y = shape
@@ -120,24 +125,26 @@ def _peak(p: Float, grain: Grain) -> float | None:
     return float(np.median(near)) if len(near) else None
 
 
-def _settled(p: Float, free: Bool, around: Box, y: float, grain: Grain) -> tuple[float, Bool, Box | None]:
-    """The front of the `free` points (n,) within a box at about y m: its own offset, which points lie on it,
-    and its box; None when it is no framed surface. Of a front with thin parts (brackets below a ledge) the
-    full one alone may be.
+def settled(p: Float, y: float, grain: Grain) -> tuple[float, Bool, Box] | None:
+    """The front of points (n, 3) at about y m: its own offset, which points lie on it, and its
+    box; None when it is no framed surface. Of a front with thin parts (brackets below a ledge) the full one
+    alone may be.
     """
-    near = free & within(p, around, grain.cell) & (np.abs(p[:, 1] - y) <= 2.0 * grain.half)
+    near = np.abs(p[:, 1] - y) <= 2.0 * grain.half
     own = _peak(p[near], grain)
     at = y if own is None else own
     front = near & (np.abs(p[:, 1] - at) <= grain.half)
-    if front.any():
-        for tail in (_TAIL, _HEAVY):
-            box = extent(p[front], grain.cell, tail)
-            held = free & within(p, box, grain.cell) & (p[:, 1] >= at - grain.half)
-            flat = front & within(p, box, 0.0)
-            framed = _large(box, grain) and is_framed(p[held], p[flat], box, grain)
-            if framed and _is_surface(p, at, box, grain):
-                return at, flat, box
-    return at, front, None
+    if not front.any():
+        return None
+    for tail in (_TAIL, _HEAVY):
+        box = extent(p[front], grain.cell, tail)
+        if not _large(box, grain):
+            return None
+        held = within(p, box, grain.cell) & (p[:, 1] >= at - grain.half)
+        flat = front & within(p, box, 0.0)
+        if is_framed(p[held], p[flat], box, grain) and _is_surface(p, at, box, grain):
+            return at, flat, box
+    return None
 
 
 def _large(box: Box, grain: Grain) -> bool:
