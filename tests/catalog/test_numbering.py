@@ -192,3 +192,9 @@ def test_rows_of_real_fronts_are_counted_as_their_annotator_did(front: str, lowe
     found = numbered("B01/F1", [one for one, _ in told.values()])
     assert [o.floor for o in found] == [told[o.ring.tobytes()][1] for o in found]
     assert max(o.floor for o in found) == most - lowest
+
+
+def test_high_storeys_are_not_taken_for_two() -> None:
+    """Nine equal rows 5 m apart: many empty storeys are less likely than high ones."""
+    found = numbered("B01/F1", rows(1.2 + 5.0 * np.arange(9), h=1.5), 0.0)
+    assert floors(found) == sorted(list(range(9)) * 3)

@@ -18,7 +18,7 @@ _PITCHES = np.arange(24, 61) * _STEP  # m, usual height of the building's storey
 _USUAL = 3.1  # m
 _SPREAD = (0.12, 0.25, 0.20)  # of the logarithm: upper storeys, ground floor, usual height among buildings
 _TALLER = 1.2  # ground floor to upper storeys: shops, and the steps up to it
-_EMPTY = 1.5  # cost of a storey without openings
+_EMPTY = (1.5, 3.0, 4.5)  # cost of the first storey without openings, the second, and each that follows
 _CROSSED = 2.0  # cost of a line through an opening
 _STACKED = 1.5  # cost of two openings above each other in one storey
 _MARGIN = 0.1  # m, borders err and floors lean
@@ -58,12 +58,13 @@ def find_storeys(boxes: Float, sheet: Int, ground: float) -> Storeys:
     top = float(boxes[:, 3].max())
     steps = int(np.ceil((top - ground + _HEIGHTS[-1]) / _STEP))
     lines: Float = ground + _STEP * np.arange(steps + 1, dtype=np.float64)
-    cost, chosen = _cheapest(_interval_costs(lines, boxes, sheet), len(lines))
-    cost[:, lines < top - _MARGIN] = np.inf
-    p, k = np.unravel_index(int(np.argmin(cost)), cost.shape)
-    path = [int(k)]
-    while path[-1] > 0:
-        path.append(path[-1] - int(chosen[p, path[-1]]))
+    cost, chosen, before = _cheapest(*_interval_costs(lines, boxes, sheet))
+    cost[:, :, lines < top - _MARGIN] = np.inf
+    e, p, k = (int(i) for i in np.unravel_index(int(np.argmin(cost)), cost.shape))
+    path = [k]
+    while k > 0:
+        e, k = int(before[e, p, k]), k - int(chosen[e, p, k])
+        path.append(k)
     return Storeys(tuple(float(lines[k]) for k in reversed(path)), float(_PITCHES[p]))
 
 
@@ -73,14 +74,18 @@ def _depth_of_cuts(lines: Float, boxes: Float) -> Float:
     return depth
 
 
-def _interval_costs(lines: Float, boxes: Float, sheet: Int) -> Float:
-    """Cost (h, k) of a storey of height _HEIGHTS[h] that ends at line k; inf where it would begin below 0."""
+def _interval_costs(lines: Float, boxes: Float, sheet: Int) -> tuple[Float, Bool]:
+    """Cost (h, k) of a storey of height _HEIGHTS[h] that ends at line k, and whether it has no opening.
+
+    inf where it would begin below the ground.
+    """
     widths = np.rint(_HEIGHTS / _STEP).astype(np.int64)
     foot, head = boxes[:, 1], boxes[:, 3]
     middle = (foot + head) / 2
     crossed = _CROSSED * ((_depth_of_cuts(lines, boxes) - _MARGIN) / 0.3).clip(0, 1).sum(1)
     below, above, weight = _stacked(boxes, sheet)
     costs = np.full((len(widths), len(lines)), np.inf)
+    empty = np.zeros(costs.shape, bool)
     for h, width in enumerate(widths):
         z0, z1 = lines[:-width, None], lines[width:, None]
         inside = (middle >= z0) & (middle < z1)
@@ -91,8 +96,9 @@ def _interval_costs(lines: Float, boxes: Float, sheet: Int) -> Float:
         seat = (lowest - 1.2).clip(0) + (0.3 - highest).clip(0) + (highest - 1.2).clip(0)
         seat += _STACKED * ((apart - 0.6) / 0.6).clip(0, 1)
         double = ((below >= z0) & (above < z1)) @ weight
-        costs[h, width:] = crossed[width:] + np.where(inside.any(1), seat, _EMPTY) + double
-    return costs
+        empty[h, width:] = ~inside.any(1)
+        costs[h, width:] = crossed[width:] + np.where(empty[h, width:], 0.0, seat) + double
+    return costs, empty
 
 
 def _stacked(boxes: Float, sheet: Int) -> tuple[Float, Float, Float]:
@@ -109,22 +115,31 @@ def _stacked(boxes: Float, sheet: Int) -> tuple[Float, Float, Float]:
     return middle[low], middle[high], _STACKED * ((rise[pair] - 1.8) / 0.6).clip(0, 1)
 
 
-def _cheapest(costs: Float, n: int) -> tuple[Float, Int]:
-    """Per usual height and line (p, n): the cost of the cheapest storeys up to it, steps of the last one."""
+def _cheapest(costs: Float, empty: Bool) -> tuple[Float, Int, Int]:
+    """Per number of empty storeys so far (its last: that many or more), usual height and line (e, p, n): the
+    cost of the cheapest storeys up to it, the steps of the last one, and the number before it.
+    """
+    shape = (len(_EMPTY), len(_PITCHES), costs.shape[1])
     widths = np.rint(_HEIGHTS / _STEP).astype(np.int64)
     upper = _prior(np.log(_HEIGHTS / _PITCHES[:, None]) / _SPREAD[0])
     first = _prior(np.log(_HEIGHTS / (_TALLER * _PITCHES[:, None])) / _SPREAD[1])
-    best = np.full((len(_PITCHES), n), np.inf)
-    chosen = np.zeros((len(_PITCHES), n), np.int64)
-    best[:, 0] = _prior(np.log(_PITCHES / _USUAL) / _SPREAD[2])
-    rows = np.arange(len(_PITCHES))
-    for k in range(int(widths[0]), n):
+    best = np.full(shape, np.inf)
+    chosen, before = np.zeros(shape, np.int64), np.zeros(shape, np.int64)
+    best[0, :, 0] = _prior(np.log(_PITCHES / _USUAL) / _SPREAD[2])
+    for k in range(int(widths[0]), shape[2]):
         h = np.flatnonzero(widths <= k)
         start = k - widths[h]
-        total = best[:, start] + costs[h, k] + np.where(start == 0, first[:, h], upper[:, h])
-        pick = np.argmin(total, axis=1)
-        best[:, k], chosen[:, k] = total[rows, pick], widths[h[pick]]
-    return best, chosen
+        total = best[:, :, start] + (costs[h, k] + np.where(start == 0, first[:, h], upper[:, h]))
+        filled = np.where(empty[h, k], np.inf, total)
+        bare = np.where(empty[h, k], total, np.inf) + np.array(_EMPTY)[:, None, None]
+        for e in range(shape[0]):
+            sources = [e, e - 1, e] if e == shape[0] - 1 else [e, e - 1]
+            ways = np.concatenate([filled[e], *(bare[f] for f in sources[1:] if f >= 0)], axis=1)
+            pick = np.argmin(ways, axis=1)
+            best[e, :, k] = ways[np.arange(shape[1]), pick]
+            chosen[e, :, k] = widths[h[pick % len(h)]]
+            before[e, :, k] = np.array(sources)[pick // len(h)]
+    return best, chosen, before
 
 
 def _prior(normalised: Float) -> Float:
