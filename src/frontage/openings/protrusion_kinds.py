@@ -39,8 +39,8 @@ class Look:
 
 
 def kind_of_protrusion(look: Look, facade: Facade, ground: float, openings: Sequence[Opening]) -> str:
-    """ "balcony", "oriel", "bay" (an oriel from the ground on), "risalit" (most of the facade's width), "cornice",
-    "band", "sill", "pilaster", "railing", "awning", "steps", "plinth", or, where none fits, "protrusion".
+    """ "balcony", "oriel", "bay" (an oriel from the ground on), "risalit" (one most of the facade wide),
+    "cornice", "band", "sill", "pilaster", "railing", "awning", "steps", "plinth"; else "protrusion".
     """
     width, height = look.size
     if look.box[1] < ground + _STEP and height < _STOREY:

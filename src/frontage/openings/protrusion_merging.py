@@ -1,4 +1,4 @@
-"""Pieces that are one: mouldings on a front, tiers of a cornice, steps, and what goes on behind an obstacle."""
+"""Pieces that are one: mouldings on a front, tiers of a cornice, steps, ends of what something hides."""
 
 from dataclasses import replace
 

@@ -11,6 +11,7 @@ _PROFILE = (0.05, 3.0)  # m and spacings, least cell of a profile
 _CHUNK = 0.5  # m, least length over which profiles are compared
 _CHUNKS = (4, 40)  # how many of them
 _COMMON = 0.5  # share of the chunks that hold a cell of the common profile
+_CURVE = 2.0  # cells of a profile per cell of the box around it, along both sides: more fill its area
 _TAIL = 0.5  # of the fullest line: what is thinner is not along the whole of it
 _FEWEST = 60  # points
 _FRONT = 0.02  # quantile of the foremost points, strays aside
@@ -20,7 +21,7 @@ def common_profile(p: Float, axis: int, grain: Grain) -> Bool:
     """Which of the points (n, 3) lie on a profile that is the same along an axis (0 = x, 2 = z).
 
     The axis is cut into chunks; a cell of the plane across belongs to the profile when half of them hold it.
-    Extruded by a common profile: mouldings along x, round bays and columns along z; foliage has none.
+    Mouldings have one along x, round bays and columns along z; foliage fills an area instead of a line.
     """
     length = float(np.ptp(p[:, axis])) if len(p) else 0.0
     number = min(int(length / _CHUNK), _CHUNKS[1])
@@ -31,7 +32,9 @@ def common_profile(p: Float, axis: int, grain: Grain) -> Bool:
     key = across[:, 0] * (across[:, 1].max() + 1) + across[:, 1]
     chunk = np.minimum(((p[:, axis] - p[:, axis].min()) / length * number).astype(np.int64), number - 1)
     held = np.bincount(np.unique(key * number + chunk) // number, minlength=int(key.max()) + 1)
-    return np.asarray(held[key] >= _COMMON * number)
+    on = np.asarray(held[key] >= _COMMON * number)
+    sides = (np.ptp(across[on], axis=0) + 1).sum() if on.any() else 0
+    return on if len(np.unique(key[on])) <= _CURVE * sides else np.zeros(len(p), np.bool_)
 
 
 def moulding(p: Float, grain: Grain) -> tuple[Bool, Bool, Box, float] | None:
