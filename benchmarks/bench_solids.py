@@ -15,6 +15,7 @@ from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
 
 import numpy as np
+import shapely
 
 from _common import bootstrap, rate_interval
 from frontage.geometry.ring import rectangle
@@ -107,7 +108,6 @@ def facade(plan: FacadePlan, world) -> Facade:
 def elements(plan: FacadePlan) -> Elements:
     """What is built on a facade, as if it had been found."""
     sure = np.eye(1) * 1e-6
-    foot = (-np.inf, plan.outline[:, 1].min())  # plinths go on below the ground
     oriels = {p.y_range[0]: p.id for p in plan.protrusions if p.kind == "oriel"}
     openings = tuple(
         Opening(
@@ -120,16 +120,22 @@ def elements(plan: FacadePlan) -> Elements:
         Protrusion(
             p.id,
             p.kind,
-            np.maximum(p.ring, foot),
+            ring,
             0.01,
             Estimate(p.y_range[0], sure, 9.0),
             Provenance.MEASURED,
             1.0,
         )
         for p in plan.protrusions
-        if p.kind not in _ROOFS
+        if p.kind not in _ROOFS and len(ring := _above(p.ring, float(plan.outline[:, 1].min())))
     )
     return Elements(plan.id, openings, protrusions)
+
+
+def _above(ring: np.ndarray, foot: float) -> np.ndarray:
+    """A ring without what lies below the ground, as that of a plinth; empty where nothing is left."""
+    rest = shapely.Polygon(ring).intersection(shapely.box(-1e4, foot, 1e4, 1e4))
+    return np.asarray(rest.exterior.coords)[:-1] if rest.geom_type == "Polygon" and rest.area else ring[:0]
 
 
 def cases(wanted: int, first: int) -> Iterator[tuple[int, str]]:

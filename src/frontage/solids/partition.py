@@ -10,9 +10,11 @@ from dataclasses import dataclass
 import numpy as np
 import shapely
 
-from frontage.solids.contract import Node, contracted
+from frontage.solids.contract import SHORTEST, Node, contracted
 from frontage.solids.placing import Placed
 from frontage.solids.walls import Wall
+
+_ON_LINE = 1.0  # 0.1 mm: as far from a line as rounding puts a node that was meant to be on it
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,7 +74,7 @@ def partition(wall: Wall, placed: Sequence[Placed]) -> Partition:
     border = shapely.union_all(list(wall.polygons), grid_size=1.0).boundary
     seams = shapely.difference(shapely.union_all(hosts, grid_size=1.0), top) if len(wall.polygons) > 1 else []
     lines = [*outlines, border, *shapely.get_parts(seams)]
-    pieces = shapely.get_parts(shapely.polygonize([shapely.union_all(lines, grid_size=1.0)]))
+    pieces = shapely.get_parts(shapely.polygonize([shapely.union_all(_pinned(lines), grid_size=1.0)]))
     spots = shapely.point_on_surface(pieces)
     face = _last(wall.polygons, spots)
     relief = _last([p.polygon for p in placed], spots)
@@ -89,6 +91,32 @@ def partition(wall: Wall, placed: Sequence[Placed]) -> Partition:
     ]
     left = {e: k for k, c in enumerate(cells) for ring in c.rings for e in _pairs(ring)}
     return Partition(tuple(cells), left)
+
+
+def _pinned(lines: Sequence[shapely.Geometry]) -> np.ndarray:
+    """Lines cut into pieces at the nodes of others that lie on them but for rounding.
+
+    Along a line that is not parallel to an axis no whole 0.1 mm lies exactly on it; without this, slivers
+    as wide as the rounding stay between two lines that were meant to be one.
+    """
+    rings = [shapely.get_coordinates(g) for line in lines for g in shapely.get_parts(line)]
+    start, end = (np.concatenate([r[part] for r in rings]) for part in (slice(None, -1), slice(1, None)))
+    nodes = np.unique(start, axis=0)
+    edges = shapely.linestrings(np.stack([start, end], axis=1))
+    edge, node = shapely.STRtree(shapely.points(nodes)).query(edges, predicate="dwithin", distance=_ON_LINE)
+    way = end - start
+    along = np.einsum("ni,ni->n", nodes[node] - start[edge], way[edge])
+    length = np.linalg.norm(way, axis=1)
+    place = along / np.maximum(length[edge], 1e-9)
+    inner = (place > SHORTEST) & (place < length[edge] - SHORTEST)
+    edge, node, place = edge[inner], nodes[node[inner]], place[inner]
+    owner = np.concatenate([np.arange(len(start)), np.arange(len(start)), edge])
+    points = np.concatenate([start, end, node])
+    order = np.lexsort((np.concatenate([np.zeros(len(start)), length, place]), owner))
+    points, owner = points[order], owner[order]
+    same = owner[1:] == owner[:-1]
+    pieces: np.ndarray = shapely.linestrings(np.stack([points[:-1][same], points[1:][same]], axis=1))
+    return pieces
 
 
 def _last(areas: Sequence[shapely.Polygon], spots: np.ndarray) -> np.ndarray:
