@@ -2,6 +2,7 @@
 
 import os
 import re
+import shlex
 import subprocess
 import sys
 from pathlib import Path
@@ -57,7 +58,7 @@ def test_the_tour_runs_and_prints_what_it_shows(tmp_path: Path) -> None:
     commands = console()
     assert len(commands) >= 5
     for command, shown in commands:
-        printed = {kind(line) for line in shell(command.split(), tmp_path).splitlines()}
+        printed = {kind(line) for line in shell(shlex.split(command), tmp_path).splitlines()}
         missing = [line for line in shown if kind(line) not in printed]
         assert not missing, f"{command} no longer prints {missing}; it printed {sorted(printed)}"
     (snippet,) = re.findall(r"```python\n(.*?)```", README, re.S)
