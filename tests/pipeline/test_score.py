@@ -49,11 +49,11 @@ def test_what_the_chain_makes_is_scored_and_the_rest_is_absent(simulated_run: Pa
     assert value(scores, "facades.offset_median") < 0.02  # the wall bulges, and has surrounds on it
     assert value(scores, "ortho.displacement_px_median") < 0.5
     assert abs(value(scores, "ortho.relief_bias")) < 0.002
-    for name in ("model", "photos", "scans"):
+    for name in ("photos", "scans"):
         assert isinstance(scores.parts[name], Absent)
     table = scores.table()
-    assert set(table["absent"]) == {"model", "photos", "scans"}
-    assert "lod3.city.json" in table["absent"]["model"]
+    assert set(table["absent"]) == {"photos", "scans"}
+    assert "orientation/report.json" in table["absent"]["photos"]
     json.dumps(table, allow_nan=False)
 
 
