@@ -47,7 +47,8 @@ def find_protrusions(
     grain = Grain.of(q[np.abs(q[:, 1]) < least][:, [0, 2]], facade.spacing, facade.roughness)
     before = q[(q[:, 1] < -max(least, _LEAST)) & (q[:, 1] > -_REACH)]
     found: list[Protrusion] = []
-    for piece in bridged(merged(find_pieces(before, grain), grain), few, grain):
+    pieces = bridged(merged(find_pieces(before, grain), grain), few, grain)
+    for piece in merged(pieces, grain):
         if piece.y > -max(_OUT, _SIGMAS * facade.roughness):
             continue
         foot = _foot(few.q, piece.box, ground)

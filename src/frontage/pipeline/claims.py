@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from frontage.errors import FileError
-from frontage.evaluation.result import BORDERS, FoundBar, FoundOpening, FoundPose
+from frontage.evaluation.result import BORDERS, FoundBar, FoundOpening, FoundPose, FoundProtrusion
 from frontage.evaluation.truth import Truth
 from frontage.geometry.arrays import Float
 from frontage.geometry.rigid import Rigid3
@@ -45,6 +45,23 @@ def _opening(o: dict[str, Any], frame: Rigid3, world: WorldRef) -> FoundOpening:
         None if bars is None else tuple(_bars(bars, frame)),
         sigma=_sigma(o.get("sigma") or {}),
     )
+
+
+def json_protrusions(table: Any, path: Path, world: WorldRef) -> Iterator[FoundProtrusion]:
+    """The protrusions of a protrusions.json. Raises FileError."""
+    for entry in _entries(table, "protrusions", path):
+        try:
+            ring = world.to_local(np.array(entry["outline_world"], np.float64))
+            sigma = entry.get("sigma") or {}
+            yield FoundProtrusion(
+                str(entry["id"]),
+                str(entry["kind"]),
+                ring,
+                _plain(sigma.get("border")),
+                _plain(sigma.get("front")),
+            )
+        except (KeyError, TypeError, ValueError, IndexError) as error:
+            raise _lacking(path, entry.get("id", "a protrusion"), error) from None
 
 
 def _plain(value: Any) -> float | None:

@@ -14,6 +14,7 @@ from frontage.evaluation.result import (
     FoundFacade,
     FoundOpening,
     FoundPose,
+    FoundProtrusion,
     LabelledPoints,
     OrthoPair,
 )
@@ -23,7 +24,13 @@ from frontage.geometry.rigid import Rigid3
 from frontage.io.cityopenings import read_city_openings
 from frontage.io.geotiff import read_geotiff
 from frontage.io.store import load_scan
-from frontage.pipeline.claims import city_opening, json_openings, photo_poses, scan_poses
+from frontage.pipeline.claims import (
+    city_opening,
+    json_openings,
+    json_protrusions,
+    photo_poses,
+    scan_poses,
+)
 from frontage.pipeline.files import read_json
 from frontage.pipeline.pixels import FacadePixels
 from frontage.pipeline.records import world_from_record
@@ -159,6 +166,14 @@ class Results:
         frame = self.workspace.load_facade(name).frame
         placed = Rigid3("local", "facade", frame.R, frame.t + self.shift)
         yield from json_openings(_json(path), path, placed, self.truth.world)
+
+    def protrusions(self) -> list[FoundProtrusion] | Absent:
+        """What the facades' protrusions.json list."""
+        folders = [self.workspace.facade_folder(name) for name in self.workspace.facade_ids()]
+        there = [path for folder in folders if (path := folder / "protrusions.json").is_file()]
+        if not there:
+            return Absent("no facade has a protrusions.json")
+        return [p for path in there for p in json_protrusions(_json(path), path, self.truth.world)]
 
     def model(self) -> list[FoundOpening] | Absent:
         """Windows and doors of the LoD3 model."""

@@ -13,11 +13,12 @@ from frontage.evaluation.figure import Absent, Figure, Part
 from frontage.evaluation.openings import score_openings
 from frontage.evaluation.ortho import score_orthos
 from frontage.evaluation.poses import score_poses
+from frontage.evaluation.protrusions import score_protrusions
 from frontage.evaluation.truth import Truth, read_truth
 from frontage.pipeline.files import read_json
 from frontage.pipeline.results import Results
 
-PARTS = ("buildings", "facades", "ortho", "openings", "model", "photos", "scans")
+PARTS = ("buildings", "facades", "ortho", "openings", "protrusions", "model", "photos", "scans")
 _GATE = re.compile(r"\s*([a-z]+)\.([a-z0-9_]+)\s*(<=|>=)\s*([-+0-9.eE]+)\s*$")
 
 
@@ -129,6 +130,7 @@ def score(run: Path | str, truth_path: Path | str, sensors: Sequence[str] = ()) 
         "facades": lambda: _scored(results.facades(), lambda f: score_facades(truth, f, measured)),
         "ortho": lambda: _scored(results.orthos(), score_orthos),
         "openings": lambda: _scored(results.openings(), lambda o: score_openings(truth, o, seen)),
+        "protrusions": lambda: _scored(results.protrusions(), lambda p: score_protrusions(truth, p)),
         "model": lambda: _scored(results.model(), lambda o: score_openings(truth, o, seen)),
         "photos": lambda: _scored(results.photos(), lambda p: score_poses(truth.photos, p)),
         "scans": lambda: _scored(results.scans(), lambda p: score_poses(truth.scans, p)),
