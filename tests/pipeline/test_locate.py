@@ -207,6 +207,15 @@ def test_a_facade_without_openings_names_the_stage(copy: Path) -> None:
         Workspace(copy).locate("B01/F1/W1-1")
 
 
+def test_a_project_that_this_version_does_not_read_is_told(copy: Path) -> None:
+    path = copy / "manifest.json"
+    manifest = json.loads(path.read_text())
+    manifest["project"]["of_another_version"] = {}
+    path.write_text(json.dumps(manifest))
+    with pytest.raises(WorkspaceError, match="names no project of this version; run `frontage run` again"):
+        Workspace(copy).locate("13 rue Soufflot", floor=1, window=2)
+
+
 def test_photos_that_have_gone_are_a_note(copy: Path, answers: list[Located]) -> None:
     path = copy / "manifest.json"
     manifest = json.loads(path.read_text())

@@ -7,8 +7,7 @@ from frontage.errors import InputError, WorkspaceError
 from frontage.model import Elements, Opening
 from frontage.pipeline.addressbook import building_at
 from frontage.pipeline.elements import load_elements
-from frontage.pipeline.located import Located, Place, answer, number_of
-from frontage.pipeline.project import Project
+from frontage.pipeline.located import Located, Place, answer, number_of, project_of
 
 if TYPE_CHECKING:
     from frontage.pipeline.workspace import Workspace
@@ -60,8 +59,7 @@ def _place(workspace: "Workspace", asked: str, facade: str | None) -> Place:
     by_id = {n.casefold(): n for n in names}.get(asked.strip().replace("_", "/").casefold())
     if by_id and facade is None:
         return Place(by_id.rsplit("/", 1)[0], None, by_id, "asked for")
-    project = Project.model_validate(workspace.manifest()["project"])
-    building = building_at(workspace, asked, project.addresses)
+    building = building_at(workspace, asked, project_of(workspace).addresses)
     own = [n for n in names if n.rsplit("/", 1)[0] == building]
     if not own:
         raise InputError(f"{building} has no facade in {workspace.out}; its warnings in the report say why")

@@ -4,8 +4,9 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
+from pydantic import ValidationError
 
-from frontage.errors import FrontageError
+from frontage.errors import FrontageError, WorkspaceError
 from frontage.geometry.arrays import Float
 from frontage.geometry.ring import box_sigmas
 from frontage.io.photos import read_photos
@@ -180,14 +181,23 @@ def _pixels(
     return c0, r0, c1, r1
 
 
+def project_of(workspace: "Workspace") -> Project:
+    """The project that made a run folder. Raises WorkspaceError when this version reads none."""
+    try:
+        return Project.model_validate(workspace.manifest()["project"])
+    except (KeyError, ValidationError):
+        raise WorkspaceError(
+            f"{workspace.manifest_path} names no project of this version; run `frontage run` again"
+        ) from None
+
+
 def _photos(workspace: "Workspace") -> tuple[tuple[Photo, ...], str]:
     """The photos of the run, and what to note where they cannot be read."""
-    manifest = workspace.manifest()
-    project = Project.model_validate(manifest["project"])
-    if project.photos is None:
+    source = project_of(workspace).photos
+    if source is None:
         return (), ""
     try:
-        return read_photos(project.photos, world_from_record(manifest["world"])).photos, ""
+        return read_photos(source, world_from_record(workspace.manifest()["world"])).photos, ""
     except FrontageError as error:
         return (), f"the photos could not be asked: {error}"
 

@@ -1,12 +1,12 @@
 """Which photos show an opening: in front of it, inside the frame, not hidden by what was scanned."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import shapely
 
-from frontage.geometry.arrays import Array, Bool, Float
+from frontage.geometry.arrays import Bool, Float
 from frontage.model import Facade, Photo
 from frontage.raster.zbuffer import local_spacing, splat_depth
 
@@ -43,15 +43,28 @@ def photo_views(
     ring (k, 2) m of the facade's frame, on the wall at wall_y m; cloud (n, 3) m local, what may hide it, or
     None = not known.
     """
-    samples = _samples(ring, wall_y)
-    # What hides the opening stands before the wall: of that, everything on a line of sight does.
-    before = None if cloud is None else _before(facade, cloud, wall_y)
-    views = [v for p in photos if p.local_from_camera and (v := _view(facade, ring, samples, p, before))]
+    samples = facade.frame.apply(_samples(ring, wall_y))
+    outline = facade.frame.apply(np.column_stack([ring[:, 0], np.full(len(ring), wall_y), ring[:, 1]]))
+    looks = [v for p in photos if p.local_from_camera and (v := _look(facade, outline, samples, p))]
+    if cloud is not None and looks:
+        before = _before(facade, cloud, samples, np.array([look.photo.pose.t for look in looks]))
+        looks = [replace(look, shown=look.shown & ~_hidden(look.at, look.photo, *before)) for look in looks]
+    views = [_view(facade, samples[0], look) for look in looks if look.shown.mean() >= _LEAST]
     return tuple(sorted(views, key=lambda v: (v.gsd, v.photo)))
 
 
+@dataclass(frozen=True, eq=False)
+class _Look:
+    """A photo of an opening: pixels of its outline (k, 2) and of samples on it (n, 2); which it shows (n,)."""
+
+    photo: Photo
+    outline: Float
+    at: Float
+    shown: Bool
+
+
 def _samples(ring: Float, wall_y: float) -> Float:
-    """Points (n, 3) m spread over the opening, its middle first."""
+    """Points (n, 3) m of the facade's frame, spread over the opening, its middle first."""
     (x0, z0), (x1, z1) = ring.min(0), ring.max(0)
     share = (np.arange(_SAMPLES) + 0.5) / _SAMPLES
     x, z = np.meshgrid(x0 + share * (x1 - x0), z0 + share * (z1 - z0))
@@ -60,54 +73,56 @@ def _samples(ring: Float, wall_y: float) -> Float:
     return np.column_stack([x, np.full(len(x), wall_y), z])
 
 
-def _before(facade: Facade, cloud: Float, wall_y: float) -> tuple[Float, Float]:
-    """Points (m, 3) local that stand before the wall, and the spacing (m,) m of their surfaces.
+def _before(facade: Facade, cloud: Float, samples: Float, eyes: Float) -> tuple[Float, Float]:
+    """Points (m, 3) local before the wall, about the lines of sight, and the spacing (m,) m of their surfaces.
 
-    Single points are noise, and at the edge of a surface too few share a cell to tell its spacing.
+    What hides an opening stands before its wall, and of that everything on a line of sight does. Single
+    points are noise, and at the edge of a surface too few share a cell to tell its spacing.
     """
+    ends = np.concatenate([samples, eyes])
+    cloud = cloud[((cloud > ends.min(0) - 1.0) & (cloud < ends.max(0) + 1.0)).all(1)]
     spacing, count = local_spacing(cloud)
-    y = (cloud - facade.frame.t) @ facade.frame.R[:, 1]
+    y, wall_y = ((xyz - facade.frame.t) @ facade.frame.R[:, 1] for xyz in (cloud, samples[0]))
     front = (y < wall_y - _BEFORE) & (count >= _FEW)
-    return cloud[front], np.minimum(spacing, 2.0 * np.median(spacing) if len(spacing) else 0.0)[front]
+    widest = 2.0 * np.median(spacing) if len(spacing) else 0.0
+    return cloud[front], np.minimum(spacing, widest)[front]
 
 
-def _view(
-    facade: Facade, ring: Float, samples: Float, photo: Photo, before: tuple[Float, Float] | None
-) -> PhotoView | None:
-    eye = facade.frame.inverse.apply(photo.pose.t[None])[0]
-    if eye[1] >= samples[0, 1]:
+def _look(facade: Facade, outline: Float, samples: Float, photo: Photo) -> _Look | None:
+    """How a photo shows an opening if nothing hides it; None when it does not show half of it."""
+    if (photo.pose.t - samples[0]) @ facade.frame.R[:, 1] >= 0:
         return None  # behind the wall
-    outline = photo.project(_local(facade, ring, samples[0, 1]))
-    at = photo.project(facade.frame.apply(samples))
+    corners, at = photo.project(outline), photo.project(samples)
     size = np.array([photo.camera.width, photo.camera.height])
     with np.errstate(invalid="ignore"):
         inside = np.minimum(at, size - at).min(1) >= 0
-    if not np.isfinite(outline).all() or not np.isfinite(at[0]).all() or inside[1:].mean() < _LEAST:
+    if not np.isfinite(corners).all() or not np.isfinite(at[0]).all() or inside.mean() < _LEAST:
         return None
-    hidden = np.zeros(len(at), bool) if before is None else _hidden(at, photo, *before)
-    visible = float((inside & ~hidden)[1:].mean())
-    if visible < _LEAST:
-        return None
-    ray = samples[0] - eye
-    angle = float(np.degrees(np.arccos(np.clip(ray[1] / np.linalg.norm(ray), -1.0, 1.0))))
-    corners = tuple((round(float(u), 2), round(float(v), 2)) for u, v in outline)
-    return PhotoView(photo.id, corners, round(visible, 3), round(angle, 1), _gsd(facade, samples[0], photo))
+    return _Look(photo, corners, at, inside)
 
 
-def _local(facade: Facade, ring: Float, y: float) -> Float:
-    return facade.frame.apply(np.column_stack([ring[:, 0], np.full(len(ring), y), ring[:, 1]]))
+def _view(facade: Facade, middle: Float, look: _Look) -> PhotoView:
+    ray = middle - look.photo.pose.t
+    cosine = float(ray @ facade.frame.R[:, 1] / np.linalg.norm(ray))
+    return PhotoView(
+        look.photo.id,
+        tuple((round(float(u), 2), round(float(v), 2)) for u, v in look.outline),
+        visible=round(float(look.shown.mean()), 3),
+        angle=round(float(np.degrees(np.arccos(np.clip(cosine, -1.0, 1.0)))), 1),
+        gsd=_gsd(facade, middle, look.photo),
+    )
 
 
 def _gsd(facade: Facade, middle: Float, photo: Photo) -> float:
     """m on the wall per px, the mean of both directions."""
     step = 0.01
-    offsets = np.array([[0.0, 0.0, 0.0], [step, 0.0, 0.0], [0.0, 0.0, step]])
-    at = photo.project(facade.frame.apply(middle + offsets))
+    right, up = facade.frame.R[:, 0], facade.frame.R[:, 2]
+    at = photo.project(np.array([middle, middle + step * right, middle + step * up]))
     scale = float(np.linalg.norm(at[1:] - at[0], axis=1).mean())
     return round(step / scale, 6)
 
 
-def _hidden(at: Array, photo: Photo, xyz: Float, spacing: Float) -> Bool:
+def _hidden(at: Float, photo: Photo, xyz: Float, spacing: Float) -> Bool:
     """Which pixels (n, 2) are covered by points (m, 3) local, discs as wide as their surface's spacing."""
     low, high = np.nanmin(at, axis=0), np.nanmax(at, axis=0)
     scale = max(1.0, float((high - low).max()) / _PIXELS)
