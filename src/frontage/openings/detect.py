@@ -10,9 +10,12 @@ from frontage.openings.beams import Beams, sort_beams
 from frontage.openings.borders import Place
 from frontage.openings.candidates import Box, find_boxes
 from frontage.openings.evidence import Evidence, weigh
+from frontage.openings.inferred import infer
 from frontage.openings.kinds import kind_of, numbered
-from frontage.openings.measure import Outline, measure
+from frontage.openings.measure import measure
 from frontage.openings.options import OpeningOptions
+from frontage.openings.outline import Outline
+from frontage.openings.pooling import pool
 from frontage.openings.sight import sight_lines
 
 _FEWEST = 200  # points: below, density and noise cannot be told
@@ -43,8 +46,16 @@ def find_by_evidence(facade: Facade, scan: Scan, options: OpeningOptions) -> Ele
     ground = facade.extent[1] if options.ground_z is None else options.ground_z
     boxes = find_boxes(evidence, options, lambda box, all_: _framed(evidence, box, ground, all_))
     rough = [_place(evidence, box) for box in boxes]
-    outlines = measure(sight_lines(facade, scan, beams), rough, evidence.raster.cell, facade.spacing)
-    found = [_opening(o, box.worth, ground) for o, box in zip(outlines, boxes, strict=True)]
+    sight = sight_lines(facade, scan, beams)
+    outlines = pool(measure(sight, rough, evidence.raster.cell, facade.spacing))
+    found = [
+        _opening(o, ground, Provenance.POOLED if o.pooled else Provenance.MEASURED, box.worth, o.sure)
+        for o, box in zip(outlines, boxes, strict=True)
+    ]
+    found += [
+        _opening(i.outline, ground, Provenance.INFERRED, i.evidence, i.confidence)
+        for i in infer(outlines, evidence)
+    ]
     sized = [o for o in found if np.all(np.ptp(o.ring, axis=0) >= (options.min_width, options.min_height))]
     return Elements(facade.id, numbered(facade.id, sized), notes=_notes(evidence, beams))
 
@@ -102,14 +113,15 @@ def _place(evidence: Evidence, box: Box) -> Place:
     return x + box.c0 * g, z + box.r0 * g, x + box.c1 * g, z + box.r1 * g
 
 
-def _opening(outline: Outline, worth: float, ground: float) -> Opening:
-    """The opening of an outline, without a number."""
+def _opening(
+    outline: Outline, ground: float, provenance: Provenance, worth: float, confidence: float
+) -> Opening:
+    """The opening of an outline, without a number; `worth` in nats."""
     x0, z0, x1, z1 = outline.place
     ring, covariance = outline.ring
-    sure = float(np.mean([b.gain > np.log(100.0) for b in outline.borders]))
     kind = kind_of(x1 - x0, z1 - z0, z0 - ground, outline.passes)
     return Opening(
-        "", kind, ring, covariance, outline.depth, outline.shape, Provenance.MEASURED, worth, sure, 0, 0
+        "", kind, ring, covariance, outline.depth, outline.shape, provenance, worth, confidence, 0, 0
     )
 
 

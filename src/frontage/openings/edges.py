@@ -12,7 +12,7 @@ import numpy as np
 from frontage.geometry.arrays import Float
 from frontage.openings.sight import Sight
 
-FITTING = 0.3
+FITTING = 0.15
 """m: sills, surrounds and shutters stand so far out; what is before that only hides."""
 
 FEW = 6
@@ -189,7 +189,7 @@ def _face(u: Float, depth: Float, wall: float, reach: float, spacing: float) -> 
     strip = depth[u > edge - max(_STRIP, 1.2 * spacing)]
     if len(strip) < FEW:
         return Face(0.0, wall, len(strip))
-    front = strip[np.abs(strip - np.quantile(strip, 0.2)) < wall]
+    front = strip[np.abs(strip - np.quantile(strip, 0.2, method="lower")) < wall]
     return Face(
         float(front.mean()),
         float(np.hypot(front.std() / np.sqrt(len(front)), _COMMON * wall / 3.0)),

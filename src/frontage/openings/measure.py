@@ -1,15 +1,13 @@
 """Measures the openings of a facade: borders, shape, depth, and what they have in common."""
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from frontage.geometry.arrays import Float
-from frontage.model.estimate import Estimate
 from frontage.openings.borders import WIDTHS, Border, Place, find_borders
 from frontage.openings.depth import AROUND, find_depth
 from frontage.openings.edges import FEW, Face, Look
-from frontage.openings.shapes import Head, fan_of, find_circle, find_head, ring_of
+from frontage.openings.outline import Outline
+from frontage.openings.shapes import Head, fan_of, find_circle, find_head
 from frontage.openings.sight import Sight
 
 _CLOSE = 0.4  # m around an opening that tell its borders
@@ -17,32 +15,6 @@ _CIRCLE = 10.0  # nats that a circle must gain over a square
 _SAME = 0.003  # m: faces of one facade agree no better
 _WIDEST = 0.01  # m, one sigma of the footprint of common scanners
 _ENOUGH = 3  # openings that tell what their facade has in common
-
-
-@dataclass(frozen=True, eq=False)
-class Outline:
-    """An opening as it was measured.
-
-    place       x0, z0, x1, z1 m, its bounding box
-    rise        m, top less springing; 0 = straight head
-    covariance  (5, 5) m2 of left, right, bottom, top and rise
-    borders     left, right, bottom, top as straight borders
-    passes      share of the beams that end more than a metre behind
-    """
-
-    shape: str
-    place: Place
-    rise: float
-    covariance: Float
-    borders: tuple[Border, ...]
-    depth: Estimate[float] | None
-    passes: float
-
-    @property
-    def ring(self) -> tuple[Float, Float]:
-        """Ring (k, 2) m and its covariance (2k, 2k) m2."""
-        ring, weights = ring_of(self.shape, self.place, self.rise)
-        return ring, weights @ self.covariance @ weights.T
 
 
 def measure(sight: Sight, boxes: list[Place], cell: float, spacing: float) -> list[Outline]:

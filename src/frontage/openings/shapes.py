@@ -6,6 +6,7 @@ import numpy as np
 
 from frontage.geometry.arrays import Bool, Float
 from frontage.openings.borders import Place, side_scores
+from frontage.openings.edges import FITTING
 from frontage.openings.sight import Sight
 
 _GAIN = 10.0  # nats that a curve must gain over a straight head: "very strong" (Kass and Raftery 1995)
@@ -66,7 +67,7 @@ def fan_of(near: Sight, place: Place, face: float, frame: float | None, density:
     begin = max(face, 0.0) + near.wall
     back = max(frame - face, 2.0 * near.wall) if frame is not None else 2.0 * near.wall
     at = near.at(np.where(seen, begin, face))
-    free = near.depth >= -0.3
+    free = near.depth >= -FITTING
     solid = near.depth <= np.where(seen, begin, face + back / 2)
     box = (at[:, 0] > x0) & (at[:, 0] < x1) & (at[:, 1] > z0) & (at[:, 1] < z1 - 0.3 * (z1 - z0))
     through = float((box & ~solid).sum()) / max(0.7 * (x1 - x0) * (z1 - z0), 1e-6)
