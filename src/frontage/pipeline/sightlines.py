@@ -55,7 +55,7 @@ def photo_views(
 
 @dataclass(frozen=True, eq=False)
 class _Look:
-    """A photo of an opening: pixels of its outline (k, 2) and of samples on it (n, 2); which it shows (n,)."""
+    """A photo of an opening: px of its outline (k, 2) and of samples on it (n, 2); which it shows (n,)."""
 
     photo: Photo
     outline: Float
@@ -74,7 +74,7 @@ def _samples(ring: Float, wall_y: float) -> Float:
 
 
 def _before(facade: Facade, cloud: Float, samples: Float, eyes: Float) -> tuple[Float, Float]:
-    """Points (m, 3) local before the wall, about the lines of sight, and the spacing (m,) m of their surfaces.
+    """Points (m, 3) local before the wall, near the lines of sight, and the spacing (m,) m of their surface.
 
     What hides an opening stands before its wall, and of that everything on a line of sight does. Single
     points are noise, and at the edge of a surface too few share a cell to tell its spacing.
