@@ -225,3 +225,30 @@ def test_a_ragged_outline_becomes_a_house():
     clean = clean_outline(replace(wall(), outline=outline), GROUND)
     assert len(clean) == 5
     assert clean[:, 1].min() == pytest.approx(-3.2) and clean[:, 1].max() == pytest.approx(3.05, abs=0.1)
+
+
+def test_a_window_in_the_cheek_of_an_oriel():
+    """The side of a protrusion is a wall like any other for the facade that was measured on it."""
+    front = wall()
+    bay = protrusion("oriel", (-2, -1, 2, 2), -1.5)
+    cheek = wall(turn=0.7 + np.pi / 2)
+    pose = replace(cheek.frame, t=front.frame.apply(np.array([[2.0, -0.75, 0.5]]))[0])
+    if (pose.R[:, 1] @ front.frame.R[:, 0]) > 0:  # its inside lies to the left
+        cheek = wall(turn=0.7 - np.pi / 2)
+        pose = replace(cheek.frame, t=pose.t)
+    cheek = replace(
+        cheek,
+        id="B01/F2",
+        local_from_facade=Estimate(pose, np.eye(6) * 1e-8, 9.0),
+        outline=rectangle(-0.7, -1.4, 0.7, 1.4),
+    )
+    fronts = [
+        (cheek, Elements("B01/F2", (window("W2", (-0.4, -0.5, 0.4, 0.7), 0.15),))),
+        (front, Elements("B01/F1", (window("W1", (-1, 0, 1, 1.5), 0.2),), (bay,))),
+    ]
+    shell = Shell("2", tuple(polygons(house(front, Elements("B01/F1", ())).built[0].host)))
+    made = assemble(Building("B01", np.arange(3), GROUND), fronts, [shell], WORLD)
+    assert isinstance(made, Assembled) and not made.failed
+    assert not validate(made.built[0].solid)
+    gain = volume6(made.built[0].solid) - volume6(made.built[0].host)
+    assert gain / 6e12 == pytest.approx(4 * 3 * 1.5 - 2 * 1.5 * 0.2 - 0.8 * 1.2 * 0.15, abs=5e-3)

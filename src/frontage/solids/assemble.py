@@ -54,6 +54,8 @@ def assemble(
     there is no coarse solid at all.
     """
     options = options or BuildOptions()
+    # The largest first: the cheek of an oriel is there once the front that the oriel stands on is built.
+    fronts = sorted(fronts, key=lambda front: -shapely.Polygon(front[0].outline).area)
     coarse = coarse_solids(building, [f for f, _ in fronts], shells, world, options)
     if isinstance(coarse, Failed):
         return coarse
