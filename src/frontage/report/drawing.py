@@ -20,6 +20,7 @@ _COLOURS = {
 }
 _PROTRUSION = (255, 93, 177)
 _FINE = 4  # binary digits of a pixel that outlines are drawn to
+_WIDEST = 0.25  # of the opening's size that a band goes to either side of a border
 _STRENGTH = 0.45  # of the bands of the borders' errors
 
 
@@ -53,18 +54,20 @@ def opening_picture(background: Picture, elements: Elements) -> Picture:
 
 
 def error_band(opening: Opening) -> tuple[Float, Float]:
-    """The outline grown and shrunk by the 95 % errors of its borders, (k, 2) m each; unknown ones count 0."""
+    """The outline grown and shrunk by the 95 % errors of its borders, (k, 2) m each; unknown ones count 0.
+
+    By no more than a quarter of its size: a border that was hardly seen must not hide the facade.
+    """
     sigma = SIGMAS * np.nan_to_num(np.array(box_sigmas(opening.ring, opening.ring_covariance)), posinf=0.0)
-    return _moved(opening.ring, sigma), _moved(opening.ring, -sigma)
+    shown = np.minimum(sigma, _WIDEST * np.tile(np.ptp(opening.ring, axis=0), 2))
+    return _moved(opening.ring, shown), _moved(opening.ring, -shown)
 
 
 def _moved(ring: Float, by: Float) -> Float:
     """The ring with its box's sides moved outwards by (left, bottom, right, top) m, the rest in between."""
-    low, high = ring.min(0), ring.max(0)
-    size = high - low
-    most = -0.5 * size  # sides that are moved inwards meet in the middle
-    start, end = low - np.maximum(by[:2], most), high + np.maximum(by[2:], most)
-    return np.asarray(start + (ring - low) / np.maximum(size, 1e-9) * (end - start))
+    low, size = ring.min(0), np.ptp(ring, axis=0)
+    grown = size + by[:2] + by[2:]
+    return np.asarray(low - by[:2] + (ring - low) / np.maximum(size, 1e-9) * grown)
 
 
 def _outline(image: Array, ring: Array, colour: tuple[int, int, int]) -> None:
