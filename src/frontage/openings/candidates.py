@@ -7,16 +7,17 @@ import numpy as np
 from scipy import ndimage, optimize, sparse
 
 from frontage.geometry.arrays import Bool, Float, Int
-from frontage.openings.evidence import Evidence
+from frontage.openings.evidence import Evidence, enough
 from frontage.openings.options import OpeningOptions
 
 _PRICE = 12.0  # nats an opening must be worth: four borders (MDL)
 _LINES = 8  # candidate borders a component has in each direction, at most
+_PIER = 0.06  # m of wall or more between two openings
 _KEPT = 80  # rectangles of a component that go into the layout
-_TRIED = 400  # rectangles that are looked at for those
 _UNSEEN = 0.05  # nats a cell of nothing known costs
 _SCALES = ((0.6, 12.0), (1.0, 12.0), (1.7, 12.0), (2.5, 25.0))  # least openings: square, largest part
-_SMOOTH = 1.0  # cells, one sigma before components are formed
+
+Part = tuple[slice, ...]
 
 
 @dataclass(frozen=True)
@@ -35,36 +36,34 @@ class Box:
         return slice(self.r0, self.r1), slice(self.c0, self.c1)
 
 
-def find_boxes(evidence: Evidence, options: OpeningOptions, framed: Callable[[Box, bool], bool]) -> list[Box]:
+def find_boxes(evidence: Evidence, options: OpeningOptions, framed: Callable[[Int], Bool]) -> list[Box]:
     """The set of rectangles without overlap that is worth most, by components of open cells.
 
     A rectangle is worth the evidence of its cells less the price of an opening; its borders are lines where
     the evidence of a component changes most. Two windows and their pier compete with the window over both.
-    Only `framed` rectangles are openings; where the best layout has others, the best of those that are framed
-    on all sides (its second argument) counts instead.
+    Only `framed` rectangles (n, 4) r0, c0, r1, c1 can be openings.
     """
     worth = np.where(evidence.llr == 0.0, -_UNSEEN, evidence.llr)
     least = (options.min_height / evidence.raster.cell, options.min_width / evidence.raster.cell)
+    pier = max(round(_PIER / evidence.raster.cell), 1)
     found: list[Box] = []
-    for rows, columns in _components(evidence.llr, least):
-        boxes = [
-            Box(b.r0 + rows.start, b.c0 + columns.start, b.r1 + rows.start, b.c1 + columns.start, b.worth)
-            for b in _rectangles(worth[rows, columns], least)
-        ]
-        chosen = best_layout(boxes[:_KEPT])
-        if not all(framed(b, False) for b in chosen):
-            chosen = best_layout([b for b in boxes if framed(b, True)][:_KEPT])
-        found += chosen
+    for part, others in _components(evidence, least):
+        own = np.where(others, -_UNSEEN, worth[part])
+        boxes, gains = _rectangles(own, evidence.due[part], least)
+        boxes += [s.start for s in part] * 2
+        kept = np.flatnonzero(framed(boxes))[:_KEPT]
+        found += best_layout([_box(boxes[k], gains[k]) for k in kept], pier)
     return found
 
 
-def _components(llr: Float, least: tuple[float, float]) -> Iterator[tuple[slice, slice]]:
-    """Bounding boxes of connected open cells that can hold an opening.
+def _components(evidence: Evidence, least: tuple[float, float]) -> Iterator[tuple[Part, Bool]]:
+    """Bounding boxes of connected open cells that can hold an opening, and which cells there are others'.
 
     What is larger than openings are hangs together by shadows and gaps: it is opened with larger squares,
     which leave rectangles as they are, until it falls apart.
     """
-    open_: Bool = ndimage.gaussian_filter(llr, _SMOOTH, mode="constant") > 0
+    llr = evidence.llr
+    open_ = enough(llr, evidence.due, 1.0) > 0
     for size, largest in _SCALES:
         kernel = np.ones([max(3, int(size * side)) for side in least], bool)
         labels, _ = ndimage.label(ndimage.binary_opening(open_, kernel))
@@ -74,31 +73,38 @@ def _components(llr: Float, least: tuple[float, float]) -> Iterator[tuple[slice,
             if tall > largest * least[0] or wide > largest * least[1]:
                 open_[rows, columns] |= labels[rows, columns] == number
             elif tall + 2 >= least[0] and wide + 2 >= least[1]:
-                yield (
-                    slice(max(rows.start - 2, 0), min(rows.stop + 2, llr.shape[0])),
-                    slice(max(columns.start - 2, 0), min(columns.stop + 2, llr.shape[1])),
-                )
+                part = tuple(slice(max(s.start - 2, 0), s.stop + 2) for s in (rows, columns))
+                yield part, (labels[part] != number) & (labels[part] > 0)
 
 
-def _lines(part: Float, axis: int) -> Int:
-    """Borders (k,) along an axis: the largest changes of the evidence from one line of cells to the next.
+def _box(cells: Int, worth: float) -> Box:
+    r0, c0, r1, c1 = map(int, cells)
+    return Box(r0, c0, r1, c1, float(worth))
+
+
+def _lines(part: Float, axis: int, reach: int) -> Int:
+    """Borders (k,) along an axis: where the evidence of `reach` lines of cells differs most from the next's.
 
     Change is summed over the bands of a quarter of the part each, so that a border of one window among
     several counts.
     """
     lines = np.moveaxis(part, axis, 0)
     bands = max(1, min(4, lines.shape[1] // 8))
-    total = np.stack([b.sum(1) for b in np.array_split(lines, bands, axis=1)], 1)
-    step = np.abs(np.diff(total, axis=0, prepend=0.0, append=0.0)).max(1)
-    step = step + np.abs(np.diff(lines.sum(1), prepend=0.0, append=0.0)) / bands
-    peak = step >= ndimage.maximum_filter1d(step, 3)
+    total = np.stack([b.sum(1) for b in np.array_split(lines, bands, axis=1)] + [lines.sum(1) / bands], 1)
+    sums = np.pad(np.pad(total, ((reach, reach), (0, 0))).cumsum(0), ((1, 0), (0, 0)))
+    change = np.abs(sums[2 * reach :] - 2.0 * sums[reach:-reach] + sums[: -2 * reach])
+    step = change[:, :-1].max(1) + change[:, -1]
+    peak = step >= ndimage.maximum_filter1d(step, 2 * reach + 1)
     ranked = sorted(np.flatnonzero(peak).tolist(), key=lambda k: (-step[k], k))[:_LINES]
     return np.array(sorted({0, len(lines), *ranked}), np.int64)
 
 
-def _rectangles(part: Float, least: tuple[float, float]) -> list[Box]:
-    """The rectangles between candidate borders that are worth more than their price, best first."""
-    r, c = _lines(part, 0), _lines(part, 1)
+def _rectangles(part: Float, due: Float, least: tuple[float, float]) -> tuple[Int, Float]:
+    """The rectangles (n, 4) r0, c0, r1, c1 between candidate borders that are worth more than their price,
+    best first, and their worth (n,).
+    """
+    reach = max(1, round(1.0 / np.sqrt(max(float(due.mean()), 1e-3))))
+    r, c = _lines(part, 0, reach), _lines(part, 1, reach)
     total = np.pad(part.cumsum(0).cumsum(1), ((1, 0), (1, 0)))[np.ix_(r, c)]
     i, j = np.triu_indices(len(r), 1)
     k, m = np.triu_indices(len(c), 1)
@@ -107,25 +113,24 @@ def _rectangles(part: Float, least: tuple[float, float]) -> list[Box]:
     band = total[j] - total[i]
     worth = band[:, m] - band[:, k] - _PRICE
     a, b = np.nonzero(worth > 0)
-    order = np.lexsort((b, a, -worth[a, b]))[:_TRIED]
-    return [
-        Box(int(r[i[p]]), int(c[k[q]]), int(r[j[p]]), int(c[m[q]]), float(worth[p, q]))
-        for p, q in zip(a[order], b[order], strict=True)
-    ]
+    order = np.lexsort((b, a, -worth[a, b]))
+    a, b = a[order], b[order]
+    return np.column_stack([r[i[a]], c[k[b]], r[j[a]], c[m[b]]]), worth[a, b]
 
 
-def best_layout(boxes: list[Box]) -> list[Box]:
+def best_layout(boxes: list[Box], pier: int = 0) -> list[Box]:
     """The subset of boxes without overlap with the largest worth, exactly (integer programme).
 
-    Constraints: every cell of the arrangement of all borders lies in at most one chosen box.
+    Constraints: every cell of the arrangement of all borders lies in at most one chosen box; `pier` cells or
+    more lie between two of them.
     """
     if len(boxes) < 2:
         return boxes
-    r = np.unique([v for b in boxes for v in (b.r0, b.r1)])
-    c = np.unique([v for b in boxes for v in (b.c0, b.c1)])
+    r = np.unique([v for b in boxes for v in (b.r0, b.r1 + pier)])
+    c = np.unique([v for b in boxes for v in (b.c0, b.c1 + pier)])
     cover = np.zeros((len(boxes), len(r) - 1, len(c) - 1), bool)
     for n, b in enumerate(boxes):
-        rows, columns = np.searchsorted(r, [b.r0, b.r1]), np.searchsorted(c, [b.c0, b.c1])
+        rows, columns = np.searchsorted(r, [b.r0, b.r1 + pier]), np.searchsorted(c, [b.c0, b.c1 + pier])
         cover[n, rows[0] : rows[1], columns[0] : columns[1]] = True
     cells = np.unique(cover.reshape(len(boxes), -1), axis=1).T
     cells = cells[cells.sum(1) > 1]

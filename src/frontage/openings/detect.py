@@ -10,6 +10,7 @@ from frontage.openings.beams import Beams, sort_beams
 from frontage.openings.borders import Place
 from frontage.openings.candidates import Box, find_boxes
 from frontage.openings.evidence import Evidence, weigh
+from frontage.openings.framing import Framing
 from frontage.openings.inferred import infer
 from frontage.openings.kinds import kind_of, numbered
 from frontage.openings.measure import measure
@@ -19,12 +20,6 @@ from frontage.openings.pooling import pool
 from frontage.openings.sight import sight_lines
 
 _FEWEST = 200  # points: below, density and noise cannot be told
-_RIM = 0.1  # m beside an opening where the wall must show
-_WALL = 0.4  # share of the expected beams that a rim must have on the wall
-_GROUND = 0.35  # m above the ground where no wall can show below an opening
-_RETURN = 0.3  # share of the expected beams that a small opening must send back from its depth
-_LONE = 0.6  # m, least side of an opening that sends back less
-_VISIBLE = 0.5  # share of the beams due that must have got as far as the wall there
 
 
 def find_by_evidence(facade: Facade, scan: Scan, options: OpeningOptions) -> Elements | Failed:
@@ -44,7 +39,7 @@ def find_by_evidence(facade: Facade, scan: Scan, options: OpeningOptions) -> Ele
         )
     evidence = weigh(facade, beams)
     ground = facade.extent[1] if options.ground_z is None else options.ground_z
-    boxes = find_boxes(evidence, options, lambda box, all_: _framed(evidence, box, ground, all_))
+    boxes = find_boxes(evidence, options, Framing(evidence, ground))
     rough = [_place(evidence, box) for box in boxes]
     sight = sight_lines(facade, scan, beams)
     outlines = pool(measure(sight, rough, evidence.raster.cell, facade.spacing))
@@ -58,53 +53,6 @@ def find_by_evidence(facade: Facade, scan: Scan, options: OpeningOptions) -> Ele
     ]
     sized = [o for o in found if np.all(np.ptp(o.ring, axis=0) >= (options.min_width, options.min_height))]
     return Elements(facade.id, numbered(facade.id, sized), notes=_notes(evidence, beams))
-
-
-def _framed(evidence: Evidence, box: Box, ground: float, all_sides: bool) -> bool:
-    """Whether the wall shows on both sides and above or below: what is open on one side is no opening.
-    With `all_sides` above and below.
-
-    Near the ground the lower side counts as shown; the opening itself must be free of wall.
-    """
-    rim = max(int(np.ceil(_RIM / evidence.raster.cell)), 2)
-    gap = 1  # cell on the border itself, of both
-    r0, c0, r1, c1 = box.r0, box.c0, box.r1, box.c1
-    sides = (
-        (r0, r1, c0 - gap - rim, c0 - gap),
-        (r0, r1, c1 + gap, c1 + gap + rim),
-        (r0 - gap - rim, r0 - gap, c0, c1),
-        (r1 + gap, r1 + gap + rim, c0, c1),
-    )
-    left, right, below, above = (_walled(evidence, *s) for s in sides)
-    low = evidence.raster.corner[1] + r0 * evidence.raster.cell < ground + _GROUND
-    inside = _walled(evidence, r0 + 1, r1 - 1, c0 + 1, c1 - 1)
-    below = 1.0 if low else below
-    ends = min(below, above) if all_sides else max(below, above)
-    shown = min(left, right, ends) >= _WALL
-    return shown and not inside > _WALL and _told(evidence, box)
-
-
-def _told(evidence: Evidence, box: Box) -> bool:
-    """Whether beams tell enough of a box: half of its cells say something, and it has a depth or is large and
-    half visible.
-
-    A shadow leaves cells as empty as glass does; most shadows are small or of something before the wall.
-    """
-    known = (evidence.llr[box.cells] != 0.0).mean() > 0.5
-    visible = evidence.expected[box.cells].sum() > _VISIBLE * evidence.due[box.cells].sum()
-    g = evidence.raster.cell
-    sides = ((box.r1 - box.r0) * g, (box.c1 - box.c0) * g)
-    returned = evidence.open[box.cells].sum() > _RETURN * evidence.expected[box.cells].sum()
-    return bool(known and (returned or (visible and min(sides) > _LONE)))
-
-
-def _walled(evidence: Evidence, r0: int, r1: int, c0: int, c1: int) -> float:
-    """Share of the expected beams that found wall in rows [r0, r1) and columns [c0, c1)."""
-    part = (slice(max(r0, 0), max(r1, 0)), slice(max(c0, 0), max(c1, 0)))
-    expected = float(evidence.expected[part].sum())
-    if expected < 3.0:
-        return 0.0
-    return float(np.minimum(evidence.solid[part], 2.0 * evidence.expected[part]).sum()) / expected
 
 
 def _place(evidence: Evidence, box: Box) -> Place:

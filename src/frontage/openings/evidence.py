@@ -19,10 +19,15 @@ _MOST_LOST = 1.0  # nats a cell: no more, for shadows leave cells empty as well
 _THROUGH = np.log(0.88 / 0.03)  # nats: 3 % of the beams on a wall seem to end behind it
 _BEHIND = 1.0  # nats: a point behind the wall whose line of sight is not known
 _CAP = 6.0  # nats a cell: neighbouring beams err together
+_RELIEF = 0.05  # m: panels and courses of a wall are less deep
+_SCALES = 4  # times that the surroundings of a cell are doubled
+_ENOUGH = 10.0  # beams that a decision needs: it is wrong once in a thousand then
 _BLUR = 0.1  # m, one sigma to tell empty areas
 _EMPTY = 0.1  # share of the expected beams below which an area is empty
 _LARGE = 4.0  # m: openings without any return are smaller
-_CUT = 0.05  # share of the solid density around, below which nothing is expected
+_CUT = 0.05  # share of the wall around, below which nothing is expected
+_FEW = 2.0  # beams a cell must hold for its neighbours to be told from
+_COARSEST = 0.2  # m: larger cells are cut by openings
 
 
 @dataclass(frozen=True, eq=False)
@@ -30,20 +35,23 @@ class Evidence:
     """Maps (h, w) on `raster`, row 0 the lowest.
 
     llr       nats, open against solid; 0 = nothing known
-    solid     beams that ended on the wall; open: that went through; expected: of a wall, from around;
-              due: were nothing before it
+    solid     beams that ended on the wall; open: that went through; deep: well behind the relief of a wall
+    expected  beams of a wall, from around; due: were nothing before it
     seen      cells that some beam tells of
     inside    cells within the outline
+    rays      whether the lines of sight are known
     """
 
     raster: Raster
     llr: Float
     solid: Float
     open: Float
+    deep: Float
     expected: Float
     due: Float
     seen: Bool
     inside: Bool
+    rays: bool
 
     def __post_init__(self) -> None:
         freeze(self, llr=((None, None), np.float64), inside=((None, None), np.bool_))
@@ -66,10 +74,10 @@ def weigh(facade: Facade, beams: Beams) -> Evidence:
     through = (_THROUGH if beams.rays else _BEHIND) * open_
     if not beams.rays:
         through *= ndimage.uniform_filter(solid, 3) < np.maximum(0.3 * expected, 1e-9)
-    llr = np.clip(lost - _HIT * solid + through, -_CAP, _CAP)
-    return Evidence(
-        raster, np.where(inside, llr, 0.0), solid, open_, expected, due, solid + open_ > 0, inside
-    )
+    llr = np.where(inside, np.clip(lost - _HIT * solid + through, -_CAP, _CAP), 0.0)
+    seen = solid + open_ > 0
+    deep = raster.count(*beams.open[beams.open_depth > max(_RELIEF, 2.0 * beams.least)].T)
+    return Evidence(raster, llr, solid, open_, deep, expected, due, seen, inside, beams.rays)
 
 
 def _inside(facade: Facade, raster: Raster) -> Bool:
@@ -82,26 +90,80 @@ def _inside(facade: Facade, raster: Raster) -> Bool:
 
 
 def _expected(solid: Float, cell: float) -> Float:
-    """Beams (h, w) that a piece of wall would catch: Poisson mean of the cells with hits around it."""
-    wide = _AROUND / cell
-    held = ndimage.gaussian_filter((solid > 0).astype(np.float64), wide, mode="constant", truncate=3.0)
-    mean = ndimage.gaussian_filter(solid, wide, mode="constant", truncate=3.0) / np.maximum(held, 1e-9)
-    # the mean of cells with a hit is lam / (1 - exp(-lam)): inverted
+    """Beams (h, w) that a piece of wall would catch, from around; 0 where the wall is too far.
+
+    Where the cells hold too few, larger ones tell: four times as many until they hold two on average, for
+    density varies with distance and incidence. Wide openings are told from further around.
+    """
+    out, left = np.zeros(solid.shape), np.ones(solid.shape, np.bool_)
+    steps = [1]
+    while steps[-1] * 2 * cell <= _COARSEST:
+        steps.append(steps[-1] * 2)
+    for step, around in [*((s, _AROUND) for s in steps), (steps[-1], 2.0 * _AROUND)]:
+        mean, cover = _mean_hits(_blocks(solid, step), around / (step * cell))
+        good = (cover > _CUT) & ((mean >= _FEW) | (step == steps[-1]))
+        found = _spread(np.where(good, mean / step**2, -1.0), step, solid.shape)
+        out = np.where(left & (found >= 0.0), found, out)
+        left &= found < 0.0
+    return out
+
+
+def _mean_hits(hits: Float, wide: float) -> tuple[Float, Float]:
+    """Poisson mean of the cells (h, w) that are wall, and the share of the cells around that are.
+
+    The mean of cells with a hit is lam / (1 - exp(-lam)): inverted.
+    """
+    held, total = (_blurred(m, wide) for m in ((hits > 0).astype(np.float64), hits))
+    mean = total / np.maximum(held, 1e-9)
     lam = np.geomspace(1e-3, 1e4, 400)
     found = np.interp(mean, lam / -np.expm1(-lam), lam)
-    return np.where(held > _CUT, found, 0.0)
+    return found, held / -np.expm1(-found)
+
+
+def _blurred(values: Float, wide: float) -> Float:
+    """Gaussian blur of `wide` cells; of blocks of a quarter of that."""
+    step = max(int(wide / 4), 1)
+    small = _blocks(values, step) / step**2
+    return _spread(
+        ndimage.gaussian_filter(small, wide / step, mode="constant", truncate=3.0), step, values.shape
+    )
+
+
+def _blocks(values: Float, step: int) -> Float:
+    """Sums over blocks of step x step cells."""
+    if step == 1:
+        return values
+    h, w = values.shape
+    padded = np.pad(values, ((0, -h % step), (0, -w % step)))
+    return np.asarray(padded.reshape(-(-h // step), step, -(-w // step), step).sum((1, 3)))
+
+
+def _spread(values: Float, step: int, shape: tuple[int, ...]) -> Float:
+    """The value of every cell's block."""
+    if step == 1:
+        return values
+    return np.repeat(np.repeat(values, step, 0), step, 1)[: shape[0], : shape[1]]
 
 
 def _unwatched(seen: Float, expected: Float, inside: Bool, cell: float) -> Bool:
     """Cells (h, w) beyond the end of what was scanned: empty areas too large for an opening."""
-    blur = _BLUR / cell
-    come, due = ndimage.gaussian_filter(seen, blur), ndimage.gaussian_filter(expected, blur)
-    empty = inside & (come < _EMPTY * np.maximum(due, 1e-9))
-    labels, _ = ndimage.label(empty)
     out = np.zeros(seen.shape, np.bool_)
+    labels, _ = ndimage.label(inside & (enough(seen, expected, _BLUR / cell) < _EMPTY))
     for number, place in enumerate(ndimage.find_objects(labels), 1):
         if max(p.stop - p.start for p in place) * cell > _LARGE:
             out[place] |= labels[place] == number
+    return out
+
+
+def enough(values: Float, due: Float, finest: float) -> Float:
+    """Sum of the values (h, w) around every cell per beam due there: from as near as ten beams are due."""
+    out, left = np.zeros(values.shape), np.ones(values.shape, np.bool_)
+    for wide in finest * 2.0 ** np.arange(_SCALES):
+        near = left & (4.0 * np.pi * wide**2 * due >= _ENOUGH) if wide < finest * 2 ** (_SCALES - 1) else left
+        if near.any():
+            come, asked = (_blurred(m, wide) for m in (values, due))
+            out = np.where(near, come / np.maximum(asked, 1e-9), out)
+        left &= ~near
     return out
 
 
@@ -114,7 +176,7 @@ def _unhidden(beams: Beams, raster: Raster, seen: Float) -> Float:
     if beams.rays:
         stopped = ndimage.uniform_filter(raster.count(*beams.blocked.T), 3)
         come = ndimage.uniform_filter(seen, 3)
-        return np.asarray(1.0 - stopped / np.maximum(stopped + come, 1e-9))
+        return np.asarray(np.clip(1.0 - stopped / np.maximum(stopped + come, 1e-9), 0.0, 1.0))
     return 1.0 - _shadow(beams, raster)
 
 
