@@ -1,0 +1,130 @@
+"""Borders of one window: unbiased however beams slant, with sills, surrounds and shutters before the wall."""
+
+import numpy as np
+import pytest
+
+from frontage.openings.borders import find_borders
+from frontage.openings.depth import find_depth
+from frontage.openings.edges import Face, Look
+from frontage.openings.measure import facade_look, measure
+from frontage.openings.sight import Sight
+
+WINDOW = (1.0, 6.0, 2.2, 7.6)
+BELOW_LEFT = (-3.0, -8.0, 1.7)
+BELOW_RIGHT = (7.0, -9.0, 1.7)
+AHEAD = (1.6, -8.0, 6.8)
+NOISE = 0.003  # m, of ranges
+FRAME = 0.15  # m behind the wall
+SILL = (0.95, 5.92, 2.25, 6.0)
+
+
+def sight(eyes, spacing, *, blocks=(), seed=0, returned=1.0, rays=True):
+    """Lines of sight from `eyes` to a wall with a window; `blocks` (x0, z0, x1, z1, y) stand before it."""
+    rng = np.random.default_rng(seed)
+    x0, z0, x1, z1 = WINDOW
+    places, slopes, depths = [], [], []
+    for eye in np.array(eyes):
+        x, z = np.meshgrid(np.arange(0.2, 3.0, spacing), np.arange(5.2, 8.4, spacing))
+        p = np.column_stack([x.ravel(), z.ravel()]) + rng.uniform(-spacing / 2, spacing / 2, (x.size, 2))
+        s = (p - eye[[0, 2]]) / -eye[1]
+        inside = (p[:, 0] > x0) & (p[:, 0] < x1) & (p[:, 1] > z0) & (p[:, 1] < z1)
+        way = np.where(s > 0, [x1, z1], [x0, z0]) - p
+        with np.errstate(divide="ignore"):
+            reveal = np.where(np.abs(s) > 1e-9, way / s, np.inf).min(1)
+        depth = np.where(inside, np.minimum(reveal, FRAME), 0.0)
+        lost = inside & (depth == FRAME) & (rng.random(len(p)) > returned)
+        for bx0, bz0, bx1, bz1, y in sorted(blocks, key=lambda b: -b[4]):
+            q = p + s * y
+            hit = (q[:, 0] > bx0) & (q[:, 0] < bx1) & (q[:, 1] > bz0) & (q[:, 1] < bz1)
+            depth, lost = np.where(hit, y, depth), lost & ~hit
+        places.append(p[~lost])
+        slopes.append(s[~lost])
+        depths.append((depth + rng.normal(0, NOISE, len(depth)))[~lost])
+    place, slope, depth = np.vstack(places), np.vstack(slopes), np.concatenate(depths)
+    if not rays:
+        place, slope = place + slope * depth[:, None], np.zeros_like(slope)
+    order = np.argsort(place[:, 0], kind="stable")
+    return Sight(place[order], slope[order], depth[order], np.zeros(len(order)), 0.015)
+
+
+def surround(width=0.12, y=-0.04):
+    x0, z0, x1, z1 = WINDOW
+    a, b, c, d = x0 - width, z0 - width, x1 + width, z1 + width
+    return [(a, b, x0, d, y), (x1, b, c, d, y), (x0, b, x1, z0, y), (x0, z1, x1, d, y)]
+
+
+def errors_of(spacing, eyes, blocks=(), seeds=5, **kwargs):
+    """Errors (n, 4) m of left, bottom, right, top, and as multiples of their sigmas."""
+    rough = tuple(np.add(WINDOW, (-0.03, 0.02, 0.03, -0.02)))
+    error, ratio = [], []
+    for seed in range(seeds):
+        (found,) = measure(
+            sight(eyes, spacing, blocks=blocks, seed=seed, **kwargs), [rough], spacing, spacing
+        )
+        sigma = np.sqrt(np.diag(found.covariance))[[0, 2, 1, 3]]
+        error.append(np.subtract(found.place, WINDOW))
+        ratio.append(error[-1] / sigma)
+    return np.array(error), np.array(ratio)
+
+
+@pytest.mark.parametrize("eyes", [(BELOW_LEFT,), (BELOW_LEFT, BELOW_RIGHT), (AHEAD,)])
+@pytest.mark.parametrize("blocks", [[], [(*SILL, -0.08)], surround()], ids=["plain", "sill", "surround"])
+def test_borders_are_unbiased_and_their_sigmas_honest(eyes, blocks):
+    error, ratio = errors_of(0.02, eyes, blocks)
+    assert np.abs(error.mean(0)).max() < 0.002
+    assert np.sqrt(np.mean(ratio**2)) < 1.3
+    assert np.median(np.abs(error / ratio)) < 0.003  # the sigma itself
+
+
+@pytest.mark.parametrize(("spacing", "limit"), [(0.01, 0.001), (0.04, 0.003)])
+def test_no_bias_at_other_spacings(spacing, limit):
+    error, ratio = errors_of(spacing, (BELOW_LEFT,), [(*SILL, -0.08)])
+    assert np.abs(error.mean(0)).max() < limit
+    assert np.sqrt(np.mean(ratio**2)) < 1.4
+
+
+def test_open_shutters_off_the_edge_leave_it_uncertain():
+    left, right = (0.35, 6.0, 0.97, 7.6, -0.06), (2.23, 6.0, 2.85, 7.6, -0.06)
+    error, ratio = errors_of(0.02, (BELOW_LEFT, BELOW_RIGHT), [left, right])
+    assert np.abs(error[:, [0, 2]]).max() < 0.02
+    assert np.abs(ratio).max() < 4.0
+
+
+def test_panes_that_return_nothing():
+    error, _ = errors_of(0.02, (BELOW_LEFT,), returned=0.0)
+    assert np.abs(error.mean(0)).max() < 0.008
+
+
+def test_without_rays_the_wall_tells():
+    error, _ = errors_of(0.01, (BELOW_LEFT,), rays=False)
+    assert np.abs(error.mean(0)).max() < 0.008
+
+
+def test_a_hidden_border_is_not_told():
+    """A parapet before the lower part: the bottom has a sigma of half the opening."""
+    parapet = (-0.5, 4.0, 4.0, 6.6, -0.9)
+    low = (1.0, 6.8, 2.2, 7.6)
+    view = sight((BELOW_LEFT,), 0.02, blocks=[parapet])
+    _, borders = find_borders(view, low, 0.02, 0.0, FRAME, 0.02, Look())
+    assert borders[2].sigma > 0.3 and max(b.sigma for b in (borders[0], borders[1], borders[3])) < 0.01
+
+
+@pytest.mark.parametrize("blocks", [[], surround()], ids=["plain", "surround"])
+def test_depth_is_that_of_the_frame_behind_the_wall(blocks):
+    found = [find_depth(sight((BELOW_LEFT,), 0.02, blocks=blocks, seed=k), WINDOW, 0.0) for k in range(6)]
+    error = np.array([d.value for d in found]) - FRAME
+    sigma = np.array([d.sigma[0] for d in found])
+    assert abs(error.mean()) < 0.001
+    assert np.abs(error / sigma).max() < 3.0
+
+
+def test_faces_that_few_points_tell_come_from_the_facade():
+    view = sight((BELOW_LEFT,), 0.02, blocks=[(*SILL, -0.08)])
+    outlines = measure(view, [WINDOW], 0.02, 0.02) * 3
+    told = [type(o)(**{**o.__dict__, "borders": _with_scores(o.borders)}) for o in outlines]
+    face = facade_look(told).faces[2]
+    assert isinstance(face, Face) and abs(face.y + 0.08) < 0.005
+
+
+def _with_scores(borders):
+    return tuple(type(b)(**{**b.__dict__, "scores": np.zeros(5)}) for b in borders)
