@@ -1,6 +1,7 @@
 """An ortho-image on disk: what is written comes back, and others can read it."""
 
 import json
+from dataclasses import replace
 
 import cv2
 import numpy as np
@@ -8,10 +9,12 @@ import pytest
 import tifffile
 
 import ortho_wall as wall
-from frontage.errors import FileError
+from frontage.errors import FileError, InputError
 from frontage.io import ortho as ortho_io
-from frontage.io.geotiff import write_geotiff
+from frontage.io.geotiff import read_geotiff, write_geotiff
+from frontage.model import PhotoOffset
 from frontage.ortho import OrthoOptions, make_ortho
+from frontage.raster.tiles import Tile
 
 
 @pytest.fixture(scope="module")
@@ -36,6 +39,38 @@ def test_everything_comes_back(ortho, tmp_path):
     again, used_again = back.pixel_to_world(pixels)
     assert np.abs(world - again).max() < 1e-8 and np.array_equal(used, used_again)
     assert np.array_equal(back.facade.local_from_facade.covariance, ortho.facade.local_from_facade.covariance)
+
+
+def test_a_window_is_an_ortho_image_of_its_own(ortho, tmp_path):
+    about = PhotoOffset(0.0123456789, 0.0004, 17, True)
+    ortho_io.write_ortho(tmp_path, replace(ortho, photo_offset=about))
+    window = Tile(30, 170, 5, 290)
+    part = ortho_io.read_ortho(tmp_path, window)
+    for name in ("pixels", "depth", "source", "gsd_effective", "intensity"):
+        assert getattr(part, name).tobytes() == getattr(ortho, name)[window.window].tobytes(), name
+    at, whole = np.array([[3.5, 7.25], [200.0, 100.0]]), np.array([[8.5, 37.25], [205.0, 130.0]])
+    assert np.allclose(part.pixel_to_world(at)[0], ortho.pixel_to_world(whole)[0], rtol=0, atol=1e-8)
+    assert part.photo_offset == about
+    with pytest.raises(InputError, match="320 x 220 px"):
+        ortho_io.read_ortho(tmp_path, Tile(0, 221, 0, 10))
+
+
+def test_tiles_at_the_edges_come_back_whole(tmp_path):
+    band = np.random.default_rng(0).integers(0, 255, (300, 530, 4)).astype(np.uint8)
+    write_geotiff(tmp_path / "a.tif", band, (1.0, 2.0), 0.5, "x", {})
+    assert np.array_equal(read_geotiff(tmp_path / "a.tif")[0], band)
+    window = Tile(200, 300, 250, 530)
+    part, corner, _ = read_geotiff(tmp_path / "a.tif", window)
+    assert np.array_equal(part, band[window.window]) and corner == (126.0, -98.0)
+
+
+def test_a_picture_without_relief_keeps_one_value_for_its_depth(tmp_path):
+    facade = wall.facade(3.0, 2.0)
+    flat = make_ortho(facade, wall.wall_cloud(facade), options=OrthoOptions(relief=False))
+    assert not any(flat.depth.strides) and np.isnan(flat.depth).all()
+    ortho_io.write_ortho(tmp_path, flat)
+    back = ortho_io.read_ortho(tmp_path)
+    assert back.depth.shape == flat.depth.shape and np.isnan(back.depth).all()
 
 
 def test_the_sidecar_is_the_contract(ortho, tmp_path):

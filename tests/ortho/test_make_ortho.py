@@ -9,6 +9,7 @@ from pydantic import ValidationError
 
 import ortho_wall as wall
 from frontage.errors import OptionError
+from frontage.geometry.rigid import Rigid3
 from frontage.model import Failed, Photo, Scan
 from frontage.ortho import OrthoOptions, make_ortho
 
@@ -130,6 +131,43 @@ def test_pixel_and_world_round_trip_on_relief_and_plane(scene):
     corner, _ = ortho.pixel_to_world(np.array([[0.0, 0.0]]), relief=False)
     expected = facade.world.to_world(facade.frame.apply(np.array([[-4.0, 0.0, 3.0]])))
     assert np.abs(corner - expected).max() < 1e-6
+
+
+@pytest.mark.parametrize("relief", [True, False])
+@pytest.mark.parametrize("shift", [0.0, 0.012, -0.02])
+def test_where_scan_and_photos_disagree_the_picture_is_where_the_photos_see_it(scene, shift, relief):
+    facade, picture, _ = scene
+    depth = lambda x, z: np.where((np.abs(x) < 1.0) & (np.abs(z) < 1.0), 0.15, 0.0)  # noqa: E731
+    camera = wall.camera(1200, 900)
+    eyes = {"a": (-4.0, -7.0, -2.0), "b": (0.0, -8.0, -2.0), "c": (4.0, -7.0, -2.0)}
+    photos = [wall.photo(facade, camera, eye, name=name) for name, eye in eyes.items()]
+    image_of = images(facade, picture, photos, depth)
+    # a scan whose whole cloud, and so its plane, stands off by `shift`
+    pose = facade.local_from_facade.value
+    moved = Rigid3("local", "facade", pose.R, pose.t - shift * pose.R[:, 1])
+    scanned = replace(facade, local_from_facade=replace(facade.local_from_facade, value=moved))
+    cloud = wall.wall_cloud(scanned, depth=depth)
+    options = OrthoOptions(margin=0.0, relief=relief)
+    ortho = make_ortho(scanned, cloud, photos, image_of, options=options)
+    found = ortho.photo_offset
+    assert found.patches >= 8 and 0.0 < found.sigma < 0.001
+    assert abs(found.value - shift) < 4 * found.sigma
+    assert found.applied == (shift != 0.0)
+    wall_only = (slice(420, 600), slice(0, 800))
+    off = np.linalg.norm(wall.displacement(ortho.pixels[wall_only], picture[wall_only], 64), axis=1)
+    assert np.median(off) < 0.25
+    if relief:
+        assert np.nanmedian(ortho.depth) == pytest.approx(0.0, abs=0.002), "depth.tif is the scan's"
+
+
+def test_one_photo_or_no_texture_says_nothing_about_depth(scene):
+    facade, _, cloud = scene
+    camera = wall.camera(800, 600, distorted=False)
+    photos = [wall.photo(facade, camera, (x, -8.0, 0.0), name=str(x)) for x in (-2.0, 2.0)]
+    grey = np.full((600, 800, 3), 120, np.uint8)
+    for some in (photos[:1], photos):
+        ortho = make_ortho(facade, cloud, some, lambda _: grey, options=PLANE)
+        assert ortho.photo_offset is None
 
 
 def with_board(facade, cloud: Scan, x: tuple[float, float], y: float) -> Scan:

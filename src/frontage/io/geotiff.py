@@ -4,7 +4,7 @@ GDAL reads the true 4x4 matrix of a vertical picture as a degenerate affine, so 
 two-dimensional one (pixel-is-area) and the matrix to the world as GDAL metadata.
 """
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 from xml.sax.saxutils import escape, quoteattr
@@ -12,12 +12,13 @@ from xml.sax.saxutils import escape, quoteattr
 import numpy as np
 import tifffile
 
-from frontage.errors import FileError
+from frontage.errors import FileError, InputError
 from frontage.geometry.arrays import Array, Float
 from frontage.io.files import whole_file
-from frontage.raster.tiles import allocate
+from frontage.raster.tiles import Tile, allocate, tiles
 
-_TILE = (256, 256)
+_TILE = 256
+_PICTURE_LEVEL = 1  # of deflate: the noise of a photograph packs no better for four times the time
 _BIG = 2**32 - 2**25  # bytes: classic TIFF ends at 4 GiB
 _SCALE, _TIEPOINT, _KEYS, _ASCII = 33550, 33922, 34735, 34737
 _GDAL_METADATA, _GDAL_NODATA = 42112, 42113
@@ -41,8 +42,9 @@ def write_geotiff(
     """
     rgba = band.ndim == 3
     options: dict[str, Any] = {
-        "tile": _TILE,
+        "tile": (_TILE, _TILE),
         "compression": "adobe_deflate",
+        "compressionargs": {"level": _PICTURE_LEVEL} if rgba else {},
         "photometric": "rgb" if rgba else "minisblack",
         "extratags": _tags(corner, gsd, crs_name, metadata, nodata),
         "metadata": None,
@@ -52,28 +54,71 @@ def write_geotiff(
     if rgba:
         options["extrasamples"] = ["unassalpha"]
     with whole_file(path) as temporary, tifffile.TiffWriter(temporary, bigtiff=band.nbytes > _BIG) as tif:
-        tif.write(band, **options)
+        tif.write(_padded(band), shape=band.shape, dtype=band.dtype, **options)
 
 
-def read_geotiff(path: Path) -> tuple[Array, tuple[float, float], float]:
+def _padded(band: Array) -> Iterator[Array]:
+    """The tiles of a band, row by row, those at its edges filled up: no copy of the whole is made."""
+    for tile in tiles(band.shape[0], band.shape[1], _TILE):
+        part = np.ascontiguousarray(band[tile.window])
+        if part.shape[:2] != (_TILE, _TILE):
+            whole = np.zeros((_TILE, _TILE, *band.shape[2:]), band.dtype)
+            whole[: part.shape[0], : part.shape[1]] = part
+            part = whole
+        yield part
+
+
+def read_geotiff(path: Path, window: Tile | None = None) -> tuple[Array, tuple[float, float], float]:
     """The band, the outer upper left corner (x, z) m, and the gsd m of a file that `write_geotiff` made.
 
-    A band larger than memory should hold is read into a scratch file, tile by tile.
+    Of a `window` of pixels only its own part is read, and the corner is the window's. A whole band larger
+    than memory should hold is read into a scratch file, tile by tile.
 
-    Raises FileError when the file is missing, damaged or not georeferenced.
+    Raises FileError when the file is missing, damaged or not georeferenced, InputError when the window lies
+    outside.
     """
     if not path.is_file():
         raise FileError(path, "does not exist", "run the ortho step first")
     try:
         with tifffile.TiffFile(path) as tif:
             page = tif.pages[0]
-            scale, tie = page.tags[_SCALE].value, page.tags[_TIEPOINT].value
-            band: Array = page.asarray(out=allocate(page.shape, page.dtype))
+            scale, tie = float(page.tags[_SCALE].value[0]), page.tags[_TIEPOINT].value
+            band = (
+                page.asarray(out=allocate(page.shape, page.dtype)) if window is None else _part(page, window)
+            )
+    except InputError:
+        raise
     except KeyError as error:
         raise FileError(path, "is a TIFF without georeference", "run the ortho step again") from error
     except Exception as error:  # tifffile raises whatever its decoders do
         raise FileError(path, f"is damaged ({error})", "run the ortho step again") from error
-    return band, (float(tie[3]), float(tie[4])), float(scale[0])
+    left, top = (0, 0) if window is None else (window.c0, window.r0)
+    return band, (float(tie[3]) + left * scale, float(tie[4]) - top * scale), scale
+
+
+def _part(page: Any, window: Tile) -> Array:
+    """A window of a page, from the tiles that it touches."""
+    h, w = page.shape[:2]
+    if not (0 <= window.r0 < window.r1 <= h and 0 <= window.c0 < window.c1 <= w):
+        raise InputError(
+            f"{page.parent.filehandle.name} has {w} x {h} px, not the window {window}", code="I321"
+        )
+    if not page.is_tiled:
+        raise ValueError("it has no tiles")
+    out = np.empty((*window.shape, *page.shape[2:]), page.dtype)
+    file, side = page.parent.filehandle, (page.tilelength, page.tilewidth)
+    across = -(-w // side[1])
+    for i in range(window.r0 // side[0], -(-window.r1 // side[0])):
+        for j in range(window.c0 // side[1], -(-window.c1 // side[1])):
+            k = i * across + j
+            file.seek(page.dataoffsets[k])
+            data, _, _ = page.decode(file.read(page.databytecounts[k]), k)
+            r, c = i * side[0], j * side[1]
+            r0, r1 = max(r, window.r0), min(r + side[0], window.r1)
+            c0, c1 = max(c, window.c0), min(c + side[1], window.c1)
+            into = out[r0 - window.r0 : r1 - window.r0, c0 - window.c0 : c1 - window.c0]
+            into[:] = data.reshape(-1, data.shape[-2], *page.shape[2:])[r0 - r : r1 - r, c0 - c : c1 - c]
+    return out
 
 
 def matrix_text(matrix: Float) -> str:

@@ -7,6 +7,7 @@ pixels with the centre of the first at 0.5, y in metres behind the facade plane.
 import json
 import math
 from collections.abc import Iterator
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
@@ -18,7 +19,8 @@ from frontage.geometry.arrays import Array, Float
 from frontage.geometry.rigid import Rigid3
 from frontage.io.files import whole_file
 from frontage.io.geotiff import matrix_text, read_geotiff, write_geotiff
-from frontage.model import Estimate, Facade, Layer, OrthoImage, Provenance, WorldRef
+from frontage.model import Estimate, Facade, Layer, OrthoImage, PhotoOffset, Provenance, WorldRef
+from frontage.raster.tiles import Tile
 
 SCHEMA = 1
 _JPEG_SIDE = 16384  # px: what viewers open; the format itself ends at 65535
@@ -63,33 +65,40 @@ def write_ortho(folder: Path, ortho: OrthoImage) -> None:
     _write_bytes(folder / "ortho.json", (json.dumps(sidecar, indent=1, allow_nan=False) + "\n").encode())
 
 
-def read_ortho(folder: Path) -> OrthoImage:
+def read_ortho(folder: Path, window: Tile | None = None) -> OrthoImage:
     """Read what `write_ortho` wrote; the facade comes back without its point indices.
 
-    Raises FileError when a file is missing, damaged, or does not fit the sidecar.
+    A `window` of pixels is an ortho-image of its own, with its own corner; nothing else is read. Bands larger
+    than memory should hold are read into scratch files when there is no window.
+
+    Raises FileError when a file is missing, damaged, or does not fit the sidecar, InputError when the window
+    lies outside.
     """
     folder = Path(folder)
     path = folder / "ortho.json"
     side = read_sidecar(folder)
-    pixels, _, gsd = read_geotiff(folder / "ortho.tif")
-    bands = {name: read_geotiff(folder / f"{name}.tif")[0] for name in ("depth", "sources", "gsd")}
+    pixels, corner, gsd = read_geotiff(folder / "ortho.tif", window)
+    bands = {name: read_geotiff(folder / f"{name}.tif", window)[0] for name in ("depth", "sources", "gsd")}
     has_intensity = (folder / "intensity.tif").is_file()
-    intensity = read_geotiff(folder / "intensity.tif")[0] if has_intensity else None
+    intensity = read_geotiff(folder / "intensity.tif", window)[0] if has_intensity else None
     try:
         facade = _facade(side)
-        same_size = pixels.shape[:2] == (side["height"], side["width"])
+        same_size = window is not None or pixels.shape[:2] == (side["height"], side["width"])
         if not same_size or not math.isclose(gsd, side["gsd"], rel_tol=1e-9):
             raise FileError(folder / "ortho.tif", "does not fit ortho.json", "run the ortho step again")
+        if window is None:
+            corner = side["corner"][0], side["corner"][1]
         return OrthoImage(
             pixels,
             side["gsd"],
-            (side["corner"][0], side["corner"][1]),
+            corner,
             facade,
             bands["depth"],
             bands["sources"],
             tuple(side["sources"]),
             bands["gsd"],
             intensity,
+            None if side.get("photo_offset") is None else PhotoOffset(**side["photo_offset"]),
         )
     except (KeyError, TypeError, IndexError) as error:
         raise FileError(path, f"lacks or garbles {error}", "run the ortho step again") from error
@@ -169,6 +178,7 @@ def _sidecar(ortho: OrthoImage) -> dict[str, Any]:
         "curvature": [_finite(v) for v in facade.curvature],
         "notes": list(facade.notes),
         "relief": any(np.isfinite(part).any() for part in _strips(ortho.depth)),
+        "photo_offset": None if ortho.photo_offset is None else asdict(ortho.photo_offset),
         "nodata_share": round(sum(int((p == 0).sum()) for p in _strips(ortho.source)) / ortho.source.size, 6),
     }
 

@@ -8,7 +8,7 @@ from frontage.model.citymodel import CityBuilding, CityModel, Shell
 from frontage.model.estimate import Estimate, Failed, Provenance
 from frontage.model.facade import Facade, Layer
 from frontage.model.opening import Bar, Elements, Opening, Protrusion
-from frontage.model.ortho import OrthoImage
+from frontage.model.ortho import OrthoImage, PhotoOffset
 from frontage.model.photo import Camera, Photo
 from frontage.model.scan import Grid, Scan, merge_scans
 from frontage.model.shape import Feature, Shape, Surfaces
@@ -34,6 +34,7 @@ __all__ = [
     "Opening",
     "OrthoImage",
     "Photo",
+    "PhotoOffset",
     "Protrusion",
     "Provenance",
     "Scan",

@@ -8,6 +8,21 @@ from frontage.geometry.arrays import Array, Bool, Float, readonly
 from frontage.model.facade import Facade
 
 
+@dataclass(frozen=True)
+class PhotoOffset:
+    """How far the photos, whose poses are given, see the facade behind the surface that the scan measured.
+
+    value, sigma  m along the facade's y
+    patches       how many places of the facade gave it
+    applied       whether the picture was drawn on the surface moved by it
+    """
+
+    value: float
+    sigma: float
+    patches: int
+    applied: bool
+
+
 @dataclass(frozen=True, eq=False)
 class OrthoImage:
     """A facade ortho-image.
@@ -21,6 +36,7 @@ class OrthoImage:
     sources        names of the photos (or of the scan) that the pixels come from
     gsd_effective  (h, w) float32 m per source pixel (photos) or point spacing (scan)
     intensity      (h, w) float32 0..1 of the scan, NaN = none; or None
+    photo_offset   what the photos say about the depth; None when they do not overlap, or there are none
     """
 
     pixels: Array
@@ -32,14 +48,16 @@ class OrthoImage:
     sources: tuple[str, ...]
     gsd_effective: Array
     intensity: Array | None = None
+    photo_offset: PhotoOffset | None = None
 
     def __post_init__(self) -> None:
         h, w = self.pixels.shape[:2]
         object.__setattr__(self, "pixels", readonly(self.pixels, (h, w, 4), np.uint8, "pixels"))
         object.__setattr__(self, "source", readonly(self.source, (h, w), np.uint16, "source"))
         for name in ("depth", "gsd_effective", "intensity"):
-            if getattr(self, name) is not None:
-                object.__setattr__(self, name, readonly(getattr(self, name), (h, w), np.float32, name))
+            band = getattr(self, name)
+            if band is not None and not _is_one_value(band, (h, w)):
+                object.__setattr__(self, name, readonly(band, (h, w), np.float32, name))
 
     @property
     def size(self) -> tuple[int, int]:
@@ -79,3 +97,8 @@ class OrthoImage:
         )
         used = np.isfinite(y)
         return np.where(used, y, 0.0), used
+
+
+def _is_one_value(band: Array, shape: tuple[int, int]) -> bool:
+    """Whether a band is one float32 shown everywhere, which a copy would blow up to the picture's size."""
+    return band.shape == shape and band.dtype == np.float32 and not any(band.strides)

@@ -14,12 +14,18 @@ _MISSED = 0.25  # share of the facade that photos must miss before a picture of 
 
 
 class Bands:
-    """Empty pixels (h, w, 4) uint8, depth, gsd (h, w) float32 m (NaN = none), source (h, w) uint16."""
+    """Empty pixels (h, w, 4) uint8, depth, gsd (h, w) float32 m (NaN = none), source (h, w) uint16.
 
-    def __init__(self, raster: Raster) -> None:
+    Without `relief` the depth is one NaN, shown (h, w) times.
+    """
+
+    def __init__(self, raster: Raster, relief: bool = False) -> None:
         shape = (raster.height, raster.width)
+        self.relief = relief
         self.pixels = allocate((*shape, 4), np.uint8)
-        self.depth = allocate(shape, np.float32, np.nan)
+        self.depth = (
+            allocate(shape, np.float32, np.nan) if relief else np.broadcast_to(np.float32(np.nan), shape)
+        )
         self.source = allocate(shape, np.uint16)
         self.gsd = allocate(shape, np.float32, np.nan)
 
@@ -61,7 +67,9 @@ def cut_out(
 
     Without any relief, which could tell a cornice from the sky, the whole margin stays.
     """
-    measured = any(np.isfinite(bands.depth[t.window]).any() for t in tiles(raster.height, raster.width, TILE))
+    measured = bands.relief and any(
+        np.isfinite(bands.depth[t.window]).any() for t in tiles(raster.height, raster.width, TILE)
+    )
     for tile in tiles(raster.height, raster.width, TILE):
         outside = ~inside_outline(facade, raster, tile, options.margin)
         if measured:
@@ -69,6 +77,6 @@ def cut_out(
         if outside.any():
             bands.pixels[tile.window][outside] = 0
             bands.source[tile.window][outside] = 0
-            for band in (bands.depth, bands.gsd, intensity):
+            for band in (bands.depth if bands.relief else None, bands.gsd, intensity):
                 if band is not None:
                     band[tile.window][outside] = np.nan

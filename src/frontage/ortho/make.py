@@ -5,8 +5,9 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from frontage.geometry.arrays import Array, Float
-from frontage.model import Facade, Failed, OrthoImage, Photo, Scan
+from frontage.model import Facade, Failed, OrthoImage, Photo, PhotoOffset, Scan
 from frontage.ortho.bands import TILE, Bands, cut_out, fill, missed_by_photos
+from frontage.ortho.consistency import photo_offset
 from frontage.ortho.frame import Raster, facade_raster
 from frontage.ortho.gaps import Gaps, local_gaps
 from frontage.ortho.options import OrthoOptions
@@ -43,19 +44,22 @@ def make_ortho(
     near = _near(xyz_facade, raster, options)
     if not near.any() and not photos:
         return Failed("F301", f"facade {facade.id}: no point lies on it", "check the outline and the scan")
-    bands = Bands(raster)
     gaps = _wall_gaps(xyz_facade[near], facade, raster)
     relief = measure_relief(xyz_facade[near], facade.spacing, raster, options, gaps)
     shown = relief if options.relief and options.projection == "full" else None
+    bands = Bands(raster, relief=shown is not None)
     _fill_depth(bands.depth, raster, shown)
     points = _surface(xyz_facade, near, relief)
     intensity = intensity_band(scan, xyz_facade, points, raster, gaps)
     oriented = [p for p in photos if p.local_from_camera is not None]
     names: tuple[str, ...] = ()
+    offset = None
     if oriented and image_of is not None:
         cloud = _cloud(scan, surroundings, facade, raster, options)
         plan = plan_views(facade, raster, shown, cloud, oriented, options)
-        names = _from_photos(bands, shown, facade, raster, plan, image_of, options)
+        if plan is not None and options.projection == "full":
+            offset = photo_offset(facade, raster, shown, plan, image_of)
+        names = _from_photos(bands, shown, facade, raster, plan, image_of, options, offset)
     if points.any():
         names += _from_scan(bands, scan, xyz_facade, points, raster, facade, gaps, len(names))
     elif not names:
@@ -73,6 +77,7 @@ def make_ortho(
         names,
         bands.gsd,
         intensity,
+        offset,
     )
 
 
@@ -84,11 +89,13 @@ def _from_photos(
     plan: ViewPlan | None,
     image_of: Callable[[str], Array],
     options: OrthoOptions,
+    offset: PhotoOffset | None,
 ) -> tuple[str, ...]:
     """Paint every pixel from the photo planned for it, note what a photo pixel covers there; their names."""
     if plan is None:
         return ()
-    paint_photos(bands.pixels, bands.source, relief, facade, raster, plan, image_of, options)
+    deeper = offset.value if offset is not None and offset.applied else 0.0
+    paint_photos(bands.pixels, bands.source, relief, facade, raster, plan, image_of, options, deeper)
     for tile in tiles(raster.height, raster.width, TILE):
         bands.gsd[tile.window] = plan.window(plan.gsd, tile)
     return tuple(p.id for p in plan.photos)

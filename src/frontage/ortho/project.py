@@ -61,6 +61,13 @@ def pixel_map(photo: Photo, facade: Facade, raster: Raster, projection: str) -> 
     return (full_projection if projection == "full" else homography_projection)(photo, facade, raster)
 
 
+def shifted(to_photo: PixelMap, offset: float) -> PixelMap:
+    """The map of a surface that lies `offset` m farther behind the plane."""
+    if offset == 0.0:
+        return to_photo
+    return lambda column, row, y: to_photo(column, row, y + offset)
+
+
 def map_tile(to_photo: PixelMap, tile: Tile, y: Array | None) -> SourceMap:
     """Where the pixel centres of a tile lie in the photo, on the plane (`y` None) or a relief y (m, n) m.
 

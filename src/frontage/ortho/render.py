@@ -8,7 +8,7 @@ from frontage.geometry.arrays import Array
 from frontage.model import Facade
 from frontage.ortho.frame import Raster
 from frontage.ortho.options import OrthoOptions
-from frontage.ortho.project import map_tile, pixel_map
+from frontage.ortho.project import map_tile, pixel_map, shifted
 from frontage.ortho.relief import Relief
 from frontage.ortho.views import ViewPlan
 from frontage.raster.resample import resample
@@ -27,13 +27,17 @@ def paint_photos(
     plan: ViewPlan,
     image_of: Callable[[str], Array],
     options: OrthoOptions,
+    offset: float = 0.0,
 ) -> None:
-    """Fill `pixels` (h, w, 4) and `source` (h, w) where the plan has a photo, one photo in memory."""
+    """Fill `pixels` (h, w, 4) and `source` (h, w) where the plan has a photo, one photo in memory.
+
+    The surface lies `offset` m behind the relief, or the plane.
+    """
     for i, photo in enumerate(plan.photos):
         if not (plan.label == i).any():
             continue
         image = image_of(photo.id)
-        to_photo = pixel_map(photo, facade, raster, options.projection)
+        to_photo = shifted(pixel_map(photo, facade, raster, options.projection), offset)
         for tile in tiles(raster.height, raster.width, TILE):
             mine = plan.window(plan.label, tile) == i
             if not mine.any():

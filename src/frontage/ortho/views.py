@@ -40,14 +40,15 @@ _BORDER = 0.05  # share of the photo's width over which quality fades to zero
 
 @dataclass(frozen=True)
 class ViewPlan:
-    """Per cell: `label` (h, w) int16, index into `photos`, -1 = none; `gsd` (h, w) m of that photo."""
+    """Per cell: `label` (h, w) int16, index into `photos`, -1 = none; `gsd` (h, w) m of that photo; and which
+    photos (k, h, w) bool see it with nothing in front."""
 
     cells: Raster
     step: int
     photos: tuple[Photo, ...]
     label: Array
     gsd: Array
-    notes: tuple[str, ...] = ()
+    clear: Array
 
     def window(self, band: Array, tile: Tile) -> Array:
         """Values of a band of cells at the pixels of a tile."""
@@ -82,16 +83,17 @@ def plan_views(
     views = sorted(views, key=lambda v: -float(v.quality.sum()))[: options.max_photos]
     if not views:
         return None
-    quality = np.stack([_visibility(v, facade, cells, y, cloud) * v.quality for v in views])
+    visible = [_visibility(v, facade, cells, y, cloud) for v in views]
+    quality = np.stack([free * v.quality for free, v in zip(visible, views, strict=True)])
+    clear = np.stack([(free == 1.0) & (v.quality > 0.0) for free, v in zip(visible, views, strict=True)])
     label = _connected(quality, max(1, round(_AROUND / cells.gsd)))
     gsd = np.take_along_axis(np.stack([v.gsd for v in views]), label[None].astype(np.int64), 0)[0]
     seen = np.take_along_axis(quality, label[None].astype(np.int64), 0)[0] > 0
     label[~seen] = -1
     if not seen.any():
         return None
-    return ViewPlan(
-        cells, step, tuple(v.photo for v in views), label, np.where(seen, gsd, np.nan).astype(np.float32)
-    )
+    chosen = tuple(v.photo for v in views)
+    return ViewPlan(cells, step, chosen, label, np.where(seen, gsd, np.nan).astype(np.float32), clear)
 
 
 @dataclass(frozen=True)

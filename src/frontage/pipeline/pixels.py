@@ -7,9 +7,13 @@ from typing import Any
 import numpy as np
 import tifffile
 
-from frontage.errors import InputError, WorkspaceError
+from frontage.errors import FrontageError, InputError, WorkspaceError
 from frontage.geometry.arrays import Array, Float
+from frontage.io.geotiff import read_geotiff
 from frontage.pipeline.files import read_json
+from frontage.raster.tiles import Tile
+
+_TILE = 1024  # px of the relief that are read at a time
 
 
 @dataclass(frozen=True)
@@ -54,6 +58,7 @@ class FacadePixels:
                 f"{folder / 'ortho.json'} cannot be read ({error}); run `frontage ortho`"
             ) from None
         self._depth: Array | None = None
+        self._tiles: dict[tuple[int, int], Array] = {}
 
     @property
     def crs(self) -> str | None:
@@ -107,11 +112,24 @@ class FacadePixels:
         return PixelPoint(float(cr[0]), float(cr[1]), float(depth), inside)
 
     def _relief(self, cr: Float) -> tuple[Float, Array]:
+        """Depth y (n,) m at pixels (n, 2), 0 where none was measured, and whether it was (n,)."""
         w, h = self.size
         c, r = np.floor(cr).astype(np.int64).T
         inside = (c >= 0) & (c < w) & (r >= 0) & (r < h)
-        y = np.where(inside, self.depth[np.clip(r, 0, h - 1), np.clip(c, 0, w - 1)], np.nan).astype(
-            np.float64
-        )
+        y = np.full(len(cr), np.nan)
+        for key in np.unique(np.column_stack([r, c])[inside] // _TILE, axis=0):
+            mine = inside & (r // _TILE == key[0]) & (c // _TILE == key[1])
+            y[mine] = self._tile(int(key[0]), int(key[1]))[r[mine] % _TILE, c[mine] % _TILE]
         used = np.isfinite(y)
         return np.where(used, y, 0.0), used
+
+    def _tile(self, i: int, j: int) -> Array:
+        """A tile of the relief, read on first use: of a gigapixel only what is asked for."""
+        if (i, j) not in self._tiles:
+            w, h = self.size
+            window = Tile(i * _TILE, min((i + 1) * _TILE, h), j * _TILE, min((j + 1) * _TILE, w))
+            try:
+                self._tiles[i, j] = read_geotiff(self.folder / "depth.tif", window)[0]
+            except FrontageError as error:
+                raise WorkspaceError(f"the relief cannot be read: {error}") from None
+        return self._tiles[i, j]
