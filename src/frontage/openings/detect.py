@@ -1,5 +1,8 @@
 """The default way to openings: evidence of beams, exact layout, borders by likelihood."""
 
+from collections.abc import Callable
+from functools import partial
+
 import numpy as np
 
 from frontage.model.estimate import Failed, Provenance
@@ -18,6 +21,7 @@ from frontage.openings.options import OpeningOptions
 from frontage.openings.outline import Outline
 from frontage.openings.pooling import pool
 from frontage.openings.sight import sight_lines
+from frontage.openings.standing import stands
 
 _FEWEST = 200  # points: below, density and noise cannot be told
 
@@ -43,12 +47,13 @@ def find_by_evidence(facade: Facade, scan: Scan, options: OpeningOptions) -> Ele
     rough = [_place(evidence, box) for box in boxes]
     sight = sight_lines(facade, scan, beams)
     outlines = pool(measure(sight, rough, evidence.raster.cell, facade.spacing))
+    kind = partial(_kind, beams, evidence, ground)
     found = [
-        _opening(o, ground, Provenance.POOLED if o.pooled else Provenance.MEASURED, box.worth, o.sure)
+        _opening(o, kind, Provenance.POOLED if o.pooled else Provenance.MEASURED, box.worth, o.sure)
         for o, box in zip(outlines, boxes, strict=True)
     ]
     found += [
-        _opening(i.outline, ground, Provenance.INFERRED, i.evidence, i.confidence)
+        _opening(i.outline, kind, Provenance.INFERRED, i.evidence, i.confidence)
         for i in infer(outlines, evidence)
     ]
     sized = [o for o in found if np.all(np.ptp(o.ring, axis=0) >= (options.min_width, options.min_height))]
@@ -62,15 +67,18 @@ def _place(evidence: Evidence, box: Box) -> Place:
 
 
 def _opening(
-    outline: Outline, ground: float, provenance: Provenance, worth: float, confidence: float
+    outline: Outline, kind: Callable[[Outline], str], provenance: Provenance, worth: float, confidence: float
 ) -> Opening:
     """The opening of an outline, without a number; `worth` in nats."""
-    x0, z0, x1, z1 = outline.place
     ring, covariance = outline.ring
-    kind = kind_of(x1 - x0, z1 - z0, z0 - ground, outline.passes)
     return Opening(
-        "", kind, ring, covariance, outline.depth, outline.shape, provenance, worth, confidence, 0, 0
+        "", kind(outline), ring, covariance, outline.depth, outline.shape, provenance, worth, confidence, 0, 0
     )
+
+
+def _kind(beams: Beams, evidence: Evidence, ground: float, outline: Outline) -> str:
+    x0, z0, x1, z1 = outline.place
+    return kind_of(x1 - x0, z1 - z0, z0 - ground, outline.passes, stands(beams, evidence, x0, x1, z0))
 
 
 def _notes(evidence: Evidence, beams: Beams) -> tuple[str, ...]:

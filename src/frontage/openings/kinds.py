@@ -6,25 +6,30 @@ import numpy as np
 
 from frontage.model.opening import Opening
 
-_SILL = 0.45  # m above the ground: doors and gates start below it, kerbs and steps included
+_LOW = 0.45  # m above the ground: doors and gates start below it, kerbs and a step included
+_DOOR = 1.8  # m: doors are higher, and narrower than two leaves
+_WIDE = 2.0  # m
+_FLOOR = 2.0  # m above the ground: shop fronts start below it, plinths of sloping streets included
+_CELLAR = ((1.1, 0.9), (1.7, 0.6))  # m: top above the ground and height of basement windows, at most
 
 
-def kind_of(width: float, height: float, sill: float, passes: float) -> str:
+def kind_of(width: float, height: float, sill: float, passes: float, stands: bool = False) -> str:
     """ "window", "door", "shopfront", "garage", "passage" or "basement".
 
-    width, height m; sill m above the ground; passes = share of the beams that end more than a metre behind.
-    Doors are a person high and at the ground, gates wider than two leaves; a passage lets beams through;
-    a basement window ends below the height of a sill.
+    width, height m; sill m above the ground; passes = share of the beams that end more than a metre behind;
+    stands = steps or a balcony are before its foot. Doors are a person high, at the ground, on steps or on a
+    balcony; gates are wider than two leaves; a passage lets beams through; shop fronts are wide and high on
+    the ground floor; a basement window ends below the height of a sill.
     """
-    if sill <= _SILL and height >= 1.8:
-        if width > 2.0 and passes > 0.7:
-            return "passage"
-        if width > 2.0:
-            return "garage" if passes < 0.2 else "shopfront"
+    if height >= _DOOR and width > _WIDE and sill <= _FLOOR:
+        if sill > _LOW:
+            return "shopfront"
+        return "passage" if passes > 0.7 else "garage" if passes < 0.2 else "shopfront"
+    if height >= _DOOR and width <= _WIDE and (sill <= _LOW or stands):
         return "door"
-    if sill + height <= 1.1 and height <= 0.9:
+    if any(sill + height <= top and height <= most for top, most in _CELLAR):
         return "basement"
-    return "shopfront" if sill <= 1.0 and width > 2.0 and height > 1.4 else "window"
+    return "window"
 
 
 def numbered(facade: str, openings: list[Opening]) -> tuple[Opening, ...]:

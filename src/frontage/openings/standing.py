@@ -1,0 +1,21 @@
+"""What stands before the wall at the foot of an opening: steps and balconies lead to doors."""
+
+import numpy as np
+
+from frontage.openings.beams import Beams
+from frontage.openings.evidence import Evidence
+
+_NEAR, _FAR = 0.3, 1.3  # m before the wall where the fronts of steps and balconies are
+_BELOW, _ABOVE = 0.5, 0.3  # m from the foot where they show
+_SHARE = 0.3  # of the beams that a wall would catch there
+
+
+def stands(beams: Beams, evidence: Evidence, x0: float, x1: float, foot: float) -> bool:
+    """Whether something stands before the wall at the height `foot` m, between x0 and x1 m."""
+    p, low, high = beams.front, foot - _BELOW, foot + _ABOVE
+    inside = (p[:, 0] > x0) & (p[:, 0] < x1) & (p[:, 1] > low) & (p[:, 1] < high)
+    some = int((inside & (p[:, 2] < -_NEAR) & (p[:, 2] > -_FAR)).sum())
+    cell, corner = evidence.raster.cell, evidence.raster.corner
+    c0, c1 = (np.clip(round((x - corner[0]) / cell), 0, evidence.due.shape[1]) for x in (x0, x1))
+    r0, r1 = (np.clip(round((z - corner[1]) / cell), 0, evidence.due.shape[0]) for z in (low, high))
+    return some > max(_SHARE * float(evidence.due[r0:r1, c0:c1].sum()), 3.0)
