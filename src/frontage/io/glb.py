@@ -85,16 +85,7 @@ def glb_of(meshes: Sequence[Mesh], world: WorldRef, generator: str = "Frontage")
             for m in meshes
         ],
         "materials": [_material(m, pictures) for m in materials],
-        "textures": [{"source": i, "sampler": 0} for i in range(len(pictures))],
-        "images": [
-            {
-                "name": m.name.replace("/", "_"),
-                "mimeType": "image/jpeg",
-                "bufferView": blob.add(m.texture or b""),
-            }
-            for m in pictures
-        ],
-        "samplers": [{"magFilter": _LINEAR, "minFilter": _MIPMAP, "wrapS": _CLAMP, "wrapT": _CLAMP}],
+        **_pictures(pictures, blob),
         "accessors": blob.accessors,
         "bufferViews": blob.views,
         "buffers": [{"byteLength": len(blob.data)}],
@@ -138,6 +129,18 @@ class _Blob:
             entry |= {"min": a.min(0).tolist(), "max": a.max(0).tolist()}
         self.accessors.append(entry)
         return len(self.accessors) - 1
+
+
+def _pictures(pictures: Sequence[Material], blob: _Blob) -> dict[str, Any]:
+    images = [
+        {"name": m.name.replace("/", "_"), "mimeType": "image/jpeg", "bufferView": blob.add(m.texture or b"")}
+        for m in pictures
+    ]
+    return {
+        "textures": [{"source": i, "sampler": 0} for i in range(len(pictures))],
+        "images": images,
+        "samplers": [{"magFilter": _LINEAR, "minFilter": _MIPMAP, "wrapS": _CLAMP, "wrapT": _CLAMP}],
+    }
 
 
 def _node(mesh: Mesh, i: int) -> dict[str, Any]:
