@@ -6,6 +6,7 @@ import pytest
 from frontage.model.opening import Elements
 from frontage.openings.find import find_openings
 from frontage.openings.options import OpeningOptions
+from frontage.openings.protrusion_borders import Crossings
 from frontage.openings.protrusion_grain import Grain
 from frontage.openings.protrusion_mouldings import common_profile
 from frontage.openings.protrusions import find_protrusions
@@ -15,13 +16,17 @@ WINDOW = (3.5, 4.3, 4.6, 5.9)
 ORIEL = oriel(3.0, 5.1, 3.5, 6.6, -0.7, WINDOW, 0.12)
 
 
+def protrusions(facade, scan, ground):
+    return find_protrusions(facade, Crossings.of(facade, scan), (), ground)
+
+
 def box_of(found):
     return np.concatenate([found.ring.min(0), found.ring.max(0)])
 
 
 @pytest.mark.parametrize("spacing", [0.02, 0.04])
 def test_oriel_is_found_with_its_borders_and_its_front(spacing):
-    (found,) = find_protrusions(*scanned(ORIEL, spacing=spacing), ground=0.0)
+    (found,) = protrusions(*scanned(ORIEL, spacing=spacing), ground=0.0)
     assert (found.id, found.kind) == ("B01/F1/P1", "oriel")
     error = box_of(found) - (3.0, 3.5, 5.1, 6.6)
     assert np.abs(error).max() < 0.6 * spacing
@@ -43,40 +48,62 @@ def test_openings_on_an_oriel_sit_on_it_and_their_depth_counts_from_its_front():
 
 @pytest.mark.parametrize("bars", [False, True])
 def test_balcony_with_a_parapet_and_with_a_railing(bars):
-    (found,) = find_protrusions(*scanned(balcony(2.0, 4.5, 4.0, -1.0, bars)), ground=0.0)
+    (found,) = protrusions(*scanned(balcony(2.0, 4.5, 4.0, -1.0, bars)), ground=0.0)
     assert found.kind == "balcony"
     assert box_of(found) == pytest.approx((2.0, 3.85, 4.5, 5.0), abs=0.02)
     assert found.front.value == pytest.approx(-1.0, abs=0.006)
 
 
+def test_the_door_of_a_balcony_reaches_down_to_its_floor():
+    door = [box(0, 2.6, 0, 0.3, 0, 9), box(3.8, 8, 0, 0.3, 0, 9), box(2.6, 3.8, 0, 0.3, 0, 4.05)]
+    wall = [*door, box(2.6, 3.8, 0, 0.3, 6.2, 9), box(2.6, 3.8, 0.15, 0.3, 4.05, 6.2)]
+    result = find_openings(*scanned(balcony(2.0, 4.5, 4.0, -1.0), wall=wall), OpeningOptions(ground_z=0.0))
+    assert isinstance(result, Elements)
+    (found,) = result.openings
+    assert found.kind == "door"
+    assert box_of(found) == pytest.approx((2.6, 4.05, 3.8, 6.2), abs=0.04)
+    sigma = np.sqrt(np.diag(found.ring_covariance)).reshape(-1, 2)
+    assert sigma[found.ring[:, 1].argmin(), 1] > 5 * sigma[found.ring[:, 1].argmax(), 1]
+
+
+def test_a_window_above_a_balcony_that_shows_its_wall_stays_one():
+    hole = [box(0, 2.6, 0, 0.3, 0, 9), box(3.8, 8, 0, 0.3, 0, 9), box(2.6, 3.8, 0, 0.3, 0, 5.2)]
+    wall = [*hole, box(2.6, 3.8, 0, 0.3, 6.4, 9), box(2.6, 3.8, 0.15, 0.3, 5.2, 6.4)]
+    low = balcony(2.0, 4.5, 4.0, -0.6, bars=True, high=0.9)
+    result = find_openings(*scanned(low, wall=wall), OpeningOptions(ground_z=0.0))
+    assert isinstance(result, Elements)
+    assert [o.kind for o in result.openings] == ["window"]
+    assert result.openings[0].ring[:, 1].min() == pytest.approx(5.2, abs=0.03)
+
+
 def test_cornice_band_and_pilaster_are_told_apart():
     parts = [box(0, 8, -0.3, 0, 8.6, 8.8), box(0, 8, -0.15, 0, 3.0, 3.2), box(6, 6.5, -0.2, 0, 3.6, 8.2)]
-    found = find_protrusions(*scanned(parts), ground=0.0)
+    found = protrusions(*scanned(parts), ground=0.0)
     assert sorted(p.kind for p in found) == ["band", "cornice", "pilaster"]
 
 
 def test_tiers_of_a_cornice_are_one():
     tiers = [box(0, 8, -0.36, 0, 8.5, 8.6), box(0, 8, -0.24, 0, 8.4, 8.5), box(0, 8, -0.12, 0, 8.3, 8.4)]
-    (found,) = find_protrusions(*scanned(tiers, spacing=0.02), ground=0.0)
+    (found,) = protrusions(*scanned(tiers, spacing=0.02), ground=0.0)
     assert found.kind == "cornice"
     assert box_of(found)[[1, 3]] == pytest.approx((8.3, 8.6), abs=0.02)
     assert found.front.value == pytest.approx(-0.36, abs=0.01)
 
 
 def test_what_stands_out_less_than_a_decimetre_is_none():
-    assert find_protrusions(*scanned([box(2, 4, -0.07, 0, 3, 6)]), ground=0.0) == ()
+    assert protrusions(*scanned([box(2, 4, -0.07, 0, 3, 6)]), ground=0.0) == ()
 
 
 def test_foliage_and_a_car_before_the_wall_are_none():
     rng = np.random.default_rng(1)
     leaves = rng.normal((4.0, -0.7, 5.0), (0.9, 0.35, 0.9), (6000, 3))
     car = [box(1.0, 5.0, -1.45, -0.6, 0.3, 1.4)]
-    assert find_protrusions(*scanned(car, extra=leaves), ground=0.0) == ()
+    assert protrusions(*scanned(car, extra=leaves), ground=0.0) == ()
 
 
 def test_steps_stand_on_the_ground():
     steps = [box(3, 4.5, -0.3 * k, 0, 0, 0.6 - 0.17 * (k - 1)) for k in (1, 2, 3)]
-    assert {p.kind for p in find_protrusions(*scanned(steps), ground=0.0)} == {"steps"}
+    assert {p.kind for p in protrusions(*scanned(steps), ground=0.0)} == {"steps"}
 
 
 def test_awning_slopes_without_an_upright_front():
@@ -84,7 +111,7 @@ def test_awning_slopes_without_an_upright_front():
     rng = np.random.default_rng(0)
     out = rng.uniform(0.0, 1.2, n)
     awning = np.column_stack([rng.uniform(2, 5, n), -out, 3.4 - 0.4 * out + rng.normal(0, 0.002, n)])
-    (found,) = find_protrusions(*scanned(extra=awning, rays=False), ground=0.0)
+    (found,) = protrusions(*scanned(extra=awning, rays=False), ground=0.0)
     assert found.kind == "awning"
     assert found.front.value == pytest.approx(-1.2, abs=0.05)
 
@@ -92,7 +119,7 @@ def test_awning_slopes_without_an_upright_front():
 def test_a_cornice_goes_on_behind_a_post():
     post = box(3.9, 4.2, -4.2, -4.0, 0, 9)
     parts = [box(0, 8, -0.3, 0, 8.0, 8.25), post]
-    (found,) = find_protrusions(*scanned(parts, eyes=((4.0, -10.0, 1.6),)), ground=0.0)
+    (found,) = protrusions(*scanned(parts, eyes=((4.0, -10.0, 1.6),)), ground=0.0)
     assert box_of(found)[[0, 2]] == pytest.approx((0.0, 8.0), abs=0.03)
 
 
@@ -100,7 +127,7 @@ def test_a_border_that_something_hides_says_so():
     hide = box(3.8, 5.0, -4.2, -4.0, 0, 9)
     parts = [*balcony(2.0, 5.5, 4.0, -1.0)]
     seen, hidden = (
-        find_protrusions(*scanned([*parts, *other], eyes=((1.0, -10.0, 1.6),)), ground=0.0)[0]
+        protrusions(*scanned([*parts, *other], eyes=((1.0, -10.0, 1.6),)), ground=0.0)[0]
         for other in ([], [hide])
     )
     assert hidden.sigma > 10 * seen.sigma
@@ -108,14 +135,14 @@ def test_a_border_that_something_hides_says_so():
 
 
 def test_without_rays_the_oriel_is_still_there():
-    found = [p for p in find_protrusions(*scanned(ORIEL, rays=False), ground=0.0) if p.kind == "oriel"]
+    found = [p for p in protrusions(*scanned(ORIEL, rays=False), ground=0.0) if p.kind == "oriel"]
     assert len(found) == 1
     assert box_of(found[0]) == pytest.approx((3.0, 3.5, 5.1, 6.6), abs=0.04)
 
 
 def test_a_part_set_back_is_a_wall_of_its_own():
     back = [box(0, 5.5, 0, 0.8, 0, 9), box(5.5, 8, 0.6, 0.8, 0, 9)]
-    found = find_protrusions(*scanned(wall=back, layers=(0.0, 0.6)), ground=0.0)
+    found = protrusions(*scanned(wall=back, layers=(0.0, 0.6)), ground=0.0)
     assert [p.kind for p in found] == ["setback"]
     assert found[0].front.value == pytest.approx(0.6, abs=0.01)
     assert found[0].ring[:, 0].min() == pytest.approx(5.5, abs=0.03)
@@ -133,7 +160,7 @@ def test_profiles_are_common_along_mouldings_not_in_foliage():
 
 def test_ids_run_from_left_to_right_and_upwards():
     parts = [*balcony(5.0, 7.0, 6.0, -0.9), *balcony(1.0, 3.0, 6.0, -0.9), *balcony(1.0, 3.0, 3.0, -0.9)]
-    found = find_protrusions(*scanned(parts), ground=0.0)
+    found = protrusions(*scanned(parts), ground=0.0)
     assert [p.id for p in found] == ["B01/F1/P1", "B01/F1/P2", "B01/F1/P3"]
     assert found[0].ring[:, 1].min() < found[1].ring[:, 1].min()
     assert found[2].ring[:, 0].min() > 4.0
@@ -146,6 +173,6 @@ def test_the_published_method_reports_protrusions_as_well():
 
 
 def test_same_input_same_result():
-    a, b = (find_protrusions(*scanned(ORIEL), ground=0.0)[0] for _ in range(2))
+    a, b = (protrusions(*scanned(ORIEL), ground=0.0)[0] for _ in range(2))
     assert np.array_equal(a.ring, b.ring)
     assert (a.sigma, a.front.value) == (b.sigma, b.front.value)

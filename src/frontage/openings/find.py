@@ -10,6 +10,8 @@ from frontage.openings.detect import find_by_evidence
 from frontage.openings.kinds import numbered
 from frontage.openings.options import OpeningOptions
 from frontage.openings.paper import find_by_paper
+from frontage.openings.protrusion_borders import Crossings
+from frontage.openings.protrusion_doors import with_balcony_doors
 from frontage.openings.protrusions import find_protrusions
 from frontage.openings.recursion import openings_on_fronts
 
@@ -26,8 +28,10 @@ def find_openings(facade: Facade, scan: Scan, options: OpeningOptions | None = N
     found = find_by_evidence(facade, scan, options)
     if not isinstance(found, Elements):
         return found
-    protrusions = find_protrusions(facade, scan, found.openings, options.ground_z)
+    crossings = Crossings.of(facade, scan)
+    protrusions = find_protrusions(facade, crossings, found.openings, options.ground_z)
     openings = openings_on_fronts(
         facade, scan, found.openings, protrusions, lambda own, part: find_by_evidence(own, part, options)
     )
+    openings = with_balcony_doors(openings, protrusions, crossings, facade)
     return replace(found, openings=numbered(facade.id, list(openings)), protrusions=protrusions)

@@ -20,6 +20,7 @@ _SHY = 0.02  # share of the side that is left out at either end: corners
 _CROWN = 0.6  # m above the wall that a cornice may reach
 _AHEAD = 1.5  # m: further before the wall nothing belongs to it
 _HIDDEN = 1.5  # m beyond its last hit that a border is looked for behind what hides it
+_BENT = 5.0  # sigmas of its sagitta from which a wall is bent
 _SEEN = 0.2  # of the beams due that show the wall beside a front
 _GUESS = 0.25  # of a cheek's width: error of one that is inferred from the other
 _RIM = 0.06  # m, depth of the rim that tells how far out a border stands
@@ -28,8 +29,10 @@ _BEAM = 0.0045  # m: half the footprint of common scanners 10 m away
 
 @dataclass(frozen=True, eq=False)
 class Crossings:
-    """Points before, on and behind the wall as columns q (3, n) m, and the slopes dx/dy, dz/dy of their beams
-    (2, n); zero where the sensor is not known: a point stands for the place on a plane right before it.
+    """Points before, on and behind the wall as columns q (3, n) m, a bent wall straightened.
+
+    slope (2, n): dx/dy, dz/dy of their beams; zero where the sensor is not known: a point stands for the
+    place on a plane right before it.
     """
 
     q: Float
@@ -53,7 +56,9 @@ class Crossings:
         crown = (q[:, 1] < 0.0) & (q[:, 1] >= -_AHEAD) & (np.abs(q[:, 2] - z1) < _CROWN)
         kept = stopped | (crown & (q[:, 0] > x0) & (q[:, 0] < x1))
         kept[facade.support] = True
-        return cls(np.ascontiguousarray(q[kept].T), np.ascontiguousarray(slope[kept].T))
+        columns = np.ascontiguousarray(q[kept].T)
+        columns[1] -= bend(facade, columns[0])
+        return cls(columns, np.ascontiguousarray(slope[kept].T))
 
     def at(self, y: float, box: Box, margin: float) -> tuple[Float, Float]:
         """Places (k, 2) x, z m within the box where beams cross the plane at y m, and the depth y of their
@@ -75,6 +80,16 @@ class Crossings:
             if step <= 1
             else Crossings(*(np.ascontiguousarray(v[:, ::step]) for v in (self.q, self.slope)))
         )
+
+
+def bend(facade: Facade, x: Float) -> Float:
+    """Depth y (n,) m of a bent wall at x (n,) m, a parabola that its plane touches; 0 of a straight one."""
+    sagitta, sigma = facade.curvature
+    if abs(sagitta) < max(_BENT * sigma, 3.0 * facade.roughness):
+        return np.zeros_like(x)
+    x0, _, x1, _ = facade.extent
+    u = (x - (x0 + x1) / 2) / max((x1 - x0) / 2, 1e-9)
+    return np.asarray(-sagitta * u * u)
 
 
 @dataclass(frozen=True)

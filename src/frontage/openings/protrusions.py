@@ -10,8 +10,7 @@ from frontage.geometry.ring import rectangle
 from frontage.model.estimate import Estimate, Provenance
 from frontage.model.facade import Facade
 from frontage.model.opening import Opening, Protrusion
-from frontage.model.scan import Scan
-from frontage.openings.protrusion_borders import Crossings, Outline, outline_of
+from frontage.openings.protrusion_borders import Crossings, Outline, bend, outline_of
 from frontage.openings.protrusion_boxes import Box
 from frontage.openings.protrusion_checks import is_attached
 from frontage.openings.protrusion_grain import Grain
@@ -23,7 +22,6 @@ from frontage.openings.protrusion_setbacks import find_setbacks
 _LEAST = 0.08  # m before the wall from which points may belong to a protrusion
 _OUT = 0.1  # m that a front stands out at least
 _SIGMAS = 5.0  # of the wall's noise that it does
-_BENT = 5.0  # sigmas of its sagitta from which a wall is bent
 _REACH = 1.5  # m before the wall that belongs to it
 _SLOPE = 1.5  # m that the ground rises along a facade at most
 _UNDER = 0.5  # m beside a protrusion where the lowest point tells the ground
@@ -34,14 +32,13 @@ _COMMON = 0.3  # m within which the points of a front err together
 
 
 def find_protrusions(
-    facade: Facade, scan: Scan, openings: Sequence[Opening] = (), ground: float | None = None
+    facade: Facade, crossings: Crossings, openings: Sequence[Opening] = (), ground: float | None = None
 ) -> tuple[Protrusion, ...]:
     """Protrusions of a facade, from left to right, those at the same place from bottom to top.
 
-    `openings` help to tell sills and slabs; `ground` z m of the ground (docs/openings.md).
+    `crossings` are the facade's (`Crossings.of`); `openings` help to tell sills and slabs; `ground` z m of
+    the ground (docs/openings.md).
     """
-    crossings = Crossings.of(facade, scan)
-    crossings = replace(crossings, q=crossings.q - [[0.0], [1.0], [0.0]] * _bend(facade, crossings.q[0]))
     q, least = crossings.q.T, 3.0 * facade.roughness
     few = crossings.thinned(_MOST)
     grain = Grain.of(q[np.abs(q[:, 1]) < least][:, [0, 2]], facade.spacing, facade.roughness)
@@ -80,16 +77,6 @@ def _foot(q: Float, box: Box, ground: float | None) -> float:
     return lowest if ground is None else min(max(lowest, ground), ground + _SLOPE)
 
 
-def _bend(facade: Facade, x: Float) -> Float:
-    """Depth y (n,) m of a bent wall at x (n,) m, a parabola that its plane touches; 0 of a straight one."""
-    sagitta, sigma = facade.curvature
-    if abs(sagitta) < max(_BENT * sigma, 3.0 * facade.roughness):
-        return np.zeros_like(x)
-    x0, _, x1, _ = facade.extent
-    u = (x - (x0 + x1) / 2) / max((x1 - x0) / 2, 1e-9)
-    return np.asarray(-sagitta * u * u)
-
-
 def _front(facade: Facade, front: Float, piece: Piece, grain: Grain) -> Estimate[float]:
     """y m of the front of points (k, 3), errors of the wall's plane included.
 
@@ -117,7 +104,7 @@ def _protrusion(
         kind,
         rectangle(*outline.box),
         float(np.sqrt(np.mean(np.square(outline.sigma)))),
-        replace(front, value=front.value + float(_bend(facade, middle)[0])),
+        replace(front, value=front.value + float(bend(facade, middle)[0])),
         Provenance.MEASURED,
         outline.bracketed,
     )
