@@ -50,8 +50,16 @@ def _building(
         for name in (marker["result"]["facades"] if marker else ())
     )
     own = tuple(w for w in warnings if w["item"] == record["id"])
-    picture = workspace.out / "model" / "pictures" / f"{record['id']}.png"
-    return BuildingView(record, plan, facades, own, picture.read_bytes() if picture.is_file() else b"")
+    return BuildingView(record, plan, facades, own, *_model(workspace, record["id"]))
+
+
+def _model(workspace: Workspace, building: str) -> tuple[bytes, dict[str, Any] | None]:
+    """The picture of a building's model and what is known of it; nothing where there is none."""
+    folder = workspace.out / "model"
+    picture, report = folder / "pictures" / f"{building}.png", folder / "report.json"
+    if workspace.done("model") is None or not picture.is_file() or not report.is_file():
+        return b"", None
+    return picture.read_bytes(), read_json(report).get(building)
 
 
 def _registration(workspace: Workspace, manifest: dict[str, Any]) -> RegistrationView | None:

@@ -60,13 +60,17 @@ class FacadeView:
 
 @dataclass(frozen=True, eq=False)
 class BuildingView:
-    """A building: its record, plan points (k, 2) m local, facades, warnings, PNG of its model (or empty)."""
+    """A building: its record, plan points (k, 2) m local, facades, warnings, PNG of its model (or empty).
+
+    `about_model`: its entry in model/report.json.
+    """
 
     record: dict[str, Any]
     plan: Float
     facades: tuple[FacadeView, ...]
     warnings: tuple[dict[str, str], ...] = ()
     model: bytes = b""
+    about_model: dict[str, Any] | None = None
 
 
 @dataclass(frozen=True, eq=False)

@@ -14,6 +14,7 @@ from frontage.report.figures import (
     ortho_figure,
     street_figure,
 )
+from frontage.report.model import model_facts, model_remarks
 from frontage.report.numbers import Fact, facade_facts
 from frontage.report.openings import Row, opening_facts, rows
 from frontage.report.registration import registration_figure, registration_rows
@@ -39,6 +40,8 @@ class _BuildingSection:
     facades: list[_FacadeSection]
     warnings: tuple[dict[str, str], ...]
     model: str
+    model_facts: list[Fact]
+    model_remarks: list[str]
 
 
 def render_report(data: ReportData) -> str:
@@ -78,7 +81,16 @@ def _totals(stages: dict[str, Any]) -> list[tuple[str, str]]:
 def _building(view: BuildingView) -> _BuildingSection:
     figure = building_figure(view.plan, view.facades)
     model = data_uri(view.model, "png") if view.model else ""
-    return _BuildingSection(view.record, figure, [_facade(f) for f in view.facades], view.warnings, model)
+    about = view.about_model
+    return _BuildingSection(
+        view.record,
+        figure,
+        [_facade(f) for f in view.facades],
+        view.warnings,
+        model,
+        model_facts(about) if about else [],
+        model_remarks(about) if about else [],
+    )
 
 
 def _facade(view: FacadeView) -> _FacadeSection:
