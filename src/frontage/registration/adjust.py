@@ -61,7 +61,7 @@ def adjust(
 ) -> Adjusted:
     """Poses from `start` through all `stages`, each until the poses rest or its steps are used up."""
     errors = np.zeros((len(problem.walls.names) + len(problem.walls.patches), 3))
-    now = _Now(list(start), errors, CEILING, [])
+    now = _Now(list(start), errors, CEILING, [], None)
     reason = ""
     for stage in stages:
         reason = f"{stage.steps} steps in the last stage"
@@ -71,9 +71,8 @@ def adjust(
             if _step(problem, now, pairs, stage):
                 reason = "the poses moved less than 0.1 mm and 0.01 mrad"
                 break
-    last = linearise(
-        problem, now.poses, now.effects, now.matches, pairs, stages[-1].scale or 3 * now.sigma, True
-    )
+    scale = stages[-1].scale or 3 * now.sigma
+    last = linearise(problem, now.poses, now.effects, now.matches, pairs, scale, True, now.relief)
     inverse: Float = np.asarray(np.linalg.inv(last.normal), np.float64)
     k = 6 * len(now.poses)
     return Adjusted(
@@ -92,24 +91,28 @@ def adjust(
 
 @dataclass
 class _Now:
-    """Where an adjustment stands: poses, the model's errors, scatter of the residuals (m), matches."""
+    """Where an adjustment stands: poses, the model's errors, scatter of the residuals (m), matches, and the
+    relief (j, 3) of the patches (None until the last stage)."""
 
     poses: list[Rigid3]
     effects: Float
     sigma: float
     matches: list[Matches]
+    relief: Float | None
 
 
 def _step(problem: Problem, now: _Now, pairs: Pairs | None, stage: Stage) -> bool:
     """One step of all unknowns; whether the poses rest."""
     scale = stage.scale or 3.0 * now.sigma
-    state = linearise(problem, now.poses, now.effects, now.matches, pairs, scale, stage.free)
+    state = linearise(problem, now.poses, now.effects, now.matches, pairs, scale, stage.free, now.relief)
     shift = state.solve()
     k = 6 * len(now.poses)
     own = shift[:k].reshape(-1, 6)
     now.poses = [moved(p, q.position, d) for p, q, d in zip(now.poses, problem.priors, own, strict=True)]
     now.effects = now.effects + shift[k:].reshape(-1, 3)
     now.sigma = float(np.clip(_scatter(state, scale), FLOOR, CEILING)) if stage.scale < 0.5 else CEILING
+    if stage.scale == 0:
+        now.relief = _relief(problem, now.matches, state.r)
     return bool(np.abs(own[:, :3]).max() < 1e-4 and np.abs(own[:, 3:]).max() < 1e-5)
 
 
@@ -125,3 +128,19 @@ def _scatter(state: State, scale: float) -> float:
     r = np.concatenate(state.r)
     near = np.abs(r) < scale
     return mad_sigma(r[near]) if near.sum() > 10 else CEILING
+
+
+def _relief(problem: Problem, matches: Sequence[Matches], r: Sequence[Float]) -> Float:
+    """How far offset (m), turn and lean (rad) of every patch (j, 3) may be off because it is no plane.
+
+    Ornament and layers stand before the plane that the model means, walls bulge, and half is hidden: half the
+    robust spread of the residuals at either end, as for errors of the model's corners.
+    """
+    patch = np.concatenate([m.patch for m in matches])
+    order = np.argsort(patch, kind="stable")
+    count = np.bincount(patch, minlength=len(problem.walls.patches))
+    parts = np.split(np.concatenate(list(r))[order], np.cumsum(count)[:-1])
+    half = 0.5 * np.array([mad_sigma(part) if len(part) > 3 else 0.0 for part in parts])
+    bounds = np.array([p.polygon.bounds for p in problem.walls.patches]).reshape(-1, 4)
+    size = np.maximum(bounds[:, 2:] - bounds[:, :2], 1.0)
+    return np.column_stack([half, 2.0 * half / size[:, 0], 2.0 * half / size[:, 1]])
