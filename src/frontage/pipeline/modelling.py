@@ -18,7 +18,7 @@ from frontage.model import Building, Elements, Facade, Failed, WorldRef
 from frontage.model.citymodel import CityBuilding, Shell
 from frontage.pipeline.context import Run
 from frontage.pipeline.elements import load_elements
-from frontage.pipeline.facadepicture import facade_picture
+from frontage.pipeline.facadepicture import wall_picture
 from frontage.pipeline.files import write_bytes, write_json
 from frontage.pipeline.records import building_from_record, failed_record
 from frontage.pipeline.tasks import as_failed
@@ -168,7 +168,7 @@ def _front(workspace: Workspace, name: str) -> tuple[Facade, Elements]:
 
 def _picture(workspace: Workspace, facade: Facade) -> FacadePicture | None:
     folder = workspace.facade_folder(facade.id)
-    return facade_picture(folder, facade) if (folder / "ortho.json").is_file() else None
+    return wall_picture(folder, facade) if (folder / "ortho.json").is_file() else None
 
 
 def _joined(records: Sequence[dict[str, Any]]) -> Building:
