@@ -27,7 +27,7 @@ def find_depth(near: Sight, box: tuple[float, float, float, float], rise: float)
     rooms lie behind it, reveals end at it. The wall is the rearmost of the surfaces around the opening that
     hold much of its surroundings: surrounds, bands and plinths stand before it.
     """
-    wall = _wall(near, box)
+    wall = find_wall(near, box)
     y = _along(near, box, rise, _HUG)
     if len(y) < _FEW:
         y = _along(near, box, rise, np.inf)
@@ -40,8 +40,8 @@ def find_depth(near: Sight, box: tuple[float, float, float, float], rise: float)
     return Estimate(frame[0] - wall[0], np.array([[variance]]), float(len(y) - 1))
 
 
-def _wall(near: Sight, box: tuple[float, float, float, float]) -> tuple[float, float] | None:
-    """Depth y m of the wall around a box, and its sigma: minus the first level from behind."""
+def find_wall(near: Sight, box: tuple[float, float, float, float]) -> tuple[float, float] | None:
+    """Depth y m of the wall around a box, and its sigma: the rearmost of the surfaces that hold much."""
     x0, z0, x1, z1 = box
     own = near.at(near.depth)
     out = (own[:, 0] < x0) | (own[:, 0] > x1) | (own[:, 1] < z0) | (own[:, 1] > z1)

@@ -4,7 +4,7 @@ import numpy as np
 
 from frontage.geometry.arrays import Float
 from frontage.openings.borders import WIDTHS, Border, Place, find_borders
-from frontage.openings.depth import AROUND, find_depth
+from frontage.openings.depth import AROUND, find_depth, find_wall
 from frontage.openings.edges import FEW, Face, Look
 from frontage.openings.outline import Outline
 from frontage.openings.shapes import Head, fan_of, find_circle, find_head
@@ -52,8 +52,10 @@ def facade_look(outlines: list[Outline]) -> Look:
 def _outline(
     sight: Sight, box: Place, cell: float, spacing: float, look: Look, known: Outline | None = None
 ) -> Outline:
-    near = sight.around(box, _CLOSE)
-    wide = sight.around(box, AROUND)
+    near, wide = sight.around(box, _CLOSE), sight.around(box, AROUND)
+    wall = find_wall(wide, box)
+    if wall is not None:
+        near = near.behind(wall[0])
     rise = known.rise if known else 0.0
     depth = known.depth if known else find_depth(wide, box, 0.0)
     frame = None if depth is None else depth.value

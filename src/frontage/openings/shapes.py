@@ -118,7 +118,9 @@ def find_head(fan: Fan, place: Place, blur: float, known: Head | None = None) ->
         if rise > 0.95 * (high - z0):
             continue
         score, top = search.best(shape, rise)
-        if top - rise > z0 and score - flat - price > max(_GAIN, found.gain):
+        # a free rise must beat a fixed one as clearly as a curve beats none
+        least = found.gain + (_GAIN if price > 0.0 and found.shape in ("round", "pointed") else 0.0)
+        if top - rise > z0 and score - flat - price > max(_GAIN, least):
             found = Head(shape, top, rise, score - flat - price)
     return found if found.shape == "rectangle" else search.refined(found)
 

@@ -44,6 +44,12 @@ class Sight:
         k = slice(None, None, step)
         return Sight(self.place[k], self.slope[k], self.depth[k], self.level[k], self.wall)
 
+    def behind(self, y: float) -> "Sight":
+        """The same beams where the wall lies at least at the depth y m: before it is relief."""
+        step = np.maximum(y - self.level, 0.0)
+        place = self.place + self.slope * step[:, None]
+        return Sight(place, self.slope, self.depth - step, self.level + step, self.wall)
+
     def at(self, y: Float) -> Float:
         """Where the beams cross the depth y (n,) or () m, (n, 2)."""
         return np.asarray(self.place + self.slope * np.reshape(y, (-1, 1)))
