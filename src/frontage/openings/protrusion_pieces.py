@@ -16,6 +16,7 @@ _CONTRAST = 2.0  # times the area of the slabs beside it: a front is a surface, 
 _TAIL, _HEAVY = 0.1, 0.5  # of the fullest line of cells: thinner tails are not the front's
 _FRONTS = 12  # flat fronts of one connected piece, at most
 _CHEEK = 0.6  # m that slanting cheeks and roofs reach beyond a front
+_AT_WALL, _RUN = 0.4, 0.25  # of the projection: cheeks end so near the wall, and run so far at least
 _ALONG = 0.6  # share of a front's side that these run along
 
 
@@ -178,8 +179,12 @@ def _widened(q: Float, piece: Piece, rows: Int, free: Bool, grain: Grain) -> tup
         beyond = p[:, axis] < box[side] if side < 2 else p[:, axis] > box[side]
         own = near & beyond & (p[:, other] >= lo - grain.cell) & (p[:, other] <= hi + grain.cell)
         long = occupied(p[own, other], grain.gap) * grain.gap >= _ALONG * (hi - lo)
-        if long and _is_cheek(p[own, 1], p[own, axis], piece, piece.box[side], grain):
-            box[side] = float(np.quantile(p[own, axis], 0.01 if side < 2 else 0.99))
+        if not long or not _is_cheek(p[own, 1], p[own, axis], piece, piece.box[side], grain):
+            continue
+        end = float(np.quantile(p[own, axis], 0.01 if side < 2 else 0.99))
+        # what is wider than the front itself is a soffit or a roof, not its cheek
+        if abs(end - box[side]) <= piece.box[side % 2 + 2] - piece.box[side % 2]:
+            box[side] = end
             cheeks[side] = rows[own]
             taken |= own
     own_rows = np.concatenate([piece.rows, *cheeks.values()])
@@ -188,7 +193,7 @@ def _widened(q: Float, piece: Piece, rows: Int, free: Bool, grain: Grain) -> tup
 
 def _is_cheek(y: Float, s: Float, piece: Piece, edge: float, grain: Grain) -> bool:
     """Whether points (k,) at depths y m, places s m across, are a plane from the front's edge to the wall."""
-    if len(y) < 10 or np.ptp(y) < _ALONG * -piece.y:
+    if len(y) < 10 or y.max() < _AT_WALL * piece.y or np.ptp(y) < _RUN * -piece.y:
         return False
     at, slope, spread = slant(y, s)
     return spread <= grain.half and abs(at + slope * piece.y - edge) <= grain.gap
