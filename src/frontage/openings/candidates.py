@@ -65,8 +65,8 @@ def _components(evidence: Evidence, least: tuple[float, float]) -> Iterator[tupl
     llr = evidence.llr
     open_ = enough(llr, evidence.due, 1.0) > 0
     for size, largest in _SCALES:
-        kernel = np.ones([max(3, int(size * side)) for side in least], bool)
-        labels, _ = ndimage.label(ndimage.binary_opening(open_, kernel))
+        kernel = tuple(max(3, int(size * side)) for side in least)
+        labels, _ = ndimage.label(ndimage.grey_opening(open_.astype(np.uint8), kernel, mode="constant"))
         open_ = np.zeros(llr.shape, np.bool_)
         for number, (rows, columns) in enumerate(ndimage.find_objects(labels), 1):
             tall, wide = rows.stop - rows.start, columns.stop - columns.start
