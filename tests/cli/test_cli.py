@@ -1,6 +1,7 @@
 """The command line as a user meets it: help at once, sentences instead of tracebacks, exit codes."""
 
 import json
+import shutil
 import signal
 import subprocess
 import sys
@@ -103,6 +104,20 @@ def test_stage_commands_work_on_a_run_folder(out: Path) -> None:
         result = call(name, out, "--quiet")
         assert result.exit_code == 0, result.output
         assert (out / "report.html").read_bytes() == before
+
+
+def test_the_method_of_openings_is_a_flag_of_run_and_of_its_stage(
+    out: Path, project: Path, tmp_path: Path
+) -> None:
+    copy = Path(shutil.copytree(out, tmp_path / "copy"))
+    made = json.loads(call("openings", copy, "--method", "paper", "--json").stdout)
+    assert made["items"]["openings"] > 0 and any("method 'paper'" in note for note in made["notes"])
+    assert json.loads((copy / "manifest.json").read_text())["project"]["openings"]["method"] == "paper"
+    told = call("openings", copy, "--method", "evidence")
+    assert told.exit_code == 0 and " openings in " in told.stdout
+    again = json.loads(call("run", project, "--method", "paper", "-o", copy, "--json").stdout)
+    assert again["items"] == made["items"]
+    assert call("run", project, "--method", "guess", "-o", copy).exit_code == 2
 
 
 def bad_inputs(tmp_path: Path, project: Path) -> dict[str, list[object]]:
