@@ -1,5 +1,7 @@
 """Openings behind what hides the wall: predicted by rows and columns, never where the wall was seen."""
 
+from dataclasses import fields
+
 import numpy as np
 import pytest
 
@@ -29,9 +31,18 @@ def evidence(boxes, hidden=(), size=(14.0, 14.0)):
     due = np.full(shape, 4.0)
     seen = ~stopped
     llr = np.where(stopped, 0.0, np.where(opened, 5.0, -4.0))
-    fields = {"solid": due * (seen & ~opened), "open": due * (seen & opened), "expected": due * seen}
-    inside = np.ones(shape, bool)
-    return Evidence(raster=raster, llr=llr, due=due, seen=seen, inside=inside, rays=True, **fields)
+    told = {
+        "raster": raster,
+        "llr": llr,
+        "due": due,
+        "expected": due * seen,
+        "solid": due * (seen & ~opened),
+        "open": due * (seen & opened),
+        "seen": seen,
+        "inside": np.ones(shape, bool),
+        "rays": True,
+    }
+    return Evidence(**{f.name: np.zeros(shape) for f in fields(Evidence)} | told)
 
 
 def hide(truth, gone):

@@ -31,6 +31,7 @@ _UNKNOWN = 0.1  # m: what is known no better is no member
 _CAUTION = 0.7  # the variance between members is taken at the lower quartile of the scatter's distribution
 _LEAST = 0.001  # m, one sigma between members at least: masonry
 _MOST = 1.0  # m, one sigma between members: none that matters
+_SHARED = 0.9  # of a border's variance, at most, that is common to all
 _MUCH = 0.5  # of its own variance: a border that has less now owes most of what is known to others
 
 
@@ -72,9 +73,15 @@ def pool(outlines: Sequence[Outline]) -> list[Outline]:
 
 
 def values_of(outlines: Sequence[Outline]) -> tuple[Float, list[Float]]:
-    """Borders left, right, bottom, top (n, 4) m and their covariances (4, 4) m2."""
+    """Borders left, right, bottom, top (n, 4) m and the covariances (4, 4) m2 of their own errors."""
     own = np.array([(o.place[0], o.place[2], o.place[1], o.place[3]) for o in outlines]).reshape(-1, 4)
-    return own, [o.covariance[:4, :4] for o in outlines]
+    return own, [o.covariance[:4, :4] - _common(o) for o in outlines]
+
+
+def _common(outline: Outline) -> Float:
+    """Covariance (4, 4) m2 of what all openings share: the footprint's doubt. Pooling does not lessen it."""
+    doubt = np.array([b.edge.doubt for b in outline.borders] or [0.0] * 4)
+    return np.diag(np.minimum(doubt**2, _SHARED * np.diag(outline.covariance)[:4]))
 
 
 def find_families(outlines: Sequence[Outline]) -> list[Family]:
@@ -229,8 +236,8 @@ def _with_borders(outline: Outline, borders: Float, spread: Float, depth: Estima
     left, right, bottom, top = (float(v) for v in borders)
     before = np.diag(outline.covariance)[:4]
     covariance = outline.covariance.copy()
-    covariance[:4, :4] = spread
+    covariance[:4, :4] = spread + _common(outline)
     # the rise keeps its correlation with the top
-    covariance[3, 4] = covariance[4, 3] = outline.covariance[3, 4] * np.sqrt(spread[3, 3] / before[3])
-    owed = bool(np.any(np.diag(spread) < _MUCH * before))
+    covariance[3, 4] = covariance[4, 3] = outline.covariance[3, 4] * np.sqrt(covariance[3, 3] / before[3])
+    owed = bool(np.any(np.diag(covariance)[:4] < _MUCH * before))
     return replace(outline, place=(left, bottom, right, top), covariance=covariance, depth=depth, pooled=owed)
