@@ -11,6 +11,7 @@ from frontage.solve.correlation import fit_covariance, residual_correlation
 
 _MOST_CELLS = 40_000  # of the residual raster: coarser cells lose nothing, roughness is correlated
 _LEAST_WEIGHT = 0.3  # of a cell: less than a third of one good point says nothing
+_FEWEST = 3.0  # degrees of freedom that a variance of correlated residuals is taken to have at least
 _STATIONS = 64  # sensor positions on one wall above which they are a trajectory
 
 
@@ -60,7 +61,9 @@ class CellMeans:
             raised = correlation.raised(float(np.sum(covariance * spread)))
             covariance = fit_covariance(design, self.known, raised)
         effective = float(correlation.covariance[0] / max(covariance[0, 0], 1e-300))
-        return covariance, max(effective - 3.0, 1.0)
+        # few independent values know their own variance poorly: errors are Student's, of this variance
+        dof = max(effective - 3.0, _FEWEST)
+        return covariance * dof / (dof - 2.0), max(effective - 3.0, 1.0)
 
 
 def cell_means(x: Float, z: Float, r: Float, weights: Float, cell: float) -> CellMeans:

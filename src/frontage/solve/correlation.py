@@ -48,14 +48,13 @@ def _lag_radius(shape: tuple[int, int]) -> Array:
     return np.rint(np.hypot(down[:, None], right[None, :])).astype(np.int64)
 
 
-def residual_correlation(residual: Float, known: Bool, cell: float, reach: float = 3.0) -> Correlation:
-    """Autocovariance of `residual` (h, w) where `known` (h, w), up to `reach` m or a quarter of the
-    shorter side.
+def residual_correlation(residual: Float, known: Bool, cell: float) -> Correlation:
+    """Autocovariance of `residual` (h, w) where `known` (h, w), up to half the shorter side: walls bulge over
+    metres.
 
     It is cut where it first falls below twice its own sampling error: beyond, it is noise.
     """
-    shorter = max(1, min(residual.shape) // 4)
-    lags = int(np.clip(round(reach / cell), 1, max(shorter, 2)))
+    lags = max(min(residual.shape) // 2, 2)
     shape = _padded(residual.shape, lags)
     count = known.sum()
     values = np.where(known, residual - residual[known].mean(), 0.0)
