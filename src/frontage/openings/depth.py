@@ -18,19 +18,23 @@ _MUCH = 0.2  # of the points of the largest surface that the wall needs, being t
 _COMMON = 0.5  # of the noise of a point that its neighbours share
 
 
-def find_depth(near: Sight, box: tuple[float, float, float, float], rise: float) -> Estimate[float] | None:
+def find_depth(
+    near: Sight, box: tuple[float, float, float, float], rise: float, slack: float = 0.0
+) -> Estimate[float] | None:
     """Depth m of the front of the frame behind the wall, None where too few points tell it.
 
-    near  beams within `AROUND` of the opening x0, z0, x1, z1 m, whose head is `rise` m high
+    near   beams within `AROUND` of the opening x0, z0, x1, z1 m, whose head is `rise` m high
+    slack  m, how far the borders may be off: what lies nearer to them may be a reveal
 
     The frame runs along the borders of the opening: the foremost of the surfaces there. Panes, curtains and
     rooms lie behind it, reveals end at it. The wall is the rearmost of the surfaces around the opening that
     hold much of its surroundings: surrounds, bands and plinths stand before it.
     """
     wall = find_wall(near, box)
-    y = _along(near, box, rise, _HUG)
+    slack = min(slack, 0.1 * (box[2] - box[0]))
+    y = _along(near, box, rise, slack, _HUG + slack)
     if len(y) < _FEW:
-        y = _along(near, box, rise, np.inf)
+        y = _along(near, box, rise, slack, np.inf)
     if len(y) < _FEW or wall is None:
         return None
     frame = _level(y, np.arange(wall[0] + near.wall, wall[0] + _DEEPEST, _BIN), near.wall / 3.0, _SHARE)
@@ -56,8 +60,9 @@ def find_wall(near: Sight, box: tuple[float, float, float, float]) -> tuple[floa
 def _level(y: Float, edge: Float, noise: float, share: float) -> tuple[float, float] | None:
     """The first peak of y (n,) that is at least `share` of the highest one, and its sigma, m."""
     number, _ = np.histogram(y, edge)
-    smooth: Float = np.convolve(number, [0.25, 0.5, 0.25], "same")
-    first = int(np.argmax(smooth >= share * smooth.max()))
+    smooth: Float = np.convolve(number, [1.0, 1.0, 1.0], "same")
+    # less the error of a count: a few mixed echoes are no surface
+    first = int(np.argmax(smooth - np.sqrt(smooth) >= share * smooth.max()))
     while first + 1 < len(smooth) and smooth[first + 1] > smooth[first]:
         first += 1
     at = float(edge[first] + _BIN / 2)
@@ -70,8 +75,10 @@ def _level(y: Float, edge: Float, noise: float, share: float) -> tuple[float, fl
     return float(some.mean()), float(np.hypot(some.std() / np.sqrt(len(some)), _COMMON * noise))
 
 
-def _along(near: Sight, box: tuple[float, float, float, float], rise: float, hug: float) -> Float:
-    """Depths y (n,) m of the points behind the wall that lie at most `hug` m within the sides and the top.
+def _along(
+    near: Sight, box: tuple[float, float, float, float], rise: float, slack: float, hug: float
+) -> Float:
+    """Depths y (n,) m of the points behind the wall that lie within the sides and the top, at most `hug` m.
 
     Not along the bottom: sills and thresholds slope.
     """
@@ -81,5 +88,5 @@ def _along(near: Sight, box: tuple[float, float, float, float], rise: float, hug
     if rise == 0.0:
         off = np.minimum(off, z1 - own[:, 1])
     span = (own[:, 1] > z0 + _NEAREST) & (own[:, 1] < z1 - rise)
-    some = span & (off > _NEAREST) & (off < hug) & (near.depth > near.wall) & (near.depth < _DEEPEST)
+    some = span & (off > _NEAREST + slack) & (off < hug) & (near.depth > near.wall) & (near.depth < _DEEPEST)
     return np.asarray((near.depth + near.level)[some])

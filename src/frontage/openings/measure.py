@@ -57,7 +57,7 @@ def _outline(
     if wall is not None:
         near = near.behind(wall[0])
     rise = known.rise if known else 0.0
-    depth = known.depth if known else find_depth(wide, box, 0.0)
+    depth = known.depth if known else find_depth(wide, box, 0.0, cell / 2)
     frame = None if depth is None else depth.value
     loose = known is not None and _loose(known, sight.wall)
     place, borders = find_borders(near, box, cell, rise, frame, spacing, look, loose)
@@ -70,8 +70,15 @@ def _outline(
         covariance[:4, :4] = np.eye(4) * (centre + spread[0, 0])
     elif spread is not None:
         covariance[3:, 3:] = spread
+    slack = 2.0 * max(borders[0].sigma, borders[1].sigma)
     return Outline(
-        shape, place, rise, covariance, tuple(borders), find_depth(wide, place, rise), _passes(near, place)
+        shape,
+        place,
+        rise,
+        covariance,
+        tuple(borders),
+        find_depth(wide, place, rise, slack),
+        _passes(near, place),
     )
 
 
