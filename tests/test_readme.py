@@ -34,7 +34,7 @@ def kind(line: str) -> str:
     """A line with its numbers taken out: what must be the same on any street."""
     line = re.sub(r"\[.*?\]  n = ", "", line)  # a figure of a single item has no interval
     words = re.sub(r"B\d\d(?:/F\d)?|[\d.,:\s-]+", " ", line).split()
-    return " ".join(word for word in words if word not in ("relief", "plane"))
+    return " ".join(word for word in words if word not in ("relief", "plane", "measured", "pooled"))
 
 
 def shell(command: list[str], folder: Path) -> str:
