@@ -7,12 +7,23 @@ import pytest
 
 from facade_fakes import WORLD, facade
 from frontage.geometry.ring import rectangle
-from frontage.model import Building, Elements, Estimate, Facade, Failed, Opening, Protrusion, Provenance
-from frontage.model.citymodel import Shell
+from frontage.model import (
+    Building,
+    Elements,
+    Estimate,
+    Facade,
+    Failed,
+    Opening,
+    Protrusion,
+    Provenance,
+    Surface,
+)
+from frontage.model.citymodel import CityBuilding, Shell
 from frontage.solids import Assembled, BuildOptions, assemble, validate
 from frontage.solids.blocks import clean_outline
 from frontage.solids.elements import facade_parts
 from frontage.solids.installations import PARAPET, SLAB
+from frontage.solids.matching import Group, match_model
 from frontage.solids.relief import GRID
 from frontage.solids.rims import volume6
 from opening_fakes import opening, round_door
@@ -138,6 +149,13 @@ def test_an_awning_on_an_oriel_begins_at_its_front():
     assert y.max() == pytest.approx(-0.8, abs=1e-3)
 
 
+def test_an_outline_that_crosses_itself_keeps_its_largest_part():
+    ring = np.array([[-1, -1], [1, -1], [1, 1], [0.9, 1.1], [1, 1.2], [0.95, 0.9], [-1, 1.0]])
+    odd = replace(window("W1", (-1, -1, 1, 1)), ring=ring, ring_covariance=np.eye(14) * 1e-6)
+    made = house(wall(), Elements("B01/F1", (odd,)))
+    assert not made.failed and len(faces(made, "W1")) == 1
+
+
 def test_without_depth_openings_are_flush_and_nothing_hangs():
     elements = Elements(
         "B01/F1", (window("W1", (-4, -1, -3, 1)),), (protrusion("balcony", (0, 0, 2, 1.2), -1),)
@@ -172,9 +190,13 @@ def test_a_model_far_from_the_facade_is_not_used():
     assert "no wall of the city model is within 1 m" in made.notes[0]
 
 
-def test_a_footprint_alone_is_pulled_up_to_the_facade():
-    foot = np.array([[-5, 0, -3.2], [5, 0, -3.2], [5, 9, -3.2], [-5, 9, -3.2]])
+@pytest.mark.parametrize("height", [-3.2, -400.0])
+def test_a_footprint_alone_is_pulled_up_to_the_facade(height):
+    """Also one of a map, whose height means nothing."""
+    foot = np.array([[-5, 0, height], [5, 0, height], [5, 9, height], [-5, 9, height]])
     ring = wall().frame.apply(foot)
+    model = CityBuilding("M", (Shell("0", (Surface(ring, "GroundSurface"),)),))
+    assert match_model({"B01": [wall()]}, [model], BuildOptions()) == (Group(("B01",), ("M",)),)
     shell = Shell("0", (polygons(house(wall(), Elements("B01/F1", ())).built[0].host)[0],))
     shell = replace(shell, surfaces=(replace(shell.surfaces[0], ring=ring, semantics="GroundSurface"),))
     made = assemble(Building("B01", np.arange(3), GROUND), [(wall(), Elements("B01/F1", ()))], [shell], WORLD)

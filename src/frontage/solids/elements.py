@@ -118,7 +118,16 @@ def _area(thing: Opening | Protrusion) -> BaseGeometry:
 
 
 def _plain(ring: Float, chord_error: float) -> Float:
-    """A ring (k, 2) with fewer vertices, all within `chord_error` m of it; rings of four stay."""
+    """A ring (k, 2) with fewer vertices, all within `chord_error` m of it; rings of four stay.
+
+    Of one that crosses itself the largest part.
+    """
+    if not Polygon(ring).is_valid:
+        parts = shapely.get_parts(shapely.make_valid(Polygon(ring)))
+        areas = [p for p in parts if isinstance(p, Polygon)]
+        if not areas:
+            return ring
+        ring = np.asarray(max(areas, key=lambda p: float(p.area)).exterior.coords, np.float64)[:-1]
     if len(ring) <= 4:
         return ring
     plain = Polygon(ring).simplify(chord_error)

@@ -3,6 +3,8 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+import numpy as np
+
 from frontage.model import Building, Facade, Failed, Surface, WorldRef
 from frontage.model.citymodel import Shell
 from frontage.solids.blocks import clean_outline, cloud_blocks
@@ -37,9 +39,12 @@ def coarse_solids(
     """The model's solids where they close, are valid and have a wall near some facade; else blocks."""
     why: tuple[str, ...] = ()
     if shells:
-        model = _from_model(building, facades, shells, world)
+        model = _from_model(building, shells, world)
         if isinstance(model, Coarse) and (not facades or _meets(model, facades, options)):
             return model
+        flat = _from_ground(building, facades, shells, world)
+        if isinstance(flat, Coarse) and _meets(flat, facades, options):
+            return flat
         far = f"{building.id}: no wall of the city model is within {options.max_offset:g} m of a facade"
         why = (model.message if isinstance(model, Failed) else far,)
     if not facades:
@@ -67,19 +72,16 @@ def _meets(coarse: Coarse, facades: Sequence[Facade], options: BuildOptions) -> 
     return any(part_of(coarse.hosts, f, options) is not None for f in facades)
 
 
-def _from_model(
-    building: Building, facades: Sequence[Facade], shells: Sequence[Shell], world: WorldRef
-) -> Coarse | Failed:
+def _from_model(building: Building, shells: Sequence[Shell], world: WorldRef) -> Coarse | Failed:
     """A host per part of the model; a part that does not close becomes a block over its ground."""
     parts: dict[str, list[Surface]] = {}
     for shell in shells:
         if not shell.installation:
             parts.setdefault(shell.part, []).extend(shell.surfaces)
-    top = _top(facades, building.ground_z)
     hosts, names, notes = [], [], []
     trouble: Failed | None = None
     for name, surfaces in parts.items():
-        made = _host(name or building.id, surfaces, world, top)
+        made = _host(name or building.id, surfaces, world)
         if isinstance(made, Failed):
             trouble = made
             notes.append(made.message)
@@ -91,13 +93,36 @@ def _from_model(
     return Coarse("model", tuple(hosts), tuple(names), tuple(notes))
 
 
-def _host(name: str, surfaces: Sequence[Surface], world: WorldRef, top: float | None) -> Host | Failed:
+def _from_ground(
+    building: Building, facades: Sequence[Facade], shells: Sequence[Shell], world: WorldRef
+) -> Coarse | Failed:
+    """The model's plan between the foot and the top of the facades: its heights mean nothing, as on maps."""
+    if not facades:
+        return Failed("S305", f"{building.id}: no facade that says how high it is")
+    low, high = _heights(facades, building.ground_z)
+    hosts: list[Host] = []
+    names: list[str] = []
+    for shell in shells:
+        for s in shell.surfaces:
+            if s.semantics == "GroundSurface" and not shell.installation:
+                rings = [np.column_stack([r[:, :2], np.full(len(r), low)]) for r in (s.ring, *s.holes)]
+                ground = Surface(rings[0], s.semantics, s.source_id, tuple(rings[1:]))
+                made = ground_block(building.id, [ground], world, high)
+                if isinstance(made, Host) and not validate(made.solid):
+                    hosts.append(made)
+                    names.append(shell.part or (building.id if names else ""))
+    if not hosts:
+        return Failed("S302", f"{building.id}: the city model has no usable ground polygon")
+    note = f"{building.id}: the model gives the plan, the facades the heights of the block"
+    return Coarse("model", tuple(hosts), tuple(names), (note,))
+
+
+def _host(name: str, surfaces: Sequence[Surface], world: WorldRef) -> Host | Failed:
     """A valid host: the polygons as they are, under a lid, or the ground pulled up to the walls' tops."""
     made = host_solid(name, surfaces, world, lid=True)
     if isinstance(made, Host) and not validate(made.solid):
         return made
-    walls = any(s.semantics == "WallSurface" for s in surfaces)
-    block = ground_block(name, surfaces, world, None if walls else top)
+    block = ground_block(name, surfaces, world)
     if isinstance(block, Host) and not validate(block.solid):
         why = made.message if isinstance(made, Failed) else f"{name}: the city model's solid is not valid"
         return Host(block.solid, (why, *block.notes))
@@ -106,7 +131,8 @@ def _host(name: str, surfaces: Sequence[Surface], world: WorldRef, top: float | 
     return Failed("S306", f"{name}: the city model's solid is not valid", "repair the model")
 
 
-def _top(facades: Sequence[Facade], ground_z: float) -> float | None:
-    """The highest point of the facades' outlines, m local."""
-    tops = [(f.frame.t + clean_outline(f, ground_z)[:, 1].max() * f.frame.R[:, 2])[2].item() for f in facades]
-    return max(tops, default=None)
+def _heights(facades: Sequence[Facade], ground_z: float) -> tuple[float, float]:
+    """The lowest and the highest point of the facades' outlines, m local."""
+    rings = [np.insert(clean_outline(f, ground_z), 1, 0.0, axis=1) for f in facades]
+    z = np.concatenate([f.frame.apply(r)[:, 2] for f, r in zip(facades, rings, strict=True)])
+    return float(z.min()), float(z.max())

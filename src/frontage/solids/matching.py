@@ -1,6 +1,6 @@
 """Which buildings of a city model do facades belong to? By the walls that lie where they were measured."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -13,7 +13,6 @@ from frontage.model.citymodel import CityBuilding
 from frontage.solids.relief import BuildOptions
 
 _SHARE = 0.2  # of a facade, or of all walls of a building facing it, that must lie on each other
-_HIGH = 100.0  # m: a footprint has no height of its own
 
 
 @dataclass(frozen=True)
@@ -33,10 +32,9 @@ def match_model(
     `max_offset` and `max_angle` cover a fifth of it, or it covers a fifth of them.
     """
     pairs: dict[str, list[str]] = {name: [] for name in facades}
-    walls = {b.id: list(_walls(b)) for b in model}
     for name, own in facades.items():
         for b in model:
-            if any(_meet(f, walls[b.id], options) for f in own):
+            if any(_meet(f, _walls(b, f), options) for f in own):
                 pairs[name].append(b.id)
     groups: list[tuple[list[str], set[str]]] = []
     for name, found in pairs.items():
@@ -51,21 +49,25 @@ def match_model(
     return tuple(sorted(made, key=lambda g: order.index(g.measured[0])))
 
 
-def _walls(building: CityBuilding) -> Iterator[Float]:
-    """Wall rings (k, 3) of level 2 or below; where there are none, rectangles over the ground's edges."""
+def _walls(building: CityBuilding, facade: Facade) -> Iterator[Float]:
+    """Wall rings (k, 3) of level 2 or below; rectangles over the ground's edges where there are none.
+
+    Also where the model's heights have nothing to do with the facade's: maps have none.
+    """
     surfaces = [s for shell in building.level("2") if not shell.installation for s in shell.surfaces]
+    z = facade.frame.apply(np.insert(facade.outline, 1, 0.0, axis=1))[:, 2]
     walls = [s.ring for s in surfaces if s.semantics == "WallSurface"]
-    yield from walls
-    if walls:
+    if any(r[:, 2].min() < z.max() and r[:, 2].max() > z.min() for r in walls):
+        yield from walls
         return
-    for s in surfaces:
-        flat = s.ring if shapely.Polygon(s.ring[:, :2]).exterior.is_ccw else s.ring[::-1]
+    for ring in (s.ring for s in surfaces if s.semantics == "GroundSurface"):
+        flat = ring if shapely.Polygon(ring[:, :2]).exterior.is_ccw else ring[::-1]
         for a, b in zip(flat, np.roll(flat, -1, axis=0), strict=True):
-            up = np.array([0.0, 0.0, _HIGH])
-            yield np.array([a - up, b - up, b + up, a + up])
+            low, high = (np.array([z.min()]), np.array([z.max()]))
+            yield np.array([np.r_[p[:2], h] for p, h in ((a, low), (b, low), (b, high), (a, high))])
 
 
-def _meet(facade: Facade, walls: Sequence[Float], options: BuildOptions) -> bool:
+def _meet(facade: Facade, walls: Iterable[Float], options: BuildOptions) -> bool:
     outline = shapely.make_valid(Polygon(facade.outline))
     covered = whole = 0.0
     limit = np.cos(np.radians(options.max_angle))
