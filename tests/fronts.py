@@ -1,33 +1,45 @@
-"""Fronts of plain rectangles, for tests of names."""
-
-from collections.abc import Iterable
+"""Walls with openings, seen from one place: points in the facade frame whose truth is known."""
 
 import numpy as np
 
 from frontage.geometry.rigid import Rigid3
 from frontage.geometry.ring import rectangle
-from frontage.model import Estimate, Facade, Opening, Provenance, WorldRef
+from frontage.model.estimate import Estimate
+from frontage.model.facade import Facade
+from frontage.model.scan import Scan
+from frontage.model.world import WorldRef
+
+WINDOW = (1.0, 2.0, 2.2, 3.6)
+DOOR = (4.0, 0.0, 5.1, 2.2)
+EYE = np.array([3.0, -8.0, 1.7])
 
 
-def opening(x: float, z: float, w: float = 1.0, h: float = 1.5, kind: str = "window") -> Opening:
-    """An opening with its lower left corner at (x, z) m."""
-    ring = rectangle(x, z, x + w, z + h)
-    zero = np.zeros((2 * len(ring), 2 * len(ring)))
-    return Opening("?", kind, ring, zero, None, "rectangle", Provenance.MEASURED, 1.0, 1.0, 9, 9)
+def scan_wall(holes, *, spacing=0.02, depth=0.15, rays=True, returned=1.0, seed=0, size=(7.0, 5.0)):
+    """A wall in the facade frame (y = 0) seen from EYE: beams meet it, or a pane `depth` behind its holes."""
+    rng = np.random.default_rng(seed)
+    x, z = np.meshgrid(np.arange(0, size[0], spacing), np.arange(0, size[1], spacing))
+    p = np.column_stack([x.ravel(), np.zeros(x.size), z.ravel()])
+    p[:, [0, 2]] += rng.uniform(-spacing / 2, spacing / 2, (len(p), 2))
+    inside, step = np.zeros(len(p), bool), np.zeros(len(p))
+    for x0, z0, x1, z1 in holes:
+        inside |= (p[:, 0] > x0) & (p[:, 0] < x1) & (p[:, 2] > z0) & (p[:, 2] < z1)
+        # a beam ends on the reveal when it meets that before the pane
+        way = p[:, [0, 2]] - EYE[[0, 2]]
+        wall = np.where(way > 0, [x1, z1], [x0, z0]) - p[:, [0, 2]]
+        here = (p[:, 0] > x0) & (p[:, 0] < x1) & (p[:, 2] > z0) & (p[:, 2] < z1)
+        step = np.where(here, np.minimum(depth / 8.0, (wall / way).min(1)), step)
+    p += (p - EYE) * step[:, None]
+    p[:, 1] += rng.normal(0, 0.003, len(p))
+    p = p[~inside | (rng.random(len(p)) < returned)]
+    world = WorldRef(np.zeros(3, np.int64))
+    known = {"origins": EYE[None], "origin_index": np.zeros(len(p), np.int32)} if rays else {}
+    pose = Estimate(Rigid3("local", "facade", np.eye(3), np.zeros(3)), np.eye(6) * 1e-8, 100.0)
+    index = np.arange(len(p))
+    facade = Facade(
+        "B01/F1", "B01", pose, world, rectangle(0, 0, *size), (), index, index, 0.003, spacing, 0.9, "rays"
+    )
+    return facade, Scan("wall", p, world, **known)
 
 
-def rows(sills: Iterable[float], xs: Iterable[float] = (1.0, 3.0, 5.0), **size: float) -> list[Opening]:
-    """Windows in rows and columns."""
-    return [opening(x, z, **size) for z in sills for x in list(xs)]  # type: ignore[arg-type]
-
-
-def facade(id: str, origin: tuple[float, float, float] = (0.0, 0.0, 0.0), azimuth: float = 90.0) -> Facade:
-    """A vertical facade whose normal, into the building, has that azimuth (degrees, from x)."""
-    a = np.radians(azimuth)
-    y, z = np.array([np.cos(a), np.sin(a), 0.0]), np.array([0.0, 0.0, 1.0])
-    pose = Rigid3("local", "facade", np.column_stack([np.cross(y, z), y, z]), np.array(origin))
-    nothing = np.empty(0, np.int64)
-    return Facade(
-        id, id.split("/")[0], Estimate(pose, np.eye(6) * 1e-6, 100.0), WorldRef(np.zeros(3, np.int64), None),
-        rectangle(0.0, 0.0, 8.0, 12.0), (), nothing, nothing, 0.003, 0.02, 0.9, "rays",
-    )  # fmt: skip
+def box_of(opening):
+    return np.concatenate([opening.ring.min(0), opening.ring.max(0)])

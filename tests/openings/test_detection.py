@@ -1,0 +1,131 @@
+"""Openings on walls that make it hard: sparse, bent, all glass, cornered, behind steps; and what each is."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from frontage.geometry.rigid import Rigid3
+from frontage.model.estimate import Failed
+from frontage.model.opening import Elements
+from frontage.model.scan import Scan
+from frontage.openings.candidates import Box, best_layout
+from frontage.openings.find import find_openings
+from frontage.openings.kinds import kind_of
+from fronts import EYE, WINDOW, box_of, scan_wall
+
+
+def of_points(facade, scan, xyz, rays=True):
+    """The facade with other points."""
+    known = {"origins": EYE[None], "origin_index": np.zeros(len(xyz), np.int32)} if rays else {}
+    index = np.arange(len(xyz))
+    return replace(facade, support=index, inliers=index), Scan("wall", xyz, scan.world, **known)
+
+
+def overlap(opening, box):
+    """Intersection over union of an opening's box and another."""
+    a, b = box_of(opening), np.asarray(box)
+    both = np.prod(np.maximum(np.minimum(a[2:], b[2:]) - np.maximum(a[:2], b[:2]), 0.0))
+    return both / (np.prod(a[2:] - a[:2]) + np.prod(b[2:] - b[:2]) - both)
+
+
+def found_in(facade, scan):
+    found = find_openings(facade, scan)
+    assert isinstance(found, Elements)
+    return sorted(found.openings, key=lambda o: o.ring[0, 0])
+
+
+@pytest.mark.parametrize("rays", [True, False])
+def test_density_may_fall_twentyfold_along_a_wall(rays):
+    holes = [(1.0, 2.0, 2.2, 3.6), (5.0, 2.0, 6.2, 3.6), (9.0, 2.0, 10.2, 3.6)]
+    facade, scan = scan_wall(holes, size=(12.0, 5.0), returned=0.3)
+    keep = np.random.default_rng(1).random(len(scan.xyz)) < 1.0 / (1.0 + 19.0 * scan.xyz[:, 0] / 12.0)
+    openings = found_in(*of_points(facade, scan, scan.xyz[keep], rays))
+    assert len(openings) == 3
+    assert all(overlap(o, h) > 0.9 for o, h in zip(openings, holes, strict=True))
+
+
+def test_a_pane_larger_than_the_wall_around_it_is_no_wall():
+    pane = (1.5, 0.9, 5.0, 3.6)
+    (opening,) = found_in(*scan_wall([pane], depth=0.3))
+    assert overlap(opening, pane) > 0.95 and opening.kind == "shopfront"
+
+
+def test_panes_in_a_row_are_not_a_set_back_wall():
+    panes = [(x, 1.2, x + 2.6, 3.7) for x in (0.5, 3.5, 6.5)]
+    openings = found_in(*scan_wall(panes, depth=0.1, size=(9.6, 5.0)))
+    assert len(openings) == 3
+    assert all(overlap(o, p) > 0.95 for o, p in zip(openings, panes, strict=True))
+
+
+def test_a_bent_wall_keeps_its_windows():
+    facade, scan = scan_wall([WINDOW, (4.5, 2.0, 5.7, 3.6)])
+    bent = scan.xyz + np.outer(0.08 * ((scan.xyz[:, 0] - 3.5) / 3.5) ** 2, [0.0, 1.0, 0.0])
+    openings = found_in(*of_points(facade, scan, bent))
+    assert len(openings) == 2
+    assert overlap(openings[0], WINDOW) > 0.9 and overlap(openings[1], (4.5, 2.0, 5.7, 3.6)) > 0.9
+
+
+def test_another_facade_at_an_angle_adds_nothing():
+    facade, scan = scan_wall([WINDOW])
+    turned = Rigid3("local", "facade", np.array([[0.0, -1, 0], [1, 0, 0], [0, 0, 1]]), np.array([7.0, 0, 0]))
+    side = turned.apply(scan_wall([WINDOW], seed=1)[1].xyz[::4])
+    (opening,) = found_in(*of_points(facade, scan, np.vstack([scan.xyz, side])))
+    assert overlap(opening, WINDOW) > 0.9
+
+
+def test_a_front_of_glass_has_one_sensible_answer():
+    facade, scan = scan_wall([(0.1, 0.1, 6.9, 4.9)], returned=0.05)
+    found = find_openings(facade, scan)
+    assert isinstance(found, Failed) or len(found.openings) <= 1
+
+
+def test_an_empty_patch_in_a_shadow_is_no_window():
+    facade, scan = scan_wall([])
+    x, z = scan.xyz[:, 0], scan.xyz[:, 2]
+    shadow = (x > 2.0) & (x < 4.0) & (z > 2.0) & (z < 2.4)  # above a ledge
+    assert found_in(*of_points(facade, scan, scan.xyz[~shadow], rays=False)) == []
+
+
+def test_a_shallow_panel_is_no_window():
+    facade, scan = scan_wall([(2.0, 1.0, 3.2, 1.4)], depth=0.035)
+    assert found_in(facade, scan) == []
+
+
+def test_steps_lead_to_a_door():
+    hole = (3.0, 1.2, 4.0, 3.7)
+    facade, scan = scan_wall([hole])
+    rng = np.random.default_rng(2)
+    steps = np.column_stack(
+        [rng.uniform(2.8, 4.2, 4000), rng.uniform(-1.2, -0.4, 4000), rng.uniform(0.0, 1.15, 4000)]
+    )
+    behind = (scan.xyz[:, 0] > 2.7) & (scan.xyz[:, 0] < 4.3) & (scan.xyz[:, 2] < 1.1)
+    without = found_in(facade, scan)
+    (with_steps,) = found_in(*of_points(facade, scan, np.vstack([scan.xyz[~behind], steps])))
+    assert [o.kind for o in without] == ["window"] and with_steps.kind == "door"
+
+
+def test_between_two_openings_is_a_pier():
+    body, cap = Box(0, 0, 20, 10, 90.0), Box(20, 1, 25, 9, 30.0)
+    assert best_layout([body, cap]) == [body, cap]
+    assert best_layout([body, cap], pier=2) == [body]
+    assert best_layout([body, Box(22, 1, 27, 9, 30.0)], pier=2)[1].r0 == 22
+
+
+@pytest.mark.parametrize(
+    ("width", "height", "sill", "passes", "stands", "kind"),
+    [
+        (1.0, 2.2, 0.1, 0.0, False, "door"),
+        (1.0, 2.4, 4.2, 0.0, True, "door"),
+        (1.0, 1.6, 4.2, 0.0, True, "window"),
+        (1.0, 2.4, 4.2, 0.0, False, "window"),
+        (2.6, 2.6, 0.1, 0.05, False, "garage"),
+        (2.6, 3.0, 0.0, 0.9, False, "passage"),
+        (2.6, 2.6, 0.6, 0.4, False, "shopfront"),
+        (2.6, 2.0, 4.0, 0.4, False, "window"),
+        (0.8, 0.4, 0.4, 0.0, False, "basement"),
+        (0.8, 0.4, 2.4, 0.0, False, "window"),
+    ],
+)
+def test_kinds(width, height, sill, passes, stands, kind):
+    assert kind_of(width, height, sill, passes, stands) == kind
