@@ -1,14 +1,18 @@
 """Pixel <-> world from the files alone."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 import ortho_wall as wall
 from frontage.errors import WorkspaceError
 from frontage.io.ortho import write_ortho
+from frontage.model import PhotoOffset
 from frontage.ortho import OrthoOptions, make_ortho
 from frontage.pipeline import pixels as module
 from frontage.pipeline.pixels import FacadePixels
+from frontage.pipeline.tasks import ortho_warnings
 
 
 def test_any_pixel_is_answered_from_its_own_part_of_the_relief(tmp_path, monkeypatch):
@@ -46,3 +50,14 @@ def test_a_damaged_relief_is_said(tmp_path):
     (tmp_path / "depth.tif").write_bytes(b"II*")
     with pytest.raises(WorkspaceError, match=r"depth\.tif"):
         FacadePixels(tmp_path).pixel_to_world(100.5, 70.5)
+
+
+def test_a_run_warns_where_the_photos_see_the_facade_elsewhere():
+    facade = wall.facade(3.0, 2.0)
+    ortho = make_ortho(facade, wall.wall_cloud(facade), options=OrthoOptions(margin=0.1))
+    assert ortho_warnings("B01/F1", ortho) == []
+    small = replace(ortho, photo_offset=PhotoOffset(0.0002, 0.0003, 20, applied=False))
+    assert ortho_warnings("B01/F1", small) == []
+    (warning,) = ortho_warnings("B01/F1", replace(ortho, photo_offset=PhotoOffset(-0.0145, 0.0003, 20, True)))
+    assert (warning["item"], warning["code"]) == ("B01/F1", "F303")
+    assert "14.5 mm in front of the scan" in warning["message"] and warning["hint"]

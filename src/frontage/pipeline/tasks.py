@@ -102,8 +102,7 @@ def ortho_task(task: OrthoTask) -> dict[str, Any]:
             else:
                 write_ortho(workspace.facade_folder(name), ortho)
                 result["orthos"].append(name)
-                if disagreement := _disagreement(ortho):
-                    result["warnings"].append(failed_record(name, disagreement))
+                result["warnings"].extend(ortho_warnings(name, ortho))
     workspace.finish("ortho", task.id, task.key, result)
     return result
 
@@ -128,17 +127,18 @@ def _ortho(
         return as_failed(error, name)
 
 
-def _disagreement(ortho: OrthoImage) -> Failed | None:
-    """A warning that scan and photos put the facade at different depths, when they do."""
+def ortho_warnings(name: str, ortho: OrthoImage) -> list[dict[str, str]]:
+    """What is to be said of an ortho-image: that scan and photos put the facade at different depths."""
     found = ortho.photo_offset
     if found is None or not found.applied:
-        return None
+        return []
     side = "behind" if found.value > 0 else "in front of"
     text = (
         f"the photos see the facade {abs(found.value) * 1000:.1f} mm {side} the scan "
         f"(standard error {found.sigma * 1000:.1f} mm); its picture is drawn where the photos see it"
     )
-    return Failed("F303", text, "one of the two is shifted: check the scan's georeference and the poses")
+    hint = "one of the two is shifted: check the scan's georeference and the poses"
+    return [failed_record(name, Failed("F303", text, hint))]
 
 
 def load_cloud(task: Task, workspace: Workspace) -> tuple[Scan, Building]:
