@@ -118,6 +118,22 @@ def test_depth_is_that_of_the_frame_behind_the_wall(blocks):
     assert np.abs(error / sigma).max() < 3.0
 
 
+def test_masonry_of_a_whole_storey_that_stands_out_is_relief():
+    view = sight((BELOW_LEFT,), 0.02, blocks=surround(width=3.0, y=-0.03))
+    alone, common = find_depth(view, WINDOW, 0.0), find_depth(view, WINDOW, 0.0, common=0.0)
+    assert alone.value == pytest.approx(FRAME + 0.03, abs=0.003)
+    assert common.value == pytest.approx(FRAME, abs=0.003)
+
+
+def test_relief_that_bends_the_mean_of_the_wall_is_no_opening():
+    """A wall whose local mean lies 2 cm before it, drawn there by the relief around."""
+    view = sight((BELOW_LEFT,), 0.02)
+    bent = Sight(view.place - 0.02 * view.slope, view.slope, view.depth + 0.02, view.level - 0.02, view.wall)
+    (found,) = measure(bent, [WINDOW], 0.02, 0.02)
+    assert np.abs(np.subtract(found.place, WINDOW)).max() < 0.004
+    assert found.depth.value == pytest.approx(FRAME, abs=0.003)
+
+
 def test_faces_that_few_points_tell_come_from_the_facade():
     view = sight((BELOW_LEFT,), 0.02, blocks=[(*SILL, -0.08)])
     outlines = measure(view, [WINDOW], 0.02, 0.02) * 3

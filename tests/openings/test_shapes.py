@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from frontage.geometry.ring import ring_area, ring_contains
-from frontage.openings.shapes import Fan, find_circle, find_head, ring_of
+from frontage.openings.shapes import Fan, find_circle, find_head, ring_of, strays
 
 BOX = (1.0, 2.0, 2.2, 4.0)
 HEADS = [
@@ -52,6 +52,14 @@ def test_a_circle_is_no_square():
     assert gain > 10 and abs(radius - 0.5) < 0.01 and 0 < sigma < 0.01
     square = np.abs(p - (1.5, 2.5)).max(1) < 0.5
     assert find_circle(Fan(p[:, 0], p[:, 1], ~square, 0.0), box, 0.002)[2] < 0
+
+
+def test_an_arch_over_a_square_is_no_circle():
+    box = (1.0, 2.0, 2.0, 3.1)
+    arch, circle = ring_of("round", box, 0.5)[0], ring_of("circle", (1.0, 2.05, 2.0, 3.05), 0.0)[0]
+    fan = fan_about(arch)
+    assert strays(fan, arch) < strays(fan, circle)
+    assert find_head(fan, box, 0.002).shape == "round"
 
 
 @pytest.mark.parametrize(("shape", "rise"), [*HEADS, ("circle", 0.0)])

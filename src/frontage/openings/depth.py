@@ -13,24 +13,32 @@ _BIN = 0.005  # m
 _SHARE = 0.3  # of the points of the densest surface that the frame's front needs, being the foremost
 _FEW = 8  # points that tell a depth
 AROUND = 1.2  # m around an opening that tell its wall
+BASE = 0.05
+"""m: so far the masonry of a ground floor stands out before the wall."""
+
 _RELIEF = 0.035  # m about the local mean of wall and relief
 _MUCH = 0.2  # of the points of the largest surface that the wall needs, being the rearmost
 _COMMON = 0.5  # of the noise of a point that its neighbours share
 
 
 def find_depth(
-    near: Sight, box: tuple[float, float, float, float], rise: float, slack: float = 0.0
+    near: Sight,
+    box: tuple[float, float, float, float],
+    rise: float,
+    slack: float = 0.0,
+    common: float | None = None,
 ) -> Estimate[float] | None:
     """Depth m of the front of the frame behind the wall, None where too few points tell it.
 
     near   beams within `AROUND` of the opening x0, z0, x1, z1 m, whose head is `rise` m high
+    common m, depth y of the wall of most openings: what stands before it by less than `BASE` is relief, too
     slack  m, how far the borders may be off: what lies nearer to them may be a reveal
 
     The frame runs along the borders of the opening: the foremost of the surfaces there. Panes, curtains and
     rooms lie behind it, reveals end at it. The wall is the rearmost of the surfaces around the opening that
     hold much of its surroundings: surrounds, bands and plinths stand before it.
     """
-    wall = find_wall(near, box)
+    wall = find_wall(near, box, common)
     slack = min(slack, 0.1 * (box[2] - box[0]))
     y = _along(near, box, rise, slack, _HUG + slack)
     if len(y) < _FEW:
@@ -44,7 +52,9 @@ def find_depth(
     return Estimate(frame[0] - wall[0], np.array([[variance]]), float(len(y) - 1))
 
 
-def find_wall(near: Sight, box: tuple[float, float, float, float]) -> tuple[float, float] | None:
+def find_wall(
+    near: Sight, box: tuple[float, float, float, float], common: float | None = None
+) -> tuple[float, float] | None:
     """Depth y m of the wall around a box, and its sigma: the rearmost of the surfaces that hold much."""
     x0, z0, x1, z1 = box
     own = near.at(near.depth)
@@ -54,7 +64,10 @@ def find_wall(near: Sight, box: tuple[float, float, float, float]) -> tuple[floa
     if len(y) < _FEW:
         return None
     found = _level(-y, np.arange(-y.max() - _BIN, -y.min() + 2 * _BIN, _BIN), near.wall / 3.0, _MUCH)
-    return None if found is None else (-found[0], found[1])
+    if found is None:
+        return None
+    wall = -found[0]
+    return (common if common is not None and -BASE < wall - common < 0.0 else wall), found[1]
 
 
 def _level(y: Float, edge: Float, noise: float, share: float) -> tuple[float, float] | None:

@@ -79,7 +79,7 @@ def infer(outlines: Sequence[Outline], evidence: Evidence) -> list[Inferred]:
             continue
         like = outlines[node.like]
         outline = Outline(
-            like.shape, node.place, like.rise, node.covariance, (), node.depth, like.passes, False
+            like.shape, node.place, like.rise, node.covariance, (), node.depth, like.passes, like.wall
         )
         found.append(Inferred(outline, rates[0], _worth(node.place, evidence)))
     return found

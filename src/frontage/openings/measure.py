@@ -7,11 +7,12 @@ from frontage.openings.borders import WIDTHS, Border, Place, find_borders
 from frontage.openings.depth import AROUND, find_depth, find_wall
 from frontage.openings.edges import FEW, Face, Look
 from frontage.openings.outline import Outline
-from frontage.openings.shapes import Head, fan_of, find_circle, find_head
+from frontage.openings.shapes import Head, fan_of, find_circle, find_head, ring_of, strays
 from frontage.openings.sight import Sight
 
 _CLOSE = 0.4  # m around an opening that tell its borders
 _CIRCLE = 10.0  # nats that a circle must gain over a square
+_FEWER = 3  # beams that a circle must put on their side more than an arch does: about as many nats
 _SAME = 0.003  # m: faces of one facade agree no better
 _WIDEST = 0.01  # m, one sigma of the footprint of common scanners
 _ENOUGH = 3  # openings that tell what their facade has in common
@@ -25,7 +26,9 @@ def measure(sight: Sight, boxes: list[Place], cell: float, spacing: float) -> li
     """
     first = [_outline(sight, box, cell, spacing, Look(told=True)) for box in boxes]
     look = facade_look(first)
-    return [_outline(sight, o.place, spacing, spacing, look, o) for o in first]
+    walls = [o.wall for o in first if o.wall is not None]
+    common = float(np.median(walls)) if walls else None
+    return [_outline(sight, o.place, spacing, spacing, look, o, common) for o in first]
 
 
 def facade_look(outlines: list[Outline]) -> Look:
@@ -50,10 +53,16 @@ def facade_look(outlines: list[Outline]) -> Look:
 
 
 def _outline(
-    sight: Sight, box: Place, cell: float, spacing: float, look: Look, known: Outline | None = None
+    sight: Sight,
+    box: Place,
+    cell: float,
+    spacing: float,
+    look: Look,
+    known: Outline | None = None,
+    common: float | None = None,
 ) -> Outline:
     near, wide = sight.around(box, _CLOSE), sight.around(box, AROUND)
-    wall = find_wall(wide, box)
+    wall = find_wall(wide, box, common)
     if wall is not None:
         near = near.behind(wall[0])
     rise = known.rise if known else 0.0
@@ -77,8 +86,9 @@ def _outline(
         rise,
         covariance,
         tuple(borders),
-        find_depth(wide, place, rise, slack),
+        find_depth(wide, place, rise, slack, common),
         _passes(near, place),
+        None if wall is None else wall[0],
     )
 
 
@@ -102,12 +112,17 @@ def _shape(
     if known is not None and known.shape == "rectangle":
         return "rectangle", place, 0.0, None
     radius, sigma, gain = find_circle(fan, place, blur)
-    if gain > _CIRCLE and (known is None or known.shape == "circle"):
-        x, z = (x0 + x1) / 2, (z0 + z1) / 2
-        box = (x - radius, z - radius, x + radius, z + radius)
-        return "circle", box, 0.0, np.diag([sigma**2 + 1e-6, 0.0])
+    x, z = (x0 + x1) / 2, (z0 + z1) / 2
+    box = (x - radius, z - radius, x + radius, z + radius)
+    circle = "circle", box, 0.0, np.diag([sigma**2 + 1e-6, 0.0])
+    if known is not None and known.shape == "circle":
+        return circle if radius > 0.0 else ("circle", place, 0.0, None)
     head = find_head(fan, place, blur, None if known is None else Head(known.shape, z1, known.rise, 0.0))
-    if head.shape in ("rectangle", "circle"):
+    if known is None and gain > _CIRCLE:
+        arch = ring_of(head.shape, (x0, z0, x1, head.top if head.rise else z1), head.rise)[0]
+        if strays(fan, ring_of("circle", box, 0.0)[0]) + _FEWER < strays(fan, arch):
+            return circle
+    if head.shape == "rectangle":
         return head.shape, place, 0.0, None
     return head.shape, (x0, z0, x1, head.top), head.rise, _spread(head)
 

@@ -19,6 +19,7 @@ class Outline:
     covariance  (5, 5) m2 of left, right, bottom, top and rise
     borders     left, right, bottom, top as straight borders, each by itself
     passes      share of the beams that end more than a metre behind
+    wall        depth y m of the wall around it, None where nothing tells it
     pooled      whether a border owes most of what is known of it to other openings
     """
 
@@ -29,6 +30,7 @@ class Outline:
     borders: tuple[Border, ...]
     depth: Estimate[float] | None
     passes: float
+    wall: float | None = None
     pooled: bool = False
 
     @property

@@ -5,6 +5,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from frontage.geometry.arrays import Bool, Float
+from frontage.geometry.ring import ring_contains
 from frontage.openings.borders import Place, side_scores
 from frontage.openings.edges import FITTING
 from frontage.openings.sight import Sight
@@ -222,3 +223,9 @@ def _ring(shape: str, p: Float) -> Float:
     u = np.linspace(1.0, -1.0, {"rectangle": 2, "triangular": 3}.get(shape, _ARC + 1)) * half
     head = z1 + below(shape, rise, half, u)
     return np.column_stack([np.r_[x0, x1, middle + u], np.r_[z0, z0, head]])
+
+
+def strays(fan: Fan, ring: Float) -> int:
+    """How many beams about an opening are on the wrong side of a ring (k, 2) m."""
+    inside = ring_contains(ring, np.column_stack([fan.x, fan.z]))
+    return int((inside == fan.solid).sum())
