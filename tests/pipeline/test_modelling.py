@@ -10,6 +10,7 @@ import pytest
 from facade_fakes import WORLD
 from frontage.io.cityjson import write_cityjson
 from frontage.io.citymodel import read_city_model
+from frontage.io.shapes import read_shapes
 from frontage.model import Building, Elements, Estimate
 from frontage.model.citymodel import CityBuilding, Shell
 from frontage.pipeline.context import Run, Silent
@@ -20,6 +21,7 @@ from frontage.pipeline.project import make_project
 from frontage.pipeline.records import building_record, save_facade, world_record
 from frontage.pipeline.workspace import Workspace
 from frontage.scale import make_executor
+from frontage.solids import validate_feature
 from opening_fakes import opening, round_door
 from solids.test_assemble import GROUND, house, protrusion, wall
 from solids.test_build_host import polygons
@@ -105,6 +107,29 @@ def test_two_measured_houses_on_one_of_the_model_become_one(tmp_path: Path) -> N
     assert "B01, B02 stand on one building of the city model" in result["notes"][0]
     about = json.loads((tmp_path / "model" / "report.json").read_text())
     assert about["B01"]["openings_built"] == 4
+
+
+def test_two_houses_of_the_model_under_one_measured_one_stay_two(tmp_path: Path) -> None:
+    """Neighbours in a city model reach into each other by its errors: parts of one would be invalid."""
+    workspace = folder(tmp_path, ("B01",))
+    halves = []
+    for k in (0, 1):
+        at = wall(wide=5.1, at=(-2.5 + 5.0 * k, 0.1, 0))
+        surfaces = tuple(polygons(house(at, Elements("B01/F1", ())).built[0].host))
+        halves.append(CityBuilding(f"M{k}", (Shell("2", surfaces),), f"{k + 7} Mill Lane"))
+    path = write_cityjson(tmp_path / "m.city.json", halves, WORLD, "m")
+    result = made(workspace, model=path)
+    assert result["buildings"] == ["B01", "B01-2"] and not result["warnings"]
+    found = read_city_model(tmp_path / "model" / "lod3.city.json", WORLD).buildings
+    assert [b.attributes["model_id"] for b in found] == ["M0", "M1"]
+    assert [b.address for b in found] == ["7 Mill Lane", "8 Mill Lane"]
+    openings = [
+        {s.source_id for sh in b.shells for s in sh.surfaces if s.semantics in ("Window", "Door")}
+        for b in found
+    ]
+    assert [len(o) for o in openings] == [1, 1] and not openings[0] & openings[1]
+    _, features = read_shapes(tmp_path / "model" / "lod3.city.json")
+    assert [v for f in features for v in validate_feature(f)] == []
 
 
 def test_options_of_the_table(tmp_path: Path) -> None:

@@ -1,6 +1,7 @@
 """A building's solids as a city model holds them: LoD2 and LoD3 shells, classes, what is known of them."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -25,16 +26,64 @@ def city_building(
     about = dict(_of_elements(fronts))
     several = len(assembled.built) > 1
     shells: list[Shell] = []
-    for number, (built, fine, name) in enumerate(
-        zip(assembled.built, assembled.fine, assembled.coarse.names, strict=True)
-    ):
+    for number, name in enumerate(assembled.coarse.names):
         part = (name or f"{building.id}-{number + 1}") if several else ""
-        prefix = part or building.id
-        shells.append(_shell(built.host, "2", f"{prefix}/lod2", part, {}))
-        if fine:
-            shells.append(_shell(built.solid, "3", f"{prefix}/lod3", part, _with_offsets(about, built)))
+        shells += _levels(assembled, number, part or building.id, part, about)
     shells += [_hanging(i, about) for i in assembled.installations]
-    return CityBuilding(building.id, tuple(shells), building.address, _attributes(building, assembled))
+    attributes = _attributes(assembled, range(len(assembled.built)))
+    return CityBuilding(building.id, tuple(shells), building.address, attributes)
+
+
+def city_buildings(
+    building: Building,
+    assembled: Assembled,
+    fronts: Sequence[tuple[Facade, Elements]],
+    owners: Mapping[str, str | None],
+) -> tuple[CityBuilding, ...]:
+    """As `city_building`, but every part that is a building of its own in the city model stays one, and so
+    does every part where they reach into each other.
+
+    `owners`: the ids of those buildings, which are the parts' names, with their addresses. The first is
+    called as the building, the others "-2", "-3"; `model_id` is the id in the model.
+    """
+    known = assembled.coarse.source == "model"
+    if len(assembled.built) < 2 or not (assembled.apart or (known and len(owners) > 1)):
+        whole = city_building(building, assembled, fronts)
+        named = {"model_id": ", ".join(owners)} if owners and known else {}
+        return (replace(whole, attributes={**whole.attributes, **named}),)
+    about = dict(_of_elements(fronts))
+    home = [_nearest(assembled, i) for i in assembled.installations]
+    found = []
+    for number, name in enumerate(assembled.coarse.names):
+        own = building.id if number == 0 else f"{building.id}-{number + 1}"
+        shells = _levels(assembled, number, own, "", about)
+        hung = [i for i, h in zip(assembled.installations, home, strict=True) if h == number]
+        attributes = _attributes(assembled, [number]) | ({"model_id": name} if known and name else {})
+        shells += [_hanging(i, about) for i in hung]
+        address = owners.get(name) or (building.address if number == 0 else None)
+        found.append(CityBuilding(own, tuple(shells), address, attributes))
+    return tuple(found)
+
+
+def _levels(
+    assembled: Assembled, number: int, prefix: str, part: str, about: Mapping[str, Mapping[str, Value]]
+) -> list[Shell]:
+    """LoD2 and, where something was cut in, LoD3 of one part."""
+    built = assembled.built[number]
+    shells = [_shell(built.host, "2", f"{prefix}/lod2", part, {})]
+    if assembled.fine[number]:
+        shells.append(_shell(built.solid, "3", f"{prefix}/lod3", part, _with_offsets(about, built)))
+    return shells
+
+
+def _nearest(assembled: Assembled, thing: Installation) -> int:
+    """The part whose box is nearest to an installation."""
+    middle = thing.solid.vertices.mean(0)
+    boxes = [(b.host.vertices.min(0), b.host.vertices.max(0)) for b in assembled.built]
+    away = [
+        float(np.linalg.norm(np.maximum(0, np.maximum(low - middle, middle - high)))) for low, high in boxes
+    ]
+    return int(np.argmin(away))
 
 
 def surfaces_of(solid: Solid, prefix: str) -> tuple[Surface, ...]:
@@ -122,9 +171,10 @@ def _with_offsets(about: Mapping[str, Mapping[str, Value]], built: Built) -> dic
     return {k: {**v, **offsets.get(k, {})} for k, v in about.items()}
 
 
-def _attributes(building: Building, assembled: Assembled) -> dict[str, Value]:
-    heights = np.concatenate([b.host.vertices[:, 2] for b in assembled.built]) / GRID
-    offsets = [abs(d) for b in assembled.built for d in b.offsets.values()]
+def _attributes(assembled: Assembled, parts: Iterable[int]) -> dict[str, Value]:
+    own = [assembled.built[k] for k in parts]
+    heights = np.concatenate([b.host.vertices[:, 2] for b in own]) / GRID
+    offsets = [abs(d) for b in own for d in b.offsets.values()]
     out: dict[str, Value] = {"host": assembled.coarse.source}
     out["measuredHeight"] = round(float(np.ptp(heights)), 2)
     if offsets:

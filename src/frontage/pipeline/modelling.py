@@ -9,7 +9,7 @@ from typing import Any
 import cv2
 import numpy as np
 
-from frontage.exports import FacadePicture, building_mesh, city_building, drawn, picture
+from frontage.exports import FacadePicture, building_mesh, city_buildings, drawn, picture
 from frontage.io.citygmlwrite import write_citygml
 from frontage.io.cityjson import write_cityjson
 from frontage.io.citymodel import read_city_model
@@ -37,20 +37,24 @@ Result = dict[str, Any]
 
 @dataclass(frozen=True)
 class ModelTask:
-    """One building to build: records of what was measured, and its shells in the city model."""
+    """One building to build: records of what was measured, and its shells in the city model.
+
+    `owners`: ids of the model's buildings that the shells are of, with their addresses.
+    """
 
     out: Path
     records: tuple[dict[str, Any], ...]
     shells: tuple[Shell, ...]
+    owners: dict[str, str | None]
     options: BuildOptions
 
 
 @dataclass(frozen=True, eq=False)
 class Made:
-    """A building as it goes into the files; `failed` where there is none, or of parts of it."""
+    """What goes into the files for one measured building; `failed`: what does not, and why."""
 
     id: str
-    building: CityBuilding | None = None
+    buildings: tuple[CityBuilding, ...] = ()
     mesh: Mesh | None = None
     picture: bytes = b""
     about: Mapping[str, Any] | None = None
@@ -65,16 +69,22 @@ def make_model(run: Run, world: WorldRef) -> Result:
     facades = {name: [workspace.load_facade(f) for f in _facades(workspace, name)] for name in records}
     groups = match_model(facades, city, options)
     tasks = [
-        ModelTask(workspace.out, tuple(records[n] for n in g.measured), _shells(g, city), options)
+        ModelTask(
+            workspace.out,
+            tuple(records[n] for n in g.measured),
+            _shells(g, city),
+            {b.id: b.address for b in city if b.id in g.model},
+            options,
+        )
         for g in groups
     ]
     made = run.map("model", model_task, tasks)
     workspace.begin("model")
-    _write(workspace, [m for m in made if m.building is not None], world)
+    _write(workspace, [m for m in made if m.buildings], world)
     warnings = [w for m in made for w in _warnings(m)]
     return {
-        "items": sum(m.building is not None for m in made),
-        "buildings": [m.id for m in made if m.building is not None],
+        "items": sum(len(m.buildings) for m in made),
+        "buildings": [b.id for m in made for b in m.buildings],
         "notes": _notes(made, groups),
         "warnings": warnings,
     }
@@ -91,7 +101,7 @@ def model_task(task: ModelTask) -> Made:
         found = assemble(building, fronts, task.shells, fronts[0][0].world, task.options)
         if isinstance(found, Failed):
             return Made(building.id, failed=(found,))
-        return _made(building, found, fronts, workspace, task.options)
+        return _made(building, found, fronts, workspace, task)
     except Exception as error:
         return Made(building.id, failed=(as_failed(error, building.id),))
 
@@ -101,7 +111,7 @@ def _made(
     found: Assembled,
     fronts: Sequence[tuple[Facade, Elements]],
     workspace: Workspace,
-    options: BuildOptions,
+    task: ModelTask,
 ) -> Made:
     pictures = [p for f, _ in fronts if (p := _picture(workspace, f)) is not None]
     widest = max((f for f, _ in fronts), key=lambda f: f.extent[2] - f.extent[0])
@@ -109,8 +119,8 @@ def _made(
     png = cv2.imencode(".png", image[..., ::-1])[1].tobytes()
     return Made(
         building.id,
-        city_building(building, found, fronts),
-        building_mesh(found, pictures, options.max_offset + 1.0),
+        city_buildings(building, found, fronts, task.owners),
+        building_mesh(found, pictures, task.options.max_offset + 1.0),
         png,
         _about(found, fronts),
         found.failed,
@@ -146,11 +156,11 @@ def _city_model(run: Run, world: WorldRef) -> tuple[CityBuilding, ...]:
 
 
 def _shells(group: Group, city: Sequence[CityBuilding]) -> tuple[Shell, ...]:
-    """The group's shells of LoD2 or below; of several buildings each is a part under its own id."""
+    """The group's shells of LoD2 or below; of several buildings each is one part under its own id."""
     own = [b for b in city if b.id in group.model]
     if len(own) == 1:
         return own[0].level("2")
-    return tuple(replace(s, part=s.part or b.id) for b in own for s in b.level("2"))
+    return tuple(replace(s, part=b.id) for b in own for s in b.level("2") if not s.installation)
 
 
 def _facades(workspace: Workspace, building: str) -> list[str]:
@@ -190,7 +200,7 @@ def _write(workspace: Workspace, made: Sequence[Made], world: WorldRef) -> None:
         for name in FILES:
             (folder / name).unlink(missing_ok=True)
         return
-    buildings = [m.building for m in made if m.building is not None]
+    buildings = [b for m in made for b in m.buildings]
     write_cityjson(folder / FILES[0], buildings, world, "Frontage LoD3")
     write_citygml(folder / FILES[1], buildings, world, "Frontage LoD3", "2.0")
     write_citygml(folder / FILES[2], buildings, world, "Frontage LoD3", "3.0")
@@ -215,7 +225,7 @@ def _warnings(made: Made) -> list[dict[str, str]]:
 
 def _notes(made: Sequence[Made], groups: Sequence[Group]) -> list[str]:
     notes = []
-    blocks = [m.id for m in made if m.building is not None and m.building.attributes.get("host") == "cloud"]
+    blocks = [m.id for m in made if m.about is not None and m.about["host"] == "cloud"]
     if blocks:
         some = ", ".join(blocks[:_NAMED]) + (
             f" and {len(blocks) - _NAMED} more" if len(blocks) > _NAMED else ""

@@ -8,7 +8,18 @@ import shapely
 from shapely.geometry import Polygon
 from shapely.geometry.base import BaseGeometry
 
-from frontage.model import Building, Elements, Facade, Failed, Protrusion, Solid, WorldRef
+from frontage.model import (
+    Building,
+    Elements,
+    Facade,
+    Failed,
+    Feature,
+    Protrusion,
+    Shape,
+    Solid,
+    Surfaces,
+    WorldRef,
+)
 from frontage.model.citymodel import Shell
 from frontage.solids.build import build_solid
 from frontage.solids.elements import FacadeParts, facade_parts
@@ -16,7 +27,7 @@ from frontage.solids.host import Host
 from frontage.solids.hosts import Coarse, coarse_solids
 from frontage.solids.installations import Installation, installation
 from frontage.solids.relief import GRID, BuildOptions, Built, FacadeReliefs, Relief
-from frontage.solids.validate import validate
+from frontage.solids.validate import validate, validate_feature
 from frontage.solids.walls import find_walls
 
 _SAID = 3  # findings named in a warning
@@ -30,6 +41,7 @@ class Assembled:
     built          one per part of the host, in its order; where `fine` is false it is the host unchanged
     installations  closed solids of their own
     failed         what is not in the model, and why
+    apart          whether the parts reach into each other, so that they cannot be parts of one building
     """
 
     building: str
@@ -39,6 +51,7 @@ class Assembled:
     installations: tuple[Installation, ...] = ()
     failed: tuple[Failed, ...] = ()
     notes: tuple[str, ...] = ()
+    apart: bool = False
 
 
 def assemble(
@@ -86,7 +99,25 @@ def assemble(
         tuple(i for i in hung if isinstance(i, Installation)),
         tuple(failed),
         (*coarse.notes, *notes),
+        _overlap(built),
     )
+
+
+def _overlap(built: Sequence[Built]) -> bool:
+    """601: whether solids of one level of detail overlap."""
+    if len(built) < 2:
+        return False
+    for lod, solids in (("2", [b.host for b in built]), ("3", [b.solid for b in built])):
+        parts = [_feature(s, lod) for s in solids]
+        if validate_feature(Feature("whole", "Building", (), tuple(parts)), quantum=1 / GRID):
+            return True
+    return False
+
+
+def _feature(solid: Solid, lod: str) -> Feature:
+    xyz = solid.vertices / GRID
+    faces = Surfaces.of([[xyz[list(r)] for r in (f.ring, *f.holes)] for f in solid.faces])
+    return Feature(solid.building, "BuildingPart", (Shape("Solid", ((faces,),), lod),))
 
 
 def _findings(building: str, built: Built) -> Failed | None:
