@@ -18,8 +18,10 @@ _STRAY = 0.02  # share of the beams beyond a border that end on the front's plan
 _NEXT = 2.5  # spacings within a border that tell how far apart rows of hits are
 _SHY = 0.02  # share of the side that is left out at either end: corners
 _CROWN = 0.6  # m above the wall that a cornice may reach
-_AHEAD = 1.5  # m: further before the wall nothing belongs to it
+AHEAD = 2.0  # m: further before the wall nothing belongs to it
+_AT_WALL = 0.05  # m before the wall: what is nearer is in the support
 _HIDDEN = 1.5  # m beyond its last hit that a border is looked for behind what hides it
+_THICK = 0.04  # m, thickness of a railing
 _BENT = 5.0  # sigmas of its sagitta from which a wall is bent
 _SEEN = 0.2  # of the beams due that show the wall beside a front
 _GUESS = 0.25  # of a cheek's width: error of one that is inferred from the other
@@ -40,25 +42,23 @@ class Crossings:
 
     @classmethod
     def of(cls, facade: Facade, scan: Scan) -> "Crossings":
-        """The beams of the facade's support, of what stands before its upper end (eaves, cornices), and of
-        what they were stopped by before it.
+        """The beams of the facade's support, of all that stands right before it, and of what stopped them.
+
+        Before the wall the support may lack parts of balconies and bays that were taken for obstacles.
         """
         inverse = facade.frame.inverse
-        q = inverse.apply(scan.xyz)
+        q, (x0, z0, x1, z1) = inverse.apply(scan.xyz), facade.extent
         origins = np.vstack([inverse.apply(scan.origins).reshape(-1, 3), np.full(3, np.nan)])
-        way = q - origins[scan.origin_index]
-        known = (scan.origin_index >= 0) & (way[:, 1] > 1e-3)
-        slope = np.where(known[:, None], way[:, [0, 2]] / np.where(known, way[:, 1], 1.0)[:, None], 0.0)
-        x0, z0, x1, z1 = facade.extent
-        stopped = known & (q[:, 1] < -_AHEAD)
-        place = q[:, [0, 2]] - q[:, 1:2] * slope
-        stopped &= (place >= (x0, z0)).all(1) & (place <= (x1, z1)).all(1)
-        crown = (q[:, 1] < 0.0) & (q[:, 1] >= -_AHEAD) & (np.abs(q[:, 2] - z1) < _CROWN)
-        kept = stopped | (crown & (q[:, 0] > x0) & (q[:, 0] < x1))
+        x, y, z = q.T
+        kept = (y < -_AT_WALL) & (y >= -AHEAD) & (z > z0) & (z < z1 + _CROWN) & (x > x0) & (x < x1)
         kept[facade.support] = True
+        far = np.flatnonzero((y < -AHEAD) & (scan.origin_index >= 0))
+        place = q[far][:, [0, 2]] - q[far, 1:2] * _slopes(q[far], origins[scan.origin_index[far]])
+        kept[far[(place >= (x0, z0)).all(1) & (place <= (x1, z1)).all(1)]] = True
         columns = np.ascontiguousarray(q[kept].T)
         columns[1] -= bend(facade, columns[0])
-        return cls(columns, np.ascontiguousarray(slope[kept].T))
+        slope = _slopes(q[kept], origins[scan.origin_index[kept]])
+        return cls(columns, np.ascontiguousarray(slope.T))
 
     def at(self, y: float, box: Box, margin: float) -> tuple[Float, Float]:
         """Places (k, 2) x, z m within the box where beams cross the plane at y m, and the depth y of their
@@ -80,6 +80,15 @@ class Crossings:
             if step <= 1
             else Crossings(*(np.ascontiguousarray(v[:, ::step]) for v in (self.q, self.slope)))
         )
+
+
+def _slopes(q: Float, eye: Float) -> Float:
+    """dx/dy, dz/dy (n, 2) of beams from an eye (n, 3) to a point (n, 3); 0 without an eye (NaN)."""
+    way = q - eye
+    known = way[:, 1] > 1e-3
+    return np.asarray(
+        np.where(known[:, None], way[:, [0, 2]] / np.where(known, way[:, 1], 1.0)[:, None], 0.0)
+    )
 
 
 def bend(facade: Facade, x: Float) -> Float:
@@ -136,10 +145,13 @@ def outline_of(crossings: Crossings, few: Crossings, before: Float, piece: Piece
 
 
 def hit_share(crossings: Crossings, box: Box, y: float, grain: Grain) -> float:
-    """Share of the beams through a box and as far as a front at y m that it stopped; 0 without any."""
+    """Share of the beams through a box and as far as a front at y m that it stopped; 0 without any.
+
+    A front is as thick as a railing: its bars stand behind its rails.
+    """
     _, depth = crossings.at(y, box, 0.0)
     reached = depth >= y - grain.half
-    return float((depth[reached] <= y + grain.half).mean()) if reached.any() else 0.0
+    return float((depth[reached] <= y + max(grain.half, _THICK)).mean()) if reached.any() else 0.0
 
 
 def _foot(cheek: Float, axis: int, grain: Grain) -> tuple[float, float]:

@@ -26,7 +26,7 @@ class Piece:
 
     front_rows  (m,) rows of the points on the front itself
     cheeks      rows of slanting surfaces that run back to the wall, by side (left, below, right, above)
-    inclined    whether it has no upright front
+    inclined    whether it is a slanting plane without an upright front; curved: whether it is a moulding
     """
 
     rows: Int
@@ -35,6 +35,7 @@ class Piece:
     y: float
     cheeks: Mapping[int, Int] = field(default_factory=dict)
     inclined: bool = False
+    curved: bool = False
 
 
 def find_pieces(q: Float, grain: Grain) -> list[Piece]:
@@ -103,7 +104,7 @@ def _moulded(q: Float, rows: Int, grain: Grain) -> list[Piece]:
         own = rows[part]
         while (shape := moulding(q[own], grain)) is not None:
             on, front, box, y = shape
-            found.append(Piece(own[on], own[front], box, y))
+            found.append(Piece(own[on], own[front], box, y, curved=True))
             own = own[~on]
     return found
 

@@ -10,7 +10,7 @@ from frontage.geometry.ring import rectangle
 from frontage.model.estimate import Estimate, Provenance
 from frontage.model.facade import Facade
 from frontage.model.opening import Opening, Protrusion
-from frontage.openings.protrusion_borders import Crossings, Outline, bend, outline_of
+from frontage.openings.protrusion_borders import AHEAD, Crossings, Outline, bend, outline_of
 from frontage.openings.protrusion_boxes import Box
 from frontage.openings.protrusion_checks import is_attached
 from frontage.openings.protrusion_grain import Grain
@@ -22,10 +22,12 @@ from frontage.openings.protrusion_setbacks import find_setbacks
 _LEAST = 0.08  # m before the wall from which points may belong to a protrusion
 _OUT = 0.1  # m that a front stands out at least
 _SIGMAS = 5.0  # of the wall's noise that it does
-_REACH = 1.5  # m before the wall that belongs to it
 _SLOPE = 1.5  # m that the ground rises along a facade at most
 _UNDER = 0.5  # m beside a protrusion where the lowest point tells the ground
 _MOST = 300_000  # beams that tell shares
+_KERB = (0.3, 0.6)  # m above the ground, m out: lower and further out there are only kerbs
+_SMALL = 1.0  # m: smaller things are no railings
+_SOLID = (0.5, 0.2)  # share of the beams that a small and a large front stops at least
 _WIDE = 0.2  # m: pipes and posts are narrower
 _FULL = 0.6  # of the beams that the fullest row of a front stopped
 _COMMON = 0.3  # m within which the points of a front err together
@@ -42,24 +44,32 @@ def find_protrusions(
     q, least = crossings.q.T, 3.0 * facade.roughness
     few = crossings.thinned(_MOST)
     grain = Grain.of(q[np.abs(q[:, 1]) < least][:, [0, 2]], facade.spacing, facade.roughness)
-    before = q[(q[:, 1] < -max(least, _LEAST)) & (q[:, 1] > -_REACH)]
+    before = q[(q[:, 1] < -max(least, _LEAST)) & (q[:, 1] > -AHEAD)]
     found: list[Protrusion] = []
     pieces = bridged(merged(find_pieces(before, grain), grain), few, grain)
     for piece in merged(pieces, grain):
         if piece.y > -max(_OUT, _SIGMAS * facade.roughness):
             continue
         foot = _foot(few.q, piece.box, ground)
-        if not is_attached(before[piece.rows], piece.box, piece.y, foot):
+        kerb = piece.box[3] < foot + _KERB[0] and -piece.y > _KERB[1]
+        if kerb or not is_attached(before[piece.rows], piece.box, piece.y, foot):
             continue
         outline = outline_of(crossings, few, before, piece, grain)
-        wide, high = outline.box[2] - outline.box[0], outline.box[3] - outline.box[1]
-        if wide >= _WIDE and high >= grain.near(piece.box).least[1] / 2:
+        if _is_solid(piece, outline, grain):
             look = Look(outline.box, -piece.y, outline.hit, piece.inclined)
             kind = kind_of_protrusion(look, facade, foot, openings)
             found.append(_protrusion(facade, before, piece, outline, kind, grain))
     for piece, outline in find_setbacks(facade, crossings, grain):
         found.append(_protrusion(facade, q, piece, outline, "setback", grain))
     return numbered(facade.id, found)
+
+
+def _is_solid(piece: Piece, outline: Outline, grain: Grain) -> bool:
+    """Whether a piece is wide enough for more than a pipe, and stops enough beams for more than leaves."""
+    wide, high = outline.box[2] - outline.box[0], outline.box[3] - outline.box[1]
+    if wide < _WIDE or high < grain.near(piece.box).least[1] / 2:
+        return False
+    return piece.inclined or piece.curved or outline.hit >= _SOLID[max(wide, high) >= _SMALL]
 
 
 def numbered(facade: str, found: Sequence[Protrusion]) -> tuple[Protrusion, ...]:
@@ -72,7 +82,7 @@ def _foot(q: Float, box: Box, ground: float | None) -> float:
     """Height z m of the ground below a box: of the lowest points there, for streets slope; not far above
     `ground`.
     """
-    low = q[2, (q[0] > box[0] - _UNDER) & (q[0] < box[2] + _UNDER) & (q[1] > -_REACH)]
+    low = q[2, (q[0] > box[0] - _UNDER) & (q[0] < box[2] + _UNDER) & (q[1] > -AHEAD)]
     lowest = float(np.quantile(low, 0.002)) if len(low) else box[1]
     return lowest if ground is None else min(max(lowest, ground), ground + _SLOPE)
 
@@ -82,6 +92,7 @@ def _front(facade: Facade, front: Float, piece: Piece, grain: Grain) -> Estimate
 
     Of a railing the rails and the edge of the slab count: the fullest rows. Its bars stand further back.
     """
+    front = front[np.abs(front[:, 1] - piece.y) <= 2.0 * grain.half]
     row = ((front[:, 2] - front[:, 2].min(initial=0.0)) / grain.cell).astype(np.int64)
     number = np.bincount(row) if len(row) else np.zeros(1)
     full = front[(number >= _FULL * number.max())[row], 1] if len(row) else front[:, 1]
