@@ -47,7 +47,7 @@ def kind_of_protrusion(look: Look, facade: Facade, ground: float, openings: Sequ
         return "plinth" if width > _MOST * _width(facade) and look.projection < _STAND else "steps"
     if height >= _STOREY:
         if height > _NARROW * width and width < _SLAB:
-            return "pilaster"
+            return "pilaster" if look.projection < _SLAB / 2 else "protrusion"
         if look.box[1] > ground + _STEP:
             return "oriel"
         return "risalit" if width > _MOST * _width(facade) else "bay"

@@ -28,6 +28,7 @@ _MOST = 300_000  # beams that tell shares
 _KERB = (0.3, 0.6)  # m above the ground, m out: lower and further out there are only kerbs
 _SMALL = 1.0  # m: smaller things are no railings
 _SOLID = (0.5, 0.2)  # share of the beams that a small and a large front stops at least
+_LEAFY = ("balcony", "railing", "awning", "protrusion")  # kinds that slices of trees could be taken for
 _WIDE = 0.2  # m: pipes and posts are narrower
 _FULL = 0.6  # of the beams that the fullest row of a front stopped
 _COMMON = 0.3  # m within which the points of a front err together
@@ -55,21 +56,21 @@ def find_protrusions(
         if kerb or not is_attached(before[piece.rows], piece.box, piece.y, foot):
             continue
         outline = outline_of(crossings, few, before, piece, grain)
-        if _is_solid(piece, outline, grain):
-            look = Look(outline.box, -piece.y, outline.hit, piece.inclined)
-            kind = kind_of_protrusion(look, facade, foot, openings)
+        wide, high = outline.box[2] - outline.box[0], outline.box[3] - outline.box[1]
+        if wide < _WIDE or high < grain.near(piece.box).least[1] / 2:
+            continue
+        look = Look(outline.box, -piece.y, outline.hit, piece.inclined)
+        kind = kind_of_protrusion(look, facade, foot, openings)
+        if (
+            piece.inclined
+            or piece.curved
+            or kind not in _LEAFY
+            or outline.hit >= _SOLID[max(wide, high) >= _SMALL]
+        ):
             found.append(_protrusion(facade, before, piece, outline, kind, grain))
     for piece, outline in find_setbacks(facade, crossings, grain):
         found.append(_protrusion(facade, q, piece, outline, "setback", grain))
     return numbered(facade.id, found)
-
-
-def _is_solid(piece: Piece, outline: Outline, grain: Grain) -> bool:
-    """Whether a piece is wide enough for more than a pipe, and stops enough beams for more than leaves."""
-    wide, high = outline.box[2] - outline.box[0], outline.box[3] - outline.box[1]
-    if wide < _WIDE or high < grain.near(piece.box).least[1] / 2:
-        return False
-    return piece.inclined or piece.curved or outline.hit >= _SOLID[max(wide, high) >= _SMALL]
 
 
 def numbered(facade: str, found: Sequence[Protrusion]) -> tuple[Protrusion, ...]:
