@@ -9,9 +9,14 @@ from frontage.geometry.rigid import Rigid3
 from frontage.model.estimate import Failed
 from frontage.model.opening import Elements
 from frontage.model.scan import Scan
+from frontage.openings.agreement import agreeing
+from frontage.openings.beams import sort_beams
 from frontage.openings.candidates import Box, best_layout
+from frontage.openings.evidence import weigh
 from frontage.openings.find import find_openings
 from frontage.openings.kinds import kind_of
+from frontage.openings.measure import measure
+from frontage.openings.sight import sight_lines
 from fronts import EYE, WINDOW, box_of, scan_wall
 
 
@@ -103,6 +108,20 @@ def test_steps_lead_to_a_door():
     without = found_in(facade, scan)
     (with_steps,) = found_in(*of_points(facade, scan, np.vstack([scan.xyz[~behind], steps])))
     assert [o.kind for o in without] == ["window"] and with_steps.kind == "door"
+
+
+def test_borders_return_where_the_evidence_speaks_against_them():
+    facade, scan = scan_wall([WINDOW])
+    beams = sort_beams(facade, scan)
+    evidence = weigh(facade, beams)
+    (good,) = measure(sight_lines(facade, scan, beams), [WINDOW], evidence.raster.cell, facade.spacing)
+    assert agreeing(good, WINDOW, evidence) is good
+    x0, z0, x1, z1 = good.place
+    kept = agreeing(replace(good, place=(x0 - 0.3, z0, x1 - 0.3, z1)), WINDOW, evidence)
+    assert kept.place == (WINDOW[0], z0, WINDOW[2], z1)
+    assert np.all(np.sqrt(np.diag(kept.covariance))[:2] == 2.0 * evidence.raster.cell)
+    dark = replace(evidence, llr=np.zeros_like(evidence.llr))  # nothing is known: nothing is against it
+    assert agreeing(replace(good, place=(x0 - 0.3, z0, x1, z1)), WINDOW, dark).place[0] == x0 - 0.3
 
 
 def test_between_two_openings_is_a_pier():

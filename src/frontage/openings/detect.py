@@ -9,6 +9,7 @@ from frontage.model.estimate import Failed, Provenance
 from frontage.model.facade import Facade
 from frontage.model.opening import Elements, Opening
 from frontage.model.scan import Scan
+from frontage.openings.agreement import agreeing
 from frontage.openings.beams import Beams, sort_beams
 from frontage.openings.borders import Place
 from frontage.openings.candidates import Box, find_boxes
@@ -46,7 +47,8 @@ def find_by_evidence(facade: Facade, scan: Scan, options: OpeningOptions) -> Ele
     boxes = find_boxes(evidence, options, Framing(evidence, ground))
     rough = [_place(evidence, box) for box in boxes]
     sight = sight_lines(facade, scan, beams)
-    outlines = pool(measure(sight, rough, evidence.raster.cell, facade.spacing))
+    measured = measure(sight, rough, evidence.raster.cell, facade.spacing)
+    outlines = pool([agreeing(o, r, evidence) for o, r in zip(measured, rough, strict=True)])
     kind = partial(_kind, beams, evidence, ground)
     found = [
         _opening(o, kind, Provenance.POOLED if o.pooled else Provenance.MEASURED, box.worth, o.sure)

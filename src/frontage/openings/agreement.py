@@ -1,0 +1,58 @@
+"""Measured borders against the evidence that the openings were found by."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from frontage.openings.borders import Place
+from frontage.openings.evidence import Evidence
+from frontage.openings.outline import Outline
+
+_SLACK = 3.0  # cells that a measured border may lie off the cells' without a question
+_AGAINST = 12.0  # nats against the strip between the two borders: the price of an opening
+_ERROR = 2.0  # cells, one sigma of a border of cells
+_ORDER = (0, 2, 1, 3)  # of left, bottom, right, top among the borders
+
+
+def agreeing(outline: Outline, rough: Place, evidence: Evidence) -> Outline:
+    """The outline, with those borders as they were found that the evidence between speaks against.
+
+    A border that was moved outwards over cells of wall, or inwards over open ones, was drawn there by
+    something else: rooms behind the wall, the edge of a shadow. A circle with such a border is none; tops
+    of other curved heads are left alone, for the wall shows beside them.
+    """
+    circle = outline.shape == "circle"
+    last = 4 if circle or outline.shape == "rectangle" else 3
+    wrong = [side for side in range(last) if _against(side, rough, outline.place[side], evidence)]
+    if not wrong:
+        return outline
+    place, covariance, borders = list(outline.place), outline.covariance.copy(), list(outline.borders)
+    sigma = _ERROR * evidence.raster.cell
+    for side in range(4) if circle else wrong:
+        k = _ORDER[side]
+        place[side] = rough[side]
+        covariance[k, :] = covariance[:, k] = 0.0
+        covariance[k, k] = sigma**2
+        borders[k] = replace(borders[k], at=rough[side], sigma=sigma, gain=0.0)
+    x0, z0, x1, z1 = place
+    shape = "rectangle" if circle else outline.shape
+    return replace(
+        outline, shape=shape, place=(x0, z0, x1, z1), covariance=covariance, borders=tuple(borders)
+    )
+
+
+def _against(side: int, rough: Place, at: float, evidence: Evidence) -> bool:
+    """Whether the evidence between a side of `rough` and that side at `at` m speaks against the latter."""
+    cell, axis = evidence.raster.cell, side % 2
+    if abs(at - rough[side]) <= _SLACK * cell:
+        return False
+    ends = np.sort([at, rough[side]])
+    cells = [np.array([rough[k], rough[k + 2]]) for k in range(2)]
+    cells[axis] = ends
+    columns, rows = (
+        slice(*np.clip(np.round((v - corner) / cell), 0, None).astype(int).tolist())
+        for v, corner in zip(cells, evidence.raster.corner, strict=True)
+    )
+    gain = float(evidence.llr[rows, columns].sum())
+    outward = (at < rough[side]) == (side < 2)
+    return gain < -_AGAINST if outward else gain > _AGAINST
