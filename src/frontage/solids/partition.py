@@ -94,7 +94,7 @@ def partition(wall: Wall, placed: Sequence[Placed]) -> Partition:
 
 
 def _pinned(lines: Sequence[shapely.Geometry]) -> np.ndarray:
-    """Lines cut into pieces at the nodes of others that lie on them but for rounding.
+    """Lines that pass through the nodes of others which lie on them but for rounding.
 
     Along a line that is not parallel to an axis no whole 0.1 mm lies exactly on it; without this, slivers
     as wide as the rounding stay between two lines that were meant to be one.
@@ -110,13 +110,13 @@ def _pinned(lines: Sequence[shapely.Geometry]) -> np.ndarray:
     place = along / np.maximum(length[edge], 1e-9)
     inner = (place > SHORTEST) & (place < length[edge] - SHORTEST)
     edge, node, place = edge[inner], nodes[node[inner]], place[inner]
-    owner = np.concatenate([np.arange(len(start)), np.arange(len(start)), edge])
-    points = np.concatenate([start, end, node])
-    order = np.lexsort((np.concatenate([np.zeros(len(start)), length, place]), owner))
-    points, owner = points[order], owner[order]
-    same = owner[1:] == owner[:-1]
-    pieces: np.ndarray = shapely.linestrings(np.stack([points[:-1][same], points[1:][same]], axis=1))
-    return pieces
+    ring = np.repeat(np.arange(len(rings)), [len(r) - 1 for r in rings])
+    last = np.flatnonzero(np.diff(ring, append=len(rings)))  # the edge that ends each ring
+    owner = np.concatenate([np.arange(len(start)), last, edge])
+    points = np.concatenate([start, end[last], node])
+    order = np.lexsort((np.concatenate([np.zeros(len(start)), length[last], place]), owner))
+    found: np.ndarray = shapely.linestrings(points[order], indices=ring[owner[order]])
+    return found
 
 
 def _last(areas: Sequence[shapely.Polygon], spots: np.ndarray) -> np.ndarray:

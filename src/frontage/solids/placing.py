@@ -84,7 +84,8 @@ def _place(
     here: list[tuple[Placed, Draft]] = []
     for draft in drafts:
         relief = draft.relief
-        near = [p for p, _ in here if p.polygon.dwithin(draft.polygon, options.gap * GRID)]
+        close = shapely.dwithin([p.polygon for p, _ in here], draft.polygon, options.gap * GRID)
+        near = [here[k][0] for k in np.flatnonzero(close).tolist()]
         polygon = _fit(draft, room, [*fixed, *(p.polygon for p in near)], near, options, log)
         if polygon is not None:
             height = _stepped(relief, base + _height(relief, options, log), polygon, near, options, log)
