@@ -97,7 +97,7 @@ def test_panes_that_return_nothing():
 
 def test_without_rays_the_wall_tells():
     error, _ = errors_of(0.01, (BELOW_LEFT,), rays=False)
-    assert np.abs(error.mean(0)).max() < 0.008
+    assert np.abs(error.mean(0)).max() < 0.005  # half the spacing: what lies behind the edge is in its shadow
 
 
 def test_a_hidden_border_is_not_told():

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from frontage.geometry.arrays import Float
+from frontage.geometry.arrays import Bool, Float
 from frontage.openings.sight import Sight
 
 FITTING = 0.15
@@ -114,12 +114,9 @@ def edge_beams(near: Sight, side: Side, frame: float | None, spacing: float, loo
     slope = side.sign * near.slope[:, side.axis]
     seen = slope < 0
     own = near.at(near.depth)
-    beside = (own[:, 1 - side.axis] > low) & (own[:, 1 - side.axis] < high)
     u_own = side.sign * (own[:, side.axis] - side.at)
-    face = _face(u_own[beside], near.depth[beside], near.wall, side.reach, spacing)
-    shared = look.faces[side.number]
-    if face.points < FEW and shared is not None:
-        face = shared
+    beside = (own[:, 1 - side.axis] > low) & (own[:, 1 - side.axis] < high) & (np.abs(u_own) < side.reach)
+    face = _face(u_own[beside], near.depth[beside], near.wall, spacing, look.faces[side.number])
     begin = max(face.y, 0.0) + near.wall
     back = max(frame - face.y, 2.0 * near.wall) if frame is not None else 2.0 * near.wall
     # what stands loose beside an edge only bounds it: what passes has passed at the wall itself
@@ -131,21 +128,17 @@ def edge_beams(near: Sight, side: Side, frame: float | None, spacing: float, loo
     some &= np.abs(u) < side.reach
     stopped = near.depth < -FITTING
     solid = np.where(seen, near.depth <= begin, back_solid)
-    reveal = None
-    if frame is not None:
-        on = seen & beside & (near.depth > begin) & (near.depth < frame - near.wall)
-        on &= np.abs(u_own) < side.reach
-        reveal = _reveal_line(u_own[on], near.depth[on] - max(face.y, 0.0), near.wall / 3.0, slope[on])
+    on = seen & beside & (near.depth > begin)
+    on &= near.depth < (0.0 if frame is None else frame - near.wall)
+    reveal = _reveal_line(u_own[on], near.depth[on] - max(face.y, 0.0), near.wall / 3.0, slope[on])
     hidden = some & ~seen & ~stopped
-    wide = np.sqrt(1.0 + slope**2)
-    way = (near.depth - face.y) / back
-    far = _far(u[hidden], way[hidden])
-    dilated = far * _DILATED * look.footprint * wide
-    u = np.where(seen, u, u - dilated)
-    share = float(hidden.sum()) / max(int(some.sum()), 1)
-    slack = float(np.abs(slope[hidden]).mean()) * share if share > 0 else 0.0
-    doubt = _UNSURE * max(look.footprint, _FINEST) * float(wide[hidden].mean()) * share if share > 0 else 0.0
-    mixed = _mixed(u[hidden], way[hidden], wide[hidden]) if back < _SHALLOW else (0.0, 0.0)
+    rays = bool(near.slope.any())
+    way, wide = (near.depth - face.y) / back, np.sqrt(1.0 + slope**2)
+    # without rays a reveal's points look like mixed echoes: the footprint stays unknown
+    told = rays and back < _SHALLOW
+    mixed = _mixed(u[hidden], way[hidden], wide[hidden]) if told else (0.0, 0.0)
+    u = np.where(seen, u, u - _far(u[hidden], way[hidden]) * _DILATED * look.footprint * wide)
+    slack, doubt = _errors(hidden, some, slope, wide, look)
     return Edge(
         u[some & solid & ~stopped],
         u[some & ~solid],
@@ -155,8 +148,19 @@ def edge_beams(near: Sight, side: Side, frame: float | None, spacing: float, loo
         slack,
         doubt,
         mixed,
-        bool(near.slope.any()),
+        rays,
     )
+
+
+def _errors(hidden: Bool, some: Bool, slope: Float, wide: Float, look: Look) -> tuple[float, float]:
+    """How the place of an edge follows its face, m per m, and its doubt by the footprint, m: as far as it is
+    told by beams that it hides.
+    """
+    if not hidden.any():
+        return 0.0, 0.0
+    share = float(hidden.sum()) / int(some.sum())
+    doubt = _UNSURE * max(look.footprint, _FINEST) * float(wide[hidden].mean())
+    return float(np.abs(slope[hidden]).mean()) * share, doubt * share
 
 
 def _far(u: Float, way: Float) -> float:
@@ -179,22 +183,19 @@ def _mixed(u: Float, way: Float, wide: Float) -> tuple[float, float]:
     return float(between.sum()), _QUANTILES * per_metre * float(wide[face].mean())
 
 
-def _face(u: Float, depth: Float, wall: float, reach: float, spacing: float) -> Face:
-    """The face that ends at a border: the foremost of the surfaces within a strip beside it."""
-    solid = (depth <= wall) & (depth > -FITTING) & (np.abs(u) < reach)
+def _face(u: Float, depth: Float, wall: float, spacing: float, shared: Face | None) -> Face:
+    """The face that ends at a border: the foremost of the surfaces within a strip beside it; the `shared` one
+    where its own points do not tell.
+    """
+    solid = (depth <= wall) & (depth > -FITTING)
     u, depth = u[solid], depth[solid]
-    if len(u) < FEW:
-        return Face(0.0, wall, len(u))
-    edge = float(np.quantile(u, 0.97))
+    edge = float(np.quantile(u, 0.97)) if len(u) >= FEW else 0.0
     strip = depth[u > edge - max(_STRIP, 1.2 * spacing)]
-    if len(strip) < FEW:
-        return Face(0.0, wall, len(strip))
+    if len(u) < FEW or len(strip) < FEW:
+        return shared or Face(0.0, wall, len(strip))
     front = strip[np.abs(strip - np.quantile(strip, 0.2, method="lower")) < wall]
-    return Face(
-        float(front.mean()),
-        float(np.hypot(front.std() / np.sqrt(len(front)), _COMMON * wall / 3.0)),
-        len(front),
-    )
+    error = np.hypot(front.std() / np.sqrt(len(front)), _COMMON * wall / 3.0)
+    return Face(float(front.mean()), float(error), len(front))
 
 
 def _reveal_line(u: Float, depth: Float, noise: float, slope: Float) -> tuple[float, float] | None:

@@ -49,7 +49,10 @@ def facade_look(outlines: list[Outline]) -> Look:
         faces.append(Face(middle, max(spread, _SAME), len(y)))
     mixed = np.sum([b.edge.mixed for o in outlines for b in o.borders], axis=0)
     footprint = float(mixed[0] / mixed[1]) if mixed[1] > 0 else 0.0
-    return Look(WIDTHS[int(np.argmax(scores))], tuple(faces), min(footprint, _WIDEST))
+    # without rays edges throw shadows as wide as any blur
+    rays = any(b.edge.rays for o in outlines for b in o.borders)
+    blur = WIDTHS[int(np.argmax(scores))] if rays else Look().blur
+    return Look(blur, tuple(faces), min(footprint, _WIDEST))
 
 
 def _outline(
