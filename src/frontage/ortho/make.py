@@ -57,9 +57,7 @@ def make_ortho(
     if oriented and image_of is not None:
         cloud = _cloud(scan, surroundings, facade, raster, options)
         plan = plan_views(facade, raster, shown, cloud, oriented, options)
-        if plan is not None and options.projection == "full":
-            offset = photo_offset(facade, raster, shown, plan, image_of)
-        names = _from_photos(bands, shown, facade, raster, plan, image_of, options, offset)
+        names, offset = _from_photos(bands, shown, facade, raster, plan, image_of, options)
     if points.any():
         names += _from_scan(bands, scan, xyz_facade, points, raster, facade, gaps, len(names))
     elif not names:
@@ -89,16 +87,20 @@ def _from_photos(
     plan: ViewPlan | None,
     image_of: Callable[[str], Array],
     options: OrthoOptions,
-    offset: PhotoOffset | None,
-) -> tuple[str, ...]:
-    """Paint every pixel from the photo planned for it, note what a photo pixel covers there; their names."""
+) -> tuple[tuple[str, ...], PhotoOffset | None]:
+    """Paint every pixel from the photo planned for it, note what a photo pixel covers there.
+
+    The photos' names, and where they see the facade off the scan's surface.
+    """
     if plan is None:
-        return ()
+        return (), None
+    full = options.projection == "full"
+    offset = photo_offset(facade, raster, relief, plan, image_of) if full else None
     deeper = offset.value if offset is not None and offset.applied else 0.0
     paint_photos(bands.pixels, bands.source, relief, facade, raster, plan, image_of, options, deeper)
     for tile in tiles(raster.height, raster.width, TILE):
         bands.gsd[tile.window] = plan.window(plan.gsd, tile)
-    return tuple(p.id for p in plan.photos)
+    return tuple(p.id for p in plan.photos), offset
 
 
 def _from_scan(
