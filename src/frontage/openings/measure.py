@@ -14,7 +14,7 @@ _CLOSE = 0.4  # m around an opening that tell its borders
 _CIRCLE = 10.0  # nats that a circle must gain over a square
 _FEWER = 3  # beams that a circle must put on their side more than an arch does: about as many nats
 _SAME = 0.003  # m: faces of one facade agree no better
-_WIDEST = 0.01  # m, one sigma of the footprint of common scanners
+_FOOTPRINTS = (0.00125, 0.01)  # m, one sigma: beams leave scanners 5 mm wide (1/e2) and widen
 _ENOUGH = 3  # openings that tell what their facade has in common
 
 
@@ -52,7 +52,8 @@ def facade_look(outlines: list[Outline]) -> Look:
     # without rays edges throw shadows as wide as any blur
     rays = any(b.edge.rays for o in outlines for b in o.borders)
     blur = WIDTHS[int(np.argmax(scores))] if rays else Look().blur
-    return Look(blur, tuple(faces), min(footprint, _WIDEST))
+    narrow, wide = _FOOTPRINTS
+    return Look(blur, tuple(faces), min(max(footprint, narrow), wide) if rays else 0.0)
 
 
 def _outline(
