@@ -144,13 +144,14 @@ def test_the_facade_with_the_most_openings_is_meant_unless_another_is_asked_for(
         workspace.locate("B01", floor=0, window=1, facade="f1")
 
 
-def test_addresses_are_told_without_doing_anything_again(copy: Path, simulated: Path) -> None:
+def test_addresses_are_told_without_measuring_anything_again(copy: Path, simulated: Path) -> None:
     project = load_project(
         simulated / "project.toml", {"addresses": {"B01": ["13 rue Soufflot", "2 Hofgasse"]}}
     )
     told = _Told()
     run(project, copy, progress=told)
-    assert told.kept and all(told.kept.values())
+    again = {stage for stage, kept in told.kept.items() if not kept}
+    assert "model" in again and again <= {"model", "export", "report"}
     for asked in ("13 rue Soufflot", "hofgasse 2"):
         assert Workspace(copy).locate(asked, floor=1, window=1).building == "B01"
 

@@ -49,8 +49,8 @@ def folder(out: Path, names: tuple[str, ...] = ("B01", "B02")) -> Workspace:
     return workspace
 
 
-def made(workspace: Workspace, workers: int = 1, model: Path | None = None, **options) -> dict:
-    table = {"scans": [{"path": "x.las"}], "solids": options}
+def made(workspace: Workspace, workers: int = 1, model: Path | None = None, addresses=(), **options) -> dict:
+    table = {"scans": [{"path": "x.las"}], "solids": options, "addresses": addresses}
     if model is not None:
         table["model"] = {"path": str(model)}
     with make_executor(workers) as executor:
@@ -74,6 +74,15 @@ def test_files_of_the_model(tmp_path: Path) -> None:
         ("B01", "1 Lime Street"),
         ("B02", "2 Lime Street"),
     ]
+
+
+def test_addresses_of_the_project_file_name_what_has_none(tmp_path: Path) -> None:
+    workspace = folder(tmp_path, ("B01",))
+    index = workspace.buildings_folder / "index.json"
+    index.write_text(index.read_text().replace('"1 Lime Street"', "null"))
+    made(workspace, addresses={"B01": "13 rue Soufflot"})
+    (building,) = read_city_model(tmp_path / "model" / "lod3.city.json", WORLD).buildings
+    assert building.address == "13 rue Soufflot"
 
 
 def test_two_workers_give_the_same_bytes(tmp_path: Path) -> None:

@@ -70,6 +70,20 @@ def building_at(workspace: "Workspace", asked: str, book: Sequence[AddressEntry]
 
     Raises InputError with one sentence: none, several, or an address given to no building.
     """
+    known, lost = known_addresses(workspace, book)
+    try:
+        return find_building(asked, known)
+    except InputError:
+        meant = _meant(asked, list(lost))
+        if meant is None:
+            raise
+        raise InputError(lost[meant]) from None
+
+
+def known_addresses(
+    workspace: "Workspace", book: Sequence[AddressEntry]
+) -> tuple[dict[str, list[str]], dict[str, str]]:
+    """Every building's addresses, the city model's first; why an address of the book is nobody's."""
     records = workspace.building_records()
     known = {str(r["id"]): [str(r["address"])] if r["address"] else [] for r in records}
     plans = _plans(workspace, records) if any(entry.at for entry in book) else {}
@@ -80,13 +94,7 @@ def building_at(workspace: "Workspace", asked: str, book: Sequence[AddressEntry]
             lost[entry.address] = why
         elif entry.address not in known[building]:
             known[building].append(entry.address)
-    try:
-        return find_building(asked, known)
-    except InputError:
-        meant = _meant(asked, list(lost))
-        if meant is None:
-            raise
-        raise InputError(lost[meant]) from None
+    return known, lost
 
 
 def _meant(asked: str, addresses: list[str]) -> str | None:

@@ -87,13 +87,14 @@ def city_opening(o: CityOpening, number: int, world: WorldRef) -> FoundOpening:
     """A Window or Door surface of the LoD3 model."""
     a = o.about
     counts = [a.get("n_vertical"), a.get("n_horizontal")]
+    judged = None not in counts and a.get("bars") != "not measured"
     sigma = {"border": a.get("sigma_border"), "depth": a.get("sigma_depth")}
     return FoundOpening(
         str(a.get("id", f"{o.kind} {number}")),
         o.kind,
         world.to_local(o.ring),
         _plain(a.get("depth")),
-        counts=None if None in counts else (int(counts[0] or 0), int(counts[1] or 0)),
+        counts=(int(counts[0] or 0), int(counts[1] or 0)) if judged else None,
         sigma=_sigma(sigma),
         coarse=True,
     )

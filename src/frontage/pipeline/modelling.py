@@ -16,6 +16,7 @@ from frontage.io.citymodel import read_city_model
 from frontage.io.glb import Mesh, glb_of
 from frontage.model import Building, Elements, Facade, Failed, WorldRef
 from frontage.model.citymodel import CityBuilding, Shell
+from frontage.pipeline.addressbook import known_addresses
 from frontage.pipeline.context import Run
 from frontage.pipeline.elements import load_elements
 from frontage.pipeline.facadepicture import wall_picture
@@ -64,7 +65,10 @@ class Made:
 def make_model(run: Run, world: WorldRef) -> Result:
     """Build every building, write OUT/model; see docs/model.md."""
     workspace, options = run.workspace, run.project.solids
-    records = {r["id"]: r for r in workspace.building_records()}
+    known, _ = known_addresses(workspace, run.project.addresses)
+    records = {
+        r["id"]: r | {"address": next(iter(known[r["id"]]), None)} for r in workspace.building_records()
+    }
     city = _city_model(run, world)
     facades = {name: [workspace.load_facade(f) for f in _facades(workspace, name)] for name in records}
     groups = match_model(facades, city, options)

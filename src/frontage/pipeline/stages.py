@@ -188,7 +188,7 @@ def _facades(project: Project) -> Any:
 
 
 def _solids(project: Project) -> Any:
-    return [_model_crs(project), *_dump([project.solids])]
+    return [_model_crs(project), *_dump([project.solids, *project.addresses])]
 
 
 def _model_crs(project: Project) -> str | None:
