@@ -16,57 +16,30 @@ registered first: `frontage run`.)
 """
 
 import argparse
-import importlib.util
-import json
-import subprocess
 import sys
-import tempfile
-import time
 from collections.abc import Sequence
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
 from functools import partial
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from _common import DATA, bootstrap, figure, table
-from frontage.buildings import find_buildings
+from _common import bootstrap, figure, table
+from _houses import Case, case_of, facades_of, openings_of, scanned
+from _realfronts import COST, LEVELS, real
 from frontage.evaluation.openings import score_openings
 from frontage.evaluation.result import FoundOpening
-from frontage.evaluation.truth import Truth, best_share, read_truth
-from frontage.facades import find_facades
+from frontage.evaluation.truth import Truth, best_share
 from frontage.geometry.arrays import Float
-from frontage.io.scans import ScanSource, read_scans
-from frontage.model import Building, Facade, Opening, Provenance, Scan
-from frontage.model.scan import merge_scans
-from frontage.openings.find import find_openings
-from frontage.openings.options import OpeningOptions
-from frontage.simulate.build import street
-from frontage.simulate.instrument import ScannerSpec
-from frontage.simulate.rays import Tracer
-from frontage.simulate.scene import Scene
-from frontage.simulate.spec import SceneSpec
-from frontage.simulate.terrestrial import scan_stations
-from frontage.simulate.truth import scene_table
-from frontage.simulate.visibility import Eye, visibility
 
-REAL = ("brooklyn_row", "manhattan_apartment")
-SCENE = ("registered/scan_2cm.e57", "registered/scan_4cm.laz", "mobile/mobile.laz")
-LEVELS = (0.5, 0.75)
 HALF = 0.5  # share of an opening that a station must have seen for it to be asked for
 BORDERS = ("left", "right", "bottom", "top")
-
-
-@dataclass(frozen=True)
-class Case:
-    """A house and how it is scanned."""
-
-    seed: int
-    spacing: float
-    stations: int
-    occluded: bool
+DETECTION = (
+    *("method", "F1 at 0.5", "F1 at 0.75", "true", "false", "missed", "kind right"),
+    *("inferred right", "inferred", "facades failed", COST),
+)
+MEASURED = ("spacing", "method", "border", "90 %", *BORDERS, "error / sigma", "depth bias", "depth error")
 
 
 @dataclass
@@ -82,94 +55,6 @@ class Score:
     inferred: list[bool]
     seconds: float  # per million points
     failed: int
-
-
-def case_of(number: int) -> Case:
-    """The case of a number: 1, 2, 4 cm; one to three stations; every third pair behind things."""
-    spacing = (0.02, 0.04, 0.01, 0.02, 0.04)[number % 5]
-    stations = 1 + (number // 5) % 2 if spacing == 0.01 else (2, 1, 1, 3, 2)[number % 5]
-    return Case(number, spacing, stations, (number // 2) % 3 == 1)
-
-
-def scanned(case: Case) -> tuple[Scan, Scene, Truth, Any]:
-    """A house: its cloud, scene, truth, and the house of every point; colour and photos are left out."""
-    things = (2, 3, 4) if case.occluded else (0, 0, 0)
-    spec = SceneSpec.model_validate(
-        {"seed": case.seed, "houses": 1, "opposite": False, "setting": "terrace", "lamps": 0, "hedges": False}
-        | dict(zip(("trees", "cars", "people"), things, strict=True))
-    )
-    scanner = ScannerSpec.model_validate(
-        {"stations": case.stations, "spacing": case.spacing, "field": 170, "lowest": -20, "highest": 60}
-        | {"subrays": 7, "colour": False}
-    )
-    scene = street(spec)
-    stations = scan_stations(scene, scanner, case.seed)
-    angles = np.radians([scanner.field, scanner.lowest, scanner.highest])
-    eyes = [Eye(s.true.t, scene.local_from_street.R[:, 1], *map(float, angles)) for s in stations]
-    seen = visibility(scene, Tracer(scene.mesh), eyes, np.empty((0, 3)), [])
-    empty: dict[str, Any] = {"stations": [], "photos": [], "points": [], "drive": None}
-    truth = read_truth(scene_table(scene, seen, {}) | empty)
-    owner = np.array([s.house for s in scene.surfaces])
-    surface = np.concatenate([s.surface for s in stations])
-    house = np.where(surface >= 0, owner[surface], -1)
-    return merge_scans([s.scan for s in stations]), scene, truth, house
-
-
-def facades_of(scan: Scan, house: Any, scene: Scene) -> list[Facade]:
-    """The street facades, as a run would find them in the points of each house."""
-    out: list[Facade] = []
-    for number, plan in enumerate(scene.houses):
-        index = np.flatnonzero(house == number)
-        found = find_facades(scan, Building(plan.id, index, plan.ground_z))
-        out += [f for f in found if isinstance(f, Facade)]
-    return out
-
-
-def claim(facade: Facade, opening: Opening) -> FoundOpening:
-    """An opening as the scorer takes it."""
-    ring = np.column_stack([opening.ring[:, 0], np.zeros(len(opening.ring)), opening.ring[:, 1]])
-    sigma = np.sqrt(np.diag(opening.ring_covariance)).reshape(-1, 2)
-    ends = [*opening.ring.argmin(0), *opening.ring.argmax(0)]
-    errors = dict(
-        zip(
-            ("left", "bottom", "right", "top"),
-            (float(sigma[e, k % 2]) for k, e in enumerate(ends)),
-            strict=True,
-        )
-    )
-    depth = opening.depth
-    if depth is not None:
-        errors["depth"] = float(depth.sigma[0])
-    return FoundOpening(
-        opening.id,
-        opening.kind,
-        facade.frame.apply(ring),
-        None if depth is None else float(depth.value),
-        opening.shape,
-        sigma=errors,
-    )
-
-
-def openings_of(
-    facades: Sequence[tuple[Facade, float]], scan: Scan, method: str
-) -> tuple[list[FoundOpening], list[str], int, float]:
-    """All openings of the facades with their grounds' heights, the ids of the inferred ones, the number of
-    facades that failed, and the processor seconds per million facade points.
-    """
-    found: list[FoundOpening] = []
-    inferred: list[str] = []
-    failed = 0
-    start = time.process_time()
-    for facade, ground in facades:
-        foot = facade.frame.inverse.apply(np.array([[*facade.frame.t[:2], ground]]))
-        options = OpeningOptions.model_validate({"method": method, "ground_z": float(foot[0, 2])})
-        elements = find_openings(facade, scan, options)
-        failed += not elements
-        own = elements.openings if elements else ()
-        found += [claim(facade, o) for o in own]
-        inferred += [o.id for o in own if o.provenance is Provenance.INFERRED]
-    points = sum(len(f.support) for f, _ in facades)
-    return found, inferred, failed, (time.process_time() - start) / max(points, 1) * 1e6
 
 
 def scored(number: int, methods: Sequence[str]) -> dict[str, Score]:
@@ -285,99 +170,6 @@ def simulated(numbers: Sequence[int], methods: Sequence[str], workers: int) -> N
             ]
             measured.append([f"{100 * spacing:g} cm", method, *figures])
     table("Borders and depth, mm", MEASURED, measured)
-
-
-COST = "processor s per million points"
-DETECTION = (
-    *("method", "F1 at 0.5", "F1 at 0.75", "true", "false", "missed", "kind right"),
-    *("inferred right", "inferred", "facades failed", COST),
-)
-MEASURED = ("spacing", "method", "border", "90 %", *BORDERS, "error / sigma", "depth bias", "depth error")
-
-
-def fronts(scan: Scan) -> list[tuple[Facade, float]]:
-    """The facades of a real scan with the heights of the ground, as a run finds them."""
-    return [
-        (f, building.ground_z)
-        for building in find_buildings(scan).buildings
-        for f in find_facades(scan, building)
-        if isinstance(f, Facade)
-    ]
-
-
-def real(methods: Sequence[str]) -> None:
-    """The tables of the annotated fronts and of the complete scene."""
-    lines = []
-    for name in REAL:
-        truth = DATA / "truth" / f"{name}.json"
-        if not truth.exists():
-            print(f"{name}: shared data is absent, left out", file=sys.stderr)
-            continue
-        (scan,) = read_scans(ScanSource(path=str(DATA / name / "street_front.laz")))
-        facades = fronts(scan)
-        for method in methods:
-            found, _, _, seconds = openings_of(facades, scan, method)
-            told = judged(found, scan, truth)
-            numbers = [f"{told[f'f1@{level}']:.3f}" for level in LEVELS]
-            borders = [told.get("border_median_cm", "-"), told.get("border_p90_cm", "-")]
-            lines.append(
-                [name, method, *numbers, told["asked"], told["predicted"], *borders, f"{seconds:.1f}"]
-            )
-    lines += scene(methods)
-    if lines:
-        table("Real fronts, and the scene of real buildings", REALITY, lines)
-
-
-REALITY = ("front", "method", "F1 at 0.5", "F1 at 0.75", "asked", "found", "border cm", "90 % cm", COST)
-
-
-def scene(methods: Sequence[str]) -> list[list[Any]]:
-    """Lines of the registered scans of `ingolstadt_scene`, by its scorer."""
-    folder = DATA / "ingolstadt_scene"
-    if not folder.exists():
-        print("ingolstadt_scene: shared data is absent, left out", file=sys.stderr)
-        return []
-    spec = importlib.util.spec_from_file_location("score_scene", folder / "score_scene.py")
-    assert spec is not None and spec.loader is not None
-    scorer: Any = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(scorer)
-    truth = scorer.load_truth(folder / "truth" / "truth.json")
-    lines = []
-    for name in SCENE:
-        path = folder / "input" / name
-        trajectory = path.with_name("trajectory.csv") if name.startswith("mobile") else None
-        source = {"path": str(path)} | ({"trajectory": str(trajectory)} if trajectory else {})
-        scan = merge_scans(read_scans(ScanSource.model_validate(source)))
-        facades = fronts(scan)
-        visible = "visible_mobile" if trajectory else "visible_tls"
-        for method in methods:
-            found, _, _, seconds = openings_of(facades, scan, method)
-            doors = ("door", "garage", "passage")
-            claims = [
-                {"kind": "Door" if o.kind in doors else "Window", "polygons": [scan.world.to_world(o.ring)]}
-                | {"building": None, **({} if o.depth is None else {"depth": o.depth})}
-                for o in found
-            ]
-            told = scorer.score_openings(claims, truth, visible)
-            numbers = [f"{told[f'f1@{level}']:.3f}" for level in LEVELS]
-            borders = [told["border_median_cm"], told["border_p90_cm"]]
-            lines.append(
-                [name, method, *numbers, told["n_truth"], told["n_pred"], *borders, f"{seconds:.1f}"]
-            )
-    return lines
-
-
-def judged(found: Sequence[FoundOpening], scan: Scan, truth: Path) -> dict[str, Any]:
-    """The figures of the annotation's own scorer."""
-    entries = [{"kind": o.kind, "outline_world": scan.world.to_world(o.ring).tolist()} for o in found]
-    with tempfile.TemporaryDirectory() as folder:
-        path = Path(folder) / "facades" / "all" / "openings.json"
-        path.parent.mkdir(parents=True)
-        path.write_text(json.dumps({"openings": entries}))
-        command = [sys.executable, str(truth.parent / "score_real.py"), folder, str(truth)]
-        done = subprocess.run(command, capture_output=True, text=True, check=True)
-    told: dict[str, Any] = json.loads(done.stdout)
-    return told
 
 
 def main() -> None:

@@ -1,0 +1,122 @@
+"""Houses drawn and scanned for the benchmark of openings, and what is found on them."""
+
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from frontage.evaluation.result import FoundOpening
+from frontage.evaluation.truth import Truth, read_truth
+from frontage.facades import find_facades
+from frontage.model import Building, Facade, Opening, Provenance, Scan
+from frontage.model.scan import merge_scans
+from frontage.openings.find import find_openings
+from frontage.openings.options import OpeningOptions
+from frontage.simulate.build import street
+from frontage.simulate.instrument import ScannerSpec
+from frontage.simulate.rays import Tracer
+from frontage.simulate.scene import Scene
+from frontage.simulate.spec import SceneSpec
+from frontage.simulate.terrestrial import scan_stations
+from frontage.simulate.truth import scene_table
+from frontage.simulate.visibility import Eye, visibility
+
+
+@dataclass(frozen=True)
+class Case:
+    """A house and how it is scanned."""
+
+    seed: int
+    spacing: float
+    stations: int
+    occluded: bool
+
+
+def case_of(number: int) -> Case:
+    """The case of a number: 1, 2, 4 cm; one to three stations; every third pair behind things."""
+    spacing = (0.02, 0.04, 0.01, 0.02, 0.04)[number % 5]
+    stations = 1 + (number // 5) % 2 if spacing == 0.01 else (2, 1, 1, 3, 2)[number % 5]
+    return Case(number, spacing, stations, (number // 2) % 3 == 1)
+
+
+def scanned(case: Case) -> tuple[Scan, Scene, Truth, Any]:
+    """A house: its cloud, scene, truth, and the house of every point; colour and photos are left out."""
+    things = (2, 3, 4) if case.occluded else (0, 0, 0)
+    spec = SceneSpec.model_validate(
+        {"seed": case.seed, "houses": 1, "opposite": False, "setting": "terrace", "lamps": 0, "hedges": False}
+        | dict(zip(("trees", "cars", "people"), things, strict=True))
+    )
+    scanner = ScannerSpec.model_validate(
+        {"stations": case.stations, "spacing": case.spacing, "field": 170, "lowest": -20, "highest": 60}
+        | {"subrays": 7, "colour": False}
+    )
+    scene = street(spec)
+    stations = scan_stations(scene, scanner, case.seed)
+    angles = np.radians([scanner.field, scanner.lowest, scanner.highest])
+    eyes = [Eye(s.true.t, scene.local_from_street.R[:, 1], *map(float, angles)) for s in stations]
+    seen = visibility(scene, Tracer(scene.mesh), eyes, np.empty((0, 3)), [])
+    empty: dict[str, Any] = {"stations": [], "photos": [], "points": [], "drive": None}
+    truth = read_truth(scene_table(scene, seen, {}) | empty)
+    owner = np.array([s.house for s in scene.surfaces])
+    surface = np.concatenate([s.surface for s in stations])
+    house = np.where(surface >= 0, owner[surface], -1)
+    return merge_scans([s.scan for s in stations]), scene, truth, house
+
+
+def facades_of(scan: Scan, house: Any, scene: Scene) -> list[Facade]:
+    """The street facades, as a run would find them in the points of each house."""
+    out: list[Facade] = []
+    for number, plan in enumerate(scene.houses):
+        index = np.flatnonzero(house == number)
+        found = find_facades(scan, Building(plan.id, index, plan.ground_z))
+        out += [f for f in found if isinstance(f, Facade)]
+    return out
+
+
+def claim(facade: Facade, opening: Opening) -> FoundOpening:
+    """An opening as the scorer takes it."""
+    ring = np.column_stack([opening.ring[:, 0], np.zeros(len(opening.ring)), opening.ring[:, 1]])
+    sigma = np.sqrt(np.diag(opening.ring_covariance)).reshape(-1, 2)
+    ends = [*opening.ring.argmin(0), *opening.ring.argmax(0)]
+    errors = dict(
+        zip(
+            ("left", "bottom", "right", "top"),
+            (float(sigma[e, k % 2]) for k, e in enumerate(ends)),
+            strict=True,
+        )
+    )
+    depth = opening.depth
+    if depth is not None:
+        errors["depth"] = float(depth.sigma[0])
+    return FoundOpening(
+        opening.id,
+        opening.kind,
+        facade.frame.apply(ring),
+        None if depth is None else float(depth.value),
+        opening.shape,
+        sigma=errors,
+    )
+
+
+def openings_of(
+    facades: Sequence[tuple[Facade, float]], scan: Scan, method: str
+) -> tuple[list[FoundOpening], list[str], int, float]:
+    """All openings of the facades with their grounds' heights, the ids of the inferred ones, the number of
+    facades that failed, and the processor seconds per million facade points.
+    """
+    found: list[FoundOpening] = []
+    inferred: list[str] = []
+    failed = 0
+    start = time.process_time()
+    for facade, ground in facades:
+        foot = facade.frame.inverse.apply(np.array([[*facade.frame.t[:2], ground]]))
+        options = OpeningOptions.model_validate({"method": method, "ground_z": float(foot[0, 2])})
+        elements = find_openings(facade, scan, options)
+        failed += not elements
+        own = elements.openings if elements else ()
+        found += [claim(facade, o) for o in own]
+        inferred += [o.id for o in own if o.provenance is Provenance.INFERRED]
+    points = sum(len(f.support) for f, _ in facades)
+    return found, inferred, failed, (time.process_time() - start) / max(points, 1) * 1e6
