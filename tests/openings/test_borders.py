@@ -44,7 +44,7 @@ def sight(eyes, spacing, *, blocks=(), seed=0, returned=1.0, rays=True):
     if not rays:
         place, slope = place + slope * depth[:, None], np.zeros_like(slope)
     order = np.argsort(place[:, 0], kind="stable")
-    return Sight(place[order], slope[order], depth[order], np.zeros(len(order)), 0.015)
+    return Sight(place[order].T, slope[order].T, depth[order], np.zeros(len(order)), 0.015)
 
 
 def surround(width=0.12, y=-0.04):

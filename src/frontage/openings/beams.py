@@ -5,11 +5,12 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import ndimage
 
-from frontage.geometry.arrays import Array, Bool, Float, Int, freeze
+from frontage.geometry.arrays import Array, Bool, Float, Int, distinct, freeze
 from frontage.model.facade import Facade
 from frontage.model.scan import Scan
 
 _TILE = 0.25  # m, raster of the wall's depth
+_FINE = 8  # cells of a tile, along and across, that tell its area
 _KERNEL = 0.8  # m, one sigma of the surroundings that tell it: wider than half a window
 _PEAK = 0.25  # share of the highest peak that a surface needs to be the wall: glass fronts hold little wall
 _FINEST = 0.01  # m, least bin of offsets
@@ -19,6 +20,7 @@ _PIER = 0.4  # share of a tile that a pier fills
 _FITTING = 0.3  # m: sills, surrounds, open shutters and cut stone stand so far out, and close what they cover
 _LEAST = 0.015  # m: a surface that near the wall is the wall, however quiet the scanner
 _REACH = 60.0  # m behind the wall that a beam through it may reach
+_FLAT = 1e-3  # m that a beam comes nearer to the wall at least
 
 
 @dataclass(frozen=True)
@@ -41,15 +43,28 @@ class Raster:
             c = np.floor((x - self.corner[0]) / self.cell)
             r = np.floor((z - self.corner[1]) / self.cell)
             inside = (c >= 0) & (r >= 0) & (c < self.shape[1]) & (r < self.shape[0])
-        return np.where(inside, np.where(inside, r, 0) * self.shape[1] + np.where(inside, c, 0), -1).astype(
-            np.int64
-        )
+            return np.where(inside, r * self.shape[1] + c, -1.0).astype(np.int64)
 
     def count(self, x: Float, z: Float) -> Float:
         """How many of the places (n,) lie in each cell."""
         at = self.flat(x, z)
         size = self.shape[0] * self.shape[1]
         return np.bincount(at[at >= 0], minlength=size).reshape(self.shape).astype(np.float64)
+
+
+@dataclass(frozen=True, eq=False)
+class Lines:
+    """Lines of sight (n,) that cross the wall.
+
+    place  (2, n) x, z m where they cross it at its local depth y m, `level` (n,)
+    slope  (2, n) m along x, z that they move per m of depth
+    y      (n,) m, depth of their points
+    """
+
+    place: Float
+    slope: Float
+    y: Float
+    level: Float
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,7 +77,7 @@ class Beams:
     front    (p, 3) x, z m and depth m (negative) of the points before the wall, fittings left out
     wall     (h, w) depth y m of the wall on `raster`; sigma m of the wall's own points about it; `least`
              m is the distance from the wall beyond which a point is not on it
-    rays     whether the lines of sight are known
+    lines    the lines of sight, as far as they are known; rays: whether they mostly are
     """
 
     solid: Float
@@ -75,6 +90,7 @@ class Beams:
     raster: Raster
     sigma: float
     least: float
+    lines: Lines
     rays: bool
 
     def __post_init__(self) -> None:
@@ -102,7 +118,8 @@ def sort_beams(facade: Facade, scan: Scan) -> Beams:
     least = max(3.0 * sigma, _LEAST)
     known = scan.origin_index >= 0
     lone = facade.support[~known[facade.support]]
-    place, depth = _crossings(scan, facade, wall, raster, np.flatnonzero(known))
+    lines = _lines(facade, scan, wall, raster)
+    place, depth = lines.place.T, lines.y - _at(wall, raster, *lines.place)
     point = to_facade.apply(scan.xyz[lone])
     own = point[:, 1] - _at(wall, raster, point[:, 0], point[:, 2])
     d = residual
@@ -120,27 +137,29 @@ def sort_beams(facade: Facade, scan: Scan) -> Beams:
         raster,
         sigma,
         least,
+        lines,
         bool(known[facade.support].mean() > 0.5) if len(facade.support) else False,
     )
 
 
-def _crossings(scan: Scan, facade: Facade, wall: Float, raster: Raster, index: Int) -> tuple[Float, Float]:
-    """Where the beams of the points `index` (n,) cross the wall, (k, 2), and the points' depth behind it.
+def _lines(facade: Facade, scan: Scan, wall: Float, raster: Raster) -> Lines:
+    """The lines of sight that cross the wall within the facade's bounding box, from before it.
 
-    Only beams that cross it within the facade's bounding box, from before the wall.
+    Crossings with the plane first, then with the wall's depth there.
     """
     to_facade = facade.frame.inverse
-    point, eye = to_facade.apply(scan.xyz[index]), to_facade.apply(scan.sensor_of(index))
-    depth = np.zeros(len(index))
-    place = np.empty((len(index), 2))
-    ok: Bool = eye[:, 1] < -_FITTING
-    run = np.where(np.abs(point[:, 1] - eye[:, 1]) > 1e-6, point[:, 1] - eye[:, 1], 1e-6)
-    for _ in range(2):
-        share = (depth - eye[:, 1]) / run
-        place = (eye + share[:, None] * (point - eye))[:, [0, 2]]
-        depth = np.nan_to_num(_at(wall, raster, place[:, 0], place[:, 1]))
-    ok &= (share > 0) & (raster.flat(place[:, 0], place[:, 1]) >= 0) & (point[:, 1] < _REACH)
-    return place[ok], (point[:, 1] - depth)[ok]
+    eyes = np.vstack([to_facade.apply(scan.origins).reshape(-1, 3), np.full(3, np.nan)])  # -1 is unknown
+    x, y, z = to_facade.apply(scan.xyz).T
+    ahead = np.where(eyes[:, 1] < -_FITTING, eyes[:, 1], np.nan)[scan.origin_index]
+    ok = np.flatnonzero((y - ahead > _FLAT) & (y < _REACH))
+    x, y, z, origin = x[ok], y[ok], z[ok], scan.origin_index[ok]
+    run = y - ahead[ok]
+    slope = np.stack([(x - eyes[origin, 0]) / run, (z - eyes[origin, 2]) / run])
+    foot = np.stack([x, z]) - slope * y
+    level = _at(wall, raster, *foot)
+    place = foot + slope * level
+    ok = np.flatnonzero(raster.flat(*place) >= 0)
+    return Lines(place.take(ok, 1), slope.take(ok, 1), y[ok], level[ok])
 
 
 def _wall_depth(xyz: Float, raster: Raster, roughness: float) -> Float:
@@ -154,12 +173,13 @@ def _wall_depth(xyz: Float, raster: Raster, roughness: float) -> Float:
     bins = int((high - low) / step) + 2
     level = ((xyz[:, 1] - low) / step).astype(np.int64)
     flat = raster.flat(xyz[:, 0], xyz[:, 2])
-    fine = Raster(raster.corner, _TILE / 8, (raster.shape[0] * 8, raster.shape[1] * 8))
+    fine = Raster(raster.corner, _TILE / _FINE, (raster.shape[0] * _FINE, raster.shape[1] * _FINE))
     kept = flat >= 0
     key = fine.flat(xyz[kept, 0], xyz[kept, 2]) * bins + level[kept]
-    _, first = np.unique(key, return_index=True)  # area, not points: every cell counts once per offset
-    size = raster.shape[0] * raster.shape[1]
-    held = np.bincount(flat[kept][first] * bins + level[kept][first], minlength=size * bins)
+    cell, offset = np.divmod(distinct(key), bins)  # area, not points: every cell counts once per offset
+    row, column = np.divmod(cell, fine.shape[1])
+    tile = row // _FINE * raster.shape[1] + column // _FINE
+    held = np.bincount(tile * bins + offset, minlength=raster.shape[0] * raster.shape[1] * bins)
     own = held.reshape(*raster.shape, bins).astype(np.float32)
     wide = (_KERNEL / _TILE, _KERNEL / _TILE, 1.0)
     area = ndimage.gaussian_filter(own, wide, mode="constant", truncate=3.0)
@@ -226,6 +246,6 @@ def _refined(wall: Float, xyz: Float, raster: Raster, slack: float) -> Float:
 def _at(values: Float, raster: Raster, x: Float, z: Float) -> Float:
     """The value (n,) of the cell that each place lies in, or of the nearest one."""
     h, w = raster.shape
-    c = np.clip(np.nan_to_num((x - raster.corner[0]) / raster.cell), 0, w - 1).astype(np.int64)
-    r = np.clip(np.nan_to_num((z - raster.corner[1]) / raster.cell), 0, h - 1).astype(np.int64)
-    return np.asarray(values[r, c])
+    c = np.clip((x - raster.corner[0]) / raster.cell, 0, w - 1).astype(np.int64)
+    r = np.clip((z - raster.corner[1]) / raster.cell, 0, h - 1).astype(np.int64)
+    return np.asarray(values.ravel()[r * w + c])

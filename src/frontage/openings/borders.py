@@ -4,7 +4,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy import ndimage
-from scipy.special import logsumexp, ndtr
+from scipy.special import ndtr
 
 from frontage.geometry.arrays import Float
 from frontage.openings.edges import Edge, Look, Side, edge_beams
@@ -91,7 +91,7 @@ def locate(near: Sight, side: Side, band: float, frame: float | None, spacing: f
     gain = float(score.max() - max(score[0], score[-1]))
     if gain < _TOLD:
         sigma = max(sigma, side.inner)  # something hides it, however far
-    told = np.array([logsumexp(scores[w]) for w in asked])
+    told = np.array([scores[w].max() + np.log(np.exp(scores[w] - scores[w].max()).sum()) for w in asked])
     return Border(side.at + side.sign * mean, sigma, gain, edge, told)
 
 
@@ -116,19 +116,16 @@ def side_scores(
     step = float(e[1] - e[0])
     n = int(6.0 * blur / step) + 1
     lag = (np.arange(-n, n) + 0.5) * step  # of a bin's centre behind a border
-    low = min(float(e[0]), *(float(u.min()) for u in (solid, opened) if len(u)))
-    high = max(float(e[-1]), *(float(u.max()) for u in (solid, opened) if len(u)))
-    ahead = int((float(e[0]) - low) / step) + n + 1
-    bins = ahead + len(e) + int(max(high - float(e[-1]), 0.0) / step) + n + 1
+    bins = len(e) + 2 * n + 2  # what lies further off is in the first and the last one
     total = np.zeros(len(e))
     for u, side, stray in ((solid, -1.0, strays[0]), (opened, 1.0, strays[1])):
-        bin_ = np.floor((u - float(e[0])) / step).astype(np.int64) + ahead
+        bin_ = np.clip((u - float(e[0])) / step + (n + 1), 0, bins - 1).astype(np.int64)
         count = np.bincount(bin_, minlength=bins).astype(np.float64)
         near = np.log(stray + (1 - stray) * ndtr(side * lag / blur))
         near -= np.log(stray) * (side * lag < 0)  # far from the border all is certain: counted below
-        below = np.concatenate([[0.0], np.cumsum(count)])[ahead : ahead + len(e)]
+        below = np.cumsum(count)[n : n + len(e)]
         wrong = below if side > 0 else len(u) - below
-        local = np.convolve(count, near[::-1])[ahead + n - 1 : ahead + n - 1 + len(e)]
+        local = np.convolve(count, near[::-1], "valid")[1 : 1 + len(e)]
         total += local + np.log(stray) * wrong
     return total
 
@@ -148,10 +145,12 @@ def _absences(edge: Edge, reach: float, spacing: float, e: Float) -> Float:
     Rasters are regular: what counts is not how many points a side has but how wide the gaps between them are.
     """
     fine = np.arange(-reach, reach + 0.001, 0.002)
-    count = [np.histogram(u, fine)[0].astype(np.float64) for u in (edge.solid, edge.opened, edge.stopped)]
-    wide = spacing / 0.002
-    total = ndimage.gaussian_filter1d(count[0] + count[1] + count[2], wide)
-    free = 1.0 - ndimage.gaussian_filter1d(count[2], wide) / np.maximum(total, 1e-9)
+    free = np.ones(len(fine) - 1)
+    if len(edge.stopped):
+        found = (edge.solid, edge.opened, edge.stopped)
+        count = [np.diff(np.searchsorted(u, fine)).astype(np.float64) for u in found]
+        total, stopped = ndimage.gaussian_filter1d(np.stack([sum(count), count[2]]), spacing / 0.002)
+        free -= stopped / np.maximum(total, 1e-9)
     length = np.concatenate([[0.0], np.cumsum(np.clip(free, 0.0, 1.0)) * 0.002])
     before = np.interp(e, fine, length)
     solid = edge.solid[edge.solid < 0.0]
@@ -162,8 +161,10 @@ def _absences(edge: Edge, reach: float, spacing: float, e: Float) -> Float:
 
 
 def _gap(u: Float, reach: float) -> float:
-    """Half the width m of the gap that a random place lies in; of single points their mean distance."""
+    """Half the width m of the gap that a random place lies in among points (n,) m that rise; of single points
+    their mean distance.
+    """
     if len(u) < 2:
         return reach
-    gap = np.diff(np.sort(u))
-    return max(float((gap**2).sum() / gap.sum()) / 2.0, _STEP) if gap.sum() > 0 else reach
+    gap = np.diff(u)
+    return max(float(gap @ gap / gap.sum()) / 2.0, _STEP) if gap.sum() > 0 else reach

@@ -57,10 +57,10 @@ def find_wall(
 ) -> tuple[float, float] | None:
     """Depth y m of the wall around a box, and its sigma: the rearmost of the surfaces that hold much."""
     x0, z0, x1, z1 = box
-    own = near.at(near.depth)
-    out = (own[:, 0] < x0) | (own[:, 0] > x1) | (own[:, 1] < z0) | (own[:, 1] > z1)
-    on = out & (np.abs(near.depth) < _RELIEF)
-    y = (near.depth + near.level)[on]
+    on = np.flatnonzero(np.abs(near.depth) < _RELIEF)
+    x, z = near.own[:, on]
+    on = on[(x < x0) | (x > x1) | (z < z0) | (z > z1)]
+    y = near.depth[on] + near.level[on]
     if len(y) < _FEW:
         return None
     found = _level(-y, np.arange(-y.max() - _BIN, -y.min() + 2 * _BIN, _BIN), near.wall / 3.0, _MUCH)
@@ -72,7 +72,8 @@ def find_wall(
 
 def _level(y: Float, edge: Float, noise: float, share: float) -> tuple[float, float] | None:
     """The first peak of y (n,) that is at least `share` of the highest one, and its sigma, m."""
-    number, _ = np.histogram(y, edge)
+    y = np.sort(y)
+    number = np.diff(np.searchsorted(y, edge))
     smooth: Float = np.convolve(number, [1.0, 1.0, 1.0], "same")
     # less the error of a count: a few mixed echoes are no surface
     first = int(np.argmax(smooth - np.sqrt(smooth) >= share * smooth.max()))
@@ -80,10 +81,10 @@ def _level(y: Float, edge: Float, noise: float, share: float) -> tuple[float, fl
         first += 1
     at = float(edge[first] + _BIN / 2)
     for _ in range(3):
-        some = y[np.abs(y - at) < 2.0 * noise]
+        some = y[slice(*np.searchsorted(y, [at - 2.0 * noise, at + 2.0 * noise]))]
         if len(some) < _FEW // 2:
             return None
-        at = float(np.median(some))
+        at = float(some[(len(some) - 1) // 2] + some[len(some) // 2]) / 2.0
     # the foremost of several layers and the noise of one are not told apart better than that
     return float(some.mean()), float(np.hypot(some.std() / np.sqrt(len(some)), _COMMON * noise))
 
@@ -96,10 +97,10 @@ def _along(
     Not along the bottom: sills and thresholds slope.
     """
     x0, z0, x1, z1 = box
-    own = near.at(near.depth)
-    off = np.minimum(own[:, 0] - x0, x1 - own[:, 0])
+    deep = np.flatnonzero((near.depth > near.wall) & (near.depth < _DEEPEST))
+    x, z = near.own[:, deep]
+    off = np.minimum(x - x0, x1 - x)
     if rise == 0.0:
-        off = np.minimum(off, z1 - own[:, 1])
-    span = (own[:, 1] > z0 + _NEAREST) & (own[:, 1] < z1 - rise)
-    some = span & (off > _NEAREST + slack) & (off < hug) & (near.depth > near.wall) & (near.depth < _DEEPEST)
-    return np.asarray((near.depth + near.level)[some])
+        off = np.minimum(off, z1 - z)
+    some = deep[(z > z0 + _NEAREST) & (z < z1 - rise) & (off > _NEAREST + slack) & (off < hug)]
+    return np.asarray(near.depth[some] + near.level[some])

@@ -65,7 +65,8 @@ def _outline(
     known: Outline | None = None,
     common: float | None = None,
 ) -> Outline:
-    near, wide = sight.around(box, _CLOSE), sight.around(box, AROUND)
+    wide = sight.around(box, AROUND)
+    near = wide.around(box, _CLOSE)
     wall = find_wall(wide, box, common)
     if wall is not None:
         near = near.behind(wall[0])
@@ -111,10 +112,10 @@ def _shape(
     known: Outline | None,
 ) -> tuple[str, Place, float, Float | None]:
     """Shape, box, rise m and covariance (2, 2) of top and rise, None where the head is straight."""
-    x0, z0, x1, z1 = place
-    fan = fan_of(near, place, borders[3].edge.face.y, frame, _density(near, place))
     if known is not None and known.shape == "rectangle":
         return "rectangle", place, 0.0, None
+    x0, z0, x1, z1 = place
+    fan = fan_of(near, place, borders[3].edge.face.y, frame, _density(near, place))
     radius, sigma, gain = find_circle(fan, place, blur)
     x, z = (x0 + x1) / 2, (z0 + z1) / 2
     box = (x - radius, z - radius, x + radius, z + radius)
@@ -140,15 +141,16 @@ def _density(near: Sight, place: Place) -> float:
     """Beams per m2 that the wall beside an opening sends back."""
     x0, z0, x1, z1 = place
     reach = min(_CLOSE, 0.3)
-    on = (np.abs(near.depth) <= near.wall) & (near.place[:, 1] > z0) & (near.place[:, 1] < z1)
-    left = on & (near.place[:, 0] < x0 - 0.02) & (near.place[:, 0] > x0 - 0.02 - reach)
-    right = on & (near.place[:, 0] > x1 + 0.02) & (near.place[:, 0] < x1 + 0.02 + reach)
+    x, z = near.place
+    on = (np.abs(near.depth) <= near.wall) & (z > z0) & (z < z1)
+    left = on & (x < x0 - 0.02) & (x > x0 - 0.02 - reach)
+    right = on & (x > x1 + 0.02) & (x < x1 + 0.02 + reach)
     return float(np.median([left.sum(), right.sum()])) / max(reach * (z1 - z0), 1e-6)
 
 
 def _passes(near: Sight, place: Place) -> float:
     """Share of the beams into an opening that end more than a metre behind."""
     x0, z0, x1, z1 = place
-    x, z = near.place.T
+    x, z = near.place
     inside = (x > x0) & (x < x1) & (z > z0) & (z < z1) & (near.depth > near.wall)
     return float((near.depth[inside] > 1.0).mean()) if inside.any() else 0.0

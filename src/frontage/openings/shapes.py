@@ -63,16 +63,15 @@ def fan_of(near: Sight, place: Place, face: float, frame: float | None, density:
     """
     x0, z0, x1, z1 = place
     centre = np.array([(x0 + x1) / 2, max((z0 + z1) / 2, z1 - (x1 - x0) / 2)])
-    inward = centre - near.place
-    seen = (inward * near.slope).sum(1) < 0
+    seen = ((centre[:, None] - near.place) * near.slope).sum(0) < 0
     begin = max(face, 0.0) + near.wall
     back = max(frame - face, 2.0 * near.wall) if frame is not None else 2.0 * near.wall
-    at = near.at(np.where(seen, begin, face))
+    x, z = near.at(np.where(seen, begin, face))
     free = near.depth >= -FITTING
     solid = near.depth <= np.where(seen, begin, face + back / 2)
-    box = (at[:, 0] > x0) & (at[:, 0] < x1) & (at[:, 1] > z0) & (at[:, 1] < z1 - 0.3 * (z1 - z0))
+    box = (x > x0) & (x < x1) & (z > z0) & (z < z1 - 0.3 * (z1 - z0))
     through = float((box & ~solid).sum()) / max(0.7 * (x1 - x0) * (z1 - z0), 1e-6)
-    return Fan(at[free, 0], at[free, 1], solid[free], max(density - through, 0.0))
+    return Fan(x[free], z[free], solid[free], max(density - through, 0.0))
 
 
 def below(shape: str, rise: float, half: float, u: Float) -> Float:

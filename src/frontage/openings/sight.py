@@ -1,16 +1,15 @@
 """Lines of sight at the wall: where every beam crosses it, how it slants, and how far behind it it ended."""
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
-from frontage.geometry.arrays import Float
+from frontage.geometry.arrays import Float, Int
 from frontage.model.facade import Facade
 from frontage.model.scan import Scan
 from frontage.openings.beams import Beams
 
-_NEAR = 0.3  # m before the wall: what ends before that is stopped by something else
-_FAR = 60.0  # m behind the wall that a beam may reach
 _STEEPEST = 20.0  # m along the wall per m of depth: 87 degrees of incidence
 
 
@@ -18,8 +17,8 @@ _STEEPEST = 20.0  # m along the wall per m of depth: 87 degrees of incidence
 class Sight:
     """Beams (n,) sorted by the x of their crossing.
 
-    place   (n, 2) x, z m where the beam crosses the local wall
-    slope   (n, 2) m along x, z that it moves per m of depth; 0 where the sensor's place is unknown
+    place   (2, n) x, z m where the beam crosses the local wall
+    slope   (2, n) m along x, z that it moves per m of depth; 0 where the sensor's place is unknown
     depth   (n,) m, of its point behind the local wall (negative = before it)
     level   (n,) m, depth y of the local wall there
     wall    m, above 3 sigma of the wall's own points
@@ -33,26 +32,31 @@ class Sight:
 
     def around(self, box: tuple[float, float, float, float], margin: float) -> "Sight":
         """The beams that cross a box x0, z0, x1, z1 m or the margin m about it."""
-        a, b = np.searchsorted(self.place[:, 0], [box[0] - margin, box[2] + margin])
-        z = self.place[a:b, 1]
-        k = a + np.flatnonzero((z > box[1] - margin) & (z < box[3] + margin))
-        return Sight(self.place[k], self.slope[k], self.depth[k], self.level[k], self.wall)
+        a, b = np.searchsorted(self.place[0], [box[0] - margin, box[2] + margin])
+        z = self.place[1, a:b]
+        return self._part(a + np.flatnonzero((z > box[1] - margin) & (z < box[3] + margin)))
 
     def thinned(self, number: int) -> "Sight":
         """Every n-th beam, so that about `number` are left."""
-        step = max(len(self.depth) // number, 1)
-        k = slice(None, None, step)
-        return Sight(self.place[k], self.slope[k], self.depth[k], self.level[k], self.wall)
+        return self._part(np.arange(0, len(self.depth), max(len(self.depth) // number, 1)))
 
     def behind(self, y: float) -> "Sight":
         """The same beams where the wall lies at least at the depth y m: before it is relief."""
         step = np.maximum(y - self.level, 0.0)
-        place = self.place + self.slope * step[:, None]
+        place = self.place + self.slope * step
         return Sight(place, self.slope, self.depth - step, self.level + step, self.wall)
 
+    def _part(self, k: Int) -> "Sight":
+        return Sight(self.place.take(k, 1), self.slope.take(k, 1), self.depth[k], self.level[k], self.wall)
+
     def at(self, y: Float) -> Float:
-        """Where the beams cross the depth y (n,) or () m, (n, 2)."""
-        return np.asarray(self.place + self.slope * np.reshape(y, (-1, 1)))
+        """Where the beams cross the depth y (n,) m, (2, n)."""
+        return np.asarray(self.place + self.slope * y)
+
+    @cached_property
+    def own(self) -> Float:
+        """x, z m of the beams' points, (2, n)."""
+        return self.at(self.depth)
 
 
 def sight_lines(facade: Facade, scan: Scan, beams: Beams) -> Sight:
@@ -60,23 +64,13 @@ def sight_lines(facade: Facade, scan: Scan, beams: Beams) -> Sight:
 
     The wall's local depth is that of `beams`; crossings are found with the plane, then with the depth there.
     """
-    to_facade = facade.frame.inverse
-    known = np.flatnonzero(scan.origin_index >= 0)
-    point = to_facade.apply(scan.xyz[known])
-    eye = to_facade.apply(scan.origins)[scan.origin_index[known]]
-    run = point[:, 1] - eye[:, 1]
-    ok = (eye[:, 1] < -_NEAR) & (run > 1e-3) & (point[:, 1] < _FAR)
-    point, run = point[ok], run[ok]
-    slope = (point - eye[ok])[:, [0, 2]] / run[:, None]
-    place = point[:, [0, 2]] - slope * point[:, 1:2]
-    y = beams.depth_at(*place.T)
-    place += slope * y[:, None]
-    ok = (np.abs(slope).max(1) < _STEEPEST) & (beams.raster.flat(*place.T) >= 0)
+    lines = beams.lines
+    ok = np.flatnonzero(np.abs(lines.slope).max(0) < _STEEPEST)
     lone = facade.support[scan.origin_index[facade.support] < 0]
-    own = to_facade.apply(scan.xyz[lone])
-    level = np.concatenate([y[ok], beams.depth_at(own[:, 0], own[:, 2])])
-    depth = np.concatenate([point[ok, 1], own[:, 1]]) - level
-    place = np.vstack([place[ok], own[:, [0, 2]]])
-    slope = np.vstack([slope[ok], np.zeros((len(own), 2))])
-    order = np.argsort(place[:, 0], kind="stable")
-    return Sight(place[order], slope[order], depth[order], level[order], beams.least)
+    x, y, z = facade.frame.inverse.apply(scan.xyz[lone]).T
+    place = np.hstack([lines.place[:, ok], [x, z]])
+    level = np.concatenate([lines.level[ok], beams.depth_at(x, z)])
+    depth = np.concatenate([lines.y[ok], y]) - level
+    slope = np.hstack([lines.slope[:, ok], np.zeros((2, len(lone)))])
+    order = np.argsort(place[0], kind="stable")
+    return Sight(place.take(order, 1), slope.take(order, 1), depth[order], level[order], beams.least)
