@@ -49,7 +49,7 @@ class Inferred:
 
 
 @dataclass(frozen=True, eq=False)
-class _Node:
+class Node:
     """What the row `row` and the column `column` predict, without the openings `left_out`."""
 
     place: Place
@@ -66,8 +66,8 @@ def infer(outlines: Sequence[Outline], evidence: Evidence) -> list[Inferred]:
     """
     if len(outlines) <= sum(_OTHERS):
         return []
-    grid = _Grid(outlines)
-    told = [(node, _state(node.place, outlines, evidence)) for node in grid.nodes()]
+    grid = Grid(outlines)
+    told = [(node, state_of(node.place, outlines, evidence)) for node in grid.nodes()]
     right = {(n.row, n.column): True for n in grid.left_out()}
     right |= {(n.row, n.column): False for n, state in told if state == "wall"}
     found: list[Inferred] = []
@@ -75,7 +75,7 @@ def infer(outlines: Sequence[Outline], evidence: Evidence) -> list[Inferred]:
         rates = [_rate(right, None, None), _rate(right, node.row, None), _rate(right, None, node.column)]
         if state != "unknown" or min(rates) < _RIGHT:
             continue
-        if any(_near(node.place, f.outline.place) for f in found):
+        if _near(node.place, [f.outline.place for f in found]):
             continue
         like = outlines[node.like]
         outline = Outline(
@@ -93,7 +93,7 @@ def _rate(right: dict[tuple[int, int], bool], row: int | None, column: int | Non
     return sum(some) / len(some) if some else 1.0
 
 
-class _Grid:
+class Grid:
     """Rows of like openings and columns of all, and what they predict."""
 
     def __init__(self, outlines: Sequence[Outline]) -> None:
@@ -114,13 +114,13 @@ class _Grid:
             "h": between_members(self._own @ HEIGHT, self._sigma["h"], like),
         }
 
-    def nodes(self) -> list[_Node]:
+    def nodes(self) -> list[Node]:
         """Of all rows and columns that have no opening in common."""
         pairs = [(r, c) for r in range(len(self._rows)) for c in range(len(self._columns))]
         free = [(r, c) for r, c in pairs if not set(self._rows[r]) & set(self._columns[c])]
         return [n for r, c in free if (n := self._node(r, c, -1)) is not None]
 
-    def left_out(self) -> list[_Node]:
+    def left_out(self) -> list[Node]:
         """The nodes of measured openings that are predicted right without them."""
         found = []
         for r, row in enumerate(self._rows):
@@ -131,7 +131,7 @@ class _Grid:
                         found.append(node)
         return found
 
-    def _node(self, r: int, c: int, without: int) -> _Node | None:
+    def _node(self, r: int, c: int, without: int) -> Node | None:
         row = [k for k in self._rows[r] if k != without]
         column = [k for k in self._columns[c] if k != without]
         if len(row) < _OTHERS[0] or len(column) < _OTHERS[1]:
@@ -153,7 +153,7 @@ class _Grid:
         covariance[2:4, 2:4] = dz**2 + np.diag([0.0, dh**2])
         covariance[4, 4] = self._outlines[row[0]].covariance[4, 4]
         place = (x - w / 2, z, x + w / 2, z + h)
-        return _Node(place, covariance, self._depth(like), row[0], r, c)
+        return Node(place, covariance, self._depth(like), row[0], r, c)
 
     def _depth(self, like: Sequence[int]) -> Estimate[float] | None:
         known = [d for k in like if (d := self._outlines[k].depth) is not None]
@@ -166,9 +166,9 @@ class _Grid:
         return Estimate(at, np.array([[error**2]]), float(len(known) - 1), Provenance.INFERRED)
 
 
-def _state(place: Place, outlines: Sequence[Outline], evidence: Evidence) -> str:
+def state_of(place: Place, outlines: Sequence[Outline], evidence: Evidence) -> str:
     """What is known of a place: "taken", "wall", "unknown", "other" (seen, and no wall; off the facade)."""
-    if any(_near(place, o.place) for o in outlines):
+    if _near(place, [o.place for o in outlines]):
         return "taken"
     part = _cells(place, evidence)
     if part is None or evidence.inside[part].mean() < _WITHIN:
@@ -193,9 +193,11 @@ def _cells(place: Place, evidence: Evidence) -> tuple[slice, slice] | None:
     return (slice(r0, r1), slice(c0, c1)) if 0 <= r0 < r1 <= h and 0 <= c0 < c1 <= w else None
 
 
-def _near(a: Place, b: Place) -> bool:
-    """Whether two boxes overlap or stand too close."""
-    return bool(shapely.box(*a).distance(shapely.box(*b)) < _CLEAR)
+def _near(place: Place, others: Sequence[Place]) -> bool:
+    """Whether a box overlaps one of others or stands too close to it."""
+    own, boxes = np.array(place), np.reshape(others, (-1, 4))
+    gap = np.maximum(np.maximum(boxes[:, :2] - own[2:], own[:2] - boxes[:, 2:]), 0.0)
+    return bool((np.hypot(*gap.T) < _CLEAR).any())
 
 
 def _iou(a: Place, b: Place) -> float:

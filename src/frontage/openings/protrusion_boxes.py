@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from frontage.geometry.arrays import Array, Bool, Float
+from frontage.geometry.arrays import Array, Bool, Float, distinct
 
 Box = tuple[float, float, float, float]
 
@@ -17,7 +17,7 @@ def within(p: Float, box: Box, margin: float) -> Bool:
 
 def occupied(values: Array, step: float) -> int:
     """How many steps of `step` m hold a value (n,)."""
-    return len(np.unique((values / step).astype(np.int64)))
+    return len(distinct((values / step).astype(np.int64)))
 
 
 def extent(p: Float, cell: float, tail: float) -> Box:

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from frontage.geometry.arrays import Bool, Float
+from frontage.geometry.arrays import Bool, Float, distinct
 from frontage.openings.protrusion_boxes import Box, extent
 from frontage.openings.protrusion_checks import is_framed
 from frontage.openings.protrusion_grain import Grain
@@ -31,10 +31,10 @@ def common_profile(p: Float, axis: int, grain: Grain) -> Bool:
     across = np.floor((p[:, [1, 2 - axis]] - p[:, [1, 2 - axis]].min(0)) / cell).astype(np.int64)
     key = across[:, 0] * (across[:, 1].max() + 1) + across[:, 1]
     chunk = np.minimum(((p[:, axis] - p[:, axis].min()) / length * number).astype(np.int64), number - 1)
-    held = np.bincount(np.unique(key * number + chunk) // number, minlength=int(key.max()) + 1)
+    held = np.bincount(distinct(key * number + chunk) // number, minlength=int(key.max()) + 1)
     on = np.asarray(held[key] >= _COMMON * number)
     sides = (np.ptp(across[on], axis=0) + 1).sum() if on.any() else 0
-    return on if len(np.unique(key[on])) <= _CURVE * sides else np.zeros(len(p), np.bool_)
+    return on if len(distinct(key[on])) <= _CURVE * sides else np.zeros(len(p), np.bool_)
 
 
 def moulding(p: Float, grain: Grain) -> tuple[Bool, Bool, Box, float] | None:

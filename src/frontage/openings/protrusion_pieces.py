@@ -6,7 +6,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from scipy import ndimage
 
-from frontage.geometry.arrays import Bool, Float, Int
+from frontage.geometry.arrays import Bool, Float, Int, distinct
 from frontage.openings.protrusion_boxes import Box, extent, occupied, within
 from frontage.openings.protrusion_checks import is_framed
 from frontage.openings.protrusion_grain import Grain
@@ -118,7 +118,7 @@ def _peak(p: Float, grain: Grain) -> float | None:
     level = ((p[:, 1] - low) / (width / 2)).astype(np.int64)
     across = ((p[:, [0, 2]] - p[:, [0, 2]].min(0)) / grain.cell).astype(np.int64)
     size = int(level.max()) + 1
-    held = np.unique((across[:, 0] * (across[:, 1].max() + 1) + across[:, 1]) * size + level) % size
+    held = distinct((across[:, 0] * (across[:, 1].max() + 1) + across[:, 1]) * size + level) % size
     area = np.convolve(np.bincount(held, minlength=size), [0.5, 1.0, 1.0, 0.5], "same")
     best = int(area.argmax())
     if area[best] * grain.cell**2 < grain.least[0] * grain.least[1]:
@@ -161,7 +161,7 @@ def _is_surface(p: Float, y: float, box: Box, grain: Grain) -> bool:
     flat = across[:, 0] * (across[:, 1].max(initial=0) + 1) + across[:, 1]
 
     def area(at: float) -> int:
-        return len(np.unique(flat[np.abs(inside[:, 1] - at) <= grain.half]))
+        return len(distinct(flat[np.abs(inside[:, 1] - at) <= grain.half]))
 
     beside = [np.median([area(y + 2.0 * sign * k * grain.half) for k in (2, 3, 4, 5)]) for sign in (-1, 1)]
     return area(y) >= _CONTRAST * float(max(beside))

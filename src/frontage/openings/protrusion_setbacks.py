@@ -39,13 +39,13 @@ def find_setbacks(facade: Facade, crossings: Crossings, grain: Grain) -> list[tu
 def _part(q: Float, rows: Int, wall: Float, y: float, grain: Grain) -> Piece | None:
     """The wall among points (k,) rows of q (n, 3) at about y m, where the main wall's points are missing."""
     p = q[rows]
-    found = settled(p, y, grain)
+    wide, _, high = np.ptp(p, axis=0)
+    found = settled(p, y, grain) if _is_large(wide, high) else None
     if found is None:
         return None
     at, front, box = found
-    wide, high = box[2] - box[0], box[3] - box[1]
-    large = (wide >= _WIDE or high >= _HIGH) and wide >= _LEAST[0] and high >= _LEAST[1]
     cell = 2.0 * grain.near(box).spacing
+    large = _is_large(box[2] - box[0], box[3] - box[1])
     if not large or filled(p[front], box, cell) < _SOLID or not is_framed(p[front], p[front], box, grain):
         return None
     inside = wall[
@@ -54,6 +54,11 @@ def _part(q: Float, rows: Int, wall: Float, y: float, grain: Grain) -> Piece | N
     if filled(inside, box, cell) > _BARE:
         return None
     return Piece(rows[front], rows[front], box, at)
+
+
+def _is_large(wide: float, high: float) -> bool:
+    """Whether a part m wide and high is larger than gates and shop fronts are."""
+    return (wide >= _WIDE or high >= _HIGH) and wide >= _LEAST[0] and high >= _LEAST[1]
 
 
 def _outline(crossings: Crossings, wall: Float, piece: Piece, grain: Grain) -> Outline:

@@ -129,18 +129,26 @@ class _Search:
     """Scores of heads over the same beams."""
 
     def __init__(self, fan: Fan, middle: float, half: float, low: float, tops: Float, blur: float) -> None:
-        self._fan, self._middle, self._half, self._blur = fan, middle, half, blur
+        solid, opened = np.flatnonzero(fan.solid), np.flatnonzero(~fan.solid)
+        order = np.concatenate([solid, opened])
+        self._x, self._z, self._solid = fan.x[order] - middle, fan.z[order], len(solid)
+        self._missing, self._half, self._blur = fan.missing, half, blur
         self._low, self._tops = low, tops
         self._u = ((np.arange(100) + 0.5) / 50 - 1.0) * half
 
     def curve(self, shape: str, rise: float, tops: Float) -> Float:
         """Log-likelihood (k,) of heads whose tops are at `tops` (k,) m."""
-        fan, half = self._fan, self._half
-        v = fan.z - below(shape, rise, half, fan.x - self._middle)
         middle = float(tops[len(tops) // 2])
-        score = side_scores(middle - v[fan.solid], middle - v[~fan.solid], middle - tops[::-1], self._blur)
-        open_area = np.maximum(tops[:, None] + below(shape, rise, half, self._u) - self._low, 0).mean(1)
-        return np.asarray(score[::-1] + fan.missing * open_area * 2 * half)
+        v = middle - self._z + below(shape, rise, self._half, self._x)
+        score = side_scores(v[: self._solid], v[self._solid :], middle - tops[::-1], self._blur)
+        return np.asarray(score[::-1] + self._missing * self._area(shape, rise, tops))
+
+    def _area(self, shape: str, rise: float, tops: Float) -> Float:
+        """Area (k,) m2 within the heads whose tops are at `tops` (k,) m."""
+        drop = np.sort(below(shape, rise, self._half, self._u))
+        first = np.searchsorted(drop, self._low - tops)
+        rest = np.append(np.cumsum(drop[::-1])[::-1], 0.0)[first]
+        return np.asarray(rest + (len(drop) - first) * (tops - self._low)) * 2 * self._half / len(drop)
 
     def best(self, shape: str, rise: float) -> tuple[float, float]:
         """Score and top m of the likeliest head of that shape and rise."""
