@@ -114,6 +114,11 @@ def test_equal_houses_a_pitch_apart_are_ambiguous() -> None:
     result = run([near], model_of(row))
     assert result.ambiguous
     assert any(abs(abs(a.shift[0]) - 11.0) < 0.3 for a in result.alternatives)
+    (scan,) = result.scans
+    sigma = np.sqrt(np.diag(scan.covariance))
+    assert 3.0 < sigma[0] < 11.0 and sigma[1] < 0.1  # the pitch is not known, the distance to the wall is
+    along = [d for d in scan.directions if d.kind == "shift" and abs(d.axis[0]) > 0.9]
+    assert along and not any(d.observable for d in along)
     assert any("nearly as well" in n for n in result.notes)
 
 

@@ -11,7 +11,7 @@ from frontage.registration.adjust import STAGES, Adjusted, adjust
 from frontage.registration.coarse import SPAN
 from frontage.registration.correspond import match
 from frontage.registration.equations import Pairs, Problem
-from frontage.registration.observability import about_frame, directions
+from frontage.registration.observability import about_frame, directions, spread
 from frontage.registration.options import RegistrationOptions
 from frontage.registration.place import place
 from frontage.registration.result import (
@@ -119,7 +119,7 @@ def _report(
     common: Pairs,
     alternatives: Sequence[Alternative],
 ) -> Registration:
-    registered = tuple(_registered(scan, problem, a, k) for k, scan in enumerate(scans))
+    registered = tuple(_registered(scan, problem, a, k, alternatives) for k, scan in enumerate(scans))
     r = _between(problem, a, common)
     agreement = float(1.4826 * np.median(np.abs(r))) if len(r) else float("nan")
     return Registration(
@@ -133,10 +133,13 @@ def _report(
     )
 
 
-def _registered(scan: Scan, problem: Problem, a: Adjusted, k: int) -> Registered:
+def _registered(
+    scan: Scan, problem: Problem, a: Adjusted, k: int, alternatives: Sequence[Alternative]
+) -> Registered:
     pose, prior, pieces = a.poses[k], problem.priors[k], problem.pieces[k]
     position = pose.apply(prior.position[None])[0]
     block = a.covariance[6 * k : 6 * k + 6, 6 * k : 6 * k + 6]
+    block = block + spread(position, [o for o in alternatives if k in o.scans])
     lever = float(np.median(np.linalg.norm(pieces.xyz - prior.position, axis=1)))
     m, near = a.matches[k], np.abs(a.residuals[k]) < 3 * a.sigma
     upright = pieces.upright

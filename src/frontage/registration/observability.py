@@ -1,10 +1,12 @@
 """Which directions of a pose the data determine: judged by the predicted sigma, not by raw eigenvalues."""
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from frontage.geometry.arrays import Float
 from frontage.geometry.rigid import Rigid3, skew
-from frontage.registration.result import Direction, PosePrior
+from frontage.registration.result import Alternative, Direction, PosePrior
 
 _GAIN = 4.0  # information of the data, relative to the prior's, that makes the data tell a direction
 
@@ -42,6 +44,16 @@ def _about(axis: Float, limit: Float) -> float:
     heading, tilt = axis[2] ** 2, axis[0] ** 2 + axis[1] ** 2
     share = np.array([0.5 * heading, 0.5 * heading, 0.5 * tilt])
     return _along(np.sqrt(share / share.sum()), limit)
+
+
+def spread(position: Float, alternatives: Sequence[Alternative]) -> Float:
+    """Covariance (6, 6) that other places add to that of the chosen one, of an instrument at `position` (3,).
+
+    Where the pose is one of several places, none of them preferred, the mean square off the chosen one is
+    that of all places about it: a shift by a building's pitch is not known, however sharp every place is.
+    """
+    off = np.array([a.at(position) for a in alternatives]).reshape(-1, 6)
+    return np.asarray(off.T @ off / (1 + len(off)))
 
 
 def about_frame(covariance: Float, pose: Rigid3, position: Float) -> Float:

@@ -86,7 +86,7 @@ def _body(
     tried.sort(key=lambda t: -t[0])
     score, best = tried[0]
     poses = {s: _after(best.poses[0], p) for s, p in chain.items()}
-    return _Placed(poses, explained(best, thin), _rivals(tried, prior, score, best))
+    return _Placed(poses, explained(best, thin), _rivals(tried, prior, score, best, tuple(sorted(chain))))
 
 
 def _after(a: Rigid3, b: Rigid3) -> Rigid3:
@@ -112,10 +112,15 @@ def explained(a: Adjusted, pieces: Surfels) -> float:
 
 
 def _rivals(
-    tried: Sequence[tuple[float, Adjusted]], prior: PosePrior, score: float, best: Adjusted
+    tried: Sequence[tuple[float, Adjusted]],
+    prior: PosePrior,
+    score: float,
+    best: Adjusted,
+    scans: tuple[int, ...],
 ) -> list[Alternative]:
     """Other places with nearly the best score, that the best one's own uncertainty does not cover."""
     out: list[Alternative] = []
+    about = best.poses[0].apply(prior.position[None])[0]
     seen = [best]
     C = best.covariance + np.diag([1e-4, 1e-4, 1e-2, 1e-6, 1e-6, 1e-6])
     for other, a in tried[1:]:
@@ -124,7 +129,7 @@ def _rivals(
         at = np.array([0, 1, 5])
         far = offs[0][at] @ np.linalg.solve(C[np.ix_(at, at)], offs[0][at]) > _BEYOND
         if other > _RIVAL * score and new and far:
-            out.append(Alternative(offs[0][:3], float(offs[0][5]), other / score))
+            out.append(Alternative(offs[0][:3], float(offs[0][5]), other / score, about, scans))
             seen.append(a)
     return out
 

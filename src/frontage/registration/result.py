@@ -56,12 +56,21 @@ class Direction:
 
 @dataclass(frozen=True, eq=False)
 class Alternative:
-    """Another place that explains the data nearly as well: `shift` (3,) m of the instrument, `turn` rad
-    about the vertical, both from the chosen one; `score` relative to it (1 = as good)."""
+    """Another place that explains the data nearly as well, of `scans` (their numbers), which hang together:
+    `shift` (3,) m of the point `about` (3,) m local, `turn` rad about the vertical through it, both from the
+    chosen place; `score` relative to it (1 = as good)."""
 
     shift: Float
     turn: float
     score: float
+    about: Float
+    scans: tuple[int, ...]
+
+    def at(self, position: Float) -> Float:
+        """Shift (m) and turn (rad), (6,), of an instrument that the chosen place has at `position` (3,)."""
+        x, y, _ = position - self.about
+        arm = self.turn * np.array([-y, x, 0.0])
+        return np.concatenate([self.shift + arm, [0.0, 0.0, self.turn]])
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,7 +79,7 @@ class Registered:
 
     local_from_given  corrects the coordinates of the scan as given; covariance (6, 6), m and rad
     position          (3,) m local, of the instrument after the correction; `covariance` (6, 6) of that place
-                      and of the rotation about it (m, rad)
+                      and of the rotation about it (m, rad), other places that explain the data included
     explained         share of the scan's wall area that lies on walls of the model (within 30 cm)
     residual          m, robust standard deviation of the wall pieces about their (corrected) walls
     pieces            how many flat pieces took part, and `area` m2 of them
