@@ -1,6 +1,7 @@
 """Where exactly the border of an opening lies: a posterior from the beams on both sides of it."""
 
 from dataclasses import dataclass, replace
+from functools import lru_cache
 
 import numpy as np
 from scipy import ndimage
@@ -115,19 +116,26 @@ def side_scores(
     """
     step = float(e[1] - e[0])
     n = int(6.0 * blur / step) + 1
-    lag = (np.arange(-n, n) + 0.5) * step  # of a bin's centre behind a border
     bins = len(e) + 2 * n + 2  # what lies further off is in the first and the last one
     total = np.zeros(len(e))
     for u, side, stray in ((solid, -1.0, strays[0]), (opened, 1.0, strays[1])):
         bin_ = np.clip((u - float(e[0])) / step + (n + 1), 0, bins - 1).astype(np.int64)
         count = np.bincount(bin_, minlength=bins).astype(np.float64)
-        near = np.log(stray + (1 - stray) * ndtr(side * lag / blur))
-        near -= np.log(stray) * (side * lag < 0)  # far from the border all is certain: counted below
         below = np.cumsum(count)[n : n + len(e)]
         wrong = below if side > 0 else len(u) - below
-        local = np.convolve(count, near[::-1], "valid")[1 : 1 + len(e)]
+        local = np.convolve(count, _near_border(side, n, step, blur, stray), "valid")[1 : 1 + len(e)]
         total += local + np.log(stray) * wrong
     return total
+
+
+@lru_cache(maxsize=64)
+def _near_border(side: float, n: int, step: float, blur: float, stray: float) -> Float:
+    """Log-likelihood (2n,) of beams on a side within n steps of m of a border, furthest ahead first.
+
+    Less that of beams on the wrong side for sure: far from the border all is certain, which is counted.
+    """
+    lag = side * (np.arange(n, -n, -1) - 0.5) * step  # of a bin's centre behind the border
+    return np.asarray(np.log(stray + (1 - stray) * ndtr(lag / blur)) - np.log(stray) * (lag < 0))
 
 
 def _strays(u: Float, low: float) -> float:
