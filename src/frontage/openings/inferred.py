@@ -54,7 +54,6 @@ class Node:
 
     place: Place
     covariance: Float
-    depth: Estimate[float] | None
     like: int
     row: int
     column: int
@@ -78,8 +77,9 @@ def infer(outlines: Sequence[Outline], evidence: Evidence) -> list[Inferred]:
         if _near(node.place, [f.outline.place for f in found]):
             continue
         like = outlines[node.like]
+        depth = grid.depth(node.like)
         outline = Outline(
-            like.shape, node.place, like.rise, node.covariance, (), node.depth, like.passes, like.wall
+            like.shape, node.place, like.rise, node.covariance, (), depth, like.passes, like.wall
         )
         found.append(Inferred(outline, rates[0], _worth(node.place, evidence)))
     return found
@@ -153,10 +153,11 @@ class Grid:
         covariance[2:4, 2:4] = dz**2 + np.diag([0.0, dh**2])
         covariance[4, 4] = self._outlines[row[0]].covariance[4, 4]
         place = (x - w / 2, z, x + w / 2, z + h)
-        return Node(place, covariance, self._depth(like), row[0], r, c)
+        return Node(place, covariance, row[0], r, c)
 
-    def _depth(self, like: Sequence[int]) -> Estimate[float] | None:
-        known = [d for k in like if (d := self._outlines[k].depth) is not None]
+    def depth(self, like: int) -> Estimate[float] | None:
+        """Depth of a further opening like the one of that number; None where too few tell it."""
+        known = [d for k in self._like[like] if (d := self._outlines[k].depth) is not None]
         if len(known) < _OTHERS[0]:
             return None
         value = np.array([d.value for d in known])
