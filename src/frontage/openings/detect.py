@@ -14,6 +14,7 @@ from frontage.openings.beams import Beams, sort_beams
 from frontage.openings.borders import Place
 from frontage.openings.candidates import Box, find_boxes
 from frontage.openings.evidence import Evidence, weigh
+from frontage.openings.flush import find_flush
 from frontage.openings.framing import Framing
 from frontage.openings.inferred import infer
 from frontage.openings.kinds import kind_of, numbered
@@ -57,6 +58,10 @@ def find_by_evidence(facade: Facade, scan: Scan, options: OpeningOptions) -> Ele
     found += [
         _opening(i.outline, kind, Provenance.INFERRED, i.evidence, i.confidence)
         for i in infer(outlines, evidence)
+    ]
+    found += [
+        _opening(f.outline, kind, Provenance.MEASURED, f.evidence, f.confidence)
+        for f in find_flush(facade, scan, beams, evidence, outlines)
     ]
     sized = [o for o in found if np.all(np.ptp(o.ring, axis=0) >= (options.min_width, options.min_height))]
     return Elements(facade.id, numbered(facade.id, sized), notes=_notes(evidence, beams))

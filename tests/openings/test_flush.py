@@ -1,0 +1,130 @@
+"""Shutters level with the wall: found by intensity or colour at regular places, and nothing else there."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from frontage.model.estimate import Provenance
+from frontage.openings.beams import Raster, sort_beams
+from frontage.openings.evidence import weigh
+from frontage.openings.find import find_openings
+from frontage.openings.reflectance import reflectances
+from fronts import EYE, box_of, scan_wall
+
+SIZE = (9.0, 9.0)
+GRID = [(x, z, x + 1.1, z + 1.5) for z in (0.8, 3.6, 6.4) for x in (0.9, 3.1, 5.3, 7.3)]
+SHUT = 5  # of the grid
+HOLES = [box for k, box in enumerate(GRID) if k != SHUT]
+
+
+@pytest.fixture(scope="module")
+def wall():
+    """A front whose grid of windows lacks one."""
+    return scan_wall(HOLES, spacing=0.03, size=SIZE, returned=0.5)
+
+
+def brightness(scan, seed=0):
+    """Intensity (n,) of an even wall: range, incidence, speckle."""
+    way = scan.xyz - EYE
+    range_ = np.linalg.norm(way, axis=1)
+    noise = np.exp(np.random.default_rng(seed).normal(0.0, 0.15, len(way)))
+    return 0.3 * (way[:, 1] / range_) * (8.0 / range_) ** 2 * noise
+
+
+def within(scan, box):
+    x, z = scan.xyz[:, 0], scan.xyz[:, 2]
+    return (x > box[0]) & (x < box[2]) & (z > box[1]) & (z < box[3])
+
+
+def shutters(facade, scan):
+    """Openings found where the grid lacks one."""
+    middle = np.array([GRID[SHUT][0] + 0.55, GRID[SHUT][1] + 0.75])
+    openings = find_openings(facade, scan).openings
+    assert sum(o.provenance is not Provenance.INFERRED for o in openings) >= len(HOLES)
+    return [o for o in openings if (o.ring.min(0) < middle).all() and (o.ring.max(0) > middle).all()]
+
+
+@pytest.mark.parametrize("by", ["intensity", "colour"])
+def test_a_closed_shutter_is_found_where_the_grid_expects_a_window(wall, by):
+    facade, scan = wall
+    leaf = within(scan, GRID[SHUT])
+    if by == "intensity":
+        seen = replace(scan, intensity=(brightness(scan) * np.where(leaf, 0.6, 1.0)).astype(np.float32))
+    else:
+        noise = np.random.default_rng(2).normal(0.0, 8.0, (len(leaf), 3))
+        colour = np.where(leaf[:, None], (60, 90, 70), (170, 160, 140)) + noise
+        seen = replace(scan, rgb=np.clip(colour, 0, 255).astype(np.uint8))
+    (found,) = shutters(facade, seen)
+    assert found.kind == "window" and found.provenance is Provenance.MEASURED and found.confidence > 0.99
+    assert np.abs(box_of(found) - GRID[SHUT]).max() < 0.015
+    assert found.depth is not None and abs(found.depth.value) < 0.005
+
+
+def test_without_intensity_and_colour_nothing_is_found(wall):
+    assert shutters(*wall) == []
+
+
+def plain(scan):
+    return np.ones(len(scan.xyz))
+
+
+def course(scan):
+    """A string course of other stone runs through the place."""
+    return np.where((scan.xyz[:, 2] > 3.6) & (scan.xyz[:, 2] < 5.1), 0.6, 1.0)
+
+
+def repair(scan):
+    """A patch of plaster at the place, half as high as a window."""
+    return np.where(within(scan, (3.0, 3.5, 4.3, 4.3)), 0.6, 1.0)
+
+
+def shade(scan):
+    """Something without sharp borders."""
+    away = np.hypot(scan.xyz[:, 0] - 3.65, scan.xyz[:, 2] - 4.35)
+    return 1.0 - 0.5 * np.exp(-((away / 0.7) ** 2))
+
+
+def blocks(scan):
+    """Stones of half a metre, each of its own brightness."""
+    column, row = np.floor(scan.xyz[:, 0] / 0.55), np.floor(scan.xyz[:, 2] / 0.5)
+    return 0.7 + 0.3 * np.modf(np.abs(np.sin(12.9898 * column + 78.233 * row)) * 43758.5453)[0]
+
+
+@pytest.mark.parametrize("look", [plain, course, repair, shade, blocks])
+def test_what_else_differs_on_a_wall_is_no_shutter(wall, look):
+    facade, scan = wall
+    seen = replace(scan, intensity=(brightness(scan) * look(scan)).astype(np.float32))
+    assert shutters(facade, seen) == []
+
+
+def test_a_panel_where_no_opening_is_expected_is_left_alone(wall):
+    facade, scan = wall
+    panel = within(scan, (2.1, 2.4, 3.0, 3.5))
+    seen = replace(scan, intensity=(brightness(scan) * np.where(panel, 0.5, 1.0)).astype(np.float32))
+    assert not any(box_of(o)[0] > 1.95 and box_of(o)[2] < 3.1 for o in find_openings(facade, seen).openings)
+
+
+def test_intensity_is_freed_of_range_and_incidence(wall):
+    facade, scan = wall
+    seen = replace(scan, intensity=brightness(scan).astype(np.float32))
+    beams = sort_beams(facade, seen)
+    channels = reflectances(facade, seen, beams, Raster.over(facade, 0.06), 0.05)
+    x, z = channels.xz.T
+    value = channels.values[0]
+    corners = [
+        value[(np.abs(x - a) < 0.5) & (np.abs(z - b) < 0.5)].mean() for a in (0.5, 8.5) for b in (0.4, 8.5)
+    ]
+    raw = np.log(brightness(scan))
+    assert np.ptp(raw) > 3.0 * np.ptp(corners) and np.ptp(corners) < 0.1
+
+
+def test_the_wall_tells_how_large_its_own_steps_are(wall):
+    facade, scan = wall
+    beams = sort_beams(facade, scan)
+    raster = weigh(facade, beams).raster
+    sigma = []
+    for look in (plain, blocks):
+        seen = replace(scan, intensity=(brightness(scan) * look(scan)).astype(np.float32))
+        sigma.append(float(reflectances(facade, seen, beams, raster, 0.05).spread(1.1, GRID)[0]))
+    assert sigma[1] > 2.0 * sigma[0]
