@@ -119,7 +119,7 @@ def side_scores(
     bins = len(e) + 2 * n + 2  # what lies further off is in the first and the last one
     total = np.zeros(len(e))
     for u, side, stray in ((solid, -1.0, strays[0]), (opened, 1.0, strays[1])):
-        bin_ = np.clip((u - float(e[0])) / step + (n + 1), 0, bins - 1).astype(np.int64)
+        bin_ = np.minimum(np.maximum((u - float(e[0])) / step + (n + 1), 0), bins - 1).astype(np.int64)
         count = np.bincount(bin_, minlength=bins).astype(np.float64)
         below = np.cumsum(count)[n : n + len(e)]
         wrong = below if side > 0 else len(u) - below
