@@ -12,7 +12,7 @@ from frontage.openings.options import OpeningOptions
 
 _PRICE = 12.0  # nats an opening must be worth: four borders (MDL)
 _LINES = 8  # candidate borders a component has in each direction, at most
-_PIER = 0.06  # m of wall or more between two openings
+_PIER = 0.115  # m between two openings: half a brick, the least pier of masonry; bars are narrower
 _KEPT = 80  # rectangles of a component that go into the layout
 _UNSEEN = 0.05  # nats a cell of nothing known costs
 _SCALES = ((0.6, 12.0), (1.0, 12.0), (1.7, 12.0), (2.5, 25.0))  # least openings: square, largest part
@@ -60,10 +60,13 @@ def _components(evidence: Evidence, least: tuple[float, float]) -> Iterator[tupl
     """Bounding boxes of connected open cells that can hold an opening, and which cells there are others'.
 
     What is larger than openings are hangs together by shadows and gaps: it is opened with larger squares,
-    which leave rectangles as they are, until it falls apart.
+    which leave rectangles as they are, until it falls apart. What only an upright bar parts is one.
     """
     llr = evidence.llr
     open_ = enough(llr, evidence.due, 1.0) > 0
+    if evidence.rays:  # else what is beside an opening may be a shadow: nothing is joined to it
+        bar = np.ones((1, int(_PIER / evidence.raster.cell) + 1), np.bool_)
+        open_ |= ndimage.binary_closing(open_, bar)
     for size, largest in _SCALES:
         kernel = tuple(max(3, int(size * side)) for side in least)
         labels, _ = ndimage.label(ndimage.grey_opening(open_.astype(np.uint8), kernel, mode="constant"))
