@@ -1,4 +1,4 @@
-"""One picture of a run: a photo with the facades drawn into it, and their ortho-images at one scale.
+"""One picture of a run: a photo with the facades drawn into it, their ortho-images at one scale, the models.
 
 ``python examples/picture.py RUN PROJECT.toml out.jpg``; `make demo` does it for the simulated street.
 """
@@ -16,7 +16,8 @@ from frontage.model import Facade, Photo
 from frontage.pipeline.project import load_project
 from frontage.pipeline.workspace import Workspace
 
-HEIGHT = 900  # px
+HEIGHT = 900  # px, of the photo and the ortho-images
+WIDTH = 2400  # px, of the whole picture
 INK = (40, 60, 230)
 
 
@@ -65,6 +66,14 @@ def elevations(workspace: Workspace, facades: list[Facade], pixels_per_metre: fl
     return out
 
 
+def models(run: Path, names: list[str], width: int) -> Array:
+    """The pictures of the buildings' LoD3 models side by side, `width` px in all."""
+    images = [cv2.imread(str(run / "model" / "pictures" / f"{name}.png")) for name in names]
+    height = width / sum(i.shape[1] / i.shape[0] for i in images)
+    row = np.hstack([cv2.resize(i, (round(height * i.shape[1] / i.shape[0]), round(height))) for i in images])
+    return cv2.resize(row, (width, row.shape[0]), interpolation=cv2.INTER_AREA)
+
+
 def main(run: Path, project: Path, target: Path) -> None:
     workspace = Workspace(run)
     found = [workspace.load_facade(name) for name in workspace.ortho_ids()]
@@ -76,11 +85,15 @@ def main(run: Path, project: Path, target: Path) -> None:
     middle = photos.photos[len(photos.photos) // 2]
     tallest = max(f.extent[3] - f.extent[1] for f in wide)
     panels = elevations(workspace, wide, (HEIGHT - 60) / (tallest + 0.5))
-    picture = np.hstack([outlined(middle, photos.image(middle.id), wide), *panels])
+    street = np.hstack([outlined(middle, photos.image(middle.id), wide), *panels])
+    names = list(dict.fromkeys(f.building for f in wide))
+    picture = np.vstack([street, models(run, names, street.shape[1])])
+    factor = WIDTH / picture.shape[1]
+    picture = cv2.resize(picture, None, fx=factor, fy=factor, interpolation=cv2.INTER_AREA)
     target.parent.mkdir(parents=True, exist_ok=True)
-    quality = 82
+    quality = 88
     while not cv2.imwrite(str(target), picture, [cv2.IMWRITE_JPEG_QUALITY, quality]) or (
-        target.stat().st_size > 300_000 and quality > 40
+        target.stat().st_size > 400_000 and quality > 40
     ):
         quality -= 8
     print(target)
