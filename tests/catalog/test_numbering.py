@@ -10,7 +10,7 @@ from frontage.catalog import number_building, numbered
 from frontage.model import Elements, Opening
 from frontage.simulate.build import street
 from frontage.simulate.spec import SceneSpec
-from fronts import facade, opening, rows
+from numbered_fronts import facade, opening, rows
 from realdata import data_path
 
 
