@@ -174,6 +174,11 @@ def test_a_bug_is_one_sentence_and_a_traceback_with_v(out: Path, monkeypatch: py
     assert "Traceback" in verbose.stderr
 
 
+def _interruptible() -> None:
+    """What a shell starts in the background ignores Ctrl-C, and its children with it."""
+    signal.signal(signal.SIGINT, signal.SIG_DFL)
+
+
 def test_ctrl_c_leaves_a_run_that_goes_on(project: Path, tmp_path: Path) -> None:
     words = [
         sys.executable,
@@ -187,7 +192,7 @@ def test_ctrl_c_leaves_a_run_that_goes_on(project: Path, tmp_path: Path) -> None
         "2",
         "-q",
     ]
-    process = subprocess.Popen(words, stderr=subprocess.PIPE, text=True)
+    process = subprocess.Popen(words, stderr=subprocess.PIPE, text=True, preexec_fn=_interruptible)
     marker = tmp_path / "o" / ".done" / "scans.json"
     deadline = time.monotonic() + 60
     while not marker.exists() and time.monotonic() < deadline:
