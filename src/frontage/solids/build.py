@@ -93,6 +93,7 @@ def _with_wall(solid: Solid, wall: Wall, drafts: Sequence[Draft], options: Build
     """The solid with reliefs on one wall; as it was if none has a place."""
     placed = place(_area(solid, wall), drafts, options, log)
     placed = _limited(placed, Clearance.of(solid, wall, options.gap), options, log)
+    placed = _levelled(placed, options.gap * GRID)
     parts, placed = _unpinched(wall, placed, options, log)
     if not placed:
         return solid
@@ -188,6 +189,25 @@ def _limited(placed: list[Placed], clearance: Clearance, options: BuildOptions, 
             placed = raised(placed, k, base)
         k += 1
     return placed
+
+
+def _levelled(placed: list[Placed], gap: float) -> list[Placed]:
+    """Touching reliefs with a step between them that would be a sliver at one height, until none is left.
+
+    One that went to the height of a neighbour may have come near that of another one.
+    """
+    polygons = np.array([p.polygon for p in placed], object)
+    i, j = shapely.STRtree(polygons).query(polygons, "dwithin", _TRIM)
+    parent = np.array([p.parent for p in placed])
+    pairs = (i < j) & (parent[i] == parent[j])
+    i, j = i[pairs], j[pairs]
+    while True:
+        height = np.array([p.height for p in placed])
+        step = np.abs(height[i] - height[j])
+        slivers = np.flatnonzero((step > 0) & (step < gap))
+        if not len(slivers):
+            return placed
+        placed = _evened(placed, int(i[slivers[0]]), gap)
 
 
 def _evened(placed: list[Placed], index: int, gap: float) -> list[Placed]:
