@@ -17,7 +17,7 @@ from frontage.pipeline.project import load_project
 from frontage.pipeline.workspace import Workspace
 
 HEIGHT = 900  # px, of the photo and the ortho-images
-WIDTH = 2400  # px, of the whole picture
+WIDTH = 2000  # px, of the whole picture
 INK = (40, 60, 230)
 
 
@@ -93,7 +93,7 @@ def main(run: Path, project: Path, target: Path) -> None:
     target.parent.mkdir(parents=True, exist_ok=True)
     quality = 88
     while not cv2.imwrite(str(target), picture, [cv2.IMWRITE_JPEG_QUALITY, quality]) or (
-        target.stat().st_size > 400_000 and quality > 40
+        target.stat().st_size > 300_000 and quality > 40
     ):
         quality -= 8
     print(target)
