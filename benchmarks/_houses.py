@@ -10,6 +10,7 @@ import numpy as np
 from frontage.evaluation.result import FoundOpening
 from frontage.evaluation.truth import Truth, read_truth
 from frontage.facades import find_facades
+from frontage.geometry.ring import box_sigmas
 from frontage.model import Building, Facade, Opening, Provenance, Scan
 from frontage.model.scan import merge_scans
 from frontage.openings.find import find_openings
@@ -78,15 +79,8 @@ def facades_of(scan: Scan, house: Any, scene: Scene) -> list[Facade]:
 def claim(facade: Facade, opening: Opening) -> FoundOpening:
     """An opening as the scorer takes it."""
     ring = np.column_stack([opening.ring[:, 0], np.zeros(len(opening.ring)), opening.ring[:, 1]])
-    sigma = np.sqrt(np.diag(opening.ring_covariance)).reshape(-1, 2)
-    ends = [*opening.ring.argmin(0), *opening.ring.argmax(0)]
-    errors = dict(
-        zip(
-            ("left", "bottom", "right", "top"),
-            (float(sigma[e, k % 2]) for k, e in enumerate(ends)),
-            strict=True,
-        )
-    )
+    sides = box_sigmas(opening.ring, opening.ring_covariance)
+    errors = dict(zip(("left", "bottom", "right", "top"), sides, strict=True))
     depth = opening.depth
     if depth is not None:
         errors["depth"] = float(depth.sigma[0])

@@ -15,7 +15,7 @@ from frontage.buildings import find_buildings
 from frontage.evaluation.result import FoundOpening
 from frontage.facades import find_facades
 from frontage.io.scans import ScanSource, read_scans
-from frontage.model import Facade, Scan
+from frontage.model import DOORS, Facade, Scan
 from frontage.model.scan import merge_scans
 
 REAL = ("brooklyn_row", "manhattan_apartment")
@@ -79,9 +79,8 @@ def scene(methods: Sequence[str]) -> list[list[Any]]:
         visible = "visible_mobile" if trajectory else "visible_tls"
         for method in methods:
             found, _, _, seconds = openings_of(facades, scan, method)
-            doors = ("door", "garage", "passage")
             claims = [
-                {"kind": "Door" if o.kind in doors else "Window", "polygons": [scan.world.to_world(o.ring)]}
+                {"kind": "Door" if o.kind in DOORS else "Window", "polygons": [scan.world.to_world(o.ring)]}
                 | {"building": None, **({} if o.depth is None else {"depth": o.depth})}
                 for o in found
             ]

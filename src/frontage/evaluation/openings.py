@@ -27,11 +27,11 @@ from frontage.evaluation.match import assign, overlap
 from frontage.evaluation.result import BORDERS, FoundOpening
 from frontage.evaluation.truth import TrueFacade, TrueOpening, Truth, best_share
 from frontage.geometry.arrays import Array, Float
+from frontage.model import DOORS
 
 VISIBLE, PARTLY = 0.8, 0.2
 """Share of an opening with a free line of sight, above which it counts as visible, as partly visible."""
 
-_DOORS = ("door", "passage", "garage")
 _FAR = 1.5  # m: an opening further than this from a facade's plane is not on it
 _SLANT = np.cos(np.radians(25.0))
 _INSIDE = 0.5  # share of an opening that lies within the facade's outline
@@ -203,7 +203,7 @@ def _labels(pairs: Sequence[Pair]) -> dict[str, Figure]:
 
 def _same_kind(found: FoundOpening, kind: str) -> bool:
     told = found.kind.lower()
-    return (told == "door") == (kind in _DOORS) if found.coarse else told == kind
+    return (told == "door") == (kind in DOORS) if found.coarse else told == kind
 
 
 def _bars(pairs: Sequence[Pair]) -> dict[str, Figure]:

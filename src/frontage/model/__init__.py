@@ -7,7 +7,7 @@ from frontage.model.building import Building, Footprint, Surface
 from frontage.model.citymodel import CityBuilding, CityModel, Shell
 from frontage.model.estimate import Estimate, Failed, Provenance
 from frontage.model.facade import Facade, Layer
-from frontage.model.opening import Bar, Elements, Opening, Protrusion
+from frontage.model.opening import DOORS, Bar, Elements, Opening, Protrusion
 from frontage.model.ortho import OrthoImage, PhotoOffset
 from frontage.model.photo import Camera, Photo
 from frontage.model.scan import Grid, Scan, merge_scans
@@ -16,6 +16,7 @@ from frontage.model.solid import Face, Finding, Solid
 from frontage.model.world import WorldRef
 
 __all__ = [
+    "DOORS",
     "Bar",
     "Building",
     "Camera",

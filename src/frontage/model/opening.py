@@ -7,6 +7,9 @@ import numpy as np
 from frontage.geometry.arrays import Float, freeze
 from frontage.model.estimate import Estimate, Provenance
 
+DOORS = frozenset({"door", "garage", "passage"})
+"""Kinds of openings that one goes or drives through: a `Door` of city models, no window."""
+
 
 @dataclass(frozen=True)
 class Bar:

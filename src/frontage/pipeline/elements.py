@@ -52,6 +52,11 @@ def load_elements(folder: Path, facade: str) -> Elements:
     return Elements(facade, openings, protrusions)
 
 
+def found_elements(folder: Path, facade: str) -> Elements | None:
+    """The same, or None where the facade was not judged."""
+    return load_elements(folder, facade) if (folder / "openings.json").is_file() else None
+
+
 def check_elements(elements: Elements) -> Elements:
     """The elements, when files can hold them. Raises ValueError that names the one that they cannot."""
     known = {"", *(p.id for p in elements.protrusions)}

@@ -36,8 +36,7 @@ def openings_task(task: OpeningsTask) -> dict[str, Any]:
     workspace = Workspace(task.out)
     if not task.redo and (marker := workspace.done("openings", task.id, task.key)):
         return dict(marker["result"])
-    found = workspace.done("facades", task.id)
-    names = list(found["result"]["facades"]) if found else []
+    names = workspace.facades_of(task.id)
     result: dict[str, Any] = {"facades": [], "openings": [], "protrusions": [], "warnings": []}
     result |= {"notes": {}, "pictures": {}}
     if names:

@@ -4,16 +4,15 @@ import re
 from typing import TYPE_CHECKING
 
 from frontage.errors import InputError, WorkspaceError
-from frontage.model import Elements, Opening
+from frontage.model import DOORS, Elements, Opening
 from frontage.pipeline.addressbook import building_at
-from frontage.pipeline.elements import load_elements
+from frontage.pipeline.elements import found_elements
 from frontage.pipeline.located import Located, Place, answer, number_of, project_of
 
 if TYPE_CHECKING:
     from frontage.pipeline.workspace import Workspace
 
 _ID = re.compile(r"(?P<facade>[^/]+[/_]F\d+)/(?P<name>[A-Z]-?\d+-\d+)", re.IGNORECASE)
-_DOORS = ("door", "garage", "passage")
 
 
 def locate(
@@ -80,9 +79,8 @@ def _street_facade(workspace: "Workspace", names: list[str]) -> str:
     """The facade that shows the most openings, of equal ones the first."""
 
     def count(name: str) -> int:
-        folder = workspace.facade_folder(name)
-        judged = (folder / "openings.json").is_file()
-        return len(load_elements(folder, name).openings) if judged else -1
+        elements = found_elements(workspace.facade_folder(name), name)
+        return len(elements.openings) if elements else -1
 
     return max(names, key=count)
 
@@ -98,11 +96,12 @@ def _facade_named(workspace: "Workspace", name: str) -> str:
 
 def _elements(workspace: "Workspace", name: str) -> Elements:
     folder = workspace.facade_folder(name)
-    if not (folder / "openings.json").is_file():
+    elements = found_elements(folder, name)
+    if elements is None:
         raise WorkspaceError(
             f"{folder} has no openings.json; make it with `frontage openings {workspace.out}`"
         )
-    return load_elements(folder, name)
+    return elements
 
 
 def _by_name(elements: Elements, id: str) -> Opening:
@@ -119,7 +118,7 @@ def _by_number(elements: Elements, floor: int, window: int | None, door: int | N
         if (
             opening.floor == floor
             and number_of(opening) == number
-            and (door is None or opening.kind in _DOORS)
+            and (door is None or opening.kind in DOORS)
         ):
             return opening
     what = "opening" if door is None else "door"

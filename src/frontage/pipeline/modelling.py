@@ -18,7 +18,7 @@ from frontage.model import Building, Elements, Facade, Failed, WorldRef
 from frontage.model.citymodel import CityBuilding, Shell
 from frontage.pipeline.addressbook import known_addresses
 from frontage.pipeline.context import Run
-from frontage.pipeline.elements import load_elements
+from frontage.pipeline.elements import found_elements
 from frontage.pipeline.facadepicture import wall_picture
 from frontage.pipeline.files import write_bytes, write_json
 from frontage.pipeline.records import building_from_record, failed_record
@@ -70,7 +70,7 @@ def make_model(run: Run, world: WorldRef) -> Result:
         r["id"]: r | {"address": next(iter(known[r["id"]]), None)} for r in workspace.building_records()
     }
     city = _city_model(run, world)
-    facades = {name: [workspace.load_facade(f) for f in _facades(workspace, name)] for name in records}
+    facades = {name: [workspace.load_facade(f) for f in workspace.facades_of(name)] for name in records}
     groups = match_model(facades, city, options)
     tasks = [
         ModelTask(
@@ -99,7 +99,7 @@ def model_task(task: ModelTask) -> Made:
     workspace = Workspace(task.out)
     building = _joined(task.records)
     try:
-        fronts = [_front(workspace, f) for r in task.records for f in _facades(workspace, r["id"])]
+        fronts = [_front(workspace, f) for r in task.records for f in workspace.facades_of(r["id"])]
         if not fronts:
             return Made(building.id)
         found = assemble(building, fronts, task.shells, fronts[0][0].world, task.options)
@@ -167,17 +167,10 @@ def _shells(group: Group, city: Sequence[CityBuilding]) -> tuple[Shell, ...]:
     return tuple(replace(s, part=b.id) for b in own for s in b.level("2") if not s.installation)
 
 
-def _facades(workspace: Workspace, building: str) -> list[str]:
-    marker = workspace.done("facades", building)
-    return list(marker["result"]["facades"]) if marker else []
-
-
 def _front(workspace: Workspace, name: str) -> tuple[Facade, Elements]:
     """A facade with what was found on it; nothing where it was not judged."""
     facade = workspace.load_facade(name)
-    folder = workspace.facade_folder(name)
-    judged = (folder / "openings.json").is_file()
-    return facade, load_elements(folder, name) if judged else Elements(name, ())
+    return facade, found_elements(workspace.facade_folder(name), name) or Elements(name, ())
 
 
 def _picture(workspace: Workspace, facade: Facade) -> FacadePicture | None:

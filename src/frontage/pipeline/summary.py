@@ -42,12 +42,10 @@ def report_data(workspace: Workspace, manifest: dict[str, Any]) -> ReportData:
 def _building(
     workspace: Workspace, record: dict[str, Any], plan: Float, manifest: dict[str, Any]
 ) -> BuildingView:
-    marker = workspace.done("facades", record["id"])
     with_ortho = set(workspace.ortho_ids())
     warnings = manifest.get("warnings", [])
     facades = tuple(
-        _facade(workspace, name, name in with_ortho, warnings)
-        for name in (marker["result"]["facades"] if marker else ())
+        _facade(workspace, name, name in with_ortho, warnings) for name in workspace.facades_of(record["id"])
     )
     own = tuple(w for w in warnings if w["item"] == record["id"])
     return BuildingView(record, plan, facades, own, *_model(workspace, record["id"]))

@@ -63,7 +63,7 @@ def facades_task(task: FacadesTask) -> dict[str, Any]:
     workspace = Workspace(task.out)
     if not task.redo and (marker := workspace.done("facades", task.id, task.key)):
         return dict(marker["result"])
-    before = workspace.done("facades", task.id)
+    before = workspace.facades_of(task.id)
     found = _find(task, workspace)
     facades = [f for f in found if isinstance(f, Facade)]
     warnings = [failed_record(task.id, f) for f in found if isinstance(f, Failed)]
@@ -75,8 +75,7 @@ def facades_task(task: FacadesTask) -> dict[str, Any]:
         remove_elements(workspace.facade_folder(facade.id))
         remove_pictures(workspace.facade_folder(facade.id))
         save_facade(workspace.facade_folder(facade.id), facade)
-    known: list[str] = before["result"]["facades"] if before else []
-    for stale in set(known) - {f.id for f in facades}:
+    for stale in set(before) - {f.id for f in facades}:
         shutil.rmtree(workspace.facade_folder(stale), ignore_errors=True)
     workspace.finish("facades", task.id, task.key, result)
     return result
@@ -87,8 +86,7 @@ def ortho_task(task: OrthoTask) -> dict[str, Any]:
     workspace = Workspace(task.out)
     if not task.redo and (marker := workspace.done("ortho", task.id, task.key)):
         return dict(marker["result"])
-    found = workspace.done("facades", task.id)
-    names = list(found["result"]["facades"]) if found else []
+    names = workspace.facades_of(task.id)
     result: dict[str, Any] = {"orthos": [], "warnings": []}
     if names:
         scan, _ = load_cloud(task, workspace)

@@ -119,8 +119,12 @@ class Workspace:
 
     def facade_ids(self) -> list[str]:
         """The facades found, in the order of the buildings."""
-        done = [self.done("facades", record["id"]) for record in self.building_records()]
-        return [facade for marker in done if marker for facade in marker["result"]["facades"]]
+        return [facade for record in self.building_records() for facade in self.facades_of(record["id"])]
+
+    def facades_of(self, building: str) -> list[str]:
+        """The facades found of one building; empty before that stage."""
+        marker = self.done("facades", building)
+        return list(marker["result"]["facades"]) if marker else []
 
     def ortho_ids(self) -> list[str]:
         """The facades that have an ortho-image, in the order of the buildings."""
@@ -159,11 +163,11 @@ class Workspace:
 
     def remove_building(self, building: str) -> None:
         """Remove the files of a building that the latest split does not know any more."""
-        facades = self.done("facades", building)
+        facades = self.facades_of(building)
         self.begin("facades", building)
         self.begin("ortho", building)
         self.begin("openings", building)
-        for facade in facades["result"]["facades"] if facades else ():
+        for facade in facades:
             shutil.rmtree(self.facade_folder(facade), ignore_errors=True)
         for ending in (".npz", ".index.npy", ".laz", ".laz.stations.json"):
             (self.buildings_folder / f"{building}{ending}").unlink(missing_ok=True)

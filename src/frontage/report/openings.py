@@ -9,11 +9,10 @@ import shapely
 
 from frontage.geometry.arrays import Float
 from frontage.geometry.ring import box_sigmas, ring_area, ring_area_sigma
-from frontage.model import Elements, Facade, Opening, Protrusion, Provenance
+from frontage.model import DOORS, Elements, Facade, Opening, Protrusion, Provenance
 from frontage.report.drawing import error_band
 from frontage.report.numbers import Fact
 
-_NO_WINDOWS = ("door", "garage", "passage")
 _ROOM = 26.0  # px that a label needs in its opening
 
 
@@ -153,7 +152,7 @@ def window_share(facade: Facade, elements: Elements) -> tuple[float, float, floa
     wall = float(shapely.make_valid(shapely.Polygon(facade.outline)).area)
     if wall <= 0:
         return None
-    windows = [o for o in elements.openings if o.kind not in _NO_WINDOWS]
+    windows = [o for o in elements.openings if o.kind not in DOORS]
     area = sum(ring_area(o.ring) for o in windows)
     sigma = np.array([ring_area_sigma(o.ring, o.ring_covariance) for o in windows])
     own = np.array([o.provenance is Provenance.MEASURED for o in windows], np.bool_)

@@ -6,6 +6,7 @@ import shapely
 from frontage.errors import OptionError
 from frontage.geometry.arrays import Float
 from frontage.geometry.ring import rectangle
+from frontage.model import DOORS
 from frontage.simulate.draft import HouseDraft
 from frontage.simulate.elevation import Band, Dressing, Elevation, refuse_misfits
 from frontage.simulate.housespec import OpeningSpec
@@ -15,8 +16,6 @@ from frontage.simulate.shapes import BarLayout
 from frontage.simulate.shell import front_outline, house_from_side
 from frontage.simulate.slots import Slot, name_openings, undisturbed
 from frontage.simulate.style import Style, WindowType
-
-_OPAQUE = {"door", "passage", "garage"}
 
 
 def compose(draft: HouseDraft, style: Style, id: str, rng: np.random.Generator) -> tuple[Elevation, ...]:
@@ -55,7 +54,7 @@ def _given(spec: OpeningSpec) -> Slot:
     bars = BarLayout(spec.bars, spec.vertical, spec.horizontal)
     kind = WindowType(
         spec.kind, spec.shape, spec.width, spec.height, spec.depth, spec.frame, bars, None,
-        Dressing(leaf="ribs" if spec.kind == "garage" else "panels"), spec.kind not in _OPAQUE,
+        Dressing(leaf="ribs" if spec.kind == "garage" else "panels"), spec.kind not in DOORS,
     )  # fmt: skip
     floor = -1 if spec.kind == "basement" else 0
     return Slot(kind, spec.x, spec.z, floor, 0.0, spec.shutters)

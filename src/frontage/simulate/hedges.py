@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from frontage.geometry.arrays import Float
+from frontage.model import DOORS
 from frontage.simulate.meshing import Pen
 from frontage.simulate.scene import House, Material, Part
 
@@ -36,7 +37,7 @@ class Front:
 
 def ways_in(house: House) -> list[tuple[float, float]]:
     """Spans of x (m, front's frame) that lead to the ground floor's doors, gates and garages."""
-    doors = [o for o in house.facades[0].openings if o.floor == 0 and o.kind in ("door", "garage", "passage")]
+    doors = [o for o in house.facades[0].openings if o.floor == 0 and o.kind in DOORS]
     return [(float(o.ring[:, 0].min()) - _GAP, float(o.ring[:, 0].max()) + _GAP) for o in doors]
 
 

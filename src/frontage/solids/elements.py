@@ -9,13 +9,12 @@ from shapely.geometry import Polygon
 from shapely.geometry.base import BaseGeometry
 
 from frontage.geometry.arrays import Float
-from frontage.model import Elements, Facade, Opening, Protrusion
+from frontage.model import DOORS, Elements, Facade, Opening, Protrusion
 from frontage.solids.relief import FacadeReliefs, Relief
 
 BODIES = frozenset({"oriel", "bay", "risalit", "pilaster", "plinth", "niche", "loggia", "setback"})
 """Kinds of protrusion that are a part of the building's body; every other kind is an installation."""
 
-DOORS = frozenset({"door", "garage", "passage"})
 """Kinds of opening that people or vehicles go through: Door; every other kind is a Window."""
 
 _YIELDING = ("plinth", "pilaster")  # bodies that go round openings; the others hide what is behind them
