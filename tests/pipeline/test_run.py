@@ -14,6 +14,7 @@ import frontage.pipeline.findopenings as findopenings
 import frontage.pipeline.stages as stages
 import frontage.pipeline.tasks as tasks
 from frontage.errors import FileError, InputError, WorkspaceError
+from frontage.io.ortho import read_ortho, write_ortho
 from frontage.model import Failed
 from frontage.pipeline.project import load_project
 from frontage.pipeline.run import run, run_stage
@@ -172,6 +173,21 @@ def test_a_building_that_fails_is_a_warning_with_its_code(
     with pytest.raises(Exception, match="no ortho-image could be made"):
         run(load_project(project), tmp_path / "b")
     assert any(w["code"] == "E999" for w in Workspace(tmp_path / "b").manifest()["warnings"])
+
+
+def test_an_ortho_image_that_cannot_be_made_again_is_gone_whole(
+    finished: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    out = tmp_path / "out"
+    shutil.copytree(finished, out)
+    folder = Workspace(out).facade_folder(Workspace(out).facade_ids()[0])
+    write_ortho(tmp_path / "alone", read_ortho(folder))
+    written = {path.name for path in (tmp_path / "alone").iterdir()}
+    assert {"ortho.json", "gsd.tif"} <= written <= {path.name for path in folder.iterdir()}
+    monkeypatch.setattr(tasks, "make_ortho", lambda *_: Failed("F399", "too dark", "wait for the day"))
+    run_stage(out, "ortho")
+    assert Workspace(out).ortho_ids() == []
+    assert not written & {path.name for path in folder.iterdir()} and (folder / "facade.json").is_file()
 
 
 def test_a_bad_photo_leaves_earlier_results_intact(finished: Path, project: Path, tmp_path: Path) -> None:

@@ -22,6 +22,9 @@ from frontage.io.geotiff import matrix_text, read_geotiff, write_geotiff
 from frontage.model import Estimate, Facade, Layer, OrthoImage, PhotoOffset, Provenance, WorldRef
 from frontage.raster.tiles import Tile
 
+FILES = ("ortho.json", "ortho.tif", "ortho.jpg", "depth.tif", "sources.tif", "gsd.tif", "intensity.tif")
+"""What `write_ortho` leaves in a folder."""
+
 SCHEMA = 1
 _JPEG_SIDE = 16384  # px: what viewers open; the format itself ends at 65535
 _JPEG_QUALITY = 90

@@ -14,6 +14,7 @@ import numpy as np
 
 from frontage.errors import FileError, FrontageError
 from frontage.facades import FacadeOptions, find_facades
+from frontage.io.ortho import FILES as ORTHO_FILES
 from frontage.io.ortho import write_ortho
 from frontage.io.photos import PhotoSet
 from frontage.io.store import load_scan
@@ -158,5 +159,5 @@ def as_failed(error: Exception, item: str) -> Failed:
 
 
 def _remove_ortho(folder: Path) -> None:
-    for name in ("ortho.json", "ortho.tif", "ortho.jpg", "depth.tif", "sources.tif", "intensity.tif"):
+    for name in ORTHO_FILES:
         (folder / name).unlink(missing_ok=True)
