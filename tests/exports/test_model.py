@@ -64,10 +64,18 @@ def test_the_same_model_gives_the_same_bytes() -> None:
 
 def test_the_picture_shows_the_street_side() -> None:
     inward = wall().frame.R[:, 1]
-    front, back = picture(drawn(model()), inward, 300), picture(drawn(model()), -inward, 300)
+    front, back = (picture(drawn(model()), v, most=300) for v in (inward, -inward))
     glass = [int(((i[..., 2].astype(int) - i[..., 0]) > 25).sum()) for i in (front, back)]
     assert glass[0] > 500 and glass[1] == 0
     assert (front[0] == 255).all() and front.shape[1] <= 300
+
+
+def test_the_picture_is_taken_from_the_side_of_the_other_facades() -> None:
+    inward = wall().frame.R[:, 1]
+    aside = np.array([inward[1], -inward[0], 0.0])
+    left = picture(drawn(model()), inward, most=300)
+    assert np.array_equal(picture(drawn(model()), inward, np.array([inward, aside]), 300), left)
+    assert not np.array_equal(picture(drawn(model()), inward, np.array([inward, -aside]), 300), left)
 
 
 def test_nothing_to_draw() -> None:

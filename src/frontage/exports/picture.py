@@ -11,13 +11,11 @@ from frontage.geometry.arrays import Array, Float
 
 _SIZE = 1200  # px, width at most
 _OVER = 2  # pixels drawn per pixel kept, along each axis
-_ASIDE, _ABOVE = (
-    np.radians(28.0),
-    np.radians(16.0),
-)  # the eye stands so far to the left of and above the normal
+_ASIDE, _ABOVE = np.radians(28.0), np.radians(16.0)  # the eye stands so far beside and above the normal
 _LIGHT = np.array([0.45, -0.55, 0.70])  # in the view's axes: right, towards the eye is negative, up
 _AMBIENT = 0.45
 _NEAR = 0.02  # m: an edge is drawn where it is no further behind the surface than this
+_NONE = np.empty((0, 3))
 _INK = np.array([45.0, 45.0, 50.0])
 
 
@@ -39,14 +37,16 @@ class View:
         return np.stack([column, row, q[..., 1]], axis=-1)
 
 
-def picture(shapes: Drawn, inward: Float, most: int = _SIZE) -> Array:
+def picture(shapes: Drawn, inward: Float, others: Float = _NONE, most: int = _SIZE) -> Array:
     """The model (h, w, 3) uint8 RGB, seen from the street side of a facade whose normal is `inward` (3,).
 
-    A parallel view from a little above and to the left, white ground. Raises ValueError without triangles.
+    A parallel view from a little above, white ground; from the left, or from the right where more is seen
+    of the facades whose normals, as long as they are wide, are `others` (n, 3). Raises ValueError without
+    triangles.
     """
     if not len(shapes):
         raise ValueError("there is nothing to draw")
-    view = _view(shapes.corners.reshape(-1, 3), inward, most * _OVER)
+    view = _view(shapes.corners.reshape(-1, 3), _ahead(inward, others), most * _OVER)
     image, depth = _surfaces(shapes, view)
     _edges(image, depth, shapes, view)
     small: Array = cv2.resize(
@@ -55,10 +55,16 @@ def picture(shapes: Drawn, inward: Float, most: int = _SIZE) -> Array:
     return np.asarray(np.clip(np.rint(small), 0, 255), np.uint8)
 
 
-def _view(xyz: Float, inward: Float, most: int) -> View:
+def _ahead(inward: Float, others: Float) -> Float:
+    """The horizontal direction (3,) of the view."""
     flat = np.array([inward[0], inward[1], 0.0]) / np.hypot(inward[0], inward[1])
     side = np.array([flat[1], -flat[0], 0.0])
-    ahead = np.cos(_ASIDE) * flat + np.sin(_ASIDE) * side
+    left, right = (np.cos(_ASIDE) * flat + s * np.sin(_ASIDE) * side for s in (1.0, -1.0))
+    from_left, from_right = (np.maximum(others @ ahead, 0).sum() for ahead in (left, right))
+    return np.asarray(right if from_right > from_left else left)
+
+
+def _view(xyz: Float, ahead: Float, most: int) -> View:
     right = np.array([ahead[1], -ahead[0], 0.0])
     away = np.cos(_ABOVE) * ahead - np.array([0, 0, np.sin(_ABOVE)])
     axes = np.array([right, away, np.cross(right, away)])

@@ -118,8 +118,8 @@ def _made(
     task: ModelTask,
 ) -> Made:
     pictures = [p for f, _ in fronts if (p := _picture(workspace, f)) is not None]
-    widest = max((f for f, _ in fronts), key=lambda f: f.extent[2] - f.extent[0])
-    image = picture(drawn(found), widest.frame.R[:, 1])
+    inward = np.array([(f.extent[2] - f.extent[0]) * f.frame.R[:, 1] for f, _ in fronts])
+    image = picture(drawn(found), inward[np.linalg.norm(inward, axis=1).argmax()], inward)
     png = cv2.imencode(".png", image[..., ::-1])[1].tobytes()
     return Made(
         building.id,

@@ -24,6 +24,7 @@ from frontage.registration import RegistrationOptions
 from frontage.solids import BuildOptions
 
 _FORBID = ConfigDict(extra="forbid", frozen=True)
+_NO_PROJECT = "give a PROJECT.toml, or scans with --scan"
 
 
 class General(BaseModel):
@@ -80,7 +81,7 @@ def load_project(path: Path, changes: Mapping[str, Mapping[str, Any]] | None = N
     except FileNotFoundError:
         raise FileError(path, "no such project file", "give the path of a PROJECT.toml") from None
     except (OSError, UnicodeDecodeError) as error:
-        raise FileError(path, f"cannot be read as text ({error})", "give a PROJECT.toml") from None
+        raise FileError(path, f"cannot be read as text ({error})", _NO_PROJECT) from None
     except tomllib.TOMLDecodeError as error:
         raise FileError(path, f"is not valid TOML: {error}", "correct that line") from None
     for name, values in (changes or {}).items():

@@ -18,6 +18,7 @@ from frontage.pipeline.stages import STAGES, Stage
 from frontage.pipeline.workspace import Workspace
 from frontage.scale import make_executor
 
+_NO_WALL = "a wall is a storey high and has some points per metre; coordinates in metres, z up"
 _LIBRARIES = (
     "numpy",
     "scipy",
@@ -169,8 +170,11 @@ def _summary(context: Run, seconds: float) -> Summary:
 def _nothing(summary: Summary) -> str:
     """Why there is no ortho-image at all, in one sentence."""
     found = f"{summary.items.get('buildings', 0)} buildings and {summary.items.get('facades', 0)} facades"
-    reason = f" ({summary.warnings[0]['message']})" if summary.warnings else ""
-    return f"no ortho-image could be made: {found} were found{reason}; see {summary.out / 'report.html'}"
+    reason = summary.warnings[0]["message"] if summary.warnings else _NO_WALL
+    return (
+        f"no ortho-image could be made: {found} were found in {summary.items.get('scans', 0):,} points "
+        f"({reason}); see {summary.out / 'report.html'}"
+    )
 
 
 def _require_before(workspace: Workspace, project: Project, stage: str, keys: dict[str, str]) -> None:
