@@ -16,7 +16,8 @@ from frontage.model import Building, Failed
 from frontage.openings.options import OpeningOptions
 from frontage.pipeline.elements import FILES, load_elements
 from frontage.pipeline.findopenings import options_at, shared_notes
-from frontage.pipeline.run import run_stage
+from frontage.pipeline.project import load_project
+from frontage.pipeline.run import run, run_stage
 from frontage.pipeline.score import score
 from frontage.pipeline.workspace import Workspace
 
@@ -71,15 +72,37 @@ def test_openings_without_an_ortho_image_are_drawn_on_the_evidence(copy: Path) -
     assert 0.5 < (drawn == evidence).all(2).mean() < 1.0
 
 
+def test_another_pixel_size_draws_openings_anew_and_finds_none(
+    copy: Path, simulated: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    folder = Workspace(copy).facade_folder("B01/F1")
+    kept = {
+        path.name: path.read_bytes() for path in folder.iterdir() if path.name in (*FILES, "evidence.png")
+    }
+    before = cv2.imread(str(folder / "openings.png"))
+    monkeypatch.setattr(findopenings, "find_openings", None)
+    run(load_project(simulated / "project.toml", {"ortho": {"gsd": 0.08}}), copy)
+    assert {name: (folder / name).read_bytes() for name in kept} == kept and len(kept) == 4
+    assert cv2.imread(str(folder / "openings.png")).shape != before.shape
+    assert not [w for w in Workspace(copy).manifest()["warnings"] if w["stage"] == "openings"]
+
+
+def test_photos_that_are_taken_away_are_named_no_more(copy: Path, simulated: Path) -> None:
+    run(load_project(simulated / "project.toml").model_copy(update={"photos": None}), copy)
+    openings = load_elements(Workspace(copy).facade_folder("B01/F1"), "B01/F1").openings
+    assert openings and not any(o.photos for o in openings)
+
+
 def test_a_picture_that_cannot_be_drawn_costs_no_openings(
     copy: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def broken(*_: Any) -> None:
         raise ZeroDivisionError("of all things")
 
-    monkeypatch.setattr(findopenings, "save_pictures", broken)
+    monkeypatch.setattr(findopenings, "draw_openings", broken)
+    monkeypatch.setattr(findopenings, "save_evidence", broken)
     summary = run_stage(copy, "openings")
-    assert [w["code"] for w in summary.warnings if w["stage"] == "openings"] == ["E999"]
+    assert [w["code"] for w in summary.warnings if w["stage"] == "openings"] == ["E999"] * 2
     (name,) = Workspace(copy).opening_ids()
     folder = Workspace(copy).facade_folder(name)
     assert (folder / "openings.json").is_file() and pictures(folder) == set()

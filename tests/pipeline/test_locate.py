@@ -18,10 +18,10 @@ from frontage.geometry.ring import rectangle
 from frontage.model import Elements, Estimate, Opening, Protrusion, Provenance
 from frontage.pipeline.context import Silent
 from frontage.pipeline.elements import load_elements, save_elements
-from frontage.pipeline.located import Located, _photos
+from frontage.pipeline.located import Located, project_of
 from frontage.pipeline.project import load_project
 from frontage.pipeline.run import run
-from frontage.pipeline.sightlines import photo_views
+from frontage.pipeline.sightlines import photo_views, run_photos, surfaces
 from frontage.pipeline.workspace import Workspace
 
 
@@ -156,6 +156,13 @@ def test_addresses_are_told_without_measuring_anything_again(copy: Path, simulat
         assert Workspace(copy).locate(asked, floor=1, window=1).building == "B01"
 
 
+def test_openings_name_the_photos_that_show_them(answers: list[Located], simulated_run: Path) -> None:
+    folder = Workspace(simulated_run).facade_folder("B01/F1")
+    found = {o.id: o.photos for o in load_elements(folder, "B01/F1").openings}
+    assert found == {a.id: tuple(view.photo for view in a.photos) for a in answers}
+    assert any(found.values())
+
+
 def test_an_address_by_a_point_follows_the_house(copy: Path, answers: list[Located]) -> None:
     x, y, _ = answers[0].center
     workspace = told(copy, [{"address": "13 rue Soufflot", "at": [x, y]}])
@@ -277,7 +284,8 @@ def test_doors_are_asked_for_by_the_number_of_their_id(copy: Path) -> None:
 
 def test_sight_is_blocked_by_what_stands_between(simulated_run: Path) -> None:
     workspace = Workspace(simulated_run)
-    facade, (photo, *_) = workspace.load_facade("B01/F1"), _photos(workspace)[0]
+    (photo, *_), _ = run_photos(project_of(workspace).photos, workspace)
+    facade = workspace.load_facade("B01/F1")
     x, z = facade.outline.mean(0)
     ring = rectangle(x - 0.6, z - 0.8, x + 0.6, z + 0.8)
     middle = facade.frame.apply(np.array([[x, 0.0, z]]))[0]
@@ -286,7 +294,7 @@ def test_sight_is_blocked_by_what_stands_between(simulated_run: Path) -> None:
     board = facade.frame.rotate(np.column_stack([u, np.zeros(len(u)), w]))
 
     def visible(cloud: Float | None) -> float | None:
-        seen = photo_views(facade, ring, 0.0, [photo], cloud)
+        (seen,) = photo_views(facade, [(ring, 0.0)], [photo], None if cloud is None else surfaces(cloud))
         return seen[0].visible if seen else None
 
     free = visible(None)  # a corner may lie outside the frame
@@ -296,7 +304,7 @@ def test_sight_is_blocked_by_what_stands_between(simulated_run: Path) -> None:
     assert visible(middle - 0.1 * to_eye + board) == free  # in the room
     part = visible(middle + 0.05 * to_eye + board[u > 0.2])
     assert part is not None and 0.5 <= part < 0.85
-    assert photo_views(facade, ring, 0.0, [replace(photo, local_from_camera=None)], None) == ()
+    assert photo_views(facade, [(ring, 0.0)], [replace(photo, local_from_camera=None)], None) == [()]
 
 
 def call(*words: object) -> Result:

@@ -41,7 +41,7 @@ class Silent:
 
 @dataclass
 class Run:
-    """One run, shared by its stages; `key` = the stage's fingerprint, `redo` = finished tasks too."""
+    """One run, shared by its stages; `key` = that of the stage's tasks, `redo` = finished ones too."""
 
     workspace: Workspace
     project: Project

@@ -30,8 +30,7 @@ def save_elements(folder: Path, facade: Facade, elements: Elements) -> None:
     covariances = {str(k): o.ring_covariance for k, o in enumerate(elements.openings)}
     write_arrays(folder / "outlines.npz", covariances)
     write_json(folder / "protrusions.json", [_protrusion_record(p, facade) for p in elements.protrusions])
-    fronts = {"": 0.0} | {p.id: float(p.front.value) for p in elements.protrusions}
-    records = [_opening_record(o, facade, fronts[o.on]) for o in elements.openings]
+    records = [_opening_record(o, facade, elements.wall_y(o)) for o in elements.openings]
     write_json(folder / "openings.json", records)
 
 

@@ -2,18 +2,19 @@
 
 from collections import defaultdict
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
 from frontage.catalog import number_building
-from frontage.model import Building, Elements, Facade, Failed, Scan
+from frontage.model import Building, Elements, Facade, Failed, Photo, Scan
 from frontage.openings.find import find_openings
 from frontage.openings.options import OpeningOptions
-from frontage.pipeline.elements import check_elements, remove_elements, save_elements
-from frontage.pipeline.openingpictures import remove_pictures, save_pictures
+from frontage.pipeline.elements import check_elements, load_elements, remove_elements, save_elements
+from frontage.pipeline.openingpictures import draw_openings, remove_pictures, save_evidence
 from frontage.pipeline.records import failed_record
+from frontage.pipeline.sightlines import Surfaces, photo_views, scanned_surfaces
 from frontage.pipeline.tasks import Task, as_failed, load_cloud
 from frontage.pipeline.workspace import Workspace
 
@@ -22,20 +23,29 @@ _NAMED = 4  # facades that a shared note names
 
 @dataclass(frozen=True)
 class OpeningsTask(Task):
-    """Find the openings of one building's facades."""
+    """Find the openings of one building's facades; `photos` of the run, which may show them."""
 
     options: OpeningOptions
+    photos: tuple[Photo, ...] = ()
 
 
 def openings_task(task: OpeningsTask) -> dict[str, Any]:
-    """Openings of one building's facades to their folders.
+    """Openings of one building's facades to their folders, with the photos that show them, and drawn.
 
     Returns `{"facades": [id, ...], "openings": [id, ...], "protrusions": [id, ...], "notes": {facade: [...]},
-    "pictures": {facade: [...]}, "warnings": [...]}`; `facades` are those that were judged.
+    "pictures": {facade: [...]}, "warnings": [...]}`; `facades` are those that were judged. What was found
+    depends on neither photos nor ortho-images: it is kept where only these are new.
     """
     workspace = Workspace(task.out)
-    if not task.redo and (marker := workspace.done("openings", task.id, task.key)):
-        return dict(marker["result"])
+    marker = None if task.redo else workspace.done("openings", task.id, task.key)
+    result = dict(marker["result"]) if marker else _search(task, workspace)
+    scanned = scanned_surfaces(workspace) if task.photos and result["openings"] else None
+    failed = [f for name in result["facades"] if (f := _show(task, workspace, name, scanned, result))]
+    return result | {"warnings": [*result["warnings"], *failed]}
+
+
+def _search(task: OpeningsTask, workspace: Workspace) -> dict[str, Any]:
+    """Find the openings and write them, with the pictures of what they were found from."""
     names = workspace.facades_of(task.id)
     result: dict[str, Any] = {"facades": [], "openings": [], "protrusions": [], "warnings": []}
     result |= {"notes": {}, "pictures": {}}
@@ -55,9 +65,29 @@ def openings_task(task: OpeningsTask) -> dict[str, Any]:
         for facade, elements in _numbered(judged, building, task.options):
             save_elements(workspace.facade_folder(facade.id), facade, elements)
             _tell(elements, result)
-            _picture(task, workspace, facade, elements, scan, result)
+            _evidence(task, workspace, facade, scan, result)
     workspace.finish("openings", task.id, task.key, result)
     return result
+
+
+def _show(
+    task: OpeningsTask, workspace: Workspace, name: str, scanned: Surfaces | None, result: dict[str, Any]
+) -> dict[str, str] | None:
+    """Tell which photos show a facade's openings, and draw them; what failed."""
+    folder = workspace.facade_folder(name)
+    try:
+        facade, elements = workspace.load_facade(name), load_elements(folder, name)
+        outlines = [(o.ring, elements.wall_y(o)) for o in elements.openings]
+        views = photo_views(facade, outlines, task.photos, scanned)
+        shown = [tuple(view.photo for view in own) for own in views]
+        if shown != [o.photos for o in elements.openings]:
+            seen = (replace(o, photos=p) for o, p in zip(elements.openings, shown, strict=True))
+            elements = replace(elements, openings=tuple(seen))
+            save_elements(folder, facade, elements)
+        draw_openings(workspace, facade, elements, result["pictures"].get(name, []))
+    except Exception as error:
+        return failed_record(name, as_failed(error, name))
+    return None
 
 
 def _numbered(
@@ -80,18 +110,12 @@ def _tell(elements: Elements, result: dict[str, Any]) -> None:
     result["notes"][elements.facade] = list(elements.notes)
 
 
-def _picture(
-    task: OpeningsTask,
-    workspace: Workspace,
-    facade: Facade,
-    elements: Elements,
-    scan: Scan,
-    result: dict[str, Any],
+def _evidence(
+    task: OpeningsTask, workspace: Workspace, facade: Facade, scan: Scan, result: dict[str, Any]
 ) -> None:
-    """The facade's pictures; openings without them are better than none."""
+    """Pictures of what the openings were found from; openings without them are better than none."""
     try:
-        pictures = save_pictures(workspace, facade, elements, scan, task.options)
-        result["pictures"][facade.id] = pictures
+        result["pictures"][facade.id] = save_evidence(workspace, facade, scan, task.options)
     except Exception as error:
         result["warnings"].append(failed_record(facade.id, as_failed(error, facade.id)))
 

@@ -6,16 +6,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 from pydantic import ValidationError
 
-from frontage.errors import FrontageError, WorkspaceError
+from frontage.errors import WorkspaceError
 from frontage.geometry.arrays import Float
 from frontage.geometry.ring import box_sigmas
-from frontage.io.photos import read_photos
-from frontage.io.store import load_scan
-from frontage.model import Elements, Facade, Opening, Photo
+from frontage.model import Elements, Facade, Opening
 from frontage.pipeline.pixels import FacadePixels
 from frontage.pipeline.project import Project
-from frontage.pipeline.records import world_from_record
-from frontage.pipeline.sightlines import PhotoView, photo_views
+from frontage.pipeline.sightlines import PhotoView, photo_views, run_photos, scanned_surfaces
 
 if TYPE_CHECKING:
     from frontage.pipeline.workspace import Workspace
@@ -83,12 +80,14 @@ class Located:
 def answer(workspace: "Workspace", place: Place, elements: Elements, o: Opening) -> Located:
     """Measure an opening of a facade's elements."""
     facade = workspace.load_facade(place.facade)
-    wall_y = _wall_y(elements, o)
+    wall_y = elements.wall_y(o)
     box = _box(o.ring)
     depth = None if o.depth is None else float(o.depth.value)
     inside = None if depth is None else wall_y + depth
-    photos, unread = _photos(workspace)
-    cloud, tested = _cloud(workspace) if photos else (None, "")
+    photos, unread = run_photos(project_of(workspace).photos, workspace)
+    (views,) = photo_views(
+        facade, [(o.ring, wall_y)], photos, scanned_surfaces(workspace) if photos else None
+    )
     width, height = (float(v) for v in box[2] - box[0])
     return Located(
         id=o.id,
@@ -115,8 +114,8 @@ def answer(workspace: "Workspace", place: Place, elements: Elements, o: Opening)
         provenance=str(o.provenance),
         confidence=float(o.confidence),
         pixels=_pixels(workspace, facade, box, wall_y),
-        photos=photo_views(facade, o.ring, wall_y, photos, cloud),
-        tested=tested,
+        photos=views,
+        tested=_tested(workspace) if photos else "",
         notes=tuple(note for note in (_inferred(o), unread) if note),
     )
 
@@ -124,12 +123,6 @@ def answer(workspace: "Workspace", place: Place, elements: Elements, o: Opening)
 def number_of(opening: Opening) -> int:
     """From the left on its floor: the last number of its id."""
     return int(opening.id.rsplit("-", 1)[1])
-
-
-def _wall_y(elements: Elements, o: Opening) -> float:
-    """y (m) of the wall that the opening is in: the front of the oriel that carries it, else the plane."""
-    fronts = {p.id: float(p.front.value) for p in elements.protrusions}
-    return fronts.get(o.on, 0.0)
 
 
 def _box(ring: Float) -> Float:
@@ -191,23 +184,13 @@ def project_of(workspace: "Workspace") -> Project:
         ) from None
 
 
-def _photos(workspace: "Workspace") -> tuple[tuple[Photo, ...], str]:
-    """The photos of the run, and what to note where they cannot be read."""
-    source = project_of(workspace).photos
-    if source is None:
-        return (), ""
-    try:
-        return read_photos(source, world_from_record(workspace.manifest()["world"])).photos, ""
-    except FrontageError as error:
-        return (), f"the photos could not be asked: {error}"
-
-
-def _cloud(workspace: "Workspace") -> tuple[Float | None, str]:
-    """Everything that was scanned, thinned (n, 3) m local, and what is tested with it."""
-    seen = "before the wall, at least half inside the frame"
-    if not workspace.surroundings_path.is_file():
-        return None, f"{seen}; what may hide it was not tested"
-    return load_scan(workspace.surroundings_path).xyz, f"{seen}, at least half not hidden by what was scanned"
+def _tested(workspace: "Workspace") -> str:
+    """How the photos that show an opening were told."""
+    known = workspace.surroundings_path.is_file()
+    hidden = (
+        ", at least half not hidden by what was scanned" if known else "; what may hide it was not tested"
+    )
+    return f"before the wall, at least half inside the frame{hidden}"
 
 
 def _inferred(o: Opening) -> str:

@@ -23,26 +23,44 @@ NAMES = ("openings", "evidence", "cells_before", "cells")
 _LARGEST = 1000  # px of the longer side of the ortho-image under the openings
 
 
-def save_pictures(
-    workspace: Workspace, facade: Facade, elements: Elements, scan: Scan, options: OpeningOptions
+def save_evidence(
+    workspace: Workspace, facade: Facade, scan: Scan, options: OpeningOptions
 ) -> list[dict[str, Any]]:
-    """Write `evidence.png` (by the paper's method also `cells_before.png`, `cells.png`) and `openings.png`.
+    """Write `evidence.png`; by the paper's method also `cells_before.png` and `cells.png`.
 
-    `scan` is the building's working cloud. Returns `{"name", "caption", "extent": [x0, z0, x1, z1]}` of the
-    pictures of the evidence.
+    `scan` is the building's working cloud. Returns `{"name", "caption", "extent": [x0, z0, x1, z1]}` of them.
     """
     pictures = _evidence(facade, scan, options)
-    background = _ortho(workspace, facade) or (pictures[0] if pictures else None)
-    drawn = [opening_picture(background, elements)] if background else []
-    for picture in (*pictures, *drawn):
-        write_bytes(workspace.facade_folder(facade.id) / f"{picture.name}.png", picture.png)
+    for picture in pictures:
+        _write(workspace, facade, picture)
     return [{"name": p.name, "caption": p.caption, "extent": list(p.extent)} for p in pictures]
 
 
+def draw_openings(
+    workspace: Workspace, facade: Facade, elements: Elements, evidence: list[dict[str, Any]]
+) -> None:
+    """Write `openings.png`, on the ortho-image or else on the first picture that `save_evidence` told of."""
+    ground = _ortho(workspace, facade)
+    if ground is None and evidence:
+        first = evidence[0]
+        image = cv2.imread(str(_path(workspace, facade, first["name"])), cv2.IMREAD_UNCHANGED)
+        ground = None if image is None else Picture("ground", "", image, tuple(first["extent"]))
+    if ground is not None:
+        _write(workspace, facade, opening_picture(ground, elements))
+
+
 def remove_pictures(folder: Path) -> None:
-    """Remove what `save_pictures` left in a folder, if anything."""
+    """Remove what is left of them in a folder, if anything."""
     for name in NAMES:
         (folder / f"{name}.png").unlink(missing_ok=True)
+
+
+def _write(workspace: Workspace, facade: Facade, picture: Picture) -> None:
+    write_bytes(_path(workspace, facade, picture.name), picture.png)
+
+
+def _path(workspace: Workspace, facade: Facade, name: str) -> Path:
+    return workspace.facade_folder(facade.id) / f"{name}.png"
 
 
 def _evidence(facade: Facade, scan: Scan, options: OpeningOptions) -> tuple[Picture, ...]:

@@ -85,10 +85,13 @@ def stage_keys(project: Project, inputs: dict[str, Any]) -> dict[str, str]:
     keys: dict[str, str] = {}
     last = ""
     for stage in STAGES:
-        hashes = [[entry["sha256"] for entry in inputs.get(group, [])] for group in stage.inputs]
-        last = fingerprint(last, stage.name, code_hash(stage.packages), stage.options(project), hashes)
-        keys[stage.name] = last
+        last = keys[stage.name] = _key(stage, last, project, inputs)
     return keys
+
+
+def _key(stage: Stage, before: str, project: Project, inputs: dict[str, Any]) -> str:
+    hashes = [[entry["sha256"] for entry in inputs.get(group, [])] for group in stage.inputs]
+    return fingerprint(before, stage.name, code_hash(stage.packages), stage.options(project), hashes)
 
 
 def _perform(
@@ -109,19 +112,21 @@ def _perform(
         context.manifest = lambda: _manifest(context)
         for stage in stages:
             if stage.needed(project) and (not only or stage.name in only):
-                _one(context, stage, keys[stage.name], redo=bool(only))
+                context.key, context.redo = keys[stage.name], bool(only)
+                if stage.follows:
+                    context.key = _key(stage, keys[stage.follows], project, inputs)
+                _one(context, stage, keys[stage.name])
     summary = _summary(context, time.perf_counter() - start)
     if not only and not summary.facades:
         raise FrontageError(_nothing(summary), code="F100")
     return summary
 
 
-def _one(context: Run, stage: Stage, key: str, redo: bool) -> None:
+def _one(context: Run, stage: Stage, key: str) -> None:
     """One stage: kept when its marker is current, done otherwise; then the manifest tells of it."""
     start = time.perf_counter()
-    marker = None if redo else context.workspace.done(stage.name, key=key)
+    marker = None if context.redo else context.workspace.done(stage.name, key=key)
     if marker is None:
-        context.key, context.redo = key, redo
         result = stage.work(context)
         context.workspace.finish(stage.name, "", key, result)
     else:

@@ -1,17 +1,23 @@
 """Which photos show an opening: in front of it, inside the frame, not hidden by what was scanned."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 import shapely
 
+from frontage.errors import FrontageError
 from frontage.geometry.arrays import Bool, Float
+from frontage.io.photos import PhotoSource, read_photos
+from frontage.io.store import load_scan
 from frontage.model import Facade, Photo
+from frontage.pipeline.records import world_from_record
+from frontage.pipeline.workspace import Workspace
 from frontage.raster.zbuffer import local_spacing, splat_depth
 
 _SAMPLES = 24  # per side of the opening's box
 _LEAST = 0.5  # share of an opening that a photo must show
+_MARGIN = 1.0  # m around the lines of sight: discs there may reach into them
 _BEFORE = 0.2  # m before the wall: what stands nearer is the facade's own relief
 _PIXELS = 160.0  # of the mask of what hides the opening, along its longer side
 _FEW = 3  # points of a cell that make a surface
@@ -35,32 +41,108 @@ class PhotoView:
     gsd: float
 
 
-def photo_views(
-    facade: Facade, ring: Float, wall_y: float, photos: Sequence[Photo], cloud: Float | None
-) -> tuple[PhotoView, ...]:
-    """The oriented photos that show at least half of an opening, the one with the finest pixels first.
+Outline = tuple[Float, float]
+"""Of an opening: ring (k, 2) m of the facade's frame, and y m of the wall that it lies on."""
 
-    ring (k, 2) m of the facade's frame, on the wall at wall_y m; cloud (n, 3) m local, what may hide it, or
-    None = not known.
+
+@dataclass(frozen=True, eq=False)
+class Surfaces:
+    """What may hide an opening: xyz (n, 3) m local, spacing (n,) m of the points on their surface."""
+
+    xyz: Float
+    spacing: Float
+
+
+def run_photos(source: PhotoSource | None, workspace: Workspace) -> tuple[tuple[Photo, ...], str]:
+    """The photos of a run, and what to note where they cannot be read."""
+    if source is None:
+        return (), ""
+    try:
+        return read_photos(source, world_from_record(workspace.manifest()["world"])).photos, ""
+    except FrontageError as error:
+        return (), f"the photos could not be asked: {error}"
+
+
+def scanned_surfaces(workspace: Workspace) -> Surfaces | None:
+    """The surfaces of everything that was scanned; None where the run has kept nothing of it."""
+    path = workspace.surroundings_path
+    return surfaces(load_scan(path).xyz) if path.is_file() else None
+
+
+def surfaces(cloud: Float) -> Surfaces:
+    """The surfaces of a cloud (n, 3) m local.
+
+    Single points are noise, and at the edge of a surface too few share a cell to tell its spacing.
     """
-    samples = facade.frame.apply(_samples(ring, wall_y))
-    outline = facade.frame.apply(np.column_stack([ring[:, 0], np.full(len(ring), wall_y), ring[:, 1]]))
-    looks = [v for p in photos if p.local_from_camera and (v := _look(facade, outline, samples, p))]
-    if cloud is not None and looks:
-        before = _before(facade, cloud, samples, np.array([look.photo.pose.t for look in looks]))
-        looks = [replace(look, shown=look.shown & ~_hidden(look.at, look.photo, *before)) for look in looks]
-    views = [_view(facade, samples[0], look) for look in looks if look.shown.mean() >= _LEAST]
-    return tuple(sorted(views, key=lambda v: (v.gsd, v.photo)))
+    spacing, count = local_spacing(cloud)
+    widest = 2.0 * np.median(spacing) if len(spacing) else 0.0
+    many = count >= _FEW
+    return Surfaces(cloud[many], np.minimum(spacing, widest)[many])
+
+
+def photo_views(
+    facade: Facade, outlines: Sequence[Outline], photos: Sequence[Photo], scanned: Surfaces | None
+) -> list[tuple[PhotoView, ...]]:
+    """Of every opening the oriented photos that show at least half of it, the finest pixels first.
+
+    scanned: what may hide it, None = not known.
+    """
+    samples = [facade.frame.apply(_samples(*outline)) for outline in outlines]
+    corners = [facade.frame.apply(_on_wall(*outline)) for outline in outlines]
+    walls = [y for _, y in outlines]
+    views: list[list[PhotoView]] = [[] for _ in outlines]
+    for photo in photos:
+        if photo.local_from_camera is None:
+            continue
+        looks = {
+            k: look for k in range(len(outlines)) if (look := _look(facade, corners[k], samples[k], photo))
+        }
+        if scanned is not None and looks:
+            hiding = _hiding(facade, photo, np.concatenate([samples[k] for k in looks]), scanned)
+            looks = {k: look.without(hiding.covers(look.at, walls[k] - _BEFORE)) for k, look in looks.items()}
+        for k, look in looks.items():
+            if look.shown.mean() >= _LEAST:
+                views[k].append(_view(facade, samples[k][0], photo, look))
+    return [tuple(sorted(own, key=lambda v: (v.gsd, v.photo))) for own in views]
 
 
 @dataclass(frozen=True, eq=False)
 class _Look:
-    """A photo of an opening: px of its outline (k, 2) and of samples on it (n, 2); which it shows (n,)."""
+    """An opening in a photo: px of its outline (k, 2) and of samples on it (n, 2); which are shown (n,)."""
 
-    photo: Photo
     outline: Float
     at: Float
     shown: Bool
+
+    def without(self, hidden: Bool) -> "_Look":
+        return _Look(self.outline, self.at, self.shown & ~hidden)
+
+
+@dataclass(frozen=True, eq=False)
+class _Hiding:
+    """Points in a photo: px (n, 2), distance (n,) m, radius (n,) px, y (n,) m behind the facade's plane."""
+
+    pixel: Float
+    distance: Float
+    radius: Float
+    y: Float
+
+    def covers(self, at: Float, before: float) -> Bool:
+        """Which pixels (m, 2) lie behind it; what stands at y >= `before` m is the facade's own."""
+        low, high = np.nanmin(at, axis=0), np.nanmax(at, axis=0)
+        scale = max(1.0, float((high - low).max()) / _PIXELS)
+        columns, rows = (int(np.ceil(v / scale)) + 1 for v in high - low)
+        own = self.y < before
+        buffer = splat_depth(
+            (self.pixel[own] - low) / scale, self.distance[own], self.radius[own] / scale, (rows, columns)
+        )
+        cell = np.nan_to_num((at - low) / scale).astype(np.int64)
+        hidden: Bool = np.isfinite(buffer[cell[:, 1], cell[:, 0]])
+        return hidden
+
+
+def _on_wall(ring: Float, wall_y: float) -> Float:
+    return np.column_stack([ring[:, 0], np.full(len(ring), wall_y), ring[:, 1]])
 
 
 def _samples(ring: Float, wall_y: float) -> Float:
@@ -70,22 +152,23 @@ def _samples(ring: Float, wall_y: float) -> Float:
     x, z = np.meshgrid(x0 + share * (x1 - x0), z0 + share * (z1 - z0))
     inside = shapely.contains_xy(shapely.Polygon(ring), x, z)
     x, z = np.append((x0 + x1) / 2, x[inside]), np.append((z0 + z1) / 2, z[inside])
-    return np.column_stack([x, np.full(len(x), wall_y), z])
+    return _on_wall(np.column_stack([x, z]), wall_y)
 
 
-def _before(facade: Facade, cloud: Float, samples: Float, eyes: Float) -> tuple[Float, Float]:
-    """Points (m, 3) local before the wall, near the lines of sight, and the spacing (m,) m of their surface.
-
-    What hides an opening stands before its wall, and of that everything on a line of sight does. Single
-    points are noise, and at the edge of a surface too few share a cell to tell its spacing.
-    """
-    ends = np.concatenate([samples, eyes])
-    cloud = cloud[((cloud > ends.min(0) - 1.0) & (cloud < ends.max(0) + 1.0)).all(1)]
-    spacing, count = local_spacing(cloud)
-    y, wall_y = ((xyz - facade.frame.t) @ facade.frame.R[:, 1] for xyz in (cloud, samples[0]))
-    front = (y < wall_y - _BEFORE) & (count >= _FEW)
-    widest = 2.0 * np.median(spacing) if len(spacing) else 0.0
-    return cloud[front], np.minimum(spacing, widest)[front]
+def _hiding(facade: Facade, photo: Photo, ends: Float, scanned: Surfaces) -> _Hiding:
+    """What stands between a photo and points `ends` (n, 3) m local of a facade, near the lines of sight."""
+    ends = np.concatenate([ends, photo.pose.t[None]])
+    near = ((scanned.xyz > ends.min(0) - _MARGIN) & (scanned.xyz < ends.max(0) + _MARGIN)).all(1)
+    xyz, spacing = scanned.xyz[near], scanned.spacing[near]
+    camera = photo.pose.inverse.apply(xyz)
+    ahead = camera[:, 2] > 0.1
+    camera, spacing = camera[ahead], spacing[ahead]
+    distance = np.linalg.norm(camera, axis=1)
+    step = 1e-4
+    axis = photo.camera.project(np.array([[0, 0, 1.0], [step, 0, 1.0]]))
+    focal = float(np.linalg.norm(axis[1] - axis[0])) / step
+    y = (xyz[ahead] - facade.frame.t) @ facade.frame.R[:, 1]
+    return _Hiding(photo.camera.project(camera), distance, focal * _SPLAT * spacing / distance, y)
 
 
 def _look(facade: Facade, outline: Float, samples: Float, photo: Photo) -> _Look | None:
@@ -98,18 +181,18 @@ def _look(facade: Facade, outline: Float, samples: Float, photo: Photo) -> _Look
         inside = np.minimum(at, size - at).min(1) >= 0
     if not np.isfinite(corners).all() or not np.isfinite(at[0]).all() or inside.mean() < _LEAST:
         return None
-    return _Look(photo, corners, at, inside)
+    return _Look(corners, at, inside)
 
 
-def _view(facade: Facade, middle: Float, look: _Look) -> PhotoView:
-    ray = middle - look.photo.pose.t
+def _view(facade: Facade, middle: Float, photo: Photo, look: _Look) -> PhotoView:
+    ray = middle - photo.pose.t
     cosine = float(ray @ facade.frame.R[:, 1] / np.linalg.norm(ray))
     return PhotoView(
-        look.photo.id,
+        photo.id,
         tuple((round(float(u), 2), round(float(v), 2)) for u, v in look.outline),
         visible=round(float(look.shown.mean()), 3),
         angle=round(float(np.degrees(np.arccos(np.clip(cosine, -1.0, 1.0)))), 1),
-        gsd=_gsd(facade, middle, look.photo),
+        gsd=_gsd(facade, middle, photo),
     )
 
 
@@ -120,23 +203,3 @@ def _gsd(facade: Facade, middle: Float, photo: Photo) -> float:
     at = photo.project(np.array([middle, middle + step * right, middle + step * up]))
     scale = float(np.linalg.norm(at[1:] - at[0], axis=1).mean())
     return round(step / scale, 6)
-
-
-def _hidden(at: Float, photo: Photo, xyz: Float, spacing: Float) -> Bool:
-    """Which pixels (n, 2) are covered by points (m, 3) local, discs as wide as their surface's spacing."""
-    low, high = np.nanmin(at, axis=0), np.nanmax(at, axis=0)
-    scale = max(1.0, float((high - low).max()) / _PIXELS)
-    camera = photo.pose.inverse.apply(xyz)
-    ahead = camera[:, 2] > 0.1
-    camera, spacing = camera[ahead], spacing[ahead]
-    pixel = photo.camera.project(camera)
-    distance = np.linalg.norm(camera, axis=1)
-    focal = float(
-        np.linalg.norm(np.diff(photo.camera.project(np.array([[0, 0, 1.0], [1e-4, 0, 1.0]])), axis=0))
-    )
-    radius = focal * 1e4 * _SPLAT * spacing / distance / scale
-    shape = tuple(int(np.ceil(v / scale)) + 1 for v in (high - low)[::-1])
-    buffer = splat_depth((pixel - low) / scale, distance, radius, (shape[0], shape[1]))
-    cell = np.nan_to_num((at - low) / scale).astype(np.int64)
-    hidden: Bool = np.isfinite(buffer[cell[:, 1], cell[:, 0]])
-    return hidden

@@ -29,6 +29,7 @@ from frontage.pipeline.modelling import make_model
 from frontage.pipeline.project import Project
 from frontage.pipeline.records import building_record, world_from_record, world_record
 from frontage.pipeline.registering import approximate, register_scans, save_parts
+from frontage.pipeline.sightlines import run_photos
 from frontage.pipeline.summary import report_data
 from frontage.pipeline.tasks import FacadesTask, OrthoTask, facades_task, ortho_task
 from frontage.report import render_report
@@ -42,7 +43,8 @@ class Stage:
     """A stage: its work, the code it depends on, the inputs and options that its result follows from.
 
     `needed` tells whether a project has any work for it; `exact`: done alone, it takes nothing that was made
-    with other options. `table`: the project's table of its options, where that has another name.
+    with other options. `table`: the project's table of its options, where that has another name. `follows`:
+    the stage that its tasks follow from, where not from the one before, of whose results they only tell.
     """
 
     name: str
@@ -53,6 +55,7 @@ class Stage:
     needed: Callable[[Project], bool] = lambda project: True
     exact: bool = False
     table: str = ""
+    follows: str = ""
 
 
 def scans(run: Run) -> Result:
@@ -132,13 +135,15 @@ def ortho(run: Run) -> Result:
 def openings(run: Run) -> Result:
     """Every facade's openings and protrusions, from the beams of the scan (paper B, sections 3.1 and 3.2)."""
     options = run.project.openings
+    photos, unread = run_photos(run.project.photos, run.workspace)
     tasks = [
-        OpeningsTask(run.workspace.out, record, run.item_key(record["id"]), run.redo, options)
+        OpeningsTask(run.workspace.out, record, run.item_key(record["id"]), run.redo, options, photos)
         for record in run.workspace.building_records()
     ]
     results = run.map("openings", openings_task, tasks)
     protrusions = sum(len(result["protrusions"]) for result in results)
-    return _gathered(results, "openings") | {"protrusions": protrusions, "notes": shared_notes(results)}
+    notes = [*shared_notes(results), *([unread] if unread else [])]
+    return _gathered(results, "openings") | {"protrusions": protrusions, "notes": notes}
 
 
 def model(run: Run) -> Result:
@@ -204,7 +209,7 @@ STAGES: tuple[Stage, ...] = (
     Stage("buildings", buildings, (*_BASE, "buildings"), ("model",), _buildings),
     Stage("facades", facades, (*_BASE, "facades"), (), _facades, exact=True),
     Stage("ortho", ortho, (*_BASE, "ortho"), ("photos",), lambda p: _dump([p.ortho, p.photos]), exact=True),
-    Stage("openings", openings, _OPENINGS, (), lambda p: _dump([p.openings]), exact=True),
+    Stage("openings", openings, _OPENINGS, (), lambda p: _dump([p.openings]), exact=True, follows="facades"),
     Stage("model", model, (*_BASE, "solids", "exports"), ("model",), _solids, exact=True, table="solids"),
     Stage("export", export, (*_BASE, "exports"), (), lambda p: []),
     Stage("report", report, (*_BASE, "report"), (), lambda p: []),
