@@ -84,5 +84,5 @@ class Elements:
     notes: tuple[str, ...] = ()
 
     def wall_y(self, opening: Opening) -> float:
-        """y (m) of the wall that an opening is in: the front of the protrusion that it is on, else the plane."""
+        """y (m) of the wall of an opening: the front of the protrusion that it is on, else the plane."""
         return next((float(p.front.value) for p in self.protrusions if p.id == opening.on), 0.0)
