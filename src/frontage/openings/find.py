@@ -1,6 +1,7 @@
 """Openings and protrusions of a facade."""
 
 from dataclasses import replace
+from functools import partial
 
 from frontage.model.estimate import Failed
 from frontage.model.facade import Facade
@@ -8,11 +9,13 @@ from frontage.model.opening import Elements
 from frontage.model.scan import Scan
 from frontage.openings.detect import find_by_evidence
 from frontage.openings.kinds import numbered
+from frontage.openings.niches import find_niches
 from frontage.openings.options import OpeningOptions
 from frontage.openings.paper import find_by_paper
 from frontage.openings.protrusion_borders import Crossings
 from frontage.openings.protrusion_doors import with_balcony_doors
 from frontage.openings.protrusions import find_protrusions
+from frontage.openings.protrusions import numbered as numbered_protrusions
 from frontage.openings.recursion import openings_on_fronts
 
 
@@ -30,8 +33,10 @@ def find_openings(facade: Facade, scan: Scan, options: OpeningOptions | None = N
         return found
     crossings = Crossings.of(facade, scan)
     protrusions = find_protrusions(facade, crossings, found.openings, options.ground_z)
-    openings = openings_on_fronts(
-        facade, scan, found.openings, protrusions, lambda own, part: find_by_evidence(own, part, options)
-    )
+    find = partial(find_by_evidence, options=options)
+    niches = find_niches(facade, scan, found.openings, protrusions, find)
+    if niches:
+        protrusions = numbered_protrusions(facade.id, [*protrusions, *niches])
+    openings = openings_on_fronts(facade, scan, found.openings, protrusions, find)
     openings = with_balcony_doors(openings, protrusions, crossings, facade)
     return replace(found, openings=numbered(facade.id, list(openings)), protrusions=protrusions)

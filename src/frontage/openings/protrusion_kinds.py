@@ -84,4 +84,4 @@ def _width(facade: Facade) -> float:
 
 def is_wall(kind: str) -> bool:
     """Whether the front of this kind is a wall of its own, with openings."""
-    return kind in ("oriel", "bay", "risalit", "setback")
+    return kind in ("oriel", "bay", "risalit", "setback", "niche")

@@ -34,21 +34,21 @@ def openings_on_fronts(
     q = facade.frame.inverse.apply(scan.xyz) if walls else np.empty((0, 3))
     for wall in walls:
         around = shapely.Polygon(wall.ring)
-        openings = [o for o in openings if o.on or not _hidden(o, around)]
-        front, rows = _own_facade(facade, wall, q)
+        openings = [o for o in openings if o.on or not is_hidden(o, around)]
+        front, rows = own_facade(facade, wall, q)
         found = find(front, scan.take(rows))
         openings += [replace(o, on=wall.id) for o in found.openings] if isinstance(found, Elements) else []
     return tuple(openings)
 
 
-def _hidden(opening: Opening, front: shapely.Polygon) -> bool:
+def is_hidden(opening: Opening, front: shapely.Polygon) -> bool:
     """Whether most of an opening lies behind (or before) a front."""
     ring = shapely.make_valid(shapely.Polygon(opening.ring))
     return bool(shapely.intersection(ring, front).area > _COVERED * ring.area)
 
 
-def _own_facade(facade: Facade, wall: Protrusion, q: Float) -> tuple[Facade, Int]:
-    """A facade whose plane is a protrusion's front, and the rows of the points (n, 3) that its beams end on;
+def own_facade(facade: Facade, wall: Protrusion, q: Float) -> tuple[Facade, Int]:
+    """A facade whose plane is a protrusion's front, and the rows of the points q (n, 3) its beams end on;
     its support indexes these.
     """
     (x0, z0), (x1, z1) = wall.ring.min(0), wall.ring.max(0)

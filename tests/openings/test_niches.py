@@ -1,0 +1,65 @@
+"""Recesses of the wall: what is in their backs, and which are openings themselves."""
+
+import numpy as np
+import pytest
+
+from frontage.model.opening import Elements
+from frontage.openings.find import find_openings
+from openings.boxes import box, scanned
+from openings.joinery import framed, glazed, holed, niche, wall
+
+ENTRANCE = (2.2, 0.0, 6.2, 3.0)
+DOOR, PANE = (2.6, 0.0, 3.6, 2.3), (4.2, 0.8, 5.8, 2.4)
+LEAF = box(2.6, 3.6, 1.1, 1.15, 0.0, 2.3)
+
+
+def found_in(solids, **how):
+    found = find_openings(*scanned(wall=solids, **how))
+    assert isinstance(found, Elements)
+    return found
+
+
+def boxes_of(found):
+    return [np.concatenate([o.ring.min(0), o.ring.max(0)]) for o in found.openings]
+
+
+@pytest.mark.parametrize("rays", [True, False])
+def test_door_and_pane_of_a_recessed_entrance(rays):
+    found = found_in([*niche(ENTRANCE, 1.0, [DOOR, PANE]), LEAF, *framed(PANE, 1.1)], rays=rays)
+    (recess,) = found.protrusions
+    assert recess.kind == "niche" and recess.front.value == pytest.approx(1.0, abs=0.003)
+    assert np.abs(np.concatenate([recess.ring.min(0), recess.ring.max(0)]) - ENTRANCE).max() < 0.01
+    assert [o.kind for o in found.openings] == ["door", "window"]
+    assert np.abs(np.array(boxes_of(found)) - [DOOR, PANE]).max() < 0.01
+    assert all(o.on == recess.id and abs(o.depth.value - 0.1) < 0.01 for o in found.openings)
+
+
+def test_panes_of_a_recess_that_joinery_fills():
+    panes = [(2.3, 0.0, 3.4, 2.9), (3.6, 0.0, 4.6, 2.9), (4.8, 0.6, 6.1, 2.9)]
+    found = found_in(niche(ENTRANCE, 1.0, panes), spacing=0.02)
+    assert [p.kind for p in found.protrusions] == ["niche"]
+    assert np.abs(np.array(boxes_of(found)) - panes).max() < 0.01
+
+
+@pytest.mark.parametrize("deep", [0.6, 1.2])
+def test_a_door_that_is_the_back_of_its_recess_is_one_opening(deep):
+    hole = (3.0, 0.0, 4.2, 2.5)
+    found = found_in(niche(hole, deep))
+    assert found.protrusions == () and [o.kind for o in found.openings] == ["door"]
+    assert np.abs(boxes_of(found)[0] - hole).max() < 0.01
+
+
+def test_a_door_with_wall_around_it_is_in_the_niche():
+    found = found_in(
+        [*niche((2.8, 0.0, 4.6, 2.7), 0.9, [(3.2, 0.0, 4.2, 2.2)]), box(3.2, 4.2, 1.0, 1.1, 0, 2.2)]
+    )
+    assert [p.kind for p in found.protrusions] == ["niche"]
+    assert np.abs(boxes_of(found)[0] - (3.2, 0.0, 4.2, 2.2)).max() < 0.01
+
+
+def test_a_room_behind_a_pane_is_no_niche():
+    pane = (2.5, 0.8, 5.5, 2.8)
+    room = holed(2.0, 6.0, 0.0, 3.0, 1.2, 1.3, [(3.0, 1.0, 4.0, 2.0)])
+    frame = glazed(pane, 0.15, [(2.57, 0.87, 3.96, 2.73), (4.04, 0.87, 5.43, 2.73)])
+    found = found_in([*wall([pane]), *frame, *room])
+    assert found.protrusions == () and np.abs(boxes_of(found)[0] - pane).max() < 0.01
