@@ -94,7 +94,7 @@ def _lines(part: Float, axis: int, reach: int) -> Int:
     lines = np.moveaxis(part, axis, 0)
     bands = max(1, min(4, lines.shape[1] // 8))
     total = np.stack([b.sum(1) for b in np.array_split(lines, bands, axis=1)] + [lines.sum(1) / bands], 1)
-    sums = np.pad(np.pad(total, ((reach, reach), (0, 0))).cumsum(0), ((1, 0), (0, 0)))
+    sums = np.pad(np.pad(total, ((reach, reach), (0, 0)), "edge").cumsum(0), ((1, 0), (0, 0)))
     change = np.abs(sums[2 * reach :] - 2.0 * sums[reach:-reach] + sums[: -2 * reach])
     step = change[:, :-1].max(1) + change[:, -1]
     peak = step >= ndimage.maximum_filter1d(step, 2 * reach + 1)
