@@ -22,7 +22,7 @@ def sight(eyes, spacing, *, blocks=(), seed=0, returned=1.0, rays=True):
     """Lines of sight from `eyes` to a wall with a window; `blocks` (x0, z0, x1, z1, y) stand before it."""
     rng = np.random.default_rng(seed)
     x0, z0, x1, z1 = WINDOW
-    places, slopes, depths = [], [], []
+    places, slopes, depths, ranges = [], [], [], []
     for eye in np.array(eyes):
         x, z = np.meshgrid(np.arange(0.2, 3.0, spacing), np.arange(5.2, 8.4, spacing))
         p = np.column_stack([x.ravel(), z.ravel()]) + rng.uniform(-spacing / 2, spacing / 2, (x.size, 2))
@@ -40,11 +40,19 @@ def sight(eyes, spacing, *, blocks=(), seed=0, returned=1.0, rays=True):
         places.append(p[~lost])
         slopes.append(s[~lost])
         depths.append((depth + rng.normal(0, NOISE, len(depth)))[~lost])
+        ranges.append(np.hypot(1.0, np.hypot(*s[~lost].T)) * -eye[1] * rays)
     place, slope, depth = np.vstack(places), np.vstack(slopes), np.concatenate(depths)
     if not rays:
         place, slope = place + slope * depth[:, None], np.zeros_like(slope)
     order = np.argsort(place[:, 0], kind="stable")
-    return Sight(place[order].T, slope[order].T, depth[order], np.zeros(len(order)), 0.015)
+    return Sight(
+        place[order].T,
+        slope[order].T,
+        depth[order],
+        np.zeros(len(order)),
+        np.concatenate(ranges)[order],
+        0.015,
+    )
 
 
 def surround(width=0.12, y=-0.04):
@@ -128,7 +136,14 @@ def test_masonry_of_a_whole_storey_that_stands_out_is_relief():
 def test_relief_that_bends_the_mean_of_the_wall_is_no_opening():
     """A wall whose local mean lies 2 cm before it, drawn there by the relief around."""
     view = sight((BELOW_LEFT,), 0.02)
-    bent = Sight(view.place - 0.02 * view.slope, view.slope, view.depth + 0.02, view.level - 0.02, view.wall)
+    bent = Sight(
+        view.place - 0.02 * view.slope,
+        view.slope,
+        view.depth + 0.02,
+        view.level - 0.02,
+        view.range,
+        view.wall,
+    )
     (found,) = measure(bent, [WINDOW], 0.02, 0.02)
     assert np.abs(np.subtract(found.place, WINDOW)).max() < 0.004
     assert found.depth.value == pytest.approx(FRAME, abs=0.003)

@@ -59,12 +59,14 @@ class Lines:
     place  (2, n) x, z m where they cross it at its local depth y m, `level` (n,)
     slope  (2, n) m along x, z that they move per m of depth
     y      (n,) m, depth of their points
+    range  (n,) m, from the sensor to the wall
     """
 
     place: Float
     slope: Float
     y: Float
     level: Float
+    range: Float
 
 
 @dataclass(frozen=True, eq=False)
@@ -159,7 +161,9 @@ def _lines(facade: Facade, scan: Scan, wall: Float, raster: Raster) -> Lines:
     level = _at(wall, raster, *foot)
     place = foot + slope * level
     ok = np.flatnonzero(raster.flat(*place) >= 0)
-    return Lines(place.take(ok, 1), slope.take(ok, 1), y[ok], level[ok])
+    slope = slope.take(ok, 1)
+    distance = (run + level - y)[ok] * np.sqrt(1.0 + (slope**2).sum(0))
+    return Lines(place.take(ok, 1), slope, y[ok], level[ok], distance)
 
 
 def _wall_depth(xyz: Float, raster: Raster, roughness: float) -> Float:

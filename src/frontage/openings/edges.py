@@ -20,6 +20,7 @@ FEW = 6
 
 _SHY = 0.15  # share of the opening's side that is left out at either end: arches, corners, sills
 _STRIP = 0.03  # m, least width of the face beside an edge that tells its depth; of what lies right behind it
+_ROUNDS = 3  # of face and strip, for each needs the other
 _COMMON = 0.3  # of a point's noise that its neighbours share
 _SPLAY = 0.1  # m per m, one sigma of how much reveals slant
 _FLOOR = 0.001  # m: reveals are not straighter
@@ -31,7 +32,7 @@ _DILATED = (
     1.3  # sigmas by which an edge seems to stand out that has nothing near behind it: 10 % of the light
 )
 _UNSURE = 0.6  # sigmas, of that; as much where face and frame are not equally bright
-_FINEST = 0.001  # m, one sigma of the footprint at least
+_EXIT = 0.00125  # m, one sigma of a beam that leaves its scanner: 5 mm wide (1/e2)
 
 
 @dataclass(frozen=True)
@@ -49,13 +50,13 @@ class Look:
 
     blur       m, one sigma of the places where solid turns open
     faces      left, right, bottom, top: of edges whose own points do not tell theirs
-    footprint  m, one sigma of a beam's footprint across the beam; 0 = unknown
+    widening   rad, one sigma of the angle by which beams widen on their way
     told       whether other blurs are asked for, too
     """
 
     blur: float = 0.002
     faces: tuple[Face | None, ...] = (None, None, None, None)
-    footprint: float = 0.0
+    widening: float = 0.0
     told: bool = False
 
 
@@ -98,7 +99,7 @@ class Edge:
     solid, opened, stopped  beams that the solid stopped, that went through, that something before it stopped
     reveal   where the reveal begins by its own points, and its sigma, m; None where none is in sight
     slack    m per m, how much the place depends on the face's depth; `doubt` m, one sigma by the footprint
-    mixed    mixed echoes, and how many there would be per m of footprint's sigma: their quotient tells it
+    mixed    mixed echoes, how many there would be per m of footprint's sigma, and how far away, m
     """
 
     solid: Float
@@ -108,7 +109,7 @@ class Edge:
     face: Face
     slack: float
     doubt: float
-    mixed: tuple[float, float]
+    mixed: tuple[float, float, float]
     rays: bool
 
 
@@ -120,7 +121,7 @@ def edge_beams(near: Sight, side: Side, frame: float | None, spacing: float, loo
     passes that, and is solid if most of its light came from the face (half-way to the frame, `frame` m deep).
     """
     u_own, beside = side.beside(near.own)
-    face = _face(u_own[beside], near.depth[beside], near.wall, spacing, look.faces[side.number])
+    face = _face(near, side, beside, spacing, look.faces[side.number])
     begin = max(face.y, 0.0) + near.wall
     back = max(frame - face.y, 2.0 * near.wall) if frame is not None else 2.0 * near.wall
     slope = side.sign * near.slope[side.axis]
@@ -134,26 +135,37 @@ def edge_beams(near: Sight, side: Side, frame: float | None, spacing: float, loo
     u, slope, depth, back_solid = u[some], slope[some], near.depth[some], back_solid[some]
     seen, stopped = slope < 0, depth < -FITTING
     hidden, wide = ~seen & ~stopped, np.sqrt(1.0 + slope**2)
+    blurred = wide * footprint(near.range[some], look.widening)
     way = (depth - face.y) / back
     rays = bool(near.slope.any())
     # without rays a reveal's points look like mixed echoes: the footprint stays unknown
     told = rays and back < _SHALLOW
-    mixed = _mixed(u[hidden], way[hidden], wide[hidden]) if told else (0.0, 0.0)
-    u = np.where(seen, u, u - _far(u[hidden], way[hidden]) * _DILATED * look.footprint * wide)
+    mixed = (0.0, 0.0, 0.0)
+    if told:
+        mixed = _mixed(u[hidden], way[hidden], wide[hidden], near.range[some][hidden])
+    u = np.where(seen, u, u - _far(u[hidden], way[hidden]) * _DILATED * blurred)
     solid = np.where(seen, depth <= begin, back_solid)
     on_solid, opened, at_front = (np.sort(u[part]) for part in (solid & ~stopped, ~solid, stopped))
-    slack, doubt = _errors(hidden, slope, wide, look)
+    slack, doubt = _errors(hidden, slope, blurred)
     return Edge(on_solid, opened, at_front, reveal, face, slack, doubt, mixed, rays)
 
 
-def _errors(hidden: Bool, slope: Float, wide: Float, look: Look) -> tuple[float, float]:
+def footprint(distance: Float, widening: float) -> Float:
+    """One sigma m, across the beam, of footprints `distance` (n,) m away; 0 where that is unknown.
+
+    Gaussian beams leave their scanner some mm wide and widen by an angle (`widening`, one sigma, rad).
+    """
+    return np.where(distance > 0.0, np.hypot(_EXIT, widening * distance), 0.0)
+
+
+def _errors(hidden: Bool, slope: Float, blurred: Float) -> tuple[float, float]:
     """How the place of an edge follows its face, m per m, and its doubt by the footprint, m: as far as it is
     told by beams that it hides.
     """
     if not hidden.any():
         return 0.0, 0.0
     share = float(hidden.mean())
-    doubt = _UNSURE * max(look.footprint, _FINEST) * float(wide[hidden].mean())
+    doubt = _UNSURE * max(float(blurred[hidden].mean()), _EXIT)
     return float(np.abs(slope[hidden]).mean()) * share, doubt * share
 
 
@@ -167,31 +179,40 @@ def _far(u: Float, way: Float) -> float:
     return 1.0 - min(near / due, 1.0) if due >= FEW else 0.0
 
 
-def _mixed(u: Float, way: Float, wide: Float) -> tuple[float, float]:
-    """Mixed echoes at an edge, and how many there would be per m of the footprint's sigma."""
+def _mixed(u: Float, way: Float, wide: Float, distance: Float) -> tuple[float, float, float]:
+    """Mixed echoes at an edge, how many there would be per m of the footprint's sigma, and how far away."""
     between = (way > _MIXED[0]) & (way < _MIXED[1]) & (np.abs(u) < _ROUND)
     face = (u > -_STRIP) & (u < -_ROUND / 2) & (way < 0.5)
     if not face.any():
-        return 0.0, 0.0
+        return 0.0, 0.0, 0.0
     per_metre = float(face.sum()) / (_STRIP - _ROUND / 2)
-    return float(between.sum()), _QUANTILES * per_metre * float(wide[face].mean())
+    due = _QUANTILES * per_metre * float(wide[face].mean())
+    return float(between.sum()), due, float(distance[face].mean())
 
 
-def _face(u: Float, depth: Float, wall: float, spacing: float, shared: Face | None) -> Face:
+def _face(near: Sight, side: Side, beside: Int, spacing: float, shared: Face | None) -> Face:
     """The face that ends at a border: the foremost of the surfaces within a strip beside it; the `shared` one
     where its own points do not tell.
+
+    Beside the border as the sensor sees it: mixed echoes of an edge that hides what is behind lie far off it,
+    but on the same lines of sight. So the strip depends on the face, and is found in rounds.
     """
-    solid = (depth <= wall) & (depth > -FITTING)
-    u, depth = u[solid], depth[solid]
-    if len(u) < FEW:
-        return shared or Face(0.0, wall, len(u))
-    strip = depth[u > _quantile(u, 0.97) - max(_STRIP, 1.2 * spacing)]
-    if len(strip) < FEW:
-        return shared or Face(0.0, wall, len(strip))
-    foremost = int(0.2 * (len(strip) - 1))
-    front = strip[np.abs(strip - np.partition(strip, foremost)[foremost]) < wall]
-    error = np.hypot(front.std() / np.sqrt(len(front)), _COMMON * wall / 3.0)
-    return Face(float(front.mean()), float(error), len(front))
+    solid = beside[(near.depth[beside] <= near.wall) & (near.depth[beside] > -FITTING)]
+    if len(solid) < FEW:
+        return shared or Face(0.0, near.wall, len(solid))
+    depth, place, slope = near.depth[solid], near.place[side.axis, solid], near.slope[side.axis, solid]
+    hidden = side.sign * slope > 0
+    front, y = depth, 0.0
+    for _ in range(_ROUNDS):
+        u = side.sign * (place + slope * np.where(hidden, y, depth))
+        strip = depth[u > _quantile(u, 0.97) - max(_STRIP, 1.2 * spacing)]
+        if len(strip) < FEW:
+            return shared or Face(0.0, near.wall, len(strip))
+        foremost = int(0.2 * (len(strip) - 1))
+        front = strip[np.abs(strip - np.partition(strip, foremost)[foremost]) < near.wall]
+        y = float(front.mean())
+    error = np.hypot(front.std() / np.sqrt(len(front)), _COMMON * near.wall / 3.0)
+    return Face(y, float(error), len(front))
 
 
 def _quantile(values: Float, share: float) -> float:

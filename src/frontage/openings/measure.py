@@ -5,7 +5,7 @@ import numpy as np
 from frontage.geometry.arrays import Float
 from frontage.openings.borders import WIDTHS, Border, Place, find_borders
 from frontage.openings.depth import AROUND, find_depth, find_wall
-from frontage.openings.edges import FEW, Face, Look
+from frontage.openings.edges import FEW, Face, Look, footprint
 from frontage.openings.outline import Outline
 from frontage.openings.shapes import Head, fan_of, find_circle, find_head, ring_of, strays
 from frontage.openings.sight import Sight
@@ -14,7 +14,7 @@ _CLOSE = 0.4  # m around an opening that tell its borders
 _CIRCLE = 10.0  # nats that a circle must gain over a square
 _FEWER = 3  # beams that a circle must put on their side more than an arch does: about as many nats
 _SAME = 0.003  # m: faces of one facade agree no better
-_FOOTPRINTS = (0.00125, 0.01)  # m, one sigma: beams leave scanners 5 mm wide (1/e2) and widen
+_WIDENING = np.linspace(1e-4, 5e-4, 41)  # rad, one sigma, of beams: diffraction at least, up to 2 mrad (1/e2)
 _ENOUGH = 3  # openings that tell what their facade has in common
 
 
@@ -47,13 +47,17 @@ def facade_look(outlines: list[Outline]) -> Look:
         middle = float(np.median(y))
         spread = 1.4826 * float(np.median(np.abs(y - middle)))
         faces.append(Face(middle, max(spread, _SAME), len(y)))
-    mixed = np.sum([b.edge.mixed for o in outlines for b in o.borders], axis=0)
-    footprint = float(mixed[0] / mixed[1]) if mixed[1] > 0 else 0.0
     # without rays edges throw shadows as wide as any blur
-    rays = any(b.edge.rays for o in outlines for b in o.borders)
-    blur = WIDTHS[int(np.argmax(scores))] if rays else Look().blur
-    narrow, wide = _FOOTPRINTS
-    return Look(blur, tuple(faces), min(max(footprint, narrow), wide) if rays else 0.0)
+    if not any(b.edge.rays for o in outlines for b in o.borders):
+        return Look(faces=tuple(faces))
+    return Look(WIDTHS[int(np.argmax(scores))], tuple(faces), _widening(outlines))
+
+
+def _widening(outlines: list[Outline]) -> float:
+    """Angle rad, one sigma, by which beams widen: as many mixed echoes as there are need such footprints."""
+    mixed = np.array([b.edge.mixed for o in outlines for b in o.borders])
+    due = [float(mixed[:, 1] @ footprint(mixed[:, 2], float(w))) for w in _WIDENING]
+    return float(np.interp(mixed[:, 0].sum(), due, _WIDENING)) if due[-1] > 0.0 else float(_WIDENING[0])
 
 
 def _outline(

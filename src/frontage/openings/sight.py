@@ -21,6 +21,7 @@ class Sight:
     slope   (2, n) m along x, z that it moves per m of depth; 0 where the sensor's place is unknown
     depth   (n,) m, of its point behind the local wall (negative = before it)
     level   (n,) m, depth y of the local wall there
+    range   (n,) m, from the sensor to the wall; 0 where the sensor's place is unknown
     wall    m, above 3 sigma of the wall's own points
     """
 
@@ -28,6 +29,7 @@ class Sight:
     slope: Float
     depth: Float
     level: Float
+    range: Float
     wall: float
 
     def around(self, box: tuple[float, float, float, float], margin: float) -> "Sight":
@@ -44,10 +46,17 @@ class Sight:
         """The same beams where the wall lies at least at the depth y m: before it is relief."""
         step = np.maximum(y - self.level, 0.0)
         place = self.place + self.slope * step
-        return Sight(place, self.slope, self.depth - step, self.level + step, self.wall)
+        return Sight(place, self.slope, self.depth - step, self.level + step, self.range, self.wall)
 
     def _part(self, k: Int) -> "Sight":
-        return Sight(self.place.take(k, 1), self.slope.take(k, 1), self.depth[k], self.level[k], self.wall)
+        return Sight(
+            self.place.take(k, 1),
+            self.slope.take(k, 1),
+            self.depth[k],
+            self.level[k],
+            self.range[k],
+            self.wall,
+        )
 
     def at(self, y: Float) -> Float:
         """Where the beams cross the depth y (n,) m, (2, n)."""
@@ -72,5 +81,8 @@ def sight_lines(facade: Facade, scan: Scan, beams: Beams) -> Sight:
     level = np.concatenate([lines.level[ok], beams.depth_at(x, z)])
     depth = np.concatenate([lines.y[ok], y]) - level
     slope = np.hstack([lines.slope[:, ok], np.zeros((2, len(lone)))])
+    away = np.concatenate([lines.range[ok], np.zeros(len(lone))])
     order = np.argsort(place[0], kind="stable")
-    return Sight(place.take(order, 1), slope.take(order, 1), depth[order], level[order], beams.least)
+    return Sight(
+        place.take(order, 1), slope.take(order, 1), depth[order], level[order], away[order], beams.least
+    )
