@@ -11,8 +11,9 @@ from frontage.evaluation.result import FoundOpening
 from frontage.evaluation.truth import Truth, read_truth
 from frontage.facades import find_facades
 from frontage.geometry.ring import box_sigmas
-from frontage.model import Building, Facade, Opening, Provenance, Scan
+from frontage.model import Building, Elements, Facade, Opening, Provenance, Scan
 from frontage.model.scan import merge_scans
+from frontage.openings.belonging import belonging
 from frontage.openings.find import find_openings
 from frontage.openings.options import OpeningOptions
 from frontage.simulate.build import street
@@ -103,14 +104,19 @@ def openings_of(
     found: list[FoundOpening] = []
     inferred: list[str] = []
     failed = 0
+    judged: list[tuple[Facade, Elements]] = []
     start = time.process_time()
     for facade, ground in facades:
         foot = facade.frame.inverse.apply(np.array([[*facade.frame.t[:2], ground]]))
         options = OpeningOptions.model_validate({"method": method, "ground_z": float(foot[0, 2])})
         elements = find_openings(facade, scan, options)
         failed += not elements
-        own = elements.openings if elements else ()
-        found += [claim(facade, o) for o in own]
-        inferred += [o.id for o in own if o.provenance is Provenance.INFERRED]
+        judged += [(facade, elements)] if isinstance(elements, Elements) else []
+    if method == "evidence":
+        judged = belonging(judged, scan)
+    seconds = time.process_time() - start
+    for facade, elements in judged:
+        found += [claim(facade, o) for o in elements.openings]
+        inferred += [o.id for o in elements.openings if o.provenance is Provenance.INFERRED]
     points = sum(len(f.support) for f, _ in facades)
-    return found, inferred, failed, (time.process_time() - start) / max(points, 1) * 1e6
+    return found, inferred, failed, seconds / max(points, 1) * 1e6

@@ -9,6 +9,7 @@ import numpy as np
 
 from frontage.catalog import number_building
 from frontage.model import Building, Elements, Facade, Failed, Photo, Scan
+from frontage.openings.belonging import belonging
 from frontage.openings.find import find_openings
 from frontage.openings.options import OpeningOptions
 from frontage.pipeline.elements import check_elements, load_elements, remove_elements, save_elements
@@ -62,7 +63,7 @@ def _search(task: OpeningsTask, workspace: Workspace) -> dict[str, Any]:
                 result["warnings"].append(failed_record(name, elements))
             else:
                 judged.append((facade, elements))
-        for facade, elements in _numbered(judged, building, task.options):
+        for facade, elements in _numbered(belonging(judged, scan), building, task.options):
             save_elements(workspace.facade_folder(facade.id), facade, elements)
             _tell(elements, result)
             _evidence(task, workspace, facade, scan, result)

@@ -1,0 +1,85 @@
+"""To which of a building's facades an opening belongs that several of them show."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+from itertools import combinations
+
+import numpy as np
+import shapely
+
+from frontage.model.facade import Facade
+from frontage.model.opening import Elements
+from frontage.model.scan import Scan
+from frontage.openings.beams import Raster
+
+_PARALLEL = float(np.cos(np.radians(15.0)))
+_APART = 2.0  # m between planes, at most: as deep as a facade's prism reaches before and behind it
+_SAME = 0.5  # share of the smaller of two openings that the other covers
+_RIM = 0.25  # m around an opening that tell which wall it is in
+_LEAST = 0.015  # m: a surface that near the plane is on it, however quiet the scanner
+
+Judged = tuple[Facade, Elements]
+
+
+def belonging(judged: Sequence[Judged], scan: Scan) -> list[Judged]:
+    """The facades with their elements, every opening on one facade of its building only.
+
+    Outlines of parallel facades overlap where the wall steps: both follow its depth, and find the openings of
+    both parts; and a plane through curtains shows what lies between them. An opening is in the wall whose
+    plane is around it: of two at one place, the one whose rim shows less of its own plane is dropped.
+    """
+    dropped: set[tuple[int, int]] = set()
+    for a, b in combinations(range(len(judged)), 2):
+        if not _beside(judged[a][0], judged[b][0]):
+            continue
+        own, others = _rings(judged[a], judged[a][0]), _rings(judged[b], judged[a][0])
+        for i, k in zip(*_same(own, others), strict=True):
+            if (a, i) not in dropped and (b, k) not in dropped:
+                first, second = (_walled(*judged[f], o, scan) for f, o in ((a, i), (b, k)))
+                dropped.add((b, k) if first >= second else (a, i))
+    return [
+        (f, replace(e, openings=tuple(o for k, o in enumerate(e.openings) if (n, k) not in dropped)))
+        for n, (f, e) in enumerate(judged)
+    ]
+
+
+def _beside(a: Facade, b: Facade) -> bool:
+    """Whether two facades of one building look the same way and their planes are near each other."""
+    if a.building != b.building:
+        return False
+    offset = float(a.frame.inverse.apply(b.frame.t[None])[0, 1])
+    return bool(a.frame.R[:, 1] @ b.frame.R[:, 1] > _PARALLEL) and abs(offset) < _APART
+
+
+def _rings(judged: Judged, onto: Facade) -> list[shapely.Polygon]:
+    """The openings' rings, projected onto a facade's plane."""
+    facade, elements = judged
+    change = onto.frame.inverse
+    rings = []
+    for o in elements.openings:
+        y = np.full(len(o.ring), elements.wall_y(o))
+        rings.append(change.apply(facade.frame.apply(np.column_stack([o.ring[:, 0], y, o.ring[:, 1]]))))
+    return [shapely.make_valid(shapely.Polygon(r[:, [0, 2]])) for r in rings]
+
+
+def _same(a: list[shapely.Polygon], b: list[shapely.Polygon]) -> tuple[list[int], list[int]]:
+    """Which of the rings a and b are at one place, as numbers into either."""
+    first, second = np.array(a, object)[:, None], np.array(b, object)[None, :]
+    least = np.minimum(shapely.area(first), shapely.area(second))
+    i, k = np.nonzero(shapely.area(shapely.intersection(first, second)) > _SAME * least)
+    return i.tolist(), k.tolist()
+
+
+def _walled(facade: Facade, elements: Elements, number: int, scan: Scan) -> float:
+    """Share of an opening's rim where points are on the plane of its own wall."""
+    opening = elements.openings[number]
+    ring = shapely.make_valid(shapely.Polygon(opening.ring))
+    x0, z0, x1, z1 = shapely.bounds(shapely.buffer(ring, _RIM))
+    q = facade.frame.inverse.apply(scan.xyz[facade.support])
+    depth = q[:, 1] - elements.wall_y(opening)
+    on = q[np.abs(depth) <= max(3.0 * facade.roughness, _LEAST)]
+    cell = max(2.0 * facade.spacing, _LEAST)
+    raster = Raster((x0, z0), cell, (int((z1 - z0) / cell) + 1, int((x1 - x0) / cell) + 1))
+    rows, columns = np.indices(raster.shape) + 0.5
+    rim = ~shapely.contains_xy(ring, x0 + columns * cell, z0 + rows * cell)
+    return float((rim & (raster.count(on[:, 0], on[:, 2]) > 0)).sum() / max(rim.sum(), 1))

@@ -1,0 +1,57 @@
+"""Openings that several facades of a building show."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from frontage.geometry.rigid import Rigid3
+from frontage.model.estimate import Estimate
+from frontage.model.opening import Elements
+from frontage.openings.belonging import belonging
+from fronts import scan_wall
+from opening_fakes import opening
+
+LEFT, RIGHT = (1.0, 2.0, 2.2, 3.6), (4.8, 2.0, 6.0, 3.6)
+STEP = 0.3  # m that the right half of the wall is set back
+
+
+@pytest.fixture
+def stepped():
+    """A wall that steps back at x = 3.5 m, as two facades whose outlines both hold all of it."""
+    facade, scan = scan_wall([LEFT, RIGHT], returned=0.0)
+    scan = replace(scan, xyz=scan.xyz + np.outer(scan.xyz[:, 0] > 3.5, [0.0, STEP, 0.0]))
+    return facade, turned(facade, 0.0), scan
+
+
+def turned(facade, angle):
+    """The facade moved to the set-back part, turned about its left end (degrees)."""
+    c, s = np.cos(np.radians(angle)), np.sin(np.radians(angle))
+    frame = Rigid3("local", "facade", np.array([[c, -s, 0], [s, c, 0], [0, 0, 1.0]]), np.array([0, STEP, 0]))
+    return replace(facade, id="B01/F2", local_from_facade=Estimate(frame, np.eye(6) * 1e-8, 100.0))
+
+
+def held(facade, *boxes):
+    return facade, Elements(facade.id, tuple(opening(box=box) for box in boxes))
+
+
+def boxes_of(judged):
+    return [[(*o.ring.min(0), *o.ring.max(0)) for o in e.openings] for _, e in judged]
+
+
+def test_an_opening_belongs_to_the_wall_around_it(stepped):
+    front, back, scan = stepped
+    found = belonging([held(back, LEFT, RIGHT), held(front, LEFT, RIGHT)], scan)
+    assert boxes_of(found) == [[RIGHT], [LEFT]]
+
+
+def test_what_lies_within_an_opening_of_the_wall_before_it_is_none(stepped):
+    front, back, scan = stepped
+    gap = (1.3, 2.2, 1.9, 3.0)
+    assert boxes_of(belonging([held(front, LEFT), held(back, gap, RIGHT)], scan)) == [[LEFT], [RIGHT]]
+
+
+def test_walls_at_an_angle_keep_their_openings(stepped):
+    front, back, scan = stepped
+    judged = [held(front, LEFT), held(turned(back, 40.0), LEFT)]
+    assert boxes_of(belonging(judged, scan)) == [[LEFT], [LEFT]]
