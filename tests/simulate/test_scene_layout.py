@@ -143,6 +143,19 @@ def test_neighbours_in_a_terrace_meet_and_detached_houses_do_not() -> None:
         assert setting == "terrace" or max(len(h.facades) for h in near) > 1
 
 
+def test_triangular_heads_are_drawn_where_asked_for_only() -> None:
+    assert not {"triangular", "circle"} & {o.shape for o in openings()}
+    rises = []
+    for seed in range(4):
+        asked = {"seed": seed, "houses": 1, "opposite": False, "house": [{"shape": "triangular"}]}
+        (house,) = street(SceneSpec.model_validate(asked)).houses
+        upper = [o for o in house.facades[0].openings if o.shape == "triangular"]
+        share = {round((o.ring[3, 1] - o.ring[2, 1]) / np.ptp(o.ring[:, 0]), 9) for o in upper}
+        assert {len(o.ring) for o in upper} == {5} and len(share) == 1
+        rises += share
+    assert len(set(rises)) == 4 and min(rises) > 0.1 and max(rises) < 0.81
+
+
 @pytest.mark.parametrize("shape", SHAPES)
 def test_rings_follow_their_arcs_to_a_millimetre(shape: str) -> None:
     width, height = 1.2, 1.2 if shape == "circle" else 2.0
@@ -169,6 +182,7 @@ def _fine(shape: str, width: float, height: float) -> Float:
             "segmental": np.sqrt(radius**2 - x**2) - (radius - 0.2),
             "round": np.sqrt(half**2 - x**2),
             "pointed": np.sqrt(np.maximum(width**2 - (np.abs(x) + half) ** 2, 0)),
+            "triangular": 0.2 * (1 - np.abs(x) / half),
         }[shape]
         upper, lower = height - arch.max() + arch, np.zeros_like(x)
     edge = np.vstack([np.column_stack([x, lower]), np.column_stack([x, upper])[::-1]])

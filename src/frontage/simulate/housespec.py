@@ -5,9 +5,16 @@ from typing import Literal, Self
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 FORBID = ConfigDict(extra="forbid", frozen=True)
-Shape = Literal["rectangle", "segmental", "round", "pointed", "circle"]
+Shape = Literal["rectangle", "segmental", "round", "pointed", "triangular", "circle"]
 Roof = Literal["gable", "street_gable", "hip", "mansard", "flat"]
-_ARCH = {"rectangle": 0.0, "segmental": 1 / 7, "round": 0.5, "pointed": 0.8661, "circle": 0.0}
+_ARCH = {
+    "rectangle": 0.0,
+    "segmental": 1 / 7,
+    "round": 0.5,
+    "pointed": 0.8661,
+    "triangular": 1 / 3,
+    "circle": 0.0,
+}
 
 
 class OpeningSpec(BaseModel):

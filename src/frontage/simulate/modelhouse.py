@@ -82,6 +82,8 @@ def _shape(ring: Float) -> str:
             continue
         if shape == "segmental" and not 0.02 < z1 - spring < 0.49 * (x1 - x0):
             continue
+        if shape == "triangular" and z1 - spring < 0.02:
+            continue
         try:
             ideal = opening_ring(shape, x0, z0, x1 - x0, z1 - z0, z1 - spring)
         except ValueError:

@@ -128,7 +128,7 @@ class OpeningPlan:
 
     id            "B02/F1/W3-2"
     kind          "window", "door", "shopfront", "passage", "garage", "basement"
-    shape         "rectangle", "segmental", "round", "pointed", "circle"
+    shape         "rectangle", "segmental", "round", "pointed", "triangular", "circle"
     ring          (k, 2) m (x, z), counter-clockwise as seen from the street, chord error of arcs < 1 mm
     wall_y        m, y of the wall it is cut into (0 = main plane, negative = an oriel's front)
     depth         m, wall to the front of the frame or leaf; glass_depth to the pane

@@ -11,7 +11,8 @@ from frontage.simulate.meshing import inset
 from frontage.simulate.scene import BarPlan
 
 CHORD_ERROR = 0.0008  # m, how far a chord may leave its arc
-SHAPES = ("rectangle", "segmental", "round", "pointed", "circle")
+SHAPES = ("rectangle", "segmental", "round", "pointed", "triangular", "circle")
+_RISE = {"segmental": 1 / 7, "triangular": 1 / 3}  # of heads that are free in it, as a share of the width
 
 
 def opening_ring(
@@ -19,8 +20,9 @@ def opening_ring(
 ) -> Float:
     """Ring (k, 2) m, counter-clockwise, of an opening with lower left corner (x, z) of its bounding box.
 
-    `height` includes the arch; `rise` m is that of a segmental arch (a seventh of the width if not given).
-    Raises ValueError for a shape that is not in `SHAPES`, or an opening too low for its arch.
+    `height` includes the arch or gable; `rise` m is that of a segmental or triangular head (if not given, a
+    seventh or a third of the width). Raises ValueError for a shape that is not in `SHAPES`, or an opening
+    too low for its head.
     """
     half, middle = width / 2, x + width / 2
     if shape == "rectangle":
@@ -30,7 +32,7 @@ def opening_ring(
         return np.column_stack([middle + half * np.cos(turn), z + half + half * np.sin(turn)])
     if shape not in SHAPES:
         raise ValueError(f"opening shape {shape!r}: not one of {', '.join(SHAPES)}")
-    arch = _arch(shape, half, width / 7 if rise is None else rise)
+    arch = _arch(shape, half, width * _RISE.get(shape, 0.0) if rise is None else rise)
     spring = height - float(arch[:, 1].max())
     if spring <= 0.02:
         raise ValueError(f"an opening {height:g} m high is too low for a {shape} arch {width:g} m wide")
@@ -40,6 +42,8 @@ def opening_ring(
 
 def _arch(shape: str, half: float, rise: float) -> Float:
     """The arch from its right to its left springing point (k, 2), its middle between them at the origin."""
+    if shape == "triangular":
+        return np.array([[half, 0.0], [0.0, rise], [-half, 0.0]])
     if shape == "segmental":
         radius = (half * half + rise * rise) / (2 * rise)
         reach = float(np.arcsin(half / radius))

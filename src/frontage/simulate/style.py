@@ -106,6 +106,8 @@ def draw_style(draft: HouseDraft, rng: np.random.Generator) -> Style:
         float(rng.uniform(0.05, 0.09)), _bars(draft, draw_bars(rng)), float(rng.uniform(0.08, 0.25)),
         _dressing(rng),
     )  # fmt: skip
+    if shape == "triangular":
+        upper = replace(upper, rise=_gable(draft, upper))
     shutters = rng.random() < 0.3 and shape in ("rectangle", "segmental")
     has_shutters = bool(shutters) if spec.shutters is None else spec.shutters
     gap = width + 0.12 if has_shutters else float(rng.uniform(0.5, 1.6))
@@ -135,6 +137,12 @@ def _fitting_width(shape: str, width: float, height: float) -> float:
     """Narrow a window so that its arch leaves straight sides."""
     limit = {"round": 1.2, "pointed": 0.85}.get(shape, 9.0) * height
     return min(width, limit)
+
+
+def _gable(draft: HouseDraft, window: WindowType) -> float:
+    """Rise m of triangular heads, from flat pediments to steep gables; from a stream of its own."""
+    share = float(np.random.default_rng((*draft.seed, 2)).uniform(0.12, 0.8))
+    return min(share * window.width, 0.45 * window.height)
 
 
 def _reveal(draft: HouseDraft, rng: np.random.Generator) -> float:
