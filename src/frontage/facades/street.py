@@ -138,16 +138,12 @@ def plausible_sensors(cells: CellMap, eye: float, sign: int) -> Float:
     )
 
 
-def seen_through(
-    wall: Wall, cells: CellMap, xyz: Float, sensors: Float, steepest: float = 0.0
-) -> tuple[float, float]:
-    """Shares of points (n, 3) behind a wall whose line of sight crosses its outline, and crosses seen
-    wall in it.
+def crossings(wall: Wall, xyz: Float, sensors: Float, steepest: float = 0.0) -> tuple[Bool, Float, Float]:
+    """Which points (n, 3) behind an oriented wall (normal into the building) have a line of sight from before
+    its plane, and where (x, z) (n,) m facade coordinates it crosses that (0 where it does not).
 
-    sensors (n, 3) or (1, 3) local m; points without a sensor count as not crossing. `wall` is oriented
-    (normal into the building). A room behind a window crosses the outline but no wall; the far side of
-    a tower, measured from elsewhere, "crosses" wall as often as the wall is closed. Lines that meet the
-    wall at less than `steepest` (sine of the angle) do not count.
+    sensors (n, 3) or (1, 3) local m, NaN where unknown. Lines that meet the wall at less than `steepest`
+    (sine of the angle) do not count.
     """
     q, s = wall.coordinates(xyz), wall.coordinates(sensors)
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -157,6 +153,4 @@ def seen_through(
     share = np.where(crosses, share, 0.0)[:, None]
     with np.errstate(invalid="ignore"):
         at = np.where(crosses[:, None], s + share * (q - s), 0.0)
-    inside = crosses & cells.within(at[:, 0], at[:, 2])
-    closed = crosses & cells.within(at[:, 0], at[:, 2], cells.shut)
-    return float(inside.mean()), float(closed.mean())
+    return crosses, at[:, 0], at[:, 2]

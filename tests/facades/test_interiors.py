@@ -1,0 +1,124 @@
+"""Walls behind a larger front: what is seen through it is a room, over, beside or under it a wall."""
+
+import numpy as np
+import pytest
+
+from frontage.facades import find_facades
+from frontage.model import Building, Scan, WorldRef
+
+WORLD = WorldRef(np.array([0, 0, 0]))
+EYES = np.array([[-9.0, -14.0, 1.7], [5.0, -12.0, 1.7]])
+WIDTH, HEIGHT = 15.0, 12.0
+
+
+def grid(rng, x0, x1, z0, z1, y, spacing=0.08):
+    """Points of an upright wall facing the street."""
+    x, z = np.meshgrid(np.arange(x0, x1, spacing), np.arange(z0, z1, spacing))
+    return np.column_stack([x.ravel(), np.full(x.size, y), z.ravel()]) + rng.normal(0, 0.004, (x.size, 3))
+
+
+def windows(x, z):
+    """Windows of 1.2 x 1.5 m every 3 m, above the ground floor."""
+    return (np.abs(x % 3 - 1.5) < 0.6) & (z % 3 > 0.9) & (z % 3 < 2.4) & (z > 3.5)
+
+
+def seen(rear, opaque):
+    """Points of walls behind y = 0 that each station sees past what is `opaque` (x, z), and its number."""
+    points, stations = [], []
+    for k, eye in enumerate(EYES):
+        at = eye + (rear - eye) * (-eye[1] / (rear[:, 1] - eye[1]))[:, None]
+        free = rear[~opaque(at[:, 0], at[:, 2])]
+        points.append(free)
+        stations.append(np.full(len(free), k, np.int32))
+    return np.vstack(points), np.concatenate(stations)
+
+
+def facades(opaque, rear, rays, seed=0):
+    """What is found of a front that is `opaque` (x, z) in y = 0 and the walls (n, 3) that show behind it."""
+    rng = np.random.default_rng(seed)
+    front = grid(rng, -WIDTH / 2, WIDTH / 2, 0.0, HEIGHT, 0.0)
+    front = front[opaque(front[:, 0], front[:, 2])]
+    ground = np.column_stack(
+        [rng.uniform(-12, 12, 9000), rng.uniform(-10, 0, 9000), rng.normal(0, 0.01, 9000)]
+    )
+    back, station = seen(rear, opaque)
+    own = np.vstack([front, back])
+    xyz = np.vstack([own, ground])
+    index = np.concatenate([rng.integers(0, 2, len(front)), station, np.ones(len(ground))]).astype(np.int32)
+    scan = Scan("front", xyz, WORLD, EYES if rays else None, index if rays else None)
+    return find_facades(scan, Building("B01", np.arange(len(own)), 0.0))
+
+
+def depths(found):
+    """How deep the facades that look to the street lie, m."""
+    return sorted(round(float(f.frame.t[1]), 1) for f in found if f.frame.R[1, 1] > 0.9)
+
+
+def on_wall(x, z):
+    return (np.abs(x) < WIDTH / 2) & (z > 0) & (z < HEIGHT)
+
+
+def shop(x, z):
+    """A shop window from pier to pier, with a few posts."""
+    post = np.abs(x % 2.5) < 0.06
+    return on_wall(x, z) & ~windows(x, z) & ~((np.abs(x) < 7.0) & (z < 3.2) & ~post)
+
+
+def arcade(x, z):
+    """Openings of 6.6 m between three piers, nothing in them."""
+    return on_wall(x, z) & ~windows(x, z) & ~((np.abs(np.abs(x) - 3.6) < 3.3) & (z < 3.5))
+
+
+def gate(x, z):
+    """One opening of 9 m, not in the middle."""
+    return on_wall(x, z) & ~windows(x, z) & ~((x > -3.0) & (x < 6.0) & (z < 3.5))
+
+
+@pytest.mark.parametrize("rays", [True, False])
+@pytest.mark.parametrize(("front", "deep"), [(shop, 1.3), (shop, 2.5), (arcade, 2.0), (gate, 3.0)])
+def test_wall_seen_through_a_front_is_no_facade(front, deep, rays):
+    rear = grid(np.random.default_rng(1), -7.2, 7.2, 0.0, 3.6, deep, 0.05)
+    assert depths(facades(front, rear, rays)) == [0.0]
+
+
+def test_sides_and_end_of_a_passage_are_no_facades():
+    rng = np.random.default_rng(1)
+    end = grid(rng, -3.0, 6.0, 0.0, 3.5, 10.0, 0.05)
+    left = grid(rng, 0.3, 10.0, 0.0, 3.5, -3.0, 0.05)[:, [1, 0, 2]]
+    right = left + np.array([9.0, 0.0, 0.0])
+    found = facades(gate, np.vstack([end, left, right]), True)
+    assert len(found) == 1
+
+
+def low(x, z):
+    return on_wall(x, z) & ~windows(x, z) & (z < 8.0)
+
+
+def wings(x, z):
+    """Two wings joined by a garden wall; the court between them is open to the sky."""
+    return on_wall(x, z) & ~windows(x, z) & ((np.abs(x) > 3.5) | (z < 1.0))
+
+
+def shaft(x, z):
+    """A light shaft of 3 m, closed by a garden wall, open to the sky."""
+    return on_wall(x, z) & ~windows(x, z) & ((np.abs(x) > 1.5) | (z < 1.0))
+
+
+def overhang(x, z):
+    """Upper storeys that jut out over the whole ground floor."""
+    return on_wall(x, z) & ~windows(x, z) & (z > 3.5)
+
+
+@pytest.mark.parametrize("rays", [True, False])
+@pytest.mark.parametrize(
+    ("front", "wall"),
+    [
+        (low, (-7.5, 7.5, 6.0, 12.0, 2.0)),  # an attic
+        (shaft, (-1.5, 1.5, 0.0, 12.0, 3.0)),
+        (wings, (-3.5, 3.5, 0.0, 12.0, 3.0)),
+        (overhang, (-7.5, 7.5, 0.0, 3.5, 1.6)),
+    ],
+)
+def test_wall_set_back_above_beside_or_below_a_front_stays(front, wall, rays):
+    rear = grid(np.random.default_rng(1), *wall, 0.05)
+    assert depths(facades(front, rear, rays)) == [0.0, wall[-1]]
