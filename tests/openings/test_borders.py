@@ -109,12 +109,41 @@ def test_without_rays_the_wall_tells():
 
 
 def test_a_hidden_border_is_not_told():
-    """A parapet before the lower part: the bottom has a sigma of half the opening."""
+    """A parapet before the lower part: the bottom may lie anywhere behind it."""
     parapet = (-0.5, 4.0, 4.0, 6.6, -0.9)
     low = (1.0, 6.8, 2.2, 7.6)
     view = sight((BELOW_LEFT,), 0.02, blocks=[parapet])
     _, borders = find_borders(view, low, 0.02, 0.0, FRAME, 0.02, Look())
-    assert borders[2].sigma > 0.3 and max(b.sigma for b in (borders[0], borders[1], borders[3])) < 0.01
+    assert (
+        borders[2].at == low[1]
+        and 0.15 < borders[2].sigma < 0.6
+        and max(b.sigma for b in (borders[0], borders[1], borders[3])) < 0.01
+    )
+
+
+def test_a_single_row_of_wall_leaves_a_border_the_gap_to_the_opening():
+    """Rows 6 cm apart: the sill lies anywhere between the last one on the wall and the first one inside."""
+    view = sight((AHEAD,), 0.02)
+    rows = np.round((view.place[1] - 5.97) / 0.06) * 0.06 + 5.97  # at 5.97 and 6.03
+    near = np.abs(view.place[1] - rows) < 0.004
+    sparse = view._part(np.flatnonzero(near))
+    (found,) = measure(sparse, [WINDOW], 0.06, 0.06)
+    sigma = np.sqrt(found.covariance[2, 2])
+    assert 5.97 < found.place[1] < 6.03
+    assert 0.01 < sigma < 0.03  # 6 cm / sqrt(12) = 1.7 cm
+
+
+def test_a_face_is_told_by_what_the_sensor_sees_beside_it_not_by_mixed_echoes():
+    """A sill 8 cm before the wall, seen at 45 degrees: echoes of its edge trail far up behind it."""
+    view = sight((BELOW_LEFT,), 0.02, blocks=[(*SILL, -0.08)])
+    z = view.own[1]
+    edge = np.flatnonzero((view.depth < -0.07) & (z > SILL[3] - 0.012))
+    depth = view.depth.copy()
+    depth[edge] += np.random.default_rng(0).uniform(0.0, 0.2, len(edge))
+    mixed = Sight(view.place, view.slope, depth, view.level, view.range, view.wall)
+    (found,) = measure(mixed, [WINDOW], 0.02, 0.02)
+    assert found.borders[2].edge.face.y == pytest.approx(-0.08, abs=0.005)
+    assert abs(found.place[1] - WINDOW[1]) < 0.008
 
 
 @pytest.mark.parametrize("blocks", [[], surround()], ids=["plain", "surround"])

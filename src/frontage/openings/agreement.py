@@ -27,9 +27,10 @@ def agreeing(outline: Outline, rough: Place, evidence: Evidence) -> Outline:
     if not wrong:
         return outline
     place, covariance, borders = list(outline.place), outline.covariance.copy(), list(outline.borders)
-    sigma = _ERROR * evidence.raster.cell
     for side in range(4) if circle else wrong:
         k = _ORDER[side]
+        # at either of the two, as likely as not
+        sigma = float(np.hypot(_ERROR * evidence.raster.cell, (place[side] - rough[side]) / np.sqrt(2.0)))
         place[side] = rough[side]
         covariance[k, :] = covariance[:, k] = 0.0
         covariance[k, k] = sigma**2

@@ -8,15 +8,19 @@ from scipy import ndimage
 from scipy.special import ndtr
 
 from frontage.geometry.arrays import Float
-from frontage.openings.edges import Edge, Look, Side, edge_beams
+from frontage.openings.edges import FEW, Edge, Look, Side, edge_beams
 from frontage.openings.sight import Sight
 
 _STEP = 0.0005  # m, raster of the posterior
 _STRAY = 0.01  # share of the beams that say the wrong thing
 _FLOOR = 0.001  # m: reveals are not straighter
+_COARSE = 0.005  # m, raster and blur where no beam tells the place
 _ROUGHLY = 10_000  # beams that tell where to look more closely
 _TOLD = 5.0  # nats that a border must gain to be one
 _OUTLIER = 0.05  # share of reveals that are none
+CLOSE = 0.4
+"""m around an opening that tell its borders."""
+
 WIDTHS = (0.001, 0.002, 0.003, 0.0045, 0.007)
 """m, blur of edges that are tried: one sigma of a beam's footprint."""
 
@@ -77,7 +81,8 @@ def locate(near: Sight, side: Side, band: float, frame: float | None, spacing: f
     edge = edge_beams(near, side, frame, spacing, look)
     asked = WIDTHS if look.told else ()
     if len(edge.solid) < 3:
-        return Border(side.at, side.inner, 0.0, edge, np.zeros(len(asked)))
+        sigma = _unseen(near, side, frame, spacing, look, 0.0)
+        return Border(side.at, sigma, 0.0, edge, np.zeros(len(asked)))
     half = round(band / _STEP)
     e: Float = np.arange(-half, half + 1, dtype=np.float64) * _STEP
     fixed = _absences(edge, side.reach, spacing, e) + _reveal(edge.reveal, e)
@@ -90,10 +95,26 @@ def locate(near: Sight, side: Side, band: float, frame: float | None, spacing: f
     system = (edge.slack * edge.face.sigma) ** 2 + edge.doubt**2 + _FLOOR**2
     sigma = float(np.sqrt(p @ (e - mean) ** 2 + system))
     gain = float(score.max() - max(score[0], score[-1]))
+    hidden = len(edge.stopped) > 0 and len(edge.opened) < FEW
+    if hidden:
+        mean, gain = 0.0, 0.0
     if gain < _TOLD:
-        sigma = max(sigma, side.inner)  # something hides it, however far
+        sigma = max(sigma, _unseen(near, side, frame, spacing, look, mean))
     told = np.array([scores[w].max() + np.log(np.exp(scores[w] - scores[w].max()).sum()) for w in asked])
     return Border(side.at + side.sign * mean, sigma, gain, edge, told)
+
+
+def _unseen(near: Sight, side: Side, frame: float | None, spacing: float, look: Look, at: float) -> float:
+    """Root mean square distance m from `at` of a border that lies anywhere between the wall outside and the
+    opening inside, as far as they are seen.
+    """
+    reach = max(CLOSE, side.inner)
+    edge = edge_beams(near, replace(side, reach=reach), frame, spacing, look)
+    e: Float = np.arange(-reach, side.inner, _COARSE)
+    strays = _strays(edge.solid, -side.inner / 2), _strays(-edge.opened, -side.inner / 2)
+    score = _absences(edge, reach, spacing, e) + side_scores(edge.solid, edge.opened, e, _COARSE, strays)
+    p = np.exp(score - score.max())
+    return float(np.sqrt(p @ (e - at) ** 2 / p.sum()))
 
 
 def _reveal(line: tuple[float, float] | None, e: Float) -> Float:
@@ -161,18 +182,15 @@ def _absences(edge: Edge, reach: float, spacing: float, e: Float) -> Float:
         free -= stopped / np.maximum(total, 1e-9)
     length = np.concatenate([[0.0], np.cumsum(np.clip(free, 0.0, 1.0)) * 0.002])
     before = np.interp(e, fine, length)
-    solid = edge.solid[edge.solid < 0.0]
-    opened = edge.opened[edge.opened > 0.0]
+    # a single row or column leaves all else to the end empty
+    solid = np.append(-reach, edge.solid[edge.solid < 0.0])
+    opened = np.append(edge.opened[edge.opened > 0.0], reach)
     # points of unknown sensors leave the edge's own shadow empty behind it
     rates = 1.0 / _gap(solid, reach), 1.0 / _gap(opened, reach) if edge.rays else 0.0
     return np.asarray(-(rates[0] * before + rates[1] * (length[-1] - before)))
 
 
 def _gap(u: Float, reach: float) -> float:
-    """Half the width m of the gap that a random place lies in among points (n,) m that rise; of single points
-    their mean distance.
-    """
-    if len(u) < 2:
-        return reach
+    """Half the width m of the gap that a random place lies in among points (n,) m that rise."""
     gap = np.diff(u)
-    return max(float(gap @ gap / gap.sum()) / 2.0, _STEP) if gap.sum() > 0 else reach
+    return max(float(gap @ gap / gap.sum()) / 2.0, _STEP) if len(gap) and gap.sum() > 0 else reach

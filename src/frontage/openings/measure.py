@@ -3,14 +3,13 @@
 import numpy as np
 
 from frontage.geometry.arrays import Float
-from frontage.openings.borders import WIDTHS, Border, Place, find_borders
+from frontage.openings.borders import CLOSE, WIDTHS, Border, Place, find_borders
 from frontage.openings.depth import AROUND, find_depth, find_wall
 from frontage.openings.edges import FEW, Face, Look, footprint
 from frontage.openings.outline import Outline
 from frontage.openings.shapes import Head, fan_of, find_circle, find_head, ring_of, strays
 from frontage.openings.sight import Sight
 
-_CLOSE = 0.4  # m around an opening that tell its borders
 _CIRCLE = 10.0  # nats that a circle must gain over a square
 _FEWER = 3  # beams that a circle must put on their side more than an arch does: about as many nats
 _SAME = 0.003  # m: faces of one facade agree no better
@@ -70,7 +69,7 @@ def _outline(
     common: float | None = None,
 ) -> Outline:
     wide = sight.around(box, AROUND)
-    near = wide.around(box, _CLOSE)
+    near = wide.around(box, CLOSE)
     wall = find_wall(wide, box, common)
     if wall is not None:
         near = near.behind(wall[0])
@@ -144,7 +143,7 @@ def _spread(head: Head) -> Float:
 def _density(near: Sight, place: Place) -> float:
     """Beams per m2 that the wall beside an opening sends back."""
     x0, z0, x1, z1 = place
-    reach = min(_CLOSE, 0.3)
+    reach = min(CLOSE, 0.3)
     x, z = near.place
     on = (np.abs(near.depth) <= near.wall) & (z > z0) & (z < z1)
     left = on & (x < x0 - 0.02) & (x > x0 - 0.02 - reach)
