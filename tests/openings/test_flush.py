@@ -1,15 +1,17 @@
-"""Shutters level with the wall: found by intensity or colour at regular places, and nothing else there."""
+"""Shutters level with the wall: found by how they look in rows and columns, and nothing else there."""
 
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
+from frontage.geometry.ring import ring_contains
 from frontage.model.estimate import Provenance
-from frontage.openings.beams import Raster, sort_beams
-from frontage.openings.evidence import weigh
+from frontage.openings.beams import sort_beams
 from frontage.openings.find import find_openings
-from frontage.openings.reflectance import reflectances
+from frontage.openings.reflectance import scan_channels, surface_of
+from frontage.openings.shapes import ring_of
+from frontage.openings.steps import Form, wall_steps
 from fronts import EYE, box_of, scan_wall
 
 SIZE = (9.0, 9.0)
@@ -65,6 +67,44 @@ def test_without_intensity_and_colour_nothing_is_found(wall):
     assert shutters(*wall) == []
 
 
+def test_a_whole_column_of_closed_shutters_is_found_along_the_rows():
+    column = [GRID[k] for k in (1, 5, 9)]
+    facade, scan = scan_wall([b for b in GRID if b not in column], spacing=0.03, size=SIZE, returned=0.5)
+    leaf = np.any([within(scan, box) for box in column], axis=0)
+    seen = replace(scan, intensity=(brightness(scan) * np.where(leaf, 0.6, 1.0)).astype(np.float32))
+    boxes = np.array([box_of(o) for o in find_openings(facade, seen).openings])
+    for box in column:
+        assert np.abs(boxes - box).max(1).min() < 0.025
+
+
+def test_relief_alone_tells_a_shutter_a_centimetre_behind_the_wall(wall):
+    facade, scan = wall
+    xyz = scan.xyz.copy()
+    xyz[within(scan, GRID[SHUT]), 1] += 0.01
+    (found,) = shutters(facade, replace(scan, xyz=xyz))
+    assert np.abs(box_of(found) - GRID[SHUT]).max() < 0.03
+    assert found.depth is not None and found.depth.value == pytest.approx(0.01, abs=0.003)
+
+
+def test_a_closed_shutter_under_an_arch_has_the_arch_of_its_like():
+    rings = [ring_of("round", box, 0.55)[0] for box in GRID]
+    rng = np.random.default_rng(0)
+    p = np.column_stack([rng.uniform(0, s, 90000) for s in SIZE])
+    inside = np.array([ring_contains(ring, p) for ring in rings])
+    pane = inside[[k for k in range(len(GRID)) if k != SHUT]].any(0)
+    keep = ~pane | (rng.random(len(p)) < 0.3)
+    facade, scan = scan_wall([], spacing=0.03, size=SIZE)
+    xyz = np.column_stack([p[:, 0], 0.2 * pane + rng.normal(0, 0.003, len(p)), p[:, 1]])[keep]
+    xyz += (xyz - EYE) * (xyz[:, 1:2] / 8.0)
+    index = np.arange(len(xyz))
+    scan = replace(scan, xyz=xyz, origin_index=np.zeros(len(xyz), np.int32))
+    facade = replace(facade, support=index, inliers=index)
+    dark = np.where(inside[SHUT][keep], 0.6, 1.0)
+    (found,) = shutters(facade, replace(scan, intensity=(brightness(scan) * dark).astype(np.float32)))
+    assert found.shape == "round"
+    assert np.abs(box_of(found) - GRID[SHUT]).max() < 0.03
+
+
 def plain(scan):
     return np.ones(len(scan.xyz))
 
@@ -105,13 +145,16 @@ def test_a_panel_where_no_opening_is_expected_is_left_alone(wall):
     assert not any(box_of(o)[0] > 1.95 and box_of(o)[2] < 3.1 for o in find_openings(facade, seen).openings)
 
 
+def intensity_of(facade, scan, look):
+    seen = replace(scan, intensity=(brightness(scan) * look(scan)).astype(np.float32))
+    surface = surface_of(facade, seen, sort_beams(facade, seen), 0.05)
+    return scan_channels(surface, facade, seen)[1]
+
+
 def test_intensity_is_freed_of_range_and_incidence(wall):
     facade, scan = wall
-    seen = replace(scan, intensity=brightness(scan).astype(np.float32))
-    beams = sort_beams(facade, seen)
-    channels = reflectances(facade, seen, beams, Raster.over(facade, 0.06), 0.05)
-    x, z = channels.xz.T
-    value = channels.values[0]
+    xz, value = intensity_of(facade, scan, plain).near((0.0, 0.0, *SIZE))
+    x, z = xz.T
     corners = [
         value[(np.abs(x - a) < 0.5) & (np.abs(z - b) < 0.5)].mean() for a in (0.5, 8.5) for b in (0.4, 8.5)
     ]
@@ -121,10 +164,8 @@ def test_intensity_is_freed_of_range_and_incidence(wall):
 
 def test_the_wall_tells_how_large_its_own_steps_are(wall):
     facade, scan = wall
-    beams = sort_beams(facade, scan)
-    raster = weigh(facade, beams).raster
-    sigma = []
-    for look in (plain, blocks):
-        seen = replace(scan, intensity=(brightness(scan) * look(scan)).astype(np.float32))
-        sigma.append(float(reflectances(facade, seen, beams, raster, 0.05).spread(1.1, GRID)[0]))
-    assert sigma[1] > 2.0 * sigma[0]
+    form = Form("rectangle", 1.1, 1.5, 0.0)
+    sigma = [
+        wall_steps(intensity_of(facade, scan, look).picture.without(GRID), form) for look in (plain, blocks)
+    ]
+    assert (sigma[1] > 2.0 * sigma[0]).all()

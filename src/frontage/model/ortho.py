@@ -37,6 +37,7 @@ class OrthoImage:
     gsd_effective  (h, w) float32 m per source pixel (photos) or point spacing (scan)
     intensity      (h, w) float32 0..1 of the scan, NaN = none; or None
     photo_offset   what the photos say about the depth; None when they do not overlap, or there are none
+    photos         how many of the sources, the first ones, are photos
     """
 
     pixels: Array
@@ -49,6 +50,7 @@ class OrthoImage:
     gsd_effective: Array
     intensity: Array | None = None
     photo_offset: PhotoOffset | None = None
+    photos: int = 0
 
     def __post_init__(self) -> None:
         h, w = self.pixels.shape[:2]

@@ -33,10 +33,13 @@ from frontage.openings.pooling import (
 _RIGHT = 0.9  # share of the predictions that must be right
 _OTHERS = (2, 1)  # openings of a row, of a column, that predict
 _IOU = 0.5  # overlap of a prediction that is right
-_WALL = -6.0  # nats over the node: the wall was seen
 _VISIBLE = 0.5  # share of the beams due that got as far as the wall: less is hidden
-_CLEAR = 0.1  # m between openings at least
-_WITHIN = 0.98  # share of an opening that lies within the facade's outline
+WALL = -6.0
+"""Nats over a place, below which the wall was seen."""
+CLEAR = 0.1
+"""m between openings at least."""
+WITHIN = 0.98
+"""Share of an opening that lies within the facade's outline."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -172,9 +175,9 @@ def state_of(place: Place, outlines: Sequence[Outline], evidence: Evidence) -> s
     if _near(place, [o.place for o in outlines]):
         return "taken"
     part = _cells(place, evidence)
-    if part is None or evidence.inside[part].mean() < _WITHIN:
+    if part is None or evidence.inside[part].mean() < WITHIN:
         return "other"
-    if float(evidence.llr[part].sum()) < _WALL:
+    if float(evidence.llr[part].sum()) < WALL:
         return "wall"
     due = float(evidence.due[part].sum())
     hidden = float(evidence.expected[part].sum()) < _VISIBLE * due or due == 0.0
@@ -198,7 +201,7 @@ def _near(place: Place, others: Sequence[Place]) -> bool:
     """Whether a box overlaps one of others or stands too close to it."""
     own, boxes = np.array(place), np.reshape(others, (-1, 4))
     gap = np.maximum(np.maximum(boxes[:, :2] - own[2:], own[:2] - boxes[:, 2:]), 0.0)
-    return bool((np.hypot(*gap.T) < _CLEAR).any())
+    return bool((np.hypot(*gap.T) < CLEAR).any())
 
 
 def _iou(a: Place, b: Place) -> float:

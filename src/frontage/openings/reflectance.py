@@ -1,112 +1,144 @@
-"""How the wall's points look: intensity freed of range and incidence, colour; and how much that varies."""
+"""How the wall looks, channel by channel: intensity freed of range and incidence, colour, relief, photos."""
 
-from collections.abc import Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 
 from frontage.geometry.arrays import Array, Bool, Float
 from frontage.model.facade import Facade
+from frontage.model.ortho import OrthoImage
 from frontage.model.scan import Scan
 from frontage.openings.beams import Beams, Raster
 from frontage.openings.borders import Place
+from frontage.openings.steps import Picture
 
-_STRIP = 0.12  # m, width of the strips on either side of a border
-_CLEAR = 0.03  # m on either side of a border that strips leave out: cells that it cuts, mortar, seals
-_FULL = 0.4  # share of a strip's cells that must hold points: walls are sparse above
-_AWAY = 0.25  # m around openings that tell nothing of the wall by itself: surrounds
-_PLACES = 50  # places on the wall that its own steps must be known from
+_FINEST = 0.04  # m, least side of a cell: borders are known that well before they are measured
+_PER_CELL = 2.0  # spacings a cell is wide
+_RELIEF = 0.04  # m that count as one step of brightness does (factor e)
 _STATIONS = 12  # with more origins the sensor moved, and all points are one group
+_PLACES = 50  # points that a station's fit needs
 _ROUNDS = 4  # of the robust fit
 _SOME = 20000  # points that a fit needs at most
 _DARK = 4.0  # of 255: below, colours are noise
 _FAINT = 0.01  # quantile of the intensities: what is fainter is as faint as that
+_STRIP = 512  # rows of an ortho-image at a time
 
 
 @dataclass(frozen=True, eq=False)
-class Channels:
-    """Points xz (n, 2) m near the wall, their y `depth` (n,) m, and logarithms of what was seen of each (n,).
+class Channel:
+    """One property of the wall that may step at the borders of what closes an opening.
 
-    maps (c, h, w) are the means of the cells of `raster`, NaN where there is no point; `spacing` m.
+    picture  means of cells; near: places xz (n, 2) m and values (n,) of what lies in a box
+    spacing  m between these; sharp: m that a sharp step is wide, and its place off
     """
+
+    picture: Picture
+    near: Callable[[Place], tuple[Float, Float]]
+    spacing: float
+    sharp: float
+
+
+@dataclass(frozen=True, eq=False)
+class Surface:
+    """The scan's points on the wall, or nearly: places xz (n, 2), depth y (n,) m, rows of the scan."""
 
     xz: Float
     depth: Float
-    values: tuple[Float, ...]
-    maps: Float
-    raster: Raster
-    spacing: float
+    index: Array
 
     def within(self, place: Place) -> Bool:
         """Which points lie in a box (n,)."""
-        x, z = self.xz.T
-        return np.asarray((x > place[0]) & (x < place[2]) & (z > place[1]) & (z < place[3]))
-
-    def steps(self, place: Place) -> Float:
-        """Steps inwards on the four sides of a box, left, bottom, right, top, (c, 4); NaN = not known."""
-        g, (cx, cz) = self.raster.cell, self.raster.corner
-        c0, r0, c1, r1 = (round((v - o) / g) for v, o in zip(place, (cx, cz, cx, cz), strict=True))
-        width, gap = self._strip()
-        reach = width + gap + 1
-        top, left = max(r0 - reach, 0), max(c0 - reach, 0)
-        part = self.maps[:, top : r1 + reach, left : c1 + reach]
-        r0, r1, c0, c1 = r0 - top, r1 - top, c0 - left, c1 - left
-        found = np.full((len(part), 4), np.nan)
-        for k, values in enumerate(part):
-            across, up = _jumps(values, r1 - r0, width, gap), _jumps(values.T, c1 - c0, width, gap)
-            found[k, :2] = _at(across, r0, c0), _at(up, c0, r0)
-            found[k, 2:] = -_at(across, r0, c1), -_at(up, c0, r1)
-        return found
-
-    def spread(self, length: float, taken: Sequence[Place]) -> Float:
-        """One sigma of the steps that the wall shows by itself along `length` m, (c,), off the boxes `taken`.
-
-        The same strips are moved over all of the wall that holds points: their scatter is what courses,
-        stains and noise do to means of that size, however few of their points are independent.
-        """
-        free, cells = self._free(taken), int(length / self.raster.cell)
-        found = []
-        for values in self.maps:
-            bare = np.where(free, values, np.nan)
-            steps = [_jumps(m, cells, *self._strip()) for m in (bare, bare.T)]
-            found.append(_spread(np.concatenate([n[np.isfinite(n)] for n in steps])))
-        return np.array(found)
-
-    def _strip(self) -> tuple[int, int]:
-        """Cells that a strip is wide, and that it stays off the border."""
-        return max(round(_STRIP / self.raster.cell), 2), int(np.ceil(_CLEAR / self.raster.cell))
-
-    def _free(self, taken: Sequence[Place]) -> Bool:
-        """Cells (h, w) well off all boxes."""
-        g, (cx, cz) = self.raster.cell, self.raster.corner
-        free = np.ones(self.raster.shape, np.bool_)
-        for x0, z0, x1, z1 in taken:
-            rows = slice(max(int((z0 - _AWAY - cz) / g), 0), max(int((z1 + _AWAY - cz) / g) + 1, 0))
-            columns = slice(max(int((x0 - _AWAY - cx) / g), 0), max(int((x1 + _AWAY - cx) / g) + 1, 0))
-            free[rows, columns] = False
-        return free
+        return within(self.xz, place)
 
 
-def reflectances(facade: Facade, scan: Scan, beams: Beams, raster: Raster, reach: float) -> Channels:
-    """The channels that the scan has, of the points within `reach` m of the wall."""
-    index = facade.support
-    xyz = facade.frame.inverse.apply(scan.xyz[index])
+def within(xz: Float, place: Place) -> Bool:
+    """Which of the places (n, 2) lie in a box (n,)."""
+    x, z = xz.T
+    return np.asarray((x > place[0]) & (x < place[2]) & (z > place[1]) & (z < place[3]))
+
+
+def surface_of(facade: Facade, scan: Scan, beams: Beams, reach: float) -> Surface:
+    """The points within `reach` m of the wall."""
+    xyz = facade.frame.inverse.apply(scan.xyz[facade.support])
     near = np.abs(xyz[:, 1] - beams.depth_at(xyz[:, 0], xyz[:, 2])) < max(reach, beams.least)
-    index, xyz = index[near], xyz[near]
-    values: list[Float] = []
+    return Surface(xyz[near][:, [0, 2]], xyz[near, 1], facade.support[near])
+
+
+def scan_channels(surface: Surface, facade: Facade, scan: Scan) -> list[Channel]:
+    """Relief, and intensity and colour as far as the scan has them."""
+    values: list[Float] = [surface.depth / _RELIEF]
     if scan.intensity is not None:
-        values.append(_flattened(scan.intensity[index], index, scan, facade))
+        values.append(_flattened(scan.intensity[surface.index], surface.index, scan, facade))
     if scan.rgb is not None:
-        red, green, blue = np.log(scan.rgb[index].astype(np.float64) + _DARK).T
-        values += [(red + green + blue) / 3.0, red - green, blue - green]
-    at = raster.flat(xyz[:, 0], xyz[:, 2])
+        values += _colours(scan.rgb[surface.index])
+    raster = Raster.over(facade, max(_PER_CELL * facade.spacing, _FINEST))
     size = raster.shape[0] * raster.shape[1]
+    at = raster.flat(*surface.xz.T)
     on = at >= 0
     number = np.bincount(at[on], minlength=size)
-    with np.errstate(invalid="ignore"):
-        maps = [np.bincount(at[on], v[on], minlength=size) / number for v in values]
-    shaped = np.stack(maps).reshape(len(maps), *raster.shape)
-    return Channels(xyz[:, [0, 2]], xyz[:, 1], tuple(values), shaped, raster, facade.spacing)
+
+    def channel(v: Float) -> Channel:
+        with np.errstate(invalid="ignore"):
+            means = np.bincount(at[on], v[on], minlength=size) / number
+
+        def near(place: Place) -> tuple[Float, Float]:
+            some = surface.within(place)
+            return surface.xz[some], v[some]
+
+        return Channel(Picture(means.reshape(raster.shape), raster), near, facade.spacing, 0.0)
+
+    return [channel(v) for v in values]
+
+
+def photo_channels(ortho: OrthoImage, facade: Facade) -> list[Channel]:
+    """Lightness and two differences of colour of the pixels that photos saw; none where none did."""
+    if ortho.photos == 0:
+        return []
+    raster = Raster.over(facade, max(_PER_CELL * ortho.gsd, _FINEST))
+    size = raster.shape[0] * raster.shape[1]
+    number, total = np.zeros(size), np.zeros((3, size))
+    for first in range(0, ortho.size[1], _STRIP):
+        xz, values = _pixels(ortho, slice(first, first + _STRIP), slice(None))
+        at = raster.flat(*xz.T)
+        on = at >= 0
+        number += np.bincount(at[on], minlength=size)
+        for k, v in enumerate(values):
+            total[k] += np.bincount(at[on], v[on], minlength=size)
+    if not number.any():
+        return []
+    sharp = float(np.nanmedian(ortho.gsd_effective))
+
+    def channel(k: int) -> Channel:
+        with np.errstate(invalid="ignore", divide="ignore"):
+            means = (total[k] / number).reshape(raster.shape)
+
+        def near(place: Place) -> tuple[Float, Float]:
+            (x0, top), gsd = ortho.corner, ortho.gsd
+            rows = slice(max(int((top - place[3]) / gsd), 0), max(int((top - place[1]) / gsd) + 1, 0))
+            columns = slice(max(int((place[0] - x0) / gsd), 0), max(int((place[2] - x0) / gsd) + 1, 0))
+            xz, values = _pixels(ortho, rows, columns)
+            return xz, values[k]
+
+        return Channel(Picture(means, raster), near, ortho.gsd, sharp)
+
+    return [channel(k) for k in range(3)]
+
+
+def _pixels(ortho: OrthoImage, rows: slice, columns: slice) -> tuple[Float, list[Float]]:
+    """Middles xz (n, 2) m and colours of those pixels of a window that photos saw."""
+    source = ortho.source[rows, columns]
+    r, c = np.nonzero((source > 0) & (source <= ortho.photos))
+    x0, top = ortho.corner
+    x = x0 + (c + (columns.start or 0) + 0.5) * ortho.gsd
+    z = top - (r + (rows.start or 0) + 0.5) * ortho.gsd
+    return np.column_stack([x, z]), _colours(ortho.pixels[rows, columns][r, c, :3])
+
+
+def _colours(rgb: Array) -> list[Float]:
+    """Logarithms of lightness, red over green and blue over green (n,) of colours (n, 3) uint8."""
+    red, green, blue = np.log(rgb.astype(np.float64) + _DARK).T
+    return [(red + green + blue) / 3.0, red - green, blue - green]
 
 
 def _flattened(intensity: Array, index: Array, scan: Scan, facade: Facade) -> Float:
@@ -145,40 +177,3 @@ def _robust_line(model: Float, v: Float) -> Float:
         rest = np.abs(b - a @ x)
         weight = np.asarray(np.maximum(rest / max(1.5 * float(np.median(rest)), 1e-9), 1.0) ** -0.5)
     return x
-
-
-def _jumps(values: Float, length: int, width: int, gap: int) -> Float:
-    """Mean of the strip right of a border less that left of it, [r, c]: border before column c, rows
-    r..r+length, `gap` cells left out beside it; NaN where a strip is not full or runs off the map (h, w).
-    """
-    h, w = values.shape
-    out = np.full((h + 1, w + 1), np.nan)
-    if length < 1 or length > h or w < 2 * (width + gap):
-        return out
-    known = np.isfinite(values)
-    sums = [_boxes(m, length, width) for m in (np.where(known, values, 0.0), known.astype(np.float64))]
-    with np.errstate(invalid="ignore", divide="ignore"):
-        mean = np.where(sums[1] >= _FULL * length * width, sums[0] / sums[1], np.nan)
-    first = width + gap
-    apart = width + 2 * gap
-    out[: h - length + 1, first : w - first + 1] = mean[:, apart:] - mean[:, :-apart]
-    return out
-
-
-def _boxes(values: Float, length: int, width: int) -> Float:
-    """Sums over all windows of length x width cells (h - length + 1, w - width + 1)."""
-    s = np.pad(values.cumsum(0).cumsum(1), ((1, 0), (1, 0)))
-    return np.asarray(s[length:, width:] - s[:-length, width:] - s[length:, :-width] + s[:-length, :-width])
-
-
-def _at(jumps: Float, r: int, c: int) -> float:
-    inside = 0 <= r < jumps.shape[0] and 0 <= c < jumps.shape[1]
-    return float(jumps[r, c]) if inside else np.nan
-
-
-def _spread(steps: Float) -> float:
-    """One sigma of steps (n,): of their middle or of their tails, whichever is wider; NaN for few."""
-    if len(steps) < _PLACES:
-        return np.nan
-    size = np.abs(steps)
-    return float(max(1.4826 * np.median(size), np.quantile(size, 0.95) / 1.96))

@@ -1,0 +1,172 @@
+"""Borders and depth of an opening that is closed level with the wall, by one channel; or that it is none."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from frontage.geometry.arrays import Bool, Float
+from frontage.model.estimate import Estimate
+from frontage.openings.borders import Place
+from frontage.openings.flushplaces import Places
+from frontage.openings.outline import Outline
+from frontage.openings.reflectance import Channel, Surface, within
+from frontage.openings.steps import HEAD, Form
+
+_ALIKE = 0.4  # of the step that thirds of the inside may differ from the whole
+_SHARP = 0.6  # of the step that must happen within the nearest points
+_SOME = 0.3  # of the step that a border which is not sharp must still show
+_NEAR = 0.04  # m beside a border, or two spacings: its nearest points
+_ENDS = 0.05  # of a side that is left out at either end
+_FINE = 0.001  # m between tried places of a border
+_SEARCH = 0.12  # m, furthest that a border is looked for from where it is expected
+_BEST = 0.002  # m, one sigma of a border at least: gaps between leaf and wall
+_FLUSH = 0.05  # m: what lies deeper is no flush opening
+_FEW = 30  # points inside, and on each side of a border
+_SLANT = 0.5  # of its depth that the wall's edge hides of a leaf, or shows of a reveal
+_AROUND = (0.5, 0.2)  # m beside the opening, from and to: its wall, surrounds left out
+_AGREE = 2.0  # sigmas between two channels that see one border
+_COMMON = 0.5  # of the noise of a point that its neighbours share
+
+
+@dataclass(frozen=True, eq=False)
+class Told:
+    """A channel, its steps (4,) inwards at a place, and one sigma (4,) of those of the wall."""
+
+    channel: Channel
+    own: Float
+    wall: Float
+
+    @property
+    def step(self) -> float:
+        """From the wall inwards."""
+        return float(np.nanmean(self.own))
+
+
+def outlined(
+    places: Places, k: int, like: Outline, first: Told, told: Sequence[Told], surface: Surface
+) -> Outline | None:
+    """The outline with measured borders and depth of what stands at place number k, by the channel `first`;
+    None where it is not like an opening.
+
+    Left, right and one of bottom and top are sharp; the other (a sill) need not be, and stays where it is
+    expected. The inside is even, and level with the wall. Where others of the channels that have `told` agree
+    on a border, the one that tells it best places it.
+    """
+    box, form = places.box(k), places.form
+    place, covariance = list(box), places.covariance.copy()
+    around = [t.channel.near(_grown(box, 2.0 * _SEARCH)) for t in told]
+    sharp = np.zeros(4, np.bool_)
+    for side in range(4):
+        row = (0, 2, 1, 3)[side]
+        expected = float(np.sqrt(covariance[row, row]))
+        fits = [_border(t, *near, box, form, side, expected) for t, near in zip(told, around, strict=True)]
+        clearest = fits[told.index(first)]
+        if clearest is not None:
+            sharp[side] = True
+            known = [f for f in fits if f is not None and abs(f[0] - clearest[0]) < _AGREE * clearest[1]]
+            shift, sigma = min(known, key=lambda f: f[1])
+            place[side] += shift
+            covariance[row, :] = covariance[:, row] = 0.0
+            covariance[row, row] = sigma**2
+        elif first.own[side] / first.step < _SOME:
+            return None
+    at: Place = (place[0], place[1], place[2], place[3])
+    depth = _depth(surface, at, form.rise)
+    if depth is None or not (sharp[0] and sharp[2] and sharp[1::2].any()):
+        return None
+    if abs(depth.value) > _FLUSH or not _even(*around[told.index(first)], at, form.rise, first.step):
+        return None
+    covariance[:4, :4] += np.eye(4) * (_SLANT * depth.value) ** 2
+    return Outline(like.shape, at, form.rise, covariance, (), depth, 0.0, like.wall)
+
+
+def _grown(place: Place, by: float) -> Place:
+    return place[0] - by, place[1] - by, place[2] + by, place[3] + by
+
+
+def _across(xz: Float, place: Place, side: int, form: Form) -> tuple[Bool, Float]:
+    """Which places (n, 2) lie along a side of a box, or its head, and their distance (n,) m across it."""
+    x0, z0, x1, z1 = place
+    axis = side % 2
+    begin, end = (z0, z1 - form.rise) if axis == 0 else (x0, x1)
+    margin = (_ENDS if side < 3 else (1.0 - HEAD) / 2.0) * (end - begin)
+    along = xz[:, 1 - axis]
+    u = xz[:, axis] - place[side]
+    if side == 3:
+        u = u - form.drop(xz[:, 0] - (x0 + x1) / 2.0)
+    return (along > begin + margin) & (along < end - margin) & (np.abs(u) < 2.0 * _SEARCH), u
+
+
+def _border(
+    told: Told, xz: Float, v: Float, box: Place, form: Form, side: int, expected: float
+) -> tuple[float, float] | None:
+    """Shift m (from where it is expected) and sigma m of the side of a box, by a channel's values v (n,) at
+    xz (n, 2); None where they do not step sharply there.
+
+    Two means on either side; their likelihood over the place of the step, its exponent as much smaller as
+    means on this wall scatter more than its single points let expect.
+    """
+    some, u = _across(xz, box, side, form)
+    search = float(np.clip(3.0 * expected, _SEARCH / 3.0, _SEARCH))
+    order = np.flatnonzero(some)[np.argsort(u[some], kind="stable")]
+    u, v = u[order], v[order]
+    e = np.arange(-search, search, _FINE)
+    cut = np.searchsorted(u, e)
+    if len(u) == 0 or min(cut[0], len(u) - cut[-1]) < _FEW // 3:
+        return None
+    total = np.append(0.0, v.cumsum())
+    rest = float(v @ v) - total[cut] ** 2 / cut - (total[-1] - total[cut]) ** 2 / (len(u) - cut)
+    best = max(float(rest.min()) / len(u), 1e-9)
+    share = min(1.0, 4.0 * best / len(u) / float(told.wall[side]) ** 2)
+    log_l = -0.5 * share * (rest - rest.min()) / best - 0.5 * (e / np.hypot(expected, _BEST)) ** 2
+    weight = np.exp(log_l - log_l.max())
+    weight /= weight.sum()
+    mean = float(weight @ e)
+    jump = _jump(u, v, mean, max(2.0 * told.channel.spacing, _NEAR))
+    if jump / (told.step if side < 2 else -told.step) < _SHARP:
+        return None
+    return mean, float(np.sqrt(weight @ (e - mean) ** 2 + _BEST**2 + told.channel.sharp**2))
+
+
+def _jump(u: Float, v: Float, at: float, near: float) -> float:
+    """Mean of the values v (n,) over sorted u (n,) just behind a place less that just before it.
+
+    Of the nearest points, ten at least: scan columns may leave a gap beside the border.
+    """
+    least = _FEW // 3
+    first, middle, last = np.searchsorted(u, at + np.array([-near, 0.0, near]))
+    before, after = v[min(first, max(middle - least, 0)) : middle], v[middle : max(last, middle + least)]
+    return float(after.mean() - before.mean())
+
+
+def _even(xz: Float, v: Float, place: Place, rise: float, step: float) -> bool:
+    """Whether the thirds of the inside, across and up, are alike in the values v (n,) at xz (n, 2)."""
+    x0, z0, x1, z1 = place
+    inside = within(xz, (x0, z0, x1, z1 - rise))
+    column, row = (
+        np.clip((3.0 * (xz[inside, k] - low) / (high - low)).astype(np.int64), 0, 2)
+        for k, low, high in ((0, x0, x1), (1, z0, z1 - rise))
+    )
+    number = np.bincount(3 * row + column, minlength=9)
+    if number.min() < _FEW // 9 + 1:
+        return False
+    mean = np.bincount(3 * row + column, v[inside], minlength=9) / number
+    return bool(np.abs(mean - np.median(mean)).max() < _ALIKE * abs(step))
+
+
+def _depth(surface: Surface, place: Place, rise: float) -> Estimate[float] | None:
+    """Depth m of what closes the opening behind the wall around it, None where few points tell."""
+    x0, z0, x1, z1 = place
+    inside = surface.within((x0 + 0.03, z0 + 0.03, x1 - 0.03, z1 - rise - 0.03))
+    far, near = _AROUND
+    around = surface.within(_grown(place, far)) & ~surface.within(_grown(place, near))
+    if min(inside.sum(), around.sum()) < _FEW:
+        return None
+    value, variance = [], 0.0
+    for some in (inside, around):
+        y = surface.depth[some]
+        value.append(float(np.median(y)))
+        noise = 1.4826 * float(np.median(np.abs(y - value[-1])))
+        variance += noise**2 * (_COMMON**2 + 1.57 / len(y))
+    return Estimate(value[0] - value[1], np.array([[variance]]), float(inside.sum() - 1))
