@@ -48,10 +48,25 @@ def test_a_circle_is_no_square():
     p = np.random.default_rng(4).uniform((0.5, 1.5), (2.5, 3.5), (6000, 2))
     box = (1.0, 2.0, 2.0, 3.0)
     inside = ring_contains(ring_of("circle", box, 0.0)[0], p)
-    radius, sigma, gain = find_circle(Fan(p[:, 0], p[:, 1], ~inside, 0.0), box, 0.002)
-    assert gain > 10 and abs(radius - 0.5) < 0.01 and 0 < sigma < 0.01
+    found = find_circle(Fan(p[:, 0], p[:, 1], ~inside, 0.0), box, 0.002)
+    assert found is not None
+    assert found.gain > 10 and abs(found.radius - 0.5) < 0.01 and 0 < found.sigma < 0.01
     square = np.abs(p - (1.5, 2.5)).max(1) < 0.5
-    assert find_circle(Fan(p[:, 0], p[:, 1], ~square, 0.0), box, 0.002)[2] < 0
+    found = find_circle(Fan(p[:, 0], p[:, 1], ~square, 0.0), box, 0.002)
+    assert found is not None and found.gain < 0
+    assert find_circle(Fan(p[:, 0], p[:, 1], ~square, 0.0), (1.0, 2.0, 2.0, 4.0), 0.002) is None
+
+
+def test_the_centre_of_a_circle_need_not_be_that_of_its_box_and_its_foot_may_be_hidden():
+    p = np.random.default_rng(5).uniform((0.5, 1.5), (2.5, 3.5), (8000, 2))
+    box = (1.0, 2.0, 2.0, 3.0)
+    inside = ring_contains(ring_of("circle", box, 0.0)[0], p)
+    seen = p[:, 1] > 2.06  # a sill hides the rest
+    fan = Fan(p[seen, 0], p[seen, 1], ~inside[seen], 0.0)
+    for guess in ((1.03, 2.07, 1.96, 2.98), (0.99, 2.05, 1.98, 3.03)):
+        found = find_circle(fan, guess, 0.002)
+        assert found is not None and found.gain > 10
+        assert np.allclose(found.box, box, atol=0.012)
 
 
 def test_an_arch_over_a_square_is_no_circle():

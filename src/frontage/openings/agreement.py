@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from frontage.geometry.ring import ring_contains
 from frontage.openings.borders import Place
 from frontage.openings.evidence import Evidence
 from frontage.openings.outline import Outline
@@ -18,12 +19,13 @@ def agreeing(outline: Outline, rough: Place, evidence: Evidence) -> Outline:
     """The outline, with those borders as they were found that the evidence between speaks against.
 
     A border that was moved outwards over cells of wall, or inwards over open ones, was drawn there by
-    something else: rooms behind the wall, the edge of a shadow. A circle with such a border is none; tops
-    of other curved heads are left alone, for the wall shows beside them.
+    something else: rooms behind the wall, the edge of a shadow. A circle with such a border is none; of its
+    box only what lies within it counts, and tops of other curved heads are left alone, for the wall shows
+    beside them.
     """
     circle = outline.shape == "circle"
     last = 4 if circle or outline.shape == "rectangle" else 3
-    wrong = [side for side in range(last) if _against(side, rough, outline.place[side], evidence)]
+    wrong = [side for side in range(last) if _against(side, rough, outline, evidence)]
     if not wrong:
         return outline
     place, covariance, borders = list(outline.place), outline.covariance.copy(), list(outline.borders)
@@ -42,18 +44,22 @@ def agreeing(outline: Outline, rough: Place, evidence: Evidence) -> Outline:
     )
 
 
-def _against(side: int, rough: Place, at: float, evidence: Evidence) -> bool:
-    """Whether the evidence between a side of `rough` and that side at `at` m speaks against the latter."""
-    cell, axis = evidence.raster.cell, side % 2
+def _against(side: int, rough: Place, outline: Outline, evidence: Evidence) -> bool:
+    """Whether the evidence between a side of `rough` and that of the outline speaks against the latter."""
+    cell, axis, at = evidence.raster.cell, side % 2, outline.place[side]
     if abs(at - rough[side]) <= _SLACK * cell:
         return False
-    ends = np.sort([at, rough[side]])
     cells = [np.array([rough[k], rough[k + 2]]) for k in range(2)]
-    cells[axis] = ends
+    cells[axis] = np.sort([at, rough[side]])
     columns, rows = (
         slice(*np.clip(np.round((v - corner) / cell), 0, None).astype(int).tolist())
         for v, corner in zip(cells, evidence.raster.corner, strict=True)
     )
-    gain = float(evidence.llr[rows, columns].sum())
+    strip = evidence.llr[rows, columns]
     outward = (at < rough[side]) == (side < 2)
+    if outward and outline.shape == "circle":
+        z, x = np.indices(strip.shape) + np.array([rows.start + 0.5, columns.start + 0.5])[:, None, None]
+        at_cells = np.column_stack([x.ravel(), z.ravel()]) * cell + evidence.raster.corner
+        strip = strip.ravel()[ring_contains(outline.ring[0], at_cells)]
+    gain = float(strip.sum())
     return gain < -_AGAINST if outward else gain > _AGAINST

@@ -7,7 +7,7 @@ from frontage.openings.borders import CLOSE, WIDTHS, Border, Place, find_borders
 from frontage.openings.depth import AROUND, find_depth, find_wall
 from frontage.openings.edges import FEW, Face, Look, footprint
 from frontage.openings.outline import Outline
-from frontage.openings.shapes import Head, fan_of, find_circle, find_head, ring_of, strays
+from frontage.openings.shapes import Circle, Head, fan_of, find_circle, find_head, ring_of, strays
 from frontage.openings.sight import Sight
 
 _CIRCLE = 10.0  # nats that a circle must gain over a square
@@ -83,8 +83,7 @@ def _outline(
         place, borders = find_borders(near, place, spacing, rise, frame, spacing, look, loose)
     covariance = np.diag([*(b.sigma**2 for b in borders), 0.0])
     if shape == "circle" and spread is not None:
-        centre = float(np.mean(np.diag(covariance)[:4])) / 2
-        covariance[:4, :4] = np.eye(4) * (centre + spread[0, 0])
+        covariance[:4, :4] = np.eye(4) * spread[0, 0]
     elif spread is not None:
         covariance[3:, 3:] = spread
     slack = 2.0 * max(borders[0].sigma, borders[1].sigma)
@@ -119,20 +118,22 @@ def _shape(
         return "rectangle", place, 0.0, None
     x0, z0, x1, z1 = place
     fan = fan_of(near, place, borders[3].edge.face.y, frame, _density(near, place))
-    radius, sigma, gain = find_circle(fan, place, blur)
-    x, z = (x0 + x1) / 2, (z0 + z1) / 2
-    box = (x - radius, z - radius, x + radius, z + radius)
-    circle = "circle", box, 0.0, np.diag([sigma**2 + 1e-6, 0.0])
+    found = find_circle(fan, place, blur)
     if known is not None and known.shape == "circle":
-        return circle if radius > 0.0 else ("circle", place, 0.0, None)
+        return ("circle", place, 0.0, None) if found is None else _circle(found)
     head = find_head(fan, place, blur, None if known is None else Head(known.shape, z1, known.rise, 0.0))
-    if known is None and gain > _CIRCLE:
+    if known is None and found is not None and found.gain > _CIRCLE:
         arch = ring_of(head.shape, (x0, z0, x1, head.top if head.rise else z1), head.rise)[0]
-        if strays(fan, ring_of("circle", box, 0.0)[0]) + _FEWER < strays(fan, arch):
-            return circle
+        if strays(fan, ring_of("circle", found.box, 0.0)[0]) + _FEWER < strays(fan, arch):
+            return _circle(found)
     if head.shape == "rectangle":
         return head.shape, place, 0.0, None
     return head.shape, (x0, z0, x1, head.top), head.rise, _spread(head)
+
+
+def _circle(found: Circle) -> tuple[str, Place, float, Float | None]:
+    """A centre is told half as well as a radius (all beams tell of the one, half of them of x, half of z)."""
+    return "circle", found.box, 0.0, np.diag([3.0 * found.sigma**2 + 1e-6, 0.0])
 
 
 def _spread(head: Head) -> Float:

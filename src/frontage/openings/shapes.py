@@ -1,5 +1,6 @@
 """Which head an opening has: flat, segmental, round, pointed or triangular, or whether it is a circle."""
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -7,7 +8,6 @@ import numpy as np
 from frontage.geometry.arrays import Bool, Float
 from frontage.geometry.ring import ring_contains
 from frontage.openings.borders import Place, side_scores
-from frontage.openings.edges import FITTING
 from frontage.openings.sight import Sight
 
 _GAIN = 10.0  # nats that a curve must gain over a straight head: "very strong" (Kass and Raftery 1995)
@@ -18,6 +18,8 @@ _EDGE = 0.01  # m beside the sides where beams tell of them, not of the head
 _MARGIN = 0.3  # m above the head that is looked at
 _ARC = 24  # pieces of a head: chord error 3 mm on a half circle of 2 m
 _ROUND = (0.8, 1.25)  # height over width of what may be a circle
+_STEPS = (0.02, 0.005, 0.001)  # m that the centre of a circle is moved by
+_MOVE = 1e-6  # nats that a move must gain
 _MOST = 6000  # beams of a head: more tell nothing new
 _SQRT3 = float(np.sqrt(3.0))
 
@@ -67,7 +69,7 @@ def fan_of(near: Sight, place: Place, face: float, frame: float | None, density:
     begin = max(face, 0.0) + near.wall
     back = max(frame - face, 2.0 * near.wall) if frame is not None else 2.0 * near.wall
     x, z = near.at(np.where(seen, begin, face))
-    free = near.depth >= -FITTING
+    free = near.depth >= min(face, 0.0) - near.wall  # what stands before it hides the border
     solid = near.depth <= np.where(seen, begin, face + back / 2)
     box = (x > x0) & (x < x1) & (z > z0) & (z < z1 - 0.3 * (z1 - z0))
     through = float((box & ~solid).sum()) / max(0.7 * (x1 - x0) * (z1 - z0), 1e-6)
@@ -181,18 +183,35 @@ class _Search:
         return Head(head.shape, t, r, head.gain, (*spread, float(p @ (rises - r) ** 2)))
 
 
-def find_circle(fan: Fan, place: Place, blur: float) -> tuple[float, float, float]:
-    """Radius m of the likeliest circle about a box's middle, its sigma, the nats it gains over the box."""
+@dataclass(frozen=True)
+class Circle:
+    """Centre (x, z) m and radius m, the radius' sigma m, and the nats it gains over the box about it."""
+
+    x: float
+    z: float
+    radius: float
+    sigma: float
+    gain: float
+
+    @property
+    def box(self) -> Place:
+        """Its bounding box x0, z0, x1, z1 m."""
+        return self.x - self.radius, self.z - self.radius, self.x + self.radius, self.z + self.radius
+
+
+def find_circle(fan: Fan, place: Place, blur: float) -> Circle | None:
+    """The likeliest circle about a box; None where the box is no square or nothing tells.
+
+    The centre is searched for: where straight borders lie on a circle depends on how slanted the beams are.
+    """
     x0, z0, x1, z1 = place
     wide, high = x1 - x0, z1 - z0
     if not _ROUND[0] < high / wide < _ROUND[1]:
-        return 0.0, 0.0, 0.0
-    x, z = fan.x - (x0 + x1) / 2, (fan.z - (z0 + z1) / 2) * wide / high
-    keep = np.maximum(np.abs(x), np.abs(z)) < 0.75 * wide
-    some = fan.part(keep)
-    x, z = some.x - (x0 + x1) / 2, (some.z - (z0 + z1) / 2) * wide / high
+        return None
+    x, z = (x0 + x1) / 2, (z0 + z1) / 2
+    some = fan.part(np.maximum(np.abs(fan.x - x) / wide, np.abs(fan.z - z) / high) < 0.75)
     if not some.solid.any() or some.solid.all():
-        return 0.0, 0.0, 0.0
+        return None
     radii = np.arange(0.4 * wide, 0.7 * wide, 0.0005)
     middle = float(radii[len(radii) // 2])
 
@@ -201,12 +220,30 @@ def find_circle(fan: Fan, place: Place, blur: float) -> tuple[float, float, floa
         told = side_scores(u[some.solid], u[~some.solid], middle - radii[::-1], blur)[::-1]
         return np.asarray(told + some.missing * area)
 
-    ring = score(np.hypot(x, z), np.pi * radii**2)
-    square = score(np.maximum(np.abs(x), np.abs(z)), 4.0 * radii**2)
-    p = np.exp(ring - ring.max())
+    def rings(x: float, z: float) -> Float:
+        return score(np.hypot(some.x - x, some.z - z), np.pi * radii**2)
+
+    square = score(np.maximum(np.abs(some.x - x), np.abs(some.z - z) * wide / high), 4.0 * radii**2)
+    x, z, best = _climbed(rings, x, z)
+    p = np.exp(best - best.max())
     p /= p.sum()
     mean = float(p @ radii)
-    return mean, float(np.sqrt(p @ (radii - mean) ** 2)), float(ring.max() - square.max())
+    sigma = float(np.sqrt(p @ (radii - mean) ** 2))
+    return Circle(x, z, mean, sigma, float(best.max() - square.max()))
+
+
+def _climbed(score: Callable[[float, float], Float], x: float, z: float) -> tuple[float, float, Float]:
+    """The place (x, z) m near a first one from which no step leads higher, and its scores (k,)."""
+    best = score(x, z)
+    for step in _STEPS:
+        moved = True
+        while moved:
+            moved = False
+            for dx, dz in ((0.0, step), (0.0, -step), (step, 0.0), (-step, 0.0)):
+                trial = score(x + dx, z + dz)
+                if trial.max() > best.max() + _MOVE:
+                    x, z, best, moved = x + dx, z + dz, trial, True
+    return x, z, best
 
 
 def ring_of(shape: str, place: Place, rise: float) -> tuple[Float, Float]:
