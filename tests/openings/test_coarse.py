@@ -1,5 +1,7 @@
 """Openings in coarse clouds, and in clouds that do not know where they were measured from."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -22,3 +24,22 @@ def test_windows_of_few_cells_are_found_whole(rays):
     found = boxes_in(*scan_wall(holes, spacing=0.08, returned=0.1, rays=rays, size=(9.5, 9.0)))
     assert found.shape == holes.shape
     assert np.abs(found - holes).max() < 0.12
+
+
+@pytest.mark.parametrize("rays", [True, False])
+@pytest.mark.parametrize("depth", [0.025, 0.06])
+def test_a_panel_under_a_window_is_wall(depth, rays):
+    window, panel = (2.0, 2.0, 3.4, 3.8), (2.0, 0.9, 3.4, 1.8)
+    facade, scan = scan_wall([window], returned=0.2, rays=rays)
+    x, _, z = scan.xyz.T
+    back = (x > panel[0]) & (x < panel[2]) & (z > panel[1]) & (z < panel[3])
+    recessed = replace(scan, xyz=scan.xyz + np.outer(back * depth, [0.0, 1.0, 0.0]))
+    found = boxes_in(facade, recessed)
+    assert len(found) == 1 and np.abs(found[0] - window).max() < 0.03
+
+
+@pytest.mark.parametrize("rays", [True, False])
+def test_a_shallow_door_on_the_ground_is_no_panel(rays):
+    door = (3.0, 0.1, 4.1, 2.3)
+    found = boxes_in(*scan_wall([door], depth=0.06, rays=rays))
+    assert len(found) == 1 and np.abs(found[0] - door).max() < 0.03

@@ -45,11 +45,12 @@ class Raster:
             inside = (c >= 0) & (r >= 0) & (c < self.shape[1]) & (r < self.shape[0])
             return np.where(inside, r * self.shape[1] + c, -1.0).astype(np.int64)
 
-    def count(self, x: Float, z: Float) -> Float:
-        """How many of the places (n,) lie in each cell."""
+    def count(self, x: Float, z: Float, weight: Float | None = None) -> Float:
+        """How many of the places (n,) lie in each cell, or the sum of their weights (n,)."""
         at = self.flat(x, z)
-        size = self.shape[0] * self.shape[1]
-        return np.bincount(at[at >= 0], minlength=size).reshape(self.shape).astype(np.float64)
+        on, size = at >= 0, self.shape[0] * self.shape[1]
+        sums = np.bincount(at[on], None if weight is None else weight[on], size)
+        return sums.reshape(self.shape).astype(np.float64)
 
 
 @dataclass(frozen=True, eq=False)

@@ -19,8 +19,10 @@ from frontage.openings.framing import Framing
 from frontage.openings.inferred import infer
 from frontage.openings.kinds import kind_of, numbered
 from frontage.openings.measure import measure
+from frontage.openings.noreturn import with_lost
 from frontage.openings.options import OpeningOptions
 from frontage.openings.outline import Outline
+from frontage.openings.panels import without_panels
 from frontage.openings.pooling import pool
 from frontage.openings.sight import sight_lines
 from frontage.openings.standing import stands
@@ -43,8 +45,8 @@ def find_by_evidence(facade: Facade, scan: Scan, options: OpeningOptions) -> Ele
             f"facade {facade.id} shows hardly any wall, so openings cannot be told from it",
             "check the facade's plane, or scan it from the street",
         )
-    evidence = weigh(facade, beams)
     ground = facade.extent[1] if options.ground_z is None else options.ground_z
+    evidence = without_panels(with_lost(weigh(facade, beams), facade, scan, beams), beams, ground)
     boxes = find_boxes(evidence, options, Framing(evidence, ground))
     rough = [_place(evidence, box) for box in boxes]
     sight = sight_lines(facade, scan, beams)

@@ -70,14 +70,19 @@ def weigh(facade: Facade, beams: Beams) -> Evidence:
     due = _expected(solid, raster.cell)
     expected = due * _unhidden(beams, raster, solid + open_)
     expected = np.where(_unwatched(solid + open_, expected, inside, raster.cell), 0.0, expected)
-    lost = np.minimum(_LOST * expected, _MOST_LOST)
     through = (_THROUGH if beams.rays else _BEHIND) * open_
     if not beams.rays:
         through *= ndimage.uniform_filter(solid, 3) < np.maximum(0.3 * expected, 1e-9)
-    llr = np.where(inside, np.clip(lost - _HIT * solid + through, -_CAP, _CAP), 0.0)
+    llr = np.where(inside, balance(expected, solid, through), 0.0)
     seen = solid + open_ > 0
     deep = raster.count(*beams.open[beams.open_depth > max(_RELIEF, 2.0 * beams.least)].T)
     return Evidence(raster, llr, solid, open_, deep, expected, due, seen, inside, beams.rays)
+
+
+def balance(expected: Float, solid: Float, through: Float) -> Float:
+    """Nats (h, w) for open: of beams missing and those on the wall, and `through` of those beyond it."""
+    lost = np.minimum(_LOST * expected, _MOST_LOST)
+    return np.asarray(np.clip(lost - _HIT * solid + through, -_CAP, _CAP))
 
 
 def _inside(facade: Facade, raster: Raster) -> Bool:

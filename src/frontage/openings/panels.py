@@ -1,0 +1,53 @@
+"""Panels: recesses shallower than any reveal that return as much as the wall does."""
+
+from dataclasses import replace
+
+import numpy as np
+from scipy import ndimage
+
+from frontage.geometry.arrays import Bool
+from frontage.openings.beams import Beams
+from frontage.openings.evidence import Evidence, balance
+
+_DEEPEST = 0.07  # m: masonry steps back by a quarter of a brick; leaves and panes lie deeper
+_FULL = 0.7  # share of the wall's beams that come back from a panel: glass returns less
+_AROUND = 0.2  # m about a cell that tell the share, three cells at least
+_NARROWEST = 0.3  # m, left of a panel then: frames are narrower, and posts between two casements
+_ABOVE = 0.5  # m above the ground: thresholds, and what the share leaves out
+_DOOR = 1.5  # m: what is that high and stands on the ground may be the leaf of a door
+
+
+def without_panels(evidence: Evidence, beams: Beams, ground: float) -> Evidence:
+    """The evidence with panels as wall; `ground` m, its height.
+
+    A panel is full of points from one surface right behind the wall, over more than the width of a frame.
+    """
+    raster = evidence.raster
+    shallow = beams.open_depth <= _DEEPEST
+    (x, z), depth = beams.open[shallow].T, beams.open_depth[shallow]
+    held, first, second = (raster.count(x, z, depth**power) for power in range(3))
+    wide = max(int(np.ceil(_AROUND / raster.cell)), 3)
+    sums = (evidence.expected, held, first, second)
+    due, come, first, second = (ndimage.uniform_filter(m, wide) for m in sums)
+    spread = second / np.maximum(come, 1e-9) - (first / np.maximum(come, 1e-9)) ** 2
+    full = (come >= _FULL * due) & (due > 0.0) & (spread < (beams.least / 2.0) ** 2)
+    least = max(int(np.ceil(_NARROWEST / raster.cell)), 2)
+    full = ndimage.binary_closing(full, np.ones((3, 3), np.bool_))  # counts scatter
+    full = ndimage.binary_opening(full, np.ones((least, least), np.bool_))
+    panel = ndimage.maximum_filter(full & ~_doors(full, ground - raster.corner[1], raster.cell), wide)
+    held = np.where(panel, held, 0.0)
+    if not held.any():
+        return evidence
+    solid, open_ = evidence.solid + held, evidence.open - held
+    llr = np.where(panel & evidence.inside, balance(evidence.expected, solid, 0.0 * open_), evidence.llr)
+    return replace(evidence, llr=llr, solid=solid, open=open_)
+
+
+def _doors(full: Bool, ground: float, cell: float) -> Bool:
+    """Cells (h, w) of what is as high as a door and stands on the ground, `ground` m up."""
+    out = np.zeros(full.shape, np.bool_)
+    labels, _ = ndimage.label(full)
+    for rows, columns in ndimage.find_objects(labels):
+        if rows.start * cell < ground + _ABOVE and (rows.stop - rows.start) * cell > _DOOR:
+            out[rows, columns] = True
+    return out
