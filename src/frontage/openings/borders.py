@@ -13,7 +13,7 @@ from frontage.openings.sight import Sight
 
 _STEP = 0.0005  # m, raster of the posterior
 _STRAY = 0.01  # share of the beams that say the wrong thing
-_FLOOR = 0.001  # m: reveals are not straighter
+_FLOOR = 0.0005  # m: reveals are uneven by 1 mm, the mean of a side by half as much
 _COARSE = 0.005  # m, raster and blur where no beam tells the place
 _ROUGHLY = 10_000  # beams that tell where to look more closely
 _TOLD = 5.0  # nats that a border must gain to be one

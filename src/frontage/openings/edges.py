@@ -23,7 +23,8 @@ _STRIP = 0.03  # m, least width of the face beside an edge that tells its depth;
 _ROUNDS = 3  # of face and strip, for each needs the other
 _COMMON = 0.3  # of a point's noise that its neighbours share
 _SPLAY = 0.1  # m per m, one sigma of how much reveals slant
-_FLOOR = 0.001  # m: reveals are not straighter
+_ROUGH = 0.001  # m, one sigma of the points of a reveal about its plane
+_FINEST = 0.0003  # m, of a reveal's place: half a step of the posterior
 _SHALLOW = 0.25  # m: echoes of surfaces that near melt into one
 _MIXED = (0.2, 0.8)  # share of the way from the face to the frame where only mixed echoes lie
 _QUANTILES = 1.68  # sigmas of a normal distribution between those shares
@@ -231,10 +232,10 @@ def _reveal_line(u: Float, depth: Float, noise: float, slope: Float) -> tuple[fl
     u, depth, slope = u[keep], depth[keep], slope[keep]
     if len(u) < 4:
         return None
-    sigma = float(np.hypot(noise * np.median(np.abs(slope)), _FLOOR))
+    sigma = float(np.hypot(noise * np.median(np.abs(slope)), _ROUGH))
     design = np.column_stack([np.ones(len(u)), depth])
     normal = design.T @ design / sigma**2 + np.diag([0.0, 1.0 / _SPLAY**2])
     inverse = np.linalg.inv(normal)
     start = inverse @ (design.T @ u / sigma**2)
     spread = float(np.sqrt(np.mean((u - design @ start) ** 2))) / sigma
-    return float(start[0]), float(np.sqrt(inverse[0, 0]) * max(spread, 1.0) + _FLOOR)
+    return float(start[0]), max(float(np.sqrt(inverse[0, 0])) * max(spread, 1.0), _FINEST)
