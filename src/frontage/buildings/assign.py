@@ -15,7 +15,7 @@ from frontage.buildings.octree import Octree, cell_height, ground_leaves, leaf_h
 from frontage.buildings.options import BuildingOptions
 from frontage.buildings.voxels import grouped
 from frontage.buildings.walls import Columns
-from frontage.geometry.arrays import Array, Bool, Float, Int
+from frontage.geometry.arrays import Array, Bool, Float, Int, distinct
 from frontage.model import Footprint, Scan
 
 _ATTACHED = 2.0  # m, distance to a wall within which loose cells before it are looked at closely
@@ -42,7 +42,7 @@ def assign(
     building = street.building_of_segment()
     if footprints:
         pairs = same_footprint(building[segment], near, tree.leaf.mean[:, :2], footprints)
-        first = {int(b): int(np.argmax(building == b)) for b in np.unique(building)}
+        first = {int(b): int(np.argmax(building == b)) for b in distinct(building)}
         street = replace(street, joins=tuple((first[a], first[b]) for a, b in pairs))
         building = street.building_of_segment()
     label = building[segment]

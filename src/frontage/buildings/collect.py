@@ -11,7 +11,7 @@ from frontage.buildings.maps import footprint_of
 from frontage.buildings.octree import Octree
 from frontage.buildings.street import order
 from frontage.buildings.voxels import grouped, mean_of
-from frontage.geometry.arrays import Bool, Int
+from frontage.geometry.arrays import Bool, Int, distinct
 from frontage.model import Building, Footprint, Scan
 
 
@@ -65,7 +65,7 @@ def collect(
 
 def _numbers(tree: Octree, label: Int, street: Street | None) -> tuple[Int, int]:
     """Number of every label along the street (last entry, for label -1: -1), and their count."""
-    known = np.unique(label[label >= 0])
+    known = distinct(label[label >= 0])
     inside = np.flatnonzero(label >= 0)
     at = np.searchsorted(known, label[inside])
     size = np.bincount(at, minlength=len(known)).astype(np.float64)

@@ -11,7 +11,7 @@ and porches are.
 import numpy as np
 
 from frontage.buildings.voxels import Level, Shape, components
-from frontage.geometry.arrays import Array, Bool, Float, Int
+from frontage.geometry.arrays import Array, Bool, Float, Int, distinct
 
 _ON_WALL = 0.35  # m in front of the wall: still its relief
 _OFF_GROUND = 2.3  # m, headroom under a balcony
@@ -64,5 +64,5 @@ def _scattered(shape: Shape) -> Float:
 
 def _heights(group: Int, k: Array, keep: Bool, n: int) -> Float:
     """Number (n,) of height bins k that the kept cells of each group occupy."""
-    pairs = np.unique(group[keep] << 32 | k[keep].astype(np.int64))
+    pairs = distinct(group[keep] << 32 | k[keep].astype(np.int64))
     return np.bincount(pairs >> 32, minlength=n).astype(np.float64)

@@ -4,7 +4,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from frontage.buildings.voxels import extent
-from frontage.geometry.arrays import Float, Int
+from frontage.geometry.arrays import Float, Int, distinct
 
 _CUBES = 240
 _PER_CUBE = 400
@@ -28,7 +28,7 @@ def measure_spacing(xyz: Float) -> tuple[float, float]:
     seeds = xyz[np.linspace(0, n - 1, _CUBES).astype(np.int64)]
     half = _half_width(xyz, seeds)
     low = extent(xyz)[0]
-    wanted = np.unique(_code(seeds, low, 2 * half))
+    wanted = distinct(_code(seeds, low, 2 * half))
     near, cube = _inside(xyz, low, 2 * half, wanted)
     order = np.argsort(cube, kind="stable")
     near, cube = near[order], cube[order]

@@ -15,7 +15,7 @@ from scipy.spatial import cKDTree
 from frontage.buildings.ground import Ground
 from frontage.buildings.options import BuildingOptions
 from frontage.buildings.voxels import Level, Shape, mean_of
-from frontage.geometry.arrays import Bool, Float, Int
+from frontage.geometry.arrays import Bool, Float, Int, distinct
 
 _FILL = 0.35  # share of a wall column's bins that are occupied: windows and shadows take the rest
 _LINK = 2.0  # m, wall columns closer than this belong to one block
@@ -70,7 +70,7 @@ def wall_columns(level: Level, shape: Shape, wall: Bool, options: BuildingOption
     target = np.searchsorted(own, wide)
     target[target == n] = 0
     hit = own[target] == wide
-    pair = np.unique(
+    pair = distinct(
         target[hit] << 24 | np.tile(z, 9)[hit]
     )  # one vote per column and height bin, its 8 neighbours helping
     column, bin_ = pair >> 24, pair & ((1 << 24) - 1)

@@ -7,7 +7,7 @@ import shapely
 from scipy import ndimage
 from shapely.geometry import Polygon
 
-from frontage.geometry.arrays import Array, Bool, Float, Int
+from frontage.geometry.arrays import Array, Bool, Float, Int, distinct
 from frontage.geometry.ring import cells_ring, polygon_ring
 
 _GAP = 2.0  # m: the widest opening or shadow that a wall bridges (shop window, gate)
@@ -149,7 +149,7 @@ def contrast(x: Float, y: Float, z: Float, cells: CellMap, threshold: float) -> 
     level = np.rint(y / (2.0 * threshold)).astype(np.int64) + slabs
     use = (level >= 0) & (level <= 2 * slabs) & cells.within(x, z)
     # area is counted: a cell once per slab
-    held = np.unique(level[use] * cells.whole.size + cells.flat(x[use], z[use])) // cells.whole.size
+    held = distinct(level[use] * cells.whole.size + cells.flat(x[use], z[use])) // cells.whole.size
     area = np.bincount(held, minlength=2 * slabs + 1)
     return float(area[slabs] / max(float(np.median(np.delete(area, slabs))), 1.0))
 

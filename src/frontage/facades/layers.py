@@ -4,7 +4,7 @@ import numpy as np
 from scipy import ndimage, signal
 
 from frontage.facades.cells import CellMap
-from frontage.geometry.arrays import Array, Float, Int
+from frontage.geometry.arrays import Array, Float, Int, distinct
 from frontage.geometry.ring import convex_ring
 from frontage.model.facade import Layer
 
@@ -33,7 +33,7 @@ class Offsets:
     def area(self, low: float, width: float, bins: int) -> Float:
         """Number (bins,) of cells with a point in each bin of `width` m from `low` on."""
         level = np.clip(((self.y - low) * (1.0 / width)).astype(np.int64), 0, bins - 1)
-        held = np.unique(level * self.size + self.cell) // self.size
+        held = distinct(level * self.size + self.cell) // self.size
         return np.bincount(held, minlength=bins).astype(np.float64)
 
     def cells(self, at: float, half: float) -> Int:
