@@ -102,6 +102,7 @@ def read_ortho(folder: Path, window: Tile | None = None) -> OrthoImage:
             bands["gsd"],
             intensity,
             None if side.get("photo_offset") is None else PhotoOffset(**side["photo_offset"]),
+            side.get("photos", 0),
         )
     except (KeyError, TypeError, IndexError) as error:
         raise FileError(path, f"lacks or garbles {error}", "run the ortho step again") from error
@@ -182,6 +183,7 @@ def _sidecar(ortho: OrthoImage) -> dict[str, Any]:
         "notes": list(facade.notes),
         "relief": any(np.isfinite(part).any() for part in _strips(ortho.depth)),
         "photo_offset": None if ortho.photo_offset is None else asdict(ortho.photo_offset),
+        "photos": ortho.photos,
         "nodata_share": round(sum(int((p == 0).sum()) for p in _strips(ortho.source)) / ortho.source.size, 6),
     }
 

@@ -8,6 +8,7 @@ import numpy as np
 from frontage.model.estimate import Failed, Provenance
 from frontage.model.facade import Facade
 from frontage.model.opening import Elements, Opening
+from frontage.model.ortho import OrthoImage
 from frontage.model.scan import Scan
 from frontage.openings.agreement import agreeing
 from frontage.openings.beams import Beams, sort_beams
@@ -30,8 +31,10 @@ from frontage.openings.standing import stands
 _FEWEST = 200  # points: below, density and noise cannot be told
 
 
-def find_by_evidence(facade: Facade, scan: Scan, options: OpeningOptions) -> Elements | Failed:
-    """Openings of a facade by the evidence of its beams (docs/openings.md)."""
+def find_by_evidence(
+    facade: Facade, scan: Scan, options: OpeningOptions, ortho: OrthoImage | None = None
+) -> Elements | Failed:
+    """Openings of a facade by the evidence of its beams (docs/openings.md); of photos, too, closed ones."""
     if len(facade.support) < _FEWEST:
         return Failed(
             "F401",
@@ -50,7 +53,7 @@ def find_by_evidence(facade: Facade, scan: Scan, options: OpeningOptions) -> Ele
     boxes = find_boxes(evidence, options, Framing(evidence, ground))
     rough = [_place(evidence, box) for box in boxes]
     sight = sight_lines(facade, scan, beams)
-    measured = measure(sight, rough, evidence.raster.cell, facade.spacing)
+    measured = measure(sight, rough, max(evidence.raster.cell, facade.spacing), facade.spacing)
     outlines = pool([agreeing(o, r, evidence) for o, r in zip(measured, rough, strict=True)])
     kind = partial(_kind, beams, evidence, ground)
     found = [
@@ -63,7 +66,7 @@ def find_by_evidence(facade: Facade, scan: Scan, options: OpeningOptions) -> Ele
     ]
     found += [
         _opening(f.outline, kind, Provenance.MEASURED, f.evidence, f.confidence)
-        for f in find_flush(facade, scan, beams, evidence, outlines)
+        for f in find_flush(facade, scan, beams, evidence, outlines, ortho)
     ]
     sized = [o for o in found if np.all(np.ptp(o.ring, axis=0) >= (options.min_width, options.min_height))]
     return Elements(facade.id, numbered(facade.id, sized), notes=_notes(evidence, beams))

@@ -6,6 +6,7 @@ from functools import partial
 from frontage.model.estimate import Failed
 from frontage.model.facade import Facade
 from frontage.model.opening import Elements
+from frontage.model.ortho import OrthoImage
 from frontage.model.scan import Scan
 from frontage.openings.detect import find_by_evidence
 from frontage.openings.kinds import numbered
@@ -19,21 +20,24 @@ from frontage.openings.protrusions import numbered as numbered_protrusions
 from frontage.openings.recursion import openings_on_fronts
 
 
-def find_openings(facade: Facade, scan: Scan, options: OpeningOptions | None = None) -> Elements | Failed:
+def find_openings(
+    facade: Facade, scan: Scan, options: OpeningOptions | None = None, ortho: OrthoImage | None = None
+) -> Elements | Failed:
     """What the facade holds.
 
     `scan` is the facade's working cloud: `facade.support` indexes it, its origins are the sensor's places.
+    What photos saw of the facade's `ortho` tells closed openings, besides the scan.
     Rings are in the facade frame (x right, z up as seen from the street; depth positive = recess).
     """
     options = options or OpeningOptions()
     if options.method == "paper":
         return find_by_paper(facade, scan, options)
-    found = find_by_evidence(facade, scan, options)
+    find = partial(find_by_evidence, options=options, ortho=ortho)
+    found = find(facade, scan)
     if not isinstance(found, Elements):
         return found
     crossings = Crossings.of(facade, scan)
     protrusions = find_protrusions(facade, crossings, found.openings, options.ground_z)
-    find = partial(find_by_evidence, options=options)
     niches = find_niches(facade, scan, found.openings, protrusions, find)
     if niches:
         protrusions = numbered_protrusions(facade.id, [*protrusions, *niches])

@@ -58,6 +58,7 @@ def make_ortho(
         cloud = _cloud(scan, surroundings, facade, raster, options)
         plan = plan_views(facade, raster, shown, cloud, oriented, options)
         names, offset = _from_photos(bands, shown, facade, raster, plan, image_of, options)
+    seen = len(names)
     if points.any():
         names += _from_scan(bands, scan, xyz_facade, points, raster, facade, gaps, len(names))
     elif not names:
@@ -76,6 +77,7 @@ def make_ortho(
         bands.gsd,
         intensity,
         offset,
+        seen,
     )
 
 
