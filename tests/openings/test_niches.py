@@ -34,10 +34,11 @@ def test_door_and_pane_of_a_recessed_entrance(rays):
     assert all(o.on == recess.id and abs(o.depth.value - 0.1) < 0.01 for o in found.openings)
 
 
-def test_panes_of_a_recess_that_joinery_fills():
+@pytest.mark.parametrize("deep", [0.6, 1.3])
+def test_panes_of_a_recess_that_joinery_fills(deep):
     panes = [(2.3, 0.0, 3.4, 2.9), (3.6, 0.0, 4.6, 2.9), (4.8, 0.6, 6.1, 2.9)]
-    found = found_in(niche(ENTRANCE, 1.0, panes), spacing=0.02)
-    assert [p.kind for p in found.protrusions] == ["niche"]
+    found = found_in(niche(ENTRANCE, deep, panes), spacing=0.02)
+    assert [(p.kind, round(p.front.value, 2)) for p in found.protrusions] == [("niche", deep)]
     assert np.abs(np.array(boxes_of(found)) - panes).max() < 0.01
 
 

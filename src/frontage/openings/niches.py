@@ -15,9 +15,10 @@ from frontage.openings.protrusion_kinds import is_wall
 from frontage.openings.recursion import Finder, is_hidden, own_facade
 
 _LEAST, _MOST = 0.5, 2.0  # m: reveals are less deep, passages and rooms deeper
-_OFF, _RIM = 0.03, 0.2  # m off the borders, between which the back shows first: cheeks lie nearer
+_FRAME = 0.3  # m: frames are less deep; what stands in a niche may be told for one
+_OFF, _RIM = 0.03, 0.1  # m off the borders, between which the back shows first: cheeks lie nearer
 _BIN = 0.02  # m, of depth
-_FIRST = 0.3  # share of that rim that the foremost surface holds
+_FIRST = 0.25  # share of that rim that the foremost surface holds: a frame 5 cm wide does
 _ALONE = 0.7  # share of the back from which a single opening is the back itself: a door in a deep reveal
 
 
@@ -34,7 +35,7 @@ def find_niches(
     a wall around it: `find` is the finder of the main wall. All others are openings with deep reveals.
     """
     fronts = shapely.union_all([shapely.Polygon(p.ring) for p in protrusions if is_wall(p.kind)])
-    deep = [o for o in openings if (o.depth is None or o.depth.value >= _LEAST) and not is_hidden(o, fronts)]
+    deep = [o for o in openings if (o.depth is None or o.depth.value >= _FRAME) and not is_hidden(o, fronts)]
     q = facade.frame.inverse.apply(scan.xyz) if deep else np.empty((0, 3))
     niches = []
     for opening in deep:
