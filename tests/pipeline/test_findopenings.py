@@ -1,5 +1,6 @@
 """The stage `openings`: within the chain and alone, by either method, and where a facade cannot be judged."""
 
+import json
 import shutil
 from dataclasses import replace
 from pathlib import Path
@@ -12,7 +13,8 @@ import pytest
 import frontage.pipeline.findopenings as findopenings
 from facade_fakes import facade
 from frontage.evaluation.figure import Absent
-from frontage.model import Building, Failed
+from frontage.model import Building, Elements, Failed, OrthoImage
+from frontage.openings.find import find_openings
 from frontage.openings.options import OpeningOptions
 from frontage.pipeline.elements import FILES, load_elements
 from frontage.pipeline.findopenings import options_at, shared_notes
@@ -85,6 +87,27 @@ def test_another_pixel_size_draws_openings_anew_and_finds_none(
     assert {name: (folder / name).read_bytes() for name in kept} == kept and len(kept) == 4
     assert cv2.imread(str(folder / "openings.png")).shape != before.shape
     assert not [w for w in Workspace(copy).manifest()["warnings"] if w["stage"] == "openings"]
+
+
+def test_photos_serve_where_the_scans_do_not_tell_how_walls_look(
+    copy: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    marker = copy / ".done" / "scans.json"
+    told = json.loads(marker.read_text())
+    assert told["result"]["looks"]
+    pictures_of: list[OrthoImage | None] = []
+
+    def find(*given: Any) -> Elements | Failed:
+        pictures_of.append(given[3])
+        return find_openings(*given)
+
+    monkeypatch.setattr(findopenings, "find_openings", find)
+    run_stage(copy, "openings")
+    assert pictures_of and not any(pictures_of)
+    told["result"]["looks"] = False
+    marker.write_text(json.dumps(told))
+    run_stage(copy, "openings")
+    assert pictures_of[-1] is not None and pictures_of[-1].photos > 0
 
 
 def test_photos_that_are_taken_away_are_named_no_more(copy: Path, simulated: Path) -> None:

@@ -8,7 +8,8 @@ from typing import Any
 import numpy as np
 
 from frontage.catalog import number_building
-from frontage.model import Building, Elements, Facade, Failed, Photo, Scan
+from frontage.io.ortho import read_ortho
+from frontage.model import Building, Elements, Facade, Failed, OrthoImage, Photo, Scan
 from frontage.openings.belonging import belonging
 from frontage.openings.find import find_openings
 from frontage.openings.options import OpeningOptions
@@ -24,18 +25,22 @@ _NAMED = 4  # facades that a shared note names
 
 @dataclass(frozen=True)
 class OpeningsTask(Task):
-    """Find the openings of one building's facades; `photos` of the run, which may show them."""
+    """Find the openings of one building's facades; `photos` of the run, which may show them.
+
+    `pictured`: closed openings are looked for in the ortho-images, as the scans do not tell how walls look.
+    """
 
     options: OpeningOptions
     photos: tuple[Photo, ...] = ()
+    pictured: bool = False
 
 
 def openings_task(task: OpeningsTask) -> dict[str, Any]:
     """Openings of one building's facades to their folders, with the photos that show them, and drawn.
 
     Returns `{"facades": [id, ...], "openings": [id, ...], "protrusions": [id, ...], "notes": {facade: [...]},
-    "pictures": {facade: [...]}, "warnings": [...]}`; `facades` are those that were judged. What was found
-    depends on neither photos nor ortho-images: it is kept where only these are new.
+    "pictures": {facade: [...]}, "warnings": [...]}`; `facades` are those that were judged. Unless `pictured`,
+    what was found depends on neither photos nor ortho-images: it is kept where only these are new.
     """
     workspace = Workspace(task.out)
     marker = None if task.redo else workspace.done("openings", task.id, task.key)
@@ -58,7 +63,8 @@ def _search(task: OpeningsTask, workspace: Workspace) -> dict[str, Any]:
             remove_elements(workspace.facade_folder(name))
             remove_pictures(workspace.facade_folder(name))
             facade = workspace.load_facade(name)
-            elements = _find(facade, scan, options_at(facade, building, task.options))
+            ortho = _ortho(workspace, name) if task.pictured else None
+            elements = _find(facade, scan, options_at(facade, building, task.options), ortho)
             if isinstance(elements, Failed):
                 result["warnings"].append(failed_record(name, elements))
             else:
@@ -121,9 +127,16 @@ def _evidence(
         result["warnings"].append(failed_record(facade.id, as_failed(error, facade.id)))
 
 
-def _find(facade: Facade, scan: Scan, options: OpeningOptions) -> Elements | Failed:
+def _ortho(workspace: Workspace, name: str) -> OrthoImage | None:
+    folder = workspace.facade_folder(name)
+    return read_ortho(folder) if name in workspace.ortho_ids() else None
+
+
+def _find(
+    facade: Facade, scan: Scan, options: OpeningOptions, ortho: OrthoImage | None = None
+) -> Elements | Failed:
     try:
-        found = find_openings(facade, scan, options)
+        found = find_openings(facade, scan, options, ortho)
         return found if isinstance(found, Failed) else check_elements(found)
     except Exception as error:
         return as_failed(error, facade.id)

@@ -8,6 +8,7 @@ kept in its marker and in the manifest: `items` (how many), `warnings` (what fai
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 from frontage.buildings import BuildingSplit, find_buildings
@@ -23,7 +24,7 @@ from frontage.model import Scan, WorldRef, merge_scans
 from frontage.pipeline.clouds import Neighbourhoods, around, thin_to, working_cloud
 from frontage.pipeline.context import Run
 from frontage.pipeline.facadepicture import facade_picture
-from frontage.pipeline.files import write_array, write_bytes, write_json
+from frontage.pipeline.files import fingerprint, write_array, write_bytes, write_json
 from frontage.pipeline.findopenings import OpeningsTask, openings_task, shared_notes
 from frontage.pipeline.modelling import make_model
 from frontage.pipeline.project import Project
@@ -78,6 +79,7 @@ def scans(run: Run) -> Result:
         "world": world_record(world),
         "extent": [low.tolist(), high.tolist()],
         "rays": merged.has_origins,
+        "looks": merged.intensity is not None or merged.rgb is not None,
         "parts": kept,
         "notes": list(merged.notes),
         "warnings": [],
@@ -136,8 +138,10 @@ def openings(run: Run) -> Result:
     """Every facade's openings and protrusions, from the beams of the scan (paper B, sections 3.1 and 3.2)."""
     options = run.project.openings
     photos, unread = run_photos(run.project.photos, run.workspace)
+    pictured = bool(photos) and not _scans_of(run)["looks"]
+    key = partial(_pictured_key, run) if pictured else run.item_key
     tasks = [
-        OpeningsTask(run.workspace.out, record, run.item_key(record["id"]), run.redo, options, photos)
+        OpeningsTask(run.workspace.out, record, key(record["id"]), run.redo, options, photos, pictured)
         for record in run.workspace.building_records()
     ]
     results = run.map("openings", openings_task, tasks)
@@ -230,10 +234,21 @@ def _read(run: Run) -> list[tuple[int, Scan]]:
 
 
 def _world(run: Run) -> WorldRef:
+    return world_from_record(_scans_of(run)["world"])
+
+
+def _scans_of(run: Run) -> Result:
+    """What the first stage told."""
     marker = run.workspace.done("scans")
     if marker is None:
         raise InputError(f"{run.workspace.out}: no scan was read yet; run `frontage run` first")
-    return world_from_record(marker["result"]["world"])
+    return dict(marker["result"])
+
+
+def _pictured_key(run: Run, item: str) -> str:
+    """The key of a task that follows from its building's ortho-images, too."""
+    made = run.workspace.done("ortho", item)
+    return fingerprint(run.item_key(item), made["key"] if made else None)
 
 
 def _photos(run: Run, world: WorldRef) -> PhotoSet:
