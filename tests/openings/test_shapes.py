@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from frontage.geometry.ring import ring_area, ring_contains
-from frontage.openings.shapes import Fan, find_circle, find_head, ring_of, strays
+from frontage.openings.circles import find_circle
+from frontage.openings.shapes import Fan, Head, find_head, outward, ring_of, strays
 
 BOX = (1.0, 2.0, 2.2, 4.0)
 HEADS = [
@@ -75,6 +76,27 @@ def test_an_arch_over_a_square_is_no_circle():
     fan = fan_about(arch)
     assert strays(fan, arch) < strays(fan, circle)
     assert find_head(fan, box, 0.002).shape == "round"
+
+
+@pytest.mark.parametrize(("shape", "rise"), [*HEADS, ("circle", 0.0)])
+def test_borders_look_outwards_at_right_angles(shape, rise):
+    box = (1.0, 2.0, 2.2, 3.2) if shape == "circle" else BOX
+    ring = ring_of(shape, box, rise)[0]
+    ends = np.roll(ring, -1, axis=0)
+    along = (ends - ring) / np.linalg.norm(ends - ring, axis=1, keepdims=True)
+    middle = (ring + ends) / 2
+    # what is below the springing looks sideways; a straight head is looked at from the opening's middle
+    some = np.abs(along[:, 1]) > 1e-6 if shape == "rectangle" else middle[:, 1] > box[1] + 0.01
+    looks = outward(shape, rise, box, middle[some].T).T
+    looks = looks / np.linalg.norm(looks, axis=1, keepdims=True)
+    normals = np.column_stack([along[:, 1], -along[:, 0]])[some]
+    assert ((looks * normals).sum(1) > (0.5 if shape == "rectangle" else 0.99)).all()
+
+
+def test_a_known_head_is_looked_for_at_any_rise():
+    ring = ring_of("triangular", BOX, 0.9)[0]
+    head = find_head(fan_about(ring), BOX, 0.002, Head("triangular", 4.0, 0.5, 0.0))
+    assert abs(head.top - 4.0) < 0.012 and abs(head.rise - 0.9) < 0.04
 
 
 @pytest.mark.parametrize(("shape", "rise"), [*HEADS, ("circle", 0.0)])

@@ -4,10 +4,11 @@ import numpy as np
 
 from frontage.geometry.arrays import Float
 from frontage.openings.borders import CLOSE, WIDTHS, Border, Place, find_borders
+from frontage.openings.circles import Circle, find_circle
 from frontage.openings.depth import AROUND, find_depth, find_wall
 from frontage.openings.edges import FEW, Face, Look, footprint
 from frontage.openings.outline import Outline
-from frontage.openings.shapes import Circle, Head, fan_of, find_circle, find_head, ring_of, strays
+from frontage.openings.shapes import Head, fan_of, find_head, ring_of, strays
 from frontage.openings.sight import Sight
 
 _CIRCLE = 10.0  # nats that a circle must gain over a square
@@ -117,7 +118,8 @@ def _shape(
     if known is not None and known.shape == "rectangle":
         return "rectangle", place, 0.0, None
     x0, z0, x1, z1 = place
-    fan = fan_of(near, place, borders[3].edge.face.y, frame, _density(near, place))
+    told = ("rectangle", 0.0) if known is None else (known.shape, known.rise)
+    fan = fan_of(near, place, borders[3].edge.face.y, frame, _density(near, place), told)
     found = find_circle(fan, place, blur)
     if known is not None and known.shape == "circle":
         return ("circle", place, 0.0, None) if found is None else _circle(found)

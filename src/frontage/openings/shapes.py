@@ -1,6 +1,5 @@
-"""Which head an opening has: flat, segmental, round, pointed or triangular, or whether it is a circle."""
+"""Which head an opening has: flat, segmental, round, pointed or triangular; rings of all shapes."""
 
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -17,9 +16,6 @@ _SLOPES = np.linspace(0.1, 1.0, 19)  # rises of triangular heads, as a share of 
 _EDGE = 0.01  # m beside the sides where beams tell of them, not of the head
 _MARGIN = 0.3  # m above the head that is looked at
 _ARC = 24  # pieces of a head: chord error 3 mm on a half circle of 2 m
-_ROUND = (0.8, 1.25)  # height over width of what may be a circle
-_STEPS = (0.02, 0.005, 0.001)  # m that the centre of a circle is moved by
-_MOVE = 1e-6  # nats that a move must gain
 _MOST = 6000  # beams of a head: more tell nothing new
 _SQRT3 = float(np.sqrt(3.0))
 
@@ -54,18 +50,25 @@ class Head:
     covariance: tuple[float, float, float] = (0.0, 0.0, 0.0)
 
 
-def fan_of(near: Sight, place: Place, face: float, frame: float | None, density: float) -> Fan:
+def fan_of(
+    near: Sight,
+    place: Place,
+    face: float,
+    frame: float | None,
+    density: float,
+    head: tuple[str, float] = ("rectangle", 0.0),
+) -> Fan:
     """The beams about an opening as its curved borders see them.
 
     place, face, frame  x0, z0, x1, z1 m; depth of the solid face beside the head; depth of the frame or None
     density             beams per m2 that a wall sends back there
+    head                shape and rise m, as far as known
 
-    As at straight borders (`borders.locate`): a beam that slants away from the middle ends on the reveal and
-    counts on a plane within the wall, the others on the face.
+    As at straight borders (`borders.locate`): a beam that slants outwards ends on the reveal and counts on a
+    plane within the wall, the others on the face.
     """
     x0, z0, x1, z1 = place
-    centre = np.array([(x0 + x1) / 2, max((z0 + z1) / 2, z1 - (x1 - x0) / 2)])
-    seen = ((centre[:, None] - near.place) * near.slope).sum(0) < 0
+    seen = (outward(*head, place, near.place) * near.slope).sum(0) > 0
     begin = max(face, 0.0) + near.wall
     back = max(frame - face, 2.0 * near.wall) if frame is not None else 2.0 * near.wall
     x, z = near.at(np.where(seen, begin, face))
@@ -74,6 +77,24 @@ def fan_of(near: Sight, place: Place, face: float, frame: float | None, density:
     box = (x > x0) & (x < x1) & (z > z0) & (z < z1 - 0.3 * (z1 - z0))
     through = float((box & ~solid).sum()) / max(0.7 * (x1 - x0) * (z1 - z0), 1e-6)
     return Fan(x[free], z[free], solid[free], max(density - through, 0.0))
+
+
+def outward(shape: str, rise: float, place: Place, xz: Float) -> Float:
+    """Directions (2, n), of any length, in which the border nearest to xz (2, n) m looks into the wall."""
+    x0, z0, x1, z1 = place
+    half, middle = (x1 - x0) / 2, (x0 + x1) / 2
+    side = np.where(xz[0] < middle, -1.0, 1.0)
+    if shape == "triangular":
+        found = np.stack([side * rise, np.full(len(side), half)])
+    elif shape == "pointed":
+        found = xz - np.stack([middle - side * half, np.full(len(side), z1 - _SQRT3 * half)])
+    else:
+        radius = (half**2 + rise**2) / (2.0 * rise) if shape == "segmental" else half
+        low = z1 - radius if shape in ("segmental", "round") else max((z0 + z1) / 2, z1 - radius)
+        found = xz - np.array([middle, low])[:, None]
+    if rise > 0.0:
+        found = np.where(xz[1] < z1 - rise, np.stack([side, np.zeros(len(side))]), found)
+    return found
 
 
 def below(shape: str, rise: float, half: float, u: Float) -> Float:
@@ -109,7 +130,7 @@ def find_head(fan: Fan, place: Place, blur: float, known: Head | None = None) ->
     tops = np.arange(low + 0.2 * (z1 - low), high - 0.2, 0.002)
     search = _Search(near, middle, half, low, tops, blur)
     if known is not None:
-        rise = {"round": half, "pointed": _SQRT3 * half}.get(known.shape, known.rise)
+        rise = max(_rises(known, half, high - z0), key=lambda r: search.best(known.shape, r)[0])
         return search.refined(replace(known, rise=rise, top=search.best(known.shape, rise)[1]))
     flat, top = search.best("rectangle", 0.0)
     found = Head("rectangle", top, 0.0, 0.0)
@@ -125,6 +146,14 @@ def find_head(fan: Fan, place: Place, blur: float, known: Head | None = None) ->
         if top - rise > z0 and score - flat - price > max(_GAIN, least):
             found = Head(shape, top, rise, score - flat - price)
     return found if found.shape == "rectangle" else search.refined(found)
+
+
+def _rises(known: Head, half: float, height: float) -> list[float]:
+    """Rises m that a head of known shape may have over an opening of that half width and height m."""
+    if known.shape in ("round", "pointed"):
+        return [half if known.shape == "round" else _SQRT3 * half]
+    free = 2.0 * half * (_RISES if known.shape == "segmental" else _SLOPES)
+    return [known.rise, *(float(r) for r in free if r < 0.95 * height)]
 
 
 class _Search:
@@ -181,69 +210,6 @@ class _Search:
         t, r = float(p @ tops), float(p @ rises)
         spread = (float(p @ (variances + (tops - t) ** 2)), float(p @ ((tops - t) * (rises - r))))
         return Head(head.shape, t, r, head.gain, (*spread, float(p @ (rises - r) ** 2)))
-
-
-@dataclass(frozen=True)
-class Circle:
-    """Centre (x, z) m and radius m, the radius' sigma m, and the nats it gains over the box about it."""
-
-    x: float
-    z: float
-    radius: float
-    sigma: float
-    gain: float
-
-    @property
-    def box(self) -> Place:
-        """Its bounding box x0, z0, x1, z1 m."""
-        return self.x - self.radius, self.z - self.radius, self.x + self.radius, self.z + self.radius
-
-
-def find_circle(fan: Fan, place: Place, blur: float) -> Circle | None:
-    """The likeliest circle about a box; None where the box is no square or nothing tells.
-
-    The centre is searched for: where straight borders lie on a circle depends on how slanted the beams are.
-    """
-    x0, z0, x1, z1 = place
-    wide, high = x1 - x0, z1 - z0
-    if not _ROUND[0] < high / wide < _ROUND[1]:
-        return None
-    x, z = (x0 + x1) / 2, (z0 + z1) / 2
-    some = fan.part(np.maximum(np.abs(fan.x - x) / wide, np.abs(fan.z - z) / high) < 0.75)
-    if not some.solid.any() or some.solid.all():
-        return None
-    radii = np.arange(0.4 * wide, 0.7 * wide, 0.0005)
-    middle = float(radii[len(radii) // 2])
-
-    def score(size: Float, area: Float) -> Float:
-        u = middle - size
-        told = side_scores(u[some.solid], u[~some.solid], middle - radii[::-1], blur)[::-1]
-        return np.asarray(told + some.missing * area)
-
-    def rings(x: float, z: float) -> Float:
-        return score(np.hypot(some.x - x, some.z - z), np.pi * radii**2)
-
-    square = score(np.maximum(np.abs(some.x - x), np.abs(some.z - z) * wide / high), 4.0 * radii**2)
-    x, z, best = _climbed(rings, x, z)
-    p = np.exp(best - best.max())
-    p /= p.sum()
-    mean = float(p @ radii)
-    sigma = float(np.sqrt(p @ (radii - mean) ** 2))
-    return Circle(x, z, mean, sigma, float(best.max() - square.max()))
-
-
-def _climbed(score: Callable[[float, float], Float], x: float, z: float) -> tuple[float, float, Float]:
-    """The place (x, z) m near a first one from which no step leads higher, and its scores (k,)."""
-    best = score(x, z)
-    for step in _STEPS:
-        moved = True
-        while moved:
-            moved = False
-            for dx, dz in ((0.0, step), (0.0, -step), (step, 0.0), (-step, 0.0)):
-                trial = score(x + dx, z + dz)
-                if trial.max() > best.max() + _MOVE:
-                    x, z, best, moved = x + dx, z + dz, trial, True
-    return x, z, best
 
 
 def ring_of(shape: str, place: Place, rise: float) -> tuple[Float, Float]:
