@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from frontage.model.opening import Elements
+from frontage.model.scan import Scan
 from frontage.openings.find import find_openings
 from fronts import box_of, scan_wall
 
@@ -43,3 +44,15 @@ def test_a_shallow_door_on_the_ground_is_no_panel(rays):
     door = (3.0, 0.1, 4.1, 2.3)
     found = boxes_in(*scan_wall([door], depth=0.06, rays=rays))
     assert len(found) == 1 and np.abs(found[0] - door).max() < 0.03
+
+
+def test_wall_in_sight_above_and_below_ledges_frames_a_window():
+    window = (2.0, 2.0, 3.4, 3.4)
+    facade, scan = scan_wall([window], returned=0.2, rays=False)
+    x, z = np.meshgrid(np.arange(1.5, 4.0, 0.02), np.arange(0.0, 0.06, 0.02))
+    ledges = [np.column_stack([x.ravel(), np.full(x.size, -0.6), z.ravel() + at]) for at in (1.75, 3.65)]
+    xyz = np.concatenate([scan.xyz, *ledges])
+    some = np.arange(len(xyz))
+    with_ledges = replace(facade, support=some, inliers=some), Scan("wall", xyz, scan.world)
+    found = boxes_in(*with_ledges)
+    assert len(found) == 1 and np.abs(found[0] - window).max() < 0.03

@@ -65,8 +65,9 @@ class Framing:
         return np.asarray(s[r1, c1] - s[r0, c1] - s[r1, c0] + s[r0, c0])
 
     def _walled(self, sums: Float) -> Bool:
-        """Whether the wall shows: enough of the expected beams ended on it."""
-        return np.asarray((sums[:, 1] >= _FEWEST) & (sums[:, 0] >= _WALL * sums[:, 1]))
+        """Whether the wall shows: enough of the expected beams ended on it, or enough where none was."""
+        enough = np.maximum(sums[:, 0], sums[:, 1]) >= _FEWEST
+        return np.asarray(enough & (sums[:, 0] >= _WALL * sums[:, 1]))
 
     def _hidden(self, sums: Float) -> Bool:
         """Whether something before the wall is known to hide it."""
