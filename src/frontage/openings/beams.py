@@ -45,6 +45,11 @@ class Raster:
             inside = (c >= 0) & (r >= 0) & (c < self.shape[1]) & (r < self.shape[0])
             return np.where(inside, r * self.shape[1] + c, -1.0).astype(np.int64)
 
+    def middles(self, which: Bool) -> Float:
+        """Middles (n, 2) x, z m of those of the cells (h, w), row by row."""
+        rows, columns = np.nonzero(which)
+        return np.column_stack([columns + 0.5, rows + 0.5]) * self.cell + self.corner
+
     def count(self, x: Float, z: Float, weight: Float | None = None) -> Float:
         """How many of the places (n,) lie in each cell, or the sum of their weights (n,)."""
         at = self.flat(x, z)

@@ -9,10 +9,11 @@ from scipy import ndimage
 from frontage.geometry.arrays import Bool, Float, freeze
 from frontage.model.facade import Facade
 from frontage.openings.beams import Beams, Raster
+from frontage.openings.due import beams_due, blurred
 
 _FINEST = 0.02  # m, least side of a cell
+_COARSEST = 0.115  # m: half a brick, the least pier
 _PER_CELL = 2.0  # spacings a cell is wide: four beams on average
-_AROUND = 0.5  # m, one sigma of the surroundings that tell how many beams to expect
 _HIT = np.log(0.97 / 0.12)  # nats: bars and frames level with the wall return 12 % of a window's beams
 _LOST = 0.85  # nats per expected beam that did not come: 0.97 - 0.12 of the Poisson means
 _MOST_LOST = 1.0  # nats a cell: no more, for shadows leave cells empty as well
@@ -25,9 +26,6 @@ _ENOUGH = 10.0  # beams that a decision needs: it is wrong once in a thousand th
 _BLUR = 0.1  # m, one sigma to tell empty areas
 _EMPTY = 0.1  # share of the expected beams below which an area is empty
 _LARGE = 4.0  # m: openings without any return are smaller
-_CUT = 0.05  # share of the wall around, below which nothing is expected
-_FEW = 2.0  # beams a cell must hold for its neighbours to be told from
-_COARSEST = 0.2  # m: larger cells are cut by openings
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,10 +62,10 @@ def weigh(facade: Facade, beams: Beams) -> Evidence:
     Cells that a fitting or an occluder hides expect nothing. A beam through counts wherever it is known to be
     one; a mere point behind the wall only where the wall itself is missing (rooms are scanned too).
     """
-    raster = Raster.over(facade, max(_PER_CELL * facade.spacing, _FINEST))
+    raster = Raster.over(facade, min(max(_PER_CELL * facade.spacing, _FINEST), _COARSEST))
     solid, open_ = raster.count(*beams.solid.T), raster.count(*beams.open.T)
     inside = _inside(facade, raster)
-    due = _expected(solid, raster.cell)
+    due = beams_due(beams.solid, raster)
     expected = due * _unhidden(beams, raster, solid + open_)
     expected = np.where(_unwatched(solid + open_, expected, inside, raster.cell), 0.0, expected)
     through = (_THROUGH if beams.rays else _BEHIND) * open_
@@ -94,62 +92,6 @@ def _inside(facade: Facade, raster: Raster) -> Bool:
     return np.asarray(shapely.contains_xy(polygon, gx.ravel(), gz.ravel())).reshape(h, w)
 
 
-def _expected(solid: Float, cell: float) -> Float:
-    """Beams (h, w) that a piece of wall would catch, from around; 0 where the wall is too far.
-
-    Where the cells hold too few, larger ones tell: four times as many until they hold two on average, for
-    density varies with distance and incidence. Wide openings are told from further around.
-    """
-    out, left = np.zeros(solid.shape), np.ones(solid.shape, np.bool_)
-    steps = [1]
-    while steps[-1] * 2 * cell <= _COARSEST:
-        steps.append(steps[-1] * 2)
-    for step, around in [*((s, _AROUND) for s in steps), (steps[-1], 2.0 * _AROUND)]:
-        mean, cover = _mean_hits(_blocks(solid, step), around / (step * cell))
-        good = (cover > _CUT) & ((mean >= _FEW) | (step == steps[-1]))
-        found = _spread(np.where(good, mean / step**2, -1.0), step, solid.shape)
-        out = np.where(left & (found >= 0.0), found, out)
-        left &= found < 0.0
-    return out
-
-
-def _mean_hits(hits: Float, wide: float) -> tuple[Float, Float]:
-    """Poisson mean of the cells (h, w) that are wall, and the share of the cells around that are.
-
-    The mean of cells with a hit is lam / (1 - exp(-lam)): inverted.
-    """
-    held, total = (_blurred(m, wide) for m in ((hits > 0).astype(np.float64), hits))
-    mean = total / np.maximum(held, 1e-9)
-    lam = np.geomspace(1e-3, 1e4, 400)
-    found = np.interp(mean, lam / -np.expm1(-lam), lam)
-    return found, held / -np.expm1(-found)
-
-
-def _blurred(values: Float, wide: float) -> Float:
-    """Gaussian blur of `wide` cells; of blocks of a quarter of that."""
-    step = max(int(wide / 4), 1)
-    small = _blocks(values, step) / step**2
-    return _spread(
-        ndimage.gaussian_filter(small, wide / step, mode="constant", truncate=3.0), step, values.shape
-    )
-
-
-def _blocks(values: Float, step: int) -> Float:
-    """Sums over blocks of step x step cells."""
-    if step == 1:
-        return values
-    h, w = values.shape
-    padded = np.pad(values, ((0, -h % step), (0, -w % step)))
-    return np.asarray(padded.reshape(-(-h // step), step, -(-w // step), step).sum((1, 3)))
-
-
-def _spread(values: Float, step: int, shape: tuple[int, ...]) -> Float:
-    """The value of every cell's block."""
-    if step == 1:
-        return values
-    return np.repeat(np.repeat(values, step, 0), step, 1)[: shape[0], : shape[1]]
-
-
 def _unwatched(seen: Float, expected: Float, inside: Bool, cell: float) -> Bool:
     """Cells (h, w) beyond the end of what was scanned: empty areas too large for an opening."""
     out = np.zeros(seen.shape, np.bool_)
@@ -166,7 +108,7 @@ def enough(values: Float, due: Float, finest: float) -> Float:
     for wide in finest * 2.0 ** np.arange(_SCALES):
         near = left & (4.0 * np.pi * wide**2 * due >= _ENOUGH) if wide < finest * 2 ** (_SCALES - 1) else left
         if near.any():
-            come, asked = (_blurred(m, wide) for m in (values, due))
+            come, asked = (blurred(m, wide) for m in (values, due))
             out = np.where(near, come / np.maximum(asked, 1e-9), out)
         left &= ~near
     return out

@@ -1,0 +1,48 @@
+"""Density of beams where they are sparse, from the triangles between neighbouring ones."""
+
+import numpy as np
+from scipy.spatial import Delaunay, QhullError, cKDTree
+
+from frontage.geometry.arrays import Float, Int
+
+_NEIGHBOURS = 16  # points that tell the density of a place: more than border one opening's side
+_FEWEST = 4  # points that have triangles
+
+
+def density(points: Float, places: Float, reach: float) -> Float:
+    """Points per m2 (m,) of a wall at places (m, 2), from its points (n, 2) no more than `reach` m away.
+
+    0 where there are none.
+
+    Between the points of a lattice, however narrow, all Delaunay triangles have half a point's area; those
+    across openings are larger, but few: the median of the triangles about a point, then of the points around,
+    is the wall's. Of points at random it is the density times 1.4.
+    """
+    if len(points) < _FEWEST:
+        return np.zeros(len(places))
+    try:
+        triangles = Delaunay(points).simplices.astype(np.int64)
+    except QhullError:  # all on one line
+        return np.zeros(len(places))
+    own = np.append(_median_about(triangles, _areas(points, triangles), len(points)), np.nan)
+    near = cKDTree(points).query(places, min(_NEIGHBOURS, len(points)), distance_upper_bound=reach)[1]
+    around = own[near]  # NaN: none so near
+    around[np.isnan(around).all(1), 0] = np.inf
+    return np.asarray(0.5 / np.nanmedian(around, axis=1))
+
+
+def _areas(points: Float, triangles: Int) -> Float:
+    """Areas (t,) m2 of triangles (t, 3) of points (n, 2) m."""
+    a, b, c = (points[triangles[:, k]] for k in range(3))
+    u, v = b - a, c - a
+    return np.asarray(np.abs(u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0]) / 2)
+
+
+def _median_about(triangles: Int, areas: Float, number: int) -> Float:
+    """Lower median (number,) of the areas of the triangles about each point; NaN without (doubles)."""
+    corner, area = triangles.ravel(), np.repeat(areas, 3)
+    order = np.lexsort((area, corner))
+    first = np.searchsorted(corner[order], np.arange(number))
+    held = np.diff(np.append(first, len(order)))
+    middle = np.append(area[order], np.nan)[first + np.maximum(held - 1, 0) // 2]
+    return np.where(held > 0, middle, np.nan)
