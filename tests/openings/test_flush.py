@@ -77,13 +77,14 @@ def test_a_whole_column_of_closed_shutters_is_found_along_the_rows():
         assert np.abs(boxes - box).max(1).min() < 0.025
 
 
-def test_relief_alone_tells_a_shutter_a_centimetre_behind_the_wall(wall):
+@pytest.mark.parametrize("depth", [-0.02, 0.01, 0.03, 0.06])
+def test_relief_alone_tells_a_shutter_before_or_behind_the_wall(wall, depth):
     facade, scan = wall
-    xyz = scan.xyz.copy()
-    xyz[within(scan, GRID[SHUT]), 1] += 0.01
+    xyz, leaf = scan.xyz.copy(), within(scan, GRID[SHUT])
+    xyz[leaf] += (xyz[leaf] - EYE) * (depth / 8.0)
     (found,) = shutters(facade, replace(scan, xyz=xyz))
     assert np.abs(box_of(found) - GRID[SHUT]).max() < 0.03
-    assert found.depth is not None and found.depth.value == pytest.approx(0.01, abs=0.003)
+    assert found.depth is not None and found.depth.value == pytest.approx(depth, abs=0.005)
 
 
 def test_a_closed_shutter_under_an_arch_has_the_arch_of_its_like():
@@ -147,7 +148,7 @@ def test_a_panel_where_no_opening_is_expected_is_left_alone(wall):
 
 def intensity_of(facade, scan, look):
     seen = replace(scan, intensity=(brightness(scan) * look(scan)).astype(np.float32))
-    surface = surface_of(facade, seen, sort_beams(facade, seen), 0.05)
+    surface = surface_of(facade, seen, sort_beams(facade, seen), (0.05, 0.05))
     return scan_channels(surface, facade, seen)[1]
 
 

@@ -34,7 +34,7 @@ _LARGEST = 2.5  # nats, largest step that is tried
 _TAILS = 4.0  # degrees of freedom of the wall's own steps: courses, repairs and stains have heavy tails
 _TELLS = 5.0  # nats at which a channel tells of borders, too
 _BESIDE = 0.06  # m: clear places nearer to one another are one opening's
-_REACH = 0.05  # m: what lies deeper is no flush opening
+_REACH = (0.05, 0.08)  # m before the wall and behind it: what lies deeper is found as any opening is
 
 
 @dataclass(frozen=True, eq=False)

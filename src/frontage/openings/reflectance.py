@@ -58,10 +58,11 @@ def within(xz: Float, place: Place) -> Bool:
     return np.asarray((x > place[0]) & (x < place[2]) & (z > place[1]) & (z < place[3]))
 
 
-def surface_of(facade: Facade, scan: Scan, beams: Beams, reach: float) -> Surface:
-    """The points within `reach` m of the wall."""
+def surface_of(facade: Facade, scan: Scan, beams: Beams, reach: tuple[float, float]) -> Surface:
+    """The points within `reach` m before and behind the wall."""
     xyz = facade.frame.inverse.apply(scan.xyz[facade.support])
-    near = np.abs(xyz[:, 1] - beams.depth_at(xyz[:, 0], xyz[:, 2])) < max(reach, beams.least)
+    depth = xyz[:, 1] - beams.depth_at(xyz[:, 0], xyz[:, 2])
+    near = (depth > -max(reach[0], beams.least)) & (depth < max(reach[1], beams.least))
     return Surface(xyz[near][:, [0, 2]], xyz[near, 1], facade.support[near])
 
 
