@@ -36,11 +36,14 @@ class Case:
     occluded: bool
 
 
-def case_of(number: int) -> Case:
-    """The case of a number: 1, 2, 4 cm; one to three stations; every third pair behind things."""
-    spacing = (0.02, 0.04, 0.01, 0.02, 0.04)[number % 5]
-    stations = 1 + (number // 5) % 2 if spacing == 0.01 else (2, 1, 1, 3, 2)[number % 5]
-    return Case(number, spacing, stations, (number // 2) % 3 == 1)
+def case_of(number: int, spacing: float | None = None) -> Case:
+    """The case of a number: 1, 2, 4 cm; one to three stations; every third pair behind things.
+
+    `spacing` m replaces its spacing; house, stations and things stay the same.
+    """
+    own = (0.02, 0.04, 0.01, 0.02, 0.04)[number % 5]
+    stations = 1 + (number // 5) % 2 if own == 0.01 else (2, 1, 1, 3, 2)[number % 5]
+    return Case(number, spacing or own, stations, (number // 2) % 3 == 1)
 
 
 def scanned(case: Case) -> tuple[Scan, Scene, Truth, Any]:
