@@ -12,7 +12,8 @@ from frontage.simulate.visibility import Eye, Shares, visibility
 
 
 def opening(name: str, x: float) -> OpeningPlan:
-    return OpeningPlan(name, "window", "rectangle", rectangle(x, 1.0, x + 1.0, 2.0), 0.0, 0.15, 0.2, 0.07)
+    ring = rectangle(x, 1.0, x + 1.0, 2.0)
+    return OpeningPlan(name, "window", "rectangle", ring, 0.0, 0.15, (), "none", True, 0.2, 0.07)
 
 
 def quad(x0: float, x1: float, y: float, z0: float, z1: float) -> np.ndarray:

@@ -13,36 +13,16 @@ from frontage.errors import InputError
 from frontage.geometry.arrays import Float, freeze
 from frontage.geometry.rigid import Rigid3
 from frontage.model import WorldRef
+from frontage.model.built import BuiltOpening, TrueBar
 
 SCHEMA = 1
 
 
-@dataclass(frozen=True)
-class TrueBar:
-    """A window bar: axis "vertical" (position x) or "horizontal" (position z), extent along it; m."""
-
-    axis: str
-    position: float
-    extent: tuple[float, float]
-
-
 @dataclass(frozen=True, eq=False)
-class TrueOpening:
-    """An opening: ring (k, 2) m (x, z) of the hole; depth m, wall to frame; visible = share per sensor."""
+class TrueOpening(BuiltOpening):
+    """An opening of the truth; visible = share of it that each sensor sees."""
 
-    id: str
-    kind: str
-    shape: str
-    ring: Float
-    wall_y: float
-    depth: float
-    bars: tuple[TrueBar, ...]
-    shutters: str
-    glazed: bool
     visible: Mapping[str, float]
-
-    def __post_init__(self) -> None:
-        freeze(self, ring=((None, 2), np.float64))
 
 
 @dataclass(frozen=True, eq=False)
@@ -178,7 +158,7 @@ def _protrusion(p: Mapping[str, Any]) -> TrueProtrusion:
 
 def _opening(o: Mapping[str, Any]) -> TrueOpening:
     bars = [
-        TrueBar(axis, b["position"], (b["extent"][0], b["extent"][1]))
+        TrueBar(axis, b["position"], (b["extent"][0], b["extent"][1]), b["width"])
         for axis in ("vertical", "horizontal")
         for b in o["bars"][axis]
     ]

@@ -67,7 +67,7 @@ def _plan(id: str, found: FoundOpening, reveal: float, frame: float, layout: Bar
     bars = plan_bars(found.ring, frame, layout) if glazed else ()
     glass = depth + GLASS_BEHIND if found.glass is None else found.glass
     return OpeningPlan(
-        id, kind, _shape(found.ring), found.ring, 0.0, depth, glass, frame, bars, glazed=glazed
+        id, kind, _shape(found.ring), found.ring, 0.0, depth, bars, "none", glazed, glass, frame
     )  # fmt: skip
 
 

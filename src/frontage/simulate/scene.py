@@ -13,6 +13,7 @@ import numpy as np
 from frontage.geometry.arrays import Array, Float, Int, freeze
 from frontage.geometry.rigid import Rigid3
 from frontage.model import WorldRef
+from frontage.model.built import BuiltOpening
 
 
 class Part(IntEnum):
@@ -112,46 +113,14 @@ class Mesh:
         return np.asarray(n / np.where(length > 0, length, 1.0))
 
 
-@dataclass(frozen=True)
-class BarPlan:
-    """A window bar: axis "vertical" (position x) or "horizontal" (position z), extent along it, width; m."""
-
-    axis: str
-    position: float
-    extent: tuple[float, float]
-    width: float
-
-
 @dataclass(frozen=True, eq=False)
-class OpeningPlan:
-    """An opening as built: the hole in the wall (reveal edge), in the facade frame.
+class OpeningPlan(BuiltOpening):
+    """An opening to be drawn: glass_depth m, wall to the pane; width of the frame m; its storey and place."""
 
-    id            "B02/F1/W3-2"
-    kind          "window", "door", "shopfront", "passage", "garage", "basement"
-    shape         "rectangle", "segmental", "round", "pointed", "triangular", "circle"
-    ring          (k, 2) m (x, z), counter-clockwise as seen from the street, chord error of arcs < 1 mm
-    wall_y        m, y of the wall it is cut into (0 = main plane, negative = an oriel's front)
-    depth         m, wall to the front of the frame or leaf; glass_depth to the pane
-    bars          between the frame's sides
-    shutters      "none", "open" (beside the hole) or "closed" (the hole is flush)
-    """
-
-    id: str
-    kind: str
-    shape: str
-    ring: Float
-    wall_y: float
-    depth: float
     glass_depth: float
     frame_width: float
-    bars: tuple[BarPlan, ...] = ()
-    shutters: str = "none"
-    glazed: bool = True
     floor: int = 0
     bay: int = 0
-
-    def __post_init__(self) -> None:
-        freeze(self, ring=((None, 2), np.float64))
 
 
 @dataclass(frozen=True, eq=False)

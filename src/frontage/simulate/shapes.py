@@ -7,8 +7,8 @@ import shapely
 
 from frontage.geometry.arrays import Float
 from frontage.geometry.ring import rectangle
+from frontage.model.built import TrueBar
 from frontage.simulate.meshing import inset
-from frontage.simulate.scene import BarPlan
 
 CHORD_ERROR = 0.0008  # m, how far a chord may leave its arc
 SHAPES = ("rectangle", "segmental", "round", "pointed", "triangular", "circle")
@@ -82,7 +82,7 @@ class BarLayout:
     thin: float = 0.03
 
 
-def plan_bars(ring: Float, frame_width: float, layout: BarLayout) -> tuple[BarPlan, ...]:
+def plan_bars(ring: Float, frame_width: float, layout: BarLayout) -> tuple[TrueBar, ...]:
     """Bars of an opening; extents end at the frame (at the bar's axis, under an arch)."""
     light = inset(ring, frame_width)
     (x0, z0), (x1, z1) = light.min(0), light.max(0)
@@ -95,11 +95,11 @@ def plan_bars(ring: Float, frame_width: float, layout: BarLayout) -> tuple[BarPl
     bars = []
     for k, x in enumerate(uprights):
         low, high = _chord(area, [(x, z0 - 1), (x, top)], 1)
-        bars.append(BarPlan("vertical", x, (low, high), _width(layout, k, layout.vertical)))
+        bars.append(TrueBar("vertical", x, (low, high), _width(layout, k, layout.vertical)))
     for k, z in enumerate(transoms):
         low, high = _chord(area, [(x0 - 1, z), (x1 + 1, z)], 0)
         bars.append(
-            BarPlan("horizontal", z, (low, high), layout.main if k == 0 and top < z1 else layout.thin)
+            TrueBar("horizontal", z, (low, high), layout.main if k == 0 and top < z1 else layout.thin)
         )
     return tuple(bars)
 

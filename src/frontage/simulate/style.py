@@ -40,8 +40,8 @@ class WindowType:
         bars = plan_bars(ring, self.frame, self.bars) if self.glazed else ()
         glass = self.depth + GLASS_BEHIND
         return OpeningPlan(
-            id, self.kind, self.shape, ring, wall_y, self.depth, glass, self.frame, bars, shutters,
-            self.glazed, floor, bay,
+            id, self.kind, self.shape, ring, wall_y, self.depth, bars, shutters, self.glazed,
+            glass, self.frame, floor, bay,
         )  # fmt: skip
 
 
