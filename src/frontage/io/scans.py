@@ -142,13 +142,16 @@ def cropped(scan: Scan, bounds: tuple[float, ...]) -> Scan:
 
 
 def thinned(scan: Scan, resolution: float) -> Scan:
-    """The first point of every cube of `resolution` m."""
+    """The first point of every cube of `resolution` m.
+
+    Beams without return are dropped: they would no longer compare with the others.
+    """
     cell = np.floor((scan.xyz - scan.xyz.min(0)) / resolution).astype(np.int64)
     size = cell.max(0) + 1
     _, first = np.unique((cell[:, 0] * size[1] + cell[:, 1]) * size[2] + cell[:, 2], return_index=True)
     keep = np.zeros(len(scan), bool)
     keep[first] = True
-    return _kept(scan, keep)
+    return replace(_kept(scan, keep), no_returns=())
 
 
 def _kept(scan: Scan, keep: Any) -> Scan:

@@ -7,9 +7,10 @@ from typing import Any
 import numpy as np
 
 from frontage.errors import FileError
+from frontage.geometry.arrays import Array
 from frontage.geometry.rigid import Rigid3
 from frontage.io.files import reading, require_file, whole_file
-from frontage.model import Estimate, Grid, Provenance, Scan, WorldRef
+from frontage.model import Estimate, Grid, NoReturns, Provenance, Scan, WorldRef
 
 _ARRAYS = ("xyz", "origins", "origin_index", "intensity", "rgb", "time", "return_number", "return_count")
 
@@ -19,7 +20,11 @@ def save_scan(path: str | Path, scan: Scan) -> Path:
     arrays = {n: getattr(scan, n) for n in _ARRAYS if getattr(scan, n) is not None}
     if scan.grid is not None:
         arrays["grid"] = scan.grid.index
+    for k, lost in enumerate(scan.no_returns):  # a bit per beam
+        arrays |= {f"lost{k}_axes": lost.axes, f"lost{k}_azimuth": lost.azimuth}
+        arrays |= {f"lost{k}_elevation": lost.elevation, f"lost{k}_mask": np.packbits(lost.lost)}
     meta: dict[str, Any] = {
+        "no_returns": [{"origin": lost.origin, "ground": lost.ground} for lost in scan.no_returns],
         "name": scan.name,
         "crs": scan.world.crs,
         "sigma_range": scan.sigma_range,
@@ -57,7 +62,18 @@ def load_scan(path: str | Path) -> Scan:
             world=WorldRef(a["origin"], meta["crs"]),
             sigma_range=meta["sigma_range"],
             grid=Grid(a["grid"]) if "grid" in a else None,
+            no_returns=tuple(_lost(a, k, **told) for k, told in enumerate(meta.get("no_returns", ()))),
             local_from_scanner=pose,
             notes=tuple(meta["notes"]),
             **{n: a[n] for n in _ARRAYS if n in a},
         )
+
+
+def _lost(a: dict[str, Array], number: int, origin: int, ground: float) -> NoReturns:
+    """The beams without return of one station."""
+    axes, azimuth, elevation, bits = (
+        a[f"lost{number}_{name}"] for name in ("axes", "azimuth", "elevation", "mask")
+    )
+    shape = len(elevation), len(azimuth)
+    mask = np.unpackbits(bits, count=shape[0] * shape[1]).reshape(shape)
+    return NoReturns(origin, axes, azimuth, elevation, mask.view(np.bool_), ground)

@@ -7,6 +7,7 @@ from frontage.model.building import Building, Footprint, Surface
 from frontage.model.citymodel import CityBuilding, CityModel, Shell
 from frontage.model.estimate import Estimate, Failed, Provenance
 from frontage.model.facade import Facade, Layer
+from frontage.model.noreturns import NoReturns
 from frontage.model.opening import DOORS, Bar, Elements, Opening, Protrusion
 from frontage.model.ortho import OrthoImage, PhotoOffset
 from frontage.model.photo import Camera, Photo
@@ -32,6 +33,7 @@ __all__ = [
     "Footprint",
     "Grid",
     "Layer",
+    "NoReturns",
     "Opening",
     "OrthoImage",
     "Photo",

@@ -9,6 +9,7 @@ import numpy as np
 from frontage.geometry.arrays import Array, Float, Int, freeze
 from frontage.geometry.rigid import Rigid3
 from frontage.model.estimate import Estimate
+from frontage.model.noreturns import NoReturns, no_returns
 from frontage.model.world import WorldRef
 
 _PER_POINT = {
@@ -41,6 +42,7 @@ class Scan:
     intensity     (n,) float32, 0..1, or None; rgb (n, 3) uint8 or None; time (n,) float64 s or None
     return_number, return_count  (n,) uint8 or None
     grid          raster of a structured scan, or None (merged and cropped clouds have none)
+    no_returns    what the rasters of merged and cropped clouds did not bring back
     sigma_range   m, one sigma of a range, when known
     local_from_scanner  pose of the instrument, when the scan has exactly one
     notes         what reading found worth saying (dropped points, assumed CRS, ...), one sentence each
@@ -57,6 +59,7 @@ class Scan:
     return_number: Array | None = None
     return_count: Array | None = None
     grid: Grid | None = None
+    no_returns: tuple[NoReturns, ...] = ()
     sigma_range: float | None = None
     local_from_scanner: Estimate[Rigid3] | None = None
     notes: tuple[str, ...] = ()
@@ -81,13 +84,20 @@ class Scan:
         return bool(np.any(self.origin_index >= 0))
 
     def take(self, index: Array) -> "Scan":
-        """The points at `index` (k,) int, or where it is True (n,), without their raster."""
+        """The points at `index` (k,) int, or where it is True (n,), and `lost_beams` in place of a raster."""
         rows = {
             name: value[index]
             for name in ("xyz", "origin_index", "rgb", *_PER_POINT)
             if (value := getattr(self, name)) is not None
         }
-        return replace(self, grid=None, **rows)
+        return replace(self, grid=None, no_returns=self.lost_beams(), **rows)
+
+    def lost_beams(self) -> tuple[NoReturns, ...]:
+        """The beams without return, of its own raster or of those it was merged from."""
+        if self.grid is None or len(self.origins) != 1:
+            return self.no_returns
+        found = no_returns(self.xyz, self.origins[0], self.grid.index)
+        return () if found is None else (found,)
 
     def sensor_of(self, index: Array) -> Float:
         """Sensor positions (k, 3) m local of the points at `index`; NaN where unknown."""
@@ -98,11 +108,13 @@ class Scan:
 def merge_scans(scans: Sequence[Scan], name: str = "merged") -> Scan:
     """One cloud from several that share one `WorldRef`; attributes that not all have are dropped, rays kept.
 
+    Of rasters only their beams without return stay.
+
     Raises ValueError when the world references differ.
     """
     first = scans[0]
     if len(scans) == 1:
-        return first
+        return replace(first, grid=None, no_returns=first.lost_beams())
     if any((s.world.origin != first.world.origin).any() or s.world.crs != first.world.crs for s in scans):
         raise ValueError("scans to merge must share one world reference")
     start = np.cumsum([0, *(len(s.origins) for s in scans)])
@@ -121,6 +133,11 @@ def merge_scans(scans: Sequence[Scan], name: str = "merged") -> Scan:
         first.world,
         np.concatenate([s.origins for s in scans]),
         np.concatenate(index),
+        no_returns=tuple(
+            replace(lost, origin=lost.origin + int(o))
+            for s, o in zip(scans, start, strict=False)
+            for lost in s.lost_beams()
+        ),
         sigma_range=max(sigmas) if sigmas else None,
         notes=tuple(dict.fromkeys(n for s in scans for n in s.notes)),
         **rows,

@@ -1,6 +1,7 @@
 """Working clouds: what one building's task needs of the whole street, and no more."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 from scipy.ndimage import distance_transform_edt
@@ -11,6 +12,7 @@ from frontage.model import Scan
 REACH = 15.0  # m; across a street: what can hide a facade, and the ground it stands on
 _CELL = 1.0  # m; plan cells for finding neighbours
 _MANY = 1_000_000  # surrounding points above which they are thinned
+_SOME = 10_000  # points of a building that tell where it is seen
 _VOXEL = 0.05  # m; finer than a lamp post or a branch, which is what surroundings are for
 
 
@@ -74,7 +76,8 @@ class Neighbourhoods:
 def working_cloud(scan: Scan, neighbourhoods: Neighbourhoods, index: Int) -> tuple[Scan, Int]:
     """One building's points and its surroundings within `REACH`, and which of them are its own (ascending).
 
-    The building keeps every point; surroundings of more than a million points are thinned to 5 cm.
+    The building keeps every point; surroundings of more than a million points are thinned to 5 cm. Of the
+    beams without return those that look at the building stay.
     """
     own = np.zeros(len(scan), bool)
     own[index] = True
@@ -83,4 +86,6 @@ def working_cloud(scan: Scan, neighbourhoods: Neighbourhoods, index: Int) -> tup
     if len(other) > _MANY:
         other = other[thin(scan.xyz[other], _VOXEL)]
     kept = np.sort(np.concatenate([np.flatnonzero(own), other]))
-    return scan.take(kept), np.flatnonzero(own[kept])
+    some = scan.xyz[index[:: max(1, len(index) // _SOME)]]
+    lost = tuple(n.towards(some - scan.origins[n.origin]) for n in scan.no_returns)
+    return replace(scan.take(kept), no_returns=lost), np.flatnonzero(own[kept])

@@ -166,13 +166,15 @@ def _from_side(scans: Sequence[Scan]) -> Float:
 
 
 def _moved(scan: Scan, r: Registered) -> Scan:
-    """The scan with its points, origins and pose corrected."""
+    """The scan with its points, origins, lost beams and pose corrected."""
     T = r.local_from_given.value
     pose = scan.local_from_scanner
     if pose is not None:
         chained = Rigid3("local", pose.value.frm, T.R @ pose.value.R, T.R @ pose.value.t + T.t)
         pose = Estimate(chained, r.covariance, r.local_from_given.dof)
-    return replace(scan, xyz=T.apply(scan.xyz), origins=T.apply(scan.origins), local_from_scanner=pose)
+    lost = tuple(beams.moved(T) for beams in scan.no_returns)
+    xyz, origins = T.apply(scan.xyz), T.apply(scan.origins)
+    return replace(scan, xyz=xyz, origins=origins, no_returns=lost, local_from_scanner=pose)
 
 
 def _warnings(found: Registration) -> list[dict[str, str]]:

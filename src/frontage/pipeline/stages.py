@@ -7,7 +7,7 @@ kept in its marker and in the manifest: `items` (how many), `warnings` (what fai
 """
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any
 
@@ -261,7 +261,7 @@ def _save_split(run: Run, scan: Scan, split: BuildingSplit) -> None:
     folder = run.workspace.buildings_folder
     folder.mkdir(exist_ok=True)
     thinned = scan.take(thin_to(scan.xyz, max(0.05, split.spacing)))
-    save_scan(folder / "surroundings.npz", thinned)
+    save_scan(folder / "surroundings.npz", replace(thinned, no_returns=()))
     neighbourhoods = Neighbourhoods(scan.xyz)
     records = []
     for building in run.each("buildings", split.buildings):
