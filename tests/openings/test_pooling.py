@@ -30,6 +30,8 @@ def test_depths_of_like_windows_are_shared():
     found, _ = front(1)
     depths = np.array([o.depth.value for o in pool(found)])
     assert np.abs(depths - 0.15).max() < 0.5 * np.abs([o.depth.value - 0.15 for o in found]).max()
+    # less than one alone, but never less than what all of them have in common
+    assert all(0.001 < o.depth.sigma[0] < p.depth.sigma[0] for o, p in zip(pool(found), found, strict=True))
 
 
 @pytest.mark.parametrize(

@@ -31,6 +31,7 @@ _UNKNOWN = 0.1  # m: what is known no better is no member
 _CAUTION = 0.7  # the variance between members is taken at the lower quartile of the scatter's distribution
 _LEAST = 0.001  # m, one sigma between members at least: masonry
 _MOST = 1.0  # m, one sigma between members: none that matters
+_ALIKE = 0.001  # m, one sigma of depths: what scanner, wall and joinery do to all frames alike
 _SHARED = 0.9  # of a border's variance, at most, that is common to all
 _MUCH = 0.5  # of its own variance: a border that has less now owes most of what is known to others
 
@@ -227,7 +228,8 @@ def _pooled_depths(outlines: Sequence[Outline], families: Sequence[Family]) -> l
             weight = error**2 / (error**2 + sigma[k] ** 2)
             source = Provenance.POOLED if weight < _MUCH else own.provenance
             at = float(weight * value[k] + (1.0 - weight) * mean)
-            depths[k] = Estimate(at, np.array([[weight * sigma[k] ** 2]]), own.dof, source)
+            variance = weight * sigma[k] ** 2 + _ALIKE**2
+            depths[k] = Estimate(at, np.array([[variance]]), own.dof, source)
     return depths
 
 
