@@ -11,6 +11,7 @@ from frontage.geometry.arrays import Bool, Float, Int
 
 _SEEN_THROUGH = 0.5  # share of a wall's points measured through another facade that makes it an interior
 _LEAK = 0.15  # share of the chance crossings of shut cells that an interior may still have (curtains, frames)
+_EXPLAINED = 0.8  # share of a wall's points that one place in front must see to explain it
 _GRAZING = 0.25  # sine of the angle (15 degrees) below which a surface returns nothing
 _SIGHTS = 500  # lines of sight per plausible place
 _COVER = 0.5  # m, cells of the wall extended over its neighbours
@@ -80,7 +81,7 @@ def _explained_by_a_place(outer: Front, inner: Front, xyz: Float) -> bool:
         crosses, x, z = crossings(wall, some, place[None], 0.5)
         inside = (crosses & outer.cells.within(x, z)).mean()
         closed = (crosses & outer.cells.within(x, z, outer.cells.shut)).mean()
-        if inside > _SEEN_THROUGH and closed < _LEAK * inside * shut:
+        if inside > _EXPLAINED and closed < _LEAK * inside * shut:
             return True
     return False
 
