@@ -11,6 +11,7 @@ from frontage.model.opening import Elements, Opening
 from frontage.model.ortho import OrthoImage
 from frontage.model.scan import Scan
 from frontage.openings.agreement import agreeing
+from frontage.openings.bands import find_posts
 from frontage.openings.beams import Beams, sort_beams
 from frontage.openings.borders import Place
 from frontage.openings.candidates import Box, find_boxes
@@ -25,6 +26,7 @@ from frontage.openings.options import OpeningOptions
 from frontage.openings.outline import Outline
 from frontage.openings.panels import without_panels
 from frontage.openings.pooling import pool
+from frontage.openings.posts import with_doubt, with_posts
 from frontage.openings.sight import sight_lines
 from frontage.openings.standing import stands
 
@@ -49,12 +51,17 @@ def find_by_evidence(
             "check the facade's plane, or scan it from the street",
         )
     ground = facade.extent[1] if options.ground_z is None else options.ground_z
-    evidence = without_panels(with_lost(weigh(facade, beams), facade, scan, beams), beams, ground)
+    evidence = _evidence(facade, scan, beams, ground)
+    posts = find_posts(beams, evidence, ground)
+    if posts:
+        beams = with_posts(beams, facade, scan, posts)
+        evidence = _evidence(facade, scan, beams, ground)
     boxes = find_boxes(evidence, options, Framing(evidence, ground))
     rough = [_place(evidence, box) for box in boxes]
     sight = sight_lines(facade, scan, beams)
     measured = measure(sight, rough, max(evidence.raster.cell, facade.spacing), facade.spacing)
-    outlines = pool([agreeing(o, r, evidence) for o, r in zip(measured, rough, strict=True)])
+    pooled = pool([agreeing(o, r, evidence) for o, r in zip(measured, rough, strict=True)])
+    outlines = [with_doubt(o, posts) for o in pooled]
     kind = partial(_kind, beams, evidence, ground)
     found = [
         _opening(o, kind, Provenance.POOLED if o.pooled else Provenance.MEASURED, box.worth, o.sure)
@@ -70,6 +77,11 @@ def find_by_evidence(
     ]
     sized = [o for o in found if np.all(np.ptp(o.ring, axis=0) >= (options.min_width, options.min_height))]
     return Elements(facade.id, numbered(facade.id, sized), notes=_notes(evidence, beams))
+
+
+def _evidence(facade: Facade, scan: Scan, beams: Beams, ground: float) -> Evidence:
+    """All that speaks for and against openings."""
+    return without_panels(with_lost(weigh(facade, beams), facade, scan, beams), beams, ground)
 
 
 def _place(evidence: Evidence, box: Box) -> Place:

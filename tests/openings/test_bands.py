@@ -1,0 +1,71 @@
+"""Bands of windows that joinery parts: where they are several, and where casements meet in one."""
+
+import numpy as np
+import pytest
+
+from frontage.model.opening import Elements
+from frontage.openings.find import find_openings
+from openings.boxes import box, scanned
+from openings.joinery import glazed, wall
+
+DEEP, FRAME = 0.15, 0.07
+BAND = (0.6, 3.0, 7.4, 4.4)
+
+
+def panes(hole, number, post, end):
+    """Equal panes in a hole, `post` m between them, `end` m of joinery at either end."""
+    x0, z0, x1, z1 = hole
+    wide = (x1 - x0 - 2 * end - (number - 1) * post) / number
+    left = [x0 + end + k * (wide + post) for k in range(number)]
+    return [(x, z0 + FRAME, x + wide, z1 - FRAME) for x in left]
+
+
+def bars(lights, deep):
+    """A bar 8 cm wide in the middle of each pane: casements meet."""
+    middles = [((a + c) / 2, b, d) for a, b, c, d in lights]
+    return [box(x - 0.04, x + 0.04, deep + 0.003, deep + 0.06, z0, z1) for x, z0, z1 in middles]
+
+
+def found_in(hole, lights, more=(), **how):
+    found = find_openings(*scanned(wall=[*wall([hole]), *glazed(hole, DEEP, lights), *more], **how))
+    assert isinstance(found, Elements)
+    return [(np.concatenate([o.ring.min(0), o.ring.max(0)]), o) for o in found.openings]
+
+
+@pytest.mark.parametrize(("post", "rays"), [(0.15, True), (0.2, True), (0.2, False)])
+def test_posts_as_wide_as_two_frames_part_a_band(post, rays):
+    lights = panes(BAND, 5, post, 0.1)
+    found = found_in(BAND, lights, bars(lights, DEEP), spacing=0.02, rays=rays)
+    assert len(found) == 5
+    own = np.array([place for place, _ in found])
+    assert np.abs(own[:, [1, 3]] - [BAND[1], BAND[3]]).max() < 0.02
+    assert np.abs(own[[0, -1], [0, 2]] - [BAND[0], BAND[2]]).max() < 0.01  # the masonry at both ends
+    left, right = own[1:, 0] - np.array(lights)[1:, 0], own[:-1, 2] - np.array(lights)[:-1, 2]
+    assert np.all((-left > -0.02) & (-left < post / 2) & (right > -0.02) & (right < post / 2))
+
+
+def test_where_windows_meet_in_a_post_is_not_seen_and_its_sigma_says_so():
+    lights = panes(BAND, 5, 0.2, 0.1)
+    (_, opening) = found_in(BAND, lights, spacing=0.02)[2]
+    sigma = np.sqrt(np.diag(opening.ring_covariance))
+    corners = opening.ring[:, 1].argmin(), opening.ring[:, 1].argmax()
+    assert sigma[2 * corners[0]] > 0.02 > 0.005 > sigma[2 * corners[0] + 1]
+
+
+@pytest.mark.parametrize("post", [0.08, 0.1])
+def test_casements_that_meet_are_one_window(post):
+    (only,) = found_in(BAND, panes(BAND, 5, post, 0.1), spacing=0.02)
+    assert np.abs(only[0] - BAND).max() < 0.01
+
+
+def test_leaves_of_a_window_are_narrower_than_windows():
+    hole = (3.0, 3.0, 4.6, 4.4)
+    (only,) = found_in(hole, panes(hole, 2, 0.16, 0.07), spacing=0.02)
+    assert np.abs(only[0] - hole).max() < 0.01
+
+
+def test_curtains_are_no_posts():
+    hole = (2.0, 3.0, 6.0, 4.6)
+    curtain = box(3.9, 4.1, 0.25, 0.27, 3.0, 4.6)
+    (only,) = found_in(hole, panes(hole, 1, 0.0, 0.07), [curtain], spacing=0.02)
+    assert np.abs(only[0] - hole).max() < 0.01
