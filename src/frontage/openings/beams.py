@@ -222,7 +222,7 @@ def _without_recesses(wall: Float, own: Array, y: Float, slack: float) -> Float:
     wall = _filled(wall, panel)
     beside = ndimage.minimum_filter(wall, bay)
     level = np.abs(y - beside[..., None]) <= slack
-    pier = (own * level).sum(2) > _PIER * own.sum(2)
+    pier = np.einsum("rcb,rcb->rc", own, level) > _PIER * own.sum(2)
     high, wide = _opened(wall)
     wall = np.where(pier & (wall > np.minimum(high, wide) + slack), beside, wall)
     return _filled(wall, wall > np.maximum(*_opened(wall)) + slack)

@@ -121,19 +121,31 @@ def _rectangles(part: Float, due: Float, least: tuple[float, float]) -> tuple[In
     return np.column_stack([r[i[a]], c[k[b]], r[j[a]], c[m[b]]]), worth[a, b]
 
 
+def _undominated(boxes: list[Box]) -> list[Box]:
+    """Without the boxes that hold another one that is worth as much: that one may stand wherever they do."""
+    r0, c0, r1, c1, worth = np.array([(b.r0, b.c0, b.r1, b.c1, b.worth) for b in boxes]).reshape(-1, 5).T
+    around = (r0[:, None] <= r0) & (c0[:, None] <= c0) & (r1[:, None] >= r1) & (c1[:, None] >= c1)
+    worse = around & (worth[:, None] <= worth)
+    worse &= ~(worse.T & np.tri(len(boxes), dtype=np.bool_).T)  # of equal ones the first stays
+    return [boxes[k] for k in np.flatnonzero(~worse.any(axis=1))]
+
+
 def best_layout(boxes: list[Box], pier: int = 0) -> list[Box]:
     """The subset of boxes without overlap with the largest worth, exactly (integer programme).
 
     Constraints: every cell of the arrangement of all borders lies in at most one chosen box; `pier` cells or
     more lie between two of them.
     """
+    boxes = _undominated(boxes)
     if len(boxes) < 2:
         return boxes
-    r = np.unique([v for b in boxes for v in (b.r0, b.r1 + pier)])
-    c = np.unique([v for b in boxes for v in (b.c0, b.c1 + pier)])
+    starts, ends = np.array([(b.r0, b.c0) for b in boxes]), np.array([(b.r1, b.c1) for b in boxes]) + pier
+    if (starts.max(0) < ends.min(0)).all():  # each overlaps all others
+        return [max(boxes, key=lambda b: b.worth)]
+    r, c = (np.unique([starts[:, k], ends[:, k]]) for k in range(2))
     cover = np.zeros((len(boxes), len(r) - 1, len(c) - 1), bool)
-    for n, b in enumerate(boxes):
-        rows, columns = np.searchsorted(r, [b.r0, b.r1 + pier]), np.searchsorted(c, [b.c0, b.c1 + pier])
+    for n, (start, end) in enumerate(zip(starts, ends, strict=True)):
+        rows, columns = (np.searchsorted(v, (start[k], end[k])) for k, v in enumerate((r, c)))
         cover[n, rows[0] : rows[1], columns[0] : columns[1]] = True
     cells = np.unique(cover.reshape(len(boxes), -1), axis=1).T
     cells = cells[cells.sum(1) > 1]

@@ -5,6 +5,7 @@ from functools import partial
 
 import numpy as np
 
+from frontage.geometry.arrays import Float
 from frontage.model.estimate import Failed, Provenance
 from frontage.model.facade import Facade
 from frontage.model.opening import Elements, Opening
@@ -28,7 +29,7 @@ from frontage.openings.panels import without_panels
 from frontage.openings.pooling import pool
 from frontage.openings.posts import with_doubt, with_posts
 from frontage.openings.sight import sight_lines
-from frontage.openings.standing import stands
+from frontage.openings.standing import standing, stands
 
 _FEWEST = 200  # points: below, density and noise cannot be told
 
@@ -62,7 +63,7 @@ def find_by_evidence(
     measured = measure(sight, rough, max(evidence.raster.cell, facade.spacing), facade.spacing)
     pooled = pool([agreeing(o, r, evidence) for o, r in zip(measured, rough, strict=True)])
     outlines = [with_doubt(o, posts) for o in pooled]
-    kind = partial(_kind, beams, evidence, ground)
+    kind = partial(_kind, standing(beams), evidence, ground)
     found = [
         _opening(o, kind, Provenance.POOLED if o.pooled else Provenance.MEASURED, box.worth, o.sure)
         for o, box in zip(outlines, boxes, strict=True)
@@ -100,9 +101,9 @@ def _opening(
     )
 
 
-def _kind(beams: Beams, evidence: Evidence, ground: float, outline: Outline) -> str:
+def _kind(before: Float, evidence: Evidence, ground: float, outline: Outline) -> str:
     x0, z0, x1, z1 = outline.place
-    return kind_of(x1 - x0, z1 - z0, z0 - ground, outline.passes, stands(beams, evidence, x0, x1, z0))
+    return kind_of(x1 - x0, z1 - z0, z0 - ground, outline.passes, stands(before, evidence, x0, x1, z0))
 
 
 def _notes(evidence: Evidence, beams: Beams) -> tuple[str, ...]:

@@ -30,7 +30,7 @@ class Framing:
         wall = np.minimum(evidence.solid, much)
         known = (evidence.llr != 0.0).astype(np.float64)
         layers = (wall, evidence.expected, evidence.due, evidence.deep, evidence.llr, known)
-        self._sums = np.stack([np.pad(m.cumsum(0).cumsum(1), ((1, 0), (1, 0))) for m in layers], -1)
+        self._sums = np.stack([np.pad(m.cumsum(0).cumsum(1), ((1, 0), (1, 0))) for m in layers])
 
     def __call__(self, boxes: Int) -> Bool:
         """Whether boxes (n, 4) r0, c0, r1, c1 are openings (n,): what is open on one side is none.
@@ -62,7 +62,7 @@ class Framing:
         r0, r1 = np.clip(r0, 0, self._shape[0]), np.clip(r1, 0, self._shape[0])
         c0, c1 = np.clip(c0, 0, self._shape[1]), np.clip(c1, 0, self._shape[1])
         s = self._sums
-        return np.asarray(s[r1, c1] - s[r0, c1] - s[r1, c0] + s[r0, c0])
+        return np.asarray(s[:, r1, c1] - s[:, r0, c1] - s[:, r1, c0] + s[:, r0, c0]).T
 
     def _walled(self, sums: Float) -> Bool:
         """Whether the wall shows: enough of the expected beams ended on it, or enough where none was."""

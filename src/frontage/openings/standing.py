@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from frontage.geometry.arrays import Float
 from frontage.openings.beams import Beams
 from frontage.openings.evidence import Evidence
 
@@ -10,11 +11,18 @@ _BELOW, _ABOVE = 0.5, 0.3  # m from the foot where they show
 _SHARE = 0.3  # of the beams that a wall would catch there
 
 
-def stands(beams: Beams, evidence: Evidence, x0: float, x1: float, foot: float) -> bool:
-    """Whether something stands before the wall at the height `foot` m, between x0 and x1 m."""
-    p, low, high = beams.front, foot - _BELOW, foot + _ABOVE
-    inside = (p[:, 0] > x0) & (p[:, 0] < x1) & (p[:, 1] > low) & (p[:, 1] < high)
-    some = int((inside & (p[:, 2] < -_NEAR) & (p[:, 2] > -_FAR)).sum())
+def standing(beams: Beams) -> Float:
+    """Places (n, 2) x, z m, x rising, of the points that may be steps and balconies."""
+    p = beams.front
+    some = p[(p[:, 2] < -_NEAR) & (p[:, 2] > -_FAR), :2]
+    return np.asarray(some[np.argsort(some[:, 0])])
+
+
+def stands(before: Float, evidence: Evidence, x0: float, x1: float, foot: float) -> bool:
+    """Whether something (`standing`) is before the wall at the height `foot` m, between x0 and x1 m."""
+    low, high = foot - _BELOW, foot + _ABOVE
+    z = before[slice(*np.searchsorted(before[:, 0], [x0, x1])), 1]
+    some = int(((z > low) & (z < high)).sum())
     cell, corner = evidence.raster.cell, evidence.raster.corner
     c0, c1 = (np.clip(round((x - corner[0]) / cell), 0, evidence.due.shape[1]) for x in (x0, x1))
     r0, r1 = (np.clip(round((z - corner[1]) / cell), 0, evidence.due.shape[0]) for z in (low, high))
