@@ -60,13 +60,17 @@ def with_lost(evidence: Evidence, facade: Facade, scan: Scan, beams: Beams) -> E
     free = _free(evidence, beams, lost)
     share = np.maximum(_lost_by_wall(evidence, lost), max(n.ground for n in scan.no_returns))
     nats = free * np.minimum(np.log(np.maximum(_OPEN / share, 1.0)) * lost, _MOST)
+    told = nats > 0.0
+    if not told.any():
+        return evidence
     missing = balance(evidence.expected, np.zeros(lost.shape), np.zeros(lost.shape))
     llr = np.clip(evidence.llr + np.maximum(nats - missing, 0.0), -_CAP, _CAP)
     return replace(
         evidence,
         llr=np.where(evidence.inside, llr, 0.0),
-        expected=np.where(evidence.expected > 0.0, evidence.expected, free * lost),
-        seen=evidence.seen | (lost > 0.0),
+        expected=np.where(told & (evidence.expected <= 0.0), free * lost, evidence.expected),
+        due=np.where(told & (evidence.due <= 0.0), lost, evidence.due),
+        seen=evidence.seen | told,
     )
 
 

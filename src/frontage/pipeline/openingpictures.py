@@ -10,6 +10,7 @@ from frontage.exports import limit_texture
 from frontage.model import Elements, Facade, Scan
 from frontage.openings.beams import sort_beams
 from frontage.openings.evidence import weigh
+from frontage.openings.noreturn import with_lost
 from frontage.openings.options import OpeningOptions
 from frontage.openings.paper import facade_cells
 from frontage.pipeline.files import read_json, write_bytes
@@ -69,7 +70,7 @@ def _evidence(facade: Facade, scan: Scan, options: OpeningOptions) -> tuple[Pict
         cells = facade_cells(facade, scan, options)
         return () if cells is None else cell_pictures(cells)
     beams = sort_beams(facade, scan)
-    return (beam_picture(beams, weigh(facade, beams)),)
+    return (beam_picture(beams, with_lost(weigh(facade, beams), facade, scan, beams)),)
 
 
 def _ortho(workspace: Workspace, facade: Facade) -> Picture | None:
