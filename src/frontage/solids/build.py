@@ -179,7 +179,7 @@ def _limited(placed: list[Placed], clearance: Clearance, options: BuildOptions, 
             log.notes.append(
                 f"{one.relief.id}: {abs(free - base) / GRID:.3f} m deep, no more is free behind it"
             )
-            placed = _evened(raised(placed, k, free), k, options.gap * GRID)
+            placed = raised(placed, k, free)
         elif free != one.height and one.height < base:
             log.refuse("S315", one.relief, "meets another part of the building", "check its depth")
             placed = removed(placed, k)
@@ -207,18 +207,10 @@ def _levelled(placed: list[Placed], gap: float) -> list[Placed]:
         slivers = np.flatnonzero((step > 0) & (step < gap))
         if not len(slivers):
             return placed
-        placed = _evened(placed, int(i[slivers[0]]), gap)
-
-
-def _evened(placed: list[Placed], index: int, gap: float) -> list[Placed]:
-    """One relief and those that touch it at the same height where the step between them would be a sliver."""
-    one = placed[index]
-    for k, other in enumerate(placed):
-        step = abs(other.height - placed[index].height)
-        if other.parent == one.parent and 0 < step < gap and other.polygon.dwithin(one.polygon, _TRIM):
-            height = min(placed[index].height, other.height, key=abs)
-            placed = raised(raised(placed, k, height), index, height)
-    return placed
+        pair = [int(k[slivers[0]]) for k in (i, j)]
+        shallower = min((placed[k].height for k in pair), key=abs)
+        for k in pair:
+            placed = raised(placed, k, shallower)
 
 
 def _unpinched(
