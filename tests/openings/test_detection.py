@@ -14,10 +14,11 @@ from frontage.openings.beams import sort_beams
 from frontage.openings.candidates import Box, best_layout
 from frontage.openings.evidence import weigh
 from frontage.openings.find import find_openings
-from frontage.openings.kinds import kind_of
+from frontage.openings.kinds import kind_of, with_doors
 from frontage.openings.measure import measure
 from frontage.openings.sight import sight_lines
 from fronts import EYE, WINDOW, box_of, scan_wall
+from opening_fakes import opening
 
 
 def of_points(facade, scan, xyz, rays=True):
@@ -151,6 +152,8 @@ def test_what_is_thinner_than_half_a_brick_is_a_bar(gap, number):
         (2.6, 2.6, 0.1, 0.05, False, "garage"),
         (2.6, 3.0, 0.0, 0.9, False, "passage"),
         (2.6, 2.6, 0.6, 0.4, False, "shopfront"),
+        (1.7, 2.6, 1.2, 0.4, False, "shopfront"),
+        (1.3, 2.6, 1.2, 0.4, False, "window"),
         (2.6, 2.0, 4.0, 0.4, False, "window"),
         (0.8, 0.4, 0.4, 0.0, False, "basement"),
         (0.8, 0.4, 2.4, 0.0, False, "window"),
@@ -158,3 +161,12 @@ def test_what_is_thinner_than_half_a_brick_is_a_bar(gap, number):
 )
 def test_kinds(width, height, sill, passes, stands, kind):
     assert kind_of(width, height, sill, passes, stands) == kind
+
+
+@pytest.mark.parametrize(
+    ("foot", "sill", "kind"), [(0.6, 1.3, "door"), (0.6, 1.0, "window"), (1.2, 2.0, "window")]
+)
+def test_what_begins_a_parapet_below_the_windows_beside_it_is_a_door(foot, sill, kind):
+    boxes = [(0.0, foot, 1.0, foot + 2.2), (2.0, sill, 3.0, foot + 2.2), (4.0, sill, 5.0, foot + 2.2)]
+    high, *others = with_doors([opening(box=box) for box in boxes], 0.0)
+    assert high.kind == kind and all(o.kind == "window" for o in others)

@@ -9,7 +9,7 @@ from frontage.model.opening import Elements
 from frontage.model.ortho import OrthoImage
 from frontage.model.scan import Scan
 from frontage.openings.detect import find_by_evidence
-from frontage.openings.kinds import numbered
+from frontage.openings.kinds import numbered, with_doors
 from frontage.openings.niches import find_niches
 from frontage.openings.options import OpeningOptions
 from frontage.openings.paper import find_by_paper
@@ -43,4 +43,5 @@ def find_openings(
         protrusions = numbered_protrusions(facade.id, [*protrusions, *niches])
     openings = openings_on_fronts(facade, scan, found.openings, protrusions, find)
     openings = with_balcony_doors(openings, protrusions, crossings, facade)
-    return replace(found, openings=numbered(facade.id, list(openings)), protrusions=protrusions)
+    doors = with_doors(openings, facade.extent[1] if options.ground_z is None else options.ground_z)
+    return replace(found, openings=numbered(facade.id, doors), protrusions=protrusions)

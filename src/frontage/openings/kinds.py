@@ -1,5 +1,6 @@
 """What an opening is, and its number: by size, height above the ground, and what the beams find behind it."""
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -9,7 +10,10 @@ from frontage.model.opening import Opening
 _LOW = 0.45  # m above the ground: doors and gates start below it, kerbs and a step included
 _DOOR = 1.8  # m: doors are higher, and narrower than two leaves
 _WIDE = 2.0  # m
+_GLAZED = (1.5, 2.4)  # m: wider than a window's two leaves and higher than a door is glazing of a shop
 _FLOOR = 2.0  # m above the ground: shop fronts start below it, plinths of sloping streets included
+_RAISED = 1.0  # m above the ground: a floor that a few steps lead up to lies no higher
+_PARAPET = 0.6  # m from the floor to the sills of windows, at least
 _CELLAR = ((1.1, 0.9), (1.7, 0.6))  # m: top above the ground and height of basement windows, at most
 
 
@@ -25,11 +29,32 @@ def kind_of(width: float, height: float, sill: float, passes: float, stands: boo
         if sill > _LOW:
             return "shopfront"
         return "passage" if passes > 0.7 else "garage" if passes < 0.2 else "shopfront"
+    if width > _GLAZED[0] and height >= _GLAZED[1] and _LOW < sill <= _FLOOR and not stands:
+        return "shopfront"
     if height >= _DOOR and width <= _WIDE and (sill <= _LOW or stands):
         return "door"
     if any(sill + height <= top and height <= most for top, most in _CELLAR):
         return "basement"
     return "window"
+
+
+def with_doors(openings: Sequence[Opening], ground: float) -> list[Opening]:
+    """The openings, windows that reach down to the floor of the others beside them as doors; ground m.
+
+    On sloping streets and behind hidden steps the foot of a door is higher than a kerb. What is as high and
+    narrow as a door and begins a parapet below the sills of the windows beside it can be walked through.
+    """
+    windows = [o for o in openings if o.kind == "window"]
+    boxes = np.array([[*o.ring.min(0), *o.ring.max(0)] for o in windows]).reshape(-1, 4)
+    doors: set[int] = set()
+    for k, (x0, z0, x1, z1) in enumerate(boxes):
+        if z1 - z0 < _DOOR or x1 - x0 > _WIDE or z0 > ground + _RAISED:
+            continue
+        common = np.minimum(boxes[:, 3], z1) - np.maximum(boxes[:, 1], z0)
+        beside = (common > 0.5 * (boxes[:, 3] - boxes[:, 1])) & (np.arange(len(boxes)) != k)
+        if beside.any() and float(np.median(boxes[beside, 1])) - z0 >= _PARAPET:
+            doors.add(id(windows[k]))
+    return [replace(o, kind="door") if id(o) in doors else o for o in openings]
 
 
 def numbered(facade: str, openings: list[Opening]) -> tuple[Opening, ...]:
