@@ -81,12 +81,17 @@ class Picture:
         h, w = self.values.shape
         r0, r1 = (np.clip(v, 0, h) for v in rows)
         c0, c1 = (np.clip(v, 0, w) for v in columns)
-        total, number = (
-            (m[r1, c1] - m[r0, c1] - m[r1, c0] + m[r0, c0]).sum(1) for m in (self._sum, self._count)
-        )
+        corners = [r * (w + 1) + c for r, c in ((r1, c1), (r0, c1), (r1, c0), (r0, c0))]
+        total, number = (_boxes(m, corners) for m in (self._sum, self._count))
         area = ((rows[1] - rows[0]) * (columns[1] - columns[0])).sum(1)
         with np.errstate(invalid="ignore", divide="ignore"):
             return np.where(number >= _FULL * area, total / number, np.nan)
+
+
+def _boxes(sums: Float, corners: Sequence[Int]) -> Float:
+    """Sums (n,) over boxes by their upper right, lower right, upper left, lower left corners, (n, k) flat."""
+    a, b, c, d = (sums.take(k) for k in corners)
+    return np.asarray((a - b - c + d).sum(1))
 
 
 def _pieces(form: Form, w: int, cell: float) -> tuple[Int, Int, Int]:
@@ -136,4 +141,7 @@ def _free(raster: Raster, taken: Sequence[Place]) -> Bool:
 
 def integral(values: Float) -> Float:
     """Sums (h + 1, w + 1) of the values (h, w) below and left of every corner of cells."""
-    return np.pad(values.cumsum(0).cumsum(1), ((1, 0), (1, 0)))
+    sums = np.zeros((values.shape[0] + 1, values.shape[1] + 1))
+    inner = sums[1:, 1:]
+    np.cumsum(np.cumsum(values, 0, out=inner), 1, out=inner)
+    return sums
