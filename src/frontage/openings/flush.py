@@ -120,7 +120,7 @@ class _Search:
             others = [*known, *(f.outline for f in found)]
             if any(peak.beside(q) for q in peaks[:n]) or not self._is_wall(peak.places.box(peak.k), others):
                 continue
-            outline = self._outlined(peak, known[peak.places.like], least)
+            outline = self._outlined(peak, known[peak.places.like])
             if outline is not None and self._is_wall(outline.place, others):
                 found.append(Flush(outline, float(1.0 / (1.0 + np.exp(price - peak.gain))), peak.gain))
         return found
@@ -129,26 +129,25 @@ class _Search:
         return state_of(place, others, self._evidence) == "wall"
 
     def _peaks(self, places: Places, bare: Sequence[Picture], least: float, sides: int) -> Iterator[_Peak]:
-        """Those of the places that gain so much by some channel."""
+        """Those of the places that gain so much, by relief, by looks or by both."""
         walls = [wall_steps(own, places.form) for own in bare]
         steps = [c.picture.steps(places.x, places.z, places.form) for c in self._channels]
-        gain = np.max([_gain(own, w, least, sides) for own, w in zip(steps, walls, strict=True)], axis=0)
+        gains = [_gain(own, w, _TELLS, sides) for own, w in zip(steps, walls, strict=True)]
+        relief, looks = gains[0], np.max([*gains[1:], np.full(len(gains[0]), -np.inf)], axis=0)
+        # what gives a wall its relief gives it no colour: the nats of both add up
+        gain = np.maximum(relief, looks) + np.maximum(np.minimum(relief, looks), 0.0)
         for k in np.flatnonzero(gain >= least):
             yield _Peak(float(gain[k]), places, int(k), walls)
 
-    def _outlined(self, peak: _Peak, like: Outline, least: float) -> Outline | None:
+    def _outlined(self, peak: _Peak, like: Outline) -> Outline | None:
         """The outline at a peak, by the clearest of the channels that make one."""
-        told: list[tuple[float, Told]] = []
+        gained: list[tuple[float, Told]] = []
         x, z = peak.places.x[[peak.k]], peak.places.z[[peak.k]]
         for channel, wall in zip(self._channels, peak.walls, strict=True):
             own = channel.picture.steps(x, z, peak.places.form)
-            told.append((float(_gain(own, wall, _TELLS, 3)[0]), Told(channel, own[0], wall)))
-        told = sorted((t for t in told if np.isfinite(t[0])), key=lambda t: -t[0])
-        made = (
-            outlined(peak.places, peak.k, like, first, [t for _, t in told], self._surface)
-            for gain, first in told
-            if gain >= least
-        )
+            gained.append((float(_gain(own, wall, _TELLS, 3)[0]), Told(channel, own[0], wall)))
+        told = [t for gain, t in sorted(gained, key=lambda g: -g[0]) if gain >= _TELLS]
+        made = (outlined(peak.places, peak.k, like, first, told, self._surface) for first in told)
         return next((o for o in made if o is not None), None)
 
 
@@ -161,7 +160,7 @@ def _gain(own: Float, wall: Float, least: float, sides: int) -> Float:
     own = np.where(known, own, 0.0)
     closed = np.where(known, stats.t.logpdf(own, _TAILS, 0.0, sigma), 0.0).sum(1)
     most = -np.where(known, np.log(sigma * np.sqrt(2.0 * np.pi)), 0.0).sum(1)
-    out = np.full(len(own), -np.inf)
+    out: Float = np.full(len(own), -np.inf)
     some = np.flatnonzero((known.sum(1) >= sides) & (most - closed >= least))
     step = np.linspace(-_LARGEST, _LARGEST, 201)[:, None]
     each = stats.norm.logpdf(own[some, None], step, np.hypot(sigma, _UNEVEN * step))
