@@ -142,6 +142,13 @@ def test_what_is_thinner_than_half_a_brick_is_a_bar(gap, number):
     assert all(overlap(o, box) > 0.9 for o, box in zip(openings, whole, strict=True))
 
 
+def test_openings_of_different_height_are_two_however_near():
+    door, gate = (1.0, 0.0, 2.0, 2.2), (2.09, 0.0, 4.6, 3.2)
+    openings = found_in(*scan_wall([door, gate]))
+    assert len(openings) == 2
+    assert overlap(openings[0], door) > 0.9 and overlap(openings[1], gate) > 0.9
+
+
 @pytest.mark.parametrize(
     ("width", "height", "sill", "passes", "stands", "kind"),
     [

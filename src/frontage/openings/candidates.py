@@ -60,13 +60,12 @@ def _components(evidence: Evidence, least: tuple[float, float]) -> Iterator[tupl
     """Bounding boxes of connected open cells that can hold an opening, and which cells there are others'.
 
     What is larger than openings are hangs together by shadows and gaps: it is opened with larger squares,
-    which leave rectangles as they are, until it falls apart. What only an upright bar parts is one.
+    which leave rectangles as they are, until it falls apart. What only upright bars part is one.
     """
     llr = evidence.llr
     open_ = enough(llr, evidence.due, 1.0) > 0
     if evidence.rays:  # else what is beside an opening may be a shadow: nothing is joined to it
-        bar = np.ones((1, int(_PIER / evidence.raster.cell) + 1), np.bool_)
-        open_ |= ndimage.binary_closing(open_, bar)
+        open_ = _without_bars(open_, int(_PIER / evidence.raster.cell) + 1)
     for size, largest in _SCALES:
         kernel = tuple(max(3, int(size * side)) for side in least)
         labels, _ = ndimage.label(ndimage.grey_opening(open_.astype(np.uint8), kernel, mode="constant"))
@@ -78,6 +77,30 @@ def _components(evidence: Evidence, least: tuple[float, float]) -> Iterator[tupl
             elif tall + 2 >= least[0] and wide + 2 >= least[1]:
                 part = tuple(slice(max(s.start - 2, 0), s.stop + 2) for s in (rows, columns))
                 yield part, (labels[part] != number) & (labels[part] > 0)
+
+
+def _without_bars(open_: Bool, thick: int) -> Bool:
+    """The open cells (h, w) with upright bars, less than `thick` cells wide, between what is equally high.
+
+    Openings whose sills or lintels differ by more than a bar are several, however near they are.
+    """
+    bars = ndimage.binary_closing(open_, np.ones((1, thick), np.bool_)) & ~open_
+    whole = ndimage.binary_closing(open_, np.ones((thick, 1), np.bool_))  # without transoms
+    labels, _ = ndimage.label(bars)
+    for number, (rows, columns) in enumerate(ndimage.find_objects(labels), 1):
+        middle = (rows.start + rows.stop) // 2
+        sides = max(columns.start - 1, 0), min(columns.stop, open_.shape[1] - 1)
+        left, right = (_run(whole[:, c], middle) for c in sides)
+        if max(abs(left[0] - right[0]), abs(left[1] - right[1])) > thick:
+            bars[rows, columns] &= labels[rows, columns] != number
+    return open_ | bars
+
+
+def _run(cells: Bool, at: int) -> tuple[int, int]:
+    """The cells (n,) below and above those that are set without a gap around one of them."""
+    shut = np.flatnonzero(~cells)
+    k = int(np.searchsorted(shut, at))
+    return int(shut[k - 1]) if k else -1, int(shut[k]) if k < len(shut) else len(cells)
 
 
 def _box(cells: Int, worth: float) -> Box:
