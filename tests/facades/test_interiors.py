@@ -5,6 +5,7 @@ import pytest
 
 from frontage.facades import find_facades
 from frontage.model import Building, Scan, WorldRef
+from scenes import INTERIOR, street_scene
 
 WORLD = WorldRef(np.array([0, 0, 0]))
 EYES = np.array([[-9.0, -14.0, 1.7], [5.0, -12.0, 1.7]])
@@ -122,3 +123,13 @@ def overhang(x, z):
 def test_wall_set_back_above_beside_or_below_a_front_stays(front, wall, rays):
     rear = grid(np.random.default_rng(1), *wall, 0.05)
     assert depths(facades(front, rear, rays)) == [0.0, wall[-1]]
+
+
+@pytest.mark.parametrize("seed", [20, 24])
+def test_rooms_of_a_cloud_cut_out_without_ground_and_rays_are_no_facades(seed):
+    scene = street_scene(seed=seed, houses=3, spacing=0.05)
+    for house in range(3):
+        own = np.flatnonzero(scene.house == house)
+        scan = Scan("cut", scene.scan.xyz[own], scene.world)
+        found = find_facades(scan, Building("B01", np.arange(len(own)), float(scan.xyz[:, 2].min())))
+        assert all(np.mean(scene.label[own][f.inliers] == INTERIOR) < 0.2 for f in found)

@@ -22,6 +22,7 @@ _ROOM = 12.0  # m: how far behind a facade its rooms reach
 _OPEN = 0.25  # share of the strip before a wall that is open ground when it stands outside
 _COURT = 2.0  # open ground over built-up area before it: the floor of a room has as much of both
 _AWAY = 0.5  # cosine between outward normals below which a wall looks away from another
+_TALL = 0.5  # of a front's height that its far side has at least: walls of rooms are a storey high
 
 
 def drop_interiors(fronts: list[Front], scene: Scene, rng: np.random.Generator) -> list[Front]:
@@ -31,8 +32,8 @@ def drop_interiors(fronts: list[Front], scene: Scene, rng: np.random.Generator) 
     and between its wall; a wall set back is seen over or beside it. Without, a wall close behind a larger one
     that looks the same way and nowhere reaches beyond it is a room's, for no house and court fit between;
     others are outside only if open ground lies before them, in a cloud cut out without its ground also if
-    they look away from the larger one with nothing beyond (the far side of a tower) and no place in front
-    explains them.
+    they look away from the larger one with nothing beyond, tall as it (the far side of a tower), and no place
+    in front explains them.
     """
     kept = []
     for inner in fronts:
@@ -63,8 +64,9 @@ def _is_interior(outer: Front, inner: Front, rows: Int, scene: Scene) -> bool:
     if ground > max(_COURT * mass, _OPEN * strip):
         return False
     street, _, length = beside(wall, outer.cells, scene.around, scene.ground_z)
-    looks_away = outer.wall.normal @ inner.wall.normal < -_AWAY and mass < _OPEN * strip
-    return street > _OPEN * length or not looks_away or _explained_by_a_place(outer, inner, xyz)
+    far_side = outer.wall.normal @ inner.wall.normal < -_AWAY and mass < _OPEN * strip
+    far_side &= inner.cells.size[1] > _TALL * outer.cells.size[1]
+    return street > _OPEN * length or not far_side or _explained_by_a_place(outer, inner, xyz)
 
 
 def _explained_by_a_place(outer: Front, inner: Front, xyz: Float) -> bool:
