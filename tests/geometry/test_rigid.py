@@ -3,7 +3,12 @@
 import numpy as np
 import pytest
 
-from frontage.geometry.rigid import quaternion_from_rotation, rotation_angle, rotation_from_quaternion
+from frontage.geometry.rigid import (
+    Rigid3,
+    quaternion_from_rotation,
+    rotation_angle,
+    rotation_from_quaternion,
+)
 
 
 def about(axis: np.ndarray, angle: float) -> np.ndarray:
@@ -24,3 +29,12 @@ def test_quaternions_come_back_as_the_same_rotation() -> None:
 def test_angles_keep_their_digits(angle: float) -> None:
     R = about(np.array([0.3, -0.5, 0.8]), angle)
     assert rotation_angle(R) == pytest.approx(angle, rel=1e-6, abs=1e-15)
+
+
+def test_a_correction_comes_after_what_it_corrects() -> None:
+    a = Rigid3("local", "given", about(np.array([0.1, 0.2, 1.0]), 0.4), np.array([5.0, 2.0, -1.0]))
+    b = Rigid3("local", "scanner", about(np.array([1.0, 0.2, 0.0]), -1.1), np.array([0.5, 0.0, 3.0]))
+    xyz = np.random.default_rng(0).normal(size=(5, 3))
+    both = a.after(b)
+    assert (both.to, both.frm) == ("local", "scanner")
+    np.testing.assert_allclose(both.apply(xyz), a.apply(b.apply(xyz)), atol=1e-12)

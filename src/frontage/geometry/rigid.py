@@ -37,6 +37,13 @@ class Rigid3:
             raise ValueError(f"{self.to}_from_{self.frm} @ {other.to}_from_{other.frm}: frames do not meet")
         return Rigid3(self.to, other.frm, self.R @ other.R, self.R @ other.t + self.t)
 
+    def after(self, other: "Rigid3") -> "Rigid3":
+        """First `other`, then this one: a correction of coordinates that `other` brought into that frame.
+
+        The product of ``@``, but both `frm` and `to` of a correction are the frame that it corrects.
+        """
+        return Rigid3(self.to, other.frm, self.R @ other.R, self.R @ other.t + self.t)
+
     @property
     def inverse(self) -> "Rigid3":
         """The motion back, ``frm_from_to``."""

@@ -12,7 +12,6 @@ import numpy as np
 
 from frontage.errors import InputError
 from frontage.geometry.arrays import Float
-from frontage.geometry.rigid import Rigid3
 from frontage.io.citymodel import read_city_model
 from frontage.io.scans import ScanSource
 from frontage.io.store import load_scan, save_scan
@@ -170,8 +169,7 @@ def _moved(scan: Scan, r: Registered) -> Scan:
     T = r.local_from_given.value
     pose = scan.local_from_scanner
     if pose is not None:
-        chained = Rigid3("local", pose.value.frm, T.R @ pose.value.R, T.R @ pose.value.t + T.t)
-        pose = Estimate(chained, r.covariance, r.local_from_given.dof)
+        pose = Estimate(T.after(pose.value), r.covariance, r.local_from_given.dof)
     lost = tuple(beams.moved(T) for beams in scan.no_returns)
     xyz, origins = T.apply(scan.xyz), T.apply(scan.origins)
     return replace(scan, xyz=xyz, origins=origins, no_returns=lost, local_from_scanner=pose)

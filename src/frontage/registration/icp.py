@@ -43,7 +43,7 @@ def plain_icp(
             r = np.einsum("ij,ij->i", n, now - target[k])
             pose = moved(pose, pivot, -np.linalg.lstsq(A.T @ A, A.T @ r, rcond=None)[0])
         else:
-            pose = Rigid3("local", "given", step.R @ pose.R, step.R @ pose.t + step.t)
+            pose = step @ pose
         if np.linalg.norm(pose.apply(xyz).mean(0) - before) < tolerance:
             break
     return pose

@@ -69,7 +69,7 @@ def _body(
 ) -> _Placed:
     """Poses of a group of scans as one body on the model: the best of the coarse search's candidates."""
     first, prior = group_prior(members, priors)
-    chain = {s: _after(first, p) for s, p in members.items()}
+    chain = {s: first.after(p) for s, p in members.items()}
     body = merge_surfels([pieces[s].moved(pose) for s, pose in chain.items()])
     sigma = (float(prior.sigma_position[:2].max()), prior.sigma_heading)
     peaks = search(plan_of_surfels(body), plan_of_walls(walls), prior.position[:2], sigma)
@@ -85,13 +85,8 @@ def _body(
         return _Placed(chain, 0.0, [])
     tried.sort(key=lambda t: -t[0])
     score, best = tried[0]
-    poses = {s: _after(best.poses[0], p) for s, p in chain.items()}
+    poses = {s: best.poses[0].after(p) for s, p in chain.items()}
     return _Placed(poses, explained(best, thin), _rivals(tried, prior, score, best, tuple(sorted(chain))))
-
-
-def _after(a: Rigid3, b: Rigid3) -> Rigid3:
-    """First b, then a: both correct coordinates."""
-    return Rigid3("local", "given", a.R @ b.R, a.R @ b.t + a.t)
 
 
 def _lift(body: Surfels, walls: Walls, prior: PosePrior) -> float:

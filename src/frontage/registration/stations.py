@@ -185,20 +185,15 @@ def groups(pieces: Sequence[Surfels], priors: Sequence[PosePrior]) -> list[dict[
         one, two = group[t.a], group[t.b]
         if one is two:
             continue
-        link = _chain(_chain(one[t.a], t.a_from_b), _renamed(two[t.b].inverse))
+        link = one[t.a].after(t.a_from_b).after(_renamed(two[t.b].inverse))
         for s, pose in two.items():
-            one[s] = _chain(link, pose)
+            one[s] = link.after(pose)
             group[s] = one
     unique: list[dict[int, Rigid3]] = []
     for s in range(n):
         if not any(group[s] is g for g in unique):
             unique.append(group[s])
     return unique
-
-
-def _chain(a: Rigid3, b: Rigid3) -> Rigid3:
-    """First b, then a: both correct coordinates in one frame."""
-    return Rigid3(a.to, b.frm, a.R @ b.R, a.R @ b.t + a.t)
 
 
 def _renamed(pose: Rigid3) -> Rigid3:
