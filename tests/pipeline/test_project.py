@@ -78,5 +78,5 @@ def test_what_is_wrong_is_said_in_one_sentence(text: str, sentence: str, tmp_pat
 
 
 def test_a_missing_project_file_is_told(tmp_path: Path) -> None:
-    with pytest.raises(FrontageError, match="no such project file"):
+    with pytest.raises(FrontageError, match="no such file"):
         load_project(tmp_path / "PROJECT.toml")

@@ -21,7 +21,7 @@ def command(spec: Path | None, seed: int | None, out: Path, workers: int, quiet:
     What SPEC.toml leaves out is drawn from the seed; with --seed alone everything is. docs/simulate.md
     tells the keys.
     """
-    from frontage.errors import FileError
+    from frontage.pipeline.files import text_of
     from frontage.pipeline.simulate import simulate
     from frontage.simulate.spec import SceneSpec, parse_spec
 
@@ -29,12 +29,7 @@ def command(spec: Path | None, seed: int | None, out: Path, workers: int, quiet:
         raise click.UsageError("give a SPEC.toml or a --seed")
     made = SceneSpec()
     if spec is not None:
-        try:
-            made = parse_spec(spec.read_text("utf-8"), str(spec))
-        except FileNotFoundError:
-            raise FileError(spec, "no such file", "give the path of a SPEC.toml") from None
-        except (OSError, UnicodeDecodeError) as error:
-            raise FileError(spec, f"cannot be read as text ({error})", "give a SPEC.toml") from None
+        made = parse_spec(text_of(spec, "give the path of a SPEC.toml"), str(spec))
     if seed is not None:
         made = made.model_copy(update={"seed": seed})
     base = spec.parent if spec is not None else Path(".")

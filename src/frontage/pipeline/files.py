@@ -10,8 +10,19 @@ from typing import Any
 import numpy as np
 
 import frontage
+from frontage.errors import FileError
 from frontage.geometry.arrays import Array
 from frontage.io.files import whole_file
+
+
+def text_of(path: Path, hint: str) -> str:
+    """The text of a file that a user names. Raises FileError with `hint` when there is none to read."""
+    try:
+        return path.read_text("utf-8")
+    except FileNotFoundError:
+        raise FileError(path, "no such file", hint) from None
+    except (OSError, UnicodeDecodeError) as error:
+        raise FileError(path, f"cannot be read as text ({error})", hint) from None
 
 
 def write_bytes(path: Path, data: bytes) -> None:

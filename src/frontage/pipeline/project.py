@@ -20,6 +20,7 @@ from frontage.io.scans import ScanSource
 from frontage.openings.options import OpeningOptions
 from frontage.ortho import OrthoOptions
 from frontage.pipeline.addressbook import AddressBook
+from frontage.pipeline.files import text_of
 from frontage.registration import RegistrationOptions
 from frontage.solids import BuildOptions
 
@@ -77,11 +78,7 @@ def load_project(path: Path, changes: Mapping[str, Mapping[str, Any]] | None = N
     Raises FileError when it is missing or not TOML, OptionError for an unknown key or a value out of range.
     """
     try:
-        table = tomllib.loads(path.read_text("utf-8"))
-    except FileNotFoundError:
-        raise FileError(path, "no such project file", "give the path of a PROJECT.toml") from None
-    except (OSError, UnicodeDecodeError) as error:
-        raise FileError(path, f"cannot be read as text ({error})", _NO_PROJECT) from None
+        table = tomllib.loads(text_of(path, _NO_PROJECT))
     except tomllib.TOMLDecodeError as error:
         raise FileError(path, f"is not valid TOML: {error}", "correct that line") from None
     for name, values in (changes or {}).items():
