@@ -53,8 +53,6 @@ def street(spec: SceneSpec) -> Scene:
     )
     _draw_hedges(ground, profile, spec, plots, houses)
     draw_obstacles(ground, profile, spec, s0 - 5, s1 + 5, np.random.default_rng((spec.seed, 5)))
-    middle = -profile.width / 2
-    road = [[s, middle, profile.height(s, middle)] for s in np.linspace(s0, s1, 2 + int((s1 - s0) // 10))]
     return Scene(
         name=spec.name,
         seed=spec.seed,
@@ -64,7 +62,7 @@ def street(spec: SceneSpec) -> Scene:
         surfaces=tuple(builder.surfaces),
         materials=tuple(builder.materials),
         houses=tuple(houses),
-        road=local_from_street.apply(np.array(road)),
+        road=local_from_street.apply(profile.centre_line(s0, s1)),
         notes=tuple(notes),
     )
 

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 import shapely
 
+from frontage.geometry.arrays import Float
 from frontage.simulate.meshing import Pen, triangulate
 from frontage.simulate.scene import Material, Part
 
@@ -28,6 +29,11 @@ class Profile:
         """Height of the ground at (s, d) m."""
         depth, z = self._section
         return self.slope * s + float(np.interp(d, depth, z))
+
+    def centre_line(self, s0: float, s1: float) -> Float:
+        """Points (k, 3) m of the street frame along the middle of the carriageway, 10 m apart at most."""
+        d = -self.width / 2
+        return np.array([[s, d, self.height(s, d)] for s in np.linspace(s0, s1, 2 + int((s1 - s0) // 10))])
 
     @property
     def _section(self) -> tuple[list[float], list[float]]:

@@ -48,8 +48,6 @@ def model_scene(spec: SceneSpec, models: Sequence[CityModel]) -> Scene:
         side = 0 if k in site.row else 1
         houses.append(draw_model_house(pen, draft, side, foot, np.random.default_rng((spec.seed, 8, k))))
     _draw_street(Pen(builder, frame), spec, profile, drafts, site)
-    middle, (s0, s1) = -profile.width / 2, site.span
-    road = [[s, middle, profile.height(s, middle)] for s in np.linspace(s0, s1, 2 + int((s1 - s0) // 10))]
     return Scene(
         name=spec.name,
         seed=spec.seed,
@@ -59,7 +57,7 @@ def model_scene(spec: SceneSpec, models: Sequence[CityModel]) -> Scene:
         surfaces=tuple(builder.surfaces),
         materials=tuple(builder.materials),
         houses=tuple(houses),
-        road=frame.apply(np.array(road)),
+        road=frame.apply(profile.centre_line(*site.span)),
         notes=tuple(_notes(models, buildings, found, site)),
     )
 
