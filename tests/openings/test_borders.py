@@ -5,7 +5,7 @@ import pytest
 
 from frontage.openings.borders import find_borders
 from frontage.openings.depth import find_depth
-from frontage.openings.edges import Face, Look
+from frontage.openings.edges import Face, Look, footprint
 from frontage.openings.measure import facade_look, measure
 from frontage.openings.sight import Sight
 
@@ -179,9 +179,26 @@ def test_relief_that_bends_the_mean_of_the_wall_is_no_opening():
 def test_faces_that_few_points_tell_come_from_the_facade():
     view = sight((BELOW_LEFT,), 0.02, blocks=[(*SILL, -0.08)])
     outlines = measure(view, [WINDOW], 0.02, 0.02) * 3
-    told = [type(o)(**{**o.__dict__, "borders": _with_scores(o.borders)}) for o in outlines]
-    face = facade_look(told).faces[2]
+    face = facade_look([_scored(o) for o in outlines]).faces[2]
     assert isinstance(face, Face) and abs(face.y + 0.08) < 0.005
+
+
+def test_footprints_grow_with_the_range_by_diffraction_at_least():
+    view = sight((BELOW_LEFT,), 0.02)
+    clean = facade_look([_scored(o) for o in measure(view, [WINDOW], 0.02, 0.02)])
+    assert clean.widening == pytest.approx(1e-4)  # no mixed echoes
+    assert footprint(np.array([0.0, 1.0, 25.0]), clean.widening) == pytest.approx(
+        [0, 0.00125, 0.0028], rel=0.01
+    )
+    edge = np.flatnonzero(np.abs(view.place[1] - WINDOW[1]) < 0.009)
+    depth = view.depth.copy()
+    depth[edge] = np.random.default_rng(0).uniform(0.0, FRAME, len(edge))
+    mixed = Sight(view.place, view.slope, depth, view.level, view.range, view.wall)
+    assert facade_look([_scored(o) for o in measure(mixed, [WINDOW], 0.02, 0.02)]).widening > 1.4e-4
+
+
+def _scored(outline):
+    return type(outline)(**{**outline.__dict__, "borders": _with_scores(outline.borders)})
 
 
 def _with_scores(borders):
