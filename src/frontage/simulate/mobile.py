@@ -140,4 +140,4 @@ def _joined(
         return_count=m.count,
         sigma_range=instrument.sigma_range,
     )
-    return Drive(scan, believed.table, true.table, scanner, m.surface, m.kind, m.true_range)
+    return Drive(scan, m.surface, m.kind, m.true_range, believed.table, true.table, scanner)

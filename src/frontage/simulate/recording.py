@@ -22,17 +22,13 @@ class Echo(IntEnum):
 
 
 @dataclass(frozen=True, eq=False)
-class Station:
-    """One terrestrial scan position.
+class Recording:
+    """Points and the truth about them: scan = what the file holds.
 
-    scan          what the file holds: points placed with `given`, raster with beams without return
-    true, given   local_from_scanner
     surface (n,) int32 into Scene.surfaces, -1 stray; echo (n,) uint8 `Echo`; true_range (n,) m to it
     """
 
     scan: Scan
-    true: Rigid3
-    given: Rigid3
     surface: Array
     echo: Array
     true_range: Float
@@ -43,26 +39,32 @@ class Station:
 
 
 @dataclass(frozen=True, eq=False)
-class Drive:
-    """One mobile recording: points placed with the given trajectory.
+class Station(Recording):
+    """One terrestrial scan position: points placed with `given`, raster with beams without return.
 
-    scan           all points; `time` is gps_time, `origins` the given sensor positions
-    trajectory     given (k, 7): gps_time s, x, y, z m local, roll, pitch, heading rad; true_trajectory alike
-    scanner (n,) uint8, 1 or 2; surface, echo, true_range as in `Station`
+    true, given   local_from_scanner
     """
 
-    scan: Scan
+    true: Rigid3
+    given: Rigid3
+
+
+@dataclass(frozen=True, eq=False)
+class Drive(Recording):
+    """One mobile recording: points placed with the given trajectory; `scan.time` is gps_time, `scan.origins`
+    the given sensor positions.
+
+    trajectory     given (k, 7): gps_time s, x, y, z m local, roll, pitch, heading rad; true_trajectory alike
+    scanner (n,) uint8, 1 or 2
+    """
+
     trajectory: Float
     true_trajectory: Float
     scanner: Array
-    surface: Array
-    echo: Array
-    true_range: Float
 
     def __post_init__(self) -> None:
-        n = len(self.scan)
-        freeze(self, surface=((n,), np.int32), echo=((n,), np.uint8), true_range=((n,), np.float64))
-        freeze(self, scanner=((n,), np.uint8))
+        super().__post_init__()
+        freeze(self, scanner=((len(self.scan),), np.uint8))
 
 
 @dataclass(frozen=True, eq=False)

@@ -100,7 +100,7 @@ def _station(
         return_number=m.number if several else None,
         return_count=m.count if several else None,
     )
-    return Station(scan, true, given, m.surface, m.kind, m.true_range)
+    return Station(scan, m.surface, m.kind, m.true_range, true, given)
 
 
 def _covariance(spec: ScannerSpec) -> Float:

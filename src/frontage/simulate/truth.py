@@ -13,7 +13,7 @@ import numpy as np
 from frontage.geometry.arrays import Array, Float, Int
 from frontage.geometry.rigid import Rigid3
 from frontage.model import Photo, WorldRef
-from frontage.simulate.recording import Drive, Echo, Station
+from frontage.simulate.recording import Drive, Echo, Recording, Station
 from frontage.simulate.scene import FacadePlan, House, OpeningPlan, ProtrusionPlan, Scene
 from frontage.simulate.visibility import Shares, Visibility
 
@@ -153,7 +153,7 @@ def photo_table(photo: Photo, given: Rigid3, world: WorldRef) -> Table:
     }
 
 
-def point_arrays(scene: Scene, recording: Station | Drive, order: Int) -> dict[str, Array]:
+def point_arrays(scene: Scene, recording: Recording, order: Int) -> dict[str, Array]:
     """Per point, in the order of the file: surface (index into surface_arrays), part, house, echo, range.
 
     order  (n,) index into the recording's points of every point of the file
