@@ -7,12 +7,11 @@ from scipy import ndimage
 
 from frontage.geometry.arrays import Bool
 from frontage.openings.beams import Beams
-from frontage.openings.evidence import Evidence, balance
+from frontage.openings.evidence import Evidence, balance, enough
 
 _DEEPEST = 0.07  # m: masonry steps back by a quarter of a brick; leaves and panes lie deeper
-_FULL = 0.7  # share of the wall's beams that come back from a panel: glass returns less
-_AROUND = 0.2  # m about a cell that tell the share, three cells at least
-_NARROWEST = 0.3  # m, left of a panel then: frames are narrower, and posts between two casements
+_FULL = 0.6  # share of the wall's beams that come back from a panel: glass returns less
+_NARROWEST = 0.25  # m, left of a panel then: frames are narrower, and posts between two casements
 _ABOVE = 0.5  # m above the ground: thresholds, and what the share leaves out
 _DOOR = 1.5  # m: what is that high and stands on the ground may be the leaf of a door
 
@@ -26,15 +25,14 @@ def without_panels(evidence: Evidence, beams: Beams, ground: float) -> Evidence:
     shallow = beams.open_depth <= _DEEPEST
     (x, z), depth = beams.open[shallow].T, beams.open_depth[shallow]
     held, first, second = (raster.count(x, z, depth**power) for power in range(3))
-    wide = max(int(np.ceil(_AROUND / raster.cell)), 3)
-    sums = (evidence.expected, held, first, second)
-    due, come, first, second = (ndimage.uniform_filter(m, wide) for m in sums)
+    come, first, second = (ndimage.uniform_filter(m, 3) for m in (held, first, second))
     spread = second / np.maximum(come, 1e-9) - (first / np.maximum(come, 1e-9)) ** 2
-    full = (come >= _FULL * due) & (due > 0.0) & (spread < (beams.least / 2.0) ** 2)
+    full = enough(held, evidence.expected, 1.0) >= _FULL
+    full &= (evidence.expected > 0.0) & (spread < (beams.least / 2.0) ** 2)
     least = max(int(np.ceil(_NARROWEST / raster.cell)), 2)
     full = ndimage.binary_closing(full, np.ones((3, 3), np.bool_))  # counts scatter
     full = ndimage.binary_opening(full, np.ones((least, least), np.bool_))
-    panel = ndimage.maximum_filter(full & ~_doors(full, ground - raster.corner[1], raster.cell), wide)
+    panel = ndimage.maximum_filter(full & ~_doors(full, ground - raster.corner[1], raster.cell), 3)
     held = np.where(panel, held, 0.0)
     if not held.any():
         return evidence
