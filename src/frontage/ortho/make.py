@@ -60,11 +60,9 @@ def make_ortho(
         names, offset = _from_photos(bands, shown, facade, raster, plan, image_of, options)
     seen = len(names)
     if points.any():
-        names += _from_scan(bands, scan, xyz_facade, points, raster, facade, gaps, len(names))
+        names += _from_scan(bands, scan, xyz_facade, points, raster, facade, gaps, seen)
     elif not names:
-        return Failed(
-            "F302", f"facade {facade.id}: no photo sees it and no point lies on it", "check the poses"
-        )
+        return Failed("F302", f"facade {facade.id}: no photo and no point shows it", "check the poses")
     cut_out(bands, intensity, facade, raster, options)
     return OrthoImage(
         bands.pixels,
