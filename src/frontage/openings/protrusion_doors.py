@@ -19,7 +19,7 @@ _BESIDE = 0.1  # m that an opening may reach beyond the balcony
 _NARROW, _LOW = 0.6, 1.8  # m, least width and height of a door
 _RISE = 1.5  # m of wall hidden above a rail per m that it stands out: seen from below at 56 degrees
 _CORE = 0.15  # share of the width that is left out at either side
-_WALL = 0.05  # share of the beams due that may show wall below the opening
+_FEW = 3  # beams that show wall: fewer may be strays
 _MARGIN = 0.1  # m above the floor and below the opening's foot that are left out
 
 
@@ -56,14 +56,15 @@ def _reaching(
 
 
 def _shows_wall(crossings: Crossings, box: Box, facade: Facade) -> bool:
-    """Whether beams ended on the wall in a box, its sides left out."""
+    """Whether beams ended on the wall in a box, its sides left out: more than went through it."""
     x0, z0, x1, z1 = box
     core = (x0 + _CORE * (x1 - x0), z0, x1 - _CORE * (x1 - x0), z1)
     if z1 <= z0:
         return False
     _, depth = crossings.at(0.0, core, 0.0)
-    due = (core[2] - core[0]) * (z1 - z0) / facade.spacing**2
-    return float((np.abs(depth) <= 3.0 * facade.roughness).sum()) > _WALL * due
+    near = 3.0 * facade.roughness
+    on, through = int((np.abs(depth) <= near).sum()), int((depth > near).sum())
+    return on >= _FEW and on > through
 
 
 def _lowered(opening: Opening, flat: Int, floor: float) -> Opening:
