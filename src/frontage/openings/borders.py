@@ -85,8 +85,8 @@ def locate(near: Sight, side: Side, band: float, frame: float | None, spacing: f
         return Border(side.at, sigma, 0.0, edge, np.zeros(len(asked)))
     half = round(band / _STEP)
     e: Float = np.arange(-half, half + 1, dtype=np.float64) * _STEP
-    fixed = _absences(edge, side.reach, spacing, e) + _reveal(edge.reveal, e)
     strays = _strays(edge.solid, -band / 2), _strays(-edge.opened, -band / 2)
+    fixed = _absences(edge, side.reach, spacing, e, strays) + _reveal(edge.reveal, e)
     scores = {w: fixed + side_scores(edge.solid, edge.opened, e, w, strays) for w in {*asked, look.blur}}
     score = scores[look.blur]
     p = np.exp(score - score.max())
@@ -112,7 +112,8 @@ def _unseen(near: Sight, side: Side, frame: float | None, spacing: float, look: 
     edge = edge_beams(near, replace(side, reach=reach), frame, spacing, look)
     e: Float = np.arange(-reach, side.inner, _COARSE)
     strays = _strays(edge.solid, -side.inner / 2), _strays(-edge.opened, -side.inner / 2)
-    score = _absences(edge, reach, spacing, e) + side_scores(edge.solid, edge.opened, e, _COARSE, strays)
+    score = _absences(edge, reach, spacing, e, strays)
+    score += side_scores(edge.solid, edge.opened, e, _COARSE, strays)
     p = np.exp(score - score.max())
     return float(np.sqrt(p @ (e - at) ** 2 / p.sum()))
 
@@ -168,7 +169,7 @@ def _strays(u: Float, low: float) -> float:
     return float(np.clip(wrong / max(own, 1), _STRAY, 0.9))
 
 
-def _absences(edge: Edge, reach: float, spacing: float, e: Float) -> Float:
+def _absences(edge: Edge, reach: float, spacing: float, e: Float, strays: tuple[float, float]) -> Float:
     """Log-likelihood (k,) of borders at e m by the beams that did not come, where nothing hides the wall.
 
     Rasters are regular: what counts is not how many points a side has but how wide the gaps between them are.
@@ -187,6 +188,8 @@ def _absences(edge: Edge, reach: float, spacing: float, e: Float) -> Float:
     opened = np.append(edge.opened[edge.opened > 0.0], reach)
     # points of unknown sensors leave the edge's own shadow empty behind it
     rates = 1.0 / _gap(solid, reach), 1.0 / _gap(opened, reach) if edge.rays else 0.0
+    # strays are due on the other side, too
+    rates = rates[0] * (1.0 - strays[0]), rates[1] * (1.0 - strays[1])
     return np.asarray(-(rates[0] * before + rates[1] * (length[-1] - before)))
 
 
