@@ -128,8 +128,8 @@ def _shape(
         arch = ring_of(head.shape, (x0, z0, x1, head.top if head.rise else z1), head.rise)[0]
         if strays(fan, ring_of("circle", found.box, 0.0)[0]) + _FEWER < strays(fan, arch):
             return _circle(found)
-    if head.shape == "rectangle":
-        return head.shape, place, 0.0, None
+    if head.shape == "rectangle" or head.top - head.rise <= z0:
+        return "rectangle", place, 0.0, None
     return head.shape, (x0, z0, x1, head.top), head.rise, _spread(head)
 
 
