@@ -135,7 +135,7 @@ def bad_inputs(tmp_path: Path, project: Path) -> dict[str, list[object]]:
         "gsd": ["run", project, "--gsd", "-1", "-o", here],
         "EPSG:99": ["run", project, "--crs", "EPSG:99", "-o", here],
         "not a run folder": ["ortho", tmp_path],
-        "no such project": ["run", tmp_path / "none.toml", "-o", here],
+        "give a PROJECT.toml": ["run", tmp_path / "none.toml", "-o", here],
     }
 
 
@@ -150,7 +150,7 @@ def bad_inputs(tmp_path: Path, project: Path) -> dict[str, list[object]]:
         "gsd",
         "EPSG:99",
         "not a run folder",
-        "no such project",
+        "give a PROJECT.toml",
     ],
 )
 def test_bad_input_is_one_sentence_and_exit_code_1(what: str, project: Path, tmp_path: Path) -> None:
