@@ -13,7 +13,6 @@ from frontage.openings.options import OpeningOptions
 _PRICE = 12.0  # nats an opening must be worth: four borders (MDL)
 _LINES = 8  # candidate borders a component has in each direction, at most
 _PIER = 0.115  # m between two openings: half a brick, the least pier of masonry; bars are narrower
-_KEPT = 80  # rectangles of a component that go into the layout
 _UNSEEN = 0.05  # nats a cell of nothing known costs
 _SCALES = ((0.6, 12.0), (1.0, 12.0), (1.7, 12.0), (2.5, 25.0))  # least openings: square, largest part
 
@@ -51,7 +50,7 @@ def find_boxes(evidence: Evidence, options: OpeningOptions, framed: Callable[[In
         own = np.where(others, -_UNSEEN, worth[part])
         boxes, gains = _rectangles(own, evidence.due[part], least)
         boxes += [s.start for s in part] * 2
-        kept = np.flatnonzero(framed(boxes))[:_KEPT]
+        kept = np.flatnonzero(framed(boxes))
         found += best_layout([_box(boxes[k], gains[k]) for k in kept], pier)
     return found
 
