@@ -13,6 +13,7 @@ from frontage.openings.options import OpeningOptions
 _PRICE = 12.0  # nats an opening must be worth: four borders (MDL)
 _LINES = 8  # candidate borders a component has in each direction, at most
 _PIER = 0.115  # m between two openings: half a brick, the least pier of masonry; bars are narrower
+_LESSER = 0.1  # of the best of its component: what is worth less is a remnant of an uneven outline
 _UNSEEN = 0.05  # nats a cell of nothing known costs
 _SCALES = ((0.6, 12.0), (1.0, 12.0), (1.7, 12.0), (2.5, 25.0))  # least openings: square, largest part
 
@@ -51,6 +52,7 @@ def find_boxes(evidence: Evidence, options: OpeningOptions, framed: Callable[[In
         boxes, gains = _rectangles(own, evidence.due[part], least)
         boxes += [s.start for s in part] * 2
         kept = np.flatnonzero(framed(boxes))
+        kept = kept[gains[kept] >= _LESSER * gains[kept[:1]].sum()]
         found += best_layout([_box(boxes[k], gains[k]) for k in kept], pier)
     return found
 
