@@ -140,6 +140,15 @@ def test_other_installations(kind):
     assert volume == pytest.approx(8 * 0.05 * 0.6 if kind == "awning" else box, abs=2e-3)
 
 
+def test_steps_of_an_outline_below_the_snap_tolerance_are_none():
+    string = protrusion("string", (-4, 1, 4, 1.2), -0.05)
+    step = np.array([[-4, 1], [0.5, 1], [0.5, 1.0003], [4, 1.0003], [4, 1.2], [-4, 1.2]], float)
+    made = house(wall(), Elements("B01/F1", (), (replace(string, ring=step),)))
+    (installed,) = made.installations
+    assert not made.failed and not validate(installed.solid)
+    assert volume6(installed.solid) / 6e12 == pytest.approx(8 * 0.2 * 0.05, abs=2e-4)
+
+
 def test_an_awning_on_an_oriel_begins_at_its_front():
     elements = Elements(
         "B01/F1", (), (protrusion("oriel", (-2, -1, 2, 2), -0.8), protrusion("awning", (-1, 0, 1, 1), -1.5))

@@ -32,7 +32,9 @@ def without_panels(evidence: Evidence, beams: Beams, ground: float) -> Evidence:
     least = max(int(np.ceil(_NARROWEST / raster.cell)), 2)
     full = ndimage.binary_closing(full, np.ones((3, 3), np.bool_))  # counts scatter
     full = ndimage.binary_opening(full, np.ones((least, least), np.bool_))
-    panel = ndimage.maximum_filter(full & ~_doors(full, ground - raster.corner[1], raster.cell), 3)
+    foot = max(int((ground + _ABOVE - raster.corner[1]) / raster.cell), 0)
+    doors = _doors(full, evidence.llr > 0.0, foot, raster.cell)
+    panel = ndimage.maximum_filter(full & ~doors, 3)
     held = np.where(panel, held, 0.0)
     if not held.any():
         return evidence
@@ -41,11 +43,13 @@ def without_panels(evidence: Evidence, beams: Beams, ground: float) -> Evidence:
     return replace(evidence, llr=llr, solid=solid, open=open_)
 
 
-def _doors(full: Bool, ground: float, cell: float) -> Bool:
-    """Cells (h, w) of what is as high as a door and stands on the ground, `ground` m up."""
+def _doors(full: Bool, open_: Bool, foot: int, cell: float) -> Bool:
+    """Cells (h, w) of `full` that are leaves: as high as a door, and open or full down to row `foot`."""
     out = np.zeros(full.shape, np.bool_)
     labels, _ = ndimage.label(full)
     for rows, columns in ndimage.find_objects(labels):
-        if rows.start * cell < ground + _ABOVE and (rows.stop - rows.start) * cell > _DOOR:
+        below = slice(min(foot, rows.start), rows.start)
+        stands = open_[below, columns].mean(axis=1) > _FULL  # no wall between it and the ground
+        if stands.all() and (rows.stop - below.start) * cell > _DOOR:
             out[rows, columns] = True
     return out

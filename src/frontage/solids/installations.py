@@ -17,6 +17,7 @@ SLAB, PARAPET, CLOTH = 0.20, 0.10, 0.05
 """Thickness (m) of a balcony's slab and parapet and of an awning: not measured from the street, assumed."""
 
 _STEEP = 0.5  # vertical part of the normal of a floor, a roof or a ceiling
+_SHORT = 0.002  # m: vertices of an outline that close are one; twice the validator's snap tolerance
 _THIN = 0.02  # m: what stands out by less is no body
 
 
@@ -72,6 +73,7 @@ def _shape(kind: str, ring: Float, front: float, back: float) -> tuple[Float, li
 
 def _block(ring: Float, front: float, back: float) -> tuple[Float, list[tuple[int, ...]]]:
     """An outline (x, z) between two depths."""
+    ring = ring[np.linalg.norm(ring - np.roll(ring, 1, axis=0), axis=1) > _SHORT]
     ring = ring if ring_area(ring) > 0 else ring[::-1]
     k = len(ring)
     xyz = np.concatenate([np.insert(ring, 1, y, axis=1) for y in (front, back)])
