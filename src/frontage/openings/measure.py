@@ -87,6 +87,8 @@ def _outline(
         covariance[:4, :4] = np.eye(4) * spread[0, 0]
     elif spread is not None:
         covariance[3:, 3:] = spread
+        if borders[3].gain <= 0.0:  # nothing shows where the head ends
+            covariance[3, 3] += borders[3].sigma ** 2
     slack = 2.0 * max(borders[0].sigma, borders[1].sigma)
     return Outline(
         shape,
