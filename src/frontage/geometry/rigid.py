@@ -35,7 +35,7 @@ class Rigid3:
     def __matmul__(self, other: "Rigid3") -> "Rigid3":
         if self.frm != other.to:
             raise ValueError(f"{self.to}_from_{self.frm} @ {other.to}_from_{other.frm}: frames do not meet")
-        return Rigid3(self.to, other.frm, self.R @ other.R, self.R @ other.t + self.t)
+        return self.after(other)
 
     def after(self, other: "Rigid3") -> "Rigid3":
         """First `other`, then this one: a correction of coordinates that `other` brought into that frame.

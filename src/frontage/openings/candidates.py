@@ -52,7 +52,7 @@ def find_boxes(evidence: Evidence, options: OpeningOptions, framed: Callable[[In
         boxes, gains = _rectangles(own, evidence.due[part], least)
         boxes += [s.start for s in part] * 2
         kept = np.flatnonzero(framed(boxes))
-        kept = kept[gains[kept] >= _LESSER * gains[kept[:1]].sum()]
+        kept = kept[gains[kept] >= _LESSER * gains[kept].max(initial=0.0)]
         found += best_layout([_box(boxes[k], gains[k]) for k in kept], pier)
     return found
 
