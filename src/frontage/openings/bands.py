@@ -128,7 +128,8 @@ def _post(
     frames = [_frame(plane, s, piece, lintel, evidence) for s in _sides(*across)]
     if None in frames or across[1] - across[0] < _FRAMES * max(f or 0.0 for f in frames):
         return None
-    return Post(across[0], piece[1] - int(sill.argmax()) * cell, across[1], lintel, plane.y)
+    foot = int(sill.argmax()) if sill.any() else 0  # nothing lies below the raster
+    return Post(across[0], piece[1] - foot * cell, across[1], lintel, plane.y)
 
 
 def _across(plane: _Plane, piece: Place, evidence: Evidence) -> tuple[float, float] | None:
