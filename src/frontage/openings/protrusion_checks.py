@@ -8,7 +8,7 @@ from frontage.openings.protrusion_grain import Grain
 
 _TOUCH = 0.2  # m from the wall: what belongs to it comes so near
 _CONTACT = 0.1  # share of a protrusion's outline along which it must
-_FREE = 0.4  # the same for what stands on the ground, as cars do
+_FREE = 0.4  # the same for what stands on the ground, as cars do: of its sides and its top
 _SIDE = 0.8  # share of a side that shows points: two sides at least do
 _SIDES = 0.6  # share of all sides that does: those of foliage are frayed
 _FILLED = 0.2  # share of the front's cells that shows points: railings are open, foliage more so
@@ -35,10 +35,8 @@ def is_attached(p: Float, box: Box, y: float, ground: float) -> bool:
         return True
     x0, z0, x1, z1 = box
     p = p[p[:, 1] > -_TOUCH]
-    step, rim = _TOUCH / 2, _TOUCH
-    sides = (
-        occupied(p[np.abs(p[:, 0] - x0) < rim, 2], step) + occupied(p[np.abs(p[:, 0] - x1) < rim, 2], step),
-        occupied(p[np.abs(p[:, 2] - z0) < rim, 0], step) + occupied(p[np.abs(p[:, 2] - z1) < rim, 0], step),
-    )
-    share = sum(sides) * step / (2.0 * (x1 - x0 + z1 - z0))
-    return share >= (_FREE if z0 < ground + rim else _CONTACT)
+    step, rim, stands = _TOUCH / 2, _TOUCH, z0 < ground + _TOUCH
+    upright = [occupied(p[np.abs(p[:, 0] - x) < rim, 2], step) for x in (x0, x1)]
+    level = [occupied(p[np.abs(p[:, 2] - z) < rim, 0], step) for z in ([z1] if stands else [z0, z1])]
+    share = sum(upright + level) * step / (2.0 * (z1 - z0) + len(level) * (x1 - x0))
+    return share >= (_FREE if stands else _CONTACT)

@@ -39,8 +39,9 @@ class Look:
 
 
 def kind_of_protrusion(look: Look, facade: Facade, ground: float, openings: Sequence[Opening]) -> str:
-    """ "balcony", "oriel", "bay" (an oriel from the ground on), "risalit" (one most of the facade wide),
-    "cornice", "band", "sill", "pilaster", "railing", "awning", "steps", "plinth"; else "protrusion".
+    """ "balcony", "oriel", "bay" (an oriel from the ground on), "risalit" (one most of the facade wide, or
+    too shallow for a room), "cornice", "band", "sill", "pilaster", "railing", "awning", "steps", "plinth";
+    else "protrusion".
     """
     width, height = look.size
     if look.box[1] < ground + _STEP and height < _STOREY:
@@ -48,9 +49,10 @@ def kind_of_protrusion(look: Look, facade: Facade, ground: float, openings: Sequ
     if height >= _STOREY:
         if height > _NARROW * width and width < _SLAB:
             return "pilaster" if look.projection < _SLAB / 2 else "protrusion"
-        if look.box[1] > ground + _STEP:
-            return "oriel"
-        return "risalit" if width > _MOST * _width(facade) else "bay"
+        stands, wide = look.box[1] <= ground + _STEP, width > _MOST * _width(facade)
+        if look.projection < _STAND:  # no room: a part of the wall, or the surround of a window
+            return "risalit" if stands or wide else "protrusion"
+        return "oriel" if not stands else "risalit" if wide else "bay"
     if height <= _SLAB and width >= _LONG * height and (height < _RAIL or look.projection < _STAND):
         return _of_bands(look, facade, ground, openings)
     if look.inclined and look.projection >= _ROOF:

@@ -15,9 +15,11 @@ from frontage.openings.protrusion_mouldings import moulding
 _CONTRAST = 2.0  # times the area of the slabs beside it: a front is a surface, foliage fills a volume
 _TAIL, _HEAVY = 0.1, 0.5  # of the fullest line of cells: thinner tails are not the front's
 _FRONTS = 12  # flat fronts of one connected piece, at most
-_CHEEK = 0.6  # m that slanting cheeks and roofs reach beyond a front
+_CHEEK = 1.75  # times its projection that slanting cheeks reach beyond a front: at 30 degrees to the wall
 _AT_WALL, _RUN = 0.4, 0.25  # of the projection: cheeks end so near the wall, and run so far at least
 _ALONG = 0.6  # share of a front's side that these run along
+_FEWEST, _REFITS = 10, 3  # points of a cheek; fits of its line
+_PANELS = 0.25  # share of the points beside a front that lie on its cheek: windows leave that much wall
 
 
 @dataclass(frozen=True, eq=False)
@@ -172,32 +174,47 @@ def _widened(q: Float, piece: Piece, rows: Int, free: Bool, grain: Grain) -> tup
     along most of a side that run back from its front to the wall.
     """
     p = q[rows]
-    near = free & (p[:, 1] >= piece.y - grain.half) & within(p, piece.box, _CHEEK)
+    near = free & (p[:, 1] >= piece.y - grain.half) & within(p, piece.box, -_CHEEK * piece.y)
     box, cheeks, taken = list(piece.box), {}, np.zeros(len(rows), np.bool_)
     for side in range(4):
         axis, other = (0, 2) if side % 2 == 0 else (2, 0)
         lo, hi = piece.box[1 - side % 2], piece.box[3 - side % 2]
         beyond = p[:, axis] < box[side] if side < 2 else p[:, axis] > box[side]
         own = near & beyond & (p[:, other] >= lo - grain.cell) & (p[:, other] <= hi + grain.cell)
-        long = occupied(p[own, other], grain.gap) * grain.gap >= _ALONG * (hi - lo)
-        if not long or not _is_cheek(p[own, 1], p[own, axis], piece, piece.box[side], grain):
+        line = _cheek(p[own, 1], p[own, axis], piece, box[side], grain)
+        if line is None:
             continue
-        end = float(np.quantile(p[own, axis], 0.01 if side < 2 else 0.99))
+        off = (p[:, axis] - line[0] - line[1] * p[:, 1]) * (-1.0 if side < 2 else 1.0)
+        cheek = own & (np.abs(off) <= grain.half)
+        end = float(np.quantile(p[cheek, axis], 0.01 if side < 2 else 0.99))
+        long = occupied(p[cheek, other], grain.gap) * grain.gap >= _ALONG * (hi - lo)
         # what is wider than the front itself is a soffit or a roof, not its cheek
-        if abs(end - box[side]) <= piece.box[side % 2 + 2] - piece.box[side % 2]:
+        if long and abs(end - box[side]) <= piece.box[side % 2 + 2] - piece.box[side % 2]:
             box[side] = end
-            cheeks[side] = rows[own]
-            taken |= own
-    own_rows = np.concatenate([piece.rows, *cheeks.values()])
+            cheeks[side] = rows[cheek]
+            taken |= own & (off <= grain.half)
+    own_rows = np.concatenate([piece.rows, rows[taken]])
     return replace(piece, rows=own_rows, box=(box[0], box[1], box[2], box[3]), cheeks=cheeks), taken
 
 
-def _is_cheek(y: Float, s: Float, piece: Piece, edge: float, grain: Grain) -> bool:
-    """Whether points (k,) at depths y m, places s m across, are a plane from the front's edge to the wall."""
-    if len(y) < 10 or y.max() < _AT_WALL * piece.y or np.ptp(y) < _RUN * -piece.y:
-        return False
-    at, slope, spread = slant(y, s)
-    return spread <= grain.half and abs(at + slope * piece.y - edge) <= grain.gap
+def _cheek(y: Float, s: Float, piece: Piece, edge: float, grain: Grain) -> tuple[float, float] | None:
+    """The line s = at + slope y from the front's edge to the wall on which many of the points (k,) at depths
+    y m, places s m across, lie; those of windows in a cheek lie within. None without one.
+    """
+    far = y > (1.0 - _RUN) * piece.y
+    if far.sum() < _FEWEST:
+        return None
+    slopes = np.sort((s[far] - edge) / (y[far] - piece.y))
+    wide = 2.0 * (grain.half + grain.cell) / -piece.y
+    first = float(slopes[int((np.searchsorted(slopes, slopes + wide) - np.arange(len(slopes))).argmax())])
+    on = np.abs(s - edge - (first + wide / 2) * (y - piece.y)) <= grain.half + grain.cell
+    for _ in range(_REFITS):
+        if on.sum() < max(_FEWEST, _PANELS * len(y)):
+            return None
+        at, slope, _ = slant(y[on], s[on])
+        on = np.abs(s - at - slope * y) <= grain.half
+    reaches = on.any() and y[on].max() >= _AT_WALL * piece.y and np.ptp(y[on]) >= _RUN * -piece.y
+    return (at, slope) if reaches and abs(at + slope * piece.y - edge) <= grain.gap else None
 
 
 def slant(y: Float, s: Float) -> tuple[float, float, float]:

@@ -14,7 +14,7 @@ from frontage.openings.protrusion_borders import AHEAD, Crossings, Outline, bend
 from frontage.openings.protrusion_boxes import Box
 from frontage.openings.protrusion_checks import is_attached
 from frontage.openings.protrusion_grain import Grain
-from frontage.openings.protrusion_kinds import Look, kind_of_protrusion
+from frontage.openings.protrusion_kinds import Look, is_wall, kind_of_protrusion
 from frontage.openings.protrusion_merging import bridged, merged
 from frontage.openings.protrusion_pieces import Piece, find_pieces
 from frontage.openings.protrusion_setbacks import find_setbacks
@@ -61,6 +61,8 @@ def find_protrusions(
             continue
         look = Look(outline.box, -piece.y, outline.hit, piece.inclined)
         kind = kind_of_protrusion(look, facade, foot, openings)
+        if is_wall(kind) and _shows_wall(few, outline.box, piece.y, grain):
+            continue
         if (
             piece.inclined
             or piece.curved
@@ -71,6 +73,12 @@ def find_protrusions(
     for piece, outline in find_setbacks(facade, crossings, grain):
         found.append(_protrusion(facade, q, piece, outline, "setback", grain))
     return numbered(facade.id, found)
+
+
+def _shows_wall(crossings: Crossings, box: Box, y: float, grain: Grain) -> bool:
+    """Whether more beams through a box before the wall end on the wall behind it than on its front at y m."""
+    _, depth = crossings.at(y, box, 0.0)
+    return int((np.abs(depth) <= grain.half).sum()) > int((np.abs(depth - y) <= grain.half).sum())
 
 
 def numbered(facade: str, found: Sequence[Protrusion]) -> tuple[Protrusion, ...]:

@@ -1,0 +1,72 @@
+"""Bays with slanting faces, shop fronts under a fascia, surrounds, pilasters: what is a wall of its own."""
+
+import numpy as np
+import pytest
+
+from frontage.model.opening import Elements
+from frontage.openings.find import find_openings
+from frontage.openings.options import OpeningOptions
+from frontage.openings.protrusion_borders import Crossings
+from frontage.openings.protrusions import find_protrusions
+from openings.boxes import box, scanned
+from openings.faces import face, scanned_faces
+
+WALL = box(0, 8, 0.0, 0.3, 0, 9)
+
+
+def canted(out, run):
+    """A wall with a bay of three faces from 2.4 to 5.6 m: 'out' m before it, cheeks `run` m wide in plan."""
+    a, b = 2.4 + run, 5.6 - run
+    window = (b - a) / 2 - 0.4, 3.6, (b - a) / 2 + 0.4, 5.2
+    wide = float(np.hypot(out, run))
+    cheek = (0.25, 3.6, wide - 0.25, 5.2)
+    bay = [face((a, -out), (b, -out), 0, 6.5, [window]), face((2.4, 0), (a, -out), 0, 6.5, [cheek])]
+    bay += [
+        face((b, -out), (5.6, 0), 0, 6.5, [cheek]),
+        face((a + 0.1, 0.12 - out), (b - 0.1, 0.12 - out), 3.5, 3.7),
+    ]
+    room = [face((2.5, 3.0), (5.5, 3.0), 0, 6.5)]
+    walls = [face((0, 0), (2.4, 0), 0, 9), face((5.6, 0), (8, 0), 0, 9), face((2.4, 0), (5.6, 0), 6.5, 9)]
+    return [q for f in (*bay, *room, *walls) for q in f], (a + window[0], 3.6, a + window[2], 5.2)
+
+
+@pytest.mark.parametrize(("out", "run"), [(0.8, 0.8), (0.6, 0.9)])
+def test_a_bay_of_three_faces_with_windows_in_all_of_them(out, run):
+    faces, window = canted(out, run)
+    result = find_openings(*scanned_faces(faces, (8.0, 9.0)), OpeningOptions(ground_z=0.0))
+    assert isinstance(result, Elements)
+    (bay,) = [p for p in result.protrusions if p.kind == "bay"]
+    x0, z0, x1, z1 = np.ravel([bay.ring.min(0), bay.ring.max(0)])
+    assert (x0, x1, z1) == pytest.approx((2.4, 5.6, 6.5), abs=0.02)
+    assert 0.0 <= z0 < 0.12  # no beam aims lower
+    assert bay.front.value == pytest.approx(-out, abs=0.01)
+    (found,) = result.openings
+    assert found.on == bay.id
+    assert np.ravel([found.ring.min(0), found.ring.max(0)]) == pytest.approx(window, abs=0.02)
+
+
+def test_a_fascia_is_no_tier_of_the_shop_front_below_it():
+    parts = [box(0.5, 7.5, -0.12, 0, 0, 3.0), box(0.5, 7.5, -0.3, 0, 3.0, 3.5)]
+    facade, scan = scanned(parts)
+    found = find_protrusions(facade, Crossings.of(facade, scan), (), 0.0)
+    fronts = {p.kind: float(p.front.value) for p in found}
+    assert fronts == {"risalit": pytest.approx(-0.12, abs=0.01), "band": pytest.approx(-0.3, abs=0.01)}
+
+
+def test_the_surround_of_a_window_is_no_oriel():
+    sides = [box(3, 3.2, -0.12, 0, 3, 5.4), box(4.4, 4.6, -0.12, 0, 3, 5.4)]
+    ends = [box(3, 4.6, -0.12, 0, 3, 3.2), box(3, 4.6, -0.12, 0, 5.2, 5.4)]
+    wall = [box(0, 3.2, 0, 0.3, 0, 9), box(4.4, 8, 0, 0.3, 0, 9), box(3.2, 4.4, 0, 0.3, 0, 3.2)]
+    wall += [box(3.2, 4.4, 0, 0.3, 5.2, 9), box(3.2, 4.4, 0.15, 0.3, 3.2, 5.2)]
+    result = find_openings(*scanned([*sides, *ends], wall=wall), OpeningOptions(ground_z=0.0))
+    assert isinstance(result, Elements)
+    assert [p.kind for p in result.protrusions] == ["protrusion"]
+    (found,) = result.openings
+    assert np.ravel([found.ring.min(0), found.ring.max(0)]) == pytest.approx((3.2, 3.2, 4.4, 5.2), abs=0.02)
+
+
+def test_pilasters_under_a_cornice_are_no_bay_with_the_wall_between_them():
+    parts = [box(2.0, 2.3, -0.13, 0, 0, 8.6), box(5.4, 5.7, -0.13, 0, 0, 8.6), box(0, 8, -0.16, 0, 8.6, 9)]
+    facade, scan = scanned(parts, spacing=0.09)
+    found = find_protrusions(facade, Crossings.of(facade, scan), (), 0.0)
+    assert not {"bay", "oriel", "risalit"} & {p.kind for p in found}
