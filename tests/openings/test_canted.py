@@ -4,6 +4,8 @@ import numpy as np
 import pytest
 
 from frontage.model.opening import Elements
+from frontage.openings.beams import sort_beams
+from frontage.openings.evidence import weigh
 from frontage.openings.find import find_openings
 from frontage.openings.options import OpeningOptions
 from frontage.openings.protrusion_borders import Crossings
@@ -70,3 +72,14 @@ def test_pilasters_under_a_cornice_are_no_bay_with_the_wall_between_them():
     facade, scan = scanned(parts, spacing=0.09)
     found = find_protrusions(facade, Crossings.of(facade, scan), (), 0.0)
     assert not {"bay", "oriel", "risalit"} & {p.kind for p in found}
+
+
+def test_the_shadow_of_a_hood_is_unknown_not_open():
+    facade, scan = scanned([box(2, 6, -0.25, 0, 6.0, 6.15)], eyes=((4.0, -4.0, 1.6),))
+    evidence = weigh(facade, sort_beams(facade, scan))
+    shadow, wall = (
+        slice(*(int(z / evidence.raster.cell) for z in rows)) for rows in ((6.2, 6.4), (6.5, 6.8))
+    )
+    columns = slice(int(2.5 / evidence.raster.cell), int(5.5 / evidence.raster.cell))
+    assert abs(evidence.llr[shadow, columns].mean()) < 0.1  # a nat a cell where missing beams count
+    assert evidence.llr[wall, columns].mean() < -2.0

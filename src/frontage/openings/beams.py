@@ -18,6 +18,7 @@ _RECESS = 6.0  # m: shop fronts and gates are smaller, set-back parts wider or h
 _BESIDE = 1.5  # m: so near lies the wall that a pier belongs to; smaller than that is no bay of the wall
 _PIER = 0.4  # share of a tile that a pier fills
 _FITTING = 0.3  # m: sills, surrounds, open shutters and cut stone stand so far out, and close what they cover
+_APART = 2.0  # spacings from a fitting's point: in another cell
 _LEAST = 0.015  # m: a surface that near the wall is the wall, however quiet the scanner
 _REACH = 60.0  # m behind the wall that a beam through it may reach
 _FLAT = 1e-3  # m that a beam comes nearer to the wall at least
@@ -132,7 +133,11 @@ def sort_beams(facade: Facade, scan: Scan) -> Beams:
     own = point[:, 1] - _at(wall, raster, point[:, 0], point[:, 2])
     d = residual
     on = (d <= least) & (d >= -_FITTING)
-    through, stopped = depth > least, depth < -_FITTING
+    aside = np.hypot(*lines.slope) * -depth  # so far from a fitting's point its shadow falls on the wall
+    through, stopped = (
+        depth > least,
+        (depth < -_FITTING) | ((depth < -least) & (aside > _APART * facade.spacing)),
+    )
     behind, ahead = own > least, d < -_FITTING
     return Beams(
         near[on][:, [0, 2]],
