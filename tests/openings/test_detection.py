@@ -11,10 +11,10 @@ from frontage.model.opening import Elements
 from frontage.model.scan import Scan
 from frontage.openings.agreement import agreeing
 from frontage.openings.beams import sort_beams
-from frontage.openings.candidates import Box, best_layout
 from frontage.openings.evidence import weigh
 from frontage.openings.find import find_openings
 from frontage.openings.kinds import kind_of, with_doors
+from frontage.openings.layout import Box, best_layout
 from frontage.openings.measure import measure
 from frontage.openings.sight import sight_lines
 from fronts import EYE, WINDOW, box_of, scan_wall
@@ -128,9 +128,9 @@ def test_borders_return_where_the_evidence_speaks_against_them():
 
 def test_between_two_openings_is_a_pier():
     body, cap = Box(0, 0, 20, 10, 90.0), Box(20, 1, 25, 9, 30.0)
-    assert best_layout([body, cap]) == [body, cap]
-    assert best_layout([body, cap], pier=2) == [body]
-    assert best_layout([body, Box(22, 1, 27, 9, 30.0)], pier=2)[1].r0 == 22
+    assert best_layout([[body, cap]]) == [body, cap]
+    assert best_layout([[body, cap]], pier=2) == [body]
+    assert best_layout([[body, Box(22, 1, 27, 9, 30.0)]], pier=2)[1].r0 == 22
 
 
 @pytest.mark.parametrize(("gap", "number"), [(0.08, 1), (0.16, 2)])

@@ -1,5 +1,6 @@
 """Measured borders against the evidence that the openings were found by."""
 
+from collections.abc import Collection
 from dataclasses import replace
 
 import numpy as np
@@ -26,21 +27,35 @@ def agreeing(outline: Outline, rough: Place, evidence: Evidence) -> Outline:
     circle = outline.shape == "circle"
     last = 4 if circle or outline.shape == "rectangle" else 3
     wrong = [side for side in range(last) if _against(side, rough, outline, evidence)]
-    if not wrong:
-        return outline
+    return returned(outline, rough, wrong, evidence.raster.cell) if wrong else outline
+
+
+def returned(outline: Outline, rough: Place, sides: Collection[int], cell: float) -> Outline:
+    """The outline with the borders of some sides of its place as in `rough`, to which cells of `cell` m gave
+    it. A circle with such a border is none, nor a curved head with such a top.
+    """
+    circle = outline.shape == "circle"
+    straight = circle or 3 in sides
     place, covariance, borders = list(outline.place), outline.covariance.copy(), list(outline.borders)
-    for side in range(4) if circle else wrong:
+    for side in range(4) if circle else sides:
         k = _ORDER[side]
         # at either of the two, as likely as not
-        sigma = float(np.hypot(_ERROR * evidence.raster.cell, (place[side] - rough[side]) / np.sqrt(2.0)))
+        sigma = float(np.hypot(_ERROR * cell, (place[side] - rough[side]) / np.sqrt(2.0)))
         place[side] = rough[side]
         covariance[k, :] = covariance[:, k] = 0.0
         covariance[k, k] = sigma**2
         borders[k] = replace(borders[k], at=rough[side], sigma=sigma, gain=0.0)
     x0, z0, x1, z1 = place
-    shape = "rectangle" if circle else outline.shape
+    straight = circle or 3 in sides or z1 - outline.rise <= z0
+    if straight:
+        covariance[4, :] = covariance[:, 4] = 0.0
     return replace(
-        outline, shape=shape, place=(x0, z0, x1, z1), covariance=covariance, borders=tuple(borders)
+        outline,
+        shape="rectangle" if straight else outline.shape,
+        place=(x0, z0, x1, z1),
+        rise=0.0 if straight else outline.rise,
+        covariance=covariance,
+        borders=tuple(borders),
     )
 
 

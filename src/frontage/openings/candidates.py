@@ -1,39 +1,21 @@
-"""Rectangles that may be openings, and the best layout of those that do not overlap."""
+"""Rectangles that may be openings, and the best layout of them."""
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
 
 import numpy as np
-from scipy import ndimage, optimize, sparse
+from scipy import ndimage
 
 from frontage.geometry.arrays import Bool, Float, Int
 from frontage.openings.evidence import Evidence, enough
+from frontage.openings.layout import PRICE, Box, best_layout, worth_of
 from frontage.openings.options import OpeningOptions
 
-_PRICE = 12.0  # nats an opening must be worth: four borders (MDL)
 _LINES = 8  # candidate borders a component has in each direction, at most
 _PIER = 0.115  # m between two openings: half a brick, the least pier of masonry; bars are narrower
 _LESSER = 0.1  # of the best of its component: what is worth less is a remnant of an uneven outline
-_UNSEEN = 0.05  # nats a cell of nothing known costs
 _SCALES = ((0.6, 12.0), (1.0, 12.0), (1.7, 12.0), (2.5, 25.0))  # least openings: square, largest part
 
 Part = tuple[slice, ...]
-
-
-@dataclass(frozen=True)
-class Box:
-    """Cells [r0, r1) x [c0, c1) and their worth in nats."""
-
-    r0: int
-    c0: int
-    r1: int
-    c1: int
-    worth: float
-
-    @property
-    def cells(self) -> tuple[slice, slice]:
-        """To index maps with."""
-        return slice(self.r0, self.r1), slice(self.c0, self.c1)
 
 
 def find_boxes(evidence: Evidence, options: OpeningOptions, framed: Callable[[Int], Bool]) -> list[Box]:
@@ -43,18 +25,17 @@ def find_boxes(evidence: Evidence, options: OpeningOptions, framed: Callable[[In
     the evidence of a component changes most. Two windows and their pier compete with the window over both.
     Only `framed` rectangles (n, 4) r0, c0, r1, c1 can be openings.
     """
-    worth = np.where(evidence.llr == 0.0, -_UNSEEN, evidence.llr)
     least = (options.min_height / evidence.raster.cell, options.min_width / evidence.raster.cell)
     pier = max(round(_PIER / evidence.raster.cell), 1)
-    found: list[Box] = []
+    rivals: list[list[Box]] = []
     for part, others in _components(evidence, least):
-        own = np.where(others, -_UNSEEN, worth[part])
+        own = worth_of(np.where(others, -np.abs(evidence.llr[part]), evidence.llr[part]))
         boxes, gains = _rectangles(own, evidence.due[part], least)
         boxes += [s.start for s in part] * 2
         kept = np.flatnonzero(framed(boxes))
         kept = kept[gains[kept] >= _LESSER * gains[kept].max(initial=0.0)]
-        found += best_layout([_box(boxes[k], gains[k]) for k in kept], pier)
-    return found
+        rivals.append([_box(boxes[k], gains[k]) for k in kept])
+    return best_layout(rivals, pier)
 
 
 def _components(evidence: Evidence, least: tuple[float, float]) -> Iterator[tuple[Part, Bool]]:
@@ -138,47 +119,8 @@ def _rectangles(part: Float, due: Float, least: tuple[float, float]) -> tuple[In
     keep, also = r[j] - r[i] >= least[0] - 0.5, c[m] - c[k] >= least[1] - 0.5
     i, j, k, m = i[keep], j[keep], k[also], m[also]
     band = total[j] - total[i]
-    worth = band[:, m] - band[:, k] - _PRICE
+    worth = band[:, m] - band[:, k] - PRICE
     a, b = np.nonzero(worth > 0)
     order = np.lexsort((b, a, -worth[a, b]))
     a, b = a[order], b[order]
     return np.column_stack([r[i[a]], c[k[b]], r[j[a]], c[m[b]]]), worth[a, b]
-
-
-def _undominated(boxes: list[Box]) -> list[Box]:
-    """Without the boxes that hold another one that is worth as much: that one may stand wherever they do."""
-    r0, c0, r1, c1, worth = np.array([(b.r0, b.c0, b.r1, b.c1, b.worth) for b in boxes]).reshape(-1, 5).T
-    around = (r0[:, None] <= r0) & (c0[:, None] <= c0) & (r1[:, None] >= r1) & (c1[:, None] >= c1)
-    worse = around & (worth[:, None] <= worth)
-    worse &= ~(worse.T & np.tri(len(boxes), dtype=np.bool_).T)  # of equal ones the first stays
-    return [boxes[k] for k in np.flatnonzero(~worse.any(axis=1))]
-
-
-def best_layout(boxes: list[Box], pier: int = 0) -> list[Box]:
-    """The subset of boxes without overlap with the largest worth, exactly (integer programme).
-
-    Constraints: every cell of the arrangement of all borders lies in at most one chosen box; `pier` cells or
-    more lie between two of them.
-    """
-    boxes = _undominated(boxes)
-    if len(boxes) < 2:
-        return boxes
-    starts, ends = np.array([(b.r0, b.c0) for b in boxes]), np.array([(b.r1, b.c1) for b in boxes]) + pier
-    if (starts.max(0) < ends.min(0)).all():  # each overlaps all others
-        return [max(boxes, key=lambda b: b.worth)]
-    r, c = (np.unique([starts[:, k], ends[:, k]]) for k in range(2))
-    cover = np.zeros((len(boxes), len(r) - 1, len(c) - 1), bool)
-    for n, (start, end) in enumerate(zip(starts, ends, strict=True)):
-        rows, columns = (np.searchsorted(v, (start[k], end[k])) for k, v in enumerate((r, c)))
-        cover[n, rows[0] : rows[1], columns[0] : columns[1]] = True
-    cells = np.unique(cover.reshape(len(boxes), -1), axis=1).T
-    cells = cells[cells.sum(1) > 1]
-    if len(cells) == 0:
-        return boxes
-    result = optimize.milp(
-        -np.array([b.worth for b in boxes]),
-        integrality=np.ones(len(boxes), np.int64),
-        bounds=optimize.Bounds(0, 1),
-        constraints=optimize.LinearConstraint(sparse.csr_array(cells.astype(float)), -np.inf, 1.0),
-    )
-    return [b for b, chosen in zip(boxes, np.asarray(result.x), strict=True) if chosen > 0.5]

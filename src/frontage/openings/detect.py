@@ -15,12 +15,14 @@ from frontage.openings.agreement import agreeing
 from frontage.openings.bands import find_posts
 from frontage.openings.beams import Beams, sort_beams
 from frontage.openings.borders import Place
-from frontage.openings.candidates import Box, find_boxes
+from frontage.openings.candidates import find_boxes
+from frontage.openings.disjoint import disjoint
 from frontage.openings.evidence import Evidence, weigh
 from frontage.openings.flush import find_flush
 from frontage.openings.framing import Framing
 from frontage.openings.inferred import infer
 from frontage.openings.kinds import kind_of, numbered
+from frontage.openings.layout import Box
 from frontage.openings.measure import measure
 from frontage.openings.noreturn import with_lost
 from frontage.openings.options import OpeningOptions
@@ -62,11 +64,13 @@ def find_by_evidence(
     sight = sight_lines(facade, scan, beams)
     measured = measure(sight, rough, max(evidence.raster.cell, facade.spacing), facade.spacing)
     pooled = pool([agreeing(o, r, evidence) for o, r in zip(measured, rough, strict=True)])
-    outlines = [with_doubt(o, posts) for o in pooled]
+    kept = disjoint(pooled, rough, evidence)
+    outlines = [with_doubt(o, posts) for o in kept if o is not None]
+    worths = [box.worth for o, box in zip(kept, boxes, strict=True) if o is not None]
     kind = partial(_kind, standing(beams), evidence, ground)
     found = [
-        _opening(o, kind, Provenance.POOLED if o.pooled else Provenance.MEASURED, box.worth, o.sure)
-        for o, box in zip(outlines, boxes, strict=True)
+        _opening(o, kind, Provenance.POOLED if o.pooled else Provenance.MEASURED, worth, o.sure)
+        for o, worth in zip(outlines, worths, strict=True)
     ]
     found += [
         _opening(i.outline, kind, Provenance.INFERRED, i.evidence, i.confidence)

@@ -9,6 +9,7 @@ from frontage.model.opening import Elements
 from frontage.model.ortho import OrthoImage
 from frontage.model.scan import Scan
 from frontage.openings.detect import find_by_evidence
+from frontage.openings.disjoint import apart
 from frontage.openings.kinds import numbered, with_doors
 from frontage.openings.niches import find_niches
 from frontage.openings.options import OpeningOptions
@@ -17,7 +18,7 @@ from frontage.openings.protrusion_borders import Crossings
 from frontage.openings.protrusion_doors import with_balcony_doors
 from frontage.openings.protrusions import find_protrusions
 from frontage.openings.protrusions import numbered as numbered_protrusions
-from frontage.openings.recursion import openings_on_fronts
+from frontage.openings.recursion import Fronts, openings_on_fronts
 
 
 def find_openings(
@@ -38,10 +39,11 @@ def find_openings(
         return found
     crossings = Crossings.of(facade, scan)
     protrusions = find_protrusions(facade, crossings, found.openings, options.ground_z)
-    niches = find_niches(facade, scan, found.openings, protrusions, find)
+    fronts = Fronts(facade, scan, find)
+    niches = find_niches(found.openings, protrusions, fronts)
     if niches:
         protrusions = numbered_protrusions(facade.id, [*protrusions, *niches])
-    openings = openings_on_fronts(facade, scan, found.openings, protrusions, find)
-    openings = with_balcony_doors(openings, protrusions, crossings, facade)
+    openings = openings_on_fronts(found.openings, protrusions, fronts)
+    openings = apart(with_balcony_doors(openings, protrusions, crossings, facade))
     doors = with_doors(openings, facade.extent[1] if options.ground_z is None else options.ground_z)
     return replace(found, openings=numbered(facade.id, doors), protrusions=protrusions)

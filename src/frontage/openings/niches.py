@@ -8,11 +8,10 @@ import shapely
 from frontage.geometry.arrays import Float, distinct
 from frontage.model.estimate import Estimate, Provenance
 from frontage.model.facade import Facade
-from frontage.model.opening import Elements, Opening, Protrusion
-from frontage.model.scan import Scan
+from frontage.model.opening import Opening, Protrusion
 from frontage.openings.beams import Raster
 from frontage.openings.protrusion_kinds import is_wall
-from frontage.openings.recursion import Finder, is_hidden, own_facade
+from frontage.openings.recursion import Fronts, is_hidden
 
 _LEAST, _MOST = 0.5, 2.0  # m: reveals are less deep, passages and rooms deeper
 _FRAME = 0.3  # m: frames are less deep; what stands in a niche may be told for one
@@ -23,29 +22,22 @@ _ALONE = 0.7  # share of the back from which a single opening is the back itself
 
 
 def find_niches(
-    facade: Facade,
-    scan: Scan,
-    openings: Sequence[Opening],
-    protrusions: Sequence[Protrusion],
-    find: Finder,
+    openings: Sequence[Opening], protrusions: Sequence[Protrusion], fronts: Fronts
 ) -> tuple[Protrusion, ...]:
     """The `openings` of the main wall that are niches, as fronts behind the wall (kind "niche", no id).
 
     Nothing stands along their borders until the back, which shows two openings or more, or one that leaves
-    a wall around it: `find` is the finder of the main wall. All others are openings with deep reveals.
+    a wall around it. All others are openings with deep reveals.
     """
-    fronts = shapely.union_all([shapely.Polygon(p.ring) for p in protrusions if is_wall(p.kind)])
-    deep = [o for o in openings if (o.depth is None or o.depth.value >= _FRAME) and not is_hidden(o, fronts)]
-    q = facade.frame.inverse.apply(scan.xyz) if deep else np.empty((0, 3))
+    before = shapely.union_all([shapely.Polygon(p.ring) for p in protrusions if is_wall(p.kind)])
     niches = []
-    for opening in deep:
-        back = _back(q, opening, facade)
+    for opening in openings:
+        shallow = opening.depth is not None and opening.depth.value < _FRAME
+        back = None if shallow or is_hidden(opening, before) else _back(fronts.q, opening, fronts.facade)
         if back is None:
             continue
         niche = _niche(opening, back)
-        own, rows = own_facade(facade, niche, q)
-        found = find(own, scan.take(rows))
-        inner = found.openings if isinstance(found, Elements) else ()
+        inner = fronts.openings(niche)
         area = sum(shapely.Polygon(o.ring).area for o in inner)
         if len(inner) > 1 or 0.0 < area < _ALONE * shapely.Polygon(opening.ring).area:
             niches.append(niche)

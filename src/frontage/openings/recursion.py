@@ -1,7 +1,8 @@
 """Openings on the fronts of protrusions: an oriel's front is a wall of its own, with the same steps."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, field, replace
+from functools import cached_property
 
 import numpy as np
 import shapely
@@ -21,24 +22,54 @@ _COVERED = 0.5  # share of an opening that a front hides from the street
 Finder = Callable[[Facade, Scan], Elements | Failed]
 
 
+@dataclass(frozen=True, eq=False)
+class Fronts:
+    """Searches the fronts of a facade's protrusions, each once; `find` is the finder of the main wall."""
+
+    facade: Facade
+    scan: Scan
+    find: Finder
+    _searched: dict[tuple[float, ...], tuple[Opening, ...]] = field(default_factory=dict)
+
+    @cached_property
+    def q(self) -> Float:
+        """The points of the scan (n, 3) m in the facade's frame."""
+        return self.facade.frame.inverse.apply(self.scan.xyz)
+
+    def openings(self, wall: Protrusion) -> tuple[Opening, ...]:
+        """The openings on a front: rings in the facade's frame (fronts are parallel to it), depths from the
+        front.
+        """
+        key = (*wall.ring.ravel().tolist(), float(wall.front.value))
+        if key not in self._searched:
+            front, rows = _own_facade(self.facade, wall, self.q)
+            found = self.find(front, self.scan.take(rows))
+            self._searched[key] = found.openings if isinstance(found, Elements) else ()
+        return self._searched[key]
+
+
 def openings_on_fronts(
-    facade: Facade, scan: Scan, main: Sequence[Opening], protrusions: Sequence[Protrusion], find: Finder
-) -> tuple[Opening, ...]:
+    main: Sequence[Opening], protrusions: Sequence[Protrusion], fronts: Fronts
+) -> list[Opening]:
     """The openings of the `main` wall, with those of the fronts in place of what these hide.
 
-    `find` is the finder of the main wall, run on a facade of the front's own. Rings keep the facade's frame
-    (the fronts are parallel to it), depths count from the front, `Opening.on` names it.
+    `Opening.on` names the front. The foremost comes last, for it hides what is behind it: what seems to be
+    there was seen through its openings. A niche is in place of the opening that it was.
     """
     openings = list(main)
-    walls = [p for p in protrusions if is_wall(p.kind)]
-    q = facade.frame.inverse.apply(scan.xyz) if walls else np.empty((0, 3))
-    for wall in walls:
-        around = shapely.Polygon(wall.ring)
-        openings = [o for o in openings if o.on or not is_hidden(o, around)]
-        front, rows = own_facade(facade, wall, q)
-        found = find(front, scan.take(rows))
-        openings += [replace(o, on=wall.id) for o in found.openings] if isinstance(found, Elements) else []
-    return tuple(openings)
+    for wall in sorted((p for p in protrusions if is_wall(p.kind)), key=lambda p: -float(p.front.value)):
+        around, own = shapely.Polygon(wall.ring), fronts.openings(wall)
+        openings = [o for o in openings if not is_hidden(o, around)]
+        if wall.front.value < 0.0:
+            openings = [o for o in openings if not any(_overlap(o, fore) for fore in own)]
+        openings += [replace(o, on=wall.id) for o in own]
+    return openings
+
+
+def _overlap(a: Opening, b: Opening) -> bool:
+    """Whether two openings have an area in common, as seen from the street."""
+    one, other = (shapely.make_valid(shapely.Polygon(o.ring)) for o in (a, b))
+    return bool(shapely.relate_pattern(one, other, "T********"))
 
 
 def is_hidden(opening: Opening, front: shapely.Polygon) -> bool:
@@ -47,7 +78,7 @@ def is_hidden(opening: Opening, front: shapely.Polygon) -> bool:
     return bool(shapely.intersection(ring, front).area > _COVERED * ring.area)
 
 
-def own_facade(facade: Facade, wall: Protrusion, q: Float) -> tuple[Facade, Int]:
+def _own_facade(facade: Facade, wall: Protrusion, q: Float) -> tuple[Facade, Int]:
     """A facade whose plane is a protrusion's front, and the rows of the points q (n, 3) its beams end on;
     its support indexes these.
     """
@@ -61,6 +92,9 @@ def own_facade(facade: Facade, wall: Protrusion, q: Float) -> tuple[Facade, Int]
     deep = (own[:, 1] > y - 0.5) & (own[:, 1] < y + 1.0)
     held = deep & (own[:, 0] >= x0) & (own[:, 0] <= x1) & (own[:, 2] >= z0) & (own[:, 2] <= z1)
     on = held & (np.abs(own[:, 1] - y) <= 3.0 * facade.roughness)
+    if on.any():  # without slanting cheeks and roofs
+        (x0, z0), (x1, z1) = own[on][:, [0, 2]].min(0), own[on][:, [0, 2]].max(0)
+        held &= (own[:, 0] >= x0) & (own[:, 0] <= x1) & (own[:, 2] >= z0) & (own[:, 2] <= z1)
     pose = Estimate(moved, facade.local_from_facade.covariance, facade.local_from_facade.dof)
     return replace(
         facade,

@@ -1,0 +1,115 @@
+"""The best layout: of rectangles, or of whatever else excludes one another, the set worth most."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import optimize, sparse
+
+from frontage.geometry.arrays import Bool, Float, Int
+
+PRICE = 12.0
+"""Nats an opening must be worth: four borders (MDL)."""
+_UNSEEN = 0.05  # nats a cell of nothing known costs
+
+
+@dataclass(frozen=True)
+class Box:
+    """Cells [r0, r1) x [c0, c1) and their worth in nats."""
+
+    r0: int
+    c0: int
+    r1: int
+    c1: int
+    worth: float
+
+    @property
+    def cells(self) -> tuple[slice, slice]:
+        """To index maps with."""
+        return slice(self.r0, self.r1), slice(self.c0, self.c1)
+
+
+def worth_of(llr: Float) -> Float:
+    """Nats that cells add to the worth of what covers them, by their evidence for open."""
+    return np.where(llr == 0.0, -_UNSEEN, llr)
+
+
+def best_layout(groups: Sequence[Sequence[Box]], pier: int = 0) -> list[Box]:
+    """The subset of boxes without overlap with the largest worth, exactly (integer programme).
+
+    `pier` cells or more lie between two of one group. Groups by themselves are worth no less than together:
+    only those whose layouts overlap are laid out together.
+    """
+    apart = [[_undominated(g)] for g in groups]
+    layouts = [_best(own, pier) for own in apart]
+    while (pair := _overlapping(layouts)) is not None:
+        first, second = pair
+        apart[first] += apart.pop(second)
+        del layouts[second]
+        layouts[first] = _best(apart[first], pier)
+    return [b for layout in layouts for b in layout]
+
+
+def most_worth(worth: Float, exclusive: Bool) -> Int:
+    """Numbers of the set that is worth most, of `worth` (n,), with one at most in each row of `exclusive`
+    (k, n).
+    """
+    result = optimize.milp(
+        -worth,
+        integrality=np.ones(len(worth), np.int64),
+        bounds=optimize.Bounds(0, 1),
+        constraints=optimize.LinearConstraint(sparse.csr_array(exclusive.astype(float)), -np.inf, 1.0),
+    )
+    return np.flatnonzero(np.asarray(result.x) > 0.5)
+
+
+def _undominated(boxes: Sequence[Box]) -> list[Box]:
+    """Without the boxes that hold another one that is worth as much: that one may stand wherever they do."""
+    r0, c0, r1, c1, worth = np.array([(b.r0, b.c0, b.r1, b.c1, b.worth) for b in boxes]).reshape(-1, 5).T
+    around = (r0[:, None] <= r0) & (c0[:, None] <= c0) & (r1[:, None] >= r1) & (c1[:, None] >= c1)
+    worse = around & (worth[:, None] <= worth)
+    worse &= ~(worse.T & np.tri(len(boxes), dtype=np.bool_).T)  # of equal ones the first stays
+    return [boxes[k] for k in np.flatnonzero(~worse.any(axis=1)).tolist()]
+
+
+def _best(groups: Sequence[Sequence[Box]], pier: int) -> list[Box]:
+    """The best layout of the boxes of all groups, which may overlap."""
+    boxes = [b for g in groups for b in g]
+    if len(boxes) < 2:
+        return boxes
+    worth = np.array([b.worth for b in boxes])
+    owner = np.repeat(np.arange(len(groups)), [len(g) for g in groups])
+    exclusive = [_shared_cells(boxes, owner == k, pier) for k in range(len(groups))]
+    if len(groups) > 1:
+        exclusive.append(_shared_cells(boxes, owner >= 0, 0))
+    rows = np.vstack(exclusive)
+    if len(rows) == 0:
+        return boxes
+    if rows.all(axis=1).any():  # each excludes all others
+        return [boxes[int(worth.argmax())]]
+    return [boxes[k] for k in most_worth(worth, rows).tolist()]
+
+
+def _shared_cells(boxes: Sequence[Box], some: Bool, pier: int) -> Bool:
+    """Which boxes (k, n), of those that are `some`, cover each cell of the arrangement of all their borders
+    that several cover; boxes reach `pier` cells further up and right.
+    """
+    own = np.flatnonzero(some).tolist()
+    starts = np.array([(boxes[k].r0, boxes[k].c0) for k in own]).reshape(-1, 2)
+    ends = np.array([(boxes[k].r1, boxes[k].c1) for k in own]).reshape(-1, 2) + pier
+    r, c = (np.unique([starts[:, k], ends[:, k]]) for k in range(2))
+    cover = np.zeros((len(boxes), max(len(r) - 1, 0), max(len(c) - 1, 0)), np.bool_)
+    for n, start, end in zip(own, starts, ends, strict=True):
+        rows, columns = (np.searchsorted(v, (start[k], end[k])) for k, v in enumerate((r, c)))
+        cover[n, rows[0] : rows[1], columns[0] : columns[1]] = True
+    cells = np.unique(cover.reshape(len(boxes), -1), axis=1).T
+    return np.asarray(cells[cells.sum(1) > 1], np.bool_)
+
+
+def _overlapping(layouts: Sequence[Sequence[Box]]) -> tuple[int, int] | None:
+    """Two layouts, the lower number first, of which boxes overlap; None if there are none."""
+    owner = np.repeat(np.arange(len(layouts)), [len(own) for own in layouts])
+    r0, c0, r1, c1 = np.array([(b.r0, b.c0, b.r1, b.c1) for own in layouts for b in own]).reshape(-1, 4).T
+    meet = (r0[:, None] < r1) & (r1[:, None] > r0) & (c0[:, None] < c1) & (c1[:, None] > c0)
+    first, second = np.nonzero(meet & (owner[:, None] < owner))
+    return (int(owner[first[0]]), int(owner[second[0]])) if len(first) else None
