@@ -1,5 +1,7 @@
 """Borders of one window: unbiased however beams slant, with sills, surrounds and shutters before the wall."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -203,3 +205,25 @@ def _scored(outline):
 
 def _with_scores(borders):
     return tuple(type(b)(**{**b.__dict__, "scores": np.zeros(5)}) for b in borders)
+
+
+def test_leaves_before_an_edge_are_not_its_face():
+    """Twelve leaves at twelve depths hide half of the masonry beside an edge seen from one side only."""
+    leaves = [(0.9, 6.25 + 0.1 * k, 1.0, 6.3 + 0.1 * k, -0.03 - 0.0075 * k) for k in range(12)]
+    error, ratio = errors_of(0.04, (BELOW_LEFT,), leaves)
+    assert np.abs(error[:, 0]).max() < 0.003
+    assert np.abs(ratio[:, 0]).max() < 2.0
+
+
+def test_a_reveal_in_sight_corrects_what_the_face_hides():
+    """One scanner sees the reveal; what the face hides from the other is off by its depth, and follows."""
+    rough = tuple(np.add(WINDOW, (-0.02, 0.0, 0.0, 0.0)))
+    near = sight((BELOW_LEFT, BELOW_RIGHT), 0.02)
+    hidden = near.slope[0] > 0.0
+    found = []
+    for off in (-0.006, 0.006):
+        moved = replace(near, place=near.place + near.slope * np.where(hidden, off, 0.0))
+        (one,) = measure(moved._part(np.argsort(moved.place[0], kind="stable")), [rough], 0.02, 0.02)
+        found.append(one.place[0])
+    assert np.ptp(found) < 0.0008
+    assert np.abs(np.subtract(found, WINDOW[0])).max() < 0.0015

@@ -8,7 +8,7 @@ from scipy import ndimage
 from scipy.special import ndtr
 
 from frontage.geometry.arrays import Float
-from frontage.openings.edges import FEW, Edge, Look, Side, edge_beams
+from frontage.openings.edges import FEW, Edge, Look, Side, edge_beams, typical_gap
 from frontage.openings.sight import Sight
 
 _STEP = 0.0005  # m, raster of the posterior
@@ -16,6 +16,7 @@ _STRAY = 0.01  # share of the beams that say the wrong thing
 _FLOOR = 0.0005  # m: reveals are uneven by 1 mm, the mean of a side by half as much
 _COARSE = 0.005  # m, raster and blur where no beam tells the place
 _ROUGHLY = 10_000  # beams that tell where to look more closely
+_NEVER = 1e-300  # likelihood of what cannot be
 _TOLD = 5.0  # nats that a border must gain to be one
 _OUTLIER = 0.05  # share of reveals that are none
 CLOSE = 0.4
@@ -78,7 +79,7 @@ def find_borders(
 
 def locate(near: Sight, side: Side, band: float, frame: float | None, spacing: float, look: Look) -> Border:
     """The border at an edge, searched within `band` m to either side."""
-    edge = edge_beams(near, side, frame, spacing, look)
+    edge = edge_beams(near, side, frame, look)
     asked = WIDTHS if look.told else ()
     if len(edge.solid) < 3:
         sigma = _unseen(near, side, frame, spacing, look, 0.0)
@@ -86,14 +87,13 @@ def locate(near: Sight, side: Side, band: float, frame: float | None, spacing: f
     half = round(band / _STEP)
     e: Float = np.arange(-half, half + 1, dtype=np.float64) * _STEP
     strays = _strays(edge.solid, -band / 2), _strays(-edge.opened, -band / 2)
-    fixed = _absences(edge, side.reach, spacing, e, strays) + _reveal(edge.reveal, e)
-    scores = {w: fixed + side_scores(edge.solid, edge.opened, e, w, strays) for w in {*asked, look.blur}}
+    due, reveal = _absences(edge, side.reach, spacing, e, strays), _reveal(edge.reveal, e)
+    scores = {w: reveal + _edge_scores(edge, e, w, strays, due) for w in {*asked, look.blur}}
     score = scores[look.blur]
     p = np.exp(score - score.max())
     p /= p.sum()
     mean = float(p @ e)
-    system = (edge.slack * edge.face.sigma) ** 2 + edge.doubt**2 + _FLOOR**2
-    sigma = float(np.sqrt(p @ (e - mean) ** 2 + system))
+    sigma = float(np.hypot(np.sqrt(p @ (e - mean) ** 2), _FLOOR))
     gain = float(score.max() - max(score[0], score[-1]))
     hidden = len(edge.stopped) > 0 and len(edge.opened) < FEW
     if hidden:
@@ -104,12 +104,29 @@ def locate(near: Sight, side: Side, band: float, frame: float | None, spacing: f
     return Border(side.at + side.sign * mean, sigma, gain, edge, told)
 
 
+def _edge_scores(edge: Edge, e: Float, blur: float, strays: tuple[float, float], due: Float) -> Float:
+    """Log-likelihood (k,) of borders at e m by the beams at an edge, and by those that did not come (`due`).
+
+    What its face hides is off together, by the errors of the face's depth and of the footprint: the
+    likelihood of all these beams is blurred by it. Where others tell the border, they tell those, too.
+    """
+    share = (len(edge.hidden[0]) + len(edge.hidden[1])) / max(len(edge.solid) + len(edge.opened), 1)
+    hidden = side_scores(*edge.hidden, e, blur, strays) + share * due
+    n = int(4.0 * edge.shift / _STEP)
+    if n > 0 and share > 0.0:
+        lag = np.arange(-n, n + 1) * (_STEP / edge.shift)
+        kernel = np.exp(-0.5 * lag**2)
+        p = np.exp(np.pad(hidden, n, "edge") - hidden.max())
+        hidden = np.log(np.maximum(np.convolve(p, kernel / kernel.sum(), "valid"), _NEVER)) + hidden.max()
+    return hidden + side_scores(*edge.seen, e, blur, strays) + (1.0 - share) * due
+
+
 def _unseen(near: Sight, side: Side, frame: float | None, spacing: float, look: Look, at: float) -> float:
     """Root mean square distance m from `at` of a border that lies anywhere between the wall outside and the
     opening inside, as far as they are seen.
     """
     reach = max(CLOSE, side.inner)
-    edge = edge_beams(near, replace(side, reach=reach), frame, spacing, look)
+    edge = edge_beams(near, replace(side, reach=reach), frame, look)
     e: Float = np.arange(-reach, side.inner, _COARSE)
     strays = _strays(edge.solid, -side.inner / 2), _strays(-edge.opened, -side.inner / 2)
     score = _absences(edge, reach, spacing, e, strays)
@@ -195,5 +212,4 @@ def _absences(edge: Edge, reach: float, spacing: float, e: Float, strays: tuple[
 
 def _gap(u: Float, reach: float) -> float:
     """Half the width m of the gap that a random place lies in among points (n,) m that rise."""
-    gap = np.diff(u)
-    return max(float(gap @ gap / gap.sum()) / 2.0, _STEP) if len(gap) and gap.sum() > 0 else reach
+    return max(typical_gap(u) / 2.0, _STEP) if len(u) > 1 and u[-1] > u[0] else reach

@@ -6,6 +6,7 @@ the edge of the face, which *hides* what lies behind. Which plane tells the two 
 """
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -20,6 +21,7 @@ FEW = 6
 
 _SHY = 0.15  # share of the opening's side that is left out at either end: arches, corners, sills
 _STRIP = 0.03  # m, least width of the face beside an edge that tells its depth; of what lies right behind it
+_SURFACE = 0.3  # of the points of the fullest surface that the foremost needs
 _ROUNDS = 3  # of face and strip, for each needs the other
 _COMMON = 0.3  # of a point's noise that its neighbours share
 _SPLAY = 0.1  # m per m, one sigma of how much reveals slant
@@ -97,24 +99,37 @@ class Side:
 class Edge:
     """Beams around an edge, u (n,) m towards the opening from where it is looked for, rising.
 
-    solid, opened, stopped  beams that the solid stopped, that went through, that something before it stopped
+    seen, hidden  beams that the solid stopped and those that went through: where the reveal is in sight, and
+             where the face hides it
+    stopped  beams that something before the face stopped
     reveal   where the reveal begins by its own points, and its sigma, m; None where none is in sight
-    slack    m per m, how much the place depends on the face's depth; `doubt` m, one sigma by the footprint
+    shift    m, one sigma by which all hidden beams are off together: the face's depth and the footprint
+    doubt    m, one sigma of the place by the footprint alone
     mixed    mixed echoes, how many there would be per m of footprint's sigma, and how far away, m
     """
 
-    solid: Float
-    opened: Float
+    seen: tuple[Float, Float]
+    hidden: tuple[Float, Float]
     stopped: Float
     reveal: tuple[float, float] | None
     face: Face
-    slack: float
+    shift: float
     doubt: float
     mixed: tuple[float, float, float]
     rays: bool
 
+    @cached_property
+    def solid(self) -> Float:
+        """All beams that the solid stopped."""
+        return np.sort(np.concatenate([self.seen[0], self.hidden[0]]))
 
-def edge_beams(near: Sight, side: Side, frame: float | None, spacing: float, look: Look) -> Edge:
+    @cached_property
+    def opened(self) -> Float:
+        """All beams that went through."""
+        return np.sort(np.concatenate([self.seen[1], self.hidden[1]]))
+
+
+def edge_beams(near: Sight, side: Side, frame: float | None, look: Look) -> Edge:
     """The beams around an edge, each where it crosses the plane that decides on which side it is.
 
     A beam that the reveal would stop is solid if it ended before a plane 3 sigma within the wall, and counts
@@ -122,7 +137,7 @@ def edge_beams(near: Sight, side: Side, frame: float | None, spacing: float, loo
     passes that, and is solid if most of its light came from the face (half-way to the frame, `frame` m deep).
     """
     u_own, beside = side.beside(near.own)
-    face = _face(near, side, beside, spacing, look.faces[side.number])
+    face = _face(near, side, beside, look.faces[side.number])
     begin = max(face.y, 0.0) + near.wall
     back = max(frame - face.y, 2.0 * near.wall) if frame is not None else 2.0 * near.wall
     slope = side.sign * near.slope[side.axis]
@@ -134,7 +149,8 @@ def edge_beams(near: Sight, side: Side, frame: float | None, spacing: float, loo
     edge_y = np.where(back_solid, face.y, max(face.y, 0.0)) if side.loose else face.y
     u, some = side.beside(near.at(np.where(slope < 0, begin, edge_y)))
     u, slope, depth, back_solid = u[some], slope[some], near.depth[some], back_solid[some]
-    seen, stopped = slope < 0, depth < -FITTING
+    # what stands before the face at its edge (handles, steps) is none of it
+    seen, stopped = slope < 0, depth < max(face.y - 2.0 * near.wall, -FITTING)
     hidden, wide = ~seen & ~stopped, np.sqrt(1.0 + slope**2)
     blurred = wide * footprint(near.range[some], look.widening)
     way = (depth - face.y) / back
@@ -146,9 +162,9 @@ def edge_beams(near: Sight, side: Side, frame: float | None, spacing: float, loo
         mixed = _mixed(u[hidden], way[hidden], wide[hidden], near.range[some][hidden])
     u = np.where(seen, u, u - _far(u[hidden], way[hidden]) * _DILATED * blurred)
     solid = np.where(seen, depth <= begin, back_solid)
-    on_solid, opened, at_front = (np.sort(u[part]) for part in (solid & ~stopped, ~solid, stopped))
-    slack, doubt = _errors(hidden, slope, blurred)
-    return Edge(on_solid, opened, at_front, reveal, face, slack, doubt, mixed, rays)
+    by_sight = [(u[part & solid & ~stopped], u[part & ~solid]) for part in (seen, ~seen)]
+    shift, doubt = _errors(u, hidden, slope * face.sigma, blurred)
+    return Edge(by_sight[0], by_sight[1], np.sort(u[stopped]), reveal, face, shift, doubt, mixed, rays)
 
 
 def footprint(distance: Float, widening: float) -> Float:
@@ -159,15 +175,16 @@ def footprint(distance: Float, widening: float) -> Float:
     return np.where(distance > 0.0, np.hypot(_EXIT, widening * distance), 0.0)
 
 
-def _errors(hidden: Bool, slope: Float, blurred: Float) -> tuple[float, float]:
-    """How the place of an edge follows its face, m per m, and its doubt by the footprint, m: as far as it is
-    told by beams that it hides.
+def _errors(u: Float, hidden: Bool, by_face: Float, blurred: Float) -> tuple[float, float]:
+    """By how much m the beams near an edge that it hides may be off together, by the depth of its face and by
+    the footprint, one sigma; and the latter's share in the place of the edge.
     """
     if not hidden.any():
         return 0.0, 0.0
-    share = float(hidden.mean())
-    doubt = _UNSURE * max(float(blurred[hidden].mean()), _EXIT)
-    return float(np.abs(slope[hidden]).mean()) * share, doubt * share
+    near = hidden & (np.abs(u) < _STRIP)
+    near = near if near.any() else hidden
+    footprints = _UNSURE * max(float(blurred[near].mean()), _EXIT)
+    return float(np.hypot(np.abs(by_face[near]).mean(), footprints)), footprints * float(hidden.mean())
 
 
 def _far(u: Float, way: Float) -> float:
@@ -191,7 +208,7 @@ def _mixed(u: Float, way: Float, wide: Float, distance: Float) -> tuple[float, f
     return float(between.sum()), due, float(distance[face].mean())
 
 
-def _face(near: Sight, side: Side, beside: Int, spacing: float, shared: Face | None) -> Face:
+def _face(near: Sight, side: Side, beside: Int, shared: Face | None) -> Face:
     """The face that ends at a border: the foremost of the surfaces within a strip beside it; the `shared` one
     where its own points do not tell.
 
@@ -204,16 +221,37 @@ def _face(near: Sight, side: Side, beside: Int, spacing: float, shared: Face | N
     depth, place, slope = near.depth[solid], near.place[side.axis, solid], near.slope[side.axis, solid]
     hidden = side.sign * slope > 0
     front, y = depth, 0.0
+    wide = max(_STRIP, 2.0 * typical_gap(np.sort(place)))
     for _ in range(_ROUNDS):
         u = side.sign * (place + slope * np.where(hidden, y, depth))
-        strip = depth[u > _quantile(u, 0.97) - max(_STRIP, 1.2 * spacing)]
-        if len(strip) < FEW:
-            return shared or Face(0.0, near.wall, len(strip))
-        foremost = int(0.2 * (len(strip) - 1))
-        front = strip[np.abs(strip - np.partition(strip, foremost)[foremost]) < near.wall]
+        front = _foremost(depth[u > _quantile(u, 0.97) - wide], near.wall)
+        if len(front) < FEW:
+            return shared or Face(0.0, near.wall, len(front))
         y = float(front.mean())
     error = np.hypot(front.std() / np.sqrt(len(front)), _COMMON * near.wall / 3.0)
     return Face(y, float(error), len(front))
+
+
+def typical_gap(u: Float) -> float:
+    """Width m of the gap that a random place lies in among points (n,) m that rise: columns of a raster are
+    that far apart.
+    """
+    gap = np.diff(u)
+    return float(gap @ gap / max(gap.sum(), 1e-9))
+
+
+def _foremost(depth: Float, wall: float) -> Float:
+    """Depths (k,) m of the foremost surface of points (n,): one that holds a share of what the fullest does.
+
+    A few mixed echoes of the edge, or leaves before it, are no surface.
+    """
+    depth = np.sort(depth)
+    number = np.searchsorted(depth, depth + wall) - np.arange(len(depth))
+    if not len(number):
+        return depth
+    first = int(np.argmax(number >= _SURFACE * number.max()))
+    middle = depth[first + number[first] // 2]
+    return np.asarray(depth[np.abs(depth - middle) < wall])
 
 
 def _quantile(values: Float, share: float) -> float:
