@@ -1,5 +1,7 @@
 """Bays with slanting faces, shop fronts under a fascia, surrounds, pilasters: what is a wall of its own."""
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 
@@ -83,3 +85,16 @@ def test_the_shadow_of_a_hood_is_unknown_not_open():
     columns = slice(int(2.5 / evidence.raster.cell), int(5.5 / evidence.raster.cell))
     assert abs(evidence.llr[shadow, columns].mean()) < 0.1  # a nat a cell where missing beams count
     assert evidence.llr[wall, columns].mean() < -2.0
+
+
+def test_a_shop_front_of_ten_metres_is_found():
+    posts = (0.8, 3.3, 5.8, 8.3, 10.8)
+    holes = [(a + 0.04, 0.6, b - 0.04, 2.9) for a, b in pairwise(posts)]
+    faces = face((0, 0), (11.6, 0), 0, 6, holes) + face((0, 1.5), (11.6, 1.5), 0.1, 3.2)
+    facade, scan = scanned_faces(faces, (11.6, 6.0), spacing=0.06, eyes=((3.0, -8.0, 1.6), (8.0, -8.0, 1.6)))
+    result = find_openings(facade, scan, OpeningOptions(ground_z=0.0))
+    assert isinstance(result, Elements)
+    rings = [np.ravel([o.ring.min(0), o.ring.max(0)]) for o in result.openings]
+    assert min(r[0] for r in rings) == pytest.approx(0.84, abs=0.05)
+    assert max(r[2] for r in rings) == pytest.approx(10.76, abs=0.05)
+    assert sum((r[2] - r[0]) * (r[3] - r[1]) for r in rings) > 0.9 * 9.92 * 2.3

@@ -14,6 +14,7 @@ _LINES = 8  # candidate borders a component has in each direction, at most
 _PIER = 0.115  # m between two openings: half a brick, the least pier of masonry; bars are narrower
 _LESSER = 0.1  # of the best of its component: what is worth less is a remnant of an uneven outline
 _SCALES = ((0.6, 12.0), (1.0, 12.0), (1.7, 12.0), (2.5, 25.0))  # least openings: square, largest part
+_SEEN = 0.3  # share of the expected beams that came back from behind the wall where larger parts are open
 
 Part = tuple[slice, ...]
 
@@ -42,23 +43,33 @@ def _components(evidence: Evidence, least: tuple[float, float]) -> Iterator[tupl
     """Bounding boxes of connected open cells that can hold an opening, and which cells there are others'.
 
     What is larger than openings are hangs together by shadows and gaps: it is opened with larger squares,
-    which leave rectangles as they are, until it falls apart. What only upright bars part is one.
+    which leave rectangles as they are, until it falls apart. What does not is one if beams are seen to go
+    through it, as through the panes of a shop. What only upright bars part is one.
     """
     llr = evidence.llr
     open_ = enough(llr, evidence.due, 1.0) > 0
     if evidence.rays:  # else what is beside an opening may be a shadow: nothing is joined to it
         open_ = _without_bars(open_, int(_PIER / evidence.raster.cell) + 1)
-    for size, largest in _SCALES:
+    for size, largest in (*_SCALES, (_SCALES[-1][0], np.inf)):
         kernel = tuple(max(3, int(size * side)) for side in least)
         labels, _ = ndimage.label(ndimage.grey_opening(open_.astype(np.uint8), kernel, mode="constant"))
         open_ = np.zeros(llr.shape, np.bool_)
         for number, (rows, columns) in enumerate(ndimage.find_objects(labels), 1):
             tall, wide = rows.stop - rows.start, columns.stop - columns.start
+            own = labels[rows, columns] == number
+            if largest == np.inf and not _seen_through(evidence, (rows, columns), own):
+                continue
             if tall > largest * least[0] or wide > largest * least[1]:
-                open_[rows, columns] |= labels[rows, columns] == number
+                open_[rows, columns] |= own
             elif tall + 2 >= least[0] and wide + 2 >= least[1]:
                 part = tuple(slice(max(s.start - 2, 0), s.stop + 2) for s in (rows, columns))
                 yield part, (labels[part] != number) & (labels[part] > 0)
+
+
+def _seen_through(evidence: Evidence, part: Part, own: Bool) -> bool:
+    """Whether beams, not only their lack, tell that the `own` cells of a part are open."""
+    deep, expected = (float(m[part][own].sum()) for m in (evidence.deep, evidence.expected))
+    return evidence.rays and deep > _SEEN * expected
 
 
 def _without_bars(open_: Bool, thick: int) -> Bool:
