@@ -9,7 +9,7 @@ from frontage.geometry.ring import ring_contains
 from frontage.model.estimate import Provenance
 from frontage.openings.beams import sort_beams
 from frontage.openings.find import find_openings
-from frontage.openings.reflectance import scan_channels, surface_of
+from frontage.openings.reflectance import scan_layer, surface_of
 from frontage.openings.shapes import ring_of
 from frontage.openings.steps import Form, wall_steps
 from fronts import EYE, box_of, scan_wall
@@ -149,13 +149,13 @@ def test_a_panel_where_no_opening_is_expected_is_left_alone(wall):
 def intensity_of(facade, scan, look):
     seen = replace(scan, intensity=(brightness(scan) * look(scan)).astype(np.float32))
     surface = surface_of(facade, seen, sort_beams(facade, seen), (0.05, 0.05))
-    return scan_channels(surface, facade, seen)[1]
+    return scan_layer(surface, facade, seen)
 
 
 def test_intensity_is_freed_of_range_and_incidence(wall):
     facade, scan = wall
-    xz, value = intensity_of(facade, scan, plain).near((0.0, 0.0, *SIZE))
-    x, z = xz.T
+    xz, values = intensity_of(facade, scan, plain).near((0.0, 0.0, *SIZE))
+    (x, z), value = xz.T, values[:, 1]
     corners = [
         value[(np.abs(x - a) < 0.5) & (np.abs(z - b) < 0.5)].mean() for a in (0.5, 8.5) for b in (0.4, 8.5)
     ]
@@ -166,7 +166,47 @@ def test_intensity_is_freed_of_range_and_incidence(wall):
 def test_the_wall_tells_how_large_its_own_steps_are(wall):
     facade, scan = wall
     form = Form("rectangle", 1.1, 1.5, 0.0)
-    sigma = [
+    covariance = [
         wall_steps(intensity_of(facade, scan, look).picture.without(GRID), form) for look in (plain, blocks)
     ]
-    assert (sigma[1] > 2.0 * sigma[0]).all()
+    assert (covariance[1][:, 1, 1] > 4.0 * covariance[0][:, 1, 1]).all()
+
+
+def bricks(scan, size, seed):
+    """Factors (n,) of stones of a size, each of its own."""
+    column, row = np.floor(scan.xyz[:, 0] / size), np.floor(scan.xyz[:, 2] / size)
+    return 0.8 + 0.4 * np.modf(np.abs(np.sin(12.9898 * column + 78.233 * row + seed)) * 43758.5453)[0]
+
+
+@pytest.mark.parametrize("shown", ["intensity", "colour", "both"])
+def test_intensity_and_colour_tell_together_what_neither_tells_alone(wall, shown):
+    facade, scan = wall
+    leaf = within(scan, GRID[SHUT])
+    noise = np.random.default_rng(2).normal(0.0, 4.0, (len(leaf), 1))
+    grey = 150.0 * bricks(scan, 0.3, 1)[:, None] * (0.85 if shown != "intensity" else 1.0) ** leaf[:, None]
+    dark = bricks(scan, 0.24, 2) * (0.85 if shown != "colour" else 1.0) ** leaf
+    rgb = np.repeat(np.clip(grey + noise, 0, 255).astype(np.uint8), 3, axis=1)
+    seen = replace(scan, rgb=rgb, intensity=(brightness(scan) * dark).astype(np.float32))
+    assert len(shutters(facade, seen)) == (shown == "both")
+
+
+def test_many_closed_windows_are_told_by_the_wall_beside_them(wall):
+    """They are no witnesses of what the wall shows by itself."""
+    shut = [GRID[k] for k in (1, 2, 4, 5, 6, 9, 10)]
+    facade, scan = scan_wall([b for b in GRID if b not in shut], spacing=0.03, size=SIZE, returned=0.5)
+    leaf = np.any([within(scan, box) for box in shut], axis=0)
+    seen = replace(scan, intensity=(brightness(scan) * np.where(leaf, 0.7, 1.0)).astype(np.float32))
+    boxes = np.array([box_of(o) for o in find_openings(facade, seen).openings])
+    assert all(np.abs(boxes - box).max(1).min() < 0.03 for box in shut)
+
+
+@pytest.mark.parametrize("rays", [True, False])
+def test_a_grille_level_with_the_wall_is_an_opening_of_the_row(rays):
+    """Bars that send back as much as gaps do, a pane behind them."""
+    facade, scan = scan_wall(GRID, spacing=0.03, size=SIZE, depth=0.1, rays=rays)
+    leaf = within(scan, GRID[SHUT])
+    bars = leaf & (np.modf(scan.xyz[:, 0] / 0.1)[0] < 0.45)
+    xyz = scan.xyz.copy()
+    xyz[bars] -= (xyz[bars] - EYE) * (xyz[bars, 1] / (xyz[bars, 1] - EYE[1]))[:, None]
+    (found,) = shutters(facade, replace(scan, xyz=xyz))
+    assert np.abs(box_of(found) - GRID[SHUT]).max() < 0.03

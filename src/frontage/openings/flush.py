@@ -1,40 +1,35 @@
-"""Openings closed level with the wall: shutters and panes that looks or a slight relief tell from it.
+"""Openings closed level with the wall: shutters, panes, grilles that looks or a slight relief tell from it.
 
-They are looked for where the wall was seen, in the rows and columns of the other openings, in the forms of
-these. There the means of a channel (relief, intensity, colours of scan and photos) must step by the same
-amount on all sides, sharply, where the borders are expected, and be alike within. How large such steps are on
-this wall by itself, the wall tells.
+They are looked for where something was seen, in the rows and columns of the other openings, in the forms of
+these. There the means of relief, intensity and colour must step together by the same amount on all sides,
+sharply, where the borders are expected, and be alike within. How large such steps are on this wall by itself,
+the wall tells.
 """
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy import stats
 
-from frontage.geometry.arrays import Float
 from frontage.model.facade import Facade
 from frontage.model.ortho import OrthoImage
 from frontage.model.scan import Scan
 from frontage.openings.beams import Beams
 from frontage.openings.borders import Place
 from frontage.openings.evidence import Evidence
-from frontage.openings.flushborders import Told, outlined
+from frontage.openings.flushborders import Contrast, outlined
 from frontage.openings.flushplaces import Places, crossings, lines
-from frontage.openings.inferred import state_of
+from frontage.openings.flushsteps import contrasts_of, gains_of
+from frontage.openings.inferred import SEEN, state_of
 from frontage.openings.outline import Outline
-from frontage.openings.reflectance import Channel, Surface, photo_channels, scan_channels, surface_of
+from frontage.openings.reflectance import Layer, Surface, photo_layer, scan_layer, surface_of
 from frontage.openings.steps import Picture, wall_steps
 
 _SURE = 0.99  # posterior that an opening needs
+_LIKELY = 3.0  # nats at which a place may be an opening, and is no witness of the wall
 _PRIOR = 0.05  # share of the crossings seen as wall that hold a closed opening
-_EXPECTED = 0.5  # nats (factor 1.6), one sigma of the step from wall to shutter
-_UNEVEN = 0.3  # of the step, one sigma between the four sides
-_LARGEST = 2.5  # nats, largest step that is tried
-_TAILS = 4.0  # degrees of freedom of the wall's own steps: courses, repairs and stains have heavy tails
-_TELLS = 5.0  # nats at which a channel tells of borders, too
 _BESIDE = 0.06  # m: clear places nearer to one another are one opening's
-_REACH = (0.05, 0.08)  # m before the wall and behind it: what lies deeper is found as any opening is
+_REACH = (0.05, 0.3)  # m before the wall and behind it: walls are that thick, rooms lie deeper
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,18 +49,16 @@ def find_flush(
     outlines: Sequence[Outline],
     ortho: OrthoImage | None = None,
 ) -> list[Flush]:
-    """Closed openings where the wall was seen, like `outlines` and in a row or a column with them.
+    """Closed openings where beams came back, like `outlines` and in a row or a column with them.
 
     Posterior: likelihood of the four steps against that of the wall's own steps, with a price for every place
-    and every channel that was tried. What was found makes further rows and columns.
+    that was tried. What was found makes further rows and columns.
     """
     if not outlines:
         return []
     surface = surface_of(facade, scan, beams, _REACH)
-    channels = scan_channels(surface, facade, scan)
-    if ortho is not None:
-        channels += photo_channels(ortho, facade)
-    search = _Search(surface, channels, evidence)
+    layers = [scan_layer(surface, facade, scan), photo_layer(ortho, facade) if ortho is not None else None]
+    search = _Search(surface, [v for v in layers if v is not None], evidence)
     found: list[Flush] = []
     while True:
         known = [*outlines, *(f.outline for f in found)]
@@ -77,12 +70,12 @@ def find_flush(
 
 @dataclass(frozen=True, eq=False)
 class _Peak:
-    """A place whose steps speak for an opening by `gain` nats; `walls`: the bare wall's, by channel."""
+    """A place whose steps speak for an opening by `gain` nats, and its contrasts with the wall."""
 
     gain: float
     places: Places
     k: int
-    walls: Sequence[Float]
+    contrasts: Sequence[Contrast]
 
     def beside(self, other: "_Peak") -> bool:
         """Whether both may be one opening, seen from two cells."""
@@ -93,78 +86,65 @@ class _Peak:
 class _Search:
     """The test at many places of one facade."""
 
-    def __init__(self, surface: Surface, channels: Sequence[Channel], evidence: Evidence) -> None:
-        self._surface, self._channels, self._evidence = surface, channels, evidence
-        self._cell = max(c.picture.raster.cell for c in channels)
+    def __init__(self, surface: Surface, layers: Sequence[Layer], evidence: Evidence) -> None:
+        self._surface, self._layers, self._evidence = surface, layers, evidence
+        self._cell = max(v.picture.raster.cell for v in layers)
 
     def at_crossings(self, known: Sequence[Outline]) -> list[Flush]:
-        """Of rows and columns; sills hide the wall below: three sides suffice."""
+        """Of rows and columns."""
         places = crossings(known, self._evidence)
-        return self._tried(places, known, [p.box(0) for p in places], 3)
+        return self._tried(places, known, [p.box(0) for p in places])
 
     def along_lines(self, known: Sequence[Outline]) -> list[Flush]:
         """Anywhere along a row or a column."""
-        return self._tried(list(lines(known, self._evidence, self._cell)), known, [], 4)
+        return self._tried(list(lines(known, self._evidence, self._cell)), known, [])
 
     def _tried(
-        self, places: Sequence[Places], known: Sequence[Outline], taken: Sequence[Place], sides: int
+        self, places: Sequence[Places], known: Sequence[Outline], taken: Sequence[Place]
     ) -> list[Flush]:
-        """The openings among all places, the clearest first; `sides` of the four must be known."""
-        tries = max(sum(len(p.x) for p in places) * len(self._channels), 1)
+        """The openings among all places. What may be one (at first those `taken`) is no witness of the wall:
+        else several closed windows would hide one another.
+        """
+        likely = [outline.place for _, outline in self._clear(places, known, taken, _LIKELY)]
+        if not likely:
+            return []
+        tries = sum(len(p.x) for p in places)
         price = float(np.log(tries * (1.0 - _PRIOR) / _PRIOR))
         least = price + float(np.log(_SURE / (1.0 - _SURE)))
-        bare = [c.picture.without([*(o.place for o in known), *taken]) for c in self._channels if places]
-        peaks = sorted((q for p in places for q in self._peaks(p, bare, least, sides)), key=lambda q: -q.gain)
-        found: list[Flush] = []
+        clear = self._clear(places, known, likely, least)
+        return [Flush(o, float(1.0 / (1.0 + np.exp(price - gain))), gain) for gain, o in clear]
+
+    def _clear(
+        self, places: Sequence[Places], known: Sequence[Outline], taken: Sequence[Place], least: float
+    ) -> list[tuple[float, Outline]]:
+        """Nats and outlines of what is worth so many nats and like an opening, the clearest first; the wall
+        is what is neither `known` nor `taken`.
+        """
+        bare = [v.picture.without([*(o.place for o in known), *taken]) for v in self._layers if places]
+        peaks = sorted((q for p in places for q in self._peaks(p, bare, least)), key=lambda q: -q.gain)
+        found: list[tuple[float, Outline]] = []
         for n, peak in enumerate(peaks):
-            others = [*known, *(f.outline for f in found)]
-            if any(peak.beside(q) for q in peaks[:n]) or not self._is_wall(peak.places.box(peak.k), others):
+            others = [*known, *(outline for _, outline in found)]
+            if any(peak.beside(q) for q in peaks[:n]) or not self._seen(peak.places.box(peak.k), others):
                 continue
-            outline = self._outlined(peak, known[peak.places.like])
-            if outline is not None and self._is_wall(outline.place, others):
-                found.append(Flush(outline, float(1.0 / (1.0 + np.exp(price - peak.gain))), peak.gain))
+            like = known[peak.places.like]
+            made = (outlined(peak.places, peak.k, like, c, self._surface) for c in peak.contrasts)
+            outline = next((o for o in made if o is not None), None)
+            if outline is not None and self._seen(outline.place, others):
+                found.append((peak.gain, outline))
         return found
 
-    def _is_wall(self, place: Place, others: Sequence[Outline]) -> bool:
-        return state_of(place, others, self._evidence) == "wall"
+    def _seen(self, place: Place, others: Sequence[Outline]) -> bool:
+        """Whether beams came back from a free place."""
+        return state_of(place, others, self._evidence) in SEEN
 
-    def _peaks(self, places: Places, bare: Sequence[Picture], least: float, sides: int) -> Iterator[_Peak]:
-        """Those of the places that gain so much, by relief, by looks or by both."""
+    def _peaks(self, places: Places, bare: Sequence[Picture], least: float) -> Iterator[_Peak]:
+        """Those of the places that gain so much."""
         walls = [wall_steps(own, places.form) for own in bare]
-        steps = [c.picture.steps(places.x, places.z, places.form) for c in self._channels]
-        gains = [_gain(own, w, _TELLS, sides) for own, w in zip(steps, walls, strict=True)]
-        relief, looks = gains[0], np.max([*gains[1:], np.full(len(gains[0]), -np.inf)], axis=0)
-        # what gives a wall its relief gives it no colour: the nats of both add up
-        gain = np.maximum(relief, looks) + np.maximum(np.minimum(relief, looks), 0.0)
+        steps = [v.picture.steps(places.x, places.z, places.form) for v in self._layers]
+        gains = [gains_of(own, w, places.node) for own, w in zip(steps, walls, strict=True)]
+        gain = np.maximum(gains, 0.0).sum(0)  # an opening need not show in all layers
         for k in np.flatnonzero(gain >= least):
-            yield _Peak(float(gain[k]), places, int(k), walls)
-
-    def _outlined(self, peak: _Peak, like: Outline) -> Outline | None:
-        """The outline at a peak, by the clearest of the channels that make one."""
-        gained: list[tuple[float, Told]] = []
-        x, z = peak.places.x[[peak.k]], peak.places.z[[peak.k]]
-        for channel, wall in zip(self._channels, peak.walls, strict=True):
-            own = channel.picture.steps(x, z, peak.places.form)
-            gained.append((float(_gain(own, wall, _TELLS, 3)[0]), Told(channel, own[0], wall)))
-        told = [t for gain, t in sorted(gained, key=lambda g: -g[0]) if gain >= _TELLS]
-        made = (outlined(peak.places, peak.k, like, first, told, self._surface) for first in told)
-        return next((o for o in made if o is not None), None)
-
-
-def _gain(own: Float, wall: Float, least: float, sides: int) -> Float:
-    """Nats (n,) for one common step on the four sides `own` (n, 4) against steps of the wall, one sigma
-    `wall` (4,); -inf where fewer than so many `sides` are known, or it would be less than `least`.
-    """
-    known = np.isfinite(own) & (wall > 0.0)
-    sigma = np.where(wall > 0.0, wall, 1.0)
-    own = np.where(known, own, 0.0)
-    closed = np.where(known, stats.t.logpdf(own, _TAILS, 0.0, sigma), 0.0).sum(1)
-    most = -np.where(known, np.log(sigma * np.sqrt(2.0 * np.pi)), 0.0).sum(1)
-    out: Float = np.full(len(own), -np.inf)
-    some = np.flatnonzero((known.sum(1) >= sides) & (most - closed >= least))
-    step = np.linspace(-_LARGEST, _LARGEST, 201)[:, None]
-    each = stats.norm.logpdf(own[some, None], step, np.hypot(sigma, _UNEVEN * step))
-    prior = stats.norm.logpdf(step[:, 0], 0.0, _EXPECTED) + np.log(step[1, 0] - step[0, 0])
-    opened = np.logaddexp.reduce(np.where(known[some, None], each, 0.0).sum(2) + prior, axis=1)
-    out[some] = opened - closed[some]
-    return np.where(out >= least, out, -np.inf)
+            n = int(np.argmax([g[k] for g in gains]))
+            contrasts = [Contrast(self._layers[n], *c) for c in contrasts_of(steps[n][k], walls[n])]
+            yield _Peak(float(gain[k]), places, int(k), contrasts)

@@ -1,6 +1,5 @@
-"""Borders and depth of an opening that is closed level with the wall, by one channel; or that it is none."""
+"""Borders and depth of an opening that is closed level with the wall; or that it is none."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -8,9 +7,9 @@ import numpy as np
 from frontage.geometry.arrays import Bool, Float
 from frontage.model.estimate import Estimate
 from frontage.openings.borders import Place
-from frontage.openings.flushplaces import Places
+from frontage.openings.flushplaces import SIZE, Places
 from frontage.openings.outline import Outline
-from frontage.openings.reflectance import Channel, Surface, within
+from frontage.openings.reflectance import Layer, Surface, within
 from frontage.openings.steps import HEAD, Form
 
 _ALIKE = 0.4  # of the step that thirds of the inside may differ from the whole
@@ -21,61 +20,63 @@ _ENDS = 0.05  # of a side that is left out at either end
 _FINE = 0.001  # m between tried places of a border
 _SEARCH = 0.12  # m, furthest that a border is looked for from where it is expected
 _BEST = 0.002  # m, one sigma of a border at least: gaps between leaf and wall
-_FLUSH = 0.08  # m: what lies deeper is no flush opening
+_BEFORE = 0.08  # m: what stands further before the wall is fitted to it
 _FEW = 30  # points inside, and on each side of a border
 _SLANT = 0.5  # of its depth that the wall's edge hides of a leaf, or shows of a reveal
 _AROUND = (0.5, 0.2)  # m beside the opening, from and to: its wall, surrounds left out
-_AGREE = 2.0  # sigmas between two channels that see one border
 _COMMON = 0.5  # of the noise of a point that its neighbours share
 
 
 @dataclass(frozen=True, eq=False)
-class Told:
-    """A channel, its steps (4,) inwards at a place, and one sigma (4,) of those of the wall."""
+class Contrast:
+    """What tells an opening of the wall best: a sum of a layer's channels, one more inside than outside.
 
-    channel: Channel
+    weights  (c,) of the channels; own: its steps (4,) inwards; wall: one sigma (4,) of those of the wall
+    """
+
+    layer: Layer
+    weights: Float
     own: Float
     wall: Float
 
-    @property
-    def step(self) -> float:
-        """From the wall inwards."""
-        return float(np.nanmean(self.own))
+    def near(self, place: Place) -> tuple[Float, Float]:
+        """Places (n, 2) and values (n,) in a box."""
+        xz, values = self.layer.near(place)
+        return xz, values @ self.weights
 
 
-def outlined(
-    places: Places, k: int, like: Outline, first: Told, told: Sequence[Told], surface: Surface
-) -> Outline | None:
-    """The outline with measured borders and depth of what stands at place number k, by the channel `first`;
-    None where it is not like an opening.
+def outlined(places: Places, k: int, like: Outline, contrast: Contrast, surface: Surface) -> Outline | None:
+    """The outline with measured borders and depth of what stands at place number k; None where it is not like
+    an opening.
 
     Left, right and one of bottom and top are sharp; the other (a sill) need not be, and stays where it is
-    expected. The inside is even, and level with the wall. Where others of the channels that have `told` agree
-    on a border, the one that tells it best places it.
+    expected, by the row or by the height. The inside is even, and level with the wall.
     """
     box, form = places.box(k), places.form
     place, covariance = list(box), places.covariance.copy()
-    around = [t.channel.near(_grown(box, 2.0 * _SEARCH)) for t in told]
+    around = contrast.near(_grown(box, 2.0 * _SEARCH))
     sharp = np.zeros(4, np.bool_)
     for side in range(4):
         row = (0, 2, 1, 3)[side]
         expected = float(np.sqrt(covariance[row, row]))
-        fits = [_border(t, *near, box, form, side, expected) for t, near in zip(told, around, strict=True)]
-        clearest = fits[told.index(first)]
-        if clearest is not None:
+        border = _border(contrast, *around, box, form, side, expected)
+        if border is not None:
             sharp[side] = True
-            known = [f for f in fits if f is not None and abs(f[0] - clearest[0]) < _AGREE * clearest[1]]
-            shift, sigma = min(known, key=lambda f: f[1])
-            place[side] += shift
+            place[side] += border[0]
             covariance[row, :] = covariance[:, row] = 0.0
-            covariance[row, row] = sigma**2
-        elif first.own[side] / first.step < _SOME:
+            covariance[row, row] = border[1] ** 2
+        elif contrast.own[side] < _SOME and not (places.node and side == 1):
             return None
+    for side, other in ((1, 3), (3, 1)):  # of the form's height
+        row, known = (2, 3) if side == 1 else (3, 2)
+        if sharp[other] and not sharp[side] and covariance[known, known] + SIZE**2 < covariance[row, row]:
+            place[side] += place[other] - box[other]
+            covariance[row, row] = covariance[known, known] + SIZE**2
     at: Place = (place[0], place[1], place[2], place[3])
     depth = _depth(surface, at, form.rise)
     if depth is None or not (sharp[0] and sharp[2] and sharp[1::2].any()):
         return None
-    if abs(depth.value) > _FLUSH or not _even(*around[told.index(first)], at, form.rise, first.step):
+    if depth.value < -_BEFORE or not _even(*around, at, form.rise):
         return None
     covariance[:4, :4] += np.eye(4) * (_SLANT * depth.value) ** 2
     return Outline(like.shape, at, form.rise, covariance, (), depth, 0.0, like.wall)
@@ -99,9 +100,9 @@ def _across(xz: Float, place: Place, side: int, form: Form) -> tuple[Bool, Float
 
 
 def _border(
-    told: Told, xz: Float, v: Float, box: Place, form: Form, side: int, expected: float
+    contrast: Contrast, xz: Float, v: Float, box: Place, form: Form, side: int, expected: float
 ) -> tuple[float, float] | None:
-    """Shift m (from where it is expected) and sigma m of the side of a box, by a channel's values v (n,) at
+    """Shift m (from where it is expected) and sigma m of the side of a box, by values v (n,) at
     xz (n, 2); None where they do not step sharply there.
 
     Two means on either side; their likelihood over the place of the step, its exponent as much smaller as
@@ -118,15 +119,15 @@ def _border(
     total = np.append(0.0, v.cumsum())
     rest = float(v @ v) - total[cut] ** 2 / cut - (total[-1] - total[cut]) ** 2 / (len(u) - cut)
     best = max(float(rest.min()) / len(u), 1e-9)
-    share = min(1.0, 4.0 * best / len(u) / float(told.wall[side]) ** 2)
+    share = min(1.0, 4.0 * best / len(u) / float(contrast.wall[side]) ** 2)
     log_l = -0.5 * share * (rest - rest.min()) / best - 0.5 * (e / np.hypot(expected, _BEST)) ** 2
     weight = np.exp(log_l - log_l.max())
     weight /= weight.sum()
     mean = float(weight @ e)
-    jump = _jump(u, v, mean, max(2.0 * told.channel.spacing, _NEAR))
-    if jump / (told.step if side < 2 else -told.step) < _SHARP:
+    jump = _jump(u, v, mean, max(2.0 * contrast.layer.spacing, _NEAR))
+    if jump * (1.0 if side < 2 else -1.0) < _SHARP:
         return None
-    return mean, float(np.sqrt(weight @ (e - mean) ** 2 + _BEST**2 + told.channel.sharp**2))
+    return mean, float(np.sqrt(weight @ (e - mean) ** 2 + _BEST**2 + contrast.layer.sharp**2))
 
 
 def _jump(u: Float, v: Float, at: float, near: float) -> float:
@@ -140,7 +141,7 @@ def _jump(u: Float, v: Float, at: float, near: float) -> float:
     return float(after.mean() - before.mean())
 
 
-def _even(xz: Float, v: Float, place: Place, rise: float, step: float) -> bool:
+def _even(xz: Float, v: Float, place: Place, rise: float) -> bool:
     """Whether the thirds of the inside, across and up, are alike in the values v (n,) at xz (n, 2)."""
     x0, z0, x1, z1 = place
     inside = within(xz, (x0, z0, x1, z1 - rise))
@@ -152,7 +153,7 @@ def _even(xz: Float, v: Float, place: Place, rise: float, step: float) -> bool:
     if number.min() < _FEW // 9 + 1:
         return False
     mean = np.bincount(3 * row + column, v[inside], minlength=9) / number
-    return bool(np.abs(mean - np.median(mean)).max() < _ALIKE * abs(step))
+    return bool(np.abs(mean - np.median(mean)).max() < _ALIKE)
 
 
 def _depth(surface: Surface, place: Place, rise: float) -> Estimate[float] | None:
@@ -165,7 +166,7 @@ def _depth(surface: Surface, place: Place, rise: float) -> Estimate[float] | Non
         return None
     value, variance = [], 0.0
     for some in (inside, around):
-        y = surface.depth[some]
+        y = surface.y[some]
         value.append(float(np.median(y)))
         noise = 1.4826 * float(np.median(np.abs(y - value[-1])))
         variance += noise**2 * (_COMMON**2 + 1.57 / len(y))

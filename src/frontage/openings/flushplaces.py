@@ -9,12 +9,13 @@ from frontage.geometry.arrays import Bool, Float, Int
 from frontage.openings.beams import Raster
 from frontage.openings.borders import Place
 from frontage.openings.evidence import Evidence
-from frontage.openings.inferred import CLEAR, WALL, WITHIN, Grid, state_of
+from frontage.openings.inferred import CLEAR, SEEN, WITHIN, Grid, state_of
 from frontage.openings.outline import Outline
 from frontage.openings.pooling import like_groups
 from frontage.openings.steps import Form, integral
 
-_SIZE = 0.01  # m, one sigma between the sizes of like openings where few tell it
+SIZE = 0.01
+"""m, one sigma between the sizes of like openings where few tell it."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -23,6 +24,7 @@ class Places:
 
     like        number of an opening of that form
     covariance  (5, 5) m2 of left, right, bottom, top and rise of what stands at any of them
+    node        whether a row and a column cross there
     """
 
     form: Form
@@ -30,6 +32,7 @@ class Places:
     z: Float
     like: int
     covariance: Float
+    node: bool
 
     def box(self, k: int) -> Place:
         """The bounding box at place number k, m."""
@@ -38,23 +41,21 @@ class Places:
 
 
 def crossings(outlines: Sequence[Outline], evidence: Evidence) -> list[Places]:
-    """Where a row and a column of two openings or more cross, and the wall was seen; one place each."""
+    """Where a row and a column of two openings or more cross, and beams came back; one place each."""
     found = []
     for node in Grid(outlines).nodes():
         like = outlines[node.like]
-        if like.shape == "circle" or state_of(node.place, outlines, evidence) != "wall":
+        if like.shape == "circle" or state_of(node.place, outlines, evidence) not in SEEN:
             continue
         x0, z0, x1, z1 = node.place
         form = Form(like.shape, x1 - x0, z1 - z0, like.rise)
-        found.append(Places(form, np.array([x0]), np.array([z0]), node.like, node.covariance))
+        found.append(Places(form, np.array([x0]), np.array([z0]), node.like, node.covariance, True))
     return found
 
 
 def lines(outlines: Sequence[Outline], evidence: Evidence, cell: float) -> Iterator[Places]:
-    """Every `cell` m along the row and the column of every opening, where wall was seen and there is room for
-    another one like it.
-    """
-    wall = _Wall(evidence, [o.place for o in outlines])
+    """Every `cell` m along the row and the column of every opening, where another one like it has room."""
+    room = _Room(evidence, [o.place for o in outlines])
     x0, z0 = evidence.raster.corner
     high, wide = (n * evidence.raster.cell for n in evidence.raster.shape)
     own = np.array([o.place for o in outlines]).reshape(-1, 4)
@@ -69,13 +70,13 @@ def lines(outlines: Sequence[Outline], evidence: Evidence, cell: float) -> Itera
         along, up = np.arange(x0, x0 + wide - form.width, cell), np.arange(z0, z0 + high - form.height, cell)
         x = np.concatenate([np.tile(along, len(sills)), np.repeat(left, len(up))])
         z = np.concatenate([np.repeat(sills, len(along)), np.tile(up, len(left))])
-        seen = wall.at(x, z, form)
-        if seen.any():
-            yield Places(form, x[seen], z[seen], group[0], _free(outlines[group[0]], cell))
+        free = room.at(x, z, form)
+        if free.any():
+            yield Places(form, x[free], z[free], group[0], _free(outlines[group[0]], cell), False)
 
 
-class _Wall:
-    """Where a form lies on seen wall, clear of all openings, to within a cell."""
+class _Room:
+    """Where a form lies on the facade, clear of all openings, to within a cell."""
 
     def __init__(self, evidence: Evidence, taken: Sequence[Place]) -> None:
         raster = evidence.raster
@@ -85,9 +86,7 @@ class _Wall:
             off = max(int(CLEAR / raster.cell) - 1, 0)
             blocked[max(r[0] - off, 0) : r[1] + off, max(c[0] - off, 0) : c[1] + off] = 1.0
         self._raster = raster
-        self._llr, self._inside, self._blocked = (
-            integral(m) for m in (evidence.llr, evidence.inside.astype(np.float64), blocked)
-        )
+        self._inside, self._blocked = integral(evidence.inside.astype(np.float64)), integral(blocked)
 
     def at(self, x: Float, z: Float, form: Form) -> Bool:
         """Whether it does with its lower left corner at x, z (n,) m."""
@@ -98,10 +97,10 @@ class _Wall:
         h, w = self._raster.shape
         on = (r0 >= 0) & (c0 >= 0) & (r1 <= h) & (c1 <= w)
         r0, r1, c0, c1 = (np.where(on, v, 0) for v in (r0, r1, c0, c1))
-        llr, inside, blocked = (
-            m[r1, c1] - m[r0, c1] - m[r1, c0] + m[r0, c0] for m in (self._llr, self._inside, self._blocked)
+        inside, blocked = (
+            m[r1, c1] - m[r0, c1] - m[r1, c0] + m[r0, c0] for m in (self._inside, self._blocked)
         )
-        return on & (llr < WALL) & (inside >= WITHIN * (r1 - r0) * (c1 - c0)) & (blocked < 0.5)
+        return on & (inside >= WITHIN * (r1 - r0) * (c1 - c0)) & (blocked < 0.5)
 
 
 def _cell(raster: Raster, x: Float, z: Float) -> tuple[Int, Int]:
@@ -122,7 +121,7 @@ def _free(like: Outline, cell: float) -> Float:
     """Covariance (5, 5) m2 of a place on a grid of cells, of an opening of known size."""
     covariance: Float = np.diag([0.0, 0.0, 0.0, 0.0, like.covariance[4, 4]])
     covariance[:2, :2] = covariance[2:4, 2:4] = cell**2 / 3.0
-    covariance[:4, :4] += np.eye(4) * _SIZE**2 / 2.0
+    covariance[:4, :4] += np.eye(4) * SIZE**2 / 2.0
     return covariance
 
 

@@ -34,12 +34,13 @@ _RIGHT = 0.9  # share of the predictions that must be right
 _OTHERS = (2, 1)  # openings of a row, of a column, that predict
 _IOU = 0.5  # overlap of a prediction that is right
 _VISIBLE = 0.5  # share of the beams due that got as far as the wall: less is hidden
-WALL = -6.0
-"""Nats over a place, below which the wall was seen."""
+_WALL = -6.0  # nats over a place, below which the wall was seen
 CLEAR = 0.1
 """m between openings at least."""
 WITHIN = 0.98
 """Share of an opening that lies within the facade's outline."""
+SEEN = ("wall", "other")
+"""States of a free place that beams came back from."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -171,13 +172,13 @@ class Grid:
 
 
 def state_of(place: Place, outlines: Sequence[Outline], evidence: Evidence) -> str:
-    """What is known of a place: "taken", "wall", "unknown", "other" (seen, and no wall; off the facade)."""
+    """What is known of a place: "taken", "off" the facade, "wall", "unknown", "other" (seen, and no wall)."""
     if _near(place, [o.place for o in outlines]):
         return "taken"
     part = _cells(place, evidence)
     if part is None or evidence.inside[part].mean() < WITHIN:
-        return "other"
-    if float(evidence.llr[part].sum()) < WALL:
+        return "off"
+    if float(evidence.llr[part].sum()) < _WALL:
         return "wall"
     due = float(evidence.due[part].sum())
     hidden = float(evidence.expected[part].sum()) < _VISIBLE * due or due == 0.0

@@ -15,6 +15,8 @@ from frontage.openings.steps import Picture
 
 _FINEST = 0.04  # m, least side of a cell: borders are known that well before they are measured
 _PER_CELL = 2.0  # spacings a cell is wide
+_FLAT = 0.1  # m that a line of sight comes nearer to the wall at least
+_DEEPEST = 0.08  # m: what lies deeper counts as that: frames behind grilles, rooms
 _RELIEF = 0.04  # m that count as one step of brightness does (factor e)
 _STATIONS = 12  # with more origins the sensor moved, and all points are one group
 _PLACES = 50  # points that a station's fit needs
@@ -26,10 +28,10 @@ _STRIP = 512  # rows of an ortho-image at a time
 
 
 @dataclass(frozen=True, eq=False)
-class Channel:
-    """One property of the wall that may step at the borders of what closes an opening.
+class Layer:
+    """Channels c of the wall, seen together, that may step at the borders of what closes an opening.
 
-    picture  means of cells; near: places xz (n, 2) m and values (n,) of what lies in a box
+    picture  means of cells; near: places xz (n, 2) m and values (n, c) of what lies in a box
     spacing  m between these; sharp: m that a sharp step is wide, and its place off
     """
 
@@ -41,9 +43,12 @@ class Channel:
 
 @dataclass(frozen=True, eq=False)
 class Surface:
-    """The scan's points on the wall, or nearly: places xz (n, 2), depth y (n,) m, rows of the scan."""
+    """The scan's points on the wall, or nearly: places xz (n, 2), y (n,) m in the facade frame, depth (n,) m
+    behind the wall, rows of the scan.
+    """
 
     xz: Float
+    y: Float
     depth: Float
     index: Array
 
@@ -63,77 +68,90 @@ def surface_of(facade: Facade, scan: Scan, beams: Beams, reach: tuple[float, flo
     xyz = facade.frame.inverse.apply(scan.xyz[facade.support])
     depth = xyz[:, 1] - beams.depth_at(xyz[:, 0], xyz[:, 2])
     near = (depth > -max(reach[0], beams.least)) & (depth < max(reach[1], beams.least))
-    return Surface(xyz[near][:, [0, 2]], xyz[near, 1], facade.support[near])
+    xyz, depth, index = xyz[near], depth[near], facade.support[near]
+    return Surface(_crossings(xyz, depth, index, facade, scan), xyz[:, 1], depth, index)
 
 
-def scan_channels(surface: Surface, facade: Facade, scan: Scan) -> list[Channel]:
+def _crossings(xyz: Float, depth: Float, index: Array, facade: Facade, scan: Scan) -> Float:
+    """Places (n, 2) where the lines of sight of points behind the wall cross it, `depth` m before them; the
+    points' own where they stand before it, as sills do, or the sensor's place is unknown.
+    """
+    eyes = np.vstack([facade.frame.inverse.apply(scan.origins).reshape(-1, 3), np.full(3, np.nan)])
+    way = xyz - eyes[scan.origin_index[index]]  # the last one, -1, is unknown
+    with np.errstate(invalid="ignore", divide="ignore"):
+        shift = way[:, [0, 2]] * np.where(way[:, 1] > _FLAT, np.maximum(depth, 0.0) / way[:, 1], 0.0)[:, None]
+    return xyz[:, [0, 2]] - np.where(np.isfinite(shift), shift, 0.0)
+
+
+def scan_layer(surface: Surface, facade: Facade, scan: Scan) -> Layer:
     """Relief, and intensity and colour as far as the scan has them."""
-    values: list[Float] = [surface.depth / _RELIEF]
+    channels: list[Float] = [(surface.y - np.maximum(surface.depth - _DEEPEST, 0.0)) / _RELIEF]
     if scan.intensity is not None:
-        values.append(_flattened(scan.intensity[surface.index], surface.index, scan, facade))
+        channels.append(_flattened(scan.intensity[surface.index], surface.index, scan, facade))
     if scan.rgb is not None:
-        values += _colours(scan.rgb[surface.index])
+        channels += _colours(scan.rgb[surface.index])
+    values = np.column_stack(channels)
     raster = Raster.over(facade, max(_PER_CELL * facade.spacing, _FINEST))
-    size = raster.shape[0] * raster.shape[1]
-    at = raster.flat(*surface.xz.T)
-    on = at >= 0
-    number = np.bincount(at[on], minlength=size)
 
-    def channel(v: Float) -> Channel:
-        with np.errstate(invalid="ignore"):
-            means = np.bincount(at[on], v[on], minlength=size) / number
+    def near(place: Place) -> tuple[Float, Float]:
+        some = surface.within(place)
+        return surface.xz[some], values[some]
 
-        def near(place: Place) -> tuple[Float, Float]:
-            some = surface.within(place)
-            return surface.xz[some], v[some]
-
-        return Channel(Picture(means.reshape(raster.shape), raster), near, facade.spacing, 0.0)
-
-    return [channel(v) for v in values]
+    means = _Means(raster, values.shape[1])
+    means.add(surface.xz, values)
+    return Layer(means.picture(), near, facade.spacing, 0.0)
 
 
-def photo_channels(ortho: OrthoImage, facade: Facade) -> list[Channel]:
-    """Lightness and two differences of colour of the pixels that photos saw; none where none did."""
+def photo_layer(ortho: OrthoImage, facade: Facade) -> Layer | None:
+    """Lightness and two differences of colour of the pixels that photos saw; None where none did."""
     if ortho.photos == 0:
-        return []
-    raster = Raster.over(facade, max(_PER_CELL * ortho.gsd, _FINEST))
-    size = raster.shape[0] * raster.shape[1]
-    number, total = np.zeros(size), np.zeros((3, size))
+        return None
+    means = _Means(Raster.over(facade, max(_PER_CELL * ortho.gsd, _FINEST)), 3)
     for first in range(0, ortho.size[1], _STRIP):
-        xz, values = _pixels(ortho, slice(first, first + _STRIP), slice(None))
-        at = raster.flat(*xz.T)
-        on = at >= 0
-        number += np.bincount(at[on], minlength=size)
-        for k, v in enumerate(values):
-            total[k] += np.bincount(at[on], v[on], minlength=size)
-    if not number.any():
-        return []
-    sharp = float(np.nanmedian(ortho.gsd_effective))
+        means.add(*_pixels(ortho, slice(first, first + _STRIP), slice(None)))
+    if not means.number.any():
+        return None
 
-    def channel(k: int) -> Channel:
+    def near(place: Place) -> tuple[Float, Float]:
+        (x0, top), gsd = ortho.corner, ortho.gsd
+        rows = slice(max(int((top - place[3]) / gsd), 0), max(int((top - place[1]) / gsd) + 1, 0))
+        columns = slice(max(int((place[0] - x0) / gsd), 0), max(int((place[2] - x0) / gsd) + 1, 0))
+        return _pixels(ortho, rows, columns)
+
+    return Layer(means.picture(), near, ortho.gsd, float(np.nanmedian(ortho.gsd_effective)))
+
+
+class _Means:
+    """Means of what falls into the cells of a raster."""
+
+    def __init__(self, raster: Raster, channels: int) -> None:
+        size = raster.shape[0] * raster.shape[1]
+        self._raster = raster
+        self.number, self._total = np.zeros(size), np.zeros((channels, size))
+
+    def add(self, xz: Float, values: Float) -> None:
+        """Values (n, c) at places (n, 2)."""
+        at = self._raster.flat(*xz.T)
+        on, size = at >= 0, len(self.number)
+        self.number += np.bincount(at[on], minlength=size)
+        for total, v in zip(self._total, values.T, strict=True):
+            total += np.bincount(at[on], v[on], minlength=size)
+
+    def picture(self) -> Picture:
+        """The means of all that was added."""
         with np.errstate(invalid="ignore", divide="ignore"):
-            means = (total[k] / number).reshape(raster.shape)
-
-        def near(place: Place) -> tuple[Float, Float]:
-            (x0, top), gsd = ortho.corner, ortho.gsd
-            rows = slice(max(int((top - place[3]) / gsd), 0), max(int((top - place[1]) / gsd) + 1, 0))
-            columns = slice(max(int((place[0] - x0) / gsd), 0), max(int((place[2] - x0) / gsd) + 1, 0))
-            xz, values = _pixels(ortho, rows, columns)
-            return xz, values[k]
-
-        return Channel(Picture(means, raster), near, ortho.gsd, sharp)
-
-    return [channel(k) for k in range(3)]
+            means = (self._total / self.number).T
+        return Picture(means.reshape(*self._raster.shape, -1), self._raster)
 
 
-def _pixels(ortho: OrthoImage, rows: slice, columns: slice) -> tuple[Float, list[Float]]:
-    """Middles xz (n, 2) m and colours of those pixels of a window that photos saw."""
+def _pixels(ortho: OrthoImage, rows: slice, columns: slice) -> tuple[Float, Float]:
+    """Middles xz (n, 2) m and colours (n, 3) of those pixels of a window that photos saw."""
     source = ortho.source[rows, columns]
     r, c = np.nonzero((source > 0) & (source <= ortho.photos))
     x0, top = ortho.corner
     x = x0 + (c + (columns.start or 0) + 0.5) * ortho.gsd
     z = top - (r + (rows.start or 0) + 0.5) * ortho.gsd
-    return np.column_stack([x, z]), _colours(ortho.pixels[rows, columns][r, c, :3])
+    return np.column_stack([x, z]), np.column_stack(_colours(ortho.pixels[rows, columns][r, c, :3]))
 
 
 def _colours(rgb: Array) -> list[Float]:

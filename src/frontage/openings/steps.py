@@ -16,6 +16,7 @@ _FULL = 0.4  # share of a strip's cells that must hold points: walls are sparse 
 _AWAY = 0.25  # m around openings that tell nothing of the wall by itself: surrounds
 _PLACES = 50  # places on the wall that its own steps must be known from
 _MANY = 1000  # places that tell them well enough
+_BOUND = 3.0  # scales that a step tells of a correlation at most
 _LEAST = 0.02  # of a step: less is drift of the instrument, be the wall ever so even
 HEAD = 0.8
 """Share of a head's width that tells of it: at its ends a curve is too steep."""
@@ -36,20 +37,21 @@ class Form:
 
 
 class Picture:
-    """Values (h, w) on a raster, NaN where nothing is known, as sums over boxes."""
+    """Channels (h, w, c) on a raster, NaN where nothing is known, as sums over boxes."""
 
     def __init__(self, values: Float, raster: Raster) -> None:
-        known = np.isfinite(values)
+        known = np.isfinite(values).all(2, keepdims=True)
         self.values, self.raster = values, raster
-        self._sum, self._count = (integral(m) for m in (np.where(known, values, 0.0), known * 1.0))
+        sums = integral(np.concatenate([np.where(known, values, 0.0), known], 2))
+        self._sums = sums.reshape(-1, values.shape[2] + 1)
 
     def without(self, taken: Sequence[Place]) -> "Picture":
         """The picture of the bare wall, well off all boxes."""
-        return Picture(np.where(_free(self.raster, taken), self.values, np.nan), self.raster)
+        return Picture(np.where(_free(self.raster, taken)[..., None], self.values, np.nan), self.raster)
 
     def steps(self, x: Float, z: Float, form: Form) -> Float:
-        """Steps (n, 4) inwards on the left, bottom, right and top of the form with its lower left corner at
-        x, z (n,) m; NaN = not known.
+        """Steps (n, 4, c) inwards on the left, bottom, right and top of the form with its lower left corner
+        at x, z (n,) m; NaN = not known.
         """
         g, (cx, cz) = self.raster.cell, self.raster.corner
         c, r = (np.rint((v - o) / g).astype(np.int64)[:, None] for v, o in ((x, cx), (z, cz)))
@@ -67,31 +69,27 @@ class Picture:
                 strips.append(self._mean(rows or across, columns or across))
             return strips[0] - strips[1]
 
-        return np.column_stack(
+        return np.stack(
             [
                 step((r, r + straight), None, c, 1),
                 step(None, (c, c + w), r, 1),
                 step((r, r + straight), None, c + w, -1),
                 step(None, (c + first, c + last), head, -1),
-            ]
+            ],
+            1,
         )
 
     def _mean(self, rows: tuple[Int, Int], columns: tuple[Int, Int]) -> Float:
-        """Means (n,) of the values in boxes of cells (n, k), the k of a row together."""
-        h, w = self.values.shape
+        """Means (n, c) of the values in boxes of cells (n, k), the k of a row together."""
+        h, w = self.values.shape[:2]
         r0, r1 = (np.clip(v, 0, h) for v in rows)
         c0, c1 = (np.clip(v, 0, w) for v in columns)
-        corners = [r * (w + 1) + c for r, c in ((r1, c1), (r0, c1), (r1, c0), (r0, c0))]
-        total, number = (_boxes(m, corners) for m in (self._sum, self._count))
+        upper, lower = (self._sums[r * (w + 1) + c1] - self._sums[r * (w + 1) + c0] for r in (r1, r0))
+        total = (upper - lower).sum(1)
         area = ((rows[1] - rows[0]) * (columns[1] - columns[0])).sum(1)
+        number = total[:, -1:]
         with np.errstate(invalid="ignore", divide="ignore"):
-            return np.where(number >= _FULL * area, total / number, np.nan)
-
-
-def _boxes(sums: Float, corners: Sequence[Int]) -> Float:
-    """Sums (n,) over boxes by their upper right, lower right, upper left, lower left corners, (n, k) flat."""
-    a, b, c, d = (sums.take(k) for k in corners)
-    return np.asarray((a - b - c + d).sum(1))
+            return np.where(number >= _FULL * area[:, None], total[:, :-1] / number, np.nan)
 
 
 def _pieces(form: Form, w: int, cell: float) -> tuple[Int, Int, Int]:
@@ -105,27 +103,36 @@ def _pieces(form: Form, w: int, cell: float) -> tuple[Int, Int, Int]:
 
 
 def wall_steps(bare: Picture, form: Form) -> Float:
-    """One sigma of the steps (4,) that a bare wall shows by itself across the sides of a form; NaN = unknown.
+    """Covariance (4, c, c) of the steps that a bare wall shows by itself across the sides of a form; NaN =
+    unknown.
 
     The form is moved over all of the wall that holds points: the scatter of its steps is what courses, stains
     and noise do to means of that size, however few of their points are independent.
     """
-    h, w = bare.values.shape
+    h, w = bare.values.shape[:2]
     g, (cx, cz) = bare.raster.cell, bare.raster.corner
     stride = max(int(np.sqrt(h * w / _MANY)), 1)
     r, c = (v.ravel() for v in np.mgrid[0:h:stride, 0:w:stride])
     steps = bare.steps(cx + c * g, cz + r * g, form)
-    pairs = [_spread(steps[:, sides].ravel()) for sides in ([0, 2], [1, 3])]
-    upright, level = (a if np.isfinite(a) else b for a, b in (pairs, pairs[::-1]))
+    pairs = [_spread(steps[:, sides].reshape(-1, steps.shape[2])) for sides in ([0, 2], [1, 3])]
+    upright, level = (a if np.isfinite(a).all() else b for a, b in (pairs, pairs[::-1]))
     return np.array([upright, level, upright, level])
 
 
-def _spread(steps: Float) -> float:
-    """One sigma of steps (n,): of their middle or of their tails, whichever is wider; NaN for few."""
-    size = np.abs(steps[np.isfinite(steps)])
-    if len(size) < _PLACES:
-        return np.nan
-    return float(max(1.4826 * np.median(size), np.quantile(size, 0.95) / 1.96, _LEAST))
+def _spread(steps: Float) -> Float:
+    """Covariance (c, c) of steps (n, c): scales of their middle or of their tails, whichever are wider, and
+    correlations of what is bounded; NaN for few.
+    """
+    steps = steps[np.isfinite(steps).all(1)]
+    if len(steps) < _PLACES:
+        return np.full((steps.shape[1],) * 2, np.nan)
+    size = np.abs(steps)
+    scale = np.maximum(1.4826 * np.median(size, 0), np.quantile(size, 0.95, 0) / 1.96)
+    scale = np.maximum(scale, _LEAST)
+    bounded = np.clip(steps / scale, -_BOUND, _BOUND)
+    like = bounded.T @ bounded / len(steps)
+    like /= np.sqrt(np.outer(np.diag(like), np.diag(like))) + _LEAST**2
+    return np.asarray(np.outer(scale, scale) * like + _LEAST**2 * np.eye(len(scale)))
 
 
 def _free(raster: Raster, taken: Sequence[Place]) -> Bool:
@@ -140,8 +147,8 @@ def _free(raster: Raster, taken: Sequence[Place]) -> Bool:
 
 
 def integral(values: Float) -> Float:
-    """Sums (h + 1, w + 1) of the values (h, w) below and left of every corner of cells."""
-    sums = np.zeros((values.shape[0] + 1, values.shape[1] + 1))
+    """Sums (h + 1, w + 1, ...) of the values (h, w, ...) below and left of every corner of cells."""
+    sums = np.zeros((values.shape[0] + 1, values.shape[1] + 1, *values.shape[2:]))
     inner = sums[1:, 1:]
     np.cumsum(np.cumsum(values, 0, out=inner), 1, out=inner)
     return sums
