@@ -8,7 +8,7 @@ import pytest
 from frontage.model.opening import Elements
 from frontage.model.scan import Scan
 from frontage.openings.find import find_openings
-from fronts import box_of, scan_wall
+from fronts import WINDOW, box_of, scan_wall
 
 
 def boxes_in(facade, scan):
@@ -56,3 +56,21 @@ def test_wall_in_sight_above_and_below_ledges_frames_a_window():
     with_ledges = replace(facade, support=some, inliers=some), Scan("wall", xyz, scan.world)
     found = boxes_in(*with_ledges)
     assert len(found) == 1 and np.abs(found[0] - window).max() < 0.03
+
+
+def test_shadows_of_leaves_on_a_wall_are_no_windows():
+    facade, scan = scan_wall([WINDOW], returned=0.0, rays=False, size=(7.0, 5.0))
+    rng = np.random.default_rng(2)
+    leaves, reach = rng.uniform([3.2, 0.6], [6.6, 4.4], (150, 2)), rng.lognormal(np.log(0.12), 0.4, 150)
+    away = np.linalg.norm(scan.xyz[:, None, [0, 2]] - leaves, axis=2)
+    seen = np.flatnonzero((away > reach).all(1))
+    found = boxes_in(
+        *(replace(facade, support=np.arange(len(seen)), inliers=np.arange(len(seen))), scan.take(seen))
+    )
+    assert len(found) == 1 and np.abs(found[0] - WINDOW).max() < 0.03
+
+
+def test_a_small_window_that_shows_little_of_its_depth_is_found_by_its_sharp_borders():
+    small = (2.0, 2.5, 2.4, 3.1)
+    found = boxes_in(*scan_wall([small], returned=0.12, rays=False))
+    assert len(found) == 1 and np.abs(found[0] - small).max() < 0.03

@@ -15,6 +15,7 @@ _SEEN = 0.1  # the same of the beams that are due
 _LONE = 0.6  # m, least side of an opening that sends back less
 _VISIBLE = 0.5  # share of the beams due that must have got as far as the wall there
 _HIDDEN = 0.3  # share of the beams due, below which a rim is hidden
+_BARS = 0.12  # share of the expected beams that bars and frames level with the wall return
 _KNOWN = 0.5  # share of an opening's cells that tell something
 
 
@@ -38,7 +39,9 @@ class Framing:
         The wall shows on both sides and above or below; near the ground the lower end is no matter. With rays
         one side may be hidden by something before the wall. The opening itself is free of wall, half of its
         cells say something, and beams find a depth; or it is large, visible, and shows something of a depth
-        or the wall on all sides: shadows leave cells as empty as glass does, most are small or run on.
+        or the wall on all sides: shadows leave cells as empty as glass does, most are small or run on. Where
+        no ray tells shadows, one with wall on all sides must begin sharply, and may be small if it shows
+        something of a depth.
         """
         r0, c0, r1, c1 = boxes.T
         rim = max(int(np.ceil(_RIM / self._cell)), 2)
@@ -53,9 +56,27 @@ class Framing:
         _, expected, due, deep, _, known = self._sum(r0, c0, r1, c1).T
         told = known > _KNOWN * (r1 - r0) * (c1 - c0)
         returned = deep > np.maximum(_RETURN * expected, _SEEN * due)
-        large = (expected > _VISIBLE * due) & (np.minimum(r1 - r0, c1 - c0) * self._cell > _LONE)
-        some = (shut & (deep > _SOME * expected)) | ends.all(0)
-        return np.asarray(framed & free & told & (returned | (large & some)))
+        visible = expected > _VISIBLE * due
+        large = np.minimum(r1 - r0, c1 - c0) * self._cell > _LONE
+        some = deep > _SOME * expected
+        whole = ends.all(0) & (large if self._rays else self._sharp(boxes, rim) & (large | some))
+        return np.asarray(framed & free & told & (returned | (visible & ((large & shut & some) | whole))))
+
+    def _sharp(self, boxes: Int, rim: int) -> Bool:
+        """Whether hardly any wall shows within `rim` cells inside of each border of boxes (n, 4) (n,).
+
+        Shadows of leaves, and patches that return little, have ragged edges that wall shines through; an
+        opening without a frame in sight is empty right from its borders.
+        """
+        r0, c0, r1, c1 = boxes.T + np.array([[1], [1], [-1], [-1]])
+        wide = np.clip(np.minimum(r1 - r0, c1 - c0) // 2, 1, rim)
+        strips = [
+            self._sum(r0, c0, r1, c0 + wide),
+            self._sum(r0, c1 - wide, r1, c1),
+            self._sum(r0, c0, r0 + wide, c1),
+            self._sum(r1 - wide, c0, r1, c1),
+        ]
+        return np.asarray(np.all([s[:, 0] <= _BARS * s[:, 1] for s in strips], axis=0))
 
     def _sum(self, r0: Int, c0: Int, r1: Int, c1: Int) -> Float:
         """Sums (n, 6) over rows [r0, r1) and columns [c0, c1), as far as they are on the raster."""
