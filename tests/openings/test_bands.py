@@ -44,6 +44,14 @@ def test_posts_as_wide_as_two_frames_part_a_band(post, rays):
     assert np.all((-left > -0.02) & (-left < post / 2) & (right > -0.02) & (right < post / 2))
 
 
+def test_posts_may_stand_on_the_lower_end_of_the_raster():
+    band = (2.0, 0.0, 6.0, 2.4)
+    lights = [(x0, 0.0, x1, z1) for x0, _, x1, z1 in panes(band, 3, 0.2, 0.1)]
+    found = np.array([place for place, _ in found_in(band, lights, spacing=0.02)])
+    assert len(found) == 3
+    assert np.abs(found[:, [1, 3]] - [band[1], band[3]]).max() < 0.02
+
+
 def test_where_windows_meet_in_a_post_is_not_seen_and_its_sigma_says_so():
     lights = panes(BAND, 5, 0.2, 0.1)
     (_, opening) = found_in(BAND, lights, spacing=0.02)[2]

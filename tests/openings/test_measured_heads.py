@@ -1,0 +1,44 @@
+"""Curved heads of openings as they are measured where little tells them."""
+
+import numpy as np
+import pytest
+import shapely
+
+from frontage.geometry.ring import ring_contains
+from frontage.openings.measure import measure
+from frontage.openings.shapes import ring_of
+from frontage.openings.sight import Sight
+
+EYE = np.array([0.5, -8.0, 1.7])
+FRAME = 0.15  # m behind the wall
+ARCH = (1.0, 2.0, 2.2, 4.0)
+
+
+def measured(shape, place, rise, *, begins=0.0, ends=9.0, spacing=0.03, seed=0):
+    """The outline of one opening in a wall; what lies below `begins` and above `ends` m is hidden."""
+    rng, ring = np.random.default_rng(seed), ring_of(shape, place, rise)[0]
+    x, z = np.meshgrid(np.arange(0.2, 3.0, spacing), np.arange(place[1] - 0.8, place[3] + 0.8, spacing))
+    p = np.column_stack([x.ravel(), z.ravel()]) + rng.uniform(-spacing / 2, spacing / 2, (x.size, 2))
+    slope = (p - EYE[[0, 2]]) / -EYE[1]
+    there = ring_contains(ring, p + slope * FRAME)
+    depth = np.where(ring_contains(ring, p) & there, FRAME, 0.0)  # else on the reveal, or the wall
+    depth = np.where((p[:, 1] < begins) | (p[:, 1] > ends), -1.0, depth) + rng.normal(0.0, 0.003, len(p))
+    order = np.argsort(p[:, 0], kind="stable")
+    ranges = np.hypot(1.0, np.hypot(*slope[order].T)) * -EYE[1]
+    sight = Sight(p[order].T, slope[order].T, depth[order], np.zeros(len(p)), ranges, 0.015)
+    x0, z0, x1, z1 = place
+    return measure(sight, [(x0, max(z0, begins), x1, min(z1, ends))], 2.0 * spacing, spacing)[0]
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_a_head_springs_above_the_foot_or_is_straight(seed):
+    found = measured("round", ARCH, 0.6, begins=3.42, seed=seed, spacing=0.05)  # it springs 2 cm lower
+    assert found.rise == 0.0 or found.place[3] - found.rise > found.place[1]
+    assert shapely.Polygon(found.ring[0]).is_valid
+
+
+def test_a_head_whose_end_is_hidden_has_the_sigma_of_the_hidden_border():
+    seen, hidden = measured("round", ARCH, 0.6), measured("round", ARCH, 0.6, ends=3.75)
+    assert seen.shape == "round" and np.sqrt(seen.covariance[3, 3]) < 0.01
+    assert hidden.rise > 0.0 and hidden.borders[3].gain == 0.0
+    assert np.sqrt(hidden.covariance[3, 3]) >= hidden.borders[3].sigma > 0.1
