@@ -1,6 +1,7 @@
 """The default way to openings: evidence of beams, exact layout, borders by likelihood."""
 
 from collections.abc import Callable
+from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
@@ -29,17 +30,25 @@ from frontage.openings.options import OpeningOptions
 from frontage.openings.outline import Outline
 from frontage.openings.panels import without_panels
 from frontage.openings.pooling import pool
-from frontage.openings.posts import with_doubt, with_posts
+from frontage.openings.posts import Post, with_doubt, with_posts
 from frontage.openings.sight import sight_lines
 from frontage.openings.standing import standing, stands
 
 _FEWEST = 200  # points: below, density and noise cannot be told
 
 
-def find_by_evidence(
-    facade: Facade, scan: Scan, options: OpeningOptions, ortho: OrthoImage | None = None
-) -> Elements | Failed:
-    """Openings of a facade by the evidence of its beams (docs/openings.md); of photos, too, closed ones."""
+@dataclass(frozen=True, eq=False)
+class Seen:
+    """What the layout is found from: beams, evidence, posts between windows, and the ground, z m."""
+
+    beams: Beams
+    evidence: Evidence
+    posts: tuple[Post, ...]
+    ground: float
+
+
+def see(facade: Facade, scan: Scan, options: OpeningOptions) -> Seen | Failed:
+    """All that the beams of a facade's working cloud say, panels as wall, posts as parts of the wall."""
     if len(facade.support) < _FEWEST:
         return Failed(
             "F401",
@@ -59,6 +68,17 @@ def find_by_evidence(
     if posts:
         beams = with_posts(beams, facade, scan, posts)
         evidence = _evidence(facade, scan, beams, ground)
+    return Seen(beams, evidence, posts, ground)
+
+
+def find_by_evidence(
+    facade: Facade, scan: Scan, options: OpeningOptions, ortho: OrthoImage | None = None
+) -> Elements | Failed:
+    """Openings of a facade by the evidence of its beams (docs/openings.md); of photos, too, closed ones."""
+    seen = see(facade, scan, options)
+    if isinstance(seen, Failed):
+        return seen
+    beams, evidence, posts, ground = seen.beams, seen.evidence, seen.posts, seen.ground
     boxes = find_boxes(evidence, options, Framing(evidence, ground))
     rough = [_place(evidence, box) for box in boxes]
     sight = sight_lines(facade, scan, beams)

@@ -72,7 +72,7 @@ def _search(task: OpeningsTask, workspace: Workspace) -> dict[str, Any]:
         for facade, elements in _numbered(belonging(judged, scan), building, task.options):
             save_elements(workspace.facade_folder(facade.id), facade, elements)
             _tell(elements, result)
-            _evidence(task, workspace, facade, scan, result)
+            _evidence(workspace, facade, scan, options_at(facade, building, task.options), result)
     workspace.finish("openings", task.id, task.key, result)
     return result
 
@@ -118,11 +118,11 @@ def _tell(elements: Elements, result: dict[str, Any]) -> None:
 
 
 def _evidence(
-    task: OpeningsTask, workspace: Workspace, facade: Facade, scan: Scan, result: dict[str, Any]
+    workspace: Workspace, facade: Facade, scan: Scan, options: OpeningOptions, result: dict[str, Any]
 ) -> None:
     """Pictures of what the openings were found from; openings without them are better than none."""
     try:
-        result["pictures"][facade.id] = save_evidence(workspace, facade, scan, task.options)
+        result["pictures"][facade.id] = save_evidence(workspace, facade, scan, options)
     except Exception as error:
         result["warnings"].append(failed_record(facade.id, as_failed(error, facade.id)))
 

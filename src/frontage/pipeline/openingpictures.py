@@ -7,10 +7,8 @@ import cv2
 import numpy as np
 
 from frontage.exports import limit_texture
-from frontage.model import Elements, Facade, Scan
-from frontage.openings.beams import sort_beams
-from frontage.openings.evidence import weigh
-from frontage.openings.noreturn import with_lost
+from frontage.model import Elements, Facade, Failed, Scan
+from frontage.openings.detect import see
 from frontage.openings.options import OpeningOptions
 from frontage.openings.paper import facade_cells
 from frontage.pipeline.files import read_json, write_bytes
@@ -29,7 +27,8 @@ def save_evidence(
 ) -> list[dict[str, Any]]:
     """Write `evidence.png`; by the paper's method also `cells_before.png` and `cells.png`.
 
-    `scan` is the building's working cloud. Returns `{"name", "caption", "extent": [x0, z0, x1, z1]}` of them.
+    `scan` is the building's working cloud, `options` those that the facade was searched with. Returns
+    `{"name", "caption", "extent": [x0, z0, x1, z1]}` of them.
     """
     pictures = _evidence(facade, scan, options)
     for picture in pictures:
@@ -69,8 +68,8 @@ def _evidence(facade: Facade, scan: Scan, options: OpeningOptions) -> tuple[Pict
     if options.method == "paper":
         cells = facade_cells(facade, scan, options)
         return () if cells is None else cell_pictures(cells)
-    beams = sort_beams(facade, scan)
-    return (beam_picture(beams, with_lost(weigh(facade, beams), facade, scan, beams)),)
+    seen = see(facade, scan, options)
+    return () if isinstance(seen, Failed) else (beam_picture(seen.beams, seen.evidence),)
 
 
 def _ortho(workspace: Workspace, facade: Facade) -> Picture | None:
