@@ -20,7 +20,7 @@ from frontage.model import (
 )
 from frontage.model.citymodel import CityBuilding, Shell
 from frontage.solids import Assembled, BuildOptions, assemble, validate
-from frontage.solids.blocks import clean_outline
+from frontage.solids.eaves import clean_outline
 from frontage.solids.elements import facade_parts
 from frontage.solids.installations import PARAPET, SLAB
 from frontage.solids.matching import Group, match_model
@@ -174,9 +174,17 @@ def test_without_depth_openings_are_flush_and_nothing_hangs():
     assert faces(made, "W1") and not made.installations
 
 
-def test_a_thin_protrusion_is_told():
+def test_a_protrusion_that_does_not_stand_out_is_a_note():
     made = house(wall(), Elements("B01/F1", (), (protrusion("sign", (-1, 0, 1, 1), -0.01),)))
-    assert [f.code for f in made.failed] == ["S317"] and not made.installations
+    assert not made.failed and not made.installations
+    assert "B01/F1/sign: stands out by less than 0.02 m from what it is on: left out" in made.notes
+
+
+def test_a_cornice_above_the_eaves_hangs_on_the_wall_below():
+    made = house(wall(), Elements("B01/F1", (), (protrusion("cornice", (-1, 3.1, 1, 3.3), -0.2),)))
+    assert len(made.installations) == 1 and not made.failed
+    made = house(wall(), Elements("B01/F1", (), (protrusion("cornice", (-1, 5.1, 1, 5.3), -0.2),)))
+    assert [f.code for f in made.failed] == ["S310"]
 
 
 def test_model_is_the_host_and_the_offset_is_told():

@@ -25,7 +25,7 @@ from frontage.solids.build import build_solid
 from frontage.solids.elements import FacadeParts, facade_parts
 from frontage.solids.host import Host
 from frontage.solids.hosts import Coarse, coarse_solids
-from frontage.solids.installations import Installation, installation
+from frontage.solids.installations import THINNEST, Installation, installation
 from frontage.solids.relief import GRID, BuildOptions, Built, FacadeReliefs, Relief
 from frontage.solids.validate import validate, validate_feature
 from frontage.solids.walls import find_walls
@@ -91,6 +91,7 @@ def assemble(
     ]
     failed += [i for i in hung if isinstance(i, Failed)]
     notes = [n for h in coarse.hosts for n in h.notes] + [n for b in built for n in b.notes]
+    notes += [i for i in hung if isinstance(i, str)]
     return Assembled(
         building.id,
         coarse,
@@ -163,21 +164,27 @@ def _hung(
     hosts: Sequence[Solid],
     world: WorldRef,
     options: BuildOptions,
-) -> Installation | Failed:
-    """An installation in front of the host's wall, or of the body that it hangs on."""
+) -> Installation | Failed | str:
+    """An installation in front of the host's wall, or of the body that it hangs on; what does not stand out
+    from that is a note."""
     facade, ring = part.reliefs, protrusion.ring
+    back = _under(protrusion, facade.reliefs)
+    if back - float(protrusion.front.value) < THINNEST:
+        return f"{protrusion.id}: stands out by less than {THINNEST:g} m from what it is on: left out"
     flat = np.insert(ring, 1, 0.0, axis=1)
-    place, best = None, 0.0
+    place, best = None, -np.inf
     for wall in (w for host in hosts for w in find_walls(host, facade, options)):
         motion = wall.local_from_wall.inverse @ facade.local_from_facade
         seen = motion.apply(flat)[:, [0, 2]]
         area = shapely.make_valid(Polygon(seen * GRID))
         share = sum(float(p.intersection(area).area) for p in wall.polygons)
-        if share > best:
+        # a cornice above the eaves hangs on the wall that ends below it
+        share = share or -min(float(p.distance(area)) for p in wall.polygons)
+        if share > best and share > -options.max_offset * GRID:
             place, best, ring = wall.local_from_wall, share, seen
     if place is None:
         return Failed("S310", f"{protrusion.id}: hangs on no wall of the host", "check the registration")
-    return installation(protrusion, facade.id, place, ring, _under(protrusion, facade.reliefs), world)
+    return installation(protrusion, facade.id, place, ring, back, world)
 
 
 def _under(protrusion: Protrusion, reliefs: Sequence[Relief]) -> float:

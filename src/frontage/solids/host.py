@@ -9,7 +9,6 @@ from scipy.spatial import cKDTree
 from shapely.geometry import Polygon
 
 from frontage.geometry.arrays import Float, Int
-from frontage.geometry.plane import facade_axes
 from frontage.geometry.rigid import Rigid3
 from frontage.geometry.ring import polygon_ring
 from frontage.model import Face, Failed, Solid, Surface, WorldRef
@@ -133,7 +132,7 @@ def ground_block(
 def facade_block(
     building: str, local_from_facade: Rigid3, outline: Float, depth: float, world: WorldRef
 ) -> Host | Failed:
-    """A block behind a facade: its outline (k, 2) m (x, z) extruded `depth` m along the facade's normal.
+    """A block behind a facade: its outline (k, 2) m (x, z) extruded `depth` m along its level normal.
 
     The host where there is no city model. The front and the back are walls; sides that look up are roof,
     those that look down ground.
@@ -144,11 +143,10 @@ def facade_block(
     polygon = shapely.set_precision(raw, 1 / GRID).simplify(1 / GRID)
     if not isinstance(polygon, Polygon) or polygon.is_empty:
         return Failed("S304", f"{building}: the facade's outline is too thin", "check outline and depth")
-    level = Rigid3("local", "block", facade_axes(local_from_facade.R[:, 1]), local_from_facade.t)
     ring = polygon_ring(polygon)
-    flat = np.column_stack([ring[:, 0], np.zeros(len(ring)), ring[:, 1]])
-    front = level.apply(flat)
-    back = level.apply(flat + np.array([0.0, depth, 0.0]))
+    front = local_from_facade.apply(np.insert(ring, 1, 0.0, axis=1))
+    inward = local_from_facade.R[:, 1] * np.array([1.0, 1.0, 0.0])
+    back = front + depth * inward / np.linalg.norm(inward)
     grid = np.rint(np.concatenate([front, back]) * GRID).astype(np.int64)
     k = len(ring)
     faces = [Face(tuple(range(k)), "WallSurface"), Face(tuple(range(2 * k - 1, k - 1, -1)), "WallSurface")]

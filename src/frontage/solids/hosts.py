@@ -7,7 +7,8 @@ import numpy as np
 
 from frontage.model import Building, Facade, Failed, Surface, WorldRef
 from frontage.model.citymodel import Shell
-from frontage.solids.blocks import clean_outline, cloud_blocks
+from frontage.solids.blocks import cloud_blocks
+from frontage.solids.eaves import clean_outline
 from frontage.solids.host import Host, ground_block, host_solid
 from frontage.solids.relief import BuildOptions, FacadeReliefs
 from frontage.solids.validate import validate

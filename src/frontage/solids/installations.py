@@ -18,7 +18,8 @@ SLAB, PARAPET, CLOTH = 0.20, 0.10, 0.05
 
 _STEEP = 0.5  # vertical part of the normal of a floor, a roof or a ceiling
 _SHORT = 0.002  # m: vertices of an outline that close are one; twice the validator's snap tolerance
-_THIN = 0.02  # m: what stands out by less is no body
+THINNEST = 0.02
+"""What stands out by less (m) is no body."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,12 +39,11 @@ def installation(
     """A protrusion as a closed solid between the wall and its front.
 
     `local_from_wall` is a facade frame with y = 0 in the host's wall, `ring` (k, 2) m (x, z) the outline in
-    it, `back` the y of the surface that the protrusion stands on. A balcony is a slab with a parapet on its
-    three free sides, an awning a sloping sheet, everything else the outline pulled out of the wall.
+    it, `back` the y of the surface that the protrusion stands on, `THINNEST` behind its front at least. A
+    balcony is a slab with a parapet on its three free sides, an awning a sloping sheet, everything else the
+    outline pulled out of the wall.
     """
     front = float(protrusion.front.value)
-    if back - front < _THIN:
-        return Failed("S317", f"{protrusion.id}: stands out by less than {_THIN:g} m", "leave it out")
     xyz, faces, assumed = _shape(protrusion.kind, ring, front, back)
     grid = np.rint(local_from_wall.apply(xyz) * GRID).astype(np.int64)
     solid = Solid(
