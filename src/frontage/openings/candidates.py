@@ -6,13 +6,15 @@ import numpy as np
 from scipy import ndimage
 
 from frontage.geometry.arrays import Bool, Float, Int
-from frontage.openings.evidence import Evidence, enough
+from frontage.openings.evidence import ENOUGH, Evidence, enough
 from frontage.openings.layout import PRICE, Box, best_layout, worth_of
 from frontage.openings.options import OpeningOptions
 
 _LINES = 8  # candidate borders a component has in each direction, at most
 _PIER = 0.115  # m between two openings: half a brick, the least pier of masonry; bars are narrower
 _LESSER = 0.1  # of the best of its component: what is worth less is a remnant of an uneven outline
+_PIECE = 0.5  # the same of what bars part: less is a piece of it
+_GAP = 0.12  # m between the bars of a grille: guards of windows and balconies leave no wider gaps
 _SCALES = ((0.6, 12.0), (1.0, 12.0), (1.7, 12.0), (2.5, 25.0))  # least openings: square, largest part
 _SEEN = 0.3  # share of the expected beams that came back from behind the wall where larger parts are open
 
@@ -28,26 +30,60 @@ def find_boxes(evidence: Evidence, options: OpeningOptions, framed: Callable[[In
     """
     least = (options.min_height / evidence.raster.cell, options.min_width / evidence.raster.cell)
     pier = max(round(_PIER / evidence.raster.cell), 1)
-    rivals: list[list[Box]] = []
-    for part, others in _components(evidence, least):
-        own = worth_of(np.where(others, -np.abs(evidence.llr[part]), evidence.llr[part]))
-        boxes, gains = _rectangles(own, evidence.due[part], least)
-        boxes += [s.start for s in part] * 2
-        kept = np.flatnonzero(framed(boxes))
-        kept = kept[gains[kept] >= _LESSER * gains[kept].max(initial=0.0)]
-        rivals.append([_box(boxes[k], gains[k]) for k in kept])
-    return best_layout(rivals, pier)
+    parts = _components(evidence, least, enough(evidence.llr, evidence.due, 1.0) > 0)
+    found = best_layout([_rivals(evidence, *part, least, framed, _LESSER) for part in parts], pier)
+    if evidence.rays:  # which tell bars from walls
+        return found
+    behind_bars = _components(evidence, least, _between_bars(evidence))
+    left = [(part, others) for part, others in behind_bars if not any(_meets(b, part) for b in found)]
+    return found + best_layout([_rivals(evidence, *part, least, framed, _PIECE) for part in left], pier)
 
 
-def _components(evidence: Evidence, least: tuple[float, float]) -> Iterator[tuple[Part, Bool]]:
-    """Bounding boxes of connected open cells that can hold an opening, and which cells there are others'.
+def _rivals(
+    evidence: Evidence,
+    part: Part,
+    others: Bool,
+    least: tuple[float, float],
+    framed: Callable[[Int], Bool],
+    share: float,
+) -> list[Box]:
+    """The rectangles of a component that can be openings, the cells of `others` against them; without those
+    worth less than a `share` of the best.
+    """
+    llr = evidence.llr[part]
+    own = worth_of(np.where(others, -np.abs(llr), llr))
+    boxes, gains = _rectangles(own, evidence.due[part], least)
+    boxes += [s.start for s in part] * 2
+    kept = np.flatnonzero(framed(boxes))
+    kept = kept[gains[kept] >= share * gains[kept].max(initial=0.0)]
+    return [_box(boxes[k], gains[k]) for k in kept]
+
+
+def _between_bars(evidence: Evidence) -> Bool:
+    """Cells (h, w) that are open as seen over the gap between two bars of a grille, where beams are so dense
+    that cells tell bars from gaps.
+    """
+    wide = max(_GAP / 2.0 / evidence.raster.cell, 1.0)
+    dense = 4.0 * np.pi * wide**2 * evidence.due >= ENOUGH
+    return np.asarray(dense & (enough(evidence.llr, evidence.due, wide) > 0))
+
+
+def _meets(box: Box, part: Part) -> bool:
+    """Whether a box has cells in a part."""
+    return all(
+        low < s.stop and s.start < high
+        for s, low, high in zip(part, (box.r0, box.c0), (box.r1, box.c1), strict=True)
+    )
+
+
+def _components(evidence: Evidence, least: tuple[float, float], open_: Bool) -> Iterator[tuple[Part, Bool]]:
+    """Bounding boxes of connected `open_` cells that can hold an opening, and which cells there are others'.
 
     What is larger than openings are hangs together by shadows and gaps: it is opened with larger squares,
     which leave rectangles as they are, until it falls apart. What does not is one if beams are seen to go
     through it, as through the panes of a shop. What only upright bars part is one.
     """
     llr = evidence.llr
-    open_ = enough(llr, evidence.due, 1.0) > 0
     if evidence.rays:  # else what is beside an opening may be a shadow: nothing is joined to it
         open_ = _without_bars(open_, int(_PIER / evidence.raster.cell) + 1)
     for size, largest in (*_SCALES, (_SCALES[-1][0], np.inf)):

@@ -22,10 +22,11 @@ _BEHIND = 1.0  # nats: a point behind the wall whose line of sight is not known
 _CAP = 6.0  # nats a cell: neighbouring beams err together
 _RELIEF = 0.05  # m: panels and courses of a wall are less deep
 _SCALES = 4  # times that the surroundings of a cell are doubled
-_ENOUGH = 10.0  # beams that a decision needs: it is wrong once in a thousand then
 _BLUR = 0.1  # m, one sigma to tell empty areas
 _EMPTY = 0.1  # share of the expected beams below which an area is empty
 _LARGE = 4.0  # m: openings without any return are smaller
+ENOUGH = 10.0
+"""Beams that a decision needs: it is wrong once in a thousand then."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -106,7 +107,7 @@ def enough(values: Float, due: Float, finest: float) -> Float:
     """Sum of the values (h, w) around every cell per beam due there: from as near as ten beams are due."""
     out, left = np.zeros(values.shape), np.ones(values.shape, np.bool_)
     for wide in finest * 2.0 ** np.arange(_SCALES):
-        near = left & (4.0 * np.pi * wide**2 * due >= _ENOUGH) if wide < finest * 2 ** (_SCALES - 1) else left
+        near = left & (4.0 * np.pi * wide**2 * due >= ENOUGH) if wide < finest * 2 ** (_SCALES - 1) else left
         if near.any():
             come, asked = (blurred(m, wide) for m in (values, due))
             out = np.where(near, come / np.maximum(asked, 1e-9), out)
