@@ -9,6 +9,7 @@ from frontage.facades.cells import BESIDE, CellMap, contrast
 from frontage.facades.cloud import Cloud, columns, prepare
 from frontage.facades.front import FRONT, RAYS, Front, Scene, measured, sketched, straightened
 from frontage.facades.interiors import drop_interiors
+from frontage.facades.layers import find_layers
 from frontage.facades.options import FacadeOptions
 from frontage.facades.paper import paper_plane
 from frontage.facades.search import search_plane, stack_rise
@@ -26,6 +27,7 @@ _PIER = 1.0  # m, least width
 _END = 0.5  # m at the border of a facade in which the next one may stand
 _COVERED = 0.25  # share of the outline with wall
 _CONTRAST = 2.0  # wall area over that of slabs beside it: a bush or a furnished room has 1
+_LAYERED = 100_000  # points that tell whether a larger wall is before a plane
 _STACK = 3.0  # voxels on top of each other that may be a wall
 _THINNED = 0.5  # one point per voxel leaves cells of a turned raster empty: share of the area that must show
 
@@ -79,9 +81,30 @@ def _fronts(scene: Scene, rng: np.random.Generator) -> list[Front]:
     """Every front: found among a bounded number of points, then each measured with all of them."""
     few = replace(scene, cloud=scene.cloud.bounded())
     found = drop_interiors(sketch_fronts(few, rng), few, rng)
-    final = (measured(f, few.cloud.xyz[f.wall.inliers], scene, rng) for f in found)
+    final = (_measured(f, few.cloud.xyz[f.wall.inliers], scene, rng) for f in found)
     least = scene.options.min_area
     return [front for front in final if front is not None and _is_large(front.cells, least)]
+
+
+def _measured(front: Front, votes: Float, scene: Scene, rng: np.random.Generator) -> Front | None:
+    """A sketched front, measured; on the wall before it, if that is larger than what was found.
+
+    Bars and panes at several depths may hold more voxels than their wall, but not more area at one depth.
+    """
+    found = measured(front, votes, scene, rng)
+    if found is None:
+        return None
+    q, wall = found.slab.q[:: len(found.slab.q) // _LAYERED + 1], found.wall
+    q = q[np.abs(q[:, 1]) < FRONT]
+    flat = found.cells.flat(q[:, 0], q[:, 2])
+    inside = found.cells.whole.ravel()[flat]
+    layers = find_layers(q[inside, 1], flat[inside], found.cells, wall.sigma, (-FRONT, FRONT))
+    own = max((layer.area for layer in layers if layer.y == 0.0), default=0.0)
+    ahead = [layer for layer in layers if layer.y < 0.0 and layer.area > own]
+    if not ahead:
+        return found
+    y = max(ahead, key=lambda layer: layer.area).y
+    return measured(replace(found, wall=replace(wall, point=wall.point + y * wall.normal)), votes, scene, rng)
 
 
 def sketch_fronts(scene: Scene, rng: np.random.Generator) -> list[Front]:
