@@ -55,3 +55,10 @@ def test_walls_at_an_angle_keep_their_openings(stepped):
     front, back, scan = stepped
     judged = [held(front, LEFT), held(turned(back, 40.0), LEFT)]
     assert boxes_of(belonging(judged, scan)) == [[LEFT], [LEFT]]
+
+
+def test_walls_without_a_room_between_look_the_same_way_whatever_was_told(stepped):
+    front, back, scan = stepped
+    opposite = [(-x1, z0, -x0, z1) for x0, z0, x1, z1 in (LEFT, RIGHT)]
+    judged = [held(front, LEFT, RIGHT), held(turned(back, 180.0), *opposite)]
+    assert boxes_of(belonging(judged, scan)) == [[LEFT], [opposite[1]]]

@@ -44,11 +44,13 @@ def belonging(judged: Sequence[Judged], scan: Scan) -> list[Judged]:
 
 
 def _beside(a: Facade, b: Facade) -> bool:
-    """Whether two facades of one building look the same way and their planes are near each other."""
+    """Whether two facades of one building are parallel and their planes near each other: no house fits
+    between, so they look the same way, whatever little told their sides where sensors are unknown.
+    """
     if a.building != b.building:
         return False
     offset = float(a.frame.inverse.apply(b.frame.t[None])[0, 1])
-    return bool(a.frame.R[:, 1] @ b.frame.R[:, 1] > _PARALLEL) and abs(offset) < _APART
+    return bool(abs(a.frame.R[:, 1] @ b.frame.R[:, 1]) > _PARALLEL) and abs(offset) < _APART
 
 
 def _rings(judged: Judged, onto: Facade) -> list[shapely.Polygon]:
