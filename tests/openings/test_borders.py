@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from frontage.openings.borders import find_borders
-from frontage.openings.depth import find_depth
+from frontage.openings.depth import find_depth, find_wall
 from frontage.openings.edges import Face, Look, footprint
 from frontage.openings.measure import facade_look, measure
 from frontage.openings.sight import Sight
@@ -157,9 +157,17 @@ def test_depth_is_that_of_the_frame_behind_the_wall(blocks):
 
 def test_masonry_of_a_whole_storey_that_stands_out_is_relief():
     view = sight((BELOW_LEFT,), 0.02, blocks=surround(width=3.0, y=-0.03))
-    alone, common = find_depth(view, WINDOW, 0.0), find_depth(view, WINDOW, 0.0, common=0.0)
+    others = np.array([-0.03, -0.03, -0.03, 0.0, 0.0])
+    alone, common = find_depth(view, WINDOW, 0.0), find_depth(view, WINDOW, 0.0, others=others)
     assert alone.value == pytest.approx(FRAME + 0.03, abs=0.003)
     assert common.value == pytest.approx(FRAME, abs=0.003)
+    assert alone.sigma[0] < 0.005 < 0.013 < common.sigma[0] < 0.017  # two of five say so
+
+
+def test_walls_of_one_level_are_pooled():
+    wall, sigma = find_wall(sight((AHEAD,), 0.02), WINDOW, np.array([0.001, 0.002, 0.002, 0.001, 0.0, 0.3]))
+    assert wall == 0.001
+    assert sigma < 0.004
 
 
 def test_relief_that_bends_the_mean_of_the_wall_is_no_opening():

@@ -18,6 +18,7 @@ BASE = 0.05
 
 _RELIEF = 0.035  # m about the local mean of wall and relief
 _MUCH = 0.2  # of the points of the largest surface that the wall needs, being the rearmost
+_APART = 2.0 / 3.0  # of three sigmas of a point: walls that far apart are two levels
 _COMMON = 0.5  # of the noise of a point that its neighbours share
 
 
@@ -26,19 +27,19 @@ def find_depth(
     box: tuple[float, float, float, float],
     rise: float,
     slack: float = 0.0,
-    common: float | None = None,
+    others: Float | None = None,
 ) -> Estimate[float] | None:
     """Depth m of the front of the frame behind the wall, None where too few points tell it.
 
     near   beams within `AROUND` of the opening x0, z0, x1, z1 m, whose head is `rise` m high
-    common m, depth y of the wall of most openings: what stands before it by less than `BASE` is relief, too
+    others (n,) m, depths y of the walls of the facade's openings
     slack  m, how far the borders may be off: what lies nearer to them may be a reveal
 
     The frame runs along the borders of the opening: the foremost of the surfaces there. Panes, curtains and
     rooms lie behind it, reveals end at it. The wall is the rearmost of the surfaces around the opening that
     hold much of its surroundings: surrounds, bands and plinths stand before it.
     """
-    wall = find_wall(near, box, common)
+    wall = find_wall(near, box, others)
     slack = min(slack, 0.1 * (box[2] - box[0]))
     y = _along(near, box, rise, slack, _HUG + slack)
     if len(y) < _FEW:
@@ -53,9 +54,11 @@ def find_depth(
 
 
 def find_wall(
-    near: Sight, box: tuple[float, float, float, float], common: float | None = None
+    near: Sight, box: tuple[float, float, float, float], others: Float | None = None
 ) -> tuple[float, float] | None:
-    """Depth y m of the wall around a box, and its sigma: the rearmost of the surfaces that hold much."""
+    """Depth y m of the wall around a box, and its sigma: the rearmost of the surfaces that hold much; with
+    those of the facade's openings (`others`, m), its level.
+    """
     x0, z0, x1, z1 = box
     on = np.flatnonzero(np.abs(near.depth) < _RELIEF)
     x, z = near.own[:, on]
@@ -66,8 +69,23 @@ def find_wall(
     found = _level(-y, np.arange(-y.max() - _BIN, -y.min() + 2 * _BIN, _BIN), near.wall / 3.0, _MUCH)
     if found is None:
         return None
-    wall = -found[0]
-    return (common if common is not None and -BASE < wall - common < 0.0 else wall), found[1]
+    own = -found[0], found[1]
+    return own if others is None or not len(others) else _of_level(*own, others, _APART * near.wall)
+
+
+def _of_level(wall: float, sigma: float, others: Float, apart: float) -> tuple[float, float]:
+    """Depth m of the level of a wall, and its sigma, by those of the facade's openings (n,) m.
+
+    Where many of them lie behind it by less than `BASE` m, it is relief of theirs: the masonry of a ground
+    floor; or it is not, as their share tells.
+    """
+    rear = others[(others > wall + apart) & (others < wall + BASE)]
+    share = len(rear) / len(others)
+    if share >= _MUCH:
+        main = float(np.median(rear))
+        return main, float(np.hypot(sigma, (main - wall) * np.sqrt(share * (1.0 - share))))
+    level = others[np.abs(others - wall) < apart]
+    return float(np.median(level)) if len(level) else wall, sigma
 
 
 def _level(y: Float, edge: Float, noise: float, share: float) -> tuple[float, float] | None:

@@ -26,9 +26,8 @@ def measure(sight: Sight, boxes: list[Place], cell: float, spacing: float) -> li
     """
     first = [_outline(sight, box, cell, spacing, Look(told=True)) for box in boxes]
     look = facade_look(first)
-    walls = [o.wall for o in first if o.wall is not None]
-    common = float(np.median(walls)) if walls else None
-    return [_outline(sight, o.place, spacing, spacing, look, o, common) for o in first]
+    walls = np.array([o.wall for o in first if o.wall is not None])
+    return [_outline(sight, o.place, spacing, spacing, look, o, walls) for o in first]
 
 
 def facade_look(outlines: list[Outline]) -> Look:
@@ -67,11 +66,11 @@ def _outline(
     spacing: float,
     look: Look,
     known: Outline | None = None,
-    common: float | None = None,
+    walls: Float | None = None,
 ) -> Outline:
     wide = sight.around(box, AROUND)
     near = wide.around(box, CLOSE)
-    wall = find_wall(wide, box, common)
+    wall = find_wall(wide, box, walls)
     if wall is not None:
         near = near.behind(wall[0])
     rise = known.rise if known else 0.0
@@ -96,7 +95,7 @@ def _outline(
         rise,
         covariance,
         tuple(borders),
-        find_depth(wide, place, rise, slack, common),
+        find_depth(wide, place, rise, slack, walls),
         _passes(near, place),
         None if wall is None else wall[0],
     )
