@@ -154,6 +154,33 @@ def test_a_storey_that_is_set_back_is_a_block_of_its_own():
     assert [p.area for p, _ in found] == [pytest.approx(160), pytest.approx(96)]
 
 
+@pytest.mark.parametrize("gable", [0, 1])
+def test_a_gable_roofs_the_whole_house(gable):
+    """Two or four sides of a house, its gable in front or beside."""
+    peak = np.array([[-5, 0], [5, 0], [5, 6], [0, 9], [-5, 6]], float)
+    for sides in (
+        chain([[0, 0], [10, 0], [10, 10]]),
+        chain([[0, 0], [10, 0], [10, 10], [0, 10]], closed=True),
+    ):
+        outlines = [peak if k % 2 == gable else rectangle(-5, 0, 5, 6) for k in range(len(sides))]
+        walls = [upright(one, k, o, 0.0) for k, (one, o) in enumerate(zip(sides, outlines, strict=True))]
+        (host,) = cloud_blocks("B01", walls, 0.0, 10.0, WORLD)
+        assert not validate(host.solid)
+        assert volume6(host.solid) / 6e12 == pytest.approx(10 * 10 * 7.5, rel=0.01)
+        assert "under the eaves of the highest one" in host.notes[0]
+
+
+def test_a_step_runs_back_over_the_plan_and_a_high_side_makes_it_level():
+    step = np.array([[-8, 0], [8, 0], [8, 9], [0, 9], [0, 6], [-8, 6]], float)
+    sides = chain([[0, 0], [16, 0], [16, 12], [0, 12]], closed=True)
+    for left, area in ((6.0, 16 * 6 + 8 * 3), (8.0, 16 * 9)):
+        tops = [step, rectangle(-6, 0, 6, 9), rectangle(-8, 0, 8, 6), rectangle(-6, 0, 6, left)]
+        walls = [upright(one, k, o, 0.0) for k, (one, o) in enumerate(zip(sides, tops, strict=True))]
+        (host,) = cloud_blocks("B01", walls, 0.0, DEPTH, WORLD)
+        assert not validate(host.solid)
+        assert volume6(host.solid) / 6e12 == pytest.approx(area * 12, rel=0.02)
+
+
 def upright(one: Front, number: int, outline: np.ndarray, lean: float) -> Facade:
     """A facade whose plane passes through a front at the height 0, leaning by so much (rad)."""
     f = facade(azimuth=float(np.arctan2(one.inward[1], one.inward[0])), lean=lean)
@@ -196,7 +223,19 @@ def arrangement(seed: int, kind: str) -> list[Facade]:
         left, right = np.array([-1, 1]) * one.length / 2 + rng.choice([0, 0, 0.3, -0.3, 1.0], 2)
         right = max(right, left + 0.5)
         low, high = rng.choice([0.0, 0.0, 5.0]), rng.uniform(6, 20)
-        made.append(upright(one, k, rectangle(left, low, right, high), rng.choice([0.0, 0.01, -0.01])))
+        outline = rectangle(left, low, right, high)
+        if rng.random() < 0.4:  # a gable, or a step
+            x, rise = rng.uniform(0.3, 0.7) * (right - left) + left, rng.uniform(0.2, 0.6) * (right - left)
+            tops = (
+                [[x, high + rise]]
+                if rng.random() < 0.6
+                else [[x, high], [x, high + rise], [left, high + rise]]
+            )
+            outline = np.array(
+                [[left, low], [right, low], [right, high], *tops, [left, high]][: 4 + len(tops)]
+            )
+            outline = np.concatenate([outline, [[left, high]]]) if len(tops) == 1 else outline
+        made.append(upright(one, k, outline, rng.choice([0.0, 0.01, -0.01])))
     return made
 
 

@@ -1,7 +1,8 @@
 """The host where there is no city model: blocks behind the facades that were measured.
 
 A facade that stands alone gives a block with its own eaves. Several give upright blocks over their footprints
-(`plan`), each from the lowest foot to the highest eaves of the facades on its border.
+(`plan`), each from the lowest foot of the facades on its border to the highest eaves, or under those, where
+they step or slope (`roofs`).
 """
 
 from collections.abc import Sequence
@@ -13,6 +14,7 @@ from frontage.model import Facade, Failed, Surface, WorldRef
 from frontage.solids.eaves import clean_outline
 from frontage.solids.host import Host, facade_block, ground_block
 from frontage.solids.plan import Front, footprints
+from frontage.solids.roofs import roofed
 
 _SAME = 0.01  # of its area that a block differs by from the strip behind its one facade
 
@@ -44,20 +46,25 @@ def _prism(
     building: str, plan: Polygon, own: Sequence[Front], depth: float, world: WorldRef
 ) -> Host | Failed:
     """An upright block over a footprint, from the lowest foot to the highest eaves on its border."""
-    low, high = min(f.low for f in own), max(f.high for f in own)
-    rings = [np.insert(np.asarray(r.coords)[:-1], 2, low, axis=1) for r in (plan.exterior, *plan.interiors)]
-    made = ground_block(building, [Surface(rings[0], "GroundSurface", "", tuple(rings[1:]))], world, high)
-    if isinstance(made, Failed):
-        return made
     some = f"{len(own)} facades" if len(own) > 1 else "a facade"
     note = f"{building}: no city model; a block behind {some}, {depth:g} m deep where they leave it open"
-    return Host(made.solid, (f"{note}, stands for it", *made.notes[1:]))
+    if made := roofed(building, plan, own, world):
+        return Host(made.solid, (f"{note}, under the eaves of the highest one, stands for it", *made.notes))
+    low, high = min(f.low for f in own), max(f.high for f in own)
+    rings = [np.insert(np.asarray(r.coords)[:-1], 2, low, axis=1) for r in (plan.exterior, *plan.interiors)]
+    flat = ground_block(building, [Surface(rings[0], "GroundSurface", "", tuple(rings[1:]))], world, high)
+    if isinstance(flat, Failed):
+        return flat
+    return Host(flat.solid, (f"{note}, stands for it", *flat.notes[1:]))
 
 
 def front_of(facade: Facade, ground_z: float) -> Front:
     """A facade in plan, between its foot and its eaves."""
     outline = clean_outline(facade, ground_z)
-    heights = facade.frame.apply(np.insert(outline, 1, 0.0, axis=1))[:, 2]
+    corners = facade.frame.apply(np.insert(outline, 1, 0.0, axis=1))
     ends = np.array([[outline[:, 0].min(), 0, 0], [outline[:, 0].max(), 0, 0]])
     inward = facade.frame.R[:2, 1] / np.linalg.norm(facade.frame.R[:2, 1])
-    return Front(facade.frame.apply(ends)[:, :2], inward, float(heights.min()), float(heights.max()))
+    low, high = float(corners[:, 2].min()), float(corners[:, 2].max())
+    front = Front(facade.frame.apply(ends)[:, :2], inward, low, high)
+    front.eaves = np.column_stack([corners[2:, :2] @ front.along, corners[2:, 2]])[::-1]
+    return front

@@ -34,12 +34,13 @@ _FAR = 1e4  # m
 @dataclass(eq=False)
 class Front:
     """A facade in plan: its ends (2, 2) m from left to right as seen from the street, the unit vector (2,)
-    into the building, and the heights m between which it stands."""
+    into the building, the heights m between which it stands, and its eaves (k, 2) m: along it, up."""
 
     ends: Float
     inward: Float
     low: float = 0.0
     high: float = 1.0
+    eaves: Float = field(default_factory=lambda: np.zeros((0, 2)))
     near: list["Front"] = field(default_factory=list)  # those that meet it at an outer corner
 
     @property
