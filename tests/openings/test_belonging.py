@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from frontage.geometry.rigid import Rigid3
-from frontage.model.estimate import Estimate
-from frontage.model.opening import Elements
+from frontage.model.estimate import Estimate, Provenance
+from frontage.model.opening import Elements, Protrusion
 from frontage.openings.belonging import belonging
 from fronts import scan_wall
 from opening_fakes import opening
@@ -62,3 +62,21 @@ def test_walls_without_a_room_between_look_the_same_way_whatever_was_told(steppe
     opposite = [(-x1, z0, -x0, z1) for x0, z0, x1, z1 in (LEFT, RIGHT)]
     judged = [held(front, LEFT, RIGHT), held(turned(back, 180.0), *opposite)]
     assert boxes_of(belonging(judged, scan)) == [[LEFT], [opposite[1]]]
+
+
+def fronted(facade, kind, y, *boxes):
+    """A facade with a front at y m that has openings of its own."""
+    ring, depth = opening(box=(3.5, 0.0, 7.0, 5.0)).ring, Estimate(y, np.eye(1) * 1e-6, 10.0)
+    part = Protrusion(f"{facade.id}/P1", kind, ring, 0.01, depth, Provenance.MEASURED, 1.0)
+    shown = tuple(replace(opening(box=box), on=part.id) for box in boxes)
+    return facade, Elements(facade.id, shown, (part,))
+
+
+def test_a_step_back_from_one_wall_and_out_from_the_other_is_told_once(stepped):
+    front, back, scan = stepped
+    judged = [fronted(front, "setback", 0.15, RIGHT), fronted(back, "risalit", 0.15 - STEP, RIGHT)]
+    found = belonging(judged, scan)
+    assert boxes_of(found) == [[RIGHT], []]
+    assert [[p.kind for p in e.protrusions] for _, e in found] == [["setback"], []]
+    other = [judged[0], fronted(back, "oriel", -0.9)]  # it stands before both
+    assert [len(e.protrusions) for _, e in belonging(other, scan)] == [1, 1]

@@ -7,15 +7,18 @@ from itertools import combinations
 import numpy as np
 import shapely
 
+from frontage.geometry.arrays import Float
 from frontage.model.facade import Facade
 from frontage.model.opening import Elements
 from frontage.model.scan import Scan
 from frontage.openings.beams import Raster
+from frontage.openings.protrusion_kinds import is_wall
 
 _PARALLEL = float(np.cos(np.radians(15.0)))
 _APART = 2.0  # m between planes, at most: as deep as a facade's prism reaches before and behind it
 _SAME = 0.5  # share of the smaller of two openings that the other covers
 _RIM = 0.25  # m around an opening that tell which wall it is in
+_FLUSH = 0.1  # m between fronts: what stands out less is no protrusion
 _LEAST = 0.015  # m: a surface that near the plane is on it, however quiet the scanner
 
 Judged = tuple[Facade, Elements]
@@ -25,13 +28,16 @@ def belonging(judged: Sequence[Judged], scan: Scan) -> list[Judged]:
     """The facades with their elements, every opening on one facade of its building only.
 
     Outlines of parallel facades overlap where the wall steps: both follow its depth, and find the openings of
-    both parts; and a plane through curtains shows what lies between them. An opening is in the wall whose
-    plane is around it: of two at one place, the one whose rim shows less of its own plane is dropped.
+    both parts and what steps out or back between them; and a plane through curtains shows what lies between
+    them. An opening is in the wall whose plane is around it: of two at one place, the one whose rim shows
+    less of its own plane is dropped.
     """
+    judged = list(judged)
+    pairs = [p for p in combinations(range(len(judged)), 2) if _beside(*(judged[k][0] for k in p))]
+    for a, b in pairs:
+        judged[b] = _without_doubled(judged[b], judged[a])
     dropped: set[tuple[int, int]] = set()
-    for a, b in combinations(range(len(judged)), 2):
-        if not _beside(judged[a][0], judged[b][0]):
-            continue
+    for a, b in pairs:
         own, others = _rings(judged[a], judged[a][0]), _rings(judged[b], judged[a][0])
         for i, k in zip(*_same(own, others), strict=True):
             if (a, i) not in dropped and (b, k) not in dropped:
@@ -53,15 +59,40 @@ def _beside(a: Facade, b: Facade) -> bool:
     return bool(abs(a.frame.R[:, 1] @ b.frame.R[:, 1]) > _PARALLEL) and abs(offset) < _APART
 
 
+def _without_doubled(judged: Judged, other: Judged) -> Judged:
+    """A facade without those of its fronts (of oriels, set-back parts) that are fronts of another facade with
+    more wall, too, and without the openings on them: a step back from the one is a step out from the other.
+    """
+    facade, elements = judged
+    own = [p for p in elements.protrusions if is_wall(p.kind)]
+    there = [p for p in other[1].protrusions if is_wall(p.kind)]
+    (first, y), (second, level) = (
+        _onto(other[0], f, [(p.ring, float(p.front.value)) for p in walls])
+        for f, walls in ((facade, own), (other[0], there))
+    )
+    double = {own[i].id for i, k in zip(*_same(first, second), strict=True) if abs(y[i] - level[k]) < _FLUSH}
+    kept = tuple(p for p in elements.protrusions if p.id not in double)
+    openings = tuple(o for o in elements.openings if o.on not in double)
+    return facade, replace(elements, protrusions=kept, openings=openings)
+
+
 def _rings(judged: Judged, onto: Facade) -> list[shapely.Polygon]:
     """The openings' rings, projected onto a facade's plane."""
     facade, elements = judged
-    change = onto.frame.inverse
-    rings = []
-    for o in elements.openings:
-        y = np.full(len(o.ring), elements.wall_y(o))
-        rings.append(change.apply(facade.frame.apply(np.column_stack([o.ring[:, 0], y, o.ring[:, 1]]))))
-    return [shapely.make_valid(shapely.Polygon(r[:, [0, 2]])) for r in rings]
+    return _onto(onto, facade, [(o.ring, elements.wall_y(o)) for o in elements.openings])[0]
+
+
+def _onto(
+    onto: Facade, facade: Facade, outlines: Sequence[tuple[Float, float]]
+) -> tuple[list[shapely.Polygon], list[float]]:
+    """Rings (k, 2) at y m of a facade, projected onto another one's plane, and their mean y m there."""
+    rings, depths = [], []
+    for ring, y in outlines:
+        own = np.column_stack([ring[:, 0], np.full(len(ring), y), ring[:, 1]])
+        there = onto.frame.inverse.apply(facade.frame.apply(own))
+        rings.append(shapely.make_valid(shapely.Polygon(there[:, [0, 2]])))
+        depths.append(float(there[:, 1].mean()))
+    return rings, depths
 
 
 def _same(a: list[shapely.Polygon], b: list[shapely.Polygon]) -> tuple[list[int], list[int]]:
