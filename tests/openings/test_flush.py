@@ -210,3 +210,16 @@ def test_a_grille_level_with_the_wall_is_an_opening_of_the_row(rays):
     xyz[bars] -= (xyz[bars] - EYE) * (xyz[bars, 1] / (xyz[bars, 1] - EYE[1]))[:, None]
     (found,) = shutters(facade, replace(scan, xyz=xyz))
     assert np.abs(box_of(found) - GRID[SHUT]).max() < 0.03
+
+
+@pytest.mark.parametrize("by", [0.85, 1.15])
+def test_a_poster_of_another_size_in_the_row_is_no_window(by):
+    """It stands on the row's line, where the wall has room between two columns."""
+    columns = [box for box in GRID if box[0] in (0.9, 7.3)]
+    facade, scan = scan_wall(columns, spacing=0.03, size=SIZE, returned=0.5)
+    for size, taken in ((1.0, 1), (by, 0)):
+        box = (3.5, 3.6, 3.5 + 1.1 * size, 5.1)
+        poster = np.where(within(scan, box), 0.5, 1.0)
+        seen = replace(scan, intensity=(brightness(scan) * poster).astype(np.float32))
+        found = [box_of(o) for o in find_openings(facade, seen).openings]
+        assert sum(3.3 < b[0] < 3.7 and abs(b[1] - 3.6) < 0.1 for b in found) == taken

@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 
 import numpy as np
+from scipy import stats
 
 from frontage.geometry.arrays import Bool, Float
 from frontage.model.estimate import Estimate
@@ -24,6 +25,7 @@ _BEFORE = 0.08  # m: what stands further before the wall is fitted to it
 _FEW = 30  # points inside, and on each side of a border
 _SLANT = 0.5  # of its depth that the wall's edge hides of a leaf, or shows of a reveal
 _AROUND = (0.5, 0.2)  # m beside the opening, from and to: its wall, surrounds left out
+_USUAL = 0.997  # share of the openings that lie no further from where they are expected: three sigmas
 _COMMON = 0.5  # of the noise of a point that its neighbours share
 
 
@@ -67,6 +69,8 @@ def outlined(places: Places, k: int, like: Outline, contrast: Contrast, surface:
             covariance[row, row] = border[1] ** 2
         elif contrast.own[side] < _SOME and not (places.node and side == 1):
             return None
+    if not _regular(np.subtract(place, box), np.diag(covariance), places.covariance, sharp):
+        return None
     for side, other in ((1, 3), (3, 1)):  # of the form's height
         row, known = (2, 3) if side == 1 else (3, 2)
         if sharp[other] and not sharp[side] and covariance[known, known] + SIZE**2 < covariance[row, row]:
@@ -74,12 +78,22 @@ def outlined(places: Places, k: int, like: Outline, contrast: Contrast, surface:
             covariance[row, row] = covariance[known, known] + SIZE**2
     at: Place = (place[0], place[1], place[2], place[3])
     depth = _depth(surface, at, form.rise)
-    if depth is None or not (sharp[0] and sharp[2] and sharp[1::2].any()):
+    heads = sharp[1::2].any() if places.node else sharp[3]  # sills hide the foot
+    if depth is None or not (sharp[0] and sharp[2] and heads):
         return None
     if depth.value < -_BEFORE or not _even(*around, at, form.rise):
         return None
     covariance[:4, :4] += np.eye(4) * (_SLANT * depth.value) ** 2
     return Outline(like.shape, at, form.rise, covariance, (), depth, 0.0, like.wall)
+
+
+def _regular(shift: Float, variance: Float, expected: Float, sharp: Bool) -> bool:
+    """Whether the sharp sides lie by `shift` (4,) m from where they are expected, no further than those of
+    openings like it do: size, and the place in the row or the column.
+    """
+    rows = np.array([0, 2, 1, 3])[sharp]  # of the covariances
+    total = expected[np.ix_(rows, rows)] + np.diag(variance[rows])
+    return bool(shift[sharp] @ np.linalg.solve(total, shift[sharp]) < stats.chi2.ppf(_USUAL, len(rows)))
 
 
 def _grown(place: Place, by: float) -> Place:

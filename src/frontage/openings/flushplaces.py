@@ -15,7 +15,7 @@ from frontage.openings.pooling import like_groups
 from frontage.openings.steps import Form, integral
 
 SIZE = 0.01
-"""m, one sigma between the sizes of like openings where few tell it."""
+"""m, one sigma between the sizes, sills and middles of like openings where few tell it."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,11 +68,14 @@ def lines(outlines: Sequence[Outline], evidence: Evidence, cell: float) -> Itera
         sills = _apart(own[list(group), 1], cell)
         left = _apart((own[list(group), 0] + own[list(group), 2] - form.width) / 2.0, cell)
         along, up = np.arange(x0, x0 + wide - form.width, cell), np.arange(z0, z0 + high - form.height, cell)
-        x = np.concatenate([np.tile(along, len(sills)), np.repeat(left, len(up))])
-        z = np.concatenate([np.repeat(sills, len(along)), np.tile(up, len(left))])
-        free = room.at(x, z, form)
-        if free.any():
-            yield Places(form, x[free], z[free], group[0], _free(outlines[group[0]], cell), False)
+        rise = float(outlines[group[0]].covariance[4, 4])
+        for x, z, free in (
+            (np.tile(along, len(sills)), np.repeat(sills, len(along)), (cell, SIZE)),
+            (np.repeat(left, len(up)), np.tile(up, len(left)), (SIZE, cell)),
+        ):
+            clear = room.at(x, z, form)
+            if clear.any():
+                yield Places(form, x[clear], z[clear], group[0], _scatter(*free, rise), False)
 
 
 class _Room:
@@ -117,10 +120,12 @@ def _form(like: Sequence[Outline]) -> Form:
     return Form(like[0].shape, float(width), float(height), float(rise))
 
 
-def _free(like: Outline, cell: float) -> Float:
-    """Covariance (5, 5) m2 of a place on a grid of cells, of an opening of known size."""
-    covariance: Float = np.diag([0.0, 0.0, 0.0, 0.0, like.covariance[4, 4]])
-    covariance[:2, :2] = covariance[2:4, 2:4] = cell**2 / 3.0
+def _scatter(across: float, up: float, rise: float) -> Float:
+    """Covariance (5, 5) m2 of an opening of known size that lies to so many m, across and up, where it is
+    expected; `rise` m2, that of its rise.
+    """
+    covariance: Float = np.diag([0.0, 0.0, 0.0, 0.0, rise])
+    covariance[:2, :2], covariance[2:4, 2:4] = across**2, up**2
     covariance[:4, :4] += np.eye(4) * SIZE**2 / 2.0
     return covariance
 
