@@ -180,6 +180,13 @@ def test_a_protrusion_that_does_not_stand_out_is_a_note():
     assert "B01/F1/sign: stands out by less than 0.02 m from what it is on: left out" in made.notes
 
 
+def test_a_refused_opening_names_the_one_in_its_place():
+    first, second = window("W1", (-2, -1, 0, 1)), window("W2", (-1.8, -0.8, 0.4, 0.8))
+    made = house(wall(), Elements("B01/F1", (first, second)))
+    (refused,) = made.failed
+    assert refused.code == "S311" and refused.message.endswith("lies on free wall, beside W1")
+
+
 def test_a_cornice_above_the_eaves_hangs_on_the_wall_below():
     made = house(wall(), Elements("B01/F1", (), (protrusion("cornice", (-1, 3.1, 1, 3.3), -0.2),)))
     assert len(made.installations) == 1 and not made.failed

@@ -74,34 +74,34 @@ def assemble(
         return coarse
     parts = [facade_parts(f, e, options.chord_error) for f, e in fronts]
     shared = [_shared(p.reliefs, coarse.hosts, options) for p in parts]
-    built, fine, failed = [], [], list[Failed]()
-    for number, host in enumerate(coarse.hosts):
-        own = [s[number] for s in shared]
-        made = build_solid(host.solid, own, options)
-        good = made if isinstance(made, Built) else Built(host.solid, host.solid, failed=(made,))
-        if trouble := _findings(building.id, good):
-            good = Built(host.solid, host.solid, failed=(*good.failed, trouble), notes=good.notes)
-        built.append(good)
-        fine.append(any(f.opening for f in good.solid.faces))
-        failed += good.failed
+    built = [_cut(building.id, h, [s[k] for s in shared], options) for k, h in enumerate(coarse.hosts)]
     hung = [
         _hung(p, part, [b.host for b in built], world, options)
         for part in parts
         for p in (part.attached if options.depth else ())
     ]
-    failed += [i for i in hung if isinstance(i, Failed)]
+    failed = [f for b in built for f in b.failed] + [i for i in hung if isinstance(i, Failed)]
     notes = [n for h in coarse.hosts for n in h.notes] + [n for b in built for n in b.notes]
     notes += [i for i in hung if isinstance(i, str)]
     return Assembled(
         building.id,
         coarse,
         tuple(built),
-        tuple(fine),
+        tuple(any(f.opening for f in b.solid.faces) for b in built),
         tuple(i for i in hung if isinstance(i, Installation)),
         tuple(failed),
         (*coarse.notes, *notes),
         _overlap(built),
     )
+
+
+def _cut(building: str, host: Host, own: Sequence[FacadeReliefs], options: BuildOptions) -> Built:
+    """A host with its reliefs; as it was where that is not valid."""
+    made = build_solid(host.solid, own, options)
+    good = made if isinstance(made, Built) else Built(host.solid, host.solid, failed=(made,))
+    if trouble := _findings(building, good):
+        return Built(host.solid, host.solid, failed=(*good.failed, trouble), notes=good.notes)
+    return good
 
 
 def _overlap(built: Sequence[Built]) -> bool:

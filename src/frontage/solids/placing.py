@@ -114,14 +114,16 @@ def _fit(
     polygon = join(draft.polygon, fixed, gap)
     if not room.covers(polygon):
         polygon = _largest(shapely.intersection(polygon, room, grid_size=1.0))
+    cut = []
     for other in near:
         if polygon.intersection(other.polygon).area > _TOUCH * polygon.length:
+            cut.append(other.relief.id)
             if options.overlaps == "refuse":
                 log.refuse("S313", relief, f"overlaps {other.relief.id}", "correct one of the outlines")
                 return None
             log.notes.append(f"{relief.id}: clipped where it overlaps {other.relief.id}")
             polygon = _largest(shapely.difference(polygon, other.polygon, grid_size=1.0))
-    return _checked(draft, _without_necks(polygon, gap), gap, log)
+    return _checked(draft, _without_necks(polygon, gap), cut, gap, log)
 
 
 def _without_necks(polygon: Polygon, gap: float) -> Polygon:
@@ -133,12 +135,13 @@ def _without_necks(polygon: Polygon, gap: float) -> Polygon:
     return _largest(shapely.intersection(polygon, body, grid_size=1.0))
 
 
-def _checked(draft: Draft, polygon: Polygon, gap: float, log: Log) -> Polygon | None:
+def _checked(draft: Draft, polygon: Polygon, cut: Sequence[str], gap: float, log: Log) -> Polygon | None:
     """The clipped polygon if enough of it is left."""
     relief, whole = draft.relief, draft.polygon.area
     if polygon.area < _SHARE * whole:
-        left = f"only {100 * polygon.area / whole:.0f} % of it lies on free wall"
-        log.refuse("S311", relief, left, "check the outline and the host's wall there")
+        by = f", beside {' and '.join(cut)}" if cut else ""
+        left = f"only {100 * polygon.area / whole:.0f} % of it lies on free wall{by}"
+        log.refuse("S311", relief, left, "check the outlines" if cut else "check the host's wall there")
         return None
     if polygon.interiors:
         log.refuse("S313", relief, "surrounds another opening", "give the inner one as lying inside it")
