@@ -105,7 +105,7 @@ class _Search:
         """The openings among all places. What may be one (at first those `taken`) is no witness of the wall:
         else several closed windows would hide one another.
         """
-        likely = [outline.place for _, outline in self._clear(places, known, taken, _LIKELY)]
+        likely = [outline.place for _, outline in self._clear(places, known, taken, _LIKELY, tails=False)]
         if not likely:
             return []
         tries = sum(len(p.x) for p in places)
@@ -115,13 +115,18 @@ class _Search:
         return [Flush(o, float(1.0 / (1.0 + np.exp(price - gain))), gain) for gain, o in clear]
 
     def _clear(
-        self, places: Sequence[Places], known: Sequence[Outline], taken: Sequence[Place], least: float
+        self,
+        places: Sequence[Places],
+        known: Sequence[Outline],
+        taken: Sequence[Place],
+        least: float,
+        tails: bool = True,
     ) -> list[tuple[float, Outline]]:
         """Nats and outlines of what is worth so many nats and like an opening, the clearest first; the wall
         is what is neither `known` nor `taken`.
         """
         bare = [v.picture.without([*(o.place for o in known), *taken]) for v in self._layers if places]
-        peaks = sorted((q for p in places for q in self._peaks(p, bare, least)), key=lambda q: -q.gain)
+        peaks = sorted((q for p in places for q in self._peaks(p, bare, least, tails)), key=lambda q: -q.gain)
         found: list[tuple[float, Outline]] = []
         for n, peak in enumerate(peaks):
             others = [*known, *(outline for _, outline in found)]
@@ -138,9 +143,9 @@ class _Search:
         """Whether beams came back from a free place."""
         return state_of(place, others, self._evidence) in SEEN
 
-    def _peaks(self, places: Places, bare: Sequence[Picture], least: float) -> Iterator[_Peak]:
+    def _peaks(self, places: Places, bare: Sequence[Picture], least: float, tails: bool) -> Iterator[_Peak]:
         """Those of the places that gain so much."""
-        walls = [wall_steps(own, places.form) for own in bare]
+        walls = [wall_steps(own, places.form, tails) for own in bare]
         steps = [v.picture.steps(places.x, places.z, places.form) for v in self._layers]
         gains = [gains_of(own, w, places.node) for own, w in zip(steps, walls, strict=True)]
         gain = np.maximum(gains, 0.0).sum(0)  # an opening need not show in all layers

@@ -102,24 +102,25 @@ def _pieces(form: Form, w: int, cell: float) -> tuple[Int, Int, Int]:
     return j[first], np.append(j[first[1:]], j[-1] + 1), drop[first]
 
 
-def wall_steps(bare: Picture, form: Form) -> Float:
+def wall_steps(bare: Picture, form: Form, tails: bool = True) -> Float:
     """Covariance (4, c, c) of the steps that a bare wall shows by itself across the sides of a form; NaN =
     unknown.
 
     The form is moved over all of the wall that holds points: the scatter of its steps is what courses, stains
-    and noise do to means of that size, however few of their points are independent.
+    and noise do to means of that size, however few of their points are independent. Without its `tails` the
+    middle of the scatter tells alone, channel by channel: for walls that may hold openings not yet known.
     """
     h, w = bare.values.shape[:2]
     g, (cx, cz) = bare.raster.cell, bare.raster.corner
     stride = max(int(np.sqrt(h * w / _MANY)), 1)
     r, c = (v.ravel() for v in np.mgrid[0:h:stride, 0:w:stride])
     steps = bare.steps(cx + c * g, cz + r * g, form)
-    pairs = [_spread(steps[:, sides].reshape(-1, steps.shape[2])) for sides in ([0, 2], [1, 3])]
+    pairs = [_spread(steps[:, sides].reshape(-1, steps.shape[2]), tails) for sides in ([0, 2], [1, 3])]
     upright, level = (a if np.isfinite(a).all() else b for a, b in (pairs, pairs[::-1]))
     return np.array([upright, level, upright, level])
 
 
-def _spread(steps: Float) -> Float:
+def _spread(steps: Float, tails: bool) -> Float:
     """Covariance (c, c) of steps (n, c): scales of their middle or of their tails, whichever are wider, and
     correlations of what is bounded; NaN for few.
     """
@@ -127,8 +128,10 @@ def _spread(steps: Float) -> Float:
     if len(steps) < _PLACES:
         return np.full((steps.shape[1],) * 2, np.nan)
     size = np.abs(steps)
-    scale = np.maximum(1.4826 * np.median(size, 0), np.quantile(size, 0.95, 0) / 1.96)
-    scale = np.maximum(scale, _LEAST)
+    middle = np.maximum(1.4826 * np.median(size, 0), _LEAST)
+    if not tails:
+        return np.diag(middle**2)
+    scale = np.maximum(middle, np.quantile(size, 0.95, 0) / 1.96)
     bounded = np.clip(steps / scale, -_BOUND, _BOUND)
     like = bounded.T @ bounded / len(steps)
     like /= np.sqrt(np.outer(np.diag(like), np.diag(like))) + _LEAST**2
