@@ -53,15 +53,18 @@ def find_borders(
     look: Look,
     loose: bool = False,
 ) -> tuple[Place, list[Border]]:
-    """Box x0, z0, x1, z1 and its borders left, right, bottom, top; three rounds, for each needs the others.
+    """Box x0, z0, x1, z1 and its borders left, right, bottom, top; in rounds, for each needs the others.
 
+    cell         m, how well the place is known
     rise, frame  m, of the head (0 = straight) above the end of the sides; depth of the frame, if it is known
     loose        whether what stands before the wall beside the opening may begin off its edge
     """
     x0, z0, x1, z1 = rough
     borders: list[Border] = []
     quick, few = replace(look, told=False), near.thinned(_ROUGHLY)
-    rounds = (max(0.12, 2.0 * cell), max(0.06, 1.5 * cell), max(0.04, 1.5 * spacing))
+    rounds = [max(0.12, 2.0 * cell), max(0.06, 1.5 * cell), max(0.04, 1.5 * spacing)]
+    if cell <= spacing:  # a place that is known needs no wide search
+        del rounds[0]
     for number, band in enumerate(rounds, 1):
         now, part = (look, near) if number == len(rounds) else (quick, few)
         wide, high = (x1 - x0) / 2, (z1 - z0) / 2
