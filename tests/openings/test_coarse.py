@@ -74,3 +74,16 @@ def test_a_small_window_that_shows_little_of_its_depth_is_found_by_its_sharp_bor
     small = (2.0, 2.5, 2.4, 3.1)
     found = boxes_in(*scan_wall([small], returned=0.12, rays=False))
     assert len(found) == 1 and np.abs(found[0] - small).max() < 0.03
+
+
+def test_a_wide_mullion_behind_the_wall_parts_no_window():
+    wide = (2.0, 1.5, 4.3, 3.3)
+    facade, scan = scan_wall([wide], returned=0.0, rays=False, size=(7.0, 5.0))
+    x, z = np.meshgrid(np.arange(3.05, 3.25, 0.02), np.arange(1.51, 3.29, 0.02))
+    mullion = np.column_stack([x.ravel(), np.full(x.size, 0.055), z.ravel()])
+    mullion[:, 1] += np.random.default_rng(3).normal(0, 0.003, len(mullion))
+    xyz = np.vstack([scan.xyz, mullion])
+    index = np.arange(len(xyz))
+    rough = replace(facade, support=index, inliers=index, roughness=0.02)
+    found = boxes_in(rough, replace(scan, xyz=xyz, origin_index=np.full(len(xyz), -1, np.int32)))
+    assert len(found) == 1 and np.abs(found[0] - wide).max() < 0.03

@@ -246,7 +246,10 @@ def _filled(values: Float, gap: Bool) -> Float:
 
 
 def _refined(wall: Float, xyz: Float, raster: Raster, slack: float) -> Float:
-    """The wall's depth (h, w) as the mean of its own points around each tile, where there are any."""
+    """The wall's depth (h, w) as the mean of its own points around each tile, where there are any.
+
+    Tiles that hold few of them are openings': the wall beside tells there, not their mullions and frames.
+    """
     flat = raster.flat(xyz[:, 0], xyz[:, 2])
     d = xyz[:, 1] - _at(wall, raster, xyz[:, 0], xyz[:, 2])
     on = (flat >= 0) & (np.abs(d) <= slack)
@@ -255,7 +258,21 @@ def _refined(wall: Float, xyz: Float, raster: Raster, slack: float) -> Float:
     total = np.bincount(flat[on], d[on], minlength=size).reshape(raster.shape)
     weight = ndimage.uniform_filter(number, 3, mode="constant")
     mean = ndimage.uniform_filter(total, 3, mode="constant") / np.maximum(weight, 1e-9)
-    return wall + np.where(weight > 1e-9, mean, 0.0)
+    own = wall + np.where(weight > 1e-9, mean, 0.0)
+    most = ndimage.maximum_filter(weight, 2 * int(_BESIDE / _TILE) + 1)
+    beside = _between(own, weight >= _PIER * most)
+    return np.where(np.abs(beside - own) <= slack, beside, own)
+
+
+def _between(values: Float, held: Bool) -> Float:
+    """The values (h, w); those not `held` lie on the line between the next held ones of their row."""
+    w = values.shape[1]
+    at = np.broadcast_to(np.arange(w), values.shape)
+    left = np.maximum.accumulate(np.where(held, at, -1), axis=1)
+    right = np.minimum.accumulate(np.where(held, at, w)[:, ::-1], axis=1)[:, ::-1]
+    before, after = (np.take_along_axis(values, np.clip(k, 0, w - 1), 1) for k in (left, right))
+    line = before + (after - before) * (at - left) / np.maximum(right - left, 1)
+    return np.where((left < 0) | (right >= w), values, line)
 
 
 def _at(values: Float, raster: Raster, x: Float, z: Float) -> Float:
