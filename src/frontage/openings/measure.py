@@ -70,7 +70,7 @@ def _outline(
 ) -> Outline:
     wide = sight.around(box, AROUND)
     near = wide.around(box, CLOSE)
-    wall = find_wall(wide, box, walls)
+    wall = find_wall(wide, box)  # its borders end at its own masonry, whatever is relief of the facade
     if wall is not None:
         near = near.behind(wall[0])
     rise = known.rise if known else 0.0
