@@ -175,8 +175,8 @@ def _depth(surface: Surface, place: Place, rise: float) -> Estimate[float] | Non
     x0, z0, x1, z1 = place
     inside = surface.within((x0 + 0.03, z0 + 0.03, x1 - 0.03, z1 - rise - 0.03))
     far, near = _AROUND
-    around = surface.within(_grown(place, far)) & ~surface.within(_grown(place, near))
-    if min(inside.sum(), around.sum()) < _FEW:
+    around = np.setdiff1d(surface.within(_grown(place, far)), surface.within(_grown(place, near)), True)
+    if min(len(inside), len(around)) < _FEW:
         return None
     value, variance = [], 0.0
     for some in (inside, around):
@@ -184,4 +184,4 @@ def _depth(surface: Surface, place: Place, rise: float) -> Estimate[float] | Non
         value.append(float(np.median(y)))
         noise = 1.4826 * float(np.median(np.abs(y - value[-1])))
         variance += noise**2 * (_COMMON**2 + 1.57 / len(y))
-    return Estimate(value[0] - value[1], np.array([[variance]]), float(inside.sum() - 1))
+    return Estimate(value[0] - value[1], np.array([[variance]]), float(len(inside) - 1))

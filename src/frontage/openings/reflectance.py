@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from frontage.geometry.arrays import Array, Bool, Float
+from frontage.geometry.arrays import Array, Bool, Float, Int
 from frontage.model.facade import Facade
 from frontage.model.ortho import OrthoImage
 from frontage.model.scan import Scan
@@ -43,8 +43,8 @@ class Layer:
 
 @dataclass(frozen=True, eq=False)
 class Surface:
-    """The scan's points on the wall, or nearly: places xz (n, 2), y (n,) m in the facade frame, depth (n,) m
-    behind the wall, rows of the scan.
+    """The scan's points on the wall, or nearly, upwards: places xz (n, 2), y (n,) m in the facade frame,
+    depth (n,) m behind the wall, rows of the scan.
     """
 
     xz: Float
@@ -52,9 +52,10 @@ class Surface:
     depth: Float
     index: Array
 
-    def within(self, place: Place) -> Bool:
-        """Which points lie in a box (n,)."""
-        return within(self.xz, place)
+    def within(self, place: Place) -> Int:
+        """Numbers (k,) of the points in a box."""
+        first, last = np.searchsorted(self.xz[:, 1], [place[1], place[3]])
+        return np.asarray(first + np.flatnonzero(within(self.xz[first:last], place)))
 
 
 def within(xz: Float, place: Place) -> Bool:
@@ -69,7 +70,9 @@ def surface_of(facade: Facade, scan: Scan, beams: Beams, reach: tuple[float, flo
     depth = xyz[:, 1] - beams.depth_at(xyz[:, 0], xyz[:, 2])
     near = (depth > -max(reach[0], beams.least)) & (depth < max(reach[1], beams.least))
     xyz, depth, index = xyz[near], depth[near], facade.support[near]
-    return Surface(_crossings(xyz, depth, index, facade, scan), xyz[:, 1], depth, index)
+    xz = _crossings(xyz, depth, index, facade, scan)
+    up = np.argsort(xz[:, 1], kind="stable")
+    return Surface(xz[up], xyz[up, 1], depth[up], index[up])
 
 
 def _crossings(xyz: Float, depth: Float, index: Array, facade: Facade, scan: Scan) -> Float:
