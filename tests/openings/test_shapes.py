@@ -70,6 +70,15 @@ def test_the_centre_of_a_circle_need_not_be_that_of_its_box_and_its_foot_may_be_
         assert np.allclose(found.box, box, atol=0.012)
 
 
+def test_where_the_scan_ends_across_a_window_nothing_is_round():
+    p = np.random.default_rng(6).uniform((0.5, 1.5), (2.5, 3.5), (6000, 2))
+    box = (1.0, 2.0, 2.0, 3.0)
+    square = np.abs(p - (1.5, 2.5)).max(1) < 0.5
+    for way in (1.0, -1.0):  # of the end, upwards to the right or to the left
+        seen = p[:, 1] - 2.5 < 0.1 + way * (p[:, 0] - 1.5)
+        assert find_circle(Fan(p[seen, 0], p[seen, 1], ~square[seen], 0.0), box, 0.002) is None
+
+
 def test_an_arch_over_a_square_is_no_circle():
     box = (1.0, 2.0, 2.0, 3.1)
     arch, circle = ring_of("round", box, 0.5)[0], ring_of("circle", (1.0, 2.05, 2.0, 3.05), 0.0)[0]

@@ -34,6 +34,8 @@ def find_circle(fan: Fan, place: Place, blur: float) -> Circle | None:
     """The likeliest circle about a box; None where the box is no square or nothing tells.
 
     The centre is searched for: where straight borders lie on a circle depends on how slanted the beams are.
+    Wall must show in all four corners that the circle leaves of its square: where the scan ends across a
+    window, what is left may look round.
     """
     x0, z0, x1, z1 = place
     wide, high = x1 - x0, z1 - z0
@@ -59,8 +61,17 @@ def find_circle(fan: Fan, place: Place, blur: float) -> Circle | None:
     p = np.exp(best - best.max())
     p /= p.sum()
     mean = float(p @ radii)
+    if not _cornered(some, x, z, mean):
+        return None
     sigma = float(np.sqrt(p @ (radii - mean) ** 2))
     return Circle(x, z, mean, sigma, float(best.max() - square.max()))
+
+
+def _cornered(fan: Fan, x: float, z: float, radius: float) -> bool:
+    """Whether wall shows between the circle and each corner of the square about it."""
+    u, v = fan.x - x, fan.z - z
+    corner = fan.solid & (np.maximum(np.abs(u), np.abs(v)) < radius) & (np.hypot(u, v) > radius)
+    return bool(np.bincount(2 * (u > 0.0)[corner] + (v > 0.0)[corner], minlength=4).all())
 
 
 def _climbed(score: Callable[[float, float], Float], x: float, z: float) -> tuple[float, float, Float]:
