@@ -35,7 +35,6 @@ def returned(outline: Outline, rough: Place, sides: Collection[int], cell: float
     it. A circle with such a border is none, nor a curved head with such a top.
     """
     circle = outline.shape == "circle"
-    straight = circle or 3 in sides
     place, covariance, borders = list(outline.place), outline.covariance.copy(), list(outline.borders)
     for side in range(4) if circle else sides:
         k = _ORDER[side]

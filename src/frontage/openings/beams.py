@@ -134,10 +134,8 @@ def sort_beams(facade: Facade, scan: Scan) -> Beams:
     d = residual
     on = (d <= least) & (d >= -_FITTING)
     aside = np.hypot(*lines.slope) * -depth  # so far from a fitting's point its shadow falls on the wall
-    through, stopped = (
-        depth > least,
-        (depth < -_FITTING) | ((depth < -least) & (aside > _APART * facade.spacing)),
-    )
+    through = depth > least
+    stopped = (depth < -_FITTING) | ((depth < -least) & (aside > _APART * facade.spacing))
     behind, ahead = own > least, d < -_FITTING
     return Beams(
         near[on][:, [0, 2]],

@@ -10,6 +10,7 @@ from collections.abc import Sequence
 import numpy as np
 from shapely.geometry import Polygon
 
+from frontage.geometry.arrays import Float
 from frontage.model import Facade, Failed, Surface, WorldRef
 from frontage.solids.eaves import clean_outline
 from frontage.solids.host import Host, facade_block, ground_block
@@ -25,13 +26,14 @@ def cloud_blocks(
     """Closed blocks, `depth` m deep, behind a building's facades; `ground_z` m local, nan = not known."""
     if not facades:
         return Failed("S305", f"{building}: no facade, so there is nothing to make a block from")
-    fronts = [front_of(f, ground_z) for f in facades]
+    outlines = [clean_outline(f, ground_z) for f in facades]
+    fronts = [front_of(f, o) for f, o in zip(facades, outlines, strict=True)]
     hosts = []
     for plan, own in footprints(fronts, depth):
         alone = plan.symmetric_difference(own[0].quad(depth)).area < _SAME * plan.area
         if alone and len(own) == 1:
-            facade = facades[fronts.index(own[0])]
-            made = facade_block(building, facade.frame, clean_outline(facade, ground_z), depth, world)
+            k = fronts.index(own[0])
+            made = facade_block(building, facades[k].frame, outlines[k], depth, world)
         else:
             made = _prism(building, plan, own, depth, world)
         if isinstance(made, Failed):
@@ -58,9 +60,8 @@ def _prism(
     return Host(flat.solid, (f"{note}, stands for it", *flat.notes[1:]))
 
 
-def front_of(facade: Facade, ground_z: float) -> Front:
-    """A facade in plan, between its foot and its eaves."""
-    outline = clean_outline(facade, ground_z)
+def front_of(facade: Facade, outline: Float) -> Front:
+    """A facade in plan, between the foot and the eaves of its clean outline (k, 2) m."""
     corners = facade.frame.apply(np.insert(outline, 1, 0.0, axis=1))
     ends = np.array([[outline[:, 0].min(), 0, 0], [outline[:, 0].max(), 0, 0]])
     inward = facade.frame.R[:2, 1] / np.linalg.norm(facade.frame.R[:2, 1])

@@ -21,10 +21,8 @@ from frontage.model import Facade
 LEVEL = 0.3  # m: what a raster of cells and a gutter make of a level line, in the mean over it
 _ROOM = (2.0, 2.5)  # m: width and height of the smallest room's front; what is less is no wall of its own
 _NARROW = 3.0  # m: the narrowest front of a house or of its wing
-_ROOF = (
-    0.27,
-    1.73,
-)  # slope of a verge: 15 to 60 degrees; flatter ones are level eaves seen badly, steeper ones sides
+# slope of a verge, 15 to 60 degrees: flatter ones are level eaves seen badly, steeper ones sides
+_ROOF = (0.27, 1.73)
 _COLUMN = 0.1  # m: columns in which the upper outline is looked up
 _MOST = 80  # of them, joined to wider ones, that the pieces are chosen from
 _MEET = 1.0  # m beside a break where two slopes that cross there meet
@@ -88,12 +86,8 @@ def _chosen(x: Float, z: Float, width: float) -> list[_Piece]:
     best[0] = 0.0
     costs, heights, slopes = np.full((n + 1, n), np.inf), np.zeros((n + 1, n)), np.zeros((n + 1, n))
     for length in range(min(shortest, n), n + 1):
-        fits = _fitted(x, z, length)
-        (
-            costs[length, : n - length + 1],
-            heights[length, : n - length + 1],
-            slopes[length, : n - length + 1],
-        ) = fits
+        own = length, slice(n - length + 1)
+        costs[own], heights[own], slopes[own] = _fitted(x, z, length)
     for end in range(1, n + 1):
         starts = np.arange(end)
         total = best[:end] + costs[end - starts, starts] * column + price
