@@ -16,14 +16,14 @@ from frontage.model.scan import merge_scans
 from frontage.openings.belonging import belonging
 from frontage.openings.find import find_openings
 from frontage.openings.options import OpeningOptions
-from frontage.simulate.build import street
-from frontage.simulate.instrument import ScannerSpec
-from frontage.simulate.rays import Tracer
+from frontage.simulate.optics.rays import Tracer
 from frontage.simulate.scene import Scene
+from frontage.simulate.sensors.instrument import ScannerSpec
+from frontage.simulate.sensors.terrestrial import scan_stations
 from frontage.simulate.spec import SceneSpec
-from frontage.simulate.terrestrial import scan_stations
-from frontage.simulate.truth import scene_table
-from frontage.simulate.visibility import Eye, visibility
+from frontage.simulate.street.build import street
+from frontage.simulate.truth.tables import scene_table
+from frontage.simulate.truth.visibility import Eye, visibility
 
 
 @dataclass(frozen=True)

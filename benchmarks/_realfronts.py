@@ -14,7 +14,7 @@ from _houses import openings_of
 from frontage.buildings import find_buildings
 from frontage.evaluation.result import FoundOpening
 from frontage.facades import find_facades
-from frontage.io.scans import ScanSource, read_scans
+from frontage.io.scans.read import ScanSource, read_scans
 from frontage.model import DOORS, Facade, Scan
 from frontage.model.scan import merge_scans
 

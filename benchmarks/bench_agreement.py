@@ -19,8 +19,8 @@ import cv2
 import numpy as np
 
 from _common import DATA, bootstrap, figure, table
-from frontage.io.photos import PhotoSource, read_photos
-from frontage.io.store import load_scan
+from frontage.io.photos.read import PhotoSource, read_photos
+from frontage.io.scans.npz import load_scan
 from frontage.ortho import OrthoOptions, make_ortho
 from frontage.pipeline.project import make_project
 from frontage.pipeline.records import load_facade

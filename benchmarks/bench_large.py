@@ -18,7 +18,7 @@ from _common import table
 
 # isort: split
 import ortho_wall as wall  # _common has put tests/ on the path
-from frontage.io.ortho import read_ortho, write_ortho
+from frontage.io.rasters.ortho import read_ortho, write_ortho
 from frontage.model import Scan
 from frontage.ortho import OrthoOptions, make_ortho
 from frontage.pipeline.files import write_json

@@ -17,19 +17,20 @@ import numpy as np
 from _common import ROOT  # noqa: F401  (finds the tests' helpers)
 from frontage.exports import building_mesh, city_building, drawn, picture
 from frontage.facades import find_facades
-from frontage.io.citygmlwrite import write_citygml
-from frontage.io.cityjson import write_cityjson
-from frontage.io.glb import glb_of
+from frontage.io.citymodels.citygml.write import write_citygml
+from frontage.io.citymodels.cityjson.write import write_cityjson
+from frontage.io.meshes.glb import glb_of
 from frontage.model import Building, Elements, Facade, Failed, Scan
 from frontage.model.scan import merge_scans
 from frontage.openings.find import find_openings
 from frontage.openings.options import OpeningOptions
-from frontage.simulate.build import street
-from frontage.simulate.instrument import ScannerSpec
 from frontage.simulate.scene import Scene
+from frontage.simulate.sensors.instrument import ScannerSpec
+from frontage.simulate.sensors.terrestrial import scan_stations
 from frontage.simulate.spec import SceneSpec
-from frontage.simulate.terrestrial import scan_stations
-from frontage.solids import assemble, validate
+from frontage.simulate.street.build import street
+from frontage.solids import assemble
+from frontage.validation import validate
 
 _FIRST = 0.03  # m between beams 10 m away, from which the spacing for the asked number follows
 

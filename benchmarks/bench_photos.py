@@ -14,12 +14,12 @@ import cv2
 import numpy as np
 
 from _common import DATA, bootstrap, figure, table
-from frontage.simulate.build import street
-from frontage.simulate.cameras import CameraSpec
-from frontage.simulate.photograph import photograph, shots, stage_of
-from frontage.simulate.recording import Shot
+from frontage.simulate.sensors.cameras import CameraSpec
+from frontage.simulate.sensors.photograph import photograph, shots, stage_of
+from frontage.simulate.sensors.recording import Shot
+from frontage.simulate.sensors.walk import plan
 from frontage.simulate.spec import SceneSpec
-from frontage.simulate.walk import plan
+from frontage.simulate.street.build import street
 
 WIDTH = 1200
 SIFT = 0.02  # contrast threshold, that of COLMAP

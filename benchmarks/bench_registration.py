@@ -22,8 +22,8 @@ from scipy.stats import chi2
 from _common import DATA, bootstrap, rate_interval, table
 from frontage.geometry.arrays import Array, Float
 from frontage.geometry.rigid import Rigid3
-from frontage.io.citymodel import read_city_model
-from frontage.io.scans import ScanSource, read_scans
+from frontage.io.citymodels.read import read_city_model
+from frontage.io.scans.read import ScanSource, read_scans
 from frontage.model import CityBuilding, CityModel, Scan, Shell, Surface
 from frontage.registration import (
     Direction,
@@ -36,13 +36,13 @@ from frontage.registration import (
 from frontage.registration.equations import rotation_vector
 from frontage.registration.icp import plain_icp
 from frontage.registration.walls import Walls, model_walls
-from frontage.simulate.build import street
-from frontage.simulate.citymodel import ModelSpec, survey_model
-from frontage.simulate.instrument import ScannerSpec
 from frontage.simulate.scene import Scene
+from frontage.simulate.sensors.instrument import ScannerSpec
+from frontage.simulate.sensors.stand import rotation
+from frontage.simulate.sensors.terrestrial import scan_stations
 from frontage.simulate.spec import SceneSpec
-from frontage.simulate.stand import rotation
-from frontage.simulate.terrestrial import scan_stations
+from frontage.simulate.street.build import street
+from frontage.simulate.survey import ModelSpec, survey_model
 
 EXACT = RegistrationOptions(sigma_model=0.002, sigma_height=0.002, sigma_lean=0.02)
 OFFICE = ModelSpec(shift=0.26)

@@ -12,13 +12,13 @@ from collections.abc import Callable
 from typing import Any
 
 from _common import bootstrap, figure, table
-from frontage.simulate.build import street
-from frontage.simulate.cameras import CameraSpec
-from frontage.simulate.instrument import DriveSpec, ScannerSpec
-from frontage.simulate.mobile import drive
-from frontage.simulate.photograph import shots
+from frontage.simulate.sensors.cameras import CameraSpec
+from frontage.simulate.sensors.instrument import DriveSpec, ScannerSpec
+from frontage.simulate.sensors.mobile import drive
+from frontage.simulate.sensors.photograph import shots
+from frontage.simulate.sensors.terrestrial import scan_stations
 from frontage.simulate.spec import SceneSpec
-from frontage.simulate.terrestrial import scan_stations
+from frontage.simulate.street.build import street
 
 
 def spent(work: Callable[[], Any]) -> tuple[Any, float]:

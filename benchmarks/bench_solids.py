@@ -31,13 +31,14 @@ from frontage.model import (
     Surface,
 )
 from frontage.model.citymodel import Shell
-from frontage.simulate.build import street
 from frontage.simulate.scene import FacadePlan, House
 from frontage.simulate.spec import SceneSpec
-from frontage.solids import assemble, validate
-from frontage.solids.build import build_solid
+from frontage.simulate.street.build import street
+from frontage.solids import assemble
+from frontage.solids.cells.build import build_solid
 from frontage.solids.relief import FacadeReliefs, Relief
 from frontage.solids.rims import unmatched, volume6
+from frontage.validation import validate
 from solids.facades import block, frame, random_facade
 
 _HOUSES = 3  # on a simulated street

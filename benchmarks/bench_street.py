@@ -26,8 +26,8 @@ import numpy as np
 from _common import peak_memory, table
 from frontage.buildings import BuildingOptions, find_buildings
 from frontage.facades import FacadeOptions, find_facades
-from frontage.io.las import write_las
-from frontage.io.scans import read_scans
+from frontage.io.scans.las import write_las
+from frontage.io.scans.read import read_scans
 from frontage.model import Building, Facade, Scan
 from frontage.pipeline.clouds import Neighbourhoods, working_cloud
 from scenes import GROUND, Scene, street_scene

@@ -17,12 +17,12 @@ from scipy.spatial import cKDTree
 
 from _common import DATA, bootstrap, figure, table
 from frontage.model import merge_scans
-from frontage.simulate.build import street
-from frontage.simulate.instrument import DriveSpec, ScannerSpec
-from frontage.simulate.mobile import drive
 from frontage.simulate.scene import Scene
+from frontage.simulate.sensors.instrument import DriveSpec, ScannerSpec
+from frontage.simulate.sensors.mobile import drive
+from frontage.simulate.sensors.terrestrial import scan_stations
 from frontage.simulate.spec import SceneSpec
-from frontage.simulate.terrestrial import scan_stations
+from frontage.simulate.street.build import street
 
 CELL = 0.1  # m
 LAGS = (0.1, 0.3, 1.0, 2.0)  # m
@@ -60,7 +60,7 @@ def real(name: str) -> View:
 
 
 def lille() -> View:
-    from frontage.io.scans import ScanSource, read_scans
+    from frontage.io.scans.read import ScanSource, read_scans
 
     scan = read_scans(ScanSource(path=str(DATA / "lille_mobile" / "Lille_street_small.ply")))[0]
     xyz = scan.xyz[scan.xyz[:, 2] > np.quantile(scan.xyz[:, 2], 0.3)]

@@ -11,7 +11,7 @@ import cv2
 import numpy as np
 
 from frontage.geometry.arrays import Array
-from frontage.io.photos import PhotoSource, read_photos
+from frontage.io.photos.read import PhotoSource, read_photos
 from frontage.model import Facade, Photo
 from frontage.pipeline.project import load_project
 from frontage.pipeline.workspace import Workspace

@@ -11,8 +11,8 @@ import pye57
 from pye57 import libe57
 
 from frontage.geometry.arrays import Array, Float
-from frontage.io.las import write_las
-from frontage.io.ply import write_ply
+from frontage.io.scans.las import write_las
+from frontage.io.scans.ply import write_ply
 from frontage.model import Scan, WorldRef
 
 UTM = WorldRef(np.array([678_000, 5_403_000, 400]), "EPSG:25832")

@@ -7,8 +7,8 @@ import numpy as np
 from frontage.geometry.arrays import Array, Float
 from frontage.geometry.rigid import Rigid3
 from frontage.model import WorldRef
-from frontage.simulate.instrument import Instrument, ScannerSpec, draw_instrument
 from frontage.simulate.scene import Material, Mesh, Part, Scene, Surface
+from frontage.simulate.sensors.instrument import Instrument, ScannerSpec, draw_instrument
 
 QUIET = {"sigma_range": 0.0, "sigma_angle": 0.0, "strays": 0.0, "colour": False}
 PENCIL = {**QUIET, "divergence": 0.0, "exit_beam": 0.0, "subrays": 1}

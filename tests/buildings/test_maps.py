@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from frontage.buildings import BuildingSplit, find_buildings
-from frontage.io.footprints import read_footprints
-from frontage.io.scans import ScanSource, read_scans
+from frontage.io.citymodels.footprints import read_footprints
+from frontage.io.scans.read import ScanSource, read_scans
 from frontage.model import Footprint, merge_scans
 from realdata import data_path
 from scenes import Scene, street_scene

@@ -8,8 +8,8 @@ import pytest
 
 from frontage.catalog import number_building, numbered
 from frontage.model import Elements, Opening
-from frontage.simulate.build import street
 from frontage.simulate.spec import SceneSpec
+from frontage.simulate.street.build import street
 from numbered_fronts import facade, opening, rows
 from realdata import data_path
 

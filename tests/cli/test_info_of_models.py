@@ -8,7 +8,7 @@ from click.testing import CliRunner
 
 from city_files import house
 from frontage.cli.main import main
-from frontage.io.cityjson import write_cityjson
+from frontage.io.citymodels.cityjson.write import write_cityjson
 from io_files import UTM
 from shape_files import FACES, city, lod2_surface, members, polygon
 

@@ -104,8 +104,8 @@ def test_the_demo_runs_the_chain_and_shows_its_scores(
 
 
 def test_the_spec_of_the_demo_can_be_built() -> None:
-    from frontage.simulate.build import street
     from frontage.simulate.spec import parse_spec
+    from frontage.simulate.street.build import street
 
     spec = parse_spec(demonstration.SPEC)
     scene = street(spec)

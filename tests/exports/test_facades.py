@@ -12,7 +12,7 @@ import shapely
 
 from facade_fakes import GSD, WORLD, jpeg, ortho
 from frontage.exports import FacadePicture, facade_mesh, limit_texture, triangulate
-from frontage.io.mesh import glb_bytes, write_glb, write_obj
+from frontage.io.meshes.textured import glb_bytes, write_glb, write_obj
 
 
 def picture(name: str = "B01/F1") -> FacadePicture:

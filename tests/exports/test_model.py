@@ -8,7 +8,7 @@ from facade_fakes import GSD, WORLD, jpeg, ortho
 from frontage.exports import FacadePicture, building_mesh, drawn, picture
 from frontage.exports.drawn import KINDS, Drawn
 from frontage.exports.parents import walls_of_openings
-from frontage.io.glb import glb_of
+from frontage.io.meshes.glb import glb_of
 from frontage.model import Elements
 from frontage.solids import Assembled
 from frontage.solids.rims import volume6

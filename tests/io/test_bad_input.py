@@ -7,12 +7,12 @@ import numpy as np
 import pytest
 
 from frontage.errors import CrsError, FileError, InputError
+from frontage.io.citymodels.footprints import read_footprints
 from frontage.io.colmap import read_colmap
-from frontage.io.footprints import read_footprints
-from frontage.io.photos import PhotoSource, read_photos
-from frontage.io.scans import ScanSource, read_scans
-from frontage.io.store import load_scan, save_scan
-from frontage.io.trajectory import read_trajectory
+from frontage.io.photos.read import PhotoSource, read_photos
+from frontage.io.scans.npz import load_scan, save_scan
+from frontage.io.scans.read import ScanSource, read_scans
+from frontage.io.scans.trajectory import read_trajectory
 from frontage.model import Scan, WorldRef
 from io_files import (
     UTM,
@@ -330,7 +330,7 @@ def test_nothing_pickled_is_loaded(tmp_path: Path) -> None:
 
 
 def test_a_failed_write_leaves_the_earlier_file(tmp_path: Path) -> None:
-    from frontage.io.las import write_las
+    from frontage.io.scans.las import write_las
 
     path = write_las(tmp_path / "a.laz", cloud())
     before = path.read_bytes()

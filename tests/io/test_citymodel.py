@@ -9,9 +9,9 @@ import pytest
 
 from city_files import LOCAL, house, volume, write
 from frontage.errors import FileError
-from frontage.io.citygmlwrite import write_citygml
-from frontage.io.cityjson import write_cityjson
-from frontage.io.citymodel import read_city_model
+from frontage.io.citymodels.citygml.write import write_citygml
+from frontage.io.citymodels.cityjson.write import write_cityjson
+from frontage.io.citymodels.read import read_city_model
 from frontage.model import CityBuilding, CityModel, Shell
 from io_files import UTM
 from realdata import data_path

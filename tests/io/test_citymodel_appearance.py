@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from city_files import write
-from frontage.io.citymodel import read_city_model
+from frontage.io.citymodels.read import read_city_model
 from frontage.model import Shell
 from realdata import data_path
 from shape_files import FACES, VERTICES, city, cityjson, lod2_solid, members, polygon

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from city_files import house
-from frontage.io.cityjson import write_cityjson
-from frontage.io.citymodel import read_city_model
+from frontage.io.citymodels.cityjson.write import write_cityjson
+from frontage.io.citymodels.read import read_city_model
 from io_files import UTM
 from realdata import data_path
 

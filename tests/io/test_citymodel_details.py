@@ -6,10 +6,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-import frontage.io.jsonstream as jsonstream
+import frontage.io.citymodels.jsonstream as jsonstream
 from city_files import volume, write
-from frontage.io.citymodel import read_city_model
-from frontage.io.jsonstream import members as json_members
+from frontage.io.citymodels.jsonstream import members as json_members
+from frontage.io.citymodels.read import read_city_model
 from shape_files import FACES, GML, GOOD, city, cityjson, lod2_solid, lod2_surface, members, polygon
 
 CUBE = lod2_solid(members(*(polygon(f) for f in FACES)))

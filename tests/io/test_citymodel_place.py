@@ -8,8 +8,8 @@ import pytest
 
 from city_files import LOCAL, house, write
 from frontage.errors import CrsError, FileError
-from frontage.io.citygmlwrite import write_citygml
-from frontage.io.citymodel import read_city_model
+from frontage.io.citymodels.citygml.write import write_citygml
+from frontage.io.citymodels.read import read_city_model
 from frontage.model import CityModel
 from io_files import UTM
 from shape_files import FACES, GOOD, city, cityjson, lod2_surface, members, polygon

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from frontage.geometry.arrays import Float
-from frontage.io.scans import read_scans
+from frontage.io.scans.read import read_scans
 
 HALF, SPACING = 32.0, 4.0  # m: the root cube's half size and point spacing
 ORIGIN = np.array([678_000.0, 5_403_000.0, 400.0])

@@ -10,7 +10,7 @@ from frontage.errors import CrsError
 from frontage.geometry.rigid import Rigid3
 from frontage.io.crs import crs_text, looks_geocentric, metric_twin, parse_crs
 from frontage.io.placement import Wanted
-from frontage.io.scans import ScanSource, read_scans
+from frontage.io.scans.read import ScanSource, read_scans
 from frontage.model import WorldRef
 from io_files import write_laspy
 

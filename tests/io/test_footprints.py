@@ -10,7 +10,7 @@ import shapely
 
 from city_files import volume, write
 from frontage.errors import FileError
-from frontage.io.citymodel import read_city_model
+from frontage.io.citymodels.read import read_city_model
 from io_files import UTM
 
 

@@ -8,14 +8,14 @@ import numpy as np
 import pytest
 
 from frontage.geometry.rigid import rotation_from_quaternion
+from frontage.io.citymodels.footprints import read_footprints
 from frontage.io.colmap import read_colmap
-from frontage.io.e57 import read_e57
-from frontage.io.footprints import read_footprints
-from frontage.io.photos import PhotoSource, read_photos
+from frontage.io.photos.read import PhotoSource, read_photos
 from frontage.io.placement import Wanted
-from frontage.io.ptx import read_ptx
-from frontage.io.scans import ScanSource, read_scans
-from frontage.io.trajectory import TRACK_STEP
+from frontage.io.scans.e57 import read_e57
+from frontage.io.scans.ptx import read_ptx
+from frontage.io.scans.read import ScanSource, read_scans
+from frontage.io.scans.trajectory import TRACK_STEP
 from frontage.model import WorldRef
 from io_files import (
     POSITION,

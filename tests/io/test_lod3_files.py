@@ -12,14 +12,15 @@ from lxml import etree
 
 from facade_fakes import WORLD
 from frontage.exports.lod3 import city_building
-from frontage.io.citygmlwrite import write_citygml
-from frontage.io.cityjson import write_cityjson
-from frontage.io.citymodel import read_city_model
-from frontage.io.cityopenings import read_city_openings
-from frontage.io.shapes import read_shapes
+from frontage.io.citymodels.citygml.write import write_citygml
+from frontage.io.citymodels.cityjson.write import write_cityjson
+from frontage.io.citymodels.openings import read_city_openings
+from frontage.io.citymodels.read import read_city_model
+from frontage.io.shapes.read import read_shapes
 from frontage.model import Building, Elements
 from frontage.model.citymodel import CityBuilding
-from frontage.solids import assemble, validate_feature
+from frontage.solids import assemble
+from frontage.validation import validate_feature
 from opening_fakes import opening, round_door
 from realdata import data_path
 from solids.test_assemble import GROUND, protrusion, wall, window

@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from frontage.io.e57write import write_e57
-from frontage.io.ptx import write_ptx
-from frontage.io.scans import read_scans, thinned
-from frontage.io.store import load_scan, save_scan
+from frontage.io.scans.e57write import write_e57
+from frontage.io.scans.npz import load_scan, save_scan
+from frontage.io.scans.ptx import write_ptx
+from frontage.io.scans.read import read_scans, thinned
 from frontage.model import merge_scans
 from raster_scans import WORLD, scan_raster, tilted, within
 

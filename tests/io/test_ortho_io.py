@@ -10,8 +10,8 @@ import tifffile
 
 import ortho_wall as wall
 from frontage.errors import FileError, InputError
-from frontage.io import ortho as ortho_io
-from frontage.io.geotiff import read_geotiff, write_geotiff
+from frontage.io.rasters import ortho as ortho_io
+from frontage.io.rasters.geotiff import read_geotiff, write_geotiff
 from frontage.model import PhotoOffset
 from frontage.ortho import OrthoOptions, make_ortho
 from frontage.raster.tiles import Tile
@@ -122,7 +122,7 @@ def test_gdal_reads_the_plane_coordinates(ortho, tmp_path):
 
 
 def test_more_than_four_gigabytes_is_a_big_tiff(ortho, tmp_path, monkeypatch):
-    monkeypatch.setattr("frontage.io.geotiff._BIG", 1000)
+    monkeypatch.setattr("frontage.io.rasters.geotiff._BIG", 1000)
     write_geotiff(tmp_path / "a.tif", ortho.pixels, ortho.corner, ortho.gsd, "x", {})
     with tifffile.TiffFile(tmp_path / "a.tif") as tif:
         assert tif.is_bigtiff

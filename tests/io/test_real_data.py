@@ -8,9 +8,9 @@ import pytest
 import shapely
 from scipy.spatial import cKDTree
 
-from frontage.io.footprints import read_footprints
-from frontage.io.photos import PhotoSource, read_photos
-from frontage.io.scans import ScanSource, read_scans, scan_info
+from frontage.io.citymodels.footprints import read_footprints
+from frontage.io.photos.read import PhotoSource, read_photos
+from frontage.io.scans.read import ScanSource, read_scans, scan_info
 from frontage.model import Scan, WorldRef
 from realdata import data_path
 

@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 
 from frontage.geometry.rigid import Rigid3
-from frontage.io.las import las_info, read_las, write_las
 from frontage.io.placement import Wanted
-from frontage.io.ply import read_ply, write_ply
 from frontage.io.poses import given_pose
-from frontage.io.scans import ScanSource, read_scans, scan_info
-from frontage.io.store import load_scan, save_scan
+from frontage.io.scans.las import las_info, read_las, write_las
+from frontage.io.scans.npz import load_scan, save_scan
+from frontage.io.scans.ply import read_ply, write_ply
+from frontage.io.scans.read import ScanSource, read_scans, scan_info
 from frontage.model import Grid, Scan
 from io_files import UTM, cloud, write_json, write_laspy
 
@@ -72,7 +72,7 @@ def test_las_is_read_in_chunks_as_in_one(tmp_path: Path, monkeypatch: pytest.Mon
     path = write_las(tmp_path / "c.laz", cloud(3000))
     whole = read_las(path, Wanted("c", UTM))
     seen: list[float] = []
-    monkeypatch.setattr("frontage.io.las.CHUNK", 700)
+    monkeypatch.setattr("frontage.io.scans.las.CHUNK", 700)
     parts = read_las(path, Wanted("c", UTM), progress=seen.append)
     np.testing.assert_array_equal(whole.xyz, parts.xyz)
     np.testing.assert_array_equal(whole.rgb, parts.rgb)

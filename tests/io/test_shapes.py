@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from frontage.errors import FileError, InputError, OptionError, UnsupportedFormat
-from frontage.io.shapes import read_shapes
+from frontage.io.shapes.read import read_shapes
 from frontage.model import Feature, Surfaces
 from shape_files import (
     FACES,

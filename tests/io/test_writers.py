@@ -11,18 +11,18 @@ from lxml import etree
 
 from frontage.errors import InputError
 from frontage.geometry.rigid import Rigid3, rotation_from_quaternion
-from frontage.io.address import split_address
-from frontage.io.citygmlwrite import write_citygml
-from frontage.io.cityjson import write_cityjson
+from frontage.io.citymodels.address import split_address
+from frontage.io.citymodels.citygml.write import write_citygml
+from frontage.io.citymodels.cityjson.write import write_cityjson
+from frontage.io.citymodels.footprints import read_footprints
 from frontage.io.colmap import read_colmap
 from frontage.io.colmapwrite import write_colmap
-from frontage.io.e57write import write_e57
-from frontage.io.exif import Exif, write_jpeg
-from frontage.io.footprints import read_footprints
-from frontage.io.imagefile import decode, image_header
-from frontage.io.ptx import write_ptx
-from frontage.io.scans import ScanSource, read_scans
-from frontage.io.trajectory import read_trajectory, write_trajectory
+from frontage.io.photos.exif import Exif, write_jpeg
+from frontage.io.photos.imagefile import decode, image_header
+from frontage.io.scans.e57write import write_e57
+from frontage.io.scans.ptx import write_ptx
+from frontage.io.scans.read import ScanSource, read_scans
+from frontage.io.scans.trajectory import read_trajectory, write_trajectory
 from frontage.model import Camera, Estimate, Grid, Photo, Scan, Surface, WorldRef
 from frontage.model.citymodel import CityBuilding, Shell
 from io_files import UTM

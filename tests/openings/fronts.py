@@ -3,7 +3,7 @@
 import numpy as np
 
 from frontage.model.estimate import Estimate
-from frontage.openings.outline import Outline
+from frontage.openings.borders.outline import Outline
 
 SIZE = (1.1, 1.7)
 

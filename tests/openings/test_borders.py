@@ -5,11 +5,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from frontage.openings.borders import find_borders
-from frontage.openings.depth import find_depth, find_wall
-from frontage.openings.edges import Face, Look, footprint
-from frontage.openings.measure import facade_look, measure
-from frontage.openings.sight import Sight
+from frontage.openings.borders.borders import find_borders
+from frontage.openings.borders.depth import find_depth, find_wall
+from frontage.openings.borders.edges import Face, Look, footprint
+from frontage.openings.borders.measure import facade_look, measure
+from frontage.openings.wall.sight import Sight
 
 WINDOW = (1.0, 6.0, 2.2, 7.6)
 BELOW_LEFT = (-3.0, -8.0, 1.7)

@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 
 from frontage.model.opening import Elements
-from frontage.openings.beams import sort_beams
-from frontage.openings.evidence import weigh
 from frontage.openings.find import find_openings
 from frontage.openings.options import OpeningOptions
-from frontage.openings.protrusion_borders import Crossings
-from frontage.openings.protrusions import find_protrusions
+from frontage.openings.protrusions.borders import Crossings
+from frontage.openings.protrusions.find import find_protrusions
+from frontage.openings.wall.beams import sort_beams
+from frontage.openings.wall.evidence import weigh
 from openings.boxes import box, scanned
 from openings.faces import face, scanned_faces
 

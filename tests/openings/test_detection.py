@@ -9,14 +9,14 @@ from frontage.geometry.rigid import Rigid3
 from frontage.model.estimate import Failed
 from frontage.model.opening import Elements
 from frontage.model.scan import Scan
-from frontage.openings.agreement import agreeing
-from frontage.openings.beams import sort_beams
-from frontage.openings.evidence import weigh
+from frontage.openings.borders.agreement import agreeing
+from frontage.openings.borders.measure import measure
 from frontage.openings.find import find_openings
 from frontage.openings.kinds import kind_of, with_doors
-from frontage.openings.layout import Box, best_layout
-from frontage.openings.measure import measure
-from frontage.openings.sight import sight_lines
+from frontage.openings.layout.selection import Box, best_layout
+from frontage.openings.wall.beams import sort_beams
+from frontage.openings.wall.evidence import weigh
+from frontage.openings.wall.sight import sight_lines
 from fronts import EYE, WINDOW, box_of, scan_wall
 from opening_fakes import opening
 

@@ -8,13 +8,13 @@ import shapely
 
 from frontage.model.estimate import Estimate, Provenance
 from frontage.model.opening import Elements, Protrusion
-from frontage.openings.beams import sort_beams
-from frontage.openings.borders import Border
-from frontage.openings.disjoint import apart, disjoint
-from frontage.openings.evidence import weigh
+from frontage.openings.borders.borders import Border
 from frontage.openings.find import find_openings
-from frontage.openings.layout import Box, best_layout
+from frontage.openings.layout.disjoint import apart, disjoint
+from frontage.openings.layout.selection import Box, best_layout
 from frontage.openings.recursion import Fronts, openings_on_fronts
+from frontage.openings.wall.beams import sort_beams
+from frontage.openings.wall.evidence import weigh
 from fronts import WINDOW, box_of, scan_wall
 from opening_fakes import opening
 from openings.fronts import outline

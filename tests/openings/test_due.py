@@ -5,10 +5,10 @@ import pytest
 import shapely
 
 from frontage.model.opening import Elements
-from frontage.openings.beams import Raster
-from frontage.openings.due import beams_due
 from frontage.openings.find import find_openings
-from frontage.openings.triangles import density
+from frontage.openings.wall.beams import Raster
+from frontage.openings.wall.due import beams_due
+from frontage.openings.wall.triangles import density
 from fronts import box_of, scan_wall
 
 HOLES = [(x, z, x + 1.0, z + 1.4) for x in (1.0, 3.0, 5.0, 7.0) for z in (1.0, 4.0)]

@@ -8,7 +8,7 @@ from frontage.model.facade import Facade
 from frontage.model.opening import Elements
 from frontage.model.scan import Scan
 from frontage.openings.find import find_openings
-from frontage.openings.layout import Box, best_layout
+from frontage.openings.layout.selection import Box, best_layout
 from frontage.openings.options import OpeningOptions
 from fronts import DOOR, WINDOW, box_of, scan_wall
 

@@ -7,11 +7,11 @@ import pytest
 
 from frontage.geometry.ring import ring_contains
 from frontage.model.estimate import Provenance
-from frontage.openings.beams import sort_beams
+from frontage.openings.borders.shapes import ring_of
+from frontage.openings.closed.reflectance import scan_layer, surface_of
+from frontage.openings.closed.steps import Form, wall_steps
 from frontage.openings.find import find_openings
-from frontage.openings.reflectance import scan_layer, surface_of
-from frontage.openings.shapes import ring_of
-from frontage.openings.steps import Form, wall_steps
+from frontage.openings.wall.beams import sort_beams
 from fronts import EYE, box_of, scan_wall
 
 SIZE = (9.0, 9.0)

@@ -5,10 +5,10 @@ from dataclasses import fields
 import numpy as np
 import pytest
 
-from frontage.openings.beams import Raster
-from frontage.openings.evidence import Evidence
-from frontage.openings.inferred import infer
-from frontage.openings.pooling import pool
+from frontage.openings.layout.inferred import infer
+from frontage.openings.layout.pooling import pool
+from frontage.openings.wall.beams import Raster
+from frontage.openings.wall.evidence import Evidence
 from openings.fronts import SIZE, front
 
 CELL = 0.05

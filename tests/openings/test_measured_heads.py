@@ -5,9 +5,9 @@ import pytest
 import shapely
 
 from frontage.geometry.ring import ring_contains
-from frontage.openings.measure import measure
-from frontage.openings.shapes import ring_of
-from frontage.openings.sight import Sight
+from frontage.openings.borders.measure import measure
+from frontage.openings.borders.shapes import ring_of
+from frontage.openings.wall.sight import Sight
 
 EYE = np.array([0.5, -8.0, 1.7])
 FRAME = 0.15  # m behind the wall

@@ -5,10 +5,10 @@ from dataclasses import replace
 import numpy as np
 
 from frontage.model.scan import merge_scans
-from frontage.openings.beams import sort_beams
-from frontage.openings.evidence import weigh
 from frontage.openings.find import find_openings
-from frontage.openings.noreturn import lost_places, with_lost
+from frontage.openings.wall.beams import sort_beams
+from frontage.openings.wall.evidence import weigh
+from frontage.openings.wall.noreturn import lost_places, with_lost
 from raster_scans import facade_of, scan_raster, within
 
 FRONT = (1.5, 0.2, 8.0, 5.0)  # m, wider than what is taken for the end of a scan

@@ -8,11 +8,11 @@ from frontage.geometry.rigid import Rigid3
 from frontage.model import Estimate, Facade, Failed, Layer, Scan, WorldRef
 from frontage.model.opening import Elements
 from frontage.openings.options import OpeningOptions
-from frontage.openings.paper import decompose, find_by_paper
-from frontage.openings.paper_cells import FACADE, OUTSIDE, UNCERTAIN, WINDOW, classify, settle
-from frontage.openings.paper_edges import edge_points, point_distance
-from frontage.openings.paper_map import AvailabilityMap
-from frontage.openings.paper_nouns import border_sigma
+from frontage.openings.paper.availability import AvailabilityMap
+from frontage.openings.paper.cells import FACADE, OUTSIDE, UNCERTAIN, WINDOW, classify, settle
+from frontage.openings.paper.edges import edge_points, point_distance
+from frontage.openings.paper.find import decompose, find_by_paper
+from frontage.openings.paper.nouns import border_sigma
 
 Box = tuple[float, float, float, float]
 PITCH = 0.03
@@ -91,7 +91,7 @@ def test_edge_points_do_not_depend_on_how_the_points_are_cut_into_strips(
 ) -> None:
     xz = raster()[~within(raster(), *GRID)]
     whole = edge_points(xz, 0.06)
-    monkeypatch.setattr("frontage.openings.paper_edges._STRIP", 700)
+    monkeypatch.setattr("frontage.openings.paper.edges._STRIP", 700)
     np.testing.assert_array_equal(edge_points(xz, 0.06), whole)
 
 

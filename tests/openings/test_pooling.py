@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from frontage.openings.pooling import between_members, pool
+from frontage.openings.layout.pooling import between_members, pool
 from openings.fronts import front, outline
 
 

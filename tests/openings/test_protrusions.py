@@ -6,10 +6,10 @@ import pytest
 from frontage.model.opening import Elements
 from frontage.openings.find import find_openings
 from frontage.openings.options import OpeningOptions
-from frontage.openings.protrusion_borders import Crossings
-from frontage.openings.protrusion_grain import Grain
-from frontage.openings.protrusion_mouldings import common_profile
-from frontage.openings.protrusions import find_protrusions
+from frontage.openings.protrusions.borders import Crossings
+from frontage.openings.protrusions.find import find_protrusions
+from frontage.openings.protrusions.grain import Grain
+from frontage.openings.protrusions.mouldings import common_profile
 from openings.boxes import balcony, box, oriel, scanned
 
 WINDOW = (3.5, 4.3, 4.6, 5.9)

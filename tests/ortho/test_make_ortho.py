@@ -384,7 +384,7 @@ def owner(array: object) -> object:
 
 
 def test_wider_than_opencv_takes_and_larger_than_memory(monkeypatch, tmp_path):
-    from frontage.io.ortho import read_ortho, write_ortho
+    from frontage.io.rasters.ortho import read_ortho, write_ortho
     from frontage.raster import tiles
 
     monkeypatch.setattr(tiles, "IN_MEMORY", 1 << 20)

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from facade_fakes import WORLD
-from frontage.io.cityjson import write_cityjson
-from frontage.io.citymodel import read_city_model
-from frontage.io.shapes import read_shapes
+from frontage.io.citymodels.cityjson.write import write_cityjson
+from frontage.io.citymodels.read import read_city_model
+from frontage.io.shapes.read import read_shapes
 from frontage.model import Building, Elements, Estimate
 from frontage.model.citymodel import CityBuilding, Shell
 from frontage.pipeline.context import Run, Silent
@@ -21,7 +21,7 @@ from frontage.pipeline.project import make_project
 from frontage.pipeline.records import building_record, save_facade, world_record
 from frontage.pipeline.workspace import Workspace
 from frontage.scale import make_executor
-from frontage.solids import validate_feature
+from frontage.validation import validate_feature
 from opening_fakes import opening, round_door
 from solids.test_assemble import GROUND, house, protrusion, wall
 from solids.test_build_host import polygons

@@ -7,7 +7,7 @@ import pytest
 
 import ortho_wall as wall
 from frontage.errors import WorkspaceError
-from frontage.io.ortho import write_ortho
+from frontage.io.rasters.ortho import write_ortho
 from frontage.model import PhotoOffset
 from frontage.ortho import OrthoOptions, make_ortho
 from frontage.pipeline import pixels as module

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from frontage.errors import OptionError
-from frontage.io.store import load_scan
+from frontage.io.scans.npz import load_scan
 from frontage.pipeline.project import load_project
 from frontage.pipeline.run import run, run_stage
 from frontage.pipeline.simulate import simulate

@@ -14,7 +14,7 @@ import frontage.pipeline.findopenings as findopenings
 import frontage.pipeline.stages as stages
 import frontage.pipeline.tasks as tasks
 from frontage.errors import FileError, InputError, WorkspaceError
-from frontage.io.ortho import read_ortho, write_ortho
+from frontage.io.rasters.ortho import read_ortho, write_ortho
 from frontage.model import Failed
 from frontage.pipeline.project import load_project
 from frontage.pipeline.run import run, run_stage

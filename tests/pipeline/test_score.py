@@ -13,7 +13,7 @@ from frontage.errors import FileError, InputError, OptionError, WorkspaceError
 from frontage.evaluation.figure import Absent, Part
 from frontage.evaluation.truth import TrueFacade, TrueOpening, Truth, read_truth
 from frontage.geometry.rigid import Rigid3
-from frontage.io.ortho import read_ortho, write_ortho
+from frontage.io.rasters.ortho import read_ortho, write_ortho
 from frontage.pipeline.score import Scores, parse_gate, score
 from frontage.pipeline.workspace import Workspace
 from simulated import truth_of

@@ -13,15 +13,15 @@ from frontage.errors import FileError, OptionError, WorkspaceError
 from frontage.evaluation.ortho import displacements
 from frontage.evaluation.result import OrthoPair
 from frontage.evaluation.truth import Truth, read_truth
-from frontage.io.cityopenings import read_city_openings
-from frontage.io.footprints import read_footprints
+from frontage.io.citymodels.footprints import read_footprints
+from frontage.io.citymodels.openings import read_city_openings
 from frontage.io.geographic import latitude_longitude, true_heading
-from frontage.io.photos import PhotoSource, read_photos
-from frontage.io.scans import read_scans
+from frontage.io.photos.read import PhotoSource, read_photos
+from frontage.io.scans.read import read_scans
 from frontage.pipeline.project import load_project
 from frontage.pipeline.simulate import simulate
-from frontage.simulate.recording import Echo
 from frontage.simulate.scene import Part
+from frontage.simulate.sensors.recording import Echo
 from frontage.simulate.spec import parse_spec
 from realdata import data_path
 from simulated import BARE, truth_of
@@ -158,7 +158,7 @@ def test_photos_show_the_facade_where_the_truth_has_it(simulated: Path, truth: T
 
 
 def test_exif_tells_the_approximate_pose(simulated: Path, truth: Truth) -> None:
-    from frontage.io.imagefile import image_header
+    from frontage.io.photos.imagefile import image_header
 
     entry = truth_of(simulated)["photos"][0]
     header = image_header(simulated / "photos" / entry["name"])

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from frontage.geometry.arrays import Array
-from frontage.io.citymodel import read_city_model
-from frontage.io.scans import ScanSource, read_scans
+from frontage.io.citymodels.read import read_city_model
+from frontage.io.scans.read import ScanSource, read_scans
 from frontage.model import CityModel, Scan
 from frontage.registration import Registration, prior_of, register
 from frontage.registration.select import select_walls

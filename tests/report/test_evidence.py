@@ -4,8 +4,8 @@ from types import SimpleNamespace
 
 import numpy as np
 
-from frontage.openings.beams import Raster
-from frontage.openings.paper import decompose
+from frontage.openings.paper.find import decompose
+from frontage.openings.wall.beams import Raster
 from frontage.report.evidence import Picture, beam_picture, cell_pictures
 
 

@@ -10,8 +10,8 @@ from frontage.errors import OptionError
 from frontage.geometry.camera import MODELS
 from frontage.geometry.rigid import Rigid3
 from frontage.model import Camera, Estimate, Photo
-from frontage.simulate.cameras import CameraSpec, make_camera
-from frontage.simulate.raygrid import RayGrid
+from frontage.simulate.optics.raygrid import RayGrid
+from frontage.simulate.sensors.cameras import CameraSpec, make_camera
 
 WIDTH, HEIGHT = 640, 480
 

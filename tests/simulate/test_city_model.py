@@ -10,12 +10,12 @@ import pytest
 from frontage.geometry.arrays import Float
 from frontage.geometry.ring import ring_area
 from frontage.model import Shape, Solid, Surfaces
-from frontage.simulate.build import street
-from frontage.simulate.citymodel import ModelSpec, survey_model
 from frontage.simulate.scene import House, Scene
-from frontage.simulate.solids import GRID, truth_solid
 from frontage.simulate.spec import SceneSpec
-from frontage.solids.validate import validate, validate_shape
+from frontage.simulate.street.build import street
+from frontage.simulate.survey import ModelSpec, survey_model
+from frontage.simulate.truth.solids import GRID, truth_solid
+from frontage.validation.validate import validate, validate_shape
 
 EXACT = ModelSpec(shift=0, building=0, corner=0, height=0, roof=0)
 

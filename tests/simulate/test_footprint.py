@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.special import ndtr
 
-from frontage.simulate.footprint import pattern, sub_rays
+from frontage.simulate.sensors.footprint import pattern, sub_rays
 from laser_scenes import instrument
 
 

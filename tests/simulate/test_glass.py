@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from frontage.simulate.glass import INDEX, Panes, draw_panes, fresnel, pane_optics
+from frontage.simulate.optics.glass import INDEX, Panes, draw_panes, fresnel, pane_optics
 
 
 def panes(sheets: int, coating: float = 0.0, absorbed: float = 0.0, n: int = 1) -> Panes:

@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from frontage.simulate.looks import look_of
-from frontage.simulate.materials import KINDS, reflectance, shade
+from frontage.simulate.optics.looks import look_of
+from frontage.simulate.optics.materials import KINDS, reflectance, shade
 from frontage.simulate.scene import Scene
 from laser_scenes import scene_of, wall
 

@@ -7,10 +7,10 @@ import pytest
 
 pytest.importorskip("embreex")
 
-from frontage.simulate.build import street
-from frontage.simulate.rays import Tracer
+from frontage.simulate.optics.rays import Tracer
 from frontage.simulate.scene import Part, Scene
 from frontage.simulate.spec import SceneSpec
+from frontage.simulate.street.build import street
 
 
 @lru_cache

@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
-from frontage.simulate.build import street
-from frontage.simulate.materials import shade
-from frontage.simulate.orthotruth import OrthoTruth, true_ortho
+from frontage.simulate.optics.materials import shade
 from frontage.simulate.scene import Part, Scene
 from frontage.simulate.spec import SceneSpec
+from frontage.simulate.street.build import street
+from frontage.simulate.truth.ortho import OrthoTruth, true_ortho
 
 GSD = 0.03
 

@@ -9,18 +9,18 @@ import pytest
 from frontage.errors import OptionError
 from frontage.geometry.rigid import Rigid3
 from frontage.model import Camera
-from frontage.simulate.build import street
-from frontage.simulate.cameras import CameraSpec, Standpoint, make_camera
-from frontage.simulate.light import LightSpec, draw_light
-from frontage.simulate.photograph import photograph, scan_colours
-from frontage.simulate.rays import Tracer
-from frontage.simulate.render import render
-from frontage.simulate.samples import lattice
+from frontage.simulate.optics.light import LightSpec, draw_light
+from frontage.simulate.optics.rays import Tracer
+from frontage.simulate.optics.samples import lattice
+from frontage.simulate.optics.stage import Stage
 from frontage.simulate.scene import Part, Scene
-from frontage.simulate.sensor import develop
+from frontage.simulate.sensors.cameras import CameraSpec, Standpoint, make_camera
+from frontage.simulate.sensors.photograph import photograph, scan_colours
+from frontage.simulate.sensors.render import render
+from frontage.simulate.sensors.sensor import develop
+from frontage.simulate.sensors.walk import plan
 from frontage.simulate.spec import SceneSpec
-from frontage.simulate.stage import Stage
-from frontage.simulate.walk import plan
+from frontage.simulate.street.build import street
 from laser_scenes import Sheet, ground, scene_of, wall
 
 OVERCAST = LightSpec(overcast=1.0)
@@ -140,8 +140,8 @@ def small_view(scene: Scene) -> tuple[Stage, Camera, Rigid3]:
 def test_bands_leave_no_seams(houses, monkeypatch):
     view = small_view(houses)
     whole = render(*view, samples=5)
-    monkeypatch.setattr("frontage.simulate.render._BAND", 7 * 240)
-    monkeypatch.setattr("frontage.simulate.render._SPLIT", 1000)
+    monkeypatch.setattr("frontage.simulate.sensors.render._BAND", 7 * 240)
+    monkeypatch.setattr("frontage.simulate.sensors.render._SPLIT", 1000)
     assert np.allclose(render(*view, samples=5), whole, atol=1e-5)
 
 

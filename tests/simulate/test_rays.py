@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from frontage.simulate.rays import Tracer
+from frontage.simulate.optics.rays import Tracer
 from frontage.simulate.scene import Mesh
 
 

@@ -3,15 +3,15 @@
 import numpy as np
 import pytest
 
-from frontage.simulate.footprint import sub_rays
-from frontage.simulate.glass import Panes, pane_optics
-from frontage.simulate.instrument import Instrument
-from frontage.simulate.measure import measure
-from frontage.simulate.recording import Echo
-from frontage.simulate.returns import Echoes, record
-from frontage.simulate.roughness import Roughness
+from frontage.simulate.optics.glass import Panes, pane_optics
+from frontage.simulate.optics.roughness import Roughness
 from frontage.simulate.scene import Part, Scene
-from frontage.simulate.target import Target
+from frontage.simulate.sensors.footprint import sub_rays
+from frontage.simulate.sensors.instrument import Instrument
+from frontage.simulate.sensors.measure import measure
+from frontage.simulate.sensors.recording import Echo
+from frontage.simulate.sensors.returns import Echoes, record
+from frontage.simulate.sensors.target import Target
 from laser_scenes import Sheet, instrument, scene_of, towards, wall
 
 ORIGIN = np.zeros(3)

@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 from frontage.errors import OptionError
-from frontage.simulate.instrument import DriveSpec, ScannerSpec, draw_instrument
-from frontage.simulate.mobile import drive
-from frontage.simulate.recording import Echo, Station
 from frontage.simulate.scene import Part, Scene
-from frontage.simulate.terrestrial import scan_stations
+from frontage.simulate.sensors.instrument import DriveSpec, ScannerSpec, draw_instrument
+from frontage.simulate.sensors.mobile import drive
+from frontage.simulate.sensors.recording import Echo, Station
+from frontage.simulate.sensors.terrestrial import scan_stations
 from laser_scenes import PENCIL, QUIET, Sheet, ground, scene_of, wall
 
 COARSE = {"spacing": 0.3, "positions": ((10.0, 0.0),)}
@@ -238,7 +238,7 @@ def test_drift_moves_points_with_the_trajectory() -> None:
 
 
 def test_random_walk_grows_with_the_way() -> None:
-    from frontage.simulate.track import believed_track, drive_along
+    from frontage.simulate.sensors.track import believed_track, drive_along
 
     spec = DriveSpec(offset=0.0, drift=0.03, drift_angle=0.0)
     gained = []

@@ -10,12 +10,12 @@ import shapely
 
 from frontage.geometry.arrays import Float
 from frontage.geometry.ring import rectangle, ring_area
-from frontage.simulate.build import street
-from frontage.simulate.elevation import CLEARANCE
-from frontage.simulate.meshing import inset
+from frontage.simulate.houses.elevation import CLEARANCE
+from frontage.simulate.houses.meshing import inset
+from frontage.simulate.houses.shapes import SHAPES, BarLayout, opening_ring, plan_bars
 from frontage.simulate.scene import FacadePlan, House, OpeningPlan, Scene
-from frontage.simulate.shapes import SHAPES, BarLayout, opening_ring, plan_bars
 from frontage.simulate.spec import SceneSpec
+from frontage.simulate.street.build import street
 
 BARE = {"trees": 0, "cars": 0, "lamps": 0, "people": 0}
 

@@ -9,12 +9,12 @@ import shapely
 from frontage.geometry.arrays import Float, Int
 from frontage.geometry.rigid import Rigid3
 from frontage.geometry.ring import rectangle, ring_area
-from frontage.simulate.build import street
-from frontage.simulate.house import FOUNDATION
-from frontage.simulate.meshing import MeshBuilder, Pen, inset, loft, triangulate
+from frontage.simulate.houses.house import FOUNDATION
+from frontage.simulate.houses.meshing import MeshBuilder, Pen, inset, loft, triangulate
+from frontage.simulate.houses.shapes import SHAPES, opening_ring
 from frontage.simulate.scene import Material, Part, Scene
-from frontage.simulate.shapes import SHAPES, opening_ring
 from frontage.simulate.spec import SceneSpec
+from frontage.simulate.street.build import street
 
 PLAIN = Material("plain", "paint", (0.5, 0.5, 0.5), (0.5, 0.5, 0.5), 0.5)
 

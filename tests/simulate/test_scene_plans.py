@@ -10,11 +10,11 @@ pytest.importorskip("embreex")
 import shapely
 
 from frontage.geometry.arrays import Array, Float
-from frontage.simulate.build import street
-from frontage.simulate.meshing import inset
-from frontage.simulate.rays import Tracer
+from frontage.simulate.houses.meshing import inset
+from frontage.simulate.optics.rays import Tracer
 from frontage.simulate.scene import FacadePlan, OpeningPlan, Part, Scene
 from frontage.simulate.spec import SceneSpec
+from frontage.simulate.street.build import street
 
 SEEDS = (1, 2, 4, 7)
 

@@ -8,10 +8,10 @@ import pytest
 
 from frontage.errors import OptionError
 from frontage.geometry.ring import ring_area
-from frontage.simulate.build import street
-from frontage.simulate.citymodel import ModelSpec
-from frontage.simulate.housespec import HouseSpec, OpeningSpec
+from frontage.simulate.houses.housespec import HouseSpec, OpeningSpec
 from frontage.simulate.spec import SceneSpec, parse_spec
+from frontage.simulate.street.build import street
+from frontage.simulate.survey import ModelSpec
 
 OPENING = "x = 1.0\nz = 1.2\nwidth = 1.1\nheight = 1.6\n"
 BARE = "trees = 0\ncars = 0\nlamps = 0\npeople = 0\n"

@@ -6,9 +6,9 @@ import pytest
 from frontage.geometry.rigid import Rigid3
 from frontage.geometry.ring import rectangle
 from frontage.model import Camera, Estimate, Photo, WorldRef
-from frontage.simulate.rays import Tracer
+from frontage.simulate.optics.rays import Tracer
 from frontage.simulate.scene import FacadePlan, House, Mesh, OpeningPlan, Part, Scene, Surface
-from frontage.simulate.visibility import Eye, Shares, visibility
+from frontage.simulate.truth.visibility import Eye, Shares, visibility
 
 
 def opening(name: str, x: float) -> OpeningPlan:

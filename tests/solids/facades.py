@@ -6,7 +6,7 @@ from frontage.geometry.plane import facade_axes
 from frontage.geometry.rigid import Rigid3
 from frontage.geometry.ring import rectangle
 from frontage.model import Solid, WorldRef
-from frontage.solids.host import Host, facade_block
+from frontage.solids.hosts.host import Host, facade_block
 from frontage.solids.polygonise import arch_ring, circle_ring
 from frontage.solids.relief import FacadeReliefs, Relief
 

@@ -19,13 +19,14 @@ from frontage.model import (
     Surface,
 )
 from frontage.model.citymodel import CityBuilding, Shell
-from frontage.solids import Assembled, BuildOptions, assemble, validate
-from frontage.solids.eaves import clean_outline
+from frontage.solids import Assembled, BuildOptions, assemble
 from frontage.solids.elements import facade_parts
+from frontage.solids.hosts.eaves import clean_outline
 from frontage.solids.installations import PARAPET, SLAB
 from frontage.solids.matching import Group, match_model
 from frontage.solids.relief import GRID
 from frontage.solids.rims import volume6
+from frontage.validation import validate
 from opening_fakes import opening, round_door
 from solids.test_build_host import polygons
 

@@ -7,11 +7,11 @@ from hypothesis import strategies as st
 
 from frontage.geometry.ring import rectangle, ring_area
 from frontage.model import Face, Failed, Solid
-from frontage.solids import validate
-from frontage.solids.build import build_solid
+from frontage.solids.cells.build import build_solid
 from frontage.solids.polygonise import arch_ring
 from frontage.solids.relief import GRID, BuildOptions, Built, FacadeReliefs, Relief
 from frontage.solids.rims import rings_of, unmatched, volume6
+from frontage.validation import validate
 from solids.facades import block, frame, random_facade
 
 STRAIGHT = frame(np.pi / 2)  # X = x, Y = y, Z = z: the grid of the wall is the grid of the solid

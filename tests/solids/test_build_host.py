@@ -6,13 +6,13 @@ import pytest
 from frontage.geometry.plane import facade_axes
 from frontage.geometry.rigid import Rigid3
 from frontage.geometry.ring import rectangle
-from frontage.io.citymodel import read_city_model
+from frontage.io.citymodels.read import read_city_model
 from frontage.model import Failed, Solid, Surface
-from frontage.solids import validate
-from frontage.solids.build import build_solid
-from frontage.solids.host import Host, facade_block, ground_block, host_solid
+from frontage.solids.cells.build import build_solid
+from frontage.solids.hosts.host import Host, facade_block, ground_block, host_solid
 from frontage.solids.relief import GRID, BuildOptions, Built, FacadeReliefs, Relief
 from frontage.solids.rims import normal, rings_of, volume6
+from frontage.validation import validate
 from realdata import data_path
 from solids.facades import WORLD, block, frame
 

@@ -5,11 +5,11 @@ import pytest
 
 from frontage.geometry.ring import rectangle, ring_area
 from frontage.model import Face, Solid
-from frontage.solids import validate
-from frontage.solids.build import build_solid
+from frontage.solids.cells.build import build_solid
 from frontage.solids.polygonise import arch_ring, circle_ring, steps
 from frontage.solids.relief import GRID, Built, FacadeReliefs, Relief
 from frontage.solids.rims import normal, unmatched, volume6
+from frontage.validation import validate
 from solids.facades import WORLD, block, frame
 
 

@@ -13,12 +13,12 @@ from shapely.geometry import Polygon
 from facade_fakes import WORLD, facade
 from frontage.geometry.ring import rectangle
 from frontage.model import Estimate, Facade
-from frontage.solids import validate
-from frontage.solids.blocks import cloud_blocks
-from frontage.solids.eaves import clean_outline
-from frontage.solids.plan import Front, footprints
+from frontage.solids.hosts.blocks import cloud_blocks
+from frontage.solids.hosts.eaves import clean_outline
+from frontage.solids.hosts.plan import Front, footprints
 from frontage.solids.relief import GRID
 from frontage.solids.rims import volume6
+from frontage.validation import validate
 
 DEPTH = 8.0
 

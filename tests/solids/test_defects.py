@@ -9,7 +9,7 @@ import shapely
 from frontage.geometry.arrays import Float
 from frontage.model import Feature, Finding, Shape, Surfaces
 from frontage.model.shape import CellGraph
-from frontage.solids import NAMES, QIE_NAMES, Tolerances, validate_feature
+from frontage.validation import NAMES, QIE_NAMES, Tolerances, validate_feature
 from solids.models import Model, box, ell, extrude, pyramid
 
 Defect = Callable[[], tuple[Model, ...]]

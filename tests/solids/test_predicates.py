@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 
 from frontage.geometry.arrays import Float, Int
-from frontage.solids.cells import Skin
-from frontage.solids.chambers import chambers
-from frontage.solids.crossings import box_pairs, meeting
-from frontage.solids.distances import to_triangles, winding
-from frontage.solids.mesh import weld
-from frontage.solids.predicates import orient2d, orient3d
+from frontage.validation.cells import Skin
+from frontage.validation.chambers import chambers
+from frontage.validation.geometry.crossings import box_pairs, meeting
+from frontage.validation.geometry.distances import to_triangles, winding
+from frontage.validation.geometry.mesh import weld
+from frontage.validation.geometry.predicates import orient2d, orient3d
 from solids.models import Model, box, pyramid
 
 

@@ -7,10 +7,11 @@ import pytest
 
 from frontage.geometry.rigid import Rigid3
 from frontage.geometry.ring import rectangle
-from frontage.io.citymodel import read_city_model
+from frontage.io.citymodels.read import read_city_model
 from frontage.model import Building, Elements, Estimate, Facade, Opening, Protrusion, Provenance
-from frontage.solids import Assembled, BuildOptions, assemble, validate
+from frontage.solids import Assembled, BuildOptions, assemble
 from frontage.solids.matching import match_model
+from frontage.validation import validate
 from realdata import data_path
 
 

@@ -9,7 +9,7 @@ import pytest
 
 from frontage.model import Finding
 from frontage.pipeline.validation import validate_file
-from frontage.solids import Tolerances
+from frontage.validation import Tolerances
 from realdata import DATA, data_path
 
 UNIT, VAL = "validity/unittests", "validity/val3dity"

@@ -5,8 +5,8 @@ import pytest
 import shapely
 
 from frontage.model import Surfaces
-from frontage.solids.mesh import weld
-from frontage.solids.triangulate import triangulate
+from frontage.validation.geometry.mesh import weld
+from frontage.validation.geometry.triangulate import triangulate
 
 # (turn, polygon) on which GEOS 3.14 finds no convex corner; found by search
 HARD = [

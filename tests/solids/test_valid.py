@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from frontage.model import Face, Feature, Shape, Solid, Surfaces
-from frontage.solids import Tolerances, validate, validate_feature, validate_shape
+from frontage.validation import Tolerances, validate, validate_feature, validate_shape
 from solids.models import Model, box, ell, extrude, windows
 from solids.test_defects import PLACES, rotation
 

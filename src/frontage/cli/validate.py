@@ -50,7 +50,7 @@ def command(
     from pydantic import ValidationError
 
     from frontage.pipeline.validation import validate_file
-    from frontage.solids import Tolerances
+    from frontage.validation import Tolerances
 
     if inner and len(files) > 1:
         raise click.UsageError("--inner goes with one FILE")
@@ -87,14 +87,14 @@ def _tell(file: "FileFindings", quiet: bool) -> None:
 
 
 def _name(finding: "Finding") -> str:
-    from frontage.solids import NAMES
+    from frontage.validation import NAMES
 
     return NAMES[finding.code]
 
 
 def _line(finding: "Finding") -> str:
     """Code, name, feature, geometry and face, what, where in the world."""
-    from frontage.solids import QIE_NAMES
+    from frontage.validation import QIE_NAMES
 
     name = _name(finding)
     if finding.qie is not None:

@@ -8,7 +8,7 @@ import numpy as np
 import shapely
 
 from frontage.geometry.arrays import Array, Float
-from frontage.io.mesh import TexturedMesh
+from frontage.io.meshes.textured import TexturedMesh
 from frontage.model import Facade
 
 MAX_TEXTURE = 4096  # px; what every graphics card and viewer takes

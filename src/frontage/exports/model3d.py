@@ -9,7 +9,7 @@ import numpy as np
 from frontage.exports.drawn import KINDS, Drawn, drawn, unique_vertices
 from frontage.exports.facades import FacadePicture, limit_texture
 from frontage.geometry.arrays import Array, Bool, Float, Int
-from frontage.io.glb import Material, Mesh, Piece
+from frontage.io.meshes.glb import Material, Mesh, Piece
 from frontage.solids import Assembled
 
 Colour = tuple[float, float, float]

@@ -11,8 +11,8 @@ from frontage.geometry.arrays import Float
 from frontage.model.facade import Facade
 from frontage.model.opening import Elements
 from frontage.model.scan import Scan
-from frontage.openings.beams import Raster
-from frontage.openings.protrusion_kinds import is_wall
+from frontage.openings.protrusions.kinds import is_wall
+from frontage.openings.wall.beams import Raster
 
 _PARALLEL = float(np.cos(np.radians(15.0)))
 _APART = 2.0  # m between planes, at most: as deep as a facade's prism reaches before and behind it

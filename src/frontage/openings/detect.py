@@ -12,27 +12,27 @@ from frontage.model.facade import Facade
 from frontage.model.opening import Elements, Opening
 from frontage.model.ortho import OrthoImage
 from frontage.model.scan import Scan
-from frontage.openings.agreement import agreeing
-from frontage.openings.bands import find_posts
-from frontage.openings.beams import Beams, sort_beams
-from frontage.openings.borders import Place
-from frontage.openings.candidates import find_boxes
-from frontage.openings.disjoint import disjoint
-from frontage.openings.evidence import Evidence, weigh
-from frontage.openings.flush import find_flush
-from frontage.openings.framing import Framing
-from frontage.openings.inferred import infer
+from frontage.openings.borders.agreement import agreeing
+from frontage.openings.borders.borders import Place
+from frontage.openings.borders.measure import measure
+from frontage.openings.borders.outline import Outline
+from frontage.openings.closed.find import find_flush
 from frontage.openings.kinds import kind_of, numbered
-from frontage.openings.layout import Box
-from frontage.openings.measure import measure
-from frontage.openings.noreturn import with_lost
+from frontage.openings.layout.bands import find_posts
+from frontage.openings.layout.candidates import find_boxes
+from frontage.openings.layout.disjoint import disjoint
+from frontage.openings.layout.framing import Framing
+from frontage.openings.layout.inferred import infer
+from frontage.openings.layout.pooling import pool
+from frontage.openings.layout.posts import Post, with_doubt, with_posts
+from frontage.openings.layout.selection import Box
 from frontage.openings.options import OpeningOptions
-from frontage.openings.outline import Outline
-from frontage.openings.panels import without_panels
-from frontage.openings.pooling import pool
-from frontage.openings.posts import Post, with_doubt, with_posts
-from frontage.openings.sight import sight_lines
-from frontage.openings.standing import standing, stands
+from frontage.openings.wall.beams import Beams, sort_beams
+from frontage.openings.wall.evidence import Evidence, weigh
+from frontage.openings.wall.noreturn import with_lost
+from frontage.openings.wall.panels import without_panels
+from frontage.openings.wall.sight import sight_lines
+from frontage.openings.wall.standing import standing, stands
 
 _FEWEST = 200  # points: below, density and noise cannot be told
 

@@ -9,15 +9,15 @@ from frontage.model.opening import Elements
 from frontage.model.ortho import OrthoImage
 from frontage.model.scan import Scan
 from frontage.openings.detect import find_by_evidence
-from frontage.openings.disjoint import apart
 from frontage.openings.kinds import numbered, with_doors
+from frontage.openings.layout.disjoint import apart
 from frontage.openings.niches import find_niches
 from frontage.openings.options import OpeningOptions
-from frontage.openings.paper import find_by_paper
-from frontage.openings.protrusion_borders import Crossings
-from frontage.openings.protrusion_doors import with_balcony_doors
-from frontage.openings.protrusions import find_protrusions
-from frontage.openings.protrusions import numbered as numbered_protrusions
+from frontage.openings.paper.find import find_by_paper
+from frontage.openings.protrusions.borders import Crossings
+from frontage.openings.protrusions.doors import with_balcony_doors
+from frontage.openings.protrusions.find import find_protrusions
+from frontage.openings.protrusions.find import numbered as numbered_protrusions
 from frontage.openings.recursion import Fronts, openings_on_fronts
 
 

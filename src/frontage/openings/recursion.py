@@ -14,7 +14,7 @@ from frontage.model.estimate import Estimate, Failed
 from frontage.model.facade import Facade
 from frontage.model.opening import Elements, Opening, Protrusion
 from frontage.model.scan import Scan
-from frontage.openings.protrusion_kinds import is_wall
+from frontage.openings.protrusions.kinds import is_wall
 
 _ROOM = 3.0  # m around a front within which beams through its openings end
 _COVERED = 0.5  # share of an opening that a front hides from the street

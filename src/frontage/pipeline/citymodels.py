@@ -5,14 +5,14 @@ from typing import Any
 
 import numpy as np
 
-from frontage.io.citygmlwrite import write_citygml
-from frontage.io.cityjson import write_cityjson
+from frontage.io.citymodels.citygml.write import write_citygml
+from frontage.io.citymodels.cityjson.write import write_cityjson
 from frontage.model import Surface
 from frontage.model.citymodel import CityBuilding, Shell
-from frontage.simulate.citymodel import survey_model
 from frontage.simulate.scene import House, OpeningPlan, Scene
-from frontage.simulate.solids import GRID, truth_solid
 from frontage.simulate.spec import SceneSpec
+from frontage.simulate.survey import survey_model
+from frontage.simulate.truth.solids import GRID, truth_solid
 
 
 def write_lod2(out: Path, scene: Scene, spec: SceneSpec) -> dict[str, Any]:

@@ -11,7 +11,7 @@ from frontage.evaluation.result import BORDERS, FoundBar, FoundOpening, FoundPos
 from frontage.evaluation.truth import Truth
 from frontage.geometry.arrays import Float
 from frontage.geometry.rigid import Rigid3
-from frontage.io.cityopenings import CityOpening
+from frontage.io.citymodels.openings import CityOpening
 from frontage.io.poses import nearest_rotation
 from frontage.model import WorldRef
 

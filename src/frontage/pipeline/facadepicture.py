@@ -7,7 +7,7 @@ import cv2
 import numpy as np
 
 from frontage.exports import FacadePicture
-from frontage.io.geotiff import read_geotiff
+from frontage.io.rasters.geotiff import read_geotiff
 from frontage.model import Facade
 from frontage.pipeline.files import read_json
 from frontage.pipeline.openingpictures import ortho_corner

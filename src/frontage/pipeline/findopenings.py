@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from frontage.catalog import number_building
-from frontage.io.ortho import read_ortho
+from frontage.io.rasters.ortho import read_ortho
 from frontage.model import Building, Elements, Facade, Failed, OrthoImage, Photo, Scan
 from frontage.openings.belonging import belonging
 from frontage.openings.find import find_openings

@@ -10,10 +10,10 @@ import cv2
 import numpy as np
 
 from frontage.exports import FacadePicture, building_mesh, city_buildings, drawn, picture
-from frontage.io.citygmlwrite import write_citygml
-from frontage.io.cityjson import write_cityjson
-from frontage.io.citymodel import read_city_model
-from frontage.io.glb import Mesh, glb_of
+from frontage.io.citymodels.citygml.write import write_citygml
+from frontage.io.citymodels.cityjson.write import write_cityjson
+from frontage.io.citymodels.read import read_city_model
+from frontage.io.meshes.glb import Mesh, glb_of
 from frontage.model import Building, Elements, Facade, Failed, WorldRef
 from frontage.model.citymodel import CityBuilding, Shell
 from frontage.pipeline.addressbook import known_addresses

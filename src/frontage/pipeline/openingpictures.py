@@ -10,7 +10,7 @@ from frontage.exports import limit_texture
 from frontage.model import Elements, Facade, Failed, Scan
 from frontage.openings.detect import see
 from frontage.openings.options import OpeningOptions
-from frontage.openings.paper import facade_cells
+from frontage.openings.paper.find import facade_cells
 from frontage.pipeline.files import read_json, write_bytes
 from frontage.pipeline.workspace import Workspace
 from frontage.report.drawing import opening_picture

@@ -9,7 +9,7 @@ import tifffile
 
 from frontage.errors import FrontageError, InputError, WorkspaceError
 from frontage.geometry.arrays import Array, Float
-from frontage.io.geotiff import read_geotiff
+from frontage.io.rasters.geotiff import read_geotiff
 from frontage.pipeline.files import read_json
 from frontage.raster.tiles import Tile
 

@@ -15,8 +15,8 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_valida
 from frontage.buildings import BuildingOptions
 from frontage.errors import FileError, OptionError
 from frontage.facades import FacadeOptions
-from frontage.io.photos import PhotoSource
-from frontage.io.scans import ScanSource
+from frontage.io.photos.read import PhotoSource
+from frontage.io.scans.read import ScanSource
 from frontage.openings.options import OpeningOptions
 from frontage.ortho import OrthoOptions
 from frontage.pipeline.addressbook import AddressBook

@@ -19,28 +19,28 @@ import numpy as np
 
 from frontage.geometry.arrays import Array, Int
 from frontage.geometry.rigid import Rigid3
-from frontage.io.citymodel import read_city_model
-from frontage.io.e57write import write_e57
-from frontage.io.exif import Exif, write_jpeg
+from frontage.io.citymodels.read import read_city_model
 from frontage.io.geographic import latitude_longitude, true_heading
-from frontage.io.las import write_las
-from frontage.io.ptx import write_ptx
-from frontage.io.trajectory import write_trajectory
+from frontage.io.photos.exif import Exif, write_jpeg
+from frontage.io.scans.e57write import write_e57
+from frontage.io.scans.las import write_las
+from frontage.io.scans.ptx import write_ptx
+from frontage.io.scans.trajectory import write_trajectory
 from frontage.model import Scan, WorldRef
 from frontage.pipeline.files import write_bytes, write_with
-from frontage.simulate.build import street
-from frontage.simulate.cameras import CameraSpec
-from frontage.simulate.instrument import ScannerSpec
-from frontage.simulate.mobile import drive
-from frontage.simulate.modelscene import model_scene
-from frontage.simulate.orthotruth import true_ortho
-from frontage.simulate.photograph import shots
-from frontage.simulate.recording import Station
+from frontage.simulate.citymodel.scene import model_scene
 from frontage.simulate.scene import Scene
+from frontage.simulate.sensors.cameras import CameraSpec
+from frontage.simulate.sensors.instrument import ScannerSpec
+from frontage.simulate.sensors.mobile import drive
+from frontage.simulate.sensors.photograph import shots
+from frontage.simulate.sensors.recording import Station
+from frontage.simulate.sensors.terrestrial import scan_stations
 from frontage.simulate.spec import SceneSpec
-from frontage.simulate.terrestrial import scan_stations
-from frontage.simulate.truth import drive_table, photo_table, point_arrays, station_table
-from frontage.simulate.visibility import Eye
+from frontage.simulate.street.build import street
+from frontage.simulate.truth.ortho import true_ortho
+from frontage.simulate.truth.tables import drive_table, photo_table, point_arrays, station_table
+from frontage.simulate.truth.visibility import Eye
 
 MOBILE, TRAJECTORY, TRUE_TRAJECTORY = "scans/mobile.laz", "scans/trajectory.csv", "truth/trajectory.csv"
 _CROP = 1.5  # a sensor's diagonal against 35 mm film

@@ -12,9 +12,9 @@ import numpy as np
 
 from frontage.errors import InputError
 from frontage.geometry.arrays import Float
-from frontage.io.citymodel import read_city_model
-from frontage.io.scans import ScanSource
-from frontage.io.store import load_scan, save_scan
+from frontage.io.citymodels.read import read_city_model
+from frontage.io.scans.npz import load_scan, save_scan
+from frontage.io.scans.read import ScanSource
 from frontage.model import CityModel, Estimate, Scan, Surface, merge_scans
 from frontage.pipeline.clouds import around, thin_to
 from frontage.pipeline.context import Run

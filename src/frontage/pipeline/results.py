@@ -21,9 +21,9 @@ from frontage.evaluation.result import (
 from frontage.evaluation.truth import TrueFacade, Truth
 from frontage.geometry.arrays import Array, Float, Int
 from frontage.geometry.rigid import Rigid3
-from frontage.io.cityopenings import read_city_openings
-from frontage.io.geotiff import read_geotiff
-from frontage.io.store import load_scan
+from frontage.io.citymodels.openings import read_city_openings
+from frontage.io.rasters.geotiff import read_geotiff
+from frontage.io.scans.npz import load_scan
 from frontage.pipeline.claims import (
     city_opening,
     json_openings,
@@ -35,8 +35,8 @@ from frontage.pipeline.files import read_json
 from frontage.pipeline.pixels import FacadePixels
 from frontage.pipeline.records import world_from_record
 from frontage.pipeline.workspace import Workspace
-from frontage.simulate.recording import Echo
 from frontage.simulate.scene import Part
+from frontage.simulate.sensors.recording import Echo
 
 _HOUSE = (Part.WALL, Part.ROOF, Part.REVEAL, Part.SILL, Part.PLINTH, Part.CORNICE, Part.BALCONY, Part.ORIEL,
           Part.DORMER, Part.CHIMNEY, Part.FRAME, Part.BAR, Part.LEAF, Part.SHUTTER, Part.RAILING)  # fmt: skip

@@ -8,8 +8,8 @@ import shapely
 
 from frontage.errors import FrontageError
 from frontage.geometry.arrays import Bool, Float
-from frontage.io.photos import PhotoSource, read_photos
-from frontage.io.store import load_scan
+from frontage.io.photos.read import PhotoSource, read_photos
+from frontage.io.scans.npz import load_scan
 from frontage.model import Facade, Photo
 from frontage.pipeline.records import world_from_record
 from frontage.pipeline.workspace import Workspace

@@ -34,14 +34,14 @@ from frontage.pipeline.record import (
 from frontage.pipeline.scenefolder import SceneFolder
 from frontage.pipeline.sceneproject import project_text
 from frontage.scale import make_executor
-from frontage.simulate.cameras import CameraSpec
-from frontage.simulate.instrument import ScannerSpec
-from frontage.simulate.rays import Tracer
+from frontage.simulate.optics.rays import Tracer
 from frontage.simulate.scene import Scene
+from frontage.simulate.sensors.cameras import CameraSpec
+from frontage.simulate.sensors.instrument import ScannerSpec
+from frontage.simulate.sensors.walk import plan
 from frontage.simulate.spec import SceneSpec
-from frontage.simulate.truth import scene_table, surface_arrays
-from frontage.simulate.visibility import Visibility, visibility
-from frontage.simulate.walk import plan
+from frontage.simulate.truth.tables import scene_table, surface_arrays
+from frontage.simulate.truth.visibility import Visibility, visibility
 
 _SHOWN = 0.1  # share of a facade that some sensor saw, for its true ortho-image to be made
 _CODE = ("geometry", "model", "solve", "raster", "io", "simulate", "pipeline")

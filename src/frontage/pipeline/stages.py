@@ -14,12 +14,12 @@ from typing import Any
 from frontage.buildings import BuildingSplit, find_buildings
 from frontage.errors import InputError
 from frontage.exports import facade_mesh
-from frontage.io.footprints import read_footprints
-from frontage.io.las import write_las
-from frontage.io.mesh import write_glb, write_obj
-from frontage.io.photos import PhotoSet, read_photos
-from frontage.io.scans import read_scans
-from frontage.io.store import load_scan, save_scan
+from frontage.io.citymodels.footprints import read_footprints
+from frontage.io.meshes.textured import write_glb, write_obj
+from frontage.io.photos.read import PhotoSet, read_photos
+from frontage.io.scans.las import write_las
+from frontage.io.scans.npz import load_scan, save_scan
+from frontage.io.scans.read import read_scans
 from frontage.model import Scan, WorldRef, merge_scans
 from frontage.pipeline.clouds import Neighbourhoods, around, thin_to, working_cloud
 from frontage.pipeline.context import Run

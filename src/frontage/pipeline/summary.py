@@ -6,7 +6,7 @@ import numpy as np
 
 from frontage.exports import limit_texture
 from frontage.geometry.arrays import Array, Float
-from frontage.io.store import load_scan
+from frontage.io.scans.npz import load_scan
 from frontage.model import Facade
 from frontage.pipeline.clouds import thin_to
 from frontage.pipeline.elements import load_elements

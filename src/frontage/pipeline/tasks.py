@@ -14,10 +14,10 @@ import numpy as np
 
 from frontage.errors import FileError, FrontageError
 from frontage.facades import FacadeOptions, find_facades
-from frontage.io.ortho import FILES as ORTHO_FILES
-from frontage.io.ortho import write_ortho
-from frontage.io.photos import PhotoSet
-from frontage.io.store import load_scan
+from frontage.io.photos.read import PhotoSet
+from frontage.io.rasters.ortho import FILES as ORTHO_FILES
+from frontage.io.rasters.ortho import write_ortho
+from frontage.io.scans.npz import load_scan
 from frontage.model import Building, Facade, Failed, OrthoImage, Scan
 from frontage.ortho import OrthoOptions, make_ortho
 from frontage.pipeline.elements import remove_elements

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from frontage.errors import FileError, UnsupportedFormat
-from frontage.io.shapes import Primitive, read_shapes
+from frontage.io.shapes.read import Primitive, read_shapes
 from frontage.model import Feature, Finding
-from frontage.solids import Tolerances, validate_feature
+from frontage.validation import Tolerances, validate_feature
 
 log = logging.getLogger(__name__)
 
@@ -41,7 +41,7 @@ def validate_file(
     primitive: Primitive = "Solid",
     inner: Sequence[str | Path] = (),
 ) -> FileFindings:
-    """Validate every geometry of a file; see `frontage.io.shapes.read_shapes` for the formats.
+    """Validate every geometry of a file; see `frontage.io.shapes.read.read_shapes` for the formats.
 
     A file that cannot be read has one finding, 901 (missing, empty, corrupt) or 904 (format not supported).
 

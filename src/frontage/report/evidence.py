@@ -6,11 +6,11 @@ import cv2
 import numpy as np
 
 from frontage.geometry.arrays import Array, Float, Int
-from frontage.openings.beams import Beams
-from frontage.openings.evidence import Evidence
-from frontage.openings.paper import Decomposition
-from frontage.openings.paper_cells import FACADE, OUTSIDE, UNCERTAIN, WINDOW
-from frontage.openings.paper_map import AvailabilityMap
+from frontage.openings.paper.availability import AvailabilityMap
+from frontage.openings.paper.cells import FACADE, OUTSIDE, UNCERTAIN, WINDOW
+from frontage.openings.paper.find import Decomposition
+from frontage.openings.wall.beams import Beams
+from frontage.openings.wall.evidence import Evidence
 
 Extent = tuple[float, float, float, float]
 

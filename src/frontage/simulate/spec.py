@@ -6,11 +6,11 @@ from typing import Any, Literal, Self
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_validator, model_validator
 
 from frontage.errors import OptionError
-from frontage.simulate.cameras import CameraSpec
-from frontage.simulate.citymodel import ModelSpec
-from frontage.simulate.housespec import HouseSpec
-from frontage.simulate.instrument import DriveSpec, ScannerSpec
+from frontage.simulate.houses.housespec import HouseSpec
 from frontage.simulate.output import OutputSpec
+from frontage.simulate.sensors.cameras import CameraSpec
+from frontage.simulate.sensors.instrument import DriveSpec, ScannerSpec
+from frontage.simulate.survey import ModelSpec
 
 _DRAWN = frozenset(
     ("houses", "house", "setting", "slope", "street_width", "opposite", "hedges", "crs", "origin")

@@ -8,17 +8,12 @@ polygons, shells, solids, composites, buildings.
 """
 
 from frontage.solids.assemble import Assembled, assemble
-from frontage.solids.build import build_solid
-from frontage.solids.codes import NAMES, QIE_NAMES
-from frontage.solids.host import Host, facade_block, ground_block, host_solid
+from frontage.solids.cells.build import build_solid
+from frontage.solids.hosts.host import Host, facade_block, ground_block, host_solid
 from frontage.solids.installations import Installation
 from frontage.solids.relief import BuildOptions, Built, FacadeReliefs, Relief
-from frontage.solids.tolerances import Tolerances
-from frontage.solids.validate import validate, validate_feature, validate_shape
 
 __all__ = [
-    "NAMES",
-    "QIE_NAMES",
     "Assembled",
     "BuildOptions",
     "Built",
@@ -26,13 +21,9 @@ __all__ = [
     "Host",
     "Installation",
     "Relief",
-    "Tolerances",
     "assemble",
     "build_solid",
     "facade_block",
     "ground_block",
     "host_solid",
-    "validate",
-    "validate_feature",
-    "validate_shape",
 ]

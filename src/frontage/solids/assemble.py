@@ -21,14 +21,14 @@ from frontage.model import (
     WorldRef,
 )
 from frontage.model.citymodel import Shell
-from frontage.solids.build import build_solid
+from frontage.solids.cells.build import build_solid
 from frontage.solids.elements import FacadeParts, facade_parts
-from frontage.solids.host import Host
-from frontage.solids.hosts import Coarse, coarse_solids
+from frontage.solids.hosts.host import Host
+from frontage.solids.hosts.hosts import Coarse, coarse_solids
+from frontage.solids.hosts.walls import find_walls
 from frontage.solids.installations import THINNEST, Installation, installation
 from frontage.solids.relief import GRID, BuildOptions, Built, FacadeReliefs, Relief
-from frontage.solids.validate import validate, validate_feature
-from frontage.solids.walls import find_walls
+from frontage.validation.validate import validate, validate_feature
 
 _SAID = 3  # findings named in a warning
 

@@ -11,7 +11,7 @@ from frontage.geometry.ring import ring_area
 from frontage.model import Face, Failed, Protrusion, Solid, WorldRef
 from frontage.solids.relief import GRID
 from frontage.solids.rims import normal
-from frontage.solids.validate import validate
+from frontage.validation.validate import validate
 
 SLAB, PARAPET, CLOTH = 0.20, 0.10, 0.05
 """Thickness (m) of a balcony's slab and parapet and of an awning: not measured from the street, assumed."""

@@ -1,0 +1,169 @@
+"""Reading CityGML as a stream: one building in memory at a time.
+
+Entities are not resolved, DTDs and the network not used. A building that refers to elements outside it
+(shared polygons) waits; what it needs is picked up in further passes.
+"""
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from lxml import etree
+
+from frontage.io.citymodels.citygml.geometry import HREF, identifier, local
+from frontage.io.citymodels.citygml.objects import building_of
+from frontage.io.citymodels.citygml.texture import Painter
+from frontage.io.citymodels.draft import Draft
+from frontage.io.citymodels.place import Place
+
+_MEMBERS = ("cityObjectMember", "featureMember", "featureMembers", "member", "appearanceMember")
+_EMPTIED = [f"{{*}}{name}" for name in ("Building", *_MEMBERS)]
+_SAFE: dict[str, Any] = {"resolve_entities": False, "no_network": True, "load_dtd": False, "huge_tree": False}
+_FLAT = etree.XPath("boolean(ancestor-or-self::*[@srsDimension='2'] | .//@srsDimension[.='2'])")
+_ANCHORS = ("anchorPoint", "anchorDefinition")  # of a local system, CityGML 2 and 3
+_PASSES = 8  # references to references to ... beyond the building
+
+
+def read_citygml(path: Path, place: Place) -> Iterator[Draft]:
+    """The buildings of a file that touch the bounds; those that wait for others come last.
+
+    Raises lxml's XMLSyntaxError on damaged XML, ValueError when it is no city model.
+    """
+    yield from _Reader(path, place).drafts()
+
+
+class _Reader:
+    """One file: what waits for elements elsewhere in it, and whether pictures stand outside the buildings."""
+
+    def __init__(self, path: Path, place: Place) -> None:
+        self._path = path
+        self._place = place
+        self._waiting: list[tuple[int, bytes]] = []
+        self._missing: set[str] = set()
+        self._appearances = False
+
+    def drafts(self) -> list[Draft]:
+        """All buildings that are wanted."""
+        found: list[Draft] = []
+        for number, element in enumerate(self._buildings(), 1):
+            if self._place.bounded and _is_far(element, self._place):
+                continue
+            own = _by_id(element)
+            if outside := _references(element) - set(own):
+                self._missing |= outside
+                self._waiting.append((number, etree.tostring(element)))
+            else:
+                found += self._draft(element, number, own)
+        shared = _shared(self._path, self._missing)
+        for number, text in self._waiting:
+            element = etree.fromstring(text, etree.XMLParser(**_SAFE))
+            found += self._draft(element, number, shared | _by_id(element))
+        if self._appearances:
+            painter = Painter(found)
+            with open(self._path, "rb") as file:
+                for _, element in etree.iterparse(file, tag=["{*}ParameterizedTexture", *_EMPTIED], **_SAFE):
+                    painter.look(element)
+                    _empty(element)
+            painter.paint()
+        return found
+
+    def _draft(self, element: etree._Element, number: int, by_id: dict[str, etree._Element]) -> list[Draft]:
+        """The building, where it touches the bounds, with the pictures that stand inside it."""
+        draft = building_of(element, number, by_id.get)
+        if not self._place.touches(draft.points()):
+            return []
+        painter = Painter([draft])
+        painter.look(element)
+        painter.paint()
+        return [draft]
+
+    def _buildings(self) -> Iterator[etree._Element]:
+        """Every Building element, emptied once it is used; the members around them are emptied too."""
+        tags = [f"{{*}}{name}" for name in ("CityModel", "Envelope", *_ANCHORS)] + _EMPTIED
+        with open(self._path, "rb") as file:
+            context = etree.iterparse(file, events=("start", "end"), tag=tags, **_SAFE)
+            for event, element in context:
+                name = local(element)
+                if event == "start":
+                    self._start(name, element)
+                elif name in _ANCHORS:
+                    self._place.anchored(element.get("codeSpace"), element.text or "")
+                elif name == "Building":
+                    named = (e.get("srsName") for e in element.iter() if isinstance(e.tag, str))
+                    self._place.stated(next((srs for srs in named if srs), None))
+                    yield element
+                    _empty(element)
+                elif name in _MEMBERS:
+                    _empty(element)
+        root = context.root
+        if root is None or local(root) != "CityModel":
+            raise ValueError(f"its root is {'nothing' if root is None else local(root)}, not CityModel")
+        _acceptable(root)
+
+    def _start(self, name: str, element: etree._Element) -> None:
+        """What an element says before its content is known."""
+        if name == "CityModel":
+            _acceptable(element)
+        elif name == "Envelope":
+            self._place.stated(element.get("srsName"))
+        self._appearances |= name == "appearanceMember"
+
+
+def _is_far(element: etree._Element, place: Place) -> bool:
+    """Whether the coordinates of a building all lie outside the bounds; False where a look does not tell.
+
+    Spares the reading of what is not wanted, most of a large file.
+    """
+    if next(element.iter("{*}coordinates", "{*}ImplicitGeometry"), None) is not None or _FLAT(element):
+        return False
+    texts = [e.text or "" for e in element.iter("{*}posList", "{*}pos")]
+    try:
+        points = np.array(" ".join(texts).split(), np.float64)
+    except ValueError:
+        return False
+    if not len(points) or len(points) % 3:
+        return False
+    return not place.touches(points.reshape(-1, 3))
+
+
+def _acceptable(element: etree._Element) -> None:
+    if element.getroottree().docinfo.doctype:
+        raise ValueError("it has a document type declaration, which is not accepted")
+
+
+def _empty(element: etree._Element) -> None:
+    """Free an element and those before it."""
+    element.clear(keep_tail=True)
+    parent = element.getparent()
+    while parent is not None and element.getprevious() is not None:
+        del parent[0]
+
+
+def _by_id(element: etree._Element) -> dict[str, etree._Element]:
+    return {name: e for e in element.iter() if isinstance(e.tag, str) and (name := identifier(e))}
+
+
+def _references(element: etree._Element) -> set[str]:
+    """The identifiers that hrefs within the file name."""
+    named = (e.get(HREF, "") for e in element.iter() if isinstance(e.tag, str))
+    return {href[1:] for href in named if href.startswith("#")}
+
+
+def _shared(path: Path, missing: set[str]) -> dict[str, etree._Element]:
+    """The elements of the given identifiers, and those that they refer to in turn."""
+    found: dict[str, etree._Element] = {}
+    for _ in range(_PASSES):
+        if not missing:
+            break
+        copies: dict[str, etree._Element] = {}
+        with open(path, "rb") as file:
+            for _, element in etree.iterparse(file, events=("end",), **_SAFE):
+                if (name := identifier(element)) in missing:
+                    copies[name] = etree.fromstring(etree.tostring(element, with_tail=False))
+                if local(element) in _MEMBERS:
+                    _empty(element)
+        for element in copies.values():
+            found |= _by_id(element)
+        missing = {r for e in copies.values() for r in _references(e)} - set(found)
+    return found

@@ -1,0 +1,48 @@
+"""Textures of CityGML 1 to 3, by reference: which picture lies on which ring, and where in it."""
+
+from collections.abc import Iterable, Iterator
+
+import numpy as np
+from lxml import etree
+
+from frontage.geometry.arrays import Float
+from frontage.io.citymodels.citygml.geometry import local
+from frontage.io.citymodels.draft import Draft
+from frontage.model.citymodel import Texture
+
+
+class Painter:
+    """The rings of some drafts by their ids, and the places in pictures that were found for them."""
+
+    def __init__(self, drafts: Iterable[Draft]) -> None:
+        self._faces = [f for d in drafts for s in d.shells for f in s.faces if f.rings and f.texture is None]
+        self._wanted = {name for f in self._faces for name in f.names}
+        self._found: dict[str, tuple[str, Float]] = {}
+
+    def look(self, element: etree._Element) -> None:
+        """Take what a ParameterizedTexture, or the textures below an element, say of these rings."""
+        for texture in element.iter("{*}ParameterizedTexture"):
+            image = next(((e.text or "").strip() for e in texture.iter("{*}imageURI")), "")
+            for ring, places in _coordinates(texture):
+                if image and ring in self._wanted:
+                    self._found.setdefault(ring, (image, places))
+
+    def paint(self) -> None:
+        """Give every polygon whose rings all have places its texture."""
+        for face in self._faces:
+            said = [self._found.get(name) for name in face.names]
+            known = [s for s in said if s is not None]
+            if len(known) == len(face.rings) == len(said):
+                face.texture = Texture(known[0][0], tuple(places for _, places in known))
+
+
+def _coordinates(texture: etree._Element) -> Iterator[tuple[str, Float]]:
+    """The id of a ring and (k, 2) places; a list of numbers that is broken is passed over."""
+    for e in texture.iter("{*}textureCoordinates"):
+        ring = e.get("ring") or next((c.text or "" for c in e.itersiblings() if local(c) == "ring"), "")
+        try:
+            values = np.array((e.text or "").split(), np.float64)
+        except ValueError:
+            continue
+        if len(values) and len(values) % 2 == 0:
+            yield ring.strip().removeprefix("#"), values.reshape(-1, 2)

@@ -1,0 +1,211 @@
+"""Writing CityGML 2.0 and 3.0, LoD2 and LoD3: buildings as solids of surfaces with openings in them."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, Literal
+
+import numpy as np
+from lxml import etree
+
+from frontage.geometry.arrays import Float
+from frontage.io.citymodels.citygml.dialect import CITYGML2, CITYGML3, Dialect, Node
+from frontage.io.crs import parse_crs
+from frontage.io.files import whole_file
+from frontage.model import Surface, WorldRef
+from frontage.model.citymodel import CityBuilding, Shell
+
+_MANY = 3  # corners of a ring at least
+_OPENINGS = ("Window", "Door")
+_HELD = ("parent", "measuredHeight")  # attributes that stand elsewhere
+
+
+def write_citygml(
+    path: str | Path,
+    buildings: Sequence[CityBuilding],
+    world: WorldRef,
+    title: str,
+    version: Literal["2.0", "3.0"] = "2.0",
+) -> Path:
+    """Write the shells of LoD2 and LoD3 of every building, its parts and installations.
+
+    Polygons are in local metres of `world`, written to 0.1 mm. A solid refers to the polygons of the
+    thematic surfaces; windows and doors stand in the wall that `parent` of their attributes names. Attributes
+    of surfaces (of LoD3) and of buildings are generic ones.
+
+    Raises FileError (cannot be written), CrsError, ValueError for a building without such a shell.
+    """
+    writer = _Writer(CITYGML2 if version == "2.0" else CITYGML3, world)
+    shown = [s for b in buildings for s in _shown(b)]
+    root = writer.dialect.make("core:CityModel")
+    writer.dialect.add(root, "gml:name", title)
+    writer.envelope(root, np.vstack([world.to_world(s.ring) for shell in shown for s in shell.surfaces]))
+    for b in buildings:
+        writer.building(writer.dialect.add(root, "core:cityObjectMember"), b)
+    etree.cleanup_namespaces(root, keep_ns_prefixes=list(writer.dialect.names))
+    p = Path(path)
+    with whole_file(p) as temporary:
+        etree.ElementTree(root).write(
+            str(temporary), xml_declaration=True, encoding="UTF-8", pretty_print=True
+        )
+    return p
+
+
+def _shown(building: CityBuilding) -> list[Shell]:
+    found = [s for s in building.shells if _level(s) in ("2", "3")]
+    if not found:
+        raise ValueError(f"{building.id} has no shell of LoD2 or LoD3")
+    return found
+
+
+def _level(shell: Shell) -> str:
+    return shell.lod[:1]
+
+
+@dataclass(eq=False)
+class _Writer:
+    """One file: its dialect, its world, and the identifiers given so far."""
+
+    dialect: Dialect
+    world: WorldRef
+    given: set[str] = field(default_factory=set)
+
+    def envelope(self, root: Node, xyz: Float) -> None:
+        box = self.dialect.add(self.dialect.add(root, "gml:boundedBy"), "gml:Envelope", srsDimension="3")
+        if self.world.crs is not None and (name := _srs(self.world.crs)):
+            box.set("srsName", name)
+        self.dialect.add(box, "gml:lowerCorner", _numbers(xyz.min(0)))
+        self.dialect.add(box, "gml:upperCorner", _numbers(xyz.max(0)))
+
+    def building(self, member: Node, building: CityBuilding) -> None:
+        """The building with its parts and installations."""
+        shells: dict[str, list[Shell]] = {}
+        for shell in _shown(building):
+            shells.setdefault(shell.part, []).append(shell)
+        node = self.dialect.add(member, "bldg:Building", gml_id=self.identifier(building.id))
+        inside = self.contents(node, shells.pop("", []), building.attributes)
+        if building.address:
+            inside["address"].append(self.dialect.address(building.address))
+        for name, own in shells.items():
+            thing = "BuildingInstallation" if own[0].installation else "BuildingPart"
+            kind = "installation" if own[0].installation else "part"
+            holder = self.dialect.make(
+                self.dialect.installation if kind == "installation" else self.dialect.part
+            )
+            part = self.dialect.add(holder, f"bldg:{thing}", gml_id=self.identifier(name))
+            order = self.dialect.hanging_order if kind == "installation" else self.dialect.order
+            self.fill(part, self.contents(part, own, own[0].attributes), order)
+            inside[kind].append(holder)
+        self.fill(node, inside, self.dialect.order)
+
+    def fill(self, node: Node, inside: Mapping[str, Sequence[Node]], order: Sequence[str]) -> None:
+        """The contents in the order that the schema asks for."""
+        for name in order:
+            node.extend(inside[name])
+
+    def contents(
+        self, node: Node, shells: Sequence[Shell], attributes: Mapping[str, Any]
+    ) -> dict[str, list[Node]]:
+        """Attributes, solids that refer to their polygons, the surfaces that hold them."""
+        inside: dict[str, list[Node]] = {name: [] for name in self.dialect.order}
+        self.attributes(node, attributes)
+        if (height := attributes.get("measuredHeight")) is not None:
+            inside["height"].append(self.dialect.height(float(height)))
+        for shell in shells:
+            lod = _level(shell)
+            polygons = self.surfaces(inside["boundary"], shell)
+            if not shell.closed or inside[f"solid{lod}"]:
+                continue
+            name = self.dialect.installation_solid if shell.installation else self.dialect.solid
+            holder = self.dialect.make(name.format(lod))
+            solid = self.dialect.add(holder, "gml:Solid", gml_id=self.identifier(f"solid_{polygons[0]}"))
+            around = self.dialect.shell(solid)
+            for polygon in polygons:
+                self.dialect.add(around, "gml:surfaceMember", xlink_href=f"#{polygon}")
+            inside[f"solid{lod}"].append(holder)
+        return inside
+
+    def attributes(self, node: Node, attributes: Mapping[str, Any]) -> None:
+        for name, value in attributes.items():
+            if name not in _HELD:
+                self.dialect.attribute(node, name, value)
+
+    def surfaces(self, boundary: list[Node], shell: Shell) -> list[str]:
+        """The thematic surfaces of a shell, openings in their walls; the identifiers of all polygons."""
+        groups: dict[tuple[str, str], list[Surface]] = {}
+        for k, s in enumerate(s for s in shell.surfaces if len(s.ring) >= _MANY):
+            groups.setdefault((s.source_id or f"{shell.part or 'surface'}/{k}", s.semantics), []).append(s)
+        nodes: dict[str, Node] = {}
+        walls: list[Node] = []
+        ids: list[str] = []
+        for opening in (False, True):
+            for (name, semantics), own in groups.items():
+                if (semantics in _OPENINGS) != opening:
+                    continue
+                node, polygons = self.thematic(name, own, shell, opening and bool(walls))
+                ids += polygons
+                if opening and walls:
+                    wall = nodes.get(str(shell.about.get(name, {}).get("parent", "")), walls[0])
+                    self.dialect.add(wall, self.dialect.opening).append(node)
+                    continue
+                nodes[name] = node
+                walls += [node] if semantics == "WallSurface" else []
+                holder = self.dialect.make(self.dialect.boundary)
+                holder.append(node)
+                boundary.append(holder)
+        return ids
+
+    def thematic(
+        self, name: str, own: Sequence[Surface], shell: Shell, opening: bool
+    ) -> tuple[Node, list[str]]:
+        """A thematic surface with its polygons; an opening without any wall is a wall itself."""
+        semantics = own[0].semantics
+        if semantics in _OPENINGS and not opening:
+            semantics = "WallSurface"
+        clean = self.identifier(name)
+        node = self.dialect.make(self.dialect.surface(semantics, opening), gml_id=clean)
+        about = shell.about.get(name, {}) if _level(shell) == "3" else {}
+        self.attributes(node, {**({"id": name} if about else {}), **about})
+        members = self.dialect.add(
+            self.dialect.add(node, self.dialect.multi.format(_level(shell))), "gml:MultiSurface"
+        )
+        if self.dialect.version == "3.0":
+            members.set(self.dialect.tag("gml:id"), self.identifier(f"{clean}_surface"))
+        ids = [self.polygon(self.dialect.add(members, "gml:surfaceMember"), s, clean) for s in own]
+        return node, ids
+
+    def polygon(self, parent: Node, surface: Surface, name: str) -> str:
+        """A polygon with its rings closed; its identifier."""
+        name = self.identifier(f"{name}_polygon")
+        polygon = self.dialect.add(parent, "gml:Polygon", gml_id=name)
+        for place, ring in (("exterior", surface.ring), *(("interior", hole) for hole in surface.holes)):
+            closed = self.world.to_world(np.vstack([ring, ring[:1]]))
+            line = self.dialect.add(self.dialect.add(polygon, f"gml:{place}"), "gml:LinearRing")
+            self.dialect.add(line, "gml:posList", _numbers(closed.ravel()), srsDimension="3")
+        return name
+
+    def identifier(self, text: str) -> str:
+        """An XML name that is new: letters, digits, dot, dash and underscore, a letter first."""
+        clean = "".join(c if c.isalnum() or c in ".-_" else "_" for c in text)
+        clean = name = clean if clean[:1].isalpha() else f"id_{clean}"
+        number = 2
+        while name in self.given:
+            name, number = f"{clean}_{number}", number + 1
+        self.given.add(name)
+        return name
+
+
+def _srs(crs: str) -> str | None:
+    """The URN of a CRS code, of a compound its parts' ("urn:ogc:def:crs,crs:EPSG::25832,crs:EPSG::7837")."""
+    found = parse_crs(crs)
+    authority = found.to_authority()
+    if authority:
+        return f"urn:ogc:def:crs:{authority[0]}::{authority[1]}"
+    parts = [part.to_authority() for part in found.sub_crs_list]
+    if not parts or None in parts:
+        return None
+    return "urn:ogc:def:crs," + ",".join(f"crs:{p[0]}::{p[1]}" for p in parts if p)
+
+
+def _numbers(values: Float) -> str:
+    return " ".join(f"{v:.4f}" for v in values)

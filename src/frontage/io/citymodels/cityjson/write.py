@@ -1,0 +1,149 @@
+"""Writing CityJSON 2.0: buildings as solids with semantic surfaces, vertices shared and in 0.1 mm."""
+
+import json
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from frontage.geometry.arrays import Float, Int
+from frontage.io.citymodels.address import split_address
+from frontage.io.crs import parse_crs
+from frontage.io.files import whole_file
+from frontage.model import Surface, WorldRef
+from frontage.model.citymodel import CityBuilding, Shell
+
+_STEP = 1e-4  # m: the grid that vertices are shared on
+_SKIPPED = {"source_id", "type", "parent", "children"}
+
+
+def write_cityjson(path: str | Path, buildings: Sequence[CityBuilding], world: WorldRef, title: str) -> Path:
+    """Write buildings whose polygons are in local metres of `world`.
+
+    Every semantic surface carries the `id` of its polygon and its attributes; polygons of one id are one
+    surface, and `parent` among the attributes of an opening, the id of its wall, becomes the relation of
+    CityJSON. Shells of parts and installations become objects of their own. The bytes depend on the
+    arguments alone.
+
+    Raises FileError (cannot be written), CrsError.
+    """
+    vertices = _Vertices()
+    objects = {name: thing for b in buildings for name, thing in _objects(b, vertices)}
+    table = vertices.table
+    extent = world.to_world(np.concatenate([table.min(0), table.max(0)]).reshape(2, 3) * _STEP)
+    metadata: dict[str, Any] = {"title": title, "geographicalExtent": extent.ravel().round(4).tolist()}
+    if code := _code(world):
+        metadata["referenceSystem"] = code
+    model = {
+        "type": "CityJSON",
+        "version": "2.0",
+        "metadata": metadata,
+        "transform": {"scale": [_STEP] * 3, "translate": [float(v) for v in world.origin]},
+        "CityObjects": objects,
+        "vertices": table.tolist(),
+    }
+    p = Path(path)
+    with whole_file(p) as temporary:
+        temporary.write_text(json.dumps(model, ensure_ascii=False, separators=(",", ":")) + "\n", "utf-8")
+    return p
+
+
+class _Vertices:
+    """Points on the grid, each once, numbered in the order of their first use."""
+
+    def __init__(self) -> None:
+        self._number: dict[tuple[int, ...], int] = {}
+
+    def numbers(self, ring: Float) -> list[int]:
+        """Vertex numbers of a ring (k, 3) m; neighbours that fall on one place are one."""
+        points = [tuple(p) for p in np.rint(np.asarray(ring) / _STEP).astype(np.int64).tolist()]
+        found = [self._number.setdefault(p, len(self._number)) for p in points]
+        return [n for n, before in zip(found, [found[-1], *found[:-1]], strict=True) if n != before]
+
+    @property
+    def table(self) -> Int:
+        """All points (v, 3) int64 in grid steps."""
+        return np.array(list(self._number), np.int64).reshape(-1, 3)
+
+
+def _objects(building: CityBuilding, vertices: _Vertices) -> Iterator[tuple[str, dict[str, Any]]]:
+    """The building, then its parts and installations."""
+    whole = _building(building)
+    members: dict[str, dict[str, Any]] = {building.id: whole}
+    for shell in building.shells:
+        name = shell.part or building.id
+        if name not in members:
+            kind = "BuildingInstallation" if shell.installation else "BuildingPart"
+            about = {"attributes": dict(shell.attributes)} if shell.attributes else {}
+            members[name] = {"type": kind, "parents": [building.id], **about, "geometry": []}
+            whole.setdefault("children", []).append(name)
+        members[name]["geometry"].append(_geometry(shell, vertices))
+    yield from members.items()
+
+
+def _building(building: CityBuilding) -> dict[str, Any]:
+    attributes = dict(building.attributes)
+    out: dict[str, Any] = {"type": "Building"}
+    if building.address:
+        number, street = split_address(building.address)
+        attributes["address"] = building.address
+        named = {"ThoroughfareNumber": number, "ThoroughfareName": street}
+        out["address"] = [{name: text for name, text in named.items() if text}]
+    return {**out, "attributes": attributes, "geometry": []}
+
+
+def _geometry(shell: Shell, vertices: _Vertices) -> dict[str, Any]:
+    """A Solid of one shell, or a MultiSurface where it is not closed.
+
+    Polygons that the grid made too small to have three corners are left out.
+    """
+    boundaries, meant = [], []
+    for s in shell.surfaces:
+        rings = [ring for r in (s.ring, *s.holes) if len(ring := vertices.numbers(r)) >= 3]
+        if rings:
+            boundaries.append(rings)
+            meant.append(s)
+    surfaces, values = _meanings(meant, shell.about)
+    return {
+        "type": "Solid" if shell.closed else "MultiSurface",
+        "lod": shell.lod,
+        "boundaries": [boundaries] if shell.closed else boundaries,
+        "semantics": {"surfaces": surfaces, "values": [values] if shell.closed else values},
+    }
+
+
+def _meanings(
+    polygons: Sequence[Surface], about: Mapping[str, Mapping[str, Any]]
+) -> tuple[list[dict[str, Any]], list[int]]:
+    """Semantic surfaces, one per id and class, and which of them every polygon belongs to."""
+    number: dict[tuple[str, str], int] = {}
+    surfaces: list[dict[str, Any]] = []
+    values = []
+    for k, s in enumerate(polygons):
+        key = (s.source_id or f"#{k}", s.semantics)
+        if key not in number:
+            number[key] = len(surfaces)
+            surfaces.append(_semantics(s.semantics, s.source_id, about.get(s.source_id, {})))
+        values.append(number[key])
+    of_id = {name: k for (name, _), k in number.items()}
+    for (name, _), k in number.items():
+        parent = of_id.get(str(about.get(name, {}).get("parent", "")))
+        if parent is not None and parent != k:
+            surfaces[k]["parent"] = parent
+            surfaces[parent].setdefault("children", []).append(k)
+    return surfaces, values
+
+
+def _semantics(kind: str, number: str, about: Mapping[str, Any]) -> dict[str, Any]:
+    named = {"id": number} if number else {}
+    return {"type": kind, **named, **{k: v for k, v in about.items() if k not in _SKIPPED}}
+
+
+def _code(world: WorldRef) -> str | None:
+    """The CRS as OGC URL; of a compound CRS its horizontal part's code, when it has no code of its own."""
+    if world.crs is None:
+        return None
+    crs = parse_crs(world.crs)
+    authority = crs.to_authority() or (crs.sub_crs_list[0].to_authority() if crs.sub_crs_list else None)
+    return f"https://www.opengis.net/def/crs/{authority[0]}/0/{authority[1]}" if authority else None

@@ -1,0 +1,33 @@
+"""The windows and doors of a city model, for scoring it."""
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from frontage.geometry.arrays import Float
+from frontage.io.citymodels.read import read_city_model
+
+_KINDS = ("Window", "Door")
+
+
+@dataclass(frozen=True, eq=False)
+class CityOpening:
+    """A Window or Door surface: outer ring (k, 3) m world, its attributes and `id`."""
+
+    kind: str
+    ring: Float
+    about: dict[str, Any]
+
+
+def read_city_openings(path: str | Path) -> tuple[CityOpening, ...]:
+    """Every Window and Door surface of the finest level of every building. Raises FileError, CrsError."""
+    model = read_city_model(path)
+    return tuple(
+        CityOpening(
+            s.semantics, model.world.to_world(s.ring), {"id": s.source_id, **shell.about.get(s.source_id, {})}
+        )
+        for building in model.buildings
+        for shell in building.level()
+        for s in shell.surfaces
+        if s.semantics in _KINDS
+    )

@@ -1,0 +1,95 @@
+"""Textured meshes to files: binary glTF 2.0 (GLB, see io.glb) and Wavefront OBJ."""
+
+import json
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from frontage.geometry.arrays import Array, Float
+from frontage.io.files import whole_file
+from frontage.io.meshes.glb import Material, Mesh, Piece, glb_of
+from frontage.model import WorldRef
+
+
+@dataclass(frozen=True, eq=False)
+class TexturedMesh:
+    """Triangles with one JPEG texture.
+
+    name             unique, readable ("B07/F1")
+    xyz              (n, 3) float64 m in the mesh's own frame
+    uv               (n, 2) float64, 0..1, v downwards from the texture's upper edge
+    faces            (m, 3) int, counter-clockwise seen from outside
+    local_from_mesh  (4, 4) float64
+    texture          JPEG bytes
+    extras           JSON-able facts kept with the mesh
+    """
+
+    name: str
+    xyz: Float
+    uv: Float
+    faces: Array
+    local_from_mesh: Float
+    texture: bytes
+    extras: dict[str, Any]
+
+    @property
+    def file_stem(self) -> str:
+        """The name as a file name."""
+        return self.name.replace("/", "_")
+
+
+def glb_bytes(meshes: Sequence[TexturedMesh], world: WorldRef) -> bytes:
+    """One GLB of all meshes, textures inside. Deterministic: the same meshes give the same bytes."""
+    return glb_of([_whole(m) for m in meshes], world)
+
+
+def _whole(mesh: TexturedMesh) -> Mesh:
+    piece = Piece(Material(mesh.name, mesh.texture), mesh.xyz, mesh.faces, mesh.uv)
+    return Mesh(mesh.name, (piece,), mesh.local_from_mesh, mesh.extras)
+
+
+def write_glb(path: Path, meshes: Sequence[TexturedMesh], world: WorldRef) -> None:
+    """Write `glb_bytes` to `path`, whole or not at all."""
+    _write(path, glb_bytes(meshes, world))
+
+
+def write_obj(path: Path, meshes: Sequence[TexturedMesh], world: WorldRef) -> None:
+    """Write `path` (.obj), its .mtl, `textures/*.jpg` and `<stem>.offset.json`.
+
+    World = vertex + offset. Vertices are local, z up, in metres with 0.1 mm digits; texture coordinates
+    have v upwards, as OBJ wants.
+    """
+    for mesh in meshes:
+        _write(path.parent / "textures" / f"{mesh.file_stem}.jpg", mesh.texture)
+    mtl = "".join(f"newmtl {m.file_stem}\nKd 1 1 1\nmap_Kd textures/{m.file_stem}.jpg\n" for m in meshes)
+    _write(path.with_suffix(".mtl"), mtl.encode())
+    offset = {
+        "crs": world.crs,
+        "offset": [int(v) for v in world.origin],
+        "world": "vertex + offset",
+        "up": "z",
+    }
+    _write(path.with_suffix(".offset.json"), (json.dumps(offset, indent=2) + "\n").encode())
+    _write(path, _obj_text(meshes, path.with_suffix(".mtl").name).encode())
+
+
+def _write(path: Path, data: bytes) -> None:
+    with whole_file(path) as temporary:
+        temporary.write_bytes(data)
+
+
+def _obj_text(meshes: Sequence[TexturedMesh], mtl: str) -> str:
+    lines = [f"mtllib {mtl}"]
+    first = 1
+    for mesh in meshes:
+        M = np.asarray(mesh.local_from_mesh)
+        xyz = mesh.xyz @ M[:3, :3].T + M[:3, 3]
+        lines += [f"o {mesh.file_stem}", f"usemtl {mesh.file_stem}"]
+        lines += [f"v {x:.4f} {y:.4f} {z:.4f}" for x, y, z in xyz]
+        lines += [f"vt {u:.7f} {1 - v:.7f}" for u, v in mesh.uv]
+        lines += ["f " + " ".join(f"{k + first}/{k + first}" for k in face) for face in mesh.faces]
+        first += len(xyz)
+    return "\n".join(lines) + "\n"

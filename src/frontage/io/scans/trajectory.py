@@ -1,0 +1,152 @@
+"""Vehicle trajectories (CSV, SBET): where the sensor was when it measured each point."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from pyproj import CRS
+
+from frontage.errors import FileError
+from frontage.geometry.arrays import Array, Float
+from frontage.io.files import reading, require_file, whole_file
+from frontage.io.placement import Placement, Wanted
+from frontage.io.scans.table import read_table
+from frontage.model import WorldRef
+
+TRACK_STEP = 0.05
+"""m of track between stored sensor positions: a point's origin is at most half of this off."""
+
+_WEEK, _ADJUSTED = 604_800.0, 1e9  # s: GPS week; LAS "adjusted standard GPS time" = GPS time - 1e9
+_GAP = 1.0  # s: no position is invented further than this from a sample
+_SBET = np.dtype([("time", "<f8"), ("lat", "<f8"), ("lon", "<f8"), ("alt", "<f8"), ("rest", "<f8", 13)])
+
+
+@dataclass(frozen=True, eq=False)
+class Trajectory:
+    """time (k,) s strictly increasing; xyz (k, 3) in the file's own coordinates; crs None = as the scan's."""
+
+    path: Path
+    time: Float
+    xyz: Float
+    crs: CRS | None = None
+
+
+def read_trajectory(path: str | Path) -> Trajectory:
+    """A trajectory from CSV (header row naming gps_time, x, y, z) or SBET (Applanix, .sbet/.out).
+
+    Raises FileError.
+    """
+    p = require_file(path)
+    if p.suffix.lower() in (".sbet", ".out"):
+        time, xyz, crs = _sbet(p)
+    else:
+        time, xyz, crs = _csv(p)
+    ok = np.isfinite(time) & np.isfinite(xyz).all(1)
+    time, first = np.unique(time[ok], return_index=True)
+    if len(time) < 2:
+        raise FileError(
+            p, "a trajectory needs two positions at different times", "check its columns", code="I109"
+        )
+    return Trajectory(p, time, xyz[ok][first], crs)
+
+
+def _csv(path: Path) -> tuple[Float, Float, CRS | None]:
+    table = read_table(path, "trajectory CSV")
+    time = table.column("gps_time", "gpstime", "time", "t")
+    axes = [
+        table.column(*names)
+        for names in (("x", "easting", "east"), ("y", "northing", "north"), ("z", "height", "altitude", "up"))
+    ]
+    if time is None or any(a is None for a in axes):
+        raise FileError(
+            path, "not a trajectory: the header row must name gps_time, x, y, z", "add it", code="I109"
+        )
+    return time, np.column_stack(axes), None  # type: ignore[arg-type]
+
+
+def _sbet(path: Path) -> tuple[Float, Float, CRS | None]:
+    """Records of 17 little-endian doubles: time, latitude, longitude (rad), ellipsoidal height, ..."""
+    with reading(path, "SBET"):
+        if path.stat().st_size % _SBET.itemsize:
+            raise FileError(
+                path, "truncated: not a whole number of SBET records", "copy it again", code="I103"
+            )
+        r = np.fromfile(path, _SBET)
+        if (np.abs(r["lat"]) > np.pi / 2).any() or (np.abs(r["lon"]) > 2 * np.pi).any():
+            raise ValueError("latitudes or longitudes out of range")
+    return (
+        r["time"],
+        np.column_stack([np.degrees(r["lon"]), np.degrees(r["lat"]), r["alt"]]),
+        CRS.from_epsg(4979),
+    )
+
+
+def rays_from_trajectory(
+    track: Trajectory, time: Array, place: Placement, notes: list[str]
+) -> tuple[Float, Array]:
+    """Origins (s, 3) m local every `TRACK_STEP` of the track, and the nearest one per point (n,) int32.
+
+    A point's position is interpolated at its time and snapped to the nearest stored one; times beyond the
+    track, or in gaps of more than a second, get -1 and a note. Scans in adjusted standard GPS time and tracks
+    in seconds of the week are brought together, with a note.
+
+    Raises FileError when the times do not overlap at all.
+    """
+    xyz = _local(track, place, notes)
+    t = _same_clock(track, np.asarray(time, np.float64), notes)
+    arc = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(xyz, axis=0), axis=1))])
+    step = np.rint(np.interp(t, track.time, arc) / TRACK_STEP).astype(np.int64)
+    after = np.clip(np.searchsorted(track.time, t), 1, len(track.time) - 1)
+    near = np.minimum(np.abs(t - track.time[after]), np.abs(t - track.time[after - 1])) <= _GAP
+    known = near & (t >= track.time[0] - TRACK_STEP) & (t <= track.time[-1] + TRACK_STEP)
+    if not known.all():
+        notes.append(f"{track.path.name}: {int((~known).sum())} points are outside its times: origin unknown")
+    used, inverse = np.unique(step[known], return_inverse=True)
+    origins = np.column_stack([np.interp(used * TRACK_STEP, arc, xyz[:, k]) for k in range(3)])
+    index = np.full(len(t), -1, np.int32)
+    index[known] = inverse
+    return origins, index
+
+
+def _local(track: Trajectory, place: Placement, notes: list[str]) -> Float:
+    """The track in local metres: by its own CRS when it states one, else as the scan's coordinates."""
+    if track.crs is None:
+        return place.to_local(track.xyz)
+    own = Wanted(track.path.name, WorldRef(place.world.origin, place.world.crs)).place(track.crs, track.xyz)
+    notes.extend(own.notes)
+    return own.to_local(track.xyz)
+
+
+def _same_clock(track: Trajectory, time: Float, notes: list[str]) -> Float:
+    """Point times on the track's clock."""
+    for t, said in (
+        (time, ""),
+        ((time + _ADJUSTED) % _WEEK, "GPS time of the points reduced to seconds of the week"),
+        (time % _WEEK, "GPS time of the points reduced to seconds of the week"),
+    ):
+        if t.max() >= track.time[0] and t.min() <= track.time[-1]:
+            if said:
+                notes.append(f"{track.path.name}: {said}")
+            return t
+    raise FileError(
+        track.path,
+        f"times {track.time[0]:.1f}..{track.time[-1]:.1f} s do not meet the points' "
+        f"{time.min():.1f}..{time.max():.1f} s",
+        "give the trajectory of this scan",
+        code="I109",
+    )
+
+
+def write_trajectory(path: str | Path, samples: Float, world: WorldRef) -> Path:
+    """Write a trajectory as CSV with a header row; world coordinates to 0.1 mm, angles in degrees to 1e-5.
+
+    samples  (k, 7): gps_time s, x, y, z m local, roll, pitch, heading rad
+
+    Raises FileError (cannot be written).
+    """
+    p = Path(path)
+    table = np.column_stack([samples[:, 0], world.to_world(samples[:, 1:4]), np.degrees(samples[:, 4:7])])
+    with whole_file(p) as temporary, temporary.open("w", encoding="ascii", newline="\n") as f:
+        f.write("gps_time,x,y,z,roll,pitch,heading\n")
+        np.savetxt(f, table, fmt=["%.6f", *["%.4f"] * 3, *["%.5f"] * 3], delimiter=",")
+    return p

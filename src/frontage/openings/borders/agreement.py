@@ -1,0 +1,79 @@
+"""Measured borders against the evidence that the openings were found by."""
+
+from collections.abc import Collection
+from dataclasses import replace
+
+import numpy as np
+
+from frontage.geometry.ring import ring_contains
+from frontage.openings.borders.borders import Place
+from frontage.openings.borders.outline import Outline
+from frontage.openings.wall.evidence import Evidence
+
+_SLACK = 3.0  # cells that a measured border may lie off the cells' without a question
+_AGAINST = 12.0  # nats against the strip between the two borders: the price of an opening
+_ERROR = 2.0  # cells, one sigma of a border of cells
+_ORDER = (0, 2, 1, 3)  # of left, bottom, right, top among the borders
+
+
+def agreeing(outline: Outline, rough: Place, evidence: Evidence) -> Outline:
+    """The outline, with those borders as they were found that the evidence between speaks against.
+
+    A border that was moved outwards over cells of wall, or inwards over open ones, was drawn there by
+    something else: rooms behind the wall, the edge of a shadow. A circle with such a border is none; of its
+    box only what lies within it counts, and tops of other curved heads are left alone, for the wall shows
+    beside them.
+    """
+    circle = outline.shape == "circle"
+    last = 4 if circle or outline.shape == "rectangle" else 3
+    wrong = [side for side in range(last) if _against(side, rough, outline, evidence)]
+    return returned(outline, rough, wrong, evidence.raster.cell) if wrong else outline
+
+
+def returned(outline: Outline, rough: Place, sides: Collection[int], cell: float) -> Outline:
+    """The outline with the borders of some sides of its place as in `rough`, to which cells of `cell` m gave
+    it. A circle with such a border is none, nor a curved head with such a top.
+    """
+    circle = outline.shape == "circle"
+    place, covariance, borders = list(outline.place), outline.covariance.copy(), list(outline.borders)
+    for side in range(4) if circle else sides:
+        k = _ORDER[side]
+        # at either of the two, as likely as not
+        sigma = float(np.hypot(_ERROR * cell, (place[side] - rough[side]) / np.sqrt(2.0)))
+        place[side] = rough[side]
+        covariance[k, :] = covariance[:, k] = 0.0
+        covariance[k, k] = sigma**2
+        borders[k] = replace(borders[k], at=rough[side], sigma=sigma, gain=0.0)
+    x0, z0, x1, z1 = place
+    straight = circle or 3 in sides or z1 - outline.rise <= z0
+    if straight:
+        covariance[4, :] = covariance[:, 4] = 0.0
+    return replace(
+        outline,
+        shape="rectangle" if straight else outline.shape,
+        place=(x0, z0, x1, z1),
+        rise=0.0 if straight else outline.rise,
+        covariance=covariance,
+        borders=tuple(borders),
+    )
+
+
+def _against(side: int, rough: Place, outline: Outline, evidence: Evidence) -> bool:
+    """Whether the evidence between a side of `rough` and that of the outline speaks against the latter."""
+    cell, axis, at = evidence.raster.cell, side % 2, outline.place[side]
+    if abs(at - rough[side]) <= _SLACK * cell:
+        return False
+    cells = [np.array([rough[k], rough[k + 2]]) for k in range(2)]
+    cells[axis] = np.sort([at, rough[side]])
+    columns, rows = (
+        slice(*np.clip(np.round((v - corner) / cell), 0, None).astype(int).tolist())
+        for v, corner in zip(cells, evidence.raster.corner, strict=True)
+    )
+    strip = evidence.llr[rows, columns]
+    outward = (at < rough[side]) == (side < 2)
+    if outward and outline.shape == "circle":
+        z, x = np.indices(strip.shape) + np.array([rows.start + 0.5, columns.start + 0.5])[:, None, None]
+        at_cells = np.column_stack([x.ravel(), z.ravel()]) * cell + evidence.raster.corner
+        strip = strip.ravel()[ring_contains(outline.ring[0], at_cells)]
+    gain = float(strip.sum())
+    return gain < -_AGAINST if outward else gain > _AGAINST

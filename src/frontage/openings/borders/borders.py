@@ -1,0 +1,218 @@
+"""Where exactly the border of an opening lies: a posterior from the beams on both sides of it."""
+
+from dataclasses import dataclass, replace
+from functools import lru_cache
+
+import numpy as np
+from scipy import ndimage
+from scipy.special import ndtr
+
+from frontage.geometry.arrays import Float
+from frontage.openings.borders.edges import FEW, Edge, Look, Side, edge_beams, typical_gap
+from frontage.openings.wall.sight import Sight
+
+_STEP = 0.0005  # m, raster of the posterior
+_STRAY = 0.01  # share of the beams that say the wrong thing
+_FLOOR = 0.0005  # m: reveals are uneven by 1 mm, the mean of a side by half as much
+_COARSE = 0.005  # m, raster and blur where no beam tells the place
+_ROUGHLY = 10_000  # beams that tell where to look more closely
+_NEVER = 1e-300  # likelihood of what cannot be
+_TOLD = 5.0  # nats that a border must gain to be one
+_OUTLIER = 0.05  # share of reveals that are none
+CLOSE = 0.4
+"""m around an opening that tell its borders."""
+
+WIDTHS = (0.001, 0.002, 0.003, 0.0045, 0.007)
+"""m, blur of edges that are tried: one sigma of a beam's footprint."""
+
+Place = tuple[float, float, float, float]
+
+
+@dataclass(frozen=True, eq=False)
+class Border:
+    """Place of a border along its axis, m, one sigma, and the nats it gains over no border at all.
+
+    edge    the beams that tell it
+    scores  log-evidence (k,) for every blur of `WIDTHS`, where it was asked for
+    """
+
+    at: float
+    sigma: float
+    gain: float
+    edge: Edge
+    scores: Float
+
+
+def find_borders(
+    near: Sight,
+    rough: Place,
+    cell: float,
+    rise: float,
+    frame: float | None,
+    spacing: float,
+    look: Look,
+    loose: bool = False,
+) -> tuple[Place, list[Border]]:
+    """Box x0, z0, x1, z1 and its borders left, right, bottom, top; in rounds, for each needs the others.
+
+    cell         m, how well the place is known
+    rise, frame  m, of the head (0 = straight) above the end of the sides; depth of the frame, if it is known
+    loose        whether what stands before the wall beside the opening may begin off its edge
+    """
+    x0, z0, x1, z1 = rough
+    borders: list[Border] = []
+    quick, few = replace(look, told=False), near.thinned(_ROUGHLY)
+    rounds = [max(0.12, 2.0 * cell), max(0.06, 1.5 * cell), max(0.04, 1.5 * spacing)]
+    if cell <= spacing:  # a place that is known needs no wide search
+        del rounds[0]
+    for number, band in enumerate(rounds, 1):
+        now, part = (look, near) if number == len(rounds) else (quick, few)
+        wide, high = (x1 - x0) / 2, (z1 - z0) / 2
+        side = (z0, max(z1 - rise, z0 + 0.2 * (z1 - z0)))
+        sides = ((0, 1, x0, wide, side), (0, -1, x1, wide, side), (1, 1, z0, high, (x0, x1)))
+        borders = []
+        for axis, sign, at, inner, across in (*sides, (1, -1, z1, high, (x0, x1))):
+            least = min(band, inner)
+            one = Side(axis, sign, at, inner, 2 * least, across, axis == 0 and loose)
+            borders.append(locate(part, one, least, frame, spacing, now))
+        x0, x1, z0 = (b.at for b in borders[:3])
+        z1 = borders[3].at if rise == 0.0 else z1
+    return (x0, z0, x1, z1), borders
+
+
+def locate(near: Sight, side: Side, band: float, frame: float | None, spacing: float, look: Look) -> Border:
+    """The border at an edge, searched within `band` m to either side."""
+    edge = edge_beams(near, side, frame, look)
+    asked = WIDTHS if look.told else ()
+    if len(edge.solid) < 3:
+        sigma = _unseen(near, side, frame, spacing, look, 0.0)
+        return Border(side.at, sigma, 0.0, edge, np.zeros(len(asked)))
+    half = round(band / _STEP)
+    e: Float = np.arange(-half, half + 1, dtype=np.float64) * _STEP
+    strays = _strays(edge.solid, -band / 2), _strays(-edge.opened, -band / 2)
+    due, reveal = _absences(edge, side.reach, spacing, e, strays), _reveal(edge.reveal, e)
+    scores = {w: reveal + _edge_scores(edge, e, w, strays, due) for w in {*asked, look.blur}}
+    score = scores[look.blur]
+    p = np.exp(score - score.max())
+    p /= p.sum()
+    mean = float(p @ e)
+    sigma = float(np.hypot(np.sqrt(p @ (e - mean) ** 2), _FLOOR))
+    gain = float(score.max() - max(score[0], score[-1]))
+    hidden = len(edge.stopped) > 0 and len(edge.opened) < FEW
+    if hidden:
+        mean, gain = 0.0, 0.0
+    if gain < _TOLD:
+        sigma = max(sigma, _unseen(near, side, frame, spacing, look, mean))
+    told = np.array([scores[w].max() + np.log(np.exp(scores[w] - scores[w].max()).sum()) for w in asked])
+    return Border(side.at + side.sign * mean, sigma, gain, edge, told)
+
+
+def _edge_scores(edge: Edge, e: Float, blur: float, strays: tuple[float, float], due: Float) -> Float:
+    """Log-likelihood (k,) of borders at e m by the beams at an edge, and by those that did not come (`due`).
+
+    What its face hides is off together, by the errors of the face's depth and of the footprint: the
+    likelihood of all these beams is blurred by it. Where others tell the border, they tell those, too.
+    """
+    share = (len(edge.hidden[0]) + len(edge.hidden[1])) / max(len(edge.solid) + len(edge.opened), 1)
+    hidden = side_scores(*edge.hidden, e, blur, strays) + share * due
+    n = int(4.0 * edge.shift / _STEP)
+    if n > 0 and share > 0.0:
+        lag = np.arange(-n, n + 1) * (_STEP / edge.shift)
+        kernel = np.exp(-0.5 * lag**2)
+        p = np.exp(np.pad(hidden, n, "edge") - hidden.max())
+        hidden = np.log(np.maximum(np.convolve(p, kernel / kernel.sum(), "valid"), _NEVER)) + hidden.max()
+    return hidden + side_scores(*edge.seen, e, blur, strays) + (1.0 - share) * due
+
+
+def _unseen(near: Sight, side: Side, frame: float | None, spacing: float, look: Look, at: float) -> float:
+    """Root mean square distance m from `at` of a border that lies anywhere between the wall outside and the
+    opening inside, as far as they are seen.
+    """
+    reach = max(CLOSE, side.inner)
+    edge = edge_beams(near, replace(side, reach=reach), frame, look)
+    e: Float = np.arange(-reach, side.inner, _COARSE)
+    strays = _strays(edge.solid, -side.inner / 2), _strays(-edge.opened, -side.inner / 2)
+    score = _absences(edge, reach, spacing, e, strays)
+    score += side_scores(edge.solid, edge.opened, e, _COARSE, strays)
+    p = np.exp(score - score.max())
+    return float(np.sqrt(p @ (e - at) ** 2 / p.sum()))
+
+
+def _reveal(line: tuple[float, float] | None, e: Float) -> Float:
+    """Log-likelihood (k,) of borders at e m by the reveal's own points."""
+    if line is None:
+        return np.zeros(len(e))
+    fit = np.exp(-0.5 * ((e - line[0]) / line[1]) ** 2) / (line[1] * np.sqrt(2 * np.pi))
+    return np.asarray(np.log((1 - _OUTLIER) * fit + _OUTLIER / np.ptp(e)))
+
+
+def side_scores(
+    solid: Float, opened: Float, e: Float, blur: float, strays: tuple[float, float] = (_STRAY, _STRAY)
+) -> Float:
+    """Log-likelihood (k,) of borders at e m, equally spaced by the step of the posterior, and rising.
+
+    solid, opened  (n,), (m,) m, beams on the wall (below the border) and through the opening (above it)
+
+    Every beam is on its own side, blurred (one sigma `blur` m), but for `strays`, the shares of solid and
+    opened ones that are not: sum log(s + (1 - s) Phi(.)).
+    """
+    step = float(e[1] - e[0])
+    n = int(6.0 * blur / step) + 1
+    bins = len(e) + 2 * n + 2  # what lies further off is in the first and the last one
+    total = np.zeros(len(e))
+    for u, side, stray in ((solid, -1.0, strays[0]), (opened, 1.0, strays[1])):
+        bin_ = np.minimum(np.maximum((u - float(e[0])) / step + (n + 1), 0), bins - 1).astype(np.int64)
+        count = np.bincount(bin_, minlength=bins).astype(np.float64)
+        below = np.cumsum(count)[n : n + len(e)]
+        wrong = below if side > 0 else len(u) - below
+        local = np.convolve(count, _near_border(side, n, step, blur, stray), "valid")[1 : 1 + len(e)]
+        total += local + np.log(stray) * wrong
+    return total
+
+
+@lru_cache(maxsize=64)
+def _near_border(side: float, n: int, step: float, blur: float, stray: float) -> Float:
+    """Log-likelihood (2n,) of beams on a side within n steps of m of a border, furthest ahead first.
+
+    Less that of beams on the wrong side for sure: far from the border all is certain, which is counted.
+    """
+    lag = side * (np.arange(n, -n, -1) - 0.5) * step  # of a bin's centre behind the border
+    return np.asarray(np.log(stray + (1 - stray) * ndtr(lag / blur)) - np.log(stray) * (lag < 0))
+
+
+def _strays(u: Float, low: float) -> float:
+    """Share of points (n,) on the wrong side of their border, 1 to 90 %: rooms behind a wall, bars on it.
+
+    Their own side is below `low` m; the wrong one as far on the other side.
+    """
+    own, wrong = int((u < low).sum()), int((u > -low).sum())
+    return float(np.clip(wrong / max(own, 1), _STRAY, 0.9))
+
+
+def _absences(edge: Edge, reach: float, spacing: float, e: Float, strays: tuple[float, float]) -> Float:
+    """Log-likelihood (k,) of borders at e m by the beams that did not come, where nothing hides the wall.
+
+    Rasters are regular: what counts is not how many points a side has but how wide the gaps between them are.
+    """
+    fine = np.arange(-reach, reach + 0.001, 0.002)
+    free = np.ones(len(fine) - 1)
+    if len(edge.stopped):
+        found = (edge.solid, edge.opened, edge.stopped)
+        count = [np.diff(np.searchsorted(u, fine)).astype(np.float64) for u in found]
+        total, stopped = ndimage.gaussian_filter1d(np.stack([sum(count), count[2]]), spacing / 0.002)
+        free -= stopped / np.maximum(total, 1e-9)
+    length = np.concatenate([[0.0], np.cumsum(np.clip(free, 0.0, 1.0)) * 0.002])
+    before = np.interp(e, fine, length)
+    # a single row or column leaves all else to the end empty
+    solid = np.append(-reach, edge.solid[edge.solid < 0.0])
+    opened = np.append(edge.opened[edge.opened > 0.0], reach)
+    # points of unknown sensors leave the edge's own shadow empty behind it
+    rates = 1.0 / _gap(solid, reach), 1.0 / _gap(opened, reach) if edge.rays else 0.0
+    # strays are due on the other side, too
+    rates = rates[0] * (1.0 - strays[0]), rates[1] * (1.0 - strays[1])
+    return np.asarray(-(rates[0] * before + rates[1] * (length[-1] - before)))
+
+
+def _gap(u: Float, reach: float) -> float:
+    """Half the width m of the gap that a random place lies in among points (n,) m that rise."""
+    return max(typical_gap(u) / 2.0, _STEP) if len(u) > 1 and u[-1] > u[0] else reach

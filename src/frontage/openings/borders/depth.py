@@ -1,0 +1,124 @@
+"""How far behind the wall the frame of an opening lies."""
+
+import numpy as np
+
+from frontage.geometry.arrays import Float
+from frontage.model.estimate import Estimate
+from frontage.openings.wall.sight import Sight
+
+_NEAREST = 0.012  # m off the borders: reveals and the beams that they share with the frame
+_HUG = 0.05  # m off the borders: frames are that wide
+_DEEPEST = 1.0  # m: what lies deeper is a room
+_BIN = 0.005  # m
+_SHARE = 0.3  # of the points of the densest surface that the frame's front needs, being the foremost
+_FEW = 8  # points that tell a depth
+AROUND = 1.2  # m around an opening that tell its wall
+BASE = 0.05
+"""m: so far the masonry of a ground floor stands out before the wall."""
+
+_RELIEF = 0.035  # m about the local mean of wall and relief
+_MUCH = 0.2  # of the points of the largest surface that the wall needs, being the rearmost
+_APART = 2.0 / 3.0  # of three sigmas of a point: walls that far apart are two levels
+_COMMON = 0.5  # of the noise of a point that its neighbours share
+
+
+def find_depth(
+    near: Sight,
+    box: tuple[float, float, float, float],
+    rise: float,
+    slack: float = 0.0,
+    others: Float | None = None,
+) -> Estimate[float] | None:
+    """Depth m of the front of the frame behind the wall, None where too few points tell it.
+
+    near   beams within `AROUND` of the opening x0, z0, x1, z1 m, whose head is `rise` m high
+    others (n,) m, depths y of the walls of the facade's openings
+    slack  m, how far the borders may be off: what lies nearer to them may be a reveal
+
+    The frame runs along the borders of the opening: the foremost of the surfaces there. Panes, curtains and
+    rooms lie behind it, reveals end at it. The wall is the rearmost of the surfaces around the opening that
+    hold much of its surroundings: surrounds, bands and plinths stand before it.
+    """
+    wall = find_wall(near, box, others)
+    slack = min(slack, 0.1 * (box[2] - box[0]))
+    y = _along(near, box, rise, slack, _HUG + slack)
+    if len(y) < _FEW:
+        y = _along(near, box, rise, slack, np.inf)
+    if len(y) < _FEW or wall is None:
+        return None
+    frame = _level(y, np.arange(wall[0] + near.wall, wall[0] + _DEEPEST, _BIN), near.wall / 3.0, _SHARE)
+    if frame is None:
+        return None
+    variance = frame[1] ** 2 + wall[1] ** 2
+    return Estimate(frame[0] - wall[0], np.array([[variance]]), float(len(y) - 1))
+
+
+def find_wall(
+    near: Sight, box: tuple[float, float, float, float], others: Float | None = None
+) -> tuple[float, float] | None:
+    """Depth y m of the wall around a box, and its sigma: the rearmost of the surfaces that hold much; with
+    those of the facade's openings (`others`, m), its level.
+    """
+    x0, z0, x1, z1 = box
+    on = np.flatnonzero(np.abs(near.depth) < _RELIEF)
+    x, z = near.own[:, on]
+    on = on[(x < x0) | (x > x1) | (z < z0) | (z > z1)]
+    y = near.depth[on] + near.level[on]
+    if len(y) < _FEW:
+        return None
+    found = _level(-y, np.arange(-y.max() - _BIN, -y.min() + 2 * _BIN, _BIN), near.wall / 3.0, _MUCH)
+    if found is None:
+        return None
+    own = -found[0], found[1]
+    return own if others is None or not len(others) else _of_level(*own, others, _APART * near.wall)
+
+
+def _of_level(wall: float, sigma: float, others: Float, apart: float) -> tuple[float, float]:
+    """Depth m of the level of a wall, and its sigma, by those of the facade's openings (n,) m.
+
+    Where many of them lie behind it by less than `BASE` m, it is relief of theirs: the masonry of a ground
+    floor; or it is not, as their share tells.
+    """
+    rear = others[(others > wall + apart) & (others < wall + BASE)]
+    share = len(rear) / len(others)
+    if share >= _MUCH:
+        main = float(np.median(rear))
+        return main, float(np.hypot(sigma, (main - wall) * np.sqrt(share * (1.0 - share))))
+    level = others[np.abs(others - wall) < apart]
+    return float(np.median(level)) if len(level) else wall, sigma
+
+
+def _level(y: Float, edge: Float, noise: float, share: float) -> tuple[float, float] | None:
+    """The first peak of y (n,) that is at least `share` of the highest one, and its sigma, m."""
+    y = np.sort(y)
+    number = np.diff(np.searchsorted(y, edge))
+    smooth: Float = np.convolve(number, [1.0, 1.0, 1.0], "same")
+    # less the error of a count: a few mixed echoes are no surface
+    first = int(np.argmax(smooth - np.sqrt(smooth) >= share * smooth.max()))
+    while first + 1 < len(smooth) and smooth[first + 1] > smooth[first]:
+        first += 1
+    at = float(edge[first] + _BIN / 2)
+    for _ in range(3):
+        some = y[slice(*np.searchsorted(y, [at - 2.0 * noise, at + 2.0 * noise]))]
+        if len(some) < _FEW // 2:
+            return None
+        at = float(some[(len(some) - 1) // 2] + some[len(some) // 2]) / 2.0
+    # the foremost of several layers and the noise of one are not told apart better than that
+    return float(some.mean()), float(np.hypot(some.std() / np.sqrt(len(some)), _COMMON * noise))
+
+
+def _along(
+    near: Sight, box: tuple[float, float, float, float], rise: float, slack: float, hug: float
+) -> Float:
+    """Depths y (n,) m of the points behind the wall that lie within the sides and the top, at most `hug` m.
+
+    Not along the bottom: sills and thresholds slope.
+    """
+    x0, z0, x1, z1 = box
+    deep = np.flatnonzero((near.depth > near.wall) & (near.depth < _DEEPEST))
+    x, z = near.own[:, deep]
+    off = np.minimum(x - x0, x1 - x)
+    if rise == 0.0:
+        off = np.minimum(off, z1 - z)
+    some = deep[(z > z0 + _NEAREST) & (z < z1 - rise) & (off > _NEAREST + slack) & (off < hug)]
+    return np.asarray(near.depth[some] + near.level[some])

@@ -1,0 +1,279 @@
+"""Beams at the edge of an opening: which tell solid from open, and where each of them does.
+
+An edge belongs to a solid that reaches from its face (the wall, a sill or a surround before it) into the
+wall. Beams that slant away from the opening end on the reveal behind it, which is *in sight*; the others pass
+the edge of the face, which *hides* what lies behind. Which plane tells the two sides apart depends on that.
+"""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from frontage.geometry.arrays import Bool, Float, Int
+from frontage.openings.wall.sight import Sight
+
+FITTING = 0.15
+"""m: sills, surrounds and shutters stand so far out; what is before that only hides."""
+
+FEW = 6
+"""Points that tell a depth."""
+
+_SHY = 0.15  # share of the opening's side that is left out at either end: arches, corners, sills
+_STRIP = 0.03  # m, least width of the face beside an edge that tells its depth; of what lies right behind it
+_SURFACE = 0.3  # of the points of the fullest surface that the foremost needs
+_ROUNDS = 3  # of face and strip, for each needs the other
+_COMMON = 0.3  # of a point's noise that its neighbours share
+_SPLAY = 0.1  # m per m, one sigma of how much reveals slant
+_ROUGH = 0.001  # m, one sigma of the points of a reveal about its plane
+_FINEST = 0.0003  # m, of a reveal's place: half a step of the posterior
+_SHALLOW = 0.25  # m: echoes of surfaces that near melt into one
+_MIXED = (0.2, 0.8)  # share of the way from the face to the frame where only mixed echoes lie
+_QUANTILES = 1.68  # sigmas of a normal distribution between those shares
+_ROUND = 0.01  # m about an edge where mixed echoes come from
+_DILATED = (
+    1.3  # sigmas by which an edge seems to stand out that has nothing near behind it: 10 % of the light
+)
+_UNSURE = 0.6  # sigmas, of that; as much where face and frame are not equally bright
+_EXIT = 0.00125  # m, one sigma of a beam that leaves its scanner: 5 mm wide (1/e2)
+
+
+@dataclass(frozen=True)
+class Face:
+    """Depth y m of the solid face that ends at an edge, its sigma, and the points that tell it."""
+
+    y: float
+    sigma: float
+    points: int
+
+
+@dataclass(frozen=True)
+class Look:
+    """What the edges of a facade share.
+
+    blur       m, one sigma of the places where solid turns open
+    faces      left, right, bottom, top: of edges whose own points do not tell theirs
+    widening   rad, one sigma of the angle by which beams widen on their way
+    told       whether other blurs are asked for, too
+    """
+
+    blur: float = 0.002
+    faces: tuple[Face | None, ...] = (None, None, None, None)
+    widening: float = 0.0
+    told: bool = False
+
+
+@dataclass(frozen=True)
+class Side:
+    """Where an edge is looked for: along `axis` (0 = x, 1 = z) about `at` m, the opening on the side `sign`.
+
+    inner   m to the middle of the opening; reach m to either side; across (low, high) m, extent of the edge
+    loose   whether what stands before the wall may begin off the edge: open shutters do, surrounds do not
+    """
+
+    axis: int
+    sign: int
+    at: float
+    inner: float
+    reach: float
+    across: tuple[float, float]
+    loose: bool = False
+
+    @property
+    def number(self) -> int:
+        """0 left, 1 right, 2 bottom, 3 top."""
+        return 2 * self.axis + (self.sign < 0)
+
+    def beside(self, place: Float) -> tuple[Float, Int]:
+        """Distance (n,) m of places (2, n) into the opening, and those along the edge that are near it: not
+        at its ends.
+        """
+        cut = _SHY * (self.across[1] - self.across[0])
+        u = self.sign * (place[self.axis] - self.at)
+        some = np.flatnonzero(np.abs(u) < self.reach)
+        along = place[1 - self.axis, some]
+        return u, some[(along > self.across[0] + cut) & (along < self.across[1] - cut)]
+
+
+@dataclass(frozen=True, eq=False)
+class Edge:
+    """Beams around an edge, u (n,) m towards the opening from where it is looked for, rising.
+
+    seen, hidden  beams that the solid stopped and those that went through: where the reveal is in sight, and
+             where the face hides it
+    stopped  beams that something before the face stopped
+    reveal   where the reveal begins by its own points, and its sigma, m; None where none is in sight
+    shift    m, one sigma by which all hidden beams are off together: the face's depth and the footprint
+    doubt    m, one sigma of the place by the footprint alone
+    mixed    mixed echoes, how many there would be per m of footprint's sigma, and how far away, m
+    """
+
+    seen: tuple[Float, Float]
+    hidden: tuple[Float, Float]
+    stopped: Float
+    reveal: tuple[float, float] | None
+    face: Face
+    shift: float
+    doubt: float
+    mixed: tuple[float, float, float]
+    rays: bool
+
+    @cached_property
+    def solid(self) -> Float:
+        """All beams that the solid stopped."""
+        return np.sort(np.concatenate([self.seen[0], self.hidden[0]]))
+
+    @cached_property
+    def opened(self) -> Float:
+        """All beams that went through."""
+        return np.sort(np.concatenate([self.seen[1], self.hidden[1]]))
+
+
+def edge_beams(near: Sight, side: Side, frame: float | None, look: Look) -> Edge:
+    """The beams around an edge, each where it crosses the plane that decides on which side it is.
+
+    A beam that the reveal would stop is solid if it ended before a plane 3 sigma within the wall, and counts
+    where it crosses that plane: the face's noise does not matter. A beam past the face's edge counts where it
+    passes that, and is solid if most of its light came from the face (half-way to the frame, `frame` m deep).
+    """
+    u_own, beside = side.beside(near.own)
+    face = _face(near, side, beside, look.faces[side.number])
+    begin = max(face.y, 0.0) + near.wall
+    back = max(frame - face.y, 2.0 * near.wall) if frame is not None else 2.0 * near.wall
+    slope = side.sign * near.slope[side.axis]
+    on = beside[(slope[beside] < 0) & (near.depth[beside] > begin)]
+    on = on[near.depth[on] < (0.0 if frame is None else frame - near.wall)]
+    reveal = _reveal_line(u_own[on], near.depth[on] - max(face.y, 0.0), near.wall / 3.0, slope[on])
+    # what stands loose beside an edge only bounds it: what passes has passed at the wall itself
+    back_solid = near.depth <= face.y + back / 2
+    edge_y = np.where(back_solid, face.y, max(face.y, 0.0)) if side.loose else face.y
+    u, some = side.beside(near.at(np.where(slope < 0, begin, edge_y)))
+    u, slope, depth, back_solid = u[some], slope[some], near.depth[some], back_solid[some]
+    # what stands before the face at its edge (handles, steps) is none of it
+    seen, stopped = slope < 0, depth < max(face.y - 2.0 * near.wall, -FITTING)
+    hidden, wide = ~seen & ~stopped, np.sqrt(1.0 + slope**2)
+    blurred = wide * footprint(near.range[some], look.widening)
+    way = (depth - face.y) / back
+    rays = bool(near.slope.any())
+    # without rays a reveal's points look like mixed echoes: the footprint stays unknown
+    told = rays and back < _SHALLOW
+    mixed = (0.0, 0.0, 0.0)
+    if told:
+        mixed = _mixed(u[hidden], way[hidden], wide[hidden], near.range[some][hidden])
+    u = np.where(seen, u, u - _far(u[hidden], way[hidden]) * _DILATED * blurred)
+    solid = np.where(seen, depth <= begin, back_solid)
+    by_sight = [(u[part & solid & ~stopped], u[part & ~solid]) for part in (seen, ~seen)]
+    shift, doubt = _errors(u, hidden, slope * face.sigma, blurred)
+    return Edge(by_sight[0], by_sight[1], np.sort(u[stopped]), reveal, face, shift, doubt, mixed, rays)
+
+
+def footprint(distance: Float, widening: float) -> Float:
+    """One sigma m, across the beam, of footprints `distance` (n,) m away; 0 where that is unknown.
+
+    Gaussian beams leave their scanner some mm wide and widen by an angle (`widening`, one sigma, rad).
+    """
+    return np.where(distance > 0.0, np.hypot(_EXIT, widening * distance), 0.0)
+
+
+def _errors(u: Float, hidden: Bool, by_face: Float, blurred: Float) -> tuple[float, float]:
+    """By how much m the beams near an edge that it hides may be off together, by the depth of its face and by
+    the footprint, one sigma; and the latter's share in the place of the edge.
+    """
+    if not hidden.any():
+        return 0.0, 0.0
+    near = hidden & (np.abs(u) < _STRIP)
+    near = near if near.any() else hidden
+    footprints = _UNSURE * max(float(blurred[near].mean()), _EXIT)
+    return float(np.hypot(np.abs(by_face[near]).mean(), footprints)), footprints * float(hidden.mean())
+
+
+def _far(u: Float, way: Float) -> float:
+    """Share of the beams (n,) right inside an edge that find nothing near behind it: panes, rooms.
+
+    way  (n,) depth of their points, 0 = the face, 1 = the frame
+    """
+    due = int(((u > -_STRIP) & (u < 0) & (way < 0.5)).sum())
+    near = int(((u > 0) & (u < _STRIP) & (way >= 0.5) & (way < 1.5)).sum())
+    return 1.0 - min(near / due, 1.0) if due >= FEW else 0.0
+
+
+def _mixed(u: Float, way: Float, wide: Float, distance: Float) -> tuple[float, float, float]:
+    """Mixed echoes at an edge, how many there would be per m of the footprint's sigma, and how far away."""
+    between = (way > _MIXED[0]) & (way < _MIXED[1]) & (np.abs(u) < _ROUND)
+    face = (u > -_STRIP) & (u < -_ROUND / 2) & (way < 0.5)
+    if not face.any():
+        return 0.0, 0.0, 0.0
+    per_metre = float(face.sum()) / (_STRIP - _ROUND / 2)
+    due = _QUANTILES * per_metre * float(wide[face].mean())
+    return float(between.sum()), due, float(distance[face].mean())
+
+
+def _face(near: Sight, side: Side, beside: Int, shared: Face | None) -> Face:
+    """The face that ends at a border: the foremost of the surfaces within a strip beside it; the `shared` one
+    where its own points do not tell.
+
+    Beside the border as the sensor sees it: mixed echoes of an edge that hides what is behind lie far off it,
+    but on the same lines of sight. So the strip depends on the face, and is found in rounds.
+    """
+    solid = beside[(near.depth[beside] <= near.wall) & (near.depth[beside] > -FITTING)]
+    if len(solid) < FEW:
+        return shared or Face(0.0, near.wall, len(solid))
+    depth, place, slope = near.depth[solid], near.place[side.axis, solid], near.slope[side.axis, solid]
+    hidden = side.sign * slope > 0
+    front, y = depth, 0.0
+    wide = max(_STRIP, 2.0 * typical_gap(np.sort(place)))
+    for _ in range(_ROUNDS):
+        u = side.sign * (place + slope * np.where(hidden, y, depth))
+        front = _foremost(depth[u > _quantile(u, 0.97) - wide], near.wall)
+        if len(front) < FEW:
+            return shared or Face(0.0, near.wall, len(front))
+        y = float(front.mean())
+    error = np.hypot(front.std() / np.sqrt(len(front)), _COMMON * near.wall / 3.0)
+    return Face(y, float(error), len(front))
+
+
+def typical_gap(u: Float) -> float:
+    """Width m of the gap that a random place lies in among points (n,) m that rise: columns of a raster are
+    that far apart.
+    """
+    gap = np.diff(u)
+    return float(gap @ gap / max(gap.sum(), 1e-9))
+
+
+def _foremost(depth: Float, wall: float) -> Float:
+    """Depths (k,) m of the foremost surface of points (n,): one that holds a share of what the fullest does.
+
+    A few mixed echoes of the edge, or leaves before it, are no surface.
+    """
+    depth = np.sort(depth)
+    number = np.searchsorted(depth, depth + wall) - np.arange(len(depth))
+    if not len(number):
+        return depth
+    first = int(np.argmax(number >= _SURFACE * number.max()))
+    middle = depth[first + number[first] // 2]
+    return np.asarray(depth[np.abs(depth - middle) < wall])
+
+
+def _quantile(values: Float, share: float) -> float:
+    """The quantile of values (n,), n > 1, share < 1; numpy's own takes longer than all else here."""
+    at = share * (len(values) - 1)
+    k = int(at)
+    low, high = np.partition(values, (k, k + 1))[k : k + 2]
+    return float(low + (at - k) * (high - low))
+
+
+def _reveal_line(u: Float, depth: Float, noise: float, slope: Float) -> tuple[float, float] | None:
+    """Where a reveal begins, m, and its sigma, from its own points; it may slant a little."""
+    if len(u) < 4:
+        return None
+    keep = np.abs(u - np.median(u)) < 0.02 + _SPLAY * depth
+    u, depth, slope = u[keep], depth[keep], slope[keep]
+    if len(u) < 4:
+        return None
+    sigma = float(np.hypot(noise * np.median(np.abs(slope)), _ROUGH))
+    design = np.column_stack([np.ones(len(u)), depth])
+    normal = design.T @ design / sigma**2 + np.diag([0.0, 1.0 / _SPLAY**2])
+    inverse = np.linalg.inv(normal)
+    start = inverse @ (design.T @ u / sigma**2)
+    spread = float(np.sqrt(np.mean((u - design @ start) ** 2))) / sigma
+    return float(start[0]), max(float(np.sqrt(inverse[0, 0])) * max(spread, 1.0), _FINEST)

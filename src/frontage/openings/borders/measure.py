@@ -1,0 +1,163 @@
+"""Measures the openings of a facade: borders, shape, depth, and what they have in common."""
+
+import numpy as np
+
+from frontage.geometry.arrays import Float
+from frontage.openings.borders.borders import CLOSE, WIDTHS, Border, Place, find_borders
+from frontage.openings.borders.circles import Circle, find_circle
+from frontage.openings.borders.depth import AROUND, find_depth, find_wall
+from frontage.openings.borders.edges import FEW, Face, Look, footprint
+from frontage.openings.borders.outline import Outline
+from frontage.openings.borders.shapes import Head, fan_of, find_head, ring_of, strays
+from frontage.openings.wall.sight import Sight
+
+_CIRCLE = 10.0  # nats that a circle must gain over a square
+_FEWER = 3  # beams that a circle must put on their side more than an arch does: about as many nats
+_SAME = 0.003  # m: faces of one facade agree no better
+_WIDENING = np.linspace(1e-4, 5e-4, 41)  # rad, one sigma, of beams: diffraction at least, up to 2 mrad (1/e2)
+_ENOUGH = 3  # openings that tell what their facade has in common
+
+
+def measure(sight: Sight, boxes: list[Place], cell: float, spacing: float) -> list[Outline]:
+    """Outlines of the openings whose places are known to about two cells; `cell`, `spacing` m.
+
+    Twice: the first time every opening by itself; then with the blur of edges and the depth of sills and
+    surrounds that the whole facade shows, where an opening's own points do not tell them.
+    """
+    first = [_outline(sight, box, cell, spacing, Look(told=True)) for box in boxes]
+    look = facade_look(first)
+    walls = np.array([o.wall for o in first if o.wall is not None])
+    return [_outline(sight, o.place, spacing, spacing, look, o, walls) for o in first]
+
+
+def facade_look(outlines: list[Outline]) -> Look:
+    """What the edges of a facade share: the likeliest blur, the median face of every side, the footprint."""
+    if not outlines:
+        return Look()
+    scores = np.sum([b.scores for o in outlines for b in o.borders], axis=0)
+    faces: list[Face | None] = []
+    for side in range(4):
+        y = np.array(
+            [o.borders[side].edge.face.y for o in outlines if o.borders[side].edge.face.points >= FEW]
+        )
+        if len(y) < _ENOUGH:
+            faces.append(None)
+            continue
+        middle = float(np.median(y))
+        spread = 1.4826 * float(np.median(np.abs(y - middle)))
+        faces.append(Face(middle, max(spread, _SAME), len(y)))
+    # without rays edges throw shadows as wide as any blur
+    if not any(b.edge.rays for o in outlines for b in o.borders):
+        return Look(faces=tuple(faces))
+    return Look(WIDTHS[int(np.argmax(scores))], tuple(faces), _widening(outlines))
+
+
+def _widening(outlines: list[Outline]) -> float:
+    """Angle rad, one sigma, by which beams widen: as many mixed echoes as there are need such footprints."""
+    mixed = np.array([b.edge.mixed for o in outlines for b in o.borders])
+    due = [float(mixed[:, 1] @ footprint(mixed[:, 2], float(w))) for w in _WIDENING]
+    return float(np.interp(mixed[:, 0].sum(), due, _WIDENING)) if due[-1] > 0.0 else float(_WIDENING[0])
+
+
+def _outline(
+    sight: Sight,
+    box: Place,
+    cell: float,
+    spacing: float,
+    look: Look,
+    known: Outline | None = None,
+    walls: Float | None = None,
+) -> Outline:
+    wide = sight.around(box, AROUND)
+    near = wide.around(box, CLOSE)
+    wall = find_wall(wide, box)  # its borders end at its own masonry, whatever is relief of the facade
+    if wall is not None:
+        near = near.behind(wall[0])
+    rise = known.rise if known else 0.0
+    depth = known.depth if known else find_depth(wide, box, 0.0, cell / 2)
+    frame = None if depth is None else depth.value
+    loose = known is not None and _loose(known, sight.wall)
+    place, borders = find_borders(near, box, cell, rise, frame, spacing, look, loose)
+    shape, place, rise, spread = _shape(near, place, borders, frame, look.blur, known)
+    if rise > 0.0 and known is None:
+        place, borders = find_borders(near, place, spacing, rise, frame, spacing, look, loose)
+    covariance = np.diag([*(b.sigma**2 for b in borders), 0.0])
+    if shape == "circle" and spread is not None:
+        covariance[:4, :4] = np.eye(4) * spread[0, 0]
+    elif spread is not None:
+        covariance[3:, 3:] = spread
+        if borders[3].gain <= 0.0:  # nothing shows where the head ends
+            covariance[3, 3] += borders[3].sigma ** 2
+    slack = 2.0 * max(borders[0].sigma, borders[1].sigma)
+    return Outline(
+        shape,
+        place,
+        rise,
+        covariance,
+        tuple(borders),
+        find_depth(wide, place, rise, slack, walls),
+        _passes(near, place),
+        None if wall is None else wall[0],
+    )
+
+
+def _loose(outline: Outline, wall: float) -> bool:
+    """Whether what stands before the wall beside an opening does not go around it: shutters do not."""
+    left, right, _, top = (b.edge.face.y for b in outline.borders)
+    return min(left, right) < -wall and abs(min(left, right) - top) > wall
+
+
+def _shape(
+    near: Sight,
+    place: Place,
+    borders: list[Border],
+    frame: float | None,
+    blur: float,
+    known: Outline | None,
+) -> tuple[str, Place, float, Float | None]:
+    """Shape, box, rise m and covariance (2, 2) of top and rise, None where the head is straight."""
+    if known is not None and known.shape == "rectangle":
+        return "rectangle", place, 0.0, None
+    x0, z0, x1, z1 = place
+    told = ("rectangle", 0.0) if known is None else (known.shape, known.rise)
+    fan = fan_of(near, place, borders[3].edge.face.y, frame, _density(near, place), told)
+    found = find_circle(fan, place, blur)
+    if known is not None and known.shape == "circle":
+        return ("circle", place, 0.0, None) if found is None else _circle(found)
+    head = find_head(fan, place, blur, None if known is None else Head(known.shape, z1, known.rise, 0.0))
+    if known is None and found is not None and found.gain > _CIRCLE:
+        arch = ring_of(head.shape, (x0, z0, x1, head.top if head.rise else z1), head.rise)[0]
+        if strays(fan, ring_of("circle", found.box, 0.0)[0]) + _FEWER < strays(fan, arch):
+            return _circle(found)
+    if head.shape == "rectangle" or head.top - head.rise <= z0:
+        return "rectangle", place, 0.0, None
+    return head.shape, (x0, z0, x1, head.top), head.rise, _spread(head)
+
+
+def _circle(found: Circle) -> tuple[str, Place, float, Float | None]:
+    """A centre is told half as well as a radius (all beams tell of the one, half of them of x, half of z)."""
+    return "circle", found.box, 0.0, np.diag([3.0 * found.sigma**2 + 1e-6, 0.0])
+
+
+def _spread(head: Head) -> Float:
+    top, both, rise = head.covariance
+    return np.array([[top + 1e-6, both], [both, rise + 1e-6]])
+
+
+def _density(near: Sight, place: Place) -> float:
+    """Beams per m2 that the wall beside an opening sends back."""
+    x0, z0, x1, z1 = place
+    reach = min(CLOSE, 0.3)
+    x, z = near.place
+    on = (np.abs(near.depth) <= near.wall) & (z > z0) & (z < z1)
+    left = on & (x < x0 - 0.02) & (x > x0 - 0.02 - reach)
+    right = on & (x > x1 + 0.02) & (x < x1 + 0.02 + reach)
+    return float(np.median([left.sum(), right.sum()])) / max(reach * (z1 - z0), 1e-6)
+
+
+def _passes(near: Sight, place: Place) -> float:
+    """Share of the beams into an opening that end more than a metre behind."""
+    x0, z0, x1, z1 = place
+    x, z = near.place
+    inside = (x > x0) & (x < x1) & (z > z0) & (z < z1) & (near.depth > near.wall)
+    return float((near.depth[inside] > 1.0).mean()) if inside.any() else 0.0

@@ -1,0 +1,45 @@
+"""An opening as it was measured, before it has a kind and a number."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from frontage.geometry.arrays import Float
+from frontage.model.estimate import Estimate
+from frontage.openings.borders.borders import Border, Place
+from frontage.openings.borders.shapes import ring_of
+
+
+@dataclass(frozen=True, eq=False)
+class Outline:
+    """Borders, shape and depth of an opening.
+
+    place       x0, z0, x1, z1 m, its bounding box
+    rise        m, top less springing; 0 = straight head
+    covariance  (5, 5) m2 of left, right, bottom, top and rise
+    borders     left, right, bottom, top as straight borders, each by itself
+    passes      share of the beams that end more than a metre behind
+    wall        depth y m of the wall around it, None where nothing tells it
+    pooled      whether a border owes most of what is known of it to other openings
+    """
+
+    shape: str
+    place: Place
+    rise: float
+    covariance: Float
+    borders: tuple[Border, ...]
+    depth: Estimate[float] | None
+    passes: float
+    wall: float | None = None
+    pooled: bool = False
+
+    @property
+    def sure(self) -> float:
+        """Share of the borders that are told beyond doubt (a hundred times likelier than none)."""
+        return float(np.mean([b.gain > np.log(100.0) for b in self.borders]))
+
+    @property
+    def ring(self) -> tuple[Float, Float]:
+        """Ring (k, 2) m and its covariance (2k, 2k) m2."""
+        ring, weights = ring_of(self.shape, self.place, self.rise)
+        return ring, weights @ self.covariance @ weights.T

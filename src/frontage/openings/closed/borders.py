@@ -1,0 +1,187 @@
+"""Borders and depth of an opening that is closed level with the wall; or that it is none."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import stats
+
+from frontage.geometry.arrays import Bool, Float
+from frontage.model.estimate import Estimate
+from frontage.openings.borders.borders import Place
+from frontage.openings.borders.outline import Outline
+from frontage.openings.closed.places import SIZE, Places
+from frontage.openings.closed.reflectance import Layer, Surface, within
+from frontage.openings.closed.steps import HEAD, Form
+
+_ALIKE = 0.4  # of the step that thirds of the inside may differ from the whole
+_SHARP = 0.6  # of the step that must happen within the nearest points
+_SOME = 0.3  # of the step that a border which is not sharp must still show
+_NEAR = 0.04  # m beside a border, or two spacings: its nearest points
+_ENDS = 0.05  # of a side that is left out at either end
+_FINE = 0.001  # m between tried places of a border
+_SEARCH = 0.12  # m, furthest that a border is looked for from where it is expected
+_BEST = 0.002  # m, one sigma of a border at least: gaps between leaf and wall
+_BEFORE = 0.08  # m: what stands further before the wall is fitted to it
+_FEW = 30  # points inside, and on each side of a border
+_SLANT = 0.5  # of its depth that the wall's edge hides of a leaf, or shows of a reveal
+_AROUND = (0.5, 0.2)  # m beside the opening, from and to: its wall, surrounds left out
+_USUAL = 0.997  # share of the openings that lie no further from where they are expected: three sigmas
+_COMMON = 0.5  # of the noise of a point that its neighbours share
+
+
+@dataclass(frozen=True, eq=False)
+class Contrast:
+    """What tells an opening of the wall best: a sum of a layer's channels, one more inside than outside.
+
+    weights  (c,) of the channels; own: its steps (4,) inwards; wall: one sigma (4,) of those of the wall
+    """
+
+    layer: Layer
+    weights: Float
+    own: Float
+    wall: Float
+
+    def near(self, place: Place) -> tuple[Float, Float]:
+        """Places (n, 2) and values (n,) in a box."""
+        xz, values = self.layer.near(place)
+        return xz, values @ self.weights
+
+
+def outlined(places: Places, k: int, like: Outline, contrast: Contrast, surface: Surface) -> Outline | None:
+    """The outline with measured borders and depth of what stands at place number k; None where it is not like
+    an opening.
+
+    Left, right and one of bottom and top are sharp; the other (a sill) need not be, and stays where it is
+    expected, by the row or by the height. The inside is even, and level with the wall.
+    """
+    box, form = places.box(k), places.form
+    place, covariance = list(box), places.covariance.copy()
+    around = contrast.near(_grown(box, 2.0 * _SEARCH))
+    sharp = np.zeros(4, np.bool_)
+    for side in range(4):
+        row = (0, 2, 1, 3)[side]
+        expected = float(np.sqrt(covariance[row, row]))
+        border = _border(contrast, *around, box, form, side, expected)
+        if border is not None:
+            sharp[side] = True
+            place[side] += border[0]
+            covariance[row, :] = covariance[:, row] = 0.0
+            covariance[row, row] = border[1] ** 2
+        elif contrast.own[side] < _SOME and not (places.node and side == 1):
+            return None
+    if not _regular(np.subtract(place, box), np.diag(covariance), places.covariance, sharp):
+        return None
+    for side, other in ((1, 3), (3, 1)):  # of the form's height
+        row, known = (2, 3) if side == 1 else (3, 2)
+        if sharp[other] and not sharp[side] and covariance[known, known] + SIZE**2 < covariance[row, row]:
+            place[side] += place[other] - box[other]
+            covariance[row, row] = covariance[known, known] + SIZE**2
+    at: Place = (place[0], place[1], place[2], place[3])
+    depth = _depth(surface, at, form.rise)
+    heads = sharp[1::2].any() if places.node else sharp[3]  # sills hide the foot
+    if depth is None or not (sharp[0] and sharp[2] and heads):
+        return None
+    if depth.value < -_BEFORE or not _even(*around, at, form.rise):
+        return None
+    covariance[:4, :4] += np.eye(4) * (_SLANT * depth.value) ** 2
+    return Outline(like.shape, at, form.rise, covariance, (), depth, 0.0, like.wall)
+
+
+def _regular(shift: Float, variance: Float, expected: Float, sharp: Bool) -> bool:
+    """Whether the sharp sides lie by `shift` (4,) m from where they are expected, no further than those of
+    openings like it do: size, and the place in the row or the column.
+    """
+    rows = np.array([0, 2, 1, 3])[sharp]  # of the covariances
+    total = expected[np.ix_(rows, rows)] + np.diag(variance[rows])
+    return bool(shift[sharp] @ np.linalg.solve(total, shift[sharp]) < stats.chi2.ppf(_USUAL, len(rows)))
+
+
+def _grown(place: Place, by: float) -> Place:
+    return place[0] - by, place[1] - by, place[2] + by, place[3] + by
+
+
+def _across(xz: Float, place: Place, side: int, form: Form) -> tuple[Bool, Float]:
+    """Which places (n, 2) lie along a side of a box, or its head, and their distance (n,) m across it."""
+    x0, z0, x1, z1 = place
+    axis = side % 2
+    begin, end = (z0, z1 - form.rise) if axis == 0 else (x0, x1)
+    margin = (_ENDS if side < 3 else (1.0 - HEAD) / 2.0) * (end - begin)
+    along = xz[:, 1 - axis]
+    u = xz[:, axis] - place[side]
+    if side == 3:
+        u = u - form.drop(xz[:, 0] - (x0 + x1) / 2.0)
+    return (along > begin + margin) & (along < end - margin) & (np.abs(u) < 2.0 * _SEARCH), u
+
+
+def _border(
+    contrast: Contrast, xz: Float, v: Float, box: Place, form: Form, side: int, expected: float
+) -> tuple[float, float] | None:
+    """Shift m (from where it is expected) and sigma m of the side of a box, by values v (n,) at
+    xz (n, 2); None where they do not step sharply there.
+
+    Two means on either side; their likelihood over the place of the step, its exponent as much smaller as
+    means on this wall scatter more than its single points let expect.
+    """
+    some, u = _across(xz, box, side, form)
+    search = float(np.clip(3.0 * expected, _SEARCH / 3.0, _SEARCH))
+    order = np.flatnonzero(some)[np.argsort(u[some], kind="stable")]
+    u, v = u[order], v[order]
+    e = np.arange(-search, search, _FINE)
+    cut = np.searchsorted(u, e)
+    if len(u) == 0 or min(cut[0], len(u) - cut[-1]) < _FEW // 3:
+        return None
+    total = np.append(0.0, v.cumsum())
+    rest = float(v @ v) - total[cut] ** 2 / cut - (total[-1] - total[cut]) ** 2 / (len(u) - cut)
+    best = max(float(rest.min()) / len(u), 1e-9)
+    share = min(1.0, 4.0 * best / len(u) / float(contrast.wall[side]) ** 2)
+    log_l = -0.5 * share * (rest - rest.min()) / best - 0.5 * (e / np.hypot(expected, _BEST)) ** 2
+    weight = np.exp(log_l - log_l.max())
+    weight /= weight.sum()
+    mean = float(weight @ e)
+    jump = _jump(u, v, mean, max(2.0 * contrast.layer.spacing, _NEAR))
+    if jump * (1.0 if side < 2 else -1.0) < _SHARP:
+        return None
+    return mean, float(np.sqrt(weight @ (e - mean) ** 2 + _BEST**2 + contrast.layer.sharp**2))
+
+
+def _jump(u: Float, v: Float, at: float, near: float) -> float:
+    """Mean of the values v (n,) over sorted u (n,) just behind a place less that just before it.
+
+    Of the nearest points, ten at least: scan columns may leave a gap beside the border.
+    """
+    least = _FEW // 3
+    first, middle, last = np.searchsorted(u, at + np.array([-near, 0.0, near]))
+    before, after = v[min(first, max(middle - least, 0)) : middle], v[middle : max(last, middle + least)]
+    return float(after.mean() - before.mean())
+
+
+def _even(xz: Float, v: Float, place: Place, rise: float) -> bool:
+    """Whether the thirds of the inside, across and up, are alike in the values v (n,) at xz (n, 2)."""
+    x0, z0, x1, z1 = place
+    inside = within(xz, (x0, z0, x1, z1 - rise))
+    column, row = (
+        np.clip((3.0 * (xz[inside, k] - low) / (high - low)).astype(np.int64), 0, 2)
+        for k, low, high in ((0, x0, x1), (1, z0, z1 - rise))
+    )
+    number = np.bincount(3 * row + column, minlength=9)
+    if number.min() < _FEW // 9 + 1:
+        return False
+    mean = np.bincount(3 * row + column, v[inside], minlength=9) / number
+    return bool(np.abs(mean - np.median(mean)).max() < _ALIKE)
+
+
+def _depth(surface: Surface, place: Place, rise: float) -> Estimate[float] | None:
+    """Depth m of what closes the opening behind the wall around it, None where few points tell."""
+    x0, z0, x1, z1 = place
+    inside = surface.within((x0 + 0.03, z0 + 0.03, x1 - 0.03, z1 - rise - 0.03))
+    far, near = _AROUND
+    around = np.setdiff1d(surface.within(_grown(place, far)), surface.within(_grown(place, near)), True)
+    if min(len(inside), len(around)) < _FEW:
+        return None
+    value, variance = [], 0.0
+    for some in (inside, around):
+        y = surface.y[some]
+        value.append(float(np.median(y)))
+        noise = 1.4826 * float(np.median(np.abs(y - value[-1])))
+        variance += noise**2 * (_COMMON**2 + 1.57 / len(y))
+    return Estimate(value[0] - value[1], np.array([[variance]]), float(len(inside) - 1))

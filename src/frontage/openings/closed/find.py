@@ -1,0 +1,155 @@
+"""Openings closed level with the wall: shutters, panes, grilles that looks or a slight relief tell from it.
+
+They are looked for where something was seen, in the rows and columns of the other openings, in the forms of
+these. There the means of relief, intensity and colour must step together by the same amount on all sides,
+sharply, where the borders are expected, and be alike within. How large such steps are on this wall by itself,
+the wall tells.
+"""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from frontage.model.facade import Facade
+from frontage.model.ortho import OrthoImage
+from frontage.model.scan import Scan
+from frontage.openings.borders.borders import Place
+from frontage.openings.borders.outline import Outline
+from frontage.openings.closed.borders import Contrast, outlined
+from frontage.openings.closed.places import Places, crossings, lines
+from frontage.openings.closed.reflectance import Layer, Surface, photo_layer, scan_layer, surface_of
+from frontage.openings.closed.sides import contrasts_of, gains_of
+from frontage.openings.closed.steps import Picture, wall_steps
+from frontage.openings.layout.inferred import SEEN, state_of
+from frontage.openings.wall.beams import Beams
+from frontage.openings.wall.evidence import Evidence
+
+_SURE = 0.99  # posterior that an opening needs
+_LIKELY = 3.0  # nats at which a place may be an opening, and is no witness of the wall
+_PRIOR = 0.05  # share of the crossings seen as wall that hold a closed opening
+_BESIDE = 0.06  # m: clear places nearer to one another are one opening's
+_REACH = (0.05, 0.3)  # m before the wall and behind it: walls are that thick, rooms lie deeper
+
+
+@dataclass(frozen=True, eq=False)
+class Flush:
+    """An opening that is closed level with the wall, its posterior probability, and its evidence, nats."""
+
+    outline: Outline
+    confidence: float
+    evidence: float
+
+
+def find_flush(
+    facade: Facade,
+    scan: Scan,
+    beams: Beams,
+    evidence: Evidence,
+    outlines: Sequence[Outline],
+    ortho: OrthoImage | None = None,
+) -> list[Flush]:
+    """Closed openings where beams came back, like `outlines` and in a row or a column with them.
+
+    Posterior: likelihood of the four steps against that of the wall's own steps, with a price for every place
+    that was tried. What was found makes further rows and columns.
+    """
+    if not outlines:
+        return []
+    surface = surface_of(facade, scan, beams, _REACH)
+    layers = [scan_layer(surface, facade, scan), photo_layer(ortho, facade) if ortho is not None else None]
+    search = _Search(surface, [v for v in layers if v is not None], evidence)
+    found: list[Flush] = []
+    while True:
+        known = [*outlines, *(f.outline for f in found)]
+        more = search.at_crossings(known) or search.along_lines(known)
+        if not more:
+            return found
+        found += more
+
+
+@dataclass(frozen=True, eq=False)
+class _Peak:
+    """A place whose steps speak for an opening by `gain` nats, and its contrasts with the wall."""
+
+    gain: float
+    places: Places
+    k: int
+    contrasts: Sequence[Contrast]
+
+    def beside(self, other: "_Peak") -> bool:
+        """Whether both may be one opening, seen from two cells."""
+        (x, z), (u, v) = (p.places.box(p.k)[:2] for p in (self, other))
+        return self.places is other.places and max(abs(x - u), abs(z - v)) < _BESIDE
+
+
+class _Search:
+    """The test at many places of one facade."""
+
+    def __init__(self, surface: Surface, layers: Sequence[Layer], evidence: Evidence) -> None:
+        self._surface, self._layers, self._evidence = surface, layers, evidence
+        self._cell = max(v.picture.raster.cell for v in layers)
+
+    def at_crossings(self, known: Sequence[Outline]) -> list[Flush]:
+        """Of rows and columns."""
+        places = crossings(known, self._evidence)
+        return self._tried(places, known, [p.box(0) for p in places])
+
+    def along_lines(self, known: Sequence[Outline]) -> list[Flush]:
+        """Anywhere along a row or a column."""
+        return self._tried(list(lines(known, self._evidence, self._cell)), known, [])
+
+    def _tried(
+        self, places: Sequence[Places], known: Sequence[Outline], taken: Sequence[Place]
+    ) -> list[Flush]:
+        """The openings among all places. What may be one (at first those `taken`) is no witness of the wall:
+        else several closed windows would hide one another.
+        """
+        likely = [outline.place for _, outline in self._clear(places, known, taken, _LIKELY, tails=False)]
+        if not likely:
+            return []
+        tries = sum(len(p.x) for p in places)
+        price = float(np.log(tries * (1.0 - _PRIOR) / _PRIOR))
+        least = price + float(np.log(_SURE / (1.0 - _SURE)))
+        clear = self._clear(places, known, likely, least)
+        return [Flush(o, float(1.0 / (1.0 + np.exp(price - gain))), gain) for gain, o in clear]
+
+    def _clear(
+        self,
+        places: Sequence[Places],
+        known: Sequence[Outline],
+        taken: Sequence[Place],
+        least: float,
+        tails: bool = True,
+    ) -> list[tuple[float, Outline]]:
+        """Nats and outlines of what is worth so many nats and like an opening, the clearest first; the wall
+        is what is neither `known` nor `taken`.
+        """
+        bare = [v.picture.without([*(o.place for o in known), *taken]) for v in self._layers if places]
+        peaks = sorted((q for p in places for q in self._peaks(p, bare, least, tails)), key=lambda q: -q.gain)
+        found: list[tuple[float, Outline]] = []
+        for n, peak in enumerate(peaks):
+            others = [*known, *(outline for _, outline in found)]
+            if any(peak.beside(q) for q in peaks[:n]) or not self._seen(peak.places.box(peak.k), others):
+                continue
+            like = known[peak.places.like]
+            made = (outlined(peak.places, peak.k, like, c, self._surface) for c in peak.contrasts)
+            outline = next((o for o in made if o is not None), None)
+            if outline is not None and self._seen(outline.place, others):
+                found.append((peak.gain, outline))
+        return found
+
+    def _seen(self, place: Place, others: Sequence[Outline]) -> bool:
+        """Whether beams came back from a free place."""
+        return state_of(place, others, self._evidence) in SEEN
+
+    def _peaks(self, places: Places, bare: Sequence[Picture], least: float, tails: bool) -> Iterator[_Peak]:
+        """Those of the places that gain so much."""
+        walls = [wall_steps(own, places.form, tails) for own in bare]
+        steps = [v.picture.steps(places.x, places.z, places.form) for v in self._layers]
+        gains = [gains_of(own, w, places.node) for own, w in zip(steps, walls, strict=True)]
+        gain = np.maximum(gains, 0.0).sum(0)  # an opening need not show in all layers
+        for k in np.flatnonzero(gain >= least):
+            n = int(np.argmax([g[k] for g in gains]))
+            contrasts = [Contrast(self._layers[n], *c) for c in contrasts_of(steps[n][k], walls[n])]
+            yield _Peak(float(gain[k]), places, int(k), contrasts)

@@ -1,0 +1,201 @@
+"""How the wall looks, channel by channel: intensity freed of range and incidence, colour, relief, photos."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from frontage.geometry.arrays import Array, Bool, Float, Int
+from frontage.model.facade import Facade
+from frontage.model.ortho import OrthoImage
+from frontage.model.scan import Scan
+from frontage.openings.borders.borders import Place
+from frontage.openings.closed.steps import Picture
+from frontage.openings.wall.beams import Beams, Raster
+
+_FINEST = 0.04  # m, least side of a cell: borders are known that well before they are measured
+_PER_CELL = 2.0  # spacings a cell is wide
+_FLAT = 0.1  # m that a line of sight comes nearer to the wall at least
+_DEEPEST = 0.08  # m: what lies deeper counts as that: frames behind grilles, rooms
+_RELIEF = 0.04  # m that count as one step of brightness does (factor e)
+_STATIONS = 12  # with more origins the sensor moved, and all points are one group
+_PLACES = 50  # points that a station's fit needs
+_ROUNDS = 4  # of the robust fit
+_SOME = 20000  # points that a fit needs at most
+_DARK = 4.0  # of 255: below, colours are noise
+_FAINT = 0.01  # quantile of the intensities: what is fainter is as faint as that
+_STRIP = 512  # rows of an ortho-image at a time
+
+
+@dataclass(frozen=True, eq=False)
+class Layer:
+    """Channels c of the wall, seen together, that may step at the borders of what closes an opening.
+
+    picture  means of cells; near: places xz (n, 2) m and values (n, c) of what lies in a box
+    spacing  m between these; sharp: m that a sharp step is wide, and its place off
+    """
+
+    picture: Picture
+    near: Callable[[Place], tuple[Float, Float]]
+    spacing: float
+    sharp: float
+
+
+@dataclass(frozen=True, eq=False)
+class Surface:
+    """The scan's points on the wall, or nearly, upwards: places xz (n, 2), y (n,) m in the facade frame,
+    depth (n,) m behind the wall, rows of the scan.
+    """
+
+    xz: Float
+    y: Float
+    depth: Float
+    index: Array
+
+    def within(self, place: Place) -> Int:
+        """Numbers (k,) of the points in a box."""
+        first, last = np.searchsorted(self.xz[:, 1], [place[1], place[3]])
+        return np.asarray(first + np.flatnonzero(within(self.xz[first:last], place)))
+
+
+def within(xz: Float, place: Place) -> Bool:
+    """Which of the places (n, 2) lie in a box (n,)."""
+    x, z = xz.T
+    return np.asarray((x > place[0]) & (x < place[2]) & (z > place[1]) & (z < place[3]))
+
+
+def surface_of(facade: Facade, scan: Scan, beams: Beams, reach: tuple[float, float]) -> Surface:
+    """The points within `reach` m before and behind the wall."""
+    xyz = facade.frame.inverse.apply(scan.xyz[facade.support])
+    depth = xyz[:, 1] - beams.depth_at(xyz[:, 0], xyz[:, 2])
+    near = (depth > -max(reach[0], beams.least)) & (depth < max(reach[1], beams.least))
+    xyz, depth, index = xyz[near], depth[near], facade.support[near]
+    xz = _crossings(xyz, depth, index, facade, scan)
+    up = np.argsort(xz[:, 1], kind="stable")
+    return Surface(xz[up], xyz[up, 1], depth[up], index[up])
+
+
+def _crossings(xyz: Float, depth: Float, index: Array, facade: Facade, scan: Scan) -> Float:
+    """Places (n, 2) where the lines of sight of points behind the wall cross it, `depth` m before them; the
+    points' own where they stand before it, as sills do, or the sensor's place is unknown.
+    """
+    eyes = np.vstack([facade.frame.inverse.apply(scan.origins).reshape(-1, 3), np.full(3, np.nan)])
+    way = xyz - eyes[scan.origin_index[index]]  # the last one, -1, is unknown
+    with np.errstate(invalid="ignore", divide="ignore"):
+        shift = way[:, [0, 2]] * np.where(way[:, 1] > _FLAT, np.maximum(depth, 0.0) / way[:, 1], 0.0)[:, None]
+    return xyz[:, [0, 2]] - np.where(np.isfinite(shift), shift, 0.0)
+
+
+def scan_layer(surface: Surface, facade: Facade, scan: Scan) -> Layer:
+    """Relief, and intensity and colour as far as the scan has them."""
+    channels: list[Float] = [(surface.y - np.maximum(surface.depth - _DEEPEST, 0.0)) / _RELIEF]
+    if scan.intensity is not None:
+        channels.append(_flattened(scan.intensity[surface.index], surface.index, scan, facade))
+    if scan.rgb is not None:
+        channels += _colours(scan.rgb[surface.index])
+    values = np.column_stack(channels)
+    raster = Raster.over(facade, max(_PER_CELL * facade.spacing, _FINEST))
+
+    def near(place: Place) -> tuple[Float, Float]:
+        some = surface.within(place)
+        return surface.xz[some], values[some]
+
+    means = _Means(raster, values.shape[1])
+    means.add(surface.xz, values)
+    return Layer(means.picture(), near, facade.spacing, 0.0)
+
+
+def photo_layer(ortho: OrthoImage, facade: Facade) -> Layer | None:
+    """Lightness and two differences of colour of the pixels that photos saw; None where none did."""
+    if ortho.photos == 0:
+        return None
+    means = _Means(Raster.over(facade, max(_PER_CELL * ortho.gsd, _FINEST)), 3)
+    for first in range(0, ortho.size[1], _STRIP):
+        means.add(*_pixels(ortho, slice(first, first + _STRIP), slice(None)))
+    if not means.number.any():
+        return None
+
+    def near(place: Place) -> tuple[Float, Float]:
+        (x0, top), gsd = ortho.corner, ortho.gsd
+        rows = slice(max(int((top - place[3]) / gsd), 0), max(int((top - place[1]) / gsd) + 1, 0))
+        columns = slice(max(int((place[0] - x0) / gsd), 0), max(int((place[2] - x0) / gsd) + 1, 0))
+        return _pixels(ortho, rows, columns)
+
+    return Layer(means.picture(), near, ortho.gsd, float(np.nanmedian(ortho.gsd_effective)))
+
+
+class _Means:
+    """Means of what falls into the cells of a raster."""
+
+    def __init__(self, raster: Raster, channels: int) -> None:
+        size = raster.shape[0] * raster.shape[1]
+        self._raster = raster
+        self.number, self._total = np.zeros(size), np.zeros((channels, size))
+
+    def add(self, xz: Float, values: Float) -> None:
+        """Values (n, c) at places (n, 2)."""
+        at = self._raster.flat(*xz.T)
+        on, size = at >= 0, len(self.number)
+        self.number += np.bincount(at[on], minlength=size)
+        for total, v in zip(self._total, values.T, strict=True):
+            total += np.bincount(at[on], v[on], minlength=size)
+
+    def picture(self) -> Picture:
+        """The means of all that was added."""
+        with np.errstate(invalid="ignore", divide="ignore"):
+            means = (self._total / self.number).T
+        return Picture(means.reshape(*self._raster.shape, -1), self._raster)
+
+
+def _pixels(ortho: OrthoImage, rows: slice, columns: slice) -> tuple[Float, Float]:
+    """Middles xz (n, 2) m and colours (n, 3) of those pixels of a window that photos saw."""
+    source = ortho.source[rows, columns]
+    r, c = np.nonzero((source > 0) & (source <= ortho.photos))
+    x0, top = ortho.corner
+    x = x0 + (c + (columns.start or 0) + 0.5) * ortho.gsd
+    z = top - (r + (rows.start or 0) + 0.5) * ortho.gsd
+    return np.column_stack([x, z]), np.column_stack(_colours(ortho.pixels[rows, columns][r, c, :3]))
+
+
+def _colours(rgb: Array) -> list[Float]:
+    """Logarithms of lightness, red over green and blue over green (n,) of colours (n, 3) uint8."""
+    red, green, blue = np.log(rgb.astype(np.float64) + _DARK).T
+    return [(red + green + blue) / 3.0, red - green, blue - green]
+
+
+def _flattened(intensity: Array, index: Array, scan: Scan, facade: Facade) -> Float:
+    """Logarithm of the intensity (n,) less what range and incidence explain of it, station by station.
+
+    A robust line in the logarithms of range and of the cosine of incidence (Hoefle & Pfeifer 2007), whose
+    exponents the wall tells itself: instruments compress and correct in ways of their own.
+    """
+    raw = intensity.astype(np.float64)
+    some = raw[raw > 0.0]
+    v = np.log(np.maximum(raw, np.quantile(some, _FAINT) if len(some) else 1.0))
+    origin = scan.origin_index[index]
+    stations = np.unique(origin[origin >= 0])
+    groups = [origin == s for s in stations] if len(stations) <= _STATIONS else [origin >= 0]
+    out = v - np.median(v) if len(v) else v
+    for group in groups:
+        if group.sum() < _PLACES:
+            continue
+        ray = facade.frame.inverse.apply(scan.xyz[index[group]])
+        ray = ray - facade.frame.inverse.apply(scan.sensor_of(index[group]))
+        range_ = np.maximum(np.linalg.norm(ray, axis=1), 1e-3)
+        cosine = np.maximum(np.abs(ray[:, 1]) / range_, 1e-3)
+        model = np.column_stack([np.ones(len(ray)), np.log(range_), np.log(cosine)])
+        out[group] = v[group] - model @ _robust_line(model, v[group])
+    return out
+
+
+def _robust_line(model: Float, v: Float) -> Float:
+    """Coefficients (k,) of v (n,) by the columns of model (n, k), outliers (windows, fittings) bounded."""
+    step = max(len(v) // _SOME, 1)
+    a, b = model[::step], v[::step]
+    weight: Float = np.ones(len(b))
+    x: Float = np.zeros(a.shape[1])
+    for _ in range(_ROUNDS):
+        x = np.asarray(np.linalg.lstsq(a * weight[:, None], b * weight, rcond=None)[0], np.float64)
+        rest = np.abs(b - a @ x)
+        weight = np.asarray(np.maximum(rest / max(1.5 * float(np.median(rest)), 1e-9), 1.0) ** -0.5)
+    return x

@@ -1,0 +1,157 @@
+"""Steps of a picture of the wall inwards across the four sides of a shape, wherever that is put."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from frontage.geometry.arrays import Bool, Float, Int
+from frontage.openings.borders.borders import Place
+from frontage.openings.borders.shapes import below
+from frontage.openings.wall.beams import Raster
+
+_STRIP = 0.12  # m, width of the strips on either side of a border
+_CLEAR = 0.03  # m on either side of a border that strips leave out: cells that it cuts, mortar, seals
+_FULL = 0.4  # share of a strip's cells that must hold points: walls are sparse above
+_AWAY = 0.25  # m around openings that tell nothing of the wall by itself: surrounds
+_PLACES = 50  # places on the wall that its own steps must be known from
+_MANY = 1000  # places that tell them well enough
+_BOUND = 3.0  # scales that a step tells of a correlation at most
+_LEAST = 0.02  # of a step: less is drift of the instrument, be the wall ever so even
+HEAD = 0.8
+"""Share of a head's width that tells of it: at its ends a curve is too steep."""
+
+
+@dataclass(frozen=True)
+class Form:
+    """Shape and size m of an opening."""
+
+    shape: str
+    width: float
+    height: float
+    rise: float
+
+    def drop(self, u: Float) -> Float:
+        """Height (n,) m of the head below the top, at u (n,) m from the middle; negative."""
+        return below(self.shape, self.rise, self.width / 2.0, u)
+
+
+class Picture:
+    """Channels (h, w, c) on a raster, NaN where nothing is known, as sums over boxes."""
+
+    def __init__(self, values: Float, raster: Raster) -> None:
+        known = np.isfinite(values).all(2, keepdims=True)
+        self.values, self.raster = values, raster
+        sums = integral(np.concatenate([np.where(known, values, 0.0), known], 2))
+        self._sums = sums.reshape(-1, values.shape[2] + 1)
+
+    def without(self, taken: Sequence[Place]) -> "Picture":
+        """The picture of the bare wall, well off all boxes."""
+        return Picture(np.where(_free(self.raster, taken)[..., None], self.values, np.nan), self.raster)
+
+    def steps(self, x: Float, z: Float, form: Form) -> Float:
+        """Steps (n, 4, c) inwards on the left, bottom, right and top of the form with its lower left corner
+        at x, z (n,) m; NaN = not known.
+        """
+        g, (cx, cz) = self.raster.cell, self.raster.corner
+        c, r = (np.rint((v - o) / g).astype(np.int64)[:, None] for v, o in ((x, cx), (z, cz)))
+        w, h, straight = (max(round(v / g), 1) for v in (form.width, form.height, form.height - form.rise))
+        first, last, drop = _pieces(form, w, g)
+        head = r + h + drop
+        gap, far = int(np.ceil(_CLEAR / g)), int(np.ceil(_CLEAR / g)) + max(round(_STRIP / g), 2)
+
+        def step(rows: tuple[Int, Int] | None, columns: tuple[Int, Int] | None, at: Int, way: int) -> Float:
+            """From the strip before the border `at` to that behind it, in the direction `way`."""
+            strips = []
+            for near, away in ((gap, far), (-far, -gap)):
+                a, b = at + way * near, at + way * away
+                across = (np.minimum(a, b), np.maximum(a, b))
+                strips.append(self._mean(rows or across, columns or across))
+            return strips[0] - strips[1]
+
+        return np.stack(
+            [
+                step((r, r + straight), None, c, 1),
+                step(None, (c, c + w), r, 1),
+                step((r, r + straight), None, c + w, -1),
+                step(None, (c + first, c + last), head, -1),
+            ],
+            1,
+        )
+
+    def _mean(self, rows: tuple[Int, Int], columns: tuple[Int, Int]) -> Float:
+        """Means (n, c) of the values in boxes of cells (n, k), the k of a row together."""
+        h, w = self.values.shape[:2]
+        r0, r1 = (np.clip(v, 0, h) for v in rows)
+        c0, c1 = (np.clip(v, 0, w) for v in columns)
+        upper, lower = (self._sums[r * (w + 1) + c1] - self._sums[r * (w + 1) + c0] for r in (r1, r0))
+        total = (upper - lower).sum(1)
+        area = ((rows[1] - rows[0]) * (columns[1] - columns[0])).sum(1)
+        number = total[:, -1:]
+        with np.errstate(invalid="ignore", divide="ignore"):
+            return np.where(number >= _FULL * area[:, None], total[:, :-1] / number, np.nan)
+
+
+def _pieces(form: Form, w: int, cell: float) -> tuple[Int, Int, Int]:
+    """The head of a form `w` cells wide as level pieces (k,): first column, the one after the last, drop."""
+    j = np.arange(w)
+    u = (j + 0.5) / w - 0.5
+    j, u = j[np.abs(u) <= HEAD / 2.0], u[np.abs(u) <= HEAD / 2.0]
+    drop = np.rint(form.drop(u * form.width) / cell).astype(np.int64)
+    first = np.flatnonzero(np.diff(drop, prepend=1) != 0)
+    return j[first], np.append(j[first[1:]], j[-1] + 1), drop[first]
+
+
+def wall_steps(bare: Picture, form: Form, tails: bool = True) -> Float:
+    """Covariance (4, c, c) of the steps that a bare wall shows by itself across the sides of a form; NaN =
+    unknown.
+
+    The form is moved over all of the wall that holds points: the scatter of its steps is what courses, stains
+    and noise do to means of that size, however few of their points are independent. Without its `tails` the
+    middle of the scatter tells alone, channel by channel: for walls that may hold openings not yet known.
+    """
+    h, w = bare.values.shape[:2]
+    g, (cx, cz) = bare.raster.cell, bare.raster.corner
+    stride = max(int(np.sqrt(h * w / _MANY)), 1)
+    r, c = (v.ravel() for v in np.mgrid[0:h:stride, 0:w:stride])
+    steps = bare.steps(cx + c * g, cz + r * g, form)
+    pairs = [_spread(steps[:, sides].reshape(-1, steps.shape[2]), tails) for sides in ([0, 2], [1, 3])]
+    upright, level = (a if np.isfinite(a).all() else b for a, b in (pairs, pairs[::-1]))
+    return np.array([upright, level, upright, level])
+
+
+def _spread(steps: Float, tails: bool) -> Float:
+    """Covariance (c, c) of steps (n, c): scales of their middle or of their tails, whichever are wider, and
+    correlations of what is bounded; NaN for few.
+    """
+    steps = steps[np.isfinite(steps).all(1)]
+    if len(steps) < _PLACES:
+        return np.full((steps.shape[1],) * 2, np.nan)
+    size = np.abs(steps)
+    middle = np.maximum(1.4826 * np.median(size, 0), _LEAST)
+    if not tails:
+        return np.diag(middle**2)
+    scale = np.maximum(middle, np.quantile(size, 0.95, 0) / 1.96)
+    bounded = np.clip(steps / scale, -_BOUND, _BOUND)
+    like = bounded.T @ bounded / len(steps)
+    like /= np.sqrt(np.outer(np.diag(like), np.diag(like))) + _LEAST**2
+    return np.asarray(np.outer(scale, scale) * like + _LEAST**2 * np.eye(len(scale)))
+
+
+def _free(raster: Raster, taken: Sequence[Place]) -> Bool:
+    """Cells (h, w) well off all boxes."""
+    g, (cx, cz) = raster.cell, raster.corner
+    free = np.ones(raster.shape, np.bool_)
+    for x0, z0, x1, z1 in taken:
+        rows = slice(max(int((z0 - _AWAY - cz) / g), 0), max(int((z1 + _AWAY - cz) / g) + 1, 0))
+        columns = slice(max(int((x0 - _AWAY - cx) / g), 0), max(int((x1 + _AWAY - cx) / g) + 1, 0))
+        free[rows, columns] = False
+    return free
+
+
+def integral(values: Float) -> Float:
+    """Sums (h + 1, w + 1, ...) of the values (h, w, ...) below and left of every corner of cells."""
+    sums = np.zeros((values.shape[0] + 1, values.shape[1] + 1, *values.shape[2:]))
+    inner = sums[1:, 1:]
+    np.cumsum(np.cumsum(values, 0, out=inner), 1, out=inner)
+    return sums

@@ -1,0 +1,217 @@
+"""Bands of windows without masonry between them: where posts of joinery part them."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import ndimage
+
+from frontage.geometry.arrays import Bool, Float, distinct
+from frontage.openings.borders.borders import Place
+from frontage.openings.layout.posts import Post
+from frontage.openings.wall.beams import Beams
+from frontage.openings.wall.evidence import Evidence
+
+_DEEPEST = 0.5  # m: reveals are less deep
+_BIN = 0.01  # m, of depth
+_AREA = 0.1  # m2 that a plane of joinery holds at least
+_FULL = 0.5  # share of the expected beams from which a place is joinery, or wall
+_TALL = 0.4  # m: lower pieces are rails and panels
+_NARROW, _WIDE = 0.115, 0.6  # m: half a brick, as of piers; leaves of doors are wider
+_FRAMES = 1.7  # widths of the frame above: windows side by side have one each, casements that meet less
+_RAIL = 0.03  # m, least width of a frame
+_PANE = (0.03, 0.27)  # m beside a post where its panes are looked at
+_LINTEL = (0.03, 0.1)  # m below the lintel where frames are the first that beams meet
+_BEFORE = 0.2  # share of the beams there that end before the plane of the frames, at most
+_WINDOW = 0.9  # m wide are the windows of a band; leaves of one window that meet at a post are narrower
+_GAP = 0.15  # m between a post and the wall above and below it
+_STEEP = 2.0  # m that sills hide per m of depth
+_HIDDEN = 0.5  # share of the beams due that come where something before the wall hides a sill, at most
+_GROUND = 0.35  # m above the ground where no wall can show below
+
+
+@dataclass(frozen=True, eq=False)
+class _Plane:
+    """Own places x, z (2, n) m of the points at one depth, sorted by x, and (2, k) of those before it; depth
+    m behind the wall, y m of the facade frame.
+    """
+
+    own: Float
+    before: Float
+    depth: float
+    y: float
+
+
+def find_posts(beams: Beams, evidence: Evidence, ground: float) -> tuple[Post, ...]:
+    """Posts that part windows; `ground` z m, where no sill is asked for.
+
+    A window has posts of its own, where casements meet: they are narrower than two frames side by side, or
+    its leaves are narrower than windows. Widths are told by the points' own places on the plane of the
+    frames: seen aslant, a bar is as wide as it is deep.
+    """
+    due = np.maximum(_three(evidence.expected), 1e-9)
+    wall = _three(evidence.solid) > _FULL * due
+    known = evidence.expected > 0.0
+    found: list[Post] = []
+    for plane in _planes(beams, evidence):
+        full = (_three(evidence.raster.count(*plane.own)) > _FULL * due) & known & ~wall
+        for rows, columns in _uprights(full, evidence.raster.cell):
+            post = _post(plane, rows, columns, wall, evidence, ground)
+            if post is not None and not any(_meet(post, other) for other in found):
+                found.append(post)
+    return tuple(p for p in found if _room(p, found, wall, evidence) >= _WINDOW)
+
+
+def _three(values: Float) -> Float:
+    """Sums over three cells above one another."""
+    return np.asarray(ndimage.uniform_filter1d(values, 3, axis=0, mode="constant") * 3.0)
+
+
+def _planes(beams: Beams, evidence: Evidence) -> Iterator[_Plane]:
+    """The depths behind the wall that hold area, the fullest first."""
+    own, depth, level = _behind(beams)
+    at = evidence.raster.flat(*own)
+    kept = np.flatnonzero(at >= 0)
+    kept = kept[np.argsort(own[0, kept], kind="stable")]
+    own, depth, level, at = own[:, kept], depth[kept], level[kept], at[kept]
+    bins = int(_DEEPEST / _BIN) + 3
+    held = np.bincount(distinct(at * bins + (depth / _BIN).astype(np.int64)) % bins, minlength=bins)
+    area = np.convolve(held, [1, 1, 1], "same") * evidence.raster.cell**2
+    peaks = np.flatnonzero((area == ndimage.maximum_filter1d(area, 5)) & (area > 3.0 * _AREA))
+    for k in sorted(peaks.tolist(), key=lambda k: -area[k]):
+        middle = (k + 0.5) * _BIN
+        on = np.abs(depth - middle) <= beams.least
+        if on.any():
+            d = float(np.median(depth[on]))
+            yield _Plane(own[:, on], own[:, depth < middle - beams.least], d, d + float(np.median(level[on])))
+
+
+def _behind(beams: Beams) -> tuple[Float, Float, Float]:
+    """Own places (2, n) m of the points right behind the wall, depth m behind it, and its depth y m there."""
+    if not beams.rays:
+        near = np.flatnonzero(beams.open_depth < _DEEPEST)
+        own = beams.open[near].T
+        return own, beams.open_depth[near], beams.depth_at(*own)
+    lines = beams.lines
+    depth = lines.y - lines.level
+    near = np.flatnonzero((depth > beams.least) & (depth < _DEEPEST))
+    depth = depth[near]
+    return lines.place.take(near, 1) + lines.slope.take(near, 1) * depth, depth, lines.level[near]
+
+
+def _uprights(full: Bool, cell: float) -> Iterator[tuple[slice, slice]]:
+    """Rows and columns of tall and narrow pieces of the cells (h, w) that a plane fills."""
+    tall = ndimage.binary_opening(full, np.ones((max(int(_TALL / cell), 2), 1), np.bool_))
+    for rows, columns in ndimage.find_objects(ndimage.label(tall)[0]):
+        if _NARROW - cell <= (columns.stop - columns.start) * cell <= _WIDE:
+            yield rows, columns
+
+
+def _post(
+    plane: _Plane, rows: slice, columns: slice, wall: Bool, evidence: Evidence, ground: float
+) -> Post | None:
+    """The post in a piece of cells, if it is one: between a sill and a lintel, as wide as two frames."""
+    cell, (x, z) = evidence.raster.cell, evidence.raster.corner
+    middle = (columns.start + columns.stop) // 2
+    below = slice(max(rows.start - int((_GAP + _STEEP * plane.depth) / cell) - 1, 0), rows.start)
+    above = wall[rows.stop : rows.stop + int(_GAP / cell) + 2, middle]
+    sill = wall[below, middle][::-1]
+    veiled = evidence.expected[below, middle].sum() < _HIDDEN * evidence.due[below, middle].sum()
+    low = z + rows.start * cell < ground + _GROUND
+    if not above.any() or not (sill.any() or low or veiled):
+        return None
+    piece = (x + columns.start * cell, z + rows.start * cell, x + columns.stop * cell, z + rows.stop * cell)
+    lintel = piece[3] + int(above.argmax()) * cell
+    across = _across(plane, piece, evidence)
+    if across is None:
+        return None
+    frames = [_frame(plane, s, piece, lintel, evidence) for s in _sides(*across)]
+    if None in frames or across[1] - across[0] < _FRAMES * max(f or 0.0 for f in frames):
+        return None
+    foot = int(sill.argmax()) if sill.any() else 0  # nothing lies below the raster
+    return Post(across[0], piece[1] - foot * cell, across[1], lintel, plane.y)
+
+
+def _across(plane: _Plane, piece: Place, evidence: Evidence) -> tuple[float, float] | None:
+    """Left and right border m of a piece, from the columns that points fill; None if too narrow."""
+    x0, z0, x1, z1 = piece
+    slack, shy, due = 2.0 * evidence.raster.cell, 0.1 * (z1 - z0), _due(evidence, piece)
+    if due <= 0.0:
+        return None
+    x = _within(plane.own, (x0 - slack, z0 + shy, x1 + slack, z1 - shy))[0]
+    step = 1.0 / np.sqrt(due)
+    column = ((x - x0 + slack) / step).astype(np.int64)
+    labels, _ = ndimage.label(np.bincount(column) > _FULL * due * step * (z1 - z0 - 2.0 * shy))
+    own = labels[min(int(((x1 - x0) / 2 + slack) / step), len(labels) - 1)] if len(labels) else 0
+    if own == 0:
+        return None
+    left, right = _span(x[labels[column] == own])
+    return (left, right) if right - left >= _NARROW else None
+
+
+def _sides(x0: float, x1: float) -> tuple[tuple[float, float], tuple[float, float]]:
+    """Where the panes to the left and right of a post are looked at, m."""
+    return (x0 - _PANE[1], x0 - _PANE[0]), (x1 + _PANE[0], x1 + _PANE[1])
+
+
+def _frame(
+    plane: _Plane, side: tuple[float, float], piece: Place, lintel: float, evidence: Evidence
+) -> float | None:
+    """Width m of the frame above the pane beside a post; None where is no pane, or no frame in the plane."""
+    (x0, x1), (_, z0, _, z1) = side, piece
+    pane = (x0, z0 + 0.2 * (z1 - z0), x1, z1 - 0.2 * (z1 - z0))
+    due, wide = _due(evidence, pane), x1 - x0
+    most = _FULL * due * wide * (pane[3] - pane[1])
+    solid = _mean(evidence.solid, evidence, pane) / evidence.raster.cell**2
+    if due <= 0.0 or solid > _FULL * due or _within(plane.own, pane).shape[1] > most:
+        return None
+    first = _within(plane.before, (x0, lintel - _LINTEL[1], x1, lintel - _LINTEL[0]))
+    if first.shape[1] > _BEFORE * due * wide * (_LINTEL[1] - _LINTEL[0]):
+        return None
+    step = 1.0 / np.sqrt(due)
+    down = z1 + step - _within(plane.own, (x0, z0, x1, z1 + step))[1]
+    row = (down / step).astype(np.int64)
+    labels, number = ndimage.label(np.bincount(row) > _FULL * due * step * wide)
+    low, high = _span(down[labels[row] == 1]) if number else (0.0, 0.0)
+    return high - low if high - low >= _RAIL else None
+
+
+def _span(places: Float) -> tuple[float, float]:
+    """The ends of what places (n,) fill evenly, a few strays left out."""
+    low, high = np.quantile(places, [0.05, 0.95]).tolist()
+    return low - (high - low) / 18.0, high + (high - low) / 18.0
+
+
+def _within(own: Float, box: Place) -> Float:
+    """Those of the places (2, n), sorted by x, that lie in a box."""
+    a, b = np.searchsorted(own[0], [box[0], box[2]])
+    some = own[:, a:b]
+    return some[:, (some[1] >= box[1]) & (some[1] < box[3])]
+
+
+def _due(evidence: Evidence, box: Place) -> float:
+    """Beams per m2 that a wall in a box would catch."""
+    return _mean(evidence.expected, evidence, box) / evidence.raster.cell**2
+
+
+def _mean(values: Float, evidence: Evidence, box: Place) -> float:
+    """Mean of the cells (h, w) that a box touches."""
+    cell, corner = evidence.raster.cell, np.array(evidence.raster.corner)
+    c0, r0 = np.clip((np.array(box[:2]) - corner) // cell, 0, None).astype(int).tolist()
+    c1, r1 = np.clip((np.array(box[2:]) - corner) // cell + 1, 0, None).astype(int).tolist()
+    part = values[r0:r1, c0:c1]
+    return float(part.mean()) if part.size else 0.0
+
+
+def _room(post: Post, posts: list[Post], wall: Bool, evidence: Evidence) -> float:
+    """Width m of the narrower of the windows beside a post: as far as the next post, or the wall."""
+    cell, (x, z) = evidence.raster.cell, evidence.raster.corner
+    rows = wall[max(int((post.z0 - z) / cell), 0) : int((post.z1 - z) / cell) + 1]
+    jambs = x + (np.flatnonzero(rows.mean(0) > _FULL) + 0.5) * cell
+    others = [p.middle for p in posts if p is not post and min(p.z1, post.z1) > max(p.z0, post.z0)]
+    ends = np.concatenate([jambs, others, [x, x + wall.shape[1] * cell]])
+    return float(np.abs(ends - post.middle).min())
+
+
+def _meet(a: Post, b: Post) -> bool:
+    return min(a.x1, b.x1) > max(a.x0, b.x0) and min(a.z1, b.z1) > max(a.z0, b.z0)

@@ -1,0 +1,173 @@
+"""Rectangles that may be openings, and the best layout of them."""
+
+from collections.abc import Callable, Iterator
+
+import numpy as np
+from scipy import ndimage
+
+from frontage.geometry.arrays import Bool, Float, Int
+from frontage.openings.layout.selection import PRICE, Box, best_layout, worth_of
+from frontage.openings.options import OpeningOptions
+from frontage.openings.wall.evidence import ENOUGH, Evidence, enough
+
+_LINES = 8  # candidate borders a component has in each direction, at most
+_PIER = 0.115  # m between two openings: half a brick, the least pier of masonry; bars are narrower
+_LESSER = 0.1  # of the best of its component: what is worth less is a remnant of an uneven outline
+_PIECE = 0.5  # the same of what bars part: less is a piece of it
+_GAP = 0.12  # m between the bars of a grille: guards of windows and balconies leave no wider gaps
+_SCALES = ((0.6, 12.0), (1.0, 12.0), (1.7, 12.0), (2.5, 25.0))  # least openings: square, largest part
+_SEEN = 0.3  # share of the expected beams that came back from behind the wall where larger parts are open
+
+Part = tuple[slice, ...]
+
+
+def find_boxes(evidence: Evidence, options: OpeningOptions, framed: Callable[[Int], Bool]) -> list[Box]:
+    """The set of rectangles without overlap that is worth most, by components of open cells.
+
+    A rectangle is worth the evidence of its cells less the price of an opening; its borders are lines where
+    the evidence of a component changes most. Two windows and their pier compete with the window over both.
+    Only `framed` rectangles (n, 4) r0, c0, r1, c1 can be openings.
+    """
+    least = (options.min_height / evidence.raster.cell, options.min_width / evidence.raster.cell)
+    pier = max(round(_PIER / evidence.raster.cell), 1)
+    parts = _components(evidence, least, enough(evidence.llr, evidence.due, 1.0) > 0)
+    found = best_layout([_rivals(evidence, *part, least, framed, _LESSER) for part in parts], pier)
+    if evidence.rays:  # which tell bars from walls
+        return found
+    behind_bars = _components(evidence, least, _between_bars(evidence))
+    left = [(part, others) for part, others in behind_bars if not any(_meets(b, part) for b in found)]
+    return found + best_layout([_rivals(evidence, *part, least, framed, _PIECE) for part in left], pier)
+
+
+def _rivals(
+    evidence: Evidence,
+    part: Part,
+    others: Bool,
+    least: tuple[float, float],
+    framed: Callable[[Int], Bool],
+    share: float,
+) -> list[Box]:
+    """The rectangles of a component that can be openings, the cells of `others` against them; without those
+    worth less than a `share` of the best.
+    """
+    llr = evidence.llr[part]
+    own = worth_of(np.where(others, -np.abs(llr), llr))
+    boxes, gains = _rectangles(own, evidence.due[part], least)
+    boxes += [s.start for s in part] * 2
+    kept = np.flatnonzero(framed(boxes))
+    kept = kept[gains[kept] >= share * gains[kept].max(initial=0.0)]
+    return [_box(boxes[k], gains[k]) for k in kept]
+
+
+def _between_bars(evidence: Evidence) -> Bool:
+    """Cells (h, w) that are open as seen over the gap between two bars of a grille, where beams are so dense
+    that cells tell bars from gaps.
+    """
+    wide = max(_GAP / 2.0 / evidence.raster.cell, 1.0)
+    dense = 4.0 * np.pi * wide**2 * evidence.due >= ENOUGH
+    return np.asarray(dense & (enough(evidence.llr, evidence.due, wide) > 0))
+
+
+def _meets(box: Box, part: Part) -> bool:
+    """Whether a box has cells in a part."""
+    return all(
+        low < s.stop and s.start < high
+        for s, low, high in zip(part, (box.r0, box.c0), (box.r1, box.c1), strict=True)
+    )
+
+
+def _components(evidence: Evidence, least: tuple[float, float], open_: Bool) -> Iterator[tuple[Part, Bool]]:
+    """Bounding boxes of connected `open_` cells that can hold an opening, and which cells there are others'.
+
+    What is larger than openings are hangs together by shadows and gaps: it is opened with larger squares,
+    which leave rectangles as they are, until it falls apart. What does not is one if beams are seen to go
+    through it, as through the panes of a shop. What only upright bars part is one.
+    """
+    llr = evidence.llr
+    if evidence.rays:  # else what is beside an opening may be a shadow: nothing is joined to it
+        open_ = _without_bars(open_, int(_PIER / evidence.raster.cell) + 1)
+    for size, largest in (*_SCALES, (_SCALES[-1][0], np.inf)):
+        kernel = tuple(max(3, int(size * side)) for side in least)
+        labels, _ = ndimage.label(ndimage.grey_opening(open_.astype(np.uint8), kernel, mode="constant"))
+        open_ = np.zeros(llr.shape, np.bool_)
+        for number, (rows, columns) in enumerate(ndimage.find_objects(labels), 1):
+            tall, wide = rows.stop - rows.start, columns.stop - columns.start
+            own = labels[rows, columns] == number
+            if largest == np.inf and not _seen_through(evidence, (rows, columns), own):
+                continue
+            if tall > largest * least[0] or wide > largest * least[1]:
+                open_[rows, columns] |= own
+            elif tall + 2 >= least[0] and wide + 2 >= least[1]:
+                part = tuple(slice(max(s.start - 2, 0), s.stop + 2) for s in (rows, columns))
+                yield part, (labels[part] != number) & (labels[part] > 0)
+
+
+def _seen_through(evidence: Evidence, part: Part, own: Bool) -> bool:
+    """Whether beams, not only their lack, tell that the `own` cells of a part are open."""
+    deep, expected = (float(m[part][own].sum()) for m in (evidence.deep, evidence.expected))
+    return evidence.rays and deep > _SEEN * expected
+
+
+def _without_bars(open_: Bool, thick: int) -> Bool:
+    """The open cells (h, w) with upright bars, less than `thick` cells wide, between what is equally high.
+
+    Openings whose sills or lintels differ by more than a bar are several, however near they are.
+    """
+    bars = ndimage.binary_closing(open_, np.ones((1, thick), np.bool_)) & ~open_
+    whole = ndimage.binary_closing(open_, np.ones((thick, 1), np.bool_))  # without transoms
+    labels, _ = ndimage.label(bars)
+    for number, (rows, columns) in enumerate(ndimage.find_objects(labels), 1):
+        middle = (rows.start + rows.stop) // 2
+        sides = max(columns.start - 1, 0), min(columns.stop, open_.shape[1] - 1)
+        left, right = (_run(whole[:, c], middle) for c in sides)
+        if max(abs(left[0] - right[0]), abs(left[1] - right[1])) > thick:
+            bars[rows, columns] &= labels[rows, columns] != number
+    return open_ | bars
+
+
+def _run(cells: Bool, at: int) -> tuple[int, int]:
+    """The cells (n,) below and above those that are set without a gap around one of them."""
+    shut = np.flatnonzero(~cells)
+    k = int(np.searchsorted(shut, at))
+    return int(shut[k - 1]) if k else -1, int(shut[k]) if k < len(shut) else len(cells)
+
+
+def _box(cells: Int, worth: float) -> Box:
+    r0, c0, r1, c1 = map(int, cells)
+    return Box(r0, c0, r1, c1, float(worth))
+
+
+def _lines(part: Float, axis: int, reach: int) -> Int:
+    """Borders (k,) along an axis: where the evidence of `reach` lines of cells differs most from the next's.
+
+    Change is summed over the bands of a quarter of the part each, so that a border of one window among
+    several counts.
+    """
+    lines = np.moveaxis(part, axis, 0)
+    bands = max(1, min(4, lines.shape[1] // 8))
+    total = np.stack([b.sum(1) for b in np.array_split(lines, bands, axis=1)] + [lines.sum(1) / bands], 1)
+    sums = np.pad(np.pad(total, ((reach, reach), (0, 0)), "edge").cumsum(0), ((1, 0), (0, 0)))
+    change = np.abs(sums[2 * reach :] - 2.0 * sums[reach:-reach] + sums[: -2 * reach])
+    step = change[:, :-1].max(1) + change[:, -1]
+    peak = step >= ndimage.maximum_filter1d(step, 2 * reach + 1)
+    ranked = sorted(np.flatnonzero(peak).tolist(), key=lambda k: (-step[k], k))[:_LINES]
+    return np.array(sorted({0, len(lines), *ranked}), np.int64)
+
+
+def _rectangles(part: Float, due: Float, least: tuple[float, float]) -> tuple[Int, Float]:
+    """The rectangles (n, 4) r0, c0, r1, c1 between candidate borders that are worth more than their price,
+    best first, and their worth (n,).
+    """
+    reach = max(1, round(1.0 / np.sqrt(max(float(due.mean()), 1e-3))))
+    r, c = _lines(part, 0, reach), _lines(part, 1, reach)
+    total = np.pad(part.cumsum(0).cumsum(1), ((1, 0), (1, 0)))[np.ix_(r, c)]
+    i, j = np.triu_indices(len(r), 1)
+    k, m = np.triu_indices(len(c), 1)
+    keep, also = r[j] - r[i] >= least[0] - 0.5, c[m] - c[k] >= least[1] - 0.5
+    i, j, k, m = i[keep], j[keep], k[also], m[also]
+    band = total[j] - total[i]
+    worth = band[:, m] - band[:, k] - PRICE
+    a, b = np.nonzero(worth > 0)
+    order = np.lexsort((b, a, -worth[a, b]))
+    a, b = a[order], b[order]
+    return np.column_stack([r[i[a]], c[k[b]], r[j[a]], c[m[b]]]), worth[a, b]

@@ -1,0 +1,210 @@
+"""Openings that nothing saw, where the rows and columns of the others say that there is one.
+
+A row of like openings and a column of openings cross at a node. What stands at a node is predicted from the
+others: its middle from the column, its sill from the row, its size and depth from its like. How often that
+is right the facade itself shows, node by node: each opening that was measured is predicted without itself,
+and each node where the wall is seen counts as wrong.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import shapely
+
+from frontage.geometry.arrays import Float
+from frontage.model.estimate import Estimate, Provenance
+from frontage.openings.borders.borders import Place
+from frontage.openings.borders.outline import Outline
+from frontage.openings.layout.pooling import (
+    BOTTOM,
+    HEIGHT,
+    MIDDLE,
+    WIDTH,
+    between_members,
+    columns_of,
+    like_groups,
+    predicted,
+    rows_of,
+    values_of,
+)
+from frontage.openings.wall.evidence import Evidence
+
+_RIGHT = 0.9  # share of the predictions that must be right
+_OTHERS = (2, 1)  # openings of a row, of a column, that predict
+_IOU = 0.5  # overlap of a prediction that is right
+_VISIBLE = 0.5  # share of the beams due that got as far as the wall: less is hidden
+_WALL = -6.0  # nats over a place, below which the wall was seen
+CLEAR = 0.1
+"""m between openings at least."""
+WITHIN = 0.98
+"""Share of an opening that lies within the facade's outline."""
+SEEN = ("wall", "other")
+"""States of a free place that beams came back from."""
+
+
+@dataclass(frozen=True, eq=False)
+class Inferred:
+    """An opening that was predicted, the share of such predictions that are right, and its evidence, nats."""
+
+    outline: Outline
+    confidence: float
+    evidence: float
+
+
+@dataclass(frozen=True, eq=False)
+class Node:
+    """What the row `row` and the column `column` predict, without the openings `left_out`."""
+
+    place: Place
+    covariance: Float
+    like: int
+    row: int
+    column: int
+
+
+def infer(outlines: Sequence[Outline], evidence: Evidence) -> list[Inferred]:
+    """The openings that rows and columns predict where nothing saw the wall; none where the facade is not
+    regular enough for nine of ten to be right.
+    """
+    if len(outlines) <= sum(_OTHERS):
+        return []
+    grid = Grid(outlines)
+    told = [(node, state_of(node.place, outlines, evidence)) for node in grid.nodes()]
+    right = {(n.row, n.column): True for n in grid.left_out()}
+    right |= {(n.row, n.column): False for n, state in told if state == "wall"}
+    found: list[Inferred] = []
+    for node, state in told:
+        rates = [_rate(right, None, None), _rate(right, node.row, None), _rate(right, None, node.column)]
+        if state != "unknown" or min(rates) < _RIGHT:
+            continue
+        if _near(node.place, [f.outline.place for f in found]):
+            continue
+        like = outlines[node.like]
+        depth = grid.depth(node.like)
+        outline = Outline(
+            like.shape, node.place, like.rise, node.covariance, (), depth, like.passes, like.wall
+        )
+        found.append(Inferred(outline, rates[0], _worth(node.place, evidence)))
+    return found
+
+
+def _rate(right: dict[tuple[int, int], bool], row: int | None, column: int | None) -> float:
+    """Expected share of right predictions (Jeffreys), of a row or column its own share where that is less."""
+    some = [v for (r, c), v in right.items() if row in (None, r) and column in (None, c)]
+    if row is None and column is None:
+        return (sum(some) + 0.5) / (len(some) + 1.0)
+    return sum(some) / len(some) if some else 1.0
+
+
+class Grid:
+    """Rows of like openings and columns of all, and what they predict."""
+
+    def __init__(self, outlines: Sequence[Outline]) -> None:
+        self._outlines = outlines
+        self._own, variance = values_of(outlines)
+        self._sigma = {
+            name: np.sqrt([share @ v @ share for v in variance])
+            for name, share in (("x", MIDDLE), ("z", BOTTOM), ("w", WIDTH), ("h", HEIGHT))
+        }
+        like = like_groups(outlines)
+        self._like = {k: group for group in like for k in group}
+        self._rows = rows_of(outlines, BOTTOM, like)
+        self._columns = columns_of(outlines, [tuple(range(len(outlines)))])
+        self._between = {
+            "x": between_members(self._own @ MIDDLE, self._sigma["x"], self._columns),
+            "z": between_members(self._own @ BOTTOM, self._sigma["z"], self._rows),
+            "w": between_members(self._own @ WIDTH, self._sigma["w"], like),
+            "h": between_members(self._own @ HEIGHT, self._sigma["h"], like),
+        }
+
+    def nodes(self) -> list[Node]:
+        """Of all rows and columns that have no opening in common."""
+        pairs = [(r, c) for r in range(len(self._rows)) for c in range(len(self._columns))]
+        free = [(r, c) for r, c in pairs if not set(self._rows[r]) & set(self._columns[c])]
+        return [n for r, c in free if (n := self._node(r, c, -1)) is not None]
+
+    def left_out(self) -> list[Node]:
+        """The nodes of measured openings that are predicted right without them."""
+        found = []
+        for r, row in enumerate(self._rows):
+            for c, column in enumerate(self._columns):
+                for k in set(row) & set(column):
+                    node = self._node(r, c, k)
+                    if node is not None and _iou(node.place, self._outlines[k].place) >= _IOU:
+                        found.append(node)
+        return found
+
+    def _node(self, r: int, c: int, without: int) -> Node | None:
+        row = [k for k in self._rows[r] if k != without]
+        column = [k for k in self._columns[c] if k != without]
+        if len(row) < _OTHERS[0] or len(column) < _OTHERS[1]:
+            return None
+        like = [k for k in self._like[row[0]] if k != without]
+        near = [k for k in column if k in like] or column
+        told = {
+            name: predicted(self._own @ share, self._sigma[name], members, self._between[name])
+            for name, share, members in (
+                ("x", MIDDLE, near),
+                ("z", BOTTOM, row),
+                ("w", WIDTH, like),
+                ("h", HEIGHT, like),
+            )
+        }
+        (x, dx), (z, dz), (w, dw), (h, dh) = (told[name] for name in "xzwh")
+        covariance = np.zeros((5, 5))
+        covariance[:2, :2] = dx**2 + dw**2 / 4.0 * np.array([[1.0, -1.0], [-1.0, 1.0]])
+        covariance[2:4, 2:4] = dz**2 + np.diag([0.0, dh**2])
+        covariance[4, 4] = self._outlines[row[0]].covariance[4, 4]
+        place = (x - w / 2, z, x + w / 2, z + h)
+        return Node(place, covariance, row[0], r, c)
+
+    def depth(self, like: int) -> Estimate[float] | None:
+        """Depth of a further opening like the one of that number; None where too few tell it."""
+        known = [d for k in self._like[like] if (d := self._outlines[k].depth) is not None]
+        if len(known) < _OTHERS[0]:
+            return None
+        value = np.array([d.value for d in known])
+        sigma = np.array([float(d.sigma[0]) for d in known])
+        between = between_members(value, sigma, [tuple(range(len(known)))])
+        at, error = predicted(value, sigma, range(len(known)), between)
+        return Estimate(at, np.array([[error**2]]), float(len(known) - 1), Provenance.INFERRED)
+
+
+def state_of(place: Place, outlines: Sequence[Outline], evidence: Evidence) -> str:
+    """What is known of a place: "taken", "off" the facade, "wall", "unknown", "other" (seen, and no wall)."""
+    if _near(place, [o.place for o in outlines]):
+        return "taken"
+    part = _cells(place, evidence)
+    if part is None or evidence.inside[part].mean() < WITHIN:
+        return "off"
+    if float(evidence.llr[part].sum()) < _WALL:
+        return "wall"
+    due = float(evidence.due[part].sum())
+    hidden = float(evidence.expected[part].sum()) < _VISIBLE * due or due == 0.0
+    return "unknown" if hidden else "other"
+
+
+def _worth(place: Place, evidence: Evidence) -> float:
+    part = _cells(place, evidence)
+    return 0.0 if part is None else float(evidence.llr[part].sum())
+
+
+def _cells(place: Place, evidence: Evidence) -> tuple[slice, slice] | None:
+    """The cells of a place, None where it leaves the raster."""
+    g, (cx, cz) = evidence.raster.cell, evidence.raster.corner
+    c0, r0, c1, r1 = (round((v - o) / g) for v, o in zip(place, (cx, cz, cx, cz), strict=True))
+    h, w = evidence.raster.shape
+    return (slice(r0, r1), slice(c0, c1)) if 0 <= r0 < r1 <= h and 0 <= c0 < c1 <= w else None
+
+
+def _near(place: Place, others: Sequence[Place]) -> bool:
+    """Whether a box overlaps one of others or stands too close to it."""
+    own, boxes = np.array(place), np.reshape(others, (-1, 4))
+    gap = np.maximum(np.maximum(boxes[:, :2] - own[2:], own[:2] - boxes[:, 2:]), 0.0)
+    return bool((np.hypot(*gap.T) < CLEAR).any())
+
+
+def _iou(a: Place, b: Place) -> float:
+    one, other = shapely.box(*a), shapely.box(*b)
+    return float(one.intersection(other).area / one.union(other).area)

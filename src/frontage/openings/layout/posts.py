@@ -1,0 +1,90 @@
+"""Posts of joinery between the windows of a band: what they mean for the beams and for the borders."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from frontage.geometry.arrays import Bool, Float
+from frontage.model.facade import Facade
+from frontage.model.scan import Scan
+from frontage.openings.borders.outline import Outline
+from frontage.openings.wall.beams import Beams, Lines
+
+_LEAST = 0.15  # m: half a brick, the least pier, and the cells that it is cut by
+_ON = 0.015  # m before or behind its front that points are on a post
+
+
+@dataclass(frozen=True)
+class Post:
+    """From x0 to x1, from sill z0 to lintel z1, y of its front; all m, facade frame.
+
+    Windows meet somewhere in it, where is not seen: its middle half counts as wall.
+    """
+
+    x0: float
+    z0: float
+    x1: float
+    z1: float
+    y: float
+
+    @property
+    def middle(self) -> float:
+        """x m."""
+        return (self.x0 + self.x1) / 2
+
+    def holds(self, x: Float, z: Float) -> Bool:
+        """Which of the places (n,) lie in the part that counts as wall."""
+        width = self.x1 - self.x0
+        half = min(max(width / 2, _LEAST), width) / 2
+        return np.asarray((np.abs(x - self.middle) < half) & (z > self.z0) & (z < self.z1))
+
+
+def with_posts(beams: Beams, facade: Facade, scan: Scan, posts: Sequence[Post]) -> Beams:
+    """The beams with posts as parts of the wall, which lies at their depth there."""
+    lines = beams.lines
+    old = lines.y - beams.depth_at(*lines.place) > beams.least
+    lines, moved = _on_posts(lines, posts)
+    depth = np.where(moved, lines.y - lines.level, lines.y - beams.depth_at(*lines.place))
+    lone, lone_depth = beams.open[int(old.sum()) :], beams.open_depth[int(old.sum()) :]
+    x, y, z = facade.frame.inverse.apply(scan.xyz[facade.support]).T
+    on, free = np.zeros(len(x), np.bool_), np.ones(len(lone), np.bool_)
+    for post in posts:
+        on |= post.holds(x, z) & (np.abs(y - post.y) < _ON)
+        free &= ~(post.holds(*lone.T) & (np.abs(lone_depth + beams.depth_at(*lone.T) - post.y) < _ON))
+    through = depth > beams.least
+    return replace(
+        beams,
+        solid=np.vstack([beams.solid, np.column_stack([x[on], z[on]])]),
+        solid_depth=np.append(beams.solid_depth, np.zeros(int(on.sum()))),
+        open=np.vstack([lines.place.T[through], lone[free]]),
+        open_depth=np.append(depth[through], lone_depth[free]),
+        lines=lines,
+    )
+
+
+def _on_posts(lines: Lines, posts: Sequence[Post]) -> tuple[Lines, Bool]:
+    """The lines of sight, those that end on a post or seem to cross the wall there taken at its depth; and
+    which these are.
+    """
+    place, level = lines.place.copy(), lines.level.copy()
+    moved = np.zeros(len(level), np.bool_)
+    for post in posts:
+        there = lines.place + lines.slope * (post.y - lines.level)
+        some = (post.holds(*there) | post.holds(*lines.place)) & (lines.y > post.y - _ON)
+        place[:, some], level[some] = there[:, some], post.y
+        moved |= some
+    return replace(lines, place=place, level=level), moved
+
+
+def with_doubt(outline: Outline, posts: Sequence[Post]) -> Outline:
+    """The outline with the error of those borders that a post sets: windows meet anywhere in its half."""
+    covariance, borders = outline.covariance.copy(), list(outline.borders)
+    x0, z0, x1, z1 = outline.place
+    for post in posts:
+        for k, x in ((0, x0), (1, x1)):
+            width = post.x1 - post.x0
+            if abs(x - post.middle) < width and min(z1, post.z1) > max(z0, post.z0):
+                covariance[k, k] += width**2 / 48.0
+                borders[k] = replace(borders[k], sigma=float(np.sqrt(covariance[k, k])))
+    return replace(outline, covariance=covariance, borders=tuple(borders))

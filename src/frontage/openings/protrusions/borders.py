@@ -1,0 +1,259 @@
+"""Where a protrusion ends: beams that its front stopped against beams that passed beside it."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from frontage.geometry.arrays import Float
+from frontage.model.facade import Facade
+from frontage.model.scan import Scan
+from frontage.openings.protrusions.boxes import Box, within
+from frontage.openings.protrusions.grain import Grain
+from frontage.openings.protrusions.pieces import Piece, slant
+
+_BAND = 0.1  # m to either side of a rough border that is searched
+_STEP = 0.001  # m, raster of the posterior
+_STRAY = 0.02  # share of the beams beyond a border that end on the front's plane all the same
+_NEXT = 2.5  # spacings within a border that tell how far apart rows of hits are
+_SHY = 0.02  # share of the side that is left out at either end: corners
+_CROWN = 0.6  # m above the wall that a cornice may reach
+AHEAD = 2.0  # m: further before the wall nothing belongs to it
+_AT_WALL = 0.05  # m before the wall: what is nearer is in the support
+_HIDDEN = 1.5  # m beyond its last hit that a border is looked for behind what hides it
+_THICK = 0.04  # m, thickness of a railing
+_BENT = 5.0  # sigmas of its sagitta from which a wall is bent
+_SEEN = 0.2  # of the beams due that show the wall beside a front
+_GUESS = 0.25  # of a cheek's width: error of one that is inferred from the other
+_RIM = 0.06  # m, depth of the rim that tells how far out a border stands
+_BEAM = 0.0045  # m: half the footprint of common scanners 10 m away
+
+
+@dataclass(frozen=True, eq=False)
+class Crossings:
+    """Points before, on and behind the wall as columns q (3, n) m, a bent wall straightened.
+
+    slope (2, n): dx/dy, dz/dy of their beams; zero where the sensor is not known: a point stands for the
+    place on a plane right before it.
+    """
+
+    q: Float
+    slope: Float
+
+    @classmethod
+    def of(cls, facade: Facade, scan: Scan) -> "Crossings":
+        """The beams of the facade's support, of all that stands right before it, and of what stopped them.
+
+        Before the wall the support may lack parts of balconies and bays that were taken for obstacles.
+        """
+        inverse = facade.frame.inverse
+        q, (x0, z0, x1, z1) = inverse.apply(scan.xyz), facade.extent
+        origins = np.vstack([inverse.apply(scan.origins).reshape(-1, 3), np.full(3, np.nan)])
+        x, y, z = q.T
+        kept = (y < -_AT_WALL) & (y >= -AHEAD) & (z > z0) & (z < z1 + _CROWN) & (x > x0) & (x < x1)
+        kept[facade.support] = True
+        far = np.flatnonzero((y < -AHEAD) & (scan.origin_index >= 0))
+        place = q[far][:, [0, 2]] - q[far, 1:2] * _slopes(q[far], origins[scan.origin_index[far]])
+        kept[far[(place >= (x0, z0)).all(1) & (place <= (x1, z1)).all(1)]] = True
+        columns = np.ascontiguousarray(q[kept].T)
+        columns[1] -= bend(facade, columns[0])
+        slope = _slopes(q[kept], origins[scan.origin_index[kept]])
+        return cls(columns, np.ascontiguousarray(slope.T))
+
+    def at(self, y: float, box: Box, margin: float) -> tuple[Float, Float]:
+        """Places (k, 2) x, z m within the box where beams cross the plane at y m, and the depth y of their
+        points (k,).
+        """
+        ahead = y - self.q[1]
+        x = self.q[0] + ahead * self.slope[0]
+        some = np.flatnonzero((x >= box[0] - margin) & (x <= box[2] + margin))
+        z = self.q[2][some] + ahead[some] * self.slope[1][some]
+        inside = (z >= box[1] - margin) & (z <= box[3] + margin)
+        some, z = some[inside], z[inside]
+        return np.column_stack([x[some], z]), self.q[1][some]
+
+    def thinned(self, most: int) -> "Crossings":
+        """At most `most` of the beams, to tell shares by."""
+        step = -(-self.q.shape[1] // most)
+        return (
+            self
+            if step <= 1
+            else Crossings(*(np.ascontiguousarray(v[:, ::step]) for v in (self.q, self.slope)))
+        )
+
+
+def _slopes(q: Float, eye: Float) -> Float:
+    """dx/dy, dz/dy (n, 2) of beams from an eye (n, 3) to a point (n, 3); 0 without an eye (NaN)."""
+    way = q - eye
+    known = way[:, 1] > 1e-3
+    return np.asarray(
+        np.where(known[:, None], way[:, [0, 2]] / np.where(known, way[:, 1], 1.0)[:, None], 0.0)
+    )
+
+
+def bend(facade: Facade, x: Float) -> Float:
+    """Depth y (n,) m of a bent wall at x (n,) m, a parabola that its plane touches; 0 of a straight one."""
+    sagitta, sigma = facade.curvature
+    if abs(sagitta) < max(_BENT * sigma, 3.0 * facade.roughness):
+        return np.zeros_like(x)
+    x0, _, x1, _ = facade.extent
+    u = (x - (x0 + x1) / 2) / max((x1 - x0) / 2, 1e-9)
+    return np.asarray(-sagitta * u * u)
+
+
+@dataclass(frozen=True)
+class Outline:
+    """A measured box m, the standard errors m of left, bottom, right, top, the share of the beams within it
+    that the front stopped, and the share of the borders that beams bracket.
+    """
+
+    box: Box
+    sigma: tuple[float, float, float, float]
+    hit: float
+    bracketed: float
+
+
+def outline_of(crossings: Crossings, few: Crossings, before: Float, piece: Piece, grain: Grain) -> Outline:
+    """Borders of a piece among the points (k, 3) m before the wall; `few` of the crossings tell shares.
+
+    A border parts the piece's own points, undersides and cheeks included, from the beams that passed beside
+    it: where these crossed the plane, parallel to the wall, that lies as far out as the piece's rim there.
+    """
+    grain = grain.near(piece.box)
+    points, cheeks = before[piece.rows], {side: before[rows] for side, rows in piece.cheeks.items()}
+    cache: dict[float, tuple[Float, Float]] = {}
+    place, sigma, good = list(piece.box), [0.0] * 4, 0
+    for side in range(4):
+        if side in cheeks:
+            place[side], sigma[side] = _foot(cheeks[side], side % 2, grain)
+            good += 1
+            continue
+        y = _rim_depth(points, piece, side)
+        if y not in cache:
+            cache[y] = crossings.at(y, piece.box, _HIDDEN)
+        at, error, bracketed = _border(points, *cache[y], piece, side, y, grain)
+        place[side], sigma[side] = at, error
+        good += bracketed
+    for side in (0, 2):
+        if side not in cheeks and 2 - side in cheeks:
+            edge = before[piece.front_rows, 0]
+            wide = abs(place[2 - side] - float(edge.max() if side == 0 else edge.min()))
+            place[side], sigma[side] = _mirrored(crossings.q.T, place, sigma[side], side, wide, grain)
+    hit = hit_share(few, piece.box, piece.y, grain)
+    box = (place[0], place[1], place[2], place[3])
+    return Outline(box, (sigma[0], sigma[1], sigma[2], sigma[3]), hit, good / 4)
+
+
+def hit_share(crossings: Crossings, box: Box, y: float, grain: Grain) -> float:
+    """Share of the beams through a box and as far as a front at y m that it stopped; 0 without any.
+
+    A front is as thick as a railing: its bars stand behind its rails.
+    """
+    _, depth = crossings.at(y, box, 0.0)
+    reached = depth >= y - grain.half
+    return float((depth[reached] <= y + max(grain.half, _THICK)).mean()) if reached.any() else 0.0
+
+
+def _foot(cheek: Float, axis: int, grain: Grain) -> tuple[float, float]:
+    """Where a slanting cheek of points (k, 3) m meets the wall, m, and its standard error."""
+    y = cheek[:, 1]
+    at, _, spread = slant(y, cheek[:, 2 * axis])
+    lever = abs(float(y.mean())) / max(float(y.std()), _STEP)
+    return at, float(np.sqrt((1.0 + lever**2) * spread**2 / len(y) + _STEP**2 + (0.5 * grain.sigma) ** 2))
+
+
+def _mirrored(
+    q: Float, place: Sequence[float], sigma: float, side: int, wide: float, grain: Grain
+) -> tuple[float, float]:
+    """A left or right border m whose cheek was not seen, and its error: as `wide` as the other one, unless
+    points (n, 3) show the wall there. Bays are symmetric as a rule.
+    """
+    beyond = place[side] - wide if side == 0 else place[side] + wide
+    x0, x1 = sorted((place[side], beyond))
+    there = (q[:, 0] > x0) & (q[:, 0] < x1) & (q[:, 2] > place[1]) & (q[:, 2] < place[3])
+    wall = float((np.abs(q[there, 1]) <= grain.half).sum())
+    if wall > _SEEN * wide * (place[3] - place[1]) / grain.spacing**2:
+        return place[side], sigma
+    return beyond, float(np.hypot(sigma, _GUESS * wide))
+
+
+def _rim_depth(points: Float, piece: Piece, side: int) -> float:
+    """y m of the foremost points along a side; the front's own where these are as far out."""
+    axis = 0 if side % 2 == 0 else 2
+    edge = piece.box[side]
+    rim = points[np.abs(points[:, axis] - edge) <= _RIM, 1]
+    if len(rim) < 5:
+        return piece.y
+    y = float(np.quantile(rim, 0.05))
+    return y if y - piece.y > _RIM else piece.y
+
+
+def _border(
+    points: Float, where: Float, depth: Float, piece: Piece, side: int, y: float, grain: Grain
+) -> tuple[float, float, bool]:
+    """Place m, standard error m of a border, and whether passes beyond it bracket it.
+
+    points (k, 3) m of the piece; where (n, 2) m beams crossed the plane at y m, and the depth (n,) of theirs
+    """
+    axis, band = side % 2, max(_BAND, 3.0 * grain.spacing)
+    inner = min(band, 0.5 * (piece.box[axis + 2] - piece.box[axis]))
+    ahead = points[points[:, 1] <= y + max(grain.half, -y / 2.0)]  # bands run on along the wall behind it
+    solid = _outwards(ahead[:, [0, 2]], piece.box, side, inner)
+    solid = solid[solid <= band]
+    if len(solid) < 3:
+        return piece.box[side], band / np.sqrt(3.0), False
+    own = within(np.insert(where, 1, 0.0, axis=1), piece.box, 0.0)
+    behind = (depth > y + grain.half) & ~(own & (depth < -grain.half))
+    passed = _outwards(where[behind], piece.box, side, inner)
+    mean, spread = posterior(solid, passed[passed <= band], inner, band, grain.spacing)
+    beyond = passed[passed > mean]
+    free = float(beyond[0]) if len(beyond) else _HIDDEN
+    stopped = _outwards(where[depth < piece.y - grain.half], piece.box, side, inner)
+    stopped = stopped[(stopped > mean) & (stopped < free)]
+    if free > mean + 2.0 * grain.spacing and len(stopped) > len(solid) / 10:
+        spread = float(np.hypot(spread, (free - mean) / np.sqrt(3.0)))  # something hides where it ends
+    at = piece.box[side] + (-mean if side < 2 else mean)
+    return at, spread, free <= mean + 2.0 * grain.spacing
+
+
+def _outwards(where: Float, box: Box, side: int, inner: float) -> Float:
+    """Distances m, sorted, of places (n, 2) beyond a side of a box, from `inner` m within; ends left out."""
+    axis = side % 2
+    low, high = box[1 - axis], box[3 - axis]
+    cut = _SHY * (high - low)
+    s = (where[:, axis] - box[side]) * (-1.0 if side < 2 else 1.0)
+    along = where[:, 1 - axis]
+    return np.sort(s[(along >= low + cut) & (along <= high - cut) & (s >= -inner)])
+
+
+def posterior(solid: Float, passed: Float, inner: float, band: float, spacing: float) -> tuple[float, float]:
+    """Mean and standard error m of a border from the places (n,), (m,) of hits and passes across it, sorted.
+
+    No surface ends further beyond its last hit than the next row of hits would be.
+    """
+    e = np.arange(-inner, band, _STEP)
+    score = _log_likelihood(e, solid, passed)
+    last = float(solid[-1 - int(_STRAY * len(solid))])
+    rows = solid[(solid >= last - _NEXT * spacing) & (solid <= last)]
+    gap = float(np.diff(rows).max()) if len(rows) > 1 else spacing
+    p = np.where(e <= last + max(min(gap, spacing), 2 * _STEP), np.exp(score - score.max()), 0.0)
+    p = p / p.sum() if p.sum() > 0 else (np.abs(e - last) <= _STEP) / 2.0
+    mean = float(p @ e / p.sum())
+    return mean, float(np.sqrt(p @ (e - mean) ** 2 / p.sum() + _STEP**2 + _BEAM**2))
+
+
+def _log_likelihood(e: Float, solid: Float, passed: Float) -> Float:
+    """Log-likelihood (k,) of borders at e (k,): hits within, passes beyond, given where the beams crossed.
+
+    Conditional on the beams' places, so that rows of beams parallel to the border do no harm.
+    """
+    inside = (solid <= 0).sum() + 1.0
+    share = min(max(inside / (inside + (passed <= 0).sum() + 1.0), 0.05), 0.98)
+    s = np.searchsorted(solid, e, side="right")
+    n = np.searchsorted(passed, e, side="right")
+    return np.asarray(
+        s * np.log(share)
+        + n * np.log(1.0 - share)
+        + (len(solid) - s) * np.log(_STRAY)
+        + (len(passed) - n) * np.log(1.0 - _STRAY)
+    )

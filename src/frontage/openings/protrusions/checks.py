@@ -1,0 +1,42 @@
+"""Whether something before the wall belongs to it: straight borders frame it, and it comes near the wall."""
+
+import numpy as np
+
+from frontage.geometry.arrays import Float
+from frontage.openings.protrusions.boxes import Box, filled, occupied, shown_sides
+from frontage.openings.protrusions.grain import Grain
+
+_TOUCH = 0.2  # m from the wall: what belongs to it comes so near
+_CONTACT = 0.1  # share of a protrusion's outline along which it must
+_FREE = 0.4  # the same for what stands on the ground, as cars do: of its sides and its top
+_SIDE = 0.8  # share of a side that shows points: two sides at least do
+_SIDES = 0.6  # share of all sides that does: those of foliage are frayed
+_FILLED = 0.2  # share of the front's cells that shows points: railings are open, foliage more so
+_STRIP = 0.04  # m, least width of the strip along a border
+
+
+def is_framed(own: Float, front: Float, box: Box, grain: Grain) -> bool:
+    """Whether points (n, 3) show along the sides of a box, and those of its front (m, 3) all over it.
+
+    What something hides in part is still framed on two sides; trees have no straight borders.
+    """
+    cell = max(2.0 * grain.spacing, _STRIP)
+    shares = shown_sides(own, box, cell)
+    straight = sorted(shares)[-2] >= _SIDE and float(np.mean(shares)) >= _SIDES
+    return straight and filled(front, box, cell) >= _FILLED
+
+
+def is_attached(p: Float, box: Box, y: float, ground: float) -> bool:
+    """Whether the points (n, 3) of a box with its front at y m come near the wall along its outline.
+
+    Cars, people, lamps and trees stand free of it; what stands on the ground (z m) has more to prove.
+    """
+    if -y <= _TOUCH:
+        return True
+    x0, z0, x1, z1 = box
+    p = p[p[:, 1] > -_TOUCH]
+    step, rim, stands = _TOUCH / 2, _TOUCH, z0 < ground + _TOUCH
+    upright = [occupied(p[np.abs(p[:, 0] - x) < rim, 2], step) for x in (x0, x1)]
+    level = [occupied(p[np.abs(p[:, 2] - z) < rim, 0], step) for z in ([z1] if stands else [z0, z1])]
+    share = sum(upright + level) * step / (2.0 * (z1 - z0) + len(level) * (x1 - x0))
+    return share >= (_FREE if stands else _CONTACT)

@@ -1,0 +1,85 @@
+"""What a scan resolves before a wall: spacing of the beams, noise, and the sizes that follow from both."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from frontage.geometry.arrays import Float, freeze
+from frontage.openings.protrusions.boxes import Box
+
+_GAP = 0.15  # m: railings leave no wider gaps between their bars, lest a child falls through
+_GAP_POINTS = 4.0  # spacings that points of one surface are apart at most
+_FINE = 0.03  # m, least cell in which area is counted
+_HALF = 2.5  # sigmas to either side that a flat front holds
+_FINEST = 0.004  # m, least of those sigmas: mouldings and paint
+_LONG, _ROWS = 0.5, 3.0  # m, least length of a front; its least height in rows of beams
+_LEAST_HEIGHT = 0.04  # m
+_TILE = 1.0  # m, in which the spacing is measured
+_CELLS = 3.0  # spacings a cell is wide that tells whether a part of a tile was seen
+_FEWEST = 30  # points of a tile that tell a spacing
+_SPARSE = 80  # percentile of the tiles' spacings that connects what belongs together
+
+
+@dataclass(frozen=True, eq=False)
+class Grain:
+    """spacing m between beams on the wall, sigma m of its surface; `sparse` m, spacing where it is wide.
+
+    tiles (k, 3): x, z m of the middles of the tiles where the spacing was measured, and it
+    """
+
+    spacing: float
+    sigma: float
+    sparse: float
+    tiles: Float
+
+    def __post_init__(self) -> None:
+        freeze(self, tiles=((None, 3), np.float64))
+
+    @classmethod
+    def of(cls, wall: Float, spacing: float, sigma: float) -> "Grain":
+        """Measured on the points (n, 2) x, z m of a wall, by tiles: root of the seen area per point.
+
+        `spacing` m is that of the whole wall: no tile counts as finer.
+        """
+        if len(wall) == 0:
+            return cls(spacing, sigma, spacing, np.empty((0, 3)))
+        low, side = wall.min(0), _CELLS * spacing
+        tile = np.floor((wall - low) / _TILE).astype(np.int64)
+        flat = tile[:, 0] * (tile[:, 1].max() + 1) + tile[:, 1]
+        cell = np.floor((wall - low) / side).astype(np.int64)
+        _, first = np.unique(cell[:, 0] * (cell[:, 1].max() + 1) + cell[:, 1], return_index=True)
+        number, seen = np.bincount(flat), np.bincount(flat[first], minlength=flat.max() + 1)
+        full = np.flatnonzero(number >= _FEWEST)
+        middle = np.column_stack(np.divmod(full, tile[:, 1].max() + 1)) + 0.5
+        apart = np.maximum(np.sqrt(seen[full] * side**2 / number[full]), spacing)
+        sparse = float(np.percentile(apart, _SPARSE)) if len(apart) else spacing
+        return cls(spacing, sigma, sparse, np.column_stack([low + middle * _TILE, apart]))
+
+    def near(self, box: Box) -> "Grain":
+        """With the spacing of the tiles that a box x0, z0, x1, z1 m touches."""
+        if len(self.tiles) == 0:
+            return self
+        away = np.maximum(np.array(box[:2]) - self.tiles[:, :2], self.tiles[:, :2] - np.array(box[2:]))
+        distance = np.maximum(away, 0.0).max(1)
+        close = distance <= max(float(distance.min()), _TILE)
+        return replace(self, spacing=float(np.median(self.tiles[close, 2])))
+
+    @property
+    def half(self) -> float:
+        """m to either side of a flat front that its points lie."""
+        return _HALF * max(self.sigma, _FINEST)
+
+    @property
+    def gap(self) -> float:
+        """m within which points hang together, where the wall is seen sparsely, too."""
+        return max(_GAP, _GAP_POINTS * self.sparse)
+
+    @property
+    def cell(self) -> float:
+        """m, side of the cells that area is counted in."""
+        return max(2.0 * self.spacing, _FINE)
+
+    @property
+    def least(self) -> tuple[float, float]:
+        """m, least length and height of a front: ten points along, three rows of beams across."""
+        return max(_LONG, 10.0 * self.spacing), max(_LEAST_HEIGHT, _ROWS * self.spacing)

@@ -1,0 +1,75 @@
+"""How many beams a piece of wall would catch, told from the wall around."""
+
+import numpy as np
+from scipy import ndimage
+
+from frontage.geometry.arrays import Array, Float
+from frontage.openings.wall.beams import Raster
+from frontage.openings.wall.triangles import density
+
+_AROUND = 0.5  # m, one sigma of the surroundings
+_CUT = 0.05  # share of the wall around, below which nothing is expected
+_FEW = 2.0  # beams a cell must hold for its neighbours to be told from
+_COARSEST = 0.2  # m: larger cells are cut by openings
+
+
+def beams_due(points: Float, raster: Raster) -> Float:
+    """Beams (h, w) that cells of wall would catch, by the wall's points (n, 2) m; 0 where these are too far.
+
+    Where the cells hold too few, larger ones tell: four times as many until they hold two on average, for
+    density varies with distance and incidence. Where those hold too few as well, the triangles between
+    neighbouring points tell. Wide openings are told from further around.
+    """
+    solid = raster.count(*points.T)
+    due, left, sparse = np.zeros(solid.shape), np.ones(solid.shape, np.bool_), np.zeros(solid.shape, np.bool_)
+    steps = [1]
+    while steps[-1] * 2 * raster.cell <= _COARSEST:
+        steps.append(steps[-1] * 2)
+    for step, around in [*((s, _AROUND) for s in steps), (steps[-1], 2.0 * _AROUND)]:
+        mean, cover = _mean_hits(_blocks(solid, step), around / (step * raster.cell))
+        told = left & _spread((cover > _CUT) & ((mean >= _FEW) | (step == steps[-1])), step, solid.shape)
+        due = np.where(told, _spread(mean / step**2, step, solid.shape), due)
+        sparse |= told & _spread(mean < _FEW, step, solid.shape)
+        left &= ~told
+    if sparse.any():
+        flat = raster.flat(*points.T)
+        own = points[(flat >= 0) & sparse.ravel()[flat]]
+        due[sparse] = raster.cell**2 * density(own, raster.middles(sparse), 2.0 * _AROUND)
+    return due
+
+
+def _mean_hits(hits: Float, wide: float) -> tuple[Float, Float]:
+    """Poisson mean of the cells (h, w) that are wall, and the share of the cells around that are.
+
+    The mean of cells with a hit is lam / (1 - exp(-lam)): inverted.
+    """
+    held, total = (blurred(m, wide) for m in ((hits > 0).astype(np.float64), hits))
+    mean = total / np.maximum(held, 1e-9)
+    lam = np.geomspace(1e-3, 1e4, 400)
+    found = np.interp(mean, lam / -np.expm1(-lam), lam)
+    return found, held / -np.expm1(-found)
+
+
+def blurred(values: Float, wide: float) -> Float:
+    """Gaussian blur of `wide` cells; of blocks of a quarter of that."""
+    step = max(int(wide / 4), 1)
+    small = _blocks(values, step) / step**2
+    return _spread(
+        ndimage.gaussian_filter(small, wide / step, mode="constant", truncate=3.0), step, values.shape
+    )
+
+
+def _blocks(values: Float, step: int) -> Float:
+    """Sums over blocks of step x step cells."""
+    if step == 1:
+        return values
+    h, w = values.shape
+    padded = np.pad(values, ((0, -h % step), (0, -w % step)))
+    return np.asarray(padded.reshape(-(-h // step), step, -(-w // step), step).sum((1, 3)))
+
+
+def _spread(values: Array, step: int, shape: tuple[int, ...]) -> Array:
+    """The value of every cell's block."""
+    if step == 1:
+        return values
+    return np.repeat(np.repeat(values, step, 0), step, 1)[: shape[0], : shape[1]]

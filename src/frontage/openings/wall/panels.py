@@ -1,0 +1,55 @@
+"""Panels: recesses shallower than any reveal that return as much as the wall does."""
+
+from dataclasses import replace
+
+import numpy as np
+from scipy import ndimage
+
+from frontage.geometry.arrays import Bool
+from frontage.openings.wall.beams import Beams
+from frontage.openings.wall.evidence import Evidence, balance, enough
+
+_DEEPEST = 0.07  # m: masonry steps back by a quarter of a brick; leaves and panes lie deeper
+_FULL = 0.6  # share of the wall's beams that come back from a panel: glass returns less
+_NARROWEST = 0.25  # m, left of a panel then: frames are narrower, and posts between two casements
+_ABOVE = 0.5  # m above the ground: thresholds, and what the share leaves out
+_DOOR = 1.5  # m: what is that high and stands on the ground may be the leaf of a door
+
+
+def without_panels(evidence: Evidence, beams: Beams, ground: float) -> Evidence:
+    """The evidence with panels as wall; `ground` m, its height.
+
+    A panel is full of points from one surface right behind the wall, over more than the width of a frame.
+    """
+    raster = evidence.raster
+    shallow = beams.open_depth <= _DEEPEST
+    (x, z), depth = beams.open[shallow].T, beams.open_depth[shallow]
+    held, first, second = (raster.count(x, z, depth**power) for power in range(3))
+    come, first, second = (ndimage.uniform_filter(m, 3) for m in (held, first, second))
+    spread = second / np.maximum(come, 1e-9) - (first / np.maximum(come, 1e-9)) ** 2
+    full = enough(held, evidence.expected, 1.0) >= _FULL
+    full &= (evidence.expected > 0.0) & (spread < (beams.least / 2.0) ** 2)
+    least = max(int(np.ceil(_NARROWEST / raster.cell)), 2)
+    full = ndimage.binary_closing(full, np.ones((3, 3), np.bool_))  # counts scatter
+    full = ndimage.binary_opening(full, np.ones((least, least), np.bool_))
+    foot = max(int((ground + _ABOVE - raster.corner[1]) / raster.cell), 0)
+    doors = _doors(full, evidence.llr > 0.0, foot, raster.cell)
+    panel = ndimage.maximum_filter(full & ~doors, 3)
+    held = np.where(panel, held, 0.0)
+    if not held.any():
+        return evidence
+    solid, open_ = evidence.solid + held, evidence.open - held
+    llr = np.where(panel & evidence.inside, balance(evidence.expected, solid, 0.0 * open_), evidence.llr)
+    return replace(evidence, llr=llr, solid=solid, open=open_)
+
+
+def _doors(full: Bool, open_: Bool, foot: int, cell: float) -> Bool:
+    """Cells (h, w) of `full` that are leaves: as high as a door, and open or full down to row `foot`."""
+    out = np.zeros(full.shape, np.bool_)
+    labels, _ = ndimage.label(full)
+    for rows, columns in ndimage.find_objects(labels):
+        below = slice(min(foot, rows.start), rows.start)
+        stands = open_[below, columns].mean(axis=1) > _FULL  # no wall between it and the ground
+        if stands.all() and (rows.stop - below.start) * cell > _DOOR:
+            out[rows, columns] = True
+    return out

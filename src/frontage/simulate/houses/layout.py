@@ -1,0 +1,226 @@
+"""The grammar of a front: axes and storeys filled with windows, doors, balconies and oriels."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from frontage.errors import OptionError
+from frontage.geometry.arrays import Float
+from frontage.simulate.houses.draft import HouseDraft
+from frontage.simulate.houses.elevation import Balcony, Oriel, separate
+from frontage.simulate.houses.groundfloor import ground_floor
+from frontage.simulate.houses.shapes import BarLayout
+from frontage.simulate.houses.slots import Slot, oriel_wall, undisturbed
+from frontage.simulate.houses.style import Style, WindowType, draw_bars
+
+LEAST_PIER = 0.12  # m, between windows that stand as close as a spec may ask
+
+
+@dataclass(frozen=True)
+class Layout:
+    """What stands where on a facade: slots in the order of who may stay, balconies, oriels."""
+
+    slots: tuple[Slot, ...]
+    balconies: tuple[Balcony, ...] = ()
+    oriels: tuple[Oriel, ...] = ()
+
+
+def lay_out_front(
+    draft: HouseDraft, style: Style, outline: Float, id: str, rng: np.random.Generator
+) -> Layout:
+    """Fill the front of a house; what would overlap or leave the wall is left out.
+
+    Raises OptionError when the columns that the spec asks for do not fit.
+    """
+    axes = draw_axes(draft.width, style, draft.spec.columns, id, rng)
+    low = ground_floor(draft, style, axes, rng)
+    slots = _upper_rows(draft, style, axes, rng)
+    oriel = _draw_oriel(draft, style, axes, rng)
+    balconies: tuple[Balcony, ...] = ()
+    if style.balconies:
+        slots, balconies = _with_balconies(draft, slots, axes, style.upper.width, oriel, rng)
+    if oriel:
+        slots = [_on_oriel(s, oriel) for s in slots]
+    slots = [*low, *slots, *_gable_rows(draft, style, rng)]
+    oriels = (oriel,) if oriel else ()
+    return Layout(tuple(fitting(slots, outline, oriels)), balconies, oriels)
+
+
+def lay_out_side(
+    draft: HouseDraft, style: Style, outline: Float, id: str, rng: np.random.Generator
+) -> Layout:
+    """Fill a side or the back of a detached house with a few windows."""
+    quiet = replace(style, gap=max(style.gap, 1.2), shutters=style.shutters if rng.random() < 0.5 else 0.0)
+    width, count = float(np.ptp(outline[:, 0])), int(rng.integers(0, 4))
+    if count == 0:
+        return Layout(())
+    axes = draw_axes(width, quiet, None, id, rng)[:count]
+    slots = []
+    for storey in draft.storeys:
+        kind = quiet.of(storey.number, draft.floors)
+        slots += [_slot(quiet, kind, x, storey.floor + quiet.parapet, storey.number, rng) for x in axes]
+    return Layout(tuple(fitting([s for s in slots if rng.random() < 0.85], outline, ())))
+
+
+def fitting(slots: list[Slot], outline: Float, oriels: tuple[Oriel, ...]) -> list[Slot]:
+    """The slots that stand free of those before them, within the wall, and not behind an oriel."""
+    front = [s for s in slots if s.wall_y == 0.0]
+    blocked = [o.ring for o in oriels]
+    problems = separate([*blocked, *(s.ring for s in front)], [outline] * (len(blocked) + len(front)))
+    kept = {id(s) for s, p in zip(front, problems[len(blocked) :], strict=True) if not p}
+    for oriel in oriels:
+        own = [s for s in slots if s.wall_y != 0.0]
+        problems = separate([s.ring for s in own], [oriel_wall(oriel)] * len(own))
+        kept |= {id(s) for s, p in zip(own, problems, strict=True) if not p}
+    return undisturbed([s for s in slots if id(s) in kept])
+
+
+def draw_axes(
+    width: float, style: Style, count: int | None, id: str, rng: np.random.Generator
+) -> list[float]:
+    """Left edges (m) of the windows of a storey, evenly spread or in a looser rhythm.
+
+    Raises OptionError when `count` windows do not fit.
+    """
+    w = max(t.width for t in (style.upper, style.noble, style.top, style.ground))
+    margin = 0.5 + (w / 2 if style.shutters else 0.0)
+    room = width - 2 * margin + style.gap
+    n = count or max(1, int(room // (w + style.gap)))
+    free = width - 2 * margin - n * w
+    if count and n * (w + LEAST_PIER) + LEAST_PIER > width:
+        raise OptionError(
+            f"house {id}: {n} columns of windows {w:.2f} m wide do not fit on {width:.2f} m; ask for fewer"
+        )
+    weight = np.ones(n - 1) if rng.random() < 0.65 else rng.uniform(0.75, 1.35, n - 1)
+    if n == 1 or free <= 0:
+        pier = (width - n * w) / (n + 1)
+        return [pier + k * (w + pier) for k in range(n)]
+    spread = min(1.0, (style.gap * 1.8 * (n - 1)) / free)
+    gaps = free * spread * weight / weight.sum()
+    start = margin + free * (1 - spread) / 2
+    return [float(start + k * w + gaps[:k].sum()) for k in range(n)]
+
+
+def _upper_rows(draft: HouseDraft, style: Style, axes: list[float], rng: np.random.Generator) -> list[Slot]:
+    slots = []
+    for storey in draft.storeys[1:]:
+        kind = style.of(storey.number, draft.floors)
+        for x in axes:
+            own = kind if rng.random() >= style.odd else replace(kind, bars=draw_bars(rng))
+            slots.append(_slot(style, own, x, storey.floor + style.parapet, storey.number, rng))
+    return slots
+
+
+def _slot(style: Style, kind: WindowType, x: float, z: float, floor: int, rng: np.random.Generator) -> Slot:
+    """A window with its jitter; its axis is that of the style's upper windows."""
+    dx, dz = np.clip(rng.normal(0, style.jitter, 2) if style.jitter else np.zeros(2), -0.03, 0.03)
+    shutters = "none"
+    if rng.random() < style.shutters:
+        shutters = "open" if rng.random() < 0.75 else "closed"
+    curtain = str(rng.choice(["none", "sides", "net", "blind"], p=[0.35, 0.3, 0.2, 0.15]))
+    dressing = replace(kind.dressing, curtain=curtain, share=float(rng.uniform(0.15, 0.8)))
+    middle = x + style.upper.width / 2
+    return Slot(
+        replace(kind, dressing=dressing),
+        float(middle - kind.width / 2 + dx),
+        float(z + dz),
+        floor,
+        0.0,
+        shutters,
+    )
+
+
+def _draw_oriel(draft: HouseDraft, style: Style, axes: list[float], rng: np.random.Generator) -> Oriel | None:
+    """An oriel over one or two axes and one or more upper storeys; none where the windows stand too close."""
+    if not style.oriel or draft.floors < 2:
+        return None
+    spans = (1, 2) if len(axes) > 3 else (1,)
+    places = [(k, n, slant) for n in spans for k in range(len(axes) - n + 1) for slant in (0.0, 0.25)]
+    fits = [p for p in places if _oriel_fits(draft, style, axes, p)]
+    if not fits:
+        return None
+    first, span, slant = fits[int(rng.integers(len(fits)))]
+    x0, x1 = _oriel_span(style, axes, (first, span, slant))
+    last = int(rng.integers(1, draft.floors))
+    z1 = draft.level(last + 1) - 0.25 if last + 1 < draft.floors else draft.eaves - 0.45
+    highest = max(t.height for t in (style.upper, style.noble, style.top)) + style.parapet + 0.12
+    if z1 < draft.level(last) + highest:
+        z1 = draft.level(last) + highest
+    return Oriel(x0, x1, draft.level(1) - 0.2, z1, float(rng.uniform(0.4, 0.9)), slant)
+
+
+def _oriel_span(style: Style, axes: list[float], place: tuple[int, int, float]) -> tuple[float, float]:
+    """Left and right edge (m) of an oriel before `span` axes from the `first` on."""
+    first, span, slant = place
+    return axes[first] - 0.22 - slant, axes[first + span - 1] + style.upper.width + 0.22 + slant
+
+
+def _oriel_fits(draft: HouseDraft, style: Style, axes: list[float], place: tuple[int, int, float]) -> bool:
+    """Whether an oriel keeps 12 cm from the windows beside it and 42 cm from the wall's ends."""
+    first, span, _ = place
+    x0, x1 = _oriel_span(style, axes, place)
+    left = axes[first - 1] + style.upper.width if first else 0.3
+    right = axes[first + span] if first + span < len(axes) else draft.width - 0.3
+    return x0 >= left + 0.12 and x1 <= right - 0.12
+
+
+def _on_oriel(slot: Slot, oriel: Oriel) -> Slot:
+    x, z = slot.x + slot.type.width / 2, slot.z + slot.type.height / 2
+    if not (oriel.x0 < x < oriel.x1 and oriel.z0 < z < oriel.z1):
+        return slot
+    dressing = replace(slot.type.dressing, surround=None, flare=0.12)
+    kind = replace(slot.type, dressing=dressing, depth=min(slot.type.depth, 0.16))
+    return replace(slot, type=kind, wall_y=-oriel.projection, shutters="none")
+
+
+def _with_balconies(
+    draft: HouseDraft, slots: list[Slot], axes: list[float], width: float, oriel: Oriel | None,
+    rng: np.random.Generator,
+) -> tuple[list[Slot], tuple[Balcony, ...]]:  # fmt: skip
+    """Turn the windows of one axis, or of a row of axes, into balcony doors."""
+    first = int(rng.integers(0, len(axes)))
+    last = first if rng.random() < 0.6 else min(first + int(rng.integers(1, 3)), len(axes) - 1)
+    x0, x1 = max(axes[first] - 0.35, 0.15), min(axes[last] + width + 0.35, draft.width - 0.15)
+    if oriel and x0 < oriel.x1 + 0.1 and x1 > oriel.x0 - 0.1:
+        return slots, ()
+    floors = [k for k in range(1, draft.floors) if rng.random() < 0.7]
+    projection, style = float(rng.uniform(0.35, 1.3)), str(rng.choice(["bars", "bars", "solid"]))
+    balconies = [Balcony(x0, x1, draft.level(k), projection, style=style) for k in floors]
+    changed = []
+    for slot in slots:
+        middle = slot.x + slot.type.width / 2
+        changed.append(_as_door(slot, draft) if slot.floor in floors and x0 < middle < x1 else slot)
+    return changed, tuple(balconies)
+
+
+def _as_door(slot: Slot, draft: HouseDraft) -> Slot:
+    if slot.type.shape == "circle":
+        return slot
+    z = draft.level(slot.floor) + 0.04
+    height = slot.z + slot.type.height - z
+    dressing = replace(slot.type.dressing, sill=None)
+    return replace(slot, type=replace(slot.type, kind="door", height=height, dressing=dressing), z=z)
+
+
+def _gable_rows(draft: HouseDraft, style: Style, rng: np.random.Generator) -> list[Slot]:
+    """Windows in a gable that faces the street, row by row as long as there is room."""
+    if draft.roof != "street_gable":
+        return []
+    slots = []
+    small = replace(style.top, width=style.top.width * 0.8, height=style.top.height * 0.75, shape="rectangle")
+    for row in range(3):
+        z = draft.eaves + 0.5 + 2.5 * row
+        clear = draft.width * (1 - (z + small.height - draft.eaves) / draft.rise) - 0.5
+        count = int(clear // (small.width + 0.7))
+        if count < 1:
+            oculus = replace(small, shape="circle", width=0.7, height=0.7, bars=BarLayout())
+            if clear >= 0.6:
+                slots.append(Slot(oculus, draft.width / 2 - 0.35, z, draft.floors + row))
+            break
+        pitch = small.width + 0.7
+        start = draft.width / 2 - count * pitch / 2 + 0.35
+        for k in range(min(count, 4)):
+            shift = (count - min(count, 4)) * pitch / 2
+            x = start + shift + k * pitch - (style.upper.width - small.width) / 2
+            slots.append(_slot(replace(style, shutters=0.0), small, x, z, draft.floors + row, rng))
+    return slots

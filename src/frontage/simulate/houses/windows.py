@@ -1,0 +1,123 @@
+"""An opening as geometry: reveal, frame, bars, pane or leaf, shutters, and the way to the room behind."""
+
+import numpy as np
+
+from frontage.geometry.arrays import Float
+from frontage.geometry.ring import rectangle
+from frontage.simulate.houses.elevation import Dressing
+from frontage.simulate.houses.meshing import Pen, band, inset
+from frontage.simulate.houses.palette import Palette
+from frontage.simulate.scene import OpeningPlan, Part
+
+FRAME_THICKNESS = 0.065  # m, usual depth of a window frame
+LEAF_BEHIND = 0.02  # m, an opaque leaf behind the front of its frame
+
+
+def draw_opening(pen: Pen, plan: OpeningPlan, dressing: Dressing, palette: Palette, inner_y: float) -> None:
+    """Draw one opening; glazed ones are continued to the room's front at `inner_y` (m, facade frame)."""
+    front = plan.wall_y + plan.depth
+    projection = dressing.surround[1] if dressing.surround else 0.0
+    reveal = pen.surface("reveal", Part.REVEAL, palette.reveal, u=(0.0, 1.0, 0.0))
+    pen.strip(reveal, plan.ring, plan.wall_y, front)
+    if projection:
+        surround = pen.surface("surround_reveal", Part.REVEAL, palette.trim, u=(0.0, 1.0, 0.0))
+        pen.strip(surround, plan.ring, plan.wall_y - projection, plan.wall_y)
+    if plan.shutters == "closed":
+        shutter = pen.surface("shutter", Part.SHUTTER, palette.shutter)
+        pen.block(shutter, plan.ring, plan.wall_y + 0.01, plan.wall_y + 0.04)
+    back = front + FRAME_THICKNESS
+    light = _draw_frame(pen, plan, palette, front, back)
+    if not plan.glazed:
+        _draw_leaf(pen, light, front + LEAF_BEHIND, dressing.leaf, palette)
+        return
+    pane = pen.surface("pane", Part.PANE, palette.pane)
+    pen.plate(pane, light, plan.wall_y + plan.glass_depth)
+    _draw_bars(pen, plan, palette, front, back)
+    inner = pen.surface("inner_reveal", Part.ROOM, palette.room, u=(0.0, 1.0, 0.0))
+    far = inset(plan.ring, -dressing.flare) if dressing.flare else plan.ring
+    xyz, corners = band(_at(plan.ring, back), _at(far, max(inner_y, back)))
+    pen.triangles(inner, xyz, corners)
+    _draw_curtain(pen, plan, dressing, palette, back + 0.03)
+
+
+def inner_ring(plan: OpeningPlan, dressing: Dressing) -> Float:
+    """The hole (k, 2) m that an opening needs in the room's wall."""
+    return inset(plan.ring, -dressing.flare) if dressing.flare else plan.ring
+
+
+def _draw_frame(pen: Pen, plan: OpeningPlan, palette: Palette, front: float, back: float) -> Float:
+    light = inset(plan.ring, plan.frame_width)
+    frame = pen.surface("frame", Part.FRAME, palette.frame if plan.glazed else palette.leaf)
+    pen.triangles(frame, *band(_at(plan.ring, front), _at(light, front)))
+    pen.strip(frame, light, front, back)
+    xyz, corners = band(_at(plan.ring, back), _at(light, back))
+    pen.triangles(frame, xyz, corners[:, ::-1])
+    return light
+
+
+def _draw_bars(pen: Pen, plan: OpeningPlan, palette: Palette, front: float, back: float) -> None:
+    if not plan.bars:
+        return
+    surface = pen.surface("bars", Part.BAR, palette.frame)
+    for bar in plan.bars:
+        across = (bar.position - bar.width / 2, bar.position + bar.width / 2)
+        (x0, x1), (z0, z1) = (across, bar.extent) if bar.axis == "vertical" else (bar.extent, across)
+        # uprights stand a hair in front, as no two faces may share a plane
+        shy = 0.003 if bar.axis == "vertical" else 0.004
+        pen.box(surface, (x0, front + shy, z0), (x1, back - shy, z1))
+
+
+def _draw_leaf(pen: Pen, light: Float, y: float, style: str, palette: Palette) -> None:
+    """An opaque leaf: boards with joints, horizontal ribs, or raised panels in two columns."""
+    surface = pen.surface("leaf", Part.LEAF, palette.leaf)
+    pen.plate(surface, light, y)
+    (x0, z0), (x1, _) = light.min(0), light.max(0)
+    top = float(light[:, 1].max()) if len(light) == 4 else float(light[2, 1])
+    w, h = x1 - x0, top - z0
+    if style == "ribs":
+        count = max(3, int(h / 0.45))
+        cells = [(x0, z0 + h * k / count + 0.012, x1, z0 + h * (k + 1) / count) for k in range(count)]
+    elif style == "boards":
+        count = max(3, int(w / 0.16))
+        cells = [(x0 + w * k / count + 0.006, z0, x0 + w * (k + 1) / count, top) for k in range(count)]
+    else:
+        rows, columns = ((0.06, 0.4), (0.46, 0.94)), ((0.09, 0.46), (0.54, 0.91))
+        cells = [(x0 + w * a, z0 + h * c, x0 + w * b, z0 + h * d) for a, b in columns for c, d in rows]
+    for cell in cells:
+        pen.block(surface, rectangle(*cell), y - 0.012, y, back=False)
+
+
+def _draw_curtain(pen: Pen, plan: OpeningPlan, dressing: Dressing, palette: Palette, y: float) -> None:
+    """Fabric behind the pane: two strips, a net over all of it, or a blind from above."""
+    if dressing.curtain == "none":
+        return
+    (x0, z0), (x1, z1) = plan.ring.min(0), plan.ring.max(0)
+    width, height, share = x1 - x0, z1 - z0, dressing.share
+    surface = pen.surface("curtain", Part.ROOM, palette.curtain)
+    if dressing.curtain == "blind":
+        cells = [(x0, z1 - height * share, x1, z1)]
+    elif dressing.curtain == "net":
+        cells = [(x0, z0 + 0.02, x1, z1)]
+    else:
+        part = width * min(share, 0.45)
+        cells = [(x0, z0, x0 + part, z1), (x1 - part, z0, x1, z1)]
+    for cell in cells:
+        _folds(pen, surface, cell, y, dressing.curtain != "blind")
+
+
+def _folds(pen: Pen, surface: int, cell: tuple[float, float, float, float], y: float, wavy: bool) -> None:
+    x0, z0, x1, z1 = cell
+    count = max(2, int((x1 - x0) / 0.04)) if wavy else 2
+    x = np.linspace(x0, x1, count)
+    depth = y + (0.012 * np.sin(np.arange(count) * 1.9) + 0.012 if wavy else np.zeros(count))
+    low = np.column_stack([x, depth, np.full(count, z0)])
+    high = np.column_stack([x, depth, np.full(count, z1)])
+    a = np.arange(count - 1)
+    corners = np.concatenate(
+        [np.column_stack([a, a + 1, a + 1 + count]), np.column_stack([a, a + 1 + count, a + count])]
+    )
+    pen.triangles(surface, np.concatenate([low, high]), corners)
+
+
+def _at(ring: Float, y: float) -> Float:
+    return np.column_stack([ring[:, 0], np.full(len(ring), y), ring[:, 1]])

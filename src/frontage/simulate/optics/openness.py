@@ -1,0 +1,82 @@
+"""How much of the sky every pixel's surface sees: few rays on a coarse grid, smoothed within each face."""
+
+import numpy as np
+
+from frontage.geometry.arrays import Array, Float, Int
+from frontage.simulate.optics.raygrid import RayGrid, finite
+from frontage.simulate.optics.stage import Sight, Stage
+
+_CELLS = 500  # along the longer side of the picture, about
+_LEAST = 4  # px between the places where rays are cast
+_RAYS = 4
+_DITHER: Int = np.array([[0, 2, 1, 3], [3, 1, 2, 0], [1, 3, 0, 2], [2, 0, 3, 1]])
+_PASSES = (1, 2, 4)  # distances of the smoothing kernel, in grid cells (a-trous)
+
+
+class OpennessMap:
+    """Openness on a coarse grid of one photo."""
+
+    def __init__(self, stage: Stage, grid: RayGrid, origin: Float, R: Float) -> None:
+        """Cast the rays of a photo taken at `origin` (3,) m local, local_from_camera rotation R (3, 3)."""
+        h, w = grid.camera.height, grid.camera.width
+        self._step = step = max(_LEAST, max(h, w) // _CELLS)
+        rows = range(min(step // 2, h - 1), h, step)
+        columns = np.arange(min(step // 2, w - 1), w, step)
+        rays = np.stack([grid.rows(r, r + 1)[0, columns] for r in rows])
+        seen = finite(rays).ravel()
+        ways = np.where(seen[:, None], rays.reshape(-1, 3), [0.0, 0.0, 1.0]) @ R.T
+        triangle, xyz = self._solid(stage, origin, ways)
+        triangle[~seen] = -1
+        face = stage.faces[triangle]
+        hit = np.flatnonzero(triangle >= 0)
+        free = np.ones(len(triangle), np.float32)
+        free[hit] = stage.openness(triangle[hit], xyz[hit], ways[hit], _RAYS)
+        shape = (len(rows), len(columns))
+        self._face = face.reshape(shape)
+        self._free = _smoothed(free.reshape(shape), self._face)
+        self._stage = stage
+
+    def at(self, row: Array, column: Array, sight: Sight, which: Int) -> Array:
+        """Openness (m,) float32 of what `sight`'s rays `which` (m,) see in pixels (row, column) (m,)."""
+        face = self._stage.faces[sight.solid[which]]
+        h, w = self._face.shape
+        # ordered dither picks one of the four cells around a pixel as often as bilinear weights would
+        step, half = self._step, self._step // 2
+        i = np.clip((row - half + _DITHER[row & 3, column & 3] * step // 4) // step, 0, h - 1)
+        j = np.clip((column - half + _DITHER[column & 3, row & 3] * step // 4) // step, 0, w - 1)
+        free = self._free[i, j]
+        other = np.flatnonzero(self._face[i, j] != face)
+        free[other] = self._nearby(i[other], j[other], face[other], free[other])
+        return np.asarray(free, np.float32)
+
+    def _nearby(self, i: Int, j: Int, face: Array, spare: Array) -> Array:
+        """The mean over those of the 3 x 3 cells around (i, j) (k,) that show `face` (k,), else `spare`."""
+        h, w = self._face.shape
+        total, weight = np.zeros((2, len(i)), np.float32)
+        for di in (-1, 0, 1):
+            for dj in (-1, 0, 1):
+                near = np.clip(i + di, 0, h - 1), np.clip(j + dj, 0, w - 1)
+                same = self._face[near] == face
+                total += same * self._free[near]
+                weight += same
+        return np.where(weight > 0, total / np.maximum(weight, 1.0), spare)
+
+    @staticmethod
+    def _solid(stage: Stage, origin: Float, ways: Float) -> tuple[Int, Float]:
+        hits = stage.solid.first_hit(origin, ways)
+        return hits.triangle.copy(), origin + ways * np.where(hits.found, hits.distance, 0.0)[:, None]
+
+
+def _smoothed(free: Array, face: Array) -> Array:
+    """Means over 3 x 3 cells at growing distances, over cells of the same face only."""
+    for step in _PASSES:
+        total, weight = np.zeros_like(free), np.zeros_like(free)
+        wide, same = np.pad(free, step, mode="edge"), np.pad(face, step, mode="edge")
+        h, w = free.shape
+        for dy in (0, step, 2 * step):
+            for dx in (0, step, 2 * step):
+                match = same[dy : dy + h, dx : dx + w] == face
+                total += match * wide[dy : dy + h, dx : dx + w]
+                weight += match
+        free = total / weight
+    return free

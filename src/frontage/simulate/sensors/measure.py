@@ -1,0 +1,102 @@
+"""One laser measuring: true beams in, noisy ranges and intensities out."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from frontage.geometry.arrays import Array, Float, Int
+from frontage.simulate.sensors.footprint import sub_rays
+from frontage.simulate.sensors.instrument import Instrument
+from frontage.simulate.sensors.recording import Echo
+from frontage.simulate.sensors.returns import Echoes, record
+from frontage.simulate.sensors.target import Target
+
+_BATCH = 20_000  # beams traced together: their sub-rays and branches stay in the processor's cache
+_FLOOR, _CEILING = 1e-4, 4.0  # energies between which range noise depends on energy
+
+
+@dataclass(frozen=True, eq=False)
+class Measured:
+    """Echoes (k,) of all beams in order, as recorded.
+
+    beam       (k,) number of the beam; number, count (k,) uint8 of the echo in its beam
+    range      (k,) m, recorded; intensity (k,) float32 0..1
+    surface, kind, true_range   (k,), see `recording.Station`; hit (k, 3) m local, where the light came from
+    """
+
+    beam: Int
+    number: Array
+    count: Array
+    range: Float
+    intensity: Array
+    surface: Array
+    kind: Array
+    true_range: Float
+    hit: Float
+
+
+def measure(
+    target: Target, instrument: Instrument, origins: Float, directions: Float, seed: tuple[int, ...]
+) -> Measured:
+    """Send beams from `origins` (n, 3) along true unit `directions` (n, 3), local; `seed` of all noise."""
+    lots = [
+        _batch(target, instrument, origins[k : k + _BATCH], directions[k : k + _BATCH], k, seed)
+        for k in range(0, len(directions), _BATCH)
+    ]
+    return Measured(*(np.concatenate([getattr(m, name) for m in lots]) for name in Measured.__annotations__))
+
+
+def _batch(
+    target: Target,
+    instrument: Instrument,
+    origins: Float,
+    directions: Float,
+    first: int,
+    seed: tuple[int, ...],
+) -> Measured:
+    rng = np.random.default_rng([*seed, first])
+    light = target.light(instrument, *sub_rays(instrument, origins, directions, first))
+    e = _with_strays(record(light, instrument), len(directions), instrument, rng)
+    hit = origins[e.beam] + e.true_range[:, None] * directions[e.beam]
+    real = np.flatnonzero(np.isin(e.kind, (Echo.PLAIN, Echo.MIXED, Echo.THROUGH_GLASS)))
+    near, tint = np.zeros(len(e)), np.ones(len(e))
+    near[real] = target.roughness.shortening(e.surface[real], hit[real], e.cosine[real])
+    tint[real] = target.tint.factor(e.surface[real], hit[real])
+    energy = e.energy * tint
+    scale = np.clip(energy, _FLOOR, _CEILING) ** -instrument.exponent
+    sigma = np.hypot(
+        instrument.sigma_range * scale, instrument.spread * e.width * (instrument.sigma_range > 0)
+    )
+    return Measured(
+        first + e.beam,
+        e.number,
+        e.count,
+        e.range - near + sigma * rng.normal(size=len(e)),
+        _intensity(energy, instrument, rng),
+        e.surface,
+        e.kind,
+        e.true_range,
+        hit,
+    )
+
+
+def _intensity(energy: Float, instrument: Instrument, rng: np.random.Generator) -> Array:
+    """Recorded intensity (k,) float32 in 0..1: gain, speckle, saturation, quantisation."""
+    value = energy * instrument.gain * (1 + instrument.speckle * rng.normal(size=len(energy)))
+    top = instrument.levels - 1
+    return (np.rint(np.clip(value, 0, 1) * top) / top).astype(np.float32)
+
+
+def _with_strays(echoes: Echoes, beams: int, instrument: Instrument, rng: np.random.Generator) -> Echoes:
+    """Some beams record dust, rain or sunlight instead of a surface, anywhere before it."""
+    stray = np.flatnonzero(rng.random(beams) < instrument.strays)
+    own = echoes.take(np.flatnonzero(~np.isin(echoes.beam, stray)))
+    limit = np.full(beams, instrument.range_max)
+    np.minimum.at(limit, echoes.beam, echoes.range)
+    at = instrument.range_min + rng.random(len(stray)) * (limit[stray] - instrument.range_min)
+    one, zero = np.ones(len(stray), np.uint8), np.zeros(len(stray))
+    faint = rng.uniform(0.001, 0.02, len(stray))
+    kind, none = np.full(len(stray), Echo.STRAY, np.uint8), np.full(len(stray), -1, np.int32)
+    extra = Echoes(stray, one, one, at, faint, zero, none, kind, at, zero)
+    both = Echoes(*(np.concatenate([getattr(own, n), getattr(extra, n)]) for n in Echoes.__annotations__))
+    return both.take(np.argsort(both.beam, kind="stable"))

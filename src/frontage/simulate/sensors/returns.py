@@ -1,0 +1,147 @@
+"""From the light of a beam's paths to the echoes that its scanner records.
+
+Pulsed: paths whose ranges differ by less than the resolution melt into one echo at the mean, energy-weighted.
+Phase-shift: one echo per beam; all its light adds up as phasors of the modulation, whatever its range.
+"""
+
+from dataclasses import dataclass, fields
+
+import numpy as np
+
+from frontage.geometry.arrays import Array, Bool, Float, Int
+from frontage.simulate.sensors.instrument import Instrument
+from frontage.simulate.sensors.recording import Echo
+from frontage.simulate.sensors.target import REFERENCE, Light
+
+MIXED_BY = 0.002
+"""m: an echo counts as mixed when light of other surfaces moves its range by more than this."""
+
+_DARK = 0.1  # reflectance at which `range_dark` is stated
+
+
+@dataclass(frozen=True, eq=False)
+class Echoes:
+    """Echoes (k,), ordered by beam and range.
+
+    beam, number, count   row of the beam; 1, 2, ... of so many in the beam
+    range, energy, width  m as the light adds up, without noise; energy; spread of the ranges, m
+    surface, kind         that most of its light comes from; `Echo`
+    true_range, cosine    m to that surface, along the beam; of incidence there
+    """
+
+    beam: Int
+    number: Array
+    count: Array
+    range: Float
+    energy: Float
+    width: Float
+    surface: Array
+    kind: Array
+    true_range: Float
+    cosine: Float
+
+    def __len__(self) -> int:
+        return len(self.beam)
+
+    def take(self, index: Array) -> "Echoes":
+        """The echoes at `index`."""
+        return Echoes(*(getattr(self, f.name)[index] for f in fields(self)))
+
+
+def record(lots: tuple[Light, ...], instrument: Instrument) -> Echoes:
+    """Echoes that the scanner detects and keeps, noise-free, ordered by beam and range."""
+    if instrument.ranging == "pulsed":
+        lots = tuple(part for light in lots for part in _separated(light, instrument.resolution))
+    tables = [_summary(light, instrument) for light in lots]
+    all_ = Echoes(*(np.concatenate([getattr(t, f.name) for t in tables]) for f in fields(Echoes)))
+    seen = all_.energy >= _DARK * (REFERENCE / instrument.range_dark) ** 2
+    seen &= (all_.range >= instrument.range_min) & (all_.range <= instrument.range_max)
+    found = np.flatnonzero(seen)
+    order = found[np.lexsort((all_.range[found], all_.beam[found]))]
+    return _kept(all_.take(order), instrument.echoes)
+
+
+def _separated(light: Light, resolution: float) -> list[Light]:
+    """Beams as recorded pulse by pulse: one lot of single pulses, one with a row per pulse of split beams."""
+    back = light.energy > 0
+    far = np.where(back, light.distance, -np.inf).max(1, initial=-np.inf)
+    near = np.where(back, light.distance, np.inf).min(1, initial=np.inf)
+    split = far - near > resolution
+    many = light.take(np.flatnonzero(split))
+    order = np.argsort(np.where(many.energy > 0, many.distance, np.inf), axis=1)
+    columns = [np.take_along_axis(getattr(many, f.name), order, 1) for f in fields(Light) if f.name != "beam"]
+    many = Light(many.beam, *columns)
+    pulse = np.zeros(many.energy.shape, np.int64)
+    np.cumsum(np.diff(many.distance, axis=1) > resolution, axis=1, out=pulse[:, 1:])
+    pulse[many.energy <= 0] = -1
+    out = [light.take(np.flatnonzero(~split & np.isfinite(near)))]
+    for p in range(int(pulse.max(initial=-1)) + 1):
+        rows = np.flatnonzero((pulse == p).any(1))
+        part = many.take(rows)
+        energy = np.where(pulse[rows] == p, part.energy, 0.0)
+        out.append(Light(part.beam, energy, part.distance, part.surface, part.kind, part.cosine))
+    return out
+
+
+def _summary(light: Light, instrument: Instrument) -> Echoes:
+    """One echo per row of `light`."""
+    light = light.take(np.flatnonzero((light.energy > 0).any(1)))
+    total = light.energy.sum(1)
+    share = light.energy / total[:, None]
+    mean = (share * light.distance).sum(1)
+    # deviations first: a variance from raw squares would lose a millimetre at 100 m
+    apart = np.where(share > 0, light.distance - mean[:, None], 0.0)
+    width = np.sqrt((share * apart**2).sum(1))
+    own, best = _main_surface(light)
+    part = np.where(own, share, 0.0)
+    true_range = (part * light.distance).sum(1) / part.sum(1)
+    weak = np.zeros(len(total), np.bool_)
+    if instrument.ranging == "phase":
+        mean, weak = _phase(share, apart, mean, instrument)
+    row = np.arange(len(total))
+    kind = np.where(np.abs(mean - true_range) > MIXED_BY, Echo.MIXED, light.kind[row, best]).astype(np.uint8)
+    one = np.ones(len(total), np.uint8)
+    return Echoes(
+        light.beam, one, one, mean, np.where(weak, 0.0, total), width,
+        light.surface[row, best], kind, true_range, light.cosine[row, best],
+    )  # fmt: skip
+
+
+def _phase(share: Float, apart: Float, mean: Float, instrument: Instrument) -> tuple[Float, Bool]:
+    """Range by the phase of the summed modulation, and which sums are too weak to trust (n,).
+
+    The long wavelengths give the energy-weighted mean, which decides between the fine one's whole cycles.
+    """
+    phasor = (share * np.exp((2j * np.pi / instrument.fine) * apart)).sum(1)
+    return mean + np.angle(phasor) * instrument.fine / (2 * np.pi), np.abs(phasor) < instrument.coherence
+
+
+def _main_surface(light: Light) -> tuple[Bool, Int]:
+    """Which paths (n, m) come from the surface that returns most of a row's light, its strongest one (n,)."""
+    label = light.surface.astype(np.int64) * 8 + light.kind
+    best = np.argmax(light.energy, axis=1)
+    own = label == np.take_along_axis(label, best[:, None], 1)
+    several = np.flatnonzero((~own & (light.energy > 0)).any(1))
+    for rows in np.array_split(several, max(len(several) * label.shape[1] ** 2 // 4_000_000, 1)):
+        same = label[rows, :, None] == label[rows, None, :]
+        totals = np.einsum("nij,nj->ni", same, light.energy[rows])
+        # of the surface with most light the path with most light
+        most = totals >= totals.max(1, keepdims=True) * (1 - 1e-12)
+        best[rows] = np.argmax(np.where(most, light.energy[rows], -1.0), axis=1)
+        own[rows] = label[rows] == np.take_along_axis(label[rows], best[rows, None], 1)
+    return own & (light.energy > 0), best
+
+
+def _kept(echoes: Echoes, which: str) -> Echoes:
+    """The echoes that the scanner keeps of each beam, numbered."""
+    n = len(echoes)
+    start = np.flatnonzero(np.diff(echoes.beam, prepend=-1))
+    count = np.diff(np.append(start, n))
+    if which == "all":
+        number = np.arange(n) - np.repeat(start, count) + 1
+        new = {"number": number.astype(np.uint8), "count": np.repeat(count, count).astype(np.uint8)}
+        return Echoes(**{f.name: new.get(f.name, getattr(echoes, f.name)) for f in fields(Echoes)})
+    if which == "strongest":
+        order = np.lexsort((-echoes.energy, echoes.beam))
+        return echoes.take(order[start])
+    return echoes.take(start if which == "first" else start + count - 1)

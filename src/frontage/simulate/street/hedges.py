@@ -1,0 +1,66 @@
+"""Hedges before houses that stand back from the street, open before the door."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from frontage.geometry.arrays import Float
+from frontage.model import DOORS
+from frontage.simulate.houses.meshing import Pen
+from frontage.simulate.scene import House, Material, Part
+
+LEAST_SETBACK = 1.5  # m, a front garden needs so much room
+_GAP = 0.35  # m, that a way to a door is wider than the door, each side
+
+
+@dataclass(frozen=True)
+class Front:
+    """The street side of a plot: from s0 to s1 m, ground heights at both ends, spans (m) of ways in."""
+
+    s0: float
+    s1: float
+    z0: float
+    z1: float
+    ways: tuple[tuple[float, float], ...]
+
+    def height(self, s: Float) -> Float:
+        """Height of the ground (n,) at s (n,) m."""
+        return self.z0 + (self.z1 - self.z0) * (s - self.s0) / (self.s1 - self.s0)
+
+    @property
+    def runs(self) -> list[tuple[float, float]]:
+        """The pieces between the ways in, those longer than half a metre."""
+        starts = [self.s0, *(b for _, b in sorted(self.ways))]
+        ends = [*(a for a, _ in sorted(self.ways)), self.s1]
+        return [(a, b) for a, b in zip(starts, ends, strict=True) if b - a > 0.5]
+
+
+def ways_in(house: House) -> list[tuple[float, float]]:
+    """Spans of x (m, front's frame) that lead to the ground floor's doors, gates and garages."""
+    doors = [o for o in house.facades[0].openings if o.floor == 0 and o.kind in DOORS]
+    return [(float(o.ring[:, 0].min()) - _GAP, float(o.ring[:, 0].max()) + _GAP) for o in doors]
+
+
+def draw_hedge(pen: Pen, front: Front, line: float, towards: float, rng: np.random.Generator) -> None:
+    """Draw a hedge behind the building line (d = `line`) with a pen in the street's frame.
+
+    `towards` is 1 or -1: where the house lies. It is all leaves, denser than a tree's.
+    """
+    thick = float(rng.uniform(0.4, 0.7))
+    d = line + towards * (0.1 + thick / 2)
+    green = float(rng.uniform(0.07, 0.13))
+    leaf = Material("hedge", "leaves", (green * 0.55, green, green * 0.3), (0.12, 0.16, 0.06), 0.5)
+    high = float(rng.uniform(0.9, 1.5))
+    surface = pen.surface("leaves", Part.TREE, leaf)
+    for a, b in front.runs:
+        count = int(1500 * (b - a) * high)
+        at = rng.uniform((a, d - thick / 2, 0.03), (b, d + thick / 2, high), (count, 3))
+        at[:, 2] += front.height(at[:, 0])
+        u = rng.normal(size=(count, 3))
+        u *= 0.035 / np.linalg.norm(u, axis=1, keepdims=True)
+        v = np.cross(u, rng.normal(size=(count, 3)))
+        v *= 0.022 / np.linalg.norm(v, axis=1, keepdims=True)
+        xyz = np.stack([at - u, at - v, at + u, at + v], axis=1).reshape(-1, 3)
+        first = 4 * np.arange(count)[:, None]
+        corners = np.concatenate([first + np.array([0, 1, 2]), first + np.array([0, 2, 3])])
+        pen.triangles(surface, xyz, corners)
