@@ -10,9 +10,11 @@ import tifffile
 
 import ortho_wall as wall
 from frontage.errors import FileError, InputError
+from frontage.io.facadefile import facade_from_json, facade_to_json
 from frontage.io.rasters import ortho as ortho_io
-from frontage.io.rasters.geotiff import read_geotiff, write_geotiff
-from frontage.model import PhotoOffset
+from frontage.io.rasters.geotiff import Georeference, read_geotiff, write_geotiff
+from frontage.io.rasters.sidecar import OrthoSidecar, read_sidecar
+from frontage.model import Layer, PhotoOffset
 from frontage.ortho import OrthoOptions, make_ortho
 from frontage.raster.tiles import Tile
 
@@ -57,7 +59,7 @@ def test_a_window_is_an_ortho_image_of_its_own(ortho, tmp_path):
 
 def test_tiles_at_the_edges_come_back_whole(tmp_path):
     band = np.random.default_rng(0).integers(0, 255, (300, 530, 4)).astype(np.uint8)
-    write_geotiff(tmp_path / "a.tif", band, (1.0, 2.0), 0.5, "x", {})
+    write_geotiff(tmp_path / "a.tif", band, Georeference((1.0, 2.0), 0.5, "x", {}))
     assert np.array_equal(read_geotiff(tmp_path / "a.tif")[0], band)
     window = Tile(200, 300, 250, 530)
     part, corner, _ = read_geotiff(tmp_path / "a.tif", window)
@@ -97,6 +99,23 @@ def test_the_sidecar_is_the_contract(ortho, tmp_path):
     assert np.allclose(np.cross(side["frame"]["z"], side["frame"]["x"]), side["frame"]["y"])
 
 
+def test_the_sidecar_comes_back_typed_and_without_a_change(ortho, tmp_path):
+    ortho_io.write_ortho(tmp_path, replace(ortho, photo_offset=PhotoOffset(0.01, 0.001, 5, False)))
+    text = (tmp_path / "ortho.json").read_text()
+    side = read_sidecar(tmp_path)
+    assert json.dumps(side.to_json(), indent=1) + "\n" == text
+    assert OrthoSidecar.from_json(side.to_json()).to_json() == side.to_json()
+    assert (side.size, side.gsd, side.corner, side.sources) == (
+        ortho.size,
+        ortho.gsd,
+        ortho.corner,
+        ortho.sources,
+    )
+    assert side.corner_in(ortho.facade) == pytest.approx(ortho.corner, abs=1e-8)
+    assert side.size_m == pytest.approx((ortho.size[0] * ortho.gsd, ortho.size[1] * ortho.gsd))
+    assert side.relief and 0.0 < side.nodata_share < 1.0
+
+
 def test_the_tiff_is_georeferenced_tiled_and_says_where_the_world_is(ortho, tmp_path):
     ortho_io.write_ortho(tmp_path, ortho)
     with tifffile.TiffFile(tmp_path / "ortho.tif") as tif:
@@ -123,7 +142,7 @@ def test_gdal_reads_the_plane_coordinates(ortho, tmp_path):
 
 def test_more_than_four_gigabytes_is_a_big_tiff(ortho, tmp_path, monkeypatch):
     monkeypatch.setattr("frontage.io.rasters.geotiff._BIG", 1000)
-    write_geotiff(tmp_path / "a.tif", ortho.pixels, ortho.corner, ortho.gsd, "x", {})
+    write_geotiff(tmp_path / "a.tif", ortho.pixels, Georeference(ortho.corner, ortho.gsd, "x", {}))
     with tifffile.TiffFile(tmp_path / "a.tif") as tif:
         assert tif.is_bigtiff
 
@@ -154,7 +173,7 @@ def test_missing_damaged_and_foreign_files_are_said(ortho, tmp_path):
     with pytest.raises(FileError, match="does not fit"):
         ortho_io.read_ortho(tmp_path)
     (tmp_path / "ortho.json").write_text("{")
-    with pytest.raises(FileError, match="no valid JSON"):
+    with pytest.raises(FileError, match="not valid JSON"):
         ortho_io.read_ortho(tmp_path)
     (tmp_path / "ortho.json").write_text(json.dumps(side))
     content = (tmp_path / "depth.tif").read_bytes()
@@ -168,3 +187,12 @@ def test_an_output_that_is_a_file_is_refused(ortho, tmp_path):
     with pytest.raises(FileError, match="out"):
         ortho_io.write_ortho(tmp_path / "out", ortho)
     assert (tmp_path / "out").read_text() == "mine"
+
+
+def test_a_facade_comes_back_from_its_json(ortho):
+    made = ortho.facade
+    facade = replace(made, layers=(Layer(0.3, float("inf"), 2.0, np.empty((0, 2))),), notes=("bent",))
+    back = facade_from_json(json.loads(json.dumps(facade_to_json(facade))), made.support, made.inliers)
+    assert facade_to_json(back) == facade_to_json(facade)
+    assert back.layers[0].sigma == float("inf") and back.layers[0].outline.shape == (0, 2)
+    assert np.array_equal(back.frame.R, made.frame.R) and np.array_equal(back.world.origin, made.world.origin)

@@ -1,10 +1,11 @@
 """GeoTIFF in a facade's own plane: x to the right, z up, metres, a local engineering CRS.
 
-GDAL reads the true 4x4 matrix of a vertical picture as a degenerate affine, so the file carries a plain
-two-dimensional one (pixel-is-area) and the matrix to the world as GDAL metadata.
+GDAL reads the true 4x4 matrix of a vertical picture as a degenerate affine transform. The file therefore
+carries a plain two-dimensional transform (pixel-is-area) and the matrix to the world as GDAL metadata.
 """
 
 from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 from xml.sax.saxutils import escape, quoteattr
@@ -17,26 +18,39 @@ from frontage.geometry.arrays import Array, Float
 from frontage.io.files import whole_file
 from frontage.raster.tiles import Tile, allocate, tiles
 
-_TILE = 256
-_PICTURE_LEVEL = 1  # of deflate: the noise of a photograph packs no better for four times the time
+_TILE = 256  # pixels
+_PICTURE_LEVEL = 1  # of deflate: higher levels take four times as long for a photograph and save nothing
 _BIG = 2**32 - 2**25  # bytes: classic TIFF ends at 4 GiB
+_FIRST, _AGAIN = "run `frontage ortho` first", "run `frontage ortho` again"
+
+# Tags of TIFF and GeoTIFF 1.1 (OGC 19-008r4), and GDAL's two private ones.
 _SCALE, _TIEPOINT, _KEYS, _ASCII = 33550, 33922, 34735, 34737
 _GDAL_METADATA, _GDAL_NODATA = 42112, 42113
+# GeoKeys and their values.
+_MODEL_TYPE, _RASTER_TYPE, _CITATION, _LINEAR_UNIT = 1024, 1025, 1026, 3076
+_USER_DEFINED, _PIXEL_IS_AREA, _METRE = 32767, 1, 9001
 
 
-def write_geotiff(
-    path: Path,
-    band: Array,
-    corner: tuple[float, float],
-    gsd: float,
-    crs_name: str,
-    metadata: Mapping[str, str],
-    nodata: float | None = None,
-) -> None:
-    """Write a band (h, w) or (h, w, 4) RGBA as a tiled, deflated GeoTIFF; BigTIFF when it may pass 4 GiB.
+@dataclass(frozen=True)
+class Georeference:
+    """Where a raster lies in its plane.
 
-    `corner` (x, z) m is the outer upper left corner, `gsd` m per pixel. The file appears under its name only
-    when it is complete.
+    corner    (x, z) m: outer upper left corner of pixel (0, 0)
+    gsd       m per pixel
+    crs_name  name of the local engineering CRS
+    metadata  items for GDAL's metadata
+    """
+
+    corner: tuple[float, float]
+    gsd: float
+    crs_name: str
+    metadata: Mapping[str, str]
+
+
+def write_geotiff(path: Path, band: Array, about: Georeference, nodata: float | None = None) -> None:
+    """Write a band (h, w) or an RGBA image (h, w, 4) as a tiled, deflated GeoTIFF.
+
+    The file is a BigTIFF when it might pass 4 GiB. It appears under its name only when it is complete.
 
     Raises FileError when it cannot be written.
     """
@@ -46,7 +60,7 @@ def write_geotiff(
         "compression": "adobe_deflate",
         "compressionargs": {"level": _PICTURE_LEVEL} if rgba else {},
         "photometric": "rgb" if rgba else "minisblack",
-        "extratags": _tags(corner, gsd, crs_name, metadata, nodata),
+        "extratags": _tags(about, nodata),
         "metadata": None,
         "software": "frontage",
         "predictor": bool(band.dtype.kind == "u"),
@@ -58,7 +72,7 @@ def write_geotiff(
 
 
 def _padded(band: Array) -> Iterator[Array]:
-    """The tiles of a band, row by row, those at its edges filled up: no copy of the whole is made."""
+    """The tiles of a band, row by row; tiles at the edges are filled up. No copy of the whole is made."""
     for tile in tiles(band.shape[0], band.shape[1], _TILE):
         part = np.ascontiguousarray(band[tile.window])
         if part.shape[:2] != (_TILE, _TILE):
@@ -69,16 +83,17 @@ def _padded(band: Array) -> Iterator[Array]:
 
 
 def read_geotiff(path: Path, window: Tile | None = None) -> tuple[Array, tuple[float, float], float]:
-    """The band, the outer upper left corner (x, z) m, and the gsd m of a file that `write_geotiff` made.
+    """Read a file that `write_geotiff` made: the band, its outer upper left corner (x, z) m, and the gsd in
+    m.
 
-    Of a `window` of pixels only its own part is read, and the corner is the window's. A whole band larger
-    than memory should hold is read into a scratch file, tile by tile.
+    With a `window` of pixels, only that part is read, and the corner is the window's. A whole band that is
+    too large for memory is read into a scratch file, tile by tile.
 
-    Raises FileError when the file is missing, damaged or not georeferenced, InputError when the window lies
-    outside.
+    Raises FileError when the file is missing, damaged or not georeferenced, and InputError when the window
+    lies outside the raster.
     """
     if not path.is_file():
-        raise FileError(path, "does not exist", "run the ortho step first")
+        raise FileError(path, "does not exist", _FIRST)
     try:
         with tifffile.TiffFile(path) as tif:
             page = tif.pages[0]
@@ -89,19 +104,20 @@ def read_geotiff(path: Path, window: Tile | None = None) -> tuple[Array, tuple[f
     except InputError:
         raise
     except KeyError as error:
-        raise FileError(path, "is a TIFF without georeference", "run the ortho step again") from error
-    except Exception as error:  # tifffile raises whatever its decoders do
-        raise FileError(path, f"is damaged ({error})", "run the ortho step again") from error
+        raise FileError(path, "is a TIFF without georeference", _AGAIN) from error
+    except Exception as error:  # tifffile passes on whatever its decoders raise
+        raise FileError(path, f"is damaged ({error})", _AGAIN) from error
     left, top = (0, 0) if window is None else (window.c0, window.r0)
     return band, (float(tie[3]) + left * scale, float(tie[4]) - top * scale), scale
 
 
 def _part(page: Any, window: Tile) -> Array:
-    """A window of a page, from the tiles that it touches."""
+    """A window of a page, decoded from the tiles that it touches."""
     h, w = page.shape[:2]
     if not (0 <= window.r0 < window.r1 <= h and 0 <= window.c0 < window.c1 <= w):
         raise InputError(
-            f"{page.parent.filehandle.name} has {w} x {h} px, not the window {window}", code="I321"
+            f"{page.parent.filehandle.name} has {w} x {h} px; the window {window} lies outside it",
+            code="I321",
         )
     if not page.is_tiled:
         raise ValueError("it has no tiles")
@@ -122,22 +138,26 @@ def _part(page: Any, window: Tile) -> Array:
 
 
 def matrix_text(matrix: Float) -> str:
-    """A matrix, row by row, with every digit it has."""
+    """A matrix as text, row by row, with all its digits."""
     return " ".join(repr(float(v)) for v in np.asarray(matrix).ravel())
 
 
-def _tags(
-    corner: tuple[float, float], gsd: float, crs_name: str, metadata: Mapping[str, str], nodata: float | None
-) -> list[tuple[int, int | str, int, Any, bool]]:
-    """The GeoTIFF 1.1 tags and GDAL's two private ones."""
-    name = crs_name.replace("|", "/").encode("ascii", "replace").decode() + "|"
-    keys = [(1024, 0, 1, 32767), (1025, 0, 1, 1), (1026, _ASCII, len(name), 0), (3076, 0, 1, 9001)]
+def _tags(about: Georeference, nodata: float | None) -> list[tuple[int, int | str, int, Any, bool]]:
+    """The tags of GeoTIFF 1.1 and GDAL's two private ones."""
+    (x, z), gsd = about.corner, about.gsd
+    name = about.crs_name.replace("|", "/").encode("ascii", "replace").decode() + "|"
+    keys = [
+        (_MODEL_TYPE, 0, 1, _USER_DEFINED),
+        (_RASTER_TYPE, 0, 1, _PIXEL_IS_AREA),
+        (_CITATION, _ASCII, len(name), 0),
+        (_LINEAR_UNIT, 0, 1, _METRE),
+    ]
     directory = [1, 1, 1, len(keys), *(v for key in keys for v in key)]
-    items = "".join(f"  <Item name={quoteattr(k)}>{escape(v)}</Item>\n" for k, v in metadata.items())
+    items = "".join(f"  <Item name={quoteattr(k)}>{escape(v)}</Item>\n" for k, v in about.metadata.items())
     xml = f"<GDALMetadata>\n{items}</GDALMetadata>".encode("ascii", "xmlcharrefreplace").decode()
     tags: list[tuple[int, int | str, int, Any, bool]] = [
         (_SCALE, "d", 3, (gsd, gsd, 0.0), True),
-        (_TIEPOINT, "d", 6, (0.0, 0.0, 0.0, corner[0], corner[1], 0.0), True),
+        (_TIEPOINT, "d", 6, (0.0, 0.0, 0.0, x, z, 0.0), True),
         (_KEYS, "H", len(directory), tuple(directory), True),
         (_ASCII, "s", 0, name, True),
         (_GDAL_METADATA, "s", 0, xml, True),
