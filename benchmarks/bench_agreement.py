@@ -23,9 +23,9 @@ from frontage.io.photos.read import PhotoSource, read_photos
 from frontage.io.scans.npz import load_scan
 from frontage.ortho import OrthoOptions, make_ortho
 from frontage.pipeline.project import make_project
-from frontage.pipeline.records import load_facade
 from frontage.pipeline.run import run
-from frontage.pipeline.workspace import Workspace
+from frontage.pipeline.store.records import load_facade
+from frontage.pipeline.store.store import Store
 
 TILE = 128  # px
 CORRELATED = 0.6  # of two tiles after the shift: the same thing is seen
@@ -84,11 +84,11 @@ def wall_tiles(facade, scan, ortho):
 
 
 def main(run, photos, cameras, gsd=0.015):
-    workspace = Workspace(Path(run))
+    store = Store(Path(run))
     rows = []
     for folder in sorted((Path(run) / "facades").iterdir()):
         facade = load_facade(folder)
-        scan = load_scan(workspace.buildings_folder / f"{facade.building}.npz")
+        scan = load_scan(store.buildings_folder / f"{facade.building}.npz")
         pictures = read_photos(PhotoSource(path=photos, cameras=cameras), facade.world)
         for name, relief in (("plane", False), ("relief", True)):
             options = OrthoOptions(gsd=gsd, relief=relief, margin=0.0)

@@ -21,8 +21,8 @@ import ortho_wall as wall  # _common has put tests/ on the path
 from frontage.io.rasters.ortho import read_ortho, write_ortho
 from frontage.model import Scan
 from frontage.ortho import OrthoOptions, make_ortho
-from frontage.pipeline.files import write_json
-from frontage.pipeline.workspace import Workspace
+from frontage.pipeline.store.files import write_json
+from frontage.pipeline.store.store import Store
 from frontage.raster.tiles import IN_MEMORY, tiles
 
 WINDOW = 4096  # px, what is read at a time
@@ -103,9 +103,9 @@ def main(width, height):
     rows = []
     with tempfile.TemporaryDirectory() as out:
         folder = Path(out) / "facades" / "B01_F1"
-        workspace = Workspace.create(out)
-        write_json(workspace.buildings_folder / "index.json", {"buildings": [{"id": "B01"}]})
-        workspace.finish("facades", "B01", "", {"facades": ["B01/F1"]})
+        store = Store.create(out)
+        write_json(store.buildings_folder / "index.json", {"buildings": [{"id": "B01"}]})
+        store.finish("facades", "B01", "", {"facades": ["B01/F1"]})
         with Memory() as made:
             ortho = made_ortho(width, height)
         rows.append(["made", made])

@@ -14,7 +14,7 @@ from frontage.geometry.arrays import Array
 from frontage.io.photos.read import PhotoSource, read_photos
 from frontage.model import Facade, Photo
 from frontage.pipeline.project import load_project
-from frontage.pipeline.workspace import Workspace
+from frontage.pipeline.store.store import Store
 
 HEIGHT = 900  # px, of the photo and the ortho-images
 WIDTH = 2000  # px, of the whole picture
@@ -48,12 +48,12 @@ def draw(
     cv2.polylines(picture, [np.round(seen * 16).astype(np.int32)], False, colour, width, cv2.LINE_AA, 4)
 
 
-def elevations(workspace: Workspace, facades: list[Facade], pixels_per_metre: float) -> list[Array]:
+def elevations(store: Store, facades: list[Facade], pixels_per_metre: float) -> list[Array]:
     """The ortho-images (BGR on white) at one scale, standing on one line, each with its name."""
     out = []
     for facade in facades:
-        image = cv2.imread(str(workspace.facade_folder(facade.id) / "ortho.jpg"))
-        factor = pixels_per_metre * workspace.facade(facade.id).sidecar["gsd"]
+        image = cv2.imread(str(store.facade_folder(facade.id) / "ortho.jpg"))
+        factor = pixels_per_metre * store.facade(facade.id).sidecar["gsd"]
         image = cv2.resize(image, None, fx=factor, fy=factor, interpolation=cv2.INTER_AREA)
         panel = np.full((HEIGHT, image.shape[1] + 16, 3), 255, np.uint8)
         foot = HEIGHT - 40
@@ -75,8 +75,8 @@ def models(run: Path, names: list[str], width: int) -> Array:
 
 
 def main(run: Path, project: Path, target: Path) -> None:
-    workspace = Workspace(run)
-    found = [workspace.load_facade(name) for name in workspace.ortho_ids()]
+    store = Store(run)
+    found = [store.facade(name) for name in store.facade_ids("ortho")]
     right = max(found, key=lambda f: f.extent[2] - f.extent[0]).frame.R[:, 0]
     wide = [f for f in found if f.frame.R[:, 0] @ right > 0.9]  # the street front, no gables
     wide.sort(key=lambda f: float(f.frame.t @ right))
@@ -84,7 +84,7 @@ def main(run: Path, project: Path, target: Path) -> None:
     photos = read_photos(source, wide[0].world)
     middle = photos.photos[len(photos.photos) // 2]
     tallest = max(f.extent[3] - f.extent[1] for f in wide)
-    panels = elevations(workspace, wide, (HEIGHT - 60) / (tallest + 0.5))
+    panels = elevations(store, wide, (HEIGHT - 60) / (tallest + 0.5))
     street = np.hstack([outlined(middle, photos.image(middle.id), wide), *panels])
     names = list(dict.fromkeys(f.building for f in wide))
     picture = np.vstack([street, models(run, names, street.shape[1])])

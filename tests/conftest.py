@@ -7,8 +7,8 @@ import pytest
 
 from frontage.pipeline.project import load_project
 from frontage.pipeline.run import run
-from frontage.pipeline.simulate import simulate
 from frontage.simulate.spec import parse_spec
+from frontage.studies.simulate import simulate
 from scenes import Scene, street_scene, write_scene
 from simulated import TINY
 

@@ -9,9 +9,9 @@ from pathlib import Path
 
 import pytest
 
-from frontage.pipeline.demo import SPEC
-from frontage.pipeline.simulate import simulate
 from frontage.simulate.spec import SceneSpec, parse_spec
+from frontage.studies.demo import SPEC
+from frontage.studies.simulate import simulate
 
 ROOT = Path(__file__).resolve().parents[1]
 README = (ROOT / "README.md").read_text("utf-8")

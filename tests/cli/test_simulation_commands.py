@@ -7,7 +7,7 @@ import pytest
 from click.testing import CliRunner, Result
 
 from frontage.cli.main import main
-from frontage.pipeline import demo as demonstration
+from frontage.studies import demo as demonstration
 from simulated import BARE, TINY
 
 

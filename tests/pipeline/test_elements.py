@@ -2,6 +2,7 @@
 
 import json
 from dataclasses import fields, replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -9,9 +10,18 @@ import pytest
 
 from facade_fakes import facade
 from frontage.errors import FileError
-from frontage.model import Elements, Estimate
-from frontage.pipeline.elements import FILES, check_elements, load_elements, save_elements
+from frontage.model import Elements, Estimate, Facade
+from frontage.pipeline.store.elements import FOUND, PRODUCT, check_elements, load_elements, save_product
+from frontage.pipeline.store.elements import save_elements as save_found
 from opening_fakes import elements, opening, round_door
+
+FILES = (PRODUCT, *FOUND[1:])
+
+
+def save_elements(folder: Path, facade: Facade, elements: Elements) -> None:
+    """What the stages `openings` and `views` leave."""
+    save_found(folder, facade, elements)
+    save_product(folder, facade, elements)
 
 
 def same(a: Any, b: Any) -> bool:

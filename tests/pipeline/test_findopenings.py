@@ -10,18 +10,20 @@ import cv2
 import numpy as np
 import pytest
 
-import frontage.pipeline.findopenings as findopenings
+import frontage.pipeline.stages.openings as stage
+import frontage.pipeline.stages.views as views
 from facade_fakes import facade
 from frontage.evaluation.figure import Absent
 from frontage.model import Building, Elements, Failed, OrthoImage
 from frontage.openings.find import find_openings
 from frontage.openings.options import OpeningOptions
-from frontage.pipeline.elements import FILES, load_elements
-from frontage.pipeline.findopenings import options_at, shared_notes
 from frontage.pipeline.project import load_project
 from frontage.pipeline.run import run, run_stage
-from frontage.pipeline.score import score
-from frontage.pipeline.workspace import Workspace
+from frontage.pipeline.stages.openings import options_at, shared_notes
+from frontage.pipeline.store.elements import FOUND, PRODUCT, load_elements
+from frontage.pipeline.store.results import OpeningsPart
+from frontage.pipeline.store.store import Store
+from frontage.studies.score import score
 
 
 @pytest.fixture
@@ -37,21 +39,21 @@ def test_the_chain_finds_the_openings_of_the_street(simulated_run: Path, simulat
     assert (
         part.figures["bars_exact"].value is None
     )  # nothing looks for bars yet, so nothing is claimed of them
-    workspace = Workspace(simulated_run)
-    (name,) = workspace.opening_ids()
-    found = load_elements(workspace.facade_folder(name), name)
+    store = Store(simulated_run)
+    (name,) = store.facade_ids("openings")
+    found = load_elements(store.facade_folder(name), name)
     assert [o.id.split("/")[1] for o in found.openings] == ["F1"] * len(found.openings)
-    assert workspace.manifest()["stages"]["openings"]["items"] == len(found.openings) > 3
+    assert store.manifest().stages["openings"].items == len(found.openings) > 3
 
 
 def test_the_stage_alone_takes_the_method(copy: Path) -> None:
-    workspace = Workspace(copy)
-    (name,) = workspace.opening_ids()
-    path = workspace.facade_folder(name) / "openings.json"
+    store = Store(copy)
+    (name,) = store.facade_ids("openings")
+    path = store.facade_folder(name) / "openings.json"
     before = path.read_bytes()
     run_stage(copy, "openings", options={"method": "paper"})
     assert path.read_bytes() != before
-    assert any("method 'paper'" in note for note in workspace.manifest()["notes"])
+    assert any("method 'paper'" in note for note in store.manifest().notes)
     assert pictures(path.parent) == {"openings", "evidence", "cells_before", "cells"}
     run_stage(copy, "openings", options={"method": "evidence"})
     assert path.read_bytes() == before
@@ -63,9 +65,9 @@ def pictures(folder: Path) -> set[str]:
 
 
 def test_openings_without_an_ortho_image_are_drawn_on_the_evidence(copy: Path) -> None:
-    workspace = Workspace(copy)
-    (name,) = workspace.opening_ids()
-    folder = workspace.facade_folder(name)
+    store = Store(copy)
+    (name,) = store.facade_ids("openings")
+    folder = store.facade_folder(name)
     photograph = cv2.imread(str(folder / "openings.png"))
     (copy / ".done" / "ortho.B01.json").unlink()
     run_stage(copy, "openings")
@@ -77,16 +79,18 @@ def test_openings_without_an_ortho_image_are_drawn_on_the_evidence(copy: Path) -
 def test_another_pixel_size_draws_openings_anew_and_finds_none(
     copy: Path, simulated: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    folder = Workspace(copy).facade_folder("B01/F1")
+    folder = Store(copy).facade_folder("B01/F1")
     kept = {
-        path.name: path.read_bytes() for path in folder.iterdir() if path.name in (*FILES, "evidence.png")
+        path.name: path.read_bytes()
+        for path in folder.iterdir()
+        if path.name in (*FOUND, PRODUCT, "evidence.png")
     }
     before = cv2.imread(str(folder / "openings.png"))
-    monkeypatch.setattr(findopenings, "find_openings", None)
+    monkeypatch.setattr(stage, "find_openings", None)
     run(load_project(simulated / "project.toml", {"ortho": {"gsd": 0.08}}), copy)
-    assert {name: (folder / name).read_bytes() for name in kept} == kept and len(kept) == 4
+    assert {name: (folder / name).read_bytes() for name in kept} == kept and len(kept) == 5
     assert cv2.imread(str(folder / "openings.png")).shape != before.shape
-    assert not [w for w in Workspace(copy).manifest()["warnings"] if w["stage"] == "openings"]
+    assert not Store(copy).manifest().warnings
 
 
 def test_photos_serve_where_the_scans_do_not_tell_how_walls_look(
@@ -101,7 +105,7 @@ def test_photos_serve_where_the_scans_do_not_tell_how_walls_look(
         pictures_of.append(given[3])
         return find_openings(*given)
 
-    monkeypatch.setattr(findopenings, "find_openings", find)
+    monkeypatch.setattr(stage, "find_openings", find)
     run_stage(copy, "openings")
     assert pictures_of and not any(pictures_of)
     told["result"]["looks"] = False
@@ -112,7 +116,7 @@ def test_photos_serve_where_the_scans_do_not_tell_how_walls_look(
 
 def test_photos_that_are_taken_away_are_named_no_more(copy: Path, simulated: Path) -> None:
     run(load_project(simulated / "project.toml").model_copy(update={"photos": None}), copy)
-    openings = load_elements(Workspace(copy).facade_folder("B01/F1"), "B01/F1").openings
+    openings = load_elements(Store(copy).facade_folder("B01/F1"), "B01/F1").openings
     assert openings and not any(o.photos for o in openings)
 
 
@@ -122,20 +126,20 @@ def test_a_picture_that_cannot_be_drawn_costs_no_openings(
     def broken(*_: Any) -> None:
         raise ZeroDivisionError("of all things")
 
-    monkeypatch.setattr(findopenings, "draw_openings", broken)
-    monkeypatch.setattr(findopenings, "save_evidence", broken)
+    monkeypatch.setattr(views, "opening_picture", broken)
+    monkeypatch.setattr(stage, "evidence_pictures", broken)
     summary = run_stage(copy, "openings")
-    assert [w["code"] for w in summary.warnings if w["stage"] == "openings"] == ["E999"] * 2
-    (name,) = Workspace(copy).opening_ids()
-    folder = Workspace(copy).facade_folder(name)
+    assert [(stage, w.code) for stage, w in summary.warnings] == [("openings", "E999"), ("views", "E999")]
+    (name,) = Store(copy).facade_ids("openings")
+    folder = Store(copy).facade_folder(name)
     assert (folder / "openings.json").is_file() and pictures(folder) == set()
 
 
 def test_a_facade_that_cannot_be_judged_is_a_warning_and_leaves_no_files(
     copy: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    (name,) = Workspace(copy).opening_ids()
-    folder = Workspace(copy).facade_folder(name)
+    (name,) = Store(copy).facade_ids("openings")
+    folder = Store(copy).facade_folder(name)
 
     def few(*_: Any) -> Failed:
         return Failed("F401", "too few points", "scan again")
@@ -144,11 +148,13 @@ def test_a_facade_that_cannot_be_judged_is_a_warning_and_leaves_no_files(
         raise ZeroDivisionError("of all things")
 
     for found, code in ((few, "F401"), (broken, "E999")):
-        monkeypatch.setattr(findopenings, "find_openings", found)
+        monkeypatch.setattr(stage, "find_openings", found)
         summary = run_stage(copy, "openings")
-        told = [(w["item"], w["code"]) for w in summary.warnings if w["stage"] == "openings"]
+        told = [(w.item, w.code) for _, w in summary.warnings]
         assert told == [(name, code)]
-        assert Workspace(copy).opening_ids() == [] and not any((folder / file).exists() for file in FILES)
+        assert Store(copy).facade_ids("openings") == [] and not any(
+            (folder / file).exists() for file in (*FOUND, PRODUCT)
+        )
         assert pictures(folder) == set()
 
 
@@ -165,8 +171,8 @@ def test_the_ground_is_told_in_the_facade_s_own_frame() -> None:
 
 def test_notes_are_told_once_with_their_facades() -> None:
     results = [
-        {"notes": {"B01/F1": ["sensors unknown", "facade B01/F1: too dark"]}},
-        {"notes": {f"B02/F{k}": ["sensors unknown"] for k in range(1, 6)}},
+        OpeningsPart(notes={"B01/F1": ("sensors unknown", "facade B01/F1: too dark")}),
+        OpeningsPart(notes={f"B02/F{k}": ("sensors unknown",) for k in range(1, 6)}),
     ]
     assert shared_notes(results) == [
         "openings of B01/F1, B02/F1, B02/F2, B02/F3 and 2 more: sensors unknown",

@@ -11,18 +11,19 @@ import numpy as np
 import pytest
 from click.testing import CliRunner, Result
 
+from frontage.catalog.sightlines import photo_views, scanned_surfaces
 from frontage.cli.main import main
 from frontage.errors import InputError, WorkspaceError
 from frontage.geometry.arrays import Float
 from frontage.geometry.ring import rectangle
 from frontage.model import Elements, Estimate, Opening, Protrusion, Provenance
-from frontage.pipeline.context import Silent
-from frontage.pipeline.elements import load_elements, save_elements
-from frontage.pipeline.located import Located, project_of
+from frontage.pipeline.progress import Silent
 from frontage.pipeline.project import load_project
 from frontage.pipeline.run import run
-from frontage.pipeline.sightlines import photo_views, run_photos, surfaces
-from frontage.pipeline.workspace import Workspace
+from frontage.pipeline.store.elements import load_elements, save_product
+from frontage.pipeline.store.store import Store
+from frontage.queries.answer import Located
+from frontage.queries.runfolder import RunFolder, open_run
 
 
 @pytest.fixture
@@ -33,10 +34,10 @@ def copy(simulated_run: Path, tmp_path: Path) -> Path:
 @pytest.fixture(scope="module")
 def answers(simulated_run: Path) -> list[Located]:
     """Every opening of the tiny scene, asked for by its id."""
-    workspace = Workspace(simulated_run)
-    (name,) = workspace.opening_ids()
-    found = load_elements(workspace.facade_folder(name), name)
-    return [workspace.locate(o.id) for o in found.openings]
+    store = Store(simulated_run)
+    (name,) = store.facade_ids("openings")
+    found = load_elements(store.facade_folder(name), name)
+    return [open_run(simulated_run).locate(o.id) for o in found.openings]
 
 
 @pytest.fixture(scope="module")
@@ -51,7 +52,7 @@ class _Told(Silent):
     def __init__(self) -> None:
         self.kept: dict[str, bool] = {}
 
-    def end(self, stage: str, seconds: float, kept: bool, result: dict[str, Any]) -> None:
+    def end(self, stage: str, seconds: float, kept: bool, items: int) -> None:
         self.kept[stage] = kept
 
 
@@ -64,13 +65,19 @@ def nearest(found: Located, truth: list[dict[str, Any]]) -> dict[str, Any]:
     return min(truth, key=lambda o: float(np.abs(box(o["outline_world"]) - box(found.outline)).max()))
 
 
-def told(copy: Path, addresses: Any) -> Workspace:
+def told(copy: Path, addresses: Any) -> RunFolder:
     """The run folder with addresses in its project, as `frontage run` leaves them."""
     path = copy / "manifest.json"
     manifest = json.loads(path.read_text())
     manifest["project"]["addresses"] = addresses
     path.write_text(json.dumps(manifest))
-    return Workspace(copy)
+    return open_run(copy)
+
+
+def save(store: Store, facade: str, elements: Elements) -> None:
+    """Other openings than were found, as the stages leave them."""
+    store.save_found_elements(store.facade(facade), elements)
+    save_product(store.facade_folder(facade), store.facade(facade), elements)
 
 
 def test_floors_and_places_are_the_true_ones(answers: list[Located], truth: list[dict[str, Any]]) -> None:
@@ -100,7 +107,7 @@ def test_an_answer_agrees_with_itself_and_with_the_picture(
     )
     assert 0 < found.area <= found.width * found.height * 1.001
     assert set(found.sigma) == {"left", "right", "bottom", "top", "width", "height", "depth", "plane"}
-    pixels = Workspace(simulated_run).facade(found.facade)
+    pixels = open_run(simulated_run).facade(found.facade)
     assert found.pixels is not None
     upper_left = pixels.world_to_pixel(*found.corners[3])
     assert found.pixels[:2] == pytest.approx((upper_left.column, upper_left.row), abs=0.02)
@@ -123,25 +130,27 @@ def test_photos_show_the_opening_where_they_say(answers: list[Located], truth: l
 @pytest.mark.parametrize("asked", ["13 rue Soufflot", "rue soufflot, 13", "B01", "B01/F1"])
 def test_the_question_of_the_paper(copy: Path, asked: str, answers: list[Located]) -> None:
     wanted = next(a for a in answers if a.floor == 1 and a.number == 2)
-    workspace = told(copy, {"B01": "13 rue Soufflot"})
-    found = workspace.locate(asked, floor=1, window=2)
+    store = told(copy, {"B01": "13 rue Soufflot"})
+    found = store.locate(asked, floor=1, window=2)
     assert (found.id, found.outline, found.pixels) == (wanted.id, wanted.outline, wanted.pixels)
     assert found.address == (asked if "ouf" in asked else None)
     assert found.chosen == ("asked for" if asked == "B01/F1" else "the only one of the building")
 
 
 def test_the_facade_with_the_most_openings_is_meant_unless_another_is_asked_for(copy: Path) -> None:
-    workspace = Workspace(copy)
-    marker = json.loads((copy / ".done" / "facades.B01.json").read_text())
-    marker["result"]["facades"] = ["B01/F1", "B01/F2"]
-    (copy / ".done" / "facades.B01.json").write_text(json.dumps(marker))
+    store = Store(copy)
+    for stage in ("facades", "ortho", "openings", "views"):
+        path = copy / ".done" / f"{stage}.B01.json"
+        marker = json.loads(path.read_text())
+        marker["result"]["facades"] = ["B01/F1", "B01/F2"]
+        path.write_text(json.dumps(marker))
     shutil.copytree(copy / "facades" / "B01_F1", copy / "facades" / "B01_F2")
-    folder, first = workspace.facade_folder("B01/F1"), workspace.load_facade("B01/F1")
-    save_elements(folder, first, Elements("B01/F1", load_elements(folder, "B01/F1").openings[-1:]))
-    found = workspace.locate("B01", floor=0, window=1)
+    folder = store.facade_folder("B01/F1")
+    save(store, "B01/F1", Elements("B01/F1", load_elements(folder, "B01/F1").openings[-1:]))
+    found = open_run(copy).locate("B01", floor=0, window=1)
     assert found.facade == "B01/F2" and found.chosen == "the one with the most openings, before B01/F1"
     with pytest.raises(InputError, match="B01/F1 has no opening 1 on floor 0"):
-        workspace.locate("B01", floor=0, window=1, facade="f1")
+        open_run(copy).locate("B01", floor=0, window=1, facade="f1")
 
 
 def test_addresses_are_told_without_measuring_anything_again(copy: Path, simulated: Path) -> None:
@@ -153,11 +162,11 @@ def test_addresses_are_told_without_measuring_anything_again(copy: Path, simulat
     again = {stage for stage, kept in told.kept.items() if not kept}
     assert "model" in again and again <= {"model", "export", "report"}
     for asked in ("13 rue Soufflot", "hofgasse 2"):
-        assert Workspace(copy).locate(asked, floor=1, window=1).building == "B01"
+        assert open_run(copy).locate(asked, floor=1, window=1).building == "B01"
 
 
 def test_openings_name_the_photos_that_show_them(answers: list[Located], simulated_run: Path) -> None:
-    folder = Workspace(simulated_run).facade_folder("B01/F1")
+    folder = Store(simulated_run).facade_folder("B01/F1")
     found = {o.id: o.photos for o in load_elements(folder, "B01/F1").openings}
     assert found == {a.id: tuple(view.photo for view in a.photos) for a in answers}
     assert any(found.values())
@@ -165,21 +174,20 @@ def test_openings_name_the_photos_that_show_them(answers: list[Located], simulat
 
 def test_an_address_by_a_point_follows_the_house(copy: Path, answers: list[Located]) -> None:
     x, y, _ = answers[0].center
-    workspace = told(copy, [{"address": "13 rue Soufflot", "at": [x, y]}])
+    store = told(copy, [{"address": "13 rue Soufflot", "at": [x, y]}])
     assert (
-        workspace.locate("13 rue Soufflot", floor=answers[0].floor, window=answers[0].number).id
-        == answers[0].id
+        store.locate("13 rue Soufflot", floor=answers[0].floor, window=answers[0].number).id == answers[0].id
     )
-    workspace = told(copy, [{"address": "13 rue Soufflot", "at": [x + 500, y]}])
+    store = told(copy, [{"address": "13 rue Soufflot", "at": [x + 500, y]}])
     with pytest.raises(InputError, match=r"where no building stands; the nearest, B01, is \d+ m away"):
-        workspace.locate("13 rue Soufflot", floor=1, window=2)
+        store.locate("13 rue Soufflot", floor=1, window=2)
 
 
 def test_an_address_of_no_building_says_so_only_when_asked_for(copy: Path, answers: list[Located]) -> None:
-    workspace = told(copy, {"B01": "13 rue Soufflot", "B99": "15 rue Soufflot"})
-    assert workspace.locate("13 rue Soufflot", floor=answers[0].floor, window=answers[0].number)
+    store = told(copy, {"B01": "13 rue Soufflot", "B99": "15 rue Soufflot"})
+    assert store.locate("13 rue Soufflot", floor=answers[0].floor, window=answers[0].number)
     with pytest.raises(InputError, match='gives "15 rue Soufflot" to building "B99", but the run has B01'):
-        workspace.locate("15 rue Soufflot", floor=1, window=2)
+        store.locate("15 rue Soufflot", floor=1, window=2)
 
 
 @pytest.mark.parametrize(
@@ -190,7 +198,7 @@ def test_an_address_of_no_building_says_so_only_when_asked_for(copy: Path, answe
         ({"address": "B01", "floor": 1, "window": 1, "door": 1}, "give --floor and one of"),
         ({"address": "B01/F1/W1-1", "floor": 1}, "is an opening's id: give it alone"),
         ({"address": "B01/F1/W1-77"}, "no opening B01/F1/W1-77; there, from the left: W1-1"),
-        ({"address": "B01/F7/W1-1"}, "no facade B01/F7 in .*; known: B01/F1"),
+        ({"address": "B01/F7/W1-1"}, "no facade .B01/F7. in .*; known: B01/F1"),
         (
             {"address": "B01", "floor": 1, "window": 77},
             "no opening 77 on floor 1; there, from the left: W1-1",
@@ -205,14 +213,15 @@ def test_what_is_not_there_is_told_in_a_sentence(
     simulated_run: Path, asked: dict[str, Any], sentence: str
 ) -> None:
     with pytest.raises(InputError, match=sentence) as error:
-        Workspace(simulated_run).locate(**asked)
+        open_run(simulated_run).locate(**asked)
     assert "\n" not in str(error.value)
 
 
 def test_a_facade_without_openings_names_the_stage(copy: Path) -> None:
-    (copy / "facades" / "B01_F1" / "openings.json").unlink()
+    for stage in ("openings", "views"):
+        (copy / ".done" / f"{stage}.B01.json").unlink()
     with pytest.raises(WorkspaceError, match="frontage openings"):
-        Workspace(copy).locate("B01/F1/W1-1")
+        open_run(copy).locate("B01/F1/W1-1")
 
 
 def test_a_project_that_this_version_does_not_read_is_told(copy: Path) -> None:
@@ -221,7 +230,7 @@ def test_a_project_that_this_version_does_not_read_is_told(copy: Path) -> None:
     manifest["project"]["of_another_version"] = {}
     path.write_text(json.dumps(manifest))
     with pytest.raises(WorkspaceError, match="names no project of this version; run `frontage run` again"):
-        Workspace(copy).locate("13 rue Soufflot", floor=1, window=2)
+        open_run(copy).locate("13 rue Soufflot", floor=1, window=2)
 
 
 def test_photos_that_have_gone_are_a_note(copy: Path, answers: list[Located]) -> None:
@@ -229,15 +238,14 @@ def test_photos_that_have_gone_are_a_note(copy: Path, answers: list[Located]) ->
     manifest = json.loads(path.read_text())
     manifest["project"]["photos"]["path"] = str(copy / "nowhere" / "*.jpg")
     path.write_text(json.dumps(manifest))
-    found = Workspace(copy).locate(answers[0].id)
+    found = open_run(copy).locate(answers[0].id)
     assert found.outline == answers[0].outline and found.photos == ()
-    assert any("photos could not be asked" in note for note in found.notes)
+    assert any("photos could not be read" in note for note in found.notes)
 
 
 def test_an_opening_on_an_oriel_lies_on_its_front_and_an_inferred_one_is_told(copy: Path) -> None:
-    workspace = Workspace(copy)
-    folder, facade = workspace.facade_folder("B01/F1"), workspace.load_facade("B01/F1")
-    elements = load_elements(folder, "B01/F1")
+    store = Store(copy)
+    facade = store.facade("B01/F1")
     ring = rectangle(-1.0, 0.0, 1.0, 2.0)
     covariance = np.full((8, 8), 1e-4)  # all corners move together
     plain = Opening(
@@ -256,8 +264,8 @@ def test_an_opening_on_an_oriel_lies_on_its_front_and_an_inferred_one_is_told(co
     )
     front = Estimate(-0.6, np.array([[1e-4]]), 10.0)
     oriel = Protrusion("P", "oriel", rectangle(-2.0, -1.0, 2.0, 3.0), 0.01, front, Provenance.MEASURED, 1.0)
-    save_elements(folder, facade, Elements(elements.facade, (plain,), (oriel,)))
-    found = workspace.locate("B01/F1/W1-1")
+    save(store, "B01/F1", Elements("B01/F1", (plain,), (oriel,)))
+    found = open_run(copy).locate("B01/F1/W1-1")
     expected = facade.world.to_world(facade.frame.apply(np.array([[-1.0, -0.6, 0.0]])))[0]
     assert np.allclose(found.corners[0], expected, atol=1e-4)
     assert found.depth is None and found.corners_inside is None and found.sigma["depth"] is None
@@ -266,8 +274,7 @@ def test_an_opening_on_an_oriel_lies_on_its_front_and_an_inferred_one_is_told(co
 
 
 def test_doors_are_asked_for_by_the_number_of_their_id(copy: Path) -> None:
-    workspace = Workspace(copy)
-    folder, facade = workspace.facade_folder("B01/F1"), workspace.load_facade("B01/F1")
+    store = Store(copy)
     covariance = np.eye(8) * 1e-4
     row = []
     for k, (letter, kind) in enumerate((("W", "window"), ("D", "door")), 1):
@@ -275,17 +282,20 @@ def test_doors_are_asked_for_by_the_number_of_their_id(copy: Path) -> None:
         seen = Provenance.MEASURED
         name = f"B01/F1/{letter}0-{k}"
         row.append(Opening(name, kind, ring, covariance, None, "rectangle", seen, 1.0, 1.0, 0, k))
-    save_elements(folder, facade, Elements(facade.id, tuple(row)))
-    assert workspace.locate("B01", floor=0, door=2).id == "B01/F1/D0-2"
-    assert workspace.locate("B01", floor=0, window=2).kind == "door"
+    save(store, "B01/F1", Elements("B01/F1", tuple(row)))
+    asked = open_run(copy)
+    assert asked.locate("B01", floor=0, door=2).id == "B01/F1/D0-2"
+    assert asked.locate("B01", floor=0, window=2).kind == "door"
     with pytest.raises(InputError, match="no door 1 on floor 0; there, from the left: W0-1, D0-2"):
-        workspace.locate("B01", floor=0, door=1)
+        asked.locate("B01", floor=0, door=1)
 
 
 def test_sight_is_blocked_by_what_stands_between(simulated_run: Path) -> None:
-    workspace = Workspace(simulated_run)
-    (photo, *_), _ = run_photos(project_of(workspace).photos, workspace)
-    facade = workspace.load_facade("B01/F1")
+    store = Store(simulated_run)
+    photos = store.photos()
+    assert photos is not None
+    photo = photos.photos[0]
+    facade = store.facade("B01/F1")
     x, z = facade.outline.mean(0)
     ring = rectangle(x - 0.6, z - 0.8, x + 0.6, z + 0.8)
     middle = facade.frame.apply(np.array([[x, 0.0, z]]))[0]
@@ -294,7 +304,9 @@ def test_sight_is_blocked_by_what_stands_between(simulated_run: Path) -> None:
     board = facade.frame.rotate(np.column_stack([u, np.zeros(len(u)), w]))
 
     def visible(cloud: Float | None) -> float | None:
-        (seen,) = photo_views(facade, [(ring, 0.0)], [photo], None if cloud is None else surfaces(cloud))
+        (seen,) = photo_views(
+            facade, [(ring, 0.0)], [photo], None if cloud is None else scanned_surfaces(cloud)
+        )
         return seen[0].visible if seen else None
 
     free = visible(None)  # a corner may lie outside the frame

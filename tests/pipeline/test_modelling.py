@@ -13,56 +13,70 @@ from frontage.io.citymodels.read import read_city_model
 from frontage.io.shapes.read import read_shapes
 from frontage.model import Building, Elements, Estimate
 from frontage.model.citymodel import CityBuilding, Shell
-from frontage.pipeline.context import Run, Silent
-from frontage.pipeline.elements import save_elements
-from frontage.pipeline.files import write_json
-from frontage.pipeline.modelling import FILES, make_model
+from frontage.pipeline.graph import Graph
+from frontage.pipeline.progress import Silent
 from frontage.pipeline.project import make_project
-from frontage.pipeline.records import building_record, save_facade, world_record
-from frontage.pipeline.workspace import Workspace
+from frontage.pipeline.stages import STAGES, model
+from frontage.pipeline.store.markers import Marker
+from frontage.pipeline.store.records import BuildingRecord
+from frontage.pipeline.store.results import Part, ScansResult, StageResult, WorldRecord, result_to_json
+from frontage.pipeline.store.store import Store
 from frontage.scale import make_executor
 from frontage.validation import validate_feature
 from opening_fakes import opening, round_door
 from solids.test_assemble import GROUND, house, protrusion, wall
 from solids.test_build_host import polygons
 
+FILES = ("lod3.city.json", "lod3.gml", "lod3_citygml3.gml", "lod3.glb", "report.json")
 
-def folder(out: Path, names: tuple[str, ...] = ("B01", "B02")) -> Workspace:
+
+def folder(out: Path, names: tuple[str, ...] = ("B01", "B02")) -> Store:
     """Facades of two houses side by side, each with a window, a door and a balcony."""
-    workspace = Workspace.create(out)
+    store = Store.create(out)
     records = []
     for k, name in enumerate(names):
         at = wall(at=(10.0 * k, 0, 0))
         facade = replace(at, id=f"{name}/F1", building=name)
         panes = tuple(replace(o, id=f"{name}/F1/{o.id[-4:]}") for o in (opening(), round_door()))
         balcony = replace(protrusion("balcony", (-3.5, -1.5, -1.5, -0.4), -1.0), id=f"{name}/F1/P1")
-        where = workspace.facade_folder(facade.id)
-        save_facade(where, facade)
-        save_elements(where, facade, Elements(facade.id, panes, (balcony,)))
-        workspace.finish("facades", name, "k", {"facades": [facade.id], "warnings": []})
-        records.append(building_record(Building(name, np.arange(3), GROUND, f"{k + 1} Lime Street"), 3))
-    write_json(
-        workspace.buildings_folder / "index.json", {"world": world_record(WORLD), "buildings": records}
-    )
+        store.save_facade(facade)
+        store.save_found_elements(facade, Elements(facade.id, panes, (balcony,)))
+        judged(store, name, facade.id)
+        records.append(BuildingRecord.of(Building(name, np.arange(3), GROUND, f"{k + 1} Lime Street"), 3))
+    store.save_building_records(records, WORLD)
     low, high = WORLD.to_world(np.array([[40.0, 850, 0], [90, 890, 30]]))
-    workspace.finish("scans", "", "k", {"extent": [low.tolist(), high.tolist()]})
-    return workspace
+    scans = ScansResult(
+        items=1,
+        world=WorldRecord(WORLD.crs, tuple(int(v) for v in WORLD.origin)),
+        extent=(tuple(low), tuple(high)),
+        rays=True,
+        looks=True,
+        parts=(),
+    )
+    store.markers.finish("scans", "", Marker("k", result_to_json(scans)), [])
+    return store
 
 
-def made(workspace: Workspace, workers: int = 1, model: Path | None = None, addresses=(), **options) -> dict:
+def judged(store: Store, building: str, *facades: str) -> None:
+    """Markers of a building whose facades were found and judged."""
+    for stage in ("facades", "openings"):
+        store.markers.finish(stage, building, Marker("k", result_to_json(Part(facades=facades))), [])
+
+
+def made(store: Store, workers: int = 1, city: Path | None = None, addresses=(), **options) -> StageResult:
     table = {"scans": [{"path": "x.las"}], "solids": options, "addresses": addresses}
-    if model is not None:
-        table["model"] = {"path": str(model)}
+    if city is not None:
+        table["model"] = {"path": str(city)}
     with make_executor(workers) as executor:
-        run = Run(workspace, make_project(table, workspace.out), executor, Silent(), {})
-        return make_model(run, WORLD)
+        graph = Graph(STAGES, store, make_project(table, store.out), {})
+        return graph.perform(model.STAGE, executor, Silent())
 
 
 def test_files_of_the_model(tmp_path: Path) -> None:
-    workspace = folder(tmp_path)
-    result = made(workspace)
-    assert (result["items"], result["buildings"], result["warnings"]) == (2, ["B01", "B02"], [])
-    assert "B01, B02: built on blocks behind their facades" in result["notes"][0]
+    store = folder(tmp_path)
+    result = made(store)
+    assert (result.items, result.buildings, result.warnings) == (2, ("B01", "B02"), ())
+    assert "B01, B02: built on blocks behind their facades" in result.notes[0]
     for name in FILES:
         assert (tmp_path / "model" / name).stat().st_size > 0
     about = json.loads((tmp_path / "model" / "report.json").read_text())
@@ -77,10 +91,10 @@ def test_files_of_the_model(tmp_path: Path) -> None:
 
 
 def test_addresses_of_the_project_file_name_what_has_none(tmp_path: Path) -> None:
-    workspace = folder(tmp_path, ("B01",))
-    index = workspace.buildings_folder / "index.json"
+    store = folder(tmp_path, ("B01",))
+    index = store.buildings_folder / "index.json"
     index.write_text(index.read_text().replace('"1 Lime Street"', "null"))
-    made(workspace, addresses={"B01": "13 rue Soufflot"})
+    made(store, addresses={"B01": "13 rue Soufflot"})
     (building,) = read_city_model(tmp_path / "model" / "lod3.city.json", WORLD).buildings
     assert building.address == "13 rue Soufflot"
 
@@ -93,7 +107,7 @@ def test_two_workers_give_the_same_bytes(tmp_path: Path) -> None:
         assert (one.out / "model" / name).read_bytes() == (two.out / "model" / name).read_bytes()
 
 
-def city(path: Path, wide: float, offset: float = 0.2) -> Path:
+def city_model(path: Path, wide: float, offset: float = 0.2) -> Path:
     """A city model of one house, `wide` m along the street, its front `offset` m behind the measured one."""
     at = wall(wide=wide, at=(wide / 2 - 5, offset, 0))
     surfaces = tuple(polygons(house(at, Elements("B01/F1", ())).built[0].host))
@@ -101,34 +115,34 @@ def city(path: Path, wide: float, offset: float = 0.2) -> Path:
 
 
 def test_a_city_model_is_the_host_and_what_it_lacks_is_made(tmp_path: Path) -> None:
-    workspace = folder(tmp_path)
-    result = made(workspace, model=city(tmp_path / "m.city.json", 10.0))
+    store = folder(tmp_path)
+    result = made(store, city=city_model(tmp_path / "m.city.json", 10.0))
     about = json.loads((tmp_path / "model" / "report.json").read_text())
     assert [about[n]["host"] for n in ("B01", "B02")] == ["model", "cloud"]
     assert about["B01"]["offsets"]["B01/F1/W1-1"] == pytest.approx(0.2, abs=1e-3)
-    assert result["notes"] == ["B02: built on blocks behind their facades, for lack of a city model"]
+    assert result.notes == ("B02: built on blocks behind their facades, for lack of a city model",)
 
 
 def test_two_measured_houses_on_one_of_the_model_become_one(tmp_path: Path) -> None:
-    workspace = folder(tmp_path)
-    result = made(workspace, model=city(tmp_path / "m.city.json", 20.0))
-    assert result["buildings"] == ["B01"]
-    assert "B01, B02 stand on one building of the city model" in result["notes"][0]
+    store = folder(tmp_path)
+    result = made(store, city=city_model(tmp_path / "m.city.json", 20.0))
+    assert result.buildings == ("B01",)
+    assert "B01, B02 stand on one building of the city model" in result.notes[0]
     about = json.loads((tmp_path / "model" / "report.json").read_text())
     assert about["B01"]["openings_built"] == 4
 
 
 def test_two_houses_of_the_model_under_one_measured_one_stay_two(tmp_path: Path) -> None:
     """Neighbours in a city model reach into each other by its errors: parts of one would be invalid."""
-    workspace = folder(tmp_path, ("B01",))
+    store = folder(tmp_path, ("B01",))
     halves = []
     for k in (0, 1):
         at = wall(wide=5.1, at=(-2.5 + 5.0 * k, 0.1, 0))
         surfaces = tuple(polygons(house(at, Elements("B01/F1", ())).built[0].host))
         halves.append(CityBuilding(f"M{k}", (Shell("2", surfaces),), f"{k + 7} Mill Lane"))
     path = write_cityjson(tmp_path / "m.city.json", halves, WORLD, "m")
-    result = made(workspace, model=path)
-    assert result["buildings"] == ["B01", "B01-2"] and not result["warnings"]
+    result = made(store, city=path)
+    assert result.buildings == ("B01", "B01-2") and not result.warnings
     found = read_city_model(tmp_path / "model" / "lod3.city.json", WORLD).buildings
     assert [b.attributes["model_id"] for b in found] == ["M0", "M1"]
     assert [b.address for b in found] == ["7 Mill Lane", "8 Mill Lane"]
@@ -142,33 +156,31 @@ def test_two_houses_of_the_model_under_one_measured_one_stay_two(tmp_path: Path)
 
 
 def test_options_of_the_table(tmp_path: Path) -> None:
-    workspace = folder(tmp_path, ("B01",))
-    made(workspace, model=city(tmp_path / "m.city.json", 10.0), reseat=True)
+    store = folder(tmp_path, ("B01",))
+    made(store, city=city_model(tmp_path / "m.city.json", 10.0), reseat=True)
     about = json.loads((tmp_path / "model" / "report.json").read_text())
     assert about["B01"]["offsets"]["B01/F1/W1-1"] == pytest.approx(0.0, abs=1e-3)
-    made(workspace, depth=False)
+    made(store, depth=False)
     about = json.loads((tmp_path / "model" / "report.json").read_text())
     assert about["B01"]["installations"] == [] and about["B01"]["openings_built"] == 2
 
 
 def test_without_buildings_nothing_stale_stays(tmp_path: Path) -> None:
-    workspace = folder(tmp_path, ("B01",))
-    made(workspace)
-    write_json(workspace.buildings_folder / "index.json", {"world": world_record(WORLD), "buildings": []})
-    assert made(workspace)["items"] == 0
+    store = folder(tmp_path, ("B01",))
+    made(store)
+    store.save_building_records([], WORLD)
+    assert made(store).items == 0
     assert not [p for p in (tmp_path / "model").rglob("*") if p.is_file()]
 
 
 def test_a_facade_without_a_wall_is_a_warning_with_its_count(tmp_path: Path) -> None:
-    workspace = folder(tmp_path, ("B01",))
+    store = folder(tmp_path, ("B01",))
     behind = replace(wall(), id="B01/F2")
     pose = replace(behind.frame, t=behind.frame.apply(np.array([[0, 3.0, 0]]))[0])
     behind = replace(behind, local_from_facade=Estimate(pose, np.eye(6) * 1e-8, 9.0))
-    save_facade(workspace.facade_folder("B01/F2"), behind)
-    save_elements(
-        workspace.facade_folder("B01/F2"), behind, Elements("B01/F2", (replace(opening(), id="B01/F2/W"),))
-    )
-    workspace.finish("facades", "B01", "k", {"facades": ["B01/F1", "B01/F2"], "warnings": []})
-    (warning,) = made(workspace, model=city(tmp_path / "m.city.json", 10.0))["warnings"]
-    assert (warning["item"], warning["code"]) == ("B01", "S310")
-    assert "B01/F2: no wall of the host lies where it was measured; 1 element left out" in warning["message"]
+    store.save_facade(behind)
+    store.save_found_elements(behind, Elements("B01/F2", (replace(opening(), id="B01/F2/W"),)))
+    judged(store, "B01", "B01/F1", "B01/F2")
+    (warning,) = made(store, city=city_model(tmp_path / "m.city.json", 10.0)).warnings
+    assert (warning.item, warning.code) == ("B01", "S310")
+    assert "B01/F2: no wall of the host lies where it was measured; 1 element left out" in warning.message

@@ -1,27 +1,22 @@
 """The picture of the evidence shows what the layout was found from."""
 
 from dataclasses import replace
-from pathlib import Path
-from types import SimpleNamespace
 
-import cv2
 import numpy as np
 
 from frontage.openings.options import OpeningOptions
-from frontage.pipeline.openingpictures import save_evidence
+from frontage.pipeline.pictures import evidence_pictures
 from fronts import WINDOW, scan_wall
 
 
-def test_panels_are_drawn_as_the_wall_that_they_are(tmp_path: Path) -> None:
+def test_panels_are_drawn_as_the_wall_that_they_are() -> None:
     facade, scan = scan_wall([WINDOW], returned=0.2)
     x, _, z = scan.xyz.T
     recessed = (x > 1.0) & (x < 2.2) & (z > 0.9) & (z < 1.8)
     panelled = replace(scan, xyz=scan.xyz + np.outer(recessed * 0.06, [0.0, 1.0, 0.0]))
-    workspace = SimpleNamespace(facade_folder=lambda _: tmp_path)
-    (told,) = save_evidence(workspace, facade, panelled, OpeningOptions())  # type: ignore[arg-type]
-    image = cv2.imread(str(tmp_path / "evidence.png"))
-    assert image is not None
-    x0, z0, x1, z1 = told["extent"]
+    (picture,) = evidence_pictures(facade, panelled, OpeningOptions())
+    image = picture.image
+    x0, z0, x1, z1 = picture.extent
     h, w = image.shape[:2]
 
     def blue(bx0: float, bz0: float, bx1: float, bz1: float) -> float:

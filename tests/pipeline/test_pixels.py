@@ -10,9 +10,9 @@ from frontage.errors import WorkspaceError
 from frontage.io.rasters.ortho import write_ortho
 from frontage.model import PhotoOffset
 from frontage.ortho import OrthoOptions, make_ortho
-from frontage.pipeline import pixels as module
-from frontage.pipeline.pixels import FacadePixels
-from frontage.pipeline.tasks import ortho_warnings
+from frontage.pipeline.stages.ortho import ortho_warnings
+from frontage.queries import pixels as module
+from frontage.queries.pixels import FacadePixels
 
 
 def test_any_pixel_is_answered_from_its_own_part_of_the_relief(tmp_path, monkeypatch):
@@ -59,5 +59,5 @@ def test_a_run_warns_where_the_photos_see_the_facade_elsewhere():
     small = replace(ortho, photo_offset=PhotoOffset(0.0002, 0.0003, 20, applied=False))
     assert ortho_warnings("B01/F1", small) == []
     (warning,) = ortho_warnings("B01/F1", replace(ortho, photo_offset=PhotoOffset(-0.0145, 0.0003, 20, True)))
-    assert (warning["item"], warning["code"]) == ("B01/F1", "F303")
-    assert "14.5 mm in front of the scan" in warning["message"] and warning["hint"]
+    assert (warning.item, warning.code) == ("B01/F1", "F303")
+    assert "14.5 mm in front of the scan" in warning.message and warning.hint

@@ -10,9 +10,9 @@ from frontage.errors import OptionError
 from frontage.io.scans.npz import load_scan
 from frontage.pipeline.project import load_project
 from frontage.pipeline.run import run, run_stage
-from frontage.pipeline.simulate import simulate
-from frontage.pipeline.workspace import Workspace
+from frontage.pipeline.store.store import Store
 from frontage.simulate.spec import parse_spec
+from frontage.studies.simulate import simulate
 from simulated import truth_of
 
 STREET = """
@@ -70,9 +70,7 @@ def test_scans_come_to_their_true_poses_and_say_how_well(scene: Path, out: Path)
 
 
 def test_later_stages_work_on_the_registered_points(out: Path) -> None:
-    given, placed = (
-        load_scan(path).xyz for path in (Workspace(out).cloud_path, Workspace(out).registered_path)
-    )
+    given, placed = (Store(out).cloud(registered=moved).xyz for moved in (False, True))
     assert np.median(np.linalg.norm(given - placed, axis=1)) > 0.2
     own = load_scan(out / "buildings" / "B01.npz").xyz
     rows = {tuple(p) for p in placed.tolist()}

@@ -10,15 +10,16 @@ from typing import Any
 import numpy as np
 import pytest
 
-import frontage.pipeline.findopenings as findopenings
-import frontage.pipeline.stages as stages
-import frontage.pipeline.tasks as tasks
 from frontage.errors import FileError, InputError, WorkspaceError
 from frontage.io.rasters.ortho import read_ortho, write_ortho
 from frontage.model import Failed
 from frontage.pipeline.project import load_project
 from frontage.pipeline.run import run, run_stage
-from frontage.pipeline.workspace import Workspace
+from frontage.pipeline.stages import buildings, export, facades, ortho, report
+from frontage.pipeline.store import elements as elementfiles
+from frontage.pipeline.store import store as storage
+from frontage.pipeline.store.store import Store
+from frontage.queries.runfolder import open_run
 
 
 class Told:
@@ -31,7 +32,7 @@ class Told:
 
     def advance(self, stage: str) -> None: ...
 
-    def end(self, stage: str, seconds: float, kept: bool, result: dict[str, Any]) -> None:
+    def end(self, stage: str, seconds: float, kept: bool, items: int) -> None:
         self.kept[stage] = kept
 
 
@@ -49,7 +50,7 @@ def contents(out: Path) -> dict[str, str]:
 
 
 def test_a_run_leaves_what_the_design_names(finished: Path) -> None:
-    facade = Workspace(finished).facade_ids()[0].replace("/", "_")
+    facade = Store(finished).facade_ids()[0].replace("/", "_")
     for name in (
         "manifest.json",
         "report.html",
@@ -96,12 +97,12 @@ def test_a_changed_option_redoes_its_stage_and_what_follows(
     told = Told()
     run(load_project(project, {"ortho": {"gsd": 0.08}}), out, progress=told)
     assert told.kept == {
-        "scans": True, "buildings": True, "facades": True, "ortho": False, "openings": False,
-        "model": False,
+        "scans": True, "buildings": True, "facades": True, "ortho": False, "openings": True,
+        "views": False, "model": False,
         "export": False, "report": False,
     }  # fmt: skip
-    facade = Workspace(out).facade_ids()[0]
-    assert Workspace(out).facade(facade).sidecar["gsd"] == 0.08
+    facade = Store(out).facade_ids()[0]
+    assert open_run(out).facade(facade).sidecar.gsd == 0.08
 
 
 class _Killed(BaseException):
@@ -126,20 +127,20 @@ def test_a_run_killed_again_and_again_comes_to_the_same_result(
 ) -> None:
     out = tmp_path / "out"
     deaths: list[tuple[Any, str, int]] = [
-        (stages, "save_scan", 1),
-        (stages, "find_buildings", 1),
-        (stages, "write_las", 1),
-        (stages, "write_las", 2),
-        (stages, "write_json", 1),
-        (tasks, "save_facade", 1),
-        (tasks, "save_facade", 2),
-        (tasks, "write_ortho", 1),
-        (tasks, "write_ortho", 2),
-        (findopenings, "save_elements", 1),
-        (findopenings, "save_elements", 2),
-        (stages, "write_glb", 1),
-        (stages, "write_obj", 1),
-        (stages, "render_report", 1),
+        (storage, "save_scan", 1),
+        (buildings, "find_buildings", 1),
+        (storage, "write_las", 1),
+        (storage, "write_las", 2),
+        (storage, "save_facade", 1),
+        (storage, "save_facade", 2),
+        (storage, "write_ortho", 1),
+        (storage, "write_ortho", 2),
+        (elementfiles, "save_elements", 1),
+        (elementfiles, "save_elements", 2),
+        (elementfiles, "save_product", 1),
+        (export, "write_glb", 1),
+        (export, "write_obj", 1),
+        (report, "render_report", 1),
     ]
     for module, name, call in deaths:
         with monkeypatch.context() as patch:
@@ -155,7 +156,7 @@ def test_a_run_killed_again_and_again_comes_to_the_same_result(
 def test_a_building_that_fails_is_a_warning_with_its_code(
     project: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    true = tasks.find_facades
+    true = facades.find_facades
 
     def picky(scan: Any, building: Any, *rest: Any) -> Any:
         if building.id == "B01":
@@ -165,14 +166,14 @@ def test_a_building_that_fails_is_a_warning_with_its_code(
     def broken(facade: Any, *rest: Any) -> Any:
         raise ZeroDivisionError("of all things")
 
-    monkeypatch.setattr(tasks, "find_facades", picky)
+    monkeypatch.setattr(facades, "find_facades", picky)
     summary = run(load_project(project), tmp_path / "a")
-    assert [w["code"] for w in summary.warnings] == ["F199"] and summary.facades
+    assert [w.code for _, w in summary.warnings] == ["F199"] and summary.facades
     assert "no wall here" in (tmp_path / "a" / "report.html").read_text()
-    monkeypatch.setattr(tasks, "make_ortho", broken)
+    monkeypatch.setattr(ortho, "make_ortho", broken)
     with pytest.raises(Exception, match="no ortho-image could be made"):
         run(load_project(project), tmp_path / "b")
-    assert any(w["code"] == "E999" for w in Workspace(tmp_path / "b").manifest()["warnings"])
+    assert any(w.code == "E999" for _, w in Store(tmp_path / "b").manifest().warnings)
 
 
 def test_an_ortho_image_that_cannot_be_made_again_is_gone_whole(
@@ -180,13 +181,13 @@ def test_an_ortho_image_that_cannot_be_made_again_is_gone_whole(
 ) -> None:
     out = tmp_path / "out"
     shutil.copytree(finished, out)
-    folder = Workspace(out).facade_folder(Workspace(out).facade_ids()[0])
+    folder = Store(out).facade_folder(Store(out).facade_ids()[0])
     write_ortho(tmp_path / "alone", read_ortho(folder))
     written = {path.name for path in (tmp_path / "alone").iterdir()}
     assert {"ortho.json", "gsd.tif"} <= written <= {path.name for path in folder.iterdir()}
-    monkeypatch.setattr(tasks, "make_ortho", lambda *_: Failed("F399", "too dark", "wait for the day"))
+    monkeypatch.setattr(ortho, "make_ortho", lambda *_: Failed("F399", "too dark", "wait for the day"))
     run_stage(out, "ortho")
-    assert Workspace(out).ortho_ids() == []
+    assert Store(out).facade_ids("ortho") == []
     assert not written & {path.name for path in folder.iterdir()} and (folder / "facade.json").is_file()
 
 
@@ -206,12 +207,12 @@ def test_a_stage_alone_takes_options_and_refuses_what_is_not_ready(finished: Pat
     out = tmp_path / "out"
     shutil.copytree(finished, out)
     summary = run_stage(out, "ortho", options={"gsd": 0.1})
-    assert summary.facades == tuple(Workspace(out).facade_ids())
-    assert Workspace(out).facade(summary.facades[0]).sidecar["gsd"] == 0.1
+    assert summary.facades == tuple(Store(out).facade_ids())
+    assert open_run(out).facade(summary.facades[0]).sidecar.gsd == 0.1
     run_stage(out, "buildings")
     run_stage(out, "facades")
-    assert Workspace(out).ortho_ids() == []  # they showed other planes
-    assert Workspace(out).opening_ids() == [] and not list((out / "facades").rglob("openings.json"))
+    assert Store(out).facade_ids("ortho") == []  # they showed other planes
+    assert Store(out).facade_ids("openings") == [] and not list((out / "facades").rglob("openings.json"))
     (out / ".done" / "facades.json").unlink()
     with pytest.raises(WorkspaceError, match="'facades' is not finished"):
         run_stage(out, "ortho")
@@ -224,18 +225,17 @@ def test_buildings_that_are_gone_take_their_files_along(
 ) -> None:
     out = tmp_path / "out"
     shutil.copytree(finished, out)
-    before = {record["id"] for record in Workspace(out).building_records()}
+    before = {record.id for record in Store(out).building_records()}
     assert len(before) > 1
     run(load_project(project, {"buildings": {"split": False}}), out)
-    after = {record["id"] for record in Workspace(out).building_records()}
+    after = {record.id for record in Store(out).building_records()}
     assert len(after) < len(before)
     for gone in before - after:
         assert not list(out.rglob(f"{gone}*"))
 
 
 def test_pixels_and_world_round_trip_on_relief_and_plane(finished: Path) -> None:
-    workspace = Workspace(finished)
-    pixels = workspace.facade(workspace.facade_ids()[0])
+    pixels = open_run(finished).facade(Store(finished).facade_ids()[0])
     w, h = pixels.size
     cr = np.random.default_rng(1).uniform(0, 1, (200, 2)) * (w, h)
     for relief in (True, False):
@@ -261,5 +261,5 @@ def test_pixels_and_world_round_trip_on_relief_and_plane(finished: Path) -> None
 
 def test_an_unknown_facade_is_told_with_the_known_ones(finished: Path) -> None:
     with pytest.raises(InputError, match=r"B99/F1.*known: B01/F1"):
-        Workspace(finished).facade("B99/F1")
-    assert Workspace(finished).facade("B01_F1").size == Workspace(finished).facade("B01/F1").size
+        open_run(finished).facade("B99/F1")
+    assert open_run(finished).facade("B01_F1").size == open_run(finished).facade("B01/F1").size

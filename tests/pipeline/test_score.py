@@ -14,8 +14,8 @@ from frontage.evaluation.figure import Absent, Part
 from frontage.evaluation.truth import TrueFacade, TrueOpening, Truth, read_truth
 from frontage.geometry.rigid import Rigid3
 from frontage.io.rasters.ortho import read_ortho, write_ortho
-from frontage.pipeline.score import Scores, parse_gate, score
-from frontage.pipeline.workspace import Workspace
+from frontage.pipeline.store.store import Store
+from frontage.studies.score import Scores, parse_gate, score
 from simulated import truth_of
 
 
@@ -116,14 +116,14 @@ def entry(
 
 
 def write_openings(run: Path, truth: Truth, grow: float = 0.0) -> None:
-    workspace = Workspace(run)
-    (name,) = workspace.facade_ids()
+    store = Store(run)
+    (name,) = store.facade_ids()
     (facade,) = [f for f in truth.facades if f.id == "B01/F1"]
-    found = workspace.load_facade(name)
+    found = store.facade(name)
     at = truth.world.to_local(found.world.to_world(found.frame.t))
     frame = Rigid3("local", "facade", found.frame.R, at)
     rows = [entry(facade, o, truth.world.origin, frame, grow) for o in facade.openings]
-    (workspace.facade_folder(name) / "openings.json").write_text(json.dumps(rows))
+    (store.facade_folder(name) / "openings.json").write_text(json.dumps(rows))
 
 
 def test_openings_are_scored_when_there_are_any(copy: Path, simulated: Path, truth: Truth) -> None:

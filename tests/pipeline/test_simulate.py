@@ -19,10 +19,10 @@ from frontage.io.geographic import latitude_longitude, true_heading
 from frontage.io.photos.read import PhotoSource, read_photos
 from frontage.io.scans.read import read_scans
 from frontage.pipeline.project import load_project
-from frontage.pipeline.simulate import simulate
 from frontage.simulate.scene import Part
 from frontage.simulate.sensors.recording import Echo
 from frontage.simulate.spec import parse_spec
+from frontage.studies.simulate import simulate
 from realdata import data_path
 from simulated import BARE, truth_of
 

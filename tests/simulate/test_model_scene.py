@@ -11,7 +11,6 @@ from frontage.errors import OptionError
 from frontage.geometry.arrays import Float
 from frontage.io.citymodels.read import read_city_model
 from frontage.model import CityBuilding, CityModel, Shell, Surface, WorldRef
-from frontage.pipeline.citymodels import write_lod3
 from frontage.simulate.citymodel.scene import model_scene
 from frontage.simulate.optics.rays import Tracer
 from frontage.simulate.scene import FacadePlan, OpeningPlan, Part, Scene
@@ -21,6 +20,7 @@ from frontage.simulate.spec import SceneSpec, parse_spec
 from frontage.simulate.street.build import street
 from frontage.simulate.survey import ModelSpec, survey_model
 from frontage.simulate.truth.solids import truth_solid
+from frontage.studies.scenemodels import write_lod3
 from realdata import data_path
 
 SPEC = SceneSpec(seed=4, trees=0, cars=0, lamps=0, people=0)

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from frontage.model import Finding
-from frontage.pipeline.validation import validate_file
+from frontage.queries.validation import validate_file
 from frontage.validation import Tolerances
 from realdata import DATA, data_path
 

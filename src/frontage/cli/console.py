@@ -5,12 +5,13 @@ import logging
 import sys
 import time
 from collections.abc import Callable
+from dataclasses import asdict
 from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 
 if TYPE_CHECKING:
-    from frontage.pipeline.context import Progress
+    from frontage.pipeline.progress import Progress
     from frontage.pipeline.run import Summary
 
 Command = TypeVar("Command", bound=Callable[..., Any])
@@ -56,7 +57,7 @@ def _log(ctx: click.Context, param: click.Parameter, value: int) -> None:
 
 def progress(quiet: bool, as_json: bool) -> "Progress":
     """Progress bars on stderr, or nobody told with --quiet and --json."""
-    from frontage.pipeline.context import Silent
+    from frontage.pipeline.progress import Silent
 
     return Silent() if quiet or as_json else Bars()
 
@@ -90,13 +91,13 @@ class Bars:
         """One item further."""
         self._bars.advance(self._task)
 
-    def end(self, stage: str, seconds: float, kept: bool, result: dict[str, Any]) -> None:
+    def end(self, stage: str, seconds: float, kept: bool, items: int) -> None:
         """Replace the bar by a line."""
         self._drop()
         if self._console.is_terminal:
             self._bars.stop()
         state = "kept" if kept else f"{seconds:.1f} s"
-        self._console.print(f"{stage:<10} {result['items']:>10,}  {state}", markup=False)
+        self._console.print(f"{stage:<10} {items:>10,}  {state}", markup=False)
 
     def _drop(self) -> None:
         if self._task is not None:
@@ -111,9 +112,9 @@ def tell(summary: "Summary", quiet: bool, as_json: bool) -> None:
         return
     if quiet:
         return
-    for warning in summary.warnings:
-        hint = f"; {warning['hint']}" if warning["hint"] else ""
-        click.echo(f"warning {warning['code']} {warning['item']}: {warning['message']}{hint}", err=True)
+    for _, warning in summary.warnings:
+        hint = f"; {warning.hint}" if warning.hint else ""
+        click.echo(f"warning {warning.code} {warning.item}: {warning.message}{hint}", err=True)
     for note in summary.notes:
         click.echo(f"note: {note}", err=True)
     made = f"{len(summary.facades)} ortho-images"
@@ -126,9 +127,9 @@ def as_table(summary: "Summary") -> dict[str, Any]:
     """The summary, JSON-able."""
     return {
         "out": str(summary.out),
-        "items": summary.items,
+        "items": dict(summary.items),
         "facades": list(summary.facades),
-        "warnings": list(summary.warnings),
+        "warnings": [{"stage": stage, **asdict(warning)} for stage, warning in summary.warnings],
         "notes": list(summary.notes),
         "seconds": round(summary.seconds, 3),
     }

@@ -10,7 +10,7 @@ import click
 from frontage.cli.console import as_table, common, progress
 
 if TYPE_CHECKING:
-    from frontage.pipeline.score import Scores
+    from frontage.studies.score import Scores
 
 # What a reader wants to know first, in the order of the chain, with the name it is given.
 _SHOWN = (
@@ -45,7 +45,7 @@ def command(out: Path, workers: int, quiet: bool, as_json: bool) -> None:
 
     OUT/street is the scene with its project and truth, OUT/result the run folder.
     """
-    from frontage.pipeline.demo import demo
+    from frontage.studies.demo import demo
 
     done = demo(out, workers=workers, progress=progress(quiet, as_json))
     if as_json:
@@ -54,8 +54,8 @@ def command(out: Path, workers: int, quiet: bool, as_json: bool) -> None:
         return
     if quiet:
         return
-    for warning in done.run.warnings:
-        click.echo(f"warning {warning['code']} {warning['item']}: {warning['message']}", err=True)
+    for _, warning in done.run.warnings:
+        click.echo(f"warning {warning.code} {warning.item}: {warning.message}", err=True)
     show(done.scores)
     click.echo(f"all figures: frontage score {out / 'result'} {out / 'street'}")
     click.echo(f"the report: {(out / 'result' / 'report.html')}")

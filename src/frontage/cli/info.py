@@ -35,19 +35,18 @@ def _facts(path: Path) -> dict[str, Any]:
 
 
 def _run_folder(path: Path) -> dict[str, Any]:
-    from frontage.pipeline.workspace import Workspace
+    from frontage.pipeline.store.store import Store
 
-    workspace = Workspace(path)
-    manifest = workspace.manifest()
-    stages = manifest.get("stages", {})
+    store = Store(path)
+    manifest = store.manifest()
     return {
         "path": str(path),
         "format": "run folder",
-        "crs": (manifest.get("world") or {}).get("crs"),
-        "stages": {name: stage["items"] for name, stage in stages.items()},
-        "buildings": [record["id"] for record in workspace.building_records()],
-        "facades": workspace.facade_ids(),
-        "warnings": len(manifest.get("warnings", [])),
+        "crs": (manifest.world or {}).get("crs"),
+        "stages": {name: stage.items for name, stage in manifest.stages.items()},
+        "buildings": [record.id for record in store.building_records()],
+        "facades": store.facade_ids(),
+        "warnings": len(manifest.warnings),
     }
 
 

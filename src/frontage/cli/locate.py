@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import click
 
 if TYPE_CHECKING:
-    from frontage.pipeline.located import Located, Point
+    from frontage.queries.answer import Located, Point
 
 _CORNERS = ("lower left", "lower right", "upper right", "upper left")
 
@@ -37,9 +37,9 @@ def command(
     ADDRESS is a building's address ("13 rue Soufflot") or id ("B07") with --floor and --window or --door;
     or an opening's id alone ("B07/F1/W3-2").
     """
-    from frontage.pipeline.workspace import Workspace
+    from frontage.queries.runfolder import open_run
 
-    found = Workspace(out).locate(address, floor=floor, window=window, door=door, facade=facade)
+    found = open_run(out).locate(address, floor=floor, window=window, door=door, facade=facade)
     if as_json:
         click.echo(json.dumps(asdict(found), indent=1, ensure_ascii=False))
     else:

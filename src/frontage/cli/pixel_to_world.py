@@ -19,9 +19,9 @@ def command(out: Path, facade: str, column: float, row: float, plane: bool, as_j
 
     The centre of the first pixel is at 0.5 0.5.
     """
-    from frontage.pipeline.workspace import Workspace
+    from frontage.queries.runfolder import open_run
 
-    pixels = Workspace(out).facade(facade)
+    pixels = open_run(out).facade(facade)
     point = pixels.pixel_to_world(column, row, relief=not plane)
     if as_json:
         click.echo(json.dumps({**asdict(point), "crs": pixels.crs}))

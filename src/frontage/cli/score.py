@@ -8,7 +8,7 @@ import click
 
 if TYPE_CHECKING:
     from frontage.evaluation.figure import Figure
-    from frontage.pipeline.score import Scores
+    from frontage.studies.score import Scores
 
 _SENSORS = ("stations", "drive", "photos")
 
@@ -37,7 +37,7 @@ def command(run: Path, truth: Path, bounds: tuple[str, ...], sensors: tuple[str,
     TRUTH is the folder that `frontage simulate` wrote. Every figure has its 95 % interval and the number of
     items behind it. The exit code is 0 however poor the figures are, unless a --require bound is broken.
     """
-    from frontage.pipeline.score import parse_gate, score
+    from frontage.studies.score import parse_gate, score
 
     gates = [parse_gate(bound) for bound in bounds]
     scores = score(run, truth, sensors)

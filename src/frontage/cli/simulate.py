@@ -21,9 +21,9 @@ def command(spec: Path | None, seed: int | None, out: Path, workers: int, quiet:
     What SPEC.toml leaves out is drawn from the seed; with --seed alone everything is. docs/simulate.md
     tells the keys.
     """
-    from frontage.pipeline.files import text_of
-    from frontage.pipeline.simulate import simulate
+    from frontage.io.files import text_of
     from frontage.simulate.spec import SceneSpec, parse_spec
+    from frontage.studies.simulate import simulate
 
     if spec is None and seed is None:
         raise click.UsageError("give a SPEC.toml or a --seed")

@@ -10,7 +10,7 @@ from frontage.cli.console import common
 
 if TYPE_CHECKING:
     from frontage.model import Finding
-    from frontage.pipeline.validation import FileFindings
+    from frontage.queries.validation import FileFindings
 
 _PATH = click.Path(path_type=Path)
 _PRIMITIVES = click.Choice(["Solid", "CompositeSurface", "MultiSurface"])
@@ -49,7 +49,7 @@ def command(
     """
     from pydantic import ValidationError
 
-    from frontage.pipeline.validation import validate_file
+    from frontage.queries.validation import validate_file
     from frontage.validation import Tolerances
 
     if inner and len(files) > 1:

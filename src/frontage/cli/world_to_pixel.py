@@ -19,9 +19,9 @@ def command(out: Path, facade: str, x: float, y: float, z: float, as_json: bool)
 
     The depth is counted from the plane, positive into the building; "outside" = beyond the image's edges.
     """
-    from frontage.pipeline.workspace import Workspace
+    from frontage.queries.runfolder import open_run
 
-    point = Workspace(out).facade(facade).world_to_pixel(x, y, z)
+    point = open_run(out).facade(facade).world_to_pixel(x, y, z)
     if as_json:
         click.echo(json.dumps(asdict(point)))
     else:

@@ -27,6 +27,16 @@ def require_file(path: str | Path) -> Path:
     return p
 
 
+def text_of(path: Path, hint: str) -> str:
+    """Return the text of a file that a user names. Raises FileError with `hint` if it cannot be read."""
+    try:
+        return path.read_text("utf-8")
+    except FileNotFoundError:
+        raise FileError(path, "no such file", hint) from None
+    except (OSError, UnicodeDecodeError) as error:
+        raise FileError(path, f"cannot be read as text ({error})", hint) from None
+
+
 @contextlib.contextmanager
 def reading(path: str | Path, kind: str, advice: str = "export or copy it again") -> Iterator[None]:
     """Turn whatever a parser raises on a damaged file into one FileError that names the file and its kind.

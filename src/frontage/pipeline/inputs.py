@@ -1,26 +1,24 @@
-"""Which files a project reads, with sizes and hashes: for the manifest, and what the markers depend on."""
+"""The files that a project reads, with sizes and hashes: for the manifest and for the keys of the stages."""
 
 import glob
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
 
 from frontage.errors import FileError
-from frontage.pipeline.files import file_hash
 from frontage.pipeline.project import Project
-
-Inputs = dict[str, list[dict[str, Any]]]
+from frontage.pipeline.store.files import file_hash
+from frontage.pipeline.store.manifest import InputFile, Inputs
 
 
 def hash_inputs(project: Project) -> Inputs:
-    """`{"scans": [{"path", "size", "sha256"}, ...], "photos": [...], "model": [...]}`.
+    """Return the files of the groups "scans", "photos" and "model".
 
     Raises FileError for a file that is missing or cannot be read.
     """
     groups: dict[str, Iterator[Path]] = {"scans": _scan_files(project)}
     groups["photos"] = _photo_files(project)
     groups["model"] = iter([Path(project.model.path)] if project.model else [])
-    return {name: [_entry(path) for path in dict.fromkeys(files)] for name, files in groups.items()}
+    return {name: tuple(_entry(path) for path in dict.fromkeys(files)) for name, files in groups.items()}
 
 
 def _scan_files(project: Project) -> Iterator[Path]:
@@ -56,9 +54,9 @@ def _colmap_files(folder: Path, stem: str = "*") -> Iterator[Path]:
     yield from sorted(p for p in folder.glob(f"{stem}.*") if p.suffix in (".txt", ".bin"))
 
 
-def _entry(path: Path) -> dict[str, Any]:
+def _entry(path: Path) -> InputFile:
     try:
-        return {"path": str(path), "size": path.stat().st_size, "sha256": file_hash(path)}
+        return InputFile(str(path), path.stat().st_size, file_hash(path))
     except FileNotFoundError:
         raise FileError(path, "no such file", "check the path") from None
     except OSError as error:

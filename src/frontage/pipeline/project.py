@@ -13,14 +13,14 @@ from typing import Any, Self
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 
 from frontage.buildings import BuildingOptions
+from frontage.catalog.addressbook import AddressBook
 from frontage.errors import FileError, OptionError
 from frontage.facades import FacadeOptions
+from frontage.io.files import text_of
 from frontage.io.photos.read import PhotoSource
 from frontage.io.scans.read import ScanSource
 from frontage.openings.options import OpeningOptions
 from frontage.ortho import OrthoOptions
-from frontage.pipeline.addressbook import AddressBook
-from frontage.pipeline.files import text_of
 from frontage.registration import RegistrationOptions
 from frontage.solids import BuildOptions
 
@@ -108,6 +108,14 @@ def make_project(table: Mapping[str, Any], base: Path, name: str = "the project"
         raise OptionError(f"{name}: {sentence(error)}") from None
     _refuse_unregistered(project, name)
     return project
+
+
+def project_from_table(table: Mapping[str, Any]) -> Project:
+    """Return the checked project of a table with absolute paths. Raises OptionError."""
+    try:
+        return Project.model_validate(table)
+    except ValidationError as error:
+        raise OptionError(sentence(error)) from None
 
 
 def _tables(table: Mapping[str, Any], key: str, name: str) -> list[dict[str, Any]]:

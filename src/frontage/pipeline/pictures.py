@@ -1,0 +1,81 @@
+"""Pictures of a facade: its ortho-image for exports and drawings, its evidence, its openings."""
+
+from dataclasses import replace
+
+import cv2
+import numpy as np
+
+from frontage.errors import FileError
+from frontage.exports import FacadePicture, limit_texture
+from frontage.io.rasters.geotiff import read_geotiff
+from frontage.model import Facade, Failed, Scan
+from frontage.openings.detect import see
+from frontage.openings.options import OpeningOptions
+from frontage.openings.paper.find import facade_cells
+from frontage.pipeline.store.results import EvidencePicture
+from frontage.pipeline.store.store import Store
+from frontage.report.evidence import Picture, beam_picture, cell_pictures
+
+_LONGEST_SIDE_PX = 1000  # of the ortho-image under the drawn openings
+_JPEG_QUALITY = 90
+
+
+def facade_picture(store: Store, facade: Facade) -> FacadePicture | None:
+    """Return the ortho-image of a facade as JPEG with its place on the facade, None if there is none."""
+    sidecar = store.sidecar(facade.id)
+    if sidecar is None:
+        return None
+    path = store.facade_folder(facade.id) / "ortho.jpg"
+    try:
+        jpeg = path.read_bytes()
+    except OSError as error:
+        raise FileError(path, f"cannot be read ({error.strerror})", "run `frontage ortho` again") from None
+    return FacadePicture(facade, jpeg, sidecar.gsd, sidecar.corner_in(facade), sidecar.size)
+
+
+def wall_picture(store: Store, facade: Facade) -> FacadePicture | None:
+    """Return the same with the median colour in place of pixels without data: a wall has no white holes."""
+    picture = facade_picture(store, facade)
+    if picture is None:
+        return None
+    image = read_geotiff(store.facade_folder(facade.id) / "ortho.tif")[0]
+    seen = image[..., 3] > 0
+    if seen.all() or not seen.any():
+        return picture
+    rgb = np.ascontiguousarray(image[..., :3])
+    rgb[~seen] = np.median(rgb[seen], axis=0)
+    quality = [cv2.IMWRITE_JPEG_QUALITY, _JPEG_QUALITY]
+    return replace(picture, jpeg=cv2.imencode(".jpg", rgb[..., ::-1], quality)[1].tobytes())
+
+
+def evidence_pictures(facade: Facade, scan: Scan, options: OpeningOptions) -> tuple[Picture, ...]:
+    """Draw what the openings were found from."""
+    if options.method == "paper":
+        cells = facade_cells(facade, scan, options)
+        return () if cells is None else cell_pictures(cells)
+    seen = see(facade, scan, options)
+    return () if isinstance(seen, Failed) else (beam_picture(seen.beams, seen.evidence),)
+
+
+def drawing_ground(store: Store, facade: Facade, evidence: tuple[EvidencePicture, ...]) -> Picture | None:
+    """Return what openings are drawn on: the ortho-image, else the first picture of the evidence."""
+    picture = facade_picture(store, facade)
+    if picture is None:
+        return _stored(store, facade, evidence[0]) if evidence else None
+    jpeg = limit_texture(picture.jpeg, _LONGEST_SIDE_PX)
+    image = cv2.imdecode(np.frombuffer(jpeg, np.uint8), cv2.IMREAD_COLOR)
+    assert image is not None
+    (x, z), (w, h) = picture.corner, (picture.gsd * side for side in picture.size)
+    return Picture("ortho", "", cv2.cvtColor(image, cv2.COLOR_BGR2BGRA), (x, z - h, x + w, z))
+
+
+def save_picture(store: Store, facade: str, picture: Picture) -> EvidencePicture:
+    """Write a picture to the folder of a facade."""
+    store.put(store.facade_folder(facade) / f"{picture.name}.png", picture.png)
+    return EvidencePicture(picture.name, picture.caption, picture.extent)
+
+
+def _stored(store: Store, facade: Facade, evidence: EvidencePicture) -> Picture | None:
+    path = store.facade_folder(facade.id) / f"{evidence.name}.png"
+    image = cv2.imread(str(path), cv2.IMREAD_UNCHANGED)
+    return None if image is None else Picture("ground", "", image, evidence.extent)

@@ -1,0 +1,31 @@
+"""The stages of the chain, one file each.
+
+A stage is a `frontage.pipeline.graph.Stage`: what it reads, what it calls, what it writes, and what it
+depends on. `STAGES` is the order of work; a new stage is a new file and a line here.
+"""
+
+from frontage.pipeline.stages import (
+    buildings,
+    export,
+    facades,
+    model,
+    openings,
+    ortho,
+    register,
+    report,
+    scans,
+    views,
+)
+
+STAGES = (
+    scans.STAGE,
+    register.STAGE,
+    buildings.STAGE,
+    facades.STAGE,
+    ortho.STAGE,
+    openings.STAGE,
+    views.STAGE,
+    model.STAGE,
+    export.STAGE,
+    report.STAGE,
+)

@@ -1,0 +1,58 @@
+"""The stage `export`: the textured model of paper A, `model/facades.glb` and `model/facades.obj`."""
+
+from dataclasses import dataclass
+
+from frontage.exports import FacadePicture, facade_mesh
+from frontage.io.meshes.textured import TexturedMesh, write_glb, write_obj
+from frontage.pipeline.graph import After, Job, Stage
+from frontage.pipeline.pictures import facade_picture
+from frontage.pipeline.store.results import StageResult
+
+
+@dataclass(frozen=True, kw_only=True)
+class ExportResult(StageResult):
+    """The textures of the model, by file stem; `items` counts facades."""
+
+    textures: tuple[str, ...]
+
+
+def load(job: Job) -> list[FacadePicture]:
+    """Read the ortho-images of all facades."""
+    store = job.store
+    pictures = (facade_picture(store, store.facade(name)) for name in store.facade_ids("ortho"))
+    return [picture for picture in pictures if picture is not None]
+
+
+def work(job: Job, pictures: list[FacadePicture]) -> list[TexturedMesh]:
+    """Triangulate the facades."""
+    return [facade_mesh(picture) for picture in pictures]
+
+
+def save(job: Job, meshes: list[TexturedMesh]) -> list[TexturedMesh]:
+    """Write the model in both formats."""
+    store = job.store
+    folder, world = store.model_folder, store.world()
+    folder.mkdir(exist_ok=True)
+    write_glb(folder / "facades.glb", meshes, world)
+    write_obj(folder / "facades.obj", meshes, world)
+    store.wrote(*(folder / f"facades.{ending}" for ending in ("glb", "obj", "mtl", "offset.json")))
+    store.wrote(*(folder / "textures" / f"{mesh.file_stem}.jpg" for mesh in meshes))
+    return meshes
+
+
+def join(job: Job, parts: list[list[TexturedMesh]]) -> ExportResult:
+    """Count the facades."""
+    (meshes,) = parts
+    return ExportResult(items=len(meshes), textures=tuple(mesh.file_stem for mesh in meshes))
+
+
+STAGE = Stage(
+    name="export",
+    after=("facades", After("ortho", optional=True)),
+    load=load,
+    work=work,
+    save=save,
+    join=join,
+    result=ExportResult,
+    rooms=("exports",),
+)

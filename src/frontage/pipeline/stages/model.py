@@ -1,0 +1,253 @@
+"""The stage `model`: measured facades and the city model become LoD3 buildings (paper B, section 3.2)."""
+
+from collections import defaultdict
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import cv2
+import numpy as np
+
+from frontage.catalog.addressbook import known_addresses
+from frontage.exports import FacadePicture, building_mesh, city_buildings, drawn, picture
+from frontage.io.citymodels.citygml.write import write_citygml
+from frontage.io.citymodels.cityjson.write import write_cityjson
+from frontage.io.citymodels.read import read_city_model
+from frontage.io.meshes.glb import Mesh, glb_of
+from frontage.model import Building, Elements, Facade, Failed
+from frontage.model.citymodel import CityBuilding, Shell
+from frontage.pipeline.graph import After, Job, Stage, attempt
+from frontage.pipeline.groundplans import ground_plans
+from frontage.pipeline.pictures import wall_picture
+from frontage.pipeline.store.files import write_json
+from frontage.pipeline.store.records import BuildingRecord
+from frontage.pipeline.store.results import StageResult, StageWarning
+from frontage.pipeline.store.store import Store
+from frontage.solids import Assembled, BuildOptions, assemble
+from frontage.solids.matching import Group, match_model
+
+_MARGIN_M = 20.0  # around the scan: buildings of the city model beyond are not read
+_NAMED = 3  # messages of one code that a warning quotes
+
+Front = tuple[Facade, Elements]
+
+
+@dataclass(frozen=True, kw_only=True)
+class ModelResult(StageResult):
+    """The buildings of the model; `items` counts them."""
+
+    buildings: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Task:
+    """What one building is built from: records of what was measured, and its shells in the city model.
+
+    `owners`: ids of the city model's buildings that the shells are of, with their addresses.
+    """
+
+    records: tuple[BuildingRecord, ...]
+    shells: tuple[Shell, ...]
+    owners: dict[str, str | None]
+
+
+@dataclass(frozen=True, eq=False)
+class Measured:
+    """The facades of a building with what was found on them, and their pictures."""
+
+    fronts: tuple[Front, ...]
+    pictures: tuple[FacadePicture, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class Made:
+    """What goes into the files for one building; `failed`: what does not, and why."""
+
+    id: str
+    buildings: tuple[CityBuilding, ...] = ()
+    mesh: Mesh | None = None
+    picture: bytes = b""
+    about: Mapping[str, Any] | None = None
+    failed: tuple[Failed, ...] = ()
+    measured: tuple[str, ...] = field(default=())
+
+
+def tasks(job: Job) -> dict[str, Task]:
+    """Return the buildings to build: those that stand on one building of the city model are one."""
+    store, project = job.store, job.project
+    records = {r.id: r for r in store.building_records()}
+    plans = ground_plans(store) if any(entry.at for entry in project.addresses) else {}
+    known, _ = known_addresses({r.id: r.address for r in records.values()}, plans, project.addresses)
+    records = {n: replace(r, address=next(iter(known[n]), None)) for n, r in records.items()}
+    city = _city_model(job)
+    facades = {name: [store.facade(f) for f in store.facades_of(name)] for name in records}
+    found: dict[str, Task] = {}
+    for group in match_model(facades, city, project.solids):
+        own = tuple(records[name] for name in group.measured)
+        owners = {b.id: b.address for b in city if b.id in group.model}
+        found[own[0].id] = Task(own, _shells(group, city), owners)
+    return found
+
+
+def load(job: Job) -> Measured:
+    """Read the facades of a building, what was found on them, and their pictures."""
+    store, task = job.store, job.payload
+    names = [name for record in task.records for name in store.facades_of(record.id)]
+    fronts = tuple((store.facade(name), store.elements(name) or Elements(name, ())) for name in names)
+    pictures = tuple(p for facade, _ in fronts if (p := wall_picture(store, facade)) is not None)
+    return Measured(fronts, pictures)
+
+
+def work(job: Job, measured: Measured) -> Made:
+    """Build one building."""
+    task, options = job.payload, job.project.solids
+    building, names = _joined(task.records), tuple(record.id for record in task.records)
+    if not measured.fronts:
+        return Made(building.id, measured=names)
+
+    def build() -> Made | Failed:
+        world = measured.fronts[0][0].world
+        found = assemble(building, measured.fronts, task.shells, world, options)
+        return found if isinstance(found, Failed) else _made(building, found, measured, task, options)
+
+    made = attempt(building.id, build)
+    if isinstance(made, Failed):
+        return Made(building.id, failed=(made,), measured=names)
+    return replace(made, measured=names)
+
+
+def save(job: Job, made: Made) -> Made:
+    """Hand the building over: all buildings go into the same files."""
+    return made
+
+
+def join(job: Job, parts: list[Made]) -> ModelResult:
+    """Write all files of the model; without any building, none."""
+    built = [made for made in parts if made.buildings]
+    if built:
+        _write(job.store, built)
+    return ModelResult(
+        items=sum(len(made.buildings) for made in parts),
+        buildings=tuple(b.id for made in parts for b in made.buildings),
+        notes=tuple(_notes(parts)),
+        warnings=tuple(warning for made in parts for warning in _warnings(made)),
+    )
+
+
+def _made(
+    building: Building, found: Assembled, measured: Measured, task: Task, options: BuildOptions
+) -> Made:
+    fronts = measured.fronts
+    inward = np.array([(f.extent[2] - f.extent[0]) * f.frame.R[:, 1] for f, _ in fronts])
+    image = picture(drawn(found), inward[np.linalg.norm(inward, axis=1).argmax()], inward)
+    png = cv2.imencode(".png", image[..., ::-1])[1].tobytes()
+    return Made(
+        building.id,
+        city_buildings(building, found, fronts, task.owners),
+        building_mesh(found, measured.pictures, options.max_offset + 1.0),
+        png,
+        _about(found, fronts),
+        found.failed,
+    )
+
+
+def _about(found: Assembled, fronts: Sequence[Front]) -> dict[str, Any]:
+    """Return what report.json says of a building."""
+    faces = [f for b in found.built for f in b.solid.faces]
+    offsets = {k: round(v, 4) for b in found.built for k, v in b.offsets.items()}
+    return {
+        "host": found.coarse.source,
+        "lod": "3" if any(found.fine) else "2",
+        "facades": [f.id for f, _ in fronts],
+        "openings_found": sum(len(e.openings) for _, e in fronts),
+        "openings_built": len({f.opening for f in faces if f.semantics in ("Window", "Door")}),
+        "installations": [i.id for i in found.installations],
+        "offsets": offsets,
+        "refused": [{"code": f.code, "message": f.message, "hint": f.hint} for f in found.failed],
+        "notes": list(found.notes),
+    }
+
+
+def _city_model(job: Job) -> tuple[CityBuilding, ...]:
+    """Read the buildings of the project's city model near the scan."""
+    source = job.project.model
+    if source is None:
+        return ()
+    scans = job.store.scans()
+    low, high = np.array(scans.extent)
+    box = (*(low[:2] - _MARGIN_M).tolist(), *(high[:2] + _MARGIN_M).tolist())
+    return read_city_model(source.path, scans.world_ref, box, source.crs).buildings
+
+
+def _shells(group: Group, city: Sequence[CityBuilding]) -> tuple[Shell, ...]:
+    """Return the shells of a group, LoD2 or below; each of several buildings becomes a part."""
+    own = [b for b in city if b.id in group.model]
+    if len(own) == 1:
+        return own[0].level("2")
+    return tuple(replace(s, part=b.id) for b in own for s in b.level("2") if not s.installation)
+
+
+def _joined(records: Sequence[BuildingRecord]) -> Building:
+    """Join several measured buildings: the id of the first, the first address, the lowest ground."""
+    parts = [record.with_points(np.zeros(0, np.int64)) for record in records]
+    grounds = [p.ground_z for p in parts if np.isfinite(p.ground_z)]
+    address = next((p.address for p in parts if p.address), None)
+    return replace(parts[0], address=address, ground_z=min(grounds, default=parts[0].ground_z))
+
+
+def _write(store: Store, made: Sequence[Made]) -> None:
+    folder, world = store.model_folder, store.world()
+    buildings = [b for m in made for b in m.buildings]
+    write_cityjson(folder / "lod3.city.json", buildings, world, "Frontage LoD3")
+    write_citygml(folder / "lod3.gml", buildings, world, "Frontage LoD3", "2.0")
+    write_citygml(folder / "lod3_citygml3.gml", buildings, world, "Frontage LoD3", "3.0")
+    write_json(folder / "report.json", {m.id: m.about for m in made})
+    store.wrote(*(folder / n for n in ("lod3.city.json", "lod3.gml", "lod3_citygml3.gml", "report.json")))
+    store.put(folder / "lod3.glb", glb_of([m.mesh for m in made if m.mesh is not None], world))
+    for m in made:
+        store.put(folder / "pictures" / f"{m.id}.png", m.picture)
+
+
+def _warnings(made: Made) -> list[StageWarning]:
+    """Return one warning per code: the first messages, and how many more there are."""
+    by_code: dict[str, list[Failed]] = defaultdict(list)
+    for failed in made.failed:
+        by_code[failed.code].append(failed)
+    found = []
+    for code, own in by_code.items():
+        more = f"; and {len(own) - _NAMED} more, see model/report.json" if len(own) > _NAMED else ""
+        text = "; ".join(f.message for f in own[:_NAMED]) + more
+        found.append(StageWarning(made.id, code, text, own[0].hint))
+    return found
+
+
+def _notes(made: Sequence[Made]) -> list[str]:
+    notes = []
+    blocks = [m.id for m in made if m.about is not None and m.about["host"] == "cloud"]
+    if blocks:
+        some = ", ".join(blocks[:_NAMED]) + (
+            f" and {len(blocks) - _NAMED} more" if len(blocks) > _NAMED else ""
+        )
+        notes.append(f"{some}: built on blocks behind their facades, for lack of a city model")
+    for m in made:
+        if len(m.measured) > 1:
+            notes.append(
+                f"{', '.join(m.measured)} stand on one building of the city model and are one in the model"
+            )
+    return notes
+
+
+STAGE = Stage(
+    name="model",
+    after=("buildings", "facades", "views", After("ortho", optional=True)),
+    tasks=tasks,
+    load=load,
+    work=work,
+    save=save,
+    join=join,
+    result=ModelResult,
+    table="solids",
+    rooms=("solids", "validation", "exports", "catalog"),
+    inputs=("model",),
+    options=("model.crs", "solids", "addresses"),
+)

@@ -1,0 +1,186 @@
+"""The stage `openings`: openings and protrusions of every facade (paper B, sections 3.1 and 3.2)."""
+
+from collections import defaultdict
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from frontage.catalog import number_building
+from frontage.model import Building, Elements, Facade, Failed, OrthoImage, Scan
+from frontage.openings.belonging import belonging
+from frontage.openings.find import find_openings
+from frontage.openings.options import OpeningOptions
+from frontage.pipeline.graph import After, Job, Stage, attempt, per_building, warned
+from frontage.pipeline.pictures import evidence_pictures, save_picture
+from frontage.pipeline.project import Project
+from frontage.pipeline.store.elements import check_elements
+from frontage.pipeline.store.results import EvidencePicture, OpeningsPart, StageResult, StageWarning
+from frontage.pipeline.store.store import Store
+from frontage.report.evidence import Picture
+
+_NAMED_FACADES = 4  # that a note which several facades share names
+
+
+@dataclass(frozen=True, kw_only=True)
+class OpeningsResult(StageResult):
+    """What was found in the whole run; `items` counts openings."""
+
+    protrusions: int
+
+
+@dataclass(frozen=True, eq=False)
+class Walls:
+    """The facades of a building, its points, and ortho-images where the scans hold no colour."""
+
+    building: Building
+    scan: Scan
+    facades: tuple[Facade, ...]
+    orthos: tuple[OrthoImage | None, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class Judged:
+    """What was found on one facade, or why nothing could be, and pictures of the evidence."""
+
+    facade: Facade
+    elements: Elements | Failed
+    evidence: tuple[Picture, ...] | Failed = ()
+
+
+def colourless(store: Store, project: Project) -> bool:
+    """Tell whether only photos show what walls look like: the scans hold neither intensity nor colour."""
+    return project.photos is not None and store.markers.read("scans") is not None and not store.scans().looks
+
+
+def load(job: Job) -> Walls | None:
+    """Read the facades of a building, and their ortho-images where they are needed."""
+    names = job.store.facades_of(job.item)
+    if not names:
+        return None
+    pictured = colourless(job.store, job.project)
+    return Walls(
+        job.store.building(job.item),
+        job.store.working_cloud(job.item),
+        tuple(job.store.facade(name) for name in names),
+        tuple(job.store.ortho(name) if pictured else None for name in names),
+    )
+
+
+def work(job: Job, walls: Walls | None) -> list[Judged]:
+    """Find openings facade by facade, decide which facade each belongs to, and number them."""
+    if walls is None:
+        return []
+    options = [options_at(f, walls.building, job.project.openings) for f in walls.facades]
+    found = [
+        (facade, _find(facade, walls.scan, own, ortho))
+        for facade, own, ortho in zip(walls.facades, options, walls.orthos, strict=True)
+    ]
+    failed = [Judged(facade, elements) for facade, elements in found if isinstance(elements, Failed)]
+    judged = [(facade, elements) for facade, elements in found if isinstance(elements, Elements)]
+    own_options = dict(zip((f.id for f in walls.facades), options, strict=True))
+    return failed + [
+        Judged(facade, elements, _evidence(facade, walls.scan, own_options[facade.id]))
+        for facade, elements in _numbered(belonging(judged, walls.scan), walls.building, job.project.openings)
+    ]
+
+
+def save(job: Job, judged: list[Judged]) -> OpeningsPart:
+    """Write what was found, and the pictures of the evidence."""
+    warnings, pictures = list[StageWarning](), dict[str, tuple[EvidencePicture, ...]]()
+    found = list[Elements]()
+    for one in judged:
+        name = one.facade.id
+        if isinstance(one.elements, Failed):
+            warnings += warned(name, one.elements)
+            continue
+        job.store.save_found_elements(one.facade, one.elements)
+        found.append(one.elements)
+        warnings += warned(name, one.evidence)
+        if not isinstance(one.evidence, Failed):
+            pictures[name] = tuple(save_picture(job.store, name, picture) for picture in one.evidence)
+    return OpeningsPart(
+        facades=tuple(e.facade for e in found),
+        warnings=tuple(warnings),
+        openings=tuple(o.id for e in found for o in e.openings),
+        protrusions=tuple(p.id for e in found for p in e.protrusions),
+        notes={e.facade: tuple(e.notes) for e in found},
+        pictures=pictures,
+    )
+
+
+def join(job: Job, parts: list[OpeningsPart]) -> OpeningsResult:
+    """Count what was found; repeat what reading the photos had to say."""
+    return OpeningsResult(
+        items=sum(len(part.openings) for part in parts),
+        protrusions=sum(len(part.protrusions) for part in parts),
+        warnings=tuple(w for part in parts for w in part.warnings),
+        notes=tuple(shared_notes(parts)),
+    )
+
+
+def options_at(facade: Facade, building: Building, options: OpeningOptions) -> OpeningOptions:
+    """Return the options with the height of the building's ground, if that is known and none was given.
+
+    The height is a z of the facade's frame: that of its z axis at the ground, because x is horizontal.
+    """
+    if options.ground_z is not None or not np.isfinite(building.ground_z):
+        return options
+    rise = float(facade.frame.R[2, 2])
+    return options.model_copy(update={"ground_z": (building.ground_z - float(facade.frame.t[2])) / rise})
+
+
+def shared_notes(parts: Iterable[OpeningsPart]) -> list[str]:
+    """Return every note on the facades once, with the facades that share it."""
+    facades: dict[str, list[str]] = defaultdict(list)
+    for part in parts:
+        for name, notes in part.notes.items():
+            for note in notes:
+                facades[note.removeprefix(f"facade {name}: ")].append(name)
+    return [f"{_listed(names)}: {note}" for note, names in facades.items()]
+
+
+def _listed(names: list[str]) -> str:
+    more = f" and {len(names) - _NAMED_FACADES} more" if len(names) > _NAMED_FACADES else ""
+    return "openings of " + ", ".join(names[:_NAMED_FACADES]) + more
+
+
+def _find(facade: Facade, scan: Scan, options: OpeningOptions, ortho: OrthoImage | None) -> Elements | Failed:
+    def find() -> Elements | Failed:
+        found = find_openings(facade, scan, options, ortho)
+        return found if isinstance(found, Failed) else check_elements(found)
+
+    made = attempt(facade.id, find)
+    return made
+
+
+def _evidence(facade: Facade, scan: Scan, options: OpeningOptions) -> tuple[Picture, ...] | Failed:
+    """Draw the evidence; openings without a picture of it are better than none."""
+    return attempt(facade.id, lambda: evidence_pictures(facade, scan, options))
+
+
+def _numbered(
+    judged: Sequence[tuple[Facade, Elements]], building: Building, options: OpeningOptions
+) -> list[tuple[Facade, Elements]]:
+    """Give the openings floors, bays and ids; floors agree between the facades of a building."""
+    facades = [facade for facade, _ in judged]
+    ground = building.ground_z
+    if facades and options.ground_z is not None:
+        frame = facades[0].frame
+        ground = float(frame.t[2] + frame.R[2, 2] * options.ground_z)
+    return list(zip(facades, number_building(facades, [e for _, e in judged], ground), strict=True))
+
+
+STAGE = Stage(
+    name="openings",
+    after=("facades", After("ortho", when=colourless)),
+    tasks=per_building,
+    load=load,
+    work=work,
+    save=save,
+    join=join,
+    part=OpeningsPart,
+    result=OpeningsResult,
+    rooms=("openings", "catalog", "report"),
+    options=("openings",),
+)

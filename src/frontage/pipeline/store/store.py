@@ -1,0 +1,342 @@
+"""The run folder, typed both ways: the only code that reads and writes its files.
+
+Layout (more in the reference of the run folder)::
+
+    OUT/manifest.json                inputs with hashes, versions, seed, resolved options, stages, warnings
+    OUT/.done/                       markers of finished stages and items (see `markers`)
+    OUT/scans/cloud.npz              all scans in one local frame, as given
+    OUT/scans/part_000.npz, registered.npz   every scan as given, and all in place, if scans are registered
+    OUT/registration/report.json     transforms, covariances, what was observable
+    OUT/buildings/index.json         the buildings; surroundings.npz: the whole cloud, thinned
+    OUT/buildings/B07.laz            the building's own points, for users
+    OUT/buildings/B07.npz, .index.npy   its working cloud (with surroundings) and which points are its own
+    OUT/facades/B07_F1/              facade.json, points.npz, ortho.*, depth.tif, openings.json, ...
+    OUT/model/  OUT/report.html
+
+Every method that writes also takes note of the files, so that the marker of the stage can promise them.
+"""
+
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+from pydantic import ValidationError
+
+from frontage.errors import FileError, InputError, WorkspaceError
+from frontage.geometry.arrays import Int
+from frontage.io.facadefile import world_to_json
+from frontage.io.photos.read import PhotoSet, read_photos
+from frontage.io.rasters.ortho import FILES as ORTHO_FILES
+from frontage.io.rasters.ortho import read_ortho, write_ortho
+from frontage.io.rasters.sidecar import OrthoSidecar, read_sidecar
+from frontage.io.scans.las import write_las
+from frontage.io.scans.npz import load_scan, save_scan
+from frontage.model import Building, Elements, Facade, OrthoImage, Scan, WorldRef
+from frontage.pipeline.project import Project
+from frontage.pipeline.store import elements as elementfiles
+from frontage.pipeline.store.files import read_array, read_json, write_array, write_bytes, write_json
+from frontage.pipeline.store.manifest import Manifest
+from frontage.pipeline.store.markers import Markers
+from frontage.pipeline.store.records import BuildingRecord, load_facade, save_facade
+from frontage.pipeline.store.results import OpeningsPart, ScansResult, result_from_json
+
+_AGAIN = "run `frontage run` again"
+
+
+class Store:
+    """A run folder. Methods named after a noun read it, methods named save_... write it."""
+
+    def __init__(self, out: Path | str) -> None:
+        """Open an existing run folder. Raises WorkspaceError if it is none."""
+        self.out = Path(out)
+        self.markers = Markers(self.out)
+        self._written: list[Path] = []
+        if self.out.exists() and not self.out.is_dir():
+            raise WorkspaceError(f"{self.out} is a file, not a run folder; give another name")
+        if not self.manifest_path.is_file():
+            raise WorkspaceError(
+                f"{self.out} is not a run folder (it has no manifest.json); `frontage run` makes one"
+            )
+
+    @classmethod
+    def create(cls, out: Path | str) -> "Store":
+        """Open a run folder; create it if it does not exist. Raises WorkspaceError if it cannot be one."""
+        path = Path(out)
+        if path.exists() and not path.is_dir():
+            raise WorkspaceError(f"{path} is a file; give another name for the run folder")
+        try:
+            path.mkdir(parents=True, exist_ok=True)
+            if not _readable(path / "manifest.json"):
+                write_json(path / "manifest.json", {})
+        except OSError as error:
+            raise WorkspaceError(
+                f"{path} cannot be written ({error.strerror}); give another run folder"
+            ) from None
+        return cls(path)
+
+    # -- the manifest and the markers ------------------------------------------------------------------
+
+    @property
+    def manifest_path(self) -> Path:
+        """OUT/manifest.json."""
+        return self.out / "manifest.json"
+
+    def manifest(self) -> Manifest:
+        """Return the manifest. Raises WorkspaceError if it cannot be read."""
+        try:
+            return Manifest.from_json(read_json(self.manifest_path))
+        except (OSError, ValueError, KeyError, TypeError, AttributeError) as error:
+            raise WorkspaceError(f"{self.manifest_path} cannot be read ({error}); {_AGAIN}") from None
+
+    def save_manifest(self, manifest: Manifest) -> None:
+        """Write the manifest."""
+        write_json(self.manifest_path, manifest.to_json())
+
+    def project(self) -> Project:
+        """Return the project that made the run. Raises WorkspaceError if this version cannot read it."""
+        try:
+            return Project.model_validate(self.manifest().project)
+        except ValidationError:
+            raise WorkspaceError(f"{self.manifest_path} names no project of this version; {_AGAIN}") from None
+
+    def scans(self) -> ScansResult:
+        """Return what the stage `scans` told. Raises WorkspaceError before it has run."""
+        marker = self.markers.read("scans")
+        try:
+            if marker is not None:
+                return result_from_json(ScansResult, marker.result)
+        except ValueError:
+            pass
+        raise WorkspaceError(f"{self.out}: no scan was read yet; run `frontage run` first")
+
+    def world(self) -> WorldRef:
+        """Return the local frame of the run. Raises WorkspaceError before a scan was read."""
+        return self.scans().world_ref
+
+    @contextmanager
+    def recording(self) -> Iterator[list[Path]]:
+        """Collect the files that are written in the block."""
+        before, self._written = self._written, []
+        try:
+            yield self._written
+        finally:
+            self._written = before
+
+    def wrote(self, *paths: Path) -> None:
+        """Take note of files that were written."""
+        self._written.extend(paths)
+
+    def put(self, path: Path, data: bytes) -> None:
+        """Write a file of bytes."""
+        write_bytes(path, data)
+        self.wrote(path)
+
+    # -- scans -----------------------------------------------------------------------------------------
+
+    def cloud(self, registered: bool = False) -> Scan:
+        """Return the merged cloud of all scans: as given, or in place if they were `registered`."""
+        return load_scan(self.out / "scans" / ("registered.npz" if registered else "cloud.npz"))
+
+    def save_cloud(self, scan: Scan, registered: bool = False) -> None:
+        """Write the merged cloud of all scans."""
+        self._save_scan(self.out / "scans" / ("registered.npz" if registered else "cloud.npz"), scan)
+
+    def part(self, number: int) -> Scan:
+        """Return one scan as given, of a run that registers scans."""
+        return load_scan(self._part_path(number))
+
+    def save_part(self, number: int, scan: Scan) -> None:
+        """Write one scan as given."""
+        self._save_scan(self._part_path(number), scan)
+
+    def _part_path(self, number: int) -> Path:
+        return self.out / "scans" / f"part_{number:03d}.npz"
+
+    def _save_scan(self, path: Path, scan: Scan) -> None:
+        save_scan(path, scan)
+        self.wrote(path)
+
+    @property
+    def registration_folder(self) -> Path:
+        """OUT/registration."""
+        return self.out / "registration"
+
+    # -- buildings -------------------------------------------------------------------------------------
+
+    @property
+    def buildings_folder(self) -> Path:
+        """OUT/buildings."""
+        return self.out / "buildings"
+
+    def building_records(self) -> tuple[BuildingRecord, ...]:
+        """Return the buildings found, in order; empty before that stage. Raises FileError if damaged."""
+        path = self.buildings_folder / "index.json"
+        if not path.is_file():
+            return ()
+        try:
+            return tuple(BuildingRecord.from_json(entry) for entry in read_json(path)["buildings"])
+        except (OSError, ValueError, KeyError, TypeError) as error:
+            raise FileError(path, f"is damaged ({error})", _AGAIN) from None
+
+    def save_building_records(self, records: Sequence[BuildingRecord], world: WorldRef) -> None:
+        """Write the list of buildings."""
+        path = self.buildings_folder / "index.json"
+        write_json(path, {"world": world_to_json(world), "buildings": [r.to_json() for r in records]})
+        self.wrote(path)
+
+    def building(self, building: str) -> Building:
+        """Return a building, whose points index its working cloud. Raises InputError for an unknown id."""
+        for record in self.building_records():
+            if record.id == building:
+                advice = "run `frontage buildings` again"
+                return record.with_points(read_array(self._building_path(building, ".index.npy"), advice))
+        raise InputError(f"no building {building!r} in {self.out}")
+
+    def working_cloud(self, building: str) -> Scan:
+        """Return the points of a building with what surrounds it."""
+        return load_scan(self._building_path(building, ".npz"))
+
+    def save_building(self, building: str, cloud: Scan, own: Int) -> None:
+        """Write a working cloud and which of its points are the building's own, also as LAZ for users."""
+        self._save_scan(self._building_path(building, ".npz"), cloud)
+        index, laz = (self._building_path(building, ending) for ending in (".index.npy", ".laz"))
+        write_array(index, own)
+        write_las(laz, cloud.take(own))
+        self.wrote(index, laz)
+        stations = laz.with_name(f"{laz.name}.stations.json")
+        if stations.is_file():
+            self.wrote(stations)
+
+    def surroundings(self) -> Scan | None:
+        """Return the whole cloud, thinned; None before the buildings were split."""
+        path = self.buildings_folder / "surroundings.npz"
+        return load_scan(path) if path.is_file() else None
+
+    def save_surroundings(self, scan: Scan) -> None:
+        """Write the whole cloud, thinned."""
+        self._save_scan(self.buildings_folder / "surroundings.npz", scan)
+
+    def _building_path(self, building: str, ending: str) -> Path:
+        return self.buildings_folder / f"{building}{ending}"
+
+    # -- facades ---------------------------------------------------------------------------------------
+
+    def facade_folder(self, facade: str) -> Path:
+        """OUT/facades/B07_F1 of "B07/F1"."""
+        return self.out / "facades" / facade.replace("/", "_")
+
+    def facades_of(self, building: str, stage: str = "facades") -> list[str]:
+        """Return the facades of a building that `stage` has a result for; empty before that stage."""
+        marker = self.markers.read(stage, building)
+        return list(marker.result["facades"]) if marker else []
+
+    def facade_ids(self, stage: str = "facades") -> list[str]:
+        """Return the facades that `stage` has a result for, in the order of the buildings."""
+        return [f for record in self.building_records() for f in self.facades_of(record.id, stage)]
+
+    def has(self, facade: str, stage: str) -> bool:
+        """Tell whether `stage` has a result for a facade."""
+        return facade in self.facades_of(facade.rsplit("/", 1)[0], stage)
+
+    def known_facade(self, facade: str) -> str:
+        """Return the id of a facade that is named "B07/F1" or "b07_f1". Raises InputError if unknown."""
+        name = facade.strip().replace("_", "/")
+        if self.has(name, "facades"):
+            return name
+        ids = self.facade_ids()
+        known = {known.casefold(): known for known in ids}.get(name.casefold())
+        if known is None:
+            some = ", ".join(ids[:12]) + (", ..." if len(ids) > 12 else "") or "none yet"
+            raise InputError(f"no facade {facade!r} in {self.out}; known: {some}")
+        return known
+
+    def facade(self, facade: str) -> Facade:
+        """Return a facade. Raises InputError for an unknown id, FileError if its files are damaged."""
+        return load_facade(self.facade_folder(self.known_facade(facade)))
+
+    def save_facade(self, facade: Facade) -> None:
+        """Write a facade."""
+        folder = self.facade_folder(facade.id)
+        save_facade(folder, facade)
+        self.wrote(folder / "facade.json", folder / "points.npz")
+
+    # -- what is on a facade ---------------------------------------------------------------------------
+
+    def ortho(self, facade: str) -> OrthoImage | None:
+        """Return the ortho-image of a facade, None if it has none. Raises FileError if damaged."""
+        return read_ortho(self.facade_folder(facade)) if self.has(facade, "ortho") else None
+
+    def sidecar(self, facade: str) -> OrthoSidecar | None:
+        """Return what `ortho.json` says of the ortho-image of a facade, None if it has none."""
+        return read_sidecar(self.facade_folder(facade)) if self.has(facade, "ortho") else None
+
+    def save_ortho(self, ortho: OrthoImage) -> None:
+        """Write the ortho-image of a facade, with its depth, sources, pixel sizes and sidecar."""
+        folder = self.facade_folder(ortho.facade.id)
+        write_ortho(folder, ortho)
+        self.wrote(*(path for name in ORTHO_FILES if (path := folder / name).is_file()))
+
+    def elements(self, facade: str) -> Elements | None:
+        """Return the openings and protrusions of a facade, None if it was not judged. Raises FileError."""
+        if not self.has(facade, "openings"):
+            return None
+        folder = self.facade_folder(facade)
+        product = self.has(facade, "views")
+        return elementfiles.load_elements(
+            folder, facade, elementfiles.PRODUCT if product else elementfiles.FOUND[0]
+        )
+
+    def openings_part(self, building: str) -> OpeningsPart:
+        """Return what the stage `openings` told of a building; empty before that stage."""
+        marker = self.markers.read("openings", building)
+        try:
+            return OpeningsPart() if marker is None else result_from_json(OpeningsPart, marker.result)
+        except ValueError:
+            return OpeningsPart()
+
+    def found_elements(self, facade: str) -> Elements:
+        """Return what the stage `openings` found on a facade, without what later stages added."""
+        folder = self.facade_folder(facade)
+        return elementfiles.load_elements(folder, facade, elementfiles.FOUND[0])
+
+    def save_found_elements(self, facade: Facade, elements: Elements) -> None:
+        """Write what the stage `openings` found on a facade."""
+        folder = self.facade_folder(facade.id)
+        elementfiles.save_elements(folder, facade, elements)
+        self.wrote(*(folder / name for name in elementfiles.FOUND))
+
+    def save_elements(self, facade: Facade, elements: Elements) -> None:
+        """Write `openings.json`, the product of all stages."""
+        folder = self.facade_folder(facade.id)
+        elementfiles.save_product(folder, facade, elements)
+        self.wrote(folder / elementfiles.PRODUCT)
+
+    # -- photos and the model --------------------------------------------------------------------------
+
+    def photos(self) -> PhotoSet | None:
+        """Return the photos of the run, None if it has none. Raises FrontageError if they cannot be read."""
+        source = self.project().photos
+        return None if source is None else read_photos(source, self.world())
+
+    @property
+    def model_folder(self) -> Path:
+        """OUT/model."""
+        return self.out / "model"
+
+    def model(self) -> dict[str, dict[str, Any]]:
+        """Return what `model/report.json` says of every building of the model; empty without a model."""
+        path = self.model_folder / "report.json"
+        if self.markers.read("model") is None or not path.is_file():
+            return {}
+        try:
+            return dict(read_json(path))
+        except (OSError, ValueError) as error:
+            raise FileError(path, f"is damaged ({error})", "run `frontage model` again") from None
+
+
+def _readable(path: Path) -> bool:
+    try:
+        return isinstance(read_json(path), dict)
+    except (OSError, ValueError):
+        return False

@@ -1,0 +1,187 @@
+"""What is known of one opening: its place in the world, size, standard errors, and photos that show it."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from frontage.catalog.sightlines import PhotoView, photo_views, scanned_surfaces
+from frontage.errors import FrontageError
+from frontage.geometry.arrays import Float
+from frontage.geometry.ring import box_sigmas
+from frontage.model import Elements, Facade, Opening, Photo
+from frontage.pipeline.store.store import Store
+from frontage.queries.pixels import FacadePixels
+
+Point = tuple[float, float, float]
+_SIDES = ("left", "bottom", "right", "top")
+
+
+@dataclass(frozen=True)
+class Place:
+    """A facade, its building, the address that was asked for, and why this facade was chosen."""
+
+    building: str
+    address: str | None
+    facade: str
+    chosen: str
+
+
+@dataclass(frozen=True)
+class Located:
+    """An opening in the world: positions in m in `crs`, corners from the lower left, seen counter-clockwise.
+
+    id, kind, shape     "B02/F1/W3-2", "window", "rectangle"
+    building, address   its building, and the address that was asked for
+    facade              its facade; `chosen` says why this one
+    floor, number, bay  the ground floor is 0; from the left on its floor; column over all floors
+    outline, corners    on the wall; `outline_inside`, `corners_inside` at its depth, None = not measured
+    center              of the box of its outline, on the wall
+    width, height, area m, m, m2; depth m behind the wall, None = not measured
+    sigma               standard errors m: left, right, bottom, top, width, height, depth, plane (of the wall
+                        along its normal); None = not known
+    pixels              (column0, row0, column1, row1) of its box in the ortho-image; None = there is none
+    photos              those that show at least half of it, finest pixels first; `tested` says how
+    """
+
+    id: str
+    kind: str
+    shape: str
+    building: str
+    address: str | None
+    facade: str
+    chosen: str
+    floor: int
+    number: int
+    bay: int
+    crs: str | None
+    outline: tuple[Point, ...]
+    outline_inside: tuple[Point, ...] | None
+    corners: tuple[Point, ...]
+    corners_inside: tuple[Point, ...] | None
+    center: Point
+    width: float
+    height: float
+    area: float
+    depth: float | None
+    sigma: dict[str, float | None]
+    provenance: str
+    confidence: float
+    pixels: tuple[float, float, float, float] | None
+    photos: tuple[PhotoView, ...]
+    tested: str
+    notes: tuple[str, ...] = ()
+
+
+def answer(store: Store, place: Place, elements: Elements, o: Opening) -> Located:
+    """Return everything that is known of an opening of a facade."""
+    facade = store.facade(place.facade)
+    wall_y = elements.wall_y(o)
+    box = _box(o.ring)
+    depth = None if o.depth is None else float(o.depth.value)
+    inside = None if depth is None else wall_y + depth
+    photos, unread = _photos(store)
+    surroundings = store.surroundings() if photos else None
+    scanned = None if surroundings is None else scanned_surfaces(surroundings.xyz)
+    (views,) = photo_views(facade, [(o.ring, wall_y)], photos, scanned)
+    width, height = (float(v) for v in box[2] - box[0])
+    return Located(
+        id=o.id,
+        kind=o.kind,
+        shape=o.shape,
+        building=place.building,
+        address=place.address,
+        facade=place.facade,
+        chosen=place.chosen,
+        floor=o.floor,
+        number=number_of(o),
+        bay=o.bay,
+        crs=facade.world.crs,
+        outline=_world(facade, o.ring, wall_y),
+        outline_inside=None if inside is None else _world(facade, o.ring, inside),
+        corners=_world(facade, box, wall_y),
+        corners_inside=None if inside is None else _world(facade, box, inside),
+        center=_world(facade, box.mean(0, keepdims=True), wall_y)[0],
+        width=width,
+        height=height,
+        area=_area(o.ring),
+        depth=depth,
+        sigma=_sigmas(o, facade),
+        provenance=str(o.provenance),
+        confidence=float(o.confidence),
+        pixels=_pixels(store, facade, box, wall_y),
+        photos=views,
+        tested=_tested(scanned is not None) if photos else "",
+        notes=tuple(note for note in (_inferred(o), unread) if note),
+    )
+
+
+def number_of(opening: Opening) -> int:
+    """Return the number of an opening on its floor, from the left: the last number of its id."""
+    return int(opening.id.rsplit("-", 1)[1])
+
+
+def _box(ring: Float) -> Float:
+    """Return the corners (4, 2) of a ring's bounding box from the lower left, counter-clockwise."""
+    (x0, z0), (x1, z1) = ring.min(0), ring.max(0)
+    return np.array([[x0, z0], [x1, z0], [x1, z1], [x0, z1]])
+
+
+def _area(ring: Float) -> float:
+    x, z = ring.T
+    return float(abs(x @ np.roll(z, -1) - z @ np.roll(x, -1)) / 2)
+
+
+def _world(facade: Facade, ring: Float, y: float) -> tuple[Point, ...]:
+    """Return a ring (k, 2) m at depth y m in world coordinates, rounded to 0.1 mm."""
+    xyz = np.column_stack([ring[:, 0], np.full(len(ring), y), ring[:, 1]])
+    rows = np.round(facade.world.to_world(facade.frame.apply(xyz)), 4)
+    return tuple((float(a), float(b), float(c)) for a, b, c in rows)
+
+
+def _sigmas(o: Opening, facade: Facade) -> dict[str, float | None]:
+    """Return the standard errors of borders, of width and height with their correlation, depth, and wall."""
+    found = dict(zip(_SIDES, box_sigmas(o.ring, o.ring_covariance), strict=True))
+    found |= {"width": _sigma_of_span(o, 0), "height": _sigma_of_span(o, 1)}
+    found |= {"depth": np.inf if o.depth is None else o.depth.sigma[0], "plane": facade.sigma_plane}
+    return {name: float(sigma) if np.isfinite(sigma) else None for name, sigma in found.items()}
+
+
+def _sigma_of_span(o: Opening, axis: int) -> float:
+    """Return sqrt(g C g) of the distance of two borders; g takes the mean of the one minus the other."""
+    value = o.ring[:, axis]
+    gradient = np.zeros_like(o.ring)
+    for sign, extreme in ((1.0, value.max()), (-1.0, value.min())):
+        on = np.abs(value - extreme) < 1e-6
+        gradient[on, axis] = sign / on.sum()
+    g = gradient.ravel()
+    return float(np.sqrt(g @ o.ring_covariance @ g))
+
+
+def _pixels(store: Store, facade: Facade, box: Float, y: float) -> tuple[float, float, float, float] | None:
+    """Return the box in the ortho-image: column and row of its upper left and its lower right corner."""
+    if not store.has(facade.id, "ortho"):
+        return None
+    at, _ = FacadePixels(store.facade_folder(facade.id)).pixels_from_world(
+        np.array(_world(facade, box[[3, 1]], y))
+    )
+    (c0, r0), (c1, r1) = np.round(at, 2).tolist()
+    return c0, r0, c1, r1
+
+
+def _photos(store: Store) -> tuple[tuple[Photo, ...], str]:
+    """Return the photos of a run, and a note if they cannot be read."""
+    try:
+        found = store.photos()
+    except FrontageError as error:
+        return (), f"the photos could not be read: {error}"
+    return (found.photos if found else ()), ""
+
+
+def _tested(hidden: bool) -> str:
+    """Say how the photos that show an opening were selected; `hidden`: whether the scan could hide it."""
+    how = ", at least half not hidden by what was scanned" if hidden else "; what may hide it was not tested"
+    return f"before the wall, at least half inside the frame{how}"
+
+
+def _inferred(o: Opening) -> str:
+    return "it was not seen: it is inferred from its neighbours" if str(o.provenance) == "inferred" else ""
