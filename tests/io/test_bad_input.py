@@ -1,5 +1,7 @@
 """Missing, empty, truncated and corrupt files of every format: one clear sentence that names the file."""
 
+import struct
+import zlib
 from collections.abc import Callable
 from pathlib import Path
 
@@ -220,6 +222,19 @@ def test_trajectory_of_another_day_and_points_without_time(tmp_path: Path, good:
         read_trajectory(tmp_path / "t.sbet")
 
 
+def picture_bomb() -> bytes:
+    """A complete PNG of one row that claims to be gigantic."""
+    chunks = [
+        (b"IHDR", struct.pack(">IIBBBBB", 40_000, 40_000, 8, 2, 0, 0, 0)),
+        (b"IDAT", zlib.compress(b"\0")),
+    ]
+    body = b"".join(
+        struct.pack(">I", len(data)) + name + data + struct.pack(">I", zlib.crc32(name + data))
+        for name, data in [*chunks, (b"IEND", b"")]
+    )
+    return b"\x89PNG\r\n\x1a\n" + body
+
+
 def photos(folder: Path, model: Path) -> PhotoSource:
     return PhotoSource(path=str(folder), cameras=str(model))
 
@@ -244,6 +259,8 @@ MODELS: dict[str, tuple[Callable[[Path, Path], object], str]] = {
     "turned, no EXIF": (lambda m, p: (p / "a.jpg").write_bytes(picture(40, 60)), "40 x 60 px"),
     "not a picture": (lambda m, p: (p / "a.jpg").write_bytes(b"hello" * 99), "picture"),
     "truncated": (lambda m, p: (p / "a.jpg").write_bytes(picture()[:-200]), "truncated"),
+    "header only": (lambda m, p: (p / "a.jpg").write_bytes(picture()[:30]), "not a readable picture"),
+    "bomb": (lambda m, p: (p / "a.jpg").write_bytes(picture_bomb()), "claims 40000 x 40000 px"),
     "empty": (lambda m, p: (p / "a.jpg").write_bytes(b""), "empty"),
 }
 

@@ -17,7 +17,7 @@ from frontage.io.citymodels.cityjson.write import write_cityjson
 from frontage.io.citymodels.footprints import read_footprints
 from frontage.io.colmap import read_colmap
 from frontage.io.colmapwrite import write_colmap
-from frontage.io.photos.exif import Exif, write_jpeg
+from frontage.io.photos.exif import Exif, read_exif, write_jpeg
 from frontage.io.photos.imagefile import decode, image_header
 from frontage.io.scans.e57write import write_e57
 from frontage.io.scans.ptx import write_ptx
@@ -150,8 +150,18 @@ def test_a_jpeg_carries_focal_length_place_and_direction(tmp_path: Path) -> None
     assert degrees(gps[2][1]) == pytest.approx(48.7651234, abs=1e-8)
     assert degrees(gps[4][1]) == pytest.approx(11.4212345, abs=1e-8)
     assert np.divide(*np.frombuffer(gps[0x11][1], "<u4")) == pytest.approx(271.5)
+    back = read_exif(path)
+    assert (back.make, back.model, back.focal_length, back.focal_length_35mm) == (
+        "Simulated",
+        "One",
+        4.25,
+        26,
+    )
+    assert back.position == pytest.approx(place, abs=1e-8)
+    assert (back.heading, back.position_error) == (271.5, 2.0)
     bare = write_jpeg(tmp_path / "b.jpg", rgb, Exif("S", "One", 4.25, 26))
     assert 0x8825 not in exif_of(bare.read_bytes())
+    assert read_exif(bare) == Exif("S", "One", 4.25, 26)
 
 
 def house(name: str, x: float, address: str | None = None) -> CityBuilding:
