@@ -163,7 +163,7 @@ def test_wrong_crs_names(tmp_path: Path, good: dict[str, Path]) -> None:
 
 
 def test_mixed_crs(tmp_path: Path, good: dict[str, Path]) -> None:
-    with pytest.raises(CrsError, match="has no CRS while"):
+    with pytest.raises(CrsError, match="has no CRS, but"):
         read_scans(good[".ptx"], UTM)
     with pytest.raises(CrsError, match="other data has no CRS"):
         read_scans(good[".laz"], LOCAL)
@@ -212,7 +212,7 @@ def test_bad_trajectories(tmp_path: Path, text: str) -> None:
 def test_trajectory_of_another_day_and_points_without_time(tmp_path: Path, good: dict[str, Path]) -> None:
     path = tmp_path / "t.csv"
     path.write_text("gps_time,x,y,z\n500,1,2,3\n510,1,2,3\n")
-    with pytest.raises(FileError, match="do not meet"):
+    with pytest.raises(FileError, match="do not overlap"):
         read_scans(ScanSource(path=str(good[".laz"]), trajectory=str(path)))
     timeless = write_laspy(tmp_path / "n.las", np.random.default_rng(0).uniform(0, 9, (9, 3)), 2)
     with pytest.raises(FileError, match="no gps_time"):
@@ -347,7 +347,7 @@ def test_nothing_pickled_is_loaded(tmp_path: Path) -> None:
 
 
 def test_a_failed_write_leaves_the_earlier_file(tmp_path: Path) -> None:
-    from frontage.io.scans.las import write_las
+    from frontage.io.scans.laswrite import write_las
 
     path = write_las(tmp_path / "a.laz", cloud())
     before = path.read_bytes()

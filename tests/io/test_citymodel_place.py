@@ -92,7 +92,7 @@ def test_a_model_without_crs_in_a_world_with_one_is_taken_to_be_in_it_or_refused
     model = cityjson(transform={"scale": [1, 1, 1], "translate": [678000, 5403000, 400]})
     found = read_city_model(write(tmp_path / "m.city.json", model), UTM)
     assert any("taken to be in the project's" in n for n in found.notes)
-    with pytest.raises(CrsError, match="has no CRS while the project is in EPSG:25832"):
+    with pytest.raises(CrsError, match="has no CRS, but the project is in EPSG:25832"):
         read_city_model(write(tmp_path / "n.city.json", cityjson()), UTM)
     with pytest.raises(CrsError, match="unknown CRS"):
         read_city_model(

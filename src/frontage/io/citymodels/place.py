@@ -7,7 +7,7 @@ from pyproj import CRS, Transformer
 
 from frontage.geometry.arrays import Float
 from frontage.io import crs as systems
-from frontage.io.placement import Placement, Wanted
+from frontage.io.placement import Placement, PlacementRequest
 from frontage.io.transform import show, within
 from frontage.model import WorldRef
 
@@ -24,7 +24,7 @@ class Place:
         self, name: str, world: WorldRef | None, crs: str | None, bounds: tuple[float, ...] | None
     ) -> None:
         self._name = name
-        self._wanted = Wanted(name, world, None if world is None else world.crs, crs)
+        self._wanted = PlacementRequest(name, world, None if world is None else world.crs, crs)
         self._stated: str | None = None
         self._bounds = None if bounds is None else np.asarray(bounds, np.float64).reshape(2, -1)
         self._placement: Placement | None = None
