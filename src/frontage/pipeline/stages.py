@@ -16,7 +16,8 @@ from frontage.errors import InputError
 from frontage.exports import facade_mesh
 from frontage.io.citymodels.footprints import read_footprints
 from frontage.io.meshes.textured import write_glb, write_obj
-from frontage.io.photos.read import PhotoSet, read_photos
+from frontage.io.photos.photoset import PhotoSet
+from frontage.io.photos.read import read_photos
 from frontage.io.scans.laswrite import write_las
 from frontage.io.scans.npz import load_scan, save_scan
 from frontage.io.scans.read import read_scans

@@ -14,7 +14,7 @@ import numpy as np
 
 from frontage.errors import FileError, FrontageError
 from frontage.facades import FacadeOptions, find_facades
-from frontage.io.photos.read import PhotoSet
+from frontage.io.photos.photoset import PhotoSet
 from frontage.io.rasters.ortho import FILES as ORTHO_FILES
 from frontage.io.rasters.ortho import write_ortho
 from frontage.io.scans.npz import load_scan

@@ -19,6 +19,9 @@ from frontage.errors import FileError
 from frontage.geometry.arrays import Array
 from frontage.io.files import reading, require_file
 
+SUFFIXES = (".jpg", ".jpeg", ".png", ".tif", ".tiff")
+"""The suffixes of the picture files that can be read."""
+
 _JPEG, _PNG = b"\xff\xd8", b"\x89PNG\r\n\x1a\n"
 _TIFF = (b"II*\0", b"MM\0*", b"II+\0", b"MM\0+")  # the last two are BigTIFF
 _MOST_PIXELS = 2**30  # OpenCV decodes no larger picture (CV_IO_MAX_IMAGE_PIXELS)
