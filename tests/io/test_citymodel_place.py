@@ -58,7 +58,7 @@ def test_a_model_somewhere_else_gives_one_sentence(tmp_path: Path) -> None:
     with pytest.raises(FileError, match=r"x and y are swapped: write the file with east before north"):
         read_city_model(path, LOCAL, bounds=near)
     path = write_citygml(tmp_path / "o.gml", [house("A", -20.0), house("B", 20.0)], LOCAL, "t")
-    with pytest.raises(FileError, match=r"x -20 to 28, y 0 to 6, all around: check the bounds"):
+    with pytest.raises(FileError, match=r"x -20 to 28, y 0 to 6, all around the bounds: check the bounds"):
         read_city_model(path, LOCAL, bounds=(0.0, 0.0, 5.0, 5.0))
     with pytest.raises(ValueError, match="no polygons"):
         CityModel((), LOCAL).bounds()
