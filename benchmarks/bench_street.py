@@ -26,7 +26,7 @@ import numpy as np
 from _common import peak_memory, table
 from frontage.buildings import BuildingOptions, find_buildings
 from frontage.facades import FacadeOptions, find_facades
-from frontage.io.scans.las import write_las
+from frontage.io.scans.laswrite import write_las
 from frontage.io.scans.read import read_scans
 from frontage.model import Building, Facade, Scan
 from frontage.pipeline.clouds import Neighbourhoods, working_cloud

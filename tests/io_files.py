@@ -11,7 +11,7 @@ import pye57
 from pye57 import libe57
 
 from frontage.geometry.arrays import Array, Float
-from frontage.io.scans.las import write_las
+from frontage.io.scans.laswrite import write_las
 from frontage.io.scans.ply import write_ply
 from frontage.model import Scan, WorldRef
 

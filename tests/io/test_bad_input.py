@@ -1,5 +1,7 @@
 """Missing, empty, truncated and corrupt files of every format: one clear sentence that names the file."""
 
+import struct
+import zlib
 from collections.abc import Callable
 from pathlib import Path
 
@@ -161,7 +163,7 @@ def test_wrong_crs_names(tmp_path: Path, good: dict[str, Path]) -> None:
 
 
 def test_mixed_crs(tmp_path: Path, good: dict[str, Path]) -> None:
-    with pytest.raises(CrsError, match="has no CRS while"):
+    with pytest.raises(CrsError, match="has no CRS, but"):
         read_scans(good[".ptx"], UTM)
     with pytest.raises(CrsError, match="other data has no CRS"):
         read_scans(good[".laz"], LOCAL)
@@ -210,7 +212,7 @@ def test_bad_trajectories(tmp_path: Path, text: str) -> None:
 def test_trajectory_of_another_day_and_points_without_time(tmp_path: Path, good: dict[str, Path]) -> None:
     path = tmp_path / "t.csv"
     path.write_text("gps_time,x,y,z\n500,1,2,3\n510,1,2,3\n")
-    with pytest.raises(FileError, match="do not meet"):
+    with pytest.raises(FileError, match="do not overlap"):
         read_scans(ScanSource(path=str(good[".laz"]), trajectory=str(path)))
     timeless = write_laspy(tmp_path / "n.las", np.random.default_rng(0).uniform(0, 9, (9, 3)), 2)
     with pytest.raises(FileError, match="no gps_time"):
@@ -218,6 +220,19 @@ def test_trajectory_of_another_day_and_points_without_time(tmp_path: Path, good:
     (tmp_path / "t.sbet").write_bytes(b"\0" * 200)
     with pytest.raises(FileError, match="SBET"):
         read_trajectory(tmp_path / "t.sbet")
+
+
+def picture_bomb() -> bytes:
+    """A complete PNG of one row that claims to be gigantic."""
+    chunks = [
+        (b"IHDR", struct.pack(">IIBBBBB", 40_000, 40_000, 8, 2, 0, 0, 0)),
+        (b"IDAT", zlib.compress(b"\0")),
+    ]
+    body = b"".join(
+        struct.pack(">I", len(data)) + name + data + struct.pack(">I", zlib.crc32(name + data))
+        for name, data in [*chunks, (b"IEND", b"")]
+    )
+    return b"\x89PNG\r\n\x1a\n" + body
 
 
 def photos(folder: Path, model: Path) -> PhotoSource:
@@ -244,6 +259,8 @@ MODELS: dict[str, tuple[Callable[[Path, Path], object], str]] = {
     "turned, no EXIF": (lambda m, p: (p / "a.jpg").write_bytes(picture(40, 60)), "40 x 60 px"),
     "not a picture": (lambda m, p: (p / "a.jpg").write_bytes(b"hello" * 99), "picture"),
     "truncated": (lambda m, p: (p / "a.jpg").write_bytes(picture()[:-200]), "truncated"),
+    "header only": (lambda m, p: (p / "a.jpg").write_bytes(picture()[:30]), "not a readable picture"),
+    "bomb": (lambda m, p: (p / "a.jpg").write_bytes(picture_bomb()), "claims 40000 x 40000 px"),
     "empty": (lambda m, p: (p / "a.jpg").write_bytes(b""), "empty"),
 }
 
@@ -330,7 +347,7 @@ def test_nothing_pickled_is_loaded(tmp_path: Path) -> None:
 
 
 def test_a_failed_write_leaves_the_earlier_file(tmp_path: Path) -> None:
-    from frontage.io.scans.las import write_las
+    from frontage.io.scans.laswrite import write_las
 
     path = write_las(tmp_path / "a.laz", cloud())
     before = path.read_bytes()

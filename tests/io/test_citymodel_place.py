@@ -55,10 +55,10 @@ def test_a_model_somewhere_else_gives_one_sentence(tmp_path: Path) -> None:
     ):
         read_city_model(path, LOCAL, bounds=near)
     path = write_citygml(tmp_path / "n.gml", [house("A", 100.0)], LOCAL, "t")
-    with pytest.raises(FileError, match=r"x and y are swapped: write it with east before north"):
+    with pytest.raises(FileError, match=r"x and y are swapped: write the file with east before north"):
         read_city_model(path, LOCAL, bounds=near)
     path = write_citygml(tmp_path / "o.gml", [house("A", -20.0), house("B", 20.0)], LOCAL, "t")
-    with pytest.raises(FileError, match=r"x -20 to 28, y 0 to 6, all around: check the bounds"):
+    with pytest.raises(FileError, match=r"x -20 to 28, y 0 to 6, all around the bounds: check the bounds"):
         read_city_model(path, LOCAL, bounds=(0.0, 0.0, 5.0, 5.0))
     with pytest.raises(ValueError, match="no polygons"):
         CityModel((), LOCAL).bounds()
@@ -92,7 +92,7 @@ def test_a_model_without_crs_in_a_world_with_one_is_taken_to_be_in_it_or_refused
     model = cityjson(transform={"scale": [1, 1, 1], "translate": [678000, 5403000, 400]})
     found = read_city_model(write(tmp_path / "m.city.json", model), UTM)
     assert any("taken to be in the project's" in n for n in found.notes)
-    with pytest.raises(CrsError, match="has no CRS while the project is in EPSG:25832"):
+    with pytest.raises(CrsError, match="has no CRS, but the project is in EPSG:25832"):
         read_city_model(write(tmp_path / "n.city.json", cityjson()), UTM)
     with pytest.raises(CrsError, match="unknown CRS"):
         read_city_model(

@@ -9,7 +9,7 @@ from pyproj import CRS, Transformer
 from frontage.errors import CrsError
 from frontage.geometry.rigid import Rigid3
 from frontage.io.crs import crs_text, looks_geocentric, metric_twin, parse_crs
-from frontage.io.placement import Wanted
+from frontage.io.placement import PlacementRequest
 from frontage.io.scans.read import ScanSource, read_scans
 from frontage.model import WorldRef
 from io_files import write_laspy
@@ -61,7 +61,7 @@ def test_a_scanner_pose_is_turned_with_its_points() -> None:
     ecef = np.column_stack(to_ecef.transform(*np.vstack([at, at + 30 * np.eye(3)]).T))
     U, _, Vt = np.linalg.svd((ecef[1:] - ecef[0]).T)
     pose = Rigid3("file", "scanner", U @ Vt, ecef[0])
-    place = Wanted("s").place(CRS.from_epsg(4978), ecef)
+    place = PlacementRequest("s").place(CRS.from_epsg(4978), ecef)
     xyz = np.random.default_rng(1).uniform(-30, 30, (20, 3))
     turned = place.pose_of(pose)
     assert np.abs(turned.apply(xyz) - place.points_of(pose, xyz)).max() < 0.03  # UTM's scale here is 0.9996
@@ -133,19 +133,21 @@ def test_a_file_without_a_system_joins_the_asked_one_only_where_it_fits(tmp_path
     np.savetxt(tmp_path / "l.xyz", PLAN - PLAN[0], fmt="%.4f")
     scan = read_scans(tmp_path / "w.xyz", target_crs="EPSG:25832")[0]
     assert scan.world.crs == "EPSG:25832" and any("taken to be in" in n for n in scan.notes)
-    with pytest.raises(CrsError, match="has no CRS while"):
+    with pytest.raises(CrsError, match="has no CRS, but"):
         read_scans(tmp_path / "l.xyz", target_crs="EPSG:25832")
 
 
 def test_missing_grids_are_reported_with_their_accuracy() -> None:
     gk = np.array([[4_468_000.0, 5_333_000.0, 515.0]])
-    place = Wanted("old.las", WorldRef(np.zeros(3, int), "EPSG:25832")).place(CRS.from_epsg(31468), gk)
+    place = PlacementRequest("old.las", WorldRef(np.zeros(3, int), "EPSG:25832")).place(
+        CRS.from_epsg(31468), gk
+    )
     said = [n for n in place.notes if "good to" in n]
     assert said and "BETA2007" in said[0] and " m" in said[0]
 
 
 def test_heights_without_a_known_transformation_are_refused() -> None:
     with pytest.raises(CrsError, match="install the grids"):
-        Wanted("e.las", WorldRef(np.zeros(3, int), "EPSG:25832+7837")).place(
+        PlacementRequest("e.las", WorldRef(np.zeros(3, int), "EPSG:25832+7837")).place(
             CRS.from_epsg(4978), np.array([[4_176_000.0, 856_000.0, 4_728_000.0]])
         )

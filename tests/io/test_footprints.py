@@ -95,7 +95,7 @@ def test_a_geopackage_must_say_which_layer(tmp_path: Path) -> None:
         len(read_city_model(geopackage(tmp_path / "a.gpkg", ("parcels", "Buildings_2024")), UTM).buildings)
         == 1
     )
-    with pytest.raises(FileError, match="which layer of polygons are the buildings: a, b"):
+    with pytest.raises(FileError, match="which of its layers of polygons holds the buildings: a, b"):
         read_city_model(geopackage(tmp_path / "b.gpkg", ("a", "b")), UTM)
     with pytest.raises(FileError, match="no layer of polygons"):
         read_city_model(geopackage(tmp_path / "c.gpkg", ()), UTM)

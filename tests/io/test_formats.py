@@ -11,11 +11,12 @@ from frontage.geometry.rigid import rotation_from_quaternion
 from frontage.io.citymodels.footprints import read_footprints
 from frontage.io.colmap import read_colmap
 from frontage.io.photos.read import PhotoSource, read_photos
-from frontage.io.placement import Wanted
+from frontage.io.placement import PlacementRequest
 from frontage.io.scans.e57 import read_e57
 from frontage.io.scans.ptx import read_ptx
 from frontage.io.scans.read import ScanSource, read_scans
-from frontage.io.scans.trajectory import TRACK_STEP
+from frontage.io.scans.request import ScanRequest
+from frontage.io.scans.trajectory import TRACK_STEP_M
 from frontage.model import WorldRef
 from io_files import (
     POSITION,
@@ -36,7 +37,7 @@ LOCAL = WorldRef(np.zeros(3), None)
 
 
 def test_e57_pose_raster_and_lost_beams(tmp_path: Path) -> None:
-    scans = read_e57(write_e57(tmp_path / "a.e57"), Wanted("a", crs="EPSG:25832"))
+    scans = read_e57(write_e57(tmp_path / "a.e57"), ScanRequest(PlacementRequest("a", crs="EPSG:25832")))
     columns = e57_columns()
     lost = columns["cartesianInvalidState"] > 0
     R = rotation_from_quaternion(QUATERNION)
@@ -63,7 +64,9 @@ def test_e57_pose_raster_and_lost_beams(tmp_path: Path) -> None:
 
 
 def test_e57_with_wrong_indices_and_without(tmp_path: Path) -> None:
-    wrong = read_e57(write_e57(tmp_path / "w.e57", 1, rowIndex=np.zeros(240, int)), Wanted("w"))[0]
+    wrong = read_e57(
+        write_e57(tmp_path / "w.e57", 1, rowIndex=np.zeros(240, int)), ScanRequest(PlacementRequest("w"))
+    )[0]
     assert wrong.grid is None and any("indices" in n for n in wrong.notes)
 
 
@@ -91,7 +94,7 @@ def test_approximate_poses_carry_their_sigmas(tmp_path: Path) -> None:
 @pytest.mark.parametrize("colour", [False, True])
 def test_ptx_scans_pose_and_raster(tmp_path: Path, colour: bool) -> None:
     (tmp_path / "a.ptx").write_text(ptx_text(colour=colour, scans=2))
-    scans = read_ptx(tmp_path / "a.ptx", Wanted("a"))
+    scans = read_ptx(tmp_path / "a.ptx", ScanRequest(PlacementRequest("a")))
     assert len(scans) == 2 and all(len(s) == 11 for s in scans)
     grid = scans[0].grid.index
     assert grid.shape == (3, 4) and grid[1, 2] == -1 and (grid >= 0).sum() == 11
@@ -111,7 +114,7 @@ def test_ptx_already_in_world_coordinates(tmp_path: Path) -> None:
         "1\n2\n7 8 9\n1 0 0\n0 1 0\n0 0 1\n1 0 0 0\n0 1 0 0\n0 0 1 0\n0 0 0 1\n10 11 12 0.5\n13 14 15 0.6\n"
     )
     (tmp_path / "i.ptx").write_text(text)
-    scan = read_ptx(tmp_path / "i.ptx", Wanted("i"))[0]
+    scan = read_ptx(tmp_path / "i.ptx", ScanRequest(PlacementRequest("i")))[0]
     np.testing.assert_allclose(scan.xyz, [[10, 11, 12], [13, 14, 15]])
     np.testing.assert_allclose(scan.origins, [[7, 8, 9]])
 
@@ -178,7 +181,7 @@ def test_trajectory_gives_every_point_its_sensor(tmp_path: Path) -> None:
     track = "gps_time,x,y,z,heading\n" + "".join(f"{t},{(t - 100) * 5},2,1.8,90\n" for t in range(100, 111))
     scan = read_scans(drive(tmp_path, times, track))[0]
     sensor = scan.sensor_of(np.arange(400))
-    assert np.abs(sensor[:, 0] - (times - 100) * 5).max() <= TRACK_STEP / 2 + 1e-9
+    assert np.abs(sensor[:, 0] - (times - 100) * 5).max() <= TRACK_STEP_M / 2 + 1e-9
     np.testing.assert_allclose(sensor[:, 1:], [[2, 1.8]] * 400)
     assert len(scan.origins) <= 400
 
@@ -215,7 +218,7 @@ def test_sbet(tmp_path: Path) -> None:
     path = write_laspy(tmp_path / "m.las", xyz, 6, crs="EPSG:25832", gps_time=np.linspace(0, 10, 50))
     scan = read_scans(ScanSource(path=str(path), trajectory=str(tmp_path / "t.sbet")))[0]
     world = scan.world.to_world(scan.sensor_of(np.arange(50)))
-    assert np.abs(world[:, 0] - np.linspace(678_000, 678_050, 50)).max() < TRACK_STEP
+    assert np.abs(world[:, 0] - np.linspace(678_000, 678_050, 50)).max() < TRACK_STEP_M
     assert np.abs(world[:, 2] - 450).max() < 1e-6
 
 

@@ -6,7 +6,8 @@ import pytest
 from frontage.io.scans.e57write import write_e57
 from frontage.io.scans.npz import load_scan, save_scan
 from frontage.io.scans.ptx import write_ptx
-from frontage.io.scans.read import read_scans, thinned
+from frontage.io.scans.read import read_scans
+from frontage.io.scans.subset import thinned
 from frontage.model import merge_scans
 from raster_scans import WORLD, scan_raster, tilted, within
 

@@ -10,7 +10,8 @@ from scipy.spatial import cKDTree
 
 from frontage.io.citymodels.footprints import read_footprints
 from frontage.io.photos.read import PhotoSource, read_photos
-from frontage.io.scans.read import ScanSource, read_scans, scan_info
+from frontage.io.scans.info import scan_info
+from frontage.io.scans.read import ScanSource, read_scans
 from frontage.model import Scan, WorldRef
 from realdata import data_path
 

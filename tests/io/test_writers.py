@@ -3,26 +3,35 @@
 import json
 import struct
 import warnings
+from importlib import import_module
 from pathlib import Path
 
 import numpy as np
 import pytest
 from lxml import etree
 
-from frontage.errors import InputError
+from frontage.errors import InputError, UnsupportedFormat
 from frontage.geometry.rigid import Rigid3, rotation_from_quaternion
 from frontage.io.citymodels.address import split_address
 from frontage.io.citymodels.citygml.write import write_citygml
 from frontage.io.citymodels.cityjson.write import write_cityjson
 from frontage.io.citymodels.footprints import read_footprints
+from frontage.io.citymodels.formats import FORMATS as CITY_MODELS
 from frontage.io.colmap import read_colmap
 from frontage.io.colmapwrite import write_colmap
-from frontage.io.photos.exif import Exif, write_jpeg
+from frontage.io.meshes.formats import FORMATS as MESHES
+from frontage.io.meshes.formats import write_meshes
+from frontage.io.meshes.textured import TexturedMesh, glb_bytes
+from frontage.io.photos.exif import Exif, read_exif, write_jpeg
+from frontage.io.photos.formats import FORMATS as POSES
 from frontage.io.photos.imagefile import decode, image_header
 from frontage.io.scans.e57write import write_e57
+from frontage.io.scans.formats import FORMATS as SCANS
 from frontage.io.scans.ptx import write_ptx
 from frontage.io.scans.read import ScanSource, read_scans
 from frontage.io.scans.trajectory import read_trajectory, write_trajectory
+from frontage.io.shapes.formats import FACE_FORMATS as FACES
+from frontage.io.shapes.formats import SOLID_FORMATS as SOLIDS
 from frontage.model import Camera, Estimate, Grid, Photo, Scan, Surface, WorldRef
 from frontage.model.citymodel import CityBuilding, Shell
 from io_files import UTM
@@ -150,8 +159,18 @@ def test_a_jpeg_carries_focal_length_place_and_direction(tmp_path: Path) -> None
     assert degrees(gps[2][1]) == pytest.approx(48.7651234, abs=1e-8)
     assert degrees(gps[4][1]) == pytest.approx(11.4212345, abs=1e-8)
     assert np.divide(*np.frombuffer(gps[0x11][1], "<u4")) == pytest.approx(271.5)
+    back = read_exif(path)
+    assert (back.make, back.model, back.focal_length, back.focal_length_35mm) == (
+        "Simulated",
+        "One",
+        4.25,
+        26,
+    )
+    assert back.position == pytest.approx(place, abs=1e-8)
+    assert (back.heading, back.position_error) == (271.5, 2.0)
     bare = write_jpeg(tmp_path / "b.jpg", rgb, Exif("S", "One", 4.25, 26))
     assert 0x8825 not in exif_of(bare.read_bytes())
+    assert read_exif(bare) == Exif("S", "One", 4.25, 26)
 
 
 def house(name: str, x: float, address: str | None = None) -> CityBuilding:
@@ -240,3 +259,21 @@ def test_a_world_without_crs_is_written_without_one(tmp_path: Path) -> None:
     bare = WorldRef(UTM.origin, None)
     model = json.loads(write_cityjson(tmp_path / "m.city.json", HOUSES, bare, "t").read_text())
     assert "referenceSystem" not in model["metadata"]
+
+
+def test_textured_meshes_are_written_by_their_suffix(tmp_path: Path) -> None:
+    xyz = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
+    mesh = TexturedMesh("B01/F1", xyz, xyz[:, [0, 2]], np.array([[0, 1, 2]]), np.eye(4), b"jpeg", {})
+    for suffix in (".glb", ".obj"):
+        write_meshes(tmp_path / f"a{suffix}", [mesh], UTM)
+    assert (tmp_path / "a.glb").read_bytes() == glb_bytes([mesh], UTM)
+    assert (tmp_path / "textures" / "B01_F1.jpg").read_bytes() == b"jpeg"
+    with pytest.raises(UnsupportedFormat, match=r"use one of \.glb, \.obj"):
+        write_meshes(tmp_path / "a.fbx", [mesh], UTM)
+
+
+def test_every_reader_of_the_registries_exists() -> None:
+    listed = [f.reader for f in (*SCANS, *POSES, *CITY_MODELS, *FACES, *SOLIDS)] + [f.writer for f in MESHES]
+    for name in listed:
+        module, function = name.split(":")
+        assert callable(getattr(import_module(module), function)), name

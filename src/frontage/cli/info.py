@@ -29,7 +29,7 @@ def _facts(path: Path) -> dict[str, Any]:
     if path.is_dir():
         return _cameras(path)
     from frontage.io.citymodels.info import city_model_info, looks_like_city_model
-    from frontage.io.scans.read import scan_info
+    from frontage.io.scans.info import scan_info
 
     return city_model_info(path) if looks_like_city_model(path) else scan_info(path)
 

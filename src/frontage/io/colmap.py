@@ -1,6 +1,7 @@
-"""COLMAP models, text and binary: cameras, photo poses, sparse points; rig and frame files are not needed.
+"""Reading COLMAP models, text and binary: cameras, poses of photos, sparse points. Rig files are not needed.
 
-Poses are `camera_from_world` (x right, y down, z forward), pixel centres at 0.5, as everywhere in Frontage.
+Poses are `camera_from_world` (x right, y down, z forward) with pixel centres at 0.5, as everywhere in
+Frontage.
 """
 
 import struct
@@ -12,9 +13,9 @@ import numpy as np
 from frontage.errors import FileError
 from frontage.geometry.arrays import Array, Float
 from frontage.geometry.rigid import Rigid3, rotation_from_quaternion
-from frontage.io.columns import Columns, to_scan
+from frontage.io.columns import PointColumns, to_scan
 from frontage.io.files import reading, require_file
-from frontage.io.placement import Wanted
+from frontage.io.scans.request import ScanRequest
 from frontage.model import Camera, Scan
 
 # Order of COLMAP's model ids (src/colmap/sensor/models.h).
@@ -35,7 +36,8 @@ _MODELS = (
 
 @dataclass(frozen=True, eq=False)
 class ColmapImage:
-    """One oriented photo: id, name (may hold folders), camera id, pose in the model's world (m)."""
+    """One oriented photo: its id, its name (which may hold folders), its camera's id, its pose in the model's
+    world."""
 
     id: int
     name: str
@@ -45,7 +47,7 @@ class ColmapImage:
 
 @dataclass(frozen=True, eq=False)
 class ColmapModel:
-    """cameras by id; images in the order of their ids."""
+    """The cameras by their ids, and the images in the order of their ids."""
 
     folder: Path
     cameras: dict[int, Camera]
@@ -53,9 +55,9 @@ class ColmapModel:
 
 
 def read_colmap(folder: str | Path) -> ColmapModel:
-    """Cameras and poses of a model folder (binary or text; a "sparse/0" inside is found).
+    """Read the cameras and poses of a model folder, binary or text; a model in its "sparse/0" is found.
 
-    Raises FileError (missing, truncated, corrupt, unknown camera model, image of an absent camera).
+    Raises FileError (missing, truncated, corrupt, unknown camera model, image of a missing camera).
     """
     where = model_folder(folder)
     cameras = _cameras(_part(where, "cameras"))
@@ -68,7 +70,7 @@ def read_colmap(folder: str | Path) -> ColmapModel:
         if image.camera not in cameras:
             raise FileError(
                 where,
-                f"image {image.name} uses camera {image.camera}, which cameras.* does not have",
+                f"image {image.name} uses camera {image.camera}, which its cameras file does not hold",
                 "export the model again",
                 code="I110",
             )
@@ -76,7 +78,7 @@ def read_colmap(folder: str | Path) -> ColmapModel:
 
 
 def model_folder(folder: str | Path) -> Path:
-    """The folder that holds the model's files. Raises FileError when there is none."""
+    """The folder that holds the files of a model: this one or one inside it. Raises FileError without any."""
     base = Path(folder)
     for place in (base, base / "sparse" / "0", base / "sparse", base / "0"):
         if any(
@@ -87,16 +89,16 @@ def model_folder(folder: str | Path) -> Path:
             return place
     raise FileError(
         base,
-        "no COLMAP model here (cameras.txt or cameras.bin)",
-        "name the folder that holds it",
+        "holds no COLMAP model (cameras.txt or cameras.bin)",
+        "name the folder that holds one",
         code="I101",
     )
 
 
-def read_colmap_points(path: str | Path, wanted: Wanted) -> Scan:
-    """The sparse points of a model (folder, points3D.txt or points3D.bin) as a scan.
+def read_colmap_points(path: str | Path, request: ScanRequest) -> list[Scan]:
+    """Read the sparse points of a model (folder, points3D.txt or points3D.bin) as one scan.
 
-    Every point's origin is the centre of the first photo of its track, where the poses are there.
+    The origin of a point is the centre of the first photo of its track, where the model holds the poses.
 
     Raises FileError (missing, truncated, corrupt, no points), CrsError.
     """
@@ -106,17 +108,17 @@ def read_colmap_points(path: str | Path, wanted: Wanted) -> Scan:
         xyz, rgb, seen_by = _points_binary(p.read_bytes()) if p.suffix == ".bin" else _points_text(p)
     if not len(xyz):
         raise FileError(p, "holds no points", "name a scan instead", code="I105")
-    place = wanted.place(None, xyz)
-    c = Columns(p.name, place.to_local(xyz), rgb=rgb)
+    place = request.placement.place(None, xyz)
+    c = PointColumns(p.name, place.to_local(xyz), rgb=rgb)
     if any((p.parent / f"images.{kind}").is_file() for kind in ("bin", "txt")):
         images = _images(_part(p.parent, "images"))
         c.origins, c.origin_index = _origins(images, seen_by)
         c.origins = place.to_local(c.origins)
-    return to_scan(p, c, place)
+    return [to_scan(p, c, place)]
 
 
 def _origins(images: list[ColmapImage], seen_by: Array) -> tuple[Float, Array]:
-    """Camera centres (s, 3) in the model's world and their index per point (n,), -1 = unknown."""
+    """The camera centres (s, 3) in the model's world, and the index of each point's (n,), -1 = unknown."""
     images = sorted(images, key=lambda i: i.id)
     ids = np.array([i.id for i in images], np.int64)
     centres = np.array([i.camera_from_world.inverse.t for i in images]).reshape(-1, 3)
@@ -127,13 +129,13 @@ def _origins(images: list[ColmapImage], seen_by: Array) -> tuple[Float, Array]:
 
 
 def _part(folder: Path, name: str) -> Path:
-    """The binary file of a model's part where there is one, else the text file."""
+    """The binary file of a part of the model where there is one, else the text file."""
     binary = folder / f"{name}.bin"
     return require_file(binary if binary.is_file() else folder / f"{name}.txt")
 
 
 def _lines(path: Path) -> list[str]:
-    """Lines without comments; blank ones stay, for they are an image without points."""
+    """Lines without comments; blank lines stay, because they stand for an image without points."""
     return [line for line in path.read_text("utf-8").splitlines() if not line.startswith("#")]
 
 
@@ -163,7 +165,7 @@ def _cameras_binary(data: bytes) -> dict[int, Camera]:
 
 def _image(number: int, pose: Array, camera: int, name: str) -> ColmapImage:
     if not np.isfinite(pose).all() or not pose[:4].any():
-        raise ValueError(f"the pose of {name} is not finite")
+        raise ValueError(f"the pose of {name} holds numbers that are not finite")
     return ColmapImage(
         number, name, camera, Rigid3("camera", "world", rotation_from_quaternion(pose[:4]), pose[4:])
     )
@@ -179,7 +181,7 @@ def _images(path: Path) -> list[ColmapImage]:
         for line in lines[::2]:  # every second line lists the photo's points
             r = line.split(maxsplit=9)
             if len(r) != 10:
-                raise ValueError(f"a line of {len(r)} words instead of 10: {line[:40]}")
+                raise ValueError(f"a line has {len(r)} words instead of 10: {line[:40]}")
             found.append(_image(int(r[0]), np.array(r[1:8], np.float64), int(r[8]), r[9].strip()))
         return found
 
@@ -194,7 +196,7 @@ def _images_binary(data: bytes) -> list[ColmapImage]:
         found.append(_image(number, np.array(pose), camera, data[at + 64 : end].decode("utf-8")))
         at = end + 9 + 24 * points
     if at > len(data):
-        raise ValueError("truncated")
+        raise ValueError("it is truncated")
     return found
 
 
@@ -208,17 +210,18 @@ def _points_text(path: Path) -> tuple[Float, Array, Array]:
 
 
 def _points_binary(data: bytes) -> tuple[Float, Array, Array]:
-    """The same from points3D.bin. Records have tracks of any length, so their places are found one by one."""
+    """The same from points3D.bin. Tracks have any length, so the start of every record is found one by
+    one."""
     (count,), at = struct.unpack_from("<Q", data), 8
     if count * 51 > len(data):
-        raise ValueError("truncated")
+        raise ValueError("it is truncated")
     starts, lengths = np.empty(count, np.int64), np.empty(count, np.int64)
     for k in range(count):
         starts[k] = at
         (lengths[k],) = struct.unpack_from("<Q", data, at + 43)
         at += 51 + 8 * int(lengths[k])
     if at > len(data):
-        raise ValueError("truncated")
+        raise ValueError("it is truncated")
     raw = np.frombuffer(data, np.uint8)
     xyz = raw[starts[:, None] + 8 + np.arange(24)].view("<f8").reshape(-1, 3)
     rgb = raw[starts[:, None] + 32 + np.arange(3)]

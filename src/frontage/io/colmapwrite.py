@@ -1,4 +1,4 @@
-"""Writing a COLMAP text model: cameras and poses, numbers with all their digits, an offset beside them."""
+"""Writing a COLMAP text model: cameras and poses with all their digits, and the offset to the world."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -14,10 +14,10 @@ from frontage.model import Camera, Photo
 def write_colmap(folder: str | Path, photos: Sequence[Photo], offset: Float) -> Path:
     """Write cameras.txt, images.txt, an empty points3D.txt and offset.txt for oriented photos.
 
-    Poses stay in local coordinates; `offset` (3,) m is what takes them to the world (`[photos] offset`).
-    Equal cameras are written once.
+    Poses stay in local coordinates; adding `offset` (3,) m takes them to the world (`[photos] offset` in the
+    project file). Equal cameras are written once.
 
-    Raises ValueError for a photo without pose, FileError (cannot be written).
+    Raises ValueError for a photo without a pose, and FileError when the files cannot be written.
     """
     where = Path(folder)
     cameras: dict[str, int] = {}

@@ -1,4 +1,4 @@
-"""From the raw columns of a file to a `Scan`: dropping bad points, scaling intensity and colour."""
+"""From the raw columns of a file to a `Scan`: bad points are dropped, intensity and colour are scaled."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
@@ -11,16 +11,23 @@ from frontage.geometry.rigid import Rigid3
 from frontage.io.placement import Placement
 from frontage.model import Estimate, Grid, Scan
 
-_SAMPLE = 500_000  # values that a quantile is taken from, evenly spread
-_MANY = 1000  # points: real colour varies in every channel over so many
-_LOW, _HIGH = 0.001, 0.999  # quantiles: a mirror-like flash must not darken a whole facade
+_SAMPLE = 500_000  # values, evenly spread, that a quantile is taken from
+_MANY_POINTS = 1000  # over so many points, real colour varies in every channel
+_LOW, _HIGH = 0.001, 0.999  # quantiles, so that a mirror-like reflection does not darken a whole facade
 
 
 @dataclass
-class Columns:
-    """What a file says of its points, row by row: xyz (n, 3) float64 *local* metres, the rest as stored.
+class PointColumns:
+    """What a file states about its points, row by row.
 
-    grid (h, w) int64 indexes the rows, -1 = no return. `keep` (n,) bool marks the rows to keep, None = all.
+    xyz           (n, 3) float64, *local* metres
+    intensity, rgb, time, return_number, return_count
+                  (n,) or (n, 3), as stored
+    origins       (s, 3) m local: sensor positions; `origin_index` (n,) points into them, -1 = unknown
+    grid          (h, w) int64: the row of every beam of a structured scan, -1 = no return
+    keep          (n,) bool: the rows to keep; None = all
+    pose          of the scanner, local from scanner
+    notes         sentences for the user
     """
 
     name: str
@@ -38,12 +45,13 @@ class Columns:
     notes: list[str] = field(default_factory=list)
 
 
-def to_scan(path: object, columns: Columns, placement: Placement) -> Scan:
-    """The noun: rows without finite coordinates dropped, intensity and colour by `normalised`, `rgb8`.
+def to_scan(path: object, columns: PointColumns, placement: Placement) -> Scan:
+    """Make the scan: drops rows without finite coordinates, scales intensity (`normalised`) and colour
+    (`rgb8`).
 
     Raises FileError when no point is left.
     """
-    c = _kept(path, columns)
+    c = _kept(columns)
     if not len(c.xyz):
         raise FileError(path, "holds no points", "export or copy it again", code="I105")
     many = c.return_count is not None and c.return_count.max(initial=0) > 1
@@ -65,8 +73,8 @@ def to_scan(path: object, columns: Columns, placement: Placement) -> Scan:
     )
 
 
-def _kept(path: object, c: Columns) -> Columns:
-    """Drop the rows that are not wanted or not finite; the raster follows."""
+def _kept(c: PointColumns) -> PointColumns:
+    """Drop the rows that are not to be kept or not finite, and renumber the grid."""
     finite = np.isfinite(c.xyz).all(axis=1)
     keep = finite if c.keep is None else finite & c.keep
     if not finite.all():
@@ -85,17 +93,18 @@ def _kept(path: object, c: Columns) -> Columns:
     return replace(c, keep=None, grid=grid, **rows)
 
 
-def rgb8(rgb: Array | None, c: Columns) -> Array | None:
-    """Colour (n, 3) of any integer or float type as uint8; None, with a note, when it cannot be colour: one
-    value throughout, or a channel that never changes over a whole scan (other data in the colour fields).
+def rgb8(rgb: Array | None, c: PointColumns) -> Array | None:
+    """Convert colour (n, 3) of any integer or float type to uint8.
 
-    16-bit fields are halved to their upper byte, except when no value passes 255: many programs store 8-bit
-    colour in LAS's 16-bit fields. Floats are taken as 0..1 when none passes 1, else as 0..255.
+    Returns None, with a note, when the fields cannot hold colour: one value throughout, or a channel that
+    never changes over a whole scan (some programs store other data there). Of 16-bit values the upper byte is
+    taken, unless none exceeds 255: many programs store 8-bit colour in the 16-bit fields of LAS. Floats are
+    taken as 0..1 when none exceeds 1, else as 0..255.
     """
     if rgb is None or len(rgb) == 0:
         return None
     constant = (rgb == rgb[0]).all(axis=0)
-    if constant.all() or (constant.any() and len(rgb) > _MANY):
+    if constant.all() or (constant.any() and len(rgb) > _MANY_POINTS):
         if rgb.any():
             c.notes.append(f"{c.name}: its colour fields hold no colour (a channel never changes): dropped")
         return None
@@ -106,10 +115,10 @@ def rgb8(rgb: Array | None, c: Columns) -> Array | None:
 
 
 def normalised(columns: Sequence[Array | None]) -> list[Array | None]:
-    """Intensities of the scans of one file as float32 0..1, with one scale for all of them.
+    """Scale the intensities of the scans of one file to float32 0..1, with one scale for all of them.
 
-    Values that lie in 0..1 already are kept. Others are scaled linearly from min(0, 0.1 % quantile) to the
-    99.9 % quantile and clipped; linear, so that ratios of reflectance survive. A constant gives None.
+    Values that already lie in 0..1 are kept. Others are scaled linearly, so that ratios of reflectance
+    survive, from min(0, 0.1 % quantile) to the 99.9 % quantile, and clipped. A constant intensity gives None.
     """
     given = [c for c in columns if c is not None and len(c)]
     if not given:

@@ -1,4 +1,4 @@
-"""Coordinate reference systems: reading their names, and finding a metric one to compute in.
+"""Coordinate reference systems: parsing their names, and finding a metric one to compute in.
 
 World coordinates are projected, metric, east-north-up (docs/conventions.md). PROJ's network is never used.
 """
@@ -26,9 +26,9 @@ METRE_PER = {"m": 1.0, "ft": 0.3048, "us-ft": 1200.0 / 3937.0}
 
 @lru_cache(maxsize=64)
 def parse_crs(text: str, where: str = "") -> CRS:
-    """The CRS of an authority code, compound code, URN, URL, WKT or PROJJSON.
+    """Parse an authority code, compound code, URN, URL, WKT or PROJJSON.
 
-    Raises CrsError naming `where` it was found when it is not known.
+    Raises CrsError when the CRS is unknown; `where` it was found stands in the message.
     """
     prefix = f"{where}: " if where else ""
     if match := _ADV.match(text.strip()):
@@ -71,7 +71,7 @@ def unit_of(crs: CRS) -> float:
 
 
 def is_world(crs: CRS) -> bool:
-    """Whether it can carry the computation: projected, metres, east and north."""
+    """Whether computations can run in a CRS: projected, in metres, with east and north axes."""
     flat = horizontal(crs)
     upright = vertical(crs)
     return (
@@ -96,7 +96,7 @@ def metric_twin(crs: CRS) -> CRS | None:
 
 
 def _in_metres(crs: CRS) -> CRS:
-    """The same CRS with its axes in metres; projection parameters keep the units they state."""
+    """The same CRS with axes in metres; the parameters of the projection keep their stated units."""
     j: dict[str, Any] = crs.to_json_dict()
     for axis in j["coordinate_system"]["axis"]:
         axis["unit"] = "metre"
@@ -114,7 +114,10 @@ def _compound(flat: CRS, upright: CRS) -> CRS:
 
 
 def utm_for(crs: CRS, longitude: float, latitude: float) -> CRS:
-    """The UTM zone at a place, on the CRS's own datum where there is one, else on WGS 84."""
+    """The UTM zone at a place, on the datum of the CRS where there is one, else on WGS 84.
+
+    Raises CrsError beyond the zones, near the poles.
+    """
     near = AreaOfInterest(longitude, latitude, longitude, latitude)
     geodetic = crs.geodetic_crs
     names = (
@@ -132,10 +135,10 @@ def utm_for(crs: CRS, longitude: float, latitude: float) -> CRS:
 
 
 def looks_geocentric(xyz: Float) -> bool:
-    """Whether points (n, 3) can only be earth-centred, earth-fixed metres.
+    """Whether points (n, 3) can only be earth-centred, earth-fixed coordinates in metres.
 
-    True when every ellipsoidal height lies within -1..10 km. Points within 10 km of the equatorial plane are
-    refused: there, projected coordinates with large northings have the same magnitude.
+    True when every ellipsoidal height lies within -1..10 km. The answer is False within 10 km of the
+    equatorial plane, where projected coordinates with large northings have the same magnitude.
     """
     p = np.asarray(xyz, np.float64)
     with np.errstate(over="ignore", invalid="ignore"):

@@ -1,4 +1,4 @@
-"""Coordinates in degrees cannot be measured in metres: such a file is refused, not misjudged."""
+"""Refusal of files whose coordinates are in degrees, because tolerances in metres do not apply to them."""
 
 from pathlib import Path
 
@@ -7,7 +7,7 @@ from frontage.io.crs import parse_crs
 
 
 def refuse_degrees(path: Path, crs: str | None) -> None:
-    """Raise UnsupportedFormat when the CRS that a file names is geographic; an unknown CRS is let pass."""
+    """Raise UnsupportedFormat when the CRS that a file states is geographic; an unknown CRS is accepted."""
     if not crs or crs.startswith("#"):
         return
     try:

@@ -1,4 +1,4 @@
-"""Opening files safely: clear errors when reading, whole files or none when writing."""
+"""Safe access to files: clear errors when reading, complete files or none when writing."""
 
 import contextlib
 import os
@@ -7,11 +7,11 @@ from pathlib import Path
 
 from frontage.errors import CrsError, FileError, MissingExtra
 
-_SHORT = 160
+_SHORT = 160  # characters of another program's message that are shown
 
 
 def require_file(path: str | Path) -> Path:
-    """The path of an existing file that is not empty.
+    """The path of a file, checked to exist and to hold something.
 
     Raises FileError when it is missing, a folder, unreadable or empty.
     """
@@ -21,7 +21,7 @@ def require_file(path: str | Path) -> Path:
     if p.is_dir():
         raise FileError(p, "is a folder, not a file", "name the file inside it", code="I101")
     if not os.access(p, os.R_OK):
-        raise FileError(p, "cannot be opened", "check its permissions", code="I101")
+        raise FileError(p, "may not be read", "check its permissions", code="I101")
     if p.stat().st_size == 0:
         raise FileError(p, "the file is empty", "export or copy it again", code="I102")
     return p
@@ -39,9 +39,10 @@ def text_of(path: Path, hint: str) -> str:
 
 @contextlib.contextmanager
 def reading(path: str | Path, kind: str, advice: str = "export or copy it again") -> Iterator[None]:
-    """Turn whatever a parser raises on a damaged file into one FileError that names the file and its kind.
+    """Turn whatever a parser raises inside the block into one FileError that names the file and its `kind`.
 
-    Native readers panic with exceptions outside `Exception`; those are caught by name.
+    FileError, CrsError and MissingExtra pass unchanged. Readers written in Rust panic with exceptions outside
+    `Exception`; those are caught by name.
     """
     try:
         yield
@@ -67,9 +68,9 @@ def _brief(problem: BaseException) -> str:
 
 @contextlib.contextmanager
 def whole_file(path: str | Path) -> Iterator[Path]:
-    """A temporary path beside `path` that takes its place when the block ends well, and vanishes when not.
+    """A temporary path beside `path` that replaces it when the block succeeds and is removed when it fails.
 
-    Raises FileError when the folder cannot be written.
+    Raises FileError when the folder or the file cannot be written.
     """
     p = Path(path)
     temporary = p.with_name(f".{p.name}.{os.getpid()}.part")
@@ -79,7 +80,10 @@ def whole_file(path: str | Path) -> Iterator[Path]:
         os.replace(temporary, p)
     except OSError as problem:
         raise FileError(
-            p, f"cannot be written ({problem.strerror or problem})", "check folder and disk", code="I104"
+            p,
+            f"cannot be written ({problem.strerror or problem})",
+            "check the folder and the free space",
+            code="I104",
         ) from problem
     finally:
         temporary.unlink(missing_ok=True) if p.parent.is_dir() else None

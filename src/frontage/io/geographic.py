@@ -1,4 +1,4 @@
-"""Where a world position lies on the globe, and which way north is there: for what GPS and compass write."""
+"""Latitude, longitude and true heading of world positions: what GPS and compass measure."""
 
 import numpy as np
 from pyproj import Geod, Transformer
@@ -6,7 +6,7 @@ from pyproj import Geod, Transformer
 from frontage.geometry.arrays import Float
 from frontage.io.crs import horizontal, parse_crs
 
-_AHEAD = 10.0  # m: far enough that the bearing keeps its digits
+_AHEAD_M = 10.0  # far enough that the bearing keeps its digits
 
 
 def latitude_longitude(xy: Float, crs: str) -> Float:
@@ -20,8 +20,12 @@ def latitude_longitude(xy: Float, crs: str) -> Float:
 
 
 def true_heading(xy: Float, direction: Float, crs: str) -> float:
-    """Degrees clockwise from true north of a horizontal `direction` (2,) at the world position (2,) m."""
+    """The heading of a horizontal `direction` (2,) at the world position `xy` (2,) m: degrees clockwise from
+    true north.
+
+    Raises CrsError for an unknown CRS.
+    """
     step = np.asarray(direction[:2], np.float64) / max(float(np.hypot(*direction[:2])), 1e-12)
-    (lat0, lon0), (lat1, lon1) = latitude_longitude(np.stack([xy[:2], xy[:2] + _AHEAD * step]), crs)
+    (lat0, lon0), (lat1, lon1) = latitude_longitude(np.stack([xy[:2], xy[:2] + _AHEAD_M * step]), crs)
     azimuth, _, _ = Geod(ellps="WGS84").inv(lon0, lat0, lon1, lat1)
     return float(azimuth) % 360.0

@@ -1,4 +1,4 @@
-"""From the coordinates of a file to local metres: units, CRS, origin, and what had to be assumed."""
+"""From the coordinates of a file to local metres: units, CRS, origin, and notes on what had to be assumed."""
 
 from dataclasses import dataclass, replace
 
@@ -12,17 +12,20 @@ from frontage.io import crs as systems
 from frontage.io.transform import best_transformer, show, within
 from frontage.model import WorldRef
 
-_NEAR = 10_000.0  # m: coordinates this small lose nothing in float64 and keep their own origin
-_LEVER = 100.0  # m: how far apart a pose is sampled to turn it with a curved transform
+_NEAR_M = 10_000.0  # coordinates this small lose nothing in float64 and keep their own origin
+_LEVER_M = 100.0  # distance at which a pose is sampled to rotate it with a curved transformation
 
 
 @dataclass(frozen=True, eq=False)
 class Placement:
-    """How file coordinates become local ones.
+    """How the coordinates of a file become local ones.
 
-    scale        (3,) file units -> units of the source CRS (or metres)
-    transformer  source CRS -> world CRS, or None when they are the same
-    heights      metres per unit of z when the transformer is horizontal only
+    world        the link between local coordinates and the world
+    scale        (3,) units of the source CRS (or metres) per file unit
+    offset       (3,) added after scaling, in units of the source CRS (or metres)
+    transformer  source CRS to world CRS; None when they are the same
+    flat         whether the transformer is horizontal only and leaves z as it is
+    notes        sentences for the user about what was assumed
     """
 
     world: WorldRef
@@ -33,9 +36,9 @@ class Placement:
     notes: tuple[str, ...] = ()
 
     def to_local(self, xyz: Float) -> Float:
-        """File coordinates (n, 3) to local metres (n, 3) float64.
+        """Convert file coordinates (n, 3) to local metres (n, 3) float64.
 
-        Raises CrsError when points lie outside the transformation's domain.
+        Raises CrsError when points lie outside the domain of the transformation.
         """
         p = np.asarray(xyz, np.float64)
         if self.transformer is None:
@@ -56,29 +59,32 @@ class Placement:
         return out - self.world.origin
 
     def points_of(self, pose: Rigid3, xyz: Float) -> Float:
-        """Points (n, 3) in a scanner's frame, its pose in file coordinates, to local metres (n, 3)."""
+        """Convert points (n, 3) in the frame of a scanner to local metres (n, 3); `pose` is in file
+        coordinates."""
         if self.transformer is None and np.all(self.scale == 1.0):
             return np.asarray(xyz, np.float64) @ pose.R.T + (pose.t + (self.offset - self.world.origin))
         return self.to_local(pose.apply(xyz))
 
     def pose_of(self, pose: Rigid3) -> Rigid3:
-        """A pose in file coordinates to `local_from_...`; turned as a curved transform turns."""
+        """Convert a pose in file coordinates to local ones; a curved transformation also rotates it."""
         if self.transformer is None:
             return Rigid3("local", pose.frm, pose.R, self.to_local(pose.t[None])[0])
-        probes = pose.t + _LEVER * np.vstack([np.zeros(3), pose.R.T])
+        probes = pose.t + _LEVER_M * np.vstack([np.zeros(3), pose.R.T])
         local = self.to_local(probes)
-        U, _, Vt = np.linalg.svd((local[1:] - local[0]).T / _LEVER)
+        U, _, Vt = np.linalg.svd((local[1:] - local[0]).T / _LEVER_M)
         return Rigid3("local", pose.frm, U @ Vt, local[0])
 
 
 @dataclass(frozen=True, eq=False)
-class Wanted:
+class PlacementRequest:
     """What the caller asks of the coordinates of one file.
 
-    world       the world of the run, when it is decided already; target the CRS the user asks for
-    crs, units  what the user says of this file, over what the file says
-    offset      (x, y, z) added to the coordinates of the file
-    name        the file, for messages
+    name    the file, for messages
+    world   the world of the run, when it is decided already
+    target  the CRS that the user asks for
+    crs     the CRS of the file's coordinates; it overrides what the file states
+    units   of the file's coordinates ("m", "ft", "us-ft"); it overrides what the file states
+    offset  (x, y, z) m, added to the coordinates of the file
     """
 
     name: str
@@ -89,10 +95,10 @@ class Wanted:
     offset: tuple[float, float, float] = (0.0, 0.0, 0.0)
 
     def place(self, file_crs: CRS | None, sample: Array) -> Placement:
-        """Decide the placement from the file's CRS and some of its points (n, 3), n > 0.
+        """Decide the placement from the CRS that the file states and some of its points (n, 3), n > 0.
 
-        Raises CrsError when the file has no CRS and the others do, or the other way round, or when no
-        transformation is known.
+        Raises CrsError when the file has no CRS and the other data has one, or the other way round, or when
+        no transformation is known.
         """
         points = np.asarray(sample, np.float64)
         points = points[np.isfinite(points).all(1)]
@@ -106,7 +112,7 @@ class Wanted:
         return _placement(self, source, target, points, notes)
 
     def _guess(self, source: CRS | None, points: Float, notes: list[str]) -> CRS | None:
-        """The CRS of a file that states none: geocentric by magnitude, the asked one where it fits, none."""
+        """The file's CRS; where it states none, geocentric by magnitude, else the project's where it fits."""
         if source is not None:
             return source
         if systems.looks_geocentric(points):
@@ -122,16 +128,16 @@ class Wanted:
         return None
 
     def _target(self, source: CRS | None, points: Float, notes: list[str]) -> CRS | None:
-        """The world CRS; CrsError when some data has a CRS and other has none."""
+        """The world CRS, None without any. Raises CrsError when only part of the data has a CRS."""
         text = self.world.crs if self.world is not None else self.target
         if source is None and text is not None:
             raise CrsError(
-                f'{self.name}: has no CRS while the project is in {text}; say which with crs = "EPSG:..."',
+                f'{self.name}: has no CRS, but the project is in {text}; state it with crs = "EPSG:..."',
                 code="I202",
             )
         if source is not None and self.world is not None and self.world.crs is None:
             raise CrsError(
-                f"{self.name}: is in {source.name} while other data has no CRS; give the others a crs",
+                f"{self.name}: is in {source.name}, but other data has no CRS; state crs for that data",
                 code="I202",
             )
         if source is None:
@@ -144,13 +150,14 @@ class Wanted:
         twin = systems.metric_twin(target)
         if twin is None:
             raise CrsError(
-                f"{text}: not a projected east-north CRS; name one in metres such as EPSG:25832", code="I203"
+                f"{text}: is not a projected east-north CRS; name one in metres such as EPSG:25832",
+                code="I203",
             )
         notes.append(f"{text} is not in metres: computed in the same projection in metres")
         return twin
 
     def _engineering(self, points: Float, notes: list[str]) -> Placement:
-        """Local engineering coordinates: no CRS anywhere."""
+        """The placement in local engineering coordinates, where no data has a CRS."""
         unit = systems.METRE_PER[self.units or "m"]
         if not any("no CRS" in n for n in notes):
             notes.append(
@@ -162,10 +169,10 @@ class Wanted:
         return Placement(world, np.full(3, unit), np.array(self.offset), notes=tuple(notes))
 
 
-def _default_target(source: CRS, points: Float, notes: list[str], wanted: Wanted) -> CRS:
-    """The world CRS when none is asked: the file's own in metres, else UTM at the data."""
+def _default_target(source: CRS, points: Float, notes: list[str], wanted: PlacementRequest) -> CRS:
+    """The world CRS where none is asked for: the file's own in metres, else the UTM zone of the data."""
     if systems.is_world(source):
-        # a 3-D projected CRS carries ellipsoidal heights; its 2-D part is the same plan
+        # A 3-D projected CRS has ellipsoidal heights; its 2-D part is the same projection.
         return source if source.is_compound else systems.horizontal(source)
     twin = systems.metric_twin(source)
     if twin is not None:
@@ -182,8 +189,10 @@ def _default_target(source: CRS, points: Float, notes: list[str], wanted: Wanted
     return zone
 
 
-def _placement(wanted: Wanted, source: CRS, target: CRS, points: Float, notes: list[str]) -> Placement:
-    """Units and transformer between two known systems."""
+def _placement(
+    wanted: PlacementRequest, source: CRS, target: CRS, points: Float, notes: list[str]
+) -> Placement:
+    """The placement between two known systems: units and transformer."""
     flat_from, flat_to = systems.horizontal(source), systems.horizontal(target)
     up_from, up_to = systems.vertical(source), systems.vertical(target)
     unit = systems.METRE_PER[wanted.units] if wanted.units else None
@@ -216,7 +225,7 @@ def _placement(wanted: Wanted, source: CRS, target: CRS, points: Float, notes: l
 
 
 def _anchored(trial: Placement, world: WorldRef | None, points: Float) -> Placement:
-    """The placement in `world`, or in one of its own whose origin lies near its points (n, 3)."""
+    """The placement in `world`, or in a new one whose origin lies near the points (n, 3)."""
     return replace(trial, world=world or WorldRef(_origin(trial.to_local(points)), trial.world.crs))
 
 
@@ -228,7 +237,7 @@ def _same_but_unit(a: CRS | None, b: CRS | None) -> bool:
 
 
 def _height_unit(source: CRS, upright: CRS | None) -> float:
-    """Metres per unit of z: the vertical axis's where there is one, else the plan's."""
+    """Metres per unit of z: that of the vertical axis where there is one, else that of the plan."""
     if upright is not None:
         return systems.unit_of(upright)
     axes = source.axis_info
@@ -240,7 +249,7 @@ def _height_unit(source: CRS, upright: CRS | None) -> float:
 
 
 def _origin(points: Float) -> Array:
-    """A whole-metre origin for points (n, 3) m: 0 for small coordinates, else the middle of the data."""
-    if np.abs(points).max() < _NEAR:
+    """A whole-metre origin for points (n, 3) m: zero for small coordinates, else the median of the data."""
+    if np.abs(points).max() < _NEAR_M:
         return np.zeros(3, np.int64)
     return np.floor(np.median(points, axis=0)).astype(np.int64)

@@ -1,4 +1,4 @@
-"""Poses that a file or user gives: how far they may be trusted."""
+"""Poses from files, with the uncertainty that the user states for them."""
 
 import numpy as np
 
@@ -13,12 +13,13 @@ def given_pose(pose: Rigid3, sigmas: tuple[float, ...] | None = None) -> Estimat
 
 
 def nearest_rotation(R: np.ndarray, tolerance: float = 5e-3) -> np.ndarray:
-    """The rotation next to a matrix (3, 3) printed with few digits.
+    """The rotation nearest to a matrix (3, 3) that was printed with few digits.
 
-    Raises ValueError when it is further than `tolerance` from any: scaled, mirrored or damaged.
+    Raises ValueError when an element differs by more than `tolerance`: the matrix is scaled, mirrored or
+    damaged.
     """
     U, _, Vt = np.linalg.svd(R)
     nearest: np.ndarray = U @ Vt
     if np.abs(nearest - R).max() > tolerance or np.linalg.det(nearest) < 0:
-        raise ValueError("the pose matrix is not a rotation (scaled, mirrored or damaged)")
+        raise ValueError("its pose matrix is not a rotation (it is scaled, mirrored or damaged)")
     return nearest

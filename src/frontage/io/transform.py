@@ -1,4 +1,4 @@
-"""Choosing a transformation between two systems, and saying how good it is."""
+"""The choice of a transformation between two coordinate reference systems, and its accuracy."""
 
 import warnings
 
@@ -13,18 +13,20 @@ from frontage.io import crs as systems
 
 
 def best_transformer(name: str, source: CRS, target: CRS, points: Float, notes: list[str]) -> Transformer:
-    """The best installed transformation at these points; its accuracy is noted if a better one is missing.
+    """The best installed transformation at points (n, 3) in `source`.
 
-    Raises CrsError when there is none, or only one of unknown accuracy ("ballpark").
+    `notes` gets its accuracy when that is 0.1 m or worse, or when a better one needs grids that are missing.
+
+    Raises CrsError when there is none, or only one of unknown accuracy (PROJ's "ballpark" transformations).
     """
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # the missing grid is reported below, in our words
+        warnings.simplefilter("ignore")  # a missing grid is reported below
         group = TransformerGroup(source, target, always_xy=True, area_of_interest=_area(source, points))  # type: ignore[arg-type]
     usable = [t for t in group.transformers if np.isfinite(t.transform(*points[0])).all()]
     if not usable:
         raise CrsError(
             f"{name}: coordinates such as {show(points[0])} cannot be transformed from {source.name} "
-            f"to {target.name}; check the scan's crs",
+            f"to {target.name}; check the crs stated for this file",
             code="I204",
         )
     best = usable[0]
@@ -35,7 +37,7 @@ def best_transformer(name: str, source: CRS, target: CRS, points: Float, notes: 
     if best.accuracy is None or best.accuracy < 0:
         raise CrsError(
             f"{name}: no transformation of known accuracy from {source.name} to {target.name} is "
-            f"installed{grids}; install the grids for PROJ or choose another target CRS",
+            f"installed{grids}; install the grids for PROJ, or choose another target CRS",
             code="I205",
         )
     if not group.best_available or best.accuracy >= 0.1:
@@ -44,7 +46,7 @@ def best_transformer(name: str, source: CRS, target: CRS, points: Float, notes: 
 
 
 def _area(source: CRS, points: Float) -> AreaOfInterest | None:
-    """Where the points are, in degrees; None when it cannot be told."""
+    """The area of points (n, 3) in degrees; None when it is unknown."""
     flat = source if source.is_geocentric else systems.horizontal(source)
     degrees = "EPSG:4979" if source.is_geocentric else "EPSG:4326"
     lon, lat = Transformer.from_crs(flat, degrees, always_xy=True).transform(*points[:1000].T)[:2]
@@ -54,7 +56,7 @@ def _area(source: CRS, points: Float) -> AreaOfInterest | None:
 
 
 def within(crs: CRS, points: Float) -> bool:
-    """Whether points (n, 3) in a CRS lie in (or within 3 degrees of) its area of use."""
+    """Whether points (n, 3) in a CRS lie within its area of use, or at most 3 degrees outside it."""
     area = crs.area_of_use
     place = _area(crs, points)
     if place is None:
@@ -70,5 +72,5 @@ def within(crs: CRS, points: Float) -> bool:
 
 
 def show(point: Float) -> str:
-    """A point for a message."""
+    """A point (3,) as text for a message."""
     return "(" + ", ".join(f"{v:.6g}" for v in point) + ")"

@@ -23,7 +23,7 @@ from frontage.io.citymodels.read import read_city_model
 from frontage.io.geographic import latitude_longitude, true_heading
 from frontage.io.photos.exif import Exif, write_jpeg
 from frontage.io.scans.e57write import write_e57
-from frontage.io.scans.las import write_las
+from frontage.io.scans.laswrite import write_las
 from frontage.io.scans.ptx import write_ptx
 from frontage.io.scans.trajectory import write_trajectory
 from frontage.model import Scan, WorldRef

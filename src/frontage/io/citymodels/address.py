@@ -1,11 +1,11 @@
-"""Addresses, as city models keep them: number and street."""
+"""Addresses as city models store them: number and street."""
 
 from collections.abc import Mapping
 from typing import Any
 
 
 def split_address(address: str) -> tuple[str, str]:
-    """Number ("" where there is none) and street of an address, the number first or last."""
+    """Split an address into its number ("" without one), which stands first or last, and its street."""
     words = address.split()
     if len(words) > 1 and words[0][0].isdigit():
         return words[0], " ".join(words[1:])
@@ -14,8 +14,8 @@ def split_address(address: str) -> tuple[str, str]:
     return "", address
 
 
-def spoken_address(properties: Mapping[str, Any]) -> str | None:
-    """A readable address from the usual attribute names (OpenStreetMap, xAL, plain), or None."""
+def readable_address(properties: Mapping[str, Any]) -> str | None:
+    """The address in attributes with the names of OpenStreetMap, xAL or plain English; None without one."""
     p = {str(k).lower(): v for k, v in properties.items() if isinstance(v, str | int) and str(v).strip()}
     if "address" in p:
         return str(p["address"])

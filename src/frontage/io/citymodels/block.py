@@ -1,4 +1,4 @@
-"""A footprint raised to a block: level of detail 1."""
+"""Footprints extruded to blocks of level of detail 1."""
 
 from collections.abc import Iterator
 
@@ -10,9 +10,9 @@ from frontage.model.citymodel import Shell
 
 
 def block(footprint: Shell, height: float) -> Shell:
-    """Ground, walls and flat roof over the polygons of a footprint; `height` in m.
+    """Extrude the polygons of a footprint by `height` m: ground, walls and a flat roof.
 
-    Every side of a ring gives one wall, seen from outside counter-clockwise.
+    Every side of a ring gives one wall; all rings are counter-clockwise seen from outside.
     """
     surfaces: list[Surface] = []
     for s in footprint.surfaces:
@@ -29,7 +29,7 @@ def block(footprint: Shell, height: float) -> Shell:
 
 
 def _turned(ring: Float, sign: float) -> Float:
-    """The ring counter-clockwise seen from above for sign 1, clockwise for -1."""
+    """The ring (k, 3), counter-clockwise seen from above for sign 1, clockwise for sign -1."""
     x, y = (ring[:, :2] - ring[0, :2]).T
     area = np.sum(x * np.roll(y, -1) - np.roll(x, -1) * y)
     return ring if area * sign > 0 else ring[::-1]

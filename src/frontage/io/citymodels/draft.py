@@ -1,7 +1,7 @@
-"""Buildings as a file holds them, and how they become buildings in local metres.
+"""Buildings as a file holds them, and their conversion to buildings in local metres.
 
-The readers of every format fill drafts; what a draft's polygons need before they can be used (coordinates,
-clean rings, a class, an outside) is done here once.
+The readers of every format fill drafts. What the polygons of a draft need before they can be used
+(coordinates, clean rings, a class, an outside) is done here, once for all formats.
 """
 
 from collections import Counter
@@ -17,17 +17,25 @@ from frontage.model.citymodel import CityBuilding, Shell, Texture
 
 Value = str | float | int
 
-_UPRIGHT = np.sin(np.radians(15.0))  # of the normal's height: a wall leans by less than 15 degrees
-_SAME = 1e-6  # m: corners closer than this are one
-_FOOT = 0.05  # m: no more above the lowest corner than this
-_CORNERS = 3
-_FLAT = 1e-8  # m2: a polygon smaller than this has no plane
+_UPRIGHT = np.sin(
+    np.radians(15.0)
+)  # largest height of a wall's unit normal: it leans by less than 15 degrees
+_SAME_M = 1e-6  # corners closer than this are one
+_FOOT_M = 0.05  # the ground lies no more than this above the lowest corner
+_CORNERS = 3  # of a ring, at least
+_FLAT_M2 = 1e-8  # a polygon smaller than this has no plane
 
 
 @dataclass(eq=False)
 class Face:
-    """A polygon: rings (k, 3) in file coordinates, the outer one first, closed or not; its class, id and
-    attributes where the file has them, the ids of its rings, and a texture with a place for every corner."""
+    """A polygon of a file.
+
+    rings      (k, 3) in file coordinates, the outer one first, closed or not; empty for a broken polygon
+    semantics  its class, such as "WallSurface", where the file states one
+    about      its attributes
+    names      the ids of its rings
+    texture    with a position in the picture for every corner of the file
+    """
 
     rings: Sequence[Float]
     semantics: str | None = None
@@ -39,9 +47,13 @@ class Face:
 
 @dataclass(eq=False)
 class DraftShell:
-    """One geometry: level of detail, polygons, whether it is a solid, the part that it belongs to.
+    """One geometry of a building.
 
-    `attributes` are the part's.
+    lod           level of detail
+    closed        whether it is a solid
+    part          id of the part or installation that it belongs to; "" for the building itself
+    installation  whether that is an installation
+    attributes    of the part
     """
 
     lod: str
@@ -56,8 +68,8 @@ class DraftShell:
 class Draft:
     """A building of a file.
 
-    problems  what of it could not be read, one short phrase each
-    height    m: the footprint of level 0 is raised by this much to a block of level 1
+    problems  what could not be read, one short phrase each
+    height    m: the footprint of level 0 is extruded by this much to a block of level 1
     """
 
     id: str
@@ -68,15 +80,16 @@ class Draft:
     height: float | None = None
 
     def points(self) -> Float:
-        """Every corner (n, 3), file coordinates."""
+        """Every corner (n, 3) in file coordinates."""
         rings = [r for shell in self.shells for face in shell.faces for r in face.rings]
         return np.concatenate([np.zeros((0, 3)), *rings])
 
 
 def finish(draft: Draft, to_local: Callable[[Float], Float]) -> tuple[CityBuilding | None, Failed | None]:
-    """The building in local metres, and what of it could not be used; None when nothing of it can.
+    """Make a building in local metres, and say what of it could not be used.
 
-    `to_local` takes (n, 3) file coordinates to local metres.
+    `to_local` converts file coordinates (n, 3) to local metres. The building is None when nothing of it can
+    be used; the failure is None when everything can.
     """
     found: Counter[str] = Counter(draft.problems)
     total = sum(len(s.faces) for s in draft.shells)
@@ -100,13 +113,13 @@ def finish(draft: Draft, to_local: Callable[[Float], Float]) -> tuple[CityBuildi
 def _shell(
     draft: DraftShell, building: str, to_local: Callable[[Float], Float], found: Counter[str]
 ) -> Shell:
-    """Usable polygons with classes; a solid that is turned inside out is turned back."""
+    """The usable polygons of a geometry with their classes; a solid that is inside out is turned."""
     rings = _Rings.of([r for f in draft.faces for r in f.rings], to_local)
     firsts = np.cumsum([0, *(len(f.rings) for f in draft.faces)])
     kept: list[int] = []
     for k in range(len(draft.faces)):
         if not draft.faces[k].rings:
-            continue  # broken in the file, and named when it was read
+            continue  # broken in the file; the reader has reported it
         if trouble := rings.trouble(firsts[k], firsts[k + 1]):
             found[trouble] += 1
         else:
@@ -132,7 +145,7 @@ def _shell(
 
 
 def _texture(face: Face, kept: Sequence[Bool]) -> Texture | None:
-    """A polygon's texture at the corners that were kept; None where it does not fit the corners."""
+    """The texture of a polygon at the corners that were kept; None when it does not fit the corners."""
     t = face.texture
     if t is None or [len(r) for r in t.rings] != [len(k) for k in kept]:
         return None
@@ -142,9 +155,12 @@ def _texture(face: Face, kept: Sequence[Bool]) -> Texture | None:
 
 @dataclass(eq=False)
 class _Rings:
-    """Rings in local metres without repeated corners: (k, 3) each, their normals times area (r, 3) m2.
+    """Rings in local metres without repeated corners.
 
-    `kept` says which corners of the file these are.
+    parts    (k, 3) m per ring
+    kept     (n,) per ring: which corners of the file these are
+    normals  (r, 3) m2: unit normal times area of every ring
+    finite   (r,) whether all coordinates of a ring are finite
     """
 
     parts: list[Float]
@@ -154,7 +170,7 @@ class _Rings:
 
     @classmethod
     def of(cls, rings: Sequence[Float], to_local: Callable[[Float], Float]) -> "_Rings":
-        """All rings of a geometry at once; closing points and corners like the one after are dropped."""
+        """Convert all rings of a geometry at once; closing points and repeated corners are dropped."""
         count = len(rings)
         points = np.concatenate([np.zeros((0, 3)), *rings])
         owner = np.repeat(np.arange(count), [len(r) for r in rings])
@@ -162,7 +178,7 @@ class _Rings:
         local: Float = np.full(points.shape, np.nan)
         if usable.any():
             local[usable] = to_local(points[usable])
-        keep = ~(np.abs(local - local[_neighbour(owner, count)]).max(1, initial=0.0) <= _SAME)
+        keep = ~(np.abs(local - local[_neighbour(owner, count)]).max(1, initial=0.0) <= _SAME_M)
         kept = np.split(keep, np.cumsum([len(r) for r in rings])[:-1]) if count else []
         local, owner = local[keep], owner[keep]
         sizes = np.bincount(owner, minlength=count)
@@ -174,16 +190,17 @@ class _Rings:
         return cls(np.split(local, np.cumsum(sizes)[:-1]) if count else [], kept, normals, finite)
 
     def trouble(self, first: int, end: int) -> str:
-        """Why the polygon of some rings cannot be used; "" when it can."""
+        """Why the polygon of rings `first` to `end` cannot be used; "" when it can."""
         if len(self.parts[first]) < _CORNERS:
             return "a polygon with fewer than 3 corners"
         if not self.finite[first:end].all():
             return "a coordinate that is not a number"
-        return "a polygon without area" if np.linalg.norm(self.normals[first]) < _FLAT else ""
+        return "a polygon without area" if np.linalg.norm(self.normals[first]) < _FLAT_M2 else ""
 
 
 def _neighbour(owner: Int, count: int) -> Int:
-    """For every corner the index of the one after it in its ring."""
+    """The index (n,) of the corner that follows each corner in its ring; `owner` (n,) is the ring of a
+    corner."""
     sizes = np.bincount(owner, minlength=count)
     begins = (np.cumsum(sizes) - sizes)[owner]
     place: Int = np.arange(len(owner)) - begins
@@ -191,21 +208,23 @@ def _neighbour(owner: Int, count: int) -> Int:
 
 
 def _cross(a: Float, b: Float) -> Float:
-    """Row by row; numpy's own takes several times as long for small arrays."""
+    """The cross product row by row; `np.cross` takes several times as long for small arrays."""
     (ax, ay, az), (bx, by, bz) = a.T, b.T
     return np.stack([ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx], axis=1)
 
 
 def _inside_out(polygons: Sequence[Sequence[Float]], normals: Float) -> bool:
-    """Whether a shell's volume is negative."""
+    """Whether the volume of a closed shell is negative."""
     anchors = np.array([polygon[0][0] for polygon in polygons])
     return bool(np.einsum("ij,ij->", anchors - anchors.mean(0), normals) < 0.0)
 
 
 def _classes(faces: Sequence[Face], polygons: Sequence[Sequence[Float]], normals: Float) -> list[str]:
-    """The class that the file says, else by the normal: upright a wall, level at the foot ground, else roof.
+    """The class of every polygon: what the file states, else what its normal and height suggest.
 
-    Where sides are not told apart (no solid) a level polygon at the foot is the ground.
+    An upright polygon is a wall, a level one at the foot of the building is the ground, another one that
+    faces down is an outer ceiling, and the others are roofs. In a geometry that is not a solid, where a
+    normal does not tell the outside, a level polygon at the foot is the ground all the same.
     """
     if all(face.semantics for face in faces):
         return [str(face.semantics) for face in faces]
@@ -215,12 +234,12 @@ def _classes(faces: Sequence[Face], polygons: Sequence[Sequence[Float]], normals
     guessed = np.where(np.abs(up) < _UPRIGHT, "WallSurface", "RoofSurface")
     level = np.abs(up) >= _UPRIGHT
     guessed = np.where(level & (up < 0), "OuterCeilingSurface", guessed)
-    guessed = np.where(level & (heights - foot < _FOOT), "GroundSurface", guessed)
+    guessed = np.where(level & (heights - foot < _FOOT_M), "GroundSurface", guessed)
     return [face.semantics or str(g) for face, g in zip(faces, guessed, strict=True)]
 
 
 def _names(ids: Sequence[str], owner: str) -> list[str]:
-    """Every polygon's own name: its id, numbered where several share one, else owner and number."""
+    """A unique name for every polygon: its id, numbered where several share one, else owner and number."""
     seen: Counter[str] = Counter()
     names = []
     for number, name in enumerate(ids):

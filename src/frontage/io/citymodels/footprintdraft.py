@@ -1,4 +1,4 @@
-"""A footprint of a map as a draft: its outline, and the height to raise it to where attributes say one."""
+"""A footprint of a map as a draft: its outline, and its height where attributes state one."""
 
 import re
 from collections.abc import Mapping, Sequence
@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from frontage.geometry.arrays import Float
-from frontage.io.citymodels.address import spoken_address
+from frontage.io.citymodels.address import readable_address
 from frontage.io.citymodels.draft import Draft, DraftShell, Face, Value
 
 _HEIGHTS = ("height", "measuredheight", "building_height", "building:height", "height_m", "hoehe")
@@ -24,14 +24,14 @@ _METRES = re.compile(r"\s*([-+]?\d+(?:[.,]\d+)?)\s*m?\s*$")
 
 
 def footprint_draft(name: str, polygons: Sequence[Sequence[Float]], properties: Mapping[str, Any]) -> Draft:
-    """A building of polygons (rings (k, 3), NaN heights where unknown) with the attributes of a map.
+    """A building of a map from its polygons (rings (k, 3), NaN for unknown heights) and its attributes.
 
-    The height (m above ground) comes from an attribute such as "height"; the ground from the coordinates,
-    else from an attribute such as "ground_z", else it is 0.
+    The height (m above ground) comes from an attribute such as "height". The height of the ground comes from
+    the coordinates, else from an attribute such as "ground_z", else it is 0.
     """
     lower = {str(k).lower(): v for k, v in properties.items()}
     height, ground = _metres(lower, _HEIGHTS), _metres(lower, _GROUNDS)
-    draft = Draft(name, address=spoken_address(properties), attributes=_values(properties))
+    draft = Draft(name, address=readable_address(properties), attributes=_values(properties))
     draft.height = height
     if height is not None and height <= 0.0:
         draft.height = None
@@ -49,7 +49,7 @@ def footprint_draft(name: str, polygons: Sequence[Sequence[Float]], properties: 
 
 
 def _metres(properties: Mapping[str, Any], names: Sequence[str]) -> float | None:
-    """The first of some attributes that is a number of metres."""
+    """The first of the named attributes that is a number, in m."""
     for name in names:
         value = properties.get(name)
         match = _METRES.match(str(value)) if isinstance(value, str | int | float) else None

@@ -1,6 +1,6 @@
 """Building footprints from city models and maps: where one house ends and the next begins.
 
-Of a city model the ground surfaces are taken; where there are none, the coarsest level seen from above.
+A footprint is the union of a building's ground surfaces, or of its coarsest level seen from above.
 """
 
 import logging
@@ -17,7 +17,7 @@ from frontage.model.building import Footprint
 from frontage.model.citymodel import CityBuilding, Shell
 
 log = logging.getLogger(__name__)
-_SLIVER = 0.5  # m2: smaller pieces are gaps between badly joined surfaces, not buildings
+_SLIVER_M2 = 0.5  # smaller pieces come from badly joined surfaces and are not buildings
 
 
 def read_footprints(
@@ -26,10 +26,10 @@ def read_footprints(
     crs: str | None = None,
     bounds: tuple[float, ...] | None = None,
 ) -> tuple[Footprint, ...]:
-    """The outline of every building of a map or city model, local metres, counter-clockwise, not closed.
+    """Read the outline of every building of a map or city model: local metres, counter-clockwise, not closed.
 
-    A building in several separate pieces gives one footprint per piece, with "#2", ... behind its id.
-    `bounds` (x0, y0, x1, y1) m world: buildings that do not touch it are left out.
+    A building of several separate pieces gives one footprint per piece, with "#2", ... appended to its id.
+    Buildings that do not touch `bounds` (x0, y0, x1, y1) m world are left out.
 
     Raises FileError (missing, truncated, corrupt, no buildings, none within the bounds), CrsError (no CRS
     where the world has one, or the other way round).
@@ -49,7 +49,7 @@ def footprints_of(buildings: Sequence[CityBuilding]) -> tuple[Footprint, ...]:
 
 
 def _ground(shells: Sequence[Shell]) -> list[Float]:
-    """Ground surfaces of the coarsest level that has them, else all polygons of the coarsest level."""
+    """The ground surfaces of the coarsest level that has any, else all polygons of the coarsest level."""
     levels = sorted({s.lod for s in shells})
     for lod in levels:
         rings = [p.ring for s in shells if s.lod == lod for p in s.surfaces if p.semantics == "GroundSurface"]
@@ -64,7 +64,7 @@ def _footprints(building: CityBuilding) -> Iterator[Footprint]:
         shapely.Polygon(ring[:, :2]) for ring in _ground([s for s in building.shells if not s.installation])
     ]
     whole = shapely.union_all([shapely.make_valid(q) for q in flat if q.area > 0])
-    pieces = [q for q in shapely.get_parts(whole) if q.geom_type == "Polygon" and q.area >= _SLIVER]
+    pieces = [q for q in shapely.get_parts(whole) if q.geom_type == "Polygon" and q.area >= _SLIVER_M2]
     for k, piece in enumerate(sorted(pieces, key=lambda q: -q.area), 1):
         closed = shapely.get_coordinates(shapely.get_exterior_ring(piece))
         ring = closed[:-1] if shapely.is_ccw(shapely.get_exterior_ring(piece)) else closed[:0:-1]

@@ -1,4 +1,5 @@
-"""Footprints of GeoJSON (RFC 7946, its old "crs" member, sequences of RFC 8142) as drafts of buildings."""
+"""Footprints of GeoJSON files as drafts of buildings: RFC 7946, the older "crs" member, sequences of RFC
+8142."""
 
 from collections.abc import Iterator, Mapping
 from pathlib import Path
@@ -7,27 +8,20 @@ from typing import Any
 import numpy as np
 
 from frontage.geometry.arrays import Float
+from frontage.io.citymodels.deferred import DeferredPlacement
 from frontage.io.citymodels.draft import Draft
 from frontage.io.citymodels.footprintdraft import footprint_draft
 from frontage.io.citymodels.jsonstream import members
-from frontage.io.citymodels.place import Place
 
 _NAMES = ("id", "gml_id", "fid", "osm_id", "ID")
 _BAD = (IndexError, TypeError, KeyError, ValueError)
 
 
-def json_kind(path: Path) -> Any:
-    """The `type` of the first object in a file, None when it has none. Raises ValueError on damage."""
-    large = ("features", "CityObjects", "vertices")
-    kinds = (value for document, name, _, value in members(path, large) if name == "type" or document)
-    return next(kinds, None)
-
-
-def read_geojson(path: Path, place: Place) -> Iterator[Draft]:
-    """Polygons and MultiPolygons that touch the bounds. Raises ValueError on damaged files."""
+def read_geojson(path: Path, place: DeferredPlacement) -> Iterator[Draft]:
+    """Yield the Polygons and MultiPolygons that touch the bounds. Raises ValueError on damaged files."""
     large = ("features",)
     stated = (value for _, name, key, value in members(path, large) if name == "crs" and key is None)
-    place.stated(_crs(next(stated, None)))
+    place.state_crs(_crs(next(stated, None)))
     for number, feature in enumerate(_features(path), 1):
         geometry = feature.get("geometry") or {}
         if geometry.get("type") not in ("Polygon", "MultiPolygon"):
@@ -43,7 +37,7 @@ def read_geojson(path: Path, place: Place) -> Iterator[Draft]:
 
 
 def _features(path: Path) -> Iterator[Mapping[str, Any]]:
-    """Features of a collection, single features, or one after the other."""
+    """Yield the features of a collection, of a single feature, or of a sequence of features."""
     single: dict[str, Any] = {}
     last = 0
     for document, name, key, value in members(path, ("features",)):
@@ -62,7 +56,7 @@ def _named(properties: Mapping[str, Any]) -> Any:
 
 
 def _polygons(geometry: Mapping[str, Any], problems: list[str]) -> list[list[Float]]:
-    """Rings (k, 3) of every polygon, heights NaN where the file has none."""
+    """The rings (k, 3) of every polygon, with NaN for heights that the file does not state."""
     found = []
     try:
         parts = geometry["coordinates"] if geometry["type"] == "MultiPolygon" else [geometry["coordinates"]]
@@ -79,6 +73,6 @@ def _ring(points: Any) -> Float:
 
 
 def _crs(member: Any) -> str:
-    """The old "crs" member where there is one, else longitude and latitude (RFC 7946)."""
+    """The CRS of the older "crs" member where there is one, else longitude and latitude (RFC 7946)."""
     name = ((member or {}).get("properties") or {}).get("name")
     return str(name) if name else "OGC:CRS84"

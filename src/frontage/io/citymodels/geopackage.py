@@ -1,4 +1,5 @@
-"""Footprints of a GeoPackage (OGC 12-128) as drafts of buildings, read with SQLite; curves are not read."""
+"""Footprints of a GeoPackage (OGC 12-128) as drafts of buildings, read with SQLite; curves are not
+supported."""
 
 import sqlite3
 from collections.abc import Iterator
@@ -12,9 +13,9 @@ import numpy as np
 import shapely
 
 from frontage.geometry.arrays import Float
+from frontage.io.citymodels.deferred import DeferredPlacement
 from frontage.io.citymodels.draft import Draft
 from frontage.io.citymodels.footprintdraft import footprint_draft
-from frontage.io.citymodels.place import Place
 
 _POLYGONS = ("POLYGON", "MULTIPOLYGON", "SURFACE", "MULTISURFACE", "GEOMETRY", "GEOMETRYCOLLECTION")
 _NAMED = ("building", "footprint", "gebaeude", "gebäude", "pand", "batiment", "bâtiment", "edifici")
@@ -24,7 +25,7 @@ _HEAD = 8
 
 @dataclass(frozen=True)
 class _Layer:
-    """A feature table: its name, its geometry column, its key, its CRS ("EPSG:25832" or WKT)."""
+    """A feature table: its name, its geometry column, its primary key, its CRS ("EPSG:25832" or WKT)."""
 
     table: str
     column: str
@@ -32,17 +33,18 @@ class _Layer:
     crs: str | None
 
 
-def read_geopackage(path: Path, place: Place) -> Iterator[Draft]:
-    """Polygons of the layer of buildings that touch the bounds.
+def read_geopackage(path: Path, place: DeferredPlacement) -> Iterator[Draft]:
+    """Yield the polygons of the layer of buildings that touch the bounds.
 
-    With several layers of polygons the one whose name speaks of buildings or footprints is taken.
-    Raises sqlite3.DatabaseError on damaged files, ValueError when no layer, or more than one, can be meant.
+    Of several layers of polygons, the one whose name contains a word for buildings or footprints is taken.
+
+    Raises sqlite3.DatabaseError on damaged files, and ValueError when no layer or several layers qualify.
     """
     uri = f"file:{quote(str(path.resolve()))}?mode=ro&immutable=1"
     with closing(sqlite3.connect(uri, uri=True)) as database:
         database.row_factory = sqlite3.Row
         layer = _chosen(_layers(database))
-        place.stated(layer.crs)
+        place.state_crs(layer.crs)
         rows = database.execute(f"SELECT * FROM {_quoted(layer.table)}")
         for number, row in enumerate(rows, 1):
             properties = {k: row[k] for k in row.keys() if k not in (layer.column, layer.key)}  # noqa: SIM118
@@ -77,7 +79,7 @@ def _layers(database: sqlite3.Connection) -> list[_Layer]:
 
 
 def _crs(authority: str | None, code: int | None, definition: str | None) -> str | None:
-    """The name of a CRS; None for the undefined ones (srs_id 0 and -1)."""
+    """The name of a CRS; None for the two undefined ones (srs_id 0 and -1)."""
     if authority is None or str(authority).upper() == "NONE":
         return None
     return f"{authority}:{code}" if str(authority).upper() == "EPSG" else definition
@@ -92,11 +94,12 @@ def _chosen(layers: list[_Layer]) -> _Layer:
     if not layers:
         raise ValueError("it has no layer of polygons")
     names = ", ".join(layer.table for layer in layers)
-    raise ValueError(f"which layer of polygons are the buildings: {names}? keep one, or name it buildings")
+    raise ValueError(f"which of its layers of polygons holds the buildings: {names}? name that one buildings")
 
 
 def _polygons(blob: Any) -> tuple[list[list[Float]], list[str]]:
-    """Rings (k, 3) of every polygon of a geometry, heights NaN where it has none; what is wrong with it."""
+    """The rings (k, 3) of every polygon of a geometry, with NaN for missing heights; and what is wrong with
+    it."""
     if blob is None:
         return [], []
     if not isinstance(blob, bytes) or blob[:2] != b"GP" or (blob[3] >> 1) & 7 not in _ENVELOPES:

@@ -4,31 +4,34 @@ from collections import Counter
 from pathlib import Path
 from typing import Any
 
-from frontage.io.citymodels.read import kind_of, read_city_model
+from frontage.io.citymodels.formats import city_model_format
+from frontage.io.citymodels.read import read_city_model
 from frontage.model import CityModel
 
-_SHOWN = 5  # problems named one by one
+_SHOWN = 5  # problems that are listed one by one
 
 
 def looks_like_city_model(path: Path) -> bool:
-    """Whether a file is XML, JSON or a GeoPackage, by its content."""
+    """Whether a file is a city model by its content; damaged JSON counts as one."""
     try:
-        return path.is_file() and kind_of(path) is not None
+        return path.is_file() and city_model_format(path) is not None
     except ValueError:
-        return True  # damaged JSON: reading it says where
+        return True  # reading it then says where the damage is
 
 
 def city_model_info(path: str | Path) -> dict[str, Any]:
-    """Format, CRS, extent (m world), buildings, parts, levels, surfaces by class, problems.
+    """JSON-able facts of a city model: format, CRS, extent (m world), counts of what it holds, problems,
+    notes.
 
-    Raises FileError, CrsError as `read_city_model`.
+    Raises FileError and CrsError as `read_city_model` does.
     """
     model = read_city_model(path)
+    found = city_model_format(Path(path))
     shells = [s for b in model.buildings for s in b.shells]
     low, high = model.world.to_world(model.bounds())
     return {
         "path": str(path),
-        "format": kind_of(Path(path)),
+        "format": None if found is None else found.name,
         "crs": model.world.crs,
         "extent": [low.round(3).tolist(), high.round(3).tolist()],
         "buildings": len(model.buildings),
@@ -45,6 +48,6 @@ def city_model_info(path: str | Path) -> dict[str, Any]:
 
 
 def _problems(model: CityModel) -> list[str]:
-    """The first problems, and how many more there are."""
+    """The first problems, and the number of the others."""
     said = [p.message for p in model.problems]
     return said if len(said) <= _SHOWN else [*said[:_SHOWN], f"and {len(said) - _SHOWN} more"]

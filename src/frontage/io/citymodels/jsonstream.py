@@ -1,6 +1,7 @@
-"""JSON files read piece by piece: the members of an object, the entries of its large members, one at a time.
+"""JSON files read piece by piece: the members of an object and the entries of its large members, one at a
+time.
 
-A file may be larger than memory; only the value at hand is decoded. Decoding is the standard library's.
+A file may be larger than memory: only the current value is decoded, by the standard library.
 """
 
 import json
@@ -9,12 +10,12 @@ from json.decoder import JSONDecodeError
 from pathlib import Path
 from typing import Any, TextIO
 
-_STEP = 1 << 20  # characters per reading
+_STEP = 1 << 20  # characters that are read at a time
 _SPACE = " \t\r\n\x1e"  # record separators stand between the texts of a JSON sequence (RFC 7464)
 
 
 class _Text:
-    """A window on the text of a file that grows to the right and is dropped on the left."""
+    """A window on the text of a file: it grows at its end, and what was decoded is dropped."""
 
     def __init__(self, file: TextIO) -> None:
         self._file = file
@@ -24,14 +25,14 @@ class _Text:
         self._decoder = json.JSONDecoder()
 
     def _more(self) -> bool:
-        """Read on; False at the end of the file. What lies behind is dropped."""
+        """Read more text and drop what was decoded; False at the end of the file."""
         step = self._file.read(max(_STEP, len(self._text) - self._at))
         self._dropped += self._at
         self._text, self._at = self._text[self._at :] + step, 0
         return bool(step)
 
     def peek(self) -> str:
-        """The next character that is no space; "" at the end."""
+        """The next character that is not a space; "" at the end."""
         while True:
             while self._at < len(self._text) and self._text[self._at] in _SPACE:
                 self._at += 1
@@ -41,7 +42,7 @@ class _Text:
                 return ""
 
     def take(self, expected: str) -> str:
-        """Go past the next character, which must be one of those expected."""
+        """Skip the next character. Raises ValueError when it is none of those expected."""
         found = self.peek()
         if not found or found not in expected:
             what = " or ".join(f"'{c}'" for c in expected)
@@ -50,7 +51,7 @@ class _Text:
         return found
 
     def value(self) -> Any:
-        """Decode the next value."""
+        """Decode the next value. Raises ValueError with the position of damage."""
         self.peek()
         while True:
             try:
@@ -61,7 +62,7 @@ class _Text:
                 place = self._dropped + problem.pos
                 raise ValueError(f"{problem.msg} at character {place}") from problem
             if end == len(self._text) and self._more():
-                continue  # a number could go on
+                continue  # a number could continue
             self._at = end
             return found
 
@@ -84,10 +85,12 @@ class _Text:
 
 
 def members(path: Path, large: tuple[str, ...] = ()) -> Iterator[tuple[int, str, Any, Any]]:
-    """Walk through the objects that a file holds, one after the other: (object's number, name, None, value).
+    """Yield the members of the objects that a file holds one after the other: (object's number, name, None,
+    value).
 
     Members named in `large` come entry by entry instead, with their key or number in place of None.
-    Raises ValueError when the file is damaged or holds something else.
+
+    Raises ValueError when the file is damaged or does not hold objects.
     """
     with open(path, encoding="utf-8-sig") as file:
         text = _Text(file)
@@ -96,6 +99,13 @@ def members(path: Path, large: tuple[str, ...] = ()) -> Iterator[tuple[int, str,
             for name, key, value in _object(text, large):
                 yield document, name, key, value
             document += 1
+
+
+def first_type(path: Path) -> Any:
+    """The member `type` of the first object in a file; None when it has none. Raises ValueError on damage."""
+    large = ("features", "CityObjects", "vertices")
+    kinds = (value for document, name, _, value in members(path, large) if name == "type" or document)
+    return next(kinds, None)
 
 
 def _object(text: _Text, large: tuple[str, ...]) -> Iterator[tuple[str, Any, Any]]:

@@ -1,4 +1,4 @@
-"""The windows and doors of a city model, for scoring it."""
+"""The windows and doors of a city model, for its evaluation."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -12,7 +12,7 @@ _KINDS = ("Window", "Door")
 
 @dataclass(frozen=True, eq=False)
 class CityOpening:
-    """A Window or Door surface: outer ring (k, 3) m world, its attributes and `id`."""
+    """A Window or Door surface: its outer ring (k, 3) m world, and its attributes with its `id`."""
 
     kind: str
     ring: Float
@@ -20,7 +20,8 @@ class CityOpening:
 
 
 def read_city_openings(path: str | Path) -> tuple[CityOpening, ...]:
-    """Every Window and Door surface of the finest level of every building. Raises FileError, CrsError."""
+    """Read every Window and Door surface of the finest level of every building. Raises FileError,
+    CrsError."""
     model = read_city_model(path)
     return tuple(
         CityOpening(

@@ -1,8 +1,9 @@
-"""Binary glTF 2.0 (GLB) of meshes that are made of several materials.
+"""Binary glTF 2.0 (GLB) of meshes with several materials.
 
-glTF knows float32 vertices and y up. So that nothing is lost at UTM size, every mesh keeps small vertex
-coordinates in its own frame, its node carries the motion to the local frame in JSON numbers (float64), and
-the root node turns z up to y up. World = local + `origin`, stored in `asset.extras` and in the root's extras.
+glTF has float32 vertices and y up. So that nothing is lost at UTM size, every mesh keeps small vertex
+coordinates in its own frame, its node holds the transformation to the local frame in JSON numbers (float64),
+and the root node turns z up to y up. World = local + `origin`, which is stored in `asset.extras` and in the
+extras of the root.
 """
 
 import json
@@ -26,7 +27,7 @@ _CLAMP, _LINEAR, _MIPMAP = 33071, 9729, 9987
 
 @dataclass(frozen=True, eq=False)
 class Material:
-    """A JPEG picture, shown as it is, or a plain colour (red, green, blue; 0..1, linear) that takes light."""
+    """A JPEG picture that is shown unlit, or a plain colour (red, green, blue; 0..1, linear) that is lit."""
 
     name: str
     texture: bytes | None = None
@@ -36,9 +37,12 @@ class Material:
 
 @dataclass(frozen=True, eq=False)
 class Piece:
-    """Triangles (m, 3) of one material over vertices (n, 3) m in the mesh's own frame.
+    """Triangles of one material.
 
-    `uv` (n, 2), 0..1, v downwards, where the material has a picture; `normals` (n, 3) where it has none.
+    xyz      (n, 3) m in the mesh's own frame
+    faces    (m, 3) vertex numbers
+    uv       (n, 2), 0..1, v downwards, where the material has a picture
+    normals  (n, 3) where it has none
     """
 
     material: Material
@@ -50,7 +54,7 @@ class Piece:
 
 @dataclass(frozen=True, eq=False)
 class Mesh:
-    """Pieces with a common frame: `local_from_mesh` (4, 4); JSON-able `extras` are kept with it."""
+    """Pieces with a common frame: `local_from_mesh` (4, 4) m; JSON-able `extras` are stored with it."""
 
     name: str
     pieces: tuple[Piece, ...]
@@ -59,9 +63,9 @@ class Mesh:
 
 
 def glb_of(meshes: Sequence[Mesh], world: WorldRef, generator: str = "Frontage") -> bytes:
-    """One GLB of all meshes, pictures inside. Deterministic: the same meshes give the same bytes.
+    """The bytes of one GLB with all meshes and their pictures; equal meshes give equal bytes.
 
-    Pieces with the same `Material` object share it and its picture.
+    Pieces that refer to the same `Material` object share it and its picture.
     """
     blob = _Blob()
     place = {"crs": world.crs, "origin": [int(v) for v in world.origin], "world": "local + origin", "up": "z"}
@@ -93,7 +97,7 @@ def glb_of(meshes: Sequence[Mesh], world: WorldRef, generator: str = "Frontage")
     if not meshes:
         root.pop("children")
         gltf = {k: v for k, v in gltf.items() if k in ("asset", "scene", "scenes", "nodes")}
-    if not pictures:  # glTF forbids empty lists, and extensions that are not used
+    if not pictures:  # glTF forbids empty lists and unused extensions
         gltf = {
             k: v for k, v in gltf.items() if k not in ("textures", "images", "samplers", "extensionsUsed")
         }
@@ -101,7 +105,7 @@ def glb_of(meshes: Sequence[Mesh], world: WorldRef, generator: str = "Frontage")
 
 
 class _Blob:
-    """The GLB's binary chunk, with the views and accessors into it."""
+    """The binary chunk of a GLB, with the views and accessors into it."""
 
     def __init__(self) -> None:
         self.data = bytearray()
@@ -109,7 +113,7 @@ class _Blob:
         self.accessors: list[dict[str, Any]] = []
 
     def add(self, data: bytes, target: int | None = None) -> int:
-        """Append bytes at a multiple of 4; the number of their view."""
+        """Append bytes at a multiple of 4; returns the number of their view."""
         self.data += b"\0" * (-len(self.data) % 4)
         view = {"buffer": 0, "byteOffset": len(self.data), "byteLength": len(data)}
         self.views.append(view | ({"target": target} if target else {}))
@@ -117,7 +121,7 @@ class _Blob:
         return len(self.views) - 1
 
     def accessor(self, array: Array, kind: str, target: int, bounds: bool = False) -> int:
-        """Append an array as float32 or uint32; the number of its accessor."""
+        """Append an array as float32 or uint32; returns the number of its accessor."""
         whole = array.dtype.kind in "iu"
         a = np.ascontiguousarray(array, "<u4" if whole else "<f4")
         entry: dict[str, Any] = {
@@ -165,7 +169,7 @@ def _material(material: Material, pictures: Sequence[Material]) -> dict[str, Any
         pbr["baseColorFactor"] = [*material.colour, 1.0]
         return found
     pbr["baseColorTexture"] = {"index": next(k for k, m in enumerate(pictures) if m is material)}
-    # A photograph carries its own light.
+    # A photograph already contains the light of the scene.
     return {**found, "extensions": {"KHR_materials_unlit": {}}}
 
 

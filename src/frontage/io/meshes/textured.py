@@ -1,4 +1,4 @@
-"""Textured meshes to files: binary glTF 2.0 (GLB, see io.glb) and Wavefront OBJ."""
+"""Writing textured meshes: binary glTF 2.0 (GLB, see `glb`) and Wavefront OBJ."""
 
 import json
 from collections.abc import Sequence
@@ -24,7 +24,7 @@ class TexturedMesh:
     faces            (m, 3) int, counter-clockwise seen from outside
     local_from_mesh  (4, 4) float64
     texture          JPEG bytes
-    extras           JSON-able facts kept with the mesh
+    extras           JSON-able facts that are stored with the mesh
     """
 
     name: str
@@ -42,7 +42,7 @@ class TexturedMesh:
 
 
 def glb_bytes(meshes: Sequence[TexturedMesh], world: WorldRef) -> bytes:
-    """One GLB of all meshes, textures inside. Deterministic: the same meshes give the same bytes."""
+    """The bytes of one GLB with all meshes and their textures; equal meshes give equal bytes."""
     return glb_of([_whole(m) for m in meshes], world)
 
 
@@ -52,15 +52,17 @@ def _whole(mesh: TexturedMesh) -> Mesh:
 
 
 def write_glb(path: Path, meshes: Sequence[TexturedMesh], world: WorldRef) -> None:
-    """Write `glb_bytes` to `path`, whole or not at all."""
+    """Write the GLB of `glb_bytes`. Raises FileError when that fails."""
     _write(path, glb_bytes(meshes, world))
 
 
 def write_obj(path: Path, meshes: Sequence[TexturedMesh], world: WorldRef) -> None:
-    """Write `path` (.obj), its .mtl, `textures/*.jpg` and `<stem>.offset.json`.
+    """Write an OBJ file, and beside it its .mtl, `textures/*.jpg` and `<stem>.offset.json`.
 
-    World = vertex + offset. Vertices are local, z up, in metres with 0.1 mm digits; texture coordinates
-    have v upwards, as OBJ wants.
+    Vertices are in local metres with z up, to 0.1 mm; world = vertex + offset. Texture coordinates have v
+    upwards, as OBJ requires.
+
+    Raises FileError when a file cannot be written.
     """
     for mesh in meshes:
         _write(path.parent / "textures" / f"{mesh.file_stem}.jpg", mesh.texture)

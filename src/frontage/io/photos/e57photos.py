@@ -1,88 +1,72 @@
-"""Photos embedded in E57 files (`images2D` with a pinhole representation).
+"""Photos that E57 files embed (`images2D` with a pinhole representation).
 
-ASTM E2807: the camera looks along its -z axis, x right, y up; here it becomes x right, y down, z forward.
+ASTM E2807: the camera looks along its -z axis, with x right and y up; here x is right, y down and z forward.
 """
 
-from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from frontage.errors import FileError
 from frontage.geometry.rigid import Rigid3, rotation_from_quaternion
-from frontage.io.photos.imagefile import parse_header
+from frontage.io.photos.photoset import PhotoSet, PixelSource
+from frontage.io.photos.request import PhotoRequest
 from frontage.io.scans.e57 import opened
-from frontage.model import Camera
+from frontage.model import Camera, Photo
 
 _DOWN_FORWARD = np.diag([1.0, -1.0, -1.0])
-_BLOBS = ("jpegImage", "pngImage")
+_PINHOLE = (
+    "imageWidth",
+    "imageHeight",
+    "focalLength",
+    "pixelWidth",
+    "pixelHeight",
+    "principalPointX",
+    "principalPointY",
+)
 
 
-@dataclass(frozen=True, eq=False)
-class EmbeddedPhoto:
-    """number in images2D, id, PINHOLE camera, pose in file coordinates."""
+def read_e57_photos(request: PhotoRequest) -> PhotoSet:
+    """The pinhole photos of an E57 file that have a pose; the others are left out with a note.
 
-    number: int
-    id: str
-    camera: Camera
-    file_from_camera: Rigid3
+    The ids are the names in the file, numbered where a name occurs twice.
 
-
-def embedded_photos(path: str | Path) -> tuple[list[EmbeddedPhoto], list[str]]:
-    """The pinhole photos with a pose, and notes on those left out. Raises FileError, MissingExtra."""
-    found: list[EmbeddedPhoto] = []
+    Raises FileError when the file is damaged or holds no such photo, and MissingExtra without pye57.
+    """
+    path = request.files[0]
+    photos: list[Photo] = []
+    pixels: dict[str, PixelSource] = {}
     notes: list[str] = []
     with opened(path) as e57:
         root = e57.root
         images = root["images2D"] if root.isDefined("images2D") else []
         for k in range(len(images)):
             node = images[k]
-            name = (
-                node["name"].value() if node.isDefined("name") and node["name"].value() else f"image{k + 1}"
-            )
+            name = _name(node) or f"image{k + 1}"
             if not node.isDefined("pinholeRepresentation") or not node.isDefined("pose"):
-                notes.append(
-                    f"{Path(path).name}: embedded photo {name} is no pinhole photo with a pose: left out"
-                )
+                notes.append(f"{path.name}: embedded photo {name} is no pinhole photo with a pose: left out")
                 continue
-            photo_id = name if all(name != f.id for f in found) else f"{name}#{k + 1}"
-            found.append(
-                EmbeddedPhoto(k, photo_id, _camera(node["pinholeRepresentation"]), _pose(node["pose"]))
+            photo_id = name if name not in pixels else f"{name}#{k + 1}"
+            photos.append(
+                request.photo(photo_id, _camera(node["pinholeRepresentation"]), _pose(node["pose"]))
             )
-    return found, notes
+            pixels[photo_id] = PixelSource(str(path), embedded=k)
+    if not photos:
+        raise FileError(path, "holds no pinhole photos", "name picture files and their cameras", code="I105")
+    return PhotoSet(tuple(photos), pixels, tuple(notes))
 
 
-def embedded_bytes(path: str | Path, number: int) -> bytes:
-    """The JPEG or PNG bytes of photo `number`. Raises FileError, MissingExtra."""
-    with opened(path) as e57:
-        view = e57.root["images2D"][number]["pinholeRepresentation"]
-        kind = next((b for b in _BLOBS if view.isDefined(b)), None)
-        if kind is None:
-            raise FileError(
-                path, f"embedded photo {number + 1} has no picture", "export it again", code="I103"
-            )
-        blob = view[kind]
-        data = np.zeros(blob.byteCount(), np.uint8)
-        blob.read(data, 0, len(data))
-    parse_header(data.tobytes(), path)
-    return data.tobytes()
+def _name(node: Any) -> str:
+    return str(node["name"].value()) if node.isDefined("name") else ""
 
 
 def _camera(view: Any) -> Camera:
-    """Focal length and pixel size in metres, principal point in pixels from the upper left corner."""
-    value = {
-        k: float(view[k].value())
-        for k in (
-            "imageWidth",
-            "imageHeight",
-            "focalLength",
-            "pixelWidth",
-            "pixelHeight",
-            "principalPointX",
-            "principalPointY",
-        )
-    }
+    """The camera of a pinhole representation.
+
+    The file states the focal length and the pixel size in metres, and the principal point in pixels from the
+    upper left corner. Raises ValueError without a focal length.
+    """
+    value = {k: float(view[k].value()) for k in _PINHOLE}
     params = [
         value["focalLength"] / value["pixelWidth"],
         value["focalLength"] / value["pixelHeight"],
@@ -95,6 +79,7 @@ def _camera(view: Any) -> Camera:
 
 
 def _pose(node: Any) -> Rigid3:
+    """The pose of the camera in the coordinates of the file."""
     q = [float(node["rotation"][k].value()) for k in "wxyz"]
     t = [float(node["translation"][k].value()) for k in "xyz"]
     return Rigid3("file", "camera", rotation_from_quaternion(np.array(q)) @ _DOWN_FORWARD, np.array(t))

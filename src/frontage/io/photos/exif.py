@@ -1,31 +1,37 @@
-"""JPEG files with an EXIF block: focal length, place and viewing direction (EXIF 2.32, TIFF 6.0)."""
+"""What a camera notes of a shot in the EXIF block of its JPEG file: focal length, place and direction."""
 
 import struct
-from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import cv2
 import numpy as np
+from PIL import ExifTags, Image
+from PIL.TiffImagePlugin import IFDRational
 
 from frontage.errors import FileError
 from frontage.geometry.arrays import Array
-from frontage.io.files import whole_file
+from frontage.io.files import reading, require_file, whole_file
+from frontage.io.photos.imagefile import opened
 
-_SIZE = {2: 1, 3: 2, 4: 4, 5: 8, 1: 1, 7: 1}  # bytes per value of a TIFF type
-_EXIF, _GPS = 0x8769, 0x8825  # pointers to the sub-directories
-_HEADER = 8  # bytes of a TIFF header
-
-Entry = tuple[int, int, bytes]
-"""Tag, TIFF type, packed values."""
+_VERSION = b"0232"  # EXIF 2.32
+_GPS_VERSION = b"\x02\x03\x00\x00"
+_TRUE_NORTH = "T"
+_BELOW_SEA = b"\x01"
+_DENOMINATOR = 100_000  # of stored fractions: keeps seconds of arc to 0.3 mm on the ground
+_MARKERS = b"\xff\xd8\xff\xe1"  # start of a JPEG, start of its EXIF segment
 
 
 @dataclass(frozen=True)
 class Exif:
-    """What a camera knows of a shot. Angles in degrees, heights in m; None = not written.
+    """What a camera knows of a shot; None where it is not stated.
 
-    focal_length mm and its equivalent on 35 mm film; heading clockwise from true north;
-    position (latitude, longitude, height above sea)
+    focal_length       mm
+    focal_length_35mm  mm, its equivalent on 35 mm film
+    position           latitude and longitude in degrees (WGS 84), height above sea in m
+    heading            degrees, clockwise from true north
+    position_error     m, horizontal
     """
 
     make: str
@@ -38,106 +44,116 @@ class Exif:
 
 
 def write_jpeg(path: str | Path, rgb: Array, exif: Exif, quality: int = 90) -> Path:
-    """Write pixels (h, w, 3) uint8 RGB as JPEG with an EXIF block; the bytes depend on both alone.
+    """Write pixels (h, w, 3) uint8 RGB as JPEG with an EXIF block; equal input gives equal bytes.
 
-    Raises FileError (cannot be encoded or written).
+    Raises FileError when the picture cannot be encoded or the file cannot be written.
     """
     p = Path(path)
     options = [cv2.IMWRITE_JPEG_QUALITY, quality]
     done, data = cv2.imencode(".jpg", np.ascontiguousarray(rgb[..., ::-1]), options)
     if not done:
-        raise FileError(p, f"a picture of {rgb.shape[1]} x {rgb.shape[0]} px cannot be a JPEG")
-    body = b"Exif\0\0" + exif_block(exif)
-    jpeg = data.tobytes()
+        raise FileError(p, f"a picture of {rgb.shape[1]} x {rgb.shape[0]} px cannot be stored as JPEG")
+    block = _block(exif).tobytes()
     with whole_file(p) as temporary:
-        temporary.write_bytes(jpeg[:2] + b"\xff\xe1" + struct.pack(">H", len(body) + 2) + body + jpeg[2:])
+        start = _MARKERS + struct.pack(">H", len(block) + 2) + block
+        temporary.write_bytes(start + data.tobytes()[2:])
     return p
 
 
-def exif_block(exif: Exif) -> bytes:
-    """The little-endian TIFF structure of an EXIF segment."""
-    main: list[Entry] = [
-        _text(0x010F, exif.make),
-        _text(0x0110, exif.model),
-        _short(0x0112, 1),
-        (_EXIF, 4, b"\0" * 4),
-    ]
-    shot: list[Entry] = [
-        (0x9000, 7, b"0232"),
-        _rationals(0x920A, exif.focal_length),
-        _short(0xA405, exif.focal_length_35mm),
-    ]
+def _block(exif: Exif) -> Image.Exif:
+    """The EXIF block, little-endian."""
+    block = Image.Exif()
+    block.endian = "<"
+    block[ExifTags.Base.Make] = exif.make
+    block[ExifTags.Base.Model] = exif.model
+    block[ExifTags.Base.Orientation] = 1
+    block[ExifTags.IFD.Exif] = {
+        ExifTags.Base.ExifVersion: _VERSION,
+        ExifTags.Base.FocalLength: _fraction(exif.focal_length),
+        ExifTags.Base.FocalLengthIn35mmFilm: exif.focal_length_35mm,
+    }
     gps = _gps(exif)
     if gps:
-        main.append((_GPS, 4, b"\0" * 4))
-    start = _HEADER + _length(main)
-    pointers = {_EXIF: start, _GPS: start + _length(shot)}
-    main = [(t, k, struct.pack("<I", pointers[t]) if t in pointers else v) for t, k, v in main]
-    parts = [_directory(main, _HEADER), _directory(shot, pointers[_EXIF])]
-    if gps:
-        parts.append(_directory(gps, pointers[_GPS]))
-    return b"II*\0" + struct.pack("<I", _HEADER) + b"".join(parts)
+        block[ExifTags.IFD.GPSInfo] = {ExifTags.GPS.GPSVersionID: _GPS_VERSION, **gps}
+    return block
 
 
-def _gps(exif: Exif) -> list[Entry]:
-    """The GPS directory; empty when neither place nor direction is known."""
-    out: list[Entry] = []
+def _gps(exif: Exif) -> dict[int, Any]:
+    """The entries of the GPS directory; empty when neither place nor direction is known."""
+    tag = ExifTags.GPS
+    entries: dict[int, Any] = {}
     if exif.position is not None:
         latitude, longitude, height = exif.position
-        out += [
-            _text(1, "N" if latitude >= 0 else "S"),
-            _rationals(2, *_sexagesimal(latitude)),
-            _text(3, "E" if longitude >= 0 else "W"),
-            _rationals(4, *_sexagesimal(longitude)),
-            (5, 1, bytes([int(height < 0)])),
-            _rationals(6, abs(height)),
-        ]
+        entries |= {
+            tag.GPSLatitudeRef: "N" if latitude >= 0 else "S",
+            tag.GPSLatitude: _sexagesimal(latitude),
+            tag.GPSLongitudeRef: "E" if longitude >= 0 else "W",
+            tag.GPSLongitude: _sexagesimal(longitude),
+            tag.GPSAltitudeRef: _BELOW_SEA if height < 0 else b"\0",
+            tag.GPSAltitude: _fraction(abs(height)),
+        }
     if exif.heading is not None:
-        out += [_text(0x10, "T"), _rationals(0x11, exif.heading % 360.0)]
+        entries |= {
+            tag.GPSImgDirectionRef: _TRUE_NORTH,
+            tag.GPSImgDirection: _fraction(exif.heading % 360.0),
+        }
     if exif.position_error is not None:
-        out.append(_rationals(0x1F, exif.position_error))
-    return [(0, 1, bytes([2, 3, 0, 0])), *out] if out else []
+        entries[tag.GPSHPositioningError] = _fraction(exif.position_error)
+    return entries
 
 
-def _sexagesimal(angle: float) -> tuple[float, float, float]:
+def _sexagesimal(angle: float) -> tuple[IFDRational, IFDRational, IFDRational]:
     """Degrees, minutes and seconds of the absolute angle in degrees."""
     minutes, seconds = divmod(abs(angle) * 3600.0, 60.0)
     degrees, minutes = divmod(minutes, 60.0)
-    return degrees, minutes, seconds
+    return _fraction(degrees), _fraction(minutes), _fraction(seconds)
 
 
-def _text(tag: int, value: str) -> Entry:
-    return tag, 2, value.encode("ascii") + b"\0"
+def _fraction(value: float) -> IFDRational:
+    return IFDRational(round(value * _DENOMINATOR), _DENOMINATOR)
 
 
-def _short(tag: int, value: int) -> Entry:
-    return tag, 3, struct.pack("<H", value)
+def read_exif(path: str | Path) -> Exif:
+    """Read the EXIF block of a JPEG, PNG or TIFF picture; texts are empty and numbers 0 where it states none.
+
+    A direction from magnetic north is left out, for it cannot be compared with true north.
+
+    Raises FileError when the file is missing, empty, damaged or not a picture.
+    """
+    p = require_file(path)
+    with reading(p, "picture"):
+        block = opened(p.read_bytes()).getexif()
+        shot, gps = block.get_ifd(ExifTags.IFD.Exif), block.get_ifd(ExifTags.IFD.GPSInfo)
+        tag = ExifTags.GPS
+        true_north = gps.get(tag.GPSImgDirectionRef, _TRUE_NORTH) == _TRUE_NORTH
+        return Exif(
+            str(block.get(ExifTags.Base.Make, "")),
+            str(block.get(ExifTags.Base.Model, "")),
+            float(shot.get(ExifTags.Base.FocalLength, 0.0)),
+            int(shot.get(ExifTags.Base.FocalLengthIn35mmFilm, 0)),
+            _position(gps),
+            _number(gps.get(tag.GPSImgDirection)) if true_north else None,
+            _number(gps.get(tag.GPSHPositioningError)),
+        )
 
 
-def _rationals(tag: int, *values: float) -> Entry:
-    """Fractions with a denominator of 100000: seconds of arc to 0.3 mm on the ground."""
-    return tag, 5, b"".join(struct.pack("<II", round(v * 100_000), 100_000) for v in values)
+def _position(gps: dict[int, Any]) -> tuple[float, float, float] | None:
+    """Latitude and longitude in degrees and height in m; None when one of them is missing."""
+    tag = ExifTags.GPS
+    if not {tag.GPSLatitude, tag.GPSLongitude, tag.GPSAltitude} <= gps.keys():
+        return None
+    south, west = gps.get(tag.GPSLatitudeRef) == "S", gps.get(tag.GPSLongitudeRef) == "W"
+    below = gps.get(tag.GPSAltitudeRef, b"\0") == _BELOW_SEA
+    latitude, longitude = _degrees(gps[tag.GPSLatitude]), _degrees(gps[tag.GPSLongitude])
+    height = float(gps[tag.GPSAltitude])
+    return (-latitude if south else latitude, -longitude if west else longitude, -height if below else height)
 
 
-def _length(entries: Sequence[Entry]) -> int:
-    """Bytes of a directory with the values that lie behind it."""
-    return 6 + 12 * len(entries) + sum(_padded(v) for _, _, v in entries if len(v) > 4)
+def _degrees(parts: tuple[Any, Any, Any]) -> float:
+    """An angle of degrees, minutes and seconds in degrees."""
+    degrees, minutes, seconds = (float(v) for v in parts)
+    return degrees + minutes / 60.0 + seconds / 3600.0
 
 
-def _padded(value: bytes) -> int:
-    return len(value) + len(value) % 2
-
-
-def _directory(entries: Sequence[Entry], start: int) -> bytes:
-    """A directory at byte `start` of the block: sorted entries, no next one, then the long values."""
-    at = start + 6 + 12 * len(entries)
-    table, values = struct.pack("<H", len(entries)), b""
-    for tag, kind, value in sorted(entries):
-        count = len(value) // _SIZE[kind]
-        table += struct.pack("<HHI", tag, kind, count)
-        if len(value) <= 4:
-            table += value.ljust(4, b"\0")
-        else:
-            table += struct.pack("<I", at + len(values))
-            values += value.ljust(_padded(value), b"\0")
-    return table + struct.pack("<I", 0) + values
+def _number(value: Any) -> float | None:
+    return None if value is None else float(value)

@@ -1,25 +1,38 @@
-"""Picture files: size and EXIF orientation without decoding, pixels as stored."""
+"""Picture files: their size and EXIF orientation without decoding, and their pixels as stored.
+
+Pillow reads the headers, OpenCV decodes the pixels.
+"""
 
 import struct
 from dataclasses import dataclass
+from io import BytesIO
 from pathlib import Path
 
 import cv2
 import numpy as np
+from PIL import ExifTags, Image
+from PIL.JpegImagePlugin import JpegImageFile
+from PIL.PngImagePlugin import PngImageFile
+from PIL.TiffImagePlugin import TiffImageFile
 
 from frontage.errors import FileError
 from frontage.geometry.arrays import Array
 from frontage.io.files import reading, require_file
 
-_SIZE_MARKERS = {*range(0xC0, 0xD0)} - {0xC4, 0xC8, 0xCC}  # start of frame, of any JPEG process
-_PNG = b"\x89PNG\r\n\x1a\n"
-_TIFF = (b"II*\0", b"MM\0*", b"II+\0", b"MM\0+")
-_ORIENTATION = 0x0112  # EXIF tag
+SUFFIXES = (".jpg", ".jpeg", ".png", ".tif", ".tiff")
+"""The suffixes of the picture files that can be read."""
+
+_JPEG, _PNG = b"\xff\xd8", b"\x89PNG\r\n\x1a\n"
+_TIFF = (b"II*\0", b"MM\0*", b"II+\0", b"MM\0+")  # the last two are BigTIFF
+_MOST_PIXELS = 2**30  # OpenCV decodes no larger picture (CV_IO_MAX_IMAGE_PIXELS)
+_START_OF_SCAN, _END_OF_IMAGE = 0xDA, b"\xff\xd9"  # JPEG markers
+_END_CHUNK = b"IEND"  # of a PNG
+_USE_WHOLE = "use a complete JPEG, PNG or TIFF file"
 
 
 @dataclass(frozen=True)
 class ImageHeader:
-    """Stored width and height in pixels, EXIF orientation 1..8 (1 = upright as stored)."""
+    """Width and height in pixels as stored, and the EXIF orientation 1..8 (1 = stored upright)."""
 
     width: int
     height: int
@@ -27,95 +40,87 @@ class ImageHeader:
 
 
 def image_header(path: str | Path) -> ImageHeader:
-    """Size and orientation of a JPEG, PNG or TIFF picture, read from its first bytes; the size as stored.
+    """Read the size and orientation of a JPEG, PNG or TIFF picture without decoding it.
 
-    Raises FileError (missing, empty, not a picture, truncated).
+    Raises FileError when the file is missing, empty, truncated, too large to be decoded, or not a picture.
     """
     p = require_file(path)
-    with reading(p, "picture", "use a whole JPEG, PNG or TIFF"):
-        data = p.read_bytes()
-        return parse_header(data, p)
+    return parse_header(p.read_bytes(), p)
 
 
-def parse_header(data: bytes, name: object) -> ImageHeader:
-    """`image_header` of bytes. Raises FileError or ValueError."""
-    if data[:2] == b"\xff\xd8":
-        return _jpeg(data, name)
-    if data[:8] == _PNG:
-        if b"IEND" not in data[-16:]:
-            raise FileError(name, "truncated PNG picture", "copy it again", code="I103")
-        return ImageHeader(*struct.unpack_from(">II", data, 16))
-    if data[:4] in _TIFF:
-        import io
-
-        import tifffile
-
-        with tifffile.TiffFile(io.BytesIO(data)) as tif:
-            page = tif.pages[0]
-            tag = page.tags.get(_ORIENTATION)
-            return ImageHeader(int(page.imagewidth), int(page.imagelength), int(tag.value) if tag else 1)
-    raise ValueError("neither JPEG, PNG nor TIFF")
+def parse_header(data: bytes, path: str | Path) -> ImageHeader:
+    """`image_header` of the bytes of a picture; `path` stands in the messages. Raises FileError."""
+    with reading(path, "picture", _USE_WHOLE):
+        picture = opened(data)
+        width, height = picture.size
+        if width * height > _MOST_PIXELS:
+            problem = f"claims {width} x {height} px; at most {_MOST_PIXELS} px can be decoded"
+            raise FileError(path, problem, "use a smaller picture", code="I103")
+        if not _is_complete(data):
+            kind = "JPEG" if data.startswith(_JPEG) else "PNG"
+            raise FileError(path, f"the {kind} picture is truncated", "copy it again", code="I103")
+        return ImageHeader(width, height, _orientation(picture))
 
 
-def _jpeg(data: bytes, name: object) -> ImageHeader:
-    """Walk the segments up to the picture data; the end marker must follow it (0xFF is stuffed inside)."""
-    at, size, orientation = 2, None, 1
-    while at + 4 <= len(data):
-        if data[at] != 0xFF:
-            raise ValueError("damaged JPEG segments")
-        marker, length = data[at + 1], struct.unpack_from(">H", data, at + 2)[0]
-        if marker == 0xFF:
-            at += 1
-            continue
-        if marker in _SIZE_MARKERS:
-            height, width = struct.unpack_from(">HH", data, at + 5)
-            size = (width, height)
-        elif marker == 0xE1 and data[at + 4 : at + 10] == b"Exif\0\0":
-            orientation = _exif_orientation(data[at + 10 : at + 2 + length])
-        elif marker == 0xDA:
-            break
-        at += 2 + length
-    if size is None:
-        raise ValueError("a JPEG without a size")
-    if b"\xff\xd9" not in data[at:]:
-        raise FileError(name, "truncated JPEG picture", "copy it again", code="I103")
-    return ImageHeader(*size, orientation)
+def opened(data: bytes) -> Image.Image:
+    """The picture with its header read. Raises what Pillow raises, and ValueError for other kinds of files.
+
+    The plugins are called directly: `Image.open` would refuse more than twice `Image.MAX_IMAGE_PIXELS`, a
+    limit of the whole process that stitched photos pass.
+    """
+    stream = BytesIO(data)
+    if data.startswith(_JPEG):
+        return JpegImageFile(stream)
+    if data.startswith(_PNG):
+        return PngImageFile(stream)
+    if data.startswith(_TIFF):
+        return TiffImageFile(stream)
+    raise ValueError("it is neither JPEG, PNG nor TIFF")
 
 
-def _exif_orientation(tiff: bytes) -> int:
-    """Orientation of an EXIF block; 1 where it has none or is damaged."""
-    order = {b"II": "<", b"MM": ">"}.get(tiff[:2])
+def _orientation(picture: Image.Image) -> int:
+    """The EXIF orientation; 1 where the picture states none, or a wrong one."""
     try:
-        if order is None:
-            return 1
-        (at,) = struct.unpack_from(order + "I", tiff, 4)
-        (count,) = struct.unpack_from(order + "H", tiff, at)
-        for k in range(count):
-            tag, _, _, value = struct.unpack_from(order + "HHIH", tiff, at + 2 + 12 * k)
-            if tag == _ORIENTATION:
-                return int(value) if 1 <= value <= 8 else 1
-    except struct.error:
-        pass
-    return 1
+        value = picture.getexif().get(ExifTags.Base.Orientation, 1)
+    except (SyntaxError, ValueError, OSError, struct.error):  # a damaged EXIF block does not matter here
+        return 1
+    return value if isinstance(value, int) and 1 <= value <= 8 else 1
 
 
-def decode(data: bytes, name: object) -> Array:
-    """Pixels (h, w, 3) uint8 RGB as stored, EXIF orientation not applied; 16-bit pictures become 8-bit.
+def _is_complete(data: bytes) -> bool:
+    """Whether a JPEG or PNG has its end marker; decoders would fill a truncated picture with grey.
 
-    Raises FileError when the picture cannot be decoded.
+    The pixel data of a JPEG never contains the marker, but a preview in its header may: the header is
+    skipped.
+    """
+    if data.startswith(_PNG):
+        return _END_CHUNK in data[-16:]
+    if not data.startswith(_JPEG):
+        return True
+    at = 2
+    while data[at + 1] != _START_OF_SCAN:
+        is_fill_byte = data[at + 1] == 0xFF
+        at += 1 if is_fill_byte else 2 + int(struct.unpack_from(">H", data, at + 2)[0])
+    return _END_OF_IMAGE in data[at:]
+
+
+def decode(data: bytes, path: str | Path) -> Array:
+    """Decode a picture to (h, w, 3) uint8 RGB as stored: the EXIF orientation is not applied.
+
+    Pictures of 16 bits become 8-bit. Raises FileError when the picture cannot be decoded.
     """
     flags = cv2.IMREAD_COLOR | cv2.IMREAD_IGNORE_ORIENTATION
     bgr = cv2.imdecode(np.frombuffer(data, np.uint8), flags)
     if bgr is None:
-        raise FileError(name, "the picture cannot be decoded", "use a whole JPEG, PNG or TIFF", code="I103")
+        raise FileError(path, "the picture cannot be decoded", _USE_WHOLE, code="I103")
     rgb: Array = cv2.cvtColor(bgr, cv2.COLOR_BGR2RGB)
     return rgb
 
 
 def upright(rgb: Array, orientation: int) -> Array:
     """Apply an EXIF orientation 1..8 to pixels (h, w, 3)."""
-    k = {3: 2, 4: 2, 5: 3, 6: 3, 7: 3, 8: 1}.get(orientation, 0)  # quarter turns counter-clockwise
-    turned = np.rot90(rgb, k)
+    quarter_turns = {3: 2, 4: 2, 5: 3, 6: 3, 7: 3, 8: 1}.get(orientation, 0)  # counter-clockwise
+    turned = np.rot90(rgb, quarter_turns)
     if orientation in (2, 4, 5, 7):
         turned = turned[:, ::-1]
     return np.ascontiguousarray(turned)

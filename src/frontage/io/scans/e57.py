@@ -1,4 +1,5 @@
-"""E57 (ASTM E2807): every scan with its pose, raster, lost beams, intensity and colour (extra `e57`)."""
+"""Reading E57 (ASTM E2807): every scan with its pose, grid, lost beams, intensity and colour (extra
+`e57`)."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -11,11 +12,12 @@ from pyproj import CRS
 from frontage.errors import CrsError, FileError, MissingExtra
 from frontage.geometry.arrays import Array, Float
 from frontage.geometry.rigid import Rigid3, rotation_from_quaternion
-from frontage.io.columns import Columns, normalised, to_scan
+from frontage.io.columns import PointColumns, normalised, to_scan
 from frontage.io.crs import parse_crs
 from frontage.io.files import reading, require_file
-from frontage.io.placement import Placement, Wanted
+from frontage.io.placement import Placement
 from frontage.io.poses import given_pose
+from frontage.io.scans.request import ScanRequest
 from frontage.model import Scan
 
 _CARTESIAN = ("cartesianX", "cartesianY", "cartesianZ")
@@ -33,15 +35,16 @@ _DTYPES = {
     **dict.fromkeys(_COLOURS, np.float32),
     **dict.fromkeys(_CARTESIAN + _SPHERICAL, np.float64),
 }
-_TWICE = 0.01  # share of beams in a cell that is taken: above, the indices are wrong
-_WASTE = 200  # cells per point: above, the indices are wrong
+_MOST_SHARED = 0.01  # share of the beams whose grid cell is taken already; more means wrong indices
+_MOST_CELLS = 200  # grid cells per point; more means wrong indices
+_FEW_POINTS = 2000  # of every scan, enough to decide where the file lies
 
 
 @contextmanager
 def opened(path: str | Path) -> Iterator[Any]:
-    """An open pye57 file; every failure inside becomes one FileError.
+    """Open a file with pye57 and close it afterwards; every failure inside the block becomes one FileError.
 
-    Raises FileError; MissingExtra when pye57 is not installed.
+    Raises FileError, and MissingExtra when pye57 is not installed.
     """
     p = require_file(path)
     try:
@@ -59,10 +62,8 @@ def opened(path: str | Path) -> Iterator[Any]:
             e57.close()
 
 
-def read_e57(path: str | Path, wanted: Wanted, sigmas: tuple[float, ...] | None = None) -> list[Scan]:
-    """Every scan of an E57 file. Poses place the points; the raster keeps the file's own rows and columns.
-
-    sigmas  six, m and rad, when the poses are only approximate
+def read_e57(path: str | Path, request: ScanRequest) -> list[Scan]:
+    """Read every scan of an E57 file, placed by its pose; scan grids keep the file's own rows and columns.
 
     Raises FileError (missing, truncated, corrupt, no points), CrsError, MissingExtra.
     """
@@ -77,21 +78,21 @@ def read_e57(path: str | Path, wanted: Wanted, sigmas: tuple[float, ...] | None 
     if len(kept) < len(scans):
         notes.append(f"{p.name}: {len(scans) - len(kept)} scans without points left out")
     some = np.vstack(
-        [pose.apply(d["xyz"][d["valid"]][:: max(1, len(d["xyz"]) // 2000)]) for _, pose, d in kept]
+        [pose.apply(d["xyz"][d["valid"]][:: max(1, len(d["xyz"]) // _FEW_POINTS)]) for _, pose, d in kept]
     )
     if not len(some):
         raise FileError(p, "holds no points with coordinates", "export it again", code="I105")
-    place = wanted.place(crs, some)
+    place = request.placement.place(crs, some)
     shared = normalised([d.get("intensity") for _, _, d in kept])
     return [
-        _scan(p, k, pose, d, i, place, sigmas, notes)
+        _scan(p, k, pose, d, i, place=place, sigmas=request.sigmas, notes=notes)
         for (k, pose, d), i in zip(kept, shared, strict=True)
         if d["valid"].any()
     ]
 
 
 def _crs(e57: Any, path: Path, notes: list[str]) -> CRS | None:
-    """The CRS of coordinateMetadata; text that is not one is noted and left out."""
+    """The CRS of coordinateMetadata; text that is not a CRS is left out with a note."""
     root = e57.root
     text = root["coordinateMetadata"].value().strip() if root.isDefined("coordinateMetadata") else ""
     if not text:
@@ -104,7 +105,8 @@ def _crs(e57: Any, path: Path, notes: list[str]) -> CRS | None:
 
 
 def _read(e57: Any, number: int) -> tuple[Rigid3, dict[str, Array]]:
-    """Pose and columns of one scan: xyz (n, 3) in the scanner's frame, valid (n,), and what else it has."""
+    """The pose and the columns of one scan: xyz (n, 3) in the scanner's frame, valid (n,), and its
+    attributes."""
     from pye57 import libe57
 
     header = e57.get_header(number)
@@ -142,7 +144,7 @@ def _read(e57: Any, number: int) -> tuple[Rigid3, dict[str, Array]]:
 
 
 def _colour(header: Any, rgb: Array) -> Array:
-    """Colour scaled by its declared limits to 0..255; without limits, 8 bits."""
+    """Colours (n, 3) scaled from their declared limits to 0..255; without limits they are taken as 8-bit."""
     top = 255.0
     if header.node.isDefined("colorLimits"):
         limits = header["colorLimits"]
@@ -151,7 +153,7 @@ def _colour(header: Any, rgb: Array) -> Array:
 
 
 def _coordinates(a: dict[str, Array], n: int) -> tuple[Float, Array]:
-    """Points (n, 3) and which of them have coordinates (n,)."""
+    """The points (n, 3), and which of them have coordinates (n,)."""
     if set(_CARTESIAN) <= a.keys():
         xyz = np.column_stack([a[c] for c in _CARTESIAN])
         state = a.get("cartesianInvalidState")
@@ -163,7 +165,7 @@ def _coordinates(a: dict[str, Array], n: int) -> tuple[Float, Array]:
     else:
         raise ValueError("a scan has neither cartesian nor spherical coordinates")
     valid = np.ones(n, bool) if state is None else state == 0
-    return xyz, valid & (xyz != 0).any(axis=1)  # some writers mark a lost beam by the scanner's own place
+    return xyz, valid & (xyz != 0).any(axis=1)  # some writers store a lost beam at the scanner's position
 
 
 def _scan(
@@ -172,12 +174,13 @@ def _scan(
     pose: Rigid3,
     d: dict[str, Array],
     intensity: Array | None,
+    *,
     place: Placement,
     sigmas: tuple[float, ...] | None,
     notes: list[str],
 ) -> Scan:
     local = place.pose_of(pose)
-    c = Columns(
+    c = PointColumns(
         f"{path.name}:{number + 1}",
         place.points_of(pose, d["xyz"]),
         intensity,
@@ -189,12 +192,12 @@ def _scan(
         pose=given_pose(local, sigmas),
         notes=list(notes),
     )
-    c.grid = _raster(d, c)
+    c.grid = _grid(d, c)
     return to_scan(path, c, place)
 
 
-def _raster(d: dict[str, Array], c: Columns) -> Array | None:
-    """Index (h, w) of the first returns; None, with a note, where the indices cannot be a raster's."""
+def _grid(d: dict[str, Array], c: PointColumns) -> Array | None:
+    """The scan grid (h, w) of the first returns; None, with a note, where the indices do not form a grid."""
     if "row" not in d or "column" not in d:
         return None
     first = np.flatnonzero(d["return"] == 0) if "return" in d else np.arange(len(d["row"]))
@@ -205,16 +208,16 @@ def _raster(d: dict[str, Array], c: Columns) -> Array | None:
     column, w = _span(column, d.get("column_bounds"))
     cell = row * w + column
     taken = len(cell) - len(np.unique(cell))
-    if min(h, w) < 2 or taken > _TWICE * len(cell) or h * w > _WASTE * len(cell):
+    if min(h, w) < 2 or taken > _MOST_SHARED * len(cell) or h * w > _MOST_CELLS * len(cell):
         c.notes.append(f"{c.name}: its row and column indices are not a raster's and were left out")
         return None
     grid = np.full(h * w, -1, np.int64)
-    grid[cell[::-1]] = first[::-1]  # of two in a cell the first stays
+    grid[cell[::-1]] = first[::-1]  # where two share a cell, the first stays
     return grid.reshape(h, w)
 
 
 def _span(index: Array, declared: Array | None) -> tuple[Array, int]:
-    """Indices from 0 and their number, by the declared bounds where the indices keep to them."""
+    """Indices that start at 0, and their number; declared bounds count where all indices lie within them."""
     low, high = int(index.min()), int(index.max())
     if declared is not None and declared[0] <= low and declared[1] >= high:
         low, high = int(declared[0]), int(declared[1])

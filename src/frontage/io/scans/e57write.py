@@ -1,6 +1,6 @@
-"""Writing E57: structured scans with pose, raster and the beams that did not return (extra `e57`).
+"""Writing E57: structured scans with their pose, grid and the beams that did not return (extra `e57`).
 
-The bytes depend on the scans alone: identifiers count, and no date is written.
+Equal scans give equal bytes: identifiers are counted, and no date is written.
 """
 
 from collections.abc import Sequence
@@ -18,17 +18,18 @@ from frontage.model import Scan
 
 _BYTE = {"Minimum": 0, "Maximum": 255}
 _REAL = ("cartesianX", "cartesianY", "cartesianZ", "intensity")
-_LOST = 2  # cartesianInvalidState: no coordinates
+_NO_COORDINATES = 2  # cartesianInvalidState of a beam that did not return
 _GUID = "{00000000-0000-4000-8000-%012d}"
 
 
 def write_e57(path: str | Path, scans: Sequence[Scan]) -> Path:
-    """Write scans that each have one pose (`local_from_scanner`), points in the scanner's frame, float32.
+    """Write scans that each have one pose (`local_from_scanner`); points are float32 in the scanner's frame.
 
-    A scan with a `grid` keeps its rows and columns, lost beams included as invalid points. Intensity stays
-    0..1. Poses are in world coordinates, the CRS is in coordinateMetadata.
+    A scan with a `grid` keeps its rows and columns; beams that did not return become invalid points.
+    Intensity stays 0..1. Poses are in world coordinates, and coordinateMetadata holds the CRS.
 
-    Raises MissingExtra without pye57, InputError for a scan without pose, FileError (cannot be written).
+    Raises MissingExtra without pye57, InputError for a scan without a pose, and FileError when the file
+    cannot be written.
     """
     try:
         from pye57 import libe57
@@ -49,12 +50,12 @@ def write_e57(path: str | Path, scans: Sequence[Scan]) -> Path:
 
 def _pose(scan: Scan) -> Rigid3:
     if scan.local_from_scanner is None:
-        raise InputError(f"{scan.name}: an E57 scan needs the pose of its scanner; write it as LAZ")
+        raise InputError(f"{scan.name}: an E57 scan needs the pose of its scanner; write this scan as LAZ")
     return scan.local_from_scanner.value
 
 
 def _header(file: Any, crs: str | None, name: str) -> Any:
-    """The root's entries; returns the list that scans are appended to."""
+    """Write the root's entries; returns the list that scans are appended to."""
     from pye57 import libe57
 
     file.extensionsAdd("", libe57.E57_V1_0_URI)
@@ -79,7 +80,7 @@ def _node(file: Any, **values: Any) -> Any:
 
 
 def _set(file: Any, node: Any, **values: Any) -> None:
-    """Entries of a structure by the type of their values; nodes are taken as they are."""
+    """Set entries of a structure by the type of their values; nodes are set as they are."""
     from pye57 import libe57
 
     kinds = {str: libe57.StringNode, int: libe57.IntegerNode, float: libe57.FloatNode}
@@ -89,7 +90,7 @@ def _set(file: Any, node: Any, **values: Any) -> None:
 
 
 def _write(file: Any, clouds: Any, scan: Scan, pose: Rigid3, number: int) -> None:
-    """One scan: its header, then its points in one block."""
+    """Write one scan: its header, then its points in one block."""
     from pye57 import libe57
 
     columns = _columns(scan, pose)
@@ -121,7 +122,7 @@ def _write(file: Any, clouds: Any, scan: Scan, pose: Rigid3, number: int) -> Non
 
 
 def _element(file: Any, name: str, values: Array) -> Any:
-    """The prototype of a column: integers by their range, numbers in single precision."""
+    """The prototype of a column: integers with their range, other numbers in single precision."""
     from pye57 import libe57
 
     low, high = values.min(initial=0), values.max(initial=0)
@@ -131,9 +132,9 @@ def _element(file: Any, name: str, values: Array) -> Any:
 
 
 def _columns(scan: Scan, pose: Rigid3) -> dict[str, Array]:
-    """The file's columns, one row per beam of the raster (columns of it one after the other) or per point.
+    """The file's columns, with one row per beam of the grid, column by column, or else one row per point.
 
-    All are doubles, converted on writing: pye57 0.4.19 mistakes other integer buffers.
+    All are doubles that libe57 converts on writing, because pye57 0.4.19 misreads other integer buffers.
     """
     out: dict[str, Array] = {}
     index = np.arange(len(scan), dtype=np.int64)
@@ -145,7 +146,7 @@ def _columns(scan: Scan, pose: Rigid3) -> dict[str, Array]:
     xyz = np.where(lost[:, None], 0.0, pose.inverse.apply(scan.xyz)[index])
     for k, axis in enumerate("XYZ"):
         out[f"cartesian{axis}"] = xyz[:, k].astype(np.float32)
-    out["cartesianInvalidState"] = np.where(lost, _LOST, 0)
+    out["cartesianInvalidState"] = np.where(lost, _NO_COORDINATES, 0)
     if scan.intensity is not None:
         out["intensity"] = np.where(lost, 0.0, scan.intensity[index]).astype(np.float32)
     if scan.rgb is not None:

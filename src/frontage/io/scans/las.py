@@ -1,7 +1,7 @@
-"""LAS and LAZ of every point format, COPC with queries: streamed in chunks into local float64 metres."""
+"""Reading LAS and LAZ of every point format, and COPC with queries: chunk by chunk into local float64
+metres."""
 
-from collections.abc import Callable, Iterator
-from datetime import date
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -11,64 +11,49 @@ from pyproj import CRS
 
 from frontage.errors import FileError
 from frontage.geometry.arrays import Array, Float
-from frontage.io.columns import Columns, to_scan
+from frontage.io.columns import PointColumns, to_scan
 from frontage.io.crs import parse_crs
-from frontage.io.files import reading, require_file, whole_file
-from frontage.io.placement import Placement, Wanted
-from frontage.io.scans import stations as sidecar
-from frontage.io.scans.trajectory import Trajectory, rays_from_trajectory
+from frontage.io.files import reading, require_file
+from frontage.io.placement import Placement, PlacementRequest
+from frontage.io.scans.request import Progress, ScanRequest
+from frontage.io.scans.stations import rays_from_stations
+from frontage.io.scans.trajectory import Trajectory, rays_from_trajectory, read_trajectory
 from frontage.model import Scan
 
-CHUNK = 1_000_000  # points: about 60 MB of working memory
-_OWN = "frontage"  # generating software of our files: their intensity is 0..65535 for 0..1
-_STEP = 0.0001  # m: coordinates are stored in tenths of a millimetre
-_RAY = "origin_index"  # extra dimension for clouds with more sensor positions than point_source_id can count
-Progress = Callable[[float], None]
+CHUNK_POINTS = 1_000_000  # about 60 MB of working memory
+OWN_SOFTWARE = "frontage"  # generating software of our files: their intensity is 0..65535 for 0..1
+ORIGIN_INDEX = "origin_index"  # extra dimension, for more sensor positions than point_source_id can count
+_FEW_POINTS = 10_000  # enough to decide where a file lies
+_FIELDS = {
+    "intensity": "intensity",
+    "gps_time": "time",
+    "point_source_id": "source",
+    "return_number": "return_number",
+    "number_of_returns": "return_count",
+    "withheld": "withheld",
+    ORIGIN_INDEX: "ray",
+}
+"""LAS dimensions that are used, and what they are called here."""
 
 
-def read_las(
-    path: str | Path,
-    wanted: Wanted,
-    stations: str | Path | None = None,
-    trajectory: Trajectory | None = None,
-    bounds: tuple[float, ...] | None = None,
-    resolution: float | None = None,
-    progress: Progress | None = None,
-) -> Scan:
-    """A LAS, LAZ or COPC file as one scan.
+def read_las(path: str | Path, request: ScanRequest) -> list[Scan]:
+    """Read a LAS, LAZ or COPC file as one scan.
 
-    stations    JSON of `point_source_id` -> position; by default "<file>.stations.json" beside it, if there
-    trajectory  of the vehicle: every point gets the position at its gps_time
-    bounds      (x0, y0, x1, y1) m world; a COPC file reads only the nodes that it needs
-    resolution  m: a COPC file stops at the octree level that is this dense; the caller thins others
+    With `bounds` or a `resolution`, only the needed nodes of a COPC file's octree are read; other files are
+    read whole. Rays come from the trajectory, else from the stations file, else the scan has none.
 
     Raises FileError (missing, empty, truncated, corrupt), CrsError.
     """
     p = require_file(path)
+    track = read_trajectory(request.trajectory) if request.trajectory else None
     with reading(p, "LAS/LAZ"):
-        header, chunks, total = _open(p, wanted, bounds, resolution)
-        columns, placement = _stream(p, header, chunks, total, wanted, progress)
-    own = header.generating_software.startswith(_OWN)
+        header, chunks, total = _open(p, request)
+        columns, placement = _stream(p, header, chunks, total, request)
+    own = header.generating_software.startswith(OWN_SOFTWARE)
     if own and columns.intensity is not None:
         columns.intensity = columns.intensity.astype(np.float32) / 65535.0
-    columns.origins, columns.origin_index = _rays(p, columns, placement, stations, trajectory)
-    return to_scan(p, columns, placement)
-
-
-def las_info(path: str | Path) -> dict[str, Any]:
-    """Header facts of a LAS file without reading its points: format, count, bounds, crs, dimensions."""
-    p = require_file(path)
-    with reading(p, "LAS/LAZ"), laspy.open(p) as f:
-        h = f.header
-        crs = _crs(h, p)
-        return {
-            "format": f"LAS {h.version} point format {h.point_format.id}",
-            "points": int(h.point_count),
-            "minimum": [float(v) for v in h.mins],
-            "maximum": [float(v) for v in h.maxs],
-            "crs": None if crs is None else crs.name,
-            "dimensions": list(h.point_format.dimension_names),
-        }
+    columns.origins, columns.origin_index = _rays(p, columns, placement, request.stations, track)
+    return [to_scan(p, columns, placement)]
 
 
 def _crs(header: Any, path: Path) -> CRS | None:
@@ -78,37 +63,33 @@ def _crs(header: Any, path: Path) -> CRS | None:
     return None if found is None else parse_crs(found.to_wkt(), str(path))
 
 
-def _open(
-    path: Path,
-    wanted: Wanted,
-    bounds: tuple[float, ...] | None,
-    resolution: float | None,
-) -> tuple[Any, Iterator[Any], int]:
-    """The header, point records and their number; a COPC query when it is asked and possible."""
+def _open(path: Path, request: ScanRequest) -> tuple[Any, Iterator[Any], int]:
+    """The header, the point records and their number; a COPC file is queried where that is asked for."""
     f = laspy.open(path)
     if f.header.point_count == 0:
         f.close()
         raise FileError(path, "holds no points", "export or copy it again", code="I105")
     is_copc = any(v.user_id == "copc" and v.record_id == 1 for v in f.header.vlrs)
-    if not is_copc or (bounds is None and resolution is None):
+    if not is_copc or (request.bounds is None and request.resolution is None):
         return f.header, _all_points(f), int(f.header.point_count)
     f.close()
     with laspy.CopcReader.open(path) as copc:
-        points = copc.query(_box(copc.header, path, wanted, bounds), resolution=resolution)
+        box = _box(copc.header, path, request.placement, request.bounds)
+        points = copc.query(box, resolution=request.resolution)
         return copc.header, iter([points] if len(points) else []), len(points)
 
 
 def _all_points(f: Any) -> Iterator[Any]:
     with f:
-        yield from f.chunk_iterator(CHUNK)
+        yield from f.chunk_iterator(CHUNK_POINTS)
 
 
-def _box(header: Any, path: Path, wanted: Wanted, bounds: tuple[float, ...] | None) -> Any:
-    """World bounds (x0, y0, x1, y1) as a box in file coordinates, a little large where the CRS differ."""
+def _box(header: Any, path: Path, placement: PlacementRequest, bounds: tuple[float, ...] | None) -> Any:
+    """World bounds as a horizontal box in file coordinates, slightly too large where the CRS differ."""
     if bounds is None:
         return None
     corners = np.array([header.mins, header.maxs], np.float64)
-    place = wanted.place(_crs(header, path), corners)
+    place = placement.place(_crs(header, path), corners)
     half = len(bounds) // 2
     (x0, y0), (x1, y1) = bounds[:2], bounds[half : half + 2]
     g = np.linspace(0, 1, 9)
@@ -123,18 +104,19 @@ def _box(header: Any, path: Path, wanted: Wanted, bounds: tuple[float, ...] | No
 
 
 def _stream(
-    path: Path, header: Any, chunks: Iterator[Any], total: int, wanted: Wanted, progress: Progress | None
-) -> tuple[Columns, Placement]:
-    """All records into preallocated columns; the first chunk decides the placement."""
+    path: Path, header: Any, chunks: Iterator[Any], total: int, request: ScanRequest
+) -> tuple[PointColumns, Placement]:
+    """Read all records into preallocated columns; the first chunk decides the placement."""
     at = 0
     store: dict[str, Array] = {}
     place: Placement | None = None
+    progress: Progress | None = request.progress
     for chunk in chunks:
         n = len(chunk)
         raw = np.column_stack([chunk.X, chunk.Y, chunk.Z]).astype(np.float64) * header.scales + header.offsets
-        _plausible(path, header, raw)
+        _require_plausible(path, header, raw)
         if place is None:
-            place = wanted.place(_crs(header, path), raw[:: max(1, n // 10_000)])
+            place = request.placement.place(_crs(header, path), raw[:: max(1, n // _FEW_POINTS)])
         _put(store, "xyz", place.to_local(raw), at, total)
         for name, values in _fields(chunk):
             _put(store, name, values, at, total)
@@ -148,9 +130,12 @@ def _stream(
     return _columns(path, store), place
 
 
-def _plausible(path: Path, header: Any, raw: Float) -> None:
-    """Refuse points (n, 3) further outside the header's bounds than these are large: damaged LAZ data decodes
-    into such points without any error. Headers without bounds are not judged."""
+def _require_plausible(path: Path, header: Any, raw: Float) -> None:
+    """Raise FileError for points (n, 3) that lie outside the header's bounds by more than the bounds'
+    diagonal.
+
+    Damaged LAZ data decodes into such points without any error. A header without bounds is not judged.
+    """
     low, high = np.asarray(header.mins, np.float64), np.asarray(header.maxs, np.float64)
     size = float(np.linalg.norm(high - low))
     if not np.isfinite(size) or size == 0 or (high < low).any():
@@ -162,18 +147,9 @@ def _plausible(path: Path, header: Any, raw: Float) -> None:
 
 
 def _fields(chunk: Any) -> Iterator[tuple[str, Array]]:
-    """The attributes that are used, whatever else a record holds."""
+    """The attributes that are used; a record may hold others."""
     names = set(chunk.point_format.dimension_names)
-    renamed = {
-        "intensity": "intensity",
-        "gps_time": "time",
-        "point_source_id": "source",
-        "return_number": "return_number",
-        "number_of_returns": "return_count",
-        "withheld": "withheld",
-        _RAY: "ray",
-    }
-    for name, column in renamed.items():
+    for name, column in _FIELDS.items():
         if name in names:
             yield column, np.asarray(chunk[name])
     if "red" in names:
@@ -181,22 +157,22 @@ def _fields(chunk: Any) -> Iterator[tuple[str, Array]]:
 
 
 def _put(store: dict[str, Array], name: str, values: Array, at: int, total: int) -> None:
-    """Copy one chunk's column into its place."""
+    """Copy one chunk of a column to its place."""
     if name not in store:
         store[name] = np.empty((total, *values.shape[1:]), values.dtype)
     store[name][at : at + len(values)] = values
 
 
-def _columns(path: Path, store: dict[str, Array]) -> Columns:
-    """Columns as `to_scan` takes them; `origin_index` carries the source ids until the rays are known."""
-    c = Columns(
+def _columns(path: Path, store: dict[str, Array]) -> PointColumns:
+    """The columns for `to_scan`; `origin_index` carries the source ids until the rays are known."""
+    c = PointColumns(
         path.name,
         store["xyz"],
         store.get("intensity"),
         store.get("rgb"),
         store.get("time"),
-        store.get("return_number"),
-        store.get("return_count"),
+        return_number=store.get("return_number"),
+        return_count=store.get("return_count"),
     )
     c.origin_index = store.get("ray", store["source"])
     withheld = store.get("withheld")
@@ -207,83 +183,20 @@ def _columns(path: Path, store: dict[str, Array]) -> Columns:
 
 
 def _rays(
-    path: Path,
-    c: Columns,
-    place: Placement,
-    stations: str | Path | None,
-    trajectory: Trajectory | None,
+    path: Path, c: PointColumns, place: Placement, stations: str | None, track: Trajectory | None
 ) -> tuple[Float | None, Array | None]:
-    """Sensor positions from a trajectory, else from the stations file, else none."""
+    """Sensor positions (s, 3) m local and their index per point (n,), where a file states them."""
     source, c.origin_index = c.origin_index, None
-    if trajectory is not None:
+    if track is not None:
         if c.time is None or not np.ptp(c.time):
             raise FileError(
                 path,
-                "has a trajectory but its points have no gps_time",
+                "has a trajectory, but its points have no gps_time",
                 "export it with GPS time",
                 code="I106",
             )
-        return rays_from_trajectory(trajectory, c.time, place, c.notes)
+        return rays_from_trajectory(track, c.time, place, c.notes)
     found = Path(stations) if stations is not None else path.with_name(path.name + ".stations.json")
     if (stations is None and not found.exists()) or source is None:
         return None, None
-    return sidecar.rays_from_stations(found, source, place, c.notes)
-
-
-def write_las(path: str | Path, scan: Scan) -> Path:
-    """Write a scan as LAS 1.4 (LAZ by its suffix), 0.1 mm steps, CRS as WKT; rays beside it as stations.json.
-
-    `point_source_id` is 1 + the origin's index (an extra dimension where there are more than 65,535), so that
-    `read_las` gives the same rays back. The bytes depend on the scan alone.
-    """
-    p = Path(path)
-    header = laspy.LasHeader(point_format=6 if scan.rgb is None else 7, version="1.4")
-    header.scales, header.offsets = np.full(3, _STEP), scan.world.origin.astype(np.float64)
-    header.generating_software, header.system_identifier = _OWN, ""
-    header.creation_date = date(2000, 1, 1)
-    if scan.world.crs is not None:
-        header.add_crs(parse_crs(scan.world.crs, str(p)))
-    wide = len(scan.origins) > 65535
-    if wide:
-        header.add_extra_dim(laspy.ExtraBytesParams(_RAY, np.int32))
-    with (
-        whole_file(p) as temporary,
-        open(temporary, "wb") as f,
-        laspy.open(f, mode="w", header=header, do_compress=p.suffix.lower() == ".laz", closefd=False) as out,
-    ):
-        for start in range(0, len(scan), CHUNK):
-            out.write_points(_record(header, scan, slice(start, start + CHUNK), wide))
-    beside = p.with_name(p.name + ".stations.json")
-    if scan.has_origins:
-        sidecar.write_stations(beside, scan, first=0 if wide else 1)
-    else:
-        beside.unlink(missing_ok=True)
-    return p
-
-
-def _record(header: Any, scan: Scan, rows: slice, wide: bool) -> Any:
-    """One chunk of a scan as a LAS point record."""
-    xyz = scan.xyz[rows]
-    r = laspy.ScaleAwarePointRecord.zeros(len(xyz), header=header)
-    steps = np.rint(xyz / _STEP).astype(np.int64)
-    if np.abs(steps).max(initial=0) >= 2**31:
-        raise FileError(
-            scan.name, "spans more than 400 km and does not fit a LAS file", "split it", code="I107"
-        )
-    r.X, r.Y, r.Z = steps.T.astype(np.int32)
-    index = scan.origin_index[rows]
-    if wide:
-        r[_RAY] = index
-    else:
-        r.point_source_id = (index + 1).astype(np.uint16)
-    if scan.intensity is not None:
-        r.intensity = np.rint(scan.intensity[rows] * 65535.0).astype(np.uint16)
-    if scan.rgb is not None:
-        r.red, r.green, r.blue = (scan.rgb[rows].astype(np.uint16) * 257).T
-    if scan.time is not None:
-        r.gps_time = scan.time[rows]
-    r.return_number = np.ones(len(xyz), np.uint8) if scan.return_number is None else scan.return_number[rows]
-    r.number_of_returns = (
-        np.ones(len(xyz), np.uint8) if scan.return_count is None else scan.return_count[rows]
-    )
-    return r
+    return rays_from_stations(found, source, place, c.notes)

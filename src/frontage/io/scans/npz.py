@@ -1,4 +1,4 @@
-"""Fast binary intermediates of a run: a scan as uncompressed arrays, nothing pickled."""
+"""Scans in a run folder: uncompressed arrays, bit for bit, nothing pickled."""
 
 import json
 from pathlib import Path
@@ -10,9 +10,16 @@ from frontage.errors import FileError
 from frontage.geometry.arrays import Array
 from frontage.geometry.rigid import Rigid3
 from frontage.io.files import reading, require_file, whole_file
+from frontage.io.scans.request import ScanRequest
 from frontage.model import Estimate, Grid, NoReturns, Provenance, Scan, WorldRef
 
 _ARRAYS = ("xyz", "origins", "origin_index", "intensity", "rgb", "time", "return_number", "return_count")
+_AGAIN = "run the stage again that made it"
+
+
+def read_npz(path: str | Path, request: ScanRequest) -> list[Scan]:
+    """`load_scan` as a reader of the registry; the scan keeps its own world."""
+    return [load_scan(path)]
 
 
 def save_scan(path: str | Path, scan: Scan) -> Path:
@@ -42,14 +49,13 @@ def save_scan(path: str | Path, scan: Scan) -> Path:
 
 
 def load_scan(path: str | Path) -> Scan:
-    """Read what `save_scan` wrote. Raises FileError (missing, truncated, corrupt)."""
+    """Read what `save_scan` wrote. Raises FileError when the file is missing, truncated or corrupt."""
     p = require_file(path)
-    # opened here: np.load leaves its own handle open when a file is damaged
-    again = "run the stage again"
-    with reading(p, "Frontage scan", again), open(p, "rb") as raw, np.load(raw, allow_pickle=False) as f:
+    # The file is opened here because np.load leaves its own handle open when a file is damaged.
+    with reading(p, "Frontage scan", _AGAIN), open(p, "rb") as raw, np.load(raw, allow_pickle=False) as f:
         a = {name: f[name] for name in f.files}
         if not {"meta", "xyz", "origin"} <= a.keys():
-            raise FileError(p, "not a Frontage scan", again, code="I103")
+            raise FileError(p, "is not a scan that Frontage wrote", _AGAIN, code="I103")
         meta = json.loads(a["meta"].tobytes())
         pose = None
         if "pose" in a:
@@ -62,14 +68,14 @@ def load_scan(path: str | Path) -> Scan:
             world=WorldRef(a["origin"], meta["crs"]),
             sigma_range=meta["sigma_range"],
             grid=Grid(a["grid"]) if "grid" in a else None,
-            no_returns=tuple(_lost(a, k, **told) for k, told in enumerate(meta.get("no_returns", ()))),
+            no_returns=tuple(_no_returns(a, k, **m) for k, m in enumerate(meta.get("no_returns", ()))),
             local_from_scanner=pose,
             notes=tuple(meta["notes"]),
             **{n: a[n] for n in _ARRAYS if n in a},
         )
 
 
-def _lost(a: dict[str, Array], number: int, origin: int, ground: float) -> NoReturns:
+def _no_returns(a: dict[str, Array], number: int, origin: int, ground: float) -> NoReturns:
     """The beams without return of one station."""
     axes, azimuth, elevation, bits = (
         a[f"lost{number}_{name}"] for name in ("axes", "azimuth", "elevation", "mask")

@@ -1,4 +1,4 @@
-"""PLY: ascii and binary (both byte orders) vertices; a binary writer."""
+"""PLY: the vertices of ascii and binary files of both byte orders, and a binary writer."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -8,9 +8,9 @@ import numpy as np
 
 from frontage.errors import FileError
 from frontage.geometry.arrays import Array
-from frontage.io.columns import Columns, to_scan
+from frontage.io.columns import PointColumns, to_scan
 from frontage.io.files import reading, require_file, whole_file
-from frontage.io.placement import Wanted
+from frontage.io.scans.request import ScanRequest
 from frontage.model import Scan
 
 _TYPES = {
@@ -36,20 +36,27 @@ _NAMES = {
     "intensity": ("intensity", "scalar_intensity", "reflectance", "scalar_reflectance", "remission"),
     "time": ("gps_time", "gpstime", "scalar_gpstime", "scalar_gps_time", "time", "timestamp"),
 }
+_FEW_POINTS = 10_000  # enough to decide where a file lies
+_STEP_M = 1e-3  # coordinates should resolve a millimetre
 _COLOURS = (("red", "green", "blue"), ("r", "g", "b"), ("diffuse_red", "diffuse_green", "diffuse_blue"))
 _SENSORS = (("x_origin", "y_origin", "z_origin"), ("sensor_x", "sensor_y", "sensor_z"))
 
 
 @dataclass
 class _Header:
+    """Byte order ("=" for ascii), number and record of the vertices, and what stands in front of them.
+
+    `before` counts bytes in a binary file and lines in an ascii file.
+    """
+
     order: str
     count: int
     vertex: np.dtype[np.void]
-    before: int  # bytes (binary) or lines (ascii) of the elements in front of the vertices
+    before: int
 
 
-def read_ply(path: str | Path, wanted: Wanted) -> Scan:
-    """The vertices of a PLY file: x y z; colour, intensity, time and sensor position where named.
+def read_ply(path: str | Path, request: ScanRequest) -> list[Scan]:
+    """Read the vertices of a PLY file as one scan: x y z, and colour, intensity, time and sensor where named.
 
     Raises FileError (missing, truncated, corrupt, no vertices), CrsError.
     """
@@ -65,9 +72,9 @@ def read_ply(path: str | Path, wanted: Wanted) -> Scan:
         raise FileError(p, "holds no points", "export it again", code="I105")
     names = {n.lower(): n for n in v.dtype.names or ()}
     xyz = _pick(v, names, ("x", "y", "z"))
-    place = wanted.place(None, xyz[:: max(1, len(xyz) // 10_000)])
-    c = Columns(p.name, place.to_local(xyz))
-    _coarse(c, xyz, v.dtype[names["x"]])
+    place = request.placement.place(None, xyz[:: max(1, len(xyz) // _FEW_POINTS)])
+    c = PointColumns(p.name, place.to_local(xyz))
+    _note_coarse_steps(c, xyz, v.dtype[names["x"]])
     for field, known in _NAMES.items():
         found = next((names[k] for k in known if k in names), None)
         setattr(c, field, None if found is None else np.ascontiguousarray(v[found]))
@@ -77,13 +84,13 @@ def read_ply(path: str | Path, wanted: Wanted) -> Scan:
     if sensor is not None:
         seen, index = np.unique(_pick(v, names, sensor), axis=0, return_inverse=True)
         c.origins, c.origin_index = place.to_local(seen), index.reshape(-1).astype(np.int32)
-    return to_scan(p, c, place)
+    return [to_scan(p, c, place)]
 
 
-def _coarse(c: Columns, xyz: Array, stored: np.dtype[np.void]) -> None:
-    """Say when 32-bit coordinates are too large to hold millimetres."""
+def _note_coarse_steps(c: PointColumns, xyz: Array, stored: np.dtype[np.void]) -> None:
+    """Add a note when the coordinates are 32-bit floats too large to resolve millimetres."""
     top = float(np.nanmax(np.abs(xyz)))
-    if stored.itemsize == 4 and stored.kind == "f" and np.spacing(np.float32(top)) > 1e-3:
+    if stored.itemsize == 4 and stored.kind == "f" and np.spacing(np.float32(top)) > _STEP_M:
         c.notes.append(
             f"{c.name}: coordinates of {top:.0f} in 32-bit floats have steps of "
             f"{float(np.spacing(np.float32(top))):.3f}: export them as doubles or with a shift"
@@ -95,14 +102,14 @@ def _pick(v: Array, names: dict[str, str], wanted: tuple[str, ...]) -> Array:
 
 
 def _header(f: BinaryIO) -> _Header:
-    """Parse up to end_header. Raises ValueError when it is not a PLY header with x, y, z of fixed size."""
+    """Parse the header. Raises ValueError when it is not that of a PLY file with vertices x, y, z."""
     if f.readline().strip() != b"ply":
         raise ValueError("it does not begin with 'ply'")
     order = ""
     elements: list[tuple[str, int, list[tuple[str, str]]]] = []  # name, count, (property, type)
     while (line := f.readline()).strip() != b"end_header":
         if not line:
-            raise ValueError("its header does not end")
+            raise ValueError("its header has no end")
         words = line.decode("ascii", "replace").split()
         if words[:1] == ["format"]:
             order = _ORDERS[words[1]]
@@ -124,7 +131,7 @@ def _header(f: BinaryIO) -> _Header:
 
 def _dtype(properties: list[tuple[str, str]], order: str) -> "np.dtype[np.void]":
     if any(t == "list" for _, t in properties):
-        raise ValueError("lists in or before its vertices are not supported; save it with vertices first")
+        raise ValueError("lists in or before the vertices are not supported; save it with the vertices first")
     return np.dtype([(name, order + t) for name, t in properties])
 
 
@@ -147,7 +154,10 @@ def _binary(f: BinaryIO, h: _Header) -> Array:
 
 
 def write_ply(path: str | Path, scan: Scan) -> Path:
-    """Write a scan as binary little-endian PLY: x y z in world metres (double), colour, intensity, time."""
+    """Write a scan as binary little-endian PLY: x y z in world metres (double), colour, intensity, time.
+
+    Raises FileError when the file cannot be written.
+    """
     fields: list[tuple[str, str, Array]] = []
     world = scan.world.to_world(scan.xyz)
     fields += [(axis, "double", world[:, k]) for k, axis in enumerate("xyz")]

@@ -1,7 +1,7 @@
-"""PTX: several structured scans in one text file, each with its pose and its full raster.
+"""PTX: several structured scans in one text file, each with its pose and its full scan grid.
 
-Per scan: columns, rows, scanner position, three axes, a 4x4 matrix for row vectors, then columns x rows lines
-``x y z intensity [r g b]``, column by column; ``0 0 0`` is a beam without return.
+Every scan has a header (columns, rows, scanner position, three axes, a 4x4 matrix for row vectors) and
+columns x rows lines ``x y z intensity [r g b]``, column by column; ``0 0 0`` is a beam without return.
 """
 
 import warnings
@@ -15,19 +15,22 @@ import numpy as np
 from frontage.errors import FileError, InputError
 from frontage.geometry.arrays import Array, Float
 from frontage.geometry.rigid import Rigid3
-from frontage.io.columns import Columns, normalised, to_scan
+from frontage.io.columns import PointColumns, normalised, to_scan
 from frontage.io.files import reading, require_file, whole_file
-from frontage.io.placement import Placement, Wanted
+from frontage.io.placement import Placement
 from frontage.io.poses import given_pose, nearest_rotation
+from frontage.io.scans.request import ScanRequest
 from frontage.model import Scan
 
-_CHUNK = 1_000_000  # lines parsed at once
-_MOST = 2_000_000_000  # beams: more is a damaged header
+_CHUNK_LINES = 1_000_000  # parsed at once
+_MOST_BEAMS = 2_000_000_000  # of one scan: a header that states more is damaged
+_FEW_POINTS = 2000  # of every scan, enough to decide where the file lies
+_NO_INTENSITY = 0.5  # what Leica's programs write where there is no intensity
 
 
 @dataclass
 class _Raw:
-    """One scan as stored: points (n, 3) in the scanner's frame, intensity, colour, raster (rows, columns)."""
+    """One scan as stored: points (n, 3) in the scanner's frame, intensity, colour, grid (rows, columns)."""
 
     pose: Rigid3
     xyz: Float
@@ -36,10 +39,8 @@ class _Raw:
     grid: Array
 
 
-def read_ptx(path: str | Path, wanted: Wanted, sigmas: tuple[float, ...] | None = None) -> list[Scan]:
-    """Every scan of a PTX file; raster rows and columns stay as stored.
-
-    sigmas  six, m and rad, when the poses are only approximate
+def read_ptx(path: str | Path, request: ScanRequest) -> list[Scan]:
+    """Read every scan of a PTX file; the rows and columns of the scan grids stay as stored.
 
     Raises FileError (missing, truncated, corrupt, no returns), CrsError.
     """
@@ -49,16 +50,15 @@ def read_ptx(path: str | Path, wanted: Wanted, sigmas: tuple[float, ...] | None 
     kept = [(k, r) for k, r in enumerate(raws, 1) if len(r.xyz)]
     if not kept:
         raise FileError(p, "holds no points", "export it again", code="I105")
-    place = wanted.place(
-        None, np.vstack([r.pose.apply(r.xyz[:: max(1, len(r.xyz) // 2000)]) for _, r in kept])
-    )
+    some = [r.pose.apply(r.xyz[:: max(1, len(r.xyz) // _FEW_POINTS)]) for _, r in kept]
+    place = request.placement.place(None, np.vstack(some))
     shared = normalised([r.intensity for _, r in kept])
-    empty = (
-        [f"{p.name}: {len(raws) - len(kept)} scans without any return left out"]
-        if len(kept) < len(raws)
-        else []
-    )
-    return [_scan(p, k, r, i, place, sigmas, empty) for (k, r), i in zip(kept, shared, strict=True)]
+    empty = len(raws) - len(kept)
+    notes = [f"{p.name}: {empty} scans without any return left out"] if empty else []
+    return [
+        _scan(p, k, r, i, place=place, sigmas=request.sigmas, notes=notes)
+        for (k, r), i in zip(kept, shared, strict=True)
+    ]
 
 
 def _scan(
@@ -66,12 +66,13 @@ def _scan(
     number: int,
     r: _Raw,
     intensity: Array | None,
+    *,
     place: Placement,
     sigmas: tuple[float, ...] | None,
     notes: list[str],
 ) -> Scan:
     pose = place.pose_of(r.pose)
-    c = Columns(
+    c = PointColumns(
         f"{path.name}:{number}",
         place.points_of(r.pose, r.xyz),
         intensity,
@@ -86,47 +87,51 @@ def _scan(
 
 
 def _scans(f: TextIO, path: Path) -> Iterator[_Raw]:
-    """Scan after scan until the end of the file."""
+    """Yield scan after scan until the end of the file."""
     while (first := _next_line(f)) is not None:
         columns, rows = _count(first), _count(_next_line(f))
-        if not 0 < columns * rows <= _MOST:
-            raise ValueError(f"a raster of {columns} x {rows}")
+        if not 0 < columns * rows <= _MOST_BEAMS:
+            raise ValueError(f"its header states a scan grid of {columns} x {rows}")
         header = np.array([_numbers(f, 3) for _ in range(4)])
         matrix = np.array([_numbers(f, 4) for _ in range(4)])
         raw = _body(f, path, columns, rows, _pose(matrix))
-        yield _placed_already(raw, header[0])
+        yield _from_scanner_position(raw, header[0])
 
 
 def _pose(matrix: Float) -> Rigid3:
-    """Scanner pose of the 4x4 matrix for row vectors."""
+    """The scanner's pose from the 4x4 matrix for row vectors."""
     if not np.isfinite(matrix).all():
-        raise ValueError("its matrix is not finite")
+        raise ValueError("its matrix holds numbers that are not finite")
     return Rigid3("file", "scanner", nearest_rotation(matrix[:3, :3].T), matrix[3, :3])
 
 
-def _placed_already(raw: _Raw, position: Float) -> _Raw:
-    """With an identity matrix the points are in world coordinates already, and only the header's first line
-    says where the scanner stood: the same points, seen from there."""
+def _from_scanner_position(raw: _Raw, position: Float) -> _Raw:
+    """The same points in the frame of a scanner at `position` (3,) when they are in world coordinates
+    already.
+
+    Some writers store world coordinates with an identity matrix; then only the header's first line says where
+    the scanner stood.
+    """
     if not position.any() or raw.pose.t.any() or not np.array_equal(raw.pose.R, np.eye(3)):
         return raw
     return replace(raw, pose=Rigid3("file", "scanner", np.eye(3), position), xyz=raw.xyz - position)
 
 
 def _body(f: TextIO, path: Path, columns: int, rows: int, pose: Rigid3) -> _Raw:
-    """The lines of one scan: returns kept, raster of their numbers."""
+    """Parse the lines of one scan: its returns, and the grid of their numbers."""
     total, at = columns * rows, 0
     parts: list[Float] = []
     hit = np.zeros(total, bool)
     while at < total:
         with warnings.catch_warnings():
-            warnings.simplefilter("ignore", UserWarning)  # "no data": reported as truncated below
-            block: Float = np.loadtxt(f, np.float64, max_rows=min(_CHUNK, total - at), ndmin=2)
+            warnings.simplefilter("ignore", UserWarning)  # "no data" is reported as truncated below
+            block: Float = np.loadtxt(f, np.float64, max_rows=min(_CHUNK_LINES, total - at), ndmin=2)
         if not block.size:
             raise FileError(
                 path, f"truncated: {at} of {total} lines of a scan", "copy or export it again", code="I103"
             )
         if block.shape[1] not in (4, 7):
-            raise ValueError(f"lines of {block.shape[1]} values instead of 4 or 7")
+            raise ValueError(f"its lines have {block.shape[1]} values instead of 4 or 7")
         returned = (block[:, :3] != 0).any(axis=1) & np.isfinite(block[:, :3]).all(axis=1)
         hit[at : at + len(block)] = returned
         parts.append(block[returned])
@@ -151,14 +156,14 @@ def _count(line: str | None) -> int:
 def _numbers(f: TextIO, n: int) -> list[float]:
     values = [float(v) for v in (_next_line(f) or "").split()]
     if len(values) != n:
-        raise ValueError(f"a header line of {len(values)} values instead of {n}")
+        raise ValueError(f"a line of its header has {len(values)} values instead of {n}")
     return values
 
 
 def write_ptx(path: str | Path, scans: Sequence[Scan]) -> Path:
     """Write structured scans with one pose each: 0.01 mm in the scanner's frame, intensity 0..1 to 1e-4.
 
-    Raises InputError for a scan without pose or raster, FileError (cannot be written).
+    Raises InputError for a scan without a pose or a grid, and FileError when the file cannot be written.
     """
     p = Path(path)
     with whole_file(p) as temporary, temporary.open("w", encoding="ascii", newline="\n") as f:
@@ -168,9 +173,9 @@ def write_ptx(path: str | Path, scans: Sequence[Scan]) -> Path:
 
 
 def _write(f: TextIO, scan: Scan) -> None:
-    """One scan: header, then every beam of the raster, column by column."""
+    """Write one scan: its header, then every beam of the grid, column by column."""
     if scan.local_from_scanner is None or scan.grid is None:
-        raise InputError(f"{scan.name}: a PTX scan needs the pose and the raster of its scanner")
+        raise InputError(f"{scan.name}: a PTX scan needs the pose and the scan grid of its scanner")
     pose, index = scan.local_from_scanner.value, scan.grid.index.T.ravel()
     t = scan.world.to_world(pose.t)
     matrix = np.vstack([np.column_stack([pose.R.T, np.zeros(3)]), [*t, 1.0]])
@@ -179,12 +184,12 @@ def _write(f: TextIO, scan: Scan) -> None:
     for numbers in (t, *pose.R.T, *matrix):
         f.write(" ".join(f"{v:.12g}" for v in numbers) + "\n")
     lost = index < 0
-    intensity = np.full(len(scan), 0.5) if scan.intensity is None else scan.intensity
+    intensity = np.full(len(scan), _NO_INTENSITY) if scan.intensity is None else scan.intensity
     table = np.column_stack([pose.inverse.apply(scan.xyz), intensity])[index]
-    table[lost] = 0.0, 0.0, 0.0, 0.5
+    table[lost] = 0.0, 0.0, 0.0, _NO_INTENSITY
     form = "%.5f %.5f %.5f %.4f"
     if scan.rgb is not None:
         table = np.column_stack([table, np.where(lost[:, None], 0, scan.rgb[index])])
         form += " %d %d %d"
-    for start in range(0, len(table), _CHUNK):
-        np.savetxt(f, table[start : start + _CHUNK], fmt=form)
+    for start in range(0, len(table), _CHUNK_LINES):
+        np.savetxt(f, table[start : start + _CHUNK_LINES], fmt=form)

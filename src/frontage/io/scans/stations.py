@@ -15,10 +15,12 @@ from frontage.model import Scan
 def rays_from_stations(
     path: str | Path, source: Array, place: Placement, notes: list[str]
 ) -> tuple[Float, Array]:
-    """Origins (s, 3) m local and their index per point, from the source ids (n,) of the points.
+    """The origins (s, 3) m local of a stations file, and the origin of every point (n,) int32.
 
-    Points of a source that the file does not name get -1, and a note.
-    Raises FileError.
+    `source` (n,) holds the source ids of the points. Points whose source the file does not name get -1, and
+    `notes` gets a sentence.
+
+    Raises FileError when the file is missing or malformed, or names a station twice or without a position.
     """
     p = require_file(path)
     with reading(p, "stations", 'it should hold [{"station": 1, "position": [x, y, z]}, ...]'):
@@ -27,7 +29,7 @@ def rays_from_stations(
         positions = np.array([[float(v) for v in e["position"]] for e in entries]).reshape(-1, 3)
     if not len(ids) or len(np.unique(ids)) != len(ids) or not np.isfinite(positions).all():
         raise FileError(
-            p, "names no station, one twice, or one without a position", "correct it", code="I108"
+            p, "names no station, a station twice, or one without a position", "correct it", code="I108"
         )
     order = np.argsort(ids)
     at = np.clip(np.searchsorted(ids[order], source), 0, len(ids) - 1)
@@ -40,7 +42,7 @@ def rays_from_stations(
 
 
 def write_stations(path: Path, scan: Scan, first: int) -> None:
-    """Write the origins of a scan; `first` is the id of origin 0."""
+    """Write the origins of a scan in world coordinates; `first` is the id of origin 0. Raises FileError."""
     world = scan.world.to_world(scan.origins)
     entries = [
         {"station": first + i, "position": [round(float(v), 6) for v in xyz]} for i, xyz in enumerate(world)

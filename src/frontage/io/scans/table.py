@@ -1,4 +1,4 @@
-"""Text tables: delimiter, header row and decimal commas found by looking."""
+"""Text tables of numbers: the delimiter, the header row and decimal commas are found from the content."""
 
 import io
 import re
@@ -12,35 +12,36 @@ from frontage.geometry.arrays import Float
 from frontage.io.files import reading, require_file
 
 _COMMENT = ("#", "//", "%")
-_HEAD = 64_000  # bytes looked at to find the layout
+_HEAD_BYTES = 64_000  # that are examined to find the layout
 
 
 @dataclass(frozen=True, eq=False)
 class Table:
-    """values (n, k) float64; names (k,) lower case, empty when the file has no header row."""
+    """Values (n, k) float64, and the names (k,) of the columns in lower case, empty without a header row."""
 
     path: Path
     values: Float
     names: tuple[str, ...]
 
     def column(self, *names: str) -> Float | None:
-        """The first column with one of these names (n,), or None."""
+        """The column (n,) with the first of these names that the table has; None when it has none of them."""
         found = [n for n in names if n in self.names]
         return self.values[:, self.names.index(found[0])] if found else None
 
 
 def read_table(path: str | Path, kind: str) -> Table:
-    """A table of numbers separated by comma, semicolon, tab or blanks.
+    """Read a table of numbers that are separated by commas, semicolons, tabs or blanks.
 
-    A header row names the columns (a leading "#" or "//" is allowed); other comment lines and a first line
-    with the number of points are skipped; decimal commas are understood where the separator is not a comma.
+    A header row names the columns and may begin with "#" or "//". Other comment lines, and a first line with
+    the number of points, are skipped. Decimal commas are accepted where the separator is not a comma. `kind`
+    says in messages what the file should be.
 
-    Raises FileError.
+    Raises FileError when the file is missing, binary, or not a table.
     """
     p = require_file(path)
     with reading(p, kind):
         with open(p, "rb") as f:
-            head = f.read(_HEAD)
+            head = f.read(_HEAD_BYTES)
         if b"\0" in head:
             raise FileError(p, f"not a readable {kind} file (it is binary)", "check its type", code="I103")
         lines = head.decode("utf-8-sig", "replace").splitlines()
@@ -52,7 +53,7 @@ def read_table(path: str | Path, kind: str) -> Table:
 
 
 def _layout(lines: list[str], path: Path) -> tuple[int, tuple[str, ...], str | None, bool]:
-    """Rows to skip, column names, delimiter (None = blanks), decimal commas."""
+    """The number of rows to skip, the names of the columns, the delimiter (None = blanks), decimal commas."""
     names: tuple[str, ...] = ()
     for row, line in enumerate(lines):
         text = line.strip()

@@ -1,4 +1,4 @@
-"""Vehicle trajectories (CSV, SBET): where the sensor was when it measured each point."""
+"""Vehicle trajectories (CSV, SBET): the sensor's position at the time of every point."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -9,21 +9,27 @@ from pyproj import CRS
 from frontage.errors import FileError
 from frontage.geometry.arrays import Array, Float
 from frontage.io.files import reading, require_file, whole_file
-from frontage.io.placement import Placement, Wanted
+from frontage.io.placement import Placement, PlacementRequest
 from frontage.io.scans.table import read_table
 from frontage.model import WorldRef
 
-TRACK_STEP = 0.05
-"""m of track between stored sensor positions: a point's origin is at most half of this off."""
+TRACK_STEP_M = 0.05
+"""Distance along the track between stored sensor positions: an origin is wrong by at most half of it."""
 
-_WEEK, _ADJUSTED = 604_800.0, 1e9  # s: GPS week; LAS "adjusted standard GPS time" = GPS time - 1e9
-_GAP = 1.0  # s: no position is invented further than this from a sample
+_WEEK_S = 604_800.0  # the GPS week
+_ADJUSTED_S = 1e9  # LAS 1.4: adjusted standard GPS time = GPS time - 1e9 s
+_GAP_S = 1.0  # no position is interpolated further than this from a sample
 _SBET = np.dtype([("time", "<f8"), ("lat", "<f8"), ("lon", "<f8"), ("alt", "<f8"), ("rest", "<f8", 13)])
 
 
 @dataclass(frozen=True, eq=False)
 class Trajectory:
-    """time (k,) s strictly increasing; xyz (k, 3) in the file's own coordinates; crs None = as the scan's."""
+    """The track of a sensor.
+
+    time  (k,) s, strictly increasing
+    xyz   (k, 3) in the file's own coordinates
+    crs   of these coordinates; None = the scan's
+    """
 
     path: Path
     time: Float
@@ -32,9 +38,9 @@ class Trajectory:
 
 
 def read_trajectory(path: str | Path) -> Trajectory:
-    """A trajectory from CSV (header row naming gps_time, x, y, z) or SBET (Applanix, .sbet/.out).
+    """Read a trajectory from CSV (its header row names gps_time, x, y, z) or SBET (Applanix: .sbet, .out).
 
-    Raises FileError.
+    Raises FileError when the file is missing, damaged, not a trajectory, or holds fewer than two positions.
     """
     p = require_file(path)
     if p.suffix.lower() in (".sbet", ".out"):
@@ -45,7 +51,7 @@ def read_trajectory(path: str | Path) -> Trajectory:
     time, first = np.unique(time[ok], return_index=True)
     if len(time) < 2:
         raise FileError(
-            p, "a trajectory needs two positions at different times", "check its columns", code="I109"
+            p, "holds fewer than two positions at different times", "check its columns", code="I109"
         )
     return Trajectory(p, time, xyz[ok][first], crs)
 
@@ -59,7 +65,7 @@ def _csv(path: Path) -> tuple[Float, Float, CRS | None]:
     ]
     if time is None or any(a is None for a in axes):
         raise FileError(
-            path, "not a trajectory: the header row must name gps_time, x, y, z", "add it", code="I109"
+            path, "its header row does not name gps_time, x, y, z", "name these columns", code="I109"
         )
     return time, np.column_stack(axes), None  # type: ignore[arg-type]
 
@@ -69,11 +75,11 @@ def _sbet(path: Path) -> tuple[Float, Float, CRS | None]:
     with reading(path, "SBET"):
         if path.stat().st_size % _SBET.itemsize:
             raise FileError(
-                path, "truncated: not a whole number of SBET records", "copy it again", code="I103"
+                path, "truncated: its size is not a multiple of an SBET record", "copy it again", code="I103"
             )
         r = np.fromfile(path, _SBET)
         if (np.abs(r["lat"]) > np.pi / 2).any() or (np.abs(r["lon"]) > 2 * np.pi).any():
-            raise ValueError("latitudes or longitudes out of range")
+            raise ValueError("latitudes or longitudes are out of range")
     return (
         r["time"],
         np.column_stack([np.degrees(r["lon"]), np.degrees(r["lat"]), r["alt"]]),
@@ -84,55 +90,60 @@ def _sbet(path: Path) -> tuple[Float, Float, CRS | None]:
 def rays_from_trajectory(
     track: Trajectory, time: Array, place: Placement, notes: list[str]
 ) -> tuple[Float, Array]:
-    """Origins (s, 3) m local every `TRACK_STEP` of the track, and the nearest one per point (n,) int32.
+    """Origins (s, 3) m local every `TRACK_STEP_M` of the track, and the nearest one of every point (n,)
+    int32.
 
-    A point's position is interpolated at its time and snapped to the nearest stored one; times beyond the
-    track, or in gaps of more than a second, get -1 and a note. Scans in adjusted standard GPS time and tracks
-    in seconds of the week are brought together, with a note.
+    The sensor's position is interpolated at each point's time and rounded to the nearest stored origin.
+    Points before or after the track, or in gaps of more than a second, get -1, and `notes` gets a sentence.
+    When the scan has adjusted standard GPS time and the track has seconds of the week, the scan's times are
+    converted, also with a note.
 
     Raises FileError when the times do not overlap at all.
     """
     xyz = _local(track, place, notes)
     t = _same_clock(track, np.asarray(time, np.float64), notes)
     arc = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(xyz, axis=0), axis=1))])
-    step = np.rint(np.interp(t, track.time, arc) / TRACK_STEP).astype(np.int64)
+    step = np.rint(np.interp(t, track.time, arc) / TRACK_STEP_M).astype(np.int64)
     after = np.clip(np.searchsorted(track.time, t), 1, len(track.time) - 1)
-    near = np.minimum(np.abs(t - track.time[after]), np.abs(t - track.time[after - 1])) <= _GAP
-    known = near & (t >= track.time[0] - TRACK_STEP) & (t <= track.time[-1] + TRACK_STEP)
+    near = np.minimum(np.abs(t - track.time[after]), np.abs(t - track.time[after - 1])) <= _GAP_S
+    known = near & (t >= track.time[0] - TRACK_STEP_M) & (t <= track.time[-1] + TRACK_STEP_M)
     if not known.all():
-        notes.append(f"{track.path.name}: {int((~known).sum())} points are outside its times: origin unknown")
+        count = int((~known).sum())
+        notes.append(f"{track.path.name}: {count} points are outside its times: origin unknown")
     used, inverse = np.unique(step[known], return_inverse=True)
-    origins = np.column_stack([np.interp(used * TRACK_STEP, arc, xyz[:, k]) for k in range(3)])
+    origins = np.column_stack([np.interp(used * TRACK_STEP_M, arc, xyz[:, k]) for k in range(3)])
     index = np.full(len(t), -1, np.int32)
     index[known] = inverse
     return origins, index
 
 
 def _local(track: Trajectory, place: Placement, notes: list[str]) -> Float:
-    """The track in local metres: by its own CRS when it states one, else as the scan's coordinates."""
+    """The track in local metres; without a CRS of its own it is placed as the scan is."""
     if track.crs is None:
         return place.to_local(track.xyz)
-    own = Wanted(track.path.name, WorldRef(place.world.origin, place.world.crs)).place(track.crs, track.xyz)
+    world = WorldRef(place.world.origin, place.world.crs)
+    own = PlacementRequest(track.path.name, world).place(track.crs, track.xyz)
     notes.extend(own.notes)
     return own.to_local(track.xyz)
 
 
 def _same_clock(track: Trajectory, time: Float, notes: list[str]) -> Float:
-    """Point times on the track's clock."""
-    for t, said in (
+    """Convert the times of points (n,) s to the track's clock. Raises FileError when no clock fits."""
+    reduced = "GPS time of the points reduced to seconds of the week"
+    for t, note in (
         (time, ""),
-        ((time + _ADJUSTED) % _WEEK, "GPS time of the points reduced to seconds of the week"),
-        (time % _WEEK, "GPS time of the points reduced to seconds of the week"),
+        ((time + _ADJUSTED_S) % _WEEK_S, reduced),
+        (time % _WEEK_S, reduced),
     ):
         if t.max() >= track.time[0] and t.min() <= track.time[-1]:
-            if said:
-                notes.append(f"{track.path.name}: {said}")
+            if note:
+                notes.append(f"{track.path.name}: {note}")
             return t
     raise FileError(
         track.path,
-        f"times {track.time[0]:.1f}..{track.time[-1]:.1f} s do not meet the points' "
+        f"its times {track.time[0]:.1f}..{track.time[-1]:.1f} s do not overlap those of the points, "
         f"{time.min():.1f}..{time.max():.1f} s",
-        "give the trajectory of this scan",
+        "name the trajectory of this scan",
         code="I109",
     )
 

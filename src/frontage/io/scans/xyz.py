@@ -1,4 +1,4 @@
-"""XYZ, CSV and TXT point tables: columns by header row, or by what their values can only be."""
+"""Point tables (XYZ, CSV, TXT): columns are found by their header row, or else by their number and values."""
 
 from pathlib import Path
 
@@ -6,8 +6,8 @@ import numpy as np
 
 from frontage.errors import FileError
 from frontage.geometry.arrays import Array, Float
-from frontage.io.columns import Columns, to_scan
-from frontage.io.placement import Wanted
+from frontage.io.columns import PointColumns, to_scan
+from frontage.io.scans.request import ScanRequest
 from frontage.io.scans.table import Table, read_table
 from frontage.model import Scan
 
@@ -18,22 +18,23 @@ _AXES = (
 )
 _INTENSITY = ("intensity", "i", "reflectance", "scalar_intensity")
 _COLOURS = (("red", "green", "blue"), ("r", "g", "b"))
+_FEW_POINTS = 10_000  # enough to decide where a file lies
 _TIME = ("gps_time", "gpstime", "time", "timestamp")
 
 
-def read_xyz(path: str | Path, wanted: Wanted) -> Scan:
-    """A text table of points.
+def read_xyz(path: str | Path, request: ScanRequest) -> list[Scan]:
+    """Read a text table of points as one scan.
 
-    With a header row, columns are found by name. Without: 3 = x y z, 4 = intensity too, 6 = + r g b (normals:
-    not read), 7 = + intensity r g b, or r g b intensity.
+    With a header row, columns are found by name. Without one, 3 columns are x y z, 4 are x y z intensity, 6
+    are x y z r g b (normals are ignored), and 7 are x y z with intensity r g b or with r g b intensity.
 
     Raises FileError (missing, binary, no numbers, ragged rows), CrsError.
     """
     table = read_table(path, "point table")
     p = table.path
     xyz, intensity, rgb, time = _named(table) if table.names else _unnamed(table.values, p)
-    place = wanted.place(None, xyz[:: max(1, len(xyz) // 10_000)])
-    return to_scan(p, Columns(p.name, place.to_local(xyz), intensity, rgb, time), place)
+    place = request.placement.place(None, xyz[:: max(1, len(xyz) // _FEW_POINTS)])
+    return [to_scan(p, PointColumns(p.name, place.to_local(xyz), intensity, rgb, time), place)]
 
 
 def _named(t: Table) -> tuple[Float, Array | None, Array | None, Array | None]:
@@ -43,7 +44,7 @@ def _named(t: Table) -> tuple[Float, Array | None, Array | None, Array | None]:
             return _unnamed(t.values, t.path)
         raise FileError(
             t.path,
-            f"its header ({', '.join(t.names[:8])}) names no x, y, z",
+            f"its header ({', '.join(t.names[:8])}) does not name x, y, z",
             "rename the columns",
             code="I106",
         )
@@ -55,7 +56,7 @@ def _named(t: Table) -> tuple[Float, Array | None, Array | None, Array | None]:
 def _unnamed(v: Float, path: Path) -> tuple[Float, Array | None, Array | None, Array | None]:
     k = v.shape[1]
     if k < 3:
-        raise FileError(path, f"rows of {k} values are not points", "x y z are needed", code="I106")
+        raise FileError(path, f"its rows have {k} values, too few for points", "give x y z", code="I106")
     intensity = rgb = None
     if k == 4:
         intensity = v[:, 3]
@@ -69,5 +70,5 @@ def _unnamed(v: Float, path: Path) -> tuple[Float, Array | None, Array | None, A
 
 
 def _colours(v: Float) -> bool:
-    """Whether columns (n, 3) are whole numbers 0..65535, and not unit normals."""
+    """Whether columns (n, 3) hold colours: whole numbers 0..65535 that are not unit normals."""
     return bool(((v >= 0) & (v <= 65535) & (v == np.round(v))).all() and v.max() > 1)

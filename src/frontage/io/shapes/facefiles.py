@@ -1,4 +1,4 @@
-"""OBJ and OFF as faces over vertices; no triangulation, nothing merged."""
+"""Reading OBJ and OFF: faces over vertices, neither triangulated nor merged."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -10,9 +10,10 @@ from frontage.model import Surfaces
 
 
 def read_obj(path: Path) -> list[tuple[str, Surfaces]]:
-    """Every object (`o`) of an OBJ file that has faces, with its name; one unnamed if there are none.
+    """Read every object (`o`) of an OBJ file that has faces, with its name; a file without any is one empty
+    object.
 
-    Raises ValueError naming the line at fault.
+    Raises ValueError naming the faulty line.
     """
     vertices: list[list[float]] = []
     objects: list[tuple[str, list[list[int]]]] = [("", [])]
@@ -26,24 +27,24 @@ def read_obj(path: Path) -> list[tuple[str, Surfaces]]:
             objects.append((" ".join(words[1:]), []))
         elif words[0] == "f":
             if len(words) < 2:
-                raise ValueError(f"line {number}: a face without vertices")
+                raise ValueError(f"line {number}: a face has no vertices")
             objects[-1][1].append([_reference(w, len(vertices), number) for w in words[1:]])
     xyz = np.array(vertices, np.float64).reshape(-1, 3)
     full = [(name, faces) for name, faces in objects if faces] or [("", [])]
     largest = max((i for _, faces in full for face in faces for i in face), default=-1)
     if largest >= len(xyz):
-        raise ValueError(f"a face names vertex {largest + 1}, there are {len(xyz)}")
+        raise ValueError(f"a face names vertex {largest + 1}, but there are only {len(xyz)}")
     return [(name, _surfaces(xyz, faces)) for name, faces in full]
 
 
-def read_off(path: Path) -> Surfaces:
-    """The faces of an OFF file. Raises ValueError naming what is wrong."""
+def read_off(path: Path) -> list[tuple[str, Surfaces]]:
+    """Read the faces of an OFF file as one unnamed object. Raises ValueError naming what is wrong."""
     lines = [words for line in path.read_text("utf-8").splitlines() if (words := line.split("#")[0].split())]
     if not lines or lines[0][0] != "OFF":
         raise ValueError("it does not begin with OFF")
     rest = lines[1:] if len(lines[0]) == 1 else [lines[0][1:], *lines[1:]]
     if not rest or len(rest[0]) < 2:
-        raise ValueError("it has no counts of vertices and faces")
+        raise ValueError("it does not state the numbers of vertices and faces")
     count, number = int(rest[0][0]), int(rest[0][1])
     body = rest[1:]
     if len(body) < count + number:
@@ -55,7 +56,7 @@ def read_off(path: Path) -> Surfaces:
         if len(ids) != int(words[0]) or any(i < 0 or i >= count for i in ids):
             raise ValueError(f"face {k} is incomplete or names a vertex that does not exist")
         faces.append(ids)
-    return _surfaces(xyz, faces)
+    return [("", _surfaces(xyz, faces))]
 
 
 def _surfaces(xyz: Float, faces: Sequence[Sequence[int]]) -> Surfaces:
@@ -69,7 +70,7 @@ def _numbers(words: Sequence[str], line: int) -> list[float]:
 
 
 def _reference(word: str, count: int, line: int) -> int:
-    """Vertex number from 0 of `7`, `7/2/3` or `-1`."""
+    """The vertex number, from 0, of a reference such as `7`, `7/2/3` or `-1`."""
     number = int(word.split("/")[0])
     if number == 0 or -number > count:
         raise ValueError(f"line {line}: a face names vertex {number}")

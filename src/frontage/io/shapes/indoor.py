@@ -10,9 +10,9 @@ from frontage.model.shape import CellGraph
 
 
 def indoor_feature(root: etree._Element, shapes_of: Callable[[etree._Element], tuple[Shape, ...]]) -> Feature:
-    """One feature for the file: its cells as parts, with their graph.
+    """One feature for the whole file: its cells are the parts, and it has their graph.
 
-    `shapes_of` gives the geometries below an element. Raises ValueError on a position that is no point.
+    `shapes_of` returns the geometries below an element. Raises ValueError for a position that is not a point.
     """
     cells = _members(root, "cellSpaceMember")
     states = _members(root, "stateMember")
@@ -32,11 +32,11 @@ def _members(root: etree._Element, name: str) -> list[etree._Element]:
 
 
 def _links(element: etree._Element, name: str) -> list[str]:
-    """What the properties of a name refer to."""
+    """The ids that the properties with a name refer to."""
     return [c.get(HREF, "").removeprefix("#") for c in element if local(c) == name and c.get(HREF)]
 
 
 def _position(state: etree._Element) -> tuple[float, float, float] | None:
-    """The point of a state."""
+    """The point (x, y, z) of a state; None without one."""
     point = position(state)
     return None if point is None else (float(point[0]), float(point[1]), float(point[2]))

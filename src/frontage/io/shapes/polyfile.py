@@ -1,4 +1,5 @@
-"""TetGen's .poly: vertices, then facets of polygons; the first polygon of a facet is its outer ring."""
+"""Reading TetGen's .poly: vertices, then facets of polygons; the first polygon of a facet is its outer
+ring."""
 
 from collections.abc import Iterator
 from pathlib import Path
@@ -9,29 +10,31 @@ from frontage.geometry.arrays import Float
 from frontage.model import Surfaces
 
 
-def read_poly(path: Path) -> Surfaces:
-    """The facets of a .poly file, polygons after the first as holes; hole and region points are not read.
+def read_poly(path: Path) -> list[tuple[str, Surfaces]]:
+    """Read the facets of a .poly file as one unnamed object.
+
+    The polygons of a facet after the first are its holes; hole points and region points are not read.
 
     Raises ValueError naming what is wrong with the text.
     """
     lines = _lines(path)
     count, dimension = (int(v) for v in _next(lines, "the number of vertices")[:2])
     if dimension != 3:
-        raise ValueError(f"vertices of dimension {dimension}, not 3")
+        raise ValueError(f"its vertices have {dimension} dimensions instead of 3")
     rows = [_next(lines, f"vertex {k} of {count}") for k in range(count)]
     vertices = np.array([row[1:4] for row in rows], np.float64).reshape(-1, 3)
     if len(vertices) != count:
-        raise ValueError("vertices with missing coordinates")
+        raise ValueError("some vertices lack coordinates")
     base = int(rows[0][0]) if rows else 0
     number = int(_next(lines, "the number of facets")[0])
     facets = []
     for k, words in enumerate(lines):
         if k >= number and len(words) != 2:
-            break  # the list of holes; a line of two numbers is one more facet than the file says
+            break  # the list of holes begins; a line of two numbers is a facet beyond the stated number
         facets.append(_facet([int(w) for w in words], lines, vertices, base, k))
     if len(facets) < number:
         raise ValueError(f"it ends before facet {len(facets)} of {number}")
-    return Surfaces.of(facets)
+    return [("", Surfaces.of(facets))]
 
 
 def _facet(

@@ -1,4 +1,4 @@
-"""How CityGML 2.0 and 3.0 name the same things, and in which order they must stand."""
+"""The names that CityGML 2.0 and 3.0 have for the same things, and the order that their schemas require."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -13,8 +13,10 @@ Node = Any  # an lxml element
 
 @dataclass(frozen=True)
 class Dialect:
-    """Names with prefixes, `{}` for the level of detail; `order` of a building's contents and of an
-    installation's (`hanging_order`)."""
+    """The names of one version of CityGML, with prefixes; `{}` stands for the level of detail.
+
+    `order` is the order of the contents of a building, `hanging_order` that of an installation.
+    """
 
     version: str
     names: Mapping[str, str]
@@ -31,32 +33,32 @@ class Dialect:
     part: str
 
     def tag(self, name: str) -> str:
-        """The name in lxml's notation."""
+        """A name with prefix in lxml's notation."""
         prefix, local = name.split(":")
         return f"{{{self.names[prefix]}}}{local}"
 
     def make(self, name: str, text: str | None = None, /, **attributes: str) -> Node:
-        """An element; attributes are named prefix_local."""
+        """Make an element; the names of attributes with a prefix are written prefix_local."""
         named = {self.tag(k.replace("_", ":", 1)) if "_" in k else k: v for k, v in attributes.items()}
         element: Node = etree.Element(self.tag(name), named, nsmap=dict(self.names))
         element.text = text
         return element
 
     def add(self, parent: Node, name: str, text: str | None = None, /, **attributes: str) -> Node:
-        """A child element."""
+        """Make an element and append it to `parent`."""
         element = self.make(name, text, **attributes)
         parent.append(element)
         return element
 
     def surface(self, semantics: str, opening: bool = False) -> str:
-        """The element of a thematic surface."""
+        """The name of the element of a thematic surface, or of an opening in one."""
         if opening:
             return f"{self.surfaces}:{semantics}{self.filled}"
         core = self.version == "3.0" and semantics == "ClosureSurface"
         return f"{'core' if core else self.surfaces}:{semantics}"
 
     def attribute(self, parent: Node, name: str, value: str | float | int) -> None:
-        """A generic attribute."""
+        """Append a generic attribute to `parent`."""
         kind = "int" if isinstance(value, int) else "double" if isinstance(value, float) else "string"
         text = repr(float(value)) if kind == "double" else str(value)
         if self.version == "2.0":
@@ -68,7 +70,7 @@ class Dialect:
         self.add(element, "gen:value", text)
 
     def height(self, value: float) -> Node:
-        """The building's height in m."""
+        """Make the element with the building's height in m."""
         if self.version == "2.0":
             return self.make("bldg:measuredHeight", f"{value:.2f}", uom="m")
         holder = self.make("con:height")
@@ -83,7 +85,7 @@ class Dialect:
         return holder
 
     def address(self, address: str) -> Node:
-        """An address "number street"."""
+        """Make the element with an address "number street"."""
         number, street = split_address(address)
         holder = self.make("bldg:address")
         node = self.add(self.add(holder, "core:Address"), "core:xalAddress")
@@ -101,7 +103,7 @@ class Dialect:
         return holder
 
     def shell(self, solid: Node) -> Node:
-        """What holds the polygons of a solid's outer shell."""
+        """Append the element that holds the polygons of a solid's outer shell."""
         exterior = self.add(solid, "gml:exterior")
         return self.add(exterior, "gml:CompositeSurface" if self.version == "2.0" else "gml:Shell")
 

@@ -1,4 +1,4 @@
-"""Geometries of GML 3: polygons and their rings, references within a file. No entities, DTDs or network."""
+"""Geometries of GML 3: polygons and their rings, and references within a file."""
 
 from collections.abc import Callable, Iterator
 
@@ -23,15 +23,15 @@ CURVED = (
 )
 HREF = "{http://www.w3.org/1999/xlink}href"
 _IDS = ("{http://www.opengis.net/gml}id", "{http://www.opengis.net/gml/3.2}id")
-_DEPTH = 60  # references to references: more than this is a circle
+_DEPTH = 60  # longer chains of references are circles
 
 Ring = Float
 Find = Callable[[str], "etree._Element | None"]
-"""The element with a gml:id, or None."""
+"""Returns the element with a gml:id, or None."""
 
 
 def local(element: etree._Element) -> str:
-    """The tag without its namespace; comments and instructions have none."""
+    """The tag without its namespace; "" for comments and processing instructions."""
     tag = element.tag
     return tag.rpartition("}")[2] if isinstance(tag, str) else ""
 
@@ -42,7 +42,8 @@ def identifier(element: etree._Element) -> str:
 
 
 def targets(member: etree._Element, find: Find, depth: int = 0) -> list[etree._Element]:
-    """The children of a property, or what it refers to. Raises ValueError if that is not in the file."""
+    """The children of a property, or the element that it refers to. Raises ValueError if that is not in the
+    file."""
     href = member.get(HREF) if isinstance(member.tag, str) else None
     if href is None:
         return [c for c in member if isinstance(c.tag, str)]
@@ -59,9 +60,9 @@ def targets(member: etree._Element, find: Find, depth: int = 0) -> list[etree._E
 def polygons(
     surface: etree._Element, find: Find, trouble: Callable[[str], None], depth: int = 0
 ) -> Iterator[tuple[etree._Element, bool]]:
-    """The polygons of a surface of any kind, and whether an OrientableSurface turns them.
+    """Yield the polygons of a surface of any kind, and whether an OrientableSurface reverses them.
 
-    `trouble` is told of curved surfaces and of references that lead nowhere; it may raise.
+    `trouble` is called with a phrase for every curved surface and every broken reference; it may raise.
     """
     name = local(surface)
     if name in FACES:
@@ -83,7 +84,7 @@ def polygons(
 
 
 def solids(geometry: etree._Element, find: Find, depth: int = 0) -> Iterator[etree._Element]:
-    """The solids of an aggregate, those of aggregates inside it too."""
+    """Yield the solids of an aggregate and of the aggregates inside it."""
     for member in geometry:
         for child in targets(member, find, depth):
             if local(child) == "Solid":
@@ -93,14 +94,14 @@ def solids(geometry: etree._Element, find: Find, depth: int = 0) -> Iterator[etr
 
 
 def rings(polygon: etree._Element) -> list[Ring]:
-    """The rings of a polygon as they stand, the outer one first."""
+    """The rings (k, 3) of a polygon as the file states them, the outer one first. Raises ValueError."""
     outer = [_ring(e) for e in polygon if local(e) in ("exterior", "outerBoundaryIs")]
     inner = [_ring(e) for e in polygon if local(e) in ("interior", "innerBoundaryIs")]
     return (outer[:1] or [np.zeros((0, 3))]) + inner
 
 
 def _ring(boundary: etree._Element) -> Ring:
-    """posList, coordinates, or a row of pos, as (k, 3); two dimensions lie at height 0."""
+    """The points (k, 3) of a posList, of coordinates or of a row of pos; 2-D points get height 0."""
     rows: list[Float] = []
     for e in boundary.iter():
         name = local(e)
@@ -126,14 +127,14 @@ def _coordinates(element: etree._Element, name: str) -> Float:
 
 
 def _dimension(element: etree._Element) -> int:
-    """srsDimension of the element or what it stands in; 3 where nobody says."""
+    """The srsDimension of the element or of the nearest one around it; 3 where none states it."""
     said = element.get("srsDimension") or element.get("dimension")
     above = (a.get("srsDimension") for a in element.iterancestors())
     return int(said or next((v for v in above if v), 3))
 
 
 def position(element: etree._Element) -> Float | None:
-    """The point (3,) in or below an element; None without one, or in two dimensions."""
+    """The point (3,) in or below an element; None without one or for a 2-D point."""
     text = next((e.text or "" for e in element.iter() if local(e) == "pos"), "")
     values = np.array(text.split(), np.float64)
     return values if values.shape == (3,) else None

@@ -1,4 +1,4 @@
-"""Buildings of CityGML 1, 2 and 3: solids, surfaces with classes, openings, parts and installations."""
+"""Buildings of CityGML 1, 2 and 3: solids, thematic surfaces, openings, parts and installations."""
 
 import re
 from collections.abc import Iterable, Iterator
@@ -8,7 +8,7 @@ import numpy as np
 from lxml import etree
 
 from frontage.geometry.arrays import Float
-from frontage.io.citymodels.citygml.facts import address_of, attributes_of
+from frontage.io.citymodels.citygml.attributes import address_of, attributes_of
 from frontage.io.citymodels.citygml.geometry import (
     SOLIDS,
     Find,
@@ -36,7 +36,7 @@ _CLASSES = {
 }
 _PROPERTY = re.compile(r"lod(\d)(Solid|MultiSurface|FootPrint|RoofEdge|Geometry|ImplicitRepresentation)$")
 _PARTS = ("BuildingPart", "BuildingInstallation", "BuildingConstructiveElement")
-_OTHER = re.compile(  # rooms and furniture, what an installation inside is, and words
+_OTHER = re.compile(  # not the building's shell: rooms, furniture, interior installations, texts
     r"interior|buildingRoom|buildingFurniture|buildingUnit|buildingSubdivision|address$|appearance|generic"
     r"|generalizesTo|relatedTo|externalReference"
 )
@@ -44,7 +44,7 @@ _LEVEL0 = {"FootPrint": "GroundSurface", "RoofEdge": "RoofSurface"}
 
 
 @dataclass(eq=False)
-class _Owner:
+class _ThematicSurface:
     """The thematic surface that a geometry stands in: class, id, attributes."""
 
     semantics: str | None = None
@@ -53,13 +53,13 @@ class _Owner:
 
 
 @dataclass(eq=False)
-class _Property:
+class _GeometryProperty:
     """A geometry property: level of detail, kind ("Solid", "FootPrint", ...), element, thematic surface."""
 
     lod: str
     kind: str
     element: etree._Element
-    owner: _Owner
+    owner: _ThematicSurface
 
 
 @dataclass(eq=False)
@@ -71,17 +71,17 @@ class _Polygon:
 
 
 class _Reader:
-    """Fills the draft of one building."""
+    """Fills the draft of one building; `find` looks up references."""
 
     def __init__(self, draft: Draft, find: Find) -> None:
         self._draft = draft
         self._find = find
 
     def read(self, element: etree._Element, part: str = "") -> None:
-        """The shells of a building, then those of the parts in it."""
-        properties: list[_Property] = []
+        """Read the shells of a building, then those of its parts."""
+        properties: list[_GeometryProperty] = []
         parts: list[etree._Element] = []
-        self._collect(element, _Owner(), properties, parts)
+        self._collect(element, _ThematicSurface(), properties, parts)
         for lod in dict.fromkeys(p.lod for p in properties):
             self._draft.shells += self._level(lod, [p for p in properties if p.lod == lod], part)
         for k, child in enumerate(parts):
@@ -95,17 +95,18 @@ class _Reader:
     def _collect(
         self,
         children: Iterable[etree._Element],
-        owner: _Owner,
-        properties: list[_Property],
+        owner: _ThematicSurface,
+        properties: list[_GeometryProperty],
         parts: list[etree._Element],
     ) -> None:
-        """Geometry properties with their thematic surfaces; parts and installations are kept apart."""
+        """Collect geometry properties with their thematic surfaces; parts and installations are kept
+        apart."""
         for child in children:
             name = local(child)
             if not name or _OTHER.match(name):
                 continue
             if match := _PROPERTY.match(name):
-                properties.append(_Property(match[1], match[2], child, owner))
+                properties.append(_GeometryProperty(match[1], match[2], child, owner))
             elif name in _PARTS:
                 parts += [] if _is_inside(child) else [child]
             else:
@@ -119,8 +120,8 @@ class _Reader:
             self._draft.problems.append(str(problem))
             return []
 
-    def _level(self, lod: str, properties: list[_Property], part: str) -> list[DraftShell]:
-        """Solids with the classes of the surfaces that they share polygons with; the other surfaces open."""
+    def _level(self, lod: str, properties: list[_GeometryProperty], part: str) -> list[DraftShell]:
+        """The shells of one level: its solids, and one open shell with the surfaces that no solid shares."""
         closed: list[list[_Polygon]] = []
         loose: list[_Polygon] = []
         for p in properties:
@@ -137,8 +138,8 @@ class _Reader:
         shells = [DraftShell(lod, [q.face for q in solid], True, part) for solid in closed]
         return shells + ([DraftShell(lod, [q.face for q in loose], False, part)] if loose else [])
 
-    def _solid(self, solid: etree._Element, p: _Property) -> Iterator[_Polygon]:
-        """The polygons of the outer shell."""
+    def _solid(self, solid: etree._Element, p: _GeometryProperty) -> Iterator[_Polygon]:
+        """The polygons of the outer shell of a solid."""
         for side in solid:
             if local(side) == "exterior":
                 for surface in self._targets(side):
@@ -146,7 +147,7 @@ class _Reader:
             elif local(side) == "interior":
                 self._draft.problems.append("an inner shell of a solid")
 
-    def _surface(self, surface: etree._Element, p: _Property) -> Iterator[_Polygon]:
+    def _surface(self, surface: etree._Element, p: _GeometryProperty) -> Iterator[_Polygon]:
         trouble = self._draft.problems.append
         for element, turned in polygons(surface, self._find, trouble):
             try:
@@ -155,12 +156,12 @@ class _Reader:
                 trouble(str(problem))
                 found = []
             face = _face(found, element, p)
-            if turned:  # its pictures lie on the other side
+            if turned:  # its textures lie on the other side
                 face.rings, face.names = [r[::-1] for r in found], ()
             yield _Polygon(element, face)
 
-    def _implicit(self, geometry: etree._Element, p: _Property) -> Iterator[_Polygon]:
-        """A prototype set at its place by a matrix and a reference point (CityGML 2.0, 10.6.2)."""
+    def _implicit(self, geometry: etree._Element, p: _GeometryProperty) -> Iterator[_Polygon]:
+        """A prototype that a matrix and a reference point put in place (CityGML 2.0, 10.6.2)."""
         members = {local(c): c for c in geometry}
         if not {"transformationMatrix", "referencePoint"} <= set(members):
             self._draft.problems.append("an implicit geometry without matrix or reference point")
@@ -180,9 +181,10 @@ class _Reader:
 
 
 def building_of(element: etree._Element, number: int, find: Find) -> Draft:
-    """A Building element as a draft, its parts and installations included; `number` names it without id.
+    """Make a draft of a Building element with its parts and installations.
 
-    `find` looks up references. What cannot be read is named in the draft's problems.
+    `number` names a building without an id, and `find` looks up references. The draft's problems name what
+    cannot be read.
     """
     draft = Draft(identifier(element) or f"building{number}")
     draft.attributes = attributes_of(element)
@@ -194,18 +196,18 @@ def building_of(element: etree._Element, number: int, find: Find) -> Draft:
 
 
 def _is_inside(part: etree._Element) -> bool:
-    """Whether an installation of CityGML 3 says that it lies inside the building."""
+    """Whether an installation of CityGML 3 states that it lies inside the building."""
     return any(local(c) == "relationToConstruction" and (c.text or "").strip() == "inside" for c in part)
 
 
-def _thematic(element: etree._Element, above: _Owner) -> _Owner:
+def _thematic(element: etree._Element, above: _ThematicSurface) -> _ThematicSurface:
     about = attributes_of(element)
     if above.id:
         about["parent"] = above.id
-    return _Owner(_CLASSES[local(element)], identifier(element), about)
+    return _ThematicSurface(_CLASSES[local(element)], identifier(element), about)
 
 
-def _face(found: list[Float], element: etree._Element, p: _Property) -> Face:
+def _face(found: list[Float], element: etree._Element, p: _GeometryProperty) -> Face:
     owner, name = p.owner, identifier(element)
     about = dict(owner.about)
     if name and owner.id:
@@ -215,9 +217,10 @@ def _face(found: list[Float], element: etree._Element, p: _Property) -> Face:
 
 
 def _without_shared(closed: list[list[_Polygon]], loose: list[_Polygon]) -> list[_Polygon]:
-    """Give the polygons of solids the classes of surfaces that hold the same ones; what is left of those.
+    """Give the polygons of solids the classes of the thematic surfaces that share them.
 
-    The same = referred to, or a copy with equal corners.
+    A polygon is shared when the solid refers to it, or when it has the same corners. Returns the loose
+    polygons that no solid shares.
     """
     by_element = {q.element: q for q in loose if q.element is not None}
     by_corners = {_corners(q.face): q for q in loose}
@@ -237,7 +240,7 @@ def _without_shared(closed: list[list[_Polygon]], loose: list[_Polygon]) -> list
 
 
 def _corners(face: Face) -> frozenset[tuple[float, ...]]:
-    """The corners of the outer ring in mm, in no order."""
+    """The corners of the outer ring, rounded to 1 mm, without an order."""
     return frozenset(map(tuple, np.round(face.rings[0], 3).tolist())) if face.rings else frozenset()
 
 

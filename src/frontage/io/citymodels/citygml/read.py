@@ -1,7 +1,7 @@
 """Reading CityGML as a stream: one building in memory at a time.
 
-Entities are not resolved, DTDs and the network not used. A building that refers to elements outside it
-(shared polygons) waits; what it needs is picked up in further passes.
+Entities are not resolved, and neither DTDs nor the network are used. A building that refers to elements
+outside it (shared polygons) is put aside; the elements that it needs are collected in further passes.
 """
 
 from collections.abc import Iterator
@@ -13,30 +13,30 @@ from lxml import etree
 
 from frontage.io.citymodels.citygml.geometry import HREF, identifier, local
 from frontage.io.citymodels.citygml.objects import building_of
-from frontage.io.citymodels.citygml.texture import Painter
+from frontage.io.citymodels.citygml.texture import TextureCollector
+from frontage.io.citymodels.deferred import DeferredPlacement
 from frontage.io.citymodels.draft import Draft
-from frontage.io.citymodels.place import Place
 
 _MEMBERS = ("cityObjectMember", "featureMember", "featureMembers", "member", "appearanceMember")
 _EMPTIED = [f"{{*}}{name}" for name in ("Building", *_MEMBERS)]
 _SAFE: dict[str, Any] = {"resolve_entities": False, "no_network": True, "load_dtd": False, "huge_tree": False}
 _FLAT = etree.XPath("boolean(ancestor-or-self::*[@srsDimension='2'] | .//@srsDimension[.='2'])")
 _ANCHORS = ("anchorPoint", "anchorDefinition")  # of a local system, CityGML 2 and 3
-_PASSES = 8  # references to references to ... beyond the building
+_PASSES = 8  # at most: references from referenced elements to further ones
 
 
-def read_citygml(path: Path, place: Place) -> Iterator[Draft]:
-    """The buildings of a file that touch the bounds; those that wait for others come last.
+def read_citygml(path: Path, place: DeferredPlacement) -> Iterator[Draft]:
+    """Yield the buildings that touch the bounds; those that refer to elements outside them come last.
 
-    Raises lxml's XMLSyntaxError on damaged XML, ValueError when it is no city model.
+    Raises lxml's XMLSyntaxError on damaged XML, and ValueError when the file is not a city model.
     """
     yield from _Reader(path, place).drafts()
 
 
 class _Reader:
-    """One file: what waits for elements elsewhere in it, and whether pictures stand outside the buildings."""
+    """One file: the buildings put aside, and whether textures are stated outside the buildings."""
 
-    def __init__(self, path: Path, place: Place) -> None:
+    def __init__(self, path: Path, place: DeferredPlacement) -> None:
         self._path = path
         self._place = place
         self._waiting: list[tuple[int, bytes]] = []
@@ -44,7 +44,7 @@ class _Reader:
         self._appearances = False
 
     def drafts(self) -> list[Draft]:
-        """All buildings that are wanted."""
+        """All buildings that touch the bounds."""
         found: list[Draft] = []
         for number, element in enumerate(self._buildings(), 1):
             if self._place.bounded and _is_far(element, self._place):
@@ -60,26 +60,26 @@ class _Reader:
             element = etree.fromstring(text, etree.XMLParser(**_SAFE))
             found += self._draft(element, number, shared | _by_id(element))
         if self._appearances:
-            painter = Painter(found)
+            textures = TextureCollector(found)
             with open(self._path, "rb") as file:
                 for _, element in etree.iterparse(file, tag=["{*}ParameterizedTexture", *_EMPTIED], **_SAFE):
-                    painter.look(element)
+                    textures.collect(element)
                     _empty(element)
-            painter.paint()
+            textures.assign()
         return found
 
     def _draft(self, element: etree._Element, number: int, by_id: dict[str, etree._Element]) -> list[Draft]:
-        """The building, where it touches the bounds, with the pictures that stand inside it."""
+        """The building with the textures stated inside it; nothing when it does not touch the bounds."""
         draft = building_of(element, number, by_id.get)
         if not self._place.touches(draft.points()):
             return []
-        painter = Painter([draft])
-        painter.look(element)
-        painter.paint()
+        textures = TextureCollector([draft])
+        textures.collect(element)
+        textures.assign()
         return [draft]
 
     def _buildings(self) -> Iterator[etree._Element]:
-        """Every Building element, emptied once it is used; the members around them are emptied too."""
+        """Yield every Building element and empty it afterwards; the members around them are emptied too."""
         tags = [f"{{*}}{name}" for name in ("CityModel", "Envelope", *_ANCHORS)] + _EMPTIED
         with open(self._path, "rb") as file:
             context = etree.iterparse(file, events=("start", "end"), tag=tags, **_SAFE)
@@ -88,10 +88,10 @@ class _Reader:
                 if event == "start":
                     self._start(name, element)
                 elif name in _ANCHORS:
-                    self._place.anchored(element.get("codeSpace"), element.text or "")
+                    self._place.state_anchor(element.get("codeSpace"), element.text or "")
                 elif name == "Building":
                     named = (e.get("srsName") for e in element.iter() if isinstance(e.tag, str))
-                    self._place.stated(next((srs for srs in named if srs), None))
+                    self._place.state_crs(next((srs for srs in named if srs), None))
                     yield element
                     _empty(element)
                 elif name in _MEMBERS:
@@ -102,18 +102,18 @@ class _Reader:
         _acceptable(root)
 
     def _start(self, name: str, element: etree._Element) -> None:
-        """What an element says before its content is known."""
+        """Take what an element states before its content is read."""
         if name == "CityModel":
             _acceptable(element)
         elif name == "Envelope":
-            self._place.stated(element.get("srsName"))
+            self._place.state_crs(element.get("srsName"))
         self._appearances |= name == "appearanceMember"
 
 
-def _is_far(element: etree._Element, place: Place) -> bool:
-    """Whether the coordinates of a building all lie outside the bounds; False where a look does not tell.
+def _is_far(element: etree._Element, place: DeferredPlacement) -> bool:
+    """Whether all coordinates of a building lie outside the bounds; False where that is not obvious.
 
-    Spares the reading of what is not wanted, most of a large file.
+    This quick test spares the reading of most of a large file.
     """
     if next(element.iter("{*}coordinates", "{*}ImplicitGeometry"), None) is not None or _FLAT(element):
         return False
@@ -133,7 +133,7 @@ def _acceptable(element: etree._Element) -> None:
 
 
 def _empty(element: etree._Element) -> None:
-    """Free an element and those before it."""
+    """Free the memory of an element and of those before it."""
     element.clear(keep_tail=True)
     parent = element.getparent()
     while parent is not None and element.getprevious() is not None:
@@ -145,13 +145,13 @@ def _by_id(element: etree._Element) -> dict[str, etree._Element]:
 
 
 def _references(element: etree._Element) -> set[str]:
-    """The identifiers that hrefs within the file name."""
+    """The identifiers that hrefs within the file refer to."""
     named = (e.get(HREF, "") for e in element.iter() if isinstance(e.tag, str))
     return {href[1:] for href in named if href.startswith("#")}
 
 
 def _shared(path: Path, missing: set[str]) -> dict[str, etree._Element]:
-    """The elements of the given identifiers, and those that they refer to in turn."""
+    """The elements with the given identifiers, and those that they refer to in turn."""
     found: dict[str, etree._Element] = {}
     for _ in range(_PASSES):
         if not missing:

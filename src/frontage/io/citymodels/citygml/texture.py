@@ -1,4 +1,4 @@
-"""Textures of CityGML 1 to 3, by reference: which picture lies on which ring, and where in it."""
+"""Textures of CityGML 1 to 3: which part of which picture lies on which ring. Pictures are not read."""
 
 from collections.abc import Iterable, Iterator
 
@@ -11,33 +11,33 @@ from frontage.io.citymodels.draft import Draft
 from frontage.model.citymodel import Texture
 
 
-class Painter:
-    """The rings of some drafts by their ids, and the places in pictures that were found for them."""
+class TextureCollector:
+    """Collects the texture coordinates of the rings of some drafts, and assigns them to the polygons."""
 
     def __init__(self, drafts: Iterable[Draft]) -> None:
         self._faces = [f for d in drafts for s in d.shells for f in s.faces if f.rings and f.texture is None]
         self._wanted = {name for f in self._faces for name in f.names}
         self._found: dict[str, tuple[str, Float]] = {}
 
-    def look(self, element: etree._Element) -> None:
-        """Take what a ParameterizedTexture, or the textures below an element, say of these rings."""
+    def collect(self, element: etree._Element) -> None:
+        """Collect the coordinates in the ParameterizedTextures at or below an element."""
         for texture in element.iter("{*}ParameterizedTexture"):
             image = next(((e.text or "").strip() for e in texture.iter("{*}imageURI")), "")
             for ring, places in _coordinates(texture):
                 if image and ring in self._wanted:
                     self._found.setdefault(ring, (image, places))
 
-    def paint(self) -> None:
-        """Give every polygon whose rings all have places its texture."""
+    def assign(self) -> None:
+        """Give a texture to every polygon whose rings all have coordinates."""
         for face in self._faces:
-            said = [self._found.get(name) for name in face.names]
-            known = [s for s in said if s is not None]
-            if len(known) == len(face.rings) == len(said):
+            stated = [self._found.get(name) for name in face.names]
+            known = [s for s in stated if s is not None]
+            if len(known) == len(face.rings) == len(stated):
                 face.texture = Texture(known[0][0], tuple(places for _, places in known))
 
 
 def _coordinates(texture: etree._Element) -> Iterator[tuple[str, Float]]:
-    """The id of a ring and (k, 2) places; a list of numbers that is broken is passed over."""
+    """Yield the id of every ring and its texture coordinates (k, 2); broken lists of numbers are skipped."""
     for e in texture.iter("{*}textureCoordinates"):
         ring = e.get("ring") or next((c.text or "" for c in e.itersiblings() if local(c) == "ring"), "")
         try:

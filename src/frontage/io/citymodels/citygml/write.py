@@ -1,4 +1,4 @@
-"""Writing CityGML 2.0 and 3.0, LoD2 and LoD3: buildings as solids of surfaces with openings in them."""
+"""Writing CityGML 2.0 and 3.0, LoD2 and LoD3: buildings as solids of thematic surfaces with openings."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
@@ -15,9 +15,9 @@ from frontage.io.files import whole_file
 from frontage.model import Surface, WorldRef
 from frontage.model.citymodel import CityBuilding, Shell
 
-_MANY = 3  # corners of a ring at least
+_CORNERS = 3  # of a ring, at least
 _OPENINGS = ("Window", "Door")
-_HELD = ("parent", "measuredHeight")  # attributes that stand elsewhere
+_HELD = ("parent", "measuredHeight")  # attributes with elements of their own
 
 
 def write_citygml(
@@ -29,11 +29,12 @@ def write_citygml(
 ) -> Path:
     """Write the shells of LoD2 and LoD3 of every building, its parts and installations.
 
-    Polygons are in local metres of `world`, written to 0.1 mm. A solid refers to the polygons of the
-    thematic surfaces; windows and doors stand in the wall that `parent` of their attributes names. Attributes
-    of surfaces (of LoD3) and of buildings are generic ones.
+    Polygons are in local metres of `world` and are written to 0.1 mm. A solid refers to the polygons of the
+    thematic surfaces. A window or door is put into the wall that its attribute `parent` names. Attributes of
+    buildings, and of surfaces of LoD3, become generic attributes.
 
-    Raises FileError (cannot be written), CrsError, ValueError for a building without such a shell.
+    Raises FileError when the file cannot be written, CrsError, and ValueError for a building without such a
+    shell.
     """
     writer = _Writer(CITYGML2 if version == "2.0" else CITYGML3, world)
     shown = [s for b in buildings for s in _shown(b)]
@@ -54,7 +55,7 @@ def write_citygml(
 def _shown(building: CityBuilding) -> list[Shell]:
     found = [s for s in building.shells if _level(s) in ("2", "3")]
     if not found:
-        raise ValueError(f"{building.id} has no shell of LoD2 or LoD3")
+        raise ValueError(f"{building.id} has no shell of LoD2 or LoD3 that could be written")
     return found
 
 
@@ -64,7 +65,7 @@ def _level(shell: Shell) -> str:
 
 @dataclass(eq=False)
 class _Writer:
-    """One file: its dialect, its world, and the identifiers given so far."""
+    """One file: its dialect, its world, and the identifiers that are in use."""
 
     dialect: Dialect
     world: WorldRef
@@ -78,7 +79,7 @@ class _Writer:
         self.dialect.add(box, "gml:upperCorner", _numbers(xyz.max(0)))
 
     def building(self, member: Node, building: CityBuilding) -> None:
-        """The building with its parts and installations."""
+        """Write a building with its parts and installations."""
         shells: dict[str, list[Shell]] = {}
         for shell in _shown(building):
             shells.setdefault(shell.part, []).append(shell)
@@ -99,14 +100,14 @@ class _Writer:
         self.fill(node, inside, self.dialect.order)
 
     def fill(self, node: Node, inside: Mapping[str, Sequence[Node]], order: Sequence[str]) -> None:
-        """The contents in the order that the schema asks for."""
+        """Append the contents in the order that the schema requires."""
         for name in order:
             node.extend(inside[name])
 
     def contents(
         self, node: Node, shells: Sequence[Shell], attributes: Mapping[str, Any]
     ) -> dict[str, list[Node]]:
-        """Attributes, solids that refer to their polygons, the surfaces that hold them."""
+        """Make the attributes, the thematic surfaces, and the solids that refer to their polygons."""
         inside: dict[str, list[Node]] = {name: [] for name in self.dialect.order}
         self.attributes(node, attributes)
         if (height := attributes.get("measuredHeight")) is not None:
@@ -131,9 +132,10 @@ class _Writer:
                 self.dialect.attribute(node, name, value)
 
     def surfaces(self, boundary: list[Node], shell: Shell) -> list[str]:
-        """The thematic surfaces of a shell, openings in their walls; the identifiers of all polygons."""
+        """Append the thematic surfaces of a shell, openings in their walls; returns the ids of all
+        polygons."""
         groups: dict[tuple[str, str], list[Surface]] = {}
-        for k, s in enumerate(s for s in shell.surfaces if len(s.ring) >= _MANY):
+        for k, s in enumerate(s for s in shell.surfaces if len(s.ring) >= _CORNERS):
             groups.setdefault((s.source_id or f"{shell.part or 'surface'}/{k}", s.semantics), []).append(s)
         nodes: dict[str, Node] = {}
         walls: list[Node] = []
@@ -158,7 +160,7 @@ class _Writer:
     def thematic(
         self, name: str, own: Sequence[Surface], shell: Shell, opening: bool
     ) -> tuple[Node, list[str]]:
-        """A thematic surface with its polygons; an opening without any wall is a wall itself."""
+        """Make a thematic surface with its polygons; an opening in a shell without walls becomes a wall."""
         semantics = own[0].semantics
         if semantics in _OPENINGS and not opening:
             semantics = "WallSurface"
@@ -175,7 +177,7 @@ class _Writer:
         return node, ids
 
     def polygon(self, parent: Node, surface: Surface, name: str) -> str:
-        """A polygon with its rings closed; its identifier."""
+        """Write a polygon with closed rings; returns its identifier."""
         name = self.identifier(f"{name}_polygon")
         polygon = self.dialect.add(parent, "gml:Polygon", gml_id=name)
         for place, ring in (("exterior", surface.ring), *(("interior", hole) for hole in surface.holes)):
@@ -185,7 +187,8 @@ class _Writer:
         return name
 
     def identifier(self, text: str) -> str:
-        """An XML name that is new: letters, digits, dot, dash and underscore, a letter first."""
+        """A new XML name made of a text: letters, digits, dots, dashes and underscores, beginning with a
+        letter."""
         clean = "".join(c if c.isalnum() or c in ".-_" else "_" for c in text)
         clean = name = clean if clean[:1].isalpha() else f"id_{clean}"
         number = 2
@@ -196,7 +199,11 @@ class _Writer:
 
 
 def _srs(crs: str) -> str | None:
-    """The URN of a CRS code, of a compound its parts' ("urn:ogc:def:crs,crs:EPSG::25832,crs:EPSG::7837")."""
+    """The URN of a CRS; a compound one is written as its parts
+    ("urn:ogc:def:crs,crs:EPSG::25832,crs:EPSG::7837").
+
+    None when it, or a part of it, has no code.
+    """
     found = parse_crs(crs)
     authority = found.to_authority()
     if authority:

@@ -1,4 +1,4 @@
-"""Buildings of CityJSON 1.0 to 2.0 objects: every geometry with its semantics, parts, installations."""
+"""Buildings of CityJSON 1.0 to 2.0: every geometry with its semantics, and parts and installations."""
 
 import json
 from collections.abc import Iterator, Mapping, Sequence
@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from frontage.geometry.arrays import Float
-from frontage.io.citymodels.address import spoken_address
+from frontage.io.citymodels.address import readable_address
 from frontage.io.citymodels.cityjson.base import template_of
 from frontage.io.citymodels.draft import Draft, DraftShell, Face, Value
 from frontage.model.citymodel import Texture
@@ -21,7 +21,13 @@ _BAD = (IndexError, TypeError, KeyError, ValueError, AttributeError)
 
 @dataclass(frozen=True, eq=False)
 class Corners:
-    """Vertices (v, 3) in file coordinates, the templates of the model, pictures and places (p, 2) in them."""
+    """What the numbers in geometries refer to.
+
+    vertices   (v, 3) in file coordinates
+    templates  of the model
+    images     file names of the pictures
+    places     (p, 2) texture coordinates
+    """
 
     vertices: Float
     templates: Mapping[str, Any]
@@ -30,14 +36,15 @@ class Corners:
 
     @classmethod
     def of(cls, vertices: Float, templates: Mapping[str, Any], appearance: Mapping[str, Any]) -> "Corners":
-        """With the pictures of an `appearance` member."""
+        """Make the corners with the pictures of an `appearance` member."""
         images = [str(t.get("image", "")) for t in appearance.get("textures") or ()]
         places = np.array(appearance.get("vertices-texture") or [], np.float64).reshape(-1, 2)
         return cls(vertices, templates, images, places)
 
 
 def families(objects: Mapping[str, Any]) -> dict[str, list[str]]:
-    """The key of every building with those of its parts and installations, in the order of the file."""
+    """The keys of every building, its own and those of its parts and installations, in the order of the
+    file."""
     kinds = {key: o.get("type") for key, o in objects.items()}
     above = {
         key: parent
@@ -64,7 +71,7 @@ def families(objects: Mapping[str, Any]) -> dict[str, list[str]]:
 
 
 def building_of(key: str, family: Sequence[str], objects: Mapping[str, Any], corners: Corners) -> Draft:
-    """A building with its parts as a draft. What cannot be read is named in the draft's problems."""
+    """Make a draft of a building with its parts; the draft's problems name what cannot be read."""
     o = objects[key]
     attributes = o.get("attributes") or {}
     draft = Draft(key, address=_address(o, attributes), attributes=values(attributes))
@@ -83,7 +90,7 @@ def building_of(key: str, family: Sequence[str], objects: Mapping[str, Any], cor
 
 
 def values(attributes: Mapping[str, Any]) -> dict[str, Value]:
-    """Attributes as text and numbers; what is nested is kept as JSON."""
+    """Attributes as texts and numbers; nested values become JSON texts."""
     return {
         str(k): v if isinstance(v, str | int | float) else json.dumps(v, ensure_ascii=False)
         for k, v in attributes.items()
@@ -100,11 +107,11 @@ def _address(o: Mapping[str, Any], attributes: Mapping[str, Any]) -> str | None:
     """The first address of a building; CityJSON 1.0 holds one, later versions a list."""
     stated = o.get("address") or {}
     first = stated[0] if isinstance(stated, list) and stated else stated
-    return spoken_address(attributes) or (spoken_address(first) if isinstance(first, dict) else None)
+    return readable_address(attributes) or (readable_address(first) if isinstance(first, dict) else None)
 
 
 def _geometry(geometry: Any, corners: Corners, part: str, problems: list[str]) -> Iterator[DraftShell]:
-    """The shells of one geometry, of a template at its place."""
+    """Yield the shells of one geometry; a template is put in its place."""
     kind, boundaries = geometry["type"], geometry["boundaries"]
     lod = str(geometry.get("lod", ""))
     if kind == "GeometryInstance":
@@ -132,14 +139,14 @@ def _geometry(geometry: Any, corners: Corners, part: str, problems: list[str]) -
 
 
 def _item(values: Any, k: int) -> Any:
-    """The k-th of a list of semantic values; None where the list is null or shorter."""
+    """Item k of a list of semantic values; None where the list is null or shorter."""
     return values[k] if isinstance(values, list) and k < len(values) else None
 
 
 def _faces(
     polygons: Sequence[Any], given: Any, table: Sequence[Any], corners: Corners, problems: list[str]
 ) -> list[Face]:
-    """Polygons by vertex number with their semantics; broken ones lose their rings, named in `problems`."""
+    """Make the polygons with their semantics; broken ones have no rings, and `problems` names them."""
     faces = []
     for k, polygon in enumerate(polygons):
         try:
@@ -154,7 +161,8 @@ def _faces(
 
 
 def _paint(faces: Sequence[Face], given: Any, corners: Corners) -> None:
-    """Give polygons their textures: per ring the number of the picture, then those of places in it."""
+    """Give polygons their textures; per ring, the file has the number of the picture, then those of
+    places."""
     for k, face in enumerate(faces):
         rings = _item(given, k)
         try:
@@ -162,7 +170,7 @@ def _paint(faces: Sequence[Face], given: Any, corners: Corners) -> None:
                 places = tuple(corners.places[np.asarray(r[1:], np.int64)] for r in rings)
                 face.texture = Texture(corners.images[rings[0][0]], places)
         except _BAD:
-            continue  # a picture that is not there is no reason to lose a wall
+            continue  # a wall is kept although its picture is missing
 
 
 def _ring(numbers: Any, vertices: Float) -> Float:
@@ -176,7 +184,7 @@ def _ring(numbers: Any, vertices: Float) -> Float:
 
 
 def _about(meaning: Mapping[str, Any], table: Sequence[Any]) -> dict[str, Value]:
-    """Attributes of a semantic surface; the wall that a window belongs to by its id."""
+    """The attributes of a semantic surface; `parent` is the id of the wall that a window belongs to."""
     about = values({k: v for k, v in meaning.items() if k not in ("type", "id", "parent", "children")})
     parent = meaning.get("parent")
     if isinstance(parent, int) and 0 <= parent < len(table) and table[parent].get("id"):

@@ -1,4 +1,5 @@
-"""Reading CityJSON 1.0, 1.1, 2.0 and CityJSONSeq as a stream: vertices as an array, objects one at a time."""
+"""Reading CityJSON 1.0 to 2.0 and CityJSONSeq as a stream: the vertices as an array, objects one at a
+time."""
 
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
@@ -10,18 +11,20 @@ import numpy as np
 from frontage.geometry.arrays import Float
 from frontage.io.citymodels.cityjson.base import transform_of
 from frontage.io.citymodels.cityjson.objects import Corners, building_of, families
+from frontage.io.citymodels.deferred import DeferredPlacement
 from frontage.io.citymodels.draft import Draft
 from frontage.io.citymodels.jsonstream import members
-from frontage.io.citymodels.place import Place
 
-_BLOCK = 1 << 16  # vertices gathered before they become an array
+_BLOCK = 1 << 16  # vertices that are collected before they become an array
 
 
-def read_cityjson(path: Path, place: Place) -> Iterator[Draft]:
-    """The buildings that touch the bounds, in the order of the file.
+def read_cityjson(path: Path, place: DeferredPlacement) -> Iterator[Draft]:
+    """Yield the buildings that touch the bounds, in the order of the file.
 
-    An object is passed through two or three times (vertices may stand at its end, parts far from their
-    buildings). Raises ValueError naming what is wrong.
+    A CityJSON object is read two or three times, because its vertices may stand at its end, and parts far
+    from their buildings.
+
+    Raises ValueError naming what is wrong.
     """
     model = _survey(path)
     scale, shift = _stated(model.head, place)
@@ -46,7 +49,7 @@ def read_cityjson(path: Path, place: Place) -> Iterator[Draft]:
 
 
 def _survey(path: Path) -> "_Model":
-    """The first object of a file, its city objects by their relations only."""
+    """Survey the first object of a file; of its city objects only the relations are kept."""
     model = _Model()
     for document, name, key, value in members(path, ("CityObjects", "vertices")):
         if document:
@@ -62,7 +65,7 @@ def _survey(path: Path) -> "_Model":
 
 
 def _features(path: Path) -> Iterator[dict[str, Any]]:
-    """The objects after the first."""
+    """Yield the objects after the first one."""
     feature: dict[str, Any] = {}
     last = 1
     for document, name, _, value in members(path):
@@ -76,12 +79,14 @@ def _features(path: Path) -> Iterator[dict[str, Any]]:
 
 def _checked(feature: dict[str, Any], number: int) -> dict[str, Any]:
     if feature.get("type") != "CityJSONFeature" or not isinstance(feature.get("CityObjects"), dict):
-        raise ValueError(f"line {number + 1}: an object of type {feature.get('type')!r}")
+        raise ValueError(f"line {number + 1}: an object of type {feature.get('type')!r} instead of a feature")
     return feature
 
 
-def _near(path: Path, found: dict[str, list[str]], corners: Corners, place: Place) -> dict[str, list[str]]:
-    """The families of which any member touches the bounds."""
+def _near(
+    path: Path, found: dict[str, list[str]], corners: Corners, place: DeferredPlacement
+) -> dict[str, list[str]]:
+    """The families with a member that touches the bounds."""
     near = set()
     for _, name, key, value in members(path, ("CityObjects",)):
         if name == "CityObjects" and key is not None:
@@ -91,7 +96,7 @@ def _near(path: Path, found: dict[str, list[str]], corners: Corners, place: Plac
 
 
 def _families(path: Path, found: dict[str, list[str]], corners: Corners) -> Iterator[Draft]:
-    """Every family as soon as all of its members have been read."""
+    """Yield every family as soon as all of its members have been read."""
     root_of = {member: root for root, family in found.items() for member in family}
     waiting: dict[str, dict[str, Any]] = {}
     for _, name, key, value in members(path, ("CityObjects",)):
@@ -105,14 +110,14 @@ def _families(path: Path, found: dict[str, list[str]], corners: Corners) -> Iter
 
 
 class _Vertices:
-    """Rows of three numbers, kept as arrays."""
+    """A growing table of vertices that takes little memory."""
 
     def __init__(self) -> None:
         self._blocks: list[Float] = []
         self._rows: list[Any] = []
 
     def add(self, row: Any) -> None:
-        """One vertex."""
+        """Append a vertex."""
         self._rows.append(row)
         if len(self._rows) == _BLOCK:
             self._blocks.append(_table(self._rows))
@@ -125,7 +130,12 @@ class _Vertices:
 
 @dataclass(eq=False)
 class _Model:
-    """`head`: the members but for objects and vertices; `goes_on`: further objects follow (a sequence)."""
+    """The first object of a file.
+
+    head       its members without city objects and vertices
+    relations  type, parents and children of its city objects
+    goes_on    whether further objects follow: the file is a sequence
+    """
 
     head: dict[str, Any] = field(default_factory=dict)
     relations: dict[str, Any] = field(default_factory=dict)
@@ -137,9 +147,9 @@ def _table(rows: Iterable[Any]) -> Float:
     return np.array(list(rows), np.float64).reshape(-1, 3)
 
 
-def _stated(head: Mapping[str, Any], place: Place) -> tuple[Float, Float]:
-    """Check kind and version, hand on the CRS, give scale and shift of the vertices."""
+def _stated(head: Mapping[str, Any], place: DeferredPlacement) -> tuple[Float, Float]:
+    """Check the type and version, pass on the CRS, and return scale and shift (3,) of the vertices."""
     if head.get("type") != "CityJSON":
-        raise ValueError(f"JSON of type {head.get('type')!r}")
-    place.stated((head.get("metadata") or {}).get("referenceSystem"))
+        raise ValueError(f"it is JSON of type {head.get('type')!r}, not CityJSON")
+    place.state_crs((head.get("metadata") or {}).get("referenceSystem"))
     return transform_of(head)

@@ -1,4 +1,4 @@
-"""Writing CityJSON 2.0: buildings as solids with semantic surfaces, vertices shared and in 0.1 mm."""
+"""Writing CityJSON 2.0: buildings as solids with semantic surfaces, shared vertices in steps of 0.1 mm."""
 
 import json
 from collections.abc import Iterator, Mapping, Sequence
@@ -14,24 +14,23 @@ from frontage.io.files import whole_file
 from frontage.model import Surface, WorldRef
 from frontage.model.citymodel import CityBuilding, Shell
 
-_STEP = 1e-4  # m: the grid that vertices are shared on
+_STEP_M = 1e-4  # of the grid that vertices are rounded to
 _SKIPPED = {"source_id", "type", "parent", "children"}
 
 
 def write_cityjson(path: str | Path, buildings: Sequence[CityBuilding], world: WorldRef, title: str) -> Path:
-    """Write buildings whose polygons are in local metres of `world`.
+    """Write buildings whose polygons are in local metres of `world`; equal arguments give equal bytes.
 
-    Every semantic surface carries the `id` of its polygon and its attributes; polygons of one id are one
-    surface, and `parent` among the attributes of an opening, the id of its wall, becomes the relation of
-    CityJSON. Shells of parts and installations become objects of their own. The bytes depend on the
-    arguments alone.
+    Every semantic surface has the `id` of its polygon and its attributes; polygons that share an id are one
+    surface. The attribute `parent` of an opening, which is the id of its wall, becomes the relation of
+    CityJSON. Shells of parts and installations become objects of their own.
 
-    Raises FileError (cannot be written), CrsError.
+    Raises FileError when the file cannot be written, and CrsError.
     """
     vertices = _Vertices()
     objects = {name: thing for b in buildings for name, thing in _objects(b, vertices)}
     table = vertices.table
-    extent = world.to_world(np.concatenate([table.min(0), table.max(0)]).reshape(2, 3) * _STEP)
+    extent = world.to_world(np.concatenate([table.min(0), table.max(0)]).reshape(2, 3) * _STEP_M)
     metadata: dict[str, Any] = {"title": title, "geographicalExtent": extent.ravel().round(4).tolist()}
     if code := _code(world):
         metadata["referenceSystem"] = code
@@ -39,7 +38,7 @@ def write_cityjson(path: str | Path, buildings: Sequence[CityBuilding], world: W
         "type": "CityJSON",
         "version": "2.0",
         "metadata": metadata,
-        "transform": {"scale": [_STEP] * 3, "translate": [float(v) for v in world.origin]},
+        "transform": {"scale": [_STEP_M] * 3, "translate": [float(v) for v in world.origin]},
         "CityObjects": objects,
         "vertices": table.tolist(),
     }
@@ -56,8 +55,8 @@ class _Vertices:
         self._number: dict[tuple[int, ...], int] = {}
 
     def numbers(self, ring: Float) -> list[int]:
-        """Vertex numbers of a ring (k, 3) m; neighbours that fall on one place are one."""
-        points = [tuple(p) for p in np.rint(np.asarray(ring) / _STEP).astype(np.int64).tolist()]
+        """The vertex numbers of a ring (k, 3) m; neighbours that round to the same point are one."""
+        points = [tuple(p) for p in np.rint(np.asarray(ring) / _STEP_M).astype(np.int64).tolist()]
         found = [self._number.setdefault(p, len(self._number)) for p in points]
         return [n for n, before in zip(found, [found[-1], *found[:-1]], strict=True) if n != before]
 
@@ -68,7 +67,7 @@ class _Vertices:
 
 
 def _objects(building: CityBuilding, vertices: _Vertices) -> Iterator[tuple[str, dict[str, Any]]]:
-    """The building, then its parts and installations."""
+    """Yield the objects of a building: itself, then its parts and installations."""
     whole = _building(building)
     members: dict[str, dict[str, Any]] = {building.id: whole}
     for shell in building.shells:
@@ -94,9 +93,9 @@ def _building(building: CityBuilding) -> dict[str, Any]:
 
 
 def _geometry(shell: Shell, vertices: _Vertices) -> dict[str, Any]:
-    """A Solid of one shell, or a MultiSurface where it is not closed.
+    """A Solid of one shell, or a MultiSurface where the shell is not closed.
 
-    Polygons that the grid made too small to have three corners are left out.
+    Polygons with fewer than three corners on the grid are left out.
     """
     boundaries, meant = [], []
     for s in shell.surfaces:
@@ -116,7 +115,7 @@ def _geometry(shell: Shell, vertices: _Vertices) -> dict[str, Any]:
 def _meanings(
     polygons: Sequence[Surface], about: Mapping[str, Mapping[str, Any]]
 ) -> tuple[list[dict[str, Any]], list[int]]:
-    """Semantic surfaces, one per id and class, and which of them every polygon belongs to."""
+    """The semantic surfaces, one per id and class, and the number of every polygon's surface."""
     number: dict[tuple[str, str], int] = {}
     surfaces: list[dict[str, Any]] = []
     values = []
@@ -141,7 +140,7 @@ def _semantics(kind: str, number: str, about: Mapping[str, Any]) -> dict[str, An
 
 
 def _code(world: WorldRef) -> str | None:
-    """The CRS as OGC URL; of a compound CRS its horizontal part's code, when it has no code of its own."""
+    """The CRS as an OGC URL; a compound CRS without a code is written as its horizontal part."""
     if world.crs is None:
         return None
     crs = parse_crs(world.crs)

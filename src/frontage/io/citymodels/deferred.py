@@ -1,4 +1,4 @@
-"""Where a city model lies: the CRS and the order of the axes that its file means, and what is asked of it."""
+"""The placement of a city model, decided once its CRS and its first coordinates are known."""
 
 from dataclasses import replace
 
@@ -7,16 +7,22 @@ from pyproj import CRS, Transformer
 
 from frontage.geometry.arrays import Float
 from frontage.io import crs as systems
-from frontage.io.placement import Placement, Wanted
+from frontage.io.placement import Placement, PlacementRequest
 from frontage.io.transform import show, within
 from frontage.model import WorldRef
 
 _FORMAL = ("urn:", "http:", "https:")  # these names keep the authority's order of axes
 
 
-class Place:
-    """File coordinates to local metres; decided by the first points that are asked for.
+class DeferredPlacement:
+    """Converts file coordinates to local metres; it is decided by the first points that are converted.
 
+    A reader passes on what the file states about its CRS as it comes across it. The order of the axes is part
+    of the decision, because many files do not keep to the order of their CRS.
+
+    name    the file, for messages
+    world   the world of the run; None = decided from the file
+    crs     the CRS of the file, over what the file states
     bounds  (x0, y0, x1, y1) or (x0, y0, z0, x1, y1, z1), m world, or None for everything
     """
 
@@ -24,7 +30,7 @@ class Place:
         self, name: str, world: WorldRef | None, crs: str | None, bounds: tuple[float, ...] | None
     ) -> None:
         self._name = name
-        self._wanted = Wanted(name, world, None if world is None else world.crs, crs)
+        self._wanted = PlacementRequest(name, world, None if world is None else world.crs, crs)
         self._stated: str | None = None
         self._bounds = None if bounds is None else np.asarray(bounds, np.float64).reshape(2, -1)
         self._placement: Placement | None = None
@@ -32,13 +38,14 @@ class Place:
         self._extent: Float | None = None  # lowest and highest corner (2, 3) m world of all that was seen
         self.notes: list[str] = []
 
-    def stated(self, crs: str | None) -> None:
-        """What the file says of its CRS; the caller's word comes first. A local system ("#...") is none."""
+    def state_crs(self, crs: str | None) -> None:
+        """Pass on the CRS that the file states; the first one counts. A local system ("#...") is ignored."""
         if crs and not crs.startswith("#"):
             self._stated = self._stated or crs
 
-    def anchored(self, crs: str | None, position: str) -> None:
-        """Where a local system of the file has its origin: x, y, z in a CRS; used where the world has one."""
+    def state_anchor(self, crs: str | None, position: str) -> None:
+        """Pass on the origin of a local system of the file: "x y z" in a CRS. It is used where the world has
+        a CRS."""
         values = np.array(position.split(), np.float64)
         local = self._wanted.world is not None and self._wanted.world.crs is None
         if crs and values.shape == (3,) and not local and self._wanted.crs is None:
@@ -48,23 +55,23 @@ class Place:
 
     @property
     def world(self) -> WorldRef | None:
-        """The world, once it is decided."""
+        """The world of the local coordinates; None before it is decided."""
         return self._placement.world if self._placement else self._wanted.world
 
     @property
     def bounded(self) -> bool:
-        """Whether only a part is wanted."""
+        """Whether only a part of the file is wanted."""
         return self._bounds is not None
 
     def to_local(self, points: Float) -> Float:
-        """File coordinates (n, 3), n > 0, to local metres. Raises CrsError."""
+        """Convert file coordinates (n, 3), n > 0, to local metres. Raises CrsError."""
         if self._placement is None:
             self._decide(points)
         assert self._placement is not None
         return self._placement.to_local(points[:, [1, 0, 2]] if self._swap else points)
 
     def touches(self, points: Float) -> bool:
-        """Whether the box around file coordinates (n, 3) meets the bounds; without points it does not."""
+        """Whether the bounding box of file coordinates (n, 3) meets the bounds; False without points."""
         if self._bounds is None:
             return True
         points = points[np.isfinite(points).all(1)]
@@ -78,17 +85,17 @@ class Place:
         self._extent = np.stack([seen.min(0), seen.max(0)])
         return bool((box[0, :k] <= self._bounds[1]).all() and (box[1, :k] >= self._bounds[0]).all())
 
-    def far(self) -> str:
-        """Where the buildings lie that were held against the bounds, and what to do; "" without any."""
+    def advice(self) -> str:
+        """Where the buildings lie that were compared with the bounds, and what to do; "" without any."""
         if self._extent is None or self._bounds is None:
             return ""
         box, near = self._extent, self._bounds
         place = f"they lie at x {box[0, 0]:.0f} to {box[1, 0]:.0f}, y {box[0, 1]:.0f} to {box[1, 1]:.0f}"
         if _gap(box[:, :2], near[:, :2]) > 0.0 and _gap(box[:, [1, 0]], near[:, :2]) == 0.0:
-            return f"{place}, x and y are swapped: write it with east before north, or name its CRS"
+            return f"{place}; x and y are swapped: write the file with east before north, or state its CRS"
         apart = _gap(box, near)
         if apart == 0.0:
-            return f"{place}, all around: check the bounds"
+            return f"{place}, all around the bounds: check the bounds"
         return f"{place}, {apart:.0f} m away: check the CRS of the model and of the scans"
 
     def _decide(self, points: Float) -> None:
@@ -102,7 +109,8 @@ class Place:
         self.notes += self._placement.notes
 
     def _north_first(self, crs: CRS, text: str, points: Float) -> bool:
-        """Whether the file has north before east: as its name says, unless only the other order fits."""
+        """Whether the file has north before east: as the name of its CRS says, unless only the other order
+        fits."""
         formal = text.startswith(_FORMAL) and systems.horizontal(crs).axis_info[0].direction == "north"
         turned = points[:, [1, 0, 2]]
         expected, other = (turned, points) if formal else (points, turned)
@@ -116,7 +124,7 @@ class Place:
         return not formal
 
     def _fits(self, crs: CRS, points: Float) -> bool:
-        """Whether points lie where their CRS is used, and where the world's is."""
+        """Whether points (n, 3) lie in the area of use of their CRS and of the world's."""
         if not within(crs, points):
             return False
         if self._wanted.target is None:

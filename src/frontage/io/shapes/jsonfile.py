@@ -1,4 +1,4 @@
-"""Geometries in CityJSON 1.0, 1.1, 2.0, CityJSONSeq, JSON-FG and tu3djson, for validation."""
+"""Reading the geometries of CityJSON 1.0 to 2.0, CityJSONSeq, JSON-FG and tu3djson for validation."""
 
 import json
 from collections.abc import Iterable, Sequence
@@ -18,9 +18,9 @@ _SOLIDS = ("MultiSolid", "CompositeSolid")
 
 
 def read_json(path: Path) -> tuple[str, list[Feature]]:
-    """The name of the format and the features of any of the four.
+    """Read the features of a file in one of the four formats; returns them with the name of the format.
 
-    Raises ValueError naming what is wrong, UnsupportedFormat for other kinds of JSON.
+    Raises ValueError naming what is wrong, and UnsupportedFormat for other kinds of JSON.
     """
     try:
         return _read(path, path.read_text("utf-8-sig"))
@@ -36,7 +36,7 @@ def _read(path: Path, text: str) -> tuple[str, list[Feature]]:
             raise
         return "CityJSONSeq", _sequence(path, text)
     if not isinstance(data, dict):
-        raise ValueError("it holds no JSON object")
+        raise ValueError("it does not hold a JSON object")
     kind = data.get("type")
     if kind == "CityJSON":
         refuse_degrees(path, data.get("metadata", {}).get("referenceSystem"))
@@ -46,11 +46,11 @@ def _read(path: Path, text: str) -> tuple[str, list[Feature]]:
     if kind in ("FeatureCollection", "Feature"):
         features = data.get("features", [data])
         return "JSON-FG", [_jsonfg(path, f, k) for k, f in enumerate(features)]
-    raise UnsupportedFormat(path, f"JSON of type {kind!r}", "name a CityJSON file")
+    raise UnsupportedFormat(path, f"JSON of type {kind!r} cannot be validated", "name a CityJSON file")
 
 
 def _sequence(path: Path, text: str) -> list[Feature]:
-    """CityJSONSeq: the first line says how coordinates are packed, every further line is one feature."""
+    """Read CityJSONSeq: the first line states how coordinates are packed, every further line is a feature."""
     head: Any = None
     features: list[Feature] = []
     for number, line in enumerate(text.splitlines(), 1):
@@ -67,7 +67,7 @@ def _sequence(path: Path, text: str) -> list[Feature]:
             elif data.get("type") == "CityJSONFeature":
                 features += _cityjson(data, head)
             else:
-                raise ValueError(f"an object of type {data.get('type')!r}")
+                raise ValueError(f"an object of type {data.get('type')!r} instead of a feature")
         except UnsupportedFormat:
             raise
         except KeyError as problem:
@@ -78,13 +78,13 @@ def _sequence(path: Path, text: str) -> list[Feature]:
 
 
 def _cityjson(data: Any, head: Any) -> list[Feature]:
-    """The city objects of a CityJSON object or feature; parts of buildings stand under their buildings."""
+    """The city objects of a CityJSON object or feature; parts of buildings are parts of their features."""
     scale, shift = transform_of(head)
     vertices = np.array(data["vertices"], np.float64).reshape(-1, 3) * scale + shift
     templates = head.get("geometry-templates", {})
     objects = data["CityObjects"]
     if not isinstance(objects, dict):
-        raise ValueError("CityObjects is no object")
+        raise ValueError("its CityObjects is not an object")
     shapes = {name: tuple(_geometries(o, vertices, templates, name)) for name, o in objects.items()}
     part_of = {
         name: parents[0]
@@ -111,14 +111,14 @@ def _geometries(city_object: Any, vertices: Float, templates: Any, name: str) ->
         except (IndexError, ValueError) as problem:
             raise ValueError(f"{name}, geometry {number}: {problem}") from problem
         except TypeError as problem:
-            text = "its boundaries are not nested as its type asks"
+            text = "its boundaries are not nested as its type requires"
             raise ValueError(f"{name}, geometry {number}: {text} ({problem})") from problem
         if shape is not None:
             yield shape
 
 
 def _geometry(geometry: Any, vertices: Float, templates: Any) -> Shape | None:
-    """One geometry; None for points and lines."""
+    """One geometry as a shape; None for points and lines."""
     if geometry["type"] != "GeometryInstance":
         return _shape(geometry, vertices)
     return _shape(*template_of(geometry, vertices, templates))
@@ -139,13 +139,13 @@ def _shape(geometry: Any, vertices: Float) -> Shape | None:
 
 
 def _surfaces(polygons: Sequence[Sequence[Sequence[int]]], vertices: Float) -> Surfaces:
-    """Polygons by vertex number."""
+    """Polygons of vertex numbers."""
     sizes = [len(ring) for polygon in polygons for ring in polygon]
     ids = np.array([i for polygon in polygons for ring in polygon for i in ring], np.int64)
     if ids.ndim != 1:
         raise TypeError("lists where vertex numbers should be")
     if len(ids) and (ids.min() < 0 or ids.max() >= len(vertices)):
-        raise ValueError(f"a face names vertex {ids.max()}, there are {len(vertices)}")
+        raise ValueError(f"a face names vertex {ids.max()}, but there are only {len(vertices)}")
     faces = np.cumsum([0, *(len(polygon) for polygon in polygons)])
     return Surfaces(vertices[ids], np.cumsum([0, *sizes]), faces)
 
@@ -158,14 +158,14 @@ def _tu3d(feature: Any, number: int) -> Feature:
 
 
 def _jsonfg(path: Path, feature: Any, number: int) -> Feature:
-    """A feature whose place is a Polyhedron or MultiPolyhedron; plain GeoJSON has no solids."""
+    """A feature of JSON-FG whose place is a Polyhedron or MultiPolyhedron; plain GeoJSON has no solids."""
     place = feature.get("place") or {}
     kind = place.get("type")
     if kind not in ("Polyhedron", "MultiPolyhedron"):
         raise UnsupportedFormat(
             path,
             f"feature {number} has no Polyhedron as its place",
-            "GeoJSON and other geometries have no solids",
+            "plain GeoJSON holds no solids that could be validated",
         )
     solids = [place["coordinates"]] if kind == "Polyhedron" else place["coordinates"]
     shells = tuple(tuple(Surfaces.of(shell, explicit=True) for shell in solid) for solid in solids)

@@ -1,7 +1,7 @@
-"""Geometries in GML 3 (CityGML 1 to 3 and any other application), for validation.
+"""Reading the geometries of GML 3 (CityGML 1 to 3 and any other application) for validation.
 
-Rings are handed over as they stand, with their closing points. References (xlink:href) within the file are
-followed. Entities are not resolved, DTDs and the network not used.
+Rings are kept as they are, with their closing points. References (xlink:href) within the file are followed.
+Entities are not resolved, and neither DTDs nor the network are used.
 """
 
 import re
@@ -37,14 +37,16 @@ _SURFACES: dict[str, ShapeKind] = {
 }
 _GEOMETRIES = ("Solid", *_SOLIDS, *_SURFACES)
 _OWN = re.compile(r"(?=[A-Z])\w*(Installation|Furniture|Room|BuildingUnit|Storey|ConstructiveElement)$")
-_PART = re.compile(r"(Building|Bridge|Tunnel)Part$")  # objects have capitals, properties have not
+_PART = re.compile(
+    r"(Building|Bridge|Tunnel)Part$"
+)  # names of objects begin with a capital, names of properties do not
 _LOD = re.compile(r"lod(\d(?:\.\d)?)")
 
 
 def read_gml(path: Path) -> tuple[str, list[Feature]]:
-    """The name of the format and every feature with its geometries.
+    """Read every feature with its geometries; returns them with the name of the format.
 
-    Raises lxml's XMLSyntaxError on damaged XML, ValueError naming what is wrong, UnsupportedFormat for
+    Raises lxml's XMLSyntaxError on damaged XML, ValueError naming what is wrong, and UnsupportedFormat for
     coordinates in degrees.
     """
     parser = etree.XMLParser(resolve_entities=False, no_network=True, load_dtd=False, huge_tree=False)
@@ -74,13 +76,13 @@ def _members(root: etree._Element) -> list[etree._Element]:
 
 
 class _Reader:
-    """Follows references within one document."""
+    """Makes features of one document, following its references."""
 
     def __init__(self, root: etree._Element) -> None:
         self._by_id = {identifier(e): e for e in root.iter() if isinstance(e.tag, str) and identifier(e)}
 
     def features(self, element: etree._Element, number: int) -> list[Feature]:
-        """A feature, and those inside it that are things of their own (rooms, installations)."""
+        """A feature, and the features inside it that count on their own (rooms, installations)."""
         below = self.geometries(element)
         parts = [e for e in below if _PART.match(local(e))]
         others = [e for e in below if _OWN.match(local(e))]
@@ -107,7 +109,8 @@ class _Reader:
         return found
 
     def _shapes(self, geometries: list[etree._Element]) -> list[Shape]:
-        """Geometries as shapes; surfaces that a solid refers to are checked with the solid."""
+        """Geometries as shapes; surfaces that a solid refers to are left out, for they are checked with the
+        solid."""
         used = {
             href[1:]
             for g in geometries
@@ -136,12 +139,12 @@ class _Reader:
         return Shape(_SURFACES[name], ((self._surfaces(geometry),),), lod, identifier(geometry))
 
     def _solid(self, solid: etree._Element) -> tuple[Surfaces, ...]:
-        """Outer shell, then inner ones."""
+        """The outer shell of a solid, then the inner ones."""
         sides = [e for name in ("exterior", "interior") for e in solid if local(e) == name]
         return tuple(self._surfaces(*targets(e, self._by_id.get)) for e in sides)
 
     def _surfaces(self, *surfaces: etree._Element) -> Surfaces:
-        """The polygons of surfaces of any kind."""
+        """The polygons of surfaces of any kind. Raises ValueError for curves and broken references."""
         faces = []
         for surface in surfaces:
             for polygon, turned in polygons(surface, self._by_id.get, _refuse):

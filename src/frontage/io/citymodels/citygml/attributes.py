@@ -1,4 +1,4 @@
-"""What a CityGML object says of itself in words and numbers: attributes and addresses."""
+"""Attributes and addresses of CityGML objects."""
 
 from lxml import etree
 
@@ -28,7 +28,7 @@ def attributes_of(element: etree._Element) -> dict[str, Value]:
 
 
 def _generic(element: etree._Element) -> dict[str, Value]:
-    """One generic attribute; its name is an attribute of the element (CityGML 1, 2) or a child (3)."""
+    """One generic attribute; its name is an attribute of the element (CityGML 1 and 2) or a child (3)."""
     name = element.get("name") or _below(element, "name")
     text = _below(element, "value")
     kind = {"int": int, "double": float, "measure": float}.get(
@@ -38,12 +38,12 @@ def _generic(element: etree._Element) -> dict[str, Value]:
 
 
 def _below(element: etree._Element, name: str) -> str:
-    """The text of the first element of a name below another."""
+    """The text of the first element with a name at or below another; "" without one."""
     return next(((e.text or "").strip() for e in element.iter() if local(e) == name), "")
 
 
 def _typed(text: str, kind: type[str] | type[int] | type[float]) -> Value:
-    """The text as the type that it should have; as it stands where it has not."""
+    """The text converted to a type; unchanged where it is not of that type."""
     try:
         return kind(text)
     except ValueError:
@@ -51,7 +51,7 @@ def _typed(text: str, kind: type[str] | type[int] | type[float]) -> Value:
 
 
 def address_of(element: etree._Element) -> tuple[str | None, list[str]]:
-    """ "number street" of the first xAL address of a building (not of its parts), and the further ones."""
+    """The first xAL address of a building (not of its parts) as "number street", and the further ones."""
     found = []
     for child in element:
         if local(child) == "address":
@@ -61,7 +61,7 @@ def address_of(element: etree._Element) -> tuple[str | None, list[str]]:
 
 
 def _street(thoroughfare: etree._Element) -> str:
-    """Number and name, in the order of English; "" without a name."""
+    """Number and name of a street as one text; "" without a name."""
     text: dict[str, str] = {}
     for e in thoroughfare.iter():
         if words := " ".join((e.text or "").split()):

@@ -1,0 +1,47 @@
+"""Photos together with the way to their pixels."""
+
+from dataclasses import dataclass
+
+from frontage.geometry.arrays import Array
+from frontage.io.files import reading, require_file
+from frontage.io.photos.e57blobs import embedded_bytes
+from frontage.io.photos.imagefile import decode, parse_header, upright
+from frontage.model import Photo
+
+
+@dataclass(frozen=True)
+class PixelSource:
+    """Where the pixels of a photo are.
+
+    path         the picture file, or the E57 file that holds the picture
+    orientation  EXIF orientation 1..8 to apply after decoding
+    embedded     number of the picture in an E57 file's images2D; None for a picture file
+    """
+
+    path: str
+    orientation: int = 1
+    embedded: int | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class PhotoSet:
+    """Photos, where their pixels are (by photo id), and notes for the user. Picklable; holds no pixels
+    itself."""
+
+    photos: tuple[Photo, ...]
+    pixels: dict[str, PixelSource]
+    notes: tuple[str, ...] = ()
+
+    def image(self, photo_id: str) -> Array:
+        """Read the pixels (h, w, 3) uint8 RGB of a photo, in the orientation and size of its camera.
+
+        Raises FileError when the picture is missing or damaged, and KeyError for an unknown id.
+        """
+        source = self.pixels[photo_id]
+        if source.embedded is not None:
+            return decode(embedded_bytes(source.path, source.embedded), source.path)
+        p = require_file(source.path)
+        with reading(p, "picture"):
+            data = p.read_bytes()
+            parse_header(data, p)  # refuses a truncated JPEG, which would decode into grey
+            return upright(decode(data, p), source.orientation)

@@ -1,0 +1,119 @@
+"""The registry of scan formats. A new format is one module with a reader, and one entry here."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from importlib import import_module
+from pathlib import Path
+
+from frontage.errors import FileError
+from frontage.io.scans.request import ScanRequest
+from frontage.model import Scan
+
+Reader = Callable[[Path, ScanRequest], list[Scan]]
+
+
+@dataclass(frozen=True)
+class ScanFormat:
+    """A kind of scan file.
+
+    name      as users know it
+    suffixes  of its files, lower case
+    holds     what a file of it can hold besides the coordinates of its points
+    reader    "module:function", imported when it is first used
+    stem      the only file name (without suffix) that the format uses; None = any
+    internal  whether only Frontage writes it, so that messages do not recommend it
+    """
+
+    name: str
+    suffixes: tuple[str, ...]
+    holds: str
+    reader: str
+    stem: str | None = None
+    internal: bool = False
+
+    def read(self, path: Path, request: ScanRequest) -> list[Scan]:
+        """The scans of a file of this format."""
+        module, function = self.reader.split(":")
+        reader: Reader = getattr(import_module(module), function)
+        return reader(path, request)
+
+    def fits(self, path: Path) -> bool:
+        """Whether a file belongs to this format, by its name."""
+        named = self.stem is None or path.stem.lower() == self.stem
+        return named and path.suffix.lower() in self.suffixes
+
+
+_SCANS = "frontage.io.scans"
+
+FORMATS = (
+    ScanFormat(
+        "LAS",
+        (".las", ".laz"),
+        "one cloud of any LAS version, LAZ or COPC: intensity, colour, GPS time, returns, source ids, CRS",
+        f"{_SCANS}.las:read_las",
+    ),
+    ScanFormat(
+        "E57",
+        (".e57",),
+        "several scans: pose, scan grid with beams that did not return, intensity, colour, time, CRS",
+        f"{_SCANS}.e57:read_e57",
+    ),
+    ScanFormat(
+        "PTX",
+        (".ptx",),
+        "several scans: pose, scan grid with beams that did not return, intensity, colour",
+        f"{_SCANS}.ptx:read_ptx",
+    ),
+    ScanFormat(
+        "PLY",
+        (".ply",),
+        "one cloud, ascii or binary: intensity, colour, time, sensor position per point",
+        f"{_SCANS}.ply:read_ply",
+    ),
+    ScanFormat(
+        "COLMAP points3D",
+        (".txt", ".bin"),
+        "the sparse points of a COLMAP model: colour, and the first photo of each track as its origin",
+        "frontage.io.colmap:read_colmap_points",
+        stem="points3d",
+    ),
+    ScanFormat(
+        "point table",
+        (".xyz", ".csv", ".txt", ".asc", ".pts"),
+        "one cloud as text: intensity, colour, time",
+        f"{_SCANS}.xyz:read_xyz",
+    ),
+    ScanFormat(
+        "Frontage scan",
+        (".npz",),
+        "one scan of a run folder with everything that Frontage knows of it",
+        f"{_SCANS}.npz:read_npz",
+        internal=True,
+    ),
+)
+"""Every format, in the order in which they are tried."""
+
+COLMAP_FOLDER = next(f for f in FORMATS if f.stem is not None)
+"""The format that a folder is read with."""
+
+SUFFIXES = tuple(dict.fromkeys(suffix for f in FORMATS for suffix in f.suffixes))
+"""The suffixes of all scan files."""
+
+
+def scan_format(path: Path) -> ScanFormat:
+    """The format of a scan file, by its name; a folder must be a COLMAP model.
+
+    Raises FileError when the file does not exist or belongs to no format.
+    """
+    if path.is_dir():
+        return COLMAP_FOLDER
+    found = next((f for f in FORMATS if f.fits(path)), None)
+    if found is not None:
+        return found
+    known = dict.fromkeys(suffix for f in FORMATS if not f.internal for suffix in f.suffixes)
+    raise FileError(
+        path,
+        f"the suffix {path.suffix!r} is not one of a scan format" if path.exists() else "no such file",
+        "Frontage reads " + ", ".join(known),
+        code="I101",
+    )
