@@ -11,18 +11,18 @@ import shapely
 from frontage.geometry.arrays import Float
 from frontage.geometry.ring import rectangle, ring_area
 from frontage.simulate.houses.elevation import CLEARANCE
-from frontage.simulate.houses.meshing import inset
 from frontage.simulate.houses.shapes import SHAPES, BarLayout, opening_ring, plan_bars
+from frontage.simulate.meshing import inset
 from frontage.simulate.scene import FacadePlan, House, OpeningPlan, Scene
 from frontage.simulate.spec import SceneSpec
-from frontage.simulate.street.build import street
+from frontage.simulate.street.build import build_street
 
 BARE = {"trees": 0, "cars": 0, "lamps": 0, "people": 0}
 
 
 @lru_cache
 def streets() -> tuple[Scene, ...]:
-    return tuple(street(SceneSpec(seed=seed, houses=5, **BARE)) for seed in (2, 4, 5, 8))  # type: ignore[arg-type]
+    return tuple(build_street(SceneSpec(seed=seed, houses=5, **BARE)) for seed in (2, 4, 5, 8))  # type: ignore[arg-type]
 
 
 def houses() -> list[House]:
@@ -134,7 +134,7 @@ def test_twins_are_alike_but_for_their_place() -> None:
 
 def test_neighbours_in_a_terrace_meet_and_detached_houses_do_not() -> None:
     for setting in ("terrace", "detached"):
-        scene = street(SceneSpec(seed=3, houses=4, setting=setting, **BARE))  # type: ignore[arg-type]
+        scene = build_street(SceneSpec(seed=3, houses=4, setting=setting, **BARE))  # type: ignore[arg-type]
         back = scene.local_from_street.inverse
         near = [h for h in scene.houses if h.side == 0]
         spans = [back.apply(np.column_stack([h.footprint, np.zeros(4)]))[:, 0] for h in near]
@@ -148,7 +148,7 @@ def test_triangular_heads_are_drawn_where_asked_for_only() -> None:
     rises = []
     for seed in range(4):
         asked = {"seed": seed, "houses": 1, "opposite": False, "house": [{"shape": "triangular"}]}
-        (house,) = street(SceneSpec.model_validate(asked)).houses
+        (house,) = build_street(SceneSpec.model_validate(asked)).houses
         upper = [o for o in house.facades[0].openings if o.shape == "triangular"]
         share = {round((o.ring[3, 1] - o.ring[2, 1]) / np.ptp(o.ring[:, 0]), 9) for o in upper}
         assert {len(o.ring) for o in upper} == {5} and len(share) == 1

@@ -67,7 +67,7 @@ class Material:
 
 
 @dataclass(frozen=True)
-class Surface:
+class SceneSurface:
     """One surface of the scene; every triangle belongs to one.
 
     id          readable, e.g. "B02/F1/W3-2/frame"
@@ -90,7 +90,7 @@ class Surface:
 
 
 @dataclass(frozen=True, eq=False)
-class Mesh:
+class SceneMesh:
     """Triangles: vertices (v, 3) m local, corners (t, 3) int64 into them, surface (t,) int32 per triangle.
 
     Corners are counter-clockwise seen from outside; panes and leaves are single sheets.
@@ -186,8 +186,8 @@ class Scene:
     seed: int
     world: WorldRef
     local_from_street: Rigid3
-    mesh: Mesh
-    surfaces: tuple[Surface, ...]
+    mesh: SceneMesh
+    surfaces: tuple[SceneSurface, ...]
     materials: tuple[Material, ...]
     houses: tuple[House, ...]
     road: Float

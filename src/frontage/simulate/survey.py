@@ -26,7 +26,7 @@ class ModelSpec(BaseModel):
 
 
 @dataclass(frozen=True, eq=False)
-class ModelBuilding:
+class SurveyedBuilding:
     """A house of the city model: surfaces of a closed LoD2 shell, outer rings (k, 3) m local."""
 
     id: str
@@ -41,14 +41,14 @@ class ModelBuilding:
 
 
 @dataclass(frozen=True, eq=False)
-class CityModel:
+class SurveyedModel:
     """All houses, and the common shift (3,) m that was added to them."""
 
-    buildings: tuple[ModelBuilding, ...]
+    buildings: tuple[SurveyedBuilding, ...]
     shift: Float
 
 
-def survey_model(scene: Scene, spec: ModelSpec, seed: int = 0) -> CityModel:
+def survey_model(scene: Scene, spec: ModelSpec, seed: int = 0) -> SurveyedModel:
     """Block models of all houses of a scene with the errors that `spec` asks for.
 
     Walls are vertical, footprints are simple, lean, oriels and dormers are left out, as in official LoD2.
@@ -56,10 +56,10 @@ def survey_model(scene: Scene, spec: ModelSpec, seed: int = 0) -> CityModel:
     """
     rng = np.random.default_rng((scene.seed, seed, 0xC17))
     shift = rng.normal(0, 1, 3) * [spec.shift, spec.shift, spec.height]
-    return CityModel(tuple(_survey(h, shift, spec, rng) for h in scene.houses), shift)
+    return SurveyedModel(tuple(_survey(h, shift, spec, rng) for h in scene.houses), shift)
 
 
-def _survey(house: House, shift: Float, spec: ModelSpec, rng: np.random.Generator) -> ModelBuilding:
+def _survey(house: House, shift: Float, spec: ModelSpec, rng: np.random.Generator) -> SurveyedBuilding:
     own = np.array([*rng.normal(0, spec.building, 2), 0.0]) + shift
     corner = rng.normal(0, spec.corner, (4, 2))
     roof = float(rng.normal(0, spec.roof))
@@ -76,7 +76,7 @@ def _survey(house: House, shift: Float, spec: ModelSpec, rng: np.random.Generato
         xyz[:, 2] += np.where(inside[:, 2] > 0.01, roof, 0.0)
         for face in _plane_faces(xyz + own):
             surfaces.append(Surface(face, semantics, f"{house.id}_{len(surfaces)}"))
-    return ModelBuilding(house.id, house.address, tuple(surfaces))
+    return SurveyedBuilding(house.id, house.address, tuple(surfaces))
 
 
 def _frames(house: House) -> tuple[Rigid3, Rigid3]:

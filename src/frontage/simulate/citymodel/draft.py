@@ -10,8 +10,8 @@ from frontage.geometry.arrays import Float
 from frontage.geometry.rigid import Rigid3
 from frontage.geometry.ring import polygon_ring
 from frontage.model import CityBuilding, Surface
-from frontage.simulate.citymodel.openings import FoundOpening, find_openings, reveals_of
-from frontage.simulate.citymodel.walls import Wall, find_walls, footprint_of, polygons
+from frontage.simulate.citymodel.openings import ModelOpening, find_openings, reveals_of
+from frontage.simulate.citymodel.walls import ModelWall, find_walls, footprint_of, polygons
 from frontage.simulate.scene import ProtrusionPlan
 
 _FACADE = (2.0, 2.0, 6.0)  # m, m, m2: width, height and area from which a wall without openings is a facade
@@ -26,7 +26,7 @@ class ModelFacade:
 
     wall: int
     outline: Float
-    openings: tuple[FoundOpening, ...]
+    openings: tuple[ModelOpening, ...]
     protrusions: tuple[ProtrusionPlan, ...]
 
 
@@ -44,7 +44,7 @@ class ModelDraft:
     id: str
     address: str
     faces: tuple[Surface, ...]
-    walls: tuple[Wall, ...]
+    walls: tuple[ModelWall, ...]
     facades: tuple[ModelFacade, ...]
     gone: Set[int]
     fixtures: tuple[tuple[Surface, ...], ...]
@@ -58,7 +58,7 @@ class ModelDraft:
         return self.walls[facade.wall].local_from_wall
 
 
-def read_house(building: CityBuilding, id: str) -> ModelDraft | None:
+def read_model_house(building: CityBuilding, id: str) -> ModelDraft | None:
     """The finest level of a building taken apart; None for one without walls or a footprint."""
     shells = building.level()
     body = [s for s in shells if not s.installation]
@@ -89,7 +89,7 @@ def read_house(building: CityBuilding, id: str) -> ModelDraft | None:
     )
 
 
-def _outdoors(walls: tuple[Wall, ...], openings: list[FoundOpening], gone: Set[int]) -> Float:
+def _outdoors(walls: tuple[ModelWall, ...], openings: list[ModelOpening], gone: Set[int]) -> Float:
     """Points on a grid over all walls and their openings, a little before them and within them."""
     out: list[Float] = [np.empty((0, 3))]
     for number, wall in enumerate(walls):
@@ -119,7 +119,7 @@ def _base(faces: tuple[Surface, ...]) -> float:
 
 
 def _facade(
-    number: int, wall: Wall, openings: list[FoundOpening], gone: Set[int], base: float
+    number: int, wall: ModelWall, openings: list[ModelOpening], gone: Set[int], base: float
 ) -> ModelFacade | None:
     """A wall as a facade, if it is one: it has openings, or is large."""
     own = tuple(o for o in openings if o.wall == number)
@@ -140,7 +140,10 @@ def _facade(
 
 
 def _with_protrusions(
-    id: str, facades: list[ModelFacade], walls: tuple[Wall, ...], fixtures: tuple[tuple[Surface, ...], ...]
+    id: str,
+    facades: list[ModelFacade],
+    walls: tuple[ModelWall, ...],
+    fixtures: tuple[tuple[Surface, ...], ...],
 ) -> tuple[ModelFacade, ...]:
     """Facades with the installations that stand out of them; one belongs to the facade it touches most."""
     held: dict[int, list[ProtrusionPlan]] = {}

@@ -10,15 +10,15 @@ from frontage.geometry.arrays import Float
 from frontage.geometry.ring import polygon_ring
 from frontage.model import Surface
 from frontage.simulate.citymodel.draft import ModelDraft, ModelFacade
-from frontage.simulate.citymodel.openings import KINDS, FoundOpening, has_inset
+from frontage.simulate.citymodel.openings import KINDS, ModelOpening, has_inset
 from frontage.simulate.citymodel.room import REACH, draw_room
 from frontage.simulate.citymodel.walls import area_vector, flat_polygon, in_plan, plane_frame, polygons
 from frontage.simulate.houses.elevation import Dressing
-from frontage.simulate.houses.meshing import Pen, band, triangulate
 from frontage.simulate.houses.palette import Palette, draw_palette
 from frontage.simulate.houses.shapes import SHAPES, BarLayout, opening_ring, plan_bars
 from frontage.simulate.houses.style import GLASS_BEHIND, draw_bars
 from frontage.simulate.houses.windows import FRAME_THICKNESS, draw_opening
+from frontage.simulate.meshing import Pen, band, triangulate
 from frontage.simulate.scene import FacadePlan, House, Material, OpeningPlan, Part
 
 _STOREY = 3.0  # m, to number the storeys
@@ -43,7 +43,7 @@ def draw_model_house(pen: Pen, draft: ModelDraft, side: int, foot: float, rng: n
         ]
         floor = draft.base - float(draft.frame(facade).t[2])
         plans = [_numbered(p, floor, facade) for p in plans]
-        _draw_facade(pen.of(name, facade=k), draft, facade, plans, palette, rough, rng)
+        _draw_facade(pen.with_prefix(name, facade=k), draft, facade, plans, palette, rough, rng)
         facades.append(
             FacadePlan(name, draft.frame(facade), facade.outline, tuple(plans), facade.protrusions, rough)
         )
@@ -51,7 +51,7 @@ def draw_model_house(pen: Pen, draft: ModelDraft, side: int, foot: float, rng: n
     return _house(draft, side, tuple(facades))
 
 
-def _plan(id: str, found: FoundOpening, reveal: float, frame: float, layout: BarLayout) -> OpeningPlan:
+def _plan(id: str, found: ModelOpening, reveal: float, frame: float, layout: BarLayout) -> OpeningPlan:
     """An opening as it is built; what the model leaves out is as in the rest of the house."""
     width, height = np.ptp(found.ring, axis=0)
     depth = reveal if found.depth is None else found.depth
@@ -107,7 +107,7 @@ def _draw_facade(
     pen: Pen, draft: ModelDraft, facade: ModelFacade, plans: Sequence[OpeningPlan], palette: Palette,
     rough: float, rng: np.random.Generator,
 ) -> None:  # fmt: skip
-    own = pen.within(draft.frame(facade))
+    own = pen.in_frame(draft.frame(facade))
     holes = [shapely.Polygon(p.ring) for p in plans]
     area = draft.walls[facade.wall].area(draft.gone).difference(shapely.union_all(holes))
     _draw_area(own, own.surface("wall", Part.WALL, palette.wall, roughness=rough), area)
@@ -119,7 +119,7 @@ def _draw_facade(
         leaf = "ribs" if plan.kind == "garage" else "panels"
         dressing = Dressing(curtain=curtain, share=float(rng.uniform(0.1, 0.5)), leaf=leaf)
         inner = max(_WALL, plan.depth + FRAME_THICKNESS + 0.1)
-        piece = own.of(plan.id, opening=k)
+        piece = own.with_prefix(plan.id, opening=k)
         draw_opening(piece, plan, dressing, palette, inner)
         if plan.glazed:
             others = [p.ring for p in plans if p is not plan]
@@ -139,7 +139,7 @@ def _draw_rest(pen: Pen, draft: ModelDraft, palette: Palette, rough: float, foot
     for number, wall in enumerate(draft.walls):
         area = wall.area(draft.gone)
         if number not in fronts and not area.is_empty:
-            own = pen.within(wall.local_from_wall)
+            own = pen.in_frame(wall.local_from_wall)
             _draw_area(own, own.surface(f"wall{number + 1}", Part.WALL, palette.wall, roughness=rough), area)
     known: dict[tuple[object, ...], int] = {}
     for k, face in enumerate(draft.faces):
@@ -176,7 +176,7 @@ def _draw_face(
     if np.linalg.norm(normal) < 1e-6:
         return
     frame = plane_frame(normal, face.ring[0])
-    own = pen.within(frame)
+    own = pen.in_frame(frame)
     key = (part, material, *np.round(normal / np.linalg.norm(normal), 1).tolist())
     if key not in known:
         known[key] = own.surface(f"{part.name.lower()}{len(known) + 1}", part, material)

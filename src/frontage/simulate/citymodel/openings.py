@@ -9,8 +9,8 @@ import shapely
 from frontage.geometry.arrays import Float
 from frontage.geometry.ring import convex_ring, polygon_ring, ring_area
 from frontage.model import Shell, Surface
-from frontage.simulate.citymodel.walls import Wall, area_vector, polygons
-from frontage.simulate.houses.meshing import inset
+from frontage.simulate.citymodel.walls import ModelWall, area_vector, polygons
+from frontage.simulate.meshing import inset
 
 KINDS = ("Window", "Door")
 _REACH = (-0.5, 1.2)  # m before and behind a wall, where its windows are looked for
@@ -26,7 +26,7 @@ _OVERLAP = 0.2  # share of the smaller of two windows, from which on they are on
 
 
 @dataclass(frozen=True, eq=False)
-class FoundOpening:
+class ModelOpening:
     """An opening: its wall's number, "Window" or "Door", the hole's ring (k, 2) m (x, z), frame of the wall.
 
     depth, glass  m behind the wall to the front of the frame and to the pane; None where not modelled
@@ -53,8 +53,8 @@ class _Candidate:
 
 
 def find_openings(
-    faces: Sequence[Surface], shells: Sequence[Shell], walls: Sequence[Wall]
-) -> tuple[list[FoundOpening], set[int], int]:
+    faces: Sequence[Surface], shells: Sequence[Shell], walls: Sequence[ModelWall]
+) -> tuple[list[ModelOpening], set[int], int]:
     """Openings, the numbers of the faces that belong to them, and how many windows and doors have no wall.
 
     The hole in the wall is the opening where the wall has one, else the outline of its faces.
@@ -71,7 +71,7 @@ def find_openings(
         own = [c for c in candidates if c.wall == number]
         merged += _merged(_in_holes(own, walls[number].area()))
     told = {name: about for shell in shells for name, about in shell.about.items()}
-    openings: list[FoundOpening] = []
+    openings: list[ModelOpening] = []
     taken: set[int] = set()
     for c in merged:
         ring = _ring(c.outline)
@@ -81,11 +81,13 @@ def find_openings(
         taken |= set(c.faces)
         bars = next((b for k in c.faces if (b := _bars(told.get(faces[k].source_id, {})))), None)
         depth, glass = _depths(faces, c, walls[c.wall])
-        openings.append(FoundOpening(c.wall, c.kind, ring, depth, glass, bars))
+        openings.append(ModelOpening(c.wall, c.kind, ring, depth, glass, bars))
     return openings, taken, lost
 
 
-def reveals_of(faces: Sequence[Surface], walls: Sequence[Wall], openings: Sequence[FoundOpening]) -> Set[int]:
+def reveals_of(
+    faces: Sequence[Surface], walls: Sequence[ModelWall], openings: Sequence[ModelOpening]
+) -> Set[int]:
     """Numbers of the wall faces that are sides of openings: they run from the hole's border into the wall."""
     gone: set[int] = set()
     middle = np.array([f.ring.mean(0) for f in faces]).reshape(-1, 3)
@@ -116,7 +118,7 @@ def _groups(faces: Sequence[Surface], shells: Sequence[Shell]) -> list[tuple[str
     return [(kind, group) for (kind, _), group in found.items()]
 
 
-def _boxes(walls: Sequence[Wall]) -> Float:
+def _boxes(walls: Sequence[ModelWall]) -> Float:
     """Lowest and highest corner (w, 2, 3) m of every wall, local, as far as its windows reach."""
     out = []
     for wall in walls:
@@ -127,7 +129,7 @@ def _boxes(walls: Sequence[Wall]) -> Float:
 
 
 def _hosted(
-    faces: Sequence[Surface], kind: str, group: list[int], walls: Sequence[Wall], boxes: Float
+    faces: Sequence[Surface], kind: str, group: list[int], walls: Sequence[ModelWall], boxes: Float
 ) -> _Candidate | None:
     """The wall in which a window shows the largest outline; near walls come before far ones."""
     points = np.concatenate([faces[k].ring for k in group])
@@ -215,7 +217,7 @@ def has_inset(ring: Float, width: float) -> bool:
 
 
 def _depths(
-    faces: Sequence[Surface], c: _Candidate, wall: Wall
+    faces: Sequence[Surface], c: _Candidate, wall: ModelWall
 ) -> tuple[float, float] | tuple[float, None] | tuple[None, None]:
     """How far the frame and the pane lie behind the wall; None where the window lies in it."""
     inward = wall.local_from_wall.R[:, 1]

@@ -7,8 +7,8 @@ import shapely
 
 from frontage.geometry.arrays import Float
 from frontage.geometry.ring import rectangle
-from frontage.simulate.houses.meshing import Pen
 from frontage.simulate.houses.palette import Palette
+from frontage.simulate.meshing import Pen
 from frontage.simulate.scene import Part
 
 REACH = 8.0

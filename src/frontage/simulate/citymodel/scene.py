@@ -8,13 +8,13 @@ import shapely
 from frontage.errors import OptionError
 from frontage.geometry.rigid import Rigid3
 from frontage.model import CityModel
-from frontage.simulate.citymodel.draft import ModelDraft, read_house
+from frontage.simulate.citymodel.draft import ModelDraft, read_model_house
 from frontage.simulate.citymodel.house import draw_model_house
 from frontage.simulate.citymodel.site import Site, find_site, site_plan
-from frontage.simulate.houses.meshing import MeshBuilder, Pen
+from frontage.simulate.meshing import MeshBuilder, Pen
 from frontage.simulate.scene import House, Scene
 from frontage.simulate.spec import SceneSpec
-from frontage.simulate.street.ground import Profile, draw_ground
+from frontage.simulate.street.ground import StreetProfile, draw_ground
 from frontage.simulate.street.obstacles import draw_obstacles
 
 _AROUND = 40.0  # m of ground beyond the buildings
@@ -22,7 +22,7 @@ _DEEP = 0.5  # m that walls reach below the lowest ground
 _SLOPE = 0.12
 
 
-def model_scene(spec: SceneSpec, models: Sequence[CityModel]) -> Scene:
+def build_model_scene(spec: SceneSpec, models: Sequence[CityModel]) -> Scene:
     """Build the scene of city models that share one world; the same spec and models give the same bytes.
 
     Every wall keeps its place and its openings. Windows that lie in their wall get a reveal, a frame and a
@@ -32,7 +32,7 @@ def model_scene(spec: SceneSpec, models: Sequence[CityModel]) -> Scene:
     Raises OptionError when no building has a wall.
     """
     buildings = [b for m in models for b in m.buildings]
-    found = [read_house(b, f"B{k + 1:02d}") for k, b in enumerate(buildings)]
+    found = [read_model_house(b, f"B{k + 1:02d}") for k, b in enumerate(buildings)]
     drafts = [d for d in found if d is not None and d.facades]
     if not drafts:
         raise OptionError(
@@ -62,7 +62,7 @@ def model_scene(spec: SceneSpec, models: Sequence[CityModel]) -> Scene:
     )
 
 
-def _lie(drafts: Sequence[ModelDraft], site: Site, rng: np.random.Generator) -> tuple[Profile, Rigid3]:
+def _lie(drafts: Sequence[ModelDraft], site: Site, rng: np.random.Generator) -> tuple[StreetProfile, Rigid3]:
     """The street's section, and its frame at the height at which the houses on it stand."""
     frame = site.local_from_street
     s = np.array([site_plan(drafts[k], site).centroid.x for k in site.row])
@@ -74,10 +74,10 @@ def _lie(drafts: Sequence[ModelDraft], site: Site, rng: np.random.Generator) -> 
         start = float(np.mean(z - slope * s))
     pavement = min(float(rng.uniform(1.6, 3.0)), site.width / 4)
     lifted = Rigid3(frame.to, frame.frm, frame.R, np.array([*frame.t[:2], start]))
-    return Profile(site.width, pavement, slope), lifted
+    return StreetProfile(site.width, pavement, slope), lifted
 
 
-def _lowest(drafts: Sequence[ModelDraft], site: Site, profile: Profile, start: float) -> float:
+def _lowest(drafts: Sequence[ModelDraft], site: Site, profile: StreetProfile, start: float) -> float:
     """A height (m local) below the ground at every building."""
     s0, _, s1, _ = shapely.union_all([site_plan(d, site) for d in drafts]).bounds
     low = start + float(min(profile.slope * s0, profile.slope * s1))
@@ -85,7 +85,7 @@ def _lowest(drafts: Sequence[ModelDraft], site: Site, profile: Profile, start: f
 
 
 def _draw_street(
-    pen: Pen, spec: SceneSpec, profile: Profile, drafts: Sequence[ModelDraft], site: Site
+    pen: Pen, spec: SceneSpec, profile: StreetProfile, drafts: Sequence[ModelDraft], site: Site
 ) -> None:
     """Ground around all buildings, and obstacles before those on the street."""
     plans = [site_plan(d, site) for d in drafts]

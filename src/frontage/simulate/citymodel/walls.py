@@ -19,7 +19,7 @@ _PROBE = 0.3  # m before and behind a wall, where its inside is looked for
 
 
 @dataclass(frozen=True, eq=False)
-class Wall:
+class ModelWall:
     """A wall: its frame (x right, y into the building, z up the wall), origin at its lower left corner.
 
     pieces  polygons (x, z) m of the model's faces, by their number
@@ -86,7 +86,7 @@ def in_plan(geometry: shapely.Geometry, frame: Rigid3) -> shapely.Geometry:
     return shapely.transform(geometry, moved)
 
 
-def find_walls(faces: Sequence[Surface], footprint: shapely.Geometry) -> list[Wall]:
+def find_walls(faces: Sequence[Surface], footprint: shapely.Geometry) -> list[ModelWall]:
     """The walls of a building, the largest polygon's first; they look away from the `footprint`."""
     walls = []
     for group in _coplanar(faces):
@@ -99,7 +99,7 @@ def find_walls(faces: Sequence[Surface], footprint: shapely.Geometry) -> list[Wa
             continue
         x0, z0, _, _ = flat.bounds
         frame = Rigid3("local", "facade", frame.R, frame.apply(np.array([[x0, 0.0, z0]]))[0])
-        walls.append(Wall(frame, {k: flat_polygon(faces[k], frame) for k in group}))
+        walls.append(ModelWall(frame, {k: flat_polygon(faces[k], frame) for k in group}))
     return walls
 
 

@@ -90,7 +90,7 @@ class Elevation:
         return int(self.id.rsplit("/F", 1)[1]) - 1
 
 
-def separate(rings: list[Float], walls: list[Float]) -> list[str]:
+def placement_problems(rings: list[Float], walls: list[Float]) -> list[str]:
     """What is wrong with openings (k, 2) cut into their walls: one text each, "" where nothing is."""
     if not rings:
         return []
@@ -113,9 +113,9 @@ def separate(rings: list[Float], walls: list[Float]) -> list[str]:
     return problems
 
 
-def refuse_misfits(rings: list[Float], wall: Float, name: str) -> None:
+def check_placements(rings: list[Float], wall: Float, name: str) -> None:
     """Raise OptionError for the first opening that leaves its wall or overlaps another one."""
-    for k, problem in enumerate(separate(rings, [wall] * len(rings))):
+    for k, problem in enumerate(placement_problems(rings, [wall] * len(rings))):
         if problem:
             raise OptionError(f"{name}: opening {k + 1} {problem}; move it or make it smaller")
 

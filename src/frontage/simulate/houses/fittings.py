@@ -6,9 +6,9 @@ import shapely
 from frontage.geometry.arrays import Float
 from frontage.geometry.ring import rectangle
 from frontage.simulate.houses.elevation import Balcony, Band, Elevation, Oriel
-from frontage.simulate.houses.meshing import Pen, inset
 from frontage.simulate.houses.palette import Palette
-from frontage.simulate.houses.slots import oriel_wall, shutter_leaves
+from frontage.simulate.houses.placements import oriel_wall, shutter_leaves
+from frontage.simulate.meshing import Pen, inset
 from frontage.simulate.scene import OpeningPlan, Part
 
 _BALUSTER, _PITCH = 0.016, 0.115  # m, thickness and spacing of railing bars
@@ -17,7 +17,7 @@ _BALUSTER, _PITCH = 0.016, 0.115  # m, thickness and spacing of railing bars
 def draw_fittings(pen: Pen, elevation: Elevation, palette: Palette) -> None:
     """Draw all that an elevation carries besides its openings' own frames."""
     for k, (plan, dressing) in enumerate(zip(elevation.openings, elevation.dressings, strict=True)):
-        own = pen.of(plan.id, opening=k)
+        own = pen.with_prefix(plan.id, opening=k)
         if dressing.sill and plan.kind != "door":
             _sill(own, plan, dressing.sill, palette)
         if dressing.surround:
@@ -27,9 +27,9 @@ def draw_fittings(pen: Pen, elevation: Elevation, palette: Palette) -> None:
     for band in elevation.bands:
         _band(pen, band, palette)
     for k, balcony in enumerate(elevation.balconies):
-        _balcony(pen.of(f"{elevation.id}/balcony{k + 1}"), balcony, palette)
+        _balcony(pen.with_prefix(f"{elevation.id}/balcony{k + 1}"), balcony, palette)
     for k, oriel in enumerate(elevation.oriels):
-        _oriel(pen.of(f"{elevation.id}/oriel{k + 1}"), oriel, elevation, palette)
+        _oriel(pen.with_prefix(f"{elevation.id}/oriel{k + 1}"), oriel, elevation, palette)
 
 
 def polygon_block(pen: Pen, surface: int, polygon: shapely.Polygon, y0: float, y1: float) -> None:
@@ -113,7 +113,7 @@ def _at(ring: Float, y: float) -> Float:
     return np.column_stack([ring[:, 0], np.full(len(ring), y), ring[:, 1]])
 
 
-def step_before(pen: Pen, plan: OpeningPlan, ground: float, palette: Palette) -> None:
+def draw_steps(pen: Pen, plan: OpeningPlan, ground: float, palette: Palette) -> None:
     """Steps up to a door that stands above the pavement."""
     (x0, z0), (x1, _) = plan.ring.min(0), plan.ring.max(0)
     climb = z0 - ground

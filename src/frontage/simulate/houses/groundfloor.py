@@ -6,24 +6,26 @@ import numpy as np
 
 from frontage.simulate.houses.draft import HouseDraft
 from frontage.simulate.houses.elevation import Dressing
+from frontage.simulate.houses.placements import Placement
 from frontage.simulate.houses.shapes import BarLayout
-from frontage.simulate.houses.slots import Slot
 from frontage.simulate.houses.style import Style, WindowType, draw_bars
 
 _PLAIN = BarLayout()
 _PIER = 0.38  # m, least width of a pier between shop fronts
 
 
-def ground_floor(draft: HouseDraft, style: Style, axes: list[float], rng: np.random.Generator) -> list[Slot]:
+def ground_floor(
+    draft: HouseDraft, style: Style, axes: list[float], rng: np.random.Generator
+) -> list[Placement]:
     """Slots of the ground floor and the basement; those that matter most come first."""
     if style.shop and draft.width > 4.5:
         return _shops(draft, style, rng)
-    slots = [_door(draft, style, _axis(draft, style, axes, rng), rng)]
+    placements = [_door(draft, style, _axis(draft, style, axes, rng), rng)]
     if draft.width > 8 and rng.random() < (0.5 if draft.detached else 0.25):
-        slots.append(_gate(draft, style, rng))
+        placements.append(_gate(draft, style, rng))
     z = draft.entrance + style.parapet
-    slots += [_window(style, x, z, rng) for x in axes]
-    return slots + _basement(draft, style, axes)
+    placements += [_window(style, x, z, rng) for x in axes]
+    return placements + _basement(draft, style, axes)
 
 
 def _axis(draft: HouseDraft, style: Style, axes: list[float], rng: np.random.Generator) -> float:
@@ -31,7 +33,7 @@ def _axis(draft: HouseDraft, style: Style, axes: list[float], rng: np.random.Gen
     return axes[int(rng.integers(len(axes)))] + style.upper.width / 2
 
 
-def _door(draft: HouseDraft, style: Style, middle: float, rng: np.random.Generator) -> Slot:
+def _door(draft: HouseDraft, style: Style, middle: float, rng: np.random.Generator) -> Placement:
     """An entrance with an opaque leaf, at the pavement or up a step."""
     width = float(rng.uniform(0.95, 1.35))
     shape = style.ground.shape if style.ground.shape in ("segmental", "round") else "rectangle"
@@ -42,7 +44,7 @@ def _door(draft: HouseDraft, style: Style, middle: float, rng: np.random.Generat
         "door", shape, width, top - z, style.upper.depth, 0.07, _PLAIN, 0.15,
         Dressing(surround=style.upper.dressing.surround, leaf=str(rng.choice(["panels", "boards"]))), False,
     )  # fmt: skip
-    return Slot(kind, middle - width / 2, z, 0)
+    return Placement(kind, middle - width / 2, z, 0)
 
 
 def _threshold(draft: HouseDraft, x0: float, x1: float) -> float:
@@ -52,7 +54,7 @@ def _threshold(draft: HouseDraft, x0: float, x1: float) -> float:
     return draft.entrance + 0.02 if draft.entrance - lowest < 0.45 else ground + 0.08
 
 
-def _gate(draft: HouseDraft, style: Style, rng: np.random.Generator) -> Slot:
+def _gate(draft: HouseDraft, style: Style, rng: np.random.Generator) -> Placement:
     """A gate to the yard, or a garage, at the left or right end."""
     garage = draft.detached or bool(rng.random() < 0.3)
     width = float(rng.uniform(2.3, 2.9) if garage else rng.uniform(2.4, 3.1))
@@ -66,10 +68,10 @@ def _gate(draft: HouseDraft, style: Style, rng: np.random.Generator) -> Slot:
     kind = WindowType(
         "garage" if garage else "passage", shape, width, height, depth, 0.07, _PLAIN, 0.3, dressing, False
     )
-    return Slot(kind, x, z, 0)
+    return Placement(kind, x, z, 0)
 
 
-def _window(style: Style, x: float, z: float, rng: np.random.Generator) -> Slot:
+def _window(style: Style, x: float, z: float, rng: np.random.Generator) -> Placement:
     kind = style.ground
     dx, dz = np.clip(rng.normal(0, style.jitter, 2) if style.jitter else np.zeros(2), -0.03, 0.03)
     curtain = str(rng.choice(["none", "sides", "net", "blind"], p=[0.2, 0.25, 0.4, 0.15]))
@@ -78,12 +80,12 @@ def _window(style: Style, x: float, z: float, rng: np.random.Generator) -> Slot:
     shutters = "none"
     if rng.random() < style.shutters:
         shutters = "open" if rng.random() < 0.75 else "closed"
-    return Slot(replace(kind, dressing=dressing), float(left + dx), float(z + dz), 0, 0.0, shutters)
+    return Placement(replace(kind, dressing=dressing), float(left + dx), float(z + dz), 0, 0.0, shutters)
 
 
-def _basement(draft: HouseDraft, style: Style, axes: list[float]) -> list[Slot]:
+def _basement(draft: HouseDraft, style: Style, axes: list[float]) -> list[Placement]:
     """Low windows under those of a raised ground floor, where the pavement leaves room."""
-    slots = []
+    placements = []
     kind = WindowType(
         "basement", "rectangle", 0.75, 0.36, min(style.upper.depth, 0.2), 0.05, BarLayout("grid", 1, 0, 0.05)
     )
@@ -91,11 +93,11 @@ def _basement(draft: HouseDraft, style: Style, axes: list[float]) -> list[Slot]:
         left = x + style.upper.width / 2 - kind.width / 2
         z = draft.entrance - 0.2 - kind.height
         if z - max(draft.ground_at(left), draft.ground_at(left + kind.width)) > 0.12:
-            slots.append(Slot(kind, left, z, -1))
-    return slots
+            placements.append(Placement(kind, left, z, -1))
+    return placements
 
 
-def _shops(draft: HouseDraft, style: Style, rng: np.random.Generator) -> list[Slot]:
+def _shops(draft: HouseDraft, style: Style, rng: np.random.Generator) -> list[Placement]:
     """Shop fronts between piers, a house door at one end, a glazed shop door where there is room."""
     left, right = 0.45, draft.width - 0.45
     door_left = bool(rng.random() < 0.5)
@@ -104,11 +106,11 @@ def _shops(draft: HouseDraft, style: Style, rng: np.random.Generator) -> list[Sl
         left = door.x + door.type.width + _PIER
     else:
         right = door.x - _PIER
-    slots = [door]
+    placements = [door]
     if right - left > 4.0:
         width = float(rng.uniform(0.95, 1.15))
         at = left + (right - left - width) * float(rng.choice([0.0, 0.5, 1.0]))
-        slots.append(_shop_door(draft, style, at, width))
+        placements.append(_shop_door(draft, style, at, width))
         spans = [(left, at - _PIER), (at + width + _PIER, right)]
     else:
         spans = [(left, right)]
@@ -116,13 +118,13 @@ def _shops(draft: HouseDraft, style: Style, rng: np.random.Generator) -> list[Sl
     height = min(draft.ground_floor_height - 0.75, 2.7)
     shape = str(rng.choice(["rectangle", "rectangle", "rectangle", "segmental", "round"]))
     for x0, x1 in spans:
-        slots += _row_of_shops(draft, style, x0, x1, height, shape, bars)
-    return slots
+        placements += _row_of_shops(draft, style, x0, x1, height, shape, bars)
+    return placements
 
 
 def _row_of_shops(
     draft: HouseDraft, style: Style, x0: float, x1: float, height: float, shape: str, bars: BarLayout
-) -> list[Slot]:
+) -> list[Placement]:
     if x1 - x0 < 1.0:
         return []
     count = max(1, int(np.ceil((x1 - x0 + _PIER) / (3.6 + _PIER))))
@@ -133,13 +135,13 @@ def _row_of_shops(
         "shopfront", shape, width, height, max(0.06, style.upper.depth * 0.7), 0.06, bars, 0.2,
         Dressing(sill=(0.06, 0.05)),
     )  # fmt: skip
-    return [Slot(kind, x0 + k * (width + _PIER), draft.entrance + 0.35, 0) for k in range(count)]
+    return [Placement(kind, x0 + k * (width + _PIER), draft.entrance + 0.35, 0) for k in range(count)]
 
 
-def _shop_door(draft: HouseDraft, style: Style, x: float, width: float) -> Slot:
+def _shop_door(draft: HouseDraft, style: Style, x: float, width: float) -> Placement:
     height = min(draft.ground_floor_height - 0.5, 2.55)
     bars = BarLayout("asymmetric", 0, 1, 0.1, 0.1)
     kind = WindowType(
         "door", "rectangle", width, height, max(0.06, style.upper.depth * 0.7), 0.09, bars, None, Dressing()
     )
-    return Slot(kind, x, draft.entrance + 0.02, 0)
+    return Placement(kind, x, draft.entrance + 0.02, 0)

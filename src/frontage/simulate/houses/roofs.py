@@ -6,11 +6,11 @@ from frontage.geometry.arrays import Float
 from frontage.geometry.rigid import Rigid3
 from frontage.geometry.ring import rectangle
 from frontage.simulate.houses.draft import HouseDraft
-from frontage.simulate.houses.elevation import Dressing, separate
-from frontage.simulate.houses.meshing import Pen
+from frontage.simulate.houses.elevation import Dressing, placement_problems
 from frontage.simulate.houses.shell import MANSARD, shell_faces
 from frontage.simulate.houses.style import Style, WindowType
 from frontage.simulate.houses.windows import draw_opening
+from frontage.simulate.meshing import Pen
 from frontage.simulate.scene import Part, ProtrusionPlan
 
 
@@ -28,7 +28,8 @@ def draw_roof(
     if draft.roof in ("gable", "mansard", "hip"):
         _draw_eaves(pen, draft, float(rng.uniform(0.12, 0.42)))
     plans = [
-        _draw_dormer(pen.of(f"{pen.prefix}/dormer{k + 1}"), draft, d, style) for k, d in enumerate(dormers)
+        _draw_dormer(pen.with_prefix(f"{pen.prefix}/dormer{k + 1}"), draft, d, style)
+        for k, d in enumerate(dormers)
     ]
     if draft.roof != "flat" and rng.random() < 0.7:
         _draw_chimney(pen, draft, rng)
@@ -83,7 +84,7 @@ def _draw_slope(
             rectangle(x0 + 0.02, (back + 0.02) * length / run, x1 - 0.02, (far - 0.05) * length / run)
         )
     xz = shift[:, [0, 2]]
-    pen.within(pen.local_from_frame @ frame).plate(surface, xz[::-1] if _clockwise(xz) else xz, 0.0, holes)
+    pen.in_frame(pen.local_from_frame @ frame).plate(surface, xz[::-1] if _clockwise(xz) else xz, 0.0, holes)
 
 
 def _clockwise(ring: Float) -> bool:
@@ -102,10 +103,10 @@ def _draw_dormer(
     window = kind.place(f"{pen.prefix}/window", x0 + 0.2, foot + 0.3, draft.floors, 1, y)
     front = rectangle(x0, foot, x1, top)
     wall = pen.surface("wall", Part.DORMER, draft.palette.wall)
-    fits = not separate([window.ring], [front])[0]
+    fits = not placement_problems([window.ring], [front])[0]
     pen.plate(wall, front, y, [window.ring] if fits else [])
     if fits:
-        draw_opening(pen.of(window.id), window, Dressing(), draft.palette, y + 0.3)
+        draw_opening(pen.with_prefix(window.id), window, Dressing(), draft.palette, y + 0.3)
     for x, flip in ((x0, False), (x1, True)):
         cheek = np.array([[x, y, foot], [x, y, top], [x, far, top]])
         pen.polygon(wall, cheek[::-1] if flip else cheek)

@@ -6,9 +6,9 @@ import shapely
 from frontage.geometry.ring import rectangle
 from frontage.simulate.houses.draft import HouseDraft, Storey
 from frontage.simulate.houses.elevation import Elevation
-from frontage.simulate.houses.meshing import Pen
 from frontage.simulate.houses.shell import house_from_side
 from frontage.simulate.houses.windows import inner_ring
+from frontage.simulate.meshing import Pen
 from frontage.simulate.scene import Part
 
 _MARGIN = 0.12  # m, least distance of a partition from a window
@@ -23,7 +23,7 @@ def draw_rooms(
         storeys.insert(0, Storey(-1, draft.entrance - 2.2, draft.entrance - 0.12))
     holes = {e.side: _holes(e) for e in elevations}
     for storey in storeys:
-        own = pen.of(f"{pen.prefix}/storey{storey.number}")
+        own = pen.with_prefix(f"{pen.prefix}/storey{storey.number}")
         _draw_storey(own, draft, storey, holes)
         _draw_partitions(own, draft, storey, elevations, rng)
         _draw_furniture(own, draft, storey, rng)
@@ -42,7 +42,7 @@ def _draw_storey(pen: Pen, draft: HouseDraft, storey: Storey, holes: dict[int, s
     walls = pen.surface("walls", Part.ROOM, draft.palette.room)
     pen.polygon(walls, np.column_stack([plan[::-1], np.full(4, storey.ceiling)]))
     for side in range(4):
-        own = pen.within(pen.local_from_frame @ house_from_side(draft, side))
+        own = pen.in_frame(pen.local_from_frame @ house_from_side(draft, side))
         length = d if side % 2 else w
         wall = shapely.Polygon(rectangle(t, storey.floor, length - t, storey.ceiling))
         for piece in shapely.get_parts(wall.difference(holes.get(side, shapely.Polygon()))):

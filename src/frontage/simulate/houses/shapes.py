@@ -8,7 +8,7 @@ import shapely
 from frontage.geometry.arrays import Float
 from frontage.geometry.ring import rectangle
 from frontage.model.built import TrueBar
-from frontage.simulate.houses.meshing import inset
+from frontage.simulate.meshing import inset
 
 CHORD_ERROR = 0.0008  # m, how far a chord may leave its arc
 SHAPES = ("rectangle", "segmental", "round", "pointed", "triangular", "circle")

@@ -71,7 +71,7 @@ class Style:
     shop: bool
     dormers: bool
 
-    def of(self, floor: int, floors: int) -> WindowType:
+    def window_type(self, floor: int, floors: int) -> WindowType:
         """The window type of a storey."""
         if floor == 0:
             return self.ground

@@ -5,8 +5,8 @@ import numpy as np
 from frontage.geometry.arrays import Float
 from frontage.geometry.ring import rectangle
 from frontage.simulate.houses.elevation import Dressing
-from frontage.simulate.houses.meshing import Pen, band, inset
 from frontage.simulate.houses.palette import Palette
+from frontage.simulate.meshing import Pen, band, inset
 from frontage.simulate.scene import OpeningPlan, Part
 
 FRAME_THICKNESS = 0.065  # m, usual depth of a window frame

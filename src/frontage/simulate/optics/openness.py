@@ -3,8 +3,8 @@
 import numpy as np
 
 from frontage.geometry.arrays import Array, Float, Int
+from frontage.simulate.optics.litscene import LitScene, ViewHits
 from frontage.simulate.optics.raygrid import RayGrid, finite
-from frontage.simulate.optics.stage import Sight, Stage
 
 _CELLS = 500  # along the longer side of the picture, about
 _LEAST = 4  # px between the places where rays are cast
@@ -16,7 +16,7 @@ _PASSES = (1, 2, 4)  # distances of the smoothing kernel, in grid cells (a-trous
 class OpennessMap:
     """Openness on a coarse grid of one photo."""
 
-    def __init__(self, stage: Stage, grid: RayGrid, origin: Float, R: Float) -> None:
+    def __init__(self, lit_scene: LitScene, grid: RayGrid, origin: Float, R: Float) -> None:
         """Cast the rays of a photo taken at `origin` (3,) m local, local_from_camera rotation R (3, 3)."""
         h, w = grid.camera.height, grid.camera.width
         self._step = step = max(_LEAST, max(h, w) // _CELLS)
@@ -25,20 +25,20 @@ class OpennessMap:
         rays = np.stack([grid.rows(r, r + 1)[0, columns] for r in rows])
         seen = finite(rays).ravel()
         ways = np.where(seen[:, None], rays.reshape(-1, 3), [0.0, 0.0, 1.0]) @ R.T
-        triangle, xyz = self._solid(stage, origin, ways)
+        triangle, xyz = self._solid(lit_scene, origin, ways)
         triangle[~seen] = -1
-        face = stage.faces[triangle]
+        face = lit_scene.faces[triangle]
         hit = np.flatnonzero(triangle >= 0)
         free = np.ones(len(triangle), np.float32)
-        free[hit] = stage.openness(triangle[hit], xyz[hit], ways[hit], _RAYS)
+        free[hit] = lit_scene.openness(triangle[hit], xyz[hit], ways[hit], _RAYS)
         shape = (len(rows), len(columns))
         self._face = face.reshape(shape)
         self._free = _smoothed(free.reshape(shape), self._face)
-        self._stage = stage
+        self._lit_scene = lit_scene
 
-    def at(self, row: Array, column: Array, sight: Sight, which: Int) -> Array:
-        """Openness (m,) float32 of what `sight`'s rays `which` (m,) see in pixels (row, column) (m,)."""
-        face = self._stage.faces[sight.solid[which]]
+    def at(self, row: Array, column: Array, view: ViewHits, which: Int) -> Array:
+        """Openness (m,) float32 of what `view`'s rays `which` (m,) see in pixels (row, column) (m,)."""
+        face = self._lit_scene.faces[view.solid[which]]
         h, w = self._face.shape
         # ordered dither picks one of the four cells around a pixel as often as bilinear weights would
         step, half = self._step, self._step // 2
@@ -62,8 +62,8 @@ class OpennessMap:
         return np.where(weight > 0, total / np.maximum(weight, 1.0), spare)
 
     @staticmethod
-    def _solid(stage: Stage, origin: Float, ways: Float) -> tuple[Int, Float]:
-        hits = stage.solid.first_hit(origin, ways)
+    def _solid(lit_scene: LitScene, origin: Float, ways: Float) -> tuple[Int, Float]:
+        hits = lit_scene.solid.first_hit(origin, ways)
         return hits.triangle.copy(), origin + ways * np.where(hits.found, hits.distance, 0.0)[:, None]
 
 

@@ -7,7 +7,7 @@ import numpy as np
 
 from frontage.errors import MissingExtra
 from frontage.geometry.arrays import Array, Bool, Float, Int
-from frontage.simulate.scene import Mesh
+from frontage.simulate.scene import SceneMesh
 
 _CHUNK = 400_000  # rays per call into Embree: bounds the memory of its answers to some 20 MB
 _GRAZING = 1e-4  # |cos| below which dividing by it would cost more than float32 does
@@ -43,7 +43,7 @@ class Tracer:
     per process: it cannot be pickled and its calls hold the interpreter lock.
     """
 
-    def __init__(self, mesh: Mesh, keep: Bool | None = None) -> None:
+    def __init__(self, mesh: SceneMesh, keep: Bool | None = None) -> None:
         """Build the tree over `mesh`, or over its triangles where `keep` (t,) is True; answers index `mesh`.
 
         Raises MissingExtra without embreex, ValueError for a `keep` of the wrong length.

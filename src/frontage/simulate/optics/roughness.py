@@ -4,7 +4,7 @@ import numpy as np
 from scipy.special import gammaincinv
 
 from frontage.geometry.arrays import Array, Float
-from frontage.simulate.scene import Part, Scene, Surface
+from frontage.simulate.scene import Part, Scene, SceneSurface
 
 _WAVES = 32  # cosines per field: their sum is Gaussian to a few percent
 _MIX = 0.5  # shape of the mixture of scales
@@ -18,7 +18,7 @@ class Roughness:
     """Heights of every surface: sums of cosines, drawn from the scene's seed.
 
     roughness   rational quadratic covariance sigma^2 (1 + d^2 / (2 a l^2))^-a with a = 1/2, sigma and l as
-                the `Surface` says: fields of all scales about l (Rasmussen & Williams 2006, eq. 4.19)
+                the `SceneSurface` says: fields of all scales about l (Rasmussen & Williams 2006, eq. 4.19)
     grain       a share of it in addition, correlated over 15 mm
     waves       walls bulge by some millimetres over metres, as those of real scans do
 
@@ -85,5 +85,5 @@ class Roughness:
         return np.asarray(np.linalg.lstsq(design, self.heights(which, xyz), rcond=None)[0])
 
 
-def _plane(surface: Surface) -> list[tuple[float, float, float]]:
+def _plane(surface: SceneSurface) -> list[tuple[float, float, float]]:
     return [surface.origin, surface.u, surface.v]

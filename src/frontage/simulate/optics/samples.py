@@ -52,7 +52,7 @@ class Groups:
         return np.asarray(np.add.reduceat(values * self.share[:, None], self.first, axis=0))
 
 
-def group(key: Array, n: int) -> Groups:
+def group_samples(key: Array, n: int) -> Groups:
     """Group the samples of pixels, n each, by their keys (m n,)."""
     keys = key.reshape(-1, n)
     order = np.argsort(keys, axis=1, kind="stable")

@@ -16,7 +16,7 @@ _GOLDEN = np.pi * (3 - np.sqrt(5))  # rad: turns of the pattern from beam to bea
 
 
 @cache
-def pattern(count: int) -> tuple[Float, Float]:
+def beam_pattern(count: int) -> tuple[Float, Float]:
     """Nodes (count, 2) in units of the beam's radius and weights (count,) with sum 1.
 
     A hexagonal lattice of 1, 7, 19 or 37 nodes with Gaussian weights, scaled so that its second moment is the
@@ -41,7 +41,7 @@ def sub_rays(instrument: Instrument, origins: Float, directions: Float, first: i
     origins, directions (n, 3), unit directions; `first` is the number of the first beam, which turns the
     pattern. The length of the directions differs from 1 by less than 1e-5.
     """
-    node, _ = pattern(instrument.subrays)
+    node, _ = beam_pattern(instrument.subrays)
     side, up = _across(directions)
     turn = _GOLDEN * (first + np.arange(len(directions)))
     c, s = np.cos(turn)[:, None], np.sin(turn)[:, None]

@@ -10,12 +10,12 @@ from frontage.model import Scan
 from frontage.simulate.optics.light import LightSpec
 from frontage.simulate.scene import Scene
 from frontage.simulate.sensors.instrument import DriveSpec, Instrument, draw_instrument
-from frontage.simulate.sensors.measure import Measured, measure
 from frontage.simulate.sensors.photograph import scan_colours
+from frontage.simulate.sensors.positions import rotation, street_extent
+from frontage.simulate.sensors.ranging import Measurements, measure_beams
 from frontage.simulate.sensors.recording import Drive
-from frontage.simulate.sensors.stand import extent, rotation
 from frontage.simulate.sensors.target import Target
-from frontage.simulate.sensors.track import Track, believed_track, drive_along, turned
+from frontage.simulate.sensors.track import Track, drive_along, navigation_solution, rotate_to_local
 
 _SCANNERS = 2
 _ARM = 0.25  # m, scanners before and behind the vehicle's reference point
@@ -48,18 +48,18 @@ def drive(scene: Scene, spec: DriveSpec, seed: int, light: LightSpec | None = No
         raise OptionError(
             f"scene '{scene.name}' has no road to drive along; give it one of two points or more"
         )
-    first, last = extent(scene)
+    first, last = street_extent(scene)
     true = drive_along(scene, first - spec.overrun, last + spec.overrun, lane, spec, rng)
-    believed = believed_track(true, spec, rng)
+    navigation = navigation_solution(true, spec, rng)
     target = Target(scene, instrument.wavelength)
     lean = np.radians(rng.uniform(*_LEAN))
     parts = []
     for k in range(_SCANNERS):
         mount = _mount(spec, k, lean, rng)
         parts.append(
-            _profiles(spec, instrument, target, mount, k, true, believed, (seed, scene.seed, 0x3B, k))
+            _profiles(spec, instrument, target, mount, k, true, navigation, (seed, scene.seed, 0x3B, k))
         )
-    return _joined(scene, spec, instrument, true, believed, parts, light)
+    return _joined(scene, spec, instrument, true, navigation, parts, light)
 
 
 def _mount(spec: DriveSpec, number: int, lean: float, rng: np.random.Generator) -> _Mount:
@@ -77,10 +77,10 @@ def _profiles(
     mount: _Mount,
     number: int,
     true: Track,
-    believed: Track,
+    navigation: Track,
     seed: tuple[int, ...],
-) -> tuple[Measured, Float, Float, Float]:
-    """Echoes of one scanner, with gps_time (k,), points (k, 3) and sensor positions (k, 3) as believed."""
+) -> tuple[Measurements, Float, Float, Float]:
+    """Echoes of one scanner, with gps_time (k,), points (k, 3) and sensor positions (k, 3) as navigation."""
     rng = np.random.default_rng([*seed, 1])
     turns = int((true.time[-1] - true.time[0]) * spec.profile_rate)
     step = np.arange(turns * spec.beams) + 0.5 * number
@@ -90,12 +90,12 @@ def _profiles(
     time, angle = time[free], angle[free]
     noise = instrument.sigma_angle * rng.normal(size=(2, len(angle)))
     at, attitude = true.at(time)
-    beams = turned(attitude, _profile(angle + noise[0], noise[1]) @ mount.true.T)
-    origins = at + turned(attitude, np.broadcast_to(mount.offset, beams.shape))
-    m = measure(target, instrument, origins, beams, seed)
-    at, attitude = believed.at(time[m.beam])
-    sensor = at + turned(attitude, np.broadcast_to(mount.offset, at.shape))
-    ray = turned(attitude, _profile(angle[m.beam], np.zeros(len(m.beam))) @ mount.calibrated.T)
+    beams = rotate_to_local(attitude, _profile(angle + noise[0], noise[1]) @ mount.true.T)
+    origins = at + rotate_to_local(attitude, np.broadcast_to(mount.offset, beams.shape))
+    m = measure_beams(target, instrument, origins, beams, seed)
+    at, attitude = navigation.at(time[m.beam])
+    sensor = at + rotate_to_local(attitude, np.broadcast_to(mount.offset, at.shape))
+    ray = rotate_to_local(attitude, _profile(angle[m.beam], np.zeros(len(m.beam))) @ mount.calibrated.T)
     return m, time[m.beam], sensor + m.range[:, None] * ray, sensor
 
 
@@ -110,8 +110,8 @@ def _joined(
     spec: DriveSpec,
     instrument: Instrument,
     true: Track,
-    believed: Track,
-    parts: list[tuple[Measured, Float, Float, Float]],
+    navigation: Track,
+    parts: list[tuple[Measurements, Float, Float, Float]],
     light: LightSpec | None,
 ) -> Drive:
     """The echoes of all scanners in order of time."""
@@ -122,7 +122,7 @@ def _joined(
     def merged(name: str) -> Array:
         return np.asarray(np.concatenate([getattr(p[0], name) for p in parts])[order])
 
-    m = Measured(*(merged(name) for name in Measured.__annotations__))
+    m = Measurements(*(merged(name) for name in Measurements.__annotations__))
     xyz, sensor = (np.concatenate([p[i] for p in parts])[order] for i in (2, 3))
     # one stored position per scanner and step of track: a point's origin is at most half a step off
     cell = np.floor((time[order] - true.time[0]) * spec.speed / _SAMPLE).astype(np.int64) * 8 + scanner
@@ -140,4 +140,4 @@ def _joined(
         return_count=m.count,
         sigma_range=instrument.sigma_range,
     )
-    return Drive(scan, m.surface, m.kind, m.true_range, believed.table, true.table, scanner)
+    return Drive(scan, m.surface, m.kind, m.true_range, navigation.table, true.table, scanner)

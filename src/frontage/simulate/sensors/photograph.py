@@ -9,50 +9,52 @@ from frontage.geometry.arrays import Array, Float
 from frontage.model import Estimate, Photo
 from frontage.model.estimate import Provenance
 from frontage.simulate.optics.light import LightSpec, draw_light
+from frontage.simulate.optics.litscene import LitScene
 from frontage.simulate.optics.materials import shade
 from frontage.simulate.optics.shading import surface_light
-from frontage.simulate.optics.stage import Stage
 from frontage.simulate.scene import Scene
 from frontage.simulate.sensors.cameras import CameraSpec, make_camera
+from frontage.simulate.sensors.imaging import develop, encode
 from frontage.simulate.sensors.recording import Shot
 from frontage.simulate.sensors.render import render
-from frontage.simulate.sensors.sensor import develop, encode
-from frontage.simulate.sensors.walk import plan
+from frontage.simulate.sensors.viewpoints import plan_photos
 
 _OPENNESS = 0.55  # of the sky is free over a typical wall of a street
 _WHITE = 0.75  # code of a white surface in the mean light of a street, linear, in scan colours
 _CHUNK = 500_000
 
 
-def photograph(scene: Scene, spec: CameraSpec, seed: int = 0) -> tuple[Shot, ...]:
+def take_photographs(scene: Scene, spec: CameraSpec, seed: int = 0) -> tuple[Shot, ...]:
     """Take all photos that `spec` asks for; same scene, spec and seed give the same bytes.
 
     Raises MissingExtra without the ray tracer, OptionError when there is no house to photograph or the camera
     has no direction in the middle of its picture.
     """
-    return tuple(shots(scene, spec, seed))
+    return tuple(iter_photographs(scene, spec, seed))
 
 
-def shots(scene: Scene, spec: CameraSpec, seed: int = 0, only: Sequence[int] | None = None) -> Iterator[Shot]:
+def iter_photographs(
+    scene: Scene, spec: CameraSpec, seed: int = 0, only: Sequence[int] | None = None
+) -> Iterator[Shot]:
     """As `photograph`, one at a time: one picture is in memory. `walk.plan` tells how many will come.
 
     `only` = the numbers of those to take now, counted from 0: photos do not depend on one another.
     """
     camera = make_camera(spec, seed)
-    stage = stage_of(scene, spec.light)
-    aims = plan(scene, spec, seed)
+    lit_scene = lit_scene_of(scene, spec.light)
+    aims = plan_photos(scene, spec, seed)
     for k in range(len(aims)) if only is None else only:
         aim = aims[k]
-        light = render(stage, camera, aim.true, spec.samples)
+        light = render(lit_scene, camera, aim.true, spec.samples)
         image = develop(light, spec, np.random.default_rng([seed, 0xF117, k]))
         exact = Estimate(aim.true, np.zeros((6, 6)), np.inf, Provenance.GIVEN)
         yield Shot(image, Photo(aim.name, camera, exact, aim.time), aim.given)
 
 
 @lru_cache(maxsize=2)
-def stage_of(scene: Scene, light: LightSpec) -> Stage:
+def lit_scene_of(scene: Scene, light: LightSpec) -> LitScene:
     """The scene in its light, ready for rays; the last two are remembered."""
-    return Stage(scene, draw_light(scene, light))
+    return LitScene(scene, draw_light(scene, light))
 
 
 def scan_colours(
@@ -65,29 +67,29 @@ def scan_colours(
     something) get the colour of their surface in even light; those without a surface are grey.
     """
     surface = np.asarray(surface)
-    stage = stage_of(scene, light or LightSpec())
+    lit_scene = lit_scene_of(scene, light or LightSpec())
     rgb = np.full((len(xyz), 3), 0.3, np.float32)
-    even = stage.light.ambient(np.array([[0.0, 0.0, 0.0]]), np.array([_OPENNESS], np.float32))
-    even += np.asarray(0.35 * stage.light.sun, np.float32)
+    even = lit_scene.light.ambient(np.array([[0.0, 0.0, 0.0]]), np.array([_OPENNESS], np.float32))
+    even += np.asarray(0.35 * lit_scene.light.sun, np.float32)
     for start in range(0, len(xyz), _CHUNK):
         at = start + np.flatnonzero(surface[start : start + _CHUNK] >= 0)
         rgb[at] = shade(scene, surface[at], xyz[at]) * even
         if seen_from is not None:
             origin = np.broadcast_to(seen_from, xyz.shape)[at]
-            seen, colour = _seen(stage, surface[at], xyz[at], origin)
+            seen, colour = _seen(lit_scene, surface[at], xyz[at], origin)
             rgb[at[seen]] = colour
     return encode(rgb * np.float32(_WHITE / float(even.mean())))
 
 
-def _seen(stage: Stage, surface: Array, xyz: Float, origin: Float) -> tuple[Array, Array]:
+def _seen(lit_scene: LitScene, surface: Array, xyz: Float, origin: Float) -> tuple[Array, Array]:
     """Which points are what a camera at `origin` (n, 3) sees along its ray, and their light (k, 3)."""
     ways = xyz - origin
     reach = np.linalg.norm(ways, axis=1)
     ways = ways / np.maximum(reach, 1e-9)[:, None]
-    hits = stage.solid.first_hit(origin, ways)
-    seen = np.flatnonzero(hits.found & (stage.looks.surface[hits.triangle] == surface))
+    hits = lit_scene.solid.first_hit(origin, ways)
+    seen = np.flatnonzero(hits.found & (lit_scene.appearance.surface[hits.triangle] == surface))
     triangle, place = hits.triangle[seen], origin[seen] + ways[seen] * hits.distance[seen, None]
-    lit = stage.sunny(triangle, place, ways[seen])
+    lit = lit_scene.sunny(triangle, place, ways[seen])
     free = np.full(len(seen), _OPENNESS, np.float32)
     blur = np.full(len(seen), 0.003, np.float32)  # m: what a panorama of a scanner resolves at some 10 m
-    return seen, surface_light(stage, triangle, place, ways[seen], lit, free, blur)
+    return seen, surface_light(lit_scene, triangle, place, ways[seen], lit, free, blur)

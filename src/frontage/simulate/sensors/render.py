@@ -12,21 +12,21 @@ import numpy as np
 from frontage.geometry.arrays import Array, Bool, Float
 from frontage.geometry.rigid import Rigid3
 from frontage.model import Camera
+from frontage.simulate.optics.litscene import LitScene, ViewHits
 from frontage.simulate.optics.openness import OpennessMap
 from frontage.simulate.optics.raygrid import RayGrid, finite
-from frontage.simulate.optics.samples import group, lattice
+from frontage.simulate.optics.samples import group_samples, lattice
 from frontage.simulate.optics.shading import radiance
-from frontage.simulate.optics.stage import Sight, Stage
 
 _BAND = 250_000  # pixels worked on at a time
 _SPLIT = 400_000  # samples at edges traced at a time
 _THREADS = 2  # casting rays holds the interpreter lock; the arithmetic of another band runs meanwhile
 
 
-def render(stage: Stage, camera: Camera, local_from_camera: Rigid3, samples: int = 5) -> Array:
+def render(lit_scene: LitScene, camera: Camera, local_from_camera: Rigid3, samples: int = 5) -> Array:
     """Light (h, w, 3) float32, linear, that reaches the pixels; 0 where the lens sees nothing."""
     grid = RayGrid(camera)
-    view = _View(stage, camera, local_from_camera, grid, samples)
+    view = _View(lit_scene, camera, local_from_camera, grid, samples)
     rows = max(1, _BAND // camera.width)
     bands = [(r, min(r + rows, camera.height)) for r in range(0, camera.height, rows)]
     with ThreadPoolExecutor(_THREADS) as pool:
@@ -36,9 +36,11 @@ def render(stage: Stage, camera: Camera, local_from_camera: Rigid3, samples: int
 class _View:
     """One photo being rendered."""
 
-    def __init__(self, stage: Stage, camera: Camera, pose: Rigid3, grid: RayGrid, samples: int) -> None:
-        self.stage, self.camera, self.pose, self.grid = stage, camera, pose, grid
-        self.openness = OpennessMap(stage, grid, pose.t, pose.R)
+    def __init__(
+        self, lit_scene: LitScene, camera: Camera, pose: Rigid3, grid: RayGrid, samples: int
+    ) -> None:
+        self.lit_scene, self.camera, self.pose, self.grid = lit_scene, camera, pose, grid
+        self.openness = OpennessMap(lit_scene, grid, pose.t, pose.R)
         self.offsets = lattice(samples)
 
     def band(self, first: int, end: int) -> Array:
@@ -53,9 +55,9 @@ class _View:
         rays = np.where(seen[..., None], rays, [0.0, 0.0, 1.0]) @ self.pose.R.T
         cast = (np.arange(top, bottom)[:, None] + np.arange(self.camera.width)) % 2 == 0
         ways, chosen = rays.reshape(-1, 3), np.flatnonzero(cast)
-        sight = self.stage.look(self.pose.t, ways[chosen])
+        view = self.lit_scene.cast(self.pose.t, ways[chosen])
         key, index = np.zeros(seen.shape, np.uint32), np.zeros(seen.shape, np.int64)
-        key[cast], index[cast] = np.where(seen[cast], sight.key, np.uint32(1)), np.arange(len(chosen))
+        key[cast], index[cast] = np.where(seen[cast], view.key, np.uint32(1)), np.arange(len(chosen))
         edge = _changes(key, cast)
         inner = np.zeros(seen.shape, np.bool_)
         inner[first - top : first - top + end - first] = True
@@ -63,12 +65,12 @@ class _View:
         plain = inner & seen & ~split
         out = np.zeros((seen.size, 3), np.float32)
         at = np.flatnonzero(plain & cast)
-        out[at] = self._light(sight, index.ravel()[at], at, top)
+        out[at] = self._light(view, index.ravel()[at], at, top)
         at = np.flatnonzero(plain & ~cast & edge)
-        out[at] = self._light(self.stage.look(self.pose.t, ways[at]), np.arange(len(at)), at, top)
+        out[at] = self._light(self.lit_scene.cast(self.pose.t, ways[at]), np.arange(len(at)), at, top)
         at = np.flatnonzero(plain & ~cast & ~edge)
         beside = np.pad(index, 1, mode="reflect")[1:-1, :-2].ravel()[at]
-        same = self.stage.follow(sight, beside, self.pose.t, ways[at])
+        same = self.lit_scene.follow(view, beside, self.pose.t, ways[at])
         out[at] = self._light(same, np.arange(len(at)), at, top)
         at = np.flatnonzero(split)
         many = max(1, _SPLIT // len(self.offsets))
@@ -76,11 +78,11 @@ class _View:
             out[at[k : k + many]] = self._split(rays, at[k : k + many], top)
         return out.reshape(*seen.shape, 3)[first - top : first - top + end - first]
 
-    def _light(self, sight: Sight, which: Array, pixels: Array, top: int) -> Array:
-        """Light (k, 3) that rays `which` (k,) of `sight` bring to `pixels` (k,), counted from row `top`."""
+    def _light(self, view: ViewHits, which: Array, pixels: Array, top: int) -> Array:
+        """Light (k, 3) that rays `which` (k,) of `view` bring to `pixels` (k,), counted from row `top`."""
         row, column = np.divmod(pixels, self.camera.width)
-        free = self.openness.at(row + top, column, sight, which)
-        return radiance(self.stage, sight, which, free, self.grid.angle)
+        free = self.openness.at(row + top, column, view, which)
+        return radiance(self.lit_scene, view, which, free, self.grid.angle)
 
     def _split(self, rays: Float, pixels: Array, top: int) -> Array:
         """Mean light (k, 3) of the samples of `pixels` (k,), flat indices into rays (m, w, 3)."""
@@ -92,13 +94,13 @@ class _View:
             + self.offsets[:, 1:] * down[:, None]
         ).reshape(-1, 3)
         ways /= np.linalg.norm(ways, axis=1, keepdims=True)
-        sight = self.stage.look(self.pose.t, ways)
-        groups = group(sight.key, len(self.offsets))
+        view = self.lit_scene.cast(self.pose.t, ways)
+        groups = group_samples(view.key, len(self.offsets))
         pick = groups.pick
-        place = sight.xyz.copy()
-        place[pick] = groups.mean(sight.xyz)  # a group is shaded in its middle
-        sight = replace(sight, xyz=place)
-        return groups.blend(self._light(sight, pick, pixels[pick // len(self.offsets)], top))
+        place = view.xyz.copy()
+        place[pick] = groups.mean(view.xyz)  # a group is shaded in its middle
+        view = replace(view, xyz=place)
+        return groups.blend(self._light(view, pick, pixels[pick // len(self.offsets)], top))
 
 
 def _changes(key: Array, cast: Bool) -> Bool:

@@ -9,11 +9,11 @@ import numpy as np
 
 from frontage.geometry.arrays import Array, Float
 from frontage.simulate.optics.glass import Panes, draw_panes, pane_optics
+from frontage.simulate.optics.lasertexture import LaserTexture
 from frontage.simulate.optics.rays import Hits, Tracer
 from frontage.simulate.optics.roughness import Roughness
-from frontage.simulate.optics.tint import Tint
 from frontage.simulate.scene import Part, Scene
-from frontage.simulate.sensors.footprint import pattern
+from frontage.simulate.sensors.footprint import beam_pattern
 from frontage.simulate.sensors.instrument import Instrument
 from frontage.simulate.sensors.recording import Echo
 
@@ -32,7 +32,7 @@ Columns = tuple[Float, Float, Array, Array, Float]
 
 
 @dataclass(frozen=True, eq=False)
-class Light:
+class BeamPaths:
     """What m paths of each of n beams bring back, (n, m) each: the sub-rays and, at panes, their branches.
 
     beam       (n,) row of the beam
@@ -48,9 +48,9 @@ class Light:
     kind: Array
     cosine: Float
 
-    def take(self, rows: Array) -> "Light":
+    def take(self, rows: Array) -> "BeamPaths":
         """The beams at `rows` of this lot."""
-        return Light(*(getattr(self, f)[rows] for f in self.__annotations__))
+        return BeamPaths(*(getattr(self, f)[rows] for f in self.__annotations__))
 
 
 class Target:
@@ -60,7 +60,7 @@ class Target:
         """Prepare `scene` for a laser of `wavelength` nm; panes are drawn from the scene's seed."""
         self.tracer = tracer or Tracer(scene.mesh)
         self.roughness = Roughness(scene)
-        self.tint = Tint(scene, np.random.default_rng([scene.seed, 0x71]))
+        self.texture = LaserTexture(scene, np.random.default_rng([scene.seed, 0x71]))
         material = [scene.materials[s.material] for s in scene.surfaces]
         self._albedo = np.array([m.laser for m in material])
         self._gloss = np.array([m.gloss for m in material])
@@ -72,8 +72,8 @@ class Target:
         rng = np.random.default_rng([scene.seed, 0x91])
         self.panes = draw_panes(house[self.is_pane], wavelength, rng)
 
-    def light(self, instrument: Instrument, origins: Float, directions: Float) -> tuple[Light, ...]:
-        """Light of sub-rays, origins and directions (n, k, 3) m local and unit.
+    def trace(self, instrument: Instrument, origins: Float, directions: Float) -> tuple[BeamPaths, ...]:
+        """BeamPaths of sub-rays, origins and directions (n, k, 3) m local and unit.
 
         Two lots: the beams that meet no pane (m = k), those that do (m = 3 k: direct, through, mirrored).
         """
@@ -81,7 +81,7 @@ class Target:
         o, d = origins.reshape(-1, 3), directions.reshape(-1, 3)
         hits = self.tracer.first_hit(o, d)
         surface = np.where(hits.found, self._surface[hits.triangle], -1).astype(np.int32)
-        power = np.tile(pattern(k)[1], n)
+        power = np.tile(beam_pattern(k)[1], n)
         at = np.flatnonzero(hits.found & self.is_pane[surface])
         energy = power * self._scattered(instrument, surface, hits)
         kind = np.full(n * k, Echo.PLAIN, np.uint8)
@@ -119,7 +119,7 @@ class Target:
     def _through(
         self, instrument: Instrument, panes: Panes, o: Float, d: Float, hits: Hits, power: Float
     ) -> Columns:
-        """Light that passes the pane, and perhaps more of them, there and back."""
+        """BeamPaths that passes the pane, and perhaps more of them, there and back."""
         n = len(o)
         share = pane_optics(panes, hits.cosine)[1]
         done = Hits(np.full(n, -1, np.int64), np.full(n, np.inf), np.zeros(n))
@@ -143,7 +143,7 @@ class Target:
     def _mirrored(
         self, instrument: Instrument, panes: Panes, o: Float, d: Float, hits: Hits, power: Float
     ) -> Columns:
-        """Light that the pane mirrors to something else and back: recorded straight behind the pane."""
+        """BeamPaths that the pane mirrors to something else and back: recorded straight behind the pane."""
         normal = self._normal[hits.triangle]
         away = d - 2 * np.einsum("ij,ij->i", d, normal)[:, None] * normal
         found = self.tracer.first_hit(o + hits.distance[:, None] * d, away, _SKIP)
@@ -171,7 +171,7 @@ def _spread(branch: Columns, at: Array, n: int) -> Columns:
     return out[0], out[1], out[2], out[3], out[4]
 
 
-def _lot(columns: list[Columns], rows: Array, n: int) -> Light:
+def _lot(columns: list[Columns], rows: Array, n: int) -> BeamPaths:
     """The beams `rows` of n, their paths side by side."""
     fields = [np.concatenate([c[i].reshape(n, -1)[rows] for c in columns], axis=1) for i in range(5)]
-    return Light(rows, *fields)
+    return BeamPaths(rows, *fields)

@@ -11,10 +11,10 @@ from frontage.model.scan import Grid
 from frontage.simulate.optics.light import LightSpec
 from frontage.simulate.scene import Scene
 from frontage.simulate.sensors.instrument import Instrument, ScannerSpec, draw_instrument
-from frontage.simulate.sensors.measure import measure
 from frontage.simulate.sensors.photograph import scan_colours
+from frontage.simulate.sensors.positions import approximate_pose, rotation, station_positions
+from frontage.simulate.sensors.ranging import measure_beams
 from frontage.simulate.sensors.recording import Station
-from frontage.simulate.sensors.stand import approximate, places, rotation
 from frontage.simulate.sensors.target import Target
 
 _REFERENCE = 10.0  # m, where `ScannerSpec.spacing` is stated
@@ -37,7 +37,7 @@ def scan_stations(
     rng = np.random.default_rng([seed, scene.seed, 0x7E])
     instrument = draw_instrument(spec, rng)
     target = Target(scene, instrument.wavelength)
-    centres = places(scene, spec, target.tracer)
+    centres = station_positions(scene, spec, target.tracer)
     return tuple(
         _station(scene, spec, instrument, target, centres[k], k, (seed, scene.seed, 0x7E, k), light)
         for k in (range(len(centres)) if only is None else only)
@@ -73,14 +73,14 @@ def _station(
     rng = np.random.default_rng([*seed, 1])
     tilt = _TILT * rng.normal(size=2)
     true = Rigid3("local", "scanner", rotation(tilt[0], tilt[1], rng.uniform(0, 2 * np.pi)), centre)
-    given = approximate(true, spec, rng) if spec.pose == "approximate" else true
+    given = approximate_pose(true, spec, rng) if spec.pose == "approximate" else true
     houses = true.inverse.rotate(scene.local_from_street.R[None, :, 1])[0]
     azimuth, elevation = raster(spec, float(np.arctan2(houses[1], houses[0])))
     # column by column, as the head turns: neighbours in memory are neighbours in the scene
     az, el = (g.ravel() for g in np.meshgrid(azimuth, elevation, indexing="ij"))
     noise = instrument.sigma_angle * rng.normal(size=(2, len(az)))
     beams = true.rotate(polar(az + noise[0] / np.maximum(np.cos(el), 0.05), el + noise[1]))
-    m = measure(target, instrument, np.broadcast_to(centre, beams.shape), beams, seed)
+    m = measure_beams(target, instrument, np.broadcast_to(centre, beams.shape), beams, seed)
     xyz = m.range[:, None] * polar(az[m.beam], el[m.beam])
     index = np.full(len(az), -1, np.int64)
     first = np.flatnonzero(m.number == 1)

@@ -38,7 +38,7 @@ class Track:
         return values[:, :3], values[:, 3:]
 
 
-def turned(attitude: Float, directions: Float) -> Float:
+def rotate_to_local(attitude: Float, directions: Float) -> Float:
     """Directions (n, 3) from body axes to local ones; attitude (n, 3) as in `Track`."""
     roll, pitch, yaw = attitude[:, 0], -attitude[:, 1], np.pi / 2 - attitude[:, 2]
     x, y, z = directions.T
@@ -74,7 +74,7 @@ def drive_along(
     return Track(spec.start + time, scene.local_from_street.apply(line), attitude)
 
 
-def believed_track(true: Track, spec: DriveSpec, rng: np.random.Generator) -> Track:
+def navigation_solution(true: Track, spec: DriveSpec, rng: np.random.Generator) -> Track:
     """What the navigation hands over: a constant offset, a random walk, a wandering attitude."""
     time = true.time - true.time[0]
     nodes = np.arange(0.0, time[-1] + 2 * _DRIFT_STEP, _DRIFT_STEP)

@@ -10,11 +10,11 @@ from frontage.model import WorldRef
 from frontage.simulate.houses.draft import HouseDraft, draw_house
 from frontage.simulate.houses.house import build_house
 from frontage.simulate.houses.housespec import HouseSpec
-from frontage.simulate.houses.meshing import MeshBuilder, Pen
+from frontage.simulate.meshing import MeshBuilder, Pen
 from frontage.simulate.scene import House, Scene
 from frontage.simulate.spec import SceneSpec
-from frontage.simulate.street.ground import Profile, draw_ground
-from frontage.simulate.street.hedges import LEAST_SETBACK, Front, draw_hedge, ways_in
+from frontage.simulate.street.ground import StreetProfile, draw_ground
+from frontage.simulate.street.hedges import LEAST_SETBACK, PlotFront, draw_hedge, entrance_spans
 from frontage.simulate.street.obstacles import draw_obstacles
 
 _BEYOND = 60.0  # m of street before the first and after the last house
@@ -31,7 +31,7 @@ class Plot:
     twin: bool
 
 
-def street(spec: SceneSpec) -> Scene:
+def build_street(spec: SceneSpec) -> Scene:
     """Build the street that `spec` asks for; the same spec gives the same bytes.
 
     Raises OptionError when openings that the spec places leave their wall, overlap or do not fit.
@@ -67,13 +67,13 @@ def street(spec: SceneSpec) -> Scene:
     )
 
 
-def _draw_profile(spec: SceneSpec, rng: np.random.Generator) -> Profile:
+def _draw_profile(spec: SceneSpec, rng: np.random.Generator) -> StreetProfile:
     rise = float(rng.uniform(1, 8) * rng.choice([-1, 1]))
     width = float(rng.uniform(11, 18))
     pavement = float(rng.uniform(1.6, 3.0))
     width = width if spec.street_width is None else spec.street_width
     slope = (rise if spec.slope is None else spec.slope) / 100
-    return Profile(width, min(pavement, width / 4), slope)
+    return StreetProfile(width, min(pavement, width / 4), slope)
 
 
 def _draw_frame(rng: np.random.Generator) -> Rigid3:
@@ -83,7 +83,7 @@ def _draw_frame(rng: np.random.Generator) -> Rigid3:
     return Rigid3("local", "street", R, rng.uniform((10, 10, 5), (60, 60, 30)))
 
 
-def _plots(spec: SceneSpec, side: int, profile: Profile) -> list[Plot]:
+def _plots(spec: SceneSpec, side: int, profile: StreetProfile) -> list[Plot]:
     """Houses of one side from s = 0 on; those of the other side are drawn, never specified."""
     asked = list(spec.house) if side == 0 else []
     count = (len(spec.house) or 4) if spec.houses is None else max(spec.houses, len(asked))
@@ -126,7 +126,7 @@ def _site(house: HouseSpec, line: float | None, rng: np.random.Generator) -> tup
 
 
 def _build_houses(
-    builder: MeshBuilder, local_from_street: Rigid3, profile: Profile, plots: list[Plot]
+    builder: MeshBuilder, local_from_street: Rigid3, profile: StreetProfile, plots: list[Plot]
 ) -> tuple[list[House], list[str]]:
     houses: list[House] = []
     notes: list[str] = []
@@ -142,7 +142,9 @@ def _build_houses(
     return houses, notes
 
 
-def _draw_hedges(pen: Pen, profile: Profile, spec: SceneSpec, plots: list[Plot], houses: list[House]) -> None:
+def _draw_hedges(
+    pen: Pen, profile: StreetProfile, spec: SceneSpec, plots: list[Plot], houses: list[House]
+) -> None:
     """Hedges along the building line, before half of the houses that stand back."""
     for k, (plot, house) in enumerate(zip(plots, houses, strict=True)):
         rng = np.random.default_rng((spec.seed, 6, k))
@@ -151,20 +153,20 @@ def _draw_hedges(pen: Pen, profile: Profile, spec: SceneSpec, plots: list[Plot],
             continue
         s0, s1 = plot.start, plot.start + plot.draft.width
         near = plot.side == 0
-        ways = tuple((s0 + a, s0 + b) if near else (s1 - b, s1 - a) for a, b in ways_in(house))
+        ways = tuple((s0 + a, s0 + b) if near else (s1 - b, s1 - a) for a, b in entrance_spans(house))
         d, towards = (0.0, 1.0) if near else (-profile.width, -1.0)
-        front = Front(s0, s1, profile.height(s0, d), profile.height(s1, d), ways)
-        draw_hedge(pen.of(f"hedge{k + 1}"), front, d, towards, rng)
+        front = PlotFront(s0, s1, profile.height(s0, d), profile.height(s1, d), ways)
+        draw_hedge(pen.with_prefix(f"hedge{k + 1}"), front, d, towards, rng)
 
 
-def _box(plot: Plot, profile: Profile) -> shapely.Polygon:
+def _box(plot: Plot, profile: StreetProfile) -> shapely.Polygon:
     """The house's footprint in the street frame."""
     near, far = plot.setback, plot.setback + plot.draft.depth
     d0, d1 = (near, far) if plot.side == 0 else (-profile.width - far, -profile.width - near)
     return shapely.box(plot.start, d0, plot.start + plot.draft.width, d1)
 
 
-def _street_from_house(plot: Plot, profile: Profile) -> Rigid3:
+def _street_from_house(plot: Plot, profile: StreetProfile) -> Rigid3:
     """The house's frame: its front's lower left corner as seen from the street, leaning about its foot."""
     draft = plot.draft
     c, s = np.cos(draft.lean), np.sin(draft.lean)

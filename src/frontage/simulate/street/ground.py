@@ -7,7 +7,7 @@ import numpy as np
 import shapely
 
 from frontage.geometry.arrays import Float
-from frontage.simulate.houses.meshing import Pen, triangulate
+from frontage.simulate.meshing import Pen, triangulate
 from frontage.simulate.scene import Material, Part
 
 KERB = 0.12  # m, pavement above the gutter
@@ -15,7 +15,7 @@ _UNDER_WALLS = 0.1  # m, that the ground reaches under the outer walls
 
 
 @dataclass(frozen=True)
-class Profile:
+class StreetProfile:
     """Cross-section of a street from facade (d = 0) to facade (d = -width), rising `slope` m per metre.
 
     pavement   m, width of each pavement
@@ -46,7 +46,7 @@ class Profile:
 
 def draw_ground(
     pen: Pen,
-    profile: Profile,
+    profile: StreetProfile,
     span: tuple[float, float],
     houses: Sequence[shapely.Geometry],
     rng: np.random.Generator,
@@ -79,7 +79,7 @@ def draw_ground(
             _draw_piece(pen, surface, piece, profile)
 
 
-def _draw_piece(pen: Pen, surface: int, piece: shapely.Polygon, profile: Profile) -> None:
+def _draw_piece(pen: Pen, surface: int, piece: shapely.Polygon, profile: StreetProfile) -> None:
     rings = [np.asarray(r.coords)[:-1] for r in (piece.exterior, *piece.interiors)]
     plan, corners = triangulate(rings[0], rings[1:])
     z = np.array([profile.height(s, d) for s, d in plan])

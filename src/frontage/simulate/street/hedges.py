@@ -6,7 +6,7 @@ import numpy as np
 
 from frontage.geometry.arrays import Float
 from frontage.model import DOORS
-from frontage.simulate.houses.meshing import Pen
+from frontage.simulate.meshing import Pen
 from frontage.simulate.scene import House, Material, Part
 
 LEAST_SETBACK = 1.5  # m, a front garden needs so much room
@@ -14,7 +14,7 @@ _GAP = 0.35  # m, that a way to a door is wider than the door, each side
 
 
 @dataclass(frozen=True)
-class Front:
+class PlotFront:
     """The street side of a plot: from s0 to s1 m, ground heights at both ends, spans (m) of ways in."""
 
     s0: float
@@ -35,13 +35,13 @@ class Front:
         return [(a, b) for a, b in zip(starts, ends, strict=True) if b - a > 0.5]
 
 
-def ways_in(house: House) -> list[tuple[float, float]]:
+def entrance_spans(house: House) -> list[tuple[float, float]]:
     """Spans of x (m, front's frame) that lead to the ground floor's doors, gates and garages."""
     doors = [o for o in house.facades[0].openings if o.floor == 0 and o.kind in DOORS]
     return [(float(o.ring[:, 0].min()) - _GAP, float(o.ring[:, 0].max()) + _GAP) for o in doors]
 
 
-def draw_hedge(pen: Pen, front: Front, line: float, towards: float, rng: np.random.Generator) -> None:
+def draw_hedge(pen: Pen, front: PlotFront, line: float, towards: float, rng: np.random.Generator) -> None:
     """Draw a hedge behind the building line (d = `line`) with a pen in the street's frame.
 
     `towards` is 1 or -1: where the house lies. It is all leaves, denser than a tree's.

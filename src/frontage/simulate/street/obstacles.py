@@ -6,17 +6,17 @@ import numpy as np
 
 from frontage.geometry.arrays import Float
 from frontage.geometry.rigid import Rigid3
-from frontage.simulate.houses.meshing import Pen
+from frontage.simulate.meshing import Pen
 from frontage.simulate.spec import SceneSpec
-from frontage.simulate.street.bodies import draw_car, draw_lamp, draw_person
-from frontage.simulate.street.ground import Profile
+from frontage.simulate.street.ground import StreetProfile
+from frontage.simulate.street.objects import draw_car, draw_lamp, draw_person
 from frontage.simulate.street.trees import draw_tree
 
 Draw = Callable[[Pen, str, np.random.Generator], None]
 
 
 def draw_obstacles(
-    pen: Pen, profile: Profile, spec: SceneSpec, s0: float, s1: float, rng: np.random.Generator
+    pen: Pen, profile: StreetProfile, spec: SceneSpec, s0: float, s1: float, rng: np.random.Generator
 ) -> None:
     """Draw obstacles between s0 and s1 m with a pen in the street's frame; those not counted are drawn."""
     length, p, w = s1 - s0, profile.pavement, profile.width
@@ -46,7 +46,7 @@ def _count(asked: int | None, drawn: int) -> int:
 
 
 def _place(
-    pen: Pen, profile: Profile, name: str, draw: Draw, count: int, span: tuple[float, float, float],
+    pen: Pen, profile: StreetProfile, name: str, draw: Draw, count: int, span: tuple[float, float, float],
     lanes: tuple[float, float], turn: float, taken: list[tuple[float, float]], rng: np.random.Generator,
 ) -> None:  # fmt: skip
     """Draw `count` things along two lanes (d, m), at least span[2] m apart; fewer where there is no room.
@@ -67,7 +67,7 @@ def _place(
         angle = (np.pi - turn if far else -turn) + float(rng.normal(0, 0.04))
         frame = Rigid3("street", "thing", _turned(angle, profile.slope if name == "car" else 0.0),
                        np.array([s, d, profile.height(s, d)]))  # fmt: skip
-        draw(pen.within(pen.local_from_frame @ frame), f"{name}{placed}", rng)
+        draw(pen.in_frame(pen.local_from_frame @ frame), f"{name}{placed}", rng)
 
 
 def _turned(angle: float, slope: float) -> Float:

@@ -3,7 +3,7 @@
 import numpy as np
 
 from frontage.geometry.arrays import Float, Int
-from frontage.simulate.houses.meshing import Pen, loft
+from frontage.simulate.meshing import Pen, loft
 from frontage.simulate.scene import Material, Part
 
 _TURN = np.linspace(0, 2 * np.pi, 9)[:-1]

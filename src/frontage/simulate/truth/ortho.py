@@ -7,13 +7,13 @@ import shapely
 
 from frontage.geometry.arrays import Array, Bool, Float, freeze
 from frontage.simulate.optics.light import Light
+from frontage.simulate.optics.litscene import LitScene
 from frontage.simulate.optics.noise import scramble
 from frontage.simulate.optics.rays import Tracer
-from frontage.simulate.optics.samples import group, lattice
+from frontage.simulate.optics.samples import group_samples, lattice
 from frontage.simulate.optics.shading import surface_light
-from frontage.simulate.optics.stage import Stage
 from frontage.simulate.scene import FacadePlan, Part, Scene
-from frontage.simulate.sensors.sensor import encode
+from frontage.simulate.sensors.imaging import encode
 
 _LOOSE = (Part.TREE, Part.CAR, Part.LAMP, Part.PERSON)
 _FRONT = 0.3  # m in front of the foremost protrusion
@@ -58,39 +58,41 @@ def true_ortho(scene: Scene, house: int, facade: int, gsd: float) -> OrthoTruth:
     plan = scene.houses[house].facades[facade]
     (x0, z0), (x1, z1) = plan.outline.min(0) - _MARGIN, plan.outline.max(0) + _MARGIN
     loose = np.isin(scene.parts[scene.mesh.surface], [*_LOOSE, Part.GROUND])
-    stage = Stage(scene, _EVEN, ~loose & _within(scene, plan, (x0, _front(plan), z0), (x1, _BACK, z1)))
+    lit_scene = LitScene(scene, _EVEN, ~loose & _within(scene, plan, (x0, _front(plan), z0), (x1, _BACK, z1)))
     w, h = int(np.ceil((x1 - x0) / gsd)), int(np.ceil((z1 - z0) / gsd))
     corner = (float(x0), float(z1))
     x, z = x0 + gsd * (np.arange(w) + 0.5), z1 - gsd * (np.arange(h) + 0.5)
     buried = z[:, None] < _ground(scene, plan, x)
-    parts = [_rows(stage, plan, x, z[k : k + _ROWS // w + 1], gsd) for k in range(0, h, _ROWS // w + 1)]
+    parts = [_rows(lit_scene, plan, x, z[k : k + _ROWS // w + 1], gsd) for k in range(0, h, _ROWS // w + 1)]
     light, surface, depth = (np.concatenate(p) for p in zip(*parts, strict=True))
     surface[buried], depth[buried] = -1, np.nan
     light[surface < 0] = 0.0
     return OrthoTruth(encode(light), _holes(plan, x, z), surface, depth, corner, gsd)
 
 
-def _rows(stage: Stage, plan: FacadePlan, x: Float, z: Float, gsd: float) -> tuple[Array, Array, Array]:
+def _rows(
+    lit_scene: LitScene, plan: FacadePlan, x: Float, z: Float, gsd: float
+) -> tuple[Array, Array, Array]:
     """Light (r, w, 3) float32, surface and depth (r, w) of some rows."""
     centre = np.stack(np.broadcast_arrays(x, 0.0, z[:, None]), axis=-1).reshape(-1, 3)
-    triangle, y = _cast(stage.every, plan, centre)
-    surface = np.where(triangle >= 0, stage.looks.surface[triangle], -1).astype(np.int32)
+    triangle, y = _cast(lit_scene.every, plan, centre)
+    surface = np.where(triangle >= 0, lit_scene.appearance.surface[triangle], -1).astype(np.int32)
     offsets = gsd * np.insert(lattice(_SAMPLES), 1, 0.0, axis=1)
-    light = _light(stage, plan, (centre[:, None] + offsets).reshape(-1, 3), gsd)
+    light = _light(lit_scene, plan, (centre[:, None] + offsets).reshape(-1, 3), gsd)
     shape = (len(z), len(x))
     return light.reshape(*shape, 3), surface.reshape(shape), y.astype(np.float32).reshape(shape)
 
 
-def _light(stage: Stage, plan: FacadePlan, at: Float, gsd: float) -> Array:
+def _light(lit_scene: LitScene, plan: FacadePlan, at: Float, gsd: float) -> Array:
     """Mean light (n, 3) float32 of every four samples at facade points (4 n, 3); nothing is black."""
-    triangle, y = _cast(stage.every, plan, at)
-    key = stage.faces[triangle]
-    paned = np.flatnonzero(stage.is_pane[triangle] & (triangle >= 0))
-    triangle[paned], y[paned] = _cast(stage.solid, plan, at[paned])
+    triangle, y = _cast(lit_scene.every, plan, at)
+    key = lit_scene.faces[triangle]
+    paned = np.flatnonzero(lit_scene.is_pane[triangle] & (triangle >= 0))
+    triangle[paned], y[paned] = _cast(lit_scene.solid, plan, at[paned])
     through = np.zeros(len(at), np.bool_)
     through[paned] = True
-    key = scramble(key, 1) ^ stage.faces[triangle]
-    groups = group(key, _SAMPLES)
+    key = scramble(key, 1) ^ lit_scene.faces[triangle]
+    groups = group_samples(key, _SAMPLES)
     pick = groups.pick
     rgb = np.zeros((len(pick), 3), np.float32)
     hit = np.flatnonzero(triangle[pick] >= 0)
@@ -99,7 +101,7 @@ def _light(stage: Stage, plan: FacadePlan, at: Float, gsd: float) -> Array:
     xyz = plan.local_from_facade.apply(middle)
     ways = np.broadcast_to(plan.local_from_facade.R[:, 1], xyz.shape)
     flat, blur = np.ones(len(seen), np.float32), np.full(len(seen), gsd, np.float32)
-    rgb[hit] = surface_light(stage, triangle[seen], xyz, ways, np.zeros(len(seen), np.bool_), flat, blur)
+    rgb[hit] = surface_light(lit_scene, triangle[seen], xyz, ways, np.zeros(len(seen), np.bool_), flat, blur)
     rgb[through[pick]] = rgb[through[pick]] * _THROUGH + _PANE
     return groups.blend(rgb)
 

@@ -24,7 +24,7 @@ Shares = dict[str, float]
 
 
 @dataclass(frozen=True, eq=False)
-class Eye:
+class ScannerView:
     """A scanner's place (3,) m local and its field: `field` rad about `forward` (3,), elevations rad."""
 
     place: Float
@@ -63,7 +63,7 @@ class _Samples:
 
 
 def visibility(
-    scene: Scene, tracer: Tracer, stations: Sequence[Eye], track: Float, photos: Sequence[Photo]
+    scene: Scene, tracer: Tracer, stations: Sequence[ScannerView], track: Float, photos: Sequence[Photo]
 ) -> Visibility:
     """Cast a ray from every sensor to every sample of the walls and openings.
 

@@ -17,7 +17,7 @@ _APART = 0.01  # m, least distance of surrounds and shutters from other openings
 
 
 @dataclass(frozen=True)
-class Slot:
+class Placement:
     """An opening to be: its type, the lower left corner of its bounding box (m), storey, wall, shutters."""
 
     type: WindowType
@@ -34,26 +34,26 @@ class Slot:
         return opening_ring(t.shape, self.x, self.z, t.width, t.height, t.rise)
 
 
-def undisturbed(slots: list[Slot]) -> list[Slot]:
-    """The slots without those surrounds and open shutters that would cover a neighbour, or its shutters."""
-    shapes = np.array([shapely.Polygon(s.ring) for s in slots])
+def without_collisions(placements: list[Placement]) -> list[Placement]:
+    """The placements without those surrounds and open shutters that would cover a neighbour, or its shutters."""
+    shapes = np.array([shapely.Polygon(s.ring) for s in placements])
     leaves: list[shapely.Geometry] = []
     found = []
-    for k, slot in enumerate(slots):
+    for k, placement in enumerate(placements):
         others = np.delete(shapes, k)
-        surround = slot.type.dressing.surround
+        surround = placement.type.dressing.surround
         if surround:
             moulding = shapely.buffer(shapes[k], surround[0], join_style="mitre")
             if shapely.dwithin(others, moulding, _APART).any():
-                dressing = replace(slot.type.dressing, surround=None)
-                slot = replace(slot, type=replace(slot.type, dressing=dressing))
-        if slot.shutters == "open":
-            own = shapely.union_all([shapely.box(*leaf) for leaf in shutter_leaves(slot.ring)])
+                dressing = replace(placement.type.dressing, surround=None)
+                placement = replace(placement, type=replace(placement.type, dressing=dressing))
+        if placement.shutters == "open":
+            own = shapely.union_all([shapely.box(*leaf) for leaf in shutter_leaves(placement.ring)])
             if shapely.dwithin(others, own, _APART).any() or any(own.intersects(leaf) for leaf in leaves):
-                slot = replace(slot, shutters="none")
+                placement = replace(placement, shutters="none")
             else:
                 leaves.append(own)
-        found.append(slot)
+        found.append(placement)
     return found
 
 
@@ -72,14 +72,18 @@ def oriel_wall(oriel: Oriel) -> Float:
 
 
 def name_openings(
-    facade: str, slots: tuple[Slot, ...]
+    facade: str, placements: tuple[Placement, ...]
 ) -> tuple[tuple[OpeningPlan, ...], tuple[Dressing, ...]]:
     """Openings in reading order, numbered from the left on every storey, and how each is dressed."""
-    order = sorted(slots, key=lambda s: (s.floor, s.x + s.type.width / 2, s.z))
+    order = sorted(placements, key=lambda s: (s.floor, s.x + s.type.width / 2, s.z))
     count: dict[int, int] = {}
     openings = []
-    for slot in order:
-        bay = count[slot.floor] = count.get(slot.floor, 0) + 1
-        name = f"{facade}/{_LETTER[slot.type.kind]}{slot.floor}-{bay}"
-        openings.append(slot.type.place(name, slot.x, slot.z, slot.floor, bay, slot.wall_y, slot.shutters))
+    for placement in order:
+        bay = count[placement.floor] = count.get(placement.floor, 0) + 1
+        name = f"{facade}/{_LETTER[placement.type.kind]}{placement.floor}-{bay}"
+        openings.append(
+            placement.type.place(
+                name, placement.x, placement.z, placement.floor, bay, placement.wall_y, placement.shutters
+            )
+        )
     return tuple(openings), tuple(s.type.dressing for s in order)

@@ -23,7 +23,7 @@ _COMMON = 0.7  # share of a GPS's variance that is the same for photos taken wit
 
 
 @dataclass(frozen=True, eq=False)
-class Aim:
+class PlannedPhoto:
     """A photo to be taken: its name, its true pose and the given one, time s since the first."""
 
     name: str
@@ -33,7 +33,7 @@ class Aim:
 
 
 @lru_cache(maxsize=8)
-def plan(scene: Scene, spec: CameraSpec, seed: int) -> tuple[Aim, ...]:
+def plan_photos(scene: Scene, spec: CameraSpec, seed: int) -> tuple[PlannedPhoto, ...]:
     """The poses of all photos, in the order they are taken; the last plans are remembered.
 
     A walk goes along the facades of one side, as far across the street as it is wide (or `spec.distance`),
@@ -44,7 +44,7 @@ def plan(scene: Scene, spec: CameraSpec, seed: int) -> tuple[Aim, ...]:
     ground = Tracer(scene.mesh, scene.parts[scene.mesh.surface] == Part.GROUND)
     true = [_pose(scene, ground, place) for place in places]
     return tuple(
-        Aim(f"IMG_{k + 1:04d}.jpg", pose, given, 4.0 * k)
+        PlannedPhoto(f"IMG_{k + 1:04d}.jpg", pose, given, 4.0 * k)
         for k, (pose, given) in enumerate(zip(true, _given(true, spec, rng), strict=True))
     )
 

@@ -24,7 +24,7 @@ def rotation(roll: float, pitch: float, yaw: float) -> Float:
     return np.asarray(rz @ ry @ rx)
 
 
-def extent(scene: Scene) -> tuple[float, float]:
+def street_extent(scene: Scene) -> tuple[float, float]:
     """First and last s (m along the street) of the houses on side 0, or of all where that side is empty.
 
     Without houses the extent of the road.
@@ -35,7 +35,7 @@ def extent(scene: Scene) -> tuple[float, float]:
     return float(s.min()), float(s.max())
 
 
-def places(scene: Scene, spec: ScannerSpec, tracer: Tracer) -> list[Float]:
+def station_positions(scene: Scene, spec: ScannerSpec, tracer: Tracer) -> list[Float]:
     """Scanner centres (3,) m local of every station: where the spec says, or spread where there is room.
 
     Raises OptionError for a position that is not above the ground or stands inside something.
@@ -48,7 +48,7 @@ def places(scene: Scene, spec: ScannerSpec, tracer: Tracer) -> list[Float]:
                     f"scanner position [{s:g}, {d:g}] is not free ground; move it to where a tripod can stand"
                 )
         return [p for p in found if p is not None]
-    first, last = extent(scene)
+    first, last = street_extent(scene)
     road = scene.local_from_street.inverse.apply(scene.road)
     out = []
     for k in range(spec.stations):
@@ -87,7 +87,7 @@ def _free(scene: Scene, tracer: Tracer, s: float, d: float, height: float) -> Fl
     return None if blocked.any() else place
 
 
-def approximate(true: Rigid3, spec: ScannerSpec, rng: np.random.Generator) -> Rigid3:
+def approximate_pose(true: Rigid3, spec: ScannerSpec, rng: np.random.Generator) -> Rigid3:
     """The pose that GPS, compass and level hand over for a station that stands at `true`."""
     level = np.radians(spec.sigma_level) * rng.normal(size=2)
     turn = rotation(level[0], level[1], np.radians(spec.sigma_heading) * rng.normal())

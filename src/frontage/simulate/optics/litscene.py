@@ -6,8 +6,8 @@ import numpy as np
 
 from frontage.geometry.arrays import Array, Bool, Float, Int
 from frontage.simulate.optics import noise
+from frontage.simulate.optics.appearance import Appearance, appearance_of
 from frontage.simulate.optics.light import Light
-from frontage.simulate.optics.looks import Looks, look_of
 from frontage.simulate.optics.rays import Tracer
 from frontage.simulate.scene import Part, Scene
 
@@ -19,7 +19,7 @@ _BULGE = 0.0016  # rad, one sigma of the slope of a pane's waves (roller waves, 
 
 
 @dataclass(frozen=True, eq=False)
-class Sight:
+class ViewHits:
     """What rays (n,) of sight meet.
 
     solid (n,) int64: triangle behind any pane, -1 = sky; xyz (n, 3) where; lit (n,) whether in the sun
@@ -45,20 +45,20 @@ class Sight:
     key: Array
 
 
-class Stage:
+class LitScene:
     """A scene with its light and the trees for casting rays; `keep` (t,) leaves triangles out."""
 
     def __init__(self, scene: Scene, light: Light, keep: Bool | None = None) -> None:
-        self.scene, self.light, self.looks = scene, light, look_of(scene)
+        self.scene, self.light, self.appearance = scene, light, appearance_of(scene)
         kept = np.ones(len(scene.mesh.corners), np.bool_) if keep is None else keep
-        self.is_pane = self.looks.part[self.looks.surface] == Part.PANE
+        self.is_pane = self.appearance.part[self.appearance.surface] == Part.PANE
         self.every = Tracer(scene.mesh, kept)
         self.solid = Tracer(scene.mesh, kept & ~self.is_pane)
-        self.faces = _faces(scene, self.looks)
+        self.faces = _faces(scene, self.appearance)
         apex = scene.mesh.vertices[scene.mesh.corners[:, 0]]
-        self._offset = np.append(np.einsum("ij,ij->i", apex, self.looks.normals[:-1]), 0.0)
+        self._offset = np.append(np.einsum("ij,ij->i", apex, self.appearance.normals[:-1]), 0.0)
 
-    def look(self, origin: Float, ways: Float) -> Sight:
+    def cast(self, origin: Float, ways: Float) -> ViewHits:
         """Cast rays from `origin` (3,) m local along unit vectors (n, 3)."""
         hits = self.every.first_hit(origin, ways)
         solid, distance = hits.triangle.copy(), hits.distance.copy()
@@ -76,35 +76,35 @@ class Stage:
         key = self._key(solid, lit)
         key[paned] = noise.scramble(key[paned], 1) ^ self._key(mirror.triangle, mirror_lit)
         key[paned] ^= noise.scramble(self.faces[pane], 5)
-        return Sight(
+        return ViewHits(
             ways, solid, xyz, distance, lit, paned, pane, pane_xyz, cosine,
             mirror.triangle, mirror_xyz, mirror_way, mirror_lit, key,
         )  # fmt: skip
 
-    def follow(self, sight: Sight, rows: Int, origin: Float, ways: Float) -> Sight:
-        """What rays (n, 3) from `origin` meet that see the same faces in the same light as `rows` of `sight`.
+    def follow(self, view: ViewHits, rows: Int, origin: Float, ways: Float) -> ViewHits:
+        """What rays (n, 3) from `origin` meet that see the same faces in the same light as `rows` of `view`.
 
         Nothing is cast: the rays are cut with the planes of those faces.
         """
-        solid = sight.solid[rows]
+        solid = view.solid[rows]
         distance = self._reach(solid, origin, ways)
         xyz = _along(origin, ways, distance)
-        place = np.full(len(sight.solid), -1)
-        place[sight.paned] = np.arange(len(sight.paned))
+        place = np.full(len(view.solid), -1)
+        place[view.paned] = np.arange(len(view.paned))
         paned = np.flatnonzero(place[rows] >= 0)
         of = place[rows[paned]]
-        pane, mirror = sight.pane[of], sight.mirror[of]
+        pane, mirror = view.pane[of], view.mirror[of]
         pane_xyz = _along(origin, ways[paned], self._reach(pane, origin, ways[paned]))
         cosine, mirror_way = self._mirrored(pane, pane_xyz, ways[paned])
         mirror_xyz = _along(pane_xyz, mirror_way, self._reach(mirror, pane_xyz, mirror_way))
-        return Sight(
-            ways, solid, xyz, distance, sight.lit[rows], paned, pane, pane_xyz, cosine,
-            mirror, mirror_xyz, mirror_way, sight.mirror_lit[of], sight.key[rows],
+        return ViewHits(
+            ways, solid, xyz, distance, view.lit[rows], paned, pane, pane_xyz, cosine,
+            mirror, mirror_xyz, mirror_way, view.mirror_lit[of], view.key[rows],
         )  # fmt: skip
 
     def _reach(self, triangle: Int, origin: Float, ways: Float) -> Float:
         """Distance (n,) m along rays to the planes of triangles (n,), inf for the sky."""
-        normal = self.looks.normals[triangle]
+        normal = self.appearance.normals[triangle]
         slope = np.einsum("ij,ij->i", normal, ways)
         start = np.einsum("ij,ij->i", normal, np.broadcast_to(origin, ways.shape))
         height = self._offset[triangle] - start
@@ -120,7 +120,7 @@ class Stage:
 
     def normals(self, triangle: Int, ways: Float) -> Float:
         """Unit normals (n, 3) of triangles, turned against the rays (n, 3) seeing them; vertical for sky."""
-        n = self.looks.normals[triangle]
+        n = self.appearance.normals[triangle]
         n *= np.where(np.einsum("ij,ij->i", n, ways) > 0, -1.0, 1.0)[:, None]
         return n
 
@@ -130,7 +130,9 @@ class Stage:
         if self.light.overcast >= 1:
             return lit
         normal = self.normals(triangle, ways)
-        thin = self.looks.part[self.looks.surface[triangle]] == Part.TREE  # light comes through leaves
+        thin = (
+            self.appearance.part[self.appearance.surface[triangle]] == Part.TREE
+        )  # light comes through leaves
         facing = np.flatnonzero((triangle >= 0) & ((normal @ self.light.to_sun > 1e-3) | thin))
         start = xyz[facing] + _OFF * normal[facing]
         way = np.broadcast_to(self.light.to_sun, start.shape)
@@ -156,10 +158,10 @@ class Stage:
     def _bent(self, pane: Int, xyz: Float, ways: Float) -> Float:
         """Normals (k, 3) of panes against the rays: every pane is tilted and wavy by a little."""
         normal = self.normals(pane, ways)
-        surface = self.looks.surface[pane]
-        u, v = self.looks.texture_coordinates(surface, xyz, np.zeros(len(pane), np.uint8))
+        surface = self.appearance.surface[pane]
+        u, v = self.appearance.texture_coordinates(surface, xyz, np.zeros(len(pane), np.uint8))
         seed, blur = surface.astype(np.uint32), np.zeros(len(pane), np.float32)
-        frame = self.looks.frame[surface]
+        frame = self.appearance.frame[surface]
         for k in (0, 1):
             tilt = noise.cell(surface, surface * 0 + k, seed, 3) - 0.5
             slope = _TILT * 3.5 * tilt + _BULGE * noise.wave(u, v, 1.3, seed, 4 + k, blur)
@@ -177,13 +179,13 @@ def _along(origin: Float, ways: Float, distance: Float) -> Float:
     return np.asarray(origin + ways * np.where(np.isfinite(distance), distance, 0.0)[:, None])
 
 
-def _faces(scene: Scene, looks: Looks) -> Array:
+def _faces(scene: Scene, appearance: Appearance) -> Array:
     """A number > 0 per triangle, equal for those of one surface in one plane; (t + 1,) uint32, the last 0."""
-    normals = looks.normals[:-1]
+    normals = appearance.normals[:-1]
     n = np.round(normals * 64).astype(np.int64)
     apex = scene.mesh.vertices[scene.mesh.corners[:, 0]]
     offset = np.round(np.einsum("ij,ij->i", apex, normals) / _SAME_PLANE).astype(np.int64)
-    rows = np.column_stack([looks.surface.astype(np.int64), n, offset])
+    rows = np.column_stack([appearance.surface.astype(np.int64), n, offset])
     _, number = np.unique(rows, axis=0, return_inverse=True)
     return np.append(number.reshape(-1) + 1, 0).astype(np.uint32)
 

@@ -8,7 +8,7 @@ from frontage.geometry.arrays import Array, Float, Int
 from frontage.simulate.sensors.footprint import sub_rays
 from frontage.simulate.sensors.instrument import Instrument
 from frontage.simulate.sensors.recording import Echo
-from frontage.simulate.sensors.returns import Echoes, record
+from frontage.simulate.sensors.returns import Echoes, record_echoes
 from frontage.simulate.sensors.target import Target
 
 _BATCH = 20_000  # beams traced together: their sub-rays and branches stay in the processor's cache
@@ -16,7 +16,7 @@ _FLOOR, _CEILING = 1e-4, 4.0  # energies between which range noise depends on en
 
 
 @dataclass(frozen=True, eq=False)
-class Measured:
+class Measurements:
     """Echoes (k,) of all beams in order, as recorded.
 
     beam       (k,) number of the beam; number, count (k,) uint8 of the echo in its beam
@@ -35,15 +35,17 @@ class Measured:
     hit: Float
 
 
-def measure(
+def measure_beams(
     target: Target, instrument: Instrument, origins: Float, directions: Float, seed: tuple[int, ...]
-) -> Measured:
+) -> Measurements:
     """Send beams from `origins` (n, 3) along true unit `directions` (n, 3), local; `seed` of all noise."""
     lots = [
         _batch(target, instrument, origins[k : k + _BATCH], directions[k : k + _BATCH], k, seed)
         for k in range(0, len(directions), _BATCH)
     ]
-    return Measured(*(np.concatenate([getattr(m, name) for m in lots]) for name in Measured.__annotations__))
+    return Measurements(
+        *(np.concatenate([getattr(m, name) for m in lots]) for name in Measurements.__annotations__)
+    )
 
 
 def _batch(
@@ -53,21 +55,21 @@ def _batch(
     directions: Float,
     first: int,
     seed: tuple[int, ...],
-) -> Measured:
+) -> Measurements:
     rng = np.random.default_rng([*seed, first])
-    light = target.light(instrument, *sub_rays(instrument, origins, directions, first))
-    e = _with_strays(record(light, instrument), len(directions), instrument, rng)
+    paths = target.trace(instrument, *sub_rays(instrument, origins, directions, first))
+    e = _with_strays(record_echoes(paths, instrument), len(directions), instrument, rng)
     hit = origins[e.beam] + e.true_range[:, None] * directions[e.beam]
     real = np.flatnonzero(np.isin(e.kind, (Echo.PLAIN, Echo.MIXED, Echo.THROUGH_GLASS)))
-    near, tint = np.zeros(len(e)), np.ones(len(e))
+    near, texture = np.zeros(len(e)), np.ones(len(e))
     near[real] = target.roughness.shortening(e.surface[real], hit[real], e.cosine[real])
-    tint[real] = target.tint.factor(e.surface[real], hit[real])
-    energy = e.energy * tint
+    texture[real] = target.texture.factor(e.surface[real], hit[real])
+    energy = e.energy * texture
     scale = np.clip(energy, _FLOOR, _CEILING) ** -instrument.exponent
     sigma = np.hypot(
         instrument.sigma_range * scale, instrument.spread * e.width * (instrument.sigma_range > 0)
     )
-    return Measured(
+    return Measurements(
         first + e.beam,
         e.number,
         e.count,

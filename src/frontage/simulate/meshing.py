@@ -8,7 +8,7 @@ import shapely
 
 from frontage.geometry.arrays import Array, Float, Int
 from frontage.geometry.rigid import Rigid3
-from frontage.simulate.scene import Material, Mesh, Part, Surface
+from frontage.simulate.scene import Material, Part, SceneMesh, SceneSurface
 
 
 class MeshBuilder:
@@ -16,7 +16,7 @@ class MeshBuilder:
 
     def __init__(self) -> None:
         self.materials: dict[Material, int] = {}
-        self.surfaces: list[Surface] = []
+        self.surfaces: list[SceneSurface] = []
         self._vertices: list[Float] = []
         self._corners: list[Int] = []
         self._surface: list[Array] = []
@@ -26,7 +26,7 @@ class MeshBuilder:
         """Index of a material; equal ones are stored once."""
         return self.materials.setdefault(material, len(self.materials))
 
-    def surface(self, surface: Surface) -> int:
+    def surface(self, surface: SceneSurface) -> int:
         """Register a surface and return its index."""
         self.surfaces.append(surface)
         return len(self.surfaces) - 1
@@ -38,12 +38,12 @@ class MeshBuilder:
         self._surface.append(np.full(len(corners), surface, np.int32))
         self._count += len(vertices)
 
-    def mesh(self) -> Mesh:
+    def mesh(self) -> SceneMesh:
         """The mesh of everything added so far."""
         if not self._vertices:
-            return Mesh(np.zeros((0, 3)), np.zeros((0, 3), np.int64), np.zeros(0, np.int32))
+            return SceneMesh(np.zeros((0, 3)), np.zeros((0, 3), np.int64), np.zeros(0, np.int32))
         parts = (np.concatenate(a) for a in (self._vertices, self._corners, self._surface))
-        return Mesh(*parts)
+        return SceneMesh(*parts)
 
 
 @dataclass(frozen=True)
@@ -60,7 +60,7 @@ class Pen:
     facade: int = -1
     opening: int = -1
 
-    def of(self, prefix: str, *, facade: int | None = None, opening: int | None = None) -> "Pen":
+    def with_prefix(self, prefix: str, *, facade: int | None = None, opening: int | None = None) -> "Pen":
         """The same pen for a facade or an opening."""
         return replace(
             self,
@@ -69,7 +69,7 @@ class Pen:
             opening=self.opening if opening is None else opening,
         )
 
-    def within(self, local_from_frame: Rigid3) -> "Pen":
+    def in_frame(self, local_from_frame: Rigid3) -> "Pen":
         """The same pen in another frame."""
         return replace(self, local_from_frame=local_from_frame)
 
@@ -86,7 +86,7 @@ class Pen:
         """Register a surface "prefix/name" with texture axes u, v given in this frame."""
         frame = self.local_from_frame
         origin, axes = frame.t, frame.rotate(np.array([u, v], float))
-        surface = Surface(
+        surface = SceneSurface(
             f"{self.prefix}/{name}" if self.prefix else name,
             part,
             self.builder.material(material),

@@ -3,7 +3,7 @@
 import numpy as np
 
 from frontage.geometry.arrays import Float
-from frontage.simulate.houses.meshing import Pen, loft
+from frontage.simulate.meshing import Pen, loft
 from frontage.simulate.scene import Material, Part
 
 _CAR_COLOURS = ((0.02, 0.02, 0.025), (0.35, 0.36, 0.38), (0.75, 0.75, 0.75), (0.3, 0.02, 0.02),

@@ -1,4 +1,4 @@
-"""The tables behind a scene's looks: per surface, per material and per triangle, ready to be indexed."""
+"""The tables behind a scene's appearance: per surface, per material and per triangle, ready to be indexed."""
 
 from dataclasses import dataclass
 from functools import lru_cache
@@ -14,7 +14,7 @@ _FACING = (
 
 
 @dataclass(frozen=True, eq=False)
-class Looks:
+class Appearance:
     """Arrays of a scene.
 
     material (s,) int64, part (s,) uint8, origin (s, 3), frame (s, 3, 3): u, v and u x v of every surface
@@ -58,7 +58,7 @@ _SECOND: Int = np.array([1, 2, 1])
 
 
 @lru_cache(maxsize=4)
-def look_of(scene: Scene) -> Looks:
+def appearance_of(scene: Scene) -> Appearance:
     """The tables of a scene; the last few scenes' are remembered."""
     surfaces, materials = scene.surfaces, scene.materials
     frame = _frames(
@@ -68,7 +68,7 @@ def look_of(scene: Scene) -> Looks:
     normals, surface = scene.mesh.normals, scene.mesh.surface
     axes = _axes(normals, frame[surface])
     origin = np.array([s.origin for s in surfaces], np.float64)
-    return Looks(
+    return Appearance(
         material=np.array([s.material for s in surfaces], np.int64),
         part=scene.parts,
         frame=frame,
@@ -95,7 +95,7 @@ def areas(scene: Scene) -> Float:
     return np.asarray(0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=1))
 
 
-def without(scene: Scene, *parts: Part) -> Int:
+def triangles_without(scene: Scene, *parts: Part) -> Int:
     """Indices (k,) int64 of the triangles that belong to none of `parts`."""
     return np.flatnonzero(~np.isin(scene.parts[scene.mesh.surface], [int(p) for p in parts]))
 

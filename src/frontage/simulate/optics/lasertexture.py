@@ -11,7 +11,7 @@ _LIKENESS = (0.2, 0.9)  # exponent range: how much of the contrast in light is l
 _LIMITS = (0.4, 2.0)  # of the factor on a material's mean reflectance
 
 
-class Tint:
+class LaserTexture:
     """The factor by which a place reflects more or less of the laser than its material does on average."""
 
     def __init__(self, scene: Scene, rng: np.random.Generator) -> None:
