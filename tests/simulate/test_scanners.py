@@ -244,7 +244,7 @@ def test_random_walk_grows_with_the_way() -> None:
     gained = []
     for seed in range(60):
         rng = np.random.default_rng(seed)
-        true = drive_along(street(), 0.0, 100.0, 0.0, spec, rng)
+        true = drive_along(street(), (0.0, 100.0), 0.0, spec, rng)
         error = navigation_solution(true, spec, rng).xyz - true.xyz
         gained.append(error[-1] - error[0])
     assert np.std(gained) == pytest.approx(0.03, rel=0.2)

@@ -10,7 +10,7 @@ import shapely
 
 from frontage.geometry.arrays import Float
 from frontage.geometry.ring import rectangle, ring_area
-from frontage.simulate.houses.elevation import CLEARANCE
+from frontage.simulate.houses.elevation import CLEARANCE_M
 from frontage.simulate.houses.shapes import SHAPES, BarLayout, opening_ring, plan_bars
 from frontage.simulate.meshing import inset
 from frontage.simulate.scene import FacadePlan, House, OpeningPlan, Scene
@@ -49,9 +49,9 @@ def test_openings_lie_in_their_wall_and_apart() -> None:
         shapes = [shapely.Polygon(o.ring) for o in facade.openings]
         for k, (opening, shape) in enumerate(zip(facade.openings, shapes, strict=True)):
             wall = wall_of(facade, opening.wall_y)
-            assert wall.contains(shape) and wall.exterior.distance(shape) >= CLEARANCE - 1e-9, opening.id
+            assert wall.contains(shape) and wall.exterior.distance(shape) >= CLEARANCE_M - 1e-9, opening.id
             for other in shapes[:k]:
-                assert shape.distance(other) >= CLEARANCE - 1e-9, opening.id
+                assert shape.distance(other) >= CLEARANCE_M - 1e-9, opening.id
 
 
 def test_no_opening_is_hidden_behind_an_oriel() -> None:
@@ -159,7 +159,7 @@ def test_triangular_heads_are_drawn_where_asked_for_only() -> None:
 @pytest.mark.parametrize("shape", SHAPES)
 def test_rings_follow_their_arcs_to_a_millimetre(shape: str) -> None:
     width, height = 1.2, 1.2 if shape == "circle" else 2.0
-    ring = opening_ring(shape, 3.0, 1.0, width, height, 0.2)
+    ring = opening_ring(shape, 3.0, 1.0, width, height, rise=0.2)
     fine = _fine(shape, width, height)
     np.testing.assert_allclose(ring.min(0), [3.0, 1.0], atol=0.001)
     np.testing.assert_allclose(ring.max(0), [3.0 + width, 1.0 + height], atol=0.001)

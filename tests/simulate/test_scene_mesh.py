@@ -9,7 +9,7 @@ import shapely
 from frontage.geometry.arrays import Float, Int
 from frontage.geometry.rigid import Rigid3
 from frontage.geometry.ring import rectangle, ring_area
-from frontage.simulate.houses.house import FOUNDATION
+from frontage.simulate.houses.house import FOUNDATION_M
 from frontage.simulate.houses.shapes import SHAPES, opening_ring
 from frontage.simulate.meshing import MeshBuilder, Pen, inset, loft, triangulate
 from frontage.simulate.scene import Material, Part, Scene
@@ -52,7 +52,7 @@ def test_a_block_with_a_hole_is_closed_and_has_its_volume() -> None:
     builder, draw = pen()
     hole = opening_ring("round", 1.0, 1.0, 1.0, 1.5)
     outer = rectangle(0, 0, 4, 3)
-    draw.block(draw.surface("block", Part.WALL, PLAIN), outer, 0.0, 0.5, [hole])
+    draw.block(draw.surface("block", Part.WALL, PLAIN), outer, 0.0, 0.5, holes=[hole])
     mesh = builder.mesh()
     assert len(open_edges(mesh.vertices, mesh.corners)) == 0
     expected = (ring_area(outer) - ring_area(hole)) * 0.5
@@ -131,7 +131,7 @@ def test_walls_are_closed_around_every_opening_up_to_the_rooms(seed: int) -> Non
 def from_border(edges: Float, outline: Float) -> Float:
     """How far the ends of open edges on the main plane are from the wall's own border (m)."""
     on = edges[(np.abs(edges[:, :, 1]) < 1e-6).all(1)]
-    wall = np.vstack([[[0.0, FOUNDATION], [np.ptp(outline[:, 0]), FOUNDATION]], outline[2:]])
+    wall = np.vstack([[[0.0, FOUNDATION_M], [np.ptp(outline[:, 0]), FOUNDATION_M]], outline[2:]])
     assert len(on) >= len(wall)
     ends = shapely.points(on[:, :, [0, 2]].reshape(-1, 2))
     return np.asarray(shapely.distance(shapely.Polygon(wall).exterior, ends))

@@ -1,4 +1,4 @@
-"""From a draft to its elevations: outline, layout, names, bands."""
+"""Composes the elevations of a house: outline, layout, names of the openings, bands."""
 
 import numpy as np
 import shapely
@@ -21,27 +21,28 @@ from frontage.simulate.scene import Part
 def compose_elevations(
     draft: HouseDraft, style: Style, id: str, rng: np.random.Generator
 ) -> tuple[Elevation, ...]:
-    """The front of a house, and of a detached one its sides that have openings.
+    """Return the front of a house and, for a detached house, those other sides that have openings.
 
-    Raises OptionError when openings of the spec leave the wall, overlap or do not fit.
+    Raises OptionError when openings of the specification leave the wall, overlap or do not fit.
     """
     outline = front_outline(draft, 0)
     if draft.spec.opening:
-        layout = _given_layout(draft, outline, id)
+        layout = _specified_layout(draft, outline, id)
     else:
         layout = lay_out_front(draft, style, outline, id, rng)
-    sides = [_elevation(draft, 0, f"{id}/F1", outline, layout, rng)]
+    sides = [_elevation(draft, 0, f"{id}/F1", outline=outline, layout=layout, rng=rng)]
     for side in range(1, 4) if draft.detached else ():
         outline = front_outline(draft, side)
         layout = lay_out_side(draft, style, outline, id, rng)
         if layout.placements:
-            sides.append(_elevation(draft, side, f"{id}/F{side + 1}", outline, layout, rng))
+            name = f"{id}/F{side + 1}"
+            sides.append(_elevation(draft, side, name, outline=outline, layout=layout, rng=rng))
     return tuple(sides)
 
 
-def _given_layout(draft: HouseDraft, outline: Float, id: str) -> Layout:
-    """The openings that the spec places."""
-    placements = [_given(o) for o in draft.spec.opening]
+def _specified_layout(draft: HouseDraft, outline: Float, id: str) -> Layout:
+    """Returns the openings that the specification places; raises OptionError where they do not fit."""
+    placements = [_specified(o) for o in draft.spec.opening]
     check_placements([s.ring for s in placements], outline, f"house {id}")
     kept = without_collisions(placements)
     for k, (asked, free) in enumerate(zip(placements, kept, strict=True)):
@@ -52,7 +53,7 @@ def _given_layout(draft: HouseDraft, outline: Float, id: str) -> Layout:
     return Layout(tuple(kept))
 
 
-def _given(spec: OpeningSpec) -> Placement:
+def _specified(spec: OpeningSpec) -> Placement:
     bars = BarLayout(spec.bars, spec.vertical, spec.horizontal)
     kind = WindowType(
         spec.kind, spec.shape, spec.width, spec.height, spec.depth, spec.frame, bars, None,
@@ -63,7 +64,7 @@ def _given(spec: OpeningSpec) -> Placement:
 
 
 def _elevation(
-    draft: HouseDraft, side: int, id: str, outline: Float, layout: Layout, rng: np.random.Generator
+    draft: HouseDraft, side: int, id: str, *, outline: Float, layout: Layout, rng: np.random.Generator
 ) -> Elevation:
     placements = (
         tuple(_on_storey(s, draft) for s in layout.placements) if draft.spec.opening else layout.placements
@@ -77,7 +78,7 @@ def _elevation(
 
 
 def _on_storey(placement: Placement, draft: HouseDraft) -> Placement:
-    """Number the storey of an opening that the spec placed."""
+    """Numbers the storey of an opening that the specification placed."""
     if placement.floor < 0:
         return placement
     middle = placement.z + placement.type.height / 2
@@ -95,7 +96,10 @@ def _on_storey(placement: Placement, draft: HouseDraft) -> Placement:
 def _bands(
     draft: HouseDraft, side: int, outline: Float, cut: shapely.Geometry, rng: np.random.Generator
 ) -> tuple[Band, ...]:
-    """Plinth, string courses, cornice and corner pilasters, left open where openings are."""
+    """Draws plinth, string courses, cornice and corner pilasters, cut out where openings are.
+
+    `cut` is the union of the openings' outlines.
+    """
     width = float(np.ptp(outline[:, 0]))
     wall = shapely.Polygon(outline)
     found: list[tuple[str, Part, Float, float]] = []
@@ -134,7 +138,7 @@ def _bands(
 def unmet_requests(
     draft: HouseDraft, elevations: tuple[Elevation, ...], dormers: int, id: str
 ) -> tuple[str, ...]:
-    """What the spec asked for and the house has no room for, one sentence each."""
+    """Return one sentence for everything that the specification asked for and the house has no room for."""
     spec, front = draft.spec, elevations[0]
     has = {
         "oriel": bool(front.oriels),

@@ -1,4 +1,4 @@
-"""One house: drawn from its draft, and written down as the plan that is its truth."""
+"""One house: its triangles, drawn from its draft, and the plan that is its truth."""
 
 import numpy as np
 
@@ -18,13 +18,18 @@ from frontage.simulate.houses.windows import draw_opening
 from frontage.simulate.meshing import Pen
 from frontage.simulate.scene import FacadePlan, House, Part, ProtrusionPlan
 
-FOUNDATION = -3.0  # m, walls reach so deep below the lowest pavement
+FOUNDATION_M = -3.0  # height at which walls end, below the lowest pavement
 
 
 def build_house(
-    pen: Pen, draft: HouseDraft, id: str, address: str, side: int, twin_of: str | None
+    pen: Pen, draft: HouseDraft, id: str, *, address: str, side: int, twin_of: str | None
 ) -> tuple[House, tuple[str, ...]]:
-    """Draw a house with a pen in the house's frame; return its plan, and what there was no room for."""
+    """Draw a house with a pen in the house's frame.
+
+    Returns its plan, and one note for everything that the specification asked for without there being room.
+
+    Raises OptionError when openings of the specification leave the wall, overlap or do not fit.
+    """
     rng = np.random.default_rng((*draft.seed, 1))
     style = draw_style(draft, rng)
     elevations = compose_elevations(draft, style, id, rng)
@@ -55,7 +60,7 @@ def build_house(
 
 
 def _draw_facade(pen: Pen, draft: HouseDraft, elevation: Elevation) -> None:
-    """The wall with its holes, the openings in them, and what is fixed to it."""
+    """Draws the wall with its holes, the openings in them, and what is fixed to the wall."""
     own = pen.in_frame(pen.local_from_frame @ elevation.house_from_facade)
     holes = [o.ring for o in elevation.openings if o.wall_y == 0.0] + [o.ring for o in elevation.oriels]
     _draw_wall(own, draft, elevation.side, "wall", holes)
@@ -69,6 +74,7 @@ def _draw_facade(pen: Pen, draft: HouseDraft, elevation: Elevation) -> None:
 
 
 def _draw_blind_walls(pen: Pen, draft: HouseDraft, drawn: set[int]) -> None:
+    """Draws the walls of all sides but those that were drawn as facades."""
     for side in sorted({0, 1, 2, 3} - drawn):
         own = pen.in_frame(pen.local_from_frame @ house_from_side(draft, side))
         _draw_wall(own, draft, side, f"wall{side + 1}", [])
@@ -77,7 +83,7 @@ def _draw_blind_walls(pen: Pen, draft: HouseDraft, drawn: set[int]) -> None:
 def _draw_wall(pen: Pen, draft: HouseDraft, side: int, name: str, holes: list[Float]) -> None:
     rough, length = draft.roughness, draft.correlation
     wall = pen.surface(name, Part.WALL, draft.palette.wall, roughness=rough, correlation=length)
-    pen.plate(wall, side_outline(draft, side, FOUNDATION), 0.0, holes)
+    pen.plate(wall, side_outline(draft, side, FOUNDATION_M), 0.0, holes)
 
 
 def _plan(

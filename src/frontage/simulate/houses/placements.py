@@ -1,4 +1,4 @@
-"""Places for openings, before they have names."""
+"""Where openings are placed on a facade, before they are numbered."""
 
 from dataclasses import dataclass, replace
 
@@ -13,12 +13,16 @@ from frontage.simulate.scene import OpeningPlan
 
 _LETTER = {"window": "W", "door": "D", "shopfront": "S", "passage": "P", "garage": "G", "basement": "B"}
 
-_APART = 0.01  # m, least distance of surrounds and shutters from other openings
+_APART_M = 0.01  # least distance of surrounds and shutters from other openings
 
 
 @dataclass(frozen=True)
 class Placement:
-    """An opening to be: its type, the lower left corner of its bounding box (m), storey, wall, shutters."""
+    """An opening with its position: type, lower left corner (x, z) m of its bounding box, storey.
+
+    wall_y     m, plane of the wall that it is cut into: 0, or negative for the front of an oriel
+    shutters   "none", "open" or "closed"
+    """
 
     type: WindowType
     x: float
@@ -29,13 +33,13 @@ class Placement:
 
     @property
     def ring(self) -> Float:
-        """Its outline (k, 2) m."""
+        """Outline (k, 2) m."""
         t = self.type
-        return opening_ring(t.shape, self.x, self.z, t.width, t.height, t.rise)
+        return opening_ring(t.shape, self.x, self.z, t.width, t.height, rise=t.rise)
 
 
 def without_collisions(placements: list[Placement]) -> list[Placement]:
-    """The placements without those surrounds and open shutters that would cover a neighbour, or its shutters."""
+    """Remove surrounds and open shutters that would cover a neighbouring opening or its shutters."""
     shapes = np.array([shapely.Polygon(s.ring) for s in placements])
     leaves: list[shapely.Geometry] = []
     found = []
@@ -44,12 +48,12 @@ def without_collisions(placements: list[Placement]) -> list[Placement]:
         surround = placement.type.dressing.surround
         if surround:
             moulding = shapely.buffer(shapes[k], surround[0], join_style="mitre")
-            if shapely.dwithin(others, moulding, _APART).any():
+            if shapely.dwithin(others, moulding, _APART_M).any():
                 dressing = replace(placement.type.dressing, surround=None)
                 placement = replace(placement, type=replace(placement.type, dressing=dressing))
         if placement.shutters == "open":
             own = shapely.union_all([shapely.box(*leaf) for leaf in shutter_leaves(placement.ring)])
-            if shapely.dwithin(others, own, _APART).any() or any(own.intersects(leaf) for leaf in leaves):
+            if shapely.dwithin(others, own, _APART_M).any() or any(own.intersects(leaf) for leaf in leaves):
                 placement = replace(placement, shutters="none")
             else:
                 leaves.append(own)
@@ -58,7 +62,7 @@ def without_collisions(placements: list[Placement]) -> list[Placement]:
 
 
 def shutter_leaves(ring: Float) -> list[tuple[float, float, float, float]]:
-    """The two open shutters beside an opening: x0, z0, x1, z1 m; they reach to where an arch springs."""
+    """Return the two open shutters beside an opening as x0, z0, x1, z1 m; they end where an arch springs."""
     (x0, z0), (x1, z1) = ring.min(0), ring.max(0)
     half = (x1 - x0) / 2
     top = z1 if len(ring) == 4 else float(ring[2, 1])
@@ -66,7 +70,7 @@ def shutter_leaves(ring: Float) -> list[tuple[float, float, float, float]]:
 
 
 def oriel_wall(oriel: Oriel) -> Float:
-    """The front of an oriel (4, 2) m (x, z), which windows may be cut into."""
+    """Return the front of an oriel (4, 2) m (x, z), into which windows may be cut."""
     x0, x1 = oriel.x0 + oriel.slant, oriel.x1 - oriel.slant
     return np.array([[x0, oriel.z0], [x1, oriel.z0], [x1, oriel.z1], [x0, oriel.z1]])
 
@@ -74,7 +78,7 @@ def oriel_wall(oriel: Oriel) -> Float:
 def name_openings(
     facade: str, placements: tuple[Placement, ...]
 ) -> tuple[tuple[OpeningPlan, ...], tuple[Dressing, ...]]:
-    """Openings in reading order, numbered from the left on every storey, and how each is dressed."""
+    """Name the openings of a facade storey by storey, numbered from the left; return them with dressings."""
     order = sorted(placements, key=lambda s: (s.floor, s.x + s.type.width / 2, s.z))
     count: dict[int, int] = {}
     openings = []
@@ -83,7 +87,13 @@ def name_openings(
         name = f"{facade}/{_LETTER[placement.type.kind]}{placement.floor}-{bay}"
         openings.append(
             placement.type.place(
-                name, placement.x, placement.z, placement.floor, bay, placement.wall_y, placement.shutters
+                name,
+                placement.x,
+                placement.z,
+                floor=placement.floor,
+                bay=bay,
+                wall_y=placement.wall_y,
+                shutters=placement.shutters,
             )
         )
     return tuple(openings), tuple(s.type.dressing for s in order)

@@ -7,7 +7,7 @@ from frontage.geometry.rigid import Rigid3
 from frontage.geometry.ring import rectangle
 from frontage.simulate.houses.draft import HouseDraft
 from frontage.simulate.houses.elevation import Dressing, placement_problems
-from frontage.simulate.houses.shell import MANSARD, shell_faces
+from frontage.simulate.houses.shell import MANSARD_M, shell_faces
 from frontage.simulate.houses.style import Style, WindowType
 from frontage.simulate.houses.windows import draw_opening
 from frontage.simulate.meshing import Pen
@@ -17,7 +17,7 @@ from frontage.simulate.scene import Part, ProtrusionPlan
 def draw_roof(
     pen: Pen, draft: HouseDraft, style: Style, rng: np.random.Generator
 ) -> tuple[ProtrusionPlan, ...]:
-    """Draw the roof in the house's frame and return the dormers as plans of the front."""
+    """Draw the roof in the house's frame, and return its dormers as protrusions of the front."""
     roof = pen.surface("roof", Part.ROOF, draft.palette.roof, v=(0.0, 0.7, 0.7))
     dormers = _place_dormers(draft, style, rng) if style.dormers else []
     for k, face in enumerate(f for f in shell_faces(draft) if f.semantics == "RoofSurface"):
@@ -37,8 +37,8 @@ def draw_roof(
 
 
 def _slope(draft: HouseDraft) -> tuple[float, float]:
-    """Run and rise (m) of the slope above the front's eaves."""
-    return MANSARD if draft.roof == "mansard" else (draft.depth / 2, draft.rise)
+    """Returns run and rise (m) of the slope above the front's eaves."""
+    return MANSARD_M if draft.roof == "mansard" else (draft.depth / 2, draft.rise)
 
 
 def _front_slope(draft: HouseDraft) -> int:
@@ -48,7 +48,7 @@ def _front_slope(draft: HouseDraft) -> int:
 def _place_dormers(
     draft: HouseDraft, style: Style, rng: np.random.Generator
 ) -> list[tuple[float, float, float]]:
-    """Left edge, right edge, and distance behind the front's plane, of each dormer; m."""
+    """Draws the dormers: left edge, right edge and distance behind the front's plane of each, m."""
     if draft.roof not in ("gable", "mansard"):
         return []
     width = float(rng.uniform(1.3, 1.8))
@@ -61,7 +61,7 @@ def _place_dormers(
 
 
 def _dormer_levels(draft: HouseDraft, back: float) -> tuple[float, float, float]:
-    """Foot and top of a dormer's front and the distance at which its flat top meets the slope; m."""
+    """Returns foot and top of a dormer's front, and how far back its flat top meets the slope; m."""
     run, rise = _slope(draft)
     foot = draft.eaves + rise * back / run
     top = min(foot + 1.65, draft.eaves + rise * 0.92)
@@ -71,7 +71,7 @@ def _dormer_levels(draft: HouseDraft, back: float) -> tuple[float, float, float]
 def _draw_slope(
     pen: Pen, surface: int, draft: HouseDraft, ring: Float, dormers: list[tuple[float, float, float]]
 ) -> None:
-    """The front slope with holes where dormers stand."""
+    """Draws the front slope with holes where dormers stand."""
     run, rise = _slope(draft)
     length = float(np.hypot(run, rise))
     up = np.array([0.0, run, rise]) / length
@@ -100,7 +100,7 @@ def _draw_dormer(
     kind = WindowType(
         "window", "rectangle", x1 - x0 - 0.4, min(top - foot - 0.5, 1.3), 0.08, 0.06, style.upper.bars
     )
-    window = kind.place(f"{pen.prefix}/window", x0 + 0.2, foot + 0.3, draft.floors, 1, y)
+    window = kind.place(f"{pen.prefix}/window", x0 + 0.2, foot + 0.3, floor=draft.floors, bay=1, wall_y=y)
     front = rectangle(x0, foot, x1, top)
     wall = pen.surface("wall", Part.DORMER, draft.palette.wall)
     fits = not placement_problems([window.ring], [front])[0]
@@ -116,9 +116,9 @@ def _draw_dormer(
 
 
 def _draw_eaves(pen: Pen, draft: HouseDraft, overhang: float) -> None:
-    """The slope carried on over the front, with a gutter."""
+    """Draws the overhang of the slope in front of the wall, with a gutter."""
     run, rise = _slope(draft)
-    drop = min(overhang * rise / run, 0.2)  # steep roofs flatten there; the top windows stay free
+    drop = min(overhang * rise / run, 0.2)  # steep roofs flatten there, so that the top windows stay free
     e = draft.eaves
     profile = np.array([[0.0, e], [-overhang, e - drop], [-overhang, e - drop - 0.1], [0.0, e - 0.12]])
     _beam(pen, pen.surface("eaves", Part.ROOF, draft.palette.roof), profile, 0.0, draft.width)
@@ -131,7 +131,7 @@ def _draw_eaves(pen: Pen, draft: HouseDraft, overhang: float) -> None:
 
 
 def _beam(pen: Pen, surface: int, profile: Float, x0: float, x1: float) -> None:
-    """A profile (k, 2) m (y, z), clockwise seen from the right, extruded along x."""
+    """Draws a profile (k, 2) m (y, z), clockwise as seen from the right, extruded along x."""
     near = np.column_stack([np.full(len(profile), x0), profile])
     far = near + np.array([x1 - x0, 0.0, 0.0])
     for k in range(len(profile)):

@@ -1,9 +1,9 @@
-"""What surfaces look like: reflectance as a function of the material and the place on it.
+"""The colours of surfaces: reflectance as a function of the material and of the position on it.
 
-A pattern is a function of a `TextureSamples`, many samples of many materials of one kind at once. Patterns know the
-footprint of a pixel (`blur`): joints are box-filtered exactly, noise fades before it aliases, so one sample
-per pixel is enough inside a surface. Grain, stains and joints have the sizes of real walls: there is
-structure at every scale from 8 mm to metres, which is what feature matching lives on.
+Every kind of material has a pattern, a function of `TextureSamples`. Patterns know the footprint of a pixel
+(`blur`): joints are box-filtered exactly and noise fades before it aliases, so that one sample per pixel is
+enough inside a surface. Grain, stains and joints have the sizes of real ones: there is structure at every
+scale from 8 mm to metres, on which the matching of image features depends.
 """
 
 from collections.abc import Callable
@@ -16,16 +16,19 @@ from frontage.simulate.optics import noise
 from frontage.simulate.optics.appearance import Appearance, appearance_of
 from frontage.simulate.scene import Scene
 
-_JOINT = 0.010  # m, of brickwork
+_BRICK_JOINT_M = 0.010
 _MOSS = np.array([[0.10, 0.11, 0.05]], np.float32)
 
 
 @dataclass(frozen=True, eq=False)
 class TextureSamples:
-    """Samples of one kind of material.
+    """Samples of one kind of material, which may be of several materials.
 
-    u, v (n,) float32 m on the texture plane; rgb, joint (n, 3) float32 reflectances; size (n, 2) float32 m of
-    the unit; seed (n,) uint32; blur (n,) float32 m, width of a pixel on the surface.
+    u, v         (n,) float32 m, position on the texture plane
+    rgb, joint   (n, 3) float32, reflectances of the base and of the joints or stains
+    size         (n, 2) float32 m, width and height of one unit (brick, stone, tile)
+    seed         (n,) uint32, of the material
+    blur         (n,) float32 m, width of a pixel on the surface
     """
 
     u: Array
@@ -37,18 +40,18 @@ class TextureSamples:
     blur: Array
 
     def wave(self, length: float | tuple[float, float], salt: int) -> Array:
-        """Noise of one wavelength (m), standard deviation 1, own to the material."""
-        return noise.wave(self.u, self.v, length, self.seed, salt, self.blur)
+        """Return noise (n,) of one wavelength (m), standard deviation 1, different for every material."""
+        return noise.wave(self.u, self.v, length, seed=self.seed, salt=salt, blur=self.blur)
 
     def fractal(self, lengths: tuple[float, ...], salt: int, gain: float = 1.0) -> Array:
-        """Noise of several wavelengths (m), each `gain` times the one before, standard deviation 1."""
-        return noise.fractal(self.u, self.v, lengths, self.seed, salt, self.blur, gain)
+        """Return noise (n,) of several wavelengths (m), each `gain` times as strong as the one before."""
+        return noise.fractal(self.u, self.v, lengths, seed=self.seed, salt=salt, blur=self.blur, gain=gain)
 
 
 def shade(scene: Scene, surface: Array, xyz: Float, blur: float = 0.0) -> Array:
-    """Diffuse reflectance (n, 3) float32, linear RGB 0..1, at points (n, 3) m local on surfaces (n,).
+    """Return the diffuse reflectance (n, 3) float32, linear RGB 0..1, at points (n, 3) m local.
 
-    `blur` m is the width that is averaged over.
+    `surface` (n,) are the indices of their surfaces; the texture is averaged over a width of `blur` m.
     """
     appearance = appearance_of(scene)
     axes = appearance.axes_of_surface[surface]
@@ -56,7 +59,10 @@ def shade(scene: Scene, surface: Array, xyz: Float, blur: float = 0.0) -> Array:
 
 
 def reflectance(appearance: Appearance, surface: Array, xyz: Float, axes: Array, blur: Array) -> Array:
-    """As `shade`, with texture axes (n,) uint8 of the triangles (see `Appearance.axes`) and footprints (n,) m."""
+    """Return the diffuse reflectance as `shade` does, given more detail.
+
+    `axes` (n,) uint8 are the texture axes of the triangles (see `Appearance`), `blur` (n,) m the footprints.
+    """
     u, v = appearance.texture_coordinates(surface, xyz, axes)
     material = appearance.material[surface]
     kinds = appearance.kind[material]
@@ -86,9 +92,10 @@ def _mix(a: Array, b: Array, share: Array) -> Array:
 
 
 def _unit(p: TextureSamples, shift: float) -> tuple[Array, Array, Array]:
-    """Column and row (n,) of the unit (brick, stone, tile), rows shifted by `shift` units, and a calm factor.
+    """Returns column and row (n,) of the unit (brick, stone, tile) at each sample, and a contrast factor.
 
-    The factor (n,) fades the contrast between units once a pixel covers several of them.
+    Every other row is shifted by `shift` units. The factor (n,) fades the contrast between units where a
+    pixel covers several of them.
     """
     row = np.floor(p.v / p.size[:, 1])
     column = np.floor(p.u / p.size[:, 0] + shift * (row % 2))
@@ -96,7 +103,7 @@ def _unit(p: TextureSamples, shift: float) -> tuple[Array, Array, Array]:
 
 
 def _joints(p: TextureSamples, shift: float, width: float) -> Array:
-    """How much (n,) of each pixel is joint, `width` m wide below and left of every unit."""
+    """Returns the share (n,) of each pixel that is joint, `width` m wide, below and left of every unit."""
     row = np.floor(p.v / p.size[:, 1])
     wide, high = p.size[:, 0], p.size[:, 1]
     bed = noise.stripes(p.v / high, width / high, p.blur / high)
@@ -105,7 +112,7 @@ def _joints(p: TextureSamples, shift: float, width: float) -> Array:
 
 
 def _weather(p: TextureSamples, strength: float) -> Array:
-    """Brightness (n,) about 1: patches, rain streaks, grime near the foot of the wall."""
+    """Returns a brightness (n,) about 1: patches, rain streaks, and dirt near the foot of the wall."""
     patches = 0.08 * p.fractal((5.3, 2.3, 1.1, 0.47, 0.21), 11, 0.75)
     streaks = p.wave((0.11, 2.6), 17) + 0.7 * p.wave((0.37, 4.0), 18)
     runs = 0.06 * np.minimum(0.0, streaks + 0.3)
@@ -114,7 +121,7 @@ def _weather(p: TextureSamples, strength: float) -> Array:
 
 
 def _spots(p: TextureSamples, length: float, threshold: float, salt: int) -> Array:
-    """Rare spots (n,) 0..1 of about a third of `length` m: pits, repairs, droppings."""
+    """Returns rare spots (n,) 0..1, about a third of `length` m wide: pits, repairs, chips."""
     return np.asarray(np.clip(2.5 * (p.wave(length, salt) - threshold), 0, 1), np.float32)
 
 
@@ -126,7 +133,7 @@ def _brick(p: TextureSamples) -> Array:
     face = _tone(p.rgb, tone * (1 - 0.35 * burnt) * grain)
     face[:, 0] *= 1 + calm * 0.16 * (noise.cell(column, row, p.seed, 3) - 0.5)
     mortar = _tone(p.joint, 1 + 0.08 * p.fractal((0.3, 0.03), 25))
-    return _tone(_mix(face, mortar, _joints(p, 0.5, _JOINT)), _weather(p, 0.9))
+    return _tone(_mix(face, mortar, _joints(p, 0.5, _BRICK_JOINT_M)), _weather(p, 0.9))
 
 
 def _ashlar(p: TextureSamples) -> Array:
@@ -233,4 +240,4 @@ _PATTERNS: dict[str, Callable[[TextureSamples], Array]] = {
     "paint": _paint,
 }
 KINDS = tuple(_PATTERNS)
-"""Kinds of material that have a pattern."""
+"""The kinds of material that have a pattern."""

@@ -1,7 +1,8 @@
-"""From the light of a beam's paths to the echoes that its scanner records.
+"""Turns the light on the paths of each beam into the echoes that the scanner records.
 
-Pulsed: paths whose ranges differ by less than the resolution melt into one echo at the mean, energy-weighted.
-Phase-shift: one echo per beam; all its light adds up as phasors of the modulation, whatever its range.
+Pulsed ranging: paths whose ranges differ by less than the resolution merge into one echo, at their
+energy-weighted mean. Phase-shift ranging: one echo per beam, in which all light adds up as phasors of the
+modulation, whatever its range.
 """
 
 from dataclasses import dataclass, fields
@@ -11,22 +12,26 @@ import numpy as np
 from frontage.geometry.arrays import Array, Bool, Float, Int
 from frontage.simulate.sensors.instrument import Instrument
 from frontage.simulate.sensors.recording import Echo
-from frontage.simulate.sensors.target import REFERENCE, BeamPaths
+from frontage.simulate.sensors.target import REFERENCE_M, BeamPaths
 
-MIXED_BY = 0.002
-"""m: an echo counts as mixed when light of other surfaces moves its range by more than this."""
+MIXED_BY_M = 0.002
+"""An echo counts as mixed if light from other surfaces shifts its range by more than this."""
 
-_DARK = 0.1  # reflectance at which `range_dark` is stated
+_DARK = 0.1  # reflectance for which `range_dark` is stated
 
 
 @dataclass(frozen=True, eq=False)
 class Echoes:
-    """Echoes (k,), ordered by beam and range.
+    """k echoes without noise, ordered by beam and range.
 
-    beam, number, count   row of the beam; 1, 2, ... of so many in the beam
-    range, energy, width  m as the light adds up, without noise; energy; spread of the ranges, m
-    surface, kind         that most of its light comes from; `Echo`
-    true_range, cosine    m to that surface, along the beam; of incidence there
+    beam           row of the beam
+    number, count  number of the echo in its beam (from 1), and how many there are
+    range          m, at which the light adds up
+    energy         relative to a white surface that faces the scanner at 10 m
+    width          m, standard deviation of the ranges that the light comes from
+    surface, kind  surface that most of the light comes from, and `Echo`
+    true_range     m, along the beam to that surface
+    cosine         of the angle of incidence there
     """
 
     beam: Int
@@ -44,17 +49,17 @@ class Echoes:
         return len(self.beam)
 
     def take(self, index: Array) -> "Echoes":
-        """The echoes at `index`."""
+        """Return the echoes at `index`."""
         return Echoes(*(getattr(self, f.name)[index] for f in fields(self)))
 
 
 def record_echoes(lots: tuple[BeamPaths, ...], instrument: Instrument) -> Echoes:
-    """Echoes that the scanner detects and keeps, noise-free, ordered by beam and range."""
+    """Return the echoes that the scanner detects and keeps, without noise, ordered by beam and range."""
     if instrument.ranging == "pulsed":
         lots = tuple(part for paths in lots for part in _separated(paths, instrument.resolution))
     tables = [_summary(paths, instrument) for paths in lots]
     all_ = Echoes(*(np.concatenate([getattr(t, f.name) for t in tables]) for f in fields(Echoes)))
-    seen = all_.energy >= _DARK * (REFERENCE / instrument.range_dark) ** 2
+    seen = all_.energy >= _DARK * (REFERENCE_M / instrument.range_dark) ** 2
     seen &= (all_.range >= instrument.range_min) & (all_.range <= instrument.range_max)
     found = np.flatnonzero(seen)
     order = found[np.lexsort((all_.range[found], all_.beam[found]))]
@@ -62,7 +67,7 @@ def record_echoes(lots: tuple[BeamPaths, ...], instrument: Instrument) -> Echoes
 
 
 def _separated(paths: BeamPaths, resolution: float) -> list[BeamPaths]:
-    """Beams as recorded pulse by pulse: one lot of single pulses, one with a row per pulse of split beams."""
+    """Splits beams into pulses: first those with one pulse, then one lot for the k-th pulse of the others."""
     back = paths.energy > 0
     far = np.where(back, paths.distance, -np.inf).max(1, initial=-np.inf)
     near = np.where(back, paths.distance, np.inf).min(1, initial=np.inf)
@@ -86,12 +91,12 @@ def _separated(paths: BeamPaths, resolution: float) -> list[BeamPaths]:
 
 
 def _summary(paths: BeamPaths, instrument: Instrument) -> Echoes:
-    """One echo per row of `light`."""
+    """Returns one echo per row of `paths`."""
     paths = paths.take(np.flatnonzero((paths.energy > 0).any(1)))
     total = paths.energy.sum(1)
     share = paths.energy / total[:, None]
     mean = (share * paths.distance).sum(1)
-    # deviations first: a variance from raw squares would lose a millimetre at 100 m
+    # deviations first, as a variance from raw squares would lose a millimetre at 100 m
     apart = np.where(share > 0, paths.distance - mean[:, None], 0.0)
     width = np.sqrt((share * apart**2).sum(1))
     own, best = _main_surface(paths)
@@ -101,7 +106,9 @@ def _summary(paths: BeamPaths, instrument: Instrument) -> Echoes:
     if instrument.ranging == "phase":
         mean, weak = _phase(share, apart, mean, instrument)
     row = np.arange(len(total))
-    kind = np.where(np.abs(mean - true_range) > MIXED_BY, Echo.MIXED, paths.kind[row, best]).astype(np.uint8)
+    kind = np.where(np.abs(mean - true_range) > MIXED_BY_M, Echo.MIXED, paths.kind[row, best]).astype(
+        np.uint8
+    )
     one = np.ones(len(total), np.uint8)
     return Echoes(
         paths.beam, one, one, mean, np.where(weak, 0.0, total), width,
@@ -110,16 +117,16 @@ def _summary(paths: BeamPaths, instrument: Instrument) -> Echoes:
 
 
 def _phase(share: Float, apart: Float, mean: Float, instrument: Instrument) -> tuple[Float, Bool]:
-    """Range by the phase of the summed modulation, and which sums are too weak to trust (n,).
+    """Returns ranges from the phase of the summed modulation, and which sums are too weak to trust (n,).
 
-    The long wavelengths give the energy-weighted mean, which decides between the fine one's whole cycles.
+    The long modulation wavelengths give the energy-weighted mean, which resolves the cycles of the fine one.
     """
     phasor = (share * np.exp((2j * np.pi / instrument.fine) * apart)).sum(1)
     return mean + np.angle(phasor) * instrument.fine / (2 * np.pi), np.abs(phasor) < instrument.coherence
 
 
 def _main_surface(paths: BeamPaths) -> tuple[Bool, Int]:
-    """Which paths (n, m) come from the surface that returns most of a row's paths, its strongest one (n,)."""
+    """Returns which paths (n, m) come from the surface that returns most light, and the strongest (n,)."""
     label = paths.surface.astype(np.int64) * 8 + paths.kind
     best = np.argmax(paths.energy, axis=1)
     own = label == np.take_along_axis(label, best[:, None], 1)
@@ -127,7 +134,7 @@ def _main_surface(paths: BeamPaths) -> tuple[Bool, Int]:
     for rows in np.array_split(several, max(len(several) * label.shape[1] ** 2 // 4_000_000, 1)):
         same = label[rows, :, None] == label[rows, None, :]
         totals = np.einsum("nij,nj->ni", same, paths.energy[rows])
-        # of the surface with most light the path with most light
+        # the path with most light, of the surface with most light
         most = totals >= totals.max(1, keepdims=True) * (1 - 1e-12)
         best[rows] = np.argmax(np.where(most, paths.energy[rows], -1.0), axis=1)
         own[rows] = label[rows] == np.take_along_axis(label[rows], best[rows, None], 1)
@@ -135,7 +142,7 @@ def _main_surface(paths: BeamPaths) -> tuple[Bool, Int]:
 
 
 def _kept(echoes: Echoes, which: str) -> Echoes:
-    """The echoes that the scanner keeps of each beam, numbered."""
+    """Returns the echoes that the scanner keeps of each beam, numbered."""
     n = len(echoes)
     start = np.flatnonzero(np.diff(echoes.beam, prepend=-1))
     count = np.diff(np.append(start, n))
