@@ -21,9 +21,9 @@ from frontage.simulate.scene import Scene
 from frontage.simulate.sensors.instrument import ScannerSpec
 from frontage.simulate.sensors.terrestrial import scan_stations
 from frontage.simulate.spec import SceneSpec
-from frontage.simulate.street.build import street
+from frontage.simulate.street.build import build_street
 from frontage.simulate.truth.tables import scene_table
-from frontage.simulate.truth.visibility import Eye, visibility
+from frontage.simulate.truth.visibility import ScannerView, visibility
 
 
 @dataclass(frozen=True)
@@ -57,10 +57,10 @@ def scanned(case: Case) -> tuple[Scan, Scene, Truth, Any]:
         {"stations": case.stations, "spacing": case.spacing, "field": 170, "lowest": -20, "highest": 60}
         | {"subrays": 7, "colour": False}
     )
-    scene = street(spec)
+    scene = build_street(spec)
     stations = scan_stations(scene, scanner, case.seed)
     angles = np.radians([scanner.field, scanner.lowest, scanner.highest])
-    eyes = [Eye(s.true.t, scene.local_from_street.R[:, 1], *map(float, angles)) for s in stations]
+    eyes = [ScannerView(s.true.t, scene.local_from_street.R[:, 1], *map(float, angles)) for s in stations]
     seen = visibility(scene, Tracer(scene.mesh), eyes, np.empty((0, 3)), [])
     empty: dict[str, Any] = {"stations": [], "photos": [], "points": [], "drive": None}
     truth = read_truth(scene_table(scene, seen, {}) | empty)

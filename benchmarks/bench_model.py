@@ -28,7 +28,7 @@ from frontage.simulate.scene import Scene
 from frontage.simulate.sensors.instrument import ScannerSpec
 from frontage.simulate.sensors.terrestrial import scan_stations
 from frontage.simulate.spec import SceneSpec
-from frontage.simulate.street.build import street
+from frontage.simulate.street.build import build_street
 from frontage.solids import assemble
 from frontage.validation import validate
 
@@ -59,7 +59,7 @@ def main() -> None:
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--points", type=int, default=1_000_000)
     args = parser.parse_args()
-    scene = street(
+    scene = build_street(
         SceneSpec.model_validate(
             {"seed": args.seed, "houses": 1, "opposite": False, "setting": "terrace", "lamps": 0}
             | {"trees": 0, "cars": 0, "people": 0, "hedges": False}

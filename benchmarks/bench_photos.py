@@ -15,11 +15,11 @@ import numpy as np
 
 from _common import DATA, bootstrap, figure, table
 from frontage.simulate.sensors.cameras import CameraSpec
-from frontage.simulate.sensors.photograph import photograph, shots, stage_of
+from frontage.simulate.sensors.photograph import iter_photographs, lit_scene_of, take_photographs
 from frontage.simulate.sensors.recording import Shot
-from frontage.simulate.sensors.walk import plan
+from frontage.simulate.sensors.viewpoints import plan_photos
 from frontage.simulate.spec import SceneSpec
-from frontage.simulate.street.build import street
+from frontage.simulate.street.build import build_street
 
 WIDTH = 1200
 SIFT = 0.02  # contrast threshold, that of COLMAP
@@ -28,10 +28,10 @@ SIFT = 0.02  # contrast threshold, that of COLMAP
 def time_12_megapixels(seeds: range) -> None:
     rows = []
     for seed in seeds:
-        scene, spec = street(SceneSpec(seed=seed)), CameraSpec(most=1)
-        stage_of(scene, spec.light)
+        scene, spec = build_street(SceneSpec(seed=seed)), CameraSpec(most=1)
+        lit_scene_of(scene, spec.light)
         wall, cpu = time.perf_counter(), time.process_time()
-        photograph(scene, spec, seed)
+        take_photographs(scene, spec, seed)
         rows.append((time.perf_counter() - wall, time.process_time() - cpu))
     wall, cpu = np.array(rows).T
     table(
@@ -113,9 +113,9 @@ def picture_figures(seeds: range) -> None:
 
 def middle_photos(seed: int, spec: CameraSpec) -> tuple[Shot, Shot]:
     """The two photos in the middle of a walk."""
-    scene = street(SceneSpec(seed=seed))
-    middle = len(plan(scene, spec, seed)) // 2
-    a, b = shots(scene, spec, seed, only=[middle - 1, middle])
+    scene = build_street(SceneSpec(seed=seed))
+    middle = len(plan_photos(scene, spec, seed)) // 2
+    a, b = iter_photographs(scene, spec, seed, only=[middle - 1, middle])
     return a, b
 
 

@@ -38,10 +38,10 @@ from frontage.registration.icp import plain_icp
 from frontage.registration.walls import Walls, model_walls
 from frontage.simulate.scene import Scene
 from frontage.simulate.sensors.instrument import ScannerSpec
-from frontage.simulate.sensors.stand import rotation
+from frontage.simulate.sensors.positions import rotation
 from frontage.simulate.sensors.terrestrial import scan_stations
 from frontage.simulate.spec import SceneSpec
-from frontage.simulate.street.build import street
+from frontage.simulate.street.build import build_street
 from frontage.simulate.survey import ModelSpec, survey_model
 
 EXACT = RegistrationOptions(sigma_model=0.002, sigma_height=0.002, sigma_lean=0.02)
@@ -59,7 +59,7 @@ class Case:
 
 
 def simulated(seed: int, spacing: float) -> tuple[Scene, Case]:
-    scene = street(SceneSpec(seed=100 + seed, houses=3 + seed % 3, trees=seed % 7, cars=seed % 5))
+    scene = build_street(SceneSpec(seed=100 + seed, houses=3 + seed % 3, trees=seed % 7, cars=seed % 5))
     spec = ScannerSpec(stations=1 + seed % 3, spacing=spacing, subrays=1, colour=False, range_max=70.0)
     rng = np.random.default_rng([seed, 77])
     case = Case([], [], [])
@@ -184,7 +184,7 @@ def row(name: str, t: Tally) -> list[str]:
 
 def large() -> str:
     """Processor seconds of one station with 2 M points."""
-    scene = street(SceneSpec(seed=140, houses=4))
+    scene = build_street(SceneSpec(seed=140, houses=4))
     (s,) = scan_stations(
         scene, ScannerSpec(stations=1, spacing=0.021, subrays=1, colour=False, range_max=70.0), 3
     )

@@ -15,10 +15,10 @@ from _common import bootstrap, figure, table
 from frontage.simulate.sensors.cameras import CameraSpec
 from frontage.simulate.sensors.instrument import DriveSpec, ScannerSpec
 from frontage.simulate.sensors.mobile import drive
-from frontage.simulate.sensors.photograph import shots
+from frontage.simulate.sensors.photograph import iter_photographs
 from frontage.simulate.sensors.terrestrial import scan_stations
 from frontage.simulate.spec import SceneSpec
-from frontage.simulate.street.build import street
+from frontage.simulate.street.build import build_street
 
 
 def spent(work: Callable[[], Any]) -> tuple[Any, float]:
@@ -33,7 +33,7 @@ def main() -> None:
     scenes = parser.parse_args().scenes
     plain, coloured, mobile, photo, build = [], [], [], [], []
     for seed in range(scenes):
-        scene, t = spent(lambda seed=seed: street(SceneSpec(seed=seed, houses=4)))
+        scene, t = spent(lambda seed=seed: build_street(SceneSpec(seed=seed, houses=4)))
         build.append(t)
         spec = ScannerSpec(stations=1, spacing=0.033, subrays=19)
         for colour, into in ((False, plain), (True, coloured)):
@@ -44,7 +44,11 @@ def main() -> None:
         d, t = spent(lambda scene=scene, own=own, seed=seed: drive(scene, own, seed))
         mobile.append(t / len(d.scan) * 1e6)
         camera = CameraSpec(width=4032, height=3024)
-        _, t = spent(lambda scene=scene, camera=camera, seed=seed: list(shots(scene, camera, seed, only=[0])))
+        _, t = spent(
+            lambda scene=scene, camera=camera, seed=seed: list(
+                iter_photographs(scene, camera, seed, only=[0])
+            )
+        )
         photo.append(t)
     rows = [
         ("street of 4 + 4 houses", build, "s"),

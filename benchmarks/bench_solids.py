@@ -33,7 +33,7 @@ from frontage.model import (
 from frontage.model.citymodel import Shell
 from frontage.simulate.scene import FacadePlan, House
 from frontage.simulate.spec import SceneSpec
-from frontage.simulate.street.build import street
+from frontage.simulate.street.build import build_street
 from frontage.solids import assemble
 from frontage.solids.cells.build import build_solid
 from frontage.solids.relief import FacadeReliefs, Relief
@@ -76,7 +76,7 @@ def random_case(seed: int) -> Tally:
 def street_case(seed: int) -> Tally:
     """The houses of a simulated street, each whole."""
     spec = SceneSpec(seed=seed, houses=_HOUSES, opposite=False, trees=0, cars=0, people=0, lamps=0)
-    scene = street(spec)
+    scene = build_street(spec)
     total = Tally()
     for house in scene.houses:
         fronts = [(facade(f, scene.world), elements(f)) for f in house.facades]

@@ -22,7 +22,7 @@ from frontage.simulate.sensors.instrument import DriveSpec, ScannerSpec
 from frontage.simulate.sensors.mobile import drive
 from frontage.simulate.sensors.terrestrial import scan_stations
 from frontage.simulate.spec import SceneSpec
-from frontage.simulate.street.build import street
+from frontage.simulate.street.build import build_street
 
 CELL = 0.1  # m
 LAGS = (0.1, 0.3, 1.0, 2.0)  # m
@@ -194,7 +194,7 @@ def main() -> None:
     args = parser.parse_args()
     terrestrial, mobile = [], []
     for seed in range(args.scenes):
-        scene = street(SceneSpec(seed=100 + seed, houses=3))
+        scene = build_street(SceneSpec(seed=100 + seed, houses=3))
         stations = scan_stations(
             scene,
             ScannerSpec(stations=2, spacing=0.018, colour=False, field=165, lowest=-10, highest=50),

@@ -7,7 +7,7 @@ import numpy as np
 from frontage.geometry.arrays import Array, Float
 from frontage.geometry.rigid import Rigid3
 from frontage.model import WorldRef
-from frontage.simulate.scene import Material, Mesh, Part, Scene, Surface
+from frontage.simulate.scene import Material, Part, Scene, SceneMesh, SceneSurface
 from frontage.simulate.sensors.instrument import Instrument, ScannerSpec, draw_instrument
 
 QUIET = {"sigma_range": 0.0, "sigma_angle": 0.0, "strays": 0.0, "colour": False}
@@ -47,7 +47,7 @@ def scene_of(*sheets: Sheet, seed: int = 0, kind: str = "paint") -> Scene:
         vertices += [o, o + a, o + a + b, o + b]
         corners += [[4 * k, 4 * k + 1, 4 * k + 2], [4 * k, 4 * k + 2, 4 * k + 3]]
         u, v = (tuple(w / np.linalg.norm(w)) for w in (a, b))
-        surfaces.append(Surface(f"S{k}", s.part, k, 0, origin=s.corner, u=u, v=v, roughness=s.roughness))
+        surfaces.append(SceneSurface(f"S{k}", s.part, k, 0, origin=s.corner, u=u, v=v, roughness=s.roughness))
     materials = [
         Material(f"M{k}", kind, (0.5, 0.5, 0.5), (0.5, 0.5, 0.5), s.laser, s.gloss)
         for k, s in enumerate(sheets)
@@ -57,7 +57,7 @@ def scene_of(*sheets: Sheet, seed: int = 0, kind: str = "paint") -> Scene:
         seed,
         WorldRef(np.array([500_000, 5_000_000, 100]), "EPSG:25832"),
         Rigid3.identity("local", "street"),
-        Mesh(np.array(vertices), np.array(corners), np.repeat(np.arange(len(sheets)), 2)),
+        SceneMesh(np.array(vertices), np.array(corners), np.repeat(np.arange(len(sheets)), 2)),
         tuple(surfaces),
         tuple(materials),
         (),

@@ -9,7 +9,7 @@ import pytest
 from frontage.catalog import number_building, numbered
 from frontage.model import Elements, Opening
 from frontage.simulate.spec import SceneSpec
-from frontage.simulate.street.build import street
+from frontage.simulate.street.build import build_street
 from numbered_fronts import facade, opening, rows
 from realdata import data_path
 
@@ -32,7 +32,7 @@ def houses() -> list[tuple[str, float, list[Opening], list[tuple[int, str]]]]:
             "cars": 0,
             "trees": 0,
         }
-        for house in street(SceneSpec.model_validate(table)).houses:
+        for house in build_street(SceneSpec.model_validate(table)).houses:
             for front in house.facades:
                 plain = [
                     opening(o.ring[:, 0].min(), o.ring[:, 1].min(), *np.ptp(o.ring, axis=0), o.kind)

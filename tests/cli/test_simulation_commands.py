@@ -105,9 +105,9 @@ def test_the_demo_runs_the_chain_and_shows_its_scores(
 
 def test_the_spec_of_the_demo_can_be_built() -> None:
     from frontage.simulate.spec import parse_spec
-    from frontage.simulate.street.build import street
+    from frontage.simulate.street.build import build_street
 
     spec = parse_spec(demonstration.SPEC)
-    scene = street(spec)
+    scene = build_street(spec)
     assert len(scene.houses) == 6 and spec.scanners and spec.cameras
     assert sum(len(f.openings) for h in scene.houses for f in h.facades) > 60

@@ -12,7 +12,7 @@ from frontage.geometry.ring import ring_area
 from frontage.model import Shape, Solid, Surfaces
 from frontage.simulate.scene import House, Scene
 from frontage.simulate.spec import SceneSpec
-from frontage.simulate.street.build import street
+from frontage.simulate.street.build import build_street
 from frontage.simulate.survey import ModelSpec, survey_model
 from frontage.simulate.truth.solids import GRID, truth_solid
 from frontage.validation.validate import validate, validate_shape
@@ -23,7 +23,7 @@ EXACT = ModelSpec(shift=0, building=0, corner=0, height=0, roof=0)
 @lru_cache
 def scenes() -> tuple[Scene, ...]:
     return tuple(
-        street(SceneSpec(seed=seed, houses=5, trees=0, cars=0, lamps=0, people=0)) for seed in (1, 3, 8)
+        build_street(SceneSpec(seed=seed, houses=5, trees=0, cars=0, lamps=0, people=0)) for seed in (1, 3, 8)
     )
 
 
@@ -70,7 +70,7 @@ def test_a_model_without_errors_is_the_upright_house() -> None:
 
 
 def test_errors_are_as_large_as_asked_and_partly_common() -> None:
-    scene = street(SceneSpec(seed=2, houses=12, trees=0, cars=0, lamps=0, people=0, setting="terrace"))
+    scene = build_street(SceneSpec(seed=2, houses=12, trees=0, cars=0, lamps=0, people=0, setting="terrace"))
     true, wrong = (
         survey_model(scene, s, 5) for s in (EXACT, ModelSpec(shift=0.5, building=0.2, corner=0.05))
     )

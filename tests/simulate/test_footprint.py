@@ -4,13 +4,13 @@ import numpy as np
 import pytest
 from scipy.special import ndtr
 
-from frontage.simulate.sensors.footprint import pattern, sub_rays
+from frontage.simulate.sensors.footprint import beam_pattern, sub_rays
 from laser_scenes import instrument
 
 
 @pytest.mark.parametrize("count", [1, 7, 19, 37])
 def test_pattern_is_a_centred_average(count: int) -> None:
-    node, weight = pattern(count)
+    node, weight = beam_pattern(count)
     assert weight.sum() == pytest.approx(1) and len(node) == count
     np.testing.assert_allclose(weight @ node, 0, atol=1e-15)
     if count > 1:
@@ -25,7 +25,7 @@ def test_footprint_has_the_diameter_of_the_beam(distance: float) -> None:
     start, d = sub_rays(beam, np.zeros((3, 3)), direction, 5)
     at = start + distance * d
     off = at - np.einsum("nkj,nj->nk", at, direction)[..., None] * direction[:, None]
-    second = np.einsum("k,nkj,nkj->n", pattern(19)[1], off, off) / 2
+    second = np.einsum("k,nkj,nkj->n", beam_pattern(19)[1], off, off) / 2
     diameter = 4 * np.sqrt(second)  # the 1/e2 diameter of a Gaussian beam is four standard deviations
     np.testing.assert_allclose(diameter, np.hypot(0.004, 3e-4 * distance), rtol=1e-6)
     assert beam.footprint(distance) == pytest.approx(np.hypot(0.004, 3e-4 * distance))
@@ -38,5 +38,5 @@ def test_an_edge_cuts_the_power_like_a_gaussian() -> None:
     x = (start + 25.0 * d)[..., 0]
     sigma = beam.footprint(25.0) / 4
     for edge in (-1.0, -0.3, 0.0, 0.6, 1.4):
-        share = ((x < edge * sigma) @ pattern(19)[1]).mean()  # over all turns of the pattern
+        share = ((x < edge * sigma) @ beam_pattern(19)[1]).mean()  # over all turns of the pattern
         assert share == pytest.approx(ndtr(edge), abs=0.045)

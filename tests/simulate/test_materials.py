@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from frontage.simulate.optics.looks import look_of
+from frontage.simulate.optics.appearance import appearance_of
 from frontage.simulate.optics.materials import KINDS, reflectance, shade
 from frontage.simulate.scene import Scene
 from laser_scenes import scene_of, wall
@@ -32,7 +32,7 @@ def grid(n: int, step: float) -> np.ndarray:
 def picture(scene: Scene, n: int, step: float) -> np.ndarray:
     xyz, zero = grid(n, step), np.zeros(n * n, np.int64)
     blur = np.full(n * n, step, np.float32)
-    return reflectance(look_of(scene), zero, xyz, np.zeros(n * n, np.uint8), blur).reshape(n, n, 3)
+    return reflectance(appearance_of(scene), zero, xyz, np.zeros(n * n, np.uint8), blur).reshape(n, n, 3)
 
 
 @pytest.mark.parametrize("kind", KINDS)
@@ -73,7 +73,7 @@ def test_each_face_of_a_box_is_painted_along_itself():
     mesh = scene.mesh
     flat = mesh.vertices[:, [0, 2, 1]] * [1.0, -1.0, 1.0]  # the same sheet lying level
     scene = replace(scene, surfaces=(top,), mesh=replace(mesh, vertices=flat))
-    looks = look_of(scene)
-    assert (looks.axes == 1).all()
+    appearance = appearance_of(scene)
+    assert (appearance.axes == 1).all()
     xyz = np.column_stack([np.zeros(200), np.linspace(0, 1, 200), np.zeros(200)])
     assert np.ptp(shade(scene, np.zeros(200, np.int64), xyz)[:, 0]) > 0.01

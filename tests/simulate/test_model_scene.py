@@ -11,13 +11,13 @@ from frontage.errors import OptionError
 from frontage.geometry.arrays import Float
 from frontage.io.citymodels.read import read_city_model
 from frontage.model import CityBuilding, CityModel, Shell, Surface, WorldRef
-from frontage.simulate.citymodel.scene import model_scene
+from frontage.simulate.citymodel.scene import build_model_scene
 from frontage.simulate.optics.rays import Tracer
 from frontage.simulate.scene import FacadePlan, OpeningPlan, Part, Scene
 from frontage.simulate.sensors.instrument import ScannerSpec
-from frontage.simulate.sensors.stand import places
+from frontage.simulate.sensors.positions import station_positions
 from frontage.simulate.spec import SceneSpec, parse_spec
-from frontage.simulate.street.build import street
+from frontage.simulate.street.build import build_street
 from frontage.simulate.survey import ModelSpec, survey_model
 from frontage.simulate.truth.solids import truth_solid
 from frontage.studies.scenemodels import write_lod3
@@ -76,7 +76,7 @@ def part_along(scene: Scene, start: Sequence[float], way: Sequence[float]) -> tu
 
 @pytest.mark.parametrize("off", [0.0, 0.03, -0.03])
 def test_a_window_on_a_whole_wall_is_cut_out_and_gets_what_it_lacks(off: float) -> None:
-    scene = model_scene(SPEC, [block([Surface(back(WINDOW, off), "Window", "v")])])
+    scene = build_model_scene(SPEC, [block([Surface(back(WINDOW, off), "Window", "v")])])
     facade = front(scene)
     (opening,) = facade.openings
     assert np.abs(local_ring(facade, opening) - WINDOW).max() < 1e-6
@@ -98,7 +98,7 @@ def test_a_window_set_back_keeps_its_depth_and_its_hole() -> None:
     sides = [np.array([WINDOW[k], WINDOW[n], far[n], far[k]]) for k, n in enumerate(after)]
     more = [Surface(far, "Window", "v")]
     more += [Surface(r, "WallSurface", f"s{k}") for k, r in enumerate(sides)]
-    scene = model_scene(SPEC, [block(more, [WINDOW])])
+    scene = build_model_scene(SPEC, [block(more, [WINDOW])])
     (opening,) = front(scene).openings
     assert opening.depth == pytest.approx(0.17, abs=1e-9)
     # the model's own reveal is replaced, not doubled
@@ -109,7 +109,7 @@ def test_a_window_set_back_keeps_its_depth_and_its_hole() -> None:
 def test_a_window_made_of_many_polygons_is_one_opening() -> None:
     half = np.array([[2.0, 0.1, 1.0], [2.6, 0.1, 1.0], [2.6, 0.1, 2.6], [2.0, 0.1, 2.6]])
     leaves = [Surface(half, "Window", "v"), Surface(np.add(half, [0.6, 0, 0]), "Window", "v#2")]
-    scene = model_scene(SPEC, [block(leaves, [WINDOW])])
+    scene = build_model_scene(SPEC, [block(leaves, [WINDOW])])
     (opening,) = front(scene).openings
     assert np.ptp(opening.ring, axis=0) == pytest.approx([1.2, 1.6])
     assert opening.depth == pytest.approx(0.1)
@@ -118,7 +118,7 @@ def test_a_window_made_of_many_polygons_is_one_opening() -> None:
 def test_a_door_at_the_foot_and_a_window_that_lies_nowhere() -> None:
     door = np.array([[5.0, 0, 0.0], [6.0, 0, 0.0], [6.0, 0, 2.1], [5.0, 0, 2.1]])
     astray = np.array([[2.0, -9, 1.0], [3.2, -9, 1.0], [3.2, -9, 2.6]])
-    scene = model_scene(SPEC, [block([Surface(door, "Door", "d"), Surface(astray, "Window", "v")])])
+    scene = build_model_scene(SPEC, [block([Surface(door, "Door", "d"), Surface(astray, "Window", "v")])])
     (opening,) = front(scene).openings
     assert opening.kind == "door" and not opening.glazed
     assert part_along(scene, (5.5, -5.0, 1.0), (0, 1, 0))[0] == Part.LEAF
@@ -129,25 +129,25 @@ def test_an_installation_is_a_protrusion_of_its_facade() -> None:
     slab = np.array([[4.0, -1.2, 3.0], [7.0, -1.2, 3.0], [7.0, 0, 3.0], [4.0, 0, 3.0]])
     rail = np.array([[4.0, -1.2, 3.0], [7.0, -1.2, 3.0], [7.0, -1.2, 4.0], [4.0, -1.2, 4.0]])
     pieces = [Surface(slab, "RoofSurface", "a"), Surface(rail, "WallSurface", "b")]
-    (found,) = front(model_scene(SPEC, [block(pieces, installation=True)])).protrusions
+    (found,) = front(build_model_scene(SPEC, [block(pieces, installation=True)])).protrusions
     assert found.y_range == pytest.approx((-1.2, 0.0))
     assert found.ring.min(0) == pytest.approx([4.0, 3.0]) and found.ring.max(0) == pytest.approx([7.0, 4.0])
 
 
 def test_sensors_stand_on_free_ground_before_the_longest_facade() -> None:
-    scene = model_scene(SPEC, [block([Surface(WINDOW, "Window", "v")])])
+    scene = build_model_scene(SPEC, [block([Surface(WINDOW, "Window", "v")])])
     spec = ScannerSpec.model_validate({"stations": 3})
-    centres = np.array(places(scene, spec, Tracer(scene.mesh)))
+    centres = np.array(station_positions(scene, spec, Tracer(scene.mesh)))
     assert (centres[:, 1] < -2.0).all() and (centres[:, 1] > -16.0).all()
     assert scene.houses[0].side == 0
     assert centres[:, 2] == pytest.approx(spec.height - 0.1, abs=0.2)
 
 
 def test_the_simulators_own_lod3_comes_back_with_the_same_openings(tmp_path: Path) -> None:
-    built = street(SceneSpec(seed=6, houses=2, opposite=False, trees=0, cars=0, lamps=0, people=0))
+    built = build_street(SceneSpec(seed=6, houses=2, opposite=False, trees=0, cars=0, lamps=0, people=0))
     write_lod3(tmp_path / "lod3.city.json", built)
     model = read_city_model(tmp_path / "lod3.city.json", built.world)
-    again = model_scene(SPEC, [model])
+    again = build_model_scene(SPEC, [model])
     made = [(f, o) for h in again.houses for f in h.facades for o in f.openings]
     wanted = [(f, o) for h in built.houses for f in h.facades for o in f.openings]
     assert len(made) == len(wanted) > 10
@@ -165,14 +165,14 @@ def test_the_simulators_own_lod3_comes_back_with_the_same_openings(tmp_path: Pat
 
 def test_the_same_model_and_seed_give_the_same_scene_and_another_seed_other_materials() -> None:
     model = block([Surface(WINDOW, "Window", "v")])
-    first, again = model_scene(SPEC, [model]), model_scene(SPEC, [model])
+    first, again = build_model_scene(SPEC, [model]), build_model_scene(SPEC, [model])
     assert first.surfaces == again.surfaces and np.array_equal(first.mesh.vertices, again.mesh.vertices)
-    other = model_scene(SPEC.model_copy(update={"seed": 5}), [model])
+    other = build_model_scene(SPEC.model_copy(update={"seed": 5}), [model])
     assert other.materials != first.materials
 
 
 def test_the_surveyed_model_of_a_model_scene_is_as_wrong_as_asked() -> None:
-    scene = model_scene(SPEC, [block([Surface(WINDOW, "Window", "v")])])
+    scene = build_model_scene(SPEC, [block([Surface(WINDOW, "Window", "v")])])
     exact = ModelSpec(shift=0, building=0, corner=0, height=0, roof=0)
     (house,) = survey_model(scene, exact).buildings
     kinds = [s.semantics for s in house.surfaces]
@@ -195,13 +195,13 @@ def test_specs_of_models_name_files_and_leave_houses_out() -> None:
         parse_spec('from_model = "a.gml"\nslope = 2\nhouses = 3')
     with pytest.raises(OptionError, match="no building of the model has a wall"):
         roof = Surface(WINDOW[:, [0, 2, 1]], "RoofSurface", "r")
-        model_scene(SPEC, [CityModel((CityBuilding("x", (Shell("3", (roof,)),)),), WORLD)])
+        build_model_scene(SPEC, [CityModel((CityBuilding("x", (Shell("3", (roof,)),)),), WORLD)])
 
 
 @pytest.mark.parametrize("version", ["CityGMLv2", "CityGMLv3"])
 def test_the_example_house_has_two_windows_and_a_door(version: str) -> None:
     path = data_path(f"citymodels/lod_examples/{version}/Building_LOD3-EPSG25832.gml")
-    scene = model_scene(SPEC, [read_city_model(path)])
+    scene = build_model_scene(SPEC, [read_city_model(path)])
     openings = [o for f in scene.houses[0].facades for o in f.openings]
     assert sorted(o.kind for o in openings) == ["door", "window", "window"]
     assert [o.depth for o in openings] == pytest.approx([0.1] * 3, abs=1e-3)
@@ -212,7 +212,7 @@ def test_the_example_house_has_two_windows_and_a_door(version: str) -> None:
 def test_real_houses_keep_their_windows_and_leave_room_for_a_street() -> None:
     for name in ("4018270", "4018150b", "4018115", "4018152b"):
         model = read_city_model(data_path(f"citymodels/ingolstadt_lod3/{name}.xml"))
-        scene = model_scene(SPEC, [model])
+        scene = build_model_scene(SPEC, [model])
         (building,) = model.buildings
         shells = [s for s in building.level() if not s.installation]
         objects = {
@@ -224,7 +224,7 @@ def test_real_houses_keep_their_windows_and_leave_room_for_a_street() -> None:
         found = sum(len(f.openings) for f in scene.houses[0].facades)
         assert 0.95 * len(objects) <= found <= len(objects), name
         spec = ScannerSpec.model_validate({"stations": 2})
-        assert len(places(scene, spec, Tracer(scene.mesh))) == 2
+        assert len(station_positions(scene, spec, Tracer(scene.mesh))) == 2
         assert clear_share(scene) > 0.95, name
 
 

@@ -10,12 +10,12 @@ pytest.importorskip("embreex")
 from frontage.simulate.optics.rays import Tracer
 from frontage.simulate.scene import Part, Scene
 from frontage.simulate.spec import SceneSpec
-from frontage.simulate.street.build import street
+from frontage.simulate.street.build import build_street
 
 
 @lru_cache
 def scene() -> Scene:
-    return street(SceneSpec(seed=11, houses=4, setting="terrace", trees=5, cars=4, lamps=3, people=6))
+    return build_street(SceneSpec(seed=11, houses=4, setting="terrace", trees=5, cars=4, lamps=3, people=6))
 
 
 def points_of(part: Part) -> np.ndarray:
@@ -53,7 +53,7 @@ def test_obstacles_stand_between_the_building_lines_and_on_the_ground(part: Part
 
 
 def test_crowns_are_porous() -> None:
-    one = street(SceneSpec(seed=12, houses=1, trees=1, cars=0, lamps=0, people=0))
+    one = build_street(SceneSpec(seed=12, houses=1, trees=1, cars=0, lamps=0, people=0))
     leafy = [k for k, s in enumerate(one.surfaces) if s.id.endswith("/leaves")]
     rows = np.isin(one.mesh.surface, leafy)
     v = one.mesh.vertices[np.unique(one.mesh.corners[rows])]
@@ -66,7 +66,7 @@ def test_crowns_are_porous() -> None:
 
 
 def test_cars_lie_on_the_slope() -> None:
-    steep = street(
+    steep = build_street(
         SceneSpec(seed=11, houses=3, setting="terrace", slope=8, trees=0, cars=3, lamps=0, people=0)
     )
     body = [k for k, s in enumerate(steep.surfaces) if s.id.endswith("/wheels")]
@@ -78,7 +78,7 @@ def test_cars_lie_on_the_slope() -> None:
 
 
 def test_hedges_leave_the_way_to_the_doors_open() -> None:
-    green = street(
+    green = build_street(
         SceneSpec(seed=20, houses=3, setting="detached", hedges=True, trees=0, cars=0, lamps=0, people=0)
     )
     leaves = [k for k, s in enumerate(green.surfaces) if s.id.startswith("hedge")]

@@ -6,7 +6,7 @@ import pytest
 from frontage.simulate.optics.materials import shade
 from frontage.simulate.scene import Part, Scene
 from frontage.simulate.spec import SceneSpec
-from frontage.simulate.street.build import street
+from frontage.simulate.street.build import build_street
 from frontage.simulate.truth.ortho import OrthoTruth, true_ortho
 
 GSD = 0.03
@@ -14,7 +14,7 @@ GSD = 0.03
 
 @pytest.fixture(scope="module")
 def scene() -> Scene:
-    return street(SceneSpec(seed=2, houses=1))
+    return build_street(SceneSpec(seed=2, houses=1))
 
 
 @pytest.fixture(scope="module")

@@ -10,17 +10,17 @@ from frontage.errors import OptionError
 from frontage.geometry.rigid import Rigid3
 from frontage.model import Camera
 from frontage.simulate.optics.light import LightSpec, draw_light
+from frontage.simulate.optics.litscene import LitScene
 from frontage.simulate.optics.rays import Tracer
 from frontage.simulate.optics.samples import lattice
-from frontage.simulate.optics.stage import Stage
 from frontage.simulate.scene import Part, Scene
 from frontage.simulate.sensors.cameras import CameraSpec, Standpoint, make_camera
-from frontage.simulate.sensors.photograph import photograph, scan_colours
+from frontage.simulate.sensors.imaging import develop
+from frontage.simulate.sensors.photograph import scan_colours, take_photographs
 from frontage.simulate.sensors.render import render
-from frontage.simulate.sensors.sensor import develop
-from frontage.simulate.sensors.walk import plan
+from frontage.simulate.sensors.viewpoints import plan_photos
 from frontage.simulate.spec import SceneSpec
-from frontage.simulate.street.build import street
+from frontage.simulate.street.build import build_street
 from laser_scenes import Sheet, ground, scene_of, wall
 
 OVERCAST = LightSpec(overcast=1.0)
@@ -46,8 +46,8 @@ def looking_ahead(at: tuple[float, float, float], turn: float = 0.0) -> Rigid3:
     return Rigid3("local", "camera", R, np.array(at, float))
 
 
-def lit(scene: Scene, spec: LightSpec) -> Stage:
-    return Stage(scene, draw_light(scene, spec))
+def lit(scene: Scene, spec: LightSpec) -> LitScene:
+    return LitScene(scene, draw_light(scene, spec))
 
 
 @pytest.mark.parametrize("model", ["PINHOLE", "OPENCV", "OPENCV_FISHEYE", "EQUIRECTANGULAR"])
@@ -75,14 +75,14 @@ def test_an_edge_appears_where_the_camera_projects_it(model):
 def test_a_shadow_falls_where_the_sun_throws_it():
     awning = Sheet((-2.0, 7.0, 4.0), (4.0, 0, 0), (0, 1.0, 0))
     scene = painted(scene_of(wall(8.0), awning), 0.6, 0.6)
-    stage = lit(scene, LightSpec(overcast=0.0, sun_elevation=50.0, sun_azimuth=165.0))
+    lit_scene = lit(scene, LightSpec(overcast=0.0, sun_elevation=50.0, sun_azimuth=165.0))
     camera = Camera("PINHOLE", 400, 400, np.array([300.0, 300.0, 200.0, 200.0]))
     pose = looking_ahead((0.0, -1.0, 2.0))
-    light = render(stage, camera, pose, samples=1)[..., 1]
+    light = render(lit_scene, camera, pose, samples=1)[..., 1]
     x, z = np.meshgrid(np.linspace(-3, 3, 61), np.linspace(0.6, 3.7, 45))
     points = np.column_stack([x.ravel(), np.full(x.size, 8.0), z.ravel()])
     # from the point towards the sun: where the ray crosses the awning's height
-    cross = points + (4.0 - points[:, 2:]) / stage.light.to_sun[2] * stage.light.to_sun
+    cross = points + (4.0 - points[:, 2:]) / lit_scene.light.to_sun[2] * lit_scene.light.to_sun
     clear = np.minimum(np.abs(np.abs(cross[:, 0]) - 2.0), np.abs(cross[:, 1] - 7.0)) > 0.05
     shaded = (np.abs(cross[:, 0]) < 2.0) & (cross[:, 1] > 7.0)
     column, row = np.floor(camera.project(pose.inverse.apply(points))).astype(int).T
@@ -132,9 +132,9 @@ def test_samples_in_a_pixel_share_no_row_and_no_column():
             assert np.allclose(np.sort(at[:, axis]), (np.arange(n) + 0.5) / n - 0.5)
 
 
-def small_view(scene: Scene) -> tuple[Stage, Camera, Rigid3]:
+def small_view(scene: Scene) -> tuple[LitScene, Camera, Rigid3]:
     spec = CameraSpec(width=240, height=180, most=1)
-    return lit(scene, SUNNY), make_camera(spec, 1), plan(scene, spec, 1)[0].true
+    return lit(scene, SUNNY), make_camera(spec, 1), plan_photos(scene, spec, 1)[0].true
 
 
 def test_bands_leave_no_seams(houses, monkeypatch):
@@ -146,19 +146,19 @@ def test_bands_leave_no_seams(houses, monkeypatch):
 
 
 def test_following_a_neighbour_gives_what_casting_gives(houses):
-    stage, camera, pose = small_view(houses)
+    lit_scene, camera, pose = small_view(houses)
     y, x = np.mgrid[0:180, 0:240] + 0.5
     ways = pose.rotate(camera.ray(np.column_stack([x.ravel(), y.ravel()])))
-    sight = stage.look(pose.t, ways)
+    view = lit_scene.cast(pose.t, ways)
     left = np.arange(1, len(ways))
-    left = left[(left % 240 > 0) & (sight.key[left] == sight.key[left - 1])]
-    same = stage.follow(sight, left - 1, pose.t, ways[left])
+    left = left[(left % 240 > 0) & (view.key[left] == view.key[left - 1])]
+    same = lit_scene.follow(view, left - 1, pose.t, ways[left])
     assert len(left) > 0.6 * len(ways) and len(same.paned) > 500
-    assert np.abs(same.xyz - sight.xyz[left]).max() < 0.005  # faces are flat to 4 mm
-    cast = np.flatnonzero(np.isin(sight.paned, left))
-    assert (left[same.paned] == sight.paned[cast]).all()
-    assert np.abs(same.cosine - sight.cosine[cast]).max() < 1e-6
-    assert (same.lit == sight.lit[left]).all()
+    assert np.abs(same.xyz - view.xyz[left]).max() < 0.005  # faces are flat to 4 mm
+    cast = np.flatnonzero(np.isin(view.paned, left))
+    assert (left[same.paned] == view.paned[cast]).all()
+    assert np.abs(same.cosine - view.cosine[cast]).max() < 1e-6
+    assert (same.lit == view.lit[left]).all()
 
 
 def test_more_samples_change_edges_only_a_little():
@@ -200,14 +200,14 @@ def test_corners_are_darker_by_the_vignetting():
 
 @pytest.fixture(scope="module")
 def houses() -> Scene:
-    return street(SceneSpec(seed=7, houses=2))
+    return build_street(SceneSpec(seed=7, houses=2))
 
 
 def test_neighbouring_photos_have_many_true_sift_matches():
-    houses = street(SceneSpec(seed=2, houses=2))
+    houses = build_street(SceneSpec(seed=2, houses=2))
     places = tuple(Standpoint(along=s, across=-9.0, pitch=14.0) for s in (6.0, 7.6))
     spec = CameraSpec(width=800, height=600, layout="places", places=places)
-    a, b = photograph(houses, spec, seed=1)
+    a, b = take_photographs(houses, spec, seed=1)
     sift = cv2.SIFT_create(contrastThreshold=0.02)  # as COLMAP's default peak threshold
     (ka, da), (kb, db) = (
         sift.detectAndCompute(cv2.cvtColor(s.image, cv2.COLOR_RGB2GRAY), None) for s in (a, b)
@@ -227,10 +227,10 @@ def test_neighbouring_photos_have_many_true_sift_matches():
 def test_exposure_and_colour_change_and_the_same_seed_gives_the_same_bytes(houses):
     place = Standpoint(along=5.0, across=-8.0, pitch=10.0)
     spec = CameraSpec(width=160, height=120, layout="places", places=(place, place))
-    first, second = photograph(houses, spec, seed=4)
-    again = photograph(houses, spec, seed=4)
+    first, second = take_photographs(houses, spec, seed=4)
+    again = take_photographs(houses, spec, seed=4)
     assert [s.image.tobytes() for s in again] == [first.image.tobytes(), second.image.tobytes()]
-    other = photograph(houses, spec, seed=5)[0]
+    other = take_photographs(houses, spec, seed=5)[0]
     assert (other.image != first.image).mean() > 0.5
     means = np.array([s.image.reshape(-1, 3).mean(0) for s in (first, second)])
     assert np.abs(means[0] - means[1]).max() > 1.0
@@ -239,8 +239,8 @@ def test_exposure_and_colour_change_and_the_same_seed_gives_the_same_bytes(house
 
 @pytest.mark.parametrize(("seed", "side"), [(7, 0), (101, 0), (101, 1)])
 def test_a_walk_stands_in_the_street_and_sees_the_facades(seed, side):
-    scene = street(SceneSpec(seed=seed))
-    aims = plan(scene, CameraSpec(most=9, side=side, pitches=(5.0, 20.0)), 2)
+    scene = build_street(SceneSpec(seed=seed))
+    aims = plan_photos(scene, CameraSpec(most=9, side=side, pitches=(5.0, 20.0)), 2)
     assert len(aims) == 9
     assert len({a.name for a in aims}) == 9
     tracer = Tracer(scene.mesh)
@@ -259,7 +259,7 @@ def test_a_walk_stands_in_the_street_and_sees_the_facades(seed, side):
 
 def test_a_side_without_houses_is_named():
     with pytest.raises(OptionError, match="no house on side 1"):
-        plan(street(SceneSpec(seed=1, houses=1, opposite=False)), CameraSpec(side=1), 0)
+        plan_photos(build_street(SceneSpec(seed=1, houses=1, opposite=False)), CameraSpec(side=1), 0)
 
 
 def test_given_poses_are_as_wrong_as_their_sigmas_say():
@@ -268,7 +268,7 @@ def test_given_poses_are_as_wrong_as_their_sigmas_say():
     spec = CameraSpec(layout="places", places=places, sigma_position=2.0, sigma_heading=4.0, sigma_level=0.7)
     shift, turn, tilt = [], [], []
     for seed in range(25):
-        for aim in plan(scene, spec, seed):
+        for aim in plan_photos(scene, spec, seed):
             shift.append(aim.given.t - aim.true.t)
             delta = aim.given.R @ aim.true.R.T
             turn.append(np.degrees(np.arctan2(delta[1, 0], delta[0, 0])))
@@ -276,7 +276,7 @@ def test_given_poses_are_as_wrong_as_their_sigmas_say():
     assert np.sqrt(np.mean(np.square(shift))) == pytest.approx(2.0, rel=0.25)
     assert np.sqrt(np.mean(np.square(turn))) == pytest.approx(4.0, rel=0.25)
     assert np.sqrt(np.mean(np.square(tilt))) == pytest.approx(0.7, rel=0.15)
-    exact = plan(
+    exact = plan_photos(
         scene, spec.model_copy(update={"sigma_position": 0, "sigma_heading": 0, "sigma_level": 0}), 0
     )
     assert all(np.allclose(a.given.matrix, a.true.matrix, atol=1e-12) for a in exact)
@@ -286,7 +286,7 @@ def test_the_camera_stands_above_the_ground():
     slope = Sheet((-60, -60, -6), (120, 0, 12), (0, 120, 0), Part.GROUND)
     scene = scene_of(slope, wall(8.0))
     spec = CameraSpec(layout="places", places=(Standpoint(along=10.0, across=2.0, height=1.5),))
-    (aim,) = plan(scene, spec, 0)
+    (aim,) = plan_photos(scene, spec, 0)
     assert aim.true.t == pytest.approx([10.0, 2.0, 2.5], abs=1e-6)
 
 

@@ -4,15 +4,15 @@ import numpy as np
 import pytest
 
 from frontage.simulate.optics.rays import Tracer
-from frontage.simulate.scene import Mesh
+from frontage.simulate.scene import SceneMesh
 
 
-def panes(offset: float = 0.0) -> Mesh:
+def panes(offset: float = 0.0) -> SceneMesh:
     """Two squares of 4 m side facing -y, at y = 10 (surface 0) and y = 12 (surface 1), moved by `offset`."""
     square = np.array([[-2, 0, -2], [2, 0, -2], [2, 0, 2], [-2, 0, 2]], np.float64)
     vertices = np.vstack([np.add(square, [offset, y, 0]) for y in (10, 12)])
     corners = [[0, 1, 2], [0, 2, 3], [4, 5, 6], [4, 6, 7]]
-    return Mesh(vertices, np.array(corners), np.array([0, 0, 1, 1]))
+    return SceneMesh(vertices, np.array(corners), np.array([0, 0, 1, 1]))
 
 
 def fan(n: int = 500) -> np.ndarray:

@@ -8,9 +8,9 @@ from frontage.simulate.optics.roughness import Roughness
 from frontage.simulate.scene import Part, Scene
 from frontage.simulate.sensors.footprint import sub_rays
 from frontage.simulate.sensors.instrument import Instrument
-from frontage.simulate.sensors.measure import measure
+from frontage.simulate.sensors.ranging import measure_beams
 from frontage.simulate.sensors.recording import Echo
-from frontage.simulate.sensors.returns import Echoes, record
+from frontage.simulate.sensors.returns import Echoes, record_echoes
 from frontage.simulate.sensors.target import Target
 from laser_scenes import Sheet, instrument, scene_of, towards, wall
 
@@ -21,7 +21,7 @@ def echoes(scene: Scene, beam: Instrument, points: np.ndarray, target: Target | 
     """Noise-free echoes of beams from the origin towards points (n, 3)."""
     d = towards(points, ORIGIN)
     rays = sub_rays(beam, np.zeros(d.shape), d, 0)
-    return record((target or Target(scene, beam.wavelength)).light(beam, *rays), beam)
+    return record_echoes((target or Target(scene, beam.wavelength)).trace(beam, *rays), beam)
 
 
 def across(x: np.ndarray, y: float) -> np.ndarray:
@@ -186,8 +186,10 @@ def test_intensity_follows_reflectance_cosine_and_range() -> None:
             points = across(np.linspace(0, 1.5 * y, 40), y)
             d = towards(points, ORIGIN)
             target = Target(scene_of(wall(y, x=(-100, 100), laser=laser)), 905)
-            m = measure(target, beam, np.zeros((40, 3)), d, (1,))
-            albedo = laser * target.tint.factor(m.surface, m.hit)  # the mean of the material and its texture
+            m = measure_beams(target, beam, np.zeros((40, 3)), d, (1,))
+            albedo = laser * target.texture.factor(
+                m.surface, m.hit
+            )  # the mean of the material and its texture
             r = np.linalg.norm(points, axis=1)
             law = 0.05 * albedo * (y / r) ** 1.2 * (10 / r) ** 2 * (1 - np.exp(-((r / 2.0) ** 2)))
             np.testing.assert_allclose(m.intensity, law, rtol=3e-3)
@@ -201,7 +203,7 @@ def test_range_noise_grows_as_the_light_gets_less() -> None:
     def scatter(y: float) -> float:
         points = across(np.linspace(-0.2, 0.2, 4000) * y / 10, y)
         d = towards(points, ORIGIN)
-        m = measure(Target(scene_of(wall(y, laser=1.0)), 905), beam, np.zeros(d.shape), d, (3,))
+        m = measure_beams(Target(scene_of(wall(y, laser=1.0)), 905), beam, np.zeros(d.shape), d, (3,))
         return float(np.std(m.range - np.linalg.norm(points, axis=1)))
 
     assert scatter(10.0) == pytest.approx(0.002, rel=0.06)
@@ -238,7 +240,7 @@ def test_heights_shorten_the_ranges() -> None:
     beam = instrument(sigma_range=0.0, strays=0.0)
     target = Target(scene_of(wall(10.0, x=(-40, 40), z=(-20, 20), roughness=0.003)), 905)
     x = np.linspace(-20, 20, 1000)
-    m = measure(target, beam, across(x, 0.0), np.tile([0.0, 1.0, 0.0], (1000, 1)), (1,))
+    m = measure_beams(target, beam, across(x, 0.0), np.tile([0.0, 1.0, 0.0], (1000, 1)), (1,))
     np.testing.assert_allclose(10.0 - m.range, target.roughness.heights(m.surface, m.hit), atol=1e-9)
     assert np.abs(m.true_range - 10).max() < 1e-6
 
@@ -247,6 +249,6 @@ def test_texture_of_the_wall_shows_in_the_intensity() -> None:
     bricks = Target(scene_of(wall(10.0), wall(11.0), kind="brick"), 905)
     x, z = np.meshgrid(np.arange(0, 3, 0.01), np.arange(0, 3, 0.01))
     points = np.column_stack([x.ravel(), np.full(x.size, 10.0), z.ravel()])
-    factor = bricks.tint.factor(np.zeros(x.size, int), points)
+    factor = bricks.texture.factor(np.zeros(x.size, int), points)
     assert 0.02 < factor.std() / factor.mean() < 0.5 and (factor > 0).all()
-    assert bricks.tint.factor(np.zeros(x.size, int), points).tobytes() == factor.tobytes()
+    assert bricks.texture.factor(np.zeros(x.size, int), points).tobytes() == factor.tobytes()

@@ -238,14 +238,14 @@ def test_drift_moves_points_with_the_trajectory() -> None:
 
 
 def test_random_walk_grows_with_the_way() -> None:
-    from frontage.simulate.sensors.track import believed_track, drive_along
+    from frontage.simulate.sensors.track import drive_along, navigation_solution
 
     spec = DriveSpec(offset=0.0, drift=0.03, drift_angle=0.0)
     gained = []
     for seed in range(60):
         rng = np.random.default_rng(seed)
-        true = drive_along(street(), 0.0, 100.0, 0.0, spec, rng)
-        error = believed_track(true, spec, rng).xyz - true.xyz
+        true = drive_along(street(), (0.0, 100.0), 0.0, spec, rng)
+        error = navigation_solution(true, spec, rng).xyz - true.xyz
         gained.append(error[-1] - error[0])
     assert np.std(gained) == pytest.approx(0.03, rel=0.2)
 

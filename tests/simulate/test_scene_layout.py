@@ -10,19 +10,19 @@ import shapely
 
 from frontage.geometry.arrays import Float
 from frontage.geometry.ring import rectangle, ring_area
-from frontage.simulate.houses.elevation import CLEARANCE
-from frontage.simulate.houses.meshing import inset
+from frontage.simulate.houses.elevation import CLEARANCE_M
 from frontage.simulate.houses.shapes import SHAPES, BarLayout, opening_ring, plan_bars
+from frontage.simulate.meshing import inset
 from frontage.simulate.scene import FacadePlan, House, OpeningPlan, Scene
 from frontage.simulate.spec import SceneSpec
-from frontage.simulate.street.build import street
+from frontage.simulate.street.build import build_street
 
 BARE = {"trees": 0, "cars": 0, "lamps": 0, "people": 0}
 
 
 @lru_cache
 def streets() -> tuple[Scene, ...]:
-    return tuple(street(SceneSpec(seed=seed, houses=5, **BARE)) for seed in (2, 4, 5, 8))  # type: ignore[arg-type]
+    return tuple(build_street(SceneSpec(seed=seed, houses=5, **BARE)) for seed in (2, 4, 5, 8))  # type: ignore[arg-type]
 
 
 def houses() -> list[House]:
@@ -49,9 +49,9 @@ def test_openings_lie_in_their_wall_and_apart() -> None:
         shapes = [shapely.Polygon(o.ring) for o in facade.openings]
         for k, (opening, shape) in enumerate(zip(facade.openings, shapes, strict=True)):
             wall = wall_of(facade, opening.wall_y)
-            assert wall.contains(shape) and wall.exterior.distance(shape) >= CLEARANCE - 1e-9, opening.id
+            assert wall.contains(shape) and wall.exterior.distance(shape) >= CLEARANCE_M - 1e-9, opening.id
             for other in shapes[:k]:
-                assert shape.distance(other) >= CLEARANCE - 1e-9, opening.id
+                assert shape.distance(other) >= CLEARANCE_M - 1e-9, opening.id
 
 
 def test_no_opening_is_hidden_behind_an_oriel() -> None:
@@ -134,7 +134,7 @@ def test_twins_are_alike_but_for_their_place() -> None:
 
 def test_neighbours_in_a_terrace_meet_and_detached_houses_do_not() -> None:
     for setting in ("terrace", "detached"):
-        scene = street(SceneSpec(seed=3, houses=4, setting=setting, **BARE))  # type: ignore[arg-type]
+        scene = build_street(SceneSpec(seed=3, houses=4, setting=setting, **BARE))  # type: ignore[arg-type]
         back = scene.local_from_street.inverse
         near = [h for h in scene.houses if h.side == 0]
         spans = [back.apply(np.column_stack([h.footprint, np.zeros(4)]))[:, 0] for h in near]
@@ -148,7 +148,7 @@ def test_triangular_heads_are_drawn_where_asked_for_only() -> None:
     rises = []
     for seed in range(4):
         asked = {"seed": seed, "houses": 1, "opposite": False, "house": [{"shape": "triangular"}]}
-        (house,) = street(SceneSpec.model_validate(asked)).houses
+        (house,) = build_street(SceneSpec.model_validate(asked)).houses
         upper = [o for o in house.facades[0].openings if o.shape == "triangular"]
         share = {round((o.ring[3, 1] - o.ring[2, 1]) / np.ptp(o.ring[:, 0]), 9) for o in upper}
         assert {len(o.ring) for o in upper} == {5} and len(share) == 1
@@ -159,7 +159,7 @@ def test_triangular_heads_are_drawn_where_asked_for_only() -> None:
 @pytest.mark.parametrize("shape", SHAPES)
 def test_rings_follow_their_arcs_to_a_millimetre(shape: str) -> None:
     width, height = 1.2, 1.2 if shape == "circle" else 2.0
-    ring = opening_ring(shape, 3.0, 1.0, width, height, 0.2)
+    ring = opening_ring(shape, 3.0, 1.0, width, height, rise=0.2)
     fine = _fine(shape, width, height)
     np.testing.assert_allclose(ring.min(0), [3.0, 1.0], atol=0.001)
     np.testing.assert_allclose(ring.max(0), [3.0 + width, 1.0 + height], atol=0.001)

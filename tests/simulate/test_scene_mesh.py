@@ -9,12 +9,12 @@ import shapely
 from frontage.geometry.arrays import Float, Int
 from frontage.geometry.rigid import Rigid3
 from frontage.geometry.ring import rectangle, ring_area
-from frontage.simulate.houses.house import FOUNDATION
-from frontage.simulate.houses.meshing import MeshBuilder, Pen, inset, loft, triangulate
+from frontage.simulate.houses.house import FOUNDATION_M
 from frontage.simulate.houses.shapes import SHAPES, opening_ring
+from frontage.simulate.meshing import MeshBuilder, Pen, inset, loft, triangulate
 from frontage.simulate.scene import Material, Part, Scene
 from frontage.simulate.spec import SceneSpec
-from frontage.simulate.street.build import street
+from frontage.simulate.street.build import build_street
 
 PLAIN = Material("plain", "paint", (0.5, 0.5, 0.5), (0.5, 0.5, 0.5), 0.5)
 
@@ -52,7 +52,7 @@ def test_a_block_with_a_hole_is_closed_and_has_its_volume() -> None:
     builder, draw = pen()
     hole = opening_ring("round", 1.0, 1.0, 1.0, 1.5)
     outer = rectangle(0, 0, 4, 3)
-    draw.block(draw.surface("block", Part.WALL, PLAIN), outer, 0.0, 0.5, [hole])
+    draw.block(draw.surface("block", Part.WALL, PLAIN), outer, 0.0, 0.5, holes=[hole])
     mesh = builder.mesh()
     assert len(open_edges(mesh.vertices, mesh.corners)) == 0
     expected = (ring_area(outer) - ring_area(hole)) * 0.5
@@ -112,7 +112,7 @@ def _shell(scene: Scene, house: int, facade: int) -> Int:
 def test_walls_are_closed_around_every_opening_up_to_the_rooms(seed: int) -> None:
     bare = {"setting": "terrace", "trees": 0, "cars": 0, "people": 0, "opposite": False}
     some = [{"shape": shape} for shape in ("triangular", "circle")] if seed == 1 else []
-    scene = street(SceneSpec.model_validate({"seed": seed, "houses": 4, "house": some} | bare))
+    scene = build_street(SceneSpec.model_validate({"seed": seed, "houses": 4, "house": some} | bare))
     for h, house in enumerate(scene.houses):
         plan = house.facades[0]
         rows = _shell(scene, h, 0)
@@ -131,14 +131,14 @@ def test_walls_are_closed_around_every_opening_up_to_the_rooms(seed: int) -> Non
 def from_border(edges: Float, outline: Float) -> Float:
     """How far the ends of open edges on the main plane are from the wall's own border (m)."""
     on = edges[(np.abs(edges[:, :, 1]) < 1e-6).all(1)]
-    wall = np.vstack([[[0.0, FOUNDATION], [np.ptp(outline[:, 0]), FOUNDATION]], outline[2:]])
+    wall = np.vstack([[[0.0, FOUNDATION_M], [np.ptp(outline[:, 0]), FOUNDATION_M]], outline[2:]])
     assert len(on) >= len(wall)
     ends = shapely.points(on[:, :, [0, 2]].reshape(-1, 2))
     return np.asarray(shapely.distance(shapely.Polygon(wall).exterior, ends))
 
 
 def test_the_same_spec_gives_the_same_bytes_and_another_seed_does_not() -> None:
-    first, second, other = (street(SceneSpec(seed=s, houses=2)) for s in (4, 4, 5))
+    first, second, other = (build_street(SceneSpec(seed=s, houses=2)) for s in (4, 4, 5))
     assert first.mesh.vertices.tobytes() == second.mesh.vertices.tobytes()
     assert first.mesh.corners.tobytes() == second.mesh.corners.tobytes()
     assert first.surfaces == second.surfaces and first.materials == second.materials
@@ -146,7 +146,7 @@ def test_the_same_spec_gives_the_same_bytes_and_another_seed_does_not() -> None:
 
 
 def test_every_triangle_has_an_area_and_every_surface_its_triangles() -> None:
-    scene = street(SceneSpec(seed=6, houses=3))
+    scene = build_street(SceneSpec(seed=6, houses=3))
     assert (np.linalg.norm(scene.mesh.normals, axis=1) > 0.5).mean() > 0.9999
     assert scene.mesh.corners.max() < len(scene.mesh.vertices)
     assert set(np.unique(scene.mesh.surface)) == set(range(len(scene.surfaces)))
@@ -154,7 +154,7 @@ def test_every_triangle_has_an_area_and_every_surface_its_triangles() -> None:
 
 
 def test_the_ground_meets_the_walls_and_does_not_enter_the_houses() -> None:
-    scene = street(SceneSpec(seed=2, houses=3, trees=0, cars=0, people=0, hedges=False))
+    scene = build_street(SceneSpec(seed=2, houses=3, trees=0, cars=0, people=0, hedges=False))
     ground = scene.parts[scene.mesh.surface] == Part.GROUND
     corners = scene.mesh.vertices[scene.mesh.corners[ground]][:, :, :2]
     plan = shapely.union_all(shapely.polygons(corners))
@@ -166,5 +166,5 @@ def test_the_ground_meets_the_walls_and_does_not_enter_the_houses() -> None:
 
 def test_ten_houses_a_side_take_less_than_five_seconds() -> None:
     start = time.process_time()
-    assert len(street(SceneSpec(seed=4, houses=10)).houses) == 20
+    assert len(build_street(SceneSpec(seed=4, houses=10)).houses) == 20
     assert time.process_time() - start < 5.0

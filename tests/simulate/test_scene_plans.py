@@ -10,11 +10,11 @@ pytest.importorskip("embreex")
 import shapely
 
 from frontage.geometry.arrays import Array, Float
-from frontage.simulate.houses.meshing import inset
+from frontage.simulate.meshing import inset
 from frontage.simulate.optics.rays import Tracer
 from frontage.simulate.scene import FacadePlan, OpeningPlan, Part, Scene
 from frontage.simulate.spec import SceneSpec
-from frontage.simulate.street.build import street
+from frontage.simulate.street.build import build_street
 
 SEEDS = (1, 2, 4, 7)
 
@@ -22,7 +22,7 @@ SEEDS = (1, 2, 4, 7)
 @lru_cache
 def scene_of(seed: int) -> tuple[Scene, Tracer]:
     setting = "terrace" if seed % 2 else "detached"
-    scene = street(
+    scene = build_street(
         SceneSpec(seed=seed, houses=2 + seed % 2, setting=setting, trees=0, cars=0, lamps=0, people=0)
     )
     return scene, Tracer(scene.mesh)

@@ -10,7 +10,7 @@ from frontage.errors import OptionError
 from frontage.geometry.ring import ring_area
 from frontage.simulate.houses.housespec import HouseSpec, OpeningSpec
 from frontage.simulate.spec import SceneSpec, parse_spec
-from frontage.simulate.street.build import street
+from frontage.simulate.street.build import build_street
 from frontage.simulate.survey import ModelSpec
 
 OPENING = "x = 1.0\nz = 1.2\nwidth = 1.1\nheight = 1.6\n"
@@ -76,14 +76,14 @@ def test_a_bad_spec_is_named_in_one_sentence(text: str, sentence: str) -> None:
 def test_openings_that_do_not_fit_are_named_in_one_sentence(openings: list[str], sentence: str) -> None:
     spec = parse_spec(HOUSE + "".join(f"[[house.opening]]\n{o}" for o in openings))
     with pytest.raises(OptionError, match=re.escape(sentence)):
-        street(spec)
+        build_street(spec)
 
 
 def test_openings_are_built_as_they_were_specified() -> None:
     wanted = "kind = 'door'\nshape = 'segmental'\nx = 5.0\nz = 0.1\nwidth = 1.2\nheight = 2.4\ndepth = 0.3\n"
     bars = "vertical = 2\nhorizontal = 1\ndepth = 0.22\nframe = 0.06\n"
     text = HOUSE + f"floors = 2\n[[house.opening]]\n{OPENING}{bars}[[house.opening]]\n{wanted}"
-    (house,) = street(parse_spec(text)).houses
+    (house,) = build_street(parse_spec(text)).houses
     window, door = sorted(house.facades[0].openings, key=lambda o: o.kind, reverse=True)
     np.testing.assert_allclose([window.ring.min(0), window.ring.max(0)], [[1.0, 1.2], [2.1, 2.8]], atol=1e-12)
     assert (window.depth, window.frame_width, window.floor) == (0.22, 0.06, 0)
@@ -100,7 +100,7 @@ def test_what_a_spec_says_of_a_house_is_built() -> None:
         "columns = 3\nreveal = 0.2\nshop = false\noriel = false\nbalconies = false\nshutters = false\n"
         "roughness = 0.004\nwall = 'brick'\nsetback = 1.5\n"
     )
-    scene = street(parse_spec(text))
+    scene = build_street(parse_spec(text))
     (house,) = scene.houses
     facade = house.facades[0]
     assert np.ptp(facade.outline[:, 0]) == pytest.approx(8.0)
@@ -116,7 +116,7 @@ def test_what_a_spec_says_of_a_house_is_built() -> None:
 
 
 def test_a_leaning_wall_goes_back_with_height() -> None:
-    scene = street(parse_spec(HOUSE + "lean = 0.5\nsetback = 0"))
+    scene = build_street(parse_spec(HOUSE + "lean = 0.5\nsetback = 0"))
     facade = scene.houses[0].facades[0]
     top = facade.local_from_facade.apply(np.array([[0.0, 0.0, 10.0]]))
     s, d, z = scene.local_from_street.inverse.apply(top)[0]
@@ -124,7 +124,7 @@ def test_a_leaning_wall_goes_back_with_height() -> None:
 
 
 def test_a_slope_runs_along_the_road_and_under_the_houses() -> None:
-    scene = street(SceneSpec(seed=1, houses=3, slope=6.0, setting="terrace"))
+    scene = build_street(SceneSpec(seed=1, houses=3, slope=6.0, setting="terrace"))
     road = scene.local_from_street.inverse.apply(scene.road)
     assert np.polyfit(road[:, 0], road[:, 2], 1)[0] == pytest.approx(0.06)
     for house in scene.houses:
@@ -137,18 +137,20 @@ def test_what_cannot_be_had_is_refused_or_noted() -> None:
     two = f"[[house.opening]]\n{OPENING}[[house.opening]]\nshutters = 'open'\n{OPENING}"
     two = two[::-1].replace("x = 1.0"[::-1], "x = 2.4"[::-1], 1)[::-1]
     with pytest.raises(OptionError, match="the open shutters of opening 2 cover a neighbour"):
-        street(parse_spec(HOUSE + two))
+        build_street(parse_spec(HOUSE + two))
     with pytest.raises(OptionError, match=r"house B01: 20 columns of windows .* do not fit on 8\.00 m"):
-        street(parse_spec(HOUSE + "columns = 20"))
-    low = street(parse_spec(HOUSE + "floors = 1\noriel = true\nroof = 'flat'\ndormers = true"))
+        build_street(parse_spec(HOUSE + "columns = 20"))
+    low = build_street(parse_spec(HOUSE + "floors = 1\noriel = true\nroof = 'flat'\ndormers = true"))
     assert low.notes == ("B01: no room for what `oriel` asks for", "B01: no room for what `dormers` asks for")
 
 
 def test_counts_are_kept_and_houses_listed_are_all_there_are() -> None:
-    scene = street(parse_spec("opposite = false\nsetting = 'terrace'\n[[house]]\n[[house]]\ntwin = true"))
+    scene = build_street(
+        parse_spec("opposite = false\nsetting = 'terrace'\n[[house]]\n[[house]]\ntwin = true")
+    )
     assert [h.twin_of for h in scene.houses] == [None, "B01"]
-    assert len(street(SceneSpec(houses=3)).houses) == 6
-    assert street(SceneSpec(houses=0, trees=0)).houses == ()
+    assert len(build_street(SceneSpec(houses=3)).houses) == 6
+    assert build_street(SceneSpec(houses=0, trees=0)).houses == ()
 
 
 def test_the_documentation_names_every_key() -> None:
@@ -162,7 +164,7 @@ def test_the_documentation_names_every_key() -> None:
 def test_the_example_of_the_documentation_is_a_street() -> None:
     text = (Path(__file__).parents[2] / "docs/simulate.md").read_text(encoding="utf-8")
     example = next(b for b in text.split("```toml\n")[1:] if "[[house.opening]]" in b).split("```")[0]
-    scene = street(parse_spec(example))
+    scene = build_street(parse_spec(example))
     assert scene.notes == () and [h.id for h in scene.houses if h.side == 0] == ["B01", "B02"]
     assert any(p.kind == "oriel" for p in scene.houses[0].facades[0].protrusions)
     assert {o.kind for o in scene.houses[1].facades[0].openings} == {"door", "window"}

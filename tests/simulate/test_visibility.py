@@ -7,8 +7,8 @@ from frontage.geometry.rigid import Rigid3
 from frontage.geometry.ring import rectangle
 from frontage.model import Camera, Estimate, Photo, WorldRef
 from frontage.simulate.optics.rays import Tracer
-from frontage.simulate.scene import FacadePlan, House, Mesh, OpeningPlan, Part, Scene, Surface
-from frontage.simulate.truth.visibility import Eye, Shares, visibility
+from frontage.simulate.scene import FacadePlan, House, OpeningPlan, Part, Scene, SceneMesh, SceneSurface
+from frontage.simulate.truth.visibility import ScannerView, Shares, visibility
 
 
 def opening(name: str, x: float) -> OpeningPlan:
@@ -29,20 +29,20 @@ def wall(*before: tuple[np.ndarray, tuple[int, int, int]]) -> Scene:
     house = House("B01", "1 Long Street", 0, rectangle(0, 0, 20, 8), 0.0, 4.0, 6.0, (facade,))
     quads = [(quad(0, 20, 0.0, 0, 4), (0, 0, -1)), *before]
     corners = [np.array([[0, 1, 2], [0, 2, 3]]) + 4 * k for k in range(len(quads))]
-    mesh = Mesh(
+    mesh = SceneMesh(
         np.concatenate([q for q, _ in quads]), np.concatenate(corners), np.repeat(np.arange(len(quads)), 2)
     )
-    surfaces = tuple(Surface(f"s{k}", Part.WALL, 0, *owner) for k, (_, owner) in enumerate(quads))
+    surfaces = tuple(SceneSurface(f"s{k}", Part.WALL, 0, *owner) for k, (_, owner) in enumerate(quads))
     frame = Rigid3.identity("local", "street")
     road = np.array([[0.0, -8, 0], [20, -8, 0]])
     return Scene("wall", 0, WorldRef(np.zeros(3), None), frame, mesh, surfaces, (), (house,), road)
 
 
-def eye(x: float, y: float, field: float = 360.0) -> Eye:
-    return Eye(np.array([x, y, 1.5]), np.array([0.0, 1, 0]), np.radians(field), -1.5, 1.5)
+def eye(x: float, y: float, field: float = 360.0) -> ScannerView:
+    return ScannerView(np.array([x, y, 1.5]), np.array([0.0, 1, 0]), np.radians(field), -1.5, 1.5)
 
 
-def shares(scene: Scene, stations: list[Eye], photos: tuple[Photo, ...] = ()) -> list[Shares]:
+def shares(scene: Scene, stations: list[ScannerView], photos: tuple[Photo, ...] = ()) -> list[Shares]:
     seen = visibility(scene, Tracer(scene.mesh), stations, np.empty((0, 3)), photos)
     return [seen.openings[0, 0, k] for k in range(2)]
 

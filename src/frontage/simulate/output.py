@@ -1,4 +1,4 @@
-"""How a simulated scene is written."""
+"""File formats and sizes of a simulated scene."""
 
 from typing import Literal
 

@@ -1,8 +1,9 @@
 """The nouns of a simulated street: triangles that know their surface, and the plans they were built from.
 
-Frames: *local* has the scene's own origin (integer metres, `world`); the *street* frame has s along the
-street, d into the houses of side 0, z up; a *facade* frame has its origin on the main plane at the lower left
-corner, x right as seen from the street, y into the building, z up. Lengths in metres.
+Frames: *local* has the scene's own origin (integer metres, see `Scene.world`). In the *street* frame, s runs
+along the street, d points into the houses of side 0 (the near side) and z points up. A *facade* frame has its
+origin on the main plane at the lower left corner; x points right as seen from the street, y into the building
+and z up. All lengths are in metres.
 """
 
 from dataclasses import dataclass, field
@@ -17,7 +18,7 @@ from frontage.model.built import BuiltOpening
 
 
 class Part(IntEnum):
-    """What a surface is."""
+    """The building part or object that a surface belongs to."""
 
     GROUND = 0
     WALL = 1
@@ -45,15 +46,16 @@ class Part(IntEnum):
 
 @dataclass(frozen=True)
 class Material:
-    """How a surface looks to a camera and to a laser.
+    """How a surface appears to a camera and to a laser.
 
-    kind      texture: "plaster", "brick", "ashlar", "stone", "wood", "metal", "glass", "tiles", "asphalt",
-              "paving", "leaves", "fabric", "paint"
-    rgb       linear reflectance of the base colour, 0..1; `rgb_joint` of joints, stains or the second tone
-    laser     diffuse reflectance at the laser's wavelength, 0..1, only loosely tied to the colour
-    gloss     share of the reflection that is a lobe about the mirror direction, 0..1
-    size      m, width and height of the texture's unit (brick, stone, tile), where it has one
-    seed      of the texture's random fields
+    kind        texture: "plaster", "brick", "ashlar", "stone", "wood", "metal", "glass", "tiles", "asphalt",
+                "paving", "leaves", "fabric", "paint"
+    rgb         linear reflectance of the base colour, 0..1
+    rgb_joint   linear reflectance of joints, stains or the second tone, 0..1
+    laser       diffuse reflectance at the laser's wavelength, 0..1, only loosely tied to the colour
+    gloss       share of the reflection that lies in a lobe about the mirror direction, 0..1
+    size        m, width and height of one unit of the texture (brick, stone, tile), where it has units
+    seed        seed of the texture's random fields
     """
 
     name: str
@@ -67,13 +69,14 @@ class Material:
 
 
 @dataclass(frozen=True)
-class Surface:
-    """One surface of the scene; every triangle belongs to one.
+class SceneSurface:
+    """One surface of the scene; every triangle belongs to exactly one.
 
-    id          readable, e.g. "B02/F1/W3-2/frame"
+    id          readable identifier, such as "B02/F1/W3-2/frame"
     house, facade, opening   indices into `Scene.houses`, `House.facades`, `FacadePlan.openings`; -1 = none
     origin, u, v             texture plane, local m: coordinates are ((P - origin) . u, (P - origin) . v)
-    roughness   m, one sigma of the surface's height, correlated over `correlation` m (0 = smooth)
+    roughness   m, standard deviation of the surface's height (0 = smooth)
+    correlation m, distance over which that height is correlated
     """
 
     id: str
@@ -90,10 +93,10 @@ class Surface:
 
 
 @dataclass(frozen=True, eq=False)
-class Mesh:
+class SceneMesh:
     """Triangles: vertices (v, 3) m local, corners (t, 3) int64 into them, surface (t,) int32 per triangle.
 
-    Corners are counter-clockwise seen from outside; panes and leaves are single sheets.
+    Corners are counter-clockwise as seen from outside; panes and leaves are sheets without thickness.
     """
 
     vertices: Float
@@ -106,7 +109,7 @@ class Mesh:
 
     @property
     def normals(self) -> Float:
-        """Unit normals (t, 3); zero for a triangle without area."""
+        """Outward unit normals (t, 3); zero for a triangle without area."""
         a, b, c = (self.vertices[self.corners[:, k]] for k in range(3))
         n = np.cross(b - a, c - a)
         length = np.linalg.norm(n, axis=1, keepdims=True)
@@ -115,7 +118,12 @@ class Mesh:
 
 @dataclass(frozen=True, eq=False)
 class OpeningPlan(BuiltOpening):
-    """An opening to be drawn: glass_depth m, wall to the pane; width of the frame m; its storey and place."""
+    """An opening as planned, with what drawing it takes.
+
+    glass_depth   m, from the wall's plane to the pane
+    frame_width   m
+    floor, bay    number of the storey (0 = ground floor, -1 = basement), and place in it from the left
+    """
 
     glass_depth: float
     frame_width: float
@@ -125,9 +133,11 @@ class OpeningPlan(BuiltOpening):
 
 @dataclass(frozen=True, eq=False)
 class ProtrusionPlan:
-    """Something in front of (or behind) the main plane: outline (k, 2) m (x, z), y from near to far, m.
+    """A piece in front of (or behind) the main plane: a balcony, an oriel, a cornice, a dormer.
 
-    `front` (k, 2) is its outline at the near end where that is smaller (a slanted oriel), corner by corner.
+    ring      outline (k, 2) m (x, z)
+    y_range   m, y of its near and its far end
+    front     outline (k, 2) m of the near end where that is smaller (a slanted oriel), corner by corner
     """
 
     id: str
@@ -142,7 +152,10 @@ class ProtrusionPlan:
 
 @dataclass(frozen=True, eq=False)
 class FacadePlan:
-    """One facade as built: frame, outline (k, 2) m (x, z) of the wall, openings and protrusions."""
+    """One facade as built: its frame, the wall's outline (k, 2) m (x, z), openings, protrusions.
+
+    roughness   m, standard deviation of the wall's surface
+    """
 
     id: str
     local_from_facade: Rigid3
@@ -157,10 +170,13 @@ class FacadePlan:
 
 @dataclass(frozen=True, eq=False)
 class House:
-    """One building: id, address, footprint (k, 2) m local, heights m local, facades.
+    """One building as built.
 
-    shell is the building without openings and fittings, LoD2, closed: (semantics, ring (k, 3) m local)
-    with semantics "WallSurface", "RoofSurface", "GroundSurface".
+    side        side of the street: 0 = near, 1 = opposite
+    footprint   (k, 2) m local; ground_z, eaves_z and ridge_z are heights, m local
+    shell       the closed LoD2 shell without openings and fittings: pairs of semantics ("WallSurface",
+                "RoofSurface", "GroundSurface") and ring (k, 3) m local
+    twin_of     id of the house that it repeats, if any
     """
 
     id: str
@@ -180,14 +196,18 @@ class House:
 
 @dataclass(frozen=True, eq=False)
 class Scene:
-    """A street: geometry, materials and plans, with the centre line (k, 3) m local that vehicles drive on."""
+    """A simulated street: geometry, materials and plans.
+
+    road    centre line (k, 3) m local that vehicles drive along
+    notes   one sentence for everything that was asked for and could not be built
+    """
 
     name: str
     seed: int
     world: WorldRef
     local_from_street: Rigid3
-    mesh: Mesh
-    surfaces: tuple[Surface, ...]
+    mesh: SceneMesh
+    surfaces: tuple[SceneSurface, ...]
     materials: tuple[Material, ...]
     houses: tuple[House, ...]
     road: Float

@@ -1,4 +1,4 @@
-"""What a simulated street is asked to be, and how to read that from TOML."""
+"""The specification of a simulated street, and how it is read from TOML."""
 
 import tomllib
 from typing import Any, Literal, Self
@@ -12,13 +12,14 @@ from frontage.simulate.sensors.cameras import CameraSpec
 from frontage.simulate.sensors.instrument import DriveSpec, ScannerSpec
 from frontage.simulate.survey import ModelSpec
 
+# keys that describe drawn houses and ground, which a city model replaces
 _DRAWN = frozenset(
     ("houses", "house", "setting", "slope", "street_width", "opposite", "hedges", "crs", "origin")
 )
 
 
 class SceneSpec(BaseModel):
-    """A street and what measures it; what is left out is drawn from the seed."""
+    """A street and the sensors that record it; whatever is left out is drawn from the seed."""
 
     model_config = ConfigDict(extra="forbid", frozen=True)
 
@@ -58,56 +59,56 @@ class SceneSpec(BaseModel):
 
     @field_validator("from_model", mode="before")
     @classmethod
-    def _one_or_several(cls, value: Any) -> Any:
+    def _accept_single_path(cls, value: Any) -> Any:
         return (value,) if isinstance(value, str) else value
 
     @model_validator(mode="after")
-    def _model_has_its_houses(self) -> Self:
+    def _check_model_keys(self) -> Self:
         if self.from_model and (stated := sorted(self.model_fields_set & _DRAWN)):
             raise ValueError(f"from_model brings its own houses and ground; leave out {', '.join(stated)}")
         return self
 
     @model_validator(mode="after")
-    def _first_is_no_twin(self) -> Self:
+    def _check_first_house(self) -> Self:
         if self.house and self.house[0].twin:
             raise ValueError("house 1 is a twin of the house before it, but there is none; leave out twin")
         return self
 
 
 def parse_spec(text: str, name: str = "spec") -> SceneSpec:
-    """Read a spec from TOML text; `name` (of its file) begins every complaint.
+    """Read a specification from TOML text; `name`, usually that of its file, starts every error message.
 
-    Raises OptionError with one sentence for TOML that cannot be read, an unknown key or a value out of range.
+    Raises OptionError with one sentence for text that is not TOML, an unknown key or a value out of range.
     """
     try:
         return SceneSpec.model_validate(tomllib.loads(text))
     except tomllib.TOMLDecodeError as error:
         raise OptionError(f"{name}: not TOML ({error}); quote texts and write tables as [[house]]") from None
     except ValidationError as error:
-        raise OptionError(f"{name}: {_sentence(error)}") from None
+        raise OptionError(f"{name}: {_explain(error)}") from None
 
 
-def _sentence(error: ValidationError) -> str:
-    """The first thing that is wrong, and what would be right."""
+def _explain(error: ValidationError) -> str:
+    """Says in one sentence what is wrong first, and what would be right."""
     found = error.errors()
-    first = next((e for e in found if e["type"] == "extra_forbidden"), found[0])  # a typo explains the rest
-    where = _place(first["loc"])
+    first = next((e for e in found if e["type"] == "extra_forbidden"), found[0])  # a typo causes other errors
+    where = _location(first["loc"])
     message = str(first["msg"]).removeprefix("Value error, ")
     if first["type"] == "extra_forbidden":
-        return f"unknown key {where}; known there: {', '.join(_known(first['loc']))}"
+        return f"unknown key {where}; known there: {', '.join(_known_keys(first['loc']))}"
     if first["type"] == "value_error":
         return f"{where}: {message}" if where else message
     if first["type"] == "missing":
         return f"{where} is missing; add it"
     if first["type"] == "tuple_type" and isinstance(first["input"], dict):
-        return f"{where} must be a list of tables; write [[{_table(first['loc'])}]] in two brackets"
+        return f"{where} must be a list of tables; write [[{_table_name(first['loc'])}]] in two brackets"
     if first["type"] == "model_type":
         return f"{where} must be a table, not {first['input']!r}"
     return f"{where} = {first['input']!r} is not usable: {message[:1].lower()}{message[1:]}"
 
 
-def _place(location: tuple[int | str, ...]) -> str:
-    """Where in the file: tables of a list are counted from 1, "house 2, opening 3, width"."""
+def _location(location: tuple[int | str, ...]) -> str:
+    """Returns the place in the file, such as "house 2, opening 3, width"; tables are counted from 1."""
     words: list[str] = []
     for part in location:
         if isinstance(part, int):
@@ -117,26 +118,26 @@ def _place(location: tuple[int | str, ...]) -> str:
     return ", ".join(words)
 
 
-def _table(location: tuple[int | str, ...]) -> str:
-    """The name of a table in TOML, "house.opening"."""
+def _table_name(location: tuple[int | str, ...]) -> str:
+    """Returns the name of a table in TOML, such as "house.opening"."""
     return ".".join(part for part in location if isinstance(part, str))
 
 
-def _known(location: tuple[int | str, ...]) -> list[str]:
-    """The keys allowed where an unknown one was found."""
+def _known_keys(location: tuple[int | str, ...]) -> list[str]:
+    """Returns the keys that are allowed where an unknown one was found."""
     fields: Any = SceneSpec
     for part in location[:-1]:
         if isinstance(part, str):
-            fields = _inner(fields.model_fields[part].annotation)
+            fields = _model_class(fields.model_fields[part].annotation)
     return sorted(fields.model_fields)
 
 
-def _inner(annotation: Any) -> Any:
-    """The model class inside ``tuple[Model, ...]`` or ``Model | None``."""
+def _model_class(annotation: Any) -> Any:
+    """Returns the model class inside ``tuple[Model, ...]`` or ``Model | None``."""
     if isinstance(annotation, type) and issubclass(annotation, BaseModel):
         return annotation
     for argument in getattr(annotation, "__args__", ()):
-        found = _inner(argument)
+        found = _model_class(argument)
         if found is not None:
             return found
     return None

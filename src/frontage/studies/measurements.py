@@ -28,19 +28,19 @@ from frontage.io.scans.ptx import write_ptx
 from frontage.io.scans.trajectory import write_trajectory
 from frontage.model import Scan, WorldRef
 from frontage.pipeline.store.files import write_bytes, write_with
-from frontage.simulate.citymodel.scene import model_scene
+from frontage.simulate.citymodel.scene import build_model_scene
 from frontage.simulate.scene import Scene
 from frontage.simulate.sensors.cameras import CameraSpec
 from frontage.simulate.sensors.instrument import ScannerSpec
 from frontage.simulate.sensors.mobile import drive
-from frontage.simulate.sensors.photograph import shots
+from frontage.simulate.sensors.photograph import iter_photographs
 from frontage.simulate.sensors.recording import Station
 from frontage.simulate.sensors.terrestrial import scan_stations
 from frontage.simulate.spec import SceneSpec
-from frontage.simulate.street.build import street
+from frontage.simulate.street.build import build_street
 from frontage.simulate.truth.ortho import true_ortho
 from frontage.simulate.truth.tables import drive_table, photo_table, point_arrays, station_table
-from frontage.simulate.truth.visibility import Eye
+from frontage.simulate.truth.visibility import ScannerView
 
 MOBILE, TRAJECTORY, TRUE_TRAJECTORY = "scans/mobile.laz", "scans/trajectory.csv", "truth/trajectory.csv"
 _CROP = 1.5  # a sensor's diagonal against 35 mm film
@@ -73,10 +73,10 @@ def scene_of(spec: SceneSpec) -> Scene:
     Raises OptionError, FileError, UnsupportedFormat, CrsError.
     """
     if not spec.from_model:
-        return street(spec)
+        return build_street(spec)
     models = [read_city_model(spec.from_model[0])]
     models += [read_city_model(path, models[0].world) for path in spec.from_model[1:]]
-    return model_scene(spec, models)
+    return build_model_scene(spec, models)
 
 
 def points_name(scan: str) -> str:
@@ -108,7 +108,9 @@ def _station(task: Task) -> dict[str, Any]:
     save_arrays(task.out / points_name(task.name), point_arrays(scene, station, order))
     table = station_table(station, scene.world, task.name)
     field, lowest, highest = np.radians([spec.field, spec.lowest, spec.highest])
-    eye = Eye(station.true.t, scene.local_from_street.R[:, 1], float(field), float(lowest), float(highest))
+    eye = ScannerView(
+        station.true.t, scene.local_from_street.R[:, 1], float(field), float(lowest), float(highest)
+    )
     return {"station": table | {"points": len(order)}, "eye": eye}
 
 
@@ -150,7 +152,7 @@ def _drive(task: Task) -> dict[str, Any]:
 
 def _photo(task: Task) -> dict[str, Any]:
     scene, spec = scene_of(task.spec), task.spec.cameras[task.series]
-    (shot,) = shots(scene, spec, camera_seed(task.spec, task.series), only=[task.number])
+    (shot,) = iter_photographs(scene, spec, camera_seed(task.spec, task.series), only=[task.number])
     exif = _exif(spec, shot.given, scene.world)
     write_jpeg(task.out / task.name, shot.image, exif, task.spec.output.quality)
     photo = replace(shot.photo, id=Path(task.name).name)

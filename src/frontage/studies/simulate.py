@@ -24,7 +24,7 @@ from frontage.simulate.optics.rays import Tracer
 from frontage.simulate.scene import Scene
 from frontage.simulate.sensors.cameras import CameraSpec
 from frontage.simulate.sensors.instrument import ScannerSpec
-from frontage.simulate.sensors.walk import plan
+from frontage.simulate.sensors.viewpoints import plan_photos
 from frontage.simulate.spec import SceneSpec
 from frontage.simulate.truth.tables import scene_table, surface_arrays
 from frontage.simulate.truth.visibility import Visibility, visibility
@@ -177,7 +177,7 @@ def _photo_tasks(spec: SceneSpec, scene: Scene, out: Path) -> list[Task]:
     tasks = []
     for series, camera in enumerate(spec.cameras):
         prefix = "photos/" if series == 0 else f"photos/C{series + 1}_"
-        aims = plan(scene, camera, camera_seed(spec, series))
+        aims = plan_photos(scene, camera, camera_seed(spec, series))
         tasks += [Task(spec, out, "photo", series, k, prefix + a.name) for k, a in enumerate(aims)]
     return tasks
 

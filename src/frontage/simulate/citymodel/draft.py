@@ -1,4 +1,4 @@
-"""A building of a city model before it is drawn: its walls, which of them are facades, their openings."""
+"""A building of a city model before it is drawn: its walls, the facades among them, and their openings."""
 
 from collections.abc import Set
 from dataclasses import dataclass
@@ -10,41 +10,43 @@ from frontage.geometry.arrays import Float
 from frontage.geometry.rigid import Rigid3
 from frontage.geometry.ring import polygon_ring
 from frontage.model import CityBuilding, Surface
-from frontage.simulate.citymodel.openings import FoundOpening, find_openings, reveals_of
-from frontage.simulate.citymodel.walls import Wall, find_walls, footprint_of, polygons
+from frontage.simulate.citymodel.openings import ModelOpening, find_openings, reveals_of
+from frontage.simulate.citymodel.walls import ModelWall, find_walls, footprint_of, polygons
 from frontage.simulate.scene import ProtrusionPlan
 
-_FACADE = (2.0, 2.0, 6.0)  # m, m, m2: width, height and area from which a wall without openings is a facade
-_GRID = 0.25  # m, between places that no room may hold
-_KEPT = (-0.2, 0.0, 0.25)  # m behind walls: air before them, and the wall itself
-_SEAM = 0.3  # m: bands as high as this do not divide a facade
+_FACADE_WIDTH_M, _FACADE_HEIGHT_M, _FACADE_M2 = 2.0, 2.0, 6.0  # least size of a facade without openings
+_GRID_M = 0.25  # spacing of the points that no room may contain
+_OUTDOORS_M = (-0.2, 0.0, 0.25)  # y of these points: in front of the walls, and within them
+_SEAM_M = 0.3  # bands up to this height do not divide a facade
 
 
 @dataclass(frozen=True, eq=False)
 class ModelFacade:
-    """A wall that is a facade: its number, outline (k, 2) m (x, z) above the ground, what is in and on it."""
+    """A wall that is a facade: its number, and its outline (k, 2) m (x, z) above the ground."""
 
     wall: int
     outline: Float
-    openings: tuple[FoundOpening, ...]
+    openings: tuple[ModelOpening, ...]
     protrusions: tuple[ProtrusionPlan, ...]
 
 
 @dataclass(frozen=True, eq=False)
 class ModelDraft:
-    """A building of a model: faces of its body, walls made of them, facades, other faces.
+    """A building of a city model, taken apart.
 
-    gone         faces that are drawn anew: openings and their reveals
-    fixtures     faces of installations (balconies, chimneys), part by part
-    footprint    polygon(s) in plan, m local; base = height of the ground, m local
-    lost         number of windows and doors without a wall
-    outdoors     places (n, 3) m local just before the walls and in them
+    faces        faces of its body, which the walls are made of
+    gone         numbers of the faces that are drawn anew: openings and their reveals
+    fixtures     faces of the installations (balconies, chimneys), one tuple for each
+    footprint    polygons in plan, m local
+    base         height of the ground, m local
+    lost         number of windows and doors that lie in no wall
+    outdoors     points (n, 3) m local just in front of the walls and within them
     """
 
     id: str
     address: str
     faces: tuple[Surface, ...]
-    walls: tuple[Wall, ...]
+    walls: tuple[ModelWall, ...]
     facades: tuple[ModelFacade, ...]
     gone: Set[int]
     fixtures: tuple[tuple[Surface, ...], ...]
@@ -54,12 +56,12 @@ class ModelDraft:
     outdoors: Float
 
     def frame(self, facade: ModelFacade) -> Rigid3:
-        """Pose of a facade."""
+        """Return the pose local_from_facade of a facade."""
         return self.walls[facade.wall].local_from_wall
 
 
-def read_house(building: CityBuilding, id: str) -> ModelDraft | None:
-    """The finest level of a building taken apart; None for one without walls or a footprint."""
+def read_model_house(building: CityBuilding, id: str) -> ModelDraft | None:
+    """Take the finest level of detail of a building apart; None if it has no walls or no footprint."""
     shells = building.level()
     body = [s for s in shells if not s.installation]
     faces = tuple(f for s in body for f in s.surfaces if f.semantics != "ClosureSurface")
@@ -89,8 +91,8 @@ def read_house(building: CityBuilding, id: str) -> ModelDraft | None:
     )
 
 
-def _outdoors(walls: tuple[Wall, ...], openings: list[FoundOpening], gone: Set[int]) -> Float:
-    """Points on a grid over all walls and their openings, a little before them and within them."""
+def _outdoors(walls: tuple[ModelWall, ...], openings: list[ModelOpening], gone: Set[int]) -> Float:
+    """Returns points (n, 3) on a grid over all walls and their openings, in front of them and within them."""
     out: list[Float] = [np.empty((0, 3))]
     for number, wall in enumerate(walls):
         holes = [shapely.Polygon(o.ring) for o in openings if o.wall == number]
@@ -98,16 +100,16 @@ def _outdoors(walls: tuple[Wall, ...], openings: list[FoundOpening], gone: Set[i
         if area.is_empty:
             continue
         x0, z0, x1, z1 = area.bounds
-        x, z = np.meshgrid(np.arange(x0 + _GRID / 2, x1, _GRID), np.arange(z0 + _GRID / 2, z1, _GRID))
+        x, z = np.meshgrid(np.arange(x0 + _GRID_M / 2, x1, _GRID_M), np.arange(z0 + _GRID_M / 2, z1, _GRID_M))
         shapely.prepare(area)
         on = shapely.contains_xy(area, x, z)
-        for y in _KEPT:
+        for y in _OUTDOORS_M:
             out.append(wall.local_from_wall.apply(np.column_stack([x[on], np.full(on.sum(), y), z[on]])))
     return np.concatenate(out)
 
 
 def _base(faces: tuple[Surface, ...]) -> float:
-    """Height of the ground: what half of the ground surfaces' area lies below; else the lowest corner."""
+    """Returns the height of the ground: the median over the ground surfaces' area, or the lowest corner."""
     ground = [f for f in faces if f.semantics == "GroundSurface"]
     if not ground:
         return float(min(f.ring[:, 2].min() for f in faces))
@@ -119,12 +121,12 @@ def _base(faces: tuple[Surface, ...]) -> float:
 
 
 def _facade(
-    number: int, wall: Wall, openings: list[FoundOpening], gone: Set[int], base: float
+    number: int, wall: ModelWall, openings: list[ModelOpening], gone: Set[int], base: float
 ) -> ModelFacade | None:
-    """A wall as a facade, if it is one: it has openings, or is large."""
+    """Returns a wall as a facade if it has openings or is large, else None."""
     own = tuple(o for o in openings if o.wall == number)
     area = shapely.union_all([wall.area(gone), *(shapely.Polygon(o.ring) for o in own)])
-    whole = area.buffer(_SEAM / 2, join_style="mitre").buffer(-_SEAM / 2, join_style="mitre")
+    whole = area.buffer(_SEAM_M / 2, join_style="mitre").buffer(-_SEAM_M / 2, join_style="mitre")
     x0, z0, x1, z1 = whole.bounds if not whole.is_empty else (0.0, 0.0, 0.0, 0.0)
     foot = base - float(wall.local_from_wall.t[2])
     seen = polygons(whole.intersection(shapely.box(x0 - 1, max(foot, z0 - 1), x1 + 1, z1 + 1)))
@@ -132,7 +134,7 @@ def _facade(
         return None
     outline = max(seen, key=lambda p: float(p.area))
     width, height = x1 - x0, outline.bounds[3] - outline.bounds[1]
-    large = width >= _FACADE[0] and height >= _FACADE[1] and outline.area >= _FACADE[2]
+    large = width >= _FACADE_WIDTH_M and height >= _FACADE_HEIGHT_M and outline.area >= _FACADE_M2
     if not own and not large:
         return None
     plain = shapely.Polygon(outline.exterior).simplify(0.001)
@@ -140,15 +142,18 @@ def _facade(
 
 
 def _with_protrusions(
-    id: str, facades: list[ModelFacade], walls: tuple[Wall, ...], fixtures: tuple[tuple[Surface, ...], ...]
+    id: str,
+    facades: list[ModelFacade],
+    walls: tuple[ModelWall, ...],
+    fixtures: tuple[tuple[Surface, ...], ...],
 ) -> tuple[ModelFacade, ...]:
-    """Facades with the installations that stand out of them; one belongs to the facade it touches most."""
+    """Adds the installations that stand out of the facades, each to the facade that it covers most."""
     held: dict[int, list[ProtrusionPlan]] = {}
     for fixture in fixtures:
         points = np.concatenate([f.ring for f in fixture])
         best, place = 0.0, None
         for k, facade in enumerate(facades):
-            at = walls[facade.wall].seen(points)
+            at = walls[facade.wall].to_wall(points)
             near, far = float(at[:, 1].min()), float(at[:, 1].max())
             shown = shapely.box(*at[:, [0, 2]].min(0), *at[:, [0, 2]].max(0))
             shared = shown.intersection(shapely.Polygon(facade.outline)).area

@@ -1,4 +1,4 @@
-"""The windows and doors of a city model, found in its walls."""
+"""Finds the windows and doors of a city model in its walls."""
 
 from collections.abc import Sequence, Set
 from dataclasses import dataclass
@@ -9,28 +9,32 @@ import shapely
 from frontage.geometry.arrays import Float
 from frontage.geometry.ring import convex_ring, polygon_ring, ring_area
 from frontage.model import Shell, Surface
-from frontage.simulate.citymodel.walls import Wall, area_vector, polygons
-from frontage.simulate.houses.meshing import inset
+from frontage.simulate.citymodel.walls import ModelWall, area_vector, polygons
+from frontage.simulate.meshing import inset
 
 KINDS = ("Window", "Door")
-_REACH = (-0.5, 1.2)  # m before and behind a wall, where its windows are looked for
-_LEAST = 0.15  # m: smaller openings are no windows
-_OWN = 0.5  # share of a hole that its windows fill, and of a window in its hole
-_INSIDE = 0.7  # share of a window within the wall's outline
-_FLUSH = 0.02  # m behind the wall, up to which a window in a hole lies in it
-_BURIED = 0.08  # m behind a wall without a hole, up to which a window was meant to lie in it
-_DETAILED = 4  # polygons: a window of more has a frame of its own
-_FRAME = 0.02  # m: the least width of a frame
-_SMOOTH = 0.0005  # m that a ring may lose in details
-_OVERLAP = 0.2  # share of the smaller of two windows, from which on they are one
+_REACH_M = (-0.5, 1.2)  # y range in front of and behind a wall in which its windows are looked for
+_LEAST_M = 0.15  # least width and height of an opening
+_HOLE_SHARE = 0.5  # least share of a hole that its windows fill, and of a window that lies in its hole
+_WALL_SHARE = 0.7  # least share of a window that lies within the wall's outline
+_FLUSH_M = 0.02  # depth behind a wall up to which a window in a hole counts as flush
+_BURIED_M = 0.08  # depth behind a wall without a hole up to which a window was meant to be flush
+_DETAILED = 4  # polygons; a window with more of them has a frame of its own
+_FRAME_M = 0.02  # least width of a frame
+_SMOOTH_M = 0.0005  # tolerance of simplified outlines
+_OVERLAP = 0.2  # share of the smaller of two windows from which on they are merged
 
 
 @dataclass(frozen=True, eq=False)
-class FoundOpening:
-    """An opening: its wall's number, "Window" or "Door", the hole's ring (k, 2) m (x, z), frame of the wall.
+class ModelOpening:
+    """An opening of a city model.
 
-    depth, glass  m behind the wall to the front of the frame and to the pane; None where not modelled
-    bars          number of upright and of level ones; None where the model does not say
+    wall    number of its wall
+    kind    "Window" or "Door"
+    ring    outline (k, 2) m (x, z) of the hole, in the frame of the wall
+    depth   m, from the wall to the front of the frame; None where it is not modelled
+    glass   m, from the wall to the pane; None where it is not modelled
+    bars    number of upright bars and of transoms; None where the model does not say
     """
 
     wall: int
@@ -43,7 +47,7 @@ class FoundOpening:
 
 @dataclass(eq=False)
 class _Candidate:
-    """A window's faces in its wall: outline (x, z) and whether that is one flat polygon's."""
+    """The faces of a window in its wall, their outline (x, z), and whether the wall has a hole for it."""
 
     wall: int
     kind: str
@@ -53,11 +57,12 @@ class _Candidate:
 
 
 def find_openings(
-    faces: Sequence[Surface], shells: Sequence[Shell], walls: Sequence[Wall]
-) -> tuple[list[FoundOpening], set[int], int]:
-    """Openings, the numbers of the faces that belong to them, and how many windows and doors have no wall.
+    faces: Sequence[Surface], shells: Sequence[Shell], walls: Sequence[ModelWall]
+) -> tuple[list[ModelOpening], set[int], int]:
+    """Find the openings of a building.
 
-    The hole in the wall is the opening where the wall has one, else the outline of its faces.
+    An opening is the hole in the wall or, where the wall has none, the outline of the window's faces. Returns
+    the openings, the numbers of the faces that belong to them, and how many windows and doors have no wall.
     """
     boxes = _boxes(walls)
     candidates: list[_Candidate] = []
@@ -71,7 +76,7 @@ def find_openings(
         own = [c for c in candidates if c.wall == number]
         merged += _merged(_in_holes(own, walls[number].area()))
     told = {name: about for shell in shells for name, about in shell.about.items()}
-    openings: list[FoundOpening] = []
+    openings: list[ModelOpening] = []
     taken: set[int] = set()
     for c in merged:
         ring = _ring(c.outline)
@@ -81,24 +86,26 @@ def find_openings(
         taken |= set(c.faces)
         bars = next((b for k in c.faces if (b := _bars(told.get(faces[k].source_id, {})))), None)
         depth, glass = _depths(faces, c, walls[c.wall])
-        openings.append(FoundOpening(c.wall, c.kind, ring, depth, glass, bars))
+        openings.append(ModelOpening(c.wall, c.kind, ring, depth, glass, bars))
     return openings, taken, lost
 
 
-def reveals_of(faces: Sequence[Surface], walls: Sequence[Wall], openings: Sequence[FoundOpening]) -> Set[int]:
-    """Numbers of the wall faces that are sides of openings: they run from the hole's border into the wall."""
+def reveals_of(
+    faces: Sequence[Surface], walls: Sequence[ModelWall], openings: Sequence[ModelOpening]
+) -> Set[int]:
+    """Return the numbers of the faces that are reveals: they run from the border of an opening inwards."""
     gone: set[int] = set()
     middle = np.array([f.ring.mean(0) for f in faces]).reshape(-1, 3)
     for opening in openings:
         wall = walls[opening.wall]
         deep = (opening.glass or opening.depth or 0.0) + 0.1
-        at = wall.seen(middle)
+        at = wall.to_wall(middle)
         low, high = opening.ring.min(0) - 0.02, opening.ring.max(0) + 0.02
         inside = (at[:, [0, 2]] >= low) & (at[:, [0, 2]] <= high)
         near = np.flatnonzero(inside.all(1) & (at[:, 1] > 0.0) & (at[:, 1] < deep))
         border = shapely.LinearRing(opening.ring)
         for k in near.tolist():
-            ring = wall.seen(faces[k].ring)
+            ring = wall.to_wall(faces[k].ring)
             on = shapely.distance(border, shapely.points(ring[:, [0, 2]])) < 0.01
             if faces[k].semantics not in KINDS and on.all() and ring[:, 1].max() < deep:
                 gone.add(k)
@@ -106,7 +113,7 @@ def reveals_of(faces: Sequence[Surface], walls: Sequence[Wall], openings: Sequen
 
 
 def _groups(faces: Sequence[Surface], shells: Sequence[Shell]) -> list[tuple[str, list[int]]]:
-    """Faces of each window and door: those that name one object, or share its id."""
+    """Groups the faces of each window and door: those that name the same object, or share its id."""
     told = {name: about for shell in shells for name, about in shell.about.items()}
     found: dict[tuple[str, str], list[int]] = {}
     for k, face in enumerate(faces):
@@ -116,57 +123,57 @@ def _groups(faces: Sequence[Surface], shells: Sequence[Shell]) -> list[tuple[str
     return [(kind, group) for (kind, _), group in found.items()]
 
 
-def _boxes(walls: Sequence[Wall]) -> Float:
-    """Lowest and highest corner (w, 2, 3) m of every wall, local, as far as its windows reach."""
+def _boxes(walls: Sequence[ModelWall]) -> Float:
+    """Returns the lowest and highest corner (w, 2, 3) m local of every wall, as far as its windows reach."""
     out = []
     for wall in walls:
         xz = shapely.get_coordinates(shapely.union_all(list(wall.pieces.values())))
         xyz = wall.local_from_wall.apply(np.insert(xz, 1, 0.0, axis=1))
-        out.append([xyz.min(0) - _REACH[1], xyz.max(0) + _REACH[1]])
+        out.append([xyz.min(0) - _REACH_M[1], xyz.max(0) + _REACH_M[1]])
     return np.array(out).reshape(-1, 2, 3)
 
 
 def _hosted(
-    faces: Sequence[Surface], kind: str, group: list[int], walls: Sequence[Wall], boxes: Float
+    faces: Sequence[Surface], kind: str, group: list[int], walls: Sequence[ModelWall], boxes: Float
 ) -> _Candidate | None:
-    """The wall in which a window shows the largest outline; near walls come before far ones."""
+    """Finds the wall in which a window has the largest outline, preferring near walls; None without one."""
     points = np.concatenate([faces[k].ring for k in group])
     near = (points.min(0) >= boxes[:, 0]).all(1) & (points.max(0) <= boxes[:, 1]).all(1)
     best, found = 0.0, None
     for number in np.flatnonzero(near).tolist():
-        at = walls[number].seen(points)
-        if at[:, 1].min() < _REACH[0] or at[:, 1].max() > _REACH[1]:
+        at = walls[number].to_wall(points)
+        if at[:, 1].min() < _REACH_M[0] or at[:, 1].max() > _REACH_M[1]:
             continue
         outline = shapely.convex_hull(shapely.multipoints(at[:, [0, 2]]))
         if len(group) == 1 and isinstance(outline, shapely.Polygon):
             single = shapely.Polygon(at[:, [0, 2]])
             outline = single if single.is_valid else outline
-        if not isinstance(outline, shapely.Polygon) or outline.area < _LEAST**2:
+        if not isinstance(outline, shapely.Polygon) or outline.area < _LEAST_M**2:
             continue
-        # the hull: a door that reaches the wall's foot is a notch in it, not a hole
+        # the hull, because a door that reaches the wall's foot is a notch in it and not a hole
         whole = shapely.convex_hull(shapely.union_all(list(walls[number].pieces.values())))
         share = outline.intersection(whole).area / outline.area
         score = outline.area * share / (1 + 3 * abs(float(np.median(at[:, 1]))))
-        if share >= _INSIDE and score > best:
+        if share >= _WALL_SHARE and score > best:
             best, found = score, _Candidate(number, kind, group, outline)
     return found
 
 
 def _in_holes(own: list[_Candidate], area: shapely.Geometry) -> list[_Candidate]:
-    """Windows of one wall; those that fill a hole of it take its outline, together where they share it."""
+    """Gives windows that fill a hole of their wall the outline of that hole, merging those that share one."""
     holes = [shapely.Polygon(ring) for part in polygons(area) for ring in part.interiors]
     out: list[_Candidate] = []
     within: dict[int, list[_Candidate]] = {}
     for c in own:
         share = [c.outline.intersection(h).area / c.outline.area for h in holes]
-        if share and max(share) > _OWN:
+        if share and max(share) > _HOLE_SHARE:
             within.setdefault(int(np.argmax(share)), []).append(c)
         else:
-            c.own_hole = c.outline.intersection(area).area < (1 - _INSIDE) * c.outline.area
+            c.own_hole = c.outline.intersection(area).area < (1 - _WALL_SHARE) * c.outline.area
             out.append(c)
     for k, those in within.items():
         filled = shapely.union_all([c.outline for c in those]).intersection(holes[k]).area
-        if filled < _OWN * holes[k].area:
+        if filled < _HOLE_SHARE * holes[k].area:
             out += those
             continue
         kind = max(those, key=lambda c: c.outline.area).kind
@@ -175,7 +182,7 @@ def _in_holes(own: list[_Candidate], area: shapely.Geometry) -> list[_Candidate]
 
 
 def _merged(own: list[_Candidate]) -> list[_Candidate]:
-    """Windows of one wall, those that overlap as one; what touches others is cut back to stand free."""
+    """Merges windows of one wall that overlap, and cuts back those that only touch others."""
     out: list[_Candidate] = []
     for c in sorted(own, key=lambda c: (not c.own_hole, -c.outline.area)):
         for other in out:
@@ -195,42 +202,42 @@ def _merged(own: list[_Candidate]) -> list[_Candidate]:
 
 
 def _ring(outline: shapely.Polygon) -> Float | None:
-    """The outline's ring without details, from its lower left corner on; None where no frame fits in it."""
+    """Returns the outline without details, from its lower left corner on; None if no frame fits into it."""
     x0, z0, x1, z1 = outline.bounds
-    if min(x1 - x0, z1 - z0) < _LEAST:
+    if min(x1 - x0, z1 - z0) < _LEAST_M:
         return None
-    plain = shapely.Polygon(outline.exterior).simplify(_SMOOTH)
+    plain = shapely.Polygon(outline.exterior).simplify(_SMOOTH_M)
     for polygon in (plain, outline.convex_hull, shapely.box(x0, z0, x1, z1)):
         if isinstance(polygon, shapely.Polygon) and polygon.is_valid:
             ring = polygon_ring(polygon)
-            if has_inset(ring, _FRAME):
+            if frame_fits(ring, _FRAME_M):
                 return np.roll(ring, -int(np.argmin(ring.sum(1))), axis=0)
     return None
 
 
-def has_inset(ring: Float, width: float) -> bool:
-    """Whether a frame of some width (m) fits into a ring (k, 2)."""
+def frame_fits(ring: Float, width: float) -> bool:
+    """Check whether a frame of some width (m) fits into a ring (k, 2)."""
     inner = inset(ring, width)
     return bool(shapely.Polygon(inner).is_valid and ring_area(inner) > 0)
 
 
 def _depths(
-    faces: Sequence[Surface], c: _Candidate, wall: Wall
+    faces: Sequence[Surface], c: _Candidate, wall: ModelWall
 ) -> tuple[float, float] | tuple[float, None] | tuple[None, None]:
-    """How far the frame and the pane lie behind the wall; None where the window lies in it."""
+    """Returns how far (m) the frame and the pane lie behind the wall; None where the window is flush."""
     inward = wall.local_from_wall.R[:, 1]
     rows = []
     for k in c.faces:
         vector = area_vector(faces[k].ring)
         size = float(np.linalg.norm(vector))
         if abs(vector @ inward) > 0.9 * size and size > 0.1 * c.outline.area:
-            y = float(wall.seen(faces[k].ring)[:, 1].mean())
+            y = float(wall.to_wall(faces[k].ring)[:, 1].mean())
             rows.append((y, size, bool(faces[k].holes)))
     if not rows:
         return None, None
     front = min(y for y, _, _ in rows)
     detailed = len(c.faces) > _DETAILED
-    if not detailed and front <= (_FLUSH if c.own_hole else _BURIED):
+    if not detailed and front <= (_FLUSH_M if c.own_hole else _BURIED_M):
         return None, None
     front = max(front, 0.01)
     panes = [(size, y) for y, size, holed in rows if not holed and y > front]
@@ -241,7 +248,7 @@ def _depths(
 
 
 def _bars(about: object) -> tuple[int, int] | None:
-    """Numbers of bars as a run's and a simulated scene's LoD3 have them."""
+    """Returns the numbers of bars where a surface has them as attributes, as in LoD3 models of our own."""
     if not isinstance(about, dict):
         return None
     counts = [about.get(f"n_{axis}") for axis in ("vertical", "horizontal")]

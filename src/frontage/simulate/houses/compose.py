@@ -1,4 +1,4 @@
-"""From a draft to its elevations: outline, layout, names, bands."""
+"""Composes the elevations of a house: outline, layout, names of the openings, bands."""
 
 import numpy as np
 import shapely
@@ -8,41 +8,44 @@ from frontage.geometry.arrays import Float
 from frontage.geometry.ring import rectangle
 from frontage.model import DOORS
 from frontage.simulate.houses.draft import HouseDraft
-from frontage.simulate.houses.elevation import Band, Dressing, Elevation, refuse_misfits
+from frontage.simulate.houses.elevation import Band, Dressing, Elevation, check_placements
 from frontage.simulate.houses.housespec import OpeningSpec
 from frontage.simulate.houses.layout import Layout, lay_out_front, lay_out_side
+from frontage.simulate.houses.placements import Placement, name_openings, without_collisions
 from frontage.simulate.houses.shapes import BarLayout
 from frontage.simulate.houses.shell import front_outline, house_from_side
-from frontage.simulate.houses.slots import Slot, name_openings, undisturbed
 from frontage.simulate.houses.style import Style, WindowType
 from frontage.simulate.scene import Part
 
 
-def compose(draft: HouseDraft, style: Style, id: str, rng: np.random.Generator) -> tuple[Elevation, ...]:
-    """The front of a house, and of a detached one its sides that have openings.
+def compose_elevations(
+    draft: HouseDraft, style: Style, id: str, rng: np.random.Generator
+) -> tuple[Elevation, ...]:
+    """Return the front of a house and, for a detached house, those other sides that have openings.
 
-    Raises OptionError when openings of the spec leave the wall, overlap or do not fit.
+    Raises OptionError when openings of the specification leave the wall, overlap or do not fit.
     """
     outline = front_outline(draft, 0)
     if draft.spec.opening:
-        layout = _given_layout(draft, outline, id)
+        layout = _specified_layout(draft, outline, id)
     else:
         layout = lay_out_front(draft, style, outline, id, rng)
-    sides = [_elevation(draft, 0, f"{id}/F1", outline, layout, rng)]
+    sides = [_elevation(draft, 0, f"{id}/F1", outline=outline, layout=layout, rng=rng)]
     for side in range(1, 4) if draft.detached else ():
         outline = front_outline(draft, side)
         layout = lay_out_side(draft, style, outline, id, rng)
-        if layout.slots:
-            sides.append(_elevation(draft, side, f"{id}/F{side + 1}", outline, layout, rng))
+        if layout.placements:
+            name = f"{id}/F{side + 1}"
+            sides.append(_elevation(draft, side, name, outline=outline, layout=layout, rng=rng))
     return tuple(sides)
 
 
-def _given_layout(draft: HouseDraft, outline: Float, id: str) -> Layout:
-    """The openings that the spec places."""
-    slots = [_given(o) for o in draft.spec.opening]
-    refuse_misfits([s.ring for s in slots], outline, f"house {id}")
-    kept = undisturbed(slots)
-    for k, (asked, free) in enumerate(zip(slots, kept, strict=True)):
+def _specified_layout(draft: HouseDraft, outline: Float, id: str) -> Layout:
+    """Returns the openings that the specification places; raises OptionError where they do not fit."""
+    placements = [_specified(o) for o in draft.spec.opening]
+    check_placements([s.ring for s in placements], outline, f"house {id}")
+    kept = without_collisions(placements)
+    for k, (asked, free) in enumerate(zip(placements, kept, strict=True)):
         if asked.shutters != free.shutters:
             raise OptionError(
                 f"house {id}: the open shutters of opening {k + 1} cover a neighbour; close them"
@@ -50,21 +53,23 @@ def _given_layout(draft: HouseDraft, outline: Float, id: str) -> Layout:
     return Layout(tuple(kept))
 
 
-def _given(spec: OpeningSpec) -> Slot:
+def _specified(spec: OpeningSpec) -> Placement:
     bars = BarLayout(spec.bars, spec.vertical, spec.horizontal)
     kind = WindowType(
         spec.kind, spec.shape, spec.width, spec.height, spec.depth, spec.frame, bars, None,
         Dressing(leaf="ribs" if spec.kind == "garage" else "panels"), spec.kind not in DOORS,
     )  # fmt: skip
     floor = -1 if spec.kind == "basement" else 0
-    return Slot(kind, spec.x, spec.z, floor, 0.0, spec.shutters)
+    return Placement(kind, spec.x, spec.z, floor, 0.0, spec.shutters)
 
 
 def _elevation(
-    draft: HouseDraft, side: int, id: str, outline: Float, layout: Layout, rng: np.random.Generator
+    draft: HouseDraft, side: int, id: str, *, outline: Float, layout: Layout, rng: np.random.Generator
 ) -> Elevation:
-    slots = tuple(_on_storey(s, draft) for s in layout.slots) if draft.spec.opening else layout.slots
-    openings, dressings = name_openings(id, slots)
+    placements = (
+        tuple(_on_storey(s, draft) for s in layout.placements) if draft.spec.opening else layout.placements
+    )
+    openings, dressings = name_openings(id, placements)
     cut = [shapely.Polygon(o.ring) for o in openings] + [shapely.Polygon(o.ring) for o in layout.oriels]
     bands = _bands(draft, side, outline, shapely.union_all(cut), rng)
     return Elevation(
@@ -72,19 +77,29 @@ def _elevation(
     )
 
 
-def _on_storey(slot: Slot, draft: HouseDraft) -> Slot:
-    """Number the storey of an opening that the spec placed."""
-    if slot.floor < 0:
-        return slot
-    middle = slot.z + slot.type.height / 2
+def _on_storey(placement: Placement, draft: HouseDraft) -> Placement:
+    """Numbers the storey of an opening that the specification placed."""
+    if placement.floor < 0:
+        return placement
+    middle = placement.z + placement.type.height / 2
     floor = sum(middle >= draft.level(k) - 0.3 for k in range(1, draft.floors))
-    return Slot(slot.type, slot.x, slot.z, floor + int(middle > draft.eaves), slot.wall_y, slot.shutters)
+    return Placement(
+        placement.type,
+        placement.x,
+        placement.z,
+        floor + int(middle > draft.eaves),
+        placement.wall_y,
+        placement.shutters,
+    )
 
 
 def _bands(
     draft: HouseDraft, side: int, outline: Float, cut: shapely.Geometry, rng: np.random.Generator
 ) -> tuple[Band, ...]:
-    """Plinth, string courses, cornice and corner pilasters, left open where openings are."""
+    """Draws plinth, string courses, cornice and corner pilasters, cut out where openings are.
+
+    `cut` is the union of the openings' outlines.
+    """
     width = float(np.ptp(outline[:, 0]))
     wall = shapely.Polygon(outline)
     found: list[tuple[str, Part, Float, float]] = []
@@ -120,8 +135,10 @@ def _bands(
     return tuple(bands)
 
 
-def unmet(draft: HouseDraft, elevations: tuple[Elevation, ...], dormers: int, id: str) -> tuple[str, ...]:
-    """What the spec asked for and the house has no room for, one sentence each."""
+def unmet_requests(
+    draft: HouseDraft, elevations: tuple[Elevation, ...], dormers: int, id: str
+) -> tuple[str, ...]:
+    """Return one sentence for everything that the specification asked for and the house has no room for."""
     spec, front = draft.spec, elevations[0]
     has = {
         "oriel": bool(front.oriels),

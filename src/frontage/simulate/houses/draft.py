@@ -1,4 +1,4 @@
-"""A house before it is drawn: its measures, levels and materials, from the spec or from the seed."""
+"""A house before it is drawn: its measures, levels and materials, from the specification or the seed."""
 
 from dataclasses import dataclass
 
@@ -7,13 +7,13 @@ import numpy as np
 from frontage.simulate.houses.housespec import HouseSpec
 from frontage.simulate.houses.palette import Palette, draw_palette
 
-SLAB = 0.3  # m, thickness of a floor
+SLAB_M = 0.3  # thickness of the structure between two storeys
 ROOFS = ("gable", "street_gable", "hip", "mansard", "flat")
 
 
 @dataclass(frozen=True)
 class Storey:
-    """One storey: number (-1 = basement, 0 = ground floor) and the room's floor and ceiling, m."""
+    """One storey: its number (-1 = basement, 0 = ground floor) and the heights of floor and ceiling, m."""
 
     number: int
     floor: float
@@ -22,16 +22,16 @@ class Storey:
 
 @dataclass(frozen=True)
 class HouseDraft:
-    """The measures of a house in its own frame: x right, y in, z up from its lowest ground.
+    """The measures of a house in its own frame: x right, y into the house, z up from its lowest ground.
 
-    ground          m, height of the pavement at its left and right corner; the lower is 0
-    step            m, ground floor above the highest pavement
-    rise            m, ridge above eaves
-    detached        its sides stand free and have openings
-    roughness       m, one sigma of its walls' surface, correlated over `correlation` m
-    lean            rad, rotation about the front's foot, positive: the top goes back
-    inner           m, inner face of the outer walls behind the main plane
-    seed            of its layout; twins share it
+    ground          m, height of the pavement at the left and right corner; the lower one is 0
+    step            m, height of the ground floor above the highest pavement
+    rise            m, height of the ridge above the eaves
+    detached        whether its sides stand free and have openings
+    roughness       m, standard deviation of its walls' surface, correlated over `correlation` m
+    lean            rad, rotation about the foot of the front; positive: the top leans back
+    inner           m, from the main plane to the inner face of the outer walls
+    seed            seed of its layout, shared by twins
     """
 
     spec: HouseSpec
@@ -54,7 +54,7 @@ class HouseDraft:
 
     @property
     def entrance(self) -> float:
-        """Height of the ground floor, m."""
+        """Height of the ground floor's floor, m."""
         return max(self.ground) + self.step
 
     @property
@@ -74,9 +74,9 @@ class HouseDraft:
 
     @property
     def storeys(self) -> tuple[Storey, ...]:
-        """The storeys above ground."""
+        """The storeys above ground, from the lowest up."""
         tops = [self.level(k + 1) if k + 1 < self.floors else self.eaves for k in range(self.floors)]
-        return tuple(Storey(k, self.level(k), top - SLAB) for k, top in enumerate(tops))
+        return tuple(Storey(k, self.level(k), top - SLAB_M) for k, top in enumerate(tops))
 
     def ground_at(self, x: float) -> float:
         """Height of the pavement at x along the front, m."""
@@ -87,7 +87,10 @@ class HouseDraft:
 def draw_house(
     spec: HouseSpec, seed: tuple[int, ...], slope: float, detached: bool, width: float
 ) -> HouseDraft:
-    """Draft a house `width` m wide from `seed`; `slope` is the rise of the ground per metre along its x."""
+    """Draft a house `width` m wide; `slope` is the rise of the ground per metre along its x axis.
+
+    Whatever `spec` leaves out is drawn from `seed`.
+    """
     rng = np.random.default_rng(seed)
     floors = spec.floors or int(rng.choice([1, 2, 3] if detached else [2, 3, 4, 5], p=_FLOORS[detached]))
     height = float(rng.uniform(2.65, 2.9) if detached else rng.uniform(2.75, 3.7))
@@ -124,4 +127,5 @@ def draw_house(
     )
 
 
+# how often detached houses have 1, 2, 3 storeys, and terraced ones 2, 3, 4, 5
 _FLOORS = {True: [0.25, 0.55, 0.2], False: [0.2, 0.35, 0.3, 0.15]}

@@ -1,4 +1,4 @@
-"""An elevation: everything that is drawn on one facade, before it becomes triangles."""
+"""An elevation: everything on one facade of a house, before it becomes triangles."""
 
 from dataclasses import dataclass, field
 
@@ -10,16 +10,18 @@ from frontage.geometry.arrays import Float
 from frontage.geometry.rigid import Rigid3
 from frontage.simulate.scene import OpeningPlan, Part
 
-CLEARANCE = 0.05  # m, least distance of openings from each other and from the wall's border
+CLEARANCE_M = 0.05  # least distance of openings from each other and from the wall's border
 
 
 @dataclass(frozen=True)
 class Dressing:
-    """What surrounds an opening: sill (height, projection), surround (width, projection), m; curtain; leaf.
+    """What surrounds and fills an opening.
 
-    curtain   "none", "sides", "net" or "blind", covering `share` of the window
-    leaf      "panels", "boards" or "ribs"
-    flare     m, by which the way to the room widens (behind an oriel's windows)
+    sill       height and projection m; None = no sill
+    surround   width and projection m of the moulding around the opening; None = none
+    curtain    "none", "sides", "net" or "blind", covering `share` of the window
+    leaf       pattern of an opaque leaf: "panels", "boards" or "ribs"
+    flare      m, by which the inner reveal widens towards the room (behind an oriel's windows)
     """
 
     sill: tuple[float, float] | None = None
@@ -32,7 +34,7 @@ class Dressing:
 
 @dataclass(frozen=True)
 class Band:
-    """A block on the wall from y0 to y1 m: a plinth, a string course, a cornice, a pilaster."""
+    """A flat block on the wall, from y0 to y1 m: a plinth, a string course, a cornice or a pilaster."""
 
     name: str
     part: Part
@@ -43,7 +45,7 @@ class Band:
 
 @dataclass(frozen=True)
 class Balcony:
-    """A slab from x0 to x1 m with a railing: `projection` m deep, upper face at z m."""
+    """A slab with a railing: from x0 to x1 m, `projection` m deep, its upper face at z m."""
 
     x0: float
     x1: float
@@ -56,7 +58,10 @@ class Balcony:
 
 @dataclass(frozen=True)
 class Oriel:
-    """A closed bay before the wall, x0 to x1, z0 to z1 m; its front is narrower by `slant` m a side."""
+    """A closed bay in front of the wall, x0 to x1 and z0 to z1 m, whose front is `slant` m narrower per side.
+
+    projection   m, from the wall to the front
+    """
 
     x0: float
     x1: float
@@ -67,13 +72,16 @@ class Oriel:
 
     @property
     def ring(self) -> Float:
-        """Its outline on the main plane (4, 2)."""
+        """Outline (4, 2) m on the main plane."""
         return np.array([[self.x0, self.z0], [self.x1, self.z0], [self.x1, self.z1], [self.x0, self.z1]])
 
 
 @dataclass(frozen=True, eq=False)
 class Elevation:
-    """One facade of a house: pose in the house's frame, outline (k, 2) m (x, z), and what is on it."""
+    """One facade of a house: its pose in the house's frame, its outline (k, 2) m (x, z), and what is on it.
+
+    dressings   of the openings, in the same order
+    """
 
     id: str
     house_from_facade: Rigid3
@@ -86,16 +94,20 @@ class Elevation:
 
     @property
     def side(self) -> int:
-        """0 front, 1 right, 2 back, 3 left."""
+        """Side of the house: 0 front, 1 right, 2 back, 3 left."""
         return int(self.id.rsplit("/F", 1)[1]) - 1
 
 
-def separate(rings: list[Float], walls: list[Float]) -> list[str]:
-    """What is wrong with openings (k, 2) cut into their walls: one text each, "" where nothing is."""
+def placement_problems(rings: list[Float], walls: list[Float]) -> list[str]:
+    """Check openings against their walls and against each other.
+
+    `rings` are their outlines (k, 2) and `walls` the outlines of the walls they are cut into. Returns one
+    text per opening, empty where nothing is wrong; of two that overlap, the later one is at fault.
+    """
     if not rings:
         return []
     shapes = np.array([shapely.Polygon(r) for r in rings])
-    grown = shapely.buffer(shapes, CLEARANCE, join_style="mitre")
+    grown = shapely.buffer(shapes, CLEARANCE_M, join_style="mitre")
     near: dict[int, list[int]] = {}
     for k, j in shapely.STRtree(shapes).query(grown, predicate="intersects").T.tolist():
         near.setdefault(k, []).append(j)
@@ -104,7 +116,7 @@ def separate(rings: list[Float], walls: list[Float]) -> list[str]:
         hit = [j for j in sorted(near[k]) if j < k and not problems[j]]
         if not shapely.Polygon(wall).contains(grown[k]):
             problems.append(
-                f"reaches beyond the wall ({_extent(wall)}; keep {CLEARANCE:g} m from its border)"
+                f"reaches beyond the wall ({_extent(wall)}; keep {CLEARANCE_M:g} m from its border)"
             )
         elif hit:
             problems.append(f"overlaps or touches opening {hit[0] + 1}")
@@ -113,9 +125,9 @@ def separate(rings: list[Float], walls: list[Float]) -> list[str]:
     return problems
 
 
-def refuse_misfits(rings: list[Float], wall: Float, name: str) -> None:
-    """Raise OptionError for the first opening that leaves its wall or overlaps another one."""
-    for k, problem in enumerate(separate(rings, [wall] * len(rings))):
+def check_placements(rings: list[Float], wall: Float, name: str) -> None:
+    """Raise OptionError for the first opening that leaves the wall or overlaps another one."""
+    for k, problem in enumerate(placement_problems(rings, [wall] * len(rings))):
         if problem:
             raise OptionError(f"{name}: opening {k + 1} {problem}; move it or make it smaller")
 

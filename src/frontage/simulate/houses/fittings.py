@@ -1,4 +1,4 @@
-"""What is fixed to a facade: sills, surrounds, shutters, bands, balconies, oriels."""
+"""Draws what is fixed to a facade: sills, surrounds, shutters, bands, balconies, oriels."""
 
 import numpy as np
 import shapely
@@ -6,18 +6,18 @@ import shapely
 from frontage.geometry.arrays import Float
 from frontage.geometry.ring import rectangle
 from frontage.simulate.houses.elevation import Balcony, Band, Elevation, Oriel
-from frontage.simulate.houses.meshing import Pen, inset
 from frontage.simulate.houses.palette import Palette
-from frontage.simulate.houses.slots import oriel_wall, shutter_leaves
+from frontage.simulate.houses.placements import oriel_wall, shutter_leaves
+from frontage.simulate.meshing import Pen, inset
 from frontage.simulate.scene import OpeningPlan, Part
 
-_BALUSTER, _PITCH = 0.016, 0.115  # m, thickness and spacing of railing bars
+_BALUSTER_M, _PITCH_M = 0.016, 0.115  # thickness and spacing of railing bars
 
 
 def draw_fittings(pen: Pen, elevation: Elevation, palette: Palette) -> None:
-    """Draw all that an elevation carries besides its openings' own frames."""
+    """Draw everything on an elevation but the openings themselves."""
     for k, (plan, dressing) in enumerate(zip(elevation.openings, elevation.dressings, strict=True)):
-        own = pen.of(plan.id, opening=k)
+        own = pen.with_prefix(plan.id, opening=k)
         if dressing.sill and plan.kind != "door":
             _sill(own, plan, dressing.sill, palette)
         if dressing.surround:
@@ -27,16 +27,16 @@ def draw_fittings(pen: Pen, elevation: Elevation, palette: Palette) -> None:
     for band in elevation.bands:
         _band(pen, band, palette)
     for k, balcony in enumerate(elevation.balconies):
-        _balcony(pen.of(f"{elevation.id}/balcony{k + 1}"), balcony, palette)
+        _balcony(pen.with_prefix(f"{elevation.id}/balcony{k + 1}"), balcony, palette)
     for k, oriel in enumerate(elevation.oriels):
-        _oriel(pen.of(f"{elevation.id}/oriel{k + 1}"), oriel, elevation, palette)
+        _oriel(pen.with_prefix(f"{elevation.id}/oriel{k + 1}"), oriel, elevation, palette)
 
 
 def polygon_block(pen: Pen, surface: int, polygon: shapely.Polygon, y0: float, y1: float) -> None:
-    """A block of a polygon's outline, holes included, without its back."""
+    """Draw a block with a polygon's outline, holes included, without its back."""
     ring = np.asarray(shapely.geometry.polygon.orient(polygon).exterior.coords)[:-1]
     holes = [np.asarray(h.coords)[:-1] for h in shapely.geometry.polygon.orient(polygon, -1.0).interiors]
-    pen.block(surface, ring, y0, y1, holes, back=False)
+    pen.block(surface, ring, y0, y1, holes=holes, back=False)
 
 
 def _sill(pen: Pen, plan: OpeningPlan, size: tuple[float, float], palette: Palette) -> None:
@@ -51,11 +51,11 @@ def _surround(pen: Pen, plan: OpeningPlan, size: tuple[float, float], palette: P
     width, projection = size
     surface = pen.surface("surround", Part.CORNICE, palette.trim)
     outer = inset(plan.ring, -width)
-    pen.block(surface, outer, plan.wall_y - projection, plan.wall_y, [plan.ring], back=False)
+    pen.block(surface, outer, plan.wall_y - projection, plan.wall_y, holes=[plan.ring], back=False)
 
 
 def _open_shutters(pen: Pen, plan: OpeningPlan, palette: Palette) -> None:
-    """Two leaves folded back beside the opening."""
+    """Draws two leaves that are folded back beside the opening."""
     surface = pen.surface("shutter", Part.SHUTTER, palette.shutter)
     for x0, z0, x1, z1 in shutter_leaves(plan.ring):
         pen.box(surface, (x0, -0.065, z0), (x1, -0.025, z1))
@@ -84,16 +84,16 @@ def _balcony(pen: Pen, balcony: Balcony, palette: Palette) -> None:
         pen.box(rail, (x0, y0, low), (x1, y0 + 0.04, high))
         pen.box(rail, (x0, y0 + 0.04, low), (x0 + 0.04, 0.0, high))
         pen.box(rail, (x1 - 0.04, y0 + 0.04, low), (x1, 0.0, high))
-    along = np.linspace(x0 + 0.02, x1 - 0.02, max(2, int((x1 - x0) / _PITCH) + 1))
-    across = np.linspace(y0 + 0.02, -0.02, max(2, int(-y0 / _PITCH) + 1))[1:]
+    along = np.linspace(x0 + 0.02, x1 - 0.02, max(2, int((x1 - x0) / _PITCH_M) + 1))
+    across = np.linspace(y0 + 0.02, -0.02, max(2, int(-y0 / _PITCH_M) + 1))[1:]
     feet = [(x, y0 + 0.02) for x in along] + [(x, y) for y in across for x in (x0 + 0.02, x1 - 0.02)]
-    half = _BALUSTER / 2
+    half = _BALUSTER_M / 2
     for x, y in feet:
         pen.box(rail, (x - half, y - half, z), (x + half, y + half, top - 0.04))
 
 
 def _oriel(pen: Pen, oriel: Oriel, elevation: Elevation, palette: Palette) -> None:
-    """Front with its openings' holes, cheeks, underside and top; open towards the house."""
+    """Draws an oriel: front with the holes of its openings, cheeks, underside and top, open to the house."""
     y = -oriel.projection
     surface = pen.surface("wall", Part.ORIEL, palette.wall)
     front = oriel_wall(oriel)
@@ -113,8 +113,8 @@ def _at(ring: Float, y: float) -> Float:
     return np.column_stack([ring[:, 0], np.full(len(ring), y), ring[:, 1]])
 
 
-def step_before(pen: Pen, plan: OpeningPlan, ground: float, palette: Palette) -> None:
-    """Steps up to a door that stands above the pavement."""
+def draw_steps(pen: Pen, plan: OpeningPlan, ground: float, palette: Palette) -> None:
+    """Draw steps up to a door whose threshold lies above the pavement (`ground`, m)."""
     (x0, z0), (x1, _) = plan.ring.min(0), plan.ring.max(0)
     climb = z0 - ground
     if climb < 0.1:

@@ -6,54 +6,56 @@ import numpy as np
 
 from frontage.simulate.houses.draft import HouseDraft
 from frontage.simulate.houses.elevation import Dressing
+from frontage.simulate.houses.placements import Placement
 from frontage.simulate.houses.shapes import BarLayout
-from frontage.simulate.houses.slots import Slot
 from frontage.simulate.houses.style import Style, WindowType, draw_bars
 
-_PLAIN = BarLayout()
-_PIER = 0.38  # m, least width of a pier between shop fronts
+_NO_BARS = BarLayout()
+_PIER_M = 0.38  # least width of a pier between shop fronts
 
 
-def ground_floor(draft: HouseDraft, style: Style, axes: list[float], rng: np.random.Generator) -> list[Slot]:
-    """Slots of the ground floor and the basement; those that matter most come first."""
+def lay_out_ground_floor(
+    draft: HouseDraft, style: Style, axes: list[float], rng: np.random.Generator
+) -> list[Placement]:
+    """Place the openings of the ground floor and the basement, the most important ones first."""
     if style.shop and draft.width > 4.5:
         return _shops(draft, style, rng)
-    slots = [_door(draft, style, _axis(draft, style, axes, rng), rng)]
+    placements = [_door(draft, style, _entrance_axis(style, axes, rng), rng)]
     if draft.width > 8 and rng.random() < (0.5 if draft.detached else 0.25):
-        slots.append(_gate(draft, style, rng))
+        placements.append(_gate(draft, style, rng))
     z = draft.entrance + style.parapet
-    slots += [_window(style, x, z, rng) for x in axes]
-    return slots + _basement(draft, style, axes)
+    placements += [_window(style, x, z, rng) for x in axes]
+    return placements + _basement(draft, style, axes)
 
 
-def _axis(draft: HouseDraft, style: Style, axes: list[float], rng: np.random.Generator) -> float:
-    """The middle of the axis that the entrance stands in."""
+def _entrance_axis(style: Style, axes: list[float], rng: np.random.Generator) -> float:
+    """Draws the window axis of the entrance and returns its middle, m."""
     return axes[int(rng.integers(len(axes)))] + style.upper.width / 2
 
 
-def _door(draft: HouseDraft, style: Style, middle: float, rng: np.random.Generator) -> Slot:
-    """An entrance with an opaque leaf, at the pavement or up a step."""
+def _door(draft: HouseDraft, style: Style, middle: float, rng: np.random.Generator) -> Placement:
+    """Places an entrance with an opaque leaf, at the pavement or up some steps."""
     width = float(rng.uniform(0.95, 1.35))
     shape = style.ground.shape if style.ground.shape in ("segmental", "round") else "rectangle"
     z = _threshold(draft, middle - width / 2, middle + width / 2)
     top = draft.entrance + min(draft.ground_floor_height - 0.5, float(rng.uniform(2.1, 2.7)))
     top = min(top, z + 2.9)
     kind = WindowType(
-        "door", shape, width, top - z, style.upper.depth, 0.07, _PLAIN, 0.15,
+        "door", shape, width, top - z, style.upper.depth, 0.07, _NO_BARS, 0.15,
         Dressing(surround=style.upper.dressing.surround, leaf=str(rng.choice(["panels", "boards"]))), False,
     )  # fmt: skip
-    return Slot(kind, middle - width / 2, z, 0)
+    return Placement(kind, middle - width / 2, z, 0)
 
 
 def _threshold(draft: HouseDraft, x0: float, x1: float) -> float:
-    """Lower edge of a door: on the ground floor where a step leads up to it, else just above the pavement."""
+    """Returns the lower edge (m) of a door: on the ground floor where steps lead up, else at the pavement."""
     ground = max(draft.ground_at(x0), draft.ground_at(x1))
     lowest = min(draft.ground_at(x0), draft.ground_at(x1))
     return draft.entrance + 0.02 if draft.entrance - lowest < 0.45 else ground + 0.08
 
 
-def _gate(draft: HouseDraft, style: Style, rng: np.random.Generator) -> Slot:
-    """A gate to the yard, or a garage, at the left or right end."""
+def _gate(draft: HouseDraft, style: Style, rng: np.random.Generator) -> Placement:
+    """Places a gate to the yard, or a garage, at the left or right end of the front."""
     garage = draft.detached or bool(rng.random() < 0.3)
     width = float(rng.uniform(2.3, 2.9) if garage else rng.uniform(2.4, 3.1))
     x = 0.6 if rng.random() < 0.5 else draft.width - 0.6 - width
@@ -64,12 +66,12 @@ def _gate(draft: HouseDraft, style: Style, rng: np.random.Generator) -> Slot:
     depth = max(style.upper.depth, float(rng.uniform(0.12, 0.4)))
     dressing = Dressing(leaf="ribs" if garage else "boards")
     kind = WindowType(
-        "garage" if garage else "passage", shape, width, height, depth, 0.07, _PLAIN, 0.3, dressing, False
+        "garage" if garage else "passage", shape, width, height, depth, 0.07, _NO_BARS, 0.3, dressing, False
     )
-    return Slot(kind, x, z, 0)
+    return Placement(kind, x, z, 0)
 
 
-def _window(style: Style, x: float, z: float, rng: np.random.Generator) -> Slot:
+def _window(style: Style, x: float, z: float, rng: np.random.Generator) -> Placement:
     kind = style.ground
     dx, dz = np.clip(rng.normal(0, style.jitter, 2) if style.jitter else np.zeros(2), -0.03, 0.03)
     curtain = str(rng.choice(["none", "sides", "net", "blind"], p=[0.2, 0.25, 0.4, 0.15]))
@@ -78,12 +80,12 @@ def _window(style: Style, x: float, z: float, rng: np.random.Generator) -> Slot:
     shutters = "none"
     if rng.random() < style.shutters:
         shutters = "open" if rng.random() < 0.75 else "closed"
-    return Slot(replace(kind, dressing=dressing), float(left + dx), float(z + dz), 0, 0.0, shutters)
+    return Placement(replace(kind, dressing=dressing), float(left + dx), float(z + dz), 0, 0.0, shutters)
 
 
-def _basement(draft: HouseDraft, style: Style, axes: list[float]) -> list[Slot]:
-    """Low windows under those of a raised ground floor, where the pavement leaves room."""
-    slots = []
+def _basement(draft: HouseDraft, style: Style, axes: list[float]) -> list[Placement]:
+    """Places low windows below those of a raised ground floor, where the pavement leaves room."""
+    placements = []
     kind = WindowType(
         "basement", "rectangle", 0.75, 0.36, min(style.upper.depth, 0.2), 0.05, BarLayout("grid", 1, 0, 0.05)
     )
@@ -91,55 +93,63 @@ def _basement(draft: HouseDraft, style: Style, axes: list[float]) -> list[Slot]:
         left = x + style.upper.width / 2 - kind.width / 2
         z = draft.entrance - 0.2 - kind.height
         if z - max(draft.ground_at(left), draft.ground_at(left + kind.width)) > 0.12:
-            slots.append(Slot(kind, left, z, -1))
-    return slots
+            placements.append(Placement(kind, left, z, -1))
+    return placements
 
 
-def _shops(draft: HouseDraft, style: Style, rng: np.random.Generator) -> list[Slot]:
-    """Shop fronts between piers, a house door at one end, a glazed shop door where there is room."""
+def _shops(draft: HouseDraft, style: Style, rng: np.random.Generator) -> list[Placement]:
+    """Places shop fronts between piers, a house door at one end, and a glazed shop door if there is room."""
     left, right = 0.45, draft.width - 0.45
     door_left = bool(rng.random() < 0.5)
     door = _door(draft, style, left + 0.7 if door_left else right - 0.7, rng)
     if door_left:
-        left = door.x + door.type.width + _PIER
+        left = door.x + door.type.width + _PIER_M
     else:
-        right = door.x - _PIER
-    slots = [door]
+        right = door.x - _PIER_M
+    placements = [door]
     if right - left > 4.0:
         width = float(rng.uniform(0.95, 1.15))
         at = left + (right - left - width) * float(rng.choice([0.0, 0.5, 1.0]))
-        slots.append(_shop_door(draft, style, at, width))
-        spans = [(left, at - _PIER), (at + width + _PIER, right)]
+        placements.append(_shop_door(draft, style, at, width))
+        spans = [(left, at - _PIER_M), (at + width + _PIER_M, right)]
     else:
         spans = [(left, right)]
     bars = draw_bars(rng)
     height = min(draft.ground_floor_height - 0.75, 2.7)
     shape = str(rng.choice(["rectangle", "rectangle", "rectangle", "segmental", "round"]))
-    for x0, x1 in spans:
-        slots += _row_of_shops(draft, style, x0, x1, height, shape, bars)
-    return slots
+    for span in spans:
+        placements += _row_of_shops(draft, style, span, height=height, shape=shape, bars=bars)
+    return placements
 
 
 def _row_of_shops(
-    draft: HouseDraft, style: Style, x0: float, x1: float, height: float, shape: str, bars: BarLayout
-) -> list[Slot]:
+    draft: HouseDraft,
+    style: Style,
+    span: tuple[float, float],
+    *,
+    height: float,
+    shape: str,
+    bars: BarLayout,
+) -> list[Placement]:
+    """Fills a span (m) of the ground floor with shop fronts of equal width."""
+    x0, x1 = span
     if x1 - x0 < 1.0:
         return []
-    count = max(1, int(np.ceil((x1 - x0 + _PIER) / (3.6 + _PIER))))
-    width = (x1 - x0 - _PIER * (count - 1)) / count
+    count = max(1, int(np.ceil((x1 - x0 + _PIER_M) / (3.6 + _PIER_M))))
+    width = (x1 - x0 - _PIER_M * (count - 1)) / count
     shape = shape if height > 0.6 * width or shape == "rectangle" else "segmental"
     bars = replace(bars, vertical=min(4, int(width // 1.3)), main=0.06, thin=0.05)
     kind = WindowType(
         "shopfront", shape, width, height, max(0.06, style.upper.depth * 0.7), 0.06, bars, 0.2,
         Dressing(sill=(0.06, 0.05)),
     )  # fmt: skip
-    return [Slot(kind, x0 + k * (width + _PIER), draft.entrance + 0.35, 0) for k in range(count)]
+    return [Placement(kind, x0 + k * (width + _PIER_M), draft.entrance + 0.35, 0) for k in range(count)]
 
 
-def _shop_door(draft: HouseDraft, style: Style, x: float, width: float) -> Slot:
+def _shop_door(draft: HouseDraft, style: Style, x: float, width: float) -> Placement:
     height = min(draft.ground_floor_height - 0.5, 2.55)
     bars = BarLayout("asymmetric", 0, 1, 0.1, 0.1)
     kind = WindowType(
         "door", "rectangle", width, height, max(0.06, style.upper.depth * 0.7), 0.09, bars, None, Dressing()
     )
-    return Slot(kind, x, draft.entrance + 0.02, 0)
+    return Placement(kind, x, draft.entrance + 0.02, 0)

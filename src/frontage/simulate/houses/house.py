@@ -1,35 +1,40 @@
-"""One house: drawn from its draft, and written down as the plan that is its truth."""
+"""One house: its triangles, drawn from its draft, and the plan that is its truth."""
 
 import numpy as np
 
 from frontage.geometry.arrays import Float
 from frontage.geometry.rigid import Rigid3
 from frontage.geometry.ring import rectangle
-from frontage.simulate.houses.compose import compose, unmet
+from frontage.simulate.houses.compose import compose_elevations, unmet_requests
 from frontage.simulate.houses.draft import HouseDraft
 from frontage.simulate.houses.elevation import Elevation
-from frontage.simulate.houses.fittings import draw_fittings, step_before
-from frontage.simulate.houses.meshing import Pen
+from frontage.simulate.houses.fittings import draw_fittings, draw_steps
+from frontage.simulate.houses.placements import oriel_wall
 from frontage.simulate.houses.roofs import draw_roof
 from frontage.simulate.houses.rooms import draw_rooms
 from frontage.simulate.houses.shell import house_from_side, shell_faces, side_outline
-from frontage.simulate.houses.slots import oriel_wall
 from frontage.simulate.houses.style import draw_style
 from frontage.simulate.houses.windows import draw_opening
+from frontage.simulate.meshing import Pen
 from frontage.simulate.scene import FacadePlan, House, Part, ProtrusionPlan
 
-FOUNDATION = -3.0  # m, walls reach so deep below the lowest pavement
+FOUNDATION_M = -3.0  # height at which walls end, below the lowest pavement
 
 
 def build_house(
-    pen: Pen, draft: HouseDraft, id: str, address: str, side: int, twin_of: str | None
+    pen: Pen, draft: HouseDraft, id: str, *, address: str, side: int, twin_of: str | None
 ) -> tuple[House, tuple[str, ...]]:
-    """Draw a house with a pen in the house's frame; return its plan, and what there was no room for."""
+    """Draw a house with a pen in the house's frame.
+
+    Returns its plan, and one note for everything that the specification asked for without there being room.
+
+    Raises OptionError when openings of the specification leave the wall, overlap or do not fit.
+    """
     rng = np.random.default_rng((*draft.seed, 1))
     style = draw_style(draft, rng)
-    elevations = compose(draft, style, id, rng)
+    elevations = compose_elevations(draft, style, id, rng)
     for k, elevation in enumerate(elevations):
-        _draw_facade(pen.of(elevation.id, facade=k), draft, elevation)
+        _draw_facade(pen.with_prefix(elevation.id, facade=k), draft, elevation)
     _draw_blind_walls(pen, draft, {e.side for e in elevations})
     dormers = draw_roof(pen, draft, style, rng)
     draw_rooms(pen, draft, elevations, rng)
@@ -51,33 +56,34 @@ def build_house(
         shell=tuple((f.semantics, frame.apply(f.ring)) for f in shell_faces(draft)),
         twin_of=twin_of,
     )
-    return house, unmet(draft, elevations, len(dormers), id)
+    return house, unmet_requests(draft, elevations, len(dormers), id)
 
 
 def _draw_facade(pen: Pen, draft: HouseDraft, elevation: Elevation) -> None:
-    """The wall with its holes, the openings in them, and what is fixed to it."""
-    own = pen.within(pen.local_from_frame @ elevation.house_from_facade)
+    """Draws the wall with its holes, the openings in them, and what is fixed to the wall."""
+    own = pen.in_frame(pen.local_from_frame @ elevation.house_from_facade)
     holes = [o.ring for o in elevation.openings if o.wall_y == 0.0] + [o.ring for o in elevation.oriels]
     _draw_wall(own, draft, elevation.side, "wall", holes)
     for k, (plan, dressing) in enumerate(zip(elevation.openings, elevation.dressings, strict=True)):
-        piece = own.of(plan.id, opening=k)
+        piece = own.with_prefix(plan.id, opening=k)
         draw_opening(piece, plan, dressing, draft.palette, draft.inner)
         if plan.kind == "door" and plan.floor == 0:
             low = min(draft.ground_at(float(x)) for x in plan.ring[:, 0]) if elevation.side == 0 else 0.0
-            step_before(piece, plan, low, draft.palette)
+            draw_steps(piece, plan, low, draft.palette)
     draw_fittings(own, elevation, draft.palette)
 
 
 def _draw_blind_walls(pen: Pen, draft: HouseDraft, drawn: set[int]) -> None:
+    """Draws the walls of all sides but those that were drawn as facades."""
     for side in sorted({0, 1, 2, 3} - drawn):
-        own = pen.within(pen.local_from_frame @ house_from_side(draft, side))
+        own = pen.in_frame(pen.local_from_frame @ house_from_side(draft, side))
         _draw_wall(own, draft, side, f"wall{side + 1}", [])
 
 
 def _draw_wall(pen: Pen, draft: HouseDraft, side: int, name: str, holes: list[Float]) -> None:
     rough, length = draft.roughness, draft.correlation
     wall = pen.surface(name, Part.WALL, draft.palette.wall, roughness=rough, correlation=length)
-    pen.plate(wall, side_outline(draft, side, FOUNDATION), 0.0, holes)
+    pen.plate(wall, side_outline(draft, side, FOUNDATION_M), 0.0, holes)
 
 
 def _plan(

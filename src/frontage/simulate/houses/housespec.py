@@ -1,4 +1,4 @@
-"""Houses and openings as a spec names them; what is left out is drawn from the seed."""
+"""Houses and openings as a specification describes them; whatever is left out is drawn from the seed."""
 
 from typing import Literal, Self
 
@@ -7,7 +7,8 @@ from pydantic import BaseModel, ConfigDict, Field, model_validator
 FORBID = ConfigDict(extra="forbid", frozen=True)
 Shape = Literal["rectangle", "segmental", "round", "pointed", "triangular", "circle"]
 Roof = Literal["gable", "street_gable", "hip", "mansard", "flat"]
-_ARCH = {
+# least height of each head, as a share of the opening's width
+_LEAST_HEIGHT_PER_WIDTH = {
     "rectangle": 0.0,
     "segmental": 1 / 7,
     "round": 0.5,
@@ -18,7 +19,7 @@ _ARCH = {
 
 
 class OpeningSpec(BaseModel):
-    """One opening of a front: `[[house.opening]]`. x, z from the facade's lower left corner, m."""
+    """One opening of a front: `[[house.opening]]`. x and z are metres from the facade's lower left corner."""
 
     model_config = FORBID
 
@@ -43,7 +44,7 @@ class OpeningSpec(BaseModel):
     def _fits(self) -> Self:
         if self.shape == "circle" and abs(self.width - self.height) > 1e-6:
             raise ValueError(f"a circle has one size, but width is {self.width:g} and height {self.height:g}")
-        if self.height <= _ARCH[self.shape] * self.width + 0.02:
+        if self.height <= _LEAST_HEIGHT_PER_WIDTH[self.shape] * self.width + 0.02:
             raise ValueError(
                 f"height {self.height:g} is too low for a {self.shape} arch {self.width:g} m wide"
             )
@@ -57,7 +58,7 @@ class OpeningSpec(BaseModel):
 
 
 class HouseSpec(BaseModel):
-    """One house on the near side, left to right: `[[house]]`; what is left out is drawn."""
+    """One house of the near side, from left to right: `[[house]]`; whatever is left out is drawn."""
 
     model_config = FORBID
 

@@ -1,4 +1,4 @@
-"""What houses and streets are made of: materials drawn with some taste from a generator."""
+"""The materials of a house, drawn from colours and reflectances that real houses have."""
 
 from dataclasses import dataclass
 
@@ -8,6 +8,7 @@ from frontage.simulate.scene import Material
 
 Rgb = tuple[float, float, float]
 
+# linear RGB reflectances, from which one is picked and varied
 _PLASTER: tuple[Rgb, ...] = (
     (0.72, 0.66, 0.52), (0.78, 0.75, 0.68), (0.66, 0.53, 0.33), (0.55, 0.33, 0.24), (0.45, 0.52, 0.44),
     (0.50, 0.55, 0.60), (0.70, 0.50, 0.42), (0.60, 0.60, 0.58), (0.74, 0.62, 0.36),
@@ -42,7 +43,7 @@ class Palette:
 
 
 def draw_palette(rng: np.random.Generator, wall: str | None = None) -> Palette:
-    """Draw the materials of a house; `wall` fixes the kind of its walls."""
+    """Draw the materials of a house; `wall` fixes the kind of its walls ("plaster", "brick", "ashlar")."""
     kind = str(rng.choice(["plaster", "brick", "ashlar"], p=[0.6, 0.25, 0.15]))
     body = wall_material(rng, wall or kind)
     stone = _stone(rng, "stone")
@@ -72,7 +73,7 @@ def draw_palette(rng: np.random.Generator, wall: str | None = None) -> Palette:
 
 
 def wall_material(rng: np.random.Generator, kind: str) -> Material:
-    """The material of a wall: "plaster", "brick" or "ashlar"."""
+    """Draw the material of a wall of some kind: "plaster", "brick" or "ashlar"."""
     if kind == "brick":
         rgb, mortar = _vary(rng, _pick(rng, _BRICK)), _vary(rng, (0.48, 0.46, 0.42))
         length, height = float(rng.uniform(0.21, 0.26)), float(rng.uniform(0.062, 0.083))
@@ -84,7 +85,7 @@ def wall_material(rng: np.random.Generator, kind: str) -> Material:
 
 
 def glass(rng: np.random.Generator) -> Material:
-    """Window glass; `laser` is the little that dust on it returns."""
+    """Draw window glass; its `laser` reflectance is that of the dust on it."""
     dirt = float(rng.uniform(0.002, 0.03))
     return Material("glass", "glass", (0.02, 0.025, 0.02), (0.02, 0.02, 0.02), dirt, 1.0, seed=_seed(rng))
 
@@ -125,7 +126,7 @@ def _scale(rgb: Rgb, factor: float) -> Rgb:
 
 
 def _laser(rng: np.random.Generator, rgb: Rgb) -> float:
-    """Reflectance in the infrared: only half of it follows the colour."""
+    """Draws the reflectance at the laser's wavelength; only half of it follows the colour."""
     return float(round(np.clip(0.5 * np.mean(rgb) + 0.5 * rng.uniform(0.15, 0.85), 0.05, 0.9), 4))
 
 

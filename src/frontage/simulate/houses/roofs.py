@@ -6,18 +6,18 @@ from frontage.geometry.arrays import Float
 from frontage.geometry.rigid import Rigid3
 from frontage.geometry.ring import rectangle
 from frontage.simulate.houses.draft import HouseDraft
-from frontage.simulate.houses.elevation import Dressing, separate
-from frontage.simulate.houses.meshing import Pen
-from frontage.simulate.houses.shell import MANSARD, shell_faces
+from frontage.simulate.houses.elevation import Dressing, placement_problems
+from frontage.simulate.houses.shell import MANSARD_M, shell_faces
 from frontage.simulate.houses.style import Style, WindowType
 from frontage.simulate.houses.windows import draw_opening
+from frontage.simulate.meshing import Pen
 from frontage.simulate.scene import Part, ProtrusionPlan
 
 
 def draw_roof(
     pen: Pen, draft: HouseDraft, style: Style, rng: np.random.Generator
 ) -> tuple[ProtrusionPlan, ...]:
-    """Draw the roof in the house's frame and return the dormers as plans of the front."""
+    """Draw the roof in the house's frame, and return its dormers as protrusions of the front."""
     roof = pen.surface("roof", Part.ROOF, draft.palette.roof, v=(0.0, 0.7, 0.7))
     dormers = _place_dormers(draft, style, rng) if style.dormers else []
     for k, face in enumerate(f for f in shell_faces(draft) if f.semantics == "RoofSurface"):
@@ -28,7 +28,8 @@ def draw_roof(
     if draft.roof in ("gable", "mansard", "hip"):
         _draw_eaves(pen, draft, float(rng.uniform(0.12, 0.42)))
     plans = [
-        _draw_dormer(pen.of(f"{pen.prefix}/dormer{k + 1}"), draft, d, style) for k, d in enumerate(dormers)
+        _draw_dormer(pen.with_prefix(f"{pen.prefix}/dormer{k + 1}"), draft, d, style)
+        for k, d in enumerate(dormers)
     ]
     if draft.roof != "flat" and rng.random() < 0.7:
         _draw_chimney(pen, draft, rng)
@@ -36,8 +37,8 @@ def draw_roof(
 
 
 def _slope(draft: HouseDraft) -> tuple[float, float]:
-    """Run and rise (m) of the slope above the front's eaves."""
-    return MANSARD if draft.roof == "mansard" else (draft.depth / 2, draft.rise)
+    """Returns run and rise (m) of the slope above the front's eaves."""
+    return MANSARD_M if draft.roof == "mansard" else (draft.depth / 2, draft.rise)
 
 
 def _front_slope(draft: HouseDraft) -> int:
@@ -47,7 +48,7 @@ def _front_slope(draft: HouseDraft) -> int:
 def _place_dormers(
     draft: HouseDraft, style: Style, rng: np.random.Generator
 ) -> list[tuple[float, float, float]]:
-    """Left edge, right edge, and distance behind the front's plane, of each dormer; m."""
+    """Draws the dormers: left edge, right edge and distance behind the front's plane of each, m."""
     if draft.roof not in ("gable", "mansard"):
         return []
     width = float(rng.uniform(1.3, 1.8))
@@ -60,7 +61,7 @@ def _place_dormers(
 
 
 def _dormer_levels(draft: HouseDraft, back: float) -> tuple[float, float, float]:
-    """Foot and top of a dormer's front and the distance at which its flat top meets the slope; m."""
+    """Returns foot and top of a dormer's front, and how far back its flat top meets the slope; m."""
     run, rise = _slope(draft)
     foot = draft.eaves + rise * back / run
     top = min(foot + 1.65, draft.eaves + rise * 0.92)
@@ -70,7 +71,7 @@ def _dormer_levels(draft: HouseDraft, back: float) -> tuple[float, float, float]
 def _draw_slope(
     pen: Pen, surface: int, draft: HouseDraft, ring: Float, dormers: list[tuple[float, float, float]]
 ) -> None:
-    """The front slope with holes where dormers stand."""
+    """Draws the front slope with holes where dormers stand."""
     run, rise = _slope(draft)
     length = float(np.hypot(run, rise))
     up = np.array([0.0, run, rise]) / length
@@ -83,7 +84,7 @@ def _draw_slope(
             rectangle(x0 + 0.02, (back + 0.02) * length / run, x1 - 0.02, (far - 0.05) * length / run)
         )
     xz = shift[:, [0, 2]]
-    pen.within(pen.local_from_frame @ frame).plate(surface, xz[::-1] if _clockwise(xz) else xz, 0.0, holes)
+    pen.in_frame(pen.local_from_frame @ frame).plate(surface, xz[::-1] if _clockwise(xz) else xz, 0.0, holes)
 
 
 def _clockwise(ring: Float) -> bool:
@@ -99,13 +100,13 @@ def _draw_dormer(
     kind = WindowType(
         "window", "rectangle", x1 - x0 - 0.4, min(top - foot - 0.5, 1.3), 0.08, 0.06, style.upper.bars
     )
-    window = kind.place(f"{pen.prefix}/window", x0 + 0.2, foot + 0.3, draft.floors, 1, y)
+    window = kind.place(f"{pen.prefix}/window", x0 + 0.2, foot + 0.3, floor=draft.floors, bay=1, wall_y=y)
     front = rectangle(x0, foot, x1, top)
     wall = pen.surface("wall", Part.DORMER, draft.palette.wall)
-    fits = not separate([window.ring], [front])[0]
+    fits = not placement_problems([window.ring], [front])[0]
     pen.plate(wall, front, y, [window.ring] if fits else [])
     if fits:
-        draw_opening(pen.of(window.id), window, Dressing(), draft.palette, y + 0.3)
+        draw_opening(pen.with_prefix(window.id), window, Dressing(), draft.palette, y + 0.3)
     for x, flip in ((x0, False), (x1, True)):
         cheek = np.array([[x, y, foot], [x, y, top], [x, far, top]])
         pen.polygon(wall, cheek[::-1] if flip else cheek)
@@ -115,9 +116,9 @@ def _draw_dormer(
 
 
 def _draw_eaves(pen: Pen, draft: HouseDraft, overhang: float) -> None:
-    """The slope carried on over the front, with a gutter."""
+    """Draws the overhang of the slope in front of the wall, with a gutter."""
     run, rise = _slope(draft)
-    drop = min(overhang * rise / run, 0.2)  # steep roofs flatten there; the top windows stay free
+    drop = min(overhang * rise / run, 0.2)  # steep roofs flatten there, so that the top windows stay free
     e = draft.eaves
     profile = np.array([[0.0, e], [-overhang, e - drop], [-overhang, e - drop - 0.1], [0.0, e - 0.12]])
     _beam(pen, pen.surface("eaves", Part.ROOF, draft.palette.roof), profile, 0.0, draft.width)
@@ -130,7 +131,7 @@ def _draw_eaves(pen: Pen, draft: HouseDraft, overhang: float) -> None:
 
 
 def _beam(pen: Pen, surface: int, profile: Float, x0: float, x1: float) -> None:
-    """A profile (k, 2) m (y, z), clockwise seen from the right, extruded along x."""
+    """Draws a profile (k, 2) m (y, z), clockwise as seen from the right, extruded along x."""
     near = np.column_stack([np.full(len(profile), x0), profile])
     far = near + np.array([x1 - x0, 0.0, 0.0])
     for k in range(len(profile)):

@@ -1,4 +1,4 @@
-"""The inside of a house: one hollow storey above the other, with partitions and furniture."""
+"""The inside of a house: hollow storeys one above the other, with partitions and furniture."""
 
 import numpy as np
 import shapely
@@ -6,24 +6,24 @@ import shapely
 from frontage.geometry.ring import rectangle
 from frontage.simulate.houses.draft import HouseDraft, Storey
 from frontage.simulate.houses.elevation import Elevation
-from frontage.simulate.houses.meshing import Pen
 from frontage.simulate.houses.shell import house_from_side
 from frontage.simulate.houses.windows import inner_ring
+from frontage.simulate.meshing import Pen
 from frontage.simulate.scene import Part
 
-_MARGIN = 0.12  # m, least distance of a partition from a window
+_MARGIN_M = 0.12  # least distance of a partition from a window
 
 
 def draw_rooms(
     pen: Pen, draft: HouseDraft, elevations: tuple[Elevation, ...], rng: np.random.Generator
 ) -> None:
-    """Draw all storeys; the inner face of every outer wall is open where a glazed opening arrives."""
+    """Draw all storeys; the inner face of every outer wall has a hole behind each glazed opening."""
     storeys = list(draft.storeys)
     if any(o.kind == "basement" for e in elevations for o in e.openings):
         storeys.insert(0, Storey(-1, draft.entrance - 2.2, draft.entrance - 0.12))
     holes = {e.side: _holes(e) for e in elevations}
     for storey in storeys:
-        own = pen.of(f"{pen.prefix}/storey{storey.number}")
+        own = pen.with_prefix(f"{pen.prefix}/storey{storey.number}")
         _draw_storey(own, draft, storey, holes)
         _draw_partitions(own, draft, storey, elevations, rng)
         _draw_furniture(own, draft, storey, rng)
@@ -42,7 +42,7 @@ def _draw_storey(pen: Pen, draft: HouseDraft, storey: Storey, holes: dict[int, s
     walls = pen.surface("walls", Part.ROOM, draft.palette.room)
     pen.polygon(walls, np.column_stack([plan[::-1], np.full(4, storey.ceiling)]))
     for side in range(4):
-        own = pen.within(pen.local_from_frame @ house_from_side(draft, side))
+        own = pen.in_frame(pen.local_from_frame @ house_from_side(draft, side))
         length = d if side % 2 else w
         wall = shapely.Polygon(rectangle(t, storey.floor, length - t, storey.ceiling))
         for piece in shapely.get_parts(wall.difference(holes.get(side, shapely.Polygon()))):
@@ -58,7 +58,7 @@ def _inner_wall(pen: Pen, surface: int, piece: shapely.Polygon, y: float) -> Non
 def _draw_partitions(
     pen: Pen, draft: HouseDraft, storey: Storey, elevations: tuple[Elevation, ...], rng: np.random.Generator
 ) -> None:
-    """A wall along the corridor and walls between rooms, none of them in front of a window."""
+    """Draws a wall along the corridor and walls between rooms, none of them in front of a window."""
     t, w, d = draft.inner, draft.width, draft.depth
     surface = pen.surface("partition", Part.ROOM, draft.palette.room)
     taken = {e.side: _spans(e, storey) for e in elevations}
@@ -88,11 +88,11 @@ def _spans(elevation: Elevation, storey: Storey) -> list[tuple[float, float]]:
 
 
 def _free(spans: list[tuple[float, float]], x: float) -> bool:
-    return all(x < a - _MARGIN or x > b + _MARGIN for a, b in spans)
+    return all(x < a - _MARGIN_M or x > b + _MARGIN_M for a, b in spans)
 
 
 def _draw_furniture(pen: Pen, draft: HouseDraft, storey: Storey, rng: np.random.Generator) -> None:
-    """Tables, chests and cupboards near the windows, lamps under the ceiling."""
+    """Draws boxes near the windows, of the sizes of tables, chests and cupboards."""
     t, w = draft.inner, draft.width
     surface = pen.surface("furniture", Part.ROOM, draft.palette.furniture)
     for _ in range(max(1, int((w - 2 * t) / 1.8))):

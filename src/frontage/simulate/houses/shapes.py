@@ -1,4 +1,4 @@
-"""Rings of openings and the bars that divide them."""
+"""Outlines of openings, and the bars that divide them."""
 
 from dataclasses import dataclass
 
@@ -8,21 +8,22 @@ import shapely
 from frontage.geometry.arrays import Float
 from frontage.geometry.ring import rectangle
 from frontage.model.built import TrueBar
-from frontage.simulate.houses.meshing import inset
+from frontage.simulate.meshing import inset
 
-CHORD_ERROR = 0.0008  # m, how far a chord may leave its arc
+CHORD_ERROR_M = 0.0008  # greatest distance of a chord from its arc
 SHAPES = ("rectangle", "segmental", "round", "pointed", "triangular", "circle")
-_RISE = {"segmental": 1 / 7, "triangular": 1 / 3}  # of heads that are free in it, as a share of the width
+_RISE_PER_WIDTH = {"segmental": 1 / 7, "triangular": 1 / 3}  # of heads whose rise is not given
 
 
 def opening_ring(
-    shape: str, x: float, z: float, width: float, height: float, rise: float | None = None
+    shape: str, x: float, z: float, width: float, height: float, *, rise: float | None = None
 ) -> Float:
-    """Ring (k, 2) m, counter-clockwise, of an opening with lower left corner (x, z) of its bounding box.
+    """Return the outline (k, 2) m, counter-clockwise, of an opening.
 
-    `height` includes the arch or gable; `rise` m is that of a segmental or triangular head (if not given, a
-    seventh or a third of the width). Raises ValueError for a shape that is not in `SHAPES`, or an opening
-    too low for its head.
+    (x, z) is the lower left corner of its bounding box, and `height` includes the arch or gable. `rise` (m)
+    is the height of a segmental or triangular head; by default a seventh or a third of the width.
+
+    Raises ValueError for a shape that is not in `SHAPES`, and for an opening that is too low for its head.
     """
     half, middle = width / 2, x + width / 2
     if shape == "rectangle":
@@ -32,7 +33,7 @@ def opening_ring(
         return np.column_stack([middle + half * np.cos(turn), z + half + half * np.sin(turn)])
     if shape not in SHAPES:
         raise ValueError(f"opening shape {shape!r}: not one of {', '.join(SHAPES)}")
-    arch = _arch(shape, half, width * _RISE.get(shape, 0.0) if rise is None else rise)
+    arch = _arch(shape, half, width * _RISE_PER_WIDTH.get(shape, 0.0) if rise is None else rise)
     spring = height - float(arch[:, 1].max())
     if spring <= 0.02:
         raise ValueError(f"an opening {height:g} m high is too low for a {shape} arch {width:g} m wide")
@@ -41,7 +42,7 @@ def opening_ring(
 
 
 def _arch(shape: str, half: float, rise: float) -> Float:
-    """The arch from its right to its left springing point (k, 2), its middle between them at the origin."""
+    """Returns an arch (k, 2) from its right to its left springing point, centred between them."""
     if shape == "triangular":
         return np.array([[half, 0.0], [0.0, rise], [-half, 0.0]])
     if shape == "segmental":
@@ -61,7 +62,7 @@ def _arch(shape: str, half: float, rise: float) -> Float:
 
 
 def _segments(radius: float, angle: float) -> int:
-    step = 2 * np.arccos(1 - min(CHORD_ERROR / radius, 0.5))
+    step = 2 * np.arccos(1 - min(CHORD_ERROR_M / radius, 0.5))
     return max(4, int(np.ceil(angle / step)))
 
 
@@ -69,10 +70,11 @@ def _segments(radius: float, angle: float) -> int:
 class BarLayout:
     """How bars divide an opening.
 
-    style         "grid": evenly; "T": a transom high up, the upright bars only below it;
-                  "asymmetric": the first upright a third in, the first transom at two thirds
-    vertical, horizontal   number of bars
-    main, thin    m, width of the first upright and transom (where casements meet), and of the others
+    style         "grid": evenly; "T": a transom high up, with upright bars only below it;
+                  "asymmetric": the first upright at a third of the width, the first transom at two thirds
+    vertical, horizontal   number of upright bars (mullions) and of transoms
+    main          m, width of the bars where casements meet: the middle upright and the first transom
+    thin          m, width of all other bars
     """
 
     style: str = "grid"
@@ -83,7 +85,7 @@ class BarLayout:
 
 
 def plan_bars(ring: Float, frame_width: float, layout: BarLayout) -> tuple[TrueBar, ...]:
-    """Bars of an opening; extents end at the frame (at the bar's axis, under an arch)."""
+    """Return the bars of an opening with outline `ring`; each ends where its axis meets the frame."""
     light = inset(ring, frame_width)
     (x0, z0), (x1, z1) = light.min(0), light.max(0)
     uprights = _positions(x0, x1, layout.vertical, layout.style, 1 / 3)
@@ -113,7 +115,7 @@ def _positions(low: float, high: float, count: int, style: str, first: float) ->
 
 
 def _width(layout: BarLayout, k: int, count: int) -> float:
-    """Casements meet at the middle upright; the others are glazing bars."""
+    """Returns the width of upright `k`: casements meet at the middle one, the others are glazing bars."""
     return layout.main if k == (count - 1) // 2 and count % 2 else layout.thin
 
 

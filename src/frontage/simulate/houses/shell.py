@@ -1,4 +1,4 @@
-"""The bare body of a house: outlines of its four sides and the closed shell that they form with the roof."""
+"""The bare body of a house: the outlines of its four sides, and the closed shell they form with the roof."""
 
 from dataclasses import dataclass
 from itertools import pairwise
@@ -9,12 +9,12 @@ from frontage.geometry.arrays import Float
 from frontage.geometry.rigid import Rigid3
 from frontage.simulate.houses.draft import HouseDraft
 
-MANSARD = (0.9, 2.4)  # m, run and rise of the steep lower slope
+MANSARD_M = (0.9, 2.4)  # run and rise of the steep lower slope
 
 
 @dataclass(frozen=True, eq=False)
 class ShellFace:
-    """A face of the shell: semantics, ring (k, 3) m counter-clockwise from outside, side 0..3 if a wall."""
+    """A face of the shell: semantics, ring (k, 3) m counter-clockwise from outside, side 0..3 of a wall."""
 
     semantics: str
     ring: Float
@@ -22,7 +22,7 @@ class ShellFace:
 
 
 def house_from_side(draft: HouseDraft, side: int) -> Rigid3:
-    """Pose of a side's facade frame: 0 front, 1 right, 2 back, 3 left (as seen from the street)."""
+    """Return the pose of a side's facade frame: 0 front, 1 right, 2 back, 3 left, as seen from the street."""
     w, d = draft.width, draft.depth
     x = np.array([[1.0, 0, 0], [0, 1.0, 0], [-1.0, 0, 0], [0, -1.0, 0]])[side]
     y = np.array([[0, 1.0, 0], [-1.0, 0, 0], [0, -1.0, 0], [1.0, 0, 0]])[side]
@@ -31,14 +31,14 @@ def house_from_side(draft: HouseDraft, side: int) -> Rigid3:
 
 
 def side_outline(draft: HouseDraft, side: int, base: float = 0.0) -> Float:
-    """Outline (k, 2) m of a side in its own frame, from `base` up, gable included."""
+    """Return the outline (k, 2) m of a side in its own frame, from height `base` up, gable included."""
     length = draft.depth if side % 2 else draft.width
-    top = _profile(draft, length, side)
+    top = _upper_edge(draft, length, side)
     return np.array([[0.0, base], [length, base], *top])
 
 
 def front_outline(draft: HouseDraft, side: int) -> Float:
-    """Outline (k, 2) m of a side above the pavement, which may slope."""
+    """Return the outline (k, 2) m of a side above the pavement, which may slope."""
     ring = side_outline(draft, side).copy()
     left, right = draft.ground
     ring[:2, 1] = ((left, right), (right, right), (right, left), (left, left))[side]
@@ -46,7 +46,7 @@ def front_outline(draft: HouseDraft, side: int) -> Float:
 
 
 def shell_faces(draft: HouseDraft, base: float = 0.0) -> tuple[ShellFace, ...]:
-    """The closed shell in the house's frame, its walls reaching down to `base` m."""
+    """Return the closed shell in the house's frame; its walls reach down to height `base`, m."""
     w, d = draft.width, draft.depth
     faces = []
     for side in range(4):
@@ -58,15 +58,15 @@ def shell_faces(draft: HouseDraft, base: float = 0.0) -> tuple[ShellFace, ...]:
     return (*faces, ShellFace("GroundSurface", ground))
 
 
-def _profile(draft: HouseDraft, length: float, side: int) -> list[tuple[float, float]]:
-    """The upper edge of a side, from right to left."""
+def _upper_edge(draft: HouseDraft, length: float, side: int) -> list[tuple[float, float]]:
+    """Returns the upper edge (x, z) m of a side, from right to left."""
     eaves, ridge = draft.eaves, draft.ridge
-    along = side % 2 == 1  # the sides of a house whose ridge runs along the street
-    if draft.roof == "mansard" and along:
-        run, rise = MANSARD
+    gable_end = side % 2 == 1  # if the ridge runs along the street
+    if draft.roof == "mansard" and gable_end:
+        run, rise = MANSARD_M
         inner = [(length - run, eaves + rise), (length / 2, ridge), (run, eaves + rise)]
         return [(length, eaves), *inner, (0.0, eaves)]
-    if (draft.roof == "gable" and along) or (draft.roof == "street_gable" and not along):
+    if (draft.roof == "gable" and gable_end) or (draft.roof == "street_gable" and not gable_end):
         return [(length, eaves), (length / 2, ridge), (0.0, eaves)]
     return [(length, eaves), (0.0, eaves)]
 
@@ -79,11 +79,11 @@ def _roof(draft: HouseDraft) -> list[Float]:
         return _hip(draft)
     rings = []
     if draft.roof == "street_gable":
-        chain = _profile(draft, w, 0)
+        chain = _upper_edge(draft, w, 0)
         for (xa, za), (xb, zb) in pairwise(chain):
             rings.append(np.array([[xa, 0, za], [xa, d, za], [xb, d, zb], [xb, 0, zb]]))
         return rings
-    chain = _profile(draft, d, 1)
+    chain = _upper_edge(draft, d, 1)
     for (ya, za), (yb, zb) in pairwise(chain):
         rings.append(np.array([[0, ya, za], [0, yb, zb], [w, yb, zb], [w, ya, za]]))
     return rings

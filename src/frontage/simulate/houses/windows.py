@@ -1,20 +1,20 @@
-"""An opening as geometry: reveal, frame, bars, pane or leaf, shutters, and the way to the room behind."""
+"""Draws an opening: reveal, frame, bars, pane or leaf, shutters, and the inner reveal up to the room."""
 
 import numpy as np
 
 from frontage.geometry.arrays import Float
 from frontage.geometry.ring import rectangle
 from frontage.simulate.houses.elevation import Dressing
-from frontage.simulate.houses.meshing import Pen, band, inset
 from frontage.simulate.houses.palette import Palette
+from frontage.simulate.meshing import Pen, band, inset
 from frontage.simulate.scene import OpeningPlan, Part
 
-FRAME_THICKNESS = 0.065  # m, usual depth of a window frame
-LEAF_BEHIND = 0.02  # m, an opaque leaf behind the front of its frame
+FRAME_THICKNESS_M = 0.065  # usual depth of a window frame
+LEAF_BEHIND_M = 0.02  # from the front of a frame back to its opaque leaf
 
 
 def draw_opening(pen: Pen, plan: OpeningPlan, dressing: Dressing, palette: Palette, inner_y: float) -> None:
-    """Draw one opening; glazed ones are continued to the room's front at `inner_y` (m, facade frame)."""
+    """Draw one opening; a glazed one is continued to the front of the room at `inner_y` (m, facade frame)."""
     front = plan.wall_y + plan.depth
     projection = dressing.surround[1] if dressing.surround else 0.0
     reveal = pen.surface("reveal", Part.REVEAL, palette.reveal, u=(0.0, 1.0, 0.0))
@@ -25,10 +25,10 @@ def draw_opening(pen: Pen, plan: OpeningPlan, dressing: Dressing, palette: Palet
     if plan.shutters == "closed":
         shutter = pen.surface("shutter", Part.SHUTTER, palette.shutter)
         pen.block(shutter, plan.ring, plan.wall_y + 0.01, plan.wall_y + 0.04)
-    back = front + FRAME_THICKNESS
+    back = front + FRAME_THICKNESS_M
     light = _draw_frame(pen, plan, palette, front, back)
     if not plan.glazed:
-        _draw_leaf(pen, light, front + LEAF_BEHIND, dressing.leaf, palette)
+        _draw_leaf(pen, light, front + LEAF_BEHIND_M, dressing.leaf, palette)
         return
     pane = pen.surface("pane", Part.PANE, palette.pane)
     pen.plate(pane, light, plan.wall_y + plan.glass_depth)
@@ -41,7 +41,7 @@ def draw_opening(pen: Pen, plan: OpeningPlan, dressing: Dressing, palette: Palet
 
 
 def inner_ring(plan: OpeningPlan, dressing: Dressing) -> Float:
-    """The hole (k, 2) m that an opening needs in the room's wall."""
+    """Return the outline (k, 2) m of the hole that an opening needs in the room's wall."""
     return inset(plan.ring, -dressing.flare) if dressing.flare else plan.ring
 
 
@@ -62,13 +62,13 @@ def _draw_bars(pen: Pen, plan: OpeningPlan, palette: Palette, front: float, back
     for bar in plan.bars:
         across = (bar.position - bar.width / 2, bar.position + bar.width / 2)
         (x0, x1), (z0, z1) = (across, bar.extent) if bar.axis == "vertical" else (bar.extent, across)
-        # uprights stand a hair in front, as no two faces may share a plane
-        shy = 0.003 if bar.axis == "vertical" else 0.004
-        pen.box(surface, (x0, front + shy, z0), (x1, back - shy, z1))
+        # uprights stand a millimetre further out, so that no two faces share a plane
+        recess = 0.003 if bar.axis == "vertical" else 0.004
+        pen.box(surface, (x0, front + recess, z0), (x1, back - recess, z1))
 
 
 def _draw_leaf(pen: Pen, light: Float, y: float, style: str, palette: Palette) -> None:
-    """An opaque leaf: boards with joints, horizontal ribs, or raised panels in two columns."""
+    """Draws an opaque leaf: boards with joints, horizontal ribs, or raised panels in two columns."""
     surface = pen.surface("leaf", Part.LEAF, palette.leaf)
     pen.plate(surface, light, y)
     (x0, z0), (x1, _) = light.min(0), light.max(0)
@@ -88,7 +88,7 @@ def _draw_leaf(pen: Pen, light: Float, y: float, style: str, palette: Palette) -
 
 
 def _draw_curtain(pen: Pen, plan: OpeningPlan, dressing: Dressing, palette: Palette, y: float) -> None:
-    """Fabric behind the pane: two strips, a net over all of it, or a blind from above."""
+    """Draws fabric behind the pane: a strip on each side, a net over all of it, or a blind from above."""
     if dressing.curtain == "none":
         return
     (x0, z0), (x1, z1) = plan.ring.min(0), plan.ring.max(0)
@@ -102,10 +102,12 @@ def _draw_curtain(pen: Pen, plan: OpeningPlan, dressing: Dressing, palette: Pale
         part = width * min(share, 0.45)
         cells = [(x0, z0, x0 + part, z1), (x1 - part, z0, x1, z1)]
     for cell in cells:
-        _folds(pen, surface, cell, y, dressing.curtain != "blind")
+        _draw_fabric(pen, surface, cell, y, dressing.curtain != "blind")
 
 
-def _folds(pen: Pen, surface: int, cell: tuple[float, float, float, float], y: float, wavy: bool) -> None:
+def _draw_fabric(
+    pen: Pen, surface: int, cell: tuple[float, float, float, float], y: float, wavy: bool
+) -> None:
     x0, z0, x1, z1 = cell
     count = max(2, int((x1 - x0) / 0.04)) if wavy else 2
     x = np.linspace(x0, x1, count)

@@ -1,4 +1,4 @@
-"""Window panes by energy: Fresnel's equations, uncoated and coated, one to three sheets, dirt."""
+"""Reflection and transmission of window panes: Fresnel's equations, coatings, one to three sheets, dirt."""
 
 from dataclasses import dataclass
 
@@ -13,7 +13,13 @@ _ABSORBED = {532: 0.01, 905: 0.035, 1064: 0.045, 1550: 0.03}  # share absorbed b
 
 @dataclass(frozen=True, eq=False)
 class Panes:
-    """Optics per pane (p,): sheets, reflectance of the film (0 = none), loss in a sheet, albedo of dirt."""
+    """Optical properties of p panes.
+
+    sheets     (p,) number of glass sheets
+    coating    (p,) reflectance of the low-emissivity film, 0 = none
+    absorbed   (p,) share of the light that one sheet absorbs at normal incidence
+    dirt       (p,) albedo of the dirt on the pane
+    """
 
     sheets: Array
     coating: Float
@@ -21,14 +27,15 @@ class Panes:
     dirt: Float
 
     def take(self, index: Array) -> "Panes":
-        """The panes at `index`."""
+        """Return the panes at `index`."""
         return Panes(self.sheets[index], self.coating[index], self.absorbed[index], self.dirt[index])
 
 
 def fresnel(cosine: Float, index: float = INDEX) -> Float:
-    """Reflectance of one air-glass surface for unpolarised light, cosine of incidence (n,) in 0..1.
+    """Return the reflectance (n,) of one air-glass surface for unpolarised light.
 
-    Mean of the s and p reflectances of Fresnel's equations; 4.3 % at normal incidence, 1 at grazing.
+    `cosine` (n,) is that of the angle of incidence, 0..1. The result is the mean of the s and p reflectances
+    of Fresnel's equations: 4.3 % at normal incidence and 1 at grazing incidence.
     """
     c = np.clip(cosine, 0.0, 1.0)
     inner = np.sqrt(1 - (1 - c * c) / index**2)
@@ -38,11 +45,11 @@ def fresnel(cosine: Float, index: float = INDEX) -> Float:
 
 
 def pane_optics(panes: Panes, cosine: Float) -> tuple[Float, Float]:
-    """Reflected and transmitted share (n,) of a beam that meets panes (n,) at `cosine` of incidence.
+    """Return the reflected and the transmitted share (n,) of beams that meet panes (n,).
 
-    Incoherent sum over all inner reflections: a stack of N sheets has 2N surfaces of reflectance r, hence
-    R = 2N r / (1 + (2N - 1) r); a film of reflectance c and the absorption of the sheets join it as one more
-    layer each (Stokes 1862).
+    `cosine` (n,) is that of the angle of incidence. All inner reflections add up incoherently: a stack of N
+    sheets has 2N surfaces of reflectance r, hence R = 2N r / (1 + (2N - 1) r); the film and the absorption of
+    the sheets are one more layer each (Stokes 1862).
     """
     r = fresnel(cosine)
     surfaces = 2.0 * panes.sheets
@@ -58,10 +65,11 @@ def pane_optics(panes: Panes, cosine: Float) -> tuple[Float, Float]:
 
 
 def draw_panes(group: Array, wavelength: int, rng: np.random.Generator) -> Panes:
-    """Optics of panes (p,), `group` (p,) >= 0 numbers the houses: windows are renewed house by house.
+    """Draw the optical properties of panes; `group` (p,) >= 0 is the number of the house of each.
 
-    Single, double (mostly coated) or triple glazing per house with a few panes exchanged since; dirt
-    albedo 0.01 to 1 %, log-uniform, some of it common to the house.
+    A house has single, double (mostly coated) or triple glazing, as windows are renewed house by house; a
+    tenth of the panes has been exchanged since. The albedo of the dirt is log-uniform between 0.01 and 1 %
+    and partly common to the house. `wavelength` is in nm.
     """
     houses = int(group.max(initial=0)) + 1
     own = rng.random(len(group)) < 0.1

@@ -1,7 +1,7 @@
-"""Sun and sky: where light comes from and how much of it.
+"""Sun and sky: the direction, colour and amount of light.
 
-Unit: the radiance of a white diffuse surface lying level under the open sky on a clear day is about 1. Albedo
-times irradiance is radiance (the 1 / pi is part of the unit).
+Unit: the radiance of a white diffuse surface that lies level under the open sky on a clear day is about 1.
+Albedo times irradiance is radiance (the factor 1 / pi is part of the unit).
 """
 
 from dataclasses import dataclass
@@ -21,7 +21,7 @@ _BOUNCE = 0.22  # reflectance of a street as a whole
 
 
 class LightSpec(BaseModel):
-    """Sun and sky; what is left out (None) is drawn from the scene's seed."""
+    """Sun and sky; whatever is left out (None) is drawn from the scene's seed."""
 
     model_config = ConfigDict(extra="forbid", frozen=True)
 
@@ -37,7 +37,15 @@ class LightSpec(BaseModel):
 
 @dataclass(frozen=True, eq=False)
 class Light:
-    """to_sun (3,) unit local; sun (3,) irradiance across the beam; sky (3,) mean radiance; bounce (3,)."""
+    """The light on a scene; colours are linear RGB (3,).
+
+    to_sun    (3,) unit vector, local
+    sun       irradiance of a surface that faces the sun
+    sky       mean radiance of the sky
+    bounce    radiance of the lit surfaces around, which fills the directions that are not free
+    overcast  0 = clear sky, 1 = no sun
+    seed      seed of the clouds and of the horizon
+    """
 
     to_sun: Float
     sun: Float
@@ -47,9 +55,10 @@ class Light:
     seed: int
 
     def ambient(self, normals: Float, openness: Array) -> Array:
-        """Irradiance (n, 3) float32 of surfaces with unit normals (n, 3) that see `openness` (n,) of the sky.
+        """Return the irradiance (n, 3) float32, without direct sun, of surfaces with unit normals (n, 3).
 
-        `openness` is the cosine-weighted share of the hemisphere above the surface that is free.
+        `openness` (n,) is the cosine-weighted share of the hemisphere above a surface that is free, its sky
+        view factor.
         """
         up = np.clip(normals[:, 2], -1, 1).astype(np.float32)
         free = openness.astype(np.float32)
@@ -58,7 +67,7 @@ class Light:
 
 
 def draw_light(scene: Scene, spec: LightSpec) -> Light:
-    """The light on a scene: the sun stands before either side of the street, or behind clouds."""
+    """Draw the light on a scene: the sun stands in front of either side of the street, or behind clouds."""
     rng = np.random.default_rng([scene.seed, 0x5047])
     elevation = np.radians(rng.uniform(28, 60) if spec.sun_elevation is None else spec.sun_elevation)
     drawn = rng.uniform(-75, 75) + 180 * (rng.random() < 0.75)
@@ -76,7 +85,10 @@ def draw_light(scene: Scene, spec: LightSpec) -> Light:
 
 
 def sky_radiance(light: Light, directions: Float) -> Array:
-    """What is seen (n, 3) float32 along unit directions (n, 3) that meet nothing: sky, clouds, far roofs."""
+    """Return the radiance (n, 3) float32 along unit directions (n, 3) that meet nothing.
+
+    It consists of sky, clouds, the glow around the sun, and far roofs at the horizon.
+    """
     d = np.asarray(directions)
     up = d[:, 2].astype(np.float32)
     high = np.clip(up, 0, 1)[:, None] ** np.float32(0.45)
@@ -89,21 +101,26 @@ def sky_radiance(light: Light, directions: Float) -> Array:
 
 
 def _clouds(light: Light, d: Float) -> Array:
-    """Cover (n,) 0..1, from noise on a layer above."""
+    """Returns the cloud cover (n,) 0..1 from noise on a level layer."""
     height = np.maximum(d[:, 2], 0.06)
     x, y = ((d[:, k] / height).astype(np.float32) for k in (0, 1))
     seed = np.full(len(d), light.seed, np.uint32)
-    field = noise.fractal(x, y, _CLOUDS, seed, 7, np.zeros(len(d), np.float32), 0.7)
+    field = noise.fractal(x, y, _CLOUDS, seed=seed, salt=7, blur=np.zeros(len(d), np.float32), gain=0.7)
     cover = np.clip(0.45 * field + 0.1 + 1.6 * light.overcast, 0, 1)
     return np.asarray(cover * np.clip((d[:, 2] - 0.02) / 0.15, 0, 1), np.float32)
 
 
 def _horizon(light: Light, d: Float, rgb: Array) -> Array:
-    """Far roofs and trees in the haze, up to some degrees above the horizon, and ground below it."""
+    """Adds far roofs and trees in the haze, up to some degrees above the horizon, and the ground below it."""
     azimuth = np.arctan2(d[:, 1], d[:, 0]).astype(np.float32)
     seed = np.full(len(d), light.seed, np.uint32)
     line = 0.03 + 0.007 * noise.fractal(
-        azimuth, 0 * azimuth, (0.5, 0.17, 0.06), seed, 9, np.zeros(len(d), np.float32)
+        azimuth,
+        0 * azimuth,
+        (0.5, 0.17, 0.06),
+        seed=seed,
+        salt=9,
+        blur=np.zeros(len(d), np.float32),
     )
     below = np.clip((line - d[:, 2].astype(np.float32)) / 0.002 + 0.5, 0, 1)[:, None]
     ground = np.float32(light.sky * 0.35 + light.bounce * 0.5)

@@ -1,7 +1,7 @@
-"""Random fields to paint with: smooth noise at a chosen wavelength, and one number per cell of a grid.
+"""Random fields for textures: smooth noise of a chosen wavelength, and one random number per cell of a grid.
 
 Smooth noise is read from one periodic tile (a narrow band of frequencies, made once by FFT), so an octave
-costs one table look-up. Every field knows the footprint of a pixel and fades out before it would alias.
+costs one table look-up. Every field takes the footprint of a pixel and fades out before it would alias.
 """
 
 from functools import lru_cache
@@ -11,14 +11,14 @@ import numpy as np
 
 from frontage.geometry.arrays import Array
 
-_SIDE = 512  # texels of the tile
-_WAVE = 8  # texels per wavelength: 64 waves until it repeats
+_SIDE = 512  # texels along each side of the tile
+_WAVE = 8  # texels per wavelength: the noise repeats after 64 waves
 _ROW = 4096  # samples per row handed to cv2.remap, which refuses sides above 32767
 
 
 @lru_cache(maxsize=1)
 def _tile() -> Array:
-    """Periodic noise (512, 512) float32, mean 0, standard deviation 1, wavelengths 5.5 to 16 texels."""
+    """Makes periodic noise (512, 512) float32: mean 0, standard deviation 1, wavelengths 5.5 to 16 texels."""
     rng = np.random.default_rng(20240229)
     f = np.hypot(*np.meshgrid(np.fft.fftfreq(_SIDE), np.fft.fftfreq(_SIDE)))
     band = np.exp(-0.5 * (np.log(np.maximum(f, 1e-9) * _WAVE) / 0.3) ** 2)
@@ -27,7 +27,7 @@ def _tile() -> Array:
 
 
 def scramble(seed: Array, salt: int) -> Array:
-    """A repeatable 32-bit hash (n,) uint32 of seeds (n,)."""
+    """Return a repeatable 32-bit hash (n,) uint32 of seeds (n,)."""
     h = np.asarray(seed).astype(np.uint32) * np.uint32(0x9E3779B1) + np.uint32(
         (salt * 0x85EBCA77) & 0xFFFFFFFF
     )
@@ -37,19 +37,21 @@ def scramble(seed: Array, salt: int) -> Array:
 
 
 def cell(i: Array, j: Array, seed: Array, salt: int = 0) -> Array:
-    """One number 0..1 (n,) float32 for every cell (i, j) (n,) of an integer grid, by seed (n,)."""
+    """Return one random number 0..1 (n,) float32 per cell (i, j) (n,) of an integer grid, by seed (n,)."""
     mixed = np.asarray(i).astype(np.int32).view(np.uint32) * np.uint32(0x85EBCA77)
     mixed = (mixed ^ (mixed >> np.uint32(13))) + np.asarray(j).astype(np.int32).view(np.uint32)
     return (scramble(mixed ^ np.asarray(seed).astype(np.uint32), salt) >> np.uint32(8)) * np.float32(2**-24)
 
 
 def wave(
-    u: Array, v: Array, length: float | tuple[float, float], seed: Array, salt: int, blur: Array
+    u: Array, v: Array, length: float | tuple[float, float], *, seed: Array, salt: int, blur: Array
 ) -> Array:
-    """Smooth noise (n,) float32 about 0 with standard deviation 1 and one wavelength.
+    """Return smooth noise (n,) float32 of one wavelength, with mean 0 and standard deviation 1.
 
-    u, v (n,) m float32; `length` m, or (along u, along v); `blur` (n,) m is a pixel's footprint: the field
-    fades to 0 as its wavelength drops below two of them. `seed` (n,) uint32, `salt` tell fields apart.
+    u, v     (n,) float32 m, position
+    length   m, wavelength, or one each along u and along v
+    seed     (n,) uint32; together with `salt` it tells fields apart
+    blur     (n,) m, footprint of a pixel: the field fades to 0 as its wavelength drops below two of them
     """
     along_u, along_v = length if isinstance(length, tuple) else (length, length)
     shift = scramble(seed, salt)
@@ -60,9 +62,16 @@ def wave(
 
 
 def fractal(
-    u: Array, v: Array, lengths: tuple[float, ...], seed: Array, salt: int, blur: Array, gain: float = 1.0
+    u: Array,
+    v: Array,
+    lengths: tuple[float, ...],
+    *,
+    seed: Array,
+    salt: int,
+    blur: Array,
+    gain: float = 1.0,
 ) -> Array:
-    """The sum of one `wave` per wavelength, each `gain` times as strong as the one before; (n,) float32.
+    """Return the sum (n,) float32 of one `wave` per wavelength, each `gain` times as strong as the last.
 
     Its standard deviation is 1 where no pixel blurs it.
     """
@@ -70,14 +79,17 @@ def fractal(
     strength = gain ** np.arange(len(lengths))
     strength /= np.sqrt((strength**2).sum())
     for k, length in enumerate(lengths):
-        total += np.float32(strength[k]) * wave(u, v, length, seed, salt + 101 * k, blur)
+        total += np.float32(strength[k]) * wave(u, v, length, seed=seed, salt=salt + 101 * k, blur=blur)
     return total
 
 
 def stripes(x: Array, share: Array | float, blur: Array) -> Array:
-    """Share (n,) of the interval x +- blur/2 in stripes [k, k + share], k whole: exact box filter."""
+    """Return the share (n,) of the interval x +- blur / 2 that lies in stripes [k, k + share], k integer.
+
+    This is an exact box filter of the stripes.
+    """
     width = np.maximum(blur, np.float32(1e-3))
-    x = x - np.floor(x)  # small numbers: the difference of areas is exact
+    x = x - np.floor(x)  # the difference of areas is exact for small numbers
     return (_stripe_area(x + 0.5 * width, share) - _stripe_area(x - 0.5 * width, share)) / width
 
 
@@ -87,7 +99,7 @@ def _stripe_area(x: Array, share: Array | float) -> Array:
 
 
 def _sample(x: Array, y: Array) -> Array:
-    """The tile at texel positions (n,), wrapped, bilinear: (n,) float32."""
+    """Interpolates the tile bilinearly at texel positions (n,), wrapping around: (n,) float32."""
     n = len(x)
     rows = max(1, -(-n // _ROW))
     at = np.zeros((2, rows * _ROW), np.float32)

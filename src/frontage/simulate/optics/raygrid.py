@@ -1,8 +1,8 @@
-"""The viewing directions of all pixels of a camera, from exact ones on a coarse grid.
+"""The viewing directions of all pixels of a camera, interpolated from exact ones on a coarse grid.
 
-Inverting a lens model takes Newton steps for every pixel. Directions are smooth, so a cubic through nodes a
-third of a degree apart reproduces them to some 1e-6 px; pixels near directions that the lens does not see are
-computed one by one.
+Inverting a lens model takes Newton steps for every pixel. Directions are smooth, so cubic interpolation
+between nodes a third of a degree apart reproduces them to about 1e-6 px. Pixels near directions that the lens
+does not see are computed exactly.
 """
 
 import numpy as np
@@ -11,19 +11,22 @@ from scipy.sparse import csr_array
 from frontage.geometry.arrays import Array, Bool, Float
 from frontage.model import Camera
 
-_STEP = 0.006  # rad between nodes
-_WIDEST = 16  # px between nodes
+_STEP_RAD = 0.006  # between nodes
+_WIDEST_PX = 16  # greatest distance between nodes
 
 
 class RayGrid:
-    """Directions at a camera's pixels, NaN where it sees nothing; `angle` rad per pixel in its middle."""
+    """The directions of a camera's pixels, NaN where it sees nothing.
+
+    angle   rad per pixel in the middle of the picture
+    """
 
     def __init__(self, camera: Camera) -> None:
         self.camera = camera
         middle = np.array([camera.width, camera.height]) / 2
         near = camera.ray(middle + np.array([[0.5, 0.0], [-0.5, 0.0]]))
         self.angle = float(np.linalg.norm(near[1] - near[0]))
-        step = min(max(_STEP / self.angle, 1.0), _WIDEST)
+        step = min(max(_STEP_RAD / self.angle, 1.0), _WIDEST_PX)
         self._x, self._y = _nodes(camera.width, step), _nodes(camera.height, step)
         x, y = np.meshgrid(self._x, self._y)
         exact = camera.ray(np.column_stack([x.ravel(), y.ravel()]))
@@ -31,10 +34,13 @@ class RayGrid:
         self._across = _weights(self._x, np.arange(camera.width) + 0.5)
 
     def rows(self, first: int, end: int) -> Float:
-        """Unit directions (end - first, width, 3) of the pixel centres of rows first..end-1, camera frame."""
+        """Return unit directions (end - first, width, 3), camera frame, of pixel centres in some rows.
+
+        The rows are `first` to `end` - 1.
+        """
         y = np.arange(first, end) + 0.5
         down = _weights(self._y, y)
-        # a node without direction must not spoil pixels that give it no weight
+        # a node without direction must not affect pixels in which it has no weight
         known = finite(self._exact)
         nodes = np.where(known[..., None], self._exact, 0.0)
         seen = self._spread(down, known[..., None].astype(np.float64))[..., 0] > 1 - 1e-9
@@ -47,7 +53,7 @@ class RayGrid:
         return rays
 
     def _spread(self, down: csr_array, nodes: Float, across: csr_array | None = None) -> Float:
-        """Node values (a, b, k) to pixels (rows, width, k)."""
+        """Interpolates node values (a, b, k) at pixels: (rows, width, k)."""
         a, b, k = nodes.shape
         rows = np.asarray(down @ nodes.reshape(a, b * k)).reshape(-1, b, k)
         turned = np.ascontiguousarray(rows.transpose(1, 0, 2)).reshape(b, -1)
@@ -56,7 +62,7 @@ class RayGrid:
 
 
 def finite(rays: Float) -> Bool:
-    """Which directions (..., 3) are known."""
+    """Return which directions (..., 3) are known."""
     return np.asarray(np.isfinite(rays[..., 0]) & np.isfinite(rays[..., 2]))
 
 
@@ -65,7 +71,7 @@ def _nodes(size: int, step: float) -> Float:
 
 
 def _weights(nodes: Float, at: Array) -> csr_array:
-    """Lagrange's cubic weights (n, nodes) of the four equidistant nodes about every position (n,)."""
+    """Returns Lagrange's cubic weights (n, nodes) of the four equidistant nodes around positions (n,)."""
     step = nodes[1] - nodes[0]
     first = np.clip(np.floor(at / step).astype(np.int64) - 1, 0, len(nodes) - 4)
     t = at / step - first

@@ -1,4 +1,4 @@
-"""First hits of rays on a mesh: Embree finds the triangle in float32, its plane the distance in float64."""
+"""Casts rays on a mesh: Embree finds the triangle in float32, its plane gives the distance in float64."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -7,19 +7,19 @@ import numpy as np
 
 from frontage.errors import MissingExtra
 from frontage.geometry.arrays import Array, Bool, Float, Int
-from frontage.simulate.scene import Mesh
+from frontage.simulate.scene import SceneMesh
 
 _CHUNK = 400_000  # rays per call into Embree: bounds the memory of its answers to some 20 MB
-_GRAZING = 1e-4  # |cos| below which dividing by it would cost more than float32 does
+_GRAZING_COS = 1e-4  # below it, dividing by the cosine would lose more precision than float32 does
 
 
 @dataclass(frozen=True, eq=False)
 class Hits:
-    """Where rays ended.
+    """The first hits of n rays.
 
-    triangle   (n,) of the mesh, -1 = none
+    triangle   (n,) index into the mesh, -1 = none
     distance   (n,) in lengths of the ray's direction, inf = none
-    cosine     (n,) of incidence, 0..1 from either side; 0 = none
+    cosine     (n,) of the angle of incidence, 0..1 from either side; 0 = no hit
     """
 
     triangle: Int
@@ -28,25 +28,27 @@ class Hits:
 
     @property
     def found(self) -> Bool:
-        """Which rays hit something (n,)."""
+        """Which rays (n,) hit something."""
         return self.triangle >= 0
 
     def take(self, rows: Array) -> "Hits":
-        """The hits of the rays at `rows`."""
+        """Return the hits of the rays at `rows`."""
         return Hits(self.triangle[rows], self.distance[rows], self.cosine[rows])
 
 
 class Tracer:
-    """Casts rays on one mesh. Directions need not be unit vectors; with unit vectors distances are metres.
+    """Casts rays on one mesh. Directions need not be unit vectors; if they are, distances are in metres.
 
-    Embree is much faster on rays that lie close together: pass them in scan or pixel order. Use one instance
-    per process: it cannot be pickled and its calls hold the interpreter lock.
+    Embree is much faster on rays that lie close together, so pass them in scan or pixel order. Use one
+    instance per process, as it cannot be pickled and its calls hold the interpreter lock.
     """
 
-    def __init__(self, mesh: Mesh, keep: Bool | None = None) -> None:
-        """Build the tree over `mesh`, or over its triangles where `keep` (t,) is True; answers index `mesh`.
+    def __init__(self, mesh: SceneMesh, keep: Bool | None = None) -> None:
+        """Build the search tree over `mesh`, or over those of its triangles where `keep` (t,) is True.
 
-        Raises MissingExtra without embreex, ValueError for a `keep` of the wrong length.
+        Hits always contain indices into the whole mesh.
+
+        Raises MissingExtra if embreex is not installed, ValueError for a `keep` of the wrong length.
         """
         corners = mesh.vertices[mesh.corners]
         chosen = np.ones(len(corners), np.bool_) if keep is None else np.asarray(keep, np.bool_)
@@ -55,17 +57,17 @@ class Tracer:
         self._rows = np.flatnonzero(chosen)
         self._apex = corners[self._rows, 0]
         self._normals = mesh.normals[self._rows]
-        # float32 is exact enough only near zero: trace about the middle of the mesh.
+        # float32 is precise enough only near zero, so rays are cast relative to the middle of the mesh
         self._centre = (
             (corners.min((0, 1)) + corners.max((0, 1))) / 2 if len(self._rows) else np.zeros(3, np.float64)
         )
         self._scene = _embree_scene(corners[self._rows] - self._centre) if len(self._rows) else None
 
     def first_hit(self, origins: Float, directions: Float, skip: float = 0.0) -> Hits:
-        """The first triangle that each ray meets beyond `skip` of its length.
+        """Return the first triangle that each ray meets beyond `skip` times its direction.
 
-        origins (n, 3) or (3,) m local, directions (n, 3). `skip` > 0 keeps a ray that starts on a surface
-        from hitting it again.
+        origins (n, 3) or (3,) are in m, local; directions are (n, 3). A `skip` > 0 keeps a ray that starts on
+        a surface from hitting that surface again.
         """
         directions = np.asarray(directions, np.float64)
         origins = np.broadcast_to(np.asarray(origins, np.float64), directions.shape)
@@ -83,7 +85,10 @@ class Tracer:
         return Hits(triangle, distance, cosine)
 
     def blocked(self, origins: Float, directions: Float, reach: Float | float, skip: float = 1e-4) -> Bool:
-        """Whether anything lies between `skip` and `reach` lengths of each ray (n,): a yes or no, quickly."""
+        """Return which rays (n,) meet anything between `skip` and `reach` times their direction.
+
+        This is faster than `first_hit`.
+        """
         directions = np.asarray(directions, np.float64)
         origins = np.broadcast_to(np.asarray(origins, np.float64), directions.shape)
         limit = np.broadcast_to(np.asarray(reach, np.float64), len(directions)) - skip
@@ -91,7 +96,7 @@ class Tracer:
         for start in range(0, len(directions) if self._scene is not None else 0, _CHUNK):
             part = slice(start, start + _CHUNK)
             o, d, far = origins[part], directions[part], np.maximum(limit[part], 0.0)
-            # Embree's answer to an unbounded ray is infinity, which float32 holds
+            # an unbounded ray has an infinite reach, which float32 can represent
             hit = self._run(o + skip * d, d, query="OCCLUDED", dists=far.astype(np.float32))
             answer[part] = np.asarray(hit) >= 0
         return answer
@@ -102,17 +107,17 @@ class Tracer:
         return self._scene.run(near, np.ascontiguousarray(directions, np.float32), **options)
 
     def _refined(self, origins: Float, directions: Float, row: Int, coarse: Float) -> tuple[Float, Float]:
-        """Distance to the plane of triangle `row`, `coarse` along that plane, and cosine of incidence."""
+        """Returns distance to the triangles' planes (`coarse` for grazing rays) and cosine of incidence."""
         normal = self._normals[row]
         slope = np.einsum("ij,ij->i", directions, normal)
         height = np.einsum("ij,ij->i", self._apex[row] - origins, normal)
         cosine = np.abs(slope) / np.sqrt(np.einsum("ij,ij->i", directions, directions))
-        flat = cosine < _GRAZING
+        flat = cosine < _GRAZING_COS
         return np.where(flat, coarse, height / np.where(flat, 1.0, slope)), np.minimum(cosine, 1.0)
 
 
 def _embree_scene(corners: Array) -> Any:
-    """Embree's tree over triangles (t, 3, 3)."""
+    """Builds Embree's search tree over triangles (t, 3, 3)."""
     try:
         from embreex.mesh_construction import TriangleMesh
         from embreex.rtcore_scene import EmbreeScene

@@ -1,4 +1,4 @@
-"""Several samples in one pixel: where they lie, and shading those of one face only once."""
+"""Supersampling: where the samples of a pixel lie, and how those that see one face are shaded only once."""
 
 from dataclasses import dataclass
 
@@ -8,10 +8,10 @@ from frontage.geometry.arrays import Array, Float, Int
 
 
 def lattice(n: int) -> Float:
-    """Offsets (n, 2) px, -0.5..0.5, of n samples: all their columns and all their rows differ.
+    """Return offsets (n, 2) px, -0.5..0.5, of n samples whose columns and rows all differ.
 
-    Window edges run along pixel rows and columns: n samples give n steps of grey there, where a square grid
-    gives sqrt(n). The rank-1 lattice whose samples lie farthest apart (on the torus) is taken.
+    Window edges run along pixel rows and columns. There n samples give n steps of grey, where a square grid
+    gives sqrt(n). Of all rank-1 lattices, the one whose samples lie farthest apart (on the torus) is taken.
     """
     i = np.arange(n)
     best = max(range(1, n + 1), key=lambda k: (np.gcd(k, n) == 1, _spread(n, k), -k))
@@ -26,10 +26,12 @@ def _spread(n: int, k: int) -> int:
 
 @dataclass(frozen=True, eq=False)
 class Groups:
-    """Samples of m pixels, n each, in g groups: those of one pixel with equal keys.
+    """Samples of m pixels, n each, in g groups: the samples of one pixel that have equal keys.
 
-    order (m n,): samples sorted by pixel, then group; begin (g,) where each group starts in it; share (g,)
-    float32 of its pixel; first (m,) the groups that pixels start with
+    order   (m n,) samples sorted by pixel, then by group
+    begin   (g,) where each group starts in `order`
+    share   (g,) float32, share of its pixel's samples
+    first   (m,) first group of each pixel
     """
 
     order: Int
@@ -43,16 +45,16 @@ class Groups:
         return np.asarray(self.order[self.begin])
 
     def mean(self, values: Float) -> Float:
-        """Means (g, k) over the groups of values (m n, k) per sample."""
+        """Return the means (g, k) over each group of values (m n, k) per sample."""
         count = np.diff(np.append(self.begin, len(self.order)))
         return np.asarray(np.add.reduceat(values[self.order], self.begin, axis=0) / count[:, None])
 
     def blend(self, values: Array) -> Array:
-        """Means (m, k) over the pixels of values (g, k) per group."""
+        """Return the means (m, k) over each pixel of values (g, k) per group."""
         return np.asarray(np.add.reduceat(values * self.share[:, None], self.first, axis=0))
 
 
-def group(key: Array, n: int) -> Groups:
+def group_samples(key: Array, n: int) -> Groups:
     """Group the samples of pixels, n each, by their keys (m n,)."""
     keys = key.reshape(-1, n)
     order = np.argsort(keys, axis=1, kind="stable")

@@ -1,4 +1,4 @@
-"""What a photographer brings: the camera, the places to stand, and how well its GPS and compass know them."""
+"""Specifications of photographs: the camera, the places to stand, the errors of GPS and compass."""
 
 from typing import Literal, Self
 
@@ -12,11 +12,12 @@ from frontage.model import Camera
 from frontage.simulate.optics.light import LightSpec
 
 FORBID = ConfigDict(extra="forbid", frozen=True)
-_FILM = 36.0  # mm, width of the film that 35 mm equivalent focal lengths refer to
+FILM_MM = 36.0
+"""Width of the film that 35 mm equivalent focal lengths refer to."""
 
 
 class Standpoint(BaseModel):
-    """One photo at a chosen place, in the street frame."""
+    """The place and direction of one photo, in the street frame."""
 
     model_config = FORBID
 
@@ -31,7 +32,7 @@ class Standpoint(BaseModel):
 
 
 class CameraSpec(BaseModel):
-    """Photos of a simulated street; what is left out (None) is drawn or derived."""
+    """Photos of a simulated street; whatever is left out (None) is drawn or derived."""
 
     model_config = FORBID
 
@@ -95,9 +96,9 @@ class CameraSpec(BaseModel):
 
 
 def make_camera(spec: CameraSpec, seed: int) -> Camera:
-    """The camera of `spec`; without `params` its lens is drawn from `seed` as lenses of that kind are.
+    """Return the camera of `spec`; without `params`, a typical lens of its kind is drawn from `seed`.
 
-    The principal point is off the middle by some pixels, the two focal lengths agree to 0.2 permille, the
+    The principal point is some pixels off the middle, the two focal lengths agree to 0.2 permille, and the
     distortion is a few per cent in the corners.
 
     Raises OptionError for `params` of a camera that sees nothing in the middle of its picture.
@@ -116,7 +117,7 @@ def make_camera(spec: CameraSpec, seed: int) -> Camera:
     if spec.model == "EQUIRECTANGULAR":
         return Camera(spec.model, w, h, np.array([w, h], np.float64))
     rng = np.random.default_rng([seed, 0xCA3E6A])
-    f = spec.focal / _FILM * max(w, h) * (1 + 0.01 * rng.normal())
+    f = spec.focal / FILM_MM * max(w, h) * (1 + 0.01 * rng.normal())
     shift = np.array([w, h]) * (0.5 + 0.004 * rng.normal(size=2))
     bend = rng.normal(size=12)
     lens = _lens(spec.model, bend)
@@ -125,7 +126,7 @@ def make_camera(spec: CameraSpec, seed: int) -> Camera:
 
 
 def _lens(model: str, bend: Float) -> list[float]:
-    """Distortion parameters after focal lengths and principal point, from twelve normal numbers."""
+    """Returns the distortion parameters of a camera model, from twelve normally distributed numbers."""
     k1, k2, k3, k4 = -0.06 + 0.01 * bend[0], 0.02 + 0.004 * bend[1], 0.002 * bend[2], 0.0005 * bend[3]
     p1, p2 = 3e-4 * bend[4], 3e-4 * bend[5]
     s = [2e-4 * b for b in bend[6:10]]

@@ -1,4 +1,4 @@
-"""What a laser scanner can do: the part that a user states, and the rest drawn from the seed."""
+"""Properties of laser scanners: those that a user states, and the rest, which is drawn from the seed."""
 
 from dataclasses import dataclass
 from typing import Literal, Self
@@ -6,11 +6,11 @@ from typing import Literal, Self
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
-_WAVELENGTHS = {532: 0.1, 905: 0.25, 1064: 0.15, 1550: 0.5}  # nm: share of the scanners at work
+_WAVELENGTH_SHARES = {532: 0.1, 905: 0.25, 1064: 0.15, 1550: 0.5}  # by nm, of the scanners in use
 
 
 class InstrumentSpec(BaseModel):
-    """A laser scanner. What is left out (None) is drawn from the seed, so that no two scenes are alike."""
+    """A laser scanner; whatever is left out (None) is drawn from the seed."""
 
     model_config = ConfigDict(extra="forbid", frozen=True)
 
@@ -44,7 +44,7 @@ class InstrumentSpec(BaseModel):
     colour: bool = Field(True, description="points carry the colour of what they hit")
 
     @model_validator(mode="after")
-    def _ranges(self) -> Self:
+    def _check_ranges(self) -> Self:
         if self.range_min >= self.range_max:
             raise ValueError(
                 f"range_min ({self.range_min:g} m) must be smaller than range_max ({self.range_max:g} m)"
@@ -53,7 +53,7 @@ class InstrumentSpec(BaseModel):
 
 
 class ScannerSpec(InstrumentSpec):
-    """Terrestrial stations in front of the houses, each a polar raster."""
+    """Terrestrial scans from stations in front of the houses, each a polar raster."""
 
     stations: int = Field(
         2, ge=1, le=100, description="scan positions, spread along the street unless `positions` says where"
@@ -76,14 +76,14 @@ class ScannerSpec(InstrumentSpec):
     sigma_level: float = Field(0.1, ge=0, le=10, description="degrees, of approximate poses")
 
     @model_validator(mode="after")
-    def _angles(self) -> Self:
+    def _check_angles(self) -> Self:
         if self.lowest >= self.highest:
             raise ValueError(f"lowest ({self.lowest:g}) must be smaller than highest ({self.highest:g})")
         return self
 
 
 class DriveSpec(InstrumentSpec):
-    """A vehicle with two profile scanners, driving once along the road of the scene."""
+    """A vehicle with two profile scanners, which drives once along the road of the scene."""
 
     speed: float = Field(7.0, gt=0, le=40, description="m/s")
     height: float = Field(2.4, gt=0.3, le=10, description="m, of the scanners above the road")
@@ -107,17 +107,17 @@ class DriveSpec(InstrumentSpec):
 
 @dataclass(frozen=True)
 class Instrument:
-    """A scanner with every property settled; lengths m, angles rad. See `InstrumentSpec` for their meaning.
+    """A scanner with all its properties; lengths in m, angles in rad. `InstrumentSpec` explains the others.
 
-    exponent    b of the range noise `sigma_range (E / E_white,10m)^-b`
+    exponent    b of the range noise `sigma_range (E / E_white,10m)^-b`, where E is the received energy
     near        m, range of the near-range roll-off 1 - exp(-(R / near)^2)
     falloff     exponent of the cosine of incidence in the diffuse reflection
-    fine        m, phase-shift: half of the shortest modulation wavelength
-    coherence   phase-shift: echoes whose modulation is weakened below this share are rejected
-    spread      share of the echo's width that shows up as range noise (growth with incidence)
+    fine        m, phase-shift ranging: half of the shortest modulation wavelength
+    coherence   phase-shift ranging: echoes whose modulation drops below this share are rejected
+    spread      share of the echo's width that becomes range noise, which therefore grows with incidence
     gain        intensity of a white surface 10 m away
     speckle     relative noise of the intensity
-    levels      steps of the recorded intensity
+    levels      number of steps of the recorded intensity
     """
 
     ranging: str
@@ -144,12 +144,15 @@ class Instrument:
     levels: int
 
     def footprint(self, distance: float) -> float:
-        """Diameter of the beam, 1/e2 of the power, m, at `distance` m: exit beam and divergence combined."""
+        """Return the diameter (m) of the beam at `distance` (m), at 1/e2 of the power."""
         return float(np.hypot(self.exit_beam, self.divergence * distance))
 
 
 def draw_instrument(spec: InstrumentSpec, rng: np.random.Generator) -> Instrument:
-    """Settle what `spec` leaves open. Every draw is made, so that stating one value changes no other."""
+    """Draw whatever `spec` leaves open.
+
+    Every number is drawn in any case, so that stating one property does not change the others.
+    """
     mobile = isinstance(spec, DriveSpec)
     phase = bool(rng.random() < 0.4) and not mobile
     ranging = spec.ranging or ("phase" if phase else "pulsed")
@@ -158,32 +161,32 @@ def draw_instrument(spec: InstrumentSpec, rng: np.random.Generator) -> Instrumen
     sigma = rng.uniform(low, high)
     angle = rng.uniform(0.02, 0.05)
     divergence = rng.uniform(*((0.35, 0.7) if mobile else (0.25, 0.6)))
-    wavelength = int(rng.choice(list(_WAVELENGTHS), p=list(_WAVELENGTHS.values())))
+    wavelength = int(rng.choice(list(_WAVELENGTH_SHARES), p=list(_WAVELENGTH_SHARES.values())))
     kept = str(rng.choice(["first", "strongest"]))
 
-    def given(value: float | None, drawn: float) -> float:
+    def stated_or(value: float | None, drawn: float) -> float:
         return float(drawn if value is None else value)
 
     return Instrument(
         ranging=ranging,
         wavelength=spec.wavelength or wavelength,
-        sigma_range=given(spec.sigma_range, sigma),
+        sigma_range=stated_or(spec.sigma_range, sigma),
         exponent=float(rng.uniform(0.2, 0.45)),
-        sigma_angle=1e-3 * given(spec.sigma_angle, angle),
-        divergence=1e-3 * given(spec.divergence, divergence),
-        exit_beam=given(spec.exit_beam, rng.uniform(0.0035, 0.007)),
+        sigma_angle=1e-3 * stated_or(spec.sigma_angle, angle),
+        divergence=1e-3 * stated_or(spec.divergence, divergence),
+        exit_beam=stated_or(spec.exit_beam, rng.uniform(0.0035, 0.007)),
         subrays=spec.subrays,
         echoes=spec.echoes or ("all" if mobile else kept if pulsed else "strongest"),
-        resolution=given(spec.resolution, rng.uniform(0.2, 0.6)),
+        resolution=stated_or(spec.resolution, rng.uniform(0.2, 0.6)),
         fine=float(rng.uniform(0.6, 1.5)),
         coherence=float(rng.uniform(0.4, 0.75)),
         spread=float(rng.uniform(0.1, 0.3)),
         range_min=spec.range_min,
         range_max=spec.range_max,
-        range_dark=given(spec.range_dark, float(np.exp(rng.uniform(np.log(25), np.log(100))))),
+        range_dark=stated_or(spec.range_dark, float(np.exp(rng.uniform(np.log(25), np.log(100))))),
         near=float(rng.uniform(1.0, 3.0)),
         falloff=float(rng.uniform(0.8, 1.3)),
-        strays=given(spec.strays, 10 ** rng.uniform(-5.5, -4)),
+        strays=stated_or(spec.strays, 10 ** rng.uniform(-5.5, -4)),
         gain=float(rng.uniform(0.3, 1.0)),
         speckle=float(rng.uniform(0.01, 0.05)),
         levels=int(rng.choice([4096, 65536])),

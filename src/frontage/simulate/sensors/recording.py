@@ -1,4 +1,4 @@
-"""What the simulated instruments bring home: the library's own nouns, and the truth of each."""
+"""What the simulated sensors record: the library's own nouns, each with its truth."""
 
 from dataclasses import dataclass
 from enum import IntEnum
@@ -11,10 +11,10 @@ from frontage.model import Photo, Scan
 
 
 class Echo(IntEnum):
-    """How a return came about."""
+    """The origin of an echo."""
 
     PLAIN = 0
-    MIXED = 1  # one echo from two surfaces
+    MIXED = 1  # one echo from several surfaces
     THROUGH_GLASS = 2
     GHOST = 3  # mirrored by a pane, recorded straight behind it
     PANE = 4
@@ -23,9 +23,12 @@ class Echo(IntEnum):
 
 @dataclass(frozen=True, eq=False)
 class Recording:
-    """Points and the truth about them: scan = what the file holds.
+    """The points of a scan, and the truth about them.
 
-    surface (n,) int32 into Scene.surfaces, -1 stray; echo (n,) uint8 `Echo`; true_range (n,) m to it
+    scan         what the file contains
+    surface      (n,) int32, index into `Scene.surfaces`; -1 for stray points
+    echo         (n,) uint8, `Echo`
+    true_range   (n,) m, to that surface
     """
 
     scan: Scan
@@ -40,9 +43,10 @@ class Recording:
 
 @dataclass(frozen=True, eq=False)
 class Station(Recording):
-    """One terrestrial scan position: points placed with `given`, raster with beams without return.
+    """One terrestrial scan; its raster includes the beams without return.
 
-    true, given   local_from_scanner
+    true    the true pose, local_from_scanner
+    given   the pose that is handed over, with which the points were placed
     """
 
     true: Rigid3
@@ -51,11 +55,13 @@ class Station(Recording):
 
 @dataclass(frozen=True, eq=False)
 class Drive(Recording):
-    """One mobile recording: points placed with the given trajectory; `scan.time` is gps_time, `scan.origins`
-    the given sensor positions.
+    """One mobile recording, whose points were placed with the navigation's trajectory.
 
-    trajectory     given (k, 7): gps_time s, x, y, z m local, roll, pitch, heading rad; true_trajectory alike
-    scanner (n,) uint8, 1 or 2
+    `scan.time` is gps_time, and `scan.origins` are the sensor positions according to the navigation.
+
+    trajectory        (k, 7) as handed over: gps_time s, x, y, z m local, roll, pitch, heading rad
+    true_trajectory   (k, 7), likewise
+    scanner           (n,) uint8, 1 or 2
     """
 
     trajectory: Float
@@ -69,7 +75,7 @@ class Drive(Recording):
 
 @dataclass(frozen=True, eq=False)
 class Shot:
-    """One photograph: pixels (h, w, 3) uint8, the photo with its true pose, and the pose in its EXIF."""
+    """One photograph: pixels (h, w, 3) uint8, the photo with its true pose, and the pose `given` in EXIF."""
 
     image: Array
     photo: Photo

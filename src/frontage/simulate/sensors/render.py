@@ -1,7 +1,7 @@
-"""A photo's light: a ray for every second pixel, several per pixel where anything changes between pixels.
+"""Renders the light of a photo: one ray for every second pixel, several per pixel along edges.
 
-Surfaces are prefiltered (see `materials`), so only edges alias: of faces, of shadows, of what panes mirror.
-There a pixel gets several samples; those of one face in one light are shaded once.
+Textures are prefiltered (see `materials`), so only the edges of faces, of shadows and of what panes mirror
+can alias. There a pixel gets several samples; those that see one face in one light are shaded once.
 """
 
 from concurrent.futures import ThreadPoolExecutor
@@ -12,21 +12,21 @@ import numpy as np
 from frontage.geometry.arrays import Array, Bool, Float
 from frontage.geometry.rigid import Rigid3
 from frontage.model import Camera
+from frontage.simulate.optics.litscene import LitScene, ViewHits
 from frontage.simulate.optics.openness import OpennessMap
 from frontage.simulate.optics.raygrid import RayGrid, finite
-from frontage.simulate.optics.samples import group, lattice
+from frontage.simulate.optics.samples import group_samples, lattice
 from frontage.simulate.optics.shading import radiance
-from frontage.simulate.optics.stage import Sight, Stage
 
 _BAND = 250_000  # pixels worked on at a time
-_SPLIT = 400_000  # samples at edges traced at a time
-_THREADS = 2  # casting rays holds the interpreter lock; the arithmetic of another band runs meanwhile
+_SPLIT = 400_000  # samples along edges that are traced at a time
+_THREADS = 2  # casting rays holds the interpreter lock, while the arithmetic of another band runs
 
 
-def render(stage: Stage, camera: Camera, local_from_camera: Rigid3, samples: int = 5) -> Array:
-    """Light (h, w, 3) float32, linear, that reaches the pixels; 0 where the lens sees nothing."""
+def render(lit_scene: LitScene, camera: Camera, local_from_camera: Rigid3, samples: int = 5) -> Array:
+    """Return the linear light (h, w, 3) float32 that reaches the pixels; 0 where the lens sees nothing."""
     grid = RayGrid(camera)
-    view = _View(stage, camera, local_from_camera, grid, samples)
+    view = _View(lit_scene, camera, local_from_camera, grid, samples)
     rows = max(1, _BAND // camera.width)
     bands = [(r, min(r + rows, camera.height)) for r in range(0, camera.height, rows)]
     with ThreadPoolExecutor(_THREADS) as pool:
@@ -36,26 +36,29 @@ def render(stage: Stage, camera: Camera, local_from_camera: Rigid3, samples: int
 class _View:
     """One photo being rendered."""
 
-    def __init__(self, stage: Stage, camera: Camera, pose: Rigid3, grid: RayGrid, samples: int) -> None:
-        self.stage, self.camera, self.pose, self.grid = stage, camera, pose, grid
-        self.openness = OpennessMap(stage, grid, pose.t, pose.R)
+    def __init__(
+        self, lit_scene: LitScene, camera: Camera, pose: Rigid3, grid: RayGrid, samples: int
+    ) -> None:
+        self.lit_scene, self.camera, self.pose, self.grid = lit_scene, camera, pose, grid
+        self.openness = OpennessMap(lit_scene, grid, pose.t, pose.R)
         self.offsets = lattice(samples)
 
     def band(self, first: int, end: int) -> Array:
-        """Light (end - first, w, 3) float32 of rows first..end-1; one more row on either side is looked at.
+        """Render rows `first` to `end` - 1: light (end - first, w, 3) float32.
 
-        Rays are cast for every second pixel, as on a chessboard. Another pixel whose four neighbours see the
-        same faces in the same light sees them too.
+        Rays are cast for every second pixel, like the white squares of a chessboard. Any other pixel whose
+        four neighbours see the same faces in the same light is taken to see them too. One more row on either
+        side is used.
         """
         top, bottom = max(first - 1, 0), min(end + 1, self.camera.height)
         rays = self.grid.rows(top, bottom)
         seen = finite(rays)
         rays = np.where(seen[..., None], rays, [0.0, 0.0, 1.0]) @ self.pose.R.T
         cast = (np.arange(top, bottom)[:, None] + np.arange(self.camera.width)) % 2 == 0
-        ways, chosen = rays.reshape(-1, 3), np.flatnonzero(cast)
-        sight = self.stage.look(self.pose.t, ways[chosen])
+        directions, chosen = rays.reshape(-1, 3), np.flatnonzero(cast)
+        view = self.lit_scene.cast(self.pose.t, directions[chosen])
         key, index = np.zeros(seen.shape, np.uint32), np.zeros(seen.shape, np.int64)
-        key[cast], index[cast] = np.where(seen[cast], sight.key, np.uint32(1)), np.arange(len(chosen))
+        key[cast], index[cast] = np.where(seen[cast], view.key, np.uint32(1)), np.arange(len(chosen))
         edge = _changes(key, cast)
         inner = np.zeros(seen.shape, np.bool_)
         inner[first - top : first - top + end - first] = True
@@ -63,12 +66,12 @@ class _View:
         plain = inner & seen & ~split
         out = np.zeros((seen.size, 3), np.float32)
         at = np.flatnonzero(plain & cast)
-        out[at] = self._light(sight, index.ravel()[at], at, top)
+        out[at] = self._light(view, index.ravel()[at], at, top)
         at = np.flatnonzero(plain & ~cast & edge)
-        out[at] = self._light(self.stage.look(self.pose.t, ways[at]), np.arange(len(at)), at, top)
+        out[at] = self._light(self.lit_scene.cast(self.pose.t, directions[at]), np.arange(len(at)), at, top)
         at = np.flatnonzero(plain & ~cast & ~edge)
         beside = np.pad(index, 1, mode="reflect")[1:-1, :-2].ravel()[at]
-        same = self.stage.follow(sight, beside, self.pose.t, ways[at])
+        same = self.lit_scene.follow(view, beside, self.pose.t, directions[at])
         out[at] = self._light(same, np.arange(len(at)), at, top)
         at = np.flatnonzero(split)
         many = max(1, _SPLIT // len(self.offsets))
@@ -76,36 +79,36 @@ class _View:
             out[at[k : k + many]] = self._split(rays, at[k : k + many], top)
         return out.reshape(*seen.shape, 3)[first - top : first - top + end - first]
 
-    def _light(self, sight: Sight, which: Array, pixels: Array, top: int) -> Array:
-        """Light (k, 3) that rays `which` (k,) of `sight` bring to `pixels` (k,), counted from row `top`."""
+    def _light(self, view: ViewHits, which: Array, pixels: Array, top: int) -> Array:
+        """Returns the light (k, 3) of rays `which` (k,) of `view`; `pixels` (k,) count from row `top`."""
         row, column = np.divmod(pixels, self.camera.width)
-        free = self.openness.at(row + top, column, sight, which)
-        return radiance(self.stage, sight, which, free, self.grid.angle)
+        free = self.openness.at(row + top, column, view, which)
+        return radiance(self.lit_scene, view, which, free, self.grid.angle)
 
     def _split(self, rays: Float, pixels: Array, top: int) -> Array:
-        """Mean light (k, 3) of the samples of `pixels` (k,), flat indices into rays (m, w, 3)."""
+        """Returns the mean light (k, 3) of several samples of `pixels` (k,), indices into rays (m, w, 3)."""
         row, column = np.divmod(pixels, self.camera.width)
         right, down = _slope(rays, row, column, 1), _slope(rays, row, column, 0)
-        ways = (
+        directions = (
             rays[row, column][:, None]
             + self.offsets[:, :1] * right[:, None]
             + self.offsets[:, 1:] * down[:, None]
         ).reshape(-1, 3)
-        ways /= np.linalg.norm(ways, axis=1, keepdims=True)
-        sight = self.stage.look(self.pose.t, ways)
-        groups = group(sight.key, len(self.offsets))
+        directions /= np.linalg.norm(directions, axis=1, keepdims=True)
+        view = self.lit_scene.cast(self.pose.t, directions)
+        groups = group_samples(view.key, len(self.offsets))
         pick = groups.pick
-        place = sight.xyz.copy()
-        place[pick] = groups.mean(sight.xyz)  # a group is shaded in its middle
-        sight = replace(sight, xyz=place)
-        return groups.blend(self._light(sight, pick, pixels[pick // len(self.offsets)], top))
+        place = view.xyz.copy()
+        place[pick] = groups.mean(view.xyz)  # a group is shaded in its middle
+        view = replace(view, xyz=place)
+        return groups.blend(self._light(view, pick, pixels[pick // len(self.offsets)], top))
 
 
 def _changes(key: Array, cast: Bool) -> Bool:
-    """Pixels (h, w) where something else is seen than beside them, from the keys of every second one.
+    """Returns the pixels (h, w) that see something else than their neighbours, from the keys of every second.
 
-    Those with a key of their own (`cast`) are compared with their diagonal neighbours, the four neighbours of
-    others with each other.
+    Pixels with a key of their own (`cast`) are compared with their diagonal neighbours; for other pixels, the
+    four neighbours are compared with each other.
     """
     wide = np.pad(key, 1, mode="reflect")
     corner = (wide[:-2, :-2], wide[:-2, 2:], wide[2:, :-2], wide[2:, 2:])
@@ -116,7 +119,7 @@ def _changes(key: Array, cast: Bool) -> Bool:
 
 
 def _inside(seen: Bool) -> Bool:
-    """Pixels whose neighbours have directions too."""
+    """Returns the pixels that have a direction and whose neighbours have one too."""
     inside = seen.copy()
     inside[:, 1:] &= seen[:, :-1]
     inside[:, :-1] &= seen[:, 1:]
@@ -126,7 +129,10 @@ def _inside(seen: Bool) -> Bool:
 
 
 def _slope(rays: Float, row: Array, column: Array, axis: int) -> Float:
-    """Change (k, 3) of the direction per pixel down (axis 0) or across (1); one-sided at the border."""
+    """Returns the change (k, 3) of the direction per pixel down (axis 0) or across (1).
+
+    It is one-sided at the border.
+    """
     at = [row, column]
     ahead, behind = list(at), list(at)
     ahead[axis] = np.minimum(at[axis] + 1, rays.shape[axis] - 1)

@@ -1,7 +1,8 @@
-"""From the light of a beam's paths to the echoes that its scanner records.
+"""Turns the light on the paths of each beam into the echoes that the scanner records.
 
-Pulsed: paths whose ranges differ by less than the resolution melt into one echo at the mean, energy-weighted.
-Phase-shift: one echo per beam; all its light adds up as phasors of the modulation, whatever its range.
+Pulsed ranging: paths whose ranges differ by less than the resolution merge into one echo, at their
+energy-weighted mean. Phase-shift ranging: one echo per beam, in which all light adds up as phasors of the
+modulation, whatever its range.
 """
 
 from dataclasses import dataclass, fields
@@ -11,22 +12,26 @@ import numpy as np
 from frontage.geometry.arrays import Array, Bool, Float, Int
 from frontage.simulate.sensors.instrument import Instrument
 from frontage.simulate.sensors.recording import Echo
-from frontage.simulate.sensors.target import REFERENCE, Light
+from frontage.simulate.sensors.target import REFERENCE_M, BeamPaths
 
-MIXED_BY = 0.002
-"""m: an echo counts as mixed when light of other surfaces moves its range by more than this."""
+MIXED_BY_M = 0.002
+"""An echo counts as mixed if light from other surfaces shifts its range by more than this."""
 
-_DARK = 0.1  # reflectance at which `range_dark` is stated
+_DARK = 0.1  # reflectance for which `range_dark` is stated
 
 
 @dataclass(frozen=True, eq=False)
 class Echoes:
-    """Echoes (k,), ordered by beam and range.
+    """k echoes without noise, ordered by beam and range.
 
-    beam, number, count   row of the beam; 1, 2, ... of so many in the beam
-    range, energy, width  m as the light adds up, without noise; energy; spread of the ranges, m
-    surface, kind         that most of its light comes from; `Echo`
-    true_range, cosine    m to that surface, along the beam; of incidence there
+    beam           row of the beam
+    number, count  number of the echo in its beam (from 1), and how many there are
+    range          m, at which the light adds up
+    energy         relative to a white surface that faces the scanner at 10 m
+    width          m, standard deviation of the ranges that the light comes from
+    surface, kind  surface that most of the light comes from, and `Echo`
+    true_range     m, along the beam to that surface
+    cosine         of the angle of incidence there
     """
 
     beam: Int
@@ -44,96 +49,100 @@ class Echoes:
         return len(self.beam)
 
     def take(self, index: Array) -> "Echoes":
-        """The echoes at `index`."""
+        """Return the echoes at `index`."""
         return Echoes(*(getattr(self, f.name)[index] for f in fields(self)))
 
 
-def record(lots: tuple[Light, ...], instrument: Instrument) -> Echoes:
-    """Echoes that the scanner detects and keeps, noise-free, ordered by beam and range."""
+def record_echoes(lots: tuple[BeamPaths, ...], instrument: Instrument) -> Echoes:
+    """Return the echoes that the scanner detects and keeps, without noise, ordered by beam and range."""
     if instrument.ranging == "pulsed":
-        lots = tuple(part for light in lots for part in _separated(light, instrument.resolution))
-    tables = [_summary(light, instrument) for light in lots]
+        lots = tuple(part for paths in lots for part in _separated(paths, instrument.resolution))
+    tables = [_summary(paths, instrument) for paths in lots]
     all_ = Echoes(*(np.concatenate([getattr(t, f.name) for t in tables]) for f in fields(Echoes)))
-    seen = all_.energy >= _DARK * (REFERENCE / instrument.range_dark) ** 2
+    seen = all_.energy >= _DARK * (REFERENCE_M / instrument.range_dark) ** 2
     seen &= (all_.range >= instrument.range_min) & (all_.range <= instrument.range_max)
     found = np.flatnonzero(seen)
     order = found[np.lexsort((all_.range[found], all_.beam[found]))]
     return _kept(all_.take(order), instrument.echoes)
 
 
-def _separated(light: Light, resolution: float) -> list[Light]:
-    """Beams as recorded pulse by pulse: one lot of single pulses, one with a row per pulse of split beams."""
-    back = light.energy > 0
-    far = np.where(back, light.distance, -np.inf).max(1, initial=-np.inf)
-    near = np.where(back, light.distance, np.inf).min(1, initial=np.inf)
+def _separated(paths: BeamPaths, resolution: float) -> list[BeamPaths]:
+    """Splits beams into pulses: first those with one pulse, then one lot for the k-th pulse of the others."""
+    back = paths.energy > 0
+    far = np.where(back, paths.distance, -np.inf).max(1, initial=-np.inf)
+    near = np.where(back, paths.distance, np.inf).min(1, initial=np.inf)
     split = far - near > resolution
-    many = light.take(np.flatnonzero(split))
+    many = paths.take(np.flatnonzero(split))
     order = np.argsort(np.where(many.energy > 0, many.distance, np.inf), axis=1)
-    columns = [np.take_along_axis(getattr(many, f.name), order, 1) for f in fields(Light) if f.name != "beam"]
-    many = Light(many.beam, *columns)
+    columns = [
+        np.take_along_axis(getattr(many, f.name), order, 1) for f in fields(BeamPaths) if f.name != "beam"
+    ]
+    many = BeamPaths(many.beam, *columns)
     pulse = np.zeros(many.energy.shape, np.int64)
     np.cumsum(np.diff(many.distance, axis=1) > resolution, axis=1, out=pulse[:, 1:])
     pulse[many.energy <= 0] = -1
-    out = [light.take(np.flatnonzero(~split & np.isfinite(near)))]
+    out = [paths.take(np.flatnonzero(~split & np.isfinite(near)))]
     for p in range(int(pulse.max(initial=-1)) + 1):
         rows = np.flatnonzero((pulse == p).any(1))
         part = many.take(rows)
         energy = np.where(pulse[rows] == p, part.energy, 0.0)
-        out.append(Light(part.beam, energy, part.distance, part.surface, part.kind, part.cosine))
+        out.append(BeamPaths(part.beam, energy, part.distance, part.surface, part.kind, part.cosine))
     return out
 
 
-def _summary(light: Light, instrument: Instrument) -> Echoes:
-    """One echo per row of `light`."""
-    light = light.take(np.flatnonzero((light.energy > 0).any(1)))
-    total = light.energy.sum(1)
-    share = light.energy / total[:, None]
-    mean = (share * light.distance).sum(1)
-    # deviations first: a variance from raw squares would lose a millimetre at 100 m
-    apart = np.where(share > 0, light.distance - mean[:, None], 0.0)
+def _summary(paths: BeamPaths, instrument: Instrument) -> Echoes:
+    """Returns one echo per row of `paths`."""
+    paths = paths.take(np.flatnonzero((paths.energy > 0).any(1)))
+    total = paths.energy.sum(1)
+    share = paths.energy / total[:, None]
+    mean = (share * paths.distance).sum(1)
+    # deviations first, as a variance from raw squares would lose a millimetre at 100 m
+    apart = np.where(share > 0, paths.distance - mean[:, None], 0.0)
     width = np.sqrt((share * apart**2).sum(1))
-    own, best = _main_surface(light)
+    own, best = _main_surface(paths)
     part = np.where(own, share, 0.0)
-    true_range = (part * light.distance).sum(1) / part.sum(1)
+    true_range = (part * paths.distance).sum(1) / part.sum(1)
     weak = np.zeros(len(total), np.bool_)
     if instrument.ranging == "phase":
         mean, weak = _phase(share, apart, mean, instrument)
     row = np.arange(len(total))
-    kind = np.where(np.abs(mean - true_range) > MIXED_BY, Echo.MIXED, light.kind[row, best]).astype(np.uint8)
+    kind = np.where(np.abs(mean - true_range) > MIXED_BY_M, Echo.MIXED, paths.kind[row, best]).astype(
+        np.uint8
+    )
     one = np.ones(len(total), np.uint8)
     return Echoes(
-        light.beam, one, one, mean, np.where(weak, 0.0, total), width,
-        light.surface[row, best], kind, true_range, light.cosine[row, best],
+        paths.beam, one, one, mean, np.where(weak, 0.0, total), width,
+        paths.surface[row, best], kind, true_range, paths.cosine[row, best],
     )  # fmt: skip
 
 
 def _phase(share: Float, apart: Float, mean: Float, instrument: Instrument) -> tuple[Float, Bool]:
-    """Range by the phase of the summed modulation, and which sums are too weak to trust (n,).
+    """Returns ranges from the phase of the summed modulation, and which sums are too weak to trust (n,).
 
-    The long wavelengths give the energy-weighted mean, which decides between the fine one's whole cycles.
+    The long modulation wavelengths give the energy-weighted mean, which resolves the cycles of the fine one.
     """
     phasor = (share * np.exp((2j * np.pi / instrument.fine) * apart)).sum(1)
     return mean + np.angle(phasor) * instrument.fine / (2 * np.pi), np.abs(phasor) < instrument.coherence
 
 
-def _main_surface(light: Light) -> tuple[Bool, Int]:
-    """Which paths (n, m) come from the surface that returns most of a row's light, its strongest one (n,)."""
-    label = light.surface.astype(np.int64) * 8 + light.kind
-    best = np.argmax(light.energy, axis=1)
+def _main_surface(paths: BeamPaths) -> tuple[Bool, Int]:
+    """Returns which paths (n, m) come from the surface that returns most light, and the strongest (n,)."""
+    label = paths.surface.astype(np.int64) * 8 + paths.kind
+    best = np.argmax(paths.energy, axis=1)
     own = label == np.take_along_axis(label, best[:, None], 1)
-    several = np.flatnonzero((~own & (light.energy > 0)).any(1))
+    several = np.flatnonzero((~own & (paths.energy > 0)).any(1))
     for rows in np.array_split(several, max(len(several) * label.shape[1] ** 2 // 4_000_000, 1)):
         same = label[rows, :, None] == label[rows, None, :]
-        totals = np.einsum("nij,nj->ni", same, light.energy[rows])
-        # of the surface with most light the path with most light
+        totals = np.einsum("nij,nj->ni", same, paths.energy[rows])
+        # the path with most light, of the surface with most light
         most = totals >= totals.max(1, keepdims=True) * (1 - 1e-12)
-        best[rows] = np.argmax(np.where(most, light.energy[rows], -1.0), axis=1)
+        best[rows] = np.argmax(np.where(most, paths.energy[rows], -1.0), axis=1)
         own[rows] = label[rows] == np.take_along_axis(label[rows], best[rows, None], 1)
-    return own & (light.energy > 0), best
+    return own & (paths.energy > 0), best
 
 
 def _kept(echoes: Echoes, which: str) -> Echoes:
-    """The echoes that the scanner keeps of each beam, numbered."""
+    """Returns the echoes that the scanner keeps of each beam, numbered."""
     n = len(echoes)
     start = np.flatnonzero(np.diff(echoes.beam, prepend=-1))
     count = np.diff(np.append(start, n))

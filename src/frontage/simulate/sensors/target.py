@@ -1,6 +1,6 @@
-"""What the laser meets: sub-rays are followed to the surfaces that send light back, through panes as well.
+"""Follows sub-rays of a laser to the surfaces that return light, also through panes and mirrored in them.
 
-Energies are relative to a white (reflectance 1) diffuse surface that faces the scanner 10 m away.
+Energies are relative to a white (reflectance 1) diffuse surface that faces the scanner at 10 m.
 """
 
 from dataclasses import dataclass
@@ -9,36 +9,39 @@ import numpy as np
 
 from frontage.geometry.arrays import Array, Float
 from frontage.simulate.optics.glass import Panes, draw_panes, pane_optics
+from frontage.simulate.optics.lasertexture import LaserTexture
 from frontage.simulate.optics.rays import Hits, Tracer
 from frontage.simulate.optics.roughness import Roughness
-from frontage.simulate.optics.tint import Tint
 from frontage.simulate.scene import Part, Scene
-from frontage.simulate.sensors.footprint import pattern
+from frontage.simulate.sensors.footprint import beam_pattern
 from frontage.simulate.sensors.instrument import Instrument
 from frontage.simulate.sensors.recording import Echo
 
-REFERENCE = 10.0
-"""m, the range at which energies are 1 for a white surface that faces the scanner."""
+REFERENCE_M = 10.0
+"""Range at which a white surface that faces the scanner returns the energy 1."""
 
-_SKIP = 1e-3  # m beyond a pane at which the ray goes on: panes are single sheets
-_PANES = 4  # panes that a ray passes at most: in and out through two windows
-_LOBE = 0.15  # rad, half-width of the reflection of gloss paint, slates, car bodies
-_GLOSSY = 0.05 / (2 * _LOBE**2)  # a lobe of that width with 5 % of the light, relative to a diffuse reflector
-_FLAT = 3e-3  # rad, waviness of panes: within it the mirrored beam comes straight back
-_DAZZLE = 1e3  # energy of a perfect mirror that faces the scanner at the reference range: the echo saturates
+_SKIP_M = 1e-3  # beyond a pane, where the ray continues
+_PANES = 4  # greatest number of panes that a ray passes: in and out through two windows
+_LOBE_RAD = 0.15  # half-width of the reflection of gloss paint, slates, car bodies
+_GLOSSY = 0.05 / (2 * _LOBE_RAD**2)  # peak of a lobe with 5 % of the light, relative to a diffuse reflector
+_FLAT_RAD = 3e-3  # waviness of panes: within this angle, the mirrored beam comes straight back
+_DAZZLE = 1e3  # energy of a perfect mirror that faces the scanner at the reference range; saturates the echo
 
 
 Columns = tuple[Float, Float, Array, Array, Float]
+"""Energy, distance, surface, kind and cosine of some paths, as in `BeamPaths`."""
 
 
 @dataclass(frozen=True, eq=False)
-class Light:
-    """What m paths of each of n beams bring back, (n, m) each: the sub-rays and, at panes, their branches.
+class BeamPaths:
+    """The light on m paths of each of n beams: of its sub-rays and, at panes, of their branches.
 
-    beam       (n,) row of the beam
-    energy     0 = nothing
-    distance   m along the beam as the scanner would record it; 0 = nothing
-    surface    where the light was scattered; kind `Echo`; cosine of incidence there
+    beam       (n,) row of the beam; all other fields are (n, m)
+    energy     0 = no light
+    distance   m along the beam, as the scanner would record it; 0 = no light
+    surface    index of the surface that scattered the light; -1 = none
+    kind       `Echo`
+    cosine     of the angle of incidence on that surface
     """
 
     beam: Array
@@ -48,19 +51,33 @@ class Light:
     kind: Array
     cosine: Float
 
-    def take(self, rows: Array) -> "Light":
-        """The beams at `rows` of this lot."""
-        return Light(*(getattr(self, f)[rows] for f in self.__annotations__))
+    def take(self, rows: Array) -> "BeamPaths":
+        """Return the beams at `rows`."""
+        return BeamPaths(*(getattr(self, f)[rows] for f in self.__annotations__))
+
+
+@dataclass(frozen=True, eq=False)
+class _AtPanes:
+    """n rays that meet a pane: origins o and directions d (n, 3), panes, hits on them, and power (n,)."""
+
+    o: Float
+    d: Float
+    panes: Panes
+    hits: Hits
+    power: Float
 
 
 class Target:
-    """A scene as one laser sees it: tracer, reflectances, panes, roughness."""
+    """A scene as a target of one laser: tracer, reflectances, panes, roughness."""
 
     def __init__(self, scene: Scene, wavelength: int, tracer: Tracer | None = None) -> None:
-        """Prepare `scene` for a laser of `wavelength` nm; panes are drawn from the scene's seed."""
+        """Prepare `scene` for a laser of `wavelength` nm; panes are drawn from the scene's seed.
+
+        Raises MissingExtra if embreex is not installed and no `tracer` is given.
+        """
         self.tracer = tracer or Tracer(scene.mesh)
         self.roughness = Roughness(scene)
-        self.tint = Tint(scene, np.random.default_rng([scene.seed, 0x71]))
+        self.texture = LaserTexture(scene, np.random.default_rng([scene.seed, 0x71]))
         material = [scene.materials[s.material] for s in scene.surfaces]
         self._albedo = np.array([m.laser for m in material])
         self._gloss = np.array([m.gloss for m in material])
@@ -72,16 +89,17 @@ class Target:
         rng = np.random.default_rng([scene.seed, 0x91])
         self.panes = draw_panes(house[self.is_pane], wavelength, rng)
 
-    def light(self, instrument: Instrument, origins: Float, directions: Float) -> tuple[Light, ...]:
-        """Light of sub-rays, origins and directions (n, k, 3) m local and unit.
+    def trace(self, instrument: Instrument, origins: Float, directions: Float) -> tuple[BeamPaths, ...]:
+        """Follow the k sub-rays of n beams, with origins (n, k, 3) m local and unit directions (n, k, 3).
 
-        Two lots: the beams that meet no pane (m = k), those that do (m = 3 k: direct, through, mirrored).
+        Returns two lots: the beams that meet no pane (m = k paths), and those that do (m = 3 k paths: direct,
+        through the panes, mirrored by them).
         """
         n, k = directions.shape[:2]
         o, d = origins.reshape(-1, 3), directions.reshape(-1, 3)
         hits = self.tracer.first_hit(o, d)
         surface = np.where(hits.found, self._surface[hits.triangle], -1).astype(np.int32)
-        power = np.tile(pattern(k)[1], n)
+        power = np.tile(beam_pattern(k)[1], n)
         at = np.flatnonzero(hits.found & self.is_pane[surface])
         energy = power * self._scattered(instrument, surface, hits)
         kind = np.full(n * k, Echo.PLAIN, np.uint8)
@@ -90,79 +108,78 @@ class Target:
         direct = (energy, np.where(hits.found, hits.distance, 0.0), surface, kind, hits.cosine)
         glazed = np.zeros(n, np.bool_)
         glazed[at // k] = True
-        branches = [
-            f(instrument, optics, o[at], d[at], one, power[at]) for f in (self._through, self._mirrored)
-        ]
+        paned = _AtPanes(o[at], d[at], optics, one, power[at])
+        branches = [f(instrument, paned) for f in (self._through, self._mirrored)]
         columns = [direct, *(_spread(b, at, n * k) for b in branches)]
         return (_lot(columns[:1], np.flatnonzero(~glazed), n), _lot(columns, np.flatnonzero(glazed), n))
 
     def _scattered(
         self, instrument: Instrument, surface: Array, hits: Hits, extra: Float | None = None
     ) -> Float:
-        """Energy (n,) of full beams that end on surfaces (n,), diffuse and glossy, `extra` m farther."""
+        """Returns the energy (n,) of beams that end on surfaces (n,), diffuse and glossy.
+
+        `extra` (n,) m is added to the distance.
+        """
         cosine = hits.cosine
         albedo, gloss = self._albedo[surface], self._gloss[surface]
-        # the scanner looks from where it shines: the mirror direction is twice the incidence away
-        lobe = gloss * _GLOSSY * np.exp((cosine * cosine - 1) * (2 / _LOBE**2))
+        # the mirrored direction and that back to the scanner differ by twice the angle of incidence
+        lobe = gloss * _GLOSSY * np.exp((cosine * cosine - 1) * (2 / _LOBE_RAD**2))
         back = albedo * cosine**instrument.falloff + lobe
         distance = hits.distance if extra is None else hits.distance + extra
         return np.where(surface >= 0, back * _received(instrument, distance), 0.0)
 
     def _from_pane(self, instrument: Instrument, panes: Panes, hits: Hits) -> Float:
-        """Energy of the panes themselves: dirt, and the mirrored beam where it comes straight back."""
+        """Returns the energy (n,) from panes: of dirt, and of mirrored beams that come straight back."""
         cosine = hits.cosine
         reflected, _ = pane_optics(panes, cosine)
-        straight = _DAZZLE * reflected * np.exp((cosine * cosine - 1) * (2 / _FLAT**2))
+        straight = _DAZZLE * reflected * np.exp((cosine * cosine - 1) * (2 / _FLAT_RAD**2))
         back = panes.dirt * cosine**instrument.falloff + straight
         return np.asarray(back * _received(instrument, hits.distance))
 
-    def _through(
-        self, instrument: Instrument, panes: Panes, o: Float, d: Float, hits: Hits, power: Float
-    ) -> Columns:
-        """Light that passes the pane, and perhaps more of them, there and back."""
-        n = len(o)
-        share = pane_optics(panes, hits.cosine)[1]
+    def _through(self, instrument: Instrument, rays: _AtPanes) -> Columns:
+        """Returns the light that passes the pane, and perhaps more panes, there and back."""
+        n, o, d = len(rays.o), rays.o, rays.d
+        share = pane_optics(rays.panes, rays.hits.cosine)[1]
         done = Hits(np.full(n, -1, np.int64), np.full(n, np.inf), np.zeros(n))
-        way, here = np.arange(n), hits.distance.copy()
+        going, here = np.arange(n), rays.hits.distance.copy()
         for _ in range(_PANES):
-            ahead = self.tracer.first_hit(o[way] + here[way, None] * d[way], d[way], _SKIP)
-            here[way] += ahead.distance
+            ahead = self.tracer.first_hit(o[going] + here[going, None] * d[going], d[going], _SKIP_M)
+            here[going] += ahead.distance
             surface = self._surface[ahead.triangle]
             again = ahead.found & self.is_pane[surface]
-            end = way[~again]
+            end = going[~again]
             done.triangle[end], done.distance[end] = ahead.triangle[~again], here[end]
             done.cosine[end] = ahead.cosine[~again]
-            way = way[again]
+            going = going[again]
             more = self.panes.take(self._pane_row[surface[again]])
-            share[way] *= pane_optics(more, ahead.cosine[again])[1]
+            share[going] *= pane_optics(more, ahead.cosine[again])[1]
         surface = np.where(done.found, self._surface[done.triangle], -1).astype(np.int32)
-        energy = power * share**2 * self._scattered(instrument, surface, done)
+        energy = rays.power * share**2 * self._scattered(instrument, surface, done)
         kind = np.full(n, Echo.THROUGH_GLASS, np.uint8)
         return energy, np.where(done.found, done.distance, 0.0), surface, kind, done.cosine
 
-    def _mirrored(
-        self, instrument: Instrument, panes: Panes, o: Float, d: Float, hits: Hits, power: Float
-    ) -> Columns:
-        """Light that the pane mirrors to something else and back: recorded straight behind the pane."""
+    def _mirrored(self, instrument: Instrument, rays: _AtPanes) -> Columns:
+        """Returns the light that the pane mirrors to something else and back: recorded behind the pane."""
+        d, hits = rays.d, rays.hits
         normal = self._normal[hits.triangle]
         away = d - 2 * np.einsum("ij,ij->i", d, normal)[:, None] * normal
-        found = self.tracer.first_hit(o + hits.distance[:, None] * d, away, _SKIP)
+        found = self.tracer.first_hit(rays.o + hits.distance[:, None] * d, away, _SKIP_M)
         surface = np.where(found.found, self._surface[found.triangle], -1).astype(np.int32)
         surface[surface >= 0] = np.where(self.is_pane[s := surface[surface >= 0]], -1, s)
-        share = pane_optics(panes, hits.cosine)[0]
-        energy = power * share**2 * self._scattered(instrument, surface, found, hits.distance)
+        share = pane_optics(rays.panes, hits.cosine)[0]
+        energy = rays.power * share**2 * self._scattered(instrument, surface, found, hits.distance)
         distance = np.where(surface >= 0, found.distance + hits.distance, 0.0)
-        return energy, distance, surface, np.full(len(o), Echo.GHOST, np.uint8), found.cosine
+        return energy, distance, surface, np.full(len(d), Echo.GHOST, np.uint8), found.cosine
 
 
 def _received(instrument: Instrument, distance: Float) -> Float:
-    """Share of the scattered light that the scanner receives: 1/R^2 with a near-range roll-off; 0 at inf."""
+    """Returns the received share of the scattered light: 1/R^2 with a near-range roll-off, 0 at infinity."""
     r = np.maximum(distance, 1e-3)
-    return np.asarray((REFERENCE / r) ** 2 * -np.expm1(-((r / instrument.near) ** 2)))
+    return np.asarray((REFERENCE_M / r) ** 2 * -np.expm1(-((r / instrument.near) ** 2)))
 
 
 def _spread(branch: Columns, at: Array, n: int) -> Columns:
-    """Columns of the paths `at` as columns of all n paths, empty elsewhere."""
+    """Spreads the columns of the paths `at` to columns of all n paths, empty elsewhere."""
     out = []
     for values, empty in zip(branch, (0, 0, -1, 0, 0), strict=True):
         full = np.full(n, empty, values.dtype)
@@ -171,7 +188,7 @@ def _spread(branch: Columns, at: Array, n: int) -> Columns:
     return out[0], out[1], out[2], out[3], out[4]
 
 
-def _lot(columns: list[Columns], rows: Array, n: int) -> Light:
-    """The beams `rows` of n, their paths side by side."""
+def _lot(columns: list[Columns], rows: Array, n: int) -> BeamPaths:
+    """Puts the paths of the beams `rows`, out of n, side by side."""
     fields = [np.concatenate([c[i].reshape(n, -1)[rows] for c in columns], axis=1) for i in range(5)]
-    return Light(rows, *fields)
+    return BeamPaths(rows, *fields)

@@ -1,4 +1,4 @@
-"""From a spec to a street: the one function that the instruments start from."""
+"""Builds a street from its specification."""
 
 from dataclasses import dataclass
 
@@ -10,19 +10,22 @@ from frontage.model import WorldRef
 from frontage.simulate.houses.draft import HouseDraft, draw_house
 from frontage.simulate.houses.house import build_house
 from frontage.simulate.houses.housespec import HouseSpec
-from frontage.simulate.houses.meshing import MeshBuilder, Pen
+from frontage.simulate.meshing import MeshBuilder, Pen
 from frontage.simulate.scene import House, Scene
 from frontage.simulate.spec import SceneSpec
-from frontage.simulate.street.ground import Profile, draw_ground
-from frontage.simulate.street.hedges import LEAST_SETBACK, Front, draw_hedge, ways_in
+from frontage.simulate.street.ground import StreetProfile, draw_ground
+from frontage.simulate.street.hedges import LEAST_SETBACK_M, PlotFront, draw_hedge, entrance_spans
 from frontage.simulate.street.obstacles import draw_obstacles
 
-_BEYOND = 60.0  # m of street before the first and after the last house
+_BEYOND_M = 60.0  # of street before the first and after the last house
 
 
 @dataclass(frozen=True)
 class Plot:
-    """Where a house stands: side of the street, s from `start`, m behind the building line, its draft."""
+    """The plot of a house: side of the street, s at its start, setback from the building line (m), draft.
+
+    twin    whether the house repeats the one before it
+    """
 
     side: int
     start: float
@@ -31,11 +34,12 @@ class Plot:
     twin: bool
 
 
-def street(spec: SceneSpec) -> Scene:
-    """Build the street that `spec` asks for; the same spec gives the same bytes.
+def build_street(spec: SceneSpec) -> Scene:
+    """Build the street that `spec` asks for; the same specification gives the same bytes.
 
-    Raises OptionError when openings that the spec places leave their wall, overlap or do not fit.
-    What a house has no room for is said in the scene's notes.
+    The scene's notes say what the specification asked for and a house had no room for.
+
+    Raises OptionError when openings that the specification places leave their wall, overlap or do not fit.
     """
     rng = np.random.default_rng((spec.seed, 0))
     profile = _draw_profile(spec, rng)
@@ -46,13 +50,12 @@ def street(spec: SceneSpec) -> Scene:
     houses, notes = _build_houses(builder, local_from_street, profile, plots)
     ends = [(p.start, p.start + p.draft.width) for p in plots] or [(0.0, 20.0)]
     s0, s1 = min(a for a, _ in ends), max(b for _, b in ends)
-    ground = Pen(builder, local_from_street)
-    span = (s0 - _BEYOND, s1 + _BEYOND)
-    draw_ground(
-        ground, profile, span, [_box(p, profile) for p in plots], np.random.default_rng((spec.seed, 1))
-    )
-    _draw_hedges(ground, profile, spec, plots, houses)
-    draw_obstacles(ground, profile, spec, s0 - 5, s1 + 5, np.random.default_rng((spec.seed, 5)))
+    pen = Pen(builder, local_from_street)
+    footprints = [_footprint(p, profile) for p in plots]
+    span = (s0 - _BEYOND_M, s1 + _BEYOND_M)
+    draw_ground(pen, profile, span, footprints, np.random.default_rng((spec.seed, 1)))
+    _draw_hedges(pen, profile, spec, plots, houses)
+    draw_obstacles(pen, profile, spec, (s0 - 5, s1 + 5), np.random.default_rng((spec.seed, 5)))
     return Scene(
         name=spec.name,
         seed=spec.seed,
@@ -67,24 +70,24 @@ def street(spec: SceneSpec) -> Scene:
     )
 
 
-def _draw_profile(spec: SceneSpec, rng: np.random.Generator) -> Profile:
+def _draw_profile(spec: SceneSpec, rng: np.random.Generator) -> StreetProfile:
     rise = float(rng.uniform(1, 8) * rng.choice([-1, 1]))
     width = float(rng.uniform(11, 18))
     pavement = float(rng.uniform(1.6, 3.0))
     width = width if spec.street_width is None else spec.street_width
     slope = (rise if spec.slope is None else spec.slope) / 100
-    return Profile(width, min(pavement, width / 4), slope)
+    return StreetProfile(width, min(pavement, width / 4), slope)
 
 
 def _draw_frame(rng: np.random.Generator) -> Rigid3:
-    """A street that runs in any direction, and does not begin at the origin."""
+    """Draws the direction of the street, and an origin that differs from that of the local frame."""
     c, s = np.cos(turn := float(rng.uniform(0, 2 * np.pi))), np.sin(turn)
     R = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
     return Rigid3("local", "street", R, rng.uniform((10, 10, 5), (60, 60, 30)))
 
 
-def _plots(spec: SceneSpec, side: int, profile: Profile) -> list[Plot]:
-    """Houses of one side from s = 0 on; those of the other side are drawn, never specified."""
+def _plots(spec: SceneSpec, side: int, profile: StreetProfile) -> list[Plot]:
+    """Returns the plots of one side from s = 0 on; only houses of side 0 can be specified."""
     asked = list(spec.house) if side == 0 else []
     count = (len(spec.house) or 4) if spec.houses is None else max(spec.houses, len(asked))
     asked += [HouseSpec()] * (count - len(asked))
@@ -96,7 +99,7 @@ def _plots(spec: SceneSpec, side: int, profile: Profile) -> list[Plot]:
     for k, house in enumerate(asked):
         rng = np.random.default_rng((spec.seed, 3, side, k))
         detached = setting == "detached"
-        width, gap, setback = _site(house, line if detached else None, rng)
+        width, gap, setback = _draw_plot(house, line if detached else None, rng)
         twin = k > 0 and (house.twin or (house == HouseSpec() and bool(rng.random() < 0.12)))
         seed: tuple[int, ...] = (spec.seed, 4, side, k)
         if twin:
@@ -111,8 +114,11 @@ def _plots(spec: SceneSpec, side: int, profile: Profile) -> list[Plot]:
     return plots
 
 
-def _site(house: HouseSpec, line: float | None, rng: np.random.Generator) -> tuple[float, float, float]:
-    """Width, gap to the next house and setback; m. Detached houses keep more or less to a common `line`."""
+def _draw_plot(house: HouseSpec, line: float | None, rng: np.random.Generator) -> tuple[float, float, float]:
+    """Draws the width of a house, the gap to the next one and the setback; m.
+
+    `line` is the common setback of detached houses, from which each differs a little; None in a terrace.
+    """
     detached = line is not None
     width = float(rng.uniform(7.5, 12.5) if detached else rng.uniform(5.0, 14.0))
     gap = float(rng.uniform(2.5, 6.0)) if detached else 0.0
@@ -126,7 +132,7 @@ def _site(house: HouseSpec, line: float | None, rng: np.random.Generator) -> tup
 
 
 def _build_houses(
-    builder: MeshBuilder, local_from_street: Rigid3, profile: Profile, plots: list[Plot]
+    builder: MeshBuilder, local_from_street: Rigid3, profile: StreetProfile, plots: list[Plot]
 ) -> tuple[list[House], list[str]]:
     houses: list[House] = []
     notes: list[str] = []
@@ -136,36 +142,40 @@ def _build_houses(
         address = f"{numbers[plot.side]} Long Street"
         numbers[plot.side] += 2
         twin_of = houses[-1].id if plot.twin else None
-        house, unmet = build_house(pen, plot.draft, f"B{k + 1:02d}", address, plot.side, twin_of)
+        house, unmet = build_house(
+            pen, plot.draft, f"B{k + 1:02d}", address=address, side=plot.side, twin_of=twin_of
+        )
         houses.append(house)
         notes += unmet
     return houses, notes
 
 
-def _draw_hedges(pen: Pen, profile: Profile, spec: SceneSpec, plots: list[Plot], houses: list[House]) -> None:
-    """Hedges along the building line, before half of the houses that stand back."""
+def _draw_hedges(
+    pen: Pen, profile: StreetProfile, spec: SceneSpec, plots: list[Plot], houses: list[House]
+) -> None:
+    """Draws hedges along the building line, in front of half of the houses that are set back."""
     for k, (plot, house) in enumerate(zip(plots, houses, strict=True)):
         rng = np.random.default_rng((spec.seed, 6, k))
         drawn = bool(rng.random() < 0.5)
-        if plot.setback < LEAST_SETBACK or not (drawn if spec.hedges is None else spec.hedges):
+        if plot.setback < LEAST_SETBACK_M or not (drawn if spec.hedges is None else spec.hedges):
             continue
         s0, s1 = plot.start, plot.start + plot.draft.width
         near = plot.side == 0
-        ways = tuple((s0 + a, s0 + b) if near else (s1 - b, s1 - a) for a, b in ways_in(house))
+        ways = tuple((s0 + a, s0 + b) if near else (s1 - b, s1 - a) for a, b in entrance_spans(house))
         d, towards = (0.0, 1.0) if near else (-profile.width, -1.0)
-        front = Front(s0, s1, profile.height(s0, d), profile.height(s1, d), ways)
-        draw_hedge(pen.of(f"hedge{k + 1}"), front, d, towards, rng)
+        front = PlotFront(s0, s1, profile.height(s0, d), profile.height(s1, d), ways)
+        draw_hedge(pen.with_prefix(f"hedge{k + 1}"), front, d, towards, rng)
 
 
-def _box(plot: Plot, profile: Profile) -> shapely.Polygon:
-    """The house's footprint in the street frame."""
+def _footprint(plot: Plot, profile: StreetProfile) -> shapely.Polygon:
+    """Returns the house's footprint in the street's (s, d)."""
     near, far = plot.setback, plot.setback + plot.draft.depth
     d0, d1 = (near, far) if plot.side == 0 else (-profile.width - far, -profile.width - near)
     return shapely.box(plot.start, d0, plot.start + plot.draft.width, d1)
 
 
-def _street_from_house(plot: Plot, profile: Profile) -> Rigid3:
-    """The house's frame: its front's lower left corner as seen from the street, leaning about its foot."""
+def _street_from_house(plot: Plot, profile: StreetProfile) -> Rigid3:
+    """Returns the house's frame: the front's lower left corner as seen from the street, with its lean."""
     draft = plot.draft
     c, s = np.cos(draft.lean), np.sin(draft.lean)
     lean = np.array([[1.0, 0, 0], [0, c, s], [0, -s, c]])

@@ -1,4 +1,4 @@
-"""The street itself: carriageway, kerbs, pavements and what lies behind the houses."""
+"""The ground: carriageway, kerbs, pavements and the yards behind the building lines."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -7,18 +7,20 @@ import numpy as np
 import shapely
 
 from frontage.geometry.arrays import Float
-from frontage.simulate.houses.meshing import Pen, triangulate
+from frontage.simulate.meshing import Pen, triangulate
 from frontage.simulate.scene import Material, Part
 
-KERB = 0.12  # m, pavement above the gutter
-_UNDER_WALLS = 0.1  # m, that the ground reaches under the outer walls
+KERB_M = 0.12  # height of the pavement above the gutter
+_UNDER_WALLS_M = 0.1  # by which the ground reaches under the outer walls
 
 
 @dataclass(frozen=True)
-class Profile:
-    """Cross-section of a street from facade (d = 0) to facade (d = -width), rising `slope` m per metre.
+class StreetProfile:
+    """The cross-section of a street between two building lines, d = 0 and d = -width.
 
+    width      m, from building line to building line
     pavement   m, width of each pavement
+    slope      rise along s, m per m
     """
 
     width: float
@@ -26,12 +28,12 @@ class Profile:
     slope: float
 
     def height(self, s: float, d: float) -> float:
-        """Height of the ground at (s, d) m."""
+        """Return the height of the ground at (s, d), m."""
         depth, z = self._section
         return self.slope * s + float(np.interp(d, depth, z))
 
     def centre_line(self, s0: float, s1: float) -> Float:
-        """Points (k, 3) m of the street frame along the middle of the carriageway, 10 m apart at most."""
+        """Return points (k, 3) m, street frame, along the middle of the carriageway, at most 10 m apart."""
         d = -self.width / 2
         return np.array([[s, d, self.height(s, d)] for s in np.linspace(s0, s1, 2 + int((s1 - s0) // 10))])
 
@@ -39,25 +41,26 @@ class Profile:
     def _section(self) -> tuple[list[float], list[float]]:
         w, p = self.width, self.pavement
         low = -0.02 * p
-        gutter, crown = low - KERB, low - KERB + 0.02 * (w / 2 - p)
+        gutter, crown = low - KERB_M, low - KERB_M + 0.02 * (w / 2 - p)
         d = [-w - 60, -w, -w + p, -w + p + 0.001, -w / 2, -p - 0.001, -p, 0.0, 60.0]
         return d, [0.0, 0.0, low, gutter, crown, gutter, low, 0.0, 0.0]
 
 
 def draw_ground(
     pen: Pen,
-    profile: Profile,
+    profile: StreetProfile,
     span: tuple[float, float],
     houses: Sequence[shapely.Geometry],
     rng: np.random.Generator,
+    *,
     behind: float = 40.0,
 ) -> None:
-    """Draw the ground over a `span` of s (m) with a pen in the street's frame, but not inside houses.
+    """Draw the ground over a `span` of s (m) with a pen in the street's frame, except inside houses.
 
-    `houses` are footprints in (s, d); the ground goes on for `behind` m on both sides of the street.
+    `houses` are footprints in (s, d); the ground extends `behind` m beyond both building lines.
     """
     s0, s1 = span
-    cellars = shapely.union_all([h.buffer(-_UNDER_WALLS, join_style="mitre") for h in houses])
+    cellars = shapely.union_all([h.buffer(-_UNDER_WALLS_M, join_style="mitre") for h in houses])
     seed = [int(v) for v in rng.integers(2**31, size=4)]
     asphalt = Material("asphalt", "asphalt", (0.07, 0.07, 0.075), (0.11, 0.11, 0.11), 0.18, 0.0, seed=seed[0])
     slab = float(rng.uniform(0.3, 0.5))
@@ -79,7 +82,7 @@ def draw_ground(
             _draw_piece(pen, surface, piece, profile)
 
 
-def _draw_piece(pen: Pen, surface: int, piece: shapely.Polygon, profile: Profile) -> None:
+def _draw_piece(pen: Pen, surface: int, piece: shapely.Polygon, profile: StreetProfile) -> None:
     rings = [np.asarray(r.coords)[:-1] for r in (piece.exterior, *piece.interiors)]
     plan, corners = triangulate(rings[0], rings[1:])
     z = np.array([profile.height(s, d) for s, d in plan])

@@ -1,4 +1,4 @@
-"""Hedges before houses that stand back from the street, open before the door."""
+"""Hedges in front of houses that are set back from the street, with gaps at the doors."""
 
 from dataclasses import dataclass
 
@@ -6,45 +6,49 @@ import numpy as np
 
 from frontage.geometry.arrays import Float
 from frontage.model import DOORS
-from frontage.simulate.houses.meshing import Pen
+from frontage.simulate.meshing import Pen
 from frontage.simulate.scene import House, Material, Part
 
-LEAST_SETBACK = 1.5  # m, a front garden needs so much room
-_GAP = 0.35  # m, that a way to a door is wider than the door, each side
+LEAST_SETBACK_M = 1.5  # depth of the smallest front garden
+_GAP_M = 0.35  # by which a path is wider than its door, on each side
 
 
 @dataclass(frozen=True)
-class Front:
-    """The street side of a plot: from s0 to s1 m, ground heights at both ends, spans (m) of ways in."""
+class PlotFront:
+    """The street side of a plot: from s0 to s1 m, ground heights z0 and z1 at both ends.
+
+    entrances   spans (m) of s that lead to doors, gates and garages
+    """
 
     s0: float
     s1: float
     z0: float
     z1: float
-    ways: tuple[tuple[float, float], ...]
+    entrances: tuple[tuple[float, float], ...]
 
     def height(self, s: Float) -> Float:
-        """Height of the ground (n,) at s (n,) m."""
+        """Return the height (n,) m of the ground at s (n,) m."""
         return self.z0 + (self.z1 - self.z0) * (s - self.s0) / (self.s1 - self.s0)
 
     @property
     def runs(self) -> list[tuple[float, float]]:
-        """The pieces between the ways in, those longer than half a metre."""
-        starts = [self.s0, *(b for _, b in sorted(self.ways))]
-        ends = [*(a for a, _ in sorted(self.ways)), self.s1]
+        """The spans between the entrances that are longer than half a metre."""
+        starts = [self.s0, *(b for _, b in sorted(self.entrances))]
+        ends = [*(a for a, _ in sorted(self.entrances)), self.s1]
         return [(a, b) for a, b in zip(starts, ends, strict=True) if b - a > 0.5]
 
 
-def ways_in(house: House) -> list[tuple[float, float]]:
-    """Spans of x (m, front's frame) that lead to the ground floor's doors, gates and garages."""
+def entrance_spans(house: House) -> list[tuple[float, float]]:
+    """Return the spans of x (m, front's frame) that lead to the ground floor's doors, gates and garages."""
     doors = [o for o in house.facades[0].openings if o.floor == 0 and o.kind in DOORS]
-    return [(float(o.ring[:, 0].min()) - _GAP, float(o.ring[:, 0].max()) + _GAP) for o in doors]
+    return [(float(o.ring[:, 0].min()) - _GAP_M, float(o.ring[:, 0].max()) + _GAP_M) for o in doors]
 
 
-def draw_hedge(pen: Pen, front: Front, line: float, towards: float, rng: np.random.Generator) -> None:
-    """Draw a hedge behind the building line (d = `line`) with a pen in the street's frame.
+def draw_hedge(pen: Pen, front: PlotFront, line: float, towards: float, rng: np.random.Generator) -> None:
+    """Draw a hedge just behind the building line (d = `line`) with a pen in the street's frame.
 
-    `towards` is 1 or -1: where the house lies. It is all leaves, denser than a tree's.
+    `towards` is 1 or -1, the direction of d in which the house lies. A hedge consists of loose leaves, more
+    densely than a tree.
     """
     thick = float(rng.uniform(0.4, 0.7))
     d = line + towards * (0.1 + thick / 2)

@@ -3,14 +3,14 @@
 import numpy as np
 
 from frontage.geometry.arrays import Float, Int
-from frontage.simulate.houses.meshing import Pen, loft
+from frontage.simulate.meshing import Pen, loft
 from frontage.simulate.scene import Material, Part
 
 _TURN = np.linspace(0, 2 * np.pi, 9)[:-1]
 
 
 def draw_tree(pen: Pen, name: str, radius: float, rng: np.random.Generator) -> None:
-    """A tree whose crown is `radius` m wide; the pen's frame stands at its foot, z up."""
+    """Draw a tree whose crown has `radius` m; the origin of the pen's frame is the tree's foot."""
     bark = Material(
         "bark",
         "wood",
@@ -27,15 +27,17 @@ def draw_tree(pen: Pen, name: str, radius: float, rng: np.random.Generator) -> N
     clear = float(rng.uniform(2.2, 3.2))
     height = clear + radius * float(rng.uniform(2.0, 3.2))
     wood = pen.surface(f"{name}/wood", Part.TREE, bark)
-    limb(pen, wood, np.zeros(3), np.array([0.0, 0.0, height * 0.8]), 0.055 * radius + 0.05, 0.03)
-    tips = _branches(pen, wood, clear, height, radius, rng)
+    top = np.array([0.0, 0.0, height * 0.8])
+    draw_limb(pen, wood, (np.zeros(3), top), (0.055 * radius + 0.05, 0.03))
+    tips = _draw_branches(pen, wood, (clear, height), radius, rng)
     density = float(rng.uniform(0.35, 1.0))
-    xyz, corners = leaves(tips, radius, int(density * 1500 * radius), rng)
+    xyz, corners = scatter_leaves(tips, radius, int(density * 1500 * radius), rng)
     pen.triangles(pen.surface(f"{name}/leaves", Part.TREE, leaf), xyz, corners)
 
 
-def limb(pen: Pen, surface: int, start: Float, end: Float, r0: float, r1: float) -> None:
-    """A tapering limb from `start` to `end` (3,) m with radii r0 and r1."""
+def draw_limb(pen: Pen, surface: int, ends: tuple[Float, Float], radii: tuple[float, float]) -> None:
+    """Draw a tapering limb between two ends (3,) m, with the radii (m) that it has there."""
+    (start, end), (r0, r1) = ends, radii
     axis = (end - start) / np.linalg.norm(end - start)
     u = np.cross(axis, [0.0, 1.0, 0.0] if abs(axis[1]) < 0.9 else [1.0, 0.0, 0.0])
     u /= np.linalg.norm(u)
@@ -44,10 +46,14 @@ def limb(pen: Pen, surface: int, start: Float, end: Float, r0: float, r1: float)
     pen.triangles(surface, *loft(np.stack([start + r0 * ring, end + r1 * ring])))
 
 
-def _branches(
-    pen: Pen, surface: int, clear: float, height: float, radius: float, rng: np.random.Generator
+def _draw_branches(
+    pen: Pen, surface: int, levels: tuple[float, float], radius: float, rng: np.random.Generator
 ) -> Float:
-    """Draw limbs; return where they end (n, 3)."""
+    """Draws the branches of a tree, and returns where they end (n, 3).
+
+    `levels` are the height below which the trunk is bare and the height of the tree; m.
+    """
+    clear, height = levels
     count = int(rng.integers(9, 16))
     turn = np.arange(count) * 2.4 + rng.uniform(-0.4, 0.4, count)
     foot = np.linspace(clear * 0.85, height * 0.72, count)
@@ -59,14 +65,14 @@ def _branches(
     )
     tips[:, 2] = np.minimum(tips[:, 2], height - 0.3)
     for z, tip in zip(foot, tips, strict=True):
-        limb(pen, surface, np.array([0.0, 0.0, z]), tip, 0.035 * radius + 0.01, 0.012)
+        draw_limb(pen, surface, (np.array([0.0, 0.0, z]), tip), (0.035 * radius + 0.01, 0.012))
     return np.vstack([tips, [[0.0, 0.0, height - 0.4]]])
 
 
-def leaves(tips: Float, radius: float, count: int, rng: np.random.Generator) -> tuple[Float, Int]:
-    """Loose quads around the tips of branches: vertices (4 n, 3), corners (2 n, 3).
+def scatter_leaves(tips: Float, radius: float, count: int, rng: np.random.Generator) -> tuple[Float, Int]:
+    """Scatter n = `count` leaves around the tips of branches: vertices (4 n, 3), corners (2 n, 3).
 
-    A quarter of them fills the crown between; none is further from the axis than `radius` m.
+    A quarter of them fills the crown between the tips; none is further from the axis than `radius` m.
     """
     at = tips[rng.integers(len(tips), size=count)] * np.where(
         rng.random((count, 1)) < 0.25, rng.random((count, 1)), 1

@@ -1,4 +1,4 @@
-"""True ortho-images and id images of facades: parallel rays along the facade's normal."""
+"""True ortho-images and id images of facades, from parallel rays along the facade's normal."""
 
 from dataclasses import dataclass
 
@@ -7,34 +7,35 @@ import shapely
 
 from frontage.geometry.arrays import Array, Bool, Float, freeze
 from frontage.simulate.optics.light import Light
+from frontage.simulate.optics.litscene import LitScene
 from frontage.simulate.optics.noise import scramble
 from frontage.simulate.optics.rays import Tracer
-from frontage.simulate.optics.samples import group, lattice
-from frontage.simulate.optics.shading import surface_light
-from frontage.simulate.optics.stage import Stage
+from frontage.simulate.optics.samples import group_samples, lattice
+from frontage.simulate.optics.shading import SeenPoints, surface_light
 from frontage.simulate.scene import FacadePlan, Part, Scene
-from frontage.simulate.sensors.sensor import encode
+from frontage.simulate.sensors.imaging import encode
 
 _LOOSE = (Part.TREE, Part.CAR, Part.LAMP, Part.PERSON)
-_FRONT = 0.3  # m in front of the foremost protrusion
-_BACK = 25.0  # m behind the plane: nothing farther away is seen
-_MARGIN = 0.2  # m around the outline
-_SAMPLES = 4
-_ROWS = 200_000  # pixels traced at a time
+_FRONT_M = 0.3  # distance in front of the foremost protrusion at which rays start
+_BACK_M = 25.0  # distance behind the plane beyond which nothing is seen
+_MARGIN_M = 0.2  # around the outline
+_SAMPLES = 4  # per pixel
+_CHUNK = 200_000  # pixels traced at a time
 _EVEN = Light(np.array([0.0, 0.0, 1.0]), np.zeros(3), np.full(3, 0.7), np.full(3, 0.4), 1.0, 0)
-_PANE = np.array([0.030, 0.036, 0.042], np.float32)  # what a pane adds to the room behind it
-_THROUGH = np.float32(0.75)
+_PANE = np.array([0.030, 0.036, 0.042], np.float32)  # light that a pane adds to that of the room behind it
+_TRANSMITTANCE = np.float32(0.75)  # of a pane
 
 
 @dataclass(frozen=True, eq=False)
 class OrthoTruth:
-    """A facade as it is, in its own frame, without trees, cars and people, in even light.
+    """The true ortho-image of a facade in even light, without trees, cars, lamps and people.
 
     rgb      (h, w, 3) uint8, black where there is nothing
-    opening  (h, w) int16: 1 + index into the facade's openings whose hole holds the pixel's centre, 0 = none
-    surface  (h, w) int32: index into `Scene.surfaces` of what is seen there, panes included, -1 = nothing
-    depth    (h, w) float32 m: y of what is seen, NaN = nothing
-    corner   (x, z) m facade: outer upper left corner of pixel (0, 0); gsd m per pixel
+    opening  (h, w) int16, 1 + index of the facade's opening whose outline contains the pixel centre, 0 = none
+    surface  (h, w) int32, index into `Scene.surfaces` of what is seen, panes included; -1 = nothing
+    depth    (h, w) float32 m, y of what is seen in the facade frame; NaN = nothing
+    corner   (x, z) m, facade frame, of the outer upper left corner of pixel (0, 0)
+    gsd      m per pixel
     """
 
     rgb: Array
@@ -51,61 +52,67 @@ class OrthoTruth:
 
 
 def true_ortho(scene: Scene, house: int, facade: int, gsd: float) -> OrthoTruth:
-    """The true ortho-image of a facade at `gsd` m per pixel, its outline and 0.2 m around it.
+    """Return the true ortho-image of a facade at `gsd` m per pixel.
 
-    Pixels below the ground show nothing.
+    `house` and `facade` are indices. The image covers the facade's outline and 0.2 m around it; pixels below
+    the ground show nothing.
     """
     plan = scene.houses[house].facades[facade]
-    (x0, z0), (x1, z1) = plan.outline.min(0) - _MARGIN, plan.outline.max(0) + _MARGIN
+    (x0, z0), (x1, z1) = plan.outline.min(0) - _MARGIN_M, plan.outline.max(0) + _MARGIN_M
     loose = np.isin(scene.parts[scene.mesh.surface], [*_LOOSE, Part.GROUND])
-    stage = Stage(scene, _EVEN, ~loose & _within(scene, plan, (x0, _front(plan), z0), (x1, _BACK, z1)))
+    lit_scene = LitScene(
+        scene, _EVEN, ~loose & _within(scene, plan, (x0, _front(plan), z0), (x1, _BACK_M, z1))
+    )
     w, h = int(np.ceil((x1 - x0) / gsd)), int(np.ceil((z1 - z0) / gsd))
     corner = (float(x0), float(z1))
     x, z = x0 + gsd * (np.arange(w) + 0.5), z1 - gsd * (np.arange(h) + 0.5)
     buried = z[:, None] < _ground(scene, plan, x)
-    parts = [_rows(stage, plan, x, z[k : k + _ROWS // w + 1], gsd) for k in range(0, h, _ROWS // w + 1)]
+    parts = [_rows(lit_scene, plan, x, z[k : k + _CHUNK // w + 1], gsd) for k in range(0, h, _CHUNK // w + 1)]
     light, surface, depth = (np.concatenate(p) for p in zip(*parts, strict=True))
     surface[buried], depth[buried] = -1, np.nan
     light[surface < 0] = 0.0
     return OrthoTruth(encode(light), _holes(plan, x, z), surface, depth, corner, gsd)
 
 
-def _rows(stage: Stage, plan: FacadePlan, x: Float, z: Float, gsd: float) -> tuple[Array, Array, Array]:
-    """Light (r, w, 3) float32, surface and depth (r, w) of some rows."""
+def _rows(
+    lit_scene: LitScene, plan: FacadePlan, x: Float, z: Float, gsd: float
+) -> tuple[Array, Array, Array]:
+    """Renders some rows: light (r, w, 3) float32, surface and depth (r, w)."""
     centre = np.stack(np.broadcast_arrays(x, 0.0, z[:, None]), axis=-1).reshape(-1, 3)
-    triangle, y = _cast(stage.every, plan, centre)
-    surface = np.where(triangle >= 0, stage.looks.surface[triangle], -1).astype(np.int32)
+    triangle, y = _cast(lit_scene.every, plan, centre)
+    surface = np.where(triangle >= 0, lit_scene.appearance.surface[triangle], -1).astype(np.int32)
     offsets = gsd * np.insert(lattice(_SAMPLES), 1, 0.0, axis=1)
-    light = _light(stage, plan, (centre[:, None] + offsets).reshape(-1, 3), gsd)
+    light = _light(lit_scene, plan, (centre[:, None] + offsets).reshape(-1, 3), gsd)
     shape = (len(z), len(x))
     return light.reshape(*shape, 3), surface.reshape(shape), y.astype(np.float32).reshape(shape)
 
 
-def _light(stage: Stage, plan: FacadePlan, at: Float, gsd: float) -> Array:
-    """Mean light (n, 3) float32 of every four samples at facade points (4 n, 3); nothing is black."""
-    triangle, y = _cast(stage.every, plan, at)
-    key = stage.faces[triangle]
-    paned = np.flatnonzero(stage.is_pane[triangle] & (triangle >= 0))
-    triangle[paned], y[paned] = _cast(stage.solid, plan, at[paned])
+def _light(lit_scene: LitScene, plan: FacadePlan, at: Float, gsd: float) -> Array:
+    """Returns the mean light (n, 3) float32 of every four samples at facade points (4 n, 3)."""
+    triangle, y = _cast(lit_scene.every, plan, at)
+    key = lit_scene.faces[triangle]
+    paned = np.flatnonzero(lit_scene.is_pane[triangle] & (triangle >= 0))
+    triangle[paned], y[paned] = _cast(lit_scene.solid, plan, at[paned])
     through = np.zeros(len(at), np.bool_)
     through[paned] = True
-    key = scramble(key, 1) ^ stage.faces[triangle]
-    groups = group(key, _SAMPLES)
+    key = scramble(key, 1) ^ lit_scene.faces[triangle]
+    groups = group_samples(key, _SAMPLES)
     pick = groups.pick
     rgb = np.zeros((len(pick), 3), np.float32)
     hit = np.flatnonzero(triangle[pick] >= 0)
     seen = pick[hit]
     middle = groups.mean(np.column_stack([at[:, 0], y, at[:, 2]]))[hit]
     xyz = plan.local_from_facade.apply(middle)
-    ways = np.broadcast_to(plan.local_from_facade.R[:, 1], xyz.shape)
+    directions = np.broadcast_to(plan.local_from_facade.R[:, 1], xyz.shape)
     flat, blur = np.ones(len(seen), np.float32), np.full(len(seen), gsd, np.float32)
-    rgb[hit] = surface_light(stage, triangle[seen], xyz, ways, np.zeros(len(seen), np.bool_), flat, blur)
-    rgb[through[pick]] = rgb[through[pick]] * _THROUGH + _PANE
+    dark = np.zeros(len(seen), np.bool_)
+    rgb[hit] = surface_light(lit_scene, SeenPoints(triangle[seen], xyz, directions, dark, flat, blur))
+    rgb[through[pick]] = rgb[through[pick]] * _TRANSMITTANCE + _PANE
     return groups.blend(rgb)
 
 
 def _cast(tracer: Tracer, plan: FacadePlan, at: Float) -> tuple[Array, Float]:
-    """Triangle (n,) seen from facade points (n, 3) along the normal, -1 = none, and its y (n,) m, or NaN."""
+    """Casts rays at facade points (n, 3) along the normal: triangle (n,), -1 = none; y (n,) m, NaN = none."""
     front = _front(plan)
     start = plan.local_from_facade.apply(np.column_stack([at[:, 0], np.full(len(at), front), at[:, 2]]))
     hits = tracer.first_hit(start, np.broadcast_to(plan.local_from_facade.R[:, 1], start.shape))
@@ -113,18 +120,18 @@ def _cast(tracer: Tracer, plan: FacadePlan, at: Float) -> tuple[Array, Float]:
 
 
 def _front(plan: FacadePlan) -> float:
-    """y in m from which the rays start."""
-    return min([0.0, *(p.y_range[0] for p in plan.protrusions)]) - _FRONT
+    """Returns the y (m) from which rays start."""
+    return min([0.0, *(p.y_range[0] for p in plan.protrusions)]) - _FRONT_M
 
 
 def _within(scene: Scene, plan: FacadePlan, low: tuple[float, ...], high: tuple[float, ...]) -> Bool:
-    """Triangles (t,) whose bounding box, facade frame, reaches into the box from `low` to `high`."""
+    """Returns which triangles (t,) have a bounding box that overlaps a box (low, high), facade frame."""
     corners = plan.local_from_facade.inverse.apply(scene.mesh.vertices)[scene.mesh.corners]
     return np.asarray(((corners.max(1) >= low) & (corners.min(1) <= high)).all(1))
 
 
 def _ground(scene: Scene, plan: FacadePlan, x: Float) -> Float:
-    """Height z (w,) m, facade frame, of the ground just before the wall; -inf where there is none."""
+    """Returns the height z (w,) m, facade frame, of the ground just in front of the wall; -inf for none."""
     top = float(plan.outline[:, 1].max()) + 1.0
     start = np.column_stack([x, np.full(len(x), -0.05), np.full(len(x), top)])
     frame = plan.local_from_facade
@@ -135,7 +142,7 @@ def _ground(scene: Scene, plan: FacadePlan, x: Float) -> Float:
 
 
 def _holes(plan: FacadePlan, x: Float, z: Float) -> Array:
-    """1 + index of the opening whose ring holds each pixel's centre (h, w) int16, 0 = none."""
+    """Returns 1 + the index of the opening whose ring contains each pixel centre (h, w) int16, 0 = none."""
     image = np.zeros((len(z), len(x)), np.int16)
     for k, opening in enumerate(plan.openings):
         (a, c), (b, d) = opening.ring.min(0), opening.ring.max(0)

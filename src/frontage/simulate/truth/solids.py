@@ -1,4 +1,4 @@
-"""The true LoD3 solid of a house: its shell with every opening and oriel, closed."""
+"""The true LoD3 solid of a house: its closed shell, with every opening and oriel."""
 
 from dataclasses import dataclass, field
 
@@ -9,15 +9,15 @@ from frontage.geometry.rigid import Rigid3
 from frontage.model import DOORS, Face, Solid, WorldRef
 from frontage.simulate.scene import FacadePlan, House, OpeningPlan, ProtrusionPlan
 
-GRID = 10_000  # vertices per metre: solids lie on a grid of 0.1 mm
+GRID = 10_000  # steps per metre: vertices of solids lie on a grid of 0.1 mm
 
 
 def truth_solid(house: House, world: WorldRef) -> Solid:
-    """The closed LoD3 solid of a house.
+    """Return the closed LoD3 solid of a house.
 
-    The shell stands on the lowest pavement; openings are recesses to the front of their frame, oriels stand
-    out. Balconies, dormers, bands, shutters and bars are not part of it. A recess has "WallSurface" sides
-    and ends in a "Window" or "Door" that names its opening.
+    The shell stands on the lowest pavement. Openings are recesses that end at the front of their frame in a
+    "Window" or "Door" naming the opening, with "WallSurface" sides; oriels stand out. Balconies, dormers,
+    bands, shutters and bars are not part of the solid.
     """
     work = _Faces()
     facades = {int(f.id.rsplit("/F", 1)[1]) - 1: f for f in house.facades}
@@ -32,7 +32,7 @@ def truth_solid(house: House, world: WorldRef) -> Solid:
 
 @dataclass
 class _Faces:
-    """Faces over shared vertices on the grid."""
+    """Collects faces over shared vertices on the grid."""
 
     vertices: dict[tuple[int, int, int], int] = field(default_factory=dict)
     faces: list[Face] = field(default_factory=list)
@@ -40,7 +40,7 @@ class _Faces:
     def add(
         self, semantics: str, ring: Float, holes: tuple[Float, ...] = (), opening: str | None = None
     ) -> None:
-        """Add a face: rings (k, 3) m local, the outer one counter-clockwise from outside, holes clockwise."""
+        """Add a face: rings (k, 3) m local, the outer one counter-clockwise as seen from outside."""
         inner = tuple(self._ids(h) for h in holes)
         self.faces.append(Face(self._ids(ring), semantics, inner, opening))
 
@@ -80,7 +80,7 @@ def _draw_oriel(work: _Faces, frame: Rigid3, oriel: ProtrusionPlan, openings: li
 
 
 def _draw_sides(work: _Faces, start: Float, end: Float) -> None:
-    """Quads from one ring to another; they face inwards where the rings lead into the house."""
+    """Adds quadrilaterals from one ring to another; they face inwards where `end` lies further inside."""
     for a, b, c, d in zip(start, np.roll(start, -1, 0), np.roll(end, -1, 0), end, strict=True):
         work.add("WallSurface", np.array([a, b, c, d]))
 

@@ -1,8 +1,8 @@
-"""The truth of a simulated scene as plain tables: what `truth.json` holds (docs/simulate.md, "Truth").
+"""The truth of a simulated scene as plain tables, the content of `truth.json` (docs/simulate.md, "Truth").
 
-Positions are in world coordinates, angles in degrees, lengths in metres. Outlines and depths are in the
-frame of their facade: origin on the main plane at the lower left corner, x right as seen from the street,
-y into the building, z up.
+Positions are in world coordinates, angles in degrees and lengths in metres. Outlines and depths are in the
+frame of their facade: origin on the main plane at the lower left corner, x right as seen from the street, y
+into the building, z up.
 """
 
 from collections.abc import Mapping, Sequence
@@ -18,13 +18,13 @@ from frontage.simulate.sensors.recording import Drive, Echo, Recording, Station
 from frontage.simulate.truth.visibility import Shares, Visibility
 
 SCHEMA = 1
-_DIGITS = 6  # of lengths: micrometres
+_DIGITS = 6  # decimals of lengths: micrometres
 
 Table = dict[str, Any]
 
 
 def scene_table(scene: Scene, seen: Visibility, orthos: Mapping[str, Table]) -> Table:
-    """Everything but the sensors; `orthos` = the entry of a facade's true ortho-image, by facade id."""
+    """Return everything but the sensors; `orthos` has the entries of true ortho-images, by facade id."""
     return {
         "schema": SCHEMA,
         "name": scene.name,
@@ -113,7 +113,7 @@ def _protrusion(p: ProtrusionPlan) -> Table:
 
 
 def station_table(station: Station, world: WorldRef, file: str) -> Table:
-    """The entry of a terrestrial scan; `number` = 1, its place in its file."""
+    """Return the entry of a terrestrial scan; every scan is the first (`number` = 1) in its own file."""
     return {
         "file": file,
         "number": 1,
@@ -126,7 +126,7 @@ def station_table(station: Station, world: WorldRef, file: str) -> Table:
 
 
 def drive_table(drive: Drive, file: str, trajectory: str, true_trajectory: str) -> Table:
-    """The entry of a mobile recording, with the largest distance between the given and the true track."""
+    """Return the entry of a mobile recording; `drift` is the greatest distance of given and true track."""
     off = np.linalg.norm(drive.trajectory[:, 1:4] - drive.true_trajectory[:, 1:4], axis=1)
     return {
         "file": file,
@@ -139,7 +139,7 @@ def drive_table(drive: Drive, file: str, trajectory: str, true_trajectory: str) 
 
 
 def photo_table(photo: Photo, given: Rigid3, world: WorldRef) -> Table:
-    """The entry of a photograph: camera (COLMAP), true pose, and the approximate pose of its EXIF."""
+    """Return the entry of a photograph: camera (COLMAP), true pose, and the approximate pose of its EXIF."""
     return {
         "name": photo.id,
         "camera": {
@@ -154,22 +154,23 @@ def photo_table(photo: Photo, given: Rigid3, world: WorldRef) -> Table:
 
 
 def point_arrays(scene: Scene, recording: Recording, order: Int) -> dict[str, Array]:
-    """Per point, in the order of the file: surface (index into surface_arrays), part, house, echo, range.
+    """Return arrays per point, in the order of the file: surface, part, house, echo and range.
 
-    order  (n,) index into the recording's points of every point of the file
+    surface is an index into `surface_arrays`; order (n,) is the index into the recording's points of every
+    point of the file.
     """
     surface = recording.surface[order]
     return {
         "surface": surface,
-        "part": _of(scene.parts, surface, 255),
-        "house": _of(np.array([s.house for s in scene.surfaces], np.int32), surface, -1),
+        "part": _pick(scene.parts, surface, 255),
+        "house": _pick(np.array([s.house for s in scene.surfaces], np.int32), surface, -1),
         "echo": recording.echo[order],
         "range": recording.true_range[order].astype(np.float32),
     }
 
 
 def surface_arrays(scene: Scene) -> dict[str, Array]:
-    """The surfaces that the points' truth refers to: id, part (`Part`), house, facade and opening index."""
+    """Return arrays over the surfaces that points refer to: id, part (`Part`), house, facade, opening."""
     return {
         "id": np.array([s.id for s in scene.surfaces], np.str_),
         "part": scene.parts,
@@ -180,19 +181,19 @@ def surface_arrays(scene: Scene) -> dict[str, Array]:
     }
 
 
-def _of(values: Array, index: Array, none: int) -> Array:
-    """values[index], `none` where the index is negative."""
+def _pick(values: Array, index: Array, none: int) -> Array:
+    """Returns values[index], or `none` where the index is negative."""
     padded = np.append(values, np.array(none, values.dtype))
     return np.asarray(padded[index])
 
 
 def _pose(pose: Rigid3, world: WorldRef) -> Table:
-    """World position and rotation world_from_sensor."""
+    """Returns the world position and the rotation world_from_sensor."""
     return {"position": _numbers(world.to_world(pose.t)), "R": pose.R.tolist()}
 
 
 def _camera_pose(pose: Rigid3, world: WorldRef) -> Table:
-    """World centre and rotation camera_from_world, as COLMAP has it."""
+    """Returns the world centre and the rotation camera_from_world, as in COLMAP."""
     return {"center": _numbers(world.to_world(pose.t)), "R": pose.R.T.tolist()}
 
 

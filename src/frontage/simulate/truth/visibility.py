@@ -1,4 +1,4 @@
-"""What the sensors could see: the share of every opening and facade with a free line of sight to any."""
+"""Visibility: the share of every opening and facade that has a free line of sight to a sensor."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -11,21 +11,26 @@ from frontage.model import Photo
 from frontage.simulate.optics.rays import Tracer
 from frontage.simulate.scene import FacadePlan, OpeningPlan, Scene
 
-_ACROSS = 8  # samples across an opening, and up
-_STEP = 0.5  # m between samples of a facade
-_BEFORE = 0.01  # m: samples lie this far before the wall
-_SLACK = 0.03  # m: what a ray hits within this of its sample is the sample's own surroundings
-_REACH = 60.0  # m: from further away nothing is resolved
-_GRAZING = np.cos(np.radians(80.0))
-_TRACK_STEP = 1.0  # m between the places of a track that are looked from
+_ACROSS = 8  # samples across the width of an opening, and across its height
+_STEP_M = 0.5  # between samples of a facade
+_BEFORE_M = 0.01  # distance of samples in front of the wall
+_SLACK_M = 0.03  # a hit this close to a sample is on the surroundings of the sample itself
+_REACH_M = 60.0  # from further away nothing is resolved
+_GRAZING_COS = np.cos(np.radians(80.0))  # walls that are seen at a more grazing angle are not resolved
+_TRACK_STEP_M = 1.0  # between the positions of a track that are used
 
 Shares = dict[str, float]
 """Share 0..1 by the name of the sensors: "stations", "drive", "photos", and "any"."""
 
 
 @dataclass(frozen=True, eq=False)
-class Eye:
-    """A scanner's place (3,) m local and its field: `field` rad about `forward` (3,), elevations rad."""
+class ScannerView:
+    """A scanner's position and field of view.
+
+    place             (3,) m local
+    forward, field    direction (3,) of the middle of the horizontal field, and its angle, rad
+    lowest, highest   elevations, rad
+    """
 
     place: Float
     forward: Float
@@ -34,7 +39,7 @@ class Eye:
     highest: float
 
     def within(self, rays: Float) -> Bool:
-        """Which rays (n, 3) leave within the field."""
+        """Return which rays (n, 3) from the scanner lie within its field of view."""
         flat = np.hypot(rays[:, 0], rays[:, 1])
         elevation = np.arctan2(rays[:, 2], flat)
         cosine = (rays[:, :2] @ self.forward[:2]) / np.maximum(flat * np.hypot(*self.forward[:2]), 1e-12)
@@ -44,7 +49,7 @@ class Eye:
 
 @dataclass(frozen=True, eq=False)
 class Visibility:
-    """Shares of the facades by "house/facade" index, and of the openings by "house/facade/opening" index."""
+    """Visible shares by index: of facades (house, facade), of openings (house, facade, opening)."""
 
     facades: Mapping[tuple[int, int], Shares]
     openings: Mapping[tuple[int, int, int], Shares]
@@ -52,9 +57,9 @@ class Visibility:
 
 @dataclass(frozen=True, eq=False)
 class _Samples:
-    """Points (n, 3) m local before the walls, the walls' outward normals (n, 3), what each belongs to (n,).
+    """Points (n, 3) m local just in front of the walls, and the outward normals (n, 3) of the walls.
 
-    key (n, 3) int64: house, facade, opening (-1 = the facade itself)
+    key     (n, 3) int64: house, facade and opening that each belongs to (-1 = the facade itself)
     """
 
     xyz: Float
@@ -63,13 +68,13 @@ class _Samples:
 
 
 def visibility(
-    scene: Scene, tracer: Tracer, stations: Sequence[Eye], track: Float, photos: Sequence[Photo]
+    scene: Scene, tracer: Tracer, stations: Sequence[ScannerView], track: Float, photos: Sequence[Photo]
 ) -> Visibility:
-    """Cast a ray from every sensor to every sample of the walls and openings.
+    """Return which share of the walls and openings the sensors see, from rays to samples of them.
 
-    track (m, 3) m local, positions of a vehicle in order. An opening's own frame, panes and shutters do not
-    hide it; anything else before it does. A photo sees what lies in its picture, a station what lies in its
-    field.
+    track (m, 3) m local are the positions of a vehicle, in order. A photo sees what lies in its picture, a
+    station what lies in its field of view. An opening is not hidden by its own frame, panes and shutters, but
+    by anything else in front of it.
     """
     samples = _samples(scene)
     owner = np.array([(s.house, s.facade, s.opening) for s in scene.surfaces], np.int64).reshape(-1, 3)
@@ -84,13 +89,14 @@ def visibility(
         if places:
             seen[name] = ~everything
             for place, among in places:
-                seen[name] |= _free(scene, tracer, samples, owner, place, among & ~seen[name])
+                hidden = among & ~seen[name]
+                seen[name] |= _visible(scene, tracer, samples, owner, viewpoint=place, among=hidden)
     any_sensor = np.any(list(seen.values()), axis=0) if seen else np.zeros(len(samples.xyz), np.bool_)
     return _shares(samples.key, seen | {"any": any_sensor})
 
 
 def _shares(key: Int, seen: Mapping[str, Bool]) -> Visibility:
-    """Means of the samples of each facade and opening."""
+    """Returns the share of the samples of each facade and opening that were seen."""
     names, group = np.unique(key, axis=0, return_inverse=True)
     count = np.bincount(group.ravel())
     share = {k: np.bincount(group.ravel(), v) / count for k, v in seen.items()}
@@ -119,19 +125,19 @@ def _samples(scene: Scene) -> _Samples:
 
 
 def _opening_samples(opening: OpeningPlan) -> Float:
-    """A raster of points (n, 3) in the hole, facade frame."""
+    """Returns a raster of points (n, 3) in an opening, facade frame."""
     xz = _inside(opening.ring, *(np.ptp(opening.ring, axis=0) / _ACROSS))
-    return np.column_stack([xz[:, 0], np.full(len(xz), opening.wall_y - _BEFORE), xz[:, 1]])
+    return np.column_stack([xz[:, 0], np.full(len(xz), opening.wall_y - _BEFORE_M), xz[:, 1]])
 
 
 def _wall_samples(facade: FacadePlan) -> Float:
-    """A raster of points (n, 3) on the main plane within the outline, facade frame."""
-    xz = _inside(facade.outline, _STEP, _STEP)
-    return np.column_stack([xz[:, 0], np.full(len(xz), -_BEFORE), xz[:, 1]])
+    """Returns a raster of points (n, 3) on the main plane within the outline, facade frame."""
+    xz = _inside(facade.outline, _STEP_M, _STEP_M)
+    return np.column_stack([xz[:, 0], np.full(len(xz), -_BEFORE_M), xz[:, 1]])
 
 
 def _inside(ring: Float, dx: float, dz: float) -> Float:
-    """Centres (n, 2) of raster cells that lie in the ring; its inner point for a ring smaller than a cell."""
+    """Returns the centres (n, 2) of raster cells in a ring, or some point within it if there are none."""
     (x0, z0), (x1, z1) = ring.min(0), ring.max(0)
     x, z = np.meshgrid(np.arange(x0 + dx / 2, x1, dx), np.arange(z0 + dz / 2, z1, dz))
     polygon = shapely.make_valid(shapely.Polygon(ring))
@@ -141,15 +147,20 @@ def _inside(ring: Float, dx: float, dz: float) -> Float:
     return np.asarray(np.column_stack([x.ravel(), z.ravel()])[inside])
 
 
-def _free(scene: Scene, tracer: Tracer, samples: _Samples, owner: Int, eye: Float, among: Bool) -> Bool:
-    """Which samples `among` (n,) have a free line of sight to `eye` (3,), not too far and not too slant."""
-    ray = samples.xyz - eye
+def _visible(
+    scene: Scene, tracer: Tracer, samples: _Samples, owner: Int, *, viewpoint: Float, among: Bool
+) -> Bool:
+    """Returns which samples `among` (n,) are visible from `viewpoint` (3,): near, not grazing, not hidden.
+
+    owner (s, 3) is house, facade and opening of every surface.
+    """
+    ray = samples.xyz - viewpoint
     distance = np.linalg.norm(ray, axis=1)
     slant = -(ray * samples.outward).sum(1) / np.maximum(distance, 1e-9)
-    rows = np.flatnonzero(among & (distance < _REACH) & (slant > _GRAZING))
+    rows = np.flatnonzero(among & (distance < _REACH_M) & (slant > _GRAZING_COS))
     seen = np.zeros(len(ray), np.bool_)
-    hits = tracer.first_hit(eye, ray[rows] / distance[rows, None])
-    before = hits.distance < distance[rows] - _SLACK
+    hits = tracer.first_hit(viewpoint, ray[rows] / distance[rows, None])
+    before = hits.distance < distance[rows] - _SLACK_M
     own = np.zeros(len(rows), np.bool_)
     met = np.flatnonzero(before)
     surface = scene.mesh.surface[hits.triangle[met]]
@@ -159,7 +170,7 @@ def _free(scene: Scene, tracer: Tracer, samples: _Samples, owner: Int, eye: Floa
 
 
 def _pictured(photo: Photo, xyz: Float) -> Bool:
-    """Which points fall into the picture."""
+    """Returns which points fall into the picture."""
     with np.errstate(invalid="ignore"):
         uv = photo.project(xyz)
         size = np.array([photo.camera.width, photo.camera.height])
@@ -167,9 +178,9 @@ def _pictured(photo: Photo, xyz: Float) -> Bool:
 
 
 def _thinned(track: Float) -> Float:
-    """Positions about a metre apart."""
+    """Returns positions that are about a metre apart."""
     if not len(track):
         return track
     arc = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(track, axis=0), axis=1))])
-    _, first = np.unique(np.floor(arc / _TRACK_STEP), return_index=True)
+    _, first = np.unique(np.floor(arc / _TRACK_STEP_M), return_index=True)
     return track[first]

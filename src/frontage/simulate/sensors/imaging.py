@@ -1,4 +1,4 @@
-"""From light to an 8-bit picture: blur, vignetting, exposure, shot and read noise, white balance, tone."""
+"""Develops light to an 8-bit picture: blur, vignetting, exposure, noise, white balance, tone curve."""
 
 from concurrent.futures import ThreadPoolExecutor
 
@@ -8,11 +8,11 @@ import numpy as np
 from frontage.geometry.arrays import Array, Float
 from frontage.simulate.sensors.cameras import CameraSpec
 
-_MIDDLE = 0.25  # linear level that the exposure puts the typical brightness at
-_MOST = 0.97  # quantile that it tries not to burn out
-_CONTRAST = 0.03  # amplitude of the S on top of sRGB's curve, what cameras usually add
-_GREY_WORLD = 0.25  # power of the correction towards a grey mean
-_BAND = 256  # rows with a random generator of their own
+_MIDDLE = 0.25  # linear level at which the exposure places the typical brightness
+_BRIGHT_QUANTILE = 0.97  # of the brightness, which the exposure tries not to saturate
+_CONTRAST = 0.03  # amplitude of the S-shaped curve that cameras usually add to that of sRGB
+_GREY_WORLD = 0.25  # exponent of the correction towards a grey mean
+_BAND = 256  # rows that share a random generator
 _LUMA = np.array([0.30, 0.59, 0.11], np.float32)
 
 
@@ -27,22 +27,22 @@ _TONE = _tone_table()
 
 
 def encode(light: Array) -> Array:
-    """Linear light (..., 3), 1 = saturated, as 8-bit codes: sRGB's curve with a camera's usual contrast."""
+    """Encode linear light (..., 3), 1 = saturated, as uint8: sRGB's curve with a camera's usual contrast."""
     return np.asarray(np.take(_TONE, np.clip(light * 65535, 0, 65535).astype(np.uint16)))
 
 
 def develop(light: Array, spec: CameraSpec, rng: np.random.Generator) -> Array:
-    """A picture (h, w, 3) uint8 RGB of the light (h, w, 3) float32 on the sensor.
+    """Return the picture (h, w, 3) uint8 RGB of the light (h, w, 3) float32 on the sensor.
 
-    Noise variance is signal / full_well + (read_noise / full_well)^2 in units of a saturated pixel. What the
-    lens does not see (light exactly 0) stays black.
+    The variance of the noise is signal / full_well + (read_noise / full_well)^2, in units of a saturated
+    pixel. Pixels that the lens does not see (light exactly 0) stay black.
     """
     thin = light[::8, ::8][light[::8, ::8].any(axis=2)]
     gain = _exposure(thin) * 2.0 ** rng.normal(0, spec.exposure_jitter)
     jitter = np.exp(rng.normal(0, spec.white_balance_jitter, 2))
     red, blue = jitter * _balance(thin)
     balance = np.array([red, 1.0, blue], np.float32)
-    loss = 0.0 if spec.model == "EQUIRECTANGULAR" else spec.vignetting  # panoramas are stitched and evened
+    loss = 0.0 if spec.model == "EQUIRECTANGULAR" else spec.vignetting  # stitched panoramas have none
     bands = range(0, len(light), _BAND)
     seeds = rng.integers(2**63, size=len(bands))
     out = np.empty(light.shape, np.uint8)
@@ -61,7 +61,7 @@ def develop(light: Array, spec: CameraSpec, rng: np.random.Generator) -> Array:
 
 
 def _blurred(light: Array, first: int, end: int, sigma: float) -> Array:
-    """Rows first..end-1 blurred by a Gaussian of `sigma` px."""
+    """Blurs rows `first` to `end` - 1 by a Gaussian of `sigma` px."""
     if sigma <= 0:
         return light[first:end]
     margin = int(np.ceil(4 * sigma)) + 1
@@ -79,7 +79,7 @@ def _noisy(signal: Array, spec: CameraSpec, rng: np.random.Generator) -> Array:
 
 
 def _vignette(shape: tuple[int, ...], loss: float, first: int, end: int) -> Array:
-    """Transmission (rows, w) float32: 1 in the middle, 1 - loss in the corners, as r^2 to r^4."""
+    """Returns the transmission (rows, w) float32: 1 in the middle, 1 - `loss` in the corners."""
     h, w = shape[:2]
     y, x = (np.linspace(-1, 1, n, dtype=np.float32) for n in (h, w))
     r2 = ((y[first:end, None] * h) ** 2 + (x * w) ** 2) / np.float32(h * h + w * w)
@@ -87,16 +87,16 @@ def _vignette(shape: tuple[int, ...], loss: float, first: int, end: int) -> Arra
 
 
 def _exposure(thin: Array) -> float:
-    """The gain of an automatic exposure: typical light to the middle, few pixels burnt out."""
+    """Returns the gain of an automatic exposure: typical light at the middle level, few saturated pixels."""
     if not len(thin):
         return 1.0
     luma = thin @ _LUMA
     typical = float(np.exp(np.log(np.maximum(luma, 1e-4)).mean()))
-    bright = float(np.quantile(luma, _MOST))
+    bright = float(np.quantile(luma, _BRIGHT_QUANTILE))
     return float(min(_MIDDLE / typical, 1.6 / max(bright, 1e-6)))
 
 
 def _balance(thin: Array) -> Float:
-    """Gains of red and blue of an automatic white balance: a little of the way to a grey mean."""
+    """Returns the gains of red and blue of an automatic white balance: part of the way to a grey mean."""
     mean = np.maximum(thin.mean(0), 1e-4) if len(thin) else np.ones(3)
     return np.asarray((mean[1] / mean[[0, 2]]) ** _GREY_WORLD, np.float64)

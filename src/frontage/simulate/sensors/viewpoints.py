@@ -1,4 +1,4 @@
-"""Where photos are taken from, and where the camera's own GPS and compass say so."""
+"""Plans where photos are taken from, and the poses that the camera's GPS and compass report."""
 
 from dataclasses import dataclass
 from functools import lru_cache
@@ -10,21 +10,21 @@ from frontage.geometry.arrays import Float
 from frontage.geometry.rigid import Rigid3
 from frontage.simulate.optics.rays import Tracer
 from frontage.simulate.scene import FacadePlan, Part, Scene
-from frontage.simulate.sensors.cameras import CameraSpec, Standpoint
+from frontage.simulate.sensors.cameras import FILM_MM, CameraSpec, Standpoint
 
 _LOOSE = (Part.TREE, Part.CAR, Part.LAMP, Part.PERSON)
-_BACK = 0.8  # m kept from the houses behind
-_ROOM = 0.5  # m that a photographer needs around the camera
-_DODGE = 0.7  # m further along when something stands in the way
-_OVERLAP = 0.75
-_FILM, _WIDEST = 36.0, 18.0  # mm: width of 35 mm film; shorter lenses do not widen the spacing
-_FARTHEST = 99.0  # m
-_COMMON = 0.7  # share of a GPS's variance that is the same for photos taken within minutes
+_BACK_M = 0.8  # distance that is kept from the houses behind
+_CLEARANCE_M = 0.5  # free radius that a photographer needs around the camera
+_DODGE_M = 0.7  # step along the street when something stands in the way
+_OVERLAP = 0.75  # of neighbouring photos
+_WIDEST_MM = 18.0  # shorter focal lengths (35 mm equivalent) do not widen the spacing
+_FARTHEST_M = 99.0
+_COMMON = 0.7  # share of the variance of GPS errors that is common to photos taken within minutes
 
 
 @dataclass(frozen=True, eq=False)
-class Aim:
-    """A photo to be taken: its name, its true pose and the given one, time s since the first."""
+class PlannedPhoto:
+    """A photo to be taken: its name, its true and its reported pose, and the time (s) since the first."""
 
     name: str
     true: Rigid3
@@ -33,18 +33,20 @@ class Aim:
 
 
 @lru_cache(maxsize=8)
-def plan(scene: Scene, spec: CameraSpec, seed: int) -> tuple[Aim, ...]:
-    """The poses of all photos, in the order they are taken; the last plans are remembered.
+def plan_photos(scene: Scene, spec: CameraSpec, seed: int) -> tuple[PlannedPhoto, ...]:
+    """Return the poses of all photos in the order in which they are taken; the last plans are cached.
 
-    A walk goes along the facades of one side, as far across the street as it is wide (or `spec.distance`),
-    steps aside for trees and cars, and aims by hand: 1.5 degrees and some centimetres off.
+    A walk leads along the facades of one side, at the other edge of the street (or at `spec.distance`). It
+    avoids trees and cars, and the camera is aimed by hand: 1.5 degrees and some centimetres off.
+
+    Raises OptionError when there is no house on the side that is to be photographed.
     """
     rng = np.random.default_rng([seed, 0x57A9])
     places = spec.places if spec.layout == "places" else _walk(scene, spec, rng)
     ground = Tracer(scene.mesh, scene.parts[scene.mesh.surface] == Part.GROUND)
     true = [_pose(scene, ground, place) for place in places]
     return tuple(
-        Aim(f"IMG_{k + 1:04d}.jpg", pose, given, 4.0 * k)
+        PlannedPhoto(f"IMG_{k + 1:04d}.jpg", pose, given, 4.0 * k)
         for k, (pose, given) in enumerate(zip(true, _given(true, spec, rng), strict=True))
     )
 
@@ -53,9 +55,9 @@ def _walk(scene: Scene, spec: CameraSpec, rng: np.random.Generator) -> tuple[Sta
     fronts = _fronts(scene, spec.side)
     first, last = fronts[:, 0].min(), fronts[:, 0].max()
     turn = 1.0 if spec.side == 0 else -1.0
-    line = turn * float((turn * fronts[:, 1]).min())  # the foremost front
+    line = turn * float((turn * fronts[:, 1]).min())  # of the foremost front
     away = _distance(scene, spec, fronts, line, turn)
-    field = away * min(spec.width / spec.height, 1.0) * _FILM / max(spec.focal, _WIDEST)
+    field = away * min(spec.width / spec.height, 1.0) * FILM_MM / max(spec.focal, _WIDEST_MM)
     step = spec.spacing or (1 - _OVERLAP) * field
     stops = np.linspace(first, last, max(2, int(np.ceil((last - first) / step)) + 1))
     if spec.most is not None:
@@ -64,7 +66,7 @@ def _walk(scene: Scene, spec: CameraSpec, rng: np.random.Generator) -> tuple[Sta
     places = []
     for stop in stops:
         along, across = stop + rng.normal(0, 0.08), line - turn * (away + rng.normal(0, 0.1))
-        along = _dodged(scene, bodies, along, across, spec.eye)
+        along = _avoid_obstacles(scene, bodies, along, across, spec.eye)
         for heading in spec.headings:
             for pitch in spec.pitches:
                 h, p, r = np.array([heading, pitch, 0.0]) + rng.normal(0, 1.5, 3) * [1, 1, 0.5]
@@ -82,7 +84,7 @@ def _thinned(stops: Float, most: int) -> Float:
 
 
 def _fronts(scene: Scene, side: int) -> Float:
-    """Lower corners (2 f, 3) of the facades on one side that look at the street, street frame."""
+    """Returns the lower corners (2 f, 3), street frame, of the facades on one side that face the street."""
     street_from_local = scene.local_from_street.inverse
     ends = []
     for house in scene.houses:
@@ -101,9 +103,9 @@ def _foot(facade: FacadePlan) -> Float:
 
 
 def _distance(scene: Scene, spec: CameraSpec, fronts: Float, line: float, turn: float) -> float:
-    """How far from the foremost facade (m) photos are taken: as asked, but never inside what stands opposite.
+    """Returns how far (m) from the foremost facade photos are taken, as asked but never inside a house.
 
-    The free width is measured from the road, which nothing fixed stands on.
+    The free width is measured from the road, on which nothing fixed stands.
     """
     street = scene.local_from_street
     road = street.inverse.apply(scene.road)
@@ -111,31 +113,31 @@ def _distance(scene: Scene, spec: CameraSpec, fronts: Float, line: float, turn: 
     level = [np.interp(along, road[:, 0], road[:, k]) for k in (1, 2)]
     start = np.column_stack([along, *level]) + np.array([0.0, 0.0, spec.eye])
     fixed = ~np.isin(scene.parts[scene.mesh.surface], [*_LOOSE, Part.GROUND])
-    way = np.broadcast_to([0.0, -turn, 0.0], start.shape)
-    hits = Tracer(scene.mesh, fixed).first_hit(street.apply(start), street.rotate(way))
-    reach = np.abs(start[:, 1] - line) + np.minimum(hits.distance, _FARTHEST)
-    free = float(np.quantile(reach, 0.1)) - _BACK
+    direction = np.broadcast_to([0.0, -turn, 0.0], start.shape)
+    hits = Tracer(scene.mesh, fixed).first_hit(street.apply(start), street.rotate(direction))
+    reach = np.abs(start[:, 1] - line) + np.minimum(hits.distance, _FARTHEST_M)
+    free = float(np.quantile(reach, 0.1)) - _BACK_M
     tall = max((h.eaves_z - h.ground_z for h in scene.houses), default=10.0)
     return max(1.5, min(free, spec.distance or min(max(1.3 * tall, 8.0), 25.0)))
 
 
-def _dodged(scene: Scene, bodies: Tracer, along: float, across: float, eye: float) -> float:
-    """`along`, moved on until nothing is within arm's reach of the camera."""
+def _avoid_obstacles(scene: Scene, bodies: Tracer, along: float, across: float, eye: float) -> float:
+    """Moves the position `along` the street on until nothing stands too close to the camera."""
     turns = np.linspace(0, 2 * np.pi, 24, endpoint=False)
-    ways = np.column_stack([np.cos(turns), np.sin(turns), np.zeros(24)])
-    ways = np.concatenate([ways, ways * 0.7 + [0, 0, 0.7], ways * 0.7 - [0, 0, 0.7]])
+    directions = np.column_stack([np.cos(turns), np.sin(turns), np.zeros(24)])
+    directions = np.concatenate([directions, directions * 0.7 + [0, 0, 0.7], directions * 0.7 - [0, 0, 0.7]])
     road = scene.local_from_street.inverse.apply(scene.road)
     for k in range(8):
-        moved = along + k * _DODGE
+        moved = along + k * _DODGE_M
         place = np.array([[moved, across, np.interp(moved, road[:, 0], road[:, 2]) + eye]])
-        hits = bodies.first_hit(scene.local_from_street.apply(place), ways)
-        if not (hits.distance < _ROOM).any():
+        hits = bodies.first_hit(scene.local_from_street.apply(place), directions)
+        if not (hits.distance < _CLEARANCE_M).any():
             return moved
     return along
 
 
 def _pose(scene: Scene, ground: Tracer, place: Standpoint) -> Rigid3:
-    """local_from_camera of a standpoint: its height is above the ground, above the road where none is."""
+    """Returns local_from_camera of a standpoint, whose height is above the ground or else above the road."""
     street = scene.local_from_street
     road = street.inverse.apply(scene.road)
     level = float(np.interp(place.along, road[:, 0], road[:, 2]))
@@ -153,7 +155,7 @@ def _pose(scene: Scene, ground: Tracer, place: Standpoint) -> Rigid3:
 
 
 def _given(true: list[Rigid3], spec: CameraSpec, rng: np.random.Generator) -> list[Rigid3]:
-    """The poses as GPS, compass and level know them: GPS errors are mostly common, the others are not."""
+    """Draws the poses that GPS, compass and level report; GPS errors are mostly common to all photos."""
     n = len(true)
     shift = np.sqrt(_COMMON) * rng.normal(size=3) + np.sqrt(1 - _COMMON) * rng.normal(size=(n, 3))
     heading = np.radians(spec.sigma_heading) * (0.6 * rng.normal() + 0.8 * rng.normal(size=n))
@@ -166,7 +168,7 @@ def _given(true: list[Rigid3], spec: CameraSpec, rng: np.random.Generator) -> li
 
 
 def _about(axis: int, angle: float) -> Float:
-    """Rotation matrix (3, 3) about a coordinate axis."""
+    """Returns the rotation matrix (3, 3) about a coordinate axis by `angle` rad."""
     c, s = np.cos(angle), np.sin(angle)
     i, j = (axis + 1) % 3, (axis + 2) % 3
     R = np.eye(3)

@@ -1,4 +1,4 @@
-"""Texture in the laser's reflectance: bricks, joints and stains, as the eye sees them but only loosely so."""
+"""Texture of the reflectance at the laser's wavelength, loosely related to the visible texture."""
 
 import numpy as np
 
@@ -7,23 +7,23 @@ from frontage.simulate.optics.materials import shade
 from frontage.simulate.scene import Scene
 
 _LUMA = np.array([0.3, 0.59, 0.11])
-_LIKENESS = (0.2, 0.9)  # exponent range: how much of the contrast in light is left in the infrared
+_EXPONENT = (0.2, 0.9)  # range; the smaller, the less of the visible contrast is left for the laser
 _LIMITS = (0.4, 2.0)  # of the factor on a material's mean reflectance
 
 
-class Tint:
-    """The factor by which a place reflects more or less of the laser than its material does on average."""
+class LaserTexture:
+    """How much more or less of the laser each place reflects than its material does on average."""
 
     def __init__(self, scene: Scene, rng: np.random.Generator) -> None:
-        """Draw how alike laser and light are for every material of `scene`."""
+        """Draw for every material of `scene` how much of its visible contrast the laser sees."""
         self._scene = scene
-        self._likeness = rng.uniform(*_LIKENESS, len(scene.materials))
+        self._exponent = rng.uniform(*_EXPONENT, len(scene.materials))
         self._mean = np.array([m.rgb for m in scene.materials]).reshape(-1, 3) @ _LUMA
         self._material = np.array([s.material for s in scene.surfaces], np.int64)
 
     def factor(self, surface: Array, xyz: Float) -> Float:
-        """Factors (n,) at points (n, 3) m local on surfaces (n,), all >= 0."""
+        """Return factors (n,) > 0 on the mean reflectance, at points (n, 3) m local on surfaces (n,)."""
         material = self._material[surface]
         light = np.asarray(shade(self._scene, surface, xyz), np.float64) @ _LUMA
         ratio = light / np.maximum(self._mean[material], 0.01)
-        return np.asarray(np.clip(ratio ** self._likeness[material], *_LIMITS))
+        return np.asarray(np.clip(ratio ** self._exponent[material], *_LIMITS))

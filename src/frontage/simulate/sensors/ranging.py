@@ -1,4 +1,4 @@
-"""One laser measuring: true beams in, noisy ranges and intensities out."""
+"""Measures with a laser: true beams in, noisy ranges and intensities out."""
 
 from dataclasses import dataclass
 
@@ -8,20 +8,23 @@ from frontage.geometry.arrays import Array, Float, Int
 from frontage.simulate.sensors.footprint import sub_rays
 from frontage.simulate.sensors.instrument import Instrument
 from frontage.simulate.sensors.recording import Echo
-from frontage.simulate.sensors.returns import Echoes, record
+from frontage.simulate.sensors.returns import Echoes, record_echoes
 from frontage.simulate.sensors.target import Target
 
-_BATCH = 20_000  # beams traced together: their sub-rays and branches stay in the processor's cache
-_FLOOR, _CEILING = 1e-4, 4.0  # energies between which range noise depends on energy
+_BATCH = 20_000  # beams traced together, so that their sub-rays stay in the processor's cache
+_ENERGY_FLOOR, _ENERGY_CEILING = 1e-4, 4.0  # between which the range noise depends on the energy
 
 
 @dataclass(frozen=True, eq=False)
-class Measured:
-    """Echoes (k,) of all beams in order, as recorded.
+class Measurements:
+    """The k echoes of all beams, in order, as they are recorded.
 
-    beam       (k,) number of the beam; number, count (k,) uint8 of the echo in its beam
-    range      (k,) m, recorded; intensity (k,) float32 0..1
-    surface, kind, true_range   (k,), see `recording.Station`; hit (k, 3) m local, where the light came from
+    beam           (k,) number of the beam
+    number, count  (k,) uint8, number of the echo in its beam (from 1), and how many there are
+    range          (k,) m, as recorded
+    intensity      (k,) float32, 0..1
+    surface, kind, true_range   (k,), as in `recording.Recording`
+    hit            (k, 3) m local, where the light was scattered
     """
 
     beam: Int
@@ -35,39 +38,48 @@ class Measured:
     hit: Float
 
 
-def measure(
+def measure_beams(
     target: Target, instrument: Instrument, origins: Float, directions: Float, seed: tuple[int, ...]
-) -> Measured:
-    """Send beams from `origins` (n, 3) along true unit `directions` (n, 3), local; `seed` of all noise."""
+) -> Measurements:
+    """Send beams from `origins` (n, 3) m along true unit `directions` (n, 3), local; return the echoes.
+
+    All noise is drawn from `seed`.
+    """
     lots = [
-        _batch(target, instrument, origins[k : k + _BATCH], directions[k : k + _BATCH], k, seed)
+        _measure_batch(
+            target, instrument, origins[k : k + _BATCH], directions[k : k + _BATCH], first=k, seed=seed
+        )
         for k in range(0, len(directions), _BATCH)
     ]
-    return Measured(*(np.concatenate([getattr(m, name) for m in lots]) for name in Measured.__annotations__))
+    return Measurements(
+        *(np.concatenate([getattr(m, name) for m in lots]) for name in Measurements.__annotations__)
+    )
 
 
-def _batch(
+def _measure_batch(
     target: Target,
     instrument: Instrument,
     origins: Float,
     directions: Float,
+    *,
     first: int,
     seed: tuple[int, ...],
-) -> Measured:
+) -> Measurements:
+    """Measures with some beams, of which the first has the number `first`."""
     rng = np.random.default_rng([*seed, first])
-    light = target.light(instrument, *sub_rays(instrument, origins, directions, first))
-    e = _with_strays(record(light, instrument), len(directions), instrument, rng)
+    paths = target.trace(instrument, *sub_rays(instrument, origins, directions, first))
+    e = _with_strays(record_echoes(paths, instrument), len(directions), instrument, rng)
     hit = origins[e.beam] + e.true_range[:, None] * directions[e.beam]
     real = np.flatnonzero(np.isin(e.kind, (Echo.PLAIN, Echo.MIXED, Echo.THROUGH_GLASS)))
-    near, tint = np.zeros(len(e)), np.ones(len(e))
+    near, texture = np.zeros(len(e)), np.ones(len(e))
     near[real] = target.roughness.shortening(e.surface[real], hit[real], e.cosine[real])
-    tint[real] = target.tint.factor(e.surface[real], hit[real])
-    energy = e.energy * tint
-    scale = np.clip(energy, _FLOOR, _CEILING) ** -instrument.exponent
+    texture[real] = target.texture.factor(e.surface[real], hit[real])
+    energy = e.energy * texture
+    scale = np.clip(energy, _ENERGY_FLOOR, _ENERGY_CEILING) ** -instrument.exponent
     sigma = np.hypot(
         instrument.sigma_range * scale, instrument.spread * e.width * (instrument.sigma_range > 0)
     )
-    return Measured(
+    return Measurements(
         first + e.beam,
         e.number,
         e.count,
@@ -81,14 +93,14 @@ def _batch(
 
 
 def _intensity(energy: Float, instrument: Instrument, rng: np.random.Generator) -> Array:
-    """Recorded intensity (k,) float32 in 0..1: gain, speckle, saturation, quantisation."""
+    """Returns the recorded intensity (k,) float32 in 0..1: gain, speckle, saturation, quantisation."""
     value = energy * instrument.gain * (1 + instrument.speckle * rng.normal(size=len(energy)))
     top = instrument.levels - 1
     return (np.rint(np.clip(value, 0, 1) * top) / top).astype(np.float32)
 
 
 def _with_strays(echoes: Echoes, beams: int, instrument: Instrument, rng: np.random.Generator) -> Echoes:
-    """Some beams record dust, rain or sunlight instead of a surface, anywhere before it."""
+    """Lets some beams record dust, rain or sunlight somewhere in front of a surface, instead of it."""
     stray = np.flatnonzero(rng.random(beams) < instrument.strays)
     own = echoes.take(np.flatnonzero(~np.isin(echoes.beam, stray)))
     limit = np.full(beams, instrument.range_max)

@@ -1,9 +1,9 @@
-"""Things that stand in a street: cars, lamps and pedestrians, as lofts through rings."""
+"""Objects that stand in a street: cars, lamps and pedestrians, drawn as lofts through rings."""
 
 import numpy as np
 
 from frontage.geometry.arrays import Float
-from frontage.simulate.houses.meshing import Pen, loft
+from frontage.simulate.meshing import Pen, loft
 from frontage.simulate.scene import Material, Part
 
 _CAR_COLOURS = ((0.02, 0.02, 0.025), (0.35, 0.36, 0.38), (0.75, 0.75, 0.75), (0.3, 0.02, 0.02),
@@ -24,7 +24,7 @@ _CABIN = ((0.88, 1.32, 0.76), (1.1, 1.13, 0.7), (1.36, 0.83, 0.6), (1.42, 0.74, 
 
 
 def draw_car(pen: Pen, name: str, rng: np.random.Generator) -> None:
-    """A parked car; the pen's frame has x along it, z up from the ground below its middle."""
+    """Draw a parked car; the pen's frame has x along the car and its origin on the ground below it."""
     scale = rng.uniform(0.9, 1.1, 3)
     rgb = _CAR_COLOURS[int(rng.integers(len(_CAR_COLOURS)))]
     seed = int(rng.integers(2**31))
@@ -45,7 +45,7 @@ def draw_car(pen: Pen, name: str, rng: np.random.Generator) -> None:
 
 
 def draw_lamp(pen: Pen, name: str, rng: np.random.Generator) -> None:
-    """A street lamp; x of the pen's frame points to where its arm reaches."""
+    """Draw a street lamp; x of the pen's frame points along its arm."""
     metal = Material("lamp", "metal", (0.08, 0.09, 0.09), (0.05, 0.05, 0.05), 0.3, 0.2)
     surface = pen.surface(f"{name}/post", Part.LAMP, metal)
     height, reach = float(rng.uniform(4.0, 7.0)), float(rng.uniform(0.4, 1.4))
@@ -56,7 +56,7 @@ def draw_lamp(pen: Pen, name: str, rng: np.random.Generator) -> None:
 
 
 def draw_person(pen: Pen, name: str, rng: np.random.Generator) -> None:
-    """Someone who walks along x of the pen's frame."""
+    """Draw a pedestrian who walks along x of the pen's frame."""
     scale = float(rng.uniform(1.5, 1.95)) / 1.78
     coat, trousers = (_CLOTHES[int(k)] for k in rng.integers(len(_CLOTHES), size=2))
     upper = pen.surface(f"{name}/coat", Part.PERSON, _cloth("coat", coat, rng))
@@ -90,7 +90,7 @@ def _circle(radius: float, x: float, y: float, z: float) -> Float:
 
 
 def _rounded(half_x: float, half_y: float, x: float, z: float) -> Float:
-    """A superellipse about (x, 0) in the plane z: straight sides, round corners."""
+    """Returns a superellipse about (x, 0) in the plane z: nearly straight sides, round corners."""
     c, s = np.cos(_FINE), np.sin(_FINE)
     ring = np.column_stack([np.sign(c) * np.abs(c) ** 0.45, np.sign(s) * np.abs(s) ** 0.45])
     return np.column_stack([ring * [half_x, half_y] + [x, 0.0], np.full(len(ring), z)])

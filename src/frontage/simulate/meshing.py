@@ -1,4 +1,4 @@
-"""Triangles from rings: plates with holes, extrusions, boxes, each in its own frame."""
+"""Makes triangles from outlines: plates with holes, extrusions, boxes and lofts, each in its own frame."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -8,25 +8,25 @@ import shapely
 
 from frontage.geometry.arrays import Array, Float, Int
 from frontage.geometry.rigid import Rigid3
-from frontage.simulate.scene import Material, Mesh, Part, Surface
+from frontage.simulate.scene import Material, Part, SceneMesh, SceneSurface
 
 
 class MeshBuilder:
-    """Collects materials, surfaces and triangles of a scene."""
+    """Collects the materials, surfaces and triangles of a scene."""
 
     def __init__(self) -> None:
         self.materials: dict[Material, int] = {}
-        self.surfaces: list[Surface] = []
+        self.surfaces: list[SceneSurface] = []
         self._vertices: list[Float] = []
         self._corners: list[Int] = []
         self._surface: list[Array] = []
         self._count = 0
 
     def material(self, material: Material) -> int:
-        """Index of a material; equal ones are stored once."""
+        """Return the index of a material; equal materials are stored once."""
         return self.materials.setdefault(material, len(self.materials))
 
-    def surface(self, surface: Surface) -> int:
+    def surface(self, surface: SceneSurface) -> int:
         """Register a surface and return its index."""
         self.surfaces.append(surface)
         return len(self.surfaces) - 1
@@ -38,19 +38,20 @@ class MeshBuilder:
         self._surface.append(np.full(len(corners), surface, np.int32))
         self._count += len(vertices)
 
-    def mesh(self) -> Mesh:
-        """The mesh of everything added so far."""
+    def mesh(self) -> SceneMesh:
+        """Return the mesh of everything that was added so far."""
         if not self._vertices:
-            return Mesh(np.zeros((0, 3)), np.zeros((0, 3), np.int64), np.zeros(0, np.int32))
+            return SceneMesh(np.zeros((0, 3)), np.zeros((0, 3), np.int64), np.zeros(0, np.int32))
         parts = (np.concatenate(a) for a in (self._vertices, self._corners, self._surface))
-        return Mesh(*parts)
+        return SceneMesh(*parts)
 
 
 @dataclass(frozen=True)
 class Pen:
-    """Draws shapes given in one frame (x, y, z: right, into the wall, up) into the builder.
+    """Adds shapes to a mesh builder, given in one frame (x right, y into the wall, z up).
 
-    `prefix` starts the ids of its surfaces; house, facade and opening are what they belong to.
+    `prefix` begins the ids of the surfaces that it registers; house, facade and opening are the indices of
+    what these surfaces belong to, -1 = none.
     """
 
     builder: MeshBuilder
@@ -60,8 +61,8 @@ class Pen:
     facade: int = -1
     opening: int = -1
 
-    def of(self, prefix: str, *, facade: int | None = None, opening: int | None = None) -> "Pen":
-        """The same pen for a facade or an opening."""
+    def with_prefix(self, prefix: str, *, facade: int | None = None, opening: int | None = None) -> "Pen":
+        """Return the same pen with another prefix and, if given, another facade and opening."""
         return replace(
             self,
             prefix=prefix,
@@ -69,8 +70,8 @@ class Pen:
             opening=self.opening if opening is None else opening,
         )
 
-    def within(self, local_from_frame: Rigid3) -> "Pen":
-        """The same pen in another frame."""
+    def in_frame(self, local_from_frame: Rigid3) -> "Pen":
+        """Return the same pen for shapes given in another frame."""
         return replace(self, local_from_frame=local_from_frame)
 
     def surface(
@@ -78,15 +79,16 @@ class Pen:
         name: str,
         part: Part,
         material: Material,
+        *,
         u: tuple[float, float, float] = (1.0, 0.0, 0.0),
         v: tuple[float, float, float] = (0.0, 0.0, 1.0),
         roughness: float = 0.0,
         correlation: float = 0.3,
     ) -> int:
-        """Register a surface "prefix/name" with texture axes u, v given in this frame."""
+        """Register the surface "prefix/name" with texture axes u and v in this frame; return its index."""
         frame = self.local_from_frame
         origin, axes = frame.t, frame.rotate(np.array([u, v], float))
-        surface = Surface(
+        surface = SceneSurface(
             f"{self.prefix}/{name}" if self.prefix else name,
             part,
             self.builder.material(material),
@@ -102,28 +104,35 @@ class Pen:
         return self.builder.surface(surface)
 
     def triangles(self, surface: int, xyz: Float, corners: Int) -> None:
-        """Add triangles given in this frame."""
+        """Add triangles: vertices (v, 3) m in this frame, corners (t, 3) into them."""
         self.builder.add(self.local_from_frame.apply(xyz), corners, surface)
 
     def plate(
         self, surface: int, ring: Float, y: float, holes: Sequence[Float] = (), inward: bool = False
     ) -> None:
-        """A polygon in the plane y, seen from the street (or, `inward`, from inside)."""
+        """Add a polygon in the plane at `y`, facing the street or, if `inward`, the inside of the house."""
         xz, corners = triangulate(ring, holes)
         xyz = np.column_stack([xz[:, 0], np.full(len(xz), y), xz[:, 1]])
         self.triangles(surface, xyz, corners[:, ::-1] if inward else corners)
 
     def strip(self, surface: int, ring: Float, y0: float, y1: float, outward: bool = False) -> None:
-        """The side of a ring from y0 to y1 > y0, facing its middle (a reveal) or outward (a block)."""
+        """Add the side faces of a ring from y0 to y1 > y0, facing its middle (a reveal) or `outward`."""
         near = np.column_stack([ring[:, 0], np.full(len(ring), y0), ring[:, 1]])
         far = near + np.array([0.0, y1 - y0, 0.0])
         xyz, corners = band(near, far)
         self.triangles(surface, xyz, corners[:, ::-1] if outward else corners)
 
     def block(
-        self, surface: int, ring: Float, y0: float, y1: float, holes: Sequence[Float] = (), back: bool = True
+        self,
+        surface: int,
+        ring: Float,
+        y0: float,
+        y1: float,
+        *,
+        holes: Sequence[Float] = (),
+        back: bool = True,
     ) -> None:
-        """A solid of a ring's outline between y0 and y1; without its back where that lies on a wall."""
+        """Add a solid with a ring's outline between y0 and y1, without its `back` where that is hidden."""
         self.plate(surface, ring, y0, holes)
         self.strip(surface, ring, y0, y1, outward=True)
         for hole in holes:
@@ -132,13 +141,13 @@ class Pen:
             self.plate(surface, ring, y1, holes, inward=True)
 
     def box(self, surface: int, low: Sequence[float], high: Sequence[float], inward: bool = False) -> None:
-        """An upright box from corner `low` to `high`, seen from outside (or, `inward`, from inside)."""
+        """Add an upright box between two corners, with faces that point outwards or, if `inward`, inwards."""
         corner = np.array([[i, j, k] for i in (0, 1) for j in (0, 1) for k in (0, 1)], float)
         xyz = np.asarray(low) + corner * (np.asarray(high, float) - np.asarray(low, float))
         self.triangles(surface, xyz, _BOX[:, ::-1] if inward else _BOX)
 
     def polygon(self, surface: int, ring: Float) -> None:
-        """A planar polygon (k, 3) without holes, counter-clockwise from outside."""
+        """Add a planar polygon (k, 3) without holes, counter-clockwise as seen from outside."""
         self.triangles(surface, ring, fan(ring))
 
 
@@ -147,7 +156,7 @@ _BOX = np.concatenate([_QUADS[:, [0, 1, 2]], _QUADS[:, [0, 2, 3]]])
 
 
 def band(near: Float, far: Float) -> tuple[Float, Int]:
-    """Quads between two closed rings (k, 3) of the same length, as triangles."""
+    """Connect two closed rings (k, 3) of the same length: vertices (2 k, 3), corners (2 k, 3)."""
     k = len(near)
     a = np.arange(k)
     b = (a + 1) % k
@@ -156,9 +165,10 @@ def band(near: Float, far: Float) -> tuple[Float, Int]:
 
 
 def triangulate(ring: Float, holes: Sequence[Float] = ()) -> tuple[Float, Int]:
-    """Constrained Delaunay triangles of a polygon: vertices (v, 2), corners (t, 3) counter-clockwise.
+    """Triangulate a polygon: vertices (v, 2), corners (t, 3) counter-clockwise (constrained Delaunay).
 
     No vertex is added, so that neighbouring surfaces that share a ring meet without gaps.
+
     Raises ValueError when rings touch or cross.
     """
     if len(holes) == 0 and len(ring) <= 4 and (quick := _convex(np.asarray(ring, np.float64))) is not None:
@@ -178,7 +188,7 @@ def triangulate(ring: Float, holes: Sequence[Float] = ()) -> tuple[Float, Int]:
 
 
 def _convex(ring: Float) -> Int | None:
-    """Triangles of a strictly convex triangle or quad (k, 2), counter-clockwise; None for any other ring."""
+    """Triangulates a strictly convex triangle or quadrilateral (k, 2); returns None for any other ring."""
     ahead = np.roll(ring, -1, axis=0) - ring
     after = np.roll(ahead, -1, axis=0)
     turn = ahead[:, 0] * after[:, 1] - ahead[:, 1] * after[:, 0]
@@ -189,7 +199,7 @@ def _convex(ring: Float) -> Int | None:
 
 
 def fan(ring: Float) -> Int:
-    """Triangles of a planar 3-D ring (k, 3), which may be concave."""
+    """Triangulate a planar 3-D ring (k, 3), which may be concave: corners (t, 3)."""
     ring = np.asarray(ring, np.float64)
     normal = np.cross(ring, np.roll(ring, -1, axis=0)).sum(0)
     drop = int(np.argmax(np.abs(normal)))
@@ -199,7 +209,10 @@ def fan(ring: Float) -> Int:
 
 
 def inset(ring: Float, distance: float) -> Float:
-    """A counter-clockwise ring (k, 2) moved inward by `distance` (outward if negative), vertex by vertex."""
+    """Move a counter-clockwise ring (k, 2) inward by `distance` (outward if negative), edge by edge.
+
+    The result has as many vertices as the ring, in the same order.
+    """
     ahead = np.roll(ring, -1, axis=0) - ring
     ahead /= np.linalg.norm(ahead, axis=1, keepdims=True)
     normal = np.column_stack([-ahead[:, 1], ahead[:, 0]])
@@ -210,8 +223,9 @@ def inset(ring: Float, distance: float) -> Float:
 
 
 def loft(rings: Float) -> tuple[Float, Int]:
-    """A closed body through rings (m, k, 3), each counter-clockwise seen from the last one: the first and the
-    last ring are its ends; convex rings only.
+    """Make a closed body through convex rings (m, k, 3): vertices (m k, 3) and corners (t, 3).
+
+    Every ring is counter-clockwise as seen from the last one; the first and the last ring are the ends.
     """
     m, k, _ = rings.shape
     a = np.arange(k)

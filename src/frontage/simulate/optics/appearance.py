@@ -1,4 +1,4 @@
-"""The tables behind a scene's looks: per surface, per material and per triangle, ready to be indexed."""
+"""The appearance of a scene as arrays per surface, per material and per triangle, ready to be indexed."""
 
 from dataclasses import dataclass
 from functools import lru_cache
@@ -8,22 +8,28 @@ import numpy as np
 from frontage.geometry.arrays import Array, Float, Int
 from frontage.simulate.scene import Part, Scene
 
-_FACING = (
-    0.5  # cosine below which a triangle is too oblique to its surface's texture plane to be painted by it
-)
+_FACING_COS = 0.5  # below it, a triangle is too oblique to its surface's texture plane
 
 
 @dataclass(frozen=True, eq=False)
-class Looks:
-    """Arrays of a scene.
+class Appearance:
+    """Arrays over the s surfaces, m materials and t triangles of a scene.
 
-    material (s,) int64, part (s,) uint8, origin (s, 3), frame (s, 3, 3): u, v and u x v of every surface
-    kinds: names of the kinds of material; kind (m,) index into them; rgb, joint (m, 3), size (m, 2) float32;
-    gloss (m,) float32; seed (m,) uint32
-    normals (t + 1, 3) float64, the last one up; surface (t,) int32; axes (t,) uint8: which two of the frame's
-    axes a triangle's texture runs along, 0 = (u, v), 1 = (u, w), 2 = (w, v); axes_of_surface (s,) its
-    commonest by area
-    first, second (3 s, 4): texture coordinate of (x, y, z, 1) at 3 * surface + axes
+    Surfaces:
+    material         (s,) int64, index of the material
+    part             (s,) uint8, `Part`
+    origin, frame    (s, 3) m local and (s, 3, 3): texture origin, and the unit vectors u, v and w = u x v
+    axes_of_surface  (s,) uint8, the most frequent `axes` of its triangles by area
+    first, second    (3 s, 4): row 3 * surface + axes maps (x, y, z, 1) to the texture coordinates u and v
+
+    Materials:
+    kinds            names of the kinds of material; kind (m,) is an index into them
+    rgb, joint       (m, 3) float32; size (m, 2) float32; gloss (m,) float32; seed (m,) uint32
+
+    Triangles:
+    normals          (t + 1, 3) float64, outward unit normals; the last row, for the sky, points up
+    surface          (t,) int32, index of the surface
+    axes             (t,) uint8, the two axes that its texture runs along: 0 = (u, v), 1 = (u, w), 2 = (w, v)
     """
 
     material: Int
@@ -45,7 +51,10 @@ class Looks:
     second: Float
 
     def texture_coordinates(self, surface: Array, xyz: Float, axes: Array) -> tuple[Array, Array]:
-        """u, v (n,) float32 m of points (n, 3) m local on surfaces (n,), along the triangles' axes (n,)."""
+        """Return texture coordinates u, v (n,) float32 m of points (n, 3) m local.
+
+        surface (n,) are the indices of their surfaces, axes (n,) those of their triangles (see the class).
+        """
         row = 3 * np.asarray(surface, np.int64) + axes
         u, v = (
             np.einsum("ij,ij->i", xyz, table[row, :3]) + table[row, 3] for table in (self.first, self.second)
@@ -58,8 +67,8 @@ _SECOND: Int = np.array([1, 2, 1])
 
 
 @lru_cache(maxsize=4)
-def look_of(scene: Scene) -> Looks:
-    """The tables of a scene; the last few scenes' are remembered."""
+def appearance_of(scene: Scene) -> Appearance:
+    """Return the appearance of a scene; those of the last few scenes are cached."""
     surfaces, materials = scene.surfaces, scene.materials
     frame = _frames(
         surfaces_u=np.array([s.u for s in surfaces]), surfaces_v=np.array([s.v for s in surfaces])
@@ -68,7 +77,7 @@ def look_of(scene: Scene) -> Looks:
     normals, surface = scene.mesh.normals, scene.mesh.surface
     axes = _axes(normals, frame[surface])
     origin = np.array([s.origin for s in surfaces], np.float64)
-    return Looks(
+    return Appearance(
         material=np.array([s.material for s in surfaces], np.int64),
         part=scene.parts,
         frame=frame,
@@ -83,20 +92,20 @@ def look_of(scene: Scene) -> Looks:
         normals=np.concatenate([normals, [[0.0, 0.0, 1.0]]]),
         surface=surface,
         axes=axes,
-        axes_of_surface=_commonest(axes, surface, areas(scene), len(surfaces)),
+        axes_of_surface=_most_frequent(axes, surface, areas(scene), len(surfaces)),
         first=_tables(frame, origin, _FIRST),
         second=_tables(frame, origin, _SECOND),
     )
 
 
 def areas(scene: Scene) -> Float:
-    """Area (t,) m2 of every triangle."""
+    """Return the area (t,) m2 of every triangle."""
     a, b, c = (scene.mesh.vertices[scene.mesh.corners[:, k]] for k in range(3))
     return np.asarray(0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=1))
 
 
-def without(scene: Scene, *parts: Part) -> Int:
-    """Indices (k,) int64 of the triangles that belong to none of `parts`."""
+def triangles_without(scene: Scene, *parts: Part) -> Int:
+    """Return the indices (k,) int64 of the triangles that belong to none of `parts`."""
     return np.flatnonzero(~np.isin(scene.parts[scene.mesh.surface], [int(p) for p in parts]))
 
 
@@ -107,7 +116,7 @@ def _tables(frame: Float, origin: Float, axis: Int) -> Float:
 
 
 def _frames(surfaces_u: Float, surfaces_v: Float) -> Float:
-    """u, v, w = u x v (s, 3, 3), of length 1; a v parallel to u is replaced by any normal to it."""
+    """Returns unit vectors u, v and w = u x v (s, 3, 3); a v parallel to u is replaced by a normal to u."""
     u = surfaces_u / np.linalg.norm(surfaces_u, axis=1, keepdims=True)
     w = np.cross(u, surfaces_v)
     lost = np.linalg.norm(w, axis=1) < 1e-6
@@ -117,13 +126,13 @@ def _frames(surfaces_u: Float, surfaces_v: Float) -> Float:
 
 
 def _axes(normals: Float, frame: Float) -> Array:
-    """The plane of its surface's frame that each triangle (t,) lies in, (u, v) unless it is too oblique."""
+    """Returns the texture axes of each triangle (t,): (u, v) unless it is too oblique to them."""
     facing = np.abs(np.einsum("tij,tj->ti", frame, normals))  # along u, v, w
     other = np.where(facing[:, 1] >= facing[:, 0], 1, 2)
-    return np.where(facing[:, 2] >= _FACING, 0, other).astype(np.uint8)
+    return np.where(facing[:, 2] >= _FACING_COS, 0, other).astype(np.uint8)
 
 
-def _commonest(axes: Array, surface: Array, area: Float, count: int) -> Array:
+def _most_frequent(axes: Array, surface: Array, area: Float, count: int) -> Array:
     votes = np.zeros((count, 3))
     np.add.at(votes, (surface, axes), area)
     return np.asarray(np.argmax(votes, axis=1), np.uint8)
