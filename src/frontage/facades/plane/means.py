@@ -1,4 +1,4 @@
-"""The last step of a wall's fit: least squares on the mean offsets of its cells, and how sure it is."""
+"""The last step of a wall's fit: least squares on the mean offsets of its cells, with covariance."""
 
 from dataclasses import dataclass, replace
 
@@ -9,19 +9,22 @@ from frontage.geometry.arrays import Array, Bool, Float, Int
 from frontage.model.scan import Scan
 from frontage.solve.correlation import fit_covariance, residual_correlation
 
-_MOST_CELLS = 40_000  # of the residual raster: coarser cells lose nothing, roughness is correlated
-_LEAST_WEIGHT = 0.3  # of a cell: less than a third of one good point says nothing
-_FEWEST = 3.0  # degrees of freedom that a variance of correlated residuals is taken to have at least
-_STATIONS = 64  # sensor positions on one wall above which they are a trajectory
+_MOST_CELLS = 40_000  # of the residual raster; coarser cells lose nothing because roughness is correlated
+_LEAST_WEIGHT = 0.3  # of a cell, in good points; less than a third of one says nothing
+_LEAST_DOF = 3.0  # degrees of freedom that a variance of correlated residuals has at least
+_MOST_STATIONS = 64  # sensor positions on one wall; more of them are a trajectory
 
 
 @dataclass(frozen=True, eq=False)
 class CellMeans:
-    """Weighted mean residuals of a wall on a raster of cells.
+    """Weighted mean residuals of a wall on a raster.
 
-    mean    (h, w) m; `total` (h, w) sum of the points' weights; `known` (h, w): cells that count
-    x, z    (w,), (h,) m: centres of the cells
-    flat    (n,) int64: cell of every point
+    mean   (h, w) m, mean residual of each cell
+    total  (h, w) sum of the points' weights
+    known  (h, w) cells that count
+    x, z   (w,), (h,) m, centres of the cells
+    flat   (n,) int64, cell of every point
+    cell   m, side of a cell
     """
 
     mean: Float
@@ -41,33 +44,33 @@ class CellMeans:
         return design
 
     def fit(self) -> Float:
-        """Least-squares plane (c, a, b) through the cell means, every cell alike."""
+        """Fits the plane (c, a, b) to the cell means by least squares; all cells weigh the same."""
         a = self.design[self.known]
         return np.asarray(np.linalg.lstsq(a.T @ a, a.T @ self.mean[self.known], rcond=None)[0], np.float64)
 
     def centred(self, step: Float, x: float, z: float) -> "CellMeans":
-        """The means after the plane `step` (3,) was taken off, with x and z counted from (x, z) m."""
+        """Subtracts the plane `step` (3,) from the means, and counts x and z from the point (x, z) m."""
         return replace(self, mean=self.mean - self.design @ step, x=self.x - x, z=self.z - z)
 
     def covariance(self) -> tuple[Float, float]:
-        """Covariance (3, 3) of (c, a, b), the effective redundancy."""
+        """Returns the covariance (3, 3) of (c, a, b) and the effective degrees of freedom."""
         design = self.design
         correlation = residual_correlation(self.mean, self.known, self.cell)
         covariance = fit_covariance(design, self.known, correlation)
-        # what the fit took from the residuals was variance too: add its mean over the wall back
+        # the fit has absorbed some variance of the residuals; its mean over the wall is added back
         rows = design[self.known]
         spread = rows.T @ rows / len(rows)
         for _ in range(3):
             raised = correlation.raised(float(np.sum(covariance * spread)))
             covariance = fit_covariance(design, self.known, raised)
         effective = float(correlation.covariance[0] / max(covariance[0, 0], 1e-300))
-        # few independent values know their own variance poorly: errors are Student's, of this variance
-        dof = max(effective - 3.0, _FEWEST)
+        # few independent values know their variance poorly, so errors follow Student's distribution
+        dof = max(effective - 3.0, _LEAST_DOF)
         return covariance * dof / (dof - 2.0), max(effective - 3.0, 1.0)
 
 
 def cell_means(x: Float, z: Float, r: Float, weights: Float, cell: float) -> CellMeans:
-    """Means of residuals r (n,) m with `weights` (n,) in cells of the wall at (x, z) (n,) m."""
+    """Averages residuals r (n,) m with `weights` (n,) in cells of `cell` m of the wall at (x, z) (n,) m."""
     x0, z0 = float(x.min()), float(z.min())
     wide, high = float(np.ptp(x)), float(np.ptp(z))
     while (wide / cell + 1) * (high / cell + 1) > _MOST_CELLS:
@@ -90,24 +93,26 @@ def cell_means(x: Float, z: Float, r: Float, weights: Float, cell: float) -> Cel
 
 
 def _inner(known: Bool) -> Bool:
-    """Cells (h, w) with wall all around, if half of them have: at the border of a wall and of its openings
-    a cell holds something else too (ground, a reveal, the next wall), and always on the same side.
+    """Returns the cells (h, w) with wall all around them, if at least half of the cells are such.
+
+    At the border of a wall and of its openings, a cell also holds points of something else (ground, a reveal,
+    the next wall), and always on the same side of the plane.
     """
     inner = ndimage.binary_erosion(known, np.ones((3, 3), np.bool_))
     return np.asarray(inner if 2 * np.count_nonzero(inner) > np.count_nonzero(known) else known, np.bool_)
 
 
 def passes(scan: Scan, index: Int) -> Int:
-    """Which station, or pass of a vehicle, measured each of the points `index` (n,): 0, 1, ...; -1 unknown.
+    """Returns which station, or which pass of a vehicle, measured each of the points `index` (n,): 0, 1, ...
 
-    A trajectory is a chain of many near positions; a jump in it starts another pass.
+    A trajectory is a chain of many near positions; a jump in it starts another pass. -1 is unknown.
     """
     origin = scan.origin_index[index].astype(np.int64)
     if len(scan.origins) == 0 or not (origin >= 0).any():
         return np.full(len(index), -1, np.int64)
     used = np.flatnonzero(np.bincount(origin[origin >= 0], minlength=len(scan.origins)))
     number = np.full(len(scan.origins) + 1, -1, np.int64)
-    if len(used) <= _STATIONS:
+    if len(used) <= _MOST_STATIONS:
         number[used] = np.arange(len(used))
     else:
         jump = np.linalg.norm(np.diff(scan.origins[used], axis=0), axis=1)
@@ -116,14 +121,15 @@ def passes(scan: Scan, index: Int) -> Int:
 
 
 def station_covariance(means: CellMeans, station: Int, weights: Float, r: Float, white: Float) -> Float:
-    """Covariance (3, 3) that stations add which are each off by an amount of their own (registration, range).
+    """Estimates the covariance (3, 3) that stations add when each is off by an error of its own.
 
-    station  (n,) of `passes`; weights, r  (n,) and residuals m of the same points
-    white    (3, 3) covariance without it
+    station  (n,) result of `passes`
+    weights  (n,) weights of the points; `r` (n,) m, their residuals
+    white    (3, 3) covariance without this error
 
-    The scatter of the stations' mean residuals, less what `white` explains of it, is a variance component;
-    every station's share of every cell carries it through the fit. Zeros with fewer than two stations:
-    their common error does not show in one cloud.
+    The scatter of the stations' mean residuals, less what `white` explains of it, is a variance component.
+    Each station's share of every cell carries it through the fit. Fewer than two stations give zeros, because
+    an error that they have in common (registration, range) does not show in one cloud.
     """
     number = int(station.max()) + 1
     known = (station >= 0) & means.known.ravel()[means.flat]

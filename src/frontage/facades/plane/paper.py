@@ -1,4 +1,6 @@
-"""The paper's own plane, kept as the baseline: 3-point RANSAC (Fischler and Bolles 1981) on all points."""
+"""The plane extraction of paper A as published, kept as the baseline: 3-point RANSAC (Fischler and Bolles
+1981).
+"""
 
 import numpy as np
 
@@ -8,13 +10,13 @@ from frontage.geometry.arrays import Bool, Float
 def paper_plane(
     xyz: Float, threshold: float, iterations: int, rng: np.random.Generator, block: int = 4
 ) -> tuple[Float, Float, Bool] | None:
-    """Unit normal (3,), barycentre (3,) and inliers (n,) of the plane with the most points within
-    `threshold` m.
+    """Finds the plane with the most points within `threshold` m (paper A, section 2.1).
 
-    Paper A section 2.1: three random points, all points polled, the plane with the larger number of
-    points and, among equals, the smaller accumulated error. No prior, no weights, no refinement: the
-    plane is the one through its three points; its offset is moved to the barycentre of its inliers
-    (section 2.2). None when no three points span a plane.
+    Three points are drawn, all points are polled, and the plane with the larger number of points wins; among
+    equals, the one with the smaller accumulated error. There is no prior, no weight and no refinement. The
+    offset of the plane is moved to the barycentre of its inliers (section 2.2).
+
+    Returns unit normal (3,), barycentre (3,) m and inliers (n,), or None when no three points span a plane.
     """
     if len(xyz) < 3:
         return None
