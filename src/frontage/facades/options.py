@@ -6,7 +6,7 @@ from pydantic import BaseModel, ConfigDict, Field
 
 
 class FacadeOptions(BaseModel):
-    """What the data cannot tell. Thresholds that follow from the data (noise, spacing) are measured instead."""
+    """What the data cannot tell; thresholds that follow from the data (noise, spacing) are measured."""
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 

@@ -5,8 +5,9 @@ from functools import cached_property
 
 import numpy as np
 
-from frontage.facades.cloud import BuildingCloud, voxel_first
+from frontage.facades.cloud import BuildingCloud
 from frontage.facades.options import FacadeOptions
+from frontage.facades.voxels import voxel_first
 from frontage.geometry.arrays import Float
 from frontage.model.scan import Scan
 

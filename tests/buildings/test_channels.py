@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from frontage.buildings.gaps import open_bins
-from frontage.buildings.profile import BIN, Profile
-from frontage.buildings.signals import sharpest
+from frontage.buildings.fronts.profile import BIN_M, FrontProfile
+from frontage.buildings.split.channels import sharpest
+from frontage.buildings.split.gaps import open_bins
 from frontage.solve.segmentation import change_points
 
 
@@ -14,11 +14,11 @@ def _gap(behind: bool) -> np.ndarray:
     wall[30:36] = False
     value = np.where(wall, 0.0, np.nan)
     colour, rows, relief = np.full((n, 6), np.nan), np.ones((n, 8)), np.zeros((n, 8))
-    profile = Profile(0.0, value, value, value, colour, value, rows, relief, 0.0, wall * 40.0)
-    s = (np.repeat(np.flatnonzero(wall), 10) + 0.5) * BIN
+    profile = FrontProfile(0.0, value, value, value, colour, value, rows, relief, 0.0, wall * 40.0)
+    s = (np.repeat(np.flatnonzero(wall), 10) + 0.5) * BIN_M
     d = np.zeros(len(s))
     if behind:
-        s, d = np.append(s, (np.arange(30, 36) + 0.5) * BIN), np.append(d, np.full(6, -5.0))
+        s, d = np.append(s, (np.arange(30, 36) + 0.5) * BIN_M), np.append(d, np.full(6, -5.0))
     return open_bins(profile, s, d, np.full(len(s), 3.0), np.full(len(s), 4.0))
 
 

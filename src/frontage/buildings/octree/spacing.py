@@ -1,23 +1,23 @@
-"""How far apart the points lie."""
+"""Measure how far apart the points of a cloud lie."""
 
 import numpy as np
 from scipy.spatial import cKDTree
 
-from frontage.buildings.voxels import extent
+from frontage.buildings.groups import extent
 from frontage.geometry.arrays import Float, Int, distinct
 
-_CUBES = 240
-_PER_CUBE = 400
-_CHUNK = 1 << 18  # points at a time, so that temporaries stay in the cache
+_CUBES = 240  # places of the cloud that are examined
+_PER_CUBE = 400  # query points of each place
+_CHUNK = 1 << 18  # points at a time, so that temporaries stay in the processor's cache
 
 
 def measure_spacing(xyz: Float) -> tuple[float, float]:
-    """Median and 80 % quantile (m), over places of the cloud, of the distance between neighbouring points.
+    """Returns median and 80 % quantile, over places of the cloud, of the distance (m) between neighbouring
+    points.
 
-    The cloud (n, 3) is cut along its own order into equally long pieces; from each a few query
-    points are taken.
-    Every place has one vote, so that the dense spot before the scanner does not speak for the whole street.
-    Coincident points (overlapping scans) are not neighbours.
+    The cloud (n, 3) m is cut along its own order into equally long pieces, and a few query points are taken
+    from each. Every place has one vote, so the dense spot in front of the scanner does not decide for the
+    whole street. Coincident points (overlapping scans) do not count as neighbours.
     """
     n = len(xyz)
     if n < 2:
@@ -48,15 +48,16 @@ def measure_spacing(xyz: Float) -> tuple[float, float]:
 
 
 def _half_width(xyz: Float, seeds: Float) -> float:
-    """Half the edge (m) of cubes that hold some hundred points: from a thinned copy's density at
-    the seeds."""
+    """Returns half the edge (m) of cubes that hold some hundred points, from a thinned copy's density at the
+    seeds.
+    """
     step = max(1, len(xyz) // 50_000)
     distance = np.asarray(cKDTree(xyz[::step]).query(seeds, k=5)[0])
     return max(float(np.median(distance[:, -1])), 1e-6)
 
 
 def _code(xyz: Float, low: Float, edge: float) -> Int:
-    """Key (n,) of the cube of `edge` m, counted from `low` (3,), that holds each point."""
+    """Returns the key (n,) of the cube of `edge` m, counted from `low` (3,) m, that holds each point."""
     key = np.zeros(len(xyz), np.int64)
     for a in range(3):
         key = (key << 21) + ((xyz[:, a] - low[a]) / edge).astype(np.int64)
@@ -64,7 +65,7 @@ def _code(xyz: Float, low: Float, edge: float) -> Int:
 
 
 def _inside(xyz: Float, low: Float, edge: float, wanted: Int) -> tuple[Int, Int]:
-    """Points (k,) in the cubes with sorted keys `wanted`, and the number of the cube of each."""
+    """Returns the points (k,) in the cubes with sorted keys `wanted`, and the number of each one's cube."""
     near, cube = [], []
     for start in range(0, len(xyz), _CHUNK):
         code = _code(xyz[start : start + _CHUNK], low, edge)
@@ -76,8 +77,10 @@ def _inside(xyz: Float, low: Float, edge: float, wanted: Int) -> tuple[Int, Int]
 
 
 def _nearest(xyz: Float, query: Float) -> Float:
-    """Distance (k,) m of each query point to its nearest neighbour that is not itself nor its
-    copy; inf = none."""
+    """Returns the distance (k,) m of each query point to its nearest neighbour; inf where there is none.
+
+    The point itself and its copies do not count.
+    """
     distance, _ = cKDTree(xyz).query(query, k=min(4, len(xyz)))
     distance = np.atleast_2d(distance)
     distance[distance < 1e-6] = np.inf
@@ -86,10 +89,12 @@ def _nearest(xyz: Float, query: Float) -> Float:
 
 
 def _median(d: Float) -> float:
+    """Median of the finite distances (m); NaN when there are none."""
     d = d[np.isfinite(d)]
     return float(np.median(d)) if len(d) else float("nan")
 
 
 def _quantile(d: Float) -> float:
+    """80 % quantile of the finite distances (m); NaN when there are none."""
     d = d[np.isfinite(d)]
     return float(np.quantile(d, 0.8)) if len(d) else float("nan")
