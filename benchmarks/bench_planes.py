@@ -27,10 +27,11 @@ from scipy.stats import chi2
 
 from _common import bootstrap, figure, table
 from frontage.facades import FacadeOptions, find_facades
+from frontage.facades.candidate import refine_candidate
 from frontage.facades.cloud import prepare
-from frontage.facades.find import sketch_fronts
-from frontage.facades.front import Scene, measured
-from frontage.facades.paper import paper_plane
+from frontage.facades.plane.paper import paper_plane
+from frontage.facades.scene import FacadeScene
+from frontage.facades.sequential import search_candidates
 from frontage.geometry.arrays import Float
 from frontage.geometry.plane import fit_plane
 from frontage.model import Building, Facade, Scan, WorldRef
@@ -177,13 +178,13 @@ def speed(millions: list[float], noise: float, repeat: int = 3) -> None:
     lines = []
     for million in millions:
         scan = wall(0, int(1e6 * million), noise)
-        scene = Scene(scan, prepare(scan.xyz, everything(scan).index, np.random.default_rng(0), None))
-        few = Scene(scan, scene.cloud.bounded())
-        front = sketch_fronts(few, np.random.default_rng(0))[0]
+        scene = FacadeScene(scan, prepare(scan.xyz, everything(scan).index, np.random.default_rng(0), None))
+        few = FacadeScene(scan, scene.cloud.bounded())
+        front = search_candidates(few, np.random.default_rng(0))[0]
         votes = few.cloud.xyz[front.wall.inliers]
         steps: dict[str, Callable[[], object]] = {
             "find_facades": lambda scan=scan: ours(scan, 0),
-            "plane step": lambda front=front, votes=votes, scene=scene: measured(
+            "plane step": lambda front=front, votes=votes, scene=scene: refine_candidate(
                 front, votes, scene, np.random.default_rng(0)
             ),
         }

@@ -5,8 +5,8 @@ import pytest
 from scipy import ndimage
 
 from frontage.facades.build import pose_covariance
-from frontage.facades.refine import start_sigma
-from frontage.facades.search import FreeWalls, UprightWalls
+from frontage.facades.plane.robust import densest_layer
+from frontage.facades.plane.search import FreeWalls, UprightWalls
 from frontage.geometry.plane import facade_axes, fit_plane
 from frontage.solve.correlation import fit_covariance, residual_correlation
 from frontage.solve.ransac import lo_ransac, needed_hypotheses
@@ -105,5 +105,5 @@ def test_tukey_response_is_the_derivative_of_the_influence():
 def test_start_is_the_densest_layer_not_the_middle_of_two():
     rng = np.random.default_rng(0)
     offsets = np.concatenate([rng.normal(-0.03, 0.003, 6000), rng.normal(0.03, 0.003, 4000)])
-    centre, sigma = start_sigma(offsets, 0.1, 0.0005)
+    centre, sigma = densest_layer(offsets, 0.1, 0.0005)
     assert abs(centre + 0.03) < 0.001 and 0.0025 < sigma < 0.0035

@@ -1,4 +1,4 @@
-"""The few knobs of the building stage."""
+"""The options of the building split."""
 
 from typing import Literal
 
@@ -6,8 +6,9 @@ from pydantic import BaseModel, ConfigDict, Field
 
 
 class BuildingOptions(BaseModel):
-    """How the street is divided into buildings. Every length is in metres; defaults come from how
-    houses are built."""
+    """How a street is divided into buildings. Lengths are in metres; the defaults come from how houses are
+    built.
+    """
 
     model_config = ConfigDict(extra="forbid", frozen=True)
 

@@ -1,44 +1,51 @@
-"""From a refined wall to the `Facade` noun: frame, covariance, layers, support, notes."""
+"""Build the `Facade` noun from a refined candidate: frame, covariance, layers, support and notes."""
 
 import numpy as np
 from scipy.spatial import cKDTree
 
-from frontage.facades.bend import bend
+from frontage.facades.candidate import FacadeCandidate
 from frontage.facades.cells import CellMap
-from frontage.facades.front import Front, Scene
 from frontage.facades.layers import find_layers
-from frontage.facades.refine import Wall
-from frontage.facades.street import Side
+from frontage.facades.plane.curvature import wall_sagitta
+from frontage.facades.plane.wall import WallPlane
+from frontage.facades.scene import FacadeScene
+from frontage.facades.street import StreetSide
 from frontage.geometry.arrays import Float, Int
 from frontage.geometry.plane import lean
 from frontage.geometry.rigid import Rigid3
 from frontage.model.estimate import Estimate
 from frontage.model.facade import Facade
 
-_MOST = 50_000  # points that tell whether a wall is bent
+_MOST_FOR_BEND = 50_000  # points that tell whether a wall is bent
 _MOST_LAYERED = 100_000  # points that tell its layers
 _BLOCKS = 12  # of 3 x 3 cells, in which the spacing is measured
-_BEND_REACH = 0.5  # m: how far a bent wall may leave its plane and still count as the same wall
-_BEND_INSET = 0.5  # m at its ends where a corner, a pilaster or the next face may stand
-_BENT = 5.0  # sigmas of its sagitta from which a wall is bent: strips are few, their modes not Gaussian
+_BEND_REACH_M = 0.5  # m: how far a bent wall may leave its plane and still count as the same wall
+_BEND_INSET_M = 0.5  # m at its ends, where a corner, a pilaster or the next face may stand
+_BENT_SIGMAS = 5.0  # of the sagitta, from which a wall is bent: strips are few, their modes not Gaussian
+_LEAN_SIGMAS = 3.0  # of the lean, from which it is reported
+_LEAN_RAD = np.radians(0.1)  # rad, least lean that is reported
 _UNDECIDED = 1 / 3  # odds above which the street side is doubtful
 
 
-def build_facade(name: str, front: Front, scene: Scene, rng: np.random.Generator) -> Facade:
-    """The facade of an oriented wall; its support is every building point in the outline's prism.
+def build_facade(
+    name: str, candidate: FacadeCandidate, scene: FacadeScene, rng: np.random.Generator
+) -> Facade:
+    """Builds the facade with id `name` from an oriented, refined wall.
 
-    The prism reaches from `depth_front` before the plane to `depth_back` behind it.
+    Its support is every point of the building in the prism over the outline, from `depth_front` m before the
+    plane to `depth_back` m behind it.
     """
-    wall, cells, slab, options, cloud = front.wall, front.cells, front.slab, scene.options, scene.cloud
+    wall, cells, slab = candidate.wall, candidate.cells, candidate.slab
+    options, cloud = scene.options, scene.cloud
     frame = Rigid3("local", "facade", wall.axes, wall.point)
     flat = cells.flat(slab.q[:, 0], slab.q[:, 2])
     inside = cells.whole.ravel()[flat]
     inside &= (slab.q[:, 1] > -options.depth_front) & (slab.q[:, 1] < options.depth_back)
     near = np.flatnonzero(inside)
-    inner = cells.shrunk(_BEND_INSET).ravel()[flat]
-    some = _few(np.flatnonzero(inner & inside), _MOST, rng)
-    curvature = bend(slab.q[some, 0], slab.q[some, 1], wall.threshold, _BEND_REACH)
-    layered = _few(near, _MOST_LAYERED, rng)
+    inner = cells.shrunk(_BEND_INSET_M).ravel()[flat]
+    some = _at_most(np.flatnonzero(inner & inside), _MOST_FOR_BEND, rng)
+    curvature = wall_sagitta(slab.q[some, 0], slab.q[some, 1], wall.threshold, _BEND_REACH_M)
+    layered = _at_most(near, _MOST_LAYERED, rng)
     spacing = wall_spacing(slab.q, flat, cells, wall.threshold, rng)
     return Facade(
         id=name,
@@ -58,21 +65,24 @@ def build_facade(name: str, front: Front, scene: Scene, rng: np.random.Generator
         roughness=wall.sigma,
         spacing=spacing if np.isfinite(spacing) else 0.5 * cloud.raster,
         coverage=cells.coverage,
-        oriented_by=front.side.told_by,
+        oriented_by=candidate.side.told_by,
         curvature=curvature,
-        notes=_notes(wall, front.side, curvature),
+        notes=_notes(wall, candidate.side, curvature),
     )
 
 
-def _few(rows: Int, most: int, rng: np.random.Generator) -> Int:
-    """At most `most` of the rows (n,), at random and in order."""
+def _at_most(rows: Int, most: int, rng: np.random.Generator) -> Int:
+    """Returns at most `most` of the rows (n,), drawn at random and kept in order."""
     return rows if len(rows) <= most else np.sort(rng.choice(rows, most, replace=False))
 
 
 def wall_spacing(q: Float, flat: Int, cells: CellMap, threshold: float, rng: np.random.Generator) -> float:
-    """Median distance in m between neighbouring points on the wall, from a few blocks of its cells.
+    """Measures the median distance (m) between neighbouring points on the wall, in a few blocks of cells.
 
-    q (n, 3) m facade frame; flat (n,) the points' cells. NaN when no block holds two points.
+    q          (n, 3) m, facade coordinates; flat (n,) the points' cells
+    threshold  m, half thickness of the wall
+
+    Returns NaN when no block holds two points.
     """
     rows, columns = np.nonzero(cells.wall)
     if len(rows) == 0:
@@ -92,29 +102,29 @@ def wall_spacing(q: Float, flat: Int, cells: CellMap, threshold: float, rng: np.
 
 
 def pose_covariance(plane: Float) -> Float:
-    """Covariance (6, 6) of the facade frame (translation m, rotation rad, facade axes) from that of (c,
-    a, b).
+    """Propagates the covariance (3, 3) of a plane (c, a, b) to that of the facade frame (6, 6).
 
-    The plane y = c + a x + b z moves the frame by c along Y and turns it by -b about X and by a about Z.
-    The origin's place in the plane and the horizontal X are definitions, not estimates: they have no error.
+    The result is in facade axes, translation in m and rotation in rad. The plane y = c + a x + b z moves the
+    frame by c along Y and turns it by -b about X and by a about Z. The origin's place in the plane and the
+    horizontal X axis are definitions, not estimates, and have no error.
     """
     jacobian = np.zeros((6, 3))
     jacobian[1, 0], jacobian[5, 1], jacobian[3, 2] = 1.0, 1.0, -1.0
     return np.asarray(jacobian @ plane @ jacobian.T, np.float64)
 
 
-def _notes(wall: Wall, side: Side, curvature: tuple[float, float]) -> tuple[str, ...]:
-    """What a user should know before trusting the plane."""
+def _notes(wall: WallPlane, side: StreetSide, curvature: tuple[float, float]) -> tuple[str, ...]:
+    """Writes what a user should know before trusting the plane."""
     notes = []
     sagitta, sigma = curvature
-    if abs(sagitta) > max(_BENT * sigma, wall.threshold):
+    if abs(sagitta) > max(_BENT_SIGMAS * sigma, wall.threshold):
         way = "back" if sagitta > 0 else "forward"
         notes.append(
             f"the wall is bent: its middle lies {abs(sagitta) * 100:.0f} cm (sigma {sigma * 100:.1f} cm) "
             f"further {way} than its ends; the plane fits its largest flat part"
         )
     tilt, sigma_tilt = lean(wall.normal), float(np.sqrt(wall.covariance[2, 2]))
-    if abs(tilt) > 3.0 * sigma_tilt and abs(tilt) > np.radians(0.1):
+    if abs(tilt) > _LEAN_SIGMAS * sigma_tilt and abs(tilt) > _LEAN_RAD:
         notes.append(
             f"the wall leans {'towards' if tilt > 0 else 'away from'} the street by "
             f"{np.degrees(abs(tilt)):.2f} degrees (t = {abs(tilt) / sigma_tilt:.0f})"

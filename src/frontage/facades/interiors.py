@@ -1,86 +1,126 @@
-"""Interiors: walls that were measured through the openings of a larger facade."""
+"""Drop interiors: walls that were measured through the openings of a larger facade."""
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from frontage.facades.cells import CellMap, largest_part, occupied, widest_gap
-from frontage.facades.front import FRONT, Front, Scene, some_of
-from frontage.facades.street import beside, crossings
+from frontage.facades.candidate import FacadeCandidate, sample_rays
+from frontage.facades.cells import CellMap
+from frontage.facades.outline import largest_part, occupied, widest_gap
+from frontage.facades.plane.connected import RELIEF_M
+from frontage.facades.scene import FacadeScene
+from frontage.facades.street import StripBefore, crossings, strip_before
 from frontage.geometry.arrays import Bool, Float, Int
 
 _SEEN_THROUGH = 0.5  # share of a wall's points measured through another facade that makes it an interior
-_LEAK = 0.15  # share of the chance crossings of shut cells that an interior may still have (curtains, frames)
-_EXPLAINED = 0.8  # share of a wall's points that one place in front must see to explain it
-_GRAZING = 0.25  # sine of the angle (15 degrees) below which a surface returns nothing
-_SIGHTS = 500  # lines of sight per plausible place
-_COVER = 0.5  # m, cells of the wall extended over its neighbours
-_PARALLEL = float(np.cos(np.radians(15.0)))
-_COURT_WALL = 4.0  # m behind a front: a wall that looks the same way has a room and a court before it
+_LEAK = 0.15  # share of chance crossings of shut cells that an interior may still have (curtains, frames)
+_EXPLAINED = 0.8  # share of a wall's points that one sensor place must see to explain it
+_GRAZING_SINE = 0.25  # sine of 15 degrees, below which a surface returns nothing
+_STEEPEST_SINE = 0.5  # sine of 30 degrees: flatter lines do not pass through the openings of a wall
+_MOST_LINES = 500  # lines of sight per plausible sensor
+_ADJOINING_CELL_M = 0.5  # m, cells of the wall extended over its neighbours
+_PARALLEL_COS = float(np.cos(np.radians(15.0)))  # between normals of walls that face the same way
+_COURT_DEPTH_M = 4.0  # m behind a front: nearer than this, no house and court fit between two walls
 _WHOLLY = 0.95  # share of a wall's points that lie behind the outline of a front that covers it
-_ROOM = 12.0  # m: how far behind a facade its rooms reach
-_OPEN = 0.25  # share of the strip before a wall that is open ground when it stands outside
-_COURT = 2.0  # open ground over built-up area before it: the floor of a room has as much of both
-_AWAY = 0.5  # cosine between outward normals below which a wall looks away from another
-_TALL = 0.5  # of a front's height that its far side has at least: walls of rooms are a storey high
+_ROOM_DEPTH_M = 12.0  # m: how far behind a facade its rooms reach
+_AWAY_COS = 0.5  # cosine between outward normals, below minus which a wall faces away from another
+_TALL = 0.5  # of a front's height that its far side has at least: walls of rooms are one storey high
 
 
-def drop_interiors(fronts: list[Front], scene: Scene, rng: np.random.Generator) -> list[Front]:
-    """Leave out walls most of whose points lie behind a larger facade and were seen through its openings.
+def drop_interiors(
+    candidates: list[FacadeCandidate], scene: FacadeScene, rng: np.random.Generator
+) -> list[FacadeCandidate]:
+    """Removes walls most of whose points lie behind a larger facade and were seen through its openings.
 
-    With rays that is measured: lines of sight cross the facade, or its neighbours in the same plane, under
-    and between its wall; a wall set back is seen over or beside it. Without, a wall close behind a larger one
-    that looks the same way and nowhere reaches beyond it is a room's, for no house and court fit between;
-    others are outside only if open ground lies before them, in a cloud cut out without its ground also if
-    they look away from the larger one with nothing beyond, tall as it (the far side of a tower), and no place
-    in front explains them.
+    With rays this is measured: lines of sight cross the larger facade, or its neighbours in the same plane,
+    under and between its wall. A wall that is set back is seen over or beside the facade and stays.
+
+    Without rays the rules are:
+
+    - A wall close behind a larger one that faces the same way, and nowhere reaches beyond it, belongs to a
+      room, because no house and court fit between.
+    - Any other wall behind a larger one stands outside only if open ground lies before it.
+    - In a cloud that was cut out without its ground, a wall also stands outside if it is the far side of a
+      tower (it faces away, is tall, and has nothing built before it) and no sensor place explains it.
     """
     kept = []
-    for inner in fronts:
-        rows = some_of(inner.wall.inliers, rng)
-        larger = (f for f in fronts if f.cells.area > inner.cells.area)
+    for inner in candidates:
+        rows = sample_rays(inner.wall.inliers, rng)
+        larger = (outer for outer in candidates if outer.cells.area > inner.cells.area)
         if not any(_is_interior(outer, inner, rows, scene) for outer in larger):
             kept.append(inner)
     return kept
 
 
-def _is_interior(outer: Front, inner: Front, rows: Int, scene: Scene) -> bool:
-    """Whether `inner`, with the points `rows` of the cloud, is an interior behind `outer`."""
-    wall, xyz = outer.wall, scene.cloud.xyz[rows]
-    q = wall.coordinates(xyz)
-    if (q[:, 1] > FRONT).mean() < _SEEN_THROUGH:
+def _is_interior(outer: FacadeCandidate, inner: FacadeCandidate, rows: Int, scene: FacadeScene) -> bool:
+    """Decides whether `inner`, with the points `rows` (n,) of the cloud, is an interior behind `outer`."""
+    xyz = scene.cloud.xyz[rows]
+    q = outer.wall.coordinates(xyz)
+    if not _lies_behind(q):
         return False
-    covers = _covers(outer, scene)
+    covers = _Covers.of(outer, scene)
     if outer.side.told_by == "rays":
-        crosses, x, z = crossings(wall, xyz, scene.scan.sensor_of(scene.cloud.index[rows]))
-        return bool((crosses & _within(covers, x, z)).mean() > _SEEN_THROUGH)
-    near = (q[:, 1] > FRONT) & (q[:, 1] < _COURT_WALL) & _with_gates(outer).within(q[:, 0], q[:, 2])
-    if near.mean() > _WHOLLY and wall.normal @ inner.wall.normal > _PARALLEL:
+        sensors = scene.scan.sensor_of(scene.cloud.index[rows])
+        return _was_measured_through(outer, covers, xyz, sensors)
+    if _faces_the_same_way(outer, inner) and _is_covered_without_a_court(outer, q):
         return True
-    room = (q[:, 1] > FRONT) & (q[:, 1] < _ROOM) & _within(covers, q[:, 0], q[:, 2])
-    if room.mean() <= _SEEN_THROUGH:
+    if not _lies_where_rooms_are(covers, q):
         return False
-    ground, mass, strip = beside(inner.wall, inner.cells, scene.around, scene.ground_z)
-    if ground > max(_COURT * mass, _OPEN * strip):
+    before = strip_before(inner.wall, inner.cells, scene.around, scene.ground_z)
+    if before.is_outdoors:
         return False
-    street, _, length = beside(wall, outer.cells, scene.around, scene.ground_z)
-    far_side = outer.wall.normal @ inner.wall.normal < -_AWAY and mass < _OPEN * strip
-    far_side &= inner.cells.size[1] > _TALL * outer.cells.size[1]
-    return street > _OPEN * length or not far_side or _explained_by_a_place(outer, inner, xyz)
+    if strip_before(outer.wall, outer.cells, scene.around, scene.ground_z).has_open_ground:
+        return True  # ground was measured here, so an outer wall would show some before it
+    return not _is_far_side(outer, inner, before) or _is_explained_by_a_sensor(outer, inner, xyz)
 
 
-def _explained_by_a_place(outer: Front, inner: Front, xyz: Float) -> bool:
-    """Whether from some plausible place in front of `outer` most points (n, 3) of `inner` are seen, not
-    edge-on, through the holes of `outer` and hardly any through what is shut.
+def _lies_behind(q: Float) -> bool:
+    """Decides whether most points (n, 3) m, facade coordinates, lie behind the facade's relief."""
+    return bool((q[:, 1] > RELIEF_M).mean() >= _SEEN_THROUGH)
+
+
+def _was_measured_through(outer: FacadeCandidate, covers: "_Covers", xyz: Float, sensors: Float) -> bool:
+    """Decides whether most lines of sight to points (n, 3) m local pass through the outer wall."""
+    crosses, x, z = crossings(outer.wall, xyz, sensors)
+    return bool((crosses & covers.hold(x, z)).mean() > _SEEN_THROUGH)
+
+
+def _faces_the_same_way(outer: FacadeCandidate, inner: FacadeCandidate) -> bool:
+    return bool(outer.wall.normal @ inner.wall.normal > _PARALLEL_COS)
+
+
+def _is_covered_without_a_court(outer: FacadeCandidate, q: Float) -> bool:
+    """Decides whether the outer wall covers all points (n, 3) m, too close behind it for a court between."""
+    close = (q[:, 1] > RELIEF_M) & (q[:, 1] < _COURT_DEPTH_M)
+    return bool((close & _with_gates(outer).within(q[:, 0], q[:, 2])).mean() > _WHOLLY)
+
+
+def _lies_where_rooms_are(covers: "_Covers", q: Float) -> bool:
+    """Decides whether most points (n, 3) m lie behind the outer wall and within the depth of its rooms."""
+    deep = (q[:, 1] > RELIEF_M) & (q[:, 1] < _ROOM_DEPTH_M)
+    return bool((deep & covers.hold(q[:, 0], q[:, 2])).mean() > _SEEN_THROUGH)
+
+
+def _is_far_side(outer: FacadeCandidate, inner: FacadeCandidate, before: StripBefore) -> bool:
+    """Decides whether `inner` may be the far side of a tower whose near side is `outer`."""
+    faces_away = outer.wall.normal @ inner.wall.normal < -_AWAY_COS
+    is_tall = inner.cells.size[1] > _TALL * outer.cells.size[1]
+    return bool(faces_away and before.is_free_of_buildings and is_tall)
+
+
+def _is_explained_by_a_sensor(outer: FacadeCandidate, inner: FacadeCandidate, xyz: Float) -> bool:
+    """Decides whether some plausible sensor before `outer` sees most points (n, 3) m of `inner` through it.
+
+    The sensor must not see `inner` edge-on, and hardly any line may pass through shut cells of `outer`.
     """
     wall = outer.wall
     shut = float(outer.cells.shut.sum() / max(outer.cells.whole.sum(), 1))
-    some = xyz[:: max(1, len(xyz) // _SIGHTS)]
-    for place in outer.side.sensors @ wall.axes.T + wall.point:
-        sight = place - inner.wall.point
-        if abs(sight @ inner.wall.normal) < _GRAZING * np.linalg.norm(sight):
+    some = xyz[:: max(1, len(xyz) // _MOST_LINES)]
+    for sensor in outer.side.sensors @ wall.axes.T + wall.point:
+        line = sensor - inner.wall.point
+        if abs(line @ inner.wall.normal) < _GRAZING_SINE * np.linalg.norm(line):
             continue
-        crosses, x, z = crossings(wall, some, place[None], 0.5)
+        crosses, x, z = crossings(wall, some, sensor[None], _STEEPEST_SINE)
         inside = (crosses & outer.cells.within(x, z)).mean()
         closed = (crosses & outer.cells.within(x, z, outer.cells.shut)).mean()
         if inside > _EXPLAINED and closed < _LEAK * inside * shut:
@@ -88,42 +128,52 @@ def _explained_by_a_place(outer: Front, inner: Front, xyz: Float) -> bool:
     return False
 
 
-def _covers(front: Front, scene: Scene) -> tuple[CellMap, CellMap]:
-    """Where a line of sight goes through the wall, not past it: the outline with its gates, and the outline
-    continued over what adjoins it in its plane (a room at the end of a house is seen through the neighbour's
-    windows too).
+@dataclass(frozen=True, eq=False)
+class _Covers:
+    """Where a line of sight passes through a wall and not past it.
+
+    That is the outline with its gates, and the outline continued over the walls that adjoin it in its plane:
+    a room at the end of a house is seen through the neighbour's windows too.
     """
-    q = front.wall.coordinates(scene.around)
-    q = q[np.abs(q[:, 1]) < FRONT]
-    own = front.slab.at(np.flatnonzero(np.abs(front.slab.q[:, 1]) < front.wall.threshold))
-    own = own[front.cells.within(own[:, 0], own[:, 2])]
-    x, z = np.concatenate([q[:, 0], own[:, 0]]), np.concatenate([q[:, 2], own[:, 2]])
-    count, corner, _ = occupied(x, z, _COVER)
-    row = largest_part(count, corner, _COVER, own, widest_gap(0.0)) or front.cells
-    gates = _with_gates(front)
-    # a side wall at its end is not behind it
-    row = replace(row, whole=row.shrunk(_COVER) & _has_above(row.wall))
-    return replace(gates, whole=gates.shrunk(_COVER)), row
+
+    own: CellMap
+    row: CellMap
+
+    @classmethod
+    def of(cls, facade: FacadeCandidate, scene: FacadeScene) -> "_Covers":
+        """Maps the wall of a facade and of its neighbours."""
+        q = facade.wall.coordinates(scene.around)
+        q = q[np.abs(q[:, 1]) < RELIEF_M]
+        own = facade.slab.at(np.flatnonzero(np.abs(facade.slab.q[:, 1]) < facade.wall.threshold))
+        own = own[facade.cells.within(own[:, 0], own[:, 2])]
+        x, z = np.concatenate([q[:, 0], own[:, 0]]), np.concatenate([q[:, 2], own[:, 2]])
+        count, corner, _ = occupied(x, z, _ADJOINING_CELL_M)
+        row = largest_part(count, corner, _ADJOINING_CELL_M, own, widest_gap(0.0)) or facade.cells
+        gates = _with_gates(facade)
+        # shrunk, because a side wall at the end of a facade is not behind it
+        row = replace(row, whole=row.shrunk(_ADJOINING_CELL_M) & _at_or_below(row.wall))
+        return cls(replace(gates, whole=gates.shrunk(_ADJOINING_CELL_M)), row)
+
+    def hold(self, x: Float, z: Float) -> Bool:
+        """Returns whether points (n,) m on the wall's plane fall on either map."""
+        return self.own.within(x, z) | self.row.within(x, z)
 
 
-def _within(covers: tuple[CellMap, CellMap], x: Float, z: Float) -> Bool:
-    """Whether points (n,) on the wall's plane fall on either map."""
-    return covers[0].within(x, z) | covers[1].within(x, z)
+def _with_gates(facade: FacadeCandidate) -> CellMap:
+    """Adds to the outline every gap in its border with wall on both sides and above it, however wide.
 
-
-def _with_gates(front: Front) -> CellMap:
-    """The outline with every gap in its border that has wall on both sides and above it: gates, shop windows,
-    arcades, however wide. What has none above it is open sky, what has none beside it lies under an overhang.
+    These are gates, shop windows and arcades. A gap without wall above it is open sky; one without wall
+    beside it lies under an overhang.
     """
-    cells = front.cells
-    near = front.slab.at(np.flatnonzero(np.abs(front.slab.q[:, 1]) < FRONT))
-    stands = np.zeros(cells.whole.size, np.bool_)
-    stands[cells.flat(near[:, 0], near[:, 2])] = True
-    stands = stands.reshape(cells.whole.shape) & cells.whole.any(0)
-    left, right = (np.logical_or.accumulate(stands[:, ::way], 1)[:, ::way] for way in (1, -1))
-    return replace(cells, whole=(cells.whole | (left & right)) & _has_above(cells.wall))
+    cells = facade.cells
+    near = facade.slab.at(np.flatnonzero(np.abs(facade.slab.q[:, 1]) < RELIEF_M))
+    standing = np.zeros(cells.whole.size, np.bool_)
+    standing[cells.flat(near[:, 0], near[:, 2])] = True
+    standing = standing.reshape(cells.whole.shape) & cells.whole.any(0)
+    left, right = (np.logical_or.accumulate(standing[:, ::way], 1)[:, ::way] for way in (1, -1))
+    return replace(cells, whole=(cells.whole | (left & right)) & _at_or_below(cells.wall))
 
 
-def _has_above(wall: Bool) -> Bool:
-    """Cells (h, w), rows upwards, that are wall or have some above them."""
+def _at_or_below(wall: Bool) -> Bool:
+    """Returns the cells (h, w), rows upwards, that are wall or have wall above them."""
     return np.asarray(np.logical_or.accumulate(wall[::-1], 0)[::-1], np.bool_)

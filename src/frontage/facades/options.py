@@ -6,7 +6,7 @@ from pydantic import BaseModel, ConfigDict, Field
 
 
 class FacadeOptions(BaseModel):
-    """What the data cannot tell; thresholds that it can tell are measured (noise, spacing)."""
+    """What the data cannot tell; thresholds that follow from the data (noise, spacing) are measured."""
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 

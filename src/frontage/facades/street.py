@@ -1,7 +1,7 @@
-"""Which side is the street, and what was seen through a wall: both are questions of lines of sight.
+"""Tell the street side of a wall, and find the lines of sight that pass through it.
 
-With rays the answer is measured. Without them the side is told by what every street has in common,
-and the sensor may have stood anywhere in front.
+Where the rays are known, the street side is measured. Without rays it follows from what every street has in
+common, and the sensor may have stood anywhere in front of the wall.
 """
 
 from dataclasses import dataclass
@@ -9,23 +9,30 @@ from dataclasses import dataclass
 import numpy as np
 
 from frontage.facades.cells import CellMap
-from frontage.facades.refine import Wall
+from frontage.facades.plane.wall import WallPlane
 from frontage.geometry.arrays import Bool, Float
 
-_EYE = 1.7  # m above the ground: a tripod; a roof-mounted scanner is at 2-3 m
-_AWAY = (4.0, 8.0, 15.0, 30.0)  # m, distances tried from the wall
-_NEAR, _FAR, _PLAN = 1.0, 8.0, 0.25  # m: strip beside the wall that is looked at, and its cells
-_STEP, _PERSON = 0.75, 2.0  # m above the ground: kerbs and slopes; what is higher is built
-_RECESS = 0.6  # m: windows lie this deep at most
-_CAP = 3.0  # of a log odds: 20 to 1
+_EYE_M = 1.7  # m above the ground: a tripod; a scanner on a vehicle's roof is at 2-3 m
+_SENSOR_DISTANCES_M = (4.0, 8.0, 15.0, 30.0)  # m from the wall, tried for a sensor
+_STRIP_NEAR_M = 1.0  # m from the wall where the examined strip begins
+_STRIP_FAR_M = 8.0  # m from the wall where it ends
+_PLAN_CELL_M = 0.25  # m
+_STEP_M = 0.75  # m above the ground: kerbs and slopes
+_PERSON_M = 2.0  # m above the ground: higher surfaces are built
+_RECESS_M = 0.6  # m: windows lie this deep at most
+_OPEN_SHARE = 0.25  # share of the strip that is open ground when the wall stands outside
+_OPEN_RATIO = 2.0  # open ground over built-up area there: the floor of a room has as much of both
+_LOG_ODDS_CAP = 3.0  # odds of 20 to 1: no clue decides alone
 
 
 @dataclass(frozen=True, eq=False)
-class Side:
-    """The street side of a wall: sign (+1: along the wall's present normal), how it was told, sensors
-    (k, 3) m facade frame.
+class StreetSide:
+    """The street side of a wall.
 
-    `odds`  of the other side over the kept one: 0 sure .. 1 undecided
+    sign     +1 if the wall's present normal points into the building, -1 if it points to the street
+    told_by  "rays" or "evidence"
+    sensors  (k, 3) m, facade frame: where the sensor may have stood; empty when rays are known
+    odds     of the other side over the chosen one: 0 is certain, 1 undecided
     """
 
     sign: int
@@ -34,9 +41,34 @@ class Side:
     odds: float
 
 
-def side_from_rays(wall: Wall, xyz: Float, sensors: Float) -> Side | None:
-    """The side from which most inliers (n, 3) were measured; sensors (n, 3), NaN where unknown.
-    None: no rays.
+@dataclass(frozen=True)
+class StripBefore:
+    """Areas (m2, in plan) of the strip before an oriented wall: open ground, built-up, and all of it."""
+
+    open_ground: float
+    built: float
+    area: float
+
+    @property
+    def has_open_ground(self) -> bool:
+        """Whether enough of the strip is ground under the open sky."""
+        return self.open_ground > _OPEN_SHARE * self.area
+
+    @property
+    def is_outdoors(self) -> bool:
+        """Whether open ground prevails, as it does before a wall that stands outside."""
+        return self.open_ground > max(_OPEN_RATIO * self.built, _OPEN_SHARE * self.area)
+
+    @property
+    def is_free_of_buildings(self) -> bool:
+        """Whether little is built up before the wall."""
+        return self.built < _OPEN_SHARE * self.area
+
+
+def side_from_rays(wall: WallPlane, xyz: Float, sensors: Float) -> StreetSide | None:
+    """Returns the side from which most of the inliers `xyz` (n, 3) m were measured.
+
+    sensors (n, 3) m local are NaN where unknown. Returns None when no ray is known.
     """
     known = np.isfinite(sensors).all(1)
     if not known.any():
@@ -44,17 +76,18 @@ def side_from_rays(wall: Wall, xyz: Float, sensors: Float) -> Side | None:
     height = (sensors[known] - wall.point) @ wall.normal
     front = float((height > 0).mean())
     sign = 1 if front > 0.5 else -1
-    return Side(sign, "rays", np.empty((0, 3)), min(front, 1 - front) / max(front, 1 - front))
+    return StreetSide(sign, "rays", np.empty((0, 3)), min(front, 1 - front) / max(front, 1 - front))
 
 
-def side_from_evidence(wall: Wall, cells: CellMap, xyz: Float, ground_z: float) -> Side:
-    """The street side without rays, from three things that hold whoever measured: a sum of capped log odds.
+def side_from_evidence(wall: WallPlane, cells: CellMap, xyz: Float, ground_z: float) -> StreetSide:
+    """Tells the street side without rays, by a sum of capped log odds from three clues.
 
-    - the street is open ground: low points with nothing above them, in front of the wall;
-    - the building is high: points up to the wall's own height are behind it (roof, rooms, other faces);
-    - windows are recessed: in the wall's holes, points close behind outweigh points close in front.
+    - The street is open ground: in front of the wall lie low points with nothing above them.
+    - The building is high: behind the wall, points reach up to its own height (roof, rooms, other faces).
+    - Windows are recessed: in the wall's holes, points close behind outweigh points close in front.
 
-    xyz (n, 3) local: building and surroundings, evenly thinned; ground_z m local.
+    xyz       (n, 3) m local, building and surroundings, evenly thinned
+    ground_z  m local
     """
     q = wall.coordinates(xyz)
     (ground_plus, mass_plus), (ground_minus, mass_minus) = (_plan_areas(q, cells, sign) for sign in (1, -1))
@@ -64,86 +97,107 @@ def side_from_evidence(wall: Wall, cells: CellMap, xyz: Float, ground_z: float) 
     odds += _log_odds(mass_minus, mass_plus)
     odds += _log_odds(recess_minus, recess_plus)
     sign = 1 if odds > 0 else -1
-    return Side(
+    return StreetSide(
         sign,
         "evidence",
-        plausible_sensors(cells, ground_z - wall.point[2] + _EYE, sign),
+        plausible_sensors(cells, ground_z - wall.point[2] + _EYE_M, sign),
         float(np.exp(-abs(odds))),
     )
 
 
 def _log_odds(favour: float, against: float) -> float:
-    """Log of the ratio of two areas in m2, tamed by a square metre and capped: no clue decides alone."""
-    return float(np.clip(np.log((favour + 1.0) / (against + 1.0)), -_CAP, _CAP))
+    """Capped log of the ratio of two areas in m2; one square metre is added to both."""
+    return float(np.clip(np.log((favour + 1.0) / (against + 1.0)), -_LOG_ODDS_CAP, _LOG_ODDS_CAP))
 
 
 def _plan_areas(q: Float, cells: CellMap, sign: int) -> tuple[float, float]:
-    """m2 of open ground and of building, in plan, on the side `sign` of the wall and along its length.
+    """Open ground and building (m2, in plan) on the side `sign` of the wall, along its length.
 
-    A plan cell is open when its highest point is in the lowest third of the wall's height, built up when
-    it is in the upper half: relative to the wall, so that slopes, areas and steps do not matter.
+    A plan cell is open when its highest point is in the lowest third of the wall's height, and built up when
+    it is in the upper half. These limits are relative to the wall, so slopes, areas and steps do not matter.
     """
     (x0, z0), (x1, z1) = cells.outline.min(0), cells.outline.max(0)
     away = sign * q[:, 1]
-    beside = q[(away > _NEAR) & (away < _FAR) & (q[:, 0] > x0) & (q[:, 0] < x1)]
-    width = int((x1 - x0) / _PLAN) + 1
-    flat = (np.abs(beside[:, 1]) / _PLAN).astype(np.int64) * width + ((beside[:, 0] - x0) / _PLAN).astype(
-        np.int64
-    )
-    top = np.full((int(_FAR / _PLAN) + 1) * width, -np.inf)
-    np.maximum.at(top, flat, beside[:, 2])
+    beside = q[(away > _STRIP_NEAR_M) & (away < _STRIP_FAR_M) & (q[:, 0] > x0) & (q[:, 0] < x1)]
+    top = _plan_tops(beside[:, 0] - x0, np.abs(beside[:, 1]), beside[:, 2], float(x1 - x0))
     is_open = np.isfinite(top) & (top < z0 + (z1 - z0) / 3)
-    return float(is_open.sum()) * _PLAN**2, float((top > 0.5 * (z0 + z1)).sum()) * _PLAN**2
+    return _plan_area(is_open), _plan_area(top > 0.5 * (z0 + z1))
 
 
-def beside(wall: Wall, cells: CellMap, xyz: Float, ground_z: float) -> tuple[float, float, float]:
-    """m2, in plan, before an oriented wall: ground under the open sky, built up, and the strip looked at.
+def strip_before(wall: WallPlane, cells: CellMap, xyz: Float, ground_z: float) -> StripBefore:
+    """Measures the strip before an oriented wall.
 
-    xyz (n, 3) local: building and surroundings; ground_z m local. A plan cell is open when its highest
-    point is no more than a step above the ground, built up when that is above a person's height.
+    A plan cell is open ground when its highest point is no more than a step above the ground, and built up
+    when that point is above a person's height.
+
+    xyz       (n, 3) m local, building and surroundings
+    ground_z  m local
     """
     q = wall.coordinates(xyz)
     x0, x1 = cells.outline[:, 0].min(), cells.outline[:, 0].max()
     away = -q[:, 1]
-    near = (away > _NEAR) & (away < _FAR) & (q[:, 0] > x0) & (q[:, 0] < x1)
-    width = int((x1 - x0) / _PLAN) + 1
-    flat = (away[near] / _PLAN).astype(np.int64) * width + ((q[near, 0] - x0) / _PLAN).astype(np.int64)
-    top = np.full((int(_FAR / _PLAN) + 1) * width, -np.inf)
-    np.maximum.at(top, flat, xyz[near, 2] - ground_z)
-    open_sky = np.isfinite(top) & (top < _STEP)
-    strip = (_FAR - _NEAR) * float(x1 - x0)
-    return float(open_sky.sum()) * _PLAN**2, float((top > _PERSON).sum()) * _PLAN**2, strip
+    near = (away > _STRIP_NEAR_M) & (away < _STRIP_FAR_M) & (q[:, 0] > x0) & (q[:, 0] < x1)
+    top = _plan_tops(q[near, 0] - x0, away[near], xyz[near, 2] - ground_z, float(x1 - x0))
+    return StripBefore(
+        _plan_area(np.isfinite(top) & (top < _STEP_M)),
+        _plan_area(top > _PERSON_M),
+        (_STRIP_FAR_M - _STRIP_NEAR_M) * float(x1 - x0),
+    )
 
 
-def _hole_area(q: Float, cells: CellMap, hole: Bool, wall: Wall, sign: int) -> float:
-    """m2 of the wall's holes in which points lie close to the plane, on the side `sign`."""
+def _plan_tops(x: Float, away: Float, height: Float, length: float) -> Float:
+    """Greatest height in every plan cell of a strip; -inf where a cell is empty.
+
+    x, away, height  (n,) m: along the wall from its left end, away from it, and up
+    length           m, of the wall
+    """
+    width = int(length / _PLAN_CELL_M) + 1
+    flat = (away / _PLAN_CELL_M).astype(np.int64) * width + (x / _PLAN_CELL_M).astype(np.int64)
+    top = np.full((int(_STRIP_FAR_M / _PLAN_CELL_M) + 1) * width, -np.inf)
+    np.maximum.at(top, flat, height)
+    return top
+
+
+def _plan_area(cells: Bool) -> float:
+    """Area (m2) of the plan cells that are set."""
+    return float(cells.sum()) * _PLAN_CELL_M**2
+
+
+def _hole_area(q: Float, cells: CellMap, hole: Bool, wall: WallPlane, sign: int) -> float:
+    """Area (m2) of the wall's holes in which points lie close to the plane, on the side `sign`."""
     away = sign * q[:, 1]
-    close = (away > max(2.0 * wall.threshold, 0.04)) & (away < _RECESS)
+    close = (away > max(2.0 * wall.threshold, 0.04)) & (away < _RECESS_M)
     return float((cells.marked(q[close, 0], q[close, 2]) & hole).sum()) * cells.cell**2
 
 
 def plausible_sensors(cells: CellMap, eye: float, sign: int) -> Float:
     """Places (k, 3) m, facade frame, on the side `sign` from which a wall may have been measured.
 
-    At the height `eye` (z of a tripod) and at half the wall's height; left, middle and right of the wall.
+    They lie at the height `eye` (z m of a tripod) and at half the wall's height, to its left, before its
+    middle and to its right.
     """
     (x0, z0), (x1, z1) = cells.outline.min(0), cells.outline.max(0)
     return np.array(
         [
             [x, sign * d, z]
-            for d in _AWAY
+            for d in _SENSOR_DISTANCES_M
             for z in (eye, max(eye, 0.5 * (z0 + z1)))
             for x in np.linspace(x0 - 0.5 * (x1 - x0), x1 + 0.5 * (x1 - x0), 7)
         ]
     )
 
 
-def crossings(wall: Wall, xyz: Float, sensors: Float, steepest: float = 0.0) -> tuple[Bool, Float, Float]:
-    """Which points (n, 3) behind an oriented wall (normal into the building) have a line of sight from before
-    its plane, and where (x, z) (n,) m facade coordinates it crosses that (0 where it does not).
+def crossings(
+    wall: WallPlane, xyz: Float, sensors: Float, steepest: float = 0.0
+) -> tuple[Bool, Float, Float]:
+    """Finds the lines of sight that reach points behind an oriented wall from before its plane.
 
-    sensors (n, 3) or (1, 3) local m, NaN where unknown. Lines that meet the wall at less than `steepest`
-    (sine of the angle) do not count.
+    xyz       (n, 3) m local
+    sensors   (n, 3) or (1, 3) m local, NaN where unknown
+    steepest  sine of the least angle to the wall at which a line counts
+
+    Returns which lines cross the wall (n,), and where they do, x and z (n,) m in facade coordinates (0 for
+    the others).
     """
     q, s = wall.coordinates(xyz), wall.coordinates(sensors)
     with np.errstate(divide="ignore", invalid="ignore"):

@@ -1,0 +1,77 @@
+"""What the relief of a front says about a step of its plane or of its eaves."""
+
+import numpy as np
+
+from frontage.buildings.fronts.profile import BIN_M, FrontProfile
+from frontage.buildings.split.evidence import (
+    NEAR_BINS,
+    REACH_BINS,
+    BinRange,
+    first_bins,
+    last_bins,
+    median_of_bins,
+)
+from frontage.geometry.arrays import Float
+
+_UPRIGHT_SHARE = 0.75  # share of the height through which a step of the plane must run
+_LEAST_STEP_M = 0.05  # m, of the plane at one height
+_CROWN_BINS = 12  # bins (3 m) below the eaves: cornice, frieze and the uppermost lintels
+_MOULDED_M = 0.04  # m, spread of the relief over these bins from which it tells something
+_SAME_CORNICE = 0.8  # correlation of the relief on both sides of a cut that shows one cornice
+_REMAINDER = 0.5  # share of the higher side's wall that the lower side may show above its eaves
+
+
+def is_step_upright(profile: FrontProfile, left: BinRange, right: BinRange, step: float) -> bool:
+    """Decides whether a step of the plane (m) runs through the whole height that both sides measured.
+
+    A step that starts above the ground floor or ends below the roof is a bay or an oriel.
+    """
+    relief = profile.relief
+    at_height = median_of_bins(relief[first_bins(right, NEAR_BINS)])
+    at_height = at_height - median_of_bins(relief[last_bins(left, NEAR_BINS)])
+    at_height = at_height[np.isfinite(at_height)] * np.sign(step)
+    return len(at_height) < 3 or bool(
+        np.mean(at_height > max(_LEAST_STEP_M, 0.5 * abs(step))) >= _UPRIGHT_SHARE
+    )
+
+
+def is_free_above(profile: FrontProfile, left: BinRange, right: BinRange) -> bool:
+    """Decides whether the lower side is empty where the higher one still has wall.
+
+    Between galleries, dormers and badly seen storeys, the recognised wall ends higher here and lower there,
+    but above it the house goes on.
+    """
+    parts = last_bins(left, REACH_BINS), first_bins(right, REACH_BINS)
+    tops = _median_tops(profile, parts)
+    if not np.isfinite(tops).all():
+        return True
+    first, last = sorted(int((top - profile.base) / BIN_M) + 1 for top in tops)
+    full = [np.isfinite(profile.relief[part, first:last]) for part in parts]
+    if not full[0].size:
+        return True
+    low, high = (full[i].mean() for i in np.argsort(tops))
+    return bool(low < _REMAINDER * high)
+
+
+def does_cornice_continue(profile: FrontProfile, left: BinRange, right: BinRange) -> bool:
+    """Decides whether the relief under the lower eaves is the same on both sides.
+
+    Then what rises above one of them is a railing or a parapet (or was measured there only), and not the
+    wall of a neighbour.
+    """
+    parts = last_bins(left, NEAR_BINS), first_bins(right, NEAR_BINS)
+    tops = _median_tops(profile, parts)
+    if not np.isfinite(tops).all():
+        return False
+    last = int((min(tops) - profile.base) / BIN_M) + 1
+    rows = slice(max(0, last - _CROWN_BINS), max(0, last))
+    a, b = (median_of_bins(profile.relief[part, rows]) for part in parts)
+    known = np.isfinite(a) & np.isfinite(b)
+    if known.sum() < _CROWN_BINS // 2 or min(np.std(a[known]), np.std(b[known])) < _MOULDED_M:
+        return False
+    return bool(np.corrcoef(a[known], b[known])[0, 1] > _SAME_CORNICE)
+
+
+def _median_tops(profile: FrontProfile, parts: tuple[slice, slice]) -> list[Float]:
+    """Median height (m local z) of the eaves in each part."""
+    return [median_of_bins(profile.top[part, None])[0] for part in parts]

@@ -1,0 +1,55 @@
+"""Judge a cut by its cues, and move it to the step of the channels that speak for it.
+
+A step of the wall's plane counts only where it runs from the foot to the eaves: a piece that starts above the
+ground floor or ends below the roof is a bay or an oriel.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from frontage.buildings.split.channels import FLOOR, sharpest
+from frontage.buildings.split.cues import SURE, compare_sides, cue_of
+from frontage.buildings.split.evidence import SplitEvidence, spread_within
+
+_GAP_CUE = 9.0  # standard errors that an open gap counts as
+_MOST_ODDS = 20.0  # log odds of a cut
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """The cues for a cut, whether they are convincing, and the log odds for it."""
+
+    cues: tuple[str, ...]
+    convincing: bool
+    odds: float
+
+
+def judge_cut(evidence: SplitEvidence, cuts: list[int], i: int) -> Verdict:
+    """Judges cut i among its neighbours.
+
+    An eaves step or a gap convinces alone; any other cue needs a second one.
+    """
+    left, right = evidence.sides(cuts, i)
+    cues, alone = compare_sides(evidence, left, right, spread_within(evidence, cuts))
+    if any(a <= cuts[i] <= b for a, b in evidence.gaps):
+        cues["gap"], alone = _GAP_CUE, True
+    convincing = alone or (len(cues) >= 2 and max(cues.values()) > SURE)
+    odds: float = sum(min(t * t / 2, 12.0) - 4.0 for t in cues.values()) - 2.0
+    return Verdict(tuple(sorted(cues)), convincing, float(np.clip(odds, -_MOST_ODDS, _MOST_ODDS)))
+
+
+def settle_cuts(
+    evidence: SplitEvidence, cuts: list[int], cues: list[tuple[str, ...]], width: int
+) -> list[int]:
+    """Moves each cut to the step of the channels that speak for it.
+
+    No piece becomes narrower than `width` bins.
+    """
+    names = [cue_of(kind) for kind in evidence.kinds]
+    floor = np.array([FLOOR[kind] for kind in evidence.kinds])
+    spread = np.nan_to_num(spread_within(evidence, cuts))
+    sigma = np.sqrt(spread**2 + floor**2 + evidence.sampling**2)
+    tells = [np.array([name in own for name in names]) for own in cues]
+    places = sharpest(evidence.signal, sigma, np.array(cuts, np.int64), width, tells)
+    return [int(c) for c in places]

@@ -1,0 +1,121 @@
+"""Search a building for wall planes one after another, each on the points that the others leave."""
+
+import numpy as np
+
+from frontage.facades.candidate import MOST_RAYS, FacadeCandidate, sketch_candidate
+from frontage.facades.cells import CellMap
+from frontage.facades.cloud import BuildingCloud, columns
+from frontage.facades.options import FacadeOptions
+from frontage.facades.outline import BESIDE_M, contrast
+from frontage.facades.plane.connected import RELIEF_M, PlaneCandidate, connected_plane
+from frontage.facades.plane.search import search_plane, stack_rise
+from frontage.facades.scene import FacadeScene
+from frontage.geometry.arrays import Bool, Float
+
+_PATIENCE = 3  # rejected planes in a row before the search ends
+_LEAST_HEIGHT_M = 2.0  # m, of a facade: a low storey
+_LEAST_WIDTH_M = 1.0  # m, of a facade: a pier
+_LEAST_COVERAGE = 0.25  # share of the outline that must show wall
+_LEAST_CONTRAST = 2.0  # wall area over that of slabs beside it: a bush or a furnished room has 1
+_LEAST_RISE = 3.0  # voxels on top of one another that may be a wall
+_THINNED = 0.5  # share of the least area that must show: rasters of one point per voxel have empty cells
+_PARALLEL_COS = float(np.cos(np.radians(15.0)))  # between normals of parallel planes
+_END_M = 0.5  # m at the border of a facade in which the next one may stand
+
+
+def search_candidates(scene: FacadeScene, rng: np.random.Generator) -> list[FacadeCandidate]:
+    """Finds the plane with the most wall among the thinned points, takes its points away, and searches on.
+
+    The search ends when no plane holds enough points for a facade, or after three rejected planes in a row.
+    """
+    cloud, options = scene.cloud, scene.options
+    thin = np.take(cloud.xyz, cloud.thin, axis=0)
+    rise = stack_rise(thin, cloud.cell)
+    if options.levelled:  # ground and roofs do not rise
+        thin, rise = thin[rise >= _LEAST_RISE], rise[rise >= _LEAST_RISE]
+    everything = thin
+    accepted: list[FacadeCandidate] = []
+    rejected = 0
+    while rejected < _PATIENCE and len(accepted) < options.max_facades and len(thin) > 10:
+        largest = max((facade.cells.area for facade in accepted), default=0.0)
+        least = max(options.min_area, options.min_share * largest)
+        found = search_plane(thin, rise, cloud, options, rng)
+        if found is None:
+            break
+        plane = connected_plane(*found, thin, cloud, levelled=options.levelled, rng=rng)
+        if plane.available < least or not plane.own.any():
+            break
+        candidate = _large_candidate(plane, thin, least, scene, rng)
+        is_wall = candidate is not None and _stands_out(candidate, everything, cloud)
+        used = plane.own if candidate is None else plane.own | _claimed(candidate, thin, is_wall, options)
+        rejected = 0 if is_wall else rejected + 1
+        if candidate is not None and is_wall and not _is_layer_of_any(candidate, accepted, cloud, options):
+            accepted.append(candidate)
+        thin, rise = thin[~used], rise[~used]
+    return accepted
+
+
+def _large_candidate(
+    plane: PlaneCandidate, thin: Float, least: float, scene: FacadeScene, rng: np.random.Generator
+) -> FacadeCandidate | None:
+    """Sketches a candidate on the plane; None when it has less than `least` m2 or is no wall."""
+    if plane.area < _THINNED * least:
+        return None
+    candidate = sketch_candidate(
+        plane.normal, plane.point, sigma=plane.sigma, votes=thin[plane.own], scene=scene, rng=rng
+    )
+    return candidate if candidate is not None and is_large(candidate.cells, least) else None
+
+
+def is_large(cells: CellMap, least: float) -> bool:
+    """Decides whether a wall is large enough: `least` m2, a pier wide, a storey high, and mostly wall."""
+    width, height = cells.size
+    return (
+        cells.area >= least
+        and width >= _LEAST_WIDTH_M
+        and height >= _LEAST_HEIGHT_M
+        and cells.coverage >= _LEAST_COVERAGE
+    )
+
+
+def _stands_out(candidate: FacadeCandidate, thin: Float, cloud: BuildingCloud) -> bool:
+    """Decides whether the plane stands out from what lies beside it.
+
+    thin (n, 3) m: all thinned points, also those of planes that were taken away. Without its neighbours, a
+    slice of a bush would stand alone.
+    """
+    q = columns(thin - candidate.wall.point, candidate.wall.axes)
+    q = q[np.abs(q[:, 1]) < BESIDE_M]
+    return contrast(q[:, 0], q[:, 1], q[:, 2], candidate.cells, cloud.threshold) >= _LEAST_CONTRAST
+
+
+def _claimed(candidate: FacadeCandidate, thin: Float, is_wall: bool, options: FacadeOptions) -> Bool:
+    """Returns which points (n, 3) a candidate uses up: its relief and, for a wall, its whole prism."""
+    q = candidate.wall.coordinates(thin)
+    used: Bool = (np.abs(q[:, 1]) < RELIEF_M) & candidate.cells.within(q[:, 0], q[:, 2])
+    return used | _in_prism(q, candidate, options) if is_wall else used
+
+
+def _in_prism(q: Float, facade: FacadeCandidate, options: FacadeOptions) -> Bool:
+    """Returns which points (n, 3) m, facade coordinates, are balconies, recesses and bays of a facade.
+
+    Points at its ends are not: the next face stands there, round the corner.
+    """
+    deep = (q[:, 1] > -options.depth_front) & (q[:, 1] < options.depth_back)
+    return np.asarray(deep & facade.cells.within(q[:, 0], q[:, 2], facade.cells.shrunk(_END_M)), np.bool_)
+
+
+def _is_layer_of_any(
+    candidate: FacadeCandidate, facades: list[FacadeCandidate], cloud: BuildingCloud, options: FacadeOptions
+) -> bool:
+    """Decides whether the candidate is parallel to an accepted facade and mostly within its prism."""
+    return any(_is_layer_of(candidate, facade, cloud, options) for facade in facades)
+
+
+def _is_layer_of(
+    candidate: FacadeCandidate, facade: FacadeCandidate, cloud: BuildingCloud, options: FacadeOptions
+) -> bool:
+    if abs(candidate.wall.normal @ facade.wall.normal) < _PARALLEL_COS:
+        return False
+    some = cloud.xyz[candidate.wall.inliers[:: len(candidate.wall.inliers) // MOST_RAYS + 1]]
+    return bool(_in_prism(facade.wall.coordinates(some), facade, options).mean() > 0.5)

@@ -1,0 +1,33 @@
+"""Number points by voxel, and thin a cloud to one point per voxel."""
+
+import numpy as np
+
+from frontage.geometry.arrays import Float, Int
+
+_BLOCK_POINTS = 16384  # points at a time, so that a block stays in the processor's cache
+DENSE_CELLS = 40_000_000  # voxels, above which a table of all of them costs more than a sort
+
+
+def voxel_of(xyz: Float, cell: float) -> tuple[Int, int]:
+    """Numbers points (n, 3) by voxel, x fastest and z slowest; returns the numbers (n,) and their range."""
+    # column by column: numpy's reduction over the long axis of (n, 3) is three times slower
+    low, high = (np.array([extreme(xyz[:, k]) for k in range(3)]) for extreme in (np.min, np.max))
+    size = ((high - low) * (1.0 / cell)).astype(np.int64) + 1
+    stride = np.array([1, size[0], size[0] * size[1]])
+    flat = np.empty(len(xyz), np.int64)
+    for start in range(0, len(xyz), _BLOCK_POINTS):  # a block stays in the processor's cache
+        block = xyz[start : start + _BLOCK_POINTS] - low
+        block *= 1.0 / cell
+        flat[start : start + _BLOCK_POINTS] = block.astype(np.int64) @ stride  # truncates, as all are >= 0
+    return flat, int(size[0]) * int(size[1]) * int(size[2])
+
+
+def voxel_first(xyz: Float, cell: float) -> Int:
+    """Returns the first point (k,) int64 of every occupied voxel, in voxel order (z slowest)."""
+    flat, total = voxel_of(xyz, cell)
+    if total > DENSE_CELLS:
+        return np.asarray(np.unique(flat, return_index=True)[1], np.int64)
+    table = np.full(total, -1, np.int32)
+    # the last one written is the first point
+    table[flat[::-1]] = np.arange(len(flat) - 1, -1, -1, dtype=np.int32)
+    return table[np.flatnonzero(table >= 0)].astype(np.int64)
