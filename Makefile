@@ -37,7 +37,7 @@ bench: $(VENV)/.ready-dev
 
 # The documentation as a site that needs no network: open site/index.html.
 docs: $(VENV)/.ready-docs
-	$(BIN)/mkdocs build --strict --quiet
+	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --strict --quiet
 
 # One environment in three steps: what runs Frontage, what tests it, what builds its documentation. All pinned with hashes.
 $(VENV)/.ready-run: requirements.txt pyproject.toml | $(VENV)/bin/python
