@@ -51,7 +51,9 @@ def test_the_reference_of_codes_explains_every_code(generate: ModuleType) -> Non
     for code in ("F101", "I103", "R201", "S310", "W100", "X100"):
         assert f">{code}</span> | " in text
     linked = {
-        code for page in DOCS.rglob("*.md") for code in re.findall(r"errors\.md#(\w+)", page.read_text("utf-8"))
+        code
+        for page in DOCS.rglob("*.md")
+        for code in re.findall(r"errors\.md#(\w+)", page.read_text("utf-8"))
     }
     assert linked <= set(re.findall(r'<span id="(\w+)">', text))
 
