@@ -3,8 +3,8 @@
 Every figure is printed with its interval: a median or rate over cases with a bootstrap, a time or a ratio of
 times over alternating repetitions.
 
-Every benchmark takes ``--write PAGE.md``: what it prints then also becomes a section of that page, in place of
-the section of an earlier run of the same script.
+Every benchmark takes ``--write PAGE.md``: what it prints then also becomes a section of that page,
+in place of the section of an earlier run of the same script.
 """
 
 import atexit

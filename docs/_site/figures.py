@@ -1,7 +1,7 @@
 """The pictures of the documentation that come from a run of the demo street.
 
-``python docs/_site/figures.py demo-out/result`` writes them to docs/images. The street at the top of the README
-is drawn by examples/picture.py.
+``python docs/_site/figures.py demo-out/result`` writes them to docs/images.
+The street at the top of the README is drawn by examples/picture.py.
 """
 
 import sys

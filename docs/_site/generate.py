@@ -1,7 +1,7 @@
 """The parts of the reference that are generated from the code, as Markdown.
 
-`SECTIONS` maps the name in a page's `{{ generated: NAME }}` to the function that writes it. Nothing here needs
-mkdocs, so that the tests can call it.
+`SECTIONS` maps the name in a page's `{{ generated: NAME }}` to the function that writes it.
+Nothing here needs mkdocs, so that the tests can call it.
 """
 
 import enum
