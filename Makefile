@@ -1,5 +1,5 @@
 # Two commands do everything on a fresh machine: `make demo` and `make test`.
-# Python 3.11 or newer is looked for; name another with `make test PYTHON=/path/to/python`.
+# The newest Python from 3.11 on is used; name another one with `make test PYTHON=/path/to/python`.
 
 NEWEST := for p in python3 python3.14 python3.13 python3.12 python3.11; do \
 	  $$p -c 'import sys, venv; sys.exit(sys.version_info < (3, 11))' >/dev/null 2>&1 && { echo $$p; break; }; done
@@ -10,13 +10,17 @@ OUT := demo-out
 WORKERS ?= 2
 PIP := $(BIN)/python -m pip --disable-pip-version-check --quiet
 
-.PHONY: demo test check format bench lock clean
+.PHONY: demo test coverage check format bench docs lock clean
 
 demo: $(VENV)/.ready-run
 	$(BIN)/frontage demo $(OUT)
 
 test: $(VENV)/.ready-dev
 	OMP_NUM_THREADS=1 $(BIN)/python -m pytest -n $(WORKERS)
+
+# The tests again, with the share of lines and branches that they run.
+coverage: $(VENV)/.ready-dev
+	OMP_NUM_THREADS=1 $(BIN)/python -m pytest -n $(WORKERS) --cov --cov-report=term
 
 check: $(VENV)/.ready-dev
 	$(BIN)/ruff check .
@@ -31,7 +35,11 @@ format: $(VENV)/.ready-dev
 bench: $(VENV)/.ready-dev
 	for b in $(filter-out %/bench_large.py,$(wildcard benchmarks/[a-z]*.py)); do echo "== $$b"; $(BIN)/python $$b || exit 1; done
 
-# The two environments are one folder: what runs Frontage, then what tests it. Both files are pinned with hashes.
+# The documentation as a site that needs no network: open site/index.html.
+docs: $(VENV)/.ready-docs
+	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --strict --quiet
+
+# One environment in three steps: what runs Frontage, what tests it, what builds its documentation. All pinned with hashes.
 $(VENV)/.ready-run: requirements.txt pyproject.toml | $(VENV)/bin/python
 	$(PIP) install --require-hashes -r requirements.txt
 	$(PIP) install --no-deps --no-build-isolation -e .
@@ -41,16 +49,21 @@ $(VENV)/.ready-dev: requirements-dev.txt $(VENV)/.ready-run
 	$(PIP) install --require-hashes -r requirements-dev.txt
 	@touch $@
 
+$(VENV)/.ready-docs: requirements-docs.txt $(VENV)/.ready-run
+	$(PIP) install --require-hashes -r requirements-docs.txt
+	@touch $@
+
 $(VENV)/bin/python:
 	@test -n "$(PYTHON)" || { echo "Frontage needs Python 3.11 or newer; name one with PYTHON=..."; exit 1; }
 	$(PYTHON) -m venv $(VENV)
 
-# Resolve the pins anew (needs uv).
+# Resolve the pinned requirements again (needs uv).
 lock:
 	uv pip compile pyproject.toml --extra e57 --extra simulate requirements.in $(LOCK) -o requirements.txt
 	uv pip compile pyproject.toml --extra dev requirements.in -c requirements.txt $(LOCK) -o requirements-dev.txt
+	uv pip compile pyproject.toml --extra docs requirements.in -c requirements.txt $(LOCK) -o requirements-docs.txt
 LOCK := --universal --python-version 3.11 --generate-hashes --no-header --no-annotate --quiet
 
 clean:
-	rm -rf $(VENV) $(OUT) build dist .pytest_cache .mypy_cache .ruff_cache .hypothesis .import_linter_cache
+	rm -rf $(VENV) $(OUT) build dist site .coverage .pytest_cache .mypy_cache .ruff_cache .hypothesis .import_linter_cache
 	find . -name __pycache__ -type d -prune -exec rm -rf {} +

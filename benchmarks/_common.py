@@ -1,9 +1,16 @@
-"""What the benchmarks share: the simulated scenes, confidence intervals, fair timing, one table.
+"""What the benchmarks share: simulated scenes, confidence intervals, fair timing, tables, and `--write`.
 
 Every figure is printed with its interval: a median or rate over cases with a bootstrap, a time or a ratio of
 times over alternating repetitions.
+
+Every benchmark takes ``--write PAGE.md``: what it prints then also becomes a section of that page,
+in place of the section of an earlier run of the same script.
 """
 
+import atexit
+import io
+import re
+import shlex
 import sys
 import time
 from collections.abc import Callable, Sequence
@@ -14,9 +21,56 @@ import numpy as np
 
 ROOT = Path(__file__).resolve().parents[1]
 DATA = ROOT.parent / "shared" / "data"
-sys.path.insert(0, str(ROOT / "tests"))  # the simulated scenes
+sys.path.insert(0, str(ROOT / "tests"))  # scenes that benchmarks and tests share
 
 Statistic = Callable[[np.ndarray], float]
+
+
+class Tee(io.TextIOBase):
+    """Writes to a stream and remembers what was written."""
+
+    def __init__(self, stream: Any) -> None:
+        self.stream, self.parts = stream, [""]
+
+    def write(self, text: str) -> int:
+        """Write to both."""
+        self.parts.append(text)
+        return int(self.stream.write(text))
+
+    def flush(self) -> None:
+        """Flush the stream."""
+        self.stream.flush()
+
+
+def write_section(page: Path, script: str, command: str, text: str) -> None:
+    """Put the output of a benchmark on a page, in place of what the same script wrote there before.
+
+    The section lies between two comments that name the script, so the rest of the page stays as it is.
+    """
+    start, end = f"<!-- begin {script} -->", f"<!-- end {script} -->"
+    body = re.sub(r"^## ", "### ", text.strip(), flags=re.M)
+    section = f"{start}\n\n## Output of {script}\n\n`{command}`\n\n{body}\n\n{end}"
+    old = page.read_text("utf-8") if page.exists() else f"# Results of {script}\n"
+    before, found, after = old.partition(start)
+    new = before + section + after.partition(end)[2] if found else f"{old.rstrip()}\n\n{section}\n"
+    page.write_text(new, "utf-8")
+
+
+def _take_write_option(arguments: list[str]) -> None:
+    """Remove `--write PAGE.md` from the arguments and arrange for the section to be written at the end."""
+    if "--write" not in arguments[:-1]:
+        return
+    place = arguments.index("--write")
+    page = Path(arguments[place + 1])
+    del arguments[place : place + 2]
+    script = Path(arguments[0]).name
+    command = shlex.join(["python", f"benchmarks/{script}", *arguments[1:]])
+    tee = Tee(sys.stdout)
+    sys.stdout = tee
+    atexit.register(lambda: write_section(page, script, command, "".join(tee.parts)))
+
+
+_take_write_option(sys.argv)
 
 
 def bootstrap(

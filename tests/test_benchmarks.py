@@ -42,3 +42,24 @@ def test_the_wilson_interval_matches_the_textbook(common: ModuleType) -> None:
 def test_a_time_ratio_tells_slow_from_fast(common: ModuleType) -> None:
     ratio, low, high = common.time_ratio(lambda: time.sleep(0.06), lambda: time.sleep(0.02))
     assert 1.5 < ratio < 6 and low <= ratio <= high
+
+
+def test_a_benchmark_writes_its_section_of_a_page_and_replaces_only_that(
+    common: ModuleType, tmp_path: Path
+) -> None:
+    page = tmp_path / "page.md"
+    page.write_text("# Results\n\nProse.\n")
+    common.write_section(
+        page, "bench_a.py", "python benchmarks/bench_a.py", "## Title\n\n| a |\n|---|\n| 1 |"
+    )
+    common.write_section(page, "bench_b.py", "python benchmarks/bench_b.py", "other")
+    first = page.read_text()
+    assert "Prose." in first and "### Title" in first and "| 1 |" in first
+    common.write_section(page, "bench_a.py", "python benchmarks/bench_a.py --seeds 3", "| 2 |")
+    second = page.read_text()
+    assert "| 1 |" not in second and "| 2 |" in second and "--seeds 3" in second
+    assert (
+        second.count("begin bench_a.py") == 1
+        and "other" in second
+        and second.startswith("# Results\n\nProse.")
+    )

@@ -154,7 +154,7 @@ def test_counts_are_kept_and_houses_listed_are_all_there_are() -> None:
 
 
 def test_the_documentation_names_every_key() -> None:
-    text = (Path(__file__).parents[2] / "docs/simulate.md").read_text(encoding="utf-8")
+    text = (Path(__file__).parents[2] / "docs/reference/simulate.md").read_text(encoding="utf-8")
     for model in (SceneSpec, HouseSpec, OpeningSpec, ModelSpec):
         tables = {"house", "opening", "scanners", "drive", "cameras", "model", "output"}
         for key in set(model.model_fields) - tables:
@@ -162,7 +162,7 @@ def test_the_documentation_names_every_key() -> None:
 
 
 def test_the_example_of_the_documentation_is_a_street() -> None:
-    text = (Path(__file__).parents[2] / "docs/simulate.md").read_text(encoding="utf-8")
+    text = (Path(__file__).parents[2] / "docs/reference/simulate.md").read_text(encoding="utf-8")
     example = next(b for b in text.split("```toml\n")[1:] if "[[house.opening]]" in b).split("```")[0]
     scene = build_street(parse_spec(example))
     assert scene.notes == () and [h.id for h in scene.houses if h.side == 0] == ["B01", "B02"]
