@@ -9,7 +9,7 @@ from frontage.openings.borders.borders import find_borders
 from frontage.openings.borders.depth import find_depth, find_wall
 from frontage.openings.borders.edges import Face, Look, footprint
 from frontage.openings.borders.measure import facade_look, measure
-from frontage.openings.wall.sight import Sight
+from frontage.openings.wall.crossings import CrossingBeams
 
 WINDOW = (1.0, 6.0, 2.2, 7.6)
 BELOW_LEFT = (-3.0, -8.0, 1.7)
@@ -47,11 +47,11 @@ def sight(eyes, spacing, *, blocks=(), seed=0, returned=1.0, rays=True):
     if not rays:
         place, slope = place + slope * depth[:, None], np.zeros_like(slope)
     order = np.argsort(place[:, 0], kind="stable")
-    return Sight(
+    return CrossingBeams(
         place[order].T,
         slope[order].T,
-        depth[order],
         np.zeros(len(order)),
+        depth[order],
         np.concatenate(ranges)[order],
         0.015,
     )
@@ -136,11 +136,11 @@ def test_a_single_row_of_wall_leaves_a_border_the_gap_to_the_opening():
 def test_a_face_is_told_by_what_the_sensor_sees_beside_it_not_by_mixed_echoes():
     """A sill 8 cm before the wall, seen at 45 degrees: echoes of its edge trail far up behind it."""
     view = sight((BELOW_LEFT,), 0.02, blocks=[(*SILL, -0.08)])
-    z = view.own[1]
+    z = view.points[1]
     edge = np.flatnonzero((view.depth < -0.07) & (z > SILL[3] - 0.012))
     depth = view.depth.copy()
     depth[edge] += np.random.default_rng(0).uniform(0.0, 0.2, len(edge))
-    mixed = Sight(view.place, view.slope, depth, view.level, view.range, view.wall)
+    mixed = CrossingBeams(view.place, view.slope, view.level, depth, view.range, view.wall)
     (found,) = measure(mixed, [WINDOW], 0.02, 0.02)
     assert found.borders[2].edge.face.y == pytest.approx(-0.08, abs=0.005)
     assert abs(found.place[1] - WINDOW[1]) < 0.008
@@ -173,11 +173,11 @@ def test_walls_of_one_level_are_pooled():
 def test_relief_that_bends_the_mean_of_the_wall_is_no_opening():
     """A wall whose local mean lies 2 cm before it, drawn there by the relief around."""
     view = sight((BELOW_LEFT,), 0.02)
-    bent = Sight(
+    bent = CrossingBeams(
         view.place - 0.02 * view.slope,
         view.slope,
-        view.depth + 0.02,
         view.level - 0.02,
+        view.depth + 0.02,
         view.range,
         view.wall,
     )
@@ -203,7 +203,7 @@ def test_footprints_grow_with_the_range_by_diffraction_at_least():
     edge = np.flatnonzero(np.abs(view.place[1] - WINDOW[1]) < 0.009)
     depth = view.depth.copy()
     depth[edge] = np.random.default_rng(0).uniform(0.0, FRAME, len(edge))
-    mixed = Sight(view.place, view.slope, depth, view.level, view.range, view.wall)
+    mixed = CrossingBeams(view.place, view.slope, view.level, depth, view.range, view.wall)
     assert facade_look([_scored(o) for o in measure(mixed, [WINDOW], 0.02, 0.02)]).widening > 1.4e-4
 
 

@@ -16,7 +16,7 @@ from frontage.openings.kinds import kind_of, with_doors
 from frontage.openings.layout.selection import Box, best_layout
 from frontage.openings.wall.beams import sort_beams
 from frontage.openings.wall.evidence import weigh
-from frontage.openings.wall.sight import sight_lines
+from frontage.openings.wall.crossings import crossing_beams
 from fronts import EYE, WINDOW, box_of, scan_wall
 from opening_fakes import opening
 
@@ -115,7 +115,7 @@ def test_borders_return_where_the_evidence_speaks_against_them():
     facade, scan = scan_wall([WINDOW])
     beams = sort_beams(facade, scan)
     evidence = weigh(facade, beams)
-    (good,) = measure(sight_lines(facade, scan, beams), [WINDOW], evidence.raster.cell, facade.spacing)
+    (good,) = measure(crossing_beams(facade, scan, beams), [WINDOW], evidence.raster.cell, facade.spacing)
     assert agreeing(good, WINDOW, evidence) is good
     x0, z0, x1, z1 = good.place
     kept = agreeing(replace(good, place=(x0 - 0.3, z0, x1 - 0.3, z1)), WINDOW, evidence)

@@ -31,7 +31,7 @@ from frontage.openings.wall.beams import Beams, sort_beams
 from frontage.openings.wall.evidence import Evidence, weigh
 from frontage.openings.wall.noreturn import with_lost
 from frontage.openings.wall.panels import without_panels
-from frontage.openings.wall.sight import sight_lines
+from frontage.openings.wall.crossings import crossing_beams
 from frontage.openings.wall.standing import standing, stands
 
 _FEWEST = 200  # points: below, density and noise cannot be told
@@ -81,7 +81,7 @@ def find_by_evidence(
     beams, evidence, posts, ground = seen.beams, seen.evidence, seen.posts, seen.ground
     boxes = find_boxes(evidence, options, Framing(evidence, ground))
     rough = [_place(evidence, box) for box in boxes]
-    sight = sight_lines(facade, scan, beams)
+    sight = crossing_beams(facade, scan, beams)
     measured = measure(sight, rough, max(evidence.raster.cell, facade.spacing), facade.spacing)
     pooled = pool([agreeing(o, r, evidence) for o, r in zip(measured, rough, strict=True)])
     kept = disjoint(pooled, rough, evidence)

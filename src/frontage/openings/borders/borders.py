@@ -9,7 +9,7 @@ from scipy.special import ndtr
 
 from frontage.geometry.arrays import Float
 from frontage.openings.borders.edges import FEW, Edge, Look, Side, edge_beams, typical_gap
-from frontage.openings.wall.sight import Sight
+from frontage.openings.wall.crossings import CrossingBeams
 
 _STEP = 0.0005  # m, raster of the posterior
 _STRAY = 0.01  # share of the beams that say the wrong thing
@@ -44,7 +44,7 @@ class Border:
 
 
 def find_borders(
-    near: Sight,
+    near: CrossingBeams,
     rough: Place,
     cell: float,
     rise: float,
@@ -80,7 +80,9 @@ def find_borders(
     return (x0, z0, x1, z1), borders
 
 
-def locate(near: Sight, side: Side, band: float, frame: float | None, spacing: float, look: Look) -> Border:
+def locate(
+    near: CrossingBeams, side: Side, band: float, frame: float | None, spacing: float, look: Look
+) -> Border:
     """The border at an edge, searched within `band` m to either side."""
     edge = edge_beams(near, side, frame, look)
     asked = WIDTHS if look.told else ()
@@ -124,7 +126,9 @@ def _edge_scores(edge: Edge, e: Float, blur: float, strays: tuple[float, float],
     return hidden + side_scores(*edge.seen, e, blur, strays) + (1.0 - share) * due
 
 
-def _unseen(near: Sight, side: Side, frame: float | None, spacing: float, look: Look, at: float) -> float:
+def _unseen(
+    near: CrossingBeams, side: Side, frame: float | None, spacing: float, look: Look, at: float
+) -> float:
     """Root mean square distance m from `at` of a border that lies anywhere between the wall outside and the
     opening inside, as far as they are seen.
     """

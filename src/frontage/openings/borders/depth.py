@@ -4,7 +4,7 @@ import numpy as np
 
 from frontage.geometry.arrays import Float
 from frontage.model.estimate import Estimate
-from frontage.openings.wall.sight import Sight
+from frontage.openings.wall.crossings import CrossingBeams
 
 _NEAREST = 0.012  # m off the borders: reveals and the beams that they share with the frame
 _HUG = 0.05  # m off the borders: frames are that wide
@@ -23,7 +23,7 @@ _COMMON = 0.5  # of the noise of a point that its neighbours share
 
 
 def find_depth(
-    near: Sight,
+    near: CrossingBeams,
     box: tuple[float, float, float, float],
     rise: float,
     slack: float = 0.0,
@@ -54,14 +54,14 @@ def find_depth(
 
 
 def find_wall(
-    near: Sight, box: tuple[float, float, float, float], others: Float | None = None
+    near: CrossingBeams, box: tuple[float, float, float, float], others: Float | None = None
 ) -> tuple[float, float] | None:
     """Depth y m of the wall around a box, and its sigma: the rearmost of the surfaces that hold much; with
     those of the facade's openings (`others`, m), its level.
     """
     x0, z0, x1, z1 = box
     on = np.flatnonzero(np.abs(near.depth) < _RELIEF)
-    x, z = near.own[:, on]
+    x, z = near.points[:, on]
     on = on[(x < x0) | (x > x1) | (z < z0) | (z > z1)]
     y = near.depth[on] + near.level[on]
     if len(y) < _FEW:
@@ -108,7 +108,7 @@ def _level(y: Float, edge: Float, noise: float, share: float) -> tuple[float, fl
 
 
 def _along(
-    near: Sight, box: tuple[float, float, float, float], rise: float, slack: float, hug: float
+    near: CrossingBeams, box: tuple[float, float, float, float], rise: float, slack: float, hug: float
 ) -> Float:
     """Depths y (n,) m of the points behind the wall that lie within the sides and the top, at most `hug` m.
 
@@ -116,7 +116,7 @@ def _along(
     """
     x0, z0, x1, z1 = box
     deep = np.flatnonzero((near.depth > near.wall) & (near.depth < _DEEPEST))
-    x, z = near.own[:, deep]
+    x, z = near.points[:, deep]
     off = np.minimum(x - x0, x1 - x)
     if rise == 0.0:
         off = np.minimum(off, z1 - z)

@@ -11,7 +11,7 @@ from functools import cached_property
 import numpy as np
 
 from frontage.geometry.arrays import Bool, Float, Int
-from frontage.openings.wall.sight import Sight
+from frontage.openings.wall.crossings import CrossingBeams
 
 FITTING = 0.15
 """m: sills, surrounds and shutters stand so far out; what is before that only hides."""
@@ -129,14 +129,14 @@ class Edge:
         return np.sort(np.concatenate([self.seen[1], self.hidden[1]]))
 
 
-def edge_beams(near: Sight, side: Side, frame: float | None, look: Look) -> Edge:
+def edge_beams(near: CrossingBeams, side: Side, frame: float | None, look: Look) -> Edge:
     """The beams around an edge, each where it crosses the plane that decides on which side it is.
 
     A beam that the reveal would stop is solid if it ended before a plane 3 sigma within the wall, and counts
     where it crosses that plane: the face's noise does not matter. A beam past the face's edge counts where it
     passes that, and is solid if most of its light came from the face (half-way to the frame, `frame` m deep).
     """
-    u_own, beside = side.beside(near.own)
+    u_own, beside = side.beside(near.points)
     face = _face(near, side, beside, look.faces[side.number])
     begin = max(face.y, 0.0) + near.wall
     back = max(frame - face.y, 2.0 * near.wall) if frame is not None else 2.0 * near.wall
@@ -147,7 +147,7 @@ def edge_beams(near: Sight, side: Side, frame: float | None, look: Look) -> Edge
     # what stands loose beside an edge only bounds it: what passes has passed at the wall itself
     back_solid = near.depth <= face.y + back / 2
     edge_y = np.where(back_solid, face.y, max(face.y, 0.0)) if side.loose else face.y
-    u, some = side.beside(near.at(np.where(slope < 0, begin, edge_y)))
+    u, some = side.beside(near.shifted(np.where(slope < 0, begin, edge_y)))
     u, slope, depth, back_solid = u[some], slope[some], near.depth[some], back_solid[some]
     # what stands before the face at its edge (handles, steps) is none of it
     seen, stopped = slope < 0, depth < max(face.y - 2.0 * near.wall, -FITTING)
@@ -208,7 +208,7 @@ def _mixed(u: Float, way: Float, wide: Float, distance: Float) -> tuple[float, f
     return float(between.sum()), due, float(distance[face].mean())
 
 
-def _face(near: Sight, side: Side, beside: Int, shared: Face | None) -> Face:
+def _face(near: CrossingBeams, side: Side, beside: Int, shared: Face | None) -> Face:
     """The face that ends at a border: the foremost of the surfaces within a strip beside it; the `shared` one
     where its own points do not tell.
 

@@ -9,7 +9,7 @@ from frontage.openings.borders.depth import AROUND, find_depth, find_wall
 from frontage.openings.borders.edges import FEW, Face, Look, footprint
 from frontage.openings.borders.outline import Outline
 from frontage.openings.borders.shapes import Head, fan_of, find_head, ring_of, strays
-from frontage.openings.wall.sight import Sight
+from frontage.openings.wall.crossings import CrossingBeams
 
 _CIRCLE = 10.0  # nats that a circle must gain over a square
 _FEWER = 3  # beams that a circle must put on their side more than an arch does: about as many nats
@@ -18,7 +18,7 @@ _WIDENING = np.linspace(1e-4, 5e-4, 41)  # rad, one sigma, of beams: diffraction
 _ENOUGH = 3  # openings that tell what their facade has in common
 
 
-def measure(sight: Sight, boxes: list[Place], cell: float, spacing: float) -> list[Outline]:
+def measure(sight: CrossingBeams, boxes: list[Place], cell: float, spacing: float) -> list[Outline]:
     """Outlines of the openings whose places are known to about two cells; `cell`, `spacing` m.
 
     Twice: the first time every opening by itself; then with the blur of edges and the depth of sills and
@@ -60,7 +60,7 @@ def _widening(outlines: list[Outline]) -> float:
 
 
 def _outline(
-    sight: Sight,
+    sight: CrossingBeams,
     box: Place,
     cell: float,
     spacing: float,
@@ -108,7 +108,7 @@ def _loose(outline: Outline, wall: float) -> bool:
 
 
 def _shape(
-    near: Sight,
+    near: CrossingBeams,
     place: Place,
     borders: list[Border],
     frame: float | None,
@@ -144,7 +144,7 @@ def _spread(head: Head) -> Float:
     return np.array([[top + 1e-6, both], [both, rise + 1e-6]])
 
 
-def _density(near: Sight, place: Place) -> float:
+def _density(near: CrossingBeams, place: Place) -> float:
     """Beams per m2 that the wall beside an opening sends back."""
     x0, z0, x1, z1 = place
     reach = min(CLOSE, 0.3)
@@ -155,7 +155,7 @@ def _density(near: Sight, place: Place) -> float:
     return float(np.median([left.sum(), right.sum()])) / max(reach * (z1 - z0), 1e-6)
 
 
-def _passes(near: Sight, place: Place) -> float:
+def _passes(near: CrossingBeams, place: Place) -> float:
     """Share of the beams into an opening that end more than a metre behind."""
     x0, z0, x1, z1 = place
     x, z = near.place

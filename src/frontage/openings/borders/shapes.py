@@ -7,7 +7,7 @@ import numpy as np
 from frontage.geometry.arrays import Bool, Float
 from frontage.geometry.ring import ring_contains
 from frontage.openings.borders.borders import Place, side_scores
-from frontage.openings.wall.sight import Sight
+from frontage.openings.wall.crossings import CrossingBeams
 
 _GAIN = 10.0  # nats that a curve must gain over a straight head: "very strong" (Kass and Raftery 1995)
 _FREE = 5.0  # nats more for a shape whose rise is free
@@ -51,7 +51,7 @@ class Head:
 
 
 def fan_of(
-    near: Sight,
+    near: CrossingBeams,
     place: Place,
     face: float,
     frame: float | None,
@@ -71,7 +71,7 @@ def fan_of(
     seen = (outward(*head, place, near.place) * near.slope).sum(0) > 0
     begin = max(face, 0.0) + near.wall
     back = max(frame - face, 2.0 * near.wall) if frame is not None else 2.0 * near.wall
-    x, z = near.at(np.where(seen, begin, face))
+    x, z = near.shifted(np.where(seen, begin, face))
     free = near.depth >= min(face, 0.0) - near.wall  # what stands before it hides the border
     solid = near.depth <= np.where(seen, begin, face + back / 2)
     box = (x > x0) & (x < x1) & (z > z0) & (z < z1 - 0.3 * (z1 - z0))

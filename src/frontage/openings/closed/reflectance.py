@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from frontage.geometry.arrays import Array, Bool, Float, Int
+from frontage.geometry.sightlines import SightLines
 from frontage.model.facade import Facade
 from frontage.model.ortho import OrthoImage
 from frontage.model.scan import Scan
@@ -80,10 +81,8 @@ def _crossings(xyz: Float, depth: Float, index: Array, facade: Facade, scan: Sca
     points' own where they stand before it, as sills do, or the sensor's place is unknown.
     """
     eyes = np.vstack([facade.frame.inverse.apply(scan.origins).reshape(-1, 3), np.full(3, np.nan)])
-    way = xyz - eyes[scan.origin_index[index]]  # the last one, -1, is unknown
-    with np.errstate(invalid="ignore", divide="ignore"):
-        shift = way[:, [0, 2]] * np.where(way[:, 1] > _FLAT, np.maximum(depth, 0.0) / way[:, 1], 0.0)[:, None]
-    return xyz[:, [0, 2]] - np.where(np.isfinite(shift), shift, 0.0)
+    lines = SightLines.to_points(xyz, eyes[scan.origin_index[index]], _FLAT)  # -1, the last eye, is unknown
+    return np.ascontiguousarray(lines.shifted(-np.maximum(depth, 0.0)).T)
 
 
 def scan_layer(surface: Surface, facade: Facade, scan: Scan) -> Layer:

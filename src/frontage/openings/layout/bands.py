@@ -96,7 +96,7 @@ def _behind(beams: Beams) -> tuple[Float, Float, Float]:
     depth = lines.y - lines.level
     near = np.flatnonzero((depth > beams.least) & (depth < _DEEPEST))
     depth = depth[near]
-    return lines.place.take(near, 1) + lines.slope.take(near, 1) * depth, depth, lines.level[near]
+    return lines.take(near).shifted(depth), depth, lines.level[near]
 
 
 def _uprights(full: Bool, cell: float) -> Iterator[tuple[slice, slice]]:

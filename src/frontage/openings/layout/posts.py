@@ -9,7 +9,7 @@ from frontage.geometry.arrays import Bool, Float
 from frontage.model.facade import Facade
 from frontage.model.scan import Scan
 from frontage.openings.borders.outline import Outline
-from frontage.openings.wall.beams import Beams, Lines
+from frontage.openings.wall.beams import Beams, WallCrossings
 
 _LEAST = 0.15  # m: half a brick, the least pier, and the cells that it is cut by
 _ON = 0.015  # m before or behind its front that points are on a post
@@ -63,14 +63,14 @@ def with_posts(beams: Beams, facade: Facade, scan: Scan, posts: Sequence[Post]) 
     )
 
 
-def _on_posts(lines: Lines, posts: Sequence[Post]) -> tuple[Lines, Bool]:
+def _on_posts(lines: WallCrossings, posts: Sequence[Post]) -> tuple[WallCrossings, Bool]:
     """The lines of sight, those that end on a post or seem to cross the wall there taken at its depth; and
     which these are.
     """
     place, level = lines.place.copy(), lines.level.copy()
     moved = np.zeros(len(level), np.bool_)
     for post in posts:
-        there = lines.place + lines.slope * (post.y - lines.level)
+        there = lines.at(post.y)
         some = (post.holds(*there) | post.holds(*lines.place)) & (lines.y > post.y - _ON)
         place[:, some], level[some] = there[:, some], post.y
         moved |= some

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from frontage.geometry.arrays import Float
+from frontage.geometry.sightlines import SightLines, slopes
 from frontage.model.facade import Facade
 from frontage.model.scan import Scan
 from frontage.openings.protrusions.boxes import Box, within
@@ -53,21 +54,21 @@ class Crossings:
         kept = (y < -_AT_WALL) & (y >= -AHEAD) & (z > z0) & (z < z1 + _CROWN) & (x > x0) & (x < x1)
         kept[facade.support] = True
         far = np.flatnonzero((y < -AHEAD) & (scan.origin_index >= 0))
-        place = q[far][:, [0, 2]] - q[far, 1:2] * _slopes(q[far], origins[scan.origin_index[far]])
-        kept[far[(place >= (x0, z0)).all(1) & (place <= (x1, z1)).all(1)]] = True
+        x, z = SightLines.to_points(q[far], origins[scan.origin_index[far]]).at(0.0)
+        kept[far[(x >= x0) & (z >= z0) & (x <= x1) & (z <= z1)]] = True
         columns = np.ascontiguousarray(q[kept].T)
         columns[1] -= bend(facade, columns[0])
-        slope = _slopes(q[kept], origins[scan.origin_index[kept]])
+        slope = slopes(q[kept], origins[scan.origin_index[kept]])
         return cls(columns, np.ascontiguousarray(slope.T))
 
     def at(self, y: float, box: Box, margin: float) -> tuple[Float, Float]:
         """Places (k, 2) x, z m within the box where beams cross the plane at y m, and the depth y of their
         points (k,).
         """
-        ahead = y - self.q[1]
-        x = self.q[0] + ahead * self.slope[0]
+        lines = SightLines(self.q[::2], self.slope, self.q[1])
+        x = lines.along(0, y)
         some = np.flatnonzero((x >= box[0] - margin) & (x <= box[2] + margin))
-        z = self.q[2][some] + ahead[some] * self.slope[1][some]
+        z = lines.take(some).along(1, y)
         inside = (z >= box[1] - margin) & (z <= box[3] + margin)
         some, z = some[inside], z[inside]
         return np.column_stack([x[some], z]), self.q[1][some]
@@ -80,15 +81,6 @@ class Crossings:
             if step <= 1
             else Crossings(*(np.ascontiguousarray(v[:, ::step]) for v in (self.q, self.slope)))
         )
-
-
-def _slopes(q: Float, eye: Float) -> Float:
-    """dx/dy, dz/dy (n, 2) of beams from an eye (n, 3) to a point (n, 3); 0 without an eye (NaN)."""
-    way = q - eye
-    known = way[:, 1] > 1e-3
-    return np.asarray(
-        np.where(known[:, None], way[:, [0, 2]] / np.where(known, way[:, 1], 1.0)[:, None], 0.0)
-    )
 
 
 def bend(facade: Facade, x: Float) -> Float:

@@ -6,6 +6,7 @@ import numpy as np
 from scipy import ndimage
 
 from frontage.geometry.arrays import Array, Bool, Float, Int, distinct, freeze
+from frontage.geometry.sightlines import SightLines
 from frontage.model.facade import Facade
 from frontage.model.scan import Scan
 
@@ -60,19 +61,14 @@ class Raster:
 
 
 @dataclass(frozen=True, eq=False)
-class Lines:
-    """Lines of sight (n,) that cross the wall.
+class WallCrossings(SightLines):
+    """Lines of sight (n,) that cross the wall, with their places at its local depth.
 
-    place  (2, n) x, z m where they cross it at its local depth y m, `level` (n,)
-    slope  (2, n) m along x, z that they move per m of depth
-    y      (n,) m, depth of their points
-    range  (n,) m, from the sensor to the wall
+    y      (n,) m, depth of their points in the facade frame
+    range  (n,) m, distance from the sensor to the wall along the line
     """
 
-    place: Float
-    slope: Float
     y: Float
-    level: Float
     range: Float
 
 
@@ -99,7 +95,7 @@ class Beams:
     raster: Raster
     sigma: float
     least: float
-    lines: Lines
+    lines: WallCrossings
     rays: bool
 
     def __post_init__(self) -> None:
@@ -153,26 +149,25 @@ def sort_beams(facade: Facade, scan: Scan) -> Beams:
     )
 
 
-def _lines(facade: Facade, scan: Scan, wall: Float, raster: Raster) -> Lines:
+def _lines(facade: Facade, scan: Scan, wall: Float, raster: Raster) -> WallCrossings:
     """The lines of sight that cross the wall within the facade's bounding box, from before it.
 
     Crossings with the plane first, then with the wall's depth there.
     """
     to_facade = facade.frame.inverse
     eyes = np.vstack([to_facade.apply(scan.origins).reshape(-1, 3), np.full(3, np.nan)])  # -1 is unknown
-    x, y, z = to_facade.apply(scan.xyz).T
+    points = to_facade.apply(scan.xyz)
     ahead = np.where(eyes[:, 1] < -_FITTING, eyes[:, 1], np.nan)[scan.origin_index]
-    ok = np.flatnonzero((y - ahead > _FLAT) & (y < _REACH))
-    x, y, z, origin = x[ok], y[ok], z[ok], scan.origin_index[ok]
-    run = y - ahead[ok]
-    slope = np.stack([(x - eyes[origin, 0]) / run, (z - eyes[origin, 2]) / run])
-    foot = np.stack([x, z]) - slope * y
-    level = _at(wall, raster, *foot)
-    place = foot + slope * level
-    ok = np.flatnonzero(raster.flat(*place) >= 0)
-    slope = slope.take(ok, 1)
-    distance = (run + level - y)[ok] * np.sqrt(1.0 + (slope**2).sum(0))
-    return Lines(place.take(ok, 1), slope, y[ok], level[ok], distance)
+    ok = np.flatnonzero((points[:, 1] - ahead > _FLAT) & (points[:, 1] < _REACH))
+    points, origin, y = points[ok], scan.origin_index[ok], points[ok, 1]
+    lines = SightLines.to_points(points, eyes[origin], _FLAT)
+    on_plane = lines.moved_to(np.zeros(len(y)))
+    crossed = on_plane.moved_to(_at(wall, raster, *on_plane.place))
+    ok = np.flatnonzero(raster.flat(*crossed.place) >= 0)
+    own = crossed.take(ok)
+    run = (y - eyes[origin, 1])[ok]
+    distance = (run + own.level - y[ok]) * np.sqrt(1.0 + (own.slope**2).sum(0))
+    return WallCrossings(own.place, own.slope, own.level, y[ok], distance)
 
 
 def _wall_depth(xyz: Float, raster: Raster, roughness: float) -> Float:
