@@ -5,9 +5,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from frontage.model.opening import Elements
-from frontage.openings.find import find_openings
-from frontage.openings.options import OpeningOptions
+from frontage.openings import FoundOpenings, OpeningOptions, find_openings
 from frontage.openings.protrusions.borders import Crossings
 from frontage.openings.protrusions.find import find_protrusions
 from frontage.openings.wall.beams import sort_beams
@@ -38,7 +36,7 @@ def canted(out, run):
 def test_a_bay_of_three_faces_with_windows_in_all_of_them(out, run):
     faces, window = canted(out, run)
     result = find_openings(*scanned_faces(faces, (8.0, 9.0)), OpeningOptions(ground_z=0.0))
-    assert isinstance(result, Elements)
+    assert isinstance(result, FoundOpenings)
     (bay,) = [p for p in result.protrusions if p.kind == "bay"]
     x0, z0, x1, z1 = np.ravel([bay.ring.min(0), bay.ring.max(0)])
     assert (x0, x1, z1) == pytest.approx((2.4, 5.6, 6.5), abs=0.02)
@@ -63,7 +61,7 @@ def test_the_surround_of_a_window_is_no_oriel():
     wall = [box(0, 3.2, 0, 0.3, 0, 9), box(4.4, 8, 0, 0.3, 0, 9), box(3.2, 4.4, 0, 0.3, 0, 3.2)]
     wall += [box(3.2, 4.4, 0, 0.3, 5.2, 9), box(3.2, 4.4, 0.15, 0.3, 3.2, 5.2)]
     result = find_openings(*scanned([*sides, *ends], wall=wall), OpeningOptions(ground_z=0.0))
-    assert isinstance(result, Elements)
+    assert isinstance(result, FoundOpenings)
     assert [p.kind for p in result.protrusions] == ["protrusion"]
     (found,) = result.openings
     assert np.ravel([found.ring.min(0), found.ring.max(0)]) == pytest.approx((3.2, 3.2, 4.4, 5.2), abs=0.02)
@@ -93,7 +91,7 @@ def test_a_shop_front_of_ten_metres_is_found():
     faces = face((0, 0), (11.6, 0), 0, 6, holes) + face((0, 1.5), (11.6, 1.5), 0.1, 3.2)
     facade, scan = scanned_faces(faces, (11.6, 6.0), spacing=0.06, eyes=((3.0, -8.0, 1.6), (8.0, -8.0, 1.6)))
     result = find_openings(facade, scan, OpeningOptions(ground_z=0.0))
-    assert isinstance(result, Elements)
+    assert isinstance(result, FoundOpenings)
     rings = [np.ravel([o.ring.min(0), o.ring.max(0)]) for o in result.openings]
     assert min(r[0] for r in rings) == pytest.approx(0.84, abs=0.05)
     assert max(r[2] for r in rings) == pytest.approx(10.76, abs=0.05)

@@ -7,12 +7,12 @@ import pytest
 import shapely
 
 from frontage.model.estimate import Estimate, Provenance
-from frontage.model.opening import Elements, Protrusion
+from frontage.model.opening import Protrusion
+from frontage.openings import FoundOpenings, find_openings
 from frontage.openings.borders.borders import Border
-from frontage.openings.find import find_openings
+from frontage.openings.fronts import Fronts, openings_on_fronts
 from frontage.openings.layout.disjoint import apart, disjoint
 from frontage.openings.layout.selection import Box, best_layout
-from frontage.openings.recursion import Fronts, openings_on_fronts
 from frontage.openings.wall.beams import sort_beams
 from frontage.openings.wall.evidence import weigh
 from fronts import WINDOW, box_of, scan_wall
@@ -45,7 +45,7 @@ def overlaps(openings):
 @pytest.mark.parametrize("seed", range(12, 30))
 def test_openings_of_a_facade_never_overlap(seed):
     found = find_openings(*jumble(seed))
-    assert isinstance(found, Elements)
+    assert isinstance(found, FoundOpenings)
     assert overlaps(found.openings) == 0
 
 
@@ -100,7 +100,7 @@ def test_the_foremost_front_hides_what_is_behind_it_and_each_is_searched_once():
     def find(facade, scan):
         searched.append(facade.id)
         box = (2.2, 2.0, 2.8, 3.0) if facade.id == "bay" else (1.1, 1.0, 3.9, 3.0)
-        return Elements(facade.id, (opening(box=box),))
+        return (opening(box=box),)
 
     fronts = Fronts(*scan_wall([WINDOW], spacing=0.1), find)
     walls = [front("bay", (2.0, 1.5, 3.0, 3.5), -0.9), front("wide", (1.0, 0.0, 4.0, 4.0), -0.3)]

@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 import shapely
 
-from frontage.model.opening import Elements
-from frontage.openings.find import find_openings
+from frontage.openings import FoundOpenings, find_openings
 from frontage.openings.wall.beams import Raster
 from frontage.openings.wall.due import beams_due
 from frontage.openings.wall.triangles import density
@@ -51,7 +50,7 @@ def test_coincident_points_do_no_harm():
 def test_windows_of_seven_beams_by_ten_are_found():
     facade, scan = scan_wall(HOLES, spacing=0.14, returned=0.1, size=(9.0, 6.4))
     found = find_openings(facade, scan)
-    assert isinstance(found, Elements)
+    assert isinstance(found, FoundOpenings)
     rings = sorted(
         (shapely.box(*box_of(o)) for o in found.openings), key=lambda b: [round(v) for v in b.bounds]
     )

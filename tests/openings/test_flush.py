@@ -7,10 +7,10 @@ import pytest
 
 from frontage.geometry.ring import ring_contains
 from frontage.model.estimate import Provenance
+from frontage.openings import find_openings
 from frontage.openings.borders.shapes import ring_of
 from frontage.openings.closed.reflectance import scan_layer, surface_of
 from frontage.openings.closed.steps import Form, wall_steps
-from frontage.openings.find import find_openings
 from frontage.openings.wall.beams import sort_beams
 from fronts import EYE, box_of, scan_wall
 

@@ -1,8 +1,11 @@
 """The published method, step by step, on walls whose points and openings are known."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
+from frontage.catalog import numbered
 from frontage.geometry.arrays import Float
 from frontage.geometry.rigid import Rigid3
 from frontage.model import Estimate, Facade, Failed, Layer, Scan, WorldRef
@@ -47,7 +50,7 @@ def at(xz: Float, y: float, seed: int = 1) -> Float:
 
 
 def find(*parts: Float) -> Elements:
-    """What the method finds among points in the facade frame."""
+    """What the method finds among points in the facade frame, numbered."""
     q = np.vstack(parts)
     world = WorldRef(np.array([500_000, 5_000_000, 100]))
     facade = Facade(
@@ -56,8 +59,9 @@ def find(*parts: Float) -> Elements:
         np.flatnonzero(np.abs(q[:, 1]) < 0.009), 0.003, PITCH, 1.0, "rays",
     )  # fmt: skip
     found = find_by_paper(facade, Scan("wall", q, world), OPTIONS)
-    assert isinstance(found, Elements), found
-    return found
+    assert not isinstance(found, Failed), found
+    elements, _ = found
+    return replace(elements, openings=numbered(facade.id, elements.openings))
 
 
 def boxes_of(found: Elements) -> Float:

@@ -7,7 +7,9 @@ from types import SimpleNamespace
 import cv2
 import numpy as np
 
-from frontage.openings.options import OpeningOptions
+from frontage.model import Failed
+from frontage.openings import OpeningOptions
+from frontage.openings.observe import observe_wall
 from frontage.pipeline.openingpictures import save_evidence
 from fronts import WINDOW, scan_wall
 
@@ -18,7 +20,9 @@ def test_panels_are_drawn_as_the_wall_that_they_are(tmp_path: Path) -> None:
     recessed = (x > 1.0) & (x < 2.2) & (z > 0.9) & (z < 1.8)
     panelled = replace(scan, xyz=scan.xyz + np.outer(recessed * 0.06, [0.0, 1.0, 0.0]))
     workspace = SimpleNamespace(facade_folder=lambda _: tmp_path)
-    (told,) = save_evidence(workspace, facade, panelled, OpeningOptions())  # type: ignore[arg-type]
+    seen = observe_wall(facade, panelled, OpeningOptions())
+    assert not isinstance(seen, Failed)
+    (told,) = save_evidence(workspace, facade, seen)  # type: ignore[arg-type]
     image = cv2.imread(str(tmp_path / "evidence.png"))
     assert image is not None
     x0, z0, x1, z1 = told["extent"]

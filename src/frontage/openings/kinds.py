@@ -57,11 +57,11 @@ def with_doors(openings: Sequence[Opening], ground: float) -> list[Opening]:
     return [replace(o, kind="door") if id(o) in doors else o for o in openings]
 
 
-def numbered(facade: str, openings: list[Opening]) -> tuple[Opening, ...]:
-    """The openings by storey and from left to right, named "B07/F1/W3-2"; ground floor = 0, bays from 1.
+def in_reading_order(openings: Sequence[Opening]) -> tuple[Opening, ...]:
+    """Returns the openings storey by storey from the lowest, and from left to right within each storey.
 
-    Storeys: openings sorted by their middle; a new one begins where an opening's foot is above the middle
-    of the row so far. Basement windows are counted with the ground floor.
+    Storeys: the openings are sorted by their middles; a new storey begins where the foot of an opening lies
+    above the median middle of the storey so far. Basement windows are sorted with the ground floor.
     """
     rows: list[list[Opening]] = []
     for o in sorted(openings, key=lambda o: (float(o.ring[:, 1].mean()), float(o.ring[:, 0].min()))):
@@ -69,9 +69,4 @@ def numbered(facade: str, openings: list[Opening]) -> tuple[Opening, ...]:
         if not rows or (o.ring[:, 1].min() > middle and any(q.kind != "basement" for q in rows[-1])):
             rows.append([])
         rows[-1].append(o)
-    named: list[Opening] = []
-    for floor, row in enumerate(rows):
-        for bay, o in enumerate(sorted(row, key=lambda o: float(o.ring[:, 0].min())), 1):
-            letter = "W" if o.kind in ("window", "basement") else "D"
-            named.append(replace(o, id=f"{facade}/{letter}{floor}-{bay}", floor=floor, bay=bay))
-    return tuple(named)
+    return tuple(o for row in rows for o in sorted(row, key=lambda o: float(o.ring[:, 0].min())))

@@ -9,8 +9,8 @@ from frontage.geometry.arrays import Float, distinct
 from frontage.model.estimate import Estimate, Provenance
 from frontage.model.facade import Facade
 from frontage.model.opening import Opening, Protrusion
+from frontage.openings.fronts import Fronts, is_hidden
 from frontage.openings.protrusions.kinds import is_wall
-from frontage.openings.recursion import Fronts, is_hidden
 from frontage.openings.wall.beams import Raster
 
 _LEAST, _MOST = 0.5, 2.0  # m: reveals are less deep, passages and rooms deeper

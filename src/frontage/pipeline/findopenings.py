@@ -10,9 +10,8 @@ import numpy as np
 from frontage.catalog import number_building
 from frontage.io.rasters.ortho import read_ortho
 from frontage.model import Building, Elements, Facade, Failed, OrthoImage, Photo, Scan
-from frontage.openings.belonging import belonging
-from frontage.openings.find import find_openings
-from frontage.openings.options import OpeningOptions
+from frontage.openings import FoundOpenings, OpeningOptions, find_openings
+from frontage.openings.duplicates import without_duplicates
 from frontage.pipeline.elements import check_elements, load_elements, remove_elements, save_elements
 from frontage.pipeline.openingpictures import draw_openings, remove_pictures, save_evidence
 from frontage.pipeline.records import failed_record
@@ -64,15 +63,15 @@ def _search(task: OpeningsTask, workspace: Workspace) -> dict[str, Any]:
             remove_pictures(workspace.facade_folder(name))
             facade = workspace.load_facade(name)
             ortho = _ortho(workspace, name) if task.pictured else None
-            elements = _find(facade, scan, options_at(facade, building, task.options), ortho)
-            if isinstance(elements, Failed):
-                result["warnings"].append(failed_record(name, elements))
+            found = _find(facade, scan, options_at(facade, building, task.options), ortho)
+            if isinstance(found, Failed):
+                result["warnings"].append(failed_record(name, found))
             else:
-                judged.append((facade, elements))
-        for facade, elements in _numbered(belonging(judged, scan), building, task.options):
+                judged.append((facade, found.elements))
+                _evidence(workspace, facade, found, result)
+        for facade, elements in _numbered(without_duplicates(judged, scan), building, task.options):
             save_elements(workspace.facade_folder(facade.id), facade, elements)
             _tell(elements, result)
-            _evidence(workspace, facade, scan, options_at(facade, building, task.options), result)
     workspace.finish("openings", task.id, task.key, result)
     return result
 
@@ -117,12 +116,10 @@ def _tell(elements: Elements, result: dict[str, Any]) -> None:
     result["notes"][elements.facade] = list(elements.notes)
 
 
-def _evidence(
-    workspace: Workspace, facade: Facade, scan: Scan, options: OpeningOptions, result: dict[str, Any]
-) -> None:
+def _evidence(workspace: Workspace, facade: Facade, found: FoundOpenings, result: dict[str, Any]) -> None:
     """Pictures of what the openings were found from; openings without them are better than none."""
     try:
-        result["pictures"][facade.id] = save_evidence(workspace, facade, scan, options)
+        result["pictures"][facade.id] = save_evidence(workspace, facade, found.evidence)
     except Exception as error:
         result["warnings"].append(failed_record(facade.id, as_failed(error, facade.id)))
 
@@ -134,10 +131,12 @@ def _ortho(workspace: Workspace, name: str) -> OrthoImage | None:
 
 def _find(
     facade: Facade, scan: Scan, options: OpeningOptions, ortho: OrthoImage | None = None
-) -> Elements | Failed:
+) -> FoundOpenings | Failed:
     try:
         found = find_openings(facade, scan, options, ortho)
-        return found if isinstance(found, Failed) else check_elements(found)
+        if not isinstance(found, Failed):
+            check_elements(found.elements)
+        return found
     except Exception as error:
         return as_failed(error, facade.id)
 

@@ -7,10 +7,9 @@ import cv2
 import numpy as np
 
 from frontage.exports import limit_texture
-from frontage.model import Elements, Facade, Failed, Scan
-from frontage.openings.detect import see
-from frontage.openings.options import OpeningOptions
-from frontage.openings.paper.find import facade_cells
+from frontage.model import Elements, Facade
+from frontage.openings.observe import ObservedWall
+from frontage.openings.paper.find import Decomposition
 from frontage.pipeline.files import read_json, write_bytes
 from frontage.pipeline.workspace import Workspace
 from frontage.report.drawing import opening_picture
@@ -23,14 +22,14 @@ _LARGEST = 1000  # px of the longer side of the ortho-image under the openings
 
 
 def save_evidence(
-    workspace: Workspace, facade: Facade, scan: Scan, options: OpeningOptions
+    workspace: Workspace, facade: Facade, evidence: ObservedWall | Decomposition
 ) -> list[dict[str, Any]]:
     """Write `evidence.png`; by the paper's method also `cells_before.png` and `cells.png`.
 
-    `scan` is the building's working cloud, `options` those that the facade was searched with. Returns
-    `{"name", "caption", "extent": [x0, z0, x1, z1]}` of them.
+    `evidence` is what the openings were found from (`FoundOpenings.evidence`). Returns
+    `{"name", "caption", "extent": [x0, z0, x1, z1]}` of the pictures.
     """
-    pictures = _evidence(facade, scan, options)
+    pictures = _pictures(evidence)
     for picture in pictures:
         _write(workspace, facade, picture)
     return [{"name": p.name, "caption": p.caption, "extent": list(p.extent)} for p in pictures]
@@ -63,13 +62,11 @@ def _path(workspace: Workspace, facade: Facade, name: str) -> Path:
     return workspace.facade_folder(facade.id) / f"{name}.png"
 
 
-def _evidence(facade: Facade, scan: Scan, options: OpeningOptions) -> tuple[Picture, ...]:
-    """What the method saw; worked out once more, which costs little."""
-    if options.method == "paper":
-        cells = facade_cells(facade, scan, options)
-        return () if cells is None else cell_pictures(cells)
-    seen = see(facade, scan, options)
-    return () if isinstance(seen, Failed) else (beam_picture(seen.beams, seen.evidence),)
+def _pictures(evidence: ObservedWall | Decomposition) -> tuple[Picture, ...]:
+    """The pictures of what the openings were found from."""
+    if isinstance(evidence, Decomposition):
+        return cell_pictures(evidence)
+    return (beam_picture(evidence.beams, evidence.evidence),)
 
 
 def _ortho(workspace: Workspace, facade: Facade) -> Picture | None:

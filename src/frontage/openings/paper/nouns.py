@@ -52,12 +52,11 @@ class Front:
 def to_elements(
     facade: Facade, holes: Sequence[Hole], fronts: Sequence[Front], options: OpeningOptions
 ) -> Elements:
-    """The result with names by rows and bays, as seen from the street, ground floor 0, bays from 1."""
+    """Makes the model's nouns: openings row by row from the lowest, each from left to right; protrusions."""
     ground = float(facade.outline[:, 1].min()) if options.ground_z is None else options.ground_z
     openings: list[Opening] = []
-    for floor, row in enumerate(_rows(holes)):
-        for bay, hole in enumerate(sorted(row, key=lambda h: h.centre[0]), 1):
-            openings.append(_opening(facade.id, hole, floor, bay, ground))
+    for row in _rows(holes):
+        openings += [_opening(hole, ground) for hole in sorted(row, key=lambda h: h.centre[0])]
     ordered = sorted(fronts, key=lambda f: f.box)
     return Elements(
         facade.id,
@@ -76,7 +75,7 @@ def border_sigma(distance: float) -> float:
     return distance / float(np.sqrt(3.0))
 
 
-def _opening(facade: str, hole: Hole, floor: int, bay: int, ground: float) -> Opening:
+def _opening(hole: Hole, ground: float) -> Opening:
     x0, z0, x1, z1 = hole.box
     ring = outline(hole.box, hole.rise, _CHORD)
     at = (ring - [x0, z0]) / [x1 - x0, z1 - z0]
@@ -85,7 +84,7 @@ def _opening(facade: str, hole: Hole, floor: int, bay: int, ground: float) -> Op
     borders[1::2, 1], borders[1::2, 3] = 1 - at[:, 1], at[:, 1]
     door = z0 <= ground + _AT_GROUND and z1 - z0 >= _DOOR
     return Opening(
-        id=f"{facade}/{'D' if door else 'W'}{floor}-{bay}",
+        id="",
         kind="door" if door else "window",
         ring=ring,
         ring_covariance=border_sigma(hole.distance) ** 2 * borders @ borders.T,
@@ -94,8 +93,8 @@ def _opening(facade: str, hole: Hole, floor: int, bay: int, ground: float) -> Op
         provenance=Provenance.MEASURED,
         evidence=_evidence(hole),
         confidence=1.0 - hole.share,
-        floor=floor,
-        bay=bay,
+        floor=0,
+        bay=0,
     )
 
 

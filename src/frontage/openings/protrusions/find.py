@@ -72,7 +72,7 @@ def find_protrusions(
             found.append(_protrusion(facade, before, piece, outline, kind, grain))
     for piece, outline in find_setbacks(facade, crossings, grain):
         found.append(_protrusion(facade, q, piece, outline, "setback", grain))
-    return numbered(facade.id, found)
+    return tuple(sorted(found, key=_from_left))
 
 
 def _shows_wall(crossings: Crossings, box: Box, y: float, grain: Grain) -> bool:
@@ -81,10 +81,14 @@ def _shows_wall(crossings: Crossings, box: Box, y: float, grain: Grain) -> bool:
     return int((np.abs(depth) <= grain.half).sum()) > int((np.abs(depth - y) <= grain.half).sum())
 
 
-def numbered(facade: str, found: Sequence[Protrusion]) -> tuple[Protrusion, ...]:
+def number_protrusions(facade: str, found: Sequence[Protrusion]) -> tuple[Protrusion, ...]:
     """Named "B07/F1/P1", ... from left to right (to a decimetre), then from bottom to top."""
-    order = sorted(found, key=lambda p: (round(float(p.ring[:, 0].min()), 1), float(p.ring[:, 1].min())))
-    return tuple(replace(p, id=f"{facade}/P{k}") for k, p in enumerate(order, 1))
+    return tuple(replace(p, id=f"{facade}/P{k}") for k, p in enumerate(sorted(found, key=_from_left), 1))
+
+
+def _from_left(protrusion: Protrusion) -> tuple[float, float]:
+    """Sorts by the left border, to a decimetre, and then by the lower border."""
+    return round(float(protrusion.ring[:, 0].min()), 1), float(protrusion.ring[:, 1].min())
 
 
 def _foot(q: Float, box: Box, ground: float | None) -> float:

@@ -47,6 +47,11 @@ class Raster:
             inside = (c >= 0) & (r >= 0) & (c < self.shape[1]) & (r < self.shape[0])
             return np.where(inside, r * self.shape[1] + c, -1.0).astype(np.int64)
 
+    def box(self, r0: int, c0: int, r1: int, c1: int) -> tuple[float, float, float, float]:
+        """Returns the box x0, z0, x1, z1 m of the cells in the rows [r0, r1) and columns [c0, c1)."""
+        x, z = self.corner
+        return x + c0 * self.cell, z + r0 * self.cell, x + c1 * self.cell, z + r1 * self.cell
+
     def middles(self, which: Bool) -> Float:
         """Middles (n, 2) x, z m of those of the cells (h, w), row by row."""
         rows, columns = np.nonzero(which)

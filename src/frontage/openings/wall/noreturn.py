@@ -46,7 +46,7 @@ def lost_places(facade: Facade, scan: Scan, beams: Beams) -> Float:
     return np.vstack(found)
 
 
-def with_lost(evidence: Evidence, facade: Facade, scan: Scan, beams: Beams) -> Evidence:
+def with_lost_beams(evidence: Evidence, facade: Facade, scan: Scan, beams: Beams) -> Evidence:
     """The evidence with the beams that structured scans are known to have lost.
 
     Each speaks for open by log(P(lost | open) / P(lost | wall)). The wall around shows the latter (what is

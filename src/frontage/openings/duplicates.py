@@ -24,7 +24,7 @@ _LEAST = 0.015  # m: a surface that near the plane is on it, however quiet the s
 Judged = tuple[Facade, Elements]
 
 
-def belonging(judged: Sequence[Judged], scan: Scan) -> list[Judged]:
+def without_duplicates(judged: Sequence[Judged], scan: Scan) -> list[Judged]:
     """The facades with their elements, every opening on one facade of its building only.
 
     Outlines of parallel facades overlap where the wall steps: both follow its depth, and find the openings of

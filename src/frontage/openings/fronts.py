@@ -10,16 +10,16 @@ import shapely
 from frontage.geometry.arrays import Float, Int
 from frontage.geometry.rigid import Rigid3
 from frontage.geometry.ring import rectangle
-from frontage.model.estimate import Estimate, Failed
+from frontage.model.estimate import Estimate
 from frontage.model.facade import Facade
-from frontage.model.opening import Elements, Opening, Protrusion
+from frontage.model.opening import Opening, Protrusion
 from frontage.model.scan import Scan
 from frontage.openings.protrusions.kinds import is_wall
 
 _ROOM = 3.0  # m around a front within which beams through its openings end
 _COVERED = 0.5  # share of an opening that a front hides from the street
 
-Finder = Callable[[Facade, Scan], Elements | Failed]
+Finder = Callable[[Facade, Scan], tuple[Opening, ...]]
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,8 +43,7 @@ class Fronts:
         key = (*wall.ring.ravel().tolist(), float(wall.front.value))
         if key not in self._searched:
             front, rows = _own_facade(self.facade, wall, self.q)
-            found = self.find(front, self.scan.take(rows))
-            self._searched[key] = found.openings if isinstance(found, Elements) else ()
+            self._searched[key] = self.find(front, self.scan.take(rows))
         return self._searched[key]
 
 
