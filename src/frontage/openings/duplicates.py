@@ -9,17 +9,14 @@ import shapely
 
 from frontage.geometry.arrays import Float
 from frontage.model.facade import Facade
+from frontage.model.masonry import MASONRY, TOLERANCES
 from frontage.model.opening import Elements
 from frontage.model.scan import Scan
 from frontage.openings.protrusions.kinds import is_wall
 from frontage.openings.wall.beams import Raster
 
-_PARALLEL = float(np.cos(np.radians(15.0)))
-_APART = 2.0  # m between planes, at most: as deep as a facade's prism reaches before and behind it
 _SAME = 0.5  # share of the smaller of two openings that the other covers
 _RIM = 0.25  # m around an opening that tell which wall it is in
-_FLUSH = 0.1  # m between fronts: what stands out less is no protrusion
-_LEAST = 0.015  # m: a surface that near the plane is on it, however quiet the scanner
 
 Judged = tuple[Facade, Elements]
 
@@ -56,7 +53,10 @@ def _beside(a: Facade, b: Facade) -> bool:
     if a.building != b.building:
         return False
     offset = float(a.frame.inverse.apply(b.frame.t[None])[0, 1])
-    return bool(abs(a.frame.R[:, 1] @ b.frame.R[:, 1]) > _PARALLEL) and abs(offset) < _APART
+    return (
+        bool(abs(a.frame.R[:, 1] @ b.frame.R[:, 1]) > TOLERANCES.parallel_cos)
+        and abs(offset) < MASONRY.facade_reach
+    )
 
 
 def _without_doubled(judged: Judged, other: Judged) -> Judged:
@@ -70,7 +70,11 @@ def _without_doubled(judged: Judged, other: Judged) -> Judged:
         _onto(other[0], f, [(p.ring, float(p.front.value)) for p in walls])
         for f, walls in ((facade, own), (other[0], there))
     )
-    double = {own[i].id for i, k in zip(*_same(first, second), strict=True) if abs(y[i] - level[k]) < _FLUSH}
+    double = {
+        own[i].id
+        for i, k in zip(*_same(first, second), strict=True)
+        if abs(y[i] - level[k]) < MASONRY.step_out
+    }
     kept = tuple(p for p in elements.protrusions if p.id not in double)
     openings = tuple(o for o in elements.openings if o.on not in double)
     return facade, replace(elements, protrusions=kept, openings=openings)
@@ -110,8 +114,8 @@ def _walled(facade: Facade, elements: Elements, number: int, scan: Scan) -> floa
     x0, z0, x1, z1 = shapely.bounds(shapely.buffer(ring, _RIM))
     q = facade.frame.inverse.apply(scan.xyz[facade.support])
     depth = q[:, 1] - elements.wall_y(opening)
-    on = q[np.abs(depth) <= max(3.0 * facade.roughness, _LEAST)]
-    cell = max(2.0 * facade.spacing, _LEAST)
+    on = q[np.abs(depth) <= max(3.0 * facade.roughness, TOLERANCES.least_on_wall)]
+    cell = max(2.0 * facade.spacing, TOLERANCES.least_on_wall)
     raster = Raster((x0, z0), cell, (int((z1 - z0) / cell) + 1, int((x1 - x0) / cell) + 1))
     rows, columns = np.indices(raster.shape) + 0.5
     rim = ~shapely.contains_xy(ring, x0 + columns * cell, z0 + rows * cell)

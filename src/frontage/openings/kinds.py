@@ -5,11 +5,11 @@ from dataclasses import replace
 
 import numpy as np
 
+from frontage.model.masonry import MASONRY
 from frontage.model.opening import Opening
 
 _LOW = 0.45  # m above the ground: doors and gates start below it, kerbs and a step included
-_DOOR = 1.8  # m: doors are higher, and narrower than two leaves
-_WIDE = 2.0  # m
+_WIDE = 2.0  # m: doors are narrower than two leaves
 _GLAZED = (1.5, 2.4)  # m: wider than a window's two leaves and higher than a door is glazing of a shop
 _FLOOR = 2.0  # m above the ground: shop fronts start below it, plinths of sloping streets included
 _RAISED = 1.0  # m above the ground: a floor that a few steps lead up to lies no higher
@@ -25,13 +25,13 @@ def kind_of(width: float, height: float, sill: float, passes: float, stands: boo
     balcony; gates are wider than two leaves; a passage lets beams through; shop fronts are wide and high on
     the ground floor; a basement window ends below the height of a sill.
     """
-    if height >= _DOOR and width > _WIDE and sill <= _FLOOR:
+    if height >= MASONRY.door_height and width > _WIDE and sill <= _FLOOR:
         if sill > _LOW:
             return "shopfront"
         return "passage" if passes > 0.7 else "garage" if passes < 0.2 else "shopfront"
     if width > _GLAZED[0] and height >= _GLAZED[1] and _LOW < sill <= _FLOOR and not stands:
         return "shopfront"
-    if height >= _DOOR and width <= _WIDE and (sill <= _LOW or stands):
+    if height >= MASONRY.door_height and width <= _WIDE and (sill <= _LOW or stands):
         return "door"
     if any(sill + height <= top and height <= most for top, most in _CELLAR):
         return "basement"
@@ -48,7 +48,7 @@ def with_doors(openings: Sequence[Opening], ground: float) -> list[Opening]:
     boxes = np.array([[*o.ring.min(0), *o.ring.max(0)] for o in windows]).reshape(-1, 4)
     doors: set[int] = set()
     for k, (x0, z0, x1, z1) in enumerate(boxes):
-        if z1 - z0 < _DOOR or x1 - x0 > _WIDE or z0 > ground + _RAISED:
+        if z1 - z0 < MASONRY.door_height or x1 - x0 > _WIDE or z0 > ground + _RAISED:
             continue
         common = np.minimum(boxes[:, 3], z1) - np.maximum(boxes[:, 1], z0)
         beside = (common > 0.5 * (boxes[:, 3] - boxes[:, 1])) & (np.arange(len(boxes)) != k)

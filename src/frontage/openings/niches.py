@@ -8,12 +8,13 @@ import shapely
 from frontage.geometry.arrays import Float, distinct
 from frontage.model.estimate import Estimate, Provenance
 from frontage.model.facade import Facade
+from frontage.model.masonry import MASONRY
 from frontage.model.opening import Opening, Protrusion
 from frontage.openings.fronts import Fronts, is_hidden
 from frontage.openings.protrusions.kinds import is_wall
 from frontage.openings.wall.beams import Raster
 
-_LEAST, _MOST = 0.5, 2.0  # m: reveals are less deep, passages and rooms deeper
+_LEAST = 0.5  # m: reveals are less deep
 _FRAME = 0.3  # m: frames are less deep; what stands in a niche may be told for one
 _OFF, _RIM = 0.03, 0.1  # m off the borders, between which the back shows first: cheeks lie nearer
 _BIN = 0.02  # m, of depth
@@ -52,7 +53,7 @@ def _back(q: Float, opening: Opening, facade: Facade) -> Estimate[float] | None:
     """
     (x0, z0), (x1, z1) = opening.ring.min(0), opening.ring.max(0)
     x, y, z = q.T
-    low, high = 3.0 * facade.roughness, _MOST
+    low, high = 3.0 * facade.roughness, MASONRY.facade_reach
     near = np.flatnonzero((y > low) & (y < high) & (x > x0) & (x < x1) & (z > z0) & (z < z1))
     off = np.minimum(np.minimum(x[near] - x0, x1 - x[near]), z1 - z[near])
     near = near[(off > _OFF) & (off < _RIM)]

@@ -4,6 +4,7 @@ import numpy as np
 
 from frontage.geometry.arrays import Float
 from frontage.model.estimate import Estimate
+from frontage.model.masonry import TOLERANCES
 from frontage.openings.wall.crossings import CrossingBeams
 
 _NEAREST = 0.012  # m off the borders: reveals and the beams that they share with the frame
@@ -19,7 +20,6 @@ BASE = 0.05
 _RELIEF = 0.035  # m about the local mean of wall and relief
 _MUCH = 0.2  # of the points of the largest surface that the wall needs, being the rearmost
 _APART = 2.0 / 3.0  # of three sigmas of a point: walls that far apart are two levels
-_COMMON = 0.5  # of the noise of a point that its neighbours share
 
 
 def find_depth(
@@ -104,7 +104,9 @@ def _level(y: Float, edge: Float, noise: float, share: float) -> tuple[float, fl
             return None
         at = float(some[(len(some) - 1) // 2] + some[len(some) // 2]) / 2.0
     # the foremost of several layers and the noise of one are not told apart better than that
-    return float(some.mean()), float(np.hypot(some.std() / np.sqrt(len(some)), _COMMON * noise))
+    return float(some.mean()), float(
+        np.hypot(some.std() / np.sqrt(len(some)), TOLERANCES.common_noise * noise)
+    )
 
 
 def _along(

@@ -7,6 +7,7 @@ from scipy import stats
 
 from frontage.geometry.arrays import Bool, Float
 from frontage.model.estimate import Estimate
+from frontage.model.masonry import TOLERANCES
 from frontage.openings.borders.borders import Place
 from frontage.openings.borders.outline import Outline
 from frontage.openings.closed.places import SIZE, Places
@@ -26,7 +27,6 @@ _FEW = 30  # points inside, and on each side of a border
 _SLANT = 0.5  # of its depth that the wall's edge hides of a leaf, or shows of a reveal
 _AROUND = (0.5, 0.2)  # m beside the opening, from and to: its wall, surrounds left out
 _USUAL = 0.997  # share of the openings that lie no further from where they are expected: three sigmas
-_COMMON = 0.5  # of the noise of a point that its neighbours share
 
 
 @dataclass(frozen=True, eq=False)
@@ -183,5 +183,5 @@ def _depth(surface: Surface, place: Place, rise: float) -> Estimate[float] | Non
         y = surface.y[some]
         value.append(float(np.median(y)))
         noise = 1.4826 * float(np.median(np.abs(y - value[-1])))
-        variance += noise**2 * (_COMMON**2 + 1.57 / len(y))
+        variance += noise**2 * (TOLERANCES.common_noise**2 + 1.57 / len(y))
     return Estimate(value[0] - value[1], np.array([[variance]]), float(len(inside) - 1))

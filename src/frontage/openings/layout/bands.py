@@ -7,6 +7,7 @@ import numpy as np
 from scipy import ndimage
 
 from frontage.geometry.arrays import Bool, Float, distinct
+from frontage.model.masonry import MASONRY
 from frontage.openings.borders.borders import Place
 from frontage.openings.layout.posts import Post
 from frontage.openings.wall.beams import Beams
@@ -17,7 +18,7 @@ _BIN = 0.01  # m, of depth
 _AREA = 0.1  # m2 that a plane of joinery holds at least
 _FULL = 0.5  # share of the expected beams from which a place is joinery, or wall
 _TALL = 0.4  # m: lower pieces are rails and panels
-_NARROW, _WIDE = 0.115, 0.6  # m: half a brick, as of piers; leaves of doors are wider
+_WIDE = 0.6  # m: leaves of doors are wider than posts
 _FRAMES = 1.7  # widths of the frame above: windows side by side have one each, casements that meet less
 _RAIL = 0.03  # m, least width of a frame
 _PANE = (0.03, 0.27)  # m beside a post where its panes are looked at
@@ -27,7 +28,6 @@ _WINDOW = 0.9  # m wide are the windows of a band; leaves of one window that mee
 _GAP = 0.15  # m between a post and the wall above and below it
 _STEEP = 2.0  # m that sills hide per m of depth
 _HIDDEN = 0.5  # share of the beams due that come where something before the wall hides a sill, at most
-_GROUND = 0.35  # m above the ground where no wall can show below
 
 
 @dataclass(frozen=True, eq=False)
@@ -103,7 +103,7 @@ def _uprights(full: Bool, cell: float) -> Iterator[tuple[slice, slice]]:
     """Rows and columns of tall and narrow pieces of the cells (h, w) that a plane fills."""
     tall = ndimage.binary_opening(full, np.ones((max(int(_TALL / cell), 2), 1), np.bool_))
     for rows, columns in ndimage.find_objects(ndimage.label(tall)[0]):
-        if _NARROW - cell <= (columns.stop - columns.start) * cell <= _WIDE:
+        if MASONRY.half_brick - cell <= (columns.stop - columns.start) * cell <= _WIDE:
             yield rows, columns
 
 
@@ -117,7 +117,7 @@ def _post(
     above = wall[rows.stop : rows.stop + int(_GAP / cell) + 2, middle]
     sill = wall[below, middle][::-1]
     veiled = evidence.expected[below, middle].sum() < _HIDDEN * evidence.due[below, middle].sum()
-    low = z + rows.start * cell < ground + _GROUND
+    low = z + rows.start * cell < ground + MASONRY.threshold
     if not above.any() or not (sill.any() or low or veiled):
         return None
     piece = (x + columns.start * cell, z + rows.start * cell, x + columns.stop * cell, z + rows.stop * cell)
@@ -146,7 +146,7 @@ def _across(plane: _Plane, piece: Place, evidence: Evidence) -> tuple[float, flo
     if own == 0:
         return None
     left, right = _span(x[labels[column] == own])
-    return (left, right) if right - left >= _NARROW else None
+    return (left, right) if right - left >= MASONRY.half_brick else None
 
 
 def _sides(x0: float, x1: float) -> tuple[tuple[float, float], tuple[float, float]]:

@@ -6,12 +6,12 @@ import numpy as np
 from scipy import ndimage
 
 from frontage.geometry.arrays import Bool, Float, Int
+from frontage.model.masonry import MASONRY
 from frontage.openings.layout.selection import PRICE, Box, best_layout, worth_of
 from frontage.openings.options import OpeningOptions
 from frontage.openings.wall.evidence import ENOUGH, Evidence, enough
 
 _LINES = 8  # candidate borders a component has in each direction, at most
-_PIER = 0.115  # m between two openings: half a brick, the least pier of masonry; bars are narrower
 _LESSER = 0.1  # of the best of its component: what is worth less is a remnant of an uneven outline
 _PIECE = 0.5  # the same of what bars part: less is a piece of it
 _GAP = 0.12  # m between the bars of a grille: guards of windows and balconies leave no wider gaps
@@ -29,7 +29,7 @@ def find_boxes(evidence: Evidence, options: OpeningOptions, framed: Callable[[In
     Only `framed` rectangles (n, 4) r0, c0, r1, c1 can be openings.
     """
     least = (options.min_height / evidence.raster.cell, options.min_width / evidence.raster.cell)
-    pier = max(round(_PIER / evidence.raster.cell), 1)
+    pier = max(round(MASONRY.half_brick / evidence.raster.cell), 1)
     parts = _components(evidence, least, enough(evidence.llr, evidence.due, 1.0) > 0)
     found = best_layout([_rivals(evidence, *part, least, framed, _LESSER) for part in parts], pier)
     if evidence.rays:  # which tell bars from walls
@@ -85,7 +85,7 @@ def _components(evidence: Evidence, least: tuple[float, float], open_: Bool) -> 
     """
     llr = evidence.llr
     if evidence.rays:  # else what is beside an opening may be a shadow: nothing is joined to it
-        open_ = _without_bars(open_, int(_PIER / evidence.raster.cell) + 1)
+        open_ = _without_bars(open_, int(MASONRY.half_brick / evidence.raster.cell) + 1)
     for size, largest in (*_SCALES, (_SCALES[-1][0], np.inf)):
         kernel = tuple(max(3, int(size * side)) for side in least)
         labels, _ = ndimage.label(ndimage.grey_opening(open_.astype(np.uint8), kernel, mode="constant"))

@@ -3,12 +3,12 @@
 import numpy as np
 
 from frontage.geometry.arrays import Bool, Float, Int
+from frontage.model.masonry import MASONRY
 from frontage.openings.wall.evidence import Evidence
 
 _RIM = 0.1  # m beside an opening where the wall must show
 _WALL = 0.4  # share of the expected beams that a rim must have on the wall
 _FEWEST = 5.0  # expected beams: fewer tell nothing
-_GROUND = 0.35  # m above the ground where no wall can show below an opening
 _RETURN = 0.3  # share of the expected beams that a small opening must send back from its depth
 _SOME = 0.05  # the same of a large one: frames and reveals
 _SEEN = 0.1  # the same of the beams that are due
@@ -25,7 +25,7 @@ class Framing:
     def __init__(self, evidence: Evidence, ground: float) -> None:
         self._shape = evidence.llr.shape
         self._cell = evidence.raster.cell
-        self._ground = int(np.ceil((ground + _GROUND - evidence.raster.corner[1]) / self._cell))
+        self._ground = int(np.ceil((ground + MASONRY.threshold - evidence.raster.corner[1]) / self._cell))
         self._rays = evidence.rays
         much = evidence.expected + 2.0 * np.sqrt(evidence.expected) + 1.0  # reveals and ledges hold more
         wall = np.minimum(evidence.solid, much)

@@ -7,12 +7,12 @@ import numpy as np
 
 from frontage.geometry.arrays import Bool, Float
 from frontage.model.facade import Facade
+from frontage.model.masonry import TOLERANCES
 from frontage.model.scan import Scan
 from frontage.openings.borders.outline import Outline
 from frontage.openings.wall.beams import Beams, WallCrossings
 
 _LEAST = 0.15  # m: half a brick, the least pier, and the cells that it is cut by
-_ON = 0.015  # m before or behind its front that points are on a post
 
 
 @dataclass(frozen=True)
@@ -50,8 +50,11 @@ def with_posts(beams: Beams, facade: Facade, scan: Scan, posts: Sequence[Post]) 
     x, y, z = facade.frame.inverse.apply(scan.xyz[facade.support]).T
     on, free = np.zeros(len(x), np.bool_), np.ones(len(lone), np.bool_)
     for post in posts:
-        on |= post.holds(x, z) & (np.abs(y - post.y) < _ON)
-        free &= ~(post.holds(*lone.T) & (np.abs(lone_depth + beams.depth_at(*lone.T) - post.y) < _ON))
+        on |= post.holds(x, z) & (np.abs(y - post.y) < TOLERANCES.least_on_wall)
+        free &= ~(
+            post.holds(*lone.T)
+            & (np.abs(lone_depth + beams.depth_at(*lone.T) - post.y) < TOLERANCES.least_on_wall)
+        )
     through = depth > beams.least
     return replace(
         beams,
@@ -71,7 +74,7 @@ def _on_posts(lines: WallCrossings, posts: Sequence[Post]) -> tuple[WallCrossing
     moved = np.zeros(len(level), np.bool_)
     for post in posts:
         there = lines.at(post.y)
-        some = (post.holds(*there) | post.holds(*lines.place)) & (lines.y > post.y - _ON)
+        some = (post.holds(*there) | post.holds(*lines.place)) & (lines.y > post.y - TOLERANCES.least_on_wall)
         place[:, some], level[some] = there[:, some], post.y
         moved |= some
     return replace(lines, place=place, level=level), moved

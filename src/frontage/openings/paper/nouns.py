@@ -8,13 +8,13 @@ import numpy as np
 from frontage.geometry.ring import rectangle
 from frontage.model.estimate import Estimate, Provenance
 from frontage.model.facade import Facade
+from frontage.model.masonry import MASONRY
 from frontage.model.opening import Elements, Opening, Protrusion
 from frontage.openings.options import OpeningOptions
 from frontage.openings.paper.cells import FACADE_SHARE, WINDOW_SHARE, Box
 from frontage.openings.paper.shapes import outline
 
 _CHORD = 0.005  # m: chord error of round heads
-_AT_GROUND = 0.35  # m above it, up to which a lower border is a threshold
 _DOOR = 1.9  # m, least height of a door
 _ROUND = 0.9  # of half the width: an arch that rises so far is a semicircle
 
@@ -82,7 +82,7 @@ def _opening(hole: Hole, ground: float) -> Opening:
     borders = np.zeros((2 * len(ring), 4))  # how the corners follow left, bottom, right, top
     borders[0::2, 0], borders[0::2, 2] = 1 - at[:, 0], at[:, 0]
     borders[1::2, 1], borders[1::2, 3] = 1 - at[:, 1], at[:, 1]
-    door = z0 <= ground + _AT_GROUND and z1 - z0 >= _DOOR
+    door = z0 <= ground + MASONRY.threshold and z1 - z0 >= _DOOR
     return Opening(
         id="",
         kind="door" if door else "window",

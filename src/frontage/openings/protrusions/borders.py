@@ -8,6 +8,7 @@ import numpy as np
 from frontage.geometry.arrays import Float
 from frontage.geometry.sightlines import SightLines, slopes
 from frontage.model.facade import Facade
+from frontage.model.masonry import MASONRY, TOLERANCES
 from frontage.model.scan import Scan
 from frontage.openings.protrusions.boxes import Box, within
 from frontage.openings.protrusions.grain import Grain
@@ -19,11 +20,9 @@ _STRAY = 0.02  # share of the beams beyond a border that end on the front's plan
 _NEXT = 2.5  # spacings within a border that tell how far apart rows of hits are
 _SHY = 0.02  # share of the side that is left out at either end: corners
 _CROWN = 0.6  # m above the wall that a cornice may reach
-AHEAD = 2.0  # m: further before the wall nothing belongs to it
 _AT_WALL = 0.05  # m before the wall: what is nearer is in the support
 _HIDDEN = 1.5  # m beyond its last hit that a border is looked for behind what hides it
 _THICK = 0.04  # m, thickness of a railing
-_BENT = 5.0  # sigmas of its sagitta from which a wall is bent
 _SEEN = 0.2  # of the beams due that show the wall beside a front
 _GUESS = 0.25  # of a cheek's width: error of one that is inferred from the other
 _RIM = 0.06  # m, depth of the rim that tells how far out a border stands
@@ -51,9 +50,16 @@ class Crossings:
         q, (x0, z0, x1, z1) = inverse.apply(scan.xyz), facade.extent
         origins = np.vstack([inverse.apply(scan.origins).reshape(-1, 3), np.full(3, np.nan)])
         x, y, z = q.T
-        kept = (y < -_AT_WALL) & (y >= -AHEAD) & (z > z0) & (z < z1 + _CROWN) & (x > x0) & (x < x1)
+        kept = (
+            (y < -_AT_WALL)
+            & (y >= -MASONRY.facade_reach)
+            & (z > z0)
+            & (z < z1 + _CROWN)
+            & (x > x0)
+            & (x < x1)
+        )
         kept[facade.support] = True
-        far = np.flatnonzero((y < -AHEAD) & (scan.origin_index >= 0))
+        far = np.flatnonzero((y < -MASONRY.facade_reach) & (scan.origin_index >= 0))
         x, z = SightLines.to_points(q[far], origins[scan.origin_index[far]]).at(0.0)
         kept[far[(x >= x0) & (z >= z0) & (x <= x1) & (z <= z1)]] = True
         columns = np.ascontiguousarray(q[kept].T)
@@ -86,7 +92,7 @@ class Crossings:
 def bend(facade: Facade, x: Float) -> Float:
     """Depth y (n,) m of a bent wall at x (n,) m, a parabola that its plane touches; 0 of a straight one."""
     sagitta, sigma = facade.curvature
-    if abs(sagitta) < max(_BENT * sigma, 3.0 * facade.roughness):
+    if abs(sagitta) < max(TOLERANCES.bent_sigmas * sigma, 3.0 * facade.roughness):
         return np.zeros_like(x)
     x0, _, x1, _ = facade.extent
     u = (x - (x0 + x1) / 2) / max((x1 - x0) / 2, 1e-9)

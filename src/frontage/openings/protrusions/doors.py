@@ -7,6 +7,7 @@ import numpy as np
 
 from frontage.geometry.arrays import Float, Int
 from frontage.model.facade import Facade
+from frontage.model.masonry import MASONRY
 from frontage.model.opening import Opening, Protrusion
 from frontage.openings.protrusions.borders import Crossings
 from frontage.openings.protrusions.boxes import Box
@@ -16,7 +17,7 @@ _FLOOR, _SIGMA = (
     0.06,
 )  # m from the underside of a balcony to the door's foot (slab, threshold), its error
 _BESIDE = 0.1  # m that an opening may reach beyond the balcony
-_NARROW, _LOW = 0.6, 1.8  # m, least width and height of a door
+_NARROW = 0.6  # m, least width of a door
 _RISE = 1.5  # m of wall hidden above a rail per m that it stands out: seen from below at 56 degrees
 _CORE = 0.15  # share of the width that is left out at either side
 _FEW = 3  # beams that show wall: fewer may be strays
@@ -48,7 +49,7 @@ def _reaching(
         floor = low + _FLOOR
         hidden = high + _RISE * abs(float(balcony.front.value))
         beside = x0 > a - _BESIDE and x1 < b + _BESIDE
-        if not beside or not low - _BESIDE <= z0 <= hidden or z1 - floor < _LOW or z1 < high:
+        if not beside or not low - _BESIDE <= z0 <= hidden or z1 - floor < MASONRY.door_height or z1 < high:
             continue
         if not _shows_wall(crossings, (x0, floor + _MARGIN, x1, z0 - _MARGIN), facade):
             return _lowered(opening, flat, floor)

@@ -9,8 +9,9 @@ from frontage.geometry.arrays import Float
 from frontage.geometry.ring import rectangle
 from frontage.model.estimate import Estimate, Provenance
 from frontage.model.facade import Facade
+from frontage.model.masonry import MASONRY, TOLERANCES
 from frontage.model.opening import Opening, Protrusion
-from frontage.openings.protrusions.borders import AHEAD, Crossings, Outline, bend, outline_of
+from frontage.openings.protrusions.borders import Crossings, Outline, bend, outline_of
 from frontage.openings.protrusions.boxes import Box
 from frontage.openings.protrusions.checks import is_attached
 from frontage.openings.protrusions.grain import Grain
@@ -20,8 +21,6 @@ from frontage.openings.protrusions.pieces import Piece, find_pieces
 from frontage.openings.protrusions.setbacks import find_setbacks
 
 _LEAST = 0.08  # m before the wall from which points may belong to a protrusion
-_OUT = 0.1  # m that a front stands out at least
-_SIGMAS = 5.0  # of the wall's noise that it does
 _SLOPE = 1.5  # m that the ground rises along a facade at most
 _UNDER = 0.5  # m beside a protrusion where the lowest point tells the ground
 _MOST = 300_000  # beams that tell shares
@@ -45,11 +44,11 @@ def find_protrusions(
     q, least = crossings.q.T, 3.0 * facade.roughness
     few = crossings.thinned(_MOST)
     grain = Grain.of(q[np.abs(q[:, 1]) < least][:, [0, 2]], facade.spacing, facade.roughness)
-    before = q[(q[:, 1] < -max(least, _LEAST)) & (q[:, 1] > -AHEAD)]
+    before = q[(q[:, 1] < -max(least, _LEAST)) & (q[:, 1] > -MASONRY.facade_reach)]
     found: list[Protrusion] = []
     pieces = bridged(merged(find_pieces(before, grain), grain), few, grain)
     for piece in merged(pieces, grain):
-        if piece.y > -max(_OUT, _SIGMAS * facade.roughness):
+        if piece.y > -max(MASONRY.step_out, TOLERANCES.front_sigmas * facade.roughness):
             continue
         foot = _foot(few.q, piece.box, ground)
         kerb = piece.box[3] < foot + _KERB[0] and -piece.y > _KERB[1]
@@ -95,7 +94,7 @@ def _foot(q: Float, box: Box, ground: float | None) -> float:
     """Height z m of the ground below a box: of the lowest points there, for streets slope; not far above
     `ground`.
     """
-    low = q[2, (q[0] > box[0] - _UNDER) & (q[0] < box[2] + _UNDER) & (q[1] > -AHEAD)]
+    low = q[2, (q[0] > box[0] - _UNDER) & (q[0] < box[2] + _UNDER) & (q[1] > -MASONRY.facade_reach)]
     lowest = float(np.quantile(low, 0.002)) if len(low) else box[1]
     return lowest if ground is None else min(max(lowest, ground), ground + _SLOPE)
 

@@ -4,10 +4,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from frontage.model.facade import Facade
+from frontage.model.masonry import MASONRY
 from frontage.model.opening import Opening
 from frontage.openings.protrusions.boxes import Box
 
-_STOREY = 1.7  # m: lower than a person, nothing is a room
 _RAIL = 0.6  # m, least height of balconies from the underside of the slab to the rail
 _FEET = 0.6  # m, least width of a balcony
 _ROOF = 0.4  # m that awnings stand out at least: hoods above windows do less
@@ -18,7 +18,6 @@ _MOST = 0.5  # share of the facade's width that cornices and bands run along
 _TOP = 1.0  # m below the wall's top
 _POROUS = 0.6  # share of the beams that a railing stops at most
 _STEP = 0.4  # m above the ground: what begins lower stands on it
-_WALK = 1.8  # m above the ground: people walk below balconies and awnings
 _NARROW = 3.0  # times its width that a pilaster is high
 _NEAR = 0.25  # m between a slab or sill and the opening that it belongs to
 
@@ -44,9 +43,9 @@ def kind_of_protrusion(look: Look, facade: Facade, ground: float, openings: Sequ
     else "protrusion".
     """
     width, height = look.size
-    if look.box[1] < ground + _STEP and height < _STOREY:
+    if look.box[1] < ground + _STEP and height < MASONRY.person:
         return "plinth" if width > _MOST * _width(facade) and look.projection < _STAND else "steps"
-    if height >= _STOREY:
+    if height >= MASONRY.person:
         if height > _NARROW * width and width < _SLAB:
             return "pilaster" if look.projection < _SLAB / 2 else "protrusion"
         stands, wide = look.box[1] <= ground + _STEP, width > _MOST * _width(facade)
@@ -74,8 +73,8 @@ def _of_bands(look: Look, facade: Facade, ground: float, openings: Sequence[Open
     feet = [o.ring[:, 1].min() for o in openings if o.ring[:, 0].min() < x1 and o.ring[:, 0].max() > x0]
     carries = any(z0 - _NEAR <= foot <= z1 + _NEAR for foot in feet)
     if look.projection >= _STAND and carries:
-        return "steps" if z0 < ground + _WALK else "balcony"
-    if look.projection >= _ROOF and z0 >= ground + _WALK:
+        return "steps" if z0 < ground + MASONRY.door_height else "balcony"
+    if look.projection >= _ROOF and z0 >= ground + MASONRY.door_height:
         return "awning"
     return "sill" if carries else "band"
 

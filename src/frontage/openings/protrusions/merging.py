@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from frontage.model.masonry import MASONRY
 from frontage.openings.protrusions.borders import Crossings
 from frontage.openings.protrusions.boxes import Box
 from frontage.openings.protrusions.grain import Grain
@@ -12,7 +13,6 @@ from frontage.openings.protrusions.pieces import Piece
 _MOULDING = 0.2  # m before a front that what lies within it stands out at most: sills, surrounds
 _WITHIN = 0.8  # share of it that lies within
 _LOW = 2.0  # times its height that a tier or a step is wide
-_PERSON = 1.7  # m: what is as high is a wall, no tier and no step
 _LEVEL = 0.6  # share of the longer one's side that parts of one piece have in common
 _PASSING = 0.1  # share of the beams that show a gap between them to be one
 _WALL = 0.08  # m before the wall where beams that passed it end at the earliest
@@ -91,7 +91,7 @@ def _tier(a: Box, b: Box, grain: Grain) -> bool:
     """Whether two long boxes with the same ends lie on top of each other."""
     ends = max(abs(a[0] - b[0]), abs(a[2] - b[2])) < 2.0 * grain.gap
     apart = max(a[1], b[1]) - min(a[3], b[3])
-    low = all(min(_PERSON, (c[2] - c[0]) / _LOW) > c[3] - c[1] for c in (a, b))
+    low = all(min(MASONRY.person, (c[2] - c[0]) / _LOW) > c[3] - c[1] for c in (a, b))
     return ends and apart < grain.gap and low
 
 

@@ -4,16 +4,14 @@ import numpy as np
 
 from frontage.geometry.arrays import Float, Int
 from frontage.model.facade import Facade
+from frontage.model.masonry import MASONRY, TOLERANCES
 from frontage.openings.protrusions.borders import Crossings, Outline, posterior
 from frontage.openings.protrusions.boxes import Box, filled
 from frontage.openings.protrusions.checks import is_framed
 from frontage.openings.protrusions.grain import Grain
 from frontage.openings.protrusions.pieces import Piece, connected, settled
 
-_DEEP = 0.1  # m behind the wall at least
-_SIGMAS = 5.0  # of the wall's noise, at least
 _WIDE, _HIGH = 4.5, 3.5  # m, one of which a part set back reaches: gates and shop fronts do not
-_LEAST = (2.0, 2.5)  # m, width and height of a part at least: of a room
 _SOLID = 0.5  # share of it that shows a wall: frames of a glass front do not
 _BARE = 0.1  # share of it that may show the main wall
 _BAND = 0.3  # m to either side of a rough border that is searched
@@ -26,7 +24,7 @@ def find_setbacks(facade: Facade, crossings: Crossings, grain: Grain) -> list[tu
     wall = q[np.abs(q[:, 1]) <= grain.half]
     found: list[tuple[Piece, Outline]] = []
     for layer in facade.layers:
-        if layer.y < max(_DEEP, _SIGMAS * facade.roughness):
+        if layer.y < max(MASONRY.step_out, TOLERANCES.front_sigmas * facade.roughness):
             continue
         rows = np.flatnonzero(np.abs(q[:, 1] - layer.y) <= 2.0 * grain.half)
         for part in connected(q[rows][:, [0, 2]], grain.gap, 100):
@@ -58,7 +56,7 @@ def _part(q: Float, rows: Int, wall: Float, y: float, grain: Grain) -> Piece | N
 
 def _is_large(wide: float, high: float) -> bool:
     """Whether a part m wide and high is larger than gates and shop fronts are."""
-    return (wide >= _WIDE or high >= _HIGH) and wide >= _LEAST[0] and high >= _LEAST[1]
+    return (wide >= _WIDE or high >= _HIGH) and wide >= MASONRY.room_width and high >= MASONRY.room_height
 
 
 def _outline(crossings: Crossings, wall: Float, piece: Piece, grain: Grain) -> Outline:

@@ -8,6 +8,7 @@ from scipy import ndimage
 from frontage.geometry.arrays import Array, Bool, Float, Int, distinct, freeze
 from frontage.geometry.sightlines import SightLines
 from frontage.model.facade import Facade
+from frontage.model.masonry import TOLERANCES
 from frontage.model.scan import Scan
 
 _TILE = 0.25  # m, raster of the wall's depth
@@ -20,7 +21,6 @@ _BESIDE = 1.5  # m: so near lies the wall that a pier belongs to; smaller than t
 _PIER = 0.4  # share of a tile that a pier fills
 _FITTING = 0.3  # m: sills, surrounds, open shutters and cut stone stand so far out, and close what they cover
 _APART = 2.0  # spacings from a fitting's point: in another cell
-_LEAST = 0.015  # m: a surface that near the wall is the wall, however quiet the scanner
 _REACH = 60.0  # m behind the wall that a beam through it may reach
 _FLAT = 1e-3  # m that a beam comes nearer to the wall at least
 
@@ -123,9 +123,9 @@ def sort_beams(facade: Facade, scan: Scan) -> Beams:
     raster = Raster.over(facade, _TILE)
     wall = _wall_depth(near, raster, facade.roughness)
     residual = near[:, 1] - _at(wall, raster, near[:, 0], near[:, 2])
-    close = np.abs(residual) < max(3.0 * facade.roughness, _LEAST)
+    close = np.abs(residual) < max(3.0 * facade.roughness, TOLERANCES.least_on_wall)
     sigma = 1.4826 * float(np.median(np.abs(residual[close]))) if close.any() else facade.roughness
-    least = max(3.0 * sigma, _LEAST)
+    least = max(3.0 * sigma, TOLERANCES.least_on_wall)
     known = scan.origin_index >= 0
     lone = facade.support[~known[facade.support]]
     lines = _lines(facade, scan, wall, raster)

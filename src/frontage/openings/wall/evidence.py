@@ -8,11 +8,12 @@ from scipy import ndimage
 
 from frontage.geometry.arrays import Bool, Float, freeze
 from frontage.model.facade import Facade
+from frontage.model.masonry import MASONRY
 from frontage.openings.wall.beams import Beams, Raster
 from frontage.openings.wall.due import beams_due, blurred
 
 _FINEST = 0.02  # m, least side of a cell
-_COARSEST = 0.115  # m: half a brick, the least pier
+_COARSEST = MASONRY.half_brick  # m, largest side of a cell: the least pier
 _PER_CELL = 2.0  # spacings a cell is wide: four beams on average
 _HIT = np.log(0.97 / 0.12)  # nats: bars and frames level with the wall return 12 % of a window's beams
 _LOST = 0.85  # nats per expected beam that did not come: 0.97 - 0.12 of the Poisson means
