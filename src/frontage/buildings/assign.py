@@ -17,6 +17,7 @@ from frontage.buildings.voxels import grouped
 from frontage.buildings.walls import Columns
 from frontage.geometry.arrays import Array, Bool, Float, Int, distinct
 from frontage.model import Footprint, Scan
+from frontage.model.masonry import MASONRY
 
 _ATTACHED = 2.0  # m, distance to a wall within which loose cells before it are looked at closely
 
@@ -85,7 +86,7 @@ def _near(
     hangs together with
     the wall's surroundings.
     """
-    behind = (d <= 0.35) & (distance <= options.max_depth)
+    behind = (d <= MASONRY.relief) & (distance <= options.max_depth)
     close = behind | (distance <= _ATTACHED)
     near = close & ~ground_leaf
     low = leaf_height(tree, ground) < -options.ground_tolerance

@@ -12,8 +12,9 @@ import numpy as np
 
 from frontage.buildings.voxels import Level, Shape, components
 from frontage.geometry.arrays import Array, Bool, Float, Int, distinct
+from frontage.model.masonry import MASONRY
 
-_ON_WALL = 0.35  # m in front of the wall: still its relief
+_ON_WALL = MASONRY.relief  # m in front of the wall: still its relief
 _OFF_GROUND = 2.3  # m, headroom under a balcony
 _TALL = 3.5  # m, an upright surface higher than any vehicle is a wall
 _LEAFY = 0.5  # share of scattered cells that makes a piece foliage

@@ -9,11 +9,12 @@ from scipy import ndimage
 from frontage.buildings.voxels import Level, mean_of
 from frontage.geometry.arrays import Array, Bool, Float
 from frontage.model import Scan
+from frontage.model.masonry import MASONRY
 
 BIN = 0.25  # m, width of a bin along the front
 _SKIN = 0.2  # m, half thickness of the wall surface: mouldings belong to it
 _PROUD = 1.0  # m, how far bays and cornices stand out from the wall
-_BEHIND = 0.35  # m behind the wall: still its top, and not yet the roof
+_BEHIND = MASONRY.relief  # m behind the wall: still its top, and not yet the roof
 _CROWN = 1.0  # m, greatest height of a cornice or parapet above the recognised wall
 _SHOP = 4.0  # m, height of the ground floor, whose colour is its own business
 

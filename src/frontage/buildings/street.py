@@ -7,6 +7,7 @@ from frontage.buildings.voxels import Level
 from frontage.buildings.walls import Front
 from frontage.geometry.arrays import Bool, Float, Int
 from frontage.model import Scan
+from frontage.model.masonry import MASONRY
 
 _STREET = 6.0  # m, how far before a front its pavement is looked for
 _SAMPLE = 20_000
@@ -64,7 +65,7 @@ def _by_opacity(level: Level, wall: Bool, s: Float, d: Float) -> float:
     column = np.zeros(len(s), np.int64)
     column[near] = ((s[near] - np.nanmin(s)) / level.size).astype(np.int64)
     closed = np.zeros(shape, bool)
-    skin = near & wall & (np.abs(np.where(near, d, np.inf)) < 0.35)
+    skin = near & wall & (np.abs(np.where(near, d, np.inf)) < MASONRY.relief)
     closed[column[skin], level.ijk[skin, 2]] = True
     share = []
     for side in (1.0, -1.0):

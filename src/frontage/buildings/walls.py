@@ -16,6 +16,7 @@ from frontage.buildings.ground import Ground
 from frontage.buildings.options import BuildingOptions
 from frontage.buildings.voxels import Level, Shape, mean_of
 from frontage.geometry.arrays import Bool, Float, Int, distinct
+from frontage.model.masonry import MASONRY
 
 _FILL = 0.35  # share of a wall column's bins that are occupied: windows and shadows take the rest
 _LINK = 2.0  # m, wall columns closer than this belong to one block
@@ -122,7 +123,7 @@ def find_fronts(
 def _next_front(columns: Columns, free: Int, block: int, size: float) -> Front | None:
     """The line with most wall among the free columns of a block, or None when none is long enough."""
     xy, weight, normal = columns.xy[free], columns.bins[free], columns.normal[free]
-    tolerance = max(0.35, size)
+    tolerance = max(MASONRY.relief, size)
     trial = np.linspace(0, len(free) - 1, min(256, len(free))).astype(np.int64)
     score = np.empty(len(trial))
     for start in range(0, len(trial), 32):  # one-point hypotheses: a column and its normal

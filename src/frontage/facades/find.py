@@ -17,12 +17,12 @@ from frontage.geometry.arrays import Bool, Float
 from frontage.model.building import Building
 from frontage.model.estimate import Failed
 from frontage.model.facade import Facade
+from frontage.model.masonry import TOLERANCES
 from frontage.model.scan import Scan
 
 _FEWEST = 100  # points: below, neither noise nor outline can be measured
 _PATIENCE = 3  # rejected planes in a row before the search ends
 _STOREY = 2.0  # m, least height of a facade
-_PARALLEL = float(np.cos(np.radians(15.0)))
 _PIER = 1.0  # m, least width
 _END = 0.5  # m at the border of a facade in which the next one may stand
 _COVERED = 0.25  # share of the outline with wall
@@ -175,7 +175,7 @@ def _in_prism(q: Float, front: Front, options: FacadeOptions) -> Bool:
 
 def _is_layer_of(front: Front, facade: Front, cloud: Cloud, options: FacadeOptions) -> bool:
     """Whether `front` is parallel to an accepted facade and mostly within its prism."""
-    if abs(front.wall.normal @ facade.wall.normal) < _PARALLEL:
+    if abs(front.wall.normal @ facade.wall.normal) < TOLERANCES.parallel_cos:
         return False
     some = cloud.xyz[front.wall.inliers[:: len(front.wall.inliers) // RAYS + 1]]
     return bool(_in_prism(facade.wall.coordinates(some), facade, options).mean() > 0.5)

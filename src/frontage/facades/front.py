@@ -14,9 +14,10 @@ from frontage.facades.search import sharp_plane
 from frontage.facades.street import Side, side_from_evidence, side_from_rays
 from frontage.geometry.arrays import Bool, Float, Int
 from frontage.geometry.plane import facade_axes
+from frontage.model.masonry import MASONRY
 from frontage.model.scan import Scan
 
-FRONT = 0.35  # m: claddings, plinths and bent parts this near the plane shape the outline too
+FRONT = MASONRY.relief  # m: claddings, plinths and bent parts this near the plane shape the outline too
 _BOW = 1.5  # m from its tangent plane at one end that a bent wall may reach at the other
 _SLACK = 0.10  # m that the last step may move the plane at the facade's ends
 _SHUT = 0.10  # m: what is this near the plane closes it; window frames lie deeper

@@ -8,6 +8,7 @@ from frontage.facades.cells import CellMap, largest_part, occupied, widest_gap
 from frontage.facades.front import FRONT, Front, Scene, some_of
 from frontage.facades.street import beside, crossings
 from frontage.geometry.arrays import Bool, Float, Int
+from frontage.model.masonry import TOLERANCES
 
 _SEEN_THROUGH = 0.5  # share of a wall's points measured through another facade that makes it an interior
 _LEAK = 0.15  # share of the chance crossings of shut cells that an interior may still have (curtains, frames)
@@ -15,7 +16,6 @@ _EXPLAINED = 0.8  # share of a wall's points that one place in front must see to
 _GRAZING = 0.25  # sine of the angle (15 degrees) below which a surface returns nothing
 _SIGHTS = 500  # lines of sight per plausible place
 _COVER = 0.5  # m, cells of the wall extended over its neighbours
-_PARALLEL = float(np.cos(np.radians(15.0)))
 _COURT_WALL = 4.0  # m behind a front: a wall that looks the same way has a room and a court before it
 _WHOLLY = 0.95  # share of a wall's points that lie behind the outline of a front that covers it
 _ROOM = 12.0  # m: how far behind a facade its rooms reach
@@ -55,7 +55,7 @@ def _is_interior(outer: Front, inner: Front, rows: Int, scene: Scene) -> bool:
         crosses, x, z = crossings(wall, xyz, scene.scan.sensor_of(scene.cloud.index[rows]))
         return bool((crosses & _within(covers, x, z)).mean() > _SEEN_THROUGH)
     near = (q[:, 1] > FRONT) & (q[:, 1] < _COURT_WALL) & _with_gates(outer).within(q[:, 0], q[:, 2])
-    if near.mean() > _WHOLLY and wall.normal @ inner.wall.normal > _PARALLEL:
+    if near.mean() > _WHOLLY and wall.normal @ inner.wall.normal > TOLERANCES.parallel_cos:
         return True
     room = (q[:, 1] > FRONT) & (q[:, 1] < _ROOM) & _within(covers, q[:, 0], q[:, 2])
     if room.mean() <= _SEEN_THROUGH:
