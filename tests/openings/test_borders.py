@@ -5,10 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from frontage.openings.borders.borders import find_borders
 from frontage.openings.borders.depth import find_depth, find_wall
-from frontage.openings.borders.edges import Face, Look, footprint
-from frontage.openings.borders.measure import facade_look, measure
+from frontage.openings.borders.edges import EdgeTraits, Face, footprint
+from frontage.openings.borders.locate import find_borders
+from frontage.openings.borders.measure import facade_edge_traits, measure
 from frontage.openings.wall.crossings import CrossingBeams
 
 WINDOW = (1.0, 6.0, 2.2, 7.6)
@@ -115,7 +115,7 @@ def test_a_hidden_border_is_not_told():
     parapet = (-0.5, 4.0, 4.0, 6.6, -0.9)
     low = (1.0, 6.8, 2.2, 7.6)
     view = sight((BELOW_LEFT,), 0.02, blocks=[parapet])
-    _, borders = find_borders(view, low, 0.02, 0.0, FRAME, 0.02, Look())
+    _, borders = find_borders(view, low, cell=0.02, rise=0.0, frame=FRAME, spacing=0.02, traits=EdgeTraits())
     assert (
         borders[2].at == low[1]
         and 0.15 < borders[2].sigma < 0.6
@@ -189,13 +189,13 @@ def test_relief_that_bends_the_mean_of_the_wall_is_no_opening():
 def test_faces_that_few_points_tell_come_from_the_facade():
     view = sight((BELOW_LEFT,), 0.02, blocks=[(*SILL, -0.08)])
     outlines = measure(view, [WINDOW], 0.02, 0.02) * 3
-    face = facade_look([_scored(o) for o in outlines]).faces[2]
+    face = facade_edge_traits([_scored(o) for o in outlines]).faces[2]
     assert isinstance(face, Face) and abs(face.y + 0.08) < 0.005
 
 
 def test_footprints_grow_with_the_range_by_diffraction_at_least():
     view = sight((BELOW_LEFT,), 0.02)
-    clean = facade_look([_scored(o) for o in measure(view, [WINDOW], 0.02, 0.02)])
+    clean = facade_edge_traits([_scored(o) for o in measure(view, [WINDOW], 0.02, 0.02)])
     assert clean.widening == pytest.approx(1e-4)  # no mixed echoes
     assert footprint(np.array([0.0, 1.0, 25.0]), clean.widening) == pytest.approx(
         [0, 0.00125, 0.0028], rel=0.01
@@ -204,7 +204,7 @@ def test_footprints_grow_with_the_range_by_diffraction_at_least():
     depth = view.depth.copy()
     depth[edge] = np.random.default_rng(0).uniform(0.0, FRAME, len(edge))
     mixed = CrossingBeams(view.place, view.slope, view.level, depth, view.range, view.wall)
-    assert facade_look([_scored(o) for o in measure(mixed, [WINDOW], 0.02, 0.02)]).widening > 1.4e-4
+    assert facade_edge_traits([_scored(o) for o in measure(mixed, [WINDOW], 0.02, 0.02)]).widening > 1.4e-4
 
 
 def _scored(outline):

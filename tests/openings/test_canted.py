@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from frontage.openings import FoundOpenings, OpeningOptions, find_openings
-from frontage.openings.protrusions.borders import Crossings
 from frontage.openings.protrusions.find import find_protrusions
+from frontage.openings.protrusions.measure import FacadeBeams
 from frontage.openings.wall.beams import sort_beams
 from frontage.openings.wall.evidence import weigh
 from openings.boxes import box, scanned
@@ -50,7 +50,7 @@ def test_a_bay_of_three_faces_with_windows_in_all_of_them(out, run):
 def test_a_fascia_is_no_tier_of_the_shop_front_below_it():
     parts = [box(0.5, 7.5, -0.12, 0, 0, 3.0), box(0.5, 7.5, -0.3, 0, 3.0, 3.5)]
     facade, scan = scanned(parts)
-    found = find_protrusions(facade, Crossings.of(facade, scan), (), 0.0)
+    found = find_protrusions(facade, FacadeBeams.of(facade, scan), (), 0.0)
     fronts = {p.kind: float(p.front.value) for p in found}
     assert fronts == {"risalit": pytest.approx(-0.12, abs=0.01), "band": pytest.approx(-0.3, abs=0.01)}
 
@@ -70,7 +70,7 @@ def test_the_surround_of_a_window_is_no_oriel():
 def test_pilasters_under_a_cornice_are_no_bay_with_the_wall_between_them():
     parts = [box(2.0, 2.3, -0.13, 0, 0, 8.6), box(5.4, 5.7, -0.13, 0, 0, 8.6), box(0, 8, -0.16, 0, 8.6, 9)]
     facade, scan = scanned(parts, spacing=0.09)
-    found = find_protrusions(facade, Crossings.of(facade, scan), (), 0.0)
+    found = find_protrusions(facade, FacadeBeams.of(facade, scan), (), 0.0)
     assert not {"bay", "oriel", "risalit"} & {p.kind for p in found}
 
 

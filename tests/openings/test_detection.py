@@ -8,10 +8,10 @@ import pytest
 from frontage.geometry.rigid import Rigid3
 from frontage.model.scan import Scan
 from frontage.openings import FoundOpenings, find_openings
-from frontage.openings.borders.agreement import agreeing
+from frontage.openings.borders.agreement import with_supported_borders
 from frontage.openings.borders.measure import measure
 from frontage.openings.kinds import kind_of, with_doors
-from frontage.openings.layout.selection import Box, best_layout
+from frontage.openings.layout.selection import CellBox, best_layout
 from frontage.openings.wall.beams import sort_beams
 from frontage.openings.wall.crossings import crossing_beams
 from frontage.openings.wall.evidence import weigh
@@ -120,21 +120,23 @@ def test_borders_return_where_the_evidence_speaks_against_them():
     beams = sort_beams(facade, scan)
     evidence = weigh(facade, beams)
     (good,) = measure(crossing_beams(facade, scan, beams), [WINDOW], evidence.raster.cell, facade.spacing)
-    assert agreeing(good, WINDOW, evidence) is good
+    assert with_supported_borders(good, WINDOW, evidence) is good
     x0, z0, x1, z1 = good.place
-    kept = agreeing(replace(good, place=(x0 - 0.3, z0, x1 - 0.3, z1)), WINDOW, evidence)
+    kept = with_supported_borders(replace(good, place=(x0 - 0.3, z0, x1 - 0.3, z1)), WINDOW, evidence)
     assert kept.place == (WINDOW[0], z0, WINDOW[2], z1)
     either = np.hypot(2.0 * evidence.raster.cell, 0.3 / np.sqrt(2.0))  # here or there
     assert np.sqrt(np.diag(kept.covariance))[:2] == pytest.approx([either, either], rel=0.03)
     dark = replace(evidence, llr=np.zeros_like(evidence.llr))  # nothing is known: nothing is against it
-    assert agreeing(replace(good, place=(x0 - 0.3, z0, x1, z1)), WINDOW, dark).place[0] == x0 - 0.3
+    assert (
+        with_supported_borders(replace(good, place=(x0 - 0.3, z0, x1, z1)), WINDOW, dark).place[0] == x0 - 0.3
+    )
 
 
 def test_between_two_openings_is_a_pier():
-    body, cap = Box(0, 0, 20, 10, 90.0), Box(20, 1, 25, 9, 30.0)
+    body, cap = CellBox(0, 0, 20, 10, 90.0), CellBox(20, 1, 25, 9, 30.0)
     assert best_layout([[body, cap]]) == [body, cap]
     assert best_layout([[body, cap]], pier=2) == [body]
-    assert best_layout([[body, Box(22, 1, 27, 9, 30.0)]], pier=2)[1].r0 == 22
+    assert best_layout([[body, CellBox(22, 1, 27, 9, 30.0)]], pier=2)[1].r0 == 22
 
 
 @pytest.mark.parametrize(("gap", "number"), [(0.08, 1), (0.16, 2)])

@@ -8,7 +8,7 @@ from frontage.model.facade import Facade
 from frontage.model.scan import Scan
 from frontage.openings import FoundOpenings, find_openings
 from frontage.openings.kinds import in_reading_order
-from frontage.openings.layout.selection import Box, best_layout
+from frontage.openings.layout.selection import CellBox, best_layout
 from frontage.openings.options import OpeningOptions
 from fronts import DOOR, WINDOW, box_of, scan_wall
 
@@ -89,9 +89,9 @@ def test_sigmas_are_honest():
 
 
 def test_layout_prefers_the_pair_that_is_worth_more():
-    whole, left, right = Box(0, 0, 10, 20, 50.0), Box(0, 0, 10, 9, 30.0), Box(0, 11, 10, 20, 30.0)
+    whole, left, right = CellBox(0, 0, 10, 20, 50.0), CellBox(0, 0, 10, 9, 30.0), CellBox(0, 11, 10, 20, 30.0)
     assert best_layout([[whole, left, right]]) == [left, right]
-    assert best_layout([[Box(0, 0, 10, 20, 70.0), left, right]])[0].worth == 70.0
+    assert best_layout([[CellBox(0, 0, 10, 20, 70.0), left, right]])[0].worth == 70.0
 
 
 def test_least_size():

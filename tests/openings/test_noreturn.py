@@ -59,7 +59,7 @@ def test_where_points_were_cut_out_lost_beams_tell_nothing():
     scan = merge_scans([scan_raster(within(FRONT), step=0.006, street=False)[0]])
     quiet = evidence_of(replace(scan, no_returns=()))
     told = evidence_of(scan)
-    for name in ("llr", "expected", "due", "seen"):
+    for name in ("llr", "expected", "expected_free", "seen"):
         np.testing.assert_array_equal(getattr(told, name), getattr(quiet, name))
     assert not find_openings(facade_of(scan), scan).openings
 

@@ -12,7 +12,7 @@ from frontage.model import Estimate, Facade, Failed, Layer, Scan, WorldRef
 from frontage.model.opening import Elements
 from frontage.openings.options import OpeningOptions
 from frontage.openings.paper.availability import AvailabilityMap
-from frontage.openings.paper.cells import FACADE, OUTSIDE, UNCERTAIN, WINDOW, classify, settle
+from frontage.openings.paper.cells import FACADE, OUTSIDE, UNCERTAIN, WINDOW, classify, resolve_uncertain
 from frontage.openings.paper.edges import edge_points, point_distance
 from frontage.openings.paper.find import decompose, find_by_paper
 from frontage.openings.paper.nouns import border_sigma
@@ -148,7 +148,7 @@ def test_cells_are_classed_at_70_and_10_percent(share: float, expected: int) -> 
 def settled(rows: str, share: float = 0.3) -> list[str]:
     """Classes after the rules: "#" facade, "." window, "?" uncertain; rows from the top down."""
     first = np.array([["#.?".index(c) for c in row] for row in rows.split()], np.int8)
-    return ["".join("#.?"[v] for v in row) for row in settle(first, np.full(first.shape, share))]
+    return ["".join("#.?"[v] for v in row) for row in resolve_uncertain(first, np.full(first.shape, share))]
 
 
 def test_an_uncertain_cell_between_two_windows_is_facade() -> None:

@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 
 from frontage.openings import FoundOpenings, OpeningOptions, find_openings
-from frontage.openings.protrusions.borders import Crossings
 from frontage.openings.protrusions.find import find_protrusions, number_protrusions
-from frontage.openings.protrusions.grain import Grain
+from frontage.openings.protrusions.measure import FacadeBeams
 from frontage.openings.protrusions.mouldings import common_profile
+from frontage.openings.protrusions.resolution import Resolution
 from openings.boxes import balcony, box, oriel, scanned
 
 WINDOW = (3.5, 4.3, 4.6, 5.9)
@@ -15,7 +15,7 @@ ORIEL = oriel(3.0, 5.1, 3.5, 6.6, -0.7, WINDOW, 0.12)
 
 
 def protrusions(facade, scan, ground):
-    return number_protrusions(facade.id, find_protrusions(facade, Crossings.of(facade, scan), (), ground))
+    return number_protrusions(facade.id, find_protrusions(facade, FacadeBeams.of(facade, scan), (), ground))
 
 
 def box_of(found):
@@ -150,10 +150,10 @@ def test_profiles_are_common_along_mouldings_not_in_foliage():
     rng = np.random.default_rng(2)
     turn = rng.uniform(0, np.pi / 2, 4000)
     curve = np.column_stack([rng.uniform(0, 6, 4000), -0.1 - 0.3 * np.sin(turn), 5 + 0.3 * np.cos(turn)])
-    grain = Grain(0.02, 0.003, 0.02, np.empty((0, 3)))
-    assert common_profile(curve, 0, grain).mean() > 0.95
+    resolution = Resolution(0.02, 0.003, 0.02, np.empty((0, 3)))
+    assert common_profile(curve, 0, resolution).mean() > 0.95
     cloud = rng.uniform((0, -1.2, 4), (6, -0.1, 6), (4000, 3))
-    assert common_profile(cloud, 0, grain).mean() < 0.05
+    assert common_profile(cloud, 0, resolution).mean() < 0.05
 
 
 def test_ids_run_from_left_to_right_and_upwards():

@@ -7,17 +7,17 @@ from frontage.model.facade import Facade
 from frontage.model.opening import Elements, Opening, Protrusion
 from frontage.model.ortho import OrthoImage
 from frontage.model.scan import Scan
-from frontage.openings.fronts import Fronts, openings_on_fronts
+from frontage.openings.fronts import FrontSearch, openings_on_fronts
 from frontage.openings.kinds import in_reading_order, with_doors
-from frontage.openings.layout.disjoint import apart
+from frontage.openings.layout.overlaps import best_without_overlaps
 from frontage.openings.niches import find_niches
 from frontage.openings.observe import ObservedWall, observe_wall
 from frontage.openings.onwall import find_on_wall
 from frontage.openings.options import OpeningOptions
 from frontage.openings.paper.find import Decomposition, find_by_paper
-from frontage.openings.protrusions.borders import Crossings
 from frontage.openings.protrusions.doors import with_balcony_doors
 from frontage.openings.protrusions.find import find_protrusions, number_protrusions
+from frontage.openings.protrusions.measure import FacadeBeams
 
 _UNSEEN_SHARE = 0.05  # share of a facade that may stay unseen without a note
 
@@ -74,13 +74,13 @@ def find_openings(
     if isinstance(wall, Failed):
         return wall
     openings = find_on_wall(facade, scan, wall, options, ortho)  # 3.2.2, classification
-    crossings = Crossings.of(facade, scan)
-    fronts = Fronts(facade, scan, search)
-    protrusions = find_protrusions(facade, crossings, openings, options.ground_z)  # 3.2.3, modelling
+    beams = FacadeBeams.of(facade, scan)
+    fronts = FrontSearch(facade, scan, search)
+    protrusions = find_protrusions(facade, beams, openings, options.ground_z)  # 3.2.3, modelling
     niches = find_niches(openings, protrusions, fronts)
     protrusions = number_protrusions(facade.id, [*protrusions, *niches])
     on_all_walls = openings_on_fronts(openings, protrusions, fronts)
-    separate = apart(with_balcony_doors(on_all_walls, protrusions, crossings, facade))
+    separate = best_without_overlaps(with_balcony_doors(on_all_walls, protrusions, beams, facade))
     openings = in_reading_order(with_doors(separate, wall.ground))
     return FoundOpenings(Elements(facade.id, openings, protrusions, _notes(wall)), wall)
 

@@ -23,7 +23,7 @@ Finder = Callable[[Facade, Scan], tuple[Opening, ...]]
 
 
 @dataclass(frozen=True, eq=False)
-class Fronts:
+class FrontSearch:
     """Searches the fronts of a facade's protrusions, each once; `find` is the finder of the main wall."""
 
     facade: Facade
@@ -48,7 +48,7 @@ class Fronts:
 
 
 def openings_on_fronts(
-    main: Sequence[Opening], protrusions: Sequence[Protrusion], fronts: Fronts
+    main: Sequence[Opening], protrusions: Sequence[Protrusion], fronts: FrontSearch
 ) -> list[Opening]:
     """The openings of the `main` wall, with those of the fronts in place of what these hide.
 

@@ -10,7 +10,7 @@ from frontage.model.estimate import Estimate, Provenance
 from frontage.model.facade import Facade
 from frontage.model.masonry import MASONRY
 from frontage.model.opening import Opening, Protrusion
-from frontage.openings.fronts import Fronts, is_hidden
+from frontage.openings.fronts import FrontSearch, is_hidden
 from frontage.openings.protrusions.kinds import is_wall
 from frontage.openings.wall.beams import Raster
 
@@ -23,7 +23,7 @@ _ALONE = 0.7  # share of the back from which a single opening is the back itself
 
 
 def find_niches(
-    openings: Sequence[Opening], protrusions: Sequence[Protrusion], fronts: Fronts
+    openings: Sequence[Opening], protrusions: Sequence[Protrusion], fronts: FrontSearch
 ) -> tuple[Protrusion, ...]:
     """The `openings` of the main wall that are niches, as fronts behind the wall (kind "niche", no id).
 

@@ -9,21 +9,21 @@ from frontage.model.facade import Facade
 from frontage.model.opening import Opening
 from frontage.model.ortho import OrthoImage
 from frontage.model.scan import Scan
-from frontage.openings.borders.agreement import agreeing
+from frontage.openings.borders.agreement import with_supported_borders
 from frontage.openings.borders.measure import measure
 from frontage.openings.borders.outline import Outline
-from frontage.openings.closed.find import find_flush
+from frontage.openings.closed.find import find_closed_openings
 from frontage.openings.kinds import in_reading_order, kind_of
 from frontage.openings.layout.candidates import find_boxes
-from frontage.openings.layout.disjoint import disjoint
 from frontage.openings.layout.framing import Framing
 from frontage.openings.layout.inferred import infer
+from frontage.openings.layout.overlaps import without_overlaps
 from frontage.openings.layout.pooling import pool
-from frontage.openings.layout.posts import with_doubt
+from frontage.openings.layout.posts import with_post_errors
 from frontage.openings.observe import ObservedWall
 from frontage.openings.options import OpeningOptions
 from frontage.openings.wall.crossings import crossing_beams
-from frontage.openings.wall.standing import standing, stands
+from frontage.openings.wall.foreground import foreground_points, is_foreground_at_foot
 
 
 def find_on_wall(
@@ -45,7 +45,7 @@ def find_on_wall(
     ]
     found += [
         (c.outline, Provenance.MEASURED, c.evidence, c.confidence)
-        for c in find_flush(facade, scan, wall.beams, wall.evidence, outlines, ortho)
+        for c in find_closed_openings(facade, scan, wall.beams, wall.evidence, outlines, ortho=ortho)
     ]
     openings = _openings(wall, found)
     least = (options.min_width, options.min_height)
@@ -65,12 +65,12 @@ def _measured(
     rough = [evidence.raster.box(box.r0, box.c0, box.r1, box.c1) for box in boxes]
     beams = crossing_beams(facade, scan, wall.beams)
     measured = measure(beams, rough, max(evidence.raster.cell, facade.spacing), facade.spacing)
-    pooled = pool([agreeing(o, r, evidence) for o, r in zip(measured, rough, strict=True)])
-    kept = disjoint(pooled, rough, evidence)
+    pooled = pool([with_supported_borders(o, r, evidence) for o, r in zip(measured, rough, strict=True)])
+    kept = without_overlaps(pooled, rough, evidence)
     outlines, found = [], []
     for box, outline in zip(boxes, kept, strict=True):
         if outline is not None:
-            own = with_doubt(outline, wall.posts)
+            own = with_post_errors(outline, wall.posts)
             provenance = Provenance.POOLED if own.pooled else Provenance.MEASURED
             outlines.append(own)
             found.append((own, provenance, box.worth, own.sure))
@@ -79,11 +79,11 @@ def _measured(
 
 def _openings(wall: ObservedWall, found: Sequence[Found]) -> Iterable[Opening]:
     """Makes openings of outlines: tells their kinds from their size, their place and what is before them."""
-    before = standing(wall.beams)
+    before = foreground_points(wall.beams)
     for outline, provenance, worth, confidence in found:
         x0, z0, x1, z1 = outline.place
         ring, covariance = outline.ring
-        on_steps = stands(before, wall.evidence, x0, x1, z0)
+        on_steps = is_foreground_at_foot(before, wall.evidence, x0, x1, z0)
         yield Opening(
             id="",
             kind=kind_of(x1 - x0, z1 - z0, z0 - wall.ground, outline.passes, on_steps),

@@ -6,8 +6,8 @@ from dataclasses import replace
 import numpy as np
 
 from frontage.geometry.ring import ring_contains
-from frontage.openings.borders.borders import Place
 from frontage.openings.borders.outline import Outline
+from frontage.openings.boxes import Box
 from frontage.openings.wall.evidence import Evidence
 
 _SLACK = 3.0  # cells that a measured border may lie off the cells' without a question
@@ -16,7 +16,7 @@ _ERROR = 2.0  # cells, one sigma of a border of cells
 _ORDER = (0, 2, 1, 3)  # of left, bottom, right, top among the borders
 
 
-def agreeing(outline: Outline, rough: Place, evidence: Evidence) -> Outline:
+def with_supported_borders(outline: Outline, rough: Box, evidence: Evidence) -> Outline:
     """The outline, with those borders as they were found that the evidence between speaks against.
 
     A border that was moved outwards over cells of wall, or inwards over open ones, was drawn there by
@@ -27,10 +27,10 @@ def agreeing(outline: Outline, rough: Place, evidence: Evidence) -> Outline:
     circle = outline.shape == "circle"
     last = 4 if circle or outline.shape == "rectangle" else 3
     wrong = [side for side in range(last) if _against(side, rough, outline, evidence)]
-    return returned(outline, rough, wrong, evidence.raster.cell) if wrong else outline
+    return with_rough_borders(outline, rough, wrong, evidence.raster.cell) if wrong else outline
 
 
-def returned(outline: Outline, rough: Place, sides: Collection[int], cell: float) -> Outline:
+def with_rough_borders(outline: Outline, rough: Box, sides: Collection[int], cell: float) -> Outline:
     """The outline with the borders of some sides of its place as in `rough`, to which cells of `cell` m gave
     it. A circle with such a border is none, nor a curved head with such a top.
     """
@@ -58,7 +58,7 @@ def returned(outline: Outline, rough: Place, sides: Collection[int], cell: float
     )
 
 
-def _against(side: int, rough: Place, outline: Outline, evidence: Evidence) -> bool:
+def _against(side: int, rough: Box, outline: Outline, evidence: Evidence) -> bool:
     """Whether the evidence between a side of `rough` and that of the outline speaks against the latter."""
     cell, axis, at = evidence.raster.cell, side % 2, outline.place[side]
     if abs(at - rough[side]) <= _SLACK * cell:

@@ -6,8 +6,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from frontage.geometry.arrays import Float
-from frontage.openings.borders.borders import Place, side_scores
+from frontage.openings.borders.locate import side_scores
 from frontage.openings.borders.shapes import Fan
+from frontage.openings.boxes import Box
 
 _ROUND = (0.8, 1.25)  # height over width of what may be a circle
 _STEPS = (0.02, 0.005, 0.001)  # m that the centre of a circle is moved by
@@ -25,17 +26,17 @@ class Circle:
     gain: float
 
     @property
-    def box(self) -> Place:
+    def box(self) -> Box:
         """Its bounding box x0, z0, x1, z1 m."""
         return self.x - self.radius, self.z - self.radius, self.x + self.radius, self.z + self.radius
 
 
-def find_circle(fan: Fan, place: Place, blur: float) -> Circle | None:
+def find_circle(fan: Fan, place: Box, blur: float) -> Circle | None:
     """The likeliest circle about a box; None where the box is no square or nothing tells.
 
     The centre is searched for: where straight borders lie on a circle depends on how slanted the beams are.
     Wall must show in all four corners that the circle leaves of its square: where the scan ends across a
-    window, what is left may look round.
+    window, what is left may traits round.
     """
     x0, z0, x1, z1 = place
     wide, high = x1 - x0, z1 - z0

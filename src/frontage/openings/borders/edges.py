@@ -48,7 +48,7 @@ class Face:
 
 
 @dataclass(frozen=True)
-class Look:
+class EdgeTraits:
     """What the edges of a facade share.
 
     blur       m, one sigma of the places where solid turns open
@@ -129,7 +129,7 @@ class Edge:
         return np.sort(np.concatenate([self.seen[1], self.hidden[1]]))
 
 
-def edge_beams(near: CrossingBeams, side: Side, frame: float | None, look: Look) -> Edge:
+def edge_beams(near: CrossingBeams, side: Side, frame: float | None, traits: EdgeTraits) -> Edge:
     """The beams around an edge, each where it crosses the plane that decides on which side it is.
 
     A beam that the reveal would stop is solid if it ended before a plane 3 sigma within the wall, and counts
@@ -137,7 +137,7 @@ def edge_beams(near: CrossingBeams, side: Side, frame: float | None, look: Look)
     passes that, and is solid if most of its light came from the face (half-way to the frame, `frame` m deep).
     """
     u_own, beside = side.beside(near.points)
-    face = _face(near, side, beside, look.faces[side.number])
+    face = _face(near, side, beside, traits.faces[side.number])
     begin = max(face.y, 0.0) + near.wall
     back = max(frame - face.y, 2.0 * near.wall) if frame is not None else 2.0 * near.wall
     slope = side.sign * near.slope[side.axis]
@@ -152,10 +152,10 @@ def edge_beams(near: CrossingBeams, side: Side, frame: float | None, look: Look)
     # what stands before the face at its edge (handles, steps) is none of it
     seen, stopped = slope < 0, depth < max(face.y - 2.0 * near.wall, -FITTING)
     hidden, wide = ~seen & ~stopped, np.sqrt(1.0 + slope**2)
-    blurred = wide * footprint(near.range[some], look.widening)
+    blurred = wide * footprint(near.range[some], traits.widening)
     way = (depth - face.y) / back
     rays = bool(near.slope.any())
-    # without rays a reveal's points look like mixed echoes: the footprint stays unknown
+    # without rays a reveal's points traits like mixed echoes: the footprint stays unknown
     told = rays and back < _SHALLOW
     mixed = (0.0, 0.0, 0.0)
     if told:

@@ -6,8 +6,9 @@ import numpy as np
 
 from frontage.geometry.arrays import Float
 from frontage.model.estimate import Estimate
-from frontage.openings.borders.borders import Border, Place
+from frontage.openings.borders.locate import Border
 from frontage.openings.borders.shapes import ring_of
+from frontage.openings.boxes import Box
 
 
 @dataclass(frozen=True, eq=False)
@@ -24,7 +25,7 @@ class Outline:
     """
 
     shape: str
-    place: Place
+    place: Box
     rise: float
     covariance: Float
     borders: tuple[Border, ...]

@@ -6,7 +6,8 @@ import numpy as np
 
 from frontage.geometry.arrays import Bool, Float
 from frontage.geometry.ring import ring_contains
-from frontage.openings.borders.borders import Place, side_scores
+from frontage.openings.borders.locate import side_scores
+from frontage.openings.boxes import Box
 from frontage.openings.wall.crossings import CrossingBeams
 
 _GAIN = 10.0  # nats that a curve must gain over a straight head: "very strong" (Kass and Raftery 1995)
@@ -52,7 +53,8 @@ class Head:
 
 def fan_of(
     near: CrossingBeams,
-    place: Place,
+    place: Box,
+    *,
     face: float,
     frame: float | None,
     density: float,
@@ -79,7 +81,7 @@ def fan_of(
     return Fan(x[free], z[free], solid[free], max(density - through, 0.0))
 
 
-def outward(shape: str, rise: float, place: Place, xz: Float) -> Float:
+def outward(shape: str, rise: float, place: Box, xz: Float) -> Float:
     """Directions (2, n), of any length, in which the border nearest to xz (2, n) m looks into the wall."""
     x0, z0, x1, z1 = place
     half, middle = (x1 - x0) / 2, (x0 + x1) / 2
@@ -114,7 +116,7 @@ def below(shape: str, rise: float, half: float, u: Float) -> Float:
     return np.asarray(np.sqrt(np.maximum(radius**2 - v**2, 0.0)) - radius)
 
 
-def find_head(fan: Fan, place: Place, blur: float, known: Head | None = None) -> Head:
+def find_head(fan: Fan, place: Box, blur: float, known: Head | None = None) -> Head:
     """The likeliest head of an opening that was measured as a rectangle `place` x0, z0, x1, z1 m; of one
     whose shape is `known` its top and rise.
 
@@ -128,7 +130,7 @@ def find_head(fan: Fan, place: Place, blur: float, known: Head | None = None) ->
     if not near.solid.any() or (near.solid.all() and near.missing <= 0.0):
         return Head("rectangle", z1, 0.0, 0.0)
     tops = np.arange(low + 0.2 * (z1 - low), high - 0.2, 0.002)
-    search = _Search(near, middle, half, low, tops, blur)
+    search = _Search(near, middle=middle, half=half, low=low, tops=tops, blur=blur)
     if known is not None:
         rise = max(_rises(known, half, high - z0), key=lambda r: search.best(known.shape, r)[0])
         return search.refined(replace(known, rise=rise, top=search.best(known.shape, rise)[1]))
@@ -159,7 +161,7 @@ def _rises(known: Head, half: float, height: float) -> list[float]:
 class _Search:
     """Scores of heads over the same beams."""
 
-    def __init__(self, fan: Fan, middle: float, half: float, low: float, tops: Float, blur: float) -> None:
+    def __init__(self, fan: Fan, *, middle: float, half: float, low: float, tops: Float, blur: float) -> None:
         solid, opened = np.flatnonzero(fan.solid), np.flatnonzero(~fan.solid)
         order = np.concatenate([solid, opened])
         self._x, self._z, self._solid = fan.x[order] - middle, fan.z[order], len(solid)
@@ -212,7 +214,7 @@ class _Search:
         return Head(head.shape, t, r, head.gain, (*spread, float(p @ (rises - r) ** 2)))
 
 
-def ring_of(shape: str, place: Place, rise: float) -> tuple[Float, Float]:
+def ring_of(shape: str, place: Box, rise: float) -> tuple[Float, Float]:
     """Ring (k, 2) m, counter-clockwise, and how its coordinates (2k,) follow left, right, bottom, top and
     rise: derivatives (2k, 5). Round and pointed heads take their rise from the width.
     """

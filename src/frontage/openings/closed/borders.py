@@ -8,11 +8,11 @@ from scipy import stats
 from frontage.geometry.arrays import Bool, Float
 from frontage.model.estimate import Estimate
 from frontage.model.masonry import TOLERANCES
-from frontage.openings.borders.borders import Place
 from frontage.openings.borders.outline import Outline
-from frontage.openings.closed.places import SIZE, Places
-from frontage.openings.closed.reflectance import Layer, Surface, within
-from frontage.openings.closed.steps import HEAD, Form
+from frontage.openings.boxes import Box
+from frontage.openings.closed.channels import ChannelLayer, WallPoints, within
+from frontage.openings.closed.places import SIZE, CandidatePlaces
+from frontage.openings.closed.steps import HEAD, OpeningForm
 
 _ALIKE = 0.4  # of the step that thirds of the inside may differ from the whole
 _SHARP = 0.6  # of the step that must happen within the nearest points
@@ -36,18 +36,20 @@ class Contrast:
     weights  (c,) of the channels; own: its steps (4,) inwards; wall: one sigma (4,) of those of the wall
     """
 
-    layer: Layer
+    layer: ChannelLayer
     weights: Float
     own: Float
     wall: Float
 
-    def near(self, place: Place) -> tuple[Float, Float]:
+    def near(self, place: Box) -> tuple[Float, Float]:
         """Places (n, 2) and values (n,) in a box."""
         xz, values = self.layer.near(place)
         return xz, values @ self.weights
 
 
-def outlined(places: Places, k: int, like: Outline, contrast: Contrast, surface: Surface) -> Outline | None:
+def measure_closed(
+    places: CandidatePlaces, k: int, like: Outline, contrast: Contrast, surface: WallPoints
+) -> Outline | None:
     """The outline with measured borders and depth of what stands at place number k; None where it is not like
     an opening.
 
@@ -61,7 +63,7 @@ def outlined(places: Places, k: int, like: Outline, contrast: Contrast, surface:
     for side in range(4):
         row = (0, 2, 1, 3)[side]
         expected = float(np.sqrt(covariance[row, row]))
-        border = _border(contrast, *around, box, form, side, expected)
+        border = _border(contrast, around, box, form, side=side, expected=expected)
         if border is not None:
             sharp[side] = True
             place[side] += border[0]
@@ -76,7 +78,7 @@ def outlined(places: Places, k: int, like: Outline, contrast: Contrast, surface:
         if sharp[other] and not sharp[side] and covariance[known, known] + SIZE**2 < covariance[row, row]:
             place[side] += place[other] - box[other]
             covariance[row, row] = covariance[known, known] + SIZE**2
-    at: Place = (place[0], place[1], place[2], place[3])
+    at: Box = (place[0], place[1], place[2], place[3])
     depth = _depth(surface, at, form.rise)
     heads = sharp[1::2].any() if places.node else sharp[3]  # sills hide the foot
     if depth is None or not (sharp[0] and sharp[2] and heads):
@@ -96,11 +98,11 @@ def _regular(shift: Float, variance: Float, expected: Float, sharp: Bool) -> boo
     return bool(shift[sharp] @ np.linalg.solve(total, shift[sharp]) < stats.chi2.ppf(_USUAL, len(rows)))
 
 
-def _grown(place: Place, by: float) -> Place:
+def _grown(place: Box, by: float) -> Box:
     return place[0] - by, place[1] - by, place[2] + by, place[3] + by
 
 
-def _across(xz: Float, place: Place, side: int, form: Form) -> tuple[Bool, Float]:
+def _across(xz: Float, place: Box, side: int, form: OpeningForm) -> tuple[Bool, Float]:
     """Which places (n, 2) lie along a side of a box, or its head, and their distance (n,) m across it."""
     x0, z0, x1, z1 = place
     axis = side % 2
@@ -114,7 +116,13 @@ def _across(xz: Float, place: Place, side: int, form: Form) -> tuple[Bool, Float
 
 
 def _border(
-    contrast: Contrast, xz: Float, v: Float, box: Place, form: Form, side: int, expected: float
+    contrast: Contrast,
+    around: tuple[Float, Float],
+    box: Box,
+    form: OpeningForm,
+    *,
+    side: int,
+    expected: float,
 ) -> tuple[float, float] | None:
     """Shift m (from where it is expected) and sigma m of the side of a box, by values v (n,) at
     xz (n, 2); None where they do not step sharply there.
@@ -122,6 +130,7 @@ def _border(
     Two means on either side; their likelihood over the place of the step, its exponent as much smaller as
     means on this wall scatter more than its single points let expect.
     """
+    xz, v = around
     some, u = _across(xz, box, side, form)
     search = float(np.clip(3.0 * expected, _SEARCH / 3.0, _SEARCH))
     order = np.flatnonzero(some)[np.argsort(u[some], kind="stable")]
@@ -155,7 +164,7 @@ def _jump(u: Float, v: Float, at: float, near: float) -> float:
     return float(after.mean() - before.mean())
 
 
-def _even(xz: Float, v: Float, place: Place, rise: float) -> bool:
+def _even(xz: Float, v: Float, place: Box, rise: float) -> bool:
     """Whether the thirds of the inside, across and up, are alike in the values v (n,) at xz (n, 2)."""
     x0, z0, x1, z1 = place
     inside = within(xz, (x0, z0, x1, z1 - rise))
@@ -170,7 +179,7 @@ def _even(xz: Float, v: Float, place: Place, rise: float) -> bool:
     return bool(np.abs(mean - np.median(mean)).max() < _ALIKE)
 
 
-def _depth(surface: Surface, place: Place, rise: float) -> Estimate[float] | None:
+def _depth(surface: WallPoints, place: Box, rise: float) -> Estimate[float] | None:
     """Depth m of what closes the opening behind the wall around it, None where few points tell."""
     x0, z0, x1, z1 = place
     inside = surface.within((x0 + 0.03, z0 + 0.03, x1 - 0.03, z1 - rise - 0.03))

@@ -14,13 +14,13 @@ import numpy as np
 from frontage.model.facade import Facade
 from frontage.model.ortho import OrthoImage
 from frontage.model.scan import Scan
-from frontage.openings.borders.borders import Place
 from frontage.openings.borders.outline import Outline
-from frontage.openings.closed.borders import Contrast, outlined
-from frontage.openings.closed.places import Places, crossings, lines
-from frontage.openings.closed.reflectance import Layer, Surface, photo_layer, scan_layer, surface_of
+from frontage.openings.boxes import Box
+from frontage.openings.closed.borders import Contrast, measure_closed
+from frontage.openings.closed.channels import ChannelLayer, WallPoints, photo_layer, scan_layer, wall_points
+from frontage.openings.closed.places import CandidatePlaces, along_lines, at_crossings
 from frontage.openings.closed.sides import contrasts_of, gains_of
-from frontage.openings.closed.steps import Picture, wall_steps
+from frontage.openings.closed.steps import ChannelMap, wall_steps
 from frontage.openings.layout.inferred import SEEN, state_of
 from frontage.openings.wall.beams import Beams
 from frontage.openings.wall.evidence import Evidence
@@ -33,7 +33,7 @@ _REACH = (0.05, 0.3)  # m before the wall and behind it: walls are that thick, r
 
 
 @dataclass(frozen=True, eq=False)
-class Flush:
+class ClosedOpening:
     """An opening that is closed level with the wall, its posterior probability, and its evidence, nats."""
 
     outline: Outline
@@ -41,14 +41,15 @@ class Flush:
     evidence: float
 
 
-def find_flush(
+def find_closed_openings(
     facade: Facade,
     scan: Scan,
     beams: Beams,
     evidence: Evidence,
     outlines: Sequence[Outline],
+    *,
     ortho: OrthoImage | None = None,
-) -> list[Flush]:
+) -> list[ClosedOpening]:
     """Closed openings where beams came back, like `outlines` and in a row or a column with them.
 
     Posterior: likelihood of the four steps against that of the wall's own steps, with a price for every place
@@ -56,10 +57,10 @@ def find_flush(
     """
     if not outlines:
         return []
-    surface = surface_of(facade, scan, beams, _REACH)
+    surface = wall_points(facade, scan, beams, _REACH)
     layers = [scan_layer(surface, facade, scan), photo_layer(ortho, facade) if ortho is not None else None]
     search = _Search(surface, [v for v in layers if v is not None], evidence)
-    found: list[Flush] = []
+    found: list[ClosedOpening] = []
     while True:
         known = [*outlines, *(f.outline for f in found)]
         more = search.at_crossings(known) or search.along_lines(known)
@@ -73,7 +74,7 @@ class _Peak:
     """A place whose steps speak for an opening by `gain` nats, and its contrasts with the wall."""
 
     gain: float
-    places: Places
+    places: CandidatePlaces
     k: int
     contrasts: Sequence[Contrast]
 
@@ -86,22 +87,22 @@ class _Peak:
 class _Search:
     """The test at many places of one facade."""
 
-    def __init__(self, surface: Surface, layers: Sequence[Layer], evidence: Evidence) -> None:
+    def __init__(self, surface: WallPoints, layers: Sequence[ChannelLayer], evidence: Evidence) -> None:
         self._surface, self._layers, self._evidence = surface, layers, evidence
         self._cell = max(v.picture.raster.cell for v in layers)
 
-    def at_crossings(self, known: Sequence[Outline]) -> list[Flush]:
+    def at_crossings(self, known: Sequence[Outline]) -> list[ClosedOpening]:
         """Of rows and columns."""
-        places = crossings(known, self._evidence)
+        places = at_crossings(known, self._evidence)
         return self._tried(places, known, [p.box(0) for p in places])
 
-    def along_lines(self, known: Sequence[Outline]) -> list[Flush]:
+    def along_lines(self, known: Sequence[Outline]) -> list[ClosedOpening]:
         """Anywhere along a row or a column."""
-        return self._tried(list(lines(known, self._evidence, self._cell)), known, [])
+        return self._tried(list(along_lines(known, self._evidence, self._cell)), known, [])
 
     def _tried(
-        self, places: Sequence[Places], known: Sequence[Outline], taken: Sequence[Place]
-    ) -> list[Flush]:
+        self, places: Sequence[CandidatePlaces], known: Sequence[Outline], taken: Sequence[Box]
+    ) -> list[ClosedOpening]:
         """The openings among all places. What may be one (at first those `taken`) is no witness of the wall:
         else several closed windows would hide one another.
         """
@@ -112,13 +113,13 @@ class _Search:
         price = float(np.log(tries * (1.0 - _PRIOR) / _PRIOR))
         least = price + float(np.log(_SURE / (1.0 - _SURE)))
         clear = self._clear(places, known, likely, least)
-        return [Flush(o, float(1.0 / (1.0 + np.exp(price - gain))), gain) for gain, o in clear]
+        return [ClosedOpening(o, float(1.0 / (1.0 + np.exp(price - gain))), gain) for gain, o in clear]
 
     def _clear(
         self,
-        places: Sequence[Places],
+        places: Sequence[CandidatePlaces],
         known: Sequence[Outline],
-        taken: Sequence[Place],
+        taken: Sequence[Box],
         least: float,
         tails: bool = True,
     ) -> list[tuple[float, Outline]]:
@@ -133,17 +134,19 @@ class _Search:
             if any(peak.beside(q) for q in peaks[:n]) or not self._seen(peak.places.box(peak.k), others):
                 continue
             like = known[peak.places.like]
-            made = (outlined(peak.places, peak.k, like, c, self._surface) for c in peak.contrasts)
+            made = (measure_closed(peak.places, peak.k, like, c, self._surface) for c in peak.contrasts)
             outline = next((o for o in made if o is not None), None)
             if outline is not None and self._seen(outline.place, others):
                 found.append((peak.gain, outline))
         return found
 
-    def _seen(self, place: Place, others: Sequence[Outline]) -> bool:
+    def _seen(self, place: Box, others: Sequence[Outline]) -> bool:
         """Whether beams came back from a free place."""
         return state_of(place, others, self._evidence) in SEEN
 
-    def _peaks(self, places: Places, bare: Sequence[Picture], least: float, tails: bool) -> Iterator[_Peak]:
+    def _peaks(
+        self, places: CandidatePlaces, bare: Sequence[ChannelMap], least: float, tails: bool
+    ) -> Iterator[_Peak]:
         """Those of the places that gain so much."""
         walls = [wall_steps(own, places.form, tails) for own in bare]
         steps = [v.picture.steps(places.x, places.z, places.form) for v in self._layers]

@@ -6,9 +6,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from frontage.geometry.arrays import Bool, Float, Int
-from frontage.openings.borders.borders import Place
 from frontage.openings.borders.outline import Outline
-from frontage.openings.closed.steps import Form, integral
+from frontage.openings.boxes import Box
+from frontage.openings.closed.steps import OpeningForm, integral
 from frontage.openings.layout.inferred import CLEAR, SEEN, WITHIN, Grid, state_of
 from frontage.openings.layout.pooling import like_groups
 from frontage.openings.wall.beams import Raster
@@ -19,7 +19,7 @@ SIZE = 0.01
 
 
 @dataclass(frozen=True, eq=False)
-class Places:
+class CandidatePlaces:
     """Lower left corners x, z (n,) m where an opening of a form may be.
 
     like        number of an opening of that form
@@ -27,20 +27,20 @@ class Places:
     node        whether a row and a column cross there
     """
 
-    form: Form
+    form: OpeningForm
     x: Float
     z: Float
     like: int
     covariance: Float
     node: bool
 
-    def box(self, k: int) -> Place:
+    def box(self, k: int) -> Box:
         """The bounding box at place number k, m."""
         x, z = float(self.x[k]), float(self.z[k])
         return x, z, x + self.form.width, z + self.form.height
 
 
-def crossings(outlines: Sequence[Outline], evidence: Evidence) -> list[Places]:
+def at_crossings(outlines: Sequence[Outline], evidence: Evidence) -> list[CandidatePlaces]:
     """Where a row and a column of two openings or more cross, and beams came back; one place each."""
     found = []
     for node in Grid(outlines).nodes():
@@ -48,12 +48,12 @@ def crossings(outlines: Sequence[Outline], evidence: Evidence) -> list[Places]:
         if like.shape == "circle" or state_of(node.place, outlines, evidence) not in SEEN:
             continue
         x0, z0, x1, z1 = node.place
-        form = Form(like.shape, x1 - x0, z1 - z0, like.rise)
-        found.append(Places(form, np.array([x0]), np.array([z0]), node.like, node.covariance, True))
+        form = OpeningForm(like.shape, x1 - x0, z1 - z0, like.rise)
+        found.append(CandidatePlaces(form, np.array([x0]), np.array([z0]), node.like, node.covariance, True))
     return found
 
 
-def lines(outlines: Sequence[Outline], evidence: Evidence, cell: float) -> Iterator[Places]:
+def along_lines(outlines: Sequence[Outline], evidence: Evidence, cell: float) -> Iterator[CandidatePlaces]:
     """Every `cell` m along the row and the column of every opening, where another one like it has room."""
     room = _Room(evidence, [o.place for o in outlines])
     x0, z0 = evidence.raster.corner
@@ -75,13 +75,13 @@ def lines(outlines: Sequence[Outline], evidence: Evidence, cell: float) -> Itera
         ):
             clear = room.at(x, z, form)
             if clear.any():
-                yield Places(form, x[clear], z[clear], group[0], _scatter(*free, rise), False)
+                yield CandidatePlaces(form, x[clear], z[clear], group[0], _scatter(*free, rise), False)
 
 
 class _Room:
     """Where a form lies on the facade, clear of all openings, to within a cell."""
 
-    def __init__(self, evidence: Evidence, taken: Sequence[Place]) -> None:
+    def __init__(self, evidence: Evidence, taken: Sequence[Box]) -> None:
         raster = evidence.raster
         blocked = np.zeros(raster.shape)
         for x0, z0, x1, z1 in taken:
@@ -91,7 +91,7 @@ class _Room:
         self._raster = raster
         self._inside, self._blocked = integral(evidence.inside.astype(np.float64)), integral(blocked)
 
-    def at(self, x: Float, z: Float, form: Form) -> Bool:
+    def at(self, x: Float, z: Float, form: OpeningForm) -> Bool:
         """Whether it does with its lower left corner at x, z (n,) m."""
         (c0, r0), (c1, r1) = (
             _cell(self._raster, x, z),
@@ -113,11 +113,11 @@ def _cell(raster: Raster, x: Float, z: Float) -> tuple[Int, Int]:
     )  # type: ignore[return-value]
 
 
-def _form(like: Sequence[Outline]) -> Form:
+def _form(like: Sequence[Outline]) -> OpeningForm:
     """The mean form of like openings."""
     sizes = [(o.place[2] - o.place[0], o.place[3] - o.place[1], o.rise) for o in like]
     width, height, rise = np.mean(sizes, axis=0)
-    return Form(like[0].shape, float(width), float(height), float(rise))
+    return OpeningForm(like[0].shape, float(width), float(height), float(rise))
 
 
 def _scatter(across: float, up: float, rise: float) -> Float:

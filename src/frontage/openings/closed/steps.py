@@ -6,8 +6,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from frontage.geometry.arrays import Bool, Float, Int
-from frontage.openings.borders.borders import Place
 from frontage.openings.borders.shapes import below
+from frontage.openings.boxes import Box
 from frontage.openings.wall.beams import Raster
 
 _STRIP = 0.12  # m, width of the strips on either side of a border
@@ -23,7 +23,7 @@ HEAD = 0.8
 
 
 @dataclass(frozen=True)
-class Form:
+class OpeningForm:
     """Shape and size m of an opening."""
 
     shape: str
@@ -36,7 +36,7 @@ class Form:
         return below(self.shape, self.rise, self.width / 2.0, u)
 
 
-class Picture:
+class ChannelMap:
     """Channels (h, w, c) on a raster, NaN where nothing is known, as sums over boxes."""
 
     def __init__(self, values: Float, raster: Raster) -> None:
@@ -45,11 +45,11 @@ class Picture:
         sums = integral(np.concatenate([np.where(known, values, 0.0), known], 2))
         self._sums = sums.reshape(-1, values.shape[2] + 1)
 
-    def without(self, taken: Sequence[Place]) -> "Picture":
+    def without(self, taken: Sequence[Box]) -> "ChannelMap":
         """The picture of the bare wall, well off all boxes."""
-        return Picture(np.where(_free(self.raster, taken)[..., None], self.values, np.nan), self.raster)
+        return ChannelMap(np.where(_free(self.raster, taken)[..., None], self.values, np.nan), self.raster)
 
-    def steps(self, x: Float, z: Float, form: Form) -> Float:
+    def steps(self, x: Float, z: Float, form: OpeningForm) -> Float:
         """Steps (n, 4, c) inwards on the left, bottom, right and top of the form with its lower left corner
         at x, z (n,) m; NaN = not known.
         """
@@ -92,7 +92,7 @@ class Picture:
             return np.where(number >= _FULL * area[:, None], total[:, :-1] / number, np.nan)
 
 
-def _pieces(form: Form, w: int, cell: float) -> tuple[Int, Int, Int]:
+def _pieces(form: OpeningForm, w: int, cell: float) -> tuple[Int, Int, Int]:
     """The head of a form `w` cells wide as level pieces (k,): first column, the one after the last, drop."""
     j = np.arange(w)
     u = (j + 0.5) / w - 0.5
@@ -102,7 +102,7 @@ def _pieces(form: Form, w: int, cell: float) -> tuple[Int, Int, Int]:
     return j[first], np.append(j[first[1:]], j[-1] + 1), drop[first]
 
 
-def wall_steps(bare: Picture, form: Form, tails: bool = True) -> Float:
+def wall_steps(bare: ChannelMap, form: OpeningForm, tails: bool = True) -> Float:
     """Covariance (4, c, c) of the steps that a bare wall shows by itself across the sides of a form; NaN =
     unknown.
 
@@ -138,7 +138,7 @@ def _spread(steps: Float, tails: bool) -> Float:
     return np.asarray(np.outer(scale, scale) * like + _LEAST**2 * np.eye(len(scale)))
 
 
-def _free(raster: Raster, taken: Sequence[Place]) -> Bool:
+def _free(raster: Raster, taken: Sequence[Box]) -> Bool:
     """Cells (h, w) well off all boxes."""
     g, (cx, cz) = raster.cell, raster.corner
     free = np.ones(raster.shape, np.bool_)

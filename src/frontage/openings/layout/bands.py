@@ -8,7 +8,7 @@ from scipy import ndimage
 
 from frontage.geometry.arrays import Bool, Float, distinct
 from frontage.model.masonry import MASONRY
-from frontage.openings.borders.borders import Place
+from frontage.openings.boxes import Box
 from frontage.openings.layout.posts import Post
 from frontage.openings.wall.beams import Beams
 from frontage.openings.wall.evidence import Evidence
@@ -56,7 +56,7 @@ def find_posts(beams: Beams, evidence: Evidence, ground: float) -> tuple[Post, .
     for plane in _planes(beams, evidence):
         full = (_three(evidence.raster.count(*plane.own)) > _FULL * due) & known & ~wall
         for rows, columns in _uprights(full, evidence.raster.cell):
-            post = _post(plane, rows, columns, wall, evidence, ground)
+            post = _post(plane, (rows, columns), wall, evidence, ground)
             if post is not None and not any(_meet(post, other) for other in found):
                 found.append(post)
     return tuple(p for p in found if _room(p, found, wall, evidence) >= _WINDOW)
@@ -108,15 +108,15 @@ def _uprights(full: Bool, cell: float) -> Iterator[tuple[slice, slice]]:
 
 
 def _post(
-    plane: _Plane, rows: slice, columns: slice, wall: Bool, evidence: Evidence, ground: float
+    plane: _Plane, part: tuple[slice, slice], wall: Bool, evidence: Evidence, ground: float
 ) -> Post | None:
     """The post in a piece of cells, if it is one: between a sill and a lintel, as wide as two frames."""
-    cell, (x, z) = evidence.raster.cell, evidence.raster.corner
+    (rows, columns), cell, (x, z) = part, evidence.raster.cell, evidence.raster.corner
     middle = (columns.start + columns.stop) // 2
     below = slice(max(rows.start - int((_GAP + _STEEP * plane.depth) / cell) - 1, 0), rows.start)
     above = wall[rows.stop : rows.stop + int(_GAP / cell) + 2, middle]
     sill = wall[below, middle][::-1]
-    veiled = evidence.expected[below, middle].sum() < _HIDDEN * evidence.due[below, middle].sum()
+    veiled = evidence.expected[below, middle].sum() < _HIDDEN * evidence.expected_free[below, middle].sum()
     low = z + rows.start * cell < ground + MASONRY.threshold
     if not above.any() or not (sill.any() or low or veiled):
         return None
@@ -132,7 +132,7 @@ def _post(
     return Post(across[0], piece[1] - foot * cell, across[1], lintel, plane.y)
 
 
-def _across(plane: _Plane, piece: Place, evidence: Evidence) -> tuple[float, float] | None:
+def _across(plane: _Plane, piece: Box, evidence: Evidence) -> tuple[float, float] | None:
     """Left and right border m of a piece, from the columns that points fill; None if too narrow."""
     x0, z0, x1, z1 = piece
     slack, shy, due = 2.0 * evidence.raster.cell, 0.1 * (z1 - z0), _due(evidence, piece)
@@ -155,7 +155,7 @@ def _sides(x0: float, x1: float) -> tuple[tuple[float, float], tuple[float, floa
 
 
 def _frame(
-    plane: _Plane, side: tuple[float, float], piece: Place, lintel: float, evidence: Evidence
+    plane: _Plane, side: tuple[float, float], piece: Box, lintel: float, evidence: Evidence
 ) -> float | None:
     """Width m of the frame above the pane beside a post; None where is no pane, or no frame in the plane."""
     (x0, x1), (_, z0, _, z1) = side, piece
@@ -182,19 +182,19 @@ def _span(places: Float) -> tuple[float, float]:
     return low - (high - low) / 18.0, high + (high - low) / 18.0
 
 
-def _within(own: Float, box: Place) -> Float:
+def _within(own: Float, box: Box) -> Float:
     """Those of the places (2, n), sorted by x, that lie in a box."""
     a, b = np.searchsorted(own[0], [box[0], box[2]])
     some = own[:, a:b]
     return some[:, (some[1] >= box[1]) & (some[1] < box[3])]
 
 
-def _due(evidence: Evidence, box: Place) -> float:
+def _due(evidence: Evidence, box: Box) -> float:
     """Beams per m2 that a wall in a box would catch."""
     return _mean(evidence.expected, evidence, box) / evidence.raster.cell**2
 
 
-def _mean(values: Float, evidence: Evidence, box: Place) -> float:
+def _mean(values: Float, evidence: Evidence, box: Box) -> float:
     """Mean of the cells (h, w) that a box touches."""
     cell, corner = evidence.raster.cell, np.array(evidence.raster.corner)
     c0, r0 = np.clip((np.array(box[:2]) - corner) // cell, 0, None).astype(int).tolist()

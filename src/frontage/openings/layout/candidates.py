@@ -7,7 +7,7 @@ from scipy import ndimage
 
 from frontage.geometry.arrays import Bool, Float, Int
 from frontage.model.masonry import MASONRY
-from frontage.openings.layout.selection import PRICE, Box, best_layout, worth_of
+from frontage.openings.layout.selection import PRICE, CellBox, best_layout, worth_of
 from frontage.openings.options import OpeningOptions
 from frontage.openings.wall.evidence import ENOUGH, Evidence, enough
 
@@ -21,7 +21,7 @@ _SEEN = 0.3  # share of the expected beams that came back from behind the wall w
 Part = tuple[slice, ...]
 
 
-def find_boxes(evidence: Evidence, options: OpeningOptions, framed: Callable[[Int], Bool]) -> list[Box]:
+def find_boxes(evidence: Evidence, options: OpeningOptions, framed: Callable[[Int], Bool]) -> list[CellBox]:
     """The set of rectangles without overlap that is worth most, by components of open cells.
 
     A rectangle is worth the evidence of its cells less the price of an opening; its borders are lines where
@@ -30,29 +30,34 @@ def find_boxes(evidence: Evidence, options: OpeningOptions, framed: Callable[[In
     """
     least = (options.min_height / evidence.raster.cell, options.min_width / evidence.raster.cell)
     pier = max(round(MASONRY.half_brick / evidence.raster.cell), 1)
-    parts = _components(evidence, least, enough(evidence.llr, evidence.due, 1.0) > 0)
-    found = best_layout([_rivals(evidence, *part, least, framed, _LESSER) for part in parts], pier)
+    parts = _components(evidence, least, enough(evidence.llr, evidence.expected_free, 1.0) > 0)
+    found = best_layout(
+        [_rivals(evidence, *part, least=least, framed=framed, share=_LESSER) for part in parts], pier
+    )
     if evidence.rays:  # which tell bars from walls
         return found
     behind_bars = _components(evidence, least, _between_bars(evidence))
     left = [(part, others) for part, others in behind_bars if not any(_meets(b, part) for b in found)]
-    return found + best_layout([_rivals(evidence, *part, least, framed, _PIECE) for part in left], pier)
+    return found + best_layout(
+        [_rivals(evidence, *part, least=least, framed=framed, share=_PIECE) for part in left], pier
+    )
 
 
 def _rivals(
     evidence: Evidence,
     part: Part,
     others: Bool,
+    *,
     least: tuple[float, float],
     framed: Callable[[Int], Bool],
     share: float,
-) -> list[Box]:
+) -> list[CellBox]:
     """The rectangles of a component that can be openings, the cells of `others` against them; without those
     worth less than a `share` of the best.
     """
     llr = evidence.llr[part]
     own = worth_of(np.where(others, -np.abs(llr), llr))
-    boxes, gains = _rectangles(own, evidence.due[part], least)
+    boxes, gains = _rectangles(own, evidence.expected_free[part], least)
     boxes += [s.start for s in part] * 2
     kept = np.flatnonzero(framed(boxes))
     kept = kept[gains[kept] >= share * gains[kept].max(initial=0.0)]
@@ -64,11 +69,11 @@ def _between_bars(evidence: Evidence) -> Bool:
     that cells tell bars from gaps.
     """
     wide = max(_GAP / 2.0 / evidence.raster.cell, 1.0)
-    dense = 4.0 * np.pi * wide**2 * evidence.due >= ENOUGH
-    return np.asarray(dense & (enough(evidence.llr, evidence.due, wide) > 0))
+    dense = 4.0 * np.pi * wide**2 * evidence.expected_free >= ENOUGH
+    return np.asarray(dense & (enough(evidence.llr, evidence.expected_free, wide) > 0))
 
 
-def _meets(box: Box, part: Part) -> bool:
+def _meets(box: CellBox, part: Part) -> bool:
     """Whether a box has cells in a part."""
     return all(
         low < s.stop and s.start < high
@@ -132,9 +137,9 @@ def _run(cells: Bool, at: int) -> tuple[int, int]:
     return int(shut[k - 1]) if k else -1, int(shut[k]) if k < len(shut) else len(cells)
 
 
-def _box(cells: Int, worth: float) -> Box:
+def _box(cells: Int, worth: float) -> CellBox:
     r0, c0, r1, c1 = map(int, cells)
-    return Box(r0, c0, r1, c1, float(worth))
+    return CellBox(r0, c0, r1, c1, float(worth))
 
 
 def _lines(part: Float, axis: int, reach: int) -> Int:

@@ -14,8 +14,8 @@ import shapely
 
 from frontage.geometry.arrays import Float
 from frontage.model.estimate import Estimate, Provenance
-from frontage.openings.borders.borders import Place
 from frontage.openings.borders.outline import Outline
+from frontage.openings.boxes import Box
 from frontage.openings.layout.pooling import (
     BOTTOM,
     HEIGHT,
@@ -56,7 +56,7 @@ class Inferred:
 class Node:
     """What the row `row` and the column `column` predict, without the openings `left_out`."""
 
-    place: Place
+    place: Box
     covariance: Float
     like: int
     row: int
@@ -171,7 +171,7 @@ class Grid:
         return Estimate(at, np.array([[error**2]]), float(len(known) - 1), Provenance.INFERRED)
 
 
-def state_of(place: Place, outlines: Sequence[Outline], evidence: Evidence) -> str:
+def state_of(place: Box, outlines: Sequence[Outline], evidence: Evidence) -> str:
     """What is known of a place: "taken", "off" the facade, "wall", "unknown", "other" (seen, and no wall)."""
     if _near(place, [o.place for o in outlines]):
         return "taken"
@@ -180,17 +180,17 @@ def state_of(place: Place, outlines: Sequence[Outline], evidence: Evidence) -> s
         return "off"
     if float(evidence.llr[part].sum()) < _WALL:
         return "wall"
-    due = float(evidence.due[part].sum())
+    due = float(evidence.expected_free[part].sum())
     hidden = float(evidence.expected[part].sum()) < _VISIBLE * due or due == 0.0
     return "unknown" if hidden else "other"
 
 
-def _worth(place: Place, evidence: Evidence) -> float:
+def _worth(place: Box, evidence: Evidence) -> float:
     part = _cells(place, evidence)
     return 0.0 if part is None else float(evidence.llr[part].sum())
 
 
-def _cells(place: Place, evidence: Evidence) -> tuple[slice, slice] | None:
+def _cells(place: Box, evidence: Evidence) -> tuple[slice, slice] | None:
     """The cells of a place, None where it leaves the raster."""
     g, (cx, cz) = evidence.raster.cell, evidence.raster.corner
     c0, r0, c1, r1 = (round((v - o) / g) for v, o in zip(place, (cx, cz, cx, cz), strict=True))
@@ -198,13 +198,13 @@ def _cells(place: Place, evidence: Evidence) -> tuple[slice, slice] | None:
     return (slice(r0, r1), slice(c0, c1)) if 0 <= r0 < r1 <= h and 0 <= c0 < c1 <= w else None
 
 
-def _near(place: Place, others: Sequence[Place]) -> bool:
+def _near(place: Box, others: Sequence[Box]) -> bool:
     """Whether a box overlaps one of others or stands too close to it."""
     own, boxes = np.array(place), np.reshape(others, (-1, 4))
     gap = np.maximum(np.maximum(boxes[:, :2] - own[2:], own[:2] - boxes[:, 2:]), 0.0)
     return bool((np.hypot(*gap.T) < CLEAR).any())
 
 
-def _iou(a: Place, b: Place) -> float:
+def _iou(a: Box, b: Box) -> float:
     one, other = shapely.box(*a), shapely.box(*b)
     return float(one.intersection(other).area / one.union(other).area)

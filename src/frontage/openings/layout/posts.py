@@ -80,7 +80,7 @@ def _on_posts(lines: WallCrossings, posts: Sequence[Post]) -> tuple[WallCrossing
     return replace(lines, place=place, level=level), moved
 
 
-def with_doubt(outline: Outline, posts: Sequence[Post]) -> Outline:
+def with_post_errors(outline: Outline, posts: Sequence[Post]) -> Outline:
     """The outline with the error of those borders that a post sets: windows meet anywhere in its half."""
     covariance, borders = outline.covariance.copy(), list(outline.borders)
     x0, z0, x1, z1 = outline.place

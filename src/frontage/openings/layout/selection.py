@@ -14,7 +14,7 @@ _UNSEEN = 0.05  # nats a cell of nothing known costs
 
 
 @dataclass(frozen=True)
-class Box:
+class CellBox:
     """Cells [r0, r1) x [c0, c1) and their worth in nats."""
 
     r0: int
@@ -34,7 +34,7 @@ def worth_of(llr: Float) -> Float:
     return np.where(llr == 0.0, -_UNSEEN, llr)
 
 
-def best_layout(groups: Sequence[Sequence[Box]], pier: int = 0) -> list[Box]:
+def best_layout(groups: Sequence[Sequence[CellBox]], pier: int = 0) -> list[CellBox]:
     """The subset of boxes without overlap with the largest worth, exactly (integer programme).
 
     `pier` cells or more lie between two of one group. Groups by themselves are worth no less than together:
@@ -63,7 +63,7 @@ def most_worth(worth: Float, exclusive: Bool) -> Int:
     return np.flatnonzero(np.asarray(result.x) > 0.5)
 
 
-def _undominated(boxes: Sequence[Box]) -> list[Box]:
+def _undominated(boxes: Sequence[CellBox]) -> list[CellBox]:
     """Without the boxes that hold another one that is worth as much: that one may stand wherever they do."""
     r0, c0, r1, c1, worth = np.array([(b.r0, b.c0, b.r1, b.c1, b.worth) for b in boxes]).reshape(-1, 5).T
     around = (r0[:, None] <= r0) & (c0[:, None] <= c0) & (r1[:, None] >= r1) & (c1[:, None] >= c1)
@@ -72,7 +72,7 @@ def _undominated(boxes: Sequence[Box]) -> list[Box]:
     return [boxes[k] for k in np.flatnonzero(~worse.any(axis=1)).tolist()]
 
 
-def _best(groups: Sequence[Sequence[Box]], pier: int) -> list[Box]:
+def _best(groups: Sequence[Sequence[CellBox]], pier: int) -> list[CellBox]:
     """The best layout of the boxes of all groups, which may overlap."""
     boxes = [b for g in groups for b in g]
     if len(boxes) < 2:
@@ -90,7 +90,7 @@ def _best(groups: Sequence[Sequence[Box]], pier: int) -> list[Box]:
     return [boxes[k] for k in most_worth(worth, rows).tolist()]
 
 
-def _shared_cells(boxes: Sequence[Box], some: Bool, pier: int) -> Bool:
+def _shared_cells(boxes: Sequence[CellBox], some: Bool, pier: int) -> Bool:
     """Which boxes (k, n), of those that are `some`, cover each cell of the arrangement of all their borders
     that several cover; boxes reach `pier` cells further up and right.
     """
@@ -106,7 +106,7 @@ def _shared_cells(boxes: Sequence[Box], some: Bool, pier: int) -> Bool:
     return np.asarray(cells[cells.sum(1) > 1], np.bool_)
 
 
-def _overlapping(layouts: Sequence[Sequence[Box]]) -> tuple[int, int] | None:
+def _overlapping(layouts: Sequence[Sequence[CellBox]]) -> tuple[int, int] | None:
     """Two layouts, the lower number first, of which boxes overlap; None if there are none."""
     owner = np.repeat(np.arange(len(layouts)), [len(own) for own in layouts])
     r0, c0, r1, c1 = np.array([(b.r0, b.c0, b.r1, b.c1) for own in layouts for b in own]).reshape(-1, 4).T

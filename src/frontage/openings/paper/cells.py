@@ -6,6 +6,7 @@ import numpy as np
 from scipy import ndimage
 
 from frontage.geometry.arrays import Array, Bool, Float
+from frontage.openings.boxes import Box
 
 FACADE_SHARE = 0.70
 """Cells with more available elements are facade solids (published)."""
@@ -15,8 +16,6 @@ WINDOW_SHARE = 0.10
 
 FACADE, WINDOW, UNCERTAIN, OUTSIDE = 0, 1, 2, 3
 
-Box = tuple[float, float, float, float]
-"""x0, z0, x1, z1 in m."""
 
 _MIDDLE = (FACADE_SHARE + WINDOW_SHARE) / 2
 _HELD = 0.5  # share of a cell within the outline
@@ -42,10 +41,10 @@ def classify(xs: Float, zs: Float, share: Float, within: Float) -> Cells:
     first[share > FACADE_SHARE] = FACADE
     first[share < WINDOW_SHARE] = WINDOW
     first[(within < _HELD) | ~np.isfinite(share)] = OUTSIDE
-    return Cells(xs, zs, share, first, settle(first, share))
+    return Cells(xs, zs, share, first, resolve_uncertain(first, share))
 
 
-def settle(first: Array, share: Float) -> Array:
+def resolve_uncertain(first: Array, share: Float) -> Array:
     """Classes (n, m) with no cell left uncertain, by the neighbours in horizontal and vertical direction.
 
     1. Between two window cells: facade, "two small windows are reconstructed instead of one large".

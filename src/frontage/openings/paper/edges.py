@@ -21,7 +21,7 @@ _STRIP = 60_000  # points whose pairs are held in memory at once
 
 
 @dataclass(frozen=True)
-class Border:
+class BorderLine:
     """A straight run of edge points of one side: upright ("left", "right") at x, level ones at z; m.
 
     position   of the line; extent along it; count of its edge points
@@ -83,14 +83,14 @@ def _quadrant(step: Float) -> Int:
     return np.where(np.abs(dx) >= np.abs(dz), np.where(dx > 0, 0, 1), np.where(dz > 0, 2, 3))
 
 
-def border_lines(xz: Float, edges: Bool, distance: float, shortest: float) -> tuple[Border, ...]:
+def border_lines(xz: Float, edges: Bool, distance: float, shortest: float) -> tuple[BorderLine, ...]:
     """Horizontal and vertical lines "estimated from non-isolated edge points".
 
     edges      (4, n), of `edge_points`
     distance   m, scan point distance: edge points of one border scatter over it across the border
     shortest   m, a line runs at least so far
     """
-    out: list[Border] = []
+    out: list[BorderLine] = []
     for side, mask in zip(SIDES, edges, strict=True):
         along, across = (1, 0) if side in ("left", "right") else (0, 1)
         for chain in _chains(xz[mask][:, [along, across]], distance, shortest):
@@ -111,14 +111,14 @@ def _chains(points: Float, distance: float, shortest: float) -> list[Float]:
     return [c for c in chains if len(c) > 2 and np.ptp(c[:, 0]) >= shortest]
 
 
-def _straight(chain: Float, side: str, distance: float, shortest: float) -> list[Border]:
+def _straight(chain: Float, side: str, distance: float, shortest: float) -> list[BorderLine]:
     """The straight runs of a chain (n, 2): the bands with the most points, one after the other."""
     width = SEARCH * distance
     chain = chain[np.argsort(chain[:, 1], kind="stable")]
     across = chain[:, 1]
     end = np.searchsorted(across, across + width, side="right")
     count = end - np.arange(len(across))
-    found: list[Border] = []
+    found: list[BorderLine] = []
     while count.max() > 2:
         k = int(np.argmax(count))
         run = _longest_run(chain[k : end[k]], 2 * width)
@@ -127,7 +127,7 @@ def _straight(chain: Float, side: str, distance: float, shortest: float) -> list
             break
         if len(run) >= length / width:
             extent = (float(run[:, 0].min()), float(run[:, 0].max()))
-            found.append(Border(side, float(np.median(run[:, 1])), extent, len(run)))
+            found.append(BorderLine(side, float(np.median(run[:, 1])), extent, len(run)))
         count[(across >= across[k] - width) & (across <= across[k] + width)] = 0  # bands that overlap it
     return found
 
@@ -140,7 +140,7 @@ def _longest_run(points: Float, gap: float) -> Float:
 
 
 def partition(
-    borders: tuple[Border, ...], upright: bool, ends: tuple[float, float], distance: float
+    borders: tuple[BorderLine, ...], upright: bool, ends: tuple[float, float], distance: float
 ) -> Float:
     """Positions (k,) m of the partition planes across x (`upright`) or z, from end to end of the facade.
 

@@ -12,18 +12,19 @@ from frontage.model.estimate import Estimate, Failed, Provenance
 from frontage.model.facade import Facade
 from frontage.model.opening import Elements
 from frontage.model.scan import Scan
+from frontage.openings.boxes import Box
 from frontage.openings.options import OpeningOptions
 from frontage.openings.paper.availability import AvailabilityMap
-from frontage.openings.paper.cells import FACADE_SHARE, Box, Cells, classify, convex_windows
+from frontage.openings.paper.cells import FACADE_SHARE, Cells, classify, convex_windows
 from frontage.openings.paper.edges import (
     SEARCH,
-    Border,
+    BorderLine,
     border_lines,
     edge_points,
     partition,
     point_distance,
 )
-from frontage.openings.paper.nouns import Front, Hole, to_elements
+from frontage.openings.paper.nouns import ProtrusionCell, WindowCell, to_elements
 from frontage.openings.paper.shapes import shifted_plane, split_windows, with_head
 
 _FEWEST = 100  # points on the plane
@@ -41,7 +42,7 @@ class Decomposition:
     xz: Float
     distance: float
     edges: Bool
-    borders: tuple[Border, ...]
+    borders: tuple[BorderLine, ...]
     seen: AvailabilityMap
     cells: Cells
     holes: tuple[Box, ...]
@@ -126,13 +127,15 @@ class _Wall:
         """Cuts the facade into cells by the points on and in front of the plane (section 3.2.1)."""
         return decompose(self.q[~self.behind][:, [0, 2]], self.outline, self.distance, self.least)
 
-    def inside(self, front: Front, points: Float) -> "_Wall":
+    def inside(self, front: ProtrusionCell, points: Float) -> "_Wall":
         """Returns the front of a protrusion as a wall of its own, with the `points` (k, 3) m about it."""
         moved = points - np.array([0.0, front.y, 0.0])
         return _Wall(moved, rectangle(*front.box), self.tolerance, self.least)
 
 
-def _reconstruct(wall: _Wall, windows: Decomposition, level: int) -> tuple[list[Hole], list[Front]]:
+def _reconstruct(
+    wall: _Wall, windows: Decomposition, level: int
+) -> tuple[list[WindowCell], list[ProtrusionCell]]:
     """Returns the windows and protrusions of a wall, and of its protrusions recursively."""
     holes = _with_depth([_hole(box, windows) for box in windows.holes], wall.q[wall.behind], wall.tolerance)
     if level == _DEEPEST:
@@ -149,14 +152,14 @@ def _reconstruct(wall: _Wall, windows: Decomposition, level: int) -> tuple[list[
     return holes, fronts
 
 
-def _hole(box: Box, d: Decomposition) -> Hole:
+def _hole(box: Box, d: Decomposition) -> WindowCell:
     """A window cell with its head, and what the map says of it."""
     share, elements = d.seen.box_share(box)
     raised, rise = with_head(box, d.borders, d.seen)
-    return Hole(raised, rise, share, elements, d.distance)
+    return WindowCell(raised, rise, share, elements, d.distance)
 
 
-def _with_depth(holes: list[Hole], behind: Float, tolerance: float) -> list[Hole]:
+def _with_depth(holes: list[WindowCell], behind: Float, tolerance: float) -> list[WindowCell]:
     """The windows with the one depth plane of the facade, from the points (n, 3) behind it in window cells.
 
     Its sigma holds the scatter of the windows' own depths about it: the paper gives all windows one plane.
@@ -172,7 +175,7 @@ def _with_depth(holes: list[Hole], behind: Float, tolerance: float) -> list[Hole
     return [replace(h, depth=depth) for h in holes]
 
 
-def _fronts(wall: _Wall) -> list[Front]:
+def _fronts(wall: _Wall) -> list[ProtrusionCell]:
     """Protrusions: no-data areas "within the set of points that belong to the facade", points before them.
 
     Section 3.2.3: points in front of the plane are non-facade points; a cell is a protrusion when they fill
@@ -183,7 +186,7 @@ def _fronts(wall: _Wall) -> list[Front]:
         return []
     found = decompose(wall.q[wall.on][:, [0, 2]], wall.outline, wall.distance, wall.least)
     seen = AvailabilityMap.of(before[:, [0, 2]], wall.outline, wall.distance)
-    fronts: list[Front] = []
+    fronts: list[ProtrusionCell] = []
     for box, points in zip(found.holes, _within(before, found.holes), strict=True):
         share, _ = seen.box_share(box)
         y = points[:, 1]
@@ -191,7 +194,7 @@ def _fronts(wall: _Wall) -> list[Front]:
         if plane is not None:
             held = y[np.abs(y - plane) <= wall.tolerance]
             sigma = float(held.std() / np.sqrt(len(held)))
-            fronts.append(Front(box, plane, sigma, len(held), share, wall.distance))
+            fronts.append(ProtrusionCell(box, plane, sigma, len(held), share, wall.distance))
     return fronts
 
 

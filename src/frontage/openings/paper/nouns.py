@@ -10,8 +10,9 @@ from frontage.model.estimate import Estimate, Provenance
 from frontage.model.facade import Facade
 from frontage.model.masonry import MASONRY
 from frontage.model.opening import Elements, Opening, Protrusion
+from frontage.openings.boxes import Box
 from frontage.openings.options import OpeningOptions
-from frontage.openings.paper.cells import FACADE_SHARE, WINDOW_SHARE, Box
+from frontage.openings.paper.cells import FACADE_SHARE, WINDOW_SHARE
 from frontage.openings.paper.shapes import outline
 
 _CHORD = 0.005  # m: chord error of round heads
@@ -20,7 +21,7 @@ _ROUND = 0.9  # of half the width: an arch that rises so far is a semicircle
 
 
 @dataclass(frozen=True, eq=False)
-class Hole:
+class WindowCell:
     """A window cell: box m, rise of its arch m, share of available elements, their number, distance m."""
 
     box: Box
@@ -38,7 +39,7 @@ class Hole:
 
 
 @dataclass(frozen=True)
-class Front:
+class ProtrusionCell:
     """A protrusion cell: box m, y of its front and its standard error m, points there, share, distance m."""
 
     box: Box
@@ -50,7 +51,7 @@ class Front:
 
 
 def to_elements(
-    facade: Facade, holes: Sequence[Hole], fronts: Sequence[Front], options: OpeningOptions
+    facade: Facade, holes: Sequence[WindowCell], fronts: Sequence[ProtrusionCell], options: OpeningOptions
 ) -> Elements:
     """Makes the model's nouns: openings row by row from the lowest, each from left to right; protrusions."""
     ground = float(facade.outline[:, 1].min()) if options.ground_z is None else options.ground_z
@@ -75,7 +76,7 @@ def border_sigma(distance: float) -> float:
     return distance / float(np.sqrt(3.0))
 
 
-def _opening(hole: Hole, ground: float) -> Opening:
+def _opening(hole: WindowCell, ground: float) -> Opening:
     x0, z0, x1, z1 = hole.box
     ring = outline(hole.box, hole.rise, _CHORD)
     at = (ring - [x0, z0]) / [x1 - x0, z1 - z0]
@@ -98,21 +99,21 @@ def _opening(hole: Hole, ground: float) -> Opening:
     )
 
 
-def _shape(hole: Hole) -> str:
+def _shape(hole: WindowCell) -> str:
     half = (hole.box[2] - hole.box[0]) / 2
     return "rectangle" if hole.rise <= 0 else "round" if hole.rise >= _ROUND * half else "segmental"
 
 
-def _evidence(hole: Hole) -> float:
+def _evidence(hole: WindowCell) -> float:
     """Nats for a window (10 % of its elements available) against facade (70 %), elements independent."""
     full = hole.share * np.log(WINDOW_SHARE / FACADE_SHARE)
     empty = (1 - hole.share) * np.log((1 - WINDOW_SHARE) / (1 - FACADE_SHARE))
     return float(hole.elements * (full + empty))
 
 
-def _rows(holes: Sequence[Hole]) -> list[list[Hole]]:
+def _rows(holes: Sequence[WindowCell]) -> list[list[WindowCell]]:
     """Openings by storey, the lowest first: each joins the row whose first opening holds its middle."""
-    rows: list[list[Hole]] = []
+    rows: list[list[WindowCell]] = []
     for hole in sorted(holes, key=lambda h: (h.centre[1], h.centre[0])):
         home = next((r for r in rows if r[0].box[1] <= hole.centre[1] <= r[0].box[3]), None)
         if home is None:
@@ -122,7 +123,7 @@ def _rows(holes: Sequence[Hole]) -> list[list[Hole]]:
     return rows
 
 
-def _protrusion(name: str, front: Front) -> Protrusion:
+def _protrusion(name: str, front: ProtrusionCell) -> Protrusion:
     return Protrusion(
         id=name,
         kind="protrusion",
@@ -134,7 +135,7 @@ def _protrusion(name: str, front: Front) -> Protrusion:
     )
 
 
-def _notes(facade: Facade, holes: Sequence[Hole]) -> tuple[str, ...]:
+def _notes(facade: Facade, holes: Sequence[WindowCell]) -> tuple[str, ...]:
     """What the method could not judge."""
     notes = ["method 'paper': gaps in the points that have other causes are taken for openings too"]
     if holes and all(h.depth is None for h in holes):

@@ -5,9 +5,10 @@ from collections.abc import Iterable, Sequence
 import numpy as np
 
 from frontage.geometry.arrays import Bool, Float
+from frontage.openings.boxes import Box
 from frontage.openings.paper.availability import ELEMENT, AvailabilityMap
-from frontage.openings.paper.cells import FACADE_SHARE, WINDOW_SHARE, Box
-from frontage.openings.paper.edges import SEARCH, Border
+from frontage.openings.paper.cells import FACADE_SHARE, WINDOW_SHARE
+from frontage.openings.paper.edges import SEARCH, BorderLine
 
 _RISES = 12  # heights of the arch that are tried
 _FEWEST_CORNER = 4  # elements above the arch that can tell it from a rectangle
@@ -16,7 +17,7 @@ _FEWEST_DEPTH = 10  # points that make a depth plane
 
 def split_windows(
     windows: Iterable[Box],
-    borders: Sequence[Border],
+    borders: Sequence[BorderLine],
     xz: Float,
     distance: float,
     least: tuple[float, float],
@@ -54,7 +55,7 @@ def _crossing(place: Float, box: Box, least: tuple[float, float]) -> Bool:
 
 
 def _split(
-    box: Box, inner: Sequence[Border], xz: Float, distance: float, least: tuple[float, float]
+    box: Box, inner: Sequence[BorderLine], xz: Float, distance: float, least: tuple[float, float]
 ) -> list[Box] | None:
     """The two windows of a separated one, or None; xz (n, 2) sorted by x."""
     first, last = np.searchsorted(xz[:, 0], (box[0], box[2]))
@@ -83,7 +84,7 @@ def _filled(along: Float, low: float, high: float, distance: float) -> float:
     )
 
 
-def with_head(box: Box, borders: Sequence[Border], seen: AvailabilityMap) -> tuple[Box, float]:
+def with_head(box: Box, borders: Sequence[BorderLine], seen: AvailabilityMap) -> tuple[Box, float]:
     """The window with its curved head: box m, and rise m of the arch (0 = straight, half the width = round).
 
     Section 3.2.3: "also curved primitives can be integrated". The crown is the window's upper border, or a

@@ -3,8 +3,7 @@
 import numpy as np
 
 from frontage.geometry.arrays import Array, Bool, Float, distinct
-
-Box = tuple[float, float, float, float]
+from frontage.openings.boxes import Box
 
 
 def within(p: Float, box: Box, margin: float) -> Bool:

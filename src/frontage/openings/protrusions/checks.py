@@ -3,8 +3,9 @@
 import numpy as np
 
 from frontage.geometry.arrays import Float
-from frontage.openings.protrusions.boxes import Box, filled, occupied, shown_sides
-from frontage.openings.protrusions.grain import Grain
+from frontage.openings.boxes import Box
+from frontage.openings.protrusions.boxes import filled, occupied, shown_sides
+from frontage.openings.protrusions.resolution import Resolution
 
 _TOUCH = 0.2  # m from the wall: what belongs to it comes so near
 _CONTACT = 0.1  # share of a protrusion's outline along which it must
@@ -15,12 +16,12 @@ _FILLED = 0.2  # share of the front's cells that shows points: railings are open
 _STRIP = 0.04  # m, least width of the strip along a border
 
 
-def is_framed(own: Float, front: Float, box: Box, grain: Grain) -> bool:
+def is_framed(own: Float, front: Float, box: Box, resolution: Resolution) -> bool:
     """Whether points (n, 3) show along the sides of a box, and those of its front (m, 3) all over it.
 
     What something hides in part is still framed on two sides; trees have no straight borders.
     """
-    cell = max(2.0 * grain.spacing, _STRIP)
+    cell = max(2.0 * resolution.spacing, _STRIP)
     shares = shown_sides(own, box, cell)
     straight = sorted(shares)[-2] >= _SIDE and float(np.mean(shares)) >= _SIDES
     return straight and filled(front, box, cell) >= _FILLED

@@ -9,8 +9,8 @@ from frontage.geometry.arrays import Float, Int
 from frontage.model.facade import Facade
 from frontage.model.masonry import MASONRY
 from frontage.model.opening import Opening, Protrusion
-from frontage.openings.protrusions.borders import Crossings
-from frontage.openings.protrusions.boxes import Box
+from frontage.openings.boxes import Box
+from frontage.openings.protrusions.measure import FacadeBeams
 
 _FLOOR, _SIGMA = (
     0.2,
@@ -25,7 +25,7 @@ _MARGIN = 0.1  # m above the floor and below the opening's foot that are left ou
 
 
 def with_balcony_doors(
-    openings: Sequence[Opening], protrusions: Sequence[Protrusion], crossings: Crossings, facade: Facade
+    openings: Sequence[Opening], protrusions: Sequence[Protrusion], beams: FacadeBeams, facade: Facade
 ) -> tuple[Opening, ...]:
     """The openings, those that lead to a balcony as doors that reach down to its floor.
 
@@ -34,11 +34,11 @@ def with_balcony_doors(
     less in the confidence.
     """
     balconies = [p for p in protrusions if p.kind == "balcony"]
-    return tuple(_reaching(o, balconies, crossings, facade) for o in openings)
+    return tuple(_reaching(o, balconies, beams, facade) for o in openings)
 
 
 def _reaching(
-    opening: Opening, balconies: Sequence[Protrusion], crossings: Crossings, facade: Facade
+    opening: Opening, balconies: Sequence[Protrusion], beams: FacadeBeams, facade: Facade
 ) -> Opening:
     x0, z0, x1, z1 = _box(opening.ring)
     flat = np.flatnonzero(opening.ring[:, 1] < z0 + 1e-6)
@@ -51,18 +51,18 @@ def _reaching(
         beside = x0 > a - _BESIDE and x1 < b + _BESIDE
         if not beside or not low - _BESIDE <= z0 <= hidden or z1 - floor < MASONRY.door_height or z1 < high:
             continue
-        if not _shows_wall(crossings, (x0, floor + _MARGIN, x1, z0 - _MARGIN), facade):
+        if not _shows_wall(beams, (x0, floor + _MARGIN, x1, z0 - _MARGIN), facade):
             return _lowered(opening, flat, floor)
     return opening
 
 
-def _shows_wall(crossings: Crossings, box: Box, facade: Facade) -> bool:
+def _shows_wall(beams: FacadeBeams, box: Box, facade: Facade) -> bool:
     """Whether beams ended on the wall in a box, its sides left out: more than went through it."""
     x0, z0, x1, z1 = box
     core = (x0 + _CORE * (x1 - x0), z0, x1 - _CORE * (x1 - x0), z1)
     if z1 <= z0:
         return False
-    _, depth = crossings.at(0.0, core, 0.0)
+    _, depth = beams.at(0.0, core, 0.0)
     near = 3.0 * facade.roughness
     on, through = int((np.abs(depth) <= near).sum()), int((depth > near).sum())
     return on >= _FEW and on > through

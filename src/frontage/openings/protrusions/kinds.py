@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from frontage.model.facade import Facade
 from frontage.model.masonry import MASONRY
 from frontage.model.opening import Opening
-from frontage.openings.protrusions.boxes import Box
+from frontage.openings.boxes import Box
 
 _RAIL = 0.6  # m, least height of balconies from the underside of the slab to the rail
 _FEET = 0.6  # m, least width of a balcony
@@ -23,7 +23,7 @@ _NEAR = 0.25  # m between a slab or sill and the opening that it belongs to
 
 
 @dataclass(frozen=True)
-class Look:
+class FrontFeatures:
     """What kinds are told by: box m, projection m, share of beams that the front stops, no upright front."""
 
     box: Box
@@ -37,44 +37,46 @@ class Look:
         return self.box[2] - self.box[0], self.box[3] - self.box[1]
 
 
-def kind_of_protrusion(look: Look, facade: Facade, ground: float, openings: Sequence[Opening]) -> str:
+def kind_of_protrusion(
+    front: FrontFeatures, facade: Facade, ground: float, openings: Sequence[Opening]
+) -> str:
     """ "balcony", "oriel", "bay" (an oriel from the ground on), "risalit" (one most of the facade wide, or
     too shallow for a room), "cornice", "band", "sill", "pilaster", "railing", "awning", "steps", "plinth";
     else "protrusion".
     """
-    width, height = look.size
-    if look.box[1] < ground + _STEP and height < MASONRY.person:
-        return "plinth" if width > _MOST * _width(facade) and look.projection < _STAND else "steps"
+    width, height = front.size
+    if front.box[1] < ground + _STEP and height < MASONRY.person:
+        return "plinth" if width > _MOST * _width(facade) and front.projection < _STAND else "steps"
     if height >= MASONRY.person:
         if height > _NARROW * width and width < _SLAB:
-            return "pilaster" if look.projection < _SLAB / 2 else "protrusion"
-        stands, wide = look.box[1] <= ground + _STEP, width > _MOST * _width(facade)
-        if look.projection < _STAND:  # no room: a part of the wall, or the surround of a window
+            return "pilaster" if front.projection < _SLAB / 2 else "protrusion"
+        stands, wide = front.box[1] <= ground + _STEP, width > _MOST * _width(facade)
+        if front.projection < _STAND:  # no room: a part of the wall, or the surround of a window
             return "risalit" if stands or wide else "protrusion"
         return "oriel" if not stands else "risalit" if wide else "bay"
-    if height <= _SLAB and width >= _LONG * height and (height < _RAIL or look.projection < _STAND):
-        return _of_bands(look, facade, ground, openings)
-    if look.inclined and look.projection >= _ROOF:
+    if height <= _SLAB and width >= _LONG * height and (height < _RAIL or front.projection < _STAND):
+        return _of_bands(front, facade, ground, openings)
+    if front.inclined and front.projection >= _ROOF:
         return "awning"
     if height >= _RAIL and width >= _FEET:
-        if look.projection >= _STAND:
+        if front.projection >= _STAND:
             return "balcony"
-        return "railing" if look.hit < _POROUS else "protrusion"
+        return "railing" if front.hit < _POROUS else "protrusion"
     return "protrusion"
 
 
-def _of_bands(look: Look, facade: Facade, ground: float, openings: Sequence[Opening]) -> str:
+def _of_bands(front: FrontFeatures, facade: Facade, ground: float, openings: Sequence[Opening]) -> str:
     """The kind of something long and low."""
-    x0, z0, x1, z1 = look.box
+    x0, z0, x1, z1 = front.box
     if facade.extent[3] - z1 < _TOP:
         return "cornice"
-    if look.size[0] > _MOST * _width(facade):
+    if front.size[0] > _MOST * _width(facade):
         return "band"
     feet = [o.ring[:, 1].min() for o in openings if o.ring[:, 0].min() < x1 and o.ring[:, 0].max() > x0]
     carries = any(z0 - _NEAR <= foot <= z1 + _NEAR for foot in feet)
-    if look.projection >= _STAND and carries:
+    if front.projection >= _STAND and carries:
         return "steps" if z0 < ground + MASONRY.door_height else "balcony"
-    if look.projection >= _ROOF and z0 >= ground + MASONRY.door_height:
+    if front.projection >= _ROOF and z0 >= ground + MASONRY.door_height:
         return "awning"
     return "sill" if carries else "band"
 

@@ -5,11 +5,12 @@ import numpy as np
 from frontage.geometry.arrays import Float, Int
 from frontage.model.facade import Facade
 from frontage.model.masonry import MASONRY, TOLERANCES
-from frontage.openings.protrusions.borders import Crossings, Outline, posterior
-from frontage.openings.protrusions.boxes import Box, filled
+from frontage.openings.boxes import Box
+from frontage.openings.protrusions.boxes import filled
 from frontage.openings.protrusions.checks import is_framed
-from frontage.openings.protrusions.grain import Grain
-from frontage.openings.protrusions.pieces import Piece, connected, settled
+from frontage.openings.protrusions.measure import FacadeBeams, MeasuredBox, posterior
+from frontage.openings.protrusions.pieces import Piece, connected, fit_front
+from frontage.openings.protrusions.resolution import Resolution
 
 _WIDE, _HIGH = 4.5, 3.5  # m, one of which a part set back reaches: gates and shop fronts do not
 _SOLID = 0.5  # share of it that shows a wall: frames of a glass front do not
@@ -18,33 +19,39 @@ _BAND = 0.3  # m to either side of a rough border that is searched
 _SHY = 0.15  # share of a side that is left out at either end
 
 
-def find_setbacks(facade: Facade, crossings: Crossings, grain: Grain) -> list[tuple[Piece, Outline]]:
+def find_setbacks(
+    facade: Facade, beams: FacadeBeams, resolution: Resolution
+) -> list[tuple[Piece, MeasuredBox]]:
     """Parts set back, from the layers that the facade's finder told, with their measured borders."""
-    q = crossings.q.T
-    wall = q[np.abs(q[:, 1]) <= grain.half]
-    found: list[tuple[Piece, Outline]] = []
+    q = beams.q.T
+    wall = q[np.abs(q[:, 1]) <= resolution.half]
+    found: list[tuple[Piece, MeasuredBox]] = []
     for layer in facade.layers:
         if layer.y < max(MASONRY.step_out, TOLERANCES.front_sigmas * facade.roughness):
             continue
-        rows = np.flatnonzero(np.abs(q[:, 1] - layer.y) <= 2.0 * grain.half)
-        for part in connected(q[rows][:, [0, 2]], grain.gap, 100):
-            piece = _part(q, rows[part], wall, layer.y, grain)
+        rows = np.flatnonzero(np.abs(q[:, 1] - layer.y) <= 2.0 * resolution.half)
+        for part in connected(q[rows][:, [0, 2]], resolution.gap, 100):
+            piece = _part(q, rows[part], wall, layer.y, resolution)
             if piece is not None and not any(_overlap(piece.box, other.box) for other, _ in found):
-                found.append((piece, _outline(crossings, wall, piece, grain)))
+                found.append((piece, _outline(beams, wall, piece, resolution)))
     return found
 
 
-def _part(q: Float, rows: Int, wall: Float, y: float, grain: Grain) -> Piece | None:
+def _part(q: Float, rows: Int, wall: Float, y: float, resolution: Resolution) -> Piece | None:
     """The wall among points (k,) rows of q (n, 3) at about y m, where the main wall's points are missing."""
     p = q[rows]
     wide, _, high = np.ptp(p, axis=0)
-    found = settled(p, y, grain) if _is_large(wide, high) else None
+    found = fit_front(p, y, resolution) if _is_large(wide, high) else None
     if found is None:
         return None
     at, front, box = found
-    cell = 2.0 * grain.near(box).spacing
+    cell = 2.0 * resolution.near(box).spacing
     large = _is_large(box[2] - box[0], box[3] - box[1])
-    if not large or filled(p[front], box, cell) < _SOLID or not is_framed(p[front], p[front], box, grain):
+    if (
+        not large
+        or filled(p[front], box, cell) < _SOLID
+        or not is_framed(p[front], p[front], box, resolution)
+    ):
         return None
     inside = wall[
         (wall[:, 0] > box[0]) & (wall[:, 0] < box[2]) & (wall[:, 2] > box[1]) & (wall[:, 2] < box[3])
@@ -59,12 +66,12 @@ def _is_large(wide: float, high: float) -> bool:
     return (wide >= _WIDE or high >= _HIGH) and wide >= MASONRY.room_width and high >= MASONRY.room_height
 
 
-def _outline(crossings: Crossings, wall: Float, piece: Piece, grain: Grain) -> Outline:
+def _outline(beams: FacadeBeams, wall: Float, piece: Piece, resolution: Resolution) -> MeasuredBox:
     """Borders between the main wall's points and the beams that passed its plane on to the part."""
-    where, depth = crossings.at(0.0, piece.box, _BAND)
-    through = where[depth > piece.y - grain.half]
+    where, depth = beams.at(0.0, piece.box, _BAND)
+    through = where[depth > piece.y - resolution.half]
     place, sigma, good = list(piece.box), [_BAND / np.sqrt(3.0)] * 4, 0
-    spacing = grain.near(piece.box).spacing
+    spacing = resolution.near(piece.box).spacing
     for side in range(4):
         solid = _inwards(wall[:, [0, 2]], piece.box, side)
         if len(solid) < 3:
@@ -73,7 +80,7 @@ def _outline(crossings: Crossings, wall: Float, piece: Piece, grain: Grain) -> O
         place[side] += mean if side < 2 else -mean
         good += 1
     box = (place[0], place[1], place[2], place[3])
-    return Outline(box, (sigma[0], sigma[1], sigma[2], sigma[3]), 1.0, good / 4)
+    return MeasuredBox(box, (sigma[0], sigma[1], sigma[2], sigma[3]), 1.0, good / 4)
 
 
 def _inwards(where: Float, box: Box, side: int) -> Float:

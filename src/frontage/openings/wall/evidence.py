@@ -10,7 +10,7 @@ from frontage.geometry.arrays import Bool, Float, freeze
 from frontage.model.facade import Facade
 from frontage.model.masonry import MASONRY
 from frontage.openings.wall.beams import Beams, Raster
-from frontage.openings.wall.due import beams_due, blurred
+from frontage.openings.wall.expected import blurred, expected_beams
 
 _FINEST = 0.02  # m, least side of a cell
 _COARSEST = MASONRY.half_brick  # m, largest side of a cell: the least pier
@@ -48,7 +48,7 @@ class Evidence:
     open: Float
     deep: Float
     expected: Float
-    due: Float
+    expected_free: Float
     seen: Bool
     inside: Bool
     rays: bool
@@ -67,7 +67,7 @@ def weigh(facade: Facade, beams: Beams) -> Evidence:
     raster = Raster.over(facade, min(max(_PER_CELL * facade.spacing, _FINEST), _COARSEST))
     solid, open_ = raster.count(*beams.solid.T), raster.count(*beams.open.T)
     inside = _inside(facade, raster)
-    due = beams_due(beams.solid, raster)
+    due = expected_beams(beams.solid, raster)
     expected = due * _unhidden(beams, raster, solid + open_)
     expected = np.where(_unwatched(solid + open_, expected, inside, raster.cell), 0.0, expected)
     through = (_THROUGH if beams.rays else _BEHIND) * open_

@@ -69,7 +69,7 @@ def with_lost_beams(evidence: Evidence, facade: Facade, scan: Scan, beams: Beams
         evidence,
         llr=np.where(evidence.inside, llr, 0.0),
         expected=np.where(told & (evidence.expected <= 0.0), free * lost, evidence.expected),
-        due=np.where(told & (evidence.due <= 0.0), lost, evidence.due),
+        expected_free=np.where(told & (evidence.expected_free <= 0.0), lost, evidence.expected_free),
         seen=evidence.seen | told,
     )
 

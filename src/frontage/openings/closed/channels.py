@@ -10,8 +10,8 @@ from frontage.geometry.sightlines import SightLines
 from frontage.model.facade import Facade
 from frontage.model.ortho import OrthoImage
 from frontage.model.scan import Scan
-from frontage.openings.borders.borders import Place
-from frontage.openings.closed.steps import Picture
+from frontage.openings.boxes import Box
+from frontage.openings.closed.steps import ChannelMap
 from frontage.openings.wall.beams import Beams, Raster
 
 _FINEST = 0.04  # m, least side of a cell: borders are known that well before they are measured
@@ -29,21 +29,21 @@ _STRIP = 512  # rows of an ortho-image at a time
 
 
 @dataclass(frozen=True, eq=False)
-class Layer:
+class ChannelLayer:
     """Channels c of the wall, seen together, that may step at the borders of what closes an opening.
 
     picture  means of cells; near: places xz (n, 2) m and values (n, c) of what lies in a box
     spacing  m between these; sharp: m that a sharp step is wide, and its place off
     """
 
-    picture: Picture
-    near: Callable[[Place], tuple[Float, Float]]
+    picture: ChannelMap
+    near: Callable[[Box], tuple[Float, Float]]
     spacing: float
     sharp: float
 
 
 @dataclass(frozen=True, eq=False)
-class Surface:
+class WallPoints:
     """The scan's points on the wall, or nearly, upwards: places xz (n, 2), y (n,) m in the facade frame,
     depth (n,) m behind the wall, rows of the scan.
     """
@@ -53,19 +53,19 @@ class Surface:
     depth: Float
     index: Array
 
-    def within(self, place: Place) -> Int:
+    def within(self, place: Box) -> Int:
         """Numbers (k,) of the points in a box."""
         first, last = np.searchsorted(self.xz[:, 1], [place[1], place[3]])
         return np.asarray(first + np.flatnonzero(within(self.xz[first:last], place)))
 
 
-def within(xz: Float, place: Place) -> Bool:
+def within(xz: Float, place: Box) -> Bool:
     """Which of the places (n, 2) lie in a box (n,)."""
     x, z = xz.T
     return np.asarray((x > place[0]) & (x < place[2]) & (z > place[1]) & (z < place[3]))
 
 
-def surface_of(facade: Facade, scan: Scan, beams: Beams, reach: tuple[float, float]) -> Surface:
+def wall_points(facade: Facade, scan: Scan, beams: Beams, reach: tuple[float, float]) -> WallPoints:
     """The points within `reach` m before and behind the wall."""
     xyz = facade.frame.inverse.apply(scan.xyz[facade.support])
     depth = xyz[:, 1] - beams.depth_at(xyz[:, 0], xyz[:, 2])
@@ -73,7 +73,7 @@ def surface_of(facade: Facade, scan: Scan, beams: Beams, reach: tuple[float, flo
     xyz, depth, index = xyz[near], depth[near], facade.support[near]
     xz = _crossings(xyz, depth, index, facade, scan)
     up = np.argsort(xz[:, 1], kind="stable")
-    return Surface(xz[up], xyz[up, 1], depth[up], index[up])
+    return WallPoints(xz[up], xyz[up, 1], depth[up], index[up])
 
 
 def _crossings(xyz: Float, depth: Float, index: Array, facade: Facade, scan: Scan) -> Float:
@@ -85,7 +85,7 @@ def _crossings(xyz: Float, depth: Float, index: Array, facade: Facade, scan: Sca
     return np.ascontiguousarray(lines.shifted(-np.maximum(depth, 0.0)).T)
 
 
-def scan_layer(surface: Surface, facade: Facade, scan: Scan) -> Layer:
+def scan_layer(surface: WallPoints, facade: Facade, scan: Scan) -> ChannelLayer:
     """Relief, and intensity and colour as far as the scan has them."""
     channels: list[Float] = [(surface.y - np.maximum(surface.depth - _DEEPEST, 0.0)) / _RELIEF]
     if scan.intensity is not None:
@@ -95,16 +95,16 @@ def scan_layer(surface: Surface, facade: Facade, scan: Scan) -> Layer:
     values = np.column_stack(channels)
     raster = Raster.over(facade, max(_PER_CELL * facade.spacing, _FINEST))
 
-    def near(place: Place) -> tuple[Float, Float]:
+    def near(place: Box) -> tuple[Float, Float]:
         some = surface.within(place)
         return surface.xz[some], values[some]
 
     means = _Means(raster, values.shape[1])
     means.add(surface.xz, values)
-    return Layer(means.picture(), near, facade.spacing, 0.0)
+    return ChannelLayer(means.picture(), near, facade.spacing, 0.0)
 
 
-def photo_layer(ortho: OrthoImage, facade: Facade) -> Layer | None:
+def photo_layer(ortho: OrthoImage, facade: Facade) -> ChannelLayer | None:
     """Lightness and two differences of colour of the pixels that photos saw; None where none did."""
     if ortho.photos == 0:
         return None
@@ -114,13 +114,13 @@ def photo_layer(ortho: OrthoImage, facade: Facade) -> Layer | None:
     if not means.number.any():
         return None
 
-    def near(place: Place) -> tuple[Float, Float]:
+    def near(place: Box) -> tuple[Float, Float]:
         (x0, top), gsd = ortho.corner, ortho.gsd
         rows = slice(max(int((top - place[3]) / gsd), 0), max(int((top - place[1]) / gsd) + 1, 0))
         columns = slice(max(int((place[0] - x0) / gsd), 0), max(int((place[2] - x0) / gsd) + 1, 0))
         return _pixels(ortho, rows, columns)
 
-    return Layer(means.picture(), near, ortho.gsd, float(np.nanmedian(ortho.gsd_effective)))
+    return ChannelLayer(means.picture(), near, ortho.gsd, float(np.nanmedian(ortho.gsd_effective)))
 
 
 class _Means:
@@ -139,11 +139,11 @@ class _Means:
         for total, v in zip(self._total, values.T, strict=True):
             total += np.bincount(at[on], v[on], minlength=size)
 
-    def picture(self) -> Picture:
+    def picture(self) -> ChannelMap:
         """The means of all that was added."""
         with np.errstate(invalid="ignore", divide="ignore"):
             means = (self._total / self.number).T
-        return Picture(means.reshape(*self._raster.shape, -1), self._raster)
+        return ChannelMap(means.reshape(*self._raster.shape, -1), self._raster)
 
 
 def _pixels(ortho: OrthoImage, rows: slice, columns: slice) -> tuple[Float, Float]:

@@ -10,9 +10,10 @@ from frontage.geometry.sightlines import SightLines, slopes
 from frontage.model.facade import Facade
 from frontage.model.masonry import MASONRY, TOLERANCES
 from frontage.model.scan import Scan
-from frontage.openings.protrusions.boxes import Box, within
-from frontage.openings.protrusions.grain import Grain
-from frontage.openings.protrusions.pieces import Piece, slant
+from frontage.openings.boxes import Box
+from frontage.openings.protrusions.boxes import within
+from frontage.openings.protrusions.pieces import Piece, fit_slanted_line
+from frontage.openings.protrusions.resolution import Resolution
 
 _BAND = 0.1  # m to either side of a rough border that is searched
 _STEP = 0.001  # m, raster of the posterior
@@ -30,7 +31,7 @@ _BEAM = 0.0045  # m: half the footprint of common scanners 10 m away
 
 
 @dataclass(frozen=True, eq=False)
-class Crossings:
+class FacadeBeams:
     """Points before, on and behind the wall as columns q (3, n) m, a bent wall straightened.
 
     slope (2, n): dx/dy, dz/dy of their beams; zero where the sensor is not known: a point stands for the
@@ -41,7 +42,7 @@ class Crossings:
     slope: Float
 
     @classmethod
-    def of(cls, facade: Facade, scan: Scan) -> "Crossings":
+    def of(cls, facade: Facade, scan: Scan) -> "FacadeBeams":
         """The beams of the facade's support, of all that stands right before it, and of what stopped them.
 
         Before the wall the support may lack parts of balconies and bays that were taken for obstacles.
@@ -79,13 +80,13 @@ class Crossings:
         some, z = some[inside], z[inside]
         return np.column_stack([x[some], z]), self.q[1][some]
 
-    def thinned(self, most: int) -> "Crossings":
+    def thinned(self, most: int) -> "FacadeBeams":
         """At most `most` of the beams, to tell shares by."""
         step = -(-self.q.shape[1] // most)
         return (
             self
             if step <= 1
-            else Crossings(*(np.ascontiguousarray(v[:, ::step]) for v in (self.q, self.slope)))
+            else FacadeBeams(*(np.ascontiguousarray(v[:, ::step]) for v in (self.q, self.slope)))
         )
 
 
@@ -100,7 +101,7 @@ def bend(facade: Facade, x: Float) -> Float:
 
 
 @dataclass(frozen=True)
-class Outline:
+class MeasuredBox:
     """A measured box m, the standard errors m of left, bottom, right, top, the share of the beams within it
     that the front stopped, and the share of the borders that beams bracket.
     """
@@ -111,57 +112,63 @@ class Outline:
     bracketed: float
 
 
-def outline_of(crossings: Crossings, few: Crossings, before: Float, piece: Piece, grain: Grain) -> Outline:
-    """Borders of a piece among the points (k, 3) m before the wall; `few` of the crossings tell shares.
+def measure_box(
+    beams: FacadeBeams, few: FacadeBeams, before: Float, piece: Piece, resolution: Resolution
+) -> MeasuredBox:
+    """Borders of a piece among the points (k, 3) m before the wall; `few` of the beams tell shares.
 
     A border parts the piece's own points, undersides and cheeks included, from the beams that passed beside
     it: where these crossed the plane, parallel to the wall, that lies as far out as the piece's rim there.
     """
-    grain = grain.near(piece.box)
+    resolution = resolution.near(piece.box)
     points, cheeks = before[piece.rows], {side: before[rows] for side, rows in piece.cheeks.items()}
     cache: dict[float, tuple[Float, Float]] = {}
     place, sigma, good = list(piece.box), [0.0] * 4, 0
     for side in range(4):
         if side in cheeks:
-            place[side], sigma[side] = _foot(cheeks[side], side % 2, grain)
+            place[side], sigma[side] = _foot(cheeks[side], side % 2, resolution)
             good += 1
             continue
         y = _rim_depth(points, piece, side)
         if y not in cache:
-            cache[y] = crossings.at(y, piece.box, _HIDDEN)
-        at, error, bracketed = _border(points, *cache[y], piece, side, y, grain)
+            cache[y] = beams.at(y, piece.box, _HIDDEN)
+        at, error, bracketed = _border(points, cache[y], piece, side=side, y=y, resolution=resolution)
         place[side], sigma[side] = at, error
         good += bracketed
     for side in (0, 2):
         if side not in cheeks and 2 - side in cheeks:
             edge = before[piece.front_rows, 0]
             wide = abs(place[2 - side] - float(edge.max() if side == 0 else edge.min()))
-            place[side], sigma[side] = _mirrored(crossings.q.T, place, sigma[side], side, wide, grain)
-    hit = hit_share(few, piece.box, piece.y, grain)
+            place[side], sigma[side] = _mirrored(
+                beams.q.T, place, sigma[side], side=side, wide=wide, resolution=resolution
+            )
+    hit = hit_share(few, piece.box, piece.y, resolution)
     box = (place[0], place[1], place[2], place[3])
-    return Outline(box, (sigma[0], sigma[1], sigma[2], sigma[3]), hit, good / 4)
+    return MeasuredBox(box, (sigma[0], sigma[1], sigma[2], sigma[3]), hit, good / 4)
 
 
-def hit_share(crossings: Crossings, box: Box, y: float, grain: Grain) -> float:
+def hit_share(beams: FacadeBeams, box: Box, y: float, resolution: Resolution) -> float:
     """Share of the beams through a box and as far as a front at y m that it stopped; 0 without any.
 
     A front is as thick as a railing: its bars stand behind its rails.
     """
-    _, depth = crossings.at(y, box, 0.0)
-    reached = depth >= y - grain.half
-    return float((depth[reached] <= y + max(grain.half, _THICK)).mean()) if reached.any() else 0.0
+    _, depth = beams.at(y, box, 0.0)
+    reached = depth >= y - resolution.half
+    return float((depth[reached] <= y + max(resolution.half, _THICK)).mean()) if reached.any() else 0.0
 
 
-def _foot(cheek: Float, axis: int, grain: Grain) -> tuple[float, float]:
+def _foot(cheek: Float, axis: int, resolution: Resolution) -> tuple[float, float]:
     """Where a slanting cheek of points (k, 3) m meets the wall, m, and its standard error."""
     y = cheek[:, 1]
-    at, _, spread = slant(y, cheek[:, 2 * axis])
+    at, _, spread = fit_slanted_line(y, cheek[:, 2 * axis])
     lever = abs(float(y.mean())) / max(float(y.std()), _STEP)
-    return at, float(np.sqrt((1.0 + lever**2) * spread**2 / len(y) + _STEP**2 + (0.5 * grain.sigma) ** 2))
+    return at, float(
+        np.sqrt((1.0 + lever**2) * spread**2 / len(y) + _STEP**2 + (0.5 * resolution.sigma) ** 2)
+    )
 
 
 def _mirrored(
-    q: Float, place: Sequence[float], sigma: float, side: int, wide: float, grain: Grain
+    q: Float, place: Sequence[float], sigma: float, *, side: int, wide: float, resolution: Resolution
 ) -> tuple[float, float]:
     """A left or right border m whose cheek was not seen, and its error: as `wide` as the other one, unless
     points (n, 3) show the wall there. Bays are symmetric as a rule.
@@ -169,8 +176,8 @@ def _mirrored(
     beyond = place[side] - wide if side == 0 else place[side] + wide
     x0, x1 = sorted((place[side], beyond))
     there = (q[:, 0] > x0) & (q[:, 0] < x1) & (q[:, 2] > place[1]) & (q[:, 2] < place[3])
-    wall = float((np.abs(q[there, 1]) <= grain.half).sum())
-    if wall > _SEEN * wide * (place[3] - place[1]) / grain.spacing**2:
+    wall = float((np.abs(q[there, 1]) <= resolution.half).sum())
+    if wall > _SEEN * wide * (place[3] - place[1]) / resolution.spacing**2:
         return place[side], sigma
     return beyond, float(np.hypot(sigma, _GUESS * wide))
 
@@ -187,31 +194,40 @@ def _rim_depth(points: Float, piece: Piece, side: int) -> float:
 
 
 def _border(
-    points: Float, where: Float, depth: Float, piece: Piece, side: int, y: float, grain: Grain
+    points: Float,
+    crossed: tuple[Float, Float],
+    piece: Piece,
+    *,
+    side: int,
+    y: float,
+    resolution: Resolution,
 ) -> tuple[float, float, bool]:
-    """Place m, standard error m of a border, and whether passes beyond it bracket it.
+    """Box m, standard error m of a border, and whether passes beyond it bracket it.
 
     points (k, 3) m of the piece; where (n, 2) m beams crossed the plane at y m, and the depth (n,) of theirs
     """
-    axis, band = side % 2, max(_BAND, 3.0 * grain.spacing)
+    where, depth = crossed
+    axis, band = side % 2, max(_BAND, 3.0 * resolution.spacing)
     inner = min(band, 0.5 * (piece.box[axis + 2] - piece.box[axis]))
-    ahead = points[points[:, 1] <= y + max(grain.half, -y / 2.0)]  # bands run on along the wall behind it
+    ahead = points[
+        points[:, 1] <= y + max(resolution.half, -y / 2.0)
+    ]  # bands run on along the wall behind it
     solid = _outwards(ahead[:, [0, 2]], piece.box, side, inner)
     solid = solid[solid <= band]
     if len(solid) < 3:
         return piece.box[side], band / np.sqrt(3.0), False
     own = within(np.insert(where, 1, 0.0, axis=1), piece.box, 0.0)
-    behind = (depth > y + grain.half) & ~(own & (depth < -grain.half))
+    behind = (depth > y + resolution.half) & ~(own & (depth < -resolution.half))
     passed = _outwards(where[behind], piece.box, side, inner)
-    mean, spread = posterior(solid, passed[passed <= band], inner, band, grain.spacing)
+    mean, spread = posterior(solid, passed[passed <= band], inner, band, resolution.spacing)
     beyond = passed[passed > mean]
     free = float(beyond[0]) if len(beyond) else _HIDDEN
-    stopped = _outwards(where[depth < piece.y - grain.half], piece.box, side, inner)
+    stopped = _outwards(where[depth < piece.y - resolution.half], piece.box, side, inner)
     stopped = stopped[(stopped > mean) & (stopped < free)]
-    if free > mean + 2.0 * grain.spacing and len(stopped) > len(solid) / 10:
+    if free > mean + 2.0 * resolution.spacing and len(stopped) > len(solid) / 10:
         spread = float(np.hypot(spread, (free - mean) / np.sqrt(3.0)))  # something hides where it ends
     at = piece.box[side] + (-mean if side < 2 else mean)
-    return at, spread, free <= mean + 2.0 * grain.spacing
+    return at, spread, free <= mean + 2.0 * resolution.spacing
 
 
 def _outwards(where: Float, box: Box, side: int, inner: float) -> Float:

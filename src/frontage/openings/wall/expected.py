@@ -5,7 +5,7 @@ from scipy import ndimage
 
 from frontage.geometry.arrays import Array, Float
 from frontage.openings.wall.beams import Raster
-from frontage.openings.wall.triangles import density
+from frontage.openings.wall.density import triangulated_density
 
 _AROUND = 0.5  # m, one sigma of the surroundings
 _CUT = 0.05  # share of the wall around, below which nothing is expected
@@ -13,7 +13,7 @@ _FEW = 2.0  # beams a cell must hold for its neighbours to be told from
 _COARSEST = 0.2  # m: larger cells are cut by openings
 
 
-def beams_due(points: Float, raster: Raster) -> Float:
+def expected_beams(points: Float, raster: Raster) -> Float:
     """Beams (h, w) that cells of wall would catch, by the wall's points (n, 2) m; 0 where these are too far.
 
     Where the cells hold too few, larger ones tell: four times as many until they hold two on average, for
@@ -34,7 +34,7 @@ def beams_due(points: Float, raster: Raster) -> Float:
     if sparse.any():
         flat = raster.flat(*points.T)
         own = points[(flat >= 0) & sparse.ravel()[flat]]
-        due[sparse] = raster.cell**2 * density(own, raster.middles(sparse), 2.0 * _AROUND)
+        due[sparse] = raster.cell**2 * triangulated_density(own, raster.middles(sparse), 2.0 * _AROUND)
     return due
 
 

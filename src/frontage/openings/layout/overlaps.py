@@ -7,16 +7,18 @@ import shapely
 
 from frontage.geometry.arrays import Array, Float, Int
 from frontage.model.opening import Opening
-from frontage.openings.borders.agreement import returned
-from frontage.openings.borders.borders import Place
+from frontage.openings.borders.agreement import with_rough_borders
 from frontage.openings.borders.outline import Outline
+from frontage.openings.boxes import Box
 from frontage.openings.layout.selection import PRICE, most_worth, worth_of
 from frontage.openings.wall.evidence import Evidence
 
 _LEAST = 1e-3  # nats that an opening is worth at least, so that one of several is left
 
 
-def disjoint(outlines: Sequence[Outline], rough: Sequence[Place], evidence: Evidence) -> list[Outline | None]:
+def without_overlaps(
+    outlines: Sequence[Outline], rough: Sequence[Box], evidence: Evidence
+) -> list[Outline | None]:
     """The outlines without overlap, those that are dropped as None; `rough` are their places in the layout.
 
     An outline that overlaps others stays as it was measured, or with the borders that run over a neighbour
@@ -29,7 +31,9 @@ def disjoint(outlines: Sequence[Outline], rough: Sequence[Place], evidence: Evid
         over.setdefault(int(a), set()).update(_beyond(outlines[a].place, rough[a], rough[b]))
     cell = evidence.raster.cell
     trials = [(k, o) for k, o in enumerate(outlines)]
-    trials += [(k, returned(outlines[k], rough[k], sides, cell)) for k, sides in sorted(over.items())]
+    trials += [
+        (k, with_rough_borders(outlines[k], rough[k], sides, cell)) for k, sides in sorted(over.items())
+    ]
     rings = _polygons([o.ring[0] for _, o in trials])
     owner = np.array([k for k, _ in trials], np.int64)
     pairs = np.hstack([_overlapping(rings), np.argwhere(np.triu(owner[:, None] == owner, 1)).T])
@@ -42,7 +46,7 @@ def disjoint(outlines: Sequence[Outline], rough: Sequence[Place], evidence: Evid
     return found
 
 
-def apart(openings: Sequence[Opening]) -> list[Opening]:
+def best_without_overlaps(openings: Sequence[Opening]) -> list[Opening]:
     """The openings of all walls of a facade without overlap as seen from the street: of those that do, the
     set with the most evidence. Doors that reach down behind a balcony do; so does what a front hides in part.
     """
@@ -62,7 +66,7 @@ def _best(worth: Float, pairs: Int) -> Int:
     return np.union1d(free, some[most_worth(worth[some], exclusive)]) if len(some) else free
 
 
-def _beyond(place: Place, own: Place, other: Place) -> list[int]:
+def _beyond(place: Box, own: Box, other: Box) -> list[int]:
     """Sides of a place that lie beyond its own box of the layout, towards another box that is beside it."""
     ahead = [k for k in (0, 1) if own[k + 2] <= other[k] and place[k + 2] > own[k + 2]]
     back = [k for k in (0, 1) if other[k + 2] <= own[k] and place[k] < own[k]]

@@ -9,7 +9,7 @@ _NEIGHBOURS = 16  # points that tell the density of a place: more than border on
 _FEWEST = 4  # points that have triangles
 
 
-def density(points: Float, places: Float, reach: float) -> Float:
+def triangulated_density(points: Float, places: Float, reach: float) -> Float:
     """Points per m2 (m,) of a wall at places (m, 2), from its points (n, 2) no more than `reach` m away.
 
     0 where there are none.

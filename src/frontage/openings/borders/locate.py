@@ -8,14 +8,15 @@ from scipy import ndimage
 from scipy.special import ndtr
 
 from frontage.geometry.arrays import Float
-from frontage.openings.borders.edges import FEW, Edge, Look, Side, edge_beams, typical_gap
+from frontage.openings.borders.edges import FEW, Edge, EdgeTraits, Side, edge_beams, typical_gap
+from frontage.openings.boxes import Box
 from frontage.openings.wall.crossings import CrossingBeams
 
 _STEP = 0.0005  # m, raster of the posterior
 _STRAY = 0.01  # share of the beams that say the wrong thing
 _FLOOR = 0.0005  # m: reveals are uneven by 1 mm, the mean of a side by half as much
 _COARSE = 0.005  # m, raster and blur where no beam tells the place
-_ROUGHLY = 10_000  # beams that tell where to look more closely
+_ROUGHLY = 10_000  # beams that tell where to traits more closely
 _NEVER = 1e-300  # likelihood of what cannot be
 _TOLD = 5.0  # nats that a border must gain to be one
 _OUTLIER = 0.05  # share of reveals that are none
@@ -25,12 +26,10 @@ CLOSE = 0.4
 WIDTHS = (0.001, 0.002, 0.003, 0.0045, 0.007)
 """m, blur of edges that are tried: one sigma of a beam's footprint."""
 
-Place = tuple[float, float, float, float]
-
 
 @dataclass(frozen=True, eq=False)
 class Border:
-    """Place of a border along its axis, m, one sigma, and the nats it gains over no border at all.
+    """Box of a border along its axis, m, one sigma, and the nats it gains over no border at all.
 
     edge    the beams that tell it
     scores  log-evidence (k,) for every blur of `WIDTHS`, where it was asked for
@@ -45,14 +44,15 @@ class Border:
 
 def find_borders(
     near: CrossingBeams,
-    rough: Place,
+    rough: Box,
+    *,
     cell: float,
     rise: float,
     frame: float | None,
     spacing: float,
-    look: Look,
+    traits: EdgeTraits,
     loose: bool = False,
-) -> tuple[Place, list[Border]]:
+) -> tuple[Box, list[Border]]:
     """Box x0, z0, x1, z1 and its borders left, right, bottom, top; in rounds, for each needs the others.
 
     cell         m, how well the place is known
@@ -61,12 +61,12 @@ def find_borders(
     """
     x0, z0, x1, z1 = rough
     borders: list[Border] = []
-    quick, few = replace(look, told=False), near.thinned(_ROUGHLY)
+    quick, few = replace(traits, told=False), near.thinned(_ROUGHLY)
     rounds = [max(0.12, 2.0 * cell), max(0.06, 1.5 * cell), max(0.04, 1.5 * spacing)]
     if cell <= spacing:  # a place that is known needs no wide search
         del rounds[0]
     for number, band in enumerate(rounds, 1):
-        now, part = (look, near) if number == len(rounds) else (quick, few)
+        now, part = (traits, near) if number == len(rounds) else (quick, few)
         wide, high = (x1 - x0) / 2, (z1 - z0) / 2
         side = (z0, max(z1 - rise, z0 + 0.2 * (z1 - z0)))
         sides = ((0, 1, x0, wide, side), (0, -1, x1, wide, side), (1, 1, z0, high, (x0, x1)))
@@ -74,27 +74,27 @@ def find_borders(
         for axis, sign, at, inner, across in (*sides, (1, -1, z1, high, (x0, x1))):
             least = min(band, inner)
             one = Side(axis, sign, at, inner, 2 * least, across, axis == 0 and loose)
-            borders.append(locate(part, one, least, frame, spacing, now))
+            borders.append(locate(part, one, now, band=least, frame=frame, spacing=spacing))
         x0, x1, z0 = (b.at for b in borders[:3])
         z1 = borders[3].at if rise == 0.0 else z1
     return (x0, z0, x1, z1), borders
 
 
 def locate(
-    near: CrossingBeams, side: Side, band: float, frame: float | None, spacing: float, look: Look
+    near: CrossingBeams, side: Side, traits: EdgeTraits, *, band: float, frame: float | None, spacing: float
 ) -> Border:
     """The border at an edge, searched within `band` m to either side."""
-    edge = edge_beams(near, side, frame, look)
-    asked = WIDTHS if look.told else ()
+    edge = edge_beams(near, side, frame, traits)
+    asked = WIDTHS if traits.told else ()
     if len(edge.solid) < 3:
-        sigma = _unseen(near, side, frame, spacing, look, 0.0)
+        sigma = _unseen(near, side, traits, 0.0, frame=frame, spacing=spacing)
         return Border(side.at, sigma, 0.0, edge, np.zeros(len(asked)))
     half = round(band / _STEP)
     e: Float = np.arange(-half, half + 1, dtype=np.float64) * _STEP
     strays = _strays(edge.solid, -band / 2), _strays(-edge.opened, -band / 2)
     due, reveal = _absences(edge, side.reach, spacing, e, strays), _reveal(edge.reveal, e)
-    scores = {w: reveal + _edge_scores(edge, e, w, strays, due) for w in {*asked, look.blur}}
-    score = scores[look.blur]
+    scores = {w: reveal + _edge_scores(edge, e, w, strays, due) for w in {*asked, traits.blur}}
+    score = scores[traits.blur]
     p = np.exp(score - score.max())
     p /= p.sum()
     mean = float(p @ e)
@@ -104,7 +104,7 @@ def locate(
     if hidden:
         mean, gain = 0.0, 0.0
     if gain < _TOLD:
-        sigma = max(sigma, _unseen(near, side, frame, spacing, look, mean))
+        sigma = max(sigma, _unseen(near, side, traits, mean, frame=frame, spacing=spacing))
     told = np.array([scores[w].max() + np.log(np.exp(scores[w] - scores[w].max()).sum()) for w in asked])
     return Border(side.at + side.sign * mean, sigma, gain, edge, told)
 
@@ -127,13 +127,13 @@ def _edge_scores(edge: Edge, e: Float, blur: float, strays: tuple[float, float],
 
 
 def _unseen(
-    near: CrossingBeams, side: Side, frame: float | None, spacing: float, look: Look, at: float
+    near: CrossingBeams, side: Side, traits: EdgeTraits, at: float, *, frame: float | None, spacing: float
 ) -> float:
     """Root mean square distance m from `at` of a border that lies anywhere between the wall outside and the
     opening inside, as far as they are seen.
     """
     reach = max(CLOSE, side.inner)
-    edge = edge_beams(near, replace(side, reach=reach), frame, look)
+    edge = edge_beams(near, replace(side, reach=reach), frame, traits)
     e: Float = np.arange(-reach, side.inner, _COARSE)
     strays = _strays(edge.solid, -side.inner / 2), _strays(-edge.opened, -side.inner / 2)
     score = _absences(edge, reach, spacing, e, strays)

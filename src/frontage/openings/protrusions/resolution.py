@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from frontage.geometry.arrays import Float, freeze
-from frontage.openings.protrusions.boxes import Box
+from frontage.openings.boxes import Box
 
 _GAP = 0.15  # m: railings leave no wider gaps between their bars, lest a child falls through
 _GAP_POINTS = 4.0  # spacings that points of one surface are apart at most
@@ -21,7 +21,7 @@ _SPARSE = 80  # percentile of the tiles' spacings that connects what belongs tog
 
 
 @dataclass(frozen=True, eq=False)
-class Grain:
+class Resolution:
     """spacing m between beams on the wall, sigma m of its surface; `sparse` m, spacing where it is wide.
 
     tiles (k, 3): x, z m of the middles of the tiles where the spacing was measured, and it
@@ -36,7 +36,7 @@ class Grain:
         freeze(self, tiles=((None, 3), np.float64))
 
     @classmethod
-    def of(cls, wall: Float, spacing: float, sigma: float) -> "Grain":
+    def of(cls, wall: Float, spacing: float, sigma: float) -> "Resolution":
         """Measured on the points (n, 2) x, z m of a wall, by tiles: root of the seen area per point.
 
         `spacing` m is that of the whole wall: no tile counts as finer.
@@ -55,7 +55,7 @@ class Grain:
         sparse = float(np.percentile(apart, _SPARSE)) if len(apart) else spacing
         return cls(spacing, sigma, sparse, np.column_stack([low + middle * _TILE, apart]))
 
-    def near(self, box: Box) -> "Grain":
+    def near(self, box: Box) -> "Resolution":
         """With the spacing of the tiles that a box x0, z0, x1, z1 m touches."""
         if len(self.tiles) == 0:
             return self

@@ -11,19 +11,19 @@ _BELOW, _ABOVE = 0.5, 0.3  # m from the foot where they show
 _SHARE = 0.3  # of the beams that a wall would catch there
 
 
-def standing(beams: Beams) -> Float:
+def foreground_points(beams: Beams) -> Float:
     """Places (n, 2) x, z m, x rising, of the points that may be steps and balconies."""
     p = beams.front
     some = p[(p[:, 2] < -_NEAR) & (p[:, 2] > -_FAR), :2]
     return np.asarray(some[np.argsort(some[:, 0])])
 
 
-def stands(before: Float, evidence: Evidence, x0: float, x1: float, foot: float) -> bool:
+def is_foreground_at_foot(before: Float, evidence: Evidence, x0: float, x1: float, foot: float) -> bool:
     """Whether something (`standing`) is before the wall at the height `foot` m, between x0 and x1 m."""
     low, high = foot - _BELOW, foot + _ABOVE
     z = before[slice(*np.searchsorted(before[:, 0], [x0, x1])), 1]
     some = int(((z > low) & (z < high)).sum())
     cell, corner = evidence.raster.cell, evidence.raster.corner
-    c0, c1 = (np.clip(round((x - corner[0]) / cell), 0, evidence.due.shape[1]) for x in (x0, x1))
-    r0, r1 = (np.clip(round((z - corner[1]) / cell), 0, evidence.due.shape[0]) for z in (low, high))
-    return some > max(_SHARE * float(evidence.due[r0:r1, c0:c1].sum()), 3.0)
+    c0, c1 = (np.clip(round((x - corner[0]) / cell), 0, evidence.expected_free.shape[1]) for x in (x0, x1))
+    r0, r1 = (np.clip(round((z - corner[1]) / cell), 0, evidence.expected_free.shape[0]) for z in (low, high))
+    return some > max(_SHARE * float(evidence.expected_free[r0:r1, c0:c1].sum()), 3.0)
