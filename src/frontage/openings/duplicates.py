@@ -1,4 +1,4 @@
-"""To which of a building's facades an opening belongs that several of them show."""
+"""Settles openings that several facades of a building show: each belongs to one wall only."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -15,19 +15,19 @@ from frontage.model.scan import Scan
 from frontage.openings.protrusions.kinds import is_wall
 from frontage.openings.wall.beams import Raster
 
-_SAME = 0.5  # share of the smaller of two openings that the other covers
-_RIM = 0.25  # m around an opening that tell which wall it is in
+_SAME = 0.5  # share of the smaller of two openings that the other must cover for them to be at one place
+_RIM = 0.25  # m, width of the rim around an opening that tells which wall it is in
 
 Judged = tuple[Facade, Elements]
 
 
 def without_duplicates(judged: Sequence[Judged], scan: Scan) -> list[Judged]:
-    """The facades with their elements, every opening on one facade of its building only.
+    """Returns the facades with their elements, every opening on one facade of its building only.
 
-    Outlines of parallel facades overlap where the wall steps: both follow its depth, and find the openings of
-    both parts and what steps out or back between them; and a plane through curtains shows what lies between
-    them. An opening is in the wall whose plane is around it: of two at one place, the one whose rim shows
-    less of its own plane is dropped.
+    The outlines of parallel facades overlap where the wall steps: both follow its depth, and both find the
+    openings of either part and what steps out or back between them. A plane through curtains shows what lies
+    between them as well. An opening belongs to the wall whose plane surrounds it: of two at one place, the
+    one whose rim shows less of its own plane is dropped.
     """
     judged = list(judged)
     pairs = [p for p in combinations(range(len(judged)), 2) if _beside(*(judged[k][0] for k in p))]
@@ -47,8 +47,10 @@ def without_duplicates(judged: Sequence[Judged], scan: Scan) -> list[Judged]:
 
 
 def _beside(a: Facade, b: Facade) -> bool:
-    """Whether two facades of one building are parallel and their planes near each other: no house fits
-    between, so they look the same way, whatever little told their sides where sensors are unknown.
+    """Returns whether two facades of one building are parallel and their planes near each other.
+
+    No house fits between such planes, so they face the same way, even where unknown sensors left their sides
+    in doubt.
     """
     if a.building != b.building:
         return False
@@ -60,8 +62,10 @@ def _beside(a: Facade, b: Facade) -> bool:
 
 
 def _without_doubled(judged: Judged, other: Judged) -> Judged:
-    """A facade without those of its fronts (of oriels, set-back parts) that are fronts of another facade with
-    more wall, too, and without the openings on them: a step back from the one is a step out from the other.
+    """Drops the fronts of a facade that are also fronts of another facade with more wall, and their openings.
+
+    A step back from the one facade is a step out from the other. Fronts are those of oriels and of set-back
+    parts.
     """
     facade, elements = judged
     own = [p for p in elements.protrusions if is_wall(p.kind)]
@@ -81,7 +85,7 @@ def _without_doubled(judged: Judged, other: Judged) -> Judged:
 
 
 def _rings(judged: Judged, onto: Facade) -> list[shapely.Polygon]:
-    """The openings' rings, projected onto a facade's plane."""
+    """Returns the rings of the openings, projected onto a facade's plane."""
     facade, elements = judged
     return _onto(onto, facade, [(o.ring, elements.wall_y(o)) for o in elements.openings])[0]
 
@@ -89,7 +93,7 @@ def _rings(judged: Judged, onto: Facade) -> list[shapely.Polygon]:
 def _onto(
     onto: Facade, facade: Facade, outlines: Sequence[tuple[Float, float]]
 ) -> tuple[list[shapely.Polygon], list[float]]:
-    """Rings (k, 2) at y m of a facade, projected onto another one's plane, and their mean y m there."""
+    """Projects rings (k, 2) m at y m of a facade onto another plane; also returns their mean y m there."""
     rings, depths = [], []
     for ring, y in outlines:
         own = np.column_stack([ring[:, 0], np.full(len(ring), y), ring[:, 1]])
@@ -100,7 +104,7 @@ def _onto(
 
 
 def _same(a: list[shapely.Polygon], b: list[shapely.Polygon]) -> tuple[list[int], list[int]]:
-    """Which of the rings a and b are at one place, as numbers into either."""
+    """Returns which of the rings `a` and `b` are at one place, as two lists of numbers."""
     first, second = np.array(a, object)[:, None], np.array(b, object)[None, :]
     least = np.minimum(shapely.area(first), shapely.area(second))
     i, k = np.nonzero(shapely.area(shapely.intersection(first, second)) > _SAME * least)
@@ -108,7 +112,7 @@ def _same(a: list[shapely.Polygon], b: list[shapely.Polygon]) -> tuple[list[int]
 
 
 def _walled(facade: Facade, elements: Elements, number: int, scan: Scan) -> float:
-    """Share of an opening's rim where points are on the plane of its own wall."""
+    """Returns the share of an opening's rim where points lie on the plane of its own wall."""
     opening = elements.openings[number]
     ring = shapely.make_valid(shapely.Polygon(opening.ring))
     x0, z0, x1, z1 = shapely.bounds(shapely.buffer(ring, _RIM))

@@ -1,4 +1,4 @@
-"""What an opening is, and its number: by size, height above the ground, and what the beams find behind it."""
+"""The kind of an opening: by size, height above the ground, and how many beams go through it."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -8,22 +8,28 @@ import numpy as np
 from frontage.model.masonry import MASONRY
 from frontage.model.opening import Opening
 
-_LOW = 0.45  # m above the ground: doors and gates start below it, kerbs and a step included
+_LOW = 0.45  # m above the ground: doors and gates start below it, kerb and step included
 _WIDE = 2.0  # m: doors are narrower than two leaves
-_GLAZED = (1.5, 2.4)  # m: wider than a window's two leaves and higher than a door is glazing of a shop
-_FLOOR = 2.0  # m above the ground: shop fronts start below it, plinths of sloping streets included
+# m, width and height: wider than the two leaves of a window and higher than a door is shop glazing
+_GLAZED = (1.5, 2.4)
+_FLOOR = 2.0  # m above the ground: shop fronts start below it, plinths on sloping streets included
 _RAISED = 1.0  # m above the ground: a floor that a few steps lead up to lies no higher
 _PARAPET = 0.6  # m from the floor to the sills of windows, at least
-_CELLAR = ((1.1, 0.9), (1.7, 0.6))  # m: top above the ground and height of basement windows, at most
+# m: height of the top above the ground, and height, of basement windows, at most (either pair)
+_CELLAR = ((1.1, 0.9), (1.7, 0.6))
 
 
 def kind_of(width: float, height: float, sill: float, passes: float, stands: bool = False) -> str:
-    """ "window", "door", "shopfront", "garage", "passage" or "basement".
+    """Returns "window", "door", "shopfront", "garage", "passage" or "basement".
 
-    width, height m; sill m above the ground; passes = share of the beams that end more than a metre behind;
-    stands = steps or a balcony are before its foot. Doors are a person high, at the ground, on steps or on a
-    balcony; gates are wider than two leaves; a passage lets beams through; shop fronts are wide and high on
-    the ground floor; a basement window ends below the height of a sill.
+    width, height   m
+    sill            m, height of the lower border above the ground
+    passes          share of the beams that end more than a metre behind the wall
+    stands          whether steps or a balcony stand before the foot of the opening
+
+    A door is as high as a person and stands on the ground, on steps or on a balcony. A gate is wider than two
+    leaves; a passage lets beams through. Shop fronts are wide and high, on the ground floor. A basement
+    window ends below the height of a sill.
     """
     if height >= MASONRY.door_height and width > _WIDE and sill <= _FLOOR:
         if sill > _LOW:
@@ -39,10 +45,11 @@ def kind_of(width: float, height: float, sill: float, passes: float, stands: boo
 
 
 def with_doors(openings: Sequence[Opening], ground: float) -> list[Opening]:
-    """The openings, windows that reach down to the floor of the others beside them as doors; ground m.
+    """Returns the openings, with windows that reach down to the floor of those beside them as doors.
 
-    On sloping streets and behind hidden steps the foot of a door is higher than a kerb. What is as high and
-    narrow as a door and begins a parapet below the sills of the windows beside it can be walked through.
+    `ground` is the height z m of the ground. On sloping streets and behind hidden steps the foot of a door is
+    higher than a kerb. An opening as high and narrow as a door that begins a parapet below the sills of the
+    windows beside it can be walked through.
     """
     windows = [o for o in openings if o.kind == "window"]
     boxes = np.array([[*o.ring.min(0), *o.ring.max(0)] for o in windows]).reshape(-1, 4)

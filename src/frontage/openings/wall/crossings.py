@@ -1,4 +1,4 @@
-"""Lines of sight at the wall: where every beam crosses it, how it slants, and how far behind it it ended."""
+"""The beams that cross a wall: where each one crosses it, how it slants, and how far behind it it ended."""
 
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -28,17 +28,17 @@ class CrossingBeams(SightLines):
     wall: float
 
     def around(self, box: tuple[float, float, float, float], margin: float) -> "CrossingBeams":
-        """The beams that cross a box x0, z0, x1, z1 m or the margin m about it."""
+        """Returns the beams that cross a box or the margin of `margin` m around it."""
         a, b = np.searchsorted(self.place[0], [box[0] - margin, box[2] + margin])
         z = self.place[1, a:b]
         return self._part(a + np.flatnonzero((z > box[1] - margin) & (z < box[3] + margin)))
 
     def thinned(self, number: int) -> "CrossingBeams":
-        """Every n-th beam, so that about `number` are left."""
+        """Returns every k-th beam, so that about `number` of them are left."""
         return self._part(np.arange(0, len(self.depth), max(len(self.depth) // number, 1)))
 
     def behind(self, y: float) -> "CrossingBeams":
-        """The same beams where the wall lies at least at the depth y m: before it is relief."""
+        """Returns the same beams with the wall at the depth y m where it lies before that, as relief does."""
         step = np.maximum(y - self.level, 0.0)
         return replace(self, place=self.shifted(step), level=self.level + step, depth=self.depth - step)
 
@@ -53,9 +53,9 @@ class CrossingBeams(SightLines):
 
 
 def crossing_beams(facade: Facade, scan: Scan, beams: Beams) -> CrossingBeams:
-    """Lines of sight that cross the facade's bounding box; points of unknown sensors stand for themselves.
+    """Returns the beams that cross the facade's bounding box; points of unknown sensors stand for themselves.
 
-    The wall's local depth is that of `beams`; crossings are found with the plane, then with the depth there.
+    The local depth of the wall is that of `beams`.
     """
     lines = beams.lines
     ok = np.flatnonzero(np.abs(lines.slope).max(0) < _STEEPEST)

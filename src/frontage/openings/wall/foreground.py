@@ -6,20 +6,23 @@ from frontage.geometry.arrays import Float
 from frontage.openings.wall.beams import Beams
 from frontage.openings.wall.evidence import Evidence
 
-_NEAR, _FAR = 0.3, 1.3  # m before the wall where the fronts of steps and balconies are
-_BELOW, _ABOVE = 0.5, 0.3  # m from the foot where they show
-_SHARE = 0.3  # of the beams that a wall would catch there
+_NEAR, _FAR = 0.3, 1.3  # m before the wall, between which the fronts of steps and balconies stand
+_BELOW, _ABOVE = 0.5, 0.3  # m from the foot of the opening, between which they show
+_SHARE = 0.3  # share of the beams expected there that they must stop
 
 
 def foreground_points(beams: Beams) -> Float:
-    """Places (n, 2) x, z m, x rising, of the points that may be steps and balconies."""
+    """Returns the places (n, 2) x, z m, sorted by x, of the points that may be steps and balconies."""
     p = beams.front
     some = p[(p[:, 2] < -_NEAR) & (p[:, 2] > -_FAR), :2]
     return np.asarray(some[np.argsort(some[:, 0])])
 
 
 def is_foreground_at_foot(before: Float, evidence: Evidence, x0: float, x1: float, foot: float) -> bool:
-    """Whether something (`standing`) is before the wall at the height `foot` m, between x0 and x1 m."""
+    """Returns whether steps or a balcony stand before an opening's `foot` z m, between x0 and x1 m.
+
+    `before` are the `foreground_points`.
+    """
     low, high = foot - _BELOW, foot + _ABOVE
     z = before[slice(*np.searchsorted(before[:, 0], [x0, x1])), 1]
     some = int(((z > low) & (z < high)).sum())
