@@ -1,6 +1,6 @@
 """Openings on the fronts of protrusions: the front of an oriel is a wall of its own.
 
-Paper B, section 3.2.3 and figure 10, searches protrusions recursively, by the same steps as the facade itself.
+Paper B (section 3.2.3, figure 10) searches protrusions recursively, by the same steps as the facade.
 """
 
 from collections.abc import Callable, Sequence

@@ -1,4 +1,4 @@
-"""Where exactly the border of an opening lies: a posterior from the beams on both sides of it."""
+"""Locates the borders of an opening: a posterior from the beams on both sides of each."""
 
 from dataclasses import dataclass, replace
 from functools import lru_cache
@@ -12,27 +12,30 @@ from frontage.openings.borders.edges import FEW, Edge, EdgeTraits, Side, edge_be
 from frontage.openings.boxes import Box
 from frontage.openings.wall.crossings import CrossingBeams
 
-_STEP = 0.0005  # m, raster of the posterior
+_STEP = 0.0005  # m, step of the posterior
 _STRAY = 0.01  # share of the beams that say the wrong thing
 _FLOOR = 0.0005  # m: reveals are uneven by 1 mm, the mean of a side by half as much
-_COARSE = 0.005  # m, raster and blur where no beam tells the place
-_ROUGHLY = 10_000  # beams that tell where to traits more closely
-_NEVER = 1e-300  # likelihood of what cannot be
-_TOLD = 5.0  # nats that a border must gain to be one
-_OUTLIER = 0.05  # share of reveals that are none
+_COARSE = 0.005  # m, step and blur where no beam tells the place
+_ROUGHLY = 10_000  # beams that are enough for the first rounds
+_NEVER = 1e-300  # likelihood of the impossible
+_TOLD = 5.0  # nats that a border must gain to count as seen
+_OUTLIER = 0.05  # share of the reveals that are none
 CLOSE = 0.4
-"""m around an opening that tell its borders."""
+"""m around an opening within which beams tell its borders."""
 
 WIDTHS = (0.001, 0.002, 0.003, 0.0045, 0.007)
-"""m, blur of edges that are tried: one sigma of a beam's footprint."""
+"""m, blurs of edges that are tried: one sigma of a beam's footprint."""
 
 
 @dataclass(frozen=True, eq=False)
 class Border:
-    """Box of a border along its axis, m, one sigma, and the nats it gains over no border at all.
+    """A border of an opening.
 
+    at      m, place along its axis
+    sigma   m, standard error of the place
+    gain    nats, log-likelihood over no border at all
     edge    the beams that tell it
-    scores  log-evidence (k,) for every blur of `WIDTHS`, where it was asked for
+    scores  (k,) log-evidence for every blur of `WIDTHS`, where it was asked for
     """
 
     at: float
@@ -53,11 +56,15 @@ def find_borders(
     traits: EdgeTraits,
     loose: bool = False,
 ) -> tuple[Box, list[Border]]:
-    """Box x0, z0, x1, z1 and its borders left, right, bottom, top; in rounds, for each needs the others.
+    """Locates the four borders of a box, in rounds, for each needs the others.
 
-    cell         m, how well the place is known
-    rise, frame  m, of the head (0 = straight) above the end of the sides; depth of the frame, if it is known
-    loose        whether what stands before the wall beside the opening may begin off its edge
+    cell    m, how well `rough` is known
+    rise    m, height of the head above the end of the sides (0 = straight)
+    frame   m, depth of the frame, None where it is unknown
+    traits  what the edges of the facade share
+    loose   whether what stands before the wall beside the opening may begin off its edge
+
+    Returns the box and its borders left, right, bottom, top.
     """
     x0, z0, x1, z1 = rough
     borders: list[Border] = []
@@ -83,7 +90,7 @@ def find_borders(
 def locate(
     near: CrossingBeams, side: Side, traits: EdgeTraits, *, band: float, frame: float | None, spacing: float
 ) -> Border:
-    """The border at an edge, searched within `band` m to either side."""
+    """Locates the border at an edge, searching within `band` m to either side of it."""
     edge = edge_beams(near, side, frame, traits)
     asked = WIDTHS if traits.told else ()
     if len(edge.solid) < 3:
@@ -110,10 +117,11 @@ def locate(
 
 
 def _edge_scores(edge: Edge, e: Float, blur: float, strays: tuple[float, float], due: Float) -> Float:
-    """Log-likelihood (k,) of borders at e m by the beams at an edge, and by those that did not come (`due`).
+    """Returns the log-likelihood (k,) of borders at e m by the beams that came and the missing ones (`due`).
 
-    What its face hides is off together, by the errors of the face's depth and of the footprint: the
-    likelihood of all these beams is blurred by it. Where others tell the border, they tell those, too.
+    Beams that the face of the edge hides err together, by the errors of the face's depth and of the
+    footprint: the likelihood of all of them is blurred by that. Where other beams tell the border, they tell
+    these errors too.
     """
     share = (len(edge.hidden[0]) + len(edge.hidden[1])) / max(len(edge.solid) + len(edge.opened), 1)
     hidden = side_scores(*edge.hidden, e, blur, strays) + share * due
@@ -129,8 +137,9 @@ def _edge_scores(edge: Edge, e: Float, blur: float, strays: tuple[float, float],
 def _unseen(
     near: CrossingBeams, side: Side, traits: EdgeTraits, at: float, *, frame: float | None, spacing: float
 ) -> float:
-    """Root mean square distance m from `at` of a border that lies anywhere between the wall outside and the
-    opening inside, as far as they are seen.
+    """Returns the root mean square distance m from `at` of a border that no beam tells.
+
+    It lies anywhere between the wall outside and the opening inside, as far as they are seen.
     """
     reach = max(CLOSE, side.inner)
     edge = edge_beams(near, replace(side, reach=reach), frame, traits)
@@ -143,7 +152,7 @@ def _unseen(
 
 
 def _reveal(line: tuple[float, float] | None, e: Float) -> Float:
-    """Log-likelihood (k,) of borders at e m by the reveal's own points."""
+    """Returns the log-likelihood (k,) of borders at e m by the reveal's own points."""
     if line is None:
         return np.zeros(len(e))
     fit = np.exp(-0.5 * ((e - line[0]) / line[1]) ** 2) / (line[1] * np.sqrt(2 * np.pi))
@@ -153,12 +162,15 @@ def _reveal(line: tuple[float, float] | None, e: Float) -> Float:
 def side_scores(
     solid: Float, opened: Float, e: Float, blur: float, strays: tuple[float, float] = (_STRAY, _STRAY)
 ) -> Float:
-    """Log-likelihood (k,) of borders at e m, equally spaced by the step of the posterior, and rising.
+    """Returns the log-likelihood (k,) of borders at e m, which rise in equal steps.
 
-    solid, opened  (n,), (m,) m, beams on the wall (below the border) and through the opening (above it)
+    solid   (n,) m, beams on the wall, below the border
+    opened  (m,) m, beams through the opening, above it
+    blur    m, one sigma of the footprint
+    strays  shares of the solid and of the opened beams that are on the wrong side
 
-    Every beam is on its own side, blurred (one sigma `blur` m), but for `strays`, the shares of solid and
-    opened ones that are not: sum log(s + (1 - s) Phi(.)).
+    The sum over the beams of log(s + (1 - s) Phi(.)): every beam is on its own side, blurred, except for
+    strays.
     """
     step = float(e[1] - e[0])
     n = int(6.0 * blur / step) + 1
@@ -176,27 +188,28 @@ def side_scores(
 
 @lru_cache(maxsize=64)
 def _near_border(side: float, n: int, step: float, blur: float, stray: float) -> Float:
-    """Log-likelihood (2n,) of beams on a side within n steps of m of a border, furthest ahead first.
+    """Returns the log-likelihood (2n,) of beams within n steps of a border, the furthest ahead first.
 
-    Less that of beams on the wrong side for sure: far from the border all is certain, which is counted.
+    It is less that of beams that are on the wrong side for sure, which `side_scores` counts.
     """
     lag = side * (np.arange(n, -n, -1) - 0.5) * step  # of a bin's centre behind the border
     return np.asarray(np.log(stray + (1 - stray) * ndtr(lag / blur)) - np.log(stray) * (lag < 0))
 
 
 def _strays(u: Float, low: float) -> float:
-    """Share of points (n,) on the wrong side of their border, 1 to 90 %: rooms behind a wall, bars on it.
+    """Returns the share of points u (n,) m on the wrong side of their border, 1 to 90 %.
 
-    Their own side is below `low` m; the wrong one as far on the other side.
+    Rooms behind a wall and bars in front of an opening are such. Their own side is below `low` m, the wrong
+    one as far on the other side.
     """
     own, wrong = int((u < low).sum()), int((u > -low).sum())
     return float(np.clip(wrong / max(own, 1), _STRAY, 0.9))
 
 
 def _absences(edge: Edge, reach: float, spacing: float, e: Float, strays: tuple[float, float]) -> Float:
-    """Log-likelihood (k,) of borders at e m by the beams that did not come, where nothing hides the wall.
+    """Returns the log-likelihood (k,) of borders at e m by missing beams where nothing hides the wall.
 
-    Rasters are regular: what counts is not how many points a side has but how wide the gaps between them are.
+    Rasters are regular, so the width of the gaps between points counts, not the number of points.
     """
     fine = np.arange(-reach, reach + 0.001, 0.002)
     free = np.ones(len(fine) - 1)
@@ -218,5 +231,5 @@ def _absences(edge: Edge, reach: float, spacing: float, e: Float, strays: tuple[
 
 
 def _gap(u: Float, reach: float) -> float:
-    """Half the width m of the gap that a random place lies in among points (n,) m that rise."""
+    """Returns half the width m of the gap that a random place lies in among rising points u (n,) m."""
     return max(typical_gap(u) / 2.0, _STEP) if len(u) > 1 and u[-1] > u[0] else reach

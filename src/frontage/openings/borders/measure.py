@@ -16,15 +16,15 @@ from frontage.openings.wall.crossings import CrossingBeams
 
 _CIRCLE = 10.0  # nats that a circle must gain over a square
 _FEWER = 3  # beams that a circle must put on their side more than an arch does: about as many nats
-_SAME = 0.003  # m: faces of one facade agree no better
-_WIDENING = np.linspace(1e-4, 5e-4, 41)  # rad, one sigma, of beams: diffraction at least, up to 2 mrad (1/e2)
+_SAME = 0.003  # m: the faces of one facade agree no better
+_WIDENING = np.linspace(1e-4, 5e-4, 41)  # rad, one sigma, of beams: from diffraction to 2 mrad (1/e2)
 _ENOUGH = 3  # openings that tell what their facade has in common
 
 
 def measure(sight: CrossingBeams, boxes: list[Box], cell: float, spacing: float) -> list[Outline]:
-    """Outlines of the openings whose places are known to about two cells; `cell`, `spacing` m.
+    """Measures the openings whose `boxes` are known to about two cells; `cell` and `spacing` in m.
 
-    Twice: the first time every opening by itself; then with the blur of edges and the depth of sills and
+    It does so twice: first every opening by itself, then with the blur of edges and the depth of sills and
     surrounds that the whole facade shows, where an opening's own points do not tell them.
     """
     first = [_outline(sight, box, EdgeTraits(told=True), cell=cell, spacing=spacing) for box in boxes]
@@ -36,7 +36,7 @@ def measure(sight: CrossingBeams, boxes: list[Box], cell: float, spacing: float)
 
 
 def facade_edge_traits(outlines: list[Outline]) -> EdgeTraits:
-    """What the edges of a facade share: the likeliest blur, the median face of every side, the footprint."""
+    """Returns what the edges of a facade share: the likeliest blur, the median faces, the footprint."""
     if not outlines:
         return EdgeTraits()
     scores = np.sum([b.scores for o in outlines for b in o.borders], axis=0)
@@ -58,7 +58,7 @@ def facade_edge_traits(outlines: list[Outline]) -> EdgeTraits:
 
 
 def _widening(outlines: list[Outline]) -> float:
-    """Angle rad, one sigma, by which beams widen: as many mixed echoes as there are need such footprints."""
+    """Returns the angle rad, one sigma, by which beams widen, as the mixed echoes tell it."""
     mixed = np.array([b.edge.mixed for o in outlines for b in o.borders])
     due = [float(mixed[:, 1] @ footprint(mixed[:, 2], float(w))) for w in _WIDENING]
     return float(np.interp(mixed[:, 0].sum(), due, _WIDENING)) if due[-1] > 0.0 else float(_WIDENING[0])
@@ -74,6 +74,7 @@ def _outline(
     known: Outline | None = None,
     walls: Float | None = None,
 ) -> Outline:
+    """Measures one opening; `known` is its first outline, `walls` (n,) m the depths of all walls."""
     wide = sight.around(box, AROUND)
     near = wide.around(box, CLOSE)
     wall = find_wall(wide, box)  # its borders end at its own masonry, whatever is relief of the facade
@@ -109,7 +110,7 @@ def _outline(
 
 
 def _loose(outline: Outline, wall: float) -> bool:
-    """Whether what stands before the wall beside an opening does not go around it: shutters do not."""
+    """Returns whether what stands before the wall beside an opening does not go around it (shutters)."""
     left, right, _, top = (b.edge.face.y for b in outline.borders)
     return min(left, right) < -wall and abs(min(left, right) - top) > wall
 
@@ -123,7 +124,7 @@ def _shape(
     blur: float,
     known: Outline | None,
 ) -> tuple[str, Box, float, Float | None]:
-    """Shape, box, rise m and covariance (2, 2) of top and rise, None where the head is straight."""
+    """Returns shape, box, rise m, and covariance (2, 2) m2 of top and rise (None: straight head)."""
     if known is not None and known.shape == "rectangle":
         return "rectangle", place, 0.0, None
     x0, z0, x1, z1 = place
@@ -145,17 +146,21 @@ def _shape(
 
 
 def _circle(found: Circle) -> tuple[str, Box, float, Float | None]:
-    """A centre is told half as well as a radius (all beams tell of the one, half of them of x, half of z)."""
+    """Returns the shape of a circle.
+
+    A centre is known half as well as a radius: all beams tell the radius, half of them x, half of them z.
+    """
     return "circle", found.box, 0.0, np.diag([3.0 * found.sigma**2 + 1e-6, 0.0])
 
 
 def _spread(head: Head) -> Float:
+    """Returns the covariance (2, 2) m2 of the top and the rise of a head."""
     top, both, rise = head.covariance
     return np.array([[top + 1e-6, both], [both, rise + 1e-6]])
 
 
 def _density(near: CrossingBeams, place: Box) -> float:
-    """Beams per m2 that the wall beside an opening sends back."""
+    """Returns the beams per m2 that the wall beside an opening sends back."""
     x0, z0, x1, z1 = place
     reach = min(CLOSE, 0.3)
     x, z = near.place
@@ -166,7 +171,7 @@ def _density(near: CrossingBeams, place: Box) -> float:
 
 
 def _passes(near: CrossingBeams, place: Box) -> float:
-    """Share of the beams into an opening that end more than a metre behind."""
+    """Returns the share of the beams into an opening that end more than a metre behind the wall."""
     x0, z0, x1, z1 = place
     x, z = near.place
     inside = (x > x0) & (x < x1) & (z > z0) & (z < z1) & (near.depth > near.wall)
