@@ -1,4 +1,4 @@
-"""Borders and depth of an opening that is closed level with the wall; or that it is none."""
+"""Measures the borders and the depth of an opening that is closed level with the wall."""
 
 from dataclasses import dataclass
 
@@ -14,26 +14,28 @@ from frontage.openings.closed.channels import ChannelLayer, WallPoints, within
 from frontage.openings.closed.places import SIZE, CandidatePlaces
 from frontage.openings.closed.steps import HEAD, OpeningForm
 
-_ALIKE = 0.4  # of the step that thirds of the inside may differ from the whole
-_SHARP = 0.6  # of the step that must happen within the nearest points
-_SOME = 0.3  # of the step that a border which is not sharp must still show
-_NEAR = 0.04  # m beside a border, or two spacings: its nearest points
-_ENDS = 0.05  # of a side that is left out at either end
-_FINE = 0.001  # m between tried places of a border
-_SEARCH = 0.12  # m, furthest that a border is looked for from where it is expected
+_ALIKE = 0.4  # share of the step by which the thirds of the inside may differ from the whole
+_SHARP = 0.6  # share of the step that must happen within the nearest points
+_SOME = 0.3  # share of the step that a border which is not sharp must still show
+_NEAR = 0.04  # m beside a border, or two spacings, within which its nearest points lie
+_ENDS = 0.05  # share of a side that is left out at either end
+_FINE = 0.001  # m between the places of a border that are tried
+_SEARCH = 0.12  # m from where it is expected within which a border is looked for
 _BEST = 0.002  # m, one sigma of a border at least: gaps between leaf and wall
 _BEFORE = 0.08  # m: what stands further before the wall is fitted to it
 _FEW = 30  # points inside, and on each side of a border
-_SLANT = 0.5  # of its depth that the wall's edge hides of a leaf, or shows of a reveal
-_AROUND = (0.5, 0.2)  # m beside the opening, from and to: its wall, surrounds left out
+_SLANT = 0.5  # share of its depth that the wall's edge hides of a leaf, or shows of a reveal
+_AROUND = (0.5, 0.2)  # m beside the opening, outer and inner end of its wall, without surrounds
 _USUAL = 0.997  # share of the openings that lie no further from where they are expected: three sigmas
 
 
 @dataclass(frozen=True, eq=False)
 class Contrast:
-    """What tells an opening of the wall best: a sum of a layer's channels, one more inside than outside.
+    """The sum of a layer's channels that tells an opening from the wall best: one more inside than outside.
 
-    weights  (c,) of the channels; own: its steps (4,) inwards; wall: one sigma (4,) of those of the wall
+    weights  (c,) of the channels
+    own      (4,) its steps inwards
+    wall     (4,) one sigma of the wall's own steps
     """
 
     layer: ChannelLayer
@@ -42,7 +44,7 @@ class Contrast:
     wall: Float
 
     def near(self, place: Box) -> tuple[Float, Float]:
-        """Places (n, 2) and values (n,) in a box."""
+        """Returns the places (n, 2) m and values (n,) in a box."""
         xz, values = self.layer.near(place)
         return xz, values @ self.weights
 
@@ -50,11 +52,10 @@ class Contrast:
 def measure_closed(
     places: CandidatePlaces, k: int, like: Outline, contrast: Contrast, surface: WallPoints
 ) -> Outline | None:
-    """The outline with measured borders and depth of what stands at place number k; None where it is not like
-    an opening.
+    """Returns the measured outline of what stands at place number k; None if it is no opening.
 
-    Left, right and one of bottom and top are sharp; the other (a sill) need not be, and stays where it is
-    expected, by the row or by the height. The inside is even, and level with the wall.
+    Left, right and one of bottom and top must be sharp. The other (a sill) need not be: it stays where the
+    row or the height expects it. The inside must be even, and level with the wall.
     """
     box, form = places.box(k), places.form
     place, covariance = list(box), places.covariance.copy()
@@ -90,8 +91,9 @@ def measure_closed(
 
 
 def _regular(shift: Float, variance: Float, expected: Float, sharp: Bool) -> bool:
-    """Whether the sharp sides lie by `shift` (4,) m from where they are expected, no further than those of
-    openings like it do: size, and the place in the row or the column.
+    """Returns whether the sharp sides lie as near to where they are expected as those of openings like it do.
+
+    shift  (4,) m, how far off they lie
     """
     rows = np.array([0, 2, 1, 3])[sharp]  # of the covariances
     total = expected[np.ix_(rows, rows)] + np.diag(variance[rows])
@@ -99,11 +101,12 @@ def _regular(shift: Float, variance: Float, expected: Float, sharp: Bool) -> boo
 
 
 def _grown(place: Box, by: float) -> Box:
+    """Returns the box with `by` m more on all sides."""
     return place[0] - by, place[1] - by, place[2] + by, place[3] + by
 
 
 def _across(xz: Float, place: Box, side: int, form: OpeningForm) -> tuple[Bool, Float]:
-    """Which places (n, 2) lie along a side of a box, or its head, and their distance (n,) m across it."""
+    """Returns which places (n, 2) m lie along a side of a box, and their distance (n,) m across it."""
     x0, z0, x1, z1 = place
     axis = side % 2
     begin, end = (z0, z1 - form.rise) if axis == 0 else (x0, x1)
@@ -124,11 +127,11 @@ def _border(
     side: int,
     expected: float,
 ) -> tuple[float, float] | None:
-    """Shift m (from where it is expected) and sigma m of the side of a box, by values v (n,) at
-    xz (n, 2); None where they do not step sharply there.
+    """Returns the shift m of a side of a box from where it is expected, and its sigma, or None.
 
-    Two means on either side; their likelihood over the place of the step, its exponent as much smaller as
-    means on this wall scatter more than its single points let expect.
+    `around` are places (n, 2) m and values (n,). Two means on either side: the likelihood over the place of
+    the step, its exponent reduced by as much as means on this wall scatter more than its single points
+    predict.
     """
     xz, v = around
     some, u = _across(xz, box, side, form)
@@ -154,9 +157,9 @@ def _border(
 
 
 def _jump(u: Float, v: Float, at: float, near: float) -> float:
-    """Mean of the values v (n,) over sorted u (n,) just behind a place less that just before it.
+    """Returns the mean of the values v (n,) just behind a place of u (n,) m less that just before it.
 
-    Of the nearest points, ten at least: scan columns may leave a gap beside the border.
+    It takes the nearest points, ten at least, for scan columns may leave a gap beside the border.
     """
     least = _FEW // 3
     first, middle, last = np.searchsorted(u, at + np.array([-near, 0.0, near]))
@@ -165,7 +168,7 @@ def _jump(u: Float, v: Float, at: float, near: float) -> float:
 
 
 def _even(xz: Float, v: Float, place: Box, rise: float) -> bool:
-    """Whether the thirds of the inside, across and up, are alike in the values v (n,) at xz (n, 2)."""
+    """Returns whether the thirds of the inside, across and up, are alike in the values v (n,)."""
     x0, z0, x1, z1 = place
     inside = within(xz, (x0, z0, x1, z1 - rise))
     column, row = (
@@ -180,7 +183,7 @@ def _even(xz: Float, v: Float, place: Box, rise: float) -> bool:
 
 
 def _depth(surface: WallPoints, place: Box, rise: float) -> Estimate[float] | None:
-    """Depth m of what closes the opening behind the wall around it, None where few points tell."""
+    """Returns the depth m of what closes the opening behind the wall around it; None for few points."""
     x0, z0, x1, z1 = place
     inside = surface.within((x0 + 0.03, z0 + 0.03, x1 - 0.03, z1 - rise - 0.03))
     far, near = _AROUND

@@ -1,9 +1,9 @@
-"""Openings closed level with the wall: shutters, panes, grilles that looks or a slight relief tell from it.
+"""Finds openings closed level with the wall: shutters, panes, grilles that look a little different.
 
 They are looked for where something was seen, in the rows and columns of the other openings, in the forms of
 these. There the means of relief, intensity and colour must step together by the same amount on all sides,
-sharply, where the borders are expected, and be alike within. How large such steps are on this wall by itself,
-the wall tells.
+sharply, where the borders are expected, and be alike within. The wall itself tells how large such steps are
+on it by chance.
 """
 
 from collections.abc import Iterator, Sequence
@@ -25,16 +25,16 @@ from frontage.openings.layout.inferred import SEEN, state_of
 from frontage.openings.wall.beams import Beams
 from frontage.openings.wall.evidence import Evidence
 
-_SURE = 0.99  # posterior that an opening needs
-_LIKELY = 3.0  # nats at which a place may be an opening, and is no witness of the wall
+_SURE = 0.99  # posterior probability that an opening needs
+_LIKELY = 3.0  # nats from which a place may be an opening, and is not used to learn how the wall looks
 _PRIOR = 0.05  # share of the crossings seen as wall that hold a closed opening
-_BESIDE = 0.06  # m: clear places nearer to one another are one opening's
+_BESIDE = 0.06  # m: clear places nearer to one another belong to one opening
 _REACH = (0.05, 0.3)  # m before the wall and behind it: walls are that thick, rooms lie deeper
 
 
 @dataclass(frozen=True, eq=False)
 class ClosedOpening:
-    """An opening that is closed level with the wall, its posterior probability, and its evidence, nats."""
+    """An opening that is closed level with the wall, its posterior probability, and its evidence in nats."""
 
     outline: Outline
     confidence: float
@@ -50,10 +50,11 @@ def find_closed_openings(
     *,
     ortho: OrthoImage | None = None,
 ) -> list[ClosedOpening]:
-    """Closed openings where beams came back, like `outlines` and in a row or a column with them.
+    """Returns the closed openings where beams came back, like `outlines` and in a row or a column with them.
 
-    Posterior: likelihood of the four steps against that of the wall's own steps, with a price for every place
-    that was tried. What was found makes further rows and columns.
+    Posterior: the likelihood of the four steps against that of the wall's own steps, with a price for every
+    place that was tried. Openings that were found make further rows and columns. `ortho`, the facade's
+    ortho-image, adds colours where photos saw the wall.
     """
     if not outlines:
         return []
@@ -79,32 +80,34 @@ class _Peak:
     contrasts: Sequence[Contrast]
 
     def beside(self, other: "_Peak") -> bool:
-        """Whether both may be one opening, seen from two cells."""
+        """Returns whether both may be one opening, seen from two cells."""
         (x, z), (u, v) = (p.places.box(p.k)[:2] for p in (self, other))
         return self.places is other.places and max(abs(x - u), abs(z - v)) < _BESIDE
 
 
 class _Search:
-    """The test at many places of one facade."""
+    """Tests many places of one facade."""
 
     def __init__(self, surface: WallPoints, layers: Sequence[ChannelLayer], evidence: Evidence) -> None:
         self._surface, self._layers, self._evidence = surface, layers, evidence
         self._cell = max(v.picture.raster.cell for v in layers)
 
     def at_crossings(self, known: Sequence[Outline]) -> list[ClosedOpening]:
-        """Of rows and columns."""
+        """Searches at the crossings of rows and columns."""
         places = at_crossings(known, self._evidence)
         return self._tried(places, known, [p.box(0) for p in places])
 
     def along_lines(self, known: Sequence[Outline]) -> list[ClosedOpening]:
-        """Anywhere along a row or a column."""
+        """Searches anywhere along a row or a column."""
         return self._tried(list(along_lines(known, self._evidence, self._cell)), known, [])
 
     def _tried(
         self, places: Sequence[CandidatePlaces], known: Sequence[Outline], taken: Sequence[Box]
     ) -> list[ClosedOpening]:
-        """The openings among all places. What may be one (at first those `taken`) is no witness of the wall:
-        else several closed windows would hide one another.
+        """Returns the openings among all places.
+
+        What may be an opening (at first those `taken`) is not used to learn how the wall looks: otherwise
+        several closed windows would hide one another.
         """
         likely = [outline.place for _, outline in self._clear(places, known, taken, _LIKELY, tails=False)]
         if not likely:
@@ -123,8 +126,9 @@ class _Search:
         least: float,
         tails: bool = True,
     ) -> list[tuple[float, Outline]]:
-        """Nats and outlines of what is worth so many nats and like an opening, the clearest first; the wall
-        is what is neither `known` nor `taken`.
+        """Returns the nats and outlines of the places that gain `least` nats, the clearest first.
+
+        The wall is what is neither `known` nor `taken`.
         """
         bare = [v.picture.without([*(o.place for o in known), *taken]) for v in self._layers if places]
         peaks = sorted((q for p in places for q in self._peaks(p, bare, least, tails)), key=lambda q: -q.gain)
@@ -141,13 +145,13 @@ class _Search:
         return found
 
     def _seen(self, place: Box, others: Sequence[Outline]) -> bool:
-        """Whether beams came back from a free place."""
+        """Returns whether beams came back from a free place."""
         return state_of(place, others, self._evidence) in SEEN
 
     def _peaks(
         self, places: CandidatePlaces, bare: Sequence[ChannelMap], least: float, tails: bool
     ) -> Iterator[_Peak]:
-        """Those of the places that gain so much."""
+        """Yields those of the places that gain `least` nats."""
         walls = [wall_steps(own, places.form, tails) for own in bare]
         steps = [v.picture.steps(places.x, places.z, places.form) for v in self._layers]
         gains = [gains_of(own, w, places.node) for own, w in zip(steps, walls, strict=True)]

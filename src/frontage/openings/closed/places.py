@@ -1,4 +1,4 @@
-"""Where openings that look like the wall may be: at the crossings of rows and columns, then along either."""
+"""Where closed openings may be: at the crossings of rows and columns, then anywhere along either."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -20,8 +20,10 @@ SIZE = 0.01
 
 @dataclass(frozen=True, eq=False)
 class CandidatePlaces:
-    """Lower left corners x, z (n,) m where an opening of a form may be.
+    """Places where an opening of a form may be.
 
+    form        its shape and size
+    x, z        (n,) m, lower left corners
     like        number of an opening of that form
     covariance  (5, 5) m2 of left, right, bottom, top and rise of what stands at any of them
     node        whether a row and a column cross there
@@ -35,13 +37,13 @@ class CandidatePlaces:
     node: bool
 
     def box(self, k: int) -> Box:
-        """The bounding box at place number k, m."""
+        """Returns the bounding box at place number k, m."""
         x, z = float(self.x[k]), float(self.z[k])
         return x, z, x + self.form.width, z + self.form.height
 
 
 def at_crossings(outlines: Sequence[Outline], evidence: Evidence) -> list[CandidatePlaces]:
-    """Where a row and a column of two openings or more cross, and beams came back; one place each."""
+    """Returns the places where a row and a column of two openings or more cross, and beams came back."""
     found = []
     for node in Grid(outlines).nodes():
         like = outlines[node.like]
@@ -54,7 +56,7 @@ def at_crossings(outlines: Sequence[Outline], evidence: Evidence) -> list[Candid
 
 
 def along_lines(outlines: Sequence[Outline], evidence: Evidence, cell: float) -> Iterator[CandidatePlaces]:
-    """Every `cell` m along the row and the column of every opening, where another one like it has room."""
+    """Yields places every `cell` m along the row and the column of every opening, where another has room."""
     room = _Room(evidence, [o.place for o in outlines])
     x0, z0 = evidence.raster.corner
     high, wide = (n * evidence.raster.cell for n in evidence.raster.shape)
@@ -92,7 +94,7 @@ class _Room:
         self._inside, self._blocked = integral(evidence.inside.astype(np.float64)), integral(blocked)
 
     def at(self, x: Float, z: Float, form: OpeningForm) -> Bool:
-        """Whether it does with its lower left corner at x, z (n,) m."""
+        """Returns whether it does with its lower left corner at x, z (n,) m."""
         (c0, r0), (c1, r1) = (
             _cell(self._raster, x, z),
             _cell(self._raster, x + form.width, z + form.height),
@@ -107,22 +109,24 @@ class _Room:
 
 
 def _cell(raster: Raster, x: Float, z: Float) -> tuple[Int, Int]:
-    """Columns and rows of the cell corners nearest to places (n,) m."""
+    """Returns the columns and rows of the cell corners nearest to places (n,) m."""
     return tuple(
         np.rint((v - o) / raster.cell).astype(np.int64) for v, o in zip((x, z), raster.corner, strict=True)
     )  # type: ignore[return-value]
 
 
 def _form(like: Sequence[Outline]) -> OpeningForm:
-    """The mean form of like openings."""
+    """Returns the mean form of like openings."""
     sizes = [(o.place[2] - o.place[0], o.place[3] - o.place[1], o.rise) for o in like]
     width, height, rise = np.mean(sizes, axis=0)
     return OpeningForm(like[0].shape, float(width), float(height), float(rise))
 
 
 def _scatter(across: float, up: float, rise: float) -> Float:
-    """Covariance (5, 5) m2 of an opening of known size that lies to so many m, across and up, where it is
-    expected; `rise` m2, that of its rise.
+    """Returns the covariance (5, 5) m2 of an opening of known size whose place is known to so many m.
+
+    across, up  m, one sigma of its place
+    rise        m2, variance of its rise
     """
     covariance: Float = np.diag([0.0, 0.0, 0.0, 0.0, rise])
     covariance[:2, :2], covariance[2:4, 2:4] = across**2, up**2
@@ -131,7 +135,7 @@ def _scatter(across: float, up: float, rise: float) -> Float:
 
 
 def _apart(values: Float, least: float) -> Float:
-    """Sorted values (n,), of those nearer than `least` to one another the first."""
+    """Returns the sorted values (n,), of those nearer than `least` to one another only the first."""
     v = np.sort(values)
     kept = [0] if len(v) else []
     for k in range(1, len(v)):

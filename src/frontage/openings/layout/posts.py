@@ -17,7 +17,7 @@ _LEAST = 0.15  # m: half a brick, the least pier, and the cells that it is cut b
 
 @dataclass(frozen=True)
 class Post:
-    """From x0 to x1, from sill z0 to lintel z1, y of its front; all m, facade frame.
+    """A post from x0 to x1, from sill z0 to lintel z1, with its front at y; all m, facade frame.
 
     Windows meet somewhere in it, where is not seen: its middle half counts as wall.
     """
@@ -30,18 +30,18 @@ class Post:
 
     @property
     def middle(self) -> float:
-        """x m."""
+        """The middle x, m."""
         return (self.x0 + self.x1) / 2
 
     def holds(self, x: Float, z: Float) -> Bool:
-        """Which of the places (n,) lie in the part that counts as wall."""
+        """Returns which of the places (n,) m lie in the part that counts as wall."""
         width = self.x1 - self.x0
         half = min(max(width / 2, _LEAST), width) / 2
         return np.asarray((np.abs(x - self.middle) < half) & (z > self.z0) & (z < self.z1))
 
 
 def with_posts(beams: Beams, facade: Facade, scan: Scan, posts: Sequence[Post]) -> Beams:
-    """The beams with posts as parts of the wall, which lies at their depth there."""
+    """Returns the beams with posts as parts of the wall, which lies at their depth there."""
     lines = beams.lines
     old = lines.y - beams.depth_at(*lines.place) > beams.least
     lines, moved = _on_posts(lines, posts)
@@ -67,8 +67,9 @@ def with_posts(beams: Beams, facade: Facade, scan: Scan, posts: Sequence[Post]) 
 
 
 def _on_posts(lines: WallCrossings, posts: Sequence[Post]) -> tuple[WallCrossings, Bool]:
-    """The lines of sight, those that end on a post or seem to cross the wall there taken at its depth; and
-    which these are.
+    """Returns the lines of sight with those at a post taken at its depth, and which these are.
+
+    A line is at a post if it ends on it or would cross the wall there.
     """
     place, level = lines.place.copy(), lines.level.copy()
     moved = np.zeros(len(level), np.bool_)
@@ -81,7 +82,10 @@ def _on_posts(lines: WallCrossings, posts: Sequence[Post]) -> tuple[WallCrossing
 
 
 def with_post_errors(outline: Outline, posts: Sequence[Post]) -> Outline:
-    """The outline with the error of those borders that a post sets: windows meet anywhere in its half."""
+    """Returns the outline with the error of those borders that a post sets.
+
+    Windows meet anywhere in the middle half of the post.
+    """
     covariance, borders = outline.covariance.copy(), list(outline.borders)
     x0, z0, x1, z1 = outline.place
     for post in posts:
