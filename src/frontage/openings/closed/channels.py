@@ -165,7 +165,7 @@ def _pixels(ortho: OrthoImage, rows: slice, columns: slice) -> tuple[Float, Floa
 
 
 def _colours(rgb: Array) -> list[Float]:
-    """Returns the logarithms of lightness, red over green and blue over green (n,) of uint8 colours (n, 3)."""
+    """Returns the logarithms of lightness, red over green and blue over green (n,) of colours (n, 3)."""
     red, green, blue = np.log(rgb.astype(np.float64) + _DARK).T
     return [(red + green + blue) / 3.0, red - green, blue - green]
 

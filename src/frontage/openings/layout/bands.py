@@ -92,7 +92,7 @@ def _planes(beams: Beams, evidence: Evidence) -> Iterator[_Plane]:
 
 
 def _behind(beams: Beams) -> tuple[Float, Float, Float]:
-    """Returns the places (2, n) m of the points right behind the wall, and their and the wall's depths m."""
+    """Returns the places (2, n) m of the points right behind the wall, their depths, and the wall's, m."""
     if not beams.rays:
         near = np.flatnonzero(beams.open_depth < _DEEPEST)
         own = beams.open[near].T

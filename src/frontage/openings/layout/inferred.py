@@ -178,7 +178,10 @@ class Grid:
 
 
 def state_of(place: Box, outlines: Sequence[Outline], evidence: Evidence) -> str:
-    """Returns what is known of a place: "taken", "off" the facade, "wall", "unknown", or "other"."""
+    """Returns what is known of a place: "taken", "off" the facade, "wall", "unknown", or "other".
+
+    "other" means that beams came back from it and that it is not wall.
+    """
     if _near(place, [o.place for o in outlines]):
         return "taken"
     part = _cells(place, evidence)

@@ -124,7 +124,10 @@ def columns_of(outlines: Sequence[Outline], groups: Sequence[Sequence[int]]) -> 
 def rows_of(
     outlines: Sequence[Outline], share: Float, groups: Sequence[Sequence[int]]
 ) -> list[tuple[int, ...]]:
-    """Returns the rows within groups of openings: those whose sills (`share` BOTTOM) or lintels (TOP) are near."""
+    """Returns the rows within groups of openings.
+
+    A row is of those whose sills (`share` = BOTTOM) or lintels (TOP) are near each other.
+    """
     own, _ = values_of(outlines)
     return [row for group in groups for row in _clusters(own @ share, _ROW, group)]
 

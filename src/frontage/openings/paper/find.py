@@ -1,4 +1,4 @@
-"""Openings and protrusions by cell decomposition as published (Becker & Haala 2008, sections 3.1 and 3.2)."""
+"""The published method from points to openings and protrusions (Becker & Haala 2008, 3.1 and 3.2)."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -27,16 +27,22 @@ from frontage.openings.paper.edges import (
 from frontage.openings.paper.nouns import ProtrusionCell, WindowCell, to_elements
 from frontage.openings.paper.shapes import shifted_plane, split_windows, with_head
 
-_FEWEST = 100  # points on the plane
+_FEWEST = 100  # points that a plane needs
 _ON_PLANE = 3.0  # sigmas of the wall's roughness within which a point lies on the facade
-_DEEPEST = 3  # protrusions on protrusions
+_DEEPEST = 3  # levels of protrusions on protrusions
 
 
 @dataclass(frozen=True, eq=False)
 class Decomposition:
-    """One set of facade points (n, 2) m cut into cells: what the report draws, like the paper's figures 6, 7.
+    """One set of facade points cut into cells: what the paper's figures 6 and 7 show.
 
-    edges (4, n) bool by border type; borders: their lines; seen: the availability map; holes: window boxes
+    xz        (n, 2) m, the points
+    distance  m, scan point distance
+    edges     (4, n) bool, edge points by border type
+    borders   the lines through them
+    seen      the availability map
+    cells     the cells and their classes
+    holes     boxes of the windows
     """
 
     xz: Float
@@ -49,11 +55,12 @@ class Decomposition:
 
 
 def decompose(xz: Float, outline: Float, distance: float, least: tuple[float, float]) -> Decomposition:
-    """Edge points, lines, partition planes, cells, their classes, and convex window cells.
+    """Cuts facade points into cells: edge points, lines, partition planes, classes, convex window cells.
 
     xz        (n, 2) m, the points that count as facade
     outline   (k, 2) m of the facade
-    distance  m, scan point distance; least (width, height) m of a window
+    distance  m, scan point distance
+    least     width and height m of the smallest window
     """
     edges = edge_points(xz, SEARCH * distance)
     shortest = max(2 * SEARCH * distance, min(least) / 2)
@@ -153,14 +160,14 @@ def _reconstruct(
 
 
 def _hole(box: Box, d: Decomposition) -> WindowCell:
-    """A window cell with its head, and what the map says of it."""
+    """Makes a window cell with its head and what the map says of it."""
     share, elements = d.seen.box_share(box)
     raised, rise = with_head(box, d.borders, d.seen)
     return WindowCell(raised, rise, share, elements, d.distance)
 
 
 def _with_depth(holes: list[WindowCell], behind: Float, tolerance: float) -> list[WindowCell]:
-    """The windows with the one depth plane of the facade, from the points (n, 3) behind it in window cells.
+    """Returns the windows with the one depth plane of the facade, from the points (n, 3) m in their cells.
 
     Its sigma holds the scatter of the windows' own depths about it: the paper gives all windows one plane.
     """
@@ -176,7 +183,7 @@ def _with_depth(holes: list[WindowCell], behind: Float, tolerance: float) -> lis
 
 
 def _fronts(wall: _Wall) -> list[ProtrusionCell]:
-    """Protrusions: no-data areas "within the set of points that belong to the facade", points before them.
+    """Returns the protrusions: no-data areas "within the set of points that belong to the facade".
 
     Section 3.2.3: points in front of the plane are non-facade points; a cell is a protrusion when they fill
     more than 70 % of it; its extent along the normal is that of a plane fitted to them.
@@ -199,7 +206,7 @@ def _fronts(wall: _Wall) -> list[ProtrusionCell]:
 
 
 def _within(q: Float, boxes: Sequence[Box]) -> list[Float]:
-    """The points (k, 3) of (n, 3) that lie before, on or behind each rectangle."""
+    """Returns the points (k, 3) m of (n, 3) that lie before, on or behind each rectangle."""
     q = q[np.argsort(q[:, 0], kind="stable")]
     ends = np.array([(b[0], b[2]) for b in boxes]).reshape(-1, 2)
     first, last = np.searchsorted(q[:, 0], ends[:, 0]), np.searchsorted(q[:, 0], ends[:, 1], side="right")

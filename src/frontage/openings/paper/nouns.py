@@ -1,4 +1,4 @@
-"""The published method's windows and protrusions as nouns, with the errors that the paper does not state."""
+"""Turns the published method's cells into openings and protrusions, with standard errors."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -15,14 +15,22 @@ from frontage.openings.options import OpeningOptions
 from frontage.openings.paper.cells import FACADE_SHARE, WINDOW_SHARE
 from frontage.openings.paper.shapes import outline
 
-_CHORD = 0.005  # m: chord error of round heads
+_CHORD = 0.005  # m, chord error of round heads
 _DOOR = 1.9  # m, least height of a door
-_ROUND = 0.9  # of half the width: an arch that rises so far is a semicircle
+_ROUND = 0.9  # share of half the width: an arch that rises so far is a semicircle
 
 
 @dataclass(frozen=True, eq=False)
 class WindowCell:
-    """A window cell: box m, rise of its arch m, share of available elements, their number, distance m."""
+    """A window cell.
+
+    box       m
+    rise      m, of its arch
+    share     of available elements
+    elements  their number
+    distance  m, scan point distance
+    depth     of its frame behind the wall, m
+    """
 
     box: Box
     rise: float
@@ -33,14 +41,22 @@ class WindowCell:
 
     @property
     def centre(self) -> tuple[float, float]:
-        """Of the box, x and z in m."""
+        """The middle x and z of the box, m."""
         x0, z0, x1, z1 = self.box
         return (x0 + x1) / 2, (z0 + z1) / 2
 
 
 @dataclass(frozen=True)
 class ProtrusionCell:
-    """A protrusion cell: box m, y of its front and its standard error m, points there, share, distance m."""
+    """A protrusion cell.
+
+    box       m
+    y         m, of its front
+    sigma     m, standard error of that
+    count     of the points there
+    share     of available elements
+    distance  m, scan point distance
+    """
 
     box: Box
     y: float
@@ -68,9 +84,9 @@ def to_elements(
 
 
 def border_sigma(distance: float) -> float:
-    """Standard error m of a border: the wall ends anywhere between its last point and the next one.
+    """Returns the standard error m of a border: the wall ends anywhere between its last point and the next.
 
-    The line runs through the last points, so its error is spread evenly over 0 to `distance`, and its root
+    The line runs through the last points, so its error is spread evenly over 0 to `distance` m, and its root
     mean square is distance / sqrt(3); the paper states none, and does not correct the mean.
     """
     return distance / float(np.sqrt(3.0))
@@ -105,14 +121,17 @@ def _shape(hole: WindowCell) -> str:
 
 
 def _evidence(hole: WindowCell) -> float:
-    """Nats for a window (10 % of its elements available) against facade (70 %), elements independent."""
+    """Returns the nats for a window (10 % of its elements available) against facade (70 %).
+
+    Elements count as independent.
+    """
     full = hole.share * np.log(WINDOW_SHARE / FACADE_SHARE)
     empty = (1 - hole.share) * np.log((1 - WINDOW_SHARE) / (1 - FACADE_SHARE))
     return float(hole.elements * (full + empty))
 
 
 def _rows(holes: Sequence[WindowCell]) -> list[list[WindowCell]]:
-    """Openings by storey, the lowest first: each joins the row whose first opening holds its middle."""
+    """Returns the openings by storey, the lowest first: each joins the row that its middle lies in."""
     rows: list[list[WindowCell]] = []
     for hole in sorted(holes, key=lambda h: (h.centre[1], h.centre[0])):
         home = next((r for r in rows if r[0].box[1] <= hole.centre[1] <= r[0].box[3]), None)
@@ -136,7 +155,7 @@ def _protrusion(name: str, front: ProtrusionCell) -> Protrusion:
 
 
 def _notes(facade: Facade, holes: Sequence[WindowCell]) -> tuple[str, ...]:
-    """What the method could not judge."""
+    """Says what the method could not judge."""
     notes = ["method 'paper': gaps in the points that have other causes are taken for openings too"]
     if holes and all(h.depth is None for h in holes):
         notes.append(f"facade {facade.id}: too few points behind its openings to tell their depth")

@@ -12,10 +12,8 @@ from frontage.model.opening import Opening, Protrusion
 from frontage.openings.boxes import Box
 from frontage.openings.protrusions.measure import FacadeBeams
 
-_FLOOR, _SIGMA = (
-    0.2,
-    0.06,
-)  # m from the underside of a balcony to the door's foot (slab, threshold), its error
+# m from the underside of a balcony to the foot of the door (slab, threshold), and its error
+_FLOOR, _SIGMA = 0.2, 0.06
 _BESIDE = 0.1  # m that an opening may reach beyond the balcony
 _NARROW = 0.6  # m, least width of a door
 _RISE = 1.5  # m of wall hidden above a rail per m that it stands out: seen from below at 56 degrees
@@ -27,11 +25,11 @@ _MARGIN = 0.1  # m above the floor and below the opening's foot that are left ou
 def with_balcony_doors(
     openings: Sequence[Opening], protrusions: Sequence[Protrusion], beams: FacadeBeams, facade: Facade
 ) -> tuple[Opening, ...]:
-    """The openings, those that lead to a balcony as doors that reach down to its floor.
+    """Returns the openings, those that lead to a balcony as doors that reach down to its floor.
 
-    That is so where the balcony is before the opening's foot and no beam shows wall between the foot and the
-    floor. The lower border is then inferred: its error is that of the floor, and one border of four counts
-    less in the confidence.
+    An opening leads to a balcony that stands before its foot where no beam shows wall between that foot and
+    the floor. The lower border is then inferred: its error is that of the floor, and one border of four
+    counts less in the confidence.
     """
     balconies = [p for p in protrusions if p.kind == "balcony"]
     return tuple(_reaching(o, balconies, beams, facade) for o in openings)
@@ -40,6 +38,7 @@ def with_balcony_doors(
 def _reaching(
     opening: Opening, balconies: Sequence[Protrusion], beams: FacadeBeams, facade: Facade
 ) -> Opening:
+    """Returns the opening, as a door if it leads to one of the balconies."""
     x0, z0, x1, z1 = _box(opening.ring)
     flat = np.flatnonzero(opening.ring[:, 1] < z0 + 1e-6)
     if opening.on or len(flat) < 2 or x1 - x0 < _NARROW:
@@ -57,7 +56,7 @@ def _reaching(
 
 
 def _shows_wall(beams: FacadeBeams, box: Box, facade: Facade) -> bool:
-    """Whether beams ended on the wall in a box, its sides left out: more than went through it."""
+    """Returns whether more beams ended on the wall in a box, without its sides, than went through it."""
     x0, z0, x1, z1 = box
     core = (x0 + _CORE * (x1 - x0), z0, x1 - _CORE * (x1 - x0), z1)
     if z1 <= z0:
@@ -69,7 +68,7 @@ def _shows_wall(beams: FacadeBeams, box: Box, facade: Facade) -> bool:
 
 
 def _lowered(opening: Opening, flat: Int, floor: float) -> Opening:
-    """The opening as a door with its foot, the vertices `flat`, on the floor at z m."""
+    """Returns the opening as a door with its foot, the vertices `flat`, on the floor at z m."""
     ring, covariance = opening.ring.copy(), opening.ring_covariance.copy()
     ring[flat, 1] = floor
     index = 2 * flat + 1
@@ -81,5 +80,6 @@ def _lowered(opening: Opening, flat: Int, floor: float) -> Opening:
 
 
 def _box(ring: Float) -> Box:
+    """Returns the bounding box of a ring."""
     (x0, z0), (x1, z1) = ring.min(0), ring.max(0)
     return float(x0), float(z0), float(x1), float(z1)

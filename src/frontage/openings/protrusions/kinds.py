@@ -1,4 +1,4 @@
-"""What a protrusion is: by its size, how far it stands out, where it is and how much of it beams pass."""
+"""The kind of a protrusion: by size, projection, place, and the share of the beams that pass it."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -24,7 +24,13 @@ _NEAR = 0.25  # m between a slab or sill and the opening that it belongs to
 
 @dataclass(frozen=True)
 class FrontFeatures:
-    """What kinds are told by: box m, projection m, share of beams that the front stops, no upright front."""
+    """What the kind of a protrusion is told by.
+
+    box         m, its box
+    projection  m that it stands out
+    hit         share of the beams that its front stops
+    inclined    whether it has no upright front
+    """
 
     box: Box
     projection: float
@@ -40,9 +46,11 @@ class FrontFeatures:
 def kind_of_protrusion(
     front: FrontFeatures, facade: Facade, ground: float, openings: Sequence[Opening]
 ) -> str:
-    """ "balcony", "oriel", "bay" (an oriel from the ground on), "risalit" (one most of the facade wide, or
-    too shallow for a room), "cornice", "band", "sill", "pilaster", "railing", "awning", "steps", "plinth";
-    else "protrusion".
+    """Returns the kind of a protrusion.
+
+    It is "balcony", "oriel", "bay" (an oriel from the ground on), "risalit" (an avant-corps: a bay over most
+    of the facade, or one too shallow for a room), "cornice", "band", "sill", "pilaster", "railing", "awning",
+    "steps", "plinth"; else "protrusion". `ground` is the height z m of the ground.
     """
     width, height = front.size
     if front.box[1] < ground + _STEP and height < MASONRY.person:
@@ -66,7 +74,7 @@ def kind_of_protrusion(
 
 
 def _of_bands(front: FrontFeatures, facade: Facade, ground: float, openings: Sequence[Opening]) -> str:
-    """The kind of something long and low."""
+    """Returns the kind of a front that is long and low."""
     x0, z0, x1, z1 = front.box
     if facade.extent[3] - z1 < _TOP:
         return "cornice"
@@ -82,9 +90,10 @@ def _of_bands(front: FrontFeatures, facade: Facade, ground: float, openings: Seq
 
 
 def _width(facade: Facade) -> float:
+    """Returns the width m of the facade."""
     return facade.extent[2] - facade.extent[0]
 
 
 def is_wall(kind: str) -> bool:
-    """Whether the front of this kind is a wall of its own, with openings."""
+    """Returns whether the front of this kind is a wall of its own, with openings."""
     return kind in ("oriel", "bay", "risalit", "setback", "niche")

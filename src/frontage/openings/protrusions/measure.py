@@ -1,4 +1,4 @@
-"""Where a protrusion ends: beams that its front stopped against beams that passed beside it."""
+"""Measures where a protrusion ends: beams that its front stopped against beams that passed beside it."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -16,7 +16,7 @@ from frontage.openings.protrusions.pieces import Piece, fit_slanted_line
 from frontage.openings.protrusions.resolution import Resolution
 
 _BAND = 0.1  # m to either side of a rough border that is searched
-_STEP = 0.001  # m, raster of the posterior
+_STEP = 0.001  # m, step of the posterior
 _STRAY = 0.02  # share of the beams beyond a border that end on the front's plane all the same
 _NEXT = 2.5  # spacings within a border that tell how far apart rows of hits are
 _SHY = 0.02  # share of the side that is left out at either end: corners
@@ -24,18 +24,19 @@ _CROWN = 0.6  # m above the wall that a cornice may reach
 _AT_WALL = 0.05  # m before the wall: what is nearer is in the support
 _HIDDEN = 1.5  # m beyond its last hit that a border is looked for behind what hides it
 _THICK = 0.04  # m, thickness of a railing
-_SEEN = 0.2  # of the beams due that show the wall beside a front
-_GUESS = 0.25  # of a cheek's width: error of one that is inferred from the other
+_SEEN = 0.2  # share of the expected beams that show the wall beside a front
+_GUESS = 0.25  # share of a cheek's width: error of one that is inferred from the other
 _RIM = 0.06  # m, depth of the rim that tells how far out a border stands
 _BEAM = 0.0045  # m: half the footprint of common scanners 10 m away
 
 
 @dataclass(frozen=True, eq=False)
 class FacadeBeams:
-    """Points before, on and behind the wall as columns q (3, n) m, a bent wall straightened.
+    """The beams before, on and behind a facade's wall; a bent wall is straightened.
 
-    slope (2, n): dx/dy, dz/dy of their beams; zero where the sensor is not known: a point stands for the
-    place on a plane right before it.
+    q      (3, n) m, their points as columns x, y, z in the facade frame
+    slope  (2, n) dx/dy and dz/dy; 0 where the sensor is not known, so that a point stands for the place on a
+           plane right before it
     """
 
     q: Float
@@ -43,9 +44,9 @@ class FacadeBeams:
 
     @classmethod
     def of(cls, facade: Facade, scan: Scan) -> "FacadeBeams":
-        """The beams of the facade's support, of all that stands right before it, and of what stopped them.
+        """Returns the beams of the facade's support, of all that stands before it, and that stopped them.
 
-        Before the wall the support may lack parts of balconies and bays that were taken for obstacles.
+        The support may lack parts of balconies and bays that were taken for obstacles.
         """
         inverse = facade.frame.inverse
         q, (x0, z0, x1, z1) = inverse.apply(scan.xyz), facade.extent
@@ -69,8 +70,9 @@ class FacadeBeams:
         return cls(columns, np.ascontiguousarray(slope.T))
 
     def at(self, y: float, box: Box, margin: float) -> tuple[Float, Float]:
-        """Places (k, 2) x, z m within the box where beams cross the plane at y m, and the depth y of their
-        points (k,).
+        """Returns the places (k, 2) x, z m in a box where beams cross the plane at y m, and depths (k,) m.
+
+        The depths are the y of the beams' points. `margin` m is added to the box on all sides.
         """
         lines = SightLines(self.q[::2], self.slope, self.q[1])
         x = lines.along(0, y)
@@ -81,7 +83,7 @@ class FacadeBeams:
         return np.column_stack([x[some], z]), self.q[1][some]
 
     def thinned(self, most: int) -> "FacadeBeams":
-        """At most `most` of the beams, to tell shares by."""
+        """Returns at most `most` of the beams, to tell shares by."""
         step = -(-self.q.shape[1] // most)
         return (
             self
@@ -91,7 +93,7 @@ class FacadeBeams:
 
 
 def bend(facade: Facade, x: Float) -> Float:
-    """Depth y (n,) m of a bent wall at x (n,) m, a parabola that its plane touches; 0 of a straight one."""
+    """Returns the depth y (n,) m of a bent wall at x (n,) m, a parabola its plane touches; 0 if straight."""
     sagitta, sigma = facade.curvature
     if abs(sagitta) < max(TOLERANCES.bent_sigmas * sigma, 3.0 * facade.roughness):
         return np.zeros_like(x)
@@ -102,8 +104,12 @@ def bend(facade: Facade, x: Float) -> Float:
 
 @dataclass(frozen=True)
 class MeasuredBox:
-    """A measured box m, the standard errors m of left, bottom, right, top, the share of the beams within it
-    that the front stopped, and the share of the borders that beams bracket.
+    """The measured box of a protrusion.
+
+    box        x0, z0, x1, z1 m
+    sigma      m, standard errors of left, bottom, right, top
+    hit        share of the beams within it that the front stopped
+    bracketed  share of the borders with hits on one side and passes on the other
     """
 
     box: Box
@@ -115,7 +121,7 @@ class MeasuredBox:
 def measure_box(
     beams: FacadeBeams, few: FacadeBeams, before: Float, piece: Piece, resolution: Resolution
 ) -> MeasuredBox:
-    """Borders of a piece among the points (k, 3) m before the wall; `few` of the beams tell shares.
+    """Measures the borders of a piece among the points `before` (k, 3) m the wall; `few` beams tell shares.
 
     A border parts the piece's own points, undersides and cheeks included, from the beams that passed beside
     it: where these crossed the plane, parallel to the wall, that lies as far out as the piece's rim there.
@@ -148,7 +154,7 @@ def measure_box(
 
 
 def hit_share(beams: FacadeBeams, box: Box, y: float, resolution: Resolution) -> float:
-    """Share of the beams through a box and as far as a front at y m that it stopped; 0 without any.
+    """Returns the share of the beams through a box, as far as a front at y m, that it stopped; 0 for none.
 
     A front is as thick as a railing: its bars stand behind its rails.
     """
@@ -158,7 +164,7 @@ def hit_share(beams: FacadeBeams, box: Box, y: float, resolution: Resolution) ->
 
 
 def _foot(cheek: Float, axis: int, resolution: Resolution) -> tuple[float, float]:
-    """Where a slanting cheek of points (k, 3) m meets the wall, m, and its standard error."""
+    """Returns where a slanting cheek of points (k, 3) m meets the wall, m, and its standard error."""
     y = cheek[:, 1]
     at, _, spread = fit_slanted_line(y, cheek[:, 2 * axis])
     lever = abs(float(y.mean())) / max(float(y.std()), _STEP)
@@ -170,8 +176,10 @@ def _foot(cheek: Float, axis: int, resolution: Resolution) -> tuple[float, float
 def _mirrored(
     q: Float, place: Sequence[float], sigma: float, *, side: int, wide: float, resolution: Resolution
 ) -> tuple[float, float]:
-    """A left or right border m whose cheek was not seen, and its error: as `wide` as the other one, unless
-    points (n, 3) show the wall there. Bays are symmetric as a rule.
+    """Returns a left or right border m whose cheek was not seen, and its error.
+
+    Bays are symmetric as a rule: the cheek is as `wide` m as the other one, unless points q (n, 3) m show the
+    wall there.
     """
     beyond = place[side] - wide if side == 0 else place[side] + wide
     x0, x1 = sorted((place[side], beyond))
@@ -183,7 +191,7 @@ def _mirrored(
 
 
 def _rim_depth(points: Float, piece: Piece, side: int) -> float:
-    """y m of the foremost points along a side; the front's own where these are as far out."""
+    """Returns the y m of the foremost points along a side; that of the front where these are as far out."""
     axis = 0 if side % 2 == 0 else 2
     edge = piece.box[side]
     rim = points[np.abs(points[:, axis] - edge) <= _RIM, 1]
@@ -202,9 +210,10 @@ def _border(
     y: float,
     resolution: Resolution,
 ) -> tuple[float, float, bool]:
-    """Box m, standard error m of a border, and whether passes beyond it bracket it.
+    """Returns the place m of a border, its standard error m, and whether passes beyond it bracket it.
 
-    points (k, 3) m of the piece; where (n, 2) m beams crossed the plane at y m, and the depth (n,) of theirs
+    points   (k, 3) m of the piece
+    crossed  (n, 2) m, where beams crossed the plane at y m, and the depths (n,) m of their points
     """
     where, depth = crossed
     axis, band = side % 2, max(_BAND, 3.0 * resolution.spacing)
@@ -231,7 +240,10 @@ def _border(
 
 
 def _outwards(where: Float, box: Box, side: int, inner: float) -> Float:
-    """Distances m, sorted, of places (n, 2) beyond a side of a box, from `inner` m within; ends left out."""
+    """Returns the sorted distances m of places (n, 2) m beyond a side of a box, from `inner` m within.
+
+    Places at the ends of the side are left out.
+    """
     axis = side % 2
     low, high = box[1 - axis], box[3 - axis]
     cut = _SHY * (high - low)
@@ -241,7 +253,7 @@ def _outwards(where: Float, box: Box, side: int, inner: float) -> Float:
 
 
 def posterior(solid: Float, passed: Float, inner: float, band: float, spacing: float) -> tuple[float, float]:
-    """Mean and standard error m of a border from the places (n,), (m,) of hits and passes across it, sorted.
+    """Returns the mean and standard error m of a border from the sorted places (n,), (m,) m of hits, passes.
 
     No surface ends further beyond its last hit than the next row of hits would be.
     """
@@ -257,9 +269,9 @@ def posterior(solid: Float, passed: Float, inner: float, band: float, spacing: f
 
 
 def _log_likelihood(e: Float, solid: Float, passed: Float) -> Float:
-    """Log-likelihood (k,) of borders at e (k,): hits within, passes beyond, given where the beams crossed.
+    """Returns the log-likelihood (k,) of borders at e (k,) m: hits within, passes beyond.
 
-    Conditional on the beams' places, so that rows of beams parallel to the border do no harm.
+    It is conditional on where the beams crossed, so that rows of beams parallel to the border do no harm.
     """
     inside = (solid <= 0).sum() + 1.0
     share = min(max(inside / (inside + (passed <= 0).sum() + 1.0), 0.05), 0.98)

@@ -1,4 +1,4 @@
-"""Pieces that are one: mouldings on a front, tiers of a cornice, steps, ends of what something hides."""
+"""Joins pieces that are one: mouldings on a front, tiers of a cornice, steps, and half-hidden parts."""
 
 from dataclasses import replace
 
@@ -10,16 +10,16 @@ from frontage.openings.protrusions.measure import FacadeBeams
 from frontage.openings.protrusions.pieces import Piece
 from frontage.openings.protrusions.resolution import Resolution
 
-_MOULDING = 0.2  # m before a front that what lies within it stands out at most: sills, surrounds
-_WITHIN = 0.8  # share of it that lies within
+_MOULDING = 0.2  # m by which mouldings on a front (sills, surrounds) stand out before it, at most
+_WITHIN = 0.8  # share of a moulding that lies within the front
 _LOW = 2.0  # times its height that a tier or a step is wide
 _LEVEL = 0.6  # share of the longer one's side that parts of one piece have in common
-_PASSING = 0.1  # share of the beams that show a gap between them to be one
-_WALL = 0.08  # m before the wall where beams that passed it end at the earliest
+_PASSING = 0.1  # share of the beams through a gap between two pieces from which they are not one
+_WALL = 0.08  # m before the wall where beams that passed end at the earliest
 
 
 def merge_pieces(pieces: list[Piece], resolution: Resolution) -> list[Piece]:
-    """Pieces without those within others, and with the tiers of one moulding (or flight of steps) as one."""
+    """Returns the pieces without those within others, and with tiers of one moulding or stair as one."""
     out: list[Piece] = []
     todo = sorted(pieces, key=lambda p: -_area(p.box))
     while todo:
@@ -33,7 +33,7 @@ def merge_pieces(pieces: list[Piece], resolution: Resolution) -> list[Piece]:
 
 
 def _joined(piece: Piece, host: Piece, resolution: Resolution) -> Piece:
-    """A piece and its host as one: the larger front, of tiers the foremost."""
+    """Returns a piece and its host as one: the larger front, of tiers the foremost."""
     a, b = piece.box, host.box
     ahead = piece if piece.y < host.y and _tier(a, b, resolution) else host
     box = (min(a[0], b[0]), min(a[1], b[1]), max(a[2], b[2]), max(a[3], b[3]))
@@ -42,9 +42,7 @@ def _joined(piece: Piece, host: Piece, resolution: Resolution) -> Piece:
 
 
 def bridge_gaps(pieces: list[Piece], beams: FacadeBeams, resolution: Resolution) -> list[Piece]:
-    """Pieces with those joined that go on behind what hides them: level, as far out, and no beam passes
-    between them.
-    """
+    """Joins pieces that continue behind what hides them: level, as far out, with no beam in between."""
     out: list[Piece] = []
     for piece in sorted(pieces, key=lambda p: p.box[0]):
         host = next((k for k, p in enumerate(out) if _goes_on(p, piece, beams, resolution)), None)
@@ -58,7 +56,7 @@ def bridge_gaps(pieces: list[Piece], beams: FacadeBeams, resolution: Resolution)
 
 
 def _goes_on(one: Piece, other: Piece, beams: FacadeBeams, resolution: Resolution) -> bool:
-    """Whether two pieces beside or above each other are one that something hides in the middle."""
+    """Returns whether two pieces beside or above each other are one that something hides in the middle."""
     if abs(one.y - other.y) > 2.0 * resolution.half:
         return False
     y = max(one.y, other.y)
@@ -80,7 +78,7 @@ def _goes_on(one: Piece, other: Piece, beams: FacadeBeams, resolution: Resolutio
 
 
 def _part_of(piece: Piece, host: Piece, resolution: Resolution) -> bool:
-    """Whether a piece is a moulding on the host's front, or a tier of the same moulding."""
+    """Returns whether a piece is a moulding on the host's front, or a tier of the same moulding."""
     a, b = piece.box, host.box
     wide, high = min(a[2], b[2]) - max(a[0], b[0]), min(a[3], b[3]) - max(a[1], b[1])
     inside = wide > 0 and high > 0 and wide * high > _WITHIN * _area(a)
@@ -88,7 +86,7 @@ def _part_of(piece: Piece, host: Piece, resolution: Resolution) -> bool:
 
 
 def _tier(a: Box, b: Box, resolution: Resolution) -> bool:
-    """Whether two long boxes with the same ends lie on top of each other."""
+    """Returns whether two long boxes with the same ends lie on top of each other."""
     ends = max(abs(a[0] - b[0]), abs(a[2] - b[2])) < 2.0 * resolution.gap
     apart = max(a[1], b[1]) - min(a[3], b[3])
     low = all(min(MASONRY.person, (c[2] - c[0]) / _LOW) > c[3] - c[1] for c in (a, b))
@@ -96,4 +94,5 @@ def _tier(a: Box, b: Box, resolution: Resolution) -> bool:
 
 
 def _area(box: Box) -> float:
+    """Returns the area m2 of a box."""
     return (box[2] - box[0]) * (box[3] - box[1])

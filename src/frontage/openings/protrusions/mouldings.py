@@ -1,4 +1,4 @@
-"""Mouldings and curved bays: what has no flat front but the same profile all along."""
+"""Mouldings and curved bays: pieces without a flat front, but with the same profile all along."""
 
 import numpy as np
 
@@ -10,19 +10,20 @@ from frontage.openings.protrusions.resolution import Resolution
 
 _PROFILE = (0.05, 3.0)  # m and spacings, least cell of a profile
 _CHUNK = 0.5  # m, least length over which profiles are compared
-_CHUNKS = (4, 40)  # how many of them
+_CHUNKS = (4, 40)  # least and largest number of such lengths
 _COMMON = 0.5  # share of the chunks that hold a cell of the common profile
 _CURVE = 2.0  # cells of a profile per cell of the box around it, along both sides: more fill its area
-_TAIL = 0.5  # of the fullest line: what is thinner is not along the whole of it
-_FEWEST = 60  # points
+_TAIL = 0.5  # share of the fullest line: thinner lines are not along the whole of it
+_FEWEST = 60  # points of a moulding
 _FRONT = 0.02  # quantile of the foremost points, strays aside
 
 
 def common_profile(p: Float, axis: int, resolution: Resolution) -> Bool:
-    """Which of the points (n, 3) lie on a profile that is the same along an axis (0 = x, 2 = z).
+    """Returns which of the points (n, 3) m lie on a profile that is the same along an axis (0 = x, 2 = z).
 
-    The axis is cut into chunks; a cell of the plane across belongs to the profile when half of them hold it.
-    Mouldings have one along x, round bays and columns along z; foliage fills an area instead of a line.
+    The axis is cut into chunks; a cell of the plane across it belongs to the profile when half of them hold
+    it. Mouldings have a profile along x, round bays and columns one along z; foliage fills an area instead of
+    a line.
     """
     length = float(np.ptp(p[:, axis])) if len(p) else 0.0
     number = min(int(length / _CHUNK), _CHUNKS[1])
@@ -39,8 +40,9 @@ def common_profile(p: Float, axis: int, resolution: Resolution) -> Bool:
 
 
 def find_moulding(p: Float, resolution: Resolution) -> tuple[Bool, Bool, Box, float] | None:
-    """The moulding or round bay among points (n, 3): which points are on it, which on its foremost edge, its
-    box and the y m of that edge; None where there is none.
+    """Returns the moulding or round bay among points (n, 3) m, None where there is none.
+
+    It comes as which points are on it, which are on its foremost edge, its box, and the y m of that edge.
     """
     for axis in (0, 2):
         on = common_profile(p, axis, resolution)

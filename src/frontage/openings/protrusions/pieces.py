@@ -14,10 +14,11 @@ from frontage.openings.protrusions.mouldings import find_moulding
 from frontage.openings.protrusions.resolution import Resolution
 
 _CONTRAST = 2.0  # times the area of the slabs beside it: a front is a surface, foliage fills a volume
-_TAIL, _HEAVY = 0.1, 0.5  # of the fullest line of cells: thinner tails are not the front's
+# share of the fullest line of cells below which a tail is not part of a front (light, then strict)
+_TAIL, _HEAVY = 0.1, 0.5
 _FRONTS = 12  # flat fronts of one connected piece, at most
 _CHEEK = 1.75  # times its projection that slanting cheeks reach beyond a front: at 30 degrees to the wall
-_AT_WALL, _RUN = 0.4, 0.25  # of the projection: cheeks end so near the wall, and run so far at least
+_AT_WALL, _RUN = 0.4, 0.25  # share of the projection: cheeks end so near the wall, and run so far at least
 _ALONG = 0.6  # share of a front's side that these run along
 _FEWEST, _REFITS = 10, 3  # points of a cheek; fits of its line
 _PANELS = 0.25  # share of the points beside a front that lie on its cheek: windows leave that much wall
@@ -25,11 +26,15 @@ _PANELS = 0.25  # share of the points beside a front that lie on its cheek: wind
 
 @dataclass(frozen=True, eq=False)
 class Piece:
-    """Something before the wall: rows (k,) of its points, rough box x0, z0, x1, z1 m, y m of its front.
+    """Something before the wall.
 
+    rows        (k,) rows of its points
     front_rows  (m,) rows of the points on the front itself
+    box         m, its rough box
+    y           m, depth of its front
     cheeks      rows of slanting surfaces that run back to the wall, by side (left, below, right, above)
-    inclined    whether it is a slanting plane without an upright front; curved: whether it is a moulding
+    inclined    whether it is a slanting plane without an upright front
+    curved      whether it is a moulding
     """
 
     rows: Int
@@ -42,7 +47,7 @@ class Piece:
 
 
 def find_pieces(q: Float, resolution: Resolution) -> list[Piece]:
-    """Pieces among points (n, 3) m that lie before a wall y = 0, largest fronts of a connected part first."""
+    """Returns the pieces among points (n, 3) m before a wall y = 0, the largest fronts of a part first."""
     found: list[Piece] = []
     for rows in connected(q, resolution.gap, 3):
         (x0, _, z0), (x1, _, z1) = q[rows].min(0), q[rows].max(0)
@@ -52,7 +57,7 @@ def find_pieces(q: Float, resolution: Resolution) -> list[Piece]:
 
 
 def connected(q: Float, gap: float, least: int) -> Iterator[Int]:
-    """Rows of points (n, d) that hang together: cells of `gap` m that touch, corners included."""
+    """Yields the rows of points (n, d) m that are connected: cells of `gap` m touch, corners included."""
     if len(q) == 0:
         return
     key = ((q - q.min(0)) / gap).astype(np.int64)
@@ -68,10 +73,10 @@ def connected(q: Float, gap: float, least: int) -> Iterator[Int]:
 
 
 def _cut(q: Float, rows: Int, resolution: Resolution) -> list[Piece]:
-    """The flat fronts of a connected part, each with what lies behind it; without any, the part as a whole.
+    """Returns the flat fronts of a connected part, each with what lies behind it, or the part as a whole.
 
-    The largest front first: it takes what its rectangle covers from the front to the wall. What is left over
-    beside it as cheeks or roofs widens it.
+    The largest front comes first: it takes what its rectangle covers from the front to the wall. What is left
+    over beside it as cheeks or roofs widens it.
     """
     free, left = np.ones(len(rows), np.bool_), np.ones(len(rows), np.bool_)
     found: list[Piece] = []
@@ -101,7 +106,7 @@ def _cut(q: Float, rows: Int, resolution: Resolution) -> list[Piece]:
 
 
 def _moulded(q: Float, rows: Int, resolution: Resolution) -> list[Piece]:
-    """The mouldings and round bays among what the flat fronts left over of a connected part."""
+    """Returns the mouldings and round bays among what the flat fronts left over of a connected part."""
     found: list[Piece] = []
     for part in connected(q[rows][:, [0, 2]], resolution.gap, 30):
         own = rows[part]
@@ -113,7 +118,7 @@ def _moulded(q: Float, rows: Int, resolution: Resolution) -> list[Piece]:
 
 
 def _peak(p: Float, resolution: Resolution) -> float | None:
-    """Offset y m that holds most cells of the facade among the points (n, 3); None below a least front."""
+    """Returns the depth y m that holds most cells of the facade among points (n, 3) m, or None."""
     if len(p) < 10:
         return None
     width = resolution.half
@@ -131,9 +136,10 @@ def _peak(p: Float, resolution: Resolution) -> float | None:
 
 
 def fit_front(p: Float, y: float, resolution: Resolution) -> tuple[float, Bool, Box] | None:
-    """The front of points (n, 3) at about y m: its own offset, which points lie on it, and its
-    box; None when it is no framed surface. Of a front with thin parts (brackets below a ledge) the full one
-    alone may be.
+    """Fits the front of points (n, 3) m at about y m; None when it is not a framed surface.
+
+    Returns its own depth y m, which points lie on it, and its box. Of a front with thin parts (brackets below
+    a ledge) the full part alone may be the front.
     """
     near = np.abs(p[:, 1] - y) <= 2.0 * resolution.half
     own = _peak(p[near], resolution)
@@ -153,12 +159,13 @@ def fit_front(p: Float, y: float, resolution: Resolution) -> tuple[float, Bool, 
 
 
 def _large(box: Box, resolution: Resolution) -> bool:
+    """Returns whether a box is large enough for a front."""
     sides = sorted((box[2] - box[0], box[3] - box[1]))
     return sides[1] >= resolution.least[0] and sides[0] >= resolution.least[1]
 
 
 def _is_surface(p: Float, y: float, box: Box, resolution: Resolution) -> bool:
-    """Whether the front at y m stands out from slabs of its thickness before it, and from those behind it."""
+    """Returns whether the front at y m stands out from slabs of its thickness before and behind it."""
     inside = p[within(p, box, 0.0)]
     across = ((inside[:, [0, 2]] - np.array(box[:2])) / resolution.cell).astype(np.int64)
     flat = across[:, 0] * (across[:, 1].max(initial=0) + 1) + across[:, 1]
@@ -173,8 +180,9 @@ def _is_surface(p: Float, y: float, box: Box, resolution: Resolution) -> bool:
 
 
 def _widened(q: Float, piece: Piece, rows: Int, free: Bool, resolution: Resolution) -> tuple[Piece, Bool]:
-    """The piece with the cheeks and roofs beside it, and which of the rows (n,) these take: `free` points
-    along most of a side that run back from its front to the wall.
+    """Returns the piece with the cheeks and roofs beside it, and which of the rows (n,) these take.
+
+    Cheeks are `free` points along most of a side that run back from its front to the wall.
     """
     p = q[rows]
     near = free & (p[:, 1] >= piece.y - resolution.half) & within(p, piece.box, -_CHEEK * piece.y)
@@ -203,8 +211,10 @@ def _widened(q: Float, piece: Piece, rows: Int, free: Bool, resolution: Resoluti
 def _cheek(
     y: Float, s: Float, piece: Piece, edge: float, resolution: Resolution
 ) -> tuple[float, float] | None:
-    """The line s = at + slope y from the front's edge to the wall on which many of the points (k,) at depths
-    y m, places s m across, lie; those of windows in a cheek lie within. None without one.
+    """Returns the line s = at + slope y of a cheek from the front's edge to the wall; None without one.
+
+    Many of the points (k,) at depths y m and places s m across lie on it; those of windows in a cheek lie
+    within.
     """
     far = y > (1.0 - _RUN) * piece.y
     if far.sum() < _FEWEST:
@@ -223,9 +233,9 @@ def _cheek(
 
 
 def fit_slanted_line(y: Float, s: Float) -> tuple[float, float, float]:
-    """The line s = at + slope y through places (k,), k > 1, and the spread about it, m.
+    """Fits the line s = at + slope y to places (k,) m, k > 1; returns at, slope and the spread m.
 
-    Theil's slope over pairs of the near and the far half.
+    The slope is Theil's, over pairs of the near and the far half.
     """
     order = np.argsort(y, kind="stable")
     y, s = y[order], s[order]
@@ -237,7 +247,7 @@ def fit_slanted_line(y: Float, s: Float) -> tuple[float, float, float]:
 
 
 def _inclined(q: Float, rows: Int, resolution: Resolution) -> list[Piece]:
-    """A part without upright fronts that is one plane across the wall: an awning, a slab seen from below."""
+    """Returns a part without upright fronts that is one plane across the wall: an awning, a slab."""
     p = q[rows]
     box = extent(p, resolution.cell, _TAIL)
     if box[2] - box[0] < resolution.least[0] or len(rows) < 30:

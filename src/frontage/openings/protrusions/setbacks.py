@@ -1,4 +1,4 @@
-"""Parts of a facade that are set back as a whole: a wall behind the wall, larger than an opening is."""
+"""Parts of a facade that are set back as a whole: a wall behind the wall, larger than an opening."""
 
 import numpy as np
 
@@ -22,7 +22,7 @@ _SHY = 0.15  # share of a side that is left out at either end
 def find_setbacks(
     facade: Facade, beams: FacadeBeams, resolution: Resolution
 ) -> list[tuple[Piece, MeasuredBox]]:
-    """Parts set back, from the layers that the facade's finder told, with their measured borders."""
+    """Returns the parts set back, from the depth layers of the facade, with their measured borders."""
     q = beams.q.T
     wall = q[np.abs(q[:, 1]) <= resolution.half]
     found: list[tuple[Piece, MeasuredBox]] = []
@@ -38,7 +38,10 @@ def find_setbacks(
 
 
 def _part(q: Float, rows: Int, wall: Float, y: float, resolution: Resolution) -> Piece | None:
-    """The wall among points (k,) rows of q (n, 3) at about y m, where the main wall's points are missing."""
+    """Returns the wall among the points `rows` (k,) of q (n, 3) m at about y m; None where there is none.
+
+    The main wall's points must be missing there.
+    """
     p = q[rows]
     wide, _, high = np.ptp(p, axis=0)
     found = fit_front(p, y, resolution) if _is_large(wide, high) else None
@@ -62,12 +65,12 @@ def _part(q: Float, rows: Int, wall: Float, y: float, resolution: Resolution) ->
 
 
 def _is_large(wide: float, high: float) -> bool:
-    """Whether a part m wide and high is larger than gates and shop fronts are."""
+    """Returns whether a part of that width and height m is larger than gates and shop fronts are."""
     return (wide >= _WIDE or high >= _HIGH) and wide >= MASONRY.room_width and high >= MASONRY.room_height
 
 
 def _outline(beams: FacadeBeams, wall: Float, piece: Piece, resolution: Resolution) -> MeasuredBox:
-    """Borders between the main wall's points and the beams that passed its plane on to the part."""
+    """Measures the borders between the main wall's points and the beams that went on to the part."""
     where, depth = beams.at(0.0, piece.box, _BAND)
     through = where[depth > piece.y - resolution.half]
     place, sigma, good = list(piece.box), [_BAND / np.sqrt(3.0)] * 4, 0
@@ -84,7 +87,7 @@ def _outline(beams: FacadeBeams, wall: Float, piece: Piece, resolution: Resoluti
 
 
 def _inwards(where: Float, box: Box, side: int) -> Float:
-    """Distances m, sorted, of places (n, 2) from a side of a box into it, near it; its ends left out."""
+    """Returns the sorted distances m of places (n, 2) m from a side of a box into it, without its ends."""
     axis = side % 2
     low, high = box[1 - axis], box[3 - axis]
     cut = _SHY * (high - low)
@@ -94,4 +97,5 @@ def _inwards(where: Float, box: Box, side: int) -> Float:
 
 
 def _overlap(a: Box, b: Box) -> bool:
+    """Returns whether two boxes overlap."""
     return min(a[2], b[2]) > max(a[0], b[0]) and min(a[3], b[3]) > max(a[1], b[1])
