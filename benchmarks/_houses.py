@@ -2,20 +2,20 @@
 
 import time
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
+from frontage.catalog import numbered
 from frontage.evaluation.result import FoundOpening
 from frontage.evaluation.truth import Truth, read_truth
 from frontage.facades import find_facades
 from frontage.geometry.ring import box_sigmas
-from frontage.model import Building, Elements, Facade, Opening, Provenance, Scan
+from frontage.model import Building, Elements, Facade, Failed, Opening, Provenance, Scan
 from frontage.model.scan import merge_scans
-from frontage.openings.belonging import belonging
-from frontage.openings.find import find_openings
-from frontage.openings.options import OpeningOptions
+from frontage.openings import OpeningOptions, find_openings
+from frontage.openings.duplicates import without_duplicates
 from frontage.simulate.optics.rays import Tracer
 from frontage.simulate.scene import Scene
 from frontage.simulate.sensors.instrument import ScannerSpec
@@ -112,13 +112,14 @@ def openings_of(
     for facade, ground in facades:
         foot = facade.frame.inverse.apply(np.array([[*facade.frame.t[:2], ground]]))
         options = OpeningOptions.model_validate({"method": method, "ground_z": float(foot[0, 2])})
-        elements = find_openings(facade, scan, options)
-        failed += not elements
-        judged += [(facade, elements)] if isinstance(elements, Elements) else []
+        result = find_openings(facade, scan, options)
+        failed += isinstance(result, Failed)
+        judged += [] if isinstance(result, Failed) else [(facade, result.elements)]
     if method == "evidence":
-        judged = belonging(judged, scan)
+        judged = without_duplicates(judged, scan)
     seconds = time.process_time() - start
-    for facade, elements in judged:
+    for facade, plain in judged:
+        elements = replace(plain, openings=numbered(facade.id, plain.openings))
         found += [claim(facade, o) for o in elements.openings]
         inferred += [o.id for o in elements.openings if o.provenance is Provenance.INFERRED]
     points = sum(len(f.support) for f, _ in facades)

@@ -10,11 +10,13 @@ facades. There is no baseline: the papers give no times.
 import argparse
 import tempfile
 import time
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
 from _common import ROOT  # noqa: F401  (finds the tests' helpers)
+from frontage.catalog import numbered
 from frontage.exports import building_mesh, city_building, drawn, picture
 from frontage.facades import find_facades
 from frontage.io.citymodels.citygml.write import write_citygml
@@ -22,8 +24,7 @@ from frontage.io.citymodels.cityjson.write import write_cityjson
 from frontage.io.meshes.glb import glb_of
 from frontage.model import Building, Elements, Facade, Failed, Scan
 from frontage.model.scan import merge_scans
-from frontage.openings.find import find_openings
-from frontage.openings.options import OpeningOptions
+from frontage.openings import OpeningOptions, find_openings
 from frontage.simulate.scene import Scene
 from frontage.simulate.sensors.instrument import ScannerSpec
 from frontage.simulate.sensors.terrestrial import scan_stations
@@ -79,7 +80,8 @@ def main() -> None:
         ground = (building.ground_z - float(f.frame.t[2])) / float(f.frame.R[2, 2])
         found = find_openings(f, scan, OpeningOptions(ground_z=ground))
         if not isinstance(found, Failed):
-            fronts.append((f, found))
+            named = numbered(f.id, found.openings, ground)
+            fronts.append((f, replace(found.elements, openings=named)))
     clock.tell("openings")
     made = assemble(building, fronts, (), scan.world)
     assert made, made

@@ -11,13 +11,14 @@ from frontage.facades import FacadeOptions
 from frontage.facades import find_facades as _find_facades
 from frontage.io.citymodels.footprints import read_footprints
 from frontage.io.citymodels.read import read_city_model
-from frontage.io.photos.read import PhotoSet, PhotoSource
+from frontage.io.photos.photoset import PhotoSet
+from frontage.io.photos.read import PhotoSource
 from frontage.io.photos.read import read_photos as _read_photos
 from frontage.io.scans.read import ScanSource
 from frontage.io.scans.read import read_scans as _read_scans
 from frontage.model import Building, Elements, Facade, Failed, Finding, OrthoImage, Scan, Solid, merge_scans
-from frontage.openings.find import find_openings as _find_openings
-from frontage.openings.options import OpeningOptions
+from frontage.openings import FoundOpenings, OpeningOptions
+from frontage.openings import find_openings as _find_openings
 from frontage.ortho import OrthoOptions
 from frontage.ortho import make_ortho as _make_ortho
 from frontage.pipeline.progress import Progress
@@ -151,21 +152,21 @@ def make_ortho(
 
 def find_openings(
     facade: Facade, scan: Scan, options: OpeningOptions | None = None, *, ortho: OrthoImage | None = None
-) -> Elements | Failed:
+) -> FoundOpenings | Failed:
     """Find openings and protrusions of a facade from the beams of the scan (paper B, sections 3.1 and 3.2).
 
     scan   the cloud that the facade was found in
     ortho  its ortho-image, for scans without intensity and colour: closed shutters are told by their look
 
-    Lengths are m in the facade frame; every opening carries the covariance of its outline. A `Failed` says
-    why the facade cannot be judged.
+    The result holds `openings`, `protrusions`, `notes` and the evidence. Lengths are m in the facade frame;
+    every opening carries the covariance of its outline. A `Failed` says why the facade cannot be judged.
     """
     return _find_openings(facade, scan, options, ortho)
 
 
 def build_model(
     building: Building,
-    facades: Sequence[tuple[Facade, Elements]],
+    facades: Sequence[tuple[Facade, Elements | FoundOpenings]],
     city_model: Path | str | None = None,
     options: BuildOptions | None = None,
 ) -> Assembled | Failed:
@@ -183,7 +184,8 @@ def build_model(
         city = read_city_model(Path(city_model), world).buildings
         (group,) = match_model({building.id: [facade for facade, _ in facades]}, city, options)
         shells = tuple(shell for b in city if b.id in group.model for shell in b.level("2"))
-    return assemble(building, facades, shells, world, options)
+    fronts = [(f, e.elements if isinstance(e, FoundOpenings) else e) for f, e in facades]
+    return assemble(building, fronts, shells, world, options)
 
 
 def validate(model: Solid | Path | str) -> tuple[Finding, ...] | FileFindings:

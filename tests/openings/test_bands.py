@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from frontage.model.opening import Elements
-from frontage.openings.find import find_openings
+from frontage.openings import FoundOpenings, find_openings
 from openings.boxes import box, scanned
 from openings.joinery import glazed, wall
 
@@ -28,7 +27,7 @@ def bars(lights, deep):
 
 def found_in(hole, lights, more=(), **how):
     found = find_openings(*scanned(wall=[*wall([hole]), *glazed(hole, DEEP, lights), *more], **how))
-    assert isinstance(found, Elements)
+    assert isinstance(found, FoundOpenings)
     return [(np.concatenate([o.ring.min(0), o.ring.max(0)]), o) for o in found.openings]
 
 

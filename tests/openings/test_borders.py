@@ -5,11 +5,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from frontage.openings.borders.borders import find_borders
 from frontage.openings.borders.depth import find_depth, find_wall
-from frontage.openings.borders.edges import Face, Look, footprint
-from frontage.openings.borders.measure import facade_look, measure
-from frontage.openings.wall.sight import Sight
+from frontage.openings.borders.edges import EdgeTraits, Face, footprint
+from frontage.openings.borders.locate import find_borders
+from frontage.openings.borders.measure import facade_edge_traits, measure
+from frontage.openings.wall.crossings import CrossingBeams
 
 WINDOW = (1.0, 6.0, 2.2, 7.6)
 BELOW_LEFT = (-3.0, -8.0, 1.7)
@@ -47,11 +47,11 @@ def sight(eyes, spacing, *, blocks=(), seed=0, returned=1.0, rays=True):
     if not rays:
         place, slope = place + slope * depth[:, None], np.zeros_like(slope)
     order = np.argsort(place[:, 0], kind="stable")
-    return Sight(
+    return CrossingBeams(
         place[order].T,
         slope[order].T,
-        depth[order],
         np.zeros(len(order)),
+        depth[order],
         np.concatenate(ranges)[order],
         0.015,
     )
@@ -115,7 +115,7 @@ def test_a_hidden_border_is_not_told():
     parapet = (-0.5, 4.0, 4.0, 6.6, -0.9)
     low = (1.0, 6.8, 2.2, 7.6)
     view = sight((BELOW_LEFT,), 0.02, blocks=[parapet])
-    _, borders = find_borders(view, low, 0.02, 0.0, FRAME, 0.02, Look())
+    _, borders = find_borders(view, low, cell=0.02, rise=0.0, frame=FRAME, spacing=0.02, traits=EdgeTraits())
     assert (
         borders[2].at == low[1]
         and 0.15 < borders[2].sigma < 0.6
@@ -136,11 +136,11 @@ def test_a_single_row_of_wall_leaves_a_border_the_gap_to_the_opening():
 def test_a_face_is_told_by_what_the_sensor_sees_beside_it_not_by_mixed_echoes():
     """A sill 8 cm before the wall, seen at 45 degrees: echoes of its edge trail far up behind it."""
     view = sight((BELOW_LEFT,), 0.02, blocks=[(*SILL, -0.08)])
-    z = view.own[1]
+    z = view.points[1]
     edge = np.flatnonzero((view.depth < -0.07) & (z > SILL[3] - 0.012))
     depth = view.depth.copy()
     depth[edge] += np.random.default_rng(0).uniform(0.0, 0.2, len(edge))
-    mixed = Sight(view.place, view.slope, depth, view.level, view.range, view.wall)
+    mixed = CrossingBeams(view.place, view.slope, view.level, depth, view.range, view.wall)
     (found,) = measure(mixed, [WINDOW], 0.02, 0.02)
     assert found.borders[2].edge.face.y == pytest.approx(-0.08, abs=0.005)
     assert abs(found.place[1] - WINDOW[1]) < 0.008
@@ -173,11 +173,11 @@ def test_walls_of_one_level_are_pooled():
 def test_relief_that_bends_the_mean_of_the_wall_is_no_opening():
     """A wall whose local mean lies 2 cm before it, drawn there by the relief around."""
     view = sight((BELOW_LEFT,), 0.02)
-    bent = Sight(
+    bent = CrossingBeams(
         view.place - 0.02 * view.slope,
         view.slope,
-        view.depth + 0.02,
         view.level - 0.02,
+        view.depth + 0.02,
         view.range,
         view.wall,
     )
@@ -189,13 +189,13 @@ def test_relief_that_bends_the_mean_of_the_wall_is_no_opening():
 def test_faces_that_few_points_tell_come_from_the_facade():
     view = sight((BELOW_LEFT,), 0.02, blocks=[(*SILL, -0.08)])
     outlines = measure(view, [WINDOW], 0.02, 0.02) * 3
-    face = facade_look([_scored(o) for o in outlines]).faces[2]
+    face = facade_edge_traits([_scored(o) for o in outlines]).faces[2]
     assert isinstance(face, Face) and abs(face.y + 0.08) < 0.005
 
 
 def test_footprints_grow_with_the_range_by_diffraction_at_least():
     view = sight((BELOW_LEFT,), 0.02)
-    clean = facade_look([_scored(o) for o in measure(view, [WINDOW], 0.02, 0.02)])
+    clean = facade_edge_traits([_scored(o) for o in measure(view, [WINDOW], 0.02, 0.02)])
     assert clean.widening == pytest.approx(1e-4)  # no mixed echoes
     assert footprint(np.array([0.0, 1.0, 25.0]), clean.widening) == pytest.approx(
         [0, 0.00125, 0.0028], rel=0.01
@@ -203,8 +203,8 @@ def test_footprints_grow_with_the_range_by_diffraction_at_least():
     edge = np.flatnonzero(np.abs(view.place[1] - WINDOW[1]) < 0.009)
     depth = view.depth.copy()
     depth[edge] = np.random.default_rng(0).uniform(0.0, FRAME, len(edge))
-    mixed = Sight(view.place, view.slope, depth, view.level, view.range, view.wall)
-    assert facade_look([_scored(o) for o in measure(mixed, [WINDOW], 0.02, 0.02)]).widening > 1.4e-4
+    mixed = CrossingBeams(view.place, view.slope, view.level, depth, view.range, view.wall)
+    assert facade_edge_traits([_scored(o) for o in measure(mixed, [WINDOW], 0.02, 0.02)]).widening > 1.4e-4
 
 
 def _scored(outline):

@@ -5,11 +5,9 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from frontage.model.opening import Elements
-from frontage.openings.find import find_openings
-from frontage.openings.options import OpeningOptions
-from frontage.openings.protrusions.borders import Crossings
+from frontage.openings import FoundOpenings, OpeningOptions, find_openings
 from frontage.openings.protrusions.find import find_protrusions
+from frontage.openings.protrusions.measure import FacadeBeams
 from frontage.openings.wall.beams import sort_beams
 from frontage.openings.wall.evidence import weigh
 from openings.boxes import box, scanned
@@ -38,7 +36,7 @@ def canted(out, run):
 def test_a_bay_of_three_faces_with_windows_in_all_of_them(out, run):
     faces, window = canted(out, run)
     result = find_openings(*scanned_faces(faces, (8.0, 9.0)), OpeningOptions(ground_z=0.0))
-    assert isinstance(result, Elements)
+    assert isinstance(result, FoundOpenings)
     (bay,) = [p for p in result.protrusions if p.kind == "bay"]
     x0, z0, x1, z1 = np.ravel([bay.ring.min(0), bay.ring.max(0)])
     assert (x0, x1, z1) == pytest.approx((2.4, 5.6, 6.5), abs=0.02)
@@ -52,7 +50,7 @@ def test_a_bay_of_three_faces_with_windows_in_all_of_them(out, run):
 def test_a_fascia_is_no_tier_of_the_shop_front_below_it():
     parts = [box(0.5, 7.5, -0.12, 0, 0, 3.0), box(0.5, 7.5, -0.3, 0, 3.0, 3.5)]
     facade, scan = scanned(parts)
-    found = find_protrusions(facade, Crossings.of(facade, scan), (), 0.0)
+    found = find_protrusions(facade, FacadeBeams.of(facade, scan), (), 0.0)
     fronts = {p.kind: float(p.front.value) for p in found}
     assert fronts == {"risalit": pytest.approx(-0.12, abs=0.01), "band": pytest.approx(-0.3, abs=0.01)}
 
@@ -63,7 +61,7 @@ def test_the_surround_of_a_window_is_no_oriel():
     wall = [box(0, 3.2, 0, 0.3, 0, 9), box(4.4, 8, 0, 0.3, 0, 9), box(3.2, 4.4, 0, 0.3, 0, 3.2)]
     wall += [box(3.2, 4.4, 0, 0.3, 5.2, 9), box(3.2, 4.4, 0.15, 0.3, 3.2, 5.2)]
     result = find_openings(*scanned([*sides, *ends], wall=wall), OpeningOptions(ground_z=0.0))
-    assert isinstance(result, Elements)
+    assert isinstance(result, FoundOpenings)
     assert [p.kind for p in result.protrusions] == ["protrusion"]
     (found,) = result.openings
     assert np.ravel([found.ring.min(0), found.ring.max(0)]) == pytest.approx((3.2, 3.2, 4.4, 5.2), abs=0.02)
@@ -72,7 +70,7 @@ def test_the_surround_of_a_window_is_no_oriel():
 def test_pilasters_under_a_cornice_are_no_bay_with_the_wall_between_them():
     parts = [box(2.0, 2.3, -0.13, 0, 0, 8.6), box(5.4, 5.7, -0.13, 0, 0, 8.6), box(0, 8, -0.16, 0, 8.6, 9)]
     facade, scan = scanned(parts, spacing=0.09)
-    found = find_protrusions(facade, Crossings.of(facade, scan), (), 0.0)
+    found = find_protrusions(facade, FacadeBeams.of(facade, scan), (), 0.0)
     assert not {"bay", "oriel", "risalit"} & {p.kind for p in found}
 
 
@@ -93,7 +91,7 @@ def test_a_shop_front_of_ten_metres_is_found():
     faces = face((0, 0), (11.6, 0), 0, 6, holes) + face((0, 1.5), (11.6, 1.5), 0.1, 3.2)
     facade, scan = scanned_faces(faces, (11.6, 6.0), spacing=0.06, eyes=((3.0, -8.0, 1.6), (8.0, -8.0, 1.6)))
     result = find_openings(facade, scan, OpeningOptions(ground_z=0.0))
-    assert isinstance(result, Elements)
+    assert isinstance(result, FoundOpenings)
     rings = [np.ravel([o.ring.min(0), o.ring.max(0)]) for o in result.openings]
     assert min(r[0] for r in rings) == pytest.approx(0.84, abs=0.05)
     assert max(r[2] for r in rings) == pytest.approx(10.76, abs=0.05)

@@ -5,15 +5,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from frontage.model.opening import Elements
 from frontage.model.scan import Scan
-from frontage.openings.find import find_openings
+from frontage.openings import FoundOpenings, find_openings
 from fronts import WINDOW, box_of, scan_wall
 
 
 def boxes_in(facade, scan):
     found = find_openings(facade, scan)
-    assert isinstance(found, Elements)
+    assert isinstance(found, FoundOpenings)
     return np.array(
         sorted((box_of(o).tolist() for o in found.openings), key=lambda b: (round(b[0]), b[1]))
     ).reshape(-1, 4)

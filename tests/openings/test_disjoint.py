@@ -7,12 +7,12 @@ import pytest
 import shapely
 
 from frontage.model.estimate import Estimate, Provenance
-from frontage.model.opening import Elements, Protrusion
-from frontage.openings.borders.borders import Border
-from frontage.openings.find import find_openings
-from frontage.openings.layout.disjoint import apart, disjoint
-from frontage.openings.layout.selection import Box, best_layout
-from frontage.openings.recursion import Fronts, openings_on_fronts
+from frontage.model.opening import Protrusion
+from frontage.openings import FoundOpenings, find_openings
+from frontage.openings.borders.locate import Border
+from frontage.openings.fronts import FrontSearch, openings_on_fronts
+from frontage.openings.layout.overlaps import best_without_overlaps, without_overlaps
+from frontage.openings.layout.selection import CellBox, best_layout
 from frontage.openings.wall.beams import sort_beams
 from frontage.openings.wall.evidence import weigh
 from fronts import WINDOW, box_of, scan_wall
@@ -45,16 +45,18 @@ def overlaps(openings):
 @pytest.mark.parametrize("seed", range(12, 30))
 def test_openings_of_a_facade_never_overlap(seed):
     found = find_openings(*jumble(seed))
-    assert isinstance(found, Elements)
+    assert isinstance(found, FoundOpenings)
     assert overlaps(found.openings) == 0
 
 
 def test_layouts_that_overlap_are_laid_out_together():
-    large, beside = Box(0, 0, 20, 10, 90.0), Box(0, 14, 20, 20, 40.0)
-    over, less = Box(18, 2, 30, 8, 60.0), Box(21, 2, 30, 8, 50.0)
+    large, beside = CellBox(0, 0, 20, 10, 90.0), CellBox(0, 14, 20, 20, 40.0)
+    over, less = CellBox(18, 2, 30, 8, 60.0), CellBox(21, 2, 30, 8, 50.0)
     assert best_layout([[large, beside], [over, less]], pier=2) == [large, beside, less]
     assert best_layout([[large], [over]]) == [large]
-    assert best_layout([[large], [Box(0, 10, 20, 14, 5.0)], [beside]], pier=2)[1].worth == 5.0  # no group's
+    assert (
+        best_layout([[large], [CellBox(0, 10, 20, 14, 5.0)], [beside]], pier=2)[1].worth == 5.0
+    )  # no group's
 
 
 def measured(place, **more):
@@ -69,23 +71,23 @@ def evidence_of(holes):
 
 def test_parts_of_one_opening_are_one_where_an_outline_covers_both():
     whole = measured(WINDOW)
-    assert disjoint([whole, measured(HIGH)], [LOW, HIGH], evidence_of([WINDOW])) == [whole, None]
+    assert without_overlaps([whole, measured(HIGH)], [LOW, HIGH], evidence_of([WINDOW])) == [whole, None]
 
 
 def test_borders_that_run_over_a_neighbour_go_back_to_the_layout():
     evidence, place = evidence_of([LOW, HIGH]), (*LOW[:3], 3.0)
-    found, other = disjoint([measured(place), measured(HIGH)], [LOW, HIGH], evidence)
+    found, other = without_overlaps([measured(place), measured(HIGH)], [LOW, HIGH], evidence)
     assert found.place == LOW and other.place == HIGH
     assert np.sqrt(found.covariance[3, 3]) > 0.15  # at either of the two
     arched = measured(place, shape="segmental", rise=0.1)
-    found, _ = disjoint([arched, measured(HIGH)], [LOW, HIGH], evidence)
+    found, _ = without_overlaps([arched, measured(HIGH)], [LOW, HIGH], evidence)
     assert (found.shape, found.place) == ("rectangle", LOW)
 
 
 def test_of_openings_over_one_another_the_most_evidence_is_left():
     door, slab = opening("a", (0, 0, 1, 2)), replace(opening("b", (-0.5, 0, 1.5, 0.3)), evidence=20.0)
     beside = replace(opening("c", (1.0, 0, 2, 2)), evidence=-3.0)  # it was inferred, and touches the door
-    assert [o.id for o in apart([slab, door, beside])] == ["a", "c"]
+    assert [o.id for o in best_without_overlaps([slab, door, beside])] == ["a", "c"]
 
 
 def front(name, box, y):
@@ -100,9 +102,9 @@ def test_the_foremost_front_hides_what_is_behind_it_and_each_is_searched_once():
     def find(facade, scan):
         searched.append(facade.id)
         box = (2.2, 2.0, 2.8, 3.0) if facade.id == "bay" else (1.1, 1.0, 3.9, 3.0)
-        return Elements(facade.id, (opening(box=box),))
+        return (opening(box=box),)
 
-    fronts = Fronts(*scan_wall([WINDOW], spacing=0.1), find)
+    fronts = FrontSearch(*scan_wall([WINDOW], spacing=0.1), find)
     walls = [front("bay", (2.0, 1.5, 3.0, 3.5), -0.9), front("wide", (1.0, 0.0, 4.0, 4.0), -0.3)]
     beside, over = (5.0, 1.0, 6.0, 2.0), (2.4, 2.2, 6.9, 2.8)
     fronts.openings(walls[0])

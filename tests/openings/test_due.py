@@ -4,11 +4,10 @@ import numpy as np
 import pytest
 import shapely
 
-from frontage.model.opening import Elements
-from frontage.openings.find import find_openings
+from frontage.openings import FoundOpenings, find_openings
 from frontage.openings.wall.beams import Raster
-from frontage.openings.wall.due import beams_due
-from frontage.openings.wall.triangles import density
+from frontage.openings.wall.density import triangulated_density
+from frontage.openings.wall.expected import expected_beams
 from fronts import box_of, scan_wall
 
 HOLES = [(x, z, x + 1.0, z + 1.4) for x in (1.0, 3.0, 5.0, 7.0) for z in (1.0, 4.0)]
@@ -25,33 +24,33 @@ def wall(dx, dz, scatter=0.0):
 @pytest.mark.parametrize(("dx", "dz"), [(0.02, 0.02), (0.08, 0.08), (0.17, 0.17), (0.3, 0.1), (0.1, 0.35)])
 def test_beams_due_are_those_of_the_wall_around_also_within_openings(dx, dz):
     cell = 0.05
-    due = beams_due(wall(dx, dz, 0.002), Raster((0.0, 0.0), cell, (128, 180)))
+    due = expected_beams(wall(dx, dz, 0.002), Raster((0.0, 0.0), cell, (128, 180)))
     inner = due[10:-10, 10:-10] * dx * dz / cell**2
     assert np.quantile(inner, 0.05) > 0.6 and np.quantile(inner, 0.95) < 1.4
     assert abs(np.median(inner) - 1.0) < 0.1
 
 
 def test_nothing_is_due_away_from_the_wall():
-    due = beams_due(wall(0.17, 0.17), Raster((0.0, 0.0), 0.1, (64, 160)))
+    due = expected_beams(wall(0.17, 0.17), Raster((0.0, 0.0), 0.1, (64, 160)))
     assert due[:, 140:].max() == 0.0 and due[:, :80].min() > 0.0
 
 
 def test_points_on_one_line_or_too_few_have_no_density():
     line = np.column_stack([np.arange(9.0), np.zeros(9)])
     for points in (line, line[:2], np.empty((0, 2))):
-        assert density(points, np.array([[1.0, 0.0]]), 1.0).tolist() == [0.0]
+        assert triangulated_density(points, np.array([[1.0, 0.0]]), 1.0).tolist() == [0.0]
 
 
 def test_coincident_points_do_no_harm():
     points = wall(0.1, 0.1)
-    twice = density(np.vstack([points, points[::3]]), np.array([[4.5, 3.0]]), 1.0)
+    twice = triangulated_density(np.vstack([points, points[::3]]), np.array([[4.5, 3.0]]), 1.0)
     assert abs(twice[0] - 100.0) < 5.0
 
 
 def test_windows_of_seven_beams_by_ten_are_found():
     facade, scan = scan_wall(HOLES, spacing=0.14, returned=0.1, size=(9.0, 6.4))
     found = find_openings(facade, scan)
-    assert isinstance(found, Elements)
+    assert isinstance(found, FoundOpenings)
     rings = sorted(
         (shapely.box(*box_of(o)) for o in found.openings), key=lambda b: [round(v) for v in b.bounds]
     )

@@ -5,17 +5,17 @@ import pytest
 
 from frontage.model.estimate import Failed
 from frontage.model.facade import Facade
-from frontage.model.opening import Elements
 from frontage.model.scan import Scan
-from frontage.openings.find import find_openings
-from frontage.openings.layout.selection import Box, best_layout
+from frontage.openings import FoundOpenings, find_openings
+from frontage.openings.kinds import in_reading_order
+from frontage.openings.layout.selection import CellBox, best_layout
 from frontage.openings.options import OpeningOptions
 from fronts import DOOR, WINDOW, box_of, scan_wall
 
 
 def found_in(*args, **kwargs):
     result = find_openings(*scan_wall(*args, **kwargs))
-    assert isinstance(result, Elements)
+    assert isinstance(result, FoundOpenings)
     return result.openings
 
 
@@ -27,7 +27,7 @@ def test_borders_and_depth(rays, spacing):
     assert np.abs(box_of(window) - WINDOW).max() < 0.4 * spacing + 0.003
     assert np.abs(box_of(door) - DOOR)[[0, 2, 3]].max() < 0.4 * spacing + 0.003
     assert window.depth is not None and abs(window.depth.value - 0.15) < 0.01
-    assert window.id == "B01/F1/W1-1" and door.id == "B01/F1/D0-1"
+    assert in_reading_order((window, door)) == (door, window)  # the row below first
 
 
 def test_panes_that_return_nothing():
@@ -89,9 +89,9 @@ def test_sigmas_are_honest():
 
 
 def test_layout_prefers_the_pair_that_is_worth_more():
-    whole, left, right = Box(0, 0, 10, 20, 50.0), Box(0, 0, 10, 9, 30.0), Box(0, 11, 10, 20, 30.0)
+    whole, left, right = CellBox(0, 0, 10, 20, 50.0), CellBox(0, 0, 10, 9, 30.0), CellBox(0, 11, 10, 20, 30.0)
     assert best_layout([[whole, left, right]]) == [left, right]
-    assert best_layout([[Box(0, 0, 10, 20, 70.0), left, right]])[0].worth == 70.0
+    assert best_layout([[CellBox(0, 0, 10, 20, 70.0), left, right]])[0].worth == 70.0
 
 
 def test_least_size():

@@ -7,10 +7,10 @@ import pytest
 
 from frontage.geometry.ring import ring_contains
 from frontage.model.estimate import Provenance
+from frontage.openings import find_openings
 from frontage.openings.borders.shapes import ring_of
-from frontage.openings.closed.reflectance import scan_layer, surface_of
-from frontage.openings.closed.steps import Form, wall_steps
-from frontage.openings.find import find_openings
+from frontage.openings.closed.channels import scan_layer, wall_points
+from frontage.openings.closed.steps import OpeningForm, wall_steps
 from frontage.openings.wall.beams import sort_beams
 from fronts import EYE, box_of, scan_wall
 
@@ -148,7 +148,7 @@ def test_a_panel_where_no_opening_is_expected_is_left_alone(wall):
 
 def intensity_of(facade, scan, look):
     seen = replace(scan, intensity=(brightness(scan) * look(scan)).astype(np.float32))
-    surface = surface_of(facade, seen, sort_beams(facade, seen), (0.05, 0.05))
+    surface = wall_points(facade, seen, sort_beams(facade, seen), (0.05, 0.05))
     return scan_layer(surface, facade, seen)
 
 
@@ -165,7 +165,7 @@ def test_intensity_is_freed_of_range_and_incidence(wall):
 
 def test_the_wall_tells_how_large_its_own_steps_are(wall):
     facade, scan = wall
-    form = Form("rectangle", 1.1, 1.5, 0.0)
+    form = OpeningForm("rectangle", 1.1, 1.5, 0.0)
     covariance = [
         wall_steps(intensity_of(facade, scan, look).picture.without(GRID), form) for look in (plain, blocks)
     ]

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from frontage.model.ortho import OrthoImage
-from frontage.openings.find import find_openings
+from frontage.openings import find_openings
 from fronts import box_of, scan_wall
 
 SIZE = (9.0, 9.0)

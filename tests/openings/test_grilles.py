@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from frontage.openings.find import find_openings
+from frontage.openings import find_openings
 from fronts import EYE, box_of, scan_wall
 
 SIZE = (6.0, 4.0)

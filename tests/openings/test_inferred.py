@@ -34,7 +34,7 @@ def evidence(boxes, hidden=(), size=(14.0, 14.0)):
     told = {
         "raster": raster,
         "llr": llr,
-        "due": due,
+        "expected_free": due,
         "expected": due * seen,
         "solid": due * (seen & ~opened),
         "open": due * (seen & opened),

@@ -7,7 +7,7 @@ import shapely
 from frontage.geometry.ring import ring_contains
 from frontage.openings.borders.measure import measure
 from frontage.openings.borders.shapes import ring_of
-from frontage.openings.wall.sight import Sight
+from frontage.openings.wall.crossings import CrossingBeams
 
 EYE = np.array([0.5, -8.0, 1.7])
 FRAME = 0.15  # m behind the wall
@@ -25,7 +25,7 @@ def measured(shape, place, rise, *, begins=0.0, ends=9.0, spacing=0.03, seed=0):
     depth = np.where((p[:, 1] < begins) | (p[:, 1] > ends), -1.0, depth) + rng.normal(0.0, 0.003, len(p))
     order = np.argsort(p[:, 0], kind="stable")
     ranges = np.hypot(1.0, np.hypot(*slope[order].T)) * -EYE[1]
-    sight = Sight(p[order].T, slope[order].T, depth[order], np.zeros(len(p)), ranges, 0.015)
+    sight = CrossingBeams(p[order].T, slope[order].T, np.zeros(len(p)), depth[order], ranges, 0.015)
     x0, z0, x1, z1 = place
     return measure(sight, [(x0, max(z0, begins), x1, min(z1, ends))], 2.0 * spacing, spacing)[0]
 

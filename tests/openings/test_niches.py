@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from frontage.model.opening import Elements
-from frontage.openings.find import find_openings
+from frontage.openings import FoundOpenings, find_openings
 from openings.boxes import box, scanned
 from openings.joinery import framed, glazed, holed, niche, wall
 
@@ -15,7 +14,7 @@ LEAF = box(2.6, 3.6, 1.1, 1.15, 0.0, 2.3)
 
 def found_in(solids, **how):
     found = find_openings(*scanned(wall=solids, **how))
-    assert isinstance(found, Elements)
+    assert isinstance(found, FoundOpenings)
     return found
 
 

@@ -5,10 +5,10 @@ from dataclasses import replace
 import numpy as np
 
 from frontage.model.scan import merge_scans
-from frontage.openings.find import find_openings
+from frontage.openings import find_openings
 from frontage.openings.wall.beams import sort_beams
 from frontage.openings.wall.evidence import weigh
-from frontage.openings.wall.noreturn import lost_places, with_lost
+from frontage.openings.wall.noreturn import lost_places, with_lost_beams
 from raster_scans import facade_of, scan_raster, within
 
 FRONT = (1.5, 0.2, 8.0, 5.0)  # m, wider than what is taken for the end of a scan
@@ -17,7 +17,7 @@ FRONT = (1.5, 0.2, 8.0, 5.0)  # m, wider than what is taken for the end of a sca
 def evidence_of(scan):
     facade = facade_of(scan)
     beams = sort_beams(facade, scan)
-    return with_lost(weigh(facade, beams), facade, scan, beams)
+    return with_lost_beams(weigh(facade, beams), facade, scan, beams)
 
 
 def amid(evidence, box):
@@ -59,7 +59,7 @@ def test_where_points_were_cut_out_lost_beams_tell_nothing():
     scan = merge_scans([scan_raster(within(FRONT), step=0.006, street=False)[0]])
     quiet = evidence_of(replace(scan, no_returns=()))
     told = evidence_of(scan)
-    for name in ("llr", "expected", "due", "seen"):
+    for name in ("llr", "expected", "expected_free", "seen"):
         np.testing.assert_array_equal(getattr(told, name), getattr(quiet, name))
     assert not find_openings(facade_of(scan), scan).openings
 
@@ -71,4 +71,4 @@ def test_clouds_without_raster_are_weighed_as_before():
     beams = sort_beams(facade, bare)
     assert len(lost_places(facade, bare, beams)) == 0
     before = weigh(facade, beams)
-    assert with_lost(before, facade, bare, beams) is before
+    assert with_lost_beams(before, facade, bare, beams) is before

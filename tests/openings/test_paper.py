@@ -1,15 +1,18 @@
 """The published method, step by step, on walls whose points and openings are known."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
+from frontage.catalog import numbered
 from frontage.geometry.arrays import Float
 from frontage.geometry.rigid import Rigid3
 from frontage.model import Estimate, Facade, Failed, Layer, Scan, WorldRef
 from frontage.model.opening import Elements
 from frontage.openings.options import OpeningOptions
 from frontage.openings.paper.availability import AvailabilityMap
-from frontage.openings.paper.cells import FACADE, OUTSIDE, UNCERTAIN, WINDOW, classify, settle
+from frontage.openings.paper.cells import FACADE, OUTSIDE, UNCERTAIN, WINDOW, classify, resolve_uncertain
 from frontage.openings.paper.edges import edge_points, point_distance
 from frontage.openings.paper.find import decompose, find_by_paper
 from frontage.openings.paper.nouns import border_sigma
@@ -47,7 +50,7 @@ def at(xz: Float, y: float, seed: int = 1) -> Float:
 
 
 def find(*parts: Float) -> Elements:
-    """What the method finds among points in the facade frame."""
+    """What the method finds among points in the facade frame, numbered."""
     q = np.vstack(parts)
     world = WorldRef(np.array([500_000, 5_000_000, 100]))
     facade = Facade(
@@ -56,8 +59,9 @@ def find(*parts: Float) -> Elements:
         np.flatnonzero(np.abs(q[:, 1]) < 0.009), 0.003, PITCH, 1.0, "rays",
     )  # fmt: skip
     found = find_by_paper(facade, Scan("wall", q, world), OPTIONS)
-    assert isinstance(found, Elements), found
-    return found
+    assert not isinstance(found, Failed), found
+    elements, _ = found
+    return replace(elements, openings=numbered(facade.id, elements.openings))
 
 
 def boxes_of(found: Elements) -> Float:
@@ -144,7 +148,7 @@ def test_cells_are_classed_at_70_and_10_percent(share: float, expected: int) -> 
 def settled(rows: str, share: float = 0.3) -> list[str]:
     """Classes after the rules: "#" facade, "." window, "?" uncertain; rows from the top down."""
     first = np.array([["#.?".index(c) for c in row] for row in rows.split()], np.int8)
-    return ["".join("#.?"[v] for v in row) for row in settle(first, np.full(first.shape, share))]
+    return ["".join("#.?"[v] for v in row) for row in resolve_uncertain(first, np.full(first.shape, share))]
 
 
 def test_an_uncertain_cell_between_two_windows_is_facade() -> None:

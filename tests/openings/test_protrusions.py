@@ -3,13 +3,11 @@
 import numpy as np
 import pytest
 
-from frontage.model.opening import Elements
-from frontage.openings.find import find_openings
-from frontage.openings.options import OpeningOptions
-from frontage.openings.protrusions.borders import Crossings
-from frontage.openings.protrusions.find import find_protrusions
-from frontage.openings.protrusions.grain import Grain
+from frontage.openings import FoundOpenings, OpeningOptions, find_openings
+from frontage.openings.protrusions.find import find_protrusions, number_protrusions
+from frontage.openings.protrusions.measure import FacadeBeams
 from frontage.openings.protrusions.mouldings import common_profile
+from frontage.openings.protrusions.resolution import Resolution
 from openings.boxes import balcony, box, oriel, scanned
 
 WINDOW = (3.5, 4.3, 4.6, 5.9)
@@ -17,7 +15,7 @@ ORIEL = oriel(3.0, 5.1, 3.5, 6.6, -0.7, WINDOW, 0.12)
 
 
 def protrusions(facade, scan, ground):
-    return find_protrusions(facade, Crossings.of(facade, scan), (), ground)
+    return number_protrusions(facade.id, find_protrusions(facade, FacadeBeams.of(facade, scan), (), ground))
 
 
 def box_of(found):
@@ -37,7 +35,7 @@ def test_oriel_is_found_with_its_borders_and_its_front(spacing):
 
 def test_openings_on_an_oriel_sit_on_it_and_their_depth_counts_from_its_front():
     result = find_openings(*scanned(ORIEL), OpeningOptions(ground_z=0.0))
-    assert isinstance(result, Elements)
+    assert isinstance(result, FoundOpenings)
     on = [o for o in result.openings if o.on == "B01/F1/P1"]
     assert len(on) == 1
     assert box_of(on[0]) == pytest.approx(WINDOW, abs=0.03)
@@ -58,7 +56,7 @@ def test_the_door_of_a_balcony_reaches_down_to_its_floor():
     door = [box(0, 2.6, 0, 0.3, 0, 9), box(3.8, 8, 0, 0.3, 0, 9), box(2.6, 3.8, 0, 0.3, 0, 4.05)]
     wall = [*door, box(2.6, 3.8, 0, 0.3, 6.2, 9), box(2.6, 3.8, 0.15, 0.3, 4.05, 6.2)]
     result = find_openings(*scanned(balcony(2.0, 4.5, 4.0, -1.0), wall=wall), OpeningOptions(ground_z=0.0))
-    assert isinstance(result, Elements)
+    assert isinstance(result, FoundOpenings)
     (found,) = result.openings
     assert found.kind == "door"
     assert box_of(found) == pytest.approx((2.6, 4.05, 3.8, 6.2), abs=0.04)
@@ -71,7 +69,7 @@ def test_a_window_above_a_balcony_that_shows_its_wall_stays_one():
     wall = [*hole, box(2.6, 3.8, 0, 0.3, 6.4, 9), box(2.6, 3.8, 0.15, 0.3, 5.2, 6.4)]
     low = balcony(2.0, 4.5, 4.0, -0.6, bars=True, high=0.9)
     result = find_openings(*scanned(low, wall=wall), OpeningOptions(ground_z=0.0))
-    assert isinstance(result, Elements)
+    assert isinstance(result, FoundOpenings)
     assert [o.kind for o in result.openings] == ["window"]
     assert result.openings[0].ring[:, 1].min() == pytest.approx(5.2, abs=0.03)
 
@@ -152,10 +150,10 @@ def test_profiles_are_common_along_mouldings_not_in_foliage():
     rng = np.random.default_rng(2)
     turn = rng.uniform(0, np.pi / 2, 4000)
     curve = np.column_stack([rng.uniform(0, 6, 4000), -0.1 - 0.3 * np.sin(turn), 5 + 0.3 * np.cos(turn)])
-    grain = Grain(0.02, 0.003, 0.02, np.empty((0, 3)))
-    assert common_profile(curve, 0, grain).mean() > 0.95
+    resolution = Resolution(0.02, 0.003, 0.02, np.empty((0, 3)))
+    assert common_profile(curve, 0, resolution).mean() > 0.95
     cloud = rng.uniform((0, -1.2, 4), (6, -0.1, 6), (4000, 3))
-    assert common_profile(cloud, 0, grain).mean() < 0.05
+    assert common_profile(cloud, 0, resolution).mean() < 0.05
 
 
 def test_ids_run_from_left_to_right_and_upwards():
@@ -168,7 +166,7 @@ def test_ids_run_from_left_to_right_and_upwards():
 
 def test_the_published_method_reports_protrusions_as_well():
     result = find_openings(*scanned(ORIEL, spacing=0.04), OpeningOptions(method="paper"))
-    assert isinstance(result, Elements)
+    assert isinstance(result, FoundOpenings)
     assert any(p.front.value == pytest.approx(-0.7, abs=0.02) for p in result.protrusions)
 
 

@@ -14,9 +14,8 @@ import frontage.pipeline.stages.openings as stage
 import frontage.pipeline.stages.views as views
 from facade_fakes import facade
 from frontage.evaluation.figure import Absent
-from frontage.model import Building, Elements, Failed, OrthoImage
-from frontage.openings.find import find_openings
-from frontage.openings.options import OpeningOptions
+from frontage.model import Building, Failed, OrthoImage
+from frontage.openings import FoundOpenings, OpeningOptions, find_openings
 from frontage.pipeline.project import load_project
 from frontage.pipeline.run import run, run_stage
 from frontage.pipeline.stages.openings import options_at, shared_notes
@@ -101,7 +100,7 @@ def test_photos_serve_where_the_scans_do_not_tell_how_walls_look(
     assert told["result"]["looks"]
     pictures_of: list[OrthoImage | None] = []
 
-    def find(*given: Any) -> Elements | Failed:
+    def find(*given: Any) -> FoundOpenings | Failed:
         pictures_of.append(given[3])
         return find_openings(*given)
 

@@ -4,7 +4,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from frontage.openings.options import OpeningOptions
+from frontage.model import Failed
+from frontage.openings import OpeningOptions
+from frontage.openings.observe import observe_wall
 from frontage.pipeline.pictures import evidence_pictures
 from fronts import WINDOW, scan_wall
 
@@ -14,7 +16,9 @@ def test_panels_are_drawn_as_the_wall_that_they_are() -> None:
     x, _, z = scan.xyz.T
     recessed = (x > 1.0) & (x < 2.2) & (z > 0.9) & (z < 1.8)
     panelled = replace(scan, xyz=scan.xyz + np.outer(recessed * 0.06, [0.0, 1.0, 0.0]))
-    (picture,) = evidence_pictures(facade, panelled, OpeningOptions())
+    seen = observe_wall(facade, panelled, OpeningOptions())
+    assert not isinstance(seen, Failed)
+    (picture,) = evidence_pictures(seen)
     image = picture.image
     x0, z0, x1, z1 = picture.extent
     h, w = image.shape[:2]

@@ -207,7 +207,7 @@ def test_what_cannot_be_scored_says_why(simulated: Path, copy: Path, tmp_path: P
         score(copy, simulated)
     path.unlink()
     manifest = json.loads((copy / "manifest.json").read_text())
-    manifest["world"]["crs"] = "EPSG:25833"
+    manifest["stages"]["scans"]["world"]["crs"] = "EPSG:25833"
     (copy / "manifest.json").write_text(json.dumps(manifest))
     with pytest.raises(InputError, match="EPSG:25833"):
         score(copy, simulated)

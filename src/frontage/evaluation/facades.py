@@ -11,11 +11,11 @@ from frontage.evaluation.match import assign
 from frontage.evaluation.result import FoundFacade
 from frontage.evaluation.truth import TrueFacade, Truth, best_share
 from frontage.geometry.arrays import Array, Float
+from frontage.model.masonry import TOLERANCES
 
 SEEN = 0.5
 """Share of a facade with a free line of sight, from which on it counts as one to be found."""
 
-_SLANT = np.cos(np.radians(15.0))
 _FAR = 1.0  # m between plane and plane, at the found one's origin
 _HALF = 0.5  # share of the found outline that lies on the true facade, at least
 
@@ -68,7 +68,7 @@ def _share(truth: TrueFacade, found: FoundFacade) -> float:
     0 on another plane, and on a plane that takes the inside of the house for the street.
     """
     error = plane_error(truth, found)
-    if found.frame.R[:, 1] @ truth.frame.R[:, 1] < _SLANT or abs(error[0]) > _FAR:
+    if found.frame.R[:, 1] @ truth.frame.R[:, 1] < TOLERANCES.parallel_cos or abs(error[0]) > _FAR:
         return 0.0
     ring, wall = _on(truth, found), shapely.make_valid(shapely.Polygon(truth.outline))
     share = float(ring.intersection(wall).area / max(ring.area, 1e-12))

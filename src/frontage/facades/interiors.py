@@ -11,6 +11,7 @@ from frontage.facades.plane.connected import RELIEF_M
 from frontage.facades.scene import FacadeScene
 from frontage.facades.street import StripBefore, crossings, strip_before
 from frontage.geometry.arrays import Bool, Float, Int
+from frontage.model.masonry import TOLERANCES
 
 _SEEN_THROUGH = 0.5  # share of a wall's points measured through another facade that makes it an interior
 _LEAK = 0.15  # share of chance crossings of shut cells that an interior may still have (curtains, frames)
@@ -19,7 +20,6 @@ _GRAZING_SINE = 0.25  # sine of 15 degrees, below which a surface returns nothin
 _STEEPEST_SINE = 0.5  # sine of 30 degrees: flatter lines do not pass through the openings of a wall
 _MOST_LINES = 500  # lines of sight per plausible sensor
 _ADJOINING_CELL_M = 0.5  # m, cells of the wall extended over its neighbours
-_PARALLEL_COS = float(np.cos(np.radians(15.0)))  # between normals of walls that face the same way
 _COURT_DEPTH_M = 4.0  # m behind a front: nearer than this, no house and court fit between two walls
 _WHOLLY = 0.95  # share of a wall's points that lie behind the outline of a front that covers it
 _ROOM_DEPTH_M = 12.0  # m: how far behind a facade its rooms reach
@@ -86,7 +86,7 @@ def _was_measured_through(outer: FacadeCandidate, covers: "_Covers", xyz: Float,
 
 
 def _faces_the_same_way(outer: FacadeCandidate, inner: FacadeCandidate) -> bool:
-    return bool(outer.wall.normal @ inner.wall.normal > _PARALLEL_COS)
+    return bool(outer.wall.normal @ inner.wall.normal > TOLERANCES.parallel_cos)
 
 
 def _is_covered_without_a_court(outer: FacadeCandidate, q: Float) -> bool:

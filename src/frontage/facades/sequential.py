@@ -11,6 +11,7 @@ from frontage.facades.plane.connected import RELIEF_M, PlaneCandidate, connected
 from frontage.facades.plane.search import search_plane, stack_rise
 from frontage.facades.scene import FacadeScene
 from frontage.geometry.arrays import Bool, Float
+from frontage.model.masonry import TOLERANCES
 
 _PATIENCE = 3  # rejected planes in a row before the search ends
 _LEAST_HEIGHT_M = 2.0  # m, of a facade: a low storey
@@ -19,7 +20,6 @@ _LEAST_COVERAGE = 0.25  # share of the outline that must show wall
 _LEAST_CONTRAST = 2.0  # wall area over that of slabs beside it: a bush or a furnished room has 1
 _LEAST_RISE = 3.0  # voxels on top of one another that may be a wall
 _THINNED = 0.5  # share of the least area that must show: rasters of one point per voxel have empty cells
-_PARALLEL_COS = float(np.cos(np.radians(15.0)))  # between normals of parallel planes
 _END_M = 0.5  # m at the border of a facade in which the next one may stand
 
 
@@ -115,7 +115,7 @@ def _is_layer_of_any(
 def _is_layer_of(
     candidate: FacadeCandidate, facade: FacadeCandidate, cloud: BuildingCloud, options: FacadeOptions
 ) -> bool:
-    if abs(candidate.wall.normal @ facade.wall.normal) < _PARALLEL_COS:
+    if abs(candidate.wall.normal @ facade.wall.normal) < TOLERANCES.parallel_cos:
         return False
     some = cloud.xyz[candidate.wall.inliers[:: len(candidate.wall.inliers) // MOST_RAYS + 1]]
     return bool(_in_prism(facade.wall.coordinates(some), facade, options).mean() > 0.5)

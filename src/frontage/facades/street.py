@@ -11,6 +11,7 @@ import numpy as np
 from frontage.facades.cells import CellMap
 from frontage.facades.plane.wall import WallPlane
 from frontage.geometry.arrays import Bool, Float
+from frontage.geometry.sightlines import SightLines
 
 _EYE_M = 1.7  # m above the ground: a tripod; a scanner on a vehicle's roof is at 2-3 m
 _SENSOR_DISTANCES_M = (4.0, 8.0, 15.0, 30.0)  # m from the wall, tried for a sensor
@@ -204,7 +205,5 @@ def crossings(
         share = -s[:, 1] / (q[:, 1] - s[:, 1])
     crosses = np.isfinite(share) & (share > 0) & (share < 1) & (s[:, 1] < 0) & (q[:, 1] > wall.threshold)
     crosses &= np.abs(q[:, 1] - s[:, 1]) >= steepest * np.linalg.norm(q - s, axis=1)
-    share = np.where(crosses, share, 0.0)[:, None]
-    with np.errstate(invalid="ignore"):
-        at = np.where(crosses[:, None], s + share * (q - s), 0.0)
-    return crosses, at[:, 0], at[:, 2]
+    x, z = np.where(crosses, SightLines.to_points(q, s, 0.0).at(0.0), 0.0)
+    return crosses, x, z

@@ -1,37 +1,43 @@
-"""What an opening is, and its number: by size, height above the ground, and what the beams find behind it."""
+"""The kind of an opening: by size, height above the ground, and how many beams go through it."""
 
 from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
 
+from frontage.model.masonry import MASONRY
 from frontage.model.opening import Opening
 
-_LOW = 0.45  # m above the ground: doors and gates start below it, kerbs and a step included
-_DOOR = 1.8  # m: doors are higher, and narrower than two leaves
-_WIDE = 2.0  # m
-_GLAZED = (1.5, 2.4)  # m: wider than a window's two leaves and higher than a door is glazing of a shop
-_FLOOR = 2.0  # m above the ground: shop fronts start below it, plinths of sloping streets included
+_LOW = 0.45  # m above the ground: doors and gates start below it, kerb and step included
+_WIDE = 2.0  # m: doors are narrower than two leaves
+# m, width and height: wider than the two leaves of a window and higher than a door is shop glazing
+_GLAZED = (1.5, 2.4)
+_FLOOR = 2.0  # m above the ground: shop fronts start below it, plinths on sloping streets included
 _RAISED = 1.0  # m above the ground: a floor that a few steps lead up to lies no higher
 _PARAPET = 0.6  # m from the floor to the sills of windows, at least
-_CELLAR = ((1.1, 0.9), (1.7, 0.6))  # m: top above the ground and height of basement windows, at most
+# m: height of the top above the ground, and height, of basement windows, at most (either pair)
+_CELLAR = ((1.1, 0.9), (1.7, 0.6))
 
 
 def kind_of(width: float, height: float, sill: float, passes: float, stands: bool = False) -> str:
-    """ "window", "door", "shopfront", "garage", "passage" or "basement".
+    """Returns "window", "door", "shopfront", "garage", "passage" or "basement".
 
-    width, height m; sill m above the ground; passes = share of the beams that end more than a metre behind;
-    stands = steps or a balcony are before its foot. Doors are a person high, at the ground, on steps or on a
-    balcony; gates are wider than two leaves; a passage lets beams through; shop fronts are wide and high on
-    the ground floor; a basement window ends below the height of a sill.
+    width, height   m
+    sill            m, height of the lower border above the ground
+    passes          share of the beams that end more than a metre behind the wall
+    stands          whether steps or a balcony stand before the foot of the opening
+
+    A door is as high as a person and stands on the ground, on steps or on a balcony. A gate is wider than two
+    leaves; a passage lets beams through. Shop fronts are wide and high, on the ground floor. A basement
+    window ends below the height of a sill.
     """
-    if height >= _DOOR and width > _WIDE and sill <= _FLOOR:
+    if height >= MASONRY.door_height and width > _WIDE and sill <= _FLOOR:
         if sill > _LOW:
             return "shopfront"
         return "passage" if passes > 0.7 else "garage" if passes < 0.2 else "shopfront"
     if width > _GLAZED[0] and height >= _GLAZED[1] and _LOW < sill <= _FLOOR and not stands:
         return "shopfront"
-    if height >= _DOOR and width <= _WIDE and (sill <= _LOW or stands):
+    if height >= MASONRY.door_height and width <= _WIDE and (sill <= _LOW or stands):
         return "door"
     if any(sill + height <= top and height <= most for top, most in _CELLAR):
         return "basement"
@@ -39,16 +45,17 @@ def kind_of(width: float, height: float, sill: float, passes: float, stands: boo
 
 
 def with_doors(openings: Sequence[Opening], ground: float) -> list[Opening]:
-    """The openings, windows that reach down to the floor of the others beside them as doors; ground m.
+    """Returns the openings, with windows that reach down to the floor of those beside them as doors.
 
-    On sloping streets and behind hidden steps the foot of a door is higher than a kerb. What is as high and
-    narrow as a door and begins a parapet below the sills of the windows beside it can be walked through.
+    `ground` is the height z m of the ground. On sloping streets and behind hidden steps the foot of a door is
+    higher than a kerb. An opening as high and narrow as a door that begins a parapet below the sills of the
+    windows beside it can be walked through.
     """
     windows = [o for o in openings if o.kind == "window"]
     boxes = np.array([[*o.ring.min(0), *o.ring.max(0)] for o in windows]).reshape(-1, 4)
     doors: set[int] = set()
     for k, (x0, z0, x1, z1) in enumerate(boxes):
-        if z1 - z0 < _DOOR or x1 - x0 > _WIDE or z0 > ground + _RAISED:
+        if z1 - z0 < MASONRY.door_height or x1 - x0 > _WIDE or z0 > ground + _RAISED:
             continue
         common = np.minimum(boxes[:, 3], z1) - np.maximum(boxes[:, 1], z0)
         beside = (common > 0.5 * (boxes[:, 3] - boxes[:, 1])) & (np.arange(len(boxes)) != k)
@@ -57,11 +64,11 @@ def with_doors(openings: Sequence[Opening], ground: float) -> list[Opening]:
     return [replace(o, kind="door") if id(o) in doors else o for o in openings]
 
 
-def numbered(facade: str, openings: list[Opening]) -> tuple[Opening, ...]:
-    """The openings by storey and from left to right, named "B07/F1/W3-2"; ground floor = 0, bays from 1.
+def in_reading_order(openings: Sequence[Opening]) -> tuple[Opening, ...]:
+    """Returns the openings storey by storey from the lowest, and from left to right within each storey.
 
-    Storeys: openings sorted by their middle; a new one begins where an opening's foot is above the middle
-    of the row so far. Basement windows are counted with the ground floor.
+    Storeys: the openings are sorted by their middles; a new storey begins where the foot of an opening lies
+    above the median middle of the storey so far. Basement windows are sorted with the ground floor.
     """
     rows: list[list[Opening]] = []
     for o in sorted(openings, key=lambda o: (float(o.ring[:, 1].mean()), float(o.ring[:, 0].min()))):
@@ -69,9 +76,4 @@ def numbered(facade: str, openings: list[Opening]) -> tuple[Opening, ...]:
         if not rows or (o.ring[:, 1].min() > middle and any(q.kind != "basement" for q in rows[-1])):
             rows.append([])
         rows[-1].append(o)
-    named: list[Opening] = []
-    for floor, row in enumerate(rows):
-        for bay, o in enumerate(sorted(row, key=lambda o: float(o.ring[:, 0].min())), 1):
-            letter = "W" if o.kind in ("window", "basement") else "D"
-            named.append(replace(o, id=f"{facade}/{letter}{floor}-{bay}", floor=floor, bay=bay))
-    return tuple(named)
+    return tuple(o for row in rows for o in sorted(row, key=lambda o: float(o.ring[:, 0].min())))

@@ -1,4 +1,4 @@
-"""Niches: openings whose back, half a metre in or more, is wall or joinery with openings of its own."""
+"""Niches: openings whose back, half a metre in or more, is a wall or joinery with openings of its own."""
 
 from collections.abc import Sequence
 
@@ -8,26 +8,28 @@ import shapely
 from frontage.geometry.arrays import Float, distinct
 from frontage.model.estimate import Estimate, Provenance
 from frontage.model.facade import Facade
+from frontage.model.masonry import MASONRY
 from frontage.model.opening import Opening, Protrusion
+from frontage.openings.fronts import FrontSearch, is_hidden
 from frontage.openings.protrusions.kinds import is_wall
-from frontage.openings.recursion import Fronts, is_hidden
 from frontage.openings.wall.beams import Raster
 
-_LEAST, _MOST = 0.5, 2.0  # m: reveals are less deep, passages and rooms deeper
-_FRAME = 0.3  # m: frames are less deep; what stands in a niche may be told for one
-_OFF, _RIM = 0.03, 0.1  # m off the borders, between which the back shows first: cheeks lie nearer
-_BIN = 0.02  # m, of depth
-_FIRST = 0.25  # share of that rim that the foremost surface holds: a frame 5 cm wide does
+_LEAST = 0.5  # m, depth of a niche at least: reveals are less deep
+_FRAME = 0.3  # m: frames lie less deep; what stands in a niche may be taken for its frame
+_OFF, _RIM = 0.03, 0.1  # m off the borders, between which the back is looked for first: the cheeks lie nearer
+_BIN = 0.02  # m, bin of depths
+_FIRST = 0.25  # share of that strip that the foremost surface must fill: a frame 5 cm wide does
 _ALONE = 0.7  # share of the back from which a single opening is the back itself: a door in a deep reveal
 
 
 def find_niches(
-    openings: Sequence[Opening], protrusions: Sequence[Protrusion], fronts: Fronts
+    openings: Sequence[Opening], protrusions: Sequence[Protrusion], fronts: FrontSearch
 ) -> tuple[Protrusion, ...]:
-    """The `openings` of the main wall that are niches, as fronts behind the wall (kind "niche", no id).
+    """Returns those of the `openings` of the main wall that are niches, as fronts behind the wall.
 
-    Nothing stands along their borders until the back, which shows two openings or more, or one that leaves
-    a wall around it. All others are openings with deep reveals.
+    They are of the kind "niche" and have no id yet. Nothing stands along the borders of a niche until its
+    back, which shows two openings or more, or one that leaves a wall around it. All others are openings with
+    deep reveals.
     """
     before = shapely.union_all([shapely.Polygon(p.ring) for p in protrusions if is_wall(p.kind)])
     niches = []
@@ -45,14 +47,14 @@ def find_niches(
 
 
 def _back(q: Float, opening: Opening, facade: Facade) -> Estimate[float] | None:
-    """y m of the surface that points q (n, 3) show first behind an opening's borders, None where it is no
-    niche's back.
+    """Finds the surface that points q (n, 3) m show first behind the borders of an opening.
 
-    Counted in cells: scans are denser near by. Along the foot steps and goods may stand.
+    Returns its depth y m, None where it is not the back of a niche. Areas are counted in cells, for scans are
+    denser near by. The strip along the foot does not count: steps and goods may stand there.
     """
     (x0, z0), (x1, z1) = opening.ring.min(0), opening.ring.max(0)
     x, y, z = q.T
-    low, high = 3.0 * facade.roughness, _MOST
+    low, high = 3.0 * facade.roughness, MASONRY.facade_reach
     near = np.flatnonzero((y > low) & (y < high) & (x > x0) & (x < x1) & (z > z0) & (z < z1))
     off = np.minimum(np.minimum(x[near] - x0, x1 - x[near]), z1 - z[near])
     near = near[(off > _OFF) & (off < _RIM)]
@@ -70,5 +72,6 @@ def _back(q: Float, opening: Opening, facade: Facade) -> Estimate[float] | None:
 
 
 def _niche(opening: Opening, back: Estimate[float]) -> Protrusion:
+    """Makes the protrusion of kind "niche" of an opening and its back."""
     sigma = float(np.sqrt(np.mean(np.diag(opening.ring_covariance))))
     return Protrusion("", "niche", opening.ring, sigma, back, Provenance.MEASURED, opening.confidence)

@@ -1,4 +1,4 @@
-"""The options of opening finding."""
+"""The options for finding openings."""
 
 from typing import Literal
 
@@ -6,7 +6,7 @@ from pydantic import BaseModel, ConfigDict, Field
 
 
 class OpeningOptions(BaseModel):
-    """What the data cannot tell; cells, thresholds and errors follow from spacing, noise and beam."""
+    """Settings that the data cannot tell; the rest follows from spacing, noise and beam width."""
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 

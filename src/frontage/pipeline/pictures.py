@@ -8,10 +8,9 @@ import numpy as np
 from frontage.errors import FileError
 from frontage.exports import FacadePicture, limit_texture
 from frontage.io.rasters.geotiff import read_geotiff
-from frontage.model import Facade, Failed, Scan
-from frontage.openings.detect import see
-from frontage.openings.options import OpeningOptions
-from frontage.openings.paper.find import facade_cells
+from frontage.model import Facade
+from frontage.openings.observe import ObservedWall
+from frontage.openings.paper.find import Decomposition
 from frontage.pipeline.store.results import EvidencePicture
 from frontage.pipeline.store.store import Store
 from frontage.report.evidence import Picture, beam_picture, cell_pictures
@@ -48,13 +47,11 @@ def wall_picture(store: Store, facade: Facade) -> FacadePicture | None:
     return replace(picture, jpeg=cv2.imencode(".jpg", rgb[..., ::-1], quality)[1].tobytes())
 
 
-def evidence_pictures(facade: Facade, scan: Scan, options: OpeningOptions) -> tuple[Picture, ...]:
-    """Draw what the openings were found from."""
-    if options.method == "paper":
-        cells = facade_cells(facade, scan, options)
-        return () if cells is None else cell_pictures(cells)
-    seen = see(facade, scan, options)
-    return () if isinstance(seen, Failed) else (beam_picture(seen.beams, seen.evidence),)
+def evidence_pictures(evidence: ObservedWall | Decomposition) -> tuple[Picture, ...]:
+    """Draw what openings were found from: the beams of the wall, or the cells of the paper's method."""
+    if isinstance(evidence, Decomposition):
+        return cell_pictures(evidence)
+    return (beam_picture(evidence.beams, evidence.evidence),)
 
 
 def drawing_ground(store: Store, facade: Facade, evidence: tuple[EvidencePicture, ...]) -> Picture | None:

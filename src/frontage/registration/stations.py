@@ -13,6 +13,7 @@ from scipy.spatial import cKDTree
 
 from frontage.geometry.arrays import Float, Int
 from frontage.geometry.rigid import Rigid3
+from frontage.model.masonry import TOLERANCES
 from frontage.registration.coarse import Peak, plan_of_surfels, search
 from frontage.registration.equations import Pairs, moved
 from frontage.registration.result import PosePrior
@@ -21,7 +22,6 @@ from frontage.registration.surfels import Surfels
 _WIDE = (2.0, 1.0, 0.5, 0.3)  # m, search distances from the coarse search on
 _CLOSE = (0.4, 0.2, 0.2)  # and once a place along the street is found
 _STEPS = 3
-_TURN = np.cos(np.radians(15.0))
 _LEAST = 15.0  # m2 of common upright surface that ties two scans
 _SOFT = 0.05  # m, distance at which common surface counts a quarter
 _SLIDE = 0.2  # m between the places that are tried along the street
@@ -169,7 +169,7 @@ def neighbours(source: Surfels, target: Surfels, tree: cKDTree, within: float) -
     k = np.asarray(k, np.int64)[i]
     cosine = np.einsum("ij,ij->i", source.normal[i], target.normal[k])
     oriented = source.oriented[i] & target.oriented[k]
-    same = np.where(oriented, cosine, np.abs(cosine)) > _TURN
+    same = np.where(oriented, cosine, np.abs(cosine)) > TOLERANCES.parallel_cos
     return i[same], k[same]
 
 

@@ -13,9 +13,10 @@ from frontage.buildings.fronts.wall_map import WallMap
 from frontage.buildings.groups import grouped
 from frontage.buildings.split.maps import same_footprint
 from frontage.geometry.arrays import Array, Bool, Float, Int, distinct
+from frontage.model.masonry import MASONRY
 
 _ATTACHED_M = 2.0  # m from a wall within which loose cells before it are examined
-_RELIEF_M = 0.35  # m before a wall: still its relief
+_RELIEF_M = MASONRY.relief  # m before a wall: still its relief
 _OFF_GROUND_M = 0.05  # m: leaves of a wall further from the terrain than this are not ground
 _FRONT_WALL_M = 1.5  # m before a front; wall cells further out are not part of it
 

@@ -12,8 +12,9 @@ from frontage.buildings.cloud import StreetCloud
 from frontage.buildings.octree.cells import connected_cells
 from frontage.buildings.octree.shape import LocalShape
 from frontage.geometry.arrays import Array, Bool, Float, Int, distinct
+from frontage.model.masonry import MASONRY
 
-_ON_WALL_M = 0.35  # m in front of the wall: still its relief
+_ON_WALL_M = MASONRY.relief  # m in front of the wall: still its relief
 _HEADROOM_M = 2.3  # m, headroom under a balcony
 _TALL_M = 3.5  # m: an upright surface higher than any vehicle is a wall
 _LEAFY = 0.5  # share of scattered cells that makes a piece foliage

@@ -7,11 +7,12 @@ import numpy as np
 from frontage.buildings.cloud import StreetCloud
 from frontage.buildings.fronts.wall_map import WallMap
 from frontage.geometry.arrays import Bool, Float, Int
+from frontage.model.masonry import MASONRY
 
 _BAND_M = 6.0  # m, parallel walls up to this far apart are one front with setbacks
 _RUN_GAP_M = 4.0  # m, longest stretch of a front without wall (a gate, a shadow)
 _MIN_FRONT_M = 3.0  # m, shortest front
-_ON_LINE_M = 0.35  # m, columns this near a line are on it
+_ON_LINE_M = MASONRY.relief  # m, columns this near a line are on it
 _PARALLEL_COS = 0.9  # between the normals of a column and a line: 25 degrees
 _HYPOTHESES = 256  # lines tried, each through one column along its normal
 _STEPS = 4  # of the least-squares fit

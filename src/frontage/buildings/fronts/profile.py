@@ -11,12 +11,13 @@ from frontage.buildings.fronts.lines import StreetFront
 from frontage.buildings.fronts.wall_map import WallMap
 from frontage.buildings.groups import mean_of
 from frontage.geometry.arrays import Array, Bool, Float, Int
+from frontage.model.masonry import MASONRY
 
 _LAYER_M = 0.1  # m, thickness of the layers in which the wall's offset is looked for
 BIN_M = 0.25  # m, width of a bin along the front
 _SKIN_M = 0.2  # m, half thickness of the wall's surface: mouldings belong to it
 _PROUD_M = 1.0  # m, how far bays and cornices stand out from the wall
-_BEHIND_M = 0.35  # m behind the wall: still its top, and not yet the roof
+_BEHIND_M = MASONRY.relief  # m behind the wall: still its top, and not yet the roof
 _CROWN_M = 1.0  # m, greatest height of a cornice or parapet above the recognised wall
 _SHOP_M = 4.0  # m, height of the ground floor, whose colour may differ from that of the house
 

@@ -6,10 +6,11 @@ from frontage.buildings.cloud import StreetCloud
 from frontage.buildings.fronts.lines import StreetFront
 from frontage.buildings.fronts.wall_map import WallMap
 from frontage.geometry.arrays import Float
+from frontage.model.masonry import MASONRY
 
 _PAVEMENT_M = 6.0  # m before a front in which its pavement is looked for
 _ON_WALL_M = 0.5  # m on either side of a front: points of its wall
-_SKIN_M = 0.35  # m, half thickness of the wall's surface
+_SKIN_M = MASONRY.relief  # m, half thickness of the wall's surface
 _MOST_POINTS = 20_000  # points whose rays are examined
 _FEWEST_CELLS = 20  # on one side, before their share says anything
 

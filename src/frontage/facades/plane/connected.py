@@ -11,8 +11,9 @@ from frontage.facades.plane.robust import fit_thinned
 from frontage.facades.plane.search import sharp_plane
 from frontage.geometry.arrays import Bool, Float
 from frontage.geometry.plane import facade_axes
+from frontage.model.masonry import MASONRY
 
-RELIEF_M = 0.35  # m: claddings, plinths and bowed parts this near the plane shape the outline too
+RELIEF_M = MASONRY.relief  # m: claddings, plinths and bowed parts this near the plane shape the outline too
 _BOW_M = 1.5  # m from its tangent plane at one end that a bowed wall may reach at the other
 
 

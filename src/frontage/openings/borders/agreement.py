@@ -1,4 +1,4 @@
-"""Measured borders against the evidence that the openings were found by."""
+"""Checks measured borders against the evidence that the openings were found by."""
 
 from collections.abc import Collection
 from dataclasses import replace
@@ -6,33 +6,35 @@ from dataclasses import replace
 import numpy as np
 
 from frontage.geometry.ring import ring_contains
-from frontage.openings.borders.borders import Place
 from frontage.openings.borders.outline import Outline
+from frontage.openings.boxes import Box
 from frontage.openings.wall.evidence import Evidence
 
-_SLACK = 3.0  # cells that a measured border may lie off the cells' without a question
-_AGAINST = 12.0  # nats against the strip between the two borders: the price of an opening
+_SLACK = 3.0  # cells by which a measured border may lie off the border of cells without a check
+_AGAINST = 12.0  # nats that must speak against the strip between the two borders: the price of an opening
 _ERROR = 2.0  # cells, one sigma of a border of cells
-_ORDER = (0, 2, 1, 3)  # of left, bottom, right, top among the borders
+_ORDER = (0, 2, 1, 3)  # index of left, bottom, right and top among the borders
 
 
-def agreeing(outline: Outline, rough: Place, evidence: Evidence) -> Outline:
-    """The outline, with those borders as they were found that the evidence between speaks against.
+def with_supported_borders(outline: Outline, rough: Box, evidence: Evidence) -> Outline:
+    """Puts those borders back to their rough places whose measured places the evidence speaks against.
 
     A border that was moved outwards over cells of wall, or inwards over open ones, was drawn there by
-    something else: rooms behind the wall, the edge of a shadow. A circle with such a border is none; of its
-    box only what lies within it counts, and tops of other curved heads are left alone, for the wall shows
-    beside them.
+    something else: a room behind the wall, the edge of a shadow. An outline with such a border is not a
+    circle; of a circle's box only what lies within the circle counts. The tops of other curved heads are left
+    alone, for the wall shows beside them.
     """
     circle = outline.shape == "circle"
     last = 4 if circle or outline.shape == "rectangle" else 3
     wrong = [side for side in range(last) if _against(side, rough, outline, evidence)]
-    return returned(outline, rough, wrong, evidence.raster.cell) if wrong else outline
+    return with_rough_borders(outline, rough, wrong, evidence.raster.cell) if wrong else outline
 
 
-def returned(outline: Outline, rough: Place, sides: Collection[int], cell: float) -> Outline:
-    """The outline with the borders of some sides of its place as in `rough`, to which cells of `cell` m gave
-    it. A circle with such a border is none, nor a curved head with such a top.
+def with_rough_borders(outline: Outline, rough: Box, sides: Collection[int], cell: float) -> Outline:
+    """Returns the outline with the borders on some `sides` (0 left, 1 bottom, 2 right, 3 top) as in `rough`.
+
+    `cell` m is the side of the cells that `rough` was found in. A circle becomes a rectangle, and so does a
+    curved head whose top is put back.
     """
     circle = outline.shape == "circle"
     place, covariance, borders = list(outline.place), outline.covariance.copy(), list(outline.borders)
@@ -58,8 +60,8 @@ def returned(outline: Outline, rough: Place, sides: Collection[int], cell: float
     )
 
 
-def _against(side: int, rough: Place, outline: Outline, evidence: Evidence) -> bool:
-    """Whether the evidence between a side of `rough` and that of the outline speaks against the latter."""
+def _against(side: int, rough: Box, outline: Outline, evidence: Evidence) -> bool:
+    """Returns whether the evidence between a rough side and the measured one speaks against the latter."""
     cell, axis, at = evidence.raster.cell, side % 2, outline.place[side]
     if abs(at - rough[side]) <= _SLACK * cell:
         return False

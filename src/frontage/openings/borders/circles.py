@@ -1,4 +1,4 @@
-"""Whether an opening is a circle: centre and radius by the likelihood of the beams about it."""
+"""Decides whether an opening is a circle: centre and radius by the likelihood of the beams about it."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -6,17 +6,18 @@ from dataclasses import dataclass
 import numpy as np
 
 from frontage.geometry.arrays import Float
-from frontage.openings.borders.borders import Place, side_scores
+from frontage.openings.borders.locate import side_scores
 from frontage.openings.borders.shapes import Fan
+from frontage.openings.boxes import Box
 
 _ROUND = (0.8, 1.25)  # height over width of what may be a circle
-_STEPS = (0.02, 0.005, 0.001)  # m that the centre of a circle is moved by
+_STEPS = (0.02, 0.005, 0.001)  # m by which the centre of a circle is moved
 _MOVE = 1e-6  # nats that a move must gain
 
 
 @dataclass(frozen=True)
 class Circle:
-    """Centre (x, z) m and radius m, the radius' sigma m, and the nats it gains over the box about it."""
+    """A circle: centre x, z m, radius m and its sigma m, and the nats it gains over the box around it."""
 
     x: float
     z: float
@@ -25,17 +26,17 @@ class Circle:
     gain: float
 
     @property
-    def box(self) -> Place:
-        """Its bounding box x0, z0, x1, z1 m."""
+    def box(self) -> Box:
+        """The bounding box."""
         return self.x - self.radius, self.z - self.radius, self.x + self.radius, self.z + self.radius
 
 
-def find_circle(fan: Fan, place: Place, blur: float) -> Circle | None:
-    """The likeliest circle about a box; None where the box is no square or nothing tells.
+def find_circle(fan: Fan, place: Box, blur: float) -> Circle | None:
+    """Returns the likeliest circle about a box; None where the box is not square or nothing tells.
 
-    The centre is searched for: where straight borders lie on a circle depends on how slanted the beams are.
-    Wall must show in all four corners that the circle leaves of its square: where the scan ends across a
-    window, what is left may look round.
+    The centre is searched for, because how straight borders lie on a circle depends on how slanted the beams
+    are. Wall must show in all four corners that the circle leaves of its square: what is left of a window
+    across which the scan ends may look round.
     """
     x0, z0, x1, z1 = place
     wide, high = x1 - x0, z1 - z0
@@ -68,14 +69,14 @@ def find_circle(fan: Fan, place: Place, blur: float) -> Circle | None:
 
 
 def _cornered(fan: Fan, x: float, z: float, radius: float) -> bool:
-    """Whether wall shows between the circle and each corner of the square about it."""
+    """Returns whether wall shows between the circle and each corner of the square around it."""
     u, v = fan.x - x, fan.z - z
     corner = fan.solid & (np.maximum(np.abs(u), np.abs(v)) < radius) & (np.hypot(u, v) > radius)
     return bool(np.bincount(2 * (u > 0.0)[corner] + (v > 0.0)[corner], minlength=4).all())
 
 
 def _climbed(score: Callable[[float, float], Float], x: float, z: float) -> tuple[float, float, Float]:
-    """The place (x, z) m near a first one from which no step leads higher, and its scores (k,)."""
+    """Moves a place x, z m until no step raises the score; returns it with its scores (k,)."""
     best = score(x, z)
     for step in _STEPS:
         moved = True

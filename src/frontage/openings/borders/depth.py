@@ -1,43 +1,45 @@
-"""How far behind the wall the frame of an opening lies."""
+"""Measures how far behind the wall the frame of an opening lies."""
 
 import numpy as np
 
 from frontage.geometry.arrays import Float
 from frontage.model.estimate import Estimate
-from frontage.openings.wall.sight import Sight
+from frontage.model.masonry import TOLERANCES
+from frontage.openings.wall.crossings import CrossingBeams
 
-_NEAREST = 0.012  # m off the borders: reveals and the beams that they share with the frame
+_NEAREST = 0.012  # m off the borders: reveals, and beams that they share with the frame, lie nearer
 _HUG = 0.05  # m off the borders: frames are that wide
 _DEEPEST = 1.0  # m: what lies deeper is a room
-_BIN = 0.005  # m
-_SHARE = 0.3  # of the points of the densest surface that the frame's front needs, being the foremost
-_FEW = 8  # points that tell a depth
-AROUND = 1.2  # m around an opening that tell its wall
+_BIN = 0.005  # m, bin of depths
+# share of the points of the densest surface that the front of the frame needs, being the foremost
+_SHARE = 0.3
+_FEW = 8  # points that a depth needs
+AROUND = 1.2  # m around an opening within which beams tell its wall
 BASE = 0.05
-"""m: so far the masonry of a ground floor stands out before the wall."""
+"""m by which the masonry of a ground floor may stand out before the wall"""
 
-_RELIEF = 0.035  # m about the local mean of wall and relief
-_MUCH = 0.2  # of the points of the largest surface that the wall needs, being the rearmost
-_APART = 2.0 / 3.0  # of three sigmas of a point: walls that far apart are two levels
-_COMMON = 0.5  # of the noise of a point that its neighbours share
+_RELIEF = 0.035  # m about the local mean within which wall and relief lie
+_MUCH = 0.2  # share of the points of the largest surface that the wall needs, being the rearmost
+_APART = 2.0 / 3.0  # of three sigmas of a point: walls that far apart are at two levels
 
 
 def find_depth(
-    near: Sight,
+    near: CrossingBeams,
     box: tuple[float, float, float, float],
     rise: float,
     slack: float = 0.0,
     others: Float | None = None,
 ) -> Estimate[float] | None:
-    """Depth m of the front of the frame behind the wall, None where too few points tell it.
+    """Measures the depth m of the front of the frame behind the wall; None where too few points tell it.
 
-    near   beams within `AROUND` of the opening x0, z0, x1, z1 m, whose head is `rise` m high
-    others (n,) m, depths y of the walls of the facade's openings
-    slack  m, how far the borders may be off: what lies nearer to them may be a reveal
+    near    beams within `AROUND` of the opening
+    box     of the opening, whose head is `rise` m high
+    slack   m by which the borders may be off: points nearer to them may lie on a reveal
+    others  (n,) m, depths y of the walls around the facade's openings
 
-    The frame runs along the borders of the opening: the foremost of the surfaces there. Panes, curtains and
-    rooms lie behind it, reveals end at it. The wall is the rearmost of the surfaces around the opening that
-    hold much of its surroundings: surrounds, bands and plinths stand before it.
+    The frame runs along the borders of the opening and is the foremost of the surfaces there: panes, curtains
+    and rooms lie behind it, and reveals end at it. The wall is the rearmost of the surfaces that fill much of
+    the surroundings: surrounds, bands and plinths stand before it.
     """
     wall = find_wall(near, box, others)
     slack = min(slack, 0.1 * (box[2] - box[0]))
@@ -54,14 +56,16 @@ def find_depth(
 
 
 def find_wall(
-    near: Sight, box: tuple[float, float, float, float], others: Float | None = None
+    near: CrossingBeams, box: tuple[float, float, float, float], others: Float | None = None
 ) -> tuple[float, float] | None:
-    """Depth y m of the wall around a box, and its sigma: the rearmost of the surfaces that hold much; with
-    those of the facade's openings (`others`, m), its level.
+    """Returns the depth y m of the wall around a box and its sigma; None where too few points tell it.
+
+    It is the rearmost of the surfaces that hold much of the surroundings. Given the depths of the walls
+    around the facade's other openings (`others`, m), it is the level that they share.
     """
     x0, z0, x1, z1 = box
     on = np.flatnonzero(np.abs(near.depth) < _RELIEF)
-    x, z = near.own[:, on]
+    x, z = near.points[:, on]
     on = on[(x < x0) | (x > x1) | (z < z0) | (z > z1)]
     y = near.depth[on] + near.level[on]
     if len(y) < _FEW:
@@ -74,10 +78,10 @@ def find_wall(
 
 
 def _of_level(wall: float, sigma: float, others: Float, apart: float) -> tuple[float, float]:
-    """Depth m of the level of a wall, and its sigma, by those of the facade's openings (n,) m.
+    """Returns the depth y m of the level that a wall belongs to, and its sigma, by those of `others` (n,) m.
 
-    Where many of them lie behind it by less than `BASE` m, it is relief of theirs: the masonry of a ground
-    floor; or it is not, as their share tells.
+    Where many of them lie behind it by less than `BASE` m, the wall is relief in front of theirs, as the
+    masonry of a ground floor is. The share of such others tells how likely that is.
     """
     rear = others[(others > wall + apart) & (others < wall + BASE)]
     share = len(rear) / len(others)
@@ -89,7 +93,7 @@ def _of_level(wall: float, sigma: float, others: Float, apart: float) -> tuple[f
 
 
 def _level(y: Float, edge: Float, noise: float, share: float) -> tuple[float, float] | None:
-    """The first peak of y (n,) that is at least `share` of the highest one, and its sigma, m."""
+    """Returns the first peak of y (n,) m that is at least `share` of the highest one, and its sigma."""
     y = np.sort(y)
     number = np.diff(np.searchsorted(y, edge))
     smooth: Float = np.convolve(number, [1.0, 1.0, 1.0], "same")
@@ -104,19 +108,21 @@ def _level(y: Float, edge: Float, noise: float, share: float) -> tuple[float, fl
             return None
         at = float(some[(len(some) - 1) // 2] + some[len(some) // 2]) / 2.0
     # the foremost of several layers and the noise of one are not told apart better than that
-    return float(some.mean()), float(np.hypot(some.std() / np.sqrt(len(some)), _COMMON * noise))
+    return float(some.mean()), float(
+        np.hypot(some.std() / np.sqrt(len(some)), TOLERANCES.common_noise * noise)
+    )
 
 
 def _along(
-    near: Sight, box: tuple[float, float, float, float], rise: float, slack: float, hug: float
+    near: CrossingBeams, box: tuple[float, float, float, float], rise: float, slack: float, hug: float
 ) -> Float:
-    """Depths y (n,) m of the points behind the wall that lie within the sides and the top, at most `hug` m.
+    """Returns the depths y (n,) m of the points behind the wall within `hug` m of the sides and the top.
 
-    Not along the bottom: sills and thresholds slope.
+    Points along the bottom do not count, for sills and thresholds slope.
     """
     x0, z0, x1, z1 = box
     deep = np.flatnonzero((near.depth > near.wall) & (near.depth < _DEEPEST))
-    x, z = near.own[:, deep]
+    x, z = near.points[:, deep]
     off = np.minimum(x - x0, x1 - x)
     if rise == 0.0:
         off = np.minimum(off, z1 - z)

@@ -1,8 +1,9 @@
-"""Beams at the edge of an opening: which tell solid from open, and where each of them does.
+"""The beams at an edge of an opening: which tell solid from open, and where each of them does.
 
-An edge belongs to a solid that reaches from its face (the wall, a sill or a surround before it) into the
-wall. Beams that slant away from the opening end on the reveal behind it, which is *in sight*; the others pass
-the edge of the face, which *hides* what lies behind. Which plane tells the two sides apart depends on that.
+An edge belongs to a solid that reaches from its face (the wall, or a sill or surround before it) into the
+wall. Beams that slant away from the opening end on the reveal behind the edge, which is *in sight*; the
+others pass the edge of the face, which *hides* what lies behind it. That decides which plane tells the two
+sides apart.
 """
 
 from dataclasses import dataclass
@@ -11,36 +12,35 @@ from functools import cached_property
 import numpy as np
 
 from frontage.geometry.arrays import Bool, Float, Int
-from frontage.openings.wall.sight import Sight
+from frontage.openings.wall.crossings import CrossingBeams
 
 FITTING = 0.15
-"""m: sills, surrounds and shutters stand so far out; what is before that only hides."""
+"""m: sills, surrounds and shutters stand out no further; what lies before that only hides."""
 
 FEW = 6
-"""Points that tell a depth."""
+"""Points that a depth needs."""
 
 _SHY = 0.15  # share of the opening's side that is left out at either end: arches, corners, sills
-_STRIP = 0.03  # m, least width of the face beside an edge that tells its depth; of what lies right behind it
-_SURFACE = 0.3  # of the points of the fullest surface that the foremost needs
-_ROUNDS = 3  # of face and strip, for each needs the other
-_COMMON = 0.3  # of a point's noise that its neighbours share
-_SPLAY = 0.1  # m per m, one sigma of how much reveals slant
+# m, least width of the strip of face beside an edge that tells its depth, and of what lies right behind
+_STRIP = 0.03
+_SURFACE = 0.3  # share of the points of the fullest surface that the foremost needs
+_ROUNDS = 3  # rounds of face and strip, for each needs the other
+_COMMON = 0.3  # share of a point's noise that its neighbours share
+_SPLAY = 0.1  # m per m, one sigma of the slant of reveals
 _ROUGH = 0.001  # m, one sigma of the points of a reveal about its plane
-_FINEST = 0.0003  # m, of a reveal's place: half a step of the posterior
+_FINEST = 0.0003  # m, least sigma of the place of a reveal: half a step of the posterior
 _SHALLOW = 0.25  # m: echoes of surfaces that near melt into one
-_MIXED = (0.2, 0.8)  # share of the way from the face to the frame where only mixed echoes lie
+_MIXED = (0.2, 0.8)  # shares of the way from the face to the frame between which only mixed echoes lie
 _QUANTILES = 1.68  # sigmas of a normal distribution between those shares
-_ROUND = 0.01  # m about an edge where mixed echoes come from
-_DILATED = (
-    1.3  # sigmas by which an edge seems to stand out that has nothing near behind it: 10 % of the light
-)
-_UNSURE = 0.6  # sigmas, of that; as much where face and frame are not equally bright
+_ROUND = 0.01  # m about an edge within which mixed echoes come from
+_DILATED = 1.3  # sigmas by which an edge with nothing near behind it seems to stand out: 10 % of the light
+_UNSURE = 0.6  # sigmas, error of that; as large where face and frame are not equally bright
 _EXIT = 0.00125  # m, one sigma of a beam that leaves its scanner: 5 mm wide (1/e2)
 
 
 @dataclass(frozen=True)
 class Face:
-    """Depth y m of the solid face that ends at an edge, its sigma, and the points that tell it."""
+    """The solid face that ends at an edge: its depth y m, the sigma of that, and the points that tell it."""
 
     y: float
     sigma: float
@@ -48,13 +48,13 @@ class Face:
 
 
 @dataclass(frozen=True)
-class Look:
+class EdgeTraits:
     """What the edges of a facade share.
 
-    blur       m, one sigma of the places where solid turns open
-    faces      left, right, bottom, top: of edges whose own points do not tell theirs
-    widening   rad, one sigma of the angle by which beams widen on their way
-    told       whether other blurs are asked for, too
+    blur      m, one sigma of the places where solid turns open
+    faces     left, right, bottom, top: for edges whose own points do not tell their faces
+    widening  rad, one sigma of the angle by which beams widen on their way
+    told      whether other blurs are asked for, too
     """
 
     blur: float = 0.002
@@ -67,7 +67,9 @@ class Look:
 class Side:
     """Where an edge is looked for: along `axis` (0 = x, 1 = z) about `at` m, the opening on the side `sign`.
 
-    inner   m to the middle of the opening; reach m to either side; across (low, high) m, extent of the edge
+    inner   m to the middle of the opening
+    reach   m that is searched to either side
+    across  m, low and high end of the edge
     loose   whether what stands before the wall may begin off the edge: open shutters do, surrounds do not
     """
 
@@ -85,8 +87,9 @@ class Side:
         return 2 * self.axis + (self.sign < 0)
 
     def beside(self, place: Float) -> tuple[Float, Int]:
-        """Distance (n,) m of places (2, n) into the opening, and those along the edge that are near it: not
-        at its ends.
+        """Returns how far (n,) m places (2, n) lie inside the opening, and which of them are near the edge.
+
+        Places at the ends of the edge are left out.
         """
         cut = _SHY * (self.across[1] - self.across[0])
         u = self.sign * (place[self.axis] - self.at)
@@ -97,15 +100,15 @@ class Side:
 
 @dataclass(frozen=True, eq=False)
 class Edge:
-    """Beams around an edge, u (n,) m towards the opening from where it is looked for, rising.
+    """The beams around an edge, as rising places u (n,) m into the opening from where it is looked for.
 
-    seen, hidden  beams that the solid stopped and those that went through: where the reveal is in sight, and
-             where the face hides it
+    seen     beams that the solid stopped, and those that went through, where the reveal is in sight
+    hidden   the same where the face hides the reveal
     stopped  beams that something before the face stopped
-    reveal   where the reveal begins by its own points, and its sigma, m; None where none is in sight
-    shift    m, one sigma by which all hidden beams are off together: the face's depth and the footprint
+    reveal   m, place where the reveal begins by its own points, and its sigma; None where none is in sight
+    shift    m, one sigma by which all hidden beams err together: the face's depth and the footprint
     doubt    m, one sigma of the place by the footprint alone
-    mixed    mixed echoes, how many there would be per m of footprint's sigma, and how far away, m
+    mixed    mixed echoes, how many there would be per m of the footprint's sigma, and how far away, m
     """
 
     seen: tuple[Float, Float]
@@ -129,15 +132,16 @@ class Edge:
         return np.sort(np.concatenate([self.seen[1], self.hidden[1]]))
 
 
-def edge_beams(near: Sight, side: Side, frame: float | None, look: Look) -> Edge:
-    """The beams around an edge, each where it crosses the plane that decides on which side it is.
+def edge_beams(near: CrossingBeams, side: Side, frame: float | None, traits: EdgeTraits) -> Edge:
+    """Returns the beams around an edge, each where it crosses the plane that decides on which side it is.
 
     A beam that the reveal would stop is solid if it ended before a plane 3 sigma within the wall, and counts
-    where it crosses that plane: the face's noise does not matter. A beam past the face's edge counts where it
-    passes that, and is solid if most of its light came from the face (half-way to the frame, `frame` m deep).
+    where it crosses that plane, so that the noise of the face does not matter. A beam past the edge of the
+    face counts where it passes that, and is solid if most of its light came from the face (it ended less than
+    half-way to the frame, which is `frame` m deep).
     """
-    u_own, beside = side.beside(near.own)
-    face = _face(near, side, beside, look.faces[side.number])
+    u_own, beside = side.beside(near.points)
+    face = _face(near, side, beside, traits.faces[side.number])
     begin = max(face.y, 0.0) + near.wall
     back = max(frame - face.y, 2.0 * near.wall) if frame is not None else 2.0 * near.wall
     slope = side.sign * near.slope[side.axis]
@@ -147,15 +151,15 @@ def edge_beams(near: Sight, side: Side, frame: float | None, look: Look) -> Edge
     # what stands loose beside an edge only bounds it: what passes has passed at the wall itself
     back_solid = near.depth <= face.y + back / 2
     edge_y = np.where(back_solid, face.y, max(face.y, 0.0)) if side.loose else face.y
-    u, some = side.beside(near.at(np.where(slope < 0, begin, edge_y)))
+    u, some = side.beside(near.shifted(np.where(slope < 0, begin, edge_y)))
     u, slope, depth, back_solid = u[some], slope[some], near.depth[some], back_solid[some]
     # what stands before the face at its edge (handles, steps) is none of it
     seen, stopped = slope < 0, depth < max(face.y - 2.0 * near.wall, -FITTING)
     hidden, wide = ~seen & ~stopped, np.sqrt(1.0 + slope**2)
-    blurred = wide * footprint(near.range[some], look.widening)
+    blurred = wide * footprint(near.range[some], traits.widening)
     way = (depth - face.y) / back
     rays = bool(near.slope.any())
-    # without rays a reveal's points look like mixed echoes: the footprint stays unknown
+    # without rays a reveal's points traits like mixed echoes: the footprint stays unknown
     told = rays and back < _SHALLOW
     mixed = (0.0, 0.0, 0.0)
     if told:
@@ -168,7 +172,7 @@ def edge_beams(near: Sight, side: Side, frame: float | None, look: Look) -> Edge
 
 
 def footprint(distance: Float, widening: float) -> Float:
-    """One sigma m, across the beam, of footprints `distance` (n,) m away; 0 where that is unknown.
+    """Returns one sigma (n,) m, across the beam, of footprints at `distance` (n,) m; 0 where unknown.
 
     Gaussian beams leave their scanner some mm wide and widen by an angle (`widening`, one sigma, rad).
     """
@@ -176,8 +180,9 @@ def footprint(distance: Float, widening: float) -> Float:
 
 
 def _errors(u: Float, hidden: Bool, by_face: Float, blurred: Float) -> tuple[float, float]:
-    """By how much m the beams near an edge that it hides may be off together, by the depth of its face and by
-    the footprint, one sigma; and the latter's share in the place of the edge.
+    """Returns by how much m the hidden beams of an edge err together, and the part of the footprint in it.
+
+    The errors are one sigma each: of the depth of the face, and of the footprint.
     """
     if not hidden.any():
         return 0.0, 0.0
@@ -188,7 +193,7 @@ def _errors(u: Float, hidden: Bool, by_face: Float, blurred: Float) -> tuple[flo
 
 
 def _far(u: Float, way: Float) -> float:
-    """Share of the beams (n,) right inside an edge that find nothing near behind it: panes, rooms.
+    """Returns the share of the beams (n,) right inside an edge that find nothing near behind it.
 
     way  (n,) depth of their points, 0 = the face, 1 = the frame
     """
@@ -198,7 +203,7 @@ def _far(u: Float, way: Float) -> float:
 
 
 def _mixed(u: Float, way: Float, wide: Float, distance: Float) -> tuple[float, float, float]:
-    """Mixed echoes at an edge, how many there would be per m of the footprint's sigma, and how far away."""
+    """Returns the mixed echoes of an edge, how many there would be per m of footprint, and their range m."""
     between = (way > _MIXED[0]) & (way < _MIXED[1]) & (np.abs(u) < _ROUND)
     face = (u > -_STRIP) & (u < -_ROUND / 2) & (way < 0.5)
     if not face.any():
@@ -208,12 +213,12 @@ def _mixed(u: Float, way: Float, wide: Float, distance: Float) -> tuple[float, f
     return float(between.sum()), due, float(distance[face].mean())
 
 
-def _face(near: Sight, side: Side, beside: Int, shared: Face | None) -> Face:
-    """The face that ends at a border: the foremost of the surfaces within a strip beside it; the `shared` one
-    where its own points do not tell.
+def _face(near: CrossingBeams, side: Side, beside: Int, shared: Face | None) -> Face:
+    """Returns the face that ends at a border: the foremost of the surfaces within a strip beside it.
 
-    Beside the border as the sensor sees it: mixed echoes of an edge that hides what is behind lie far off it,
-    but on the same lines of sight. So the strip depends on the face, and is found in rounds.
+    Where its own points do not tell it, the `shared` one is taken. The strip lies beside the border as the
+    sensor sees it, for mixed echoes at an edge that hides what is behind lie far off it, but on the same
+    lines of sight. So the strip depends on the face, and both are found in rounds.
     """
     solid = beside[(near.depth[beside] <= near.wall) & (near.depth[beside] > -FITTING)]
     if len(solid) < FEW:
@@ -233,17 +238,18 @@ def _face(near: Sight, side: Side, beside: Int, shared: Face | None) -> Face:
 
 
 def typical_gap(u: Float) -> float:
-    """Width m of the gap that a random place lies in among points (n,) m that rise: columns of a raster are
-    that far apart.
+    """Returns the width m of the gap that a random place lies in among rising points u (n,) m.
+
+    The columns of a raster are that far apart.
     """
     gap = np.diff(u)
     return float(gap @ gap / max(gap.sum(), 1e-9))
 
 
 def _foremost(depth: Float, wall: float) -> Float:
-    """Depths (k,) m of the foremost surface of points (n,): one that holds a share of what the fullest does.
+    """Returns the depths (k,) m of the foremost surface of points (n,) m that is full enough.
 
-    A few mixed echoes of the edge, or leaves before it, are no surface.
+    A few mixed echoes of the edge, or leaves before it, are not a surface.
     """
     depth = np.sort(depth)
     number = np.searchsorted(depth, depth + wall) - np.arange(len(depth))
@@ -255,7 +261,7 @@ def _foremost(depth: Float, wall: float) -> Float:
 
 
 def _quantile(values: Float, share: float) -> float:
-    """The quantile of values (n,), n > 1, share < 1; numpy's own takes longer than all else here."""
+    """Returns the quantile of values (n,), n > 1, share < 1; numpy's own takes longer than all else here."""
     at = share * (len(values) - 1)
     k = int(at)
     low, high = np.partition(values, (k, k + 1))[k : k + 2]
@@ -263,7 +269,7 @@ def _quantile(values: Float, share: float) -> float:
 
 
 def _reveal_line(u: Float, depth: Float, noise: float, slope: Float) -> tuple[float, float] | None:
-    """Where a reveal begins, m, and its sigma, from its own points; it may slant a little."""
+    """Returns where a reveal begins, m, and its sigma, from its own points; it may slant a little."""
     if len(u) < 4:
         return None
     keep = np.abs(u - np.median(u)) < 0.02 + _SPLAY * depth

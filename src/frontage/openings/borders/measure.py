@@ -1,39 +1,44 @@
 """Measures the openings of a facade: borders, shape, depth, and what they have in common."""
 
+from functools import partial
+
 import numpy as np
 
 from frontage.geometry.arrays import Float
-from frontage.openings.borders.borders import CLOSE, WIDTHS, Border, Place, find_borders
 from frontage.openings.borders.circles import Circle, find_circle
 from frontage.openings.borders.depth import AROUND, find_depth, find_wall
-from frontage.openings.borders.edges import FEW, Face, Look, footprint
+from frontage.openings.borders.edges import FEW, EdgeTraits, Face, footprint
+from frontage.openings.borders.locate import CLOSE, WIDTHS, Border, find_borders
 from frontage.openings.borders.outline import Outline
 from frontage.openings.borders.shapes import Head, fan_of, find_head, ring_of, strays
-from frontage.openings.wall.sight import Sight
+from frontage.openings.boxes import Box
+from frontage.openings.wall.crossings import CrossingBeams
 
 _CIRCLE = 10.0  # nats that a circle must gain over a square
 _FEWER = 3  # beams that a circle must put on their side more than an arch does: about as many nats
-_SAME = 0.003  # m: faces of one facade agree no better
-_WIDENING = np.linspace(1e-4, 5e-4, 41)  # rad, one sigma, of beams: diffraction at least, up to 2 mrad (1/e2)
+_SAME = 0.003  # m: the faces of one facade agree no better
+_WIDENING = np.linspace(1e-4, 5e-4, 41)  # rad, one sigma, of beams: from diffraction to 2 mrad (1/e2)
 _ENOUGH = 3  # openings that tell what their facade has in common
 
 
-def measure(sight: Sight, boxes: list[Place], cell: float, spacing: float) -> list[Outline]:
-    """Outlines of the openings whose places are known to about two cells; `cell`, `spacing` m.
+def measure(sight: CrossingBeams, boxes: list[Box], cell: float, spacing: float) -> list[Outline]:
+    """Measures the openings whose `boxes` are known to about two cells; `cell` and `spacing` in m.
 
-    Twice: the first time every opening by itself; then with the blur of edges and the depth of sills and
+    It does so twice: first every opening by itself, then with the blur of edges and the depth of sills and
     surrounds that the whole facade shows, where an opening's own points do not tell them.
     """
-    first = [_outline(sight, box, cell, spacing, Look(told=True)) for box in boxes]
-    look = facade_look(first)
+    first = [_outline(sight, box, EdgeTraits(told=True), cell=cell, spacing=spacing) for box in boxes]
+    traits = facade_edge_traits(first)
     walls = np.array([o.wall for o in first if o.wall is not None])
-    return [_outline(sight, o.place, spacing, spacing, look, o, walls) for o in first]
+    return [
+        _outline(sight, o.place, traits, cell=spacing, spacing=spacing, known=o, walls=walls) for o in first
+    ]
 
 
-def facade_look(outlines: list[Outline]) -> Look:
-    """What the edges of a facade share: the likeliest blur, the median face of every side, the footprint."""
+def facade_edge_traits(outlines: list[Outline]) -> EdgeTraits:
+    """Returns what the edges of a facade share: the likeliest blur, the median faces, the footprint."""
     if not outlines:
-        return Look()
+        return EdgeTraits()
     scores = np.sum([b.scores for o in outlines for b in o.borders], axis=0)
     faces: list[Face | None] = []
     for side in range(4):
@@ -48,26 +53,28 @@ def facade_look(outlines: list[Outline]) -> Look:
         faces.append(Face(middle, max(spread, _SAME), len(y)))
     # without rays edges throw shadows as wide as any blur
     if not any(b.edge.rays for o in outlines for b in o.borders):
-        return Look(faces=tuple(faces))
-    return Look(WIDTHS[int(np.argmax(scores))], tuple(faces), _widening(outlines))
+        return EdgeTraits(faces=tuple(faces))
+    return EdgeTraits(WIDTHS[int(np.argmax(scores))], tuple(faces), _widening(outlines))
 
 
 def _widening(outlines: list[Outline]) -> float:
-    """Angle rad, one sigma, by which beams widen: as many mixed echoes as there are need such footprints."""
+    """Returns the angle rad, one sigma, by which beams widen, as the mixed echoes tell it."""
     mixed = np.array([b.edge.mixed for o in outlines for b in o.borders])
     due = [float(mixed[:, 1] @ footprint(mixed[:, 2], float(w))) for w in _WIDENING]
     return float(np.interp(mixed[:, 0].sum(), due, _WIDENING)) if due[-1] > 0.0 else float(_WIDENING[0])
 
 
 def _outline(
-    sight: Sight,
-    box: Place,
+    sight: CrossingBeams,
+    box: Box,
+    traits: EdgeTraits,
+    *,
     cell: float,
     spacing: float,
-    look: Look,
     known: Outline | None = None,
     walls: Float | None = None,
 ) -> Outline:
+    """Measures one opening; `known` is its first outline, `walls` (n,) m the depths of all walls."""
     wide = sight.around(box, AROUND)
     near = wide.around(box, CLOSE)
     wall = find_wall(wide, box)  # its borders end at its own masonry, whatever is relief of the facade
@@ -77,10 +84,11 @@ def _outline(
     depth = known.depth if known else find_depth(wide, box, 0.0, cell / 2)
     frame = None if depth is None else depth.value
     loose = known is not None and _loose(known, sight.wall)
-    place, borders = find_borders(near, box, cell, rise, frame, spacing, look, loose)
-    shape, place, rise, spread = _shape(near, place, borders, frame, look.blur, known)
+    search = partial(find_borders, near, frame=frame, spacing=spacing, traits=traits, loose=loose)
+    place, borders = search(box, cell=cell, rise=rise)
+    shape, place, rise, spread = _shape(near, place, borders, frame=frame, blur=traits.blur, known=known)
     if rise > 0.0 and known is None:
-        place, borders = find_borders(near, place, spacing, rise, frame, spacing, look, loose)
+        place, borders = search(place, cell=spacing, rise=rise)
     covariance = np.diag([*(b.sigma**2 for b in borders), 0.0])
     if shape == "circle" and spread is not None:
         covariance[:4, :4] = np.eye(4) * spread[0, 0]
@@ -102,25 +110,28 @@ def _outline(
 
 
 def _loose(outline: Outline, wall: float) -> bool:
-    """Whether what stands before the wall beside an opening does not go around it: shutters do not."""
+    """Returns whether what stands before the wall beside an opening does not go around it (shutters)."""
     left, right, _, top = (b.edge.face.y for b in outline.borders)
     return min(left, right) < -wall and abs(min(left, right) - top) > wall
 
 
 def _shape(
-    near: Sight,
-    place: Place,
+    near: CrossingBeams,
+    place: Box,
     borders: list[Border],
+    *,
     frame: float | None,
     blur: float,
     known: Outline | None,
-) -> tuple[str, Place, float, Float | None]:
-    """Shape, box, rise m and covariance (2, 2) of top and rise, None where the head is straight."""
+) -> tuple[str, Box, float, Float | None]:
+    """Returns shape, box, rise m, and covariance (2, 2) m2 of top and rise (None: straight head)."""
     if known is not None and known.shape == "rectangle":
         return "rectangle", place, 0.0, None
     x0, z0, x1, z1 = place
     told = ("rectangle", 0.0) if known is None else (known.shape, known.rise)
-    fan = fan_of(near, place, borders[3].edge.face.y, frame, _density(near, place), told)
+    fan = fan_of(
+        near, place, face=borders[3].edge.face.y, frame=frame, density=_density(near, place), head=told
+    )
     found = find_circle(fan, place, blur)
     if known is not None and known.shape == "circle":
         return ("circle", place, 0.0, None) if found is None else _circle(found)
@@ -134,18 +145,22 @@ def _shape(
     return head.shape, (x0, z0, x1, head.top), head.rise, _spread(head)
 
 
-def _circle(found: Circle) -> tuple[str, Place, float, Float | None]:
-    """A centre is told half as well as a radius (all beams tell of the one, half of them of x, half of z)."""
+def _circle(found: Circle) -> tuple[str, Box, float, Float | None]:
+    """Returns the shape of a circle.
+
+    A centre is known half as well as a radius: all beams tell the radius, half of them x, half of them z.
+    """
     return "circle", found.box, 0.0, np.diag([3.0 * found.sigma**2 + 1e-6, 0.0])
 
 
 def _spread(head: Head) -> Float:
+    """Returns the covariance (2, 2) m2 of the top and the rise of a head."""
     top, both, rise = head.covariance
     return np.array([[top + 1e-6, both], [both, rise + 1e-6]])
 
 
-def _density(near: Sight, place: Place) -> float:
-    """Beams per m2 that the wall beside an opening sends back."""
+def _density(near: CrossingBeams, place: Box) -> float:
+    """Returns the beams per m2 that the wall beside an opening sends back."""
     x0, z0, x1, z1 = place
     reach = min(CLOSE, 0.3)
     x, z = near.place
@@ -155,8 +170,8 @@ def _density(near: Sight, place: Place) -> float:
     return float(np.median([left.sum(), right.sum()])) / max(reach * (z1 - z0), 1e-6)
 
 
-def _passes(near: Sight, place: Place) -> float:
-    """Share of the beams into an opening that end more than a metre behind."""
+def _passes(near: CrossingBeams, place: Box) -> float:
+    """Returns the share of the beams into an opening that end more than a metre behind the wall."""
     x0, z0, x1, z1 = place
     x, z = near.place
     inside = (x > x0) & (x < x1) & (z > z0) & (z < z1) & (near.depth > near.wall)

@@ -6,13 +6,14 @@ import numpy as np
 
 from frontage.geometry.arrays import Float
 from frontage.model.estimate import Estimate
-from frontage.openings.borders.borders import Border, Place
+from frontage.openings.borders.locate import Border
 from frontage.openings.borders.shapes import ring_of
+from frontage.openings.boxes import Box
 
 
 @dataclass(frozen=True, eq=False)
 class Outline:
-    """Borders, shape and depth of an opening.
+    """The borders, shape and depth of an opening.
 
     place       x0, z0, x1, z1 m, its bounding box
     rise        m, top less springing; 0 = straight head
@@ -20,11 +21,11 @@ class Outline:
     borders     left, right, bottom, top as straight borders, each by itself
     passes      share of the beams that end more than a metre behind
     wall        depth y m of the wall around it, None where nothing tells it
-    pooled      whether a border owes most of what is known of it to other openings
+    pooled      whether most of what is known of a border comes from other openings
     """
 
     shape: str
-    place: Place
+    place: Box
     rise: float
     covariance: Float
     borders: tuple[Border, ...]
@@ -35,11 +36,11 @@ class Outline:
 
     @property
     def sure(self) -> float:
-        """Share of the borders that are told beyond doubt (a hundred times likelier than none)."""
+        """Share of the borders that are seen beyond doubt: a hundred times likelier than no border."""
         return float(np.mean([b.gain > np.log(100.0) for b in self.borders]))
 
     @property
     def ring(self) -> tuple[Float, Float]:
-        """Ring (k, 2) m and its covariance (2k, 2k) m2."""
+        """The ring (k, 2) m and its covariance (2k, 2k) m2."""
         ring, weights = ring_of(self.shape, self.place, self.rise)
         return ring, weights @ self.covariance @ weights.T

@@ -1,4 +1,4 @@
-"""Which head an opening has: flat, segmental, round, pointed or triangular; rings of all shapes."""
+"""Tells the head of an opening (flat, segmental, round, pointed, triangular), and makes rings of shapes."""
 
 from dataclasses import dataclass, replace
 
@@ -6,14 +6,15 @@ import numpy as np
 
 from frontage.geometry.arrays import Bool, Float
 from frontage.geometry.ring import ring_contains
-from frontage.openings.borders.borders import Place, side_scores
-from frontage.openings.wall.sight import Sight
+from frontage.openings.borders.locate import side_scores
+from frontage.openings.boxes import Box
+from frontage.openings.wall.crossings import CrossingBeams
 
 _GAIN = 10.0  # nats that a curve must gain over a straight head: "very strong" (Kass and Raftery 1995)
 _FREE = 5.0  # nats more for a shape whose rise is free
-_RISES = np.linspace(0.06, 0.4, 18)  # of segmental heads, as a share of the width
+_RISES = np.linspace(0.06, 0.4, 18)  # rises of segmental heads, as a share of the width
 _SLOPES = np.linspace(0.1, 1.0, 19)  # rises of triangular heads, as a share of the width
-_EDGE = 0.01  # m beside the sides where beams tell of them, not of the head
+_EDGE = 0.01  # m beside the sides where beams tell the sides, not the head
 _MARGIN = 0.3  # m above the head that is looked at
 _ARC = 24  # pieces of a head: chord error 3 mm on a half circle of 2 m
 _MOST = 6000  # beams of a head: more tell nothing new
@@ -22,7 +23,12 @@ _SQRT3 = float(np.sqrt(3.0))
 
 @dataclass(frozen=True, eq=False)
 class Fan:
-    """Beams (n,) about an opening: x, z m where each is told to be solid or open; `missing` per m2."""
+    """Beams (n,) about an opening.
+
+    x, z     m, where each is told to be solid or open
+    solid    whether it is solid
+    missing  beams per m2 that did not come back from the opening
+    """
 
     x: Float
     z: Float
@@ -30,7 +36,7 @@ class Fan:
     missing: float
 
     def part(self, keep: Bool) -> "Fan":
-        """Those that `keep` (n,), thinned to what a head needs."""
+        """Returns those that `keep` (n,) names, thinned to what a head needs."""
         k = np.flatnonzero(keep)
         k = k[:: max(len(k) // _MOST, 1)]
         return Fan(self.x[k], self.z[k], self.solid[k], self.missing * len(k) / max(int(keep.sum()), 1))
@@ -38,9 +44,13 @@ class Fan:
 
 @dataclass(frozen=True)
 class Head:
-    """A shape, the height of its top m, its rise m (top less springing), and the nats it gains over flat.
+    """The head of an opening.
 
-    covariance  (top, rise): their variances and covariance, m2
+    shape       its name
+    top         m, height z of the top
+    rise        m, top less springing
+    gain        nats over a flat head
+    covariance  m2: variance of the top, covariance of top and rise, variance of the rise
     """
 
     shape: str
@@ -51,27 +61,29 @@ class Head:
 
 
 def fan_of(
-    near: Sight,
-    place: Place,
+    near: CrossingBeams,
+    place: Box,
+    *,
     face: float,
     frame: float | None,
     density: float,
     head: tuple[str, float] = ("rectangle", 0.0),
 ) -> Fan:
-    """The beams about an opening as its curved borders see them.
+    """Returns the beams about an opening as its curved borders see them.
 
-    place, face, frame  x0, z0, x1, z1 m; depth of the solid face beside the head; depth of the frame or None
-    density             beams per m2 that a wall sends back there
-    head                shape and rise m, as far as known
+    face     m, depth of the solid face beside the head
+    frame    m, depth of the frame, None where it is unknown
+    density  beams per m2 that a wall sends back there
+    head     shape and rise m, as far as known
 
-    As at straight borders (`borders.locate`): a beam that slants outwards ends on the reveal and counts on a
-    plane within the wall, the others on the face.
+    As at straight borders (`locate`), a beam that slants outwards ends on the reveal and counts on a plane
+    within the wall; the others count on the face.
     """
     x0, z0, x1, z1 = place
     seen = (outward(*head, place, near.place) * near.slope).sum(0) > 0
     begin = max(face, 0.0) + near.wall
     back = max(frame - face, 2.0 * near.wall) if frame is not None else 2.0 * near.wall
-    x, z = near.at(np.where(seen, begin, face))
+    x, z = near.shifted(np.where(seen, begin, face))
     free = near.depth >= min(face, 0.0) - near.wall  # what stands before it hides the border
     solid = near.depth <= np.where(seen, begin, face + back / 2)
     box = (x > x0) & (x < x1) & (z > z0) & (z < z1 - 0.3 * (z1 - z0))
@@ -79,8 +91,8 @@ def fan_of(
     return Fan(x[free], z[free], solid[free], max(density - through, 0.0))
 
 
-def outward(shape: str, rise: float, place: Place, xz: Float) -> Float:
-    """Directions (2, n), of any length, in which the border nearest to xz (2, n) m looks into the wall."""
+def outward(shape: str, rise: float, place: Box, xz: Float) -> Float:
+    """Returns the directions (2, n), not normalised, from the border nearest to xz (2, n) m into the wall."""
     x0, z0, x1, z1 = place
     half, middle = (x1 - x0) / 2, (x0 + x1) / 2
     side = np.where(xz[0] < middle, -1.0, 1.0)
@@ -98,9 +110,10 @@ def outward(shape: str, rise: float, place: Place, xz: Float) -> Float:
 
 
 def below(shape: str, rise: float, half: float, u: Float) -> Float:
-    """Height (n,) m below the top (negative) at u (n,) m from the middle of a head of that half width.
+    """Returns the height (n,) m relative to the top (negative) at u (n,) m from the middle of a head.
 
-    Segmental and round heads are arcs of one circle, pointed ones of two whose centres are the springings.
+    `half` m is half its width. Segmental and round heads are arcs of one circle, pointed ones arcs of two
+    circles whose centres are the springings.
     """
     if shape == "rectangle":
         return np.zeros(len(u))
@@ -114,12 +127,11 @@ def below(shape: str, rise: float, half: float, u: Float) -> Float:
     return np.asarray(np.sqrt(np.maximum(radius**2 - v**2, 0.0)) - radius)
 
 
-def find_head(fan: Fan, place: Place, blur: float, known: Head | None = None) -> Head:
-    """The likeliest head of an opening that was measured as a rectangle `place` x0, z0, x1, z1 m; of one
-    whose shape is `known` its top and rise.
+def find_head(fan: Fan, place: Box, blur: float, known: Head | None = None) -> Head:
+    """Finds the likeliest head of an opening measured as a rectangle; of a `known` shape, top and rise.
 
-    Every beam of its region is on its side of the head, blurred, but for strays; every curve is a shift of
-    the beams, so that all tops of one curve are one convolution.
+    Every beam of its region is on its side of the head, blurred, except for strays. A curve is a shift of the
+    beams, so all tops of one curve are scored by one convolution.
     """
     x0, z0, x1, z1 = place
     half, middle = (x1 - x0) / 2, (x0 + x1) / 2
@@ -128,7 +140,7 @@ def find_head(fan: Fan, place: Place, blur: float, known: Head | None = None) ->
     if not near.solid.any() or (near.solid.all() and near.missing <= 0.0):
         return Head("rectangle", z1, 0.0, 0.0)
     tops = np.arange(low + 0.2 * (z1 - low), high - 0.2, 0.002)
-    search = _Search(near, middle, half, low, tops, blur)
+    search = _Search(near, middle=middle, half=half, low=low, tops=tops, blur=blur)
     if known is not None:
         rise = max(_rises(known, half, high - z0), key=lambda r: search.best(known.shape, r)[0])
         return search.refined(replace(known, rise=rise, top=search.best(known.shape, rise)[1]))
@@ -149,7 +161,7 @@ def find_head(fan: Fan, place: Place, blur: float, known: Head | None = None) ->
 
 
 def _rises(known: Head, half: float, height: float) -> list[float]:
-    """Rises m that a head of known shape may have over an opening of that half width and height m."""
+    """Returns the rises m that a head of known shape may have; `half` width and `height` of the opening m."""
     if known.shape in ("round", "pointed"):
         return [half if known.shape == "round" else _SQRT3 * half]
     free = 2.0 * half * (_RISES if known.shape == "segmental" else _SLOPES)
@@ -157,9 +169,9 @@ def _rises(known: Head, half: float, height: float) -> list[float]:
 
 
 class _Search:
-    """Scores of heads over the same beams."""
+    """Scores heads over the same beams."""
 
-    def __init__(self, fan: Fan, middle: float, half: float, low: float, tops: Float, blur: float) -> None:
+    def __init__(self, fan: Fan, *, middle: float, half: float, low: float, tops: Float, blur: float) -> None:
         solid, opened = np.flatnonzero(fan.solid), np.flatnonzero(~fan.solid)
         order = np.concatenate([solid, opened])
         self._x, self._z, self._solid = fan.x[order] - middle, fan.z[order], len(solid)
@@ -168,27 +180,27 @@ class _Search:
         self._u = ((np.arange(100) + 0.5) / 50 - 1.0) * half
 
     def curve(self, shape: str, rise: float, tops: Float) -> Float:
-        """Log-likelihood (k,) of heads whose tops are at `tops` (k,) m."""
+        """Returns the log-likelihood (k,) of heads whose tops are at `tops` (k,) m."""
         middle = float(tops[len(tops) // 2])
         v = middle - self._z + below(shape, rise, self._half, self._x)
         score = side_scores(v[: self._solid], v[self._solid :], middle - tops[::-1], self._blur)
         return np.asarray(score[::-1] + self._missing * self._area(shape, rise, tops))
 
     def _area(self, shape: str, rise: float, tops: Float) -> Float:
-        """Area (k,) m2 within the heads whose tops are at `tops` (k,) m."""
+        """Returns the area (k,) m2 within the heads whose tops are at `tops` (k,) m."""
         drop = np.sort(below(shape, rise, self._half, self._u))
         first = np.searchsorted(drop, self._low - tops)
         rest = np.append(np.cumsum(drop[::-1])[::-1], 0.0)[first]
         return np.asarray(rest + (len(drop) - first) * (tops - self._low)) * 2 * self._half / len(drop)
 
     def best(self, shape: str, rise: float) -> tuple[float, float]:
-        """Score and top m of the likeliest head of that shape and rise."""
+        """Returns the score and the top m of the likeliest head of that shape and rise."""
         score = self.curve(shape, rise, self._tops)
         k = int(score.argmax())
         return float(score[k]), float(self._tops[k])
 
     def _fine(self, shape: str, rise: float, top: float) -> tuple[float, float, float]:
-        """Score, posterior mean m and variance m2 of tops near one."""
+        """Returns the score, and the posterior mean m and variance m2, of tops near `top`."""
         tops: Float = top + np.arange(-24, 25, dtype=np.float64) * 0.0005
         score = self.curve(shape, rise, tops)
         p = np.exp(score - score.max())
@@ -197,7 +209,7 @@ class _Search:
         return float(score.max()), mean, float(p @ (tops - mean) ** 2)
 
     def refined(self, head: Head) -> Head:
-        """The posterior mean and covariance of top and rise."""
+        """Returns the head with the posterior mean and covariance of top and rise."""
         if head.shape in ("round", "pointed"):
             _, top, variance = self._fine(head.shape, head.rise, head.top)
             return Head(head.shape, top, head.rise, head.gain, (variance, 0.0, 0.0))
@@ -212,9 +224,11 @@ class _Search:
         return Head(head.shape, t, r, head.gain, (*spread, float(p @ (rises - r) ** 2)))
 
 
-def ring_of(shape: str, place: Place, rise: float) -> tuple[Float, Float]:
-    """Ring (k, 2) m, counter-clockwise, and how its coordinates (2k,) follow left, right, bottom, top and
-    rise: derivatives (2k, 5). Round and pointed heads take their rise from the width.
+def ring_of(shape: str, place: Box, rise: float) -> tuple[Float, Float]:
+    """Returns the ring (k, 2) m, counter-clockwise, of a shape, and its derivatives (2k, 5).
+
+    The derivatives are of its coordinates by left, right, bottom, top and rise. Round and pointed heads take
+    their rise from the width.
     """
     start = np.array([place[0], place[2], place[1], place[3], rise])
     steps = 1e-4 * np.eye(5)
@@ -223,7 +237,7 @@ def ring_of(shape: str, place: Place, rise: float) -> tuple[Float, Float]:
 
 
 def _ring(shape: str, p: Float) -> Float:
-    """Ring (k, 2) m of the parameters left, right, bottom, top, rise."""
+    """Returns the ring (k, 2) m of the parameters left, right, bottom, top, rise."""
     x0, x1, z0, z1, rise = (float(v) for v in p)
     half, middle = (x1 - x0) / 2, (x0 + x1) / 2
     if shape == "circle":
@@ -236,6 +250,6 @@ def _ring(shape: str, p: Float) -> Float:
 
 
 def strays(fan: Fan, ring: Float) -> int:
-    """How many beams about an opening are on the wrong side of a ring (k, 2) m."""
+    """Counts the beams about an opening that are on the wrong side of a ring (k, 2) m."""
     inside = ring_contains(ring, np.column_stack([fan.x, fan.z]))
     return int((inside == fan.solid).sum())

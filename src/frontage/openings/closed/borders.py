@@ -1,4 +1,4 @@
-"""Borders and depth of an opening that is closed level with the wall; or that it is none."""
+"""Measures the borders and the depth of an opening that is closed level with the wall."""
 
 from dataclasses import dataclass
 
@@ -7,52 +7,55 @@ from scipy import stats
 
 from frontage.geometry.arrays import Bool, Float
 from frontage.model.estimate import Estimate
-from frontage.openings.borders.borders import Place
+from frontage.model.masonry import TOLERANCES
 from frontage.openings.borders.outline import Outline
-from frontage.openings.closed.places import SIZE, Places
-from frontage.openings.closed.reflectance import Layer, Surface, within
-from frontage.openings.closed.steps import HEAD, Form
+from frontage.openings.boxes import Box
+from frontage.openings.closed.channels import ChannelLayer, WallPoints, within
+from frontage.openings.closed.places import SIZE, CandidatePlaces
+from frontage.openings.closed.steps import HEAD, OpeningForm
 
-_ALIKE = 0.4  # of the step that thirds of the inside may differ from the whole
-_SHARP = 0.6  # of the step that must happen within the nearest points
-_SOME = 0.3  # of the step that a border which is not sharp must still show
-_NEAR = 0.04  # m beside a border, or two spacings: its nearest points
-_ENDS = 0.05  # of a side that is left out at either end
-_FINE = 0.001  # m between tried places of a border
-_SEARCH = 0.12  # m, furthest that a border is looked for from where it is expected
+_ALIKE = 0.4  # share of the step by which the thirds of the inside may differ from the whole
+_SHARP = 0.6  # share of the step that must happen within the nearest points
+_SOME = 0.3  # share of the step that a border which is not sharp must still show
+_NEAR = 0.04  # m beside a border, or two spacings, within which its nearest points lie
+_ENDS = 0.05  # share of a side that is left out at either end
+_FINE = 0.001  # m between the places of a border that are tried
+_SEARCH = 0.12  # m from where it is expected within which a border is looked for
 _BEST = 0.002  # m, one sigma of a border at least: gaps between leaf and wall
 _BEFORE = 0.08  # m: what stands further before the wall is fitted to it
 _FEW = 30  # points inside, and on each side of a border
-_SLANT = 0.5  # of its depth that the wall's edge hides of a leaf, or shows of a reveal
-_AROUND = (0.5, 0.2)  # m beside the opening, from and to: its wall, surrounds left out
+_SLANT = 0.5  # share of its depth that the wall's edge hides of a leaf, or shows of a reveal
+_AROUND = (0.5, 0.2)  # m beside the opening, outer and inner end of its wall, without surrounds
 _USUAL = 0.997  # share of the openings that lie no further from where they are expected: three sigmas
-_COMMON = 0.5  # of the noise of a point that its neighbours share
 
 
 @dataclass(frozen=True, eq=False)
 class Contrast:
-    """What tells an opening of the wall best: a sum of a layer's channels, one more inside than outside.
+    """The sum of a layer's channels that tells an opening from the wall best: one more inside than outside.
 
-    weights  (c,) of the channels; own: its steps (4,) inwards; wall: one sigma (4,) of those of the wall
+    weights  (c,) of the channels
+    own      (4,) its steps inwards
+    wall     (4,) one sigma of the wall's own steps
     """
 
-    layer: Layer
+    layer: ChannelLayer
     weights: Float
     own: Float
     wall: Float
 
-    def near(self, place: Place) -> tuple[Float, Float]:
-        """Places (n, 2) and values (n,) in a box."""
+    def near(self, place: Box) -> tuple[Float, Float]:
+        """Returns the places (n, 2) m and values (n,) in a box."""
         xz, values = self.layer.near(place)
         return xz, values @ self.weights
 
 
-def outlined(places: Places, k: int, like: Outline, contrast: Contrast, surface: Surface) -> Outline | None:
-    """The outline with measured borders and depth of what stands at place number k; None where it is not like
-    an opening.
+def measure_closed(
+    places: CandidatePlaces, k: int, like: Outline, contrast: Contrast, surface: WallPoints
+) -> Outline | None:
+    """Returns the measured outline of what stands at place number k; None if it is no opening.
 
-    Left, right and one of bottom and top are sharp; the other (a sill) need not be, and stays where it is
-    expected, by the row or by the height. The inside is even, and level with the wall.
+    Left, right and one of bottom and top must be sharp. The other (a sill) need not be: it stays where the
+    row or the height expects it. The inside must be even, and level with the wall.
     """
     box, form = places.box(k), places.form
     place, covariance = list(box), places.covariance.copy()
@@ -61,7 +64,7 @@ def outlined(places: Places, k: int, like: Outline, contrast: Contrast, surface:
     for side in range(4):
         row = (0, 2, 1, 3)[side]
         expected = float(np.sqrt(covariance[row, row]))
-        border = _border(contrast, *around, box, form, side, expected)
+        border = _border(contrast, around, box, form, side=side, expected=expected)
         if border is not None:
             sharp[side] = True
             place[side] += border[0]
@@ -76,7 +79,7 @@ def outlined(places: Places, k: int, like: Outline, contrast: Contrast, surface:
         if sharp[other] and not sharp[side] and covariance[known, known] + SIZE**2 < covariance[row, row]:
             place[side] += place[other] - box[other]
             covariance[row, row] = covariance[known, known] + SIZE**2
-    at: Place = (place[0], place[1], place[2], place[3])
+    at: Box = (place[0], place[1], place[2], place[3])
     depth = _depth(surface, at, form.rise)
     heads = sharp[1::2].any() if places.node else sharp[3]  # sills hide the foot
     if depth is None or not (sharp[0] and sharp[2] and heads):
@@ -88,20 +91,22 @@ def outlined(places: Places, k: int, like: Outline, contrast: Contrast, surface:
 
 
 def _regular(shift: Float, variance: Float, expected: Float, sharp: Bool) -> bool:
-    """Whether the sharp sides lie by `shift` (4,) m from where they are expected, no further than those of
-    openings like it do: size, and the place in the row or the column.
+    """Returns whether the sharp sides lie as near to where they are expected as those of openings like it do.
+
+    shift  (4,) m, how far off they lie
     """
     rows = np.array([0, 2, 1, 3])[sharp]  # of the covariances
     total = expected[np.ix_(rows, rows)] + np.diag(variance[rows])
     return bool(shift[sharp] @ np.linalg.solve(total, shift[sharp]) < stats.chi2.ppf(_USUAL, len(rows)))
 
 
-def _grown(place: Place, by: float) -> Place:
+def _grown(place: Box, by: float) -> Box:
+    """Returns the box with `by` m more on all sides."""
     return place[0] - by, place[1] - by, place[2] + by, place[3] + by
 
 
-def _across(xz: Float, place: Place, side: int, form: Form) -> tuple[Bool, Float]:
-    """Which places (n, 2) lie along a side of a box, or its head, and their distance (n,) m across it."""
+def _across(xz: Float, place: Box, side: int, form: OpeningForm) -> tuple[Bool, Float]:
+    """Returns which places (n, 2) m lie along a side of a box, and their distance (n,) m across it."""
     x0, z0, x1, z1 = place
     axis = side % 2
     begin, end = (z0, z1 - form.rise) if axis == 0 else (x0, x1)
@@ -114,14 +119,21 @@ def _across(xz: Float, place: Place, side: int, form: Form) -> tuple[Bool, Float
 
 
 def _border(
-    contrast: Contrast, xz: Float, v: Float, box: Place, form: Form, side: int, expected: float
+    contrast: Contrast,
+    around: tuple[Float, Float],
+    box: Box,
+    form: OpeningForm,
+    *,
+    side: int,
+    expected: float,
 ) -> tuple[float, float] | None:
-    """Shift m (from where it is expected) and sigma m of the side of a box, by values v (n,) at
-    xz (n, 2); None where they do not step sharply there.
+    """Returns the shift m of a side of a box from where it is expected, and its sigma, or None.
 
-    Two means on either side; their likelihood over the place of the step, its exponent as much smaller as
-    means on this wall scatter more than its single points let expect.
+    `around` are places (n, 2) m and values (n,). Two means on either side: the likelihood over the place of
+    the step, its exponent reduced by as much as means on this wall scatter more than its single points
+    predict.
     """
+    xz, v = around
     some, u = _across(xz, box, side, form)
     search = float(np.clip(3.0 * expected, _SEARCH / 3.0, _SEARCH))
     order = np.flatnonzero(some)[np.argsort(u[some], kind="stable")]
@@ -145,9 +157,9 @@ def _border(
 
 
 def _jump(u: Float, v: Float, at: float, near: float) -> float:
-    """Mean of the values v (n,) over sorted u (n,) just behind a place less that just before it.
+    """Returns the mean of the values v (n,) just behind a place of u (n,) m less that just before it.
 
-    Of the nearest points, ten at least: scan columns may leave a gap beside the border.
+    It takes the nearest points, ten at least, for scan columns may leave a gap beside the border.
     """
     least = _FEW // 3
     first, middle, last = np.searchsorted(u, at + np.array([-near, 0.0, near]))
@@ -155,8 +167,8 @@ def _jump(u: Float, v: Float, at: float, near: float) -> float:
     return float(after.mean() - before.mean())
 
 
-def _even(xz: Float, v: Float, place: Place, rise: float) -> bool:
-    """Whether the thirds of the inside, across and up, are alike in the values v (n,) at xz (n, 2)."""
+def _even(xz: Float, v: Float, place: Box, rise: float) -> bool:
+    """Returns whether the thirds of the inside, across and up, are alike in the values v (n,)."""
     x0, z0, x1, z1 = place
     inside = within(xz, (x0, z0, x1, z1 - rise))
     column, row = (
@@ -170,8 +182,8 @@ def _even(xz: Float, v: Float, place: Place, rise: float) -> bool:
     return bool(np.abs(mean - np.median(mean)).max() < _ALIKE)
 
 
-def _depth(surface: Surface, place: Place, rise: float) -> Estimate[float] | None:
-    """Depth m of what closes the opening behind the wall around it, None where few points tell."""
+def _depth(surface: WallPoints, place: Box, rise: float) -> Estimate[float] | None:
+    """Returns the depth m of what closes the opening behind the wall around it; None for few points."""
     x0, z0, x1, z1 = place
     inside = surface.within((x0 + 0.03, z0 + 0.03, x1 - 0.03, z1 - rise - 0.03))
     far, near = _AROUND
@@ -183,5 +195,5 @@ def _depth(surface: Surface, place: Place, rise: float) -> Estimate[float] | Non
         y = surface.y[some]
         value.append(float(np.median(y)))
         noise = 1.4826 * float(np.median(np.abs(y - value[-1])))
-        variance += noise**2 * (_COMMON**2 + 1.57 / len(y))
+        variance += noise**2 * (TOLERANCES.common_noise**2 + 1.57 / len(y))
     return Estimate(value[0] - value[1], np.array([[variance]]), float(len(inside) - 1))

@@ -1,9 +1,9 @@
-"""Openings closed level with the wall: shutters, panes, grilles that looks or a slight relief tell from it.
+"""Finds openings closed level with the wall: shutters, panes, grilles that look a little different.
 
 They are looked for where something was seen, in the rows and columns of the other openings, in the forms of
 these. There the means of relief, intensity and colour must step together by the same amount on all sides,
-sharply, where the borders are expected, and be alike within. How large such steps are on this wall by itself,
-the wall tells.
+sharply, where the borders are expected, and be alike within. The wall itself tells how large such steps are
+on it by chance.
 """
 
 from collections.abc import Iterator, Sequence
@@ -14,52 +14,54 @@ import numpy as np
 from frontage.model.facade import Facade
 from frontage.model.ortho import OrthoImage
 from frontage.model.scan import Scan
-from frontage.openings.borders.borders import Place
 from frontage.openings.borders.outline import Outline
-from frontage.openings.closed.borders import Contrast, outlined
-from frontage.openings.closed.places import Places, crossings, lines
-from frontage.openings.closed.reflectance import Layer, Surface, photo_layer, scan_layer, surface_of
+from frontage.openings.boxes import Box
+from frontage.openings.closed.borders import Contrast, measure_closed
+from frontage.openings.closed.channels import ChannelLayer, WallPoints, photo_layer, scan_layer, wall_points
+from frontage.openings.closed.places import CandidatePlaces, along_lines, at_crossings
 from frontage.openings.closed.sides import contrasts_of, gains_of
-from frontage.openings.closed.steps import Picture, wall_steps
+from frontage.openings.closed.steps import ChannelMap, wall_steps
 from frontage.openings.layout.inferred import SEEN, state_of
 from frontage.openings.wall.beams import Beams
 from frontage.openings.wall.evidence import Evidence
 
-_SURE = 0.99  # posterior that an opening needs
-_LIKELY = 3.0  # nats at which a place may be an opening, and is no witness of the wall
+_SURE = 0.99  # posterior probability that an opening needs
+_LIKELY = 3.0  # nats from which a place may be an opening, and is not used to learn how the wall looks
 _PRIOR = 0.05  # share of the crossings seen as wall that hold a closed opening
-_BESIDE = 0.06  # m: clear places nearer to one another are one opening's
+_BESIDE = 0.06  # m: clear places nearer to one another belong to one opening
 _REACH = (0.05, 0.3)  # m before the wall and behind it: walls are that thick, rooms lie deeper
 
 
 @dataclass(frozen=True, eq=False)
-class Flush:
-    """An opening that is closed level with the wall, its posterior probability, and its evidence, nats."""
+class ClosedOpening:
+    """An opening that is closed level with the wall, its posterior probability, and its evidence in nats."""
 
     outline: Outline
     confidence: float
     evidence: float
 
 
-def find_flush(
+def find_closed_openings(
     facade: Facade,
     scan: Scan,
     beams: Beams,
     evidence: Evidence,
     outlines: Sequence[Outline],
+    *,
     ortho: OrthoImage | None = None,
-) -> list[Flush]:
-    """Closed openings where beams came back, like `outlines` and in a row or a column with them.
+) -> list[ClosedOpening]:
+    """Returns the closed openings where beams came back, like `outlines` and in a row or a column with them.
 
-    Posterior: likelihood of the four steps against that of the wall's own steps, with a price for every place
-    that was tried. What was found makes further rows and columns.
+    Posterior: the likelihood of the four steps against that of the wall's own steps, with a price for every
+    place that was tried. Openings that were found make further rows and columns. `ortho`, the facade's
+    ortho-image, adds colours where photos saw the wall.
     """
     if not outlines:
         return []
-    surface = surface_of(facade, scan, beams, _REACH)
+    surface = wall_points(facade, scan, beams, _REACH)
     layers = [scan_layer(surface, facade, scan), photo_layer(ortho, facade) if ortho is not None else None]
     search = _Search(surface, [v for v in layers if v is not None], evidence)
-    found: list[Flush] = []
+    found: list[ClosedOpening] = []
     while True:
         known = [*outlines, *(f.outline for f in found)]
         more = search.at_crossings(known) or search.along_lines(known)
@@ -73,37 +75,39 @@ class _Peak:
     """A place whose steps speak for an opening by `gain` nats, and its contrasts with the wall."""
 
     gain: float
-    places: Places
+    places: CandidatePlaces
     k: int
     contrasts: Sequence[Contrast]
 
     def beside(self, other: "_Peak") -> bool:
-        """Whether both may be one opening, seen from two cells."""
+        """Returns whether both may be one opening, seen from two cells."""
         (x, z), (u, v) = (p.places.box(p.k)[:2] for p in (self, other))
         return self.places is other.places and max(abs(x - u), abs(z - v)) < _BESIDE
 
 
 class _Search:
-    """The test at many places of one facade."""
+    """Tests many places of one facade."""
 
-    def __init__(self, surface: Surface, layers: Sequence[Layer], evidence: Evidence) -> None:
+    def __init__(self, surface: WallPoints, layers: Sequence[ChannelLayer], evidence: Evidence) -> None:
         self._surface, self._layers, self._evidence = surface, layers, evidence
         self._cell = max(v.picture.raster.cell for v in layers)
 
-    def at_crossings(self, known: Sequence[Outline]) -> list[Flush]:
-        """Of rows and columns."""
-        places = crossings(known, self._evidence)
+    def at_crossings(self, known: Sequence[Outline]) -> list[ClosedOpening]:
+        """Searches at the crossings of rows and columns."""
+        places = at_crossings(known, self._evidence)
         return self._tried(places, known, [p.box(0) for p in places])
 
-    def along_lines(self, known: Sequence[Outline]) -> list[Flush]:
-        """Anywhere along a row or a column."""
-        return self._tried(list(lines(known, self._evidence, self._cell)), known, [])
+    def along_lines(self, known: Sequence[Outline]) -> list[ClosedOpening]:
+        """Searches anywhere along a row or a column."""
+        return self._tried(list(along_lines(known, self._evidence, self._cell)), known, [])
 
     def _tried(
-        self, places: Sequence[Places], known: Sequence[Outline], taken: Sequence[Place]
-    ) -> list[Flush]:
-        """The openings among all places. What may be one (at first those `taken`) is no witness of the wall:
-        else several closed windows would hide one another.
+        self, places: Sequence[CandidatePlaces], known: Sequence[Outline], taken: Sequence[Box]
+    ) -> list[ClosedOpening]:
+        """Returns the openings among all places.
+
+        What may be an opening (at first those `taken`) is not used to learn how the wall looks: otherwise
+        several closed windows would hide one another.
         """
         likely = [outline.place for _, outline in self._clear(places, known, taken, _LIKELY, tails=False)]
         if not likely:
@@ -112,18 +116,19 @@ class _Search:
         price = float(np.log(tries * (1.0 - _PRIOR) / _PRIOR))
         least = price + float(np.log(_SURE / (1.0 - _SURE)))
         clear = self._clear(places, known, likely, least)
-        return [Flush(o, float(1.0 / (1.0 + np.exp(price - gain))), gain) for gain, o in clear]
+        return [ClosedOpening(o, float(1.0 / (1.0 + np.exp(price - gain))), gain) for gain, o in clear]
 
     def _clear(
         self,
-        places: Sequence[Places],
+        places: Sequence[CandidatePlaces],
         known: Sequence[Outline],
-        taken: Sequence[Place],
+        taken: Sequence[Box],
         least: float,
         tails: bool = True,
     ) -> list[tuple[float, Outline]]:
-        """Nats and outlines of what is worth so many nats and like an opening, the clearest first; the wall
-        is what is neither `known` nor `taken`.
+        """Returns the nats and outlines of the places that gain `least` nats, the clearest first.
+
+        The wall is what is neither `known` nor `taken`.
         """
         bare = [v.picture.without([*(o.place for o in known), *taken]) for v in self._layers if places]
         peaks = sorted((q for p in places for q in self._peaks(p, bare, least, tails)), key=lambda q: -q.gain)
@@ -133,18 +138,20 @@ class _Search:
             if any(peak.beside(q) for q in peaks[:n]) or not self._seen(peak.places.box(peak.k), others):
                 continue
             like = known[peak.places.like]
-            made = (outlined(peak.places, peak.k, like, c, self._surface) for c in peak.contrasts)
+            made = (measure_closed(peak.places, peak.k, like, c, self._surface) for c in peak.contrasts)
             outline = next((o for o in made if o is not None), None)
             if outline is not None and self._seen(outline.place, others):
                 found.append((peak.gain, outline))
         return found
 
-    def _seen(self, place: Place, others: Sequence[Outline]) -> bool:
-        """Whether beams came back from a free place."""
+    def _seen(self, place: Box, others: Sequence[Outline]) -> bool:
+        """Returns whether beams came back from a free place."""
         return state_of(place, others, self._evidence) in SEEN
 
-    def _peaks(self, places: Places, bare: Sequence[Picture], least: float, tails: bool) -> Iterator[_Peak]:
-        """Those of the places that gain so much."""
+    def _peaks(
+        self, places: CandidatePlaces, bare: Sequence[ChannelMap], least: float, tails: bool
+    ) -> Iterator[_Peak]:
+        """Yields those of the places that gain `least` nats."""
         walls = [wall_steps(own, places.form, tails) for own in bare]
         steps = [v.picture.steps(places.x, places.z, places.form) for v in self._layers]
         gains = [gains_of(own, w, places.node) for own, w in zip(steps, walls, strict=True)]

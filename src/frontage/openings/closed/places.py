@@ -1,4 +1,4 @@
-"""Where openings that look like the wall may be: at the crossings of rows and columns, then along either."""
+"""Where closed openings may be: at the crossings of rows and columns, then anywhere along either."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -6,9 +6,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from frontage.geometry.arrays import Bool, Float, Int
-from frontage.openings.borders.borders import Place
 from frontage.openings.borders.outline import Outline
-from frontage.openings.closed.steps import Form, integral
+from frontage.openings.boxes import Box
+from frontage.openings.closed.steps import OpeningForm, integral
 from frontage.openings.layout.inferred import CLEAR, SEEN, WITHIN, Grid, state_of
 from frontage.openings.layout.pooling import like_groups
 from frontage.openings.wall.beams import Raster
@@ -19,42 +19,44 @@ SIZE = 0.01
 
 
 @dataclass(frozen=True, eq=False)
-class Places:
-    """Lower left corners x, z (n,) m where an opening of a form may be.
+class CandidatePlaces:
+    """Places where an opening of a form may be.
 
+    form        its shape and size
+    x, z        (n,) m, lower left corners
     like        number of an opening of that form
     covariance  (5, 5) m2 of left, right, bottom, top and rise of what stands at any of them
     node        whether a row and a column cross there
     """
 
-    form: Form
+    form: OpeningForm
     x: Float
     z: Float
     like: int
     covariance: Float
     node: bool
 
-    def box(self, k: int) -> Place:
-        """The bounding box at place number k, m."""
+    def box(self, k: int) -> Box:
+        """Returns the bounding box at place number k, m."""
         x, z = float(self.x[k]), float(self.z[k])
         return x, z, x + self.form.width, z + self.form.height
 
 
-def crossings(outlines: Sequence[Outline], evidence: Evidence) -> list[Places]:
-    """Where a row and a column of two openings or more cross, and beams came back; one place each."""
+def at_crossings(outlines: Sequence[Outline], evidence: Evidence) -> list[CandidatePlaces]:
+    """Returns the places where a row and a column of two openings or more cross, and beams came back."""
     found = []
     for node in Grid(outlines).nodes():
         like = outlines[node.like]
         if like.shape == "circle" or state_of(node.place, outlines, evidence) not in SEEN:
             continue
         x0, z0, x1, z1 = node.place
-        form = Form(like.shape, x1 - x0, z1 - z0, like.rise)
-        found.append(Places(form, np.array([x0]), np.array([z0]), node.like, node.covariance, True))
+        form = OpeningForm(like.shape, x1 - x0, z1 - z0, like.rise)
+        found.append(CandidatePlaces(form, np.array([x0]), np.array([z0]), node.like, node.covariance, True))
     return found
 
 
-def lines(outlines: Sequence[Outline], evidence: Evidence, cell: float) -> Iterator[Places]:
-    """Every `cell` m along the row and the column of every opening, where another one like it has room."""
+def along_lines(outlines: Sequence[Outline], evidence: Evidence, cell: float) -> Iterator[CandidatePlaces]:
+    """Yields places every `cell` m along the row and the column of every opening, where another has room."""
     room = _Room(evidence, [o.place for o in outlines])
     x0, z0 = evidence.raster.corner
     high, wide = (n * evidence.raster.cell for n in evidence.raster.shape)
@@ -75,13 +77,13 @@ def lines(outlines: Sequence[Outline], evidence: Evidence, cell: float) -> Itera
         ):
             clear = room.at(x, z, form)
             if clear.any():
-                yield Places(form, x[clear], z[clear], group[0], _scatter(*free, rise), False)
+                yield CandidatePlaces(form, x[clear], z[clear], group[0], _scatter(*free, rise), False)
 
 
 class _Room:
     """Where a form lies on the facade, clear of all openings, to within a cell."""
 
-    def __init__(self, evidence: Evidence, taken: Sequence[Place]) -> None:
+    def __init__(self, evidence: Evidence, taken: Sequence[Box]) -> None:
         raster = evidence.raster
         blocked = np.zeros(raster.shape)
         for x0, z0, x1, z1 in taken:
@@ -91,8 +93,8 @@ class _Room:
         self._raster = raster
         self._inside, self._blocked = integral(evidence.inside.astype(np.float64)), integral(blocked)
 
-    def at(self, x: Float, z: Float, form: Form) -> Bool:
-        """Whether it does with its lower left corner at x, z (n,) m."""
+    def at(self, x: Float, z: Float, form: OpeningForm) -> Bool:
+        """Returns whether it does with its lower left corner at x, z (n,) m."""
         (c0, r0), (c1, r1) = (
             _cell(self._raster, x, z),
             _cell(self._raster, x + form.width, z + form.height),
@@ -107,22 +109,24 @@ class _Room:
 
 
 def _cell(raster: Raster, x: Float, z: Float) -> tuple[Int, Int]:
-    """Columns and rows of the cell corners nearest to places (n,) m."""
+    """Returns the columns and rows of the cell corners nearest to places (n,) m."""
     return tuple(
         np.rint((v - o) / raster.cell).astype(np.int64) for v, o in zip((x, z), raster.corner, strict=True)
     )  # type: ignore[return-value]
 
 
-def _form(like: Sequence[Outline]) -> Form:
-    """The mean form of like openings."""
+def _form(like: Sequence[Outline]) -> OpeningForm:
+    """Returns the mean form of like openings."""
     sizes = [(o.place[2] - o.place[0], o.place[3] - o.place[1], o.rise) for o in like]
     width, height, rise = np.mean(sizes, axis=0)
-    return Form(like[0].shape, float(width), float(height), float(rise))
+    return OpeningForm(like[0].shape, float(width), float(height), float(rise))
 
 
 def _scatter(across: float, up: float, rise: float) -> Float:
-    """Covariance (5, 5) m2 of an opening of known size that lies to so many m, across and up, where it is
-    expected; `rise` m2, that of its rise.
+    """Returns the covariance (5, 5) m2 of an opening of known size whose place is known to so many m.
+
+    across, up  m, one sigma of its place
+    rise        m2, variance of its rise
     """
     covariance: Float = np.diag([0.0, 0.0, 0.0, 0.0, rise])
     covariance[:2, :2], covariance[2:4, 2:4] = across**2, up**2
@@ -131,7 +135,7 @@ def _scatter(across: float, up: float, rise: float) -> Float:
 
 
 def _apart(values: Float, least: float) -> Float:
-    """Sorted values (n,), of those nearer than `least` to one another the first."""
+    """Returns the sorted values (n,), of those nearer than `least` to one another only the first."""
     v = np.sort(values)
     kept = [0] if len(v) else []
     for k in range(1, len(v)):

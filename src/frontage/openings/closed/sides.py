@@ -1,4 +1,4 @@
-"""Nats for an opening by its steps across four sides, in all channels together."""
+"""The nats for an opening by its steps across four sides, in all channels together."""
 
 from collections.abc import Iterator
 
@@ -7,17 +7,19 @@ from scipy import special
 
 from frontage.geometry.arrays import Bool, Float
 
-_EXPECTED = 0.5  # nats (factor 1.6), one sigma of the step from wall to shutter
-_UNEVEN = 0.3  # of the step, one sigma between the four sides
-_BELOW = 1  # of left, bottom, right, top
+_EXPECTED = 0.5  # nats (a factor of 1.6), one sigma of the step from wall to shutter
+_UNEVEN = 0.3  # share of the step, one sigma between the four sides
+_BELOW = 1  # index of the lower side among left, bottom, right, top
 _TELLS = 2.0  # sigmas of the wall that a channel must differ by to tell by itself
 _TAILS = 4.0  # degrees of freedom of the wall's own steps: courses, repairs and stains have heavy tails
 
 
 def gains_of(own: Float, wall: Float, sills: bool) -> Float:
-    """Nats (n,) for one common step on the four sides `own` (n, 4, c) against steps of the wall, covariance
-    `wall` (4, c, c); -inf where a side is not known. Where there may be `sills`, these may hide the wall
-    below, or show a step of their own.
+    """Returns the nats (n,) for one common step on the four sides against steps of the wall itself.
+
+    own    (n, 4, c) steps; -inf nats where one is not known
+    wall   (4, c, c) covariance of the wall's own steps
+    sills  whether sills may hide the wall below, or show a step of their own
     """
     nats = _gains(own, wall)
     if not sills:
@@ -27,10 +29,10 @@ def gains_of(own: Float, wall: Float, sills: bool) -> Float:
 
 
 def _gains(own: Float, wall: Float, sides: int = 4) -> Float:
-    """The same (n,), -inf where fewer than so many sides are known.
+    """Returns the same (n,), -inf where fewer than `sides` sides are known.
 
-    The wall's own steps are Student's t, side by side. An opening's are normal about a common one, which is
-    normal about 0, in one of the channels or in all of them.
+    The wall's own steps follow Student's t, side by side. An opening's are normal about a common one, which
+    is normal about 0, in one of the channels or in all of them.
     """
     channels = own.shape[2]
     seen: Bool = np.asarray(np.isfinite(wall).all((1, 2)))
@@ -53,10 +55,11 @@ def _gains(own: Float, wall: Float, sides: int = 4) -> Float:
 
 
 def contrasts_of(own: Float, wall: Float) -> list[tuple[Float, Float, Float]]:
-    """Weights (c,) of channels in which the steps (4, c) are large for those of the wall (4, c, c), one for
-    their mean; the steps (4,) and one sigma (4,) of the wall's by them.
+    """Returns sums of channels in which the steps (4, c) are large for those of the wall (4, c, c).
 
-    All channels together (Fisher's discriminant), then those that tell by themselves, the clearest first.
+    Each comes as weights (c,), one for the mean step, with the steps (4,) and one sigma (4,) of the wall's by
+    them. The first takes all channels together (Fisher's discriminant); then come those that tell by
+    themselves, the clearest first.
     """
     known = np.isfinite(own).all(1) & np.isfinite(wall).all((1, 2))
     weight = np.linalg.inv(wall[known])
@@ -70,7 +73,7 @@ def contrasts_of(own: Float, wall: Float) -> list[tuple[Float, Float, Float]]:
 
 
 def _log_t(squares: Float, scale: Float) -> Float:
-    """Logarithms (n, s) of Student's t density at squared distances (n, s), for scales (s, c, c)."""
+    """Returns the logarithms (n, s) of Student's t density at squared distances (n, s); scales (s, c, c)."""
     channels = scale.shape[1]
     const = special.gammaln((_TAILS + channels) / 2.0) - special.gammaln(_TAILS / 2.0)
     const -= channels / 2.0 * np.log(_TAILS * np.pi) + np.linalg.slogdet(scale)[1] / 2.0
@@ -78,15 +81,16 @@ def _log_t(squares: Float, scale: Float) -> Float:
 
 
 def _priors(channels: int) -> Iterator[Float]:
-    """Variances (c,) of the step: in one of the channels, or in all."""
+    """Yields the variances (c,) of the step: in one of the channels, then in all."""
     for shown in [*np.eye(channels), *([np.ones(channels)] if channels > 1 else [])]:
         yield np.asarray(_EXPECTED**2 * shown)
 
 
 def _log_opened(own: Float, known: Float, scale: Float, uneven: Float, prior: Float) -> Float:
-    """Logarithms (n,) of the density of steps (n, 4, c), the common one integrated out.
+    """Returns the logarithms (n,) of the density of steps (n, 4, c), the common one integrated out.
 
-    Side by side, each with what the sides before it tell of the common step (a Kalman filter's innovations).
+    Side by side, each with what the sides before it tell of the common step (the innovations of a Kalman
+    filter).
     """
     channels = own.shape[2]
     mean, spread = np.zeros((len(own), channels)), np.tile(np.diag(prior), (len(own), 1, 1))

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from frontage.geometry.arrays import Bool, Float, Int
-from frontage.openings.borders.borders import Place
 from frontage.openings.borders.shapes import below
+from frontage.openings.boxes import Box
 from frontage.openings.wall.beams import Raster
 
 _STRIP = 0.12  # m, width of the strips on either side of a border
@@ -16,15 +16,15 @@ _FULL = 0.4  # share of a strip's cells that must hold points: walls are sparse 
 _AWAY = 0.25  # m around openings that tell nothing of the wall by itself: surrounds
 _PLACES = 50  # places on the wall that its own steps must be known from
 _MANY = 1000  # places that tell them well enough
-_BOUND = 3.0  # scales that a step tells of a correlation at most
-_LEAST = 0.02  # of a step: less is drift of the instrument, be the wall ever so even
+_BOUND = 3.0  # scales beyond which a step does not tell more of a correlation
+_LEAST = 0.02  # of a step: less is drift of the instrument, however even the wall is
 HEAD = 0.8
 """Share of a head's width that tells of it: at its ends a curve is too steep."""
 
 
 @dataclass(frozen=True)
-class Form:
-    """Shape and size m of an opening."""
+class OpeningForm:
+    """The shape and the size m of an opening."""
 
     shape: str
     width: float
@@ -32,11 +32,11 @@ class Form:
     rise: float
 
     def drop(self, u: Float) -> Float:
-        """Height (n,) m of the head below the top, at u (n,) m from the middle; negative."""
+        """Returns the height (n,) m of the head relative to the top (negative), u (n,) m from the middle."""
         return below(self.shape, self.rise, self.width / 2.0, u)
 
 
-class Picture:
+class ChannelMap:
     """Channels (h, w, c) on a raster, NaN where nothing is known, as sums over boxes."""
 
     def __init__(self, values: Float, raster: Raster) -> None:
@@ -45,13 +45,14 @@ class Picture:
         sums = integral(np.concatenate([np.where(known, values, 0.0), known], 2))
         self._sums = sums.reshape(-1, values.shape[2] + 1)
 
-    def without(self, taken: Sequence[Place]) -> "Picture":
-        """The picture of the bare wall, well off all boxes."""
-        return Picture(np.where(_free(self.raster, taken)[..., None], self.values, np.nan), self.raster)
+    def without(self, taken: Sequence[Box]) -> "ChannelMap":
+        """Returns the picture of the bare wall, well off all boxes."""
+        return ChannelMap(np.where(_free(self.raster, taken)[..., None], self.values, np.nan), self.raster)
 
-    def steps(self, x: Float, z: Float, form: Form) -> Float:
-        """Steps (n, 4, c) inwards on the left, bottom, right and top of the form with its lower left corner
-        at x, z (n,) m; NaN = not known.
+    def steps(self, x: Float, z: Float, form: OpeningForm) -> Float:
+        """Returns the steps (n, 4, c) inwards on the left, bottom, right and top of a form; NaN = not known.
+
+        Its lower left corner is at x, z (n,) m.
         """
         g, (cx, cz) = self.raster.cell, self.raster.corner
         c, r = (np.rint((v - o) / g).astype(np.int64)[:, None] for v, o in ((x, cx), (z, cz)))
@@ -80,7 +81,7 @@ class Picture:
         )
 
     def _mean(self, rows: tuple[Int, Int], columns: tuple[Int, Int]) -> Float:
-        """Means (n, c) of the values in boxes of cells (n, k), the k of a row together."""
+        """Returns the means (n, c) of the values in boxes of cells (n, k), the k of a row together."""
         h, w = self.values.shape[:2]
         r0, r1 = (np.clip(v, 0, h) for v in rows)
         c0, c1 = (np.clip(v, 0, w) for v in columns)
@@ -92,8 +93,8 @@ class Picture:
             return np.where(number >= _FULL * area[:, None], total[:, :-1] / number, np.nan)
 
 
-def _pieces(form: Form, w: int, cell: float) -> tuple[Int, Int, Int]:
-    """The head of a form `w` cells wide as level pieces (k,): first column, the one after the last, drop."""
+def _pieces(form: OpeningForm, w: int, cell: float) -> tuple[Int, Int, Int]:
+    """Returns the head of a form `w` cells wide as level pieces (k,): first and next column, drop."""
     j = np.arange(w)
     u = (j + 0.5) / w - 0.5
     j, u = j[np.abs(u) <= HEAD / 2.0], u[np.abs(u) <= HEAD / 2.0]
@@ -102,13 +103,12 @@ def _pieces(form: Form, w: int, cell: float) -> tuple[Int, Int, Int]:
     return j[first], np.append(j[first[1:]], j[-1] + 1), drop[first]
 
 
-def wall_steps(bare: Picture, form: Form, tails: bool = True) -> Float:
-    """Covariance (4, c, c) of the steps that a bare wall shows by itself across the sides of a form; NaN =
-    unknown.
+def wall_steps(bare: ChannelMap, form: OpeningForm, tails: bool = True) -> Float:
+    """Returns the covariance (4, c, c) of the steps that a bare wall shows across the sides of a form.
 
     The form is moved over all of the wall that holds points: the scatter of its steps is what courses, stains
-    and noise do to means of that size, however few of their points are independent. Without its `tails` the
-    middle of the scatter tells alone, channel by channel: for walls that may hold openings not yet known.
+    and noise do to means of that size, however few of their points are independent. Without its `tails` only
+    the middle of the scatter counts, channel by channel: for walls that may hold openings not yet known.
     """
     h, w = bare.values.shape[:2]
     g, (cx, cz) = bare.raster.cell, bare.raster.corner
@@ -121,8 +121,10 @@ def wall_steps(bare: Picture, form: Form, tails: bool = True) -> Float:
 
 
 def _spread(steps: Float, tails: bool) -> Float:
-    """Covariance (c, c) of steps (n, c): scales of their middle or of their tails, whichever are wider, and
-    correlations of what is bounded; NaN for few.
+    """Returns the covariance (c, c) of steps (n, c); NaN for few.
+
+    The scales are those of their middle or of their tails, whichever are wider; the correlations are those of
+    the bounded steps.
     """
     steps = steps[np.isfinite(steps).all(1)]
     if len(steps) < _PLACES:
@@ -138,8 +140,8 @@ def _spread(steps: Float, tails: bool) -> Float:
     return np.asarray(np.outer(scale, scale) * like + _LEAST**2 * np.eye(len(scale)))
 
 
-def _free(raster: Raster, taken: Sequence[Place]) -> Bool:
-    """Cells (h, w) well off all boxes."""
+def _free(raster: Raster, taken: Sequence[Box]) -> Bool:
+    """Returns the cells (h, w) well off all boxes."""
     g, (cx, cz) = raster.cell, raster.corner
     free = np.ones(raster.shape, np.bool_)
     for x0, z0, x1, z1 in taken:
@@ -150,7 +152,7 @@ def _free(raster: Raster, taken: Sequence[Place]) -> Bool:
 
 
 def integral(values: Float) -> Float:
-    """Sums (h + 1, w + 1, ...) of the values (h, w, ...) below and left of every corner of cells."""
+    """Returns the sums (h + 1, w + 1, ...) of the values (h, w, ...) below and left of all cell corners."""
     sums = np.zeros((values.shape[0] + 1, values.shape[1] + 1, *values.shape[2:]))
     inner = sums[1:, 1:]
     np.cumsum(np.cumsum(values, 0, out=inner), 1, out=inner)

@@ -1,4 +1,4 @@
-"""Bands of windows without masonry between them: where posts of joinery part them."""
+"""Bands of windows without masonry between them: finds the posts of joinery that part them."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -7,33 +7,38 @@ import numpy as np
 from scipy import ndimage
 
 from frontage.geometry.arrays import Bool, Float, distinct
-from frontage.openings.borders.borders import Place
+from frontage.model.masonry import MASONRY
+from frontage.openings.boxes import Box
 from frontage.openings.layout.posts import Post
 from frontage.openings.wall.beams import Beams
 from frontage.openings.wall.evidence import Evidence
 
 _DEEPEST = 0.5  # m: reveals are less deep
-_BIN = 0.01  # m, of depth
+_BIN = 0.01  # m, bin of depths
 _AREA = 0.1  # m2 that a plane of joinery holds at least
 _FULL = 0.5  # share of the expected beams from which a place is joinery, or wall
 _TALL = 0.4  # m: lower pieces are rails and panels
-_NARROW, _WIDE = 0.115, 0.6  # m: half a brick, as of piers; leaves of doors are wider
+_WIDE = 0.6  # m: leaves of doors are wider than posts
 _FRAMES = 1.7  # widths of the frame above: windows side by side have one each, casements that meet less
 _RAIL = 0.03  # m, least width of a frame
-_PANE = (0.03, 0.27)  # m beside a post where its panes are looked at
-_LINTEL = (0.03, 0.1)  # m below the lintel where frames are the first that beams meet
-_BEFORE = 0.2  # share of the beams there that end before the plane of the frames, at most
-_WINDOW = 0.9  # m wide are the windows of a band; leaves of one window that meet at a post are narrower
+_PANE = (0.03, 0.27)  # m beside a post, between which its panes are looked at
+_LINTEL = (0.03, 0.1)  # m below the lintel, between which frames are the first that beams meet
+_BEFORE = 0.2  # share of the beams there that may end before the plane of the frames
+# m: the windows of a band are at least as wide; leaves of one window that meet at a post are narrower
+_WINDOW = 0.9
 _GAP = 0.15  # m between a post and the wall above and below it
 _STEEP = 2.0  # m that sills hide per m of depth
-_HIDDEN = 0.5  # share of the beams due that come where something before the wall hides a sill, at most
-_GROUND = 0.35  # m above the ground where no wall can show below
+_HIDDEN = 0.5  # share of the expected beams that come at most where something before the wall hides a sill
 
 
 @dataclass(frozen=True, eq=False)
 class _Plane:
-    """Own places x, z (2, n) m of the points at one depth, sorted by x, and (2, k) of those before it; depth
-    m behind the wall, y m of the facade frame.
+    """The points at one depth behind the wall.
+
+    own     (2, n) m, x and z of the points themselves, sorted by x
+    before  (2, k) m, x and z of the points before them
+    depth   m behind the wall
+    y       m, depth in the facade frame
     """
 
     own: Float
@@ -43,11 +48,11 @@ class _Plane:
 
 
 def find_posts(beams: Beams, evidence: Evidence, ground: float) -> tuple[Post, ...]:
-    """Posts that part windows; `ground` z m, where no sill is asked for.
+    """Finds the posts that part windows; `ground` is the height z m of the ground, where no sill is needed.
 
-    A window has posts of its own, where casements meet: they are narrower than two frames side by side, or
-    its leaves are narrower than windows. Widths are told by the points' own places on the plane of the
-    frames: seen aslant, a bar is as wide as it is deep.
+    A window has posts of its own where casements meet: they are narrower than two frames side by side, or its
+    leaves are narrower than windows. Widths are measured at the points' own places on the plane of the
+    frames, for seen aslant a bar seems as wide as it is deep.
     """
     due = np.maximum(_three(evidence.expected), 1e-9)
     wall = _three(evidence.solid) > _FULL * due
@@ -56,19 +61,19 @@ def find_posts(beams: Beams, evidence: Evidence, ground: float) -> tuple[Post, .
     for plane in _planes(beams, evidence):
         full = (_three(evidence.raster.count(*plane.own)) > _FULL * due) & known & ~wall
         for rows, columns in _uprights(full, evidence.raster.cell):
-            post = _post(plane, rows, columns, wall, evidence, ground)
+            post = _post(plane, (rows, columns), wall, evidence, ground)
             if post is not None and not any(_meet(post, other) for other in found):
                 found.append(post)
     return tuple(p for p in found if _room(p, found, wall, evidence) >= _WINDOW)
 
 
 def _three(values: Float) -> Float:
-    """Sums over three cells above one another."""
+    """Sums the values (h, w) over three cells above one another."""
     return np.asarray(ndimage.uniform_filter1d(values, 3, axis=0, mode="constant") * 3.0)
 
 
 def _planes(beams: Beams, evidence: Evidence) -> Iterator[_Plane]:
-    """The depths behind the wall that hold area, the fullest first."""
+    """Yields the depths behind the wall that hold area, the fullest first."""
     own, depth, level = _behind(beams)
     at = evidence.raster.flat(*own)
     kept = np.flatnonzero(at >= 0)
@@ -87,7 +92,7 @@ def _planes(beams: Beams, evidence: Evidence) -> Iterator[_Plane]:
 
 
 def _behind(beams: Beams) -> tuple[Float, Float, Float]:
-    """Own places (2, n) m of the points right behind the wall, depth m behind it, and its depth y m there."""
+    """Returns the places (2, n) m of the points right behind the wall, their depths, and the wall's, m."""
     if not beams.rays:
         near = np.flatnonzero(beams.open_depth < _DEEPEST)
         own = beams.open[near].T
@@ -96,28 +101,31 @@ def _behind(beams: Beams) -> tuple[Float, Float, Float]:
     depth = lines.y - lines.level
     near = np.flatnonzero((depth > beams.least) & (depth < _DEEPEST))
     depth = depth[near]
-    return lines.place.take(near, 1) + lines.slope.take(near, 1) * depth, depth, lines.level[near]
+    return lines.take(near).shifted(depth), depth, lines.level[near]
 
 
 def _uprights(full: Bool, cell: float) -> Iterator[tuple[slice, slice]]:
-    """Rows and columns of tall and narrow pieces of the cells (h, w) that a plane fills."""
+    """Yields the rows and columns of tall and narrow pieces of the cells (h, w) that a plane fills."""
     tall = ndimage.binary_opening(full, np.ones((max(int(_TALL / cell), 2), 1), np.bool_))
     for rows, columns in ndimage.find_objects(ndimage.label(tall)[0]):
-        if _NARROW - cell <= (columns.stop - columns.start) * cell <= _WIDE:
+        if MASONRY.half_brick - cell <= (columns.stop - columns.start) * cell <= _WIDE:
             yield rows, columns
 
 
 def _post(
-    plane: _Plane, rows: slice, columns: slice, wall: Bool, evidence: Evidence, ground: float
+    plane: _Plane, part: tuple[slice, slice], wall: Bool, evidence: Evidence, ground: float
 ) -> Post | None:
-    """The post in a piece of cells, if it is one: between a sill and a lintel, as wide as two frames."""
-    cell, (x, z) = evidence.raster.cell, evidence.raster.corner
+    """Returns the post in a part of the cells, None if it is not one.
+
+    A post runs from a sill to a lintel and is as wide as two frames.
+    """
+    (rows, columns), cell, (x, z) = part, evidence.raster.cell, evidence.raster.corner
     middle = (columns.start + columns.stop) // 2
     below = slice(max(rows.start - int((_GAP + _STEEP * plane.depth) / cell) - 1, 0), rows.start)
     above = wall[rows.stop : rows.stop + int(_GAP / cell) + 2, middle]
     sill = wall[below, middle][::-1]
-    veiled = evidence.expected[below, middle].sum() < _HIDDEN * evidence.due[below, middle].sum()
-    low = z + rows.start * cell < ground + _GROUND
+    veiled = evidence.expected[below, middle].sum() < _HIDDEN * evidence.expected_free[below, middle].sum()
+    low = z + rows.start * cell < ground + MASONRY.threshold
     if not above.any() or not (sill.any() or low or veiled):
         return None
     piece = (x + columns.start * cell, z + rows.start * cell, x + columns.stop * cell, z + rows.stop * cell)
@@ -132,8 +140,8 @@ def _post(
     return Post(across[0], piece[1] - foot * cell, across[1], lintel, plane.y)
 
 
-def _across(plane: _Plane, piece: Place, evidence: Evidence) -> tuple[float, float] | None:
-    """Left and right border m of a piece, from the columns that points fill; None if too narrow."""
+def _across(plane: _Plane, piece: Box, evidence: Evidence) -> tuple[float, float] | None:
+    """Returns the left and right border m of a piece, from the columns that points fill, or None."""
     x0, z0, x1, z1 = piece
     slack, shy, due = 2.0 * evidence.raster.cell, 0.1 * (z1 - z0), _due(evidence, piece)
     if due <= 0.0:
@@ -146,18 +154,18 @@ def _across(plane: _Plane, piece: Place, evidence: Evidence) -> tuple[float, flo
     if own == 0:
         return None
     left, right = _span(x[labels[column] == own])
-    return (left, right) if right - left >= _NARROW else None
+    return (left, right) if right - left >= MASONRY.half_brick else None
 
 
 def _sides(x0: float, x1: float) -> tuple[tuple[float, float], tuple[float, float]]:
-    """Where the panes to the left and right of a post are looked at, m."""
+    """Returns where the panes to the left and right of a post are looked at, m."""
     return (x0 - _PANE[1], x0 - _PANE[0]), (x1 + _PANE[0], x1 + _PANE[1])
 
 
 def _frame(
-    plane: _Plane, side: tuple[float, float], piece: Place, lintel: float, evidence: Evidence
+    plane: _Plane, side: tuple[float, float], piece: Box, lintel: float, evidence: Evidence
 ) -> float | None:
-    """Width m of the frame above the pane beside a post; None where is no pane, or no frame in the plane."""
+    """Returns the width m of the frame above the pane beside a post; None without a pane or frame."""
     (x0, x1), (_, z0, _, z1) = side, piece
     pane = (x0, z0 + 0.2 * (z1 - z0), x1, z1 - 0.2 * (z1 - z0))
     due, wide = _due(evidence, pane), x1 - x0
@@ -177,25 +185,25 @@ def _frame(
 
 
 def _span(places: Float) -> tuple[float, float]:
-    """The ends of what places (n,) fill evenly, a few strays left out."""
+    """Returns the ends of what places (n,) m fill evenly, without a few strays."""
     low, high = np.quantile(places, [0.05, 0.95]).tolist()
     return low - (high - low) / 18.0, high + (high - low) / 18.0
 
 
-def _within(own: Float, box: Place) -> Float:
-    """Those of the places (2, n), sorted by x, that lie in a box."""
+def _within(own: Float, box: Box) -> Float:
+    """Returns those of the places (2, n) m, sorted by x, that lie in a box."""
     a, b = np.searchsorted(own[0], [box[0], box[2]])
     some = own[:, a:b]
     return some[:, (some[1] >= box[1]) & (some[1] < box[3])]
 
 
-def _due(evidence: Evidence, box: Place) -> float:
-    """Beams per m2 that a wall in a box would catch."""
+def _due(evidence: Evidence, box: Box) -> float:
+    """Returns the beams per m2 that a wall in a box would return."""
     return _mean(evidence.expected, evidence, box) / evidence.raster.cell**2
 
 
-def _mean(values: Float, evidence: Evidence, box: Place) -> float:
-    """Mean of the cells (h, w) that a box touches."""
+def _mean(values: Float, evidence: Evidence, box: Box) -> float:
+    """Returns the mean of the cells (h, w) that a box touches."""
     cell, corner = evidence.raster.cell, np.array(evidence.raster.corner)
     c0, r0 = np.clip((np.array(box[:2]) - corner) // cell, 0, None).astype(int).tolist()
     c1, r1 = np.clip((np.array(box[2:]) - corner) // cell + 1, 0, None).astype(int).tolist()
@@ -204,7 +212,7 @@ def _mean(values: Float, evidence: Evidence, box: Place) -> float:
 
 
 def _room(post: Post, posts: list[Post], wall: Bool, evidence: Evidence) -> float:
-    """Width m of the narrower of the windows beside a post: as far as the next post, or the wall."""
+    """Returns the width m of the narrower window beside a post: as far as the next post, or the wall."""
     cell, (x, z) = evidence.raster.cell, evidence.raster.corner
     rows = wall[max(int((post.z0 - z) / cell), 0) : int((post.z1 - z) / cell) + 1]
     jambs = x + (np.flatnonzero(rows.mean(0) > _FULL) + 0.5) * cell
@@ -214,4 +222,5 @@ def _room(post: Post, posts: list[Post], wall: Bool, evidence: Evidence) -> floa
 
 
 def _meet(a: Post, b: Post) -> bool:
+    """Returns whether two posts overlap."""
     return min(a.x1, b.x1) > max(a.x0, b.x0) and min(a.z1, b.z1) > max(a.z0, b.z0)

@@ -1,4 +1,4 @@
-"""Rectangles that may be openings, and the best layout of them."""
+"""Finds the rectangles that may be openings, and the best layout of them."""
 
 from collections.abc import Callable, Iterator
 
@@ -6,53 +6,61 @@ import numpy as np
 from scipy import ndimage
 
 from frontage.geometry.arrays import Bool, Float, Int
-from frontage.openings.layout.selection import PRICE, Box, best_layout, worth_of
+from frontage.model.masonry import MASONRY
+from frontage.openings.layout.selection import PRICE, CellBox, best_layout, worth_of
 from frontage.openings.options import OpeningOptions
 from frontage.openings.wall.evidence import ENOUGH, Evidence, enough
 
-_LINES = 8  # candidate borders a component has in each direction, at most
-_PIER = 0.115  # m between two openings: half a brick, the least pier of masonry; bars are narrower
-_LESSER = 0.1  # of the best of its component: what is worth less is a remnant of an uneven outline
-_PIECE = 0.5  # the same of what bars part: less is a piece of it
+_LINES = 8  # candidate borders that a component has in each direction, at most
+_LESSER = 0.1  # share of the worth of the best of its component: less is a remnant of an uneven outline
+_PIECE = 0.5  # the same share for what bars part: less is a piece of it
 _GAP = 0.12  # m between the bars of a grille: guards of windows and balconies leave no wider gaps
-_SCALES = ((0.6, 12.0), (1.0, 12.0), (1.7, 12.0), (2.5, 25.0))  # least openings: square, largest part
-_SEEN = 0.3  # share of the expected beams that came back from behind the wall where larger parts are open
+# size of the opening square, and the largest component that is kept, in least openings
+_SCALES = ((0.6, 12.0), (1.0, 12.0), (1.7, 12.0), (2.5, 25.0))
+# share of the expected beams that came back from behind the wall where larger components are open
+_SEEN = 0.3
 
 Part = tuple[slice, ...]
 
 
-def find_boxes(evidence: Evidence, options: OpeningOptions, framed: Callable[[Int], Bool]) -> list[Box]:
-    """The set of rectangles without overlap that is worth most, by components of open cells.
+def find_boxes(evidence: Evidence, options: OpeningOptions, framed: Callable[[Int], Bool]) -> list[CellBox]:
+    """Returns the set of rectangles without overlap that is worth most.
 
     A rectangle is worth the evidence of its cells less the price of an opening; its borders are lines where
-    the evidence of a component changes most. Two windows and their pier compete with the window over both.
-    Only `framed` rectangles (n, 4) r0, c0, r1, c1 can be openings.
+    the evidence of a connected component of open cells changes most. Two windows and their pier compete with
+    the window over both. Only rectangles (n, 4) r0, c0, r1, c1 that are `framed` can be openings.
     """
     least = (options.min_height / evidence.raster.cell, options.min_width / evidence.raster.cell)
-    pier = max(round(_PIER / evidence.raster.cell), 1)
-    parts = _components(evidence, least, enough(evidence.llr, evidence.due, 1.0) > 0)
-    found = best_layout([_rivals(evidence, *part, least, framed, _LESSER) for part in parts], pier)
+    pier = max(round(MASONRY.half_brick / evidence.raster.cell), 1)
+    parts = _components(evidence, least, enough(evidence.llr, evidence.expected_free, 1.0) > 0)
+    found = best_layout(
+        [_rivals(evidence, *part, least=least, framed=framed, share=_LESSER) for part in parts], pier
+    )
     if evidence.rays:  # which tell bars from walls
         return found
     behind_bars = _components(evidence, least, _between_bars(evidence))
     left = [(part, others) for part, others in behind_bars if not any(_meets(b, part) for b in found)]
-    return found + best_layout([_rivals(evidence, *part, least, framed, _PIECE) for part in left], pier)
+    return found + best_layout(
+        [_rivals(evidence, *part, least=least, framed=framed, share=_PIECE) for part in left], pier
+    )
 
 
 def _rivals(
     evidence: Evidence,
     part: Part,
     others: Bool,
+    *,
     least: tuple[float, float],
     framed: Callable[[Int], Bool],
     share: float,
-) -> list[Box]:
-    """The rectangles of a component that can be openings, the cells of `others` against them; without those
-    worth less than a `share` of the best.
+) -> list[CellBox]:
+    """Returns the rectangles of a component that can be openings and are worth a `share` of the best.
+
+    The cells of `others` count against them.
     """
     llr = evidence.llr[part]
     own = worth_of(np.where(others, -np.abs(llr), llr))
-    boxes, gains = _rectangles(own, evidence.due[part], least)
+    boxes, gains = _rectangles(own, evidence.expected_free[part], least)
     boxes += [s.start for s in part] * 2
     kept = np.flatnonzero(framed(boxes))
     kept = kept[gains[kept] >= share * gains[kept].max(initial=0.0)]
@@ -60,16 +68,17 @@ def _rivals(
 
 
 def _between_bars(evidence: Evidence) -> Bool:
-    """Cells (h, w) that are open as seen over the gap between two bars of a grille, where beams are so dense
-    that cells tell bars from gaps.
+    """Returns the cells (h, w) that are open as seen over the gap between two bars of a grille.
+
+    Beams must be so dense there that cells tell bars from gaps.
     """
     wide = max(_GAP / 2.0 / evidence.raster.cell, 1.0)
-    dense = 4.0 * np.pi * wide**2 * evidence.due >= ENOUGH
-    return np.asarray(dense & (enough(evidence.llr, evidence.due, wide) > 0))
+    dense = 4.0 * np.pi * wide**2 * evidence.expected_free >= ENOUGH
+    return np.asarray(dense & (enough(evidence.llr, evidence.expected_free, wide) > 0))
 
 
-def _meets(box: Box, part: Part) -> bool:
-    """Whether a box has cells in a part."""
+def _meets(box: CellBox, part: Part) -> bool:
+    """Returns whether a box has cells in a part."""
     return all(
         low < s.stop and s.start < high
         for s, low, high in zip(part, (box.r0, box.c0), (box.r1, box.c1), strict=True)
@@ -77,15 +86,16 @@ def _meets(box: Box, part: Part) -> bool:
 
 
 def _components(evidence: Evidence, least: tuple[float, float], open_: Bool) -> Iterator[tuple[Part, Bool]]:
-    """Bounding boxes of connected `open_` cells that can hold an opening, and which cells there are others'.
+    """Yields the bounding boxes of connected `open_` cells that can hold an opening, and others' cells there.
 
-    What is larger than openings are hangs together by shadows and gaps: it is opened with larger squares,
-    which leave rectangles as they are, until it falls apart. What does not is one if beams are seen to go
-    through it, as through the panes of a shop. What only upright bars part is one.
+    Oversized components are joined only by shadows and gaps: they are opened (morphologically) with larger
+    squares, which leave rectangles as they are, until they fall apart. A component that does not is an
+    opening if beams are seen to go through it, as through the panes of a shop. Cells that only upright bars
+    part are one component.
     """
     llr = evidence.llr
     if evidence.rays:  # else what is beside an opening may be a shadow: nothing is joined to it
-        open_ = _without_bars(open_, int(_PIER / evidence.raster.cell) + 1)
+        open_ = _without_bars(open_, int(MASONRY.half_brick / evidence.raster.cell) + 1)
     for size, largest in (*_SCALES, (_SCALES[-1][0], np.inf)):
         kernel = tuple(max(3, int(size * side)) for side in least)
         labels, _ = ndimage.label(ndimage.grey_opening(open_.astype(np.uint8), kernel, mode="constant"))
@@ -103,13 +113,13 @@ def _components(evidence: Evidence, least: tuple[float, float], open_: Bool) -> 
 
 
 def _seen_through(evidence: Evidence, part: Part, own: Bool) -> bool:
-    """Whether beams, not only their lack, tell that the `own` cells of a part are open."""
+    """Returns whether beams, and not only their absence, tell that the `own` cells of a part are open."""
     deep, expected = (float(m[part][own].sum()) for m in (evidence.deep, evidence.expected))
     return evidence.rays and deep > _SEEN * expected
 
 
 def _without_bars(open_: Bool, thick: int) -> Bool:
-    """The open cells (h, w) with upright bars, less than `thick` cells wide, between what is equally high.
+    """Adds to the open cells (h, w) upright bars, less than `thick` cells wide, between cells equally high.
 
     Openings whose sills or lintels differ by more than a bar are several, however near they are.
     """
@@ -126,22 +136,23 @@ def _without_bars(open_: Bool, thick: int) -> Bool:
 
 
 def _run(cells: Bool, at: int) -> tuple[int, int]:
-    """The cells (n,) below and above those that are set without a gap around one of them."""
+    """Returns the nearest cells (n,) below and above the cell `at` that are not set."""
     shut = np.flatnonzero(~cells)
     k = int(np.searchsorted(shut, at))
     return int(shut[k - 1]) if k else -1, int(shut[k]) if k < len(shut) else len(cells)
 
 
-def _box(cells: Int, worth: float) -> Box:
+def _box(cells: Int, worth: float) -> CellBox:
+    """Makes a box of its cells and its worth."""
     r0, c0, r1, c1 = map(int, cells)
-    return Box(r0, c0, r1, c1, float(worth))
+    return CellBox(r0, c0, r1, c1, float(worth))
 
 
 def _lines(part: Float, axis: int, reach: int) -> Int:
-    """Borders (k,) along an axis: where the evidence of `reach` lines of cells differs most from the next's.
+    """Returns the borders (k,) along an axis where the evidence changes most over `reach` lines of cells.
 
-    Change is summed over the bands of a quarter of the part each, so that a border of one window among
-    several counts.
+    Changes are summed over bands of a quarter of the part each, so that a border of one window among several
+    counts.
     """
     lines = np.moveaxis(part, axis, 0)
     bands = max(1, min(4, lines.shape[1] // 8))
@@ -155,8 +166,9 @@ def _lines(part: Float, axis: int, reach: int) -> Int:
 
 
 def _rectangles(part: Float, due: Float, least: tuple[float, float]) -> tuple[Int, Float]:
-    """The rectangles (n, 4) r0, c0, r1, c1 between candidate borders that are worth more than their price,
-    best first, and their worth (n,).
+    """Returns the rectangles (n, 4) r0, c0, r1, c1 between candidate borders that are worth their price.
+
+    They come with their worth (n,), best first.
     """
     reach = max(1, round(1.0 / np.sqrt(max(float(due.mean()), 1e-3))))
     r, c = _lines(part, 0, reach), _lines(part, 1, reach)

@@ -1,95 +1,155 @@
-"""Which rectangles of open cells can be openings: the wall shows around them, and beams tell of them."""
+"""Decides which rectangles of open cells can be openings: wall frames them, and beams tell of them."""
+
+from dataclasses import dataclass
 
 import numpy as np
 
 from frontage.geometry.arrays import Bool, Float, Int
+from frontage.model.masonry import MASONRY
 from frontage.openings.wall.evidence import Evidence
 
-_RIM = 0.1  # m beside an opening where the wall must show
-_WALL = 0.4  # share of the expected beams that a rim must have on the wall
-_FEWEST = 5.0  # expected beams: fewer tell nothing
-_GROUND = 0.35  # m above the ground where no wall can show below an opening
-_RETURN = 0.3  # share of the expected beams that a small opening must send back from its depth
-_SOME = 0.05  # the same of a large one: frames and reveals
-_SEEN = 0.1  # the same of the beams that are due
-_LONE = 0.6  # m, least side of an opening that sends back less
-_VISIBLE = 0.5  # share of the beams due that must have got as far as the wall there
-_HIDDEN = 0.3  # share of the beams due, below which a rim is hidden
+_RIM_M = 0.1  # width of the strip beside an opening where the wall must show
+_WALL = 0.4  # share of the expected beams that must end on the wall of a rim
+_FEWEST = 5.0  # expected beams: fewer do not tell whether a rim is wall
+_DEEP = 0.3  # share of the expected beams that a small opening must send back from its depth
+_DEEP_LARGE = 0.05  # the same share for a large opening, which shows its frame and reveals at least
+_DEEP_FREE = 0.1  # the same share of the beams that would be expected if nothing stood before the wall
+_LARGE_M = 0.6  # least side of an opening that may send back less than a small one
+_VISIBLE = 0.5  # share of the beams expected without obstacles that must reach the wall of a visible opening
+_HIDDEN = 0.3  # share of the beams expected without obstacles below which a rim is hidden
 _BARS = 0.12  # share of the expected beams that bars and frames level with the wall return
-_KNOWN = 0.5  # share of an opening's cells that tell something
+_KNOWN = 0.5  # share of the cells of an opening that must tell something
+
+
+@dataclass(frozen=True, eq=False)
+class _Sums:
+    """Sums (n,) of the evidence over rectangles of cells.
+
+    wall      beams that ended on the wall
+    expected  beams that a wall would catch; free: those that it would if nothing stood before it
+    deep      beams that came back from well behind the wall
+    llr       nats for open against solid
+    known     cells that tell something
+    """
+
+    wall: Float
+    expected: Float
+    free: Float
+    deep: Float
+    llr: Float
+    known: Float
+
+    @property
+    def is_wall(self) -> Bool:
+        """Whether the wall shows: enough beams ended on it, or enough where few were expected."""
+        enough = np.maximum(self.wall, self.expected) >= _FEWEST
+        return np.asarray(enough & (self.wall >= _WALL * self.expected))
+
+    @property
+    def is_hidden(self) -> Bool:
+        """Whether something before the wall hides most of it."""
+        return np.asarray(self.expected < _HIDDEN * self.free)
+
+    @property
+    def is_visible(self) -> Bool:
+        """Whether most beams got as far as the wall."""
+        return np.asarray(self.expected > _VISIBLE * self.free)
+
+    @property
+    def is_not_open(self) -> Bool:
+        """Whether the evidence does not speak for open cells."""
+        return np.asarray(self.llr <= 0.0)
+
+    @property
+    def has_depth(self) -> Bool:
+        """Whether as many beams came back from behind the wall as a pane, a frame or a room returns."""
+        return np.asarray(self.deep > np.maximum(_DEEP * self.expected, _DEEP_FREE * self.free))
+
+    @property
+    def has_some_depth(self) -> Bool:
+        """Whether some beams came back from behind the wall, as from frames and reveals."""
+        return np.asarray(self.deep > _DEEP_LARGE * self.expected)
 
 
 class Framing:
-    """Sums over rectangles of the evidence, to judge many of them at once."""
+    """Judges rectangles of cells by sums over the evidence, many of them at once."""
 
     def __init__(self, evidence: Evidence, ground: float) -> None:
         self._shape = evidence.llr.shape
         self._cell = evidence.raster.cell
-        self._ground = int(np.ceil((ground + _GROUND - evidence.raster.corner[1]) / self._cell))
+        self._ground = int(np.ceil((ground + MASONRY.threshold - evidence.raster.corner[1]) / self._cell))
         self._rays = evidence.rays
         much = evidence.expected + 2.0 * np.sqrt(evidence.expected) + 1.0  # reveals and ledges hold more
         wall = np.minimum(evidence.solid, much)
         known = (evidence.llr != 0.0).astype(np.float64)
-        layers = (wall, evidence.expected, evidence.due, evidence.deep, evidence.llr, known)
-        self._sums = np.stack([np.pad(m.cumsum(0).cumsum(1), ((1, 0), (1, 0))) for m in layers])
+        layers = (wall, evidence.expected, evidence.expected_free, evidence.deep, evidence.llr, known)
+        self._totals = np.stack([np.pad(m.cumsum(0).cumsum(1), ((1, 0), (1, 0))) for m in layers])
 
     def __call__(self, boxes: Int) -> Bool:
-        """Whether boxes (n, 4) r0, c0, r1, c1 are openings (n,): what is open on one side is none.
+        """Returns which boxes (n, 4) r0, c0, r1, c1 can be openings (n,).
 
-        The wall shows on both sides and above or below; near the ground the lower end is no matter. With rays
-        one side may be hidden by something before the wall. The opening itself is free of wall, half of its
-        cells say something, and beams find a depth; or it is large, visible, and shows something of a depth
-        or the wall on all sides: shadows leave cells as empty as glass does, most are small or run on. Where
-        no ray tells shadows, one with wall on all sides must begin sharply, and may be small if it shows
-        something of a depth.
+        A rectangle without wall on one side is not an opening. The wall must show on both sides and above or
+        below, except below near the ground; with known sensors, one side may be hidden by something before
+        the wall. The rectangle itself must be free of wall and known in half of its cells, and beams must
+        come back from its depth. A visible rectangle may do with less depth (`_is_framed_all_round`), for
+        glass returns as little as a shadow does; but shadows are small, or run on past the rim.
         """
-        r0, c0, r1, c1 = boxes.T
-        rim = max(int(np.ceil(_RIM / self._cell)), 2)
-        left, right = self._sum(r0, c0 - 1 - rim, r1, c0 - 1), self._sum(r0, c1 + 1, r1, c1 + 1 + rim)
-        below, above = self._sum(r0 - 1 - rim, c0, r0 - 1, c1), self._sum(r1 + 1, c0, r1 + 1 + rim, c1)
-        sides = np.stack([self._walled(left), self._walled(right)])
-        hidden = np.stack([self._hidden(left), self._hidden(right)])
-        ends = np.stack([self._walled(above), self._walled(below) | (r0 < self._ground)])
-        framed = (sides | hidden).all(0) & sides.any(0) & ends.any(0)
-        shut = (ends | (np.stack([above[:, 4], below[:, 4]]) <= 0.0)).all(0)
-        free = ~self._walled(self._sum(r0 + 1, c0 + 1, r1 - 1, c1 - 1))
-        _, expected, due, deep, _, known = self._sum(r0, c0, r1, c1).T
-        told = known > _KNOWN * (r1 - r0) * (c1 - c0)
-        returned = deep > np.maximum(_RETURN * expected, _SEEN * due)
-        visible = expected > _VISIBLE * due
-        large = np.minimum(r1 - r0, c1 - c0) * self._cell > _LONE
-        some = deep > _SOME * expected
-        whole = ends.all(0) & (large if self._rays else self._sharp(boxes, rim) & (large | some))
-        return np.asarray(framed & free & told & (returned | (visible & ((large & shut & some) | whole))))
+        rim = max(int(np.ceil(_RIM_M / self._cell)), 2)
+        rims, inside = self._rims(boxes, rim), self._sums(boxes)
+        bare = ~self._sums(boxes + np.array([1, 1, -1, -1])).is_wall
+        known = inside.known > _KNOWN * (boxes[:, 2] - boxes[:, 0]) * (boxes[:, 3] - boxes[:, 1])
+        shown = inside.has_depth | (inside.is_visible & self._is_framed_all_round(boxes, inside, rims, rim))
+        return np.asarray(self._is_framed(boxes, rims) & bare & known & shown)
 
-    def _sharp(self, boxes: Int, rim: int) -> Bool:
-        """Whether hardly any wall shows within `rim` cells inside of each border of boxes (n, 4) (n,).
+    def _is_framed(self, boxes: Int, rims: tuple[_Sums, ...]) -> Bool:
+        """Returns whether the wall shows on both sides, of which one may be hidden, and above or below."""
+        sides = np.stack([side.is_wall for side in rims[:2]])
+        hidden = np.stack([side.is_hidden & self._rays for side in rims[:2]])
+        return np.asarray((sides | hidden).all(0) & sides.any(0) & self._ends(boxes, rims).any(0))
 
-        Shadows of leaves, and patches that return little, have ragged edges that wall shines through; an
-        opening without a frame in sight is empty right from its borders.
+    def _ends(self, boxes: Int, rims: tuple[_Sums, ...]) -> Bool:
+        """Returns whether the wall shows above and below (2, n); near the ground it need not show below."""
+        below, above = rims[2:]
+        return np.stack([above.is_wall, below.is_wall | (boxes[:, 0] < self._ground)])
+
+    def _is_framed_all_round(self, boxes: Int, inside: _Sums, rims: tuple[_Sums, ...], rim: int) -> Bool:
+        """Returns which boxes can be openings although little comes back from their depth.
+
+        Large ones that show some depth and do not run on above or below; those with wall above and below that
+        are large, where the sensors are known; and where they are not, those with wall above and below that
+        begin sharply and are large or show some depth.
+        """
+        below, above = rims[2:]
+        ends, some = self._ends(boxes, rims), inside.has_some_depth
+        sides = np.minimum(boxes[:, 2] - boxes[:, 0], boxes[:, 3] - boxes[:, 1])
+        large = sides * self._cell > _LARGE_M
+        shut = (ends | np.stack([above.is_not_open, below.is_not_open])).all(0)
+        sure = large if self._rays else self._is_sharp(boxes, rim) & (large | some)
+        return np.asarray((large & shut & some) | (ends.all(0) & sure))
+
+    def _is_sharp(self, boxes: Int, rim: int) -> Bool:
+        """Returns whether hardly any wall shows within `rim` cells inside of each border (n,).
+
+        Shadows of leaves, and patches that return little, have ragged edges through which the wall shines; an
+        opening whose frame is not seen is empty right from its borders.
         """
         r0, c0, r1, c1 = boxes.T + np.array([[1], [1], [-1], [-1]])
         wide = np.clip(np.minimum(r1 - r0, c1 - c0) // 2, 1, rim)
-        strips = [
-            self._sum(r0, c0, r1, c0 + wide),
-            self._sum(r0, c1 - wide, r1, c1),
-            self._sum(r0, c0, r0 + wide, c1),
-            self._sum(r1 - wide, c0, r1, c1),
-        ]
-        return np.asarray(np.all([s[:, 0] <= _BARS * s[:, 1] for s in strips], axis=0))
+        strips = [(r0, c0, r1, c0 + wide), (r0, c1 - wide, r1, c1)]
+        strips += [(r0, c0, r0 + wide, c1), (r1 - wide, c0, r1, c1)]
+        sums = [self._sums(np.stack(strip, 1)) for strip in strips]
+        return np.asarray(np.all([s.wall <= _BARS * s.expected for s in sums], axis=0))
 
-    def _sum(self, r0: Int, c0: Int, r1: Int, c1: Int) -> Float:
-        """Sums (n, 6) over rows [r0, r1) and columns [c0, c1), as far as they are on the raster."""
-        r0, r1 = np.clip(r0, 0, self._shape[0]), np.clip(r1, 0, self._shape[0])
-        c0, c1 = np.clip(c0, 0, self._shape[1]), np.clip(c1, 0, self._shape[1])
-        s = self._sums
-        return np.asarray(s[:, r1, c1] - s[:, r0, c1] - s[:, r1, c0] + s[:, r0, c0]).T
+    def _rims(self, boxes: Int, rim: int) -> tuple[_Sums, ...]:
+        """Returns the sums over the strips on the left, on the right, below and above, one cell off."""
+        r0, c0, r1, c1 = boxes.T
+        left, right = (r0, c0 - 1 - rim, r1, c0 - 1), (r0, c1 + 1, r1, c1 + 1 + rim)
+        below, above = (r0 - 1 - rim, c0, r0 - 1, c1), (r1 + 1, c0, r1 + 1 + rim, c1)
+        return tuple(self._sums(np.stack(strip, 1)) for strip in (left, right, below, above))
 
-    def _walled(self, sums: Float) -> Bool:
-        """Whether the wall shows: enough of the expected beams ended on it, or enough where none was."""
-        enough = np.maximum(sums[:, 0], sums[:, 1]) >= _FEWEST
-        return np.asarray(enough & (sums[:, 0] >= _WALL * sums[:, 1]))
-
-    def _hidden(self, sums: Float) -> Bool:
-        """Whether something before the wall is known to hide it."""
-        return np.asarray((sums[:, 1] < _HIDDEN * sums[:, 2]) & self._rays)
+    def _sums(self, boxes: Int) -> _Sums:
+        """Returns the sums over boxes (n, 4) r0, c0, r1, c1, as far as they lie on the raster."""
+        r0, r1 = np.clip(boxes[:, 0], 0, self._shape[0]), np.clip(boxes[:, 2], 0, self._shape[0])
+        c0, c1 = np.clip(boxes[:, 1], 0, self._shape[1]), np.clip(boxes[:, 3], 0, self._shape[1])
+        s = self._totals
+        return _Sums(*(s[:, r1, c1] - s[:, r0, c1] - s[:, r1, c0] + s[:, r0, c0]))

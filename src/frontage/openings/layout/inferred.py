@@ -1,9 +1,9 @@
-"""Openings that nothing saw, where the rows and columns of the others say that there is one.
+"""Predicts openings that nothing saw, where the rows and columns of the others say that there is one.
 
 A row of like openings and a column of openings cross at a node. What stands at a node is predicted from the
-others: its middle from the column, its sill from the row, its size and depth from its like. How often that
-is right the facade itself shows, node by node: each opening that was measured is predicted without itself,
-and each node where the wall is seen counts as wrong.
+others: its middle from the column, its sill from the row, its size and depth from its like. The facade itself
+shows how often that is right, node by node: each opening that was measured is predicted without itself, and
+each node where the wall is seen counts as wrong.
 """
 
 from collections.abc import Sequence
@@ -14,8 +14,8 @@ import shapely
 
 from frontage.geometry.arrays import Float
 from frontage.model.estimate import Estimate, Provenance
-from frontage.openings.borders.borders import Place
 from frontage.openings.borders.outline import Outline
+from frontage.openings.boxes import Box
 from frontage.openings.layout.pooling import (
     BOTTOM,
     HEIGHT,
@@ -31,12 +31,12 @@ from frontage.openings.layout.pooling import (
 from frontage.openings.wall.evidence import Evidence
 
 _RIGHT = 0.9  # share of the predictions that must be right
-_OTHERS = (2, 1)  # openings of a row, of a column, that predict
-_IOU = 0.5  # overlap of a prediction that is right
-_VISIBLE = 0.5  # share of the beams due that got as far as the wall: less is hidden
-_WALL = -6.0  # nats over a place, below which the wall was seen
+_OTHERS = (2, 1)  # openings of a row, and of a column, that a prediction needs
+_IOU = 0.5  # intersection over union of a prediction that counts as right
+_VISIBLE = 0.5  # share of the beams, expected without obstacles, that reach the wall: less is hidden
+_WALL = -6.0  # nats over a place below which the wall was seen
 CLEAR = 0.1
-"""m between openings at least."""
+"""m between openings, at least."""
 WITHIN = 0.98
 """Share of an opening that lies within the facade's outline."""
 SEEN = ("wall", "other")
@@ -45,7 +45,7 @@ SEEN = ("wall", "other")
 
 @dataclass(frozen=True, eq=False)
 class Inferred:
-    """An opening that was predicted, the share of such predictions that are right, and its evidence, nats."""
+    """A predicted opening, the share of such predictions that are right, and its evidence in nats."""
 
     outline: Outline
     confidence: float
@@ -54,9 +54,14 @@ class Inferred:
 
 @dataclass(frozen=True, eq=False)
 class Node:
-    """What the row `row` and the column `column` predict, without the openings `left_out`."""
+    """What the row `row` and the column `column` predict where they cross.
 
-    place: Place
+    place       box m
+    covariance  (5, 5) m2 of left, right, bottom, top and rise
+    like        number of an opening of the same form
+    """
+
+    place: Box
     covariance: Float
     like: int
     row: int
@@ -64,8 +69,9 @@ class Node:
 
 
 def infer(outlines: Sequence[Outline], evidence: Evidence) -> list[Inferred]:
-    """The openings that rows and columns predict where nothing saw the wall; none where the facade is not
-    regular enough for nine of ten to be right.
+    """Returns the openings that rows and columns predict where nothing saw the wall.
+
+    There are none where the facade is not regular enough for nine of ten to be right.
     """
     if len(outlines) <= sum(_OTHERS):
         return []
@@ -90,7 +96,7 @@ def infer(outlines: Sequence[Outline], evidence: Evidence) -> list[Inferred]:
 
 
 def _rate(right: dict[tuple[int, int], bool], row: int | None, column: int | None) -> float:
-    """Expected share of right predictions (Jeffreys), of a row or column its own share where that is less."""
+    """Returns the expected share of right predictions (Jeffreys); of a row or a column its own share."""
     some = [v for (r, c), v in right.items() if row in (None, r) and column in (None, c)]
     if row is None and column is None:
         return (sum(some) + 0.5) / (len(some) + 1.0)
@@ -98,7 +104,7 @@ def _rate(right: dict[tuple[int, int], bool], row: int | None, column: int | Non
 
 
 class Grid:
-    """Rows of like openings and columns of all, and what they predict."""
+    """Rows of like openings and columns of all openings, and what they predict."""
 
     def __init__(self, outlines: Sequence[Outline]) -> None:
         self._outlines = outlines
@@ -119,13 +125,13 @@ class Grid:
         }
 
     def nodes(self) -> list[Node]:
-        """Of all rows and columns that have no opening in common."""
+        """Returns the nodes of all rows and columns that have no opening in common."""
         pairs = [(r, c) for r in range(len(self._rows)) for c in range(len(self._columns))]
         free = [(r, c) for r, c in pairs if not set(self._rows[r]) & set(self._columns[c])]
         return [n for r, c in free if (n := self._node(r, c, -1)) is not None]
 
     def left_out(self) -> list[Node]:
-        """The nodes of measured openings that are predicted right without them."""
+        """Returns the nodes of measured openings that are predicted right without them."""
         found = []
         for r, row in enumerate(self._rows):
             for c, column in enumerate(self._columns):
@@ -160,7 +166,7 @@ class Grid:
         return Node(place, covariance, row[0], r, c)
 
     def depth(self, like: int) -> Estimate[float] | None:
-        """Depth of a further opening like the one of that number; None where too few tell it."""
+        """Returns the depth of a further opening like that of number `like`; None where too few tell it."""
         known = [d for k in self._like[like] if (d := self._outlines[k].depth) is not None]
         if len(known) < _OTHERS[0]:
             return None
@@ -171,8 +177,11 @@ class Grid:
         return Estimate(at, np.array([[error**2]]), float(len(known) - 1), Provenance.INFERRED)
 
 
-def state_of(place: Place, outlines: Sequence[Outline], evidence: Evidence) -> str:
-    """What is known of a place: "taken", "off" the facade, "wall", "unknown", "other" (seen, and no wall)."""
+def state_of(place: Box, outlines: Sequence[Outline], evidence: Evidence) -> str:
+    """Returns what is known of a place: "taken", "off" the facade, "wall", "unknown", or "other".
+
+    "other" means that beams came back from it and that it is not wall.
+    """
     if _near(place, [o.place for o in outlines]):
         return "taken"
     part = _cells(place, evidence)
@@ -180,31 +189,33 @@ def state_of(place: Place, outlines: Sequence[Outline], evidence: Evidence) -> s
         return "off"
     if float(evidence.llr[part].sum()) < _WALL:
         return "wall"
-    due = float(evidence.due[part].sum())
+    due = float(evidence.expected_free[part].sum())
     hidden = float(evidence.expected[part].sum()) < _VISIBLE * due or due == 0.0
     return "unknown" if hidden else "other"
 
 
-def _worth(place: Place, evidence: Evidence) -> float:
+def _worth(place: Box, evidence: Evidence) -> float:
+    """Returns the nats for open over a place."""
     part = _cells(place, evidence)
     return 0.0 if part is None else float(evidence.llr[part].sum())
 
 
-def _cells(place: Place, evidence: Evidence) -> tuple[slice, slice] | None:
-    """The cells of a place, None where it leaves the raster."""
+def _cells(place: Box, evidence: Evidence) -> tuple[slice, slice] | None:
+    """Returns the cells of a place, None where it leaves the raster."""
     g, (cx, cz) = evidence.raster.cell, evidence.raster.corner
     c0, r0, c1, r1 = (round((v - o) / g) for v, o in zip(place, (cx, cz, cx, cz), strict=True))
     h, w = evidence.raster.shape
     return (slice(r0, r1), slice(c0, c1)) if 0 <= r0 < r1 <= h and 0 <= c0 < c1 <= w else None
 
 
-def _near(place: Place, others: Sequence[Place]) -> bool:
-    """Whether a box overlaps one of others or stands too close to it."""
+def _near(place: Box, others: Sequence[Box]) -> bool:
+    """Returns whether a box overlaps one of the others or stands too close to it."""
     own, boxes = np.array(place), np.reshape(others, (-1, 4))
     gap = np.maximum(np.maximum(boxes[:, :2] - own[2:], own[:2] - boxes[:, 2:]), 0.0)
     return bool((np.hypot(*gap.T) < CLEAR).any())
 
 
-def _iou(a: Place, b: Place) -> float:
+def _iou(a: Box, b: Box) -> float:
+    """Returns the intersection over union of two boxes."""
     one, other = shapely.box(*a), shapely.box(*b)
     return float(one.intersection(other).area / one.union(other).area)

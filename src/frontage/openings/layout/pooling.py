@@ -1,9 +1,9 @@
 """What openings share: rows, columns and sizes, pooled as far as their own errors allow.
 
 Every family (widths and heights of like openings, middles of columns, sills or lintels of rows, depths of
-like openings) is normal about its mean with a variance between its members, which the scatter beyond their
-own errors tells. So pooling shrinks where the facade is regular, and does not where it is not; a member that
-contradicts its family keeps to itself.
+like openings) is normally distributed about its mean. Its variance between members is what their scatter
+exceeds their own errors by. So pooling shrinks errors where the facade is regular, and does not where it is
+not; a member that contradicts its family is left out of it.
 """
 
 from collections.abc import Sequence
@@ -21,24 +21,29 @@ HEIGHT = np.array([0.0, 0.0, -1.0, 1.0])
 MIDDLE = np.array([0.5, 0.5, 0.0, 0.0])
 BOTTOM = np.array([0.0, 0.0, 1.0, 0.0])
 TOP = np.array([0.0, 0.0, 0.0, 1.0])
-"""What openings may share, of their borders left, right, bottom, top."""
+"""What openings may share, as weights of their borders left, right, bottom, top."""
 
-_COLUMN = 0.25  # of the narrower width: openings whose middles are nearer stand in one column
+_COLUMN = 0.25  # share of the narrower width: openings whose middles are nearer stand in one column
 _ROW = 0.15  # m: sills nearer than that are a row
-_LIKE = 3.0  # sigmas between neighbours of like openings
-_ODD = 3.5  # sigmas: a member that far from the others is none
-_UNKNOWN = 0.1  # m: what is known no better is no member
-_CAUTION = 0.7  # the variance between members is taken at the lower quartile of the scatter's distribution
+_LIKE = 3.0  # sigmas between neighbouring sizes of like openings, at most
+_ODD = 3.5  # sigmas from the others from which a member is left out
+_UNKNOWN = 0.1  # m: what is known no better is not a member
+_CAUTION = 0.7  # sets the variance between members at the lower quartile of the distribution of the scatter
 _LEAST = 0.001  # m, one sigma between members at least: masonry
-_MOST = 1.0  # m, one sigma between members: none that matters
+_MOST = 1.0  # m, one sigma between members that is as good as none
 _ALIKE = 0.001  # m, one sigma of depths: what scanner, wall and joinery do to all frames alike
-_SHARED = 0.9  # of a border's variance, at most, that is common to all
-_MUCH = 0.5  # of its own variance: a border that has less now owes most of what is known to others
+_SHARED = 0.9  # share of a border's variance, at most, that is common to all
+_MUCH = 0.5  # share of its own variance: a border that has less now owes most of what is known to others
 
 
 @dataclass(frozen=True, eq=False)
 class Family:
-    """Groups of openings that share a quantity `share` @ (left, right, bottom, top); sigma m between them."""
+    """Groups of openings that share a quantity.
+
+    share    (4,) weights of left, right, bottom, top whose sum is the quantity
+    groups   numbers of the members
+    between  m, one sigma between the members of a group
+    """
 
     share: Float
     groups: tuple[tuple[int, ...], ...]
@@ -46,7 +51,11 @@ class Family:
 
 
 def pool(outlines: Sequence[Outline]) -> list[Outline]:
-    """The outlines with borders and depths pooled; those that owe most of a border to others say `pooled`."""
+    """Returns the outlines with borders and depths pooled.
+
+    Those that owe most of what is known of a border to others say `pooled`. All borders and family means are
+    solved for together, by least squares.
+    """
     if len(outlines) < 3:
         return list(outlines)
     own, variance = values_of(outlines)
@@ -74,19 +83,22 @@ def pool(outlines: Sequence[Outline]) -> list[Outline]:
 
 
 def values_of(outlines: Sequence[Outline]) -> tuple[Float, list[Float]]:
-    """Borders left, right, bottom, top (n, 4) m and the covariances (4, 4) m2 of their own errors."""
+    """Returns the borders left, right, bottom, top (n, 4) m and the covariances (4, 4) m2 of their errors."""
     own = np.array([(o.place[0], o.place[2], o.place[1], o.place[3]) for o in outlines]).reshape(-1, 4)
     return own, [o.covariance[:4, :4] - _common(o) for o in outlines]
 
 
 def _common(outline: Outline) -> Float:
-    """Covariance (4, 4) m2 of what all openings share: the footprint's doubt. Pooling does not lessen it."""
+    """Returns the covariance (4, 4) m2 that all openings share: the doubt of the footprint."""
     doubt = np.array([b.edge.doubt for b in outline.borders] or [0.0] * 4)
     return np.diag(np.minimum(doubt**2, _SHARED * np.diag(outline.covariance)[:4]))
 
 
 def find_families(outlines: Sequence[Outline]) -> list[Family]:
-    """Of like openings widths, heights, columns, and rows: by sills or lintels, whichever agree better."""
+    """Returns the families of like openings: widths, heights, columns, and rows.
+
+    Rows go by sills or by lintels, whichever agree better.
+    """
     like = like_groups(outlines)
     columns = columns_of(outlines, like)
     rows = [rows_of(outlines, share, like) for share in (BOTTOM, TOP)]
@@ -103,7 +115,7 @@ def find_families(outlines: Sequence[Outline]) -> list[Family]:
 
 
 def columns_of(outlines: Sequence[Outline], groups: Sequence[Sequence[int]]) -> list[tuple[int, ...]]:
-    """Columns within groups of openings: those whose middles are near."""
+    """Returns the columns within groups of openings: those whose middles are near each other."""
     own, _ = values_of(outlines)
     near = _COLUMN * float((own @ WIDTH).min())
     return [column for group in groups for column in _clusters(own @ MIDDLE, near, group)]
@@ -112,13 +124,16 @@ def columns_of(outlines: Sequence[Outline], groups: Sequence[Sequence[int]]) -> 
 def rows_of(
     outlines: Sequence[Outline], share: Float, groups: Sequence[Sequence[int]]
 ) -> list[tuple[int, ...]]:
-    """Rows within groups of openings: those whose sills (`share` = BOTTOM) or lintels (TOP) are near."""
+    """Returns the rows within groups of openings.
+
+    A row is of those whose sills (`share` = BOTTOM) or lintels (TOP) are near each other.
+    """
     own, _ = values_of(outlines)
     return [row for group in groups for row in _clusters(own @ share, _ROW, group)]
 
 
 def like_groups(outlines: Sequence[Outline]) -> list[tuple[int, ...]]:
-    """Openings of one shape whose widths and heights do not differ by more than their errors."""
+    """Returns groups of openings of one shape whose widths and heights agree within their errors."""
     own, variance = values_of(outlines)
     groups = [
         tuple(k for k, o in enumerate(outlines) if o.shape == shape)
@@ -138,7 +153,7 @@ def like_groups(outlines: Sequence[Outline]) -> list[tuple[int, ...]]:
 def _clusters(
     value: Float, gap: float, members: Sequence[int], sigma: Float | None = None
 ) -> list[tuple[int, ...]]:
-    """Members whose sorted values are no further apart than `gap` m; with sigma (n,), than so many of it."""
+    """Returns the members whose sorted values are at most `gap` m apart, or `gap` times `sigma` (n,) m."""
     order = sorted(members, key=lambda k: (float(value[k]), k))
     if not order:
         return []
@@ -149,7 +164,7 @@ def _clusters(
 
 
 def _family(outlines: Sequence[Outline], share: Float, groups: Sequence[tuple[int, ...]]) -> Family:
-    """The groups without the members that contradict them, and the sigma between those that are left."""
+    """Returns the groups without the members that contradict them, and the sigma between the others."""
     own, variance = values_of(outlines)
     value = own @ share
     sigma = np.sqrt([share @ v @ share for v in variance])
@@ -164,10 +179,10 @@ def _family(outlines: Sequence[Outline], share: Float, groups: Sequence[tuple[in
 
 
 def between_members(value: Float, sigma: Float, groups: Sequence[tuple[int, ...]]) -> float:
-    """Sigma m between the members of groups, beyond their own errors `sigma` (n,) m.
+    """Returns the sigma m between the members of groups, beyond their own errors `sigma` (n,) m.
 
-    Mandel and Paule (1970): sum (v - mean)^2 / (sigma^2 + between^2) = its degrees of freedom; here at the
-    lower quartile of its distribution, so that few members are pooled with caution.
+    Mandel and Paule (1970): sum (v - mean)^2 / (sigma^2 + between^2) equals its degrees of freedom; here it
+    equals the lower quartile of its distribution, so that few members are pooled with caution.
     """
     freedom = sum(len(g) - 1 for g in groups)
     target = freedom - _CAUTION * np.sqrt(2.0 * freedom)
@@ -190,7 +205,7 @@ def between_members(value: Float, sigma: Float, groups: Sequence[tuple[int, ...]
 def _worst(
     value: Float, sigma: Float, groups: Sequence[tuple[int, ...]], between: float
 ) -> tuple[int, float]:
-    """The member that is furthest from the mean of the others of its group, and how many sigmas."""
+    """Returns the member furthest from the mean of the others of its group, and how many sigmas."""
     worst, most = -1, 0.0
     for g in groups:
         for k in g:
@@ -202,13 +217,13 @@ def _worst(
 
 
 def predicted(value: Float, sigma: Float, others: Sequence[int], between: float) -> tuple[float, float]:
-    """What a further member would be by the `others` of its group, and its sigma, m."""
+    """Returns what a further member would be by the `others` of its group, and its sigma, m."""
     w = 1.0 / (sigma[list(others)] ** 2 + between**2)
     return float(w @ value[list(others)] / w.sum()), float(np.sqrt(1.0 / w.sum() + between**2))
 
 
 def _pooled_depths(outlines: Sequence[Outline], families: Sequence[Family]) -> list[Estimate[float] | None]:
-    """Depths of like openings, each drawn to the mean of the others."""
+    """Returns the depths of like openings, each drawn towards the mean of the others."""
     depths: list[Estimate[float] | None] = [o.depth for o in outlines]
     value = np.array([np.nan if d is None else d.value for d in depths])
     sigma = np.array([np.nan if d is None else float(d.sigma[0]) for d in depths])
@@ -234,7 +249,7 @@ def _pooled_depths(outlines: Sequence[Outline], families: Sequence[Family]) -> l
 
 
 def _with_borders(outline: Outline, borders: Float, spread: Float, depth: Estimate[float] | None) -> Outline:
-    """The outline with other borders left, right, bottom, top and their covariance (4, 4)."""
+    """Returns the outline with other borders left, right, bottom, top m and their covariance (4, 4) m2."""
     left, right, bottom, top = (float(v) for v in borders)
     before = np.diag(outline.covariance)[:4]
     covariance = outline.covariance.copy()

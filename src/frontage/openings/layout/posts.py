@@ -7,17 +7,17 @@ import numpy as np
 
 from frontage.geometry.arrays import Bool, Float
 from frontage.model.facade import Facade
+from frontage.model.masonry import TOLERANCES
 from frontage.model.scan import Scan
 from frontage.openings.borders.outline import Outline
-from frontage.openings.wall.beams import Beams, Lines
+from frontage.openings.wall.beams import Beams, WallCrossings
 
 _LEAST = 0.15  # m: half a brick, the least pier, and the cells that it is cut by
-_ON = 0.015  # m before or behind its front that points are on a post
 
 
 @dataclass(frozen=True)
 class Post:
-    """From x0 to x1, from sill z0 to lintel z1, y of its front; all m, facade frame.
+    """A post from x0 to x1, from sill z0 to lintel z1, with its front at y; all m, facade frame.
 
     Windows meet somewhere in it, where is not seen: its middle half counts as wall.
     """
@@ -30,18 +30,18 @@ class Post:
 
     @property
     def middle(self) -> float:
-        """x m."""
+        """The middle x, m."""
         return (self.x0 + self.x1) / 2
 
     def holds(self, x: Float, z: Float) -> Bool:
-        """Which of the places (n,) lie in the part that counts as wall."""
+        """Returns which of the places (n,) m lie in the part that counts as wall."""
         width = self.x1 - self.x0
         half = min(max(width / 2, _LEAST), width) / 2
         return np.asarray((np.abs(x - self.middle) < half) & (z > self.z0) & (z < self.z1))
 
 
 def with_posts(beams: Beams, facade: Facade, scan: Scan, posts: Sequence[Post]) -> Beams:
-    """The beams with posts as parts of the wall, which lies at their depth there."""
+    """Returns the beams with posts as parts of the wall, which lies at their depth there."""
     lines = beams.lines
     old = lines.y - beams.depth_at(*lines.place) > beams.least
     lines, moved = _on_posts(lines, posts)
@@ -50,8 +50,11 @@ def with_posts(beams: Beams, facade: Facade, scan: Scan, posts: Sequence[Post]) 
     x, y, z = facade.frame.inverse.apply(scan.xyz[facade.support]).T
     on, free = np.zeros(len(x), np.bool_), np.ones(len(lone), np.bool_)
     for post in posts:
-        on |= post.holds(x, z) & (np.abs(y - post.y) < _ON)
-        free &= ~(post.holds(*lone.T) & (np.abs(lone_depth + beams.depth_at(*lone.T) - post.y) < _ON))
+        on |= post.holds(x, z) & (np.abs(y - post.y) < TOLERANCES.least_on_wall)
+        free &= ~(
+            post.holds(*lone.T)
+            & (np.abs(lone_depth + beams.depth_at(*lone.T) - post.y) < TOLERANCES.least_on_wall)
+        )
     through = depth > beams.least
     return replace(
         beams,
@@ -63,22 +66,26 @@ def with_posts(beams: Beams, facade: Facade, scan: Scan, posts: Sequence[Post]) 
     )
 
 
-def _on_posts(lines: Lines, posts: Sequence[Post]) -> tuple[Lines, Bool]:
-    """The lines of sight, those that end on a post or seem to cross the wall there taken at its depth; and
-    which these are.
+def _on_posts(lines: WallCrossings, posts: Sequence[Post]) -> tuple[WallCrossings, Bool]:
+    """Returns the lines of sight with those at a post taken at its depth, and which these are.
+
+    A line is at a post if it ends on it or would cross the wall there.
     """
     place, level = lines.place.copy(), lines.level.copy()
     moved = np.zeros(len(level), np.bool_)
     for post in posts:
-        there = lines.place + lines.slope * (post.y - lines.level)
-        some = (post.holds(*there) | post.holds(*lines.place)) & (lines.y > post.y - _ON)
+        there = lines.at(post.y)
+        some = (post.holds(*there) | post.holds(*lines.place)) & (lines.y > post.y - TOLERANCES.least_on_wall)
         place[:, some], level[some] = there[:, some], post.y
         moved |= some
     return replace(lines, place=place, level=level), moved
 
 
-def with_doubt(outline: Outline, posts: Sequence[Post]) -> Outline:
-    """The outline with the error of those borders that a post sets: windows meet anywhere in its half."""
+def with_post_errors(outline: Outline, posts: Sequence[Post]) -> Outline:
+    """Returns the outline with the error of those borders that a post sets.
+
+    Windows meet anywhere in the middle half of the post.
+    """
     covariance, borders = outline.covariance.copy(), list(outline.borders)
     x0, z0, x1, z1 = outline.place
     for post in posts:

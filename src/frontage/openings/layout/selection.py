@@ -1,4 +1,4 @@
-"""The best layout: of rectangles, or of whatever else excludes one another, the set worth most."""
+"""Chooses the best layout: of rectangles, or of anything that excludes one another, the set worth most."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -9,13 +9,13 @@ from scipy import optimize, sparse
 from frontage.geometry.arrays import Bool, Float, Int
 
 PRICE = 12.0
-"""Nats an opening must be worth: four borders (MDL)."""
-_UNSEEN = 0.05  # nats a cell of nothing known costs
+"""Nats that an opening must be worth: four borders (minimum description length)."""
+_UNSEEN = 0.05  # nats that a cell costs of which nothing is known
 
 
 @dataclass(frozen=True)
-class Box:
-    """Cells [r0, r1) x [c0, c1) and their worth in nats."""
+class CellBox:
+    """The cells [r0, r1) x [c0, c1) and their worth in nats."""
 
     r0: int
     c0: int
@@ -25,20 +25,20 @@ class Box:
 
     @property
     def cells(self) -> tuple[slice, slice]:
-        """To index maps with."""
+        """The slices that index maps."""
         return slice(self.r0, self.r1), slice(self.c0, self.c1)
 
 
 def worth_of(llr: Float) -> Float:
-    """Nats that cells add to the worth of what covers them, by their evidence for open."""
+    """Returns the nats that cells add to the worth of what covers them, by their evidence for open."""
     return np.where(llr == 0.0, -_UNSEEN, llr)
 
 
-def best_layout(groups: Sequence[Sequence[Box]], pier: int = 0) -> list[Box]:
-    """The subset of boxes without overlap with the largest worth, exactly (integer programme).
+def best_layout(groups: Sequence[Sequence[CellBox]], pier: int = 0) -> list[CellBox]:
+    """Returns the subset of boxes without overlap with the largest worth, exactly (integer programme).
 
-    `pier` cells or more lie between two of one group. Groups by themselves are worth no less than together:
-    only those whose layouts overlap are laid out together.
+    At least `pier` cells lie between two boxes of one group. Groups by themselves are worth no less than
+    together, so only groups whose layouts overlap are laid out together.
     """
     apart = [[_undominated(g)] for g in groups]
     layouts = [_best(own, pier) for own in apart]
@@ -51,9 +51,7 @@ def best_layout(groups: Sequence[Sequence[Box]], pier: int = 0) -> list[Box]:
 
 
 def most_worth(worth: Float, exclusive: Bool) -> Int:
-    """Numbers of the set that is worth most, of `worth` (n,), with one at most in each row of `exclusive`
-    (k, n).
-    """
+    """Returns the numbers of the set worth most, with at most one in each row of `exclusive` (k, n)."""
     result = optimize.milp(
         -worth,
         integrality=np.ones(len(worth), np.int64),
@@ -63,8 +61,8 @@ def most_worth(worth: Float, exclusive: Bool) -> Int:
     return np.flatnonzero(np.asarray(result.x) > 0.5)
 
 
-def _undominated(boxes: Sequence[Box]) -> list[Box]:
-    """Without the boxes that hold another one that is worth as much: that one may stand wherever they do."""
+def _undominated(boxes: Sequence[CellBox]) -> list[CellBox]:
+    """Drops the boxes that contain another one that is worth as much, for that one fits wherever they do."""
     r0, c0, r1, c1, worth = np.array([(b.r0, b.c0, b.r1, b.c1, b.worth) for b in boxes]).reshape(-1, 5).T
     around = (r0[:, None] <= r0) & (c0[:, None] <= c0) & (r1[:, None] >= r1) & (c1[:, None] >= c1)
     worse = around & (worth[:, None] <= worth)
@@ -72,8 +70,8 @@ def _undominated(boxes: Sequence[Box]) -> list[Box]:
     return [boxes[k] for k in np.flatnonzero(~worse.any(axis=1)).tolist()]
 
 
-def _best(groups: Sequence[Sequence[Box]], pier: int) -> list[Box]:
-    """The best layout of the boxes of all groups, which may overlap."""
+def _best(groups: Sequence[Sequence[CellBox]], pier: int) -> list[CellBox]:
+    """Returns the best layout of the boxes of all groups, which may overlap."""
     boxes = [b for g in groups for b in g]
     if len(boxes) < 2:
         return boxes
@@ -90,9 +88,10 @@ def _best(groups: Sequence[Sequence[Box]], pier: int) -> list[Box]:
     return [boxes[k] for k in most_worth(worth, rows).tolist()]
 
 
-def _shared_cells(boxes: Sequence[Box], some: Bool, pier: int) -> Bool:
-    """Which boxes (k, n), of those that are `some`, cover each cell of the arrangement of all their borders
-    that several cover; boxes reach `pier` cells further up and right.
+def _shared_cells(boxes: Sequence[CellBox], some: Bool, pier: int) -> Bool:
+    """Returns which boxes (k, n) cover each cell of the arrangement of their borders that several cover.
+
+    Only the boxes that are `some` count; they reach `pier` cells further up and right.
     """
     own = np.flatnonzero(some).tolist()
     starts = np.array([(boxes[k].r0, boxes[k].c0) for k in own]).reshape(-1, 2)
@@ -106,8 +105,8 @@ def _shared_cells(boxes: Sequence[Box], some: Bool, pier: int) -> Bool:
     return np.asarray(cells[cells.sum(1) > 1], np.bool_)
 
 
-def _overlapping(layouts: Sequence[Sequence[Box]]) -> tuple[int, int] | None:
-    """Two layouts, the lower number first, of which boxes overlap; None if there are none."""
+def _overlapping(layouts: Sequence[Sequence[CellBox]]) -> tuple[int, int] | None:
+    """Returns two layouts, the lower number first, whose boxes overlap; None if there are none."""
     owner = np.repeat(np.arange(len(layouts)), [len(own) for own in layouts])
     r0, c0, r1, c1 = np.array([(b.r0, b.c0, b.r1, b.c1) for own in layouts for b in own]).reshape(-1, 4).T
     meet = (r0[:, None] < r1) & (r1[:, None] > r0) & (c0[:, None] < c1) & (c1[:, None] > c0)

@@ -18,8 +18,10 @@ ELEMENT = 1.5
 class AvailabilityMap:
     """A binary image of the facade: which grid elements hold points.
 
-    available, inside  (h, w) bool; row r, column c covers ``corner + cell * (c..c+1, r..r+1)`` (x, z) m;
-                       `inside` tells the elements whose centre lies within the facade's outline
+    available  (h, w) bool; row r, column c covers ``corner + cell * (c..c+1, r..r+1)`` (x, z) m
+    inside     (h, w) bool, the elements whose centre lies within the facade's outline
+    corner     x, z m of the lower left corner
+    cell       m, side of an element
     """
 
     available: Bool
@@ -29,7 +31,7 @@ class AvailabilityMap:
 
     @classmethod
     def of(cls, xz: Float, outline: Float, distance: float) -> Self:
-        """Of points (n, 2) m on a facade with `outline` (k, 2) m; `distance` m between points."""
+        """Makes the map of points (n, 2) m on a facade with `outline` (k, 2) m; `distance` m apart."""
         cell = ELEMENT * distance
         low, high = outline.min(0), outline.max(0)
         w, h = (np.maximum(np.ceil((high - low) / cell), 1)).astype(int)
@@ -41,8 +43,12 @@ class AvailabilityMap:
         return cls(available.reshape(h, w), inside, (float(low[0]), float(low[1])), float(cell))
 
     def share(self, xs: Float, zs: Float) -> tuple[Float, Float]:
-        """Of the cells between planes xs (m + 1,), zs (n + 1,) m: share of available elements (n, m) (NaN
-        outside), and share of the cell within the outline. Elements cut by a plane count by their area.
+        """Returns the share of available elements of cells, and the share of each within the outline.
+
+        xs  (m + 1,) m
+        zs  (n + 1,) m
+
+        Both are (n, m), the first NaN outside. Elements cut by a plane count by their area.
         """
         held, within = (self._sums(total, xs, zs) for total in self._totals)
         area = np.diff(zs)[:, None] * np.diff(xs)[None] / self.cell**2
@@ -51,7 +57,7 @@ class AvailabilityMap:
         return share, within / np.maximum(area, 1e-12)
 
     def box_share(self, box: tuple[float, float, float, float]) -> tuple[float, float]:
-        """Share of available elements in the rectangle x0, z0, x1, z1, and the number of its elements."""
+        """Returns the share of available elements in a rectangle x0, z0, x1, z1 m, and their number."""
         x0, z0, x1, z1 = box
         share, _ = self.share(np.array([x0, x1]), np.array([z0, z1]))
         return float(np.nan_to_num(share[0, 0])), (x1 - x0) * (z1 - z0) / self.cell**2
@@ -65,13 +71,13 @@ class AvailabilityMap:
         return totals[0], totals[1]
 
     def _sums(self, total: Float, xs: Float, zs: Float) -> Float:
-        """Sums (n, m) over the cells, in elements, by bilinear reading of an integral image."""
+        """Returns the sums (n, m) over the cells, in elements, by bilinear reading of an integral image."""
         rows = _between(total, (zs - self.corner[1]) / self.cell)
         corners = _between(rows.T, (xs - self.corner[0]) / self.cell).T
         return np.asarray(np.diff(np.diff(corners, axis=0), axis=1))
 
     def centres(self, box: tuple[float, float, float, float]) -> tuple[Float, Bool]:
-        """Centres (k, 2) m of the elements that lie wholly in the rectangle, and which are available (k,)."""
+        """Returns the centres (k, 2) m of the elements wholly in a rectangle, and which are available."""
         x0, z0, x1, z1 = box
         c0, r0 = (int(np.ceil((v - o) / self.cell)) for v, o in zip((x0, z0), self.corner, strict=True))
         c1, r1 = (int(np.floor((v - o) / self.cell)) for v, o in zip((x1, z1), self.corner, strict=True))
@@ -83,7 +89,7 @@ class AvailabilityMap:
 
 
 def _between(table: Float, at: Float) -> Float:
-    """Rows (k, m) of a table (n, m) at fractional places (k,), its ends held."""
+    """Returns the rows (k, m) of a table (n, m) at fractional places (k,), its ends held."""
     at = np.clip(at, 0, len(table) - 1)
     low = np.minimum(at.astype(int), len(table) - 2)
     part = (at - low)[:, None]

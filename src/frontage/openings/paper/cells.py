@@ -1,4 +1,4 @@
-"""Classification of the cells, its neighbourhood rules, and convex windows (paper B, section 3.2.2)."""
+"""Classifies the cells, applies rules of neighbourhood, and merges windows (paper B, section 3.2.2)."""
 
 from dataclasses import dataclass
 
@@ -6,17 +6,16 @@ import numpy as np
 from scipy import ndimage
 
 from frontage.geometry.arrays import Array, Bool, Float
+from frontage.openings.boxes import Box
 
 FACADE_SHARE = 0.70
-"""Cells with more available elements are facade solids (published)."""
+"""Cells with a larger share of available elements are facade (published)."""
 
 WINDOW_SHARE = 0.10
-"""Cells with fewer are window solids (published)."""
+"""Cells with a smaller share are windows (published)."""
 
 FACADE, WINDOW, UNCERTAIN, OUTSIDE = 0, 1, 2, 3
 
-Box = tuple[float, float, float, float]
-"""x0, z0, x1, z1 in m."""
 
 _MIDDLE = (FACADE_SHARE + WINDOW_SHARE) / 2
 _HELD = 0.5  # share of a cell within the outline
@@ -24,9 +23,13 @@ _HELD = 0.5  # share of a cell within the outline
 
 @dataclass(frozen=True, eq=False)
 class Cells:
-    """The facade cut by its partition planes: xs (m + 1,), zs (n + 1,) m; share, first, final (n, m).
+    """The facade cut by its partition planes.
 
-    share   of available elements; `first` the class by it alone, `final` after the neighbourhood rules
+    xs     (m + 1,) m
+    zs     (n + 1,) m
+    share  (n, m) of available elements
+    first  (n, m) the class by the share alone
+    final  (n, m) the class after the neighbourhood rules
     """
 
     xs: Float
@@ -37,19 +40,19 @@ class Cells:
 
 
 def classify(xs: Float, zs: Float, share: Float, within: Float) -> Cells:
-    """Cells of more than 70 % and less than 10 % available elements, and the rest by their neighbours."""
+    """Classes cells by 70 % and 10 % of available elements, and the rest by their neighbours."""
     first = np.full(share.shape, UNCERTAIN, np.int8)
     first[share > FACADE_SHARE] = FACADE
     first[share < WINDOW_SHARE] = WINDOW
     first[(within < _HELD) | ~np.isfinite(share)] = OUTSIDE
-    return Cells(xs, zs, share, first, settle(first, share))
+    return Cells(xs, zs, share, first, resolve_uncertain(first, share))
 
 
-def settle(first: Array, share: Float) -> Array:
-    """Classes (n, m) with no cell left uncertain, by the neighbours in horizontal and vertical direction.
+def resolve_uncertain(first: Array, share: Float) -> Array:
+    """Returns classes (n, m) with no cell left uncertain, by the neighbours across and up.
 
-    1. Between two window cells: facade, "two small windows are reconstructed instead of one large".
-    2. Beside a window: as the nearest windows of the same column (row) continue, so that "the alignment as
+    1. Between two window cells: facade, "two small windows are reconstructed instead of one large". 2. Beside
+    a window: as the nearest windows of the same column (row) continue, so that "the alignment as
        well as the size of proximate windows is ensured"; without any, the nearer class by its share.
     3. Beside none: a window where windows stand in its row and its column, else facade.
     """
@@ -69,15 +72,16 @@ def settle(first: Array, share: Float) -> Array:
 
 
 def _between(window: Bool) -> Bool:
-    """Which cells (n, m) have window cells both to their left and to their right."""
+    """Returns which cells (n, m) have window cells both to their left and to their right."""
     wide = np.pad(window, ((0, 0), (1, 1)))
     return np.asarray(wide[:, :-2] & wide[:, 2:], np.bool_)
 
 
 def _votes(first: Array, i: int, j: int) -> tuple[int, bool]:
-    """How the windows above and below treat column j: +1 for each that covers it, -1 for each that does not.
+    """Counts how the windows above and below treat column j: +1 for each that covers it, else -1.
 
-    Asked are the nearest windows in the columns where cell (i, j) has a window beside it (also told: if so).
+    These are the nearest windows in the columns where cell (i, j) has a window beside it; also returns
+    whether it has one.
     """
     total, beside = 0, False
     for k in (j - 1, j + 1):
@@ -93,7 +97,7 @@ def _votes(first: Array, i: int, j: int) -> tuple[int, bool]:
 
 
 def _next_window(column: Bool, rows: range) -> int | None:
-    """The first window cell met along `rows` once the present window has ended; None when there is none."""
+    """Returns the first window cell along `rows` once the present window has ended, or None."""
     ended = False
     for row in rows:
         if not column[row]:
@@ -104,11 +108,11 @@ def _next_window(column: Bool, rows: range) -> int | None:
 
 
 def convex_windows(cells: Cells, least: tuple[float, float]) -> list[Box]:
-    """Rectangles of merged window cells: "the merge of window cells will result in convex window objects".
+    """Merges window cells into rectangles: "the merge of window cells will result in convex window objects".
 
-    A part that is no rectangle is filled where only cells that were uncertain are missing; else it is taken
-    apart, the largest rectangle first. Rectangles narrower or lower than `least` (width, height) m are
-    facade: no border of theirs could have been found.
+    A part that is no rectangle is filled where only cells that were uncertain are missing; otherwise it is
+    taken apart, the largest rectangle first. Rectangles narrower or lower than `least` (width, height) m are
+    facade, for no border of theirs could have been found.
     """
     out: list[Box] = []
     todo = _parts(cells.final == WINDOW)
@@ -134,7 +138,7 @@ def convex_windows(cells: Cells, least: tuple[float, float]) -> list[Box]:
 
 
 def _parts(mask: Bool) -> list[tuple[slice, slice, Bool]]:
-    """The connected parts of a mask (n, m): rows and columns of each, and its cells there."""
+    """Returns the connected parts of a mask (n, m): the rows and columns of each, and its cells there."""
     label, count = ndimage.label(mask)
     places = ndimage.find_objects(label, count)
     return [(place[0], place[1], label[place] == k) for k, place in enumerate(places, 1)]
@@ -143,7 +147,7 @@ def _parts(mask: Bool) -> list[tuple[slice, slice, Bool]]:
 def _largest(
     part: Bool, xs: Float, zs: Float, least: tuple[float, float]
 ) -> tuple[int, int, int, int] | None:
-    """Rows i0:i1, columns j0:j1 of the largest rectangle of set cells (n, m), None if all are too small."""
+    """Returns rows i0:i1, columns j0:j1 of the largest rectangle of set cells (n, m), or None."""
     best, found = 0.0, None
     for i0 in range(len(part)):
         if i0 and not (part[i0] & ~part[i0 - 1]).any():

@@ -1,4 +1,4 @@
-"""Edge points of window borders and the lines through them (paper B, section 3.2.1, third paragraph)."""
+"""Edge points of window borders, and the lines through them (paper B, section 3.2.1, third paragraph)."""
 
 from dataclasses import dataclass
 
@@ -16,15 +16,18 @@ SEARCH = 2.0
 """Search radius over the point distance: "a little higher", so that a raster's diagonal (1.4) is reached."""
 
 _SAMPLE = 20_000  # points whose neighbours tell the point distance
-_NEAR = 16  # neighbours looked at: all four sides of a point are among them
+_NEAR = 16  # neighbours that are looked at: all four sides of a point are among them
 _STRIP = 60_000  # points whose pairs are held in memory at once
 
 
 @dataclass(frozen=True)
-class Border:
-    """A straight run of edge points of one side: upright ("left", "right") at x, level ones at z; m.
+class BorderLine:
+    """A straight run of edge points of one side.
 
-    position   of the line; extent along it; count of its edge points
+    side      "left" and "right" run upright at x, "bottom" and "top" level at z
+    position  m, of the line
+    extent    m, from where to where it runs
+    count     of its edge points
     """
 
     side: str
@@ -39,10 +42,10 @@ class Border:
 
 
 def point_distance(xz: Float) -> float:
-    """Scan point distance on the facade, m: median distance to the nearest neighbour on one side.
+    """Returns the scan point distance on the facade, m: the median distance to the next point on one side.
 
-    Sides are the four quadrants about the axes, so that a raster gives its pitch, and lines of points that
-    lie close along the line and far across it count by both. NaN below 16 points.
+    Sides are the four quadrants about the axes, so that a raster gives its pitch; lines of points that lie
+    close along the line and far across it count by both. NaN below 16 points.
     """
     if len(xz) < _NEAR:
         return float("nan")
@@ -55,10 +58,10 @@ def point_distance(xz: Float) -> float:
 
 
 def edge_points(xz: Float, radius: float) -> Bool:
-    """Which points (4, n) have no neighbour within `radius` m on the window's side, rows as in `SIDES`.
+    """Returns which points (4, n) have no neighbour within `radius` m on the window's side (`SIDES`).
 
-    "The edge points of a left window border are detected if no neighbour measurements to their right side
-    can be found in a pre-defined search radius at the facade plane." A neighbour is to the right when its
+    "The edge points of a left window border are detected if no neighbour measurements to their right side can
+    be found in a pre-defined search radius at the facade plane." A neighbour is to the right when its
     direction is within 45 degrees of it: the four border types share the circle.
     """
     order = np.argsort(xz[:, 0], kind="stable")
@@ -78,19 +81,19 @@ def edge_points(xz: Float, radius: float) -> Bool:
 
 
 def _quadrant(step: Float) -> Int:
-    """0 right, 1 left, 2 above, 3 below, of steps (..., 2) m."""
+    """Returns 0 right, 1 left, 2 above, 3 below for steps (..., 2) m."""
     dx, dz = step[..., 0], step[..., 1]
     return np.where(np.abs(dx) >= np.abs(dz), np.where(dx > 0, 0, 1), np.where(dz > 0, 2, 3))
 
 
-def border_lines(xz: Float, edges: Bool, distance: float, shortest: float) -> tuple[Border, ...]:
-    """Horizontal and vertical lines "estimated from non-isolated edge points".
+def border_lines(xz: Float, edges: Bool, distance: float, shortest: float) -> tuple[BorderLine, ...]:
+    """Returns the horizontal and vertical lines "estimated from non-isolated edge points".
 
-    edges      (4, n), of `edge_points`
-    distance   m, scan point distance: edge points of one border scatter over it across the border
-    shortest   m, a line runs at least so far
+    edges     (4, n), of `edge_points`
+    distance  m, scan point distance: the edge points of one border scatter over it across the border
+    shortest  m, a line is at least so long
     """
-    out: list[Border] = []
+    out: list[BorderLine] = []
     for side, mask in zip(SIDES, edges, strict=True):
         along, across = (1, 0) if side in ("left", "right") else (0, 1)
         for chain in _chains(xz[mask][:, [along, across]], distance, shortest):
@@ -99,7 +102,7 @@ def border_lines(xz: Float, edges: Bool, distance: float, shortest: float) -> tu
 
 
 def _chains(points: Float, distance: float, shortest: float) -> list[Float]:
-    """Edge points (n, 2) (along, across) linked to the next along the border; isolated ones are dropped."""
+    """Links edge points (n, 2) m (along, across) to the next along the border; drops isolated ones."""
     if len(points) < 2:
         return []
     scaled = points / np.array([SEARCH * distance, distance])
@@ -111,14 +114,14 @@ def _chains(points: Float, distance: float, shortest: float) -> list[Float]:
     return [c for c in chains if len(c) > 2 and np.ptp(c[:, 0]) >= shortest]
 
 
-def _straight(chain: Float, side: str, distance: float, shortest: float) -> list[Border]:
-    """The straight runs of a chain (n, 2): the bands with the most points, one after the other."""
+def _straight(chain: Float, side: str, distance: float, shortest: float) -> list[BorderLine]:
+    """Returns the straight runs of a chain (n, 2) m: the bands with the most points, one after the other."""
     width = SEARCH * distance
     chain = chain[np.argsort(chain[:, 1], kind="stable")]
     across = chain[:, 1]
     end = np.searchsorted(across, across + width, side="right")
     count = end - np.arange(len(across))
-    found: list[Border] = []
+    found: list[BorderLine] = []
     while count.max() > 2:
         k = int(np.argmax(count))
         run = _longest_run(chain[k : end[k]], 2 * width)
@@ -127,22 +130,22 @@ def _straight(chain: Float, side: str, distance: float, shortest: float) -> list
             break
         if len(run) >= length / width:
             extent = (float(run[:, 0].min()), float(run[:, 0].max()))
-            found.append(Border(side, float(np.median(run[:, 1])), extent, len(run)))
+            found.append(BorderLine(side, float(np.median(run[:, 1])), extent, len(run)))
         count[(across >= across[k] - width) & (across <= across[k] + width)] = 0  # bands that overlap it
     return found
 
 
 def _longest_run(points: Float, gap: float) -> Float:
-    """The longest piece of points (n, 2) without a gap along them of more than `gap` m."""
+    """Returns the longest piece of points (n, 2) m without a gap along them of more than `gap` m."""
     points = points[np.argsort(points[:, 0], kind="stable")]
     pieces = np.split(points, np.flatnonzero(np.diff(points[:, 0]) > gap) + 1)
     return max(pieces, key=lambda p: float(np.ptp(p[:, 0])))
 
 
 def partition(
-    borders: tuple[Border, ...], upright: bool, ends: tuple[float, float], distance: float
+    borders: tuple[BorderLine, ...], upright: bool, ends: tuple[float, float], distance: float
 ) -> Float:
-    """Positions (k,) m of the partition planes across x (`upright`) or z, from end to end of the facade.
+    """Returns the positions (k,) m of the partition planes across x (`upright`) or z, ends included.
 
     "Each boundary line defines a partition plane, which is perpendicular to the building facade." Lines
     closer than the point distance cannot be told apart: they make one plane, at their weighted mean.

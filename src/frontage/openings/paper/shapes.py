@@ -5,9 +5,10 @@ from collections.abc import Iterable, Sequence
 import numpy as np
 
 from frontage.geometry.arrays import Bool, Float
+from frontage.openings.boxes import Box
 from frontage.openings.paper.availability import ELEMENT, AvailabilityMap
-from frontage.openings.paper.cells import FACADE_SHARE, WINDOW_SHARE, Box
-from frontage.openings.paper.edges import SEARCH, Border
+from frontage.openings.paper.cells import FACADE_SHARE, WINDOW_SHARE
+from frontage.openings.paper.edges import SEARCH, BorderLine
 
 _RISES = 12  # heights of the arch that are tried
 _FEWEST_CORNER = 4  # elements above the arch that can tell it from a rectangle
@@ -16,16 +17,16 @@ _FEWEST_DEPTH = 10  # points that make a depth plane
 
 def split_windows(
     windows: Iterable[Box],
-    borders: Sequence[Border],
+    borders: Sequence[BorderLine],
     xz: Float,
     distance: float,
     least: tuple[float, float],
 ) -> list[Box]:
-    """Separate windows at lines inside them "by an additional facade cell", where facade points are there.
+    """Separates windows at lines inside them "by an additional facade cell", where facade points are there.
 
-    Section 3.2.2, last paragraph, Fig. 8: only one line was detected between two close windows. The cell
-    covers the facade points (xz (n, 2) m) within a search radius of the line; it is kept when more than 70 %
-    of its length has some. What remains on either side must be a window of at least `least` m.
+    Section 3.2.2, last paragraph, and figure 8: only one line was detected between two close windows. The
+    cell covers the facade points (xz (n, 2) m) within a search radius of the line; it is kept when more than
+    70 % of its length has some. What remains on either side must be a window of at least `least` m.
     """
     done: list[Box] = []
     todo = list(windows)
@@ -44,7 +45,7 @@ def split_windows(
 
 
 def _crossing(place: Float, box: Box, least: tuple[float, float]) -> Bool:
-    """Which lines (n, 4) (position, extent, upright) run inside a window with room on either side."""
+    """Returns which lines (n, 4) (position, extent, upright) run inside a window with room on either side."""
     low, high = np.array(box[:2]), np.array(box[2:])
     across = np.where(place[:, 3] == 1, 0, 1)
     room = np.array(least)[across]
@@ -54,9 +55,9 @@ def _crossing(place: Float, box: Box, least: tuple[float, float]) -> Bool:
 
 
 def _split(
-    box: Box, inner: Sequence[Border], xz: Float, distance: float, least: tuple[float, float]
+    box: Box, inner: Sequence[BorderLine], xz: Float, distance: float, least: tuple[float, float]
 ) -> list[Box] | None:
-    """The two windows of a separated one, or None; xz (n, 2) sorted by x."""
+    """Returns the two windows of a separated one, or None; xz (n, 2) m is sorted by x."""
     first, last = np.searchsorted(xz[:, 0], (box[0], box[2]))
     own = xz[first:last]
     own = own[(own[:, 1] >= box[1]) & (own[:, 1] <= box[3])]
@@ -76,19 +77,19 @@ def _split(
 
 
 def _filled(along: Float, low: float, high: float, distance: float) -> float:
-    """Share of the grid elements from `low` to `high` m that hold a point."""
+    """Returns the share of the grid elements from `low` to `high` m that hold a point."""
     number = max(int((high - low) / (ELEMENT * distance)), 1)
     return (
         len(np.unique(np.clip(((along - low) / (high - low) * number).astype(int), 0, number - 1))) / number
     )
 
 
-def with_head(box: Box, borders: Sequence[Border], seen: AvailabilityMap) -> tuple[Box, float]:
-    """The window with its curved head: box m, and rise m of the arch (0 = straight, half the width = round).
+def with_head(box: Box, borders: Sequence[BorderLine], seen: AvailabilityMap) -> tuple[Box, float]:
+    """Returns the window with its curved head: box m, and rise m of the arch (0 = straight).
 
     Section 3.2.3: "also curved primitives can be integrated". The crown is the window's upper border, or a
-    top line above it up to half the width away: the cells between hold corners of the wall, and may have
-    been classed as facade.
+    top line above it up to half the width away: the cells between hold corners of the wall, and may have been
+    classed as facade.
     """
     x0, z0, x1, z1 = box
     near = [b for b in borders if b.side == "top" and z1 < b.position <= z1 + (x1 - x0) / 2]
@@ -102,9 +103,9 @@ def with_head(box: Box, borders: Sequence[Border], seen: AvailabilityMap) -> tup
 
 
 def _rise(box: Box, seen: AvailabilityMap) -> float:
-    """Rise m of the arch through the springing points with its crown at the upper border, 0 = none.
+    """Returns the rise m of the arch through the springing points with its crown at the top, 0 = none.
 
-    Of several the one that explains the map best; it stands when the map classes the solid above it as
+    Of several it is the one that explains the map best; it stands when the map classes the solid above it as
     facade (> 70 %) and the one below as window (< 10 %).
     """
     x0, z0, x1, z1 = box
@@ -124,7 +125,7 @@ def _rise(box: Box, seen: AvailabilityMap) -> float:
 
 
 def _about_arch(xz: Float, box: Box, rise: float, cell: float) -> tuple[Bool, Bool]:
-    """Which element centres (n, 2) lie above the arch and which below; those that it crosses are neither."""
+    """Returns which element centres (n, 2) m lie above the arch and which below; crossed ones are neither."""
     x0, _, x1, z1 = box
     radius = ((x1 - x0) ** 2 / 4 + rise**2) / (2 * rise)
     out = np.hypot(xz[:, 0] - (x0 + x1) / 2, xz[:, 1] - (z1 - radius)) - radius
@@ -135,7 +136,10 @@ def _about_arch(xz: Float, box: Box, rise: float, cell: float) -> tuple[Bool, Bo
 
 
 def outline(box: Box, rise: float, chord: float) -> Float:
-    """Ring (k, 2) m, counter-clockwise, of a window with an arch of `rise` m and chord errors <= `chord`."""
+    """Returns the ring (k, 2) m, counter-clockwise, of a window with an arch of `rise` m.
+
+    Its chord errors are at most `chord` m.
+    """
     x0, z0, x1, z1 = box
     base = np.array([[x0, z0], [x1, z0]])
     if rise <= 0:
@@ -150,10 +154,10 @@ def outline(box: Box, rise: float, chord: float) -> Float:
 
 
 def shifted_plane(y: Float, tolerance: float) -> float | None:
-    """Offset m of the plane parallel to the facade with the most points (n,) within `tolerance` m of it.
+    """Returns the depth m of the plane parallel to the facade with the most points (n,) m on it.
 
-    Section 3.2.1: points at the crossbars "are detected by searching a plane parallel to the facade, which
-    is shifted in its normal direction"; the plane is the median of its points. None below 10 points.
+    Section 3.2.1: points at the crossbars "are detected by searching a plane parallel to the facade, which is
+    shifted in its normal direction"; the plane is the median of its points. None below 10 points.
     """
     ordered = np.sort(y)
     count = np.searchsorted(ordered, ordered + 2 * tolerance, side="right") - np.arange(len(ordered))

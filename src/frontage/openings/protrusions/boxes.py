@@ -1,14 +1,13 @@
-"""Boxes x0, z0, x1, z1 m on a facade, and the points within, along and all over them."""
+"""The points within, along and all over boxes on a facade."""
 
 import numpy as np
 
 from frontage.geometry.arrays import Array, Bool, Float, distinct
-
-Box = tuple[float, float, float, float]
+from frontage.openings.boxes import Box
 
 
 def within(p: Float, box: Box, margin: float) -> Bool:
-    """Which points (n, 3) lie before, on or behind a box, so much wider on all sides."""
+    """Returns which points (n, 3) m lie before, on or behind a box that is `margin` m wider on all sides."""
     x, z = p[:, 0], p[:, 2]
     return np.asarray(
         (x >= box[0] - margin) & (x <= box[2] + margin) & (z >= box[1] - margin) & (z <= box[3] + margin)
@@ -16,12 +15,15 @@ def within(p: Float, box: Box, margin: float) -> Bool:
 
 
 def occupied(values: Array, step: float) -> int:
-    """How many steps of `step` m hold a value (n,)."""
+    """Counts the steps of `step` m that hold a value (n,) m."""
     return len(distinct((values / step).astype(np.int64)))
 
 
 def extent(p: Float, cell: float, tail: float) -> Box:
-    """Box of points (n, 3) without thin tails: lines of cells that hold less than `tail` of the fullest."""
+    """Returns the box of points (n, 3) m without thin tails.
+
+    Tails are lines of cells of `cell` m that hold less than a share `tail` of the fullest.
+    """
     across = [((p[:, k] - p[:, k].min()) / cell).astype(np.int64) for k in (0, 2)]
     held = np.zeros([int(a.max()) + 1 for a in across], np.bool_)
     held[across[0], across[1]] = True
@@ -35,7 +37,7 @@ def extent(p: Float, cell: float, tail: float) -> Box:
 
 
 def shown_sides(p: Float, box: Box, cell: float) -> list[float]:
-    """Share of the left, lower, right and upper side within `cell` m of which points (n, 3) show."""
+    """Returns the shares of the left, lower, right and upper side within `cell` m of which points show."""
     shares = []
     for side in range(4):
         axis, along = (0, 2) if side % 2 == 0 else (2, 0)
@@ -46,7 +48,7 @@ def shown_sides(p: Float, box: Box, cell: float) -> list[float]:
 
 
 def filled(p: Float, box: Box, cell: float) -> float:
-    """Share of a box's cells that hold points (n, 3)."""
+    """Returns the share of a box's cells that hold points (n, 3) m."""
     size = [int((box[k + 2] - box[k]) / cell) + 1 for k in (0, 1)]
     held = np.zeros(size, np.bool_)
     across = [np.clip((p[:, 2 * k] - box[k]) / cell, 0, size[k] - 1).astype(np.int64) for k in (0, 1)]

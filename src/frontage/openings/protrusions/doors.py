@@ -7,16 +7,15 @@ import numpy as np
 
 from frontage.geometry.arrays import Float, Int
 from frontage.model.facade import Facade
+from frontage.model.masonry import MASONRY
 from frontage.model.opening import Opening, Protrusion
-from frontage.openings.protrusions.borders import Crossings
-from frontage.openings.protrusions.boxes import Box
+from frontage.openings.boxes import Box
+from frontage.openings.protrusions.measure import FacadeBeams
 
-_FLOOR, _SIGMA = (
-    0.2,
-    0.06,
-)  # m from the underside of a balcony to the door's foot (slab, threshold), its error
+# m from the underside of a balcony to the foot of the door (slab, threshold), and its error
+_FLOOR, _SIGMA = 0.2, 0.06
 _BESIDE = 0.1  # m that an opening may reach beyond the balcony
-_NARROW, _LOW = 0.6, 1.8  # m, least width and height of a door
+_NARROW = 0.6  # m, least width of a door
 _RISE = 1.5  # m of wall hidden above a rail per m that it stands out: seen from below at 56 degrees
 _CORE = 0.15  # share of the width that is left out at either side
 _FEW = 3  # beams that show wall: fewer may be strays
@@ -24,21 +23,22 @@ _MARGIN = 0.1  # m above the floor and below the opening's foot that are left ou
 
 
 def with_balcony_doors(
-    openings: Sequence[Opening], protrusions: Sequence[Protrusion], crossings: Crossings, facade: Facade
+    openings: Sequence[Opening], protrusions: Sequence[Protrusion], beams: FacadeBeams, facade: Facade
 ) -> tuple[Opening, ...]:
-    """The openings, those that lead to a balcony as doors that reach down to its floor.
+    """Returns the openings, those that lead to a balcony as doors that reach down to its floor.
 
-    That is so where the balcony is before the opening's foot and no beam shows wall between the foot and the
-    floor. The lower border is then inferred: its error is that of the floor, and one border of four counts
-    less in the confidence.
+    An opening leads to a balcony that stands before its foot where no beam shows wall between that foot and
+    the floor. The lower border is then inferred: its error is that of the floor, and one border of four
+    counts less in the confidence.
     """
     balconies = [p for p in protrusions if p.kind == "balcony"]
-    return tuple(_reaching(o, balconies, crossings, facade) for o in openings)
+    return tuple(_reaching(o, balconies, beams, facade) for o in openings)
 
 
 def _reaching(
-    opening: Opening, balconies: Sequence[Protrusion], crossings: Crossings, facade: Facade
+    opening: Opening, balconies: Sequence[Protrusion], beams: FacadeBeams, facade: Facade
 ) -> Opening:
+    """Returns the opening, as a door if it leads to one of the balconies."""
     x0, z0, x1, z1 = _box(opening.ring)
     flat = np.flatnonzero(opening.ring[:, 1] < z0 + 1e-6)
     if opening.on or len(flat) < 2 or x1 - x0 < _NARROW:
@@ -48,27 +48,27 @@ def _reaching(
         floor = low + _FLOOR
         hidden = high + _RISE * abs(float(balcony.front.value))
         beside = x0 > a - _BESIDE and x1 < b + _BESIDE
-        if not beside or not low - _BESIDE <= z0 <= hidden or z1 - floor < _LOW or z1 < high:
+        if not beside or not low - _BESIDE <= z0 <= hidden or z1 - floor < MASONRY.door_height or z1 < high:
             continue
-        if not _shows_wall(crossings, (x0, floor + _MARGIN, x1, z0 - _MARGIN), facade):
+        if not _shows_wall(beams, (x0, floor + _MARGIN, x1, z0 - _MARGIN), facade):
             return _lowered(opening, flat, floor)
     return opening
 
 
-def _shows_wall(crossings: Crossings, box: Box, facade: Facade) -> bool:
-    """Whether beams ended on the wall in a box, its sides left out: more than went through it."""
+def _shows_wall(beams: FacadeBeams, box: Box, facade: Facade) -> bool:
+    """Returns whether more beams ended on the wall in a box, without its sides, than went through it."""
     x0, z0, x1, z1 = box
     core = (x0 + _CORE * (x1 - x0), z0, x1 - _CORE * (x1 - x0), z1)
     if z1 <= z0:
         return False
-    _, depth = crossings.at(0.0, core, 0.0)
+    _, depth = beams.at(0.0, core, 0.0)
     near = 3.0 * facade.roughness
     on, through = int((np.abs(depth) <= near).sum()), int((depth > near).sum())
     return on >= _FEW and on > through
 
 
 def _lowered(opening: Opening, flat: Int, floor: float) -> Opening:
-    """The opening as a door with its foot, the vertices `flat`, on the floor at z m."""
+    """Returns the opening as a door with its foot, the vertices `flat`, on the floor at z m."""
     ring, covariance = opening.ring.copy(), opening.ring_covariance.copy()
     ring[flat, 1] = floor
     index = 2 * flat + 1
@@ -80,5 +80,6 @@ def _lowered(opening: Opening, flat: Int, floor: float) -> Opening:
 
 
 def _box(ring: Float) -> Box:
+    """Returns the bounding box of a ring."""
     (x0, z0), (x1, z1) = ring.min(0), ring.max(0)
     return float(x0), float(z0), float(x1), float(z1)

@@ -1,7 +1,7 @@
-"""Balconies, oriels, cornices, railings, awnings, bands: what stands out of a facade's wall."""
+"""Finds what stands out of the wall of a facade: balconies, oriels, cornices, railings, awnings, bands."""
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -9,122 +9,171 @@ from frontage.geometry.arrays import Float
 from frontage.geometry.ring import rectangle
 from frontage.model.estimate import Estimate, Provenance
 from frontage.model.facade import Facade
+from frontage.model.masonry import MASONRY, TOLERANCES
 from frontage.model.opening import Opening, Protrusion
-from frontage.openings.protrusions.borders import AHEAD, Crossings, Outline, bend, outline_of
-from frontage.openings.protrusions.boxes import Box
+from frontage.openings.boxes import Box
 from frontage.openings.protrusions.checks import is_attached
-from frontage.openings.protrusions.grain import Grain
-from frontage.openings.protrusions.kinds import Look, is_wall, kind_of_protrusion
-from frontage.openings.protrusions.merging import bridged, merged
+from frontage.openings.protrusions.kinds import FrontFeatures, is_wall, kind_of_protrusion
+from frontage.openings.protrusions.measure import FacadeBeams, MeasuredBox, bend, measure_box
+from frontage.openings.protrusions.merging import bridge_gaps, merge_pieces
 from frontage.openings.protrusions.pieces import Piece, find_pieces
+from frontage.openings.protrusions.resolution import Resolution
 from frontage.openings.protrusions.setbacks import find_setbacks
 
-_LEAST = 0.08  # m before the wall from which points may belong to a protrusion
-_OUT = 0.1  # m that a front stands out at least
-_SIGMAS = 5.0  # of the wall's noise that it does
-_SLOPE = 1.5  # m that the ground rises along a facade at most
-_UNDER = 0.5  # m beside a protrusion where the lowest point tells the ground
-_MOST = 300_000  # beams that tell shares
-_KERB = (0.3, 0.6)  # m above the ground, m out: lower and further out there are only kerbs
-_SMALL = 1.0  # m: smaller things are no railings
-_SOLID = (0.5, 0.2)  # share of the beams that a small and a large front stops at least
+_LEAST_M = 0.08  # before the wall, from which points may belong to a protrusion
+_SLOPE_M = 1.5  # rise of the ground along a facade at most
+_UNDER_M = 0.5  # beside a protrusion, where the lowest point tells the ground
+_MOST_BEAMS = 300_000  # enough to tell shares
+_KERB_HEIGHT_M, _KERB_OUT_M = 0.3, 0.6  # what is lower and further out is a kerb
+_SMALL_M = 1.0  # railings are longer
+_SOLID, _SOLID_LARGE = 0.5, 0.2  # share of the beams that a small and a large front stop at least
 _LEAFY = ("balcony", "railing", "awning", "protrusion")  # kinds that slices of trees could be taken for
-_WIDE = 0.2  # m: pipes and posts are narrower
-_FULL = 0.6  # of the beams that the fullest row of a front stopped
-_COMMON = 0.3  # m within which the points of a front err together
+_NARROW_M = 0.2  # pipes and posts are narrower
+_FULL = 0.6  # share of the beams of the fullest row of a front from which a row counts as full
+_COMMON_M = 0.3  # distance within which the points of a front err together
 
 
 def find_protrusions(
-    facade: Facade, crossings: Crossings, openings: Sequence[Opening] = (), ground: float | None = None
+    facade: Facade, beams: FacadeBeams, openings: Sequence[Opening] = (), ground: float | None = None
 ) -> tuple[Protrusion, ...]:
-    """Protrusions of a facade, from left to right, those at the same place from bottom to top.
+    """Finds the protrusions of a facade and its parts that are set back (paper B, section 3.2.3).
 
-    `crossings` are the facade's (`Crossings.of`); `openings` help to tell sills and slabs; `ground` z m of
-    the ground (docs/openings.md).
+    They have no ids yet and are sorted from left to right, those at the same place from bottom to top.
+    `beams` are the facade's (`FacadeBeams.of`); `openings` help to tell sills and slabs; `ground` is the
+    height z m of the ground in the facade frame, None where it is unknown.
     """
-    q, least = crossings.q.T, 3.0 * facade.roughness
-    few = crossings.thinned(_MOST)
-    grain = Grain.of(q[np.abs(q[:, 1]) < least][:, [0, 2]], facade.spacing, facade.roughness)
-    before = q[(q[:, 1] < -max(least, _LEAST)) & (q[:, 1] > -AHEAD)]
+    wall = _Wall.of(facade, beams)
     found: list[Protrusion] = []
-    pieces = bridged(merged(find_pieces(before, grain), grain), few, grain)
-    for piece in merged(pieces, grain):
-        if piece.y > -max(_OUT, _SIGMAS * facade.roughness):
+    for piece in _pieces(wall):
+        if not wall.stands_out(piece):
             continue
-        foot = _foot(few.q, piece.box, ground)
-        kerb = piece.box[3] < foot + _KERB[0] and -piece.y > _KERB[1]
-        if kerb or not is_attached(before[piece.rows], piece.box, piece.y, foot):
+        foot = _foot(wall.few.q, piece.box, ground)
+        if _is_kerb(piece, foot) or not _is_attached(wall, piece, foot):
             continue
-        outline = outline_of(crossings, few, before, piece, grain)
-        wide, high = outline.box[2] - outline.box[0], outline.box[3] - outline.box[1]
-        if wide < _WIDE or high < grain.near(piece.box).least[1] / 2:
+        measured = measure_box(beams, wall.few, wall.before, piece, wall.resolution)
+        if _is_small(measured.box, wall.resolution.near(piece.box)):
             continue
-        look = Look(outline.box, -piece.y, outline.hit, piece.inclined)
-        kind = kind_of_protrusion(look, facade, foot, openings)
-        if is_wall(kind) and _shows_wall(few, outline.box, piece.y, grain):
-            continue
-        if (
-            piece.inclined
-            or piece.curved
-            or kind not in _LEAFY
-            or outline.hit >= _SOLID[max(wide, high) >= _SMALL]
-        ):
-            found.append(_protrusion(facade, before, piece, outline, kind, grain))
-    for piece, outline in find_setbacks(facade, crossings, grain):
-        found.append(_protrusion(facade, q, piece, outline, "setback", grain))
-    return numbered(facade.id, found)
+        features = FrontFeatures(measured.box, -piece.y, measured.hit, piece.inclined)
+        kind = kind_of_protrusion(features, facade, foot, openings)
+        if not (is_wall(kind) and wall.shows_behind(piece, measured)) and _is_solid(piece, measured, kind):
+            found.append(_protrusion(wall, wall.before, piece, measured, kind))
+    for piece, measured in find_setbacks(facade, beams, wall.resolution):
+        found.append(_protrusion(wall, beams.q.T, piece, measured, "setback"))
+    return tuple(sorted(found, key=_from_left))
 
 
-def _shows_wall(crossings: Crossings, box: Box, y: float, grain: Grain) -> bool:
-    """Whether more beams through a box before the wall end on the wall behind it than on its front at y m."""
-    _, depth = crossings.at(y, box, 0.0)
-    return int((np.abs(depth) <= grain.half).sum()) > int((np.abs(depth - y) <= grain.half).sum())
+@dataclass(frozen=True, eq=False)
+class _Wall:
+    """A facade with what was measured before it.
+
+    before      (n, 3) m, the points that may belong to protrusions
+    few         a part of the facade's beams, enough to tell shares
+    resolution  of the scan on the wall
+    """
+
+    facade: Facade
+    before: Float
+    few: FacadeBeams
+    resolution: Resolution
+
+    @classmethod
+    def of(cls, facade: Facade, beams: FacadeBeams) -> "_Wall":
+        """Selects the points before the wall and measures the resolution on it."""
+        q, noise = beams.q.T, 3.0 * facade.roughness
+        on_wall = q[np.abs(q[:, 1]) < noise][:, [0, 2]]
+        resolution = Resolution.of(on_wall, facade.spacing, facade.roughness)
+        before = q[(q[:, 1] < -max(noise, _LEAST_M)) & (q[:, 1] > -MASONRY.facade_reach)]
+        return cls(facade, before, beams.thinned(_MOST_BEAMS), resolution)
+
+    def stands_out(self, piece: Piece) -> bool:
+        """Returns whether the front of a piece stands out more than relief and noise of the wall do."""
+        least = max(MASONRY.step_out, TOLERANCES.front_sigmas * self.facade.roughness)
+        return piece.y <= -least
+
+    def shows_behind(self, piece: Piece, measured: MeasuredBox) -> bool:
+        """Returns whether more beams end on the wall behind a piece than on its front."""
+        _, depth = self.few.at(piece.y, measured.box, 0.0)
+        on_wall = int((np.abs(depth) <= self.resolution.half).sum())
+        return on_wall > int((np.abs(depth - piece.y) <= self.resolution.half).sum())
 
 
-def numbered(facade: str, found: Sequence[Protrusion]) -> tuple[Protrusion, ...]:
-    """Named "B07/F1/P1", ... from left to right (to a decimetre), then from bottom to top."""
-    order = sorted(found, key=lambda p: (round(float(p.ring[:, 0].min()), 1), float(p.ring[:, 1].min())))
-    return tuple(replace(p, id=f"{facade}/P{k}") for k, p in enumerate(order, 1))
+def _pieces(wall: _Wall) -> list[Piece]:
+    """Returns the pieces before the wall, with mouldings, tiers and parts of the same front joined."""
+    whole = merge_pieces(find_pieces(wall.before, wall.resolution), wall.resolution)
+    return merge_pieces(bridge_gaps(whole, wall.few, wall.resolution), wall.resolution)
+
+
+def _is_kerb(piece: Piece, foot: float) -> bool:
+    """Returns whether a piece is as low and as far out as only kerbs are; `foot` z m of the ground."""
+    return piece.box[3] < foot + _KERB_HEIGHT_M and -piece.y > _KERB_OUT_M
+
+
+def _is_attached(wall: _Wall, piece: Piece, foot: float) -> bool:
+    """Returns whether a piece belongs to the wall and does not just stand in front of it."""
+    return is_attached(wall.before[piece.rows], piece.box, piece.y, foot)
+
+
+def _is_small(box: Box, resolution: Resolution) -> bool:
+    """Returns whether a box is narrow as pipes and posts are, or lower than rows of beams can tell."""
+    return box[2] - box[0] < _NARROW_M or box[3] - box[1] < resolution.least[1] / 2
+
+
+def _is_solid(piece: Piece, measured: MeasuredBox, kind: str) -> bool:
+    """Returns whether a piece stops enough beams, where a slice of a tree could be taken for its kind."""
+    x0, z0, x1, z1 = measured.box
+    least = _SOLID_LARGE if max(x1 - x0, z1 - z0) >= _SMALL_M else _SOLID
+    return piece.inclined or piece.curved or kind not in _LEAFY or measured.hit >= least
+
+
+def number_protrusions(facade: str, found: Sequence[Protrusion]) -> tuple[Protrusion, ...]:
+    """Names the protrusions "B07/F1/P1", ... from left to right (to a decimetre), then upwards."""
+    return tuple(replace(p, id=f"{facade}/P{k}") for k, p in enumerate(sorted(found, key=_from_left), 1))
+
+
+def _from_left(protrusion: Protrusion) -> tuple[float, float]:
+    """Sorts by the left border, to a decimetre, and then by the lower border."""
+    return round(float(protrusion.ring[:, 0].min()), 1), float(protrusion.ring[:, 1].min())
 
 
 def _foot(q: Float, box: Box, ground: float | None) -> float:
-    """Height z m of the ground below a box: of the lowest points there, for streets slope; not far above
-    `ground`.
+    """Returns the height z m of the ground below a box, which is that of the lowest points there.
+
+    Streets slope, but not so much that it would be far above `ground`. q (3, n) m in the facade frame.
     """
-    low = q[2, (q[0] > box[0] - _UNDER) & (q[0] < box[2] + _UNDER) & (q[1] > -AHEAD)]
+    low = q[2, (q[0] > box[0] - _UNDER_M) & (q[0] < box[2] + _UNDER_M) & (q[1] > -MASONRY.facade_reach)]
     lowest = float(np.quantile(low, 0.002)) if len(low) else box[1]
-    return lowest if ground is None else min(max(lowest, ground), ground + _SLOPE)
+    return lowest if ground is None else min(max(lowest, ground), ground + _SLOPE_M)
 
 
-def _front(facade: Facade, front: Float, piece: Piece, grain: Grain) -> Estimate[float]:
-    """y m of the front of points (k, 3), errors of the wall's plane included.
+def _front(facade: Facade, front: Float, piece: Piece, resolution: Resolution) -> Estimate[float]:
+    """Estimates the depth y m of the front of points (k, 3) m, with the error of the wall's plane.
 
-    Of a railing the rails and the edge of the slab count: the fullest rows. Its bars stand further back.
+    Only the fullest rows count: of a railing the rails and the edge of the slab, for its bars stand further
+    back.
     """
-    front = front[np.abs(front[:, 1] - piece.y) <= 2.0 * grain.half]
-    row = ((front[:, 2] - front[:, 2].min(initial=0.0)) / grain.cell).astype(np.int64)
+    front = front[np.abs(front[:, 1] - piece.y) <= 2.0 * resolution.half]
+    row = ((front[:, 2] - front[:, 2].min(initial=0.0)) / resolution.cell).astype(np.int64)
     number = np.bincount(row) if len(row) else np.zeros(1)
     full = front[(number >= _FULL * number.max())[row], 1] if len(row) else front[:, 1]
     at = piece.y if piece.inclined or len(full) < 3 else float(full.mean())
     spread = float(full.std()) if len(full) > 2 else facade.roughness
     (x0, z0, x1, z1) = piece.box
-    patches = min(max((x1 - x0) * (z1 - z0) / _COMMON**2, 1.0), max(len(full), 1))
+    patches = min(max((x1 - x0) * (z1 - z0) / _COMMON_M**2, 1.0), max(len(full), 1))
     variance = max(spread, facade.roughness) ** 2 / patches + facade.sigma_plane**2
     return Estimate(at, np.array([[variance]]), float(max(len(full) - 1, 1)))
 
 
-def _protrusion(
-    facade: Facade, points: Float, piece: Piece, outline: Outline, kind: str, grain: Grain
-) -> Protrusion:
-    """The noun of a piece of points (n, 3)."""
-    front = _front(facade, points[piece.front_rows], piece, grain.near(piece.box))
-    middle = np.array([(outline.box[0] + outline.box[2]) / 2])
+def _protrusion(wall: _Wall, points: Float, piece: Piece, measured: MeasuredBox, kind: str) -> Protrusion:
+    """Makes the noun of a piece of points (n, 3) m."""
+    facade = wall.facade
+    front = _front(facade, points[piece.front_rows], piece, wall.resolution.near(piece.box))
+    middle = np.array([(measured.box[0] + measured.box[2]) / 2])
     return Protrusion(
-        "",
-        kind,
-        rectangle(*outline.box),
-        float(np.sqrt(np.mean(np.square(outline.sigma)))),
-        replace(front, value=front.value + float(bend(facade, middle)[0])),
-        Provenance.MEASURED,
-        outline.bracketed,
+        id="",
+        kind=kind,
+        ring=rectangle(*measured.box),
+        sigma=float(np.sqrt(np.mean(np.square(measured.sigma)))),
+        front=replace(front, value=front.value + float(bend(facade, middle)[0])),
+        provenance=Provenance.MEASURED,
+        confidence=measured.bracketed,
     )

@@ -1,13 +1,13 @@
-"""What a protrusion is: by its size, how far it stands out, where it is and how much of it beams pass."""
+"""The kind of a protrusion: by size, projection, place, and the share of the beams that pass it."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
 
 from frontage.model.facade import Facade
+from frontage.model.masonry import MASONRY
 from frontage.model.opening import Opening
-from frontage.openings.protrusions.boxes import Box
+from frontage.openings.boxes import Box
 
-_STOREY = 1.7  # m: lower than a person, nothing is a room
 _RAIL = 0.6  # m, least height of balconies from the underside of the slab to the rail
 _FEET = 0.6  # m, least width of a balcony
 _ROOF = 0.4  # m that awnings stand out at least: hoods above windows do less
@@ -18,14 +18,19 @@ _MOST = 0.5  # share of the facade's width that cornices and bands run along
 _TOP = 1.0  # m below the wall's top
 _POROUS = 0.6  # share of the beams that a railing stops at most
 _STEP = 0.4  # m above the ground: what begins lower stands on it
-_WALK = 1.8  # m above the ground: people walk below balconies and awnings
 _NARROW = 3.0  # times its width that a pilaster is high
 _NEAR = 0.25  # m between a slab or sill and the opening that it belongs to
 
 
 @dataclass(frozen=True)
-class Look:
-    """What kinds are told by: box m, projection m, share of beams that the front stops, no upright front."""
+class FrontFeatures:
+    """What the kind of a protrusion is told by.
+
+    box         m, its box
+    projection  m that it stands out
+    hit         share of the beams that its front stops
+    inclined    whether it has no upright front
+    """
 
     box: Box
     projection: float
@@ -38,52 +43,57 @@ class Look:
         return self.box[2] - self.box[0], self.box[3] - self.box[1]
 
 
-def kind_of_protrusion(look: Look, facade: Facade, ground: float, openings: Sequence[Opening]) -> str:
-    """ "balcony", "oriel", "bay" (an oriel from the ground on), "risalit" (one most of the facade wide, or
-    too shallow for a room), "cornice", "band", "sill", "pilaster", "railing", "awning", "steps", "plinth";
-    else "protrusion".
+def kind_of_protrusion(
+    front: FrontFeatures, facade: Facade, ground: float, openings: Sequence[Opening]
+) -> str:
+    """Returns the kind of a protrusion.
+
+    It is "balcony", "oriel", "bay" (an oriel from the ground on), "risalit" (an avant-corps: a bay over most
+    of the facade, or one too shallow for a room), "cornice", "band", "sill", "pilaster", "railing", "awning",
+    "steps", "plinth"; else "protrusion". `ground` is the height z m of the ground.
     """
-    width, height = look.size
-    if look.box[1] < ground + _STEP and height < _STOREY:
-        return "plinth" if width > _MOST * _width(facade) and look.projection < _STAND else "steps"
-    if height >= _STOREY:
+    width, height = front.size
+    if front.box[1] < ground + _STEP and height < MASONRY.person:
+        return "plinth" if width > _MOST * _width(facade) and front.projection < _STAND else "steps"
+    if height >= MASONRY.person:
         if height > _NARROW * width and width < _SLAB:
-            return "pilaster" if look.projection < _SLAB / 2 else "protrusion"
-        stands, wide = look.box[1] <= ground + _STEP, width > _MOST * _width(facade)
-        if look.projection < _STAND:  # no room: a part of the wall, or the surround of a window
+            return "pilaster" if front.projection < _SLAB / 2 else "protrusion"
+        stands, wide = front.box[1] <= ground + _STEP, width > _MOST * _width(facade)
+        if front.projection < _STAND:  # no room: a part of the wall, or the surround of a window
             return "risalit" if stands or wide else "protrusion"
         return "oriel" if not stands else "risalit" if wide else "bay"
-    if height <= _SLAB and width >= _LONG * height and (height < _RAIL or look.projection < _STAND):
-        return _of_bands(look, facade, ground, openings)
-    if look.inclined and look.projection >= _ROOF:
+    if height <= _SLAB and width >= _LONG * height and (height < _RAIL or front.projection < _STAND):
+        return _of_bands(front, facade, ground, openings)
+    if front.inclined and front.projection >= _ROOF:
         return "awning"
     if height >= _RAIL and width >= _FEET:
-        if look.projection >= _STAND:
+        if front.projection >= _STAND:
             return "balcony"
-        return "railing" if look.hit < _POROUS else "protrusion"
+        return "railing" if front.hit < _POROUS else "protrusion"
     return "protrusion"
 
 
-def _of_bands(look: Look, facade: Facade, ground: float, openings: Sequence[Opening]) -> str:
-    """The kind of something long and low."""
-    x0, z0, x1, z1 = look.box
+def _of_bands(front: FrontFeatures, facade: Facade, ground: float, openings: Sequence[Opening]) -> str:
+    """Returns the kind of a front that is long and low."""
+    x0, z0, x1, z1 = front.box
     if facade.extent[3] - z1 < _TOP:
         return "cornice"
-    if look.size[0] > _MOST * _width(facade):
+    if front.size[0] > _MOST * _width(facade):
         return "band"
     feet = [o.ring[:, 1].min() for o in openings if o.ring[:, 0].min() < x1 and o.ring[:, 0].max() > x0]
     carries = any(z0 - _NEAR <= foot <= z1 + _NEAR for foot in feet)
-    if look.projection >= _STAND and carries:
-        return "steps" if z0 < ground + _WALK else "balcony"
-    if look.projection >= _ROOF and z0 >= ground + _WALK:
+    if front.projection >= _STAND and carries:
+        return "steps" if z0 < ground + MASONRY.door_height else "balcony"
+    if front.projection >= _ROOF and z0 >= ground + MASONRY.door_height:
         return "awning"
     return "sill" if carries else "band"
 
 
 def _width(facade: Facade) -> float:
+    """Returns the width m of the facade."""
     return facade.extent[2] - facade.extent[0]
 
 
 def is_wall(kind: str) -> bool:
-    """Whether the front of this kind is a wall of its own, with openings."""
+    """Returns whether the front of this kind is a wall of its own, with openings."""
     return kind in ("oriel", "bay", "risalit", "setback", "niche")

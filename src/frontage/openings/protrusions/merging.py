@@ -1,65 +1,63 @@
-"""Pieces that are one: mouldings on a front, tiers of a cornice, steps, ends of what something hides."""
+"""Joins pieces that are one: mouldings on a front, tiers of a cornice, steps, and half-hidden parts."""
 
 from dataclasses import replace
 
 import numpy as np
 
-from frontage.openings.protrusions.borders import Crossings
-from frontage.openings.protrusions.boxes import Box
-from frontage.openings.protrusions.grain import Grain
+from frontage.model.masonry import MASONRY
+from frontage.openings.boxes import Box
+from frontage.openings.protrusions.measure import FacadeBeams
 from frontage.openings.protrusions.pieces import Piece
+from frontage.openings.protrusions.resolution import Resolution
 
-_MOULDING = 0.2  # m before a front that what lies within it stands out at most: sills, surrounds
-_WITHIN = 0.8  # share of it that lies within
+_MOULDING = 0.2  # m by which mouldings on a front (sills, surrounds) stand out before it, at most
+_WITHIN = 0.8  # share of a moulding that lies within the front
 _LOW = 2.0  # times its height that a tier or a step is wide
-_PERSON = 1.7  # m: what is as high is a wall, no tier and no step
 _LEVEL = 0.6  # share of the longer one's side that parts of one piece have in common
-_PASSING = 0.1  # share of the beams that show a gap between them to be one
-_WALL = 0.08  # m before the wall where beams that passed it end at the earliest
+_PASSING = 0.1  # share of the beams through a gap between two pieces from which they are not one
+_WALL = 0.08  # m before the wall where beams that passed end at the earliest
 
 
-def merged(pieces: list[Piece], grain: Grain) -> list[Piece]:
-    """Pieces without those within others, and with the tiers of one moulding (or flight of steps) as one."""
+def merge_pieces(pieces: list[Piece], resolution: Resolution) -> list[Piece]:
+    """Returns the pieces without those within others, and with tiers of one moulding or stair as one."""
     out: list[Piece] = []
     todo = sorted(pieces, key=lambda p: -_area(p.box))
     while todo:
         piece = todo.pop(0)
-        host = next((k for k, p in enumerate(out) if _part_of(piece, p, grain)), None)
+        host = next((k for k, p in enumerate(out) if _part_of(piece, p, resolution)), None)
         if host is None:
             out.append(piece)
         else:
-            todo.insert(0, _joined(piece, out.pop(host), grain))
+            todo.insert(0, _joined(piece, out.pop(host), resolution))
     return out
 
 
-def _joined(piece: Piece, host: Piece, grain: Grain) -> Piece:
-    """A piece and its host as one: the larger front, of tiers the foremost."""
+def _joined(piece: Piece, host: Piece, resolution: Resolution) -> Piece:
+    """Returns a piece and its host as one: the larger front, of tiers the foremost."""
     a, b = piece.box, host.box
-    ahead = piece if piece.y < host.y and _tier(a, b, grain) else host
+    ahead = piece if piece.y < host.y and _tier(a, b, resolution) else host
     box = (min(a[0], b[0]), min(a[1], b[1]), max(a[2], b[2]), max(a[3], b[3]))
     rows = np.concatenate([host.rows, piece.rows])
     return replace(ahead, rows=rows, box=box, inclined=host.inclined and piece.inclined)
 
 
-def bridged(pieces: list[Piece], crossings: Crossings, grain: Grain) -> list[Piece]:
-    """Pieces with those joined that go on behind what hides them: level, as far out, and no beam passes
-    between them.
-    """
+def bridge_gaps(pieces: list[Piece], beams: FacadeBeams, resolution: Resolution) -> list[Piece]:
+    """Joins pieces that continue behind what hides them: level, as far out, with no beam in between."""
     out: list[Piece] = []
     for piece in sorted(pieces, key=lambda p: p.box[0]):
-        host = next((k for k, p in enumerate(out) if _goes_on(p, piece, crossings, grain)), None)
+        host = next((k for k, p in enumerate(out) if _goes_on(p, piece, beams, resolution)), None)
         if host is None:
             out.append(piece)
         else:
             larger = max(piece, out[host], key=lambda p: len(p.front_rows))
-            joined = _joined(piece, out[host], grain)
+            joined = _joined(piece, out[host], resolution)
             out[host] = replace(joined, y=larger.y, front_rows=larger.front_rows)
     return out
 
 
-def _goes_on(one: Piece, other: Piece, crossings: Crossings, grain: Grain) -> bool:
-    """Whether two pieces beside or above each other are one that something hides in the middle."""
-    if abs(one.y - other.y) > 2.0 * grain.half:
+def _goes_on(one: Piece, other: Piece, beams: FacadeBeams, resolution: Resolution) -> bool:
+    """Returns whether two pieces beside or above each other are one that something hides in the middle."""
+    if abs(one.y - other.y) > 2.0 * resolution.half:
         return False
     y = max(one.y, other.y)
     for axis in (0, 1):
@@ -67,33 +65,34 @@ def _goes_on(one: Piece, other: Piece, crossings: Crossings, grain: Grain) -> bo
         across = 1 - axis
         low, high = max(a[across], b[across]), min(a[across + 2], b[across + 2])
         level = high - low > _LEVEL * max(a[across + 2] - a[across], b[across + 2] - b[across])
-        start, end = a[axis + 2] + grain.spacing, b[axis] - grain.spacing
+        start, end = a[axis + 2] + resolution.spacing, b[axis] - resolution.spacing
         if not level or end <= start:
             continue
         gap = (start, low, end, high) if axis == 0 else (low, start, high, end)
-        _, between = crossings.at(y, gap, 0.0)
-        _, seen = crossings.at(y, a, 0.0)
+        _, between = beams.at(y, gap, 0.0)
+        _, seen = beams.at(y, a, 0.0)
         due = len(seen) * (end - start) / (a[axis + 2] - a[axis])
         if (between > -_WALL).sum() < _PASSING * due:
             return True
     return False
 
 
-def _part_of(piece: Piece, host: Piece, grain: Grain) -> bool:
-    """Whether a piece is a moulding on the host's front, or a tier of the same moulding."""
+def _part_of(piece: Piece, host: Piece, resolution: Resolution) -> bool:
+    """Returns whether a piece is a moulding on the host's front, or a tier of the same moulding."""
     a, b = piece.box, host.box
     wide, high = min(a[2], b[2]) - max(a[0], b[0]), min(a[3], b[3]) - max(a[1], b[1])
     inside = wide > 0 and high > 0 and wide * high > _WITHIN * _area(a)
-    return (inside and piece.y > host.y - _MOULDING) or _tier(a, b, grain)
+    return (inside and piece.y > host.y - _MOULDING) or _tier(a, b, resolution)
 
 
-def _tier(a: Box, b: Box, grain: Grain) -> bool:
-    """Whether two long boxes with the same ends lie on top of each other."""
-    ends = max(abs(a[0] - b[0]), abs(a[2] - b[2])) < 2.0 * grain.gap
+def _tier(a: Box, b: Box, resolution: Resolution) -> bool:
+    """Returns whether two long boxes with the same ends lie on top of each other."""
+    ends = max(abs(a[0] - b[0]), abs(a[2] - b[2])) < 2.0 * resolution.gap
     apart = max(a[1], b[1]) - min(a[3], b[3])
-    low = all(min(_PERSON, (c[2] - c[0]) / _LOW) > c[3] - c[1] for c in (a, b))
-    return ends and apart < grain.gap and low
+    low = all(min(MASONRY.person, (c[2] - c[0]) / _LOW) > c[3] - c[1] for c in (a, b))
+    return ends and apart < resolution.gap and low
 
 
 def _area(box: Box) -> float:
+    """Returns the area m2 of a box."""
     return (box[2] - box[0]) * (box[3] - box[1])

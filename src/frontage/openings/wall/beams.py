@@ -1,4 +1,4 @@
-"""What every beam says about the wall: it ended on it, went through it, or was stopped before it."""
+"""Sorts the beams at a wall: those that ended on it, those that went through it, those stopped before it."""
 
 from dataclasses import dataclass
 
@@ -6,27 +6,35 @@ import numpy as np
 from scipy import ndimage
 
 from frontage.geometry.arrays import Array, Bool, Float, Int, distinct, freeze
+from frontage.geometry.sightlines import SightLines
 from frontage.model.facade import Facade
+from frontage.model.masonry import TOLERANCES
 from frontage.model.scan import Scan
 
-_TILE = 0.25  # m, raster of the wall's depth
-_FINE = 8  # cells of a tile, along and across, that tell its area
-_KERNEL = 0.8  # m, one sigma of the surroundings that tell it: wider than half a window
-_PEAK = 0.25  # share of the highest peak that a surface needs to be the wall: glass fronts hold little wall
-_FINEST = 0.01  # m, least bin of offsets
-_RECESS = 6.0  # m: shop fronts and gates are smaller, set-back parts wider or higher: those are walls
-_BESIDE = 1.5  # m: so near lies the wall that a pier belongs to; smaller than that is no bay of the wall
+_TILE = 0.25  # m, side of the tiles that hold the depth of the wall
+_FINE = 8  # cells of a tile, along and across, in which its area is counted
+_KERNEL = 0.8  # m, one sigma of the surroundings that tell the depth of a tile: wider than half a window
+_PEAK = 0.25  # share of the largest area that a surface needs to be the wall: glass fronts hold little wall
+_FINEST = 0.01  # m, least bin of depths
+_RECESS = 6.0  # m: shop fronts and gates are smaller; parts that are wider or higher and set back are walls
+# m: the wall that a pier belongs to is that near; a recess smaller than that is no bay of the wall
+_BESIDE = 1.5
 _PIER = 0.4  # share of a tile that a pier fills
-_FITTING = 0.3  # m: sills, surrounds, open shutters and cut stone stand so far out, and close what they cover
-_APART = 2.0  # spacings from a fitting's point: in another cell
-_LEAST = 0.015  # m: a surface that near the wall is the wall, however quiet the scanner
+# m: sills, surrounds, open shutters and cut stone stand out no further, and close what they cover
+_FITTING = 0.3
+_APART = 2.0  # spacings between a fitting's point and its shadow from which they lie in different cells
 _REACH = 60.0  # m behind the wall that a beam through it may reach
-_FLAT = 1e-3  # m that a beam comes nearer to the wall at least
+_FLAT = 1e-3  # m of depth that a beam must cover on its way
 
 
 @dataclass(frozen=True)
 class Raster:
-    """Cells of the facade plane: lower left corner (x, z) m, side m, rows (z up) and columns."""
+    """Cells over the facade plane.
+
+    corner  x, z m of the lower left corner
+    cell    m, side of a cell
+    shape   number of rows (upwards) and columns
+    """
 
     corner: tuple[float, float]
     cell: float
@@ -34,25 +42,30 @@ class Raster:
 
     @classmethod
     def over(cls, facade: Facade, cell: float) -> "Raster":
-        """Cells over the facade's bounding box."""
+        """Returns the raster with cells of `cell` m over the facade's bounding box."""
         x0, z0, x1, z1 = facade.extent
         return cls((x0, z0), cell, (int((z1 - z0) / cell) + 1, int((x1 - x0) / cell) + 1))
 
     def flat(self, x: Float, z: Float) -> Int:
-        """Cell of every place, -1 outside the raster (or not a number)."""
+        """Returns the number of the cell of every place (n,), row by row; -1 outside or for NaN."""
         with np.errstate(invalid="ignore"):
             c = np.floor((x - self.corner[0]) / self.cell)
             r = np.floor((z - self.corner[1]) / self.cell)
             inside = (c >= 0) & (r >= 0) & (c < self.shape[1]) & (r < self.shape[0])
             return np.where(inside, r * self.shape[1] + c, -1.0).astype(np.int64)
 
+    def box(self, r0: int, c0: int, r1: int, c1: int) -> tuple[float, float, float, float]:
+        """Returns the box x0, z0, x1, z1 m of the cells in the rows [r0, r1) and columns [c0, c1)."""
+        x, z = self.corner
+        return x + c0 * self.cell, z + r0 * self.cell, x + c1 * self.cell, z + r1 * self.cell
+
     def middles(self, which: Bool) -> Float:
-        """Middles (n, 2) x, z m of those of the cells (h, w), row by row."""
+        """Returns the middles (n, 2) x, z m of the cells that are set in `which` (h, w), row by row."""
         rows, columns = np.nonzero(which)
         return np.column_stack([columns + 0.5, rows + 0.5]) * self.cell + self.corner
 
     def count(self, x: Float, z: Float, weight: Float | None = None) -> Float:
-        """How many of the places (n,) lie in each cell, or the sum of their weights (n,)."""
+        """Counts the places (n,) in each cell (h, w), or sums their weights (n,)."""
         at = self.flat(x, z)
         on, size = at >= 0, self.shape[0] * self.shape[1]
         sums = np.bincount(at[on], None if weight is None else weight[on], size)
@@ -60,33 +73,32 @@ class Raster:
 
 
 @dataclass(frozen=True, eq=False)
-class Lines:
-    """Lines of sight (n,) that cross the wall.
+class WallCrossings(SightLines):
+    """Lines of sight (n,) that cross the wall, with their places at its local depth.
 
-    place  (2, n) x, z m where they cross it at its local depth y m, `level` (n,)
-    slope  (2, n) m along x, z that they move per m of depth
-    y      (n,) m, depth of their points
-    range  (n,) m, from the sensor to the wall
+    y      (n,) m, depth of their points in the facade frame
+    range  (n,) m, distance from the sensor to the wall along the line
     """
 
-    place: Float
-    slope: Float
     y: Float
-    level: Float
     range: Float
 
 
 @dataclass(frozen=True, eq=False)
 class Beams:
-    """Beams where they meet the wall, sorted into what they say.
+    """The beams at a wall, sorted by what they say.
 
-    solid    (n, 2) x, z m of points on the wall or on what is fitted to it
-    open     (m, 2) where the beams of points behind the wall crossed it; open_depth (m,) of the points, m
-    blocked  (k, 2) where beams would have met the wall that something before it stopped
-    front    (p, 3) x, z m and depth m (negative) of the points before the wall, fittings left out
-    wall     (h, w) depth y m of the wall on `raster`; sigma m of the wall's own points about it; `least`
-             m is the distance from the wall beyond which a point is not on it
-    lines    the lines of sight, as far as they are known; rays: whether they mostly are
+    solid        (n, 2) x, z m of the points on the wall or on what is fitted to it
+    solid_depth  (n,) m of these points behind the wall (negative = in front of it)
+    open         (m, 2) x, z m where the beams of the points behind the wall crossed it
+    open_depth   (m,) m of these points behind the wall
+    blocked      (k, 2) x, z m where beams would have met the wall that something before it stopped
+    front        (p, 3) x, z m and depth m (negative) of the points before the wall, without fittings
+    wall         (h, w) depth y m of the wall on `raster`
+    sigma        m, one sigma of the wall's own points about its depth
+    least        m, distance from the wall beyond which a point is not on it
+    lines        the lines of sight that are known, where they cross the wall
+    rays         whether most lines of sight are known
     """
 
     solid: Float
@@ -99,7 +111,7 @@ class Beams:
     raster: Raster
     sigma: float
     least: float
-    lines: Lines
+    lines: WallCrossings
     rays: bool
 
     def __post_init__(self) -> None:
@@ -107,24 +119,25 @@ class Beams:
         freeze(self, solid=pair, open=pair, blocked=pair, front=((None, 3), np.float64))
 
     def depth_at(self, x: Float, z: Float) -> Float:
-        """Depth y m of the wall at places (n,); of the nearest cell outside the raster."""
+        """Returns the depth y (n,) m of the wall at places (n,); outside, that of the nearest cell."""
         return _at(self.wall, self.raster, x, z)
 
 
 def sort_beams(facade: Facade, scan: Scan) -> Beams:
-    """Every beam of the working cloud that has to do with the facade's wall.
+    """Sorts every beam of the working cloud that has to do with the facade's wall.
 
-    With known sensors the beam's crossing with the *local* wall counts (found on the plane, then once more
-    on the depth there); without, a point stands for the place on the wall right before it.
+    With known sensors, a beam counts where it crosses the wall at its local depth (found on the plane first,
+    then once more at the depth there). Without them, a point stands for the place on the wall right before
+    it.
     """
     to_facade = facade.frame.inverse
     near = to_facade.apply(scan.xyz[facade.support])
     raster = Raster.over(facade, _TILE)
     wall = _wall_depth(near, raster, facade.roughness)
     residual = near[:, 1] - _at(wall, raster, near[:, 0], near[:, 2])
-    close = np.abs(residual) < max(3.0 * facade.roughness, _LEAST)
+    close = np.abs(residual) < max(3.0 * facade.roughness, TOLERANCES.least_on_wall)
     sigma = 1.4826 * float(np.median(np.abs(residual[close]))) if close.any() else facade.roughness
-    least = max(3.0 * sigma, _LEAST)
+    least = max(3.0 * sigma, TOLERANCES.least_on_wall)
     known = scan.origin_index >= 0
     lone = facade.support[~known[facade.support]]
     lines = _lines(facade, scan, wall, raster)
@@ -153,33 +166,32 @@ def sort_beams(facade: Facade, scan: Scan) -> Beams:
     )
 
 
-def _lines(facade: Facade, scan: Scan, wall: Float, raster: Raster) -> Lines:
-    """The lines of sight that cross the wall within the facade's bounding box, from before it.
+def _lines(facade: Facade, scan: Scan, wall: Float, raster: Raster) -> WallCrossings:
+    """Returns the lines of sight that cross the wall, from in front of it, within the facade's bounding box.
 
-    Crossings with the plane first, then with the wall's depth there.
+    They are crossed with the plane first, then with the depth that the wall (h, w) has there.
     """
     to_facade = facade.frame.inverse
     eyes = np.vstack([to_facade.apply(scan.origins).reshape(-1, 3), np.full(3, np.nan)])  # -1 is unknown
-    x, y, z = to_facade.apply(scan.xyz).T
+    points = to_facade.apply(scan.xyz)
     ahead = np.where(eyes[:, 1] < -_FITTING, eyes[:, 1], np.nan)[scan.origin_index]
-    ok = np.flatnonzero((y - ahead > _FLAT) & (y < _REACH))
-    x, y, z, origin = x[ok], y[ok], z[ok], scan.origin_index[ok]
-    run = y - ahead[ok]
-    slope = np.stack([(x - eyes[origin, 0]) / run, (z - eyes[origin, 2]) / run])
-    foot = np.stack([x, z]) - slope * y
-    level = _at(wall, raster, *foot)
-    place = foot + slope * level
-    ok = np.flatnonzero(raster.flat(*place) >= 0)
-    slope = slope.take(ok, 1)
-    distance = (run + level - y)[ok] * np.sqrt(1.0 + (slope**2).sum(0))
-    return Lines(place.take(ok, 1), slope, y[ok], level[ok], distance)
+    ok = np.flatnonzero((points[:, 1] - ahead > _FLAT) & (points[:, 1] < _REACH))
+    points, origin, y = points[ok], scan.origin_index[ok], points[ok, 1]
+    lines = SightLines.to_points(points, eyes[origin], _FLAT)
+    on_plane = lines.moved_to(np.zeros(len(y)))
+    crossed = on_plane.moved_to(_at(wall, raster, *on_plane.place))
+    ok = np.flatnonzero(raster.flat(*crossed.place) >= 0)
+    own = crossed.take(ok)
+    run = (y - eyes[origin, 1])[ok]
+    distance = (run + own.level - y[ok]) * np.sqrt(1.0 + (own.slope**2).sum(0))
+    return WallCrossings(own.place, own.slope, own.level, y[ok], distance)
 
 
 def _wall_depth(xyz: Float, raster: Raster, roughness: float) -> Float:
-    """Depth of the wall (h, w): the surface that holds much of the area around a tile.
+    """Returns the depth (h, w) y m of the surface that fills much of the area around each tile.
 
-    Of several the one on the facade plane or nearest before it, else the first behind: frames and panes lie
-    behind the wall they belong to, balconies and bays well before it.
+    Of several surfaces it is the one on the facade plane or nearest before it, else the first behind it:
+    frames and panes lie behind the wall they belong to, balconies and bays well before it.
     """
     step = max(roughness, _FINEST)
     low, high = float(xyz[:, 1].min()), float(xyz[:, 1].max())
@@ -202,7 +214,7 @@ def _wall_depth(xyz: Float, raster: Raster, roughness: float) -> Float:
 
 
 def _chosen(area: Array, y: Float, slack: float) -> Float:
-    """The depth (h, w) of the wall's peak among the peaks of `area` (h, w, bins) at offsets y (bins,)."""
+    """Returns the depth (h, w) m of the wall among the peaks of `area` (h, w, bins) at y (bins,) m."""
     peak = (area >= _PEAK * area.max(2, keepdims=True)) & (area > 0)
     peak[..., 1:-1] &= (area[..., 1:-1] >= area[..., :-2]) & (area[..., 1:-1] > area[..., 2:])
     # those before the plane rank by how far they stand out, those behind it come after all of them
@@ -215,10 +227,11 @@ def _chosen(area: Array, y: Float, slack: float) -> Float:
 
 
 def _without_recesses(wall: Float, own: Array, y: Float, slack: float) -> Float:
-    """The wall's depth (h, w) where `wall` follows the panes, gates and rooms of wide openings instead.
+    """Corrects the depth (h, w) m where it follows panes, gates and rooms of wide openings.
 
-    They may be the surface with most area around, but are neither as wide nor as high as a set-back part of
-    the building. Piers between them are walls: tiles that hold (`own` (h, w, bins)) mostly the wall beside.
+    These may be the surface with most area around, but they are neither as wide nor as high as a set-back
+    part of the building. Piers between them are wall: tiles that mostly hold (`own` (h, w, bins)) the wall
+    beside.
     """
     bay = int(_BESIDE / _TILE)
     panel = (ndimage.grey_closing(wall, (bay, bay)) > wall + slack) & (wall < -_FITTING)
@@ -232,21 +245,22 @@ def _without_recesses(wall: Float, own: Array, y: Float, slack: float) -> Float:
 
 
 def _opened(wall: Float) -> tuple[Float, Float]:
-    """The map (h, w) without what is less high, and without what is less wide than a set-back part."""
+    """Removes from the map (h, w) what is lower, and what is narrower, than a set-back part of a building."""
     size = int(_RECESS / _TILE)
     return ndimage.grey_opening(wall, (size, 1)), ndimage.grey_opening(wall, (1, size))
 
 
 def _filled(values: Float, gap: Bool) -> Float:
-    """The values (h, w), in the gap the nearest others."""
+    """Fills the gaps in the values (h, w) with the nearest others."""
     near = ndimage.distance_transform_edt(gap, return_distances=False, return_indices=True)
     return np.asarray(values[tuple(near)])
 
 
 def _refined(wall: Float, xyz: Float, raster: Raster, slack: float) -> Float:
-    """The wall's depth (h, w) as the mean of its own points around each tile, where there are any.
+    """Refines the depth (h, w) m to the mean of the wall's own points around each tile.
 
-    Tiles that hold few of them are openings': the wall beside tells there, not their mullions and frames.
+    Tiles with few of these points belong to openings: they take the depth of the wall beside, not that of
+    their mullions and frames.
     """
     flat = raster.flat(xyz[:, 0], xyz[:, 2])
     d = xyz[:, 1] - _at(wall, raster, xyz[:, 0], xyz[:, 2])
@@ -263,7 +277,7 @@ def _refined(wall: Float, xyz: Float, raster: Raster, slack: float) -> Float:
 
 
 def _between(values: Float, held: Bool) -> Float:
-    """The values (h, w); those not `held` lie on the line between the next held ones of their row."""
+    """Interpolates the values (h, w) that are not `held` between the next held ones of their row."""
     w = values.shape[1]
     at = np.broadcast_to(np.arange(w), values.shape)
     left = np.maximum.accumulate(np.where(held, at, -1), axis=1)
@@ -274,7 +288,7 @@ def _between(values: Float, held: Bool) -> Float:
 
 
 def _at(values: Float, raster: Raster, x: Float, z: Float) -> Float:
-    """The value (n,) of the cell that each place lies in, or of the nearest one."""
+    """Returns the value (n,) of the cell of each place, or of the nearest cell."""
     h, w = raster.shape
     c = np.clip((x - raster.corner[0]) / raster.cell, 0, w - 1).astype(np.int64)
     r = np.clip((z - raster.corner[1]) / raster.cell, 0, h - 1).astype(np.int64)

@@ -1,4 +1,4 @@
-"""Evidence of open against solid, cell by cell."""
+"""The evidence of open against solid, cell by cell."""
 
 from dataclasses import dataclass
 
@@ -8,37 +8,43 @@ from scipy import ndimage
 
 from frontage.geometry.arrays import Bool, Float, freeze
 from frontage.model.facade import Facade
+from frontage.model.masonry import MASONRY
 from frontage.openings.wall.beams import Beams, Raster
-from frontage.openings.wall.due import beams_due, blurred
+from frontage.openings.wall.expected import blurred, expected_beams
 
 _FINEST = 0.02  # m, least side of a cell
-_COARSEST = 0.115  # m: half a brick, the least pier
-_PER_CELL = 2.0  # spacings a cell is wide: four beams on average
-_HIT = np.log(0.97 / 0.12)  # nats: bars and frames level with the wall return 12 % of a window's beams
-_LOST = 0.85  # nats per expected beam that did not come: 0.97 - 0.12 of the Poisson means
-_MOST_LOST = 1.0  # nats a cell: no more, for shadows leave cells empty as well
-_THROUGH = np.log(0.88 / 0.03)  # nats: 3 % of the beams on a wall seem to end behind it
-_BEHIND = 1.0  # nats: a point behind the wall whose line of sight is not known
-_CAP = 6.0  # nats a cell: neighbouring beams err together
+_COARSEST = MASONRY.half_brick  # m, largest side of a cell: the least pier
+_PER_CELL = 2.0  # spacings that a cell is wide: four beams on average
+# nats against open per hit: bars and frames level with the wall return 12 % of the beams into a window
+_HIT = np.log(0.97 / 0.12)
+# nats for open per expected beam that did not come: the difference of the Poisson means, 0.97 - 0.12
+_LOST = 0.85
+_MOST_LOST = 1.0  # nats of a cell from missing beams at most, for shadows leave cells empty as well
+_THROUGH = np.log(0.88 / 0.03)  # nats for open per beam that ended behind: 3 % of the beams on a wall seem to
+_BEHIND = 1.0  # nats for open per point behind the wall whose line of sight is not known
+_CAP = 6.0  # nats of a cell at most: neighbouring beams err together
 _RELIEF = 0.05  # m: panels and courses of a wall are less deep
-_SCALES = 4  # times that the surroundings of a cell are doubled
-_BLUR = 0.1  # m, one sigma to tell empty areas
+_SCALES = 4  # how often the surroundings of a cell are doubled
+_BLUR = 0.1  # m, one sigma of the surroundings that tell empty areas
 _EMPTY = 0.1  # share of the expected beams below which an area is empty
 _LARGE = 4.0  # m: openings without any return are smaller
 ENOUGH = 10.0
-"""Beams that a decision needs: it is wrong once in a thousand then."""
+"""Beams that a decision needs to be wrong once in a thousand cases."""
 
 
 @dataclass(frozen=True, eq=False)
 class Evidence:
-    """Maps (h, w) on `raster`, row 0 the lowest.
+    """What the beams say, as maps (h, w) on `raster`, row 0 the lowest.
 
-    llr       nats, open against solid; 0 = nothing known
-    solid     beams that ended on the wall; open: that went through; deep: well behind the relief of a wall
-    expected  beams of a wall, from around; due: were nothing before it
-    seen      cells that some beam tells of
-    inside    cells within the outline
-    rays      whether the lines of sight are known
+    llr            nats, log-likelihood ratio of open against solid; 0 = nothing is known
+    solid          beams that ended on the wall
+    open           beams that went through it
+    deep           beams that ended well behind the relief of a wall
+    expected       beams that a wall would return there
+    expected_free  the same if nothing stood before the wall
+    seen           cells that some beam tells of
+    inside         cells within the facade's outline
+    rays           whether the lines of sight are known
     """
 
     raster: Raster
@@ -47,7 +53,7 @@ class Evidence:
     open: Float
     deep: Float
     expected: Float
-    due: Float
+    expected_free: Float
     seen: Bool
     inside: Bool
     rays: bool
@@ -57,16 +63,17 @@ class Evidence:
 
 
 def weigh(facade: Facade, beams: Beams) -> Evidence:
-    """The evidence of every cell: hits against it, beams through it for it, missing beams for it.
+    """Weighs the evidence of every cell: hits speak against open, beams through it and missing beams for it.
 
-    Hits of a wall are Poisson with the mean that the surroundings show, those of an opening with 12 % of it.
-    Cells that a fitting or an occluder hides expect nothing. A beam through counts wherever it is known to be
-    one; a mere point behind the wall only where the wall itself is missing (rooms are scanned too).
+    Hits of a wall are Poisson with the mean that the surroundings predict, those of an opening with 12 % of
+    it. Nothing is expected in cells that a fitting or an occluder hides. A beam through the wall counts
+    wherever its line of sight is known; a mere point behind the wall counts only where the wall itself is
+    missing, for rooms are scanned too.
     """
     raster = Raster.over(facade, min(max(_PER_CELL * facade.spacing, _FINEST), _COARSEST))
     solid, open_ = raster.count(*beams.solid.T), raster.count(*beams.open.T)
     inside = _inside(facade, raster)
-    due = beams_due(beams.solid, raster)
+    due = expected_beams(beams.solid, raster)
     expected = due * _unhidden(beams, raster, solid + open_)
     expected = np.where(_unwatched(solid + open_, expected, inside, raster.cell), 0.0, expected)
     through = (_THROUGH if beams.rays else _BEHIND) * open_
@@ -79,12 +86,13 @@ def weigh(facade: Facade, beams: Beams) -> Evidence:
 
 
 def balance(expected: Float, solid: Float, through: Float) -> Float:
-    """Nats (h, w) for open: of beams missing and those on the wall, and `through` of those beyond it."""
+    """Returns the nats (h, w) for open: of missing beams, of hits, and `through` of beams beyond the wall."""
     lost = np.minimum(_LOST * expected, _MOST_LOST)
     return np.asarray(np.clip(lost - _HIT * solid + through, -_CAP, _CAP))
 
 
 def _inside(facade: Facade, raster: Raster) -> Bool:
+    """Returns which cells (h, w) have their middles within the facade's outline."""
     h, w = raster.shape
     x = raster.corner[0] + (np.arange(w) + 0.5) * raster.cell
     z = raster.corner[1] + (np.arange(h) + 0.5) * raster.cell
@@ -94,7 +102,7 @@ def _inside(facade: Facade, raster: Raster) -> Bool:
 
 
 def _unwatched(seen: Float, expected: Float, inside: Bool, cell: float) -> Bool:
-    """Cells (h, w) beyond the end of what was scanned: empty areas too large for an opening."""
+    """Returns the cells (h, w) beyond the end of the scan: empty areas too large for an opening."""
     out = np.zeros(seen.shape, np.bool_)
     labels, _ = ndimage.label(inside & (enough(seen, expected, _BLUR / cell) < _EMPTY))
     for number, place in enumerate(ndimage.find_objects(labels), 1):
@@ -104,7 +112,10 @@ def _unwatched(seen: Float, expected: Float, inside: Bool, cell: float) -> Bool:
 
 
 def enough(values: Float, due: Float, finest: float) -> Float:
-    """Sum of the values (h, w) around every cell per beam due there: from as near as ten beams are due."""
+    """Returns the sum of the values (h, w) around every cell per expected beam (`due`).
+
+    The surroundings are as small as ten expected beams allow, from `finest` cells on.
+    """
     out, left = np.zeros(values.shape), np.ones(values.shape, np.bool_)
     for wide in finest * 2.0 ** np.arange(_SCALES):
         near = left & (4.0 * np.pi * wide**2 * due >= ENOUGH) if wide < finest * 2 ** (_SCALES - 1) else left
@@ -116,10 +127,10 @@ def enough(values: Float, due: Float, finest: float) -> Float:
 
 
 def _unhidden(beams: Beams, raster: Raster, seen: Float) -> Float:
-    """Share (h, w) of a cell's beams that nothing before the wall stops.
+    """Returns the share (h, w) of a cell's beams that nothing before the wall stops.
 
-    With rays: blocked beams against the others. Without: nothing is expected within a fitting's own
-    projection of it, for it throws its shadow there, whatever the sensor's place below 45 degrees.
+    With rays: blocked beams against the others. Without: nothing is expected above and below a fitting as far
+    as it stands out, for it throws its shadow there wherever the sensor stands, below 45 degrees.
     """
     if beams.rays:
         stopped = ndimage.uniform_filter(raster.count(*beams.blocked.T), 3)
@@ -129,8 +140,9 @@ def _unhidden(beams: Beams, raster: Raster, seen: Float) -> Float:
 
 
 def _shadow(beams: Beams, raster: Raster) -> Float:
-    """1 where something before the wall, at most 1.5 m, may throw a shadow: above and below it, as far as it
-    stands out.
+    """Returns 1 where something before the wall (at most 1.5 m) may throw a shadow, else 0 (h, w).
+
+    That is above and below it, as far as it stands out.
     """
     out = np.zeros(raster.shape)
     depth = -beams.front[:, 2]

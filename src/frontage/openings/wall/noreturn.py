@@ -1,4 +1,4 @@
-"""Beams without return on the wall: glass and dark rooms swallow them, walls and shadows hardly do."""
+"""Beams without return: glass and dark rooms swallow beams, walls and shadows hardly do."""
 
 from dataclasses import replace
 
@@ -11,22 +11,22 @@ from frontage.model.scan import Scan
 from frontage.openings.wall.beams import Beams
 from frontage.openings.wall.evidence import Evidence, balance
 
-_BEFORE = 0.3  # m before the wall that a station stands at least
-_FLAT = 1e-2  # cosine of the flattest beam that is followed to the wall
-_OPEN = 0.3  # share of an opening's beams that are lost: panes and rooms send the others back
-_LEAST = 0.02  # share of a wall's beams that are lost at least
+_BEFORE = 0.3  # m before the wall that a station must stand
+_FLAT = 1e-2  # cosine of the incidence of the flattest beam that is followed to the wall
+_OPEN = 0.3  # share of the beams into an opening that are lost: panes and rooms return the others
+_LEAST = 0.02  # share of the beams to a wall that are lost, at least
 _WALLED = 0.7  # share of the expected beams that come back amid wall
-_AROUND = 3.0  # m, side of the square of wall that tells how many it loses
-_FEW = 10.0  # beams of that square: fewer tell nothing of it
+_AROUND = 3.0  # m, side of the square of wall that tells how many beams the wall loses
+_FEW = 10.0  # beams of that square: fewer tell nothing
 _AMID = 3  # cells along and across that are looked at together
-_MOST = 3.0  # nats a cell: neighbouring beams are lost together
-_CAP = 6.0  # nats a cell with all the rest
+_MOST = 3.0  # nats of a cell from lost beams at most: neighbouring beams are lost together
+_CAP = 6.0  # nats of a cell from all evidence at most
 
 
 def lost_places(facade: Facade, scan: Scan, beams: Beams) -> Float:
-    """Where beams without return crossed the local wall, (k, 2) x, z m, within the facade's bounding box.
+    """Returns the places (k, 2) x, z m where beams without return crossed the local wall of a facade.
 
-    What stops a beam sends it back, so the way to the wall was free.
+    Anything that stops a beam sends it back, so the way to the wall was free.
     """
     x0, z0, x1, z1 = facade.extent
     x, z = np.meshgrid(np.linspace(x0, x1, 9), np.linspace(z0, z1, 9))
@@ -46,13 +46,14 @@ def lost_places(facade: Facade, scan: Scan, beams: Beams) -> Float:
     return np.vstack(found)
 
 
-def with_lost(evidence: Evidence, facade: Facade, scan: Scan, beams: Beams) -> Evidence:
-    """The evidence with the beams that structured scans are known to have lost.
+def with_lost_beams(evidence: Evidence, facade: Facade, scan: Scan, beams: Beams) -> Evidence:
+    """Adds to the evidence the beams that structured scans are known to have lost.
 
-    Each speaks for open by log(P(lost | open) / P(lost | wall)). The wall around shows the latter (what is
-    dark, far or thinned out loses many), and so does the ground (what was cut out of the scan stood on it,
-    and leaves the same hole in the wall behind). Where something before the wall stops others, its edges
-    swallow beams as well. What the density has told of missing beams is not told twice.
+    Each speaks for open by log(P(lost | open) / P(lost | wall)). The latter is what the wall around loses
+    (dark, far or thinned-out walls lose many), and at least what the ground loses: what was cut out of the
+    scan stood on the ground and leaves the same hole in the wall behind it. Where something before the wall
+    stops other beams, its edges swallow beams as well. What the density has already told of missing beams is
+    not counted twice.
     """
     lost = evidence.raster.count(*lost_places(facade, scan, beams).T)
     if not lost.any():
@@ -69,13 +70,13 @@ def with_lost(evidence: Evidence, facade: Facade, scan: Scan, beams: Beams) -> E
         evidence,
         llr=np.where(evidence.inside, llr, 0.0),
         expected=np.where(told & (evidence.expected <= 0.0), free * lost, evidence.expected),
-        due=np.where(told & (evidence.due <= 0.0), lost, evidence.due),
+        expected_free=np.where(told & (evidence.expected_free <= 0.0), lost, evidence.expected_free),
         seen=evidence.seen | told,
     )
 
 
 def _lost_by_wall(evidence: Evidence, lost: Float) -> Float:
-    """Share (h, w) of its beams that the wall around loses."""
+    """Returns the share (h, w) of its beams that the wall around loses."""
     solid, expected = (ndimage.uniform_filter(m, _AMID) for m in (evidence.solid, evidence.expected))
     wall = evidence.inside & (solid >= np.maximum(_WALLED * expected, 0.5 / _AMID**2))
     wide = max(int(_AROUND / evidence.raster.cell), 1)
@@ -85,7 +86,7 @@ def _lost_by_wall(evidence: Evidence, lost: Float) -> Float:
 
 
 def _free(evidence: Evidence, beams: Beams, lost: Float) -> Float:
-    """Share (h, w) of the beams around that nothing before the wall stops."""
+    """Returns the share (h, w) of the beams around that nothing before the wall stops."""
     stopped, others = (
         ndimage.uniform_filter(m, _AMID)
         for m in (evidence.raster.count(*beams.blocked.T), evidence.solid + evidence.open + lost)

@@ -1,4 +1,4 @@
-"""Panels: recesses shallower than any reveal that return as much as the wall does."""
+"""Panels: recesses that are shallower than any reveal and return as much as the wall does."""
 
 from dataclasses import replace
 
@@ -11,15 +11,15 @@ from frontage.openings.wall.evidence import Evidence, balance, enough
 
 _DEEPEST = 0.07  # m: masonry steps back by a quarter of a brick; leaves and panes lie deeper
 _FULL = 0.6  # share of the wall's beams that come back from a panel: glass returns less
-_NARROWEST = 0.25  # m, left of a panel then: frames are narrower, and posts between two casements
-_ABOVE = 0.5  # m above the ground: thresholds, and what the share leaves out
-_DOOR = 1.5  # m: what is that high and stands on the ground may be the leaf of a door
+_NARROWEST = 0.25  # m, least width of a panel: frames and posts between casements are narrower
+_ABOVE = 0.5  # m above the ground, where thresholds lie and the share is not asked for
+_DOOR = 1.5  # m: a piece that high that stands on the ground may be the leaf of a door
 
 
 def without_panels(evidence: Evidence, beams: Beams, ground: float) -> Evidence:
-    """The evidence with panels as wall; `ground` m, its height.
+    """Returns the evidence with panels as wall; `ground` is the height z m of the ground.
 
-    A panel is full of points from one surface right behind the wall, over more than the width of a frame.
+    A panel is full of points of one surface right behind the wall, and wider than a frame.
     """
     raster = evidence.raster
     shallow = beams.open_depth <= _DEEPEST
@@ -44,7 +44,7 @@ def without_panels(evidence: Evidence, beams: Beams, ground: float) -> Evidence:
 
 
 def _doors(full: Bool, open_: Bool, foot: int, cell: float) -> Bool:
-    """Cells (h, w) of `full` that are leaves: as high as a door, and open or full down to row `foot`."""
+    """Returns the cells (h, w) of `full` that are leaves: high as a door, and open or full to row `foot`."""
     out = np.zeros(full.shape, np.bool_)
     labels, _ = ndimage.label(full)
     for rows, columns in ndimage.find_objects(labels):

@@ -2,15 +2,14 @@
 
 from collections import defaultdict
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from frontage.catalog import number_building
 from frontage.model import Building, Elements, Facade, Failed, OrthoImage, Scan
-from frontage.openings.belonging import belonging
-from frontage.openings.find import find_openings
-from frontage.openings.options import OpeningOptions
+from frontage.openings import FoundOpenings, OpeningOptions, find_openings
+from frontage.openings.duplicates import without_duplicates
 from frontage.pipeline.graph import After, Job, Stage, attempt, per_building, warned
 from frontage.pipeline.pictures import evidence_pictures, save_picture
 from frontage.pipeline.project import Project
@@ -41,7 +40,7 @@ class Walls:
 
 @dataclass(frozen=True, eq=False)
 class Judged:
-    """What was found on one facade, or why nothing could be, and pictures of the evidence."""
+    """What was found on one facade, with pictures of the evidence, or why nothing could be."""
 
     facade: Facade
     elements: Elements | Failed
@@ -68,21 +67,15 @@ def load(job: Job) -> Walls | None:
 
 
 def work(job: Job, walls: Walls | None) -> list[Judged]:
-    """Find openings facade by facade, decide which facade each belongs to, and number them."""
+    """Find openings facade by facade, drop those that two facades show, and number the rest."""
     if walls is None:
         return []
-    options = [options_at(f, walls.building, job.project.openings) for f in walls.facades]
-    found = [
-        (facade, _find(facade, walls.scan, own, ortho))
-        for facade, own, ortho in zip(walls.facades, options, walls.orthos, strict=True)
-    ]
-    failed = [Judged(facade, elements) for facade, elements in found if isinstance(elements, Failed)]
-    judged = [(facade, elements) for facade, elements in found if isinstance(elements, Elements)]
-    own_options = dict(zip((f.id for f in walls.facades), options, strict=True))
-    return failed + [
-        Judged(facade, elements, _evidence(facade, walls.scan, own_options[facade.id]))
-        for facade, elements in _numbered(belonging(judged, walls.scan), walls.building, job.project.openings)
-    ]
+    options = job.project.openings
+    judged = [_judged(f, walls, options, o) for f, o in zip(walls.facades, walls.orthos, strict=True)]
+    found = [(one.facade, one.elements) for one in judged if isinstance(one.elements, Elements)]
+    numbered = _numbered(without_duplicates(found, walls.scan), walls.building, options)
+    elements = {facade.id: named for facade, named in numbered}
+    return [replace(one, elements=elements.get(one.facade.id, one.elements)) for one in judged]
 
 
 def save(job: Job, judged: list[Judged]) -> OpeningsPart:
@@ -145,18 +138,21 @@ def _listed(names: list[str]) -> str:
     return "openings of " + ", ".join(names[:_NAMED_FACADES]) + more
 
 
-def _find(facade: Facade, scan: Scan, options: OpeningOptions, ortho: OrthoImage | None) -> Elements | Failed:
-    def find() -> Elements | Failed:
-        found = find_openings(facade, scan, options, ortho)
-        return found if isinstance(found, Failed) else check_elements(found)
+def _judged(facade: Facade, walls: Walls, options: OpeningOptions, ortho: OrthoImage | None) -> Judged:
+    """Find the openings of a facade, and draw the evidence at once, so that it need not be kept."""
+    own = options_at(facade, walls.building, options)
 
-    made = attempt(facade.id, find)
-    return made
+    def find() -> FoundOpenings | Failed:
+        found = find_openings(facade, walls.scan, own, ortho)
+        if not isinstance(found, Failed):
+            check_elements(found.elements)
+        return found
 
-
-def _evidence(facade: Facade, scan: Scan, options: OpeningOptions) -> tuple[Picture, ...] | Failed:
-    """Draw the evidence; openings without a picture of it are better than none."""
-    return attempt(facade.id, lambda: evidence_pictures(facade, scan, options))
+    found = attempt(facade.id, find)
+    if isinstance(found, Failed):
+        return Judged(facade, found)
+    evidence = found.evidence
+    return Judged(facade, found.elements, attempt(facade.id, lambda: evidence_pictures(evidence)))
 
 
 def _numbered(

@@ -3,7 +3,8 @@
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
-from frontage.io.photos.read import PhotoSet, read_photos
+from frontage.io.photos.photoset import PhotoSet
+from frontage.io.photos.read import read_photos
 from frontage.model import Facade, Failed, OrthoImage, Scan
 from frontage.ortho import make_ortho
 from frontage.pipeline.graph import Job, Stage, attempt, gather, per_building

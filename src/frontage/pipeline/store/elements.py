@@ -66,12 +66,13 @@ def check_elements(elements: Elements) -> Elements:
     """The elements, when files can hold them. Raises ValueError that names the one that they cannot."""
     known = {"", *(p.id for p in elements.protrusions)}
     for o in elements.openings:
+        name = o.id or f"a {o.kind} of {elements.facade}"
         if o.on not in known:
-            raise ValueError(f"{o.id}: it is on {o.on}, which was not found")
+            raise ValueError(f"{name}: it is on {o.on}, which was not found")
         depth = 0.0 if o.depth is None else float(o.depth.value)
         values = (*o.ring.ravel(), depth, o.evidence, o.confidence)
         if not np.isfinite(values).all():
-            raise ValueError(f"{o.id}: its outline, depth, evidence or confidence is no number")
+            raise ValueError(f"{name}: its outline, depth, evidence or confidence is no number")
     for p in elements.protrusions:
         if not np.isfinite((*p.ring.ravel(), float(p.front.value), p.confidence)).all():
             raise ValueError(f"{p.id}: its outline, front or confidence is no number")

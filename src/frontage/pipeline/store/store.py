@@ -26,11 +26,12 @@ from pydantic import ValidationError
 from frontage.errors import FileError, InputError, WorkspaceError
 from frontage.geometry.arrays import Int
 from frontage.io.facadefile import world_to_json
-from frontage.io.photos.read import PhotoSet, read_photos
+from frontage.io.photos.photoset import PhotoSet
+from frontage.io.photos.read import read_photos
 from frontage.io.rasters.ortho import FILES as ORTHO_FILES
 from frontage.io.rasters.ortho import read_ortho, write_ortho
 from frontage.io.rasters.sidecar import OrthoSidecar, read_sidecar
-from frontage.io.scans.las import write_las
+from frontage.io.scans.laswrite import write_las
 from frontage.io.scans.npz import load_scan, save_scan
 from frontage.model import Building, Elements, Facade, OrthoImage, Scan, WorldRef
 from frontage.pipeline.project import Project

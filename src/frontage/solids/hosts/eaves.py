@@ -17,9 +17,9 @@ from shapely.geometry import Polygon
 
 from frontage.geometry.arrays import Array, Float
 from frontage.model import Facade
+from frontage.model.masonry import MASONRY
 
 LEVEL = 0.3  # m: what a raster of cells and a gutter make of a level line, in the mean over it
-_ROOM = (2.0, 2.5)  # m: width and height of the smallest room's front; what is less is no wall of its own
 _NARROW = 3.0  # m: the narrowest front of a house or of its wing
 # slope of a verge, 15 to 60 degrees: flatter ones are level eaves seen badly, steeper ones sides
 _ROOF = (0.27, 1.73)
@@ -80,7 +80,7 @@ def _chosen(x: Float, z: Float, width: float) -> list[_Piece]:
     """The cheapest sequence of pieces over columns x (n,), z (n,) m, from left to right."""
     n = len(x)
     column = width / n
-    price = min(_ROOM[0] * _ROOM[1] / 2, LEVEL * width)
+    price = min(MASONRY.room_width * MASONRY.room_height / 2, LEVEL * width)
     shortest = max(1, int(np.ceil(min(_NARROW, width / 3) / column)))
     best, via = np.full(n + 1, np.inf), np.zeros(n + 1, np.int64)
     best[0] = 0.0

@@ -1,22 +1,21 @@
-"""Density of beams where they are sparse, from the triangles between neighbouring ones."""
+"""The density of beams where they are sparse, from the triangles between neighbouring points."""
 
 import numpy as np
 from scipy.spatial import Delaunay, QhullError, cKDTree
 
 from frontage.geometry.arrays import Float, Int
 
-_NEIGHBOURS = 16  # points that tell the density of a place: more than border one opening's side
-_FEWEST = 4  # points that have triangles
+_NEIGHBOURS = 16  # points that tell the density of a place: more than border one side of an opening
+_FEWEST = 4  # points that make triangles
 
 
-def density(points: Float, places: Float, reach: float) -> Float:
-    """Points per m2 (m,) of a wall at places (m, 2), from its points (n, 2) no more than `reach` m away.
+def triangulated_density(points: Float, places: Float, reach: float) -> Float:
+    """Returns the points per m2 (m,) of a wall at places (m, 2) m, from its points (n, 2) m within `reach` m.
 
-    0 where there are none.
-
-    Between the points of a lattice, however narrow, all Delaunay triangles have half a point's area; those
-    across openings are larger, but few: the median of the triangles about a point, then of the points around,
-    is the wall's. Of points at random it is the density times 1.4.
+    Returns 0 where there are none. Between the points of a lattice, however narrow, all Delaunay triangles
+    have half the area that a point stands for. Those across openings are larger but few, so the median of the
+    triangles at a point, and then of the points around, is that of the wall. For random points the result is
+    1.4 times the density.
     """
     if len(points) < _FEWEST:
         return np.zeros(len(places))
@@ -32,14 +31,14 @@ def density(points: Float, places: Float, reach: float) -> Float:
 
 
 def _areas(points: Float, triangles: Int) -> Float:
-    """Areas (t,) m2 of triangles (t, 3) of points (n, 2) m."""
+    """Returns the areas (t,) m2 of triangles (t, 3) of points (n, 2) m."""
     a, b, c = (points[triangles[:, k]] for k in range(3))
     u, v = b - a, c - a
     return np.asarray(np.abs(u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0]) / 2)
 
 
 def _median_about(triangles: Int, areas: Float, number: int) -> Float:
-    """Lower median (number,) of the areas of the triangles about each point; NaN without (doubles)."""
+    """Returns the lower median (n,) of the areas of the triangles at each point; NaN without any."""
     corner, area = triangles.ravel(), np.repeat(areas, 3)
     order = np.lexsort((area, corner))
     first = np.searchsorted(corner[order], np.arange(number))

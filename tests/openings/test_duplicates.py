@@ -8,7 +8,7 @@ import pytest
 from frontage.geometry.rigid import Rigid3
 from frontage.model.estimate import Estimate, Provenance
 from frontage.model.opening import Elements, Protrusion
-from frontage.openings.belonging import belonging
+from frontage.openings.duplicates import without_duplicates
 from fronts import scan_wall
 from opening_fakes import opening
 
@@ -41,27 +41,30 @@ def boxes_of(judged):
 
 def test_an_opening_belongs_to_the_wall_around_it(stepped):
     front, back, scan = stepped
-    found = belonging([held(back, LEFT, RIGHT), held(front, LEFT, RIGHT)], scan)
+    found = without_duplicates([held(back, LEFT, RIGHT), held(front, LEFT, RIGHT)], scan)
     assert boxes_of(found) == [[RIGHT], [LEFT]]
 
 
 def test_what_lies_within_an_opening_of_the_wall_before_it_is_none(stepped):
     front, back, scan = stepped
     gap = (1.3, 2.2, 1.9, 3.0)
-    assert boxes_of(belonging([held(front, LEFT), held(back, gap, RIGHT)], scan)) == [[LEFT], [RIGHT]]
+    assert boxes_of(without_duplicates([held(front, LEFT), held(back, gap, RIGHT)], scan)) == [
+        [LEFT],
+        [RIGHT],
+    ]
 
 
 def test_walls_at_an_angle_keep_their_openings(stepped):
     front, back, scan = stepped
     judged = [held(front, LEFT), held(turned(back, 40.0), LEFT)]
-    assert boxes_of(belonging(judged, scan)) == [[LEFT], [LEFT]]
+    assert boxes_of(without_duplicates(judged, scan)) == [[LEFT], [LEFT]]
 
 
 def test_walls_without_a_room_between_look_the_same_way_whatever_was_told(stepped):
     front, back, scan = stepped
     opposite = [(-x1, z0, -x0, z1) for x0, z0, x1, z1 in (LEFT, RIGHT)]
     judged = [held(front, LEFT, RIGHT), held(turned(back, 180.0), *opposite)]
-    assert boxes_of(belonging(judged, scan)) == [[LEFT], [opposite[1]]]
+    assert boxes_of(without_duplicates(judged, scan)) == [[LEFT], [opposite[1]]]
 
 
 def fronted(facade, kind, y, *boxes):
@@ -75,8 +78,8 @@ def fronted(facade, kind, y, *boxes):
 def test_a_step_back_from_one_wall_and_out_from_the_other_is_told_once(stepped):
     front, back, scan = stepped
     judged = [fronted(front, "setback", 0.15, RIGHT), fronted(back, "risalit", 0.15 - STEP, RIGHT)]
-    found = belonging(judged, scan)
+    found = without_duplicates(judged, scan)
     assert boxes_of(found) == [[RIGHT], []]
     assert [[p.kind for p in e.protrusions] for _, e in found] == [["setback"], []]
     other = [judged[0], fronted(back, "oriel", -0.9)]  # it stands before both
-    assert [len(e.protrusions) for _, e in belonging(other, scan)] == [1, 1]
+    assert [len(e.protrusions) for _, e in without_duplicates(other, scan)] == [1, 1]

@@ -1,4 +1,4 @@
-"""Where exactly the border of an opening lies: a posterior from the beams on both sides of it."""
+"""Locates the borders of an opening: a posterior from the beams on both sides of each."""
 
 from dataclasses import dataclass, replace
 from functools import lru_cache
@@ -8,32 +8,34 @@ from scipy import ndimage
 from scipy.special import ndtr
 
 from frontage.geometry.arrays import Float
-from frontage.openings.borders.edges import FEW, Edge, Look, Side, edge_beams, typical_gap
-from frontage.openings.wall.sight import Sight
+from frontage.openings.borders.edges import FEW, Edge, EdgeTraits, Side, edge_beams, typical_gap
+from frontage.openings.boxes import Box
+from frontage.openings.wall.crossings import CrossingBeams
 
-_STEP = 0.0005  # m, raster of the posterior
+_STEP = 0.0005  # m, step of the posterior
 _STRAY = 0.01  # share of the beams that say the wrong thing
 _FLOOR = 0.0005  # m: reveals are uneven by 1 mm, the mean of a side by half as much
-_COARSE = 0.005  # m, raster and blur where no beam tells the place
-_ROUGHLY = 10_000  # beams that tell where to look more closely
-_NEVER = 1e-300  # likelihood of what cannot be
-_TOLD = 5.0  # nats that a border must gain to be one
-_OUTLIER = 0.05  # share of reveals that are none
+_COARSE = 0.005  # m, step and blur where no beam tells the place
+_ROUGHLY = 10_000  # beams that are enough for the first rounds
+_NEVER = 1e-300  # likelihood of the impossible
+_TOLD = 5.0  # nats that a border must gain to count as seen
+_OUTLIER = 0.05  # share of the reveals that are none
 CLOSE = 0.4
-"""m around an opening that tell its borders."""
+"""m around an opening within which beams tell its borders."""
 
 WIDTHS = (0.001, 0.002, 0.003, 0.0045, 0.007)
-"""m, blur of edges that are tried: one sigma of a beam's footprint."""
-
-Place = tuple[float, float, float, float]
+"""m, blurs of edges that are tried: one sigma of a beam's footprint."""
 
 
 @dataclass(frozen=True, eq=False)
 class Border:
-    """Place of a border along its axis, m, one sigma, and the nats it gains over no border at all.
+    """A border of an opening.
 
+    at      m, place along its axis
+    sigma   m, standard error of the place
+    gain    nats, log-likelihood over no border at all
     edge    the beams that tell it
-    scores  log-evidence (k,) for every blur of `WIDTHS`, where it was asked for
+    scores  (k,) log-evidence for every blur of `WIDTHS`, where it was asked for
     """
 
     at: float
@@ -44,29 +46,34 @@ class Border:
 
 
 def find_borders(
-    near: Sight,
-    rough: Place,
+    near: CrossingBeams,
+    rough: Box,
+    *,
     cell: float,
     rise: float,
     frame: float | None,
     spacing: float,
-    look: Look,
+    traits: EdgeTraits,
     loose: bool = False,
-) -> tuple[Place, list[Border]]:
-    """Box x0, z0, x1, z1 and its borders left, right, bottom, top; in rounds, for each needs the others.
+) -> tuple[Box, list[Border]]:
+    """Locates the four borders of a box, in rounds, for each needs the others.
 
-    cell         m, how well the place is known
-    rise, frame  m, of the head (0 = straight) above the end of the sides; depth of the frame, if it is known
-    loose        whether what stands before the wall beside the opening may begin off its edge
+    cell    m, how well `rough` is known
+    rise    m, height of the head above the end of the sides (0 = straight)
+    frame   m, depth of the frame, None where it is unknown
+    traits  what the edges of the facade share
+    loose   whether what stands before the wall beside the opening may begin off its edge
+
+    Returns the box and its borders left, right, bottom, top.
     """
     x0, z0, x1, z1 = rough
     borders: list[Border] = []
-    quick, few = replace(look, told=False), near.thinned(_ROUGHLY)
+    quick, few = replace(traits, told=False), near.thinned(_ROUGHLY)
     rounds = [max(0.12, 2.0 * cell), max(0.06, 1.5 * cell), max(0.04, 1.5 * spacing)]
     if cell <= spacing:  # a place that is known needs no wide search
         del rounds[0]
     for number, band in enumerate(rounds, 1):
-        now, part = (look, near) if number == len(rounds) else (quick, few)
+        now, part = (traits, near) if number == len(rounds) else (quick, few)
         wide, high = (x1 - x0) / 2, (z1 - z0) / 2
         side = (z0, max(z1 - rise, z0 + 0.2 * (z1 - z0)))
         sides = ((0, 1, x0, wide, side), (0, -1, x1, wide, side), (1, 1, z0, high, (x0, x1)))
@@ -74,25 +81,27 @@ def find_borders(
         for axis, sign, at, inner, across in (*sides, (1, -1, z1, high, (x0, x1))):
             least = min(band, inner)
             one = Side(axis, sign, at, inner, 2 * least, across, axis == 0 and loose)
-            borders.append(locate(part, one, least, frame, spacing, now))
+            borders.append(locate(part, one, now, band=least, frame=frame, spacing=spacing))
         x0, x1, z0 = (b.at for b in borders[:3])
         z1 = borders[3].at if rise == 0.0 else z1
     return (x0, z0, x1, z1), borders
 
 
-def locate(near: Sight, side: Side, band: float, frame: float | None, spacing: float, look: Look) -> Border:
-    """The border at an edge, searched within `band` m to either side."""
-    edge = edge_beams(near, side, frame, look)
-    asked = WIDTHS if look.told else ()
+def locate(
+    near: CrossingBeams, side: Side, traits: EdgeTraits, *, band: float, frame: float | None, spacing: float
+) -> Border:
+    """Locates the border at an edge, searching within `band` m to either side of it."""
+    edge = edge_beams(near, side, frame, traits)
+    asked = WIDTHS if traits.told else ()
     if len(edge.solid) < 3:
-        sigma = _unseen(near, side, frame, spacing, look, 0.0)
+        sigma = _unseen(near, side, traits, 0.0, frame=frame, spacing=spacing)
         return Border(side.at, sigma, 0.0, edge, np.zeros(len(asked)))
     half = round(band / _STEP)
     e: Float = np.arange(-half, half + 1, dtype=np.float64) * _STEP
     strays = _strays(edge.solid, -band / 2), _strays(-edge.opened, -band / 2)
     due, reveal = _absences(edge, side.reach, spacing, e, strays), _reveal(edge.reveal, e)
-    scores = {w: reveal + _edge_scores(edge, e, w, strays, due) for w in {*asked, look.blur}}
-    score = scores[look.blur]
+    scores = {w: reveal + _edge_scores(edge, e, w, strays, due) for w in {*asked, traits.blur}}
+    score = scores[traits.blur]
     p = np.exp(score - score.max())
     p /= p.sum()
     mean = float(p @ e)
@@ -102,16 +111,17 @@ def locate(near: Sight, side: Side, band: float, frame: float | None, spacing: f
     if hidden:
         mean, gain = 0.0, 0.0
     if gain < _TOLD:
-        sigma = max(sigma, _unseen(near, side, frame, spacing, look, mean))
+        sigma = max(sigma, _unseen(near, side, traits, mean, frame=frame, spacing=spacing))
     told = np.array([scores[w].max() + np.log(np.exp(scores[w] - scores[w].max()).sum()) for w in asked])
     return Border(side.at + side.sign * mean, sigma, gain, edge, told)
 
 
 def _edge_scores(edge: Edge, e: Float, blur: float, strays: tuple[float, float], due: Float) -> Float:
-    """Log-likelihood (k,) of borders at e m by the beams at an edge, and by those that did not come (`due`).
+    """Returns the log-likelihood (k,) of borders at e m by the beams that came and the missing ones (`due`).
 
-    What its face hides is off together, by the errors of the face's depth and of the footprint: the
-    likelihood of all these beams is blurred by it. Where others tell the border, they tell those, too.
+    Beams that the face of the edge hides err together, by the errors of the face's depth and of the
+    footprint: the likelihood of all of them is blurred by that. Where other beams tell the border, they tell
+    these errors too.
     """
     share = (len(edge.hidden[0]) + len(edge.hidden[1])) / max(len(edge.solid) + len(edge.opened), 1)
     hidden = side_scores(*edge.hidden, e, blur, strays) + share * due
@@ -124,12 +134,15 @@ def _edge_scores(edge: Edge, e: Float, blur: float, strays: tuple[float, float],
     return hidden + side_scores(*edge.seen, e, blur, strays) + (1.0 - share) * due
 
 
-def _unseen(near: Sight, side: Side, frame: float | None, spacing: float, look: Look, at: float) -> float:
-    """Root mean square distance m from `at` of a border that lies anywhere between the wall outside and the
-    opening inside, as far as they are seen.
+def _unseen(
+    near: CrossingBeams, side: Side, traits: EdgeTraits, at: float, *, frame: float | None, spacing: float
+) -> float:
+    """Returns the root mean square distance m from `at` of a border that no beam tells.
+
+    It lies anywhere between the wall outside and the opening inside, as far as they are seen.
     """
     reach = max(CLOSE, side.inner)
-    edge = edge_beams(near, replace(side, reach=reach), frame, look)
+    edge = edge_beams(near, replace(side, reach=reach), frame, traits)
     e: Float = np.arange(-reach, side.inner, _COARSE)
     strays = _strays(edge.solid, -side.inner / 2), _strays(-edge.opened, -side.inner / 2)
     score = _absences(edge, reach, spacing, e, strays)
@@ -139,7 +152,7 @@ def _unseen(near: Sight, side: Side, frame: float | None, spacing: float, look: 
 
 
 def _reveal(line: tuple[float, float] | None, e: Float) -> Float:
-    """Log-likelihood (k,) of borders at e m by the reveal's own points."""
+    """Returns the log-likelihood (k,) of borders at e m by the reveal's own points."""
     if line is None:
         return np.zeros(len(e))
     fit = np.exp(-0.5 * ((e - line[0]) / line[1]) ** 2) / (line[1] * np.sqrt(2 * np.pi))
@@ -149,12 +162,15 @@ def _reveal(line: tuple[float, float] | None, e: Float) -> Float:
 def side_scores(
     solid: Float, opened: Float, e: Float, blur: float, strays: tuple[float, float] = (_STRAY, _STRAY)
 ) -> Float:
-    """Log-likelihood (k,) of borders at e m, equally spaced by the step of the posterior, and rising.
+    """Returns the log-likelihood (k,) of borders at e m, which rise in equal steps.
 
-    solid, opened  (n,), (m,) m, beams on the wall (below the border) and through the opening (above it)
+    solid   (n,) m, beams on the wall, below the border
+    opened  (m,) m, beams through the opening, above it
+    blur    m, one sigma of the footprint
+    strays  shares of the solid and of the opened beams that are on the wrong side
 
-    Every beam is on its own side, blurred (one sigma `blur` m), but for `strays`, the shares of solid and
-    opened ones that are not: sum log(s + (1 - s) Phi(.)).
+    The sum over the beams of log(s + (1 - s) Phi(.)): every beam is on its own side, blurred, except for
+    strays.
     """
     step = float(e[1] - e[0])
     n = int(6.0 * blur / step) + 1
@@ -172,27 +188,28 @@ def side_scores(
 
 @lru_cache(maxsize=64)
 def _near_border(side: float, n: int, step: float, blur: float, stray: float) -> Float:
-    """Log-likelihood (2n,) of beams on a side within n steps of m of a border, furthest ahead first.
+    """Returns the log-likelihood (2n,) of beams within n steps of a border, the furthest ahead first.
 
-    Less that of beams on the wrong side for sure: far from the border all is certain, which is counted.
+    It is less that of beams that are on the wrong side for sure, which `side_scores` counts.
     """
     lag = side * (np.arange(n, -n, -1) - 0.5) * step  # of a bin's centre behind the border
     return np.asarray(np.log(stray + (1 - stray) * ndtr(lag / blur)) - np.log(stray) * (lag < 0))
 
 
 def _strays(u: Float, low: float) -> float:
-    """Share of points (n,) on the wrong side of their border, 1 to 90 %: rooms behind a wall, bars on it.
+    """Returns the share of points u (n,) m on the wrong side of their border, 1 to 90 %.
 
-    Their own side is below `low` m; the wrong one as far on the other side.
+    Rooms behind a wall and bars in front of an opening are such. Their own side is below `low` m, the wrong
+    one as far on the other side.
     """
     own, wrong = int((u < low).sum()), int((u > -low).sum())
     return float(np.clip(wrong / max(own, 1), _STRAY, 0.9))
 
 
 def _absences(edge: Edge, reach: float, spacing: float, e: Float, strays: tuple[float, float]) -> Float:
-    """Log-likelihood (k,) of borders at e m by the beams that did not come, where nothing hides the wall.
+    """Returns the log-likelihood (k,) of borders at e m by missing beams where nothing hides the wall.
 
-    Rasters are regular: what counts is not how many points a side has but how wide the gaps between them are.
+    Rasters are regular, so the width of the gaps between points counts, not the number of points.
     """
     fine = np.arange(-reach, reach + 0.001, 0.002)
     free = np.ones(len(fine) - 1)
@@ -214,5 +231,5 @@ def _absences(edge: Edge, reach: float, spacing: float, e: Float, strays: tuple[
 
 
 def _gap(u: Float, reach: float) -> float:
-    """Half the width m of the gap that a random place lies in among points (n,) m that rise."""
+    """Returns half the width m of the gap that a random place lies in among rising points u (n,) m."""
     return max(typical_gap(u) / 2.0, _STEP) if len(u) > 1 and u[-1] > u[0] else reach

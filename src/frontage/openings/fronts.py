@@ -1,4 +1,7 @@
-"""Openings on the fronts of protrusions: an oriel's front is a wall of its own, with the same steps."""
+"""Openings on the fronts of protrusions: the front of an oriel is a wall of its own.
+
+Paper B (section 3.2.3, figure 10) searches protrusions recursively, by the same steps as the facade.
+"""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
@@ -10,21 +13,24 @@ import shapely
 from frontage.geometry.arrays import Float, Int
 from frontage.geometry.rigid import Rigid3
 from frontage.geometry.ring import rectangle
-from frontage.model.estimate import Estimate, Failed
+from frontage.model.estimate import Estimate
 from frontage.model.facade import Facade
-from frontage.model.opening import Elements, Opening, Protrusion
+from frontage.model.opening import Opening, Protrusion
 from frontage.model.scan import Scan
 from frontage.openings.protrusions.kinds import is_wall
 
-_ROOM = 3.0  # m around a front within which beams through its openings end
-_COVERED = 0.5  # share of an opening that a front hides from the street
+_ROOM = 3.0  # m around a front within which the beams through its openings end
+_COVERED = 0.5  # share of an opening that a front must hide from the street
 
-Finder = Callable[[Facade, Scan], Elements | Failed]
+Finder = Callable[[Facade, Scan], tuple[Opening, ...]]
 
 
 @dataclass(frozen=True, eq=False)
-class Fronts:
-    """Searches the fronts of a facade's protrusions, each once; `find` is the finder of the main wall."""
+class FrontSearch:
+    """Searches the fronts of a facade's protrusions, each once.
+
+    find  the search of one wall: takes a facade and its working cloud, returns the openings
+    """
 
     facade: Facade
     scan: Scan
@@ -33,28 +39,29 @@ class Fronts:
 
     @cached_property
     def q(self) -> Float:
-        """The points of the scan (n, 3) m in the facade's frame."""
+        """The points of the scan (n, 3) m in the facade frame."""
         return self.facade.frame.inverse.apply(self.scan.xyz)
 
     def openings(self, wall: Protrusion) -> tuple[Opening, ...]:
-        """The openings on a front: rings in the facade's frame (fronts are parallel to it), depths from the
-        front.
+        """Returns the openings on a front.
+
+        Rings are in the frame of the facade, which fronts are parallel to; depths count from the front.
         """
         key = (*wall.ring.ravel().tolist(), float(wall.front.value))
         if key not in self._searched:
             front, rows = _own_facade(self.facade, wall, self.q)
-            found = self.find(front, self.scan.take(rows))
-            self._searched[key] = found.openings if isinstance(found, Elements) else ()
+            self._searched[key] = self.find(front, self.scan.take(rows))
         return self._searched[key]
 
 
 def openings_on_fronts(
-    main: Sequence[Opening], protrusions: Sequence[Protrusion], fronts: Fronts
+    main: Sequence[Opening], protrusions: Sequence[Protrusion], fronts: FrontSearch
 ) -> list[Opening]:
-    """The openings of the `main` wall, with those of the fronts in place of what these hide.
+    """Returns the openings of the `main` wall, with those of the fronts in place of what these hide.
 
-    `Opening.on` names the front. The foremost comes last, for it hides what is behind it: what seems to be
-    there was seen through its openings. A niche is in place of the opening that it was.
+    `Opening.on` names the front. The foremost front comes last, for it hides what lies behind it: what seems
+    to be there was seen through its openings. The openings of a niche replace the opening that it was taken
+    for.
     """
     openings = list(main)
     for wall in sorted((p for p in protrusions if is_wall(p.kind)), key=lambda p: -float(p.front.value)):
@@ -67,20 +74,22 @@ def openings_on_fronts(
 
 
 def _overlap(a: Opening, b: Opening) -> bool:
-    """Whether two openings have an area in common, as seen from the street."""
+    """Returns whether two openings have an area in common as seen from the street."""
     one, other = (shapely.make_valid(shapely.Polygon(o.ring)) for o in (a, b))
     return bool(shapely.relate_pattern(one, other, "T********"))
 
 
 def is_hidden(opening: Opening, front: shapely.Polygon) -> bool:
-    """Whether most of an opening lies behind (or before) a front."""
+    """Returns whether most of an opening lies behind (or before) a front."""
     ring = shapely.make_valid(shapely.Polygon(opening.ring))
     return bool(shapely.intersection(ring, front).area > _COVERED * ring.area)
 
 
 def _own_facade(facade: Facade, wall: Protrusion, q: Float) -> tuple[Facade, Int]:
-    """A facade whose plane is a protrusion's front, and the rows of the points q (n, 3) its beams end on;
-    its support indexes these.
+    """Makes a facade whose plane is the front of a protrusion.
+
+    Returns it with the rows of the points q (n, 3) m on which the beams through the front end; the support of
+    the new facade indexes these.
     """
     (x0, z0), (x1, z1) = wall.ring.min(0), wall.ring.max(0)
     y = float(wall.front.value)

@@ -1,4 +1,4 @@
-"""To which of a building's facades an opening belongs that several of them show."""
+"""Settles openings that several facades of a building show: each belongs to one wall only."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -9,28 +9,25 @@ import shapely
 
 from frontage.geometry.arrays import Float
 from frontage.model.facade import Facade
+from frontage.model.masonry import MASONRY, TOLERANCES
 from frontage.model.opening import Elements
 from frontage.model.scan import Scan
 from frontage.openings.protrusions.kinds import is_wall
 from frontage.openings.wall.beams import Raster
 
-_PARALLEL = float(np.cos(np.radians(15.0)))
-_APART = 2.0  # m between planes, at most: as deep as a facade's prism reaches before and behind it
-_SAME = 0.5  # share of the smaller of two openings that the other covers
-_RIM = 0.25  # m around an opening that tell which wall it is in
-_FLUSH = 0.1  # m between fronts: what stands out less is no protrusion
-_LEAST = 0.015  # m: a surface that near the plane is on it, however quiet the scanner
+_SAME = 0.5  # share of the smaller of two openings that the other must cover for them to be at one place
+_RIM = 0.25  # m, width of the rim around an opening that tells which wall it is in
 
 Judged = tuple[Facade, Elements]
 
 
-def belonging(judged: Sequence[Judged], scan: Scan) -> list[Judged]:
-    """The facades with their elements, every opening on one facade of its building only.
+def without_duplicates(judged: Sequence[Judged], scan: Scan) -> list[Judged]:
+    """Returns the facades with their elements, every opening on one facade of its building only.
 
-    Outlines of parallel facades overlap where the wall steps: both follow its depth, and find the openings of
-    both parts and what steps out or back between them; and a plane through curtains shows what lies between
-    them. An opening is in the wall whose plane is around it: of two at one place, the one whose rim shows
-    less of its own plane is dropped.
+    The outlines of parallel facades overlap where the wall steps: both follow its depth, and both find the
+    openings of either part and what steps out or back between them. A plane through curtains shows what lies
+    between them as well. An opening belongs to the wall whose plane surrounds it: of two at one place, the
+    one whose rim shows less of its own plane is dropped.
     """
     judged = list(judged)
     pairs = [p for p in combinations(range(len(judged)), 2) if _beside(*(judged[k][0] for k in p))]
@@ -50,18 +47,25 @@ def belonging(judged: Sequence[Judged], scan: Scan) -> list[Judged]:
 
 
 def _beside(a: Facade, b: Facade) -> bool:
-    """Whether two facades of one building are parallel and their planes near each other: no house fits
-    between, so they look the same way, whatever little told their sides where sensors are unknown.
+    """Returns whether two facades of one building are parallel and their planes near each other.
+
+    No house fits between such planes, so they face the same way, even where unknown sensors left their sides
+    in doubt.
     """
     if a.building != b.building:
         return False
     offset = float(a.frame.inverse.apply(b.frame.t[None])[0, 1])
-    return bool(abs(a.frame.R[:, 1] @ b.frame.R[:, 1]) > _PARALLEL) and abs(offset) < _APART
+    return (
+        bool(abs(a.frame.R[:, 1] @ b.frame.R[:, 1]) > TOLERANCES.parallel_cos)
+        and abs(offset) < MASONRY.facade_reach
+    )
 
 
 def _without_doubled(judged: Judged, other: Judged) -> Judged:
-    """A facade without those of its fronts (of oriels, set-back parts) that are fronts of another facade with
-    more wall, too, and without the openings on them: a step back from the one is a step out from the other.
+    """Drops the fronts of a facade that are also fronts of another facade with more wall, and their openings.
+
+    A step back from the one facade is a step out from the other. Fronts are those of oriels and of set-back
+    parts.
     """
     facade, elements = judged
     own = [p for p in elements.protrusions if is_wall(p.kind)]
@@ -70,14 +74,18 @@ def _without_doubled(judged: Judged, other: Judged) -> Judged:
         _onto(other[0], f, [(p.ring, float(p.front.value)) for p in walls])
         for f, walls in ((facade, own), (other[0], there))
     )
-    double = {own[i].id for i, k in zip(*_same(first, second), strict=True) if abs(y[i] - level[k]) < _FLUSH}
+    double = {
+        own[i].id
+        for i, k in zip(*_same(first, second), strict=True)
+        if abs(y[i] - level[k]) < MASONRY.step_out
+    }
     kept = tuple(p for p in elements.protrusions if p.id not in double)
     openings = tuple(o for o in elements.openings if o.on not in double)
     return facade, replace(elements, protrusions=kept, openings=openings)
 
 
 def _rings(judged: Judged, onto: Facade) -> list[shapely.Polygon]:
-    """The openings' rings, projected onto a facade's plane."""
+    """Returns the rings of the openings, projected onto a facade's plane."""
     facade, elements = judged
     return _onto(onto, facade, [(o.ring, elements.wall_y(o)) for o in elements.openings])[0]
 
@@ -85,7 +93,7 @@ def _rings(judged: Judged, onto: Facade) -> list[shapely.Polygon]:
 def _onto(
     onto: Facade, facade: Facade, outlines: Sequence[tuple[Float, float]]
 ) -> tuple[list[shapely.Polygon], list[float]]:
-    """Rings (k, 2) at y m of a facade, projected onto another one's plane, and their mean y m there."""
+    """Projects rings (k, 2) m at y m of a facade onto another plane; also returns their mean y m there."""
     rings, depths = [], []
     for ring, y in outlines:
         own = np.column_stack([ring[:, 0], np.full(len(ring), y), ring[:, 1]])
@@ -96,7 +104,7 @@ def _onto(
 
 
 def _same(a: list[shapely.Polygon], b: list[shapely.Polygon]) -> tuple[list[int], list[int]]:
-    """Which of the rings a and b are at one place, as numbers into either."""
+    """Returns which of the rings `a` and `b` are at one place, as two lists of numbers."""
     first, second = np.array(a, object)[:, None], np.array(b, object)[None, :]
     least = np.minimum(shapely.area(first), shapely.area(second))
     i, k = np.nonzero(shapely.area(shapely.intersection(first, second)) > _SAME * least)
@@ -104,14 +112,14 @@ def _same(a: list[shapely.Polygon], b: list[shapely.Polygon]) -> tuple[list[int]
 
 
 def _walled(facade: Facade, elements: Elements, number: int, scan: Scan) -> float:
-    """Share of an opening's rim where points are on the plane of its own wall."""
+    """Returns the share of an opening's rim where points lie on the plane of its own wall."""
     opening = elements.openings[number]
     ring = shapely.make_valid(shapely.Polygon(opening.ring))
     x0, z0, x1, z1 = shapely.bounds(shapely.buffer(ring, _RIM))
     q = facade.frame.inverse.apply(scan.xyz[facade.support])
     depth = q[:, 1] - elements.wall_y(opening)
-    on = q[np.abs(depth) <= max(3.0 * facade.roughness, _LEAST)]
-    cell = max(2.0 * facade.spacing, _LEAST)
+    on = q[np.abs(depth) <= max(3.0 * facade.roughness, TOLERANCES.least_on_wall)]
+    cell = max(2.0 * facade.spacing, TOLERANCES.least_on_wall)
     raster = Raster((x0, z0), cell, (int((z1 - z0) / cell) + 1, int((x1 - x0) / cell) + 1))
     rows, columns = np.indices(raster.shape) + 0.5
     rim = ~shapely.contains_xy(ring, x0 + columns * cell, z0 + rows * cell)

@@ -1,4 +1,4 @@
-"""Openings of one facade do not overlap: those that would compete, as the rectangles of the layout did."""
+"""Openings of one facade do not overlap: those that do compete, as the rectangles of the layout did."""
 
 from collections.abc import Sequence
 
@@ -7,21 +7,23 @@ import shapely
 
 from frontage.geometry.arrays import Array, Float, Int
 from frontage.model.opening import Opening
-from frontage.openings.borders.agreement import returned
-from frontage.openings.borders.borders import Place
+from frontage.openings.borders.agreement import with_rough_borders
 from frontage.openings.borders.outline import Outline
+from frontage.openings.boxes import Box
 from frontage.openings.layout.selection import PRICE, most_worth, worth_of
 from frontage.openings.wall.evidence import Evidence
 
 _LEAST = 1e-3  # nats that an opening is worth at least, so that one of several is left
 
 
-def disjoint(outlines: Sequence[Outline], rough: Sequence[Place], evidence: Evidence) -> list[Outline | None]:
-    """The outlines without overlap, those that are dropped as None; `rough` are their places in the layout.
+def without_overlaps(
+    outlines: Sequence[Outline], rough: Sequence[Box], evidence: Evidence
+) -> list[Outline | None]:
+    """Returns the outlines without overlap, None for those dropped; `rough` are their boxes in the layout.
 
-    An outline that overlaps others stays as it was measured, or with the borders that run over a neighbour
-    where the layout has them, or not at all: whichever set is worth most, the evidence within less the price
-    of each. So what the layout took for two openings is one where a single outline explains both.
+    An outline that overlaps others stays as it was measured, or takes the layout's borders where it runs over
+    a neighbour, or is dropped: whichever set is worth most, the evidence within less the price of each. So
+    what the layout took for two openings becomes one where a single outline explains both.
     """
     first, second = _overlapping(_polygons([o.ring[0] for o in outlines]))
     over: dict[int, set[int]] = {}
@@ -29,7 +31,9 @@ def disjoint(outlines: Sequence[Outline], rough: Sequence[Place], evidence: Evid
         over.setdefault(int(a), set()).update(_beyond(outlines[a].place, rough[a], rough[b]))
     cell = evidence.raster.cell
     trials = [(k, o) for k, o in enumerate(outlines)]
-    trials += [(k, returned(outlines[k], rough[k], sides, cell)) for k, sides in sorted(over.items())]
+    trials += [
+        (k, with_rough_borders(outlines[k], rough[k], sides, cell)) for k, sides in sorted(over.items())
+    ]
     rings = _polygons([o.ring[0] for _, o in trials])
     owner = np.array([k for k, _ in trials], np.int64)
     pairs = np.hstack([_overlapping(rings), np.argwhere(np.triu(owner[:, None] == owner, 1)).T])
@@ -42,17 +46,20 @@ def disjoint(outlines: Sequence[Outline], rough: Sequence[Place], evidence: Evid
     return found
 
 
-def apart(openings: Sequence[Opening]) -> list[Opening]:
-    """The openings of all walls of a facade without overlap as seen from the street: of those that do, the
-    set with the most evidence. Doors that reach down behind a balcony do; so does what a front hides in part.
+def best_without_overlaps(openings: Sequence[Opening]) -> list[Opening]:
+    """Returns the openings of all walls of a facade without overlap as seen from the street.
+
+    Of those that overlap, the set with the most evidence stays. Doors that reach down behind a balcony
+    overlap others, and so do openings that a front hides in part.
     """
     worth = np.array([max(o.evidence, _LEAST) for o in openings])
     return [openings[k] for k in _best(worth, _overlapping(_polygons([o.ring for o in openings])))]
 
 
 def _best(worth: Float, pairs: Int) -> Int:
-    """Numbers of the set that is worth most, of `worth` (n,), without both of any of the pairs (2, k); what
-    is in no pair is in it.
+    """Returns the numbers of the set worth most, of `worth` (n,), without both of any of the pairs (2, k).
+
+    What is in no pair is in the set.
     """
     some = np.unique(pairs)
     exclusive = np.zeros((pairs.shape[1], len(some)), np.bool_)
@@ -62,15 +69,15 @@ def _best(worth: Float, pairs: Int) -> Int:
     return np.union1d(free, some[most_worth(worth[some], exclusive)]) if len(some) else free
 
 
-def _beyond(place: Place, own: Place, other: Place) -> list[int]:
-    """Sides of a place that lie beyond its own box of the layout, towards another box that is beside it."""
+def _beyond(place: Box, own: Box, other: Box) -> list[int]:
+    """Returns the sides of a place that lie beyond its own box of the layout, towards another box."""
     ahead = [k for k in (0, 1) if own[k + 2] <= other[k] and place[k + 2] > own[k + 2]]
     back = [k for k in (0, 1) if other[k + 2] <= own[k] and place[k] < own[k]]
     return [*back, *(k + 2 for k in ahead)]
 
 
 def _worth(ring: shapely.Polygon, evidence: Evidence) -> float:
-    """Nats that a ring is worth as an opening."""
+    """Returns the nats that a ring is worth as an opening."""
     raster = evidence.raster
     z, x = np.indices(raster.shape) + 0.5
     inside = shapely.contains_xy(ring, raster.corner[0] + x * raster.cell, raster.corner[1] + z * raster.cell)
@@ -78,12 +85,12 @@ def _worth(ring: shapely.Polygon, evidence: Evidence) -> float:
 
 
 def _polygons(rings: Sequence[Float]) -> Array:
-    """Valid polygons (n,) of rings."""
+    """Makes valid polygons (n,) of rings."""
     return np.array([shapely.make_valid(shapely.Polygon(r)) for r in rings], object)
 
 
 def _overlapping(polygons: Array) -> Int:
-    """Pairs (2, k) of polygons (n,) whose interiors meet, the lower number first."""
+    """Returns the pairs (2, k) of polygons (n,) whose interiors meet, the lower number first."""
     first, second = shapely.STRtree(polygons).query(polygons, predicate="intersects")
     first, second = np.stack([first, second])[:, first < second]
     meet = shapely.relate_pattern(polygons[first], polygons[second], "T********")

@@ -1,30 +1,33 @@
-"""What a scan resolves before a wall: spacing of the beams, noise, and the sizes that follow from both."""
+"""What a scan resolves before a wall: spacing of beams, noise, and the sizes that follow from both."""
 
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from frontage.geometry.arrays import Float, freeze
-from frontage.openings.protrusions.boxes import Box
+from frontage.openings.boxes import Box
 
-_GAP = 0.15  # m: railings leave no wider gaps between their bars, lest a child falls through
-_GAP_POINTS = 4.0  # spacings that points of one surface are apart at most
+_GAP = 0.15  # m: railings leave no wider gaps between their bars, so that no child falls through
+_GAP_POINTS = 4.0  # spacings that points of one surface are apart, at most
 _FINE = 0.03  # m, least cell in which area is counted
 _HALF = 2.5  # sigmas to either side that a flat front holds
 _FINEST = 0.004  # m, least of those sigmas: mouldings and paint
 _LONG, _ROWS = 0.5, 3.0  # m, least length of a front; its least height in rows of beams
-_LEAST_HEIGHT = 0.04  # m
-_TILE = 1.0  # m, in which the spacing is measured
-_CELLS = 3.0  # spacings a cell is wide that tells whether a part of a tile was seen
+_LEAST_HEIGHT = 0.04  # m, least height of a front
+_TILE = 1.0  # m, side of the tiles in which the spacing is measured
+_CELLS = 3.0  # spacings that a cell is wide that tells whether a part of a tile was seen
 _FEWEST = 30  # points of a tile that tell a spacing
 _SPARSE = 80  # percentile of the tiles' spacings that connects what belongs together
 
 
 @dataclass(frozen=True, eq=False)
-class Grain:
-    """spacing m between beams on the wall, sigma m of its surface; `sparse` m, spacing where it is wide.
+class Resolution:
+    """The resolution of a scan on a wall.
 
-    tiles (k, 3): x, z m of the middles of the tiles where the spacing was measured, and it
+    spacing  m between beams
+    sigma    m, noise of the surface
+    sparse   m, spacing where it is wide
+    tiles    (k, 3) m: x, z of the middles of the tiles where the spacing was measured, and the spacing
     """
 
     spacing: float
@@ -36,8 +39,8 @@ class Grain:
         freeze(self, tiles=((None, 3), np.float64))
 
     @classmethod
-    def of(cls, wall: Float, spacing: float, sigma: float) -> "Grain":
-        """Measured on the points (n, 2) x, z m of a wall, by tiles: root of the seen area per point.
+    def of(cls, wall: Float, spacing: float, sigma: float) -> "Resolution":
+        """Measures it on the points (n, 2) x, z m of a wall, by tiles: the root of the seen area per point.
 
         `spacing` m is that of the whole wall: no tile counts as finer.
         """
@@ -55,8 +58,8 @@ class Grain:
         sparse = float(np.percentile(apart, _SPARSE)) if len(apart) else spacing
         return cls(spacing, sigma, sparse, np.column_stack([low + middle * _TILE, apart]))
 
-    def near(self, box: Box) -> "Grain":
-        """With the spacing of the tiles that a box x0, z0, x1, z1 m touches."""
+    def near(self, box: Box) -> "Resolution":
+        """Returns it with the spacing of the tiles that a box touches."""
         if len(self.tiles) == 0:
             return self
         away = np.maximum(np.array(box[:2]) - self.tiles[:, :2], self.tiles[:, :2] - np.array(box[2:]))
@@ -66,20 +69,20 @@ class Grain:
 
     @property
     def half(self) -> float:
-        """m to either side of a flat front that its points lie."""
+        """Half the thickness m of a flat front: how far its points lie to either side."""
         return _HALF * max(self.sigma, _FINEST)
 
     @property
     def gap(self) -> float:
-        """m within which points hang together, where the wall is seen sparsely, too."""
+        """Distance m within which points belong together, where the wall is seen sparsely, too."""
         return max(_GAP, _GAP_POINTS * self.sparse)
 
     @property
     def cell(self) -> float:
-        """m, side of the cells that area is counted in."""
+        """Side m of the cells in which area is counted."""
         return max(2.0 * self.spacing, _FINE)
 
     @property
     def least(self) -> tuple[float, float]:
-        """m, least length and height of a front: ten points along, three rows of beams across."""
+        """Least length and height m of a front: ten points along, three rows of beams across."""
         return max(_LONG, 10.0 * self.spacing), max(_LEAST_HEIGHT, _ROWS * self.spacing)

@@ -1,24 +1,25 @@
-"""How many beams a piece of wall would catch, told from the wall around."""
+"""Predicts how many beams a piece of wall would return, from the wall around it."""
 
 import numpy as np
 from scipy import ndimage
 
 from frontage.geometry.arrays import Array, Float
 from frontage.openings.wall.beams import Raster
-from frontage.openings.wall.triangles import density
+from frontage.openings.wall.density import triangulated_density
 
 _AROUND = 0.5  # m, one sigma of the surroundings
-_CUT = 0.05  # share of the wall around, below which nothing is expected
-_FEW = 2.0  # beams a cell must hold for its neighbours to be told from
+_CUT = 0.05  # share of wall in the surroundings below which nothing is expected
+_FEW = 2.0  # beams that a cell must hold for its neighbours to be predicted from it
 _COARSEST = 0.2  # m: larger cells are cut by openings
 
 
-def beams_due(points: Float, raster: Raster) -> Float:
-    """Beams (h, w) that cells of wall would catch, by the wall's points (n, 2) m; 0 where these are too far.
+def expected_beams(points: Float, raster: Raster) -> Float:
+    """Returns the number of beams (h, w) that cells of wall would return; 0 where no wall is near.
 
-    Where the cells hold too few, larger ones tell: four times as many until they hold two on average, for
-    density varies with distance and incidence. Where those hold too few as well, the triangles between
-    neighbouring points tell. Wide openings are told from further around.
+    `points` (n, 2) m are those on the wall. Where the cells hold too few of them, larger cells predict, four
+    times as large until they hold two points on average, for the density varies with distance and incidence.
+    Where those hold too few as well, the triangles between neighbouring points predict. Wide openings are
+    predicted from further around.
     """
     solid = raster.count(*points.T)
     due, left, sparse = np.zeros(solid.shape), np.ones(solid.shape, np.bool_), np.zeros(solid.shape, np.bool_)
@@ -34,14 +35,14 @@ def beams_due(points: Float, raster: Raster) -> Float:
     if sparse.any():
         flat = raster.flat(*points.T)
         own = points[(flat >= 0) & sparse.ravel()[flat]]
-        due[sparse] = raster.cell**2 * density(own, raster.middles(sparse), 2.0 * _AROUND)
+        due[sparse] = raster.cell**2 * triangulated_density(own, raster.middles(sparse), 2.0 * _AROUND)
     return due
 
 
 def _mean_hits(hits: Float, wide: float) -> tuple[Float, Float]:
-    """Poisson mean of the cells (h, w) that are wall, and the share of the cells around that are.
+    """Returns the Poisson mean of those cells (h, w) that are wall, and the share of such cells around.
 
-    The mean of cells with a hit is lam / (1 - exp(-lam)): inverted.
+    The mean of the cells with a hit is lam / (1 - exp(-lam)), which is inverted.
     """
     held, total = (blurred(m, wide) for m in ((hits > 0).astype(np.float64), hits))
     mean = total / np.maximum(held, 1e-9)
@@ -51,7 +52,7 @@ def _mean_hits(hits: Float, wide: float) -> tuple[Float, Float]:
 
 
 def blurred(values: Float, wide: float) -> Float:
-    """Gaussian blur of `wide` cells; of blocks of a quarter of that."""
+    """Blurs values (h, w) with a Gaussian of `wide` cells; for speed, on blocks of a quarter of that."""
     step = max(int(wide / 4), 1)
     small = _blocks(values, step) / step**2
     return _spread(
@@ -60,7 +61,7 @@ def blurred(values: Float, wide: float) -> Float:
 
 
 def _blocks(values: Float, step: int) -> Float:
-    """Sums over blocks of step x step cells."""
+    """Sums values (h, w) over blocks of step x step cells."""
     if step == 1:
         return values
     h, w = values.shape
@@ -69,7 +70,7 @@ def _blocks(values: Float, step: int) -> Float:
 
 
 def _spread(values: Array, step: int, shape: tuple[int, ...]) -> Array:
-    """The value of every cell's block."""
+    """Gives every cell the value of its block."""
     if step == 1:
         return values
     return np.repeat(np.repeat(values, step, 0), step, 1)[: shape[0], : shape[1]]

@@ -6,45 +6,52 @@ from dataclasses import dataclass
 import numpy as np
 
 from frontage.geometry.arrays import Array, Bool, Float, Int
+from frontage.geometry.sightlines import SightLines
 from frontage.model.facade import Facade
 from frontage.model.ortho import OrthoImage
 from frontage.model.scan import Scan
-from frontage.openings.borders.borders import Place
-from frontage.openings.closed.steps import Picture
+from frontage.openings.boxes import Box
+from frontage.openings.closed.steps import ChannelMap
 from frontage.openings.wall.beams import Beams, Raster
 
 _FINEST = 0.04  # m, least side of a cell: borders are known that well before they are measured
-_PER_CELL = 2.0  # spacings a cell is wide
-_FLAT = 0.1  # m that a line of sight comes nearer to the wall at least
-_DEEPEST = 0.08  # m: what lies deeper counts as that: frames behind grilles, rooms
-_RELIEF = 0.04  # m that count as one step of brightness does (factor e)
-_STATIONS = 12  # with more origins the sensor moved, and all points are one group
-_PLACES = 50  # points that a station's fit needs
-_ROUNDS = 4  # of the robust fit
+_PER_CELL = 2.0  # spacings that a cell is wide
+_FLAT = 0.1  # m of depth that a line of sight must cover
+_DEEPEST = 0.08  # m: what lies deeper (frames behind grilles, rooms) counts as lying there
+_RELIEF = 0.04  # m that count as much as one step of brightness (a factor of e)
+_STATIONS = 12  # origins: with more of them the sensor moved, and all points are one group
+_PLACES = 50  # points that the fit of a station needs
+_ROUNDS = 4  # rounds of the robust fit
 _SOME = 20000  # points that a fit needs at most
 _DARK = 4.0  # of 255: below, colours are noise
-_FAINT = 0.01  # quantile of the intensities: what is fainter is as faint as that
-_STRIP = 512  # rows of an ortho-image at a time
+_FAINT = 0.01  # quantile of the intensities: fainter points count as that faint
+_STRIP = 512  # rows of an ortho-image that are read at a time
 
 
 @dataclass(frozen=True, eq=False)
-class Layer:
+class ChannelLayer:
     """Channels c of the wall, seen together, that may step at the borders of what closes an opening.
 
-    picture  means of cells; near: places xz (n, 2) m and values (n, c) of what lies in a box
-    spacing  m between these; sharp: m that a sharp step is wide, and its place off
+    picture  means of cells
+    near     returns the places xz (n, 2) m and the values (n, c) in a box
+    spacing  m between these
+    sharp    m, width of a sharp step, and how far its place may be off
     """
 
-    picture: Picture
-    near: Callable[[Place], tuple[Float, Float]]
+    picture: ChannelMap
+    near: Callable[[Box], tuple[Float, Float]]
     spacing: float
     sharp: float
 
 
 @dataclass(frozen=True, eq=False)
-class Surface:
-    """The scan's points on the wall, or nearly, upwards: places xz (n, 2), y (n,) m in the facade frame,
-    depth (n,) m behind the wall, rows of the scan.
+class WallPoints:
+    """The scan's points on or near the wall, sorted upwards.
+
+    xz     (n, 2) m, places on the wall
+    y      (n,) m, depth in the facade frame
+    depth  (n,) m behind the wall
+    index  rows of the scan
     """
 
     xz: Float
@@ -52,42 +59,42 @@ class Surface:
     depth: Float
     index: Array
 
-    def within(self, place: Place) -> Int:
-        """Numbers (k,) of the points in a box."""
+    def within(self, place: Box) -> Int:
+        """Returns the numbers (k,) of the points in a box."""
         first, last = np.searchsorted(self.xz[:, 1], [place[1], place[3]])
         return np.asarray(first + np.flatnonzero(within(self.xz[first:last], place)))
 
 
-def within(xz: Float, place: Place) -> Bool:
-    """Which of the places (n, 2) lie in a box (n,)."""
+def within(xz: Float, place: Box) -> Bool:
+    """Returns which of the places (n, 2) m lie in a box (n,)."""
     x, z = xz.T
     return np.asarray((x > place[0]) & (x < place[2]) & (z > place[1]) & (z < place[3]))
 
 
-def surface_of(facade: Facade, scan: Scan, beams: Beams, reach: tuple[float, float]) -> Surface:
-    """The points within `reach` m before and behind the wall."""
+def wall_points(facade: Facade, scan: Scan, beams: Beams, reach: tuple[float, float]) -> WallPoints:
+    """Returns the points within `reach` m before and behind the wall."""
     xyz = facade.frame.inverse.apply(scan.xyz[facade.support])
     depth = xyz[:, 1] - beams.depth_at(xyz[:, 0], xyz[:, 2])
     near = (depth > -max(reach[0], beams.least)) & (depth < max(reach[1], beams.least))
     xyz, depth, index = xyz[near], depth[near], facade.support[near]
     xz = _crossings(xyz, depth, index, facade, scan)
     up = np.argsort(xz[:, 1], kind="stable")
-    return Surface(xz[up], xyz[up, 1], depth[up], index[up])
+    return WallPoints(xz[up], xyz[up, 1], depth[up], index[up])
 
 
 def _crossings(xyz: Float, depth: Float, index: Array, facade: Facade, scan: Scan) -> Float:
-    """Places (n, 2) where the lines of sight of points behind the wall cross it, `depth` m before them; the
-    points' own where they stand before it, as sills do, or the sensor's place is unknown.
+    """Returns the places (n, 2) m where the lines of sight of points behind the wall cross it.
+
+    The wall lies `depth` m before the points. Points before it, as on sills, and points of unknown sensors
+    stand for themselves.
     """
     eyes = np.vstack([facade.frame.inverse.apply(scan.origins).reshape(-1, 3), np.full(3, np.nan)])
-    way = xyz - eyes[scan.origin_index[index]]  # the last one, -1, is unknown
-    with np.errstate(invalid="ignore", divide="ignore"):
-        shift = way[:, [0, 2]] * np.where(way[:, 1] > _FLAT, np.maximum(depth, 0.0) / way[:, 1], 0.0)[:, None]
-    return xyz[:, [0, 2]] - np.where(np.isfinite(shift), shift, 0.0)
+    lines = SightLines.to_points(xyz, eyes[scan.origin_index[index]], _FLAT)  # -1, the last eye, is unknown
+    return np.ascontiguousarray(lines.shifted(-np.maximum(depth, 0.0)).T)
 
 
-def scan_layer(surface: Surface, facade: Facade, scan: Scan) -> Layer:
-    """Relief, and intensity and colour as far as the scan has them."""
+def scan_layer(surface: WallPoints, facade: Facade, scan: Scan) -> ChannelLayer:
+    """Returns relief, and intensity and colour as far as the scan has them."""
     channels: list[Float] = [(surface.y - np.maximum(surface.depth - _DEEPEST, 0.0)) / _RELIEF]
     if scan.intensity is not None:
         channels.append(_flattened(scan.intensity[surface.index], surface.index, scan, facade))
@@ -96,17 +103,17 @@ def scan_layer(surface: Surface, facade: Facade, scan: Scan) -> Layer:
     values = np.column_stack(channels)
     raster = Raster.over(facade, max(_PER_CELL * facade.spacing, _FINEST))
 
-    def near(place: Place) -> tuple[Float, Float]:
+    def near(place: Box) -> tuple[Float, Float]:
         some = surface.within(place)
         return surface.xz[some], values[some]
 
     means = _Means(raster, values.shape[1])
     means.add(surface.xz, values)
-    return Layer(means.picture(), near, facade.spacing, 0.0)
+    return ChannelLayer(means.picture(), near, facade.spacing, 0.0)
 
 
-def photo_layer(ortho: OrthoImage, facade: Facade) -> Layer | None:
-    """Lightness and two differences of colour of the pixels that photos saw; None where none did."""
+def photo_layer(ortho: OrthoImage, facade: Facade) -> ChannelLayer | None:
+    """Returns lightness and two differences of colour of the pixels that photos saw; None where none did."""
     if ortho.photos == 0:
         return None
     means = _Means(Raster.over(facade, max(_PER_CELL * ortho.gsd, _FINEST)), 3)
@@ -115,13 +122,13 @@ def photo_layer(ortho: OrthoImage, facade: Facade) -> Layer | None:
     if not means.number.any():
         return None
 
-    def near(place: Place) -> tuple[Float, Float]:
+    def near(place: Box) -> tuple[Float, Float]:
         (x0, top), gsd = ortho.corner, ortho.gsd
         rows = slice(max(int((top - place[3]) / gsd), 0), max(int((top - place[1]) / gsd) + 1, 0))
         columns = slice(max(int((place[0] - x0) / gsd), 0), max(int((place[2] - x0) / gsd) + 1, 0))
         return _pixels(ortho, rows, columns)
 
-    return Layer(means.picture(), near, ortho.gsd, float(np.nanmedian(ortho.gsd_effective)))
+    return ChannelLayer(means.picture(), near, ortho.gsd, float(np.nanmedian(ortho.gsd_effective)))
 
 
 class _Means:
@@ -133,22 +140,22 @@ class _Means:
         self.number, self._total = np.zeros(size), np.zeros((channels, size))
 
     def add(self, xz: Float, values: Float) -> None:
-        """Values (n, c) at places (n, 2)."""
+        """Adds values (n, c) at places (n, 2) m."""
         at = self._raster.flat(*xz.T)
         on, size = at >= 0, len(self.number)
         self.number += np.bincount(at[on], minlength=size)
         for total, v in zip(self._total, values.T, strict=True):
             total += np.bincount(at[on], v[on], minlength=size)
 
-    def picture(self) -> Picture:
-        """The means of all that was added."""
+    def picture(self) -> ChannelMap:
+        """Returns the means of all that was added."""
         with np.errstate(invalid="ignore", divide="ignore"):
             means = (self._total / self.number).T
-        return Picture(means.reshape(*self._raster.shape, -1), self._raster)
+        return ChannelMap(means.reshape(*self._raster.shape, -1), self._raster)
 
 
 def _pixels(ortho: OrthoImage, rows: slice, columns: slice) -> tuple[Float, Float]:
-    """Middles xz (n, 2) m and colours (n, 3) of those pixels of a window that photos saw."""
+    """Returns the middles xz (n, 2) m and the colours (n, 3) of those pixels of a window that photos saw."""
     source = ortho.source[rows, columns]
     r, c = np.nonzero((source > 0) & (source <= ortho.photos))
     x0, top = ortho.corner
@@ -158,16 +165,16 @@ def _pixels(ortho: OrthoImage, rows: slice, columns: slice) -> tuple[Float, Floa
 
 
 def _colours(rgb: Array) -> list[Float]:
-    """Logarithms of lightness, red over green and blue over green (n,) of colours (n, 3) uint8."""
+    """Returns the logarithms of lightness, red over green and blue over green (n,) of colours (n, 3)."""
     red, green, blue = np.log(rgb.astype(np.float64) + _DARK).T
     return [(red + green + blue) / 3.0, red - green, blue - green]
 
 
 def _flattened(intensity: Array, index: Array, scan: Scan, facade: Facade) -> Float:
-    """Logarithm of the intensity (n,) less what range and incidence explain of it, station by station.
+    """Returns the logarithm of the intensity (n,) less what range and incidence explain, by station.
 
     A robust line in the logarithms of range and of the cosine of incidence (Hoefle & Pfeifer 2007), whose
-    exponents the wall tells itself: instruments compress and correct in ways of their own.
+    exponents the wall itself tells, for instruments compress and correct in their own ways.
     """
     raw = intensity.astype(np.float64)
     some = raw[raw > 0.0]
@@ -189,7 +196,7 @@ def _flattened(intensity: Array, index: Array, scan: Scan, facade: Facade) -> Fl
 
 
 def _robust_line(model: Float, v: Float) -> Float:
-    """Coefficients (k,) of v (n,) by the columns of model (n, k), outliers (windows, fittings) bounded."""
+    """Returns the coefficients (k,) of v (n,) by the columns of model (n, k), outliers bounded."""
     step = max(len(v) // _SOME, 1)
     a, b = model[::step], v[::step]
     weight: Float = np.ones(len(b))

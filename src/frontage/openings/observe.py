@@ -1,0 +1,71 @@
+"""What the laser beams say about one wall: the first step of finding openings (paper B, section 3.2.1)."""
+
+from dataclasses import dataclass
+
+from frontage.model.estimate import Failed
+from frontage.model.facade import Facade
+from frontage.model.scan import Scan
+from frontage.openings.layout.bands import find_posts
+from frontage.openings.layout.posts import Post, with_posts
+from frontage.openings.options import OpeningOptions
+from frontage.openings.wall.beams import Beams, sort_beams
+from frontage.openings.wall.evidence import Evidence, weigh
+from frontage.openings.wall.noreturn import with_lost_beams
+from frontage.openings.wall.panels import without_panels
+
+_FEWEST_POINTS = 200  # fewer points tell neither the density nor the noise of a wall
+
+
+@dataclass(frozen=True, eq=False)
+class ObservedWall:
+    """The evidence that the openings of a wall are found from.
+
+    beams     the beams, sorted into those that ended on the wall, went through it or were stopped before it
+    evidence  log-likelihood ratio of open against solid for every cell of the wall
+    posts     posts of joinery between the windows of a band; they count as parts of the wall
+    ground    m, height z of the ground at the wall in the facade frame
+    """
+
+    beams: Beams
+    evidence: Evidence
+    posts: tuple[Post, ...]
+    ground: float
+
+
+def observe_wall(facade: Facade, scan: Scan, options: OpeningOptions) -> ObservedWall | Failed:
+    """Sorts the beams of a facade's working cloud and weighs, cell by cell, whether the wall is open there.
+
+    Shallow panels count as wall, and so do posts between the windows of a band. Returns `Failed` F401 when
+    the facade has too few points, and F402 when hardly any of them lie on the wall.
+    """
+    if len(facade.support) < _FEWEST_POINTS:
+        return Failed(
+            "F401",
+            f"facade {facade.id} has {len(facade.support)} points, too few to tell openings from gaps",
+            "openings need about ten points across: scan closer or more densely",
+        )
+    beams = sort_beams(facade, scan)
+    if len(beams.solid) < _FEWEST_POINTS // 2:
+        return Failed(
+            "F402",
+            f"facade {facade.id} shows hardly any wall, so openings cannot be told from it",
+            "check the facade's plane, or scan it from the street",
+        )
+    ground = ground_height(facade, options)
+    evidence = _evidence(facade, scan, beams, ground)
+    posts = find_posts(beams, evidence, ground)
+    if posts:
+        beams = with_posts(beams, facade, scan, posts)
+        evidence = _evidence(facade, scan, beams, ground)
+    return ObservedWall(beams, evidence, posts, ground)
+
+
+def ground_height(facade: Facade, options: OpeningOptions) -> float:
+    """Returns the height z m of the ground in the facade frame: the option, else the foot of the facade."""
+    return facade.extent[1] if options.ground_z is None else options.ground_z
+
+
+def _evidence(facade: Facade, scan: Scan, beams: Beams, ground: float) -> Evidence:
+    """Weighs hits, passes, missing beams, beams without return, and panels."""
+    evidence = with_lost_beams(weigh(facade, beams), facade, scan, beams)
+    return without_panels(evidence, beams, ground)

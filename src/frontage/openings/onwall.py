@@ -1,0 +1,99 @@
+"""The openings of one wall, without its protrusions: layout, borders, and what the rows and columns tell."""
+
+from collections.abc import Iterable, Sequence
+
+import numpy as np
+
+from frontage.model.estimate import Provenance
+from frontage.model.facade import Facade
+from frontage.model.opening import Opening
+from frontage.model.ortho import OrthoImage
+from frontage.model.scan import Scan
+from frontage.openings.borders.agreement import with_supported_borders
+from frontage.openings.borders.measure import measure
+from frontage.openings.borders.outline import Outline
+from frontage.openings.closed.find import find_closed_openings
+from frontage.openings.kinds import in_reading_order, kind_of
+from frontage.openings.layout.candidates import find_boxes
+from frontage.openings.layout.framing import Framing
+from frontage.openings.layout.inferred import infer
+from frontage.openings.layout.overlaps import without_overlaps
+from frontage.openings.layout.pooling import pool
+from frontage.openings.layout.posts import with_post_errors
+from frontage.openings.observe import ObservedWall
+from frontage.openings.options import OpeningOptions
+from frontage.openings.wall.crossings import crossing_beams
+from frontage.openings.wall.foreground import foreground_points, is_foreground_at_foot
+
+
+def find_on_wall(
+    facade: Facade,
+    scan: Scan,
+    wall: ObservedWall,
+    options: OpeningOptions,
+    ortho: OrthoImage | None = None,
+) -> tuple[Opening, ...]:
+    """Finds the openings of one wall from its evidence (paper B, section 3.2.2), in reading order.
+
+    First the openings that the beams show; then those that rows and columns of them predict where nothing saw
+    the wall; then those that are closed level with the wall and look different from it. Openings smaller than
+    the options allow are left out. They have no id, floor or bay yet: `catalog` numbers whole buildings.
+    """
+    outlines, found = _measured(facade, scan, wall, options)
+    found += [
+        (i.outline, Provenance.INFERRED, i.evidence, i.confidence) for i in infer(outlines, wall.evidence)
+    ]
+    found += [
+        (c.outline, Provenance.MEASURED, c.evidence, c.confidence)
+        for c in find_closed_openings(facade, scan, wall.beams, wall.evidence, outlines, ortho=ortho)
+    ]
+    openings = _openings(wall, found)
+    least = (options.min_width, options.min_height)
+    return in_reading_order([o for o in openings if np.all(np.ptp(o.ring, axis=0) >= least)])
+
+
+Found = tuple[Outline, Provenance, float, float]
+"""An outline, its provenance, its evidence in nats, and its confidence."""
+
+
+def _measured(
+    facade: Facade, scan: Scan, wall: ObservedWall, options: OpeningOptions
+) -> tuple[list[Outline], list[Found]]:
+    """Finds the openings that the beams show: the best layout of rectangles, then their measured borders."""
+    evidence = wall.evidence
+    boxes = find_boxes(evidence, options, Framing(evidence, wall.ground))
+    rough = [evidence.raster.box(box.r0, box.c0, box.r1, box.c1) for box in boxes]
+    beams = crossing_beams(facade, scan, wall.beams)
+    measured = measure(beams, rough, max(evidence.raster.cell, facade.spacing), facade.spacing)
+    pooled = pool([with_supported_borders(o, r, evidence) for o, r in zip(measured, rough, strict=True)])
+    kept = without_overlaps(pooled, rough, evidence)
+    outlines, found = [], []
+    for box, outline in zip(boxes, kept, strict=True):
+        if outline is not None:
+            own = with_post_errors(outline, wall.posts)
+            provenance = Provenance.POOLED if own.pooled else Provenance.MEASURED
+            outlines.append(own)
+            found.append((own, provenance, box.worth, own.sure))
+    return outlines, found
+
+
+def _openings(wall: ObservedWall, found: Sequence[Found]) -> Iterable[Opening]:
+    """Makes openings of outlines: tells their kinds from their size, their place and what is before them."""
+    before = foreground_points(wall.beams)
+    for outline, provenance, worth, confidence in found:
+        x0, z0, x1, z1 = outline.place
+        ring, covariance = outline.ring
+        on_steps = is_foreground_at_foot(before, wall.evidence, x0, x1, z0)
+        yield Opening(
+            id="",
+            kind=kind_of(x1 - x0, z1 - z0, z0 - wall.ground, outline.passes, on_steps),
+            ring=ring,
+            ring_covariance=covariance,
+            depth=outline.depth,
+            shape=outline.shape,
+            provenance=provenance,
+            evidence=worth,
+            confidence=confidence,
+            floor=0,
+            bay=0,
+        )
