@@ -59,7 +59,7 @@ CODES: Mapping[str, ErrorCode] = MappingProxyType(
         ),
         "F402": ErrorCode(
             "The facade shows hardly any wall, so openings cannot be told from it.",
-            "Check whether the facade is hidden, or is glass from end to end.",
+            "Check the facade's plane, or scan it from the street.",
         ),
         # Input: files
         "I000": ErrorCode("Something that the user gave cannot be used.", "Correct what the message names."),
@@ -170,7 +170,7 @@ CODES: Mapping[str, ErrorCode] = MappingProxyType(
         # Registration
         "R201": ErrorCode(
             "The scan fits the city model at more than one place about equally well.",
-            "Check the result on the report, or narrow the search with a smaller sigma_position.",
+            "Give better positions (a smaller sigma_position) or scan more of the street.",
         ),
         # Solids
         "S301": ErrorCode("The host solid is not closed.", "Repair it."),
