@@ -8,10 +8,8 @@ import numpy as np
 from frontage.catalog.bays import find_bays
 from frontage.catalog.storeys import Storeys, find_storeys
 from frontage.geometry.arrays import Bool, Float, Int
-from frontage.model import Elements, Facade, Opening
+from frontage.model import Elements, Facade, Opening, OpeningKind
 
-LETTERS = {"window": "W", "door": "D", "shopfront": "S", "passage": "P", "garage": "G", "basement": "B"}
-_AT_GROUND = ("door", "shopfront", "passage", "garage")
 _HEAD = 1.6  # m above the ground: where basement windows end
 
 
@@ -63,7 +61,7 @@ def _upright(boxes: Float, facade: Facade) -> Float:
 
 def _storeys(boxes: Float, sheet: Int, openings: Sequence[Opening], ground: float | None) -> Storeys:
     main = ~_cellar(openings, boxes, sheet)
-    low = np.array([o.kind in _AT_GROUND for o in openings], bool)
+    low = np.array([o.kind.at_ground for o in openings], bool)
     if ground is None:
         ground = _guessed_ground(boxes[main], low[main])
     elif low.any():
@@ -100,7 +98,7 @@ def _floors(openings: Sequence[Opening], boxes: Float, storeys: Storeys) -> Int:
 
 def _cellar(openings: Sequence[Opening], boxes: Float, sheet: Int) -> Bool:
     """Which openings are basement windows (n,): by kind, or small and less than a storey below a window."""
-    named = np.array([o.kind == "basement" for o in openings], bool)
+    named = np.array([o.kind is OpeningKind.BASEMENT for o in openings], bool)
     middle, foot = boxes[:, ::2].mean(1), boxes[:, 1]
     rise = boxes[:, 1::2].mean(1) - boxes[:, 1::2].mean(1)[:, None]
     over = (np.abs(middle[:, None] - middle) < np.ptp(boxes[:, ::2], axis=1) / 2) & (sheet[:, None] == sheet)
@@ -118,6 +116,6 @@ def _named(facade: str, openings: Sequence[Opening], boxes: Float, floors: Int) 
     for k in order:
         o, floor = openings[k], int(floors[k])
         count[floor] = count.get(floor, 0) + 1
-        name = f"{facade}/{LETTERS.get(o.kind, 'O')}{floor}-{count[floor]}"
+        name = f"{facade}/{o.kind.letter}{floor}-{count[floor]}"
         named.append(replace(o, id=name, floor=floor, bay=int(bays[k])))
     return tuple(named)

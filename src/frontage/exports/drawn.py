@@ -7,13 +7,13 @@ import numpy as np
 import shapely
 
 from frontage.geometry.arrays import Array, Float, Int
-from frontage.model import Face, Solid
+from frontage.model import OPENING_SURFACES, Face, Solid
 from frontage.solids import Assembled
 from frontage.solids.relief import GRID
 from frontage.solids.rims import normal
 
-KINDS = ("WallSurface", "RoofSurface", "GroundSurface", "OuterCeilingSurface", "OuterFloorSurface", "Window",
-         "Door", "Installation")  # fmt: skip
+KINDS = ("WallSurface", "RoofSurface", "GroundSurface", "OuterCeilingSurface", "OuterFloorSurface",
+         *OPENING_SURFACES, "Installation")  # fmt: skip
 """What a triangle shows; every other class counts as a wall."""
 
 

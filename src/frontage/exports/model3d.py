@@ -10,6 +10,7 @@ from frontage.exports.drawn import KINDS, Drawn, drawn, unique_vertices
 from frontage.exports.facades import FacadePicture, limit_texture
 from frontage.geometry.arrays import Array, Bool, Float, Int
 from frontage.io.meshes.glb import Material, Mesh, Piece
+from frontage.model import OPENING_SURFACES
 from frontage.solids import Assembled
 
 Colour = tuple[float, float, float]
@@ -20,8 +21,7 @@ COLOURS: dict[str, Colour] = {
     "GroundSurface": (0.30, 0.30, 0.30),
     "OuterCeilingSurface": (0.50, 0.47, 0.43),
     "OuterFloorSurface": (0.50, 0.48, 0.46),
-    "Window": (0.10, 0.16, 0.22),
-    "Door": (0.20, 0.12, 0.07),
+    **{name: surface.colour for name, surface in OPENING_SURFACES.items()},
     "Installation": (0.55, 0.53, 0.51),
 }
 """Linear colours where no picture shows a surface."""
@@ -70,7 +70,7 @@ def _shown(shapes: Drawn, picture: FacadePicture, uv: Float, reach: float) -> Bo
     facing = shapes.normals @ -frame.R[:, 1] > _FACING
     y = frame.inverse.apply(shapes.corners.mean(1))[:, 1]
     within = ((uv > -0.02) & (uv < 1.02)).all(2).sum(1) >= 2
-    kinds = [KINDS.index(k) for k in ("WallSurface", "Window", "Door")]
+    kinds = [KINDS.index(k) for k in ("WallSurface", *OPENING_SURFACES)]
     return np.asarray(facing & (np.abs(y) < reach) & within & np.isin(shapes.kind, kinds))
 
 

@@ -3,12 +3,11 @@
 import numpy as np
 
 from frontage.geometry.arrays import Float
-from frontage.model import Solid
+from frontage.model import OPENING_SURFACES, Solid
 from frontage.solids.relief import GRID
 from frontage.solids.rims import Edge, edges_of, normal
 
 _SAME_WAY = 0.99  # cosine between the normals of an opening and its wall
-_OPENINGS = ("Window", "Door")
 
 
 def walls_of_openings(solid: Solid) -> dict[int, int]:
@@ -28,7 +27,7 @@ def walls_of_openings(solid: Solid) -> dict[int, int]:
 
     found = {}
     for k, face in enumerate(solid.faces):
-        if face.semantics not in _OPENINGS:
+        if face.semantics not in OPENING_SURFACES:
             continue
         direct = _shared(solid, xyz, k, beyond)
         beside = dict(direct)
@@ -36,7 +35,9 @@ def walls_of_openings(solid: Solid) -> dict[int, int]:
             if solid.faces[reveal].opening is None:
                 for other, length in _shared(solid, xyz, reveal, beyond).items():
                     beside[other] = beside.get(other, 0.0) + length
-        walls = {j: v for j, v in beside.items() if solid.faces[j].semantics not in _OPENINGS and j != k}
+        walls = {
+            j: v for j, v in beside.items() if solid.faces[j].semantics not in OPENING_SURFACES and j != k
+        }
         parallel = {j: v for j, v in walls.items() if normal_of(j) @ normal_of(k) > _SAME_WAY}
         chosen = parallel or {j: v for j, v in walls.items() if solid.faces[j].semantics == "WallSurface"}
         if chosen:

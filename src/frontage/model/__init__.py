@@ -8,7 +8,16 @@ from frontage.model.citymodel import CityBuilding, CityModel, Shell
 from frontage.model.estimate import Estimate, Failed, Provenance
 from frontage.model.facade import Facade, Layer
 from frontage.model.noreturns import NoReturns
-from frontage.model.opening import DOORS, Bar, Elements, Opening, Protrusion
+from frontage.model.opening import (
+    DOORS,
+    OPENING_SURFACES,
+    Bar,
+    Elements,
+    Opening,
+    OpeningKind,
+    Protrusion,
+    ProtrusionKind,
+)
 from frontage.model.ortho import OrthoImage, PhotoOffset
 from frontage.model.photo import Camera, Photo
 from frontage.model.scan import Grid, Scan, merge_scans
@@ -18,6 +27,7 @@ from frontage.model.world import WorldRef
 
 __all__ = [
     "DOORS",
+    "OPENING_SURFACES",
     "Bar",
     "Building",
     "Camera",
@@ -35,10 +45,12 @@ __all__ = [
     "Layer",
     "NoReturns",
     "Opening",
+    "OpeningKind",
     "OrthoImage",
     "Photo",
     "PhotoOffset",
     "Protrusion",
+    "ProtrusionKind",
     "Provenance",
     "Scan",
     "Shape",

@@ -11,7 +11,6 @@ from frontage.geometry.arrays import Float
 from frontage.model.facade import Facade
 from frontage.model.opening import Elements
 from frontage.model.scan import Scan
-from frontage.openings.protrusions.kinds import is_wall
 from frontage.openings.wall.beams import Raster
 
 _PARALLEL = float(np.cos(np.radians(15.0)))
@@ -64,8 +63,8 @@ def _without_doubled(judged: Judged, other: Judged) -> Judged:
     more wall, too, and without the openings on them: a step back from the one is a step out from the other.
     """
     facade, elements = judged
-    own = [p for p in elements.protrusions if is_wall(p.kind)]
-    there = [p for p in other[1].protrusions if is_wall(p.kind)]
+    own = [p for p in elements.protrusions if p.kind.is_wall]
+    there = [p for p in other[1].protrusions if p.kind.is_wall]
     (first, y), (second, level) = (
         _onto(other[0], f, [(p.ring, float(p.front.value)) for p in walls])
         for f, walls in ((facade, own), (other[0], there))

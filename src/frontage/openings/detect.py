@@ -9,7 +9,7 @@ import numpy as np
 from frontage.geometry.arrays import Float
 from frontage.model.estimate import Failed, Provenance
 from frontage.model.facade import Facade
-from frontage.model.opening import Elements, Opening
+from frontage.model.opening import Elements, Opening, OpeningKind
 from frontage.model.ortho import OrthoImage
 from frontage.model.scan import Scan
 from frontage.openings.borders.agreement import agreeing
@@ -116,7 +116,11 @@ def _place(evidence: Evidence, box: Box) -> Place:
 
 
 def _opening(
-    outline: Outline, kind: Callable[[Outline], str], provenance: Provenance, worth: float, confidence: float
+    outline: Outline,
+    kind: Callable[[Outline], OpeningKind],
+    provenance: Provenance,
+    worth: float,
+    confidence: float,
 ) -> Opening:
     """The opening of an outline, without a number; `worth` in nats."""
     ring, covariance = outline.ring
@@ -125,7 +129,7 @@ def _opening(
     )
 
 
-def _kind(before: Float, evidence: Evidence, ground: float, outline: Outline) -> str:
+def _kind(before: Float, evidence: Evidence, ground: float, outline: Outline) -> OpeningKind:
     x0, z0, x1, z1 = outline.place
     return kind_of(x1 - x0, z1 - z0, z0 - ground, outline.passes, stands(before, evidence, x0, x1, z0))
 

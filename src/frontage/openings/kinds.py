@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from frontage.model.opening import Opening
+from frontage.model.opening import Opening, OpeningKind
 
 _LOW = 0.45  # m above the ground: doors and gates start below it, kerbs and a step included
 _DOOR = 1.8  # m: doors are higher, and narrower than two leaves
@@ -17,7 +17,7 @@ _PARAPET = 0.6  # m from the floor to the sills of windows, at least
 _CELLAR = ((1.1, 0.9), (1.7, 0.6))  # m: top above the ground and height of basement windows, at most
 
 
-def kind_of(width: float, height: float, sill: float, passes: float, stands: bool = False) -> str:
+def kind_of(width: float, height: float, sill: float, passes: float, stands: bool = False) -> OpeningKind:
     """ "window", "door", "shopfront", "garage", "passage" or "basement".
 
     width, height m; sill m above the ground; passes = share of the beams that end more than a metre behind;
@@ -27,15 +27,21 @@ def kind_of(width: float, height: float, sill: float, passes: float, stands: boo
     """
     if height >= _DOOR and width > _WIDE and sill <= _FLOOR:
         if sill > _LOW:
-            return "shopfront"
-        return "passage" if passes > 0.7 else "garage" if passes < 0.2 else "shopfront"
+            return OpeningKind.SHOPFRONT
+        return (
+            OpeningKind.PASSAGE
+            if passes > 0.7
+            else OpeningKind.GARAGE
+            if passes < 0.2
+            else OpeningKind.SHOPFRONT
+        )
     if width > _GLAZED[0] and height >= _GLAZED[1] and _LOW < sill <= _FLOOR and not stands:
-        return "shopfront"
+        return OpeningKind.SHOPFRONT
     if height >= _DOOR and width <= _WIDE and (sill <= _LOW or stands):
-        return "door"
+        return OpeningKind.DOOR
     if any(sill + height <= top and height <= most for top, most in _CELLAR):
-        return "basement"
-    return "window"
+        return OpeningKind.BASEMENT
+    return OpeningKind.WINDOW
 
 
 def with_doors(openings: Sequence[Opening], ground: float) -> list[Opening]:
@@ -44,7 +50,7 @@ def with_doors(openings: Sequence[Opening], ground: float) -> list[Opening]:
     On sloping streets and behind hidden steps the foot of a door is higher than a kerb. What is as high and
     narrow as a door and begins a parapet below the sills of the windows beside it can be walked through.
     """
-    windows = [o for o in openings if o.kind == "window"]
+    windows = [o for o in openings if o.kind == OpeningKind.WINDOW]
     boxes = np.array([[*o.ring.min(0), *o.ring.max(0)] for o in windows]).reshape(-1, 4)
     doors: set[int] = set()
     for k, (x0, z0, x1, z1) in enumerate(boxes):
@@ -54,7 +60,7 @@ def with_doors(openings: Sequence[Opening], ground: float) -> list[Opening]:
         beside = (common > 0.5 * (boxes[:, 3] - boxes[:, 1])) & (np.arange(len(boxes)) != k)
         if beside.any() and float(np.median(boxes[beside, 1])) - z0 >= _PARAPET:
             doors.add(id(windows[k]))
-    return [replace(o, kind="door") if id(o) in doors else o for o in openings]
+    return [replace(o, kind=OpeningKind.DOOR) if id(o) in doors else o for o in openings]
 
 
 def numbered(facade: str, openings: list[Opening]) -> tuple[Opening, ...]:
@@ -72,6 +78,6 @@ def numbered(facade: str, openings: list[Opening]) -> tuple[Opening, ...]:
     named: list[Opening] = []
     for floor, row in enumerate(rows):
         for bay, o in enumerate(sorted(row, key=lambda o: float(o.ring[:, 0].min())), 1):
-            letter = "W" if o.kind in ("window", "basement") else "D"
+            letter = "W" if o.kind in (OpeningKind.WINDOW, OpeningKind.BASEMENT) else "D"
             named.append(replace(o, id=f"{facade}/{letter}{floor}-{bay}", floor=floor, bay=bay))
     return tuple(named)

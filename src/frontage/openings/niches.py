@@ -8,8 +8,7 @@ import shapely
 from frontage.geometry.arrays import Float, distinct
 from frontage.model.estimate import Estimate, Provenance
 from frontage.model.facade import Facade
-from frontage.model.opening import Opening, Protrusion
-from frontage.openings.protrusions.kinds import is_wall
+from frontage.model.opening import Opening, Protrusion, ProtrusionKind
 from frontage.openings.recursion import Fronts, is_hidden
 from frontage.openings.wall.beams import Raster
 
@@ -29,7 +28,7 @@ def find_niches(
     Nothing stands along their borders until the back, which shows two openings or more, or one that leaves
     a wall around it. All others are openings with deep reveals.
     """
-    before = shapely.union_all([shapely.Polygon(p.ring) for p in protrusions if is_wall(p.kind)])
+    before = shapely.union_all([shapely.Polygon(p.ring) for p in protrusions if p.kind.is_wall])
     niches = []
     for opening in openings:
         shallow = opening.depth is not None and opening.depth.value < _FRAME
@@ -71,4 +70,6 @@ def _back(q: Float, opening: Opening, facade: Facade) -> Estimate[float] | None:
 
 def _niche(opening: Opening, back: Estimate[float]) -> Protrusion:
     sigma = float(np.sqrt(np.mean(np.diag(opening.ring_covariance))))
-    return Protrusion("", "niche", opening.ring, sigma, back, Provenance.MEASURED, opening.confidence)
+    return Protrusion(
+        "", ProtrusionKind.NICHE, opening.ring, sigma, back, Provenance.MEASURED, opening.confidence
+    )

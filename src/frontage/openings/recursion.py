@@ -14,7 +14,6 @@ from frontage.model.estimate import Estimate, Failed
 from frontage.model.facade import Facade
 from frontage.model.opening import Elements, Opening, Protrusion
 from frontage.model.scan import Scan
-from frontage.openings.protrusions.kinds import is_wall
 
 _ROOM = 3.0  # m around a front within which beams through its openings end
 _COVERED = 0.5  # share of an opening that a front hides from the street
@@ -57,7 +56,7 @@ def openings_on_fronts(
     there was seen through its openings. A niche is in place of the opening that it was.
     """
     openings = list(main)
-    for wall in sorted((p for p in protrusions if is_wall(p.kind)), key=lambda p: -float(p.front.value)):
+    for wall in sorted((p for p in protrusions if p.kind.is_wall), key=lambda p: -float(p.front.value)):
         around, own = shapely.Polygon(wall.ring), fronts.openings(wall)
         openings = [o for o in openings if not is_hidden(o, around)]
         if wall.front.value < 0.0:

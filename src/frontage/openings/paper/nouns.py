@@ -8,7 +8,7 @@ import numpy as np
 from frontage.geometry.ring import rectangle
 from frontage.model.estimate import Estimate, Provenance
 from frontage.model.facade import Facade
-from frontage.model.opening import Elements, Opening, Protrusion
+from frontage.model.opening import Elements, Opening, OpeningKind, Protrusion, ProtrusionKind
 from frontage.openings.options import OpeningOptions
 from frontage.openings.paper.cells import FACADE_SHARE, WINDOW_SHARE, Box
 from frontage.openings.paper.shapes import outline
@@ -86,7 +86,7 @@ def _opening(facade: str, hole: Hole, floor: int, bay: int, ground: float) -> Op
     door = z0 <= ground + _AT_GROUND and z1 - z0 >= _DOOR
     return Opening(
         id=f"{facade}/{'D' if door else 'W'}{floor}-{bay}",
-        kind="door" if door else "window",
+        kind=OpeningKind.DOOR if door else OpeningKind.WINDOW,
         ring=ring,
         ring_covariance=border_sigma(hole.distance) ** 2 * borders @ borders.T,
         depth=hole.depth,
@@ -126,7 +126,7 @@ def _rows(holes: Sequence[Hole]) -> list[list[Hole]]:
 def _protrusion(name: str, front: Front) -> Protrusion:
     return Protrusion(
         id=name,
-        kind="protrusion",
+        kind=ProtrusionKind.OTHER,
         ring=rectangle(*front.box),
         sigma=border_sigma(front.distance),
         front=Estimate(front.y, np.array([[front.sigma**2]]), float(front.count - 1)),

@@ -9,12 +9,12 @@ from frontage.geometry.arrays import Float
 from frontage.geometry.ring import rectangle
 from frontage.model.estimate import Estimate, Provenance
 from frontage.model.facade import Facade
-from frontage.model.opening import Opening, Protrusion
+from frontage.model.opening import Opening, Protrusion, ProtrusionKind
 from frontage.openings.protrusions.borders import AHEAD, Crossings, Outline, bend, outline_of
 from frontage.openings.protrusions.boxes import Box
 from frontage.openings.protrusions.checks import is_attached
 from frontage.openings.protrusions.grain import Grain
-from frontage.openings.protrusions.kinds import Look, is_wall, kind_of_protrusion
+from frontage.openings.protrusions.kinds import Look, kind_of_protrusion
 from frontage.openings.protrusions.merging import bridged, merged
 from frontage.openings.protrusions.pieces import Piece, find_pieces
 from frontage.openings.protrusions.setbacks import find_setbacks
@@ -28,7 +28,8 @@ _MOST = 300_000  # beams that tell shares
 _KERB = (0.3, 0.6)  # m above the ground, m out: lower and further out there are only kerbs
 _SMALL = 1.0  # m: smaller things are no railings
 _SOLID = (0.5, 0.2)  # share of the beams that a small and a large front stops at least
-_LEAFY = ("balcony", "railing", "awning", "protrusion")  # kinds that slices of trees could be taken for
+# Kinds that slices of trees could be taken for.
+_LEAFY = (ProtrusionKind.BALCONY, ProtrusionKind.RAILING, ProtrusionKind.AWNING, ProtrusionKind.OTHER)
 _WIDE = 0.2  # m: pipes and posts are narrower
 _FULL = 0.6  # of the beams that the fullest row of a front stopped
 _COMMON = 0.3  # m within which the points of a front err together
@@ -61,7 +62,7 @@ def find_protrusions(
             continue
         look = Look(outline.box, -piece.y, outline.hit, piece.inclined)
         kind = kind_of_protrusion(look, facade, foot, openings)
-        if is_wall(kind) and _shows_wall(few, outline.box, piece.y, grain):
+        if kind.is_wall and _shows_wall(few, outline.box, piece.y, grain):
             continue
         if (
             piece.inclined
@@ -71,7 +72,7 @@ def find_protrusions(
         ):
             found.append(_protrusion(facade, before, piece, outline, kind, grain))
     for piece, outline in find_setbacks(facade, crossings, grain):
-        found.append(_protrusion(facade, q, piece, outline, "setback", grain))
+        found.append(_protrusion(facade, q, piece, outline, ProtrusionKind.SETBACK, grain))
     return numbered(facade.id, found)
 
 
@@ -114,7 +115,7 @@ def _front(facade: Facade, front: Float, piece: Piece, grain: Grain) -> Estimate
 
 
 def _protrusion(
-    facade: Facade, points: Float, piece: Piece, outline: Outline, kind: str, grain: Grain
+    facade: Facade, points: Float, piece: Piece, outline: Outline, kind: ProtrusionKind, grain: Grain
 ) -> Protrusion:
     """The noun of a piece of points (n, 3)."""
     front = _front(facade, points[piece.front_rows], piece, grain.near(piece.box))

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from frontage.model.facade import Facade
-from frontage.model.opening import Opening
+from frontage.model.opening import Opening, ProtrusionKind
 from frontage.openings.protrusions.boxes import Box
 
 _STOREY = 1.7  # m: lower than a person, nothing is a room
@@ -38,52 +38,55 @@ class Look:
         return self.box[2] - self.box[0], self.box[3] - self.box[1]
 
 
-def kind_of_protrusion(look: Look, facade: Facade, ground: float, openings: Sequence[Opening]) -> str:
+def kind_of_protrusion(
+    look: Look, facade: Facade, ground: float, openings: Sequence[Opening]
+) -> ProtrusionKind:
     """ "balcony", "oriel", "bay" (an oriel from the ground on), "risalit" (one most of the facade wide, or
     too shallow for a room), "cornice", "band", "sill", "pilaster", "railing", "awning", "steps", "plinth";
-    else "protrusion".
+    else ProtrusionKind.OTHER.
     """
     width, height = look.size
     if look.box[1] < ground + _STEP and height < _STOREY:
-        return "plinth" if width > _MOST * _width(facade) and look.projection < _STAND else "steps"
+        return (
+            ProtrusionKind.PLINTH
+            if width > _MOST * _width(facade) and look.projection < _STAND
+            else ProtrusionKind.STEPS
+        )
     if height >= _STOREY:
         if height > _NARROW * width and width < _SLAB:
-            return "pilaster" if look.projection < _SLAB / 2 else "protrusion"
+            return ProtrusionKind.PILASTER if look.projection < _SLAB / 2 else ProtrusionKind.OTHER
         stands, wide = look.box[1] <= ground + _STEP, width > _MOST * _width(facade)
         if look.projection < _STAND:  # no room: a part of the wall, or the surround of a window
-            return "risalit" if stands or wide else "protrusion"
-        return "oriel" if not stands else "risalit" if wide else "bay"
+            return ProtrusionKind.AVANT_CORPS if stands or wide else ProtrusionKind.OTHER
+        return (
+            ProtrusionKind.ORIEL if not stands else ProtrusionKind.AVANT_CORPS if wide else ProtrusionKind.BAY
+        )
     if height <= _SLAB and width >= _LONG * height and (height < _RAIL or look.projection < _STAND):
         return _of_bands(look, facade, ground, openings)
     if look.inclined and look.projection >= _ROOF:
-        return "awning"
+        return ProtrusionKind.AWNING
     if height >= _RAIL and width >= _FEET:
         if look.projection >= _STAND:
-            return "balcony"
-        return "railing" if look.hit < _POROUS else "protrusion"
-    return "protrusion"
+            return ProtrusionKind.BALCONY
+        return ProtrusionKind.RAILING if look.hit < _POROUS else ProtrusionKind.OTHER
+    return ProtrusionKind.OTHER
 
 
-def _of_bands(look: Look, facade: Facade, ground: float, openings: Sequence[Opening]) -> str:
+def _of_bands(look: Look, facade: Facade, ground: float, openings: Sequence[Opening]) -> ProtrusionKind:
     """The kind of something long and low."""
     x0, z0, x1, z1 = look.box
     if facade.extent[3] - z1 < _TOP:
-        return "cornice"
+        return ProtrusionKind.CORNICE
     if look.size[0] > _MOST * _width(facade):
-        return "band"
+        return ProtrusionKind.BAND
     feet = [o.ring[:, 1].min() for o in openings if o.ring[:, 0].min() < x1 and o.ring[:, 0].max() > x0]
     carries = any(z0 - _NEAR <= foot <= z1 + _NEAR for foot in feet)
     if look.projection >= _STAND and carries:
-        return "steps" if z0 < ground + _WALK else "balcony"
+        return ProtrusionKind.STEPS if z0 < ground + _WALK else ProtrusionKind.BALCONY
     if look.projection >= _ROOF and z0 >= ground + _WALK:
-        return "awning"
-    return "sill" if carries else "band"
+        return ProtrusionKind.AWNING
+    return ProtrusionKind.SILL if carries else ProtrusionKind.BAND
 
 
 def _width(facade: Facade) -> float:
     return facade.extent[2] - facade.extent[0]
-
-
-def is_wall(kind: str) -> bool:
-    """Whether the front of this kind is a wall of its own, with openings."""
-    return kind in ("oriel", "bay", "risalit", "setback", "niche")

@@ -6,12 +6,11 @@ import numpy as np
 import shapely
 
 from frontage.geometry.arrays import Float
+from frontage.model import OpeningKind
 from frontage.simulate.houses.elevation import Dressing, Oriel
 from frontage.simulate.houses.shapes import opening_ring
 from frontage.simulate.houses.style import WindowType
 from frontage.simulate.scene import OpeningPlan
-
-_LETTER = {"window": "W", "door": "D", "shopfront": "S", "passage": "P", "garage": "G", "basement": "B"}
 
 _APART = 0.01  # m, least distance of surrounds and shutters from other openings
 
@@ -80,6 +79,6 @@ def name_openings(
     openings = []
     for slot in order:
         bay = count[slot.floor] = count.get(slot.floor, 0) + 1
-        name = f"{facade}/{_LETTER[slot.type.kind]}{slot.floor}-{bay}"
+        name = f"{facade}/{OpeningKind(slot.type.kind).letter}{slot.floor}-{bay}"
         openings.append(slot.type.place(name, slot.x, slot.z, slot.floor, bay, slot.wall_y, slot.shutters))
     return tuple(openings), tuple(s.type.dressing for s in order)

@@ -12,11 +12,10 @@ from frontage.geometry.arrays import Float
 from frontage.io.citymodels.citygml.dialect import CITYGML2, CITYGML3, Dialect, Node
 from frontage.io.crs import parse_crs
 from frontage.io.files import whole_file
-from frontage.model import Surface, WorldRef
+from frontage.model import OPENING_SURFACES, Surface, WorldRef
 from frontage.model.citymodel import CityBuilding, Shell
 
 _MANY = 3  # corners of a ring at least
-_OPENINGS = ("Window", "Door")
 _HELD = ("parent", "measuredHeight")  # attributes that stand elsewhere
 
 
@@ -140,7 +139,7 @@ class _Writer:
         ids: list[str] = []
         for opening in (False, True):
             for (name, semantics), own in groups.items():
-                if (semantics in _OPENINGS) != opening:
+                if (semantics in OPENING_SURFACES) != opening:
                     continue
                 node, polygons = self.thematic(name, own, shell, opening and bool(walls))
                 ids += polygons
@@ -160,7 +159,7 @@ class _Writer:
     ) -> tuple[Node, list[str]]:
         """A thematic surface with its polygons; an opening without any wall is a wall itself."""
         semantics = own[0].semantics
-        if semantics in _OPENINGS and not opening:
+        if semantics in OPENING_SURFACES and not opening:
             semantics = "WallSurface"
         clean = self.identifier(name)
         node = self.dialect.make(self.dialect.surface(semantics, opening), gml_id=clean)
