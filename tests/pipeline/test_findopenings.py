@@ -12,7 +12,7 @@ import pytest
 
 import frontage.pipeline.findopenings as findopenings
 from facade_fakes import facade
-from frontage.evaluation.figure import Absent
+from frontage.evaluation.metric import Absent
 from frontage.model import Building, Elements, Failed, OrthoImage
 from frontage.openings.find import find_openings
 from frontage.openings.options import OpeningOptions

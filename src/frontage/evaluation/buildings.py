@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 from scipy.optimize import linear_sum_assignment
 
-from frontage.evaluation.figure import Figure, Part, detections, figure, mean, median, p95
+from frontage.evaluation.metric import Metric, ScorePart, detections, mean, median, metric, p95
 from frontage.evaluation.result import LabelledPoints
 from frontage.evaluation.truth import TrueBuilding, TrueFacade, Truth, best_share
 from frontage.geometry.arrays import Array, Bool, Float, Int
@@ -19,7 +19,7 @@ _REACH = 3.0  # m on both sides of a party wall: a cut further off is a miss
 
 def score_buildings(
     truth: Truth, points: LabelledPoints, buildings: int, sensors: Sequence[str] = ()
-) -> Part:
+) -> ScorePart:
     """Figures of the split. `buildings` = how many were found; `sensors` = those that measured the points.
 
     F1 is over buildings matched one to one with IoU of their points >= 0.5; `iou` over all visible houses.
@@ -32,15 +32,15 @@ def score_buildings(
     counts += [(False, True, False)] * (buildings - len(partner))
     figures = detections(np.array(counts, np.float64).reshape(-1, 3))
     best = np.array([iou[k].max(initial=0.0) for k, s in enumerate(seen) if s])
-    figures["iou"] = figure(best, mean)
+    figures["iou"] = metric(best, mean)
     cuts = list(_cuts(truth, points, partner, seen))
     errors = np.array([c["error_mm"] / 1000 for c in cuts if c["error_mm"] is not None])
     made = np.array([c["error_mm"] is not None for c in cuts], np.float64)
-    figures["cuts_found"] = figure(made, mean)
-    figures["cut_median"] = figure(np.abs(errors), median, "m")
-    figures["cut_p95"] = figure(np.abs(errors), p95, "m")
-    figures["count"] = Figure(float(buildings), None, None, buildings)
-    return Part(figures, tuple(_rows(truth, iou, partner, seen, points.names)) + tuple(cuts))
+    figures["cuts_found"] = metric(made, mean)
+    figures["cut_median"] = metric(np.abs(errors), median, "m")
+    figures["cut_p95"] = metric(np.abs(errors), p95, "m")
+    figures["count"] = Metric(float(buildings), None, None, buildings)
+    return ScorePart(figures, tuple(_rows(truth, iou, partner, seen, points.names)) + tuple(cuts))
 
 
 def _point_overlap(points: LabelledPoints, houses: int, buildings: int) -> Float:

@@ -6,8 +6,18 @@ from typing import Any
 import numpy as np
 import shapely
 
-from frontage.evaluation.figure import Figure, Part, detections, figure, mean, median, normalised, p95, rms
 from frontage.evaluation.match import assign
+from frontage.evaluation.metric import (
+    Metric,
+    ScorePart,
+    detections,
+    mean,
+    median,
+    metric,
+    normalised,
+    p95,
+    rms,
+)
 from frontage.evaluation.result import FoundFacade
 from frontage.evaluation.truth import TrueFacade, Truth, best_share
 from frontage.geometry.arrays import Array, Float
@@ -20,7 +30,7 @@ _FAR = 1.0  # m between plane and plane, at the found one's origin
 _HALF = 0.5  # share of the found outline that lies on the true facade, at least
 
 
-def score_facades(truth: Truth, found: Sequence[FoundFacade], sensors: Sequence[str] = ()) -> Part:
+def score_facades(truth: Truth, found: Sequence[FoundFacade], sensors: Sequence[str] = ()) -> ScorePart:
     """Figures of all facade planes; every true facade is matched with at most one found.
 
     Planes on no facade of the truth (gables, side walls) are counted as `elsewhere`, not as wrong.
@@ -31,15 +41,15 @@ def score_facades(truth: Truth, found: Sequence[FoundFacade], sensors: Sequence[
     counts = [(k in hit, 0, k not in hit) for k, wanted in enumerate(seen) if wanted]
     figures = {"recall": detections(np.array(counts, np.float64).reshape(-1, 3))["recall"]}
     alone = len(found) - len(pairs)
-    figures["elsewhere"] = Figure(float(alone), None, None, len(found))
+    figures["elsewhere"] = Metric(float(alone), None, None, len(found))
     errors = np.array([plane_error(truth.facades[k], found[j]) for k, j in pairs]).reshape(-1, 3)
     figures |= _errors(errors)
     covered = [_outline(truth.facades[k], found[j]) for k, j in pairs]
-    figures["outline_iou"] = figure(np.array(covered), mean)
+    figures["outline_iou"] = metric(np.array(covered), mean)
     figures |= _consistency(errors, [found[j] for _, j in pairs])
     rows = [_row(truth.facades[k], found[j], e) for (k, j), e in zip(pairs, errors, strict=True)]
     missed = [t.id for k, t in enumerate(truth.facades) if seen[k] and k not in hit]
-    return Part(figures, tuple(rows + [{"id": name, "found": None} for name in missed]))
+    return ScorePart(figures, tuple(rows + [{"id": name, "found": None} for name in missed]))
 
 
 def match_facades(truth: Truth, found: Sequence[FoundFacade]) -> list[tuple[int, int]]:
@@ -87,18 +97,18 @@ def _outline(truth: TrueFacade, found: FoundFacade) -> float:
     return float(a.intersection(b).area / a.union(b).area)
 
 
-def _errors(errors: Array) -> dict[str, Figure]:
+def _errors(errors: Array) -> dict[str, Metric]:
     offset, angle = errors[:, 0], np.degrees(np.hypot(errors[:, 1], errors[:, 2]))
     return {
-        "offset_bias": figure(offset, median, "m"),
-        "offset_median": figure(np.abs(offset), median, "m"),
-        "offset_rms": figure(offset, rms, "m"),
-        "angle_median": figure(angle, median, "deg"),
-        "angle_p95": figure(angle, p95, "deg"),
+        "offset_bias": metric(offset, median, "m"),
+        "offset_median": metric(np.abs(offset), median, "m"),
+        "offset_rms": metric(offset, rms, "m"),
+        "angle_median": metric(angle, median, "deg"),
+        "angle_p95": metric(angle, p95, "deg"),
     }
 
 
-def _consistency(errors: Array, found: Sequence[FoundFacade]) -> dict[str, Figure]:
+def _consistency(errors: Array, found: Sequence[FoundFacade]) -> dict[str, Metric]:
     """NEES of plane errors against the reported covariances, three degrees of freedom each."""
     squared = []
     for error, facade in zip(errors, found, strict=True):

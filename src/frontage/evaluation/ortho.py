@@ -11,7 +11,7 @@ from collections.abc import Sequence
 import cv2
 import numpy as np
 
-from frontage.evaluation.figure import Figure, Part, figure, median, p95
+from frontage.evaluation.metric import Metric, ScorePart, median, metric, p95
 from frontage.evaluation.result import OrthoPair
 from frontage.geometry.arrays import Array, Bool, Float
 
@@ -26,7 +26,7 @@ _TEXTURE = 1.5  # grey levels, spread of a tile's high-passed values
 _BORDER = 0.3  # m at the rim of a facade, where the true picture ends
 
 
-def score_orthos(pairs: Sequence[OrthoPair]) -> Part:
+def score_orthos(pairs: Sequence[OrthoPair]) -> ScorePart:
     """Figures over the tiles of all facades. px = pixels of the found image.
 
     `coverage` = share of the facade with a pixel; `alike` = share of the tiles with texture that match.
@@ -40,19 +40,19 @@ def score_orthos(pairs: Sequence[OrthoPair]) -> Part:
     both = np.concatenate([np.empty((0, 2)), *metres])
     alike = np.concatenate([np.empty(0), *(a for _, _, a in shifts)])
     figures = {
-        "displacement_median": figure(length, median, "m"),
-        "displacement_p95": figure(length, p95, "m"),
-        "displacement_px_median": figure(pixels, median, "px"),
-        "displacement_px_p95": figure(pixels, p95, "px"),
-        "right_bias": figure(both[:, 0], median, "m"),
-        "down_bias": figure(both[:, 1], median, "m"),
-        "alike": figure(alike >= _ALIKE, lambda v: v.mean(1)),
-        "coverage": figure(np.array([_coverage(p) for p in pairs]), lambda v: v.mean(1)),
-        "tiles": Figure(float(len(length)), None, None, len(length)),
+        "displacement_median": metric(length, median, "m"),
+        "displacement_p95": metric(length, p95, "m"),
+        "displacement_px_median": metric(pixels, median, "px"),
+        "displacement_px_p95": metric(pixels, p95, "px"),
+        "right_bias": metric(both[:, 0], median, "m"),
+        "down_bias": metric(both[:, 1], median, "m"),
+        "alike": metric(alike >= _ALIKE, lambda v: v.mean(1)),
+        "coverage": metric(np.array([_coverage(p) for p in pairs]), lambda v: v.mean(1)),
+        "tiles": Metric(float(len(length)), None, None, len(length)),
         **_relief(pairs),
     }
     rows = tuple(_row(p, m, a) for (p, _, a), m in zip(shifts, metres, strict=True))
-    return Part(figures, rows)
+    return ScorePart(figures, rows)
 
 
 def displacements(pair: OrthoPair) -> tuple[Float, Float]:
@@ -126,7 +126,7 @@ def _coverage(pair: OrthoPair) -> float:
     return float(pair.valid[shown].mean()) if shown.any() else 0.0
 
 
-def _relief(pairs: Sequence[OrthoPair]) -> dict[str, Figure]:
+def _relief(pairs: Sequence[OrthoPair]) -> dict[str, Metric]:
     """Errors of the relief, a sample of the pixels where both have one, off the glass."""
     parts = [np.empty(0)]
     for p in pairs:
@@ -135,8 +135,8 @@ def _relief(pairs: Sequence[OrthoPair]) -> dict[str, Figure]:
             parts.append(error[np.isfinite(error)])
     errors = np.concatenate(parts)
     return {
-        "relief_bias": figure(errors, median, "m"),
-        "relief_median": figure(np.abs(errors), median, "m"),
+        "relief_bias": metric(errors, median, "m"),
+        "relief_median": metric(np.abs(errors), median, "m"),
     }
 
 

@@ -4,14 +4,14 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from frontage.evaluation.figure import Part, figure, mean, median, normalised, p95
+from frontage.evaluation.metric import ScorePart, mean, median, metric, normalised, p95
 from frontage.evaluation.result import FoundPose
 from frontage.evaluation.truth import TruePose
 from frontage.geometry.arrays import Float
 from frontage.geometry.rigid import rotation_angle
 
 
-def score_poses(truth: Sequence[TruePose], found: Sequence[FoundPose]) -> Part:
+def score_poses(truth: Sequence[TruePose], found: Sequence[FoundPose]) -> ScorePart:
     """Distances of the places, angles between the attitudes, and errors over the reported sigmas.
 
     `after_shift_median` is the distance once the mean shift of all poses is taken out: what remains when
@@ -25,12 +25,12 @@ def score_poses(truth: Sequence[TruePose], found: Sequence[FoundPose]) -> Part:
     rest = np.linalg.norm(shift - shift.mean(0), axis=1) if len(shift) > 1 else np.empty(0)
     names = {f.name for _, f in pairs}
     figures = {
-        "recall": figure(np.array([t.name in names for t in truth]), mean),
-        "position_median": figure(distance, median, "m"),
-        "position_p95": figure(distance, p95, "m"),
-        "after_shift_median": figure(rest, median, "m"),
-        "angle_median": figure(angle, median, "deg"),
-        "angle_p95": figure(angle, p95, "deg"),
+        "recall": metric(np.array([t.name in names for t in truth]), mean),
+        "position_median": metric(distance, median, "m"),
+        "position_p95": metric(distance, p95, "m"),
+        "after_shift_median": metric(rest, median, "m"),
+        "angle_median": metric(angle, median, "deg"),
+        "angle_p95": metric(angle, p95, "deg"),
         **normalised(_ratios(shift, [f.sigma_position for _, f in pairs]), "position"),
         **normalised(_ratios(turn, [f.sigma_angles for _, f in pairs]), "angle"),
     }
@@ -39,7 +39,7 @@ def score_poses(truth: Sequence[TruePose], found: Sequence[FoundPose]) -> Part:
         for (_, f), d, a in zip(pairs, distance, angle, strict=True)
     ]
     rows += [{"id": t.name, "found": None} for t in truth if t.name not in names]
-    return Part(figures, tuple(rows))
+    return ScorePart(figures, tuple(rows))
 
 
 def _turn(truth: TruePose, found: FoundPose) -> Float:

@@ -11,8 +11,8 @@ from typing import Any
 import numpy as np
 import shapely
 
-from frontage.evaluation.figure import Figure, Part, detections, figure, mean, median, normalised, p95
 from frontage.evaluation.match import assign, overlap
+from frontage.evaluation.metric import Metric, ScorePart, detections, mean, median, metric, normalised, p95
 from frontage.evaluation.result import BORDERS, FoundProtrusion
 from frontage.evaluation.truth import TrueFacade, TrueProtrusion, Truth
 from frontage.geometry.arrays import Array, Float
@@ -29,7 +29,7 @@ _LEVEL = 0.5  # IoU of a protrusion found
 
 
 @dataclass(frozen=True, eq=False)
-class Pair:
+class ProtrusionPair:
     """A true protrusion, the found one (None = missed), its ring and front in the true frame, the overlap."""
 
     truth: TrueProtrusion
@@ -44,9 +44,9 @@ class Pair:
         return self.iou >= _LEVEL
 
 
-def score_protrusions(truth: Truth, found: Sequence[FoundProtrusion]) -> Part:
+def score_protrusions(truth: Truth, found: Sequence[FoundProtrusion]) -> ScorePart:
     """Detection of balconies and oriels at IoU 0.5, recall by kind, errors of borders and fronts, kinds."""
-    pairs: list[Pair] = []
+    pairs: list[ProtrusionPair] = []
     extra: list[FoundProtrusion] = []
     for facade in truth.facades:
         own = [p for p in found if _is_on(facade, p)]
@@ -55,16 +55,16 @@ def score_protrusions(truth: Truth, found: Sequence[FoundProtrusion]) -> Part:
         extra += left
     rooms = [p for p in pairs if p.truth.kind in _ROOMS]
     counts = [(p.hit, 0, not p.hit) for p in rooms] + [(0, 1, 0)] * len(extra)
-    figures = {"found": Figure(float(len(found)), None, None, len(found))}
+    figures = {"found": Metric(float(len(found)), None, None, len(found))}
     figures |= detections(np.array(counts, np.float64).reshape(-1, 3), "_50")
     for kind in (*_ROOMS, *_MOULDINGS):
         hits = np.array([p.hit for p in pairs if p.truth.kind == kind])
-        figures[f"recall_{kind}_50"] = figure(hits, mean)
+        figures[f"recall_{kind}_50"] = metric(hits, mean)
     good = [p for p in pairs if p.hit]
     figures |= _borders([p for p in good if p.truth.kind in _ROOMS]) | _fronts(good)
-    figures["kind_right"] = figure(np.array([_same_kind(p) for p in good]), mean)
+    figures["kind_right"] = metric(np.array([_same_kind(p) for p in good]), mean)
     rows = tuple(_row(p) for p in pairs) + tuple({"found": p.id, "kind": p.kind, "id": None} for p in extra)
-    return Part(figures, rows)
+    return ScorePart(figures, rows)
 
 
 def _is_on(facade: TrueFacade, found: FoundProtrusion) -> bool:
@@ -79,7 +79,7 @@ def _is_on(facade: TrueFacade, found: FoundProtrusion) -> bool:
 
 def _matched(
     facade: TrueFacade, found: Sequence[FoundProtrusion]
-) -> tuple[list[Pair], list[FoundProtrusion]]:
+) -> tuple[list[ProtrusionPair], list[FoundProtrusion]]:
     """Pairs of all true protrusions of size, and found ones that are none of any size."""
     real = _of_size(facade.protrusions)
     placed = [facade.frame.inverse.apply(p.ring) for p in found]
@@ -88,9 +88,9 @@ def _matched(
     row, column = assign(iou)
     partner = dict(zip(row.tolist(), column.tolist(), strict=True))
     pairs = [
-        Pair(t, found[j], rings[j], float(placed[j][:, 1].mean()), float(iou[k, j]))
+        ProtrusionPair(t, found[j], rings[j], float(placed[j][:, 1].mean()), float(iou[k, j]))
         if (j := partner.get(k)) is not None
-        else Pair(t)
+        else ProtrusionPair(t)
         for k, t in enumerate(real)
     ]
     good = {partner[k] for k, p in enumerate(pairs) if p.hit}
@@ -123,40 +123,40 @@ def _of_size(protrusions: Sequence[TrueProtrusion]) -> list[TrueProtrusion]:
     return out
 
 
-def _offsets(p: Pair) -> Float:
+def _offsets(p: ProtrusionPair) -> Float:
     """Signed errors m of left, right, bottom, top, found minus true."""
     a, b = (np.concatenate([r.min(0), r.max(0)]) for r in (p.ring, p.truth.ring) if r is not None)
     return np.asarray((a - b)[[0, 2, 1, 3]])
 
 
-def _borders(pairs: Sequence[Pair]) -> dict[str, Figure]:
+def _borders(pairs: Sequence[ProtrusionPair]) -> dict[str, Metric]:
     errors: Array = np.array([_offsets(p) for p in pairs]).reshape(-1, 4)
     out = {
-        "border_median": figure(np.abs(errors), lambda v: np.median(v, axis=(1, 2)), "m"),
-        "border_p95": figure(np.abs(errors), lambda v: np.quantile(v, 0.95, axis=(1, 2)), "m"),
+        "border_median": metric(np.abs(errors), lambda v: np.median(v, axis=(1, 2)), "m"),
+        "border_p95": metric(np.abs(errors), lambda v: np.quantile(v, 0.95, axis=(1, 2)), "m"),
     }
-    out |= {f"border_{name}_bias": figure(errors[:, k], median, "m") for k, name in enumerate(BORDERS)}
+    out |= {f"border_{name}_bias": metric(errors[:, k], median, "m") for k, name in enumerate(BORDERS)}
     sigma = np.array([(p.found.sigma_border or 0.0) if p.found else 0.0 for p in pairs])
     known = sigma > 0
     return out | normalised((errors[known] / sigma[known, None]).ravel(), "border")
 
 
-def _fronts(pairs: Sequence[Pair]) -> dict[str, Figure]:
+def _fronts(pairs: Sequence[ProtrusionPair]) -> dict[str, Metric]:
     errors = np.array([p.front - p.truth.y[0] for p in pairs])
     sigma = np.array([(p.found.sigma_front or 0.0) if p.found else 0.0 for p in pairs])
     return {
-        "front_bias": figure(errors, median, "m"),
-        "front_median": figure(np.abs(errors), median, "m"),
-        "front_p95": figure(np.abs(errors), p95, "m"),
+        "front_bias": metric(errors, median, "m"),
+        "front_median": metric(np.abs(errors), median, "m"),
+        "front_p95": metric(np.abs(errors), p95, "m"),
         **normalised(errors[sigma > 0] / sigma[sigma > 0], "front"),
     }
 
 
-def _same_kind(p: Pair) -> bool:
+def _same_kind(p: ProtrusionPair) -> bool:
     return p.found is not None and p.found.kind in _SAME.get(p.truth.kind, (p.truth.kind,))
 
 
-def _row(p: Pair) -> dict[str, Any]:
+def _row(p: ProtrusionPair) -> dict[str, Any]:
     """One true protrusion for people: what was found, and how far off it is in mm."""
     row: dict[str, Any] = {"id": p.truth.id, "kind": p.truth.kind}
     if p.found is None:

@@ -21,7 +21,7 @@ from frontage.model.opening import (
 from frontage.model.ortho import OrthoImage, PhotoOffset
 from frontage.model.photo import Camera, Photo
 from frontage.model.scan import Grid, Scan, merge_scans
-from frontage.model.shape import Feature, Shape, Surfaces
+from frontage.model.shape import Feature, Polygons, Shape
 from frontage.model.solid import Face, Finding, Solid
 from frontage.model.world import WorldRef
 
@@ -49,6 +49,7 @@ __all__ = [
     "OrthoImage",
     "Photo",
     "PhotoOffset",
+    "Polygons",
     "Protrusion",
     "ProtrusionKind",
     "Provenance",
@@ -57,7 +58,6 @@ __all__ = [
     "Shell",
     "Solid",
     "Surface",
-    "Surfaces",
     "WorldRef",
     "merge_scans",
 ]

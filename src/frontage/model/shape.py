@@ -13,7 +13,7 @@ ShapeKind = Literal["MultiSurface", "CompositeSurface", "Solid", "MultiSolid", "
 
 
 @dataclass(frozen=True, eq=False)
-class Surfaces:
+class Polygons:
     """Polygons of one shell or surface: coordinates and where rings and faces begin.
 
     `points` (p, 3) m, world or local; ring r is `points[rings[r]:rings[r + 1]]`, face f has the rings
@@ -37,7 +37,7 @@ class Surfaces:
     @classmethod
     def of(
         cls, polygons: Iterable[Sequence[Array]], explicit: bool = False, names: Sequence[str] = ()
-    ) -> "Surfaces":
+    ) -> "Polygons":
         """From polygons, each a sequence of rings (k, 3), the outer one first."""
         polygons = list(polygons)
         rings = [np.asarray(r, np.float64).reshape(-1, 3) for polygon in polygons for r in polygon]
@@ -62,7 +62,7 @@ class Shape:
     """
 
     kind: ShapeKind
-    solids: tuple[tuple[Surfaces, ...], ...]
+    solids: tuple[tuple[Polygons, ...], ...]
     lod: str = ""
     name: str = ""
 

@@ -4,8 +4,8 @@ import numpy as np
 
 from frontage.geometry.arrays import Array
 from frontage.model import Facade
-from frontage.ortho.frame import Raster
 from frontage.ortho.options import OrthoOptions
+from frontage.ortho.orthoraster import OrthoRaster
 from frontage.ortho.outline import inside_outline
 from frontage.raster.tiles import allocate, tiles
 
@@ -19,7 +19,7 @@ class Bands:
     Without `relief` the depth is one NaN, shown (h, w) times.
     """
 
-    def __init__(self, raster: Raster, relief: bool = False) -> None:
+    def __init__(self, raster: OrthoRaster, relief: bool = False) -> None:
         shape = (raster.height, raster.width)
         self.relief = relief
         self.pixels = allocate((*shape, 4), np.uint8)
@@ -30,7 +30,7 @@ class Bands:
         self.gsd = allocate(shape, np.float32, np.nan)
 
 
-def missed_by_photos(bands: Bands, facade: Facade, raster: Raster) -> bool:
+def missed_by_photos(bands: Bands, facade: Facade, raster: OrthoRaster) -> bool:
     """Whether so much of the facade's inside has no source that the scan should show it."""
     inside, missed = 0, 0
     for tile in tiles(raster.height, raster.width, TILE):
@@ -40,7 +40,7 @@ def missed_by_photos(bands: Bands, facade: Facade, raster: Raster) -> bool:
     return missed > _MISSED * inside
 
 
-def fill(bands: Bands, other: Bands, number: int, raster: Raster) -> bool:
+def fill(bands: Bands, other: Bands, number: int, raster: OrthoRaster) -> bool:
     """Put pixels of `other` where `bands` has none, with `number` as their source; whether it was done.
 
     It is when more than a quarter of what the other shows is missing; otherwise nothing is changed.
@@ -61,7 +61,7 @@ def fill(bands: Bands, other: Bands, number: int, raster: Raster) -> bool:
 
 
 def cut_out(
-    bands: Bands, intensity: Array | None, facade: Facade, raster: Raster, options: OrthoOptions
+    bands: Bands, intensity: Array | None, facade: Facade, raster: OrthoRaster, options: OrthoOptions
 ) -> None:
     """Clear what lies outside the facade's outline; within its margin a measured surface stays.
 

@@ -16,9 +16,9 @@ import numpy as np
 
 from frontage.geometry.arrays import Array, Bool, Float, Int
 from frontage.model import Facade, Photo, PhotoOffset
-from frontage.ortho.frame import Raster
+from frontage.ortho.orthoraster import OrthoRaster
 from frontage.ortho.project import full_projection, map_tile, shifted
-from frontage.ortho.relief import Relief
+from frontage.ortho.relief import ReliefMap
 from frontage.ortho.views import ViewPlan
 from frontage.raster.resample import resample
 from frontage.raster.tiles import Tile, tiles
@@ -52,8 +52,8 @@ class _Pairs:
 
 def photo_offset(
     facade: Facade,
-    raster: Raster,
-    relief: Relief | None,
+    raster: OrthoRaster,
+    relief: ReliefMap | None,
     plan: ViewPlan,
     image_of: Callable[[str], Array],
 ) -> PhotoOffset | None:
@@ -88,7 +88,7 @@ def photo_offset(
     return replace(total, applied=matters(total))
 
 
-def _patches(raster: Raster, plan: ViewPlan) -> tuple[list[Tile], Bool]:
+def _patches(raster: OrthoRaster, plan: ViewPlan) -> tuple[list[Tile], Bool]:
     """Patches that two photos or more see whole, and which photos (k, n) see which."""
     whole = [t for t in tiles(raster.height, raster.width, _PATCH) if t.shape == (_PATCH, _PATCH)]
     seen = np.zeros((len(plan.photos), len(whole)), bool)
@@ -102,7 +102,7 @@ def _patches(raster: Raster, plan: ViewPlan) -> tuple[list[Tile], Bool]:
     return [whole[n] for n in shared.tolist()], seen[:, shared]
 
 
-def _slopes(photo: Photo, facade: Facade, raster: Raster, at: Float) -> Float:
+def _slopes(photo: Photo, facade: Facade, raster: OrthoRaster, at: Float) -> Float:
     """Displacement (n, 2) px, per metre of depth, of what the photo shows at pixels (n, 2)."""
     centre = facade.frame.inverse.apply(photo.pose.t[None])[0]
     ray = raster.xyz(at[:, 0], at[:, 1]) - centre
@@ -131,8 +131,8 @@ def _widest(slopes: Float, visible: Bool) -> list[int]:
 
 def _compared(
     facade: Facade,
-    raster: Raster,
-    relief: Relief | None,
+    raster: OrthoRaster,
+    relief: ReliefMap | None,
     patches: Sequence[Tile],
     views: Sequence[tuple[Photo, Float, Bool]],
     image_of: Callable[[str], Array],

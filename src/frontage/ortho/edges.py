@@ -13,8 +13,8 @@ import cv2
 import numpy as np
 
 from frontage.geometry.arrays import Array, Bool, Float
-from frontage.ortho.frame import Raster
 from frontage.ortho.gaps import Gaps
+from frontage.ortho.orthoraster import OrthoRaster
 from frontage.raster import gridding
 from frontage.raster.tiles import Tile, allocate, tiles
 
@@ -30,10 +30,10 @@ _REACH = 6.0  # spacings around a tile that its cells depend on
 class Steps:
     """Signed distance (h, w) float32 to the edges of steps, in cells of `raster`, negative before them."""
 
-    raster: Raster
+    raster: OrthoRaster
     distance: Array
 
-    def recessed(self, raster: Raster, tile: Tile) -> Bool:
+    def recessed(self, raster: OrthoRaster, tile: Tile) -> Bool:
         """Which pixels (m, n) of a tile of a raster of the same facade lie on the far side of their step."""
         (r0, r1, c0, c1), u, v = self.raster.window_of(raster, tile)
         far: Bool = gridding.bilinear(self.distance[r0:r1, c0:c1], u, v) > 0.0
@@ -41,7 +41,7 @@ class Steps:
 
 
 def measure_steps(
-    points: Float, cells: Raster, near: Array, far: Array, step: float, raster: Raster, gaps: Gaps
+    points: Float, cells: OrthoRaster, near: Array, far: Array, step: float, raster: OrthoRaster, gaps: Gaps
 ) -> Steps:
     """Edges of the steps between `near` and `far` (h, w) m of `cells`, from points (n, 3) m of the facade."""
     k = max(1, int(np.median(gaps.px) / _PER_SPACING))
@@ -72,7 +72,7 @@ def measure_steps(
 
 
 def _sorted_points(
-    points: Float, cells: Raster, near: Array, far: Array, step: float, fine: Raster
+    points: Float, cells: OrthoRaster, near: Array, far: Array, step: float, fine: OrthoRaster
 ) -> tuple[Float, Bool]:
     """Positions (n, 2) in `fine`, by row, of the points at steps, and which (n,) are of the far side."""
     c, r = np.floor(cells.pixel(points)).astype(np.int64).T

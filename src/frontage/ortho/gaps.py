@@ -14,7 +14,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from frontage.geometry.arrays import Array, Float
-from frontage.ortho.frame import Raster
+from frontage.ortho.orthoraster import OrthoRaster
 from frontage.raster import gridding
 
 _COARSEST = 0.25  # m: closing the gaps of a sparser cloud would close windows
@@ -42,7 +42,7 @@ class Gaps:
         return np.asarray(self.px[r[:, None], c])
 
 
-def local_gaps(at: Float, raster: Raster, typical: float) -> Gaps:
+def local_gaps(at: Float, raster: OrthoRaster, typical: float) -> Gaps:
     """Local gaps of samples (n, 2) px by block of about half a metre, `typical` px being the wall's spacing.
 
     As spacings ``1 / sqrt(density)`` of points strewn at random that leave the same gaps; no smaller than a

@@ -8,14 +8,14 @@ from frontage.geometry.arrays import Array, Float
 from frontage.model import Facade, Failed, OrthoImage, Photo, PhotoOffset, Scan
 from frontage.ortho.bands import TILE, Bands, cut_out, fill, missed_by_photos
 from frontage.ortho.consistency import photo_offset
-from frontage.ortho.frame import Raster, facade_raster
 from frontage.ortho.gaps import Gaps, local_gaps
 from frontage.ortho.options import OrthoOptions
+from frontage.ortho.orthoraster import OrthoRaster, facade_raster
 from frontage.ortho.recess import DEEPEST_REVEAL
-from frontage.ortho.relief import Relief, measure_relief
+from frontage.ortho.relief import ReliefMap, measure_relief
 from frontage.ortho.render import paint_photos
 from frontage.ortho.scan_image import intensity_band, paint_scan, picture_kind
-from frontage.ortho.views import Cloud, ViewPlan, plan_views
+from frontage.ortho.views import OccluderCloud, ViewPlan, plan_views
 from frontage.raster.tiles import tiles
 from frontage.raster.zbuffer import local_spacing
 
@@ -81,9 +81,9 @@ def make_ortho(
 
 def _from_photos(
     bands: Bands,
-    relief: Relief | None,
+    relief: ReliefMap | None,
     facade: Facade,
-    raster: Raster,
+    raster: OrthoRaster,
     plan: ViewPlan | None,
     image_of: Callable[[str], Array],
     options: OrthoOptions,
@@ -108,7 +108,7 @@ def _from_scan(
     scan: Scan,
     xyz_facade: Float,
     points: Array,
-    raster: Raster,
+    raster: OrthoRaster,
     facade: Facade,
     gaps: Gaps,
     photos: int,
@@ -123,27 +123,27 @@ def _from_scan(
     return names if fill(bands, own, photos + 1, raster) else ()
 
 
-def _near(xyz_facade: Float, raster: Raster, options: OrthoOptions) -> Array:
+def _near(xyz_facade: Float, raster: OrthoRaster, options: OrthoOptions) -> Array:
     """Which points (n,) lie within the raster and the facade's depth range."""
     at, y = raster.pixel(xyz_facade), xyz_facade[:, 1]
     inside = (at >= 0).all(1) & (at[:, 0] < raster.width) & (at[:, 1] < raster.height)
     return inside & (y >= -options.front) & (y <= options.back)
 
 
-def _wall_gaps(near: Float, facade: Facade, raster: Raster) -> Gaps:
+def _wall_gaps(near: Float, facade: Facade, raster: OrthoRaster) -> Gaps:
     """Gaps between the points (n, 3) m that are neither in a room nor far in front."""
     wall = near[np.abs(near[:, 1]) <= DEEPEST_REVEAL]
     return local_gaps(raster.pixel(wall), raster, facade.spacing / raster.gsd)
 
 
-def _surface(xyz_facade: Float, near: Array, relief: Relief | None) -> Array:
+def _surface(xyz_facade: Float, near: Array, relief: ReliefMap | None) -> Array:
     """Which points (n,) are near and not behind the surface of their cell: no rooms behind windows."""
     if relief is None:
         return near
     return near & relief.in_front(xyz_facade)
 
 
-def _fill_depth(depth: Array, raster: Raster, relief: Relief | None) -> None:
+def _fill_depth(depth: Array, raster: OrthoRaster, relief: ReliefMap | None) -> None:
     """Write the depth band; it stays NaN when there is no relief or it is not wanted."""
     if relief is None:
         return
@@ -152,8 +152,8 @@ def _fill_depth(depth: Array, raster: Raster, relief: Relief | None) -> None:
 
 
 def _cloud(
-    scan: Scan, surroundings: Scan | None, facade: Facade, raster: Raster, options: OrthoOptions
-) -> Cloud:
+    scan: Scan, surroundings: Scan | None, facade: Facade, raster: OrthoRaster, options: OrthoOptions
+) -> OccluderCloud:
     """Everything on the street side of the facade, with its local spacing; lonely points hide nothing."""
     clouds = [scan.xyz] if surroundings is None else [scan.xyz, surroundings.xyz]
     xyz, spacing = [], []
@@ -164,4 +164,4 @@ def _cloud(
         surface = k >= _LONELY
         xyz.append(ahead[surface])
         spacing.append(s[surface])
-    return Cloud(np.concatenate(xyz), np.concatenate(spacing))
+    return OccluderCloud(np.concatenate(xyz), np.concatenate(spacing))

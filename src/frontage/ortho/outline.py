@@ -5,13 +5,13 @@ import numpy as np
 
 from frontage.geometry.arrays import Bool
 from frontage.model import Facade
-from frontage.ortho.frame import Raster
+from frontage.ortho.orthoraster import OrthoRaster
 from frontage.raster.tiles import Tile
 
 _SHIFT = 4  # fractional bits of OpenCV's drawing
 
 
-def inside_outline(facade: Facade, raster: Raster, tile: Tile, margin: float) -> Bool:
+def inside_outline(facade: Facade, raster: OrthoRaster, tile: Tile, margin: float) -> Bool:
     """Which pixels (m, n) of a tile lie in the facade's outline or within `margin` m of it."""
     x, z = facade.outline.T
     ring = np.column_stack([(x - raster.corner[0]) / raster.gsd, (raster.corner[1] - z) / raster.gsd])

@@ -9,7 +9,7 @@ from frontage.geometry import camera as maths
 from frontage.geometry.arrays import Array, Float
 from frontage.geometry.homography import apply_homography, homography_from_pose
 from frontage.model import Facade, Photo
-from frontage.ortho.frame import Raster
+from frontage.ortho.orthoraster import OrthoRaster
 from frontage.raster.sourcemap import SourceMap, fitted, jacobian_of
 from frontage.raster.tiles import Tile
 
@@ -25,7 +25,7 @@ PixelMap = Callable[[Array, Array, Array | float], Float]
 """(column, row, y in m) of the raster, any shape (...), to photo pixels (..., 2); NaN where it cannot see."""
 
 
-def full_projection(photo: Photo, facade: Facade, raster: Raster) -> PixelMap:
+def full_projection(photo: Photo, facade: Facade, raster: OrthoRaster) -> PixelMap:
     """The map with lens distortion and relief; exact for every camera model."""
     camera_from_facade = photo.pose.inverse @ facade.frame
 
@@ -37,14 +37,14 @@ def full_projection(photo: Photo, facade: Facade, raster: Raster) -> PixelMap:
     return to_photo
 
 
-def plane_homography(photo: Photo, facade: Facade, raster: Raster) -> Float:
+def plane_homography(photo: Photo, facade: Facade, raster: OrthoRaster) -> Float:
     """Paper A's map (3, 3) from raster to photo pixels: the undistorted camera, the plane y = 0."""
     camera_from_facade = photo.pose.inverse @ facade.frame
     K = maths.calibration_matrix(photo.camera.model, photo.camera.params)
     return homography_from_pose(K, camera_from_facade.R, camera_from_facade.t, raster.facade_from_pixel)
 
 
-def homography_projection(photo: Photo, facade: Facade, raster: Raster) -> PixelMap:
+def homography_projection(photo: Photo, facade: Facade, raster: OrthoRaster) -> PixelMap:
     """`plane_homography` as a map; it knows neither distortion nor relief, as in the paper."""
     H = plane_homography(photo, facade, raster)
 
@@ -56,7 +56,7 @@ def homography_projection(photo: Photo, facade: Facade, raster: Raster) -> Pixel
     return to_photo
 
 
-def pixel_map(photo: Photo, facade: Facade, raster: Raster, projection: str) -> PixelMap:
+def pixel_map(photo: Photo, facade: Facade, raster: OrthoRaster, projection: str) -> PixelMap:
     """The map that the option `projection` names."""
     return (full_projection if projection == "full" else homography_projection)(photo, facade, raster)
 

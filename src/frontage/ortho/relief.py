@@ -14,9 +14,9 @@ import numpy as np
 
 from frontage.geometry.arrays import Array, Float
 from frontage.ortho.edges import Steps, measure_steps
-from frontage.ortho.frame import Raster
 from frontage.ortho.gaps import Gaps
 from frontage.ortho.options import OrthoOptions
+from frontage.ortho.orthoraster import OrthoRaster
 from frontage.ortho.recess import DEEPEST_REVEAL, framed, rooms
 from frontage.raster import gridding
 from frontage.raster.tiles import Tile
@@ -32,17 +32,17 @@ _FRIENDS = 3  # of the 24 neighbours that must agree with a cell within a step, 
 
 
 @dataclass(frozen=True)
-class Relief:
+class ReliefMap:
     """Depth y (h, w) float32 m by cell of `raster`, gaps filled; both sides of steps; 1 where measured."""
 
-    raster: Raster
+    raster: OrthoRaster
     y: Array
     near: Array
     far: Array
     known: Array
     steps: Steps
 
-    def at(self, raster: Raster, tile: Tile, filled: bool = False) -> Array:
+    def at(self, raster: OrthoRaster, tile: Tile, filled: bool = False) -> Array:
         """Depth (rows, columns) float32 m of the pixels of a tile of a raster of the same facade.
 
         Where it was not measured it is NaN, or if `filled` that of the nearest surface: glass without
@@ -71,8 +71,8 @@ class Relief:
 
 
 def measure_relief(
-    xyz_facade: Float, spacing: float, raster: Raster, options: OrthoOptions, gaps: Gaps
-) -> Relief | None:
+    xyz_facade: Float, spacing: float, raster: OrthoRaster, options: OrthoOptions, gaps: Gaps
+) -> ReliefMap | None:
     """The relief from points (n, 3) m in the facade frame; None when the points are too sparse to tell.
 
     `spacing` m is the cloud's on the wall, `gaps` its local gaps. Cells are 3 cm or 1.5 spacings, whichever
@@ -102,7 +102,7 @@ def measure_relief(
     box = np.ones((5, 5), np.uint8)
     near, far = cv2.erode(full, box), cv2.dilate(full, box)
     steps = measure_steps(points, cells, near, far, STEP, raster, gaps)
-    return Relief(cells, full, near, far, known.astype(np.float32), steps)
+    return ReliefMap(cells, full, near, far, known.astype(np.float32), steps)
 
 
 def _agreed(y: Array) -> Array:

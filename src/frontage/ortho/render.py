@@ -6,10 +6,10 @@ import numpy as np
 
 from frontage.geometry.arrays import Array
 from frontage.model import Facade
-from frontage.ortho.frame import Raster
 from frontage.ortho.options import OrthoOptions
+from frontage.ortho.orthoraster import OrthoRaster
 from frontage.ortho.project import map_tile, pixel_map, shifted
-from frontage.ortho.relief import Relief
+from frontage.ortho.relief import ReliefMap
 from frontage.ortho.views import ViewPlan
 from frontage.raster.resample import resample
 from frontage.raster.sourcemap import SourceMap
@@ -21,9 +21,9 @@ TILE = 512  # px; one Jacobian per tile
 def paint_photos(
     pixels: Array,
     source: Array,
-    relief: Relief | None,
+    relief: ReliefMap | None,
     facade: Facade,
-    raster: Raster,
+    raster: OrthoRaster,
     plan: ViewPlan,
     image_of: Callable[[str], Array],
     options: OrthoOptions,

@@ -6,14 +6,16 @@ import numpy as np
 from frontage.geometry.arrays import Array, Bool, Float
 from frontage.model import Scan
 from frontage.ortho.bands import TILE, Bands
-from frontage.ortho.frame import Raster
 from frontage.ortho.gaps import Gaps
+from frontage.ortho.orthoraster import OrthoRaster
 from frontage.ortho.splat import Samples, splat, surface_samples
 from frontage.raster import gridding
 from frontage.raster.tiles import allocate, tiles
 
 
-def intensity_band(scan: Scan, xyz_facade: Float, near: Bool, raster: Raster, gaps: Gaps) -> Array | None:
+def intensity_band(
+    scan: Scan, xyz_facade: Float, near: Bool, raster: OrthoRaster, gaps: Gaps
+) -> Array | None:
     """Intensity (h, w) float32 0..1 of the scan on the facade, NaN = none; None when the scan has none."""
     if scan.intensity is None or not near.any():
         return None
@@ -37,7 +39,7 @@ def picture_kind(scan: Scan) -> str:
 
 
 def paint_scan(
-    bands: Bands, scan: Scan, xyz_facade: Float, near: Bool, raster: Raster, gaps: Gaps
+    bands: Bands, scan: Scan, xyz_facade: Float, near: Bool, raster: OrthoRaster, gaps: Gaps
 ) -> tuple[str, ...]:
     """Fill pixels, source and gsd from the scan's colour, else intensity, else shape; name the source."""
     points, kind = xyz_facade[near], picture_kind(scan)
@@ -62,7 +64,7 @@ def _paint_tile(
     value: Array,
     known: Bool,
     samples: Samples,
-    raster: Raster,
+    raster: OrthoRaster,
     window: tuple[slice, slice],
     shading: tuple[float, float] | None,
 ) -> None:

@@ -12,8 +12,8 @@ import cv2
 import numpy as np
 
 from frontage.geometry.arrays import Array, Float
-from frontage.ortho.frame import Raster
 from frontage.ortho.gaps import Gaps
+from frontage.ortho.orthoraster import OrthoRaster
 from frontage.raster import gridding
 from frontage.raster.tiles import tiles
 
@@ -36,7 +36,7 @@ class Samples:
     gaps: Gaps
 
 
-def surface_samples(xyz_facade: Float, value: Array, raster: Raster, gaps: Gaps) -> Samples:
+def surface_samples(xyz_facade: Float, value: Array, raster: OrthoRaster, gaps: Gaps) -> Samples:
     """Points (n, 3) m of the surface with their values (n, k) that lie on the raster."""
     at = raster.pixel(xyz_facade)
     c, r = np.floor(at).astype(np.int64).T
@@ -44,7 +44,7 @@ def surface_samples(xyz_facade: Float, value: Array, raster: Raster, gaps: Gaps)
     return Samples(at[inside], value[inside], gaps)
 
 
-def splat(samples: Samples, raster: Raster, out: Array, known: Array) -> None:
+def splat(samples: Samples, raster: OrthoRaster, out: Array, known: Array) -> None:
     """Write values (h, w, k) to `out` and True to `known` (h, w) where there is a surface, tile by tile."""
     order = np.argsort(samples.at[:, 1], kind="stable")
     at, value = samples.at[order], samples.value[order]

@@ -14,11 +14,11 @@ import numpy as np
 
 from frontage.geometry.arrays import Array, Float
 from frontage.model import Facade, Photo
-from frontage.ortho.frame import Raster
 from frontage.ortho.options import OrthoOptions
+from frontage.ortho.orthoraster import OrthoRaster
 from frontage.ortho.project import pixel_map
 from frontage.ortho.recess import DEEPEST_REVEAL
-from frontage.ortho.relief import Relief
+from frontage.ortho.relief import ReliefMap
 from frontage.raster.tiles import Tile
 from frontage.raster.zbuffer import splat_depth
 
@@ -43,7 +43,7 @@ class ViewPlan:
     """Per cell: `label` (h, w) int16, index into `photos`, -1 = none; `gsd` (h, w) m of that photo; and which
     photos (k, h, w) bool see it with nothing in front."""
 
-    cells: Raster
+    cells: OrthoRaster
     step: int
     photos: tuple[Photo, ...]
     label: Array
@@ -57,7 +57,7 @@ class ViewPlan:
 
 
 @dataclass(frozen=True)
-class Cloud:
+class OccluderCloud:
     """What may hide the facade: points (n, 3) m local, spacing (n,) m of the surface each belongs to."""
 
     xyz: Float
@@ -66,9 +66,9 @@ class Cloud:
 
 def plan_views(
     facade: Facade,
-    raster: Raster,
-    relief: Relief | None,
-    cloud: Cloud,
+    raster: OrthoRaster,
+    relief: ReliefMap | None,
+    cloud: OccluderCloud,
     photos: Sequence[Photo],
     options: OrthoOptions,
 ) -> ViewPlan | None:
@@ -79,7 +79,7 @@ def plan_views(
     if relief is not None:
         measured = relief.at(cells, Tile(0, cells.height, 0, cells.width), filled=True)
         y = measured.astype(np.float64)
-    views = [v for p in photos if (v := _look(p, facade, cells, y, options)) is not None]
+    views = [v for p in photos if (v := _photo_view(p, facade, cells, y, options)) is not None]
     views = sorted(views, key=lambda v: -float(v.quality.sum()))[: options.max_photos]
     if not views:
         return None
@@ -97,7 +97,7 @@ def plan_views(
 
 
 @dataclass(frozen=True)
-class _View:
+class _PhotoView:
     """A photo's look at the cells: pixels (h, w, 2), smoothed quality (h, w), effective gsd (h, w) m."""
 
     photo: Photo
@@ -106,7 +106,9 @@ class _View:
     gsd: Array
 
 
-def _look(photo: Photo, facade: Facade, cells: Raster, y: Array, options: OrthoOptions) -> _View | None:
+def _photo_view(
+    photo: Photo, facade: Facade, cells: OrthoRaster, y: Array, options: OrthoOptions
+) -> _PhotoView | None:
     """How a photo sees the cells, or None when it does not: behind the facade, or looking elsewhere."""
     centre = facade.frame.inverse.apply(photo.pose.t[None])[0]
     if centre[1] >= 0:
@@ -127,7 +129,7 @@ def _look(photo: Photo, facade: Facade, cells: Raster, y: Array, options: OrthoO
     k = max(1, round(_PATCH / cells.gsd)) | 1
     smooth = cv2.blur(quality, (k, k), borderType=cv2.BORDER_REPLICATE)
     flat = to_photo(column[None, :], row[:, None], 0.0)
-    return _View(
+    return _PhotoView(
         photo, at, np.where(fade > 0, np.maximum(smooth, 1e-12), 0.0), _effective_gsd(flat, cells.gsd)
     )
 
@@ -163,7 +165,9 @@ def _connected(quality: Array, radius: int) -> Array:
     return np.asarray(label.astype(np.int16))
 
 
-def _visibility(view: _View, facade: Facade, cells: Raster, y: Array, cloud: Cloud) -> Array:
+def _visibility(
+    view: _PhotoView, facade: Facade, cells: OrthoRaster, y: Array, cloud: OccluderCloud
+) -> Array:
     """1 for cells (h, w) with nothing in front, `_SELF` with parts of the facade itself there, else 0."""
     photo = view.photo
     camera_from_local = photo.pose.inverse

@@ -6,10 +6,10 @@ from pathlib import Path
 import numpy as np
 
 from frontage.geometry.arrays import Float
-from frontage.model import Surfaces
+from frontage.model import Polygons
 
 
-def read_obj(path: Path) -> list[tuple[str, Surfaces]]:
+def read_obj(path: Path) -> list[tuple[str, Polygons]]:
     """Every object (`o`) of an OBJ file that has faces, with its name; one unnamed if there are none.
 
     Raises ValueError naming the line at fault.
@@ -36,7 +36,7 @@ def read_obj(path: Path) -> list[tuple[str, Surfaces]]:
     return [(name, _surfaces(xyz, faces)) for name, faces in full]
 
 
-def read_off(path: Path) -> Surfaces:
+def read_off(path: Path) -> Polygons:
     """The faces of an OFF file. Raises ValueError naming what is wrong."""
     lines = [words for line in path.read_text("utf-8").splitlines() if (words := line.split("#")[0].split())]
     if not lines or lines[0][0] != "OFF":
@@ -58,8 +58,8 @@ def read_off(path: Path) -> Surfaces:
     return _surfaces(xyz, faces)
 
 
-def _surfaces(xyz: Float, faces: Sequence[Sequence[int]]) -> Surfaces:
-    return Surfaces.of([[xyz[np.asarray(face, np.int64)]] for face in faces])
+def _surfaces(xyz: Float, faces: Sequence[Sequence[int]]) -> Polygons:
+    return Polygons.of([[xyz[np.asarray(face, np.int64)]] for face in faces])
 
 
 def _numbers(words: Sequence[str], line: int) -> list[float]:

@@ -6,10 +6,10 @@ from pathlib import Path
 import numpy as np
 
 from frontage.geometry.arrays import Float
-from frontage.model import Surfaces
+from frontage.model import Polygons
 
 
-def read_poly(path: Path) -> Surfaces:
+def read_poly(path: Path) -> Polygons:
     """The facets of a .poly file, polygons after the first as holes; hole and region points are not read.
 
     Raises ValueError naming what is wrong with the text.
@@ -31,7 +31,7 @@ def read_poly(path: Path) -> Surfaces:
         facets.append(_facet([int(w) for w in words], lines, vertices, base, k))
     if len(facets) < number:
         raise ValueError(f"it ends before facet {len(facets)} of {number}")
-    return Surfaces.of(facets)
+    return Polygons.of(facets)
 
 
 def _facet(

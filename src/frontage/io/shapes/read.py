@@ -10,7 +10,7 @@ from frontage.io.shapes.facefiles import read_obj, read_off
 from frontage.io.shapes.gml import read_gml
 from frontage.io.shapes.json import read_json
 from frontage.io.shapes.polyfile import read_poly
-from frontage.model import Feature, Shape, Surfaces
+from frontage.model import Feature, Polygons, Shape
 
 Primitive = Literal["Solid", "CompositeSurface", "MultiSurface"]
 _ADVICE = "name a CityJSON, CityGML, OBJ, OFF or POLY file"
@@ -42,7 +42,7 @@ def read_shapes(
     return kind, [Feature(name, kind, (shape,)) for name, shape in shapes]
 
 
-def _one_shell(path: str | Path) -> Surfaces:
+def _one_shell(path: str | Path) -> Polygons:
     """A file with one shell in it."""
     p = require_file(path)
     with reading(p, "model", "name an OBJ, OFF or POLY file"):
@@ -52,7 +52,7 @@ def _one_shell(path: str | Path) -> Surfaces:
         return objects[0][1]
 
 
-def _faces(path: Path) -> list[tuple[str, Surfaces]] | None:
+def _faces(path: Path) -> list[tuple[str, Polygons]] | None:
     """The objects of a file of faces; None for the formats that know solids."""
     suffix = path.suffix.lower()
     if suffix == ".obj":

@@ -15,7 +15,7 @@ _MAX_PIXELS = 40_000_000_000
 
 
 @dataclass(frozen=True)
-class Raster:
+class OrthoRaster:
     """Pixels of `gsd` m from `corner` (x, z) m, the outer upper left corner; columns = +x, rows = -z."""
 
     corner: tuple[float, float]
@@ -40,20 +40,20 @@ class Raster:
             [(xyz_facade[:, 0] - self.corner[0]) / self.gsd, (self.corner[1] - xyz_facade[:, 2]) / self.gsd]
         )
 
-    def coarser(self, step: int) -> "Raster":
+    def coarser(self, step: int) -> "OrthoRaster":
         """The raster of cells of step x step pixels that covers this one."""
-        return Raster(self.corner, self.gsd * step, -(-self.width // step), -(-self.height // step))
+        return OrthoRaster(self.corner, self.gsd * step, -(-self.width // step), -(-self.height // step))
 
-    def of_cells(self, size: float) -> "Raster":
+    def of_cells(self, size: float) -> "OrthoRaster":
         """The raster of cells of `size` m, from the same corner, that covers this one and a cell more."""
-        return Raster(
+        return OrthoRaster(
             self.corner,
             size,
             math.ceil(self.width * self.gsd / size) + 1,
             math.ceil(self.height * self.gsd / size) + 1,
         )
 
-    def window_of(self, other: "Raster", tile: Tile) -> tuple[tuple[int, int, int, int], Array, Array]:
+    def window_of(self, other: "OrthoRaster", tile: Tile) -> tuple[tuple[int, int, int, int], Array, Array]:
         """Where a tile of `other` lies in this raster: window (r0, r1, c0, c1), at least two cells a side if
         there are, and in it the columns u (n,) and rows v (m,) of the tile's pixels, whole numbers = centres.
         """
@@ -71,7 +71,7 @@ def _window(at: Array, size: int) -> tuple[int, int]:
     return first, int(np.clip(np.floor(at[-1]) + 2, first + 1, size))
 
 
-def facade_raster(facade: Facade, options: OrthoOptions) -> Raster:
+def facade_raster(facade: Facade, options: OrthoOptions) -> OrthoRaster:
     """The raster that covers the facade's outline and its margin; its corner is a whole number of pixels.
 
     Raises OptionError when the gsd is so small that the image could not be stored.
@@ -87,4 +87,4 @@ def facade_raster(facade: Facade, options: OrthoOptions) -> Raster:
             f"{width} x {height} pixels, choose a larger gsd",
             code="I320",
         )
-    return Raster((left * gsd, top * gsd), gsd, width, height)
+    return OrthoRaster((left * gsd, top * gsd), gsd, width, height)

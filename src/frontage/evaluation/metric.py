@@ -1,4 +1,4 @@
-"""Figures with their 95 % intervals, by bootstrap over the items they were computed from."""
+"""Metrics with their 95 % intervals, by bootstrap over the items they were computed from."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
@@ -17,7 +17,7 @@ Statistic = Callable[[Array], Array]
 
 
 @dataclass(frozen=True)
-class Figure:
+class Metric:
     """A value with its 95 % interval, the number of items behind it, and its unit.
 
     `value` is None when there was no item; `low` and `high` are None with fewer than two items.
@@ -31,10 +31,10 @@ class Figure:
 
 
 @dataclass(frozen=True)
-class Part:
+class ScorePart:
     """What one part of a result scored: figures by name, and one row per item for people to look into."""
 
-    figures: Mapping[str, Figure]
+    figures: Mapping[str, Metric]
     items: tuple[Mapping[str, Any], ...] = field(default=())
     notes: tuple[str, ...] = field(default=())
 
@@ -46,7 +46,7 @@ class Absent:
     reason: str
 
 
-def figure(items: Array, statistic: Statistic, unit: str = "", seed: int = 0) -> Figure:
+def metric(items: Array, statistic: Statistic, unit: str = "", seed: int = 0) -> Metric:
     """`statistic` of items (n,) or (n, k), its interval by the percentile bootstrap (Efron 1979).
 
     Items are drawn with replacement 1000 times; not finite statistics of a draw are left out.
@@ -54,12 +54,12 @@ def figure(items: Array, statistic: Statistic, unit: str = "", seed: int = 0) ->
     items = np.asarray(items, np.float64)
     n = len(items)
     if n == 0:
-        return Figure(None, None, None, 0, unit)
+        return Metric(None, None, None, 0, unit)
     value = float(statistic(items[None])[0])
     if not np.isfinite(value):
-        return Figure(None, None, None, n, unit)
+        return Metric(None, None, None, n, unit)
     if n == 1:
-        return Figure(value, None, None, 1, unit)
+        return Metric(value, None, None, 1, unit)
     rng = np.random.default_rng(seed)
     rows = max(1, _CHUNK // items.size)
     drawn: list[Float] = []
@@ -70,7 +70,7 @@ def figure(items: Array, statistic: Statistic, unit: str = "", seed: int = 0) ->
     draws = draws[np.isfinite(draws)]
     tail = (1 - _LEVEL) / 2
     low, high = (float(v) for v in np.quantile(draws, [tail, 1 - tail])) if len(draws) else (value, value)
-    return Figure(value, low, high, n, unit)
+    return Metric(value, low, high, n, unit)
 
 
 def median(items: Array) -> Array:
@@ -106,15 +106,15 @@ def detection(items: Array, which: str) -> Array:
         return np.asarray(hit / below)
 
 
-def detections(items: Array, ending: str = "") -> dict[str, Figure]:
+def detections(items: Array, ending: str = "") -> dict[str, Metric]:
     """The three figures of `detection` from items (n, 3), named with `ending`."""
     return {
-        f"{which}{ending}": figure(items, lambda v, w=which: detection(v, w))  # type: ignore[misc]
+        f"{which}{ending}": metric(items, lambda v, w=which: detection(v, w))  # type: ignore[misc]
         for which in ("precision", "recall", "f1")
     }
 
 
-def normalised(errors: Array, prefix: str, dof: int = 1) -> dict[str, Figure]:
+def normalised(errors: Array, prefix: str, dof: int = 1) -> dict[str, Metric]:
     """How errors compare with the standard errors that were reported for them; honest ones give 1 and 0.95.
 
     errors  (n,) error / sigma, or with dof > 1 the squared Mahalanobis distances (NEES, Bar-Shalom 2001)
@@ -124,6 +124,6 @@ def normalised(errors: Array, prefix: str, dof: int = 1) -> dict[str, Figure]:
     squared = np.asarray(errors, np.float64) ** (2 if dof == 1 else 1)
     limit = float(chi2.ppf(_LEVEL, dof))
     return {
-        f"{prefix}_normalised": figure(squared, lambda v: np.sqrt(mean(v) / dof)),
-        f"{prefix}_within_95": figure(squared, lambda v: within(v, limit)),
+        f"{prefix}_normalised": metric(squared, lambda v: np.sqrt(mean(v) / dof)),
+        f"{prefix}_within_95": metric(squared, lambda v: within(v, limit)),
     }
