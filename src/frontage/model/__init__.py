@@ -1,6 +1,8 @@
-"""The nouns of Frontage: frozen dataclasses over read-only numpy arrays, checked when made.
+"""The nouns of Frontage, in which all rooms exchange their results.
 
-Frames, units and signs are on one page: docs/conventions.md.
+They are frozen dataclasses over read-only numpy arrays, which are checked when an object is made and hold no
+file paths. Frames, units and signs are explained on one page, docs/conventions.md; the facade frame and the
+position of pixels are those of paper A, sections 2.2 and 3.2. There is no entry function.
 """
 
 from frontage.model.building import Building, Footprint, Surface
