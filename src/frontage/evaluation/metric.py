@@ -1,4 +1,4 @@
-"""Metrics with their 95 % intervals, by bootstrap over the items they were computed from."""
+"""Metrics with 95 % intervals, by bootstrap over the items that they were computed from."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
@@ -10,17 +10,17 @@ from frontage.geometry.arrays import Array, Float
 
 _DRAWS = 1000
 _LEVEL = 0.95
-_CHUNK = 4_000_000  # values drawn at once: bounds the memory to some 32 MB
+_CHUNK = 4_000_000  # values drawn at once, which limits the memory to about 32 MB
 
 Statistic = Callable[[Array], Array]
-"""From drawn items (b, n) or (b, n, k) to one value per draw (b,)."""
+"""Maps drawn items (b, n) or (b, n, k) to one value per draw (b,)."""
 
 
 @dataclass(frozen=True)
 class Metric:
     """A value with its 95 % interval, the number of items behind it, and its unit.
 
-    `value` is None when there was no item; `low` and `high` are None with fewer than two items.
+    `value` is None when there are no items; `low` and `high` are None with fewer than two.
     """
 
     value: float | None
@@ -32,7 +32,7 @@ class Metric:
 
 @dataclass(frozen=True)
 class ScorePart:
-    """What one part of a result scored: figures by name, and one row per item for people to look into."""
+    """The score of one part of a result: metrics by name, one row per item for inspection, and notes."""
 
     figures: Mapping[str, Metric]
     items: tuple[Mapping[str, Any], ...] = field(default=())
@@ -41,15 +41,15 @@ class ScorePart:
 
 @dataclass(frozen=True)
 class Absent:
-    """A part that the result does not contain, and why it could not be scored."""
+    """A part that could not be scored because the result does not contain it, and the reason."""
 
     reason: str
 
 
 def metric(items: Array, statistic: Statistic, unit: str = "", seed: int = 0) -> Metric:
-    """`statistic` of items (n,) or (n, k), its interval by the percentile bootstrap (Efron 1979).
+    """Computes a statistic of items (n,) or (n, k) with its percentile bootstrap interval (Efron 1979).
 
-    Items are drawn with replacement 1000 times; not finite statistics of a draw are left out.
+    Items are drawn with replacement 1000 times; draws whose statistic is not finite are ignored.
     """
     items = np.asarray(items, np.float64)
     n = len(items)
@@ -89,17 +89,17 @@ def rms(items: Array) -> Array:
 
 
 def p95(items: Array) -> Array:
-    """The value that 95 of 100 items stay below."""
+    """The 95th percentile of every draw."""
     return np.asarray(np.quantile(items, 0.95, axis=1))
 
 
 def within(items: Array, bound: float) -> Array:
-    """Share of the items whose absolute value is at most `bound`."""
+    """Share of the items of every draw whose absolute value is at most `bound`."""
     return np.asarray((np.abs(items) <= bound).mean(axis=1))
 
 
 def detection(items: Array, which: str) -> Array:
-    """Precision, recall or F1 of items (b, n, 3): found and true, found but not true, missed."""
+    """Precision, recall or F1 ("f1") of items (b, n, 3): found and true, found but not true, missed."""
     hit, extra, missed = (items[..., k].sum(axis=1) for k in range(3))
     below = {"precision": hit + extra, "recall": hit + missed, "f1": hit + (extra + missed) / 2}[which]
     with np.errstate(invalid="ignore", divide="ignore"):
@@ -107,7 +107,7 @@ def detection(items: Array, which: str) -> Array:
 
 
 def detections(items: Array, ending: str = "") -> dict[str, Metric]:
-    """The three figures of `detection` from items (n, 3), named with `ending`."""
+    """Precision, recall and F1 of items (n, 3) as metrics; `ending` is appended to their names."""
     return {
         f"{which}{ending}": metric(items, lambda v, w=which: detection(v, w))  # type: ignore[misc]
         for which in ("precision", "recall", "f1")
@@ -115,7 +115,7 @@ def detections(items: Array, ending: str = "") -> dict[str, Metric]:
 
 
 def normalised(errors: Array, prefix: str, dof: int = 1) -> dict[str, Metric]:
-    """How errors compare with the standard errors that were reported for them; honest ones give 1 and 0.95.
+    """Compares errors with the standard errors that were reported for them; realistic ones give 1 and 0.95.
 
     errors  (n,) error / sigma, or with dof > 1 the squared Mahalanobis distances (NEES, Bar-Shalom 2001)
     """

@@ -1,8 +1,8 @@
-"""Openings found against openings built: detection, borders, depth, shape, window bars.
+"""Scores openings: detection, borders, depth, shape and window bars.
 
-Every true opening is matched with at most one found opening on its facade (largest sum of IoU). Openings
-that hardly any sensor saw, and those behind closed shutters, cannot be missed or wrongly found: they are
-told of in figures of their own.
+Every true opening is matched with at most one found opening on its facade (largest sum of IoU). Openings that
+hardly any sensor saw and those behind closed shutters count neither as missed nor as wrongly found; they have
+metrics of their own.
 """
 
 from collections.abc import Iterable, Sequence
@@ -30,16 +30,22 @@ from frontage.geometry.arrays import Array, Float
 from frontage.model import DOORS
 
 VISIBLE, PARTLY = 0.8, 0.2
-"""Share of an opening with a free line of sight, above which it counts as visible, as partly visible."""
+"""Shares of an opening in sight from which it counts as visible and as partly visible."""
 
-_FAR = 1.5  # m: an opening further than this from a facade's plane is not on it
-_SLANT = np.cos(np.radians(25.0))
-_INSIDE = 0.5  # share of an opening that lies within the facade's outline
+_FAR_M = 1.5  # an opening farther from the plane of a facade does not lie on it
+_SLANT_COS = np.cos(np.radians(25.0))  # largest angle between an opening and its facade
+_INSIDE = 0.5  # share of an opening that must lie within the outline of its facade
 
 
 @dataclass(frozen=True, eq=False)
 class OpeningPair:
-    """A true opening and the found one it was matched with (None = missed), its class and their overlap."""
+    """A true opening and the found one that it was matched with (None = missed).
+
+    seen   "visible", "partly", "hidden" or "shuttered"
+    ring   (k, 2) m (x, z), the found ring in the true facade frame
+    iou    of both rings
+    bars   (m,) m, position errors of the bars; exact = whether their layout is right
+    """
 
     truth: TrueOpening
     seen: str
@@ -51,7 +57,7 @@ class OpeningPair:
 
 
 def score_openings(truth: Truth, found: Sequence[FoundOpening], sensors: Sequence[str] = ()) -> ScorePart:
-    """Figures of all openings; `sensors` names the truth's sensors that the result may have used (all)."""
+    """Scores all openings; `sensors` names the sensors that the result may have used (none named = all)."""
     pairs, extra, elsewhere = _matched(truth, found, sensors)
     figures = {"found": Metric(float(len(found)), None, None, len(found)), **_detection(pairs, extra)}
     for seen in ("visible", "partly", "hidden", "shuttered"):
@@ -69,7 +75,7 @@ def score_openings(truth: Truth, found: Sequence[FoundOpening], sensors: Sequenc
 def _matched(
     truth: Truth, found: Sequence[FoundOpening], sensors: Sequence[str]
 ) -> tuple[list[OpeningPair], list[FoundOpening], list[FoundOpening]]:
-    """Pairs of all true openings, found ones without a true one, found ones on no true facade."""
+    """Returns pairs for all true openings, found ones without a partner, and those on no true facade."""
     home = [_home(truth.facades, o) for o in found]
     pairs: list[OpeningPair] = []
     extra: list[FoundOpening] = []
@@ -91,7 +97,7 @@ def _matched(
 
 
 def visibility(opening: TrueOpening, sensors: Sequence[str] = ()) -> str:
-    """ "visible", "partly", "hidden", or "shuttered", by the sensor that saw most of it."""
+    """Classifies an opening as "visible", "partly", "hidden" or "shuttered", by the sensor that saw most."""
     if opening.shutters == "closed":
         return "shuttered"
     best = best_share(opening.visible, sensors)
@@ -99,12 +105,15 @@ def visibility(opening: TrueOpening, sensors: Sequence[str] = ()) -> str:
 
 
 def _home(facades: Sequence[TrueFacade], opening: FoundOpening) -> int | None:
-    """The facade that an opening lies on: near its plane, parallel to it, most of it within the outline."""
+    """Returns the number of the facade that an opening lies on, or None.
+
+    It must be near the plane, parallel to it, and mostly within the outline.
+    """
     best, home = _INSIDE, None
     normal = _normal(opening.ring)
     for number, facade in enumerate(facades):
         y = facade.frame.inverse.apply(opening.ring)[:, 1]
-        if abs(y.mean()) > _FAR or abs(normal @ facade.frame.R[:, 1]) < _SLANT:
+        if abs(y.mean()) > _FAR_M or abs(normal @ facade.frame.R[:, 1]) < _SLANT_COS:
             continue
         ring = shapely.make_valid(shapely.Polygon(_plan(facade, opening.ring)))
         wall = shapely.make_valid(shapely.Polygon(facade.outline))
@@ -115,7 +124,7 @@ def _home(facades: Sequence[TrueFacade], opening: FoundOpening) -> int | None:
 
 
 def _plan(facade: TrueFacade, ring: Float) -> Float:
-    """A ring (k, 3) m on the facade: (k, 2) x, z."""
+    """Projects a ring (k, 3) m onto a facade: (k, 2) m (x, z)."""
     return np.asarray(facade.frame.inverse.apply(ring)[:, [0, 2]])
 
 
@@ -128,7 +137,7 @@ def _normal(ring: Float) -> Float:
 
 
 def _counts(pairs: Iterable[OpeningPair], extra: int, level: float, classes: Sequence[str]) -> Array:
-    """Rows (n, 3): found and true, found but not true, missed. Other classes may be found, not missed."""
+    """Rows (n, 3): found and true, found but not true, missed; only `classes` can be missed."""
     rows = []
     for p in pairs:
         hit = p.iou >= level
@@ -140,7 +149,7 @@ def _counts(pairs: Iterable[OpeningPair], extra: int, level: float, classes: Seq
 
 
 def _detection(pairs: Sequence[OpeningPair], extra: Sequence[FoundOpening]) -> dict[str, Metric]:
-    """Precision, recall and F1 of what was visible at all, and of what was well visible."""
+    """Precision, recall and F1 of all openings that were at least partly visible, and of the visible ones."""
     out: dict[str, Metric] = {}
     for level in (0.5, 0.75):
         name = f"_{round(100 * level)}"
@@ -151,7 +160,7 @@ def _detection(pairs: Sequence[OpeningPair], extra: Sequence[FoundOpening]) -> d
 
 
 def _box(ring: Float) -> Float:
-    """left, right, bottom, top of a ring (k, 2)."""
+    """Left, right, bottom and top of a ring (k, 2)."""
     (x0, z0), (x1, z1) = ring.min(0), ring.max(0)
     return np.array([x0, x1, z0, z1])
 
@@ -195,13 +204,14 @@ def _depth(pairs: Sequence[OpeningPair]) -> dict[str, Metric]:
 
 
 def _labels(pairs: Sequence[OpeningPair]) -> dict[str, Metric]:
-    """How often kind and shape are the true ones."""
+    """Shares of openings whose kind and shape are right."""
     kinds = [_same_kind(p.found, p.truth.kind) for p in pairs if p.found is not None]
     shapes = [p.found.shape.lower() == p.truth.shape for p in pairs if p.found is not None and p.found.shape]
     return {"kind_right": metric(np.array(kinds), mean), "shape_right": metric(np.array(shapes), mean)}
 
 
 def _same_kind(found: FoundOpening, kind: str) -> bool:
+    """Whether the kind is right; a coarse result only distinguishes doors from windows."""
     told = found.kind.lower()
     return (told == "door") == (kind in DOORS) if found.coarse else told == kind
 
@@ -217,7 +227,7 @@ def _bars(pairs: Sequence[OpeningPair]) -> dict[str, Metric]:
 
 
 def _row(p: OpeningPair) -> dict[str, Any]:
-    """One true opening for people: what was found, and how far off it is in mm."""
+    """One true opening for inspection: what was found, and its errors in mm."""
     row: dict[str, Any] = {"id": p.truth.id, "kind": p.truth.kind, "seen": p.seen}
     if p.found is None or p.ring is None:
         return row | {"found": None}

@@ -1,4 +1,4 @@
-"""Poses of photos and scans found against the true ones."""
+"""Scores the poses of photos and scans."""
 
 from collections.abc import Sequence
 
@@ -12,10 +12,10 @@ from frontage.geometry.rigid import rotation_angle
 
 
 def score_poses(truth: Sequence[TruePose], found: Sequence[FoundPose]) -> ScorePart:
-    """Distances of the places, angles between the attitudes, and errors over the reported sigmas.
+    """Scores positions, attitudes, and both against the standard errors reported with them.
 
-    `after_shift_median` is the distance once the mean shift of all poses is taken out: what remains when
-    the whole block was placed a little off.
+    `after_shift_median` is the distance that remains after the mean shift of all poses, which a misplacement
+    of the whole block causes, was subtracted.
     """
     by_name = {t.name: t for t in truth}
     pairs = [(by_name[f.name], f) for f in found if f.name in by_name]
@@ -43,7 +43,7 @@ def score_poses(truth: Sequence[TruePose], found: Sequence[FoundPose]) -> ScoreP
 
 
 def _turn(truth: TruePose, found: FoundPose) -> Float:
-    """Rotation vector rad, world axes, from the true attitude to the found one."""
+    """Rotation vector (3,) rad, world axes, from the true attitude to the found one."""
     R = found.pose.R @ truth.true.R.T
     angle = rotation_angle(R)
     axis = np.array([R[2, 1] - R[1, 2], R[0, 2] - R[2, 0], R[1, 0] - R[0, 1]])
@@ -52,7 +52,7 @@ def _turn(truth: TruePose, found: FoundPose) -> Float:
 
 
 def _ratios(errors: Float, sigmas: Sequence[Float | None]) -> Float:
-    """error / sigma of every component that has a positive sigma."""
+    """Ratio error / sigma of every component that has a positive sigma."""
     known = [(e, s) for e, s in zip(errors, sigmas, strict=True) if s is not None]
     ratio = [e[s > 0] / s[s > 0] for e, s in known]
     return np.concatenate(ratio) if ratio else np.empty(0)
