@@ -17,7 +17,7 @@ import numpy as np
 
 from _common import ROOT  # noqa: F401  (finds the tests' helpers)
 from frontage.catalog import numbered
-from frontage.exports import building_mesh, city_building, drawn, picture
+from frontage.exports import building_mesh, city_building, model_triangles, render_model
 from frontage.facades import find_facades
 from frontage.io.citymodels.citygml.write import write_citygml
 from frontage.io.citymodels.cityjson.write import write_cityjson
@@ -92,7 +92,7 @@ def main() -> None:
         write_citygml(Path(folder, "m.gml"), city, scan.world, "m", "2.0")
         write_citygml(Path(folder, "m3.gml"), city, scan.world, "m", "3.0")
         Path(folder, "m.glb").write_bytes(glb_of([building_mesh(made, (), 2.0)], scan.world))
-        picture(drawn(made), facades[0].frame.R[:, 1])
+        render_model(model_triangles(made), facades[0].frame.R[:, 1])
     clock.tell("files")
     clock.show()
     count = sum(len(e.openings) for _, e in fronts)

@@ -15,7 +15,7 @@ from _common import bootstrap, figure, table
 import ortho_wall as wall  # _common has put tests/ on the path
 from frontage.geometry.homography import apply_homography, homography_from_pairs
 from frontage.ortho import OrthoOptions, make_ortho
-from frontage.ortho.frame import facade_raster
+from frontage.ortho.orthoraster import facade_raster
 from frontage.ortho.project import full_projection, map_tile, plane_homography
 from frontage.raster.resample import resample
 from frontage.raster.tiles import tiles

@@ -6,6 +6,7 @@ The street runs north (azimuth 90 degrees), the house stands to the west of it, 
 import numpy as np
 import pytest
 
+from frontage.geometry.plane import facade_axes
 from frontage.geometry.rigid import Rigid3
 from frontage.model import Camera, Estimate, Facade, OrthoImage, Photo, WorldRef
 
@@ -57,13 +58,28 @@ def test_facade_frame_is_right_handed_x_right_y_inward_z_up(facade: Facade) -> N
     assert Y @ looking > 0  # y grows into the building
 
 
-def test_facade_axes_follow_paper_a_from_azimuth_and_zenith(facade: Facade) -> None:
-    """Paper A eq. 2-4 with phi = 180 degrees (the normal points west, into the house), psi = 90 degrees."""
-    phi, psi = np.pi, np.pi / 2
+def test_facade_axes_of_the_street_are_those_worked_out_by_hand() -> None:
+    """The wall leans back by 3-4-5: its inward normal points west and down, its upward axis up and west."""
+    np.testing.assert_allclose(facade_axes(np.array([-2.0, 0, 0])), LOCAL_FROM_FACADE.R, atol=1e-12)
+    leaning = [[0, -0.8, -0.6], [1, 0, 0], [0, -0.6, 0.8]]
+    np.testing.assert_allclose(facade_axes(np.array([-0.8, 0, -0.6])), leaning, atol=1e-12)
+
+
+@pytest.mark.parametrize("azimuth_deg", [0, 37, 90, 180, 251, 359])
+@pytest.mark.parametrize("zenith_deg", [90, 75, 100])
+def test_facade_axes_follow_paper_a_from_azimuth_and_zenith(azimuth_deg: int, zenith_deg: int) -> None:
+    """Paper A eq. 2-4: the axes from the azimuth phi and the zenith angle psi of the inward normal."""
+    phi, psi = np.radians([azimuth_deg, zenith_deg])
     X = (np.sin(phi), -np.cos(phi), 0)
     Y = (np.cos(phi) * np.sin(psi), np.sin(phi) * np.sin(psi), np.cos(psi))
     Z = (-np.cos(phi) * np.cos(psi), -np.sin(phi) * np.cos(psi), np.sin(psi))
-    np.testing.assert_allclose(facade.frame.R, np.column_stack([X, Y, Z]), atol=1e-12)
+    np.testing.assert_allclose(facade_axes(2.5 * np.array(Y)), np.column_stack([X, Y, Z]), atol=1e-12)
+
+
+@pytest.mark.parametrize("normal", [[0.0, 0.0, 1.0], [0.0, 0.0, 0.0], [np.nan, 0.0, 0.0]])
+def test_facade_axes_refuse_a_plane_without_a_direction_to_the_right(normal: list[float]) -> None:
+    with pytest.raises(ValueError, match="horizontal"):
+        facade_axes(np.array(normal))
 
 
 def test_scanner_frame_is_a_rigid_motion_away() -> None:

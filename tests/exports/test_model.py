@@ -5,9 +5,9 @@ import pytest
 
 from exports.test_facades import accessor, read_glb, world_of_vertices
 from facade_fakes import GSD, WORLD, jpeg, ortho
-from frontage.exports import FacadePicture, building_mesh, drawn, picture
-from frontage.exports.drawn import KINDS, Drawn
-from frontage.exports.parents import walls_of_openings
+from frontage.exports import FacadePicture, building_mesh, model_triangles, render_model
+from frontage.exports.openingwalls import walls_of_openings
+from frontage.exports.triangles import KINDS, ModelTriangles
 from frontage.io.meshes.glb import glb_of
 from frontage.model import Elements
 from frontage.solids import Assembled
@@ -27,7 +27,7 @@ def model() -> Assembled:
 
 def test_triangles_enclose_the_volume_of_the_solids() -> None:
     made = model()
-    a, b, c = np.moveaxis(drawn(made).corners, 1, 0)
+    a, b, c = np.moveaxis(model_triangles(made).corners, 1, 0)
     volume = np.einsum("ni,ni->n", a, np.cross(b, c)).sum() / 6
     solids = [made.built[0].solid, *(i.solid for i in made.installations)]
     assert volume == pytest.approx(sum(volume6(s) for s in solids) / 6e12, rel=1e-5)
@@ -64,7 +64,7 @@ def test_the_same_model_gives_the_same_bytes() -> None:
 
 def test_the_picture_shows_the_street_side() -> None:
     inward = wall().frame.R[:, 1]
-    front, back = (picture(drawn(model()), v, most=300) for v in (inward, -inward))
+    front, back = (render_model(model_triangles(model()), v, most=300) for v in (inward, -inward))
     glass = [int(((i[..., 2].astype(int) - i[..., 0]) > 25).sum()) for i in (front, back)]
     assert glass[0] > 500 and glass[1] == 0
     assert (front[0] == 255).all() and front.shape[1] <= 300
@@ -73,15 +73,19 @@ def test_the_picture_shows_the_street_side() -> None:
 def test_the_picture_is_taken_from_the_side_of_the_other_facades() -> None:
     inward = wall().frame.R[:, 1]
     aside = np.array([inward[1], -inward[0], 0.0])
-    left = picture(drawn(model()), inward, most=300)
-    assert np.array_equal(picture(drawn(model()), inward, np.array([inward, aside]), 300), left)
-    assert not np.array_equal(picture(drawn(model()), inward, np.array([inward, -aside]), 300), left)
+    left = render_model(model_triangles(model()), inward, most=300)
+    assert np.array_equal(
+        render_model(model_triangles(model()), inward, np.array([inward, aside]), 300), left
+    )
+    assert not np.array_equal(
+        render_model(model_triangles(model()), inward, np.array([inward, -aside]), 300), left
+    )
 
 
 def test_nothing_to_draw() -> None:
-    empty = Drawn(np.zeros((0, 3, 3)), np.zeros((0, 3)), np.zeros(0, np.int64), np.zeros((0, 2, 3)))
+    empty = ModelTriangles(np.zeros((0, 3, 3)), np.zeros((0, 3)), np.zeros(0, np.int64), np.zeros((0, 2, 3)))
     with pytest.raises(ValueError, match="nothing to draw"):
-        picture(empty, np.array([0.0, 1, 0]))
+        render_model(empty, np.array([0.0, 1, 0]))
 
 
 def test_openings_know_their_walls() -> None:
@@ -93,4 +97,4 @@ def test_openings_know_their_walls() -> None:
 
 
 def test_kinds_are_the_classes_of_faces() -> None:
-    assert set(np.unique(drawn(model()).kind)) <= set(range(len(KINDS)))
+    assert set(np.unique(model_triangles(model()).kind)) <= set(range(len(KINDS)))

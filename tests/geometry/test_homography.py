@@ -7,8 +7,8 @@ import pytest
 import ortho_wall as wall
 from frontage.errors import InputError
 from frontage.geometry.homography import apply_homography, homography_from_pairs
-from frontage.ortho.frame import facade_raster
 from frontage.ortho.options import OrthoOptions
+from frontage.ortho.orthoraster import facade_raster
 from frontage.ortho.project import full_projection, plane_homography
 
 

@@ -8,7 +8,7 @@ import pytest
 
 from frontage.errors import FileError, InputError, OptionError, UnsupportedFormat
 from frontage.io.shapes.read import read_shapes
-from frontage.model import Feature, Surfaces
+from frontage.model import Feature, Polygons
 from shape_files import (
     FACES,
     GOOD,
@@ -27,7 +27,7 @@ from shape_files import (
 OGC = "https://www.opengis.net/def/crs"
 
 
-def shell(features: list[Feature]) -> Surfaces:
+def shell(features: list[Feature]) -> Polygons:
     (shape,) = features[0].shapes
     assert shape.kind == "Solid"
     ((surfaces,),) = shape.solids

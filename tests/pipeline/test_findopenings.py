@@ -13,7 +13,7 @@ import pytest
 import frontage.pipeline.stages.openings as stage
 import frontage.pipeline.stages.views as views
 from facade_fakes import facade
-from frontage.evaluation.figure import Absent
+from frontage.evaluation.metric import Absent
 from frontage.model import Building, Failed, OrthoImage
 from frontage.openings import FoundOpenings, OpeningOptions, find_openings
 from frontage.pipeline.project import load_project

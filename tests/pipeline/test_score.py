@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from frontage.errors import FileError, InputError, OptionError, WorkspaceError
-from frontage.evaluation.figure import Absent, Part
+from frontage.evaluation.metric import Absent, ScorePart
 from frontage.evaluation.truth import TrueFacade, TrueOpening, Truth, read_truth
 from frontage.geometry.rigid import Rigid3
 from frontage.io.rasters.ortho import read_ortho, write_ortho
@@ -30,9 +30,9 @@ def truth(simulated: Path) -> Truth:
     return read_truth(truth_of(simulated))
 
 
-def part(scores: Scores, name: str) -> Part:
+def part(scores: Scores, name: str) -> ScorePart:
     found = scores.parts[name]
-    assert isinstance(found, Part), found
+    assert isinstance(found, ScorePart), found
     return found
 
 
@@ -220,7 +220,7 @@ def test_scans_that_the_truth_does_not_know_leave_the_split_unscored(copy: Path,
     scores = score(copy, simulated)
     absent = scores.parts["buildings"]
     assert isinstance(absent, Absent) and "other.e57" in absent.reason
-    assert isinstance(scores.parts["facades"], Part)
+    assert isinstance(scores.parts["facades"], ScorePart)
 
 
 def test_a_spoilt_true_picture_is_named(copy: Path, simulated: Path, tmp_path: Path) -> None:

@@ -9,7 +9,7 @@ import pytest
 
 from frontage.geometry.arrays import Float
 from frontage.geometry.ring import ring_area
-from frontage.model import Shape, Solid, Surfaces
+from frontage.model import Polygons, Shape, Solid
 from frontage.simulate.scene import House, Scene
 from frontage.simulate.spec import SceneSpec
 from frontage.simulate.street.build import build_street
@@ -137,5 +137,5 @@ def test_solids_and_city_model_are_valid_by_iso_19107() -> None:
         :4
     ]:
         assert validate(truth_solid(house, scene.world)) == ()
-        faces = Surfaces.of([[s.ring] for s in building.surfaces])
+        faces = Polygons.of([[s.ring] for s in building.surfaces])
         assert validate_shape(Shape("Solid", ((faces,),))) == ()

@@ -7,7 +7,7 @@ import numpy as np
 import shapely
 
 from frontage.geometry.arrays import Float
-from frontage.model import Shape, Surfaces
+from frontage.model import Polygons, Shape
 
 Ring = tuple[int, ...]
 Face = tuple[Ring, ...]
@@ -20,10 +20,10 @@ class Model:
     xyz: Float
     faces: tuple[Face, ...]
 
-    def surfaces(self, closed: bool = False) -> Surfaces:
+    def surfaces(self, closed: bool = False) -> Polygons:
         """As the validator takes it; `closed`: rings repeat their first point, as in GML."""
         turn = [[(*r, r[0]) if closed and r else r for r in face] for face in self.faces]
-        return Surfaces.of([[self.xyz[list(r)] for r in face] for face in turn], explicit=closed)
+        return Polygons.of([[self.xyz[list(r)] for r in face] for face in turn], explicit=closed)
 
     def shape(self, *inner: "Model", kind: str = "Solid") -> Shape:
         return Shape(kind, ((self.surfaces(), *(m.surfaces() for m in inner)),))  # type: ignore[arg-type]

@@ -7,7 +7,7 @@ import pytest
 import shapely
 
 from frontage.geometry.arrays import Float
-from frontage.model import Feature, Finding, Shape, Surfaces
+from frontage.model import Feature, Finding, Polygons, Shape
 from frontage.model.shape import CellGraph
 from frontage.validation import NAMES, QIE_NAMES, Tolerances, validate_feature
 from solids.models import Model, box, ell, extrude, pyramid
@@ -182,7 +182,7 @@ def wedge() -> Model:
     return Model(xyz, tuple(faces)).turned()
 
 
-def placed(models: tuple[Model, ...], place: str) -> list[Surfaces]:
+def placed(models: tuple[Model, ...], place: str) -> list[Polygons]:
     return [m.placed(*PLACES[place]).surfaces() for m in models]
 
 
@@ -266,14 +266,14 @@ def test_an_open_ring_where_rings_must_be_closed() -> None:
     assert validate_feature(Feature("B", "", (Shape("Solid", ((good,),)),))) == ()
     polygons = [[good.points[a:b]] for a, b in zip(good.rings[:-1], good.rings[1:], strict=True)]
     polygons[3] = [polygons[3][0][:-1]]
-    open_ring = Surfaces.of(polygons, explicit=True)
+    open_ring = Polygons.of(polygons, explicit=True)
     findings = validate_feature(Feature("B", "", (Shape("Solid", ((open_ring,),)),)))
     assert codes(findings) == [103] and "face=3" in findings[0].where
 
 
 @pytest.mark.parametrize("kind", ["Solid", "MultiSurface", "CompositeSurface"])
 def test_geometry_without_anything_in_it(kind: str) -> None:
-    empty = Shape(kind, ((Surfaces.of([]),),))  # type: ignore[arg-type]
+    empty = Shape(kind, ((Polygons.of([]),),))  # type: ignore[arg-type]
     assert codes(validate_feature(Feature("B", "", (empty,)))) == [902]
     assert codes(validate_feature(Feature("B", "", (Shape("MultiSolid", ()),)))) == [902]
 

@@ -56,7 +56,7 @@ def _front(f: dict, off: float, first: bool, world) -> tuple[Facade, Elements]:
             )
         )
     hanging = tuple(
-        Protrusion(f"{f['id']}/{p['id']}", p["kind"], rectangle(*p["uv"]), 0.01,
+        Protrusion(f"{f['id']}/{p['id']}", "protrusion", rectangle(*p["uv"]), 0.01,
                    Estimate(-float(max(p["depth_range"])), sure, 9.0), Provenance.MEASURED, 1.0)
         for p in (f["protrusions"] if first else ())
     )  # fmt: skip

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import shapely
 
-from frontage.model import Surfaces
+from frontage.model import Polygons
 from frontage.validation.geometry.mesh import weld
 from frontage.validation.geometry.triangulate import triangulate
 
@@ -28,7 +28,7 @@ def test_the_triangles_cover_the_face(turn: float, text: str) -> None:
     polygon = shapely.from_wkt(text)
     faces = [[easy], [np.asarray(r.coords)[:-1] for r in (polygon.exterior, *polygon.interiors)]]
     flat = [[r @ rotation.T for r in face] for face in faces]
-    mesh = weld([Surfaces.of([[np.column_stack([r, np.zeros(len(r))]) for r in f] for f in flat])], 0.001)[0]
+    mesh = weld([Polygons.of([[np.column_stack([r, np.zeros(len(r))]) for r in f] for f in flat])], 0.001)[0]
     xy = np.concatenate([r for f in flat for r in f])
     everything = np.arange(len(mesh.corners))
     ids, face = triangulate(mesh, xy, np.ones(2, np.bool_), everything, mesh.rings)

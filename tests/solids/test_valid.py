@@ -8,7 +8,7 @@ import shapely
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from frontage.model import Face, Feature, Shape, Solid, Surfaces
+from frontage.model import Face, Feature, Polygons, Shape, Solid
 from frontage.validation import Tolerances, validate, validate_feature, validate_shape
 from solids.models import Model, box, ell, extrude, windows
 from solids.test_defects import PLACES, rotation
@@ -73,7 +73,7 @@ def test_faces_whose_holes_touch_in_points() -> None:
     flat = [[np.asarray(x.coords)[:-1] for x in (p.exterior, *p.interiors)] for p in map(_oriented, polygons)]
     turn, shift = PLACES["tilted in UTM"]
     rings = [[np.column_stack([x, np.zeros(len(x))]) @ turn.T + shift for x in face] for face in flat]
-    assert validate_shape(Shape("MultiSurface", ((Surfaces.of(rings),),))) == ()
+    assert validate_shape(Shape("MultiSurface", ((Polygons.of(rings),),))) == ()
 
 
 def _oriented(polygon: shapely.Polygon) -> shapely.Polygon:

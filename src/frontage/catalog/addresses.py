@@ -1,4 +1,4 @@
-"""Buildings by id or address, however the address is written."""
+"""Finds buildings by id or address, however the address is written."""
 
 import re
 import unicodedata
@@ -8,7 +8,7 @@ from difflib import SequenceMatcher
 
 from frontage.errors import InputError
 
-# Each word to its shortest usual form, so that both forms meet; "st" is street, saint and sankt alike.
+# Words and their usual abbreviations, as which they are compared; "st" is street, saint or sankt.
 _SHORT = {
     "avenue": "av", "ave": "av", "boulevard": "bd", "blvd": "bd", "place": "pl", "square": "sq", "road": "rd",
     "lane": "ln", "drive": "dr", "court": "ct", "street": "st", "saint": "st", "sankt": "st",
@@ -16,19 +16,22 @@ _SHORT = {
 _NUMBER = re.compile(
     r"\b(\d{1,4})(?:\s*-?\s*(bis|ter|quater|[a-z]))?(?:\s*-\s*(\d{1,4})\s*([a-z])?)?(?=[\s,;./]|$)"
 )
-_NAMED = 6  # candidates in a sentence
+_MOST_NAMED = 6  # candidates that a message names
 
 
 @dataclass(frozen=True)
 class Address:
-    """An address as it is compared: house numbers ("13bis"; of "13-17" all three), words of the street."""
+    """An address in the form in which it is compared: house numbers and words of the street.
+
+    "13 bis" has the number "13bis"; "13-17" has the numbers 13, 15 and 17.
+    """
 
     numbers: frozenset[str]
     words: tuple[str, ...]
 
     @classmethod
     def of(cls, text: str) -> "Address":
-        """Case, accents, commas, spaces and the number's place do not matter; usual abbreviations meet."""
+        """Parses an address; case, accents, commas, abbreviations and the order do not matter."""
         plain = unicodedata.normalize("NFKD", text.casefold())
         plain = "".join(c for c in plain if not unicodedata.combining(c)).strip()
         found = _house_number(plain)
@@ -36,8 +39,11 @@ class Address:
         words = tuple(_short(word) for word in re.findall(r"\w+", rest))
         return cls(frozenset(_numbers(found)) if found else frozenset(), words)
 
-    def means(self, known: "Address") -> int:
-        """How well this means a known address: 3 exactly, 2 in all it says, 1 in all that is known, 0 not."""
+    def match(self, known: "Address") -> int:
+        """Rates how well this address matches a known one.
+
+        3 = exactly, 2 = all that this one says is in the known one, 1 = the other way round, 0 = not at all.
+        """
         if self.numbers and not self.numbers & known.numbers:
             return 0
         if "".join(self.words) == "".join(known.words):
@@ -49,16 +55,17 @@ class Address:
 
 
 def find_building(asked: str, known: Mapping[str, Iterable[str]]) -> str:
-    """The id of the building that `asked`, an id or an address, means; known = building id -> its addresses.
+    """Returns the id of the building that `asked`, an id or an address, refers to.
 
-    Raises InputError with one sentence: which buildings it may mean, or which address comes nearest.
+    `known` maps building ids to their addresses. Raises InputError that names the buildings it may refer to,
+    or the most similar address.
     """
     for building in known:
         if building.casefold() == asked.strip().casefold():
             return building
     wanted = Address.of(asked)
     marks = {
-        building: max((wanted.means(Address.of(a)) for a in addresses), default=0)
+        building: max((wanted.match(Address.of(a)) for a in addresses), default=0)
         for building, addresses in known.items()
     }
     best = max(marks.values(), default=0)
@@ -73,7 +80,7 @@ def find_building(asked: str, known: Mapping[str, Iterable[str]]) -> str:
 
 
 def _house_number(plain: str) -> re.Match[str] | None:
-    """The number in front, or the one that ends a part between commas, or the last; never a postcode."""
+    """The number in front, else the one that ends a part between commas, else the last; never a postcode."""
     found = list(_NUMBER.finditer(plain))
     if not found or found[0].start() == 0:
         return found[0] if found else None
@@ -82,13 +89,14 @@ def _house_number(plain: str) -> re.Match[str] | None:
 
 
 def _short(word: str) -> str:
+    """Returns the abbreviation of a word, or the word itself."""
     if word.endswith("strasse"):
         return word.removesuffix("asse")
     return _SHORT.get(word, word)
 
 
 def _numbers(found: re.Match[str]) -> Iterable[str]:
-    """ "13bis" of "13 bis"; of "13-17" the houses 13, 15 and 17."""
+    """Yields "13bis" for "13 bis", and 13, 15 and 17 for "13-17"."""
     first, letter, last, last_letter = found.groups()
     yield first + (letter or "")
     if last is None:
@@ -99,9 +107,9 @@ def _numbers(found: re.Match[str]) -> Iterable[str]:
 
 
 def _nothing(asked: str, known: Mapping[str, Iterable[str]]) -> str:
-    """No building: the nearest addresses, or that there are none."""
+    """The message for an address that matches no building: the most similar one, or that there are none."""
     places = [(b, a) for b, addresses in known.items() for a in addresses]
-    ids = ", ".join(list(known)[:_NAMED]) + (", ..." if len(known) > _NAMED else "") or "none yet"
+    ids = ", ".join(list(known)[:_MOST_NAMED]) + (", ..." if len(known) > _MOST_NAMED else "") or "none yet"
     if not places:
         return (
             f'no building has the id "{asked}", and none has an address; name them under [addresses] in the '
@@ -118,5 +126,5 @@ def _plain(text: str) -> str:
 
 
 def _listed(meant: list[str], known: Mapping[str, Iterable[str]]) -> str:
-    named = [f"{b} ({', '.join(known[b])})" for b in meant[:_NAMED]]
-    return ", ".join(named) + (", ..." if len(meant) > _NAMED else "")
+    named = [f"{b} ({', '.join(known[b])})" for b in meant[:_MOST_NAMED]]
+    return ", ".join(named) + (", ..." if len(meant) > _MOST_NAMED else "")

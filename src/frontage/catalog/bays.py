@@ -1,4 +1,4 @@
-"""Bays of a facade: the columns that its openings share over all floors."""
+"""Finds the bays of a facade: the columns that its openings share over all floors."""
 
 import numpy as np
 from scipy.sparse import coo_matrix
@@ -8,11 +8,12 @@ from frontage.geometry.arrays import Float, Int
 
 
 def find_bays(boxes: Float, floor: Int) -> Int:
-    """The bay (n,) of openings with boxes (n, 4) m (x0, z0, x1, z1), counted from the left, from 1.
+    """Returns the bay (n,) of openings with boxes (n, 4) m (x0, z0, x1, z1), counted from 1 from the left.
 
-    Two openings of different floors share a bay when each holds the other's middle; those of the fullest
-    floor have one each. What else shares with nobody (a shop front under two axes, a gable's windows) takes
-    the nearest of these bays that it overlaps, or is one itself.
+    Two openings on different floors share a bay when the centre line of each runs through the other. Every
+    opening of the floor that has the most of them has a bay of its own. An opening that shares no bay (a shop
+    front below two axes, the windows of a gable) takes the nearest bay that it overlaps, or forms a new one.
+    `floor` (n,) int64.
     """
     if not len(boxes):
         return np.empty(0, np.int64)

@@ -1,9 +1,10 @@
-"""Storeys of a building from its openings: the floor lines that explain their rows best.
+"""Finds the storeys of a building from its openings: the floor lines that explain their rows best.
 
-A floor line crosses few openings, two openings above each other lie in two storeys, storeys have much the
-same height, and one without openings is possible but rare. These costs are log-likelihoods of a plain kind;
-dynamic programming over heights finds the cheapest lines for every storey height at once, so that a gap of
-two storeys counts as two, and windows of a staircase, which every line crosses, do not move the lines.
+A floor line crosses few openings; two openings above each other lie in two storeys; storeys have similar
+heights; and a storey without openings is possible but rare. Each of these expectations has a cost, which
+stands for a negative log-likelihood. Dynamic programming over the heights finds the cheapest lines for every
+usual height of a storey. A gap of two storeys is therefore counted as two, and the windows of a staircase,
+which every choice of lines crosses, do not move the lines.
 """
 
 from dataclasses import dataclass
@@ -12,27 +13,31 @@ import numpy as np
 
 from frontage.geometry.arrays import Bool, Float, Int
 
-_STEP = 0.1  # m, grid of the floor lines
-_HEIGHTS = np.arange(23, 76) * _STEP  # m, of a storey: the lowest mezzanine to a hall with shops
-_PITCHES = np.arange(24, 61) * _STEP  # m, usual height of the building's storeys
-_USUAL = 3.1  # m
-_SPREAD = (0.12, 0.25, 0.20)  # of the logarithm: upper storeys, ground floor, usual height among buildings
-_TALLER = 1.2  # ground floor to upper storeys: shops, and the steps up to it
-_EMPTY = (1.5, 3.0, 4.5)  # cost of the first storey without openings, the second, and each that follows
+_STEP_M = 0.1  # grid of the floor lines
+_HEIGHTS = np.arange(23, 76) * _STEP_M  # m, heights of a storey, from a low mezzanine to a hall with shops
+_PITCHES = np.arange(24, 61) * _STEP_M  # m, candidates for the usual height of the storeys of a building
+_USUAL_M = 3.1  # of a storey, over all buildings
+# Standard deviations of the logarithm of a height: upper storeys, ground floor, usual height among buildings.
+_SPREAD = (0.12, 0.25, 0.20)
+_TALLER = 1.2  # height of the ground floor, with its shops and steps, over that of the upper storeys
+_EMPTY = (1.5, 3.0, 4.5)  # costs of the first, the second and every further storey without openings
 _CROSSED = 2.0  # cost of a line through an opening
 _STACKED = 1.5  # cost of two openings above each other in one storey
-_MARGIN = 0.1  # m, borders err and floors lean
+_MARGIN_M = 0.1  # for errors of the borders and for sloping floors
 
 
 @dataclass(frozen=True)
 class Storeys:
-    """Floor lines, rising: floor f lies between lines[f] and lines[f + 1] (m); pitch = usual height, m."""
+    """Floor lines in ascending order: floor f lies between lines[f] and lines[f + 1] m.
+
+    pitch  m, usual height of a storey
+    """
 
     lines: tuple[float, ...]
     pitch: float
 
     def floor_of(self, z: Float) -> Int:
-        """The storeys (n,) that hold heights z (n,) m; -1, -2, ... below the ground."""
+        """Returns the storeys (n,) int64 of heights z (n,) m; -1, -2, ... below the ground."""
         lines = np.array(self.lines)
         above = np.searchsorted(lines, z, "right") - 1
         over = np.floor((z - lines[-1]) / self.pitch).clip(0)
@@ -41,25 +46,27 @@ class Storeys:
         return floor.astype(np.int64)
 
     def crossed(self, boxes: Float) -> Bool:
-        """Which boxes (n, 4) a line above the ground cuts well inside (n,)."""
+        """Which boxes (n, 4) are cut more than 0.3 m inside their edge by a line above the ground, (n,)."""
         cut: Bool = _depth_of_cuts(np.array(self.lines[1:]), boxes).max(0, initial=0.0) > 0.3
         return cut
 
 
 def find_storeys(boxes: Float, sheet: Int, ground: float) -> Storeys:
-    """The storeys of openings with boxes (n, 4) m (x0, z0, x1, z1) on facades `sheet` (n,).
+    """Finds the storeys from openings without basement windows.
 
-    ground is the height of the ground in the same z, m. Basement windows are to be left out. n may be 0.
+    boxes   (n, 4) m, x0, z0, x1, z1; n may be 0
+    sheet   (n,) int64, numbers of the facades that hold them
+    ground  m, height of the ground in the same z
     """
     above = boxes[:, 1::2].mean(1) > ground
     boxes, sheet = boxes[above], sheet[above]
     if not len(boxes):
-        return Storeys((ground, ground + _TALLER * _USUAL), _USUAL)
+        return Storeys((ground, ground + _TALLER * _USUAL_M), _USUAL_M)
     top = float(boxes[:, 3].max())
-    steps = int(np.ceil((top - ground + _HEIGHTS[-1]) / _STEP))
-    lines: Float = ground + _STEP * np.arange(steps + 1, dtype=np.float64)
+    steps = int(np.ceil((top - ground + _HEIGHTS[-1]) / _STEP_M))
+    lines: Float = ground + _STEP_M * np.arange(steps + 1, dtype=np.float64)
     cost, chosen, before = _cheapest(*_interval_costs(lines, boxes, sheet))
-    cost[:, :, lines < top - _MARGIN] = np.inf
+    cost[:, :, lines < top - _MARGIN_M] = np.inf
     e, p, k = (int(i) for i in np.unravel_index(int(np.argmin(cost)), cost.shape))
     path = [k]
     while k > 0:
@@ -69,20 +76,20 @@ def find_storeys(boxes: Float, sheet: Int, ground: float) -> Storeys:
 
 
 def _depth_of_cuts(lines: Float, boxes: Float) -> Float:
-    """How far inside a box each line runs (k, n), m; negative outside."""
+    """Distance (k, n) m of each line from the nearer end of each box; negative outside the box."""
     depth: Float = np.minimum(lines[:, None] - boxes[:, 1], boxes[:, 3] - lines[:, None])
     return depth
 
 
 def _interval_costs(lines: Float, boxes: Float, sheet: Int) -> tuple[Float, Bool]:
-    """Cost (h, k) of a storey of height _HEIGHTS[h] that ends at line k, and whether it has no opening.
+    """Returns the cost (h, k) of a storey of height _HEIGHTS[h] that ends at line k, and where it is empty.
 
-    inf where it would begin below the ground.
+    The cost is infinite where the storey would begin below the ground.
     """
-    widths = np.rint(_HEIGHTS / _STEP).astype(np.int64)
+    widths = np.rint(_HEIGHTS / _STEP_M).astype(np.int64)
     foot, head = boxes[:, 1], boxes[:, 3]
     middle = (foot + head) / 2
-    crossed = _CROSSED * ((_depth_of_cuts(lines, boxes) - _MARGIN) / 0.3).clip(0, 1).sum(1)
+    crossed = _CROSSED * ((_depth_of_cuts(lines, boxes) - _MARGIN_M) / 0.3).clip(0, 1).sum(1)
     below, above, weight = _stacked(boxes, sheet)
     costs = np.full((len(widths), len(lines)), np.inf)
     empty = np.zeros(costs.shape, bool)
@@ -91,7 +98,7 @@ def _interval_costs(lines: Float, boxes: Float, sheet: Int) -> tuple[Float, Bool
         inside = (middle >= z0) & (middle < z1)
         lowest = np.where(inside, foot, np.inf).min(1) - lines[:-width]
         highest = lines[width:] - np.where(inside, head, -np.inf).max(1)
-        # A floor lies within arm's reach below the windows, a lintel and a slab above them.
+        # The floor lies at most 1.2 m below the windows; a lintel and a slab lie above them.
         apart = np.where(inside, foot, -np.inf).max(1) - np.where(inside, head, np.inf).min(1)
         seat = (lowest - 1.2).clip(0) + (0.3 - highest).clip(0) + (highest - 1.2).clip(0)
         seat += _STACKED * ((apart - 0.6) / 0.6).clip(0, 1)
@@ -102,9 +109,11 @@ def _interval_costs(lines: Float, boxes: Float, sheet: Int) -> tuple[Float, Bool
 
 
 def _stacked(boxes: Float, sheet: Int) -> tuple[Float, Float, Float]:
-    """Pairs of openings above each other: middle of the lower and the upper (m,) m, cost (m,) of one storey.
+    """Finds pairs of openings above each other that a floor should separate.
 
-    A fanlight over its door is near; what is a person's height apart needs a floor.
+    Returns the middles of the lower and of the upper ones (m,) m and the cost (m,) of having both in one
+    storey. A fanlight is close above its door; openings that are a person's height apart need a floor between
+    them.
     """
     overlap = np.minimum(boxes[:, None, 2], boxes[:, 2]) - np.maximum(boxes[:, None, 0], boxes[:, 0])
     width = np.minimum(*np.meshgrid(*2 * [np.ptp(boxes[:, ::2], axis=1)]))
@@ -116,16 +125,19 @@ def _stacked(boxes: Float, sheet: Int) -> tuple[Float, Float, Float]:
 
 
 def _cheapest(costs: Float, empty: Bool) -> tuple[Float, Int, Int]:
-    """Per number of empty storeys so far (its last: that many or more), usual height and line (e, p, n): the
-    cost of the cheapest storeys up to it, the steps of the last one, and the number before it.
+    """Finds the cheapest storeys up to every line by dynamic programming.
+
+    Returns three arrays (e, p, n), by the number of empty storeys so far (the last one: that many or more),
+    the usual height and the line: the cost, the height of the last storey in steps, and the number of empty
+    storeys before it.
     """
     shape = (len(_EMPTY), len(_PITCHES), costs.shape[1])
-    widths = np.rint(_HEIGHTS / _STEP).astype(np.int64)
+    widths = np.rint(_HEIGHTS / _STEP_M).astype(np.int64)
     upper = _prior(np.log(_HEIGHTS / _PITCHES[:, None]) / _SPREAD[0])
     first = _prior(np.log(_HEIGHTS / (_TALLER * _PITCHES[:, None])) / _SPREAD[1])
     best = np.full(shape, np.inf)
     chosen, before = np.zeros(shape, np.int64), np.zeros(shape, np.int64)
-    best[0, :, 0] = _prior(np.log(_PITCHES / _USUAL) / _SPREAD[2])
+    best[0, :, 0] = _prior(np.log(_PITCHES / _USUAL_M) / _SPREAD[2])
     for k in range(int(widths[0]), shape[2]):
         h = np.flatnonzero(widths <= k)
         start = k - widths[h]
@@ -143,6 +155,6 @@ def _cheapest(costs: Float, empty: Bool) -> tuple[Float, Int, Int]:
 
 
 def _prior(normalised: Float) -> Float:
-    """Huber's cost of deviations in sigmas: one odd storey must not bend the others."""
+    """Huber's loss of deviations in sigmas, so that one odd storey does not distort the others."""
     size = np.abs(normalised)
     return np.where(size < 2, size**2 / 2, 2 * size - 2)

@@ -64,7 +64,7 @@ def command(out: Path, workers: int, quiet: bool, as_json: bool) -> None:
 def show(scores: "Scores") -> None:
     """The figures that matter first, each with its 95 % interval."""
     from frontage.cli.score import line
-    from frontage.evaluation.figure import Absent
+    from frontage.evaluation.metric import Absent
 
     for part, key, name in _SHOWN:
         found = scores.parts[part]

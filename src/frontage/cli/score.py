@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import click
 
 if TYPE_CHECKING:
-    from frontage.evaluation.figure import Figure
+    from frontage.evaluation.metric import Metric
     from frontage.studies.score import Scores
 
 _SENSORS = ("stations", "drive", "photos")
@@ -57,7 +57,7 @@ def command(run: Path, truth: Path, bounds: tuple[str, ...], sensors: tuple[str,
 
 def show(scores: "Scores") -> None:
     """All figures as a table on stdout; what is absent says so."""
-    from frontage.evaluation.figure import Absent
+    from frontage.evaluation.metric import Absent
 
     for name, part in scores.parts.items():
         if isinstance(part, Absent):
@@ -71,7 +71,7 @@ def show(scores: "Scores") -> None:
             click.echo(f"  note: {note}")
 
 
-def line(figure: "Figure") -> str:
+def line(figure: "Metric") -> str:
     """A figure as `value unit  [low, high]  n`; lengths below a metre in millimetres."""
     assert figure.value is not None
     small = figure.unit == "m" and abs(figure.value) < 1.0

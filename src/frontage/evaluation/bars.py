@@ -1,4 +1,4 @@
-"""Window bars found against bars built: the layout as a whole, and the positions of its bars."""
+"""Scores window bars: the layout as a whole, and the positions of the single bars."""
 
 import numpy as np
 from scipy.optimize import linear_sum_assignment
@@ -7,17 +7,18 @@ from frontage.evaluation.result import FoundOpening
 from frontage.evaluation.truth import TrueFacade, TrueOpening
 from frontage.geometry.arrays import Array, Float
 
-_ACROSS = 0.05  # m: a bar further off is another bar
-_ALONG = 0.15  # m: ends further off make another layout (a transom that stops at the mullion)
+_ACROSS_M = 0.05  # a bar farther away is a different bar
+_ALONG_M = 0.15  # ends farther apart make a different layout, such as a transom that stops at the mullion
 
 
 def bar_errors(
     facade: TrueFacade, truth: TrueOpening, found: FoundOpening
 ) -> tuple[Array | None, bool | None]:
-    """Signed position errors (m,) m of the bars that were matched, and whether the layout is exactly right.
+    """Returns the signed position errors (m,) m of the matched bars and whether the layout is exactly right.
 
-    None, None where the result says nothing of bars; errors None where it only counts them. A layout is
-    right when every bar has its partner within 5 cm across and 15 cm at its ends, and none is left over.
+    Both are None where the result does not mention bars; the errors are None where it only counts them. A
+    layout is right when every bar has a partner within 5 cm across and 15 cm at its ends and none is left
+    over.
     """
     if found.bars is None:
         if found.counts is None:
@@ -34,13 +35,13 @@ def bar_errors(
         distance = np.abs(built[:, None, 0] - seen[None, :, 0])
         ends = np.abs(built[:, None, 1:] - seen[None, :, 1:]).max(2, initial=0.0)
         row, column = linear_sum_assignment(distance + ends)
-        near = distance[row, column] <= _ACROSS
-        right &= len(built) == len(seen) == int((near & (ends[row, column] <= _ALONG)).sum())
+        near = distance[row, column] <= _ACROSS_M
+        right &= len(built) == len(seen) == int((near & (ends[row, column] <= _ALONG_M)).sum())
         errors.append((seen[column, 0] - built[row, 0])[near])
     return np.concatenate(errors), bool(right)
 
 
 def _position(line: Float, across: int) -> tuple[float, float, float]:
-    """Position and both ends of a centre line (2, 2) m (x, z)."""
+    """Position and both ends, in m, of a centre line (2, 2) m (x, z)."""
     low, high = sorted(float(v) for v in line[:, 1 - across])
     return float(line[:, across].mean()), low, high

@@ -1,4 +1,4 @@
-"""One-to-one matching of polygons by intersection over union."""
+"""Matches polygons one to one by intersection over union (IoU)."""
 
 from collections.abc import Sequence
 
@@ -8,11 +8,11 @@ from scipy.optimize import linear_sum_assignment
 
 from frontage.geometry.arrays import Float, Int
 
-_LEAST = 0.1  # IoU below which two polygons have nothing to do with each other
+_LEAST_IOU = 0.1  # below which two polygons are unrelated
 
 
 def overlap(a: Sequence[Float], b: Sequence[Float]) -> Float:
-    """Intersection over union (len(a), len(b)) of rings (k, 2)."""
+    """Returns the IoU (len(a), len(b)) of two sets of rings (k, 2)."""
     out = np.zeros((len(a), len(b)))
     if not len(a) or not len(b):
         return out
@@ -29,7 +29,7 @@ def _polygons(rings: Sequence[Float]) -> np.ndarray:
 
 
 def assign(iou: Float) -> tuple[Int, Int]:
-    """Rows and columns (m,) of the one-to-one matching with the largest sum of IoU; 0.1 at least each."""
-    row, column = linear_sum_assignment(-np.where(iou >= _LEAST, iou, 0.0))
-    kept = iou[row, column] >= _LEAST
+    """Returns rows and columns (m,) of the one-to-one matching of largest total IoU; each IoU is >= 0.1."""
+    row, column = linear_sum_assignment(-np.where(iou >= _LEAST_IOU, iou, 0.0))
+    kept = iou[row, column] >= _LEAST_IOU
     return row[kept].astype(np.int64), column[kept].astype(np.int64)

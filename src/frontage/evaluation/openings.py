@@ -1,8 +1,8 @@
-"""Openings found against openings built: detection, borders, depth, shape, window bars.
+"""Scores openings: detection, borders, depth, shape and window bars.
 
-Every true opening is matched with at most one found opening on its facade (largest sum of IoU). Openings
-that hardly any sensor saw, and those behind closed shutters, cannot be missed or wrongly found: they are
-told of in figures of their own.
+Every true opening is matched with at most one found opening on its facade (largest sum of IoU). Openings that
+hardly any sensor saw and those behind closed shutters count neither as missed nor as wrongly found; they have
+metrics of their own.
 """
 
 from collections.abc import Iterable, Sequence
@@ -13,33 +13,39 @@ import numpy as np
 import shapely
 
 from frontage.evaluation.bars import bar_errors
-from frontage.evaluation.figure import (
-    Figure,
-    Part,
+from frontage.evaluation.match import assign, overlap
+from frontage.evaluation.metric import (
+    Metric,
+    ScorePart,
     detections,
-    figure,
     mean,
     median,
+    metric,
     normalised,
     p95,
 )
-from frontage.evaluation.match import assign, overlap
 from frontage.evaluation.result import BORDERS, FoundOpening
 from frontage.evaluation.truth import TrueFacade, TrueOpening, Truth, best_share
 from frontage.geometry.arrays import Array, Float
 from frontage.model import DOORS
 
 VISIBLE, PARTLY = 0.8, 0.2
-"""Share of an opening with a free line of sight, above which it counts as visible, as partly visible."""
+"""Shares of an opening in sight from which it counts as visible and as partly visible."""
 
-_FAR = 1.5  # m: an opening further than this from a facade's plane is not on it
-_SLANT = np.cos(np.radians(25.0))
-_INSIDE = 0.5  # share of an opening that lies within the facade's outline
+_FAR_M = 1.5  # an opening farther from the plane of a facade does not lie on it
+_SLANT_COS = np.cos(np.radians(25.0))  # largest angle between an opening and its facade
+_INSIDE = 0.5  # share of an opening that must lie within the outline of its facade
 
 
 @dataclass(frozen=True, eq=False)
-class Pair:
-    """A true opening and the found one it was matched with (None = missed), its class and their overlap."""
+class OpeningPair:
+    """A true opening and the found one that it was matched with (None = missed).
+
+    seen   "visible", "partly", "hidden" or "shuttered"
+    ring   (k, 2) m (x, z), the found ring in the true facade frame
+    iou    of both rings
+    bars   (m,) m, position errors of the bars; exact = whether their layout is right
+    """
 
     truth: TrueOpening
     seen: str
@@ -50,28 +56,28 @@ class Pair:
     exact: bool | None = None
 
 
-def score_openings(truth: Truth, found: Sequence[FoundOpening], sensors: Sequence[str] = ()) -> Part:
-    """Figures of all openings; `sensors` names the truth's sensors that the result may have used (all)."""
+def score_openings(truth: Truth, found: Sequence[FoundOpening], sensors: Sequence[str] = ()) -> ScorePart:
+    """Scores all openings; `sensors` names the sensors that the result may have used (none named = all)."""
     pairs, extra, elsewhere = _matched(truth, found, sensors)
-    figures = {"found": Figure(float(len(found)), None, None, len(found)), **_detection(pairs, extra)}
+    figures = {"found": Metric(float(len(found)), None, None, len(found)), **_detection(pairs, extra)}
     for seen in ("visible", "partly", "hidden", "shuttered"):
         some = [p for p in pairs if p.seen == seen]
         for level in (0.5, 0.75):
             hit = np.array([p.iou >= level for p in some])
-            figures[f"recall_{seen}_{round(100 * level)}"] = figure(hit, mean)
+            figures[f"recall_{seen}_{round(100 * level)}"] = metric(hit, mean)
     good = [p for p in pairs if p.found is not None and p.iou >= 0.5]
     figures |= _borders(good) | _depth(good) | _labels(good) | _bars(good)
     rows = tuple(_row(p) for p in pairs) + tuple({"found": o.id, "matched": None} for o in extra)
     notes = (f"{len(elsewhere)} openings lie on no facade of the truth and are not scored",)
-    return Part(figures, rows, notes if elsewhere else ())
+    return ScorePart(figures, rows, notes if elsewhere else ())
 
 
 def _matched(
     truth: Truth, found: Sequence[FoundOpening], sensors: Sequence[str]
-) -> tuple[list[Pair], list[FoundOpening], list[FoundOpening]]:
-    """Pairs of all true openings, found ones without a true one, found ones on no true facade."""
+) -> tuple[list[OpeningPair], list[FoundOpening], list[FoundOpening]]:
+    """Returns pairs for all true openings, found ones without a partner, and those on no true facade."""
     home = [_home(truth.facades, o) for o in found]
-    pairs: list[Pair] = []
+    pairs: list[OpeningPair] = []
     extra: list[FoundOpening] = []
     for number, facade in enumerate(truth.facades):
         own = [o for o, h in zip(found, home, strict=True) if h == number]
@@ -82,16 +88,16 @@ def _matched(
         for k, opening in enumerate(facade.openings):
             seen = visibility(opening, sensors)
             if (j := partner.get(k)) is None:
-                pairs.append(Pair(opening, seen))
+                pairs.append(OpeningPair(opening, seen))
                 continue
             errors, exact = bar_errors(facade, opening, own[j])
-            pairs.append(Pair(opening, seen, own[j], rings[j], float(iou[k, j]), errors, exact))
+            pairs.append(OpeningPair(opening, seen, own[j], rings[j], float(iou[k, j]), errors, exact))
         extra += [o for j, o in enumerate(own) if j not in set(column.tolist())]
     return pairs, extra, [o for o, h in zip(found, home, strict=True) if h is None]
 
 
 def visibility(opening: TrueOpening, sensors: Sequence[str] = ()) -> str:
-    """ "visible", "partly", "hidden", or "shuttered", by the sensor that saw most of it."""
+    """Classifies an opening as "visible", "partly", "hidden" or "shuttered", by the sensor that saw most."""
     if opening.shutters == "closed":
         return "shuttered"
     best = best_share(opening.visible, sensors)
@@ -99,12 +105,15 @@ def visibility(opening: TrueOpening, sensors: Sequence[str] = ()) -> str:
 
 
 def _home(facades: Sequence[TrueFacade], opening: FoundOpening) -> int | None:
-    """The facade that an opening lies on: near its plane, parallel to it, most of it within the outline."""
+    """Returns the number of the facade that an opening lies on, or None.
+
+    It must be near the plane, parallel to it, and mostly within the outline.
+    """
     best, home = _INSIDE, None
     normal = _normal(opening.ring)
     for number, facade in enumerate(facades):
         y = facade.frame.inverse.apply(opening.ring)[:, 1]
-        if abs(y.mean()) > _FAR or abs(normal @ facade.frame.R[:, 1]) < _SLANT:
+        if abs(y.mean()) > _FAR_M or abs(normal @ facade.frame.R[:, 1]) < _SLANT_COS:
             continue
         ring = shapely.make_valid(shapely.Polygon(_plan(facade, opening.ring)))
         wall = shapely.make_valid(shapely.Polygon(facade.outline))
@@ -115,7 +124,7 @@ def _home(facades: Sequence[TrueFacade], opening: FoundOpening) -> int | None:
 
 
 def _plan(facade: TrueFacade, ring: Float) -> Float:
-    """A ring (k, 3) m on the facade: (k, 2) x, z."""
+    """Projects a ring (k, 3) m onto a facade: (k, 2) m (x, z)."""
     return np.asarray(facade.frame.inverse.apply(ring)[:, [0, 2]])
 
 
@@ -127,8 +136,8 @@ def _normal(ring: Float) -> Float:
     return np.asarray(total / length if length > 0 else total)
 
 
-def _counts(pairs: Iterable[Pair], extra: int, level: float, classes: Sequence[str]) -> Array:
-    """Rows (n, 3): found and true, found but not true, missed. Other classes may be found, not missed."""
+def _counts(pairs: Iterable[OpeningPair], extra: int, level: float, classes: Sequence[str]) -> Array:
+    """Rows (n, 3): found and true, found but not true, missed; only `classes` can be missed."""
     rows = []
     for p in pairs:
         hit = p.iou >= level
@@ -139,40 +148,40 @@ def _counts(pairs: Iterable[Pair], extra: int, level: float, classes: Sequence[s
     return np.array([*rows, *[(0, 1, 0)] * extra], np.float64).reshape(-1, 3)
 
 
-def _detection(pairs: Sequence[Pair], extra: Sequence[FoundOpening]) -> dict[str, Figure]:
-    """Precision, recall and F1 of what was visible at all, and of what was well visible."""
-    out: dict[str, Figure] = {}
+def _detection(pairs: Sequence[OpeningPair], extra: Sequence[FoundOpening]) -> dict[str, Metric]:
+    """Precision, recall and F1 of all openings that were at least partly visible, and of the visible ones."""
+    out: dict[str, Metric] = {}
     for level in (0.5, 0.75):
         name = f"_{round(100 * level)}"
         out |= detections(_counts(pairs, len(extra), level, ("visible", "partly")), name)
         out |= detections(_counts(pairs, len(extra), level, ("visible",)), f"_visible{name}")
-    out["iou"] = figure(np.array([p.iou for p in pairs if p.iou >= 0.5]), mean)
+    out["iou"] = metric(np.array([p.iou for p in pairs if p.iou >= 0.5]), mean)
     return out
 
 
 def _box(ring: Float) -> Float:
-    """left, right, bottom, top of a ring (k, 2)."""
+    """Left, right, bottom and top of a ring (k, 2)."""
     (x0, z0), (x1, z1) = ring.min(0), ring.max(0)
     return np.array([x0, x1, z0, z1])
 
 
-def _offsets(pairs: Sequence[Pair]) -> Array:
+def _offsets(pairs: Sequence[OpeningPair]) -> Array:
     """Signed border errors (n, 4) m, found minus true along x (left, right) and z (bottom, top)."""
     rows = [_box(p.ring) - _box(p.truth.ring) for p in pairs if p.ring is not None]
     return np.array(rows).reshape(-1, 4)
 
 
-def _borders(pairs: Sequence[Pair]) -> dict[str, Figure]:
+def _borders(pairs: Sequence[OpeningPair]) -> dict[str, Metric]:
     errors = _offsets(pairs)
     out = {
-        "border_median": figure(np.abs(errors), lambda v: np.median(v, axis=(1, 2)), "m"),
-        "border_p95": figure(np.abs(errors), lambda v: np.quantile(v, 0.95, axis=(1, 2)), "m"),
+        "border_median": metric(np.abs(errors), lambda v: np.median(v, axis=(1, 2)), "m"),
+        "border_p95": metric(np.abs(errors), lambda v: np.quantile(v, 0.95, axis=(1, 2)), "m"),
     }
     for k, name in enumerate(BORDERS):
-        out[f"border_{name}_bias"] = figure(errors[:, k], median, "m")
-        out[f"border_{name}_median"] = figure(np.abs(errors[:, k]), median, "m")
-    out["width_bias"] = figure(errors[:, 1] - errors[:, 0], median, "m")
-    out["height_bias"] = figure(errors[:, 3] - errors[:, 2], median, "m")
+        out[f"border_{name}_bias"] = metric(errors[:, k], median, "m")
+        out[f"border_{name}_median"] = metric(np.abs(errors[:, k]), median, "m")
+    out["width_bias"] = metric(errors[:, 1] - errors[:, 0], median, "m")
+    out["height_bias"] = metric(errors[:, 3] - errors[:, 2], median, "m")
     ratio = [
         e / s
         for p, row in zip(pairs, errors, strict=True)
@@ -182,42 +191,43 @@ def _borders(pairs: Sequence[Pair]) -> dict[str, Figure]:
     return out | normalised(np.array(ratio), "border")
 
 
-def _depth(pairs: Sequence[Pair]) -> dict[str, Figure]:
+def _depth(pairs: Sequence[OpeningPair]) -> dict[str, Metric]:
     known = [(p.found, p.truth) for p in pairs if p.found is not None and p.found.depth is not None]
     errors = np.array([(f.depth or 0.0) - t.depth for f, t in known])
     ratio = [e / s for (f, _), e in zip(known, errors, strict=True) if (s := f.sigma.get("depth", 0.0)) > 0]
     return {
-        "depth_bias": figure(errors, median, "m"),
-        "depth_median": figure(np.abs(errors), median, "m"),
-        "depth_p95": figure(np.abs(errors), p95, "m"),
+        "depth_bias": metric(errors, median, "m"),
+        "depth_median": metric(np.abs(errors), median, "m"),
+        "depth_p95": metric(np.abs(errors), p95, "m"),
         **normalised(np.array(ratio), "depth"),
     }
 
 
-def _labels(pairs: Sequence[Pair]) -> dict[str, Figure]:
-    """How often kind and shape are the true ones."""
+def _labels(pairs: Sequence[OpeningPair]) -> dict[str, Metric]:
+    """Shares of openings whose kind and shape are right."""
     kinds = [_same_kind(p.found, p.truth.kind) for p in pairs if p.found is not None]
     shapes = [p.found.shape.lower() == p.truth.shape for p in pairs if p.found is not None and p.found.shape]
-    return {"kind_right": figure(np.array(kinds), mean), "shape_right": figure(np.array(shapes), mean)}
+    return {"kind_right": metric(np.array(kinds), mean), "shape_right": metric(np.array(shapes), mean)}
 
 
 def _same_kind(found: FoundOpening, kind: str) -> bool:
+    """Whether the kind is right; a coarse result only distinguishes doors from windows."""
     told = found.kind.lower()
     return (told == "door") == (kind in DOORS) if found.coarse else told == kind
 
 
-def _bars(pairs: Sequence[Pair]) -> dict[str, Figure]:
+def _bars(pairs: Sequence[OpeningPair]) -> dict[str, Metric]:
     exact = np.array([p.exact for p in pairs if p.exact is not None and p.truth.glazed])
     errors = np.concatenate([np.empty(0), *(p.bars for p in pairs if p.bars is not None)])
     return {
-        "bars_exact": figure(exact, mean),
-        "bars_bias": figure(errors, median, "m"),
-        "bars_median": figure(np.abs(errors), median, "m"),
+        "bars_exact": metric(exact, mean),
+        "bars_bias": metric(errors, median, "m"),
+        "bars_median": metric(np.abs(errors), median, "m"),
     }
 
 
-def _row(p: Pair) -> dict[str, Any]:
-    """One true opening for people: what was found, and how far off it is in mm."""
+def _row(p: OpeningPair) -> dict[str, Any]:
+    """One true opening for inspection: what was found, and its errors in mm."""
     row: dict[str, Any] = {"id": p.truth.id, "kind": p.truth.kind, "seen": p.seen}
     if p.found is None or p.ring is None:
         return row | {"found": None}

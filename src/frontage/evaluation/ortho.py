@@ -1,9 +1,10 @@
-"""Ortho-images found against true ones: how far their content lies from its place, tile by tile.
+"""Scores ortho-images: how far their content is displaced from that of the true image, tile by tile.
 
-Both pictures are on the true raster. Each tile's shift is found by normalised cross-correlation of the
-high-passed grey values (whole pixels), then refined by ECC (Evangelidis & Psarakis 2008). Only the plain wall
-counts: glass shows something else from everywhere, and the edges of sills and cornices move with their
-shadows. Tiles without texture or without a clear match are left out (a parked car is no displaced wall).
+Both pictures are on the true raster. The shift of a tile is found to whole pixels by normalised
+cross-correlation of the high-passed grey values, and then refined by ECC (Evangelidis & Psarakis 2008). Only
+the plain wall counts, because glass shows something different from every viewpoint and the edges of sills and
+cornices move with their shadows. Tiles without texture or without a clear match are left out, since a parked
+car is not a displaced wall.
 """
 
 from collections.abc import Sequence
@@ -11,25 +12,25 @@ from collections.abc import Sequence
 import cv2
 import numpy as np
 
-from frontage.evaluation.figure import Figure, Part, figure, median, p95
+from frontage.evaluation.metric import Metric, ScorePart, median, metric, p95
 from frontage.evaluation.result import OrthoPair
 from frontage.geometry.arrays import Array, Bool, Float
 
-_TILE = 1.6  # m, side of a tile; they overlap by half
-_SEARCH = 0.25  # m, largest displacement that is looked for
+_TILE_M = 1.6  # side of a tile; tiles overlap by half
+_SEARCH_M = 0.25  # largest displacement that is searched for
 _KNOWN = 0.4  # share of a tile that must be comparable
-_PLAIN = 0.02  # m: true depths up to this are plain wall
-_EDGE = 0.03  # m around everything else that is left out
-_ALIKE = 0.5  # correlation from which on a match counts
-_NEARER = 0.15  # correlation that a displacement of `_SEARCH` must gain over none
-_TEXTURE = 1.5  # grey levels, spread of a tile's high-passed values
-_BORDER = 0.3  # m at the rim of a facade, where the true picture ends
+_PLAIN_M = 0.02  # true depth up to which the wall is plain
+_EDGE_M = 0.03  # margin that is left out around everything else
+_ALIKE = 0.5  # least correlation of a match
+_NEARER = 0.15  # correlation that a displacement of `_SEARCH_M` must gain over none
+_TEXTURE = 1.5  # least standard deviation of the high-passed grey values of a tile
+_BORDER_M = 0.3  # rim of a facade that is left out, where the true picture ends
 
 
-def score_orthos(pairs: Sequence[OrthoPair]) -> Part:
-    """Figures over the tiles of all facades. px = pixels of the found image.
+def score_orthos(pairs: Sequence[OrthoPair]) -> ScorePart:
+    """Scores the tiles of all facades; px are pixels of the found image.
 
-    `coverage` = share of the facade with a pixel; `alike` = share of the tiles with texture that match.
+    `coverage` is the share of the facade that has a pixel; `alike` is the share of textured tiles that match.
     """
     shifts = [(p, *displacements(p)) for p in pairs]
     metres = [s * p.gsd for p, s, _ in shifts]
@@ -40,26 +41,26 @@ def score_orthos(pairs: Sequence[OrthoPair]) -> Part:
     both = np.concatenate([np.empty((0, 2)), *metres])
     alike = np.concatenate([np.empty(0), *(a for _, _, a in shifts)])
     figures = {
-        "displacement_median": figure(length, median, "m"),
-        "displacement_p95": figure(length, p95, "m"),
-        "displacement_px_median": figure(pixels, median, "px"),
-        "displacement_px_p95": figure(pixels, p95, "px"),
-        "right_bias": figure(both[:, 0], median, "m"),
-        "down_bias": figure(both[:, 1], median, "m"),
-        "alike": figure(alike >= _ALIKE, lambda v: v.mean(1)),
-        "coverage": figure(np.array([_coverage(p) for p in pairs]), lambda v: v.mean(1)),
-        "tiles": Figure(float(len(length)), None, None, len(length)),
+        "displacement_median": metric(length, median, "m"),
+        "displacement_p95": metric(length, p95, "m"),
+        "displacement_px_median": metric(pixels, median, "px"),
+        "displacement_px_p95": metric(pixels, p95, "px"),
+        "right_bias": metric(both[:, 0], median, "m"),
+        "down_bias": metric(both[:, 1], median, "m"),
+        "alike": metric(alike >= _ALIKE, lambda v: v.mean(1)),
+        "coverage": metric(np.array([_coverage(p) for p in pairs]), lambda v: v.mean(1)),
+        "tiles": Metric(float(len(length)), None, None, len(length)),
         **_relief(pairs),
     }
     rows = tuple(_row(p, m, a) for (p, _, a), m in zip(shifts, metres, strict=True))
-    return Part(figures, rows)
+    return ScorePart(figures, rows)
 
 
 def displacements(pair: OrthoPair) -> tuple[Float, Float]:
-    """Shifts (m, 2) px, right and down, of the found content; correlation (t,) of all tiles with texture."""
+    """Returns shifts (m, 2) px (right, down) of matching tiles, and correlations (t,) of textured ones."""
     usable = _usable(pair)
     true, found = _detail(pair.true), _detail(pair.found)
-    side, reach = max(16, round(_TILE / pair.gsd)), max(2, round(_SEARCH / pair.gsd))
+    side, reach = max(16, round(_TILE_M / pair.gsd)), max(2, round(_SEARCH_M / pair.gsd))
     shifts: list[tuple[float, float]] = []
     scores: list[float] = []
     h, w = usable.shape
@@ -78,11 +79,11 @@ def displacements(pair: OrthoPair) -> tuple[Float, Float]:
 
 
 def _usable(pair: OrthoPair) -> Bool:
-    """Pixels that can be compared: known in both, plain wall, not at the facade's rim."""
-    rim, edge = max(1, round(_BORDER / pair.gsd)), 2 * max(1, round(_EDGE / pair.gsd)) + 1
+    """Which pixels (h, w) can be compared: known in both, plain wall, and not at the rim of the facade."""
+    rim, edge = max(1, round(_BORDER_M / pair.gsd)), 2 * max(1, round(_EDGE_M / pair.gsd)) + 1
     other = pair.opening > 0
     if pair.depth_true is not None:
-        other |= ~(np.abs(pair.depth_true) < _PLAIN)
+        other |= ~(np.abs(pair.depth_true) < _PLAIN_M)
     wall = cv2.dilate(other.astype(np.uint8), np.ones((edge, edge), np.uint8)) == 0
     inside = np.zeros(pair.valid.shape, np.bool_)
     inside[rim:-rim, rim:-rim] = True
@@ -90,18 +91,18 @@ def _usable(pair: OrthoPair) -> Bool:
 
 
 def _detail(rgb: Array) -> Array:
-    """Grey values less their surroundings, in equal contrast (h, w) float32."""
+    """Grey values (h, w) float32 minus those of their surroundings, normalised to equal contrast."""
     grey = cv2.cvtColor(np.ascontiguousarray(rgb), cv2.COLOR_RGB2GRAY).astype(np.float32)
     high = grey - cv2.GaussianBlur(grey, (0, 0), 8)
     return np.asarray(10 * high / (np.sqrt(cv2.GaussianBlur(high * high, (0, 0), 16)) + 4))
 
 
 def _shift(true: Array, known: Bool, found: Array, reach: int) -> tuple[tuple[float, float], float]:
-    """Right and down, px, by which `found` (with `reach` more on each side) shows what `true` shows."""
+    """Returns the shift (right, down) px of `true` in `found`, which is `reach` px larger on each side."""
     mask = known.astype(np.float32)
     score = cv2.matchTemplate(found, true, cv2.TM_CCORR_NORMED, mask=mask)
     score = np.where(np.isfinite(score), score, -1.0)
-    # courses of bricks repeat: of two places that look nearly as good, the nearer one
+    # Courses of bricks repeat: of two matches that are nearly as good, take the nearer one.
     far = np.hypot(*np.mgrid[-reach : reach + 1, -reach : reach + 1]) / reach
     _, _, _, (x, y) = cv2.minMaxLoc(score - _NEARER * far)
     best = score[y, x]
@@ -113,7 +114,7 @@ def _shift(true: Array, known: Bool, found: Array, reach: int) -> tuple[tuple[fl
             true, part, warp, cv2.MOTION_TRANSLATION, stop, known.astype(np.uint8), 5
         )
     except cv2.error:
-        return (0.0, 0.0), -1.0  # it did not converge: no match
+        return (0.0, 0.0), -1.0  # no match, because it did not converge
     dx, dy = (float(v) for v in warp[:, 2])
     if max(abs(dx), abs(dy)) > 1.5:
         return (0.0, 0.0), -1.0
@@ -121,13 +122,13 @@ def _shift(true: Array, known: Bool, found: Array, reach: int) -> tuple[tuple[fl
 
 
 def _coverage(pair: OrthoPair) -> float:
-    """Share of the facade (everywhere the true picture shows it) that the found image covers."""
+    """Share of the facade, as far as the true picture shows it, that the found image covers."""
     shown = pair.true.max(2) > 0
     return float(pair.valid[shown].mean()) if shown.any() else 0.0
 
 
-def _relief(pairs: Sequence[OrthoPair]) -> dict[str, Figure]:
-    """Errors of the relief, a sample of the pixels where both have one, off the glass."""
+def _relief(pairs: Sequence[OrthoPair]) -> dict[str, Metric]:
+    """Errors of the relief at a sample of the pixels outside openings where both images have one."""
     parts = [np.empty(0)]
     for p in pairs:
         if p.depth_true is not None and p.depth_found is not None:
@@ -135,8 +136,8 @@ def _relief(pairs: Sequence[OrthoPair]) -> dict[str, Figure]:
             parts.append(error[np.isfinite(error)])
     errors = np.concatenate(parts)
     return {
-        "relief_bias": figure(errors, median, "m"),
-        "relief_median": figure(np.abs(errors), median, "m"),
+        "relief_bias": metric(errors, median, "m"),
+        "relief_median": metric(np.abs(errors), median, "m"),
     }
 
 

@@ -1,21 +1,21 @@
-"""Poses of photos and scans found against the true ones."""
+"""Scores the poses of photos and scans."""
 
 from collections.abc import Sequence
 
 import numpy as np
 
-from frontage.evaluation.figure import Part, figure, mean, median, normalised, p95
+from frontage.evaluation.metric import ScorePart, mean, median, metric, normalised, p95
 from frontage.evaluation.result import FoundPose
 from frontage.evaluation.truth import TruePose
 from frontage.geometry.arrays import Float
 from frontage.geometry.rigid import rotation_angle
 
 
-def score_poses(truth: Sequence[TruePose], found: Sequence[FoundPose]) -> Part:
-    """Distances of the places, angles between the attitudes, and errors over the reported sigmas.
+def score_poses(truth: Sequence[TruePose], found: Sequence[FoundPose]) -> ScorePart:
+    """Scores positions, attitudes, and both against the standard errors reported with them.
 
-    `after_shift_median` is the distance once the mean shift of all poses is taken out: what remains when
-    the whole block was placed a little off.
+    `after_shift_median` is the distance that remains after the mean shift of all poses, which a misplacement
+    of the whole block causes, was subtracted.
     """
     by_name = {t.name: t for t in truth}
     pairs = [(by_name[f.name], f) for f in found if f.name in by_name]
@@ -25,12 +25,12 @@ def score_poses(truth: Sequence[TruePose], found: Sequence[FoundPose]) -> Part:
     rest = np.linalg.norm(shift - shift.mean(0), axis=1) if len(shift) > 1 else np.empty(0)
     names = {f.name for _, f in pairs}
     figures = {
-        "recall": figure(np.array([t.name in names for t in truth]), mean),
-        "position_median": figure(distance, median, "m"),
-        "position_p95": figure(distance, p95, "m"),
-        "after_shift_median": figure(rest, median, "m"),
-        "angle_median": figure(angle, median, "deg"),
-        "angle_p95": figure(angle, p95, "deg"),
+        "recall": metric(np.array([t.name in names for t in truth]), mean),
+        "position_median": metric(distance, median, "m"),
+        "position_p95": metric(distance, p95, "m"),
+        "after_shift_median": metric(rest, median, "m"),
+        "angle_median": metric(angle, median, "deg"),
+        "angle_p95": metric(angle, p95, "deg"),
         **normalised(_ratios(shift, [f.sigma_position for _, f in pairs]), "position"),
         **normalised(_ratios(turn, [f.sigma_angles for _, f in pairs]), "angle"),
     }
@@ -39,11 +39,11 @@ def score_poses(truth: Sequence[TruePose], found: Sequence[FoundPose]) -> Part:
         for (_, f), d, a in zip(pairs, distance, angle, strict=True)
     ]
     rows += [{"id": t.name, "found": None} for t in truth if t.name not in names]
-    return Part(figures, tuple(rows))
+    return ScorePart(figures, tuple(rows))
 
 
 def _turn(truth: TruePose, found: FoundPose) -> Float:
-    """Rotation vector rad, world axes, from the true attitude to the found one."""
+    """Rotation vector (3,) rad, world axes, from the true attitude to the found one."""
     R = found.pose.R @ truth.true.R.T
     angle = rotation_angle(R)
     axis = np.array([R[2, 1] - R[1, 2], R[0, 2] - R[2, 0], R[1, 0] - R[0, 1]])
@@ -52,7 +52,7 @@ def _turn(truth: TruePose, found: FoundPose) -> Float:
 
 
 def _ratios(errors: Float, sigmas: Sequence[Float | None]) -> Float:
-    """error / sigma of every component that has a positive sigma."""
+    """Ratio error / sigma of every component that has a positive sigma."""
     known = [(e, s) for e, s in zip(errors, sigmas, strict=True) if s is not None]
     ratio = [e[s > 0] / s[s > 0] for e, s in known]
     return np.concatenate(ratio) if ratio else np.empty(0)

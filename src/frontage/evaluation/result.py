@@ -1,4 +1,4 @@
-"""What a result claims, in the form that the scorers compare with the truth: local m of the truth's world."""
+"""Results in the form that the scorers compare with the truth, in local metres of the truth's world."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -13,7 +13,7 @@ BORDERS = ("left", "right", "bottom", "top")
 
 @dataclass(frozen=True, eq=False)
 class FoundFacade:
-    """A facade found: its frame, outline (k, 2) m (x, z), covariance (6, 6) in its own axes (m, rad)."""
+    """A facade found: frame, outline (k, 2) m (x, z), covariance (6, 6) in its own axes (m, rad)."""
 
     id: str
     building: str
@@ -27,7 +27,7 @@ class FoundFacade:
 
 @dataclass(frozen=True, eq=False)
 class FoundBar:
-    """A bar found: its axis and its centre line (2, 3) m."""
+    """A window bar found: axis ("vertical" or "horizontal") and centre line (2, 3) m."""
 
     axis: str
     line: Float
@@ -38,11 +38,12 @@ class FoundBar:
 
 @dataclass(frozen=True, eq=False)
 class FoundOpening:
-    """An opening found: ring (k, 3) m; what else the result says of it, None = nothing.
+    """An opening found: its ring (k, 3) m and what else the result reports, None = nothing.
 
-    coarse `kind` tells only windows from doors
-    bars   its window bars; counts (vertical, horizontal) where only their number is known
-    sigma  standard errors in m of "left", "right", "bottom", "top", "depth", as far as reported
+    bars    its window bars
+    counts  numbers of vertical and horizontal bars, where only these are known
+    sigma   standard errors in m of "left", "right", "bottom", "top", "depth", as far as reported
+    coarse  whether `kind` only distinguishes windows from doors
     """
 
     id: str
@@ -61,7 +62,7 @@ class FoundOpening:
 
 @dataclass(frozen=True, eq=False)
 class FoundProtrusion:
-    """A protrusion found: ring (k, 3) m at its front; standard errors m of its borders and of the front."""
+    """A protrusion found: ring (k, 3) m at its front, standard errors m of its borders and of the front."""
 
     id: str
     kind: str
@@ -75,7 +76,7 @@ class FoundProtrusion:
 
 @dataclass(frozen=True, eq=False)
 class FoundPose:
-    """A pose estimated: name as in the truth, standard errors (3,) m of the place, (3,) rad, or None."""
+    """An estimated pose: name as in the truth, standard errors (3,) m and (3,) rad, or None."""
 
     name: str
     pose: Rigid3
@@ -85,7 +86,7 @@ class FoundPose:
 
 @dataclass(frozen=True, eq=False)
 class LabelledPoints:
-    """Points of a run: xyz (n, 3) m, true house and building found (n,), -1 = none; names of those found."""
+    """Points of a run: xyz (n, 3) m, true house and found building (n,), -1 = none; names of those found."""
 
     xyz: Float
     house: Int
@@ -99,11 +100,11 @@ class LabelledPoints:
 
 @dataclass(frozen=True, eq=False)
 class OrthoPair:
-    """A true and a found ortho-image on the true one's raster.
+    """A true and a found ortho-image on the raster of the true one.
 
-    facade   true facade's id; `true`, `found` (h, w, 3) uint8; `valid` (h, w) found has a pixel there
+    facade   id of the true facade; `true`, `found` (h, w, 3) uint8; `valid` (h, w) where found has a pixel
     opening  (h, w) 1-based opening, 0 = none; gsd m per pixel of the raster, gsd_found of the found image
-    depth_true, depth_found (h, w) float m, NaN unknown, both behind the true plane, or None
+    depth_true, depth_found  (h, w) float m behind the true plane, NaN = unknown, or None
     """
 
     facade: str

@@ -1,6 +1,6 @@
-"""The truth of a scene as the scorers use it: lengths in m, local to the truth's own origin.
+"""The truth of a scene as the scorers use it, in metres, local to the origin of the truth.
 
-The file it comes from is described in docs/simulate.md, "Truth".
+The file that it is read from is described in docs/simulate.md, "Truth".
 """
 
 from collections.abc import Mapping, Sequence
@@ -20,14 +20,14 @@ SCHEMA = 1
 
 @dataclass(frozen=True, eq=False)
 class TrueOpening(BuiltOpening):
-    """An opening of the truth; visible = share of it that each sensor sees."""
+    """A true opening; `visible` = share of it that each sensor sees, by the name of the sensor."""
 
     visible: Mapping[str, float]
 
 
 @dataclass(frozen=True, eq=False)
 class TrueProtrusion:
-    """Something before the wall: ring (k, 2) m (x, z) where it meets it, y m of its near and far end."""
+    """A true protrusion: ring (k, 2) m (x, z) where it meets the wall, y m of its near and far end."""
 
     id: str
     kind: str
@@ -40,7 +40,7 @@ class TrueProtrusion:
 
 @dataclass(frozen=True, eq=False)
 class TrueFacade:
-    """A facade: frame with its origin on the main plane, outline (k, 2) m (x, z), its ortho-image's entry."""
+    """A true facade: frame (origin on the main plane), outline (k, 2) m (x, z), entry of its ortho-image."""
 
     id: str
     building: str
@@ -57,7 +57,7 @@ class TrueFacade:
 
 @dataclass(frozen=True, eq=False)
 class TrueBuilding:
-    """A building: footprint (k, 2) m, the ids of its facades, the side of the street it stands on."""
+    """A true building: footprint (k, 2) m, ids of its facades, side of the street that it stands on."""
 
     id: str
     address: str
@@ -71,7 +71,7 @@ class TrueBuilding:
 
 @dataclass(frozen=True, eq=False)
 class TruePose:
-    """A sensor's pose, true and as given: `name` of the photo, or of the scan "file:number"."""
+    """The pose of a sensor, true and as given; `name` of the photo, or of the scan as "file:number"."""
 
     name: str
     true: Rigid3
@@ -80,7 +80,7 @@ class TruePose:
 
 @dataclass(frozen=True, eq=False)
 class Truth:
-    """Everything true of a scene."""
+    """The whole truth of a scene."""
 
     name: str
     world: WorldRef
@@ -91,7 +91,7 @@ class Truth:
     points: tuple[Mapping[str, Any], ...] = field(default=())
 
     def facade(self, number: str) -> TrueFacade:
-        """The facade of that id. Raises KeyError."""
+        """Returns the facade with that id. Raises KeyError."""
         for facade in self.facades:
             if facade.id == number:
                 return facade
@@ -99,16 +99,16 @@ class Truth:
 
 
 def best_share(visible: Mapping[str, float], sensors: Sequence[str] = ()) -> float:
-    """The largest share seen by any of `sensors`, by any sensor of the scene when none is named.
+    """Returns the largest share seen by any of `sensors`, or by any sensor of the scene if none is named.
 
-    A truth that tells of no sensor counts everything as seen.
+    A truth without sensors counts everything as seen.
     """
     named = {k: v for k, v in visible.items() if not sensors or k in sensors}
     return max(named.values(), default=0.0) if visible else 1.0
 
 
 def read_truth(table: Mapping[str, Any], name: str = "truth.json") -> Truth:
-    """The nouns from the contents of a truth.json. Raises InputError when they are none."""
+    """Reads the truth from the contents of a truth.json. Raises InputError when it is not one."""
     try:
         if table["schema"] != SCHEMA:
             raise InputError(f"{name}: schema {table['schema']} is not {SCHEMA}; simulate the scene again")

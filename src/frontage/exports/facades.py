@@ -1,4 +1,4 @@
-"""The textured model of paper A: every facade a textured, geo-referenced 3-D polygon."""
+"""The textured model of paper A: every facade is a textured, georeferenced polygon."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -11,13 +11,13 @@ from frontage.geometry.arrays import Array, Float
 from frontage.io.meshes.textured import TexturedMesh
 from frontage.model import Facade
 
-MAX_TEXTURE = 4096  # px; what every graphics card and viewer takes
+MAX_TEXTURE = 4096  # px, which every graphics card and viewer can handle
 _JPEG_QUALITY = 90
 
 
 @dataclass(frozen=True, eq=False)
 class FacadePicture:
-    """A facade and its ortho-image as JPEG: gsd m, corner (x, z) m of its upper left, size (w, h) px."""
+    """A facade and its ortho-image as JPEG: gsd m, upper left corner (x, z) m, size (w, h) px."""
 
     facade: Facade
     jpeg: bytes
@@ -27,9 +27,10 @@ class FacadePicture:
 
 
 def facade_mesh(picture: FacadePicture, max_texture: int = MAX_TEXTURE) -> TexturedMesh:
-    """The facade's outline, triangulated in its plane (y = 0), with the ortho-image as its texture.
+    """Triangulates the outline of a facade in its plane (y = 0), with the ortho-image as texture.
 
-    Vertices stay in the facade frame, so float32 loses nothing; u, v are the ortho-image's edges 0..1.
+    Vertices stay in the facade frame, so that float32 is exact enough. Texture coordinates run from 0 to 1
+    between the outer edges of the ortho-image; a texture with a side above `max_texture` px is reduced.
     """
     facade = picture.facade
     xz, faces = triangulate(facade.outline)
@@ -48,9 +49,10 @@ def facade_mesh(picture: FacadePicture, max_texture: int = MAX_TEXTURE) -> Textu
 
 
 def triangulate(ring: Float) -> tuple[Float, Array]:
-    """Vertices (n, 2) m and counter-clockwise triangles (m, 3) of a polygon ring (k, 2) m (x, z).
+    """Triangulates a polygon ring (k, 2) m (x, z): vertices (n, 2) m and counter-clockwise triangles (m, 3).
 
-    Constrained Delaunay triangles of the repaired polygon: no vertex is added, so the outline stays exact.
+    These are the constrained Delaunay triangles of the repaired polygon. No vertex is added, so the outline
+    stays exact.
     """
     polygon = shapely.make_valid(shapely.Polygon(ring))
     parts = shapely.get_parts(shapely.constrained_delaunay_triangles(polygon))
@@ -63,7 +65,7 @@ def triangulate(ring: Float) -> tuple[Float, Array]:
 
 
 def limit_texture(jpeg: bytes, limit: int = MAX_TEXTURE) -> bytes:
-    """The same JPEG, averaged down when a side is longer than `limit` px."""
+    """Returns the same JPEG, reduced by averaging if a side is longer than `limit` px."""
     image: Any = cv2.imdecode(np.frombuffer(jpeg, np.uint8), cv2.IMREAD_COLOR)
     scale = limit / max(image.shape[:2])
     if scale >= 1:
@@ -74,6 +76,7 @@ def limit_texture(jpeg: bytes, limit: int = MAX_TEXTURE) -> bytes:
 
 
 def _extras(picture: FacadePicture) -> dict[str, Any]:
+    """Attributes of the mesh in the glTF file."""
     facade = picture.facade
     return {
         "facade": facade.id,

@@ -1,11 +1,11 @@
-"""A building's solids as a city model holds them: LoD2 and LoD3 shells, classes, what is known of them."""
+"""Converts the solids of a building to a city model: LoD2 and LoD3 shells, classes and attributes."""
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
 
-from frontage.exports.parents import walls_of_openings
+from frontage.exports.openingwalls import walls_of_openings
 from frontage.model import Building, Elements, Facade, Opening, Protrusion, Solid, Surface
 from frontage.model.citymodel import CityBuilding, Shell
 from frontage.solids import Assembled, Built, Installation
@@ -18,10 +18,10 @@ _DIGITS = 4  # 0.1 mm
 def city_building(
     building: Building, assembled: Assembled, fronts: Sequence[tuple[Facade, Elements]]
 ) -> CityBuilding:
-    """The building with, per part, its coarse solid as LoD2 and its fine one as LoD3, and its installations.
+    """Returns the building with its installations and, per part, a coarse solid (LoD2) and a fine one (LoD3).
 
-    Window and Door surfaces are named after their opening and carry what docs/model.md lists; `parent` names
-    the wall that an opening stands in.
+    Window and Door surfaces have the id of their opening and the attributes that docs/model.md lists;
+    `parent` is the id of the wall that holds the opening.
     """
     about = dict(_of_elements(fronts))
     several = len(assembled.built) > 1
@@ -29,7 +29,7 @@ def city_building(
     for number, name in enumerate(assembled.coarse.names):
         part = (name or f"{building.id}-{number + 1}") if several else ""
         shells += _levels(assembled, number, part or building.id, part, about)
-    shells += [_hanging(i, about) for i in assembled.installations]
+    shells += [_installation(i, about) for i in assembled.installations]
     attributes = _attributes(assembled, range(len(assembled.built)))
     return CityBuilding(building.id, tuple(shells), building.address, attributes)
 
@@ -40,11 +40,11 @@ def city_buildings(
     fronts: Sequence[tuple[Facade, Elements]],
     owners: Mapping[str, str | None],
 ) -> tuple[CityBuilding, ...]:
-    """As `city_building`, but every part that is a building of its own in the city model stays one, and so
-    does every part where they reach into each other.
+    """Does the same as `city_building`, but keeps apart what the city model holds as separate buildings.
 
-    `owners`: the ids of those buildings, which are the parts' names, with their addresses. The first is
-    called as the building, the others "-2", "-3"; `model_id` is the id in the model.
+    Parts that intersect each other also become separate buildings. `owners` maps the ids of the buildings in
+    the city model, which are the names of the parts, to their addresses. The first building keeps the id, the
+    others get "-2", "-3", ...; the attribute `model_id` holds the id in the city model.
     """
     known = assembled.coarse.source == "model"
     if len(assembled.built) < 2 or not (assembled.apart or (known and len(owners) > 1)):
@@ -59,7 +59,7 @@ def city_buildings(
         shells = _levels(assembled, number, own, "", about)
         hung = [i for i, h in zip(assembled.installations, home, strict=True) if h == number]
         attributes = _attributes(assembled, [number]) | ({"model_id": name} if known and name else {})
-        shells += [_hanging(i, about) for i in hung]
+        shells += [_installation(i, about) for i in hung]
         address = owners.get(name) or (building.address if number == 0 else None)
         found.append(CityBuilding(own, tuple(shells), address, attributes))
     return tuple(found)
@@ -68,7 +68,7 @@ def city_buildings(
 def _levels(
     assembled: Assembled, number: int, prefix: str, part: str, about: Mapping[str, Mapping[str, Value]]
 ) -> list[Shell]:
-    """LoD2 and, where something was cut in, LoD3 of one part."""
+    """Returns LoD2 and, where anything was cut into it, LoD3 of one part."""
     built = assembled.built[number]
     shells = [_shell(built.host, "2", f"{prefix}/lod2", part, {})]
     if assembled.fine[number]:
@@ -77,7 +77,7 @@ def _levels(
 
 
 def _nearest(assembled: Assembled, thing: Installation) -> int:
-    """The part whose box is nearest to an installation."""
+    """Returns the number of the part whose bounding box is nearest to an installation."""
     middle = thing.solid.vertices.mean(0)
     boxes = [(b.host.vertices.min(0), b.host.vertices.max(0)) for b in assembled.built]
     away = [
@@ -87,7 +87,7 @@ def _nearest(assembled: Assembled, thing: Installation) -> int:
 
 
 def surfaces_of(solid: Solid, prefix: str) -> tuple[Surface, ...]:
-    """The faces of a solid in local metres, named after their opening or numbered."""
+    """Returns the faces of a solid in local metres, with the id of their opening or a number."""
     xyz = solid.vertices / GRID
     return tuple(
         Surface(
@@ -98,6 +98,7 @@ def surfaces_of(solid: Solid, prefix: str) -> tuple[Surface, ...]:
 
 
 def _shell(solid: Solid, lod: str, prefix: str, part: str, about: Mapping[str, Mapping[str, Value]]) -> Shell:
+    """A solid as a shell whose openings name their wall, and whose walls name their facade and offset."""
     surfaces = surfaces_of(solid, prefix)
     known: dict[str, dict[str, Value]] = {}
     for k, wall in walls_of_openings(solid).items():
@@ -112,7 +113,8 @@ def _shell(solid: Solid, lod: str, prefix: str, part: str, about: Mapping[str, M
     return Shell(lod, surfaces, known, True, part)
 
 
-def _hanging(thing: Installation, about: Mapping[str, Mapping[str, Value]]) -> Shell:
+def _installation(thing: Installation, about: Mapping[str, Mapping[str, Value]]) -> Shell:
+    """An installation as a shell with its attributes."""
     attributes = {**about.get(thing.id, {}), **({"assumed": thing.assumed} if thing.assumed else {})}
     surfaces = surfaces_of(thing.solid, f"{thing.id}/face")
     return Shell("3", surfaces, {}, True, thing.id, True, attributes=attributes)
@@ -121,6 +123,7 @@ def _hanging(thing: Installation, about: Mapping[str, Mapping[str, Value]]) -> S
 def _of_elements(
     fronts: Sequence[tuple[Facade, Elements]],
 ) -> Iterator[tuple[str, dict[str, Value]]]:
+    """Yields the id and the attributes of every opening and protrusion."""
     for facade, elements in fronts:
         for o in elements.openings:
             yield o.id, {**_of_opening(o), "facade": facade.id}
@@ -129,7 +132,7 @@ def _of_elements(
 
 
 def _of_opening(o: Opening) -> dict[str, Value]:
-    """What a Window or Door surface says; what was not measured is left out."""
+    """Attributes of a Window or Door surface; what was not measured is left out."""
     variance = np.diag(o.ring_covariance)
     out: dict[str, Value] = {
         "kind": o.kind,
@@ -153,6 +156,7 @@ def _of_opening(o: Opening) -> dict[str, Value]:
 
 
 def _of_protrusion(p: Protrusion) -> dict[str, Value]:
+    """Attributes of a protrusion; what was not measured is left out."""
     out: dict[str, Value] = {
         "kind": p.kind,
         "front": round(float(p.front.value), _DIGITS),
@@ -166,12 +170,13 @@ def _of_protrusion(p: Protrusion) -> dict[str, Value]:
 
 
 def _with_offsets(about: Mapping[str, Mapping[str, Value]], built: Built) -> dict[str, dict[str, Value]]:
-    """`offset`: m from the measured plane to the wall that an element was put in, positive = inwards."""
+    """Adds `offset`, m: from the measured plane to the wall that holds an element, positive = inwards."""
     offsets = {k: {"offset": round(v, _DIGITS)} for k, v in built.offsets.items()}
     return {k: {**v, **offsets.get(k, {})} for k, v in about.items()}
 
 
 def _attributes(assembled: Assembled, parts: Iterable[int]) -> dict[str, Value]:
+    """Attributes of the building that consists of some of the parts."""
     own = [assembled.built[k] for k in parts]
     heights = np.concatenate([b.host.vertices[:, 2] for b in own]) / GRID
     offsets = [abs(d) for b in own for d in b.offsets.values()]

@@ -1,6 +1,8 @@
-"""The nouns of Frontage: frozen dataclasses over read-only numpy arrays, checked when made.
+"""The nouns of Frontage, in which all rooms exchange their results.
 
-Frames, units and signs are on one page: docs/conventions.md.
+They are frozen dataclasses over read-only numpy arrays, which are checked when an object is made and hold no
+file paths. Frames, units and signs are explained on one page, docs/conventions.md; the facade frame and the
+position of pixels are those of paper A, sections 2.2 and 3.2. There is no entry function.
 """
 
 from frontage.model.building import Building, Footprint, Surface
@@ -8,16 +10,26 @@ from frontage.model.citymodel import CityBuilding, CityModel, Shell
 from frontage.model.estimate import Estimate, Failed, Provenance
 from frontage.model.facade import Facade, Layer
 from frontage.model.noreturns import NoReturns
-from frontage.model.opening import DOORS, Bar, Elements, Opening, Protrusion
+from frontage.model.opening import (
+    DOORS,
+    OPENING_SURFACES,
+    Bar,
+    Elements,
+    Opening,
+    OpeningKind,
+    Protrusion,
+    ProtrusionKind,
+)
 from frontage.model.ortho import OrthoImage, PhotoOffset
 from frontage.model.photo import Camera, Photo
 from frontage.model.scan import Grid, Scan, merge_scans
-from frontage.model.shape import Feature, Shape, Surfaces
+from frontage.model.shape import Feature, Polygons, Shape
 from frontage.model.solid import Face, Finding, Solid
 from frontage.model.world import WorldRef
 
 __all__ = [
     "DOORS",
+    "OPENING_SURFACES",
     "Bar",
     "Building",
     "Camera",
@@ -35,17 +47,19 @@ __all__ = [
     "Layer",
     "NoReturns",
     "Opening",
+    "OpeningKind",
     "OrthoImage",
     "Photo",
     "PhotoOffset",
+    "Polygons",
     "Protrusion",
+    "ProtrusionKind",
     "Provenance",
     "Scan",
     "Shape",
     "Shell",
     "Solid",
     "Surface",
-    "Surfaces",
     "WorldRef",
     "merge_scans",
 ]

@@ -1,4 +1,4 @@
-"""One building: which points are its own, and what a city model knows of it."""
+"""A building: the points that belong to it, and what a city model knows of it."""
 
 from dataclasses import dataclass, field
 
@@ -9,7 +9,13 @@ from frontage.geometry.arrays import Float, Int, freeze
 
 @dataclass(frozen=True, eq=False)
 class Surface:
-    """A host polygon of a city model: outer ring (k, 3) m local, semantic class, id in its source."""
+    """A polygon of a city model.
+
+    ring       (k, 3) m local, outer ring, counter-clockwise as seen from outside
+    semantics  semantic class, such as "WallSurface"
+    source_id  id in its source
+    holes      inner rings (j, 3) m local
+    """
 
     ring: Float
     semantics: str
@@ -24,12 +30,12 @@ class Surface:
 class Building:
     """A building of the scene.
 
-    id          stable and readable, "B07"
-    index       (m,) int64 into the scan: the building's own points (facade, roof, balconies)
-    ground_z    m, height of the ground at its foot, local
-    footprint   (k, 2) m local, or None when only facades were seen
-    surfaces    host surfaces of a city model
-    cuts        where the building was cut from its neighbours: ((x, y) m local, posterior 0..1), ...
+    id          stable and readable, such as "B07"
+    index       (m,) int64 into the scan: the points of the building (facade, roof, balconies)
+    ground_z    m local, height of the ground at its foot
+    footprint   (k, 2) m local, or None when only facades are known
+    surfaces    its polygons in the city model
+    cuts        where it was cut from its neighbours: ((x, y) m local, posterior probability 0..1), ...
     """
 
     id: str
@@ -48,7 +54,10 @@ class Building:
 
 @dataclass(frozen=True, eq=False)
 class Footprint:
-    """A building on a map: id and address of its source, outer ring (k, 2) m local, not closed."""
+    """A building on a map: id and address from its source, outer ring (k, 2) m local, not closed.
+
+    Raises ValueError for a ring with fewer than three corners.
+    """
 
     id: str
     ring: Float

@@ -1,4 +1,4 @@
-"""Openings as they were built: what the simulator draws and the scorers compare with."""
+"""Openings as they were built, which the simulator draws and the scorers compare results with."""
 
 from dataclasses import dataclass
 
@@ -9,7 +9,7 @@ from frontage.geometry.arrays import Float, freeze
 
 @dataclass(frozen=True)
 class TrueBar:
-    """A window bar: axis "vertical" (position x) or "horizontal" (position z), extent along it, width; m."""
+    """A true window bar: axis "vertical" (position x) or "horizontal" (position z), extent, width; in m."""
 
     axis: str
     position: float
@@ -19,15 +19,15 @@ class TrueBar:
 
 @dataclass(frozen=True, eq=False)
 class BuiltOpening:
-    """An opening as built: the hole in the wall (reveal edge), in the facade frame.
+    """An opening as built: the edge of its hole in the wall, in the facade frame.
 
     id            "B02/F1/W3-2"
-    kind          "window", "door", "shopfront", "passage", "garage", "basement"
+    kind          the text of an `OpeningKind`
     shape         "rectangle", "segmental", "round", "pointed", "triangular", "circle"
-    ring          (k, 2) m (x, z), counter-clockwise as seen from the street, chord error of arcs < 1 mm
-    wall_y        m, y of the wall it is cut into (0 = main plane, negative = an oriel's front)
-    depth         m, wall to the front of the frame or leaf
-    bars          between the frame's sides
+    ring          (k, 2) m (x, z), counter-clockwise as seen from the street; chord error of arcs < 1 mm
+    wall_y        m, y of the wall that holds it (0 = main plane, negative = front of an oriel)
+    depth         m, from the wall to the front of the frame or leaf
+    bars          between the sides of the frame
     shutters      "none", "open" (beside the hole) or "closed" (the hole is flush)
     """
 

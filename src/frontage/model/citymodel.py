@@ -1,4 +1,4 @@
-"""A city model: buildings as shells of polygons with classes, in local metres."""
+"""A city model: buildings as shells of polygons with semantic classes, in local metres."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -13,9 +13,10 @@ from frontage.model.world import WorldRef
 
 @dataclass(frozen=True, eq=False)
 class Texture:
-    """A picture on a polygon, by reference: its path or URL as the file names it.
+    """A texture on a polygon, by reference.
 
-    `rings`: the place in it of every corner, (k, 2) per ring, the outer one first; 0..1, to the right and up.
+    image  path or URL of the picture, as the file names it
+    rings  texture coordinates (k, 2) of every ring, the outer one first; 0..1, to the right and up
     """
 
     image: str
@@ -24,11 +25,17 @@ class Texture:
 
 @dataclass(frozen=True, eq=False)
 class Shell:
-    """One geometry of a building: level of detail ("2.2", "3.3"), polygons in local m seen counter-clockwise
-    from outside, and attributes of single polygons by their `source_id`. `closed` = a solid's outer shell.
-    `part` is the id of the building part or installation that it belongs to, "" the building itself;
-    an `installation` (balcony, chimney, stairs) is no part of its body. `textures` by `source_id`;
-    `attributes` of the part or installation, empty for the building itself."""
+    """One geometry of a building.
+
+    lod           level of detail, such as "2.2" or "3.3"
+    surfaces      polygons, counter-clockwise as seen from outside
+    about         attributes of single polygons, by their `source_id`
+    closed        whether it is the outer shell of a solid
+    part          id of the building part or installation that it belongs to; "" = the building itself
+    installation  whether it is an installation (balcony, chimney, stairs) and not a part of the body
+    textures      by `source_id`
+    attributes    of the part or installation; empty for the building itself
+    """
 
     lod: str
     surfaces: tuple[Surface, ...]
@@ -42,7 +49,7 @@ class Shell:
 
 @dataclass(frozen=True, eq=False)
 class CityBuilding:
-    """A building of a city model: id, address ("13 Station Road"), shells, attributes of the whole."""
+    """A building of a city model: id, shells, address ("13 Station Road"), attributes of the whole."""
 
     id: str
     shells: tuple[Shell, ...]
@@ -50,9 +57,9 @@ class CityBuilding:
     attributes: Mapping[str, str | float | int] = field(default_factory=dict)
 
     def level(self, finest: str = "9") -> tuple[Shell, ...]:
-        """The shells of the finest level of detail that is not above `finest` ("2" takes 2.0 to 2.9 in).
+        """Returns the shells of the finest level of detail that is not above `finest`, parts included.
 
-        Where every level is finer, the coarsest one. Levels compare as numbers; parts come along.
+        "2" includes 2.0 to 2.9. Where every level is finer, the coarsest one is returned.
         """
         levels = sorted({_number(s.lod) for s in self.shells})
         fitting = [v for v in levels if v < np.floor(_number(finest)) + 1.0]
@@ -64,8 +71,8 @@ class CityBuilding:
 class CityModel:
     """Buildings in the local frame of `world`.
 
-    problems  what could not be used, per building
-    notes     what had to be assumed or changed: a transformation, the order of the axes
+    problems  what could not be used, by building
+    notes     what had to be assumed or changed, such as a transformation or the order of the axes
     """
 
     buildings: tuple[CityBuilding, ...]
@@ -74,7 +81,7 @@ class CityModel:
     notes: tuple[str, ...] = ()
 
     def bounds(self) -> Float:
-        """The lowest and highest corner (2, 3) m local of all polygons. Raises ValueError without any."""
+        """Returns the lowest and highest corner (2, 3) m local. Raises ValueError without any polygon."""
         rings = [s.ring for b in self.buildings for shell in b.shells for s in shell.surfaces]
         if not rings:
             raise ValueError("the city model has no polygons")
@@ -83,7 +90,7 @@ class CityModel:
 
 
 def _number(lod: str) -> float:
-    """A level of detail as a number; 0 where the file says none."""
+    """Returns a level of detail as a number; 0 where the file does not state one."""
     try:
         return float(lod)
     except ValueError:

@@ -1,4 +1,4 @@
-"""A value that knows how good it is, and its falsy twin for what could not be estimated."""
+"""A value with its uncertainty, and the value that stands for a failure."""
 
 from dataclasses import dataclass
 from enum import StrEnum
@@ -15,9 +15,9 @@ class Provenance(StrEnum):
     """Where an estimate comes from."""
 
     MEASURED = "measured"
-    POOLED = "pooled"  # shared by similar elements
-    INFERRED = "inferred"  # symmetry, never seen
-    GIVEN = "given"  # told by the user or the file
+    POOLED = "pooled"  # estimated jointly from similar elements
+    INFERRED = "inferred"  # concluded from symmetry, never seen
+    GIVEN = "given"  # stated by the user or a file
 
 
 @dataclass(frozen=True, eq=False)
@@ -25,7 +25,7 @@ class Estimate(Generic[T]):
     """A value, its covariance (k, k) in squared units of its parameters, and its degrees of freedom.
 
     For a `Rigid3` the covariance is (6, 6), order translation (m), rotation (rad); see geometry.rigid.
-    `dof` is the *effective* redundancy: correlated residuals are counted once (docs/facades.md).
+    `dof` is the *effective* redundancy, in which correlated residuals count only once (docs/facades.md).
     """
 
     value: T
@@ -41,13 +41,18 @@ class Estimate(Generic[T]):
 
     @property
     def sigma(self) -> Float:
-        """Standard errors (k,), the square roots of the covariance's diagonal."""
+        """Standard errors (k,): the square roots of the diagonal of the covariance."""
         return np.sqrt(np.diag(self.covariance))
 
 
 @dataclass(frozen=True)
 class Failed:
-    """What one item of a batch returns when it cannot be done: falsy, with a code, a reason and advice."""
+    """What one item of a batch returns when it fails; it is falsy.
+
+    code     one of `frontage.errors.CODES`
+    message  what failed and why
+    hint     what to do
+    """
 
     code: str
     message: str

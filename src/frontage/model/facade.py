@@ -1,4 +1,4 @@
-"""A facade: a plane with a frame, an outline and layers."""
+"""A facade: a plane with a frame, an outline and parallel layers."""
 
 from dataclasses import dataclass, field
 
@@ -12,7 +12,7 @@ from frontage.model.world import WorldRef
 
 @dataclass(frozen=True, eq=False)
 class Layer:
-    """A surface parallel to the facade plane: `y` m (positive = recess), its sigma, area m2, outline."""
+    """A surface parallel to the facade plane: y m (positive = recess), sigma m, area m2, outline (k, 2) m."""
 
     y: float
     sigma: float
@@ -35,15 +35,15 @@ class Facade:
     world              local -> world
     outline            (k, 2) m (x, z): polygon of the facade in its own frame
     layers             surfaces parallel to the plane, the wall itself (y = 0) among them
-    support            (m,) int64 into the scan: points near the plane and within the outline (balconies and
-                       reveals included), what later stages work on
+    support            (m,) int64 into the scan: points near the plane and within the outline, with balconies
+                       and reveals; later stages work on them
     inliers            (k,) int64 into the scan: points *on* the plane
     roughness          m, robust standard deviation of the inliers about the plane
     spacing            m, median distance of neighbouring points on the wall
-    coverage           share of the outline with points on the wall, 0..1
+    coverage           share of the outline that has points on the wall, 0..1
     sigma_plane        m, standard error of the plane's offset at the barycentre
-    oriented_by        "rays", "city model" or "evidence": how the street side was told
-    curvature          m, sagitta of a quadratic fitted along x with its sigma; a bent facade says so
+    oriented_by        "rays", "city model" or "evidence": what the street side was inferred from
+    curvature          m, sagitta of a parabola fitted along x, and its sigma
     """
 
     id: str

@@ -1,4 +1,4 @@
-"""Beams without return: where a station looked and nothing came back."""
+"""Laser beams without return: directions in which a station measured and received nothing."""
 
 from dataclasses import dataclass, replace
 
@@ -7,25 +7,25 @@ import numpy as np
 from frontage.geometry.arrays import Bool, Float, Int, freeze
 from frontage.geometry.rigid import Rigid3
 
-_SOME = 128  # rows that tell the azimuth of every column, columns that tell the elevation of every row
-_REGULAR = 0.95  # share of the returns that lie within half a step of their place in the raster
-_FEWEST = 8  # rows and columns with returns that tell a raster's axis
-_DOWN = np.radians([5.0, 30.0])  # below the horizon: such beams end on the ground, 3 to 20 m away
-_MARGIN = 0.02  # rad around what is looked at
+_SAMPLED = 128  # rows that give the azimuth of every column, columns that give the elevation of every row
+_REGULAR = 0.95  # share of the returns that must lie within half a step of their place in the raster
+_FEWEST_LINES = 8  # rows and columns with returns that are needed to find the axis of a raster
+_DOWN_RAD = np.radians([5.0, 30.0])  # below the horizon: such beams end on the ground, 3 to 20 m away
+_MARGIN_RAD = 0.02  # around the directions of interest
 
 
 @dataclass(frozen=True, eq=False)
 class NoReturns:
-    """The beams of one station that came back with nothing: a mask over its polar raster.
+    """The beams of one station that had no return, as a mask over its polar raster.
 
-    A scanner turns about one axis, so every column has one azimuth about it and every row one elevation.
+    A scanner turns about a single axis, so every column has one azimuth about it and every row one elevation.
 
     origin     row of the station in `Scan.origins`
-    axes       (3, 3) float64 rotation, local from the raster's own axes (z = the axis it turns about)
+    axes       (3, 3) float64 rotation, local from the axes of the raster (z = the axis of the scanner)
     azimuth    (w,) float64 rad of the columns; elevation (h,) float64 rad of the rows
     lost       (h, w) bool, the beams without return
-    ground     share of the beams to the ground that were lost: if many, points were cut out of the scan, or
-               the scanner is too weak for what it looks at
+    ground     share of the beams towards the ground that were lost; if it is large, points were cut out of
+               the scan, or the scanner is too weak for the surfaces around it
     """
 
     origin: int
@@ -49,16 +49,16 @@ class NoReturns:
         return np.asarray(np.column_stack([flat * np.cos(a), flat * np.sin(a), np.sin(e)]) @ self.axes.T)
 
     def moved(self, pose: Rigid3) -> "NoReturns":
-        """The same beams after a motion of their station."""
+        """Returns the same beams after a motion of their station."""
         return replace(self, axes=pose.R @ self.axes)
 
     def towards(self, rays: Float) -> "NoReturns":
-        """The part of the raster that looks where `rays` (n, 3) local from the station go."""
+        """Returns the part of the raster that covers the directions `rays` (n, 3), local from the station."""
         a, e = _polar(rays @ self.axes)
         middle = float(np.angle(np.exp(1j * a).mean()))
-        wide = float(np.abs(_wrapped(a - middle)).max()) + _MARGIN
+        wide = float(np.abs(_wrapped(a - middle)).max()) + _MARGIN_RAD
         columns = np.abs(_wrapped(self.azimuth - middle)) <= wide
-        rows = (self.elevation >= e.min() - _MARGIN) & (self.elevation <= e.max() + _MARGIN)
+        rows = (self.elevation >= e.min() - _MARGIN_RAD) & (self.elevation <= e.max() + _MARGIN_RAD)
         return replace(
             self,
             azimuth=self.azimuth[columns],
@@ -68,14 +68,18 @@ class NoReturns:
 
 
 def no_returns(xyz: Float, eye: Float, index: Int) -> NoReturns | None:
-    """What a raster did not bring back: `index` (h, w) into points (n, 3), seen from `eye` (3,); -1 = lost.
+    """Finds the beams without return of a raster.
 
-    Rows and columns that brought nothing back lie between and beyond the others at their steps. None where
-    the returns do not lie on a polar raster (other instruments, indices that mean something else).
+    xyz    (n, 3) m local, the points
+    eye    (3,) m local, the station
+    index  (h, w) into the points; -1 = no return
+
+    Rows and columns without any return are placed between and beyond the others at their steps. Returns None
+    where the returns do not lie on a polar raster (other instruments, indices with another meaning).
     """
-    if min((index >= 0).any(axis).sum() for axis in (0, 1)) < _FEWEST:
+    if min((index >= 0).any(axis).sum() for axis in (0, 1)) < _FEWEST_LINES:
         return None
-    upright, level = index[:: -(-len(index) // _SOME)], index[:, :: -(-index.shape[1] // _SOME)]
+    upright, level = index[:: -(-len(index) // _SAMPLED)], index[:, :: -(-index.shape[1] // _SAMPLED)]
     axes = _axes(xyz[upright] - eye, upright >= 0)
     a, _ = _polar((xyz[upright] - eye) @ axes)
     azimuth, wide = _line(a.T, (upright >= 0).T)
@@ -88,18 +92,19 @@ def no_returns(xyz: Float, eye: Float, index: Int) -> NoReturns | None:
 
 
 def _ground(beams: NoReturns) -> float:
-    """Share of the beams to the ground that were lost: of those that go down, but not to the tripod."""
-    column = slice(None, None, -(-len(beams.azimuth) // _SOME))
+    """Share of the lost beams among those that point to the ground, but not to the tripod."""
+    column = slice(None, None, -(-len(beams.azimuth) // _SAMPLED))
     a, e = beams.azimuth[None, column], beams.elevation[:, None]
     x, y, z = beams.axes[2]
     down = np.cos(e) * (x * np.cos(a) + y * np.sin(a)) + z * np.sin(e)
-    there = (down < -np.sin(_DOWN[0])) & (down > -np.sin(_DOWN[1]))
+    there = (down < -np.sin(_DOWN_RAD[0])) & (down > -np.sin(_DOWN_RAD[1]))
     return float(beams.lost[:, column][there].mean()) if there.any() else 1.0
 
 
 def _axes(rays: Float, held: Bool) -> Float:
-    """The raster's own axes (3, 3): rows of unit rays (h, w, 3) are circles about one axis, across which they
-    scatter least.
+    """Estimates the axes (3, 3) of the raster from its rays (h, w, 3).
+
+    The rays of a row form a circle about the axis of the scanner, along which they scatter least.
     """
     d = np.where(held[..., None], rays / np.linalg.norm(rays, axis=2, keepdims=True), 0.0)
     mean = d.sum(1, keepdims=True) / np.maximum(held.sum(1), 1)[:, None, None]
@@ -112,19 +117,20 @@ def _axes(rays: Float, held: Bool) -> Float:
 
 
 def _polar(rays: Float) -> tuple[Float, Float]:
-    """Azimuth and elevation, rad, of rays (..., 3)."""
+    """Returns azimuth and elevation in rad of rays (..., 3)."""
     x, y, z = np.moveaxis(rays, -1, 0)
     return np.arctan2(y, x), np.arctan2(z, np.hypot(x, y))
 
 
 def _wrapped(angle: Float) -> Float:
-    """Angles brought to -pi..pi."""
+    """Wraps angles to -pi..pi."""
     return np.asarray((angle + np.pi) % (2.0 * np.pi) - np.pi)
 
 
 def _line(angles: Float, held: Bool) -> tuple[Float, float]:
-    """One angle (n,) for each row of `angles` (n, m), of those `held`; others from the rows around. And the
-    share of the angles that lie within half a step of their row's.
+    """Estimates one angle (n,) for each row of `angles` (n, m) from those that are `held`.
+
+    Rows without any are interpolated. Also returns the share of angles within half a step of their row's.
     """
     known = held.any(1)
     own, mask = angles[known], held[known]

@@ -1,19 +1,121 @@
-"""An opening of a facade, and its window bars."""
+"""What a facade holds: openings with their window bars, and protrusions; the kinds of both."""
 
 from dataclasses import dataclass
+from enum import StrEnum
 
 import numpy as np
 
 from frontage.geometry.arrays import Float, freeze
 from frontage.model.estimate import Estimate, Provenance
 
-DOORS = frozenset({"door", "garage", "passage"})
-"""Kinds of openings that one goes or drives through: a `Door` of city models, no window."""
+
+@dataclass(frozen=True)
+class OpeningSurface:
+    """How city models and drawings show the surface that closes an opening.
+
+    semantics  the class in CityJSON and CityGML 2.0
+    citygml3   the class in CityGML 3.0
+    colour     linear RGB, 0..1, where no picture shows the surface
+    """
+
+    semantics: str
+    citygml3: str
+    colour: tuple[float, float, float]
+
+
+_WINDOW = OpeningSurface("Window", "WindowSurface", (0.10, 0.16, 0.22))
+_DOOR = OpeningSurface("Door", "DoorSurface", (0.20, 0.12, 0.07))
+OPENING_SURFACES = {s.semantics: s for s in (_WINDOW, _DOOR)}
+"""The surfaces that close openings, by their semantic class."""
+
+
+class OpeningKind(StrEnum):
+    """What an opening is; a new kind also takes a row of `_OPENING_KINDS`."""
+
+    WINDOW = "window"
+    DOOR = "door"
+    SHOPFRONT = "shopfront"
+    PASSAGE = "passage"
+    GARAGE = "garage"
+    BASEMENT = "basement"  # a basement window; its floor is -1
+    OTHER = "other"
+
+    @property
+    def letter(self) -> str:
+        """The letter in identifiers: "W" in "B07/F1/W3-2"."""
+        return _OPENING_KINDS[self][0]
+
+    @property
+    def surface(self) -> OpeningSurface:
+        """The surface that closes the opening in city models and drawings."""
+        return _OPENING_KINDS[self][1]
+
+    @property
+    def at_ground(self) -> bool:
+        """Whether the opening starts at the ground, so that its foot tells where the ground is."""
+        return _OPENING_KINDS[self][2]
+
+
+_OPENING_KINDS = {
+    OpeningKind.WINDOW: ("W", _WINDOW, False),
+    OpeningKind.DOOR: ("D", _DOOR, True),
+    OpeningKind.SHOPFRONT: ("S", _WINDOW, True),
+    OpeningKind.PASSAGE: ("P", _DOOR, True),
+    OpeningKind.GARAGE: ("G", _DOOR, True),
+    OpeningKind.BASEMENT: ("B", _WINDOW, False),
+    OpeningKind.OTHER: ("O", _WINDOW, False),
+}  # letter, surface, at_ground
+
+DOORS = frozenset(kind for kind in OpeningKind if kind.surface is _DOOR)
+"""The kinds of opening that people or vehicles go through: a `Door` in city models, not a `Window`."""
+
+
+class ProtrusionKind(StrEnum):
+    """What a protrusion is; `_WALLS` and `_BODIES` say which kinds belong to the building's body."""
+
+    ORIEL = "oriel"
+    BAY = "bay"  # an oriel that starts at the ground
+    AVANT_CORPS = "risalit"  # a part of the facade that projects over most of its height or width
+    SETBACK = "setback"
+    NICHE = "niche"
+    LOGGIA = "loggia"
+    PILASTER = "pilaster"
+    PLINTH = "plinth"
+    BALCONY = "balcony"
+    CORNICE = "cornice"
+    BAND = "band"
+    SILL = "sill"
+    RAILING = "railing"
+    AWNING = "awning"
+    STEPS = "steps"
+    OTHER = "protrusion"
+
+    @property
+    def is_wall(self) -> bool:
+        """Whether its front is a wall of its own, which can have openings."""
+        return self in _WALLS
+
+    @property
+    def is_body(self) -> bool:
+        """Whether it is a part of the building's body; every other kind is an installation on it."""
+        return self in _BODIES
+
+
+_WALLS = frozenset(
+    {
+        ProtrusionKind.ORIEL,
+        ProtrusionKind.BAY,
+        ProtrusionKind.AVANT_CORPS,
+        ProtrusionKind.SETBACK,
+        ProtrusionKind.NICHE,
+    }
+)
+_BODIES = _WALLS | {ProtrusionKind.LOGGIA, ProtrusionKind.PILASTER, ProtrusionKind.PLINTH}
 
 
 @dataclass(frozen=True)
 class Bar:
-    """A mullion ("vertical", position x) or transom ("horizontal", position z): all in m."""
+    """A mullion (`axis` "vertical", position x) or a transom ("horizontal", position z); all in m."""
 
     axis: str
     position: float
@@ -27,15 +129,21 @@ class Opening:
     """A window, door or other opening of a facade.
 
     id          "B07/F1/W3-2": third floor, second from the left as seen from the street; ground floor = 0
-    kind        window, door, shopfront, passage, garage, basement, ...
-    ring        (k, 2) m (x, z), counter-clockwise as seen from the street; ring_covariance (2k, 2k) m2
+    kind        an `OpeningKind` or its text, such as "window"
+    ring        (k, 2) m (x, z) in the facade frame, counter-clockwise as seen from the street
+    ring_covariance  (2k, 2k) m2 of the ring's coordinates, in the order x0, z0, x1, z1, ...
     depth       of the frame behind the wall, m, positive = recess; None when not measured
-    evidence    log-likelihood ratio, nats
-    on          id of the protrusion that it sits on, whose front its depth counts from; "" = the main wall
+    evidence    log-likelihood ratio of opening against wall, nats
+    confidence  probability that the opening exists, 0..1
+    floor, bay  storey (ground floor 0) and column over all floors (from the left, from 1)
+    photos      names of the photos that show it
+    on          id of the protrusion that holds it, from whose front its depth counts; "" = the main wall
+
+    Raises ValueError for an unknown kind and for arrays of other shapes.
     """
 
     id: str
-    kind: str
+    kind: OpeningKind
     ring: Float
     ring_covariance: Float
     depth: Estimate[float] | None
@@ -51,19 +159,24 @@ class Opening:
 
     def __post_init__(self) -> None:
         k = len(self.ring)
+        object.__setattr__(self, "kind", OpeningKind(self.kind))
         freeze(self, ring=((k, 2), np.float64), ring_covariance=((2 * k, 2 * k), np.float64))
 
 
 @dataclass(frozen=True, eq=False)
 class Protrusion:
-    """Something that stands out of the wall (or is set back as a whole): balcony, oriel, cornice, awning, ...
+    """Something that stands out of the wall, or is set back as a whole: a balcony, an oriel, a cornice, ...
 
-    ring     (k, 2) m (x, z), counter-clockwise as seen from the street; sigma m of its borders
+    kind     a `ProtrusionKind` or its text, such as "balcony"
+    ring     (k, 2) m (x, z) in the facade frame, counter-clockwise as seen from the street
+    sigma    m, standard error of the ring's borders
     front    y of its front face, m: negative = in front of the wall
+
+    Raises ValueError for an unknown kind and for a ring of another shape.
     """
 
     id: str
-    kind: str
+    kind: ProtrusionKind
     ring: Float
     sigma: float
     front: Estimate[float]
@@ -71,12 +184,13 @@ class Protrusion:
     confidence: float
 
     def __post_init__(self) -> None:
+        object.__setattr__(self, "kind", ProtrusionKind(self.kind))
         freeze(self, ring=((None, 2), np.float64))
 
 
 @dataclass(frozen=True, eq=False)
 class Elements:
-    """What a facade holds: openings and protrusions; `notes` say what could not be judged, and where."""
+    """The openings and protrusions of a facade; `notes` say what could not be judged, and where."""
 
     facade: str
     openings: tuple[Opening, ...]
@@ -84,5 +198,5 @@ class Elements:
     notes: tuple[str, ...] = ()
 
     def wall_y(self, opening: Opening) -> float:
-        """y (m) of the wall of an opening: the front of the protrusion that it is on, else the plane."""
+        """Returns y (m) of the wall that holds an opening: its protrusion's front, else the plane (0)."""
         return next((float(p.front.value) for p in self.protrusions if p.id == opening.on), 0.0)

@@ -1,4 +1,4 @@
-"""An ortho-image: pixels on a facade plane, each with its place in the world."""
+"""An ortho-image: pixels on the plane of a facade, each with its position in the world."""
 
 from dataclasses import dataclass
 
@@ -10,10 +10,10 @@ from frontage.model.facade import Facade
 
 @dataclass(frozen=True)
 class PhotoOffset:
-    """How far the photos, whose poses are given, see the facade behind the surface that the scan measured.
+    """How far behind the surface that the scan measured the photos see the facade.
 
-    value, sigma  m along the facade's y
-    patches       how many places of the facade gave it
+    value, sigma  m along y of the facade frame, and its standard error
+    patches       number of places on the facade that it was measured at
     applied       whether the picture was drawn on the surface moved by it
     """
 
@@ -31,13 +31,13 @@ class OrthoImage:
     gsd            m per pixel
     corner         (x, z) m facade: outer upper left corner of pixel (0, 0)
     facade         the facade whose plane carries it
-    depth          (h, w) float32 m, y of the surface; NaN = no relief measured, the plane holds
+    depth          (h, w) float32 m, y of the surface; NaN = not measured, the plane is used
     source         (h, w) uint16: 1 + index into `sources`, 0 = nodata
     sources        names of the photos (or of the scan) that the pixels come from
     gsd_effective  (h, w) float32 m per source pixel (photos) or point spacing (scan)
     intensity      (h, w) float32 0..1 of the scan, NaN = none; or None
-    photo_offset   what the photos say about the depth; None when they do not overlap, or there are none
-    photos         how many of the sources, the first ones, are photos
+    photo_offset   the depth that the photos show; None without photos that overlap
+    photos         number of photos among the sources; they come first
     """
 
     pixels: Array
@@ -67,30 +67,33 @@ class OrthoImage:
         return self.pixels.shape[1], self.pixels.shape[0]
 
     def local_from_pixel(self, column_row: Float, relief: bool = True) -> tuple[Float, Bool]:
-        """Pixels (n, 2), first centre at 0.5, to local points (n, 3) m and whether relief was used (n,)."""
+        """Converts pixels (n, 2), first centre at 0.5, to local points (n, 3) m.
+
+        Also returns where the relief was used, (n,) bool; elsewhere the points lie on the plane.
+        """
         cr = np.atleast_2d(np.asarray(column_row, np.float64))
         y, used = self._relief_at(cr) if relief else (np.zeros(len(cr)), np.zeros(len(cr), bool))
         xyz = np.column_stack([self.corner[0] + cr[:, 0] * self.gsd, y, self.corner[1] - cr[:, 1] * self.gsd])
         return self.facade.frame.apply(xyz), used
 
     def pixel_from_local(self, xyz_local: Float) -> tuple[Float, Float]:
-        """Local points (n, 3) m to pixels (n, 2) and their depth y (n,) m from the plane."""
+        """Converts local points (n, 3) m to pixels (n, 2) and their depth y (n,) m behind the plane."""
         xyz = self.facade.frame.inverse.apply(np.atleast_2d(xyz_local))
         return np.column_stack(
             [(xyz[:, 0] - self.corner[0]) / self.gsd, (self.corner[1] - xyz[:, 2]) / self.gsd]
         ), xyz[:, 1]
 
     def pixel_to_world(self, column_row: Float, relief: bool = True) -> tuple[Float, Bool]:
-        """Pixels (n, 2), first centre at 0.5, to world points (n, 3) m and whether relief was used (n,)."""
+        """Converts pixels (n, 2) to world points (n, 3) m, as `local_from_pixel` does."""
         xyz, used = self.local_from_pixel(column_row, relief)
         return self.facade.world.to_world(xyz), used
 
     def world_to_pixel(self, xyz_world: Float) -> tuple[Float, Float]:
-        """World points (n, 3) m to pixels (n, 2) and their depth y (n,) m behind the plane."""
+        """Converts world points (n, 3) m to pixels (n, 2) and their depth y (n,) m behind the plane."""
         return self.pixel_from_local(self.facade.world.to_local(np.atleast_2d(xyz_world)))
 
     def _relief_at(self, column_row: Float) -> tuple[Float, Bool]:
-        """Depth y (n,) m at pixels (n, 2): the relief where it was measured, 0 (the plane) elsewhere."""
+        """Returns depth y (n,) m at pixels (n, 2), 0 where it was not measured, and where it was."""
         w, h = self.size
         c, r = np.floor(column_row).astype(np.int64).T
         inside = (c >= 0) & (c < w) & (r >= 0) & (r < h)
@@ -102,5 +105,5 @@ class OrthoImage:
 
 
 def _is_one_value(band: Array, shape: tuple[int, int]) -> bool:
-    """Whether a band is one float32 shown everywhere, which a copy would blow up to the picture's size."""
+    """Whether a band is one broadcast float32, which a copy would inflate to the size of the picture."""
     return band.shape == shape and band.dtype == np.float32 and not any(band.strides)

@@ -1,4 +1,4 @@
-"""A camera and a photograph: how points become pixels."""
+"""Cameras and photographs, which project points to pixels."""
 
 from dataclasses import dataclass
 
@@ -12,7 +12,10 @@ from frontage.model.estimate import Estimate
 
 @dataclass(frozen=True, eq=False)
 class Camera:
-    """A COLMAP camera model ("PINHOLE", "OPENCV", ...), its size in px, parameters in COLMAP's order."""
+    """A camera: COLMAP model ("PINHOLE", "OPENCV", ...), size in px, parameters in COLMAP's order.
+
+    Raises InputError (I310) for an unknown model, ValueError for a wrong number of parameters.
+    """
 
     model: str
     width: int
@@ -26,17 +29,17 @@ class Camera:
         )
 
     def project(self, xyz_camera: Float) -> Float:
-        """Points (n, 3) m in the camera frame to pixels (n, 2); NaN behind the camera or past its lens."""
+        """Projects points (n, 3) m of the camera frame to pixels (n, 2); NaN where it cannot see."""
         return maths.project(self.model, self.params, xyz_camera)
 
     def ray(self, pixels: Float) -> Float:
-        """Pixels (n, 2) to unit directions (n, 3) in the camera frame."""
+        """Returns the unit directions (n, 3) of pixels (n, 2) in the camera frame."""
         return maths.unproject(self.model, self.params, pixels)
 
 
 @dataclass(frozen=True, eq=False)
 class Photo:
-    """A photograph: id (its name), camera, pose when known, time in s when known. It holds no pixels."""
+    """A photograph without its pixels: id (its name), camera, and pose and time (s) where known."""
 
     id: str
     camera: Camera
@@ -45,15 +48,15 @@ class Photo:
 
     @property
     def pose(self) -> Rigid3:
-        """`local_from_camera`, or ValueError when the photo is not oriented."""
+        """The pose `local_from_camera`. Raises ValueError when the photo is not oriented."""
         if self.local_from_camera is None:
             raise ValueError(f"photo {self.id} is not oriented")
         return self.local_from_camera.value
 
     def project(self, xyz_local: Float) -> Float:
-        """Local points (n, 3) m to pixels (n, 2), pixel centre at 0.5; NaN behind the camera."""
+        """Projects local points (n, 3) m to pixels (n, 2), first centre at 0.5; NaN behind the camera."""
         return self.camera.project(self.pose.inverse.apply(xyz_local))
 
     def ray(self, pixels: Float) -> tuple[Float, Float]:
-        """Pixels (n, 2) to the ray's origin (3,) m and unit directions (n, 3), local."""
+        """Returns the origin (3,) m and the unit directions (n, 3), local, of the rays of pixels (n, 2)."""
         return self.pose.t, self.pose.rotate(self.camera.ray(pixels))

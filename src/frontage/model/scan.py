@@ -1,4 +1,4 @@
-"""Points that know where they were measured from."""
+"""Point clouds whose points know where they were measured from."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -22,7 +22,7 @@ _PER_POINT = {
 
 @dataclass(frozen=True, eq=False)
 class Grid:
-    """The raster of a structured scan: `index` (h, w) int64 into the points, -1 = beam without return."""
+    """The raster of a structured scan: `index` (h, w) int64 into its points, -1 = beam without return."""
 
     index: Int
 
@@ -42,10 +42,10 @@ class Scan:
     intensity     (n,) float32, 0..1, or None; rgb (n, 3) uint8 or None; time (n,) float64 s or None
     return_number, return_count  (n,) uint8 or None
     grid          raster of a structured scan, or None (merged and cropped clouds have none)
-    no_returns    what the rasters of merged and cropped clouds did not bring back
-    sigma_range   m, one sigma of a range, when known
+    no_returns    beams without return of merged and cropped clouds
+    sigma_range   m, standard error of a range, when known
     local_from_scanner  pose of the instrument, when the scan has exactly one
-    notes         what reading found worth saying (dropped points, assumed CRS, ...), one sentence each
+    notes         remarks of the reader (dropped points, assumed CRS, ...), one sentence each
     """
 
     name: str
@@ -84,7 +84,7 @@ class Scan:
         return bool(np.any(self.origin_index >= 0))
 
     def take(self, index: Array) -> "Scan":
-        """The points at `index` (k,) int, or where it is True (n,), and `lost_beams` in place of a raster."""
+        """Returns the points at `index` (k,) int or (n,) bool, with `lost_beams` in place of the raster."""
         rows = {
             name: value[index]
             for name in ("xyz", "origin_index", "rgb", *_PER_POINT)
@@ -93,23 +93,22 @@ class Scan:
         return replace(self, grid=None, no_returns=self.lost_beams(), **rows)
 
     def lost_beams(self) -> tuple[NoReturns, ...]:
-        """The beams without return, of its own raster or of those it was merged from."""
+        """Returns the beams without return of its own raster or of those it was merged from."""
         if self.grid is None or len(self.origins) != 1:
             return self.no_returns
         found = no_returns(self.xyz, self.origins[0], self.grid.index)
         return () if found is None else (found,)
 
     def sensor_of(self, index: Array) -> Float:
-        """Sensor positions (k, 3) m local of the points at `index`; NaN where unknown."""
+        """Returns the sensor positions (k, 3) m local of the points at `index`; NaN where unknown."""
         padded = np.vstack([self.origins, np.full(3, np.nan)])
         return np.asarray(padded[self.origin_index[index]])
 
 
 def merge_scans(scans: Sequence[Scan], name: str = "merged") -> Scan:
-    """One cloud from several that share one `WorldRef`; attributes that not all have are dropped, rays kept.
+    """Merges scans that share one `WorldRef` into one cloud and keeps its rays.
 
-    Of rasters only their beams without return stay.
-
+    Attributes that some scans lack are dropped. Of the rasters, only the beams without return are kept.
     Raises ValueError when the world references differ.
     """
     first = scans[0]

@@ -1,4 +1,4 @@
-"""Surfaces and solids as files hold them: rings of coordinates, not yet checked for anything."""
+"""Surfaces and solids as they are stored in files: rings of coordinates that nothing has checked yet."""
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
@@ -8,19 +8,21 @@ import numpy as np
 
 from frontage.geometry.arrays import Array, Float, Int, freeze
 
-_LARGEST = 1e15  # m
+_LARGEST_M = 1e15  # beyond, float64 has no decimals left
 ShapeKind = Literal["MultiSurface", "CompositeSurface", "Solid", "MultiSolid", "CompositeSolid"]
 
 
 @dataclass(frozen=True, eq=False)
-class Surfaces:
-    """Polygons of one shell or surface: coordinates and where rings and faces begin.
+class Polygons:
+    """The polygons of one shell or surface.
 
-    `points` (p, 3) m, world or local; ring r is `points[rings[r]:rings[r + 1]]`, face f has the rings
-    `faces[f]` to `faces[f + 1]`, its outer one first. `explicit` = every ring must repeat its first point
-    at the end (GML, JSON-FG). `names` holds one name per face, or nothing.
+    points    (p, 3) float64 m, world or local
+    rings     (r + 1,) int64: ring i is `points[rings[i]:rings[i + 1]]`
+    faces     (f + 1,) int64: face i has the rings `faces[i]` to `faces[i + 1]`, its outer one first
+    explicit  whether every ring must repeat its first point at its end (GML, JSON-FG)
+    names     one name per face, or nothing
 
-    Raises ValueError for coordinates that are not finite or so large that doubles have no metres left.
+    Raises ValueError for coordinates that are not finite or are larger than 1e15 m.
     """
 
     points: Float
@@ -31,14 +33,14 @@ class Surfaces:
 
     def __post_init__(self) -> None:
         freeze(self, points=((None, 3), np.float64), rings=((None,), np.int64), faces=((None,), np.int64))
-        if not (np.abs(self.points) < _LARGEST).all():
+        if not (np.abs(self.points) < _LARGEST_M).all():
             raise ValueError("points: a coordinate that is not a number or beyond 1e15")
 
     @classmethod
     def of(
         cls, polygons: Iterable[Sequence[Array]], explicit: bool = False, names: Sequence[str] = ()
-    ) -> "Surfaces":
-        """From polygons, each a sequence of rings (k, 3), the outer one first."""
+    ) -> "Polygons":
+        """Makes it from polygons, each a sequence of rings (k, 3), the outer one first."""
         polygons = list(polygons)
         rings = [np.asarray(r, np.float64).reshape(-1, 3) for polygon in polygons for r in polygon]
         return cls(
@@ -50,29 +52,30 @@ class Surfaces:
         )
 
     def __len__(self) -> int:
-        """How many faces."""
+        """The number of faces."""
         return len(self.faces) - 1
 
 
 @dataclass(frozen=True)
 class Shape:
-    """One geometry of a feature: its kind, its solids as shells (outer first), level of detail, name.
+    """One geometry of a feature: its kind, its solids as shells (the outer first), level of detail and name.
 
-    A surface is one "solid" of one shell, so that every kind reads `solids[s][shell]`.
+    A surface counts as one solid of one shell, so that `solids[s][shell]` works for every kind.
     """
 
     kind: ShapeKind
-    solids: tuple[tuple[Surfaces, ...], ...]
+    solids: tuple[tuple[Polygons, ...], ...]
     lod: str = ""
     name: str = ""
 
 
 @dataclass(frozen=True)
 class CellGraph:
-    """IndoorGML's graph by identifiers; an empty one means: refers to nothing.
+    """The graph of an IndoorGML model, by identifiers; an empty identifier refers to nothing.
 
-    The state of each cell and the cell of each state as the file says, a state's position (m) where it has
-    one, and the states that each transition connects.
+    state_of_cell, cell_of_state  as the file states them, each by itself
+    position                      (x, y, z) m of the states that have one
+    ends                          the states that each transition connects
     """
 
     state_of_cell: Mapping[str, str]
@@ -83,9 +86,9 @@ class CellGraph:
 
 @dataclass(frozen=True)
 class Feature:
-    """A thing with geometry: a building with its parts, a tree, an object of an OBJ file.
+    """An object with geometry: a building with its parts, a tree, an object of an OBJ file.
 
-    With a `graph` it is an indoor model, its parts are cells.
+    With a `graph` it is an indoor model and its parts are cells.
     """
 
     id: str

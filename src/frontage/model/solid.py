@@ -9,7 +9,7 @@ from frontage.geometry.arrays import Int, freeze
 
 @dataclass(frozen=True)
 class Face:
-    """A planar face: outer ring and holes as vertex ids, semantic class, opening id if it has one."""
+    """A planar face: outer ring and holes as vertex numbers, semantic class, id of its opening if any."""
 
     ring: tuple[int, ...]
     semantics: str
@@ -21,8 +21,10 @@ class Face:
 class Finding:
     """One finding of the validator.
 
-    `code` is val3dity's, `qie` the same thing's code in the older CityGML QIE list where that differs;
-    `where` names geometry, shell, face and ring; `location` is (x, y, z) m in the input's coordinates.
+    code      val3dity's code of the error
+    where     geometry, shell, face and ring
+    location  (x, y, z) m in the coordinates of the input
+    qie       code of the same error in the older CityGML QIE list, where it differs
     """
 
     code: int

@@ -12,7 +12,6 @@ from frontage.model.facade import Facade
 from frontage.model.masonry import MASONRY, TOLERANCES
 from frontage.model.opening import Elements
 from frontage.model.scan import Scan
-from frontage.openings.protrusions.kinds import is_wall
 from frontage.openings.wall.beams import Raster
 
 _SAME = 0.5  # share of the smaller of two openings that the other must cover for them to be at one place
@@ -68,8 +67,8 @@ def _without_doubled(judged: Judged, other: Judged) -> Judged:
     parts.
     """
     facade, elements = judged
-    own = [p for p in elements.protrusions if is_wall(p.kind)]
-    there = [p for p in other[1].protrusions if is_wall(p.kind)]
+    own = [p for p in elements.protrusions if p.kind.is_wall]
+    there = [p for p in other[1].protrusions if p.kind.is_wall]
     (first, y), (second, level) = (
         _onto(other[0], f, [(p.ring, float(p.front.value)) for p in walls])
         for f, walls in ((facade, own), (other[0], there))

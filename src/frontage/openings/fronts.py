@@ -17,7 +17,6 @@ from frontage.model.estimate import Estimate
 from frontage.model.facade import Facade
 from frontage.model.opening import Opening, Protrusion
 from frontage.model.scan import Scan
-from frontage.openings.protrusions.kinds import is_wall
 
 _ROOM = 3.0  # m around a front within which the beams through its openings end
 _COVERED = 0.5  # share of an opening that a front must hide from the street
@@ -64,7 +63,7 @@ def openings_on_fronts(
     for.
     """
     openings = list(main)
-    for wall in sorted((p for p in protrusions if is_wall(p.kind)), key=lambda p: -float(p.front.value)):
+    for wall in sorted((p for p in protrusions if p.kind.is_wall), key=lambda p: -float(p.front.value)):
         around, own = shapely.Polygon(wall.ring), fronts.openings(wall)
         openings = [o for o in openings if not is_hidden(o, around)]
         if wall.front.value < 0.0:

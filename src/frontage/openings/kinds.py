@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 
 from frontage.model.masonry import MASONRY
-from frontage.model.opening import Opening
+from frontage.model.opening import Opening, OpeningKind
 
 _LOW = 0.45  # m above the ground: doors and gates start below it, kerb and step included
 _WIDE = 2.0  # m: doors are narrower than two leaves
@@ -19,7 +19,7 @@ _PARAPET = 0.6  # m from the floor to the sills of windows, at least
 _CELLAR = ((1.1, 0.9), (1.7, 0.6))
 
 
-def kind_of(width: float, height: float, sill: float, passes: float, stands: bool = False) -> str:
+def kind_of(width: float, height: float, sill: float, passes: float, stands: bool = False) -> OpeningKind:
     """Returns "window", "door", "shopfront", "garage", "passage" or "basement".
 
     width, height   m
@@ -33,15 +33,21 @@ def kind_of(width: float, height: float, sill: float, passes: float, stands: boo
     """
     if height >= MASONRY.door_height and width > _WIDE and sill <= _FLOOR:
         if sill > _LOW:
-            return "shopfront"
-        return "passage" if passes > 0.7 else "garage" if passes < 0.2 else "shopfront"
+            return OpeningKind.SHOPFRONT
+        return (
+            OpeningKind.PASSAGE
+            if passes > 0.7
+            else OpeningKind.GARAGE
+            if passes < 0.2
+            else OpeningKind.SHOPFRONT
+        )
     if width > _GLAZED[0] and height >= _GLAZED[1] and _LOW < sill <= _FLOOR and not stands:
-        return "shopfront"
+        return OpeningKind.SHOPFRONT
     if height >= MASONRY.door_height and width <= _WIDE and (sill <= _LOW or stands):
-        return "door"
+        return OpeningKind.DOOR
     if any(sill + height <= top and height <= most for top, most in _CELLAR):
-        return "basement"
-    return "window"
+        return OpeningKind.BASEMENT
+    return OpeningKind.WINDOW
 
 
 def with_doors(openings: Sequence[Opening], ground: float) -> list[Opening]:
@@ -51,7 +57,7 @@ def with_doors(openings: Sequence[Opening], ground: float) -> list[Opening]:
     higher than a kerb. An opening as high and narrow as a door that begins a parapet below the sills of the
     windows beside it can be walked through.
     """
-    windows = [o for o in openings if o.kind == "window"]
+    windows = [o for o in openings if o.kind == OpeningKind.WINDOW]
     boxes = np.array([[*o.ring.min(0), *o.ring.max(0)] for o in windows]).reshape(-1, 4)
     doors: set[int] = set()
     for k, (x0, z0, x1, z1) in enumerate(boxes):
@@ -61,7 +67,7 @@ def with_doors(openings: Sequence[Opening], ground: float) -> list[Opening]:
         beside = (common > 0.5 * (boxes[:, 3] - boxes[:, 1])) & (np.arange(len(boxes)) != k)
         if beside.any() and float(np.median(boxes[beside, 1])) - z0 >= _PARAPET:
             doors.add(id(windows[k]))
-    return [replace(o, kind="door") if id(o) in doors else o for o in openings]
+    return [replace(o, kind=OpeningKind.DOOR) if id(o) in doors else o for o in openings]
 
 
 def in_reading_order(openings: Sequence[Opening]) -> tuple[Opening, ...]:
@@ -73,7 +79,9 @@ def in_reading_order(openings: Sequence[Opening]) -> tuple[Opening, ...]:
     rows: list[list[Opening]] = []
     for o in sorted(openings, key=lambda o: (float(o.ring[:, 1].mean()), float(o.ring[:, 0].min()))):
         middle = np.median([q.ring[:, 1].mean() for q in rows[-1]]) if rows else -np.inf
-        if not rows or (o.ring[:, 1].min() > middle and any(q.kind != "basement" for q in rows[-1])):
+        if not rows or (
+            o.ring[:, 1].min() > middle and any(q.kind != OpeningKind.BASEMENT for q in rows[-1])
+        ):
             rows.append([])
         rows[-1].append(o)
     return tuple(o for row in rows for o in sorted(row, key=lambda o: float(o.ring[:, 0].min())))

@@ -9,9 +9,8 @@ from frontage.geometry.arrays import Float, distinct
 from frontage.model.estimate import Estimate, Provenance
 from frontage.model.facade import Facade
 from frontage.model.masonry import MASONRY
-from frontage.model.opening import Opening, Protrusion
+from frontage.model.opening import Opening, Protrusion, ProtrusionKind
 from frontage.openings.fronts import FrontSearch, is_hidden
-from frontage.openings.protrusions.kinds import is_wall
 from frontage.openings.wall.beams import Raster
 
 _LEAST = 0.5  # m, depth of a niche at least: reveals are less deep
@@ -31,7 +30,7 @@ def find_niches(
     back, which shows two openings or more, or one that leaves a wall around it. All others are openings with
     deep reveals.
     """
-    before = shapely.union_all([shapely.Polygon(p.ring) for p in protrusions if is_wall(p.kind)])
+    before = shapely.union_all([shapely.Polygon(p.ring) for p in protrusions if p.kind.is_wall])
     niches = []
     for opening in openings:
         shallow = opening.depth is not None and opening.depth.value < _FRAME
@@ -74,4 +73,6 @@ def _back(q: Float, opening: Opening, facade: Facade) -> Estimate[float] | None:
 def _niche(opening: Opening, back: Estimate[float]) -> Protrusion:
     """Makes the protrusion of kind "niche" of an opening and its back."""
     sigma = float(np.sqrt(np.mean(np.diag(opening.ring_covariance))))
-    return Protrusion("", "niche", opening.ring, sigma, back, Provenance.MEASURED, opening.confidence)
+    return Protrusion(
+        "", ProtrusionKind.NICHE, opening.ring, sigma, back, Provenance.MEASURED, opening.confidence
+    )

@@ -1,58 +1,91 @@
-"""The bands of an ortho-image while it is made, and what is done to all of them at once."""
+"""The bands of an ortho-image while it is being made, and the operations that concern all of them at once."""
+
+from collections.abc import Sequence
 
 import numpy as np
 
 from frontage.geometry.arrays import Array
-from frontage.model import Facade
-from frontage.ortho.frame import Raster
+from frontage.model import Facade, OrthoImage, PhotoOffset
 from frontage.ortho.options import OrthoOptions
+from frontage.ortho.orthoraster import OrthoRaster
 from frontage.ortho.outline import inside_outline
+from frontage.ortho.relief import ReliefMap
+from frontage.ortho.surface import DrawingSurface
 from frontage.raster.tiles import allocate, tiles
 
-TILE = 1024  # px
-_MISSED = 0.25  # share of the facade that photos must miss before a picture of two kinds is the better one
+TILE_PX = 1024
+_MUCH_MISSING = 0.25  # share that must be missing before a picture of two kinds is better than one with holes
 
 
 class Bands:
-    """Empty pixels (h, w, 4) uint8, depth, gsd (h, w) float32 m (NaN = none), source (h, w) uint16.
+    """The pixels (h, w, 4) uint8, depth (h, w) float32 m, source (h, w) uint16 and gsd (h, w) float32 m.
 
-    Without `relief` the depth is one NaN, shown (h, w) times.
+    All bands start empty (0 or NaN) except the depth, which holds the `relief` where it was measured. Without
+    a relief the depth is a single NaN, broadcast to (h, w).
     """
 
-    def __init__(self, raster: Raster, relief: bool = False) -> None:
+    def __init__(self, raster: OrthoRaster, relief: ReliefMap | None = None) -> None:
         shape = (raster.height, raster.width)
-        self.relief = relief
+        self.has_relief = relief is not None
         self.pixels = allocate((*shape, 4), np.uint8)
-        self.depth = (
-            allocate(shape, np.float32, np.nan) if relief else np.broadcast_to(np.float32(np.nan), shape)
-        )
+        self.depth = np.broadcast_to(np.float32(np.nan), shape)
+        if relief is not None:
+            self.depth = allocate(shape, np.float32, np.nan)
+            for tile in tiles(raster.height, raster.width, TILE_PX):
+                self.depth[tile.window] = relief.at(raster, tile)
         self.source = allocate(shape, np.uint16)
         self.gsd = allocate(shape, np.float32, np.nan)
 
+    def as_ortho_image(
+        self,
+        facade: Facade,
+        raster: OrthoRaster,
+        sources: Sequence[str],
+        *,
+        intensity: Array | None,
+        photo_offset: PhotoOffset | None,
+        photos: int,
+    ) -> OrthoImage:
+        """Returns the finished image; the first `photos` of its sources are photos."""
+        return OrthoImage(
+            self.pixels,
+            raster.gsd,
+            raster.corner,
+            facade,
+            self.depth,
+            self.source,
+            tuple(sources),
+            self.gsd,
+            intensity,
+            photo_offset,
+            photos,
+        )
 
-def missed_by_photos(bands: Bands, facade: Facade, raster: Raster) -> bool:
-    """Whether so much of the facade's inside has no source that the scan should show it."""
+
+def much_is_missing(bands: Bands, surface: DrawingSurface) -> bool:
+    """Whether so much of the inside of the outline has no source yet that the scan should show it."""
+    raster = surface.raster
     inside, missed = 0, 0
-    for tile in tiles(raster.height, raster.width, TILE):
-        mask = inside_outline(facade, raster, tile, 0.0)
+    for tile in tiles(raster.height, raster.width, TILE_PX):
+        mask = inside_outline(surface.facade, raster, tile, 0.0)
         inside += int(mask.sum())
         missed += int((mask & (bands.source[tile.window] == 0)).sum())
-    return missed > _MISSED * inside
+    return missed > _MUCH_MISSING * inside
 
 
-def fill(bands: Bands, other: Bands, number: int, raster: Raster) -> bool:
-    """Put pixels of `other` where `bands` has none, with `number` as their source; whether it was done.
+def fill_missing(bands: Bands, other: Bands, number: int, raster: OrthoRaster) -> bool:
+    """Fills the pixels without a source from `other`, with `number` as their source.
 
-    It is when more than a quarter of what the other shows is missing; otherwise nothing is changed.
+    Returns False and changes nothing when no more than a quarter of what `other` shows is missing.
     """
     shown, gained = 0, 0
-    for tile in tiles(raster.height, raster.width, TILE):
+    for tile in tiles(raster.height, raster.width, TILE_PX):
         known = other.source[tile.window] > 0
         shown += int(known.sum())
         gained += int((known & (bands.source[tile.window] == 0)).sum())
-    if gained <= _MISSED * shown:
+    if gained <= _MUCH_MISSING * shown:
         return False
-    for tile in tiles(raster.height, raster.width, TILE):
+    for tile in tiles(raster.height, raster.width, TILE_PX):
         take = (other.source[tile.window] > 0) & (bands.source[tile.window] == 0)
         bands.pixels[tile.window][take] = other.pixels[tile.window][take]
         bands.gsd[tile.window][take] = other.gsd[tile.window][take]
@@ -60,23 +93,24 @@ def fill(bands: Bands, other: Bands, number: int, raster: Raster) -> bool:
     return True
 
 
-def cut_out(
-    bands: Bands, intensity: Array | None, facade: Facade, raster: Raster, options: OrthoOptions
+def clear_outside(
+    bands: Bands, intensity: Array | None, surface: DrawingSurface, options: OrthoOptions
 ) -> None:
-    """Clear what lies outside the facade's outline; within its margin a measured surface stays.
+    """Clears all bands outside the outline of the facade; within its margin, measured surfaces stay.
 
-    Without any relief, which could tell a cornice from the sky, the whole margin stays.
+    Where no relief was measured at all, nothing can tell a cornice from the sky, and the whole margin stays.
     """
-    measured = bands.relief and any(
-        np.isfinite(bands.depth[t.window]).any() for t in tiles(raster.height, raster.width, TILE)
+    facade, raster = surface.facade, surface.raster
+    measured = bands.has_relief and any(
+        np.isfinite(bands.depth[t.window]).any() for t in tiles(raster.height, raster.width, TILE_PX)
     )
-    for tile in tiles(raster.height, raster.width, TILE):
+    for tile in tiles(raster.height, raster.width, TILE_PX):
         outside = ~inside_outline(facade, raster, tile, options.margin)
         if measured:
             outside |= ~np.isfinite(bands.depth[tile.window]) & ~inside_outline(facade, raster, tile, 0.0)
         if outside.any():
             bands.pixels[tile.window][outside] = 0
             bands.source[tile.window][outside] = 0
-            for band in (bands.depth if bands.relief else None, bands.gsd, intensity):
+            for band in (bands.depth if bands.has_relief else None, bands.gsd, intensity):
                 if band is not None:
                     band[tile.window][outside] = np.nan

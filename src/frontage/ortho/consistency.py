@@ -1,13 +1,13 @@
-"""Whether the photos agree with the scan about how far away the facade is.
+"""Checks whether the photos and the scan agree about the depth of the facade.
 
-A picture is drawn from the photos, on a surface that the scan measured. When that surface lies off by d along
-the facade's normal, a photo under the angle theta shows everything displaced by ``d tan(theta)``, and two
-photos displace it differently. So patches rectified from two photos are compared: their shift along the base
-gives d, a multi-image intersection reduced to its one unknown; their shift across it, in which depth has no
-say, tells how well the two poses agree at all.
+The picture is drawn from the photos on a surface that the scan measured. If that surface is off by d along
+the normal of the facade, a photo taken under the angle theta shows everything displaced by ``d tan(theta)``,
+and two photos displace it differently. Patches rectified from two photos are therefore compared. Their shift
+along the base gives d, which is a multi-image intersection with a single unknown. Their shift across the base
+does not depend on the depth and tells how well the two poses agree.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import combinations
 
@@ -16,32 +16,33 @@ import numpy as np
 
 from frontage.geometry.arrays import Array, Bool, Float, Int
 from frontage.model import Facade, Photo, PhotoOffset
-from frontage.ortho.frame import Raster
-from frontage.ortho.project import full_projection, map_tile, shifted
-from frontage.ortho.relief import Relief
+from frontage.ortho.options import OrthoOptions
+from frontage.ortho.orthoraster import OrthoRaster
+from frontage.ortho.project import map_tile
+from frontage.ortho.surface import DrawingSurface, ImageOf
 from frontage.ortho.views import ViewPlan
 from frontage.raster.resample import resample
 from frontage.raster.tiles import Tile, tiles
 
-_PATCH = 128  # px
-_PATCHES = 80  # at most, evenly spread: their mean is a tenth as uncertain as one of them
-_FEWEST = 8  # patches that make an estimate
-_PHOTOS = 4  # at most: those with the widest bases; more would add time and little else
-_CLEAR = 0.98  # share of a patch that must be free of what hides it
-_TEXTURE = 2.0  # grey values, rms of a patch without its shading
-_ALIKE = 0.6  # correlation of two patches after their shift: the same thing is seen
-_STEPS = 3  # of least squares matching
-_MATCHING = 0.01  # px that all shifts may be wrong by together: maps, and the interpolation of the patches
+_PATCH_PX = 128
+_PATCHES = 80  # at most, evenly spread; their mean is about nine times as certain as a single one
+_FEWEST_PATCHES = 8  # for an estimate
+_PHOTOS = 4  # at most, those with the widest bases; more would only take longer
+_CLEAR = 0.98  # share of a patch that nothing may hide
+_TEXTURE = 2.0  # grey values, standard deviation of a patch without its shading
+_ALIKE = 0.6  # correlation of two patches after the shift, above which both show the same thing
+_STEPS = 3  # iterations of least-squares matching
+_MATCHING_PX = 0.01  # common error of all shifts, from the maps and the interpolation of the patches
 _OUTLIER = 3.0  # robust standard deviations
-_SURE = 3.0  # standard deviations, of scan and photos together, that make a difference
-_SEEN = 0.1  # px that an offset must displace something by to matter
-_LEFT = 0.5  # share of an offset that may be left after it was taken away, or it explains nothing
+_SURE = 3.0  # standard errors, of scan and photos together, beyond which a difference is significant
+_VISIBLE_PX = 0.1  # displacement from which an offset matters
+_LEFT = 0.5  # share of an offset that may remain after it was applied; otherwise it explains nothing
 
 
 @dataclass(frozen=True)
 class _Pairs:
-    """One row per patch compared: patch (n,) and pair (n,) numbers, depth (n,) m, weight (n,) px^2/m^2, shift
-    across the base (n,) px."""
+    """One row per comparison: numbers of the patch and of the pair of photos (n,), offset in depth (n,) m,
+    weight (n,) px^2/m^2 (the squared base), and shift across the base (n,) px."""
 
     patch: Int
     pair: Int
@@ -51,17 +52,17 @@ class _Pairs:
 
 
 def photo_offset(
-    facade: Facade,
-    raster: Raster,
-    relief: Relief | None,
-    plan: ViewPlan,
-    image_of: Callable[[str], Array],
+    surface: DrawingSurface, plan: ViewPlan | None, image_of: ImageOf, options: OrthoOptions
 ) -> PhotoOffset | None:
-    """How far behind the scan's surface the photos see it; None when too few patches tell.
+    """Measures how far behind the surface of the scan the photos see the facade.
 
-    It is `applied` where it is certain beyond the scan's and the photos' own uncertainty, and large enough
-    to be seen.
+    The offset is `applied` when it is significant against the uncertainty of scan and photos together and
+    large enough to be visible. Returns None without a plan, with fewer than eight comparable patches, and for
+    the homography, which knows no depth.
     """
+    if plan is None or options.projection != "full":
+        return None
+    facade, raster = surface.facade, surface.raster
     patches, visible = _patches(raster, plan)
     centre = np.array([[0.5 * (t.c0 + t.c1), 0.5 * (t.r0 + t.r1)] for t in patches]).reshape(-1, 2)
     slopes = np.stack([_slopes(p, facade, raster, centre) for p in plan.photos])
@@ -72,25 +73,25 @@ def photo_offset(
     reach = float(np.abs(slopes[chosen]).max())
 
     def measured(offset: float) -> PhotoOffset | None:
-        return _estimate(_compared(facade, raster, relief, patches, views, image_of, offset))
+        return _estimate(_compare(replace(surface, offset=offset), patches, views, image_of))
 
     def matters(found: PhotoOffset) -> bool:
         certain = abs(found.value) > _SURE * float(np.hypot(found.sigma, facade.sigma_plane))
-        return certain and reach * abs(found.value) > _SEEN
+        return certain and reach * abs(found.value) > _VISIBLE_PX
 
     first = measured(0.0)
     if first is None or not matters(first):
         return first
-    rest = measured(first.value)  # on patches that are hardly shifted any more
+    rest = measured(first.value)  # on patches that are hardly shifted against each other any more
     if rest is None or abs(rest.value) > _LEFT * abs(first.value):
         return first
     total = replace(rest, value=first.value + rest.value)
     return replace(total, applied=matters(total))
 
 
-def _patches(raster: Raster, plan: ViewPlan) -> tuple[list[Tile], Bool]:
-    """Patches that two photos or more see whole, and which photos (k, n) see which."""
-    whole = [t for t in tiles(raster.height, raster.width, _PATCH) if t.shape == (_PATCH, _PATCH)]
+def _patches(raster: OrthoRaster, plan: ViewPlan) -> tuple[list[Tile], Bool]:
+    """Returns the patches that two photos or more see completely, and which photos see them (k, n) bool."""
+    whole = [t for t in tiles(raster.height, raster.width, _PATCH_PX) if t.shape == (_PATCH_PX, _PATCH_PX)]
     seen = np.zeros((len(plan.photos), len(whole)), bool)
     for n, tile in enumerate(whole):
         r, c = (
@@ -102,8 +103,8 @@ def _patches(raster: Raster, plan: ViewPlan) -> tuple[list[Tile], Bool]:
     return [whole[n] for n in shared.tolist()], seen[:, shared]
 
 
-def _slopes(photo: Photo, facade: Facade, raster: Raster, at: Float) -> Float:
-    """Displacement (n, 2) px, per metre of depth, of what the photo shows at pixels (n, 2)."""
+def _slopes(photo: Photo, facade: Facade, raster: OrthoRaster, at: Float) -> Float:
+    """Displacement (n, 2) px per metre of depth of what the photo shows at raster pixels (n, 2)."""
     centre = facade.frame.inverse.apply(photo.pose.t[None])[0]
     ray = raster.xyz(at[:, 0], at[:, 1]) - centre
     slopes: Float = np.column_stack([-ray[:, 0], ray[:, 2]]) / (ray[:, 1:2] * raster.gsd)
@@ -111,7 +112,7 @@ def _slopes(photo: Photo, facade: Facade, raster: Raster, at: Float) -> Float:
 
 
 def _widest(slopes: Float, visible: Bool) -> list[int]:
-    """The photos (at most `_PHOTOS`) whose pairs say most about depth: the sum of their squared bases."""
+    """Chooses the photos (at most `_PHOTOS`) whose pairs tell most about depth, by their squared bases."""
     k = len(slopes)
     worth = np.zeros((k, k))
     for a, b in combinations(range(k), 2):
@@ -129,25 +130,22 @@ def _widest(slopes: Float, visible: Bool) -> list[int]:
     return sorted(chosen)
 
 
-def _compared(
-    facade: Facade,
-    raster: Raster,
-    relief: Relief | None,
+def _compare(
+    surface: DrawingSurface,
     patches: Sequence[Tile],
     views: Sequence[tuple[Photo, Float, Bool]],
-    image_of: Callable[[str], Array],
-    offset: float,
+    image_of: ImageOf,
 ) -> _Pairs:
-    """The patches of all pairs of photos compared, one photo in memory."""
+    """Compares the patches of all pairs of photos, holding one photo in memory at a time."""
     grey = []
     for photo, _, visible in views:
-        image, to_photo = image_of(photo.id), shifted(full_projection(photo, facade, raster), offset)
+        image, to_photo = image_of(photo.id), surface.projection_into(photo, "full")
         shown = {}
         for n in np.flatnonzero(visible).tolist():
-            y = None if relief is None else relief.at(raster, patches[n], filled=True)
-            shown[n] = _flattened(resample(image, map_tile(to_photo, patches[n], y)))
+            at = map_tile(to_photo, patches[n], surface.depth(patches[n]))
+            shown[n] = _flattened(resample(image, at))
         grey.append(shown)
-    window = cv2.createHanningWindow((_PATCH, _PATCH), cv2.CV_32F)
+    window = cv2.createHanningWindow((_PATCH_PX, _PATCH_PX), cv2.CV_32F)
     rows = []
     for pair, (a, b) in enumerate(combinations(range(len(views)), 2)):
         for n in sorted(set(grey[a]) & set(grey[b])):
@@ -162,14 +160,14 @@ def _compared(
 
 
 def _estimate(pairs: _Pairs) -> PhotoOffset | None:
-    """Mean depth with its standard error; None when the patches are few.
+    """Returns the mean depth with its standard error; None when there are too few patches.
 
-    Patches are the independent samples, a patch's pairs are not. To their scatter comes what they share: the
-    matching's own error, and what the poses disagree by: pairs that shift by p px across their base may do so
-    along it.
+    Patches are independent samples; the pairs of one patch are not. The standard error adds to their scatter
+    what all of them share: the error of the matching and the disagreement of the poses, because a pair that
+    is shifted by p px across its base may be shifted as much along it.
     """
     patch, index = np.unique(pairs.patch, return_inverse=True)
-    if len(patch) < _FEWEST:
+    if len(patch) < _FEWEST_PATCHES:
         return None
     depth = np.bincount(index, pairs.weight * pairs.depth) / np.bincount(index, pairs.weight)
     middle = float(np.median(depth))
@@ -180,32 +178,32 @@ def _estimate(pairs: _Pairs) -> PhotoOffset | None:
     kept = good[index]
     poses = [np.median(pairs.across[kept & (pairs.pair == p)]) for p in np.unique(pairs.pair[kept])]
     base = np.sqrt(np.mean(pairs.weight[kept]))
-    common = np.sqrt(np.mean(np.square(poses)) + _MATCHING**2) / base
+    common = np.sqrt(np.mean(np.square(poses)) + _MATCHING_PX**2) / base
     return PhotoOffset(mean, float(np.hypot(scatter, common)), count, False)
 
 
 def _flattened(pixels: Array) -> Array:
-    """Grey values (h, w) float32 without what varies over a patch: shadows, exposure."""
+    """Grey values (h, w) float32 of a patch without slow variation such as shadows and exposure."""
     grey = cv2.cvtColor(pixels, cv2.COLOR_RGBA2GRAY).astype(np.float32)
     flat: Array = cv2.GaussianBlur(grey, (0, 0), 1.0) - cv2.GaussianBlur(grey, (0, 0), 8.0)
     return flat
 
 
 def _shift(a: Array, b: Array, window: Array) -> Float | None:
-    """Shift (2,) px of patch b against a; None without texture or likeness.
+    """Returns the shift (2,) px of patch b against a; None where texture or similarity is missing.
 
-    Phase correlation finds it to a tenth of a pixel, but leans towards whole ones; least squares matching,
-    with the slopes of both patches so that neither's noise flattens it, does not.
+    Phase correlation is good to a tenth of a pixel but biased towards whole pixels. Least-squares matching
+    removes the bias; it uses the gradients of both patches so that the noise of neither reduces the shift.
     """
-    inner = np.s_[_PATCH // 5 : -_PATCH // 5, _PATCH // 5 : -_PATCH // 5]
+    inner = np.s_[_PATCH_PX // 5 : -_PATCH_PX // 5, _PATCH_PX // 5 : -_PATCH_PX // 5]
     if min(float(a[inner].std()), float(b[inner].std())) < _TEXTURE:
         return None
     move = np.array(cv2.phaseCorrelate(a * window, b * window)[0])
     for _ in range(_STEPS):
-        if np.hypot(*move) > _PATCH / 8:
+        if np.hypot(*move) > _PATCH_PX / 8:
             return None
         M = np.array([[1.0, 0.0, move[0]], [0.0, 1.0, move[1]]])
-        back = cv2.warpAffine(b, M, (_PATCH, _PATCH), flags=cv2.INTER_CUBIC | cv2.WARP_INVERSE_MAP)
+        back = cv2.warpAffine(b, M, (_PATCH_PX, _PATCH_PX), flags=cv2.INTER_CUBIC | cv2.WARP_INVERSE_MAP)
         if np.corrcoef(a[inner].ravel(), back[inner].ravel())[0, 1] < _ALIKE:
             return None
         down, right = np.gradient(0.5 * (a / a[inner].std() + back / back[inner].std()))

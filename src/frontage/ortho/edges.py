@@ -1,10 +1,10 @@
-"""Where the surface steps back: at a reveal, cells are too coarse to say, the points are not.
+"""Locates the edges where the surface steps back, such as reveals, from the points themselves.
 
-Points near a step are either of its near or of its far side. The near surface is opaque, so a recess seen
-obliquely has a strip without points beside its edge: there the near surface ends half a spacing after its
-last point. Where points of both sides stand close, the edge runs between them. Both follow from distances to
-the two sets, smoothed over most of a spacing, which straightens what random samples roughen and moves no
-straight edge.
+The cells of the relief are too coarse for this. Points near a step belong either to its near or to its far
+side. The near surface is opaque, so a recess seen obliquely has a strip without points beside its edge; there
+the near surface is taken to end half a spacing after its last point. Where points of both sides are close,
+the edge runs between them. Both rules follow from the distances to the two sets of points. The distances are
+smoothed over most of a spacing, which straightens random roughness and does not move straight edges.
 """
 
 from dataclasses import dataclass
@@ -13,46 +13,57 @@ import cv2
 import numpy as np
 
 from frontage.geometry.arrays import Array, Bool, Float
-from frontage.ortho.frame import Raster
 from frontage.ortho.gaps import Gaps
+from frontage.ortho.orthoraster import OrthoRaster
 from frontage.raster import gridding
 from frontage.raster.tiles import Tile, allocate, tiles
 
-_TILE = 1024
+_TILE_PX = 1024
 _PER_SPACING = 3  # cells per spacing
-_CLOSING = 2.0  # spacings: as for pixels from the scan
-_BEYOND = 0.5  # spacings that a surface reaches past its last point
+_CLOSING = 2.0  # spacings, as in `splat`
+_BEYOND = 0.5  # spacings by which a surface extends past its last point
 _SMOOTH = 0.7  # spacings
-_REACH = 6.0  # spacings around a tile that its cells depend on
+_REACH = 6.0  # spacings around a tile on which its cells depend
 
 
 @dataclass(frozen=True)
 class Steps:
-    """Signed distance (h, w) float32 to the edges of steps, in cells of `raster`, negative before them."""
+    """Distance (h, w) float32 to the edges of steps, in cells of `raster`; negative on the near side."""
 
-    raster: Raster
+    raster: OrthoRaster
     distance: Array
 
-    def recessed(self, raster: Raster, tile: Tile) -> Bool:
-        """Which pixels (m, n) of a tile of a raster of the same facade lie on the far side of their step."""
+    def recessed(self, raster: OrthoRaster, tile: Tile) -> Bool:
+        """Returns which pixels (m, n) of a tile of another raster lie on the far side of their step."""
         (r0, r1, c0, c1), u, v = self.raster.window_of(raster, tile)
         far: Bool = gridding.bilinear(self.distance[r0:r1, c0:c1], u, v) > 0.0
         return far
 
 
 def measure_steps(
-    points: Float, cells: Raster, near: Array, far: Array, step: float, raster: Raster, gaps: Gaps
+    points: Float,
+    cells: OrthoRaster,
+    near: Array,
+    far: Array,
+    *,
+    step: float,
+    raster: OrthoRaster,
+    gaps: Gaps,
 ) -> Steps:
-    """Edges of the steps between `near` and `far` (h, w) m of `cells`, from points (n, 3) m of the facade."""
+    """Locates the edges of the steps from points (n, 3) m in the facade frame.
+
+    `near` and `far` (h, w) m are the nearest and farthest depth around each of the `cells`; there is a step
+    where they differ by more than `step` m. `raster` and `gaps` are those of the picture.
+    """
     k = max(1, int(np.median(gaps.px) / _PER_SPACING))
     fine = raster.coarser(k)
     distance = allocate((fine.height, fine.width), np.float32)
     stepped = far - near > step
-    box = np.ones((5, 5), np.uint8)  # points beyond the cells in question have their say too
+    box = np.ones((5, 5), np.uint8)  # so that points beyond the cells in question count too
     near, far = cv2.erode(near, box), cv2.dilate(far, box)
-    at, recessed = _sorted_points(points, cells, near, far, step, fine)
+    at, recessed = _sorted_points(points, cells, near, far, step=step, fine=fine)
     reach = int(np.ceil(_REACH * max(1.0, float(gaps.px.max()) / k))) + 2
-    for tile in tiles(fine.height, fine.width, _TILE):
+    for tile in tiles(fine.height, fine.width, _TILE_PX):
         (r0, r1, c0, c1), _, _ = cells.window_of(fine, tile)
         if not stepped[r0:r1, c0:c1].any():
             continue
@@ -72,9 +83,9 @@ def measure_steps(
 
 
 def _sorted_points(
-    points: Float, cells: Raster, near: Array, far: Array, step: float, fine: Raster
+    points: Float, cells: OrthoRaster, near: Array, far: Array, *, step: float, fine: OrthoRaster
 ) -> tuple[Float, Bool]:
-    """Positions (n, 2) in `fine`, by row, of the points at steps, and which (n,) are of the far side."""
+    """Returns positions (n, 2) in `fine`, by row, of the points at steps, and which lie on the far side."""
     c, r = np.floor(cells.pixel(points)).astype(np.int64).T
     h, w = near.shape
     r, c = np.clip(r, 0, h - 1), np.clip(c, 0, w - 1)
@@ -86,7 +97,7 @@ def _sorted_points(
 
 
 def _signed_distance(near: Bool, far: Bool, spacing: Array) -> Array:
-    """Cells (h, w) float32 to the edge between two sampled sides, negative on the near side."""
+    """Distance (h, w) float32, in cells, to the edge between two sampled sides; negative on the near side."""
     to_near, to_far = gridding.distance_to(near), gridding.distance_to(far)
     nearer = to_near <= to_far
     near_side = gridding.closed(near, _CLOSING * spacing) & nearer

@@ -1,10 +1,11 @@
-"""How far apart the samples of a surface are, place by place: what tells a sparse wall from a hole.
+"""Measures how far apart the samples of a surface are locally, which tells a sparse wall from a hole.
 
-A scan is dense below its station and sparse along the street, with more lines than columns or the other way
-round. What matters for filling is the *gap* between neighbours, whatever its direction: of the nearest
-neighbours in eight sectors around a sample, the third farthest (an edge leaves half of the sectors empty, a
-line of samples leaves six off the line). Holes have no samples and sparse returns from inside a window are
-few, so the mean over two metres, each sample counting once, is the wall's.
+A scan is dense near its station and sparse along the street, and its lines may be closer than its columns or
+the other way round. What matters for filling is the *gap* between neighbours in any direction. It is taken
+from the nearest neighbours in eight sectors around a sample, of which the third farthest counts: at an edge
+half of the sectors are empty, and on a single line of samples six are. Holes have no samples, and returns
+from inside a window are few, so the mean over two metres, in which each sample counts once, is that of the
+wall.
 """
 
 from dataclasses import dataclass
@@ -14,42 +15,41 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from frontage.geometry.arrays import Array, Float
-from frontage.ortho.frame import Raster
+from frontage.ortho.orthoraster import OrthoRaster
 from frontage.raster import gridding
 
-_COARSEST = 0.25  # m: closing the gaps of a sparser cloud would close windows
-_QUERIES = 40_000  # samples asked for their neighbours
+_COARSEST_M = 0.25  # closing the gaps of a sparser cloud would close windows
+_QUERIES = 40_000  # samples whose neighbours are searched
 _NEIGHBOURS = 40
 _SECTORS = 8
-_POISSON = float(
-    np.sqrt(8.0 / np.pi * np.log(1.0 / 0.25))
-)  # 75 % quantile of a sector's nearest, in spacings
-_BLOCK = 0.5  # m
-_REACH = 1.0  # m: sigma of the mean over the surroundings
+# The 75 % quantile of the distance to the nearest point of a sector, in spacings, for a Poisson process.
+_POISSON = float(np.sqrt(8.0 / np.pi * np.log(1.0 / 0.25)))
+_BLOCK_M = 0.5
+_REACH_M = 1.0  # sigma of the Gaussian mean over the surroundings
 
 
 @dataclass(frozen=True)
 class Gaps:
-    """Spacing (h, w) px float32 by block of `step` pixels of a raster."""
+    """Spacing of the samples (h, w) float32 px, by blocks of step x step pixels of a raster."""
 
     step: int
     px: Array
 
     def at(self, rows: Array, columns: Array) -> Array:
-        """Spacing (m, n) px at rows (m,) and columns (n,) of pixels, the border's outside."""
+        """Returns the spacing (m, n) px at pixel rows (m,) and columns (n,); outside, that of the border."""
         h, w = self.px.shape
         r, c = np.clip(rows // self.step, 0, h - 1), np.clip(columns // self.step, 0, w - 1)
         return np.asarray(self.px[r[:, None], c])
 
 
-def local_gaps(at: Float, raster: Raster, typical: float) -> Gaps:
-    """Local gaps of samples (n, 2) px by block of about half a metre, `typical` px being the wall's spacing.
+def local_gaps(at: Float, raster: OrthoRaster, typical: float) -> Gaps:
+    """Measures the local gaps of samples (n, 2) px by blocks of about half a metre.
 
-    As spacings ``1 / sqrt(density)`` of points strewn at random that leave the same gaps; no smaller than a
-    quarter of the typical one. Blocks are no smaller than eight of it. Where no sample is near, that of the
-    nearest block.
+    A gap is given as the spacing ``1 / sqrt(density)`` of points scattered at random that leave the same gap.
+    It is at least a quarter of `typical`, the spacing of the wall in px; blocks are at least eight times as
+    wide as that. A block without samples nearby takes the value of the nearest block.
     """
-    block = max(1, round(_BLOCK / raster.gsd), int(np.ceil(8 * typical)))
+    block = max(1, round(_BLOCK_M / raster.gsd), int(np.ceil(8 * typical)))
     blocks = raster.coarser(block)
     place, gap = _sector_gap(at)
     known = np.isfinite(gap)
@@ -58,7 +58,7 @@ def local_gaps(at: Float, raster: Raster, typical: float) -> Gaps:
     size = blocks.height * blocks.width
     count = np.bincount(cell, minlength=size).reshape(blocks.height, blocks.width).astype(np.float32)
     total = np.bincount(cell, np.log(gap), size).reshape(count.shape).astype(np.float32)
-    sigma = _REACH / (raster.gsd * block)
+    sigma = _REACH_M / (raster.gsd * block)
     if sigma > 0.3:
         count, total = (
             cv2.GaussianBlur(g, (0, 0), sigma, borderType=cv2.BORDER_CONSTANT) for g in (count, total)
@@ -67,13 +67,13 @@ def local_gaps(at: Float, raster: Raster, typical: float) -> Gaps:
         mean = np.where(count > 1e-3, np.exp(total / count), np.nan)
     filled = gridding.nearest_filled(mean.astype(np.float32))
     filled = np.where(np.isfinite(filled), filled, np.float32(typical))
-    return Gaps(block, np.clip(filled, 0.25 * typical, max(_COARSEST / raster.gsd, 0.25 * typical)))
+    return Gaps(block, np.clip(filled, 0.25 * typical, max(_COARSEST_M / raster.gsd, 0.25 * typical)))
 
 
 def _sector_gap(at: Float) -> tuple[Float, Float]:
-    """Positions (k, 2) of some samples of (n, 2) and the gaps (k,) around them, px; inf where few are near.
+    """Returns the positions (k, 2) of some of the samples (n, 2) and the gaps (k,) around them, in px.
 
-    Samples of one pixel count as one.
+    Several samples of one pixel count as one. A gap is infinite where there are too few samples nearby.
     """
     pixel: Float = np.unique(np.floor(at).astype(np.int64), axis=0).astype(np.float64) + 0.5
     place = pixel[:: max(1, len(pixel) // _QUERIES)]

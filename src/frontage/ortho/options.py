@@ -1,4 +1,4 @@
-"""What can be chosen about an ortho-image."""
+"""The options of an ortho-image."""
 
 from typing import Literal
 
@@ -36,3 +36,8 @@ class OrthoOptions(BaseModel):
         le=1000,
         description="at most this many photos, those that show most of the facade best",
     )
+
+    @property
+    def draws_relief(self) -> bool:
+        """Whether pixels are placed on the relief; the homography knows only the plane."""
+        return self.relief and self.projection == "full"

@@ -1,4 +1,4 @@
-"""Where a facade pixel lies in a photo."""
+"""Projects the pixels of a facade into a photo (paper A, section 3.1)."""
 
 from collections.abc import Callable
 
@@ -9,24 +9,23 @@ from frontage.geometry import camera as maths
 from frontage.geometry.arrays import Array, Float
 from frontage.geometry.homography import apply_homography, homography_from_pose
 from frontage.model import Facade, Photo
-from frontage.ortho.frame import Raster
+from frontage.ortho.orthoraster import OrthoRaster
 from frontage.raster.sourcemap import SourceMap, fitted, jacobian_of
 from frontage.raster.tiles import Tile
 
-FLAT_ERROR = 0.01  # photo px that a polynomial may differ from the projection
-_DEGREES = (5, 9)  # of the polynomials of a tile; higher ones would cost more than projecting every pixel
-_DEPTH_DEGREE = (
-    2  # a pinhole's map is a rational function of y; over a relief its third order is below 0.01 px
-)
-_STRAIGHT = 0.001  # photo px that a second power of y must move something by
-_FLAT = 1e-4  # m of relief within a tile that no photo resolves
+MAP_ERROR_PX = 0.01  # in the photo: by how much a polynomial may differ from the projection
+_DEGREES = (5, 9)  # of the polynomials of a tile; higher ones cost more than projecting every pixel
+# The map of a pinhole is a rational function of y; over a relief its third order is below 0.01 px.
+_DEPTH_DEGREE = 2
+_LINEAR_PX = 0.001  # in the photo: effect of the square of y below which it is dropped
+_FLAT_M = 1e-4  # relief within a tile that no photo resolves
 
 PixelMap = Callable[[Array, Array, Array | float], Float]
-"""(column, row, y in m) of the raster, any shape (...), to photo pixels (..., 2); NaN where it cannot see."""
+"""From (column, row, y in m) of the raster, any shape (...), to photo pixels (..., 2); NaN = not seen."""
 
 
-def full_projection(photo: Photo, facade: Facade, raster: Raster) -> PixelMap:
-    """The map with lens distortion and relief; exact for every camera model."""
+def full_projection(photo: Photo, facade: Facade, raster: OrthoRaster) -> PixelMap:
+    """Returns the map with lens distortion and relief, exact for every camera model."""
     camera_from_facade = photo.pose.inverse @ facade.frame
 
     def to_photo(column: Array, row: Array, y: Array | float) -> Float:
@@ -37,15 +36,15 @@ def full_projection(photo: Photo, facade: Facade, raster: Raster) -> PixelMap:
     return to_photo
 
 
-def plane_homography(photo: Photo, facade: Facade, raster: Raster) -> Float:
-    """Paper A's map (3, 3) from raster to photo pixels: the undistorted camera, the plane y = 0."""
+def plane_homography(photo: Photo, facade: Facade, raster: OrthoRaster) -> Float:
+    """Returns paper A's homography (3, 3) from raster to photo pixels: no distortion, the plane y = 0."""
     camera_from_facade = photo.pose.inverse @ facade.frame
     K = maths.calibration_matrix(photo.camera.model, photo.camera.params)
     return homography_from_pose(K, camera_from_facade.R, camera_from_facade.t, raster.facade_from_pixel)
 
 
-def homography_projection(photo: Photo, facade: Facade, raster: Raster) -> PixelMap:
-    """`plane_homography` as a map; it knows neither distortion nor relief, as in the paper."""
+def homography_projection(photo: Photo, facade: Facade, raster: OrthoRaster) -> PixelMap:
+    """Returns `plane_homography` as a map; as in the paper, it knows neither distortion nor relief."""
     H = plane_homography(photo, facade, raster)
 
     def to_photo(column: Array, row: Array, _: Array | float) -> Float:
@@ -56,23 +55,23 @@ def homography_projection(photo: Photo, facade: Facade, raster: Raster) -> Pixel
     return to_photo
 
 
-def pixel_map(photo: Photo, facade: Facade, raster: Raster, projection: str) -> PixelMap:
-    """The map that the option `projection` names."""
+def pixel_map(photo: Photo, facade: Facade, raster: OrthoRaster, projection: str) -> PixelMap:
+    """Returns the map that the option `projection` names: "full" or "homography"."""
     return (full_projection if projection == "full" else homography_projection)(photo, facade, raster)
 
 
 def shifted(to_photo: PixelMap, offset: float) -> PixelMap:
-    """The map of a surface that lies `offset` m farther behind the plane."""
+    """Returns the map of a surface that lies `offset` m farther behind the plane."""
     if offset == 0.0:
         return to_photo
     return lambda column, row, y: to_photo(column, row, y + offset)
 
 
 def map_tile(to_photo: PixelMap, tile: Tile, y: Array | None) -> SourceMap:
-    """Where the pixel centres of a tile lie in the photo, on the plane (`y` None) or a relief y (m, n) m.
+    """Computes where the pixel centres of a tile lie in the photo.
 
-    NaN in y = the plane. The map is a polynomial when one of `_DEGREES` errs by at most `FLAT_ERROR` where
-    it errs most; otherwise every pixel is projected.
+    They lie on a relief y (m, n) m, or on the plane where y is None or NaN. The map is a polynomial if one of
+    `_DEGREES` has an error of at most `MAP_ERROR_PX`; otherwise every pixel is projected.
     """
     depth = None if y is None else np.nan_to_num(np.asarray(y, np.float32), nan=0.0)
     low, high = (0.0, 0.0) if depth is None else _range(depth)
@@ -85,7 +84,7 @@ def map_tile(to_photo: PixelMap, tile: Tile, y: Array | None) -> SourceMap:
 
     for degree in _DEGREES:
         found = fitted(at, degree, _DEPTH_DEGREE if half > 0.0 else 0)
-        if found.error <= FLAT_ERROR:
+        if found.error <= MAP_ERROR_PX:
             jacobian = np.column_stack(
                 [found.factors[0, 0, 1] / half_width, found.factors[0, 1, 0] / half_height]
             )
@@ -98,17 +97,17 @@ def map_tile(to_photo: PixelMap, tile: Tile, y: Array | None) -> SourceMap:
 
 
 def _range(depth: Array) -> tuple[float, float]:
-    """Smallest and largest depth of a tile, one value when they are closer than a tenth of a millimetre."""
+    """Smallest and largest depth of a tile; their mean twice when they differ by less than 0.1 mm."""
     low, high, _, _ = cv2.minMaxLoc(depth)
     middle = 0.5 * (low + high)
-    return (middle, middle) if high - low < _FLAT else (low, high)
+    return (middle, middle) if high - low < _FLAT_M else (low, high)
 
 
 def _powers(factors: Float, middle: float, half: float) -> tuple[Float, ...]:
-    """Coefficients (p, q, 2) of powers of y m from those (k, p, q, 2) of T_k of ``(y - middle) / half``."""
+    """Converts coefficients (k, p, q, 2) of T_k((y - middle) / half) to those of the powers of y in m."""
     if len(factors) == 1:
         return (factors[0],)
     g0, g1, g2 = factors[0] - factors[2], factors[1] / half, 2.0 * factors[2] / half**2
-    if 2.0 * float(np.abs(factors[2]).sum()) <= _STRAIGHT:
+    if 2.0 * float(np.abs(factors[2]).sum()) <= _LINEAR_PX:
         return g0 - middle * g1, g1
     return g0 - middle * g1 + middle**2 * g2, g1 - 2.0 * middle * g2, g2

@@ -1,10 +1,11 @@
-"""The relief of a facade: depth y of its surface, cell by cell, and sharpened to pixels.
+"""Measures the relief of a facade: the depth y of its surface by cells, sharpened to pixels at steps.
 
 A window frame 15 cm behind the wall is displaced by ``15 cm x tan(theta)`` in an ortho-image on the plane;
-the relief removes that. Cells hold the median depth of their points; mixed cells (a reveal's edge, foliage in
-front of a wall) are left out and taken from their neighbours. Openings without returns lie at the depth that
-most of the recessed points around them have: their frame. At a step the pixel takes one side or the other,
-never a mean, and which one the points themselves say (`edges.py`), so that edges stay straight and sharp.
+the relief removes this displacement. Cells hold the median depth of their points. Mixed cells (the edge of a
+reveal, foliage in front of a wall) are left out and filled from their neighbours. Openings without returns
+lie at the depth of their frame, which most of the recessed points around them have. At a step, a pixel takes
+the depth of one side or the other and never a mean; the points themselves decide which (`edges.py`), so that
+edges stay straight and sharp.
 """
 
 from dataclasses import dataclass
@@ -14,72 +15,77 @@ import numpy as np
 
 from frontage.geometry.arrays import Array, Float
 from frontage.ortho.edges import Steps, measure_steps
-from frontage.ortho.frame import Raster
 from frontage.ortho.gaps import Gaps
 from frontage.ortho.options import OrthoOptions
-from frontage.ortho.recess import DEEPEST_REVEAL, framed, rooms
+from frontage.ortho.orthoraster import OrthoRaster
+from frontage.ortho.recess import DEEPEST_REVEAL_M, fill_at_frame_depth, room_cells
 from frontage.raster import gridding
 from frontage.raster.tiles import Tile
 
-CELL = 0.03  # m
-STEP = 0.03  # m between neighbouring cells that is an edge and not a slope
+_CELL_M = 0.03
+_STEP_M = 0.03  # between neighbouring cells: a larger difference is an edge and not a slope
 _CELL_SPACINGS = 1.5  # a cell holds about two points of the wall
-_COARSEST = 0.1  # m: wider than a window frame, cells tear and bend what the plane leaves straight
-_BEHIND = 0.05  # m behind the farther side of its neighbourhood: a point inside the building
-_BRIDGE = 2  # cells: gaps up to twice as wide are closed
-_OPAQUE = 2  # points of a cell that are a wall, behind which nothing is the facade
-_FRIENDS = 3  # of the 24 neighbours that must agree with a cell within a step, or it is clutter
+_COARSEST_M = 0.1  # cells wider than a window frame distort what the plane would leave straight
+_BEHIND_M = 0.05  # a point so far behind the farther side of its surroundings is inside the building
+_BRIDGE_CELLS = 2  # gaps up to twice as wide are closed
+_OPAQUE_POINTS = 2  # points that make a cell opaque: what lies behind is not the facade
+_AGREEING = 3  # of the 24 neighbours must agree with a cell within a step, or it is clutter
 
 
 @dataclass(frozen=True)
-class Relief:
-    """Depth y (h, w) float32 m by cell of `raster`, gaps filled; both sides of steps; 1 where measured."""
+class ReliefMap:
+    """The relief by cells of `raster`.
 
-    raster: Raster
+    y          (h, w) float32 m, depth of the cells, gaps filled
+    near, far  (h, w) float32 m, smallest and largest depth around each cell: the two sides of a step
+    known      (h, w) float32, 1 where the depth was measured, else 0
+    """
+
+    raster: OrthoRaster
     y: Array
     near: Array
     far: Array
     known: Array
     steps: Steps
 
-    def at(self, raster: Raster, tile: Tile, filled: bool = False) -> Array:
-        """Depth (rows, columns) float32 m of the pixels of a tile of a raster of the same facade.
+    def at(self, raster: OrthoRaster, tile: Tile, filled: bool = False) -> Array:
+        """Returns the depth (m, n) float32 m at the pixels of a tile of a raster of the same facade.
 
-        Where it was not measured it is NaN, or if `filled` that of the nearest surface: glass without
-        returns lies where its frame does, and drawing it on the plane would repeat the frame in it.
+        Where it was not measured it is NaN, or with `filled` that of the nearest surface. Glass without
+        returns lies at the depth of its frame; drawn on the plane, it would show the frame a second time.
         """
         (r0, r1, c0, c1), u, v = self.raster.window_of(raster, tile)
         window = (slice(r0, r1), slice(c0, c1))
         cells, near, far, known = (g[window] for g in (self.y, self.near, self.far, self.known))
         y = gridding.bilinear(cells, u, v)
-        if (far - near).max() > STEP:
+        if (far - near).max() > _STEP_M:
             near, far, own = (gridding.nearest(g, u, v) for g in (near, far, cells))
-            third = (own - near > STEP) & (far - own > STEP)  # a sill before a wall before a window
+            third = (own - near > _STEP_M) & (far - own > _STEP_M)  # a sill before a wall before a window
             side = np.where(third, own, np.where(self.steps.recessed(raster, tile), far, near))
-            y = np.where(far - near > STEP, side, y)
+            y = np.where(far - near > _STEP_M, side, y)
         if not filled and not known.all():
             y[gridding.bilinear(known, u, v) <= 0.5] = np.nan
         return y
 
     def in_front(self, xyz_facade: Float) -> Array:
-        """Which points (n, 3) m in the facade frame are on the surface, or before it, and not behind."""
+        """Returns which points (n, 3) m of the facade frame lie on the surface or in front of it."""
         c, r = np.floor(self.raster.pixel(xyz_facade)).astype(np.int64).T
         h, w = self.far.shape
-        behind = xyz_facade[:, 1] > self.far[np.clip(r, 0, h - 1), np.clip(c, 0, w - 1)] + _BEHIND
+        behind = xyz_facade[:, 1] > self.far[np.clip(r, 0, h - 1), np.clip(c, 0, w - 1)] + _BEHIND_M
         kept: Array = ~behind
         return kept
 
 
 def measure_relief(
-    xyz_facade: Float, spacing: float, raster: Raster, options: OrthoOptions, gaps: Gaps
-) -> Relief | None:
-    """The relief from points (n, 3) m in the facade frame; None when the points are too sparse to tell.
+    xyz_facade: Float, spacing: float, raster: OrthoRaster, options: OrthoOptions, gaps: Gaps
+) -> ReliefMap | None:
+    """Measures the relief from points (n, 3) m in the facade frame; None when they are too sparse.
 
-    `spacing` m is the cloud's on the wall, `gaps` its local gaps. Cells are 3 cm or 1.5 spacings, whichever
-    is larger.
+    `spacing` m is the spacing of the cloud on the wall, and `gaps` are its local gaps. Cells are 3 cm, 1.5
+    spacings or a pixel wide, whichever is largest.
     """
-    size = max(CELL, _CELL_SPACINGS * spacing, raster.gsd)
-    if size > _COARSEST:
+    size = max(_CELL_M, _CELL_SPACINGS * spacing, raster.gsd)
+    if size > _COARSEST_M:
         return None
     cells = raster.of_cells(size)
     shape = (cells.height, cells.width)
@@ -89,26 +95,26 @@ def measure_relief(
     if not inside.any():
         return None
     points = points[inside]
-    front = points[:, 1] <= DEEPEST_REVEAL
-    opaque = np.bincount(cell[front], minlength=shape[0] * shape[1]) >= _OPAQUE
-    seen = front | ~opaque[cell]  # a room's far wall, seen through the window beside, is behind this one
+    front = points[:, 1] <= DEEPEST_REVEAL_M
+    opaque = np.bincount(cell[front], minlength=shape[0] * shape[1]) >= _OPAQUE_POINTS
+    seen = front | ~opaque[cell]  # the far wall of a room, seen through a window beside, lies behind
     points, cell = points[seen], cell[seen]
     (low, median, high), _ = gridding.cell_quantiles(cell, points[:, 1], shape, (0.25, 0.5, 0.75))
-    median[high - low > STEP] = np.nan
-    median[rooms(median, size, STEP)] = np.nan
+    median[high - low > _STEP_M] = np.nan
+    median[room_cells(median, size, _STEP_M)] = np.nan
     smooth = _agreed(median.astype(np.float32))
-    known = gridding.closed(np.isfinite(smooth), np.full(shape, float(_BRIDGE)))
-    full = framed(smooth, known, cell, points[:, 1], size, STEP)
+    known = gridding.closed(np.isfinite(smooth), np.full(shape, float(_BRIDGE_CELLS)))
+    full = fill_at_frame_depth(smooth, known, cell, points[:, 1], _STEP_M)
     box = np.ones((5, 5), np.uint8)
     near, far = cv2.erode(full, box), cv2.dilate(full, box)
-    steps = measure_steps(points, cells, near, far, STEP, raster, gaps)
-    return Relief(cells, full, near, far, known.astype(np.float32), steps)
+    steps = measure_steps(points, cells, near, far, step=_STEP_M, raster=raster, gaps=gaps)
+    return ReliefMap(cells, full, near, far, known.astype(np.float32), steps)
 
 
 def _agreed(y: Array) -> Array:
-    """Mean of the cells (h, w) of a 5 x 5 window that agree with the middle one; NaN where too few do.
+    """Averages the cells (h, w) of a 5 x 5 window that agree with the middle one; NaN where too few do.
 
-    A median would round the corners of openings and swallow frames narrower than half its window.
+    A median would round the corners of openings and remove frames narrower than half of its window.
     """
     padded = np.pad(y, 2, constant_values=np.nan)
     h, w = y.shape
@@ -117,9 +123,9 @@ def _agreed(y: Array) -> Array:
         for j in range(5):
             other = padded[i : i + h, j : j + w]
             with np.errstate(invalid="ignore"):
-                same = np.abs(other - y) <= STEP
+                same = np.abs(other - y) <= _STEP_M
             total += np.where(same, other, 0.0)
             count += same
     with np.errstate(invalid="ignore", divide="ignore"):
-        mean: Array = np.where(count > _FRIENDS, total / count, np.nan).astype(np.float32)
+        mean: Array = np.where(count > _AGREEING, total / count, np.nan).astype(np.float32)
     return mean

@@ -1,9 +1,10 @@
-"""Pixels from the scan's own points: gap-aware splatting.
+"""Draws pixels from the points of the scan by splatting that adapts to the gaps between them.
 
-Points of a pixel are averaged; where points are sparser than pixels the values are spread by a Gaussian of
-half the local spacing. On a surface sampled at random with spacing s, a disc of radius R is empty with
-probability ``exp(-pi (R / s)^2)``; closing by discs of two spacings fills all but a thousandth of it; what
-is still empty is a hole. Closing grows no outer edge: nothing is smeared across a window.
+The points of a pixel are averaged. Where points are sparser than pixels, their values are spread by a
+Gaussian of about half the local spacing. On a surface sampled at random with spacing s, a disc of radius R is
+empty with probability ``exp(-pi (R / s)^2)``. Closing by discs of two spacings therefore fills all but a
+thousandth of the surface, and what is still empty is a hole. Closing does not grow outer edges, so that
+nothing is smeared across a window.
 """
 
 from dataclasses import dataclass
@@ -12,44 +13,44 @@ import cv2
 import numpy as np
 
 from frontage.geometry.arrays import Array, Float
-from frontage.ortho.frame import Raster
 from frontage.ortho.gaps import Gaps
+from frontage.ortho.orthoraster import OrthoRaster
 from frontage.raster import gridding
 from frontage.raster.tiles import tiles
 
-_TILE = 1024
-_CLOSING = 2.0  # spacings: 99.9 % of a surface sampled at random is nearer to its samples than this closes
-_LONE = 3.0  # spacings: real surfaces drop out more than random ones; a gap alone, and no wider, is no window
-_DENSE = 0.7  # px: closer samples leave no pixel without one
-_OPENING = 0.5  # spacings: what is narrower is a stray sample
-_REACH = 8.0  # spacings around a tile that its pixels depend on
-_SIGMA = 0.55  # spacings: Gaussian that joins the samples of a square lattice without visible dots
-_OCTAVE = 1.5  # ratio of the Gaussians among which a pixel picks
+_TILE_PX = 1024
+_CLOSING = 2.0  # spacings: fills 99.9 % of a surface sampled at random
+_LONE = 3.0  # spacings: real surfaces have more dropouts; a lone gap up to this width is not a window
+_DENSE_PX = 0.7  # closer samples leave no pixel empty
+_OPENING = 0.5  # spacings: narrower pieces are stray samples
+_REACH = 8.0  # spacings around a tile on which its pixels depend
+_SIGMA = 0.55  # spacings: the Gaussian that joins the samples of a square lattice without visible dots
+_RATIO = 1.5  # between the widths of the Gaussians from which each pixel takes one
 
 
 @dataclass(frozen=True)
 class Samples:
-    """Points on the surface: pixel positions (n, 2), values (n, k), and the local gaps between them."""
+    """Points on the surface: pixel positions (n, 2), values (n, k) and the local gaps between them."""
 
     at: Float
     value: Array
     gaps: Gaps
 
 
-def surface_samples(xyz_facade: Float, value: Array, raster: Raster, gaps: Gaps) -> Samples:
-    """Points (n, 3) m of the surface with their values (n, k) that lie on the raster."""
+def surface_samples(xyz_facade: Float, value: Array, raster: OrthoRaster, gaps: Gaps) -> Samples:
+    """Returns those points (n, 3) m of the surface, with their values (n, k), that lie on the raster."""
     at = raster.pixel(xyz_facade)
     c, r = np.floor(at).astype(np.int64).T
     inside = (c >= 0) & (c < raster.width) & (r >= 0) & (r < raster.height)
     return Samples(at[inside], value[inside], gaps)
 
 
-def splat(samples: Samples, raster: Raster, out: Array, known: Array) -> None:
-    """Write values (h, w, k) to `out` and True to `known` (h, w) where there is a surface, tile by tile."""
+def splat(samples: Samples, raster: OrthoRaster, out: Array, known: Array) -> None:
+    """Writes values to `out` (h, w, k) and True to `known` (h, w) where there is a surface, tile by tile."""
     order = np.argsort(samples.at[:, 1], kind="stable")
     at, value = samples.at[order], samples.value[order]
     reach = int(np.ceil(_REACH * max(1.0, float(samples.gaps.px.max())))) + 2
-    for tile in tiles(raster.height, raster.width, _TILE):
+    for tile in tiles(raster.height, raster.width, _TILE_PX):
         r0, c0 = tile.r0 - reach, tile.c0 - reach
         shape = (tile.shape[0] + 2 * reach, tile.shape[1] + 2 * reach)
         a, b = np.searchsorted(at[:, 1], [r0, r0 + shape[0]])
@@ -64,9 +65,10 @@ def splat(samples: Samples, raster: Raster, out: Array, known: Array) -> None:
 
 
 def _surface(sampled: Array, spacing: Array) -> Array:
-    """Where (h, w) the surface is that was sampled with a spacing (h, w) px: closed, without stray samples.
+    """Returns the mask (h, w) of a surface that was sampled with a spacing (h, w) px.
 
-    A lone gap that the closing just missed is filled whole; one that it missed by more is a hole.
+    Gaps are closed and stray samples removed. A gap that the closing only just missed is filled completely;
+    a wider one is a hole.
     """
     mask = gridding.closed(sampled, _CLOSING * spacing)
     _, holes = cv2.connectedComponents((~mask).astype(np.uint8), connectivity=4)
@@ -78,18 +80,18 @@ def _surface(sampled: Array, spacing: Array) -> Array:
 
 
 def _spread(cell: Array, value: Array, shape: tuple[int, int], spacing: Array) -> tuple[Array, Array]:
-    """Mean (h, w, k) and mask (h, w) of points by flat pixel number, spread by the spacing (h, w) px."""
+    """Returns mean (h, w, k) and mask (h, w) of points by flat pixel number, spread by the spacing px."""
     count = np.bincount(cell, minlength=shape[0] * shape[1]).reshape(shape).astype(np.float32)
     total = np.stack(
         [np.bincount(cell, value[:, k], shape[0] * shape[1]).reshape(shape) for k in range(value.shape[1])],
         axis=-1,
     ).astype(np.float32)
-    mask = _surface(count > 0, np.where(spacing > _DENSE, spacing, 0.0))
+    mask = _surface(count > 0, np.where(spacing > _DENSE_PX, spacing, 0.0))
     mean = np.zeros_like(total)
     filled = np.zeros(shape, bool)
     low, high = max(0.3, _SIGMA * float(spacing.min())), max(0.3, _SIGMA * float(spacing.max()))
-    levels = max(1, int(np.ceil(np.log(high / low) / np.log(_OCTAVE))) + 1)
-    for sigma in low * _OCTAVE ** np.arange(levels + 3):
+    levels = max(1, int(np.ceil(np.log(high / low) / np.log(_RATIO))) + 1)
+    for sigma in low * _RATIO ** np.arange(levels + 3):
         want = mask & ~filled & (_SIGMA * spacing <= sigma * 1.001)
         if not want.any():
             continue

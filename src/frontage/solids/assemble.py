@@ -14,10 +14,10 @@ from frontage.model import (
     Facade,
     Failed,
     Feature,
+    Polygons,
     Protrusion,
     Shape,
     Solid,
-    Surfaces,
     WorldRef,
 )
 from frontage.model.citymodel import Shell
@@ -117,7 +117,7 @@ def _overlap(built: Sequence[Built]) -> bool:
 
 def _feature(solid: Solid, lod: str) -> Feature:
     xyz = solid.vertices / GRID
-    faces = Surfaces.of([[xyz[list(r)] for r in (f.ring, *f.holes)] for f in solid.faces])
+    faces = Polygons.of([[xyz[list(r)] for r in (f.ring, *f.holes)] for f in solid.faces])
     return Feature(solid.building, "BuildingPart", (Shape("Solid", ((faces,),), lod),))
 
 

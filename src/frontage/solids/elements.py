@@ -9,15 +9,13 @@ from shapely.geometry import Polygon
 from shapely.geometry.base import BaseGeometry
 
 from frontage.geometry.arrays import Float
-from frontage.model import DOORS, Elements, Facade, Opening, Protrusion
+from frontage.model import Elements, Facade, Opening, Protrusion, ProtrusionKind
 from frontage.solids.relief import FacadeReliefs, Relief
 
-BODIES = frozenset({"oriel", "bay", "risalit", "pilaster", "plinth", "niche", "loggia", "setback"})
-"""Kinds of protrusion that are a part of the building's body; every other kind is an installation."""
-
-"""Kinds of opening that people or vehicles go through: Door; every other kind is a Window."""
-
-_YIELDING = ("plinth", "pilaster")  # bodies that go round openings; the others hide what is behind them
+_YIELDING = (
+    ProtrusionKind.PLINTH,
+    ProtrusionKind.PILASTER,
+)  # bodies that go round openings; the others hide what is behind them
 _MOST = 0.5  # share of an opening that lies on a body
 
 
@@ -32,7 +30,7 @@ class FacadeParts:
 def facade_parts(facade: Facade, elements: Elements, chord_error: float) -> FacadeParts:
     """Openings become recesses at their measured depth, flush faces where none was measured.
 
-    A protrusion of one of the `BODIES`, and whatever is set back or carries openings, is a relief with the
+    A protrusion of the body, and whatever is set back or carries openings, is a relief with the
     openings that lie on it inside; depths count from the surface that an opening stands in. A plinth or
     pilaster goes round the openings that reach into it. All other protrusions are `attached`. Rings lose the
     vertices that a chord within `chord_error` (m) of them replaces.
@@ -63,12 +61,12 @@ def facade_parts(facade: Facade, elements: Elements, chord_error: float) -> Faca
 
 def is_body(protrusion: Protrusion) -> bool:
     """Whether a protrusion shapes the building's body: by its kind, or because it is set back."""
-    return protrusion.kind in BODIES or float(protrusion.front.value) > 0
+    return protrusion.kind.is_body or float(protrusion.front.value) > 0
 
 
 def semantics_of(opening: Opening) -> str:
-    """Window or Door."""
-    return "Door" if opening.kind in DOORS else "Window"
+    """The semantic class of the surface that closes an opening: Window or Door."""
+    return opening.kind.surface.semantics
 
 
 def _relief(opening: Opening, chord_error: float) -> Relief:

@@ -8,7 +8,7 @@ import numpy as np
 from frontage.geometry.arrays import Float, Int
 from frontage.geometry.rigid import Rigid3
 from frontage.geometry.ring import ring_area
-from frontage.model import Face, Failed, Protrusion, Solid, WorldRef
+from frontage.model import Face, Failed, Protrusion, ProtrusionKind, Solid, WorldRef
 from frontage.solids.relief import GRID
 from frontage.solids.rims import normal
 from frontage.validation.validate import validate
@@ -27,7 +27,7 @@ class Installation:
     """Something that hangs on a facade: its closed solid, and what of it was assumed."""
 
     id: str
-    kind: str
+    kind: ProtrusionKind
     facade: str
     solid: Solid
     assumed: str = ""
@@ -58,14 +58,16 @@ def installation(
     return Installation(protrusion.id, protrusion.kind, facade, solid, assumed)
 
 
-def _shape(kind: str, ring: Float, front: float, back: float) -> tuple[Float, list[tuple[int, ...]], str]:
+def _shape(
+    kind: ProtrusionKind, ring: Float, front: float, back: float
+) -> tuple[Float, list[tuple[int, ...]], str]:
     """Vertices (n, 3) in wall axes, faces counter-clockwise from outside, what was assumed."""
     (x0, z0), (x1, z1) = ring.min(0), ring.max(0)
     deep, wide, high = back - front, x1 - x0, z1 - z0
-    if kind == "balcony" and high > SLAB + PARAPET and deep > 2 * PARAPET and wide > 3 * PARAPET:
+    if kind is ProtrusionKind.BALCONY and high > SLAB + PARAPET and deep > 2 * PARAPET and wide > 3 * PARAPET:
         text = f"slab {SLAB:g} m, parapet {PARAPET:g} m thick"
         return (*_tray((x0, front, z0), (x1, back, z1)), text)
-    if kind == "awning" and high > 2 * CLOTH:
+    if kind is ProtrusionKind.AWNING and high > 2 * CLOTH:
         section = np.array([[back, z1], [back, z1 - CLOTH], [front, z0], [front, z0 + CLOTH]])
         return (*_sheet(section, x0, x1), f"{CLOTH:g} m thick, straight from its upper to its front edge")
     return (*_block(ring, front, back), "")
@@ -113,8 +115,14 @@ def _tray(low: Sequence[float], high: Sequence[float]) -> tuple[Float, list[tupl
     return np.array(top + inner + foot), faces
 
 
-def _kind_of(grid: Int, face: tuple[int, ...], kind: str) -> str:
+def _kind_of(grid: Int, face: tuple[int, ...], kind: ProtrusionKind) -> str:
     up = float(normal(grid[list(face)] / GRID)[2])
     if abs(up) < _STEEP:
         return "WallSurface"
-    return "OuterCeilingSurface" if up < 0 else "OuterFloorSurface" if kind == "balcony" else "RoofSurface"
+    return (
+        "OuterCeilingSurface"
+        if up < 0
+        else "OuterFloorSurface"
+        if kind is ProtrusionKind.BALCONY
+        else "RoofSurface"
+    )

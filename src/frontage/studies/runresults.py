@@ -9,7 +9,7 @@ import numpy as np
 
 from frontage.errors import FileError, InputError
 from frontage.evaluation.facades import match_facades
-from frontage.evaluation.figure import Absent
+from frontage.evaluation.metric import Absent
 from frontage.evaluation.result import (
     FoundFacade,
     FoundOpening,

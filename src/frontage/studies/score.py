@@ -9,7 +9,7 @@ from typing import Any
 from frontage.errors import FileError, FrontageError, InputError, OptionError
 from frontage.evaluation.buildings import score_buildings
 from frontage.evaluation.facades import score_facades
-from frontage.evaluation.figure import Absent, Figure, Part
+from frontage.evaluation.metric import Absent, Metric, ScorePart
 from frontage.evaluation.openings import score_openings
 from frontage.evaluation.ortho import score_orthos
 from frontage.evaluation.poses import score_poses
@@ -28,7 +28,7 @@ class Scores:
 
     run: Path
     scene: str
-    parts: Mapping[str, Part | Absent]
+    parts: Mapping[str, ScorePart | Absent]
 
     def table(self) -> dict[str, Any]:
         """JSON-able."""
@@ -64,7 +64,7 @@ class Gate:
             return False, f"{self}: {self.part} is absent ({part.reason})"
         if self.figure not in part.figures:
             raise OptionError(f"{self.part} has no figure {self.figure!r}; it has {', '.join(part.figures)}")
-        figure: Figure = part.figures[self.figure]
+        figure: Metric = part.figures[self.figure]
         if figure.value is None:
             return False, f"{self}: there was nothing to compute it from"
         kept = figure.value <= self.value if self.at_most else figure.value >= self.value
@@ -123,7 +123,7 @@ def score(run: Path | str, truth_path: Path | str, sensors: Sequence[str] = ()) 
     results = Results(Path(run), truth, base)
     seen = tuple(sensors) or results.sensors()
     measured = tuple(sensors) or tuple(s for s in seen if s != "photos") or seen
-    makers: dict[str, Callable[[], Part | Absent]] = {
+    makers: dict[str, Callable[[], ScorePart | Absent]] = {
         "buildings": lambda: _scored(
             results.points(), lambda p: score_buildings(truth, p, len(p.names), measured)
         ),
@@ -138,12 +138,12 @@ def score(run: Path | str, truth_path: Path | str, sensors: Sequence[str] = ()) 
     return Scores(Path(run), truth.name, {name: _kept(name, makers[name]) for name in PARTS})
 
 
-def _scored(found: Any, scorer: Callable[[Any], Part]) -> Part | Absent:
+def _scored(found: Any, scorer: Callable[[Any], ScorePart]) -> ScorePart | Absent:
     """The scores of what was found; Absent is handed on."""
     return found if isinstance(found, Absent) else scorer(found)
 
 
-def _kept(name: str, maker: Callable[[], Part | Absent]) -> Part | Absent:
+def _kept(name: str, maker: Callable[[], ScorePart | Absent]) -> ScorePart | Absent:
     """A part whose files are damaged says so with its name; the sentence is the file's own."""
     try:
         return maker()

@@ -8,7 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from frontage.model import Feature, Finding, Shape, Solid, Surfaces
+from frontage.model import Feature, Finding, Polygons, Shape, Solid
 from frontage.validation.bodies import Shell, check_solid
 from frontage.validation.composites import Body, check_composite, check_parts
 from frontage.validation.geometry.mesh import Mesh, weld
@@ -29,7 +29,7 @@ def validate(solid: Solid, tolerances: Tolerances = _DEFAULT) -> tuple[Finding, 
     Locations are in the world.
     """
     local = solid.vertices * _SOLID_STEP
-    faces = Surfaces.of([[local[list(r)] for r in (f.ring, *f.holes)] for f in solid.faces])
+    faces = Polygons.of([[local[list(r)] for r in (f.ring, *f.holes)] for f in solid.faces])
     shape = Shape("Solid", ((faces,),), solid.lod)
     feature = Feature(solid.building, "Building", (shape,))
     findings = validate_feature(feature, tolerances, _SOLID_STEP)

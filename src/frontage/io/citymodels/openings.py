@@ -6,8 +6,7 @@ from typing import Any
 
 from frontage.geometry.arrays import Float
 from frontage.io.citymodels.read import read_city_model
-
-_KINDS = ("Window", "Door")
+from frontage.model import OPENING_SURFACES
 
 
 @dataclass(frozen=True, eq=False)
@@ -30,5 +29,5 @@ def read_city_openings(path: str | Path) -> tuple[CityOpening, ...]:
         for building in model.buildings
         for shell in building.level()
         for s in shell.surfaces
-        if s.semantics in _KINDS
+        if s.semantics in OPENING_SURFACES
     )

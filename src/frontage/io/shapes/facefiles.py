@@ -6,10 +6,10 @@ from pathlib import Path
 import numpy as np
 
 from frontage.geometry.arrays import Float
-from frontage.model import Surfaces
+from frontage.model import Polygons
 
 
-def read_obj(path: Path) -> list[tuple[str, Surfaces]]:
+def read_obj(path: Path) -> list[tuple[str, Polygons]]:
     """Read every object (`o`) of an OBJ file that has faces, with its name; a file without any is one empty
     object.
 
@@ -37,7 +37,7 @@ def read_obj(path: Path) -> list[tuple[str, Surfaces]]:
     return [(name, _surfaces(xyz, faces)) for name, faces in full]
 
 
-def read_off(path: Path) -> list[tuple[str, Surfaces]]:
+def read_off(path: Path) -> list[tuple[str, Polygons]]:
     """Read the faces of an OFF file as one unnamed object. Raises ValueError naming what is wrong."""
     lines = [words for line in path.read_text("utf-8").splitlines() if (words := line.split("#")[0].split())]
     if not lines or lines[0][0] != "OFF":
@@ -59,8 +59,8 @@ def read_off(path: Path) -> list[tuple[str, Surfaces]]:
     return [("", _surfaces(xyz, faces))]
 
 
-def _surfaces(xyz: Float, faces: Sequence[Sequence[int]]) -> Surfaces:
-    return Surfaces.of([[xyz[np.asarray(face, np.int64)]] for face in faces])
+def _surfaces(xyz: Float, faces: Sequence[Sequence[int]]) -> Polygons:
+    return Polygons.of([[xyz[np.asarray(face, np.int64)]] for face in faces])
 
 
 def _numbers(words: Sequence[str], line: int) -> list[float]:

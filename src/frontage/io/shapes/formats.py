@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from frontage.errors import UnsupportedFormat
-from frontage.model import Feature, Surfaces
+from frontage.model import Feature, Polygons
 
 ADVICE = "name a CityJSON, CityGML, OBJ, OFF or POLY file"
 _HEAD_BYTES = 4096  # that are examined to tell a format
@@ -27,9 +27,9 @@ class FaceFormat:
     suffix: str
     reader: str
 
-    def read(self, path: Path) -> list[tuple[str, Surfaces]]:
+    def read(self, path: Path) -> list[tuple[str, Polygons]]:
         """The objects of a file, each with its name ("" without one)."""
-        objects: list[tuple[str, Surfaces]] = _function(self.reader)(path)
+        objects: list[tuple[str, Polygons]] = _function(self.reader)(path)
         return objects
 
 

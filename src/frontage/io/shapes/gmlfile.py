@@ -21,7 +21,7 @@ from frontage.io.citymodels.citygml.geometry import (
 )
 from frontage.io.degrees import refuse_degrees
 from frontage.io.shapes.indoor import indoor_feature
-from frontage.model import Feature, Shape, Surfaces
+from frontage.model import Feature, Polygons, Shape
 from frontage.model.shape import ShapeKind
 
 _SOLIDS: dict[str, ShapeKind] = {"MultiSolid": "MultiSolid", "CompositeSolid": "CompositeSolid"}
@@ -138,19 +138,19 @@ class _Reader:
             return Shape(_SOLIDS[name], bodies, lod, identifier(geometry))
         return Shape(_SURFACES[name], ((self._surfaces(geometry),),), lod, identifier(geometry))
 
-    def _solid(self, solid: etree._Element) -> tuple[Surfaces, ...]:
+    def _solid(self, solid: etree._Element) -> tuple[Polygons, ...]:
         """The outer shell of a solid, then the inner ones."""
         sides = [e for name in ("exterior", "interior") for e in solid if local(e) == name]
         return tuple(self._surfaces(*targets(e, self._by_id.get)) for e in sides)
 
-    def _surfaces(self, *surfaces: etree._Element) -> Surfaces:
+    def _surfaces(self, *surfaces: etree._Element) -> Polygons:
         """The polygons of surfaces of any kind. Raises ValueError for curves and broken references."""
         faces = []
         for surface in surfaces:
             for polygon, turned in polygons(surface, self._by_id.get, _refuse):
                 own = rings(polygon)
                 faces.append(([r[::-1] for r in own] if turned else own, identifier(polygon)))
-        return Surfaces.of([own for own, _ in faces], explicit=True, names=[name for _, name in faces])
+        return Polygons.of([own for own, _ in faces], explicit=True, names=[name for _, name in faces])
 
 
 def _refuse(trouble: str) -> None:

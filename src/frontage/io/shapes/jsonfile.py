@@ -11,7 +11,7 @@ from frontage.errors import UnsupportedFormat
 from frontage.geometry.arrays import Float
 from frontage.io.citymodels.cityjson.base import template_of, transform_of
 from frontage.io.degrees import refuse_degrees
-from frontage.model import Feature, Shape, Surfaces
+from frontage.model import Feature, Polygons, Shape
 
 _SURFACES = ("MultiSurface", "CompositeSurface")
 _SOLIDS = ("MultiSolid", "CompositeSolid")
@@ -138,7 +138,7 @@ def _shape(geometry: Any, vertices: Float) -> Shape | None:
     raise ValueError(f"a geometry of type {kind!r}")
 
 
-def _surfaces(polygons: Sequence[Sequence[Sequence[int]]], vertices: Float) -> Surfaces:
+def _surfaces(polygons: Sequence[Sequence[Sequence[int]]], vertices: Float) -> Polygons:
     """Polygons of vertex numbers."""
     sizes = [len(ring) for polygon in polygons for ring in polygon]
     ids = np.array([i for polygon in polygons for ring in polygon for i in ring], np.int64)
@@ -147,7 +147,7 @@ def _surfaces(polygons: Sequence[Sequence[Sequence[int]]], vertices: Float) -> S
     if len(ids) and (ids.min() < 0 or ids.max() >= len(vertices)):
         raise ValueError(f"a face names vertex {ids.max()}, but there are only {len(vertices)}")
     faces = np.cumsum([0, *(len(polygon) for polygon in polygons)])
-    return Surfaces(vertices[ids], np.cumsum([0, *sizes]), faces)
+    return Polygons(vertices[ids], np.cumsum([0, *sizes]), faces)
 
 
 def _tu3d(feature: Any, number: int) -> Feature:
@@ -168,7 +168,7 @@ def _jsonfg(path: Path, feature: Any, number: int) -> Feature:
             "plain GeoJSON holds no solids that could be validated",
         )
     solids = [place["coordinates"]] if kind == "Polyhedron" else place["coordinates"]
-    shells = tuple(tuple(Surfaces.of(shell, explicit=True) for shell in solid) for solid in solids)
+    shells = tuple(tuple(Polygons.of(shell, explicit=True) for shell in solid) for solid in solids)
     shape = Shape("Solid" if kind == "Polyhedron" else "MultiSolid", shells)
     name = str(feature.get("id", f"feature{number}"))
     return Feature(name, str(feature.get("featureType", "Feature")), (shape,))

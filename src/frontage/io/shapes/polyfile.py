@@ -7,10 +7,10 @@ from pathlib import Path
 import numpy as np
 
 from frontage.geometry.arrays import Float
-from frontage.model import Surfaces
+from frontage.model import Polygons
 
 
-def read_poly(path: Path) -> list[tuple[str, Surfaces]]:
+def read_poly(path: Path) -> list[tuple[str, Polygons]]:
     """Read the facets of a .poly file as one unnamed object.
 
     The polygons of a facet after the first are its holes; hole points and region points are not read.
@@ -34,7 +34,7 @@ def read_poly(path: Path) -> list[tuple[str, Surfaces]]:
         facets.append(_facet([int(w) for w in words], lines, vertices, base, k))
     if len(facets) < number:
         raise ValueError(f"it ends before facet {len(facets)} of {number}")
-    return [("", Surfaces.of(facets))]
+    return [("", Polygons.of(facets))]
 
 
 def _facet(

@@ -7,7 +7,7 @@ from typing import Literal
 from frontage.errors import OptionError
 from frontage.io.files import reading, require_file
 from frontage.io.shapes.formats import ADVICE, face_format, solid_format
-from frontage.model import Feature, Shape, Surfaces
+from frontage.model import Feature, Polygons, Shape
 
 Primitive = Literal["Solid", "CompositeSurface", "MultiSurface"]
 
@@ -39,7 +39,7 @@ def read_shapes(
     return kind, [Feature(name, kind, (shape,)) for name, shape in shapes]
 
 
-def _one_shell(path: str | Path) -> Surfaces:
+def _one_shell(path: str | Path) -> Polygons:
     """The shell of a file that holds exactly one."""
     p = require_file(path)
     with reading(p, "model", "name an OBJ, OFF or POLY file"):

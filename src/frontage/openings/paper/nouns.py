@@ -9,7 +9,7 @@ from frontage.geometry.ring import rectangle
 from frontage.model.estimate import Estimate, Provenance
 from frontage.model.facade import Facade
 from frontage.model.masonry import MASONRY
-from frontage.model.opening import Elements, Opening, Protrusion
+from frontage.model.opening import Elements, Opening, OpeningKind, Protrusion, ProtrusionKind
 from frontage.openings.boxes import Box
 from frontage.openings.options import OpeningOptions
 from frontage.openings.paper.cells import FACADE_SHARE, WINDOW_SHARE
@@ -102,7 +102,7 @@ def _opening(hole: WindowCell, ground: float) -> Opening:
     door = z0 <= ground + MASONRY.threshold and z1 - z0 >= _DOOR
     return Opening(
         id="",
-        kind="door" if door else "window",
+        kind=OpeningKind.DOOR if door else OpeningKind.WINDOW,
         ring=ring,
         ring_covariance=border_sigma(hole.distance) ** 2 * borders @ borders.T,
         depth=hole.depth,
@@ -145,7 +145,7 @@ def _rows(holes: Sequence[WindowCell]) -> list[list[WindowCell]]:
 def _protrusion(name: str, front: ProtrusionCell) -> Protrusion:
     return Protrusion(
         id=name,
-        kind="protrusion",
+        kind=ProtrusionKind.OTHER,
         ring=rectangle(*front.box),
         sigma=border_sigma(front.distance),
         front=Estimate(front.y, np.array([[front.sigma**2]]), float(front.count - 1)),

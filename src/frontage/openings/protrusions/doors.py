@@ -8,7 +8,7 @@ import numpy as np
 from frontage.geometry.arrays import Float, Int
 from frontage.model.facade import Facade
 from frontage.model.masonry import MASONRY
-from frontage.model.opening import Opening, Protrusion
+from frontage.model.opening import Opening, OpeningKind, Protrusion, ProtrusionKind
 from frontage.openings.boxes import Box
 from frontage.openings.protrusions.measure import FacadeBeams
 
@@ -31,7 +31,7 @@ def with_balcony_doors(
     the floor. The lower border is then inferred: its error is that of the floor, and one border of four
     counts less in the confidence.
     """
-    balconies = [p for p in protrusions if p.kind == "balcony"]
+    balconies = [p for p in protrusions if p.kind is ProtrusionKind.BALCONY]
     return tuple(_reaching(o, balconies, beams, facade) for o in openings)
 
 
@@ -75,7 +75,11 @@ def _lowered(opening: Opening, flat: Int, floor: float) -> Opening:
     covariance[index, :] = covariance[:, index] = 0.0
     covariance[np.ix_(index, index)] = _SIGMA**2  # all of the foot moves as one
     return replace(
-        opening, kind="door", ring=ring, ring_covariance=covariance, confidence=0.75 * opening.confidence
+        opening,
+        kind=OpeningKind.DOOR,
+        ring=ring,
+        ring_covariance=covariance,
+        confidence=0.75 * opening.confidence,
     )
 
 

@@ -10,10 +10,10 @@ from frontage.geometry.ring import rectangle
 from frontage.model.estimate import Estimate, Provenance
 from frontage.model.facade import Facade
 from frontage.model.masonry import MASONRY, TOLERANCES
-from frontage.model.opening import Opening, Protrusion
+from frontage.model.opening import Opening, Protrusion, ProtrusionKind
 from frontage.openings.boxes import Box
 from frontage.openings.protrusions.checks import is_attached
-from frontage.openings.protrusions.kinds import FrontFeatures, is_wall, kind_of_protrusion
+from frontage.openings.protrusions.kinds import FrontFeatures, kind_of_protrusion
 from frontage.openings.protrusions.measure import FacadeBeams, MeasuredBox, bend, measure_box
 from frontage.openings.protrusions.merging import bridge_gaps, merge_pieces
 from frontage.openings.protrusions.pieces import Piece, find_pieces
@@ -27,7 +27,13 @@ _MOST_BEAMS = 300_000  # enough to tell shares
 _KERB_HEIGHT_M, _KERB_OUT_M = 0.3, 0.6  # what is lower and further out is a kerb
 _SMALL_M = 1.0  # railings are longer
 _SOLID, _SOLID_LARGE = 0.5, 0.2  # share of the beams that a small and a large front stop at least
-_LEAFY = ("balcony", "railing", "awning", "protrusion")  # kinds that slices of trees could be taken for
+# Kinds that slices of trees could be taken for.
+_LEAFY = (ProtrusionKind.BALCONY, ProtrusionKind.RAILING, ProtrusionKind.AWNING, ProtrusionKind.OTHER)
+    ProtrusionKind.BALCONY,
+    ProtrusionKind.RAILING,
+    ProtrusionKind.AWNING,
+    ProtrusionKind.OTHER,
+)  # kinds that slices of trees could be taken for
 _NARROW_M = 0.2  # pipes and posts are narrower
 _FULL = 0.6  # share of the beams of the fullest row of a front from which a row counts as full
 _COMMON_M = 0.3  # distance within which the points of a front err together
@@ -55,10 +61,10 @@ def find_protrusions(
             continue
         features = FrontFeatures(measured.box, -piece.y, measured.hit, piece.inclined)
         kind = kind_of_protrusion(features, facade, foot, openings)
-        if not (is_wall(kind) and wall.shows_behind(piece, measured)) and _is_solid(piece, measured, kind):
+        if not (kind.is_wall and wall.shows_behind(piece, measured)) and _is_solid(piece, measured, kind):
             found.append(_protrusion(wall, wall.before, piece, measured, kind))
     for piece, measured in find_setbacks(facade, beams, wall.resolution):
-        found.append(_protrusion(wall, beams.q.T, piece, measured, "setback"))
+        found.append(_protrusion(wall, beams.q.T, piece, measured, ProtrusionKind.SETBACK))
     return tuple(sorted(found, key=_from_left))
 
 
@@ -118,7 +124,7 @@ def _is_small(box: Box, resolution: Resolution) -> bool:
     return box[2] - box[0] < _NARROW_M or box[3] - box[1] < resolution.least[1] / 2
 
 
-def _is_solid(piece: Piece, measured: MeasuredBox, kind: str) -> bool:
+def _is_solid(piece: Piece, measured: MeasuredBox, kind: ProtrusionKind) -> bool:
     """Returns whether a piece stops enough beams, where a slice of a tree could be taken for its kind."""
     x0, z0, x1, z1 = measured.box
     least = _SOLID_LARGE if max(x1 - x0, z1 - z0) >= _SMALL_M else _SOLID
@@ -163,7 +169,9 @@ def _front(facade: Facade, front: Float, piece: Piece, resolution: Resolution) -
     return Estimate(at, np.array([[variance]]), float(max(len(full) - 1, 1)))
 
 
-def _protrusion(wall: _Wall, points: Float, piece: Piece, measured: MeasuredBox, kind: str) -> Protrusion:
+def _protrusion(
+    wall: _Wall, points: Float, piece: Piece, measured: MeasuredBox, kind: ProtrusionKind
+) -> Protrusion:
     """Makes the noun of a piece of points (n, 3) m."""
     facade = wall.facade
     front = _front(facade, points[piece.front_rows], piece, wall.resolution.near(piece.box))

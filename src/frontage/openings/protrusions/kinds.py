@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 from frontage.model.facade import Facade
 from frontage.model.masonry import MASONRY
-from frontage.model.opening import Opening
+from frontage.model.opening import Opening, ProtrusionKind
 from frontage.openings.boxes import Box
 
 _RAIL = 0.6  # m, least height of balconies from the underside of the slab to the rail
@@ -45,7 +45,7 @@ class FrontFeatures:
 
 def kind_of_protrusion(
     front: FrontFeatures, facade: Facade, ground: float, openings: Sequence[Opening]
-) -> str:
+) -> ProtrusionKind:
     """Returns the kind of a protrusion.
 
     It is "balcony", "oriel", "bay" (an oriel from the ground on), "risalit" (an avant-corps: a bay over most
@@ -54,46 +54,49 @@ def kind_of_protrusion(
     """
     width, height = front.size
     if front.box[1] < ground + _STEP and height < MASONRY.person:
-        return "plinth" if width > _MOST * _width(facade) and front.projection < _STAND else "steps"
+        return (
+            ProtrusionKind.PLINTH
+            if width > _MOST * _width(facade) and front.projection < _STAND
+            else ProtrusionKind.STEPS
+        )
     if height >= MASONRY.person:
         if height > _NARROW * width and width < _SLAB:
-            return "pilaster" if front.projection < _SLAB / 2 else "protrusion"
+            return ProtrusionKind.PILASTER if front.projection < _SLAB / 2 else ProtrusionKind.OTHER
         stands, wide = front.box[1] <= ground + _STEP, width > _MOST * _width(facade)
         if front.projection < _STAND:  # no room: a part of the wall, or the surround of a window
-            return "risalit" if stands or wide else "protrusion"
-        return "oriel" if not stands else "risalit" if wide else "bay"
+            return ProtrusionKind.AVANT_CORPS if stands or wide else ProtrusionKind.OTHER
+        return (
+            ProtrusionKind.ORIEL if not stands else ProtrusionKind.AVANT_CORPS if wide else ProtrusionKind.BAY
+        )
     if height <= _SLAB and width >= _LONG * height and (height < _RAIL or front.projection < _STAND):
         return _of_bands(front, facade, ground, openings)
     if front.inclined and front.projection >= _ROOF:
-        return "awning"
+        return ProtrusionKind.AWNING
     if height >= _RAIL and width >= _FEET:
         if front.projection >= _STAND:
-            return "balcony"
-        return "railing" if front.hit < _POROUS else "protrusion"
-    return "protrusion"
+            return ProtrusionKind.BALCONY
+        return ProtrusionKind.RAILING if front.hit < _POROUS else ProtrusionKind.OTHER
+    return ProtrusionKind.OTHER
 
 
-def _of_bands(front: FrontFeatures, facade: Facade, ground: float, openings: Sequence[Opening]) -> str:
+def _of_bands(
+    front: FrontFeatures, facade: Facade, ground: float, openings: Sequence[Opening]
+) -> ProtrusionKind:
     """Returns the kind of a front that is long and low."""
     x0, z0, x1, z1 = front.box
     if facade.extent[3] - z1 < _TOP:
-        return "cornice"
+        return ProtrusionKind.CORNICE
     if front.size[0] > _MOST * _width(facade):
-        return "band"
+        return ProtrusionKind.BAND
     feet = [o.ring[:, 1].min() for o in openings if o.ring[:, 0].min() < x1 and o.ring[:, 0].max() > x0]
     carries = any(z0 - _NEAR <= foot <= z1 + _NEAR for foot in feet)
     if front.projection >= _STAND and carries:
-        return "steps" if z0 < ground + MASONRY.door_height else "balcony"
+        return ProtrusionKind.STEPS if z0 < ground + MASONRY.door_height else ProtrusionKind.BALCONY
     if front.projection >= _ROOF and z0 >= ground + MASONRY.door_height:
-        return "awning"
-    return "sill" if carries else "band"
+        return ProtrusionKind.AWNING
+    return ProtrusionKind.SILL if carries else ProtrusionKind.BAND
 
 
 def _width(facade: Facade) -> float:
     """Returns the width m of the facade."""
     return facade.extent[2] - facade.extent[0]
-
-
-def is_wall(kind: str) -> bool:
-    """Returns whether the front of this kind is a wall of its own, with openings."""
-    return kind in ("oriel", "bay", "risalit", "setback", "niche")

@@ -9,7 +9,7 @@ import cv2
 import numpy as np
 
 from frontage.catalog.addressbook import known_addresses
-from frontage.exports import FacadePicture, building_mesh, city_buildings, drawn, picture
+from frontage.exports import FacadePicture, building_mesh, city_buildings, model_triangles, render_model
 from frontage.io.citymodels.citygml.write import write_citygml
 from frontage.io.citymodels.cityjson.write import write_cityjson
 from frontage.io.citymodels.read import read_city_model
@@ -139,7 +139,7 @@ def _made(
 ) -> Made:
     fronts = measured.fronts
     inward = np.array([(f.extent[2] - f.extent[0]) * f.frame.R[:, 1] for f, _ in fronts])
-    image = picture(drawn(found), inward[np.linalg.norm(inward, axis=1).argmax()], inward)
+    image = render_model(model_triangles(found), inward[np.linalg.norm(inward, axis=1).argmax()], inward)
     png = cv2.imencode(".png", image[..., ::-1])[1].tobytes()
     return Made(
         building.id,

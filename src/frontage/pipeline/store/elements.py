@@ -14,7 +14,17 @@ import numpy as np
 from frontage.errors import FileError
 from frontage.geometry.arrays import Float
 from frontage.geometry.ring import box_sigmas
-from frontage.model import Bar, Elements, Estimate, Facade, Opening, Protrusion, Provenance
+from frontage.model import (
+    Bar,
+    Elements,
+    Estimate,
+    Facade,
+    Opening,
+    OpeningKind,
+    Protrusion,
+    ProtrusionKind,
+    Provenance,
+)
 from frontage.pipeline.store.files import read_arrays, read_json, write_arrays, write_json
 
 FOUND = ("elements.json", "protrusions.json", "outlines.npz")
@@ -184,7 +194,7 @@ def _opening(r: dict[str, Any], covariance: Float) -> Opening:
         depth = _estimate(_real(r["depth"], "depth"), r["depth_estimate"])
     return Opening(
         id=_text(r, "id"),
-        kind=_text(r, "kind"),
+        kind=OpeningKind(_text(r, "kind")),
         ring=_ring(r["outline"]),
         ring_covariance=covariance,
         depth=depth,
@@ -203,7 +213,7 @@ def _opening(r: dict[str, Any], covariance: Float) -> Opening:
 def _protrusion(r: dict[str, Any]) -> Protrusion:
     return Protrusion(
         id=_text(r, "id"),
-        kind=_text(r, "kind"),
+        kind=ProtrusionKind(_text(r, "kind")),
         ring=_ring(r["outline"]),
         sigma=_or_infinite(r["sigma"]["border"], "sigma"),
         front=_estimate(_real(r["front"], "front"), r["front_estimate"]),

@@ -4,6 +4,8 @@ from typing import Literal, Self
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
+from frontage.model import OpeningKind
+
 FORBID = ConfigDict(extra="forbid", frozen=True)
 Shape = Literal["rectangle", "segmental", "round", "pointed", "triangular", "circle"]
 Roof = Literal["gable", "street_gable", "hip", "mansard", "flat"]
@@ -23,8 +25,8 @@ class OpeningSpec(BaseModel):
 
     model_config = FORBID
 
-    kind: Literal["window", "door", "shopfront", "passage", "garage", "basement"] = Field(
-        default="window", description="what it is; doors, passages and garages have an opaque leaf"
+    kind: OpeningKind = Field(
+        default=OpeningKind.WINDOW, description="what it is; doors, passages and garages have an opaque leaf"
     )
     shape: Shape = Field(default="rectangle", description="outline")
     x: float = Field(ge=0, description="m, left edge")

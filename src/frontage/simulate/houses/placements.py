@@ -6,12 +6,11 @@ import numpy as np
 import shapely
 
 from frontage.geometry.arrays import Float
+from frontage.model import OpeningKind
 from frontage.simulate.houses.elevation import Dressing, Oriel
 from frontage.simulate.houses.shapes import opening_ring
 from frontage.simulate.houses.style import WindowType
 from frontage.simulate.scene import OpeningPlan
-
-_LETTER = {"window": "W", "door": "D", "shopfront": "S", "passage": "P", "garage": "G", "basement": "B"}
 
 _APART_M = 0.01  # least distance of surrounds and shutters from other openings
 
@@ -84,7 +83,7 @@ def name_openings(
     openings = []
     for placement in order:
         bay = count[placement.floor] = count.get(placement.floor, 0) + 1
-        name = f"{facade}/{_LETTER[placement.type.kind]}{placement.floor}-{bay}"
+        name = f"{facade}/{OpeningKind(placement.type.kind).letter}{placement.floor}-{bay}"
         openings.append(
             placement.type.place(
                 name,

@@ -6,7 +6,7 @@ import numpy as np
 
 from frontage.geometry.arrays import Float
 from frontage.geometry.rigid import Rigid3
-from frontage.model import DOORS, Face, Solid, WorldRef
+from frontage.model import Face, OpeningKind, Solid, WorldRef
 from frontage.simulate.scene import FacadePlan, House, OpeningPlan, ProtrusionPlan
 
 GRID = 10_000  # steps per metre: vertices of solids lie on a grid of 0.1 mm
@@ -66,8 +66,7 @@ def _draw_recess(work: _Faces, frame: Rigid3, opening: OpeningPlan) -> None:
     near = _at(frame, opening.ring, opening.wall_y)
     far = _at(frame, opening.ring, opening.wall_y + opening.depth)
     _draw_sides(work, near, far)
-    door = opening.kind in DOORS
-    work.add("Door" if door else "Window", far, (), opening.id)
+    work.add(OpeningKind(opening.kind).surface.semantics, far, (), opening.id)
 
 
 def _draw_oriel(work: _Faces, frame: Rigid3, oriel: ProtrusionPlan, openings: list[OpeningPlan]) -> None:

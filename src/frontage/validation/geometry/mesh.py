@@ -8,7 +8,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from frontage.geometry.arrays import Array, Bool, Float, Int
-from frontage.model import Surfaces
+from frontage.model import Polygons
 from frontage.validation.geometry.rows import distinct
 
 _QUANTUM = 2.0**-30  # m: coordinates are rounded to this; a thousandth of the smallest tolerance anyone sets
@@ -80,7 +80,7 @@ class Mesh:
         return x, y, z
 
 
-def weld(surfaces: Sequence[Surfaces], snap: float, quantum: float | None = None) -> list[Mesh]:
+def weld(surfaces: Sequence[Polygons], snap: float, quantum: float | None = None) -> list[Mesh]:
     """Meshes of surfaces over one set of vertices in which no two are closer than `snap` (m).
 
     A vertex takes the place of the first one, in order of coordinates, within the tolerance. `quantum`
@@ -118,7 +118,7 @@ def _snapped(xyz: Float, snap: float) -> Int:
     return target
 
 
-def _mesh(surfaces: Surfaces, ids: Int, grid: Int, quantum: float, origin: Float, noise: float) -> Mesh:
+def _mesh(surfaces: Polygons, ids: Int, grid: Int, quantum: float, origin: Float, noise: float) -> Mesh:
     """Ring bookkeeping: the repeated closing point goes where one is required."""
     starts, stops = surfaces.rings[:-1], surfaces.rings[1:]
     length = stops - starts

@@ -21,6 +21,7 @@ from frontage.io.citymodels.citygml.geometry import (
     targets,
 )
 from frontage.io.citymodels.draft import Draft, DraftShell, Face, Value
+from frontage.model import OPENING_SURFACES
 
 _CLASSES = {
     "WallSurface": "WallSurface",
@@ -29,10 +30,8 @@ _CLASSES = {
     "ClosureSurface": "ClosureSurface",
     "OuterCeilingSurface": "OuterCeilingSurface",
     "OuterFloorSurface": "OuterFloorSurface",
-    "Window": "Window",
-    "Door": "Door",
-    "WindowSurface": "Window",
-    "DoorSurface": "Door",
+    **{name: name for name in OPENING_SURFACES},
+    **{surface.citygml3: name for name, surface in OPENING_SURFACES.items()},
 }
 _PROPERTY = re.compile(r"lod(\d)(Solid|MultiSurface|FootPrint|RoofEdge|Geometry|ImplicitRepresentation)$")
 _PARTS = ("BuildingPart", "BuildingInstallation", "BuildingConstructiveElement")

@@ -1,4 +1,4 @@
-"""The raster of a facade: which pixel is where on the plane."""
+"""The raster of an ortho-image: where its pixels lie on the plane of the facade."""
 
 import math
 from dataclasses import dataclass
@@ -15,8 +15,12 @@ _MAX_PIXELS = 40_000_000_000
 
 
 @dataclass(frozen=True)
-class Raster:
-    """Pixels of `gsd` m from `corner` (x, z) m, the outer upper left corner; columns = +x, rows = -z."""
+class OrthoRaster:
+    """A raster in the plane of a facade: columns run along +x, rows along -z (downwards).
+
+    corner  (x, z) m, the outer upper left corner of the first pixel
+    gsd     m per pixel
+    """
 
     corner: tuple[float, float]
     gsd: float
@@ -25,37 +29,39 @@ class Raster:
 
     @property
     def facade_from_pixel(self) -> Float:
-        """(3, 3): ``(column, row, 1)`` to ``(x, z, 1)`` m."""
+        """The matrix (3, 3) from ``(column, row, 1)`` to ``(x, z, 1)`` in m."""
         return np.array([[self.gsd, 0.0, self.corner[0]], [0.0, -self.gsd, self.corner[1]], [0.0, 0.0, 1.0]])
 
     def xyz(self, column: Array, row: Array, y: Array | float = 0.0) -> Float:
-        """Pixel positions of any one shape (...) (first centre at 0.5) to facade points (..., 3) m."""
+        """Converts pixel positions of shape (...), first centre at 0.5, and depths y to points (..., 3) m."""
         column, row = np.asarray(column, np.float64), np.asarray(row, np.float64)
         x, z = self.corner[0] + column * self.gsd, self.corner[1] - row * self.gsd
         return np.stack(np.broadcast_arrays(x, np.asarray(y, np.float64), z), axis=-1)
 
     def pixel(self, xyz_facade: Float) -> Float:
-        """Facade points (n, 3) m to pixels (n, 2)."""
+        """Projects points (n, 3) m of the facade frame orthogonally to pixels (n, 2)."""
         return np.column_stack(
             [(xyz_facade[:, 0] - self.corner[0]) / self.gsd, (self.corner[1] - xyz_facade[:, 2]) / self.gsd]
         )
 
-    def coarser(self, step: int) -> "Raster":
-        """The raster of cells of step x step pixels that covers this one."""
-        return Raster(self.corner, self.gsd * step, -(-self.width // step), -(-self.height // step))
+    def coarser(self, step: int) -> "OrthoRaster":
+        """Returns the raster of cells of step x step pixels that covers this one."""
+        return OrthoRaster(self.corner, self.gsd * step, -(-self.width // step), -(-self.height // step))
 
-    def of_cells(self, size: float) -> "Raster":
-        """The raster of cells of `size` m, from the same corner, that covers this one and a cell more."""
-        return Raster(
+    def of_cells(self, size: float) -> "OrthoRaster":
+        """Returns the raster of cells of `size` m from the same corner that covers this one amply."""
+        return OrthoRaster(
             self.corner,
             size,
             math.ceil(self.width * self.gsd / size) + 1,
             math.ceil(self.height * self.gsd / size) + 1,
         )
 
-    def window_of(self, other: "Raster", tile: Tile) -> tuple[tuple[int, int, int, int], Array, Array]:
-        """Where a tile of `other` lies in this raster: window (r0, r1, c0, c1), at least two cells a side if
-        there are, and in it the columns u (n,) and rows v (m,) of the tile's pixels, whole numbers = centres.
+    def window_of(self, other: "OrthoRaster", tile: Tile) -> tuple[tuple[int, int, int, int], Array, Array]:
+        """Finds the window of this raster that is needed to interpolate at the pixels of a tile of `other`.
+
+        Returns (r0, r1, c0, c1), with at least two cells per side if there are as many, and the columns u
+        (n,) and rows v (m,) of the tile's pixels within it; whole numbers are centres of cells.
         """
         ratio = other.gsd / self.gsd
         u = (np.arange(tile.c0, tile.c1) + 0.5) * ratio + (other.corner[0] - self.corner[0]) / self.gsd - 0.5
@@ -66,15 +72,16 @@ class Raster:
 
 
 def _window(at: Array, size: int) -> tuple[int, int]:
-    """First and last (excluded) of `size` cells that interpolation at sorted positions needs."""
+    """First and last (excluded) of `size` cells that interpolation at the sorted positions needs."""
     first = int(np.clip(np.floor(at[0]), 0, max(size - 2, 0)))
     return first, int(np.clip(np.floor(at[-1]) + 2, first + 1, size))
 
 
-def facade_raster(facade: Facade, options: OrthoOptions) -> Raster:
-    """The raster that covers the facade's outline and its margin; its corner is a whole number of pixels.
+def facade_raster(facade: Facade, options: OrthoOptions) -> OrthoRaster:
+    """Returns the raster that covers the outline of the facade and its margin.
 
-    Raises OptionError when the gsd is so small that the image could not be stored.
+    Its corner lies at a whole number of pixels from the origin of the facade frame. Raises OptionError (I320)
+    when the gsd is so small that the image could not be stored.
     """
     x0, z0, x1, z1 = facade.extent
     gsd, margin = options.gsd, options.margin
@@ -87,4 +94,4 @@ def facade_raster(facade: Facade, options: OrthoOptions) -> Raster:
             f"{width} x {height} pixels, choose a larger gsd",
             code="I320",
         )
-    return Raster((left * gsd, top * gsd), gsd, width, height)
+    return OrthoRaster((left * gsd, top * gsd), gsd, width, height)

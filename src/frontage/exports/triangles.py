@@ -1,4 +1,4 @@
-"""Solids as triangles with what they show: the same for the textured model and for its picture."""
+"""The solids of a building as classified triangles, which its textured model and its picture are made of."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -7,20 +7,25 @@ import numpy as np
 import shapely
 
 from frontage.geometry.arrays import Array, Float, Int
-from frontage.model import Face, Solid
+from frontage.model import OPENING_SURFACES, Face, Solid
 from frontage.solids import Assembled
 from frontage.solids.relief import GRID
 from frontage.solids.rims import normal
 
-KINDS = ("WallSurface", "RoofSurface", "GroundSurface", "OuterCeilingSurface", "OuterFloorSurface", "Window",
-         "Door", "Installation")  # fmt: skip
-"""What a triangle shows; every other class counts as a wall."""
+KINDS = ("WallSurface", "RoofSurface", "GroundSurface", "OuterCeilingSurface", "OuterFloorSurface",
+         *OPENING_SURFACES, "Installation")  # fmt: skip
+"""What a triangle can show; every other semantic class counts as a wall."""
 
 
 @dataclass(frozen=True, eq=False)
-class Drawn:
-    """Triangles: corners (t, 3, 3) m local, counter-clockwise from outside, normals (t, 3), kind (t,) into
-    `KINDS`; `edges` (e, 2, 3) m local: borders of the faces."""
+class ModelTriangles:
+    """The triangles of a model.
+
+    corners  (t, 3, 3) float64 m local, counter-clockwise as seen from outside
+    normals  (t, 3) float64, unit vectors
+    kind     (t,) int64 into `KINDS`
+    edges    (e, 2, 3) float64 m local, borders of the faces
+    """
 
     corners: Float
     normals: Float
@@ -28,20 +33,20 @@ class Drawn:
     edges: Float
 
     def __len__(self) -> int:
-        """How many triangles."""
+        """The number of triangles."""
         return len(self.corners)
 
 
-def drawn(assembled: Assembled) -> Drawn:
-    """A building's fine solids and its installations."""
+def model_triangles(assembled: Assembled) -> ModelTriangles:
+    """Triangulates the fine solids of a building and its installations."""
     parts = [_solid(b.solid) for b in assembled.built]
     parts += [_solid(i.solid, KINDS.index("Installation")) for i in assembled.installations]
-    return joined(parts)
+    return _joined(parts)
 
 
-def joined(parts: Sequence[Drawn]) -> Drawn:
-    """All triangles in one."""
-    return Drawn(
+def _joined(parts: Sequence[ModelTriangles]) -> ModelTriangles:
+    """Concatenates several sets of triangles."""
+    return ModelTriangles(
         np.concatenate([np.zeros((0, 3, 3)), *(p.corners for p in parts)]),
         np.concatenate([np.zeros((0, 3)), *(p.normals for p in parts)]),
         np.concatenate([np.zeros(0, np.int64), *(p.kind for p in parts)]),
@@ -49,7 +54,8 @@ def joined(parts: Sequence[Drawn]) -> Drawn:
     )
 
 
-def _solid(solid: Solid, kind: int | None = None) -> Drawn:
+def _solid(solid: Solid, kind: int | None = None) -> ModelTriangles:
+    """Triangulates a solid; all triangles get the same `kind`, or that of their face."""
     xyz = solid.vertices / GRID
     corners, normals, kinds, edges = [], [], [], []
     for face in solid.faces:
@@ -61,13 +67,13 @@ def _solid(solid: Solid, kind: int | None = None) -> Drawn:
         kinds.append(np.full(len(triangles), own))
         for ring in (face.ring, *face.holes):
             edges.append(np.stack([xyz[list(ring)], xyz[[*ring[1:], ring[0]]]], axis=1))
-    return Drawn(
+    return ModelTriangles(
         np.concatenate(corners), np.concatenate(normals), np.concatenate(kinds), np.concatenate(edges)
     )
 
 
 def _triangles(face: Face, xyz: Float, n: Float) -> Float:
-    """A face as triangles (t, 3, 3), no vertex added."""
+    """Triangulates a face into (t, 3, 3) without adding a vertex; xyz (v, 3), n = its unit normal (3,)."""
     ring = xyz[list(face.ring)]
     if len(ring) == 3 and not face.holes:
         return ring[None]
@@ -87,9 +93,10 @@ def _triangles(face: Face, xyz: Float, n: Float) -> Float:
 
 
 def unique_vertices(corners: Float, extra: Float) -> tuple[Array, Array]:
-    """Rows of (corner, extra) without repeats (n, 3 + k), and triangles (t, 3) into them.
+    """Merges equal vertices of triangles.
 
-    corners (t, 3, 3), extra (t, 3, k).
+    `corners` (t, 3, 3), `extra` (t, 3, k). Returns the distinct rows (n, 3 + k) of (corner, extra) and the
+    triangles (t, 3) as numbers of rows.
     """
     rows = np.concatenate([corners, extra], axis=2).reshape(-1, 3 + extra.shape[2])
     found, index = np.unique(rows, axis=0, return_inverse=True)

@@ -1,21 +1,21 @@
-"""In which wall does an opening stand? From the faces around it alone."""
+"""Finds the wall that holds an opening, from the faces around it alone."""
 
 import numpy as np
 
 from frontage.geometry.arrays import Float
-from frontage.model import Solid
+from frontage.model import OPENING_SURFACES, Solid
 from frontage.solids.relief import GRID
 from frontage.solids.rims import Edge, edges_of, normal
 
-_SAME_WAY = 0.99  # cosine between the normals of an opening and its wall
-_OPENINGS = ("Window", "Door")
+_PARALLEL_COS = 0.99  # of the largest angle between the normals of an opening and its wall
 
 
 def walls_of_openings(solid: Solid) -> dict[int, int]:
-    """Face number of every window and door -> that of the wall around it.
+    """Maps the face number of every window and door to that of the wall around it.
 
-    The wall is the parallel face that shares most edge with the opening, or with the reveals around it;
-    the largest neighbour where no face is parallel. Openings without any wall beside them are left out.
+    The wall is the parallel face that shares the longest edge with the opening or with the reveals around it;
+    where no face is parallel, it is the wall that shares the longest edge. Openings without a wall beside
+    them are left out.
     """
     xyz = solid.vertices / GRID
     beyond = {e: k for k, f in enumerate(solid.faces) for e in edges_of(f)}
@@ -28,7 +28,7 @@ def walls_of_openings(solid: Solid) -> dict[int, int]:
 
     found = {}
     for k, face in enumerate(solid.faces):
-        if face.semantics not in _OPENINGS:
+        if face.semantics not in OPENING_SURFACES:
             continue
         direct = _shared(solid, xyz, k, beyond)
         beside = dict(direct)
@@ -36,8 +36,10 @@ def walls_of_openings(solid: Solid) -> dict[int, int]:
             if solid.faces[reveal].opening is None:
                 for other, length in _shared(solid, xyz, reveal, beyond).items():
                     beside[other] = beside.get(other, 0.0) + length
-        walls = {j: v for j, v in beside.items() if solid.faces[j].semantics not in _OPENINGS and j != k}
-        parallel = {j: v for j, v in walls.items() if normal_of(j) @ normal_of(k) > _SAME_WAY}
+        walls = {
+            j: v for j, v in beside.items() if solid.faces[j].semantics not in OPENING_SURFACES and j != k
+        }
+        parallel = {j: v for j, v in walls.items() if normal_of(j) @ normal_of(k) > _PARALLEL_COS}
         chosen = parallel or {j: v for j, v in walls.items() if solid.faces[j].semantics == "WallSurface"}
         if chosen:
             found[k] = max(chosen, key=lambda j: (chosen[j], -j))
@@ -45,7 +47,7 @@ def walls_of_openings(solid: Solid) -> dict[int, int]:
 
 
 def _shared(solid: Solid, xyz: Float, face: int, beyond: dict[Edge, int]) -> dict[int, float]:
-    """The neighbours of a face with the length (m) of edge that they share with it."""
+    """Returns the neighbours of a face with the length (m) of the edges that they share with it."""
     out: dict[int, float] = {}
     for a, b in edges_of(solid.faces[face]):
         other = beyond.get((b, a))

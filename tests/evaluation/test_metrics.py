@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from frontage.errors import InputError
-from frontage.evaluation.figure import detections, figure, mean, median, normalised
+from frontage.evaluation.metric import detections, mean, median, metric, normalised
 from frontage.evaluation.poses import score_poses
 from frontage.evaluation.result import FoundPose
 from frontage.evaluation.truth import read_truth
@@ -14,15 +14,15 @@ def test_an_interval_covers_the_truth_about_as_often_as_it_says() -> None:
     rng = np.random.default_rng(0)
     hits = 0
     for seed in range(150):
-        f = figure(rng.normal(3.0, 2.0, 40), mean, seed=seed)
+        f = metric(rng.normal(3.0, 2.0, 40), mean, seed=seed)
         hits += f.low <= 3.0 <= f.high
     assert 0.88 <= hits / 150 <= 0.99
 
 
 def test_the_same_items_give_the_same_interval() -> None:
     values = np.arange(20.0)
-    assert figure(values, median) == figure(values, median)
-    assert figure(values[:1], median).low is None and figure(values[:0], median).value is None
+    assert metric(values, median) == metric(values, median)
+    assert metric(values[:1], median).low is None and metric(values[:0], median).value is None
 
 
 def test_detection_rates() -> None:

@@ -1,28 +1,33 @@
-"""A picture of the model as seen from the street: every pixel the nearest surface, shaded, with its edges."""
+"""Draws a model as seen from the street: the nearest surface at every pixel, shaded, with its edges."""
 
 from dataclasses import dataclass
 
 import cv2
 import numpy as np
 
-from frontage.exports.drawn import KINDS, Drawn
 from frontage.exports.model3d import COLOURS
+from frontage.exports.triangles import KINDS, ModelTriangles
 from frontage.geometry.arrays import Array, Float
 
-_SIZE = 1200  # px, width at most
-_OVER = 2  # pixels drawn per pixel kept, along each axis
-_ASIDE, _ABOVE = np.radians(28.0), np.radians(16.0)  # the eye stands so far beside and above the normal
-_LIGHT = np.array([0.45, -0.55, 0.70])  # in the view's axes: right, towards the eye is negative, up
+_MOST_PX = 1200  # width of the picture
+_OVERSAMPLING = 2  # pixels drawn per pixel kept, along each axis
+_ASIDE_RAD, _ABOVE_RAD = np.radians(28.0), np.radians(16.0)  # of the view direction against the normal
+_LIGHT = np.array([0.45, -0.55, 0.70])  # in the axes of the view: right, away from the eye, up
 _AMBIENT = 0.45
-_NEAR = 0.02  # m: an edge is drawn where it is no further behind the surface than this
+_EDGE_TOLERANCE_M = 0.02  # an edge is drawn if it lies no farther behind the surface
 _NONE = np.empty((0, 3))
-_INK = np.array([45.0, 45.0, 50.0])
+_EDGE_COLOUR = np.array([45.0, 45.0, 50.0])
 
 
 @dataclass(frozen=True, eq=False)
-class View:
-    """A parallel view: `axes` (3, 3) rows right, away from the eye, up; scale px per m, corner of the picture
-    (right, up) m."""
+class ParallelView:
+    """A parallel projection.
+
+    axes    (3, 3), rows: right, away from the eye, up
+    scale   px per m
+    corner  (right, up) m of the upper left corner of the picture
+    size    width and height, px
+    """
 
     axes: Float
     scale: float
@@ -30,54 +35,57 @@ class View:
     size: tuple[int, int]
 
     def place(self, xyz: Float) -> Float:
-        """Points (..., 3) m local as (column, row, distance): px, px, m."""
+        """Projects points (..., 3) m local to (..., 3): column px, row px, distance m."""
         q = xyz @ self.axes.T
         column = (q[..., 0] - self.corner[0]) * self.scale
         row = (self.corner[1] - q[..., 2]) * self.scale
         return np.stack([column, row, q[..., 1]], axis=-1)
 
 
-def picture(shapes: Drawn, inward: Float, others: Float = _NONE, most: int = _SIZE) -> Array:
-    """The model (h, w, 3) uint8 RGB, seen from the street side of a facade whose normal is `inward` (3,).
+def render_model(shapes: ModelTriangles, inward: Float, others: Float = _NONE, most: int = _MOST_PX) -> Array:
+    """Draws the model (h, w, 3) uint8 RGB from the street side of a facade with the normal `inward` (3,).
 
-    A parallel view from a little above, white ground; from the left, or from the right where more is seen
-    of the facades whose normals, as long as they are wide, are `others` (n, 3). Raises ValueError without
-    triangles.
+    The view is parallel, slightly from above and from the left, or from the right if more can be seen from
+    there of the facades `others` (n, 3), given by normals as long as the facades are wide. The background is
+    white, and the picture is at most `most` px wide. Raises ValueError without triangles.
     """
     if not len(shapes):
         raise ValueError("there is nothing to draw")
-    view = _view(shapes.corners.reshape(-1, 3), _ahead(inward, others), most * _OVER)
+    view = _view(shapes.corners.reshape(-1, 3), _ahead(inward, others), most * _OVERSAMPLING)
     image, depth = _surfaces(shapes, view)
     _edges(image, depth, shapes, view)
     small: Array = cv2.resize(
-        image.astype(np.float32), (view.size[0] // _OVER, view.size[1] // _OVER), interpolation=3
+        image.astype(np.float32),
+        (view.size[0] // _OVERSAMPLING, view.size[1] // _OVERSAMPLING),
+        interpolation=3,
     )
     return np.asarray(np.clip(np.rint(small), 0, 255), np.uint8)
 
 
 def _ahead(inward: Float, others: Float) -> Float:
-    """The horizontal direction (3,) of the view."""
+    """Returns the horizontal direction (3,) of the view."""
     flat = np.array([inward[0], inward[1], 0.0]) / np.hypot(inward[0], inward[1])
     side = np.array([flat[1], -flat[0], 0.0])
-    left, right = (np.cos(_ASIDE) * flat + s * np.sin(_ASIDE) * side for s in (1.0, -1.0))
+    left, right = (np.cos(_ASIDE_RAD) * flat + s * np.sin(_ASIDE_RAD) * side for s in (1.0, -1.0))
     from_left, from_right = (np.maximum(others @ ahead, 0).sum() for ahead in (left, right))
     return np.asarray(right if from_right > from_left else left)
 
 
-def _view(xyz: Float, ahead: Float, most: int) -> View:
+def _view(xyz: Float, ahead: Float, most: int) -> ParallelView:
+    """Returns the view along `ahead` in which all points (n, 3) lie, at most `most` px wide."""
     right = np.array([ahead[1], -ahead[0], 0.0])
-    away = np.cos(_ABOVE) * ahead - np.array([0, 0, np.sin(_ABOVE)])
+    away = np.cos(_ABOVE_RAD) * ahead - np.array([0, 0, np.sin(_ABOVE_RAD)])
     axes = np.array([right, away, np.cross(right, away)])
     q = xyz @ axes.T
     low, high = q.min(0) - 0.5, q.max(0) + 0.5
     wide, tall = high[0] - low[0], high[2] - low[2]
     scale = most / max(wide, tall * 1.3)
-    w, h = (int(np.ceil(v * scale / _OVER)) * _OVER for v in (wide, tall))
-    return View(axes, float(scale), np.array([low[0], high[2]]), (w, h))
+    w, h = (int(np.ceil(v * scale / _OVERSAMPLING)) * _OVERSAMPLING for v in (wide, tall))
+    return ParallelView(axes, float(scale), np.array([low[0], high[2]]), (w, h))
 
 
-def _surfaces(shapes: Drawn, view: View) -> tuple[Array, Array]:
-    """Colours (h, w, 3) and distances (h, w) of the nearest surfaces."""
+def _surfaces(shapes: ModelTriangles, view: ParallelView) -> tuple[Array, Array]:
+    """Draws the nearest surfaces: colours (h, w, 3) and distances (h, w) m."""
     w, h = view.size
     image = np.full((h, w, 3), 255.0, np.float32)
     depth = np.full((h, w), np.inf, np.float32)
@@ -93,7 +101,7 @@ def _surfaces(shapes: Drawn, view: View) -> tuple[Array, Array]:
 
 
 def _fill(image: Array, depth: Array, corners: Float, colour: Float) -> None:
-    """One triangle (3, 3), column, row, distance, where it is nearest."""
+    """Draws one triangle (3, 3) of column, row and distance where it is nearest."""
     h, w = depth.shape
     c0, r0 = np.maximum(np.floor(corners[:, :2].min(0)).astype(int), 0)
     c1, r1 = np.minimum(np.ceil(corners[:, :2].max(0)).astype(int) + 1, [w, h])
@@ -113,8 +121,8 @@ def _fill(image: Array, depth: Array, corners: Float, colour: Float) -> None:
     image[r0:r1, c0:c1][shown] = colour
 
 
-def _edges(image: Array, depth: Array, shapes: Drawn, view: View) -> None:
-    """The faces' borders, where nothing lies before them."""
+def _edges(image: Array, depth: Array, shapes: ModelTriangles, view: ParallelView) -> None:
+    """Draws the borders of the faces where nothing lies in front of them."""
     ends = view.place(shapes.edges)
     h, w = depth.shape
     steps = np.maximum(1, np.ceil(np.abs(ends[:, 1, :2] - ends[:, 0, :2]).max(1))).astype(np.int64)
@@ -125,5 +133,5 @@ def _edges(image: Array, depth: Array, shapes: Drawn, view: View) -> None:
     inside = (c >= 1) & (c < w - 1) & (r >= 1) & (r < h - 1)
     c, r, z = c[inside], r[inside], at[inside, 2]
     behind = np.min([depth[r + i, c + j] for i in (-1, 0, 1) for j in (-1, 0, 1)], axis=0)
-    shown = z <= behind + _NEAR + 2.0 / view.scale
-    image[r[shown], c[shown]] = _INK
+    shown = z <= behind + _EDGE_TOLERANCE_M + 2.0 / view.scale
+    image[r[shown], c[shown]] = _EDGE_COLOUR

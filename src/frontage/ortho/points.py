@@ -1,0 +1,46 @@
+"""The points of the scan in the frame of one facade, and which of them its picture is made from."""
+
+from dataclasses import dataclass, replace
+
+from frontage.geometry.arrays import Bool, Float
+from frontage.model import Facade, Scan
+from frontage.ortho.gaps import Gaps, local_gaps
+from frontage.ortho.options import OrthoOptions
+from frontage.ortho.orthoraster import OrthoRaster
+from frontage.ortho.recess import DEEPEST_REVEAL_M
+from frontage.ortho.relief import ReliefMap
+
+
+@dataclass(frozen=True, eq=False)
+class FacadePoints:
+    """A scan seen from a facade.
+
+    scan  with n points
+    xyz   (n, 3) float64 m in the facade frame
+    used  (n,) bool, the points that the picture is made from
+    gaps  local distances between the points of the wall
+    """
+
+    scan: Scan
+    xyz: Float
+    used: Bool
+    gaps: Gaps
+
+    def on_surface(self, relief: ReliefMap | None) -> "FacadePoints":
+        """Leaves out the points behind the surface of their cell, such as those of rooms behind windows."""
+        return self if relief is None else replace(self, used=self.used & relief.in_front(self.xyz))
+
+
+def facade_points(scan: Scan, facade: Facade, raster: OrthoRaster, options: OrthoOptions) -> FacadePoints:
+    """Finds the points of a scan that lie within the raster and within the depth range of the facade.
+
+    The gaps are those of the wall: points in rooms and far in front of the plane do not count.
+    """
+    xyz = facade.frame.inverse.apply(scan.xyz)
+    at, y = raster.pixel(xyz), xyz[:, 1]
+    inside = (at >= 0).all(1) & (at[:, 0] < raster.width) & (at[:, 1] < raster.height)
+    used = inside & (y >= -options.front) & (y <= options.back)
+    wall = xyz[used]
+    wall = wall[abs(wall[:, 1]) <= DEEPEST_REVEAL_M]
+    gaps = local_gaps(raster.pixel(wall), raster, facade.spacing / raster.gsd)
+    return FacadePoints(scan, xyz, used, gaps)

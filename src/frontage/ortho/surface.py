@@ -1,0 +1,44 @@
+"""The surface that the picture of a facade is drawn on, and its projection into photos."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+from frontage.geometry.arrays import Array
+from frontage.model import Facade, Photo, PhotoOffset
+from frontage.ortho.orthoraster import OrthoRaster
+from frontage.ortho.project import PixelMap, pixel_map, shifted
+from frontage.ortho.relief import ReliefMap
+from frontage.raster.tiles import Tile
+
+ImageOf = Callable[[str], Array]
+"""The picture (h, w, 3) uint8 RGB of a photo, by the photo's id."""
+
+
+@dataclass(frozen=True, eq=False)
+class DrawingSurface:
+    """The surface that the picture is drawn on: the measured relief of a facade, or its plane.
+
+    raster  the pixels of the picture, or coarser cells of it
+    relief  None = the plane y = 0
+    offset  m that the surface lies behind the relief or the plane
+    """
+
+    facade: Facade
+    raster: OrthoRaster
+    relief: ReliefMap | None
+    offset: float = 0.0
+
+    def moved_by(self, found: PhotoOffset | None) -> "DrawingSurface":
+        """Returns the surface at the depth at which the photos see it, where that offset is to be applied."""
+        return self if found is None or not found.applied else replace(self, offset=found.value)
+
+    def depth(self, tile: Tile) -> Array | None:
+        """Returns y (m, n) float32 m of the pixels of a tile without the offset; None for the plane.
+
+        Where the relief was not measured, the pixel takes the depth of the nearest measured surface.
+        """
+        return None if self.relief is None else self.relief.at(self.raster, tile, filled=True)
+
+    def projection_into(self, photo: Photo, projection: str) -> PixelMap:
+        """Returns the map from raster pixels and depths to photo pixels, the offset included."""
+        return shifted(pixel_map(photo, self.facade, self.raster, projection), self.offset)
