@@ -9,16 +9,18 @@ from frontage.pipeline.project import load_project
 from frontage.pipeline.run import run
 from frontage.pipeline.simulate import simulate
 from frontage.simulate.spec import parse_spec
-from scenes import Scene, street_scene, write_scene
+from scanned_streets import ScannedStreet, terrace
+from scenes import street_scene, write_scene
 from simulated import TINY
 
 cv2.setNumThreads(1)  # two workers share two cores
 
 
 @pytest.fixture(scope="session")
-def street() -> Scene:
-    """Three houses at 5 cm, with trees, cars and rooms behind the windows."""
-    return street_scene(houses=3, spacing=0.05)
+def street() -> ScannedStreet:
+    """A terrace of four unlike houses, every second one set back, behind trees, cars and lamps. Tests must
+    not change it."""
+    return terrace(seed=7, houses=[{"setback": back} for back in (0.0, 0.3, 0.0, 0.25)])
 
 
 @pytest.fixture(scope="session")
