@@ -10,8 +10,7 @@ from frontage.pipeline.run import run
 from frontage.pipeline.simulate import simulate
 from frontage.simulate.spec import parse_spec
 from scanned_streets import ScannedStreet, terrace
-from scenes import street_scene, write_scene
-from simulated import TINY
+from simulated import PAIR, TINY, without_model
 
 cv2.setNumThreads(1)  # two workers share two cores
 
@@ -25,9 +24,9 @@ def street() -> ScannedStreet:
 
 @pytest.fixture(scope="session")
 def project(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The project file of a small written scene: two houses at 6 cm, two small photos."""
-    folder = tmp_path_factory.mktemp("street")
-    return write_scene(folder, street_scene(houses=2, spacing=0.06), photos=2, width=450, gsd=0.04)
+    """The project file of a simulated scene of two houses with two small photos, without a city model."""
+    scene = simulate(parse_spec(PAIR), tmp_path_factory.mktemp("scenes") / "pair")
+    return without_model(scene.project)
 
 
 @pytest.fixture(scope="session")
