@@ -100,11 +100,12 @@ def test_info_of_scan_cameras_and_run_folder(out: Path, project: Path) -> None:
 
 
 def test_stage_commands_work_on_a_run_folder(out: Path) -> None:
-    for name in ("export", "report"):
-        before = (out / "report.html").read_bytes()
+    for name, file in (("export", out / "model" / "facades.glb"), ("report", out / "report.html")):
+        before = file.read_bytes()
+        file.unlink()
         result = call(name, out, "--quiet")
         assert result.exit_code == 0, result.output
-        assert (out / "report.html").read_bytes() == before
+        assert file.read_bytes() == before
 
 
 def test_the_method_of_openings_is_a_flag_of_run_and_of_its_stage(
