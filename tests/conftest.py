@@ -1,4 +1,4 @@
-"""Scenes that several tests share, made once per worker."""
+"""Simulated scenes that several tests share; each is made once per worker."""
 
 from pathlib import Path
 
@@ -17,8 +17,7 @@ cv2.setNumThreads(1)  # two workers share two cores
 
 @pytest.fixture(scope="session")
 def street() -> ScannedStreet:
-    """A terrace of four unlike houses, every second one set back, behind trees, cars and lamps. Tests must
-    not change it."""
+    """Four unlike terraced houses, every second one set back, behind trees, cars and lamps."""
     return terrace(seed=7, houses=[{"setback": back} for back in (0.0, 0.3, 0.0, 0.25)])
 
 

@@ -46,7 +46,7 @@ class ScannedStreet:
         return self.scene.houses
 
     def span(self, house: int) -> tuple[float, float]:
-        """Where a house begins and ends along the street, m in the street frame."""
+        """Returns where a house begins and ends along the street, m in the street frame."""
         return street_span(self.scene, self.houses[house])
 
     def front_of(self, house: int) -> Array:
@@ -55,14 +55,14 @@ class ScannedStreet:
 
 
 def street_span(scene: Scene, house: House) -> tuple[float, float]:
-    """Where a house begins and ends along the street, m in the street frame."""
+    """Returns where a house begins and ends along the street, m in the street frame."""
     xy = house.footprint
     s = scene.local_from_street.inverse.apply(np.column_stack([xy, np.zeros(len(xy))]))[:, 0]
     return float(s.min()), float(s.max())
 
 
 def scan_scene(scene: Scene, spacing: float, stations: int | None = None, **scanner: Any) -> ScannedStreet:
-    """Scan a scene from stations in the road, with beams `spacing` m apart at 10 m; more keys of
+    """Scans a scene from stations in the road, with beams `spacing` m apart at 10 m; more keys of
     `ScannerSpec` may be given. Without `stations` there is one for every 8 m of houses.
     """
     length = max(s1 for _, s1 in (street_span(scene, h) for h in scene.houses))
@@ -93,7 +93,7 @@ def terrace(
     obstacles: bool = True,
     **spec: Any,
 ) -> ScannedStreet:
-    """Scan a row of upright houses that stand wall to wall.
+    """Scans a row of upright houses that stand wall to wall.
 
     `houses` is their number or their tables in the words of `HouseSpec`; `twins` builds the second and all
     others like the first; with `obstacles` trees, cars and lamps stand before them. More keys of `SceneSpec`

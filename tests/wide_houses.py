@@ -28,7 +28,7 @@ _BEYOND_M = 30.0  # of street before and after the house
 
 
 def wide_house(kind: Kind, seed: int, spacing: float = 0.08) -> ScannedStreet:
-    """Scan a house 28 m wide: wings of 10 m beside a middle of 8 m. A `risalit` (avant-corps) stands 0.5 m
+    """Scans a house 28 m wide: wings of 10 m beside a middle of 8 m. A `risalit` (avant-corps) stands 0.5 m
     forward, an `attic` is a risalit one storey higher, a `recess` lies 0.4 m back, an `oriel` hangs on the
     upper storeys of a flat front.
     """
