@@ -1,4 +1,4 @@
-"""Helpers of the tests of city models."""
+"""A house and small helpers for the tests of city models."""
 
 import json
 from pathlib import Path
@@ -11,12 +11,14 @@ LOCAL = WorldRef(np.zeros(3, np.int64))
 
 
 def write(path: Path, text: str | dict) -> Path:
+    """Writes text, or a table as JSON."""
     path.write_text(text if isinstance(text, str) else json.dumps(text))
     return path
 
 
 def volume(shell: Shell) -> float:
-    """By Gauss: positive where the polygons run counter-clockwise seen from outside."""
+    """Returns the volume, m3, by the divergence theorem; positive where polygons run counter-clockwise seen
+    from outside."""
     total, middle = 0.0, np.mean([s.ring.mean(0) for s in shell.surfaces], axis=0)
     for s in shell.surfaces:
         for ring in (r - middle for r in (s.ring, *s.holes)):
@@ -33,6 +35,7 @@ HOUSE = [("GroundSurface", [[0, 6, 0], [8, 6, 0], [8, 0, 0], [0, 0, 0]]),
 
 
 def house(name: str, x: float) -> CityBuilding:
+    """Returns a box of 8 x 6 x 5 m whose lower left corner stands at `x` m."""
     faces = tuple(
         Surface(np.array(ring, float) + np.array([x, 0, 0]), kind, f"{name}/s{k}")
         for k, (kind, ring) in enumerate(HOUSE)

@@ -1,4 +1,4 @@
-"""Scenes that several tests share, made once per worker."""
+"""Simulated scenes that several tests share; each is made once per worker."""
 
 from pathlib import Path
 
@@ -9,23 +9,23 @@ from frontage.pipeline.project import load_project
 from frontage.pipeline.run import run
 from frontage.simulate.spec import parse_spec
 from frontage.studies.simulate import simulate
-from scenes import Scene, street_scene, write_scene
-from simulated import TINY
+from scanned_streets import ScannedStreet, terrace
+from simulated import PAIR, TINY, without_model
 
 cv2.setNumThreads(1)  # two workers share two cores
 
 
 @pytest.fixture(scope="session")
-def street() -> Scene:
-    """Three houses at 5 cm, with trees, cars and rooms behind the windows."""
-    return street_scene(houses=3, spacing=0.05)
+def street() -> ScannedStreet:
+    """Four unlike terraced houses, every second one set back, behind trees, cars and lamps."""
+    return terrace(seed=7, houses=[{"setback": back} for back in (0.0, 0.3, 0.0, 0.25)])
 
 
 @pytest.fixture(scope="session")
 def project(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The project file of a small written scene: two houses at 6 cm, two small photos."""
-    folder = tmp_path_factory.mktemp("street")
-    return write_scene(folder, street_scene(houses=2, spacing=0.06), photos=2, width=450, gsd=0.04)
+    """The project file of a simulated scene of two houses with two small photos, without a city model."""
+    scene = simulate(parse_spec(PAIR), tmp_path_factory.mktemp("scenes") / "pair")
+    return without_model(scene.project)
 
 
 @pytest.fixture(scope="session")

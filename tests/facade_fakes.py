@@ -1,4 +1,4 @@
-"""A facade and its ortho-image made by hand, at UTM size, for tests of what comes after them."""
+"""A facade and its ortho-image written down by hand at UTM coordinates, for tests of later stages."""
 
 import cv2
 import numpy as np
@@ -13,7 +13,7 @@ WORLD = WorldRef(np.array([678_000, 5_403_000, 400]), "EPSG:25832")
 def facade(
     name: str = "B01/F1", azimuth: float = 0.7, lean: float = 0.004, notes: tuple[str, ...] = ()
 ) -> Facade:
-    """10 x 6 m with a gable notch, facing `azimuth` (rad from east) leaning a little, L-shaped."""
+    """Returns an L-shaped facade of 10 x 6 m that faces `azimuth` (rad from east) and leans by `lean` rad."""
     c, s = np.cos(azimuth), np.sin(azimuth)
     cl, sl = np.cos(lean), np.sin(lean)
     tilt = np.array([[1, 0, 0], [0, cl, -sl], [0, sl, cl]])
@@ -30,7 +30,8 @@ def facade(
 
 
 def ortho(name: str = "B01/F1") -> OrthoImage:
-    """An asymmetric picture, 11 x 7 m at 2 cm; relief of +0.3 m in its left half, none in the right."""
+    """Returns an asymmetric ortho-image of 11 x 7 m at 2 cm, with a relief of 0.3 m in its left half and
+    none in its right half."""
     w, h = 550, 350
     pixels = np.zeros((h, w, 4), np.uint8)
     pixels[..., 0] = np.linspace(0, 255, w).astype(np.uint8)
@@ -52,4 +53,5 @@ def ortho(name: str = "B01/F1") -> OrthoImage:
 
 
 def jpeg(image: OrthoImage, quality: int = 95) -> bytes:
+    """Returns the picture as JPEG bytes, without its alpha channel."""
     return bytes(cv2.imencode(".jpg", image.pixels[..., 2::-1], [cv2.IMWRITE_JPEG_QUALITY, quality])[1])

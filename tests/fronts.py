@@ -1,4 +1,8 @@
-"""Walls with openings, seen from one place: points in the facade frame whose truth is known."""
+"""A flat wall with rectangular openings, scanned from one place.
+
+This analytic toy stays beside `frontage.simulate` because unit tests of the openings need holes of chosen
+size, spacing, reveal and share of returns at once, in milliseconds and without anything else in the scene.
+"""
 
 import numpy as np
 
@@ -15,7 +19,11 @@ EYE = np.array([3.0, -8.0, 1.7])
 
 
 def scan_wall(holes, *, spacing=0.02, depth=0.15, rays=True, returned=1.0, seed=0, size=(7.0, 5.0)):
-    """A wall in the facade frame (y = 0) seen from EYE: beams meet it, or a pane `depth` behind its holes."""
+    """Returns the facade y = 0 and its scan from EYE; points in the facade frame, m.
+
+    Beams end on the wall, on a pane `depth` m behind each of the `holes` (x0, z0, x1, z1), or on the reveal.
+    `returned` is the share of the beams into holes that come back; without `rays` the scan has no station.
+    """
     rng = np.random.default_rng(seed)
     x, z = np.meshgrid(np.arange(0, size[0], spacing), np.arange(0, size[1], spacing))
     p = np.column_stack([x.ravel(), np.zeros(x.size), z.ravel()])
@@ -23,7 +31,7 @@ def scan_wall(holes, *, spacing=0.02, depth=0.15, rays=True, returned=1.0, seed=
     inside, step = np.zeros(len(p), bool), np.zeros(len(p))
     for x0, z0, x1, z1 in holes:
         inside |= (p[:, 0] > x0) & (p[:, 0] < x1) & (p[:, 2] > z0) & (p[:, 2] < z1)
-        # a beam ends on the reveal when it meets that before the pane
+        # A beam ends on the reveal where it meets the reveal before the pane.
         way = p[:, [0, 2]] - EYE[[0, 2]]
         wall = np.where(way > 0, [x1, z1], [x0, z0]) - p[:, [0, 2]]
         here = (p[:, 0] > x0) & (p[:, 0] < x1) & (p[:, 2] > z0) & (p[:, 2] < z1)
@@ -42,4 +50,5 @@ def scan_wall(holes, *, spacing=0.02, depth=0.15, rays=True, returned=1.0, seed=
 
 
 def box_of(opening):
+    """Returns the bounding box x0, z0, x1, z1 (4,) of an opening, m."""
     return np.concatenate([opening.ring.min(0), opening.ring.max(0)])

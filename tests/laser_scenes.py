@@ -1,4 +1,4 @@
-"""Scenes of a few rectangles for the physics of lasers: every surface and its reflectance by hand."""
+"""Scenes of a few rectangles with chosen reflectances, for tests of the simulated lasers' physics."""
 
 from dataclasses import dataclass, replace
 
@@ -16,7 +16,7 @@ PENCIL = {**QUIET, "divergence": 0.0, "exit_beam": 0.0, "subrays": 1}
 
 @dataclass(frozen=True)
 class Sheet:
-    """A rectangle: its lower left corner and two edges (m), seen from where edges a x b point to."""
+    """A rectangle: its lower left corner and two edges, m. Its front is the side that a x b points to."""
 
     corner: tuple[float, float, float]
     a: tuple[float, float, float]
@@ -30,17 +30,18 @@ class Sheet:
 def wall(
     y: float, x: tuple[float, float] = (-30, 30), z: tuple[float, float] = (-5, 20), **more: object
 ) -> Sheet:
-    """An upright rectangle at `y`, facing -y."""
+    """Returns an upright rectangle at `y` m that faces -y."""
     return Sheet((x[0], y, z[0]), (x[1] - x[0], 0, 0), (0, 0, z[1] - z[0]), **more)  # type: ignore[arg-type]
 
 
 def ground(z: float = 0.0, size: float = 60.0) -> Sheet:
-    """Level ground."""
+    """Returns level ground, `size` m to each side of the origin."""
     return Sheet((-size, -size, z), (2 * size, 0, 0), (0, 2 * size, 0), Part.GROUND, 0.3)
 
 
 def scene_of(*sheets: Sheet, seed: int = 0, kind: str = "paint") -> Scene:
-    """A scene whose surface k is sheet k; street frame = local frame, the road is the x axis from 0 to 20."""
+    """Returns a scene whose surface k is sheet k. The street frame is the local frame; the road is the x axis
+    from 0 to 20 m."""
     vertices, corners, surfaces = [], [], []
     for k, s in enumerate(sheets):
         o, a, b = (np.array(v, float) for v in (s.corner, s.a, s.b))
@@ -66,12 +67,12 @@ def scene_of(*sheets: Sheet, seed: int = 0, kind: str = "paint") -> Scene:
 
 
 def instrument(seed: int = 0, **values: object) -> Instrument:
-    """A scanner without noise, with properties of choice."""
+    """Returns a scanner without noise that has the given properties."""
     drawn = draw_instrument(ScannerSpec(**QUIET), np.random.default_rng(seed))
     return replace(drawn, **{"speckle": 0.0, "levels": 1 << 24, "ranging": "pulsed", **values})  # type: ignore[arg-type]
 
 
 def towards(points: Float, origin: Array) -> Float:
-    """Unit directions (n, 3) from `origin` to points (n, 3)."""
+    """Returns unit directions (n, 3) from `origin` to points (n, 3)."""
     d = points - origin
     return np.asarray(d / np.linalg.norm(d, axis=1, keepdims=True))

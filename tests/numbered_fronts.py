@@ -1,4 +1,4 @@
-"""Fronts of plain rectangles, for tests of names."""
+"""Facades with plain rectangular openings, for tests of how openings are numbered."""
 
 from collections.abc import Iterable
 
@@ -10,19 +10,19 @@ from frontage.model import Estimate, Facade, Opening, Provenance, WorldRef
 
 
 def opening(x: float, z: float, w: float = 1.0, h: float = 1.5, kind: str = "window") -> Opening:
-    """An opening with its lower left corner at (x, z) m."""
+    """Returns an opening of w x h m with its lower left corner at (x, z) m."""
     ring = rectangle(x, z, x + w, z + h)
     zero = np.zeros((2 * len(ring), 2 * len(ring)))
     return Opening("?", kind, ring, zero, None, "rectangle", Provenance.MEASURED, 1.0, 1.0, 9, 9)
 
 
 def rows(sills: Iterable[float], xs: Iterable[float] = (1.0, 3.0, 5.0), **size: float) -> list[Opening]:
-    """Windows in rows and columns."""
+    """Returns windows at every crossing of the given sill heights and left edges, m."""
     return [opening(x, z, **size) for z in sills for x in list(xs)]  # type: ignore[arg-type]
 
 
 def facade(id: str, origin: tuple[float, float, float] = (0.0, 0.0, 0.0), azimuth: float = 90.0) -> Facade:
-    """A vertical facade whose normal, into the building, has that azimuth (degrees, from x)."""
+    """Returns a vertical facade of 8 x 12 m; `azimuth` (degrees from x) is that of its normal inwards."""
     a = np.radians(azimuth)
     y, z = np.array([np.cos(a), np.sin(a), 0.0]), np.array([0.0, 0.0, 1.0])
     pose = Rigid3("local", "facade", np.column_stack([np.cross(y, z), y, z]), np.array(origin))

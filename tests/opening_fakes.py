@@ -1,4 +1,4 @@
-"""Openings and protrusions made by hand on the facade of `facade_fakes`, for later stages."""
+"""Openings and protrusions written down by hand on the facade of `facade_fakes`."""
 
 from dataclasses import replace
 
@@ -11,7 +11,8 @@ from frontage.model import Bar, Elements, Estimate, Opening, Protrusion, Provena
 def opening(
     name: str = "B01/F1/W1-1", box: tuple[float, float, float, float] = (-3.1, -0.7, -1.9, 0.9)
 ) -> Opening:
-    """A window with two bars: borders of 3, 4, 5 and 6 mm (left, bottom, right, top), 12 cm deep."""
+    """Returns a window 12 cm deep with two bars, whose left, bottom, right and top borders have standard
+    errors of 3, 4, 5 and 6 mm."""
     x0, z0, x1, z1 = box
     sigma = np.array([3, 4, 5, 4, 5, 6, 3, 6]) * 1e-3
     root = np.random.default_rng(4).normal(size=(8, 8))
@@ -38,7 +39,7 @@ def opening(
 
 
 def round_door(name: str = "B01/F1/D0-1") -> Opening:
-    """A door with a round head of many corners, that was never seen: inferred, without a depth."""
+    """Returns an inferred door without a depth, whose round head has many corners."""
     angle = np.linspace(0, np.pi, 13)
     head = np.column_stack([2.0 + 0.6 * np.cos(angle), -1.2 + 0.6 * np.sin(angle)])
     ring = np.vstack([[[1.4, -3.0], [2.6, -3.0]], head])
@@ -58,7 +59,7 @@ def round_door(name: str = "B01/F1/D0-1") -> Opening:
 
 
 def balcony() -> Protrusion:
-    """A balcony 0.9 m before the wall, its errors not known."""
+    """Returns a balcony whose front lies 0.9 m before the wall with an unknown error."""
     front = Estimate(-0.9, np.array([[np.inf]]), float("inf"))
     return Protrusion(
         "B01/F1/P1", "balcony", rectangle(-3.3, -1.8, -1.7, -0.8), 0.02, front, Provenance.MEASURED, 0.8
@@ -66,7 +67,7 @@ def balcony() -> Protrusion:
 
 
 def on_balcony() -> Opening:
-    """A window in the front of `balcony`."""
+    """Returns a window in the front of `balcony`."""
     return replace(opening("B01/F1/W0-2", (-3.0, -1.7, -2.0, -0.9)), on="B01/F1/P1", floor=0, bay=2)
 
 

@@ -1,7 +1,9 @@
-"""A textured wall with truth in every pixel, its facade, its cloud, and photographs of it made ray by ray.
+"""A textured wall whose true ortho-image is known in every pixel, with its facade, cloud and photographs.
 
-The renderer goes photo pixel -> ray -> wall -> texture; the code under test goes facade pixel -> photo pixel.
-They share only the camera model, which is tested against OpenCV.
+The renderer follows photo pixel -> ray -> wall -> texture; the code under test follows facade pixel -> photo
+pixel. They share only the camera model, which is tested against OpenCV. This analytic toy stays beside
+`frontage.simulate` because the tests of ortho-images measure small fractions of a pixel, for which the
+texture must be a plain array without light, lens blur or noise.
 """
 
 import cv2
@@ -16,7 +18,8 @@ GSD = 0.01
 
 
 def texture(width: float, height: float, seed: int = 0) -> Array:
-    """Blurred noise (h, w, 3) uint8 at 1 cm: structure at all scales a photo resolves, none beyond."""
+    """Returns blurred noise (h, w, 3) uint8 at 1 cm, with structure at every scale that a photo resolves and
+    none below."""
     rng = np.random.default_rng(seed)
     h, w = round(height / GSD), round(width / GSD)
     total = np.zeros((h, w, 3), np.float32)
@@ -29,7 +32,7 @@ def texture(width: float, height: float, seed: int = 0) -> Array:
 def facade(
     width: float, height: float, azimuth: float = 0.4, spacing: float = 0.02, roughness: float = 0.003
 ):
-    """A vertical facade centred in its frame; the street lies at y < 0."""
+    """Returns a vertical facade of width x height m, centred in its frame; the street lies at y < 0."""
     x = np.array([np.cos(azimuth), np.sin(azimuth), 0.0])
     z = np.array([0.0, 0.0, 1.0])
     R = np.column_stack([x, np.cross(z, x), z])
@@ -42,7 +45,7 @@ def facade(
 
 
 def camera(width: int = 1200, height: int = 900, distorted: bool = True, focal: float = 0.75) -> Camera:
-    """A wide camera, OPENCV with a percent of distortion or PINHOLE."""
+    """Returns a wide-angle camera: OPENCV with one per cent of distortion, or PINHOLE."""
     f = focal * width
     centre = (width / 2 + 7.3, height / 2 - 4.1)
     if distorted:
@@ -53,7 +56,7 @@ def camera(width: int = 1200, height: int = 900, distorted: bool = True, focal: 
 def photo(
     facade: Facade, camera: Camera, position: tuple[float, float, float], target=(0.0, 0.0, 0.0), name="a.jpg"
 ):
-    """A photo from `position` looking at `target`, both (x, y, z) m in the facade frame; upright."""
+    """Returns an upright photo from `position` towards `target`, both (x, y, z) m in the facade frame."""
     eye, aim = np.array(position, float), np.array(target, float)
     forward = (aim - eye) / np.linalg.norm(aim - eye)
     right = np.cross(forward, [0.0, 0.0, 1.0])
@@ -66,7 +69,8 @@ def photo(
 
 
 def render(photo: Photo, facade: Facade, picture: Array, depth=None, oversample: int = 1) -> Array:
-    """What the camera sees of `picture`, which hangs on the facade at depth(x, z) m (default 0)."""
+    """Returns the image (h, w, 3) that the camera takes of `picture`, which hangs on the facade at
+    depth(x, z) m (default 0)."""
     w, h, s = photo.camera.width, photo.camera.height, oversample
     u, v = np.meshgrid((np.arange(w * s) + 0.5) / s, (np.arange(h * s) + 0.5) / s)
     origin, ray = photo.ray(np.column_stack([u.ravel(), v.ravel()]))
@@ -93,7 +97,8 @@ def render(photo: Photo, facade: Facade, picture: Array, depth=None, oversample:
 def wall_cloud(
     facade: Facade, spacing: float = 0.02, depth=None, noise: float = 0.003, holes=(), seed: int = 1
 ) -> Scan:
-    """Points on the wall on a jittered lattice, coloured by place; `holes` (x0, z0, x1, z1) have none."""
+    """Returns a scan of the wall on a jittered lattice, coloured by place, without points in `holes`
+    (x0, z0, x1, z1)."""
     rng = np.random.default_rng(seed)
     x0, z0, x1, z1 = facade.extent
     x, z = np.meshgrid(np.arange(x0, x1, spacing), np.arange(z0, z1, spacing))
@@ -109,7 +114,7 @@ def wall_cloud(
 
 
 def displacement(found: Array, truth: Array, tile: int = 96) -> Float:
-    """Shifts (n, 2) px of tiles of two pictures of one size, by phase correlation."""
+    """Returns the shifts (n, 2) px between the tiles of two pictures of one size, by phase correlation."""
     grey = [
         cv2.cvtColor(np.ascontiguousarray(p[..., :3]), cv2.COLOR_RGB2GRAY).astype(np.float32)
         for p in (found, truth)
@@ -126,7 +131,7 @@ def displacement(found: Array, truth: Array, tile: int = 96) -> Float:
 def scanned_window(
     facade: Facade, ring, reveal: float, eye, spacing: float, noise: float = 0.003, seed: int = 0
 ) -> Scan:
-    """A wall with one recess (x0, z0, x1, z1), `reveal` m deep, as beams from `eye` hit it."""
+    """Returns the scan from `eye` of a wall with one recess (x0, z0, x1, z1) that is `reveal` m deep."""
     rng = np.random.default_rng(seed)
     x0, z0, x1, z1 = facade.extent
     x, z = np.meshgrid(np.arange(x0, x1, spacing), np.arange(z0, z1, spacing))

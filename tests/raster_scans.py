@@ -1,4 +1,7 @@
-"""A wall y = 0 scanned by polar rasters, beam by beam: which come back is known."""
+"""A wall y = 0 scanned by polar rasters, where the test decides which beams come back.
+
+This analytic toy stays beside `frontage.simulate` because tests of lost beams choose each of them.
+"""
 
 import numpy as np
 
@@ -15,14 +18,14 @@ WORLD = WorldRef(np.zeros(3, np.int64))
 
 
 def tilted(eye=EYE, degrees=4.0):
-    """A scanner's pose: levelled badly, looking at the wall."""
+    """Returns the pose of a badly levelled scanner that looks at the wall."""
     a = np.radians(degrees)
     R = np.array([[1.0, 0.0, 0.0], [0.0, np.cos(a), -np.sin(a)], [0.0, np.sin(a), np.cos(a)]])
     return Rigid3("local", "scanner", R, np.array(eye))
 
 
 def beams(pose, step=0.004):
-    """Unit directions (h, w, 3) of a polar raster, local."""
+    """Returns unit directions (h, w, 3) of a polar raster, local frame; `step` rad."""
     azimuth = np.radians(90) + np.arange(np.radians(50), -np.radians(50), -step)
     elevation = np.arange(np.radians(-20), np.radians(42), step)
     e, a = np.meshgrid(elevation, azimuth, indexing="ij")
@@ -32,8 +35,9 @@ def beams(pose, step=0.004):
 
 
 def scan_raster(lost, pose=None, step=0.004, noise=0.002, seed=0, street=True):
-    """A structured scan of the wall; `lost(x, z)` tells which of the beams that meet it do not come back.
-    Without its `street` it was cut out.
+    """Returns a structured scan of the wall and the directions of its lost beams, where `lost(x, z)`.
+
+    Without `street` the points on the ground are cut away.
     """
     pose = pose or tilted()
     d = beams(pose, step)
@@ -57,7 +61,7 @@ def scan_raster(lost, pose=None, step=0.004, noise=0.002, seed=0, street=True):
 
 
 def facade_of(scan, spacing=0.05):
-    """The wall as a facade of the scan."""
+    """Returns the wall as a facade of the scan."""
     pose = Estimate(Rigid3("local", "facade", np.eye(3), np.zeros(3)), np.eye(6) * 1e-8, 100.0)
     index = np.flatnonzero((np.abs(scan.xyz[:, 1]) < 0.1) & (scan.xyz[:, 2] > 0.0))
     ring = rectangle(0, 0, *SIZE)
@@ -65,5 +69,5 @@ def facade_of(scan, spacing=0.05):
 
 
 def within(box):
-    """Whether places lie in a box x0, z0, x1, z1."""
+    """Returns a function that tells whether places (x, z) lie in the box x0, z0, x1, z1."""
     return lambda x, z: (x > box[0]) & (x < box[2]) & (z > box[1]) & (z < box[3])

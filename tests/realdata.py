@@ -1,4 +1,4 @@
-"""Where the real data lies: a folder beside the checkout. Tests that need it are skipped without."""
+"""The folder of the real data beside the checkout; tests that need it are skipped where it is missing."""
 
 from pathlib import Path
 
@@ -9,7 +9,7 @@ DATA = ROOT.parent / "shared" / "data"
 
 
 def data_path(relative: str) -> Path:
-    """The path of a file or folder of the real data, or a skip that says what is missing."""
+    """Returns the path of a file or folder of the real data, or skips the test and says what is missing."""
     path = DATA / relative
     if not path.exists():
         pytest.skip(f"real data is absent: {relative}")

@@ -1,4 +1,4 @@
-"""Texts of small model files in every format that the validator reads: a unit cube."""
+"""The unit cube as text in every file format that the validator reads."""
 
 import json
 from collections.abc import Callable

@@ -1,4 +1,4 @@
-"""A hand-made truth.json: two terraced houses with windows, and results made from it, right or wrong."""
+"""A truth.json written by hand for two terraced houses, and right and wrong results made from it."""
 
 from dataclasses import replace
 from typing import Any
@@ -32,7 +32,8 @@ def opening(name: str, x: float, z: float, visible: float = 1.0, **more: Any) ->
 
 
 def table() -> dict[str, Any]:
-    """Houses B01 and B02 wall to wall, six windows each; B01's last is hidden, B02's last has shutters."""
+    """Returns the truth of houses B01 and B02, which stand wall to wall and have six windows each; the last
+    window of B01 is hidden, that of B02 has closed shutters."""
     R = axes()
     buildings, facades = [], []
     for k in range(2):
@@ -68,7 +69,7 @@ def truth() -> Truth:
 
 
 def found_opening(facade: TrueFacade, o: TrueOpening, move: Float | None = None, **more: Any) -> FoundOpening:
-    """What a perfect detector says of an opening; `move` (4,) m shifts left, right, bottom, top."""
+    """Returns what a perfect detector finds; `move` (4,) m shifts left, right, bottom and top."""
     (x0, z0), (x1, z1) = o.ring.min(0), o.ring.max(0)
     x0, x1, z0, z1 = np.array([x0, x1, z0, z1]) + (0 if move is None else move)
     ring = facade.frame.apply(np.array([[x0, 0, z0], [x1, 0, z0], [x1, 0, z1], [x0, 0, z1]]))
@@ -88,7 +89,7 @@ def found_openings(t: Truth, **more: Any) -> list[FoundOpening]:
 def found_facade(
     f: TrueFacade, offset: float = 0.0, turn: float = 0.0, covariance: Float | None = None
 ) -> FoundFacade:
-    """The true plane, moved into the building by `offset` m and turned about its vertical by `turn` rad."""
+    """Returns the true facade, moved inwards by `offset` m and turned about its vertical by `turn` rad."""
     c, s = np.cos(turn), np.sin(turn)
     middle = f.outline.mean(0)
     at = f.frame.apply(np.array([[middle[0], offset, middle[1]]]))[0]

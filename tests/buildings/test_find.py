@@ -7,19 +7,15 @@ import pytest
 
 from frontage.buildings import BuildingOptions, BuildingSplit, find_buildings
 from frontage.model import Scan, WorldRef
-from one_house import KINDS, Kind, one_house
-from scenes import CAR, FACADE, GROUND, TREE, Scene, street_scene, wall_scene
+from frontage.simulate.scene import Part
+from scanned_streets import ScannedStreet, terrace
+from wide_houses import KINDS, Kind, wide_house
 
 WORLD = WorldRef((0, 0, 0))
 
 
 @pytest.fixture(scope="module")
-def street() -> Scene:
-    return street_scene(seed=3, houses=4, spacing=0.06)
-
-
-@pytest.fixture(scope="module")
-def split(street: Scene) -> BuildingSplit:
+def split(street: ScannedStreet) -> BuildingSplit:
     return find_buildings(street.scan)
 
 
@@ -30,78 +26,68 @@ def labels(split: BuildingSplit, n: int) -> np.ndarray:
     return out
 
 
-def best_iou(split: BuildingSplit, scene: Scene) -> np.ndarray:
-    """Best IoU of every true house's facade points with a building's facade points."""
+def best_iou(split: BuildingSplit, scene: ScannedStreet) -> np.ndarray:
+    """The best IoU of the points on each true street front with those of a found building."""
     found = labels(split, len(scene.scan))
-    facade = scene.label == FACADE
     out = []
     for house in range(len(scene.houses)):
-        true = facade & (scene.house == house)
-        out.append(
-            max(
-                (
-                    (true & (found == b)).sum() / (facade & (true | (found == b))).sum()
-                    for b in range(len(split.buildings))
-                ),
-                default=0.0,
-            )
-        )
+        true, best = scene.front_of(house), 0.0
+        for b in range(len(split.buildings)):
+            both = scene.front & (true | (found == b))
+            best = max(best, (true & (found == b)).sum() / both.sum())
+        out.append(best)
     return np.array(out)
 
 
-def test_every_point_has_exactly_one_place(street: Scene, split: BuildingSplit) -> None:
+def test_every_point_has_exactly_one_place(street: ScannedStreet, split: BuildingSplit) -> None:
     parts = [b.index for b in split.buildings] + [split.ground, split.occluders, split.rest]
     assert np.array_equal(np.sort(np.concatenate(parts)), np.arange(len(street.scan)))
 
 
-def test_a_terrace_is_cut_into_its_houses(street: Scene, split: BuildingSplit) -> None:
+def test_a_terrace_is_cut_into_its_houses(street: ScannedStreet, split: BuildingSplit) -> None:
     assert len(split.buildings) == len(street.houses)
     assert best_iou(split, street).min() > 0.9
     assert [b.id for b in split.buildings] == ["B01", "B02", "B03", "B04"]
 
 
-def test_the_papers_components_leave_the_terrace_in_one_piece(street: Scene) -> None:
+def test_the_papers_components_leave_the_terrace_in_one_piece(street: ScannedStreet) -> None:
     paper = find_buildings(street.scan, BuildingOptions(method="paper"))
     assert best_iou(paper, street).min() < 0.75
 
 
-def test_trees_and_cars_are_occluders_and_the_street_is_ground(street: Scene, split: BuildingSplit) -> None:
+def test_trees_and_cars_are_occluders_and_the_street_is_ground(
+    street: ScannedStreet, split: BuildingSplit
+) -> None:
     n = len(street.scan)
     occluder, ground, building = np.zeros(n, bool), np.zeros(n, bool), labels(split, n) >= 0
     occluder[split.occluders] = True
     ground[split.ground] = True
-    assert occluder[street.label == TREE].mean() > 0.9
-    assert building[street.label == CAR].mean() < 0.05
-    assert ground[street.label == GROUND].mean() > 0.97
-    assert building[street.label == FACADE].mean() > 0.95
+    assert occluder[street.part == Part.TREE].mean() > 0.9
+    assert building[street.part == Part.CAR].mean() < 0.05
+    assert ground[street.part == Part.GROUND].mean() > 0.97
+    assert building[street.front].mean() > 0.95
 
 
-@pytest.mark.parametrize("slope", [0.01, 0.08])
-def test_slopes_stay_ground(slope: float) -> None:
-    scene = street_scene(seed=5, houses=3, spacing=0.08, slope=slope)
+@pytest.mark.parametrize("percent", [1.0, 8.0])
+def test_slopes_stay_ground(percent: float) -> None:
+    scene = terrace(seed=5, houses=3, slope=percent)
     split = find_buildings(scene.scan)
     ground = np.zeros(len(scene.scan), bool)
     ground[split.ground] = True
-    assert ground[scene.label == GROUND].mean() > 0.95
-    assert ground[scene.label == FACADE].mean() < 0.05
+    assert ground[scene.part == Part.GROUND].mean() > 0.95
+    assert ground[scene.front].mean() < 0.05
 
 
 def test_both_sides_of_the_street_stay_apart() -> None:
-    scene = street_scene(seed=2, houses=2, spacing=0.08, both_sides=True, trees=False, cars=False)
+    scene = terrace(seed=2, houses=2, obstacles=False, opposite=True)
     found = labels(find_buildings(scene.scan), len(scene.scan))
-    side = np.array([h.s0 for h in scene.houses])
-    facade = scene.label == FACADE
-    across = {frozenset(np.unique(found[facade & (scene.house == h)])) for h in range(len(side))}
-    owners = [set(np.unique(found[facade & (scene.house == h)])) - {-1} for h in range(len(side))]
-    frames = [h.local_from_facade.R[:, 1] for h in scene.houses]
-    for i, a in enumerate(frames):
-        for j, b in enumerate(frames[:i]):
-            if a @ b < 0:
-                assert not owners[i] & owners[j]
-    assert len(across) >= 2
+    owners = [set(found[scene.front_of(h)]) - {-1} for h in range(len(scene.houses))]
+    near, far = (set().union(*(o for o, h in zip(owners, scene.houses, strict=True) if h.side == side))
+                 for side in (0, 1))  # fmt: skip
+    assert near and far and not near & far
 
 
-def test_the_same_cloud_gives_the_same_split(street: Scene, split: BuildingSplit) -> None:
+def test_the_same_cloud_gives_the_same_split(street: ScannedStreet, split: BuildingSplit) -> None:
     again = find_buildings(street.scan)
     assert [b.index.tobytes() for b in again.buildings] == [b.index.tobytes() for b in split.buildings]
     assert again.occluders.tobytes() == split.occluders.tobytes()
@@ -109,7 +95,7 @@ def test_the_same_cloud_gives_the_same_split(street: Scene, split: BuildingSplit
 
 @pytest.mark.parametrize(("turn", "shift"), [(0.7, (0, 0, 0)), (2.4, (-310.3, 47.7, 12.1))])
 def test_a_turned_and_shifted_world_gives_the_same_houses(
-    street: Scene, turn: float, shift: tuple[float, ...]
+    street: ScannedStreet, turn: float, shift: tuple[float, ...]
 ) -> None:
     c, s = np.cos(turn), np.sin(turn)
     R = np.array([[c, -s, 0], [s, c, 0], [0, 0, 1]])
@@ -126,10 +112,9 @@ def test_a_turned_and_shifted_world_gives_the_same_houses(
     assert best_iou(result, street).min() > 0.85
 
 
-def test_a_wall_cut_out_without_ground_loses_nothing() -> None:
-    scene = wall_scene(seed=0)
-    keep = scene.label == FACADE
-    split = find_buildings(scene.scan.take(keep))
+def test_a_wall_cut_out_without_ground_loses_nothing(street: ScannedStreet) -> None:
+    keep = street.front_of(1)
+    split = find_buildings(street.scan.take(keep))
     assert len(split.buildings) == 1
     assert len(split.buildings[0].index) == keep.sum()
     assert any("no ground" in note for note in split.notes)
@@ -153,16 +138,16 @@ def test_a_flat_ground_is_no_building() -> None:
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_a_wide_house_is_not_shredded(kind: Kind) -> None:
-    scene = one_house(kind, seed=4)
+    scene = wide_house(kind, seed=4)
     split = find_buildings(scene.scan)
     assert len(split.buildings) == 1
     found = labels(split, len(scene.scan))
-    assert (found[scene.label == FACADE] == 0).mean() > 0.95
+    assert (found[scene.front] == 0).mean() > 0.95
 
 
 def test_a_middle_of_another_colour_and_height_is_a_house() -> None:
     """The counterpart: between equal flanks too, a piece 8 m wide of another colour is the neighbour's."""
-    scene = one_house("attic", seed=4)
+    scene = wide_house("attic", seed=4)
     rgb = np.array(scene.scan.rgb)
     middle = scene.house == 1
     rgb[middle] = (rgb[middle] * [0.55, 0.8, 1.2]).clip(0, 255).astype(np.uint8)

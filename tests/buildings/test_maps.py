@@ -10,52 +10,59 @@ from frontage.io.citymodels.footprints import read_footprints
 from frontage.io.scans.read import ScanSource, read_scans
 from frontage.model import Footprint, merge_scans
 from realdata import data_path
-from scenes import Scene, street_scene
+from scanned_streets import ScannedStreet, terrace
 
 
-@pytest.fixture(scope="module")
-def street() -> Scene:
-    return street_scene(seed=3, houses=4, spacing=0.06)
-
-
-def _map(scene: Scene, shift: tuple[float, float] = (0.0, 0.0)) -> list[Footprint]:
+def _map(scene: ScannedStreet, shift: tuple[float, float] = (0.0, 0.0)) -> list[Footprint]:
     """The houses of a row as a map that is off by `shift` m (along, across) and 3 cm per corner."""
     rng = np.random.default_rng(0)
     out = []
+    shift_local = scene.scene.local_from_street.rotate(np.array([[*shift, 0.0]]))[0, :2]
     for i, h in enumerate(scene.houses):
-        ring = np.array([[h.s0, h.offset], [h.s1, h.offset], [h.s1, 10.0], [h.s0, 10.0]]) + shift
-        ring = np.column_stack([ring + rng.normal(0, 0.03, ring.shape), np.zeros(4)])
-        out.append(Footprint(f"P{i}", scene.local_from_street.apply(ring)[:, :2], f"{i} High Street"))
+        ring = h.footprint + shift_local + rng.normal(0, 0.03, h.footprint.shape)
+        out.append(Footprint(f"P{i}", ring, f"{i} High Street"))
     return out
 
 
-def _cuts_along(split: BuildingSplit, scene: Scene) -> np.ndarray:
+def _party_walls(scene: ScannedStreet) -> np.ndarray:
+    """Where a house ends and the next begins, m along the street."""
+    return np.array([scene.span(h)[1] for h in range(len(scene.houses) - 1)])
+
+
+def _cuts_along(split: BuildingSplit, scene: ScannedStreet) -> np.ndarray:
     """Places of the cuts along the street, m."""
     xy = sorted({c[0] for b in split.buildings for c in b.cuts})
-    s = scene.local_from_street.inverse.apply(np.array([[*c, 0.0] for c in xy]).reshape(-1, 3))[:, 0]
+    s = scene.scene.local_from_street.inverse.apply(np.array([[*c, 0.0] for c in xy]).reshape(-1, 3))[:, 0]
     return np.sort(s)
 
 
+@pytest.fixture(scope="module")
+def twins() -> ScannedStreet:
+    return terrace(seed=3, houses=3, twins=True, obstacles=False)
+
+
+def test_twins_are_one_building_without_a_map(twins: ScannedStreet) -> None:
+    assert len(find_buildings(twins.scan).buildings) == 1
+
+
 @pytest.mark.parametrize("shift", [(0.0, 0.0), (0.3, -0.3), (-0.45, 0.2), (0.2, 0.45)])
-def test_twins_are_cut_only_by_a_map_that_may_be_off(shift: tuple[float, float]) -> None:
-    scene = street_scene(seed=1, houses=3, spacing=0.08, twins=True, trees=False, cars=False)
-    assert len(find_buildings(scene.scan).buildings) == 1
-    split = find_buildings(scene.scan, footprints=_map(scene, shift))
+def test_twins_are_cut_by_a_map_that_may_be_off(twins: ScannedStreet, shift: tuple[float, float]) -> None:
+    split = find_buildings(twins.scan, footprints=_map(twins, shift))
     assert [b.address for b in split.buildings] == ["0 High Street", "1 High Street", "2 High Street"]
     assert [b.notes for b in split.buildings] == [("footprint P0",), ("footprint P1",), ("footprint P2",)]
-    walls = np.array([h.s1 for h in scene.houses[:-1]])
-    assert np.abs(_cuts_along(split, scene) - walls).max() < 0.25
+    walls = _party_walls(twins)
+    assert np.abs(_cuts_along(split, twins) - walls).max() < 0.25
     assert all(0.9 < p < 1 for b in split.buildings for _, p in b.cuts)
 
 
-def test_a_measured_step_holds_against_a_map_that_is_off(street: Scene) -> None:
+def test_a_measured_step_holds_against_a_map_that_is_off(street: ScannedStreet) -> None:
     split = find_buildings(street.scan, footprints=_map(street, (0.45, 0.3)))
     assert [b.address for b in split.buildings] == [f"{i} High Street" for i in range(4)]
-    walls = np.array([h.s1 for h in street.houses[:-1]])
+    walls = _party_walls(street)
     assert np.abs(_cuts_along(split, street) - walls).max() < 0.25
 
 
-def test_one_footprint_is_one_building(street: Scene) -> None:
+def test_one_footprint_is_one_building(street: ScannedStreet) -> None:
     """Where a map covers the street, it decides: three houses of the row are one building on it."""
     rings = _map(street)
     block = np.vstack([rings[0].ring[[0]], rings[2].ring[[1, 2]], rings[0].ring[[3]]])

@@ -89,21 +89,23 @@ def test_json_is_the_only_thing_on_stdout(out: Path, project: Path) -> None:
 
 def test_info_of_scan_cameras_and_run_folder(out: Path, project: Path) -> None:
     manifest = json.loads((out / "manifest.json").read_text())
-    scan = manifest["inputs"]["scans"][0]["path"]
+    scans = [e["path"] for e in manifest["inputs"]["scans"] if e["path"].endswith(".laz")]
     cameras = manifest["project"]["photos"]["cameras"]
-    facts = json.loads(call("info", scan, cameras, out, "--json").output)
-    assert facts[0]["points"] == manifest["stages"]["scans"]["items"]
-    assert len(facts[1]["photos"]) == 2
-    assert facts[2]["stages"]["buildings"] == manifest["stages"]["buildings"]["items"]
-    assert "EPSG:25832" in call("info", scan).output
+    *clouds, poses, folder = json.loads(call("info", *scans, cameras, out, "--json").output)
+    assert len(clouds) == len(scans) == 2
+    assert sum(cloud["points"] for cloud in clouds) == manifest["stages"]["scans"]["items"]
+    assert len(poses["photos"]) == 2
+    assert folder["stages"]["buildings"] == manifest["stages"]["buildings"]["items"]
+    assert "EPSG:25832" in call("info", scans[0]).output
 
 
 def test_stage_commands_work_on_a_run_folder(out: Path) -> None:
-    for name in ("export", "report"):
-        before = (out / "report.html").read_bytes()
+    for name, file in (("export", out / "model" / "facades.glb"), ("report", out / "report.html")):
+        before = file.read_bytes()
+        file.unlink()
         result = call(name, out, "--quiet")
         assert result.exit_code == 0, result.output
-        assert (out / "report.html").read_bytes() == before
+        assert file.read_bytes() == before
 
 
 def test_the_method_of_openings_is_a_flag_of_run_and_of_its_stage(

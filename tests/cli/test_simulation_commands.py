@@ -61,20 +61,14 @@ def test_score_shows_figures_and_what_is_absent(simulated_run: Path, simulated: 
     result = call("score", simulated_run, simulated)
     assert result.exit_code == 0, result.output
     lines = result.stdout.splitlines()
-    assert any(
-        line.split()[:2] == ["offset_median", lines_value(line)] for line in lines if "offset_m" in line
-    )
     assert any(line.startswith("photos") and "absent" in line for line in lines)
     table = json.loads(call("score", simulated_run, simulated, "--json").stdout)
-    assert table["parts"]["facades"]["figures"]["recall"]["value"] == 1.0
+    figures = table["parts"]["facades"]["figures"]
+    assert figures["recall"]["value"] == 1.0
+    (shown,) = [line.split() for line in lines if line.split()[:1] == ["offset_median"]]
+    assert shown[2] == "mm" and 0 < float(shown[1]) < 20
+    assert float(shown[1]) == pytest.approx(1000 * figures["offset_median"]["value"], rel=0.01)
     assert table["bounds"] == []
-
-
-def lines_value(line: str) -> str:
-    """The number that stands second on a line, in millimetres."""
-    words = line.split()
-    assert words[2] == "mm" and 0 <= float(words[1]) < 20
-    return words[1]
 
 
 def test_bounds_decide_the_exit_code(simulated_run: Path, simulated: Path) -> None:

@@ -8,7 +8,7 @@ from scipy import ndimage
 
 from frontage.facades import FacadeOptions, find_facades
 from frontage.model import Building, Facade, Failed, Scan, WorldRef
-from scenes import INTERIOR, street_scene
+from frontage.simulate.scene import Part
 
 WORLD = WorldRef(np.array([0, 0, 0]))
 
@@ -304,15 +304,16 @@ def test_errors_match_the_covariance_on_smooth_and_on_rough_walls(roughness):
 
 
 @pytest.mark.parametrize("rays", [True, False])
-def test_no_facade_of_a_street_is_made_of_rooms(rays):
-    scene = street_scene(seed=3, houses=3, spacing=0.05)
-    scan = scene.scan if rays else Scan("street", scene.scan.xyz, scene.scan.world)
-    for i, house in enumerate(scene.houses):
-        own = np.flatnonzero(scene.house == i)
+def test_no_facade_of_a_street_is_made_of_rooms(street, rays):
+    scan = street.scan if rays else Scan("street", street.scan.xyz, street.scan.world)
+    for i, house in enumerate(street.houses):
+        own = np.flatnonzero(street.house == i)
         found = find_facades(scan, Building(f"B{i}", own, float(scan.xyz[own, 2].min())))
-        assert abs((found[0].frame.t - house.local_from_facade.t) @ house.local_from_facade.R[:, 1]) < 0.002
+        true = house.facades[0].local_from_facade
+        assert abs((found[0].frame.t - true.t) @ true.R[:, 1]) < 0.002
         for f in found:
-            assert np.mean(scene.label[f.inliers] == INTERIOR) < 0.2
+            assert np.mean(street.part[f.inliers] == Part.ROOM) < 0.2
+    assert np.mean(street.part[street.house == 0] == Part.ROOM) > 0.05  # rooms are seen
 
 
 @pytest.mark.parametrize(("radius", "faces"), [(1.0, 2), (1.5, 2), (3.0, 3)])

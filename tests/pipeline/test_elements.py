@@ -110,8 +110,8 @@ def test_a_garbled_entry_is_named(tmp_path, key, value, told):
 
 
 def test_what_files_cannot_hold_is_told_before(tmp_path):
-    assert check_elements(elements()) is not None
     found = elements()
+    assert check_elements(found) is found
     broken = replace(found.openings[0], depth=Estimate(float("nan"), np.eye(1), 3.0))
     with pytest.raises(ValueError, match=r"B01/F1/W1-1: its outline, depth"):
         check_elements(replace(found, openings=(broken,)))

@@ -90,6 +90,11 @@ def test_floors_and_places_are_the_true_ones(answers: list[Located], truth: list
             assert found.floor == true["floor"]
             assert found.width == pytest.approx(np.ptp(np.array(true["outline"])[:, 0]), abs=0.1)
     assert close >= 4
+    for floor in {found.floor for found in answers}:
+        row = [(nearest(found, truth)["outline"], found.number) for found in answers if found.floor == floor]
+        numbers = [number for _, number in sorted(row, key=lambda pair: float(np.mean(pair[0], axis=0)[0]))]
+        assert numbers == sorted(set(numbers)) and numbers[0] >= 1  # from the left, each only once
+    assert len(answers) > len({found.floor for found in answers})
 
 
 def test_an_answer_agrees_with_itself_and_with_the_picture(

@@ -65,6 +65,9 @@ def test_scans_come_to_their_true_poses_and_say_how_well(scene: Path, out: Path)
         assert not any(d["weak"] and d["observable"] for d in found["observable"])
         assert seen, "facing walls determine at least the distance from them"
         assert all(abs(error @ d["axis"]) < 0.05 for d in seen)
+        stated = np.array([d["sigma"] for d in seen])
+        assert ((stated > 0.002) & (stated < 0.1)).all()  # of 1 m that was known before
+        assert np.allclose([np.sqrt(d["axis"] @ covariance @ d["axis"]) for d in seen], stated, rtol=1e-3)
         # the matrix takes the scanner's own coordinates into the world: its origin is the station
         assert np.allclose(np.array(found["matrix"])[:3, 3], found["position"], atol=1e-6)
 

@@ -29,11 +29,6 @@ _SMALL_M = 1.0  # railings are longer
 _SOLID, _SOLID_LARGE = 0.5, 0.2  # share of the beams that a small and a large front stop at least
 # Kinds that slices of trees could be taken for.
 _LEAFY = (ProtrusionKind.BALCONY, ProtrusionKind.RAILING, ProtrusionKind.AWNING, ProtrusionKind.OTHER)
-    ProtrusionKind.BALCONY,
-    ProtrusionKind.RAILING,
-    ProtrusionKind.AWNING,
-    ProtrusionKind.OTHER,
-)  # kinds that slices of trees could be taken for
 _NARROW_M = 0.2  # pipes and posts are narrower
 _FULL = 0.6  # share of the beams of the fullest row of a front from which a row counts as full
 _COMMON_M = 0.3  # distance within which the points of a front err together
