@@ -12,11 +12,11 @@ from frontage.geometry.ring import rectangle, ring_area
 from frontage.simulate.houses.house import FOUNDATION_M
 from frontage.simulate.houses.shapes import SHAPES, opening_ring
 from frontage.simulate.meshing import MeshBuilder, Pen, inset, loft, triangulate
-from frontage.simulate.scene import Material, Part, Scene
+from frontage.simulate.scene import Part, Scene, SurfaceMaterial
 from frontage.simulate.spec import SceneSpec
 from frontage.simulate.street.build import build_street
 
-PLAIN = Material("plain", "paint", (0.5, 0.5, 0.5), (0.5, 0.5, 0.5), 0.5)
+PLAIN = SurfaceMaterial("plain", "paint", (0.5, 0.5, 0.5), (0.5, 0.5, 0.5), 0.5)
 
 
 def pen() -> tuple[MeshBuilder, Pen]:
