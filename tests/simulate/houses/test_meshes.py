@@ -1,4 +1,4 @@
-"""The mesh of a street: closed around every hole, its solids turned outwards, the same every time."""
+"""Meshes are closed around every hole, their solids face outwards, and they are repeatable."""
 
 import time
 
@@ -25,7 +25,7 @@ def pen() -> tuple[MeshBuilder, Pen]:
 
 
 def open_edges(vertices: Float, corners: Int) -> Float:
-    """Ends (n, 2, 3) of the directed edges that no triangle runs the other way."""
+    """Ends (n, 2, 3) of the directed edges that no triangle has in the opposite direction."""
     points, index = np.unique(np.round(vertices, 6), axis=0, return_inverse=True)
     t = index.reshape(-1)[corners]
     edges = np.concatenate([t[:, [0, 1]], t[:, [1, 2]], t[:, [2, 0]]])
