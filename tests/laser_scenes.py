@@ -7,7 +7,7 @@ import numpy as np
 from frontage.geometry.arrays import Array, Float
 from frontage.geometry.rigid import Rigid3
 from frontage.model import WorldRef
-from frontage.simulate.scene import Material, Part, Scene, SceneMesh, SceneSurface
+from frontage.simulate.scene import Part, Scene, SceneMesh, SceneSurface, SurfaceMaterial
 from frontage.simulate.sensors.instrument import Instrument, ScannerSpec, draw_instrument
 
 QUIET = {"sigma_range": 0.0, "sigma_angle": 0.0, "strays": 0.0, "colour": False}
@@ -50,7 +50,7 @@ def scene_of(*sheets: Sheet, seed: int = 0, kind: str = "paint") -> Scene:
         u, v = (tuple(w / np.linalg.norm(w)) for w in (a, b))
         surfaces.append(SceneSurface(f"S{k}", s.part, k, 0, origin=s.corner, u=u, v=v, roughness=s.roughness))
     materials = [
-        Material(f"M{k}", kind, (0.5, 0.5, 0.5), (0.5, 0.5, 0.5), s.laser, s.gloss)
+        SurfaceMaterial(f"M{k}", kind, (0.5, 0.5, 0.5), (0.5, 0.5, 0.5), s.laser, s.gloss)
         for k, s in enumerate(sheets)
     ]
     return Scene(

@@ -1,4 +1,4 @@
-"""The surveyed city model and the true LoD3 solids: closed, and wrong by as much as was asked for."""
+"""The surveyed city model and the true LoD3 solids are closed, and their errors are those asked for."""
 
 from collections import Counter
 from collections.abc import Iterable, Sequence
@@ -28,7 +28,7 @@ def scenes() -> tuple[Scene, ...]:
 
 
 def unmatched(rings: Iterable[Sequence[object]]) -> int:
-    """Directed edges that are not met exactly once by their opposite."""
+    """Directed edges that do not have exactly one opposite edge."""
     edges = Counter((a, b) for r in rings for a, b in zip(r, [*r[1:], r[0]], strict=True))
     return sum(n != 1 or edges[b, a] != 1 for (a, b), n in edges.items())
 
@@ -89,7 +89,7 @@ def solid_rings(solid: Solid) -> list[tuple[int, ...]]:
 
 
 def true_volume(house: House) -> float:
-    """Shell less the recesses, plus the oriels."""
+    """The volume of the shell without the recesses, plus that of the oriels."""
     shell = fan_volume(ring for _, ring in house.shell)
     for facade in house.facades:
         for opening in facade.openings:

@@ -1,4 +1,4 @@
-"""Specs: what they ask for is built, and what cannot be built is named in one sentence."""
+"""Specifications: what they ask for is built, and one sentence names what cannot be built."""
 
 import re
 from pathlib import Path
@@ -52,7 +52,7 @@ HOUSE = f"houses = 1\nopposite = false\nslope = 0\n{BARE}[[house]]\nwidth = 8\n"
         ("seed = ", "not TOML"),
     ],
 )
-def test_a_bad_spec_is_named_in_one_sentence(text: str, sentence: str) -> None:
+def test_an_error_in_a_specification_is_named_in_one_sentence(text: str, sentence: str) -> None:
     with pytest.raises(OptionError) as caught:
         parse_spec(text, "street.toml")
     message = str(caught.value)
@@ -93,7 +93,7 @@ def test_openings_are_built_as_they_were_specified() -> None:
     assert {window.id, door.id} == {"B01/F1/W0-1", "B01/F1/D0-2"}
 
 
-def test_what_a_spec_says_of_a_house_is_built() -> None:
+def test_the_specified_properties_of_a_house_are_built() -> None:
     text = HOUSE + (
         "floors = 3\nfloor_height = 3.2\nground_floor_height = 4.0\nroof = 'flat'\nlean = 0.4\n"
         "shape = 'round'\n"
@@ -133,7 +133,7 @@ def test_a_slope_runs_along_the_road_and_under_the_houses() -> None:
         assert abs(climb) == pytest.approx(0.06 * np.ptp(outline[:, 0])) and (climb > 0) == (house.side == 0)
 
 
-def test_what_cannot_be_had_is_refused_or_noted() -> None:
+def test_impossible_requests_are_refused_or_noted() -> None:
     two = f"[[house.opening]]\n{OPENING}[[house.opening]]\nshutters = 'open'\n{OPENING}"
     two = two[::-1].replace("x = 1.0"[::-1], "x = 2.4"[::-1], 1)[::-1]
     with pytest.raises(OptionError, match="the open shutters of opening 2 cover a neighbour"):
@@ -144,7 +144,7 @@ def test_what_cannot_be_had_is_refused_or_noted() -> None:
     assert low.notes == ("B01: no room for what `oriel` asks for", "B01: no room for what `dormers` asks for")
 
 
-def test_counts_are_kept_and_houses_listed_are_all_there_are() -> None:
+def test_stated_numbers_are_kept_and_listed_houses_are_the_only_ones() -> None:
     scene = build_street(
         parse_spec("opposite = false\nsetting = 'terrace'\n[[house]]\n[[house]]\ntwin = true")
     )

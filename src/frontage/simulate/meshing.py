@@ -8,21 +8,21 @@ import shapely
 
 from frontage.geometry.arrays import Array, Float, Int
 from frontage.geometry.rigid import Rigid3
-from frontage.simulate.scene import Material, Part, SceneMesh, SceneSurface
+from frontage.simulate.scene import Part, SceneMesh, SceneSurface, SurfaceMaterial
 
 
 class MeshBuilder:
     """Collects the materials, surfaces and triangles of a scene."""
 
     def __init__(self) -> None:
-        self.materials: dict[Material, int] = {}
+        self.materials: dict[SurfaceMaterial, int] = {}
         self.surfaces: list[SceneSurface] = []
         self._vertices: list[Float] = []
         self._corners: list[Int] = []
         self._surface: list[Array] = []
         self._count = 0
 
-    def material(self, material: Material) -> int:
+    def material(self, material: SurfaceMaterial) -> int:
         """Return the index of a material; equal materials are stored once."""
         return self.materials.setdefault(material, len(self.materials))
 
@@ -78,7 +78,7 @@ class Pen:
         self,
         name: str,
         part: Part,
-        material: Material,
+        material: SurfaceMaterial,
         *,
         u: tuple[float, float, float] = (1.0, 0.0, 0.0),
         v: tuple[float, float, float] = (0.0, 0.0, 1.0),

@@ -45,7 +45,7 @@ class Part(IntEnum):
 
 
 @dataclass(frozen=True)
-class Material:
+class SurfaceMaterial:
     """How a surface appears to a camera and to a laser.
 
     kind        texture: "plaster", "brick", "ashlar", "stone", "wood", "metal", "glass", "tiles", "asphalt",
@@ -208,7 +208,7 @@ class Scene:
     local_from_street: Rigid3
     mesh: SceneMesh
     surfaces: tuple[SceneSurface, ...]
-    materials: tuple[Material, ...]
+    materials: tuple[SurfaceMaterial, ...]
     houses: tuple[House, ...]
     road: Float
     notes: tuple[str, ...] = field(default=())

@@ -18,7 +18,7 @@ from frontage.simulate.houses.shapes import SHAPES, BarLayout, opening_ring, pla
 from frontage.simulate.houses.style import GLASS_BEHIND_M, draw_bars
 from frontage.simulate.houses.windows import FRAME_THICKNESS_M, draw_opening
 from frontage.simulate.meshing import Pen, band, triangulate
-from frontage.simulate.scene import FacadePlan, House, Material, OpeningPlan, Part
+from frontage.simulate.scene import FacadePlan, House, OpeningPlan, Part, SurfaceMaterial
 
 _STOREY_M = 3.0  # height by which openings are numbered
 _GATE_M = 2.1  # wider doors are garage doors
@@ -163,7 +163,7 @@ def _draw_rest(pen: Pen, draft: ModelDraft, palette: Palette, rough: float, foot
             pen.triangles(skirt, *band(face.ring, low))
 
 
-def _part_and_material(face: Surface, palette: Palette) -> tuple[Part, Material]:
+def _part_and_material(face: Surface, palette: Palette) -> tuple[Part, SurfaceMaterial]:
     return {
         "RoofSurface": (Part.ROOF, palette.roof),
         "Window": (Part.PANE, palette.pane),
@@ -173,7 +173,7 @@ def _part_and_material(face: Surface, palette: Palette) -> tuple[Part, Material]
 
 
 def _draw_face(
-    pen: Pen, face: Surface, part: Part, material: Material, known: dict[tuple[object, ...], int]
+    pen: Pen, face: Surface, part: Part, material: SurfaceMaterial, known: dict[tuple[object, ...], int]
 ) -> None:
     """Draws a face as it is in the model; faces of one part that face the same way share a surface."""
     normal = area_vector(face.ring)

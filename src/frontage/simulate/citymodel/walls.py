@@ -85,7 +85,7 @@ def in_plan(geometry: shapely.Geometry, frame: Rigid3) -> shapely.Geometry:
     (a, b), (c, d) = frame.R[:2, :2].T
     x0, y0 = frame.t[:2]
 
-    def moved(xy: Float) -> Float:  # by columns: a ring's last point comes out as its first one does
+    def moved(xy: Float) -> Float:  # by columns, so that the last point of a ring stays equal to its first
         x, y = xy[:, 0] - x0, xy[:, 1] - y0
         return np.column_stack([a * x + b * y, c * x + d * y])
 

@@ -11,7 +11,7 @@ from frontage.simulate.houses.draft import HouseDraft
 from frontage.simulate.houses.elevation import Band, Dressing, Elevation, check_placements
 from frontage.simulate.houses.housespec import OpeningSpec
 from frontage.simulate.houses.layout import Layout, lay_out_front, lay_out_side
-from frontage.simulate.houses.placements import Placement, name_openings, without_collisions
+from frontage.simulate.houses.placements import PlacedOpening, name_openings, without_collisions
 from frontage.simulate.houses.shapes import BarLayout
 from frontage.simulate.houses.shell import front_outline, house_from_side
 from frontage.simulate.houses.style import Style, WindowType
@@ -53,14 +53,14 @@ def _specified_layout(draft: HouseDraft, outline: Float, id: str) -> Layout:
     return Layout(tuple(kept))
 
 
-def _specified(spec: OpeningSpec) -> Placement:
+def _specified(spec: OpeningSpec) -> PlacedOpening:
     bars = BarLayout(spec.bars, spec.vertical, spec.horizontal)
     kind = WindowType(
         spec.kind, spec.shape, spec.width, spec.height, spec.depth, spec.frame, bars, None,
         Dressing(leaf="ribs" if spec.kind == "garage" else "panels"), spec.kind not in DOORS,
     )  # fmt: skip
     floor = -1 if spec.kind == "basement" else 0
-    return Placement(kind, spec.x, spec.z, floor, 0.0, spec.shutters)
+    return PlacedOpening(kind, spec.x, spec.z, floor, 0.0, spec.shutters)
 
 
 def _elevation(
@@ -77,13 +77,13 @@ def _elevation(
     )
 
 
-def _on_storey(placement: Placement, draft: HouseDraft) -> Placement:
+def _on_storey(placement: PlacedOpening, draft: HouseDraft) -> PlacedOpening:
     """Numbers the storey of an opening that the specification placed."""
     if placement.floor < 0:
         return placement
     middle = placement.z + placement.type.height / 2
     floor = sum(middle >= draft.level(k) - 0.3 for k in range(1, draft.floors))
-    return Placement(
+    return PlacedOpening(
         placement.type,
         placement.x,
         placement.z,

@@ -9,6 +9,8 @@ from frontage.simulate.houses.palette import Palette, draw_palette
 
 SLAB_M = 0.3  # thickness of the structure between two storeys
 ROOFS = ("gable", "street_gable", "hip", "mansard", "flat")
+# how often detached houses have 1, 2, 3 storeys, and terraced ones 2, 3, 4, 5
+_FLOORS = {True: [0.25, 0.55, 0.2], False: [0.2, 0.35, 0.3, 0.15]}
 
 
 @dataclass(frozen=True)
@@ -96,11 +98,8 @@ def draw_house(
     height = float(rng.uniform(2.65, 2.9) if detached else rng.uniform(2.75, 3.7))
     ground_height = height + float(0.0 if detached else rng.uniform(0.0, 0.9))
     depth = float(rng.uniform(8.5, 12.0))
-    roof = str(rng.choice(ROOFS, p=[0.45, 0.2, 0.15, 0.05, 0.15] if detached else [0.5, 0.18, 0, 0.17, 0.15]))
-    roof = spec.roof or roof
     depth = spec.depth or depth
-    span = width if roof == "street_gable" else depth
-    rise = {"flat": 0.0, "mansard": 3.6}.get(roof, span / 2 * float(np.tan(np.radians(rng.uniform(30, 48)))))
+    roof, rise = _draw_roof(spec, detached, width, depth, rng)
     lean = float(rng.uniform(-0.5, 0.5) if rng.random() < 0.6 else 0.0)
     step = float(rng.uniform(0.12, 0.35) if rng.random() < 0.5 else rng.uniform(0.5, 0.95))
     roughness = float(rng.uniform(0.001, 0.005))
@@ -127,5 +126,12 @@ def draw_house(
     )
 
 
-# how often detached houses have 1, 2, 3 storeys, and terraced ones 2, 3, 4, 5
-_FLOORS = {True: [0.25, 0.55, 0.2], False: [0.2, 0.35, 0.3, 0.15]}
+def _draw_roof(
+    spec: HouseSpec, detached: bool, width: float, depth: float, rng: np.random.Generator
+) -> tuple[str, float]:
+    """Draws the form of the roof and its rise, m."""
+    drawn = rng.choice(ROOFS, p=[0.45, 0.2, 0.15, 0.05, 0.15] if detached else [0.5, 0.18, 0, 0.17, 0.15])
+    roof = spec.roof or str(drawn)
+    span = width if roof == "street_gable" else depth
+    pitched = span / 2 * float(np.tan(np.radians(rng.uniform(30, 48))))
+    return roof, {"flat": 0.0, "mansard": 3.6}.get(roof, pitched)

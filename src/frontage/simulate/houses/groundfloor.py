@@ -6,7 +6,7 @@ import numpy as np
 
 from frontage.simulate.houses.draft import HouseDraft
 from frontage.simulate.houses.elevation import Dressing
-from frontage.simulate.houses.placements import Placement
+from frontage.simulate.houses.placements import PlacedOpening
 from frontage.simulate.houses.shapes import BarLayout
 from frontage.simulate.houses.style import Style, WindowType, draw_bars
 
@@ -16,7 +16,7 @@ _PIER_M = 0.38  # least width of a pier between shop fronts
 
 def lay_out_ground_floor(
     draft: HouseDraft, style: Style, axes: list[float], rng: np.random.Generator
-) -> list[Placement]:
+) -> list[PlacedOpening]:
     """Place the openings of the ground floor and the basement, the most important ones first."""
     if style.shop and draft.width > 4.5:
         return _shops(draft, style, rng)
@@ -33,7 +33,7 @@ def _entrance_axis(style: Style, axes: list[float], rng: np.random.Generator) ->
     return axes[int(rng.integers(len(axes)))] + style.upper.width / 2
 
 
-def _door(draft: HouseDraft, style: Style, middle: float, rng: np.random.Generator) -> Placement:
+def _door(draft: HouseDraft, style: Style, middle: float, rng: np.random.Generator) -> PlacedOpening:
     """Places an entrance with an opaque leaf, at the pavement or up some steps."""
     width = float(rng.uniform(0.95, 1.35))
     shape = style.ground.shape if style.ground.shape in ("segmental", "round") else "rectangle"
@@ -44,7 +44,7 @@ def _door(draft: HouseDraft, style: Style, middle: float, rng: np.random.Generat
         "door", shape, width, top - z, style.upper.depth, 0.07, _NO_BARS, 0.15,
         Dressing(surround=style.upper.dressing.surround, leaf=str(rng.choice(["panels", "boards"]))), False,
     )  # fmt: skip
-    return Placement(kind, middle - width / 2, z, 0)
+    return PlacedOpening(kind, middle - width / 2, z, 0)
 
 
 def _threshold(draft: HouseDraft, x0: float, x1: float) -> float:
@@ -54,7 +54,7 @@ def _threshold(draft: HouseDraft, x0: float, x1: float) -> float:
     return draft.entrance + 0.02 if draft.entrance - lowest < 0.45 else ground + 0.08
 
 
-def _gate(draft: HouseDraft, style: Style, rng: np.random.Generator) -> Placement:
+def _gate(draft: HouseDraft, style: Style, rng: np.random.Generator) -> PlacedOpening:
     """Places a gate to the yard, or a garage, at the left or right end of the front."""
     garage = draft.detached or bool(rng.random() < 0.3)
     width = float(rng.uniform(2.3, 2.9) if garage else rng.uniform(2.4, 3.1))
@@ -68,10 +68,10 @@ def _gate(draft: HouseDraft, style: Style, rng: np.random.Generator) -> Placemen
     kind = WindowType(
         "garage" if garage else "passage", shape, width, height, depth, 0.07, _NO_BARS, 0.3, dressing, False
     )
-    return Placement(kind, x, z, 0)
+    return PlacedOpening(kind, x, z, 0)
 
 
-def _window(style: Style, x: float, z: float, rng: np.random.Generator) -> Placement:
+def _window(style: Style, x: float, z: float, rng: np.random.Generator) -> PlacedOpening:
     kind = style.ground
     dx, dz = np.clip(rng.normal(0, style.jitter, 2) if style.jitter else np.zeros(2), -0.03, 0.03)
     curtain = str(rng.choice(["none", "sides", "net", "blind"], p=[0.2, 0.25, 0.4, 0.15]))
@@ -80,10 +80,10 @@ def _window(style: Style, x: float, z: float, rng: np.random.Generator) -> Place
     shutters = "none"
     if rng.random() < style.shutters:
         shutters = "open" if rng.random() < 0.75 else "closed"
-    return Placement(replace(kind, dressing=dressing), float(left + dx), float(z + dz), 0, 0.0, shutters)
+    return PlacedOpening(replace(kind, dressing=dressing), float(left + dx), float(z + dz), 0, 0.0, shutters)
 
 
-def _basement(draft: HouseDraft, style: Style, axes: list[float]) -> list[Placement]:
+def _basement(draft: HouseDraft, style: Style, axes: list[float]) -> list[PlacedOpening]:
     """Places low windows below those of a raised ground floor, where the pavement leaves room."""
     placements = []
     kind = WindowType(
@@ -93,11 +93,11 @@ def _basement(draft: HouseDraft, style: Style, axes: list[float]) -> list[Placem
         left = x + style.upper.width / 2 - kind.width / 2
         z = draft.entrance - 0.2 - kind.height
         if z - max(draft.ground_at(left), draft.ground_at(left + kind.width)) > 0.12:
-            placements.append(Placement(kind, left, z, -1))
+            placements.append(PlacedOpening(kind, left, z, -1))
     return placements
 
 
-def _shops(draft: HouseDraft, style: Style, rng: np.random.Generator) -> list[Placement]:
+def _shops(draft: HouseDraft, style: Style, rng: np.random.Generator) -> list[PlacedOpening]:
     """Places shop fronts between piers, a house door at one end, and a glazed shop door if there is room."""
     left, right = 0.45, draft.width - 0.45
     door_left = bool(rng.random() < 0.5)
@@ -130,7 +130,7 @@ def _row_of_shops(
     height: float,
     shape: str,
     bars: BarLayout,
-) -> list[Placement]:
+) -> list[PlacedOpening]:
     """Fills a span (m) of the ground floor with shop fronts of equal width."""
     x0, x1 = span
     if x1 - x0 < 1.0:
@@ -143,13 +143,13 @@ def _row_of_shops(
         "shopfront", shape, width, height, max(0.06, style.upper.depth * 0.7), 0.06, bars, 0.2,
         Dressing(sill=(0.06, 0.05)),
     )  # fmt: skip
-    return [Placement(kind, x0 + k * (width + _PIER_M), draft.entrance + 0.35, 0) for k in range(count)]
+    return [PlacedOpening(kind, x0 + k * (width + _PIER_M), draft.entrance + 0.35, 0) for k in range(count)]
 
 
-def _shop_door(draft: HouseDraft, style: Style, x: float, width: float) -> Placement:
+def _shop_door(draft: HouseDraft, style: Style, x: float, width: float) -> PlacedOpening:
     height = min(draft.ground_floor_height - 0.5, 2.55)
     bars = BarLayout("asymmetric", 0, 1, 0.1, 0.1)
     kind = WindowType(
         "door", "rectangle", width, height, max(0.06, style.upper.depth * 0.7), 0.09, bars, None, Dressing()
     )
-    return Placement(kind, x, draft.entrance + 0.02, 0)
+    return PlacedOpening(kind, x, draft.entrance + 0.02, 0)

@@ -9,7 +9,7 @@ from frontage.geometry.arrays import Float
 from frontage.simulate.houses.draft import HouseDraft
 from frontage.simulate.houses.elevation import Balcony, Oriel, placement_problems
 from frontage.simulate.houses.groundfloor import lay_out_ground_floor
-from frontage.simulate.houses.placements import Placement, oriel_wall, without_collisions
+from frontage.simulate.houses.placements import PlacedOpening, oriel_wall, without_collisions
 from frontage.simulate.houses.shapes import BarLayout
 from frontage.simulate.houses.style import Style, WindowType, draw_bars
 
@@ -20,7 +20,7 @@ LEAST_PIER_M = 0.12  # between windows that stand as close together as a specifi
 class Layout:
     """What stands where on a facade: openings (the earlier ones have precedence), balconies, oriels."""
 
-    placements: tuple[Placement, ...]
+    placements: tuple[PlacedOpening, ...]
     balconies: tuple[Balcony, ...] = ()
     oriels: tuple[Oriel, ...] = ()
 
@@ -65,7 +65,9 @@ def lay_out_side(
     return Layout(tuple(keep_fitting([s for s in placements if rng.random() < 0.85], outline, ())))
 
 
-def keep_fitting(placements: list[Placement], outline: Float, oriels: tuple[Oriel, ...]) -> list[Placement]:
+def keep_fitting(
+    placements: list[PlacedOpening], outline: Float, oriels: tuple[Oriel, ...]
+) -> list[PlacedOpening]:
     """Keep the openings that lie within the wall, clear of earlier ones and not behind an oriel."""
     front = [s for s in placements if s.wall_y == 0.0]
     blocked = [o.ring for o in oriels]
@@ -108,7 +110,7 @@ def draw_axes(
 
 def _upper_rows(
     draft: HouseDraft, style: Style, axes: list[float], rng: np.random.Generator
-) -> list[Placement]:
+) -> list[PlacedOpening]:
     placements = []
     for storey in draft.storeys[1:]:
         kind = style.window_type(storey.number, draft.floors)
@@ -121,7 +123,7 @@ def _upper_rows(
 
 def _place_window(
     style: Style, kind: WindowType, x: float, z: float, *, floor: int, rng: np.random.Generator
-) -> Placement:
+) -> PlacedOpening:
     """Places a window, jittered, on the axis of the style's upper windows; draws its shutters and curtain."""
     dx, dz = np.clip(rng.normal(0, style.jitter, 2) if style.jitter else np.zeros(2), -0.03, 0.03)
     shutters = "none"
@@ -130,7 +132,7 @@ def _place_window(
     curtain = str(rng.choice(["none", "sides", "net", "blind"], p=[0.35, 0.3, 0.2, 0.15]))
     dressing = replace(kind.dressing, curtain=curtain, share=float(rng.uniform(0.15, 0.8)))
     middle = x + style.upper.width / 2
-    return Placement(
+    return PlacedOpening(
         replace(kind, dressing=dressing),
         float(middle - kind.width / 2 + dx),
         float(z + dz),
@@ -174,7 +176,7 @@ def _oriel_fits(draft: HouseDraft, style: Style, axes: list[float], place: tuple
     return x0 >= left + 0.12 and x1 <= right - 0.12
 
 
-def _move_to_oriel(placement: Placement, oriel: Oriel) -> Placement:
+def _move_to_oriel(placement: PlacedOpening, oriel: Oriel) -> PlacedOpening:
     """Moves a window to the front of the oriel that covers it."""
     x, z = placement.x + placement.type.width / 2, placement.z + placement.type.height / 2
     if not (oriel.x0 < x < oriel.x1 and oriel.z0 < z < oriel.z1):
@@ -186,13 +188,13 @@ def _move_to_oriel(placement: Placement, oriel: Oriel) -> Placement:
 
 def _add_balconies(
     draft: HouseDraft,
-    placements: list[Placement],
+    placements: list[PlacedOpening],
     axes: list[float],
     width: float,
     *,
     oriel: Oriel | None,
     rng: np.random.Generator,
-) -> tuple[list[Placement], tuple[Balcony, ...]]:
+) -> tuple[list[PlacedOpening], tuple[Balcony, ...]]:
     """Adds balconies, and turns the windows of one axis or of a row of axes into their doors."""
     first = int(rng.integers(0, len(axes)))
     last = first if rng.random() < 0.6 else min(first + int(rng.integers(1, 3)), len(axes) - 1)
@@ -211,7 +213,7 @@ def _add_balconies(
     return changed, tuple(balconies)
 
 
-def _as_door(placement: Placement, draft: HouseDraft) -> Placement:
+def _as_door(placement: PlacedOpening, draft: HouseDraft) -> PlacedOpening:
     if placement.type.shape == "circle":
         return placement
     z = draft.level(placement.floor) + 0.04
@@ -222,7 +224,7 @@ def _as_door(placement: Placement, draft: HouseDraft) -> Placement:
     )
 
 
-def _gable_rows(draft: HouseDraft, style: Style, rng: np.random.Generator) -> list[Placement]:
+def _gable_rows(draft: HouseDraft, style: Style, rng: np.random.Generator) -> list[PlacedOpening]:
     """Places windows in a gable that faces the street, row by row as long as there is room."""
     if draft.roof != "street_gable":
         return []
@@ -236,7 +238,7 @@ def _gable_rows(draft: HouseDraft, style: Style, rng: np.random.Generator) -> li
         if count < 1:
             oculus = replace(small, shape="circle", width=0.7, height=0.7, bars=BarLayout())
             if clear >= 0.6:
-                placements.append(Placement(oculus, draft.width / 2 - 0.35, z, draft.floors + row))
+                placements.append(PlacedOpening(oculus, draft.width / 2 - 0.35, z, draft.floors + row))
             break
         pitch = small.width + 0.7
         start = draft.width / 2 - count * pitch / 2 + 0.35

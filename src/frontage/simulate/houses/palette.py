@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from frontage.simulate.scene import Material
+from frontage.simulate.scene import SurfaceMaterial
 
 Rgb = tuple[float, float, float]
 
@@ -25,21 +25,21 @@ _TILES: tuple[Rgb, ...] = ((0.36, 0.13, 0.08), (0.24, 0.10, 0.08), (0.13, 0.13, 
 class Palette:
     """The materials of one house."""
 
-    wall: Material
-    ground_floor: Material
-    plinth: Material
-    trim: Material
-    reveal: Material
-    frame: Material
-    pane: Material
-    leaf: Material
-    shutter: Material
-    roof: Material
-    metal: Material
-    room: Material
-    floor: Material
-    curtain: Material
-    furniture: Material
+    wall: SurfaceMaterial
+    ground_floor: SurfaceMaterial
+    plinth: SurfaceMaterial
+    trim: SurfaceMaterial
+    reveal: SurfaceMaterial
+    frame: SurfaceMaterial
+    pane: SurfaceMaterial
+    leaf: SurfaceMaterial
+    shutter: SurfaceMaterial
+    roof: SurfaceMaterial
+    metal: SurfaceMaterial
+    room: SurfaceMaterial
+    floor: SurfaceMaterial
+    curtain: SurfaceMaterial
+    furniture: SurfaceMaterial
 
 
 def draw_palette(rng: np.random.Generator, wall: str | None = None) -> Palette:
@@ -60,55 +60,67 @@ def draw_palette(rng: np.random.Generator, wall: str | None = None) -> Palette:
         leaf=_wood(rng, "leaf", _pick(rng, _LEAF)),
         shutter=_wood(rng, "shutter", _pick(rng, _SHUTTER)),
         roof=_roof(rng),
-        metal=Material("metal", "metal", (0.06, 0.06, 0.07), (0.10, 0.07, 0.05), 0.25, 0.25, seed=_seed(rng)),
-        room=Material(
+        metal=SurfaceMaterial(
+            "metal", "metal", (0.06, 0.06, 0.07), (0.10, 0.07, 0.05), 0.25, 0.25, seed=_seed(rng)
+        ),
+        room=SurfaceMaterial(
             "room", "plaster", _vary(rng, (0.62, 0.60, 0.55)), (0.5, 0.5, 0.5), 0.6, seed=_seed(rng)
         ),
         floor=_wood(rng, "floor", (0.30, 0.19, 0.10)),
-        curtain=Material(
+        curtain=SurfaceMaterial(
             "curtain", "fabric", _vary(rng, (0.66, 0.64, 0.60)), (0.5, 0.5, 0.5), 0.5, seed=_seed(rng)
         ),
         furniture=_wood(rng, "furniture", (0.22, 0.13, 0.07)),
     )
 
 
-def wall_material(rng: np.random.Generator, kind: str) -> Material:
+def wall_material(rng: np.random.Generator, kind: str) -> SurfaceMaterial:
     """Draw the material of a wall of some kind: "plaster", "brick" or "ashlar"."""
     if kind == "brick":
         rgb, mortar = _vary(rng, _pick(rng, _BRICK)), _vary(rng, (0.48, 0.46, 0.42))
         length, height = float(rng.uniform(0.21, 0.26)), float(rng.uniform(0.062, 0.083))
-        return Material("brick", "brick", rgb, mortar, _laser(rng, rgb), 0.0, (length, height), _seed(rng))
+        return SurfaceMaterial(
+            "brick", "brick", rgb, mortar, _laser(rng, rgb), 0.0, (length, height), _seed(rng)
+        )
     if kind == "ashlar":
         return _stone(rng, "ashlar")
     rgb = _vary(rng, _pick(rng, _PLASTER))
-    return Material("plaster", "plaster", rgb, _scale(rgb, 0.72), _laser(rng, rgb), 0.0, seed=_seed(rng))
+    return SurfaceMaterial(
+        "plaster", "plaster", rgb, _scale(rgb, 0.72), _laser(rng, rgb), 0.0, seed=_seed(rng)
+    )
 
 
-def glass(rng: np.random.Generator) -> Material:
+def glass(rng: np.random.Generator) -> SurfaceMaterial:
     """Draw window glass; its `laser` reflectance is that of the dust on it."""
     dirt = float(rng.uniform(0.002, 0.03))
-    return Material("glass", "glass", (0.02, 0.025, 0.02), (0.02, 0.02, 0.02), dirt, 1.0, seed=_seed(rng))
+    return SurfaceMaterial(
+        "glass", "glass", (0.02, 0.025, 0.02), (0.02, 0.02, 0.02), dirt, 1.0, seed=_seed(rng)
+    )
 
 
-def _stone(rng: np.random.Generator, kind: str) -> Material:
+def _stone(rng: np.random.Generator, kind: str) -> SurfaceMaterial:
     rgb = _vary(rng, _pick(rng, _STONE))
     size = (float(rng.uniform(0.5, 0.9)), float(rng.uniform(0.28, 0.42)))
-    return Material(kind, kind, rgb, _scale(rgb, 0.6), _laser(rng, rgb), 0.0, size, _seed(rng))
+    return SurfaceMaterial(kind, kind, rgb, _scale(rgb, 0.6), _laser(rng, rgb), 0.0, size, _seed(rng))
 
 
-def _roof(rng: np.random.Generator) -> Material:
+def _roof(rng: np.random.Generator) -> SurfaceMaterial:
     rgb = _vary(rng, _pick(rng, _TILES))
-    return Material("tiles", "tiles", rgb, _scale(rgb, 0.5), _laser(rng, rgb), 0.0, (0.19, 0.30), _seed(rng))
+    return SurfaceMaterial(
+        "tiles", "tiles", rgb, _scale(rgb, 0.5), _laser(rng, rgb), 0.0, (0.19, 0.30), _seed(rng)
+    )
 
 
-def _paint(rng: np.random.Generator, name: str, rgb: Rgb, gloss: float) -> Material:
+def _paint(rng: np.random.Generator, name: str, rgb: Rgb, gloss: float) -> SurfaceMaterial:
     rgb = _vary(rng, rgb)
-    return Material(name, "paint", rgb, _scale(rgb, 0.85), _laser(rng, rgb), gloss, seed=_seed(rng))
+    return SurfaceMaterial(name, "paint", rgb, _scale(rgb, 0.85), _laser(rng, rgb), gloss, seed=_seed(rng))
 
 
-def _wood(rng: np.random.Generator, name: str, rgb: Rgb) -> Material:
+def _wood(rng: np.random.Generator, name: str, rgb: Rgb) -> SurfaceMaterial:
     rgb = _vary(rng, rgb)
-    return Material(name, "wood", rgb, _scale(rgb, 0.7), _laser(rng, rgb), 0.05, (0.12, 1.0), _seed(rng))
+    return SurfaceMaterial(
+        name, "wood", rgb, _scale(rgb, 0.7), _laser(rng, rgb), 0.05, (0.12, 1.0), _seed(rng)
+    )
 
 
 def _pick(rng: np.random.Generator, choices: tuple[Rgb, ...]) -> Rgb:

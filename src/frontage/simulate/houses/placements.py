@@ -16,7 +16,7 @@ _APART_M = 0.01  # least distance of surrounds and shutters from other openings
 
 
 @dataclass(frozen=True)
-class Placement:
+class PlacedOpening:
     """An opening with its position: type, lower left corner (x, z) m of its bounding box, storey.
 
     wall_y     m, plane of the wall that it is cut into: 0, or negative for the front of an oriel
@@ -37,7 +37,7 @@ class Placement:
         return opening_ring(t.shape, self.x, self.z, t.width, t.height, rise=t.rise)
 
 
-def without_collisions(placements: list[Placement]) -> list[Placement]:
+def without_collisions(placements: list[PlacedOpening]) -> list[PlacedOpening]:
     """Remove surrounds and open shutters that would cover a neighbouring opening or its shutters."""
     shapes = np.array([shapely.Polygon(s.ring) for s in placements])
     leaves: list[shapely.Geometry] = []
@@ -75,7 +75,7 @@ def oriel_wall(oriel: Oriel) -> Float:
 
 
 def name_openings(
-    facade: str, placements: tuple[Placement, ...]
+    facade: str, placements: tuple[PlacedOpening, ...]
 ) -> tuple[tuple[OpeningPlan, ...], tuple[Dressing, ...]]:
     """Name the openings of a facade storey by storey, numbered from the left; return them with dressings."""
     order = sorted(placements, key=lambda s: (s.floor, s.x + s.type.width / 2, s.z))

@@ -144,9 +144,8 @@ class LitScene:
         if self.light.overcast >= 1:
             return lit
         normal = self.normals(triangle, directions)
-        thin = (
-            self.appearance.part[self.appearance.surface[triangle]] == Part.TREE
-        )  # leaves let light through
+        # leaves let light through
+        thin = self.appearance.part[self.appearance.surface[triangle]] == Part.TREE
         facing = np.flatnonzero((triangle >= 0) & ((normal @ self.light.to_sun > 1e-3) | thin))
         start = xyz[facing] + _OFFSET_M * normal[facing]
         direction = np.broadcast_to(self.light.to_sun, start.shape)

@@ -163,31 +163,31 @@ def draw_instrument(spec: InstrumentSpec, rng: np.random.Generator) -> Instrumen
     divergence = rng.uniform(*((0.35, 0.7) if mobile else (0.25, 0.6)))
     wavelength = int(rng.choice(list(_WAVELENGTH_SHARES), p=list(_WAVELENGTH_SHARES.values())))
     kept = str(rng.choice(["first", "strongest"]))
-
-    def stated_or(value: float | None, drawn: float) -> float:
-        return float(drawn if value is None else value)
-
     return Instrument(
         ranging=ranging,
         wavelength=spec.wavelength or wavelength,
-        sigma_range=stated_or(spec.sigma_range, sigma),
+        sigma_range=_stated_or(spec.sigma_range, sigma),
         exponent=float(rng.uniform(0.2, 0.45)),
-        sigma_angle=1e-3 * stated_or(spec.sigma_angle, angle),
-        divergence=1e-3 * stated_or(spec.divergence, divergence),
-        exit_beam=stated_or(spec.exit_beam, rng.uniform(0.0035, 0.007)),
+        sigma_angle=1e-3 * _stated_or(spec.sigma_angle, angle),
+        divergence=1e-3 * _stated_or(spec.divergence, divergence),
+        exit_beam=_stated_or(spec.exit_beam, rng.uniform(0.0035, 0.007)),
         subrays=spec.subrays,
         echoes=spec.echoes or ("all" if mobile else kept if pulsed else "strongest"),
-        resolution=stated_or(spec.resolution, rng.uniform(0.2, 0.6)),
+        resolution=_stated_or(spec.resolution, rng.uniform(0.2, 0.6)),
         fine=float(rng.uniform(0.6, 1.5)),
         coherence=float(rng.uniform(0.4, 0.75)),
         spread=float(rng.uniform(0.1, 0.3)),
         range_min=spec.range_min,
         range_max=spec.range_max,
-        range_dark=stated_or(spec.range_dark, float(np.exp(rng.uniform(np.log(25), np.log(100))))),
+        range_dark=_stated_or(spec.range_dark, float(np.exp(rng.uniform(np.log(25), np.log(100))))),
         near=float(rng.uniform(1.0, 3.0)),
         falloff=float(rng.uniform(0.8, 1.3)),
-        strays=stated_or(spec.strays, 10 ** rng.uniform(-5.5, -4)),
+        strays=_stated_or(spec.strays, 10 ** rng.uniform(-5.5, -4)),
         gain=float(rng.uniform(0.3, 1.0)),
         speckle=float(rng.uniform(0.01, 0.05)),
         levels=int(rng.choice([4096, 65536])),
     )
+
+
+def _stated_or(value: float | None, drawn: float) -> float:
+    return float(drawn if value is None else value)

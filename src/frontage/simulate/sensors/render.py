@@ -26,14 +26,14 @@ _THREADS = 2  # casting rays holds the interpreter lock, while the arithmetic of
 def render(lit_scene: LitScene, camera: Camera, local_from_camera: Rigid3, samples: int = 5) -> Array:
     """Return the linear light (h, w, 3) float32 that reaches the pixels; 0 where the lens sees nothing."""
     grid = RayGrid(camera)
-    view = _View(lit_scene, camera, local_from_camera, grid, samples)
+    renderer = _Renderer(lit_scene, camera, local_from_camera, grid, samples)
     rows = max(1, _BAND // camera.width)
     bands = [(r, min(r + rows, camera.height)) for r in range(0, camera.height, rows)]
     with ThreadPoolExecutor(_THREADS) as pool:
-        return np.concatenate(list(pool.map(lambda b: view.band(*b), bands)))
+        return np.concatenate(list(pool.map(lambda b: renderer.render_rows(*b), bands)))
 
 
-class _View:
+class _Renderer:
     """One photo being rendered."""
 
     def __init__(
@@ -43,7 +43,7 @@ class _View:
         self.openness = OpennessMap(lit_scene, grid, pose.t, pose.R)
         self.offsets = lattice(samples)
 
-    def band(self, first: int, end: int) -> Array:
+    def render_rows(self, first: int, end: int) -> Array:
         """Render rows `first` to `end` - 1: light (end - first, w, 3) float32.
 
         Rays are cast for every second pixel, like the white squares of a chessboard. Any other pixel whose

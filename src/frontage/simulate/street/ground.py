@@ -8,7 +8,7 @@ import shapely
 
 from frontage.geometry.arrays import Float
 from frontage.simulate.meshing import Pen, triangulate
-from frontage.simulate.scene import Material, Part
+from frontage.simulate.scene import Part, SurfaceMaterial
 
 KERB_M = 0.12  # height of the pavement above the gutter
 _UNDER_WALLS_M = 0.1  # by which the ground reaches under the outer walls
@@ -62,13 +62,19 @@ def draw_ground(
     s0, s1 = span
     cellars = shapely.union_all([h.buffer(-_UNDER_WALLS_M, join_style="mitre") for h in houses])
     seed = [int(v) for v in rng.integers(2**31, size=4)]
-    asphalt = Material("asphalt", "asphalt", (0.07, 0.07, 0.075), (0.11, 0.11, 0.11), 0.18, 0.0, seed=seed[0])
+    asphalt = SurfaceMaterial(
+        "asphalt", "asphalt", (0.07, 0.07, 0.075), (0.11, 0.11, 0.11), 0.18, 0.0, seed=seed[0]
+    )
     slab = float(rng.uniform(0.3, 0.5))
-    paving = Material(
+    paving = SurfaceMaterial(
         "paving", "paving", (0.32, 0.31, 0.29), (0.16, 0.15, 0.14), 0.35, 0.0, (slab, slab), seed[1]
     )
-    kerb = Material("kerb", "stone", (0.42, 0.41, 0.40), (0.3, 0.3, 0.3), 0.45, 0.0, (1.0, 0.15), seed[2])
-    yard = Material("yard", "paving", (0.22, 0.24, 0.16), (0.14, 0.16, 0.10), 0.4, 0.0, (0.1, 0.1), seed[3])
+    kerb = SurfaceMaterial(
+        "kerb", "stone", (0.42, 0.41, 0.40), (0.3, 0.3, 0.3), 0.45, 0.0, (1.0, 0.15), seed[2]
+    )
+    yard = SurfaceMaterial(
+        "yard", "paving", (0.22, 0.24, 0.16), (0.14, 0.16, 0.10), 0.4, 0.0, (0.1, 0.1), seed[3]
+    )
     w, p = profile.width, profile.pavement
     strips = (
         ("road", asphalt, -w + p + 0.001, -w / 2, 0.004), ("road", asphalt, -w / 2, -p - 0.001, 0.004),

@@ -7,7 +7,7 @@ import numpy as np
 from frontage.geometry.arrays import Float
 from frontage.model import DOORS
 from frontage.simulate.meshing import Pen
-from frontage.simulate.scene import House, Material, Part
+from frontage.simulate.scene import House, Part, SurfaceMaterial
 
 LEAST_SETBACK_M = 1.5  # depth of the smallest front garden
 _GAP_M = 0.35  # by which a path is wider than its door, on each side
@@ -53,7 +53,7 @@ def draw_hedge(pen: Pen, front: PlotFront, line: float, towards: float, rng: np.
     thick = float(rng.uniform(0.4, 0.7))
     d = line + towards * (0.1 + thick / 2)
     green = float(rng.uniform(0.07, 0.13))
-    leaf = Material("hedge", "leaves", (green * 0.55, green, green * 0.3), (0.12, 0.16, 0.06), 0.5)
+    leaf = SurfaceMaterial("hedge", "leaves", (green * 0.55, green, green * 0.3), (0.12, 0.16, 0.06), 0.5)
     high = float(rng.uniform(0.9, 1.5))
     surface = pen.surface("leaves", Part.TREE, leaf)
     for a, b in front.runs:

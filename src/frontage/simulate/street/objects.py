@@ -4,7 +4,7 @@ import numpy as np
 
 from frontage.geometry.arrays import Float
 from frontage.simulate.meshing import Pen, loft
-from frontage.simulate.scene import Material, Part
+from frontage.simulate.scene import Part, SurfaceMaterial
 
 _CAR_COLOURS = ((0.02, 0.02, 0.025), (0.35, 0.36, 0.38), (0.75, 0.75, 0.75), (0.3, 0.02, 0.02),
                 (0.03, 0.06, 0.2), (0.1, 0.11, 0.12), (0.05, 0.12, 0.08))  # fmt: skip
@@ -28,9 +28,9 @@ def draw_car(pen: Pen, name: str, rng: np.random.Generator) -> None:
     scale = rng.uniform(0.9, 1.1, 3)
     rgb = _CAR_COLOURS[int(rng.integers(len(_CAR_COLOURS)))]
     seed = int(rng.integers(2**31))
-    paint = Material("car", "paint", rgb, rgb, float(rng.uniform(0.1, 0.6)), 0.4, seed=seed)
-    dark = Material("car glass", "paint", (0.015, 0.018, 0.02), (0.015, 0.018, 0.02), 0.06, 0.6)
-    tyre = Material("tyre", "paint", (0.015, 0.015, 0.015), (0.03, 0.03, 0.03), 0.05)
+    paint = SurfaceMaterial("car", "paint", rgb, rgb, float(rng.uniform(0.1, 0.6)), 0.4, seed=seed)
+    dark = SurfaceMaterial("car glass", "paint", (0.015, 0.018, 0.02), (0.015, 0.018, 0.02), 0.06, 0.6)
+    tyre = SurfaceMaterial("tyre", "paint", (0.015, 0.015, 0.015), (0.03, 0.03, 0.03), 0.05)
     body = pen.surface(f"{name}/body", Part.CAR, paint)
     _loft(pen, body, np.array([_rounded(x, y, 0.0, z) for z, x, y in _BODY]) * scale)
     cabin = [_rounded(x, y, -0.2, z) for z, x, y in _CABIN]
@@ -46,7 +46,7 @@ def draw_car(pen: Pen, name: str, rng: np.random.Generator) -> None:
 
 def draw_lamp(pen: Pen, name: str, rng: np.random.Generator) -> None:
     """Draw a street lamp; x of the pen's frame points along its arm."""
-    metal = Material("lamp", "metal", (0.08, 0.09, 0.09), (0.05, 0.05, 0.05), 0.3, 0.2)
+    metal = SurfaceMaterial("lamp", "metal", (0.08, 0.09, 0.09), (0.05, 0.05, 0.05), 0.3, 0.2)
     surface = pen.surface(f"{name}/post", Part.LAMP, metal)
     height, reach = float(rng.uniform(4.0, 7.0)), float(rng.uniform(0.4, 1.4))
     profile = ((0.0, 0.11), (0.9, 0.11), (0.95, 0.06), (height, 0.04))
@@ -61,7 +61,7 @@ def draw_person(pen: Pen, name: str, rng: np.random.Generator) -> None:
     coat, trousers = (_CLOTHES[int(k)] for k in rng.integers(len(_CLOTHES), size=2))
     upper = pen.surface(f"{name}/coat", Part.PERSON, _cloth("coat", coat, rng))
     lower = pen.surface(f"{name}/legs", Part.PERSON, _cloth("trousers", trousers, rng))
-    skin = Material("skin", "paint", (0.45, 0.28, 0.2), (0.4, 0.25, 0.18), 0.4)
+    skin = SurfaceMaterial("skin", "paint", (0.45, 0.28, 0.2), (0.4, 0.25, 0.18), 0.4)
     head = pen.surface(f"{name}/head", Part.PERSON, skin)
     stride = float(rng.uniform(0.05, 0.3))
     for sign in (-1.0, 1.0):
@@ -77,8 +77,10 @@ def draw_person(pen: Pen, name: str, rng: np.random.Generator) -> None:
     _loft(pen, head, scale * np.array(ball))
 
 
-def _cloth(name: str, rgb: tuple[float, float, float], rng: np.random.Generator) -> Material:
-    return Material(name, "fabric", rgb, rgb, float(rng.uniform(0.1, 0.7)), seed=int(rng.integers(2**31)))
+def _cloth(name: str, rgb: tuple[float, float, float], rng: np.random.Generator) -> SurfaceMaterial:
+    return SurfaceMaterial(
+        name, "fabric", rgb, rgb, float(rng.uniform(0.1, 0.7)), seed=int(rng.integers(2**31))
+    )
 
 
 def _loft(pen: Pen, surface: int, rings: Float) -> None:

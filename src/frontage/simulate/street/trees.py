@@ -4,14 +4,14 @@ import numpy as np
 
 from frontage.geometry.arrays import Float, Int
 from frontage.simulate.meshing import Pen, loft
-from frontage.simulate.scene import Material, Part
+from frontage.simulate.scene import Part, SurfaceMaterial
 
 _TURN = np.linspace(0, 2 * np.pi, 9)[:-1]
 
 
 def draw_tree(pen: Pen, name: str, radius: float, rng: np.random.Generator) -> None:
     """Draw a tree whose crown has `radius` m; the origin of the pen's frame is the tree's foot."""
-    bark = Material(
+    bark = SurfaceMaterial(
         "bark",
         "wood",
         (0.13, 0.10, 0.075),
@@ -23,7 +23,7 @@ def draw_tree(pen: Pen, name: str, radius: float, rng: np.random.Generator) -> N
     )
     green = rng.uniform((0.05, 0.11, 0.02), (0.12, 0.21, 0.05))
     rgb = float(green[0]), float(green[1]), float(green[2])
-    leaf = Material("leaves", "leaves", rgb, (0.16, 0.2, 0.06), float(rng.uniform(0.35, 0.6)))
+    leaf = SurfaceMaterial("leaves", "leaves", rgb, (0.16, 0.2, 0.06), float(rng.uniform(0.35, 0.6)))
     clear = float(rng.uniform(2.2, 3.2))
     height = clear + radius * float(rng.uniform(2.0, 3.2))
     wood = pen.surface(f"{name}/wood", Part.TREE, bark)

@@ -1,4 +1,4 @@
-"""Echoes: how light of several surfaces adds up, pulsed and by phase, and what glass makes of it."""
+"""Echoes: how light from several surfaces adds up, for pulsed and phase-shift ranging, and through glass."""
 
 import numpy as np
 import pytest
@@ -30,7 +30,7 @@ def across(x: np.ndarray, y: float) -> np.ndarray:
 
 
 def step(gap: float, near: float = 0.5, far: float = 0.5) -> Scene:
-    """A wall at y = 20 for x < 0 before a wall `gap` m farther."""
+    """A wall at y = 20 for x < 0, in front of a wall that is `gap` m farther away."""
     return scene_of(wall(20.0, x=(-30, 0), laser=near), wall(20.0 + gap, laser=far))
 
 
@@ -49,7 +49,7 @@ def test_one_wall_gives_one_echo_at_the_middle_of_the_footprint() -> None:
     np.testing.assert_allclose(e.width, slope * sigma, rtol=0.02, atol=1e-5)
 
 
-def test_pulsed_echoes_closer_than_the_resolution_melt_by_energy() -> None:
+def test_pulsed_echoes_closer_than_the_resolution_merge_by_energy() -> None:
     beam = instrument(**WIDE, resolution=0.3)
     x = np.linspace(-0.01, 0.01, 81)
     e = echoes(step(0.1, near=0.6, far=0.2), beam, across(x, 20.0))
@@ -137,8 +137,8 @@ def test_a_mirrored_wall_is_recorded_straight_behind_the_pane() -> None:
     assert e.range[0] == pytest.approx((20 + 30) / cosine, abs=1e-4)
 
 
-def test_glass_decides_by_energy_what_is_recorded() -> None:
-    """The same window: a dark room is lost, a dirty pane is hit, a bright room is seen."""
+def test_the_strongest_light_at_a_window_is_recorded() -> None:
+    """The same window: a dark room gives no echo, a dirty pane and a bright room do."""
     scene, points = window(), across(np.linspace(0.3, 0.9, 50), 20.0)
     beam = instrument(range_dark=60.0, echoes="strongest", resolution=0.3)
 
@@ -162,7 +162,7 @@ def test_a_pane_that_faces_the_scanner_dazzles() -> None:
     assert e.kind[1] != Echo.PANE and e.energy[0] > 50 * e.energy[1]
 
 
-def test_dark_and_far_surfaces_are_lost_where_the_instrument_says() -> None:
+def test_dark_and_far_surfaces_are_lost_beyond_the_stated_range() -> None:
     beam = instrument(range_dark=40.0, range_max=200.0, falloff=1.0, near=0.1)
     for laser, limit in ((0.1, 40.0), (0.4, 80.0)):
         for y in (0.97 * limit, 1.03 * limit):
@@ -197,7 +197,7 @@ def test_intensity_follows_reflectance_cosine_and_range() -> None:
     assert values[0.8, 15.0] / values[0.2, 15.0] == pytest.approx(4, rel=0.01)
 
 
-def test_range_noise_grows_as_the_light_gets_less() -> None:
+def test_range_noise_grows_with_decreasing_energy() -> None:
     beam = instrument(sigma_range=0.002, exponent=0.4, spread=0.0, strays=0.0, near=0.1)
 
     def scatter(y: float) -> float:

@@ -1,4 +1,4 @@
-"""What the plans say is what rays find: panes, leaves, frames and walls where they were planned."""
+"""Rays find panes, leaves, frames and walls where the plans say."""
 
 from functools import lru_cache
 
@@ -33,7 +33,7 @@ def openings(scene: Scene) -> list[tuple[FacadePlan, OpeningPlan]]:
 
 
 def look(scene: Scene, tracer: Tracer, facade: FacadePlan, xz: Float, y: float) -> tuple[Array, Float]:
-    """Part and y (facade frame) of what is seen from points (n, 2) at depth y, looking into the building."""
+    """Part and y (facade frame) of what rays into the building meet, from points (n, 2) at depth y."""
     frame = facade.local_from_facade
     origins = frame.apply(np.column_stack([xz[:, 0], np.full(len(xz), y), xz[:, 1]]))
     into = np.broadcast_to(frame.rotate(np.array([[0.0, 1.0, 0.0]])), origins.shape)
@@ -43,7 +43,7 @@ def look(scene: Scene, tracer: Tracer, facade: FacadePlan, xz: Float, y: float) 
 
 
 def inside(ring: Float, margin: float, count: int, seed: int) -> Float:
-    """Points (n, 2) at least `margin` within a ring."""
+    """Points (n, 2) in a ring, at least `margin` from its border."""
     low, high = ring.min(0), ring.max(0)
     xz = np.random.default_rng(seed).uniform(low, high, (count, 2))
     area = shapely.Polygon(ring).buffer(-margin)
@@ -71,7 +71,7 @@ def test_through_an_opening_rays_find_pane_bars_or_leaf_at_the_planned_depth(see
 
 
 @pytest.mark.parametrize("seed", SEEDS)
-def test_bars_cover_what_their_plans_say_and_nothing_else(seed: int) -> None:
+def test_bars_cover_exactly_their_planned_area(seed: int) -> None:
     scene, tracer = scene_of(seed)
     seen = 0
     for k, (facade, plan) in enumerate(openings(scene)):

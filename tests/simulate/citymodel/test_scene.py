@@ -1,4 +1,4 @@
-"""Scenes from city models: the model's own openings, what it lacks, a street before the houses."""
+"""Scenes built from city models keep the model's openings, add what it lacks, and get a street."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -68,14 +68,14 @@ def local_ring(facade: FacadePlan, opening: OpeningPlan) -> Float:
 
 
 def part_along(scene: Scene, start: Sequence[float], way: Sequence[float]) -> tuple[Part, float]:
-    """What a ray meets first, and after how many metres."""
+    """The part that a ray meets first, and the distance in metres."""
     hits = Tracer(scene.mesh).first_hit(np.array([start], float), np.array([way], float))
     assert hits.found[0]
     return Part(scene.parts[scene.mesh.surface[hits.triangle[0]]]), float(hits.distance[0])
 
 
 @pytest.mark.parametrize("off", [0.0, 0.03, -0.03])
-def test_a_window_on_a_whole_wall_is_cut_out_and_gets_what_it_lacks(off: float) -> None:
+def test_a_window_on_a_wall_without_hole_is_cut_out_and_completed(off: float) -> None:
     scene = build_model_scene(SPEC, [block([Surface(back(WINDOW, off), "Window", "v")])])
     facade = front(scene)
     (opening,) = facade.openings
@@ -115,7 +115,7 @@ def test_a_window_made_of_many_polygons_is_one_opening() -> None:
     assert opening.depth == pytest.approx(0.1)
 
 
-def test_a_door_at_the_foot_and_a_window_that_lies_nowhere() -> None:
+def test_a_door_at_the_foot_is_found_and_a_window_outside_of_walls_is_not() -> None:
     door = np.array([[5.0, 0, 0.0], [6.0, 0, 0.0], [6.0, 0, 2.1], [5.0, 0, 2.1]])
     astray = np.array([[2.0, -9, 1.0], [3.2, -9, 1.0], [3.2, -9, 2.6]])
     scene = build_model_scene(SPEC, [block([Surface(door, "Door", "d"), Surface(astray, "Window", "v")])])
@@ -229,7 +229,7 @@ def test_real_houses_keep_their_windows_and_leave_room_for_a_street() -> None:
 
 
 def clear_share(scene: Scene) -> float:
-    """Share of the openings whose own pane, bar or leaf is met from just before the wall."""
+    """Share of the openings whose own pane, bar or leaf a ray from just in front of the wall meets."""
     tracer = Tracer(scene.mesh)
     met = []
     for f, facade in enumerate(scene.houses[0].facades):

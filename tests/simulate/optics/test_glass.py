@@ -1,4 +1,4 @@
-"""Panes: Fresnel's equations, stacks of sheets, coatings, and the energy they leave."""
+"""Panes: Fresnel's equations, stacks of sheets, coatings, and the conservation of energy."""
 
 import numpy as np
 import pytest
@@ -45,7 +45,7 @@ def test_clear_stacks_lose_nothing_and_reflect_like_their_surfaces() -> None:
     np.testing.assert_allclose(two, one + through**2 * one / (1 - one**2), atol=1e-14)
 
 
-def test_films_and_absorption_take_light_away() -> None:
+def test_films_and_absorption_reduce_the_transmitted_light() -> None:
     cosine = np.array([1.0, 0.5, 0.2])
     clear = pane_optics(panes(2, n=3), cosine)
     coated = pane_optics(panes(2, 0.6, n=3), cosine)
@@ -55,7 +55,7 @@ def test_films_and_absorption_take_light_away() -> None:
     assert (tinted[0] + tinted[1] < 1).all() and (tinted[0] > 0).all()
 
 
-def test_windows_of_a_house_are_alike_and_longer_waves_pass_less() -> None:
+def test_windows_of_a_house_are_alike_and_transmit_less_at_longer_wavelengths() -> None:
     group = np.repeat(np.arange(30), 20)
     cosine = np.ones(len(group))
     through = {}

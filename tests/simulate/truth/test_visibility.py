@@ -1,4 +1,4 @@
-"""Shares of openings with a free line of sight, on a wall whose shadows can be computed by hand."""
+"""Visible shares of openings, on a wall whose shadows can be computed by hand."""
 
 import numpy as np
 import pytest
@@ -21,7 +21,7 @@ def quad(x0: float, x1: float, y: float, z0: float, z1: float) -> np.ndarray:
 
 
 def wall(*before: tuple[np.ndarray, tuple[int, int, int]]) -> Scene:
-    """A wall of 20 x 4 m at y = 0 with windows at x = 2 and 12, and quads before it with their owners."""
+    """A wall of 20 x 4 m at y = 0 with windows at x = 2 and 12, and quadrilaterals in front of it."""
     facade = FacadePlan(
         "B01/F1", Rigid3("local", "facade", np.eye(3), np.zeros(3)), rectangle(0, 0, 20, 4),
         (opening("B01/F1/W0-1", 2.0), opening("B01/F1/W0-2", 12.0)),
@@ -47,7 +47,7 @@ def shares(scene: Scene, stations: list[ScannerView], photos: tuple[Photo, ...] 
     return [seen.openings[0, 0, k] for k in range(2)]
 
 
-def test_a_free_wall_is_seen_and_names_its_sensors() -> None:
+def test_an_unobstructed_wall_is_visible_to_each_sensor() -> None:
     first, second = shares(wall(), [eye(7.0, -8.0)])
     assert first == second == {"stations": 1.0, "any": 1.0}
 
@@ -61,7 +61,7 @@ def test_a_board_hides_what_lies_in_its_shadow() -> None:
     assert both["stations"] == 1.0
 
 
-def test_its_own_shutter_hides_no_opening_but_a_neighbour_s_does() -> None:
+def test_an_opening_is_hidden_by_a_neighbours_shutter_but_not_by_its_own() -> None:
     leaf = quad(1.9, 3.1, -0.05, 0.9, 2.1)
     assert shares(wall((leaf, (0, 0, 0))), [eye(2.5, -8.0)])[0]["stations"] == 1.0
     assert shares(wall((leaf, (0, 0, 1))), [eye(2.5, -8.0)])[0]["stations"] == 0.0
@@ -75,7 +75,7 @@ def test_grazing_far_and_outside_the_field_is_not_seen() -> None:
     assert (first["stations"], second["stations"]) == (1.0, 0.0)
 
 
-def test_a_photo_sees_what_it_pictures() -> None:
+def test_a_photo_sees_what_lies_in_its_picture() -> None:
     camera = Camera("PINHOLE", 400, 400, np.array([400.0, 400, 200, 200]))
     R = np.column_stack([[1.0, 0, 0], [0, 0, -1], [0, 1, 0]])  # looking along +y
     pose = Rigid3("local", "camera", R, np.array([2.0, -4.0, 1.5]))
@@ -85,7 +85,7 @@ def test_a_photo_sees_what_it_pictures() -> None:
     assert second == {"photos": 0.0, "any": 0.0}
 
 
-def test_a_track_is_looked_from_every_metre() -> None:
+def test_a_track_is_sampled_every_metre() -> None:
     board = (quad(1.5, 3.5, -4.0, 0, 4), (-1, -1, -1))
     scene = wall(board)
     track = np.column_stack([np.linspace(2.0, 12.0, 500), np.full(500, -8.0), np.full(500, 2.0)])

@@ -1,4 +1,4 @@
-"""Every camera model against formulas written down again, point by point; the grid of rays against them."""
+"""Every camera model against independently written formulas, and the grid of rays against the models."""
 
 from cmath import atan, tan
 from math import acos, asin, atan2, cos, hypot, isclose, pi, sin, sqrt
@@ -75,7 +75,7 @@ def camera_of(model: str) -> Camera:
 
 
 @pytest.mark.parametrize("model", MODELS)
-def test_known_points_are_projected_as_the_formulas_say(model):
+def test_known_points_are_projected_by_the_formulas(model):
     camera = camera_of(model)
     turn = 0.4
     R = np.array([[cos(turn), 0, sin(turn)], [0, 1, 0], [-sin(turn), 0, cos(turn)]])

@@ -1,4 +1,4 @@
-"""Photos of scenes of a few sheets: where things appear, shadows, panes, the sensor; and of a street."""
+"""Photos of a few sheets (geometry, shadows, panes, sensor noise) and of a street."""
 
 from dataclasses import replace
 
@@ -28,7 +28,7 @@ SUNNY = LightSpec(overcast=0.0, sun_elevation=45.0, sun_azimuth=180.0)  # behind
 
 
 def painted(scene: Scene, *tones: float) -> Scene:
-    """The scene with sheet k of grey tone k, plain but for the paint's own slight texture."""
+    """The scene in which sheet k has grey tone k, with only the slight texture of paint."""
     return replace(
         scene,
         materials=tuple(
@@ -72,7 +72,7 @@ def test_an_edge_appears_where_the_camera_projects_it(model):
         assert abs(edge - pixel[axis]) < 0.1
 
 
-def test_a_shadow_falls_where_the_sun_throws_it():
+def test_a_shadow_falls_along_the_direction_of_the_sun():
     awning = Sheet((-2.0, 7.0, 4.0), (4.0, 0, 0), (0, 1.0, 0))
     scene = painted(scene_of(wall(8.0), awning), 0.6, 0.6)
     lit_scene = lit(scene, LightSpec(overcast=0.0, sun_elevation=50.0, sun_azimuth=165.0))
@@ -91,8 +91,8 @@ def test_a_shadow_falls_where_the_sun_throws_it():
     assert seen[shaded & clear].max() < 0.6 * seen[~shaded & clear].min()
 
 
-def test_a_pane_mirrors_what_fresnel_says():
-    """A white wall behind the photographer, black ones elsewhere: what is added is the mirrored white."""
+def test_a_pane_mirrors_as_much_as_fresnel_predicts():
+    """With a white wall behind the photographer and black ones elsewhere, only mirrored white is added."""
     pane = Sheet((-20, 0.0, 0.0), (60, 0, 0), (0, 0, 4), Part.PANE)
     sheets = (pane, wall(1.0, x=(-60, 60)), Sheet((80, -12, -5), (-120, 0, 0), (0, 0, 30)))
     camera = Camera("PINHOLE", 40, 40, np.array([400.0, 400.0, 20.0, 20.0]))
@@ -257,12 +257,12 @@ def test_a_walk_stands_in_the_street_and_sees_the_facades(seed, side):
         assert np.median(np.minimum(distance, 30)) > 4.0
 
 
-def test_a_side_without_houses_is_named():
+def test_a_side_without_houses_is_refused():
     with pytest.raises(OptionError, match="no house on side 1"):
         plan_photos(build_street(SceneSpec(seed=1, houses=1, opposite=False)), CameraSpec(side=1), 0)
 
 
-def test_given_poses_are_as_wrong_as_their_sigmas_say():
+def test_errors_of_given_poses_match_their_sigmas():
     scene = scene_of(ground(), wall(8.0))
     places = tuple(Standpoint(along=0.1 * k, across=0.0) for k in range(60))
     spec = CameraSpec(layout="places", places=places, sigma_position=2.0, sigma_heading=4.0, sigma_level=0.7)
@@ -290,7 +290,7 @@ def test_the_camera_stands_above_the_ground():
     assert aim.true.t == pytest.approx([10.0, 2.0, 2.5], abs=1e-6)
 
 
-def test_scan_colours_know_sun_and_shadow():
+def test_scan_colours_show_sun_and_shadow():
     awning = Sheet((-2.0, 7.0, 4.0), (4.0, 0, 0), (0, 1.0, 0))
     scene = painted(scene_of(wall(8.0), awning), 0.5, 0.5)
     points = np.array([[0.0, 8.0, 3.8], [0.0, 8.0, 1.0], [5.0, 8.0, 1.0], [0.0, 3.0, 1.0]])

@@ -1,4 +1,4 @@
-"""The mesh of a street: closed around every hole, its solids turned outwards, the same every time."""
+"""Meshes are closed around every hole, their solids face outwards, and they are repeatable."""
 
 import time
 
@@ -12,11 +12,11 @@ from frontage.geometry.ring import rectangle, ring_area
 from frontage.simulate.houses.house import FOUNDATION_M
 from frontage.simulate.houses.shapes import SHAPES, opening_ring
 from frontage.simulate.meshing import MeshBuilder, Pen, inset, loft, triangulate
-from frontage.simulate.scene import Material, Part, Scene
+from frontage.simulate.scene import Part, Scene, SurfaceMaterial
 from frontage.simulate.spec import SceneSpec
 from frontage.simulate.street.build import build_street
 
-PLAIN = Material("plain", "paint", (0.5, 0.5, 0.5), (0.5, 0.5, 0.5), 0.5)
+PLAIN = SurfaceMaterial("plain", "paint", (0.5, 0.5, 0.5), (0.5, 0.5, 0.5), 0.5)
 
 
 def pen() -> tuple[MeshBuilder, Pen]:
@@ -25,7 +25,7 @@ def pen() -> tuple[MeshBuilder, Pen]:
 
 
 def open_edges(vertices: Float, corners: Int) -> Float:
-    """Ends (n, 2, 3) of the directed edges that no triangle runs the other way."""
+    """Ends (n, 2, 3) of the directed edges that no triangle has in the opposite direction."""
     points, index = np.unique(np.round(vertices, 6), axis=0, return_inverse=True)
     t = index.reshape(-1)[corners]
     edges = np.concatenate([t[:, [0, 1]], t[:, [1, 2]], t[:, [2, 0]]])

@@ -17,7 +17,7 @@ COARSE = {"spacing": 0.3, "positions": ((10.0, 0.0),)}
 
 
 def yard(**more: object) -> Scene:
-    """Ground, a wall 8 m away and a post before it."""
+    """Ground, a wall 8 m away, and a post in front of it."""
     post = Sheet((10.5, 6.0, 0.0), (0.3, 0, 0), (0, 0, 4.0), Part.LAMP)
     return scene_of(ground(), wall(8.0, **more), post)  # type: ignore[arg-type]
 
@@ -35,7 +35,7 @@ def test_points_without_noise_lie_on_their_surfaces() -> None:
     np.testing.assert_allclose(ranges, s.true_range, atol=1e-9)
 
 
-def test_footprints_leave_walls_where_they_are() -> None:
+def test_footprints_do_not_shift_walls() -> None:
     (s,) = scan_stations(yard(), ScannerSpec(**QUIET, **COARSE, exit_beam=0.005, divergence=0.3), 1)
     d = s.scan.xyz - s.true.t
     steep = np.abs(d[:, 1]) / np.linalg.norm(d, axis=1) > 0.5
@@ -79,7 +79,7 @@ def test_neighbouring_beams_are_as_far_apart_as_asked() -> None:
     assert np.diff(x[middle]).mean() == pytest.approx(0.04, rel=0.02)
 
 
-def test_objects_cast_scan_shadows() -> None:
+def test_objects_hide_what_lies_behind_them_from_the_scanner() -> None:
     (s,) = scan_stations(yard(), ScannerSpec(**PENCIL, **COARSE), 1)
     ray = (np.array([10.65, 6.0]) - s.true.t[:2]) * 8 / 6
     shadow = s.true.t[0] + ray[0]
@@ -104,7 +104,7 @@ def test_true_and_approximate_poses() -> None:
     np.testing.assert_array_equal(coarse.scan.origins, coarse.given.t[None])
 
 
-def test_the_level_stays_whatever_the_heading() -> None:
+def test_level_errors_do_not_depend_on_the_heading() -> None:
     (s,) = scan_stations(yard(), ScannerSpec(**PENCIL, **COARSE), 7)
     tilt = np.degrees(np.arccos(s.true.R[2, 2]))
     assert 0 < tilt < 1.5
@@ -237,7 +237,7 @@ def test_drift_moves_points_with_the_trajectory() -> None:
     np.testing.assert_allclose(d.scan.xyz[front, 1] - 8.0, at, atol=1e-6)
 
 
-def test_random_walk_grows_with_the_way() -> None:
+def test_random_walk_grows_with_the_distance() -> None:
     from frontage.simulate.sensors.track import drive_along, navigation_solution
 
     spec = DriveSpec(offset=0.0, drift=0.03, drift_angle=0.0)

@@ -1,4 +1,4 @@
-"""Trees let light through, everything stands on the ground, nothing stands in a house."""
+"""Obstacles stand on the ground and outside of houses; trees let light through."""
 
 from functools import lru_cache
 
@@ -29,7 +29,7 @@ def names(part: Part) -> set[str]:
     return {s.id.split("/")[0] for s in scene().surfaces if s.part == part}
 
 
-def test_as_many_stand_there_as_were_asked_for() -> None:
+def test_obstacles_are_as_many_as_asked_for() -> None:
     counts = [len(names(p)) for p in (Part.TREE, Part.CAR, Part.LAMP, Part.PERSON)]
     assert counts == [5, 4, 3, 6]
 
@@ -77,7 +77,7 @@ def test_cars_lie_on_the_slope() -> None:
         assert np.polyfit(low[:, 0], low[:, 2], 1)[0] == pytest.approx(0.08, abs=0.02)
 
 
-def test_hedges_leave_the_way_to_the_doors_open() -> None:
+def test_hedges_leave_paths_to_the_doors() -> None:
     green = build_street(
         SceneSpec(seed=20, houses=3, setting="detached", hedges=True, trees=0, cars=0, lamps=0, people=0)
     )

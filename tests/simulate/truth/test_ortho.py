@@ -1,4 +1,4 @@
-"""True ortho-images: what they show, where, and how deep it lies."""
+"""True ortho-images: openings, surfaces and depths at the right pixels."""
 
 import numpy as np
 import pytest
@@ -31,7 +31,7 @@ def centre_of(ring: np.ndarray, ortho: OrthoTruth) -> tuple[int, int]:
     return int((ortho.corner[1] - z) / ortho.gsd), int((x - ortho.corner[0]) / ortho.gsd)
 
 
-def test_every_hole_has_its_place_and_its_area(scene, ortho):
+def test_every_opening_has_its_position_and_area(scene, ortho):
     plan = scene.houses[0].facades[0]
     assert len(plan.openings) > 2
     for k, opening in enumerate(plan.openings):
@@ -54,7 +54,7 @@ def test_depth_is_that_of_the_parts(scene, ortho):
             assert np.median(ortho.depth[pane]) == pytest.approx(expected, abs=0.03)
 
 
-def test_nothing_loose_is_shown_and_nothing_below_the_ground(scene, ortho):
+def test_neither_obstacles_nor_the_underground_are_shown(scene, ortho):
     part = parts(scene, ortho)
     for loose in (Part.TREE, Part.CAR, Part.LAMP, Part.PERSON, Part.GROUND):
         assert not (part == loose).any()
@@ -82,7 +82,7 @@ def test_texture_lies_at_the_pixels_it_belongs_to(scene):
     assert match[0] > max(match[1:])
 
 
-def test_the_picture_is_even_and_not_mirrored(scene, ortho):
+def test_the_image_is_evenly_lit_and_not_mirrored(scene, ortho):
     wall = parts(scene, ortho) == Part.WALL
     grey = ortho.rgb[wall].mean(1)
     assert 40 < grey.mean() < 230

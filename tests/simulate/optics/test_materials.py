@@ -66,7 +66,7 @@ def test_bricks_lie_in_courses_with_broken_joints():
     assert 1.0 / np.fft.rfftfreq(500, 0.002)[np.argmax(spectrum)] == pytest.approx(0.083, rel=0.05)
 
 
-def test_each_face_of_a_box_is_painted_along_itself():
+def test_each_face_of_a_box_is_textured_along_its_own_axes():
     """A sill's top must not be smeared along the direction that its texture plane does not have."""
     scene = scene_of(wall(0.0))
     top = replace(scene.surfaces[0], u=(1.0, 0.0, 0.0), v=(0.0, 0.0, 1.0))

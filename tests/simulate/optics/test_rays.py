@@ -36,12 +36,12 @@ def test_skip_starts_behind_a_surface() -> None:
     np.testing.assert_allclose(hits.distance, 2 / fan()[:, 1], atol=1e-9)
 
 
-def test_misses_say_so() -> None:
+def test_rays_that_miss_have_no_triangle() -> None:
     hits = Tracer(panes()).first_hit(np.zeros(3), -fan(5))
     assert not hits.found.any() and np.isinf(hits.distance).all()
 
 
-def test_a_part_of_the_mesh_keeps_its_numbers() -> None:
+def test_hits_on_a_subset_index_the_whole_mesh() -> None:
     hits = Tracer(panes(), keep=np.array([False, False, True, True])).first_hit(np.zeros(3), fan())
     assert set(hits.triangle) == {2, 3}
     nothing = Tracer(panes(), keep=np.zeros(4, bool))
@@ -51,7 +51,7 @@ def test_a_part_of_the_mesh_keeps_its_numbers() -> None:
         Tracer(panes(), keep=np.ones(3, bool))
 
 
-def test_blocked_looks_only_as_far_as_asked() -> None:
+def test_blocked_ignores_what_lies_beyond_the_reach() -> None:
     tracer, up = Tracer(panes()), np.array([[0.0, 1.0, 0.0]] * 3)
     assert tracer.blocked(np.zeros(3), up, np.array([9.9, 10.1, np.inf])).tolist() == [False, True, True]
     assert tracer.blocked(np.zeros(3), -up, np.inf).tolist() == [False] * 3

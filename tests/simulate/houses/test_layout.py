@@ -1,4 +1,4 @@
-"""Facades from the grammar: nothing overlaps, everything asked for occurs, measures stay in their bounds."""
+"""Layouts of fronts: nothing overlaps, everything asked for occurs, measures stay within their bounds."""
 
 from collections import Counter
 from functools import lru_cache
@@ -77,7 +77,7 @@ def test_identifiers_count_storeys_from_the_ground_and_bays_from_the_left() -> N
             assert x == sorted(x)
 
 
-def test_measures_stay_within_what_is_built() -> None:
+def test_measures_stay_within_realistic_bounds() -> None:
     for o in openings():
         assert 0.05 <= o.depth <= 0.4 + 1e-9
         assert o.depth < o.glass_depth < o.depth + 0.065
@@ -171,7 +171,7 @@ def test_rings_follow_their_arcs_to_a_millimetre(shape: str) -> None:
 
 
 def _fine(shape: str, width: float, height: float) -> Float:
-    """The same opening by its definition: points that fulfil the equation of its upper edge."""
+    """The same opening by its definition: points that satisfy the equation of its upper edge."""
     half, x = width / 2, np.linspace(-width / 2, width / 2, 4001)
     if shape == "circle":
         upper, lower = half + np.sqrt(half**2 - x**2), half - np.sqrt(half**2 - x**2)
