@@ -6,6 +6,7 @@ import sys
 import time
 from collections.abc import Callable
 from dataclasses import asdict
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
@@ -22,7 +23,9 @@ def common(command: Command) -> Command:
     command = click.option("--json", "as_json", is_flag=True, help="Print the result as JSON on stdout.")(
         command
     )
-    command = click.option("--quiet", "-q", is_flag=True, help="Print nothing but errors.")(command)
+    command = click.option("--quiet", "-q", is_flag=True, help="Print nothing but warnings and errors.")(
+        command
+    )
     return click.option(
         "-v",
         "--verbose",
@@ -39,6 +42,29 @@ def workers_option(command: Command) -> Command:
     kind = click.IntRange(min=1)
     text = "Processes; the result does not depend on it."
     return click.option("--workers", "-w", type=kind, default=1, show_default=True, help=text)(command)
+
+
+def strict_option(command: Command) -> Command:
+    """Add --strict."""
+    text = "Exit with 1 if anything failed for a single building or facade."
+    return click.option("--strict", is_flag=True, help=text)(command)
+
+
+def stage_command(name: str, text: str) -> click.Command:
+    """Make the command that runs one stage of a run folder again, without options of its own."""
+
+    @click.command(name, help=text)
+    @click.argument("out", type=click.Path(path_type=Path), metavar="OUT")
+    @strict_option
+    @workers_option
+    @common
+    def command(out: Path, strict: bool, workers: int, quiet: bool, as_json: bool) -> None:
+        from frontage.pipeline.run import run_stage
+
+        summary = run_stage(out, name, workers=workers, progress=progress(quiet, as_json))
+        tell(summary, quiet, as_json, strict)
+
+    return command
 
 
 def method_option(command: Command) -> Command:
@@ -105,16 +131,22 @@ class Bars:
             self._task = None
 
 
-def tell(summary: "Summary", quiet: bool, as_json: bool) -> None:
-    """The outcome of a run or a stage."""
+def tell(summary: "Summary", quiet: bool, as_json: bool, strict: bool = False) -> None:
+    """Print the outcome of a run or a stage. Exits with 1 if `strict` and there are warnings."""
     if as_json:
         click.echo(json.dumps(as_table(summary), indent=1, ensure_ascii=False))
-        return
-    if quiet:
-        return
+    else:
+        _outcome(summary, quiet)
+    if strict and summary.warnings:
+        raise click.exceptions.Exit(1)
+
+
+def _outcome(summary: "Summary", quiet: bool) -> None:
     for _, warning in summary.warnings:
         hint = f"; {warning.hint}" if warning.hint else ""
         click.echo(f"warning {warning.code} {warning.item}: {warning.message}{hint}", err=True)
+    if quiet:
+        return
     for note in summary.notes:
         click.echo(f"note: {note}", err=True)
     made = f"{len(summary.facades)} ortho-images"

@@ -6,7 +6,9 @@ Exit codes: 0 done, 1 failed (one sentence on stderr), 2 wrong usage, 130 interr
 import importlib
 import logging
 import os
+import signal
 import sys
+from contextlib import suppress
 from typing import Any
 
 import click
@@ -59,6 +61,8 @@ class LazyGroup(click.Group):
     def main(self, *args: Any, **kwargs: Any) -> Any:
         """Run the command line and exit; no traceback reaches the user unless -v asks for it."""
         kwargs["standalone_mode"] = False
+        with suppress(ValueError):  # handlers can only be set in the main thread
+            signal.signal(signal.SIGTERM, _interrupt)
         try:
             code = super().main(*args, **kwargs)
         except click.ClickException as error:
@@ -76,6 +80,11 @@ class LazyGroup(click.Group):
         except Exception as error:
             code = _bug(error)
         sys.exit(code if isinstance(code, int) else 0)
+
+
+def _interrupt(number: int, frame: object) -> None:
+    """SIGTERM ends a run as Ctrl-C does."""
+    raise KeyboardInterrupt
 
 
 def _bug(error: Exception) -> int:

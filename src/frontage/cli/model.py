@@ -4,7 +4,7 @@ from pathlib import Path
 
 import click
 
-from frontage.cli.console import common, progress, tell, workers_option
+from frontage.cli.console import common, progress, strict_option, tell, workers_option
 
 
 @click.command("model")
@@ -12,6 +12,7 @@ from frontage.cli.console import common, progress, tell, workers_option
 @click.option("--reseat/--keep-walls", default=None, help="Move the host's walls onto the measured planes.")
 @click.option("--depth/--flush", default=None, help="Openings at their depth, or flush and no protrusions.")
 @click.option("--max-offset", type=float, help="Metres between the measured planes and the host's walls.")
+@strict_option
 @workers_option
 @common
 def command(
@@ -19,6 +20,7 @@ def command(
     reseat: bool | None,
     depth: bool | None,
     max_offset: float | None,
+    strict: bool,
     workers: int,
     quiet: bool,
     as_json: bool,
@@ -29,4 +31,4 @@ def command(
     given = {"reseat": reseat, "depth": depth, "max_offset": max_offset}
     options = {name: value for name, value in given.items() if value is not None}
     bars = progress(quiet, as_json)
-    tell(run_stage(out, "model", options=options, workers=workers, progress=bars), quiet, as_json)
+    tell(run_stage(out, "model", options=options, workers=workers, progress=bars), quiet, as_json, strict)

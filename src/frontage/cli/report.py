@@ -1,18 +1,5 @@
 """`frontage report`."""
 
-from pathlib import Path
+from frontage.cli.console import stage_command
 
-import click
-
-from frontage.cli.console import common, progress, tell, workers_option
-
-
-@click.command("report")
-@click.argument("out", type=click.Path(path_type=Path), metavar="OUT")
-@workers_option
-@common
-def command(out: Path, workers: int, quiet: bool, as_json: bool) -> None:
-    """Write report.html of a run folder again."""
-    from frontage.pipeline.run import run_stage
-
-    tell(run_stage(out, "report", workers=workers, progress=progress(quiet, as_json)), quiet, as_json)
+command = stage_command("report", "Write report.html of a run folder again.")

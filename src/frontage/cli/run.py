@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from frontage.cli.console import common, method_option, progress, tell, workers_option
+from frontage.cli.console import common, method_option, progress, strict_option, tell, workers_option
 
 if TYPE_CHECKING:
     from frontage.pipeline.project import Project
@@ -34,10 +34,21 @@ if TYPE_CHECKING:
 @method_option
 @click.option("--seed", type=int, help="Seed of every random choice.")
 @click.option("-o", "--out", type=click.Path(path_type=Path), help="Run folder; default: the project's name.")
+@click.option(
+    "--verify", is_flag=True, help="Compare the checksums of finished results, and make damaged ones again."
+)
+@strict_option
 @workers_option
 @common
 def command(
-    project: Path | None, out: Path | None, workers: int, quiet: bool, as_json: bool, **flags: Any
+    project: Path | None,
+    out: Path | None,
+    verify: bool,
+    strict: bool,
+    workers: int,
+    quiet: bool,
+    as_json: bool,
+    **flags: Any,
 ) -> None:
     """The whole chain: scans and photos to ortho-images, model and report.
 
@@ -51,7 +62,8 @@ def command(
         raise click.UsageError("name the run folder with -o OUT")
     made = _from_flags(flags) if project is None else _from_file(project, flags)
     folder = out or Path(project.stem + "_out" if project else "out")
-    tell(run(made, folder, workers=workers, progress=progress(quiet, as_json)), quiet, as_json)
+    summary = run(made, folder, workers=workers, progress=progress(quiet, as_json), verify=verify)
+    tell(summary, quiet, as_json, strict)
 
 
 def _from_flags(flags: dict[str, Any]) -> "Project":

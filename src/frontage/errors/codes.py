@@ -229,6 +229,10 @@ CODES: Mapping[str, ErrorCode] = MappingProxyType(
         ),
         # Run folder and workers
         "W100": ErrorCode("The run folder cannot be used.", "Follow the advice in the message."),
+        "W110": ErrorCode(
+            "Another run works on this run folder.",
+            "Wait until it ends or stop it. If it ended on another host, remove the lock file.",
+        ),
         "W300": ErrorCode(
             "A worker process was killed, most often because memory ran out. Finished results are kept.",
             "Run again with fewer --workers.",

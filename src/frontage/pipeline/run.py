@@ -15,6 +15,7 @@ from frontage.pipeline.inputs import hash_inputs
 from frontage.pipeline.progress import Progress, Silent
 from frontage.pipeline.project import Project, project_from_table
 from frontage.pipeline.stages import STAGES
+from frontage.pipeline.store.lock import locked
 from frontage.pipeline.store.manifest import Manifest, StageRecord
 from frontage.pipeline.store.results import StageResult, StageWarning
 from frontage.pipeline.store.store import Store
@@ -46,8 +47,17 @@ class Summary:
     seconds: float
 
 
-def run(project: Project, out: Path | str, *, workers: int = 1, progress: Progress | None = None) -> Summary:
+def run(
+    project: Project,
+    out: Path | str,
+    *,
+    workers: int = 1,
+    progress: Progress | None = None,
+    verify: bool = False,
+) -> Summary:
     """Run the whole chain into the folder `out`; what is finished there and still current is kept.
+
+    verify  compare the checksums of finished results, not only their sizes, and make damaged ones again
 
     Raises FrontageError (bad input, an unusable folder, or nothing found); earlier results stay intact.
     """
@@ -56,8 +66,9 @@ def run(project: Project, out: Path | str, *, workers: int = 1, progress: Progre
         raise WorkspaceError(f"{folder} is a file; give another name for the run folder")
     inputs = hash_inputs(project)
     graph = Graph(STAGES, Store.create(folder), project, inputs)
-    _perform(graph, STAGES, workers, progress or Silent(), redo=False)
-    graph.store.markers.sweep()
+    with locked(folder):
+        _perform(graph, STAGES, workers, progress or Silent(), redo=False, thorough=verify)
+        graph.store.markers.sweep()
     summary = _summary(graph, time.perf_counter() - start)
     if not summary.facades:
         raise FrontageError(_nothing(summary), code="F100")
@@ -91,25 +102,36 @@ def run_stage(
         raise OptionError(f"{out}: nothing to do for {stage!r}: all scans have trusted poses")
     graph = Graph(STAGES, store, project, manifest.inputs)
     graph.require_before(chosen[0])
-    _perform(graph, chosen, workers, progress or Silent(), redo=True)
-    later = [s.name for one in chosen for s in graph.downstream(one.name, required=True)]
-    store.markers.sweep(set(later) - {one.name for one in chosen})
+    with locked(store.out):
+        _perform(graph, chosen, workers, progress or Silent(), redo=True)
+        later = [s.name for one in chosen for s in graph.downstream(one.name, required=True)]
+        store.markers.sweep(set(later) - {one.name for one in chosen})
     return _summary(graph, time.perf_counter() - start)
 
 
-def _perform(graph: Graph, stages: Sequence[Stage], workers: int, progress: Progress, *, redo: bool) -> None:
+def _perform(
+    graph: Graph,
+    stages: Sequence[Stage],
+    workers: int,
+    progress: Progress,
+    *,
+    redo: bool,
+    thorough: bool = False,
+) -> None:
     """Perform stages in order; without `redo` those that are current are kept."""
     with make_executor(workers) as executor:
         for stage in stages:
             if stage.needed(graph.project):
-                _one(graph, stage, executor, progress, redo)
+                _one(graph, stage, executor, progress, redo, thorough)
 
 
-def _one(graph: Graph, stage: Stage, executor: Executor, progress: Progress, redo: bool) -> None:
+def _one(
+    graph: Graph, stage: Stage, executor: Executor, progress: Progress, redo: bool, thorough: bool
+) -> None:
     """Keep or perform one stage; then the manifest tells of it."""
     start = time.perf_counter()
-    kept = None if redo else graph.kept(stage)
-    result = kept or graph.perform(stage, executor, progress, redo=redo)
+    kept = None if redo else graph.kept(stage, thorough=thorough)
+    result = kept or graph.perform(stage, executor, progress, redo=redo, thorough=thorough)
     seconds = time.perf_counter() - start
     _tell(graph, stage, result, seconds, kept is not None)
     progress.end(stage.name, seconds, kept is not None, result.items)
