@@ -8,5 +8,6 @@ city model. Terrestrial scanners, a mapping vehicle and cameras record it
 `survey.survey_model` derives the LoD2 city model that a surveying office would have, and `truth` writes down
 what was really there.
 
-Every random number comes from a seeded generator: the same specification gives the same bytes.
+Every random number comes from a seeded generator: the same specification gives the same bytes. Functions
+named `draw_...` that take a `meshing.Pen` add triangles to the scene; the others draw random properties.
 """

@@ -86,7 +86,7 @@ class HouseDraft:
         return left + (right - left) * x / self.width
 
 
-def draw_house(
+def draft_house(
     spec: HouseSpec, seed: tuple[int, ...], slope: float, detached: bool, width: float
 ) -> HouseDraft:
     """Draft a house `width` m wide; `slope` is the rise of the ground per metre along its x axis.

@@ -7,7 +7,7 @@ import shapely
 
 from frontage.geometry.rigid import Rigid3
 from frontage.model import WorldRef
-from frontage.simulate.houses.draft import HouseDraft, draw_house
+from frontage.simulate.houses.draft import HouseDraft, draft_house
 from frontage.simulate.houses.house import build_house
 from frontage.simulate.houses.housespec import HouseSpec
 from frontage.simulate.meshing import MeshBuilder, Pen
@@ -108,7 +108,7 @@ def _plots(spec: SceneSpec, side: int, profile: StreetProfile) -> list[Plot]:
             width = before.draft.width
             house = before.draft.spec
         slope = profile.slope if side == 0 else -profile.slope
-        draft = draw_house(house, seed, slope, detached, width)
+        draft = draft_house(house, seed, slope, detached, width)
         plots.append(Plot(side, s, setback, draft, twin))
         s += width + gap
     return plots
