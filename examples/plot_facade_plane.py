@@ -10,9 +10,10 @@ from pathlib import Path
 import numpy as np
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tests"))
+from scenes import Scene, wall_scene
+
 from frontage.facades import FacadeOptions, find_facades
 from frontage.model import Building, Facade
-from scenes import Scene, wall_scene
 
 
 def find_wall(scene: Scene, method: str) -> Facade:

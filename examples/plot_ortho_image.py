@@ -12,11 +12,12 @@ import cv2
 import numpy as np
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tests"))
+from scene_files import default_camera, default_poses
+from scenes import FACADE, OpeningTruth, Scene, render_photo, street_scene
+
 from frontage.facades import find_facades
 from frontage.model import Building, Estimate, OrthoImage, Photo
 from frontage.ortho import OrthoOptions, make_ortho
-from scene_files import default_camera, default_poses
-from scenes import FACADE, OpeningTruth, Scene, render_photo, street_scene
 
 
 def make(scene: Scene, number: int) -> OrthoImage:

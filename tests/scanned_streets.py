@@ -16,7 +16,7 @@ from frontage.simulate.sensors.instrument import ScannerSpec
 from frontage.simulate.sensors.recording import Echo
 from frontage.simulate.sensors.terrestrial import scan_stations
 from frontage.simulate.spec import SceneSpec
-from frontage.simulate.street.build import street
+from frontage.simulate.street.build import build_street
 
 _STATION_EVERY_M = 8.0  # along the street
 _STREET_WIDTH_M = 14.0
@@ -110,4 +110,4 @@ def terrace(
         | things
         | spec
     )
-    return scan_scene(street(drawn), spacing, field=360 if drawn.opposite else 180)
+    return scan_scene(build_street(drawn), spacing, field=360 if drawn.opposite else 180)

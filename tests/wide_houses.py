@@ -8,22 +8,22 @@ from typing import Any, Literal
 
 import numpy as np
 import shapely
-from frontage.simulate.houses.meshing import MeshBuilder, Pen
 
 from frontage.geometry.rigid import Rigid3
 from frontage.model import WorldRef
-from frontage.simulate.houses.draft import draw_house
+from frontage.simulate.houses.draft import draft_house
 from frontage.simulate.houses.house import build_house
 from frontage.simulate.houses.housespec import HouseSpec
+from frontage.simulate.meshing import MeshBuilder, Pen
 from frontage.simulate.scene import Scene
-from frontage.simulate.street.ground import Profile, draw_ground
+from frontage.simulate.street.ground import StreetProfile, draw_ground
 from scanned_streets import ScannedStreet, scan_scene
 
 Kind = Literal["plain", "risalit", "attic", "recess", "oriel"]
 KINDS: tuple[Kind, ...] = ("plain", "risalit", "attic", "recess", "oriel")
 _FORWARD_M = {"risalit": 0.5, "attic": 0.5, "recess": -0.4}  # of the middle, towards the street
 _WING_M, _MIDDLE_M, _FLOORS = 10.0, 8.0, 3
-_STREET = Profile(width=14.0, pavement=2.5, slope=0.0)
+_STREET = StreetProfile(width=14.0, pavement=2.5, slope=0.0)
 _BEYOND_M = 30.0  # of street before and after the house
 
 
@@ -44,7 +44,7 @@ def wide_house(kind: Kind, seed: int, spacing: float = 0.08) -> ScannedStreet:
     builder, houses, plots, s = MeshBuilder(), [], [], 0.0
     for k, (table, width) in enumerate(((wing, _WING_M), (middle, _MIDDLE_M), (wing, _WING_M))):
         d = -_FORWARD_M.get(kind, 0.0) if k == 1 else 0.0
-        draft = draw_house(HouseSpec.model_validate(table), (seed,), 0.0, False, width)
+        draft = draft_house(HouseSpec.model_validate(table), (seed,), 0.0, False, width)
         pen = Pen(builder, Rigid3("local", "house", np.eye(3), np.array([s, d, 0.0])), f"P{k}", house=k)
         houses.append(build_house(pen, draft, f"P{k}", "1 Long Street", 0, None)[0])
         plots.append(shapely.box(s, d, s + width, d + draft.depth))

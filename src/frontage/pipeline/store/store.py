@@ -338,6 +338,7 @@ class Store:
 
 def _readable(path: Path) -> bool:
     try:
-        return isinstance(read_json(path), dict)
-    except (OSError, ValueError):
+        Manifest.from_json(read_json(path))
+    except (OSError, ValueError, KeyError, TypeError, AttributeError):
         return False
+    return True
