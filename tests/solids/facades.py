@@ -6,8 +6,9 @@ from frontage.geometry.plane import facade_axes
 from frontage.geometry.rigid import Rigid3
 from frontage.geometry.ring import rectangle
 from frontage.model import Solid, WorldRef
-from frontage.solids.hosts.host import Host, facade_block
-from frontage.solids.polygonise import arch_ring, circle_ring
+from frontage.solids.coarse.extrude import facade_block
+from frontage.solids.coarse.host import Host
+from frontage.solids.curves import arch_ring, circle_ring
 from frontage.solids.relief import FacadeReliefs, Relief
 
 WORLD = WorldRef(np.array([678_000, 5_403_000, 300]))
@@ -88,7 +89,8 @@ def _some(rng: np.random.Generator, name: str, at: tuple[float, float], wide: fl
             return [Relief(name, rectangle(x, rng.uniform(-0.1, 0.03), x + w, z + h), _deep(rng), "Door")]
         case "arch":
             rise = w * rng.choice([0.2, 0.5, 0.8])
-            return [Relief(name, arch_ring(x, x + w, z, z + h * 0.5, rise, 0.003), _deep(rng))]
+            ring = arch_ring(x, x + w, z, spring=z + h * 0.5, rise=rise, chord_error=0.003)
+            return [Relief(name, ring, _deep(rng))]
         case "odd":
             turn = np.sort(rng.uniform(0, 2 * np.pi, 6))
             ring = np.column_stack([x + w / 2 + np.cos(turn) * w / 2, z + h / 2 + np.sin(turn) * h / 2])

@@ -7,10 +7,11 @@ from hypothesis import strategies as st
 
 from frontage.geometry.ring import rectangle, ring_area
 from frontage.model import Face, Failed, Solid
+from frontage.solids.brep import GRID_PER_M, rings_of, unmatched_edges, volume6
 from frontage.solids.cells.build import build_solid
-from frontage.solids.polygonise import arch_ring
-from frontage.solids.relief import GRID, BuildOptions, Built, FacadeReliefs, Relief
-from frontage.solids.rims import rings_of, unmatched, volume6
+from frontage.solids.curves import arch_ring
+from frontage.solids.options import BuildOptions
+from frontage.solids.relief import Built, FacadeReliefs, Relief
 from frontage.validation import validate
 from solids.facades import block, frame, random_facade
 
@@ -29,8 +30,8 @@ def removed6(reliefs: list[Relief], base: int = 0) -> int:
     """Six times the volume that disjoint reliefs take out, from their outlines alone."""
     total = 0
     for r in reliefs:
-        deep = round((r.depth or 0.0) * GRID)
-        total += round(2 * ring_area(np.rint(r.ring * GRID))) * 3 * deep + removed6(list(r.inside))
+        deep = round((r.depth or 0.0) * GRID_PER_M)
+        total += round(2 * ring_area(np.rint(r.ring * GRID_PER_M))) * 3 * deep + removed6(list(r.inside))
     return total
 
 
@@ -90,7 +91,7 @@ def test_door_near_the_ground_line_goes_down_to_it(bottom):
 
 
 def test_arch_follows_its_curve():
-    ring = arch_ring(2, 4, 1, 3, 1, 0.002)
+    ring = arch_ring(2, 4, 1, spring=3, rise=1, chord_error=0.002)
     result = built([Relief("A", ring, 0.2)])
     lost = (volume6(result.host) - volume6(result.solid)) / 6e12
     true = 0.2 * (4 + np.pi / 2)
@@ -207,7 +208,7 @@ def test_wall_of_several_coplanar_faces():
                 ring.insert(pairs.index((p, q)) + 1, new)
         faces.append(Face(tuple(ring), f.semantics))
     split = Solid("B", v, host.origin, tuple(faces), "2")
-    assert not unmatched(split.faces)
+    assert not unmatched_edges(split.faces)
     reliefs = [Relief("A", rectangle(5, 4, 7, 6), 0.2), Relief("B", rectangle(6.005, 1, 7, 2), 0.2)]
     reliefs += [
         Relief("D", rectangle(5.5, 0, 6.5, 0.9), 0.3, "Door"),
@@ -274,7 +275,7 @@ def test_any_facade_in_any_direction(seed, azimuth):
     host, facade = random_facade(np.random.default_rng(seed), azimuth)
     result = build_solid(host, [facade])
     assert isinstance(result, Built)
-    assert not unmatched(result.solid.faces)
+    assert not unmatched_edges(result.solid.faces)
     assert not validate(result.solid)
     assert "S399" not in {f.code for f in result.failed}
     assert {f.opening for f in result.solid.faces} - {None} == set(result.offsets) | {

@@ -13,26 +13,26 @@ from shapely.geometry import Polygon
 from facade_fakes import WORLD, facade
 from frontage.geometry.ring import rectangle
 from frontage.model import Estimate, Facade
-from frontage.solids.hosts.blocks import cloud_blocks
-from frontage.solids.hosts.eaves import clean_outline
-from frontage.solids.hosts.plan import Front, footprints
-from frontage.solids.relief import GRID
-from frontage.solids.rims import volume6
+from frontage.solids.brep import GRID_PER_M, volume6
+from frontage.solids.coarse.cloud_blocks import cloud_blocks
+from frontage.solids.coarse.eaves import clean_outline
+from frontage.solids.coarse.footprints import footprints
+from frontage.solids.coarse.plan_facade import PlanFacade
 from frontage.validation import validate
 
 DEPTH = 8.0
 
 
-def front(a: Sequence[float], b: Sequence[float], low: float = 0.0, high: float = 9.0) -> Front:
+def front(a: Sequence[float], b: Sequence[float], low: float = 0.0, high: float = 9.0) -> PlanFacade:
     """A facade between two points in plan, the building on its left."""
     ends = np.array([a, b], np.float64)
     along = (ends[1] - ends[0]) / np.linalg.norm(ends[1] - ends[0])
-    return Front(ends, np.array([-along[1], along[0]]), low, high)
+    return PlanFacade(ends, np.array([-along[1], along[0]]), low, high)
 
 
 def chain(
     points: Sequence[Sequence[float]], without: Sequence[int] = (), closed: bool = False
-) -> list[Front]:
+) -> list[PlanFacade]:
     """Facades along a line of points, some missing."""
     pairs = list(zip(points, [*points[1:], points[0]], strict=True))
     return [front(a, b) for k, (a, b) in enumerate(pairs if closed else pairs[:-1]) if k not in without]
@@ -44,7 +44,7 @@ def ngon(n: int, side: float = 4.0) -> list[list[float]]:
     return (radius * np.column_stack([np.cos(turn), np.sin(turn)])).tolist()
 
 
-def plan(fronts: list[Front]) -> Polygon:
+def plan(fronts: list[PlanFacade]) -> Polygon:
     ((polygon, _),) = footprints(fronts, DEPTH)
     return polygon
 
@@ -181,7 +181,7 @@ def test_a_step_runs_back_over_the_plan_and_a_high_side_makes_it_level():
         assert volume6(host.solid) / 6e12 == pytest.approx(area * 12, rel=0.02)
 
 
-def upright(one: Front, number: int, outline: np.ndarray, lean: float) -> Facade:
+def upright(one: PlanFacade, number: int, outline: np.ndarray, lean: float) -> Facade:
     """A facade whose plane passes through a front at the height 0, leaning by so much (rad)."""
     f = facade(azimuth=float(np.arctan2(one.inward[1], one.inward[0])), lean=lean)
     pose = replace(f.frame, t=np.array([*one.ends.mean(0), 0.0]))
@@ -250,5 +250,5 @@ def test_random_arrangements_give_valid_blocks(seed, kind):
         assert host.notes[0].startswith("B01: no city model; a block ")
     rings = [f.frame.apply(np.insert(f.outline, 1, 0.0, axis=1)) for f in facades]
     high = max(r[:, 2].max() for r in rings)
-    assert max(h.solid.vertices[:, 2].max() for h in made) / GRID <= high + 0.01
+    assert max(h.solid.vertices[:, 2].max() for h in made) / GRID_PER_M <= high + 0.01
     assert sum(volume6(h.solid) for h in made) > 0

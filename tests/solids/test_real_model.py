@@ -10,7 +10,7 @@ from frontage.geometry.ring import rectangle
 from frontage.io.citymodels.read import read_city_model
 from frontage.model import Building, Elements, Estimate, Facade, Opening, Protrusion, Provenance
 from frontage.solids import Assembled, BuildOptions, assemble
-from frontage.solids.matching import match_model
+from frontage.solids.model_match import match_model
 from frontage.validation import validate
 from realdata import data_path
 

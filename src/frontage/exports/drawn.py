@@ -9,8 +9,7 @@ import shapely
 from frontage.geometry.arrays import Array, Float, Int
 from frontage.model import Face, Solid
 from frontage.solids import Assembled
-from frontage.solids.relief import GRID
-from frontage.solids.rims import normal
+from frontage.solids.brep import GRID_PER_M, newell_normal
 
 KINDS = ("WallSurface", "RoofSurface", "GroundSurface", "OuterCeilingSurface", "OuterFloorSurface", "Window",
          "Door", "Installation")  # fmt: skip
@@ -50,10 +49,10 @@ def joined(parts: Sequence[Drawn]) -> Drawn:
 
 
 def _solid(solid: Solid, kind: int | None = None) -> Drawn:
-    xyz = solid.vertices / GRID
+    xyz = solid.vertices / GRID_PER_M
     corners, normals, kinds, edges = [], [], [], []
     for face in solid.faces:
-        n = normal(xyz[list(face.ring)])
+        n = newell_normal(xyz[list(face.ring)])
         triangles = _triangles(face, xyz, n)
         corners.append(triangles)
         normals.append(np.tile(n, (len(triangles), 1)))

@@ -24,8 +24,7 @@ from frontage.pipeline.files import write_bytes, write_json
 from frontage.pipeline.records import building_from_record, failed_record
 from frontage.pipeline.tasks import as_failed
 from frontage.pipeline.workspace import Workspace
-from frontage.solids import Assembled, BuildOptions, assemble
-from frontage.solids.matching import Group, match_model
+from frontage.solids import Assembled, BuildOptions, ModelMatch, assemble, match_model
 
 FILES = ("lod3.city.json", "lod3.gml", "lod3_citygml3.gml", "lod3.glb", "report.json")
 """What the stage leaves in OUT/model, beside a picture per building in `pictures/`."""
@@ -159,7 +158,7 @@ def _city_model(run: Run, world: WorldRef) -> tuple[CityBuilding, ...]:
     return read_city_model(source.path, world, box, source.crs).buildings
 
 
-def _shells(group: Group, city: Sequence[CityBuilding]) -> tuple[Shell, ...]:
+def _shells(group: ModelMatch, city: Sequence[CityBuilding]) -> tuple[Shell, ...]:
     """The group's shells of LoD2 or below; of several buildings each is one part under its own id."""
     own = [b for b in city if b.id in group.model]
     if len(own) == 1:
@@ -220,7 +219,7 @@ def _warnings(made: Made) -> list[dict[str, str]]:
     return found
 
 
-def _notes(made: Sequence[Made], groups: Sequence[Group]) -> list[str]:
+def _notes(made: Sequence[Made], groups: Sequence[ModelMatch]) -> list[str]:
     notes = []
     blocks = [m.id for m in made if m.about is not None and m.about["host"] == "cloud"]
     if blocks:
