@@ -1,4 +1,4 @@
-"""Random facades for the building of solids: everything that may touch does so in some of them."""
+"""Random facades for tests of the solid builder; everything that may touch does so in some of them."""
 
 import numpy as np
 
@@ -28,21 +28,21 @@ KINDS = (
 
 
 def frame(azimuth: float, lean: float = 0.0, at: tuple[float, float, float] = (12.0, -7.0, 3.0)) -> Rigid3:
-    """A facade frame whose normal into the building has this azimuth (rad) and leans by so much (rad)."""
+    """Returns a facade frame whose inward normal has an azimuth (rad) and leans by an angle (rad)."""
     flat = np.cos(lean)
     inward = np.array([np.cos(azimuth) * flat, np.sin(azimuth) * flat, np.sin(lean)])
     return Rigid3("local", "facade", facade_axes(inward), np.array(at))
 
 
 def block(local_from_facade: Rigid3, outline: np.ndarray, depth: float = 9.0) -> Solid:
-    """A block behind a facade."""
+    """Returns a block behind a facade."""
     made = facade_block("B", local_from_facade, outline, depth, WORLD)
     assert isinstance(made, Host)
     return made.solid
 
 
 def random_facade(rng: np.random.Generator, azimuth: float | None = None) -> tuple[Solid, FacadeReliefs]:
-    """A block with a straight or gabled outline, and reliefs of every kind on a loose raster."""
+    """Returns a block with a straight or gabled outline, and reliefs of every kind on a loose raster."""
     wide, high = np.round(rng.uniform(6, 25), 3), np.round(rng.uniform(5, 18), 3)
     turn = rng.uniform(0, 2 * np.pi) if azimuth is None else azimuth
     place = frame(turn, at=(round(rng.uniform(-50, 50), 4), round(rng.uniform(-50, 50), 4), 2.0))
@@ -66,7 +66,7 @@ def _deep(rng: np.random.Generator) -> float | None:
 
 
 def _some(rng: np.random.Generator, name: str, at: tuple[float, float], wide: float) -> list[Relief]:
-    """One or two reliefs near a spot."""
+    """Returns one or two reliefs near a spot."""
     x, z = at
     w, h = np.round(rng.uniform(0.5, 1.6), 4), np.round(rng.uniform(0.5, 1.9), 4)
     one = Relief(name, rectangle(x, z, x + w, z + h), _deep(rng))

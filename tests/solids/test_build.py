@@ -1,4 +1,4 @@
-"""Solids with reliefs: closed, valid, and exactly as large as the host less what was cut."""
+"""Solids with reliefs are closed, valid, and exactly as large as the host less what was cut."""
 
 import numpy as np
 import pytest
@@ -27,7 +27,7 @@ def built(reliefs: list[Relief], place=STRAIGHT, outline=WALL, options=None, hos
 
 
 def removed6(reliefs: list[Relief], base: int = 0) -> int:
-    """Six times the volume that disjoint reliefs take out, from their outlines alone."""
+    """Returns six times the volume that disjoint reliefs remove, from their outlines alone."""
     total = 0
     for r in reliefs:
         deep = round((r.depth or 0.0) * GRID_PER_M)
@@ -36,7 +36,7 @@ def removed6(reliefs: list[Relief], base: int = 0) -> int:
 
 
 def column6(solid: Solid, front: int) -> int:
-    """Six times the volume between the plane y = `front` and all faces that look to the street."""
+    """Returns six times the volume between the plane y = `front` and all faces that look to the street."""
     total = 0
     for face in solid.faces:
         at = solid.vertices[list(face.ring)]
@@ -111,7 +111,7 @@ def test_protrusion_with_a_window_in_it_and_a_window_beside_it():
     assert not validate(result.solid)
 
 
-def test_openings_that_touch_in_a_point_are_parted():
+def test_openings_that_touch_in_a_point_are_separated():
     reliefs = [Relief("A", rectangle(2, 2, 3, 3), 0.2), Relief("B", rectangle(3, 3, 4, 4), 0.2)]
     result = built(reliefs)
     assert any(n.startswith("B: 0.01 m cut off") for n in result.notes)
@@ -135,7 +135,7 @@ def test_narrow_pier_is_closed():
     assert result.notes and not validate(result.solid)
 
 
-def test_all_glass_keeps_a_frame():
+def test_an_opening_over_the_whole_wall_leaves_a_frame():
     result = built([Relief("A", WALL, 0.2)])
     lost = (volume6(result.host) - volume6(result.solid)) / 6e12
     assert lost == pytest.approx(0.2 * (12 - 0.04) * (9 - 0.02), abs=1e-9)
@@ -284,7 +284,7 @@ def test_any_facade_in_any_direction(seed, azimuth):
 
 
 def test_two_facades_share_a_wall():
-    """A second facade on the same wall gets what the first has left of it."""
+    """A second facade on the same wall gets the part of it that the first one has left."""
     host = block(STRAIGHT, WALL)
     first, second = Relief("A", rectangle(2, 2, 3, 3), 0.2), Relief("B", rectangle(2.5, 2, 4, 3), 0.2)
     third = Relief("C", rectangle(6, 2, 7, 3), 0.2)
@@ -307,7 +307,7 @@ def test_same_input_gives_the_same_solid():
 
 @pytest.mark.parametrize("seed", range(12))
 def test_mosaic_of_touching_reliefs(seed):
-    """Cells of an irregular grid, border to border and corner to corner, in and out, with niches in them."""
+    """Reliefs fill an irregular grid and touch along borders and at corners, in and out, with niches."""
     rng = np.random.default_rng(seed)
     place = STRAIGHT if seed % 2 else frame(rng.uniform(0, 6.28), rng.uniform(-0.05, 0.05))
     outline = rectangle(0, 0, 9, 7)
@@ -330,7 +330,7 @@ def test_mosaic_of_touching_reliefs(seed):
 
 
 def test_part_on_a_narrow_neck_is_left_out():
-    """What an earlier opening leaves of a later one may hang together by a millimetre only."""
+    """The rest of a clipped opening may be connected by a millimetre only."""
     later = np.array(
         [[2, 2], [4, 2], [4, 4], [3.001, 4], [3.001, 4.4], [3.6, 4.4], [3.6, 5], [3, 5], [3, 4], [2, 4.0]]
     )

@@ -1,4 +1,4 @@
-"""Hosts: city models' polygons and blocks as closed solids, repaired only where one way is open."""
+"""Hosts: polygons of city models and blocks as closed solids, repaired only where that is unambiguous."""
 
 import numpy as np
 import pytest
@@ -20,7 +20,7 @@ from solids.facades import WORLD, block, frame
 
 
 def polygons(solid: Solid) -> list[Surface]:
-    """A solid's faces as a city model would hold them."""
+    """Returns a solid's faces as a city model would hold them."""
     at = solid.vertices / GRID_PER_M
     rings = [[at[list(r)] for r in rings_of(f)] for f in solid.faces]
     return [Surface(r[0], f.semantics, "", tuple(r[1:])) for f, r in zip(solid.faces, rings, strict=True)]
@@ -38,7 +38,7 @@ def host(surfaces: list[Surface], **options) -> Host:
 
 
 def facades_of(solid: Solid, shift: float = 0.0) -> list[FacadeReliefs]:
-    """Every large wall as a facade with as many windows as fit on it, a door and an oriel."""
+    """Returns every large wall as a facade with as many windows as fit on it, and a door."""
     found = []
     for k, face in enumerate(solid.faces):
         ring = solid.vertices[list(face.ring)] / GRID_PER_M
@@ -55,7 +55,7 @@ def facades_of(solid: Solid, shift: float = 0.0) -> list[FacadeReliefs]:
     return found
 
 
-def test_polygons_come_back_as_they_were():
+def test_good_polygons_are_not_changed():
     surfaces = gabled()
     made = host(surfaces)
     assert not made.notes
@@ -71,7 +71,7 @@ def test_missing_ground_is_added():
     assert volume6(made.solid) == volume6(host(whole).solid)
 
 
-def test_inside_out_host_is_turned():
+def test_inside_out_host_is_reversed():
     made = host([Surface(s.ring[::-1], s.semantics) for s in gabled()])
     assert "reversed" in made.notes[0] and volume6(made.solid) > 0
 
@@ -130,7 +130,7 @@ def test_uneven_wall_is_split_and_can_be_cut():
 
 
 def test_slightly_uneven_wall_stays_whole():
-    """A corner 4 mm off the plane, as city models have it, is no reason to change the host."""
+    """A corner 4 mm off the plane, as in many city models, does not change the host."""
     surfaces = gabled()
     n = newell_normal(surfaces[0].ring)
     corner = surfaces[0].ring[2]
@@ -153,7 +153,7 @@ def test_block_of_a_bad_outline():
 @pytest.mark.parametrize("shift", [0.0, 0.31])
 @pytest.mark.parametrize("reseat", [False, True])
 def test_real_city_model(shift, reseat):
-    """Every building of a city model gives a host and takes openings on all its walls."""
+    """Every building of a city model gives a host, and openings can be cut into all its walls."""
     model = read_city_model(data_path("ingolstadt_scene/input/lod2/lod2.gml"))
     cut = 0
     for building in model.buildings:

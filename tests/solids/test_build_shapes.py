@@ -1,4 +1,4 @@
-"""Polygonised curves, sloping ground, leaning walls."""
+"""Polygonised curves, sloping ground and leaning walls."""
 
 import numpy as np
 import pytest
@@ -16,7 +16,7 @@ from solids.facades import WORLD, block, frame
 @pytest.mark.parametrize("error", [0.02, 0.005, 0.0005])
 @pytest.mark.parametrize("rise", [0.15, 0.6, 1.1])
 def test_chords_stay_within_their_error(rise, error):
-    """Segmental, round and pointed: the middle of a chord is off the arc by at most the error."""
+    """For segmental, round and pointed arches, no chord is further from the arc than the error."""
     ring = arch_ring(0, 1.2, 0, spring=2, rise=rise, chord_error=error)
     assert ring_area(ring) > 0
     assert np.array_equal(ring, ring * [1, 1]) and ring[:, 1].max() == pytest.approx(2 + rise)
@@ -43,7 +43,7 @@ def test_circle_and_bad_curves():
 
 
 def skewed(solid: Solid, along: float, into: float) -> Solid:
-    """The block with its ground sloping: `along` the street and `into` the building (rise over run)."""
+    """Returns the block on ground that slopes `along` the street and `into` the building (rise over run)."""
     v = solid.vertices.copy()
     low = v[:, 2] == v[:, 2].min()
     v[low, 2] += np.rint((v[low, 0] - v[:, 0].min()) * along + (v[low, 1] - v[:, 1].min()) * into).astype(int)
@@ -70,7 +70,7 @@ def test_door_on_sloping_ground(along, into):
 
 @pytest.mark.parametrize("lean", [-0.06, 0.06])
 def test_leaning_wall(lean):
-    """A wall 3.4 degrees off the plumb: recesses follow its normal."""
+    """On a wall 3.4 degrees off the vertical, recesses follow the wall's normal."""
     place = frame(np.pi / 2)
     host = block(place, rectangle(0, 0, 10, 6))
     v = host.vertices.copy()
@@ -85,7 +85,7 @@ def test_leaning_wall(lean):
 
 
 def test_recess_under_a_roof_slope_stays_below_it():
-    """A wall that ends in a roof falling into the house: a deep recess near its top would pierce the roof."""
+    """Where the roof falls towards the back, a deep recess near its edge would pierce it."""
     base = block(frame(np.pi / 2), rectangle(0, 0, 10, 6))
     v = base.vertices.copy()
     v[(v[:, 1] == v[:, 1].max()) & (v[:, 2] == v[:, 2].max()), 2] -= 50_000
@@ -97,7 +97,7 @@ def test_recess_under_a_roof_slope_stays_below_it():
 
 
 def test_building_in_front_stops_a_protrusion():
-    """An L-shaped house: an oriel beside the inner corner cannot go into the other wing."""
+    """In an L-shaped house, an oriel beside the inner corner cannot reach into the other wing."""
     plan = np.array([[0, 0], [10, 0], [10, 4], [4, 4], [4, 10], [0, 10.0]]) * GRID_PER_M
     low = np.column_stack([plan, np.zeros(6)])
     v = np.rint(np.concatenate([low, low + np.array([0, 0, 6 * GRID_PER_M])])).astype(np.int64)

@@ -1,4 +1,4 @@
-"""Small solids for the validator's tests: faces over vertices, easy to break in one place."""
+"""Small solids for the validator's tests, easy to break in one place."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -15,13 +15,13 @@ Face = tuple[Ring, ...]
 
 @dataclass(frozen=True, eq=False)
 class Model:
-    """Vertices (v, 3) and faces as rings of vertex numbers, the outer one first."""
+    """Vertices (v, 3) and faces as rings of vertex ids, the outer ring first."""
 
     xyz: Float
     faces: tuple[Face, ...]
 
     def surfaces(self, closed: bool = False) -> Surfaces:
-        """As the validator takes it; `closed`: rings repeat their first point, as in GML."""
+        """Returns the validator's input; if `closed`, rings repeat their first point, as in GML."""
         turn = [[(*r, r[0]) if closed and r else r for r in face] for face in self.faces]
         return Surfaces.of([[self.xyz[list(r)] for r in face] for face in turn], explicit=closed)
 
@@ -49,21 +49,21 @@ class Model:
         return replace(self, xyz=self.xyz + np.asarray(by))
 
     def turned(self) -> "Model":
-        """Inside out."""
+        """Returns the model inside out."""
         return replace(self, faces=tuple(tuple(r[::-1] for r in face) for face in self.faces))
 
     def placed(self, rotation: Float, shift: Sequence[float]) -> "Model":
         return replace(self, xyz=self.xyz @ rotation.T + np.asarray(shift))
 
     def joined(self, other: "Model") -> "Model":
-        """Both in one list of faces."""
+        """Returns both models in one list of faces."""
         n = len(self.xyz)
         faces = tuple(tuple(tuple(i + n for i in r) for r in face) for face in other.faces)
         return Model(np.vstack([self.xyz, other.xyz]), self.faces + faces)
 
 
 def box(low: Sequence[float] = (0, 0, 0), high: Sequence[float] = (1, 1, 1)) -> Model:
-    """Faces: bottom, top, y low, x high, y high, x low; vertices 0-3 below, 4-7 above, counter-clockwise."""
+    """Returns a box: faces bottom, top, y low, x high, y high, x low; vertices 0-3 below and 4-7 above."""
     (x0, y0, z0), (x1, y1, z1) = low, high
     flat = [(x0, y0), (x1, y0), (x1, y1), (x0, y1)]
     xyz = [(x, y, z) for z in (z0, z1) for x, y in flat]
@@ -72,12 +72,12 @@ def box(low: Sequence[float] = (0, 0, 0), high: Sequence[float] = (1, 1, 1)) -> 
 
 
 def ell(height: float = 3.0) -> Model:
-    """An L-shaped prism, 4 x 4 m."""
+    """Returns an L-shaped prism, 4 x 4 m."""
     return extrude(shapely.Polygon([(0, 0), (4, 0), (4, 2), (2, 2), (2, 4), (0, 4)]), 0.0, height)
 
 
 def extrude(plan: shapely.Polygon, low: float, high: float) -> Model:
-    """A prism over a polygon with holes."""
+    """Returns a prism over a polygon with holes."""
     plan = shapely.orient_polygons(plan)
     rings = [np.asarray(r.coords)[:-1] for r in (plan.exterior, *plan.interiors)]
     n = sum(len(r) for r in rings)
@@ -94,14 +94,14 @@ def extrude(plan: shapely.Polygon, low: float, high: float) -> Model:
 
 
 def pyramid(base: Sequence[Sequence[float]], tip: Sequence[float]) -> Model:
-    """Over a ring counter-clockwise from above, its tip above it."""
+    """Returns a pyramid over a ring that is counter-clockwise as seen from its tip."""
     n = len(base)
     sides = tuple(((i, (i + 1) % n, n),) for i in range(n))
     return Model(np.array([*base, tip], np.float64), ((tuple(range(n))[::-1],), *sides))
 
 
 def windows(columns: int, rows: int, depth: float = 0.2) -> Model:
-    """A block whose front has recessed windows: every one a hole in the wall, four reveals and a pane."""
+    """Returns a block with recessed windows, each a hole in the wall, four reveals and a pane."""
     block = box((0, 0, 0), (3.0 * columns + 1, 10.0, 3.0 * rows + 1))
     xyz, faces, holes = list(block.xyz), list(block.faces), []
     for i in range(columns):

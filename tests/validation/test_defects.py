@@ -1,4 +1,4 @@
-"""One defect of every code on a cube, an L and their like: found exactly, wherever the solid stands."""
+"""Defects of every code on small solids are found exactly, wherever the solid stands."""
 
 from collections.abc import Callable
 
@@ -40,7 +40,7 @@ def unrotated_hole(low: float, high: float, z: float = 1.0) -> list[tuple[float,
 
 
 def holed(*rings: list[tuple[float, float, float]], lid: bool = True) -> Model:
-    """A cube whose top has holes (given counter-clockwise), each filled by a face of its own."""
+    """Returns a cube whose top has holes (given counter-clockwise), each filled by a face of its own."""
     model = box()
     holes = []
     for ring in rings:
@@ -165,7 +165,7 @@ SHELLS: dict[str, tuple[int, Defect]] = {
 
 
 def spire(tip: float) -> Model:
-    """A house whose roof comes down to a point inside it, or lower."""
+    """Returns a house whose roof comes down to a point inside it, or lower."""
     house = box().also((0.5, 0.5, tip))
     return Model(
         house.xyz,
@@ -174,7 +174,7 @@ def spire(tip: float) -> Model:
 
 
 def wedge() -> Model:
-    """A flat double pyramid whose four outer edges lie on the walls of the unit cube."""
+    """Returns a flat double pyramid whose four outer edges lie on the walls of the unit cube."""
     rim = [(0.0, 0.0, 0.5), (1.0, 0.0, 0.5), (1.0, 1.0, 0.5), (0.0, 1.0, 0.5)]
     xyz = np.array([*rim, (0.5, 0.5, 0.8), (0.5, 0.5, 0.2)])
     sides = ((0, 1), (1, 2), (2, 3), (3, 0))
@@ -272,7 +272,7 @@ def test_an_open_ring_where_rings_must_be_closed() -> None:
 
 
 @pytest.mark.parametrize("kind", ["Solid", "MultiSurface", "CompositeSurface"])
-def test_geometry_without_anything_in_it(kind: str) -> None:
+def test_an_empty_geometry_is_reported(kind: str) -> None:
     empty = Shape(kind, ((Surfaces.of([]),),))  # type: ignore[arg-type]
     assert codes(validate_feature(Feature("B", "", (empty,)))) == [902]
     assert codes(validate_feature(Feature("B", "", (Shape("MultiSolid", ()),)))) == [902]
@@ -284,7 +284,7 @@ def test_a_multi_surface_is_only_checked_face_by_face() -> None:
     assert codes(validate_feature(Feature("B", "", (loose.shape(kind="CompositeSurface"),)))) == [303]
 
 
-def test_a_composite_surface_may_have_a_rim_but_no_loose_corner() -> None:
+def test_a_composite_surface_may_have_a_border_but_no_loose_corner() -> None:
     sheet = box().without(0)
     assert validate_feature(Feature("B", "", (sheet.shape(kind="CompositeSurface"),))) == ()
     kite = Model(
@@ -293,8 +293,8 @@ def test_a_composite_surface_may_have_a_rim_but_no_loose_corner() -> None:
     assert codes(validate_feature(Feature("B", "", (kite.shape(kind="CompositeSurface"),)))) == [303]
 
 
-def test_a_vertex_that_only_one_neighbour_has() -> None:
-    """val3dity calls it a hole (302), the QIE list a non-manifold edge (304): both are said."""
+def test_a_vertex_that_one_of_two_neighbours_lacks() -> None:
+    """val3dity calls it a hole (302), the QIE list a non-manifold edge (304); both are reported."""
     model = box().also((0.5, 0, 1)).changed(1, (4, 8, 5, 6, 7))
     findings = validate_feature(Feature("B", "", (model.shape(),)))
     assert codes(findings) == [302, 303]
@@ -320,7 +320,7 @@ def test_vertices_are_one_within_the_snap_tolerance(move: float, expected: list[
 
 @pytest.mark.parametrize(("rise", "expected"), [(0.018, []), (0.022, [203])])
 def test_faces_are_flat_within_the_distance_tolerance(rise: float, expected: list[int]) -> None:
-    """A corner of a square raised by h is h / 4 off the fitted plane."""
+    """If a corner of a square is raised by h, it is h / 4 off the fitted plane."""
     model = extrude(shapely.Polygon([(0, 0), (10, 0), (10, 10), (0, 10)]), 0, 5).moved(6, (0, 0, 2 * rise))
     assert codes(validate_feature(Feature("B", "", (model.shape(),)))) == expected
 

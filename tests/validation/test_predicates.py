@@ -1,4 +1,4 @@
-"""Signs are exact where floating point is not, and boxes and triangles agree with brute force."""
+"""Signs are exact where floating point is not; boxes and triangles agree with brute force."""
 
 from fractions import Fraction
 
@@ -23,7 +23,7 @@ def exact_volume(points: Int) -> int:
 
 
 def test_the_sign_of_a_volume_is_exact() -> None:
-    """Points on a plane through large whole numbers, or one unit off it: doubles cannot tell."""
+    """Doubles cannot tell whether points with large integer coordinates lie on a plane or one unit off it."""
     r = np.random.default_rng(1)
     rows = []
     for _ in range(300):
@@ -55,7 +55,7 @@ def triangle_soup(n: int, seed: int) -> tuple[Int, Int]:
 
 
 def rational_meet(one: Int, other: Int) -> bool:
-    """Whether two closed triangles meet: some edge of one pierces or touches the other, by rationals."""
+    """Decides with rational numbers whether an edge of one closed triangle pierces or touches the other."""
 
     def side(p: Int, t: Int) -> int:
         return exact_volume(np.array([*t, p]))
@@ -86,7 +86,7 @@ def rational_meet(one: Int, other: Int) -> bool:
 
 
 def test_triangles_meet_exactly_when_rationals_say_so() -> None:
-    """Small whole coordinates: touches at corners and edges are common. Triangles in one plane apart."""
+    """With small integer coordinates, touches at corners and edges are common. Coplanar ones are left out."""
     grid, ids = triangle_soup(400, 3)
     flat = np.array([not np.cross(grid[t[1]] - grid[t[0]], grid[t[2]] - grid[t[0]]).any() for t in ids])
     ids = ids[~flat]
@@ -119,7 +119,7 @@ def test_triangles_in_one_plane(second: list[tuple[int, int, int]], expected: bo
     assert triangles_meet(grid, other, one[:, [2, 0, 1]]).tolist() == [expected]
 
 
-def test_what_is_shared_does_not_count() -> None:
+def test_common_vertices_and_edges_do_not_count() -> None:
     grid = np.array([(0, 0, 0), (4, 0, 0), (0, 4, 0), (4, 4, 0), (2, 2, 3), (1, 1, 0), (3, 1, 0), (4, 0, 4)])
 
     def meet(a: list[int], b: list[int]) -> bool:
@@ -146,7 +146,7 @@ def test_box_pairs_are_all_pairs_of_close_boxes() -> None:
 
 
 def corners(model: Model) -> Float:
-    """Triangles of a model whose faces are convex."""
+    """Returns the triangles of a model whose faces are convex."""
     return np.array(
         [model.xyz[[f[0][0], f[0][k], f[0][k + 1]]] for f in model.faces for k in range(1, len(f[0]) - 1)]
     )
@@ -160,7 +160,7 @@ def test_winding_and_distance() -> None:
     assert to_closest_triangle(points, cube)[0] == pytest.approx([0.5, 0.25, np.sqrt(2), 0.1])
 
 
-def skin(model: Model) -> ClosedSurface:
+def surface(model: Model) -> ClosedSurface:
     mesh = weld([model.surfaces()], 0.001)[0]
     ids = np.array(
         [(f[0][0], f[0][k], f[0][k + 1]) for f in model.faces for k in range(1, len(f[0]) - 1)], np.int64
@@ -170,12 +170,12 @@ def skin(model: Model) -> ClosedSurface:
     return ClosedSurface(mesh.xyz + mesh.origin, number[ids], mesh.noise)
 
 
-def test_chambers_of_space() -> None:
+def test_components_of_the_complement() -> None:
     tip = pyramid([(0.2, 0.2, 0.2), (0.8, 0.2, 0.2), (0.8, 0.8, 0.2), (0.2, 0.8, 0.2)], (0.5, 0.5, 1.0))
     blocker = pyramid([(0, 0.5, 0.2), (0.5, 0, 0.2), (1, 0.5, 0.2), (0.5, 1, 0.2)], (0.5, 0.5, 0.8))
-    assert complement_components([skin(box())]) == 2
-    assert complement_components([skin(box()), skin(tip)]) == 3
-    assert complement_components([skin(box()), skin(blocker)]) == 3
+    assert complement_components([surface(box())]) == 2
+    assert complement_components([surface(box()), surface(tip)]) == 3
+    assert complement_components([surface(box()), surface(blocker)]) == 3
 
 
 def test_chains_of_close_vertices_are_cut_not_collapsed() -> None:

@@ -1,6 +1,6 @@
-"""The public validity suites: every code named there is found, every valid case passes.
+"""The public validity suites: every code they name is found, and every valid case passes.
 
-QIE codes that val3dity folded into others: 105 is 104, 304 is 303, 308 is 405; the finding says both.
+QIE codes that val3dity merged into others are reported too: 105 with 104, 304 with 303, 308 with 405.
 """
 
 from pathlib import Path
@@ -16,25 +16,25 @@ UNIT, VAL = "validity/unittests", "validity/val3dity"
 GENERIC, VALID = f"{VAL}/test_geometry_generic", f"{VAL}/test_valid"
 BASE = f"{VALID}/basecube.poly"
 
-# What a file holds beside the code in its name. All are said by val3dity too, or by the description.
+# Codes that a file holds beside the one in its name; val3dity or the description of the file name them too.
 ALSO = {
     "i105_1": {104},  # a collapsed ring, val3dity's 104
     "i204_2": {104},  # a fold seen edge on: its ring touches itself in the plane (val3dity: 104)
     "104_4": {204},  # the same geometry
-    "i304_1": {302, 303},  # val3dity: a vertex that one face lacks is a hole
+    "i304_1": {302, 303},  # val3dity calls a vertex that one face lacks a hole
     "i304_2": {303},
     "304_1": {303},
-    "i306_3": {305},  # the face inside another one hangs on nothing
+    "i306_3": {305},  # the face inside another one is not connected to it
     "i306_4": {303, 304},  # four sheets meet along the edge that touches the wall
     "303_2": {304, 306},  # the same geometry
     "i308_1": {405},
     "i308_2": {405},
     "405": {308},
 }
-# File name: code that is right although the name says another.
+# File name -> correct code, where the name says another one.
 INSTEAD = {
     "207_2": 208,  # facets are faces here, so no ring is nested; the hole runs the wrong way
-    "304_2": 303,  # val3dity's own test asks for 303
+    "304_2": 303,  # val3dity's own test expects 303
 }
 TOLERANCE = {
     "t203_1": {203},
@@ -50,7 +50,7 @@ INNER = {"401_2", "401_3", "402_in_1", "inner_shell_2", "inner_shell_3", "inner_
 
 
 def names(folder: str, pattern: str = "*") -> list[str]:
-    """The files of a folder of the suites; a name that says so when the data is absent."""
+    """Returns the files of a folder of the suites, or the name "absent" without the data."""
     root = DATA / folder
     return sorted(p.name for p in root.glob(pattern)) if root.is_dir() else ["absent"]
 
@@ -106,7 +106,7 @@ def test_valid(name: str) -> None:
     elif name in ("planar.off", "v104_1.off", "v104_2.off"):  # one face each
         assert found(path, primitive="MultiSurface") == set()
         assert found(path) == {301}
-    elif name.startswith("two_objects"):  # val3dity's own test asks for 102: a corner is named twice
+    elif name.startswith("two_objects"):  # val3dity's own test expects 102: a corner occurs twice
         assert found(path) == {102}
     else:
         assert found(path) == set()
@@ -151,7 +151,7 @@ OTHERS = {
     "test_indoorgml/igml_702.gml": {702},
     "test_indoorgml/igml_703_1.gml": {703},
     "test_indoorgml/igml_703_2.gml": {703},
-    "test_indoorgml/igml_704_1.gml": set(),  # its description: all valid thus
+    "test_indoorgml/igml_704_1.gml": set(),  # valid according to its description
     "test_indoorgml/igml_704_2.gml": {704},
     "test_indoorgml/igml_v1.gml": set(),
     "test_indoorgml/igml_v2.gml": set(),

@@ -1,4 +1,4 @@
-"""Faces become triangles without new vertices, also where GEOS gives up on them as they lie."""
+"""Faces are triangulated without new vertices, also where GEOS fails on them as they lie."""
 
 import numpy as np
 import pytest

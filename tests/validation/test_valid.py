@@ -1,4 +1,4 @@
-"""What is valid is never reported: random extrusions, walls with windows, whole-numbered solids."""
+"""Valid geometry is never reported: random extrusions, walls with windows, integer solids."""
 
 import time
 
@@ -16,7 +16,7 @@ from validation.test_defects import PLACES, rotation
 
 @st.composite
 def plans(draw: st.DrawFn) -> shapely.Polygon:
-    """A star-shaped plan of 3 to 14 corners, 4-20 m, with up to six holes on a grid that fits into it."""
+    """Draws a star-shaped plan of 3 to 14 corners, 4 to 20 m, with up to six holes on a grid inside it."""
     n = draw(st.integers(3, 14))
     radii = draw(st.lists(st.floats(4, 20), min_size=n, max_size=n))
     angles = (np.arange(n) + draw(st.lists(st.floats(-0.3, 0.3), min_size=n, max_size=n))) * 2 * np.pi / n
@@ -43,7 +43,7 @@ def test_random_extrusions_with_holes(
 ) -> None:
     model = extrude(plan, 0.0, height).placed(rotation(*angles), shift)
     assert validate_shape(model.shape()) == ()
-    rounded = Model(np.round(model.xyz, 3), model.faces)  # as most files have it
+    rounded = Model(np.round(model.xyz, 3), model.faces)  # as in most files
     assert validate_shape(rounded.shape(), Tolerances(planarity_normals=90)) == ()
 
 
@@ -61,7 +61,7 @@ def test_one_defect_in_a_random_extrusion_is_found(plan: shapely.Polygon, which:
 
 
 def test_faces_whose_holes_touch_in_points() -> None:
-    """Rooms of a checkered floor: holes touch each other and the rim at corners, the inside stays whole."""
+    """In a checkered floor, holes touch each other and the border at corners; the interior is connected."""
     r = np.random.default_rng(5)
     polygons = []
     while len(polygons) < 400:
@@ -103,7 +103,7 @@ def solid(model: Model, origin: tuple[int, int, int] = (691_000, 5_334_000, 520)
 
 
 @pytest.mark.parametrize("model", [box(), ell(), windows(3, 2)])
-def test_a_solid_of_whole_numbers(model: Model) -> None:
+def test_an_integer_solid(model: Model) -> None:
     assert validate(solid(model)) == ()
     broken = validate(solid(model.without(1)))
     assert {f.code for f in broken} == {302}
@@ -111,8 +111,8 @@ def test_a_solid_of_whole_numbers(model: Model) -> None:
     assert broken[0].location is not None and broken[0].location[1] > 5_333_999
 
 
-def test_a_touch_of_whole_numbers_is_a_touch() -> None:
-    """A tip exactly on a slanted face is found; a tenth of a millimetre above it is free."""
+def test_a_touch_on_the_integer_grid_is_exact() -> None:
+    """A tip exactly on a slanted face is found; a tenth of a millimetre above the face it is free."""
     roof = box((0, 0, 0), (3, 3, 3)).moved(6, (0, 0, -1)).moved(7, (0, 0, -1))  # falls by 1 in 3 along y
     lower = Model(roof.xyz * (1, 1, 1), roof.faces)
     assert validate(solid(lower)) == ()
