@@ -1,4 +1,4 @@
-"""Validates solids before they leave the room: each solid alone, and the parts of a building together."""
+"""Validates the finished solids: each one alone, and the parts of a building together."""
 
 from collections.abc import Sequence
 
@@ -24,7 +24,7 @@ def valid_or_coarse(building: str, built: Built, coarse: Solid) -> Built:
 
 
 def parts_overlap(built: Sequence[Built]) -> bool:
-    """Decides whether solids of one level of detail overlap (601); such are no parts of one building."""
+    """Decides whether solids of one level of detail overlap (601): then they are no parts of one building."""
     if len(built) < 2:
         return False
     for lod, solids in (("2", [b.host for b in built]), ("3", [b.solid for b in built])):

@@ -111,9 +111,9 @@ def _relate(one: ValidSolid, other: ValidSolid, reach: float) -> _Relation:
 
 
 def _overlaps(pieces: ClassifiedPieces) -> list[tuple[float, Float]]:
-    """Returns the largest depth (m) of a piece inside the other solid, the largest width of one on it that
+    """Returns how far pieces reach into the other solid (m), each with the place (3,) m where it is worst.
 
-    looks the same way, and where they are.
+    That is the depth of pieces inside it, and the width of pieces on it that look the same way.
     """
     found = []
     for state, size in ((INSIDE, pieces.depth), (SAME, pieces.width)):

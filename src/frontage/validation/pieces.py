@@ -1,7 +1,7 @@
 """Cuts one closed surface along another one and classifies its pieces as inside, outside or on it.
 
-In floating point with a noise threshold, not with exact signs: the surfaces of two solids often touch on
-purpose, and a touch that was rotated or rounded is a gap or an overlap of 1e-9 m.
+This is done in floating point with a noise threshold, not with exact signs: the surfaces of two solids often
+touch on purpose, and rotation or rounding turns such a touch into a gap or an overlap of 1e-9 m.
 """
 
 from collections.abc import Sequence

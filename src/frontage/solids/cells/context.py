@@ -1,4 +1,4 @@
-"""What every step of the cut needs: the options and the log."""
+"""The context of a build: its options and its log."""
 
 from dataclasses import dataclass
 

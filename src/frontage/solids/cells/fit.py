@@ -15,7 +15,7 @@ from frontage.solids.cells.snap import snap_border
 
 _MIN_SHARE = 0.5  # a relief that keeps less than half of its area is refused
 _HALF_GAP = 0.49  # of the gap: parts narrower than twice this vanish when the polygon is shrunk by it
-_REGROW = 0.5  # of the gap: what is left is grown by slightly more than it was shrunk
+_REGROW = 0.5  # of the gap: the rest is grown back by slightly more than it was shrunk
 _CHANGE_M2, _CHANGE_PER_M = 1e-6, 1e-4  # changes of area below this (plus per metre of border) are rounding
 
 
@@ -52,7 +52,7 @@ def fit_polygon(
 
 
 def _without_necks(polygon: Polygon, gap: float) -> Polygon:
-    """Removes parts of a polygon that hang on it by less than the gap (0.1 mm)."""
+    """Removes parts of a polygon that a neck narrower than the gap (0.1 mm) connects to it."""
     wide = shapely.get_parts(polygon.buffer(-_HALF_GAP * gap, join_style="mitre"))
     if len(wide) < 2:
         return polygon

@@ -1,7 +1,7 @@
 """Places reliefs on a wall: in whole 0.1 mm, apart from each other and from the wall's border.
 
 Borders closer than the gap are joined, what leaves its surface is clipped, and overlaps are clipped or
-refused. Every change is a note, every refusal a `Failed`.
+refused. Every change is noted in the log, and every refusal is a `Failed` there.
 """
 
 from collections.abc import Sequence

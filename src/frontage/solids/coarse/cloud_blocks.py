@@ -1,4 +1,4 @@
-"""Blocks behind the measured facades: the hosts of a building that no city model holds.
+"""Blocks behind the measured facades: the hosts of buildings without a city model.
 
 A facade that stands alone gives a block under its own eaves. Several facades give upright blocks over their
 footprints, from the lowest foot to the highest eaves of the facades on the border, or under those eaves where

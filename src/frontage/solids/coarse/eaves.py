@@ -2,8 +2,8 @@
 
 The measured outline is ragged: chimneys, tanks and plants stand up from it, shadows are cut out of it. The
 eaves are the best sequence of segments, level or as steep as a roof, found by dynamic programming over
-columns (Bellman 1961). The cost is the sum of absolute distances, which is not moved by anything narrower
-than half a segment, plus a price per segment.
+columns (Bellman 1961). The cost is the sum of absolute distances, on which anything narrower than half a
+segment has no influence, plus a price per segment.
 """
 
 import itertools

@@ -1,4 +1,4 @@
-"""Closes the polygons of a building in a city model to a solid on the integer grid."""
+"""Makes a closed solid on the integer grid from the polygons of a building in a city model."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace

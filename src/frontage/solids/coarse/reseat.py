@@ -1,4 +1,4 @@
-"""Moves the walls of a host onto the measured planes, their corners to where the planes meet."""
+"""Moves the walls of a host onto the measured planes, and their corners to where these planes meet."""
 
 from collections.abc import Sequence
 from dataclasses import replace

@@ -1,4 +1,4 @@
-"""Exact signs of areas and volumes on integer coordinates: floating point first, integers in doubt.
+"""Exact signs of areas and volumes on integer coordinates, behind a floating-point filter.
 
 The filter is that of Shewchuk (Adaptive Precision Floating-Point Arithmetic, 1997): a determinant larger than
 its rounding error has the right sign; the few others are computed again with Python's integers.
