@@ -35,9 +35,9 @@ from frontage.simulate.scene import FacadePlan, House
 from frontage.simulate.spec import SceneSpec
 from frontage.simulate.street.build import build_street
 from frontage.solids import assemble
+from frontage.solids.brep import unmatched_edges, volume6
 from frontage.solids.cells.build import build_solid
 from frontage.solids.relief import FacadeReliefs, Relief
-from frontage.solids.rims import unmatched, volume6
 from frontage.validation import validate
 from solids.facades import block, frame, random_facade
 
@@ -67,7 +67,7 @@ def random_case(seed: int) -> Tally:
     host, facade = random_facade(np.random.default_rng(seed), np.pi / 2 if straight else None)
     built = build_solid(host, [facade])
     name = (f"random {seed}",)
-    if isinstance(built, Failed) or unmatched(built.solid.faces) or validate(built.solid):
+    if isinstance(built, Failed) or unmatched_edges(built.solid.faces) or validate(built.solid):
         return Tally(1, 1, len(facade.reliefs), 0, 0, name)
     wrong = straight and volume6(built.solid) != cells6(built.solid, int(host.vertices[0, 1]))
     return Tally(1, 1, len(facade.reliefs), len(built.failed), int(straight), (), name if wrong else ())

@@ -28,8 +28,7 @@ from frontage.pipeline.run import run as _run
 from frontage.queries.answer import Located
 from frontage.queries.runfolder import RunFolder, open_run
 from frontage.queries.validation import FileFindings, validate_file
-from frontage.solids import Assembled, BuildOptions, assemble
-from frontage.solids.matching import match_model
+from frontage.solids import Assembled, BuildOptions, assemble, match_model
 from frontage.validation import validate as _validate_solid
 
 __all__ = [

@@ -64,7 +64,7 @@ def test_json_for_scripts(tmp_path: Path) -> None:
     finding = table["files"][1]["findings"][0]
     assert finding == {
         "code": 102, "name": "CONSECUTIVE_POINTS_SAME", "feature": "bad",
-        "where": "geometry=0|shell=0|face=0|ring=0", "message": "a point repeated at once",
+        "where": "geometry=0|shell=0|face=0|ring=0", "message": "a point is followed by the same point again",
         "location": [1.0, 1.0, 0.0],
     }  # fmt: skip
     assert "none.gml" in table["files"][2]["findings"][0]["message"]

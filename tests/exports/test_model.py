@@ -11,7 +11,7 @@ from frontage.exports.triangles import KINDS, ModelTriangles
 from frontage.io.meshes.glb import glb_of
 from frontage.model import Elements
 from frontage.solids import Assembled
-from frontage.solids.rims import volume6
+from frontage.solids.brep import volume6
 from opening_fakes import opening
 from solids.test_assemble import house, protrusion, wall, window
 

@@ -1,4 +1,4 @@
-"""Random facades for the building of solids: everything that may touch does so in some of them."""
+"""Random facades for tests of the solid builder; everything that may touch does so in some of them."""
 
 import numpy as np
 
@@ -6,8 +6,9 @@ from frontage.geometry.plane import facade_axes
 from frontage.geometry.rigid import Rigid3
 from frontage.geometry.ring import rectangle
 from frontage.model import Solid, WorldRef
-from frontage.solids.hosts.host import Host, facade_block
-from frontage.solids.polygonise import arch_ring, circle_ring
+from frontage.solids.coarse.extrude import facade_block
+from frontage.solids.coarse.host import Host
+from frontage.solids.curves import arch_ring, circle_ring
 from frontage.solids.relief import FacadeReliefs, Relief
 
 WORLD = WorldRef(np.array([678_000, 5_403_000, 300]))
@@ -27,21 +28,21 @@ KINDS = (
 
 
 def frame(azimuth: float, lean: float = 0.0, at: tuple[float, float, float] = (12.0, -7.0, 3.0)) -> Rigid3:
-    """A facade frame whose normal into the building has this azimuth (rad) and leans by so much (rad)."""
+    """Returns a facade frame whose inward normal has an azimuth (rad) and leans by an angle (rad)."""
     flat = np.cos(lean)
     inward = np.array([np.cos(azimuth) * flat, np.sin(azimuth) * flat, np.sin(lean)])
     return Rigid3("local", "facade", facade_axes(inward), np.array(at))
 
 
 def block(local_from_facade: Rigid3, outline: np.ndarray, depth: float = 9.0) -> Solid:
-    """A block behind a facade."""
+    """Returns a block behind a facade."""
     made = facade_block("B", local_from_facade, outline, depth, WORLD)
     assert isinstance(made, Host)
     return made.solid
 
 
 def random_facade(rng: np.random.Generator, azimuth: float | None = None) -> tuple[Solid, FacadeReliefs]:
-    """A block with a straight or gabled outline, and reliefs of every kind on a loose raster."""
+    """Returns a block with a straight or gabled outline, and reliefs of every kind on a loose raster."""
     wide, high = np.round(rng.uniform(6, 25), 3), np.round(rng.uniform(5, 18), 3)
     turn = rng.uniform(0, 2 * np.pi) if azimuth is None else azimuth
     place = frame(turn, at=(round(rng.uniform(-50, 50), 4), round(rng.uniform(-50, 50), 4), 2.0))
@@ -65,7 +66,7 @@ def _deep(rng: np.random.Generator) -> float | None:
 
 
 def _some(rng: np.random.Generator, name: str, at: tuple[float, float], wide: float) -> list[Relief]:
-    """One or two reliefs near a spot."""
+    """Returns one or two reliefs near a spot."""
     x, z = at
     w, h = np.round(rng.uniform(0.5, 1.6), 4), np.round(rng.uniform(0.5, 1.9), 4)
     one = Relief(name, rectangle(x, z, x + w, z + h), _deep(rng))
@@ -88,7 +89,8 @@ def _some(rng: np.random.Generator, name: str, at: tuple[float, float], wide: fl
             return [Relief(name, rectangle(x, rng.uniform(-0.1, 0.03), x + w, z + h), _deep(rng), "Door")]
         case "arch":
             rise = w * rng.choice([0.2, 0.5, 0.8])
-            return [Relief(name, arch_ring(x, x + w, z, z + h * 0.5, rise, 0.003), _deep(rng))]
+            ring = arch_ring(x, x + w, z, spring=z + h * 0.5, rise=rise, chord_error=0.003)
+            return [Relief(name, ring, _deep(rng))]
         case "odd":
             turn = np.sort(rng.uniform(0, 2 * np.pi, 6))
             ring = np.column_stack([x + w / 2 + np.cos(turn) * w / 2, z + h / 2 + np.sin(turn) * h / 2])

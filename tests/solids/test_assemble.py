@@ -1,4 +1,4 @@
-"""Buildings from their facades: what shapes the solid, what hangs on it, where the coarse one comes from."""
+"""Buildings from their facades: reliefs, installations, and where the coarse solid comes from."""
 
 from dataclasses import replace
 
@@ -19,13 +19,11 @@ from frontage.model import (
     Surface,
 )
 from frontage.model.citymodel import CityBuilding, Shell
-from frontage.solids import Assembled, BuildOptions, assemble
+from frontage.solids import Assembled, BuildOptions, ModelMatch, assemble, match_model
+from frontage.solids.brep import GRID_PER_M, volume6
+from frontage.solids.coarse.eaves import clean_outline
 from frontage.solids.elements import facade_parts
-from frontage.solids.hosts.eaves import clean_outline
-from frontage.solids.installations import PARAPET, SLAB
-from frontage.solids.matching import Group, match_model
-from frontage.solids.relief import GRID
-from frontage.solids.rims import volume6
+from frontage.solids.installations.shapes import PARAPET_M, SLAB_M
 from frontage.validation import validate
 from opening_fakes import opening, round_door
 from solids.test_build_host import polygons
@@ -34,7 +32,7 @@ GROUND = 15.125 - 3.2  # m local, 20 cm under the outline's foot
 
 
 def wall(wide: float = 10.0, turn: float = 0.7, at: tuple[float, float, float] = (0.0, 0.0, 0.0)) -> Facade:
-    """An upright facade 6 m high; `at` moves its origin by metres in its own axes."""
+    """Returns an upright facade 6 m high; `at` moves its origin (m) along its own axes."""
     f = facade(azimuth=turn, lean=0.0)
     pose = replace(f.frame, t=f.frame.apply(np.array([at]))[0])
     outline = rectangle(-wide / 2, -3, wide / 2, 3)
@@ -81,12 +79,12 @@ def test_openings_on_an_oriel_stand_in_its_front():
     made = house(wall(), Elements("B01/F1", (pane,), (bay,)))
     gain = volume6(made.built[0].solid) - volume6(made.built[0].host)
     assert gain / 6e12 == pytest.approx(4 * 3 * 0.8 - 2 * 1.5 * 0.2, abs=2e-3)
-    ring = made.built[0].solid.vertices[list(faces(made, "W1")[0].ring)] / GRID
+    ring = made.built[0].solid.vertices[list(faces(made, "W1")[0].ring)] / GRID_PER_M
     assert wall().frame.inverse.apply(ring)[:, 1] == pytest.approx(-0.6, abs=1e-3)
     assert set(made.built[0].offsets) == {"W1", "B01/F1/oriel"}
 
 
-def test_a_body_on_a_body_counts_from_it():
+def test_the_depth_of_a_volume_on_a_volume_counts_from_it():
     bay, step = protrusion("risalit", (-3, -3, 3, 3), -0.5), protrusion("oriel", (-1, 0, 1, 2), -1.1)
     parts = facade_parts(wall(), Elements("B01/F1", (), (step, bay)), 0.005)
     (outer,) = parts.reliefs.reliefs
@@ -94,20 +92,20 @@ def test_a_body_on_a_body_counts_from_it():
     assert [(r.id, round(r.depth or 0, 9)) for r in outer.inside] == [("B01/F1/oriel", -0.6)]
 
 
-def test_a_plinth_goes_round_the_door():
+def test_a_door_interrupts_the_plinth():
     plinth = protrusion("plinth", (-5, -3, 5, -2.4), -0.1)
     door = replace(window("D", (-1, -3, 0, -0.8), 0.2), kind="door")
     cellar = window("C", (2, -2.9, 3, -2.5), 0.15)
     made = house(wall(), Elements("B01/F1", (door, cellar), (plinth,)))
     assert not made.failed
     (pane,) = faces(made, "D")
-    ring = made.built[0].solid.vertices[list(pane.ring)] / GRID
+    ring = made.built[0].solid.vertices[list(pane.ring)] / GRID_PER_M
     assert np.ptp(wall().frame.inverse.apply(ring)[:, 2]) == pytest.approx(2.2, abs=0.01)
     assert len(faces(made, "B01/F1/plinth")) == 1 and len(faces(made, "B01/F1/plinth-2")) == 1
     assert len(faces(made, "C")) == 1
 
 
-def test_an_opening_says_what_it_is_on():
+def test_an_opening_names_the_volume_that_it_stands_on():
     bay = protrusion("oriel", (-2, -1, 2, 2), -0.8)
     pane = replace(window("W1", (1.5, 0, 2.9, 1.5), 0.2), on="B01/F1/oriel")
     parts = facade_parts(wall(), Elements("B01/F1", (pane,), (bay,)), 0.005)
@@ -116,24 +114,24 @@ def test_an_opening_says_what_it_is_on():
     assert [r.id for r in parts.reliefs.reliefs] == ["B01/F1/oriel", "W1"]
 
 
-def test_what_is_set_back_shapes_the_wall_whatever_it_is_called():
-    made = house(wall(), Elements("B01/F1", (), (protrusion("protrusion", (-1, -1, 1, 1), 0.4),)))
-    assert not made.installations and faces(made, "B01/F1/protrusion")[0].semantics == "WallSurface"
+def test_anything_set_back_shapes_the_wall_whatever_its_kind():
+    made = house(wall(), Elements("B01/F1", (), (protrusion("something", (-1, -1, 1, 1), 0.4),)))
+    assert not made.installations and faces(made, "B01/F1/something")[0].semantics == "WallSurface"
 
 
 def test_balcony_is_a_tray_against_the_wall():
     at = wall()
     made = house(at, Elements("B01/F1", (), (protrusion("balcony", (-1, 0, 2, 1.2), -1.0),)))
     (balcony,) = made.installations
-    volume = 3 * SLAB + (1.2 - SLAB) * PARAPET * (2 * 1.0 + 3 - 2 * PARAPET)
+    volume = 3 * SLAB_M + (1.2 - SLAB_M) * PARAPET_M * (2 * 1.0 + 3 - 2 * PARAPET_M)
     assert volume6(balcony.solid) / 6e12 == pytest.approx(volume, abs=1e-3)
-    y = at.frame.inverse.apply(balcony.solid.vertices / GRID)[:, 1]
+    y = at.frame.inverse.apply(balcony.solid.vertices / GRID_PER_M)[:, 1]
     assert (y.min(), y.max()) == (pytest.approx(-1.0, abs=1e-3), pytest.approx(0.0, abs=1e-3))
     assert "assumed" not in balcony.kind and "slab" in balcony.assumed
     assert volume6(made.built[0].solid) == volume6(made.built[0].host)
 
 
-@pytest.mark.parametrize("kind", ["awning", "cornice", "railing"])
+@pytest.mark.parametrize("kind", ["awning", "cornice", "sign"])
 def test_other_installations(kind):
     made = house(wall(), Elements("B01/F1", (), (protrusion(kind, (-4, 1, 4, 1.8), -0.6),)))
     box = 8 * 0.8 * 0.6
@@ -141,8 +139,8 @@ def test_other_installations(kind):
     assert volume == pytest.approx(8 * 0.05 * 0.6 if kind == "awning" else box, abs=2e-3)
 
 
-def test_steps_of_an_outline_below_the_snap_tolerance_are_none():
-    string = protrusion("band", (-4, 1, 4, 1.2), -0.05)
+def test_steps_of_an_outline_below_the_snap_tolerance_are_removed():
+    string = protrusion("string", (-4, 1, 4, 1.2), -0.05)
     step = np.array([[-4, 1], [0.5, 1], [0.5, 1.0003], [4, 1.0003], [4, 1.2], [-4, 1.2]], float)
     made = house(wall(), Elements("B01/F1", (), (replace(string, ring=step),)))
     (installed,) = made.installations
@@ -155,7 +153,7 @@ def test_an_awning_on_an_oriel_begins_at_its_front():
         "B01/F1", (), (protrusion("oriel", (-2, -1, 2, 2), -0.8), protrusion("awning", (-1, 0, 1, 1), -1.5))
     )
     made = house(wall(), elements)
-    y = wall().frame.inverse.apply(made.installations[0].solid.vertices / GRID)[:, 1]
+    y = wall().frame.inverse.apply(made.installations[0].solid.vertices / GRID_PER_M)[:, 1]
     assert y.max() == pytest.approx(-0.8, abs=1e-3)
 
 
@@ -166,7 +164,7 @@ def test_an_outline_that_crosses_itself_keeps_its_largest_part():
     assert not made.failed and len(faces(made, "W1")) == 1
 
 
-def test_without_depth_openings_are_flush_and_nothing_hangs():
+def test_without_depth_openings_are_flush_and_nothing_is_installed():
     elements = Elements(
         "B01/F1", (window("W1", (-4, -1, -3, 1)),), (protrusion("balcony", (0, 0, 2, 1.2), -1),)
     )
@@ -175,27 +173,27 @@ def test_without_depth_openings_are_flush_and_nothing_hangs():
     assert faces(made, "W1") and not made.installations
 
 
-def test_a_protrusion_that_does_not_stand_out_is_a_note():
-    made = house(wall(), Elements("B01/F1", (), (protrusion("railing", (-1, 0, 1, 1), -0.01),)))
+def test_a_protrusion_that_does_not_stand_out_is_left_out_with_a_note():
+    made = house(wall(), Elements("B01/F1", (), (protrusion("sign", (-1, 0, 1, 1), -0.01),)))
     assert not made.failed and not made.installations
-    assert "B01/F1/railing: stands out by less than 0.02 m from what it is on: left out" in made.notes
+    assert "B01/F1/sign: left out because it stands out by less than 0.02 m" in made.notes
 
 
-def test_a_refused_opening_names_the_one_in_its_place():
+def test_a_refused_opening_names_the_one_that_takes_its_place():
     first, second = window("W1", (-2, -1, 0, 1)), window("W2", (-1.8, -0.8, 0.4, 0.8))
     made = house(wall(), Elements("B01/F1", (first, second)))
     (refused,) = made.failed
-    assert refused.code == "S311" and refused.message.endswith("lies on free wall, beside W1")
+    assert refused.code == "S311" and refused.message.endswith("lies on wall that W1 leaves free")
 
 
-def test_a_cornice_above_the_eaves_hangs_on_the_wall_below():
+def test_a_cornice_above_the_eaves_is_attached_to_the_wall_below():
     made = house(wall(), Elements("B01/F1", (), (protrusion("cornice", (-1, 3.1, 1, 3.3), -0.2),)))
     assert len(made.installations) == 1 and not made.failed
     made = house(wall(), Elements("B01/F1", (), (protrusion("cornice", (-1, 5.1, 1, 5.3), -0.2),)))
     assert [f.code for f in made.failed] == ["S310"]
 
 
-def test_model_is_the_host_and_the_offset_is_told():
+def test_the_model_is_the_host_and_its_offset_is_reported():
     coarse = house(wall(at=(0, 0.3, 0)), Elements("B01/F1", ()))
     shell = Shell("2", tuple(polygons(coarse.built[0].host)))
     building = Building("B01", np.arange(3), GROUND)
@@ -216,12 +214,12 @@ def test_a_model_far_from_the_facade_is_not_used():
 
 
 @pytest.mark.parametrize("height", [-3.2, -400.0])
-def test_a_footprint_alone_is_pulled_up_to_the_facade(height):
-    """Also one of a map, whose height means nothing."""
+def test_a_footprint_alone_is_extruded_to_the_height_of_the_facade(height):
+    """The height of the footprint does not matter; footprints from maps have none."""
     foot = np.array([[-5, 0, height], [5, 0, height], [5, 9, height], [-5, 9, height]])
     ring = wall().frame.apply(foot)
     model = CityBuilding("M", (Shell("0", (Surface(ring, "GroundSurface"),)),))
-    assert match_model({"B01": [wall()]}, [model], BuildOptions()) == (Group(("B01",), ("M",)),)
+    assert match_model({"B01": [wall()]}, [model], BuildOptions()) == (ModelMatch(("B01",), ("M",)),)
     shell = Shell("0", (polygons(house(wall(), Elements("B01/F1", ())).built[0].host)[0],))
     shell = replace(shell, surfaces=(replace(shell.surfaces[0], ring=ring, semantics="GroundSurface"),))
     made = assemble(Building("B01", np.arange(3), GROUND), [(wall(), Elements("B01/F1", ()))], [shell], WORLD)
@@ -237,7 +235,7 @@ def test_nothing_to_build_from():
 @pytest.mark.parametrize("turn", [np.pi / 2, -np.pi / 2, 1.2, -1.0])
 @pytest.mark.parametrize("gap", [0.0, 0.4])
 def test_two_facades_meet_at_their_corner(turn, gap):
-    """An outer and an inner corner: one block, both walls in their planes."""
+    """At an outer and at an inner corner: one block with both walls in their planes."""
     one = wall(at=(-5.0 - gap, 0.0, 0.0))
     side = 5.0 + gap if turn > 0 else -5.0 - gap
     f = wall(turn=0.7 + turn)
@@ -263,7 +261,7 @@ def test_front_and_back_of_a_shallow_house_are_one_block():
     assert volume6(made.built[0].host) / 6e12 == pytest.approx(10 * 5 * 6.2, rel=1e-3)
 
 
-def test_a_ragged_outline_becomes_a_house():
+def test_a_ragged_outline_becomes_a_clean_gable():
     rng = np.random.default_rng(1)
     x = np.arange(-5, 5.01, 0.1)
     gable = 3 - np.abs(x) * 0.6 + rng.uniform(0, 0.1, len(x))
@@ -275,7 +273,7 @@ def test_a_ragged_outline_becomes_a_house():
 
 
 def test_a_window_in_the_cheek_of_an_oriel():
-    """The side of a protrusion is a wall like any other for the facade that was measured on it."""
+    """The side of a protrusion is a wall like any other for a facade that was measured on it."""
     front = wall()
     bay = protrusion("oriel", (-2, -1, 2, 2), -1.5)
     cheek = wall(turn=0.7 + np.pi / 2)

@@ -1,4 +1,4 @@
-"""Solids with reliefs: closed, valid, and exactly as large as the host less what was cut."""
+"""Solids with reliefs are closed, valid, and exactly as large as the host less what was cut."""
 
 import numpy as np
 import pytest
@@ -7,10 +7,11 @@ from hypothesis import strategies as st
 
 from frontage.geometry.ring import rectangle, ring_area
 from frontage.model import Face, Failed, Solid
+from frontage.solids.brep import GRID_PER_M, rings_of, unmatched_edges, volume6
 from frontage.solids.cells.build import build_solid
-from frontage.solids.polygonise import arch_ring
-from frontage.solids.relief import GRID, BuildOptions, Built, FacadeReliefs, Relief
-from frontage.solids.rims import rings_of, unmatched, volume6
+from frontage.solids.curves import arch_ring
+from frontage.solids.options import BuildOptions
+from frontage.solids.relief import Built, FacadeReliefs, Relief
 from frontage.validation import validate
 from solids.facades import block, frame, random_facade
 
@@ -26,16 +27,16 @@ def built(reliefs: list[Relief], place=STRAIGHT, outline=WALL, options=None, hos
 
 
 def removed6(reliefs: list[Relief], base: int = 0) -> int:
-    """Six times the volume that disjoint reliefs take out, from their outlines alone."""
+    """Returns six times the volume that disjoint reliefs remove, from their outlines alone."""
     total = 0
     for r in reliefs:
-        deep = round((r.depth or 0.0) * GRID)
-        total += round(2 * ring_area(np.rint(r.ring * GRID))) * 3 * deep + removed6(list(r.inside))
+        deep = round((r.depth or 0.0) * GRID_PER_M)
+        total += round(2 * ring_area(np.rint(r.ring * GRID_PER_M))) * 3 * deep + removed6(list(r.inside))
     return total
 
 
 def column6(solid: Solid, front: int) -> int:
-    """Six times the volume between the plane y = `front` and all faces that look to the street."""
+    """Returns six times the volume between the plane y = `front` and all faces that look to the street."""
     total = 0
     for face in solid.faces:
         at = solid.vertices[list(face.ring)]
@@ -90,7 +91,7 @@ def test_door_near_the_ground_line_goes_down_to_it(bottom):
 
 
 def test_arch_follows_its_curve():
-    ring = arch_ring(2, 4, 1, 3, 1, 0.002)
+    ring = arch_ring(2, 4, 1, spring=3, rise=1, chord_error=0.002)
     result = built([Relief("A", ring, 0.2)])
     lost = (volume6(result.host) - volume6(result.solid)) / 6e12
     true = 0.2 * (4 + np.pi / 2)
@@ -110,7 +111,7 @@ def test_protrusion_with_a_window_in_it_and_a_window_beside_it():
     assert not validate(result.solid)
 
 
-def test_openings_that_touch_in_a_point_are_parted():
+def test_openings_that_touch_in_a_point_are_separated():
     reliefs = [Relief("A", rectangle(2, 2, 3, 3), 0.2), Relief("B", rectangle(3, 3, 4, 4), 0.2)]
     result = built(reliefs)
     assert any(n.startswith("B: 0.01 m cut off") for n in result.notes)
@@ -134,7 +135,7 @@ def test_narrow_pier_is_closed():
     assert result.notes and not validate(result.solid)
 
 
-def test_all_glass_keeps_a_frame():
+def test_an_opening_over_the_whole_wall_leaves_a_frame():
     result = built([Relief("A", WALL, 0.2)])
     lost = (volume6(result.host) - volume6(result.solid)) / 6e12
     assert lost == pytest.approx(0.2 * (12 - 0.04) * (9 - 0.02), abs=1e-9)
@@ -207,7 +208,7 @@ def test_wall_of_several_coplanar_faces():
                 ring.insert(pairs.index((p, q)) + 1, new)
         faces.append(Face(tuple(ring), f.semantics))
     split = Solid("B", v, host.origin, tuple(faces), "2")
-    assert not unmatched(split.faces)
+    assert not unmatched_edges(split.faces)
     reliefs = [Relief("A", rectangle(5, 4, 7, 6), 0.2), Relief("B", rectangle(6.005, 1, 7, 2), 0.2)]
     reliefs += [
         Relief("D", rectangle(5.5, 0, 6.5, 0.9), 0.3, "Door"),
@@ -274,7 +275,7 @@ def test_any_facade_in_any_direction(seed, azimuth):
     host, facade = random_facade(np.random.default_rng(seed), azimuth)
     result = build_solid(host, [facade])
     assert isinstance(result, Built)
-    assert not unmatched(result.solid.faces)
+    assert not unmatched_edges(result.solid.faces)
     assert not validate(result.solid)
     assert "S399" not in {f.code for f in result.failed}
     assert {f.opening for f in result.solid.faces} - {None} == set(result.offsets) | {
@@ -283,7 +284,7 @@ def test_any_facade_in_any_direction(seed, azimuth):
 
 
 def test_two_facades_share_a_wall():
-    """A second facade on the same wall gets what the first has left of it."""
+    """A second facade on the same wall gets the part of it that the first one has left."""
     host = block(STRAIGHT, WALL)
     first, second = Relief("A", rectangle(2, 2, 3, 3), 0.2), Relief("B", rectangle(2.5, 2, 4, 3), 0.2)
     third = Relief("C", rectangle(6, 2, 7, 3), 0.2)
@@ -306,7 +307,7 @@ def test_same_input_gives_the_same_solid():
 
 @pytest.mark.parametrize("seed", range(12))
 def test_mosaic_of_touching_reliefs(seed):
-    """Cells of an irregular grid, border to border and corner to corner, in and out, with niches in them."""
+    """Reliefs fill an irregular grid and touch along borders and at corners, in and out, with niches."""
     rng = np.random.default_rng(seed)
     place = STRAIGHT if seed % 2 else frame(rng.uniform(0, 6.28), rng.uniform(-0.05, 0.05))
     outline = rectangle(0, 0, 9, 7)
@@ -329,7 +330,7 @@ def test_mosaic_of_touching_reliefs(seed):
 
 
 def test_part_on_a_narrow_neck_is_left_out():
-    """What an earlier opening leaves of a later one may hang together by a millimetre only."""
+    """The rest of a clipped opening may be connected by a millimetre only."""
     later = np.array(
         [[2, 2], [4, 2], [4, 4], [3.001, 4], [3.001, 4.4], [3.6, 4.4], [3.6, 5], [3, 5], [3, 4], [2, 4.0]]
     )

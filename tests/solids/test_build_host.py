@@ -1,4 +1,4 @@
-"""Hosts: city models' polygons and blocks as closed solids, repaired only where one way is open."""
+"""Hosts: polygons of city models and blocks as closed solids, repaired only where that is unambiguous."""
 
 import numpy as np
 import pytest
@@ -8,18 +8,20 @@ from frontage.geometry.rigid import Rigid3
 from frontage.geometry.ring import rectangle
 from frontage.io.citymodels.read import read_city_model
 from frontage.model import Failed, Solid, Surface
+from frontage.solids.brep import GRID_PER_M, newell_normal, rings_of, volume6
 from frontage.solids.cells.build import build_solid
-from frontage.solids.hosts.host import Host, facade_block, ground_block, host_solid
-from frontage.solids.relief import GRID, BuildOptions, Built, FacadeReliefs, Relief
-from frontage.solids.rims import normal, rings_of, volume6
+from frontage.solids.coarse.extrude import facade_block, ground_block
+from frontage.solids.coarse.host import Host, host_solid
+from frontage.solids.options import BuildOptions
+from frontage.solids.relief import Built, FacadeReliefs, Relief
 from frontage.validation import validate
 from realdata import data_path
 from solids.facades import WORLD, block, frame
 
 
 def polygons(solid: Solid) -> list[Surface]:
-    """A solid's faces as a city model would hold them."""
-    at = solid.vertices / GRID
+    """Returns a solid's faces as a city model would hold them."""
+    at = solid.vertices / GRID_PER_M
     rings = [[at[list(r)] for r in rings_of(f)] for f in solid.faces]
     return [Surface(r[0], f.semantics, "", tuple(r[1:])) for f, r in zip(solid.faces, rings, strict=True)]
 
@@ -36,11 +38,11 @@ def host(surfaces: list[Surface], **options) -> Host:
 
 
 def facades_of(solid: Solid, shift: float = 0.0) -> list[FacadeReliefs]:
-    """Every large wall as a facade with as many windows as fit on it, a door and an oriel."""
+    """Returns every large wall as a facade with as many windows as fit on it, and a door."""
     found = []
     for k, face in enumerate(solid.faces):
-        ring = solid.vertices[list(face.ring)] / GRID
-        n = normal(ring)
+        ring = solid.vertices[list(face.ring)] / GRID_PER_M
+        n = newell_normal(ring)
         if face.semantics != "WallSurface" or abs(n[2]) > 0.1:
             continue
         place = Rigid3("local", "facade", facade_axes(-n), ring.mean(0) + shift * n)
@@ -53,13 +55,13 @@ def facades_of(solid: Solid, shift: float = 0.0) -> list[FacadeReliefs]:
     return found
 
 
-def test_polygons_come_back_as_they_were():
+def test_good_polygons_are_not_changed():
     surfaces = gabled()
     made = host(surfaces)
     assert not made.notes
     for face, surface in zip(made.solid.faces, surfaces, strict=True):
         assert face.semantics == surface.semantics
-        assert np.array_equal(made.solid.vertices[list(face.ring)], np.rint(surface.ring * GRID))
+        assert np.array_equal(made.solid.vertices[list(face.ring)], np.rint(surface.ring * GRID_PER_M))
 
 
 def test_missing_ground_is_added():
@@ -69,9 +71,9 @@ def test_missing_ground_is_added():
     assert volume6(made.solid) == volume6(host(whole).solid)
 
 
-def test_inside_out_host_is_turned():
+def test_inside_out_host_is_reversed():
     made = host([Surface(s.ring[::-1], s.semantics) for s in gabled()])
-    assert "turned" in made.notes[0] and volume6(made.solid) > 0
+    assert "reversed" in made.notes[0] and volume6(made.solid) > 0
 
 
 def test_vertex_on_an_edge_of_a_neighbour_is_shared():
@@ -79,7 +81,7 @@ def test_vertex_on_an_edge_of_a_neighbour_is_shared():
     wall = surfaces[1]
     ring = np.insert(wall.ring, 1, wall.ring[:2].mean(0), axis=0)
     made = host([surfaces[0], Surface(ring, wall.semantics), *surfaces[2:]])
-    assert "put into" in made.notes[0]
+    assert "split at vertices" in made.notes[0]
 
 
 def test_roof_a_little_off_its_walls_is_joined_to_them():
@@ -88,7 +90,7 @@ def test_roof_a_little_off_its_walls_is_joined_to_them():
         for s in gabled()
     ]
     made = host(surfaces)
-    assert "0.05 m apart have been joined" in made.notes[0]
+    assert "0.05 m apart were joined" in made.notes[0]
     assert volume6(made.solid) == volume6(host(gabled()).solid)
 
 
@@ -96,7 +98,7 @@ def test_missing_wall_is_not_guessed():
     surfaces = [s for k, s in enumerate(gabled()) if k != 1]
     made = host_solid("B7", surfaces, WORLD)
     assert isinstance(made, Failed) and made.code == "S303"
-    assert made.message.startswith("B7: the host is not closed, 5 edges")
+    assert made.message.startswith("B7: the host is not closed: 5 edges")
 
 
 def test_missing_roof_gets_a_lid_only_when_allowed():
@@ -128,9 +130,9 @@ def test_uneven_wall_is_split_and_can_be_cut():
 
 
 def test_slightly_uneven_wall_stays_whole():
-    """A corner 4 mm off the plane, as city models have it, is no reason to change the host."""
+    """A corner 4 mm off the plane, as in many city models, does not change the host."""
     surfaces = gabled()
-    n = normal(surfaces[0].ring)
+    n = newell_normal(surfaces[0].ring)
     corner = surfaces[0].ring[2]
     moved = [
         Surface(np.where(np.isclose(s.ring, corner).all(1)[:, None], s.ring + 0.004 * n, s.ring), s.semantics)
@@ -151,7 +153,7 @@ def test_block_of_a_bad_outline():
 @pytest.mark.parametrize("shift", [0.0, 0.31])
 @pytest.mark.parametrize("reseat", [False, True])
 def test_real_city_model(shift, reseat):
-    """Every building of a city model gives a host and takes openings on all its walls."""
+    """Every building of a city model gives a host, and openings can be cut into all its walls."""
     model = read_city_model(data_path("ingolstadt_scene/input/lod2/lod2.gml"))
     cut = 0
     for building in model.buildings:

@@ -1,14 +1,14 @@
-"""Polygonised curves, sloping ground, leaning walls."""
+"""Polygonised curves, sloping ground and leaning walls."""
 
 import numpy as np
 import pytest
 
 from frontage.geometry.ring import rectangle, ring_area
 from frontage.model import Face, Solid
+from frontage.solids.brep import GRID_PER_M, newell_normal, unmatched_edges, volume6
 from frontage.solids.cells.build import build_solid
-from frontage.solids.polygonise import arch_ring, circle_ring, steps
-from frontage.solids.relief import GRID, Built, FacadeReliefs, Relief
-from frontage.solids.rims import normal, unmatched, volume6
+from frontage.solids.curves import arch_ring, chord_count, circle_ring
+from frontage.solids.relief import Built, FacadeReliefs, Relief
 from frontage.validation import validate
 from solids.facades import WORLD, block, frame
 
@@ -16,8 +16,8 @@ from solids.facades import WORLD, block, frame
 @pytest.mark.parametrize("error", [0.02, 0.005, 0.0005])
 @pytest.mark.parametrize("rise", [0.15, 0.6, 1.1])
 def test_chords_stay_within_their_error(rise, error):
-    """Segmental, round and pointed: the middle of a chord is off the arc by at most the error."""
-    ring = arch_ring(0, 1.2, 0, 2, rise, error)
+    """For segmental, round and pointed arches, no chord is further from the arc than the error."""
+    ring = arch_ring(0, 1.2, 0, spring=2, rise=rise, chord_error=error)
     assert ring_area(ring) > 0
     assert np.array_equal(ring, ring * [1, 1]) and ring[:, 1].max() == pytest.approx(2 + rise)
     right = ring[(ring[:, 0] >= 0.6 - 1e-9) & (ring[:, 1] >= 2)]
@@ -34,16 +34,16 @@ def test_chords_stay_within_their_error(rise, error):
 def test_circle_and_bad_curves():
     ring = circle_ring(1, 2, 0.5, 0.001)
     assert np.linalg.norm(ring - [1, 2], axis=1) == pytest.approx(0.5)
-    assert len(ring) == steps(0.5, 2 * np.pi, 0.001)
-    for bad in ((0, 0, 0, 1, 1), (0, 1, 0, 1, 0), (0, 1, 2, 1, 1)):
+    assert len(ring) == chord_count(0.5, 2 * np.pi, 0.001)
+    for x1, z0, rise in ((0, 0, 1), (1, 0, 0), (1, 2, 1)):
         with pytest.raises(ValueError, match="arch"):
-            arch_ring(*bad, 0.01)
+            arch_ring(0, x1, z0, spring=1, rise=rise, chord_error=0.01)
     with pytest.raises(ValueError, match="positive"):
         circle_ring(0, 0, 1, 0)
 
 
 def skewed(solid: Solid, along: float, into: float) -> Solid:
-    """The block with its ground sloping: `along` the street and `into` the building (rise over run)."""
+    """Returns the block on ground that slopes `along` the street and `into` the building (rise over run)."""
     v = solid.vertices.copy()
     low = v[:, 2] == v[:, 2].min()
     v[low, 2] += np.rint((v[low, 0] - v[:, 0].min()) * along + (v[low, 1] - v[:, 1].min()) * into).astype(int)
@@ -63,14 +63,14 @@ def test_door_on_sloping_ground(along, into):
     assert not validate(result.solid)
     (ground,) = (f for f in result.solid.faces if f.semantics == "GroundSurface")
     assert len(ground.ring) == 12
-    n = normal(result.solid.vertices[list(ground.ring)] / GRID)
-    at = result.solid.vertices[list(ground.ring)] / GRID
+    n = newell_normal(result.solid.vertices[list(ground.ring)] / GRID_PER_M)
+    at = result.solid.vertices[list(ground.ring)] / GRID_PER_M
     assert np.abs((at - at[0]) @ n).max() < 2e-4, "the notch lies in the ground's plane"
 
 
 @pytest.mark.parametrize("lean", [-0.06, 0.06])
 def test_leaning_wall(lean):
-    """A wall 3.4 degrees off the plumb: recesses follow its normal."""
+    """On a wall 3.4 degrees off the vertical, recesses follow the wall's normal."""
     place = frame(np.pi / 2)
     host = block(place, rectangle(0, 0, 10, 6))
     v = host.vertices.copy()
@@ -85,7 +85,7 @@ def test_leaning_wall(lean):
 
 
 def test_recess_under_a_roof_slope_stays_below_it():
-    """A wall that ends in a roof falling into the house: a deep recess near its top would pierce the roof."""
+    """Where the roof falls towards the back, a deep recess near its edge would pierce it."""
     base = block(frame(np.pi / 2), rectangle(0, 0, 10, 6))
     v = base.vertices.copy()
     v[(v[:, 1] == v[:, 1].max()) & (v[:, 2] == v[:, 2].max()), 2] -= 50_000
@@ -97,14 +97,14 @@ def test_recess_under_a_roof_slope_stays_below_it():
 
 
 def test_building_in_front_stops_a_protrusion():
-    """An L-shaped house: an oriel beside the inner corner cannot go into the other wing."""
-    plan = np.array([[0, 0], [10, 0], [10, 4], [4, 4], [4, 10], [0, 10.0]]) * GRID
+    """In an L-shaped house, an oriel beside the inner corner cannot reach into the other wing."""
+    plan = np.array([[0, 0], [10, 0], [10, 4], [4, 4], [4, 10], [0, 10.0]]) * GRID_PER_M
     low = np.column_stack([plan, np.zeros(6)])
-    v = np.rint(np.concatenate([low, low + np.array([0, 0, 6 * GRID])])).astype(np.int64)
+    v = np.rint(np.concatenate([low, low + np.array([0, 0, 6 * GRID_PER_M])])).astype(np.int64)
     faces = [Face((5, 4, 3, 2, 1, 0), "GroundSurface"), Face(tuple(range(6, 12)), "RoofSurface")]
     faces += [Face((a, (a + 1) % 6, (a + 1) % 6 + 6, a + 6), "WallSurface") for a in range(6)]
     host = Solid("L", v, WORLD.origin, tuple(faces), "2")
-    assert not unmatched(host.faces)
+    assert not unmatched_edges(host.faces)
     place = frame(-np.pi / 2, at=(10.0, 4.0, 0.0))  # the wall y = 4, seen from the yard
     oriels = (
         Relief("near", rectangle(5.2, 2, 5.97, 4), -1.0, "WallSurface"),
@@ -113,7 +113,7 @@ def test_building_in_front_stops_a_protrusion():
     result = build_solid(host, [FacadeReliefs("F", place, rectangle(0, 0, 6, 6), oriels)])
     assert isinstance(result, Built) and not validate(result.solid)
     assert not result.failed
-    assert volume6(result.solid) - volume6(host) == 6 * GRID**3 * 4 + 6 * 7_700 * 20_000 * 10_000
+    assert volume6(result.solid) - volume6(host) == 6 * GRID_PER_M**3 * 4 + 6 * 7_700 * 20_000 * 10_000
 
 
 def test_touching_recesses_that_are_limited_keep_no_sliver_step():

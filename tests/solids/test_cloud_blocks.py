@@ -13,27 +13,27 @@ from shapely.geometry import Polygon
 from facade_fakes import WORLD, facade
 from frontage.geometry.ring import rectangle
 from frontage.model import Estimate, Facade
-from frontage.solids.hosts.blocks import cloud_blocks
-from frontage.solids.hosts.eaves import clean_outline
-from frontage.solids.hosts.plan import Front, footprints
-from frontage.solids.relief import GRID
-from frontage.solids.rims import volume6
+from frontage.solids.brep import GRID_PER_M, volume6
+from frontage.solids.coarse.cloud_blocks import cloud_blocks
+from frontage.solids.coarse.eaves import clean_outline
+from frontage.solids.coarse.footprints import footprints
+from frontage.solids.coarse.plan_facade import PlanFacade
 from frontage.validation import validate
 
 DEPTH = 8.0
 
 
-def front(a: Sequence[float], b: Sequence[float], low: float = 0.0, high: float = 9.0) -> Front:
-    """A facade between two points in plan, the building on its left."""
+def front(a: Sequence[float], b: Sequence[float], low: float = 0.0, high: float = 9.0) -> PlanFacade:
+    """Returns a facade between two points in plan, with the building on its left."""
     ends = np.array([a, b], np.float64)
     along = (ends[1] - ends[0]) / np.linalg.norm(ends[1] - ends[0])
-    return Front(ends, np.array([-along[1], along[0]]), low, high)
+    return PlanFacade(ends, np.array([-along[1], along[0]]), low, high)
 
 
 def chain(
     points: Sequence[Sequence[float]], without: Sequence[int] = (), closed: bool = False
-) -> list[Front]:
-    """Facades along a line of points, some missing."""
+) -> list[PlanFacade]:
+    """Returns facades along a line of points, some of them missing."""
     pairs = list(zip(points, [*points[1:], points[0]], strict=True))
     return [front(a, b) for k, (a, b) in enumerate(pairs if closed else pairs[:-1]) if k not in without]
 
@@ -44,7 +44,7 @@ def ngon(n: int, side: float = 4.0) -> list[list[float]]:
     return (radius * np.column_stack([np.cos(turn), np.sin(turn)])).tolist()
 
 
-def plan(fronts: list[Front]) -> Polygon:
+def plan(fronts: list[PlanFacade]) -> Polygon:
     ((polygon, _),) = footprints(fronts, DEPTH)
     return polygon
 
@@ -52,7 +52,7 @@ def plan(fronts: list[Front]) -> Polygon:
 def profile(
     points: Sequence[tuple[float, float]], bumps: Sequence[tuple[float, float, float]] = ()
 ) -> Facade:
-    """A facade with this upper outline (x, z) from left to right, and bumps (x from, to, height) on it."""
+    """Returns a facade with an upper outline (x, z) from left to right, and bumps (x from, to, height)."""
     x = np.arange(points[0][0], points[-1][0] + 0.01, 0.05)
     z = np.interp(x, *np.transpose(points))
     for low, high, by in bumps:
@@ -70,7 +70,7 @@ def test_chimneys_tanks_and_notches_leave_level_eaves():
     assert top(clean_outline(rough, np.nan)) == pytest.approx(np.array([[0, 12], [30, 12]]), abs=0.02)
 
 
-def test_two_houses_of_different_heights_have_a_step_where_it_is():
+def test_two_houses_of_different_heights_have_a_step_between_them():
     eaves = top(clean_outline(profile([(0, 9), (8.99, 9), (9, 12), (20, 12)]), np.nan))
     assert eaves == pytest.approx(np.array([[0, 9], [9, 9], [9, 12], [20, 12]]), abs=0.06)
 
@@ -87,7 +87,7 @@ def test_a_tapering_tower_is_level():
 
 
 @pytest.mark.parametrize("n", [4, 5, 6, 8, 12])
-def test_facades_all_round_are_their_ring(n):
+def test_facades_on_all_sides_give_their_ring(n):
     whole = ngon(n)
     assert plan(chain(whole, closed=True)).symmetric_difference(Polygon(whole)).area < 1e-2
 
@@ -156,7 +156,7 @@ def test_a_storey_that_is_set_back_is_a_block_of_its_own():
 
 @pytest.mark.parametrize("gable", [0, 1])
 def test_a_gable_roofs_the_whole_house(gable):
-    """Two or four sides of a house, its gable in front or beside."""
+    """For two or four sides of a house, with the gable in front or at the side."""
     peak = np.array([[-5, 0], [5, 0], [5, 6], [0, 9], [-5, 6]], float)
     for sides in (
         chain([[0, 0], [10, 0], [10, 10]]),
@@ -181,8 +181,8 @@ def test_a_step_runs_back_over_the_plan_and_a_high_side_makes_it_level():
         assert volume6(host.solid) / 6e12 == pytest.approx(area * 12, rel=0.02)
 
 
-def upright(one: Front, number: int, outline: np.ndarray, lean: float) -> Facade:
-    """A facade whose plane passes through a front at the height 0, leaning by so much (rad)."""
+def upright(one: PlanFacade, number: int, outline: np.ndarray, lean: float) -> Facade:
+    """Returns a facade through a facade in plan at height 0, leaning by an angle (rad)."""
     f = facade(azimuth=float(np.arctan2(one.inward[1], one.inward[0])), lean=lean)
     pose = replace(f.frame, t=np.array([*one.ends.mean(0), 0.0]))
     known = Estimate(pose, np.eye(6) * 1e-8, 500.0)
@@ -193,7 +193,10 @@ KINDS = ["tower", "ring", "line", "rows", "any"]
 
 
 def arrangement(seed: int, kind: str) -> list[Facade]:
-    """Towers with faces missing, L, U, steps, acute corners, rows, or facades anyhow; measured ends."""
+    """Returns towers with missing faces, L and U shapes, steps, acute corners, rows, or random facades.
+
+    Their ends are moved as measured ones are.
+    """
     rng = np.random.default_rng(seed)
     if kind == "tower":
         n = int(rng.integers(3, 13))
@@ -250,5 +253,5 @@ def test_random_arrangements_give_valid_blocks(seed, kind):
         assert host.notes[0].startswith("B01: no city model; a block ")
     rings = [f.frame.apply(np.insert(f.outline, 1, 0.0, axis=1)) for f in facades]
     high = max(r[:, 2].max() for r in rings)
-    assert max(h.solid.vertices[:, 2].max() for h in made) / GRID <= high + 0.01
+    assert max(h.solid.vertices[:, 2].max() for h in made) / GRID_PER_M <= high + 0.01
     assert sum(volume6(h.solid) for h in made) > 0

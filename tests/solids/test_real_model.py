@@ -1,4 +1,4 @@
-"""A real city model as host, with true openings of its facades: every building gives a valid LoD3 solid."""
+"""A real city model with true openings: every building gives a valid LoD3 solid."""
 
 import json
 
@@ -10,13 +10,13 @@ from frontage.geometry.ring import rectangle
 from frontage.io.citymodels.read import read_city_model
 from frontage.model import Building, Elements, Estimate, Facade, Opening, Protrusion, Provenance
 from frontage.solids import Assembled, BuildOptions, assemble
-from frontage.solids.matching import match_model
+from frontage.solids.model_match import match_model
 from frontage.validation import validate
 from realdata import data_path
 
 
 def scene() -> tuple[list[tuple[Facade, Elements]], object]:
-    """The true facades with what is on them, and the coarse model (0.1 to 0.5 m off)."""
+    """Returns the true facades with what is on them, and the coarse model, which is 0.1 to 0.5 m off."""
     truth = json.loads(data_path("ingolstadt_scene/truth/truth.json").read_text())
     model = read_city_model(data_path("ingolstadt_scene/input/lod2/lod2.city.json"))
     fronts = []
@@ -27,9 +27,9 @@ def scene() -> tuple[list[tuple[Facade, Elements]], object]:
 
 
 def _front(f: dict, off: float, first: bool, world) -> tuple[Facade, Elements]:
-    """What lies `off` m before a facade's plane, and if `first` what hangs there.
+    """Returns the openings `off` m in front of a facade's plane and, if `first`, the protrusions.
 
-    In the scene u is right, v up and the normal outwards; here y points inwards.
+    In the scene u points right, v up and the normal outwards; in a facade frame y points inwards.
     """
     R = np.column_stack([f["e_u"], -np.array(f["normal"]), f["e_v"]])
     pose = Rigid3("local", "facade", R, world.to_local(np.array(f["origin"]) + off * np.array(f["normal"])))
@@ -91,4 +91,4 @@ def test_true_openings_in_the_coarse_model(reseat: bool) -> None:
         cut += len(
             {f.opening for b in made.built for f in b.solid.faces if f.semantics in ("Window", "Door")}
         )
-    assert found > 100 and cut > 0.85 * found  # the rest stands on walls that the coarse model lacks
+    assert found > 100 and cut > 0.85 * found  # the others stand on walls that the coarse model lacks

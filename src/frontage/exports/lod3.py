@@ -9,7 +9,7 @@ from frontage.exports.openingwalls import walls_of_openings
 from frontage.model import Building, Elements, Facade, Opening, Protrusion, Solid, Surface
 from frontage.model.citymodel import CityBuilding, Shell
 from frontage.solids import Assembled, Built, Installation
-from frontage.solids.relief import GRID
+from frontage.solids.brep import GRID_PER_M
 
 Value = str | float | int
 _DIGITS = 4  # 0.1 mm
@@ -47,7 +47,7 @@ def city_buildings(
     others get "-2", "-3", ...; the attribute `model_id` holds the id in the city model.
     """
     known = assembled.coarse.source == "model"
-    if len(assembled.built) < 2 or not (assembled.apart or (known and len(owners) > 1)):
+    if len(assembled.built) < 2 or not (assembled.parts_overlap or (known and len(owners) > 1)):
         whole = city_building(building, assembled, fronts)
         named = {"model_id": ", ".join(owners)} if owners and known else {}
         return (replace(whole, attributes={**whole.attributes, **named}),)
@@ -88,7 +88,7 @@ def _nearest(assembled: Assembled, thing: Installation) -> int:
 
 def surfaces_of(solid: Solid, prefix: str) -> tuple[Surface, ...]:
     """Returns the faces of a solid in local metres, with the id of their opening or a number."""
-    xyz = solid.vertices / GRID
+    xyz = solid.vertices / GRID_PER_M
     return tuple(
         Surface(
             xyz[list(f.ring)], f.semantics, f.opening or f"{prefix}/{k}", tuple(xyz[list(h)] for h in f.holes)
@@ -178,7 +178,7 @@ def _with_offsets(about: Mapping[str, Mapping[str, Value]], built: Built) -> dic
 def _attributes(assembled: Assembled, parts: Iterable[int]) -> dict[str, Value]:
     """Attributes of the building that consists of some of the parts."""
     own = [assembled.built[k] for k in parts]
-    heights = np.concatenate([b.host.vertices[:, 2] for b in own]) / GRID
+    heights = np.concatenate([b.host.vertices[:, 2] for b in own]) / GRID_PER_M
     offsets = [abs(d) for b in own for d in b.offsets.values()]
     out: dict[str, Value] = {"host": assembled.coarse.source}
     out["measuredHeight"] = round(float(np.ptp(heights)), 2)

@@ -4,8 +4,7 @@ import numpy as np
 
 from frontage.geometry.arrays import Float
 from frontage.model import OPENING_SURFACES, Solid
-from frontage.solids.relief import GRID
-from frontage.solids.rims import Edge, edges_of, normal
+from frontage.solids.brep import GRID_PER_M, Edge, directed_edges, newell_normal
 
 _PARALLEL_COS = 0.99  # of the largest angle between the normals of an opening and its wall
 
@@ -17,13 +16,13 @@ def walls_of_openings(solid: Solid) -> dict[int, int]:
     where no face is parallel, it is the wall that shares the longest edge. Openings without a wall beside
     them are left out.
     """
-    xyz = solid.vertices / GRID
-    beyond = {e: k for k, f in enumerate(solid.faces) for e in edges_of(f)}
+    xyz = solid.vertices / GRID_PER_M
+    beyond = {e: k for k, f in enumerate(solid.faces) for e in directed_edges(f)}
     normals: dict[int, Float] = {}
 
     def normal_of(k: int) -> Float:
         if k not in normals:
-            normals[k] = normal(xyz[list(solid.faces[k].ring)])
+            normals[k] = newell_normal(xyz[list(solid.faces[k].ring)])
         return normals[k]
 
     found = {}
@@ -49,7 +48,7 @@ def walls_of_openings(solid: Solid) -> dict[int, int]:
 def _shared(solid: Solid, xyz: Float, face: int, beyond: dict[Edge, int]) -> dict[int, float]:
     """Returns the neighbours of a face with the length (m) of the edges that they share with it."""
     out: dict[int, float] = {}
-    for a, b in edges_of(solid.faces[face]):
+    for a, b in directed_edges(solid.faces[face]):
         other = beyond.get((b, a))
         if other is not None:
             out[other] = out.get(other, 0.0) + float(np.linalg.norm(xyz[a] - xyz[b]))

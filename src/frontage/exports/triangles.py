@@ -9,8 +9,7 @@ import shapely
 from frontage.geometry.arrays import Array, Float, Int
 from frontage.model import OPENING_SURFACES, Face, Solid
 from frontage.solids import Assembled
-from frontage.solids.relief import GRID
-from frontage.solids.rims import normal
+from frontage.solids.brep import GRID_PER_M, newell_normal
 
 KINDS = ("WallSurface", "RoofSurface", "GroundSurface", "OuterCeilingSurface", "OuterFloorSurface",
          *OPENING_SURFACES, "Installation")  # fmt: skip
@@ -56,10 +55,10 @@ def _joined(parts: Sequence[ModelTriangles]) -> ModelTriangles:
 
 def _solid(solid: Solid, kind: int | None = None) -> ModelTriangles:
     """Triangulates a solid; all triangles get the same `kind`, or that of their face."""
-    xyz = solid.vertices / GRID
+    xyz = solid.vertices / GRID_PER_M
     corners, normals, kinds, edges = [], [], [], []
     for face in solid.faces:
-        n = normal(xyz[list(face.ring)])
+        n = newell_normal(xyz[list(face.ring)])
         triangles = _triangles(face, xyz, n)
         corners.append(triangles)
         normals.append(np.tile(n, (len(triangles), 1)))

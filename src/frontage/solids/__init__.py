@@ -1,17 +1,19 @@
-"""Solids: windows, doors and protrusions put into a coarse solid by cells (paper B, 3.2), and the validator.
+"""Builds closed, valid solids with windows, doors and protrusions: paper B, sections 3.1 and 3.2.3.
 
-`assemble` makes a building from its facades and what was found on them. Its steps: `host_solid`,
-`ground_block` and `facade_block` give the coarse solid, `build_solid` the fine one.
-``validate(solid)`` checks Frontage's own integer solids, `validate_shape` and `validate_feature` what was
-read from files: ISO 19107 with the error codes and tolerances of val3dity, in the standard's order: rings,
-polygons, shells, solids, composites, buildings.
+`assemble` is the entry function: it takes a building's facades with what was found on them and cuts it into
+the coarse solid of the city model, or into a block made from the facades, by cell decomposition. The steps
+can be used alone: `host_solid`, `ground_block` and `facade_block` make coarse solids, `build_solid` the fine
+one, and `match_model` finds the building of a city model that facades belong to.
 """
 
 from frontage.solids.assemble import Assembled, assemble
 from frontage.solids.cells.build import build_solid
-from frontage.solids.hosts.host import Host, facade_block, ground_block, host_solid
-from frontage.solids.installations import Installation
-from frontage.solids.relief import BuildOptions, Built, FacadeReliefs, Relief
+from frontage.solids.coarse.extrude import facade_block, ground_block
+from frontage.solids.coarse.host import Host, host_solid
+from frontage.solids.installations.installation import Installation
+from frontage.solids.model_match import ModelMatch, match_model
+from frontage.solids.options import BuildOptions
+from frontage.solids.relief import Built, FacadeReliefs, Relief
 
 __all__ = [
     "Assembled",
@@ -20,10 +22,12 @@ __all__ = [
     "FacadeReliefs",
     "Host",
     "Installation",
+    "ModelMatch",
     "Relief",
     "assemble",
     "build_solid",
     "facade_block",
     "ground_block",
     "host_solid",
+    "match_model",
 ]

@@ -1,4 +1,4 @@
-"""What was found on a facade as reliefs of its wall: which parts shape the solid, which only hang on it."""
+"""Sorts what was found on a facade into reliefs, which shape the solid, and parts attached to it."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -12,101 +12,101 @@ from frontage.geometry.arrays import Float
 from frontage.model import Elements, Facade, Opening, Protrusion, ProtrusionKind
 from frontage.solids.relief import FacadeReliefs, Relief
 
-_YIELDING = (
-    ProtrusionKind.PLINTH,
-    ProtrusionKind.PILASTER,
-)  # bodies that go round openings; the others hide what is behind them
-_MOST = 0.5  # share of an opening that lies on a body
+# Kinds that openings interrupt; other volumes hide what is behind them.
+_INTERRUPTED_KINDS = (ProtrusionKind.PLINTH, ProtrusionKind.PILASTER)
+_MIN_SHARE = 0.5  # share of an opening's area that must lie on a volume for the opening to stand on it
 
 
 @dataclass(frozen=True, eq=False)
 class FacadeParts:
-    """A facade's reliefs, and the protrusions that hang on it without being a part of the body."""
+    """The reliefs of a facade, and the protrusions that are attached to it as installations."""
 
     reliefs: FacadeReliefs
     attached: tuple[Protrusion, ...] = ()
 
 
 def facade_parts(facade: Facade, elements: Elements, chord_error: float) -> FacadeParts:
-    """Openings become recesses at their measured depth, flush faces where none was measured.
+    """Turns the elements of a facade into reliefs and attached protrusions.
 
-    A protrusion of the body, and whatever is set back or carries openings, is a relief with the
-    openings that lie on it inside; depths count from the surface that an opening stands in. A plinth or
-    pilaster goes round the openings that reach into it. All other protrusions are `attached`. Rings lose the
-    vertices that a chord within `chord_error` (m) of them replaces.
+    Openings become recesses of their measured depth, or flush faces where no depth was measured. A protrusion
+    that belongs to the building's volume, is set back, or carries openings becomes a relief that holds the
+    openings on it; their depths count from its front. Openings interrupt a plinth or pilaster. All
+    other protrusions are `attached`. Rings lose the vertices that a chord within `chord_error` (m) replaces.
     """
-    carrying = {o.on for o in elements.openings}
-    chosen = [p for p in elements.protrusions if is_body(p) or p.id in carrying]
-    bodies = sorted(chosen, key=lambda p: -_area(p).area)
-    below = _homes(bodies, bodies)
-    inside = _homes(elements.openings, bodies)
+    carriers = {o.on for o in elements.openings}
+    chosen = [p for p in elements.protrusions if is_volume(p) or p.id in carriers]
+    volumes = sorted(chosen, key=lambda p: -_area(p).area)
+    carrier_of_volume = _carriers(volumes, volumes)
+    carrier_of_opening = _carriers(elements.openings, volumes)
 
-    def on(number: int | None) -> tuple[Relief, ...]:
-        """What lies on a body, or on the wall: bodies first, they are the larger pieces."""
-        front = 0.0 if number is None else float(bodies[number].front.value)
+    def reliefs_on(carrier: int | None) -> tuple[Relief, ...]:
+        """Returns the reliefs on a volume, or on the wall (None): volumes first, they are the larger ones."""
+        front = 0.0 if carrier is None else float(volumes[carrier].front.value)
+        openings = [o for o, c in zip(elements.openings, carrier_of_opening, strict=True) if c == carrier]
         found: list[Relief] = []
-        for k, p in enumerate(bodies):
-            if below[k] == number:
-                others = [o for o, h in zip(elements.openings, inside, strict=True) if h == number]
-                deep = float(p.front.value) - front
-                for name, ring in _around(p, others):
-                    own = on(k) if name == p.id else ()
-                    found.append(Relief(name, _plain(ring, chord_error), deep, "WallSurface", own))
-        openings = [o for o, h in zip(elements.openings, inside, strict=True) if h == number]
-        return (*found, *(_relief(o, chord_error) for o in openings))
+        for k, volume in enumerate(volumes):
+            if carrier_of_volume[k] == carrier:
+                depth = float(volume.front.value) - front
+                for name, ring in _uninterrupted_pieces(volume, openings):
+                    inside = reliefs_on(k) if name == volume.id else ()
+                    found.append(Relief(name, _simplified(ring, chord_error), depth, "WallSurface", inside))
+        return (*found, *(_opening_relief(o, chord_error) for o in openings))
 
     attached = tuple(p for p in elements.protrusions if p not in chosen)
-    return FacadeParts(FacadeReliefs(facade.id, facade.frame, facade.outline, on(None)), attached)
+    return FacadeParts(FacadeReliefs(facade.id, facade.frame, facade.outline, reliefs_on(None)), attached)
 
 
-def is_body(protrusion: Protrusion) -> bool:
-    """Whether a protrusion shapes the building's body: by its kind, or because it is set back."""
+def is_volume(protrusion: Protrusion) -> bool:
+    """Decides whether a protrusion shapes the building's volume: by its kind, or because it is set back."""
     return protrusion.kind.is_body or float(protrusion.front.value) > 0
 
 
 def semantics_of(opening: Opening) -> str:
-    """The semantic class of the surface that closes an opening: Window or Door."""
+    """Returns the CityGML class of an opening: "Door" or "Window"."""
     return opening.kind.surface.semantics
 
 
-def _relief(opening: Opening, chord_error: float) -> Relief:
+def _opening_relief(opening: Opening, chord_error: float) -> Relief:
     depth = None if opening.depth is None else float(opening.depth.value)
-    return Relief(opening.id, _plain(opening.ring, chord_error), depth, semantics_of(opening))
+    return Relief(opening.id, _simplified(opening.ring, chord_error), depth, semantics_of(opening))
 
 
-def _homes(
-    things: Sequence[Opening] | Sequence[Protrusion], bodies: Sequence[Protrusion]
+def _carriers(
+    things: Sequence[Opening] | Sequence[Protrusion], volumes: Sequence[Protrusion]
 ) -> list[int | None]:
-    """For every thing the body it says it is on, else the smallest larger one that holds most of it; None:
-    it stands in the wall."""
-    areas = [_area(p) for p in bodies]
-    names = {p.id: k for k, p in enumerate(bodies)}
+    """Returns for every element the index of the volume that it stands on; None = the wall itself.
+
+    That is the volume an opening names, else the smallest larger volume that holds most of the element.
+    """
+    areas = [_area(p) for p in volumes]
+    index = {p.id: k for k, p in enumerate(volumes)}
     found: list[int | None] = []
     for thing in things:
-        if isinstance(thing, Opening) and thing.on in names:
-            found.append(names[thing.on])
+        if isinstance(thing, Opening) and thing.on in index:
+            found.append(index[thing.on])
             continue
         ring = _area(thing)
         larger = [k for k, a in enumerate(areas) if a.area > ring.area]
-        holding = [k for k in larger if areas[k].intersection(ring).area > _MOST * ring.area]
+        holding = [k for k in larger if areas[k].intersection(ring).area > _MIN_SHARE * ring.area]
         found.append(min(holding, key=lambda k: float(areas[k].area)) if holding else None)
     return found
 
 
-def _around(body: Protrusion, openings: Sequence[Opening]) -> list[tuple[str, Float]]:
-    """The ring of a plinth or pilaster without the openings beside it, any other body's ring as it is.
+def _uninterrupted_pieces(volume: Protrusion, openings: Sequence[Opening]) -> list[tuple[str, Float]]:
+    """Returns the pieces of a plinth or pilaster between the openings beside it, largest first, with names.
 
-    Its pieces, largest first, with their names.
+    Any other volume is returned whole.
     """
-    ring = _area(body)
-    if body.kind not in _YIELDING:
-        return [(body.id, body.ring)]
+    whole = [(volume.id, volume.ring)]
+    ring = _area(volume)
+    if volume.kind not in _INTERRUPTED_KINDS:
+        return whole
     cut = [a for o in openings if (a := _area(o)).intersects(ring) and not a.contains(ring)]
     if not cut or not ring.intersects(shapely.union_all(cut)):
-        return [(body.id, body.ring)]
+        return whole
     rest = shapely.get_parts(ring.difference(shapely.union_all(cut)))
     pieces = sorted((p for p in rest if isinstance(p, Polygon)), key=lambda p: -float(p.area))
-    names = [body.id, *(f"{body.id}-{k}" for k in range(2, len(pieces) + 1))]
+    names = [volume.id, *(f"{volume.id}-{k}" for k in range(2, len(pieces) + 1))]
     return [(n, np.asarray(p.exterior.coords)[:-1]) for n, p in zip(names, pieces, strict=True) if p.area > 0]
 
 
@@ -114,10 +114,10 @@ def _area(thing: Opening | Protrusion) -> BaseGeometry:
     return shapely.make_valid(Polygon(thing.ring))
 
 
-def _plain(ring: Float, chord_error: float) -> Float:
-    """A ring (k, 2) with fewer vertices, all within `chord_error` m of it; rings of four stay.
+def _simplified(ring: Float, chord_error: float) -> Float:
+    """Returns a ring (k, 2) with fewer vertices, all within `chord_error` m of it; quadrilaterals stay.
 
-    Of one that crosses itself the largest part.
+    Of a ring that crosses itself, the largest part is kept.
     """
     if not Polygon(ring).is_valid:
         parts = shapely.get_parts(shapely.make_valid(Polygon(ring)))
@@ -127,7 +127,7 @@ def _plain(ring: Float, chord_error: float) -> Float:
         ring = np.asarray(max(areas, key=lambda p: float(p.area)).exterior.coords, np.float64)[:-1]
     if len(ring) <= 4:
         return ring
-    plain = Polygon(ring).simplify(chord_error)
-    if not isinstance(plain, Polygon) or plain.is_empty or not plain.is_valid:
+    simple = Polygon(ring).simplify(chord_error)
+    if not isinstance(simple, Polygon) or simple.is_empty or not simple.is_valid:
         return ring
-    return np.asarray(plain.exterior.coords, np.float64)[:-1]
+    return np.asarray(simple.exterior.coords, np.float64)[:-1]

@@ -1,7 +1,8 @@
-"""Validity of solids and surfaces by ISO 19107, with the error codes and tolerances of val3dity.
+"""Validates solids and surfaces by ISO 19107, with the error codes and tolerances of val3dity.
 
-`validate` checks Frontage's own integer solids; `validate_shape` and `validate_feature` check what was read
-from files. The order is the standard's: rings, polygons, shells, solids, composites, buildings.
+`validate` is the entry function for Frontage's own integer solids; `validate_shape` and `validate_feature`
+take what was read from files. The levels are those of the standard: rings, polygons, shells, solids,
+composites, buildings.
 """
 
 from frontage.validation.codes import NAMES, QIE_NAMES

@@ -1,4 +1,4 @@
-"""Error codes: val3dity's (version 2.5 and later), and the older names of the CityGML QIE list."""
+"""Names of the error codes: those of val3dity (2.5 and later), and older ones of the CityGML QIE."""
 
 NAMES = {
     101: "TOO_FEW_POINTS",
@@ -39,11 +39,12 @@ NAMES = {
     904: "FORMAT_NOT_SUPPORTED",
     999: "UNKNOWN_ERROR",
 }
+"""Error code -> name, as in val3dity."""
 
-# Codes of the QIE experiment that val3dity has since folded into others.
 QIE_NAMES = {
     105: "GE_R_COLLAPSED",
     303: "GE_S_NON_MANIFOLD_VERTEX",
     304: "GE_S_NON_MANIFOLD_EDGE",
     308: "GE_S_ALL_POLYGONS_WRONG_ORIENTATION",
 }
+"""Codes of the CityGML Quality Interoperability Experiment that val3dity has since merged into others."""

@@ -1,8 +1,7 @@
-"""Level 5 and 6: solids among each other. Codes 501 to 503 in one CompositeSolid, 601 in one building."""
+"""Levels 5 and 6: several solids together. Codes 501 to 503 in a CompositeSolid, 601 in a building."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
 import shapely
@@ -11,31 +10,28 @@ from scipy.sparse.csgraph import connected_components
 
 from frontage.geometry.arrays import Float
 from frontage.model import Finding
-from frontage.validation.bodies import Shell
-from frontage.validation.cells import INSIDE, OPPOSITE, SAME, Pieces, Skin, compare
-from frontage.validation.geometry.distances import to_triangles
+from frontage.validation.closed_surface import ClosedSurface, ValidSolid
+from frontage.validation.geometry.distances import to_closest_triangle
+from frontage.validation.pieces import (
+    INSIDE,
+    ON_NOISES,
+    OPPOSITE,
+    SAME,
+    ClassifiedPieces,
+    classify_pieces,
+)
 from frontage.validation.tolerances import Tolerances
-
-_ON = 8  # in noise
-
-
-@dataclass(frozen=True, eq=False)
-class Body:
-    """A valid solid: its shells, and how findings call it."""
-
-    shells: tuple[Shell, ...]
-    name: str
-
-    @cached_property
-    def skin(self) -> Skin:
-        """The triangles of all its shells."""
-        mesh = self.shells[0][0]
-        return Skin(mesh.xyz, np.concatenate([t.ids for _, t in self.shells]), mesh.noise)
 
 
 @dataclass(frozen=True, eq=False)
 class _Relation:
-    """Two solids: how far they overlap (m) and where, whether they are the same, whether they share faces."""
+    """How two solids lie to each other.
+
+    overlap  m: how far they reach into each other
+    where    (3,) m: where they do so most
+    same     whether they are the same solid
+    joined   whether they share a part of a face, overlap, or are as close as the tolerance
+    """
 
     overlap: float
     where: Float
@@ -43,75 +39,82 @@ class _Relation:
     joined: bool
 
 
-def check_composite(bodies: Sequence[Body], tolerances: Tolerances) -> list[Finding]:
-    """Findings on the solids of one CompositeSolid, each valid in itself."""
-    limit = _limit(bodies, tolerances)
+def check_composite(solids: Sequence[ValidSolid], tolerances: Tolerances) -> list[Finding]:
+    """Checks the solids of one CompositeSolid, each of them valid in itself."""
+    limit = _limit(solids, tolerances)
     findings, links = [], []
-    for i, j in _close(bodies, limit):
-        relation = _relate(bodies[i], bodies[j], limit)
+    for i, j in _close_pairs(solids, limit):
+        relation = _relate(solids[i], solids[j], limit)
         if relation.joined:
             links.append((i, j))
-        where = f"{bodies[i].name}&{bodies[j].name}"
-        at = bodies[0].shells[0][0].place(relation.where)
+        where = f"{solids[i].name}&{solids[j].name}"
+        at = solids[0].location(relation.where)
         if relation.same:
             findings.append(Finding(502, "two solids are the same", where, "", at))
         elif relation.overlap > limit:
-            findings.append(Finding(501, f"two solids overlap by {relation.overlap:.4g} m", where, "", at))
-    return findings or _unconnected(bodies, links)
+            text = f"two solids overlap by {relation.overlap:.4g} m"
+            findings.append(Finding(501, text, where, "", at))
+    return findings or _unconnected(solids, links)
 
 
-def check_parts(bodies: Sequence[Body], groups: Sequence[object], tolerances: Tolerances) -> list[Finding]:
-    """601 for solids of one building whose insides overlap; those of one group are not compared."""
-    limit = _limit(bodies, tolerances)
+def check_parts(
+    solids: Sequence[ValidSolid], groups: Sequence[object], tolerances: Tolerances
+) -> list[Finding]:
+    """Finds 601 for solids of one building whose interiors overlap; solids of one group are not compared."""
+    limit = _limit(solids, tolerances)
     findings = []
-    for i, j in _close(bodies, 0.0):
+    for i, j in _close_pairs(solids, 0.0):
         if groups[i] == groups[j]:
             continue
-        relation = _relate(bodies[i], bodies[j], 0.0)
+        relation = _relate(solids[i], solids[j], 0.0)
         if relation.same or relation.overlap > limit:
-            at = bodies[0].shells[0][0].place(relation.where)
+            at = solids[0].location(relation.where)
             text = f"solids of one building overlap by {relation.overlap:.4g} m"
-            findings.append(Finding(601, text, f"{bodies[i].name}&{bodies[j].name}", "", at))
+            findings.append(Finding(601, text, f"{solids[i].name}&{solids[j].name}", "", at))
     return findings
 
 
-def adjacent(one: Body, other: Body, tolerances: Tolerances) -> bool:
-    """Whether two solids share a piece of a face, overlap, or are no further apart than the tolerance."""
+def adjacent(one: ValidSolid, other: ValidSolid, tolerances: Tolerances) -> bool:
+    """Decides whether two solids share a part of a face, overlap, or are as close as the tolerance."""
     limit = _limit([one, other], tolerances)
-    return bool(_close([one, other], limit)) and _relate(one, other, limit).joined
+    return bool(_close_pairs([one, other], limit)) and _relate(one, other, limit).joined
 
 
-def _limit(bodies: Sequence[Body], tolerances: Tolerances) -> float:
-    noise = _ON * bodies[0].shells[0][0].noise if bodies else 0.0
+def _limit(solids: Sequence[ValidSolid], tolerances: Tolerances) -> float:
+    """Returns the overlap or gap (m) that is accepted."""
+    noise = ON_NOISES * solids[0].mesh.noise if solids else 0.0
     return noise + max(tolerances.overlap, 0.0)
 
 
-def _close(bodies: Sequence[Body], reach: float) -> list[tuple[int, int]]:
-    """Pairs (i < j) of solids whose boxes, grown by `reach`, meet."""
-    if len(bodies) < 2:
+def _close_pairs(solids: Sequence[ValidSolid], reach: float) -> list[tuple[int, int]]:
+    """Returns the pairs (i < j) of solids whose boxes, grown by `reach` (m), intersect."""
+    if len(solids) < 2:
         return []
-    low = np.array([body.skin.corners.min((0, 1)) for body in bodies])
-    high = np.array([body.skin.corners.max((0, 1)) for body in bodies]) + reach + bodies[0].skin.noise
+    low = np.array([s.surface.corners.min((0, 1)) for s in solids])
+    high = np.array([s.surface.corners.max((0, 1)) for s in solids]) + reach + solids[0].mesh.noise
     tree = shapely.STRtree(shapely.box(low[:, 0], low[:, 1], high[:, 0], high[:, 1]))
     i, j = tree.query(tree.geometries)
     meet = (i < j) & (low[i, 2] <= high[j, 2]) & (low[j, 2] <= high[i, 2])
     return sorted(zip(i[meet].tolist(), j[meet].tolist(), strict=True))
 
 
-def _relate(one: Body, other: Body, reach: float) -> _Relation:
-    """Of two solids that are close; a gap of up to `reach` still joins them."""
-    a, b = one.skin, other.skin
-    sides = compare(a, b), compare(b, a)
-    measured = [m for pieces in sides for m in _overlaps(pieces)]
-    overlap, where = max(measured, key=lambda m: m[0], default=(0.0, a.corners.mean((0, 1))))
+def _relate(one: ValidSolid, other: ValidSolid, reach: float) -> _Relation:
+    """Returns how two close solids lie to each other; a gap of up to `reach` (m) still joins them."""
+    a, b = one.surface, other.surface
+    sides = classify_pieces(a, b), classify_pieces(b, a)
+    overlaps = [o for pieces in sides for o in _overlaps(pieces)]
+    overlap, where = max(overlaps, key=lambda o: o[0], default=(0.0, a.corners.mean((0, 1))))
     same = all((pieces.state == SAME).all() for pieces in sides)
     joined = overlap > 0 or any(pieces.has(OPPOSITE) for pieces in sides)
-    joined = joined or (reach > _ON * a.noise and _gap(a, b) <= reach)
+    joined = joined or (reach > ON_NOISES * a.noise and _gap(a, b) <= reach)
     return _Relation(overlap, where, same, joined)
 
 
-def _overlaps(pieces: Pieces) -> list[tuple[float, Float]]:
-    """Depth of pieces inside the other solid, width of those on it that look the same way."""
+def _overlaps(pieces: ClassifiedPieces) -> list[tuple[float, Float]]:
+    """Returns how far pieces reach into the other solid (m), each with the place (3,) m where it is worst.
+
+    That is the depth of pieces inside it, and the width of pieces on it that look the same way.
+    """
     found = []
     for state, size in ((INSIDE, pieces.depth), (SAME, pieces.width)):
         own = np.nonzero(pieces.state == state)[0]
@@ -121,21 +124,20 @@ def _overlaps(pieces: Pieces) -> list[tuple[float, Float]]:
     return found
 
 
-def _gap(one: Skin, other: Skin) -> float:
-    """Smallest distance (m) of a vertex of one to the other."""
-    first, _ = to_triangles(one.xyz[np.unique(one.ids)], other.corners)
-    second, _ = to_triangles(other.xyz[np.unique(other.ids)], one.corners)
+def _gap(one: ClosedSurface, other: ClosedSurface) -> float:
+    """Returns the smallest distance (m) of a vertex of one surface to the other."""
+    first, _ = to_closest_triangle(one.xyz[np.unique(one.ids)], other.corners)
+    second, _ = to_closest_triangle(other.xyz[np.unique(other.ids)], one.corners)
     return float(min(first.min(), second.min()))
 
 
-def _unconnected(bodies: Sequence[Body], links: Sequence[tuple[int, int]]) -> list[Finding]:
-    """503: solids that share no face, not even through others, with the first one."""
+def _unconnected(solids: Sequence[ValidSolid], links: Sequence[tuple[int, int]]) -> list[Finding]:
+    """503: a solid shares no face with the first one, not even through other solids."""
     ends = np.array(links, np.int64).reshape(-1, 2)
-    graph = coo_array((np.ones(len(ends)), (ends[:, 0], ends[:, 1])), shape=(len(bodies),) * 2)
+    graph = coo_array((np.ones(len(ends)), (ends[:, 0], ends[:, 1])), shape=(len(solids),) * 2)
     group = connected_components(graph, directed=False)[1]
     findings = []
     for k in map(int, np.nonzero(group != group[0])[0]):
-        mesh = bodies[k].shells[0][0]
-        at = mesh.place(bodies[k].skin.corners.mean((0, 1)))
-        findings.append(Finding(503, "the solid shares no face with the others", bodies[k].name, "", at))
+        at = solids[k].location(solids[k].surface.corners.mean((0, 1)))
+        findings.append(Finding(503, "the solid shares no face with the others", solids[k].name, "", at))
     return findings

@@ -1,4 +1,4 @@
-"""Level 1, what rings alone can get wrong before any geometry: codes 101, 102, 103."""
+"""Level 1: rings by their points alone, before any geometry. Codes 101, 102 and 103."""
 
 import numpy as np
 
@@ -8,7 +8,7 @@ from frontage.validation.geometry.mesh import Mesh
 
 
 def check_rings(mesh: Mesh) -> tuple[list[Finding], Bool]:
-    """Findings of too few points, repeated points, open rings, and which faces (f,) have none."""
+    """Finds rings with too few, repeated or no closing points; also returns the faces (f,) without such."""
     ring = mesh.ring_of_corner
     length = np.diff(mesh.rings)
     same = mesh.corners == mesh.following
@@ -22,30 +22,25 @@ def check_rings(mesh: Mesh) -> tuple[list[Finding], Bool]:
     findings = []
     for r in np.nonzero(few | repeated | mesh.unclosed)[0]:
         findings += _of_ring(mesh, int(r), bool(few[r]), bool(repeated[r]))
-    good = np.ones(len(mesh.faces) - 1, np.bool_)
-    good[mesh.face_of_ring[few | repeated | mesh.unclosed]] = False
-    return findings, good
+    sound = np.ones(len(mesh.faces) - 1, np.bool_)
+    sound[mesh.face_of_ring[few | repeated | mesh.unclosed]] = False
+    return findings, sound
 
 
 def _of_ring(mesh: Mesh, ring: int, few: bool, repeated: bool) -> list[Finding]:
-    """The findings of one ring; one with too few points is not looked at further."""
-    where = ring_name(mesh, ring)
+    """Returns the findings of one ring; one with too few points is not checked further."""
+    where = mesh.ring_name(ring)
     corners = mesh.corners[mesh.rings[ring] : mesh.rings[ring + 1]]
-    spot = mesh.place(mesh.xyz[corners[0]]) if len(corners) else None
+    spot = mesh.location(mesh.xyz[corners[0]]) if len(corners) else None
     if few:
         count = len(np.unique(corners))
-        return [Finding(101, f"a ring with {count} different points; 3 are needed", where, "", spot)]
+        return [Finding(101, f"the ring has {count} different points; it needs 3", where, "", spot)]
     found = []
     if repeated:
         twice = corners[corners == np.roll(corners, -1)]
-        text = "a point repeated at once" if len(twice) == 1 else f"{len(twice)} points repeated at once"
-        found.append(Finding(102, text, where, "", mesh.place(mesh.xyz[twice[0]])))
+        points = "a point is" if len(twice) == 1 else f"{len(twice)} points are"
+        text = f"{points} followed by the same point again"
+        found.append(Finding(102, text, where, "", mesh.location(mesh.xyz[twice[0]])))
     if mesh.unclosed[ring]:
         found.append(Finding(103, "the first point is not repeated at the end", where, "", spot))
     return found
-
-
-def ring_name(mesh: Mesh, ring: int) -> str:
-    """Face and ring as findings call them; ring 0 is the outer one."""
-    face = int(mesh.face_of_ring[ring])
-    return f"{mesh.face(face)}|ring={ring - int(mesh.faces[face])}"

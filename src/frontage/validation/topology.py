@@ -1,4 +1,4 @@
-"""How the faces of a shell hang together: edges by their number of faces, components, fans at vertices."""
+"""The topology of a shell: edges by their number of faces, connected components, and fans at vertices."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -9,15 +9,19 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import breadth_first_order, connected_components
 
 from frontage.geometry.arrays import Bool, Int
-from frontage.validation.geometry.rows import among, distinct
-from frontage.validation.polygons import Triangles
+from frontage.validation.geometry.rows import distinct_rows, rows_among
+from frontage.validation.geometry.triangulate import Triangles
 
 
 @dataclass(frozen=True, eq=False)
 class Topology:
-    """Edges of a shell: `ends` (u, 2) vertex ids (small, large), `uses` (u,) how many ring edges lie there.
+    """The edges of a shell.
 
-    `edge` (e,): which of them every ring edge of `triangles` is.
+    triangles  of its faces, with the ring edges (e, 2)
+    faces      number f of its faces
+    ends       (u, 2) vertex ids of the edges, the smaller one first
+    uses       (u,) number of ring edges that lie on each edge
+    edge       (e,) edge that each ring edge lies on
     """
 
     triangles: Triangles
@@ -28,62 +32,67 @@ class Topology:
 
     @classmethod
     def of(cls, triangles: Triangles, faces: int) -> "Topology":
-        """From the ring edges of a shell of so many faces."""
-        ends, edge, uses = distinct(np.sort(triangles.edges, axis=1))
+        """Returns the topology of a shell of `faces` faces from their ring edges."""
+        ends, edge, uses = distinct_rows(np.sort(triangles.edges, axis=1))
         return cls(triangles, faces, ends, uses, edge)
 
     @cached_property
     def pairs(self) -> Int:
-        """Ring edges (m, 2) that are alone together on one edge."""
-        two = np.nonzero(self.uses[self.edge] == 2)[0]
-        return two[np.argsort(self.edge[two], kind="stable")].reshape(-1, 2)
+        """Pairs (m, 2) of ring edges that lie on an edge of exactly two faces."""
+        return _pairs_of_equals(self.edge, self.uses)
 
     @cached_property
-    def component(self) -> Int:
-        """Which part every face (f,) belongs to, passing only edges of exactly two faces."""
+    def edge_component(self) -> Int:
+        """Component (f,) of every face, where faces are connected across edges of exactly two faces."""
         face = self.triangles.edge_face[self.pairs]
         labels = connected_components(_graph(face[:, 0], face[:, 1], self.faces), directed=False)[1]
         return np.asarray(labels, np.int64)
 
     @cached_property
-    def main(self) -> int:
-        """The part with most faces."""
-        return int(np.argmax(np.bincount(self.component)))
+    def largest_component(self) -> int:
+        """The edge component with most faces."""
+        return int(np.argmax(np.bincount(self.edge_component)))
 
     @cached_property
-    def group(self) -> Int:
-        """Which part every face (f,) belongs to when a common vertex is enough."""
+    def vertex_component(self) -> Int:
+        """Component (f,) of every face, where faces are connected by common vertices."""
         face, vertex = self.triangles.edge_face, self.triangles.edges[:, 0]
         size = self.faces + int(self.triangles.edges.max(initial=-1)) + 1
         labels = connected_components(_graph(face, self.faces + vertex, size), directed=False)[1]
         return np.asarray(labels[: self.faces], np.int64)
 
     @cached_property
-    def same_way(self) -> Bool:
-        """Which of `pairs` run in the same direction, so that one of the two faces is turned."""
+    def same_direction(self) -> Bool:
+        """Which of `pairs` (m,) run in the same direction, so that one of the two faces is reversed."""
         first, second = self.triangles.edges[self.pairs[:, 0]], self.triangles.edges[self.pairs[:, 1]]
         return np.asarray((first == second).all(1))
 
-    def colours(self) -> tuple[Int, Bool]:
-        """Faces (f,) as 0 or 1, alike when they agree in orientation, and the pairs that contradict it."""
+    def orientations(self) -> tuple[Int, Bool]:
+        """Colours faces (f,) with 0 or 1, alike if they agree in orientation with their neighbours.
+
+        Also returns the pairs (m,) that contradict the colouring; they exist on a non-orientable surface
+        only.
+        """
         a, b = self.triangles.edge_face[self.pairs].T
         graph = _graph(a, b, self.faces)
-        turned = dict(zip(zip(a.tolist(), b.tolist(), strict=True), self.same_way.tolist(), strict=True))
+        reversed_pairs = dict(
+            zip(zip(a.tolist(), b.tolist(), strict=True), self.same_direction.tolist(), strict=True)
+        )
         colour = np.full(self.faces, -1)
-        for root in np.unique(self.component, return_index=True)[1]:
+        for root in np.unique(self.edge_component, return_index=True)[1]:
             order, before = breadth_first_order(graph, root, directed=False)
             colour[root] = 0
             for face in order[1:]:
                 came = int(before[face])
-                flip = turned.get((came, int(face)), turned.get((int(face), came), False))
+                flip = reversed_pairs.get((came, int(face)), reversed_pairs.get((int(face), came), False))
                 colour[face] = colour[came] ^ int(flip)
-        return colour, np.asarray((colour[a] != colour[b]) != self.same_way)
+        return colour, np.asarray((colour[a] != colour[b]) != self.same_direction)
 
-    def crowded_vertices(self, open_fans: bool) -> Int:
-        """Vertices whose faces form more than one fan.
+    def non_manifold_vertices(self, open_fans: bool) -> Int:
+        """Returns the vertices whose faces form more than one fan.
 
-        A vertex where all fans are open is only counted with `open_fans`: in a closed shell it is the holes
-        that are wrong there. Vertices on edges of more than two faces are left out.
+        A vertex where all fans are open counts only with `open_fans`, because in a closed shell the fault is
+        the hole there. Vertices on edges of more than two faces are left out.
         """
         corner, vertex, loose = self._fans()
         number = int(corner.max(initial=-1)) + 1
@@ -92,26 +101,24 @@ class Topology:
         fan_open[corner[loose]] = True
         size = int(vertex.max(initial=-1)) + 1
         fans = np.bincount(fan_vertex, minlength=size)
-        shut = np.bincount(fan_vertex[~fan_open], minlength=size)
-        crowded = (fans > 1) & (open_fans | (shut > 0))
+        closed = np.bincount(fan_vertex[~fan_open], minlength=size)
+        crowded = (fans > 1) & (open_fans | (closed > 0))
         crowded[self.ends[self.uses > 2]] = False
         return np.nonzero(crowded)[0]
 
     def _fans(self) -> tuple[Int, Int, Bool]:
-        """For the corners of all triangles: fan, vertex, whether a free edge starts or ends there."""
+        """Returns for all corners of triangles: fan, vertex, and whether a free edge starts or ends there."""
         ids = self.triangles.ids
-        half = np.stack([ids, np.roll(ids, -1, axis=1)], axis=2).reshape(-1, 2)
+        half_edges = np.stack([ids, np.roll(ids, -1, axis=1)], axis=2).reshape(-1, 2)
         here = np.arange(ids.size).reshape(-1, 3)
         corner = np.stack([here, np.roll(here, -1, axis=1)], axis=2).reshape(-1, 2)
         face = np.repeat(self.triangles.face, 3)
-        inner = ~among(
-            np.column_stack([face, half]), np.column_stack([self.triangles.edge_face, self.triangles.edges])
-        )
-        key = np.column_stack([np.where(inner, face + 1, 0), np.sort(half, axis=1)])
-        _, label, count = distinct(key)
-        two = np.nonzero(count[label] == 2)[0]
-        pairs = two[np.argsort(label[two], kind="stable")].reshape(-1, 2)
-        low = half[:, 0] < half[:, 1]
+        ring_edges = np.column_stack([self.triangles.edge_face, self.triangles.edges])
+        inner = ~rows_among(np.column_stack([face, half_edges]), ring_edges)
+        key = np.column_stack([np.where(inner, face + 1, 0), np.sort(half_edges, axis=1)])
+        _, label, count = distinct_rows(key)
+        pairs = _pairs_of_equals(label, count)
+        low = half_edges[:, 0] < half_edges[:, 1]
         at_low = np.where(low, corner[:, 0], corner[:, 1])
         at_high = np.where(low, corner[:, 1], corner[:, 0])
         a = np.concatenate([at_low[pairs[:, 0]], at_high[pairs[:, 0]]])
@@ -120,6 +127,12 @@ class Topology:
         loose = np.zeros(ids.size, np.bool_)
         loose[corner[count[label] == 1].ravel()] = True
         return np.asarray(fan, np.int64), ids.ravel(), loose
+
+
+def _pairs_of_equals(label: Int, count: Int) -> Int:
+    """Returns the pairs (m, 2) of indices whose label occurs exactly twice; `count` per label."""
+    two = np.nonzero(count[label] == 2)[0]
+    return two[np.argsort(label[two], kind="stable")].reshape(-1, 2)
 
 
 def _graph(a: Int, b: Int, size: int) -> Any:

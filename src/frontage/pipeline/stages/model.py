@@ -23,8 +23,7 @@ from frontage.pipeline.store.files import write_json
 from frontage.pipeline.store.records import BuildingRecord
 from frontage.pipeline.store.results import StageResult, StageWarning
 from frontage.pipeline.store.store import Store
-from frontage.solids import Assembled, BuildOptions, assemble
-from frontage.solids.matching import Group, match_model
+from frontage.solids import Assembled, BuildOptions, ModelMatch, assemble, match_model
 
 _MARGIN_M = 20.0  # around the scan: buildings of the city model beyond are not read
 _NAMED = 3  # messages of one code that a warning quotes
@@ -179,7 +178,7 @@ def _city_model(job: Job) -> tuple[CityBuilding, ...]:
     return read_city_model(source.path, scans.world_ref, box, source.crs).buildings
 
 
-def _shells(group: Group, city: Sequence[CityBuilding]) -> tuple[Shell, ...]:
+def _shells(group: ModelMatch, city: Sequence[CityBuilding]) -> tuple[Shell, ...]:
     """Return the shells of a group, LoD2 or below; each of several buildings becomes a part."""
     own = [b for b in city if b.id in group.model]
     if len(own) == 1:

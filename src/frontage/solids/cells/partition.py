@@ -1,7 +1,7 @@
-"""A wall cut into conforming cells: every cell has one height, every border is shared node by node.
+"""Partitions a wall into conforming cells: every cell has one height, every border is shared node by node.
 
-The arrangement of the host's polygons and the reliefs' outlines in whole 0.1 mm, by snap rounding
-(Hobby 1999, in GEOS), so that no node lies on another edge and no two borders almost coincide.
+The cells are the arrangement of the host's polygons and the reliefs' outlines in whole 0.1 mm, by snap
+rounding (Hobby 1999, in GEOS), so that no node lies on another edge and no two borders almost coincide.
 """
 
 from collections.abc import Sequence
@@ -10,17 +10,23 @@ from dataclasses import dataclass
 import numpy as np
 import shapely
 
-from frontage.solids.cells.contract import SHORTEST, Node, contracted
-from frontage.solids.cells.placing import Placed
-from frontage.solids.hosts.walls import Wall
+from frontage.solids.brep import ring_edges
+from frontage.solids.cells.contract import SHORTEST, Node, contract_short_edges
+from frontage.solids.cells.placed import PlacedRelief
+from frontage.solids.walls import HostWall
 
-_ON_LINE = 1.0  # 0.1 mm: as far from a line as rounding puts a node that was meant to be on it
+_ON_LINE = 1.0  # 0.1 mm: how far rounding moves a node off the line that it was meant to lie on
 
 
 @dataclass(frozen=True, eq=False)
 class Cell:
-    """A cell: rings of nodes (x, z) in 0.1 mm, the outer one counter-clockwise as seen from the street and
-    the holes clockwise, its height, its relief's number (-1: plain wall), the host face it lies on."""
+    """A cell of a wall.
+
+    rings   nodes (x, z) in 0.1 mm; the outer ring counter-clockwise as seen from the street, holes clockwise
+    height  0.1 mm, positive = behind the wall
+    relief  index of its relief; -1 = plain wall
+    face    index of the host face that it lies on
+    """
 
     rings: tuple[tuple[Node, ...], ...]
     height: int
@@ -30,32 +36,33 @@ class Cell:
 
 @dataclass(frozen=True, eq=False)
 class Partition:
-    """Cells, and which of them lies to the left of every directed edge."""
+    """The cells of a wall, and directed edge -> index of the cell on its left."""
 
     cells: tuple[Cell, ...]
     left: dict[tuple[Node, Node], int]
 
     def heights(self) -> dict[Node, tuple[int, ...]]:
-        """The different heights of the cells around every node, ascending."""
+        """Returns for every node the different heights of the cells around it, ascending."""
         found: dict[Node, set[int]] = {}
         for (a, b), k in self.left.items():
             found.setdefault(a, set()).add(self.cells[k].height)
             found.setdefault(b, set()).add(self.cells[k].height)
         return {n: tuple(sorted(h)) for n, h in found.items()}
 
-    def pinched(self) -> list[Node]:
-        """Nodes where the solid would touch itself along an edge: void, solid, void, solid around it.
+    def pinched_nodes(self) -> list[Node]:
+        """Returns the nodes where the solid would touch itself along an edge, or a ring of a cell does.
 
-        Also those where a cell's ring touches itself.
+        Around the former, solid and void alternate more than once at some height.
         """
-        after: dict[Node, list[Node]] = {}
+        ends: dict[Node, list[Node]] = {}
         for a, b in {e for edge in self.left for e in (edge, edge[::-1])}:
-            after.setdefault(a, []).append(b)
-        busy = [n for n, ends in after.items() if len(ends) > 3]
+            ends.setdefault(a, []).append(b)
+        branching = [n for n, others in ends.items() if len(others) > 3]
         twice = {n for c in self.cells for r in c.rings if len(set(r)) < len(r) for n in r if r.count(n) > 1}
-        return sorted(twice | {n for n in busy if self._alternates(n, after[n])})
+        return sorted(twice | {n for n in branching if self._alternates(n, ends[n])})
 
     def _alternates(self, node: Node, ends: Sequence[Node]) -> bool:
+        """Decides whether solid and void alternate more than once around a node."""
         turn = np.argsort([np.arctan2(z - node[1], x - node[0]) for x, z in ends])
         cells = [self.left.get((node, ends[k]), -1) for k in turn]
         around = np.array([self.cells[c].height if c >= 0 else np.inf for c in cells], np.float64)
@@ -66,38 +73,46 @@ class Partition:
         return False
 
 
-def partition(wall: Wall, placed: Sequence[Placed]) -> Partition:
-    """The cells of a wall with its reliefs."""
-    outlines = [p.polygon.exterior for p in placed]
-    hosts = [b for p in wall.polygons for b in (p.exterior, *p.interiors)]
-    top = shapely.union_all([p.polygon for p in placed if p.parent < 0])
-    border = shapely.union_all(list(wall.polygons), grid_size=1.0).boundary
-    seams = shapely.difference(shapely.union_all(hosts, grid_size=1.0), top) if len(wall.polygons) > 1 else []
-    lines = [*outlines, border, *shapely.get_parts(seams)]
-    pieces = shapely.get_parts(shapely.polygonize([shapely.union_all(_pinned(lines), grid_size=1.0)]))
+def partition_wall(wall: HostWall, placed: Sequence[PlacedRelief]) -> Partition:
+    """Returns the cells of a wall with its reliefs."""
+    pieces = _arrangement(wall, placed)
     spots = shapely.point_on_surface(pieces)
-    face = _last(wall.polygons, spots)
-    relief = _last([p.polygon for p in placed], spots)
+    face = _last_covering(wall.polygons, spots)
+    relief = _last_covering([p.polygon for p in placed], spots)
     inside = [k for k, f in enumerate(face.tolist()) if f >= 0]
     rings = [
         tuple(_nodes(g, k > 0) for k, g in enumerate((piece.exterior, *piece.interiors)))
         for piece in pieces[inside]
     ]
-    kept = contracted(rings, set(wall.nodes))
+    kept = contract_short_edges(rings, set(wall.nodes))
     cells = [
         Cell(own, placed[r].height if r >= 0 else 0, r, wall.faces[f])
         for own, r, f in zip(kept, relief[inside].tolist(), face[inside].tolist(), strict=True)
         if own
     ]
-    left = {e: k for k, c in enumerate(cells) for ring in c.rings for e in _pairs(ring)}
+    left = {e: k for k, c in enumerate(cells) for ring in c.rings for e in ring_edges(ring)}
     return Partition(tuple(cells), left)
 
 
-def _pinned(lines: Sequence[shapely.Geometry]) -> np.ndarray:
-    """Lines that pass through the nodes of others which lie on them but for rounding.
+def _arrangement(wall: HostWall, placed: Sequence[PlacedRelief]) -> np.ndarray:
+    """Returns the polygons into which outlines of reliefs, border and seams divide a wall."""
+    outlines = [p.polygon.exterior for p in placed]
+    hosts = [b for p in wall.polygons for b in (p.exterior, *p.interiors)]
+    covered = shapely.union_all([p.polygon for p in placed if p.parent < 0])
+    border = shapely.union_all(list(wall.polygons), grid_size=1.0).boundary
+    several = len(wall.polygons) > 1
+    seams = shapely.difference(shapely.union_all(hosts, grid_size=1.0), covered) if several else []
+    lines = [*outlines, border, *shapely.get_parts(seams)]
+    noded = shapely.union_all(_through_nodes(lines), grid_size=1.0)
+    pieces: np.ndarray = shapely.get_parts(shapely.polygonize([noded]))
+    return pieces
 
-    Along a line that is not parallel to an axis no whole 0.1 mm lies exactly on it; without this, slivers
-    as wide as the rounding stay between two lines that were meant to be one.
+
+def _through_nodes(lines: Sequence[shapely.Geometry]) -> np.ndarray:
+    """Makes lines pass through the nodes of other lines that lie on them but for rounding.
+
+    Hardly any grid point lies exactly on a line that is not parallel to an axis. Without this step, slivers
+    as wide as the rounding would stay between two lines that were meant to coincide.
     """
     rings = [shapely.get_coordinates(g) for line in lines for g in shapely.get_parts(line)]
     start, end = (np.concatenate([r[part] for r in rings]) for part in (slice(None, -1), slice(1, None)))
@@ -119,8 +134,8 @@ def _pinned(lines: Sequence[shapely.Geometry]) -> np.ndarray:
     return found
 
 
-def _last(areas: Sequence[shapely.Polygon], spots: np.ndarray) -> np.ndarray:
-    """Number of the last area that covers each spot (reliefs come after what they lie on), or -1."""
+def _last_covering(areas: Sequence[shapely.Polygon], spots: np.ndarray) -> np.ndarray:
+    """Returns for each point the last area that covers it, or -1; reliefs follow those that they lie on."""
     found = np.full(len(spots), -1)
     if len(areas):
         spot, area = shapely.STRtree(list(areas)).query(spots, predicate="intersects")
@@ -129,10 +144,7 @@ def _last(areas: Sequence[shapely.Polygon], spots: np.ndarray) -> np.ndarray:
 
 
 def _nodes(ring: shapely.LinearRing, hole: bool) -> tuple[Node, ...]:
+    """Returns the nodes of a ring, counter-clockwise for an outer ring and clockwise for a hole."""
     grid = np.rint(shapely.get_coordinates(ring)[:-1]).astype(np.int64)
     nodes = [(x, z) for x, z in grid.tolist()]
     return tuple(nodes[::-1] if ring.is_ccw == hole else nodes)
-
-
-def _pairs(ring: Sequence[Node]) -> list[tuple[Node, Node]]:
-    return list(zip(ring, (*ring[1:], ring[0]), strict=True))

@@ -1,4 +1,7 @@
-"""Vertices welded by the snap tolerance, on an integer grid on which every later predicate is exact."""
+"""Polygon meshes whose vertices are welded by the snap tolerance and lie on an integer grid.
+
+On that grid all later predicates are exact.
+"""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -9,51 +12,86 @@ from scipy.spatial import cKDTree
 
 from frontage.geometry.arrays import Array, Bool, Float, Int
 from frontage.model import Polygons
-from frontage.validation.geometry.rows import distinct
+from frontage.validation.geometry.rows import distinct_rows
 
-_QUANTUM = 2.0**-30  # m: coordinates are rounded to this; a thousandth of the smallest tolerance anyone sets
-_NOISE = 1e-7  # m: rounding of projections and rotations; nothing is told apart below it
-_EXACT_BITS = 52
+_QUANTUM_M = 2.0**-30  # grid step; a thousandth of the smallest tolerance that is used in practice
+_NOISE_M = 1e-7  # rounding of projections and rotations; nothing is told apart below it
+_NOISE_ULPS = 8  # the same in units of the last place of the largest coordinate
+_EXACT_BITS = 52  # coordinates with more bits are not exact as float64
 
 
 @dataclass(frozen=True, eq=False)
-class Mesh:
-    """Faces as rings of vertex ids; several meshes may share one set of vertices.
+class Vertices:
+    """Vertices that several meshes share.
 
-    `grid` (v, 3) int64 in `quantum` metres from `origin` (3,) m, world; `corners` (c,) vertex ids of all
-    rings in turn, without a repeated closing point; ring r is `corners[rings[r]:rings[r + 1]]`, face f has
-    the rings `faces[f]` to `faces[f + 1]`. `unclosed` (r,): the closing point was needed and missing.
-    `noise` m: what rounding in the input's coordinates amounts to.
+    grid     (v, 3) int64 in steps of `quantum` m from `origin`
+    origin   (3,) m, world
+    noise    m: what rounding of the input's coordinates amounts to
     """
 
     grid: Int
     quantum: float
     origin: Float
     noise: float
+
+    @cached_property
+    def xyz(self) -> Float:
+        """Coordinates (v, 3) in metres from `origin`."""
+        return np.asarray(self.grid * self.quantum, np.float64)
+
+
+@dataclass(frozen=True, eq=False)
+class Mesh:
+    """Faces as rings of vertex ids.
+
+    vertices  shared with other meshes
+    corners   (c,) vertex ids of all rings one after the other, without a repeated closing point
+    rings     (r + 1,) offsets: ring k is ``corners[rings[k]:rings[k + 1]]``
+    faces     (f + 1,) offsets: face k has the rings ``faces[k]`` to ``faces[k + 1]``, the outer one first
+    unclosed  (r,) whether the closing point was required and missing
+    names     of the faces in the input, where they have any
+    """
+
+    vertices: Vertices
     corners: Int
     rings: Int
     faces: Int
     unclosed: Bool
     names: tuple[str, ...]
 
-    @cached_property
+    @property
+    def grid(self) -> Int:
+        """Vertices (v, 3) as integers."""
+        return self.vertices.grid
+
+    @property
     def xyz(self) -> Float:
         """Vertices (v, 3) in metres from `origin`."""
-        return np.asarray(self.grid * self.quantum, np.float64)
+        return self.vertices.xyz
+
+    @property
+    def origin(self) -> Float:
+        """Origin (3,) of the coordinates, m, world."""
+        return self.vertices.origin
+
+    @property
+    def noise(self) -> float:
+        """What rounding of the input's coordinates amounts to, m."""
+        return self.vertices.noise
 
     @cached_property
     def ring_of_corner(self) -> Int:
-        """Which ring each corner is in (c,)."""
+        """Ring that each corner is in (c,)."""
         return np.repeat(np.arange(len(self.rings) - 1), np.diff(self.rings))
 
     @cached_property
     def face_of_ring(self) -> Int:
-        """Which face each ring is in (r,)."""
+        """Face that each ring is in (r,)."""
         return np.repeat(np.arange(len(self.faces) - 1), np.diff(self.faces))
 
     @cached_property
     def face_of_corner(self) -> Int:
-        """Which face each corner is in (c,)."""
+        """Face that each corner is in (c,)."""
         return self.face_of_ring[self.ring_of_corner]
 
     @cached_property
@@ -66,47 +104,49 @@ class Mesh:
 
     @cached_property
     def following(self) -> Int:
-        """The vertex after each corner in its ring (c,)."""
+        """Vertex that follows each corner in its ring (c,)."""
         return self.corners[self.after]
 
-    def face(self, number: int) -> str:
-        """How a face is called in findings."""
-        name = self.names[number] if number < len(self.names) else ""
-        return f"face={number}" + (f"({name})" if name else "")
+    def face_name(self, face: int) -> str:
+        """Returns how findings name a face."""
+        name = self.names[face] if face < len(self.names) else ""
+        return f"face={face}" + (f"({name})" if name else "")
 
-    def place(self, local: Array) -> tuple[float, float, float]:
-        """World position of a local one."""
+    def ring_name(self, ring: int) -> str:
+        """Returns how findings name a ring: its face and its number there; ring 0 is the outer one."""
+        face = int(self.face_of_ring[ring])
+        return f"{self.face_name(face)}|ring={ring - int(self.faces[face])}"
+
+    def location(self, local: Array) -> tuple[float, float, float]:
+        """Returns the world position of a local point (3,), rounded to a micrometre."""
         x, y, z = (round(float(v), 6) for v in np.asarray(local, np.float64) + self.origin)
         return x, y, z
 
 
 def weld(surfaces: Sequence[Polygons], snap: float, quantum: float | None = None) -> list[Mesh]:
-    """Meshes of surfaces over one set of vertices in which no two are closer than `snap` (m).
+    """Makes meshes of surfaces over one set of vertices in which no two are closer than `snap` (m).
 
-    A vertex takes the place of the first one, in order of coordinates, within the tolerance. `quantum`
-    is given where the coordinates are known to be whole multiples of it; else 2^-30 m, coarser only for
-    extents beyond 4000 km.
+    A vertex takes the place of the first one, in order of coordinates, within the tolerance. `quantum` (m) is
+    given if the coordinates are known to be whole multiples of it; else it is 2^-30 m, or coarser for extents
+    beyond 4000 km.
     """
     points = np.concatenate([np.zeros((0, 3)), *(s.points for s in surfaces)])
     origin = np.floor(points.min(0)) if len(points) else np.zeros(3)
     local = points - origin
     extent = float(np.abs(local).max(initial=1.0))
-    step = quantum or max(_QUANTUM, 2.0 ** (int(np.ceil(np.log2(extent))) - _EXACT_BITS))
-    noise = max(_NOISE, 8 * float(np.spacing(np.abs(points).max(initial=1.0))))
-    unique, inverse, _ = distinct(np.rint(local / step).astype(np.int64))
-    target = _snapped(unique * step, snap + 2 * min(step, _QUANTUM))
+    step = quantum or max(_QUANTUM_M, 2.0 ** (int(np.ceil(np.log2(extent))) - _EXACT_BITS))
+    noise = max(_NOISE_M, _NOISE_ULPS * float(np.spacing(np.abs(points).max(initial=1.0))))
+    unique, inverse, _ = distinct_rows(np.rint(local / step).astype(np.int64))
+    target = _snap_targets(unique * step, snap + 2 * min(step, _QUANTUM_M))
     kept = target == np.arange(len(target))
     ids = (np.cumsum(kept) - 1)[target][inverse]
-    grid = unique[kept]
+    vertices = Vertices(unique[kept], step, origin, noise)
     starts = np.cumsum([0, *(len(s.points) for s in surfaces)])
-    return [
-        _mesh(s, ids[a : a + len(s.points)], grid, step, origin, noise)
-        for s, a in zip(surfaces, starts, strict=False)
-    ]
+    return [_mesh(s, ids[a : a + len(s.points)], vertices) for s, a in zip(surfaces, starts, strict=False)]
 
 
-def _snapped(xyz: Float, snap: float) -> Int:
-    """For each vertex the one whose place it takes; chains are cut, not collapsed."""
+def _snap_targets(xyz: Float, snap: float) -> Int:
+    """Returns for each vertex the one whose place it takes; chains of close vertices do not collapse."""
     target = np.arange(len(xyz))
     if len(xyz) < 2:
         return target
@@ -118,8 +158,8 @@ def _snapped(xyz: Float, snap: float) -> Int:
     return target
 
 
-def _mesh(surfaces: Polygons, ids: Int, grid: Int, quantum: float, origin: Float, noise: float) -> Mesh:
-    """Ring bookkeeping: the repeated closing point goes where one is required."""
+def _mesh(surfaces: Polygons, ids: Int, vertices: Vertices) -> Mesh:
+    """Makes the mesh of one set of surfaces; the repeated closing point is removed where one is required."""
     starts, stops = surfaces.rings[:-1], surfaces.rings[1:]
     length = stops - starts
     if surfaces.explicit:
@@ -131,4 +171,4 @@ def _mesh(surfaces: Polygons, ids: Int, grid: Int, quantum: float, origin: Float
     else:
         unclosed = np.zeros(len(length), np.bool_)
     rings = np.concatenate([[0], np.cumsum(length)])
-    return Mesh(grid, quantum, origin, noise, ids, rings, surfaces.faces, unclosed, surfaces.names)
+    return Mesh(vertices, ids, rings, surfaces.faces, unclosed, surfaces.names)

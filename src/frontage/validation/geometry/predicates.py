@@ -1,7 +1,7 @@
-"""Exact signs of areas and volumes on integer coordinates: floating point first, whole numbers in doubt.
+"""Exact signs of areas and volumes on integer coordinates, behind a floating-point filter.
 
-The filter is Shewchuk's (Adaptive Precision Floating-Point Arithmetic, 1997): a determinant larger than its
-rounding error has the right sign; the few others are computed again with Python's integers.
+The filter is that of Shewchuk (Adaptive Precision Floating-Point Arithmetic, 1997): a determinant larger than
+its rounding error has the right sign; the few others are computed again with Python's integers.
 """
 
 import numpy as np
@@ -10,14 +10,14 @@ from numpy.typing import NDArray
 from frontage.geometry.arrays import Array, Int
 
 Sign = NDArray[np.int8]
-_ERROR_3D = 1e-15  # of the permanent; Shewchuk's 7 epsilon, and room for differences beyond 2^53
-_ERROR_2D = 5e-16
+_ERROR_3D = 1e-15  # share of the permanent: Shewchuk's 7 epsilon, with room for differences beyond 2^53
+_ERROR_2D = 5e-16  # the same for areas: 3 epsilon, with room
 
 
 def orient3d(grid: Int, a: Int, b: Int, c: Int, d: Int) -> Sign:
-    """Sign (n,) of the volume of tetrahedra (a, b, c, d): +1 when d sees a, b, c counter-clockwise.
+    """Returns the sign (n,) of the volume of tetrahedra: +1 if d sees a, b, c counter-clockwise.
 
-    `grid` (v, 3) whole coordinates; the others (n,) vertex numbers.
+    `grid` (v, 3) are integer coordinates; a, b, c and d (n,) are vertex ids.
     """
     u, v, w = grid[a] - grid[d], grid[b] - grid[d], grid[c] - grid[d]
     det, size = _volume(u.astype(np.float64), v.astype(np.float64), w.astype(np.float64))
@@ -30,7 +30,7 @@ def orient3d(grid: Int, a: Int, b: Int, c: Int, d: Int) -> Sign:
 
 
 def _volume(u: Array, v: Array, w: Array) -> tuple[Array, Array]:
-    """Determinant of rows u, v, w (n, 3), and the sum of the sizes of its terms."""
+    """Returns the determinants (n,) of rows u, v, w (n, 3), and the sums of the magnitudes of their terms."""
     terms = [
         (u[:, 0], v[:, 1] * w[:, 2], v[:, 2] * w[:, 1]),
         (u[:, 1], v[:, 2] * w[:, 0], v[:, 0] * w[:, 2]),
@@ -45,7 +45,7 @@ def _volume(u: Array, v: Array, w: Array) -> tuple[Array, Array]:
 
 
 def orient2d(a: Int, b: Int, c: Int) -> Sign:
-    """Sign (n,) of the area of triangles with whole coordinates (n, 2): +1 counter-clockwise."""
+    """Returns the sign (n,) of the area of triangles, integer coordinates (n, 2): +1 if counter-clockwise."""
     u, v = a - c, b - c
     uf, vf = u.astype(np.float64), v.astype(np.float64)
     left, right = uf[:, 0] * vf[:, 1], uf[:, 1] * vf[:, 0]
@@ -60,14 +60,12 @@ def orient2d(a: Int, b: Int, c: Int) -> Sign:
 
 
 def drop_axis(grid: Int, a: Int, b: Int, c: Int) -> Int:
-    """The axis (n,) along which triangles can be looked at without turning into lines; exact enough: the
-    largest component of the normal.
-    """
+    """Returns the axis (n,) along which triangles can be projected: the largest component of their normal."""
     u, v = (grid[b] - grid[a]).astype(np.float64), (grid[c] - grid[a]).astype(np.float64)
     return np.asarray(np.argmax(np.abs(np.cross(u, v)), axis=1))
 
 
 def without_axis(points: Int, axis: Int) -> Int:
-    """Points (n, 3) without one coordinate each: (n, 2)."""
+    """Removes one coordinate of each point (n, 3): (n, 2)."""
     keep = np.array([[1, 2], [0, 2], [0, 1]])[axis]
     return np.asarray(np.take_along_axis(points, keep, axis=1))

@@ -1,12 +1,12 @@
-"""Distinct rows of whole numbers, by sorting columns: several times faster than `numpy.unique` on rows."""
+"""Distinct rows of integers by sorting columns: several times faster than `numpy.unique` on rows."""
 
 import numpy as np
 
 from frontage.geometry.arrays import Array, Bool, Int
 
 
-def distinct(rows: Array) -> tuple[Array, Int, Int]:
-    """Distinct rows (u, k) in order, which of them every row is (n,), how often each occurs (u,)."""
+def distinct_rows(rows: Array) -> tuple[Array, Int, Int]:
+    """Returns the distinct rows (u, k) in order, which of them each row is (n,), and their counts (u,)."""
     if not len(rows):
         return rows, np.zeros(0, np.int64), np.zeros(0, np.int64)
     order = np.lexsort(rows.T[::-1])
@@ -18,9 +18,9 @@ def distinct(rows: Array) -> tuple[Array, Int, Int]:
     return ordered[fresh], label, np.bincount(label)
 
 
-def among(rows: Int, known: Int) -> Bool:
-    """Which rows (n, k) occur in `known` (m, k)."""
-    _, label, count = distinct(np.concatenate([rows, known]))
+def rows_among(rows: Int, known: Int) -> Bool:
+    """Returns which rows (n, k) occur in `known` (m, k)."""
+    _, label, count = distinct_rows(np.concatenate([rows, known]))
     there = np.zeros(len(count), np.bool_)
     there[label[len(rows) :]] = True
     return np.asarray(there[label[: len(rows)]])
