@@ -8,9 +8,10 @@ from frontage.registration import PosePrior, RegistrationOptions
 from frontage.registration.adjust import adjust
 from frontage.registration.coarse import Plan, plan_of_walls, search
 from frontage.registration.correspond import match
-from frontage.registration.equations import Problem, linearise, moved, rotation_vector
+from frontage.registration.equations import NormalEquations, apply_step, linearise, rotation_vector
 from frontage.registration.icp import plain_icp
 from frontage.registration.observability import about_frame
+from frontage.registration.problem import Problem
 from frontage.registration.select import select_walls
 from frontage.registration.strips import correct_strips
 from frontage.registration.surfels import surfels
@@ -90,18 +91,22 @@ def problem_of(scan: Scan) -> Problem:
 
 def test_gradient_of_the_adjustment_against_differences() -> None:
     problem = problem_of(scan_of(STREET, PLACE, step=0.15))
-    pose = moved(IDENTITY, PLACE, np.array([0.05, -0.04, 0.0, 0.0, 0.0, 0.01]))
+    pose = apply_step(IDENTITY, PLACE, np.array([0.05, -0.04, 0.0, 0.0, 0.0, 0.01]))
     matches = [match(problem.pieces[0].moved(pose), problem.walls, 0.5)]
-    effects = np.zeros((len(problem.walls.names) + len(problem.walls.patches), 3))
+    model_errors = np.zeros((len(problem.walls.names) + len(problem.walls.patches), 3))
     wide = 1e4  # a loss without an edge: plain least squares
-    state = linearise(problem, [pose], effects, matches, None, wide, True)
+
+    def linearised(at: Rigid3) -> NormalEquations:
+        return linearise(problem, [at], model_errors, matches, None, scale=wide, free_levels=True)
+
+    state = linearised(pose)
     area = problem.pieces[0].area[matches[0].piece]
     for k in range(6):
         step = np.zeros(6)
         step[k] = 1e-5
         cost = []
         for sign in (1, -1):
-            there = linearise(problem, [moved(pose, PLACE, sign * step)], effects, matches, None, wide, True)
+            there = linearised(apply_step(pose, PLACE, sign * step))
             cost.append(0.5 * float(area @ there.r[0] ** 2))
         slope = (cost[0] - cost[1]) / 2e-5
         rows = state.r[0]
@@ -140,11 +145,11 @@ def test_covariance_moves_with_the_pivot() -> None:
     rng = np.random.default_rng(0)
     A = rng.normal(size=(6, 6))
     C = A @ A.T
-    pose = moved(IDENTITY, np.array([3.0, 1.0, 0.0]), np.array([1.0, 2.0, 0.5, 0.1, -0.2, 0.3]))
+    pose = apply_step(IDENTITY, np.array([3.0, 1.0, 0.0]), np.array([1.0, 2.0, 0.5, 0.1, -0.2, 0.3]))
     position = pose.apply(np.array([[30.0, -20.0, 1.0]]))[0]
     got = about_frame(C, pose, position)
     step = rng.normal(0, 1e-6, 6)
-    far = moved(pose, np.array([30.0, -20.0, 1.0]), step)
+    far = apply_step(pose, np.array([30.0, -20.0, 1.0]), step)
     tangent = np.concatenate([far.t - pose.t, rotation_vector(far.R @ pose.R.T)])
     J = np.eye(6)
     J[:3, 3:] = np.column_stack([np.cross(e, pose.t - position) for e in np.eye(3)])
@@ -212,7 +217,9 @@ def test_strips_take_the_drift_out() -> None:
     true, given = drive(0.02)
     prior = PosePrior(PLACE, np.array([0.5, 0.5, 0.3]), 0.01, 0.002)
     options = RegistrationOptions(sigma_model=0.005, sigma_height=0.01, sigma_lean=0.01)
-    result = correct_strips(given, model_of(STREET), prior, 8.0, 0.1, 0.002, options)
+    result = correct_strips(
+        given, model_of(STREET), prior, length=8.0, drift=0.1, drift_angle=0.002, options=options
+    )
     assert len(result.strips) == 3
     off = np.abs(result.scan.xyz - true.xyz)[:, 1]
     assert np.median(off) < 0.03

@@ -9,7 +9,7 @@ from frontage.geometry.rigid import rotation_angle
 from frontage.model import CityModel, Estimate, WorldRef
 from frontage.registration import (
     PosePrior,
-    Registered,
+    RegisteredScan,
     Registration,
     RegistrationOptions,
     prior_of,
@@ -25,7 +25,7 @@ def run(given: list[Given], model: CityModel, options: RegistrationOptions = EXA
     return register([g.scan for g in given], model, [g.prior for g in given], options)
 
 
-def error(result: Registered, given: Given) -> tuple[Array, float]:
+def error(result: RegisteredScan, given: Given) -> tuple[Array, float]:
     """Error of the instrument's place (3,) m, and of the rotation, rad."""
     R = result.local_from_given.value.R
     true = given.true.apply(given.prior.position[None])[0]

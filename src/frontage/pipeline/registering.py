@@ -30,7 +30,7 @@ from frontage.pipeline.registered import (
 )
 from frontage.registration import (
     PosePrior,
-    Registered,
+    RegisteredScan,
     Registration,
     correct_strips,
     prior_of,
@@ -164,7 +164,7 @@ def _from_side(scans: Sequence[Scan]) -> Float:
     return np.asarray(flat[thin_to(flat, 0.1, 300_000), :2])
 
 
-def _moved(scan: Scan, r: Registered) -> Scan:
+def _moved(scan: Scan, r: RegisteredScan) -> Scan:
     """The scan with its points, origins, lost beams and pose corrected."""
     T = r.local_from_given.value
     pose = scan.local_from_scanner

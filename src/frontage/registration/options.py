@@ -1,10 +1,10 @@
-"""The options of registration: what data cannot tell, and nothing that they can."""
+"""The options of registration: only what the data cannot tell."""
 
 from pydantic import BaseModel, ConfigDict, Field
 
 
 class RegistrationOptions(BaseModel):
-    """How good the city model is, and how large the pieces are that scans are cut into."""
+    """How good the city model is, and how large the surfels are that scans are cut into."""
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
