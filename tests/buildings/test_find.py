@@ -1,4 +1,4 @@
-"""The street is divided into its houses, and nothing is lost."""
+"""`find_buildings` divides a street into its houses, and no point is lost."""
 
 from dataclasses import replace
 
@@ -31,7 +31,7 @@ def labels(split: BuildingSplit, n: int) -> np.ndarray:
 
 
 def best_iou(split: BuildingSplit, scene: Scene) -> np.ndarray:
-    """Best IoU of every true house's facade points with a building's facade points."""
+    """Returns the best IoU of every true house's facade points with those of a building."""
     found = labels(split, len(scene.scan))
     facade = scene.label == FACADE
     out = []
@@ -49,7 +49,7 @@ def best_iou(split: BuildingSplit, scene: Scene) -> np.ndarray:
     return np.array(out)
 
 
-def test_every_point_has_exactly_one_place(street: Scene, split: BuildingSplit) -> None:
+def test_every_point_belongs_to_exactly_one_class(street: Scene, split: BuildingSplit) -> None:
     parts = [b.index for b in split.buildings] + [split.ground, split.occluders, split.rest]
     assert np.array_equal(np.sort(np.concatenate(parts)), np.arange(len(street.scan)))
 
@@ -60,7 +60,7 @@ def test_a_terrace_is_cut_into_its_houses(street: Scene, split: BuildingSplit) -
     assert [b.id for b in split.buildings] == ["B01", "B02", "B03", "B04"]
 
 
-def test_the_papers_components_leave_the_terrace_in_one_piece(street: Scene) -> None:
+def test_connected_components_do_not_divide_a_terrace(street: Scene) -> None:
     paper = find_buildings(street.scan, BuildingOptions(method="paper"))
     assert best_iou(paper, street).min() < 0.75
 
@@ -77,7 +77,7 @@ def test_trees_and_cars_are_occluders_and_the_street_is_ground(street: Scene, sp
 
 
 @pytest.mark.parametrize("slope", [0.01, 0.08])
-def test_slopes_stay_ground(slope: float) -> None:
+def test_slopes_are_ground(slope: float) -> None:
     scene = street_scene(seed=5, houses=3, spacing=0.08, slope=slope)
     split = find_buildings(scene.scan)
     ground = np.zeros(len(scene.scan), bool)
@@ -86,7 +86,7 @@ def test_slopes_stay_ground(slope: float) -> None:
     assert ground[scene.label == FACADE].mean() < 0.05
 
 
-def test_both_sides_of_the_street_stay_apart() -> None:
+def test_both_sides_of_the_street_are_separate_buildings() -> None:
     scene = street_scene(seed=2, houses=2, spacing=0.08, both_sides=True, trees=False, cars=False)
     found = labels(find_buildings(scene.scan), len(scene.scan))
     side = np.array([h.s0 for h in scene.houses])
@@ -108,7 +108,7 @@ def test_the_same_cloud_gives_the_same_split(street: Scene, split: BuildingSplit
 
 
 @pytest.mark.parametrize(("turn", "shift"), [(0.7, (0, 0, 0)), (2.4, (-310.3, 47.7, 12.1))])
-def test_a_turned_and_shifted_world_gives_the_same_houses(
+def test_a_rotated_and_shifted_world_gives_the_same_houses(
     street: Scene, turn: float, shift: tuple[float, ...]
 ) -> None:
     c, s = np.cos(turn), np.sin(turn)
@@ -135,14 +135,14 @@ def test_a_wall_cut_out_without_ground_loses_nothing() -> None:
     assert any("no ground" in note for note in split.notes)
 
 
-def test_thirty_points_are_no_building() -> None:
+def test_thirty_points_are_not_a_building() -> None:
     xyz = np.random.default_rng(0).normal(size=(30, 3))
     split = find_buildings(Scan("tiny.laz", xyz, WORLD))
     assert not split.buildings
     assert "30 points" in split.notes[0]
 
 
-def test_a_flat_ground_is_no_building() -> None:
+def test_flat_ground_is_not_a_building() -> None:
     rng = np.random.default_rng(0)
     xyz = np.column_stack([rng.uniform(0, 20, (20_000, 2)), rng.normal(0, 0.01, 20_000)])
     split = find_buildings(Scan("flat.laz", xyz, WORLD))
@@ -152,7 +152,7 @@ def test_a_flat_ground_is_no_building() -> None:
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_a_wide_house_is_not_shredded(kind: Kind) -> None:
+def test_a_wide_house_is_not_cut(kind: Kind) -> None:
     scene = one_house(kind, seed=4)
     split = find_buildings(scene.scan)
     assert len(split.buildings) == 1
@@ -160,8 +160,8 @@ def test_a_wide_house_is_not_shredded(kind: Kind) -> None:
     assert (found[scene.label == FACADE] == 0).mean() > 0.95
 
 
-def test_a_middle_of_another_colour_and_height_is_a_house() -> None:
-    """The counterpart: between equal flanks too, a piece 8 m wide of another colour is the neighbour's."""
+def test_a_wide_middle_of_another_colour_is_a_house_of_its_own() -> None:
+    """A piece 8 m wide of another colour is a neighbour, even between equal flanks."""
     scene = one_house("attic", seed=4)
     rgb = np.array(scene.scan.rgb)
     middle = scene.house == 1

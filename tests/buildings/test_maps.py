@@ -1,4 +1,4 @@
-"""With a map or a city model, buildings are those of the map, cut where the walls were measured."""
+"""Given a map or a city model, buildings are those of the map, cut where walls were measured."""
 
 import json
 
@@ -19,7 +19,7 @@ def street() -> Scene:
 
 
 def _map(scene: Scene, shift: tuple[float, float] = (0.0, 0.0)) -> list[Footprint]:
-    """The houses of a row as a map that is off by `shift` m (along, across) and 3 cm per corner."""
+    """Returns the houses of a row as a map, shifted by `shift` m (along, across), with 3 cm of noise."""
     rng = np.random.default_rng(0)
     out = []
     for i, h in enumerate(scene.houses):
@@ -30,14 +30,14 @@ def _map(scene: Scene, shift: tuple[float, float] = (0.0, 0.0)) -> list[Footprin
 
 
 def _cuts_along(split: BuildingSplit, scene: Scene) -> np.ndarray:
-    """Places of the cuts along the street, m."""
+    """Returns the positions (k,) m of the cuts along the street."""
     xy = sorted({c[0] for b in split.buildings for c in b.cuts})
     s = scene.local_from_street.inverse.apply(np.array([[*c, 0.0] for c in xy]).reshape(-1, 3))[:, 0]
     return np.sort(s)
 
 
 @pytest.mark.parametrize("shift", [(0.0, 0.0), (0.3, -0.3), (-0.45, 0.2), (0.2, 0.45)])
-def test_twins_are_cut_only_by_a_map_that_may_be_off(shift: tuple[float, float]) -> None:
+def test_twin_houses_are_cut_by_an_inaccurate_map_only(shift: tuple[float, float]) -> None:
     scene = street_scene(seed=1, houses=3, spacing=0.08, twins=True, trees=False, cars=False)
     assert len(find_buildings(scene.scan).buildings) == 1
     split = find_buildings(scene.scan, footprints=_map(scene, shift))
@@ -48,7 +48,7 @@ def test_twins_are_cut_only_by_a_map_that_may_be_off(shift: tuple[float, float])
     assert all(0.9 < p < 1 for b in split.buildings for _, p in b.cuts)
 
 
-def test_a_measured_step_holds_against_a_map_that_is_off(street: Scene) -> None:
+def test_a_measured_step_prevails_over_an_inaccurate_map(street: Scene) -> None:
     split = find_buildings(street.scan, footprints=_map(street, (0.45, 0.3)))
     assert [b.address for b in split.buildings] == [f"{i} High Street" for i in range(4)]
     walls = np.array([h.s1 for h in street.houses[:-1]])
@@ -56,7 +56,7 @@ def test_a_measured_step_holds_against_a_map_that_is_off(street: Scene) -> None:
 
 
 def test_one_footprint_is_one_building(street: Scene) -> None:
-    """Where a map covers the street, it decides: three houses of the row are one building on it."""
+    """Where a map covers the street, it decides: three houses of the row are one building on the map."""
     rings = _map(street)
     block = np.vstack([rings[0].ring[[0]], rings[2].ring[[1, 2]], rings[0].ring[[3]]])
     split = find_buildings(street.scan, footprints=[Footprint("block", block), rings[3]])
@@ -64,7 +64,7 @@ def test_one_footprint_is_one_building(street: Scene) -> None:
     assert [b.address for b in split.buildings] == [None, "3 High Street"]
 
 
-def test_the_ingolstadt_scan_takes_its_buildings_from_the_city_model() -> None:
+def test_the_buildings_of_the_ingolstadt_scan_follow_the_city_model() -> None:
     scene = "ingolstadt_scene/input"
     pytest.importorskip("pye57")
     source = ScanSource(path=str(data_path(f"{scene}/registered/scan_2cm.e57")), crs="EPSG:25832")

@@ -1,6 +1,4 @@
-"""find_facades against simulated truth:
-accuracy, frames, sides, what must not win, what must fail clearly.
-"""
+"""`find_facades` against simulated truth: accuracy, frames, street sides, rejections and failures."""
 
 import numpy as np
 import pytest
@@ -19,7 +17,7 @@ def turned(azimuth):
 
 
 def panel(rng, width, height, noise=0.005, spacing=0.04, windows=True):
-    """Points of a wall in its own frame, x from -width/2, z from 0, y = noise, windows every 3 m."""
+    """Returns points of a wall (x from -width/2 m, z from 0, y = noise) and of its windows, every 3 m."""
     x, z = np.meshgrid(np.arange(-width / 2, width / 2, spacing), np.arange(0, height, spacing))
     x, z = x.ravel() + rng.uniform(-0.01, 0.01, x.size), z.ravel() + rng.uniform(-0.01, 0.01, x.size)
     hole = (np.abs((x + 300) % 3 - 1.5) < 0.6) & (z % 3 > 0.9) & (z % 3 < 2.4) & windows
@@ -28,7 +26,7 @@ def panel(rng, width, height, noise=0.005, spacing=0.04, windows=True):
 
 
 def scene(seed=0, azimuth=0.6, shift=(30.0, -12.0, 3.0), rays=True, clutter=True, lean=0.0):
-    """A 20 x 12 m wall with 60 % clutter, a station in the street; truth: R columns X, Y, Z and a point."""
+    """Returns a scan of a 20 x 12 m wall with 60 % clutter, and the true axes R (3, 3) and a point (3,) m."""
     rng = np.random.default_rng(seed)
     wall, hole = panel(rng, 20, 12)
     wall[:, 1] -= np.tan(lean) * wall[:, 2]
@@ -98,7 +96,7 @@ def test_origin_is_the_barycentre_of_the_inliers():
     assert np.abs(q[:, 1]).max() < 0.1
 
 
-def test_rotating_the_world_changes_nothing():
+def test_rotating_the_world_does_not_change_the_facade():
     sizes = []
     for azimuth, shift in ((0.0, (0, 0, 0)), (2.1, (500.0, -300.0, 40.0))):
         scan, R, t = scene(3, azimuth=azimuth, shift=shift)
@@ -108,7 +106,7 @@ def test_rotating_the_world_changes_nothing():
     assert np.abs(np.subtract(*sizes)).max() < 0.15
 
 
-def test_errors_are_what_the_covariance_says():
+def test_errors_agree_with_the_covariance():
     score = []
     for seed in range(12):
         scan, R, t = scene(seed, azimuth=0.3 * seed)
@@ -120,14 +118,14 @@ def test_errors_are_what_the_covariance_says():
     assert 0.5 < np.mean(score) < 2.0
 
 
-def test_same_seed_same_bytes():
+def test_the_same_seed_gives_the_same_bytes():
     scan, *_ = scene(4, rays=False)
     a, b = (only(find_facades(scan, whole(scan), seed=7)) for _ in range(2))
     assert a.frame.matrix.tobytes() == b.frame.matrix.tobytes()
     assert a.outline.tobytes() == b.outline.tobytes() and a.support.tobytes() == b.support.tobytes()
 
 
-def test_support_holds_balcony_and_frames_but_no_room():
+def test_the_support_contains_balcony_and_frames_but_no_room():
     scan, _R, _t = scene(5)
     f = only(find_facades(scan, whole(scan)))
     y = f.frame.inverse.apply(scan.xyz[f.support])[:, 1]
@@ -137,7 +135,7 @@ def test_support_holds_balcony_and_frames_but_no_room():
 
 
 @pytest.mark.parametrize("rays", [True, False])
-def test_corner_building_has_two_facades(rays):
+def test_a_corner_building_has_two_facades(rays):
     rng = np.random.default_rng(0)
     street, _ = panel(rng, 12, 9)
     side, _ = panel(rng, 8, 9)
@@ -158,7 +156,7 @@ def test_corner_building_has_two_facades(rays):
     assert found[1].frame.R[:, 1] @ [-1, 0, 0] > 0.999
 
 
-def test_tower_has_six_facades_that_look_outwards_without_rays():
+def test_a_tower_has_six_facades_facing_outwards_without_rays():
     rng = np.random.default_rng(1)
     faces = []
     for k in range(6):
@@ -172,7 +170,7 @@ def test_tower_has_six_facades_that_look_outwards_without_rays():
 
 
 @pytest.mark.parametrize("rays", [True, False])
-def test_wall_of_a_room_seen_through_windows_is_no_facade(rays):
+def test_the_wall_of_a_room_seen_through_windows_is_not_a_facade(rays):
     rng = np.random.default_rng(2)
     wall, hole = panel(rng, 20, 12)
     eye = np.array([0.0, -10.0, 1.7])
@@ -189,7 +187,7 @@ def test_wall_of_a_room_seen_through_windows_is_no_facade(rays):
     assert abs(found[0].frame.t[1]) < 0.001
 
 
-def test_opposite_side_of_the_street_never_wins():
+def test_the_opposite_side_of_the_street_is_not_taken():
     rng = np.random.default_rng(3)
     wall, _ = panel(rng, 8, 6)
     opposite, _ = panel(rng, 40, 20)
@@ -200,7 +198,7 @@ def test_opposite_side_of_the_street_never_wins():
     assert found[0].support.min() >= len(opposite)
 
 
-def test_dense_front_does_not_win_against_more_wall():
+def test_area_counts_and_not_the_number_of_points():
     rng = np.random.default_rng(4)
     wall, _ = panel(rng, 20, 12, spacing=0.05)
     cladding = np.column_stack(
@@ -213,7 +211,7 @@ def test_dense_front_does_not_win_against_more_wall():
     assert any(abs(layer.y + 0.3) < 0.005 for layer in f.layers)
 
 
-def test_curved_wall_says_so():
+def test_a_curved_wall_is_noted():
     rng = np.random.default_rng(5)
     wall, _ = panel(rng, 20, 8)
     wall[:, 1] += 0.2 * (wall[:, 0] / 10) ** 2
@@ -222,40 +220,40 @@ def test_curved_wall_says_so():
     assert -0.24 < f.curvature[0] < -0.16 and any("bent" in note for note in f.notes)
 
 
-def test_flat_wall_is_not_called_bent():
+def test_a_flat_wall_is_not_noted_as_bent():
     scan, *_ = scene(6)
     f = only(find_facades(scan, whole(scan)))
     assert abs(f.curvature[0]) < 0.003 and not any("bent" in note for note in f.notes)
 
 
-def test_leaning_wall_is_not_forced_upright():
+def test_a_leaning_wall_is_not_forced_upright():
     scan, _R, _t = scene(7, lean=np.radians(1.0))
     f = only(find_facades(scan, whole(scan)))
     assert np.degrees(np.arcsin(f.frame.R[2, 1])) == pytest.approx(1.0, abs=0.005)
     assert any("leans towards the street" in note for note in f.notes)
 
 
-def test_cloud_that_is_not_levelled():
+def test_a_cloud_that_is_not_levelled_is_fitted():
     scan, _R, _t = scene(8, lean=np.radians(6.0))
     f = only(find_facades(scan, whole(scan), FacadeOptions(levelled=False)))
     assert np.degrees(np.arcsin(f.frame.R[2, 1])) == pytest.approx(6.0, abs=0.01)
 
 
-def test_thirty_points_fail_with_a_clear_sentence():
+def test_thirty_points_fail_with_a_clear_message():
     scan, *_ = scene(0)
     (failed,) = find_facades(scan, Building("B09", np.arange(30), 0.0))
     assert isinstance(failed, Failed) and not failed
     assert failed.code == "F101" and "30 points" in failed.message and failed.hint
 
 
-def test_a_bush_is_no_facade():
+def test_a_bush_is_not_a_facade():
     rng = np.random.default_rng(0)
     scan = Scan("bush", rng.normal(0, 2.0, (40_000, 3)), WORLD)
     (failed,) = find_facades(scan, whole(scan, -5.0))
     assert isinstance(failed, Failed) and failed.code == "F102"
 
 
-def test_points_that_are_not_numbers_are_left_out():
+def test_points_with_nan_are_left_out():
     scan, *_ = scene(1)
     xyz = scan.xyz.copy()
     xyz[::50] = np.nan
@@ -266,7 +264,7 @@ def test_points_that_are_not_numbers_are_left_out():
     assert not np.isin(np.arange(0, len(xyz), 50), f.support).any()
 
 
-def test_paper_method_finds_the_same_wall_less_exactly():
+def test_the_paper_method_finds_the_same_wall_less_precisely():
     scan, R, _t = scene(2)
     paper = only(find_facades(scan, whole(scan), FacadeOptions(method="paper", paper_iterations=200)))
     angle = np.degrees(np.linalg.norm(np.cross(paper.frame.R[:, 1], R[:, 1])))
@@ -274,7 +272,7 @@ def test_paper_method_finds_the_same_wall_less_exactly():
 
 
 def rough(rng, x, z, sigma=0.003, length=0.3, cell=0.05):
-    """A Gaussian random field at (x, z), correlated over `length`."""
+    """Samples a Gaussian random field with `sigma` m, correlated over `length` m, at (x, z) m."""
     shape = (int(np.ptp(z) / cell) + 3, int(np.ptp(x) / cell) + 3)
     field = ndimage.gaussian_filter(rng.normal(0, 1, (shape[0] + 40, shape[1] + 40)), length / 2 / cell)
     field = field[20:-20, 20:-20]
@@ -283,7 +281,7 @@ def rough(rng, x, z, sigma=0.003, length=0.3, cell=0.05):
 
 
 @pytest.mark.parametrize("roughness", [0.0, 0.003])
-def test_errors_match_the_covariance_on_smooth_and_on_rough_walls(roughness):
+def test_errors_agree_with_the_covariance_on_smooth_and_rough_walls(roughness):
     score = []
     for seed in range(20):
         rng = np.random.default_rng(seed)
@@ -304,7 +302,7 @@ def test_errors_match_the_covariance_on_smooth_and_on_rough_walls(roughness):
 
 
 @pytest.mark.parametrize("rays", [True, False])
-def test_no_facade_of_a_street_is_made_of_rooms(rays):
+def test_no_facade_of_a_street_consists_of_rooms(rays):
     scene = street_scene(seed=3, houses=3, spacing=0.05)
     scan = scene.scan if rays else Scan("street", scene.scan.xyz, scene.scan.world)
     for i, house in enumerate(scene.houses):
@@ -316,7 +314,7 @@ def test_no_facade_of_a_street_is_made_of_rooms(rays):
 
 
 @pytest.mark.parametrize(("radius", "faces"), [(1.0, 2), (1.5, 2), (3.0, 3)])
-def test_rounded_corner_is_no_fan_of_slivers(radius, faces):
+def test_a_rounded_corner_is_not_a_fan_of_slivers(radius, faces):
     rng = np.random.default_rng(0)
     a, _ = panel(rng, 8, 9)
     b, _ = panel(rng, 8, 9)
@@ -335,7 +333,7 @@ def test_rounded_corner_is_no_fan_of_slivers(radius, faces):
         assert any("bent" in note for note in f.notes)
 
 
-def test_relief_does_not_tilt_the_plane_across_its_layers():
+def test_relief_in_layers_does_not_tilt_the_plane():
     rng = np.random.default_rng(0)
     wall, _ = panel(rng, 4, 20, noise=0.003, windows=False)
     strip = np.floor((wall[:, 0] + 2) / 0.5).astype(int)
@@ -348,7 +346,7 @@ def test_relief_does_not_tilt_the_plane_across_its_layers():
     assert f.roughness < 0.005 and not any("bent" in note for note in f.notes)
 
 
-def test_reveals_are_no_layers():
+def test_reveals_are_not_layers():
     rng = np.random.default_rng(0)
     wall, _ = panel(rng, 12, 9)
     x, y, z = np.meshgrid(np.arange(-4.5, 5, 3.0), np.arange(0.03, 0.4, 0.03), np.arange(1, 8, 0.03))
@@ -360,7 +358,7 @@ def test_reveals_are_no_layers():
 
 
 def test_plinth_and_mouldings_do_not_pull_the_wall():
-    """Layers 2 and 4.5 cm proud of it, on a third of the area, are not the wall's roughness."""
+    """Layers 2 and 4.5 cm before the wall, on a third of its area, do not count as its roughness."""
     rng = np.random.default_rng(12)
     wall, _ = panel(rng, 11, 6.5, noise=0.004, spacing=0.03)
     plinth, moulding = wall[:, 2] < 0.9, (wall[:, 2] % 3 > 2.5) | (np.abs(wall[:, 0]) > 5.2)

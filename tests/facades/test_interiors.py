@@ -1,4 +1,4 @@
-"""Walls behind a larger front: what is seen through it is a room, over, beside or under it a wall."""
+"""Walls behind a larger front: one seen through it is a room, one over, beside or under it a wall."""
 
 import numpy as np
 import pytest
@@ -24,7 +24,7 @@ def windows(x, z):
 
 
 def seen(rear, opaque):
-    """Points of walls behind y = 0 that each station sees past what is `opaque` (x, z), and its number."""
+    """Returns the points (n, 3) of `rear` that each station sees past an `opaque` front, and the station."""
     points, stations = [], []
     for k, eye in enumerate(EYES):
         at = eye + (rear - eye) * (-eye[1] / (rear[:, 1] - eye[1]))[:, None]
@@ -35,7 +35,7 @@ def seen(rear, opaque):
 
 
 def facades(opaque, rear, rays, seed=0):
-    """What is found of a front that is `opaque` (x, z) in y = 0 and the walls (n, 3) that show behind it."""
+    """Finds the facades of a front in y = 0, given by `opaque` (x, z), and of walls (n, 3) behind it."""
     rng = np.random.default_rng(seed)
     front = grid(rng, -WIDTH / 2, WIDTH / 2, 0.0, HEIGHT, 0.0)
     front = front[opaque(front[:, 0], front[:, 2])]
@@ -51,7 +51,7 @@ def facades(opaque, rear, rays, seed=0):
 
 
 def depths(found):
-    """How deep the facades that look to the street lie, m."""
+    """Returns the depths (m) of the facades that face the street."""
     return sorted(round(float(f.frame.t[1]), 1) for f in found if f.frame.R[1, 1] > 0.9)
 
 
@@ -77,12 +77,12 @@ def gate(x, z):
 
 @pytest.mark.parametrize("rays", [True, False])
 @pytest.mark.parametrize(("front", "deep"), [(shop, 1.3), (shop, 2.5), (arcade, 2.0), (gate, 3.0)])
-def test_wall_seen_through_a_front_is_no_facade(front, deep, rays):
+def test_a_wall_seen_through_a_front_is_not_a_facade(front, deep, rays):
     rear = grid(np.random.default_rng(1), -7.2, 7.2, 0.0, 3.6, deep, 0.05)
     assert depths(facades(front, rear, rays)) == [0.0]
 
 
-def test_sides_and_end_of_a_passage_are_no_facades():
+def test_the_walls_of_a_passage_are_not_facades():
     rng = np.random.default_rng(1)
     end = grid(rng, -3.0, 6.0, 0.0, 3.5, 10.0, 0.05)
     left = grid(rng, 0.3, 10.0, 0.0, 3.5, -3.0, 0.05)[:, [1, 0, 2]]
@@ -120,13 +120,13 @@ def overhang(x, z):
         (overhang, (-7.5, 7.5, 0.0, 3.5, 1.6)),
     ],
 )
-def test_wall_set_back_above_beside_or_below_a_front_stays(front, wall, rays):
+def test_a_wall_set_back_above_beside_or_below_a_front_is_kept(front, wall, rays):
     rear = grid(np.random.default_rng(1), *wall, 0.05)
     assert depths(facades(front, rear, rays)) == [0.0, wall[-1]]
 
 
 @pytest.mark.parametrize("seed", [20, 24])
-def test_rooms_of_a_cloud_cut_out_without_ground_and_rays_are_no_facades(seed):
+def test_rooms_are_not_facades_without_ground_and_rays(seed):
     scene = street_scene(seed=seed, houses=3, spacing=0.05)
     for house in range(3):
         own = np.flatnonzero(scene.house == house)

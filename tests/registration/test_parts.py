@@ -1,3 +1,5 @@
+"""The parts of registration: model walls, surfels, coarse search, adjustment, selection, strips."""
+
 import numpy as np
 import pytest
 
@@ -16,13 +18,13 @@ from frontage.registration.select import select_walls
 from frontage.registration.strips import correct_strips
 from frontage.registration.surfels import surfels
 from frontage.registration.walls import model_walls
-from registration.boxes import ALONE, STREET, WORLD, Box, misplaced, model_of, scan_of
+from registration.boxes import ALONE, STREET, WORLD, BoxHouse, misplaced, model_of, scan_of
 
 PLACE = np.array([0.0, 0.0, 1.7])
 IDENTITY = Rigid3.identity("local", "given")
 
 
-def test_walls_look_outwards_even_when_rings_turn_the_wrong_way() -> None:
+def test_wall_normals_point_outwards_even_for_reversed_rings() -> None:
     model = model_of(ALONE)
     (building,) = model.buildings
     (shell,) = building.shells
@@ -33,15 +35,15 @@ def test_walls_look_outwards_even_when_rings_turn_the_wrong_way() -> None:
         assert front.normal == pytest.approx([0, -1, 0], abs=1e-9)
 
 
-def test_party_walls_are_hidden_and_what_stands_above_is_not() -> None:
-    low, high = Box(-4.5, 5, height=6), Box(4.5, 5, height=9)
+def test_party_walls_are_hidden_up_to_the_lower_roof() -> None:
+    low, high = BoxHouse(-4.5, 5, height=6), BoxHouse(4.5, 5, height=9)
     walls = {p.source: p for p in model_walls(model_of((low, high))).patches}
     assert "B0-1" not in walls
     assert walls["B1-3"].area == pytest.approx(10 * 3, rel=0.05)
     assert walls["B1-0"].area == pytest.approx(9 * 9, rel=1e-6)
 
 
-def test_pieces_stand_for_their_area_at_any_density() -> None:
+def test_surfel_areas_do_not_depend_on_the_density() -> None:
     rng = np.random.default_rng(1)
     dense = np.column_stack(
         [rng.uniform(0, 4, 40_000), rng.normal(0.1, 0.002, 40_000), rng.uniform(0, 3, 40_000)]
@@ -64,7 +66,7 @@ def test_coarse_search_finds_turn_and_shift() -> None:
     assert best.shift == pytest.approx(tuple(shift), abs=0.6)
 
 
-def test_backs_of_walls_do_not_match() -> None:
+def test_walls_facing_away_do_not_correlate() -> None:
     walls = plan_of_walls(model_walls(model_of(STREET)))
     back = Plan(walls.xy, walls.theta + np.pi, walls.weight)
     sigma = (1.0, np.radians(1.0))
@@ -73,7 +75,7 @@ def test_backs_of_walls_do_not_match() -> None:
     assert not wrong or wrong[0].score < 0.5 * right
 
 
-def test_pieces_behind_a_front_do_not_match_it() -> None:
+def test_surfels_facing_away_do_not_match_a_front() -> None:
     scan = scan_of(ALONE, PLACE)
     pieces = surfels(scan, 0.2, PLACE, 60)
     walls = model_walls(model_of(ALONE))
@@ -89,7 +91,7 @@ def problem_of(scan: Scan) -> Problem:
     )
 
 
-def test_gradient_of_the_adjustment_against_differences() -> None:
+def test_the_gradient_of_the_adjustment_equals_finite_differences() -> None:
     problem = problem_of(scan_of(STREET, PLACE, step=0.15))
     pose = apply_step(IDENTITY, PLACE, np.array([0.05, -0.04, 0.0, 0.0, 0.0, 0.01]))
     matches = [match(problem.pieces[0].moved(pose), problem.walls, 0.5)]
@@ -119,7 +121,7 @@ def test_gradient_of_the_adjustment_against_differences() -> None:
 def test_rotating_the_world_rotates_the_result() -> None:
     turn = 0.7
     boxes = tuple(
-        Box(
+        BoxHouse(
             np.cos(turn) * b.x - np.sin(turn) * b.y,
             np.sin(turn) * b.x + np.cos(turn) * b.y,
             b.width,
@@ -141,7 +143,7 @@ def test_rotating_the_world_rotates_the_result() -> None:
 
 
 def test_covariance_moves_with_the_pivot() -> None:
-    """Sigma of the motion's own translation is that of the place where it puts the given origin."""
+    """The sigma of a motion's translation is that of the point to which it moves the given origin."""
     rng = np.random.default_rng(0)
     A = rng.normal(size=(6, 6))
     C = A @ A.T
@@ -157,7 +159,7 @@ def test_covariance_moves_with_the_pivot() -> None:
     assert got == pytest.approx(J @ C @ J.T)
 
 
-def test_icp_needs_a_good_start() -> None:
+def test_icp_converges_from_a_good_start() -> None:
     scan = scan_of(ALONE, PLACE, step=0.2)
     walls = scan.xyz[scan.xyz[:, 2] > 0.3]
     off = np.array([0.0, 0.15, 0.0])
@@ -183,20 +185,20 @@ def test_selection_measures_offset_turn_and_lean() -> None:
     assert np.abs(scan.xyz[second.index, 1] - 6.4).max() < 1.0
 
 
-def test_buildings_of_only_one_side_are_listed() -> None:
+def test_buildings_that_only_the_model_or_only_the_scan_has_are_listed() -> None:
     scan = scan_of(STREET, PLACE)
-    extra = Box(0, 30, width=12, height=25)
+    extra = BoxHouse(0, 30, width=12, height=25)
     only_scan = select_walls(scan, model_of(STREET[:4] + STREET[5:]))
     assert any(np.hypot(c[0] - 5, c[1] + 7.5) < 3 for c, _ in only_scan.unknown)
     assert select_walls(scan, model_of(STREET)).unknown == ()
-    ghost = Box(3.0, 3.0, width=3.0, depth=1.0)
+    ghost = BoxHouse(3.0, 3.0, width=3.0, depth=1.0)
     found = select_walls(scan, model_of((*STREET, ghost, extra)))
     assert found.absent == ("B6",)
     assert found.unseen == ("B7",)
 
 
 def drive(drift: float) -> tuple[Scan, Scan]:
-    """A drive along the street: truth, and with an error across that grows along the way."""
+    """Returns a drive along the street twice: true, and with an error across that grows along the way."""
     parts, times = [], []
     way = np.linspace(-12, 12, 9)
     for k, x in enumerate(way):
@@ -213,7 +215,7 @@ def drive(drift: float) -> tuple[Scan, Scan]:
     return true, Scan("drive", xyz + error, WORLD, moved_origins, index, time=time)
 
 
-def test_strips_take_the_drift_out() -> None:
+def test_strips_remove_the_drift_of_a_trajectory() -> None:
     true, given = drive(0.02)
     prior = PosePrior(PLACE, np.array([0.5, 0.5, 0.3]), 0.01, 0.002)
     options = RegistrationOptions(sigma_model=0.005, sigma_height=0.01, sigma_lean=0.01)
@@ -227,7 +229,7 @@ def test_strips_take_the_drift_out() -> None:
     assert np.abs(result.scan.origins - true.origins)[:, 1].max() < 0.12
 
 
-def test_strips_need_times() -> None:
+def test_strips_need_times_and_a_trajectory() -> None:
     scan = misplaced(scan_of(ALONE, PLACE, step=0.3), np.zeros(3), 0.0).scan
     with pytest.raises(InputError, match="gps_time and a trajectory"):
         correct_strips(scan, model_of(ALONE), PosePrior(PLACE, np.ones(3), 0.1, 0.1))

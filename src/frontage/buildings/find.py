@@ -53,6 +53,7 @@ def find_buildings(
 
 
 def _too_few(scan: Scan) -> str:
+    """Says how many points are too few."""
     return f"{scan.name} has {len(scan)} points, fewer than {_FEWEST_POINTS}"
 
 

@@ -86,6 +86,7 @@ def _was_measured_through(outer: FacadeCandidate, covers: "_Covers", xyz: Float,
 
 
 def _faces_the_same_way(outer: FacadeCandidate, inner: FacadeCandidate) -> bool:
+    """Decides whether both walls face the same way, within 15 degrees."""
     return bool(outer.wall.normal @ inner.wall.normal > _PARALLEL_COS)
 
 

@@ -163,7 +163,9 @@ def _match(problem: Problem, poses: Sequence[Rigid3], stage: GncStage) -> list[M
     placed = (s.moved(p) for s, p in zip(problem.pieces, poses, strict=True))
     slack = 0.5 * stage.d_max if stage.d_max > 0.5 else 0.0
     turn = _WIDE_TURN_RAD if stage.d_max > 1.5 else 0.0
-    return [match(m, problem.walls, stage.d_max, slack, turn, roofs=stage.d_max < 2.5) for m in placed]
+    return [
+        match(m, problem.walls, stage.d_max, slack=slack, turn=turn, roofs=stage.d_max < 2.5) for m in placed
+    ]
 
 
 def _scatter(equations: NormalEquations, scale: float) -> float:

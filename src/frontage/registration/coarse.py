@@ -92,55 +92,61 @@ def search(
     half = int(np.ceil((radius + window) / CELL_M)) + int(4 * _BLUR_CELLS) + 1
     size = int(fft.next_fast_len(2 * half + 1))
     harmonics = _HARMONICS if source.oriented and target.oriented else _TWO_FACED
-    images = _target_spectra(target, pivot, half, size, harmonics)
+    raster = _Raster(pivot, half, size)
+    spectra = _target_spectra(target, raster, harmonics)
     reach = int(np.ceil(window / CELL_M))
     steps = int(np.ceil(min(SPAN_SIGMAS * sigma[1], np.pi) / _TURN_RAD))
     most_possible = sum(harmonics.values()) * source.weight.sum()
     found: list[Peak] = []
     for k in range(-steps, steps + 1):
-        c = _correlation(source, pivot, k * _TURN_RAD, half, size, images) / most_possible
+        c = _correlation(source, k * _TURN_RAD, raster, spectra) / most_possible
         found += _maxima(c, reach, k * _TURN_RAD, sigma)
     return _apart(sorted(found, key=lambda p: -p.score), most)
 
 
-def _image(xy: Float, weight: Array, half: int, size: int) -> Array:
-    """Sums complex weights (n,) on the raster with its origin at (half, half), leaving out points outside."""
-    ij = np.rint(xy / CELL_M).astype(np.int64) + half
-    inside = ((ij >= 0) & (ij < 2 * half + 1)).all(1)
-    flat = ij[inside, 1] * size + ij[inside, 0]
-    w = weight[inside]
-    real, imag = np.bincount(flat, w.real, size * size), np.bincount(flat, w.imag, size * size)
-    return np.asarray((real + 1j * imag).reshape(size, size))
+@dataclass(frozen=True, eq=False)
+class _Raster:
+    """The raster of the correlation: `size` cells to a side, with the pivot (2,) m at (half, half)."""
+
+    pivot: Float
+    half: int
+    size: int
+
+    def image(self, xy: Float, weight: Array) -> Array:
+        """Sums complex weights (n,) of points (n, 2) m from the pivot; points outside are left out."""
+        ij = np.rint(xy / CELL_M).astype(np.int64) + self.half
+        inside = ((ij >= 0) & (ij < 2 * self.half + 1)).all(1)
+        flat = ij[inside, 1] * self.size + ij[inside, 0]
+        w = weight[inside]
+        cells = self.size * self.size
+        real, imag = np.bincount(flat, w.real, cells), np.bincount(flat, w.imag, cells)
+        return np.asarray((real + 1j * imag).reshape(self.size, self.size))
 
 
-def _target_spectra(
-    target: Plan, pivot: Float, half: int, size: int, harmonics: dict[int, float]
-) -> dict[int, Array]:
+def _target_spectra(target: Plan, raster: _Raster, harmonics: dict[int, float]) -> dict[int, Array]:
     """Returns the spectrum of the target's image for every harmonic."""
-    xy = target.xy - pivot
+    xy = target.xy - raster.pivot
     # a wall counts once, however often it is drawn: the blurred mass of a straight wall is 1
-    mass = np.abs(_image(xy, target.weight + 0j, half, size))
+    mass = np.abs(raster.image(xy, target.weight + 0j))
     blurred = ndimage.gaussian_filter(mass, _BLUR_CELLS)[mass > 0]
     top = float(np.percentile(blurred, 75)) if len(blurred) else 1.0
     out = {}
     for k, gain in harmonics.items():
-        image = _image(xy, target.weight * np.exp(-1j * k * target.theta), half, size)
+        image = raster.image(xy, target.weight * np.exp(-1j * k * target.theta))
         real, imag = (ndimage.gaussian_filter(part, _BLUR_CELLS) for part in (image.real, image.imag))
         smooth = real + 1j * imag
         out[k] = gain * fft.fft2(smooth / np.maximum(np.abs(smooth), top))
     return out
 
 
-def _correlation(
-    source: Plan, pivot: Float, turn: float, half: int, size: int, images: dict[int, Array]
-) -> Float:
+def _correlation(source: Plan, turn: float, raster: _Raster, spectra: dict[int, Array]) -> Float:
     """Returns the scores (size, size) of all shifts, wrapped: the shift (dx, dy) cells is at [dy, dx]."""
     c, s = np.cos(turn), np.sin(turn)
-    xy = (source.xy - pivot) @ np.array([[c, s], [-s, c]])
-    total = np.zeros((size, size), np.complex128)
-    for k, spectrum in images.items():
+    xy = (source.xy - raster.pivot) @ np.array([[c, s], [-s, c]])
+    total = np.zeros((raster.size, raster.size), np.complex128)
+    for k, spectrum in spectra.items():
         w = source.weight * np.exp(-1j * k * (source.theta + turn))
-        total += np.conj(fft.fft2(_image(xy, w, half, size))) * spectrum
+        total += np.conj(fft.fft2(raster.image(xy, w))) * spectrum
     return np.asarray(fft.ifft2(total).real, np.float64)
 
 

@@ -36,6 +36,7 @@ def match(
     pieces: Surfels,
     walls: ModelWalls,
     d_max: float,
+    *,
     slack: float = 0.0,
     turn: float = 0.0,
     roofs: bool = True,

@@ -89,14 +89,13 @@ def linearise(
     free_levels   whether the tilts of the scans are estimated
     relief        (j, 3) by how much offset, turn and lean of a patch may be off because it is no plane
     """
-    stations = len(poses)
-    n = 6 * stations + model_errors.size
+    n = 6 * len(poses) + model_errors.size
     sigma = max(scale / 3.0, LEAST_SIGMA_M)
     system = _System(np.zeros((n, n)), np.zeros(n))
     rs, ws = [], []
     share = _share(problem, matches)
-    for s, (pose, m) in enumerate(zip(poses, matches, strict=True)):
-        rows, r = _wall_rows(problem, pose, s, stations, model_errors, m)
+    for s, m in enumerate(matches):
+        rows, r = _wall_rows(problem, poses, s, model_errors, m)
         w = geman_mcclure(r, scale)
         weight = w * share[m.patch] * problem.pieces[s].area[m.piece] / (INDEPENDENT_M2 * sigma**2)
         system.normal[...] += (rows.T.multiply(weight) @ rows).toarray()
@@ -124,10 +123,10 @@ def _share(problem: Problem, matches: Sequence[Matches]) -> Float:
 
 
 def _wall_rows(
-    problem: Problem, pose: Rigid3, s: int, stations: int, model_errors: Float, m: Matches
+    problem: Problem, poses: Sequence[Rigid3], s: int, model_errors: Float, m: Matches
 ) -> tuple[sparse.csr_array, Float]:
     """Returns the Jacobian (m, n) and the residuals (m,) m of the surfels of scan s on their patches."""
-    walls = problem.walls
+    walls, pose = problem.walls, poses[s]
     k, b = len(m), walls.building[m.patch]
     n = walls.normals[m.patch]
     y = pose.apply(problem.pieces[s].xyz[m.piece])
@@ -137,7 +136,7 @@ def _wall_rows(
     shape = np.column_stack([np.ones(k), m.u, m.h])
     r = np.einsum("ij,ij->i", n, y - point - model_errors[b]) - np.einsum("ij,ij->i", shape, model_errors[j])
     values = np.column_stack([n, np.cross(y - here, n), -n, -shape])
-    base = 6 * stations
+    base = 6 * len(poses)
     columns = np.column_stack(
         [
             np.tile(6 * s + np.arange(6), (k, 1)),

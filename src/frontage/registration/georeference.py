@@ -57,7 +57,7 @@ def prior_of(scan: Scan) -> PosePrior:
     pose = scan.local_from_scanner
     if pose is None or not (np.diag(pose.covariance) > 0).all():
         raise InputError(
-            f"{scan.name}: has no approximate pose; state sigma_position, sigma_heading, sigma_level"
+            f"{scan.name} has no approximate pose; state sigma_position, sigma_heading, sigma_level"
         )
     s = pose.sigma
     return PosePrior(pose.value.t, s[:3], float(s[5]), float(np.hypot(s[3], s[4]) / np.sqrt(2)))
@@ -108,5 +108,5 @@ def _check_overlap(walls: ModelWalls, priors: Sequence[PosePrior], reach: float)
 def _checked_surfels(s: Surfels, name: str) -> Surfels:
     """Returns the surfels of a scan. Raises InputError when there are none."""
     if len(s) == 0:
-        raise InputError(f"{name}: has no flat surfaces within reach of its scanner; is its position right?")
+        raise InputError(f"{name} has no flat surfaces within reach of its scanner; check its position")
     return s

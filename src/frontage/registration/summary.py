@@ -127,10 +127,10 @@ def _notes(scans: Sequence[RegisteredScan], alternatives: Sequence[Alternative])
         shifts = [d for d in s.unobservable if d.kind == "shift"]
         if lost := _list_directions([d for d in shifts if not d.weak]):
             notes.append(
-                f"{s.name}: the walls do not determine the shift along {lost}; there the prior stands"
+                f"{s.name}: the walls do not determine the shift along {lost}; the prior applies there"
             )
         if weak := _list_directions([d for d in shifts if d.weak]):
-            notes.append(f"{s.name}: little determines the shift along {weak}")
+            notes.append(f"{s.name}: the shift along {weak} is poorly determined")
         if s.explained < _LEAST_EXPLAINED:
             notes.append(f"{s.name}: only {100 * s.explained:.0f} % of its wall area lies on the model")
     if alternatives:

@@ -62,6 +62,7 @@ def find_occluders(cloud: StreetCloud, front_of: Float, near: Bool, wall: Bool) 
 
 
 def _is_upright(shape: LocalShape) -> Bool:
+    """Returns the cells (m,) whose surroundings are planar and upright."""
     return (np.abs(shape.normal[:, 2]) < _UPRIGHT) & (shape.planarity > _LEAST_PLANARITY)
 
 
