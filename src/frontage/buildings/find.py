@@ -21,7 +21,7 @@ from frontage.buildings.split.maps import mapped_row
 from frontage.model import Footprint, Scan
 
 _DEFAULTS = BuildingOptions()
-_FEWEST_POINTS = 100  # of a building
+_FEWEST_POINTS = 100  # points of a building, at least
 
 
 def find_buildings(

@@ -19,7 +19,7 @@ _LEAST_COVERAGE = 0.25  # share of the outline that must show wall
 _LEAST_CONTRAST = 2.0  # wall area over that of slabs beside it: a bush or a furnished room has 1
 _LEAST_RISE = 3.0  # voxels on top of one another that may be a wall
 _THINNED = 0.5  # share of the least area that must show: rasters of one point per voxel have empty cells
-_PARALLEL_COS = float(np.cos(np.radians(15.0)))  # between normals of parallel planes
+_PARALLEL_COS = float(np.cos(np.radians(15.0)))  # cosine between normals of parallel planes
 _END_M = 0.5  # m at the border of a facade in which the next one may stand
 
 

@@ -79,8 +79,7 @@ def _contains(polygon: object, x: Float, y: Float) -> Array:
 
 
 def foot_heights(ground: Surfels, walls: ModelWalls, within: float = 2.0) -> tuple[Float, Float]:
-    """Measures the height (b,) m of the ground at the foot of every building, as models define it (the
-    lowest).
+    """Measures the lowest height (b,) m of the ground at the foot of every building, as models define it.
 
     Also returns the range (b,) m of the ground there; both NaN where none was seen. `within` m is the width
     of the strip around a building.

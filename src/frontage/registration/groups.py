@@ -43,8 +43,7 @@ def _renamed(pose: Rigid3) -> Rigid3:
 
 
 def group_prior(members: dict[int, Rigid3], priors: Sequence[PosePrior]) -> tuple[Rigid3, PosePrior]:
-    """Combines all GPS and compass readings of a group, as one body, into its motion and the remaining
-    sigmas.
+    """Combines the GPS and compass readings of a group of tied scans into its motion and its prior.
 
     It is a weighted least-squares estimate of heading and shift. The position of the prior is where the
     middle of the group then lies.
@@ -84,10 +83,10 @@ def common_surfels(
     together: Sequence[Collection[int]],
     spread: float = 0.1,
 ) -> Pairs:
-    """Pairs surfels of different scans of a group that lie on one surface, at most `spread` m apart along the
-    normal.
+    """Pairs surfels of different scans of a group that lie on one surface.
 
     together  groups of scans, by their numbers
+    spread    m, largest distance between two surfels along the normal
     """
     group = {s: g for g, members in enumerate(together) for s in members}
     now = [s.moved(p) for s, p in zip(pieces, poses, strict=True)]

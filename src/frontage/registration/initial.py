@@ -23,9 +23,9 @@ _RIVAL = 0.9  # share of the best score above which another place is an alternat
 _ANOTHER_PLACE = 16.8  # squared sigmas (99.9 % of 3 degrees of freedom) from which a place is another one
 _ANOTHER_M = 0.5  # m, and
 _ANOTHER_RAD = np.radians(1.0)  # rad between two alternatives
-_MOST_SURFELS = 6000  # that candidates are tried with
-_PRIOR = 0.005  # of the explained share that one squared sigma of the prior is worth
-_UNTIED = 0.95  # of what single scans explain, that tied ones must explain
+_MOST_SURFELS = 6000  # surfels that candidates are tried with
+_PRIOR = 0.005  # share explained that one squared sigma of the prior is worth
+_UNTIED = 0.95  # tied scans must explain this share of what single scans explain
 _ON_MODEL_M = 0.3  # m, within which surfels lie on the model
 
 

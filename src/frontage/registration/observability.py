@@ -12,8 +12,7 @@ _LEAST_GAIN = 4.0  # information of the data, relative to the prior's, from whic
 
 
 def directions(covariance: Float, prior: PosePrior, limit: Float, lever: float) -> tuple[Direction, ...]:
-    """Returns the principal directions of shift and turn of a pose with `covariance` (6, 6) about the
-    instrument.
+    """Returns the principal directions of a pose with `covariance` (6, 6) about the instrument.
 
     limit  (3,) m per axis: the largest sigma of an observable shift (`Problem.observable`)
     lever  m, the median range; a turn counts by how far it moves level ground and walls there
@@ -41,7 +40,7 @@ def _along(axis: Float, limit: Float) -> float:
 
 def _about(axis: Float, limit: Float) -> float:
     """Returns the limit (m) of the motion that a turn about a unit vector (3,) causes at places level with
-    the pivot.
+    it.
 
     A turn moves these places along ``axis x r``; the limit is that of the mean over all r in the plane.
     """
@@ -51,8 +50,7 @@ def _about(axis: Float, limit: Float) -> float:
 
 
 def alternatives_covariance(position: Float, alternatives: Sequence[Alternative]) -> Float:
-    """Returns the covariance (6, 6) that other places add to the chosen one, for an instrument at `position`
-    (3,) m.
+    """Returns the covariance (6, 6) that other places add, for an instrument at `position` (3,) m.
 
     Where several places are possible and none is preferred, the mean square difference from the chosen place
     is that of all places about it. A shift by a building's pitch is not known, however sharp each place is.
@@ -62,10 +60,9 @@ def alternatives_covariance(position: Float, alternatives: Sequence[Alternative]
 
 
 def about_frame(covariance: Float, pose: Rigid3, position: Float) -> Float:
-    """Transforms a covariance (6, 6) about the instrument at `position` (3,) m to the tangent of the rigid
-    motion.
+    """Transforms a covariance (6, 6) about the instrument to the tangent of the rigid motion.
 
-    ``T(xi) = (exp(w) R, t + v)``: with m the instrument, ``v = v_m + w x (t - m)``.
+    ``T(xi) = (exp(w) R, t + v)``: with m the instrument at `position` (3,) m, ``v = v_m + w x (t - m)``.
     """
     J = np.eye(6)
     J[:3, 3:] = -skew(pose.t - position)

@@ -76,9 +76,7 @@ class Alternative:
     scans: tuple[int, ...]
 
     def at(self, position: Float) -> Float:
-        """Returns shift (m) and turn (rad), (6,), of an instrument that the chosen place has at `position`
-        (3,) m.
-        """
+        """Returns shift (m) and turn (rad), (6,), of an instrument that now stands at `position` (3,) m."""
         x, y, _ = position - self.about
         arm = self.turn * np.array([-y, x, 0.0])
         return np.concatenate([self.shift + arm, [0.0, 0.0, self.turn]])

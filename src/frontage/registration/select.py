@@ -1,5 +1,4 @@
-"""Select the points of each wall of a registered model (paper B, section 2.1): buffer, reference plane,
-relief.
+"""Select the points of each wall of a registered model (paper B, section 2.1).
 
 Every wall polygon gets the points of a buffer around it. The plane that the facade really has is estimated
 from the scan, robustly and by area; its offset, turn and lean against the model come with standard errors. In
@@ -23,11 +22,11 @@ from frontage.registration.surfels import Surfels, surfels
 from frontage.registration.walls import ModelPatch, ModelWalls, model_walls
 from frontage.solve.robust import irls, mad_sigma
 
-_FEWEST_CELLS = 50  # of a wall
+_FEWEST_CELLS = 50  # cells of a wall, at least
 _STOREY_M = 2.5  # m, least height of a building that the model lacks
 _FRONT_M2 = 10.0  # m2, least area of its walls
 _BEYOND_M = 1.0  # m that a ray must go on behind a wall to have passed it
-_MOST_RAYS = 20_000  # that are examined
+_MOST_RAYS = 20_000  # rays that are examined, at most
 
 
 @dataclass(frozen=True, eq=False)
@@ -215,9 +214,7 @@ def _unknown(scan: Scan, walls: ModelWalls, options: RegistrationOptions) -> tup
 
 
 def _clusters(s: Surfels) -> Sequence[tuple[Float, float]]:
-    """Groups surfels by connected cells of 1 m in plan; returns the centre (3,) m and area m2 of each large
-    group.
-    """
+    """Groups surfels by connected cells of 1 m in plan; returns centre (3,) m and area m2 of large ones."""
     ij = np.floor(s.xyz[:, :2]).astype(np.int64)
     ij -= ij.min(0) - 1
     image: Array = np.zeros(ij.max(0) + 2, np.int64)

@@ -8,10 +8,10 @@ from frontage.geometry.arrays import Array, Bool, Float, Int
 from frontage.geometry.rigid import Rigid3
 from frontage.model import Scan
 
-_FEWEST_POINTS = 6  # of a surfel
+_FEWEST_POINTS = 6  # points of a surfel, at least
 _LEVELS = 3  # sizes of cubes, each twice the one before
 _FLAT = 0.3  # thickness of a surfel, relative to its smaller extent
-_MOST_CUBES = 1 << 20  # per axis
+_MOST_CUBES = 1 << 20  # cubes per axis
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,11 +64,10 @@ def merge_surfels(parts: list[Surfels]) -> Surfels:
 
 
 def surfels(scan: Scan, cell: float, centre: Float, reach: float) -> Surfels:
-    """Cuts the points of a scan within `reach` m of `centre` (3,) m into surfels, from principal axes in
-    cubes.
+    """Cuts the points of a scan within `reach` m of `centre` (3,) m into surfels, cube by cube.
 
-    Points in cubes of `cell` m that hold too few of them go to cubes twice as wide, and once more; the rest
-    is dropped.
+    A surfel is the plane through the points of a cube of `cell` m, from their principal axes. Points in cubes
+    that hold too few go to cubes twice as wide, and once more; the rest is dropped.
     """
     near = np.flatnonzero(np.square(scan.xyz[:, :2] - centre[:2]).sum(1) < reach * reach)
     rest = near

@@ -20,14 +20,14 @@ from frontage.registration.surfels import Surfels
 
 _WIDE_M = (2.0, 1.0, 0.5, 0.3)  # m, search distances after the coarse search
 _CLOSE_M = (0.4, 0.2, 0.2)  # m, search distances once a place along the street has been found
-_STEPS = 3  # at each search distance
+_STEPS = 3  # steps at each search distance
 _FACING_COS = np.cos(np.radians(15.0))  # between the normals of neighbours: 15 degrees
 _LEAST_AREA_M2 = 15.0  # m2 of common upright surface that ties two scans
 _SOFT_M = 0.05  # m, distance at which common surface counts a quarter
 _SLIDE_M = 0.2  # m between the places that are tried along the street
 _RIVAL = 0.9  # share of the best common area; another place as good as that leaves the scans untied
-_PEAKS = 4  # of the coarse search that are refined
-_MOST_SURFELS = 4000  # of one scan in the adjustment
+_PEAKS = 4  # peaks of the coarse search that are refined
+_MOST_SURFELS = 4000  # surfels of one scan in the adjustment, at most
 
 
 @dataclass(frozen=True, eq=False)
@@ -105,8 +105,9 @@ class _ScanPair:
         return motion(peak, self.pivot, _height(self.source.moved(flat), self.target))
 
     def refine(self, pose: Rigid3, stages: Sequence[float]) -> Rigid3:
-        """Adjusts a pose by point-to-plane distances with a shrinking search distance; differences of level
-        are priors.
+        """Adjusts a pose by point-to-plane distances with a shrinking search distance.
+
+        The difference of levels is a prior; `stages` m are the search distances.
         """
         start = pose.apply(self.pivot[None])[0]
         for within in stages:
@@ -147,9 +148,7 @@ class _ScanPair:
         return float(now.area[i] @ geman_mcclure(r, _SOFT_M))
 
     def slid(self, pose: Rigid3) -> list[Rigid3]:
-        """Returns the best places along the direction in which the pose is weakest, which climbs with the
-        street.
-        """
+        """Returns the best places along the pose's weakest direction, which climbs with the street."""
         N, _ = self.normal(pose, 0.2, pose.t)
         climb = -N[2, :2] / N[2, 2]
         flat = np.linalg.eigh(N[:2, :2] + np.outer(N[:2, 2], climb))[1][:, 0]
@@ -165,9 +164,7 @@ class _ScanPair:
 
 
 def _height(source: Surfels, target: Surfels) -> float:
-    """Returns the median difference in height (m) of the ground that both saw, in 2 m cells; 0 where there is
-    none.
-    """
+    """Returns the median height difference (m) of ground that both saw, in 2 m cells; 0 without any."""
     cells = []
     for s in (source, target):
         g = s.take(s.level)

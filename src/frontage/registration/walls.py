@@ -13,7 +13,7 @@ from frontage.model import CityBuilding, CityModel, Surface
 UPRIGHT = 0.25  # |z| of the normal below which a polygon is a wall
 _BESIDE_M = 0.6  # m; walls back to back nearer than this hide one another
 _SAME_PLANE_M = 0.1  # m, distance within which polygons of one building are one wall
-_SAME_PLANE_COS = np.cos(np.radians(3.0))  # between their normals: 3 degrees
+_SAME_PLANE_COS = np.cos(np.radians(3.0))  # cosine between the normals of polygons of one wall: 3 degrees
 _LEAST_AREA_M2 = 0.5  # m2 that must be left of a wall
 _SKIPPED = ("Window", "Door", "ClosureSurface", "InteriorWallSurface", "FloorSurface", "CeilingSurface")
 
@@ -43,9 +43,7 @@ class ModelPatch:
     area: float
 
     def coordinates(self, xyz: Float) -> tuple[Float, Float, Float]:
-        """Returns distance from the plane (outwards positive) and place along and up, (n,) m each, of points
-        (n, 3) m.
-        """
+        """Returns distance from the plane (outwards positive), place along and up of points (n, 3) m."""
         d = xyz - self.point
         return d @ self.normal, d @ self.along, d @ self.up
 

@@ -9,8 +9,8 @@ from frontage.geometry.arrays import Array, Bool, Float, Int
 from frontage.model.scan import Scan
 from frontage.solve.correlation import fit_covariance, residual_correlation
 
-_MOST_CELLS = 40_000  # of the residual raster; coarser cells lose nothing because roughness is correlated
-_LEAST_WEIGHT = 0.3  # of a cell, in good points; less than a third of one says nothing
+_MOST_CELLS = 40_000  # cells of the residual raster; coarser cells lose nothing, as roughness is correlated
+_LEAST_WEIGHT = 0.3  # weight of a cell, in good points; less than a third of one says nothing
 _LEAST_DOF = 3.0  # degrees of freedom that a variance of correlated residuals has at least
 _MOST_STATIONS = 64  # sensor positions on one wall; more of them are a trajectory
 

@@ -9,8 +9,8 @@ from frontage.solve.robust import irls, mad_sigma, weighted_fit
 _MOST_POINTS = 20_000  # thinned points of one fit
 _LEAST_SIGMA_M = 0.0005  # m
 _MOST_SIGMA_M = 0.033  # m: rougher surfaces are no wall
-_WIDE_SHARES = (0.5, 0.3, 0.15, 0.0)  # of the inlier distance: ever closer points turn the plane
-_CLOSE_SHARES = (0.15, 0.0)  # the same, from a plane that is already nearly right
+_WIDE_SHARES = (0.5, 0.3, 0.15, 0.0)  # shares of the inlier distance; ever closer points turn the plane
+_CLOSE_SHARES = (0.15, 0.0)  # the same, starting from a plane that is nearly right
 _HALF_QUARTER = 0.3186  # standard deviations: half the width of the middle quarter of a Gaussian
 
 
