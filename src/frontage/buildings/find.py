@@ -10,7 +10,8 @@ from frontage.buildings.assembly.collect import BuildingSplit, collect, nothing_
 from frontage.buildings.assembly.segments import SegmentedStreet
 from frontage.buildings.cloud import StreetCloud, prepare_cloud
 from frontage.buildings.fronts.find import StreetFronts, find_fronts
-from frontage.buildings.fronts.profile import FrontProfile, colour_of, front_profile
+from frontage.buildings.fronts.leaves import colour_of
+from frontage.buildings.fronts.profile import FrontProfile, front_profile
 from frontage.buildings.fronts.wall_map import WallMap, map_walls
 from frontage.buildings.groups import grouped
 from frontage.buildings.octree.components import component_buildings
