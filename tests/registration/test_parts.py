@@ -8,15 +8,15 @@ from frontage.geometry.rigid import Rigid3
 from frontage.model import Scan
 from frontage.registration import PosePrior, RegistrationOptions
 from frontage.registration.adjust import adjust
-from frontage.registration.coarse import Plan, plan_of_walls, search
-from frontage.registration.correspond import match
+from frontage.registration.coarse import Plan, plan_of_walls, search_motions
+from frontage.registration.correspond import match_surfels
 from frontage.registration.equations import NormalEquations, apply_step, linearise, rotation_vector
 from frontage.registration.icp import plain_icp
 from frontage.registration.observability import about_frame
 from frontage.registration.problem import Problem
 from frontage.registration.select import select_walls
 from frontage.registration.strips import correct_strips
-from frontage.registration.surfels import surfels
+from frontage.registration.surfels import make_surfels
 from frontage.registration.walls import model_walls
 from registration.boxes import ALONE, STREET, WORLD, BoxHouse, misplaced, model_of, scan_of
 
@@ -50,7 +50,7 @@ def test_surfel_areas_do_not_depend_on_the_density() -> None:
     )
     for part in (dense, dense[:4000]):
         scan = Scan("wall", part, WORLD, np.array([[2.0, -5, 1]]), np.zeros(len(part), np.int32))
-        s = surfels(scan, 0.2, np.zeros(3), 50.0)
+        s = make_surfels(scan, 0.2, np.zeros(3), 50.0)
         assert s.area.sum() == pytest.approx(12.0, rel=0.12)
         assert (s.normal[:, 1] < -0.9).mean() > 0.99
 
@@ -61,7 +61,7 @@ def test_coarse_search_finds_turn_and_shift() -> None:
     c, s = np.cos(turn), np.sin(turn)
     R = np.array([[c, -s], [s, c]])
     source = Plan((walls.xy - shift) @ R, walls.theta - turn, walls.weight)
-    best = search(source, walls, np.zeros(2), (2.5, np.radians(6.0)))[0]
+    best = search_motions(source, walls, np.zeros(2), (2.5, np.radians(6.0)))[0]
     assert best.turn == pytest.approx(turn, abs=np.radians(0.8))
     assert best.shift == pytest.approx(tuple(shift), abs=0.6)
 
@@ -70,31 +70,31 @@ def test_walls_facing_away_do_not_correlate() -> None:
     walls = plan_of_walls(model_walls(model_of(STREET)))
     back = Plan(walls.xy, walls.theta + np.pi, walls.weight)
     sigma = (1.0, np.radians(1.0))
-    right = search(walls, walls, np.zeros(2), sigma)[0].score
-    wrong = search(back, walls, np.zeros(2), sigma)
+    right = search_motions(walls, walls, np.zeros(2), sigma)[0].score
+    wrong = search_motions(back, walls, np.zeros(2), sigma)
     assert not wrong or wrong[0].score < 0.5 * right
 
 
 def test_surfels_facing_away_do_not_match_a_front() -> None:
     scan = scan_of(ALONE, PLACE)
-    pieces = surfels(scan, 0.2, PLACE, 60)
+    pieces = make_surfels(scan, 0.2, PLACE, 60)
     walls = model_walls(model_of(ALONE))
-    assert len(match(pieces, walls, 0.3)) > 0.9 * pieces.upright.sum()
+    assert len(match_surfels(pieces, walls, 0.3)) > 0.9 * pieces.upright.sum()
     turned = type(pieces)(pieces.xyz, -pieces.normal, pieces.oriented, pieces.area, pieces.thickness)
-    assert len(match(turned, walls, 0.3)) == 0
+    assert len(match_surfels(turned, walls, 0.3)) == 0
 
 
 def problem_of(scan: Scan) -> Problem:
     prior = PosePrior(PLACE, np.array([2.0, 2.0, 1.0]), 0.1, 0.002)
     return Problem(
-        [surfels(scan, 0.3, PLACE, 60)], model_walls(model_of(STREET)), [prior], RegistrationOptions()
+        [make_surfels(scan, 0.3, PLACE, 60)], model_walls(model_of(STREET)), [prior], RegistrationOptions()
     )
 
 
 def test_the_gradient_of_the_adjustment_equals_finite_differences() -> None:
     problem = problem_of(scan_of(STREET, PLACE, step=0.15))
     pose = apply_step(IDENTITY, PLACE, np.array([0.05, -0.04, 0.0, 0.0, 0.0, 0.01]))
-    matches = [match(problem.pieces[0].moved(pose), problem.walls, 0.5)]
+    matches = [match_surfels(problem.pieces[0].moved(pose), problem.walls, 0.5)]
     model_errors = np.zeros((len(problem.walls.names) + len(problem.walls.patches), 3))
     wide = 1e4  # a loss without an edge: plain least squares
 
@@ -136,7 +136,7 @@ def test_rotating_the_world_rotates_the_result() -> None:
         scan = scan_of(world, PLACE, step=0.12)
         prior = PosePrior(PLACE, np.array([2.0, 2.0, 1.0]), 0.1, 0.002)
         problem = Problem(
-            [surfels(scan, 0.2, PLACE, 60)], model_walls(model_of(world)), [prior], RegistrationOptions()
+            [make_surfels(scan, 0.2, PLACE, 60)], model_walls(model_of(world)), [prior], RegistrationOptions()
         )
         sigma.append(np.linalg.eigvalsh(adjust(problem, [IDENTITY]).covariance[:2, :2]))
     assert sigma[0] == pytest.approx(sigma[1], rel=0.1)

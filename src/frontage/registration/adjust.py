@@ -7,7 +7,7 @@ import numpy as np
 
 from frontage.geometry.arrays import Float
 from frontage.geometry.rigid import Rigid3
-from frontage.registration.correspond import Matches, match
+from frontage.registration.correspond import Matches, match_surfels
 from frontage.registration.equations import (
     LEAST_SIGMA_M,
     MOST_SIGMA_M,
@@ -164,7 +164,8 @@ def _match(problem: Problem, poses: Sequence[Rigid3], stage: GncStage) -> list[M
     slack = 0.5 * stage.d_max if stage.d_max > 0.5 else 0.0
     turn = _WIDE_TURN_RAD if stage.d_max > 1.5 else 0.0
     return [
-        match(m, problem.walls, stage.d_max, slack=slack, turn=turn, roofs=stage.d_max < 2.5) for m in placed
+        match_surfels(m, problem.walls, stage.d_max, slack=slack, turn=turn, roofs=stage.d_max < 2.5)
+        for m in placed
     ]
 
 

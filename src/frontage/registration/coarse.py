@@ -77,7 +77,7 @@ def plan_of_walls(walls: ModelWalls) -> Plan:
     return Plan(np.concatenate(xy), np.concatenate(theta), np.concatenate(weight))
 
 
-def search(
+def search_motions(
     source: Plan, target: Plan, pivot: Float, sigma: tuple[float, float], most: int = _PEAKS
 ) -> list[Peak]:
     """Finds the best motions of `source` onto `target`, best first: turns about `pivot` (2,) m, and shifts.

@@ -32,7 +32,7 @@ class Matches:
         return len(self.piece)
 
 
-def match(
+def match_surfels(
     pieces: Surfels,
     walls: ModelWalls,
     d_max: float,

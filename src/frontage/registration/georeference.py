@@ -14,7 +14,7 @@ from frontage.registration.options import RegistrationOptions
 from frontage.registration.problem import Problem
 from frontage.registration.result import PosePrior, Registration
 from frontage.registration.summary import summarise
-from frontage.registration.surfels import Surfels, surfels
+from frontage.registration.surfels import Surfels, make_surfels
 from frontage.registration.walls import ModelWalls, model_walls
 
 _FIRST_SPREAD_M = 0.2  # m, distance between scans within which surfels are common, before the adjustment
@@ -40,7 +40,7 @@ def register(
     options = options or RegistrationOptions()
     walls = _checked_walls(scans, model, priors, options.reach)
     pieces = [
-        _checked_surfels(surfels(s, options.cell, p.position, options.reach), s.name)
+        _checked_surfels(make_surfels(s, options.cell, p.position, options.reach), s.name)
         for s, p in zip(scans, priors, strict=True)
     ]
     start, alternatives, together = initial_poses(pieces, walls, priors, options)

@@ -11,7 +11,7 @@ from frontage.registration.coarse import Peak
 from frontage.registration.problem import Pairs
 from frontage.registration.result import PosePrior
 from frontage.registration.surfels import Surfels
-from frontage.registration.ties import motion, neighbours, tie_scans
+from frontage.registration.ties import motion_of_peak, neighbours, tie_scans
 
 
 def group_scans(pieces: Sequence[Surfels], priors: Sequence[PosePrior]) -> list[dict[int, Rigid3]]:
@@ -55,7 +55,7 @@ def group_prior(members: dict[int, Rigid3], priors: Sequence[PosePrior]) -> tupl
     middle = placed.mean(0)
     turn, shift = 0.0, np.zeros(3)
     for _ in range(5):
-        R = motion(Peak(turn, (0.0, 0.0), 1.0), np.zeros(3)).R
+        R = motion_of_peak(Peak(turn, (0.0, 0.0), 1.0), np.zeros(3)).R
         arm = (placed - middle) @ R.T
         A, r, w = [], [], []
         for k, s in enumerate(rows):
@@ -70,7 +70,7 @@ def group_prior(members: dict[int, Rigid3], priors: Sequence[PosePrior]) -> tupl
         normal = (a * weight[:, None]).T @ a
         step = np.linalg.solve(normal, -a.T @ (weight * residual))
         shift, turn = shift + step[:3], turn + float(step[3])
-    R = motion(Peak(turn, (0.0, 0.0), 1.0), np.zeros(3)).R
+    R = motion_of_peak(Peak(turn, (0.0, 0.0), 1.0), np.zeros(3)).R
     left = np.sqrt(np.diag(np.linalg.inv(normal)))
     pose = Rigid3("local", "given", R, middle + shift - R @ middle)
     level = float(np.mean(sigma[:, 3]) / np.sqrt(len(rows)))

@@ -8,7 +8,7 @@ import numpy as np
 from frontage.geometry.arrays import Float
 from frontage.geometry.rigid import Rigid3
 from frontage.registration.adjust import GNC_STAGES, Adjustment, adjust
-from frontage.registration.coarse import SPAN_SIGMAS, plan_of_surfels, plan_of_walls, search
+from frontage.registration.coarse import SPAN_SIGMAS, plan_of_surfels, plan_of_walls, search_motions
 from frontage.registration.correspond import foot_heights
 from frontage.registration.equations import rotation_vector
 from frontage.registration.groups import group_prior, group_scans
@@ -16,7 +16,7 @@ from frontage.registration.options import RegistrationOptions
 from frontage.registration.problem import Problem
 from frontage.registration.result import Alternative, PosePrior
 from frontage.registration.surfels import Surfels, merge_surfels
-from frontage.registration.ties import motion
+from frontage.registration.ties import motion_of_peak
 from frontage.registration.walls import ModelWalls
 
 _RIVAL = 0.9  # share of the best score above which another place is an alternative
@@ -80,13 +80,13 @@ def _place(members: dict[int, Rigid3], task: _Task) -> _PlacedGroup:
     chain = {s: first.after(p) for s, p in members.items()}
     body = merge_surfels([task.pieces[s].moved(pose) for s, pose in chain.items()])
     sigma = (float(prior.sigma_position[:2].max()), prior.sigma_heading)
-    peaks = search(plan_of_surfels(body), plan_of_walls(task.walls), prior.position[:2], sigma)
+    peaks = search_motions(plan_of_surfels(body), plan_of_walls(task.walls), prior.position[:2], sigma)
     thin = body.take(np.arange(0, len(body), max(1, len(body) // _MOST_SURFELS)))
     problem = Problem([thin], task.walls, [prior], task.options)
     tried: list[tuple[float, Adjustment]] = []
     for peak in peaks:
-        start = motion(peak, prior.position)
-        start = motion(peak, prior.position, _lift(thin.moved(start), task.walls, prior))
+        start = motion_of_peak(peak, prior.position)
+        start = motion_of_peak(peak, prior.position, _lift(thin.moved(start), task.walls, prior))
         got = adjust(problem, [start], None, GNC_STAGES[1:])
         tried.append((explained_share(got, thin) - _PRIOR * got.prior_cost, got))
     if not tried:

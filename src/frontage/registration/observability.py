@@ -11,7 +11,9 @@ from frontage.registration.result import Alternative, Direction, PosePrior
 _LEAST_GAIN = 4.0  # information of the data, relative to the prior's, from which the data tell a direction
 
 
-def directions(covariance: Float, prior: PosePrior, limit: Float, lever: float) -> tuple[Direction, ...]:
+def principal_directions(
+    covariance: Float, prior: PosePrior, limit: Float, lever: float
+) -> tuple[Direction, ...]:
     """Returns the principal directions of a pose with `covariance` (6, 6) about the instrument.
 
     limit  (3,) m per axis: the largest sigma of an observable shift (`Problem.observable`)

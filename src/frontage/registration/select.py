@@ -18,7 +18,7 @@ from frontage.geometry.plane import facade_axes
 from frontage.geometry.rigid import Rigid3
 from frontage.model import CityModel, Scan
 from frontage.registration.options import RegistrationOptions
-from frontage.registration.surfels import Surfels, surfels
+from frontage.registration.surfels import Surfels, make_surfels
 from frontage.registration.walls import ModelPatch, ModelWalls, model_walls
 from frontage.solve.robust import irls, mad_sigma
 
@@ -205,7 +205,7 @@ def _passed(scan: Scan, walls: ModelWalls) -> Float:
 def _unknown(scan: Scan, walls: ModelWalls, options: RegistrationOptions) -> tuple[tuple[Float, float], ...]:
     """Finds upright surfaces of a storey's height outside all footprints, in connected pieces of 1 m."""
     centre = scan.origins.mean(0) if len(scan.origins) else scan.xyz.mean(0)
-    s = surfels(scan, options.cell, centre, options.reach)
+    s = make_surfels(scan, options.cell, centre, options.reach)
     s = s.take(s.upright)
     known = shapely.union_all([f.buffer(_BEYOND_M) for f in walls.footprints])
     shapely.prepare(known)

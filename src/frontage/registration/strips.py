@@ -15,11 +15,11 @@ from frontage.geometry.arrays import Float, Int
 from frontage.geometry.rigid import Rigid3
 from frontage.model import CityModel, Estimate, Scan
 from frontage.registration.adjust import GNC_STAGES, adjust
-from frontage.registration.observability import about_frame, directions
+from frontage.registration.observability import about_frame, principal_directions
 from frontage.registration.options import RegistrationOptions
 from frontage.registration.problem import Link, Problem
 from frontage.registration.result import Direction, PosePrior
-from frontage.registration.surfels import surfels
+from frontage.registration.surfels import make_surfels
 from frontage.registration.walls import model_walls
 
 
@@ -74,7 +74,7 @@ def correct_strips(
         raise InputError(f"{scan.name}: strips need gps_time and a trajectory; give the scan its trajectory")
     strip, middles, times = _cut(scan, length)
     parts = [scan.take(strip == k) for k in range(len(middles))]
-    pieces = [surfels(p, options.cell, m, options.reach) for p, m in zip(parts, middles, strict=True)]
+    pieces = [make_surfels(p, options.cell, m, options.reach) for p, m in zip(parts, middles, strict=True)]
     priors = [replace(prior, position=m) for m in middles]
     sigma = np.array([drift] * 3 + [drift_angle] * 3)
     links = [Link(k, k + 1, sigma) for k in range(len(middles) - 1)]
@@ -85,7 +85,7 @@ def correct_strips(
         block = a.covariance[6 * k : 6 * k + 6, 6 * k : 6 * k + 6]
         here = pose.apply(p.position[None])[0]
         estimate = Estimate(pose, about_frame(block, pose, here), max(float(len(a.matches[k])) / 25, 1.0))
-        known = directions(block, p, problem.observable, 15.0)
+        known = principal_directions(block, p, problem.observable, 15.0)
         strips.append(Strip(float(times[k]), estimate, here, block, known))
     return Strips(tuple(strips), _corrected(scan, times, a.poses), a.reason)
 

@@ -7,8 +7,8 @@ import numpy as np
 from frontage.geometry.arrays import Float
 from frontage.model import Estimate, Scan
 from frontage.registration.adjust import Adjustment
-from frontage.registration.correspond import match
-from frontage.registration.observability import about_frame, alternatives_covariance, directions
+from frontage.registration.correspond import match_surfels
+from frontage.registration.observability import about_frame, alternatives_covariance, principal_directions
 from frontage.registration.problem import Pairs, Problem
 from frontage.registration.result import (
     Alternative,
@@ -61,7 +61,7 @@ def _registered(
     lever = float(np.median(np.linalg.norm(pieces.xyz - prior.position, axis=1)))
     m, near = a.matches[k], np.abs(a.residuals[k]) < 3 * a.sigma
     upright = pieces.upright
-    on = match(pieces.moved(pose), problem.walls, _ON_MODEL_M, roofs=False).piece
+    on = match_surfels(pieces.moved(pose), problem.walls, _ON_MODEL_M, roofs=False).piece
     share = float(pieces.area[on].sum() / max(pieces.area[upright].sum(), 1e-9))
     r = a.residuals[k][near]
     return RegisteredScan(
@@ -71,7 +71,7 @@ def _registered(
         ),
         position,
         block,
-        directions(block, prior, problem.observable, lever),
+        principal_directions(block, prior, problem.observable, lever),
         share,
         float(_MAD_TO_SIGMA * np.median(np.abs(r))) if len(r) else float("nan"),
         int(near.sum()),

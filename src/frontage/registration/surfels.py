@@ -63,7 +63,7 @@ def merge_surfels(parts: list[Surfels]) -> Surfels:
     return Surfels(*(np.concatenate([getattr(p, f) for p in parts]) for f in Surfels.__annotations__))
 
 
-def surfels(scan: Scan, cell: float, centre: Float, reach: float) -> Surfels:
+def make_surfels(scan: Scan, cell: float, centre: Float, reach: float) -> Surfels:
     """Cuts the points of a scan within `reach` m of `centre` (3,) m into surfels, cube by cube.
 
     A surfel is the plane through the points of a cube of `cell` m, from their principal axes. Points in cubes

@@ -13,7 +13,7 @@ from scipy.spatial import cKDTree
 
 from frontage.geometry.arrays import Float, Int
 from frontage.geometry.rigid import Rigid3
-from frontage.registration.coarse import Peak, plan_of_surfels, search
+from frontage.registration.coarse import Peak, plan_of_surfels, search_motions
 from frontage.registration.equations import apply_step, geman_mcclure
 from frontage.registration.result import PosePrior
 from frontage.registration.surfels import Surfels
@@ -44,7 +44,7 @@ class Tie:
     area: float
 
 
-def motion(peak: Peak, pivot: Float, height: float = 0.0) -> Rigid3:
+def motion_of_peak(peak: Peak, pivot: Float, height: float = 0.0) -> Rigid3:
     """Returns the rigid motion of a peak about `pivot` (3,) m, raised by `height` m."""
     c, s = np.cos(peak.turn), np.sin(peak.turn)
     R = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
@@ -62,7 +62,8 @@ def tie_scans(pieces: Sequence[Surfels], priors: Sequence[PosePrior], a: int, b:
     plan = (plan_of_surfels(pieces[b]), plan_of_surfels(pieces[a]))
     reach = (float(sigma[:2].max()), float(sigma[5]))
     found = [
-        pair.rated(pair.refine(pair.raised(p), _WIDE_M)) for p in search(*plan, pair.pivot[:2], reach, _PEAKS)
+        pair.rated(pair.refine(pair.raised(p), _WIDE_M))
+        for p in search_motions(*plan, pair.pivot[:2], reach, _PEAKS)
     ]
     if not found:
         return None
@@ -101,8 +102,8 @@ class _ScanPair:
 
     def raised(self, peak: Peak) -> Rigid3:
         """Returns the motion of a peak in plan, at the height where the ground of both scans meets."""
-        flat = motion(peak, self.pivot)
-        return motion(peak, self.pivot, _height(self.source.moved(flat), self.target))
+        flat = motion_of_peak(peak, self.pivot)
+        return motion_of_peak(peak, self.pivot, _height(self.source.moved(flat), self.target))
 
     def refine(self, pose: Rigid3, stages: Sequence[float]) -> Rigid3:
         """Adjusts a pose by point-to-plane distances with a shrinking search distance.

@@ -101,7 +101,7 @@ def model_walls(model: CityModel) -> ModelWalls:
     )
 
 
-def newell(ring: Float) -> Float:
+def ring_normal(ring: Float) -> Float:
     """Returns the normal (3,) of a ring (k, 3) m; its length is twice the area, m2 (Newell's sum)."""
     q = ring - ring.mean(0)
     return np.asarray(np.cross(q, np.roll(q, -1, 0)).sum(0))
@@ -114,12 +114,12 @@ def _surfaces(building: CityBuilding) -> list[Surface]:
         return []
     best = max(shells, key=lambda s: (s.lod.startswith("2"), s.lod))
     parts = [s for shell in shells if shell.lod == best.lod for s in shell.surfaces]
-    return [s for s in parts if s.semantics not in _SKIPPED and np.linalg.norm(newell(s.ring)) > 1e-6]
+    return [s for s in parts if s.semantics not in _SKIPPED and np.linalg.norm(ring_normal(s.ring)) > 1e-6]
 
 
 def _footprint(surfaces: Sequence[Surface]) -> Any:
     """Returns the plan of a building: the union of all polygons that are not upright."""
-    flat = [s for s in surfaces if abs(_unit(newell(s.ring))[2]) > UPRIGHT]
+    flat = [s for s in surfaces if abs(_unit(ring_normal(s.ring))[2]) > UPRIGHT]
     rings = [shapely.Polygon(s.ring[:, :2]).buffer(0) for s in flat]
     return shapely.union_all(rings) if rings else shapely.Polygon()
 
@@ -132,8 +132,8 @@ def _unit(v: Float) -> Float:
 def _patches(surfaces: Sequence[Surface], building: int, plan: Any) -> list[ModelPatch]:
     """Returns the planes of one building: coplanar polygons are joined, the largest first."""
     planes: list[tuple[Float, Float, list[Surface]]] = []
-    for s in sorted(surfaces, key=lambda s: -float(np.linalg.norm(newell(s.ring)))):
-        n = _outwards(_unit(newell(s.ring)), s.ring.mean(0), plan)
+    for s in sorted(surfaces, key=lambda s: -float(np.linalg.norm(ring_normal(s.ring)))):
+        n = _outwards(_unit(ring_normal(s.ring)), s.ring.mean(0), plan)
         if n[2] < -UPRIGHT:
             continue
         for normal, point, members in planes:
