@@ -35,7 +35,7 @@ from frontage.registration import (
 )
 from frontage.registration.equations import rotation_vector
 from frontage.registration.icp import plain_icp
-from frontage.registration.walls import Walls, model_walls
+from frontage.registration.walls import ModelWalls, model_walls
 from frontage.simulate.scene import Scene
 from frontage.simulate.sensors.instrument import ScannerSpec
 from frontage.simulate.sensors.positions import rotation
@@ -129,7 +129,9 @@ def measure(t: Tally, case: Case, model: CityModel, shift: Array, options: Regis
     t.nees.append(float(np.mean(squared)) / 6)
 
 
-def judge(t: Tally, result: Registration, walls: Walls, e: Float, directions: tuple[Direction, ...]) -> bool:
+def judge(
+    t: Tally, result: Registration, walls: ModelWalls, e: Float, directions: tuple[Direction, ...]
+) -> bool:
     """Whether every observable shift is within 0.3 m; its errors go into the tally."""
     seen = {w.surface for w in result.walls if w.kind == "wall" and w.area > 5}
     normals = np.array([p.normal for p in walls.patches if p.source in seen])

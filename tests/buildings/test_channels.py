@@ -1,4 +1,4 @@
-"""Cuts move to where the step is; a gap is only what is seen through."""
+"""Cuts move to the step; a gap must be seen through."""
 
 import numpy as np
 
@@ -22,7 +22,7 @@ def _gap(behind: bool) -> np.ndarray:
     return open_bins(profile, s, d, np.full(len(s), 3.0), np.full(len(s), 4.0))
 
 
-def test_a_stretch_without_wall_is_open_only_when_seen_through() -> None:
+def test_a_stretch_without_wall_is_open_only_if_seen_through() -> None:
     assert np.flatnonzero(_gap(behind=True)).tolist() == list(range(30, 36))
     assert not _gap(behind=False).any()
 
@@ -32,7 +32,7 @@ def test_a_cut_moves_to_the_step() -> None:
     assert sharpest(signal, np.full_like(signal, 0.1), np.array([37]), 14).tolist() == [40]
 
 
-def test_badly_measured_bins_do_not_cut() -> None:
+def test_poorly_measured_bins_do_not_cut() -> None:
     signal = np.repeat([0.0, 5.0, 0.0, 5.0], 20)[:, None]
     weight = np.repeat([1.0, 1.0, 0.01, 0.01], 20)[:, None]
     assert change_points(signal, 20.0, 5, weight=weight).tolist() == [20]

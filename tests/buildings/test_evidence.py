@@ -1,4 +1,4 @@
-"""What counts as a step of the eaves, and what does not."""
+"""Which steps of the eaves separate houses."""
 
 import numpy as np
 
@@ -11,8 +11,11 @@ _N, _LOW, _HIGH = 80, 10.0, 12.0  # bins; m, eaves left and right of bin 40
 
 
 def _verdict(empty: bool, cornice: float = 0.0) -> Verdict:
-    """Of a step of the eaves at bin 40; `empty` above the lower side or not; on both sides a `cornice` sticks
-    out so many m below the lower eaves."""
+    """Judges a step of the eaves at bin 40.
+
+    empty    whether nothing was measured above the lower side
+    cornice  m, by which a moulding projects below the lower eaves on both sides
+    """
     n, rows = _N, round(_HIGH / BIN_M)
     top = np.repeat([_LOW, _HIGH], n // 2)
     relief = np.zeros((n, rows))
@@ -30,17 +33,17 @@ def _verdict(empty: bool, cornice: float = 0.0) -> Verdict:
     return judge_cut(evidence, [n // 2], 0)
 
 
-def test_a_step_of_the_eaves_parts_houses() -> None:
+def test_a_step_of_the_eaves_separates_houses() -> None:
     found = _verdict(empty=True)
     assert found.convincing
     assert found.cues == ("eaves",)
 
 
-def test_no_step_where_the_house_goes_on_above_the_lower_side() -> None:
+def test_a_house_that_continues_above_the_lower_side_has_no_step() -> None:
     assert not _verdict(empty=False).cues
 
 
-def test_what_rises_over_one_cornice_is_a_parapet() -> None:
+def test_a_wall_above_a_continuous_cornice_is_a_parapet() -> None:
     found = _verdict(empty=True, cornice=0.4)
     assert found.cues == ("eaves",)
     assert not found.convincing

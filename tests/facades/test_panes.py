@@ -1,4 +1,4 @@
-"""Fronts with more glass than wall: bars and panes are not the wall that they are in."""
+"""Fronts with more glass than wall: the wall must be found, and not its bars and panes."""
 
 import numpy as np
 import pytest
@@ -10,7 +10,10 @@ SPACING = 0.02
 
 
 def many_paned(noise=0.005, returned=0.3):
-    """A wall y = 0, 14 x 8.5 m, with pilasters, a gate and seven windows of many panes 20 and 22 cm in."""
+    """Returns a wall y = 0 of 14 x 8.5 m with pilasters, a gate and seven windows of many panes.
+
+    Bars lie 20 cm and panes 22 cm behind the wall.
+    """
     rng = np.random.default_rng(0)
     x, z = (v.ravel() for v in np.meshgrid(np.arange(0, 14, SPACING), np.arange(0, 8.5, SPACING)))
     y, kept = np.zeros(len(x)), np.ones(len(x), np.bool_)
@@ -28,7 +31,7 @@ def many_paned(noise=0.005, returned=0.3):
     return Scan("panes", xyz, WorldRef(np.zeros(3, np.int64)), **known)
 
 
-def test_the_wall_is_found_not_the_panes_in_it():
+def test_the_wall_is_found_and_not_the_panes_in_it():
     scan = many_paned()
     (facade,) = find_facades(scan, Building("B01", np.arange(len(scan)), 0.0))
     assert isinstance(facade, Facade)

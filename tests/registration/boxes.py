@@ -1,4 +1,4 @@
-"""Box houses on flat ground: a city model, and scans of it that know where they were taken."""
+"""Box-shaped houses on flat ground: a city model, and scans of it with known sensor positions."""
 
 from dataclasses import dataclass, replace
 
@@ -14,8 +14,13 @@ SIZE = (9.0, 10.0, 8.0)
 
 
 @dataclass(frozen=True)
-class Box:
-    """A house: middle of its front's foot, width, depth, height, heading of its inward axis (rad)."""
+class BoxHouse:
+    """A box-shaped house.
+
+    x, y                  m, middle of the foot of its front
+    width, depth, height  m
+    turn                  rad, heading of the axis into the house
+    """
 
     x: float
     y: float
@@ -41,18 +46,18 @@ class Box:
 
 
 STREET = (
-    Box(-10, 6),
-    Box(0, 6.4, height=10),
-    Box(9, 6, height=7),
-    Box(-6, -7, turn=np.pi),
-    Box(5, -7.5, turn=np.pi + 0.1, height=9),
-    Box(24, 0, width=14, turn=-np.pi / 2, height=9),
+    BoxHouse(-10, 6),
+    BoxHouse(0, 6.4, height=10),
+    BoxHouse(9, 6, height=7),
+    BoxHouse(-6, -7, turn=np.pi),
+    BoxHouse(5, -7.5, turn=np.pi + 0.1, height=9),
+    BoxHouse(24, 0, width=14, turn=-np.pi / 2, height=9),
 )
-ALONE = (Box(0, 8, width=30),)
+ALONE = (BoxHouse(0, 8, width=30),)
 
 
-def model_of(boxes: tuple[Box, ...], shift: Array | None = None) -> CityModel:
-    """The boxes as an LoD1 model, each moved by its row of `shift` (b, 3)."""
+def model_of(boxes: tuple[BoxHouse, ...], shift: Array | None = None) -> CityModel:
+    """Returns the houses as an LoD1 model, each moved by its row of `shift` (b, 3) m."""
     move = np.zeros((len(boxes), 3)) if shift is None else shift
     shells = [
         Shell("1.2", tuple(Surface(r + move[k], s, f"B{k}-{n}") for n, (s, r) in enumerate(b.faces())))
@@ -62,9 +67,9 @@ def model_of(boxes: tuple[Box, ...], shift: Array | None = None) -> CityModel:
 
 
 def scan_of(
-    boxes: tuple[Box, ...], place: Array, seed: int = 0, step: float = 0.07, noise: float = 0.004
+    boxes: tuple[BoxHouse, ...], place: Array, seed: int = 0, step: float = 0.07, noise: float = 0.004
 ) -> Scan:
-    """Points of the walls and the ground that can be seen from `place` (3,), in true coordinates."""
+    """Returns the points of walls and ground that are visible from `place` (3,) m, in true coordinates."""
     rng = np.random.default_rng(seed)
     parts = [_ground(place, rng)]
     for b in boxes:
@@ -94,8 +99,8 @@ def _wall(ring: Float, place: Array, step: float, noise: float, rng: np.random.G
     return ring[0] + u[:, None] * a + v[:, None] * b + rng.normal(0, noise, n)[:, None] * normal
 
 
-def _blocked(b: Box, place: Array, xyz: Float) -> Array:
-    """Whether the line of sight ends or runs inside the box (slab test)."""
+def _blocked(b: BoxHouse, place: Array, xyz: Float) -> Array:
+    """Returns which lines of sight (n,) end inside the house or pass through it (slab test)."""
     start = b.frame.inverse.apply(place[None])[0]
     end = b.frame.inverse.apply(xyz)
     low = np.array([-b.width / 2, 0, 0]) + 0.05
@@ -108,7 +113,7 @@ def _blocked(b: Box, place: Array, xyz: Float) -> Array:
 
 
 @dataclass(frozen=True, eq=False)
-class Given:
+class MisplacedScan:
     """A scan as GPS and compass would place it, its prior and its true correction."""
 
     scan: Scan
@@ -118,8 +123,8 @@ class Given:
 
 def misplaced(
     scan: Scan, shift: Array, heading: float, sigma: tuple[float, float] = (2.5, 7.5), level: float = 0.0
-) -> Given:
-    """The scan turned by `heading` degrees about its place, tilted by `level` degrees, shifted by (3,) m."""
+) -> MisplacedScan:
+    """Turns a scan by `heading` degrees about its place, tilts it by `level` degrees, shifts it by (3,) m."""
     c, s = np.cos(np.radians(heading)), np.sin(np.radians(heading))
     tilt = np.radians(level)
     lean = np.array([[1, 0, 0], [0, np.cos(tilt), -np.sin(tilt)], [0, np.sin(tilt), np.cos(tilt)]])
@@ -130,4 +135,4 @@ def misplaced(
     prior = PosePrior(
         given.origins[0], np.array([sigma[0], sigma[0], 1.0]), np.radians(sigma[1]), np.radians(0.1)
     )
-    return Given(given, prior, wrong.inverse)
+    return MisplacedScan(given, prior, wrong.inverse)

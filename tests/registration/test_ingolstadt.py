@@ -51,7 +51,7 @@ def true_places(scans: list[Scan]) -> list[tuple[Array, Array]]:
     return [(np.array(s["R"]), np.array(s["position"]) - scans[0].world.origin) for s in stations]
 
 
-def test_stations_stand_where_the_model_says(scans: list[Scan], result: Registration) -> None:
+def test_stations_are_placed_as_the_shifted_model_says(scans: list[Scan], result: Registration) -> None:
     shift = np.mean(list(truth("lod2_shift.json").values()), axis=0)
     for r, (_, place) in zip(result.scans, true_places(scans), strict=True):
         off = r.position - place - shift

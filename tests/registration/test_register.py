@@ -1,3 +1,5 @@
+"""`register` against simulated truth: accuracy, covariance, observability, clear errors."""
+
 from dataclasses import replace
 
 import numpy as np
@@ -9,23 +11,23 @@ from frontage.geometry.rigid import rotation_angle
 from frontage.model import CityModel, Estimate, WorldRef
 from frontage.registration import (
     PosePrior,
-    Registered,
+    RegisteredScan,
     Registration,
     RegistrationOptions,
     prior_of,
     register,
 )
-from registration.boxes import ALONE, STREET, WORLD, Box, Given, misplaced, model_of, scan_of
+from registration.boxes import ALONE, STREET, WORLD, BoxHouse, MisplacedScan, misplaced, model_of, scan_of
 
 PLACE = np.array([0.0, 0.0, 1.7])
 EXACT = RegistrationOptions(sigma_model=0.001, sigma_height=0.001, sigma_lean=0.01)
 
 
-def run(given: list[Given], model: CityModel, options: RegistrationOptions = EXACT) -> Registration:
+def run(given: list[MisplacedScan], model: CityModel, options: RegistrationOptions = EXACT) -> Registration:
     return register([g.scan for g in given], model, [g.prior for g in given], options)
 
 
-def error(result: Registered, given: Given) -> tuple[Array, float]:
+def error(result: RegisteredScan, given: MisplacedScan) -> tuple[Array, float]:
     """Error of the instrument's place (3,) m, and of the rotation, rad."""
     R = result.local_from_given.value.R
     true = given.true.apply(given.prior.position[None])[0]
@@ -33,7 +35,7 @@ def error(result: Registered, given: Given) -> tuple[Array, float]:
 
 
 @pytest.mark.parametrize("heading", [-15.0, 0.0, 15.0])
-def test_five_metres_and_fifteen_degrees_off(heading: float) -> None:
+def test_a_scan_five_metres_and_fifteen_degrees_off_is_placed(heading: float) -> None:
     shift = 5.0 * np.array([np.cos(heading), np.sin(heading), 0.1])
     given = misplaced(scan_of(STREET, PLACE), shift, heading, level=0.1)
     result = run([given], model_of(STREET))
@@ -46,8 +48,8 @@ def test_five_metres_and_fifteen_degrees_off(heading: float) -> None:
     assert "moved less than" in result.reason
 
 
-def test_what_hides_and_what_the_model_lacks_does_not_bias() -> None:
-    """40 % of the directions are hidden, the model lacks one house, a hedge stands before another."""
+def test_occlusions_and_missing_buildings_do_not_bias_the_pose() -> None:
+    """40 % of the directions are occluded, the model lacks one house, and a hedge stands before another."""
     scan = scan_of(STREET, PLACE, step=0.1)
     azimuth = np.degrees(np.arctan2(*(scan.xyz - PLACE)[:, [1, 0]].T)) % 45.0
     seen = scan.xyz[azimuth > 18.0]
@@ -64,14 +66,14 @@ def test_what_hides_and_what_the_model_lacks_does_not_bias() -> None:
     assert 0.5 < result.explained < 0.95
 
 
-def test_scan_that_is_right_stays() -> None:
+def test_a_correct_scan_stays_in_place() -> None:
     given = misplaced(scan_of(STREET, PLACE), np.zeros(3), 0.0)
     off, angle = error(run([given], model_of(STREET)).scans[0], given)
     assert np.linalg.norm(off[:2]) < 0.005
     assert angle < np.radians(0.05)
 
 
-def test_a_single_front_leaves_sliding_open() -> None:
+def test_a_single_front_does_not_determine_the_shift_along_it() -> None:
     given = misplaced(scan_of(ALONE, PLACE), np.array([0.6, 0.5, 0.0]), 2.0, (1.0, 2.0))
     (result,) = run([given], model_of(ALONE)).scans
     shifts = [d for d in result.directions if d.kind == "shift"]
@@ -80,21 +82,23 @@ def test_a_single_front_leaves_sliding_open() -> None:
     assert not along.observable
     assert along.sigma == pytest.approx(1.0, rel=0.1)
     assert across.observable
-    assert not along.weak, "the prior stands"
+    assert not along.weak, "the prior applies"
     assert across.sigma < 0.01
     assert along in result.unobservable
 
 
-def test_the_note_names_what_is_not_determined() -> None:
+def test_notes_name_the_undetermined_directions() -> None:
     given = misplaced(scan_of(ALONE, PLACE), np.zeros(3), 0.0, (1.0, 2.0))
     lost, weak = run([given], model_of(ALONE)).notes
     assert "do not determine the shift along [1.0, " in lost or "along [-1.0, " in lost
-    assert "little determines the shift along" in weak and weak.count("[") == 1
+    assert "is poorly determined" in weak and weak.count("[") == 1
 
 
-def test_a_direction_is_observable_as_far_as_the_model_is_good() -> None:
-    """With no roof in sight the ground at the houses' feet tells the height to some centimetres: for a model
-    known to a millimetre that is little, for one known to 3 cm it is as good as the model."""
+def test_observability_depends_on_the_accuracy_of_the_model() -> None:
+    """Without a roof in sight, the ground at the houses' feet tells the height to some centimetres.
+
+    That is little for a model known to a millimetre, and as good as the model for one known to 3 cm.
+    """
     given = misplaced(scan_of(STREET, PLACE), np.zeros(3), 0.0, (1.0, 2.0))
     states = []
     for options in (EXACT, RegistrationOptions(sigma_height=0.03), RegistrationOptions(sigma_height=0.5)):
@@ -109,7 +113,7 @@ def test_a_direction_is_observable_as_far_as_the_model_is_good() -> None:
 
 
 def test_equal_houses_a_pitch_apart_are_ambiguous() -> None:
-    row = tuple(Box(-33 + 11.0 * k, 8, width=8.0) for k in range(7))
+    row = tuple(BoxHouse(-33 + 11.0 * k, 8, width=8.0) for k in range(7))
     near = replace(misplaced(scan_of(row[2:5], PLACE), np.zeros(3), 0.0, (6.0, 2.0)))
     result = run([near], model_of(row))
     assert result.ambiguous
@@ -122,7 +126,7 @@ def test_equal_houses_a_pitch_apart_are_ambiguous() -> None:
     assert any("nearly as well" in n for n in result.notes)
 
 
-def test_errors_of_the_model_are_in_the_covariance() -> None:
+def test_the_covariance_contains_the_errors_of_the_model() -> None:
     squared = []
     for seed in range(6):
         rng = np.random.default_rng(seed)
@@ -150,7 +154,7 @@ def test_wall_offsets_say_where_a_house_really_is() -> None:
     assert front.sigma < 0.05
 
 
-def test_scans_that_overlap_agree() -> None:
+def test_overlapping_scans_agree() -> None:
     places = [PLACE, np.array([8.0, -1.0, 1.7])]
     shifts = [np.array([2.0, -3.0, 0.3]), np.array([-2.0, 2.0, -0.4])]
     given = [
@@ -166,7 +170,7 @@ def test_scans_that_overlap_agree() -> None:
     assert result.agreement < 0.01
 
 
-def test_same_input_same_bytes() -> None:
+def test_the_same_input_gives_the_same_bytes() -> None:
     given = [
         misplaced(scan_of(STREET, PLACE, k, step=0.15), np.array([0.3, 0.2, 0]), 1.0, (0.4, 0.8))
         for k in (0, 1)
@@ -177,7 +181,7 @@ def test_same_input_same_bytes() -> None:
         assert (a.covariance == b.covariance).all()
 
 
-def test_model_far_away_is_one_sentence() -> None:
+def test_a_distant_model_raises_a_clear_error() -> None:
     given = misplaced(scan_of(ALONE, PLACE, step=0.3), np.zeros(3), 0.0)
     for away, words in ((5000, r"5\.0 km"), (200, r"\d+ m")):
         far = model_of(tuple(replace(b, x=b.x + away) for b in ALONE))
@@ -185,20 +189,20 @@ def test_model_far_away_is_one_sentence() -> None:
             run([given], far)
 
 
-def test_other_system_is_one_sentence() -> None:
+def test_a_model_in_another_crs_raises_a_clear_error() -> None:
     given = misplaced(scan_of(ALONE, PLACE, step=0.3), np.zeros(3), 0.0)
     model = replace(model_of(ALONE), world=WorldRef(WORLD.origin, "EPSG:25833"))
     with pytest.raises(CrsError, match="EPSG:25833"):
         run([given], model)
 
 
-def test_empty_model_is_one_sentence() -> None:
+def test_an_empty_model_raises_a_clear_error() -> None:
     given = misplaced(scan_of(ALONE, PLACE, step=0.3), np.zeros(3), 0.0)
     with pytest.raises(InputError, match="has no walls"):
         run([given], CityModel((), WORLD))
 
 
-def test_priors_must_be_as_many_as_scans() -> None:
+def test_every_scan_needs_a_prior() -> None:
     given = misplaced(scan_of(ALONE, PLACE, step=0.3), np.zeros(3), 0.0)
     with pytest.raises(InputError, match="1 scans with 0 pose priors"):
         register([given.scan], model_of(ALONE), [])
@@ -214,6 +218,6 @@ def test_prior_comes_with_the_scan() -> None:
         prior_of(given.scan)
 
 
-def test_prior_refuses_nonsense() -> None:
+def test_a_prior_rejects_invalid_sigmas() -> None:
     with pytest.raises(ValueError, match="sigmas above zero"):
         PosePrior(np.zeros(3), np.zeros(3), 0.1, 0.1)

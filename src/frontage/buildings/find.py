@@ -10,7 +10,8 @@ from frontage.buildings.assembly.collect import BuildingSplit, collect, nothing_
 from frontage.buildings.assembly.segments import SegmentedStreet
 from frontage.buildings.cloud import StreetCloud, prepare_cloud
 from frontage.buildings.fronts.find import StreetFronts, find_fronts
-from frontage.buildings.fronts.profile import FrontProfile, colour_of, front_profile
+from frontage.buildings.fronts.leaves import colour_of
+from frontage.buildings.fronts.profile import FrontProfile, front_profile
 from frontage.buildings.fronts.wall_map import WallMap, map_walls
 from frontage.buildings.groups import grouped
 from frontage.buildings.octree.components import component_buildings
@@ -21,7 +22,7 @@ from frontage.buildings.split.maps import mapped_row
 from frontage.model import Footprint, Scan
 
 _DEFAULTS = BuildingOptions()
-_FEWEST_POINTS = 100  # of a building
+_FEWEST_POINTS = 100  # points of a building, at least
 
 
 def find_buildings(
@@ -53,6 +54,7 @@ def find_buildings(
 
 
 def _too_few(scan: Scan) -> str:
+    """Says how many points are too few."""
     return f"{scan.name} has {len(scan)} points, fewer than {_FEWEST_POINTS}"
 
 

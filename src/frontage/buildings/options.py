@@ -6,9 +6,7 @@ from pydantic import BaseModel, ConfigDict, Field
 
 
 class BuildingOptions(BaseModel):
-    """How a street is divided into buildings. Lengths are in metres; the defaults come from how houses are
-    built.
-    """
+    """How a street is divided into buildings. The defaults come from how houses are built."""
 
     model_config = ConfigDict(extra="forbid", frozen=True)
 

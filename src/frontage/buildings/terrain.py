@@ -21,8 +21,8 @@ _OBJECT_M = 16.0  # m, half width of the widest object that the opening removes
 _MIN_AREA_M2 = 4.0  # m2, smallest patch of ground
 _FEWEST_NEIGHBOURS = 3  # cells that touch a cell of the ground
 _LEVEL_COS = 0.9  # |z| of the normal above which a surface is level
-_MOST_SCATTER = 0.1  # of a flat surface
-_LEAST_PLANARITY = 0.2  # of a flat surface
+_MOST_SCATTER = 0.1  # scatter of a flat surface, at most
+_LEAST_PLANARITY = 0.2  # planarity of a flat surface, at least
 
 
 @dataclass(frozen=True, eq=False)

@@ -19,10 +19,11 @@ from frontage.model.masonry import TOLERANCES
 
 _MOST_FOR_BEND = 50_000  # points that tell whether a wall is bent
 _MOST_LAYERED = 100_000  # points that tell its layers
-_BLOCKS = 12  # of 3 x 3 cells, in which the spacing is measured
+_BLOCKS = 12  # blocks of 3 x 3 cells in which the spacing is measured
 _BEND_REACH_M = 0.5  # m: how far a bent wall may leave its plane and still count as the same wall
 _BEND_INSET_M = 0.5  # m at its ends, where a corner, a pilaster or the next face may stand
-_LEAN_SIGMAS = 3.0  # of the lean, from which it is reported
+# sigmas of the sagitta from which a wall is bent: strips are few, their modes not Gaussian
+_LEAN_SIGMAS = 3.0  # sigmas of the lean from which it is reported
 _LEAN_RAD = np.radians(0.1)  # rad, least lean that is reported
 _UNDECIDED = 1 / 3  # odds above which the street side is doubtful
 

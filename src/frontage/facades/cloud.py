@@ -47,9 +47,7 @@ class BuildingCloud:
         return BuildingCloud(xyz, self.index[self.thin], rows, self.cell, 2.0 * self.raster, self.noise)
 
     def slab(self, normal: Float, point: Float, reach: float) -> "Slab":
-        """Returns the points within `reach` m of a plane in its coordinates. This is the one pass over all
-        points.
-        """
+        """Returns the points within `reach` m of a plane, in its coordinates, in one pass over all points."""
         offsets = plane_offsets(self.xyz, normal, point)
         rows = np.flatnonzero(np.abs(offsets, out=offsets) < reach)
         axes = facade_axes(normal)
@@ -99,9 +97,7 @@ def building_points(scan: Scan, building: Building) -> tuple[Float, Int]:
 
 
 def columns(xyz: Float, axes: Float) -> Float:
-    """Returns points (n, 3) times axes (3, 3), stored by column, because every later step reads one
-    coordinate.
-    """
+    """Returns points (n, 3) times axes (3, 3), stored by column: later steps read one coordinate."""
     return np.asarray((axes.T @ xyz.T).T, np.float64)
 
 

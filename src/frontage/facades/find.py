@@ -59,6 +59,7 @@ def find_facades(
 
 
 def _too_few_points(building: Building, number: int) -> Failed:
+    """Returns the failure F101."""
     return Failed(
         "F101",
         f"building {building.id} has {number} points; a facade needs {_FEWEST_POINTS}",
@@ -67,6 +68,7 @@ def _too_few_points(building: Building, number: int) -> Failed:
 
 
 def _no_wall(building: Building, options: FacadeOptions) -> Failed:
+    """Returns the failure F102."""
     return Failed(
         "F102",
         f"building {building.id} has no upright plane of {options.min_area:g} m2 or more",

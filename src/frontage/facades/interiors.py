@@ -24,7 +24,7 @@ _COURT_DEPTH_M = 4.0  # m behind a front: nearer than this, no house and court f
 _WHOLLY = 0.95  # share of a wall's points that lie behind the outline of a front that covers it
 _ROOM_DEPTH_M = 12.0  # m: how far behind a facade its rooms reach
 _AWAY_COS = 0.5  # cosine between outward normals, below minus which a wall faces away from another
-_TALL = 0.5  # of a front's height that its far side has at least: walls of rooms are one storey high
+_TALL = 0.5  # share of a front's height that its far side has, at least; walls of rooms are one storey high
 
 
 def drop_interiors(
@@ -86,6 +86,7 @@ def _was_measured_through(outer: FacadeCandidate, covers: "_Covers", xyz: Float,
 
 
 def _faces_the_same_way(outer: FacadeCandidate, inner: FacadeCandidate) -> bool:
+    """Decides whether both walls face the same way, within 15 degrees."""
     return bool(outer.wall.normal @ inner.wall.normal > TOLERANCES.parallel_cos)
 
 

@@ -9,7 +9,7 @@ from frontage.geometry.ring import convex_ring
 from frontage.model.facade import Layer
 
 _LEAST_AREA_M2 = 1.0  # m2: a window of frames, a strip of plinth
-_LEAST_SHARE = 0.02  # of the wall's area
+_LEAST_SHARE = 0.02  # share of the wall's area that a layer covers, at least
 _MOST_LAYERS = 8  # plinth, wall, pilasters, frames, panes, balcony fronts, cornice, recess
 _BIC_GAIN = 10.0  # "very strong" evidence (Kass and Raftery 1995)
 _FINEST_M = 0.002  # m, least width of a bin

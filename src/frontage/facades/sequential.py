@@ -115,6 +115,7 @@ def _is_layer_of_any(
 def _is_layer_of(
     candidate: FacadeCandidate, facade: FacadeCandidate, cloud: BuildingCloud, options: FacadeOptions
 ) -> bool:
+    """Decides whether the candidate is parallel to one facade and mostly within its prism."""
     if abs(candidate.wall.normal @ facade.wall.normal) < TOLERANCES.parallel_cos:
         return False
     some = cloud.xyz[candidate.wall.inliers[:: len(candidate.wall.inliers) // MOST_RAYS + 1]]

@@ -30,7 +30,7 @@ _LOG_ODDS_CAP = 3.0  # odds of 20 to 1: no clue decides alone
 class StreetSide:
     """The street side of a wall.
 
-    sign     +1 if the wall's present normal points into the building, -1 if it points to the street
+    sign     +1 if the street lies on the side that the wall's present normal points to, -1 if on the other
     told_by  "rays" or "evidence"
     sensors  (k, 3) m, facade frame: where the sensor may have stood; empty when rays are known
     odds     of the other side over the chosen one: 0 is certain, 1 undecided

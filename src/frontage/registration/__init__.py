@@ -1,4 +1,10 @@
-"""Scans placed on a city model, with honest statistics (paper B, section 2.1)."""
+"""Registration: scans placed on a city model, with honest statistics (paper B, section 2.1).
+
+GPS, compass and level place a scan roughly; a coarse search and a robust adjustment place it on the walls of
+the city model. The errors of the model itself are estimated as well, so that every pose comes with a
+covariance, and directions that the data do not determine are named. The entry function is `register`;
+`correct_strips` treats mobile recordings and `select_walls` finds the points of each wall.
+"""
 
 from frontage.registration.georeference import prior_of, register
 from frontage.registration.options import RegistrationOptions
@@ -6,7 +12,7 @@ from frontage.registration.result import (
     Alternative,
     Direction,
     PosePrior,
-    Registered,
+    RegisteredScan,
     Registration,
     WallOffset,
 )
@@ -17,7 +23,7 @@ __all__ = [
     "Alternative",
     "Direction",
     "PosePrior",
-    "Registered",
+    "RegisteredScan",
     "Registration",
     "RegistrationOptions",
     "Selection",

@@ -1,4 +1,4 @@
-"""The graduated adjustment: correspondences, steps, covariance at the end (the model is in equations.py)."""
+"""The graduated adjustment of poses: correspondences, steps and covariance (the model is in `equations`)."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -7,44 +7,67 @@ import numpy as np
 
 from frontage.geometry.arrays import Float
 from frontage.geometry.rigid import Rigid3
-from frontage.registration.correspond import Matches, match
-from frontage.registration.equations import CEILING, FLOOR, Pairs, Problem, State, linearise, moved
+from frontage.registration.correspond import Matches, match_surfels
+from frontage.registration.equations import (
+    LEAST_SIGMA_M,
+    MOST_SIGMA_M,
+    NormalEquations,
+    apply_step,
+    linearise,
+)
+from frontage.registration.problem import Pairs, Problem
 from frontage.solve.robust import mad_sigma
+
+_REST_M = 1e-4  # m, step of the poses below which they rest
+_REST_RAD = 1e-5  # rad
+_WIDE_TURN_RAD = np.radians(10.0)  # rad, by which headings may still be off in the first stages
 
 
 @dataclass(frozen=True)
-class Stage:
-    """One step of the graduated adjustment: search distance, scale of the loss in m, levels free or not."""
+class GncStage:
+    """One stage of the graduated adjustment (graduated non-convexity).
+
+    d_max        m, search distance of the correspondences
+    scale        m, of the robust loss; 0 stands for three times the measured scatter
+    free_levels  whether the tilts of the scans are estimated
+    steps        largest number of steps
+    """
 
     d_max: float
     scale: float
-    free: bool
+    free_levels: bool
     steps: int
 
 
-STAGES = (
-    Stage(3.0, 1.0, False, 4),
-    Stage(2.0, 0.6, False, 4),
-    Stage(1.2, 0.36, False, 4),
-    Stage(0.8, 0.22, False, 4),
-    Stage(0.5, 0.13, True, 4),
-    Stage(0.3, 0.0, True, 12),  # scale 0: three times the measured scatter
+GNC_STAGES = (
+    GncStage(3.0, 1.0, False, 4),
+    GncStage(2.0, 0.6, False, 4),
+    GncStage(1.2, 0.36, False, 4),
+    GncStage(0.8, 0.22, False, 4),
+    GncStage(0.5, 0.13, True, 4),
+    GncStage(0.3, 0.0, True, 12),
 )
 
 
 @dataclass(frozen=True, eq=False)
-class Adjusted:
-    """Poses, covariance (6 s, 6 s) about the instruments, the model's errors and what the residuals say.
+class Adjustment:
+    """The result of an adjustment of s scans.
 
-    effects    (b + j, 3): building shifts, then (offset, turn, lean) of patches; `sigma_offset` (j,) m of a
-               patch's whole offset at its foot's middle
-    matches    last matches per scan, with the residual about the corrected patch and its robust weight
+    poses             local from given coordinates, per scan
+    covariance        (6 s, 6 s) of the poses about their instruments, m and rad
+    model_errors      (b + j, 3): shifts of the buildings (m), then offset (m), turn and lean (rad) of patches
+    model_covariance  (3 (b + j), 3 (b + j)) of them
+    matches           last matches per scan
+    residuals         (m,) m per scan, about the corrected patches; `weights` (m,) of the robust loss
+    sigma             m, robust standard deviation of the residuals
+    reason            why the adjustment stopped
+    prior_cost        squared sigmas by which the poses are off their priors
     """
 
     poses: tuple[Rigid3, ...]
     covariance: Float
-    effects: Float
-    effect_covariance: Float
+    model_errors: Float
+    model_covariance: Float
     matches: tuple[Matches, ...]
     residuals: tuple[Float, ...]
     weights: tuple[Float, ...]
@@ -57,11 +80,11 @@ def adjust(
     problem: Problem,
     start: Sequence[Rigid3],
     pairs: Pairs | None = None,
-    stages: Sequence[Stage] = STAGES,
-) -> Adjusted:
-    """Poses from `start` through all `stages`, each until the poses rest or its steps are used up."""
+    stages: Sequence[GncStage] = GNC_STAGES,
+) -> Adjustment:
+    """Adjusts the poses from `start` through all stages, each until they rest or its steps are used up."""
     errors = np.zeros((len(problem.walls.names) + len(problem.walls.patches), 3))
-    now = _Now(list(start), errors, CEILING, [], None)
+    now = _Iterate(list(start), errors, MOST_SIGMA_M, [], None)
     reason = ""
     for stage in stages:
         reason = f"{stage.steps} steps in the last stage"
@@ -71,14 +94,13 @@ def adjust(
             if _step(problem, now, pairs, stage):
                 reason = "the poses moved less than 0.1 mm and 0.01 mrad"
                 break
-    scale = stages[-1].scale or 3 * now.sigma
-    last = linearise(problem, now.poses, now.effects, now.matches, pairs, scale, True, now.relief)
+    last = _linearised(problem, now, pairs, stages[-1].scale or 3 * now.sigma, free_levels=True)
     inverse: Float = np.asarray(np.linalg.inv(last.normal), np.float64)
     k = 6 * len(now.poses)
-    return Adjusted(
+    return Adjustment(
         tuple(now.poses),
         inverse[:k, :k],
-        now.effects,
+        now.model_errors,
         inverse[k:, k:],
         tuple(now.matches),
         tuple(last.r),
@@ -90,51 +112,75 @@ def adjust(
 
 
 @dataclass
-class _Now:
-    """Where an adjustment stands: poses, the model's errors, scatter of the residuals (m), matches, and the
-    relief (j, 3) of the patches (None until the last stage)."""
+class _Iterate:
+    """The state of an adjustment.
+
+    sigma   m, robust standard deviation of the residuals
+    relief  (j, 3) of the patches; None until the last stage
+    """
 
     poses: list[Rigid3]
-    effects: Float
+    model_errors: Float
     sigma: float
     matches: list[Matches]
     relief: Float | None
 
 
-def _step(problem: Problem, now: _Now, pairs: Pairs | None, stage: Stage) -> bool:
-    """One step of all unknowns; whether the poses rest."""
+def _linearised(
+    problem: Problem, now: _Iterate, pairs: Pairs | None, scale: float, free_levels: bool
+) -> NormalEquations:
+    """Builds the normal equations at an iterate; `scale` m is that of the robust loss."""
+    return linearise(
+        problem,
+        now.poses,
+        now.model_errors,
+        now.matches,
+        pairs,
+        scale=scale,
+        free_levels=free_levels,
+        relief=now.relief,
+    )
+
+
+def _step(problem: Problem, now: _Iterate, pairs: Pairs | None, stage: GncStage) -> bool:
+    """Takes one step of all unknowns; returns whether the poses rest."""
     scale = stage.scale or 3.0 * now.sigma
-    state = linearise(problem, now.poses, now.effects, now.matches, pairs, scale, stage.free, now.relief)
-    shift = state.solve()
+    equations = _linearised(problem, now, pairs, scale, stage.free_levels)
+    shift = equations.solve()
     k = 6 * len(now.poses)
     own = shift[:k].reshape(-1, 6)
-    now.poses = [moved(p, q.position, d) for p, q, d in zip(now.poses, problem.priors, own, strict=True)]
-    now.effects = now.effects + shift[k:].reshape(-1, 3)
-    now.sigma = float(np.clip(_scatter(state, scale), FLOOR, CEILING)) if stage.scale < 0.5 else CEILING
+    now.poses = [apply_step(p, q.position, d) for p, q, d in zip(now.poses, problem.priors, own, strict=True)]
+    now.model_errors = now.model_errors + shift[k:].reshape(-1, 3)
+    scatter = float(np.clip(_scatter(equations, scale), LEAST_SIGMA_M, MOST_SIGMA_M))
+    now.sigma = scatter if stage.scale < 0.5 else MOST_SIGMA_M
     if stage.scale == 0:
-        now.relief = _relief(problem, now.matches, state.r)
-    return bool(np.abs(own[:, :3]).max() < 1e-4 and np.abs(own[:, 3:]).max() < 1e-5)
+        now.relief = _relief(problem, now.matches, equations.r)
+    return bool(np.abs(own[:, :3]).max() < _REST_M and np.abs(own[:, 3:]).max() < _REST_RAD)
 
 
-def _match(problem: Problem, poses: Sequence[Rigid3], stage: Stage) -> list[Matches]:
+def _match(problem: Problem, poses: Sequence[Rigid3], stage: GncStage) -> list[Matches]:
+    """Matches the surfels of every scan with the model, more loosely in the first stages."""
     placed = (s.moved(p) for s, p in zip(problem.pieces, poses, strict=True))
     slack = 0.5 * stage.d_max if stage.d_max > 0.5 else 0.0
-    turn = np.radians(10.0) if stage.d_max > 1.5 else 0.0
-    return [match(m, problem.walls, stage.d_max, slack, turn, roofs=stage.d_max < 2.5) for m in placed]
+    turn = _WIDE_TURN_RAD if stage.d_max > 1.5 else 0.0
+    return [
+        match_surfels(m, problem.walls, stage.d_max, slack=slack, turn=turn, roofs=stage.d_max < 2.5)
+        for m in placed
+    ]
 
 
-def _scatter(state: State, scale: float) -> float:
-    """Robust standard deviation of the residuals inside the loss, every piece alike."""
-    r = np.concatenate(state.r)
+def _scatter(equations: NormalEquations, scale: float) -> float:
+    """Robust standard deviation (m) of the residuals within the loss; every surfel counts the same."""
+    r = np.concatenate(equations.r)
     near = np.abs(r) < scale
-    return mad_sigma(r[near]) if near.sum() > 10 else CEILING
+    return mad_sigma(r[near]) if near.sum() > 10 else MOST_SIGMA_M
 
 
 def _relief(problem: Problem, matches: Sequence[Matches], r: Sequence[Float]) -> Float:
-    """How far offset (m), turn and lean (rad) of every patch (j, 3) may be off because it is no plane.
+    """Estimates how far offset (m), turn and lean (rad) of every patch (j, 3) are off because it is no plane.
 
-    Ornament and layers stand before the plane that the model means, walls bulge, and half is hidden: half the
-    robust spread of the residuals at either end, as for errors of the model's corners.
+    Ornament and layers stand before the plane that the model means, walls bulge, and half is hidden. Assumed
+    is half the robust spread of the residuals at either end, as for errors of the model's corners.
     """
     patch = np.concatenate([m.patch for m in matches])
     order = np.argsort(patch, kind="stable")

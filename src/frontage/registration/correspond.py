@@ -1,4 +1,4 @@
-"""Which wall or roof of the model a piece of a scan lies on."""
+"""Correspondences: on which wall or roof of the model does a surfel lie?"""
 
 from dataclasses import dataclass
 
@@ -7,16 +7,20 @@ import shapely
 
 from frontage.geometry.arrays import Array, Float, Int
 from frontage.registration.surfels import Surfels
-from frontage.registration.walls import Walls
+from frontage.registration.walls import ModelWalls
 
-_TURN = np.cos(np.radians(20.0))  # between the normals of piece and patch
-_BORDER = 0.3  # m that a foot point may lie outside its polygon
+_FACING_COS = np.cos(np.radians(20.0))  # between the normals of surfel and patch: 20 degrees
+_BORDER_M = 0.3  # m that a foot point may lie outside its polygon
 
 
 @dataclass(frozen=True, eq=False)
 class Matches:
-    """Pieces on patches: `piece` (m,) into the surfels, `patch` (m,) into the walls, distance r (m,) m
-    outwards positive, place u along and h up (m,) m in the patch."""
+    """Surfels on patches.
+
+    piece  (m,) into the surfels; `patch` (m,) into the model's patches
+    r      (m,) m, distance from the patch, outwards positive
+    u, h   (m,) m, place along and up in the patch
+    """
 
     piece: Int
     patch: Int
@@ -28,17 +32,27 @@ class Matches:
         return len(self.piece)
 
 
-def match(
-    pieces: Surfels, walls: Walls, d_max: float, slack: float = 0.0, turn: float = 0.0, roofs: bool = True
+def match_surfels(
+    pieces: Surfels,
+    walls: ModelWalls,
+    d_max: float,
+    *,
+    slack: float = 0.0,
+    turn: float = 0.0,
+    roofs: bool = True,
 ) -> Matches:
-    """The nearest patch of every piece (moved to local) within `d_max` m, looking the same way, if any.
+    """Finds the nearest patch of every surfel within `d_max` m that faces the same way, if any.
 
-    A foot point must lie in the exposed polygon grown by 0.3 m, and by `slack` m (how far off the pose may
-    still be, heights included). `turn` rad is added to the 20 degrees between normals.
+    pieces  surfels, moved to local coordinates
+    slack   m that the pose may still be off, heights included
+    turn    rad that is added to the 20 degrees allowed between normals
+    roofs   whether roofs take part
+
+    A foot point must lie in the exposed polygon, grown by 0.3 m and by `slack`.
     """
     n = len(pieces)
     best, r, u, h = np.full(n, -1), np.full(n, d_max), np.zeros(n), np.zeros(n)
-    limit = float(np.cos(np.arccos(_TURN) + turn))
+    limit = float(np.cos(np.arccos(_FACING_COS) + turn))
     for j, p in enumerate(walls.patches):
         if p.kind == "roof" and not roofs:
             continue
@@ -46,7 +60,7 @@ def match(
         facing = np.where(pieces.oriented, cosine, np.abs(cosine)) > limit
         rows = np.flatnonzero(facing)
         d, along, up = p.coordinates(pieces.xyz[rows])
-        grow = _BORDER + slack
+        grow = _BORDER_M + slack
         x0, y0, x1, y1 = p.polygon.bounds
         near = (np.abs(d) < np.abs(r[rows])) & (along > x0 - grow) & (along < x1 + grow)
         near &= (up > y0 - grow) & (up < y1 + grow)
@@ -59,13 +73,16 @@ def match(
 
 
 def _contains(polygon: object, x: Float, y: Float) -> Array:
+    """Returns which points (n,) lie in a polygon."""
     shapely.prepare(polygon)
     return np.asarray(shapely.contains_xy(polygon, x, y), np.bool_)
 
 
-def foot_heights(ground: Surfels, walls: Walls, within: float = 2.0) -> tuple[Float, Float]:
-    """Height (b,) m of the ground at the foot of every building, as models have it (the lowest of it), and
-    the range (b,) m of the ground there; NaN where none was seen.
+def foot_heights(ground: Surfels, walls: ModelWalls, within: float = 2.0) -> tuple[Float, Float]:
+    """Measures the lowest height (b,) m of the ground at the foot of every building, as models define it.
+
+    Also returns the range (b,) m of the ground there; both NaN where none was seen. `within` m is the width
+    of the strip around a building.
     """
     z = np.full(len(walls.names), np.nan)
     spread = np.full(len(walls.names), np.nan)

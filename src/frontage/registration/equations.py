@@ -1,15 +1,16 @@
-"""Robust adjustment of poses and of the model's own errors (maximum a posteriori).
+"""Normal equations of poses and of the model's own errors (maximum a posteriori).
 
-A piece i of scan s on patch j of building b, moved to y = T_s p, has the residual
+A surfel i of scan s on patch j of building b, moved to y = T_s p, has the residual
 
     r_i = n_j . (y - q_j) - n_j . e_b - (c_j + a_j u_i + b_j h_i)
 
-with the building's shift e_b, the patch's offset c_j, turn a_j and lean b_j as unknowns with priors of their
-own: a million points on one wall can then say no more of a pose than the wall itself knows. Pairs (i, k) of
-pieces of two scans add ``n_k . (T_s p_i - T_t p_k)``; GPS, compass and level add their priors. Loss:
-Geman-McClure with graduated non-convexity, weights by area: one square metre of wall is one observation, for
-relief and roughness are correlated over about that much; what several scans see of a wall counts once.
-Levels are held until the last stages (4 degrees of freedom), then free.
+The building's shift e_b and the patch's offset c_j, turn a_j and lean b_j are unknowns with priors of their
+own. A million points on one wall can then say no more of a pose than the wall itself knows. Pairs (i, k) of
+surfels of two scans add ``n_k . (T_s p_i - T_t p_k)``; GPS, compass and level add their priors.
+
+The loss is Geman-McClure with graduated non-convexity. Weights go by area: one square metre of wall is one
+observation, because relief and roughness are correlated over about that much, and what several scans see of a
+wall counts once. Levels are held until the last stages (4 degrees of freedom), then free.
 """
 
 from collections.abc import Sequence
@@ -18,93 +19,27 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import sparse
 
-from frontage.geometry.arrays import Float, Int
+from frontage.geometry.arrays import Array, Float
 from frontage.geometry.rigid import Rigid3, skew
 from frontage.registration.correspond import Matches, foot_heights
-from frontage.registration.options import RegistrationOptions
-from frontage.registration.result import PosePrior
-from frontage.registration.surfels import Surfels
-from frontage.registration.walls import Walls
+from frontage.registration.problem import Pairs, Problem
 
-INDEPENDENT = 1.0  # m2 of wall that count as one observation
-FLOOR = 0.005  # m, least sigma of one observation
-CEILING = 0.05  # m, largest: what scatters more is not the wall
-_CORNER = 0.6  # sigma of a corner and of a patch, relative to that of the building
-_ROOF = 0.3  # sigma of a roof, relative to that of the building's height
-_ASLANT = 0.5  # squared cosine with one surface's normal from which on it determines a direction: 45 degrees
-_CLOSE = 0.01 / 2.576  # m, sigma for which 99 % of errors are below a centimetre
-_HELD = 1e-5  # rad, sigma of levels that are held
+INDEPENDENT_M2 = 1.0  # m2 of wall that count as one observation
+LEAST_SIGMA_M = 0.005  # m, of one observation
+MOST_SIGMA_M = 0.05  # m, of one observation: rougher surfaces are no wall
+_PAIR_SCALE_M = 0.3  # m, largest scale of the loss between scans
+_UNEVEN_M = 0.05  # m, one sigma by which ground differs from a building's base
+_HELD_RAD = 1e-5  # rad, sigma of levels that are held
 
 
 @dataclass(frozen=True, eq=False)
-class Pairs:
-    """Pieces of two scans on one surface: scans s, t (m,), pieces i, k (m,) of each, area (m,) m2."""
+class NormalEquations:
+    """Normal equations of all unknowns at one iterate.
 
-    s: Int
-    t: Int
-    i: Int
-    k: Int
-    area: Float
-
-
-@dataclass(frozen=True, eq=False)
-class Link:
-    """Scans s and t are corrected alike, but for `sigma` (6,): m half way between them, and rad."""
-
-    s: int
-    t: int
-    sigma: Float
-
-
-@dataclass(frozen=True, eq=False)
-class Problem:
-    """What stays the same during an adjustment: pieces as given, per scan, model, priors, pairs."""
-
-    pieces: Sequence[Surfels]
-    walls: Walls
-    priors: Sequence[PosePrior]
-    options: RegistrationOptions
-    links: tuple["Link", ...] = ()
-
-    @property
-    def effect_sigma(self) -> Float:
-        """Prior sigmas (b + j, 3) of the model's errors."""
-        o = self.options
-        plan, height = max(o.sigma_model, 1e-4), max(o.sigma_height, 1e-4)
-        buildings = np.tile([plan, plan, height], (len(self.walls.names), 1))
-        patches = [
-            (
-                [
-                    _CORNER * plan / 1.4,
-                    _CORNER * plan * 1.4 / max(p.length, 1.0),
-                    np.radians(o.sigma_lean) + 1e-5,
-                ]
-                if p.kind == "wall"
-                else [
-                    _ROOF * height,
-                    _ROOF * height / max(p.length, 1.0),
-                    np.radians(1.0) * min(1, height / 0.15),
-                ]
-            )
-            for p in self.walls.patches
-        ]
-        return np.vstack([buildings, np.array(patches).reshape(-1, 3)])
-
-    @property
-    def observable(self) -> Float:
-        """Sigma (3,) m per axis up to which a shift is observable: what one surface of the model tells of a
-        direction that it meets at 45 degrees; of an exact model, a centimetre with 99 % confidence.
-        """
-        o = self.options
-        plan = o.sigma_model**2 * (1 + (_CORNER / 1.4) ** 2)
-        height = o.sigma_height**2 * (1 + _ROOF**2)
-        variance = np.array([plan, plan, height]) / _ASLANT + _CLOSE**2
-        return np.asarray(np.minimum(np.sqrt(variance), o.observable))
-
-
-@dataclass(frozen=True, eq=False)
-class State:
-    """Normal equations of all unknowns, residuals and weights per scan, squared sigmas of the priors."""
+    normal      (n, n); `gradient` (n,); n = 6 per scan, 3 per building, 3 per patch
+    r, w        per scan, residuals (m,) m of its matches and their robust weights (m,)
+    prior_cost  squared sigmas by which the poses are off their priors
+    """
 
     normal: Float
     gradient: Float
@@ -113,48 +48,71 @@ class State:
     prior_cost: float
 
     def solve(self) -> Float:
-        """The step of all unknowns."""
+        """Returns the step (n,) of all unknowns."""
         return np.asarray(np.linalg.solve(self.normal, -self.gradient))
+
+
+@dataclass(frozen=True, eq=False)
+class _System:
+    """Normal matrix (n, n) and gradient (n,) to which terms are added in place."""
+
+    normal: Float
+    gradient: Float
+
+    def add(self, at: Array, A: Float, w: Array, r: Array) -> None:
+        """Adds rows A (m, k) with weights w (m,) and residuals r (m,) of the unknowns `at` (k,)."""
+        self.normal[np.ix_(at, at)] += (A * w[:, None]).T @ A
+        self.gradient[at] += A.T @ (w * r)
+
+
+def geman_mcclure(r: Float, scale: float) -> Float:
+    """Returns the weights (m,) of residuals r (m,) m under the Geman-McClure loss with `scale` m."""
+    return np.asarray((scale**2 / (scale**2 + r * r)) ** 2)
 
 
 def linearise(
     problem: Problem,
     poses: Sequence[Rigid3],
-    effects: Float,
+    model_errors: Float,
     matches: Sequence[Matches],
     pairs: Pairs | None,
+    *,
     scale: float,
-    free: bool,
+    free_levels: bool,
     relief: Float | None = None,
-) -> State:
-    """Normal equations of all unknowns: 6 per scan, 3 per building, 3 per patch.
+) -> NormalEquations:
+    """Builds the normal equations of all unknowns: 6 per scan, 3 per building, 3 per patch.
 
-    relief  (j, 3) by how much every patch is no plane: what its offset, turn and lean may be off by besides
+    model_errors  (b + j, 3) of buildings and patches
+    matches       of the surfels of every scan
+    scale         m, of the robust loss
+    free_levels   whether the tilts of the scans are estimated
+    relief        (j, 3) by how much offset, turn and lean of a patch may be off because it is no plane
     """
-    stations = len(poses)
-    n = 6 * stations + effects.size
-    sigma = max(scale / 3.0, FLOOR)
-    normal, gradient = np.zeros((n, n)), np.zeros(n)
+    n = 6 * len(poses) + model_errors.size
+    sigma = max(scale / 3.0, LEAST_SIGMA_M)
+    system = _System(np.zeros((n, n)), np.zeros(n))
     rs, ws = [], []
     share = _share(problem, matches)
-    for s, (pose, m) in enumerate(zip(poses, matches, strict=True)):
-        rows, r = _wall_rows(problem, pose, s, stations, effects, m)
-        w = (scale**2 / (scale**2 + r * r)) ** 2
-        weight = w * share[m.patch] * problem.pieces[s].area[m.piece] / (INDEPENDENT * sigma**2)
-        normal += (rows.T.multiply(weight) @ rows).toarray()
-        gradient += rows.T @ (weight * r)
+    for s, m in enumerate(matches):
+        rows, r = _wall_rows(problem, poses, s, model_errors, m)
+        w = geman_mcclure(r, scale)
+        weight = w * share[m.patch] * problem.pieces[s].area[m.piece] / (INDEPENDENT_M2 * sigma**2)
+        system.normal[...] += (rows.T.multiply(weight) @ rows).toarray()
+        system.gradient[...] += rows.T @ (weight * r)
         rs.append(r)
         ws.append(w)
-    _add_ground(problem, poses, normal, gradient)
+    _add_ground(system, problem, poses)
     if pairs is not None and len(pairs.s):
-        _add_pairs(problem, poses, pairs, scale, normal, gradient)
-    _add_links(problem, poses, normal, gradient)
-    cost = _add_priors(problem, poses, effects, free, normal, gradient, relief)
-    return State(normal, gradient, rs, ws, cost)
+        _add_pairs(system, problem, poses, pairs, scale)
+    _add_links(system, problem, poses)
+    cost = _add_pose_priors(system, problem, poses, free_levels)
+    _add_model_priors(system, problem, model_errors, relief)
+    return NormalEquations(system.normal, system.gradient, rs, ws, cost)
 
 
 def _share(problem: Problem, matches: Sequence[Matches]) -> Float:
-    """What a piece counts by patch (j,): relief seen from several places is seen once."""
+    """Returns what an area counts on each patch (j,): relief that several scans see is seen once."""
     areas: Float = np.array(
         [
             np.bincount(m.patch, problem.pieces[s].area[m.piece], len(problem.walls.patches))
@@ -165,10 +123,10 @@ def _share(problem: Problem, matches: Sequence[Matches]) -> Float:
 
 
 def _wall_rows(
-    problem: Problem, pose: Rigid3, s: int, stations: int, effects: Float, m: Matches
+    problem: Problem, poses: Sequence[Rigid3], s: int, model_errors: Float, m: Matches
 ) -> tuple[sparse.csr_array, Float]:
-    """Jacobian (m, n) and residuals (m,) of pieces on patches, at this pose and these effects."""
-    walls = problem.walls
+    """Returns the Jacobian (m, n) and the residuals (m,) m of the surfels of scan s on their patches."""
+    walls, pose = problem.walls, poses[s]
     k, b = len(m), walls.building[m.patch]
     n = walls.normals[m.patch]
     y = pose.apply(problem.pieces[s].xyz[m.piece])
@@ -176,9 +134,9 @@ def _wall_rows(
     point = np.array([p.point for p in walls.patches]).reshape(-1, 3)[m.patch]
     j = len(walls.names) + m.patch
     shape = np.column_stack([np.ones(k), m.u, m.h])
-    r = np.einsum("ij,ij->i", n, y - point - effects[b]) - np.einsum("ij,ij->i", shape, effects[j])
+    r = np.einsum("ij,ij->i", n, y - point - model_errors[b]) - np.einsum("ij,ij->i", shape, model_errors[j])
     values = np.column_stack([n, np.cross(y - here, n), -n, -shape])
-    base = 6 * stations
+    base = 6 * len(poses)
     columns = np.column_stack(
         [
             np.tile(6 * s + np.arange(6), (k, 1)),
@@ -187,30 +145,33 @@ def _wall_rows(
         ]
     )
     start = np.arange(k + 1) * 12
-    rows = sparse.csr_array((values.ravel(), columns.ravel(), start), shape=(k, base + effects.size))
+    rows = sparse.csr_array((values.ravel(), columns.ravel(), start), shape=(k, base + model_errors.size))
     return rows, np.asarray(r)
 
 
-def _add_ground(problem: Problem, poses: Sequence[Rigid3], normal: Float, gradient: Float) -> None:
-    """Ground at the foot of a building lies on its base: as well as bases are known, as ground is even."""
+def _add_ground(system: _System, problem: Problem, poses: Sequence[Rigid3]) -> None:
+    """Adds that the ground at the foot of a building lies on its base.
+
+    This holds as well as bases are known and the ground is even.
+    """
     placed = [s.moved(p) for s, p in zip(problem.pieces, poses, strict=True)]
-    share = 1.0 / len(placed)  # one ground, however many scans see it
+    share = 1.0 / len(placed)  # there is one ground, however many scans see it
     for s, m in enumerate(placed):
         z, spread = foot_heights(m.take(m.level), problem.walls)
         seen = np.isfinite(z)
-        variance = problem.options.sigma_height**2 + spread[seen] ** 2 + 0.05**2
+        variance = problem.options.sigma_height**2 + spread[seen] ** 2 + _UNEVEN_M**2
         r = z[seen] - problem.walls.base[seen]
         w = share * (1.0 / variance) * (1.0 / (1.0 + r * r / (9 * variance))) ** 2
-        normal[6 * s + 2, 6 * s + 2] += w.sum()
-        gradient[6 * s + 2] += (w * r).sum()
+        system.normal[6 * s + 2, 6 * s + 2] += w.sum()
+        system.gradient[6 * s + 2] += (w * r).sum()
 
 
 def _add_pairs(
-    problem: Problem, poses: Sequence[Rigid3], pairs: Pairs, scale: float, normal: Float, gradient: Float
+    system: _System, problem: Problem, poses: Sequence[Rigid3], pairs: Pairs, scale: float
 ) -> None:
-    """Scan to scan: scalar distances along the other piece's normal."""
-    scale = min(scale, 0.3)
-    sigma = max(scale / 3.0, FLOOR)
+    """Adds the distances between surfels of two scans, along the normal of the second."""
+    scale = min(scale, _PAIR_SCALE_M)
+    sigma = max(scale / 3.0, LEAST_SIGMA_M)
     for s, t in np.unique(np.column_stack([pairs.s, pairs.t]), axis=0):
         rows = (pairs.s == s) & (pairs.t == t)
         i, k = pairs.i[rows], pairs.k[rows]
@@ -219,14 +180,12 @@ def _add_pairs(
         r = np.einsum("ij,ij->i", n, y - q)
         here = [poses[x].R @ problem.priors[x].position + poses[x].t for x in (s, t)]
         A = np.column_stack([n, np.cross(y - here[0], n), -n, -np.cross(q - here[1], n)])
-        w = (scale**2 / (scale**2 + r * r)) ** 2 * pairs.area[rows] / (INDEPENDENT * sigma**2)
-        at = np.concatenate([6 * s + np.arange(6), 6 * t + np.arange(6)])
-        normal[np.ix_(at, at)] += (A * w[:, None]).T @ A
-        gradient[at] += A.T @ (w * r)
+        w = geman_mcclure(r, scale) * pairs.area[rows] / (INDEPENDENT_M2 * sigma**2)
+        system.add(_unknowns(s, t), A, w, r)
 
 
-def _add_links(problem: Problem, poses: Sequence[Rigid3], normal: Float, gradient: Float) -> None:
-    """Neighbouring strips of one drive: the same correction half way between them, but for the drift."""
+def _add_links(system: _System, problem: Problem, poses: Sequence[Rigid3]) -> None:
+    """Adds that neighbouring strips of a drive share one correction half way between, except for drift."""
     for link in problem.links:
         middle = 0.5 * (problem.priors[link.s].position + problem.priors[link.t].position)
         A = np.zeros((6, 12))
@@ -238,51 +197,50 @@ def _add_links(problem: Problem, poses: Sequence[Rigid3], normal: Float, gradien
             A[:3, column + 3 : column + 6] = -sign * skew(there - here)
             off += sign * np.concatenate([there, rotation_vector(poses[x].R)])
         w = 1.0 / link.sigma**2
-        at = np.concatenate([6 * link.s + np.arange(6), 6 * link.t + np.arange(6)])
-        normal[np.ix_(at, at)] += (A.T * w) @ A
-        gradient[at] += A.T @ (w * off)
+        system.add(_unknowns(link.s, link.t), A, w, off)
 
 
-def _add_priors(
-    problem: Problem,
-    poses: Sequence[Rigid3],
-    effects: Float,
-    free: bool,
-    normal: Float,
-    gradient: Float,
-    relief: Float | None,
-) -> float:
-    """GPS, compass, level and the model's own errors; returns the squared sigmas of the poses."""
+def _unknowns(s: int, t: int) -> Array:
+    """Returns the unknowns (12,) of the poses of two scans."""
+    return np.concatenate([6 * s + np.arange(6), 6 * t + np.arange(6)])
+
+
+def _add_pose_priors(system: _System, problem: Problem, poses: Sequence[Rigid3], free_levels: bool) -> float:
+    """Adds GPS, compass and level; returns the squared sigmas by which the poses are off."""
     cost = 0.0
     for s, (pose, prior) in enumerate(zip(poses, problem.priors, strict=True)):
         sigma = prior.sigma.copy()
-        if not free:
-            sigma[3:5] = _HELD
+        if not free_levels:
+            sigma[3:5] = _HELD_RAD
         off = np.concatenate([pose.R @ prior.position + pose.t - prior.position, rotation_vector(pose.R)])
         at = 6 * s + np.arange(6)
-        normal[at, at] += 1 / sigma**2
-        gradient[at] += off / sigma**2
+        system.normal[at, at] += 1 / sigma**2
+        system.gradient[at] += off / sigma**2
         cost += float(np.square(off / prior.sigma).sum())
-    variance = problem.effect_sigma**2
-    if relief is not None:
-        variance[len(problem.walls.names) :] += relief**2
-    information = (1.0 / variance).ravel()
-    at = 6 * len(poses) + np.arange(effects.size)
-    normal[at, at] += information
-    gradient[at] += information * effects.ravel()
     return cost
 
 
+def _add_model_priors(system: _System, problem: Problem, model_errors: Float, relief: Float | None) -> None:
+    """Adds how well the model is known, and how far its patches are planes."""
+    variance = problem.model_sigma**2
+    if relief is not None:
+        variance[len(problem.walls.names) :] += relief**2
+    information = (1.0 / variance).ravel()
+    at = len(system.gradient) - model_errors.size + np.arange(model_errors.size)
+    system.normal[at, at] += information
+    system.gradient[at] += information * model_errors.ravel()
+
+
 def rotation_vector(R: Float) -> Float:
-    """Axis times angle (3,) rad of a rotation matrix (3, 3), angles below pi."""
+    """Returns axis times angle (3,) rad of a rotation matrix (3, 3), for angles below pi."""
     v = 0.5 * np.array([R[2, 1] - R[1, 2], R[0, 2] - R[2, 0], R[1, 0] - R[0, 1]])
     sine = float(np.linalg.norm(v))
     angle = float(np.arctan2(sine, 0.5 * (np.trace(R) - 1)))
     return np.asarray(v if sine < 1e-12 else v * (angle / sine))
 
 
-def moved(pose: Rigid3, pivot: Float, step: Float) -> Rigid3:
-    """The pose turned about where it puts `pivot` (3,), and shifted: step (6,)."""
+def apply_step(pose: Rigid3, pivot: Float, step: Float) -> Rigid3:
+    """Applies a step (6,) to a pose: a turn (rad) about where it puts `pivot` (3,) m, and a shift (m)."""
     angle = float(np.linalg.norm(step[3:]))
     K = skew(step[3:] / angle) if angle > 0 else np.zeros((3, 3))
     turn = np.eye(3) + np.sin(angle) * K + (1 - np.cos(angle)) * (K @ K)

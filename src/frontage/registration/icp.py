@@ -1,4 +1,4 @@
-"""Paper B's own method, the baseline: iterative closest points of all points, not robust (section 2.1)."""
+"""Registration as in paper B, section 2.1, the baseline: plain ICP of all points, which is not robust."""
 
 from typing import Literal
 
@@ -9,10 +9,10 @@ from scipy.spatial import cKDTree
 from frontage.geometry.arrays import Float
 from frontage.geometry.rigid import Rigid3
 from frontage.model import CityModel
-from frontage.registration.equations import moved
+from frontage.registration.equations import apply_step
 from frontage.registration.walls import model_walls
 
-_STEP = 0.25  # m between the points that stand for the model's surfaces
+_STEP_M = 0.25  # m between the points that represent the model's surfaces
 
 
 def plain_icp(
@@ -22,11 +22,13 @@ def plain_icp(
     iterations: int = 60,
     tolerance: float = 1e-5,
 ) -> Rigid3:
-    """The motion of points (n, 3) m local onto a city model by ICP, from where they are.
+    """Moves points (n, 3) m local onto a city model by ICP, starting from where they are.
 
-    point  Besl & McKay (1992): the rigid motion between closest points by singular values
-    plane  Chen & Medioni (1992): distances along the surface's normal, linearised
-    Every point has its closest partner at every step; it stops when the pose moves less than `tolerance` m.
+    method     "point": Besl and McKay (1992), the rigid motion between closest points by singular values;
+               "plane": Chen and Medioni (1992), distances along the surface's normal, linearised
+    tolerance  m, motion of the centroid below which the iteration stops
+
+    Every point has its closest partner at every step.
     """
     target, normal = _sampled(model)
     tree = cKDTree(target)
@@ -41,7 +43,7 @@ def plain_icp(
             n = normal[k]
             A = np.column_stack([n, np.cross(now - pose.apply(pivot[None]), n)])
             r = np.einsum("ij,ij->i", n, now - target[k])
-            pose = moved(pose, pivot, -np.linalg.lstsq(A.T @ A, A.T @ r, rcond=None)[0])
+            pose = apply_step(pose, pivot, -np.linalg.lstsq(A.T @ A, A.T @ r, rcond=None)[0])
         else:
             pose = step @ pose
         if np.linalg.norm(pose.apply(xyz).mean(0) - before) < tolerance:
@@ -50,7 +52,7 @@ def plain_icp(
 
 
 def _absolute(a: Float, b: Float) -> Rigid3:
-    """Least-squares motion of points a (n, 3) onto b by singular value decomposition."""
+    """Returns the least-squares motion of points a (n, 3) onto b (n, 3) by singular value decomposition."""
     ca, cb = a.mean(0), b.mean(0)
     u, _, vt = np.linalg.svd((b - cb).T @ (a - ca))
     R = u @ np.diag([1.0, 1.0, np.sign(np.linalg.det(u @ vt))]) @ vt
@@ -58,11 +60,11 @@ def _absolute(a: Float, b: Float) -> Rigid3:
 
 
 def _sampled(model: CityModel) -> tuple[Float, Float]:
-    """Points (m, 3) on the model's surfaces and their normals."""
+    """Returns points (m, 3) m on the model's surfaces, and their normals (m, 3)."""
     points, normals = [], []
     for p in model_walls(model).patches:
         x0, y0, x1, y1 = p.polygon.bounds
-        u, h = (g.ravel() for g in np.meshgrid(np.arange(x0, x1, _STEP), np.arange(y0, y1, _STEP)))
+        u, h = (g.ravel() for g in np.meshgrid(np.arange(x0, x1, _STEP_M), np.arange(y0, y1, _STEP_M)))
         inside = np.asarray(shapely.contains_xy(p.polygon, u, h), np.bool_)
         points.append(p.point + u[inside, None] * p.along + h[inside, None] * p.up)
         normals.append(np.tile(p.normal, (int(inside.sum()), 1)))

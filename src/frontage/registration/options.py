@@ -1,10 +1,10 @@
-"""The options of registration: what data cannot tell, and nothing that they can."""
+"""The options of registration: only what the data cannot tell."""
 
 from pydantic import BaseModel, ConfigDict, Field
 
 
 class RegistrationOptions(BaseModel):
-    """How good the city model is, and how large the pieces are that scans are cut into."""
+    """How good the city model is, and how large the surfels are that scans are cut into."""
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
@@ -12,7 +12,7 @@ class RegistrationOptions(BaseModel):
         default=0.05,
         ge=0,
         le=5,
-        description="m, one sigma per axis of a building's place in the model's plan",
+        description="m, one sigma per axis of a building's position in the plan of the model",
     )
     sigma_height: float = Field(
         default=0.15, ge=0, le=10, description="m, one sigma of a building's base and roof in the model"
@@ -21,16 +21,19 @@ class RegistrationOptions(BaseModel):
         default=0.3,
         ge=0,
         le=10,
-        description="degrees, one sigma by which walls lean that the model has upright",
+        description="degrees, one sigma of the lean of walls that the model shows upright",
     )
     cell: float = Field(
         default=0.2,
         ge=0.05,
         le=2,
-        description="m, cubes whose points become one flat piece; doubled twice far off",
+        description="m, cubes whose points become one surfel; up to four times as wide in sparse parts",
     )
     reach: float = Field(
-        default=70.0, ge=10, le=500, description="m from the scanner that are used: further points say little"
+        default=70.0,
+        ge=10,
+        le=500,
+        description="m, range up to which points are used; others say little",
     )
     observable: float = Field(
         default=0.10,

@@ -1,4 +1,4 @@
-"""What registration takes and gives, in the words of surveyors."""
+"""What registration takes and gives: pose priors, registered scans, wall offsets."""
 
 from dataclasses import dataclass
 
@@ -11,11 +11,14 @@ from frontage.model import Estimate
 
 @dataclass(frozen=True, eq=False)
 class PosePrior:
-    """What GPS, compass and level say of one scan, which is already placed by them.
+    """What GPS, compass and level say of one scan, which they have already placed.
 
     position        (3,) m local, where the instrument stands according to them; the scan turns about it
     sigma_position  (3,) m, one sigma per axis
-    sigma_heading   rad; sigma_level rad, of each of the two tilts
+    sigma_heading   rad
+    sigma_level     rad, of each of the two tilts
+
+    Raises ValueError unless the position is finite and all sigmas are above zero.
     """
 
     position: Float
@@ -31,7 +34,7 @@ class PosePrior:
 
     @property
     def sigma(self) -> Float:
-        """Sigmas (6,) of position (m) and rotation (rad) in the order of a pose's tangent."""
+        """Sigmas (6,) of position (m) and rotation (rad), in the order of a pose's tangent."""
         return np.array([*self.sigma_position, self.sigma_level, self.sigma_level, self.sigma_heading])
 
 
@@ -39,11 +42,12 @@ class PosePrior:
 class Direction:
     """One principal direction of a pose: what is known of it, and whether the data say so.
 
-    kind        "shift" (sigma in m) or "turn" (rad)
-    axis        (3,) unit vector, local: of the shift, or about which it turns
-    sigma       of the result; `sigma_prior` of GPS, compass and level along the same axis
-    observable  the data determine it as well as the model's surfaces are known
-    weak        not observable, but the data tell it: `sigma` is theirs. Neither: the prior stands
+    kind         "shift" (sigma in m) or "turn" (rad)
+    axis         (3,) unit vector, local: direction of the shift, or axis of the turn
+    sigma        of the result
+    sigma_prior  of GPS, compass and level along the same axis
+    observable   the data determine it as well as the model's surfaces are known
+    weak         not observable, but `sigma` comes from the data; if neither holds, the prior remains
     """
 
     kind: str
@@ -56,9 +60,14 @@ class Direction:
 
 @dataclass(frozen=True, eq=False)
 class Alternative:
-    """Another place that explains the data nearly as well, of `scans` (their numbers), which hang together:
-    `shift` (3,) m of the point `about` (3,) m local, `turn` rad about the vertical through it, both from the
-    chosen place; `score` relative to it (1 = as good)."""
+    """Another place that explains the data nearly as well.
+
+    shift  (3,) m of the point `about`, from the chosen place
+    turn   rad about the vertical through that point, from the chosen place
+    score  relative to the chosen place (1 = as good)
+    about  (3,) m local
+    scans  numbers of the scans, which are tied to one another
+    """
 
     shift: Float
     turn: float
@@ -67,22 +76,23 @@ class Alternative:
     scans: tuple[int, ...]
 
     def at(self, position: Float) -> Float:
-        """Shift (m) and turn (rad), (6,), of an instrument that the chosen place has at `position` (3,)."""
+        """Returns shift (m) and turn (rad), (6,), of an instrument that now stands at `position` (3,) m."""
         x, y, _ = position - self.about
         arm = self.turn * np.array([-y, x, 0.0])
         return np.concatenate([self.shift + arm, [0.0, 0.0, self.turn]])
 
 
 @dataclass(frozen=True, eq=False)
-class Registered:
-    """One scan's result.
+class RegisteredScan:
+    """The result for one scan.
 
     local_from_given  corrects the coordinates of the scan as given; covariance (6, 6), m and rad
-    position          (3,) m local, of the instrument after the correction; `covariance` (6, 6) of that place
-                      and of the rotation about it (m, rad), other places that explain the data included
+    position          (3,) m local, of the instrument after the correction
+    covariance        (6, 6) of that position and of the rotation about it (m, rad), alternatives included
+    directions        principal directions of the pose
     explained         share of the scan's wall area that lies on walls of the model (within 30 cm)
-    residual          m, robust standard deviation of the wall pieces about their (corrected) walls
-    pieces            how many flat pieces took part, and `area` m2 of them
+    residual          m, robust standard deviation of the surfels about their (corrected) walls
+    pieces            number of surfels that took part; `area` m2 of them
     """
 
     name: str
@@ -97,14 +107,19 @@ class Registered:
 
     @property
     def unobservable(self) -> tuple[Direction, ...]:
-        """The directions that the data tell poorly (weak) or not at all."""
+        """The directions that the data determine poorly (weak) or not at all."""
         return tuple(d for d in self.directions if not d.observable)
 
 
 @dataclass(frozen=True, eq=False)
 class WallOffset:
-    """Where a wall of the model really is: `offset` m along its outward normal at its middle, its sigma,
-    its turn and lean against the model (rad), and the area seen (m2)."""
+    """Where a wall of the model really is.
+
+    building, surface  ids of the model; `kind` "wall" or "roof"
+    offset             m along its outward normal at its middle; `sigma` m
+    turn, lean         rad, against the model
+    area               m2 that was seen
+    """
 
     building: str
     surface: str
@@ -120,12 +135,16 @@ class WallOffset:
 class Registration:
     """All scans against one city model.
 
-    ambiguous     another place is nearly as good; `alternatives` are of scans that hang together
+    scans         one result each
+    alternatives  other places that explain scans nearly as well; the scans of each are tied to one another
+    walls         offsets of the model's walls and roofs
     agreement     m, robust standard deviation between scans where they overlap; NaN for a single scan
+    overlap       number of pairs of surfels that tell it
     reason        why the adjustment stopped
+    notes         sentences for the report
     """
 
-    scans: tuple[Registered, ...]
+    scans: tuple[RegisteredScan, ...]
     alternatives: tuple[Alternative, ...]
     walls: tuple[WallOffset, ...]
     agreement: float

@@ -1,8 +1,9 @@
-"""Points per wall of a registered model (paper B, section 2.1): buffer, reference plane, relief.
+"""Select the points of each wall of a registered model (paper B, section 2.1).
 
 Every wall polygon gets the points of a buffer around it. The plane that the facade really has is estimated
 from the scan, robustly and by area; its offset, turn and lean against the model come with standard errors. In
-that plane the facade is a 2.5-D relief on a grid. Buildings that only one of model and scan has are listed.
+that plane the facade is a 2.5-D relief on a grid. Buildings that only the model or only the scan has are
+listed.
 """
 
 from collections.abc import Sequence
@@ -17,28 +18,30 @@ from frontage.geometry.plane import facade_axes
 from frontage.geometry.rigid import Rigid3
 from frontage.model import CityModel, Scan
 from frontage.registration.options import RegistrationOptions
-from frontage.registration.surfels import Surfels, surfels
-from frontage.registration.walls import Patch, Walls, model_walls
+from frontage.registration.surfels import Surfels, make_surfels
+from frontage.registration.walls import ModelPatch, ModelWalls, model_walls
 from frontage.solve.robust import irls, mad_sigma
 
-_FEWEST = 50  # cells that make a wall
-_STOREY = 2.5  # m, height of a building that the model lacks, and
-_FRONT = 10.0  # m2 of its walls
-_BEYOND = 1.0  # m that a ray must go on behind a wall to have passed it
-_RAYS = 20_000  # rays that are looked at
+_FEWEST_CELLS = 50  # cells of a wall, at least
+_STOREY_M = 2.5  # m, least height of a building that the model lacks
+_FRONT_M2 = 10.0  # m2, least area of its walls
+_BEYOND_M = 1.0  # m that a ray must go on behind a wall to have passed it
+_MOST_RAYS = 20_000  # rays that are examined, at most
 
 
 @dataclass(frozen=True, eq=False)
 class WallPoints:
-    """One wall of the model and what the scan has of it.
+    """One wall of the model, and what the scan has of it.
 
+    building, surface  ids of the model
     index              (n,) int64 into the scan: points in the buffer of the wall's polygon
-    local_from_facade  frame of the measured plane: x right as seen from the street, y into the building, z up
-    offset, turn, lean against the model: m (positive = before it), rad about the vertical, rad (positive =
-                       the top leans out); `sigma` (3,) of them, `significance` (3,) = value / sigma
+    local_from_facade  frame of the measured plane: X right as seen from the street, Y into the building, Z up
+    offset             m against the model, positive = before it
+    turn               rad about the vertical; `lean` rad, positive = the top leans out
+    sigma              (3,) of offset, turn and lean
     relief             (h, w) m, median y of the points in cells of `cell` m, NaN = none; row 0 at the top
-    corner             x, z m of the relief's upper left corner
-    coverage           share of the polygon's cells with points
+    corner             (x, z) m of the relief's upper left corner
+    coverage           share of the polygon's cells with points, 0..1
     """
 
     building: str
@@ -62,9 +65,10 @@ class WallPoints:
 
 @dataclass(frozen=True, eq=False)
 class Selection:
-    """All walls with points, and what does not meet.
+    """All walls with points, and the buildings on which model and scan differ.
 
-    absent   buildings of the model that rays pass through; `unseen` ones that the scan says nothing of
+    absent   buildings of the model that rays pass through
+    unseen   buildings of the model that the scan says nothing of
     unknown  walls of the scan outside the model: centre (3,) m local and area m2
     """
 
@@ -77,7 +81,7 @@ class Selection:
 def select_walls(
     scan: Scan, model: CityModel, buffer: float = 1.0, options: RegistrationOptions | None = None
 ) -> Selection:
-    """Points within `buffer` m of every exposed wall of the model, for a scan that is registered to it."""
+    """Selects the points within `buffer` m of every exposed wall of a model, for a scan registered to it."""
     options = options or RegistrationOptions()
     walls = model_walls(model)
     found = [w for p in walls.of_kind("wall") if (w := _wall(scan, walls, p, buffer, options.cell))]
@@ -88,8 +92,8 @@ def select_walls(
     return Selection(tuple(found), absent, unseen, _unknown(scan, walls, options))
 
 
-def _wall(scan: Scan, walls: Walls, patch: Patch, buffer: float, cell: float) -> WallPoints | None:
-    """The wall's points and plane, None where too little of it was seen."""
+def _wall(scan: Scan, walls: ModelWalls, patch: ModelPatch, buffer: float, cell: float) -> WallPoints | None:
+    """Returns a wall's points and plane; None where too little of it was seen."""
     x0, y0, x1, y1 = patch.polygon.bounds
     middle = patch.point + 0.5 * (x0 + x1) * patch.along + 0.5 * (y0 + y1) * patch.up
     reach = 0.5 * float(np.hypot(x1 - x0, y1 - y0)) + buffer
@@ -101,7 +105,7 @@ def _wall(scan: Scan, walls: Walls, patch: Patch, buffer: float, cell: float) ->
     index, d, u, h = index[inside], d[inside], u[inside], h[inside]
     grid = _medians(u, h, d, (x0, y0, x1, y1), cell)
     known = np.isfinite(grid)
-    if known.sum() < _FEWEST:
+    if known.sum() < _FEWEST_CELLS:
         return None
     parameters, covariance = _plane(grid, (x0, y0), cell, float(_modal(grid[known])))
     offset, turn, lean = parameters
@@ -126,7 +130,11 @@ def _wall(scan: Scan, walls: Walls, patch: Patch, buffer: float, cell: float) ->
 
 
 def _medians(u: Float, h: Float, d: Float, bounds: tuple[float, ...], cell: float) -> Float:
-    """Median of d in cells (rows up, columns along); NaN where there are fewer than three points."""
+    """Returns the median of d in cells (rows up, columns along); NaN where there are fewer than three points.
+
+    u, h, d  (n,) m, place along and up, and distance
+    bounds   (x0, y0, x1, y1) m
+    """
     x0, y0, x1, y1 = bounds
     w, tall = int((x1 - x0) / cell) + 1, int((y1 - y0) / cell) + 1
     flat = ((h - y0) / cell).astype(np.int64) * w + ((u - x0) / cell).astype(np.int64)
@@ -140,7 +148,7 @@ def _medians(u: Float, h: Float, d: Float, bounds: tuple[float, ...], cell: floa
 
 
 def _modal(d: Float) -> float:
-    """The offset that most cells share, to 2 cm: the main layer, not a balcony's."""
+    """Returns the offset (m) that most cells share, to 2 cm: that of the main layer, not of a balcony."""
     edges = np.arange(d.min() - 0.05, d.max() + 0.1, 0.02)
     count, _ = np.histogram(d, edges)
     k = int(np.argmax(ndimage.gaussian_filter1d(count.astype(np.float64), 1.5)))
@@ -148,9 +156,9 @@ def _modal(d: Float) -> float:
 
 
 def _plane(grid: Float, corner: tuple[float, float], cell: float, start: float) -> tuple[Float, Float]:
-    """Offset at the polygon's middle, turn and lean (3,) of the main layer, and their covariance (3, 3).
+    """Fits offset (m) at the polygon's middle, turn and lean (rad) of the main layer, with covariance (3, 3).
 
-    One square metre counts as one observation: relief is correlated.
+    One square metre counts as one observation, because relief is correlated.
     """
     rows, columns = np.nonzero(np.isfinite(grid))
     h, w = grid.shape
@@ -167,17 +175,17 @@ def _plane(grid: Float, corner: tuple[float, float], cell: float, start: float) 
 
 
 def _relief(xyz: Float, cell: float) -> tuple[Float, tuple[float, float]]:
-    """Relief y of points in the facade frame, row 0 at the top, and the corner x, z of it."""
+    """Returns the relief y (h, w) m of points in the facade frame, row 0 at the top, and its corner."""
     x, z = xyz[:, 0], xyz[:, 2]
     bounds = (float(x.min()), float(z.min()), float(x.max()), float(z.max()))
     grid = _medians(x, z, xyz[:, 1], bounds, cell)
     return np.ascontiguousarray(grid[::-1]), (bounds[0], bounds[1] + len(grid) * cell)
 
 
-def _passed(scan: Scan, walls: Walls) -> Float:
-    """Share (b,) of the rays that meet a building's walls from outside and go on behind them."""
+def _passed(scan: Scan, walls: ModelWalls) -> Float:
+    """Returns the share (b,) of the rays that meet a building's walls from outside and go on behind them."""
     rows = np.flatnonzero(scan.origin_index >= 0)
-    rows = rows[:: max(1, len(rows) // _RAYS)]
+    rows = rows[:: max(1, len(rows) // _MOST_RAYS)]
     share = np.zeros((2, len(walls.names)))
     if len(rows) == 0:
         return np.zeros(len(walls.names))
@@ -185,27 +193,28 @@ def _passed(scan: Scan, walls: Walls) -> Float:
     for p in walls.of_kind("wall"):
         a, _, _ = p.coordinates(start)
         b, _, _ = p.coordinates(end)
-        meets = (a > 0) & (b < _BEYOND)
+        meets = (a > 0) & (b < _BEYOND_M)
         t = (a[meets] / np.maximum(a[meets] - b[meets], 1e-9))[:, None]
         _, u, h = p.coordinates(start[meets] + t * (end[meets] - start[meets]))
         inside = np.asarray(shapely.contains_xy(p.polygon, u, h), np.bool_)
-        share[0, p.building] += np.count_nonzero(b[meets][inside] < -_BEYOND)
+        share[0, p.building] += np.count_nonzero(b[meets][inside] < -_BEYOND_M)
         share[1, p.building] += np.count_nonzero(inside)
     return np.asarray(share[0] / np.maximum(share[1], 20.0))
 
 
-def _unknown(scan: Scan, walls: Walls, options: RegistrationOptions) -> tuple[tuple[Float, float], ...]:
-    """Upright surfaces of a storey's height outside all footprints, in connected pieces of 1 m."""
+def _unknown(scan: Scan, walls: ModelWalls, options: RegistrationOptions) -> tuple[tuple[Float, float], ...]:
+    """Finds upright surfaces of a storey's height outside all footprints, in connected pieces of 1 m."""
     centre = scan.origins.mean(0) if len(scan.origins) else scan.xyz.mean(0)
-    s = surfels(scan, options.cell, centre, options.reach)
+    s = make_surfels(scan, options.cell, centre, options.reach)
     s = s.take(s.upright)
-    known = shapely.union_all([f.buffer(_BEYOND) for f in walls.footprints])
+    known = shapely.union_all([f.buffer(_BEYOND_M) for f in walls.footprints])
     shapely.prepare(known)
     s = s.take(~np.asarray(shapely.contains_xy(known, s.xyz[:, 0], s.xyz[:, 1]), np.bool_))
     return tuple(_clusters(s)) if len(s) else ()
 
 
 def _clusters(s: Surfels) -> Sequence[tuple[Float, float]]:
+    """Groups surfels by connected cells of 1 m in plan; returns centre (3,) m and area m2 of large ones."""
     ij = np.floor(s.xyz[:, :2]).astype(np.int64)
     ij -= ij.min(0) - 1
     image: Array = np.zeros(ij.max(0) + 2, np.int64)
@@ -214,6 +223,6 @@ def _clusters(s: Surfels) -> Sequence[tuple[Float, float]]:
     out = []
     for k in range(1, int(label.max()) + 1):
         part = s.take(label == k)
-        if part.area.sum() >= _FRONT and np.ptp(part.xyz[:, 2]) >= _STOREY:
+        if part.area.sum() >= _FRONT_M2 and np.ptp(part.xyz[:, 2]) >= _STOREY_M:
             out.append((np.average(part.xyz, axis=0, weights=part.area), float(part.area.sum())))
     return out

@@ -1,8 +1,8 @@
-"""Mobile recordings: piecewise rigid corrections along time, because a trajectory drifts.
+"""Correct mobile recordings by piecewise rigid motions along time, because a trajectory drifts.
 
-The recording is cut into strips of about `length` m of drive. Strips are adjusted together against the model
-with links between neighbours (how much a trajectory drifts over that length); points between two strips'
-middles are corrected by the mean of both motions, weighted by time, so that nothing tears.
+The recording is cut into strips of about `length` m of drive. Strips are adjusted together against the model,
+with links between neighbours (how much a trajectory drifts over that length). Points between the middles of
+two strips are corrected by the mean of both motions, weighted by time, so that nothing tears.
 """
 
 from collections.abc import Sequence
@@ -14,20 +14,24 @@ from frontage.errors import InputError
 from frontage.geometry.arrays import Float, Int
 from frontage.geometry.rigid import Rigid3
 from frontage.model import CityModel, Estimate, Scan
-from frontage.registration.adjust import STAGES, adjust
-from frontage.registration.equations import Link, Problem
-from frontage.registration.observability import about_frame, directions
+from frontage.registration.adjust import GNC_STAGES, adjust
+from frontage.registration.observability import about_frame, principal_directions
 from frontage.registration.options import RegistrationOptions
+from frontage.registration.problem import Link, Problem
 from frontage.registration.result import Direction, PosePrior
-from frontage.registration.surfels import surfels
+from frontage.registration.surfels import make_surfels
 from frontage.registration.walls import model_walls
 
 
 @dataclass(frozen=True, eq=False)
 class Strip:
-    """One strip: its middle time s, the correction of its points, what of it the walls determine.
+    """One strip of a recording.
 
-    position  (3,) m local, the vehicle's after the correction; covariance (6, 6) of it and the turn about it
+    time              s, at its middle
+    local_from_given  correction of its points
+    position          (3,) m local, of the vehicle after the correction
+    covariance        (6, 6) of the position and the rotation about it (m, rad)
+    directions        which directions the walls determine
     """
 
     time: float
@@ -39,7 +43,7 @@ class Strip:
 
 @dataclass(frozen=True, eq=False)
 class Strips:
-    """All strips and the scan with their corrections applied."""
+    """All strips, and the scan with their corrections applied; `reason` says why the adjustment stopped."""
 
     strips: tuple[Strip, ...]
     scan: Scan
@@ -50,16 +54,18 @@ def correct_strips(
     scan: Scan,
     model: CityModel,
     prior: PosePrior,
+    *,
     length: float = 20.0,
     drift: float = 0.02,
     drift_angle: float = 3e-4,
     options: RegistrationOptions | None = None,
 ) -> Strips:
-    """Piecewise rigid corrections of a mobile recording that is already within about 2 m of the model.
+    """Corrects a mobile recording that is already within about 2 m of the model.
 
-    prior         how well the trajectory is known as a whole; its position is replaced by each strip's middle
-    length        m of drive per strip
-    drift         m, and drift_angle rad: one sigma by which neighbouring strips differ
+    prior        how well the trajectory is known as a whole; each strip's middle replaces its position
+    length       m of drive per strip
+    drift        m, one sigma by which neighbouring strips differ
+    drift_angle  rad, the same of their rotation
 
     Raises InputError when the scan has no times or no trajectory.
     """
@@ -68,31 +74,31 @@ def correct_strips(
         raise InputError(f"{scan.name}: strips need gps_time and a trajectory; give the scan its trajectory")
     strip, middles, times = _cut(scan, length)
     parts = [scan.take(strip == k) for k in range(len(middles))]
-    pieces = [surfels(p, options.cell, m, options.reach) for p, m in zip(parts, middles, strict=True)]
+    pieces = [make_surfels(p, options.cell, m, options.reach) for p, m in zip(parts, middles, strict=True)]
     priors = [replace(prior, position=m) for m in middles]
     sigma = np.array([drift] * 3 + [drift_angle] * 3)
     links = [Link(k, k + 1, sigma) for k in range(len(middles) - 1)]
     problem = Problem(pieces, model_walls(model), priors, options, tuple(links))
-    a = adjust(problem, [Rigid3.identity("local", "given")] * len(middles), None, STAGES[1:])
+    a = adjust(problem, [Rigid3.identity("local", "given")] * len(middles), None, GNC_STAGES[1:])
     strips = []
     for k, (pose, p) in enumerate(zip(a.poses, priors, strict=True)):
         block = a.covariance[6 * k : 6 * k + 6, 6 * k : 6 * k + 6]
         here = pose.apply(p.position[None])[0]
         estimate = Estimate(pose, about_frame(block, pose, here), max(float(len(a.matches[k])) / 25, 1.0))
-        known = directions(block, p, problem.observable, 15.0)
+        known = principal_directions(block, p, problem.observable, 15.0)
         strips.append(Strip(float(times[k]), estimate, here, block, known))
     return Strips(tuple(strips), _corrected(scan, times, a.poses), a.reason)
 
 
 def _cut(scan: Scan, length: float) -> tuple[Int, Float, Float]:
-    """Strip (n,) of every point, middles (k, 3) m and middle times (k,) s of the strips."""
+    """Returns the strip (n,) of every point, and the middles (k, 3) m and (k,) s of the strips."""
     assert scan.time is not None  # checked by the caller
     known = scan.origin_index >= 0
     order = np.argsort(scan.time[known], kind="stable")
     time = scan.time[known][order]
     place = scan.origins[scan.origin_index[known][order]]
     way = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(place, axis=0), axis=1))])
-    # two scanner heads take turns: the way along a smoothed track
+    # two scanner heads take turns, so the way is scaled to that of a smooth track
     way = way / max(way[-1], 1e-9) * float(np.linalg.norm(np.ptp(place, axis=0)))
     number = max(round(float(way[-1]) / length), 1)
     edges = np.interp(np.linspace(0, way[-1], number + 1), way, time)
@@ -103,7 +109,7 @@ def _cut(scan: Scan, length: float) -> tuple[Int, Float, Float]:
 
 
 def _corrected(scan: Scan, times: Float, poses: Sequence[Rigid3]) -> Scan:
-    """Points and sensor positions moved by the motions of the two nearest strips, weighted by time."""
+    """Moves points and sensor positions by the motions of the two nearest strips, weighted by time."""
     assert scan.time is not None  # checked by the caller
     xyz = _blended(scan.xyz, scan.time, times, poses)
     known = scan.origin_index >= 0
@@ -114,6 +120,10 @@ def _corrected(scan: Scan, times: Float, poses: Sequence[Rigid3]) -> Scan:
 
 
 def _blended(xyz: Float, time: Float, times: Float, poses: Sequence[Rigid3]) -> Float:
+    """Moves points (n, 3) m, measured at `time` (n,) s, by the motions of the strips around it.
+
+    times  (k,) s, middles of the strips
+    """
     if len(poses) == 1:
         return poses[0].apply(xyz)
     k = np.clip(np.searchsorted(times, time) - 1, 0, len(times) - 2)

@@ -1,4 +1,4 @@
-"""Flat pieces of a scan: every piece stands for an area, however densely it was measured."""
+"""Surfels: flat pieces of a scan, each of which stands for an area, however densely it was measured."""
 
 from dataclasses import dataclass
 
@@ -8,18 +8,20 @@ from frontage.geometry.arrays import Array, Bool, Float, Int
 from frontage.geometry.rigid import Rigid3
 from frontage.model import Scan
 
-_FEWEST = 6  # points that make a piece
-_LEVELS = 3  # sizes of cubes; each twice the one before
-_FLAT = 0.3  # thickness of a flat piece, relative to its smaller extent
-_SPAN = 1 << 20  # cubes per axis
+_FEWEST_POINTS = 6  # points of a surfel, at least
+_LEVELS = 3  # sizes of cubes, each twice the one before
+_FLAT = 0.3  # thickness of a surfel, relative to its smaller extent
+_MOST_CUBES = 1 << 20  # cubes per axis
 
 
 @dataclass(frozen=True, eq=False)
 class Surfels:
-    """Flat pieces of one scan in the coordinates that it was given.
+    """Flat pieces of one scan, in the coordinates that it was given.
 
-    xyz       (n, 3) m, centres; `normal` (n, 3) unit, towards the scanner where `oriented` (n,)
-    area      (n,) m2; `thickness` (n,) m, one sigma across
+    xyz        (n, 3) m, centres
+    normal     (n, 3) unit, towards the scanner where `oriented` (n,)
+    area       (n,) m2
+    thickness  (n,) m, one sigma across
     """
 
     xyz: Float
@@ -32,11 +34,11 @@ class Surfels:
         return len(self.xyz)
 
     def take(self, index: Array) -> "Surfels":
-        """The pieces at `index` (k,), or where it is True (n,)."""
+        """Returns the surfels at `index` (k,), or where a mask (n,) is set."""
         return Surfels(*(getattr(self, f)[index] for f in self.__annotations__))
 
     def moved(self, to_from_given: Rigid3) -> "Surfels":
-        """The pieces after a rigid motion."""
+        """Returns the surfels after a rigid motion."""
         return Surfels(
             to_from_given.apply(self.xyz),
             to_from_given.rotate(self.normal),
@@ -47,34 +49,35 @@ class Surfels:
 
     @property
     def upright(self) -> Bool:
-        """Pieces of walls (n,): normals within 17 degrees of the horizon."""
+        """Surfels of walls (n,): normals within 17 degrees of the horizon."""
         return np.asarray(np.abs(self.normal[:, 2]) < 0.3, np.bool_)
 
     @property
     def level(self) -> Bool:
-        """Pieces of ground (n,): normals within 18 degrees of the plumb line, pointing up."""
+        """Surfels of ground (n,): normals within 18 degrees of the plumb line, pointing up."""
         return np.asarray(self.normal[:, 2] > 0.95, np.bool_)
 
 
 def merge_surfels(parts: list[Surfels]) -> Surfels:
-    """One list of pieces from several."""
+    """Concatenates lists of surfels."""
     return Surfels(*(np.concatenate([getattr(p, f) for p in parts]) for f in Surfels.__annotations__))
 
 
-def surfels(scan: Scan, cell: float, centre: Float, reach: float) -> Surfels:
-    """Flat pieces of the points within `reach` m of `centre` (3,): principal axes of the points in cubes.
+def make_surfels(scan: Scan, cell: float, centre: Float, reach: float) -> Surfels:
+    """Cuts the points of a scan within `reach` m of `centre` (3,) m into surfels, cube by cube.
 
-    Points in cubes with too few of them go to cubes twice as wide, and once more; what is left is dropped.
+    A surfel is the plane through the points of a cube of `cell` m, from their principal axes. Points in cubes
+    that hold too few go to cubes twice as wide, and once more; the rest is dropped.
     """
     near = np.flatnonzero(np.square(scan.xyz[:, :2] - centre[:2]).sum(1) < reach * reach)
     rest = near
     parts: list[Surfels] = []
     for k in range(_LEVELS):
-        if len(rest) < _FEWEST:
+        if len(rest) < _FEWEST_POINTS:
             break
         xyz = scan.xyz[rest] - centre
         number, count = _cubes(xyz, cell * 2**k)
-        full = count[number] >= _FEWEST
+        full = count[number] >= _FEWEST_POINTS
         if full.any():
             parts.append(_pieces(scan, rest[full], xyz[full], number[full], centre))
         rest = rest[~full]
@@ -85,14 +88,18 @@ def surfels(scan: Scan, cell: float, centre: Float, reach: float) -> Surfels:
 
 
 def _cubes(xyz: Float, cell: float) -> tuple[Int, Int]:
-    """Cube (n,) of every point, numbered from 0, and how many points it holds."""
-    ijk = np.floor(xyz * (1.0 / cell)).astype(np.int64) + _SPAN // 2
-    key = (ijk[:, 0] * _SPAN + ijk[:, 1]) * _SPAN + ijk[:, 2]
+    """Returns the cube (n,) of every point, numbered from 0, and how many points each cube holds (k,)."""
+    ijk = np.floor(xyz * (1.0 / cell)).astype(np.int64) + _MOST_CUBES // 2
+    key = (ijk[:, 0] * _MOST_CUBES + ijk[:, 1]) * _MOST_CUBES + ijk[:, 2]
     _, number, count = np.unique(key, return_inverse=True, return_counts=True)
     return number.astype(np.int64), count.astype(np.int64)
 
 
 def _pieces(scan: Scan, index: Int, xyz: Float, number: Int, centre: Float) -> Surfels:
+    """Makes a surfel of each cube.
+
+    index   (m,) points of the scan; `xyz` (m, 3) m about the centre; `number` (m,) their cube
+    """
     _, first, number, count = np.unique(number, return_index=True, return_inverse=True, return_counts=True)
     k = len(count)
     mean = np.column_stack([np.bincount(number, xyz[:, a], k) for a in range(3)]) / count[:, None]
@@ -108,7 +115,7 @@ def _pieces(scan: Scan, index: Int, xyz: Float, number: Int, centre: Float) -> S
     sensor = scan.sensor_of(index[first]) - centre
     towards = np.einsum("ij,ij->i", normal, sensor - mean)
     oriented = np.isfinite(towards) & (np.abs(towards) > 1e-9)
-    # without a ray, upwards: roofs and ground are seen from above
+    # without a ray the normal points upwards, as roofs and ground are seen from above
     sign = np.where(oriented, np.sign(np.where(oriented, towards, 1.0)), np.sign(normal[:, 2] + 1e-12))
     area = 12.0 * np.sqrt(values[:, 1] * values[:, 2])  # of a square with these variances
     s = Surfels(mean + centre, normal * sign[:, None], oriented, area, np.sqrt(values[:, 0]))

@@ -19,9 +19,9 @@ _HEADROOM_M = 2.3  # m, headroom under a balcony
 _TALL_M = 3.5  # m: an upright surface higher than any vehicle is a wall
 _LEAFY = 0.5  # share of scattered cells that makes a piece foliage
 _UPRIGHT = 0.35  # |z| of the normal below which a surface is upright: 20 degrees
-_LEAST_PLANARITY = 0.35  # of an upright surface
+_LEAST_PLANARITY = 0.35  # planarity of an upright surface, at least
 _FOLIAGE_SCATTER = 0.1  # least scatter of foliage
-_MOST_LINEARITY = 0.7  # of foliage: branches, poles and wires are more linear
+_MOST_LINEARITY = 0.7  # linearity of foliage, at most; branches, poles and wires are more linear
 _LEANING = 0.5  # share of its height for which a piece on the ground must lean on the wall
 _MOSTLY_UPRIGHT = 0.5  # share of a piece's cells that are upright, for it to be a wall
 
@@ -63,6 +63,7 @@ def find_occluders(cloud: StreetCloud, front_of: Float, near: Bool, wall: Bool) 
 
 
 def _is_upright(shape: LocalShape) -> Bool:
+    """Returns the cells (m,) whose surroundings are planar and upright."""
     return (np.abs(shape.normal[:, 2]) < _UPRIGHT) & (shape.planarity > _LEAST_PLANARITY)
 
 

@@ -17,7 +17,7 @@ _BESIDE_M = 1.0  # m that an interior may reach past the front it is seen throug
 _BEHIND_M = 0.5  # m behind a front: no longer its own wall
 _NO_HIGHER_M = 0.25  # m that an interior may rise above the front it is seen through
 _CORNER_M = 2.5  # m between the ends of two walls that form one corner
-_CORNER_COS = 0.87  # between two fronts that do not form a corner: 30 degrees
+_CORNER_COS = 0.87  # cosine between two fronts above which they form no corner: 30 degrees
 _SHORTEST_M = 4.0  # m, length of a front from which it may be a house of its own
 _TOUCHING_M = 8.0  # m between the middle of a shorter front and the front that it joins
 

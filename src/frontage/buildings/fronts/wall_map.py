@@ -17,11 +17,11 @@ from frontage.buildings.octree.shape import LocalShape
 from frontage.geometry.arrays import Array, Bool, Float, Int, distinct
 
 _UPRIGHT = 0.35  # |z| of the normal below which a surface is upright: 20 degrees
-_LEAST_PLANARITY = 0.35  # of a wall
-_MOST_SCATTER = 0.12  # of a wall
-_FEWEST_LEAVES = 5  # around a cell of a wall
+_LEAST_PLANARITY = 0.35  # planarity of a wall, at least
+_MOST_SCATTER = 0.12  # scatter of a wall, at most
+_FEWEST_LEAVES = 5  # leaves around a cell of a wall, at least
 _LEAST_FILL = 0.35  # share of a column's bins that are occupied: windows and shadows take the rest
-_FEWEST_BINS = 3  # of a wall column
+_FEWEST_BINS = 3  # height bins of a wall column, at least
 _LINK_M = 2.0  # m, wall columns closer than this belong to one block
 
 

@@ -15,7 +15,7 @@ from frontage.buildings.groups import extent, mean_of
 from frontage.errors import InputError
 from frontage.geometry.arrays import Array, Float, Int
 
-_BITS = 21
+_BITS = 21  # bits of a coordinate in a key
 _MAX = (1 << _BITS) - 2  # one cell is kept free on either side, so that neighbour keys never wrap
 _HALF = [(i, j, k) for i in (-1, 0, 1) for j in (-1, 0, 1) for k in (-1, 0, 1) if (i, j, k) > (0, 0, 0)]
 
@@ -54,8 +54,7 @@ def pack(ijk: Array) -> Int:
 
 
 def leaf_level(xyz: Float, size: float) -> tuple[OctreeLevel, Array]:
-    """Distributes points (n, 3) m into leaves of edge `size` m; also returns the leaf (n,) int32 of every
-    point.
+    """Distributes points (n, 3) m into leaves of edge `size` m; also returns each point's leaf (n,) int32.
 
     Raises InputError when the cloud is wider than 2 million cells.
     """
@@ -78,9 +77,7 @@ def leaf_level(xyz: Float, size: float) -> tuple[OctreeLevel, Array]:
 
 
 def parent_level(leaf: OctreeLevel, shift: int) -> tuple[OctreeLevel, Array]:
-    """Builds the level `shift` steps up, with the moments of its leaves; also returns the parent (m,) of
-    every leaf.
-    """
+    """Builds the level `shift` steps up, with moments; also returns the parent (m,) of every leaf."""
     key, of_leaf = np.unique(pack(leaf.ijk >> shift), return_inverse=True)
     n = len(key)
     weight = np.bincount(of_leaf, minlength=n).astype(np.float64)
@@ -95,9 +92,7 @@ def parent_level(leaf: OctreeLevel, shift: int) -> tuple[OctreeLevel, Array]:
 
 
 def adjacency(level: OctreeLevel) -> sparse.csr_array:
-    """Returns the symmetric (m, m) matrix of ones between cells that touch (26 neighbours), zero on the
-    diagonal.
-    """
+    """Returns the symmetric (m, m) matrix of ones between cells that touch, with 26 neighbours each."""
     rows, cols = [], []
     for offset in _HALF:
         step = np.int64((offset[0] << 2 * _BITS) + (offset[1] << _BITS) + offset[2])

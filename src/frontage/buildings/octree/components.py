@@ -6,8 +6,8 @@ from frontage.buildings.octree.cells import connected_cells
 from frontage.buildings.octree.tree import Octree
 from frontage.geometry.arrays import Bool, Int
 
-_LEAST_SHARE = 0.01  # of the largest component's cells, that a building has
-_FEWEST_CELLS = 10  # of a building
+_LEAST_SHARE = 0.01  # share of the largest component's cells that a building has, at least
+_FEWEST_CELLS = 10  # cells of a building, at least
 
 
 def component_buildings(tree: Octree, above: Bool) -> Int:

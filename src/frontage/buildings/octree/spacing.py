@@ -12,8 +12,7 @@ _CHUNK = 1 << 18  # points at a time, so that temporaries stay in the processor'
 
 
 def measure_spacing(xyz: Float) -> tuple[float, float]:
-    """Returns median and 80 % quantile, over places of the cloud, of the distance (m) between neighbouring
-    points.
+    """Returns median and 80 % quantile (m), over places of the cloud, of the spacing of its points.
 
     The cloud (n, 3) m is cut along its own order into equally long pieces, and a few query points are taken
     from each. Every place has one vote, so the dense spot in front of the scanner does not decide for the
@@ -48,9 +47,7 @@ def measure_spacing(xyz: Float) -> tuple[float, float]:
 
 
 def _half_width(xyz: Float, seeds: Float) -> float:
-    """Returns half the edge (m) of cubes that hold some hundred points, from a thinned copy's density at the
-    seeds.
-    """
+    """Returns half the edge (m) of cubes that hold some hundred points, from the density at the seeds."""
     step = max(1, len(xyz) // 50_000)
     distance = np.asarray(cKDTree(xyz[::step]).query(seeds, k=5)[0])
     return max(float(np.median(distance[:, -1])), 1e-6)

@@ -82,8 +82,7 @@ def sharpest(signal: Float, sigma: Float, cuts: Int, width: int, tells: Sequence
 
 
 def _stepping(signal: Float, sigma: Float, side: tuple[int, int, int]) -> Bool:
-    """Returns the channels (p,) whose medians on the two sides differ by more than a bin's error, or all of
-    them.
+    """Returns the channels (p,) that step by more than a bin's error, or all channels if none does.
 
     The others cannot tell where the step is. `side` gives the first, the middle and the end bin.
     """

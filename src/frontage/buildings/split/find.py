@@ -18,7 +18,7 @@ from frontage.buildings.split.verdict import Verdict, judge_cut, settle_cuts
 from frontage.geometry.arrays import Bool, Float, Int
 from frontage.solve.segmentation import change_points
 
-_PARAMETERS = 3  # that a cut is charged for: its place and two cues; other signals may stay as they are
+_PARAMETERS = 3  # parameters that a cut is charged for: its place and two cues
 _PLACED = {"eaves", "offset", "surface", "gap"}  # cues that tell where a party wall is, not only that one is
 _GAP_M = 1.0  # m without any wall from foot to eaves: an open gap
 _CORRELATION_BINS = 4.0  # bins (1 m) that count as one observation

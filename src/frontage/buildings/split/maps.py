@@ -87,9 +87,7 @@ def map_shift(row: MappedRow, measured: Float, lo: float, hi: float, snap: float
 
 
 def footprint_of(xy: Float, footprints: Sequence[Footprint]) -> Footprint | None:
-    """Returns the footprint that holds most of the places (k, 2) m of a building, if it holds a fifth of
-    them.
-    """
+    """Returns the footprint that holds most places (k, 2) m of a building, if it holds a fifth of them."""
     number, share = _vote(xy, footprints)
     return footprints[number] if share > _ADDRESS_SHARE else None
 
@@ -123,8 +121,7 @@ def _vote(xy: Float, footprints: Sequence[Footprint]) -> tuple[int, float]:
 
 
 def inside(xy: Float, footprints: Sequence[Footprint], margin: float = 0.0) -> Int:
-    """Returns the number (k,) of the footprint that each place (k, 2) m lies in, or beside by up to `margin`
-    m.
+    """Returns the footprint (k,) that each place (k, 2) m lies in, or beside by up to `margin` m.
 
     -1 = none.
     """

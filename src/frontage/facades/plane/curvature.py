@@ -5,9 +5,9 @@ import numpy as np
 from frontage.geometry.arrays import Array, Float
 from frontage.solve.robust import irls, mad_sigma
 
-_GROWTH_STEPS = 20  # of the parabola along a curved wall
+_GROWTH_STEPS = 20  # steps in which the parabola grows along a curved wall
 _STRIP_M = 0.5  # m, width of a strip; narrower on short walls
-_FEWEST_STRIPS = 12
+_FEWEST_STRIPS = 12  # strips of a wall, at least
 _ON_CURVE = 2 / 3  # share of the strips that must follow the curve
 _CURVED = 1.3  # a wall is curved when the parabola holds this many times the points of the plane
 _NOISE_FLOOR_M = 0.0005  # m, least sigma of a strip's offset

@@ -9,8 +9,8 @@ from frontage.geometry.arrays import Array, Bool, Float, Int
 from frontage.model.scan import Scan
 from frontage.solve.correlation import fit_covariance, residual_correlation
 
-_MOST_CELLS = 40_000  # of the residual raster; coarser cells lose nothing because roughness is correlated
-_LEAST_WEIGHT = 0.3  # of a cell, in good points; less than a third of one says nothing
+_MOST_CELLS = 40_000  # cells of the residual raster; coarser cells lose nothing, as roughness is correlated
+_LEAST_WEIGHT = 0.3  # weight of a cell, in good points; less than a third of one says nothing
 _LEAST_DOF = 3.0  # degrees of freedom that a variance of correlated residuals has at least
 _MOST_STATIONS = 64  # sensor positions on one wall; more of them are a trajectory
 
@@ -102,7 +102,7 @@ def _inner(known: Bool) -> Bool:
     return np.asarray(inner if 2 * np.count_nonzero(inner) > np.count_nonzero(known) else known, np.bool_)
 
 
-def passes(scan: Scan, index: Int) -> Int:
+def measuring_station(scan: Scan, index: Int) -> Int:
     """Returns which station, or which pass of a vehicle, measured each of the points `index` (n,): 0, 1, ...
 
     A trajectory is a chain of many near positions; a jump in it starts another pass. -1 is unknown.
@@ -123,7 +123,7 @@ def passes(scan: Scan, index: Int) -> Int:
 def station_covariance(means: CellMeans, station: Int, weights: Float, r: Float, white: Float) -> Float:
     """Estimates the covariance (3, 3) that stations add when each is off by an error of its own.
 
-    station  (n,) result of `passes`
+    station  (n,) result of `measuring_station`
     weights  (n,) weights of the points; `r` (n,) m, their residuals
     white    (3, 3) covariance without this error
 

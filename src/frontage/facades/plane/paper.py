@@ -1,6 +1,4 @@
-"""The plane extraction of paper A as published, kept as the baseline: 3-point RANSAC (Fischler and Bolles
-1981).
-"""
+"""The plane extraction of paper A as published, the baseline: 3-point RANSAC (Fischler, Bolles 1981)."""
 
 import numpy as np
 

@@ -6,7 +6,7 @@ import numpy as np
 
 from frontage.facades.cells import CellMap
 from frontage.facades.cloud import Slab
-from frontage.facades.plane.means import cell_means, passes, station_covariance
+from frontage.facades.plane.means import cell_means, measuring_station, station_covariance
 from frontage.facades.plane.robust import robust_fit
 from frontage.facades.plane.wall import INLIER_SIGMAS, WallPlane
 from frontage.facades.scene import FacadeScene
@@ -84,7 +84,7 @@ def _last_step(slab: Slab, start: _RobustFit, scene: FacadeScene) -> WallPlane |
     bx, bz = float(x[on].mean()), float(z[on].mean())
     means = means.centred(step, bx, bz)
     covariance, dof = means.covariance()
-    stations = passes(scene.scan, scene.cloud.index[slab.rows[start.places[near]]])
+    stations = measuring_station(scene.scan, scene.cloud.index[slab.rows[start.places[near]]])
     covariance = covariance + station_covariance(means, stations, weights, r, covariance)
     fit[0] += fit[1] * bx + fit[2] * bz
     if scene.options.levelled:

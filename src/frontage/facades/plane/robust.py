@@ -9,8 +9,8 @@ from frontage.solve.robust import irls, mad_sigma, weighted_fit
 _MOST_POINTS = 20_000  # thinned points of one fit
 _LEAST_SIGMA_M = 0.0005  # m
 _MOST_SIGMA_M = 0.033  # m: rougher surfaces are no wall
-_WIDE_SHARES = (0.5, 0.3, 0.15, 0.0)  # of the inlier distance: ever closer points turn the plane
-_CLOSE_SHARES = (0.15, 0.0)  # the same, from a plane that is already nearly right
+_WIDE_SHARES = (0.5, 0.3, 0.15, 0.0)  # shares of the inlier distance; ever closer points turn the plane
+_CLOSE_SHARES = (0.15, 0.0)  # the same, starting from a plane that is nearly right
 _HALF_QUARTER = 0.3186  # standard deviations: half the width of the middle quarter of a Gaussian
 
 
@@ -58,7 +58,7 @@ def fit_thinned(q: Float, wide: Float, threshold: float, sharp: Float | None) ->
     """
     q, wide = (p[:: len(p) // _MOST_POINTS + 1] for p in (q, wide))
     weights = np.ones(len(q))
-    starts = [(q, _straighten(q, weights, threshold, _WIDE_SHARES, columns)) for columns in (2, 3)]
+    starts = [(q, _straighten(q, weights, threshold, _WIDE_SHARES, columns=columns)) for columns in (2, 3)]
     if sharp is not None:
         starts.append((wide, sharp))
     fits = [robust_fit(p, np.ones(len(p)), threshold, start) for p, start in starts]
@@ -76,7 +76,7 @@ def robust_fit(q: Float, weights: Float, threshold: float, start: Float) -> tupl
 
     Returns the plane and its sigma in m.
     """
-    start = _straighten(q, weights, threshold, _CLOSE_SHARES, 3, start)
+    start = _straighten(q, weights, threshold, _CLOSE_SHARES, start=start)
     design = np.column_stack([np.ones(len(q)), q[:, 0], q[:, 2]])
     _, sigma = densest_layer(q[:, 1] - design @ start, threshold, _LEAST_SIGMA_M)
     sigma = natural_sigma(q[:, 1] - design @ start, sigma)
@@ -89,7 +89,8 @@ def _straighten(
     weights: Float,
     threshold: float,
     shares: tuple[float, ...],
-    columns: int,
+    *,
+    columns: int = 3,
     start: Float | None = None,
 ) -> Float:
     """Turns a plane (c, a, b) into the densest layer, with points that are ever closer to it.

@@ -35,8 +35,7 @@ class UprightWalls:
         return len(self.xyz)
 
     def draw(self, rng: np.random.Generator, count: int) -> Int:
-        """Draws pairs (count, 2): the first point by rise, the second the nearest of six that lie at least a
-        base away.
+        """Draws pairs (count, 2): the first point by rise, the second the nearest of six beyond the base.
 
         The near second point lets small walls be hit as well.
         """
@@ -64,9 +63,7 @@ class UprightWalls:
         )
 
     def fit(self, rows: Int, weights: Float) -> Float | None:
-        """Fits a line in plan by total least squares; returns the plane (4,), or None when the points do not
-        span one.
-        """
+        """Fits a plane (4,) to a line in plan by total least squares; None when points do not span it."""
         flat = np.column_stack([self.xyz[rows, :2], np.zeros(len(rows))])
         _, centre, variances = fit_plane(flat, weights)
         if variances[2] < 1e-6:
@@ -78,8 +75,9 @@ class UprightWalls:
 
 @dataclass(eq=False)
 class FreeWalls:
-    """RANSAC problem of planes through three points that lean at most `max_lean` rad; a model is (nx, ny, nz,
-    d).
+    """RANSAC problem of planes through three points that lean at most `max_lean` rad.
+
+    A model is (nx, ny, nz, d) with n . p = d.
     """
 
     xyz: Float
@@ -113,9 +111,7 @@ class FreeWalls:
         )
 
     def fit(self, rows: Int, weights: Float) -> Float | None:
-        """Fits a plane (4,) by total least squares; returns None when it leans too much or the points do not
-        span one.
-        """
+        """Fits a plane (4,) by total least squares; None when it leans too much or points do not span it."""
         normal, centre, variances = fit_plane(self.xyz[rows], weights)
         if variances[1] < 1e-6 or abs(normal[2]) > np.sin(self.max_lean):
             return None
@@ -123,9 +119,7 @@ class FreeWalls:
 
 
 def stack_rise(xyz: Float, cell: float) -> Float:
-    """Counts the thinned points (n,) in each point's plan cell of `cell` m: walls stack up, ground and roofs
-    do not.
-    """
+    """Counts the points (n,) in each point's plan cell of `cell` m; walls stack up, ground does not."""
     key = ((xyz[:, :2] - xyz[:, :2].min(0)) / cell).astype(np.int64)
     size = key.max(0) + 1
     flat = key[:, 0] * size[1] + key[:, 1]
@@ -159,12 +153,11 @@ def search_plane(
 
 
 def sharp_plane(q: Float, cloud: BuildingCloud, rng: np.random.Generator) -> Float | None:
-    """Finds the upright plane with the most points (n, 3) m at the measured noise, as (c, a, 0) of y = c + a
-    x.
+    """Finds the upright plane y = c + a x with the most points (n, 3) m at the measured noise.
 
     `q` is in the frame of a plane found with the inlier distance of the search. That distance is never below
-    2 cm, which is enough for shallow relief to hide in. Returns None when the noise is no smaller than that,
-    or when nothing is found.
+    2 cm, which is enough for shallow relief to hide in. Returns (c, a, 0), or None when the noise is no
+    smaller than that, or when nothing is found.
     """
     threshold = max(3.0 * cloud.noise, _SHARPEST_M)
     if threshold > 0.7 * cloud.threshold or len(q) < 10:

@@ -21,7 +21,7 @@ from frontage.pipeline.store import registration as files
 from frontage.pipeline.store.results import StageResult, StageWarning
 from frontage.registration import (
     PosePrior,
-    Registered,
+    RegisteredScan,
     Registration,
     Selection,
     Strips,
@@ -186,7 +186,7 @@ def _from_side(scans: Sequence[Scan]) -> Float:
     return np.asarray(flat[thin_to(flat, 0.1, 300_000), :2])
 
 
-def _moved(scan: Scan, r: Registered) -> Scan:
+def _moved(scan: Scan, r: RegisteredScan) -> Scan:
     """Return the scan with its points, origins, beams without return and pose corrected."""
     T = r.local_from_given.value
     pose = scan.local_from_scanner

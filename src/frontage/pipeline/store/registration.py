@@ -13,7 +13,7 @@ from frontage.pipeline.store.files import read_arrays, read_json, write_arrays, 
 from frontage.registration import (
     Direction,
     PosePrior,
-    Registered,
+    RegisteredScan,
     Registration,
     Selection,
     Strips,
@@ -45,7 +45,7 @@ def report_record(scans: Sequence[Scan], priors: Sequence[PosePrior], found: Reg
     }
 
 
-def _scan_record(scan: Scan, prior: PosePrior, r: Registered) -> dict[str, Any]:
+def _scan_record(scan: Scan, prior: PosePrior, r: RegisteredScan) -> dict[str, Any]:
     """Angles in degrees but for the covariance (m, rad); `matrix` acts on the coordinates named by `from`."""
     local_from_file, source = _file_frame(scan)
     world = np.eye(4)
