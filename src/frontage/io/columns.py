@@ -46,8 +46,7 @@ class PointColumns:
 
 
 def to_scan(path: object, columns: PointColumns, placement: Placement) -> Scan:
-    """Make the scan: drops rows without finite coordinates, scales intensity (`normalised`) and colour
-    (`rgb8`).
+    """Make the scan: drop rows without finite coordinates, scale intensity and colour.
 
     Raises FileError when no point is left.
     """

@@ -199,8 +199,7 @@ class _Rings:
 
 
 def _neighbour(owner: Int, count: int) -> Int:
-    """The index (n,) of the corner that follows each corner in its ring; `owner` (n,) is the ring of a
-    corner."""
+    """The corner (n,) that follows each corner in its ring; `owner` (n,) is the ring of each corner."""
     sizes = np.bincount(owner, minlength=count)
     begins = (np.cumsum(sizes) - sizes)[owner]
     place: Int = np.arange(len(owner)) - begins

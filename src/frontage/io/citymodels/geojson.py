@@ -1,5 +1,4 @@
-"""Footprints of GeoJSON files as drafts of buildings: RFC 7946, the older "crs" member, sequences of RFC
-8142."""
+"""Footprints of GeoJSON (RFC 7946, its older "crs" member, sequences of RFC 8142) as drafts of buildings."""
 
 from collections.abc import Iterator, Mapping
 from pathlib import Path

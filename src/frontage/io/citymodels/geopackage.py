@@ -1,5 +1,4 @@
-"""Footprints of a GeoPackage (OGC 12-128) as drafts of buildings, read with SQLite; curves are not
-supported."""
+"""Footprints of a GeoPackage (OGC 12-128) as drafts of buildings, read with SQLite, without curves."""
 
 import sqlite3
 from collections.abc import Iterator
@@ -98,8 +97,7 @@ def _chosen(layers: list[_Layer]) -> _Layer:
 
 
 def _polygons(blob: Any) -> tuple[list[list[Float]], list[str]]:
-    """The rings (k, 3) of every polygon of a geometry, with NaN for missing heights; and what is wrong with
-    it."""
+    """The rings (k, 3) of a geometry's polygons, NaN for missing heights, and what is wrong with it."""
     if blob is None:
         return [], []
     if not isinstance(blob, bytes) or blob[:2] != b"GP" or (blob[3] >> 1) & 7 not in _ENVELOPES:

@@ -20,8 +20,7 @@ def read_city_model(
     bounds: tuple[float, ...] | None = None,
     crs: str | None = None,
 ) -> CityModel:
-    """Read the buildings of a CityJSON (1.0 to 2.0), CityJSONSeq, CityGML (1 to 3), GeoJSON or GeoPackage
-    file.
+    """Read the buildings of a CityJSON, CityJSONSeq, CityGML, GeoJSON or GeoPackage file.
 
     In GeoJSON and GeoPackage files, footprints of known height become blocks of LoD1 (docs/citymodels.md).
     Polygons that cannot be used are left out; the model's `problems` name them, building by building.

@@ -1,5 +1,4 @@
-"""Reading E57 (ASTM E2807): every scan with its pose, grid, lost beams, intensity and colour (extra
-`e57`)."""
+"""Reading E57 (ASTM E2807): scans with pose, grid, lost beams, intensity and colour (extra `e57`)."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -105,8 +104,7 @@ def _crs(e57: Any, path: Path, notes: list[str]) -> CRS | None:
 
 
 def _read(e57: Any, number: int) -> tuple[Rigid3, dict[str, Array]]:
-    """The pose and the columns of one scan: xyz (n, 3) in the scanner's frame, valid (n,), and its
-    attributes."""
+    """The pose and the columns of a scan: xyz (n, 3) in its frame, valid (n,), and its attributes."""
     from pye57 import libe57
 
     header = e57.get_header(number)

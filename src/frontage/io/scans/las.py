@@ -1,5 +1,4 @@
-"""Reading LAS and LAZ of every point format, and COPC with queries: chunk by chunk into local float64
-metres."""
+"""Reading LAS and LAZ of every point format, and COPC with queries, chunk by chunk into local metres."""
 
 from collections.abc import Iterator
 from pathlib import Path
@@ -131,8 +130,7 @@ def _stream(
 
 
 def _require_plausible(path: Path, header: Any, raw: Float) -> None:
-    """Raise FileError for points (n, 3) that lie outside the header's bounds by more than the bounds'
-    diagonal.
+    """Raise FileError for points (n, 3) outside the header's bounds by more than their diagonal.
 
     Damaged LAZ data decodes into such points without any error. A header without bounds is not judged.
     """

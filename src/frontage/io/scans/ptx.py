@@ -106,8 +106,7 @@ def _pose(matrix: Float) -> Rigid3:
 
 
 def _from_scanner_position(raw: _Raw, position: Float) -> _Raw:
-    """The same points in the frame of a scanner at `position` (3,) when they are in world coordinates
-    already.
+    """The same points seen from the scanner's `position` (3,), if they are in world coordinates.
 
     Some writers store world coordinates with an identity matrix; then only the header's first line says where
     the scanner stood.

@@ -90,8 +90,7 @@ def _sbet(path: Path) -> tuple[Float, Float, CRS | None]:
 def rays_from_trajectory(
     track: Trajectory, time: Array, place: Placement, notes: list[str]
 ) -> tuple[Float, Array]:
-    """Origins (s, 3) m local every `TRACK_STEP_M` of the track, and the nearest one of every point (n,)
-    int32.
+    """Origins (s, 3) m local along the track, `TRACK_STEP_M` apart, and each point's nearest (n,) int32.
 
     The sensor's position is interpolated at each point's time and rounded to the nearest stored origin.
     Points before or after the track, or in gaps of more than a second, get -1, and `notes` gets a sentence.

@@ -99,8 +99,7 @@ class _Reader:
         properties: list[_GeometryProperty],
         parts: list[etree._Element],
     ) -> None:
-        """Collect geometry properties with their thematic surfaces; parts and installations are kept
-        apart."""
+        """Collect the geometry properties with their thematic surfaces, and separately the parts."""
         for child in children:
             name = local(child)
             if not name or _OTHER.match(name):

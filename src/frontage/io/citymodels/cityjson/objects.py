@@ -43,8 +43,7 @@ class Corners:
 
 
 def families(objects: Mapping[str, Any]) -> dict[str, list[str]]:
-    """The keys of every building, its own and those of its parts and installations, in the order of the
-    file."""
+    """The keys of every building with those of its parts and installations, in the file's order."""
     kinds = {key: o.get("type") for key, o in objects.items()}
     above = {
         key: parent
@@ -161,8 +160,7 @@ def _faces(
 
 
 def _paint(faces: Sequence[Face], given: Any, corners: Corners) -> None:
-    """Give polygons their textures; per ring, the file has the number of the picture, then those of
-    places."""
+    """Give polygons their textures: per ring, the file has a picture's number and those of places."""
     for k, face in enumerate(faces):
         rings = _item(given, k)
         try:

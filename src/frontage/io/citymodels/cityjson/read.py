@@ -1,5 +1,4 @@
-"""Reading CityJSON 1.0 to 2.0 and CityJSONSeq as a stream: the vertices as an array, objects one at a
-time."""
+"""Reading CityJSON 1.0 to 2.0 and CityJSONSeq as a stream: all vertices, but one object at a time."""
 
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
