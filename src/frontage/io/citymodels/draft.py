@@ -17,9 +17,8 @@ from frontage.model.citymodel import CityBuilding, Shell, Texture
 
 Value = str | float | int
 
-_UPRIGHT = np.sin(
-    np.radians(15.0)
-)  # largest height of a wall's unit normal: it leans by less than 15 degrees
+_WALL_LEAN_DEG = 15.0  # a polygon that leans less is a wall
+_UPRIGHT = np.sin(np.radians(_WALL_LEAN_DEG))  # the largest z of a wall's unit normal
 _SAME_M = 1e-6  # corners closer than this are one
 _FOOT_M = 0.05  # the ground lies no more than this above the lowest corner
 _CORNERS = 3  # of a ring, at least
