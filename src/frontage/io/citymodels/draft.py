@@ -26,7 +26,7 @@ _FLAT_M2 = 1e-8  # a polygon smaller than this has no plane
 
 
 @dataclass(eq=False)
-class Face:
+class DraftFace:
     """A polygon of a file.
 
     rings      (k, 3) in file coordinates, the outer one first, closed or not; empty for a broken polygon
@@ -56,7 +56,7 @@ class DraftShell:
     """
 
     lod: str
-    faces: list[Face]
+    faces: list[DraftFace]
     closed: bool
     part: str = ""
     installation: bool = False
@@ -64,7 +64,7 @@ class DraftShell:
 
 
 @dataclass(eq=False)
-class Draft:
+class BuildingDraft:
     """A building of a file.
 
     problems  what could not be read, one short phrase each
@@ -84,7 +84,9 @@ class Draft:
         return np.concatenate([np.zeros((0, 3)), *rings])
 
 
-def finish(draft: Draft, to_local: Callable[[Float], Float]) -> tuple[CityBuilding | None, Failed | None]:
+def finish(
+    draft: BuildingDraft, to_local: Callable[[Float], Float]
+) -> tuple[CityBuilding | None, Failed | None]:
     """Make a building in local metres, and say what of it could not be used.
 
     `to_local` converts file coordinates (n, 3) to local metres. The building is None when nothing of it can
@@ -143,7 +145,7 @@ def _shell(
     )
 
 
-def _texture(face: Face, kept: Sequence[Bool]) -> Texture | None:
+def _texture(face: DraftFace, kept: Sequence[Bool]) -> Texture | None:
     """The texture of a polygon at the corners that were kept; None when it does not fit the corners."""
     t = face.texture
     if t is None or [len(r) for r in t.rings] != [len(k) for k in kept]:
@@ -217,7 +219,7 @@ def _inside_out(polygons: Sequence[Sequence[Float]], normals: Float) -> bool:
     return bool(np.einsum("ij,ij->", anchors - anchors.mean(0), normals) < 0.0)
 
 
-def _classes(faces: Sequence[Face], polygons: Sequence[Sequence[Float]], normals: Float) -> list[str]:
+def _classes(faces: Sequence[DraftFace], polygons: Sequence[Sequence[Float]], normals: Float) -> list[str]:
     """The class of every polygon: what the file states, else what its normal and height suggest.
 
     An upright polygon is a wall, a level one at the foot of the building is the ground, another one that

@@ -13,7 +13,7 @@ import shapely
 
 from frontage.geometry.arrays import Float
 from frontage.io.citymodels.deferred import DeferredPlacement
-from frontage.io.citymodels.draft import Draft
+from frontage.io.citymodels.draft import BuildingDraft
 from frontage.io.citymodels.footprintdraft import footprint_draft
 
 _POLYGONS = ("POLYGON", "MULTIPOLYGON", "SURFACE", "MULTISURFACE", "GEOMETRY", "GEOMETRYCOLLECTION")
@@ -32,7 +32,7 @@ class _Layer:
     crs: str | None
 
 
-def read_geopackage(path: Path, place: DeferredPlacement) -> Iterator[Draft]:
+def read_geopackage(path: Path, place: DeferredPlacement) -> Iterator[BuildingDraft]:
     """Yield the polygons of the layer of buildings that touch the bounds.
 
     Of several layers of polygons, the one whose name contains a word for buildings or footprints is taken.

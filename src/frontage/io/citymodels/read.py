@@ -5,7 +5,7 @@ from pathlib import Path
 
 from frontage.errors import FileError
 from frontage.io.citymodels.deferred import DeferredPlacement
-from frontage.io.citymodels.draft import Draft, finish
+from frontage.io.citymodels.draft import BuildingDraft, finish
 from frontage.io.citymodels.formats import FORMATS, city_model_format
 from frontage.io.files import reading, require_file
 from frontage.model import CityModel, Failed, WorldRef
@@ -60,7 +60,7 @@ def _no_buildings(path: Path, seen: int, problems: list[Failed], place: Deferred
     return FileError(path, "holds no buildings within the bounds", advice, code="I206")
 
 
-def _drafts(path: Path, place: DeferredPlacement) -> Iterator[Draft]:
+def _drafts(path: Path, place: DeferredPlacement) -> Iterator[BuildingDraft]:
     """The buildings of a file of any format."""
     found = city_model_format(path)
     if found is None:

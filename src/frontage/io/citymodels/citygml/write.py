@@ -95,7 +95,7 @@ class _Writer:
                 self.dialect.installation if kind == "installation" else self.dialect.part
             )
             part = self.dialect.add(holder, f"bldg:{thing}", gml_id=self.identifier(name))
-            order = self.dialect.hanging_order if kind == "installation" else self.dialect.order
+            order = self.dialect.installation_order if kind == "installation" else self.dialect.order
             self.fill(part, self.contents(part, own, own[0].attributes), order)
             inside[kind].append(holder)
         self.fill(node, inside, self.dialect.order)
