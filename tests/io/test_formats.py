@@ -193,7 +193,7 @@ def test_trajectory_with_gaps_standstill_and_another_clock(tmp_path: Path) -> No
     scan = read_scans(drive(tmp_path, np.array([0.5, 2.5, 6.0, 10.5, 12.5]), track))[0]
     np.testing.assert_array_equal(scan.origin_index >= 0, [True, True, False, True, False])
     np.testing.assert_allclose(scan.sensor_of(np.array([0, 1, 3]))[:, 0], [0.5, 1.0, 8.5])
-    assert any("origin unknown" in n for n in scan.notes)
+    assert any("origin is unknown" in n for n in scan.notes)
     week = 2200 * 604_800.0
     adjusted = np.array([0.5, 10.5]) + week - 1e9
     scan = read_scans(drive(tmp_path, adjusted, track))[0]

@@ -116,7 +116,7 @@ class PlacementRequest:
             return source
         if systems.looks_geocentric(points):
             notes.append(
-                f"{self.name}: no CRS stated, but the coordinates are geocentric: taken as EPSG:4978"
+                f"{self.name}: states no CRS, but its coordinates are geocentric and were taken as EPSG:4978"
             )
             return CRS.from_epsg(4978)
         if self.target:
@@ -152,7 +152,7 @@ class PlacementRequest:
                 f"{text}: is not a projected east-north CRS; name one in metres such as EPSG:25832",
                 code="I203",
             )
-        notes.append(f"{text} is not in metres: computed in the same projection in metres")
+        notes.append(f"{text} is not in metres; the same projection in metres was used instead")
         return twin
 
     def _engineering(self, points: Float, notes: list[str]) -> Placement:
@@ -175,7 +175,7 @@ def _default_target(source: CRS, points: Float, notes: list[str], wanted: Placem
         return source if source.is_compound else systems.horizontal(source)
     twin = systems.metric_twin(source)
     if twin is not None:
-        notes.append(f"{wanted.name}: {source.name} is not in metres: converted")
+        notes.append(f"{wanted.name}: {source.name} is not in metres; its coordinates were converted")
         return twin
     to_degrees = Transformer.from_crs(source, "EPSG:4979", always_xy=True)
     lon, lat = to_degrees.transform(*np.median(points + wanted.offset, axis=0))[:2]
@@ -184,7 +184,8 @@ def _default_target(source: CRS, points: Float, notes: list[str], wanted: Placem
             f"{wanted.name}: coordinates such as {show(points[0])} do not fit {source.name}", code="I204"
         )
     zone = systems.utm_for(source, float(lon), float(lat))
-    notes.append(f"{wanted.name}: {source.name} transformed to {zone.name} ({systems.crs_text(zone)})")
+    code = systems.crs_text(zone)
+    notes.append(f"{wanted.name}: {source.name} was transformed to {zone.name} ({code})")
     return zone
 
 
@@ -230,9 +231,9 @@ def _plan_only(
     if not flat_from.equals(flat_to, ignore_axis_order=True):
         moved = best_transformer(wanted.name, flat_from, flat_to, points * scale + wanted.offset, notes)
     if up_from is None and up_to is not None:
-        notes.append(f"{wanted.name}: its heights have no datum: taken to be in {up_to.name}")
+        notes.append(f"{wanted.name}: its heights have no datum and were taken to be in {up_to.name}")
     if unit is None and abs(z_unit - 1.0) > 1e-12 and up_from is None:
-        notes.append(f"{wanted.name}: heights taken to be in the unit of the plan, {z_unit:.9g} m")
+        notes.append(f"{wanted.name}: its heights were taken to be in the unit of the plan, {z_unit:.9g} m")
     return scale, moved
 
 
@@ -249,7 +250,7 @@ def _in_space(
     spatial_to = target if up_to is not None else systems.horizontal(target).to_3d()
     moved = best_transformer(wanted.name, source, spatial_to, points * scale + wanted.offset, notes)
     if up_to is None:
-        notes.append(f"{wanted.name}: heights are above the ellipsoid")
+        notes.append(f"{wanted.name}: its heights are above the ellipsoid")
     return scale, moved
 
 

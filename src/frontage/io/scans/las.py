@@ -176,7 +176,9 @@ def _columns(path: Path, store: dict[str, Array]) -> PointColumns:
     withheld = store.get("withheld")
     if withheld is not None and withheld.any():
         c.keep = ~withheld.astype(bool)
-        c.notes.append(f"{path.name}: {int(withheld.astype(bool).sum())} points marked withheld dropped")
+        c.notes.append(
+            f"{path.name}: {int(withheld.astype(bool).sum())} points that are marked as withheld were dropped"
+        )
     return c
 
 

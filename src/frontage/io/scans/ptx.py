@@ -54,7 +54,7 @@ def read_ptx(path: str | Path, request: ScanRequest) -> list[Scan]:
     place = request.placement.place(None, np.vstack(some))
     shared = normalised([r.intensity for _, r in kept])
     empty = len(raws) - len(kept)
-    notes = [f"{p.name}: {empty} scans without any return left out"] if empty else []
+    notes = [f"{p.name}: {empty} scans without any return were left out"] if empty else []
     return [
         _scan(p, k, r, i, place=place, sigmas=request.sigmas, notes=notes)
         for (k, r), i in zip(kept, shared, strict=True)
