@@ -146,7 +146,7 @@ def test_las_without_points_and_a_folder(tmp_path: Path) -> None:
         read_scans(tmp_path)
 
 
-def test_points_that_are_not_finite_are_dropped_and_said(tmp_path: Path) -> None:
+def test_points_that_are_not_finite_are_dropped_with_a_note(tmp_path: Path) -> None:
     (tmp_path / "n.xyz").write_text("1 2 3\nnan 2 3\n4 5 inf\n7 8 9\n")
     scan = read_scans(tmp_path / "n.xyz")[0]
     np.testing.assert_allclose(scan.xyz, [[1, 2, 3], [7, 8, 9]])
@@ -286,7 +286,7 @@ def test_truncated_binary_models(tmp_path: Path, name: str, keep: int) -> None:
     sentence(e.value, name)
 
 
-def test_photos_that_vanish_later_and_without_cameras(tmp_path: Path) -> None:
+def test_photos_that_are_deleted_later_and_photos_without_cameras(tmp_path: Path) -> None:
     model, pictures = write_colmap_text(tmp_path / "model"), write_photos(tmp_path / "pictures")
     found = read_photos(photos(pictures, model), LOCAL)
     (pictures / "a.jpg").unlink()
@@ -356,7 +356,7 @@ def test_a_failed_write_leaves_the_earlier_file(tmp_path: Path) -> None:
     assert path.read_bytes() == before and [p.name for p in tmp_path.glob(".*")] == []
 
 
-def test_e57_without_any_return_is_no_scan(tmp_path: Path) -> None:
+def test_e57_without_any_return_is_refused(tmp_path: Path) -> None:
     gone = np.full(240, 2)
     gone[0] = 0
     path = write_e57(tmp_path / "one.e57", 1, cartesianInvalidState=gone)

@@ -1,4 +1,4 @@
-"""City models of every format: what is read, what is refused, and in one sentence why."""
+"""City models of every format are read completely, or refused with one clear sentence."""
 
 import json
 from collections import Counter
@@ -131,7 +131,7 @@ def test_a_local_system_is_placed_by_its_anchor() -> None:
         assert np.abs(local.bounds()).max() < 100  # data without a CRS stays in the local system
 
 
-def test_surfaces_referred_to_by_a_solid_keep_class_and_name(tmp_path: Path) -> None:
+def test_surfaces_that_a_solid_refers_to_keep_class_and_name(tmp_path: Path) -> None:
     walls = [
         f"<bldg:boundedBy><bldg:{'RoofSurface' if k == 1 else 'WallSurface'} gml:id='S{k}'>"
         f"<bldg:lod2MultiSurface><gml:MultiSurface>{members(polygon(f, f'P{k}'))}</gml:MultiSurface>"
@@ -150,7 +150,7 @@ def test_surfaces_referred_to_by_a_solid_keep_class_and_name(tmp_path: Path) -> 
     assert b.shells[0].surfaces[1].semantics == "RoofSurface"
 
 
-def test_a_polygon_of_another_building_is_found_wherever_it_stands(tmp_path: Path) -> None:
+def test_a_polygon_of_another_building_is_found_anywhere_in_the_file(tmp_path: Path) -> None:
     whole = [polygon(f, f"P{k}") for k, f in enumerate(FACES)]
     shared = members(*whole[:5]) + '<gml:surfaceMember xlink:href="#P5"/>'
     lost = (
@@ -169,7 +169,7 @@ def test_a_polygon_of_another_building_is_found_wherever_it_stands(tmp_path: Pat
 
 
 @pytest.mark.parametrize("kind", ["gml", "city.json"])
-def test_malformed_polygons_cost_only_themselves(tmp_path: Path, kind: str) -> None:
+def test_only_malformed_polygons_are_left_out(tmp_path: Path, kind: str) -> None:
     bad = [[0, 1, 1], [0, 0, 0], [0, 1]]
     if kind == "gml":
         nan = polygon(FACES[0]).replace("0 0 0", "NaN 0 0", 1)
@@ -201,7 +201,7 @@ def test_a_solid_turned_inside_out_is_turned_back(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("kind", ["city.json", "gml"])
-def test_what_is_written_is_read(tmp_path: Path, kind: str) -> None:
+def test_written_models_are_read_back(tmp_path: Path, kind: str) -> None:
     write_model = write_cityjson if kind == "city.json" else write_citygml
     path = write_model(tmp_path / f"m.{kind}", [house("A", 0), house("B", 8.123)], UTM, "two houses")
     model = read_city_model(path, UTM)
@@ -272,7 +272,7 @@ def test_cityjson_versions_templates_and_parts(tmp_path: Path) -> None:
     np.testing.assert_allclose(balcony.max(0), [13, 23, 38])
 
 
-def test_only_what_touches_the_bounds_is_read(tmp_path: Path) -> None:
+def test_only_buildings_that_touch_the_bounds_are_read(tmp_path: Path) -> None:
     row = [house(f"B{k}", 10.0 * k) for k in range(20)]
     x, y = UTM.origin[:2]
     near = (x + 95.0, y + 1.0, x + 121.0, y + 2.0)

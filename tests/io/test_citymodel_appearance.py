@@ -1,4 +1,4 @@
-"""Textures of city models: kept by reference, corner by corner."""
+"""Textures of city models are kept as references, corner by corner."""
 
 from pathlib import Path
 

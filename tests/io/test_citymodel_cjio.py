@@ -1,4 +1,4 @@
-"""What cjio makes of models: the same buildings in other packings."""
+"""Models rewritten by cjio hold the same buildings in another layout."""
 
 import subprocess
 import sys
@@ -17,7 +17,7 @@ CJIO = Path(sys.executable).with_name("cjio")
 
 
 @pytest.mark.parametrize("source", ["ours", "theirs"])
-def test_models_that_cjio_has_written_again(tmp_path: Path, source: str) -> None:
+def test_models_rewritten_by_cjio_are_read_the_same(tmp_path: Path, source: str) -> None:
     path = tmp_path / "m.city.json"
     if source == "ours":
         write_cityjson(path, [house("A", 0), house("B", 8)], UTM, "two houses")

@@ -1,4 +1,4 @@
-"""Rarer things in city models: implicit geometries, attributes, addresses, groups, small pieces."""
+"""Rarer features of city models: implicit geometries, attributes, addresses, groups, reading in pieces."""
 
 import json
 from pathlib import Path
@@ -65,7 +65,7 @@ def test_attributes_and_addresses_of_citygml(tmp_path: Path) -> None:
         "flats": 7, "share": 0.5, "lifts": 2, "further_addresses": "5 Am Markt"}  # fmt: skip
 
 
-def test_what_is_inside_a_building_is_not_its_outside(tmp_path: Path) -> None:
+def test_interior_objects_are_not_part_of_the_shell(tmp_path: Path) -> None:
     room = f"<bldg:interiorRoom><bldg:Room>{CUBE.replace('lod2', 'lod4')}</bldg:Room></bldg:interiorRoom>"
     hidden = (
         "<buildingInstallation><BuildingInstallation><relationToConstruction>inside</relationToConstruction>"

@@ -1,4 +1,4 @@
-"""City models that lie elsewhere, name their axes otherwise, or are no models: one clear sentence."""
+"""City models outside the bounds, with other axis orders, or damaged: notes and errors are clear."""
 
 import json
 from pathlib import Path
@@ -46,7 +46,7 @@ def test_the_order_of_the_axes(tmp_path: Path, srs: str, first: float, second: f
     assert bool(told) == note and all("before" in n for n in told)
 
 
-def test_a_model_somewhere_else_gives_one_sentence(tmp_path: Path) -> None:
+def test_a_model_outside_the_bounds_is_refused_with_advice(tmp_path: Path) -> None:
     near = (5.0, 100.0, 9.0, 110.0)
     path = write_citygml(tmp_path / "m.gml", [house("A", 0.0)], LOCAL, "t")
     assert len(read_city_model(path, LOCAL, bounds=(8.0, 5.0, 9.0, 9.0)).buildings) == 1
@@ -81,7 +81,7 @@ def test_a_model_somewhere_else_gives_one_sentence(tmp_path: Path) -> None:
         ("p.json", '{"type": "CityJSON", "version": "2.0", "transform": 5, "CityObjects": 3}'),
     ],
 )  # fmt: skip
-def test_bad_files_give_one_sentence(tmp_path: Path, name: str, text: str) -> None:
+def test_bad_files_are_refused_in_one_sentence(tmp_path: Path, name: str, text: str) -> None:
     with pytest.raises(FileError) as e:
         read_city_model(write(tmp_path / name, text))
     said = str(e.value)

@@ -1,4 +1,4 @@
-"""COPC: a query by bounds and by resolution reads the nodes that it needs, and agrees with the whole file."""
+"""COPC: queries by bounds and by resolution read only the needed nodes and agree with the whole file."""
 
 import struct
 from pathlib import Path

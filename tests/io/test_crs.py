@@ -1,4 +1,4 @@
-"""Coordinates of every kind become local metres of one projected world, and what was assumed is said."""
+"""Coordinates of every kind become local metres of one projected world; assumptions become notes."""
 
 from pathlib import Path
 
@@ -39,7 +39,7 @@ def test_the_file_s_own_metric_system_changes_nothing_but_the_origin(tmp_path: P
     assert np.abs(scan.world.to_world(scan.xyz) - np.round(PLAN, 3)).max() < 1e-6
 
 
-def test_geocentric_without_a_record_is_found_and_said(tmp_path: Path) -> None:
+def test_geocentric_coordinates_without_a_crs_are_recognised_with_a_note(tmp_path: Path) -> None:
     to_ecef = Transformer.from_crs(CRS("EPSG:32632").to_3d(), "EPSG:4978", always_xy=True)
     ecef = np.column_stack(to_ecef.transform(*PLAN.T))
     scan = read_scans(write_laspy(tmp_path / "e.las", ecef))[0]
@@ -120,7 +120,7 @@ def test_small_local_coordinates_keep_their_origin_and_large_ones_do_not(tmp_pat
     assert np.abs(read_scans(tmp_path / "w.xyz")[0].xyz).max() < 50
 
 
-def test_all_scans_go_to_the_world_of_the_first(tmp_path: Path) -> None:
+def test_all_scans_share_the_world_of_the_first(tmp_path: Path) -> None:
     first = read_scans(write_laspy(tmp_path / "a.las", PLAN, 6, "EPSG:25832"))[0]
     to_33 = Transformer.from_crs("EPSG:25832", "EPSG:25833", always_xy=True)
     moved = np.column_stack([*to_33.transform(PLAN[:, 0], PLAN[:, 1]), PLAN[:, 2]])
@@ -128,7 +128,7 @@ def test_all_scans_go_to_the_world_of_the_first(tmp_path: Path) -> None:
     assert second.world is first.world and np.abs(second.xyz - first.xyz).max() < 2e-3
 
 
-def test_a_file_without_a_system_joins_the_asked_one_only_where_it_fits(tmp_path: Path) -> None:
+def test_a_file_without_a_crs_is_taken_in_the_requested_one_only_where_it_fits(tmp_path: Path) -> None:
     np.savetxt(tmp_path / "w.xyz", PLAN, fmt="%.4f")
     np.savetxt(tmp_path / "l.xyz", PLAN - PLAN[0], fmt="%.4f")
     scan = read_scans(tmp_path / "w.xyz", target_crs="EPSG:25832")[0]

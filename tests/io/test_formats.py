@@ -1,4 +1,4 @@
-"""What each format says is what the scan holds: poses, rasters, lost beams, colours, columns."""
+"""Scans hold what each format states: poses, scan grids, beams without return, colours, columns."""
 
 import pickle
 import struct
@@ -70,7 +70,7 @@ def test_e57_with_wrong_indices_and_without(tmp_path: Path) -> None:
     assert wrong.grid is None and any("indices" in n for n in wrong.notes)
 
 
-def test_e57_embedded_photo_looks_where_it_looked(tmp_path: Path) -> None:
+def test_e57_embedded_photo_keeps_its_pose(tmp_path: Path) -> None:
     path = write_e57(tmp_path / "p.e57", 1, photo=picture())
     photos = read_photos(PhotoSource(path=str(path)), LOCAL)
     (photo,) = photos.photos
@@ -80,7 +80,7 @@ def test_e57_embedded_photo_looks_where_it_looked(tmp_path: Path) -> None:
     np.testing.assert_allclose(ahead, [[30, 20], [35, 15]], atol=1e-9)
 
 
-def test_approximate_poses_carry_their_sigmas(tmp_path: Path) -> None:
+def test_approximate_poses_have_the_stated_sigmas(tmp_path: Path) -> None:
     (tmp_path / "a.ptx").write_text(ptx_text())
     source = ScanSource(
         path=str(tmp_path / "a.ptx"), pose="approximate", sigma_position=3.0, sigma_heading=4.0
@@ -139,7 +139,7 @@ def test_ply_orders_and_other_elements(tmp_path: Path, order: str) -> None:
     np.testing.assert_allclose(scan.intensity, [0.25, 0.75])
 
 
-def test_ply_in_coarse_floats_says_so(tmp_path: Path) -> None:
+def test_ply_with_coarse_floats_gets_a_note(tmp_path: Path) -> None:
     head = "ply\nformat ascii 1.0\nelement vertex 2\nproperty float x\nproperty float y\nproperty float z\nend_header\n"  # noqa: E501
     (tmp_path / "a.ply").write_text(head + "678000 5403000 400\n678010 5403010 410\n")
     assert any("32-bit" in n for n in read_scans(tmp_path / "a.ply")[0].notes)
@@ -176,7 +176,7 @@ def drive(tmp_path: Path, times: np.ndarray, track: str) -> ScanSource:
     return ScanSource(path=str(path), trajectory=str(tmp_path / "track.csv"))
 
 
-def test_trajectory_gives_every_point_its_sensor(tmp_path: Path) -> None:
+def test_every_point_gets_its_sensor_position_from_the_trajectory(tmp_path: Path) -> None:
     times = np.linspace(100, 110, 400)
     track = "gps_time,x,y,z,heading\n" + "".join(f"{t},{(t - 100) * 5},2,1.8,90\n" for t in range(100, 111))
     scan = read_scans(drive(tmp_path, times, track))[0]
@@ -193,7 +193,7 @@ def test_trajectory_with_gaps_standstill_and_another_clock(tmp_path: Path) -> No
     scan = read_scans(drive(tmp_path, np.array([0.5, 2.5, 6.0, 10.5, 12.5]), track))[0]
     np.testing.assert_array_equal(scan.origin_index >= 0, [True, True, False, True, False])
     np.testing.assert_allclose(scan.sensor_of(np.array([0, 1, 3]))[:, 0], [0.5, 1.0, 8.5])
-    assert any("origin unknown" in n for n in scan.notes)
+    assert any("origin is unknown" in n for n in scan.notes)
     week = 2200 * 604_800.0
     adjusted = np.array([0.5, 10.5]) + week - 1e9
     scan = read_scans(drive(tmp_path, adjusted, track))[0]
@@ -222,7 +222,7 @@ def test_sbet(tmp_path: Path) -> None:
     assert np.abs(world[:, 2] - 450).max() < 1e-6
 
 
-def test_colmap_text_and_binary_say_the_same(tmp_path: Path) -> None:
+def test_colmap_text_and_binary_models_agree(tmp_path: Path) -> None:
     text = read_colmap(write_colmap_text(tmp_path / "t"))
     binary = read_colmap(write_colmap_binary(tmp_path / "b" / "sparse" / "0").parents[1])
     assert [i.name for i in text.images] == [i.name for i in binary.images] == ["a.jpg", "sub/b.jpg"]

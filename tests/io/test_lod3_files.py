@@ -1,4 +1,4 @@
-"""LoD3 files: valid by their schemas, and the same buildings when they are read back."""
+"""LoD3 files are valid by their schemas and hold the same buildings when they are read back."""
 
 import json
 import subprocess
@@ -57,7 +57,7 @@ KINDS = ["city.json", "gml2", "gml3"]
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_what_is_written_is_read(tmp_path: Path, kind: str) -> None:
+def test_written_models_are_read_back(tmp_path: Path, kind: str) -> None:
     model = read_city_model(written(tmp_path, kind), WORLD)
     (read,), wrote = model.buildings, lod3()
     assert model.problems == model.notes == ()
@@ -82,7 +82,7 @@ def _key(ring: np.ndarray) -> tuple:
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_openings_carry_what_is_known(tmp_path: Path, kind: str) -> None:
+def test_openings_keep_their_attributes(tmp_path: Path, kind: str) -> None:
     found = {
         o.about["id"] if kind == "city.json" else _named(o): o
         for o in read_city_openings(written(tmp_path, kind))
@@ -150,7 +150,7 @@ def test_citygml_is_valid_by_its_schema(tmp_path: Path, kind: str, modules: tupl
     assert not schema.validate(tree)
 
 
-def test_cjio_writes_it_again(tmp_path: Path) -> None:
+def test_cjio_can_read_and_rewrite_the_file(tmp_path: Path) -> None:
     path = written(tmp_path, "city.json")
     out = tmp_path / "again.city.json"
     subprocess.run(

@@ -1,4 +1,4 @@
-"""Structured files keep the beams that did not come back: E57, PTX, the run's own intermediates."""
+"""E57, PTX and Frontage's own scan files keep the beams that did not return."""
 
 import numpy as np
 import pytest
@@ -13,7 +13,7 @@ from raster_scans import WORLD, scan_raster, tilted, within
 
 
 @pytest.mark.parametrize("suffix", [".e57", ".ptx"])
-def test_readers_keep_the_lost_beams(tmp_path, suffix):
+def test_readers_keep_beams_that_did_not_return(tmp_path, suffix):
     scan, lost = scan_raster(within((3.0, 1.0, 6.0, 4.0)), tilted(degrees=1.0))
     path = tmp_path / f"a{suffix}"
     {".e57": write_e57, ".ptx": write_ptx}[suffix](path, [scan])
@@ -22,7 +22,7 @@ def test_readers_keep_the_lost_beams(tmp_path, suffix):
     assert max(np.linalg.norm(d - w, axis=1).min() for w in lost[::29]) < 1e-5
 
 
-def test_intermediates_keep_them(tmp_path):
+def test_scans_in_a_run_folder_keep_them(tmp_path):
     cloud = merge_scans([scan_raster(within((3.0, 1.0, 6.0, 4.0)), tilted(degrees=k))[0] for k in (1.0, 2.0)])
     back = load_scan(save_scan(tmp_path / "a.npz", cloud))
     assert len(back.no_returns) == 2

@@ -1,4 +1,4 @@
-"""An ortho-image on disk: what is written comes back, and others can read it."""
+"""Ortho-images on disk round-trip, and other programs can read them."""
 
 import json
 from dataclasses import replace
@@ -28,7 +28,7 @@ def ortho():
     return made
 
 
-def test_everything_comes_back(ortho, tmp_path):
+def test_an_ortho_image_round_trips(ortho, tmp_path):
     ortho_io.write_ortho(tmp_path / "B01_F1", ortho)
     back = ortho_io.read_ortho(tmp_path / "B01_F1")
     for name in ("pixels", "depth", "source", "gsd_effective", "intensity"):
@@ -99,7 +99,7 @@ def test_the_sidecar_is_the_contract(ortho, tmp_path):
     assert np.allclose(np.cross(side["frame"]["z"], side["frame"]["x"]), side["frame"]["y"])
 
 
-def test_the_sidecar_comes_back_typed_and_without_a_change(ortho, tmp_path):
+def test_the_sidecar_round_trips_byte_for_byte(ortho, tmp_path):
     ortho_io.write_ortho(tmp_path, replace(ortho, photo_offset=PhotoOffset(0.01, 0.001, 5, False)))
     text = (tmp_path / "ortho.json").read_text()
     side = read_sidecar(tmp_path)
@@ -116,7 +116,7 @@ def test_the_sidecar_comes_back_typed_and_without_a_change(ortho, tmp_path):
     assert side.relief and 0.0 < side.nodata_share < 1.0
 
 
-def test_the_tiff_is_georeferenced_tiled_and_says_where_the_world_is(ortho, tmp_path):
+def test_the_tiff_is_georeferenced_and_tiled_and_holds_the_matrix_to_the_world(ortho, tmp_path):
     ortho_io.write_ortho(tmp_path, ortho)
     with tifffile.TiffFile(tmp_path / "ortho.tif") as tif:
         page = tif.pages[0]
@@ -161,7 +161,7 @@ def test_a_write_that_fails_leaves_the_earlier_file(ortho, tmp_path, monkeypatch
     assert not [p for p in tmp_path.iterdir() if p.name.startswith(".")]
 
 
-def test_missing_damaged_and_foreign_files_are_said(ortho, tmp_path):
+def test_missing_damaged_and_foreign_files_are_refused(ortho, tmp_path):
     with pytest.raises(FileError, match=r"ortho\.json: does not exist"):
         ortho_io.read_ortho(tmp_path)
     ortho_io.write_ortho(tmp_path, ortho)

@@ -1,4 +1,4 @@
-"""The real and simulated recordings beside the checkout: poses against truth, sensors, extents."""
+"""Real and simulated recordings beside the checkout: poses compared with truth, sensors, extents."""
 
 import json
 from typing import Any
@@ -65,7 +65,7 @@ def test_e57_and_laz_are_the_same_walls() -> None:
     assert (laz.origin_index >= 0).all()
 
 
-def test_mobile_points_know_the_vehicle() -> None:
+def test_mobile_points_have_the_vehicle_s_position() -> None:
     track = str(data_path(SCENE + "input/mobile/trajectory.csv"))
     scan = scans("mobile/mobile.laz", trajectory=track)[0]
     assert (scan.origin_index >= 0).all()
@@ -77,7 +77,7 @@ def test_mobile_points_know_the_vehicle() -> None:
     assert 2 < np.median(reach) < 30
 
 
-def test_photo_poses_are_the_true_ones() -> None:
+def test_photo_poses_equal_the_truth() -> None:
     folder = data_path(SCENE + "input")
     source = PhotoSource(path=str(folder / "photos" / "*.jpg"), cameras=str(folder / "registered" / "colmap"),
                          offset=tuple(UTM.origin.tolist()))  # fmt: skip
@@ -110,7 +110,7 @@ def test_castle_points_fall_on_their_photos() -> None:
     assert np.median(error) < 1.0  # px: axes, rotation and pixel centres are right
 
 
-def test_clock_tower_is_found_to_be_geocentric() -> None:
+def test_the_clock_tower_is_recognised_as_geocentric() -> None:
     (scan,) = read_scans(data_path("clocktower/clocktower_ecef.laz"))
     assert scan.world.crs == "EPSG:32644" and len(scan) == 3_230_067 and scan.rgb is None
     assert any("geocentric" in n for n in scan.notes) and any("no colour" in n for n in scan.notes)

@@ -1,4 +1,4 @@
-"""What is written comes back: LAS, PLY, intermediates; every LAS point format; fields of other programs."""
+"""LAS, PLY and run-folder scans round-trip: every LAS point format, and fields of other programs."""
 
 import filecmp
 from pathlib import Path
@@ -72,7 +72,7 @@ def test_every_las_point_format(tmp_path: Path, point_format: int) -> None:
         assert file.header.point_count == 300 and "my_extra" in file.header.point_format.dimension_names
 
 
-def test_las_is_read_in_chunks_as_in_one(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_las_read_in_chunks_equals_las_read_at_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     path = write_las(tmp_path / "c.laz", cloud(3000))
     whole = read_las(path, ScanRequest(PlacementRequest("c", UTM)))[0]
     seen: list[float] = []
@@ -97,7 +97,7 @@ def test_colour_of_8_bits_in_fields_of_16(tmp_path: Path, factor: int) -> None:
     )
 
 
-def test_colour_fields_that_hold_no_colour_are_dropped_and_said(tmp_path: Path) -> None:
+def test_colour_fields_that_hold_no_colour_are_dropped_with_a_note(tmp_path: Path) -> None:
     r = np.random.default_rng(3)
     other = r.integers(0, 65536, 2000)
     path = write_laspy(
@@ -107,7 +107,7 @@ def test_colour_fields_that_hold_no_colour_are_dropped_and_said(tmp_path: Path) 
     assert scan.rgb is None and any("colour" in n for n in scan.notes)
 
 
-def test_withheld_points_are_dropped_and_said(tmp_path: Path) -> None:
+def test_withheld_points_are_dropped_with_a_note(tmp_path: Path) -> None:
     xyz = np.random.default_rng(5).uniform(0, 9, (100, 3))
     path = write_laspy(tmp_path / "w.las", xyz, 6, withheld=np.arange(100) < 10)
     scan = read_las(path, ScanRequest(PlacementRequest("w")))[0]
@@ -134,7 +134,7 @@ def test_ply_round_trip(tmp_path: Path) -> None:
     np.testing.assert_array_equal(back.intensity, scan.intensity)
 
 
-def test_store_round_trip_is_exact(tmp_path: Path) -> None:
+def test_scans_of_a_run_folder_round_trip_exactly(tmp_path: Path) -> None:
     scan = cloud(24)
     pose = given_pose(Rigid3("local", "scanner", np.eye(3), np.ones(3)), (1, 1, 1, 0.1, 0.1, 0.1))
     full = Scan(scan.name, scan.xyz, scan.world, scan.origins, scan.origin_index, scan.intensity, scan.rgb, scan.time,  # noqa: E501
@@ -164,7 +164,7 @@ def test_bounds_and_resolution(tmp_path: Path) -> None:
     assert 200 < len(thin) <= 1000 and len(np.unique(cells, axis=0)) > 0.95 * len(thin)
 
 
-def test_info_says_what_is_there(tmp_path: Path) -> None:
+def test_info_of_a_scan(tmp_path: Path) -> None:
     info = scan_info(write_las(tmp_path / "i.laz", cloud(800)))
     assert info["points"] == 800 and info["crs"] == "EPSG:25832"
     assert info["scans"][0]["fields"] == ["intensity", "rgb", "time", "return_number"]

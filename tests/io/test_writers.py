@@ -1,4 +1,4 @@
-"""What the simulator writes: every format read back, byte for byte repeatable, valid by its schema."""
+"""Every format that the simulator writes is read back, is repeatable byte for byte, and fits its schema."""
 
 import json
 import struct

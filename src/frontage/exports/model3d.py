@@ -9,7 +9,7 @@ import numpy as np
 from frontage.exports.facades import FacadePicture, limit_texture
 from frontage.exports.triangles import KINDS, ModelTriangles, model_triangles, unique_vertices
 from frontage.geometry.arrays import Array, Bool, Float, Int
-from frontage.io.meshes.glb import Material, Mesh, Piece
+from frontage.io.meshes.glb import GlbMaterial, GlbMesh, GlbPiece
 from frontage.model import OPENING_SURFACES
 from frontage.solids import Assembled
 
@@ -30,7 +30,7 @@ _FACING_COS = 0.96  # of the largest angle between a surface and the facade whos
 _GLASS_ROUGHNESS = 0.15  # of the glTF material
 
 
-def building_mesh(assembled: Assembled, pictures: Sequence[FacadePicture], reach: float) -> Mesh:
+def building_mesh(assembled: Assembled, pictures: Sequence[FacadePicture], reach: float) -> GlbMesh:
     """Makes a building one mesh with one piece per picture and per plain colour.
 
     Walls, windows and doors that lie within `reach` m of the plane of a facade and are parallel to it show
@@ -40,7 +40,7 @@ def building_mesh(assembled: Assembled, pictures: Sequence[FacadePicture], reach
     centre = np.rint(shapes.corners.reshape(-1, 3).mean(0)) if len(shapes) else np.zeros(3)
     matrix = np.eye(4)
     matrix[:3, 3] = centre
-    pieces: list[Piece] = []
+    pieces: list[GlbPiece] = []
     left = np.ones(len(shapes), np.bool_)
     for picture in pictures:
         uv = _texture_coordinates(shapes.corners, picture)
@@ -48,11 +48,11 @@ def building_mesh(assembled: Assembled, pictures: Sequence[FacadePicture], reach
         left &= ~shown
         if shown.any():
             rows, faces = unique_vertices(shapes.corners[shown] - centre, uv[shown])
-            material = Material(picture.facade.id, limit_texture(picture.jpeg))
-            pieces.append(Piece(material, rows[:, :3], faces, uv=rows[:, 3:]))
+            material = GlbMaterial(picture.facade.id, limit_texture(picture.jpeg))
+            pieces.append(GlbPiece(material, rows[:, :3], faces, uv=rows[:, 3:]))
     pieces += _plain(shapes, left, centre, _mean_colour(pictures))
     extras = {"building": assembled.building, "host": assembled.coarse.source, "lod": "3"}
-    return Mesh(assembled.building, tuple(pieces), matrix, extras)
+    return GlbMesh(assembled.building, tuple(pieces), matrix, extras)
 
 
 def _texture_coordinates(corners: Float, picture: FacadePicture) -> Float:
@@ -74,17 +74,17 @@ def _shown(shapes: ModelTriangles, picture: FacadePicture, uv: Float, reach: flo
     return np.asarray(facing & (np.abs(y) < reach) & within & np.isin(shapes.kind, kinds))
 
 
-def _plain(shapes: ModelTriangles, left: Bool, centre: Float, wall: Colour | None) -> list[Piece]:
+def _plain(shapes: ModelTriangles, left: Bool, centre: Float, wall: Colour | None) -> list[GlbPiece]:
     """One piece per colour of the triangles that are `left`, relative to `centre` (3,) m local."""
     found = []
     for number, name in enumerate(KINDS):
         own: Int = np.flatnonzero(left & (shapes.kind == number))
         if len(own):
             colour = wall if name == "WallSurface" and wall is not None else COLOURS[name]
-            material = Material(name, None, colour, _GLASS_ROUGHNESS if name == "Window" else 1.0)
+            material = GlbMaterial(name, None, colour, _GLASS_ROUGHNESS if name == "Window" else 1.0)
             normals = np.repeat(shapes.normals[own][:, None], 3, axis=1)
             rows, faces = unique_vertices(shapes.corners[own] - centre, normals)
-            found.append(Piece(material, rows[:, :3], faces, normals=rows[:, 3:]))
+            found.append(GlbPiece(material, rows[:, :3], faces, normals=rows[:, 3:]))
     return found
 
 

@@ -36,8 +36,7 @@ _MODELS = (
 
 @dataclass(frozen=True, eq=False)
 class ColmapImage:
-    """One oriented photo: its id, its name (which may hold folders), its camera's id, its pose in the model's
-    world."""
+    """One oriented photo: id, name (which may hold folders), id of its camera, pose in the model's world."""
 
     id: int
     name: str
@@ -210,8 +209,7 @@ def _points_text(path: Path) -> tuple[Float, Array, Array]:
 
 
 def _points_binary(data: bytes) -> tuple[Float, Array, Array]:
-    """The same from points3D.bin. Tracks have any length, so the start of every record is found one by
-    one."""
+    """The same from points3D.bin, whose tracks have any length: every record's start is looked up."""
     (count,), at = struct.unpack_from("<Q", data), 8
     if count * 51 > len(data):
         raise ValueError("it is truncated")

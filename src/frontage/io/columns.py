@@ -46,8 +46,7 @@ class PointColumns:
 
 
 def to_scan(path: object, columns: PointColumns, placement: Placement) -> Scan:
-    """Make the scan: drops rows without finite coordinates, scales intensity (`normalised`) and colour
-    (`rgb8`).
+    """Make the scan: drop rows without finite coordinates, scale intensity and colour.
 
     Raises FileError when no point is left.
     """
@@ -78,7 +77,7 @@ def _kept(c: PointColumns) -> PointColumns:
     finite = np.isfinite(c.xyz).all(axis=1)
     keep = finite if c.keep is None else finite & c.keep
     if not finite.all():
-        c.notes.append(f"{c.name}: {int((~finite).sum())} points without finite coordinates dropped")
+        c.notes.append(f"{c.name}: {int((~finite).sum())} points without finite coordinates were dropped")
     if keep.all():
         return c
     rows = {
@@ -106,7 +105,9 @@ def rgb8(rgb: Array | None, c: PointColumns) -> Array | None:
     constant = (rgb == rgb[0]).all(axis=0)
     if constant.all() or (constant.any() and len(rgb) > _MANY_POINTS):
         if rgb.any():
-            c.notes.append(f"{c.name}: its colour fields hold no colour (a channel never changes): dropped")
+            c.notes.append(
+                f"{c.name}: its colour fields hold no colour (a channel never changes) and were dropped"
+            )
         return None
     top = rgb.max()
     if rgb.dtype.kind == "f":

@@ -20,8 +20,7 @@ def latitude_longitude(xy: Float, crs: str) -> Float:
 
 
 def true_heading(xy: Float, direction: Float, crs: str) -> float:
-    """The heading of a horizontal `direction` (2,) at the world position `xy` (2,) m: degrees clockwise from
-    true north.
+    """The true heading (degrees clockwise from north) of a `direction` (2,) at `xy` (2,) m world.
 
     Raises CrsError for an unknown CRS.
     """

@@ -59,8 +59,7 @@ class Placement:
         return out - self.world.origin
 
     def points_of(self, pose: Rigid3, xyz: Float) -> Float:
-        """Convert points (n, 3) in the frame of a scanner to local metres (n, 3); `pose` is in file
-        coordinates."""
+        """Convert points (n, 3) from a scanner's frame, at `pose` in file coordinates, to local metres."""
         if self.transformer is None and np.all(self.scale == 1.0):
             return np.asarray(xyz, np.float64) @ pose.R.T + (pose.t + (self.offset - self.world.origin))
         return self.to_local(pose.apply(xyz))
@@ -117,7 +116,7 @@ class PlacementRequest:
             return source
         if systems.looks_geocentric(points):
             notes.append(
-                f"{self.name}: no CRS stated, but the coordinates are geocentric: taken as EPSG:4978"
+                f"{self.name}: states no CRS, but its coordinates are geocentric and were taken as EPSG:4978"
             )
             return CRS.from_epsg(4978)
         if self.target:
@@ -153,7 +152,7 @@ class PlacementRequest:
                 f"{text}: is not a projected east-north CRS; name one in metres such as EPSG:25832",
                 code="I203",
             )
-        notes.append(f"{text} is not in metres: computed in the same projection in metres")
+        notes.append(f"{text} is not in metres; the same projection in metres was used instead")
         return twin
 
     def _engineering(self, points: Float, notes: list[str]) -> Placement:
@@ -176,7 +175,7 @@ def _default_target(source: CRS, points: Float, notes: list[str], wanted: Placem
         return source if source.is_compound else systems.horizontal(source)
     twin = systems.metric_twin(source)
     if twin is not None:
-        notes.append(f"{wanted.name}: {source.name} is not in metres: converted")
+        notes.append(f"{wanted.name}: {source.name} is not in metres; its coordinates were converted")
         return twin
     to_degrees = Transformer.from_crs(source, "EPSG:4979", always_xy=True)
     lon, lat = to_degrees.transform(*np.median(points + wanted.offset, axis=0))[:2]
@@ -185,7 +184,8 @@ def _default_target(source: CRS, points: Float, notes: list[str], wanted: Placem
             f"{wanted.name}: coordinates such as {show(points[0])} do not fit {source.name}", code="I204"
         )
     zone = systems.utm_for(source, float(lon), float(lat))
-    notes.append(f"{wanted.name}: {source.name} transformed to {zone.name} ({systems.crs_text(zone)})")
+    code = systems.crs_text(zone)
+    notes.append(f"{wanted.name}: {source.name} was transformed to {zone.name} ({code})")
     return zone
 
 
@@ -193,35 +193,65 @@ def _placement(
     wanted: PlacementRequest, source: CRS, target: CRS, points: Float, notes: list[str]
 ) -> Placement:
     """The placement between two known systems: units and transformer."""
-    flat_from, flat_to = systems.horizontal(source), systems.horizontal(target)
-    up_from, up_to = systems.vertical(source), systems.vertical(target)
-    unit = systems.METRE_PER[wanted.units] if wanted.units else None
-    plan = 1.0 if flat_from.is_geographic or unit is None else unit / systems.unit_of(flat_from)
-    same_heights = not source.is_geocentric and (up_from is None or up_to is None or up_from.equals(up_to))
-    same_heights = same_heights or _same_but_unit(up_from, up_to)
-    spatial = source.is_geocentric or (len(source.axis_info) == 3 and not source.is_compound)
-    if same_heights and not (spatial and up_to is not None):
-        z_unit = unit or _height_unit(source, up_from)
-        scale = np.array([plan, plan, z_unit])
-        moved = None
-        if not flat_from.equals(flat_to, ignore_axis_order=True):
-            moved = best_transformer(wanted.name, flat_from, flat_to, points * scale + wanted.offset, notes)
-        if up_from is None and up_to is not None:
-            notes.append(f"{wanted.name}: its heights have no datum: taken to be in {up_to.name}")
-        if unit is None and abs(z_unit - 1.0) > 1e-12 and up_from is None:
-            notes.append(f"{wanted.name}: heights taken to be in the unit of the plan, {z_unit:.9g} m")
-        flat = True
-    else:
-        z_unit = plan if up_from is None else (unit or systems.unit_of(up_from)) / systems.unit_of(up_from)
-        scale = np.array([plan, plan, z_unit])
-        spatial_to = target if up_to is not None else flat_to.to_3d()
-        moved = best_transformer(wanted.name, source, spatial_to, points * scale + wanted.offset, notes)
-        if up_to is None:
-            notes.append(f"{wanted.name}: heights are above the ellipsoid")
-        flat = False
+    flat = _heights_stay(source, target)
+    scale, moved = (_plan_only if flat else _in_space)(wanted, source, target, points, notes)
     unplaced = WorldRef(np.zeros(3, np.int64), systems.crs_text(target))
     offset = np.asarray(wanted.offset, np.float64)
     return _anchored(Placement(unplaced, scale, offset, moved, flat, tuple(notes)), wanted.world, points)
+
+
+def _heights_stay(source: CRS, target: CRS) -> bool:
+    """Whether heights mean the same in both systems, as far as is known: then only the plan moves."""
+    up_from, up_to = systems.vertical(source), systems.vertical(target)
+    spatial = source.is_geocentric or (len(source.axis_info) == 3 and not source.is_compound)
+    if spatial and up_to is not None:
+        return False
+    alike = up_from is None or up_to is None or up_from.equals(up_to)
+    return (alike and not source.is_geocentric) or _same_but_unit(up_from, up_to)
+
+
+def _plan_scale(wanted: PlacementRequest, source: CRS) -> float:
+    """Units of the plan of the source CRS per file unit."""
+    flat = systems.horizontal(source)
+    if wanted.units is None or flat.is_geographic:
+        return 1.0
+    return systems.METRE_PER[wanted.units] / systems.unit_of(flat)
+
+
+def _plan_only(
+    wanted: PlacementRequest, source: CRS, target: CRS, points: Float, notes: list[str]
+) -> tuple[Float, Transformer | None]:
+    """Scale (3,) and transformer of the plan; heights are only scaled to metres."""
+    flat_from, flat_to = systems.horizontal(source), systems.horizontal(target)
+    up_from, up_to = systems.vertical(source), systems.vertical(target)
+    unit = systems.METRE_PER[wanted.units] if wanted.units else None
+    plan, z_unit = _plan_scale(wanted, source), unit or _height_unit(source, up_from)
+    scale = np.array([plan, plan, z_unit])
+    moved = None
+    if not flat_from.equals(flat_to, ignore_axis_order=True):
+        moved = best_transformer(wanted.name, flat_from, flat_to, points * scale + wanted.offset, notes)
+    if up_from is None and up_to is not None:
+        notes.append(f"{wanted.name}: its heights have no datum and were taken to be in {up_to.name}")
+    if unit is None and abs(z_unit - 1.0) > 1e-12 and up_from is None:
+        notes.append(f"{wanted.name}: its heights were taken to be in the unit of the plan, {z_unit:.9g} m")
+    return scale, moved
+
+
+def _in_space(
+    wanted: PlacementRequest, source: CRS, target: CRS, points: Float, notes: list[str]
+) -> tuple[Float, Transformer]:
+    """Scale (3,) and transformer of plan and heights together."""
+    up_from, up_to = systems.vertical(source), systems.vertical(target)
+    plan = z_scale = _plan_scale(wanted, source)
+    if up_from is not None:
+        up_unit = systems.unit_of(up_from)
+        z_scale = (systems.METRE_PER[wanted.units] if wanted.units else up_unit) / up_unit
+    scale = np.array([plan, plan, z_scale])
+    spatial_to = target if up_to is not None else systems.horizontal(target).to_3d()
+    moved = best_transformer(wanted.name, source, spatial_to, points * scale + wanted.offset, notes)
+    if up_to is None:
+        notes.append(f"{wanted.name}: its heights are above the ellipsoid")
+    return scale, moved
 
 
 def _anchored(trial: Placement, world: WorldRef | None, points: Float) -> Placement:

@@ -44,8 +44,7 @@ class DeferredPlacement:
             self._stated = self._stated or crs
 
     def state_anchor(self, crs: str | None, position: str) -> None:
-        """Pass on the origin of a local system of the file: "x y z" in a CRS. It is used where the world has
-        a CRS."""
+        """Pass on the origin "x y z", in a CRS, of a local system; it counts where the world has a CRS."""
         values = np.array(position.split(), np.float64)
         local = self._wanted.world is not None and self._wanted.world.crs is None
         if crs and values.shape == (3,) and not local and self._wanted.crs is None:
@@ -109,8 +108,7 @@ class DeferredPlacement:
         self.notes += self._placement.notes
 
     def _north_first(self, crs: CRS, text: str, points: Float) -> bool:
-        """Whether the file has north before east: as the name of its CRS says, unless only the other order
-        fits."""
+        """Whether north stands before east: as the CRS is named, unless only the other order fits."""
         formal = text.startswith(_FORMAL) and systems.horizontal(crs).axis_info[0].direction == "north"
         turned = points[:, [1, 0, 2]]
         expected, other = (turned, points) if formal else (points, turned)

@@ -17,9 +17,8 @@ from frontage.model.citymodel import CityBuilding, Shell, Texture
 
 Value = str | float | int
 
-_UPRIGHT = np.sin(
-    np.radians(15.0)
-)  # largest height of a wall's unit normal: it leans by less than 15 degrees
+_WALL_LEAN_DEG = 15.0  # a polygon that leans less is a wall
+_UPRIGHT = np.sin(np.radians(_WALL_LEAN_DEG))  # the largest z of a wall's unit normal
 _SAME_M = 1e-6  # corners closer than this are one
 _FOOT_M = 0.05  # the ground lies no more than this above the lowest corner
 _CORNERS = 3  # of a ring, at least
@@ -27,7 +26,7 @@ _FLAT_M2 = 1e-8  # a polygon smaller than this has no plane
 
 
 @dataclass(eq=False)
-class Face:
+class DraftFace:
     """A polygon of a file.
 
     rings      (k, 3) in file coordinates, the outer one first, closed or not; empty for a broken polygon
@@ -57,7 +56,7 @@ class DraftShell:
     """
 
     lod: str
-    faces: list[Face]
+    faces: list[DraftFace]
     closed: bool
     part: str = ""
     installation: bool = False
@@ -65,7 +64,7 @@ class DraftShell:
 
 
 @dataclass(eq=False)
-class Draft:
+class BuildingDraft:
     """A building of a file.
 
     problems  what could not be read, one short phrase each
@@ -85,7 +84,9 @@ class Draft:
         return np.concatenate([np.zeros((0, 3)), *rings])
 
 
-def finish(draft: Draft, to_local: Callable[[Float], Float]) -> tuple[CityBuilding | None, Failed | None]:
+def finish(
+    draft: BuildingDraft, to_local: Callable[[Float], Float]
+) -> tuple[CityBuilding | None, Failed | None]:
     """Make a building in local metres, and say what of it could not be used.
 
     `to_local` converts file coordinates (n, 3) to local metres. The building is None when nothing of it can
@@ -144,7 +145,7 @@ def _shell(
     )
 
 
-def _texture(face: Face, kept: Sequence[Bool]) -> Texture | None:
+def _texture(face: DraftFace, kept: Sequence[Bool]) -> Texture | None:
     """The texture of a polygon at the corners that were kept; None when it does not fit the corners."""
     t = face.texture
     if t is None or [len(r) for r in t.rings] != [len(k) for k in kept]:
@@ -199,8 +200,7 @@ class _Rings:
 
 
 def _neighbour(owner: Int, count: int) -> Int:
-    """The index (n,) of the corner that follows each corner in its ring; `owner` (n,) is the ring of a
-    corner."""
+    """The corner (n,) that follows each corner in its ring; `owner` (n,) is the ring of each corner."""
     sizes = np.bincount(owner, minlength=count)
     begins = (np.cumsum(sizes) - sizes)[owner]
     place: Int = np.arange(len(owner)) - begins
@@ -219,7 +219,7 @@ def _inside_out(polygons: Sequence[Sequence[Float]], normals: Float) -> bool:
     return bool(np.einsum("ij,ij->", anchors - anchors.mean(0), normals) < 0.0)
 
 
-def _classes(faces: Sequence[Face], polygons: Sequence[Sequence[Float]], normals: Float) -> list[str]:
+def _classes(faces: Sequence[DraftFace], polygons: Sequence[Sequence[Float]], normals: Float) -> list[str]:
     """The class of every polygon: what the file states, else what its normal and height suggest.
 
     An upright polygon is a wall, a level one at the foot of the building is the ground, another one that

@@ -8,7 +8,7 @@ import numpy as np
 
 from frontage.geometry.arrays import Float
 from frontage.io.citymodels.address import readable_address
-from frontage.io.citymodels.draft import Draft, DraftShell, Face, Value
+from frontage.io.citymodels.draft import BuildingDraft, DraftFace, DraftShell, Value
 
 _HEIGHTS = ("height", "measuredheight", "building_height", "building:height", "height_m", "hoehe")
 _GROUNDS = (
@@ -23,7 +23,9 @@ _GROUNDS = (
 _METRES = re.compile(r"\s*([-+]?\d+(?:[.,]\d+)?)\s*m?\s*$")
 
 
-def footprint_draft(name: str, polygons: Sequence[Sequence[Float]], properties: Mapping[str, Any]) -> Draft:
+def footprint_draft(
+    name: str, polygons: Sequence[Sequence[Float]], properties: Mapping[str, Any]
+) -> BuildingDraft:
     """A building of a map from its polygons (rings (k, 3), NaN for unknown heights) and its attributes.
 
     The height (m above ground) comes from an attribute such as "height". The height of the ground comes from
@@ -31,7 +33,7 @@ def footprint_draft(name: str, polygons: Sequence[Sequence[Float]], properties: 
     """
     lower = {str(k).lower(): v for k, v in properties.items()}
     height, ground = _metres(lower, _HEIGHTS), _metres(lower, _GROUNDS)
-    draft = Draft(name, address=readable_address(properties), attributes=_values(properties))
+    draft = BuildingDraft(name, address=readable_address(properties), attributes=_values(properties))
     draft.height = height
     if height is not None and height <= 0.0:
         draft.height = None
@@ -42,7 +44,7 @@ def footprint_draft(name: str, polygons: Sequence[Sequence[Float]], properties: 
         known = heights[np.isfinite(heights)]
         foot = float(known.min()) if len(known) and known.any() else ground if ground is not None else 0.0
         faces.append(
-            Face([np.column_stack([r[:, :2], np.full(len(r), foot)]) for r in rings], "GroundSurface")
+            DraftFace([np.column_stack([r[:, :2], np.full(len(r), foot)]) for r in rings], "GroundSurface")
         )
     draft.shells = [DraftShell("0", faces, False)] if faces else []
     return draft

@@ -6,10 +6,10 @@ from importlib import import_module
 from pathlib import Path
 
 from frontage.io.citymodels.deferred import DeferredPlacement
-from frontage.io.citymodels.draft import Draft
+from frontage.io.citymodels.draft import BuildingDraft
 from frontage.io.citymodels.jsonstream import first_type
 
-Reader = Callable[[Path, DeferredPlacement], Iterator[Draft]]
+Reader = Callable[[Path, DeferredPlacement], Iterator[BuildingDraft]]
 
 _HEAD_BYTES = 4096  # that are examined to tell a format
 _IGNORED = b"\xef\xbb\xbf \t\r\n\x1e"  # byte order mark, blanks, record separator
@@ -32,7 +32,7 @@ class CityModelFormat:
     begins: bytes
     json_types: tuple[str, ...] = ()
 
-    def read(self, path: Path, place: DeferredPlacement) -> Iterator[Draft]:
+    def read(self, path: Path, place: DeferredPlacement) -> Iterator[BuildingDraft]:
         """The buildings of a file of this format, as drafts."""
         module, function = self.reader.split(":")
         reader: Reader = getattr(import_module(module), function)

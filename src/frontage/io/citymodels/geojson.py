@@ -1,5 +1,4 @@
-"""Footprints of GeoJSON files as drafts of buildings: RFC 7946, the older "crs" member, sequences of RFC
-8142."""
+"""Footprints of GeoJSON (RFC 7946, its older "crs" member, sequences of RFC 8142) as drafts of buildings."""
 
 from collections.abc import Iterator, Mapping
 from pathlib import Path
@@ -9,7 +8,7 @@ import numpy as np
 
 from frontage.geometry.arrays import Float
 from frontage.io.citymodels.deferred import DeferredPlacement
-from frontage.io.citymodels.draft import Draft
+from frontage.io.citymodels.draft import BuildingDraft
 from frontage.io.citymodels.footprintdraft import footprint_draft
 from frontage.io.citymodels.jsonstream import members
 
@@ -17,7 +16,7 @@ _NAMES = ("id", "gml_id", "fid", "osm_id", "ID")
 _BAD = (IndexError, TypeError, KeyError, ValueError)
 
 
-def read_geojson(path: Path, place: DeferredPlacement) -> Iterator[Draft]:
+def read_geojson(path: Path, place: DeferredPlacement) -> Iterator[BuildingDraft]:
     """Yield the Polygons and MultiPolygons that touch the bounds. Raises ValueError on damaged files."""
     large = ("features",)
     stated = (value for _, name, key, value in members(path, large) if name == "crs" and key is None)

@@ -1,5 +1,4 @@
-"""Footprints of a GeoPackage (OGC 12-128) as drafts of buildings, read with SQLite; curves are not
-supported."""
+"""Footprints of a GeoPackage (OGC 12-128) as drafts of buildings, read with SQLite, without curves."""
 
 import sqlite3
 from collections.abc import Iterator
@@ -14,7 +13,7 @@ import shapely
 
 from frontage.geometry.arrays import Float
 from frontage.io.citymodels.deferred import DeferredPlacement
-from frontage.io.citymodels.draft import Draft
+from frontage.io.citymodels.draft import BuildingDraft
 from frontage.io.citymodels.footprintdraft import footprint_draft
 
 _POLYGONS = ("POLYGON", "MULTIPOLYGON", "SURFACE", "MULTISURFACE", "GEOMETRY", "GEOMETRYCOLLECTION")
@@ -33,7 +32,7 @@ class _Layer:
     crs: str | None
 
 
-def read_geopackage(path: Path, place: DeferredPlacement) -> Iterator[Draft]:
+def read_geopackage(path: Path, place: DeferredPlacement) -> Iterator[BuildingDraft]:
     """Yield the polygons of the layer of buildings that touch the bounds.
 
     Of several layers of polygons, the one whose name contains a word for buildings or footprints is taken.
@@ -98,8 +97,7 @@ def _chosen(layers: list[_Layer]) -> _Layer:
 
 
 def _polygons(blob: Any) -> tuple[list[list[Float]], list[str]]:
-    """The rings (k, 3) of every polygon of a geometry, with NaN for missing heights; and what is wrong with
-    it."""
+    """The rings (k, 3) of a geometry's polygons, NaN for missing heights, and what is wrong with it."""
     if blob is None:
         return [], []
     if not isinstance(blob, bytes) or blob[:2] != b"GP" or (blob[3] >> 1) & 7 not in _ENVELOPES:

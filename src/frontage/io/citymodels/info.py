@@ -20,8 +20,7 @@ def looks_like_city_model(path: Path) -> bool:
 
 
 def city_model_info(path: str | Path) -> dict[str, Any]:
-    """JSON-able facts of a city model: format, CRS, extent (m world), counts of what it holds, problems,
-    notes.
+    """JSON-able facts of a city model: format, CRS, extent (m world), counts, problems, notes.
 
     Raises FileError and CrsError as `read_city_model` does.
     """

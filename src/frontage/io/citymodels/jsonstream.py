@@ -1,5 +1,4 @@
-"""JSON files read piece by piece: the members of an object and the entries of its large members, one at a
-time.
+"""JSON files read piece by piece: one member of an object, or one entry of a large member, at a time.
 
 A file may be larger than memory: only the current value is decoded, by the standard library.
 """
@@ -85,8 +84,7 @@ class _Text:
 
 
 def members(path: Path, large: tuple[str, ...] = ()) -> Iterator[tuple[int, str, Any, Any]]:
-    """Yield the members of the objects that a file holds one after the other: (object's number, name, None,
-    value).
+    """Yield the members of a file's objects: (number of the object, name, None, value).
 
     Members named in `large` come entry by entry instead, with their key or number in place of None.
 

@@ -19,8 +19,10 @@ class CityOpening:
 
 
 def read_city_openings(path: str | Path) -> tuple[CityOpening, ...]:
-    """Read every Window and Door surface of the finest level of every building. Raises FileError,
-    CrsError."""
+    """Read every Window and Door surface of every building's finest level.
+
+    Raises FileError and CrsError as `read_city_model` does.
+    """
     model = read_city_model(path)
     return tuple(
         CityOpening(

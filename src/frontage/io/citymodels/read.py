@@ -5,7 +5,7 @@ from pathlib import Path
 
 from frontage.errors import FileError
 from frontage.io.citymodels.deferred import DeferredPlacement
-from frontage.io.citymodels.draft import Draft, finish
+from frontage.io.citymodels.draft import BuildingDraft, finish
 from frontage.io.citymodels.formats import FORMATS, city_model_format
 from frontage.io.files import reading, require_file
 from frontage.model import CityModel, Failed, WorldRef
@@ -20,8 +20,7 @@ def read_city_model(
     bounds: tuple[float, ...] | None = None,
     crs: str | None = None,
 ) -> CityModel:
-    """Read the buildings of a CityJSON (1.0 to 2.0), CityJSONSeq, CityGML (1 to 3), GeoJSON or GeoPackage
-    file.
+    """Read the buildings of a CityJSON, CityJSONSeq, CityGML, GeoJSON or GeoPackage file.
 
     In GeoJSON and GeoPackage files, footprints of known height become blocks of LoD1 (docs/citymodels.md).
     Polygons that cannot be used are left out; the model's `problems` name them, building by building.
@@ -61,7 +60,7 @@ def _no_buildings(path: Path, seen: int, problems: list[Failed], place: Deferred
     return FileError(path, "holds no buildings within the bounds", advice, code="I206")
 
 
-def _drafts(path: Path, place: DeferredPlacement) -> Iterator[Draft]:
+def _drafts(path: Path, place: DeferredPlacement) -> Iterator[BuildingDraft]:
     """The buildings of a file of any format."""
     found = city_model_format(path)
     if found is None:

@@ -26,7 +26,7 @@ _CLAMP, _LINEAR, _MIPMAP = 33071, 9729, 9987
 
 
 @dataclass(frozen=True, eq=False)
-class Material:
+class GlbMaterial:
     """A JPEG picture that is shown unlit, or a plain colour (red, green, blue; 0..1, linear) that is lit."""
 
     name: str
@@ -36,7 +36,7 @@ class Material:
 
 
 @dataclass(frozen=True, eq=False)
-class Piece:
+class GlbPiece:
     """Triangles of one material.
 
     xyz      (n, 3) m in the mesh's own frame
@@ -45,7 +45,7 @@ class Piece:
     normals  (n, 3) where it has none
     """
 
-    material: Material
+    material: GlbMaterial
     xyz: Float
     faces: Array
     uv: Float | None = None
@@ -53,19 +53,19 @@ class Piece:
 
 
 @dataclass(frozen=True, eq=False)
-class Mesh:
+class GlbMesh:
     """Pieces with a common frame: `local_from_mesh` (4, 4) m; JSON-able `extras` are stored with it."""
 
     name: str
-    pieces: tuple[Piece, ...]
+    pieces: tuple[GlbPiece, ...]
     local_from_mesh: Float
     extras: dict[str, Any] = field(default_factory=dict)
 
 
-def glb_of(meshes: Sequence[Mesh], world: WorldRef, generator: str = "Frontage") -> bytes:
+def glb_of(meshes: Sequence[GlbMesh], world: WorldRef, generator: str = "Frontage") -> bytes:
     """The bytes of one GLB with all meshes and their pictures; equal meshes give equal bytes.
 
-    Pieces that refer to the same `Material` object share it and its picture.
+    Pieces that refer to the same `GlbMaterial` object share it and its picture.
     """
     blob = _Blob()
     place = {"crs": world.crs, "origin": [int(v) for v in world.origin], "world": "local + origin", "up": "z"}
@@ -135,7 +135,7 @@ class _Blob:
         return len(self.accessors) - 1
 
 
-def _pictures(pictures: Sequence[Material], blob: _Blob) -> dict[str, Any]:
+def _pictures(pictures: Sequence[GlbMaterial], blob: _Blob) -> dict[str, Any]:
     images = [
         {"name": m.name.replace("/", "_"), "mimeType": "image/jpeg", "bufferView": blob.add(m.texture or b"")}
         for m in pictures
@@ -147,12 +147,12 @@ def _pictures(pictures: Sequence[Material], blob: _Blob) -> dict[str, Any]:
     }
 
 
-def _node(mesh: Mesh, i: int) -> dict[str, Any]:
+def _node(mesh: GlbMesh, i: int) -> dict[str, Any]:
     matrix = [float(v) for v in np.asarray(mesh.local_from_mesh).T.ravel()]  # glTF: column-major
     return {"name": mesh.name, "mesh": i, "matrix": matrix, "extras": mesh.extras}
 
 
-def _primitive(piece: Piece, material: int, blob: _Blob) -> dict[str, Any]:
+def _primitive(piece: GlbPiece, material: int, blob: _Blob) -> dict[str, Any]:
     attributes = {"POSITION": blob.accessor(piece.xyz, "VEC3", _ARRAY_BUFFER, bounds=True)}
     if piece.normals is not None:
         attributes["NORMAL"] = blob.accessor(piece.normals, "VEC3", _ARRAY_BUFFER)
@@ -162,7 +162,7 @@ def _primitive(piece: Piece, material: int, blob: _Blob) -> dict[str, Any]:
     return {"attributes": attributes, "indices": indices, "material": material}
 
 
-def _material(material: Material, pictures: Sequence[Material]) -> dict[str, Any]:
+def _material(material: GlbMaterial, pictures: Sequence[GlbMaterial]) -> dict[str, Any]:
     pbr: dict[str, Any] = {"metallicFactor": 0.0, "roughnessFactor": material.roughness}
     found: dict[str, Any] = {"name": material.name, "doubleSided": True, "pbrMetallicRoughness": pbr}
     if material.texture is None:

@@ -10,7 +10,7 @@ import numpy as np
 
 from frontage.geometry.arrays import Array, Float
 from frontage.io.files import whole_file
-from frontage.io.meshes.glb import Material, Mesh, Piece, glb_of
+from frontage.io.meshes.glb import GlbMaterial, GlbMesh, GlbPiece, glb_of
 from frontage.model import WorldRef
 
 
@@ -46,9 +46,9 @@ def glb_bytes(meshes: Sequence[TexturedMesh], world: WorldRef) -> bytes:
     return glb_of([_whole(m) for m in meshes], world)
 
 
-def _whole(mesh: TexturedMesh) -> Mesh:
-    piece = Piece(Material(mesh.name, mesh.texture), mesh.xyz, mesh.faces, mesh.uv)
-    return Mesh(mesh.name, (piece,), mesh.local_from_mesh, mesh.extras)
+def _whole(mesh: TexturedMesh) -> GlbMesh:
+    piece = GlbPiece(GlbMaterial(mesh.name, mesh.texture), mesh.xyz, mesh.faces, mesh.uv)
+    return GlbMesh(mesh.name, (piece,), mesh.local_from_mesh, mesh.extras)
 
 
 def write_glb(path: Path, meshes: Sequence[TexturedMesh], world: WorldRef) -> None:

@@ -44,7 +44,9 @@ def read_e57_photos(request: PhotoRequest) -> PhotoSet:
             node = images[k]
             name = _name(node) or f"image{k + 1}"
             if not node.isDefined("pinholeRepresentation") or not node.isDefined("pose"):
-                notes.append(f"{path.name}: embedded photo {name} is no pinhole photo with a pose: left out")
+                notes.append(
+                    f"{path.name}: embedded photo {name} was left out: it is not a pinhole photo with a pose"
+                )
                 continue
             photo_id = name if name not in pixels else f"{name}#{k + 1}"
             photos.append(

@@ -25,8 +25,7 @@ class PixelSource:
 
 @dataclass(frozen=True, eq=False)
 class PhotoSet:
-    """Photos, where their pixels are (by photo id), and notes for the user. Picklable; holds no pixels
-    itself."""
+    """Photos, the sources of their pixels by photo id, and notes for the user; pixels are not kept."""
 
     photos: tuple[Photo, ...]
     pixels: dict[str, PixelSource]

@@ -61,8 +61,7 @@ def read_photos(source: PhotoSource, world: WorldRef) -> PhotoSet:
 
 
 def picture_files(path: str | tuple[str, ...]) -> list[Path]:
-    """The sorted files of folders, file names and globs; of a folder its pictures. Raises FileError without
-    any."""
+    """The sorted picture files of folders, names and globs. Raises FileError when there are none."""
     found: set[Path] = set()
     for pattern in (path,) if isinstance(path, str) else path:
         p = Path(pattern)

@@ -83,8 +83,7 @@ def _padded(band: Array) -> Iterator[Array]:
 
 
 def read_geotiff(path: Path, window: Tile | None = None) -> tuple[Array, tuple[float, float], float]:
-    """Read a file that `write_geotiff` made: the band, its outer upper left corner (x, z) m, and the gsd in
-    m.
+    """Read a file of `write_geotiff`: the band, its outer upper left corner (x, z) m, its gsd in m.
 
     With a `window` of pixels, only that part is read, and the corner is the window's. A whole band that is
     too large for memory is read into a scratch file, tile by tile.

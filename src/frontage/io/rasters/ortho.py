@@ -23,8 +23,7 @@ _JPEG_ROWS = 2048  # rows of the JPEG that are prepared at a time
 
 
 def write_ortho(folder: Path, ortho: OrthoImage) -> None:
-    """Write the bands of an ortho-image (`intensity.tif` only when there is one), `ortho.jpg` and
-    `ortho.json`.
+    """Write the bands of an ortho-image, `ortho.jpg` and `ortho.json`; `intensity.tif` only if it has one.
 
     Every file appears under its name only when it is complete. The sidecar is written last, so a folder with
     an `ortho.json` holds a complete ortho-image.

@@ -1,5 +1,4 @@
-"""Reading E57 (ASTM E2807): every scan with its pose, grid, lost beams, intensity and colour (extra
-`e57`)."""
+"""Reading E57 (ASTM E2807): scans with pose, grid, lost beams, intensity and colour (extra `e57`)."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -76,7 +75,7 @@ def read_e57(path: str | Path, request: ScanRequest) -> list[Scan]:
     if not kept:
         raise FileError(p, "holds no points", "export it again", code="I105")
     if len(kept) < len(scans):
-        notes.append(f"{p.name}: {len(scans) - len(kept)} scans without points left out")
+        notes.append(f"{p.name}: {len(scans) - len(kept)} scans without points were left out")
     some = np.vstack(
         [pose.apply(d["xyz"][d["valid"]][:: max(1, len(d["xyz"]) // _FEW_POINTS)]) for _, pose, d in kept]
     )
@@ -105,8 +104,7 @@ def _crs(e57: Any, path: Path, notes: list[str]) -> CRS | None:
 
 
 def _read(e57: Any, number: int) -> tuple[Rigid3, dict[str, Array]]:
-    """The pose and the columns of one scan: xyz (n, 3) in the scanner's frame, valid (n,), and its
-    attributes."""
+    """The pose and the columns of a scan: xyz (n, 3) in its frame, valid (n,), and its attributes."""
     from pye57 import libe57
 
     header = e57.get_header(number)
@@ -209,7 +207,7 @@ def _grid(d: dict[str, Array], c: PointColumns) -> Array | None:
     cell = row * w + column
     taken = len(cell) - len(np.unique(cell))
     if min(h, w) < 2 or taken > _MOST_SHARED * len(cell) or h * w > _MOST_CELLS * len(cell):
-        c.notes.append(f"{c.name}: its row and column indices are not a raster's and were left out")
+        c.notes.append(f"{c.name}: its row and column indices do not form a scan grid and were left out")
         return None
     grid = np.full(h * w, -1, np.int64)
     grid[cell[::-1]] = first[::-1]  # where two share a cell, the first stays

@@ -13,8 +13,7 @@ _FIELDS = ("intensity", "rgb", "time", "return_number")
 
 
 def scan_info(path: str | Path) -> dict[str, Any]:
-    """JSON-able facts of a scan file: points, extent (m world), CRS, notes, and the facts of every scan in
-    it.
+    """JSON-able facts of a scan file: points, extent (m world), CRS, notes, and those of every scan.
 
     `spacing` is the median distance in m to the nearest neighbour, measured at some thousand points.
 

@@ -1,5 +1,4 @@
-"""Reading LAS and LAZ of every point format, and COPC with queries: chunk by chunk into local float64
-metres."""
+"""Reading LAS and LAZ of every point format, and COPC with queries, chunk by chunk into local metres."""
 
 from collections.abc import Iterator
 from pathlib import Path
@@ -131,8 +130,7 @@ def _stream(
 
 
 def _require_plausible(path: Path, header: Any, raw: Float) -> None:
-    """Raise FileError for points (n, 3) that lie outside the header's bounds by more than the bounds'
-    diagonal.
+    """Raise FileError for points (n, 3) outside the header's bounds by more than their diagonal.
 
     Damaged LAZ data decodes into such points without any error. A header without bounds is not judged.
     """
@@ -178,7 +176,9 @@ def _columns(path: Path, store: dict[str, Array]) -> PointColumns:
     withheld = store.get("withheld")
     if withheld is not None and withheld.any():
         c.keep = ~withheld.astype(bool)
-        c.notes.append(f"{path.name}: {int(withheld.astype(bool).sum())} points marked withheld dropped")
+        c.notes.append(
+            f"{path.name}: {int(withheld.astype(bool).sum())} points that are marked as withheld were dropped"
+        )
     return c
 
 

@@ -93,7 +93,7 @@ def _note_coarse_steps(c: PointColumns, xyz: Array, stored: np.dtype[np.void]) -
     if stored.itemsize == 4 and stored.kind == "f" and np.spacing(np.float32(top)) > _STEP_M:
         c.notes.append(
             f"{c.name}: coordinates of {top:.0f} in 32-bit floats have steps of "
-            f"{float(np.spacing(np.float32(top))):.3f}: export them as doubles or with a shift"
+            f"{float(np.spacing(np.float32(top))):.3f}; export them as doubles or with a shift"
         )
 
 

@@ -54,7 +54,7 @@ def read_ptx(path: str | Path, request: ScanRequest) -> list[Scan]:
     place = request.placement.place(None, np.vstack(some))
     shared = normalised([r.intensity for _, r in kept])
     empty = len(raws) - len(kept)
-    notes = [f"{p.name}: {empty} scans without any return left out"] if empty else []
+    notes = [f"{p.name}: {empty} scans without any return were left out"] if empty else []
     return [
         _scan(p, k, r, i, place=place, sigmas=request.sigmas, notes=notes)
         for (k, r), i in zip(kept, shared, strict=True)
@@ -106,8 +106,7 @@ def _pose(matrix: Float) -> Rigid3:
 
 
 def _from_scanner_position(raw: _Raw, position: Float) -> _Raw:
-    """The same points in the frame of a scanner at `position` (3,) when they are in world coordinates
-    already.
+    """The same points seen from the scanner's `position` (3,), if they are in world coordinates.
 
     Some writers store world coordinates with an identity matrix; then only the header's first line says where
     the scanner stood.

@@ -35,9 +35,8 @@ def rays_from_stations(
     at = np.clip(np.searchsorted(ids[order], source), 0, len(ids) - 1)
     known = ids[order][at] == source
     if not known.all():
-        notes.append(
-            f"{p.name}: {int((~known).sum())} points have a source id without a station: origin unknown"
-        )
+        count = int((~known).sum())
+        notes.append(f"{p.name}: {count} points have a source id without a station; their origin is unknown")
     return place.to_local(positions), np.where(known, order[at], -1).astype(np.int32)
 
 

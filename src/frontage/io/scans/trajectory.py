@@ -90,8 +90,7 @@ def _sbet(path: Path) -> tuple[Float, Float, CRS | None]:
 def rays_from_trajectory(
     track: Trajectory, time: Array, place: Placement, notes: list[str]
 ) -> tuple[Float, Array]:
-    """Origins (s, 3) m local every `TRACK_STEP_M` of the track, and the nearest one of every point (n,)
-    int32.
+    """Origins (s, 3) m local along the track, `TRACK_STEP_M` apart, and each point's nearest (n,) int32.
 
     The sensor's position is interpolated at each point's time and rounded to the nearest stored origin.
     Points before or after the track, or in gaps of more than a second, get -1, and `notes` gets a sentence.
@@ -109,7 +108,7 @@ def rays_from_trajectory(
     known = near & (t >= track.time[0] - TRACK_STEP_M) & (t <= track.time[-1] + TRACK_STEP_M)
     if not known.all():
         count = int((~known).sum())
-        notes.append(f"{track.path.name}: {count} points are outside its times: origin unknown")
+        notes.append(f"{track.path.name}: {count} points lie outside its times; their origin is unknown")
     used, inverse = np.unique(step[known], return_inverse=True)
     origins = np.column_stack([np.interp(used * TRACK_STEP_M, arc, xyz[:, k]) for k in range(3)])
     index = np.full(len(t), -1, np.int32)
@@ -129,7 +128,7 @@ def _local(track: Trajectory, place: Placement, notes: list[str]) -> Float:
 
 def _same_clock(track: Trajectory, time: Float, notes: list[str]) -> Float:
     """Convert the times of points (n,) s to the track's clock. Raises FileError when no clock fits."""
-    reduced = "GPS time of the points reduced to seconds of the week"
+    reduced = "the GPS times of the points were reduced to seconds of the week"
     for t, note in (
         (time, ""),
         ((time + _ADJUSTED_S) % _WEEK_S, reduced),

@@ -10,8 +10,7 @@ from frontage.model import Polygons
 
 
 def read_obj(path: Path) -> list[tuple[str, Polygons]]:
-    """Read every object (`o`) of an OBJ file that has faces, with its name; a file without any is one empty
-    object.
+    """Read every object (`o`) of an OBJ file that has faces, with its name; without any, one empty object.
 
     Raises ValueError naming the faulty line.
     """

@@ -1,5 +1,4 @@
-"""The registry of formats that can be validated. A new format is one module with a reader, and one entry
-here."""
+"""The registry of formats that can be validated: a new format is one module and one entry here."""
 
 from dataclasses import dataclass
 from importlib import import_module

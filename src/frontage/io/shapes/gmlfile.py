@@ -109,8 +109,7 @@ class _Reader:
         return found
 
     def _shapes(self, geometries: list[etree._Element]) -> list[Shape]:
-        """Geometries as shapes; surfaces that a solid refers to are left out, for they are checked with the
-        solid."""
+        """Geometries as shapes, without the surfaces that solids refer to: these are checked with them."""
         used = {
             href[1:]
             for g in geometries

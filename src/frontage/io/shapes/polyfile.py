@@ -1,5 +1,4 @@
-"""Reading TetGen's .poly: vertices, then facets of polygons; the first polygon of a facet is its outer
-ring."""
+"""Reading TetGen's .poly: vertices, then facets; the first polygon of a facet is its outer ring."""
 
 from collections.abc import Iterator
 from pathlib import Path

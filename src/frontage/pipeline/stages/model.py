@@ -13,7 +13,7 @@ from frontage.exports import FacadePicture, building_mesh, city_buildings, model
 from frontage.io.citymodels.citygml.write import write_citygml
 from frontage.io.citymodels.cityjson.write import write_cityjson
 from frontage.io.citymodels.read import read_city_model
-from frontage.io.meshes.glb import Mesh, glb_of
+from frontage.io.meshes.glb import GlbMesh, glb_of
 from frontage.model import Building, Elements, Facade, Failed
 from frontage.model.citymodel import CityBuilding, Shell
 from frontage.pipeline.graph import After, Job, Stage, attempt
@@ -64,7 +64,7 @@ class Made:
 
     id: str
     buildings: tuple[CityBuilding, ...] = ()
-    mesh: Mesh | None = None
+    mesh: GlbMesh | None = None
     picture: bytes = b""
     about: Mapping[str, Any] | None = None
     failed: tuple[Failed, ...] = ()

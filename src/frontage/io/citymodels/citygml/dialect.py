@@ -15,13 +15,13 @@ Node = Any  # an lxml element
 class Dialect:
     """The names of one version of CityGML, with prefixes; `{}` stands for the level of detail.
 
-    `order` is the order of the contents of a building, `hanging_order` that of an installation.
+    `order` is the order of the contents of a building, `installation_order` that of an installation.
     """
 
     version: str
     names: Mapping[str, str]
     order: tuple[str, ...]
-    hanging_order: tuple[str, ...]
+    installation_order: tuple[str, ...]
     boundary: str
     surfaces: str
     solid: str

@@ -42,8 +42,10 @@ def identifier(element: etree._Element) -> str:
 
 
 def targets(member: etree._Element, find: Find, depth: int = 0) -> list[etree._Element]:
-    """The children of a property, or the element that it refers to. Raises ValueError if that is not in the
-    file."""
+    """The children of a property, or the element that it refers to.
+
+    Raises ValueError for a reference to another file, to an element that does not exist, or in a circle.
+    """
     href = member.get(HREF) if isinstance(member.tag, str) else None
     if href is None:
         return [c for c in member if isinstance(c.tag, str)]

@@ -20,7 +20,7 @@ from frontage.io.citymodels.citygml.geometry import (
     solids,
     targets,
 )
-from frontage.io.citymodels.draft import Draft, DraftShell, Face, Value
+from frontage.io.citymodels.draft import BuildingDraft, DraftFace, DraftShell, Value
 from frontage.model import OPENING_SURFACES
 
 _CLASSES = {
@@ -66,13 +66,13 @@ class _Polygon:
     """A polygon of a level: its element (None when it is placed by a matrix) and its face."""
 
     element: etree._Element | None
-    face: Face
+    face: DraftFace
 
 
 class _Reader:
     """Fills the draft of one building; `find` looks up references."""
 
-    def __init__(self, draft: Draft, find: Find) -> None:
+    def __init__(self, draft: BuildingDraft, find: Find) -> None:
         self._draft = draft
         self._find = find
 
@@ -98,8 +98,7 @@ class _Reader:
         properties: list[_GeometryProperty],
         parts: list[etree._Element],
     ) -> None:
-        """Collect geometry properties with their thematic surfaces; parts and installations are kept
-        apart."""
+        """Collect the geometry properties with their thematic surfaces, and separately the parts."""
         for child in children:
             name = local(child)
             if not name or _OTHER.match(name):
@@ -179,13 +178,13 @@ class _Reader:
                 yield _Polygon(None, q.face)
 
 
-def building_of(element: etree._Element, number: int, find: Find) -> Draft:
+def building_of(element: etree._Element, number: int, find: Find) -> BuildingDraft:
     """Make a draft of a Building element with its parts and installations.
 
     `number` names a building without an id, and `find` looks up references. The draft's problems name what
     cannot be read.
     """
-    draft = Draft(identifier(element) or f"building{number}")
+    draft = BuildingDraft(identifier(element) or f"building{number}")
     draft.attributes = attributes_of(element)
     draft.address, further = address_of(element)
     if further:
@@ -206,13 +205,13 @@ def _thematic(element: etree._Element, above: _ThematicSurface) -> _ThematicSurf
     return _ThematicSurface(_CLASSES[local(element)], identifier(element), about)
 
 
-def _face(found: list[Float], element: etree._Element, p: _GeometryProperty) -> Face:
+def _face(found: list[Float], element: etree._Element, p: _GeometryProperty) -> DraftFace:
     owner, name = p.owner, identifier(element)
     about = dict(owner.about)
     if name and owner.id:
         about["surface"] = owner.id
     lines = [identifier(e) for e in element.iter("{*}LinearRing")]
-    return Face(found, owner.semantics or _LEVEL0.get(p.kind), name or owner.id, about, lines)
+    return DraftFace(found, owner.semantics or _LEVEL0.get(p.kind), name or owner.id, about, lines)
 
 
 def _without_shared(closed: list[list[_Polygon]], loose: list[_Polygon]) -> list[_Polygon]:
@@ -238,7 +237,7 @@ def _without_shared(closed: list[list[_Polygon]], loose: list[_Polygon]) -> list
     return [q for q in loose if id(q) not in shared]
 
 
-def _corners(face: Face) -> frozenset[tuple[float, ...]]:
+def _corners(face: DraftFace) -> frozenset[tuple[float, ...]]:
     """The corners of the outer ring, rounded to 1 mm, without an order."""
     return frozenset(map(tuple, np.round(face.rings[0], 3).tolist())) if face.rings else frozenset()
 

@@ -15,7 +15,7 @@ from frontage.io.citymodels.citygml.geometry import HREF, identifier, local
 from frontage.io.citymodels.citygml.objects import building_of
 from frontage.io.citymodels.citygml.texture import TextureCollector
 from frontage.io.citymodels.deferred import DeferredPlacement
-from frontage.io.citymodels.draft import Draft
+from frontage.io.citymodels.draft import BuildingDraft
 
 _MEMBERS = ("cityObjectMember", "featureMember", "featureMembers", "member", "appearanceMember")
 _EMPTIED = [f"{{*}}{name}" for name in ("Building", *_MEMBERS)]
@@ -25,7 +25,7 @@ _ANCHORS = ("anchorPoint", "anchorDefinition")  # of a local system, CityGML 2 a
 _PASSES = 8  # at most: references from referenced elements to further ones
 
 
-def read_citygml(path: Path, place: DeferredPlacement) -> Iterator[Draft]:
+def read_citygml(path: Path, place: DeferredPlacement) -> Iterator[BuildingDraft]:
     """Yield the buildings that touch the bounds; those that refer to elements outside them come last.
 
     Raises lxml's XMLSyntaxError on damaged XML, and ValueError when the file is not a city model.
@@ -43,9 +43,9 @@ class _Reader:
         self._missing: set[str] = set()
         self._appearances = False
 
-    def drafts(self) -> list[Draft]:
+    def drafts(self) -> list[BuildingDraft]:
         """All buildings that touch the bounds."""
-        found: list[Draft] = []
+        found: list[BuildingDraft] = []
         for number, element in enumerate(self._buildings(), 1):
             if self._place.bounded and _is_far(element, self._place):
                 continue
@@ -64,11 +64,13 @@ class _Reader:
             with open(self._path, "rb") as file:
                 for _, element in etree.iterparse(file, tag=["{*}ParameterizedTexture", *_EMPTIED], **_SAFE):
                     textures.collect(element)
-                    _empty(element)
+                    _free(element)
             textures.assign()
         return found
 
-    def _draft(self, element: etree._Element, number: int, by_id: dict[str, etree._Element]) -> list[Draft]:
+    def _draft(
+        self, element: etree._Element, number: int, by_id: dict[str, etree._Element]
+    ) -> list[BuildingDraft]:
         """The building with the textures stated inside it; nothing when it does not touch the bounds."""
         draft = building_of(element, number, by_id.get)
         if not self._place.touches(draft.points()):
@@ -93,9 +95,9 @@ class _Reader:
                     named = (e.get("srsName") for e in element.iter() if isinstance(e.tag, str))
                     self._place.state_crs(next((srs for srs in named if srs), None))
                     yield element
-                    _empty(element)
+                    _free(element)
                 elif name in _MEMBERS:
-                    _empty(element)
+                    _free(element)
         root = context.root
         if root is None or local(root) != "CityModel":
             raise ValueError(f"its root is {'nothing' if root is None else local(root)}, not CityModel")
@@ -132,7 +134,7 @@ def _acceptable(element: etree._Element) -> None:
         raise ValueError("it has a document type declaration, which is not accepted")
 
 
-def _empty(element: etree._Element) -> None:
+def _free(element: etree._Element) -> None:
     """Free the memory of an element and of those before it."""
     element.clear(keep_tail=True)
     parent = element.getparent()
@@ -162,7 +164,7 @@ def _shared(path: Path, missing: set[str]) -> dict[str, etree._Element]:
                 if (name := identifier(element)) in missing:
                     copies[name] = etree.fromstring(etree.tostring(element, with_tail=False))
                 if local(element) in _MEMBERS:
-                    _empty(element)
+                    _free(element)
         for element in copies.values():
             found |= _by_id(element)
         missing = {r for e in copies.values() for r in _references(e)} - set(found)

@@ -7,14 +7,14 @@ from lxml import etree
 
 from frontage.geometry.arrays import Float
 from frontage.io.citymodels.citygml.geometry import local
-from frontage.io.citymodels.draft import Draft
+from frontage.io.citymodels.draft import BuildingDraft
 from frontage.model.citymodel import Texture
 
 
 class TextureCollector:
     """Collects the texture coordinates of the rings of some drafts, and assigns them to the polygons."""
 
-    def __init__(self, drafts: Iterable[Draft]) -> None:
+    def __init__(self, drafts: Iterable[BuildingDraft]) -> None:
         self._faces = [f for d in drafts for s in d.shells for f in s.faces if f.rings and f.texture is None]
         self._wanted = {name for f in self._faces for name in f.names}
         self._found: dict[str, tuple[str, Float]] = {}

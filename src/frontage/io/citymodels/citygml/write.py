@@ -72,6 +72,7 @@ class _Writer:
     given: set[str] = field(default_factory=set)
 
     def envelope(self, root: Node, xyz: Float) -> None:
+        """Write the bounding box of points (n, 3) m world, with the CRS."""
         box = self.dialect.add(self.dialect.add(root, "gml:boundedBy"), "gml:Envelope", srsDimension="3")
         if self.world.crs is not None and (name := _srs(self.world.crs)):
             box.set("srsName", name)
@@ -94,7 +95,7 @@ class _Writer:
                 self.dialect.installation if kind == "installation" else self.dialect.part
             )
             part = self.dialect.add(holder, f"bldg:{thing}", gml_id=self.identifier(name))
-            order = self.dialect.hanging_order if kind == "installation" else self.dialect.order
+            order = self.dialect.installation_order if kind == "installation" else self.dialect.order
             self.fill(part, self.contents(part, own, own[0].attributes), order)
             inside[kind].append(holder)
         self.fill(node, inside, self.dialect.order)
@@ -127,13 +128,13 @@ class _Writer:
         return inside
 
     def attributes(self, node: Node, attributes: Mapping[str, Any]) -> None:
+        """Append generic attributes, without those that have elements of their own."""
         for name, value in attributes.items():
             if name not in _HELD:
                 self.dialect.attribute(node, name, value)
 
     def surfaces(self, boundary: list[Node], shell: Shell) -> list[str]:
-        """Append the thematic surfaces of a shell, openings in their walls; returns the ids of all
-        polygons."""
+        """Append the thematic surfaces of a shell, openings in their walls; returns all polygons' ids."""
         groups: dict[tuple[str, str], list[Surface]] = {}
         for k, s in enumerate(s for s in shell.surfaces if len(s.ring) >= _CORNERS):
             groups.setdefault((s.source_id or f"{shell.part or 'surface'}/{k}", s.semantics), []).append(s)
@@ -187,8 +188,7 @@ class _Writer:
         return name
 
     def identifier(self, text: str) -> str:
-        """A new XML name made of a text: letters, digits, dots, dashes and underscores, beginning with a
-        letter."""
+        """A new XML name made of a text: letters, digits and ".-_", beginning with a letter."""
         clean = "".join(c if c.isalnum() or c in ".-_" else "_" for c in text)
         clean = name = clean if clean[:1].isalpha() else f"id_{clean}"
         number = 2
@@ -199,8 +199,7 @@ class _Writer:
 
 
 def _srs(crs: str) -> str | None:
-    """The URN of a CRS; a compound one is written as its parts
-    ("urn:ogc:def:crs,crs:EPSG::25832,crs:EPSG::7837").
+    """The URN of a CRS, such as "urn:ogc:def:crs:EPSG::25832"; a compound one lists its parts.
 
     None when it, or a part of it, has no code.
     """

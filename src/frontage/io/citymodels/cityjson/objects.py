@@ -10,7 +10,7 @@ import numpy as np
 from frontage.geometry.arrays import Float
 from frontage.io.citymodels.address import readable_address
 from frontage.io.citymodels.cityjson.base import template_of
-from frontage.io.citymodels.draft import Draft, DraftShell, Face, Value
+from frontage.io.citymodels.draft import BuildingDraft, DraftFace, DraftShell, Value
 from frontage.model.citymodel import Texture
 
 _PARTS = ("BuildingPart", "BuildingInstallation", "BuildingConstructiveElement")
@@ -43,8 +43,7 @@ class Corners:
 
 
 def families(objects: Mapping[str, Any]) -> dict[str, list[str]]:
-    """The keys of every building, its own and those of its parts and installations, in the order of the
-    file."""
+    """The keys of every building with those of its parts and installations, in the file's order."""
     kinds = {key: o.get("type") for key, o in objects.items()}
     above = {
         key: parent
@@ -70,11 +69,13 @@ def families(objects: Mapping[str, Any]) -> dict[str, list[str]]:
     return found
 
 
-def building_of(key: str, family: Sequence[str], objects: Mapping[str, Any], corners: Corners) -> Draft:
+def building_of(
+    key: str, family: Sequence[str], objects: Mapping[str, Any], corners: Corners
+) -> BuildingDraft:
     """Make a draft of a building with its parts; the draft's problems name what cannot be read."""
     o = objects[key]
     attributes = o.get("attributes") or {}
-    draft = Draft(key, address=_address(o, attributes), attributes=values(attributes))
+    draft = BuildingDraft(key, address=_address(o, attributes), attributes=values(attributes))
     for member in family:
         part = "" if member == key else member
         first = len(draft.shells)
@@ -124,14 +125,14 @@ def _geometry(geometry: Any, corners: Corners, part: str, problems: list[str]) -
     painted = themes[0].get("values") if themes else None
     if kind in _SURFACES:
         faces = _faces(boundaries, given, table, corners, problems)
-        _paint(faces, painted, corners)
+        _assign_textures(faces, painted, corners)
         yield DraftShell(lod, faces, False, part)
     elif kind in ("Solid", "MultiSolid", "CompositeSolid"):
         solids = [boundaries] if kind == "Solid" else boundaries
         numbers, pictures = ([given], [painted]) if kind == "Solid" else (given, painted)
         for k, solid in enumerate(solids):
             faces = _faces(solid[0], _item(_item(numbers, k), 0), table, corners, problems)
-            _paint(faces, _item(_item(pictures, k), 0), corners)
+            _assign_textures(faces, _item(_item(pictures, k), 0), corners)
             yield DraftShell(lod, faces, True, part)
             problems += ["an inner shell of a solid"] * (len(solid) - 1)
     elif kind not in _NOTHING:
@@ -145,7 +146,7 @@ def _item(values: Any, k: int) -> Any:
 
 def _faces(
     polygons: Sequence[Any], given: Any, table: Sequence[Any], corners: Corners, problems: list[str]
-) -> list[Face]:
+) -> list[DraftFace]:
     """Make the polygons with their semantics; broken ones have no rings, and `problems` names them."""
     faces = []
     for k, polygon in enumerate(polygons):
@@ -153,16 +154,17 @@ def _faces(
             rings = [_ring(ring, corners.vertices) for ring in polygon]
             number = _item(given, k)
             meaning = table[number] if number is not None else {}
-            faces.append(Face(rings, meaning.get("type"), str(meaning.get("id", "")), _about(meaning, table)))
+            faces.append(
+                DraftFace(rings, meaning.get("type"), str(meaning.get("id", "")), _about(meaning, table))
+            )
         except _BAD as problem:
             problems.append(f"a broken polygon ({_said(problem)})")
-            faces.append(Face([]))
+            faces.append(DraftFace([]))
     return faces
 
 
-def _paint(faces: Sequence[Face], given: Any, corners: Corners) -> None:
-    """Give polygons their textures; per ring, the file has the number of the picture, then those of
-    places."""
+def _assign_textures(faces: Sequence[DraftFace], given: Any, corners: Corners) -> None:
+    """Give polygons their textures: per ring, the file has a picture's number and those of places."""
     for k, face in enumerate(faces):
         rings = _item(given, k)
         try:

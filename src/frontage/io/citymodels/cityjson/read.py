@@ -1,5 +1,4 @@
-"""Reading CityJSON 1.0 to 2.0 and CityJSONSeq as a stream: the vertices as an array, objects one at a
-time."""
+"""Reading CityJSON 1.0 to 2.0 and CityJSONSeq as a stream: all vertices, but one object at a time."""
 
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
@@ -12,13 +11,13 @@ from frontage.geometry.arrays import Float
 from frontage.io.citymodels.cityjson.base import transform_of
 from frontage.io.citymodels.cityjson.objects import Corners, building_of, families
 from frontage.io.citymodels.deferred import DeferredPlacement
-from frontage.io.citymodels.draft import Draft
+from frontage.io.citymodels.draft import BuildingDraft
 from frontage.io.citymodels.jsonstream import members
 
 _BLOCK = 1 << 16  # vertices that are collected before they become an array
 
 
-def read_cityjson(path: Path, place: DeferredPlacement) -> Iterator[Draft]:
+def read_cityjson(path: Path, place: DeferredPlacement) -> Iterator[BuildingDraft]:
     """Yield the buildings that touch the bounds, in the order of the file.
 
     A CityJSON object is read two or three times, because its vertices may stand at its end, and parts far
@@ -95,7 +94,7 @@ def _near(
     return {root: family for root, family in found.items() if not near.isdisjoint(family)}
 
 
-def _families(path: Path, found: dict[str, list[str]], corners: Corners) -> Iterator[Draft]:
+def _families(path: Path, found: dict[str, list[str]], corners: Corners) -> Iterator[BuildingDraft]:
     """Yield every family as soon as all of its members have been read."""
     root_of = {member: root for root, family in found.items() for member in family}
     waiting: dict[str, dict[str, Any]] = {}
