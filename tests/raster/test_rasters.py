@@ -94,7 +94,7 @@ def test_positions_without_a_place_do_not_break_the_rest():
 def test_a_strip_at_a_time_gives_what_the_whole_gives(scale, monkeypatch):
     picture, at = noise(400, 500, 1.0), grid(120, 150, scale, (10.3, 20.7))
     whole = resample(picture, at, scale * np.eye(2))
-    monkeypatch.setattr(resampling, "_CACHE", 0)
+    monkeypatch.setattr(resampling, "_CACHE_BYTES", 0)
     page = np.zeros((200, 300, 4), np.uint8)
     window = page[30:150, 40:190]
     resampling.resample(picture, SourceMap.of_pixels(at, scale * np.eye(2)), out=window)

@@ -37,7 +37,7 @@ def test_irls_ignores_a_parallel_layer():
     y = 0.1 + 0.02 * x + rng.normal(0, 0.005, 3000)
     y[:1000] += 0.05
     design = np.column_stack([np.ones(3000), x])
-    fit = irls(design, y, np.ones(3000), 1e-4, np.array([0.1, 0.02]), 0.006)
+    fit = irls(design, y, np.ones(3000), sigma_floor=1e-4, start=np.array([0.1, 0.02]), sigma_start=0.006)
     assert np.abs(fit.parameters - [0.1, 0.02]).max() < 0.0006
     assert 0.0045 < fit.sigma < 0.0056
 

@@ -46,7 +46,8 @@ def _sagitta(x: Array, y: Array, threshold: float) -> tuple[float, float]:
     u = (x - x.min() - half) / half
     design = np.column_stack([np.ones(len(u)), u, u * u])
     start = np.linalg.lstsq(design, y, rcond=None)[0]
-    fit = irls(design, y, np.ones(len(u)), 0.0005, start, max(mad_sigma(y - design @ start), threshold / 3))
+    sigma = max(mad_sigma(y - design @ start), threshold / 3)
+    fit = irls(design, y, np.ones(len(u)), sigma_floor=0.0005, start=start, sigma_start=sigma)
     if np.count_nonzero(fit.weights) < _ON_CURVE * len(u) or fit.sigma > threshold:
         return 0.0, float("inf")
     inverse = np.linalg.pinv((design * fit.weights[:, None]).T @ design)

@@ -171,7 +171,7 @@ def robust_fit(q: Float, weights: Float, threshold: float, start: Float) -> tupl
     design = np.column_stack([np.ones(len(q)), q[:, 0], q[:, 2]])
     _, sigma = start_sigma(q[:, 1] - design @ start, threshold, _FLOOR)
     sigma = natural_sigma(q[:, 1] - design @ start, sigma, _FLOOR)
-    result = irls(design, q[:, 1], weights, _FLOOR, start, sigma)
+    result = irls(design, q[:, 1], weights, sigma_floor=_FLOOR, start=start, sigma_start=sigma)
     return result.parameters, natural_sigma(q[:, 1] - design @ result.parameters, result.sigma, _FLOOR)
 
 
