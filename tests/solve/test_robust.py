@@ -60,7 +60,7 @@ def test_covariance_of_the_mean_matches_its_scatter(length):
     assert 0.5 < np.mean(np.square(means)) / np.mean(told) < 2.0
 
 
-def test_bulges_over_metres_are_seen_as_far_as_half_the_wall_goes():
+def test_correlation_is_measured_up_to_half_of_the_wall():
     """Bulges correlated over 1.5 m on a wall of 6 x 6 m: a quarter of its side holds half of their reach."""
     field = ndimage.gaussian_filter(np.random.default_rng(1).normal(0, 1, (60, 60)), 7.5)
     correlation = residual_correlation(field, np.ones(field.shape, bool), 0.1)

@@ -22,6 +22,7 @@ def make_ortho(
     scan: Scan,
     photos: Sequence[Photo] = (),
     image_of: ImageOf | None = None,
+    *,
     surroundings: Scan | None = None,
     options: OrthoOptions | None = None,
 ) -> OrthoImage | Failed:

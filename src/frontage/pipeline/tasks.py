@@ -121,7 +121,7 @@ def _ortho(
         facade = load_facade(workspace.facade_folder(name))
         photos = task.photos.photos if task.photos else ()
         image_of = task.photos.image if task.photos else None
-        return make_ortho(facade, scan, photos, image_of, surroundings, task.options)
+        return make_ortho(facade, scan, photos, image_of, surroundings=surroundings, options=task.options)
     except Exception as error:
         return as_failed(error, name)
 
