@@ -50,7 +50,8 @@ def homography_from_pairs(source: Float, target: Float) -> Float:
     h, _, rank, _ = np.linalg.lstsq(A, np.concatenate([up, vp]), rcond=1e-10)
     if rank < 8:
         raise InputError(
-            "the point pairs do not fix a homography: spread them so that no three lie on a line", code="I311"
+            "the point pairs do not determine a homography; spread them so that no three lie on a line",
+            code="I311",
         )
     H = np.linalg.inv(T) @ np.append(h, 1.0).reshape(3, 3) @ S
     scaled: Float = H / H[2, 2]

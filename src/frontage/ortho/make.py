@@ -26,7 +26,7 @@ def make_ortho(
     surroundings: Scan | None = None,
     options: OrthoOptions | None = None,
 ) -> OrthoImage | Failed:
-    """Make the ortho-image of `facade` from oriented photos, and from the scan where no photo shows it.
+    """Makes the ortho-image of `facade` from oriented photos, and from the scan where no photo shows it.
 
     `scan` is the cloud that `facade.support` refers to; `surroundings` holds what else may hide the facade
     from a photo. `image_of(photo id)` returns the picture (h, w, 3) uint8. Photos without a pose are ignored,
@@ -39,7 +39,9 @@ def make_ortho(
     raster = facade_raster(facade, options)  # section 3: a fixed ratio of pixels to metres
     points = facade_points(scan, facade, raster, options)
     if not points.used.any() and not photos:
-        return Failed("F301", f"facade {facade.id}: no point lies on it", "check the outline and the scan")
+        return Failed(
+            "F301", f"facade {facade.id}: no scan point lies on it", "check the outline and the scan"
+        )
     relief = measure_relief(
         points.xyz[points.used], facade.spacing, raster, options, points.gaps
     )  # beyond the paper, which neglects balconies and sculptures
@@ -58,7 +60,7 @@ def make_ortho(
     photo_count = len(names)
     names += paint_missing_from_scan(bands, points, surface, photo_count)
     if not names:
-        return Failed("F302", f"facade {facade.id}: no photo and no point shows it", "check the poses")
+        return Failed("F302", f"facade {facade.id}: no photo and no scan point shows it", "check the poses")
     clear_outside(bands, intensity, surface, options)
     return bands.as_ortho_image(
         facade, raster, names, intensity=intensity, photo_offset=offset, photos=photo_count
