@@ -1,3 +1,5 @@
+"""Scoring of the split into buildings."""
+
 import numpy as np
 import pytest
 

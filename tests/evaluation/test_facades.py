@@ -1,3 +1,5 @@
+"""Scoring of facade planes."""
+
 import numpy as np
 import pytest
 

@@ -1,3 +1,5 @@
+"""Metrics with their intervals, and the scoring of poses."""
+
 import numpy as np
 import pytest
 

@@ -1,3 +1,5 @@
+"""Scoring of openings."""
+
 import numpy as np
 import pytest
 

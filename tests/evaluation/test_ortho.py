@@ -1,3 +1,5 @@
+"""Scoring of ortho-images."""
+
 import cv2
 import numpy as np
 import pytest
