@@ -92,10 +92,12 @@ def main(run, photos, cameras, gsd=0.015):
         pictures = read_photos(PhotoSource(path=photos, cameras=cameras), facade.world)
         for name, relief in (("plane", False), ("relief", True)):
             options = OrthoOptions(gsd=gsd, relief=relief, margin=0.0)
-            best = make_ortho(facade, scan, pictures.photos, pictures.image, scan, options)
+            best = make_ortho(
+                facade, scan, pictures.photos, pictures.image, surroundings=scan, options=options
+            )
             made = []
             for photo in [p for p in pictures.photos if p.id in best.sources][:PHOTOS]:
-                ortho = make_ortho(facade, scan, [photo], pictures.image, scan, options)
+                ortho = make_ortho(facade, scan, [photo], pictures.image, surroundings=scan, options=options)
                 if ortho and ortho.sources[0] == photo.id and (ortho.source == 1).mean() > 0.2:
                     made.append(ortho)
             on_wall = wall_tiles(facade, scan, best)

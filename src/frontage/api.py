@@ -146,7 +146,7 @@ def make_ortho(
         options = OrthoOptions.model_validate({**options.model_dump(), "gsd": gsd})
     if photos is None:
         return _make_ortho(facade, scan, options=options)
-    return _make_ortho(facade, scan, photos.photos, photos.image, scan, options)
+    return _make_ortho(facade, scan, photos.photos, photos.image, surroundings=scan, options=options)
 
 
 def find_openings(

@@ -50,26 +50,26 @@ def test_an_address_finds_its_building(asked: str, building: str) -> None:
 @pytest.mark.parametrize(
     "asked", ["16 avenue de l'Observatoire", "9 rue Soufflot", "13 rue de Vaugirard", "3"]
 )
-def test_a_wrong_number_or_street_names_the_nearest(asked: str) -> None:
-    with pytest.raises(InputError, match="the nearest is") as told:
+def test_a_wrong_number_or_street_names_the_most_similar(asked: str) -> None:
+    with pytest.raises(InputError, match="the most similar is") as told:
         find_building(asked, STREET)
     assert str(told.value).count(";") == 1
 
 
-def test_the_nearest_is_near() -> None:
-    with pytest.raises(InputError, match=r'the nearest is "13 Rue Soufflot, 75005 Paris" \(B02\)'):
+def test_the_most_similar_address_is_named() -> None:
+    with pytest.raises(InputError, match=r'the most similar is "13 Rue Soufflot, 75005 Paris" \(B02\)'):
         find_building("13 rue Soufflott, Paris", STREET)
 
 
 def test_an_ambiguous_address_names_the_candidates() -> None:
-    with pytest.raises(InputError, match=r"may mean 3 buildings: B01 \(11 rue Soufflot\), B02 .*B03"):
+    with pytest.raises(InputError, match=r"matches 3 buildings: B01 \(11 rue Soufflot\), B02 .*B03"):
         find_building("rue Soufflot", STREET)
 
 
 def test_the_exact_address_wins_over_one_with_more() -> None:
     known = {"B01": ["12 Church Street, Upper Town"], "B02": ["12 Church St"]}
     assert find_building("12 church street", known) == "B02"
-    with pytest.raises(InputError, match="may mean 2"):
+    with pytest.raises(InputError, match="matches 2"):
         find_building("12 church street", {"B01": known["B01"], "B02": ["12 Church St, Lower Town"]})
 
 

@@ -111,13 +111,13 @@ def test_basement_windows_are_below_the_ground_floor_whatever_they_are_called() 
     ]  # fmt: skip
 
 
-def test_an_oculus_over_the_door_is_of_the_ground_floor() -> None:
+def test_an_oculus_over_the_door_belongs_to_the_ground_floor() -> None:
     door = [opening(3.0, 0.1, 1.0, 2.2, "door"), opening(3.2, 2.7, 0.6, 0.6)]
     found = number_facade("B01/F1", [*door, *rows([1.1, 4.5], (1.0, 5.0))], 0.0)
     assert floors(found) == [0] * 4 + [1] * 2
 
 
-def test_a_stair_hall_of_two_storeys_belongs_to_where_it_begins() -> None:
+def test_a_stair_hall_of_two_storeys_belongs_to_its_lower_floor() -> None:
     hall = opening(7.0, 0.3, 1.5, 5.6)
     found = number_facade("B01/F1", [*rows([1.0, 4.1, 7.2]), hall], 0.0)
     assert next(o.floor for o in found if o.ring[:, 0].min() == 7.0) == 0
@@ -147,7 +147,7 @@ def test_shops_that_match_no_window_leave_the_windows_their_bays() -> None:
 
 
 @pytest.mark.parametrize("ground", [0.0, None])
-def test_nothing_and_one_opening(ground: float | None) -> None:
+def test_no_opening_and_a_single_one(ground: float | None) -> None:
     assert number_facade("B01/F1", [], ground) == ()
     (found,) = number_facade("B01/F1", [opening(1.0, 1.0)], ground)
     assert (found.id, found.floor, found.bay) == ("B01/F1/W0-1", 0, 1)
@@ -174,7 +174,7 @@ def test_a_split_level_has_floors_of_its_own() -> None:
     assert floors(second.openings) == sorted([0, 1, 2, 3] * 2)
 
 
-def test_ground_that_is_not_known_is_taken_from_the_openings() -> None:
+def test_unknown_ground_is_inferred_from_the_openings() -> None:
     front = facade("B01/F1", (0.0, 0.0, 50.0))
     elements = [Elements("B01/F1", (opening(1.0, 0.1, 1.0, 2.2, "door"), *rows([4.1, 7.2])))]
     (found,) = number_building([front], elements, float("nan"))
@@ -195,7 +195,7 @@ def test_rows_of_real_fronts_are_counted_as_their_annotator_did(front: str, lowe
     assert max(o.floor for o in found) == most - lowest
 
 
-def test_high_storeys_are_not_taken_for_two() -> None:
+def test_high_storeys_are_not_counted_as_two() -> None:
     """Nine equal rows 5 m apart: many empty storeys are less likely than high ones."""
     found = number_facade("B01/F1", rows(1.2 + 5.0 * np.arange(9), h=1.5), 0.0)
     assert floors(found) == sorted(list(range(9)) * 3)

@@ -1,3 +1,5 @@
+"""Scoring of the split into buildings."""
+
 import numpy as np
 import pytest
 
@@ -26,14 +28,14 @@ def test_a_split_is_found_and_its_cut_measured(cut: float, error: float) -> None
     assert f["cut_median"].value == pytest.approx(error, abs=0.01)
 
 
-def test_two_houses_taken_for_one_fail() -> None:
+def test_two_houses_merged_into_one_are_not_found() -> None:
     part = score_buildings(truth(), *street(None))
     f = part.figures
     assert f["recall"].value == pytest.approx(0.5) and f["cuts_found"].value == 0.0
     assert f["cut_median"].value is None and f["count"].value == 1
 
 
-def test_a_house_cut_in_two_costs_precision() -> None:
+def test_a_house_cut_in_two_reduces_precision() -> None:
     points, _ = street(WIDTH)
     third = np.where((points.found == 1) & (points.house == 1) & (points.xyz[:, 2] > 5), 2, points.found)
     scored = score_buildings(
@@ -43,12 +45,12 @@ def test_a_house_cut_in_two_costs_precision() -> None:
     assert {"found": "B03", "matched": None} in scored.items
 
 
-def test_points_that_belong_to_nobody_cost_overlap() -> None:
+def test_points_without_a_building_reduce_the_overlap() -> None:
     f = score_buildings(truth(), *street(WIDTH, swapped=0.6)).figures
     assert f["iou"].value == pytest.approx(0.4, abs=0.02) and f["f1"].value == 0.0
 
 
-def test_houses_that_nothing_measured_are_not_asked_for() -> None:
+def test_houses_that_no_sensor_saw_do_not_count() -> None:
     houses = table()
     houses["facades"][1]["visible"] = {"stations": 0.1, "photos": 0.9, "any": 0.9}
     points, _ = street(None)

@@ -1,3 +1,5 @@
+"""Scoring of facade planes."""
+
 import numpy as np
 import pytest
 
@@ -17,7 +19,7 @@ def test_a_perfect_plane_has_no_error() -> None:
     assert f["angle_p95"].value == pytest.approx(0.0, abs=1e-6)
 
 
-def test_offset_and_angle_are_those_that_were_put_in() -> None:
+def test_offset_and_angle_are_recovered() -> None:
     t = truth()
     f = score_facades(t, [found_facade(f, 0.02, np.radians(0.5)) for f in t.facades]).figures
     assert f["offset_bias"].value == pytest.approx(-0.02, abs=1e-5)
@@ -36,7 +38,7 @@ def test_the_error_is_the_tangent_that_leads_to_the_truth() -> None:
     assert np.abs(plane_error(facade, corrected)).max() < 1e-9
 
 
-def test_a_plane_that_takes_the_room_for_the_street_is_not_found() -> None:
+def test_a_plane_that_faces_the_wrong_way_is_not_matched() -> None:
     t = truth()
     turned = [found_facade(f, turn=np.pi) for f in t.facades]
     part = score_facades(t, turned)
@@ -56,6 +58,6 @@ def test_reported_covariances_are_tested() -> None:
         assert low < np.sqrt(np.mean(squared) * 1.5) < high  # two of three directions were disturbed
 
 
-def test_without_facades_nothing_is_claimed() -> None:
+def test_no_facades_give_empty_metrics() -> None:
     f = score_facades(truth(), []).figures
     assert f["recall"].value == 0.0 and f["offset_median"].value is None

@@ -1,3 +1,5 @@
+"""Metrics with their intervals, and the scoring of poses."""
+
 import numpy as np
 import pytest
 
@@ -53,6 +55,6 @@ def test_poses_are_compared_by_name() -> None:
 
 
 @pytest.mark.parametrize("damage", [{"schema": 9}, {"facades": [{}]}, {"origin": "here"}])
-def test_what_is_no_truth_is_refused_in_one_sentence(damage: dict) -> None:
+def test_a_file_that_is_not_a_truth_is_refused(damage: dict) -> None:
     with pytest.raises(InputError, match=r"truth\.json"):
         read_truth(table() | damage)

@@ -1,3 +1,5 @@
+"""Scoring of openings."""
+
 import numpy as np
 import pytest
 
@@ -20,7 +22,7 @@ def test_a_perfect_result_is_perfect() -> None:
     assert len(part.items) == 12 and not part.notes
 
 
-def test_nothing_found_is_a_recall_of_nought_and_no_border_errors() -> None:
+def test_an_empty_result_has_zero_recall_and_no_border_errors() -> None:
     f = score_openings(truth(), []).figures
     assert f["recall_50"].value == 0.0 and f["f1_50"].value == 0.0
     assert f["precision_50"].value is None and f["border_median"].value is None
@@ -91,7 +93,7 @@ def test_bars_must_be_all_there_and_nothing_else() -> None:
     assert score_openings(t, wrong).figures["bars_exact"].value == 0.0
 
 
-def test_openings_on_a_wall_that_the_truth_does_not_know_are_set_aside() -> None:
+def test_openings_on_no_true_facade_are_not_scored() -> None:
     t = truth()
     side = Rigid3("local", "local", np.array([[0.0, -1, 0], [1, 0, 0], [0, 0, 1]]), np.zeros(3))
     found = found_openings(t)

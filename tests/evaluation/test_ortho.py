@@ -1,3 +1,5 @@
+"""Scoring of ortho-images."""
+
 import cv2
 import numpy as np
 import pytest
@@ -28,7 +30,7 @@ def test_a_shift_is_found_to_a_twentieth_of_a_pixel(shift: tuple[float, float]) 
     assert np.abs(shifts - shift).max() < 0.05
 
 
-def test_other_light_and_noise_are_no_displacement() -> None:
+def test_light_and_noise_do_not_count_as_displacement() -> None:
     true = wall()
     noise = np.random.default_rng(2).normal(0, 6, true.shape)
     found = np.clip(0.5 * true + 60 + noise, 0, 255).astype(np.uint8)
@@ -43,7 +45,7 @@ def test_another_wall_matches_nowhere() -> None:
     assert part.figures["coverage"].value == 1.0
 
 
-def test_a_car_before_the_wall_is_left_out_not_displaced() -> None:
+def test_a_car_in_front_of_the_wall_is_left_out() -> None:
     true = wall()
     found = true.copy()
     found[300:, 200:650] = wall(5)[300:, 200:650]
@@ -51,7 +53,7 @@ def test_a_car_before_the_wall_is_left_out_not_displaced() -> None:
     assert f["displacement_px_p95"].value < 0.1 and 0.4 < f["alike"].value < 0.9
 
 
-def test_missing_pixels_cost_coverage_and_relief_is_compared() -> None:
+def test_missing_pixels_reduce_coverage_and_the_relief_is_compared() -> None:
     true = wall()
     valid = np.ones(true.shape[:2], bool)
     valid[:, :300] = False
@@ -63,6 +65,6 @@ def test_missing_pixels_cost_coverage_and_relief_is_compared() -> None:
     assert f["relief_bias"].value == pytest.approx(0.012)
 
 
-def test_no_ortho_images_give_no_figures() -> None:
+def test_no_ortho_images_give_empty_metrics() -> None:
     f = score_orthos([]).figures
     assert f["displacement_median"].value is None and f["tiles"].value == 0

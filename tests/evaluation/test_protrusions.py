@@ -47,7 +47,7 @@ def test_missed_and_wrong_ones_count():
     assert (value(part, "recall_50"), value(part, "precision_50")) == (0, 0)
 
 
-def test_steps_and_eaves_are_not_told_by_the_truth():
+def test_steps_and_eaves_do_not_count_as_wrongly_found():
     found = [claim("steps", (1, 0, 2, 0.4), -0.6), claim("cornice", (0, 11.5, 10, 11.8), -0.4)]
     part = score_protrusions(truth(true("oriel", (2, 3, 4, 7), -0.6)), found)
     assert value(part, "precision_50") is None

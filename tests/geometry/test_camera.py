@@ -106,14 +106,14 @@ def test_a_fisheye_sees_beyond_ninety_degrees():
     assert pixel[0, 0] == pytest.approx(1000.0 + 600.0 * a, abs=1e-9)
 
 
-def test_unknown_models_and_wrong_counts_are_said():
+def test_unknown_models_and_wrong_counts_are_refused():
     with pytest.raises(InputError, match="FISHEYE624"):
         camera.parameter_count("FISHEYE624")
     with pytest.raises(InputError, match="4 parameters, not 3"):
         camera.project("PINHOLE", np.ones(3), np.ones((1, 3)))
 
 
-def test_a_pinhole_is_told_from_a_distorted_camera():
+def test_a_pinhole_is_distinguished_from_a_distorted_camera():
     assert camera.is_pinhole("OPENCV", np.array([1500.0, 1500, 1, 1, 0, 0, 0, 0]))
     assert not camera.is_pinhole("OPENCV", np.array(CAMERAS["OPENCV"]))
     assert not camera.is_pinhole("FISHEYE", np.array(CAMERAS["FISHEYE"]))

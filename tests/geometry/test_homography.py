@@ -25,7 +25,7 @@ def test_pose_homography_is_the_full_projection_of_an_undistorted_camera():
     assert np.abs(by_plane - by_rays).max() < 0.01
 
 
-def test_four_pairs_are_met_exactly_and_more_in_the_mean():
+def test_four_pairs_are_fitted_exactly_and_more_in_the_mean():
     H = np.array([[1.3, 0.1, 400.0], [-0.05, 1.2, 300.0], [2e-5, -1e-5, 1.0]])
     corners = np.array([[0, 0], [3000, 0], [3000, 1500], [0, 1500.0]])
     assert np.allclose(homography_from_pairs(corners, apply_homography(H, corners)), H, rtol=1e-9, atol=1e-12)
@@ -39,7 +39,7 @@ def test_four_pairs_are_met_exactly_and_more_in_the_mean():
     assert np.abs(apply_homography(theirs, corners) - apply_homography(found, corners)).max() < 0.2
 
 
-def test_pairs_that_fix_nothing_are_refused():
+def test_pairs_that_determine_no_homography_are_refused():
     line = np.column_stack([np.arange(6.0), 2 * np.arange(6.0)])
     with pytest.raises(InputError, match="three lie on a line"):
         homography_from_pairs(line, line)

@@ -14,7 +14,7 @@ def test_every_opening_kind_has_a_letter_of_its_own_and_a_surface() -> None:
     assert {kind.surface.semantics for kind in OpeningKind} == set(OPENING_SURFACES) == {"Window", "Door"}
 
 
-def test_doors_are_what_one_goes_through() -> None:
+def test_doors_are_the_kinds_that_one_goes_through() -> None:
     assert {"door", "garage", "passage"} == DOORS
     assert all(kind.at_ground for kind in DOORS)
 

@@ -35,7 +35,7 @@ def test_rows_without_any_return_lie_at_the_steps_of_the_others(rows):
     assert found.lost[rows].all() and not whole.lost[60:70].all()
 
 
-def test_indices_that_are_no_polar_raster_tell_nothing():
+def test_indices_that_are_not_a_polar_raster_give_none():
     scan, _ = scan_raster(WINDOW)
     index = scan.grid.index.copy()
     held = index >= 0
@@ -44,7 +44,7 @@ def test_indices_that_are_no_polar_raster_tell_nothing():
     assert no_returns(scan.xyz, scan.origins[0], index[:1]) is None
 
 
-def test_merged_clouds_keep_them_with_their_stations():
+def test_merged_clouds_keep_lost_beams_with_their_stations():
     one, a = scan_raster(WINDOW)
     two, b = scan_raster(WINDOW, tilted((7.0, -8.0, 1.7), -3.0))
     merged = merge_scans([one, two])
@@ -57,14 +57,14 @@ def test_merged_clouds_keep_them_with_their_stations():
     assert merge_scans([one]).grid is None and len(merge_scans([one]).no_returns) == 1
 
 
-def test_the_ground_tells_whether_points_were_cut_out():
+def test_lost_ground_beams_show_that_points_were_cut_out():
     whole, _ = scan_raster(WINDOW)
     cut, _ = scan_raster(WINDOW, street=False)
     assert whole.lost_beams()[0].ground == 0.0
     assert cut.lost_beams()[0].ground > 0.5
 
 
-def test_they_move_with_their_station():
+def test_lost_beams_move_with_their_station():
     scan, lost = scan_raster(WINDOW)
     turn = Rigid3(
         "local", "local", np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]]), np.ones(3)
@@ -73,7 +73,7 @@ def test_they_move_with_their_station():
     assert nearest(found.directions, turn.rotate(lost[::97])) < 1e-6
 
 
-def test_only_those_that_look_at_a_place_are_kept():
+def test_only_lost_beams_towards_a_place_are_kept():
     scan, lost = scan_raster(WINDOW)
     (whole,) = scan.lost_beams()
     corners = np.array([[x, 0.0, z] for x in (3.0, 6.0) for z in (1.0, 4.0)])

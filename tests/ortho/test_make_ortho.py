@@ -47,7 +47,7 @@ def test_the_papers_homography_is_off_by_the_distortion(scene):
     assert np.isnan(ortho.depth).all()
 
 
-def test_relief_puts_recessed_things_where_they_are(scene):
+def test_the_relief_removes_the_displacement_of_recesses(scene):
     facade, picture, _ = scene
     depth = lambda x, z: np.where((np.abs(x) < 2.0) & (np.abs(z) < 1.5), 0.3, 0.0)  # noqa: E731
     cloud = wall.wall_cloud(facade, depth=depth)
@@ -77,7 +77,7 @@ def test_a_window_edge_of_the_relief_is_straight(scene):
 
 @pytest.mark.parametrize("reveal", [0.08, 0.15, 0.3])
 @pytest.mark.parametrize("eye", [(0.5, -12.0, -2.5), (6.0, -8.0, -3.0)])
-def test_window_edges_of_the_relief_lie_where_they_are(reveal, eye):
+def test_window_edges_of_the_relief_are_unbiased(reveal, eye):
     """A scan every 3 cm that looks into the recess obliquely: one side of it is in shadow."""
     facade = wall.facade(5.0, 4.0, spacing=0.03)
     cloud = wall.scanned_window(facade, (-0.43, -0.62, 0.57, 0.78), reveal, eye, spacing=0.03)
@@ -135,7 +135,7 @@ def test_pixel_and_world_round_trip_on_relief_and_plane(scene):
 
 @pytest.mark.parametrize("relief", [True, False])
 @pytest.mark.parametrize("shift", [0.0, 0.012, -0.02])
-def test_where_scan_and_photos_disagree_the_picture_is_where_the_photos_see_it(scene, shift, relief):
+def test_the_picture_follows_the_photos_where_they_disagree_with_the_scan(scene, shift, relief):
     facade, picture, _ = scene
     depth = lambda x, z: np.where((np.abs(x) < 1.0) & (np.abs(z) < 1.0), 0.15, 0.0)  # noqa: E731
     camera = wall.camera(1200, 900)
@@ -160,7 +160,7 @@ def test_where_scan_and_photos_disagree_the_picture_is_where_the_photos_see_it(s
         assert np.nanmedian(ortho.depth) == pytest.approx(0.0, abs=0.002), "depth.tif is the scan's"
 
 
-def test_one_photo_or_no_texture_says_nothing_about_depth(scene):
+def test_one_photo_or_no_texture_gives_no_offset(scene):
     facade, _, cloud = scene
     camera = wall.camera(800, 600, distorted=False)
     photos = [wall.photo(facade, camera, (x, -8.0, 0.0), name=str(x)) for x in (-2.0, 2.0)]
@@ -176,7 +176,7 @@ def with_board(facade, cloud: Scan, x: tuple[float, float], y: float) -> Scan:
     return Scan("board", np.vstack([cloud.xyz, facade.frame.apply(g)]), cloud.world)
 
 
-def test_what_one_photo_cannot_see_comes_from_the_next_best(scene):
+def test_parts_hidden_in_one_photo_come_from_the_next_best(scene):
     facade, _, wall_only = scene
     cloud = with_board(facade, wall_only, (-0.3, 0.3), -3.0)
     camera = wall.camera(800, 600, distorted=False)
@@ -195,7 +195,7 @@ def test_what_one_photo_cannot_see_comes_from_the_next_best(scene):
     assert (both.pixels[behind][..., 0] == 180).all()
 
 
-def test_patches_are_few(scene):
+def test_the_picture_consists_of_few_patches(scene):
     facade, _, cloud = scene
     camera = wall.camera(800, 600, distorted=False)
     photos = [wall.photo(facade, camera, (x, -8.0, 0.0), (x, 0, 0), name=str(x)) for x in (-3.0, 0.0, 3.0)]
@@ -204,7 +204,7 @@ def test_patches_are_few(scene):
         assert cv2.connectedComponents((ortho.source == source).astype(np.uint8))[0] - 1 <= 1
 
 
-def test_outside_the_photo_nothing_is_smeared(scene):
+def test_nothing_is_smeared_outside_the_photo(scene):
     facade, _, cloud = scene
     photo = wall.photo(
         facade, wall.camera(600, 450, distorted=False, focal=1.5), (-2.5, -5.0, 1.0), (-2.5, 0, 1.0)
@@ -219,7 +219,7 @@ def test_outside_the_photo_nothing_is_smeared(scene):
     assert (shown & inside).sum() > 0.9 * inside.sum()
 
 
-def test_what_photos_leave_out_comes_from_the_scan_when_it_is_much(scene):
+def test_the_scan_fills_large_parts_that_no_photo_shows(scene):
     facade, _, cloud = scene
     part = wall.photo(
         facade, wall.camera(600, 450, distorted=False, focal=1.5), (-2.5, -5.0, 0), (-2.5, 0, 0)
@@ -309,7 +309,7 @@ def test_photos_behind_or_without_a_pose_are_not_used(scene):
     assert ortho.sources == ("wall (colour)",)
 
 
-def test_the_scan_paints_what_no_photo_does_and_windows_stay_empty(scene):
+def test_the_scan_fills_what_no_photo_shows_and_windows_stay_empty(scene):
     facade, _, _ = scene
     hole = (-2.6, -0.5, -1.4, 1.0)
     cloud = wall.wall_cloud(facade, spacing=0.03, holes=[hole])
@@ -341,7 +341,7 @@ def test_rooms_behind_glass_are_left_out(scene):
 
 
 @pytest.mark.parametrize("kind", ["colour", "intensity", "depth"])
-def test_the_source_says_what_the_scan_gave(scene, kind):
+def test_the_source_names_what_the_scan_showed(scene, kind):
     facade, _, full = scene
     cloud = Scan("s", full.xyz, full.world, rgb=full.rgb if kind == "colour" else None,
                  intensity=None if kind == "depth" else full.intensity)  # fmt: skip
@@ -351,7 +351,7 @@ def test_the_source_says_what_the_scan_gave(scene, kind):
     assert (ortho.intensity is None) == (kind == "depth")
 
 
-def test_nothing_at_all_is_a_failure_that_says_so(scene):
+def test_a_facade_without_points_and_photos_fails_with_a_reason(scene):
     facade, _, _ = scene
     far = Scan("far", np.full((10, 3), 500.0), wall.WORLD)
     failed = make_ortho(facade, far)
@@ -383,7 +383,7 @@ def owner(array: object) -> object:
     return array
 
 
-def test_wider_than_opencv_takes_and_larger_than_memory(monkeypatch, tmp_path):
+def test_images_may_be_wider_than_opencv_allows_and_larger_than_memory(monkeypatch, tmp_path):
     from frontage.io.rasters.ortho import read_ortho, write_ortho
     from frontage.raster import tiles
 

@@ -83,7 +83,7 @@ def test_an_oblique_view_is_filtered_along_its_long_axis_only():
     assert picture[64:72].max() > 120
 
 
-def test_positions_without_a_place_do_not_break_the_rest():
+def test_unknown_positions_do_not_affect_the_others():
     picture = noise(60, 80, 1.0)
     at = grid(60, 80, 1.0)
     at[:20] = np.nan
@@ -91,17 +91,17 @@ def test_positions_without_a_place_do_not_break_the_rest():
 
 
 @pytest.mark.parametrize("scale", [0.4, 1.0, 1.6, 2.7])
-def test_a_strip_at_a_time_gives_what_the_whole_gives(scale, monkeypatch):
+def test_resampling_by_strips_gives_the_same_result(scale, monkeypatch):
     picture, at = noise(400, 500, 1.0), grid(120, 150, scale, (10.3, 20.7))
     whole = resample(picture, at, scale * np.eye(2))
-    monkeypatch.setattr(resampling, "_CACHE", 0)
+    monkeypatch.setattr(resampling, "_CACHE_BYTES", 0)
     page = np.zeros((200, 300, 4), np.uint8)
     window = page[30:150, 40:190]
     resampling.resample(picture, SourceMap.of_pixels(at, scale * np.eye(2)), out=window)
     assert np.array_equal(window[..., :3], whole) and page.any(-1).sum() == 120 * 150
 
 
-def test_a_fitted_map_knows_its_error():
+def test_the_error_of_a_fitted_map_is_measured():
     def lens(column, row, depth):
         u, v, w = 30.0 + 0.9 * column, 20.0 - 1.1 * row, 1.0 + 0.05 * column + 0.02 * row + 0.006 * depth
         bent = 1.0 + 1e-5 * ((u - 30) ** 2 + (v - 20) ** 2)
@@ -154,7 +154,7 @@ def test_quantiles_by_cell():
     assert np.isnan(q[:, 0, 1]).all()
 
 
-def test_values_between_cells():
+def test_bilinear_and_nearest_values_between_cells():
     field = np.arange(12.0).reshape(3, 4)
     u, v = np.array([-1.0, 0.5, 3.0, 9.0]), np.array([0.25, 2.0])
     assert np.allclose(gridding.bilinear(field, u, v), [[1.0, 1.5, 4.0, 4.0], [8.0, 8.5, 11.0, 11.0]])
@@ -185,7 +185,7 @@ def test_tiles_cover_once():
     assert (count == 1).all()
 
 
-def test_bands_beyond_memory_live_in_a_scratch_file(monkeypatch):
+def test_bands_beyond_memory_are_memory_maps(monkeypatch):
     monkeypatch.setattr(tiles, "IN_MEMORY", 1000)
     band = tiles.allocate((50, 40), np.float32, np.nan)
     assert isinstance(band, np.memmap) and np.isnan(band).all()

@@ -44,17 +44,17 @@ def test_workers_use_one_thread_each() -> None:
         assert executor.map(threads, [0]) == [(1, "1")]
 
 
-def test_an_error_of_a_task_comes_back_as_it_was() -> None:
+def test_an_error_of_a_task_is_raised_unchanged() -> None:
     for workers in (1, 2):
         with pytest.raises(FrontageError, match="item 3 is bad"), make_executor(workers) as executor:
             executor.map(fail_at_three, range(5))
 
 
-def test_a_killed_worker_is_told_in_one_sentence() -> None:
+def test_a_killed_worker_raises_one_clear_error() -> None:
     with pytest.raises(FrontageError, match="fewer than 2 --workers"), make_executor(2) as executor:
         executor.map(die, [0])
 
 
-def test_less_than_one_worker_is_refused() -> None:
+def test_fewer_than_one_worker_is_refused() -> None:
     with pytest.raises(ValueError, match="at least 1"):
         make_executor(0)

@@ -37,7 +37,7 @@ def test_irls_ignores_a_parallel_layer():
     y = 0.1 + 0.02 * x + rng.normal(0, 0.005, 3000)
     y[:1000] += 0.05
     design = np.column_stack([np.ones(3000), x])
-    fit = irls(design, y, np.ones(3000), 1e-4, np.array([0.1, 0.02]), 0.006)
+    fit = irls(design, y, np.ones(3000), sigma_floor=1e-4, start=np.array([0.1, 0.02]), sigma_start=0.006)
     assert np.abs(fit.parameters - [0.1, 0.02]).max() < 0.0006
     assert 0.0045 < fit.sigma < 0.0056
 
@@ -60,7 +60,7 @@ def test_covariance_of_the_mean_matches_its_scatter(length):
     assert 0.5 < np.mean(np.square(means)) / np.mean(told) < 2.0
 
 
-def test_bulges_over_metres_are_seen_as_far_as_half_the_wall_goes():
+def test_correlation_is_measured_up_to_half_of_the_wall():
     """Bulges correlated over 1.5 m on a wall of 6 x 6 m: a quarter of its side holds half of their reach."""
     field = ndimage.gaussian_filter(np.random.default_rng(1).normal(0, 1, (60, 60)), 7.5)
     correlation = residual_correlation(field, np.ones(field.shape, bool), 0.1)

@@ -74,7 +74,8 @@ def find_building(asked: str, known: Mapping[str, Iterable[str]]) -> str:
         return meant[0]
     if meant:
         raise InputError(
-            f'"{asked}" may mean {len(meant)} buildings: {_listed(meant, known)}; say more, or give the id'
+            f'"{asked}" matches {len(meant)} buildings: {_listed(meant, known)}; '
+            "be more specific or give the id"
         )
     raise InputError(_nothing(asked, known))
 
@@ -112,12 +113,12 @@ def _nothing(asked: str, known: Mapping[str, Iterable[str]]) -> str:
     ids = ", ".join(list(known)[:_MOST_NAMED]) + (", ..." if len(known) > _MOST_NAMED else "") or "none yet"
     if not places:
         return (
-            f'no building has the id "{asked}", and none has an address; name them under [addresses] in the '
+            f'no building has the id "{asked}", and none has an address; add some under [addresses] in the '
             f"project file and run again, or give an id: {ids}"
         )
     plain = _plain(asked)
     building, address = max(places, key=lambda p: SequenceMatcher(None, plain, _plain(p[1])).ratio())
-    return f'no building has the address or id "{asked}"; the nearest is "{address}" ({building})'
+    return f'no building has the address or id "{asked}"; the most similar is "{address}" ({building})'
 
 
 def _plain(text: str) -> str:

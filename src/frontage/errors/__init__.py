@@ -54,7 +54,7 @@ class FileError(InputError):
     code = "I100"
 
     def __init__(self, path: object, problem: str, advice: str = "", *, code: str | None = None) -> None:
-        """Build the message ``path: problem; advice``."""
+        """Builds the message ``path: problem; advice``."""
         super().__init__(f"{path}: {problem}" + (f"; {advice}" if advice else ""), code=code)
 
 
@@ -88,7 +88,7 @@ class MissingExtra(FrontageError, ImportError):
     code = "X100"
 
     def __init__(self, what: str, extra: str) -> None:
-        """Name the extra that `what` needs and the command that installs it."""
+        """Names the extra that `what` needs and the command that installs it."""
         super().__init__(
             f"{what} needs an optional dependency; install it with: pip install 'frontage[{extra}]'"
         )

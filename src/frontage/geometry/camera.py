@@ -1,8 +1,8 @@
-"""COLMAP's camera models: points to pixels and back.
+"""COLMAP's camera models: projection of points to pixels and back.
 
-Camera frame: x right, y down, z forward. Pixels: the centre of the first one is at (0.5, 0.5). The order
-of the parameters is COLMAP's (github.com/colmap/colmap, src/colmap/sensor/models.h). What a model cannot
-see (behind the camera, past the fold of the distortion polynomial) is NaN, never a ghost pixel.
+Camera frame: x right, y down, z forward. The centre of the first pixel is at (0.5, 0.5). The parameters are
+in COLMAP's order (github.com/colmap/colmap, src/colmap/sensor/models.h). Points that a model cannot see
+(behind the camera, past the fold of the distortion polynomial) become NaN and never a ghost pixel.
 """
 
 from collections.abc import Callable
@@ -19,8 +19,8 @@ _PINHOLE, _FISHEYE, _FOV, _DIVISION, _SPHERE = "pinhole", "fisheye", "fov", "div
 
 
 @dataclass(frozen=True)
-class _Model:
-    """How a model's parameters are laid out: number, one or two focal lengths, base projection, its lens."""
+class _CameraModel:
+    """The parameters of a model: their number, one or two focal lengths, the base projection, the lens."""
 
     count: int
     focals: int
@@ -39,44 +39,44 @@ def _thin_prism(
 
 
 def _rad_tan_thin_prism(*p: float) -> Lens:
-    # COLMAP (and Project Aria) call the coefficient of x (r^2 + 2 x^2) p0: the other way round than OpenCV
+    # COLMAP and Project Aria call the coefficient of x (r^2 + 2 x^2) p0, in contrast to OpenCV.
     return Lens(p[:6], (), (p[7], p[6]), (p[8], p[9], p[10], p[11]), staged=True)
 
 
 _RADIAL: Callable[..., Lens] = lambda *k: Lens(k)  # noqa: E731
 _MODELS = {
-    "SIMPLE_PINHOLE": _Model(3, 1, _PINHOLE),
-    "PINHOLE": _Model(4, 2, _PINHOLE),
-    "SIMPLE_RADIAL": _Model(4, 1, _PINHOLE, _RADIAL),
-    "RADIAL": _Model(5, 1, _PINHOLE, _RADIAL),
-    "OPENCV": _Model(8, 2, _PINHOLE, lambda k1, k2, p1, p2: Lens((k1, k2), (), (p1, p2))),
-    "FULL_OPENCV": _Model(12, 2, _PINHOLE, _full_opencv),
-    "SIMPLE_FISHEYE": _Model(3, 1, _FISHEYE),
-    "FISHEYE": _Model(4, 2, _FISHEYE),
-    "SIMPLE_RADIAL_FISHEYE": _Model(4, 1, _FISHEYE, _RADIAL),
-    "RADIAL_FISHEYE": _Model(5, 1, _FISHEYE, _RADIAL),
-    "OPENCV_FISHEYE": _Model(8, 2, _FISHEYE, _RADIAL),
-    "THIN_PRISM_FISHEYE": _Model(12, 2, _FISHEYE, _thin_prism),
-    "RAD_TAN_THIN_PRISM_FISHEYE": _Model(16, 2, _FISHEYE, _rad_tan_thin_prism),
-    "FOV": _Model(5, 2, _FOV),
-    "SIMPLE_DIVISION": _Model(4, 1, _DIVISION),
-    "DIVISION": _Model(5, 2, _DIVISION),
-    "EQUIRECTANGULAR": _Model(2, 0, _SPHERE),
+    "SIMPLE_PINHOLE": _CameraModel(3, 1, _PINHOLE),
+    "PINHOLE": _CameraModel(4, 2, _PINHOLE),
+    "SIMPLE_RADIAL": _CameraModel(4, 1, _PINHOLE, _RADIAL),
+    "RADIAL": _CameraModel(5, 1, _PINHOLE, _RADIAL),
+    "OPENCV": _CameraModel(8, 2, _PINHOLE, lambda k1, k2, p1, p2: Lens((k1, k2), (), (p1, p2))),
+    "FULL_OPENCV": _CameraModel(12, 2, _PINHOLE, _full_opencv),
+    "SIMPLE_FISHEYE": _CameraModel(3, 1, _FISHEYE),
+    "FISHEYE": _CameraModel(4, 2, _FISHEYE),
+    "SIMPLE_RADIAL_FISHEYE": _CameraModel(4, 1, _FISHEYE, _RADIAL),
+    "RADIAL_FISHEYE": _CameraModel(5, 1, _FISHEYE, _RADIAL),
+    "OPENCV_FISHEYE": _CameraModel(8, 2, _FISHEYE, _RADIAL),
+    "THIN_PRISM_FISHEYE": _CameraModel(12, 2, _FISHEYE, _thin_prism),
+    "RAD_TAN_THIN_PRISM_FISHEYE": _CameraModel(16, 2, _FISHEYE, _rad_tan_thin_prism),
+    "FOV": _CameraModel(5, 2, _FOV),
+    "SIMPLE_DIVISION": _CameraModel(4, 1, _DIVISION),
+    "DIVISION": _CameraModel(5, 2, _DIVISION),
+    "EQUIRECTANGULAR": _CameraModel(2, 0, _SPHERE),
 }
 MODELS = tuple(_MODELS)
-"""Names of the camera models that are understood."""
+"""The names of all supported camera models."""
 
 
-def _model(name: str) -> _Model:
+def _model(name: str) -> _CameraModel:
     if name not in _MODELS:
         raise InputError(f"camera model {name!r} is not known; use one of {', '.join(MODELS)}", code="I310")
     return _MODELS[name]
 
 
 def parameter_count(model: str) -> int:
-    """Number of parameters of a COLMAP camera model.
+    """Returns the number of parameters of a COLMAP camera model.
 
-    Raises InputError naming the models that are known.
+    Raises InputError (I310) that lists the known models.
     """
     return _model(model).count
 
@@ -90,9 +90,9 @@ def is_pinhole(model: str, params: Float) -> bool:
 
 
 def calibration_matrix(model: str, params: Float) -> Float:
-    """The matrix K (3, 3) of the undistorted camera, pixel centre at 0.5.
+    """Returns the matrix K (3, 3) of the undistorted camera, first pixel centre at 0.5.
 
-    Raises InputError for a camera that has none (EQUIRECTANGULAR).
+    Raises InputError (I310) for a camera that has none (EQUIRECTANGULAR).
     """
     if _model(model).base == _SPHERE:
         raise InputError(f"a {model} camera has no calibration matrix; use the full projection", code="I310")
@@ -113,9 +113,9 @@ def _parts(name: str, params: tuple[float, ...]) -> tuple[tuple[float, float], t
 
 
 def project(model: str, params: Float, xyz_camera: Float) -> Float:
-    """Points (n, 3) in the camera frame to pixels (n, 2); NaN where the camera cannot see.
+    """Projects points (n, 3) of the camera frame to pixels (n, 2); NaN where the camera cannot see.
 
-    Raises InputError for an unknown model.
+    Raises InputError (I310) for an unknown model.
     """
     p = tuple(map(float, params))
     focal, centre, lens = _parts(model, p)
@@ -129,9 +129,9 @@ def project(model: str, params: Float, xyz_camera: Float) -> Float:
 
 
 def unproject(model: str, params: Float, pixels: Float) -> Float:
-    """Pixels (n, 2) to unit directions (n, 3) in the camera frame; NaN where no direction projects there.
+    """Returns the unit directions (n, 3) of pixels (n, 2) in the camera frame; NaN where there is none.
 
-    Raises InputError for an unknown model.
+    Raises InputError (I310) for an unknown model.
     """
     p = tuple(map(float, params))
     focal, centre, lens = _parts(model, p)
@@ -159,7 +159,7 @@ def _fisheye(xyz: Float, _: float) -> Float:
     """Equidistant projection: radius = angle from the axis."""
     r = np.hypot(xyz[:, 0], xyz[:, 1])
     theta = np.where(np.abs(xyz).sum(1) > 0, np.arctan2(r, xyz[:, 2]), np.nan)
-    theta[(r == 0) & (xyz[:, 2] < 0)] = np.nan  # straight back has no direction in the picture
+    theta[(r == 0) & (xyz[:, 2] < 0)] = np.nan  # the direction straight back has no place in the picture
     xy: Float = xyz[:, :2] * np.where(r > 0, theta / np.where(r > 0, r, 1.0), theta)[:, None]
     return xy
 
@@ -207,7 +207,7 @@ def _division_back(xy: Float, k: float) -> Float:
 
 
 def _sphere(xyz: Float, _: float) -> Float:
-    """Longitude and latitude (down) as shares of the picture's width and height, from its centre."""
+    """Longitude and latitude (downwards) from the centre, as shares of width and height."""
     r = np.linalg.norm(xyz, axis=1)
     latitude = np.arcsin(xyz[:, 1] / np.where(r > 0, r, np.nan))
     return np.column_stack([np.arctan2(xyz[:, 0], xyz[:, 2]) / (2 * np.pi), latitude / np.pi])

@@ -1,9 +1,9 @@
 """The homography from a facade raster to a photograph (paper A, section 3.1).
 
 `H` maps homogeneous facade pixels ``(column, row, 1)`` to image pixels. From a known pose it is exact for an
-undistorted pinhole camera; from point pairs it is the paper's linear system, solved with Hartley's
-normalisation (In defence of the eight-point algorithm, PAMI 19(6), 1997), without which the columns of the
-system differ by 10^6 in size at photo resolution.
+undistorted pinhole camera; from point pairs it is the linear system of the paper, solved with
+Hartley's normalisation (In defence of the eight-point algorithm, PAMI 19(6), 1997), without which the columns
+of the system differ by a factor of 10^6 at the resolution of photos.
 """
 
 import numpy as np
@@ -13,10 +13,11 @@ from frontage.geometry.arrays import Float
 
 
 def homography_from_pose(K: Float, R: Float, t: Float, facade_from_raster: Float) -> Float:
-    """``H = K [R e_x, R e_z, t] A`` of the facade plane y = 0 seen by a camera, scaled to ``H[2, 2] = 1``.
+    """Returns ``H = K [R e_x, R e_z, t] A`` of the plane y = 0 seen by a camera, scaled to ``H[2, 2] = 1``.
 
-    K (3, 3); camera_from_facade R (3, 3), t (3,) m (so ``t = R_c (o - C)`` of the facade's origin o and the
-    camera's centre C); facade_from_raster A (3, 3) takes ``(column, row, 1)`` to ``(x, z, 1)`` in metres.
+    K (3, 3); camera_from_facade R (3, 3), t (3,) m (hence ``t = R_c (o - C)`` with the origin o of the facade
+    and the centre C of the camera); facade_from_raster A (3, 3) takes ``(column, row, 1)`` to ``(x, z, 1)``
+    in metres.
     """
     H = K @ np.column_stack([R[:, 0], R[:, 2], t]) @ facade_from_raster
     scaled: Float = H / H[2, 2]
@@ -24,12 +25,13 @@ def homography_from_pose(K: Float, R: Float, t: Float, facade_from_raster: Float
 
 
 def homography_from_pairs(source: Float, target: Float) -> Float:
-    """Least-squares homography (3, 3), H[2, 2] = 1, from n >= 4 pairs (n, 2) (paper A, eq. 5-7).
+    """Fits a homography (3, 3), H[2, 2] = 1, to n >= 4 pairs (n, 2) by least squares (paper A, eq. 5-7).
 
-    Rows ``[u v 1 0 0 0 -u'u -u'v]`` and ``[0 0 0 u v 1 -v'u -v'v]``, pseudo-inverse, in coordinates with zero
-    mean and mean distance sqrt 2.
+    The system has the rows ``[u v 1 0 0 0 -u'u -u'v]`` and ``[0 0 0 u v 1 -v'u -v'v]`` and is solved by its
+    pseudo-inverse, in coordinates with zero mean and a mean distance of sqrt 2.
 
-    Raises InputError for fewer than four pairs, or when they do not fix a homography (three on a line).
+    Raises InputError (I311) for fewer than four pairs, or when they do not determine a homography (three of
+    them on a line).
     """
     source, target = np.asarray(source, np.float64), np.asarray(target, np.float64)
     if len(source) != len(target) or len(source) < 4:
@@ -48,7 +50,8 @@ def homography_from_pairs(source: Float, target: Float) -> Float:
     h, _, rank, _ = np.linalg.lstsq(A, np.concatenate([up, vp]), rcond=1e-10)
     if rank < 8:
         raise InputError(
-            "the point pairs do not fix a homography: spread them so that no three lie on a line", code="I311"
+            "the point pairs do not determine a homography; spread them so that no three lie on a line",
+            code="I311",
         )
     H = np.linalg.inv(T) @ np.append(h, 1.0).reshape(3, 3) @ S
     scaled: Float = H / H[2, 2]
@@ -56,14 +59,14 @@ def homography_from_pairs(source: Float, target: Float) -> Float:
 
 
 def apply_homography(H: Float, xy: Float) -> Float:
-    """Points (n, 2) through H (3, 3) (paper A, eq. 6); NaN where they go to infinity or change sides."""
+    """Maps points (n, 2) by H (3, 3) (paper A, eq. 6); NaN where they go to infinity or change sides."""
     w = xy @ H[2, :2] + H[2, 2]
     mapped: Float = (xy @ H[:2, :2].T + H[:2, 2]) / np.where(w > 0, w, np.nan)[:, None]
     return mapped
 
 
 def _normaliser(xy: Float) -> Float:
-    """The similarity (3, 3) that moves points (n, 2) to zero mean and mean distance sqrt 2."""
+    """Returns the similarity (3, 3) that moves points (n, 2) to zero mean and a mean distance of sqrt 2."""
     mean = xy.mean(0)
     size = np.linalg.norm(xy - mean, axis=1).mean()
     scale = np.sqrt(2.0) / size if size > 0 else 1.0

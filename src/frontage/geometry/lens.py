@@ -6,8 +6,8 @@ Every COLMAP model with a polynomial (or rational) radial part is one `Lens`: wi
     x_d   = x f + 2 p1 x y + p2 (q + 2 x^2) + s1 q + s2 q^2
     y_d   = y f + 2 p2 x y + p1 (q + 2 y^2) + s3 q + s4 q^2
 
-Past the first extremum of ``r f(r^2)`` the polynomial folds back and a point far outside the picture
-would land inside it as a ghost; `Lens.limit` is that radius, and everything beyond it is NaN.
+Past the first extremum of ``r f(r^2)`` the polynomial folds back, and a point far outside the picture would
+appear inside it. `Lens.limit` is the radius of that extremum; everything beyond it becomes NaN.
 """
 
 from dataclasses import dataclass
@@ -68,7 +68,7 @@ class Lens:
         return n / d, (dn * d - n * dd) / (d * d)
 
     def distort(self, xy: Float) -> Float:
-        """Ideal points (n, 2) to distorted ones (n, 2); NaN past the fold."""
+        """Distorts ideal points (n, 2); NaN past the fold."""
         q = xy[:, 0] ** 2 + xy[:, 1] ** 2
         with np.errstate(invalid="ignore", over="ignore", divide="ignore"):
             radial = xy * self.factor(q)[0][:, None]
@@ -78,7 +78,7 @@ class Lens:
         return out
 
     def undistort(self, xy: Float) -> Float:
-        """Distorted points (n, 2) to ideal ones (n, 2) by safeguarded Newton; NaN where nothing maps."""
+        """Removes the distortion of points (n, 2) by a safeguarded Newton method; NaN where nothing maps."""
         if self.staged:
             return self._undistort_radial(self._newton(xy, xy.copy(), bare=True))
         guess = self._undistort_radial(xy)
@@ -94,7 +94,7 @@ class Lens:
         return np.column_stack([dx, dy])
 
     def _undistort_radial(self, xy: Float) -> Float:
-        """Invert ``r f(r^2)`` on [0, limit]: Newton kept inside a shrinking bracket."""
+        """Inverts ``r f(r^2)`` on [0, limit] by Newton steps within a shrinking bracket."""
         goal = np.hypot(xy[:, 0], xy[:, 1])
         low, high = np.zeros_like(goal), self._bracket(goal)
         r = np.minimum(goal, high)
@@ -114,7 +114,7 @@ class Lens:
         return np.where(np.isfinite(high), scale, np.nan)[:, None] * xy
 
     def _bracket(self, goal: Float) -> Float:
-        """Radii (n,) whose distorted radius is at least `goal`; NaN where the lens never gets there."""
+        """Returns radii (n,) whose distorted radius is at least `goal`; NaN where it is never reached."""
         if np.isfinite(self.limit):
             top = self.limit * (1 - 1e-12)
             reach = top * self.factor(np.array(top * top))[0]
@@ -128,7 +128,7 @@ class Lens:
         return np.where(high * self.factor(high * high)[0] >= goal, high, np.nan)
 
     def _newton(self, goal: Float, xy: Float, bare: bool = False) -> Float:
-        """Solve the full two-dimensional model for points (n, 2) from a first guess; `bare` leaves f out."""
+        """Solves the full two-dimensional model for points (n, 2) from a first guess; `bare` omits f."""
         for _ in range(_NEWTON_STEPS):
             value, (a, b, c, d) = self._value_and_jacobian(xy, bare)
             miss = value - goal
@@ -164,7 +164,7 @@ class Lens:
 
 
 def _first_root(coefficients: Float) -> float:
-    """Smallest real root > 0 of a polynomial (lowest order first); inf when there is none."""
+    """Returns the smallest real root > 0 of a polynomial (lowest order first); inf when there is none."""
     roots = poly.polyroots(poly.polytrim(coefficients)) if len(coefficients) > 1 else np.empty(0)
     size, turn = np.asarray(roots.real), np.asarray(roots.imag)
     real = size[(np.abs(turn) <= 1e-9 * (1 + np.abs(size))) & (size > 0)]

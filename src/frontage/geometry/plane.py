@@ -6,13 +6,13 @@ from frontage.geometry.arrays import Float
 
 
 def facade_axes(inward: Float) -> Float:
-    """Rotation (3, 3), columns X, Y, Z, of the facade frame with the normal into the building `inward`.
+    """Returns the axes X, Y, Z of a facade frame as the columns of a rotation (3, 3), from its inward normal.
 
-    Paper A eq. 1-4 with normal azimuth phi and zenith angle psi: ``X = (sin phi, -cos phi, 0)`` is
-    horizontal and to the right as seen from the street, ``Y`` is the unit normal into the building,
-    ``Z = X x Y`` is up in the plane.
+    These are paper A's eq. 1-4 with the azimuth phi and the zenith angle psi of the normal: ``X = (sin phi,
+    -cos phi, 0)`` is horizontal and points to the right as seen from the street, ``Y`` is the unit normal
+    into the building, and ``Z = X x Y`` points up in the plane. `inward` (3,) need not have unit length.
 
-    Raises ValueError when the plane is horizontal (X is then not defined) or `inward` is not finite.
+    Raises ValueError when the plane is horizontal, so that X is not defined, or `inward` is not finite.
     """
     n = np.asarray(inward, np.float64)
     length, plan = float(np.linalg.norm(n)), float(np.hypot(n[0], n[1]))
@@ -24,12 +24,15 @@ def facade_axes(inward: Float) -> Float:
 
 
 def plane_offsets(xyz: Float, normal: Float, point: Float) -> Float:
-    """Signed distances (n,) m of points (n, 3) from the plane through `point` with unit `normal`."""
+    """Returns signed distances (n,) m of points (n, 3) from the plane through `point` with unit `normal`."""
     return np.asarray(xyz @ normal - float(np.dot(normal, point)), np.float64)
 
 
 def fit_plane(xyz: Float, weights: Float | None = None) -> tuple[Float, Float, Float]:
-    """Total least-squares plane of points (n, 3): unit normal, centroid, variances (3,) ascending, m2.
+    """Fits a plane to points (n, 3) by total least squares.
+
+    Returns the unit normal (3,), the centroid (3,) and the variances (3,) m2 along the principal axes,
+    ascending.
 
     The sign of the normal is arbitrary but deterministic (its largest component is positive).
     """
@@ -42,6 +45,6 @@ def fit_plane(xyz: Float, weights: Float | None = None) -> tuple[Float, Float, F
 
 
 def lean(inward: Float) -> float:
-    """Angle rad by which a wall leans from the vertical: positive = its top leans towards the street."""
+    """Returns the angle, rad, by which a wall leans; positive = its top leans towards the street."""
     n = np.asarray(inward, np.float64) / np.linalg.norm(inward)
     return float(np.arcsin(np.clip(n[2], -1.0, 1.0)))

@@ -16,8 +16,10 @@ from frontage.geometry.arrays import Float, readonly
 class Rigid3:
     """A rigid motion ``x_to = R x_frm + t`` that knows the frames it connects.
 
-    Named ``to_from_frm``, so that ``camera_from_local @ local_from_facade`` reads aloud and a wrong
-    product is refused. R (3, 3) is a rotation (checked to 1e-6), t (3,) in metres.
+    Variables are named ``to_from_frm``, so that neighbours match in ``camera_from_local @
+    local_from_facade``. R (3, 3) is a rotation (checked to 1e-6), t (3,) is in metres.
+
+    Raises ValueError when R is not a rotation, and for a product of motions whose frames do not meet.
     """
 
     to: str
@@ -38,15 +40,15 @@ class Rigid3:
         return self.after(other)
 
     def after(self, other: "Rigid3") -> "Rigid3":
-        """First `other`, then this one: a correction of coordinates that `other` brought into that frame.
+        """Applies `other` first and then this motion, a correction within the frame that `other` leads to.
 
-        The product of ``@``, but both `frm` and `to` of a correction are the frame that it corrects.
+        It is the product ``@`` without its check, since `frm` and `to` of a correction are the same frame.
         """
         return Rigid3(self.to, other.frm, self.R @ other.R, self.R @ other.t + self.t)
 
     @property
     def inverse(self) -> "Rigid3":
-        """The motion back, ``frm_from_to``."""
+        """The inverse motion, ``frm_from_to``."""
         return Rigid3(self.frm, self.to, self.R.T, -self.R.T @ self.t)
 
     @property
@@ -57,26 +59,26 @@ class Rigid3:
         return M
 
     def apply(self, xyz: Float) -> Float:
-        """Transform points (n, 3) from frame `frm` to frame `to`."""
+        """Transforms points (n, 3) from frame `frm` to frame `to`."""
         points = np.ascontiguousarray(xyz, np.float64)
         if points.size == 0:
             return points
-        # one pass over memory; a BLAS product of n x 3 by 3 x 3 takes three and starts threads that wait
+        # One pass over the memory; a BLAS product of n x 3 by 3 x 3 takes three and starts threads that wait.
         moved: Float = cv2.transform(points.reshape(-1, 1, 3), np.column_stack([self.R, self.t]))
         return moved.reshape(points.shape)
 
     def rotate(self, directions: Float) -> Float:
-        """Rotate directions (n, 3) without translating them."""
+        """Rotates directions (n, 3) without translating them."""
         return np.asarray(directions, np.float64) @ self.R.T
 
     @staticmethod
     def identity(to: str, frm: str) -> "Rigid3":
-        """The motion that renames a frame."""
+        """Returns the motion that only renames a frame."""
         return Rigid3(to, frm, np.eye(3), np.zeros(3))
 
 
 def rotation_from_quaternion(wxyz: Float) -> Float:
-    """Rotation matrix (3, 3) of a unit quaternion (w, x, y, z), normalised first; COLMAP and E57 order."""
+    """Returns the rotation (3, 3) of a quaternion (w, x, y, z) of any length; the order of COLMAP and E57."""
     w, x, y, z = np.asarray(wxyz, np.float64) / np.linalg.norm(wxyz)
     return np.array(
         [
@@ -88,9 +90,9 @@ def rotation_from_quaternion(wxyz: Float) -> Float:
 
 
 def quaternion_from_rotation(R: Float) -> Float:
-    """Unit quaternion (w, x, y, z), w >= 0, of a rotation matrix (3, 3); the inverse of the above.
+    """Returns the unit quaternion (w, x, y, z), w >= 0, of a rotation (3, 3).
 
-    The eigenvector of Bar-Itzhack's symmetric matrix (2000): stable for every angle.
+    It is an eigenvector of Bar-Itzhack's symmetric matrix (2000), which is stable for every angle.
     """
     K = np.array(
         [
@@ -106,12 +108,12 @@ def quaternion_from_rotation(R: Float) -> Float:
 
 
 def rotation_angle(R: Float) -> float:
-    """Angle rad, 0..pi, of a rotation matrix (3, 3); exact for small angles too."""
+    """Returns the angle, 0..pi rad, of a rotation (3, 3); exact for small angles too."""
     sine = float(np.linalg.norm([R[2, 1] - R[1, 2], R[0, 2] - R[2, 0], R[1, 0] - R[0, 1]]) / 2)
     return float(np.arctan2(sine, (np.trace(R) - 1) / 2))
 
 
 def skew(v: Float) -> Float:
-    """The (3, 3) matrix of the cross product, ``skew(v) @ u = v x u``."""
+    """Returns the matrix (3, 3) of the cross product: ``skew(v) @ u = v x u``."""
     x, y, z = v
     return np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])

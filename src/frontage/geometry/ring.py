@@ -6,26 +6,27 @@ from shapely.geometry import Polygon, box
 
 from frontage.geometry.arrays import Array, Bool, Float
 
-_ON_SIDE = 1e-6  # corners that close to a side of the bounding box touch it
+_ON_SIDE = 1e-6  # corners this close to a side of the bounding box touch it
 
 
 def ring_area(ring: Float) -> float:
-    """Signed area in squared units: positive when counter-clockwise."""
+    """Returns the signed area of a ring (k, 2), positive when it is counter-clockwise."""
     x, y = np.asarray(ring, np.float64).T
     return float(0.5 * (x @ np.roll(y, -1) - y @ np.roll(x, -1)))
 
 
 def ring_area_sigma(ring: Float, covariance: Float) -> float:
-    """Standard error of a ring's area, of the covariance (2k, 2k) of its coordinates x0, y0, x1, y1, ..."""
+    """Returns the standard error of a ring's area from the covariance (2k, 2k) of x0, y0, x1, y1, ..."""
     ahead, behind = np.roll(ring, -1, axis=0), np.roll(ring, 1, axis=0)
     gradient = 0.5 * np.column_stack([ahead[:, 1] - behind[:, 1], behind[:, 0] - ahead[:, 0]]).ravel()
     return float(np.sqrt(max(float(gradient @ covariance @ gradient), 0.0)))
 
 
 def box_sigmas(ring: Float, covariance: Float) -> tuple[float, float, float, float]:
-    """Standard errors of x0, y0, x1, y1 of a ring's bounding box: mean over the corners that touch a side.
+    """Returns the standard errors of x0, y0, x1, y1 of the bounding box of a ring (k, 2).
 
-    `covariance` (2k, 2k) of the coordinates x0, y0, x1, y1, ...
+    Each is the mean over the corners that touch the side. `covariance` is the (2k, 2k) of the coordinates
+    x0, y0, x1, y1, ...
     """
     sigma = np.sqrt(np.diag(covariance)).reshape(-1, 2)
 
@@ -37,7 +38,7 @@ def box_sigmas(ring: Float, covariance: Float) -> tuple[float, float, float, flo
 
 
 def ring_contains(ring: Float, xy: Float) -> Bool:
-    """Whether points (n, 2) lie in the ring (k, 2); its border counts as in."""
+    """Returns whether points (n, 2) lie in a ring (k, 2) or on its border, (n,) bool."""
     polygon = Polygon(ring)
     shapely.prepare(polygon)
     inside = shapely.contains_xy(polygon, xy[:, 0], xy[:, 1])
@@ -48,9 +49,9 @@ def ring_contains(ring: Float, xy: Float) -> Bool:
 
 
 def convex_ring(xy: Float) -> Float:
-    """Convex hull (k, 2) of points (n, 2), counter-clockwise; at least three points not on one line.
+    """Returns the convex hull (k, 2) of points (n, 2), counter-clockwise.
 
-    Raises ValueError when the points span no area.
+    Raises ValueError when the points lie on one line or are fewer than three.
     """
     hull = shapely.convex_hull(shapely.multipoints(xy))
     if not isinstance(hull, Polygon):
@@ -59,18 +60,18 @@ def convex_ring(xy: Float) -> Float:
 
 
 def polygon_ring(polygon: Polygon) -> Float:
-    """Exterior ring (k, 2) of a polygon, counter-clockwise, holes dropped."""
+    """Returns the exterior ring (k, 2) of a polygon, counter-clockwise, without its holes."""
     ring = np.asarray(polygon.exterior.coords, np.float64)[:-1]
     return ring if ring_area(ring) > 0 else ring[::-1]
 
 
 def cells_ring(mask: Bool, corner: tuple[float, float], cell: float, tolerance: float) -> Float:
-    """Outer ring (k, 2) of the largest connected part of the cells that are set, counter-clockwise.
+    """Returns the outer ring (k, 2) of the largest connected component of the cells that are set.
 
     mask       (h, w): row r, column c covers ``corner + cell * (c..c+1, r..r+1)``
-    tolerance  the ring may leave the cells' outline by so much (Douglas-Peucker)
+    tolerance  distance that the ring may have from the outline of the cells (Douglas-Peucker)
 
-    Raises ValueError when no cell is set.
+    The ring is counter-clockwise. Raises ValueError when no cell is set.
     """
     if not mask.any():
         raise ValueError("no cell is set")
@@ -91,5 +92,5 @@ def cells_ring(mask: Bool, corner: tuple[float, float], cell: float, tolerance: 
 
 
 def rectangle(x0: float, z0: float, x1: float, z1: float) -> Float:
-    """Counter-clockwise ring (4, 2) of an upright rectangle."""
+    """Returns the counter-clockwise ring (4, 2) of an upright rectangle."""
     return polygon_ring(box(x0, z0, x1, z1))

@@ -34,7 +34,7 @@ class Polygons:
     def __post_init__(self) -> None:
         freeze(self, points=((None, 3), np.float64), rings=((None,), np.int64), faces=((None,), np.int64))
         if not (np.abs(self.points) < _LARGEST_M).all():
-            raise ValueError("points: a coordinate that is not a number or beyond 1e15")
+            raise ValueError("points: a coordinate is not a number or is beyond 1e15")
 
     @classmethod
     def of(

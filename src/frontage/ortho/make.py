@@ -22,10 +22,11 @@ def make_ortho(
     scan: Scan,
     photos: Sequence[Photo] = (),
     image_of: ImageOf | None = None,
+    *,
     surroundings: Scan | None = None,
     options: OrthoOptions | None = None,
 ) -> OrthoImage | Failed:
-    """Make the ortho-image of `facade` from oriented photos, and from the scan where no photo shows it.
+    """Makes the ortho-image of `facade` from oriented photos, and from the scan where no photo shows it.
 
     `scan` is the cloud that `facade.support` refers to; `surroundings` holds what else may hide the facade
     from a photo. `image_of(photo id)` returns the picture (h, w, 3) uint8. Photos without a pose are ignored,
@@ -35,29 +36,36 @@ def make_ortho(
     (I320) when the raster would be too large to store.
     """
     options = options or OrthoOptions()
-    raster = facade_raster(facade, options)  # section 3: a fixed ratio of pixels to metres
+    if image_of is None:
+        photos_used, image_of = [], _no_picture
+    else:
+        photos_used = [p for p in photos if p.local_from_camera is not None]
+
+    # Section 3: a raster with a fixed ratio of pixels to metres, and the points that lie on it.
+    raster = facade_raster(facade, options)
     points = facade_points(scan, facade, raster, options)
     if not points.used.any() and not photos:
-        return Failed("F301", f"facade {facade.id}: no point lies on it", "check the outline and the scan")
-    relief = measure_relief(
-        points.xyz[points.used], facade.spacing, raster, options, points.gaps
-    )  # beyond the paper, which neglects balconies and sculptures
+        why = f"facade {facade.id}: no scan point lies on it"
+        return Failed("F301", why, "check the outline and the scan")
+
+    # The paper neglects balconies and sculptures; here the pixels lie on the measured relief.
+    relief = measure_relief(points.xyz[points.used], facade.spacing, raster, options, points.gaps)
     points = points.on_surface(relief)
     surface = DrawingSurface(facade, raster, relief if options.draws_relief else None)
     bands = Bands(raster, surface.relief)
     intensity = intensity_band(points, raster)
-    if image_of is None:
-        photos, image_of = (), _no_picture
-    oriented = [p for p in photos if p.local_from_camera is not None]
-    occluders = find_occluders(facade, scan, surroundings, options) if oriented else None
-    plan = plan_views(surface, occluders, oriented, options)  # 3.2: which photo shows which part
+
+    # Section 3.2, several photos: choose the one that shows each part best and is not hidden.
+    occluders = find_occluders(facade, scan, surroundings, options) if photos_used else None
+    plan = plan_views(surface, occluders, photos_used, options)
     offset = photo_offset(surface, plan, image_of, options)
-    surface = surface.moved_by(offset)
-    names = paint_photos(bands, surface, plan, image_of, options)  # 3.1 projection, 3.2 resampling
+
+    # Sections 3.1 and 3.2: project every pixel into its photo and resample the photo there.
+    names = paint_photos(bands, surface.moved_by(offset), plan, image_of, options)
     photo_count = len(names)
     names += paint_missing_from_scan(bands, points, surface, photo_count)
     if not names:
-        return Failed("F302", f"facade {facade.id}: no photo and no point shows it", "check the poses")
+        return Failed("F302", f"facade {facade.id}: no photo and no scan point shows it", "check the poses")
     clear_outside(bands, intensity, surface, options)
     return bands.as_ortho_image(
         facade, raster, names, intensity=intensity, photo_offset=offset, photos=photo_count

@@ -91,7 +91,7 @@ def facade_raster(facade: Facade, options: OrthoOptions) -> OrthoRaster:
     if width * height > _MAX_PIXELS:
         raise OptionError(
             f"facade {facade.id} is {x1 - x0:.1f} x {z1 - z0:.1f} m; a gsd of {gsd:g} m gives "
-            f"{width} x {height} pixels, choose a larger gsd",
+            f"{width} x {height} pixels; choose a larger gsd",
             code="I320",
         )
     return OrthoRaster((left * gsd, top * gsd), gsd, width, height)

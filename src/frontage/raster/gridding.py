@@ -1,4 +1,4 @@
-"""Scattered points to grids: medians per cell, values between cells, closing of gaps."""
+"""Turns scattered points into grids: quantiles by cell, interpolation between cells, closing of gaps."""
 
 import cv2
 import numpy as np
@@ -7,7 +7,7 @@ from frontage.geometry.arrays import Array, Bool, Float, Int
 
 
 def cell_index(column_row: Float, shape: tuple[int, int]) -> tuple[Int, Bool]:
-    """Flat cell numbers (k,) of those positions (n, 2) (columns, rows) that lie inside, and which (n,) do."""
+    """Returns the flat cell numbers (k,) of the positions (n, 2) (column, row) inside, and which (n,) are."""
     h, w = shape
     inside = (
         (column_row[:, 0] >= 0) & (column_row[:, 0] < w) & (column_row[:, 1] >= 0) & (column_row[:, 1] < h)
@@ -35,7 +35,7 @@ def cell_quantiles(
 
 
 def bilinear(grid: Array, u: Array, v: Array) -> Array:
-    """Values (m, n) float32 of a grid (h, w) at columns u (n,) and rows v (m,), edges held."""
+    """Interpolates a grid (h, w) bilinearly at columns u (n,) and rows v (m,); the edges extend outwards."""
     h, w = grid.shape
     u, v = np.clip(u, 0, w - 1), np.clip(v, 0, h - 1)
     c, r = np.minimum(u.astype(int), max(w - 2, 0)), np.minimum(v.astype(int), max(h - 2, 0))
@@ -49,14 +49,14 @@ def bilinear(grid: Array, u: Array, v: Array) -> Array:
 
 
 def nearest(grid: Array, u: Array, v: Array) -> Array:
-    """Values (m, n) of the cells of a grid (h, w) that lie nearest to columns u (n,) and rows v (m,)."""
+    """Returns the values (m, n) of the cells of a grid (h, w) nearest to columns u (n,) and rows v (m,)."""
     h, w = grid.shape
     c = np.clip(np.rint(u), 0, w - 1).astype(int)
     return np.asarray(grid[np.clip(np.rint(v), 0, h - 1).astype(int)][:, c])
 
 
 def closed(occupied: Bool, radius: Array) -> Bool:
-    """Morphological closing by discs of `radius` (h, w) px: fills gaps up to 2 r wide, grows no edge."""
+    """Closes a mask by discs of `radius` (h, w) px: fills gaps up to 2 r wide and does not grow edges."""
     reach = int(np.ceil(radius.max())) + 2
     pad = np.pad(occupied, reach)
     r = np.pad(radius.astype(np.float32), reach, mode="edge")
@@ -66,7 +66,7 @@ def closed(occupied: Bool, radius: Array) -> Bool:
 
 
 def distance_to(mask: Bool) -> Array:
-    """Distance (h, w) px, float32, of every pixel to the nearest True one; huge when there is none."""
+    """Distance (h, w) float32 px of every pixel to the nearest True one; 1e9 when there is none."""
     if not mask.any():
         return np.full(mask.shape, 1e9, np.float32)
     d: Array = cv2.distanceTransform((~mask).astype(np.uint8), cv2.DIST_L2, cv2.DIST_MASK_PRECISE)
@@ -74,7 +74,7 @@ def distance_to(mask: Bool) -> Array:
 
 
 def nearest_filled(grid: Array) -> Array:
-    """Every NaN replaced by the value of the nearest known cell (h, w); all NaN stays so."""
+    """Replaces every NaN by the value of the nearest known cell; a grid (h, w) of NaN stays as it is."""
     known = np.isfinite(grid)
     if known.all() or not known.any():
         return grid

@@ -1,17 +1,18 @@
-"""Resampling a picture along a smooth map: sharp when magnifying, free of aliasing when minifying.
+"""Resamples a picture along a smooth map: sharp when magnifying, free of aliasing when minifying.
 
-Bilinear interpolation (paper A, 3.2) drops source pixels as soon as the photo is finer than the ortho-image,
-and softens it where the photo is coarser. Here the local map of a tile is summed up by its Jacobian J (source
-px per target px) with singular values s1 >= s2:
+Bilinear interpolation (paper A, section 3.2) skips source pixels where the photo is finer than the
+ortho-image, and blurs it where the photo is coarser. Here the local map of a tile is described by its
+Jacobian J (source px per target px) with singular values s1 >= s2:
 
-- s1 > 1.2, minifying: the source is prefiltered with the Gaussian that an elliptical weighted average
-  (Heckbert 1989) would use there, covariance ``(J J^T - I) / 4``, after whole octaves were averaged away in
-  linear light; then bilinear.
-- else: cubic at twice the source's density (four times where the source is much coarser), then bilinear,
-  whose steps are now too small to soften anything. This costs half of cubic sampling. Where s1 < 0.7 and an
-  overshoot of the cubic could be seen, it is clamped to its neighbours' range, so that nothing rings.
+- s1 > 1.2, minifying: whole octaves are averaged away in linear light; the rest is prefiltered with the
+  Gaussian that an elliptical weighted average (Heckbert 1989) would use, of covariance ``(J J^T - I) / 4``;
+  then the source is sampled bilinearly.
+- otherwise: the source is magnified by cubic interpolation to twice its density (four times where it is much
+  coarser), and then sampled bilinearly in steps that are too small to blur it. This takes half the time of
+  cubic sampling. Where s1 < 0.7 an overshoot of the cubic could be visible; it is clamped to the range of the
+  neighbours, so that nothing rings.
 
-Pictures are sampled with four channels, for which OpenCV's bilinear remap is twice as fast as for three.
+Pictures are sampled with four channels, because OpenCV's bilinear remap is then twice as fast as with three.
 """
 
 from collections.abc import Callable
@@ -24,13 +25,13 @@ from frontage.geometry.arrays import Array, Float
 from frontage.raster.sourcemap import SourceMap
 
 INTERPOLATIONS = ("adaptive", "bilinear", "nearest")
-MINIFYING = 1.2  # source px per target px beyond which a prefilter pays
-MAGNIFYING = 0.7  # below which the overshoot of a cubic, one source px wide, can be seen
-_NARROW = 0.3  # px: a Gaussian of a smaller sigma changes nothing
-_REACH = 2.2  # sigmas to which a Gaussian is summed, 97 % of it
-_UPRIGHT = 0.1  # px^2 of covariance between rows and columns (or a fifth of the ellipse) to neglect
-_MARGIN = 4  # px of source kept around what the map asks for: reach of the kernels
-_CACHE = 1 << 21  # bytes of a strip's picture: beyond a core's own cache, sampling takes half as long again
+MINIFYING = 1.2  # source px per target px, above which a prefilter is used
+MAGNIFYING = 0.7  # source px per target px, below which the overshoot of a cubic is visible
+_NARROW_PX = 0.3  # a Gaussian of a smaller sigma has no effect
+_REACH = 2.2  # sigmas at which a Gaussian is truncated (97 % of it)
+_UPRIGHT = 0.1  # px^2, negligible covariance between rows and columns (or a fifth of the variance)
+_MARGIN_PX = 4  # of source around the positions of the map, for the kernels
+_CACHE_BYTES = 1 << 21  # of the source of a strip; beyond the cache of a core, sampling is 1.5 times slower
 _CV = {"bilinear": cv2.INTER_LINEAR, "nearest": cv2.INTER_NEAREST}
 
 _CODE = np.arange(256) / 255.0
@@ -43,17 +44,18 @@ _TO_CODE_8 = np.rint(
 
 
 def resample(image: Array, at: SourceMap, interpolation: str = "adaptive", out: Array | None = None) -> Array:
-    """Sample `image` (h, w, 3) uint8 along a map of `shape` (m, n): (m, n, 4) uint8, alpha 255.
+    """Samples `image` (h, w, 3) uint8 along a map of shape (m, n); returns (m, n, 4) uint8 with alpha 255.
 
-    Positions that are unknown or outside give the nearest edge's colour; the caller masks them. The result is
-    written to `out`, which may be a window of a larger picture, if there is one.
+    `interpolation` is one of `INTERPOLATIONS`. Unknown positions and those outside take the colour of the
+    nearest edge; the caller has to mask them. If `out` is given, which may be a window of a larger picture,
+    the result is written to it.
     """
     out = np.empty((*at.shape, 4), np.uint8) if out is None else out
     if not np.isfinite(at.low).all():
         out[:] = (0, 0, 0, 255)
         return out
     kernel = _kernel(at.jacobian, interpolation)
-    strip = max(8, int(_CACHE / (4 * at.shape[1] * max(kernel.scale, 1.0) ** 2)))
+    strip = max(8, int(_CACHE_BYTES / (4 * at.shape[1] * max(kernel.scale, 1.0) ** 2)))
     for first in range(0, at.shape[0], strip):
         rows = slice(first, min(first + strip, at.shape[0]))
         _sample(image, at, rows, kernel, out[rows])
@@ -62,7 +64,7 @@ def resample(image: Array, at: SourceMap, interpolation: str = "adaptive", out: 
 
 @dataclass(frozen=True)
 class _Kernel:
-    """What is done to a piece of the source before its pixels, `scale` times as dense, are sampled."""
+    """What is done to a part of the source before it is sampled; `scale` = its density afterwards."""
 
     scale: float
     prepared: Callable[[Array], Array]
@@ -70,12 +72,12 @@ class _Kernel:
 
     @property
     def step(self) -> int:
-        """Source px that become one."""
+        """The number of source px, along one axis, that become one."""
         return max(1, round(1.0 / self.scale))
 
 
 def _kernel(jacobian: Float, interpolation: str) -> _Kernel:
-    """The kernel for a map of a Jacobian (2, 2)."""
+    """Chooses the kernel for a map with the Jacobian (2, 2)."""
     if interpolation != "adaptive":
         return _Kernel(1.0, lambda source: source, _CV[interpolation])
     stretch = _stretch(jacobian)
@@ -88,28 +90,28 @@ def _kernel(jacobian: Float, interpolation: str) -> _Kernel:
 
 
 def _stretch(jacobian: Float) -> float:
-    """The larger singular value of a (2, 2) matrix."""
+    """Returns the larger singular value of a (2, 2) matrix."""
     (a, b), (c, d) = jacobian.tolist()
     total, det = a * a + b * b + c * c + d * d, a * d - b * c
     return float(np.sqrt(0.5 * (total + np.sqrt(max(total * total - 4 * det * det, 0.0)))))
 
 
 def _span(low: float, high: float, margin: int, size: int, step: int) -> tuple[int, int]:
-    """First and last source pixel needed, inside the picture and on the grid of `step`."""
+    """First and last (excluded) source pixel that is needed, within the picture and on the grid of `step`."""
     first = int(np.clip(np.floor(low) - margin, 0, size - 1)) // step * step
     last = int(np.clip(np.ceil(high) + margin, first + 1, size))
     return first, last
 
 
 def _sample(image: Array, at: SourceMap, rows: slice, kernel: _Kernel, out: Array) -> None:
-    """Some rows of a map. cv2.remap's pictures and maps must stay below 32767 px: the caller's tiles do."""
+    """Samples some rows of a map; cv2.remap needs sides below 32767 px, which the callers' tiles have."""
     base = (float(np.floor(at.low[0])), float(np.floor(at.low[1])))
     planes = at.planes(base, kernel.scale, rows)
     spans = []
     for plane, first, size in zip(planes, base, image.shape[1::-1], strict=True):
         low, high, _, _ = cv2.minMaxLoc(plane)
         low, high = first + (low + 0.5) / kernel.scale, first + (high + 0.5) / kernel.scale
-        spans.append(_span(low, high, _MARGIN * kernel.step, size, kernel.step))
+        spans.append(_span(low, high, _MARGIN_PX * kernel.step, size, kernel.step))
         plane -= (spans[-1][0] - first) * kernel.scale
     (c0, c1), (r0, r1) = spans
     source = kernel.prepared(image[r0:r1, c0:c1])
@@ -123,7 +125,7 @@ def _sample(image: Array, at: SourceMap, rows: slice, kernel: _Kernel, out: Arra
 
 
 def _averaged(source: Array, step: int) -> Array:
-    """Blocks of step x step px averaged in linear light: (ceil h/step, ceil w/step, 3) uint16."""
+    """Averages blocks of step x step px in linear light: (ceil h/step, ceil w/step, 3) uint16."""
     light = cv2.LUT(source, _TO_LINEAR_16)
     h, w = light.shape[:2]
     light = cv2.copyMakeBorder(light, 0, -h % step, 0, -w % step, cv2.BORDER_REPLICATE)
@@ -134,13 +136,13 @@ def _averaged(source: Array, step: int) -> Array:
 
 
 def _gaussian(jacobian: Float) -> Callable[[Array], Array]:
-    """The blur of pictures by a Gaussian of covariance (J J^T - I)/4, where that is positive."""
+    """Returns the function that blurs by a Gaussian of covariance (J J^T - I) / 4, where that is positive."""
     values, axes = np.linalg.eigh(jacobian @ jacobian.T)
     values = np.maximum((values - 1.0) / 4.0, 0.0)
-    if values[-1] <= _NARROW**2:
+    if values[-1] <= _NARROW_PX**2:
         return lambda source: source
     (a, b), (_, d) = (axes * values) @ axes.T
-    if abs(b) <= max(_UPRIGHT, 0.2 * max(a, d)):  # the ellipse lies along rows and columns, or is a circle
+    if abs(b) <= max(_UPRIGHT, 0.2 * max(a, d)):  # an ellipse along rows and columns, or a circle
         sigma = np.sqrt(np.maximum([a, d], 1e-4))
         w, h = (2 * max(int(np.ceil(_REACH * s - 0.5)), 0) + 1 for s in sigma)
         return lambda source: cv2.GaussianBlur(source, (w, h), sigma[0], sigmaY=sigma[1])
@@ -153,7 +155,7 @@ def _gaussian(jacobian: Float) -> Callable[[Array], Array]:
 
 
 def _magnified(source: Array, factor: int, clamp: bool) -> Array:
-    """`source` (h, w, 3) with `factor` times the pixels a side, RGBA; `clamp`ed to its neighbours' range."""
+    """Magnifies (h, w, 3) by `factor` to RGBA, with `clamp` to the range of the neighbours."""
     source = cv2.cvtColor(source, cv2.COLOR_RGB2RGBA)
     size = (source.shape[1] * factor, source.shape[0] * factor)
     large: Array = cv2.resize(source, size, interpolation=cv2.INTER_CUBIC)

@@ -1,10 +1,10 @@
-"""Maps from the pixels of a tile to a source picture, as polynomials that stand in for a costly projection.
+"""Maps from the pixels of a tile to a source picture, as polynomials that replace a costly projection.
 
-Projecting every pixel through a lens costs several times what sampling it does. The projection is smooth,
-though: over a tile it is a sum of products of Chebyshev polynomials of columns, rows and the surface's depth,
-``(u, v) = sum_kij g_kij y^k T_i(row) T_j(column)``. Interpolation at the roots of the next polynomial errs
-most near that polynomial's extrema (Trefethen, Approximation Theory and Approximation Practice, ch. 4 and 7),
-so the projection is compared there, which makes the error a measured one.
+Projecting every pixel through a lens takes several times as long as sampling it. The projection is smooth,
+however, so that over a tile it is a sum of products of Chebyshev polynomials of columns, rows and the depth
+of the surface, ``(u, v) = sum_kij g_kij y^k T_i(row) T_j(column)``. Interpolation at the roots of the next
+polynomial has its largest errors near the extrema of that polynomial (Trefethen, Approximation Theory and
+Approximation Practice, ch. 4 and 7). The projection is compared there, so that the error is measured.
 """
 
 from collections.abc import Callable
@@ -16,19 +16,21 @@ from numpy.polynomial.chebyshev import chebvander, chebvander3d
 
 from frontage.geometry.arrays import Array, Float
 
-_ONE_CORE = 1 << 17  # products of a matrix product that BLAS does not spread over cores, which costs more
+# Matrix products of up to this many multiplications run in one thread of BLAS; larger ones start threads,
+# which takes longer.
+_ONE_THREAD = 1 << 17
 
 
 @dataclass(frozen=True, eq=False)
 class SourceMap:
-    """Source positions (u, v), pixel centre at 0.5, of the pixels of a tile of `shape` (m, n).
+    """The source positions (u, v), first pixel centre at 0.5, of the pixels of a tile of `shape` (m, n).
 
     powers     one (p, q, 2) px of coefficients g per power of the depth; or one (m, n, 2) px, every pixel
     jacobian   (2, 2) typical d(source)/d(target)
     low, high  (2,) px, bounds of all positions; NaN when none is known
     exact      whether `powers` holds the positions themselves
     complete   whether every position is known (finite)
-    depth      (m, n) float32 m, what the powers are of; None when there is one
+    depth      (m, n) float32 m, the depth whose powers are used; None when there is only one power
     """
 
     powers: tuple[Float, ...]
@@ -42,7 +44,7 @@ class SourceMap:
 
     @staticmethod
     def of_pixels(at: Float, jacobian: Float) -> "SourceMap":
-        """The map of positions (m, n, 2) px that are given for every pixel; NaN = no place."""
+        """Makes the map from positions (m, n, 2) px of every pixel; NaN = unknown."""
         known = at[np.isfinite(at).all(-1)]
         empty = np.full(2, np.nan)
         low, high = (known.min(0), known.max(0)) if len(known) else (empty, empty)
@@ -52,9 +54,9 @@ class SourceMap:
     def planes(
         self, origin: tuple[float, float], scale: float, rows: slice = slice(None)
     ) -> tuple[Array, Array]:
-        """``(position - origin) scale - 0.5`` as planes u, v (m, n) float32, as `cv2.remap` counts.
+        """Returns ``(position - origin) scale - 0.5`` as planes u, v (m, n) float32 for `cv2.remap`.
 
-        Unknown positions are -1. `rows` may choose some rows of the tile.
+        Unknown positions are -1. `rows` selects some rows of the tile.
         """
         u, v = (self._plane(axis, origin[axis], scale, rows) for axis in (0, 1))
         return u, v
@@ -77,8 +79,11 @@ class SourceMap:
 
 @dataclass(frozen=True)
 class Polynomial:
-    """Coefficients (k, p, q, 2) of T_k(depth) T_i(row) T_j(column) over [-1, 1]^3; their largest error, px,
-    between the nodes; the bounds low, high (2,) px of the positions there.
+    """A polynomial map over [-1, 1]^3.
+
+    factors    (k, p, q, 2) px, coefficients of T_k(depth) T_i(row) T_j(column)
+    error      px, its largest error between the nodes
+    low, high  (2,) px, bounds of the positions there
     """
 
     factors: Float
@@ -88,9 +93,9 @@ class Polynomial:
 
 
 def fitted(at: Callable[[Array, Array, Array], Float], degree: int, depth_degree: int) -> Polynomial:
-    """The polynomial of `degree` in column and row that interpolates ``at(column, row, depth)``.
+    """Interpolates ``at(column, row, depth)`` by a polynomial of `degree` in column and row.
 
-    `at` takes three arrays (n,) in [-1, 1] and gives positions (n, 2) px. Its error is infinite where a
+    `at` takes three arrays (n,) in [-1, 1] and returns positions (n, 2) px. The error is infinite if a
     position is unknown.
     """
     points, inverse, between = _design(degree, depth_degree)
@@ -106,9 +111,9 @@ def fitted(at: Callable[[Array, Array, Array], Float], degree: int, depth_degree
 
 
 def jacobian_of(at: Float) -> Float:
-    """Median d(source)/d(column), d(source)/d(row), columns of a (2, 2) matrix, of positions (m, n, 2) px.
+    """Returns the Jacobian (2, 2) of positions (m, n, 2) px: median d/d(column) and d/d(row) as its columns.
 
-    The identity where no two neighbours are known.
+    It is the identity where no two neighbours are known.
     """
     columns = []
     for axis, unit in ((1, [1.0, 0.0]), (0, [0.0, 1.0])):
@@ -119,11 +124,11 @@ def jacobian_of(at: Float) -> Float:
 
 
 def _values(factors: Float, shape: tuple[int, int], chosen: slice) -> Array:
-    """Values (k, n) float32 at pixel centres of the chosen rows of a tile (m, n), of coefficients (p, q)."""
+    """Evaluates coefficients (p, q) at the pixel centres of chosen rows of a tile (m, n): (k, n) float32."""
     rows, columns = _basis(shape[0], factors.shape[0])[chosen], _basis(shape[1], factors.shape[1])
     mixed = factors.astype(np.float32) @ columns.T
     out = np.empty((len(rows), shape[1]), np.float32)
-    block = max(1, _ONE_CORE // (factors.shape[0] * shape[1]))
+    block = max(1, _ONE_THREAD // (factors.shape[0] * shape[1]))
     for first in range(0, len(rows), block):
         np.matmul(rows[first : first + block], mixed, out=out[first : first + block])
     return out
@@ -138,8 +143,10 @@ def _basis(size: int, count: int) -> Array:
 
 @lru_cache(maxsize=8)
 def _design(degree: int, depth_degree: int) -> tuple[Array, Array, Array]:
-    """Nodes and then points between them, as (column, row, depth) (n, 3); the matrix from values at the nodes
-    to coefficients; the one from coefficients to values at the points between.
+    """Returns the nodes followed by the points between them, and two matrices.
+
+    The points are (column, row, depth) (n, 3). The first matrix takes the values at the nodes to
+    coefficients, the second one takes coefficients to the values at the points between.
     """
     nodes, between = (
         np.stack([g.ravel() for g in np.meshgrid(*axes, indexing="ij")][::-1], axis=1)
@@ -154,10 +161,10 @@ def _design(degree: int, depth_degree: int) -> tuple[Array, Array, Array]:
 
 
 def _roots(degree: int) -> Float:
-    """The `degree` + 1 roots of the next Chebyshev polynomial."""
+    """The `degree` + 1 roots of the next higher Chebyshev polynomial."""
     return np.cos(np.pi * (np.arange(degree + 1) + 0.5) / (degree + 1))
 
 
 def _extrema(degree: int) -> Float:
-    """The `degree` + 2 places, ends included, where the next Chebyshev polynomial is 1 or -1; else 0."""
+    """The `degree` + 2 extrema, ends included, of the next Chebyshev polynomial; 0 for degree 0."""
     return np.cos(np.pi * np.arange(degree + 2) / (degree + 1)) if degree else np.zeros(1)

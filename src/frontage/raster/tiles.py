@@ -1,4 +1,4 @@
-"""Tiles of a raster, and bands that may be larger than memory."""
+"""Tiles of rasters, and bands that may be larger than the memory."""
 
 import tempfile
 from collections.abc import Iterator
@@ -9,7 +9,7 @@ from numpy.typing import DTypeLike
 
 from frontage.geometry.arrays import Array
 
-IN_MEMORY = 1 << 29  # bytes; a larger band lives in an unlinked scratch file that the system pages in and out
+IN_MEMORY = 1 << 29  # bytes; larger bands are memory maps of an unlinked temporary file
 
 
 @dataclass(frozen=True)
@@ -33,14 +33,14 @@ class Tile:
 
 
 def tiles(height: int, width: int, size: int) -> Iterator[Tile]:
-    """Tiles of at most `size` x `size` px that cover a raster, row by row."""
+    """Yields tiles of at most `size` x `size` px that cover a raster, row by row."""
     for r in range(0, height, size):
         for c in range(0, width, size):
             yield Tile(r, min(r + size, height), c, min(c + size, width))
 
 
 def allocate(shape: tuple[int, ...], dtype: DTypeLike, fill: float = 0) -> Array:
-    """A band filled with `fill`: an array, or beyond `IN_MEMORY` bytes a memory map on a scratch file."""
+    """Returns a band filled with `fill`: an array, or above `IN_MEMORY` bytes a memory-mapped file."""
     size = int(np.prod(shape, dtype=np.int64)) * np.dtype(dtype).itemsize
     if size <= IN_MEMORY:
         return np.full(shape, fill, dtype)

@@ -5,15 +5,15 @@ import numpy as np
 
 from frontage.geometry.arrays import Array, Float
 
-MAX_RADIUS = 24  # px; nearer points would cover the picture, and no gap between samples is that wide in it
+MAX_RADIUS_PX = 24  # very close points would cover the picture; no gap between samples is that wide
 
 
 def splat_depth(xy: Float, depth: Float, radius: Float, shape: tuple[int, int]) -> Array:
-    """Nearest depth per pixel (h, w) float32, inf where nothing is.
+    """Returns the nearest depth (h, w) float32 at every pixel, inf where there is no point.
 
-    Each point covers a disc: xy (n, 2) px (pixel centre at 0.5), depth (n,) m, radius (n,) px. Points are
-    binned by whole radius, written with a minimum, and grown with a minimum filter, so the cost does not
-    depend on the size of the discs.
+    Each point covers a disc: xy (n, 2) px (first pixel centre at 0.5), depth (n,) m, radius (n,) px. Points
+    are grouped by whole radius, written with a minimum, and grown with a minimum filter, so that the time
+    does not depend on the size of the discs.
     """
     h, w = shape
     out = np.full(shape, np.inf, np.float32)
@@ -21,7 +21,7 @@ def splat_depth(xy: Float, depth: Float, radius: Float, shape: tuple[int, int]) 
         inside = (xy[:, 0] >= 0) & (xy[:, 0] < w) & (xy[:, 1] >= 0) & (xy[:, 1] < h) & (depth > 0)
     column, row = xy[inside].astype(np.int64).T
     cell, depth = row * w + column, depth[inside].astype(np.float32)
-    size = np.clip(np.rint(radius[inside]), 0, MAX_RADIUS).astype(np.int64)
+    size = np.clip(np.rint(radius[inside]), 0, MAX_RADIUS_PX).astype(np.int64)
     for r in np.unique(size):
         own = size == r
         layer = np.full(h * w, np.inf, np.float32)
@@ -35,9 +35,9 @@ def splat_depth(xy: Float, depth: Float, radius: Float, shape: tuple[int, int]) 
 
 
 def local_spacing(xyz: Float, samples_per_cell: int = 8) -> tuple[Float, Float]:
-    """Spacing (n,) m of a cloud of surfaces, and how many points (n,) share a point's cell.
+    """Returns the spacing (n,) m of a cloud (n, 3) of surfaces and the number of points (n,) around each.
 
-    Points are counted in cubes; a surface that fills a cube of edge e with k points has a spacing of
+    Points are counted in cubes. A surface that crosses a cube of edge e with k points has a spacing of
     ``e / sqrt(k)``. The edge doubles from 25 cm until the median cube holds `samples_per_cell` points.
     """
     edge = 0.25

@@ -167,7 +167,7 @@ def _plane(grid: Float, corner: tuple[float, float], cell: float, start: float) 
     )
     d = grid[rows, columns]
     first = np.array([start, 0.0, 0.0])
-    fit = irls(design, d, np.ones(len(d)), 0.003, first, 0.03)
+    fit = irls(design, d, np.ones(len(d)), sigma_floor=0.003, start=first, sigma_start=0.03)
     near = np.abs(d - design @ fit.parameters) < 3 * fit.sigma
     sigma = max(mad_sigma((d - design @ fit.parameters)[near]), 0.003)
     normal = (design[near].T @ design[near]) * cell**2

@@ -1,8 +1,8 @@
-"""Where tasks run: one after the other, or in a pool of processes. The bytes that come out are the same.
+"""Runs tasks one after the other or in a pool of processes, with the same bytes as output.
 
-A task is a function of one picklable item that returns a picklable result. Tasks share nothing, so the
-number of workers changes the time and nothing else. Threads inside a worker are limited to one: a pool of
-processes that each start a pool of threads is slower, and BLAS may sum in another order.
+A task is a function of one picklable item that returns a picklable result. Tasks share nothing, so the number
+of workers only changes the time. Every worker uses a single thread, because processes that each start a pool
+of threads are slower, and because BLAS sums in a different order with a different number of threads.
 """
 
 import multiprocessing
@@ -23,17 +23,17 @@ THREAD_VARIABLES = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"
 
 
 class Executor(Protocol):
-    """Runs a task over items; results come in the order of the items."""
+    """Runs a task over items and returns the results in the order of the items."""
 
     @property
     def workers(self) -> int:
-        """How many tasks run at once."""
+        """The number of tasks that run at once."""
         ...
 
     def map(
         self, task: Callable[[Item], Result], items: Sequence[Item], done: Callable[[int], None] | None = None
     ) -> list[Result]:
-        """Results of `task` over `items`, in their order; `done(i)` is called as item i finishes."""
+        """Returns the results of `task` in the order of `items`; calls `done(i)` when item i has finished."""
         ...
 
     def __enter__(self) -> Self: ...
@@ -44,7 +44,7 @@ class Executor(Protocol):
 
 
 class SerialExecutor:
-    """One task after the other, in this process."""
+    """Runs one task after the other in this process."""
 
     workers = 1
 
@@ -73,10 +73,10 @@ class SerialExecutor:
 
 
 class ProcessExecutor:
-    """A pool of `workers` processes, started afresh (spawn) so that nothing is inherited by accident.
+    """Runs tasks in a pool of `workers` processes, which are spawned so that they inherit no state.
 
-    The pool starts with the first task and ends with the `with` block; an exception, Ctrl-C among them,
-    ends the workers at once.
+    The pool starts with the first task and ends with the `with` block. Any exception, including Ctrl-C,
+    terminates the workers at once.
     """
 
     def __init__(self, workers: int) -> None:
@@ -86,7 +86,7 @@ class ProcessExecutor:
     def map(
         self, task: Callable[[Item], Result], items: Sequence[Item], done: Callable[[int], None] | None = None
     ) -> list[Result]:
-        """See `Executor.map`. Raises FrontageError when a worker dies (most often: out of memory)."""
+        """See `Executor.map`. Raises FrontageError (W300) when a worker dies, mostly for lack of memory."""
         pool = self._started()
         futures: dict[Future[Result], int] = {pool.submit(task, item): i for i, item in enumerate(items)}
         pending: set[Future[Result]] = set(futures)
@@ -101,8 +101,8 @@ class ProcessExecutor:
         except BrokenProcessPool:
             self._kill()
             raise FrontageError(
-                f"a worker process was killed, most often for want of memory; run again with fewer than "
-                f"{self.workers} --workers, what is finished is kept",
+                f"a worker process was killed, most likely because memory ran out; run again with fewer than "
+                f"{self.workers} --workers (finished results are kept)",
                 code="W300",
             ) from None
         return [results[i] for i in range(len(items))]
@@ -136,14 +136,14 @@ class ProcessExecutor:
 
 
 def make_executor(workers: int = 1) -> Executor:
-    """Serial for one worker, a pool of processes for more. Raises ValueError below 1."""
+    """Returns a serial executor for one worker and a process pool for more. Raises ValueError below 1."""
     if workers < 1:
         raise ValueError(f"workers must be at least 1, not {workers}")
     return SerialExecutor() if workers == 1 else ProcessExecutor(workers)
 
 
 def _quiet_worker() -> None:
-    """In each worker: one thread, and Ctrl-C is the parent's business."""
+    """Prepares a worker: it uses one thread and leaves Ctrl-C to its parent."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     for name in THREAD_VARIABLES:
         os.environ[name] = "1"

@@ -1,9 +1,9 @@
 """Correlated residuals on a raster: autocovariance, effective sample size, covariance of a linear fit.
 
-A wall's residuals are mostly its own roughness, which is correlated over decimetres, so a million
-points do not give micrometres. The empirical autocovariance c(h) of the gridded residuals (its
-variogram is c(0) - c(h)) is carried through the fit exactly:
-``C = N^-1 (sum_ij a_i a_j^T c(i - j)) N^-1`` with ``N = sum_i a_i a_i^T``, by FFT.
+The residuals of a wall are mostly its own roughness, which is correlated over decimetres, so a million points
+do not give an accuracy of micrometres. The empirical autocovariance c(h) of the gridded residuals (their
+variogram is c(0) - c(h)) is propagated exactly through the fit by FFT:
+``C = N^-1 (sum_ij a_i a_j^T c(i - j)) N^-1`` with ``N = sum_i a_i a_i^T``.
 """
 
 from dataclasses import dataclass, replace
@@ -16,11 +16,11 @@ from frontage.geometry.arrays import Array, Bool, Float
 
 @dataclass(frozen=True, eq=False)
 class Correlation:
-    """Isotropic autocovariance of a gridded residual.
+    """The isotropic autocovariance of gridded residuals.
 
     covariance  (k,) at distances 0, 1, 2, ... cells; zero from k on
     cell        m
-    area        m2, integral of the correlation over the plane: what one independent value stands for
+    area        m2, integral of the correlation over the plane: the area that one independent value represents
     """
 
     covariance: Float
@@ -29,11 +29,11 @@ class Correlation:
 
     @property
     def length(self) -> float:
-        """Correlation length in m: the side of the square that one independent value stands for."""
+        """Correlation length in m: the side of the square that one independent value represents."""
         return float(np.sqrt(self.area))
 
     def raised(self, variance: float) -> "Correlation":
-        """The same with `variance` added at every distance: what a fit took from the residuals."""
+        """Adds `variance`, which a fit removed from the residuals, at every distance."""
         return replace(self, covariance=self.covariance + variance)
 
 
@@ -43,16 +43,16 @@ def _padded(shape: tuple[int, int], reach: int) -> tuple[int, int]:
 
 
 def _lag_radius(shape: tuple[int, int]) -> Array:
-    """Distance (h, w) in cells, rounded, of every wrapped lag of a padded raster."""
+    """Distance (h, w) in cells, rounded, of every circular lag of a padded raster."""
     down, right = (np.minimum(np.arange(s), s - np.arange(s)) for s in shape)
     return np.rint(np.hypot(down[:, None], right[None, :])).astype(np.int64)
 
 
 def residual_correlation(residual: Float, known: Bool, cell: float) -> Correlation:
-    """Autocovariance of `residual` (h, w) where `known` (h, w), up to half the shorter side: walls bulge over
-    metres.
+    """Estimates the autocovariance of `residual` (h, w) where `known` (h, w) bool; cells are `cell` m wide.
 
-    It is cut where it first falls below twice its own sampling error: beyond, it is noise.
+    Distances go up to half of the shorter side, because walls bulge over metres. The table ends where the
+    covariance first falls below twice its own sampling error, beyond which it is noise.
     """
     lags = max(min(residual.shape) // 2, 2)
     shape = _padded(residual.shape, lags)
@@ -65,7 +65,7 @@ def residual_correlation(residual: Float, known: Bool, cell: float) -> Correlati
     summed = np.bincount(radius[use], products.ravel()[use], lags + 1)
     number = np.maximum(np.rint(np.bincount(radius[use], pairs.ravel()[use], lags + 1)), 1.0)
     covariance = summed / number
-    # each unordered pair of cells appears twice in `number`
+    # Each unordered pair of cells appears twice in `number`.
     noise = 2.0 * covariance[0] / np.sqrt(number / 2.0)
     below = np.flatnonzero(covariance[1:] < noise[1:])
     end = 1 + int(below[0]) if len(below) else lags + 1
@@ -76,9 +76,9 @@ def residual_correlation(residual: Float, known: Bool, cell: float) -> Correlati
 
 
 def fit_covariance(design: Float, known: Bool, correlation: Correlation) -> Float:
-    """Covariance (p, p) of an unweighted linear fit to correlated values on a raster.
+    """Returns the covariance (p, p) of an unweighted linear fit to correlated values on a raster.
 
-    design  (h, w, p) the row of the design matrix of every cell; read only where `known` (h, w)
+    design  (h, w, p), the row of the design matrix of every cell; used only where `known` (h, w)
     """
     rows, columns, p = design.shape
     table = correlation.covariance
@@ -91,13 +91,13 @@ def fit_covariance(design: Float, known: Bool, correlation: Correlation) -> Floa
     middle = np.array([[float((f * s).sum()) for s in smoothed] for f in fields])
     normal = np.array([[float((f * g).sum()) for g in fields] for f in fields])
     inverse = np.linalg.pinv(normal)
-    # the truncated table need not be positive definite: never claim less than independent cells would give
+    # The truncated table may not be positive definite: the result is at least that of independent cells.
     covariance = inverse @ (0.5 * (middle + middle.T)) @ inverse
     return _at_least(covariance, table[0] * inverse)
 
 
 def _at_least(covariance: Float, floor: Float) -> Float:
-    """`covariance` raised, in the metric of `floor`, to be no smaller than `floor` in any direction."""
+    """Raises `covariance` so that it is not smaller than `floor` in any direction."""
     values, vectors = np.linalg.eigh(floor)
     root = vectors * np.sqrt(np.maximum(values, 1e-300))
     back = (vectors / np.sqrt(np.maximum(values, 1e-300))).T

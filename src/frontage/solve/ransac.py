@@ -1,8 +1,9 @@
-"""One LO-RANSAC for every minimal problem of the project.
+"""RANSAC with local optimisation, for every minimal problem of the project.
 
-Fischler and Bolles (1981) with the truncated quadratic score of MSAC (Torr and Zisserman 2000), the
-local optimisation of Chum, Matas and Kittler (2003) and hypotheses scored in blocks: a block of
-hypotheses against a subset of the rows is one matrix, so no early-out test is needed.
+This is RANSAC (Fischler and Bolles 1981; paper A, section 2.1) with the truncated quadratic score of MSAC
+(Torr and Zisserman 2000) and the local optimisation of Chum, Matas and Kittler (2003). Hypotheses are scored
+in blocks: the residuals of a block on a subset of the rows form one matrix, so that no early-out test is
+needed.
 """
 
 from dataclasses import dataclass
@@ -14,30 +15,35 @@ from frontage.geometry.arrays import Array, Bool, Float, Int
 
 
 class Estimator(Protocol):
-    """A minimal problem over `n` rows of data, which the estimator itself holds."""
+    """A minimal problem over n rows of data, which the estimator itself holds."""
 
     sample_size: int
 
     def __len__(self) -> int:
-        """Number of rows n."""
+        """The number of rows n."""
 
     def draw(self, rng: np.random.Generator, count: int) -> Int:
-        """(count, sample_size) int64 rows of minimal samples."""
+        """Draws minimal samples: row numbers (count, sample_size) int64."""
 
     def minimal(self, samples: Int) -> Float:
-        """Models (j, p) through the samples (k, sample_size); degenerate samples are dropped."""
+        """Fits models (j, p) through the samples (k, sample_size); degenerate samples are dropped."""
 
     def residuals(self, models: Float, rows: Int | slice) -> Array:
-        """Signed or absolute residuals (j, r), float32 or float64, of the models (j, p) at `rows`."""
+        """Returns signed or absolute residuals (j, r), float32 or float64, of models (j, p) at `rows`."""
 
     def fit(self, rows: Int, weights: Float) -> Float | None:
-        """Weighted least-squares model (p,) of many rows, or None when they are degenerate."""
+        """Fits a model (p,) to many rows by weighted least squares; None when they are degenerate."""
 
 
 @dataclass(frozen=True, eq=False)
 class Consensus:
-    """The best model (p,), its inlier mask (n,), its MSAC score per unit weight (0 best,
-    1 worst) and the work done.
+    """The best model of a search.
+
+    model       (p,)
+    inliers     (n,) bool
+    score       MSAC score per unit weight, 0 (best) to 1 (worst)
+    share       share of the weight that the inliers have, 0..1
+    hypotheses  number of samples that were tried
     """
 
     model: Float
@@ -48,7 +54,7 @@ class Consensus:
 
 
 def needed_hypotheses(share: float, sample_size: int, confidence: float) -> float:
-    """Samples after which an all-inlier one was drawn with `confidence`: ln(1 - eta) / ln(1 - w^m)."""
+    """Samples needed for one without outliers with probability `confidence`: ln(1 - eta) / ln(1 - w^m)."""
     good = min(max(share, 1e-9) ** sample_size, 1 - 1e-12)
     return float(np.log1p(-confidence) / np.log1p(-good))
 
@@ -66,14 +72,14 @@ def lo_ransac(
     keep: int = 10,
     block: int = 128,
 ) -> Consensus | None:
-    """The model with the lowest truncated quadratic score ``sum w min(r^2, T^2)``.
+    """Finds the model with the lowest truncated quadratic score ``sum w min(r^2, T^2)``.
 
-    Hypotheses are scored in blocks on `score_rows` random rows; the `keep` best are scored on `verify_rows`
-    and the better half is improved by three least-squares fits on its own inliers with a shrinking
-    threshold. The inliers are of all rows.
+    Hypotheses are scored in blocks on `score_rows` random rows. The `keep` best are scored on `verify_rows`,
+    and the better half of them is improved by three least-squares fits to their own inliers with a shrinking
+    threshold. The inliers of the result are taken from all rows.
 
     threshold  T, in the unit of the residuals
-    weights    (n,) non-negative weights of the rows (for instance the area each stands for)
+    weights    (n,) non-negative weights of the rows, for instance the area that each represents
 
     Returns None when no sample gave a model.
     """
@@ -84,7 +90,15 @@ def lo_ransac(
     verify = rng.permutation(n)[:verify_rows]
     rows = verify[:score_rows]
     models, tried = _sample(
-        estimator, rows, weight[rows], threshold, rng, confidence, max_hypotheses, keep, block
+        estimator,
+        rows,
+        weight[rows],
+        threshold,
+        rng,
+        confidence=confidence,
+        most=max_hypotheses,
+        keep=keep,
+        block=block,
     )
     if not models.size:
         return None
@@ -100,12 +114,13 @@ def _sample(
     weight: Array,
     threshold: float,
     rng: np.random.Generator,
+    *,
     confidence: float,
     most: int,
     keep: int,
     block: int,
 ) -> tuple[Float, int]:
-    """The `keep` best models (j, p) of blocks of minimal samples, best first, and how many were tried."""
+    """Returns the `keep` best models (j, p) of minimal samples, best first, and the number of samples."""
     models, scores = np.empty((0, 0)), np.empty(0)
     tried, needed = 0, float(block)
     while tried < min(needed, most):
@@ -127,7 +142,7 @@ def _sample(
 def _score(
     estimator: Estimator, models: Float, rows: Int | slice, weight: Array, threshold: float
 ) -> tuple[Float, Float]:
-    """MSAC scores (j,) and inlier weight shares (j,), both per unit weight."""
+    """MSAC scores (j,) and shares of the inliers (j,), both per unit weight."""
     squared = estimator.residuals(models, rows) / np.float32(threshold)
     squared *= squared
     total = float(weight.sum(dtype=np.float64))
@@ -139,11 +154,11 @@ def _score(
 def _optimise(
     estimator: Estimator, models: Float, rows: Int, weight: Array, threshold: float
 ) -> tuple[Float, float]:
-    """The best model and its score on `rows`, of those kept and their refits; weight (r,) of the rows."""
+    """Returns the best of the kept models and their refits, with its score on `rows` of `weight` (r,)."""
     best_model, best_score = models[0], np.inf
     ranked, _ = _score(estimator, models, rows, weight, threshold)
     total = float(weight.sum(dtype=np.float64))
-    # several of the kept are the same structure: the half that is best on more rows is worth a refit
+    # Several of the kept models are the same structure: only the better half on more rows is refitted.
     for start in models[np.argsort(ranked, kind="stable")[: (len(models) + 1) // 2]]:
         model = start
         for factor in (3.0, 1.5, 1.0, 0.0):

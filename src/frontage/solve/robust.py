@@ -1,4 +1,4 @@
-"""Robust linear fits: scale from the median absolute deviation, Tukey's biweight, IRLS."""
+"""Robust linear fits: scale from the median absolute deviation (MAD), Tukey's biweight, IRLS."""
 
 from dataclasses import dataclass
 
@@ -7,39 +7,39 @@ import numpy as np
 from frontage.geometry.arrays import Float
 
 _MAD_TO_SIGMA = 1.4826
-_GROWTH = 1.5
-_INSIDE = 3.0  # sigmas; the MAD of a Gaussian cut there is its MAD to 0.3 %
+_GROWTH = 1.5  # largest factor by which the scale may exceed its start
+_INSIDE = 3.0  # sigmas; truncation there changes the MAD of a Gaussian by 0.3 %
 TUKEY = 4.685  # 95 % efficiency for Gaussian residuals
 
 
 def mad_sigma(residuals: Float) -> float:
-    """Standard deviation of the Gaussian with the same median absolute deviation; same unit, nan if empty."""
+    """Standard deviation of the Gaussian with the same MAD, in the same unit; NaN for no residuals."""
     if len(residuals) == 0:
         return float("nan")
     return float(_MAD_TO_SIGMA * np.median(np.abs(residuals - np.median(residuals))))
 
 
 def tukey_weights(residuals: Float, sigma: float) -> Float:
-    """Tukey's biweight (1 - (r / 4.685 sigma)^2)^2, zero outside; shape of `residuals`."""
+    """Tukey's biweight (1 - (r / 4.685 sigma)^2)^2, zero outside, in the shape of `residuals`."""
     u = np.clip(np.abs(residuals) / (TUKEY * sigma), 0.0, 1.0)
     return np.asarray((1.0 - u * u) ** 2, np.float64)
 
 
 def tukey_response(residuals: Float, sigma: float) -> Float:
-    """Derivative of residual times weight: (1 - u^2) (1 - 5 u^2), u = r / 4.685 sigma; zero outside."""
+    """Derivative of residual times weight: (1 - u^2) (1 - 5 u^2) with u = r / 4.685 sigma; zero outside."""
     u2 = np.clip(np.abs(residuals) / (TUKEY * sigma), 0.0, 1.0) ** 2
     return np.asarray((1.0 - u2) * (1.0 - 5.0 * u2), np.float64)
 
 
 def weighted_fit(design: Float, observed: Float, weights: Float) -> Float:
-    """Solution (p,) of the weighted normal equations of design (n, p); minimum norm when singular."""
+    """Solves the weighted normal equations of design (n, p) for (p,); minimum norm when singular."""
     weighted = design * weights[:, None]
     return np.asarray(np.linalg.lstsq(weighted.T @ design, weighted.T @ observed, rcond=None)[0], np.float64)
 
 
 @dataclass(frozen=True, eq=False)
 class RobustFit:
-    """Parameters (p,), robust sigma of the residuals, final weights (n,), iterations used."""
+    """The result of a robust fit: parameters (p,), robust sigma, final weights (n,), number of iterations."""
 
     parameters: Float
     sigma: float
@@ -51,17 +51,17 @@ def irls(
     design: Float,
     observed: Float,
     weights: Float,
+    *,
     sigma_floor: float,
     start: Float,
     sigma_start: float,
     max_iterations: int = 20,
 ) -> RobustFit:
-    """Iteratively re-weighted least squares with Tukey's biweight.
+    """Fits by iteratively reweighted least squares with Tukey's biweight.
 
-    The scale is the MAD of the residuals within three times itself, so that a parallel surface
-    further off does not widen it; it stays between `sigma_floor` and 1.5 times `sigma_start`. Every
-    step starts from `start`
-    (p,) and `sigma_start`, which must already isolate the wanted structure.
+    The scale is the MAD of the residuals within three times the scale, so that a parallel surface farther
+    away does not widen it; it stays between `sigma_floor` and 1.5 times `sigma_start`. The iteration starts
+    from `start` (p,) and `sigma_start`, which must already isolate the wanted structure.
     """
     parameters, sigma = np.asarray(start, np.float64), max(sigma_start, sigma_floor)
     factor = np.zeros(len(observed))

@@ -1,4 +1,4 @@
-"""Penalised change points of a multivariate signal, exactly, by dynamic programming."""
+"""Finds the optimal change points of a multivariate signal by dynamic programming."""
 
 import numpy as np
 
@@ -8,14 +8,17 @@ from frontage.geometry.arrays import Bool, Float, Int
 def change_points(
     signal: Float, penalty: float, min_bins: int, linear: Bool | None = None, weight: Float | None = None
 ) -> Int:
-    """Cuts (c,) that minimise the sum of squared residuals within segments plus `penalty` per cut.
+    """Returns the cuts (c,) that minimise the squared residuals within segments plus `penalty` per cut.
 
-    signal (n, p) float64 in units of its own noise, NaN = unmeasured; a cut at i lies between bins
-    i - 1 and i;
-    segments have at least `min_bins` bins. `linear` (p,) bool: channels that may drift linearly in a segment
-    (regression line instead of mean). `weight` (n, p): of each bin's square, 1 where the noise is the unit's.
-    Optimal partitioning (Jackson et al. 2005), pruned as in PELT (Killick, Fearnhead & Eckley 2012): exact,
-    and O(n p) where the number of cuts grows with n.
+    A cut at i lies between bins i - 1 and i.
+
+    signal    (n, p) float64 in units of its own noise, NaN = not measured
+    min_bins  least length of a segment
+    linear    (p,) bool, channels that may drift linearly within a segment (a line instead of the mean)
+    weight    (n, p), of the square of each bin; 1 where the noise is the unit
+
+    This is optimal partitioning (Jackson et al. 2005), pruned as in PELT (Killick, Fearnhead & Eckley 2012).
+    It is exact, and O(n p) where the number of cuts grows with n.
     """
     n, p = signal.shape
     if n < 2 * min_bins:
@@ -25,14 +28,14 @@ def change_points(
     best = np.full(n + 1, np.inf)
     best[0] = -penalty
     back = np.zeros(n + 1, np.int64)
-    dead = np.full(n + 1, n + 1)  # the end from which a start can no longer win
+    dead = np.full(n + 1, n + 1)  # the end from which on a start can no longer be optimal
     start = np.empty(0, np.int64)
     for end in range(min_bins, n + 1):
         start = np.append(start[dead[start] > end], end - min_bins)
         total = best[start] + _cost(sums[:, end, None] - sums[:, start], drift)
         least = int(np.argmin(total))
         back[end], best[end] = start[least], total[least] + penalty
-        beaten = start[total >= best[end]]  # a cut here only helps them, once it may be made
+        beaten = start[total >= best[end]]  # for these, a cut here is better as soon as it is allowed
         dead[beaten] = np.minimum(dead[beaten], end + min_bins)
     cuts, at = [], n
     while back[at] > 0:
@@ -42,7 +45,7 @@ def change_points(
 
 
 def _prefix(signal: Float, weight: Float) -> Float:
-    """Prefix sums (6, n + 1, p) of 1, y, y2, x, x2, xy over the measured bins, each times its weight."""
+    """Prefix sums (6, n + 1, p) of 1, y, y^2, x, x^2, xy over the measured bins, each times its weight."""
     known = np.isfinite(signal)
     w = np.where(known, weight, 0.0)
     y = np.where(known, signal, 0.0)

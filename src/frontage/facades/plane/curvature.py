@@ -51,7 +51,7 @@ def _sagitta(x: Array, y: Array, threshold: float) -> tuple[float, float]:
     design = np.column_stack([np.ones(len(u)), u, u * u])
     start = np.linalg.lstsq(design, y, rcond=None)[0]
     scale = max(mad_sigma(y - design @ start), threshold / 3)
-    fit = irls(design, y, np.ones(len(u)), _NOISE_FLOOR_M, start, scale)
+    fit = irls(design, y, np.ones(len(u)), sigma_floor=_NOISE_FLOOR_M, start=start, sigma_start=scale)
     if np.count_nonzero(fit.weights) < _ON_CURVE * len(u) or fit.sigma > threshold:
         return 0.0, float("inf")
     inverse = np.linalg.pinv((design * fit.weights[:, None]).T @ design)

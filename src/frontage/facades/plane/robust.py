@@ -80,7 +80,7 @@ def robust_fit(q: Float, weights: Float, threshold: float, start: Float) -> tupl
     design = np.column_stack([np.ones(len(q)), q[:, 0], q[:, 2]])
     _, sigma = densest_layer(q[:, 1] - design @ start, threshold, _LEAST_SIGMA_M)
     sigma = natural_sigma(q[:, 1] - design @ start, sigma)
-    result = irls(design, q[:, 1], weights, _LEAST_SIGMA_M, start, sigma)
+    result = irls(design, q[:, 1], weights, sigma_floor=_LEAST_SIGMA_M, start=start, sigma_start=sigma)
     return result.parameters, natural_sigma(q[:, 1] - design @ result.parameters, result.sigma)
 
 

@@ -83,7 +83,9 @@ def _picture(job: Job, seen: Seen, facade: Facade, photos: PhotoSet | None) -> O
     assert seen.scan is not None
     images = photos.image if photos else None
     poses = photos.photos if photos else ()
-    return make_ortho(facade, seen.scan, poses, images, seen.surroundings, job.project.ortho)
+    return make_ortho(
+        facade, seen.scan, poses, images, surroundings=seen.surroundings, options=job.project.ortho
+    )
 
 
 STAGE = Stage(
