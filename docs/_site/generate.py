@@ -153,8 +153,8 @@ def error_codes() -> str:
 
 
 def changelog() -> str:
-    """CHANGELOG.md without its title."""
-    return (ROOT / "CHANGELOG.md").read_text("utf-8").split("\n", 1)[1]
+    """CHANGELOG.md without its title, with links that work on the site."""
+    return _relinked((ROOT / "CHANGELOG.md").read_text("utf-8").split("\n", 1)[1])
 
 
 def contributing() -> str:
