@@ -1,6 +1,6 @@
 """An ortho-image from photographs, compared with the true one.
 
-Simulates one house with a distorting lens, makes its ortho-image from two photos with true poses, and measures
+Simulates one house with a distorting lens, makes its ortho-image from two photos with true poses and measures
 how far its details are from where they truly are. With a file name the picture is written:
 ``python plot_ortho_image.py out.png``.
 """
