@@ -1,7 +1,7 @@
 """Turns the argument lists of our docstrings into Markdown lists.
 
-In the source an argument or field is described on a line of its own, `name  what it is`, with two spaces or more
-between and further lines indented. Markdown would run such lines together.
+In the source an argument or field is described on a line of its own, `name  what it is`, with two spaces or
+more between and further lines indented. Markdown would run such lines together.
 """
 
 import re
