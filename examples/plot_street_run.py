@@ -1,8 +1,8 @@
 """The whole chain on a street, and its windows beside the true ones.
 
 Simulates two houses, runs the chain with one call, opens the run folder, and prints the size and the depth of
-every opening of the first house with standard errors beside the truth. The feet of both doors are hidden, which
-their sigmas tell. In a notebook, `frontage.open_run(...)` shows the pictures of the run.
+every opening of the first house with standard errors beside the truth. The feet of both doors are hidden,
+which their sigmas tell. In a notebook, `frontage.open_run(...)` shows the pictures of the run.
 """
 
 import json
