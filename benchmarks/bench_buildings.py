@@ -2,8 +2,9 @@
 
     python benchmarks/bench_buildings.py [--streets 24] [--seed 2000]
 
-Terraces of unlike houses; rows of twins, which only a map can part, with and without one; and wide houses
-with a risalit, an attic, a recess or an oriel, which nothing may part. `bench_street.py` times whole streets.
+Terraces of unlike houses; rows of twins, which only a map can separate, with and without one; and wide
+houses with an avant-corps, an attic, a recess or an oriel, which must stay whole. `bench_street.py` times
+whole streets.
 """
 
 import argparse
@@ -44,7 +45,7 @@ def cut_errors(split: BuildingSplit, scene: Scene) -> list[float]:
 
 
 def street(seed: int) -> Scene:
-    """A terrace scanned as streets are: 3-6 cm apart, 0-8 % steep, thinning out sixfold along the row in
+    """Simulate a terrace scanned as streets are: 3-6 cm apart, 0-8 % steep, sixfold thinning along the row in
     every second one, up to 40 % of the wall in the shadow of trees in two of three."""
     scene = street_scene(
         seed=seed, houses=5, spacing=(0.03, 0.045, 0.06)[seed % 3], slope=(0.0, 0.02, 0.05, 0.08)[seed % 4]
@@ -65,12 +66,12 @@ def street(seed: int) -> Scene:
 
 
 def twins(seed: int) -> Scene:
-    """A row of four houses alike in all but their tints' noise: nothing in the cloud tells them apart."""
+    """Simulate four houses that differ only in the noise of their colours, so that no cue separates them."""
     return street_scene(seed=seed, houses=4, spacing=0.05, twins=True)
 
 
 def map_of(scene: Scene, seed: int) -> list[Footprint]:
-    """The houses as a map: off by up to 0.45 m along and across the street, 3 cm per corner."""
+    """Return the houses as a map that is off by up to 0.45 m along and across the street, 3 cm per corner."""
     rng = np.random.default_rng(seed)
     shift, maps = rng.uniform(-0.45, 0.45, 2), []
     for h in scene.houses:
@@ -107,7 +108,7 @@ def quality(streets: int, seed: int) -> None:
 
 
 def wide_houses(count: int, seed: int) -> None:
-    """One house with an uneven front must stay one."""
+    """Count how often one house with an uneven facade stays whole."""
     rows = []
     for kind in KINDS:
         scenes = [one_house(kind, seed + i, spacing=(0.03, 0.045, 0.06)[i % 3]) for i in range(count)]

@@ -3,11 +3,11 @@
     python benchmarks/bench_registration.py [--seeds 20] [--first 0] [--only exact,office] [--scene FOLDER]
 
 Every seed is another simulated street (3 to 5 houses a side, terrace or detached, up to 6 trees and 4 cars)
-with 1 to 3 stations. Two models: `exact` = the true shells; `office` = 0.26 m common shift per axis (sigma),
-5 cm per building, 3 cm per corner, 15 cm per roof. Errors are against the model: its shift is inherent.
-`found` = within 0.3 m in the observable directions, or flagged ambiguous. ICP gets 5 000 points above the
-instrument, without priors. Last, one station of 2 M points, and the Ingolstadt scene if it is there.
-Times are processor seconds.
+with 1 to 3 stations. Two models: `exact` = the true shells; `office` = 0.26 m common shift per axis
+(sigma), 5 cm per building, 3 cm per corner, 15 cm per roof. Errors are relative to the model, whose common
+shift cannot be seen. `found` = within 0.3 m in the observable directions, or flagged ambiguous. ICP gets 5
+000 points above the instrument, without priors. Last, one station of 2 M points, and the Ingolstadt scene
+if it is there. Times are processor seconds.
 """
 
 import argparse
@@ -97,7 +97,7 @@ def models(scene: Scene, seed: int) -> dict[str, tuple[CityModel, Array]]:
 
 @dataclass
 class Tally:
-    """What the table is made of."""
+    """The counts and errors that the table is made of."""
 
     plan: list[float]
     height: list[float]
@@ -130,7 +130,7 @@ def measure(t: Tally, case: Case, model: CityModel, shift: Array, options: Regis
 
 
 def judge(t: Tally, result: Registration, walls: Walls, e: Float, directions: tuple[Direction, ...]) -> bool:
-    """Whether every observable shift is within 0.3 m; its errors go into the tally."""
+    """Return whether every observable shift is within 0.3 m; add its errors to the tally."""
     seen = {w.surface for w in result.walls if w.kind == "wall" and w.area > 5}
     normals = np.array([p.normal for p in walls.patches if p.source in seen])
     good = True

@@ -1,11 +1,11 @@
-"""A whole street, from its file to its facades: time and peak memory, the paper's way beside ours.
+"""Time and peak memory of a whole street from its file to its facades, beside the published method.
 
     python benchmarks/bench_street.py [--points 3 10] [--workers 2]
 
 A simulated terrace scanned 2 cm apart is repeated along the street, so that houses, walls and stations
 grow with the points, and written as LAZ (with station positions) to a temporary folder. Every measurement
 runs in a process of its own: reading, buildings, facades. `paper` stops at connected components and takes
-one RANSAC plane each. 30 M points take some minutes.
+one RANSAC plane for each. 30 M points take some minutes.
 """
 
 import argparse
@@ -56,7 +56,7 @@ def clock() -> Clock:
 
 
 def facades_of(task: tuple[Scan, Building, str]) -> int:
-    """How many facades a building's working cloud gives."""
+    """Return how many facades a building's working cloud gives."""
     scan, building, method = task
     options = FacadeOptions(method="paper") if method == "paper" else FacadeOptions()
     found = find_facades(scan, building, options)
@@ -89,7 +89,7 @@ def measure(path: Path, method: str, workers: int) -> dict[str, object]:
 
 
 def _in_turns(tasks, workers: int) -> int:
-    """Sum over the tasks, never more of them in memory than there are workers."""
+    """Sum over the tasks with no more of them in memory than there are workers."""
     with ProcessPoolExecutor(workers) as pool:
         waiting, count = [], 0
         for task in tasks:
