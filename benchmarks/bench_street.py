@@ -1,11 +1,11 @@
-"""Time and peak memory of a whole street from its file to its facades, beside the published method.
+"""A whole street, from its file to its facades: time and peak memory, the paper's way beside ours.
 
     python benchmarks/bench_street.py [--points 3 10] [--workers 2]
 
-A simulated terrace scanned 2 cm apart is repeated along the street, so that houses, walls and stations
-grow with the points, and written as LAZ (with station positions) to a temporary folder. Every measurement
-runs in a process of its own: reading, buildings, facades. `paper` stops at connected components and takes
-one RANSAC plane for each. 30 M points take some minutes.
+A terrace that `frontage.simulate` draws and scans 2 cm apart is repeated along the street, so that houses,
+walls and stations grow with the points, and written as LAZ (with station positions) to a temporary folder.
+Every measurement runs in a process of its own: reading, buildings, facades. `paper` stops at connected
+components and takes one RANSAC plane each. 30 M points take some minutes.
 """
 
 import argparse
@@ -26,22 +26,24 @@ import numpy as np
 from _common import peak_memory, table
 from frontage.buildings import BuildingOptions, find_buildings
 from frontage.facades import FacadeOptions, find_facades
-from frontage.io.scans.las import write_las
+from frontage.io.scans.laswrite import write_las
 from frontage.io.scans.read import read_scans
 from frontage.model import Building, Facade, Scan
 from frontage.pipeline.clouds import Neighbourhoods, working_cloud
-from scenes import GROUND, Scene, street_scene
+from frontage.simulate.scene import Part
+from scanned_streets import ScannedStreet, terrace
 
 Clock = tuple[float, float]
 
 
-def street(points: int, base: Scene) -> Scan:
+def street(points: int, base: ScannedStreet) -> Scan:
     """`points` points of a terrace that repeats `base` along the street, without gap or overlap."""
-    scan, length = base.scan, base.length
-    s = base.local_from_street.inverse.apply(scan.xyz)[:, 0]
-    scan = scan.take(np.flatnonzero((base.label != GROUND) | ((s >= 0) & (s < length))))
+    scan, frame = base.scan, base.scene.local_from_street
+    length = max(base.span(h)[1] for h in range(len(base.houses)))
+    s = frame.inverse.apply(scan.xyz)[:, 0]
+    scan = scan.take(np.flatnonzero((base.part != Part.GROUND) | ((s >= 0) & (s < length))))
     copies = -(-points // len(scan))
-    step = length * base.local_from_street.R[:, 0]
+    step = length * frame.R[:, 0]
     xyz = np.concatenate([scan.xyz + i * step for i in range(copies)])[:points]
     eyes = np.concatenate([scan.origins + i * step for i in range(copies)])
     index = np.concatenate([scan.origin_index + i * len(scan.origins) for i in range(copies)])[:points]
@@ -56,7 +58,7 @@ def clock() -> Clock:
 
 
 def facades_of(task: tuple[Scan, Building, str]) -> int:
-    """Return how many facades a building's working cloud gives."""
+    """How many facades a building's working cloud gives."""
     scan, building, method = task
     options = FacadeOptions(method="paper") if method == "paper" else FacadeOptions()
     found = find_facades(scan, building, options)
@@ -89,7 +91,7 @@ def measure(path: Path, method: str, workers: int) -> dict[str, object]:
 
 
 def _in_turns(tasks, workers: int) -> int:
-    """Sum over the tasks with no more of them in memory than there are workers."""
+    """Sum over the tasks, never more of them in memory than there are workers."""
     with ProcessPoolExecutor(workers) as pool:
         waiting, count = [], 0
         for task in tasks:
@@ -129,7 +131,7 @@ def main() -> None:
     if args.measure:
         print(json.dumps(measure(args.measure, args.method, args.workers)))
         return
-    base, rows = street_scene(seed=7, houses=5, spacing=0.02, slope=0.02), []
+    base, rows = terrace(seed=7, houses=5, spacing=0.02), []
     with tempfile.TemporaryDirectory() as folder:
         for m in args.points:
             path = write_las(Path(folder) / "street.laz", street(round(m * 1e6), base))
