@@ -3,11 +3,11 @@
     python benchmarks/bench_registration.py [--seeds 20] [--first 0] [--only exact,office] [--scene FOLDER]
 
 Every seed is another simulated street (3 to 5 houses a side, terrace or detached, up to 6 trees and 4 cars)
-with 1 to 3 stations. Two models: `exact` = the true shells; `office` = 0.26 m common shift per axis
-(sigma), 5 cm per building, 3 cm per corner, 15 cm per roof. Errors are relative to the model, whose common
-shift cannot be seen. `found` = within 0.3 m in the observable directions, or flagged ambiguous. ICP gets 5
-000 points above the instrument, without priors. Last, one station of 2 M points, and the Ingolstadt scene
-if it is there. Times are processor seconds.
+with 1 to 3 stations. Two models: `exact` = the true shells; `office` = 0.26 m common shift per axis (sigma),
+5 cm per building, 3 cm per corner, 15 cm per roof. Errors are against the model: its shift is inherent.
+`found` = within 0.3 m in the observable directions, or flagged ambiguous. ICP gets 5 000 points above the
+instrument, without priors. Last, one station of 2 M points, and the Ingolstadt scene if it is there.
+Times are processor seconds.
 """
 
 import argparse
@@ -35,13 +35,13 @@ from frontage.registration import (
 )
 from frontage.registration.equations import rotation_vector
 from frontage.registration.icp import plain_icp
-from frontage.registration.walls import Walls, model_walls
+from frontage.registration.walls import ModelWalls, model_walls
 from frontage.simulate.scene import Scene
 from frontage.simulate.sensors.instrument import ScannerSpec
-from frontage.simulate.sensors.stand import rotation
+from frontage.simulate.sensors.positions import rotation
 from frontage.simulate.sensors.terrestrial import scan_stations
 from frontage.simulate.spec import SceneSpec
-from frontage.simulate.street.build import street
+from frontage.simulate.street.build import build_street
 from frontage.simulate.survey import ModelSpec, survey_model
 
 EXACT = RegistrationOptions(sigma_model=0.002, sigma_height=0.002, sigma_lean=0.02)
@@ -59,7 +59,7 @@ class Case:
 
 
 def simulated(seed: int, spacing: float) -> tuple[Scene, Case]:
-    scene = street(SceneSpec(seed=100 + seed, houses=3 + seed % 3, trees=seed % 7, cars=seed % 5))
+    scene = build_street(SceneSpec(seed=100 + seed, houses=3 + seed % 3, trees=seed % 7, cars=seed % 5))
     spec = ScannerSpec(stations=1 + seed % 3, spacing=spacing, subrays=1, colour=False, range_max=70.0)
     rng = np.random.default_rng([seed, 77])
     case = Case([], [], [])
@@ -97,7 +97,7 @@ def models(scene: Scene, seed: int) -> dict[str, tuple[CityModel, Array]]:
 
 @dataclass
 class Tally:
-    """The counts and errors that the table is made of."""
+    """What the table is made of."""
 
     plan: list[float]
     height: list[float]
@@ -129,8 +129,10 @@ def measure(t: Tally, case: Case, model: CityModel, shift: Array, options: Regis
     t.nees.append(float(np.mean(squared)) / 6)
 
 
-def judge(t: Tally, result: Registration, walls: Walls, e: Float, directions: tuple[Direction, ...]) -> bool:
-    """Return whether every observable shift is within 0.3 m; add its errors to the tally."""
+def judge(
+    t: Tally, result: Registration, walls: ModelWalls, e: Float, directions: tuple[Direction, ...]
+) -> bool:
+    """Whether every observable shift is within 0.3 m; its errors go into the tally."""
     seen = {w.surface for w in result.walls if w.kind == "wall" and w.area > 5}
     normals = np.array([p.normal for p in walls.patches if p.source in seen])
     good = True
@@ -184,7 +186,7 @@ def row(name: str, t: Tally) -> list[str]:
 
 def large() -> str:
     """Processor seconds of one station with 2 M points."""
-    scene = street(SceneSpec(seed=140, houses=4))
+    scene = build_street(SceneSpec(seed=140, houses=4))
     (s,) = scan_stations(
         scene, ScannerSpec(stations=1, spacing=0.021, subrays=1, colour=False, range_max=70.0), 3
     )
