@@ -1,4 +1,4 @@
-"""Houses drawn and scanned for the benchmark of openings, and what is found on them."""
+"""Simulated and scanned houses for the benchmark of openings, and what is found on them."""
 
 import time
 from collections.abc import Sequence
@@ -37,9 +37,9 @@ class Case:
 
 
 def case_of(number: int, spacing: float | None = None) -> Case:
-    """The case of a number: 1, 2, 4 cm; one to three stations; every third pair behind things.
+    """Return the case of a number: 1, 2 or 4 cm; one to three stations; every third pair behind obstacles.
 
-    `spacing` m replaces its spacing; house, stations and things stay the same.
+    `spacing` (m) replaces its spacing; house, stations and obstacles stay the same.
     """
     own = (0.02, 0.04, 0.01, 0.02, 0.04)[number % 5]
     stations = 1 + (number // 5) % 2 if own == 0.01 else (2, 1, 1, 3, 2)[number % 5]
@@ -47,7 +47,7 @@ def case_of(number: int, spacing: float | None = None) -> Case:
 
 
 def scanned(case: Case) -> tuple[Scan, Scene, Truth, Any]:
-    """A house: its cloud, scene, truth, and the house of every point; colour and photos are left out."""
+    """Scan a house without colour and photos: its cloud, scene, truth, and the house of every point."""
     things = (2, 3, 4) if case.occluded else (0, 0, 0)
     spec = SceneSpec.model_validate(
         {"seed": case.seed, "houses": 1, "opposite": False, "setting": "terrace", "lamps": 0, "hedges": False}
@@ -71,7 +71,7 @@ def scanned(case: Case) -> tuple[Scan, Scene, Truth, Any]:
 
 
 def facades_of(scan: Scan, house: Any, scene: Scene) -> list[Facade]:
-    """The street facades, as a run would find them in the points of each house."""
+    """Find the street facades in the points of each house, as a run does."""
     out: list[Facade] = []
     for number, plan in enumerate(scene.houses):
         index = np.flatnonzero(house == number)
@@ -81,7 +81,7 @@ def facades_of(scan: Scan, house: Any, scene: Scene) -> list[Facade]:
 
 
 def claim(facade: Facade, opening: Opening) -> FoundOpening:
-    """An opening as the scorer takes it."""
+    """Convert an opening to the form that the scorer reads."""
     ring = np.column_stack([opening.ring[:, 0], np.zeros(len(opening.ring)), opening.ring[:, 1]])
     sides = box_sigmas(opening.ring, opening.ring_covariance)
     errors = dict(zip(("left", "bottom", "right", "top"), sides, strict=True))

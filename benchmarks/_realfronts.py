@@ -1,4 +1,4 @@
-"""Openings on the real fronts of the shared data, by their own scorers."""
+"""Openings on the annotated real facades of the shared data, scored by their own scorers."""
 
 import importlib.util
 import json
@@ -26,7 +26,7 @@ COST = "processor s per million points"
 
 
 def fronts(scan: Scan) -> list[tuple[Facade, float]]:
-    """The facades of a real scan with the heights of the ground, as a run finds them."""
+    """Find the facades of a real scan and the heights of the ground, as a run does."""
     return [
         (f, building.ground_z)
         for building in find_buildings(scan).buildings
@@ -36,12 +36,12 @@ def fronts(scan: Scan) -> list[tuple[Facade, float]]:
 
 
 def real(methods: Sequence[str]) -> None:
-    """The tables of the annotated fronts and of the complete scene."""
+    """Print the tables of the annotated facades and of the complete scene."""
     lines = []
     for name in REAL:
         truth = DATA / "truth" / f"{name}.json"
         if not truth.exists():
-            print(f"{name}: shared data is absent, left out", file=sys.stderr)
+            print(f"{name}: shared data is absent and left out", file=sys.stderr)
             continue
         (scan,) = read_scans(ScanSource(path=str(DATA / name / "street_front.laz")))
         facades = fronts(scan)
@@ -59,10 +59,10 @@ def real(methods: Sequence[str]) -> None:
 
 
 def scene(methods: Sequence[str]) -> list[list[Any]]:
-    """Lines of the registered scans of `ingolstadt_scene`, by its scorer."""
+    """Return the table rows of the registered scans of `ingolstadt_scene`, by its scorer."""
     folder = DATA / "ingolstadt_scene"
     if not folder.exists():
-        print("ingolstadt_scene: shared data is absent, left out", file=sys.stderr)
+        print("ingolstadt_scene: shared data is absent and left out", file=sys.stderr)
         return []
     spec = importlib.util.spec_from_file_location("score_scene", folder / "score_scene.py")
     assert spec is not None and spec.loader is not None
@@ -94,7 +94,7 @@ def scene(methods: Sequence[str]) -> list[list[Any]]:
 
 
 def judged(found: Sequence[FoundOpening], scan: Scan, truth: Path) -> dict[str, Any]:
-    """The figures of the annotation's own scorer."""
+    """Return the figures of the annotation's own scorer."""
     entries = [{"kind": o.kind, "outline_world": scan.world.to_world(o.ring).tolist()} for o in found]
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "facades" / "all" / "openings.json"

@@ -1,9 +1,10 @@
-"""Ortho-images of one facade from different photos: how far apart they show the same thing.
+"""Ortho-images of one facade from different photos: how far apart they show the same detail.
 
 For every facade of a run folder that has photos: one ortho-image per photo, on the plane and on the relief,
 and the shifts between pairs of them by phase correlation of tiles that both photos show and that have some
-texture. A tile counts when the two correlate by 0.6 after the shift; "alike" is the share that does. "On the
-wall" are tiles whose points lie within 2 cm of the plane: what disagrees there is the plane or the poses.
+texture. A tile counts when the two correlate by 0.6 after the shift; "alike" is the share that does. "On
+the wall" are tiles whose points lie within 2 cm of the plane: disagreement there is due to the plane or the
+poses.
 
     python benchmarks/bench_agreement.py [RUN_FOLDER PHOTOS CAMERAS [GSD]]
 
@@ -34,7 +35,7 @@ PHOTOS = 8  # per facade
 
 
 def flattened(pixels):
-    """Grey values without what varies over a tile: shadows, exposure."""
+    """Remove from grey values what varies over a whole tile: shadows, exposure."""
     grey = cv2.cvtColor(np.ascontiguousarray(pixels[..., :3]), cv2.COLOR_RGB2GRAY).astype(np.float32)
     return cv2.GaussianBlur(grey, (0, 0), 1.0) - cv2.GaussianBlur(grey, (0, 0), 8.0)
 
@@ -131,7 +132,7 @@ def castle():
     """The castle photos, run from the start into a temporary folder."""
     photos, cameras = DATA / "castle_photos" / "images", DATA / "castle_photos" / "colmap"
     if not photos.is_dir():
-        print(f"{photos} is not there: nothing measured")
+        print(f"{photos} is not there, so nothing was measured")
         return
     with tempfile.TemporaryDirectory() as folder:
         run(make_project({"photos": {"path": str(photos), "cameras": str(cameras)}}, Path.cwd()), folder)

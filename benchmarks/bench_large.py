@@ -1,4 +1,4 @@
-"""Ortho-images beyond 32767 px and of a gigapixel: made, written and read; time, size, memory.
+"""Time, size and memory of making, writing and reading ortho-images beyond 32767 px and of a gigapixel.
 
 python benchmarks/bench_large.py [WIDTH HEIGHT]       px at 1 cm; default 40000 25000, 10 GB of scratch files
 """
@@ -71,7 +71,7 @@ def bands(ortho):
 
 
 def compare(folder, ortho):
-    """Every byte of the files against the picture that was written, a window at a time."""
+    """Compare every byte of the files with the picture that was written, one window at a time."""
     width, height = ortho.size
     for tile in tiles(height, width, WINDOW):
         part = read_ortho(folder, tile)
@@ -82,7 +82,7 @@ def compare(folder, ortho):
 
 
 def ask(out, at):
-    """`frontage pixel-to-world` of one pixel, as a command: its answer."""
+    """Run `frontage pixel-to-world` for one pixel as a command and return its answer."""
     command = [
         sys.executable,
         "-m",

@@ -2,9 +2,9 @@
 
     python benchmarks/bench_model.py [--seed 0] [--points 1000000]
 
-A simulated house is scanned from two stations, as densely as it takes for the asked number of points on it;
-then facades, openings, solids and files, one process. The goal is 10 s on two cores for a million points on
-facades. There is no baseline: the papers give no times.
+A simulated house is scanned from two stations, densely enough for the requested number of points on it;
+then facades, openings, solids and files follow in one process. The goal is 10 s on two cores for a million
+points on facades. There is no baseline: the papers give no times.
 """
 
 import argparse
@@ -44,7 +44,7 @@ class Clock:
         self._at = time.process_time(), time.perf_counter()
 
     def tell(self, step: str) -> None:
-        """A step has ended."""
+        """Record the end of a step."""
         now = time.process_time(), time.perf_counter()
         self.rows.append((step, now[0] - self._at[0], now[1] - self._at[1]))
         self._at = now

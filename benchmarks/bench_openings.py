@@ -1,13 +1,13 @@
-"""Openings: ours beside the published method, on the same facades, simulated and real.
+"""Openings found by our method and by the published one on the same simulated and real facades.
 
     python benchmarks/bench_openings.py [--facades 200] [--first 0] [--workers 1] [--methods paper evidence]
                                         [--spacing 0.08] [--simulated-only | --real-only]
 
 Simulated: every number draws a house, and a case of the mix: 1, 2 or 4 cm between beams 10 m away, one to
 three stations, a third of the houses behind trees, cars and people; `--spacing` scans the same houses at
-another spacing. Its facades are found from the points, as in a run. Asked for are openings of which the
-stations saw at least half, closed shutters left out; what was less visible may be found, not missed. F1 at
-two IoU, border errors by spacing with their biases, depth; root mean square of the errors over their
+another spacing. Its facades are found from the points, as in a run. Openings of which the stations saw at
+least half must be found, closed shutters left out; less visible ones may be found but cannot be missed. F1
+at two IoU, border errors by spacing with their biases, depth; root mean square of the errors over their
 standard errors (1 = honest); how many of the inferred openings are right, and of the kinds. Intervals: 95
 %, bootstrap over houses.
 
@@ -45,7 +45,7 @@ MEASURED = ("spacing", "method", "border", "90 %", *BORDERS, "error / sigma", "d
 
 @dataclass
 class Score:
-    """What a method did on one house."""
+    """The result of a method on one house."""
 
     spacing: float
     counts: dict[float, list[int]]  # by IoU: found and true, found but not true, missed
@@ -99,7 +99,7 @@ def score(
 
 
 def _counts(row: Any, level: float, true: Any) -> tuple[int, int, int]:
-    """A true opening, or one found in excess: found and true, found but not true, missed."""
+    """Count a true opening, or one found in excess: found and true, found but not true, missed."""
     if "id" not in row:
         return 0, 1, 0
     opening = true[row["id"]]
@@ -111,7 +111,7 @@ def _counts(row: Any, level: float, true: Any) -> tuple[int, int, int]:
 
 
 def f1(counts: Float) -> float:
-    """Of counts (n, 3) of houses."""
+    """Return F1 of the counts (n, 3) of houses."""
     hit, wrong, missed = counts.sum(0)
     return float(2 * hit / max(2 * hit + wrong + missed, 1))
 

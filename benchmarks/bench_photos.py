@@ -48,7 +48,7 @@ def grey(image: np.ndarray) -> np.ndarray:
 
 
 def look(image: np.ndarray) -> tuple[float, ...]:
-    """Features per megapixel, median, 90 and 99 % gradient, slope of the spectrum."""
+    """Return features per megapixel, median, 90 and 99 % gradient, and slope of the spectrum."""
     g = grey(image)
     features = len(cv2.SIFT_create(contrastThreshold=SIFT).detect(g, None)) / g.size * 1e6
     g = g.astype(np.float64)

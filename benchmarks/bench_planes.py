@@ -6,10 +6,10 @@
 with roughness of 3 mm correlated over 0.3 m besides. Errors are means over the seeds with 95 % bootstrap
 intervals; NEES is the mean normalised squared error of (offset, lean, azimuth), 1 when the reported
 covariance is honest. `--points` (millions) are timed: the whole of `find_facades`, and in it the plane's own
-step (all points near a plane that was found among thinned ones: fit, covariance, raster).
+step (fit, covariance and raster of all points near a plane that was found among thinned ones).
 
 `--peer-python` names the interpreter of another environment that has Open3D; its `segment_plane` then gets
-the same points. Times are processor seconds: what else runs on the machine does not count.
+the same points. Times are processor seconds, so that other work on the machine does not count.
 """
 
 import argparse
@@ -210,7 +210,7 @@ def main() -> None:
     given = arguments.parse_args()
     python = given.peer_python if has_open3d(given.peer_python) else None
     if python is None:
-        print("Open3D is not installed: left out (--peer-python)", file=sys.stderr)
+        print("Open3D is not installed and is left out (--peer-python)", file=sys.stderr)
     for rough in (False, True):
         accuracy(given.seeds, int(1e6 * given.points[0]), given.noise, rough, python)
     speed(given.points, given.noise)

@@ -1,4 +1,4 @@
-"""Random facades cut into blocks and houses: how many solids are valid and exact, what 300 openings cost.
+"""Random facades cut into blocks and houses: how many solids are valid and exact, and what 300 openings cost.
 
     python benchmarks/bench_solids.py [--facades 10000] [--first 0] [--workers 1]
 
@@ -47,7 +47,7 @@ _ROOFS = ("dormer", "chimney")  # stand on the roof, not on a facade
 
 @dataclass(frozen=True)
 class Tally:
-    """What became of some facades; `bad`, `inexact` name the cases."""
+    """Counts over some facades; `bad` and `inexact` name the cases."""
 
     facades: int = 0
     solids: int = 0
@@ -107,7 +107,7 @@ def facade(plan: FacadePlan, world) -> Facade:
 
 
 def elements(plan: FacadePlan) -> Elements:
-    """What is built on a facade, as if it had been found."""
+    """Return the elements to build on a facade, as if they had been found."""
     sure = np.eye(1) * 1e-6
     oriels = {p.y_range[0]: p.id for p in plan.protrusions if p.kind == "oriel"}
     openings = tuple(

@@ -3,8 +3,8 @@
     python benchmarks/realism.py [--scenes 6]
 
 Every figure comes from points in the facade frame and the outlines of the windows alone, so both sides are
-measured alike: spread of wall points within 10 cm, relief between 10 cm cells at growing lags, what became of
-the beams into windows, points in the free air of reveals, pattern of the points on the wall.
+measured alike: spread of wall points within 10 cm, relief between 10 cm cells at growing lags, the fate of
+the beams into windows, points in the free air of reveals, and the pattern of the points on the wall.
 """
 
 import argparse

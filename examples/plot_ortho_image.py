@@ -1,70 +1,123 @@
-"""An ortho-image of a simulated facade from photographs, and how far its windows are from the truth.
+"""An ortho-image from photographs, compared with the true one.
 
-Takes two photos of a street with a distorting lens, makes the ortho-image of one house at 1 cm and measures
-the edges of its window panes in it. With a file name it writes the picture:
-``python examples/plot_ortho_image.py out.png``.
+Simulates one house with a distorting lens, makes its ortho-image from two photos with true poses and measures
+how far its details are from where they truly are. With a file name the picture is written:
+``python plot_ortho_image.py out.png``.
 """
 
+import json
 import sys
+import tempfile
 from pathlib import Path
 
 import cv2
 import numpy as np
 
-sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tests"))
-from scene_files import default_camera, default_poses
-from scenes import FACADE, OpeningTruth, Scene, render_photo, street_scene
+import frontage
+from frontage.model import OrthoImage
+from frontage.simulate.spec import parse_spec
+from frontage.studies.simulate import simulate
 
-from frontage.facades import find_facades
-from frontage.model import Building, Estimate, OrthoImage, Photo
-from frontage.ortho import OrthoOptions, make_ortho
+SPEC = """
+seed = 5
+opposite = false
+setting = "terrace"
+trees = 0
+cars = 0
+lamps = 0
+people = 0
+hedges = false
+[[house]]
+width = 10.0
+floors = 2
+wall = "brick"
+lean = 0.0
+setback = 0.0
+[[scanners]]
+stations = 1
+spacing = 0.04
+subrays = 1
+field = 180.0
+lowest = -35.0
+highest = 55.0
+ranging = "pulsed"
+[[cameras]]
+width = 1000
+height = 750
+samples = 1
+most = 2
+[output]
+gsd = 0.02
+"""
+GSD = 0.02  # m per pixel
+TILE = 32  # px
+PLAIN = 0.02  # m: only the plain wall is compared, because sills and frames move with their shadows
 
 
-def make(scene: Scene, number: int) -> OrthoImage:
-    """The ortho-image of house `number` from two photos."""
-    own = np.flatnonzero((scene.house == number) & (scene.label == FACADE))
-    facade = find_facades(scene.scan, Building("B01", own, ground_z=0.0))[0]
-    if not facade:
-        raise SystemExit(facade.message)
-    camera = default_camera(1200)
-    poses = [Estimate(pose, np.zeros((6, 6)), 1.0) for pose in default_poses(scene, 2)]
-    photos = [Photo(f"photo {k}", camera, pose) for k, pose in enumerate(poses)]
-    pictures = {p.id: render_photo(scene, camera, p.pose) for p in photos}
-    ortho = make_ortho(facade, scene.scan, photos, pictures.__getitem__, options=OrthoOptions(gsd=0.01))
-    if not ortho:
-        raise SystemExit(ortho.message)
-    return ortho
+def read_truth(scene: Path) -> tuple[np.ndarray, np.ndarray, dict]:
+    """The true ortho-image of the street facade (h, w), where it shows plain wall, and its entry."""
+    truth = json.loads((scene / "truth" / "truth.json").read_text())
+    facade = next(f for f in truth["facades"] if f["id"] == "B01/F1")
+    picture = cv2.imread(str(scene / facade["ortho"]["file"]), cv2.IMREAD_GRAYSCALE)
+    depth = np.load(scene / facade["ortho"]["arrays"])["depth"]
+    return picture, (np.abs(depth) < PLAIN).astype(np.uint8), facade
 
 
-def edge_errors(scene: Scene, number: int, ortho: OrthoImage, opening: OpeningTruth) -> list[float]:
-    """Metres from the true left and right edge of a window's glass to the steepest grey step in the image."""
-    house = scene.houses[number]
-    z = opening.z0 + 0.25
-    x = np.array([opening.x0, opening.x1]) + np.array([0.06, -0.06])  # the frame is 6 cm wide
-    glass = house.local_from_facade.apply(np.column_stack([x, np.full(2, opening.depth), np.full(2, z)]))
-    (left, right), _ = ortho.pixel_from_local(glass)
-    grey = ortho.pixels[int(left[1]), :, :3].astype(float).mean(1)
-    errors = []
-    for column, sign in ((left[0], 1), (right[0], -1)):
-        window = slice(round(column) - 5, round(column) + 5)
-        step = np.maximum(-np.diff(grey)[window] * sign, 0)  # from the white frame to the dark glass
-        if step.sum() > 60:
-            found = (np.arange(window.start, window.stop) + 1) @ step / step.sum()
-            errors.append((found - column) * ortho.gsd)
-    return errors
+def true_to_found(facade: dict, ortho: OrthoImage) -> np.ndarray:
+    """The affine map (2, 3) from pixels of the true picture to pixels of the found one, through the world."""
+    raster, frame = facade["ortho"], facade["frame"]
+    pixels = np.float32([[0, 0], [raster["width"], 0], [0, raster["height"]]])
+    x = raster["corner"][0] + pixels[:, :1] * raster["gsd"]
+    z = raster["corner"][1] - pixels[:, 1:] * raster["gsd"]
+    world = np.array(frame["origin"]) + x * np.array(frame["x"]) + z * np.array(frame["z"])
+    found, _ = ortho.world_to_pixel(world)
+    half = 0.5  # OpenCV counts from the centre of the first pixel
+    return cv2.getAffineTransform(pixels - half, np.float32(found - half))
+
+
+def displacements(true: np.ndarray, found: np.ndarray, usable: np.ndarray) -> np.ndarray:
+    """Shift (n, 2) px, right and down, of every usable tile that correlates, by phase correlation."""
+    window = cv2.createHanningWindow((TILE, TILE), cv2.CV_32F)
+    shifts = []
+    for row in range(0, true.shape[0] - TILE + 1, TILE // 2):
+        for column in range(0, true.shape[1] - TILE + 1, TILE // 2):
+            tile = slice(row, row + TILE), slice(column, column + TILE)
+            if usable[tile].all():
+                shift, response = cv2.phaseCorrelate(np.float32(true[tile]), np.float32(found[tile]), window)
+                if response > 0.3:
+                    shifts.append(shift)
+    return np.array(shifts)
 
 
 def main() -> None:
-    scene = street_scene(houses=2, spacing=0.015, trees=False, cars=False)
-    ortho = make(scene, 1)
-    windows = [o for o in scene.houses[1].openings if o.kind == "window"]
-    errors = np.array([e for o in windows for e in edge_errors(scene, 1, ortho, o)])
+    with tempfile.TemporaryDirectory() as folder:
+        scene = Path(folder) / "scene"
+        simulate(parse_spec(SPEC), scene)
+        scan = frontage.read_scans(*sorted((scene / "scans").glob("*.e57")))
+        photos = frontage.read_photos(scene / "photos", scan, cameras=scene / "cameras", **offset_of(scene))
+        building = frontage.find_buildings(scan).buildings[0]
+        facade = frontage.find_facades(scan, building)[0]
+        ortho = frontage.make_ortho(facade, scan, photos, gsd=GSD)
+        if not ortho:
+            raise SystemExit(ortho.message)
+        picture, plain, truth = read_truth(scene)
+    warp = true_to_found(truth, ortho)
+    picture, plain = (cv2.warpAffine(one, warp, ortho.size) for one in (picture, plain))
+    found = cv2.cvtColor(ortho.pixels[..., :3], cv2.COLOR_RGB2GRAY)
+    shifts = displacements(picture, found, (plain == 1) & (ortho.pixels[..., 3] == 255))
+    length = np.linalg.norm(shifts, axis=1)
     width, height = ortho.size
-    print(f"ortho-image {width} x {height} px at {ortho.gsd * 100:g} cm from {len(ortho.sources)} photos")
-    print(f"{len(errors)} window edges: median error {np.median(np.abs(errors)) * 1000:.1f} mm,")
-    print(f"mean {errors.mean() * 1000:+.1f} mm; a pixel is {ortho.gsd * 1000:g} mm")
+    print(f"ortho-image {width} x {height} px at {GSD * 100:g} cm from {len(ortho.sources)} photos")
+    print(f"{len(shifts)} tiles of plain wall: median displacement {np.median(length):.2f} px,")
+    print(f"mean {shifts[:, 0].mean():+.2f} px to the right, {shifts[:, 1].mean():+.2f} px downwards")
     if len(sys.argv) > 1:
         cv2.imwrite(sys.argv[1], cv2.cvtColor(ortho.pixels, cv2.COLOR_RGBA2BGRA))
+
+
+def offset_of(scene: Path) -> dict:
+    """The offset that brings the cameras of the scene into the world."""
+    numbers = (scene / "cameras" / "offset.txt").read_text().replace(",", " ").split()
+    return {"offset": tuple(float(v) for v in numbers)}
 
 
 if __name__ == "__main__":

@@ -58,6 +58,15 @@ def test_the_reference_of_codes_explains_every_code(generate: ModuleType) -> Non
     assert linked <= set(re.findall(r'<span id="(\w+)">', text))
 
 
+def test_the_gallery_shows_what_every_example_printed(generate: ModuleType) -> None:
+    text = generate.examples()
+    scripts = sorted((ROOT / "examples").glob("plot_*.py"))
+    assert text.count("## ") >= len(scripts) >= 4
+    for script in scripts:
+        printed = (DOCS / "_site" / "outputs" / f"{script.stem}.txt").read_text("utf-8")
+        assert len(printed.splitlines()) >= 3 and printed.rstrip() in text
+
+
 def test_pages_load_nothing_from_the_network() -> None:
     config = (ROOT / "mkdocs.yml").read_text("utf-8")
     assert "font: false" in config and "://" not in config

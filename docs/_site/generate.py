@@ -7,6 +7,7 @@ Nothing here needs mkdocs, so that the tests can call it.
 import enum
 import importlib
 import re
+import textwrap
 import types
 import typing
 from pathlib import Path
@@ -153,8 +154,8 @@ def error_codes() -> str:
 
 
 def changelog() -> str:
-    """CHANGELOG.md without its title."""
-    return (ROOT / "CHANGELOG.md").read_text("utf-8").split("\n", 1)[1]
+    """CHANGELOG.md without its title, with links that work on the site."""
+    return _relinked((ROOT / "CHANGELOG.md").read_text("utf-8").split("\n", 1)[1])
 
 
 def contributing() -> str:
@@ -174,14 +175,20 @@ def _relinked(text: str) -> str:
 
 
 def examples() -> str:
-    """The scripts of the gallery: what each shows, and its text."""
+    """The scripts of the gallery: what each shows, what it prints, and its text."""
     parts = []
     for path in sorted((ROOT / "examples").glob("plot_*.py")):
         text = path.read_text("utf-8")
         _, docstring, code = text.split('"""', 2)
         title, _, rest = docstring.strip().partition("\n")
         parts.append(f"## {title.rstrip('.')}\n\n{rest.strip()}\n\n`examples/{path.name}`\n")
-        parts.append(f"```python\n{code.strip()}\n```\n")
+        output = Path(__file__).with_name("outputs") / f"{path.stem}.txt"
+        parts.append(f"```text\n{output.read_text('utf-8').rstrip()}\n```\n")
+        if (ROOT / "docs" / "images" / f"{path.stem}.jpg").exists():
+            parts.append(f"![The picture that the script writes](../images/{path.stem}.jpg)\n")
+        parts.append(
+            f'??? example "The script"\n\n    ```python\n{textwrap.indent(code.strip(), "    ")}\n    ```\n'
+        )
     return "\n".join(parts)
 
 
