@@ -97,7 +97,7 @@ def _level(y: Float, edge: Float, noise: float, share: float) -> tuple[float, fl
     y = np.sort(y)
     number = np.diff(np.searchsorted(y, edge))
     smooth: Float = np.convolve(number, [1.0, 1.0, 1.0], "same")
-    # less the error of a count: a few mixed echoes are no surface
+    # less the error of a count, for a few mixed echoes are not a surface
     first = int(np.argmax(smooth - np.sqrt(smooth) >= share * smooth.max()))
     while first + 1 < len(smooth) and smooth[first + 1] > smooth[first]:
         first += 1
@@ -107,7 +107,7 @@ def _level(y: Float, edge: Float, noise: float, share: float) -> tuple[float, fl
         if len(some) < _FEW // 2:
             return None
         at = float(some[(len(some) - 1) // 2] + some[len(some) // 2]) / 2.0
-    # the foremost of several layers and the noise of one are not told apart better than that
+    # the foremost of several layers and the noise of one layer cannot be distinguished any better
     return float(some.mean()), float(
         np.hypot(some.std() / np.sqrt(len(some)), TOLERANCES.common_noise * noise)
     )

@@ -148,18 +148,18 @@ def edge_beams(near: CrossingBeams, side: Side, frame: float | None, traits: Edg
     on = beside[(slope[beside] < 0) & (near.depth[beside] > begin)]
     on = on[near.depth[on] < (0.0 if frame is None else frame - near.wall)]
     reveal = _reveal_line(u_own[on], near.depth[on] - max(face.y, 0.0), near.wall / 3.0, slope[on])
-    # what stands loose beside an edge only bounds it: what passes has passed at the wall itself
+    # a loose shutter beside an edge only bounds it: beams that pass have passed at the wall itself
     back_solid = near.depth <= face.y + back / 2
     edge_y = np.where(back_solid, face.y, max(face.y, 0.0)) if side.loose else face.y
     u, some = side.beside(near.shifted(np.where(slope < 0, begin, edge_y)))
     u, slope, depth, back_solid = u[some], slope[some], near.depth[some], back_solid[some]
-    # what stands before the face at its edge (handles, steps) is none of it
+    # handles or steps before the face are not part of it
     seen, stopped = slope < 0, depth < max(face.y - 2.0 * near.wall, -FITTING)
     hidden, wide = ~seen & ~stopped, np.sqrt(1.0 + slope**2)
     blurred = wide * footprint(near.range[some], traits.widening)
     way = (depth - face.y) / back
     rays = bool(near.slope.any())
-    # without rays a reveal's points traits like mixed echoes: the footprint stays unknown
+    # without rays the points of a reveal look like mixed echoes: the footprint stays unknown
     told = rays and back < _SHALLOW
     mixed = (0.0, 0.0, 0.0)
     if told:

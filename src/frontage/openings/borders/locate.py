@@ -70,7 +70,7 @@ def find_borders(
     borders: list[Border] = []
     quick, few = replace(traits, told=False), near.thinned(_ROUGHLY)
     rounds = [max(0.12, 2.0 * cell), max(0.06, 1.5 * cell), max(0.04, 1.5 * spacing)]
-    if cell <= spacing:  # a place that is known needs no wide search
+    if cell <= spacing:  # a known place needs no wide search
         del rounds[0]
     for number, band in enumerate(rounds, 1):
         now, part = (traits, near) if number == len(rounds) else (quick, few)
@@ -174,7 +174,7 @@ def side_scores(
     """
     step = float(e[1] - e[0])
     n = int(6.0 * blur / step) + 1
-    bins = len(e) + 2 * n + 2  # what lies further off is in the first and the last one
+    bins = len(e) + 2 * n + 2  # the first and the last bin hold everything further off
     total = np.zeros(len(e))
     for u, side, stray in ((solid, -1.0, strays[0]), (opened, 1.0, strays[1])):
         bin_ = np.minimum(np.maximum((u - float(e[0])) / step + (n + 1), 0), bins - 1).astype(np.int64)
@@ -192,7 +192,7 @@ def _near_border(side: float, n: int, step: float, blur: float, stray: float) ->
 
     It is less that of beams that are on the wrong side for sure, which `side_scores` counts.
     """
-    lag = side * (np.arange(n, -n, -1) - 0.5) * step  # of a bin's centre behind the border
+    lag = side * (np.arange(n, -n, -1) - 0.5) * step  # m from the border to the centre of a bin
     return np.asarray(np.log(stray + (1 - stray) * ndtr(lag / blur)) - np.log(stray) * (lag < 0))
 
 
@@ -220,12 +220,12 @@ def _absences(edge: Edge, reach: float, spacing: float, e: Float, strays: tuple[
         free -= stopped / np.maximum(total, 1e-9)
     length = np.concatenate([[0.0], np.cumsum(np.clip(free, 0.0, 1.0)) * 0.002])
     before = np.interp(e, fine, length)
-    # a single row or column leaves all else to the end empty
+    # beyond a single row or column everything is empty up to the end
     solid = np.append(-reach, edge.solid[edge.solid < 0.0])
     opened = np.append(edge.opened[edge.opened > 0.0], reach)
-    # points of unknown sensors leave the edge's own shadow empty behind it
+    # with unknown sensors, the shadow of the edge itself is empty behind it
     rates = 1.0 / _gap(solid, reach), 1.0 / _gap(opened, reach) if edge.rays else 0.0
-    # strays are due on the other side, too
+    # strays are expected on the other side, too
     rates = rates[0] * (1.0 - strays[0]), rates[1] * (1.0 - strays[1])
     return np.asarray(-(rates[0] * before + rates[1] * (length[-1] - before)))
 

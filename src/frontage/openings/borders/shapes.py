@@ -84,7 +84,7 @@ def fan_of(
     begin = max(face, 0.0) + near.wall
     back = max(frame - face, 2.0 * near.wall) if frame is not None else 2.0 * near.wall
     x, z = near.shifted(np.where(seen, begin, face))
-    free = near.depth >= min(face, 0.0) - near.wall  # what stands before it hides the border
+    free = near.depth >= min(face, 0.0) - near.wall  # points further in front hide the border
     solid = near.depth <= np.where(seen, begin, face + back / 2)
     box = (x > x0) & (x < x1) & (z > z0) & (z < z1 - 0.3 * (z1 - z0))
     through = float((box & ~solid).sum()) / max(0.7 * (x1 - x0) * (z1 - z0), 1e-6)

@@ -74,7 +74,7 @@ def measure_closed(
             return None
     if not _regular(np.subtract(place, box), np.diag(covariance), places.covariance, sharp):
         return None
-    for side, other in ((1, 3), (3, 1)):  # of the form's height
+    for side, other in ((1, 3), (3, 1)):  # the height of the form places the border that is not sharp
         row, known = (2, 3) if side == 1 else (3, 2)
         if sharp[other] and not sharp[side] and covariance[known, known] + SIZE**2 < covariance[row, row]:
             place[side] += place[other] - box[other]
@@ -95,7 +95,7 @@ def _regular(shift: Float, variance: Float, expected: Float, sharp: Bool) -> boo
 
     shift  (4,) m, how far off they lie
     """
-    rows = np.array([0, 2, 1, 3])[sharp]  # of the covariances
+    rows = np.array([0, 2, 1, 3])[sharp]  # rows of the covariance
     total = expected[np.ix_(rows, rows)] + np.diag(variance[rows])
     return bool(shift[sharp] @ np.linalg.solve(total, shift[sharp]) < stats.chi2.ppf(_USUAL, len(rows)))
 

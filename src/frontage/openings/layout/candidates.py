@@ -36,7 +36,7 @@ def find_boxes(evidence: Evidence, options: OpeningOptions, framed: Callable[[In
     found = best_layout(
         [_rivals(evidence, *part, least=least, framed=framed, share=_LESSER) for part in parts], pier
     )
-    if evidence.rays:  # which tell bars from walls
+    if evidence.rays:  # lines of sight tell bars from walls
         return found
     behind_bars = _components(evidence, least, _between_bars(evidence))
     left = [(part, others) for part, others in behind_bars if not any(_meets(b, part) for b in found)]
@@ -94,7 +94,7 @@ def _components(evidence: Evidence, least: tuple[float, float], open_: Bool) -> 
     part are one component.
     """
     llr = evidence.llr
-    if evidence.rays:  # else what is beside an opening may be a shadow: nothing is joined to it
+    if evidence.rays:  # without them, what lies beside an opening may be a shadow
         open_ = _without_bars(open_, int(MASONRY.half_brick / evidence.raster.cell) + 1)
     for size, largest in (*_SCALES, (_SCALES[-1][0], np.inf)):
         kernel = tuple(max(3, int(size * side)) for side in least)

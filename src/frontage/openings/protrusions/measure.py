@@ -220,7 +220,7 @@ def _border(
     inner = min(band, 0.5 * (piece.box[axis + 2] - piece.box[axis]))
     ahead = points[
         points[:, 1] <= y + max(resolution.half, -y / 2.0)
-    ]  # bands run on along the wall behind it
+    ]  # bands continue along the wall behind the piece
     solid = _outwards(ahead[:, [0, 2]], piece.box, side, inner)
     solid = solid[solid <= band]
     if len(solid) < 3:

@@ -146,7 +146,7 @@ def sort_beams(facade: Facade, scan: Scan) -> Beams:
     own = point[:, 1] - _at(wall, raster, point[:, 0], point[:, 2])
     d = residual
     on = (d <= least) & (d >= -_FITTING)
-    aside = np.hypot(*lines.slope) * -depth  # so far from a fitting's point its shadow falls on the wall
+    aside = np.hypot(*lines.slope) * -depth  # m between a fitting's point and its shadow on the wall
     through = depth > least
     stopped = (depth < -_FITTING) | ((depth < -least) & (aside > _APART * facade.spacing))
     behind, ahead = own > least, d < -_FITTING
@@ -217,7 +217,7 @@ def _chosen(area: Array, y: Float, slack: float) -> Float:
     """Returns the depth (h, w) m of the wall among the peaks of `area` (h, w, bins) at y (bins,) m."""
     peak = (area >= _PEAK * area.max(2, keepdims=True)) & (area > 0)
     peak[..., 1:-1] &= (area[..., 1:-1] >= area[..., :-2]) & (area[..., 1:-1] > area[..., 2:])
-    # those before the plane rank by how far they stand out, those behind it come after all of them
+    # surfaces before the plane rank by how far they stand out; those behind it come after all of them
     rank = np.where(y <= slack, np.abs(y), 10.0 + y)
     best = np.where(peak, rank, np.inf).argmin(2)
     empty = ~peak.any(2)

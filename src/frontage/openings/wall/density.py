@@ -25,7 +25,7 @@ def triangulated_density(points: Float, places: Float, reach: float) -> Float:
         return np.zeros(len(places))
     own = np.append(_median_about(triangles, _areas(points, triangles), len(points)), np.nan)
     near = cKDTree(points).query(places, min(_NEIGHBOURS, len(points)), distance_upper_bound=reach)[1]
-    around = own[near]  # NaN: none so near
+    around = own[near]  # NaN where no point is near enough
     around[np.isnan(around).all(1), 0] = np.inf
     return np.asarray(0.5 / np.nanmedian(around, axis=1))
 
