@@ -51,16 +51,16 @@ class Face:
 class EdgeTraits:
     """What the edges of a facade share.
 
-    blur      m, one sigma of the places where solid turns open
-    faces     left, right, bottom, top: for edges whose own points do not tell their faces
-    widening  rad, one sigma of the angle by which beams widen on their way
-    told      whether other blurs are asked for, too
+    blur       m, one sigma of the places where solid turns open
+    faces      left, right, bottom, top: for edges whose own points do not tell their faces
+    widening   rad, one sigma of the angle by which beams widen on their way
+    all_blurs  whether the likelihood of all blurs is wanted, not only that of `blur`
     """
 
     blur: float = 0.002
     faces: tuple[Face | None, ...] = (None, None, None, None)
     widening: float = 0.0
-    told: bool = False
+    all_blurs: bool = False
 
 
 @dataclass(frozen=True)

@@ -68,7 +68,7 @@ def find_borders(
     """
     x0, z0, x1, z1 = rough
     borders: list[Border] = []
-    quick, few = replace(traits, told=False), near.thinned(_ROUGHLY)
+    quick, few = replace(traits, all_blurs=False), near.thinned(_ROUGHLY)
     rounds = [max(0.12, 2.0 * cell), max(0.06, 1.5 * cell), max(0.04, 1.5 * spacing)]
     if cell <= spacing:  # a known place needs no wide search
         del rounds[0]
@@ -92,7 +92,7 @@ def locate(
 ) -> Border:
     """Locates the border at an edge, searching within `band` m to either side of it."""
     edge = edge_beams(near, side, frame, traits)
-    asked = WIDTHS if traits.told else ()
+    asked = WIDTHS if traits.all_blurs else ()
     if len(edge.solid) < 3:
         sigma = _unseen(near, side, traits, 0.0, frame=frame, spacing=spacing)
         return Border(side.at, sigma, 0.0, edge, np.zeros(len(asked)))

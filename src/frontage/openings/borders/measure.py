@@ -27,7 +27,7 @@ def measure(beams: CrossingBeams, boxes: list[Box], cell: float, spacing: float)
     It does so twice: first every opening by itself, then with the blur of edges and the depth of sills and
     surrounds that the whole facade shows, where an opening's own points do not tell them.
     """
-    first = [_outline(beams, box, EdgeTraits(told=True), cell=cell, spacing=spacing) for box in boxes]
+    first = [_outline(beams, box, EdgeTraits(all_blurs=True), cell=cell, spacing=spacing) for box in boxes]
     traits = facade_edge_traits(first)
     walls = np.array([o.wall for o in first if o.wall is not None])
     return [

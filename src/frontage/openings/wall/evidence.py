@@ -28,7 +28,7 @@ _SCALES = 4  # how often the surroundings of a cell are doubled
 _BLUR = 0.1  # m, one sigma of the surroundings that tell empty areas
 _EMPTY = 0.1  # share of the expected beams below which an area is empty
 _LARGE = 4.0  # m: openings without any return are smaller
-ENOUGH = 10.0
+BEAMS_TO_DECIDE = 10.0
 """Beams that a decision needs to be wrong once in a thousand cases."""
 
 
@@ -79,13 +79,13 @@ def weigh(facade: Facade, beams: Beams) -> Evidence:
     through = (_THROUGH if beams.rays else _BEHIND) * open_
     if not beams.rays:
         through *= ndimage.uniform_filter(solid, 3) < np.maximum(0.3 * expected, 1e-9)
-    llr = np.where(inside, balance(expected, solid, through), 0.0)
+    llr = np.where(inside, log_likelihood_ratio(expected, solid, through), 0.0)
     seen = solid + open_ > 0
     deep = raster.count(*beams.open[beams.open_depth > max(_RELIEF, 2.0 * beams.least)].T)
     return Evidence(raster, llr, solid, open_, deep, expected, due, seen, inside, beams.rays)
 
 
-def balance(expected: Float, solid: Float, through: Float) -> Float:
+def log_likelihood_ratio(expected: Float, solid: Float, through: Float) -> Float:
     """Returns the nats (h, w) for open: of missing beams, of hits, and `through` of beams beyond the wall."""
     lost = np.minimum(_LOST * expected, _MOST_LOST)
     return np.asarray(np.clip(lost - _HIT * solid + through, -_CAP, _CAP))
@@ -104,21 +104,25 @@ def _inside(facade: Facade, raster: Raster) -> Bool:
 def _unwatched(seen: Float, expected: Float, inside: Bool, cell: float) -> Bool:
     """Returns the cells (h, w) beyond the end of the scan: empty areas too large for an opening."""
     out = np.zeros(seen.shape, np.bool_)
-    labels, _ = ndimage.label(inside & (enough(seen, expected, _BLUR / cell) < _EMPTY))
+    labels, _ = ndimage.label(inside & (local_rate(seen, expected, _BLUR / cell) < _EMPTY))
     for number, place in enumerate(ndimage.find_objects(labels), 1):
         if max(p.stop - p.start for p in place) * cell > _LARGE:
             out[place] |= labels[place] == number
     return out
 
 
-def enough(values: Float, due: Float, finest: float) -> Float:
+def local_rate(values: Float, due: Float, finest: float) -> Float:
     """Returns the sum of the values (h, w) around every cell per expected beam (`due`).
 
     The surroundings are as small as ten expected beams allow, from `finest` cells on.
     """
     out, left = np.zeros(values.shape), np.ones(values.shape, np.bool_)
     for wide in finest * 2.0 ** np.arange(_SCALES):
-        near = left & (4.0 * np.pi * wide**2 * due >= ENOUGH) if wide < finest * 2 ** (_SCALES - 1) else left
+        near = (
+            left & (4.0 * np.pi * wide**2 * due >= BEAMS_TO_DECIDE)
+            if wide < finest * 2 ** (_SCALES - 1)
+            else left
+        )
         if near.any():
             come, asked = (blurred(m, wide) for m in (values, due))
             out = np.where(near, come / np.maximum(asked, 1e-9), out)
