@@ -9,12 +9,12 @@ from frontage.openings.wall.crossings import CrossingBeams
 
 _NEAREST = 0.012  # m off the borders: reveals, and beams that they share with the frame, lie nearer
 _HUG = 0.05  # m off the borders: frames are that wide
-_DEEPEST = 1.0  # m: what lies deeper is a room
+_DEEPEST = 1.0  # m: deeper points are in a room
 _BIN = 0.005  # m, bin of depths
 # share of the points of the densest surface that the front of the frame needs, being the foremost
 _SHARE = 0.3
 _FEW = 8  # points that a depth needs
-AROUND = 1.2  # m around an opening within which beams tell its wall
+AROUND = 1.2  # m around an opening within which beams determine its wall
 BASE = 0.05
 """m by which the masonry of a ground floor may stand out before the wall"""
 
@@ -30,7 +30,7 @@ def find_depth(
     slack: float = 0.0,
     others: Float | None = None,
 ) -> Estimate[float] | None:
-    """Measures the depth m of the front of the frame behind the wall; None where too few points tell it.
+    """Measures the depth m of the front of the frame behind the wall; None where too few points determine it.
 
     near    beams within `AROUND` of the opening
     box     of the opening, whose head is `rise` m high
@@ -58,7 +58,7 @@ def find_depth(
 def find_wall(
     near: CrossingBeams, box: tuple[float, float, float, float], others: Float | None = None
 ) -> tuple[float, float] | None:
-    """Returns the depth y m of the wall around a box and its sigma; None where too few points tell it.
+    """Returns the depth y m of the wall around a box and its sigma; None where too few points determine it.
 
     It is the rearmost of the surfaces that hold much of the surroundings. Given the depths of the walls
     around the facade's other openings (`others`, m), it is the level that they share.

@@ -15,13 +15,13 @@ from frontage.geometry.arrays import Bool, Float, Int
 from frontage.openings.wall.crossings import CrossingBeams
 
 FITTING = 0.15
-"""m: sills, surrounds and shutters stand out no further; what lies before that only hides."""
+"""m: sills, surrounds and shutters stand out no further; anything further out only hides the edge."""
 
 FEW = 6
 """Points that a depth needs."""
 
 _SHY = 0.15  # share of the opening's side that is left out at either end: arches, corners, sills
-# m, least width of the strip of face beside an edge that tells its depth, and of what lies right behind
+# m, least width of the strip of face beside an edge that shows its depth, and of what lies right behind
 _STRIP = 0.03
 _SURFACE = 0.3  # share of the points of the fullest surface that the foremost needs
 _ROUNDS = 3  # rounds of face and strip, for each needs the other
@@ -40,7 +40,7 @@ _EXIT = 0.00125  # m, one sigma of a beam that leaves its scanner: 5 mm wide (1/
 
 @dataclass(frozen=True)
 class Face:
-    """The solid face that ends at an edge: its depth y m, the sigma of that, and the points that tell it."""
+    """The solid face that ends at an edge: its depth y m, the sigma of that, and its points."""
 
     y: float
     sigma: float

@@ -15,13 +15,13 @@ from frontage.openings.wall.crossings import CrossingBeams
 _STEP = 0.0005  # m, step of the posterior
 _STRAY = 0.01  # share of the beams that say the wrong thing
 _FLOOR = 0.0005  # m: reveals are uneven by 1 mm, the mean of a side by half as much
-_COARSE = 0.005  # m, step and blur where no beam tells the place
+_COARSE = 0.005  # m, step and blur where no beam determines the place
 _ROUGHLY = 10_000  # beams that are enough for the first rounds
 _NEVER = 1e-300  # likelihood of the impossible
 _TOLD = 5.0  # nats that a border must gain to count as seen
-_OUTLIER = 0.05  # share of the reveals that are none
+_OUTLIER = 0.05  # share of supposed reveals that are something else
 CLOSE = 0.4
-"""m around an opening within which beams tell its borders."""
+"""m around an opening within which beams determine its borders."""
 
 WIDTHS = (0.001, 0.002, 0.003, 0.0045, 0.007)
 """m, blurs of edges that are tried: one sigma of a beam's footprint."""
@@ -34,7 +34,7 @@ class Border:
     at      m, place along its axis
     sigma   m, standard error of the place
     gain    nats, log-likelihood over no border at all
-    edge    the beams that tell it
+    edge    the beams that determine it
     scores  (k,) log-evidence for every blur of `WIDTHS`, where it was asked for
     """
 
@@ -120,8 +120,8 @@ def _edge_scores(edge: Edge, e: Float, blur: float, strays: tuple[float, float],
     """Returns the log-likelihood (k,) of borders at e m by the beams that came and the missing ones (`due`).
 
     Beams that the face of the edge hides err together, by the errors of the face's depth and of the
-    footprint: the likelihood of all of them is blurred by that. Where other beams tell the border, they tell
-    these errors too.
+    footprint: the likelihood of all of them is blurred by that. Where other beams determine the border,
+    they determine these errors too.
     """
     share = (len(edge.hidden[0]) + len(edge.hidden[1])) / max(len(edge.solid) + len(edge.opened), 1)
     hidden = side_scores(*edge.hidden, e, blur, strays) + share * due

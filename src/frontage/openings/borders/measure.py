@@ -89,6 +89,24 @@ def _outline(
     shape, place, rise, spread = _shape(near, place, borders, frame=frame, blur=traits.blur, known=known)
     if rise > 0.0 and known is None:
         place, borders = search(place, cell=spacing, rise=rise)
+    slack = 2.0 * max(borders[0].sigma, borders[1].sigma)
+    return Outline(
+        shape,
+        place,
+        rise,
+        _covariance(shape, borders, spread),
+        tuple(borders),
+        find_depth(wide, place, rise, slack, walls),
+        _passes(near, place),
+        None if wall is None else wall[0],
+    )
+
+
+def _covariance(shape: str, borders: list[Border], spread: Float | None) -> Float:
+    """Returns the covariance (5, 5) m2 of left, right, bottom, top and rise.
+
+    `spread` (2, 2) m2 is that of top and rise, None where the head is straight.
+    """
     covariance = np.diag([*(b.sigma**2 for b in borders), 0.0])
     if shape == "circle" and spread is not None:
         covariance[:4, :4] = np.eye(4) * spread[0, 0]
@@ -96,17 +114,7 @@ def _outline(
         covariance[3:, 3:] = spread
         if borders[3].gain <= 0.0:  # nothing shows where the head ends
             covariance[3, 3] += borders[3].sigma ** 2
-    slack = 2.0 * max(borders[0].sigma, borders[1].sigma)
-    return Outline(
-        shape,
-        place,
-        rise,
-        covariance,
-        tuple(borders),
-        find_depth(wide, place, rise, slack, walls),
-        _passes(near, place),
-        None if wall is None else wall[0],
-    )
+    return covariance
 
 
 def _loose(outline: Outline, wall: float) -> bool:
@@ -148,7 +156,7 @@ def _shape(
 def _circle(found: Circle) -> tuple[str, Box, float, Float | None]:
     """Returns the shape of a circle.
 
-    A centre is known half as well as a radius: all beams tell the radius, half of them x, half of them z.
+    A centre is known half as well as a radius: all beams determine the radius, half of them x, half z.
     """
     return "circle", found.box, 0.0, np.diag([3.0 * found.sigma**2 + 1e-6, 0.0])
 

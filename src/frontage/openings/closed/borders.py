@@ -22,7 +22,7 @@ _ENDS = 0.05  # share of a side that is left out at either end
 _FINE = 0.001  # m between the places of a border that are tried
 _SEARCH = 0.12  # m from where it is expected within which a border is looked for
 _BEST = 0.002  # m, one sigma of a border at least: gaps between leaf and wall
-_BEFORE = 0.08  # m: what stands further before the wall is fitted to it
+_BEFORE = 0.08  # m: objects further before the wall are fitted to it
 _FEW = 30  # points inside, and on each side of a border
 _SLANT = 0.5  # share of its depth that the wall's edge hides of a leaf, or shows of a reveal
 _AROUND = (0.5, 0.2)  # m beside the opening, outer and inner end of its wall, without surrounds
@@ -31,7 +31,7 @@ _USUAL = 0.997  # share of the openings that lie no further from where they are 
 
 @dataclass(frozen=True, eq=False)
 class Contrast:
-    """The sum of a layer's channels that tells an opening from the wall best: one more inside than outside.
+    """The sum of a layer's channels that shows an opening from the wall best: one more inside than outside.
 
     weights  (c,) of the channels
     own      (4,) its steps inwards

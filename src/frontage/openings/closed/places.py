@@ -15,7 +15,7 @@ from frontage.openings.wall.beams import Raster
 from frontage.openings.wall.evidence import Evidence
 
 SIZE = 0.01
-"""m, one sigma between the sizes, sills and middles of like openings where few tell it."""
+"""m, one sigma between the sizes, sills and middles of like openings where few determine it."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -117,7 +117,7 @@ class _Wall:
 
     @cached_property
     def distance(self) -> float:
-        """Scan point distance on the plane, m; NaN where too few points tell it."""
+        """Scan point distance on the plane, m; NaN where too few points determine it."""
         return point_distance(self.q[self.on][:, [0, 2]])
 
     @property

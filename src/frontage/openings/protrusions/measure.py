@@ -21,12 +21,12 @@ _STRAY = 0.02  # share of the beams beyond a border that end on the front's plan
 _NEXT = 2.5  # spacings within a border that tell how far apart rows of hits are
 _SHY = 0.02  # share of the side that is left out at either end: corners
 _CROWN = 0.6  # m above the wall that a cornice may reach
-_AT_WALL = 0.05  # m before the wall: what is nearer is in the support
+_AT_WALL = 0.05  # m before the wall: nearer points are in the support
 _HIDDEN = 1.5  # m beyond its last hit that a border is looked for behind what hides it
 _THICK = 0.04  # m, thickness of a railing
 _SEEN = 0.2  # share of the expected beams that show the wall beside a front
 _GUESS = 0.25  # share of a cheek's width: error of one that is inferred from the other
-_RIM = 0.06  # m, depth of the rim that tells how far out a border stands
+_RIM = 0.06  # m, depth of the rim that shows how far out a border stands
 _BEAM = 0.0045  # m: half the footprint of common scanners 10 m away
 
 

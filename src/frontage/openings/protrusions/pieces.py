@@ -171,6 +171,7 @@ def _is_surface(p: Float, y: float, box: Box, resolution: Resolution) -> bool:
     flat = across[:, 0] * (across[:, 1].max(initial=0) + 1) + across[:, 1]
 
     def area(at: float) -> int:
+        """Counts the cells that hold points of the slab at the depth `at` m."""
         return len(distinct(flat[np.abs(inside[:, 1] - at) <= resolution.half]))
 
     beside = [

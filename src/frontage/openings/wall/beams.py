@@ -13,7 +13,7 @@ from frontage.model.scan import Scan
 
 _TILE = 0.25  # m, side of the tiles that hold the depth of the wall
 _FINE = 8  # cells of a tile, along and across, in which its area is counted
-_KERNEL = 0.8  # m, one sigma of the surroundings that tell the depth of a tile: wider than half a window
+_KERNEL = 0.8  # m, one sigma of the surroundings that determine the depth of a tile: wider than half a window
 _PEAK = 0.25  # share of the largest area that a surface needs to be the wall: glass fronts hold little wall
 _FINEST = 0.01  # m, least bin of depths
 _RECESS = 6.0  # m: shop fronts and gates are smaller; parts that are wider or higher and set back are walls

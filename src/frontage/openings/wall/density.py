@@ -5,7 +5,7 @@ from scipy.spatial import Delaunay, QhullError, cKDTree
 
 from frontage.geometry.arrays import Float, Int
 
-_NEIGHBOURS = 16  # points that tell the density of a place: more than border one side of an opening
+_NEIGHBOURS = 16  # points that determine the density of a place: more than border one side of an opening
 _FEWEST = 4  # points that make triangles
 
 
