@@ -59,9 +59,8 @@ def kind_of_protrusion(
         if height > _NARROW * width and width < _SLAB:
             return "pilaster" if front.projection < _SLAB / 2 else "protrusion"
         stands, wide = front.box[1] <= ground + _STEP, width > _MOST * _width(facade)
-        if (
-            front.projection < _STAND
-        ):  # too shallow for a room: a part of the wall, or the surround of a window
+        if front.projection < _STAND:
+            # too shallow for a room: a part of the wall, or the surround of a window
             return "risalit" if stands or wide else "protrusion"
         return "oriel" if not stands else "risalit" if wide else "bay"
     if height <= _SLAB and width >= _LONG * height and (height < _RAIL or front.projection < _STAND):

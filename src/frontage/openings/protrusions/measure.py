@@ -14,6 +14,7 @@ from frontage.openings.boxes import Box
 from frontage.openings.protrusions.boxes import within
 from frontage.openings.protrusions.pieces import Piece, fit_slanted_line
 from frontage.openings.protrusions.resolution import Resolution
+from frontage.openings.wall.beams import sensor_positions
 
 _BAND = 0.1  # m to either side of a rough border that is searched
 _STEP = 0.001  # m, step of the posterior
@@ -50,7 +51,7 @@ class FacadeBeams:
         """
         inverse = facade.frame.inverse
         q, (x0, z0, x1, z1) = inverse.apply(scan.xyz), facade.extent
-        origins = np.vstack([inverse.apply(scan.origins).reshape(-1, 3), np.full(3, np.nan)])
+        origins = sensor_positions(facade, scan)
         x, y, z = q.T
         kept = (
             (y < -_AT_WALL)
@@ -218,9 +219,8 @@ def _border(
     where, depth = crossed
     axis, band = side % 2, max(_BAND, 3.0 * resolution.spacing)
     inner = min(band, 0.5 * (piece.box[axis + 2] - piece.box[axis]))
-    ahead = points[
-        points[:, 1] <= y + max(resolution.half, -y / 2.0)
-    ]  # bands continue along the wall behind the piece
+    # bands continue along the wall behind the piece
+    ahead = points[points[:, 1] <= y + max(resolution.half, -y / 2.0)]
     solid = _outwards(ahead[:, [0, 2]], piece.box, side, inner)
     solid = solid[solid <= band]
     if len(solid) < 3:

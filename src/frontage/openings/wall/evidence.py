@@ -9,8 +9,9 @@ from scipy import ndimage
 from frontage.geometry.arrays import Bool, Float, freeze
 from frontage.model.facade import Facade
 from frontage.model.masonry import MASONRY
-from frontage.openings.wall.beams import Beams, Raster
+from frontage.openings.wall.beams import Beams
 from frontage.openings.wall.expected import blurred, expected_beams
+from frontage.openings.wall.raster import WallRaster
 
 _FINEST = 0.02  # m, least side of a cell
 _COARSEST = MASONRY.half_brick  # m, largest side of a cell: the least pier
@@ -47,7 +48,7 @@ class Evidence:
     rays           whether the lines of sight are known
     """
 
-    raster: Raster
+    raster: WallRaster
     llr: Float
     solid: Float
     open: Float
@@ -70,7 +71,7 @@ def weigh(facade: Facade, beams: Beams) -> Evidence:
     wherever its line of sight is known; a mere point behind the wall counts only where the wall itself is
     missing, for rooms are scanned too.
     """
-    raster = Raster.over(facade, min(max(_PER_CELL * facade.spacing, _FINEST), _COARSEST))
+    raster = WallRaster.over(facade, min(max(_PER_CELL * facade.spacing, _FINEST), _COARSEST))
     solid, open_ = raster.count(*beams.solid.T), raster.count(*beams.open.T)
     inside = _inside(facade, raster)
     due = expected_beams(beams.solid, raster)
@@ -91,7 +92,7 @@ def log_likelihood_ratio(expected: Float, solid: Float, through: Float) -> Float
     return np.asarray(np.clip(lost - _HIT * solid + through, -_CAP, _CAP))
 
 
-def _inside(facade: Facade, raster: Raster) -> Bool:
+def _inside(facade: Facade, raster: WallRaster) -> Bool:
     """Returns which cells (h, w) have their middles within the facade's outline."""
     h, w = raster.shape
     x = raster.corner[0] + (np.arange(w) + 0.5) * raster.cell
@@ -130,7 +131,7 @@ def local_rate(values: Float, due: Float, finest: float) -> Float:
     return out
 
 
-def _unhidden(beams: Beams, raster: Raster, seen: Float) -> Float:
+def _unhidden(beams: Beams, raster: WallRaster, seen: Float) -> Float:
     """Returns the share (h, w) of a cell's beams that nothing before the wall stops.
 
     With rays: blocked beams against the others. Without: nothing is expected above and below a fitting as far
@@ -143,7 +144,7 @@ def _unhidden(beams: Beams, raster: Raster, seen: Float) -> Float:
     return 1.0 - _shadow(beams, raster)
 
 
-def _shadow(beams: Beams, raster: Raster) -> Float:
+def _shadow(beams: Beams, raster: WallRaster) -> Float:
     """Returns 1 where something before the wall (at most 1.5 m) may throw a shadow, else 0 (h, w).
 
     That is above and below it, as far as it stands out.

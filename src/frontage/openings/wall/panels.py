@@ -30,9 +30,8 @@ def without_panels(evidence: Evidence, beams: Beams, ground: float) -> Evidence:
     full = local_rate(held, evidence.expected, 1.0) >= _FULL
     full &= (evidence.expected > 0.0) & (spread < (beams.least / 2.0) ** 2)
     least = max(int(np.ceil(_NARROWEST / raster.cell)), 2)
-    full = ndimage.binary_closing(
-        full, np.ones((3, 3), np.bool_)
-    )  # close the gaps that scatter of the counts leaves
+    # counts scatter, so small gaps are closed first
+    full = ndimage.binary_closing(full, np.ones((3, 3), np.bool_))
     full = ndimage.binary_opening(full, np.ones((least, least), np.bool_))
     foot = max(int((ground + _ABOVE - raster.corner[1]) / raster.cell), 0)
     doors = _doors(full, evidence.llr > 0.0, foot, raster.cell)
