@@ -1,4 +1,4 @@
-"""How many beams a piece of wall would catch, where they are many and where they are few."""
+"""How many beams a piece of wall would return, in dense and in sparse scans."""
 
 import numpy as np
 import pytest
