@@ -1,4 +1,4 @@
-"""Openings on walls that make it hard: sparse, bent, all glass, cornered, behind steps; and what each is."""
+"""Openings and their kinds on difficult walls: sparse, bent, all glass, at corners, behind steps."""
 
 from dataclasses import replace
 

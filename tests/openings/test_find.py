@@ -1,4 +1,4 @@
-"""Openings of small walls: found where they are, told from bare wall, honest about what is unknown."""
+"""Openings of small walls: found in their places, none on a bare wall, honest about the unknown."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""Recesses of the wall: what is in their backs, and which are openings themselves."""
+"""Recesses of the wall: openings in their backs, and recesses that are openings themselves."""
 
 import numpy as np
 import pytest

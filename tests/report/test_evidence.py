@@ -5,7 +5,7 @@ from types import SimpleNamespace
 import numpy as np
 
 from frontage.openings.paper.find import decompose
-from frontage.openings.wall.beams import Raster
+from frontage.openings.wall.raster import WallRaster
 from frontage.report.evidence import Picture, beam_picture, cell_pictures
 
 
@@ -19,7 +19,7 @@ def hue(bgra: np.ndarray) -> str:
 
 
 def test_cells_have_the_colour_of_what_their_beams_say() -> None:
-    raster = Raster((-1.0, 2.0), 0.1, (3, 4))
+    raster = WallRaster((-1.0, 2.0), 0.1, (3, 4))
     llr, opened, inside = np.zeros((3, 4)), np.zeros((3, 4)), np.ones((3, 4), bool)
     llr[0] = [-6.0, -1.0, 6.0, 6.0]  # the lowest row: wall, hardly wall, through, no return
     opened[0, 2] = 3

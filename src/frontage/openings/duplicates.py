@@ -12,7 +12,7 @@ from frontage.model.facade import Facade
 from frontage.model.masonry import MASONRY, TOLERANCES
 from frontage.model.opening import Elements
 from frontage.model.scan import Scan
-from frontage.openings.wall.beams import Raster
+from frontage.openings.wall.raster import WallRaster
 
 _SAME = 0.5  # share of the smaller of two openings that the other must cover for them to be at one place
 _RIM = 0.25  # m, width of the rim around an opening that tells which wall it is in
@@ -119,7 +119,7 @@ def _walled(facade: Facade, elements: Elements, number: int, scan: Scan) -> floa
     depth = q[:, 1] - elements.wall_y(opening)
     on = q[np.abs(depth) <= max(3.0 * facade.roughness, TOLERANCES.least_on_wall)]
     cell = max(2.0 * facade.spacing, TOLERANCES.least_on_wall)
-    raster = Raster((x0, z0), cell, (int((z1 - z0) / cell) + 1, int((x1 - x0) / cell) + 1))
+    raster = WallRaster((x0, z0), cell, (int((z1 - z0) / cell) + 1, int((x1 - x0) / cell) + 1))
     rows, columns = np.indices(raster.shape) + 0.5
     rim = ~shapely.contains_xy(ring, x0 + columns * cell, z0 + rows * cell)
     return float((rim & (raster.count(on[:, 0], on[:, 2]) > 0)).sum() / max(rim.sum(), 1))

@@ -19,13 +19,13 @@ _PARAPET = 0.6  # m from the floor to the sills of windows, at least
 _CELLAR = ((1.1, 0.9), (1.7, 0.6))
 
 
-def kind_of(width: float, height: float, sill: float, passes: float, stands: bool = False) -> OpeningKind:
+def kind_of(width: float, height: float, sill: float, passes: float, on_steps: bool = False) -> OpeningKind:
     """Returns "window", "door", "shopfront", "garage", "passage" or "basement".
 
     width, height   m
     sill            m, height of the lower border above the ground
     passes          share of the beams that end more than a metre behind the wall
-    stands          whether steps or a balcony stand before the foot of the opening
+    on_steps        whether steps or a balcony stand before the foot of the opening
 
     A door is as high as a person and stands on the ground, on steps or on a balcony. A gate is wider than two
     leaves; a passage lets beams through. Shop fronts are wide and high, on the ground floor. A basement
@@ -34,16 +34,12 @@ def kind_of(width: float, height: float, sill: float, passes: float, stands: boo
     if height >= MASONRY.door_height and width > _WIDE and sill <= _FLOOR:
         if sill > _LOW:
             return OpeningKind.SHOPFRONT
-        return (
-            OpeningKind.PASSAGE
-            if passes > 0.7
-            else OpeningKind.GARAGE
-            if passes < 0.2
-            else OpeningKind.SHOPFRONT
-        )
-    if width > _GLAZED[0] and height >= _GLAZED[1] and _LOW < sill <= _FLOOR and not stands:
+        if passes > 0.7:
+            return OpeningKind.PASSAGE
+        return OpeningKind.GARAGE if passes < 0.2 else OpeningKind.SHOPFRONT
+    if width > _GLAZED[0] and height >= _GLAZED[1] and _LOW < sill <= _FLOOR and not on_steps:
         return OpeningKind.SHOPFRONT
-    if height >= MASONRY.door_height and width <= _WIDE and (sill <= _LOW or stands):
+    if height >= MASONRY.door_height and width <= _WIDE and (sill <= _LOW or on_steps):
         return OpeningKind.DOOR
     if any(sill + height <= top and height <= most for top, most in _CELLAR):
         return OpeningKind.BASEMENT

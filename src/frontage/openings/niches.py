@@ -11,7 +11,7 @@ from frontage.model.facade import Facade
 from frontage.model.masonry import MASONRY
 from frontage.model.opening import Opening, Protrusion, ProtrusionKind
 from frontage.openings.fronts import FrontSearch, is_hidden
-from frontage.openings.wall.beams import Raster
+from frontage.openings.wall.raster import WallRaster
 
 _LEAST = 0.5  # m, depth of a niche at least: reveals are less deep
 _FRAME = 0.3  # m: frames lie less deep; what stands in a niche may be taken for its frame
@@ -58,7 +58,7 @@ def _back(q: Float, opening: Opening, facade: Facade) -> Estimate[float] | None:
     off = np.minimum(np.minimum(x[near] - x0, x1 - x[near]), z1 - z[near])
     near = near[(off > _OFF) & (off < _RIM)]
     side, bins = max(2.0 * facade.spacing, _OFF), int((high - low) / _BIN) + 1
-    raster = Raster((float(x0), float(z0)), side, (int((z1 - z0) / side) + 1, int((x1 - x0) / side) + 1))
+    raster = WallRaster((float(x0), float(z0)), side, (int((z1 - z0) / side) + 1, int((x1 - x0) / side) + 1))
     level = ((y[near] - low) / _BIN).astype(np.int64)
     held = np.bincount(distinct(raster.flat(x[near], z[near]) * bins + level) % bins, minlength=bins)
     cells = (2.0 * (z1 - z0) + x1 - x0) * (_RIM - _OFF) / side**2

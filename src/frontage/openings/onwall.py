@@ -78,7 +78,7 @@ def _measured(
 
 
 def _openings(wall: ObservedWall, found: Sequence[Found]) -> Iterable[Opening]:
-    """Makes openings of outlines: tells their kinds from their size, their place and what is before them."""
+    """Makes openings of outlines, with kinds by their size, their place and what stands before them."""
     before = foreground_points(wall.beams)
     for outline, provenance, worth, confidence in found:
         x0, z0, x1, z1 = outline.place

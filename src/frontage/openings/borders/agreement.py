@@ -40,7 +40,7 @@ def with_rough_borders(outline: Outline, rough: Box, sides: Collection[int], cel
     place, covariance, borders = list(outline.place), outline.covariance.copy(), list(outline.borders)
     for side in range(4) if circle else sides:
         k = _ORDER[side]
-        # at either of the two, as likely as not
+        # the border lies at either of the two places with equal probability
         sigma = float(np.hypot(_ERROR * cell, (place[side] - rough[side]) / np.sqrt(2.0)))
         place[side] = rough[side]
         covariance[k, :] = covariance[:, k] = 0.0

@@ -50,11 +50,13 @@ def find_circle(fan: Fan, place: Box, blur: float) -> Circle | None:
     middle = float(radii[len(radii) // 2])
 
     def score(size: Float, area: Float) -> Float:
+        """Returns the log-likelihood (k,) of all radii by the sizes of the beams' places about a centre."""
         u = middle - size
         told = side_scores(u[some.solid], u[~some.solid], middle - radii[::-1], blur)[::-1]
         return np.asarray(told + some.missing * area)
 
     def rings(x: float, z: float) -> Float:
+        """Returns the log-likelihood (k,) of circles of all radii about a centre."""
         return score(np.hypot(some.x - x, some.z - z), np.pi * radii**2)
 
     square = score(np.maximum(np.abs(some.x - x), np.abs(some.z - z) * wide / high), 4.0 * radii**2)

@@ -9,12 +9,12 @@ from frontage.openings.wall.crossings import CrossingBeams
 
 _NEAREST = 0.012  # m off the borders: reveals, and beams that they share with the frame, lie nearer
 _HUG = 0.05  # m off the borders: frames are that wide
-_DEEPEST = 1.0  # m: what lies deeper is a room
+_DEEPEST = 1.0  # m: deeper points are in a room
 _BIN = 0.005  # m, bin of depths
 # share of the points of the densest surface that the front of the frame needs, being the foremost
 _SHARE = 0.3
 _FEW = 8  # points that a depth needs
-AROUND = 1.2  # m around an opening within which beams tell its wall
+AROUND = 1.2  # m around an opening within which beams determine its wall
 BASE = 0.05
 """m by which the masonry of a ground floor may stand out before the wall"""
 
@@ -30,7 +30,7 @@ def find_depth(
     slack: float = 0.0,
     others: Float | None = None,
 ) -> Estimate[float] | None:
-    """Measures the depth m of the front of the frame behind the wall; None where too few points tell it.
+    """Measures the depth m of the front of the frame behind the wall; None where too few points determine it.
 
     near    beams within `AROUND` of the opening
     box     of the opening, whose head is `rise` m high
@@ -58,7 +58,7 @@ def find_depth(
 def find_wall(
     near: CrossingBeams, box: tuple[float, float, float, float], others: Float | None = None
 ) -> tuple[float, float] | None:
-    """Returns the depth y m of the wall around a box and its sigma; None where too few points tell it.
+    """Returns the depth y m of the wall around a box and its sigma; None where too few points determine it.
 
     It is the rearmost of the surfaces that hold much of the surroundings. Given the depths of the walls
     around the facade's other openings (`others`, m), it is the level that they share.
@@ -97,7 +97,7 @@ def _level(y: Float, edge: Float, noise: float, share: float) -> tuple[float, fl
     y = np.sort(y)
     number = np.diff(np.searchsorted(y, edge))
     smooth: Float = np.convolve(number, [1.0, 1.0, 1.0], "same")
-    # less the error of a count: a few mixed echoes are no surface
+    # less the error of a count, for a few mixed echoes are not a surface
     first = int(np.argmax(smooth - np.sqrt(smooth) >= share * smooth.max()))
     while first + 1 < len(smooth) and smooth[first + 1] > smooth[first]:
         first += 1
@@ -107,7 +107,7 @@ def _level(y: Float, edge: Float, noise: float, share: float) -> tuple[float, fl
         if len(some) < _FEW // 2:
             return None
         at = float(some[(len(some) - 1) // 2] + some[len(some) // 2]) / 2.0
-    # the foremost of several layers and the noise of one are not told apart better than that
+    # the foremost of several layers and the noise of one layer cannot be distinguished any better
     return float(some.mean()), float(
         np.hypot(some.std() / np.sqrt(len(some)), TOLERANCES.common_noise * noise)
     )

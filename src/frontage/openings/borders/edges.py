@@ -15,13 +15,13 @@ from frontage.geometry.arrays import Bool, Float, Int
 from frontage.openings.wall.crossings import CrossingBeams
 
 FITTING = 0.15
-"""m: sills, surrounds and shutters stand out no further; what lies before that only hides."""
+"""m: sills, surrounds and shutters stand out no further; anything further out only hides the edge."""
 
 FEW = 6
 """Points that a depth needs."""
 
 _SHY = 0.15  # share of the opening's side that is left out at either end: arches, corners, sills
-# m, least width of the strip of face beside an edge that tells its depth, and of what lies right behind
+# m, least width of the strip of face beside an edge that shows its depth, and of what lies right behind
 _STRIP = 0.03
 _SURFACE = 0.3  # share of the points of the fullest surface that the foremost needs
 _ROUNDS = 3  # rounds of face and strip, for each needs the other
@@ -40,7 +40,7 @@ _EXIT = 0.00125  # m, one sigma of a beam that leaves its scanner: 5 mm wide (1/
 
 @dataclass(frozen=True)
 class Face:
-    """The solid face that ends at an edge: its depth y m, the sigma of that, and the points that tell it."""
+    """The solid face that ends at an edge: its depth y m, the sigma of that, and its points."""
 
     y: float
     sigma: float
@@ -51,16 +51,16 @@ class Face:
 class EdgeTraits:
     """What the edges of a facade share.
 
-    blur      m, one sigma of the places where solid turns open
-    faces     left, right, bottom, top: for edges whose own points do not tell their faces
-    widening  rad, one sigma of the angle by which beams widen on their way
-    told      whether other blurs are asked for, too
+    blur       m, one sigma of the places where solid turns open
+    faces      left, right, bottom, top: for edges whose own points do not tell their faces
+    widening   rad, one sigma of the angle by which beams widen on their way
+    all_blurs  whether the likelihood of all blurs is wanted, not only that of `blur`
     """
 
     blur: float = 0.002
     faces: tuple[Face | None, ...] = (None, None, None, None)
     widening: float = 0.0
-    told: bool = False
+    all_blurs: bool = False
 
 
 @dataclass(frozen=True)
@@ -148,18 +148,18 @@ def edge_beams(near: CrossingBeams, side: Side, frame: float | None, traits: Edg
     on = beside[(slope[beside] < 0) & (near.depth[beside] > begin)]
     on = on[near.depth[on] < (0.0 if frame is None else frame - near.wall)]
     reveal = _reveal_line(u_own[on], near.depth[on] - max(face.y, 0.0), near.wall / 3.0, slope[on])
-    # what stands loose beside an edge only bounds it: what passes has passed at the wall itself
+    # a loose shutter beside an edge only bounds it: beams that pass have passed at the wall itself
     back_solid = near.depth <= face.y + back / 2
     edge_y = np.where(back_solid, face.y, max(face.y, 0.0)) if side.loose else face.y
     u, some = side.beside(near.shifted(np.where(slope < 0, begin, edge_y)))
     u, slope, depth, back_solid = u[some], slope[some], near.depth[some], back_solid[some]
-    # what stands before the face at its edge (handles, steps) is none of it
+    # handles or steps before the face are not part of it
     seen, stopped = slope < 0, depth < max(face.y - 2.0 * near.wall, -FITTING)
     hidden, wide = ~seen & ~stopped, np.sqrt(1.0 + slope**2)
     blurred = wide * footprint(near.range[some], traits.widening)
     way = (depth - face.y) / back
     rays = bool(near.slope.any())
-    # without rays a reveal's points traits like mixed echoes: the footprint stays unknown
+    # without rays the points of a reveal look like mixed echoes: the footprint stays unknown
     told = rays and back < _SHALLOW
     mixed = (0.0, 0.0, 0.0)
     if told:

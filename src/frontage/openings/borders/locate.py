@@ -15,13 +15,13 @@ from frontage.openings.wall.crossings import CrossingBeams
 _STEP = 0.0005  # m, step of the posterior
 _STRAY = 0.01  # share of the beams that say the wrong thing
 _FLOOR = 0.0005  # m: reveals are uneven by 1 mm, the mean of a side by half as much
-_COARSE = 0.005  # m, step and blur where no beam tells the place
+_COARSE = 0.005  # m, step and blur where no beam determines the place
 _ROUGHLY = 10_000  # beams that are enough for the first rounds
 _NEVER = 1e-300  # likelihood of the impossible
 _TOLD = 5.0  # nats that a border must gain to count as seen
-_OUTLIER = 0.05  # share of the reveals that are none
+_OUTLIER = 0.05  # share of supposed reveals that are something else
 CLOSE = 0.4
-"""m around an opening within which beams tell its borders."""
+"""m around an opening within which beams determine its borders."""
 
 WIDTHS = (0.001, 0.002, 0.003, 0.0045, 0.007)
 """m, blurs of edges that are tried: one sigma of a beam's footprint."""
@@ -34,7 +34,7 @@ class Border:
     at      m, place along its axis
     sigma   m, standard error of the place
     gain    nats, log-likelihood over no border at all
-    edge    the beams that tell it
+    edge    the beams that determine it
     scores  (k,) log-evidence for every blur of `WIDTHS`, where it was asked for
     """
 
@@ -68,9 +68,9 @@ def find_borders(
     """
     x0, z0, x1, z1 = rough
     borders: list[Border] = []
-    quick, few = replace(traits, told=False), near.thinned(_ROUGHLY)
+    quick, few = replace(traits, all_blurs=False), near.thinned(_ROUGHLY)
     rounds = [max(0.12, 2.0 * cell), max(0.06, 1.5 * cell), max(0.04, 1.5 * spacing)]
-    if cell <= spacing:  # a place that is known needs no wide search
+    if cell <= spacing:  # a known place needs no wide search
         del rounds[0]
     for number, band in enumerate(rounds, 1):
         now, part = (traits, near) if number == len(rounds) else (quick, few)
@@ -92,7 +92,7 @@ def locate(
 ) -> Border:
     """Locates the border at an edge, searching within `band` m to either side of it."""
     edge = edge_beams(near, side, frame, traits)
-    asked = WIDTHS if traits.told else ()
+    asked = WIDTHS if traits.all_blurs else ()
     if len(edge.solid) < 3:
         sigma = _unseen(near, side, traits, 0.0, frame=frame, spacing=spacing)
         return Border(side.at, sigma, 0.0, edge, np.zeros(len(asked)))
@@ -120,8 +120,8 @@ def _edge_scores(edge: Edge, e: Float, blur: float, strays: tuple[float, float],
     """Returns the log-likelihood (k,) of borders at e m by the beams that came and the missing ones (`due`).
 
     Beams that the face of the edge hides err together, by the errors of the face's depth and of the
-    footprint: the likelihood of all of them is blurred by that. Where other beams tell the border, they tell
-    these errors too.
+    footprint: the likelihood of all of them is blurred by that. Where other beams determine the border,
+    they determine these errors too.
     """
     share = (len(edge.hidden[0]) + len(edge.hidden[1])) / max(len(edge.solid) + len(edge.opened), 1)
     hidden = side_scores(*edge.hidden, e, blur, strays) + share * due
@@ -174,7 +174,7 @@ def side_scores(
     """
     step = float(e[1] - e[0])
     n = int(6.0 * blur / step) + 1
-    bins = len(e) + 2 * n + 2  # what lies further off is in the first and the last one
+    bins = len(e) + 2 * n + 2  # the first and the last bin hold everything further off
     total = np.zeros(len(e))
     for u, side, stray in ((solid, -1.0, strays[0]), (opened, 1.0, strays[1])):
         bin_ = np.minimum(np.maximum((u - float(e[0])) / step + (n + 1), 0), bins - 1).astype(np.int64)
@@ -192,7 +192,7 @@ def _near_border(side: float, n: int, step: float, blur: float, stray: float) ->
 
     It is less that of beams that are on the wrong side for sure, which `side_scores` counts.
     """
-    lag = side * (np.arange(n, -n, -1) - 0.5) * step  # of a bin's centre behind the border
+    lag = side * (np.arange(n, -n, -1) - 0.5) * step  # m from the border to the centre of a bin
     return np.asarray(np.log(stray + (1 - stray) * ndtr(lag / blur)) - np.log(stray) * (lag < 0))
 
 
@@ -220,12 +220,12 @@ def _absences(edge: Edge, reach: float, spacing: float, e: Float, strays: tuple[
         free -= stopped / np.maximum(total, 1e-9)
     length = np.concatenate([[0.0], np.cumsum(np.clip(free, 0.0, 1.0)) * 0.002])
     before = np.interp(e, fine, length)
-    # a single row or column leaves all else to the end empty
+    # beyond a single row or column everything is empty up to the end
     solid = np.append(-reach, edge.solid[edge.solid < 0.0])
     opened = np.append(edge.opened[edge.opened > 0.0], reach)
-    # points of unknown sensors leave the edge's own shadow empty behind it
+    # with unknown sensors, the shadow of the edge itself is empty behind it
     rates = 1.0 / _gap(solid, reach), 1.0 / _gap(opened, reach) if edge.rays else 0.0
-    # strays are due on the other side, too
+    # strays are expected on the other side, too
     rates = rates[0] * (1.0 - strays[0]), rates[1] * (1.0 - strays[1])
     return np.asarray(-(rates[0] * before + rates[1] * (length[-1] - before)))
 

@@ -21,17 +21,17 @@ _WIDENING = np.linspace(1e-4, 5e-4, 41)  # rad, one sigma, of beams: from diffra
 _ENOUGH = 3  # openings that tell what their facade has in common
 
 
-def measure(sight: CrossingBeams, boxes: list[Box], cell: float, spacing: float) -> list[Outline]:
+def measure(beams: CrossingBeams, boxes: list[Box], cell: float, spacing: float) -> list[Outline]:
     """Measures the openings whose `boxes` are known to about two cells; `cell` and `spacing` in m.
 
     It does so twice: first every opening by itself, then with the blur of edges and the depth of sills and
     surrounds that the whole facade shows, where an opening's own points do not tell them.
     """
-    first = [_outline(sight, box, EdgeTraits(told=True), cell=cell, spacing=spacing) for box in boxes]
+    first = [_outline(beams, box, EdgeTraits(all_blurs=True), cell=cell, spacing=spacing) for box in boxes]
     traits = facade_edge_traits(first)
     walls = np.array([o.wall for o in first if o.wall is not None])
     return [
-        _outline(sight, o.place, traits, cell=spacing, spacing=spacing, known=o, walls=walls) for o in first
+        _outline(beams, o.place, traits, cell=spacing, spacing=spacing, known=o, walls=walls) for o in first
     ]
 
 
@@ -51,7 +51,7 @@ def facade_edge_traits(outlines: list[Outline]) -> EdgeTraits:
         middle = float(np.median(y))
         spread = 1.4826 * float(np.median(np.abs(y - middle)))
         faces.append(Face(middle, max(spread, _SAME), len(y)))
-    # without rays edges throw shadows as wide as any blur
+    # without rays, the shadows of edges are as wide as any blur
     if not any(b.edge.rays for o in outlines for b in o.borders):
         return EdgeTraits(faces=tuple(faces))
     return EdgeTraits(WIDTHS[int(np.argmax(scores))], tuple(faces), _widening(outlines))
@@ -65,7 +65,7 @@ def _widening(outlines: list[Outline]) -> float:
 
 
 def _outline(
-    sight: CrossingBeams,
+    beams: CrossingBeams,
     box: Box,
     traits: EdgeTraits,
     *,
@@ -75,20 +75,38 @@ def _outline(
     walls: Float | None = None,
 ) -> Outline:
     """Measures one opening; `known` is its first outline, `walls` (n,) m the depths of all walls."""
-    wide = sight.around(box, AROUND)
+    wide = beams.around(box, AROUND)
     near = wide.around(box, CLOSE)
-    wall = find_wall(wide, box)  # its borders end at its own masonry, whatever is relief of the facade
+    wall = find_wall(wide, box)  # borders end at the masonry around the opening, even where that is relief
     if wall is not None:
         near = near.behind(wall[0])
     rise = known.rise if known else 0.0
     depth = known.depth if known else find_depth(wide, box, 0.0, cell / 2)
     frame = None if depth is None else depth.value
-    loose = known is not None and _loose(known, sight.wall)
+    loose = known is not None and _loose(known, beams.wall)
     search = partial(find_borders, near, frame=frame, spacing=spacing, traits=traits, loose=loose)
     place, borders = search(box, cell=cell, rise=rise)
     shape, place, rise, spread = _shape(near, place, borders, frame=frame, blur=traits.blur, known=known)
     if rise > 0.0 and known is None:
         place, borders = search(place, cell=spacing, rise=rise)
+    slack = 2.0 * max(borders[0].sigma, borders[1].sigma)
+    return Outline(
+        shape,
+        place,
+        rise,
+        _covariance(shape, borders, spread),
+        tuple(borders),
+        find_depth(wide, place, rise, slack, walls),
+        _passes(near, place),
+        None if wall is None else wall[0],
+    )
+
+
+def _covariance(shape: str, borders: list[Border], spread: Float | None) -> Float:
+    """Returns the covariance (5, 5) m2 of left, right, bottom, top and rise.
+
+    `spread` (2, 2) m2 is that of top and rise, None where the head is straight.
+    """
     covariance = np.diag([*(b.sigma**2 for b in borders), 0.0])
     if shape == "circle" and spread is not None:
         covariance[:4, :4] = np.eye(4) * spread[0, 0]
@@ -96,17 +114,7 @@ def _outline(
         covariance[3:, 3:] = spread
         if borders[3].gain <= 0.0:  # nothing shows where the head ends
             covariance[3, 3] += borders[3].sigma ** 2
-    slack = 2.0 * max(borders[0].sigma, borders[1].sigma)
-    return Outline(
-        shape,
-        place,
-        rise,
-        covariance,
-        tuple(borders),
-        find_depth(wide, place, rise, slack, walls),
-        _passes(near, place),
-        None if wall is None else wall[0],
-    )
+    return covariance
 
 
 def _loose(outline: Outline, wall: float) -> bool:
@@ -148,7 +156,7 @@ def _shape(
 def _circle(found: Circle) -> tuple[str, Box, float, Float | None]:
     """Returns the shape of a circle.
 
-    A centre is known half as well as a radius: all beams tell the radius, half of them x, half of them z.
+    A centre is known half as well as a radius: all beams determine the radius, half of them x, half z.
     """
     return "circle", found.box, 0.0, np.diag([3.0 * found.sigma**2 + 1e-6, 0.0])
 

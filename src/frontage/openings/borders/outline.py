@@ -20,7 +20,7 @@ class Outline:
     covariance  (5, 5) m2 of left, right, bottom, top and rise
     borders     left, right, bottom, top as straight borders, each by itself
     passes      share of the beams that end more than a metre behind
-    wall        depth y m of the wall around it, None where nothing tells it
+    wall        depth y m of the wall around it, None where nothing determines it
     pooled      whether most of what is known of a border comes from other openings
     """
 

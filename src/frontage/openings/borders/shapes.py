@@ -14,7 +14,7 @@ _GAIN = 10.0  # nats that a curve must gain over a straight head: "very strong" 
 _FREE = 5.0  # nats more for a shape whose rise is free
 _RISES = np.linspace(0.06, 0.4, 18)  # rises of segmental heads, as a share of the width
 _SLOPES = np.linspace(0.1, 1.0, 19)  # rises of triangular heads, as a share of the width
-_EDGE = 0.01  # m beside the sides where beams tell the sides, not the head
+_EDGE = 0.01  # m beside the sides where beams determine the sides, not the head
 _MARGIN = 0.3  # m above the head that is looked at
 _ARC = 24  # pieces of a head: chord error 3 mm on a half circle of 2 m
 _MOST = 6000  # beams of a head: more tell nothing new
@@ -84,7 +84,7 @@ def fan_of(
     begin = max(face, 0.0) + near.wall
     back = max(frame - face, 2.0 * near.wall) if frame is not None else 2.0 * near.wall
     x, z = near.shifted(np.where(seen, begin, face))
-    free = near.depth >= min(face, 0.0) - near.wall  # what stands before it hides the border
+    free = near.depth >= min(face, 0.0) - near.wall  # points further in front hide the border
     solid = near.depth <= np.where(seen, begin, face + back / 2)
     box = (x > x0) & (x < x1) & (z > z0) & (z < z1 - 0.3 * (z1 - z0))
     through = float((box & ~solid).sum()) / max(0.7 * (x1 - x0) * (z1 - z0), 1e-6)

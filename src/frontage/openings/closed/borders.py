@@ -22,7 +22,7 @@ _ENDS = 0.05  # share of a side that is left out at either end
 _FINE = 0.001  # m between the places of a border that are tried
 _SEARCH = 0.12  # m from where it is expected within which a border is looked for
 _BEST = 0.002  # m, one sigma of a border at least: gaps between leaf and wall
-_BEFORE = 0.08  # m: what stands further before the wall is fitted to it
+_BEFORE = 0.08  # m: objects further before the wall are fitted to it
 _FEW = 30  # points inside, and on each side of a border
 _SLANT = 0.5  # share of its depth that the wall's edge hides of a leaf, or shows of a reveal
 _AROUND = (0.5, 0.2)  # m beside the opening, outer and inner end of its wall, without surrounds
@@ -31,7 +31,7 @@ _USUAL = 0.997  # share of the openings that lie no further from where they are 
 
 @dataclass(frozen=True, eq=False)
 class Contrast:
-    """The sum of a layer's channels that tells an opening from the wall best: one more inside than outside.
+    """The sum of a layer's channels that shows an opening from the wall best: one more inside than outside.
 
     weights  (c,) of the channels
     own      (4,) its steps inwards
@@ -74,7 +74,7 @@ def measure_closed(
             return None
     if not _regular(np.subtract(place, box), np.diag(covariance), places.covariance, sharp):
         return None
-    for side, other in ((1, 3), (3, 1)):  # of the form's height
+    for side, other in ((1, 3), (3, 1)):  # the height of the form places the border that is not sharp
         row, known = (2, 3) if side == 1 else (3, 2)
         if sharp[other] and not sharp[side] and covariance[known, known] + SIZE**2 < covariance[row, row]:
             place[side] += place[other] - box[other]
@@ -95,7 +95,7 @@ def _regular(shift: Float, variance: Float, expected: Float, sharp: Bool) -> boo
 
     shift  (4,) m, how far off they lie
     """
-    rows = np.array([0, 2, 1, 3])[sharp]  # of the covariances
+    rows = np.array([0, 2, 1, 3])[sharp]  # rows of the covariance
     total = expected[np.ix_(rows, rows)] + np.diag(variance[rows])
     return bool(shift[sharp] @ np.linalg.solve(total, shift[sharp]) < stats.chi2.ppf(_USUAL, len(rows)))
 

@@ -12,7 +12,8 @@ from frontage.model.ortho import OrthoImage
 from frontage.model.scan import Scan
 from frontage.openings.boxes import Box
 from frontage.openings.closed.steps import ChannelMap
-from frontage.openings.wall.beams import Beams, Raster
+from frontage.openings.wall.beams import Beams, sensor_positions
+from frontage.openings.wall.raster import WallRaster
 
 _FINEST = 0.04  # m, least side of a cell: borders are known that well before they are measured
 _PER_CELL = 2.0  # spacings that a cell is wide
@@ -88,8 +89,8 @@ def _crossings(xyz: Float, depth: Float, index: Array, facade: Facade, scan: Sca
     The wall lies `depth` m before the points. Points before it, as on sills, and points of unknown sensors
     stand for themselves.
     """
-    eyes = np.vstack([facade.frame.inverse.apply(scan.origins).reshape(-1, 3), np.full(3, np.nan)])
-    lines = SightLines.to_points(xyz, eyes[scan.origin_index[index]], _FLAT)  # -1, the last eye, is unknown
+    eyes = sensor_positions(facade, scan)[scan.origin_index[index]]
+    lines = SightLines.to_points(xyz, eyes, _FLAT)
     return np.ascontiguousarray(lines.shifted(-np.maximum(depth, 0.0)).T)
 
 
@@ -101,7 +102,7 @@ def scan_layer(surface: WallPoints, facade: Facade, scan: Scan) -> ChannelLayer:
     if scan.rgb is not None:
         channels += _colours(scan.rgb[surface.index])
     values = np.column_stack(channels)
-    raster = Raster.over(facade, max(_PER_CELL * facade.spacing, _FINEST))
+    raster = WallRaster.over(facade, max(_PER_CELL * facade.spacing, _FINEST))
 
     def near(place: Box) -> tuple[Float, Float]:
         some = surface.within(place)
@@ -116,7 +117,7 @@ def photo_layer(ortho: OrthoImage, facade: Facade) -> ChannelLayer | None:
     """Returns lightness and two differences of colour of the pixels that photos saw; None where none did."""
     if ortho.photos == 0:
         return None
-    means = _Means(Raster.over(facade, max(_PER_CELL * ortho.gsd, _FINEST)), 3)
+    means = _Means(WallRaster.over(facade, max(_PER_CELL * ortho.gsd, _FINEST)), 3)
     for first in range(0, ortho.size[1], _STRIP):
         means.add(*_pixels(ortho, slice(first, first + _STRIP), slice(None)))
     if not means.number.any():
@@ -134,7 +135,7 @@ def photo_layer(ortho: OrthoImage, facade: Facade) -> ChannelLayer | None:
 class _Means:
     """Means of what falls into the cells of a raster."""
 
-    def __init__(self, raster: Raster, channels: int) -> None:
+    def __init__(self, raster: WallRaster, channels: int) -> None:
         size = raster.shape[0] * raster.shape[1]
         self._raster = raster
         self.number, self._total = np.zeros(size), np.zeros((channels, size))

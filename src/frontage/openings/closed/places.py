@@ -11,11 +11,11 @@ from frontage.openings.boxes import Box
 from frontage.openings.closed.steps import OpeningForm, integral
 from frontage.openings.layout.inferred import CLEAR, SEEN, WITHIN, Grid, state_of
 from frontage.openings.layout.pooling import like_groups
-from frontage.openings.wall.beams import Raster
 from frontage.openings.wall.evidence import Evidence
+from frontage.openings.wall.raster import WallRaster
 
 SIZE = 0.01
-"""m, one sigma between the sizes, sills and middles of like openings where few tell it."""
+"""m, one sigma between the sizes, sills and middles of like openings where few determine it."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -108,7 +108,7 @@ class _Room:
         return on & (inside >= WITHIN * (r1 - r0) * (c1 - c0)) & (blocked < 0.5)
 
 
-def _cell(raster: Raster, x: Float, z: Float) -> tuple[Int, Int]:
+def _cell(raster: WallRaster, x: Float, z: Float) -> tuple[Int, Int]:
     """Returns the columns and rows of the cell corners nearest to places (n,) m."""
     return tuple(
         np.rint((v - o) / raster.cell).astype(np.int64) for v, o in zip((x, z), raster.corner, strict=True)

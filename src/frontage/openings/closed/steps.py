@@ -8,14 +8,14 @@ import numpy as np
 from frontage.geometry.arrays import Bool, Float, Int
 from frontage.openings.borders.shapes import below
 from frontage.openings.boxes import Box
-from frontage.openings.wall.beams import Raster
+from frontage.openings.wall.raster import WallRaster
 
 _STRIP = 0.12  # m, width of the strips on either side of a border
 _CLEAR = 0.03  # m on either side of a border that strips leave out: cells that it cuts, mortar, seals
 _FULL = 0.4  # share of a strip's cells that must hold points: walls are sparse above
 _AWAY = 0.25  # m around openings that tell nothing of the wall by itself: surrounds
 _PLACES = 50  # places on the wall that its own steps must be known from
-_MANY = 1000  # places that tell them well enough
+_MANY = 1000  # places that determine them well enough
 _BOUND = 3.0  # scales beyond which a step does not tell more of a correlation
 _LEAST = 0.02  # of a step: less is drift of the instrument, however even the wall is
 HEAD = 0.8
@@ -39,7 +39,7 @@ class OpeningForm:
 class ChannelMap:
     """Channels (h, w, c) on a raster, NaN where nothing is known, as sums over boxes."""
 
-    def __init__(self, values: Float, raster: Raster) -> None:
+    def __init__(self, values: Float, raster: WallRaster) -> None:
         known = np.isfinite(values).all(2, keepdims=True)
         self.values, self.raster = values, raster
         sums = integral(np.concatenate([np.where(known, values, 0.0), known], 2))
@@ -140,7 +140,7 @@ def _spread(steps: Float, tails: bool) -> Float:
     return np.asarray(np.outer(scale, scale) * like + _LEAST**2 * np.eye(len(scale)))
 
 
-def _free(raster: Raster, taken: Sequence[Box]) -> Bool:
+def _free(raster: WallRaster, taken: Sequence[Box]) -> Bool:
     """Returns the cells (h, w) well off all boxes."""
     g, (cx, cz) = raster.cell, raster.corner
     free = np.ones(raster.shape, np.bool_)

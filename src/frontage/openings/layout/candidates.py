@@ -9,7 +9,7 @@ from frontage.geometry.arrays import Bool, Float, Int
 from frontage.model.masonry import MASONRY
 from frontage.openings.layout.selection import PRICE, CellBox, best_layout, worth_of
 from frontage.openings.options import OpeningOptions
-from frontage.openings.wall.evidence import ENOUGH, Evidence, enough
+from frontage.openings.wall.evidence import BEAMS_TO_DECIDE, Evidence, local_rate
 
 _LINES = 8  # candidate borders that a component has in each direction, at most
 _LESSER = 0.1  # share of the worth of the best of its component: less is a remnant of an uneven outline
@@ -32,11 +32,11 @@ def find_boxes(evidence: Evidence, options: OpeningOptions, framed: Callable[[In
     """
     least = (options.min_height / evidence.raster.cell, options.min_width / evidence.raster.cell)
     pier = max(round(MASONRY.half_brick / evidence.raster.cell), 1)
-    parts = _components(evidence, least, enough(evidence.llr, evidence.expected_free, 1.0) > 0)
+    parts = _components(evidence, least, local_rate(evidence.llr, evidence.expected_free, 1.0) > 0)
     found = best_layout(
         [_rivals(evidence, *part, least=least, framed=framed, share=_LESSER) for part in parts], pier
     )
-    if evidence.rays:  # which tell bars from walls
+    if evidence.rays:  # lines of sight tell bars from walls
         return found
     behind_bars = _components(evidence, least, _between_bars(evidence))
     left = [(part, others) for part, others in behind_bars if not any(_meets(b, part) for b in found)]
@@ -73,8 +73,8 @@ def _between_bars(evidence: Evidence) -> Bool:
     Beams must be so dense there that cells tell bars from gaps.
     """
     wide = max(_GAP / 2.0 / evidence.raster.cell, 1.0)
-    dense = 4.0 * np.pi * wide**2 * evidence.expected_free >= ENOUGH
-    return np.asarray(dense & (enough(evidence.llr, evidence.expected_free, wide) > 0))
+    dense = 4.0 * np.pi * wide**2 * evidence.expected_free >= BEAMS_TO_DECIDE
+    return np.asarray(dense & (local_rate(evidence.llr, evidence.expected_free, wide) > 0))
 
 
 def _meets(box: CellBox, part: Part) -> bool:
@@ -94,7 +94,7 @@ def _components(evidence: Evidence, least: tuple[float, float], open_: Bool) -> 
     part are one component.
     """
     llr = evidence.llr
-    if evidence.rays:  # else what is beside an opening may be a shadow: nothing is joined to it
+    if evidence.rays:  # without them, what lies beside an opening may be a shadow
         open_ = _without_bars(open_, int(MASONRY.half_brick / evidence.raster.cell) + 1)
     for size, largest in (*_SCALES, (_SCALES[-1][0], np.inf)):
         kernel = tuple(max(3, int(size * side)) for side in least)

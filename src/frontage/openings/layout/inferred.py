@@ -142,6 +142,7 @@ class Grid:
         return found
 
     def _node(self, r: int, c: int, without: int) -> Node | None:
+        """Returns what row r and column c predict without one opening; None where too few determine it."""
         row = [k for k in self._rows[r] if k != without]
         column = [k for k in self._columns[c] if k != without]
         if len(row) < _OTHERS[0] or len(column) < _OTHERS[1]:
@@ -166,7 +167,7 @@ class Grid:
         return Node(place, covariance, row[0], r, c)
 
     def depth(self, like: int) -> Estimate[float] | None:
-        """Returns the depth of a further opening like that of number `like`; None where too few tell it."""
+        """Returns the depth of a further opening like number `like`; None where too few determine it."""
         known = [d for k in self._like[like] if (d := self._outlines[k].depth) is not None]
         if len(known) < _OTHERS[0]:
             return None

@@ -27,7 +27,7 @@ _COLUMN = 0.25  # share of the narrower width: openings whose middles are nearer
 _ROW = 0.15  # m: sills nearer than that are a row
 _LIKE = 3.0  # sigmas between neighbouring sizes of like openings, at most
 _ODD = 3.5  # sigmas from the others from which a member is left out
-_UNKNOWN = 0.1  # m: what is known no better is not a member
+_UNKNOWN = 0.1  # m: openings known no better than that are not members
 _CAUTION = 0.7  # sets the variance between members at the lower quartile of the distribution of the scatter
 _LEAST = 0.001  # m, one sigma between members at least: masonry
 _MOST = 1.0  # m, one sigma between members that is as good as none
@@ -190,6 +190,7 @@ def between_members(value: Float, sigma: Float, groups: Sequence[tuple[int, ...]
         return _MOST
 
     def excess(between: float) -> float:
+        """Returns the scatter of the members for a sigma between them, less what is expected."""
         total = 0.0
         for g in groups:
             w = 1.0 / (sigma[list(g)] ** 2 + between**2)

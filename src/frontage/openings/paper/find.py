@@ -55,20 +55,20 @@ class Decomposition:
 
 
 def decompose(xz: Float, outline: Float, distance: float, least: tuple[float, float]) -> Decomposition:
-    """Cuts facade points into cells: edge points, lines, partition planes, classes, convex window cells.
+    """Cuts facade points into cells and classes them (sections 3.2.1 and 3.2.2).
 
     xz        (n, 2) m, the points that count as facade
     outline   (k, 2) m of the facade
     distance  m, scan point distance
     least     width and height m of the smallest window
     """
-    edges = edge_points(xz, SEARCH * distance)
+    edges = edge_points(xz, SEARCH * distance)  # 3.2.1, cell generation
     shortest = max(2 * SEARCH * distance, min(least) / 2)
     borders = border_lines(xz, edges, distance, shortest)
     (x0, z0), (x1, z1) = outline.min(0), outline.max(0)
     xs = partition(borders, True, (float(x0), float(x1)), distance)
     zs = partition(borders, False, (float(z0), float(z1)), distance)
-    seen = AvailabilityMap.of(xz, outline, distance)
+    seen = AvailabilityMap.of(xz, outline, distance)  # 3.2.2, classification
     cells = classify(xs, zs, *seen.share(xs, zs))
     holes = split_windows(convex_windows(cells, least), borders, xz, distance, least)
     return Decomposition(xz, distance, edges, borders, seen, cells, tuple(sorted(holes)))
@@ -117,7 +117,7 @@ class _Wall:
 
     @cached_property
     def distance(self) -> float:
-        """Scan point distance on the plane, m; NaN where too few points tell it."""
+        """Scan point distance on the plane, m; NaN where too few points determine it."""
         return point_distance(self.q[self.on][:, [0, 2]])
 
     @property

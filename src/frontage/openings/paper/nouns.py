@@ -93,6 +93,7 @@ def border_sigma(distance: float) -> float:
 
 
 def _opening(hole: WindowCell, ground: float) -> Opening:
+    """Makes the opening of a window cell; one at the ground that is high enough is a door."""
     x0, z0, x1, z1 = hole.box
     ring = outline(hole.box, hole.rise, _CHORD)
     at = (ring - [x0, z0]) / [x1 - x0, z1 - z0]
@@ -116,6 +117,7 @@ def _opening(hole: WindowCell, ground: float) -> Opening:
 
 
 def _shape(hole: WindowCell) -> str:
+    """Returns "rectangle", "round" or "segmental"."""
     half = (hole.box[2] - hole.box[0]) / 2
     return "rectangle" if hole.rise <= 0 else "round" if hole.rise >= _ROUND * half else "segmental"
 
@@ -143,6 +145,7 @@ def _rows(holes: Sequence[WindowCell]) -> list[list[WindowCell]]:
 
 
 def _protrusion(name: str, front: ProtrusionCell) -> Protrusion:
+    """Makes the protrusion of a cell."""
     return Protrusion(
         id=name,
         kind=ProtrusionKind.OTHER,

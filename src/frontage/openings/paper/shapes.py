@@ -93,7 +93,7 @@ def with_head(box: Box, borders: Sequence[BorderLine], seen: AvailabilityMap) ->
     """
     x0, z0, x1, z1 = box
     near = [b for b in borders if b.side == "top" and z1 < b.position <= z1 + (x1 - x0) / 2]
-    # one line per element of the map, which could not tell more apart
+    # one line per element of the map, which cannot tell more of them apart
     crowns = {int(b.position / seen.cell): b.position for b in near if x0 < sum(b.extent) / 2 < x1}.values()
     for crown in [*sorted(crowns, reverse=True), z1]:
         raised = (x0, z0, x1, crown)

@@ -73,7 +73,7 @@ def _lowered(opening: Opening, flat: Int, floor: float) -> Opening:
     ring[flat, 1] = floor
     index = 2 * flat + 1
     covariance[index, :] = covariance[:, index] = 0.0
-    covariance[np.ix_(index, index)] = _SIGMA**2  # all of the foot moves as one
+    covariance[np.ix_(index, index)] = _SIGMA**2  # the whole foot errs together
     return replace(
         opening,
         kind=OpeningKind.DOOR,

@@ -54,20 +54,18 @@ def kind_of_protrusion(
     """
     width, height = front.size
     if front.box[1] < ground + _STEP and height < MASONRY.person:
-        return (
-            ProtrusionKind.PLINTH
-            if width > _MOST * _width(facade) and front.projection < _STAND
-            else ProtrusionKind.STEPS
-        )
+        is_plinth = width > _MOST * _width(facade) and front.projection < _STAND
+        return ProtrusionKind.PLINTH if is_plinth else ProtrusionKind.STEPS
     if height >= MASONRY.person:
         if height > _NARROW * width and width < _SLAB:
             return ProtrusionKind.PILASTER if front.projection < _SLAB / 2 else ProtrusionKind.OTHER
         stands, wide = front.box[1] <= ground + _STEP, width > _MOST * _width(facade)
-        if front.projection < _STAND:  # no room: a part of the wall, or the surround of a window
+        if front.projection < _STAND:
+            # too shallow for a room: a part of the wall, or the surround of a window
             return ProtrusionKind.AVANT_CORPS if stands or wide else ProtrusionKind.OTHER
-        return (
-            ProtrusionKind.ORIEL if not stands else ProtrusionKind.AVANT_CORPS if wide else ProtrusionKind.BAY
-        )
+        if not stands:
+            return ProtrusionKind.ORIEL
+        return ProtrusionKind.AVANT_CORPS if wide else ProtrusionKind.BAY
     if height <= _SLAB and width >= _LONG * height and (height < _RAIL or front.projection < _STAND):
         return _of_bands(front, facade, ground, openings)
     if front.inclined and front.projection >= _ROOF:

@@ -14,6 +14,7 @@ from frontage.openings.boxes import Box
 from frontage.openings.protrusions.boxes import within
 from frontage.openings.protrusions.pieces import Piece, fit_slanted_line
 from frontage.openings.protrusions.resolution import Resolution
+from frontage.openings.wall.beams import sensor_positions
 
 _BAND = 0.1  # m to either side of a rough border that is searched
 _STEP = 0.001  # m, step of the posterior
@@ -21,12 +22,12 @@ _STRAY = 0.02  # share of the beams beyond a border that end on the front's plan
 _NEXT = 2.5  # spacings within a border that tell how far apart rows of hits are
 _SHY = 0.02  # share of the side that is left out at either end: corners
 _CROWN = 0.6  # m above the wall that a cornice may reach
-_AT_WALL = 0.05  # m before the wall: what is nearer is in the support
+_AT_WALL = 0.05  # m before the wall: nearer points are in the support
 _HIDDEN = 1.5  # m beyond its last hit that a border is looked for behind what hides it
 _THICK = 0.04  # m, thickness of a railing
 _SEEN = 0.2  # share of the expected beams that show the wall beside a front
 _GUESS = 0.25  # share of a cheek's width: error of one that is inferred from the other
-_RIM = 0.06  # m, depth of the rim that tells how far out a border stands
+_RIM = 0.06  # m, depth of the rim that shows how far out a border stands
 _BEAM = 0.0045  # m: half the footprint of common scanners 10 m away
 
 
@@ -50,7 +51,7 @@ class FacadeBeams:
         """
         inverse = facade.frame.inverse
         q, (x0, z0, x1, z1) = inverse.apply(scan.xyz), facade.extent
-        origins = np.vstack([inverse.apply(scan.origins).reshape(-1, 3), np.full(3, np.nan)])
+        origins = sensor_positions(facade, scan)
         x, y, z = q.T
         kept = (
             (y < -_AT_WALL)
@@ -218,9 +219,8 @@ def _border(
     where, depth = crossed
     axis, band = side % 2, max(_BAND, 3.0 * resolution.spacing)
     inner = min(band, 0.5 * (piece.box[axis + 2] - piece.box[axis]))
-    ahead = points[
-        points[:, 1] <= y + max(resolution.half, -y / 2.0)
-    ]  # bands run on along the wall behind it
+    # bands continue along the wall behind the piece
+    ahead = points[points[:, 1] <= y + max(resolution.half, -y / 2.0)]
     solid = _outwards(ahead[:, [0, 2]], piece.box, side, inner)
     solid = solid[solid <= band]
     if len(solid) < 3:

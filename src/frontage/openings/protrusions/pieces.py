@@ -171,6 +171,7 @@ def _is_surface(p: Float, y: float, box: Box, resolution: Resolution) -> bool:
     flat = across[:, 0] * (across[:, 1].max(initial=0) + 1) + across[:, 1]
 
     def area(at: float) -> int:
+        """Counts the cells that hold points of the slab at the depth `at` m."""
         return len(distinct(flat[np.abs(inside[:, 1] - at) <= resolution.half]))
 
     beside = [
@@ -199,7 +200,7 @@ def _widened(q: Float, piece: Piece, rows: Int, free: Bool, resolution: Resoluti
         cheek = own & (np.abs(off) <= resolution.half)
         end = float(np.quantile(p[cheek, axis], 0.01 if side < 2 else 0.99))
         long = occupied(p[cheek, other], resolution.gap) * resolution.gap >= _ALONG * (hi - lo)
-        # what is wider than the front itself is a soffit or a roof, not its cheek
+        # a slanting surface wider than the front itself is a soffit or a roof, not a cheek
         if long and abs(end - box[side]) <= piece.box[side % 2 + 2] - piece.box[side % 2]:
             box[side] = end
             cheeks[side] = rows[cheek]

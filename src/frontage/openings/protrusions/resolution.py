@@ -16,7 +16,7 @@ _LONG, _ROWS = 0.5, 3.0  # m, least length of a front; its least height in rows 
 _LEAST_HEIGHT = 0.04  # m, least height of a front
 _TILE = 1.0  # m, side of the tiles in which the spacing is measured
 _CELLS = 3.0  # spacings that a cell is wide that tells whether a part of a tile was seen
-_FEWEST = 30  # points of a tile that tell a spacing
+_FEWEST = 30  # points of a tile that determine a spacing
 _SPARSE = 80  # percentile of the tiles' spacings that connects what belongs together
 
 

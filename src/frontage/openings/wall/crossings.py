@@ -43,6 +43,7 @@ class CrossingBeams(SightLines):
         return replace(self, place=self.shifted(step), level=self.level + step, depth=self.depth - step)
 
     def _part(self, k: Int) -> "CrossingBeams":
+        """Returns the beams with the numbers `k` (m,)."""
         lines = self.take(k)
         return CrossingBeams(lines.place, lines.slope, lines.level, self.depth[k], self.range[k], self.wall)
 

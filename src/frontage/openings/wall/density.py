@@ -5,7 +5,7 @@ from scipy.spatial import Delaunay, QhullError, cKDTree
 
 from frontage.geometry.arrays import Float, Int
 
-_NEIGHBOURS = 16  # points that tell the density of a place: more than border one side of an opening
+_NEIGHBOURS = 16  # points that determine the density of a place: more than border one side of an opening
 _FEWEST = 4  # points that make triangles
 
 
@@ -25,7 +25,7 @@ def triangulated_density(points: Float, places: Float, reach: float) -> Float:
         return np.zeros(len(places))
     own = np.append(_median_about(triangles, _areas(points, triangles), len(points)), np.nan)
     near = cKDTree(points).query(places, min(_NEIGHBOURS, len(points)), distance_upper_bound=reach)[1]
-    around = own[near]  # NaN: none so near
+    around = own[near]  # NaN where no point is near enough
     around[np.isnan(around).all(1), 0] = np.inf
     return np.asarray(0.5 / np.nanmedian(around, axis=1))
 

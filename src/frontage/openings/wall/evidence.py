@@ -9,8 +9,9 @@ from scipy import ndimage
 from frontage.geometry.arrays import Bool, Float, freeze
 from frontage.model.facade import Facade
 from frontage.model.masonry import MASONRY
-from frontage.openings.wall.beams import Beams, Raster
+from frontage.openings.wall.beams import Beams
 from frontage.openings.wall.expected import blurred, expected_beams
+from frontage.openings.wall.raster import WallRaster
 
 _FINEST = 0.02  # m, least side of a cell
 _COARSEST = MASONRY.half_brick  # m, largest side of a cell: the least pier
@@ -25,10 +26,10 @@ _BEHIND = 1.0  # nats for open per point behind the wall whose line of sight is 
 _CAP = 6.0  # nats of a cell at most: neighbouring beams err together
 _RELIEF = 0.05  # m: panels and courses of a wall are less deep
 _SCALES = 4  # how often the surroundings of a cell are doubled
-_BLUR = 0.1  # m, one sigma of the surroundings that tell empty areas
+_BLUR = 0.1  # m, one sigma of the surroundings that determine empty areas
 _EMPTY = 0.1  # share of the expected beams below which an area is empty
 _LARGE = 4.0  # m: openings without any return are smaller
-ENOUGH = 10.0
+BEAMS_TO_DECIDE = 10.0
 """Beams that a decision needs to be wrong once in a thousand cases."""
 
 
@@ -47,7 +48,7 @@ class Evidence:
     rays           whether the lines of sight are known
     """
 
-    raster: Raster
+    raster: WallRaster
     llr: Float
     solid: Float
     open: Float
@@ -70,7 +71,7 @@ def weigh(facade: Facade, beams: Beams) -> Evidence:
     wherever its line of sight is known; a mere point behind the wall counts only where the wall itself is
     missing, for rooms are scanned too.
     """
-    raster = Raster.over(facade, min(max(_PER_CELL * facade.spacing, _FINEST), _COARSEST))
+    raster = WallRaster.over(facade, min(max(_PER_CELL * facade.spacing, _FINEST), _COARSEST))
     solid, open_ = raster.count(*beams.solid.T), raster.count(*beams.open.T)
     inside = _inside(facade, raster)
     due = expected_beams(beams.solid, raster)
@@ -79,19 +80,19 @@ def weigh(facade: Facade, beams: Beams) -> Evidence:
     through = (_THROUGH if beams.rays else _BEHIND) * open_
     if not beams.rays:
         through *= ndimage.uniform_filter(solid, 3) < np.maximum(0.3 * expected, 1e-9)
-    llr = np.where(inside, balance(expected, solid, through), 0.0)
+    llr = np.where(inside, log_likelihood_ratio(expected, solid, through), 0.0)
     seen = solid + open_ > 0
     deep = raster.count(*beams.open[beams.open_depth > max(_RELIEF, 2.0 * beams.least)].T)
     return Evidence(raster, llr, solid, open_, deep, expected, due, seen, inside, beams.rays)
 
 
-def balance(expected: Float, solid: Float, through: Float) -> Float:
+def log_likelihood_ratio(expected: Float, solid: Float, through: Float) -> Float:
     """Returns the nats (h, w) for open: of missing beams, of hits, and `through` of beams beyond the wall."""
     lost = np.minimum(_LOST * expected, _MOST_LOST)
     return np.asarray(np.clip(lost - _HIT * solid + through, -_CAP, _CAP))
 
 
-def _inside(facade: Facade, raster: Raster) -> Bool:
+def _inside(facade: Facade, raster: WallRaster) -> Bool:
     """Returns which cells (h, w) have their middles within the facade's outline."""
     h, w = raster.shape
     x = raster.corner[0] + (np.arange(w) + 0.5) * raster.cell
@@ -104,21 +105,25 @@ def _inside(facade: Facade, raster: Raster) -> Bool:
 def _unwatched(seen: Float, expected: Float, inside: Bool, cell: float) -> Bool:
     """Returns the cells (h, w) beyond the end of the scan: empty areas too large for an opening."""
     out = np.zeros(seen.shape, np.bool_)
-    labels, _ = ndimage.label(inside & (enough(seen, expected, _BLUR / cell) < _EMPTY))
+    labels, _ = ndimage.label(inside & (local_rate(seen, expected, _BLUR / cell) < _EMPTY))
     for number, place in enumerate(ndimage.find_objects(labels), 1):
         if max(p.stop - p.start for p in place) * cell > _LARGE:
             out[place] |= labels[place] == number
     return out
 
 
-def enough(values: Float, due: Float, finest: float) -> Float:
+def local_rate(values: Float, due: Float, finest: float) -> Float:
     """Returns the sum of the values (h, w) around every cell per expected beam (`due`).
 
     The surroundings are as small as ten expected beams allow, from `finest` cells on.
     """
     out, left = np.zeros(values.shape), np.ones(values.shape, np.bool_)
     for wide in finest * 2.0 ** np.arange(_SCALES):
-        near = left & (4.0 * np.pi * wide**2 * due >= ENOUGH) if wide < finest * 2 ** (_SCALES - 1) else left
+        near = (
+            left & (4.0 * np.pi * wide**2 * due >= BEAMS_TO_DECIDE)
+            if wide < finest * 2 ** (_SCALES - 1)
+            else left
+        )
         if near.any():
             come, asked = (blurred(m, wide) for m in (values, due))
             out = np.where(near, come / np.maximum(asked, 1e-9), out)
@@ -126,7 +131,7 @@ def enough(values: Float, due: Float, finest: float) -> Float:
     return out
 
 
-def _unhidden(beams: Beams, raster: Raster, seen: Float) -> Float:
+def _unhidden(beams: Beams, raster: WallRaster, seen: Float) -> Float:
     """Returns the share (h, w) of a cell's beams that nothing before the wall stops.
 
     With rays: blocked beams against the others. Without: nothing is expected above and below a fitting as far
@@ -139,7 +144,7 @@ def _unhidden(beams: Beams, raster: Raster, seen: Float) -> Float:
     return 1.0 - _shadow(beams, raster)
 
 
-def _shadow(beams: Beams, raster: Raster) -> Float:
+def _shadow(beams: Beams, raster: WallRaster) -> Float:
     """Returns 1 where something before the wall (at most 1.5 m) may throw a shadow, else 0 (h, w).
 
     That is above and below it, as far as it stands out.

@@ -4,8 +4,8 @@ import numpy as np
 from scipy import ndimage
 
 from frontage.geometry.arrays import Array, Float
-from frontage.openings.wall.beams import Raster
 from frontage.openings.wall.density import triangulated_density
+from frontage.openings.wall.raster import WallRaster
 
 _AROUND = 0.5  # m, one sigma of the surroundings
 _CUT = 0.05  # share of wall in the surroundings below which nothing is expected
@@ -13,7 +13,7 @@ _FEW = 2.0  # beams that a cell must hold for its neighbours to be predicted fro
 _COARSEST = 0.2  # m: larger cells are cut by openings
 
 
-def expected_beams(points: Float, raster: Raster) -> Float:
+def expected_beams(points: Float, raster: WallRaster) -> Float:
     """Returns the number of beams (h, w) that cells of wall would return; 0 where no wall is near.
 
     `points` (n, 2) m are those on the wall. Where the cells hold too few of them, larger cells predict, four

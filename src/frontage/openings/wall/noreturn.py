@@ -9,21 +9,21 @@ from frontage.geometry.arrays import Float
 from frontage.model.facade import Facade
 from frontage.model.scan import Scan
 from frontage.openings.wall.beams import Beams
-from frontage.openings.wall.evidence import Evidence, balance
+from frontage.openings.wall.evidence import Evidence, log_likelihood_ratio
 
 _BEFORE = 0.3  # m before the wall that a station must stand
 _FLAT = 1e-2  # cosine of the incidence of the flattest beam that is followed to the wall
 _OPEN = 0.3  # share of the beams into an opening that are lost: panes and rooms return the others
 _LEAST = 0.02  # share of the beams to a wall that are lost, at least
 _WALLED = 0.7  # share of the expected beams that come back amid wall
-_AROUND = 3.0  # m, side of the square of wall that tells how many beams the wall loses
+_AROUND = 3.0  # m, side of the square of wall that shows how many beams the wall loses
 _FEW = 10.0  # beams of that square: fewer tell nothing
 _AMID = 3  # cells along and across that are looked at together
 _MOST = 3.0  # nats of a cell from lost beams at most: neighbouring beams are lost together
 _CAP = 6.0  # nats of a cell from all evidence at most
 
 
-def lost_places(facade: Facade, scan: Scan, beams: Beams) -> Float:
+def lost_beam_places(facade: Facade, scan: Scan, beams: Beams) -> Float:
     """Returns the places (k, 2) x, z m where beams without return crossed the local wall of a facade.
 
     Anything that stops a beam sends it back, so the way to the wall was free.
@@ -55,7 +55,7 @@ def with_lost_beams(evidence: Evidence, facade: Facade, scan: Scan, beams: Beams
     stops other beams, its edges swallow beams as well. What the density has already told of missing beams is
     not counted twice.
     """
-    lost = evidence.raster.count(*lost_places(facade, scan, beams).T)
+    lost = evidence.raster.count(*lost_beam_places(facade, scan, beams).T)
     if not lost.any():
         return evidence
     free = _free(evidence, beams, lost)
@@ -64,7 +64,7 @@ def with_lost_beams(evidence: Evidence, facade: Facade, scan: Scan, beams: Beams
     told = nats > 0.0
     if not told.any():
         return evidence
-    missing = balance(evidence.expected, np.zeros(lost.shape), np.zeros(lost.shape))
+    missing = log_likelihood_ratio(evidence.expected, np.zeros(lost.shape), np.zeros(lost.shape))
     llr = np.clip(evidence.llr + np.maximum(nats - missing, 0.0), -_CAP, _CAP)
     return replace(
         evidence,

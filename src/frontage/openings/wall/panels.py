@@ -7,7 +7,7 @@ from scipy import ndimage
 
 from frontage.geometry.arrays import Bool
 from frontage.openings.wall.beams import Beams
-from frontage.openings.wall.evidence import Evidence, balance, enough
+from frontage.openings.wall.evidence import Evidence, local_rate, log_likelihood_ratio
 
 _DEEPEST = 0.07  # m: masonry steps back by a quarter of a brick; leaves and panes lie deeper
 _FULL = 0.6  # share of the wall's beams that come back from a panel: glass returns less
@@ -27,10 +27,11 @@ def without_panels(evidence: Evidence, beams: Beams, ground: float) -> Evidence:
     held, first, second = (raster.count(x, z, depth**power) for power in range(3))
     come, first, second = (ndimage.uniform_filter(m, 3) for m in (held, first, second))
     spread = second / np.maximum(come, 1e-9) - (first / np.maximum(come, 1e-9)) ** 2
-    full = enough(held, evidence.expected, 1.0) >= _FULL
+    full = local_rate(held, evidence.expected, 1.0) >= _FULL
     full &= (evidence.expected > 0.0) & (spread < (beams.least / 2.0) ** 2)
     least = max(int(np.ceil(_NARROWEST / raster.cell)), 2)
-    full = ndimage.binary_closing(full, np.ones((3, 3), np.bool_))  # counts scatter
+    # counts scatter, so small gaps are closed first
+    full = ndimage.binary_closing(full, np.ones((3, 3), np.bool_))
     full = ndimage.binary_opening(full, np.ones((least, least), np.bool_))
     foot = max(int((ground + _ABOVE - raster.corner[1]) / raster.cell), 0)
     doors = _doors(full, evidence.llr > 0.0, foot, raster.cell)
@@ -39,7 +40,9 @@ def without_panels(evidence: Evidence, beams: Beams, ground: float) -> Evidence:
     if not held.any():
         return evidence
     solid, open_ = evidence.solid + held, evidence.open - held
-    llr = np.where(panel & evidence.inside, balance(evidence.expected, solid, 0.0 * open_), evidence.llr)
+    llr = np.where(
+        panel & evidence.inside, log_likelihood_ratio(evidence.expected, solid, 0.0 * open_), evidence.llr
+    )
     return replace(evidence, llr=llr, solid=solid, open=open_)
 
 

@@ -1,4 +1,4 @@
-"""Bays with slanting faces, shop fronts under a fascia, surrounds, pilasters: what is a wall of its own."""
+"""Bays with slanting faces, shop fronts under a fascia, surrounds, pilasters: which are walls."""
 
 from itertools import pairwise
 

@@ -1,4 +1,4 @@
-"""Curved heads of openings as they are measured where little tells them."""
+"""Curved heads of openings that few beams show."""
 
 import numpy as np
 import pytest

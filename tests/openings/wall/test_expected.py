@@ -1,13 +1,13 @@
-"""How many beams a piece of wall would catch, where they are many and where they are few."""
+"""How many beams a piece of wall would return, in dense and in sparse scans."""
 
 import numpy as np
 import pytest
 import shapely
 
 from frontage.openings import FoundOpenings, find_openings
-from frontage.openings.wall.beams import Raster
 from frontage.openings.wall.density import triangulated_density
 from frontage.openings.wall.expected import expected_beams
+from frontage.openings.wall.raster import WallRaster
 from fronts import box_of, scan_wall
 
 HOLES = [(x, z, x + 1.0, z + 1.4) for x in (1.0, 3.0, 5.0, 7.0) for z in (1.0, 4.0)]
@@ -24,14 +24,14 @@ def wall(dx, dz, scatter=0.0):
 @pytest.mark.parametrize(("dx", "dz"), [(0.02, 0.02), (0.08, 0.08), (0.17, 0.17), (0.3, 0.1), (0.1, 0.35)])
 def test_beams_due_are_those_of_the_wall_around_also_within_openings(dx, dz):
     cell = 0.05
-    due = expected_beams(wall(dx, dz, 0.002), Raster((0.0, 0.0), cell, (128, 180)))
+    due = expected_beams(wall(dx, dz, 0.002), WallRaster((0.0, 0.0), cell, (128, 180)))
     inner = due[10:-10, 10:-10] * dx * dz / cell**2
     assert np.quantile(inner, 0.05) > 0.6 and np.quantile(inner, 0.95) < 1.4
     assert abs(np.median(inner) - 1.0) < 0.1
 
 
 def test_nothing_is_due_away_from_the_wall():
-    due = expected_beams(wall(0.17, 0.17), Raster((0.0, 0.0), 0.1, (64, 160)))
+    due = expected_beams(wall(0.17, 0.17), WallRaster((0.0, 0.0), 0.1, (64, 160)))
     assert due[:, 140:].max() == 0.0 and due[:, :80].min() > 0.0
 
 

@@ -8,7 +8,7 @@ from frontage.model.scan import merge_scans
 from frontage.openings import find_openings
 from frontage.openings.wall.beams import sort_beams
 from frontage.openings.wall.evidence import weigh
-from frontage.openings.wall.noreturn import lost_places, with_lost_beams
+from frontage.openings.wall.noreturn import lost_beam_places, with_lost_beams
 from raster_scans import facade_of, scan_raster, within
 
 FRONT = (1.5, 0.2, 8.0, 5.0)  # m, wider than what is taken for the end of a scan
@@ -30,7 +30,7 @@ def amid(evidence, box):
 def test_lost_beams_lie_where_nothing_came_back():
     scan = merge_scans([scan_raster(within(FRONT), step=0.006)[0]])
     facade = facade_of(scan)
-    places = lost_places(facade, scan, sort_beams(facade, scan))
+    places = lost_beam_places(facade, scan, sort_beams(facade, scan))
     inner = places[((places > 0.1) & (places < (9.9, 5.9))).all(1)]  # not those that passed beside the wall
     assert len(inner) > 1000
     assert (np.abs(inner - np.clip(inner, FRONT[:2], FRONT[2:])) < 0.01).all()
@@ -69,6 +69,6 @@ def test_clouds_without_raster_are_weighed_as_before():
     bare = replace(scan, no_returns=())
     facade = facade_of(bare)
     beams = sort_beams(facade, bare)
-    assert len(lost_places(facade, bare, beams)) == 0
+    assert len(lost_beam_places(facade, bare, beams)) == 0
     before = weigh(facade, beams)
     assert with_lost_beams(before, facade, bare, beams) is before

@@ -7,8 +7,8 @@ import pytest
 
 from frontage.openings.layout.inferred import infer
 from frontage.openings.layout.pooling import pool
-from frontage.openings.wall.beams import Raster
 from frontage.openings.wall.evidence import Evidence
+from frontage.openings.wall.raster import WallRaster
 from openings.fronts import SIZE, front
 
 CELL = 0.05
@@ -17,7 +17,7 @@ CELL = 0.05
 def evidence(boxes, hidden=(), size=(14.0, 14.0)):
     """Evidence of a front whose openings are `boxes`, nothing known within the boxes `hidden`."""
     shape = (int(size[1] / CELL), int(size[0] / CELL))
-    raster = Raster((-1.0, 0.0), CELL, shape)
+    raster = WallRaster((-1.0, 0.0), CELL, shape)
     x = raster.corner[0] + (np.arange(shape[1]) + 0.5) * CELL
     z = raster.corner[1] + (np.arange(shape[0]) + 0.5) * CELL
 

@@ -1,4 +1,4 @@
-"""Bands of windows that joinery parts: where they are several, and where casements meet in one."""
+"""Bands of windows parted by joinery: several windows, and casements that meet in one."""
 
 import numpy as np
 import pytest

@@ -1,0 +1,53 @@
+"""Cells over the plane of a facade, to count beams and points in."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from frontage.geometry.arrays import Bool, Float, Int
+from frontage.model.facade import Facade
+
+
+@dataclass(frozen=True)
+class WallRaster:
+    """Cells over the facade plane.
+
+    corner  x, z m of the lower left corner
+    cell    m, side of a cell
+    shape   number of rows (upwards) and columns
+    """
+
+    corner: tuple[float, float]
+    cell: float
+    shape: tuple[int, int]
+
+    @classmethod
+    def over(cls, facade: Facade, cell: float) -> "WallRaster":
+        """Returns the raster with cells of `cell` m over the facade's bounding box."""
+        x0, z0, x1, z1 = facade.extent
+        return cls((x0, z0), cell, (int((z1 - z0) / cell) + 1, int((x1 - x0) / cell) + 1))
+
+    def flat(self, x: Float, z: Float) -> Int:
+        """Returns the number of the cell of every place (n,), row by row; -1 outside or for NaN."""
+        with np.errstate(invalid="ignore"):
+            c = np.floor((x - self.corner[0]) / self.cell)
+            r = np.floor((z - self.corner[1]) / self.cell)
+            inside = (c >= 0) & (r >= 0) & (c < self.shape[1]) & (r < self.shape[0])
+            return np.where(inside, r * self.shape[1] + c, -1.0).astype(np.int64)
+
+    def box(self, r0: int, c0: int, r1: int, c1: int) -> tuple[float, float, float, float]:
+        """Returns the box x0, z0, x1, z1 m of the cells in the rows [r0, r1) and columns [c0, c1)."""
+        x, z = self.corner
+        return x + c0 * self.cell, z + r0 * self.cell, x + c1 * self.cell, z + r1 * self.cell
+
+    def middles(self, which: Bool) -> Float:
+        """Returns the middles (n, 2) x, z m of the cells that are set in `which` (h, w), row by row."""
+        rows, columns = np.nonzero(which)
+        return np.column_stack([columns + 0.5, rows + 0.5]) * self.cell + self.corner
+
+    def count(self, x: Float, z: Float, weight: Float | None = None) -> Float:
+        """Counts the places (n,) in each cell (h, w), or sums their weights (n,)."""
+        at = self.flat(x, z)
+        on, size = at >= 0, self.shape[0] * self.shape[1]
+        sums = np.bincount(at[on], None if weight is None else weight[on], size)
+        return sums.reshape(self.shape).astype(np.float64)

@@ -1,0 +1,130 @@
+"""The depth of a wall, place by place: the surface that fills much of its surroundings."""
+
+import numpy as np
+from scipy import ndimage
+
+from frontage.geometry.arrays import Array, Bool, Float, distinct
+from frontage.openings.wall.raster import WallRaster
+
+_FINE = 8  # cells of a tile, along and across, in which its area is counted
+_KERNEL = 0.8  # m, one sigma of the surroundings that determine the depth of a tile: wider than half a window
+_PEAK = 0.25  # share of the largest area that a surface needs to be the wall: glass fronts hold little wall
+_FINEST = 0.01  # m, least bin of depths
+_RECESS = 6.0  # m: shop fronts and gates are smaller; parts that are wider or higher and set back are walls
+# m: the wall that a pier belongs to is that near; a recess smaller than that is no bay of the wall
+_BESIDE = 1.5
+_PIER = 0.4  # share of a tile that a pier fills
+
+TILE = 0.25
+"""m, side of the tiles that hold the depth of the wall."""
+
+FITTING = 0.3
+"""m: sills, surrounds, open shutters and cut stone stand out no further, and close what they cover."""
+
+
+def wall_depth(xyz: Float, raster: WallRaster, roughness: float) -> Float:
+    """Returns the depth (h, w) y m of the surface that fills much of the area around each tile.
+
+    Of several surfaces it is the one on the facade plane or nearest before it, else the first behind it:
+    frames and panes lie behind the wall they belong to, balconies and bays well before it.
+    """
+    step = max(roughness, _FINEST)
+    low, high = float(xyz[:, 1].min()), float(xyz[:, 1].max())
+    bins = int((high - low) / step) + 2
+    level = ((xyz[:, 1] - low) / step).astype(np.int64)
+    flat = raster.flat(xyz[:, 0], xyz[:, 2])
+    fine = WallRaster(raster.corner, TILE / _FINE, (raster.shape[0] * _FINE, raster.shape[1] * _FINE))
+    kept = flat >= 0
+    key = fine.flat(xyz[kept, 0], xyz[kept, 2]) * bins + level[kept]
+    cell, offset = np.divmod(distinct(key), bins)  # area, not points: every cell counts once per offset
+    row, column = np.divmod(cell, fine.shape[1])
+    tile = row // _FINE * raster.shape[1] + column // _FINE
+    held = np.bincount(tile * bins + offset, minlength=raster.shape[0] * raster.shape[1] * bins)
+    own = held.reshape(*raster.shape, bins).astype(np.float32)
+    wide = (_KERNEL / TILE, _KERNEL / TILE, 1.0)
+    area = ndimage.gaussian_filter(own, wide, mode="constant", truncate=3.0)
+    y = np.asarray(low + (np.arange(bins) + 0.5) * step, np.float64)
+    wall = _without_recesses(_chosen(area, y, 3.0 * step), own, y, 3.0 * step)
+    return _refined(wall, xyz, raster, 3.0 * step)
+
+
+def _chosen(area: Array, y: Float, slack: float) -> Float:
+    """Returns the depth (h, w) m of the wall among the peaks of `area` (h, w, bins) at y (bins,) m."""
+    peak = (area >= _PEAK * area.max(2, keepdims=True)) & (area > 0)
+    peak[..., 1:-1] &= (area[..., 1:-1] >= area[..., :-2]) & (area[..., 1:-1] > area[..., 2:])
+    # surfaces before the plane rank by how far they stand out; those behind it come after all of them
+    rank = np.where(y <= slack, np.abs(y), 10.0 + y)
+    best = np.where(peak, rank, np.inf).argmin(2)
+    empty = ~peak.any(2)
+    if empty.all():
+        return np.zeros(empty.shape)
+    return _filled(y[best], empty)
+
+
+def _without_recesses(wall: Float, own: Array, y: Float, slack: float) -> Float:
+    """Corrects the depth (h, w) m where it follows panes, gates and rooms of wide openings.
+
+    These may be the surface with most area around, but they are neither as wide nor as high as a set-back
+    part of the building. Piers between them are wall: tiles that mostly hold (`own` (h, w, bins)) the wall
+    beside.
+    """
+    bay = int(_BESIDE / TILE)
+    panel = (ndimage.grey_closing(wall, (bay, bay)) > wall + slack) & (wall < -FITTING)
+    wall = _filled(wall, panel)
+    beside = ndimage.minimum_filter(wall, bay)
+    level = np.abs(y - beside[..., None]) <= slack
+    pier = np.einsum("rcb,rcb->rc", own, level) > _PIER * own.sum(2)
+    high, wide = _opened(wall)
+    wall = np.where(pier & (wall > np.minimum(high, wide) + slack), beside, wall)
+    return _filled(wall, wall > np.maximum(*_opened(wall)) + slack)
+
+
+def _opened(wall: Float) -> tuple[Float, Float]:
+    """Removes from the map (h, w) what is lower, and what is narrower, than a set-back part of a building."""
+    size = int(_RECESS / TILE)
+    return ndimage.grey_opening(wall, (size, 1)), ndimage.grey_opening(wall, (1, size))
+
+
+def _filled(values: Float, gap: Bool) -> Float:
+    """Fills the gaps in the values (h, w) with the nearest others."""
+    near = ndimage.distance_transform_edt(gap, return_distances=False, return_indices=True)
+    return np.asarray(values[tuple(near)])
+
+
+def _refined(wall: Float, xyz: Float, raster: WallRaster, slack: float) -> Float:
+    """Refines the depth (h, w) m to the mean of the wall's own points around each tile.
+
+    Tiles with few of these points belong to openings: they take the depth of the wall beside, not that of
+    their mullions and frames.
+    """
+    flat = raster.flat(xyz[:, 0], xyz[:, 2])
+    d = xyz[:, 1] - value_at(wall, raster, xyz[:, 0], xyz[:, 2])
+    on = (flat >= 0) & (np.abs(d) <= slack)
+    size = raster.shape[0] * raster.shape[1]
+    number = np.bincount(flat[on], minlength=size).reshape(raster.shape).astype(np.float64)
+    total = np.bincount(flat[on], d[on], minlength=size).reshape(raster.shape)
+    weight = ndimage.uniform_filter(number, 3, mode="constant")
+    mean = ndimage.uniform_filter(total, 3, mode="constant") / np.maximum(weight, 1e-9)
+    own = wall + np.where(weight > 1e-9, mean, 0.0)
+    most = ndimage.maximum_filter(weight, 2 * int(_BESIDE / TILE) + 1)
+    beside = _between(own, weight >= _PIER * most)
+    return np.where(np.abs(beside - own) <= slack, beside, own)
+
+
+def _between(values: Float, held: Bool) -> Float:
+    """Interpolates the values (h, w) that are not `held` between the next held ones of their row."""
+    w = values.shape[1]
+    at = np.broadcast_to(np.arange(w), values.shape)
+    left = np.maximum.accumulate(np.where(held, at, -1), axis=1)
+    right = np.minimum.accumulate(np.where(held, at, w)[:, ::-1], axis=1)[:, ::-1]
+    before, after = (np.take_along_axis(values, np.clip(k, 0, w - 1), 1) for k in (left, right))
+    line = before + (after - before) * (at - left) / np.maximum(right - left, 1)
+    return np.where((left < 0) | (right >= w), values, line)
+
+
+def value_at(values: Float, raster: WallRaster, x: Float, z: Float) -> Float:
+    """Returns the value (n,) of the cell of each place, or of the nearest cell."""
+    h, w = raster.shape
+    c = np.clip((x - raster.corner[0]) / raster.cell, 0, w - 1).astype(np.int64)
+    r = np.clip((z - raster.corner[1]) / raster.cell, 0, h - 1).astype(np.int64)
+    return np.asarray(values.ravel()[r * w + c])
