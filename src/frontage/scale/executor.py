@@ -5,12 +5,16 @@ of workers only changes the time. Every worker uses a single thread, because pro
 of threads are slower, and because BLAS sums in a different order with a different number of threads.
 """
 
+import ctypes
 import multiprocessing
 import os
 import signal
+import sys
+import threading
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
+from multiprocessing.process import BaseProcess
 from types import TracebackType
 from typing import Any, Protocol, Self, TypeVar
 
@@ -19,6 +23,7 @@ from frontage.errors import FrontageError
 Item = TypeVar("Item")
 Result = TypeVar("Result")
 
+_PR_SET_PDEATHSIG = 1  # of prctl(2)
 THREAD_VARIABLES = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "VECLIB_MAXIMUM_THREADS")
 
 
@@ -143,9 +148,29 @@ def make_executor(workers: int = 1) -> Executor:
 
 
 def _quiet_worker() -> None:
-    """Prepares a worker: it uses one thread and leaves Ctrl-C to its parent."""
+    """Prepares a worker: it uses one thread, leaves Ctrl-C to its parent, and ends when its parent ends."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    signal.signal(signal.SIGTERM, signal.SIG_DFL)
+    _end_with_parent()
     for name in THREAD_VARIABLES:
         os.environ[name] = "1"
     cv2: Any = __import__("cv2")
     cv2.setNumThreads(1)
+
+
+def _end_with_parent() -> None:
+    """Makes sure that a worker does not outlive its parent, which may be killed without a chance to say so.
+
+    On Linux the kernel sends the signal, whatever the worker is doing; elsewhere a thread watches the parent.
+    """
+    parent = multiprocessing.parent_process()
+    if parent is None:
+        return
+    if sys.platform == "linux":
+        ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGKILL)
+    threading.Thread(target=_watch, args=(parent,), daemon=True).start()
+
+
+def _watch(parent: BaseProcess) -> None:
+    parent.join()
+    os._exit(1)
