@@ -34,7 +34,7 @@ def find_buildings(
 
     Paper A, section 2.1, distributes the points into the cells of an octree and takes each connected
     component as a building; ``method="paper"`` stops there. Beyond the paper, ground and occluders are taken
-    out, and the components are cut into houses along their street fronts (docs/buildings.md). Where
+    out, and the components are cut into houses along their street fronts (docs/methods/buildings.md). Where
     footprints are given, they decide.
 
     Buildings are numbered B01, B02, ... along the longest front from left to right, then across the street.

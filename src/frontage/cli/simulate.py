@@ -18,8 +18,8 @@ from frontage.cli.console import common, progress, workers_option
 def command(spec: Path | None, seed: int | None, out: Path, workers: int, quiet: bool, as_json: bool) -> None:
     """Simulate a street with exact truth: scans, photos, an LoD2 model, and a project that reads them.
 
-    What SPEC.toml leaves out is drawn from the seed; with --seed alone everything is. docs/simulate.md
-    tells the keys.
+    What SPEC.toml leaves out is drawn from the seed; with --seed alone everything is. The keys are in
+    docs/reference/simulate.md.
     """
     from frontage.io.files import text_of
     from frontage.simulate.spec import SceneSpec, parse_spec

@@ -42,7 +42,7 @@ def command(
     quiet: bool,
     as_json: bool,
 ) -> None:
-    """Check solids against ISO 19107, with val3dity's error codes (docs/validate.md).
+    """Check solids against ISO 19107, with val3dity's error codes (docs/methods/validation.md).
 
     Reads CityJSON, CityJSONSeq, CityGML, IndoorGML, JSON-FG, OBJ, OFF, POLY. Exit code 0: all valid,
     1: something was found, or a file cannot be read.

@@ -1,6 +1,6 @@
 """The truth of a scene as the scorers use it, in metres, local to the origin of the truth.
 
-The file that it is read from is described in docs/simulate.md, "Truth".
+The file that it is read from is described in docs/reference/simulate.md, "Truth".
 """
 
 from collections.abc import Mapping, Sequence

@@ -20,8 +20,8 @@ def city_building(
 ) -> CityBuilding:
     """Returns the building with its installations and, per part, a coarse solid (LoD2) and a fine one (LoD3).
 
-    Window and Door surfaces have the id of their opening and the attributes that docs/model.md lists;
-    `parent` is the id of the wall that holds the opening.
+    Window and Door surfaces have the id of their opening and the attributes that docs/reference/model.md
+    lists; `parent` is the id of the wall that holds the opening.
     """
     about = dict(_of_elements(fronts))
     several = len(assembled.built) > 1

@@ -25,7 +25,8 @@ class Estimate(Generic[T]):
     """A value, its covariance (k, k) in squared units of its parameters, and its degrees of freedom.
 
     For a `Rigid3` the covariance is (6, 6), order translation (m), rotation (rad); see geometry.rigid.
-    `dof` is the *effective* redundancy, in which correlated residuals count only once (docs/facades.md).
+    `dof` is the *effective* redundancy, in which correlated residuals count only once
+    (docs/methods/facades.md).
     """
 
     value: T

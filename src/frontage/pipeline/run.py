@@ -10,10 +10,11 @@ from typing import Any
 
 import frontage
 from frontage.errors import FrontageError, OptionError, WorkspaceError
-from frontage.pipeline.graph import Graph, Stage
+from frontage.pipeline.graph import Graph
 from frontage.pipeline.inputs import hash_inputs
 from frontage.pipeline.progress import Progress, Silent
 from frontage.pipeline.project import Project, project_from_table
+from frontage.pipeline.stage import Stage
 from frontage.pipeline.stages import STAGES
 from frontage.pipeline.store.lock import locked
 from frontage.pipeline.store.manifest import Manifest, StageRecord

@@ -22,7 +22,8 @@ def read_city_model(
 ) -> CityModel:
     """Read the buildings of a CityJSON, CityJSONSeq, CityGML, GeoJSON or GeoPackage file.
 
-    In GeoJSON and GeoPackage files, footprints of known height become blocks of LoD1 (docs/citymodels.md).
+    In GeoJSON and GeoPackage files, footprints of known height become blocks of LoD1
+    (docs/reference/city-models.md).
     Polygons that cannot be used are left out; the model's `problems` name them, building by building.
 
     world   the world of the run; None: decided from the file (projected metric CRS, whole-metre origin)

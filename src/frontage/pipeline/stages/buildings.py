@@ -6,7 +6,7 @@ from frontage.buildings import BuildingSplit, find_buildings
 from frontage.io.citymodels.footprints import read_footprints
 from frontage.model import Footprint, Scan
 from frontage.pipeline.clouds import Neighbourhoods, around, thin_to, working_cloud
-from frontage.pipeline.graph import After, Job, Stage
+from frontage.pipeline.stage import After, Job, Stage
 from frontage.pipeline.stages.scans import approximate
 from frontage.pipeline.store.records import BuildingRecord
 from frontage.pipeline.store.results import StageResult

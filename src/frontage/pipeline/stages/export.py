@@ -4,8 +4,8 @@ from dataclasses import dataclass
 
 from frontage.exports import FacadePicture, facade_mesh
 from frontage.io.meshes.textured import TexturedMesh, write_glb, write_obj
-from frontage.pipeline.graph import After, Job, Stage
 from frontage.pipeline.pictures import facade_picture
+from frontage.pipeline.stage import After, Job, Stage
 from frontage.pipeline.store.results import StageResult
 
 

@@ -2,7 +2,7 @@
 
 from frontage.facades import find_facades
 from frontage.model import Building, Facade, Failed, Scan
-from frontage.pipeline.graph import Job, Stage, attempt, gather, per_building
+from frontage.pipeline.stage import Job, Stage, attempt, gather, per_building
 from frontage.pipeline.store.results import Part, StageWarning
 
 Found = tuple[Facade | Failed, ...]

@@ -16,9 +16,9 @@ from frontage.io.citymodels.read import read_city_model
 from frontage.io.meshes.glb import GlbMesh, glb_of
 from frontage.model import Building, Elements, Facade, Failed
 from frontage.model.citymodel import CityBuilding, Shell
-from frontage.pipeline.graph import After, Job, Stage, attempt
 from frontage.pipeline.groundplans import ground_plans
 from frontage.pipeline.pictures import wall_picture
+from frontage.pipeline.stage import After, Job, Stage, attempt
 from frontage.pipeline.store.files import write_json
 from frontage.pipeline.store.records import BuildingRecord
 from frontage.pipeline.store.results import StageResult, StageWarning

@@ -10,9 +10,9 @@ from frontage.catalog import number_building
 from frontage.model import Building, Elements, Facade, Failed, OrthoImage, Scan
 from frontage.openings import FoundOpenings, OpeningOptions, find_openings
 from frontage.openings.duplicates import without_duplicates
-from frontage.pipeline.graph import After, Job, Stage, attempt, per_building, warned
 from frontage.pipeline.pictures import evidence_pictures, save_picture
 from frontage.pipeline.project import Project
+from frontage.pipeline.stage import After, Job, Stage, attempt, per_building, warned
 from frontage.pipeline.store.elements import check_elements
 from frontage.pipeline.store.results import EvidencePicture, OpeningsPart, StageResult, StageWarning
 from frontage.pipeline.store.store import Store

@@ -7,7 +7,7 @@ from frontage.io.photos.photoset import PhotoSet
 from frontage.io.photos.read import read_photos
 from frontage.model import Facade, Failed, OrthoImage, Scan
 from frontage.ortho import make_ortho
-from frontage.pipeline.graph import Job, Stage, attempt, gather, per_building
+from frontage.pipeline.stage import Job, Stage, attempt, gather, per_building
 from frontage.pipeline.store.results import Part, StageResult, StageWarning
 
 

@@ -15,7 +15,7 @@ from frontage.io.citymodels.read import read_city_model
 from frontage.io.scans.read import ScanSource
 from frontage.model import CityModel, Estimate, Scan, Surface, merge_scans
 from frontage.pipeline.clouds import around, thin_to
-from frontage.pipeline.graph import Job, Stage
+from frontage.pipeline.stage import Job, Stage
 from frontage.pipeline.stages.scans import approximate
 from frontage.pipeline.store import registration as files
 from frontage.pipeline.store.results import StageResult, StageWarning

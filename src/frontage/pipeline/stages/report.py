@@ -2,8 +2,8 @@
 
 from dataclasses import replace
 
-from frontage.pipeline.graph import After, Job, Stage
 from frontage.pipeline.reportdata import report_data
+from frontage.pipeline.stage import After, Job, Stage
 from frontage.pipeline.store.results import StageResult
 from frontage.report import ReportData, render_report
 

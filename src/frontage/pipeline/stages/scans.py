@@ -7,8 +7,8 @@ from frontage.geometry.arrays import Float
 from frontage.io.photos.read import read_photos
 from frontage.io.scans.read import read_scans
 from frontage.model import Scan, merge_scans
-from frontage.pipeline.graph import Job, Stage
 from frontage.pipeline.project import Project
+from frontage.pipeline.stage import Job, Stage
 from frontage.pipeline.store.results import ScansResult, WorldRecord
 
 

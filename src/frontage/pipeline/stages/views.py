@@ -11,8 +11,8 @@ from frontage.catalog.sightlines import ScannedSurfaces, photo_views, scanned_su
 from frontage.errors import FrontageError
 from frontage.io.photos.read import read_photos
 from frontage.model import Elements, Facade, Failed, Photo
-from frontage.pipeline.graph import After, Job, Stage, attempt, gather, per_building, warned
 from frontage.pipeline.pictures import drawing_ground, save_picture
+from frontage.pipeline.stage import After, Job, Stage, attempt, gather, per_building, warned
 from frontage.pipeline.store.results import Part, StageResult, StageWarning
 from frontage.report.drawing import opening_picture
 from frontage.report.evidence import Picture

@@ -16,8 +16,7 @@ Layout (more in the reference of the run folder)::
 Every method that writes also takes note of the files, so that the marker of the stage can promise them.
 """
 
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -36,63 +35,16 @@ from frontage.io.scans.npz import load_scan, save_scan
 from frontage.model import Building, Elements, Facade, OrthoImage, Scan, WorldRef
 from frontage.pipeline.project import Project
 from frontage.pipeline.store import elements as elementfiles
-from frontage.pipeline.store.files import read_array, read_json, write_array, write_bytes, write_json
-from frontage.pipeline.store.manifest import Manifest
-from frontage.pipeline.store.markers import Markers
+from frontage.pipeline.store.files import read_array, read_json, write_array, write_json
+from frontage.pipeline.store.folder import Folder
 from frontage.pipeline.store.records import BuildingRecord, load_facade, save_facade
 from frontage.pipeline.store.results import OpeningsPart, ScansResult, result_from_json
 
 _AGAIN = "run `frontage run` again"
 
 
-class Store:
+class Store(Folder):
     """A run folder. Methods named after a noun read it, methods named save_... write it."""
-
-    def __init__(self, out: Path | str) -> None:
-        """Open an existing run folder. Raises WorkspaceError if it is none."""
-        self.out = Path(out)
-        self.markers = Markers(self.out)
-        self._written: list[Path] = []
-        if self.out.exists() and not self.out.is_dir():
-            raise WorkspaceError(f"{self.out} is a file, not a run folder; give another name")
-        if not self.manifest_path.is_file():
-            raise WorkspaceError(
-                f"{self.out} is not a run folder (it has no manifest.json); `frontage run` makes one"
-            )
-
-    @classmethod
-    def create(cls, out: Path | str) -> "Store":
-        """Open a run folder; create it if it does not exist. Raises WorkspaceError if it cannot be one."""
-        path = Path(out)
-        if path.exists() and not path.is_dir():
-            raise WorkspaceError(f"{path} is a file; give another name for the run folder")
-        try:
-            path.mkdir(parents=True, exist_ok=True)
-            if not _readable(path / "manifest.json"):
-                write_json(path / "manifest.json", {})
-        except OSError as error:
-            raise WorkspaceError(
-                f"{path} cannot be written ({error.strerror}); give another run folder"
-            ) from None
-        return cls(path)
-
-    # -- the manifest and the markers ------------------------------------------------------------------
-
-    @property
-    def manifest_path(self) -> Path:
-        """OUT/manifest.json."""
-        return self.out / "manifest.json"
-
-    def manifest(self) -> Manifest:
-        """Return the manifest. Raises WorkspaceError if it cannot be read."""
-        try:
-            return Manifest.from_json(read_json(self.manifest_path))
-        except (OSError, ValueError, KeyError, TypeError, AttributeError) as error:
-            raise WorkspaceError(f"{self.manifest_path} cannot be read ({error}); {_AGAIN}") from None
-
-    def save_manifest(self, manifest: Manifest) -> None:
-        """Write the manifest."""
-        write_json(self.manifest_path, manifest.to_json())
 
     def project(self) -> Project:
         """Return the project that made the run. Raises WorkspaceError if this version cannot read it."""
@@ -114,24 +66,6 @@ class Store:
     def world(self) -> WorldRef:
         """Return the local frame of the run. Raises WorkspaceError before a scan was read."""
         return self.scans().world_ref
-
-    @contextmanager
-    def recording(self) -> Iterator[list[Path]]:
-        """Collect the files that are written in the block."""
-        before, self._written = self._written, []
-        try:
-            yield self._written
-        finally:
-            self._written = before
-
-    def wrote(self, *paths: Path) -> None:
-        """Take note of files that were written."""
-        self._written.extend(paths)
-
-    def put(self, path: Path, data: bytes) -> None:
-        """Write a file of bytes."""
-        write_bytes(path, data)
-        self.wrote(path)
 
     # -- scans -----------------------------------------------------------------------------------------
 
@@ -158,17 +92,7 @@ class Store:
         save_scan(path, scan)
         self.wrote(path)
 
-    @property
-    def registration_folder(self) -> Path:
-        """OUT/registration."""
-        return self.out / "registration"
-
     # -- buildings -------------------------------------------------------------------------------------
-
-    @property
-    def buildings_folder(self) -> Path:
-        """OUT/buildings."""
-        return self.out / "buildings"
 
     def building_records(self) -> tuple[BuildingRecord, ...]:
         """Return the buildings found, in order; empty before that stage. Raises FileError if damaged."""
@@ -222,10 +146,6 @@ class Store:
         return self.buildings_folder / f"{building}{ending}"
 
     # -- facades ---------------------------------------------------------------------------------------
-
-    def facade_folder(self, facade: str) -> Path:
-        """OUT/facades/B07_F1 of "B07/F1"."""
-        return self.out / "facades" / facade.replace("/", "_")
 
     def facades_of(self, building: str, stage: str = "facades") -> list[str]:
         """Return the facades of a building that `stage` has a result for; empty before that stage."""
@@ -320,11 +240,6 @@ class Store:
         source = self.project().photos
         return None if source is None else read_photos(source, self.world())
 
-    @property
-    def model_folder(self) -> Path:
-        """OUT/model."""
-        return self.out / "model"
-
     def model(self) -> dict[str, dict[str, Any]]:
         """Return what `model/report.json` says of every building of the model; empty without a model."""
         path = self.model_folder / "report.json"
@@ -334,11 +249,3 @@ class Store:
             return dict(read_json(path))
         except (OSError, ValueError) as error:
             raise FileError(path, f"is damaged ({error})", "run `frontage model` again") from None
-
-
-def _readable(path: Path) -> bool:
-    try:
-        Manifest.from_json(read_json(path))
-    except (OSError, ValueError, KeyError, TypeError, AttributeError):
-        return False
-    return True

@@ -1,4 +1,6 @@
-"""The truth of a simulated scene as plain tables, the content of `truth.json` (docs/simulate.md, "Truth").
+"""The truth of a simulated scene as plain tables, the content of `truth.json`.
+
+The keys are in docs/reference/simulate.md, "Truth".
 
 Positions are in world coordinates, angles in degrees and lengths in metres. Outlines and depths are in the
 frame of their facade: origin on the main plane at the lower left corner, x right as seen from the street, y
