@@ -18,6 +18,11 @@ if TYPE_CHECKING:
 Command = TypeVar("Command", bound=Callable[..., Any])
 
 
+def printable(text: str) -> str:
+    """Return text without control characters, which file names may hold and a terminal would obey."""
+    return "".join(c if c.isprintable() or c == "\n" else repr(c)[1:-1] for c in text)
+
+
 def common(command: Command) -> Command:
     """Add --json, --quiet and -v to a command; -v needs no parameter, the others do."""
     command = click.option("--json", "as_json", is_flag=True, help="Print the result as JSON on stdout.")(
@@ -39,7 +44,7 @@ def common(command: Command) -> Command:
 
 def workers_option(command: Command) -> Command:
     """Add --workers."""
-    kind = click.IntRange(min=1)
+    kind = click.IntRange(1, 1024)
     text = "Processes; the result does not depend on it."
     return click.option("--workers", "-w", type=kind, default=1, show_default=True, help=text)(command)
 
@@ -144,15 +149,15 @@ def tell(summary: "Summary", quiet: bool, as_json: bool, strict: bool = False) -
 def _outcome(summary: "Summary", quiet: bool) -> None:
     for _, warning in summary.warnings:
         hint = f"; {warning.hint}" if warning.hint else ""
-        click.echo(f"warning {warning.code} {warning.item}: {warning.message}{hint}", err=True)
+        click.echo(printable(f"warning {warning.code} {warning.item}: {warning.message}{hint}"), err=True)
     if quiet:
         return
     for note in summary.notes:
-        click.echo(f"note: {note}", err=True)
+        click.echo(printable(f"note: {note}"), err=True)
     made = f"{len(summary.facades)} ortho-images"
     if "openings" in summary.items:
         made += f" and {summary.items['openings']} openings"
-    click.echo(f"{made} in {summary.out / 'facades'}; see {summary.out / 'report.html'}")
+    click.echo(printable(f"{made} in {summary.out / 'facades'}; see {summary.out / 'report.html'}"))
 
 
 def as_table(summary: "Summary") -> dict[str, Any]:

@@ -14,6 +14,7 @@ from typing import Any
 import click
 
 from frontage import __version__
+from frontage.cli.console import printable
 from frontage.errors import FrontageError
 
 # Each command with its line in --help, so that help imports nothing; it lives in the module of its name.
@@ -72,7 +73,7 @@ class LazyGroup(click.Group):
             click.echo("interrupted; the same command goes on where it was", err=True)
             code = 130
         except FrontageError as error:
-            click.echo(f"frontage: {error} [{error.code}]", err=True)
+            click.echo(f"frontage: {printable(str(error))} [{error.code}]", err=True)
             code = 1
         except BrokenPipeError:
             os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
@@ -93,7 +94,7 @@ def _bug(error: Exception) -> int:
         import traceback
 
         traceback.print_exception(error)
-    text = " ".join(str(error).split())[:200]
+    text = printable(" ".join(str(error).split())[:200])
     click.echo(
         f"frontage: unexpected {type(error).__name__}: {text}; a bug: run with -v and report it", err=True
     )

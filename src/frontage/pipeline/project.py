@@ -78,9 +78,11 @@ def load_project(path: Path, changes: Mapping[str, Mapping[str, Any]] | None = N
     Raises FileError when it is missing or not TOML, OptionError for an unknown key or a value out of range.
     """
     try:
-        table = tomllib.loads(text_of(path, _NO_PROJECT))
+        table = tomllib.loads(text_of(path, _NO_PROJECT).removeprefix("\ufeff"))
     except tomllib.TOMLDecodeError as error:
         raise FileError(path, f"is not valid TOML: {error}", "correct that line") from None
+    except RecursionError:
+        raise FileError(path, "is nested too deeply to be a project", _NO_PROJECT) from None
     for name, values in (changes or {}).items():
         if values and isinstance(table.setdefault(name, {}), dict):
             table[name] |= values
@@ -134,13 +136,28 @@ def _scan_tables(scan: dict[str, Any], base: Path) -> list[dict[str, Any]]:
 
 
 def _matches(base: Path, pattern: str) -> list[str]:
-    path = str((base / Path(pattern).expanduser()).absolute())
+    path = _placed(base, pattern)
     if not glob.has_magic(path) or Path(path).exists():
         return [path]
     found = sorted(glob.glob(path, recursive=True))
     if not found:
         raise FileError(pattern, "matches no file", f"paths are relative to {base}")
     return found
+
+
+def _placed(base: Path, given: str) -> str:
+    """Return a path of the project as an absolute one. Raises FileError for what can be no path."""
+    try:
+        path = (base / Path(given).expanduser()).absolute()
+        path.lstat()
+    except FileNotFoundError:
+        return str(path)
+    except PermissionError:
+        return str(path)  # reading it tells more
+    except (RuntimeError, ValueError, OSError) as error:  # no such user, a NUL, a name that is too long
+        reason = getattr(error, "strerror", None) or str(error)
+        raise FileError(given, f"cannot be a path ({reason.rstrip('.').lower()})", "correct it") from None
+    return str(path)
 
 
 def _absolute(table: Any, base: Path, keys: tuple[str, ...], globs: bool = False) -> Any:
@@ -151,9 +168,9 @@ def _absolute(table: Any, base: Path, keys: tuple[str, ...], globs: bool = False
     for key in keys:
         value = out.get(key)
         if isinstance(value, list):
-            out[key] = [str((base / Path(str(v)).expanduser()).absolute()) for v in value]
+            out[key] = [_placed(base, str(v)) for v in value]
         elif value is not None:
-            out[key] = str((base / Path(str(value)).expanduser()).absolute())
+            out[key] = _placed(base, str(value))
     return out
 
 

@@ -24,6 +24,7 @@ Item = TypeVar("Item")
 Result = TypeVar("Result")
 
 _PR_SET_PDEATHSIG = 1  # of prctl(2)
+_MOST_PER_CORE = 4  # processes; more of them only take memory
 THREAD_VARIABLES = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "VECLIB_MAXIMUM_THREADS")
 
 
@@ -115,7 +116,8 @@ class ProcessExecutor:
     def _started(self) -> ProcessPoolExecutor:
         if self._pool is None:
             context = multiprocessing.get_context("spawn")
-            self._pool = ProcessPoolExecutor(self.workers, mp_context=context, initializer=_quiet_worker)
+            started = min(self.workers, _MOST_PER_CORE * (os.cpu_count() or 1))
+            self._pool = ProcessPoolExecutor(started, mp_context=context, initializer=_quiet_worker)
         return self._pool
 
     def _kill(self) -> None:
