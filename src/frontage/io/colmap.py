@@ -94,6 +94,25 @@ def model_folder(folder: str | Path) -> Path:
     )
 
 
+def colmap_files(folder: str | Path) -> tuple[Path, ...]:
+    """The files that `read_colmap` opens, in the folder where it finds the model.
+
+    Raises FileError when there is no model, or only a part of one.
+    """
+    where = model_folder(folder)
+    return _part(where, "cameras"), _part(where, "images")
+
+
+def colmap_point_files(path: Path, request: ScanRequest) -> tuple[Path, ...]:
+    """The points of a model, and its images and cameras where it has them: the rays come from the poses.
+
+    Raises FileError when there is no model, or one without points.
+    """
+    points = _points_file(path)
+    beside = [_found(points.parent, name) for name in ("images", "cameras")]
+    return points, *(p for p in beside if p is not None)
+
+
 def read_colmap_points(path: str | Path, request: ScanRequest) -> list[Scan]:
     """Read the sparse points of a model (folder, points3D.txt or points3D.bin) as one scan.
 
@@ -101,16 +120,16 @@ def read_colmap_points(path: str | Path, request: ScanRequest) -> list[Scan]:
 
     Raises FileError (missing, truncated, corrupt, no points), CrsError.
     """
-    given = Path(path)
-    p = _part(model_folder(given), "points3D") if given.is_dir() else require_file(given)
+    p = _points_file(Path(path))
     with reading(p, "COLMAP points3D"):
         xyz, rgb, seen_by = _points_binary(p.read_bytes()) if p.suffix == ".bin" else _points_text(p)
     if not len(xyz):
         raise FileError(p, "holds no points", "name a scan instead", code="I105")
     place = request.placement.place(None, xyz)
     c = PointColumns(p.name, place.to_local(xyz), rgb=rgb)
-    if any((p.parent / f"images.{kind}").is_file() for kind in ("bin", "txt")):
-        images = _images(_part(p.parent, "images"))
+    poses = _found(p.parent, "images")
+    if poses is not None:
+        images = _images(poses)
         c.origins, c.origin_index = _origins(images, seen_by)
         c.origins = place.to_local(c.origins)
     return [to_scan(p, c, place)]
@@ -129,8 +148,18 @@ def _origins(images: list[ColmapImage], seen_by: Array) -> tuple[Float, Array]:
 
 def _part(folder: Path, name: str) -> Path:
     """The binary file of a part of the model where there is one, else the text file."""
-    binary = folder / f"{name}.bin"
-    return require_file(binary if binary.is_file() else folder / f"{name}.txt")
+    return require_file(_found(folder, name) or folder / f"{name}.txt")
+
+
+def _found(folder: Path, name: str) -> Path | None:
+    """The file of a part of the model, binary where there are both; None where there is neither."""
+    files = [folder / f"{name}.{kind}" for kind in ("bin", "txt")]
+    return next((f for f in files if f.is_file()), None)
+
+
+def _points_file(path: Path) -> Path:
+    """The file of the sparse points: this one, or that of the model in a folder."""
+    return _part(model_folder(path), "points3D") if path.is_dir() else require_file(path)
 
 
 def _lines(path: Path) -> list[str]:

@@ -4,12 +4,14 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from importlib import import_module
 from pathlib import Path
+from typing import Any
 
 from frontage.errors import FileError
 from frontage.io.scans.request import ScanRequest
 from frontage.model import Scan
 
 Reader = Callable[[Path, ScanRequest], list[Scan]]
+Inputs = Callable[[Path, ScanRequest], tuple[Path, ...]]
 
 
 @dataclass(frozen=True)
@@ -20,6 +22,7 @@ class ScanFormat:
     suffixes  of its files, lower case
     holds     what a file of it can hold besides the coordinates of its points
     reader    "module:function", imported when it is first used
+    opens     "module:function" that lists every file the reader opens; None = the file itself and no other
     stem      the only file name (without suffix) that the format uses; None = any
     internal  whether only Frontage writes it, so that messages do not recommend it
     """
@@ -28,19 +31,37 @@ class ScanFormat:
     suffixes: tuple[str, ...]
     holds: str
     reader: str
+    opens: str | None = None
     stem: str | None = None
     internal: bool = False
 
     def read(self, path: Path, request: ScanRequest) -> list[Scan]:
         """The scans of a file of this format."""
-        module, function = self.reader.split(":")
-        reader: Reader = getattr(import_module(module), function)
+        reader: Reader = _function(self.reader)
         return reader(path, request)
+
+    def inputs(self, path: Path, request: ScanRequest) -> tuple[Path, ...]:
+        """Every file that `read` opens for this path, the files that stand beside it included.
+
+        Files that the request names are listed even when they do not exist.
+
+        Raises FileError for a folder without the files of this format.
+        """
+        if self.opens is None:
+            return (path,)
+        opened: Inputs = _function(self.opens)
+        return opened(path, request)
 
     def fits(self, path: Path) -> bool:
         """Whether a file belongs to this format, by its name."""
         named = self.stem is None or path.stem.lower() == self.stem
         return named and path.suffix.lower() in self.suffixes
+
+
+def _function(name: str) -> Any:
+    """The function "module:function"."""
+    module, function = name.split(":")
+    return getattr(import_module(module), function)
 
 
 _SCANS = "frontage.io.scans"
@@ -51,6 +72,7 @@ FORMATS = (
         (".las", ".laz"),
         "one cloud of any LAS version, LAZ or COPC: intensity, colour, GPS time, returns, source ids, CRS",
         f"{_SCANS}.las:read_las",
+        opens=f"{_SCANS}.las:las_files",
     ),
     ScanFormat(
         "E57",
@@ -75,6 +97,7 @@ FORMATS = (
         (".txt", ".bin"),
         "the sparse points of a COLMAP model: colour, and the first photo of each track as its origin",
         "frontage.io.colmap:read_colmap_points",
+        opens="frontage.io.colmap:colmap_point_files",
         stem="points3d",
     ),
     ScanFormat(

@@ -55,6 +55,22 @@ def read_las(path: str | Path, request: ScanRequest) -> list[Scan]:
     return [to_scan(p, columns, placement)]
 
 
+def las_files(path: Path, request: ScanRequest) -> tuple[Path, ...]:
+    """The files that `read_las` opens: the scan, and its trajectory or its stations."""
+    if request.trajectory is not None:
+        return path, Path(request.trajectory)
+    stations = _stations_file(path, request.stations)
+    return (path,) if stations is None else (path, stations)
+
+
+def _stations_file(path: Path, stated: str | None) -> Path | None:
+    """The stations file that is stated, else the one beside the scan; None without either."""
+    if stated is not None:
+        return Path(stated)
+    beside = path.with_name(path.name + ".stations.json")
+    return beside if beside.exists() else None
+
+
 def _crs(header: Any, path: Path) -> CRS | None:
     """The CRS of the header's WKT or GeoTIFF keys; None when there is none."""
     with reading(path, "LAS/LAZ"):
@@ -196,7 +212,7 @@ def _rays(
                 code="I106",
             )
         return rays_from_trajectory(track, c.time, place, c.notes)
-    found = Path(stations) if stations is not None else path.with_name(path.name + ".stations.json")
-    if (stations is None and not found.exists()) or source is None:
+    found = _stations_file(path, stations)
+    if found is None or source is None:
         return None, None
     return rays_from_stations(found, source, place, c.notes)

@@ -51,6 +51,18 @@ class ScanSource(BaseModel):
         return (self.sigma_position,) * 3 + (float(level), float(level), float(heading))
 
 
+def scan_inputs(source: ScanSource | str | Path) -> tuple[Path, ...]:
+    """Every file that `read_scans` opens for a source: results that come from the scan depend on all of them.
+
+    Files that the source names are listed even when they do not exist.
+
+    Raises FileError (of no known format, a folder without a COLMAP model).
+    """
+    s = source if isinstance(source, ScanSource) else ScanSource(path=str(source))
+    path = Path(s.path)
+    return scan_format(path).inputs(path, _request(s))
+
+
 def read_scans(
     source: ScanSource | str | Path,
     world: WorldRef | None = None,
@@ -73,8 +85,7 @@ def read_scans(
     """
     s = source if isinstance(source, ScanSource) else ScanSource(path=str(source))
     path = Path(s.path)
-    placement = PlacementRequest(path.name, world, target_crs, s.crs, s.units, s.offset)
-    request = ScanRequest(placement, s.sigmas, s.stations, s.trajectory, bounds, resolution, progress)
+    request = replace(_request(s, world, target_crs), bounds=bounds, resolution=resolution, progress=progress)
     scans = scan_format(path).read(path, request)
     if s.sigma_range is not None:
         scans = [replace(scan, sigma_range=s.sigma_range) for scan in scans]
@@ -87,3 +98,9 @@ def read_scans(
     if progress is not None:
         progress(1.0)
     return scans
+
+
+def _request(s: ScanSource, world: WorldRef | None = None, target_crs: str | None = None) -> ScanRequest:
+    """What the source states, as the readers take it."""
+    placement = PlacementRequest(Path(s.path).name, world, target_crs, s.crs, s.units, s.offset)
+    return ScanRequest(placement, s.sigmas, s.stations, s.trajectory)
