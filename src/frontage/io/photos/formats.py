@@ -3,9 +3,10 @@
 A new format is one module with a reader, and one entry here.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from importlib import import_module
+from pathlib import Path
 
 from frontage.errors import InputError
 from frontage.io.photos.photoset import PhotoSet
@@ -36,8 +37,13 @@ class PoseFormat:
         return reader(request)
 
 
-def _is_one_e57(request: PhotoRequest) -> bool:
-    return len(request.files) == 1 and request.files[0].suffix.lower() == ".e57"
+def is_one_e57(files: Sequence[Path]) -> bool:
+    """Whether the files are a single E57 file, which brings its own cameras."""
+    return len(files) == 1 and files[0].suffix.lower() == ".e57"
+
+
+def _embeds_photos(request: PhotoRequest) -> bool:
+    return is_one_e57(request.files)
 
 
 def _has_cameras(request: PhotoRequest) -> bool:
@@ -48,7 +54,7 @@ FORMATS = (
     PoseFormat(
         "E57 images2D",
         "pinhole photos that an E57 file embeds, with their cameras and poses",
-        _is_one_e57,
+        _embeds_photos,
         "frontage.io.photos.e57photos:read_e57_photos",
     ),
     PoseFormat(

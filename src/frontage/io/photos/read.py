@@ -1,6 +1,7 @@
 """Photographs with their cameras and poses: the one entry for photos."""
 
 import glob
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Literal
 
@@ -8,17 +9,22 @@ import numpy as np
 from pydantic import BaseModel, ConfigDict, Field
 
 from frontage.errors import FileError
-from frontage.io.photos.formats import pose_format
+from frontage.io.colmap import model_folder
+from frontage.io.files import require_file
+from frontage.io.photos.formats import is_one_e57, pose_format
 from frontage.io.photos.imagefile import SUFFIXES
 from frontage.io.photos.photoset import PhotoSet
 from frontage.io.photos.request import PhotoRequest
 from frontage.model import WorldRef
 
+OFFSET_FILE = "offset.txt"
+"""The name of the file beside the cameras that states their offset: x y z in metres."""
+
 
 class PhotoSource(BaseModel):
     """The photos of a project, and what the user states about them."""
 
-    model_config = ConfigDict(extra="forbid", frozen=True)
+    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
 
     path: str | tuple[str, ...] = Field(
         description="folder, file or glob(s); an E57 file with embedded photos"
@@ -58,6 +64,29 @@ def read_photos(source: PhotoSource, world: WorldRef) -> PhotoSet:
         posed=source.pose != "none",
     )
     return pose_format(request).read(request)
+
+
+def photo_inputs(source: PhotoSource) -> tuple[Path, ...]:
+    """Every file that reading the photos of a source opens, and the pictures that it finds, each once.
+
+    These are the pictures or the E57 file, the cameras and images of the COLMAP model in the folder where it
+    really lies, and the offset.txt beside them. Raises FileError as `read_photos` does when there are none.
+    """
+    files = list(picture_files(source.path))
+    if source.cameras is not None and not is_one_e57(files):
+        files += _camera_files(Path(source.cameras))
+    return tuple(dict.fromkeys(files))
+
+
+def _camera_files(cameras: Path) -> Iterator[Path]:
+    """The files that state the cameras and poses of photos."""
+    model = model_folder(cameras)
+    for part in ("cameras", "images"):
+        binary = model / f"{part}.bin"  # `read_colmap` prefers it to the text
+        yield require_file(binary if binary.is_file() else model / f"{part}.txt")
+    offset = cameras / OFFSET_FILE
+    if offset.is_file():
+        yield offset
 
 
 def picture_files(path: str | tuple[str, ...]) -> list[Path]:

@@ -18,7 +18,7 @@ from frontage.model import Scan, WorldRef
 class ScanSource(BaseModel):
     """One scan file of a project, and what the user states about it."""
 
-    model_config = ConfigDict(extra="forbid", frozen=True)
+    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
 
     path: str = Field(description="file, or a COLMAP folder; the project file also takes globs")
     crs: str | None = Field(
