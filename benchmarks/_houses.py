@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from frontage.catalog import numbered
+from frontage.catalog import number_facade
 from frontage.evaluation.result import FoundOpening
 from frontage.evaluation.truth import Truth, read_truth
 from frontage.facades import find_facades
@@ -119,7 +119,7 @@ def openings_of(
         judged = without_duplicates(judged, scan)
     seconds = time.process_time() - start
     for facade, plain in judged:
-        elements = replace(plain, openings=numbered(facade.id, plain.openings))
+        elements = replace(plain, openings=number_facade(facade.id, plain.openings))
         found += [claim(facade, o) for o in elements.openings]
         inferred += [o.id for o in elements.openings if o.provenance is Provenance.INFERRED]
     points = sum(len(f.support) for f, _ in facades)

@@ -16,7 +16,7 @@ from pathlib import Path
 import numpy as np
 
 from _common import ROOT  # noqa: F401  (finds the tests' helpers)
-from frontage.catalog import numbered
+from frontage.catalog import number_facade
 from frontage.exports import building_mesh, city_building, model_triangles, render_model
 from frontage.facades import find_facades
 from frontage.io.citymodels.citygml.write import write_citygml
@@ -80,7 +80,7 @@ def main() -> None:
         ground = (building.ground_z - float(f.frame.t[2])) / float(f.frame.R[2, 2])
         found = find_openings(f, scan, OpeningOptions(ground_z=ground))
         if not isinstance(found, Failed):
-            named = numbered(f.id, found.openings, ground)
+            named = number_facade(f.id, found.openings, ground)
             fronts.append((f, replace(found.elements, openings=named)))
     clock.tell("openings")
     made = assemble(building, fronts, (), scan.world)

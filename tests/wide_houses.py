@@ -46,7 +46,7 @@ def wide_house(kind: Kind, seed: int, spacing: float = 0.08) -> ScannedStreet:
         d = -_FORWARD_M.get(kind, 0.0) if k == 1 else 0.0
         draft = draft_house(HouseSpec.model_validate(table), (seed,), 0.0, False, width)
         pen = Pen(builder, Rigid3("local", "house", np.eye(3), np.array([s, d, 0.0])), f"P{k}", house=k)
-        houses.append(build_house(pen, draft, f"P{k}", "1 Long Street", 0, None)[0])
+        houses.append(build_house(pen, draft, f"P{k}", address="1 Long Street", side=0, twin_of=None)[0])
         plots.append(shapely.box(s, d, s + width, d + draft.depth))
         s += width
     ground, rng = Pen(builder, Rigid3.identity("local", "street")), np.random.default_rng(seed)

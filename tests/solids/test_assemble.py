@@ -115,8 +115,8 @@ def test_an_opening_names_the_volume_that_it_stands_on():
 
 
 def test_anything_set_back_shapes_the_wall_whatever_its_kind():
-    made = house(wall(), Elements("B01/F1", (), (protrusion("something", (-1, -1, 1, 1), 0.4),)))
-    assert not made.installations and faces(made, "B01/F1/something")[0].semantics == "WallSurface"
+    made = house(wall(), Elements("B01/F1", (), (protrusion("protrusion", (-1, -1, 1, 1), 0.4),)))
+    assert not made.installations and faces(made, "B01/F1/protrusion")[0].semantics == "WallSurface"
 
 
 def test_balcony_is_a_tray_against_the_wall():
@@ -131,7 +131,7 @@ def test_balcony_is_a_tray_against_the_wall():
     assert volume6(made.built[0].solid) == volume6(made.built[0].host)
 
 
-@pytest.mark.parametrize("kind", ["awning", "cornice", "sign"])
+@pytest.mark.parametrize("kind", ["awning", "cornice", "protrusion"])
 def test_other_installations(kind):
     made = house(wall(), Elements("B01/F1", (), (protrusion(kind, (-4, 1, 4, 1.8), -0.6),)))
     box = 8 * 0.8 * 0.6
@@ -140,7 +140,7 @@ def test_other_installations(kind):
 
 
 def test_steps_of_an_outline_below_the_snap_tolerance_are_removed():
-    string = protrusion("string", (-4, 1, 4, 1.2), -0.05)
+    string = protrusion("band", (-4, 1, 4, 1.2), -0.05)
     step = np.array([[-4, 1], [0.5, 1], [0.5, 1.0003], [4, 1.0003], [4, 1.2], [-4, 1.2]], float)
     made = house(wall(), Elements("B01/F1", (), (replace(string, ring=step),)))
     (installed,) = made.installations
@@ -174,9 +174,9 @@ def test_without_depth_openings_are_flush_and_nothing_is_installed():
 
 
 def test_a_protrusion_that_does_not_stand_out_is_left_out_with_a_note():
-    made = house(wall(), Elements("B01/F1", (), (protrusion("sign", (-1, 0, 1, 1), -0.01),)))
+    made = house(wall(), Elements("B01/F1", (), (protrusion("railing", (-1, 0, 1, 1), -0.01),)))
     assert not made.failed and not made.installations
-    assert "B01/F1/sign: left out because it stands out by less than 0.02 m" in made.notes
+    assert "B01/F1/railing: left out because it stands out by less than 0.02 m" in made.notes
 
 
 def test_a_refused_opening_names_the_one_that_takes_its_place():

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from frontage.catalog import numbered
+from frontage.catalog import number_facade
 from frontage.geometry.arrays import Float
 from frontage.geometry.rigid import Rigid3
 from frontage.model import Estimate, Facade, Failed, Layer, Scan, WorldRef
@@ -50,7 +50,7 @@ def at(xz: Float, y: float, seed: int = 1) -> Float:
 
 
 def find(*parts: Float) -> Elements:
-    """What the method finds among points in the facade frame, numbered."""
+    """What the method finds among points in the facade frame, number_facade."""
     q = np.vstack(parts)
     world = WorldRef(np.array([500_000, 5_000_000, 100]))
     facade = Facade(
@@ -61,7 +61,7 @@ def find(*parts: Float) -> Elements:
     found = find_by_paper(facade, Scan("wall", q, world), OPTIONS)
     assert not isinstance(found, Failed), found
     elements, _ = found
-    return replace(elements, openings=numbered(facade.id, elements.openings))
+    return replace(elements, openings=number_facade(facade.id, elements.openings))
 
 
 def boxes_of(found: Elements) -> Float:
