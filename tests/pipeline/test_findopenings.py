@@ -20,7 +20,7 @@ from frontage.pipeline.project import load_project
 from frontage.pipeline.run import run, run_stage
 from frontage.pipeline.stages.openings import options_at, shared_notes
 from frontage.pipeline.store.elements import FOUND, PRODUCT, load_elements
-from frontage.pipeline.store.results import OpeningsPart
+from frontage.pipeline.store.results import OpeningsItemResult
 from frontage.pipeline.store.store import Store
 from frontage.studies.score import score
 
@@ -168,8 +168,8 @@ def test_the_ground_is_told_in_the_facade_s_own_frame() -> None:
 
 def test_notes_are_told_once_with_their_facades() -> None:
     results = [
-        OpeningsPart(notes={"B01/F1": ("sensors unknown", "facade B01/F1: too dark")}),
-        OpeningsPart(notes={f"B02/F{k}": ("sensors unknown",) for k in range(1, 6)}),
+        OpeningsItemResult(notes={"B01/F1": ("sensors unknown", "facade B01/F1: too dark")}),
+        OpeningsItemResult(notes={f"B02/F{k}": ("sensors unknown",) for k in range(1, 6)}),
     ]
     assert shared_notes(results) == [
         "openings of B01/F1, B02/F1, B02/F2, B02/F3 and 2 more: sensors unknown",

@@ -19,7 +19,7 @@ from frontage.pipeline.project import make_project
 from frontage.pipeline.stages import STAGES, model
 from frontage.pipeline.store.markers import Marker
 from frontage.pipeline.store.records import BuildingRecord
-from frontage.pipeline.store.results import Part, ScansResult, StageResult, WorldRecord, result_to_json
+from frontage.pipeline.store.results import ItemResult, ScansResult, StageResult, WorldRecord, result_to_json
 from frontage.pipeline.store.store import Store
 from frontage.scale import make_executor
 from frontage.validation import validate_feature
@@ -60,7 +60,7 @@ def folder(out: Path, names: tuple[str, ...] = ("B01", "B02")) -> Store:
 def judged(store: Store, building: str, *facades: str) -> None:
     """Markers of a building whose facades were found and judged."""
     for stage in ("facades", "openings"):
-        store.markers.finish(stage, building, Marker("k", result_to_json(Part(facades=facades))), [])
+        store.markers.finish(stage, building, Marker("k", result_to_json(ItemResult(facades=facades))), [])
 
 
 def made(store: Store, workers: int = 1, city: Path | None = None, addresses=(), **options) -> StageResult:

@@ -38,7 +38,7 @@ class Masonry:
 
 
 @dataclass(frozen=True)
-class Tolerances:
+class ScanTolerances:
     """How far measurements may deviate from what they are taken for.
 
     parallel_deg   degrees between walls that still count as parallel: half of the 30 degrees by which the
@@ -66,5 +66,5 @@ class Tolerances:
 MASONRY = Masonry()
 """The assumptions that all rooms use."""
 
-TOLERANCES = Tolerances()
+TOLERANCES = ScanTolerances()
 """The tolerances that all rooms use."""

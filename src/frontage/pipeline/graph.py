@@ -129,10 +129,10 @@ class Graph:
         self.store.markers.finish(stage.name, "", marker, written)
         return result
 
-    def _task(self, stage: Stage, item: str, payload: Any, redo: bool, thorough: bool) -> "_Task":
+    def _task(self, stage: Stage, item: str, payload: Any, redo: bool, thorough: bool) -> "_ItemTask":
         job = Job(self.store, self.project, item, payload, stage.name)
         after = tuple(later.name for later in self.downstream(stage.name))
-        return _Task(stage, job, _item_key(self.key(stage), item), after, redo, thorough)
+        return _ItemTask(stage, job, _item_key(self.key(stage), item), after, redo, thorough)
 
     def _withdraw(self, stage: Stage) -> None:
         """Declare a stage and what follows from it out of date; items only where all of them are."""
@@ -146,7 +146,7 @@ class Graph:
 
 
 @dataclass(frozen=True)
-class _Task:
+class _ItemTask:
     """An item of a stage, picklable; `after`: the stages that follow from it."""
 
     stage: Stage
@@ -157,7 +157,7 @@ class _Task:
     thorough: bool
 
 
-def _perform(task: _Task) -> Any:
+def _perform(task: _ItemTask) -> Any:
     """Perform one item in a worker process, or return what it made before if that is current."""
     stage, job, markers = task.stage, task.job, task.job.store.markers
     if stage.part is None:

@@ -103,7 +103,7 @@ def _openings(store: Store, facade: Facade) -> dict[str, Any]:
     elements = store.elements(facade.id)
     if elements is None:
         return {}
-    told = store.openings_part(facade.building)
+    told = store.openings_item(facade.building)
     return {
         "elements": elements,
         "evidence": tuple(_picture(store, facade, p) for p in told.pictures.get(facade.id, ())),

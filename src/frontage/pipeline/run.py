@@ -123,11 +123,11 @@ def _perform(
     with make_executor(workers) as executor:
         for stage in stages:
             if stage.needed(graph.project):
-                _one(graph, stage, executor, progress, redo, thorough)
+                _one(graph, stage, executor, progress, redo=redo, thorough=thorough)
 
 
 def _one(
-    graph: Graph, stage: Stage, executor: Executor, progress: Progress, redo: bool, thorough: bool
+    graph: Graph, stage: Stage, executor: Executor, progress: Progress, *, redo: bool, thorough: bool
 ) -> None:
     """Keep or perform one stage; then the manifest tells of it."""
     start = time.perf_counter()

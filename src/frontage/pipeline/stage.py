@@ -5,7 +5,7 @@ through three functions of the stage::
 
     load(job)          files -> nouns          reads the run folder; an unreadable file ends the stage
     work(job, loaded)  nouns -> nouns          calls one room; touches no file
-    save(job, made)    nouns -> files          writes the run folder and tells what was made (a `Part`)
+    save(job, made)    nouns -> files          writes the run folder and tells what was made (a `ItemResult`)
 
 and `join(job, parts)` turns the parts into the result of the stage; its payload is what `tasks` returned.
 Items run in worker processes; a stage without `tasks` has one item, which runs in the main process.
@@ -20,7 +20,7 @@ from frontage.errors import FileError, FrontageError
 from frontage.model import Failed
 from frontage.pipeline.progress import Progress, Silent
 from frontage.pipeline.project import Project
-from frontage.pipeline.store.results import Part, StageResult, StageWarning
+from frontage.pipeline.store.results import ItemResult, StageResult, StageWarning
 from frontage.pipeline.store.store import Store
 
 T = TypeVar("T")
@@ -113,7 +113,7 @@ def per_building(job: Job) -> dict[str, Any]:
     return {record.id: None for record in job.store.building_records()}
 
 
-def gather(job: Job, parts: Sequence[Part]) -> StageResult:
+def gather(job: Job, parts: Sequence[ItemResult]) -> StageResult:
     """Return the result of a stage whose items are the facades of its parts."""
     items = sum(len(part.facades) for part in parts)
     return StageResult(items=items, warnings=tuple(w for part in parts for w in part.warnings))

@@ -11,7 +11,7 @@ import numpy as np
 from frontage.geometry.arrays import Array, Float
 from frontage.report.data import FacadeView, PictureView, ReportData
 from frontage.report.evidence import png_bytes
-from frontage.report.openings import Outline, outlines
+from frontage.report.openings import DrawnOutline, outlines
 
 _PLAN_PIXELS = 430  # half the figure: a lone point shows as 2 px
 _AROUND = 12.0  # m shown around the facades, at most
@@ -52,7 +52,7 @@ class Figure:
     horizontal: tuple[Tick, ...] = ()
     outline: str = ""
     segments: tuple[Segment, ...] = ()
-    elements: tuple[Outline, ...] = ()
+    elements: tuple[DrawnOutline, ...] = ()
     bar: float = 0.0
     bar_label: str = ""
 

@@ -17,7 +17,7 @@ _ROOM = 26.0  # px that a label needs in its opening
 
 
 @dataclass(frozen=True)
-class Outline:
+class DrawnOutline:
     """An element in a figure: SVG points, class, hover title; its band of errors as a path, its label."""
 
     points: str
@@ -43,17 +43,17 @@ class Row:
     confidence: str
 
 
-def outlines(elements: Elements, to_pixel: Callable[[Float], Float]) -> tuple[Outline, ...]:
+def outlines(elements: Elements, to_pixel: Callable[[Float], Float]) -> tuple[DrawnOutline, ...]:
     """Protrusions below, openings above; `to_pixel` takes (k, 2) m to (k, 2) px."""
     below = [_protrusion(p, to_pixel) for p in elements.protrusions]
     return (*below, *(_opening(o, to_pixel) for o in elements.openings))
 
 
-def _opening(o: Opening, to_pixel: Callable[[Float], Float]) -> Outline:
+def _opening(o: Opening, to_pixel: Callable[[Float], Float]) -> DrawnOutline:
     ring = to_pixel(o.ring)
     (x0, y0), (x1, y1) = ring.min(0), ring.max(0)
     short = o.id.rpartition("/")[2]
-    return Outline(
+    return DrawnOutline(
         points=_points(ring),
         css=str(o.provenance),
         title=f"{o.id}: {o.kind}, {_size(o.ring)}, {o.provenance}",
@@ -64,9 +64,9 @@ def _opening(o: Opening, to_pixel: Callable[[Float], Float]) -> Outline:
     )
 
 
-def _protrusion(p: Protrusion, to_pixel: Callable[[Float], Float]) -> Outline:
+def _protrusion(p: Protrusion, to_pixel: Callable[[Float], Float]) -> DrawnOutline:
     title = f"{p.id}: {p.kind}, {_size(p.ring)}, {-float(p.front.value):.2f} m before the wall"
-    return Outline(_points(to_pixel(p.ring)), "protrusion", title)
+    return DrawnOutline(_points(to_pixel(p.ring)), "protrusion", title)
 
 
 def _points(ring: Float) -> str:

@@ -47,7 +47,7 @@ _CROP = 1.5  # a sensor's diagonal against 35 mm film
 
 
 @dataclass(frozen=True)
-class Task:
+class MeasurementTask:
     """What to record: "station", "drive", "photo" or "ortho"; series and number count from 0.
 
     For an ortho-image `series` is the house and `number` its facade. `name` is the file's.
@@ -61,7 +61,7 @@ class Task:
     name: str
 
 
-def record(task: Task) -> dict[str, Any]:
+def record(task: MeasurementTask) -> dict[str, Any]:
     """Do one task; returns its entry in the truth and what else the caller needs."""
     return {"station": _station, "drive": _drive, "photo": _photo, "ortho": _ortho}[task.kind](task)
 
@@ -100,7 +100,7 @@ def save_arrays(path: Path, arrays: dict[str, Array]) -> None:
     write_with(path, write)
 
 
-def _station(task: Task) -> dict[str, Any]:
+def _station(task: MeasurementTask) -> dict[str, Any]:
     scene, spec = scene_of(task.spec), task.spec.scanners[task.series]
     (station,) = scan_stations(scene, spec, task.series, _light(task.spec), only=[task.number])
     _write_station(task.out / task.name, station, spec)
@@ -136,7 +136,7 @@ def _file_order(scan: Scan, name: str) -> Int:
     return index[index >= 0]
 
 
-def _drive(task: Task) -> dict[str, Any]:
+def _drive(task: MeasurementTask) -> dict[str, Any]:
     scene = scene_of(task.spec)
     assert task.spec.drive is not None
     made = drive(scene, task.spec.drive, 0, _light(task.spec))
@@ -150,7 +150,7 @@ def _drive(task: Task) -> dict[str, Any]:
     return {"drive": table, "track": made.true_trajectory[:, 1:4]}
 
 
-def _photo(task: Task) -> dict[str, Any]:
+def _photo(task: MeasurementTask) -> dict[str, Any]:
     scene, spec = scene_of(task.spec), task.spec.cameras[task.series]
     (shot,) = iter_photographs(scene, spec, camera_seed(task.spec, task.series), only=[task.number])
     exif = _exif(spec, shot.given, scene.world)
@@ -180,7 +180,7 @@ def _exif(spec: CameraSpec, given: Rigid3, world: WorldRef) -> Exif:
     )
 
 
-def _ortho(task: Task) -> dict[str, Any]:
+def _ortho(task: MeasurementTask) -> dict[str, Any]:
     scene, gsd = scene_of(task.spec), task.spec.output.gsd
     facade = scene.houses[task.series].facades[task.number]
     truth = true_ortho(scene, task.series, task.number, gsd)

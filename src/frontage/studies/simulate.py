@@ -32,7 +32,7 @@ from frontage.studies.measurements import (
     MOBILE,
     TRAJECTORY,
     TRUE_TRAJECTORY,
-    Task,
+    MeasurementTask,
     camera_seed,
     ortho_names,
     points_name,
@@ -110,7 +110,7 @@ def simulate(
     place.begin(_names(tasks, scene))
     with make_executor(workers) as executor:
 
-        def each(stage: str, some: Sequence[Task]) -> list[dict[str, Any]]:
+        def each(stage: str, some: Sequence[MeasurementTask]) -> list[dict[str, Any]]:
             begun = time.perf_counter()
             told.begin(stage, len(some))
             found = executor.map(record, some, lambda _: told.advance(stage))
@@ -159,47 +159,47 @@ def _built(spec: SceneSpec, told: Progress) -> Scene:
     return scene
 
 
-def _scan_tasks(spec: SceneSpec, out: Path) -> list[Task]:
+def _scan_tasks(spec: SceneSpec, out: Path) -> list[MeasurementTask]:
     """The drive, then every station; files are numbered through all scanners."""
-    tasks = [Task(spec, out, "drive", 0, 0, MOBILE)] if spec.drive is not None else []
+    tasks = [MeasurementTask(spec, out, "drive", 0, 0, MOBILE)] if spec.drive is not None else []
     for series, scanner in enumerate(spec.scanners):
         count = scanner.stations if scanner.positions is None else len(scanner.positions)
         before = sum(t.kind == "station" for t in tasks)
         tasks += [
-            Task(spec, out, "station", series, k, f"scans/S{before + k + 1}.{spec.output.scans}")
+            MeasurementTask(spec, out, "station", series, k, f"scans/S{before + k + 1}.{spec.output.scans}")
             for k in range(count)
         ]
     return tasks
 
 
-def _photo_tasks(spec: SceneSpec, scene: Scene, out: Path) -> list[Task]:
+def _photo_tasks(spec: SceneSpec, scene: Scene, out: Path) -> list[MeasurementTask]:
     """Every photo of every series; names are unique over all series."""
     tasks = []
     for series, camera in enumerate(spec.cameras):
         prefix = "photos/" if series == 0 else f"photos/C{series + 1}_"
         aims = plan_photos(scene, camera, camera_seed(spec, series))
-        tasks += [Task(spec, out, "photo", series, k, prefix + a.name) for k, a in enumerate(aims)]
+        tasks += [MeasurementTask(spec, out, "photo", series, k, prefix + a.name) for k, a in enumerate(aims)]
     return tasks
 
 
-def _ortho_tasks(spec: SceneSpec, scene: Scene, seen: Visibility, out: Path) -> list[Task]:
+def _ortho_tasks(spec: SceneSpec, scene: Scene, seen: Visibility, out: Path) -> list[MeasurementTask]:
     """True ortho-images of the facades that any sensor saw."""
     return [
-        Task(spec, out, "ortho", h, f, ortho_names(facade.id)[0])
+        MeasurementTask(spec, out, "ortho", h, f, ortho_names(facade.id)[0])
         for h, house in enumerate(scene.houses)
         for f, facade in enumerate(house.facades)
         if seen.facades.get((h, f), {}).get("any", 0.0) >= _SHOWN
     ]
 
 
-def _names(tasks: Sequence[Task], scene: Scene) -> list[str]:
+def _names(tasks: Sequence[MeasurementTask], scene: Scene) -> list[str]:
     """Every file that may be written, known before the first is."""
     names = [name for task in tasks for name in _files(task)]
     names += [n for house in scene.houses for facade in house.facades for n in ortho_names(facade.id)]
     return [*_PLAIN, *names]
 
 
-def _files(task: Task) -> Iterable[str]:
+def _files(task: MeasurementTask) -> Iterable[str]:
     """What a task writes."""
     if task.kind == "photo":
         return [task.name]

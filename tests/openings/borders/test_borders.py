@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from frontage.openings.borders.depth import find_depth, find_wall
-from frontage.openings.borders.edges import EdgeTraits, Face, footprint
+from frontage.openings.borders.edges import EdgeTraits, SolidSide, footprint
 from frontage.openings.borders.locate import find_borders
 from frontage.openings.borders.measure import facade_edge_traits, measure
 from frontage.openings.wall.crossings import CrossingBeams
@@ -190,7 +190,7 @@ def test_faces_that_few_points_tell_come_from_the_facade():
     view = sight((BELOW_LEFT,), 0.02, blocks=[(*SILL, -0.08)])
     outlines = measure(view, [WINDOW], 0.02, 0.02) * 3
     face = facade_edge_traits([_scored(o) for o in outlines]).faces[2]
-    assert isinstance(face, Face) and abs(face.y + 0.08) < 0.005
+    assert isinstance(face, SolidSide) and abs(face.y + 0.08) < 0.005
 
 
 def test_footprints_grow_with_the_range_by_diffraction_at_least():

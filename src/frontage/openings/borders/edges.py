@@ -39,7 +39,7 @@ _EXIT = 0.00125  # m, one sigma of a beam that leaves its scanner: 5 mm wide (1/
 
 
 @dataclass(frozen=True)
-class Face:
+class SolidSide:
     """The solid face that ends at an edge: its depth y m, the sigma of that, and its points."""
 
     y: float
@@ -58,7 +58,7 @@ class EdgeTraits:
     """
 
     blur: float = 0.002
-    faces: tuple[Face | None, ...] = (None, None, None, None)
+    faces: tuple[SolidSide | None, ...] = (None, None, None, None)
     widening: float = 0.0
     all_blurs: bool = False
 
@@ -115,7 +115,7 @@ class Edge:
     hidden: tuple[Float, Float]
     stopped: Float
     reveal: tuple[float, float] | None
-    face: Face
+    face: SolidSide
     shift: float
     doubt: float
     mixed: tuple[float, float, float]
@@ -213,7 +213,7 @@ def _mixed(u: Float, way: Float, wide: Float, distance: Float) -> tuple[float, f
     return float(between.sum()), due, float(distance[face].mean())
 
 
-def _face(near: CrossingBeams, side: Side, beside: Int, shared: Face | None) -> Face:
+def _face(near: CrossingBeams, side: Side, beside: Int, shared: SolidSide | None) -> SolidSide:
     """Returns the face that ends at a border: the foremost of the surfaces within a strip beside it.
 
     Where its own points do not tell it, the `shared` one is taken. The strip lies beside the border as the
@@ -222,7 +222,7 @@ def _face(near: CrossingBeams, side: Side, beside: Int, shared: Face | None) -> 
     """
     solid = beside[(near.depth[beside] <= near.wall) & (near.depth[beside] > -FITTING)]
     if len(solid) < FEW:
-        return shared or Face(0.0, near.wall, len(solid))
+        return shared or SolidSide(0.0, near.wall, len(solid))
     depth, place, slope = near.depth[solid], near.place[side.axis, solid], near.slope[side.axis, solid]
     hidden = side.sign * slope > 0
     front, y = depth, 0.0
@@ -231,10 +231,10 @@ def _face(near: CrossingBeams, side: Side, beside: Int, shared: Face | None) -> 
         u = side.sign * (place + slope * np.where(hidden, y, depth))
         front = _foremost(depth[u > _quantile(u, 0.97) - wide], near.wall)
         if len(front) < FEW:
-            return shared or Face(0.0, near.wall, len(front))
+            return shared or SolidSide(0.0, near.wall, len(front))
         y = float(front.mean())
     error = np.hypot(front.std() / np.sqrt(len(front)), _COMMON * near.wall / 3.0)
-    return Face(y, float(error), len(front))
+    return SolidSide(y, float(error), len(front))
 
 
 def typical_gap(u: Float) -> float:

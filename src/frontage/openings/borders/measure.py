@@ -7,7 +7,7 @@ import numpy as np
 from frontage.geometry.arrays import Float
 from frontage.openings.borders.circles import Circle, find_circle
 from frontage.openings.borders.depth import AROUND, find_depth, find_wall
-from frontage.openings.borders.edges import FEW, EdgeTraits, Face, footprint
+from frontage.openings.borders.edges import FEW, EdgeTraits, SolidSide, footprint
 from frontage.openings.borders.locate import CLOSE, WIDTHS, Border, find_borders
 from frontage.openings.borders.outline import Outline
 from frontage.openings.borders.shapes import Head, fan_of, find_head, ring_of, strays
@@ -40,7 +40,7 @@ def facade_edge_traits(outlines: list[Outline]) -> EdgeTraits:
     if not outlines:
         return EdgeTraits()
     scores = np.sum([b.scores for o in outlines for b in o.borders], axis=0)
-    faces: list[Face | None] = []
+    faces: list[SolidSide | None] = []
     for side in range(4):
         y = np.array(
             [o.borders[side].edge.face.y for o in outlines if o.borders[side].edge.face.points >= FEW]
@@ -50,7 +50,7 @@ def facade_edge_traits(outlines: list[Outline]) -> EdgeTraits:
             continue
         middle = float(np.median(y))
         spread = 1.4826 * float(np.median(np.abs(y - middle)))
-        faces.append(Face(middle, max(spread, _SAME), len(y)))
+        faces.append(SolidSide(middle, max(spread, _SAME), len(y)))
     # without rays, the shadows of edges are as wide as any blur
     if not any(b.edge.rays for o in outlines for b in o.borders):
         return EdgeTraits(faces=tuple(faces))

@@ -10,7 +10,7 @@ from frontage.model.estimate import Estimate
 from frontage.model.masonry import TOLERANCES
 from frontage.openings.borders.outline import Outline
 from frontage.openings.boxes import Box
-from frontage.openings.closed.channels import ChannelLayer, WallPoints, within
+from frontage.openings.closed.channels import ChannelLayer, WallSamples, within
 from frontage.openings.closed.places import SIZE, CandidatePlaces
 from frontage.openings.closed.steps import HEAD, OpeningForm
 
@@ -50,7 +50,7 @@ class Contrast:
 
 
 def measure_closed(
-    places: CandidatePlaces, k: int, like: Outline, contrast: Contrast, surface: WallPoints
+    places: CandidatePlaces, k: int, like: Outline, contrast: Contrast, surface: WallSamples
 ) -> Outline | None:
     """Returns the measured outline of what stands at place number k; None if it is no opening.
 
@@ -182,7 +182,7 @@ def _even(xz: Float, v: Float, place: Box, rise: float) -> bool:
     return bool(np.abs(mean - np.median(mean)).max() < _ALIKE)
 
 
-def _depth(surface: WallPoints, place: Box, rise: float) -> Estimate[float] | None:
+def _depth(surface: WallSamples, place: Box, rise: float) -> Estimate[float] | None:
     """Returns the depth m of what closes the opening behind the wall around it; None for few points."""
     x0, z0, x1, z1 = place
     inside = surface.within((x0 + 0.03, z0 + 0.03, x1 - 0.03, z1 - rise - 0.03))

@@ -46,7 +46,7 @@ class ChannelLayer:
 
 
 @dataclass(frozen=True, eq=False)
-class WallPoints:
+class WallSamples:
     """The scan's points on or near the wall, sorted upwards.
 
     xz     (n, 2) m, places on the wall
@@ -72,7 +72,7 @@ def within(xz: Float, place: Box) -> Bool:
     return np.asarray((x > place[0]) & (x < place[2]) & (z > place[1]) & (z < place[3]))
 
 
-def wall_points(facade: Facade, scan: Scan, beams: Beams, reach: tuple[float, float]) -> WallPoints:
+def wall_points(facade: Facade, scan: Scan, beams: Beams, reach: tuple[float, float]) -> WallSamples:
     """Returns the points within `reach` m before and behind the wall."""
     xyz = facade.frame.inverse.apply(scan.xyz[facade.support])
     depth = xyz[:, 1] - beams.depth_at(xyz[:, 0], xyz[:, 2])
@@ -80,7 +80,7 @@ def wall_points(facade: Facade, scan: Scan, beams: Beams, reach: tuple[float, fl
     xyz, depth, index = xyz[near], depth[near], facade.support[near]
     xz = _crossings(xyz, depth, index, facade, scan)
     up = np.argsort(xz[:, 1], kind="stable")
-    return WallPoints(xz[up], xyz[up, 1], depth[up], index[up])
+    return WallSamples(xz[up], xyz[up, 1], depth[up], index[up])
 
 
 def _crossings(xyz: Float, depth: Float, index: Array, facade: Facade, scan: Scan) -> Float:
@@ -94,7 +94,7 @@ def _crossings(xyz: Float, depth: Float, index: Array, facade: Facade, scan: Sca
     return np.ascontiguousarray(lines.shifted(-np.maximum(depth, 0.0)).T)
 
 
-def scan_layer(surface: WallPoints, facade: Facade, scan: Scan) -> ChannelLayer:
+def scan_layer(surface: WallSamples, facade: Facade, scan: Scan) -> ChannelLayer:
     """Returns relief, and intensity and colour as far as the scan has them."""
     channels: list[Float] = [(surface.y - np.maximum(surface.depth - _DEEPEST, 0.0)) / _RELIEF]
     if scan.intensity is not None:

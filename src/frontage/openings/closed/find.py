@@ -17,7 +17,7 @@ from frontage.model.scan import Scan
 from frontage.openings.borders.outline import Outline
 from frontage.openings.boxes import Box
 from frontage.openings.closed.borders import Contrast, measure_closed
-from frontage.openings.closed.channels import ChannelLayer, WallPoints, photo_layer, scan_layer, wall_points
+from frontage.openings.closed.channels import ChannelLayer, WallSamples, photo_layer, scan_layer, wall_points
 from frontage.openings.closed.places import CandidatePlaces, along_lines, at_crossings
 from frontage.openings.closed.sides import contrasts_of, gains_of
 from frontage.openings.closed.steps import ChannelMap, wall_steps
@@ -88,7 +88,7 @@ class _Peak:
 class _Search:
     """Tests many places of one facade."""
 
-    def __init__(self, surface: WallPoints, layers: Sequence[ChannelLayer], evidence: Evidence) -> None:
+    def __init__(self, surface: WallSamples, layers: Sequence[ChannelLayer], evidence: Evidence) -> None:
         self._surface, self._layers, self._evidence = surface, layers, evidence
         self._cell = max(v.picture.raster.cell for v in layers)
 

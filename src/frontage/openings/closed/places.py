@@ -9,7 +9,7 @@ from frontage.geometry.arrays import Bool, Float, Int
 from frontage.openings.borders.outline import Outline
 from frontage.openings.boxes import Box
 from frontage.openings.closed.steps import OpeningForm, integral
-from frontage.openings.layout.inferred import CLEAR, SEEN, WITHIN, Grid, state_of
+from frontage.openings.layout.inferred import CLEAR, SEEN, WITHIN, OpeningGrid, state_of
 from frontage.openings.layout.pooling import like_groups
 from frontage.openings.wall.evidence import Evidence
 from frontage.openings.wall.raster import WallRaster
@@ -45,7 +45,7 @@ class CandidatePlaces:
 def at_crossings(outlines: Sequence[Outline], evidence: Evidence) -> list[CandidatePlaces]:
     """Returns the places where a row and a column of two openings or more cross, and beams came back."""
     found = []
-    for node in Grid(outlines).nodes():
+    for node in OpeningGrid(outlines).nodes():
         like = outlines[node.like]
         if like.shape == "circle" or state_of(node.place, outlines, evidence) not in SEEN:
             continue

@@ -75,7 +75,7 @@ def infer(outlines: Sequence[Outline], evidence: Evidence) -> list[Inferred]:
     """
     if len(outlines) <= sum(_OTHERS):
         return []
-    grid = Grid(outlines)
+    grid = OpeningGrid(outlines)
     told = [(node, state_of(node.place, outlines, evidence)) for node in grid.nodes()]
     right = {(n.row, n.column): True for n in grid.left_out()}
     right |= {(n.row, n.column): False for n, state in told if state == "wall"}
@@ -103,7 +103,7 @@ def _rate(right: dict[tuple[int, int], bool], row: int | None, column: int | Non
     return sum(some) / len(some) if some else 1.0
 
 
-class Grid:
+class OpeningGrid:
     """Rows of like openings and columns of all openings, and what they predict."""
 
     def __init__(self, outlines: Sequence[Outline]) -> None:

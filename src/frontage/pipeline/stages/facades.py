@@ -3,7 +3,7 @@
 from frontage.facades import find_facades
 from frontage.model import Building, Facade, Failed, Scan
 from frontage.pipeline.stage import Job, Stage, attempt, gather, per_building
-from frontage.pipeline.store.results import Part, StageWarning
+from frontage.pipeline.store.results import ItemResult, StageWarning
 
 Found = tuple[Facade | Failed, ...]
 
@@ -21,13 +21,13 @@ def work(job: Job, loaded: tuple[Scan, Building]) -> Found:
     return (found,) if isinstance(found, Failed) else found
 
 
-def save(job: Job, found: Found) -> Part:
+def save(job: Job, found: Found) -> ItemResult:
     """Write the facades."""
     facades = [f for f in found if isinstance(f, Facade)]
     for facade in facades:
         job.store.save_facade(facade)
     warnings = (StageWarning.of(job.item, f) for f in found if isinstance(f, Failed))
-    return Part(facades=tuple(f.id for f in facades), warnings=tuple(warnings))
+    return ItemResult(facades=tuple(f.id for f in facades), warnings=tuple(warnings))
 
 
 STAGE = Stage(
@@ -38,7 +38,7 @@ STAGE = Stage(
     work=work,
     save=save,
     join=gather,
-    part=Part,
+    part=ItemResult,
     rooms=("facades",),
     options=("project.seed", "facades"),
 )

@@ -39,7 +39,7 @@ class ModelResult(StageResult):
 
 
 @dataclass(frozen=True)
-class Task:
+class BuildingTask:
     """What one building is built from: records of what was measured, and its shells in the city model.
 
     `owners`: ids of the city model's buildings that the shells are of, with their addresses.
@@ -71,7 +71,7 @@ class Made:
     measured: tuple[str, ...] = field(default=())
 
 
-def tasks(job: Job) -> dict[str, Task]:
+def tasks(job: Job) -> dict[str, BuildingTask]:
     """Return the buildings to build: those that stand on one building of the city model are one."""
     store, project = job.store, job.project
     records = {r.id: r for r in store.building_records()}
@@ -80,11 +80,11 @@ def tasks(job: Job) -> dict[str, Task]:
     records = {n: replace(r, address=next(iter(known[n]), None)) for n, r in records.items()}
     city = _city_model(job)
     facades = {name: [store.facade(f) for f in store.facades_of(name)] for name in records}
-    found: dict[str, Task] = {}
+    found: dict[str, BuildingTask] = {}
     for group in match_model(facades, city, project.solids):
         own = tuple(records[name] for name in group.measured)
         owners = {b.id: b.address for b in city if b.id in group.model}
-        found[own[0].id] = Task(own, _shells(group, city), owners)
+        found[own[0].id] = BuildingTask(own, _shells(group, city), owners)
     return found
 
 
@@ -134,7 +134,7 @@ def join(job: Job, parts: list[Made]) -> ModelResult:
 
 
 def _made(
-    building: Building, found: Assembled, measured: Measured, task: Task, options: BuildOptions
+    building: Building, found: Assembled, measured: Measured, task: BuildingTask, options: BuildOptions
 ) -> Made:
     fronts = measured.fronts
     inward = np.array([(f.extent[2] - f.extent[0]) * f.frame.R[:, 1] for f, _ in fronts])

@@ -14,7 +14,7 @@ from frontage.pipeline.pictures import evidence_pictures, save_picture
 from frontage.pipeline.project import Project
 from frontage.pipeline.stage import After, Job, Stage, attempt, per_building, warned
 from frontage.pipeline.store.elements import check_elements
-from frontage.pipeline.store.results import EvidencePicture, OpeningsPart, StageResult, StageWarning
+from frontage.pipeline.store.results import EvidencePicture, OpeningsItemResult, StageResult, StageWarning
 from frontage.pipeline.store.store import Store
 from frontage.report.evidence import Picture
 
@@ -39,7 +39,7 @@ class Walls:
 
 
 @dataclass(frozen=True, eq=False)
-class Judged:
+class SearchedFacade:
     """What was found on one facade, with pictures of the evidence, or why nothing could be."""
 
     facade: Facade
@@ -66,7 +66,7 @@ def load(job: Job) -> Walls | None:
     )
 
 
-def work(job: Job, walls: Walls | None) -> list[Judged]:
+def work(job: Job, walls: Walls | None) -> list[SearchedFacade]:
     """Find openings facade by facade, drop those that two facades show, and number the rest."""
     if walls is None:
         return []
@@ -78,7 +78,7 @@ def work(job: Job, walls: Walls | None) -> list[Judged]:
     return [replace(one, elements=elements.get(one.facade.id, one.elements)) for one in judged]
 
 
-def save(job: Job, judged: list[Judged]) -> OpeningsPart:
+def save(job: Job, judged: list[SearchedFacade]) -> OpeningsItemResult:
     """Write what was found, and the pictures of the evidence."""
     warnings, pictures = list[StageWarning](), dict[str, tuple[EvidencePicture, ...]]()
     found = list[Elements]()
@@ -92,7 +92,7 @@ def save(job: Job, judged: list[Judged]) -> OpeningsPart:
         warnings += warned(name, one.evidence)
         if not isinstance(one.evidence, Failed):
             pictures[name] = tuple(save_picture(job.store, name, picture) for picture in one.evidence)
-    return OpeningsPart(
+    return OpeningsItemResult(
         facades=tuple(e.facade for e in found),
         warnings=tuple(warnings),
         openings=tuple(o.id for e in found for o in e.openings),
@@ -102,7 +102,7 @@ def save(job: Job, judged: list[Judged]) -> OpeningsPart:
     )
 
 
-def join(job: Job, parts: list[OpeningsPart]) -> OpeningsResult:
+def join(job: Job, parts: list[OpeningsItemResult]) -> OpeningsResult:
     """Count what was found; repeat what reading the photos had to say."""
     return OpeningsResult(
         items=sum(len(part.openings) for part in parts),
@@ -123,7 +123,7 @@ def options_at(facade: Facade, building: Building, options: OpeningOptions) -> O
     return options.model_copy(update={"ground_z": (building.ground_z - float(facade.frame.t[2])) / rise})
 
 
-def shared_notes(parts: Iterable[OpeningsPart]) -> list[str]:
+def shared_notes(parts: Iterable[OpeningsItemResult]) -> list[str]:
     """Return every note on the facades once, with the facades that share it."""
     facades: dict[str, list[str]] = defaultdict(list)
     for part in parts:
@@ -138,7 +138,9 @@ def _listed(names: list[str]) -> str:
     return "openings of " + ", ".join(names[:_NAMED_FACADES]) + more
 
 
-def _judged(facade: Facade, walls: Walls, options: OpeningOptions, ortho: OrthoImage | None) -> Judged:
+def _judged(
+    facade: Facade, walls: Walls, options: OpeningOptions, ortho: OrthoImage | None
+) -> SearchedFacade:
     """Find the openings of a facade, and draw the evidence at once, so that it need not be kept."""
     own = options_at(facade, walls.building, options)
 
@@ -150,9 +152,9 @@ def _judged(facade: Facade, walls: Walls, options: OpeningOptions, ortho: OrthoI
 
     found = attempt(facade.id, find)
     if isinstance(found, Failed):
-        return Judged(facade, found)
+        return SearchedFacade(facade, found)
     evidence = found.evidence
-    return Judged(facade, found.elements, attempt(facade.id, lambda: evidence_pictures(evidence)))
+    return SearchedFacade(facade, found.elements, attempt(facade.id, lambda: evidence_pictures(evidence)))
 
 
 def _numbered(
@@ -175,7 +177,7 @@ STAGE = Stage(
     work=work,
     save=save,
     join=join,
-    part=OpeningsPart,
+    part=OpeningsItemResult,
     result=OpeningsResult,
     rooms=("openings", "catalog", "report"),
     options=("openings",),

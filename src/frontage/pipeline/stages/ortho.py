@@ -8,7 +8,7 @@ from frontage.io.photos.read import read_photos
 from frontage.model import Facade, Failed, OrthoImage, Scan
 from frontage.ortho import make_ortho
 from frontage.pipeline.stage import Job, Stage, attempt, gather, per_building
-from frontage.pipeline.store.results import Part, StageResult, StageWarning
+from frontage.pipeline.store.results import ItemResult, StageResult, StageWarning
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,7 +46,7 @@ def work(job: Job, seen: Seen) -> Made:
         yield facade.id, attempt(facade.id, lambda f=facade: _picture(job, seen, f, photos))  # type: ignore[misc]
 
 
-def save(job: Job, made: Made) -> Part:
+def save(job: Job, made: Made) -> ItemResult:
     """Write the pictures."""
     facades, warnings = list[str](), list[StageWarning]()
     for name, ortho in made:
@@ -56,10 +56,10 @@ def save(job: Job, made: Made) -> Part:
             job.store.save_ortho(ortho)
             facades.append(name)
             warnings.extend(ortho_warnings(name, ortho))
-    return Part(facades=tuple(facades), warnings=tuple(warnings))
+    return ItemResult(facades=tuple(facades), warnings=tuple(warnings))
 
 
-def join(job: Job, parts: list[Part]) -> StageResult:
+def join(job: Job, parts: list[ItemResult]) -> StageResult:
     """Count the pictures, and repeat what reading the photos had to say."""
     photos: PhotoSet | None = next(iter(job.payload.values()), None)
     return replace(gather(job, parts), notes=tuple(photos.notes) if photos else ())
@@ -96,7 +96,7 @@ STAGE = Stage(
     work=work,
     save=save,
     join=join,
-    part=Part,
+    part=ItemResult,
     rooms=("ortho",),
     inputs=("photos",),
     options=("ortho", "photos"),

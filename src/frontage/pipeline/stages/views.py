@@ -13,7 +13,7 @@ from frontage.io.photos.read import read_photos
 from frontage.model import Elements, Facade, Failed, Photo
 from frontage.pipeline.pictures import drawing_ground, save_picture
 from frontage.pipeline.stage import After, Job, Stage, attempt, gather, per_building, warned
-from frontage.pipeline.store.results import Part, StageResult, StageWarning
+from frontage.pipeline.store.results import ItemResult, StageResult, StageWarning
 from frontage.report.drawing import opening_picture
 from frontage.report.evidence import Picture
 
@@ -27,7 +27,7 @@ class Photos:
 
 
 @dataclass(frozen=True, eq=False)
-class Judged:
+class JudgedFacade:
     """A facade with what was found on it, and the picture that it is drawn on."""
 
     facade: Facade
@@ -36,10 +36,10 @@ class Judged:
 
 
 @dataclass(frozen=True, eq=False)
-class House:
+class JudgedBuilding:
     """The judged facades of a building, and the surfaces that may hide them from the photos."""
 
-    facades: tuple[Judged, ...]
+    facades: tuple[JudgedFacade, ...]
     scanned: ScannedSurfaces | None
 
 
@@ -63,26 +63,28 @@ def tasks(job: Job) -> dict[str, Photos]:
     return dict.fromkeys(per_building(job), photos)
 
 
-def load(job: Job) -> House:
+def load(job: Job) -> JudgedBuilding:
     """Read what was found on the facades of a building, and what may hide it from the photos."""
-    store, pictures = job.store, job.store.openings_part(job.item).pictures
+    store, pictures = job.store, job.store.openings_item(job.item).pictures
     facades = []
     for name in store.facades_of(job.item, "openings"):
         facade = store.facade(name)
         ground = drawing_ground(store, facade, pictures.get(name, ()))
-        facades.append(Judged(facade, store.found_elements(name), ground))
+        facades.append(JudgedFacade(facade, store.found_elements(name), ground))
     hidden = job.payload.photos and any(one.elements.openings for one in facades)
     surroundings = store.surroundings() if hidden else None
-    return House(tuple(facades), None if surroundings is None else scanned_surfaces(surroundings.xyz))
+    return JudgedBuilding(
+        tuple(facades), None if surroundings is None else scanned_surfaces(surroundings.xyz)
+    )
 
 
-def work(job: Job, house: House) -> list[Shown]:
+def work(job: Job, judged: JudgedBuilding) -> list[Shown]:
     """Tell which photos show the openings, and draw them."""
     photos: Photos = job.payload
-    return [_shown(one, photos.photos, house.scanned) for one in house.facades]
+    return [_shown(one, photos.photos, judged.scanned) for one in judged.facades]
 
 
-def save(job: Job, shown: list[Shown]) -> Part:
+def save(job: Job, shown: list[Shown]) -> ItemResult:
     """Write `openings.json` and the drawing of every facade."""
     warnings = list[StageWarning]()
     for one in shown:
@@ -90,16 +92,16 @@ def save(job: Job, shown: list[Shown]) -> Part:
         warnings += warned(one.facade.id, one.drawing)
         if isinstance(one.drawing, Picture):
             save_picture(job.store, one.facade.id, one.drawing)
-    return Part(facades=tuple(one.facade.id for one in shown), warnings=tuple(warnings))
+    return ItemResult(facades=tuple(one.facade.id for one in shown), warnings=tuple(warnings))
 
 
-def join(job: Job, parts: list[Part]) -> StageResult:
+def join(job: Job, parts: list[ItemResult]) -> StageResult:
     """Count the facades; repeat why the photos could not be read."""
     notes = dict.fromkeys(photos.note for photos in job.payload.values() if photos.note)
     return replace(gather(job, parts), notes=tuple(notes))
 
 
-def _shown(one: Judged, photos: Sequence[Photo], scanned: ScannedSurfaces | None) -> Shown:
+def _shown(one: JudgedFacade, photos: Sequence[Photo], scanned: ScannedSurfaces | None) -> Shown:
     name = one.facade.id
     elements = attempt(name, lambda: _seen(one.facade, one.elements, photos, scanned))
     if isinstance(elements, Failed):
@@ -129,7 +131,7 @@ STAGE = Stage(
     work=work,
     save=save,
     join=join,
-    part=Part,
+    part=ItemResult,
     command="openings",
     rooms=("catalog", "report", "exports"),
     inputs=("photos",),

@@ -27,7 +27,7 @@ class StageWarning:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Part:
+class ItemResult:
     """What a stage made of one building: the facades that it has a result for, and what went wrong."""
 
     facades: tuple[str, ...] = ()
@@ -88,7 +88,7 @@ class EvidencePicture:
 
 
 @dataclass(frozen=True, kw_only=True)
-class OpeningsPart(Part):
+class OpeningsItemResult(ItemResult):
     """What was found on the facades of one building: ids, and per facade its notes and pictures."""
 
     openings: tuple[str, ...] = ()

@@ -38,7 +38,7 @@ from frontage.pipeline.store import elements as elementfiles
 from frontage.pipeline.store.files import read_array, read_json, write_array, write_json
 from frontage.pipeline.store.folder import Folder
 from frontage.pipeline.store.records import BuildingRecord, load_facade, save_facade
-from frontage.pipeline.store.results import OpeningsPart, ScansResult, result_from_json
+from frontage.pipeline.store.results import OpeningsItemResult, ScansResult, result_from_json
 
 _AGAIN = "run `frontage run` again"
 
@@ -208,13 +208,17 @@ class Store(Folder):
             folder, facade, elementfiles.PRODUCT if product else elementfiles.FOUND[0]
         )
 
-    def openings_part(self, building: str) -> OpeningsPart:
+    def openings_item(self, building: str) -> OpeningsItemResult:
         """Return what the stage `openings` told of a building; empty before that stage."""
         marker = self.markers.read("openings", building)
         try:
-            return OpeningsPart() if marker is None else result_from_json(OpeningsPart, marker.result)
+            return (
+                OpeningsItemResult()
+                if marker is None
+                else result_from_json(OpeningsItemResult, marker.result)
+            )
         except ValueError:
-            return OpeningsPart()
+            return OpeningsItemResult()
 
     def found_elements(self, facade: str) -> Elements:
         """Return what the stage `openings` found on a facade, without what later stages added."""
