@@ -22,7 +22,7 @@ from frontage.openings import find_openings as _find_openings
 from frontage.ortho import OrthoOptions
 from frontage.ortho import make_ortho as _make_ortho
 from frontage.pipeline.progress import Progress
-from frontage.pipeline.project import Project, load_project, make_project
+from frontage.pipeline.project import Project, found_offset, load_project, make_project
 from frontage.pipeline.run import Summary
 from frontage.pipeline.run import run as _run
 from frontage.queries.answer import Located
@@ -92,13 +92,13 @@ def read_photos(path: Path | str, scan: Scan, *, cameras: Path | str | None = No
     """Read photographs with known poses into the local frame of a scan; pixels are read on demand.
 
     path     folder, file or glob of pictures, or an E57 file with embedded ones
-    cameras  COLMAP model folder with their cameras and poses
+    cameras  COLMAP model folder with their cameras and poses; an `offset.txt` in it is added to the positions
     about    as in `[photos]` of a project file: offset (m, added to camera positions), pose, sigmas
 
     Raises FileError, InputError.
     """
-    source = PhotoSource(path=str(path), cameras=None if cameras is None else str(cameras), **about)
-    return _read_photos(source, scan.world)
+    table = {"path": str(path), "cameras": None if cameras is None else str(cameras), **about}
+    return _read_photos(PhotoSource.model_validate(found_offset(table)), scan.world)
 
 
 def find_buildings(

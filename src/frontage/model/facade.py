@@ -66,6 +66,20 @@ class Facade:
             self, outline=((None, 2), np.float64), support=((None,), np.int64), inliers=((None,), np.int64)
         )
 
+    def __repr__(self) -> str:
+        """Say where it is and how well its plane is known."""
+        x0, z0, x1, z1 = self.extent
+        sigma = f"plane known to {self.sigma_plane * 1000:.2f} mm"
+        return f"<Facade {self.id}: {x1 - x0:.1f} x {z1 - z0:.1f} m, {len(self.inliers):,} points, {sigma}>"
+
+    def _repr_svg_(self) -> str:
+        """Show the outline in a notebook, 20 px per metre."""
+        x0, z0, x1, z1 = self.extent
+        corners = " ".join(f"{20 * (x - x0):.1f},{20 * (z1 - z):.1f}" for x, z in self.outline)
+        shape = f'<polygon points="{corners}" fill="#e8e4da" stroke="#555"/>'
+        size = f'width="{20 * (x1 - x0):.0f}" height="{20 * (z1 - z0):.0f}"'
+        return f'<svg xmlns="http://www.w3.org/2000/svg" {size}><title>{self.id}</title>{shape}</svg>'
+
     @property
     def frame(self) -> Rigid3:
         """`local_from_facade` without its covariance."""

@@ -1,5 +1,6 @@
 """What a facade holds: openings with their window bars, and protrusions; the kinds of both."""
 
+from collections import Counter
 from dataclasses import dataclass
 from enum import StrEnum
 
@@ -196,6 +197,12 @@ class Elements:
     openings: tuple[Opening, ...]
     protrusions: tuple[Protrusion, ...] = ()
     notes: tuple[str, ...] = ()
+
+    def __repr__(self) -> str:
+        """Say how many openings of each kind there are."""
+        kinds = Counter(str(o.kind) for o in self.openings) + Counter(str(p.kind) for p in self.protrusions)
+        counts = ", ".join(f"{n} {kind}" for kind, n in kinds.items())
+        return f"<Elements of {self.facade}: {counts or 'nothing found'}>"
 
     def wall_y(self, opening: Opening) -> float:
         """Returns y (m) of the wall that holds an opening: its protrusion's front, else the plane (0)."""

@@ -1,11 +1,14 @@
 """An ortho-image: pixels on the plane of a facade, each with its position in the world."""
 
+import io
 from dataclasses import dataclass
 
 import numpy as np
 
 from frontage.geometry.arrays import Array, Bool, Float, readonly
 from frontage.model.facade import Facade
+
+_SHOWN_PX = 800  # longest side of the picture in a notebook
 
 
 @dataclass(frozen=True)
@@ -60,6 +63,20 @@ class OrthoImage:
             band = getattr(self, name)
             if band is not None and not _is_one_value(band, (h, w)):
                 object.__setattr__(self, name, readonly(band, (h, w), np.float32, name))
+
+    def __repr__(self) -> str:
+        """Say which facade it shows, its size and its sources."""
+        (w, h), drawn = self.size, ", ".join(self.sources[:3]) + (", ..." if len(self.sources) > 3 else "")
+        return f"<OrthoImage {self.facade.id}: {w} x {h} px at {self.gsd:g} m, from {drawn or 'nothing'}>"
+
+    def _repr_png_(self) -> bytes:
+        """Show the picture in a notebook, at most 800 px long."""
+        from PIL import Image
+
+        step = max(1, -(-max(self.size) // _SHOWN_PX))
+        file = io.BytesIO()
+        Image.fromarray(np.ascontiguousarray(self.pixels[::step, ::step])).save(file, "PNG")
+        return file.getvalue()
 
     @property
     def size(self) -> tuple[int, int]:

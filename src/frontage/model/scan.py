@@ -75,6 +75,13 @@ class Scan:
             self, origin_index=((n,), np.int32), **{name: ((n,), dtype) for name, dtype in _PER_POINT.items()}
         )
 
+    def __repr__(self) -> str:
+        """Say how many points it has, and what is known of them."""
+        known = [name for name in ("intensity", "rgb", "time") if getattr(self, name) is not None]
+        rays = f"{len(self.origins)} origins" if self.has_origins else "no origins"
+        about = ", ".join([self.world.crs or "no CRS", rays, *known])
+        return f"<Scan {self.name}: {len(self):,} points, {about}>"
+
     def __len__(self) -> int:
         return len(self.xyz)
 

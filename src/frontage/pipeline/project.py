@@ -100,7 +100,7 @@ def make_project(table: Mapping[str, Any], base: Path, name: str = "the project"
         table["scans"] = [one for scan in _tables(table, "scans", name) for one in _scan_tables(scan, base)]
         if "photos" in table:
             table["photos"] = _absolute(table["photos"], base, ("path", "cameras"), globs=True)
-            table["photos"] = _found_offset(table["photos"])
+            table["photos"] = found_offset(table["photos"])
             if not table["scans"]:
                 table["scans"] = _points_of_cameras(table["photos"])
         if "model" in table:
@@ -174,7 +174,7 @@ def _absolute(table: Any, base: Path, keys: tuple[str, ...], globs: bool = False
     return out
 
 
-def _found_offset(photos: Any) -> Any:
+def found_offset(photos: Any) -> Any:
     """Photos with the offset of an `offset.txt` (three numbers) in their cameras folder, if none is given."""
     if not isinstance(photos, dict) or "offset" in photos or not photos.get("cameras"):
         return photos
