@@ -38,6 +38,7 @@ bench: $(VENV)/.ready-dev
 # The documentation as a site that needs no network: open site/index.html.
 docs: $(VENV)/.ready-docs
 	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --strict --quiet
+	@echo "The site is in site/. Its search needs a server: $(BIN)/python -m http.server -b 127.0.0.1 -d site"
 
 # One environment in three steps: what runs Frontage, what tests it, what builds its documentation. All pinned with hashes.
 $(VENV)/.ready-run: requirements.txt pyproject.toml | $(VENV)/bin/python
