@@ -114,6 +114,14 @@ CODES: Mapping[str, ErrorCode] = MappingProxyType(
             "The file has a format, or a version of a format, that Frontage does not read.",
             "Convert it to one of the formats that the message names.",
         ),
+        "I115": ErrorCode(
+            "The contents of a file do not fit into memory.",
+            "Split the file, thin it, or use a computer with more memory; check its units.",
+        ),
+        "I116": ErrorCode(
+            "The coordinates of a scan are stored so coarsely that facades cannot be measured.",
+            "Export the scan with 64-bit floats, or with a shift that you state as offset.",
+        ),
         "I120": ErrorCode(
             "Some polygons of a building in the city model are unusable; the rest of the building is used.",
             "Repair this building in the model if its solid looks wrong.",

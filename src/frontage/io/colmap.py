@@ -14,7 +14,7 @@ from frontage.errors import FileError
 from frontage.geometry.arrays import Array, Float
 from frontage.geometry.rigid import Rigid3, rotation_from_quaternion
 from frontage.io.columns import PointColumns, to_scan
-from frontage.io.files import reading, require_file
+from frontage.io.files import reading, require_file, require_length
 from frontage.io.scans.request import ScanRequest
 from frontage.model import Camera, Scan
 
@@ -122,7 +122,7 @@ def read_colmap_points(path: str | Path, request: ScanRequest) -> list[Scan]:
     """
     p = _points_file(Path(path))
     with reading(p, "COLMAP points3D"):
-        xyz, rgb, seen_by = _points_binary(p.read_bytes()) if p.suffix == ".bin" else _points_text(p)
+        xyz, rgb, seen_by = _points_binary(p, p.read_bytes()) if p.suffix == ".bin" else _points_text(p)
     if not len(xyz):
         raise FileError(p, "holds no points", "name a scan instead", code="I105")
     place = request.placement.place(None, xyz)
@@ -170,15 +170,22 @@ def _lines(path: Path) -> list[str]:
 def _cameras(path: Path) -> dict[int, Camera]:
     with reading(path, "COLMAP cameras"):
         if path.suffix == ".bin":
-            return _cameras_binary(path.read_bytes())
+            return _cameras_binary(path, path.read_bytes())
         rows = [line.split() for line in _lines(path) if line.strip()]
         return {int(r[0]): Camera(r[1], int(r[2]), int(r[3]), np.array(r[4:], np.float64)) for r in rows}
 
 
-def _cameras_binary(data: bytes) -> dict[int, Camera]:
+def _count(path: Path, data: bytes, what: str, least: int) -> int:
+    """The number of records that the file begins with, checked; a record needs `least` bytes or more."""
+    (count,) = struct.unpack_from("<Q", data)
+    require_length(path, f"{count} {what}", count * least, len(data) - 8)
+    return int(count)
+
+
+def _cameras_binary(path: Path, data: bytes) -> dict[int, Camera]:
     from frontage.geometry.camera import parameter_count
 
-    (count,), at = struct.unpack_from("<Q", data), 8
+    count, at = _count(path, data, "cameras", 24), 8
     cameras = {}
     for _ in range(count):
         camera, model, width, height = struct.unpack_from("<iiQQ", data, at)
@@ -202,7 +209,7 @@ def _image(number: int, pose: Array, camera: int, name: str) -> ColmapImage:
 def _images(path: Path) -> list[ColmapImage]:
     with reading(path, "COLMAP images"):
         if path.suffix == ".bin":
-            return _images_binary(path.read_bytes())
+            return _images_binary(path, path.read_bytes())
         found, lines = [], _lines(path)
         while lines and not lines[-1].strip():
             lines.pop()
@@ -214,17 +221,16 @@ def _images(path: Path) -> list[ColmapImage]:
         return found
 
 
-def _images_binary(data: bytes) -> list[ColmapImage]:
-    (count,), at = struct.unpack_from("<Q", data), 8
+def _images_binary(path: Path, data: bytes) -> list[ColmapImage]:
+    count, at = _count(path, data, "images", 73), 8
     found = []
     for _ in range(count):
         number, *pose, camera = struct.unpack_from("<I7dI", data, at)
         end = data.index(b"\0", at + 64)
         (points,) = struct.unpack_from("<Q", data, end + 1)
         found.append(_image(number, np.array(pose), camera, data[at + 64 : end].decode("utf-8")))
+        require_length(path, f"{points} points of an image", 24 * points, len(data) - end - 9)
         at = end + 9 + 24 * points
-    if at > len(data):
-        raise ValueError("it is truncated")
     return found
 
 
@@ -237,18 +243,16 @@ def _points_text(path: Path) -> tuple[Float, Array, Array]:
     return table[:, 1:4].copy(), table[:, 4:7].astype(np.uint8), table[:, 8].astype(np.int64)
 
 
-def _points_binary(data: bytes) -> tuple[Float, Array, Array]:
+def _points_binary(path: Path, data: bytes) -> tuple[Float, Array, Array]:
     """The same from points3D.bin, whose tracks have any length: every record's start is looked up."""
-    (count,), at = struct.unpack_from("<Q", data), 8
-    if count * 51 > len(data):
-        raise ValueError("it is truncated")
+    count, at = _count(path, data, "points", 51), 8
     starts, lengths = np.empty(count, np.int64), np.empty(count, np.int64)
     for k in range(count):
         starts[k] = at
-        (lengths[k],) = struct.unpack_from("<Q", data, at + 43)
-        at += 51 + 8 * int(lengths[k])
-    if at > len(data):
-        raise ValueError("it is truncated")
+        (length,) = struct.unpack_from("<Q", data, at + 43)
+        at += 51 + 8 * length
+        require_length(path, f"a track of {length} images", at, len(data))
+        lengths[k] = length
     raw = np.frombuffer(data, np.uint8)
     xyz = raw[starts[:, None] + 8 + np.arange(24)].view("<f8").reshape(-1, 3)
     rgb = raw[starts[:, None] + 32 + np.arange(3)]

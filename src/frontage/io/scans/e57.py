@@ -16,6 +16,7 @@ from frontage.io.crs import parse_crs
 from frontage.io.files import reading, require_file
 from frontage.io.placement import Placement
 from frontage.io.poses import given_pose
+from frontage.io.scans.e57xml import check_e57
 from frontage.io.scans.request import ScanRequest
 from frontage.model import Scan
 
@@ -50,9 +51,8 @@ def opened(path: str | Path) -> Iterator[Any]:
         import pye57
     except ImportError as problem:
         raise MissingExtra("reading E57", "e57") from problem
-    with reading(p, "E57"), open(p, "rb") as f:
-        if f.read(8) != b"ASTM-E57":
-            raise ValueError("it does not begin with 'ASTM-E57'")
+    with reading(p, "E57"):
+        check_e57(p)
     with reading(p, "E57"):
         e57 = pye57.E57(str(p))
         try:

@@ -1,5 +1,6 @@
 """The registry of scan formats. A new format is one module with a reader, and one entry here."""
 
+import os
 from collections.abc import Callable
 from dataclasses import dataclass
 from importlib import import_module
@@ -128,7 +129,7 @@ def scan_format(path: Path) -> ScanFormat:
 
     Raises FileError when the file does not exist or belongs to no format.
     """
-    if path.is_dir():
+    if os.path.isdir(path):  # False, too, for a path that the system does not accept
         return COLMAP_FOLDER
     found = next((f for f in FORMATS if f.fits(path)), None)
     if found is not None:
@@ -136,7 +137,7 @@ def scan_format(path: Path) -> ScanFormat:
     known = dict.fromkeys(suffix for f in FORMATS if not f.internal for suffix in f.suffixes)
     raise FileError(
         path,
-        f"the suffix {path.suffix!r} is not one of a scan format" if path.exists() else "no such file",
+        f"the suffix {path.suffix!r} is not one of a scan format" if os.path.exists(path) else "no such file",
         "Frontage reads " + ", ".join(known),
         code="I101",
     )

@@ -14,6 +14,7 @@ from frontage.io.columns import PointColumns, to_scan
 from frontage.io.crs import parse_crs
 from frontage.io.files import reading, require_file
 from frontage.io.placement import Placement, PlacementRequest
+from frontage.io.scans.lasheader import check_las
 from frontage.io.scans.request import Progress, ScanRequest
 from frontage.io.scans.stations import rays_from_stations
 from frontage.io.scans.trajectory import Trajectory, rays_from_trajectory, read_trajectory
@@ -46,6 +47,7 @@ def read_las(path: str | Path, request: ScanRequest) -> list[Scan]:
     p = require_file(path)
     track = read_trajectory(request.trajectory) if request.trajectory else None
     with reading(p, "LAS/LAZ"):
+        check_las(p)
         header, chunks, total = _open(p, request)
         columns, placement = _stream(p, header, chunks, total, request)
     own = header.generating_software.startswith(OWN_SOFTWARE)

@@ -9,7 +9,7 @@ import numpy as np
 from frontage.errors import FileError
 from frontage.geometry.arrays import Array
 from frontage.io.columns import PointColumns, to_scan
-from frontage.io.files import reading, require_file, whole_file
+from frontage.io.files import reading, require_file, require_length, whole_file
 from frontage.io.scans.request import ScanRequest
 from frontage.model import Scan
 
@@ -37,6 +37,7 @@ _NAMES = {
     "time": ("gps_time", "gpstime", "scalar_gpstime", "scalar_gps_time", "time", "timestamp"),
 }
 _FEW_POINTS = 10_000  # enough to decide where a file lies
+_HEAD_BYTES = 1_000_000  # of a header; a longer one is damaged
 _STEP_M = 1e-3  # coordinates should resolve a millimetre
 _COLOURS = (("red", "green", "blue"), ("r", "g", "b"), ("diffuse_red", "diffuse_green", "diffuse_blue"))
 _SENSORS = (("x_origin", "y_origin", "z_origin"), ("sensor_x", "sensor_y", "sensor_z"))
@@ -62,7 +63,7 @@ def read_ply(path: str | Path, request: ScanRequest) -> list[Scan]:
     """
     p = require_file(path)
     with reading(p, "PLY"), open(p, "rb") as f:
-        header = _header(f)
+        header = _header(f, p)
         v = _ascii(f, header) if header.order == "=" else _binary(f, header)
         if len(v) < header.count:
             raise FileError(
@@ -101,32 +102,64 @@ def _pick(v: Array, names: dict[str, str], wanted: tuple[str, ...]) -> Array:
     return np.column_stack([v[names[k]].astype(np.float64) for k in wanted])
 
 
-def _header(f: BinaryIO) -> _Header:
-    """Parse the header. Raises ValueError when it is not that of a PLY file with vertices x, y, z."""
-    if f.readline().strip() != b"ply":
+@dataclass
+class _Element:
+    """An element of the header: its name, its number, and its properties with their types."""
+
+    name: str
+    count: int
+    properties: list[tuple[str, str]]
+
+    def least(self, order: str) -> int:
+        """The least number of bytes that its rows need: a text value has a digit and a separator."""
+        sizes = [2 if order == "=" else 1 if t == "list" else np.dtype(t).itemsize for _, t in self.properties]
+        return self.count * max(sum(sizes), 1 if order == "=" else 0)
+
+
+def _header(f: BinaryIO, path: Path) -> _Header:
+    """Parse the header and compare its counts with the size of the file.
+
+    Raises ValueError when it is not that of a PLY file with vertices x, y, z, FileError when a count does not
+    fit.
+    """
+    if f.readline(_HEAD_BYTES).strip() != b"ply":
         raise ValueError("it does not begin with 'ply'")
+    order, elements = _elements(f)
+    at = next((k for k, e in enumerate(elements) if e.name == "vertex"), None)
+    if at is None:
+        raise ValueError("it has no vertices")
+    has = path.stat().st_size - f.tell() + 1  # the last line may lack its end
+    need = 0
+    for e in elements:
+        need += e.least(order)
+        require_length(path, f"{e.count} elements '{e.name}'", min(e.count, need), has)
+    before = sum(
+        e.count if order == "=" else e.count * _dtype(e.properties, order).itemsize for e in elements[:at]
+    )
+    vertex = _dtype(elements[at].properties, order)
+    if not {"x", "y", "z"} <= {n.lower() for n in vertex.names or ()}:
+        raise ValueError("its vertices have no x, y, z")
+    return _Header(order, elements[at].count, vertex, before)
+
+
+def _elements(f: BinaryIO) -> tuple[str, list[_Element]]:
+    """The byte order and the elements. Raises ValueError for a header that has no end or no format."""
     order = ""
-    elements: list[tuple[str, int, list[tuple[str, str]]]] = []  # name, count, (property, type)
-    while (line := f.readline()).strip() != b"end_header":
-        if not line:
+    elements: list[_Element] = []
+    while (line := f.readline(_HEAD_BYTES)).strip() != b"end_header":
+        if not line or f.tell() > _HEAD_BYTES:
             raise ValueError("its header has no end")
         words = line.decode("ascii", "replace").split()
         if words[:1] == ["format"]:
             order = _ORDERS[words[1]]
         elif words[:1] == ["element"]:
-            elements.append((words[1], int(words[2]), []))
+            elements.append(_Element(words[1], int(words[2]), []))
         elif words[:1] == ["property"]:
-            elements[-1][2].append((words[-1], "list" if words[1] == "list" else _TYPES[words[1]]))
+            kind = "list" if words[1] == "list" else _TYPES[words[1]]
+            elements[-1].properties.append((words[-1], kind))
     if not order:
         raise ValueError("its header states no format")
-    at = next((k for k, e in enumerate(elements) if e[0] == "vertex"), None)
-    if at is None:
-        raise ValueError("it has no vertices")
-    before = sum(e[1] if order == "=" else e[1] * _dtype(e[2], order).itemsize for e in elements[:at])
-    vertex = _dtype(elements[at][2], order)
-    if not {"x", "y", "z"} <= {n.lower() for n in vertex.names or ()}:
-        raise ValueError("its vertices have no x, y, z")
-    return _Header(order, elements[at][1], vertex, before)
+    return order, elements
 
 
 def _dtype(properties: list[tuple[str, str]], order: str) -> "np.dtype[np.void]":

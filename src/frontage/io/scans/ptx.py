@@ -16,14 +16,14 @@ from frontage.errors import FileError, InputError
 from frontage.geometry.arrays import Array, Float
 from frontage.geometry.rigid import Rigid3
 from frontage.io.columns import PointColumns, normalised, to_scan
-from frontage.io.files import reading, require_file, whole_file
+from frontage.io.files import reading, require_file, require_length, whole_file
 from frontage.io.placement import Placement
 from frontage.io.poses import given_pose, nearest_rotation
 from frontage.io.scans.request import ScanRequest
 from frontage.model import Scan
 
 _CHUNK_LINES = 1_000_000  # parsed at once
-_MOST_BEAMS = 2_000_000_000  # of one scan: a header that states more is damaged
+_LEAST_LINE = 8  # bytes of a line: four values, each with a separator
 _FEW_POINTS = 2000  # of every scan, enough to decide where the file lies
 _NO_INTENSITY = 0.5  # what Leica's programs write where there is no intensity
 
@@ -90,8 +90,10 @@ def _scans(f: TextIO, path: Path) -> Iterator[_Raw]:
     """Yield scan after scan until the end of the file."""
     while (first := _next_line(f)) is not None:
         columns, rows = _count(first), _count(_next_line(f))
-        if not 0 < columns * rows <= _MOST_BEAMS:
-            raise ValueError(f"its header states a scan grid of {columns} x {rows}")
+        grid = f"a scan grid of {columns} x {rows}"
+        if min(columns, rows) <= 0:
+            raise ValueError(f"its header states {grid}")
+        require_length(path, grid, columns * rows * _LEAST_LINE, path.stat().st_size)
         header = np.array([_numbers(f, 3) for _ in range(4)])
         matrix = np.array([_numbers(f, 4) for _ in range(4)])
         raw = _body(f, path, columns, rows, _pose(matrix))
