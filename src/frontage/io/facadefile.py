@@ -15,6 +15,7 @@ from frontage.geometry.rigid import Rigid3
 from frontage.model import Estimate, Facade, Layer, Provenance, WorldRef
 
 Json = dict[str, Any]
+_FAR_M = 1e7  # no local coordinate is as large
 
 
 def facade_to_json(facade: Facade) -> Json:
@@ -88,6 +89,10 @@ def facade_from_facts(facts: Json, pose: Rigid3, world: WorldRef, support: Int, 
     Raises KeyError, TypeError, IndexError or ValueError when the values are incomplete or malformed.
     """
     sagitta, sigma = facts["curvature"][:2]
+    outline = np.array(facts["outline"], np.float64)
+    for name, values in (("pose", pose.t), ("outline", outline)):
+        if not (np.abs(values) < _FAR_M).all():  # NaN is not, either
+            raise ValueError(f"the {name} of the facade lies beyond {_FAR_M:g} m")
     return Facade(
         id=facts["id"],
         building=facts["building"],
@@ -98,7 +103,7 @@ def facade_from_facts(facts: Json, pose: Rigid3, world: WorldRef, support: Int, 
             Provenance(facts["provenance"]),
         ),
         world=world,
-        outline=np.array(facts["outline"]),
+        outline=outline,
         layers=tuple(layer_from_json(layer) for layer in facts["layers"]),
         support=support,
         inliers=inliers,

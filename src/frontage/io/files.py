@@ -9,6 +9,9 @@ from pathlib import Path
 
 from frontage.errors import CrsError, FileError, MissingExtra
 
+MALFORMED = (ValueError, KeyError, TypeError, IndexError, OverflowError, AttributeError, RecursionError)
+"""What taking a damaged record apart may raise."""
+
 _SHORT = 160  # characters of another program's message that are shown
 
 
@@ -38,7 +41,7 @@ def require_file(path: str | Path) -> Path:
 
 
 def _not_found(path: Path, problem: OSError | ValueError) -> FileError:
-    """The error for a path that the system does not accept; ValueError stands for one with a null character."""
+    """The error for a path that the system does not accept; ValueError stands for a null character in it."""
     if isinstance(problem, ValueError):
         shown = str(path).replace("\0", "\\0")
         return FileError(shown, "no path can hold a null character", "correct the path", code="I101")
@@ -83,7 +86,7 @@ def text_of(path: Path, hint: str) -> str:
 
 
 def out_of_memory(path: str | Path, problem: MemoryError) -> FileError:
-    """The error for a file whose contents do not fit into memory: its size, what was asked for, the remedy."""
+    """The error for a file whose contents do not fit into memory: its size, what was asked for, the cure."""
     size = _amount(os.stat(path).st_size)
     asked = re.search(r"Unable to allocate ([\d.]+ \w+)", str(problem))
     more = f"; {asked[1]} more were asked for" if asked else ""
@@ -127,7 +130,10 @@ def reading(path: str | Path, kind: str, advice: str = "export or copy it again"
 
 def _brief(problem: BaseException) -> str:
     """The first line of an exception, short enough for one sentence."""
-    text = " ".join(str(problem).split()) or type(problem).__name__
+    if isinstance(problem, RecursionError):
+        return "it is nested too deeply"
+    words = " ".join(str(problem).split()) or type(problem).__name__
+    text = "".join(c if c.isprintable() else "?" for c in words)
     return text if len(text) <= _SHORT else text[:_SHORT] + "..."
 
 

@@ -86,7 +86,10 @@ def load_project(path: Path, changes: Mapping[str, Mapping[str, Any]] | None = N
     for name, values in (changes or {}).items():
         if values and isinstance(table.setdefault(name, {}), dict):
             table[name] |= values
-    return make_project(table, path.resolve().parent, str(path))
+    try:
+        return make_project(table, path.resolve().parent, str(path))
+    except RecursionError:
+        raise FileError(path, "is nested too deeply to be a project", _NO_PROJECT) from None
 
 
 def make_project(table: Mapping[str, Any], base: Path, name: str = "the project") -> Project:

@@ -118,7 +118,8 @@ def _picture(store: Store, facade: Facade, picture: EvidencePicture) -> PictureV
 
 def _plan(store: Store, building: str) -> Float:
     """Return a building's own points in plan (k, 2) m local, one per 10 cm."""
-    return _from_above(store.working_cloud(building).xyz[store.building(building).index])
+    cloud, found = store.surveyed(building)
+    return _from_above(cloud.xyz[found.index])
 
 
 def _surroundings(store: Store) -> Float:

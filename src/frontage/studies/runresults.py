@@ -106,7 +106,8 @@ class Results:
         return LabelledPoints(cloud + self.shift, house, found, tuple(r.id for r in records))
 
     def _own_points(self, building: str) -> Float:
-        return np.asarray(self.store.working_cloud(building).xyz[self.store.building(building).index])
+        cloud, found = self.store.surveyed(building)
+        return np.asarray(cloud.xyz[found.index])
 
     def _true_houses(self) -> Int | Absent:
         """True house (n,) of every point of the run's scans, in their order; -1 = none."""

@@ -8,7 +8,7 @@ import numpy as np
 
 from frontage.errors import FileError
 from frontage.geometry.arrays import Array
-from frontage.io.files import whole_file
+from frontage.io.files import MALFORMED, whole_file
 from frontage.io.rasters.geotiff import Georeference, matrix_text, read_geotiff, write_geotiff
 from frontage.io.rasters.sidecar import OrthoSidecar, read_sidecar, write_sidecar
 from frontage.model import OrthoImage
@@ -76,6 +76,8 @@ def read_ortho(folder: Path, window: Tile | None = None) -> OrthoImage:
     )
     has_intensity = (folder / "intensity.tif").is_file()
     intensity = read_geotiff(folder / "intensity.tif", window)[0] if has_intensity else None
+    if pixels.ndim != 3:
+        raise FileError(folder / "ortho.tif", "does not hold colours", "run `frontage ortho` again")
     same_size = window is not None or (pixels.shape[1], pixels.shape[0]) == sidecar.size
     if not same_size or not math.isclose(gsd, sidecar.gsd, rel_tol=1e-9):
         raise FileError(folder / "ortho.tif", "does not fit ortho.json", "run `frontage ortho` again")
@@ -93,7 +95,7 @@ def read_ortho(folder: Path, window: Tile | None = None) -> OrthoImage:
             sidecar.photo_offset,
             sidecar.photos,
         )
-    except ValueError as error:
+    except MALFORMED as error:
         raise FileError(
             folder / "ortho.json", f"does not fit the bands beside it ({error})", "run `frontage ortho` again"
         ) from error

@@ -16,7 +16,7 @@ from frontage.errors import FileError
 from frontage.geometry.arrays import Array, Float, freeze
 from frontage.geometry.rigid import Rigid3
 from frontage.io.facadefile import facade_facts, facade_from_facts
-from frontage.io.files import whole_file
+from frontage.io.files import MALFORMED, whole_file
 from frontage.model import Facade, OrthoImage, PhotoOffset, WorldRef
 
 NAME = "ortho.json"
@@ -180,16 +180,16 @@ def read_sidecar(folder: Path) -> OrthoSidecar:
         raise FileError(path, "does not exist", "run `frontage ortho` first")
     try:
         record = json.loads(path.read_text(encoding="utf-8"))
-    except (ValueError, OSError) as error:
+    except (ValueError, OSError, RecursionError) as error:
         raise FileError(path, f"is not valid JSON ({error})", _AGAIN) from error
     if not isinstance(record, dict):
         raise FileError(path, "does not hold a JSON object", _AGAIN)
     try:
         return OrthoSidecar.from_json(record)
-    except (KeyError, TypeError, IndexError) as error:
-        raise FileError(path, f"an entry is missing or malformed ({error})", _AGAIN) from error
     except ValueError as error:
         raise FileError(path, f"is inconsistent ({error})", _AGAIN) from error
+    except MALFORMED as error:
+        raise FileError(path, f"an entry is missing or malformed ({error})", _AGAIN) from error
 
 
 def _raster_to_world(ortho: OrthoImage) -> Float:

@@ -9,10 +9,12 @@ import numpy as np
 from frontage.errors import FileError
 from frontage.geometry.arrays import Array
 from frontage.geometry.rigid import Rigid3
+from frontage.io.arrayfiles import read_arrays
 from frontage.io.files import reading, require_file, whole_file
 from frontage.io.scans.request import ScanRequest
 from frontage.model import Estimate, Grid, NoReturns, Provenance, Scan, WorldRef
 
+_FAR_M = 1e8  # no coordinate is as large
 _ARRAYS = ("xyz", "origins", "origin_index", "intensity", "rgb", "time", "return_number", "return_count")
 _AGAIN = "run the stage again that made it"
 
@@ -51,9 +53,8 @@ def save_scan(path: str | Path, scan: Scan) -> Path:
 def load_scan(path: str | Path) -> Scan:
     """Read what `save_scan` wrote. Raises FileError when the file is missing, truncated or corrupt."""
     p = require_file(path)
-    # The file is opened here because np.load leaves its own handle open when a file is damaged.
-    with reading(p, "Frontage scan", _AGAIN), open(p, "rb") as raw, np.load(raw, allow_pickle=False) as f:
-        a = {name: f[name] for name in f.files}
+    a = read_arrays(p, _AGAIN)
+    with reading(p, "Frontage scan", _AGAIN):
         if not {"meta", "xyz", "origin"} <= a.keys():
             raise FileError(p, "is not a scan that Frontage wrote", _AGAIN, code="I103")
         meta = json.loads(a["meta"].tobytes())
@@ -63,6 +64,7 @@ def load_scan(path: str | Path) -> Scan:
             pose = Estimate(
                 rigid, a["pose_covariance"], meta["pose"]["dof"], Provenance(meta["pose"]["provenance"])
             )
+        _require_sane(a)
         return Scan(
             meta["name"],
             world=WorldRef(a["origin"], meta["crs"]),
@@ -73,6 +75,19 @@ def load_scan(path: str | Path) -> Scan:
             notes=tuple(meta["notes"]),
             **{n: a[n] for n in _ARRAYS if n in a},
         )
+
+
+def _require_sane(a: dict[str, Array]) -> None:
+    """Raise ValueError for coordinates or indices that no scan of ours has."""
+    for name in ("xyz", "origins", "origin"):
+        values = a.get(name, np.empty(0))
+        if values.size and not (values.min() > -_FAR_M and values.max() < _FAR_M):  # NaN is not, either
+            raise ValueError(f"{name} lie beyond {_FAR_M:g} m")
+    index = a.get("origin_index", np.empty(0, np.int32))
+    if index.size and not -1 <= index.min() <= index.max() < len(a.get("origins", ())):
+        raise ValueError("points name origins that do not exist")
+    if "time" in a and not np.isfinite(a["time"]).all():
+        raise ValueError("times are not finite")
 
 
 def _no_returns(a: dict[str, Array], number: int, origin: int, ground: float) -> NoReturns:

@@ -112,7 +112,9 @@ class _Element:
 
     def least(self, order: str) -> int:
         """The least number of bytes that its rows need: a text value has a digit and a separator."""
-        sizes = [2 if order == "=" else 1 if t == "list" else np.dtype(t).itemsize for _, t in self.properties]
+        sizes = [
+            2 if order == "=" else 1 if t == "list" else np.dtype(t).itemsize for _, t in self.properties
+        ]
         return self.count * max(sum(sizes), 1 if order == "=" else 0)
 
 

@@ -10,7 +10,7 @@ Found = tuple[Facade | Failed, ...]
 
 def load(job: Job) -> tuple[Scan, Building]:
     """Read the working cloud of a building and which of its points are its own."""
-    return job.store.working_cloud(job.item), job.store.building(job.item)
+    return job.store.surveyed(job.item)
 
 
 def work(job: Job, loaded: tuple[Scan, Building]) -> Found:

@@ -58,9 +58,10 @@ def load(job: Job) -> Walls | None:
     if not names:
         return None
     pictured = colourless(job.store, job.project)
+    cloud, building = job.store.surveyed(job.item)
     return Walls(
-        job.store.building(job.item),
-        job.store.working_cloud(job.item),
+        building,
+        cloud,
         tuple(job.store.facade(name) for name in names),
         tuple(job.store.ortho(name) if pictured else None for name in names),
     )

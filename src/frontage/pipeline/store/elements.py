@@ -14,6 +14,8 @@ import numpy as np
 from frontage.errors import FileError
 from frontage.geometry.arrays import Float
 from frontage.geometry.ring import box_sigmas
+from frontage.io.arrayfiles import read_arrays
+from frontage.io.files import MALFORMED
 from frontage.model import (
     Bar,
     Elements,
@@ -25,7 +27,7 @@ from frontage.model import (
     ProtrusionKind,
     Provenance,
 )
-from frontage.pipeline.store.files import read_arrays, read_json, write_arrays, write_json
+from frontage.pipeline.store.files import read_json, write_arrays, write_json
 
 FOUND = ("elements.json", "protrusions.json", "outlines.npz")
 """What `save_elements` leaves in a facade's folder."""
@@ -179,7 +181,7 @@ def _nouns(path: Path, make: Callable[[dict[str, Any], int], Noun]) -> tuple[Nou
             made.append(make(record, number))
         except KeyError as error:
             raise FileError(path, f"{_name(record, number)} lacks {error}", _AGAIN) from None
-        except (TypeError, ValueError) as error:
+        except MALFORMED as error:
             raise FileError(path, f"{_name(record, number)}: {error}", _AGAIN) from None
     return tuple(made)
 

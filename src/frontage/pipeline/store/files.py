@@ -9,7 +9,6 @@ from typing import Any
 
 import numpy as np
 
-from frontage.errors import FileError
 from frontage.geometry.arrays import Array
 from frontage.io.files import whole_file
 
@@ -45,28 +44,6 @@ def write_arrays(path: Path, arrays: Mapping[str, Array]) -> None:
             np.savez(file, allow_pickle=False, **arrays)
 
     write_with(path, write)
-
-
-def read_arrays(path: Path, advice: str) -> dict[str, Array]:
-    """Read what `write_arrays` wrote. Raises FileError (missing, truncated, damaged) with `advice`."""
-    try:
-        with path.open("rb") as file, np.load(file, allow_pickle=False) as arrays:
-            return {name: arrays[name] for name in arrays.files}
-    except FileNotFoundError:
-        raise FileError(path, "no such file", advice) from None
-    except Exception as error:  # zipfile and zlib have errors of their own
-        raise FileError(path, f"is damaged ({error})", advice) from None
-
-
-def read_array(path: Path, advice: str) -> Array:
-    """Read what `write_array` wrote. Raises FileError (missing, truncated, damaged) with `advice`."""
-    try:
-        with path.open("rb") as file:
-            return np.asarray(np.load(file, allow_pickle=False))
-    except FileNotFoundError:
-        raise FileError(path, "no such file", advice) from None
-    except (OSError, ValueError, EOFError) as error:
-        raise FileError(path, f"is damaged ({error})", advice) from None
 
 
 def write_json(path: Path, value: Any) -> None:

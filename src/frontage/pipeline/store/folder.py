@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Self
 
 from frontage.errors import WorkspaceError
+from frontage.io.files import MALFORMED
 from frontage.pipeline.store.files import read_json, write_bytes, write_json
 from frontage.pipeline.store.manifest import Manifest
 from frontage.pipeline.store.markers import Markers
@@ -51,7 +52,7 @@ class Folder:
         """Return the manifest. Raises WorkspaceError if it cannot be read."""
         try:
             return Manifest.from_json(read_json(self.manifest_path))
-        except (OSError, ValueError, KeyError, TypeError, AttributeError) as error:
+        except (OSError, *MALFORMED) as error:
             raise WorkspaceError(
                 f"{self.manifest_path} cannot be read ({error}); run `frontage run` again"
             ) from None
@@ -101,6 +102,6 @@ class Folder:
 def _readable(path: Path) -> bool:
     try:
         Manifest.from_json(read_json(path))
-    except (OSError, ValueError, KeyError, TypeError, AttributeError):
+    except (OSError, *MALFORMED):
         return False
     return True

@@ -96,7 +96,7 @@ class Manifest:
     @classmethod
     def from_json(cls, table: Any) -> "Manifest":
         """Return the inverse of `to_json`. Raises ValueError, TypeError or KeyError for anything else."""
-        if not isinstance(table, dict):
+        if not isinstance(table, dict) or not isinstance(table.get("stages", {}), dict):
             raise ValueError("it holds no JSON object")
         stages = {
             name: StageRecord(str(entry["key"]), float(entry["seconds"]), _result(entry))
@@ -120,4 +120,5 @@ def _result(entry: Mapping[str, Any]) -> dict[str, Any]:
     result = {name: value for name, value in entry.items() if name not in ("key", "seconds")}
     if not {"items", "warnings", "notes"} <= result.keys():
         raise ValueError("a stage lacks its items, warnings or notes")
+    result_from_json(StageResult, {name: result[name] for name in ("items", "warnings", "notes")})
     return result

@@ -8,9 +8,11 @@ import numpy as np
 
 from frontage.errors import FileError
 from frontage.geometry.arrays import Float, Int
+from frontage.io.arrayfiles import read_arrays
 from frontage.io.facadefile import facade_from_json, facade_to_json, finite_or_none, number_or_infinity
+from frontage.io.files import MALFORMED
 from frontage.model import Building, Facade
-from frontage.pipeline.store.files import read_arrays, read_json, write_arrays, write_json
+from frontage.pipeline.store.files import read_json, write_arrays, write_json
 
 
 def save_facade(folder: Path, facade: Facade) -> None:
@@ -30,7 +32,7 @@ def load_facade(folder: Path) -> Facade:
         return facade_from_json(record, indices["support"], indices["inliers"])
     except FileNotFoundError:
         raise FileError(folder / "facade.json", "no such file", advice) from None
-    except (OSError, ValueError, KeyError, TypeError) as error:
+    except (OSError, *MALFORMED) as error:
         raise FileError(folder / "facade.json", f"is damaged ({error})", advice) from None
 
 

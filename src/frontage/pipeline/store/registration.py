@@ -8,8 +8,9 @@ import numpy as np
 
 from frontage.errors import FileError
 from frontage.geometry.arrays import Float
+from frontage.io.arrayfiles import read_arrays
 from frontage.model import Scan
-from frontage.pipeline.store.files import read_arrays, read_json, write_arrays, write_json
+from frontage.pipeline.store.files import read_json, write_arrays, write_json
 from frontage.registration import (
     Direction,
     PosePrior,

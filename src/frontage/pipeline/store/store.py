@@ -24,7 +24,9 @@ from pydantic import ValidationError
 
 from frontage.errors import FileError, InputError, WorkspaceError
 from frontage.geometry.arrays import Int
+from frontage.io.arrayfiles import read_array
 from frontage.io.facadefile import world_to_json
+from frontage.io.files import MALFORMED
 from frontage.io.photos.photoset import PhotoSet
 from frontage.io.photos.read import read_photos
 from frontage.io.rasters.ortho import FILES as ORTHO_FILES
@@ -35,7 +37,7 @@ from frontage.io.scans.npz import load_scan, save_scan
 from frontage.model import Building, Elements, Facade, OrthoImage, Scan, WorldRef
 from frontage.pipeline.project import Project
 from frontage.pipeline.store import elements as elementfiles
-from frontage.pipeline.store.files import read_array, read_json, write_array, write_json
+from frontage.pipeline.store.files import read_json, write_array, write_json
 from frontage.pipeline.store.folder import Folder
 from frontage.pipeline.store.records import BuildingRecord, load_facade, save_facade
 from frontage.pipeline.store.results import OpeningsItemResult, ScansResult, result_from_json
@@ -101,7 +103,7 @@ class Store(Folder):
             return ()
         try:
             return tuple(BuildingRecord.from_json(entry) for entry in read_json(path)["buildings"])
-        except (OSError, ValueError, KeyError, TypeError) as error:
+        except (OSError, *MALFORMED) as error:
             raise FileError(path, f"is damaged ({error})", _AGAIN) from None
 
     def save_building_records(self, records: Sequence[BuildingRecord], world: WorldRef) -> None:
@@ -112,15 +114,23 @@ class Store(Folder):
 
     def building(self, building: str) -> Building:
         """Return a building, whose points index its working cloud. Raises InputError for an unknown id."""
-        for record in self.building_records():
-            if record.id == building:
-                advice = "run `frontage buildings` again"
-                return record.with_points(read_array(self._building_path(building, ".index.npy"), advice))
-        raise InputError(f"no building {building!r} in {self.out}")
+        return self.surveyed(building)[1]
 
     def working_cloud(self, building: str) -> Scan:
         """Return the points of a building with what surrounds it."""
         return load_scan(self._building_path(building, ".npz"))
+
+    def surveyed(self, building: str) -> tuple[Scan, Building]:
+        """Return the working cloud of a building, and the building whose points index it."""
+        record = next((r for r in self.building_records() if r.id == building), None)
+        if record is None:
+            raise InputError(f"no building {building!r} in {self.out}")
+        cloud, path = self.working_cloud(building), self._building_path(building, ".index.npy")
+        advice = "run `frontage buildings` again"
+        index = read_array(path, advice)
+        if index.dtype.kind != "i" or not (index.size == 0 or 0 <= index.min() <= index.max() < len(cloud)):
+            raise FileError(path, "names points that its cloud does not have", advice)
+        return cloud, record.with_points(index)
 
     def save_building(self, building: str, cloud: Scan, own: Int) -> None:
         """Write a working cloud and which of its points are the building's own, also as LAZ for users."""
