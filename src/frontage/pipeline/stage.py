@@ -5,7 +5,7 @@ through three functions of the stage::
 
     load(job)          files -> nouns          reads the run folder; an unreadable file ends the stage
     work(job, loaded)  nouns -> nouns          calls one room; touches no file
-    save(job, made)    nouns -> files          writes the run folder and tells what was made (a `ItemResult`)
+    save(job, made)    nouns -> files          writes the run folder and tells what was made (an `ItemResult`)
 
 and `join(job, parts)` turns the parts into the result of the stage; its payload is what `tasks` returned.
 Items run in worker processes; a stage without `tasks` has one item, which runs in the main process.
