@@ -7,6 +7,8 @@ only if the levels below it hold, so that one defect is not reported several tim
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
+import numpy as np
+
 from frontage.model import Feature, Finding, Polygons, Shape, Solid
 from frontage.validation.closed_surface import TriangulatedShell, ValidSolid
 from frontage.validation.composites import check_composite, check_parts
@@ -91,6 +93,8 @@ def _check_surface(
     if len(mesh.faces) == 1:
         return [Finding(902, "no faces")], Triangles.none()
     findings, sound = check_rings(mesh)
+    if any(np.diff(offsets).min() == 0 for offsets in (mesh.rings, mesh.faces)):
+        return findings, Triangles.none()  # a face or a ring of nothing has no plane
     in_polygons, triangles = check_polygons(mesh, sound, tolerances)
     findings += in_polygons
     if kind != "MultiSurface" and not findings:

@@ -163,7 +163,8 @@ def _mesh(surfaces: Polygons, ids: Int, vertices: Vertices) -> Mesh:
     starts, stops = surfaces.rings[:-1], surfaces.rings[1:]
     length = stops - starts
     if surfaces.explicit:
-        closed = (length > 1) & (ids[np.minimum(starts, len(ids) - 1)] == ids[stops - 1])
+        closed = length > 1
+        closed[closed] = ids[starts[closed]] == ids[stops[closed] - 1]
         keep = np.ones(len(ids), np.bool_)
         keep[stops[closed] - 1] = False
         ids, length = ids[keep], length - closed
