@@ -27,6 +27,7 @@ from frontage.model import (
     Failed,
     Opening,
     Protrusion,
+    ProtrusionKind,
     Provenance,
     Surface,
 )
@@ -39,6 +40,7 @@ from frontage.solids.brep import unmatched_edges, volume6
 from frontage.solids.cells.build import build_solid
 from frontage.solids.relief import FacadeReliefs, Relief
 from frontage.validation import validate
+from frontage.validation.validate import overlapping
 from solids.facades import block, frame, random_facade
 
 _HOUSES = 3  # on a simulated street
@@ -89,7 +91,8 @@ def street_case(seed: int) -> Tally:
             continue
         solids = [*(b.solid for b in made.built), *(i.solid for i in made.installations)]
         lost = any(f.code in ("S318", "S320", "S399") for f in made.failed) or made.coarse.source != "model"
-        bad = lost or any(validate(s) for s in solids)
+        apart = [*(b.solid for b in made.built), *(i.solid for i in made.installations if i.closed)]
+        bad = lost or any(validate(s) for s in solids) or bool(overlapping(apart))
         total += Tally(len(fronts), len(solids), count, len(made.failed), 0, name if bad else ())
     return total
 
@@ -120,7 +123,7 @@ def elements(plan: FacadePlan) -> Elements:
     protrusions = tuple(
         Protrusion(
             p.id,
-            p.kind,
+            p.kind if p.kind in set(ProtrusionKind) else ProtrusionKind.OTHER,  # such as a string course
             ring,
             0.01,
             Estimate(p.y_range[0], sure, 9.0),

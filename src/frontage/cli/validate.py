@@ -99,9 +99,9 @@ def _line(finding: "Finding") -> str:
     name = _name(finding)
     if finding.qie is not None:
         name += f" (QIE {finding.qie} {QIE_NAMES[finding.qie]})"
-    where = " ".join(x for x in (finding.feature, finding.where) if x)
+    place = " ".join(x for x in (name, finding.feature, finding.where) if x)
     at = "" if finding.location is None else " at {:.4f} {:.4f} {:.4f}".format(*finding.location)
-    return f"{finding.code} {name} {where}: {finding.message}{at}"
+    return f"{finding.code} {place}: {finding.message}{at}"
 
 
 def _summary(file: "FileFindings") -> str:

@@ -114,10 +114,10 @@ def _shell(solid: Solid, lod: str, prefix: str, part: str, about: Mapping[str, M
 
 
 def _installation(thing: Installation, about: Mapping[str, Mapping[str, Value]]) -> Shell:
-    """An installation as a shell with its attributes."""
+    """An installation as a shell with its attributes; a solid unless it reaches into another one."""
     attributes = {**about.get(thing.id, {}), **({"assumed": thing.assumed} if thing.assumed else {})}
     surfaces = surfaces_of(thing.solid, f"{thing.id}/face")
-    return Shell("3", surfaces, {}, True, thing.id, True, attributes=attributes)
+    return Shell("3", surfaces, {}, thing.closed, thing.id, True, attributes=attributes)
 
 
 def _of_elements(

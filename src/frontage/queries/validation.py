@@ -43,7 +43,8 @@ def validate_file(
 ) -> FileFindings:
     """Validate every geometry of a file; see `frontage.io.shapes.read.read_shapes` for the formats.
 
-    A file that cannot be read has one finding, 901 (missing, empty, corrupt) or 904 (format not supported).
+    A file that cannot be read has one finding, 901 (missing, empty, corrupt) or 904 (format not supported); a
+    file without any geometry that could be checked has 902.
 
     Raises OptionError when `inner` does not fit the file.
     """
@@ -55,6 +56,8 @@ def validate_file(
         return FileFindings(p, "", {}, {}, (Finding(code, str(error)),))
     findings = [f for feature in features for f in _checked(feature, tolerances or Tolerances())]
     everything = [f for feature in features for f in _with_parts(feature)]
+    if not any(f.shapes for f in everything):
+        findings.append(Finding(902, "the file holds no surface or solid that could be checked"))
     return FileFindings(
         p,
         kind,
@@ -73,6 +76,6 @@ def _checked(feature: Feature, tolerances: Tolerances) -> tuple[Finding, ...]:
     try:
         return validate_feature(feature, tolerances)
     except Exception as problem:
-        log.exception("feature %s", feature.id)
+        log.info("feature %s", feature.id, exc_info=True)
         text = f"the validator failed here ({type(problem).__name__}: {problem}); report it"
         return (Finding(999, " ".join(text.split()), "", feature.id),)

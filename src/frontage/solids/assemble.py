@@ -17,6 +17,7 @@ from frontage.solids.coarse.choose import CoarseModel, coarse_model
 from frontage.solids.coarse.host import Host
 from frontage.solids.distribute import distribute_reliefs
 from frontage.solids.elements import FacadeParts, facade_parts
+from frontage.solids.installations.apart import apart
 from frontage.solids.installations.attach import attach
 from frontage.solids.installations.installation import Installation
 from frontage.solids.options import BuildOptions
@@ -30,7 +31,7 @@ class Assembled:
     coarse         the coarse solids, and where they come from
     built          one solid per part of the coarse model, in its order
     fine           for each of `built`, whether anything was cut; if not, it is the coarse solid unchanged
-    installations  closed solids of their own, attached to the walls
+    installations  solids of their own, in front of the walls
     failed         what is not in the model, and why
     notes          what was changed while building
     parts_overlap  whether the solids reach into each other, so that they cannot be parts of one building
@@ -95,7 +96,7 @@ def _installations(
     part: FacadeParts, built: Sequence[Built], world: WorldRef, options: BuildOptions
 ) -> list[Installation | Failed | str]:
     """Returns the installations of a facade; none in a model without depth."""
-    return attach(part, [b.host for b in built], world, options) if options.depth else []
+    return attach(part, built, world, options) if options.depth else []
 
 
 def _collected(
@@ -106,14 +107,15 @@ def _collected(
 ) -> Assembled:
     """Puts solids, installations, failures and notes together."""
     failed = [f for b in built for f in b.failed] + [i for i in installed if isinstance(i, Failed)]
+    installations, opened = apart([i for i in installed if isinstance(i, Installation)], built)
     notes = [n for h in coarse.hosts for n in h.notes] + [n for b in built for n in b.notes]
-    notes += [i for i in installed if isinstance(i, str)]
+    notes += [i for i in installed if isinstance(i, str)] + opened
     return Assembled(
         building,
         coarse,
         tuple(built),
         tuple(any(f.opening for f in b.solid.faces) for b in built),
-        tuple(i for i in installed if isinstance(i, Installation)),
+        tuple(installations),
         tuple(failed),
         (*coarse.notes, *notes),
         parts_overlap(built),

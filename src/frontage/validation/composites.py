@@ -24,7 +24,7 @@ from frontage.validation.tolerances import Tolerances
 
 
 @dataclass(frozen=True, eq=False)
-class _Relation:
+class Relation:
     """How two solids lie to each other.
 
     overlap  m: how far they reach into each other
@@ -61,17 +61,26 @@ def check_parts(
     solids: Sequence[ValidSolid], groups: Sequence[object], tolerances: Tolerances
 ) -> list[Finding]:
     """Finds 601 for solids of one building whose interiors overlap; solids of one group are not compared."""
-    limit = _limit(solids, tolerances)
     findings = []
-    for i, j in _close_pairs(solids, 0.0):
-        if groups[i] == groups[j]:
-            continue
-        relation = _relate(solids[i], solids[j], 0.0)
-        if relation.same or relation.overlap > limit:
-            at = solids[0].location(relation.where)
-            text = f"solids of one building overlap by {relation.overlap:.4g} m"
-            findings.append(Finding(601, text, f"{solids[i].name}&{solids[j].name}", "", at))
+    for i, j, relation in overlaps(solids, groups, tolerances):
+        at = solids[0].location(relation.where)
+        text = f"solids of one building overlap by {relation.overlap:.4g} m"
+        findings.append(Finding(601, text, f"{solids[i].name}&{solids[j].name}", "", at))
     return findings
+
+
+def overlaps(
+    solids: Sequence[ValidSolid], groups: Sequence[object], tolerances: Tolerances
+) -> list[tuple[int, int, Relation]]:
+    """Returns the pairs (i < j) of solids of different groups whose interiors overlap, and how they lie."""
+    limit = _limit(solids, tolerances)
+    found = []
+    for i, j in _close_pairs(solids, 0.0):
+        if groups[i] != groups[j]:
+            relation = _relate(solids[i], solids[j], 0.0)
+            if relation.same or relation.overlap > limit:
+                found.append((i, j, relation))
+    return found
 
 
 def adjacent(one: ValidSolid, other: ValidSolid, tolerances: Tolerances) -> bool:
@@ -98,7 +107,7 @@ def _close_pairs(solids: Sequence[ValidSolid], reach: float) -> list[tuple[int, 
     return sorted(zip(i[meet].tolist(), j[meet].tolist(), strict=True))
 
 
-def _relate(one: ValidSolid, other: ValidSolid, reach: float) -> _Relation:
+def _relate(one: ValidSolid, other: ValidSolid, reach: float) -> Relation:
     """Returns how two close solids lie to each other; a gap of up to `reach` (m) still joins them."""
     a, b = one.surface, other.surface
     sides = classify_pieces(a, b), classify_pieces(b, a)
@@ -107,7 +116,7 @@ def _relate(one: ValidSolid, other: ValidSolid, reach: float) -> _Relation:
     same = all((pieces.state == SAME).all() for pieces in sides)
     joined = overlap > 0 or any(pieces.has(OPPOSITE) for pieces in sides)
     joined = joined or (reach > ON_NOISES * a.noise and _gap(a, b) <= reach)
-    return _Relation(overlap, where, same, joined)
+    return Relation(overlap, where, same, joined)
 
 
 def _overlaps(pieces: ClassifiedPieces) -> list[tuple[float, Float]]:

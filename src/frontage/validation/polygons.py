@@ -99,7 +99,7 @@ def _folds(mesh: Mesh, triangles: Triangles, tolerances: Tolerances) -> list[Fin
     longest = np.max(
         [np.linalg.norm(b - a, axis=1), np.linalg.norm(c - b, axis=1), np.linalg.norm(a - c, axis=1)], 0
     )
-    thick = twice > max(tolerances.snap, mesh.noise) * longest
+    thick = twice > mesh.noise * longest
     unit = cross[thick] / twice[thick][:, None]
     face, spot = triangles.face[thick], ((a + b + c) / 3)[thick]
     mean = np.zeros((len(mesh.faces) - 1, 3))

@@ -19,7 +19,10 @@ def check_rings(mesh: Mesh) -> tuple[list[Finding], Bool]:
     few = (length < 3) | (distinct < 2)
     repeated = np.zeros(len(length), np.bool_)
     repeated[ring[same]] = True
-    findings = []
+    findings = [
+        Finding(101, "the face has no ring", mesh.face_name(int(f)))
+        for f in np.nonzero(np.diff(mesh.faces) == 0)[0]
+    ]
     for r in np.nonzero(few | repeated | mesh.unclosed)[0]:
         findings += _of_ring(mesh, int(r), bool(few[r]), bool(repeated[r]))
     sound = np.ones(len(mesh.faces) - 1, np.bool_)

@@ -7,9 +7,11 @@ only if the levels below it hold, so that one defect is not reported several tim
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
+import numpy as np
+
 from frontage.model import Feature, Finding, Polygons, Shape, Solid
 from frontage.validation.closed_surface import TriangulatedShell, ValidSolid
-from frontage.validation.composites import check_composite, check_parts
+from frontage.validation.composites import check_composite, check_parts, overlaps
 from frontage.validation.geometry.mesh import Mesh, weld
 from frontage.validation.geometry.triangulate import Triangles
 from frontage.validation.indoor import check_indoor
@@ -48,9 +50,19 @@ def validate_feature(
 
     `quantum` (m) is given if the coordinates are known to be whole multiples of it.
     """
+    findings, solids = _check_each(feature, tolerances, quantum)
+    findings += [replace(f, feature=feature.id) for f in _check_together(feature, solids, tolerances)]
+    return tuple(findings)
+
+
+def _check_each(
+    feature: Feature, tolerances: Tolerances, quantum: float | None
+) -> tuple[list[Finding], list["_OwnedSolid"]]:
+    """Levels 1 to 5: every geometry of a feature by itself; returns the solids that are valid."""
     geometries = list(_geometries(feature))
     surfaces = [s for g in geometries for solid in g.shape.solids for s in solid]
-    meshes = iter(weld(surfaces, tolerances.snap, quantum))
+    groups = [k for k, g in enumerate(geometries) for solid in g.shape.solids for _ in solid]
+    meshes = iter(weld(surfaces, tolerances.snap, quantum, groups))
     findings: list[Finding] = []
     solids: list[_OwnedSolid] = []
     for g in geometries:
@@ -58,8 +70,23 @@ def validate_feature(
         found, valid = _check_geometry(g.shape, own_meshes, tolerances)
         findings += [replace(f, feature=g.owner, where=_joined(g.name, f.where)) for f in found]
         solids += [_OwnedSolid(g, replace(s, name=_joined(g.owner, g.name, s.name))) for s in valid]
-    findings += [replace(f, feature=feature.id) for f in _check_together(feature, solids, tolerances)]
-    return tuple(findings)
+    return findings, solids
+
+
+def overlapping(solids: Sequence[Solid]) -> list[tuple[int, int, float]]:
+    """Returns the pairs (i < j) of valid solids that reach into each other, and how far (m).
+
+    The solids are integer solids with a common origin.
+    """
+    parts = []
+    for k, solid in enumerate(solids):
+        local = solid.vertices * _SOLID_STEP_M
+        faces = Polygons.of([[local[list(r)] for r in (f.ring, *f.holes)] for f in solid.faces])
+        parts.append(Feature(str(k), "", (Shape("Solid", ((faces,),)),)))
+    _, owned = _check_each(Feature("", "", (), tuple(parts)), _DEFAULT, _SOLID_STEP_M)
+    valid = [o.solid for o in owned]
+    number = [int(o.geometry.owner) for o in owned]
+    return [(number[i], number[j], r.overlap) for i, j, r in overlaps(valid, number, _DEFAULT)]
 
 
 @dataclass(frozen=True, eq=False)
@@ -91,6 +118,8 @@ def _check_surface(
     if len(mesh.faces) == 1:
         return [Finding(902, "no faces")], Triangles.none()
     findings, sound = check_rings(mesh)
+    if any(np.diff(offsets).min() == 0 for offsets in (mesh.rings, mesh.faces)):
+        return findings, Triangles.none()  # a face or a ring of nothing has no plane
     in_polygons, triangles = check_polygons(mesh, sound, tolerances)
     findings += in_polygons
     if kind != "MultiSurface" and not findings:

@@ -10,7 +10,16 @@ from pathlib import Path
 from typing import Any, TextIO
 
 _STEP = 1 << 20  # characters that are read at a time
+_TOO_DEEP = "its values are nested too deeply"
 _SPACE = " \t\r\n\x1e"  # record separators stand between the texts of a JSON sequence (RFC 7464)
+
+
+def parse_json(text: str) -> Any:
+    """The value of a JSON text. Raises JSONDecodeError on damage, ValueError for one nested too deeply."""
+    try:
+        return json.loads(text)
+    except RecursionError:
+        raise ValueError(_TOO_DEEP) from None
 
 
 class _Text:
@@ -60,6 +69,8 @@ class _Text:
                     continue
                 place = self._dropped + problem.pos
                 raise ValueError(f"{problem.msg} at character {place}") from problem
+            except RecursionError:
+                raise ValueError(_TOO_DEEP) from None
             if end == len(self._text) and self._more():
                 continue  # a number could continue
             self._at = end

@@ -20,11 +20,13 @@ class FaceFormat:
     name    as users know it
     suffix  of its files, lower case
     reader  "module:function" that returns the named objects of a file, imported when it is first used
+    headed  whether its files begin with a header, so that a file of no bytes is damaged, not empty
     """
 
     name: str
     suffix: str
     reader: str
+    headed: bool = True
 
     def read(self, path: Path) -> list[tuple[str, Polygons]]:
         """The objects of a file, each with its name ("" without one)."""
@@ -61,7 +63,7 @@ def _function(reader: str) -> Any:
 _SHAPES = "frontage.io.shapes"
 
 FACE_FORMATS = (
-    FaceFormat("OBJ", ".obj", f"{_SHAPES}.facefiles:read_obj"),
+    FaceFormat("OBJ", ".obj", f"{_SHAPES}.facefiles:read_obj", headed=False),
     FaceFormat("OFF", ".off", f"{_SHAPES}.facefiles:read_off"),
     FaceFormat("POLY", ".poly", f"{_SHAPES}.polyfile:read_poly"),
 )

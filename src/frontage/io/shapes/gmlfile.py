@@ -40,6 +40,7 @@ _OWN = re.compile(r"(?=[A-Z])\w*(Installation|Furniture|Room|BuildingUnit|Storey
 _PART = re.compile(
     r"(Building|Bridge|Tunnel)Part$"
 )  # names of objects begin with a capital, names of properties do not
+_GML = "opengis.net/"  # in the namespaces of GML, CityGML and IndoorGML
 _LOD = re.compile(r"lod(\d(?:\.\d)?)")
 
 
@@ -59,6 +60,8 @@ def read_gml(path: Path) -> tuple[str, list[Feature]]:
     reader = _Reader(root)
     if local(root) == "IndoorFeatures":
         return "IndoorGML", [indoor_feature(root, reader.shapes_below)]
+    if not any(isinstance(e.tag, str) and _GML in e.tag for e in root.iter()):
+        raise ValueError(f"it is XML without any GML (its root is {local(root)})")
     kind = "CityGML" if local(root) == "CityModel" else "GML"
     members = _members(root) or reader.geometries(root)
     return kind, [f for k, e in enumerate(members) for f in reader.features(e, k)]
@@ -82,10 +85,15 @@ class _Reader:
         self._by_id = {identifier(e): e for e in root.iter() if isinstance(e.tag, str) and identifier(e)}
 
     def features(self, element: etree._Element, number: int) -> list[Feature]:
-        """A feature, and the features inside it that count on their own (rooms, installations)."""
+        """A feature, and the features inside it that count on their own (rooms of a bridge, furniture).
+
+        The children of a building are parts of it: val3dity judges them together.
+        """
         below = self.geometries(element)
-        parts = [e for e in below if _PART.match(local(e))]
-        others = [e for e in below if _OWN.match(local(e))]
+        inner = [e for e in below if _OWN.match(local(e))]
+        whole = local(element) == "Building"
+        parts = [e for e in below if _PART.match(local(e)) or (whole and e in inner)]
+        others = [] if whole else inner
         shapes = self._shapes([e for e in below if e not in parts and e not in others])
         inside = [f for k, p in enumerate(parts) for f in self.features(p, k)]
         name = identifier(element) or f"{local(element)}{number}"
@@ -104,6 +112,8 @@ class _Reader:
         found = []
         for child in element:
             name = local(child)
+            if name and child.get(HREF) is not None and _LOD.match(name):
+                targets(child, self._by_id.get)  # what it refers to is checked where it stands
             stop = name in _GEOMETRIES or _PART.match(name) or _OWN.match(name)
             found += [child] if stop else self.geometries(child) if name else []
         return found

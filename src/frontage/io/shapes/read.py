@@ -6,7 +6,7 @@ from typing import Literal
 
 from frontage.errors import OptionError
 from frontage.io.files import reading, require_file
-from frontage.io.shapes.formats import ADVICE, face_format, solid_format
+from frontage.io.shapes.formats import ADVICE, FaceFormat, face_format, solid_format
 from frontage.model import Feature, Polygons, Shape
 
 Primitive = Literal["Solid", "CompositeSurface", "MultiSurface"]
@@ -23,8 +23,8 @@ def read_shapes(
 
     Raises FileError (missing, empty, corrupt, unsupported), and OptionError when `inner` does not apply.
     """
-    p = require_file(path)
-    faces = face_format(p)
+    faces = face_format(Path(path))
+    p = _require(path, faces)
     if faces is None and inner:
         raise OptionError(f"{p}: states its inner shells itself; leave --inner out")
     with reading(p, "model", ADVICE):
@@ -37,6 +37,14 @@ def read_shapes(
     kind = p.suffix[1:].upper()
     shapes = [(label or p.stem, Shape(primitive, ((surfaces, *voids),))) for label, surfaces in objects]
     return kind, [Feature(name, kind, (shape,)) for name, shape in shapes]
+
+
+def _require(path: str | Path, faces: FaceFormat | None) -> Path:
+    """The path of a file, checked; one without a header may hold nothing. Raises FileError."""
+    p = Path(path)
+    if faces is not None and not faces.headed and p.is_file() and p.stat().st_size == 0:
+        return p
+    return require_file(p)
 
 
 def _one_shell(path: str | Path) -> Polygons:

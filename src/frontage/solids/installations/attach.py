@@ -1,6 +1,7 @@
 """Attaches protrusions that do not belong to the building's volume to the walls of its coarse solids."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 import shapely
@@ -11,37 +12,52 @@ from frontage.solids.brep import GRID_PER_M
 from frontage.solids.elements import FacadeParts
 from frontage.solids.installations.installation import Attachment, Installation, make_installation
 from frontage.solids.options import BuildOptions
-from frontage.solids.relief import FacadeReliefs, Relief
+from frontage.solids.relief import Built, FacadeReliefs, Relief
 from frontage.solids.walls import find_walls
 
 _THINNEST_M = 0.02  # a protrusion that stands out by less is left out
+_UNEVEN_M = 0.005  # largest distance of a wall's corner from its plane, as for the walls of a coarse solid
+_ROUNDING = 0.5 * 3**0.5  # of a corner to the grid, in steps: half a step along each axis
+_GAP = 1.0  # steps of the grid that stay free between an installation and what it stands on
 
 
 def attach(
-    part: FacadeParts, hosts: Sequence[Solid], world: WorldRef, options: BuildOptions
+    part: FacadeParts, built: Sequence[Built], world: WorldRef, options: BuildOptions
 ) -> list[Installation | Failed | str]:
-    """Returns every attached protrusion of a facade as an installation.
+    """Returns every attached protrusion of a facade as an installation in front of the built solids.
 
     A protrusion that stands out by less than 2 cm becomes a note (str); one that no wall carries, or whose
     solid is not valid, a `Failed` (S310, S318).
     """
-    return [_attach_one(p, part.reliefs, hosts, world, options) for p in part.attached]
+    return [_attach_one(p, part.reliefs, built, world, options) for p in part.attached]
 
 
 def _attach_one(
     protrusion: Protrusion,
     facade: FacadeReliefs,
-    hosts: Sequence[Solid],
+    built: Sequence[Built],
     world: WorldRef,
     options: BuildOptions,
 ) -> Installation | Failed | str:
     back = _surface_behind(protrusion, facade.reliefs)
     if back - float(protrusion.front.value) < _THINNEST_M:
         return f"{protrusion.id}: left out because it stands out by less than {_THINNEST_M:g} m"
-    place = _best_wall(protrusion, facade, hosts, back, options)
+    place = _best_wall(protrusion, facade, [b.host for b in built], back, options)
     if place is None:
         return Failed("S310", f"{protrusion.id}: no wall of the host is near it", "check the registration")
-    return make_installation(protrusion, facade.id, place, world)
+    return make_installation(protrusion, facade.id, _clear_of(place, [b.solid for b in built]), world)
+
+
+def _clear_of(place: Attachment, solids: Sequence[Solid]) -> Attachment:
+    """Moves the back of an installation just in front of the solids.
+
+    On an oblique wall, rounding to the grid moves the corners of the wall and of the installation off their
+    plane, each to its own side. Solids that overlap by a hundredth of a millimetre are not valid (601).
+    """
+    y = [place.local_from_wall.inverse.apply(s.vertices / GRID_PER_M)[:, 1] for s in solids]
+    near = np.concatenate([own[np.abs(own - place.back) <= _UNEVEN_M] for own in y])
+    foremost = min(place.back, float(near.min(initial=place.back)))
+    return replace(place, back=foremost - (_ROUNDING + _GAP) / GRID_PER_M)
 
 
 def _best_wall(

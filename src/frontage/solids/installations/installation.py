@@ -16,13 +16,19 @@ _STEEP = 0.5  # a face whose normal has a smaller vertical component is a wall, 
 
 @dataclass(frozen=True, eq=False)
 class Installation:
-    """Something attached to a facade: its closed solid, and in words what of its shape was assumed."""
+    """Something attached to a facade.
+
+    solid    its closed solid
+    assumed  in words, what of its shape was assumed
+    closed   whether it is a solid in the model; one that reaches into another solid is kept as surfaces
+    """
 
     id: str
     kind: ProtrusionKind
     facade: str
     solid: Solid
     assumed: str = ""
+    closed: bool = True
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,7 +37,7 @@ class Attachment:
 
     local_from_wall  facade frame whose plane y = 0 is the wall
     ring             (k, 2) m (x, z): the outline of the protrusion in that frame
-    back             y (m) of the surface that the protrusion stands on
+    back             y (m) at which the installation ends, just in front of what the protrusion stands on
     """
 
     local_from_wall: Rigid3

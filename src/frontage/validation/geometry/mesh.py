@@ -123,12 +123,17 @@ class Mesh:
         return x, y, z
 
 
-def weld(surfaces: Sequence[Polygons], snap: float, quantum: float | None = None) -> list[Mesh]:
+def weld(
+    surfaces: Sequence[Polygons],
+    snap: float,
+    quantum: float | None = None,
+    groups: Sequence[int] | None = None,
+) -> list[Mesh]:
     """Makes meshes of surfaces over one set of vertices in which no two are closer than `snap` (m).
 
     A vertex takes the place of the first one, in order of coordinates, within the tolerance. `quantum` (m) is
     given if the coordinates are known to be whole multiples of it; else it is 2^-30 m, or coarser for extents
-    beyond 4000 km.
+    beyond 4000 km. Surfaces of different `groups`, by default none, keep their own vertices.
     """
     points = np.concatenate([np.zeros((0, 3)), *(s.points for s in surfaces)])
     origin = np.floor(points.min(0)) if len(points) else np.zeros(3)
@@ -136,11 +141,16 @@ def weld(surfaces: Sequence[Polygons], snap: float, quantum: float | None = None
     extent = float(np.abs(local).max(initial=1.0))
     step = quantum or max(_QUANTUM_M, 2.0 ** (int(np.ceil(np.log2(extent))) - _EXACT_BITS))
     noise = max(_NOISE_M, _NOISE_ULPS * float(np.spacing(np.abs(points).max(initial=1.0))))
-    unique, inverse, _ = distinct_rows(np.rint(local / step).astype(np.int64))
-    target = _snap_targets(unique * step, snap + 2 * min(step, _QUANTUM_M))
+    group = np.repeat(
+        groups if groups is not None else [0] * len(surfaces), [len(s.points) for s in surfaces]
+    )
+    rows = np.column_stack([np.rint(local / step).astype(np.int64), group.astype(np.int64)])
+    unique, inverse, _ = distinct_rows(rows)
+    reach = snap + 2 * min(step, _QUANTUM_M)
+    target = _snap_targets(unique * [step, step, step, 2 * (reach + step)], reach)
     kept = target == np.arange(len(target))
     ids = (np.cumsum(kept) - 1)[target][inverse]
-    vertices = Vertices(unique[kept], step, origin, noise)
+    vertices = Vertices(unique[kept, :3], step, origin, noise)
     starts = np.cumsum([0, *(len(s.points) for s in surfaces)])
     return [_mesh(s, ids[a : a + len(s.points)], vertices) for s, a in zip(surfaces, starts, strict=False)]
 
@@ -163,7 +173,8 @@ def _mesh(surfaces: Polygons, ids: Int, vertices: Vertices) -> Mesh:
     starts, stops = surfaces.rings[:-1], surfaces.rings[1:]
     length = stops - starts
     if surfaces.explicit:
-        closed = (length > 1) & (ids[np.minimum(starts, len(ids) - 1)] == ids[stops - 1])
+        closed = length > 1
+        closed[closed] = ids[starts[closed]] == ids[stops[closed] - 1]
         keep = np.ones(len(ids), np.bool_)
         keep[stops[closed] - 1] = False
         ids, length = ids[keep], length - closed

@@ -1,6 +1,6 @@
 """Reading CityJSON 1.0 to 2.0 and CityJSONSeq as a stream: all vertices, but one object at a time."""
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from frontage.geometry.arrays import Float
-from frontage.io.citymodels.cityjson.base import transform_of
+from frontage.io.citymodels.cityjson.base import transform_of, vertex_table
 from frontage.io.citymodels.cityjson.objects import Corners, building_of, families
 from frontage.io.citymodels.deferred import DeferredPlacement
 from frontage.io.citymodels.draft import BuildingDraft
@@ -31,7 +31,7 @@ def read_cityjson(path: Path, place: DeferredPlacement) -> Iterator[BuildingDraf
     if model.goes_on:
         for feature in _features(path):
             appearance = feature.get("appearance") or {}
-            vertices = _table(feature.get("vertices", ())) * scale + shift
+            vertices = vertex_table(feature.get("vertices", [])) * scale + shift
             corners = Corners.of(vertices, templates, appearance)
             objects = feature["CityObjects"]
             for key, family in families(objects).items():
@@ -119,12 +119,12 @@ class _Vertices:
         """Append a vertex."""
         self._rows.append(row)
         if len(self._rows) == _BLOCK:
-            self._blocks.append(_table(self._rows))
+            self._blocks.append(vertex_table(self._rows))
             self._rows = []
 
     def table(self) -> Float:
         """All vertices (v, 3)."""
-        return np.concatenate([*self._blocks, _table(self._rows)])
+        return np.concatenate([*self._blocks, vertex_table(self._rows)])
 
 
 @dataclass(eq=False)
@@ -140,10 +140,6 @@ class _Model:
     relations: dict[str, Any] = field(default_factory=dict)
     vertices: _Vertices = field(default_factory=_Vertices)
     goes_on: bool = False
-
-
-def _table(rows: Iterable[Any]) -> Float:
-    return np.array(list(rows), np.float64).reshape(-1, 3)
 
 
 def _stated(head: Mapping[str, Any], place: DeferredPlacement) -> tuple[Float, Float]:
