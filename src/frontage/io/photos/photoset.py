@@ -4,8 +4,9 @@ from dataclasses import dataclass
 
 from frontage.geometry.arrays import Array
 from frontage.io.files import reading, require_file
+from frontage.io.photos.decoder import decode
 from frontage.io.photos.e57blobs import embedded_bytes
-from frontage.io.photos.imagefile import decode, parse_header, upright
+from frontage.io.photos.imagefile import parse_header, upright
 from frontage.model import Photo
 
 
@@ -38,7 +39,8 @@ class PhotoSet:
         """
         source = self.pixels[photo_id]
         if source.embedded is not None:
-            return decode(embedded_bytes(source.path, source.embedded), source.path)
+            data = embedded_bytes(source.path, source.embedded)
+            return decode(data, f"{source.path}: embedded photo {photo_id}")
         p = require_file(source.path)
         with reading(p, "picture"):
             data = p.read_bytes()
