@@ -1,6 +1,8 @@
 """Photos together with the way to their pixels."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 
 from frontage.geometry.arrays import Array
 from frontage.io.files import reading, require_file
@@ -17,11 +19,13 @@ class PixelSource:
     path         the picture file, or the E57 file that holds the picture
     orientation  EXIF orientation 1..8 to apply after decoding
     embedded     number of the picture in an E57 file's images2D; None for a picture file
+    doubtful     EXIF orientation that the camera file may have taken into account or not; 1 = none
     """
 
     path: str
     orientation: int = 1
     embedded: int | None = None
+    doubtful: int = 1
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,6 +35,15 @@ class PhotoSet:
     photos: tuple[Photo, ...]
     pixels: dict[str, PixelSource]
     notes: tuple[str, ...] = ()
+
+    @property
+    def turns(self) -> dict[str, Callable[[Array], Array]]:
+        """The photos of doubtful orientation, each with the function that turns its pixels upright."""
+        return {
+            name: partial(upright, orientation=source.doubtful)
+            for name, source in self.pixels.items()
+            if source.doubtful != 1
+        }
 
     def image(self, photo_id: str) -> Array:
         """Read the pixels (h, w, 3) uint8 RGB of a photo, in the orientation and size of its camera.
