@@ -5,10 +5,10 @@ from dataclasses import replace
 
 from frontage.geometry.arrays import Array
 from frontage.model import Facade, Failed, OrthoImage, Photo, Scan
-from frontage.ortho.agreement import Turn, check_photos
 from frontage.ortho.bands import Bands, clear_outside
+from frontage.ortho.checks.agreement import Turn, check_photos
+from frontage.ortho.checks.excluded import why_no_photo
 from frontage.ortho.consistency import photo_offset
-from frontage.ortho.excluded import why_no_photo
 from frontage.ortho.occluders import find_occluders
 from frontage.ortho.options import OrthoOptions
 from frontage.ortho.orthoraster import facade_raster

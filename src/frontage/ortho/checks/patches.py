@@ -92,13 +92,14 @@ def of_scan(points: FacadePoints, raster: OrthoRaster) -> ScanPatches | None:
 
 
 def _of_points(cell: Array, value: Array, shape: tuple[int, int]) -> Patches:
-    """The patches of values (n,) of points in cells (n,), where most cells have points."""
+    """The patches of values (n,) of points in cells (n,), where most cells have points in or beside them."""
     size = shape[0] * shape[1]
     count = np.bincount(cell, minlength=size).reshape(shape).astype(np.float32)
     total = np.bincount(cell, value, size).reshape(shape).astype(np.float32)
     near, weight = cv2.GaussianBlur(total, (0, 0), 1.0), cv2.GaussianBlur(count, (0, 0), 1.0)
     grey = np.where(count > 0, total / np.maximum(count, 1.0), near / np.maximum(weight, 1e-6))
-    return _cut(grey.astype(np.float32), count > 0, _COVERED)
+    known = cv2.dilate((count > 0).astype(np.uint8), np.ones((3, 3), np.uint8)) > 0
+    return _cut(grey.astype(np.float32), known, _COVERED)
 
 
 def _cut(grey: Array, known: Bool, share: float) -> Patches:

@@ -18,9 +18,7 @@ def why_no_photo(surface: DrawingSurface, photos: Sequence[Photo], left_out: fro
         for photo in photos
     )
     reasons = ", ".join(f"{number} {reason}" for reason, number in sorted(counts.items()))
-    text = (
-        f"none of the {len(photos)} photos shows this facade ({reasons}); its picture is drawn from the scan"
-    )
+    text = f"none of {len(photos)} photos shows this facade ({reasons}); it is drawn from the scan"
     hint = "if photos were taken of it, check their poses, and [photos] offset"
     return PhotoRemark("F304", text, hint)
 

@@ -19,7 +19,7 @@ from scipy import stats
 
 from frontage.geometry.arrays import Array
 from frontage.model import Photo, PhotoRemark
-from frontage.ortho.patches import Agreement, Patches, agreement, of_photo, of_scan, similarity
+from frontage.ortho.checks.patches import Agreement, Patches, agreement, of_photo, of_scan, similarity
 from frontage.ortho.points import FacadePoints
 from frontage.ortho.surface import DrawingSurface, ImageOf
 from frontage.ortho.views import ViewPlan
