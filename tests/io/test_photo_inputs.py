@@ -11,11 +11,12 @@ import pytest
 from pydantic import ValidationError
 
 from frontage.errors import FileError
+from frontage.io.photos.imagefile import upright
 from frontage.io.photos.read import PhotoSource, photo_inputs, read_photos
 from frontage.io.scans.read import ScanSource
 from frontage.model import WorldRef
 from frontage.pipeline.project import make_project
-from io_files import write_colmap_binary, write_colmap_text, write_photos
+from io_files import picture, write_colmap_binary, write_colmap_text, write_photos
 
 LOCAL = WorldRef(np.zeros(3), None)
 _watched: list[str] | None = None
@@ -87,3 +88,22 @@ def test_numbers_that_are_not_finite_are_refused(bad: float) -> None:
     for name in ("offset", "sigma_position", "sigma_heading", "sigma_level", "sigma_range"):
         with pytest.raises(ValidationError, match="finite"):
             ScanSource(path="scan.las", **{name: (0.0, bad, 0.0) if name == "offset" else bad})
+
+
+def test_half_a_turn_that_the_size_does_not_tell_is_doubtful(tmp_path: Path) -> None:
+    model, pictures = write_colmap_text(tmp_path / "model"), write_photos(tmp_path / "pictures")
+    source = PhotoSource(path=str(pictures), cameras=str(model))
+    assert read_photos(source, LOCAL).turns == {}
+    for orientation in range(1, 9):
+        turned = orientation >= 5
+        size = (40, 60) if turned else (60, 40)
+        (pictures / "a.jpg").write_bytes(picture(*size, orientation))
+        found = read_photos(source, LOCAL)
+        assert set(found.turns) == ({"a.jpg"} if orientation in (2, 3, 4) else set())
+        assert found.image("a.jpg").shape == (40, 60, 3)
+        for name, turn in found.turns.items():
+            assert np.array_equal(turn(found.image(name)), upright(found.image(name), orientation))
+    (model / "cameras.txt").write_text("7 PINHOLE 50 50 50 50 25 25\n")
+    (pictures / "sub" / "b.jpg").write_bytes(picture(50, 50))
+    (pictures / "a.jpg").write_bytes(picture(50, 50, 6))
+    assert set(read_photos(source, LOCAL).turns) == {"a.jpg"}, "the size of a square tells nothing"

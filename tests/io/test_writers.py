@@ -22,9 +22,10 @@ from frontage.io.colmapwrite import write_colmap
 from frontage.io.meshes.formats import FORMATS as MESHES
 from frontage.io.meshes.formats import write_meshes
 from frontage.io.meshes.textured import TexturedMesh, glb_bytes
+from frontage.io.photos.decoder import decode
 from frontage.io.photos.exif import Exif, read_exif, write_jpeg
 from frontage.io.photos.formats import FORMATS as POSES
-from frontage.io.photos.imagefile import decode, image_header
+from frontage.io.photos.imagefile import image_header
 from frontage.io.scans.e57write import write_e57
 from frontage.io.scans.formats import FORMATS as SCANS
 from frontage.io.scans.ptx import write_ptx

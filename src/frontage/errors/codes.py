@@ -53,6 +53,25 @@ CODES: Mapping[str, ErrorCode] = MappingProxyType(
             "The picture is drawn at the depth that the photos show.",
             "Either the scan or the photos are shifted: check the scan's georeference and the poses.",
         ),
+        "F304": ErrorCode(
+            "Photos were given, but none shows this facade. Its picture is drawn from the scan.",
+            "If photos were taken of the facade, check their poses and [photos] offset.",
+        ),
+        "F305": ErrorCode(
+            "A photo agrees with the scan and the other photos no more often than by chance, where those "
+            "agree with each other: its pose is wrong, or it is another picture. It is left out.",
+            "Check the pose of the photo, and whether the file is the one that the cameras were made for.",
+        ),
+        "F306": ErrorCode(
+            "The EXIF orientation of photos turns them by half a turn or mirrors them, and nothing tells "
+            "whether their cameras take it into account. They are left out.",
+            "Store the photos as their cameras mean them, and remove the EXIF orientation.",
+        ),
+        "F307": ErrorCode(
+            "Photos were turned as their EXIF orientation states, because only so they agree with the scan "
+            "or the other photos.",
+            "Nothing needs to be done.",
+        ),
         "F401": ErrorCode(
             "The facade has too few points to tell openings from gaps in the scan.",
             "Scan from closer or more densely: an opening needs about ten points across.",

@@ -20,7 +20,7 @@ from frontage.model.opening import (
     Protrusion,
     ProtrusionKind,
 )
-from frontage.model.ortho import OrthoImage, PhotoOffset
+from frontage.model.ortho import OrthoImage, PhotoOffset, PhotoRemark
 from frontage.model.photo import Camera, Photo
 from frontage.model.scan import Grid, Scan, merge_scans
 from frontage.model.shape import Feature, Polygons, Shape
@@ -51,6 +51,7 @@ __all__ = [
     "OrthoImage",
     "Photo",
     "PhotoOffset",
+    "PhotoRemark",
     "Polygons",
     "Protrusion",
     "ProtrusionKind",

@@ -26,6 +26,20 @@ class PhotoOffset:
     applied: bool
 
 
+@dataclass(frozen=True)
+class PhotoRemark:
+    """What was found about the photos of an ortho-image.
+
+    code     one of `frontage.errors.CODES`
+    message  what was found, and what was done about it
+    hint     what the user can do
+    """
+
+    code: str
+    message: str
+    hint: str = ""
+
+
 @dataclass(frozen=True, eq=False)
 class OrthoImage:
     """A facade ortho-image.
@@ -41,6 +55,7 @@ class OrthoImage:
     intensity      (h, w) float32 0..1 of the scan, NaN = none; or None
     photo_offset   the depth that the photos show; None without photos that overlap
     photos         number of photos among the sources; they come first
+    remarks        photos that were left out or turned, and why no photo was used
     """
 
     pixels: Array
@@ -54,6 +69,7 @@ class OrthoImage:
     intensity: Array | None = None
     photo_offset: PhotoOffset | None = None
     photos: int = 0
+    remarks: tuple[PhotoRemark, ...] = ()
 
     def __post_init__(self) -> None:
         h, w = self.pixels.shape[:2]

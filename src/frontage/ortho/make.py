@@ -1,10 +1,13 @@
 """The entry function of the room: the ortho-image of one facade, in the order of paper A, section 3."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 from frontage.geometry.arrays import Array
 from frontage.model import Facade, Failed, OrthoImage, Photo, Scan
 from frontage.ortho.bands import Bands, clear_outside
+from frontage.ortho.checks.agreement import Turn, check_photos
+from frontage.ortho.checks.excluded import why_no_photo
 from frontage.ortho.consistency import photo_offset
 from frontage.ortho.occluders import find_occluders
 from frontage.ortho.options import OrthoOptions
@@ -25,12 +28,14 @@ def make_ortho(
     *,
     surroundings: Scan | None = None,
     options: OrthoOptions | None = None,
+    turns: Mapping[str, Turn] | None = None,
 ) -> OrthoImage | Failed:
     """Makes the ortho-image of `facade` from oriented photos, and from the scan where no photo shows it.
 
     `scan` is the cloud that `facade.support` refers to; `surroundings` holds what else may hide the facade
     from a photo. `image_of(photo id)` returns the picture (h, w, 3) uint8. Photos without a pose are ignored,
-    and so are all photos without `image_of`.
+    and so are all photos without `image_of`. `turns` names the photos whose EXIF orientation the cameras may
+    or may not mean, each with the function that turns its pixels; `check_photos` decides.
 
     Returns Failed (F301, F302) when neither a photo nor a scan point shows the facade. Raises OptionError
     (I320) when the raster would be too large to store.
@@ -58,6 +63,10 @@ def make_ortho(
     # Section 3.2, several photos: choose the one that shows each part best and is not hidden.
     occluders = find_occluders(facade, scan, surroundings, options) if photos_used else None
     plan = plan_views(surface, occluders, photos_used, options)
+    check = check_photos(surface, plan, points, image_of, turns or {})
+    if plan is not None and check.left_out:
+        plan = plan_views(surface, occluders, check.kept(plan.photos), options)
+    image_of = check.images(image_of, turns or {})
     offset = photo_offset(surface, plan, image_of, options)
 
     # Sections 3.1 and 3.2: project every pixel into its photo and resample the photo there.
@@ -67,9 +76,13 @@ def make_ortho(
     if not names:
         return Failed("F302", f"facade {facade.id}: no photo and no scan point shows it", "check the poses")
     clear_outside(bands, intensity, surface, options)
-    return bands.as_ortho_image(
+    remarks = check.remarks
+    if not photo_count and photos and image_of is not _no_picture:
+        remarks += (why_no_photo(surface, photos, check.left_out),)
+    ortho = bands.as_ortho_image(
         facade, raster, names, intensity=intensity, photo_offset=offset, photos=photo_count
     )
+    return replace(ortho, remarks=remarks)
 
 
 def _no_picture(photo: str) -> Array:

@@ -67,11 +67,13 @@ def _checked(path: Path, camera: Camera) -> PixelSource:
     """How to turn a picture so that it fits its camera.
 
     A picture whose stored size is the camera's is used as stored; one that has this size once its EXIF
-    orientation is applied is turned. Raises FileError for any other size.
+    orientation is applied is turned. Where both have it, as after half a turn, the size does not tell which
+    of the two the camera means, and the orientation is doubtful. Raises FileError for any other size.
     """
     h = image_header(path)
     if (h.width, h.height) == (camera.width, camera.height):
-        return PixelSource(str(path))
+        either = h.orientation < 5 or h.width == h.height
+        return PixelSource(str(path), doubtful=h.orientation if either else 1)
     if h.orientation >= 5 and (h.height, h.width) == (camera.width, camera.height):
         return PixelSource(str(path), h.orientation)
     raise FileError(

@@ -1,14 +1,14 @@
-"""Picture files: their size and EXIF orientation without decoding, and their pixels as stored.
+"""Picture files: their size and EXIF orientation without decoding, and how pixels are turned upright.
 
-Pillow reads the headers, OpenCV decodes the pixels.
+Pillow reads the headers; `decoder` decodes the pixels.
 """
 
 import struct
+import warnings
 from dataclasses import dataclass
 from io import BytesIO
 from pathlib import Path
 
-import cv2
 import numpy as np
 from PIL import ExifTags, Image
 from PIL.JpegImagePlugin import JpegImageFile
@@ -22,12 +22,15 @@ from frontage.io.files import reading, require_file
 SUFFIXES = (".jpg", ".jpeg", ".png", ".tif", ".tiff")
 """The suffixes of the picture files that can be read."""
 
+USE_WHOLE = "use a complete JPEG, PNG or TIFF file"
+"""What to do about a picture that cannot be used."""
+
 _JPEG, _PNG = b"\xff\xd8", b"\x89PNG\r\n\x1a\n"
 _TIFF = (b"II*\0", b"MM\0*", b"II+\0", b"MM\0+")  # the last two are BigTIFF
 _MOST_PIXELS = 2**30  # OpenCV decodes no larger picture (CV_IO_MAX_IMAGE_PIXELS)
 _START_OF_SCAN, _END_OF_IMAGE = 0xDA, b"\xff\xd9"  # JPEG markers
 _END_CHUNK = b"IEND"  # of a PNG
-_USE_WHOLE = "use a complete JPEG, PNG or TIFF file"
+_STRIPS, _TILES = (273, 279), (324, 325)  # TIFF tags: offsets and byte counts
 
 
 @dataclass(frozen=True)
@@ -50,15 +53,15 @@ def image_header(path: str | Path) -> ImageHeader:
 
 def parse_header(data: bytes, path: str | Path) -> ImageHeader:
     """`image_header` of the bytes of a picture; `path` stands in the messages. Raises FileError."""
-    with reading(path, "picture", _USE_WHOLE):
+    with reading(path, "picture", USE_WHOLE):
         picture = opened(data)
         width, height = picture.size
         if width * height > _MOST_PIXELS:
             problem = f"claims {width} x {height} px; at most {_MOST_PIXELS} px can be decoded"
             raise FileError(path, problem, "use a smaller picture", code="I103")
-        if not _is_complete(data):
-            kind = "JPEG" if data.startswith(_JPEG) else "PNG"
-            raise FileError(path, f"the {kind} picture is truncated", "copy it again", code="I103")
+        if not _is_complete(data, picture):
+            problem = f"the {picture.format} picture is truncated"
+            raise FileError(path, problem, "copy it again", code="I103")
         return ImageHeader(width, height, _orientation(picture))
 
 
@@ -74,7 +77,9 @@ def opened(data: bytes) -> Image.Image:
     if data.startswith(_PNG):
         return PngImageFile(stream)
     if data.startswith(_TIFF):
-        return TiffImageFile(stream)
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", UserWarning)  # about tags; the pixels are judged when decoded
+            return TiffImageFile(stream)
     raise ValueError("it is neither JPEG, PNG nor TIFF")
 
 
@@ -87,34 +92,21 @@ def _orientation(picture: Image.Image) -> int:
     return value if isinstance(value, int) and 1 <= value <= 8 else 1
 
 
-def _is_complete(data: bytes) -> bool:
-    """Whether a JPEG or PNG has its end marker; decoders would fill a truncated picture with grey.
+def _is_complete(data: bytes, picture: Image.Image) -> bool:
+    """Whether a JPEG or PNG has its end marker, and a TIFF all of its strips or tiles.
 
-    The pixel data of a JPEG never contains the marker, but a preview in its header may: the header is
-    skipped.
+    Decoders would fill a truncated picture with grey. The pixel data of a JPEG never contains the marker,
+    but a preview in its header may: the header is skipped.
     """
+    if isinstance(picture, TiffImageFile):
+        return all(start + size <= len(data) for start, size in tiff_parts(picture))
     if data.startswith(_PNG):
         return _END_CHUNK in data[-16:]
-    if not data.startswith(_JPEG):
-        return True
     at = 2
     while data[at + 1] != _START_OF_SCAN:
         is_fill_byte = data[at + 1] == 0xFF
         at += 1 if is_fill_byte else 2 + int(struct.unpack_from(">H", data, at + 2)[0])
     return _END_OF_IMAGE in data[at:]
-
-
-def decode(data: bytes, path: str | Path) -> Array:
-    """Decode a picture to (h, w, 3) uint8 RGB as stored: the EXIF orientation is not applied.
-
-    Pictures of 16 bits become 8-bit. Raises FileError when the picture cannot be decoded.
-    """
-    flags = cv2.IMREAD_COLOR | cv2.IMREAD_IGNORE_ORIENTATION
-    bgr = cv2.imdecode(np.frombuffer(data, np.uint8), flags)
-    if bgr is None:
-        raise FileError(path, "the picture cannot be decoded", _USE_WHOLE, code="I103")
-    rgb: Array = cv2.cvtColor(bgr, cv2.COLOR_BGR2RGB)
-    return rgb
 
 
 def upright(rgb: Array, orientation: int) -> Array:
@@ -124,3 +116,10 @@ def upright(rgb: Array, orientation: int) -> Array:
     if orientation in (2, 4, 5, 7):
         turned = turned[:, ::-1]
     return np.ascontiguousarray(turned)
+
+
+def tiff_parts(picture: TiffImageFile) -> list[tuple[int, int]]:
+    """Where the strips or tiles of a TIFF picture begin in the file, and their sizes in bytes."""
+    parts = [_STRIPS, _TILES][_TILES[0] in picture.tag_v2]
+    starts, sizes = (picture.tag_v2.get(tag, ()) for tag in parts)
+    return list(zip(starts, sizes, strict=True)) if len(starts) == len(sizes) else []

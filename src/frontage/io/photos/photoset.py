@@ -1,11 +1,14 @@
 """Photos together with the way to their pixels."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 
 from frontage.geometry.arrays import Array
 from frontage.io.files import reading, require_file
+from frontage.io.photos.decoder import decode
 from frontage.io.photos.e57blobs import embedded_bytes
-from frontage.io.photos.imagefile import decode, parse_header, upright
+from frontage.io.photos.imagefile import parse_header, upright
 from frontage.model import Photo
 
 
@@ -16,11 +19,13 @@ class PixelSource:
     path         the picture file, or the E57 file that holds the picture
     orientation  EXIF orientation 1..8 to apply after decoding
     embedded     number of the picture in an E57 file's images2D; None for a picture file
+    doubtful     EXIF orientation that the camera file may have taken into account or not; 1 = none
     """
 
     path: str
     orientation: int = 1
     embedded: int | None = None
+    doubtful: int = 1
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,6 +36,15 @@ class PhotoSet:
     pixels: dict[str, PixelSource]
     notes: tuple[str, ...] = ()
 
+    @property
+    def turns(self) -> dict[str, Callable[[Array], Array]]:
+        """The photos of doubtful orientation, each with the function that turns its pixels upright."""
+        return {
+            name: partial(upright, orientation=source.doubtful)
+            for name, source in self.pixels.items()
+            if source.doubtful != 1
+        }
+
     def image(self, photo_id: str) -> Array:
         """Read the pixels (h, w, 3) uint8 RGB of a photo, in the orientation and size of its camera.
 
@@ -38,7 +52,8 @@ class PhotoSet:
         """
         source = self.pixels[photo_id]
         if source.embedded is not None:
-            return decode(embedded_bytes(source.path, source.embedded), source.path)
+            data = embedded_bytes(source.path, source.embedded)
+            return decode(data, f"{source.path}: embedded photo {photo_id}")
         p = require_file(source.path)
         with reading(p, "picture"):
             data = p.read_bytes()

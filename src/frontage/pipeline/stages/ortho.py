@@ -66,17 +66,18 @@ def join(job: Job, parts: list[ItemResult]) -> StageResult:
 
 
 def ortho_warnings(name: str, ortho: OrthoImage) -> list[StageWarning]:
-    """Return a warning if scan and photos put the facade at different depths."""
+    """Return what was found about the photos, such as another depth of the facade than that of the scan."""
+    warnings = [StageWarning(name, r.code, r.message, r.hint) for r in ortho.remarks]
     found = ortho.photo_offset
     if found is None or not found.applied:
-        return []
+        return warnings
     side = "behind" if found.value > 0 else "in front of"
     text = (
         f"the photos see the facade {abs(found.value) * 1000:.1f} mm {side} the scan "
         f"(standard error {found.sigma * 1000:.1f} mm); its picture is drawn where the photos see it"
     )
     hint = "one of the two is shifted: check the scan's georeference and the poses"
-    return [StageWarning(name, "F303", text, hint)]
+    return [*warnings, StageWarning(name, "F303", text, hint)]
 
 
 def _picture(job: Job, seen: Seen, facade: Facade, photos: PhotoSet | None) -> OrthoImage | Failed:
@@ -84,7 +85,13 @@ def _picture(job: Job, seen: Seen, facade: Facade, photos: PhotoSet | None) -> O
     images = photos.image if photos else None
     poses = photos.photos if photos else ()
     return make_ortho(
-        facade, seen.scan, poses, images, surroundings=seen.surroundings, options=job.project.ortho
+        facade,
+        seen.scan,
+        poses,
+        images,
+        surroundings=seen.surroundings,
+        options=job.project.ortho,
+        turns=photos.turns if photos else None,
     )
 
 
