@@ -14,9 +14,10 @@ from fuzz.trees import JSON, XML
 
 Mutation = Callable[[random.Random, bytes], bytes]
 
-NUMBERS = (b"0", b"-1", b"1", b"2147483648", b"9223372036854775808", b"18446744073709551615",
-           b"4294967295",
-           b"1e308", b"-1e308", b"1e-308", b"1e10", b"NaN", b"inf", b"", b"1.5", b"0x10", b"1e999")  # fmt: skip
+NUMBERS = (
+    b"0", b"-1", b"1", b"2147483648", b"9223372036854775808", b"18446744073709551615", b"4294967295",
+    b"1e308", b"-1e308", b"1e-308", b"1e10", b"NaN", b"inf", b"", b"1.5", b"0x10", b"1e999",
+)  # fmt: skip
 _WHOLE = {"<B": (0, 1, 3, 127, 128, 255), "<H": (0, 1, 32767, 32768, 65535),
           "<I": (0, 1, 1000, 2**31 - 1, 2**31, 2**32 - 1),
           "<Q": (0, 1, 2**31, 2**32, 2**62, 2**63, 2**64 - 1)}  # fmt: skip
@@ -172,9 +173,9 @@ def toml_key(r: random.Random, data: bytes) -> bytes:
     at = r.choice([k for k, line in enumerate(lines) if b"=" in line])
     key = lines[at].split(b"=")[0]
     values = (
-        b"nan", b"[nan, inf, -inf]", b"-inf", b'"/"', b'"~nouser/x"', b'"a\\u0000b"', b'"' + b"x" * 300 + b'"',
-        b"{a = 1}", b"[" * 3000 + b"]" * 3000, b"[]", b"true", b'""', b"2020-01-01", b'"/dev/zero"',
-        b'"\\u001b[31m"', b"9" * 5000,
+        b"nan", b"[nan, inf, -inf]", b"-inf", b'"/"', b'"~nouser/x"', b'"a\\u0000b"',
+        b'"' + b"x" * 300 + b'"', b"{a = 1}", b"[" * 3000 + b"]" * 3000, b"[]", b"true", b'""',
+        b"2020-01-01", b'"/dev/zero"', b'"\\u001b[31m"', b"9" * 5000,
     )  # fmt: skip
     lines[at] = key + b"= " + r.choice(values)
     return (b"\xef\xbb\xbf" if r.random() < 0.1 else b"") + b"\n".join(lines)

@@ -32,6 +32,18 @@ def test_a_run_that_is_killed_twice_is_resumed_to_the_same_bytes(
     assert [kill for kill in kills if kill.orphans] == []
 
 
+def test_workers_end_with_their_parent(street: Path, tmp_path: Path) -> None:
+    run = Run(street, tmp_path / "out", 2)
+    try:
+        while not any("spawn_main" in line for line in run.alive()):
+            assert run.process.poll() is None
+            time.sleep(0.01)
+        run.kill()
+        assert run.orphans() == ()
+    finally:
+        run.clean()
+
+
 @pytest.mark.parametrize("workers", [1, 2])
 def test_sigterm_ends_a_run_in_one_sentence_and_it_can_be_resumed(
     street: Path, whole: Whole, tmp_path: Path, workers: int
