@@ -10,13 +10,24 @@ OUT := demo-out
 WORKERS ?= 2
 PIP := $(BIN)/python -m pip --disable-pip-version-check --quiet
 
-.PHONY: demo test coverage check format bench docs lock clean
+.PHONY: demo test fuzz coverage check format bench docs lock clean
 
 demo: $(VENV)/.ready-run
 	$(BIN)/frontage demo $(OUT)
 
 test: $(VENV)/.ready-dev
 	OMP_NUM_THREADS=1 $(BIN)/python -m pytest -n $(WORKERS)
+
+# Hostile files and killed runs, many more than in the tests. Failed files go to FUZZ_KEEP, a folder outside the repository.
+FUZZ_CASES ?= 5000
+FUZZ_KILLS ?= 30
+FUZZ_SEED ?= 0
+FUZZ_KEEP ?=
+FUZZ := PYTHONPATH=tests OMP_NUM_THREADS=1 $(BIN)/python -m
+
+fuzz: $(VENV)/.ready-dev
+	$(FUZZ) fuzz --cases $(FUZZ_CASES) --seed $(FUZZ_SEED) $(if $(FUZZ_KEEP),--keep $(FUZZ_KEEP))
+	$(FUZZ) fuzz.kills --kills $(FUZZ_KILLS) --seed $(FUZZ_SEED)
 
 # The tests again, with the share of lines and branches that they run.
 coverage: $(VENV)/.ready-dev

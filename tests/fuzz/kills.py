@@ -1,0 +1,199 @@
+"""Kills runs at random moments and resumes them: nothing is lost, and nobody outlives the run.
+
+`python -m fuzz.kills` does it many times; see `make fuzz`. A run is started in a session of its own and
+with a mark in its environment, by which its processes are found in /proc.
+"""
+
+import argparse
+import hashlib
+import os
+import random
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+import uuid
+from collections.abc import Iterator
+from contextlib import suppress
+from dataclasses import dataclass
+from pathlib import Path
+
+ORPHANS_END_S = 2.0  # a killed run leaves no process after this
+STOPS_S = 2.0  # SIGTERM ends a run within this
+_MARK = "FRONTAGE_KILL_TEST"
+_UNEQUAL = ("manifest.json", ".lock")  # holds timings; tells who runs
+
+
+@dataclass(frozen=True)
+class Kill:
+    """What a kill did: after how many seconds, at which stages done, and which processes outlived it."""
+
+    seconds: float
+    done: int
+    orphans: tuple[str, ...]
+
+
+class Run:
+    """`frontage run` as a process, whose descendants can be found."""
+
+    def __init__(self, project: Path, out: Path, workers: int) -> None:
+        self.mark = uuid.uuid4().hex
+        paths = os.pathsep.join(p for p in sys.path if p)
+        command = [sys.executable, "-m", "frontage", "run", str(project), "-o", str(out), "--quiet"]
+        self.process = subprocess.Popen(
+            [*command, "--workers", str(workers)],
+            env={**os.environ, "PYTHONPATH": paths, _MARK: self.mark},
+            stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True, start_new_session=True,
+        )  # fmt: skip
+        self.session = self.process.pid
+
+    def wait(self, seconds: float | None = None) -> tuple[int, str]:
+        """The exit code and what was written to standard error."""
+        _, said = self.process.communicate(timeout=seconds)
+        return self.process.returncode, said
+
+    def kill(self) -> None:
+        """SIGKILL to the parent alone: its workers are not told."""
+        self.process.kill()
+        self.process.wait()
+
+    def alive(self) -> tuple[str, ...]:
+        """The command lines of living processes of this run."""
+        return tuple(_told(pid) for pid in _processes() if self._owns(pid))
+
+    def _owns(self, pid: int) -> bool:
+        try:
+            state, *_ = fields = Path(f"/proc/{pid}/stat").read_text().rsplit(")", 1)[1].split()
+            if state in "ZX":
+                return False
+            marked = f"{_MARK}={self.mark}".encode()
+            return int(fields[3]) == self.session or marked in Path(f"/proc/{pid}/environ").read_bytes()
+        except (OSError, IndexError):
+            return False
+
+    def orphans(self, seconds: float = ORPHANS_END_S) -> tuple[str, ...]:
+        """The processes that still live after some seconds; returns at once when there are none."""
+        end = time.monotonic() + seconds
+        while (left := self.alive()) and time.monotonic() < end:
+            time.sleep(0.05)
+        return left
+
+    def clean(self) -> None:
+        """End what is left of the run, and nothing else."""
+        for pid in _processes():
+            if self._owns(pid):
+                with suppress(OSError):
+                    os.kill(pid, signal.SIGKILL)
+        if self.process.stderr is not None:
+            self.process.stderr.close()
+
+
+def _processes() -> list[int]:
+    return [int(path.name) for path in Path("/proc").iterdir() if path.name.isdigit()]
+
+
+def _told(pid: int) -> str:
+    with suppress(OSError):
+        return Path(f"/proc/{pid}/cmdline").read_bytes().replace(b"\0", b" ").decode(errors="replace")[:120]
+    return str(pid)
+
+
+def contents(out: Path) -> dict[str, str]:
+    """The hash of every result; without markers, the lock, and the timings of the manifest."""
+    files = (p for p in sorted(out.rglob("*")) if p.is_file())
+    return {
+        str(p.relative_to(out)): hashlib.sha256(p.read_bytes()).hexdigest()
+        for p in files
+        if ".done" not in p.relative_to(out).parts and p.name not in _UNEQUAL
+    }
+
+
+def unkilled(project: Path, out: Path, workers: int) -> tuple[dict[str, str], float]:
+    """The results of a run that is left alone, and the seconds that it takes."""
+    start, run = time.monotonic(), Run(project, out, workers)
+    try:
+        code, said = run.wait()
+    finally:
+        run.clean()
+    if code != 0:
+        raise RuntimeError(f"the run failed without a kill: {said}")
+    return contents(out), time.monotonic() - start
+
+
+def moments(count: int, seed: int) -> Iterator[float]:
+    """Shares of the time of a run: one at random in each of `count` equal parts, in random order."""
+    r = random.Random(seed)
+    parts = list(range(count))
+    r.shuffle(parts)
+    for part in parts:
+        yield (part + r.random()) / count
+
+
+def kill_at(project: Path, out: Path, workers: int, seconds: float) -> Kill:
+    """Start or resume a run and kill it after some seconds, unless it ends before."""
+    run = Run(project, out, workers)
+    try:
+        with suppress(subprocess.TimeoutExpired):
+            run.process.wait(seconds)
+        run.kill()
+        return Kill(seconds, len(list((out / ".done").glob("*.json"))), run.orphans())
+    finally:
+        run.clean()
+
+
+def killed_often(
+    project: Path, folder: Path, whole: tuple[dict[str, str], float], workers: int, count: int, seed: int
+) -> list[Kill]:
+    """Kill `count` runs; every folder is resumed and killed three times before its run may end.
+
+    `whole`: what `unkilled` told. Raises AssertionError when the results differ from those.
+    """
+    expected, seconds = whole
+    kills: list[Kill] = []
+    shares = list(moments(count, seed))
+    for number in range(0, count, 3):
+        out = folder / f"killed{workers}_{number}"
+        kills += [kill_at(project, out, workers, share * seconds) for share in shares[number : number + 3]]
+        again, _ = unkilled(project, out, workers)
+        differ = sorted(
+            name for name in expected.keys() | again.keys() if expected.get(name) != again.get(name)
+        )
+        assert not differ, f"after kills the results differ: {differ[:5]}"
+    return kills
+
+
+def main() -> int:
+    """Kill runs with one and with two workers; 1 if a process outlived its run or a result differs."""
+    parser = argparse.ArgumentParser(prog="python -m fuzz.kills", description=__doc__)
+    parser.add_argument("--kills", type=int, default=30, help="how many, half of them with two workers")
+    parser.add_argument("--seed", type=int, default=0, help="of the moments")
+    given = parser.parse_args()
+    with tempfile.TemporaryDirectory(prefix="frontage-kills-") as temporary:
+        project = small_street(Path(temporary))
+        whole = unkilled(project, Path(temporary) / "whole", 1)
+        orphans = 0
+        for workers in (1, 2):
+            kills = killed_often(
+                project, Path(temporary), whole, workers, given.kills // 2, given.seed + workers
+            )
+            left = [kill for kill in kills if kill.orphans]
+            orphans += len(left)
+            done = f"{min(k.done for k in kills)} to {max(k.done for k in kills)} markers"
+            print(f"{workers} workers: {len(kills)} kills at {done}, results equal, {len(left)} with orphans")
+            for kill in left:
+                print(f"    after {kill.seconds:.2f} s: {', '.join(kill.orphans)}")
+    return int(orphans > 0)
+
+
+def small_street(folder: Path) -> Path:
+    """The project file of a small simulated scene of two houses."""
+    from frontage.simulate.spec import parse_spec
+    from frontage.studies.simulate import simulate
+    from simulated import BARE
+
+    return simulate(parse_spec(BARE.replace("houses = 1", "houses = 2")), folder / "scene").project
+
+
+if __name__ == "__main__":
+    sys.exit(main())

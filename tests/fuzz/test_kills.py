@@ -1,0 +1,87 @@
+"""Killed runs: no process is left, and the resumed run has the bytes of one that was left alone."""
+
+import signal
+import time
+from pathlib import Path
+
+import pytest
+
+from fuzz.kills import STOPS_S, Kill, Run, contents, killed_often, moments, small_street, unkilled
+
+Whole = tuple[dict[str, str], float]
+
+
+@pytest.fixture(scope="module")
+def street(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The project file of two houses."""
+    return small_street(tmp_path_factory.mktemp("kills"))
+
+
+@pytest.fixture(scope="module")
+def whole(street: Path, tmp_path_factory: pytest.TempPathFactory) -> Whole:
+    """The results of a run with one worker that was left alone, and how long it took."""
+    return unkilled(street, tmp_path_factory.mktemp("whole") / "out", 1)
+
+
+@pytest.mark.parametrize("workers", [1, 2])
+def test_a_run_that_is_killed_twice_is_resumed_to_the_same_bytes(
+    street: Path, whole: Whole, tmp_path: Path, workers: int
+) -> None:
+    kills = killed_often(street, tmp_path, whole, workers, 2, seed=workers)
+    assert len(kills) == 2
+    assert [kill for kill in kills if kill.orphans] == []
+
+
+def test_workers_end_with_their_parent(street: Path, tmp_path: Path) -> None:
+    run = Run(street, tmp_path / "out", 2)
+    try:
+        while not any("spawn_main" in line for line in run.alive()):
+            assert run.process.poll() is None
+            time.sleep(0.01)
+        run.kill()
+        assert run.orphans() == ()
+    finally:
+        run.clean()
+
+
+@pytest.mark.parametrize("workers", [1, 2])
+def test_sigterm_ends_a_run_in_one_sentence_and_it_can_be_resumed(
+    street: Path, whole: Whole, tmp_path: Path, workers: int
+) -> None:
+    run = Run(street, tmp_path / "out", workers)
+    try:
+        _until_working(run, tmp_path / "out")
+        start = time.monotonic()
+        run.process.send_signal(signal.SIGTERM)
+        code, said = run.wait(10 * STOPS_S)
+        assert time.monotonic() - start < STOPS_S
+        assert code == 130
+        assert "\n" not in said.strip(), said
+        assert said.strip().startswith("interrupted")
+        assert run.orphans() == ()
+    finally:
+        run.clean()
+    assert unkilled(street, tmp_path / "out", workers)[0] == whole[0]
+
+
+def _until_working(run: Run, out: Path) -> None:
+    """Wait until the first stage is finished."""
+    end = time.monotonic() + 100
+    while not (out / ".done" / "scans.json").exists():
+        assert run.process.poll() is None and time.monotonic() < end
+        time.sleep(0.02)
+    time.sleep(0.2)
+
+
+def test_the_moments_of_kills_are_spread_over_the_whole_run() -> None:
+    shares = sorted(moments(10, seed=3))
+    assert all(k / 10 <= share < (k + 1) / 10 for k, share in enumerate(shares))
+    assert list(moments(10, seed=3)) == list(moments(10, seed=3)) != sorted(moments(10, seed=3))
+
+
+def test_results_are_compared_without_timings(tmp_path: Path) -> None:
+    for name in ("manifest.json", ".lock", ".done/scans.json", "model/a.glb"):
+        (tmp_path / name).parent.mkdir(exist_ok=True)
+        (tmp_path / name).write_text(name)
+    assert list(contents(tmp_path)) == ["model/a.glb"]
+    assert Kill(0.0, 0, ()).orphans == ()
