@@ -37,6 +37,7 @@ _DTYPES = {
 }
 _MOST_SHARED = 0.01  # share of the beams whose grid cell is taken already; more means wrong indices
 _MOST_CELLS = 200  # grid cells per point; more means wrong indices
+_NOT_UNIT = 0.01  # from the length 1 of a quaternion; more means another convention or damage
 _FEW_POINTS = 2000  # of every scan, enough to decide where the file lies
 
 
@@ -138,7 +139,15 @@ def _read(e57: Any, number: int) -> tuple[Rigid3, dict[str, Array]]:
             if bounds.isDefined(f"{name}Minimum") and bounds.isDefined(f"{name}Maximum"):
                 ends = [bounds[f"{name}{end}"].value() for end in ("Minimum", "Maximum")]
                 data[f"{name}_bounds"] = np.array(ends, np.int64)
-    return Rigid3("file", "scanner", rotation_from_quaternion(header.rotation), header.translation), data
+    return _pose(header), data
+
+
+def _pose(header: Any) -> Rigid3:
+    """The pose of a scan. Raises ValueError when its rotation is not a unit quaternion."""
+    quaternion = np.asarray(header.rotation, np.float64)
+    if abs(np.linalg.norm(quaternion) - 1.0) > _NOT_UNIT:
+        raise ValueError(f"the rotation of a scan is not a unit quaternion but {quaternion.tolist()}")
+    return Rigid3("file", "scanner", rotation_from_quaternion(quaternion), header.translation)
 
 
 def _colour(header: Any, rgb: Array) -> Array:

@@ -138,6 +138,8 @@ def _bits(kind: str, attributes: dict[str, str]) -> int:
         return 32 if attributes.get("precision") == "single" else 64
     if kind not in ("Integer", "ScaledInteger"):
         return 0
-    low = _whole(attributes.get("minimum", str(-(2**63))))
-    high = _whole(attributes.get("maximum", str(2**63 - 1)))
+    try:
+        low, high = int(attributes.get("minimum", -(2**63))), int(attributes.get("maximum", 2**63 - 1))
+    except ValueError:
+        return 0
     return ceil(log2(high - low + 1)) if high > low else 0
