@@ -31,15 +31,24 @@ __all__ = [
 ]
 
 
+_LONGEST = 600  # characters of a message
+
+
 class FrontageError(Exception):
     """An error with a numbered code and one clear sentence that says what is wrong and what to do."""
 
     code = "E000"
 
     def __init__(self, message: str, *, code: str | None = None) -> None:
-        super().__init__(message)
+        super().__init__(_one_line(message))
         if code is not None:
             self.code = code
+
+
+def _one_line(message: str) -> str:
+    """Returns a message without line breaks and control characters, which damaged files may bring into it."""
+    line = "".join(c if c.isprintable() else repr(c)[1:-1] for c in " ".join(message.split()))
+    return line if len(line) <= _LONGEST else f"{line[: _LONGEST // 2]} ... {line[-_LONGEST // 3 :]}"
 
 
 class InputError(FrontageError, ValueError):

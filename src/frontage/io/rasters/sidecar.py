@@ -181,7 +181,8 @@ def read_sidecar(folder: Path) -> OrthoSidecar:
     try:
         record = json.loads(path.read_text(encoding="utf-8"))
     except (ValueError, OSError, RecursionError) as error:
-        raise FileError(path, f"is not valid JSON ({error})", _AGAIN) from error
+        reason = "it is nested too deeply" if isinstance(error, RecursionError) else str(error)
+        raise FileError(path, f"is not valid JSON ({reason})", _AGAIN) from error
     if not isinstance(record, dict):
         raise FileError(path, "does not hold a JSON object", _AGAIN)
     try:

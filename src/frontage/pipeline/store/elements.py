@@ -36,6 +36,7 @@ PRODUCT = "openings.json"
 """What users script against: the openings of `elements.json` with what later stages know of them."""
 
 _AGAIN = "make it again with `frontage openings`"
+_FAR_M = 1e7  # no local coordinate is as large
 _SIDES = ("left", "bottom", "right", "top")
 Noun = TypeVar("Noun")
 
@@ -244,6 +245,8 @@ def _ring(value: Any) -> Float:
     ring = np.array([[_real(v, "outline") for v in corner] for corner in value], np.float64)
     if ring.ndim != 2 or ring.shape[1] != 2 or len(ring) < 3:
         raise ValueError("its outline is no ring of three or more corners [x, z]")
+    if np.abs(ring).max() > _FAR_M:
+        raise ValueError(f"its outline lies beyond {_FAR_M:g} m")
     return ring
 
 

@@ -88,6 +88,8 @@ class BuildingRecord:
     def from_json(cls, table: dict[str, Any]) -> "BuildingRecord":
         """Return the inverse of `to_json`. Raises KeyError, TypeError or ValueError if it is none."""
         footprint = table["footprint"]
+        if footprint is not None and np.shape(footprint)[1:] != (2,):
+            raise ValueError("a footprint is no list of corners [x, y]")
         return cls(
             id=str(table["id"]),
             address=table["address"],
