@@ -31,7 +31,9 @@ def rewritten(path: Path, change: Callable[[str], str | bytes]) -> Path:
     pages = -(-len(stored) // PAYLOAD)
     stored = bytearray(stored.ljust(pages * PAYLOAD, b"\0"))
     struct.pack_into("<4Q", stored, 16, pages * PAGE, at, len(xml), PAGE)
-    path.write_bytes(b"".join(bytes(stored[k * PAYLOAD : (k + 1) * PAYLOAD]) + bytes(4) for k in range(pages)))
+    path.write_bytes(
+        b"".join(bytes(stored[k * PAYLOAD : (k + 1) * PAYLOAD]) + bytes(4) for k in range(pages))
+    )
     return path
 
 

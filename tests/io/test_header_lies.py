@@ -169,7 +169,9 @@ def test_only_regular_files_are_opened(tmp_path: Path, kind: str) -> None:
             read_scans(ScanSource(path=str(scan), **about))
 
 
-@pytest.mark.parametrize("name", ["a\0b.laz", "a" * 300 + ".laz", "x/" * 3000 + "a.laz"], ids=["null", "name", "path"])  # noqa: E501
+@pytest.mark.parametrize(
+    "name", ["a\0b.laz", "a" * 300 + ".laz", "x/" * 3000 + "a.laz"], ids=["null", "name", "path"]
+)
 def test_paths_that_no_file_can_have(tmp_path: Path, name: str) -> None:
     with pytest.raises(FileError, match="path") as e:
         read_scans(f"{tmp_path}/{name}")
@@ -181,7 +183,9 @@ def test_paths_that_no_file_can_have(tmp_path: Path, name: str) -> None:
 def test_memory_is_not_blamed_on_the_file(tmp_path: Path) -> None:
     path = tmp_path / "a.ply"
     path.write_bytes(b"x" * 2_000_000)
-    with pytest.raises(FileError, match=r"does not fit into memory \(the file has 2.0 MB; 7.28 TiB more") as e:
-        with reading(path, "PLY"):
-            np.empty(10**12)
+    with (
+        pytest.raises(FileError, match=r"does not fit into memory \(the file has 2.0 MB; 7.28 TiB more") as e,
+        reading(path, "PLY"),
+    ):
+        np.empty(10**12)
     assert e.value.code == "I115"

@@ -28,8 +28,8 @@ _NUMBERS = {"pose", "colorLimits", "intensityLimits", "indexBounds"}
 def check_e57(path: Path) -> None:
     """Check the header and the XML section of an E57 file against its size and against our limits.
 
-    Raises FileError or ValueError when it is not E57, is damaged, has a document type or entities, is nested too
-    deeply, states more points than the file can hold, or has a pose that is no number.
+    Raises FileError or ValueError when it is not E57, is damaged, has a document type or entities, is nested
+    too deeply, states more points than the file can hold, or has a pose that is no number.
     """
     has = path.stat().st_size
     with open(path, "rb") as f:
@@ -42,7 +42,9 @@ def check_e57(path: Path) -> None:
             raise ValueError(f"its pages have {page} bytes instead of {_PAGE}")
         require_length(path, f"an XML section of {size} bytes at byte {at}", at + size, has)
         if size > _MOST_XML:
-            raise FileError(path, f"its XML section has {size} bytes, too many", "export it again", code="I103")
+            raise FileError(
+                path, f"its XML section has {size} bytes, too many", "export it again", code="I103"
+            )
         f.seek(at // _PAGE * _PAGE)
         stored = f.read((size // (_PAGE - _CHECKSUM) + 2) * _PAGE)
     pages = (stored[k : k + _PAGE - _CHECKSUM] for k in range(0, len(stored), _PAGE))
@@ -114,7 +116,7 @@ class _Check:
     def _require_number(self, name: str) -> None:
         text = self.text.strip()
         try:
-            good = not text or isfinite(float(text)) and "_" not in text
+            good = not text or (isfinite(float(text)) and "_" not in text)
         except ValueError:
             good = False
         if not good:
