@@ -139,12 +139,6 @@ def test_ply_orders_and_other_elements(tmp_path: Path, order: str) -> None:
     np.testing.assert_allclose(scan.intensity, [0.25, 0.75])
 
 
-def test_ply_with_coarse_floats_gets_a_note(tmp_path: Path) -> None:
-    head = "ply\nformat ascii 1.0\nelement vertex 2\nproperty float x\nproperty float y\nproperty float z\nend_header\n"  # noqa: E501
-    (tmp_path / "a.ply").write_text(head + "678000 5403000 400\n678010 5403010 410\n")
-    assert any("32-bit" in n for n in read_scans(tmp_path / "a.ply")[0].notes)
-
-
 TABLES = {
     "plain.xyz": ("1 2 3\n4 5 6\n", False, False),
     "comma.csv": ("x,y,z,intensity\n1,2,3,0.5\n4,5,6,0.7\n", True, False),

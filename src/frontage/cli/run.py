@@ -15,7 +15,9 @@ if TYPE_CHECKING:
 @click.argument("project", required=False, type=click.Path(path_type=Path), metavar="[PROJECT.toml]")
 @click.option("--scan", "scans", multiple=True, help="Scan file or glob; may be given again.")
 @click.option("--scan-crs", help="CRS of the scans, where the files do not say it.")
-@click.option("--units", type=click.Choice(["m", "ft", "us-ft"]), help="Unit of the scans' coordinates.")
+@click.option(
+    "--units", type=click.Choice(["m", "cm", "mm", "ft", "us-ft"]), help="Unit of the scans' coordinates."
+)
 @click.option("--trajectory", help="Trajectory of a mobile scan (CSV or SBET).")
 @click.option("--stations", help="JSON of station positions of a LAS scan.")
 @click.option(

@@ -17,8 +17,10 @@ def readonly(array: Any, shape: tuple[int | None, ...], dtype: DTypeLike, name: 
     `None` in `shape` matches any length. An array that already fits is not copied; the view that is returned
     is read-only.
 
-    Raises ValueError that names the array when the shape does not match.
+    Raises ValueError that names the array when the shape does not match, or when it holds complex numbers.
     """
+    if np.iscomplexobj(array) and np.dtype(dtype).kind != "c":
+        raise ValueError(f"{name}: complex numbers, expected {np.dtype(dtype).name}")
     a = np.ascontiguousarray(array, dtype=dtype).view()
     if a.ndim != len(shape) or any(
         want is not None and want != got for want, got in zip(shape, a.shape, strict=True)

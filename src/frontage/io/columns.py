@@ -13,6 +13,7 @@ from frontage.model import Estimate, Grid, Scan
 
 _SAMPLE = 500_000  # values, evenly spread, that a quantile is taken from
 _MANY_POINTS = 1000  # over so many points, real colour varies in every channel
+FARTHEST_M = 1.3e7  # from the local origin, about the diameter of the Earth: what is farther is damaged
 _LOW, _HIGH = 0.001, 0.999  # quantiles, so that a mirror-like reflection does not darken a whole facade
 
 
@@ -74,10 +75,18 @@ def to_scan(path: object, columns: PointColumns, placement: Placement) -> Scan:
 
 def _kept(c: PointColumns) -> PointColumns:
     """Drop the rows that are not to be kept or not finite, and renumber the grid."""
-    finite = np.isfinite(c.xyz).all(axis=1)
+    with np.errstate(invalid="ignore"):
+        finite: Array = np.all(np.abs(c.xyz) <= FARTHEST_M, axis=1)  # False for NaN
     keep = finite if c.keep is None else finite & c.keep
     if not finite.all():
-        c.notes.append(f"{c.name}: {int((~finite).sum())} points without finite coordinates were dropped")
+        far = int((np.isfinite(c.xyz).all(axis=1) & ~finite).sum())
+        lost = len(finite) - int(finite.sum()) - far
+        for count, what in (
+            (lost, "without finite coordinates"),
+            (far, "farther away than the Earth is wide"),
+        ):
+            if count:
+                c.notes.append(f"{c.name}: {count} points {what} were dropped")
     if keep.all():
         return c
     rows = {

@@ -20,8 +20,8 @@ from frontage.geometry.arrays import Float
 _ADV = re.compile(r"urn:adv:crs:ETRS89_UTM(\d\d)(?:\*DE_(DHHN92|DHHN2016)_NH)?$")
 _ADV_HEIGHTS = {"DHHN92": "5783", "DHHN2016": "7837"}
 
-METRE_PER = {"m": 1.0, "ft": 0.3048, "us-ft": 1200.0 / 3937.0}
-"""Metres per unit: metre, international foot, US survey foot."""
+METRE_PER = {"m": 1.0, "cm": 0.01, "mm": 0.001, "ft": 0.3048, "us-ft": 1200.0 / 3937.0}
+"""Metres per unit: metre, centimetre, millimetre, international foot, US survey foot."""
 
 
 @lru_cache(maxsize=64)

@@ -41,7 +41,7 @@ def require_file(path: str | Path) -> Path:
 
 
 def _not_found(path: Path, problem: OSError | ValueError) -> FileError:
-    """The error for a path that the system does not accept; ValueError stands for a null character in it."""
+    """The error for a path that the system does not accept; a ValueError means a null character."""
     if isinstance(problem, ValueError):
         shown = str(path).replace("\0", "\\0")
         return FileError(shown, "no path can hold a null character", "correct the path", code="I101")
@@ -86,7 +86,7 @@ def text_of(path: Path, hint: str) -> str:
 
 
 def out_of_memory(path: str | Path, problem: MemoryError) -> FileError:
-    """The error for a file whose contents do not fit into memory: its size, what was asked for, the cure."""
+    """The error for contents that do not fit into memory: the file's size, what was asked for, the remedy."""
     size = _amount(os.stat(path).st_size)
     asked = re.search(r"Unable to allocate ([\d.]+ \w+)", str(problem))
     more = f"; {asked[1]} more were asked for" if asked else ""

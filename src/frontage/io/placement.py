@@ -13,6 +13,7 @@ from frontage.io.transform import best_transformer, show, within
 from frontage.model import WorldRef
 
 _NEAR_M = 10_000.0  # coordinates this small lose nothing in float64 and keep their own origin
+_ABSURD = 1e12  # file units: no coordinate is as large, not even in millimetres
 _LEVER_M = 100.0  # distance at which a pose is sampled to rotate it with a curved transformation
 
 
@@ -82,7 +83,7 @@ class PlacementRequest:
     world   the world of the run, when it is decided already
     target  the CRS that the user asks for
     crs     the CRS of the file's coordinates; it overrides what the file states
-    units   of the file's coordinates ("m", "ft", "us-ft"); it overrides what the file states
+    units   of the file's coordinates ("m", "cm", "mm", "ft", "us-ft"); it overrides what the file states
     offset  (x, y, z) m, added to the coordinates of the file
     """
 
@@ -100,7 +101,7 @@ class PlacementRequest:
         no transformation is known.
         """
         points = np.asarray(sample, np.float64)
-        points = points[np.isfinite(points).all(1)]
+        points = points[(np.abs(points) < _ABSURD).all(1)]  # False for NaN
         points = points if len(points) else np.zeros((1, 3))
         source = systems.parse_crs(self.crs, self.name) if self.crs else file_crs
         notes: list[str] = []

@@ -74,6 +74,21 @@ class Scan:
         freeze(
             self, origin_index=((n,), np.int32), **{name: ((n,), dtype) for name, dtype in _PER_POINT.items()}
         )
+        self._check()
+
+    def _check(self) -> None:
+        """Raises ValueError for coordinates that are not finite and for indices without an origin."""
+        for name in ("xyz", "origins"):
+            if not np.isfinite(getattr(self, name)).all():
+                raise ValueError(
+                    f"{self.name}: {name} holds numbers that are not finite; leave these rows out"
+                )
+        low, high = self.origin_index.min(initial=-1), self.origin_index.max(initial=-1)
+        if low < -1 or high >= len(self.origins):
+            raise ValueError(
+                f"{self.name}: origin_index runs from {low} to {high}, but there are "
+                f"{len(self.origins)} origins"
+            )
 
     def __repr__(self) -> str:
         """Say how many points it has, and what is known of them."""

@@ -17,6 +17,8 @@ from frontage.io.files import reading, require_file
 from frontage.io.placement import Placement
 from frontage.io.poses import given_pose
 from frontage.io.scans.e57xml import check_e57
+from frontage.io.scans.origins import forget_scanner, states_no_position
+from frontage.io.scans.precision import require_fine_steps
 from frontage.io.scans.request import ScanRequest
 from frontage.model import Scan
 
@@ -122,6 +124,8 @@ def _read(e57: Any, number: int) -> tuple[Rigid3, dict[str, Array]]:
         reader.close()
     xyz, valid = _coordinates(arrays, n)
     data: dict[str, Array] = {"xyz": xyz, "valid": valid}
+    if not set(_CARTESIAN) <= arrays.keys():
+        data["spherical"] = np.array(True)  # only a scanner measures angles
     if set(_COLOURS) <= arrays.keys():
         data["rgb"] = _colour(header, np.column_stack([arrays[c] for c in _COLOURS]))
     for name, field in (
@@ -200,6 +204,9 @@ def _scan(
         notes=list(notes),
     )
     c.grid = _grid(d, c)
+    require_fine_steps(path, d["xyz"][d["valid"]], lambda p: place.points_of(pose, p), c.notes)
+    if states_no_position(pose, c.grid is not None or "spherical" in d):
+        forget_scanner(c, sigmas is not None)
     return to_scan(path, c, place)
 
 

@@ -25,6 +25,7 @@ class ScanFormat:
     reader    "module:function", imported when it is first used
     opens     "module:function" that lists every file the reader opens; None = the file itself and no other
     stem      the only file name (without suffix) that the format uses; None = any
+    measured  whether its origins are positions of a scanner that the file states, and are tested
     internal  whether only Frontage writes it, so that messages do not recommend it
     """
 
@@ -34,6 +35,7 @@ class ScanFormat:
     reader: str
     opens: str | None = None
     stem: str | None = None
+    measured: bool = True
     internal: bool = False
 
     def read(self, path: Path, request: ScanRequest) -> list[Scan]:
@@ -100,6 +102,7 @@ FORMATS = (
         "frontage.io.colmap:read_colmap_points",
         opens="frontage.io.colmap:colmap_point_files",
         stem="points3d",
+        measured=False,
     ),
     ScanFormat(
         "point table",
@@ -112,6 +115,7 @@ FORMATS = (
         (".npz",),
         "one scan of a run folder with everything that Frontage knows of it",
         f"{_SCANS}.npz:read_npz",
+        measured=False,
         internal=True,
     ),
 )

@@ -1,6 +1,7 @@
 """Reading LAS and LAZ of every point format, and COPC with queries, chunk by chunk into local metres."""
 
-from collections.abc import Iterator
+import contextlib
+from collections.abc import Generator, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -15,6 +16,7 @@ from frontage.io.crs import parse_crs
 from frontage.io.files import reading, require_file
 from frontage.io.placement import Placement, PlacementRequest
 from frontage.io.scans.lasheader import check_las
+from frontage.io.scans.precision import require_fine_steps
 from frontage.io.scans.request import Progress, ScanRequest
 from frontage.io.scans.stations import rays_from_stations
 from frontage.io.scans.trajectory import Trajectory, rays_from_trajectory, read_trajectory
@@ -49,7 +51,8 @@ def read_las(path: str | Path, request: ScanRequest) -> list[Scan]:
     with reading(p, "LAS/LAZ"):
         check_las(p)
         header, chunks, total = _open(p, request)
-        columns, placement = _stream(p, header, chunks, total, request)
+        with contextlib.closing(chunks):
+            columns, placement = _stream(p, header, chunks, total, request)
     own = header.generating_software.startswith(OWN_SOFTWARE)
     if own and columns.intensity is not None:
         columns.intensity = columns.intensity.astype(np.float32) / 65535.0
@@ -80,7 +83,7 @@ def _crs(header: Any, path: Path) -> CRS | None:
     return None if found is None else parse_crs(found.to_wkt(), str(path))
 
 
-def _open(path: Path, request: ScanRequest) -> tuple[Any, Iterator[Any], int]:
+def _open(path: Path, request: ScanRequest) -> tuple[Any, Generator[Any, None, None], int]:
     """The header, the point records and their number; a COPC file is queried where that is asked for."""
     f = laspy.open(path)
     if f.header.point_count == 0:
@@ -93,10 +96,10 @@ def _open(path: Path, request: ScanRequest) -> tuple[Any, Iterator[Any], int]:
     with laspy.CopcReader.open(path) as copc:
         box = _box(copc.header, path, request.placement, request.bounds)
         points = copc.query(box, resolution=request.resolution)
-        return copc.header, iter([points] if len(points) else []), len(points)
+        return copc.header, (part for part in [points] if len(part)), len(points)
 
 
-def _all_points(f: Any) -> Iterator[Any]:
+def _all_points(f: Any) -> Generator[Any, None, None]:
     with f:
         yield from f.chunk_iterator(CHUNK_POINTS)
 
@@ -127,6 +130,7 @@ def _stream(
     at = 0
     store: dict[str, Array] = {}
     place: Placement | None = None
+    notes: list[str] = []
     progress: Progress | None = request.progress
     for chunk in chunks:
         n = len(chunk)
@@ -134,6 +138,7 @@ def _stream(
         _require_plausible(path, header, raw)
         if place is None:
             place = request.placement.place(_crs(header, path), raw[:: max(1, n // _FEW_POINTS)])
+            require_fine_steps(path, raw, place.to_local, notes, scales=header.scales)
         _put(store, "xyz", place.to_local(raw), at, total)
         for name, values in _fields(chunk):
             _put(store, name, values, at, total)
@@ -144,7 +149,9 @@ def _stream(
         raise FileError(path, "holds no points within the bounds", "check the bounds", code="I105")
     if at != total:
         raise FileError(path, f"truncated: {at} of {total} points", "export or copy it again", code="I103")
-    return _columns(path, store), place
+    columns = _columns(path, store)
+    columns.notes.extend(notes)
+    return columns, place
 
 
 def _require_plausible(path: Path, header: Any, raw: Float) -> None:

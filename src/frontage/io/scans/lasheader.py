@@ -88,7 +88,7 @@ def _check_scales(path: Path, head: bytes) -> None:
 
 
 def _check_vlrs(f: BinaryIO, path: Path, h: _Header) -> bytes:
-    """Check that the records lie in front of the points; returns LASzip's record, empty if there is none."""
+    """Check that the records lie in front of the points; returns LASzip's, empty where there is none."""
     laszip, at = b"", h.size
     require_length(path, f"{h.vlrs} variable length records", h.vlrs * _VLR, h.points_at - h.size)
     for _ in range(h.vlrs):

@@ -10,6 +10,7 @@ from frontage.errors import FileError
 from frontage.geometry.arrays import Array
 from frontage.io.columns import PointColumns, to_scan
 from frontage.io.files import reading, require_file, require_length, whole_file
+from frontage.io.scans.precision import require_fine_steps
 from frontage.io.scans.request import ScanRequest
 from frontage.model import Scan
 
@@ -38,7 +39,6 @@ _NAMES = {
 }
 _FEW_POINTS = 10_000  # enough to decide where a file lies
 _HEAD_BYTES = 1_000_000  # of a header; a longer one is damaged
-_STEP_M = 1e-3  # coordinates should resolve a millimetre
 _COLOURS = (("red", "green", "blue"), ("r", "g", "b"), ("diffuse_red", "diffuse_green", "diffuse_blue"))
 _SENSORS = (("x_origin", "y_origin", "z_origin"), ("sensor_x", "sensor_y", "sensor_z"))
 
@@ -75,7 +75,8 @@ def read_ply(path: str | Path, request: ScanRequest) -> list[Scan]:
     xyz = _pick(v, names, ("x", "y", "z"))
     place = request.placement.place(None, xyz[:: max(1, len(xyz) // _FEW_POINTS)])
     c = PointColumns(p.name, place.to_local(xyz))
-    _note_coarse_steps(c, xyz, v.dtype[names["x"]])
+    single = any(v.dtype[names[axis]] == np.float32 for axis in "xyz")
+    require_fine_steps(p, xyz, place.to_local, c.notes, single=single)
     for field, known in _NAMES.items():
         found = next((names[k] for k in known if k in names), None)
         setattr(c, field, None if found is None else np.ascontiguousarray(v[found]))
@@ -86,16 +87,6 @@ def read_ply(path: str | Path, request: ScanRequest) -> list[Scan]:
         seen, index = np.unique(_pick(v, names, sensor), axis=0, return_inverse=True)
         c.origins, c.origin_index = place.to_local(seen), index.reshape(-1).astype(np.int32)
     return [to_scan(p, c, place)]
-
-
-def _note_coarse_steps(c: PointColumns, xyz: Array, stored: np.dtype[np.void]) -> None:
-    """Add a note when the coordinates are 32-bit floats too large to resolve millimetres."""
-    top = float(np.nanmax(np.abs(xyz)))
-    if stored.itemsize == 4 and stored.kind == "f" and np.spacing(np.float32(top)) > _STEP_M:
-        c.notes.append(
-            f"{c.name}: coordinates of {top:.0f} in 32-bit floats have steps of "
-            f"{float(np.spacing(np.float32(top))):.3f}; export them as doubles or with a shift"
-        )
 
 
 def _pick(v: Array, names: dict[str, str], wanted: tuple[str, ...]) -> Array:

@@ -19,6 +19,8 @@ from frontage.io.columns import PointColumns, normalised, to_scan
 from frontage.io.files import reading, require_file, require_length, whole_file
 from frontage.io.placement import Placement
 from frontage.io.poses import given_pose, nearest_rotation
+from frontage.io.scans.origins import forget_scanner, states_no_position
+from frontage.io.scans.precision import require_fine_steps
 from frontage.io.scans.request import ScanRequest
 from frontage.model import Scan
 
@@ -83,6 +85,9 @@ def _scan(
         pose=given_pose(pose, sigmas),
         notes=list(notes),
     )
+    require_fine_steps(path, r.xyz, lambda p: place.points_of(r.pose, p), c.notes)
+    if not r.pose.t.any() and states_no_position(r.pose, min(r.grid.shape) > 1):
+        forget_scanner(c, sigmas is not None)
     return to_scan(path, c, place)
 
 

@@ -8,10 +8,13 @@ import numpy as np
 from pydantic import BaseModel, ConfigDict, Field
 
 from frontage.errors import FileError
+from frontage.io.files import out_of_memory
 from frontage.io.placement import PlacementRequest
 from frontage.io.scans.formats import scan_format
+from frontage.io.scans.origins import with_possible_origins
+from frontage.io.scans.precision import unit_notes
 from frontage.io.scans.request import Progress, ScanRequest
-from frontage.io.scans.subset import cropped, thinned
+from frontage.io.scans.subset import cropped, require_box, require_resolution, thinned
 from frontage.model import Scan, WorldRef
 
 
@@ -24,7 +27,7 @@ class ScanSource(BaseModel):
     crs: str | None = Field(
         default=None, description="CRS of the file's coordinates, over what the file says"
     )
-    units: Literal["m", "ft", "us-ft"] | None = Field(
+    units: Literal["m", "cm", "mm", "ft", "us-ft"] | None = Field(
         default=None, description="unit of the file's coordinates"
     )
     offset: tuple[float, float, float] = Field(
@@ -81,12 +84,23 @@ def read_scans(
     progress    called with the share done, 0..1
 
     Raises FileError (missing, empty, truncated, corrupt, of no known format, no points within the bounds),
-    CrsError (unknown, missing, cannot be transformed), MissingExtra (E57 without pye57).
+    CrsError (unknown, missing, cannot be transformed), MissingExtra (E57 without pye57), InputError (bounds
+    or a resolution that are no lengths).
     """
+    require_box(bounds)
+    require_resolution(resolution)
     s = source if isinstance(source, ScanSource) else ScanSource(path=str(source))
     path = Path(s.path)
     request = replace(_request(s, world, target_crs), bounds=bounds, resolution=resolution, progress=progress)
-    scans = scan_format(path).read(path, request)
+    kind = scan_format(path)
+    try:
+        scans = kind.read(path, request)
+        if kind.measured:
+            scans = [with_possible_origins(scan) for scan in scans]
+    except MemoryError as problem:
+        raise out_of_memory(path, problem) from problem
+    if notes := [*_unused(s, kind.inputs(path, request)), *unit_notes(path, scans, s.units)]:
+        scans = [replace(scan, notes=(*scan.notes, *notes)) for scan in scans]
     if s.sigma_range is not None:
         scans = [replace(scan, sigma_range=s.sigma_range) for scan in scans]
     if bounds is not None:
@@ -98,6 +112,16 @@ def read_scans(
     if progress is not None:
         progress(1.0)
     return scans
+
+
+def _unused(s: ScanSource, opened: tuple[Path, ...]) -> list[str]:
+    """A sentence for every file that the source names and the reader does not open."""
+    stated = {"trajectory": s.trajectory, "stations": s.stations}
+    return [
+        f"{Path(s.path).name}: the stated {name}, {Path(file).name}, is not used"
+        for name, file in stated.items()
+        if file is not None and Path(file) not in opened
+    ]
 
 
 def _request(s: ScanSource, world: WorldRef | None = None, target_crs: str | None = None) -> ScanRequest:

@@ -7,6 +7,7 @@ import numpy as np
 from frontage.errors import FileError
 from frontage.geometry.arrays import Array, Float
 from frontage.io.columns import PointColumns, to_scan
+from frontage.io.scans.precision import require_fine_steps
 from frontage.io.scans.request import ScanRequest
 from frontage.io.scans.table import Table, read_table
 from frontage.model import Scan
@@ -34,7 +35,9 @@ def read_xyz(path: str | Path, request: ScanRequest) -> list[Scan]:
     p = table.path
     xyz, intensity, rgb, time = _named(table) if table.names else _unnamed(table.values, p)
     place = request.placement.place(None, xyz[:: max(1, len(xyz) // _FEW_POINTS)])
-    return [to_scan(p, PointColumns(p.name, place.to_local(xyz), intensity, rgb, time), place)]
+    c = PointColumns(p.name, place.to_local(xyz), intensity, rgb, time)
+    require_fine_steps(p, xyz, place.to_local, c.notes)
+    return [to_scan(p, c, place)]
 
 
 def _named(t: Table) -> tuple[Float, Array | None, Array | None, Array | None]:
