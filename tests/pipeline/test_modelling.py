@@ -99,6 +99,14 @@ def test_addresses_of_the_project_file_name_what_has_none(tmp_path: Path) -> Non
     assert building.address == "13 rue Soufflot"
 
 
+def test_an_address_for_a_building_that_does_not_exist_is_told(tmp_path: Path) -> None:
+    store = folder(tmp_path / "run")
+    judged(store, "B01", "B01/F1")
+    result = made(store, addresses={"B99": "13 rue Soufflot"})
+    (note,) = (n for n in result.notes if "Soufflot" in n)
+    assert '"13 rue Soufflot" to building "B99"' in note and "B01" in note
+
+
 def test_two_workers_give_the_same_bytes(tmp_path: Path) -> None:
     one, two = folder(tmp_path / "1"), folder(tmp_path / "2")
     made(one)

@@ -5,13 +5,13 @@ from dataclasses import replace
 import numpy as np
 from pyproj import CRS, Transformer
 
+from frontage.errors import CrsError
 from frontage.geometry.arrays import Float
 from frontage.io import crs as systems
+from frontage.io.axes import domain_of, is_formal, north_first
 from frontage.io.placement import Placement, PlacementRequest
 from frontage.io.transform import show, within
 from frontage.model import WorldRef
-
-_FORMAL = ("urn:", "http:", "https:")  # these names keep the authority's order of axes
 
 
 class DeferredPlacement:
@@ -32,14 +32,20 @@ class DeferredPlacement:
         self._name = name
         self._wanted = PlacementRequest(name, world, None if world is None else world.crs, crs)
         self._stated: str | None = None
+        self._east_first = False
+        self._domain: Float | None = None  # lowest and highest (2, 2) x and y that the CRS allows
         self._bounds = None if bounds is None else np.asarray(bounds, np.float64).reshape(2, -1)
         self._placement: Placement | None = None
         self._swap = False
         self._extent: Float | None = None  # lowest and highest corner (2, 3) m world of all that was seen
         self.notes: list[str] = []
 
-    def state_crs(self, crs: str | None) -> None:
-        """Pass on the CRS that the file states; the first one counts. A local system ("#...") is ignored."""
+    def state_crs(self, crs: str | None, east_first: bool = False) -> None:
+        """Pass on the CRS that the file states; the first one counts. A local system ("#...") is ignored.
+
+        `east_first`: the format puts east before north, whatever the authority of the CRS does.
+        """
+        self._east_first |= east_first
         if crs and not crs.startswith("#"):
             self._stated = self._stated or crs
 
@@ -67,7 +73,23 @@ class DeferredPlacement:
         if self._placement is None:
             self._decide(points)
         assert self._placement is not None
-        return self._placement.to_local(points[:, [1, 0, 2]] if self._swap else points)
+        ordered = points[:, [1, 0, 2]] if self._swap else points
+        self._refuse_outside(ordered)
+        return self._placement.to_local(ordered)
+
+    def _refuse_outside(self, points: Float) -> None:
+        """Raise CrsError for a point (n, 3), east first, that its CRS does not define."""
+        if self._domain is None:
+            return
+        xy = points[:, :2] + self._wanted.offset[:2]
+        outside = ((xy < self._domain[0]) | (xy > self._domain[1])).any(1)
+        if outside.any():
+            (x0, y0), (x1, y1) = self._domain
+            raise CrsError(
+                f"{self._name}: coordinates such as {show(points[outside][0])} lie outside the domain of "
+                f"their CRS (x {x0:g} to {x1:g}, y {y0:g} to {y1:g}); correct them, or state the right crs",
+                code="I204",
+            )
 
     def touches(self, points: Float) -> bool:
         """Whether the bounding box of file coordinates (n, 3) meets the bounds; False without points."""
@@ -104,12 +126,16 @@ class DeferredPlacement:
         if meant is not None:
             self._swap = self._north_first(meant, text or "", points + self._wanted.offset)
         sample = points[:, [1, 0, 2]] if self._swap else points
+        self._domain = domain_of(crs)
+        self._refuse_outside(sample)
         self._placement = self._wanted.place(crs, sample)
         self.notes += self._placement.notes
 
     def _north_first(self, crs: CRS, text: str, points: Float) -> bool:
         """Whether north stands before east: as the CRS is named, unless only the other order fits."""
-        formal = text.startswith(_FORMAL) and systems.horizontal(crs).axis_info[0].direction == "north"
+        if self._east_first and self._wanted.target is None:
+            return False
+        formal = is_formal(text) and not self._east_first and north_first(crs)
         turned = points[:, [1, 0, 2]]
         expected, other = (turned, points) if formal else (points, turned)
         if self._fits(crs, expected) or not self._fits(crs, other):

@@ -20,7 +20,7 @@ def read_geojson(path: Path, place: DeferredPlacement) -> Iterator[BuildingDraft
     """Yield the Polygons and MultiPolygons that touch the bounds. Raises ValueError on damaged files."""
     large = ("features",)
     stated = (value for _, name, key, value in members(path, large) if name == "crs" and key is None)
-    place.state_crs(_crs(next(stated, None)))
+    place.state_crs(_crs(next(stated, None)), east_first=True)
     for number, feature in enumerate(_features(path), 1):
         geometry = feature.get("geometry") or {}
         if geometry.get("type") not in ("Polygon", "MultiPolygon"):

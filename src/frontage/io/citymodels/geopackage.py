@@ -15,6 +15,7 @@ from frontage.geometry.arrays import Float
 from frontage.io.citymodels.deferred import DeferredPlacement
 from frontage.io.citymodels.draft import BuildingDraft
 from frontage.io.citymodels.footprintdraft import footprint_draft
+from frontage.io.citymodels.wkb import polygons_of
 
 _POLYGONS = ("POLYGON", "MULTIPOLYGON", "SURFACE", "MULTISURFACE", "GEOMETRY", "GEOMETRYCOLLECTION")
 _NAMED = ("building", "footprint", "gebaeude", "gebäude", "pand", "batiment", "bâtiment", "edifici")
@@ -100,13 +101,13 @@ def _polygons(blob: Any) -> tuple[list[list[Float]], list[str]]:
     """The rings (k, 3) of a geometry's polygons, NaN for missing heights, and what is wrong with it."""
     if blob is None:
         return [], []
-    if not isinstance(blob, bytes) or blob[:2] != b"GP" or (blob[3] >> 1) & 7 not in _ENVELOPES:
+    short = not isinstance(blob, bytes) or len(blob) < _HEAD or blob[:2] != b"GP"
+    if short or (blob[3] >> 1) & 7 not in _ENVELOPES:
         return [], ["a geometry that is not a GeoPackage's"]
     try:
-        whole = shapely.from_wkb(blob[_HEAD + _ENVELOPES[(blob[3] >> 1) & 7] :])
-    except shapely.errors.GEOSException:
-        return [], ["a geometry that cannot be read"]
-    parts = [p for p in shapely.get_parts(whole) if p.geom_type == "Polygon" and not p.is_empty]
+        parts = polygons_of(blob[_HEAD + _ENVELOPES[(blob[3] >> 1) & 7] :])
+    except ValueError as problem:
+        return [], [str(problem)]
     return [[_ring(r) for r in (p.exterior, *p.interiors)] for p in parts], []
 
 

@@ -12,6 +12,7 @@ from lxml import etree
 from frontage.io.citymodels.citygml.geometry import (
     FACES,
     HREF,
+    bounded,
     identifier,
     local,
     polygons,
@@ -82,7 +83,8 @@ class _Reader:
     """Makes features of one document, following its references."""
 
     def __init__(self, root: etree._Element) -> None:
-        self._by_id = {identifier(e): e for e in root.iter() if isinstance(e.tag, str) and identifier(e)}
+        by_id = {identifier(e): e for e in root.iter() if isinstance(e.tag, str) and identifier(e)}
+        self._find = bounded(by_id)
 
     def features(self, element: etree._Element, number: int) -> list[Feature]:
         """A feature, and the features inside it that count on their own (rooms of a bridge, furniture).
@@ -113,7 +115,7 @@ class _Reader:
         for child in element:
             name = local(child)
             if name and child.get(HREF) is not None and _LOD.match(name):
-                targets(child, self._by_id.get)  # what it refers to is checked where it stands
+                targets(child, self._find)  # what it refers to is checked where it stands
             stop = name in _GEOMETRIES or _PART.match(name) or _OWN.match(name)
             found += [child] if stop else self.geometries(child) if name else []
         return found
@@ -143,20 +145,20 @@ class _Reader:
         if name == "Solid":
             return Shape("Solid", (self._solid(geometry),), lod, identifier(geometry))
         if name in _SOLIDS:
-            bodies = tuple(self._solid(s) for s in solids(geometry, self._by_id.get))
+            bodies = tuple(self._solid(s) for s in solids(geometry, self._find))
             return Shape(_SOLIDS[name], bodies, lod, identifier(geometry))
         return Shape(_SURFACES[name], ((self._surfaces(geometry),),), lod, identifier(geometry))
 
     def _solid(self, solid: etree._Element) -> tuple[Polygons, ...]:
         """The outer shell of a solid, then the inner ones."""
         sides = [e for name in ("exterior", "interior") for e in solid if local(e) == name]
-        return tuple(self._surfaces(*targets(e, self._by_id.get)) for e in sides)
+        return tuple(self._surfaces(*targets(e, self._find)) for e in sides)
 
     def _surfaces(self, *surfaces: etree._Element) -> Polygons:
         """The polygons of surfaces of any kind. Raises ValueError for curves and broken references."""
         faces = []
         for surface in surfaces:
-            for polygon, turned in polygons(surface, self._by_id.get, _refuse):
+            for polygon, turned in polygons(surface, self._find, _refuse):
                 own = rings(polygon)
                 faces.append(([r[::-1] for r in own] if turned else own, identifier(polygon)))
         return Polygons.of([own for own, _ in faces], explicit=True, names=[name for _, name in faces])

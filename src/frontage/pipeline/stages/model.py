@@ -75,8 +75,7 @@ def tasks(job: Job) -> dict[str, BuildingTask]:
     """Return the buildings to build: those that stand on one building of the city model are one."""
     store, project = job.store, job.project
     records = {r.id: r for r in store.building_records()}
-    plans = ground_plans(store) if any(entry.at for entry in project.addresses) else {}
-    known, _ = known_addresses({r.id: r.address for r in records.values()}, plans, project.addresses)
+    known, _ = _addresses(job)
     records = {n: replace(r, address=next(iter(known[n]), None)) for n, r in records.items()}
     city = _city_model(job)
     facades = {name: [store.facade(f) for f in store.facades_of(name)] for name in records}
@@ -86,6 +85,13 @@ def tasks(job: Job) -> dict[str, BuildingTask]:
         owners = {b.id: b.address for b in city if b.id in group.model}
         found[own[0].id] = BuildingTask(own, _shells(group, city), owners)
     return found
+
+
+def _addresses(job: Job) -> tuple[dict[str, list[str]], dict[str, str]]:
+    """Return every building's addresses, and why an address of the project file is nobody's."""
+    entries = job.project.addresses
+    plans = ground_plans(job.store) if any(entry.at for entry in entries) else {}
+    return known_addresses({r.id: r.address for r in job.store.building_records()}, plans, entries)
 
 
 def load(job: Job) -> Measured:
@@ -128,7 +134,7 @@ def join(job: Job, parts: list[Made]) -> ModelResult:
     return ModelResult(
         items=sum(len(made.buildings) for made in parts),
         buildings=tuple(b.id for made in parts for b in made.buildings),
-        notes=tuple(_notes(parts)),
+        notes=(*_notes(parts), *_addresses(job)[1].values()),
         warnings=tuple(warning for made in parts for warning in _warnings(made)),
     )
 

@@ -1,6 +1,6 @@
 """Geometries of GML 3: polygons and their rings, and references within a file."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 
 import numpy as np
 from lxml import etree
@@ -23,6 +23,7 @@ CURVED = (
 )
 HREF = "{http://www.w3.org/1999/xlink}href"
 _IDS = ("{http://www.opengis.net/gml}id", "{http://www.opengis.net/gml/3.2}id")
+_USES, _USES_MORE = 8, 1000  # of an element by references, on average: a polygon bounds two solids
 _DEPTH = 60  # longer chains of references are circles
 
 Ring = Float
@@ -39,6 +40,20 @@ def local(element: etree._Element) -> str:
 def identifier(element: etree._Element) -> str:
     """The gml:id of an element, or ""."""
     return element.get(_IDS[0]) or element.get(_IDS[1]) or element.get("id") or ""
+
+
+def bounded(by_id: Mapping[str, etree._Element]) -> Find:
+    """Return a function that finds elements, but not many times each: references can multiply without end."""
+    left = _USES * len(by_id) + _USES_MORE
+
+    def find(name: str) -> etree._Element | None:
+        nonlocal left
+        left -= 1
+        if left < 0:
+            raise ValueError("references that multiply")
+        return by_id.get(name)
+
+    return find
 
 
 def targets(member: etree._Element, find: Find, depth: int = 0) -> list[etree._Element]:

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from lxml import etree
 
-from frontage.io.citymodels.citygml.geometry import HREF, identifier, local
+from frontage.io.citymodels.citygml.geometry import HREF, bounded, identifier, local
 from frontage.io.citymodels.citygml.objects import building_of
 from frontage.io.citymodels.citygml.texture import TextureCollector
 from frontage.io.citymodels.deferred import DeferredPlacement
@@ -72,7 +72,7 @@ class _Reader:
         self, element: etree._Element, number: int, by_id: dict[str, etree._Element]
     ) -> list[BuildingDraft]:
         """The building with the textures stated inside it; nothing when it does not touch the bounds."""
-        draft = building_of(element, number, by_id.get)
+        draft = building_of(element, number, bounded(by_id))
         if not self._place.touches(draft.points()):
             return []
         textures = TextureCollector([draft])
@@ -162,7 +162,8 @@ def _shared(path: Path, missing: set[str]) -> dict[str, etree._Element]:
         with open(path, "rb") as file:
             for _, element in etree.iterparse(file, events=("end",), **_SAFE):
                 if (name := identifier(element)) in missing:
-                    copies[name] = etree.fromstring(etree.tostring(element, with_tail=False))
+                    text = etree.tostring(element, with_tail=False)
+                    copies[name] = etree.fromstring(text, etree.XMLParser(**_SAFE))
                 if local(element) in _MEMBERS:
                     _free(element)
         for element in copies.values():

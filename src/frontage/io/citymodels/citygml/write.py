@@ -9,6 +9,7 @@ import numpy as np
 from lxml import etree
 
 from frontage.geometry.arrays import Float
+from frontage.io.axes import north_first
 from frontage.io.citymodels.citygml.dialect import CITYGML2, CITYGML3, Dialect, Node
 from frontage.io.crs import parse_crs
 from frontage.io.files import whole_file
@@ -29,14 +30,17 @@ def write_citygml(
 ) -> Path:
     """Write the shells of LoD2 and LoD3 of every building, its parts and installations.
 
-    Polygons are in local metres of `world` and are written to 0.1 mm. A solid refers to the polygons of the
+    Polygons are in local metres of `world` and are written to 0.1 mm, with the axes in the order of the
+    authority of the CRS, which is named by its URN. A solid refers to the polygons of the
     thematic surfaces. A window or door is put into the wall that its attribute `parent` names. Attributes of
     buildings, and of surfaces of LoD3, become generic attributes.
 
     Raises FileError when the file cannot be written, CrsError, and ValueError for a building without such a
     shell.
     """
-    writer = _Writer(CITYGML2 if version == "2.0" else CITYGML3, world)
+    srs = None if world.crs is None else _srs(world.crs)
+    turned = world.crs is not None and srs is not None and north_first(parse_crs(world.crs))
+    writer = _Writer(CITYGML2 if version == "2.0" else CITYGML3, world, srs, turned)
     shown = [s for b in buildings for s in _shown(b)]
     root = writer.dialect.make("core:CityModel")
     writer.dialect.add(root, "gml:name", title)
@@ -45,10 +49,8 @@ def write_citygml(
         writer.building(writer.dialect.add(root, "core:cityObjectMember"), b)
     etree.cleanup_namespaces(root, keep_ns_prefixes=list(writer.dialect.names))
     p = Path(path)
-    with whole_file(p) as temporary:
-        etree.ElementTree(root).write(
-            str(temporary), xml_declaration=True, encoding="UTF-8", pretty_print=True
-        )
+    with whole_file(p) as temporary, open(temporary, "wb") as file:
+        etree.ElementTree(root).write(file, xml_declaration=True, encoding="UTF-8", pretty_print=True)
     return p
 
 
@@ -65,19 +67,29 @@ def _level(shell: Shell) -> str:
 
 @dataclass(eq=False)
 class _Writer:
-    """One file: its dialect, its world, and the identifiers that are in use."""
+    """One file: its dialect, its world, and the identifiers that are in use.
+
+    srs          the URN of the CRS
+    north_first  whether the authority of the CRS puts north before east, which the URN obliges to
+    """
 
     dialect: Dialect
     world: WorldRef
+    srs: str | None
+    north_first: bool
     given: set[str] = field(default_factory=set)
 
     def envelope(self, root: Node, xyz: Float) -> None:
         """Write the bounding box of points (n, 3) m world, with the CRS."""
         box = self.dialect.add(self.dialect.add(root, "gml:boundedBy"), "gml:Envelope", srsDimension="3")
-        if self.world.crs is not None and (name := _srs(self.world.crs)):
-            box.set("srsName", name)
-        self.dialect.add(box, "gml:lowerCorner", _numbers(xyz.min(0)))
-        self.dialect.add(box, "gml:upperCorner", _numbers(xyz.max(0)))
+        if self.srs:
+            box.set("srsName", self.srs)
+        self.dialect.add(box, "gml:lowerCorner", _numbers(self.ordered(xyz).min(0)))
+        self.dialect.add(box, "gml:upperCorner", _numbers(self.ordered(xyz).max(0)))
+
+    def ordered(self, xyz: Float) -> Float:
+        """Points (n, 3) m world with the axes in the order of the CRS as it is named."""
+        return xyz[:, [1, 0, 2]] if self.north_first else xyz
 
     def building(self, member: Node, building: CityBuilding) -> None:
         """Write a building with its parts and installations."""
@@ -182,7 +194,7 @@ class _Writer:
         name = self.identifier(f"{name}_polygon")
         polygon = self.dialect.add(parent, "gml:Polygon", gml_id=name)
         for place, ring in (("exterior", surface.ring), *(("interior", hole) for hole in surface.holes)):
-            closed = self.world.to_world(np.vstack([ring, ring[:1]]))
+            closed = self.ordered(self.world.to_world(np.vstack([ring, ring[:1]])))
             line = self.dialect.add(self.dialect.add(polygon, f"gml:{place}"), "gml:LinearRing")
             self.dialect.add(line, "gml:posList", _numbers(closed.ravel()), srsDimension="3")
         return name

@@ -146,5 +146,5 @@ def _stated(head: Mapping[str, Any], place: DeferredPlacement) -> tuple[Float, F
     """Check the type and version, pass on the CRS, and return scale and shift (3,) of the vertices."""
     if head.get("type") != "CityJSON":
         raise ValueError(f"it is JSON of type {head.get('type')!r}, not CityJSON")
-    place.state_crs((head.get("metadata") or {}).get("referenceSystem"))
+    place.state_crs((head.get("metadata") or {}).get("referenceSystem"), east_first=True)
     return transform_of(head)
