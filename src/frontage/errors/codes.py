@@ -194,6 +194,10 @@ CODES: Mapping[str, ErrorCode] = MappingProxyType(
             "The ortho-image would have more pixels than can be handled.", "Choose a larger [ortho] gsd."
         ),
         "I321": ErrorCode("The window does not lie within the raster.", "Check its rows and columns."),
+        "I322": ErrorCode(
+            "The work would need more memory, or more space for temporary files, than there is.",
+            "Check that the coordinates are in metres; choose a larger [ortho] gsd.",
+        ),
         # Registration
         "R201": ErrorCode(
             "The scan fits the city model at more than one place about equally well.",

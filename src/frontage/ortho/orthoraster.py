@@ -9,9 +9,12 @@ from frontage.errors import OptionError
 from frontage.geometry.arrays import Array, Float
 from frontage.model import Facade
 from frontage.ortho.options import OrthoOptions
-from frontage.raster.tiles import Tile
+from frontage.raster.memory import NOT_METRES, require_memory, require_scratch
+from frontage.raster.tiles import IN_MEMORY, Tile
 
 _MAX_PIXELS = 40_000_000_000
+_BAND_BYTES = (4, 4, 4, 4, 2)  # of a pixel: colour, depth, effective gsd, intensity, source
+_LONGEST_FRONT_M = 1000.0  # a facade beyond is rather one in feet or millimetres
 
 
 @dataclass(frozen=True)
@@ -81,17 +84,20 @@ def facade_raster(facade: Facade, options: OrthoOptions) -> OrthoRaster:
     """Returns the raster that covers the outline of the facade and its margin.
 
     Its corner lies at a whole number of pixels from the origin of the facade frame. Raises OptionError (I320)
-    when the gsd is so small that the image could not be stored.
+    when the gsd is so small that the image could not be stored, InputError (I322) when its bands need more
+    memory or scratch space than there is.
     """
     x0, z0, x1, z1 = facade.extent
     gsd, margin = options.gsd, options.margin
     left, right = math.floor((x0 - margin) / gsd), math.ceil((x1 + margin) / gsd)
     bottom, top = math.floor((z0 - margin) / gsd), math.ceil((z1 + margin) / gsd)
     width, height = max(right - left, 1), max(top - bottom, 1)
+    remedy = NOT_METRES if max(x1 - x0, z1 - z0) > _LONGEST_FRONT_M else "choose a larger gsd"
+    what = f"facade {facade.id} is {x1 - x0:.1f} x {z1 - z0:.1f} m; a gsd of {gsd:g} m gives "
+    what += f"{width} x {height} pixels"
     if width * height > _MAX_PIXELS:
-        raise OptionError(
-            f"facade {facade.id} is {x1 - x0:.1f} x {z1 - z0:.1f} m; a gsd of {gsd:g} m gives "
-            f"{width} x {height} pixels; choose a larger gsd",
-            code="I320",
-        )
+        raise OptionError(f"{what}; {remedy}", code="I320")
+    bands = [width * height * size for size in _BAND_BYTES]
+    require_memory(sum(b for b in bands if b <= IN_MEMORY), f"{what}, which", remedy)
+    require_scratch(sum(b for b in bands if b > IN_MEMORY), f"{what}, which", remedy)
     return OrthoRaster((left * gsd, top * gsd), gsd, width, height)

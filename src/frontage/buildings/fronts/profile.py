@@ -20,9 +20,12 @@ from frontage.buildings.fronts.signals import (
 )
 from frontage.buildings.fronts.wall_map import WallMap
 from frontage.geometry.arrays import Bool, Float, Int
+from frontage.raster.memory import require_memory
 
 BIN_M = 0.25  # m, width of a bin along the front
 _SKIN_M = 0.2  # m, half thickness of the wall's surface: mouldings belong to it
+
+_ROW_BYTES = 48  # of a bin at one height: six numbers, in the rows and while the relief is measured
 
 
 @dataclass(frozen=True, eq=False)
@@ -84,7 +87,8 @@ def front_profile(
 def profile_of(lo: float, hi: float, at: FrontLeaves, wall: Bool, colour: LeafColour) -> FrontProfile:
     """Measures the signals of a front between `lo` and `hi` m from its leaves.
 
-    `wall` (k,) marks the leaves in upright, planar surroundings.
+    `wall` (k,) marks the leaves in upright, planar surroundings. Raises InputError (I322) when a front is so
+    large, as in millimetres, that its profile needs more memory than there is.
     """
     n = max(1, int(np.ceil((hi - lo) / BIN_M - 1e-9)))
     bin_ = np.floor((at.s - lo) / BIN_M).astype(np.int64)
@@ -100,6 +104,9 @@ def profile_of(lo: float, hi: float, at: FrontLeaves, wall: Bool, colour: LeafCo
     proud = np.abs(rel) < PROUD_M
     base = float(at.z[proud].min()) if proud.any() else 0.0
     row = np.floor((at.z - base) / BIN_M).astype(np.int64)
+    high = int(row[near].max()) + 1 if near.any() else 1
+    front = f"a front of {hi - lo:.0f} x {high * BIN_M:.0f} m"
+    require_memory(_ROW_BYTES * n * high, front)
     return FrontProfile(
         lo,
         offset,

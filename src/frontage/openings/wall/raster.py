@@ -6,6 +6,9 @@ import numpy as np
 
 from frontage.geometry.arrays import Bool, Float, Int
 from frontage.model.facade import Facade
+from frontage.raster.memory import require_memory
+
+_CELL_BYTES = 64  # of a cell: eight numbers, its evidence and what it is computed from
 
 
 @dataclass(frozen=True)
@@ -23,9 +26,15 @@ class WallRaster:
 
     @classmethod
     def over(cls, facade: Facade, cell: float) -> "WallRaster":
-        """Returns the raster with cells of `cell` m over the facade's bounding box."""
+        """Returns the raster with cells of `cell` m over the facade's bounding box.
+
+        Raises InputError (I322) when it needs more memory than there is.
+        """
         x0, z0, x1, z1 = facade.extent
-        return cls((x0, z0), cell, (int((z1 - z0) / cell) + 1, int((x1 - x0) / cell) + 1))
+        shape = (int((z1 - z0) / cell) + 1, int((x1 - x0) / cell) + 1)
+        what = f"facade {facade.id} of {x1 - x0:.1f} x {z1 - z0:.1f} m in cells of {cell:.3g} m"
+        require_memory(_CELL_BYTES * shape[0] * shape[1], what)
+        return cls((x0, z0), cell, shape)
 
     def flat(self, x: Float, z: Float) -> Int:
         """Returns the number of the cell of every place (n,), row by row; -1 outside or for NaN."""
