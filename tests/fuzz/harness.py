@@ -13,7 +13,7 @@ import shutil
 import subprocess
 import sys
 import tempfile
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from types import TracebackType
@@ -32,17 +32,48 @@ _BLAMES = (
 """What no sentence for a user says: the inner troubles of the program."""
 
 
+SPECIAL: dict[str, Callable[[Path], object]] = {
+    "empty": Path.touch,
+    "folder": Path.mkdir,
+    "dangling": lambda path: path.symlink_to("nowhere"),
+    "loop": lambda path: path.symlink_to(path.name),
+    "fifo": os.mkfifo,
+    "device": lambda path: path.symlink_to("/dev/zero"),
+}
+"""What can stand in the place of a file, by its name."""
+_OUTSIDE = ("fifo", "device")  # only for files that users bring, not for those of a run folder
+
+
 @dataclass(frozen=True)
 class Case:
-    """A mutation of a seed file."""
+    """A mutation of a seed file; `special`: something else in its place."""
 
     seed: Seed
     number: int
     random_seed: int
+    special: str = ""
 
     @property
     def name(self) -> str:
         return f"{self.seed.name} / seed {self.random_seed} / case {self.number}"
+
+    @property
+    def again(self) -> str:
+        """The command that repeats it."""
+        chosen = (
+            f"--special {self.special}" if self.special else f"--seed {self.random_seed} --case {self.number}"
+        )
+        return f"python -m fuzz --only {self.seed.name!r} {chosen}"
+
+    def damage(self, path: Path, whole: bytes) -> str:
+        """Put the case in the place of the whole file; returns the name of the mutation."""
+        path.unlink()
+        if self.special:
+            SPECIAL[self.special](path)
+            return self.special
+        mutation, data = self.data(whole)
+        path.write_bytes(data)
+        return mutation
 
     def data(self, whole: bytes) -> tuple[str, bytes]:
         """The name of the mutation, and what it makes of the bytes of the whole file."""
@@ -156,6 +187,14 @@ def cases(seeds: Sequence[Seed], count: int, random_seed: int) -> Iterator[Case]
         yield Case(seeds[k % len(seeds)], k // len(seeds), random_seed)
 
 
+def special_cases(seeds: Sequence[Seed]) -> Iterator[Case]:
+    """Every seed file replaced by a folder, a pipe, a device, ..."""
+    for seed in seeds:
+        for name in SPECIAL:
+            if seed.reader != "run" or name not in _OUTSIDE:
+                yield Case(seed, -1, 0, name)
+
+
 def small_run(folder: Path) -> Path:
     """The run folder of the smallest simulated scene."""
     from frontage.pipeline.project import load_project
@@ -205,13 +244,16 @@ class Harness:
     def run(self, case: Case) -> Result:
         """Make, read and judge one case."""
         path, whole = self.whole(case.seed)
-        mutation, data = case.data(whole)
-        path.write_bytes(data)
+        mutation = case.damage(path, whole)
         answer = self._worker.read(case.seed.reader, path)
         outcome, message = judged(answer, self._top(path))
         result = Result(case, mutation, outcome, message, answer["seconds"], answer["mb"])
         if result.failed and self._keep is not None:
             self._save(result, path)
+        if path.is_dir():
+            path.rmdir()
+        else:
+            path.unlink()
         path.write_bytes(whole)
         return result
 
@@ -220,9 +262,10 @@ class Harness:
 
     def _save(self, result: Result, path: Path) -> None:
         assert self._keep is not None
-        folder = self._keep / f"{self._top(path).name}_{result.case.number}"
+        folder = self._keep / f"{self._top(path).name}_{result.case.special or result.case.number}"
         folder.mkdir(parents=True, exist_ok=True)
-        shutil.copyfile(path, folder / path.name)
+        if not result.case.special:
+            shutil.copyfile(path, folder / path.name)
         (folder / "result.txt").write_text(
             f"{result.case.name}\n{result.mutation}\n{result.outcome}: {result.message}\n", "utf-8"
         )
