@@ -20,7 +20,8 @@ from types import TracebackType
 from typing import Any, Self
 
 from fuzz.mutations import mutations
-from fuzz.seeds import SEEDS, Seed, run_seeds
+from fuzz.runseeds import run_seeds, small_run
+from fuzz.seeds import SEEDS, Seed
 from fuzz.worker import MEMORY_MB, SECONDS
 
 LONGEST_SENTENCE = 600  # characters
@@ -193,19 +194,6 @@ def special_cases(seeds: Sequence[Seed]) -> Iterator[Case]:
         for name in SPECIAL:
             if seed.reader != "run" or name not in _OUTSIDE:
                 yield Case(seed, -1, 0, name)
-
-
-def small_run(folder: Path) -> Path:
-    """The run folder of the smallest simulated scene."""
-    from frontage.pipeline.project import load_project
-    from frontage.pipeline.run import run
-    from frontage.simulate.spec import parse_spec
-    from frontage.studies.simulate import simulate
-    from simulated import BARE
-
-    scene = simulate(parse_spec(BARE), folder / "scene")
-    run(load_project(scene.project), folder / "run")
-    return folder / "run"
 
 
 class Harness:
