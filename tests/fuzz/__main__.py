@@ -39,8 +39,9 @@ def main() -> int:
     parser.add_argument("--case", type=int, help="only the case of this number; prints its whole message")
     parser.add_argument("--special", choices=SPECIAL, help="only this in the place of a file")
     parser.add_argument("--keep", type=Path, help="folder for the files that failed, outside the repository")
+    parser.add_argument("--files", type=Path, help="folder with other files to start from, up to 1 MB each")
     given = parser.parse_args()
-    with temporary() as folder, Harness(Path(folder), given.keep) as harness:
+    with temporary() as folder, Harness(Path(folder), given.keep, given.files) as harness:
         seeds = [s for s in harness.seeds if s.name.startswith(given.only or "")]
         if not seeds:
             parser.error("no such format; known: " + ", ".join(s.name for s in harness.seeds))

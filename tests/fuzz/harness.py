@@ -10,6 +10,7 @@ import os
 import random
 import select
 import shutil
+import struct
 import subprocess
 import sys
 import tempfile
@@ -19,8 +20,8 @@ from pathlib import Path
 from types import TracebackType
 from typing import Any, Self
 
-from fuzz.mutations import mutations
-from fuzz.runseeds import run_seeds, small_run
+from fuzz.mutations import flip, mutations
+from fuzz.runseeds import folder_seeds, run_seeds, small_run
 from fuzz.seeds import SEEDS, Seed
 from fuzz.worker import MEMORY_MB, SECONDS
 
@@ -80,7 +81,10 @@ class Case:
         """The name of the mutation, and what it makes of the bytes of the whole file."""
         r = random.Random(f"{self.random_seed}/{self.seed.name}/{self.number}")
         mutation = r.choice(mutations(self.seed.kinds))
-        return mutation.__name__, mutation(r, whole) or b" "
+        try:
+            return mutation.__name__, mutation(r, whole) or b" "
+        except (ValueError, LookupError, SyntaxError, struct.error):
+            return flip.__name__, flip(r, whole)  # a file of `folder_seeds` that is not well-formed itself
 
 
 @dataclass(frozen=True)
@@ -197,14 +201,18 @@ def special_cases(seeds: Sequence[Seed]) -> Iterator[Case]:
 
 
 class Harness:
-    """Reads cases in one worker; `keep` is a folder for the files that failed, outside the repository."""
+    """Reads cases in one worker.
 
-    def __init__(self, folder: Path, keep: Path | None = None) -> None:
+    keep   folder for the files that failed, outside the repository
+    files  folder whose small files are the seeds, in place of those of `seeds`
+    """
+
+    def __init__(self, folder: Path, keep: Path | None = None, files: Path | None = None) -> None:
         self._folder = folder
         self._keep = keep
         self._made: dict[str, tuple[Path, bytes]] = {}
         self._worker = Worker()
-        self.seeds = (*SEEDS, *run_seeds(small_run(folder / "small")))
+        self.seeds = folder_seeds(files) if files else (*SEEDS, *run_seeds(small_run(folder / "small")))
 
     def __enter__(self) -> Self:
         return self

@@ -56,3 +56,32 @@ def small_run(folder: Path) -> Path:
     scene = simulate(parse_spec(BARE), folder / "scene")
     run(load_project(scene.project), folder / "run")
     return folder / "run"
+
+
+_BY_SUFFIX = {
+    ".las": ("scan", "las"), ".laz": ("scan", "las"), ".e57": ("scan", "e57"), ".ptx": ("scan", "text"),
+    ".ply": ("scan", "head"), ".xyz": ("scan", "text"), ".jpg": ("photo", "jpeg"), ".png": ("photo", "png"),
+    ".tif": ("photo", "numbers"), ".json": ("validate", "json"), ".jsonl": ("validate", "json"),
+    ".gml": ("validate", "xml"), ".obj": ("validate", "text"), ".off": ("validate", "text"),
+    ".poly": ("validate", "text"), ".geojson": ("city", "json"), ".gpkg": ("city", "numbers"),
+}  # fmt: skip
+_LARGEST_FILE = 1_000_000  # bytes, so that a case takes a moment
+
+
+def folder_seeds(top: Path) -> tuple[Seed, ...]:
+    """The small files of a folder, such as real recordings, as seeds; they are copied, never changed."""
+
+    def maker(path: Path) -> Make:
+        def make(folder: Path) -> Path:
+            (folder / path.name).write_bytes(path.read_bytes())
+            return folder / path.name
+
+        return make
+
+    found = (p for p in sorted(top.rglob("*")) if p.suffix.lower() in _BY_SUFFIX and p.is_file())
+    return tuple(
+        Seed(path.relative_to(top).as_posix(), reader, (kind,), maker(path))
+        for path in found
+        if 0 < path.stat().st_size <= _LARGEST_FILE
+        for reader, kind in [_BY_SUFFIX[path.suffix.lower()]]
+    )
