@@ -26,8 +26,10 @@ FUZZ_KEEP ?=
 FUZZ := PYTHONPATH=tests OMP_NUM_THREADS=1 $(BIN)/python -m
 
 fuzz: $(VENV)/.ready-dev
-	$(FUZZ) fuzz --cases $(FUZZ_CASES) --seed $(FUZZ_SEED) $(if $(FUZZ_KEEP),--keep $(FUZZ_KEEP))
-	$(FUZZ) fuzz.kills --kills $(FUZZ_KILLS) --seed $(FUZZ_SEED)
+	failed=0; \
+	$(FUZZ) fuzz --cases $(FUZZ_CASES) --seed $(FUZZ_SEED) $(if $(FUZZ_KEEP),--keep $(FUZZ_KEEP)) || failed=1; \
+	$(FUZZ) fuzz.kills --kills $(FUZZ_KILLS) --seed $(FUZZ_SEED) || failed=1; \
+	exit $$failed
 
 # The tests again, with the share of lines and branches that they run.
 coverage: $(VENV)/.ready-dev

@@ -5,7 +5,7 @@ import sys
 from collections import defaultdict
 from pathlib import Path
 
-from fuzz.harness import Case, Harness, Result, cases, temporary
+from fuzz.harness import SPECIAL, Case, Harness, Result, cases, special_cases, temporary
 
 HEAD = ("format", "cases", "read", "refused", "failed", "worst s", "worst MB")
 
@@ -27,8 +27,7 @@ def table(results: list[Result]) -> str:
 def told(result: Result) -> str:
     """A failure in one line, with how to repeat it."""
     case = result.case
-    again = f"python -m fuzz --only {case.seed.name!r} --seed {case.random_seed} --case {case.number}"
-    return f"{result.outcome}: {case.seed.name}, {result.mutation}: {result.message}\n    {again}"
+    return f"{result.outcome}: {case.seed.name}, {result.mutation}: {result.message}\n    {case.again}"
 
 
 def main() -> int:
@@ -38,20 +37,24 @@ def main() -> int:
     parser.add_argument("--seed", type=int, default=0, help="of the random numbers")
     parser.add_argument("--only", help="the formats whose names begin so")
     parser.add_argument("--case", type=int, help="only the case of this number; prints its whole message")
+    parser.add_argument("--special", choices=SPECIAL, help="only this in the place of a file")
     parser.add_argument("--keep", type=Path, help="folder for the files that failed, outside the repository")
+    parser.add_argument("--files", type=Path, help="folder with other files to start from, up to 1 MB each")
     given = parser.parse_args()
-    with temporary() as folder, Harness(Path(folder), given.keep) as harness:
+    with temporary() as folder, Harness(Path(folder), given.keep, given.files) as harness:
         seeds = [s for s in harness.seeds if s.name.startswith(given.only or "")]
         if not seeds:
             parser.error("no such format; known: " + ", ".join(s.name for s in harness.seeds))
-        if given.case is not None:
+        if given.special is not None:
+            chosen = [case for case in special_cases(seeds) if case.special == given.special]
+        elif given.case is not None:
             chosen = [Case(seed, given.case, given.seed) for seed in seeds]
         else:
-            chosen = list(cases(seeds, given.cases, given.seed))
+            chosen = [*cases(seeds, given.cases, given.seed), *special_cases(seeds)]
         results = []
         for case in chosen:
             results.append(harness.run(case))
-            if results[-1].failed or given.case is not None:
+            if results[-1].failed or len(chosen) <= len(seeds):
                 print(told(results[-1]), flush=True)
     print(table(results))
     return int(any(r.failed for r in results))

@@ -10,17 +10,19 @@ import os
 import random
 import select
 import shutil
+import struct
 import subprocess
 import sys
 import tempfile
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from types import TracebackType
 from typing import Any, Self
 
-from fuzz.mutations import mutations
-from fuzz.seeds import SEEDS, Seed, run_seeds
+from fuzz.mutations import flip, mutations
+from fuzz.runseeds import folder_seeds, run_seeds, small_run
+from fuzz.seeds import SEEDS, Seed
 from fuzz.worker import MEMORY_MB, SECONDS
 
 LONGEST_SENTENCE = 600  # characters
@@ -32,23 +34,57 @@ _BLAMES = (
 """What no sentence for a user says: the inner troubles of the program."""
 
 
+SPECIAL: dict[str, Callable[[Path], object]] = {
+    "empty": Path.touch,
+    "folder": Path.mkdir,
+    "dangling": lambda path: path.symlink_to("nowhere"),
+    "loop": lambda path: path.symlink_to(path.name),
+    "fifo": os.mkfifo,
+    "device": lambda path: path.symlink_to("/dev/zero"),
+}
+"""What can stand in the place of a file, by its name."""
+_OUTSIDE = ("fifo", "device")  # only for files that users bring, not for those of a run folder
+
+
 @dataclass(frozen=True)
 class Case:
-    """A mutation of a seed file."""
+    """A mutation of a seed file; `special`: something else in its place."""
 
     seed: Seed
     number: int
     random_seed: int
+    special: str = ""
 
     @property
     def name(self) -> str:
         return f"{self.seed.name} / seed {self.random_seed} / case {self.number}"
 
+    @property
+    def again(self) -> str:
+        """The command that repeats it."""
+        chosen = (
+            f"--special {self.special}" if self.special else f"--seed {self.random_seed} --case {self.number}"
+        )
+        return f"python -m fuzz --only {self.seed.name!r} {chosen}"
+
+    def damage(self, path: Path, whole: bytes) -> str:
+        """Put the case in the place of the whole file; returns the name of the mutation."""
+        path.unlink()
+        if self.special:
+            SPECIAL[self.special](path)
+            return self.special
+        mutation, data = self.data(whole)
+        path.write_bytes(data)
+        return mutation
+
     def data(self, whole: bytes) -> tuple[str, bytes]:
         """The name of the mutation, and what it makes of the bytes of the whole file."""
         r = random.Random(f"{self.random_seed}/{self.seed.name}/{self.number}")
         mutation = r.choice(mutations(self.seed.kinds))
-        return mutation.__name__, mutation(r, whole) or b" "
+        try:
+            return mutation.__name__, mutation(r, whole) or b" "
+        except (ValueError, LookupError, SyntaxError, struct.error):
+            return flip.__name__, flip(r, whole)  # a file of `folder_seeds` that is not well-formed itself
 
 
 @dataclass(frozen=True)
@@ -156,28 +192,27 @@ def cases(seeds: Sequence[Seed], count: int, random_seed: int) -> Iterator[Case]
         yield Case(seeds[k % len(seeds)], k // len(seeds), random_seed)
 
 
-def small_run(folder: Path) -> Path:
-    """The run folder of the smallest simulated scene."""
-    from frontage.pipeline.project import load_project
-    from frontage.pipeline.run import run
-    from frontage.simulate.spec import parse_spec
-    from frontage.studies.simulate import simulate
-    from simulated import BARE
-
-    scene = simulate(parse_spec(BARE), folder / "scene")
-    run(load_project(scene.project), folder / "run")
-    return folder / "run"
+def special_cases(seeds: Sequence[Seed]) -> Iterator[Case]:
+    """Every seed file replaced by a folder, a pipe, a device, ..."""
+    for seed in seeds:
+        for name in SPECIAL:
+            if seed.reader != "run" or name not in _OUTSIDE:
+                yield Case(seed, -1, 0, name)
 
 
 class Harness:
-    """Reads cases in one worker; `keep` is a folder for the files that failed, outside the repository."""
+    """Reads cases in one worker.
 
-    def __init__(self, folder: Path, keep: Path | None = None) -> None:
+    keep   folder for the files that failed, outside the repository
+    files  folder whose small files are the seeds, in place of those of `seeds`
+    """
+
+    def __init__(self, folder: Path, keep: Path | None = None, files: Path | None = None) -> None:
         self._folder = folder
         self._keep = keep
         self._made: dict[str, tuple[Path, bytes]] = {}
         self._worker = Worker()
-        self.seeds = (*SEEDS, *run_seeds(small_run(folder / "small")))
+        self.seeds = folder_seeds(files) if files else (*SEEDS, *run_seeds(small_run(folder / "small")))
 
     def __enter__(self) -> Self:
         return self
@@ -205,13 +240,16 @@ class Harness:
     def run(self, case: Case) -> Result:
         """Make, read and judge one case."""
         path, whole = self.whole(case.seed)
-        mutation, data = case.data(whole)
-        path.write_bytes(data)
+        mutation = case.damage(path, whole)
         answer = self._worker.read(case.seed.reader, path)
         outcome, message = judged(answer, self._top(path))
         result = Result(case, mutation, outcome, message, answer["seconds"], answer["mb"])
         if result.failed and self._keep is not None:
             self._save(result, path)
+        if path.is_dir():
+            path.rmdir()
+        else:
+            path.unlink()
         path.write_bytes(whole)
         return result
 
@@ -220,9 +258,10 @@ class Harness:
 
     def _save(self, result: Result, path: Path) -> None:
         assert self._keep is not None
-        folder = self._keep / f"{self._top(path).name}_{result.case.number}"
+        folder = self._keep / f"{self._top(path).name}_{result.case.special or result.case.number}"
         folder.mkdir(parents=True, exist_ok=True)
-        shutil.copyfile(path, folder / path.name)
+        if not result.case.special:
+            shutil.copyfile(path, folder / path.name)
         (folder / "result.txt").write_text(
             f"{result.case.name}\n{result.mutation}\n{result.outcome}: {result.message}\n", "utf-8"
         )

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from fuzz.harness import Harness, cases, judged, unclear
+from fuzz.harness import Harness, cases, judged, special_cases, unclear
 
 CASES = 300
 SEED = 20_261_122
@@ -33,6 +33,17 @@ def test_hostile_files_are_read_or_refused_in_one_clear_sentence(harness: Harnes
     results = [harness.run(case) for case in cases(harness.seeds, CASES, SEED)]
     counts = {kind: sum(r.outcome == kind for r in results) for kind in ("read", "refused")}
     assert min(counts.values()) > CASES / 5
+    failed = [r for r in results if r.failed and r.case.seed.name not in PENDING]
+    assert not failed, "\n".join(f"{r.case.name}, {r.mutation}: {r.outcome}: {r.message}" for r in failed)
+
+
+def test_what_is_no_regular_file_is_refused_at_once(harness: Harness) -> None:
+    results = [harness.run(case) for case in special_cases(harness.seeds)]
+    assert len({r.mutation for r in results}) == 6
+    outside = [r for r in results if r.case.seed.reader != "run"]
+    assert len(outside) > 200
+    opened = [r for r in outside if r.mutation in ("folder", "fifo", "device") and r.outcome == "read"]
+    assert not opened, "\n".join(f"{r.case.name}, {r.mutation}" for r in opened)
     failed = [r for r in results if r.failed and r.case.seed.name not in PENDING]
     assert not failed, "\n".join(f"{r.case.name}, {r.mutation}: {r.outcome}: {r.message}" for r in failed)
 
