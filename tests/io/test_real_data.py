@@ -1,6 +1,7 @@
 """Real and simulated recordings beside the checkout: poses compared with truth, sensors, extents."""
 
 import json
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -11,6 +12,7 @@ from scipy.spatial import cKDTree
 from frontage.io.citymodels.footprints import read_footprints
 from frontage.io.photos.read import PhotoSource, read_photos
 from frontage.io.scans.info import scan_info
+from frontage.io.scans.origins import with_possible_origins
 from frontage.io.scans.read import ScanSource, read_scans
 from frontage.model import Scan, WorldRef
 from realdata import data_path
@@ -41,6 +43,23 @@ def test_stations_have_their_poses_rasters_and_points(name: str) -> None:
         columns, rows = station["raster"]
         assert scan.grid is not None and scan.grid.index.shape == (rows, columns)
         assert (scan.grid.index >= 0).sum() == len(scan)
+
+
+@pytest.mark.parametrize(
+    "name", ["registered/scan_2cm.e57", "coarse/scan_4cm.ptx", "registered/scan_4cm.laz", "mobile/mobile.laz"]
+)
+def test_true_origins_pass_and_others_do_not(name: str) -> None:
+    track = {"trajectory": str(data_path(SCENE + "input/mobile/trajectory.csv"))} if "mobile" in name else {}
+    for scan in scans(name, crs="EPSG:25832", **track):
+        assert scan.has_origins and not any("cannot be right" in n or "steps" in n for n in scan.notes)
+        far = with_possible_origins(replace(scan, origins=scan.origins + np.array([691_000.0, 0, 0])))
+        assert not far.has_origins and "691 km" in far.notes[-1]
+
+
+def test_a_station_below_the_ground_is_told() -> None:
+    (scan,) = scans("registered/scan_4cm.laz")
+    below = with_possible_origins(replace(scan, origins=scan.origins - np.array([0.0, 0, 5])))
+    assert not below.has_origins and "two surfaces" in below.notes[-1]
 
 
 def test_rasters_follow_the_beams() -> None:
