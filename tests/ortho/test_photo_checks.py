@@ -72,7 +72,7 @@ def test_a_single_photo_is_compared_with_the_colours_of_the_scan(scene):
     assert codes(ortho) == [] and "b" in ortho.sources
     ortho = make_ortho(facade, cloud, [off(photos[1], 12.0)], images.__getitem__, options=OPTIONS)
     assert codes(ortho) == ["F305", "F304"]
-    assert "1 disagree" in ortho.remarks[1].message
+    assert "1 left out for another reason" in ortho.remarks[1].message
     assert ortho.photos == 0 and "b" not in ortho.sources
 
 

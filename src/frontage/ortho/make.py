@@ -41,10 +41,9 @@ def make_ortho(
     (I320) when the raster would be too large to store.
     """
     options = options or OrthoOptions()
-    if image_of is None:
-        photos_used, image_of = [], _no_picture
-    else:
-        photos_used = [p for p in photos if p.local_from_camera is not None]
+    given = () if image_of is None else photos
+    image_of = image_of or _no_picture
+    photos_used = [p for p in given if p.local_from_camera is not None]
 
     # Section 3: a raster with a fixed ratio of pixels to metres, and the points that lie on it.
     raster = facade_raster(facade, options)
@@ -76,13 +75,10 @@ def make_ortho(
     if not names:
         return Failed("F302", f"facade {facade.id}: no photo and no scan point shows it", "check the poses")
     clear_outside(bands, intensity, surface, options)
-    remarks = check.remarks
-    if not photo_count and photos and image_of is not _no_picture:
-        remarks += (why_no_photo(surface, photos, check.left_out),)
     ortho = bands.as_ortho_image(
         facade, raster, names, intensity=intensity, photo_offset=offset, photos=photo_count
     )
-    return replace(ortho, remarks=remarks)
+    return replace(ortho, remarks=check.remarks + why_no_photo(surface, given, plan, check.left_out))
 
 
 def _no_picture(photo: str) -> Array:

@@ -7,20 +7,27 @@ import numpy as np
 
 from frontage.model import Photo, PhotoRemark
 from frontage.ortho.surface import DrawingSurface
+from frontage.ortho.views import ViewPlan
 
 _GRID = 33  # places along each side of the facade that are looked for in a photo
 
 
-def why_no_photo(surface: DrawingSurface, photos: Sequence[Photo], left_out: frozenset[str]) -> PhotoRemark:
-    """Counts the conditions that excluded the photos; those in `left_out` disagree with other pictures."""
+def why_no_photo(
+    surface: DrawingSurface, photos: Sequence[Photo], plan: ViewPlan | None, left_out: frozenset[str]
+) -> tuple[PhotoRemark, ...]:
+    """Counts the conditions that excluded all photos; empty where a plan uses some or none were given.
+
+    Those in `left_out` contradict other pictures, or nothing told their orientation.
+    """
+    if plan is not None or not photos:
+        return ()
     counts = Counter(
-        "disagree with the other pictures" if photo.id in left_out else _reason(surface, photo)
-        for photo in photos
+        "left out for another reason" if photo.id in left_out else _reason(surface, photo) for photo in photos
     )
     reasons = ", ".join(f"{number} {reason}" for reason, number in sorted(counts.items()))
     text = f"none of {len(photos)} photos shows this facade ({reasons}); it is drawn from the scan"
     hint = "if photos were taken of it, check their poses, and [photos] offset"
-    return PhotoRemark("F304", text, hint)
+    return (PhotoRemark("F304", text, hint),)
 
 
 def _reason(surface: DrawingSurface, photo: Photo) -> str:
