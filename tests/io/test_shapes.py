@@ -157,6 +157,7 @@ BAD: dict[str, tuple[str, str]] = {
         "m.json",
         json.dumps({**cityjson(), "transform": {"scale": [0, 1, 1], "translate": [0] * 3}}),
     ),
+    "negative count": ("m.off", off().replace("8 6 0", "-1 6 0")),
     "unknown version": ("m.json", json.dumps(cityjson("7.0"))),
     "no city objects": ("m.json", json.dumps({**cityjson(), "CityObjects": None})),
     "no vertices": ("m.json", json.dumps({k: v for k, v in cityjson().items() if k != "vertices"})),

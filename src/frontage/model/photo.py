@@ -9,12 +9,15 @@ from frontage.geometry.arrays import Float, readonly
 from frontage.geometry.rigid import Rigid3
 from frontage.model.estimate import Estimate
 
+_LARGEST_PX = 1e9  # no parameter of a camera is as large
+
 
 @dataclass(frozen=True, eq=False)
 class Camera:
     """A camera: COLMAP model ("PINHOLE", "OPENCV", ...), size in px, parameters in COLMAP's order.
 
-    Raises InputError (I310) for an unknown model, ValueError for a wrong number of parameters.
+    Raises InputError (I310) for an unknown model, ValueError for a wrong number of parameters or ones
+    that are not finite.
     """
 
     model: str
@@ -27,6 +30,8 @@ class Camera:
         object.__setattr__(
             self, "params", readonly(self.params, (n,), np.float64, f"{self.model} parameters")
         )
+        if not (np.abs(self.params) < _LARGEST_PX).all():  # NaN is not, either
+            raise ValueError(f"{self.model} parameters are not finite or beyond {_LARGEST_PX:g}")
 
     def project(self, xyz_camera: Float) -> Float:
         """Projects points (n, 3) m of the camera frame to pixels (n, 2); NaN where it cannot see."""

@@ -63,6 +63,8 @@ def _footprints(building: CityBuilding) -> Iterator[Footprint]:
     flat = [
         shapely.Polygon(ring[:, :2]) for ring in _ground([s for s in building.shells if not s.installation])
     ]
+    if crossing := sum(not q.is_valid for q in flat):
+        log.warning("%s: %d ground polygons cross themselves and were divided", building.id, crossing)
     whole = shapely.union_all([shapely.make_valid(q) for q in flat if q.area > 0])
     pieces = [q for q in shapely.get_parts(whole) if q.geom_type == "Polygon" and q.area >= _SLIVER_M2]
     for k, piece in enumerate(sorted(pieces, key=lambda q: -q.area), 1):

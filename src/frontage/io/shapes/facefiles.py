@@ -45,6 +45,8 @@ def read_off(path: Path) -> list[tuple[str, Polygons]]:
     if not rest or len(rest[0]) < 2:
         raise ValueError("it does not state the numbers of vertices and faces")
     count, number = int(rest[0][0]), int(rest[0][1])
+    if count < 0 or number < 0:
+        raise ValueError("it states a negative number of vertices or faces")
     body = rest[1:]
     if len(body) < count + number:
         raise ValueError(f"it ends before its {count} vertices and {number} faces")
