@@ -14,7 +14,6 @@ import sys
 import tempfile
 import time
 import uuid
-from collections.abc import Iterator
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
@@ -26,11 +25,19 @@ _UNEQUAL = ("manifest.json", ".lock")  # holds timings; tells who runs
 
 
 @dataclass(frozen=True)
-class Kill:
-    """What a kill did: after how many seconds, at which stages done, and which processes outlived it."""
+class Whole:
+    """A run that was left alone: the hashes of its results, how long it took, how many markers it put."""
 
+    contents: dict[str, str]
     seconds: float
-    done: int
+    markers: int
+
+
+@dataclass(frozen=True)
+class Kill:
+    """A kill: how many markers there were, and which processes lived on."""
+
+    markers: int
     orphans: tuple[str, ...]
 
 
@@ -109,8 +116,13 @@ def contents(out: Path) -> dict[str, str]:
     }
 
 
-def unkilled(project: Path, out: Path, workers: int) -> tuple[dict[str, str], float]:
-    """The results of a run that is left alone, and the seconds that it takes."""
+def markers(out: Path) -> int:
+    """How many stages and items are finished."""
+    return len(list((out / ".done").glob("*.json")))
+
+
+def unkilled(project: Path, out: Path, workers: int) -> Whole:
+    """A run, or the rest of one, that is left alone. Raises RuntimeError when it fails."""
     start, run = time.monotonic(), Run(project, out, workers)
     try:
         code, said = run.wait()
@@ -118,47 +130,53 @@ def unkilled(project: Path, out: Path, workers: int) -> tuple[dict[str, str], fl
         run.clean()
     if code != 0:
         raise RuntimeError(f"the run failed without a kill: {said}")
-    return contents(out), time.monotonic() - start
+    return Whole(contents(out), time.monotonic() - start, markers(out))
 
 
-def moments(count: int, seed: int) -> Iterator[float]:
-    """Shares of the time of a run: one at random in each of `count` equal parts, in random order."""
+def moments(count: int, seed: int) -> list[float]:
+    """Shares of a run: one at random in each of `count` equal parts, in random order."""
     r = random.Random(seed)
-    parts = list(range(count))
-    r.shuffle(parts)
-    for part in parts:
-        yield (part + r.random()) / count
+    shares = [(part + r.random()) / count for part in range(count)]
+    r.shuffle(shares)
+    return shares
 
 
-def kill_at(project: Path, out: Path, workers: int, seconds: float) -> Kill:
-    """Start or resume a run and kill it after some seconds, unless it ends before."""
+def kill_at(project: Path, out: Path, workers: int, share: float, whole: Whole) -> Kill:
+    """Start or resume a run and kill it when it has finished this share, unless it ends before.
+
+    The share counts markers, because the speed of a busy machine changes; the rest of it, less than the step
+    from one marker to the next, is a share of the mean time of such a step.
+    """
+    steps = int(share * whole.markers)
+    pause = (share * whole.markers - steps) * whole.seconds / whole.markers
     run = Run(project, out, workers)
     try:
+        while markers(out) < steps and run.process.poll() is None:
+            time.sleep(0.005)
         with suppress(subprocess.TimeoutExpired):
-            run.process.wait(seconds)
+            run.process.wait(pause)
         run.kill()
-        return Kill(seconds, len(list((out / ".done").glob("*.json"))), run.orphans())
+        return Kill(markers(out), run.orphans())
     finally:
         run.clean()
 
 
 def killed_often(
-    project: Path, folder: Path, whole: tuple[dict[str, str], float], workers: int, count: int, seed: int
+    project: Path, folder: Path, whole: Whole, workers: int, count: int, seed: int
 ) -> list[Kill]:
     """Kill `count` runs; every folder is resumed and killed three times before its run may end.
 
-    `whole`: what `unkilled` told. Raises AssertionError when the results differ from those.
+    `whole`: the run that was left alone. Raises AssertionError when the results differ from those.
     """
-    expected, seconds = whole
     kills: list[Kill] = []
-    shares = list(moments(count, seed))
+    shares = moments(count, seed)
     for number in range(0, count, 3):
         out = folder / f"killed{workers}_{number}"
-        kills += [kill_at(project, out, workers, share * seconds) for share in shares[number : number + 3]]
-        again, _ = unkilled(project, out, workers)
-        differ = sorted(
-            name for name in expected.keys() | again.keys() if expected.get(name) != again.get(name)
-        )
+        kills += [
+            kill_at(project, out, workers, share, whole) for share in sorted(shares[number : number + 3])
+        ]
+        again, expected = unkilled(project, out, workers).contents, whole.contents
+        differ = sorted(n for n in expected.keys() | again.keys() if expected.get(n) != again.get(n))
         assert not differ, f"after kills the results differ: {differ[:5]}"
     return kills
 
@@ -179,10 +197,11 @@ def main() -> int:
             )
             left = [kill for kill in kills if kill.orphans]
             orphans += len(left)
-            done = f"{min(k.done for k in kills)} to {max(k.done for k in kills)} markers"
-            print(f"{workers} workers: {len(kills)} kills at {done}, results equal, {len(left)} with orphans")
+            done = ", ".join(str(kill.markers) for kill in sorted(kills, key=lambda kill: kill.markers))
+            print(f"{workers} workers: {len(kills)} kills, results equal, {len(left)} left processes behind")
+            print(f"    after {done} of {whole.markers} markers", flush=True)
             for kill in left:
-                print(f"    after {kill.seconds:.2f} s: {', '.join(kill.orphans)}")
+                print(f"    still alive: {', '.join(kill.orphans)}")
     return int(orphans > 0)
 
 
