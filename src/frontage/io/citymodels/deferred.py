@@ -13,6 +13,8 @@ from frontage.io.placement import Placement, PlacementRequest
 from frontage.io.transform import show, within
 from frontage.model import WorldRef
 
+_LARGEST = 1e9  # no coordinate in the world is as large, in whatever unit
+
 
 class DeferredPlacement:
     """Converts file coordinates to local metres; it is decided by the first points that are converted.
@@ -79,6 +81,10 @@ class DeferredPlacement:
 
     def _refuse_outside(self, points: Float) -> None:
         """Raise CrsError for a point (n, 3), east first, that its CRS does not define."""
+        if not (np.nan_to_num(np.abs(points)) < _LARGEST).all():
+            raise CrsError(
+                f"{self._name}: coordinates beyond {_LARGEST:g} lie in no CRS; correct the file", code="I204"
+            )
         if self._domain is None:
             return
         xy = points[:, :2] + self._wanted.offset[:2]

@@ -40,7 +40,7 @@ from frontage.pipeline.store import elements as elementfiles
 from frontage.pipeline.store.files import read_json, write_array, write_json
 from frontage.pipeline.store.folder import Folder
 from frontage.pipeline.store.records import BuildingRecord, load_facade, save_facade
-from frontage.pipeline.store.results import OpeningsItemResult, ScansResult, result_from_json
+from frontage.pipeline.store.results import ItemResult, OpeningsItemResult, ScansResult, result_from_json
 
 _AGAIN = "run `frontage run` again"
 
@@ -160,7 +160,10 @@ class Store(Folder):
     def facades_of(self, building: str, stage: str = "facades") -> list[str]:
         """Return the facades of a building that `stage` has a result for; empty before that stage."""
         marker = self.markers.read(stage, building)
-        return list(marker.result["facades"]) if marker else []
+        try:
+            return list(result_from_json(ItemResult, marker.result).facades) if marker else []
+        except ValueError:
+            return []  # a damaged marker promises nothing
 
     def facade_ids(self, stage: str = "facades") -> list[str]:
         """Return the facades that `stage` has a result for, in the order of the buildings."""
