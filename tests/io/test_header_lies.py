@@ -81,6 +81,11 @@ def test_zeros_behind_the_points_are_padding(tmp_path: Path) -> None:
     assert len(read_scans(path)[0]) == 1000
 
 
+def test_a_program_with_an_umlaut_in_its_name(tmp_path: Path) -> None:
+    path = spoil(write_laspy(tmp_path / "a.las", XYZ, 1), (58, "4s", "Gr\u00fcn".encode("latin-1")))
+    assert len(read_scans(path)[0]) == 1000
+
+
 PLY = "ply\nformat {0} 1.0\n{1}element vertex {2}\nproperty float x\nproperty float y\nproperty float z\n{3}end_header\n"  # noqa: E501
 
 

@@ -53,7 +53,8 @@ def read_las(path: str | Path, request: ScanRequest) -> list[Scan]:
         header, chunks, total = _open(p, request)
         with contextlib.closing(chunks):
             columns, placement = _stream(p, header, chunks, total, request)
-    own = header.generating_software.startswith(OWN_SOFTWARE)
+    software = header.generating_software  # bytes where it is not ASCII
+    own = isinstance(software, str) and software.startswith(OWN_SOFTWARE)
     if own and columns.intensity is not None:
         columns.intensity = columns.intensity.astype(np.float32) / 65535.0
     columns.origins, columns.origin_index = _rays(p, columns, placement, request.stations, track)

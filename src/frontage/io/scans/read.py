@@ -92,15 +92,7 @@ def read_scans(
     s = source if isinstance(source, ScanSource) else ScanSource(path=str(source))
     path = Path(s.path)
     request = replace(_request(s, world, target_crs), bounds=bounds, resolution=resolution, progress=progress)
-    kind = scan_format(path)
-    try:
-        scans = kind.read(path, request)
-        if kind.measured:
-            scans = [with_possible_origins(scan) for scan in scans]
-    except MemoryError as problem:
-        raise out_of_memory(path, problem) from problem
-    if notes := [*_unused(s, kind.inputs(path, request)), *unit_notes(path, scans, s.units)]:
-        scans = [replace(scan, notes=(*scan.notes, *notes)) for scan in scans]
+    scans = _believed(path, s, request)
     if s.sigma_range is not None:
         scans = [replace(scan, sigma_range=s.sigma_range) for scan in scans]
     if bounds is not None:
@@ -112,6 +104,20 @@ def read_scans(
     if progress is not None:
         progress(1.0)
     return scans
+
+
+def _believed(path: Path, s: ScanSource, request: ScanRequest) -> list[Scan]:
+    """The scans of the file, without origins that cannot be right, with notes on what is doubtful."""
+    kind = scan_format(path)
+    try:
+        with np.errstate(over="ignore", invalid="ignore"):  # damaged values are dropped or refused
+            scans = kind.read(path, request)
+        if kind.measured:
+            scans = [with_possible_origins(scan) for scan in scans]
+    except MemoryError as problem:
+        raise out_of_memory(path, problem) from problem
+    notes = [*_unused(s, kind.inputs(path, request)), *unit_notes(path, scans, s.units)]
+    return [replace(scan, notes=(*scan.notes, *notes)) for scan in scans] if notes else scans
 
 
 def _unused(s: ScanSource, opened: tuple[Path, ...]) -> list[str]:
