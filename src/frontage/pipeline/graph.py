@@ -19,7 +19,7 @@ from frontage.pipeline.progress import Progress
 from frontage.pipeline.project import Project
 from frontage.pipeline.stage import Job, Stage
 from frontage.pipeline.store.files import fingerprint
-from frontage.pipeline.store.manifest import Inputs
+from frontage.pipeline.store.manifest import InputFile, Inputs
 from frontage.pipeline.store.markers import Marker
 from frontage.pipeline.store.results import StageResult, result_from_json, result_to_json
 from frontage.pipeline.store.store import Store
@@ -47,7 +47,7 @@ class Graph:
         before = {
             edge.stage: self.key(self.stage(edge.stage)) for edge in stage.follows(self.store, self.project)
         }
-        read = {group: [file.sha256 for file in self.inputs.get(group, ())] for group in stage.inputs}
+        read = {group: [_identity(file) for file in self.inputs.get(group, ())] for group in stage.inputs}
         options = {name: _option(self.project, name) for name in stage.options}
         if not stage.needed(self.project):
             return fingerprint(stage.name, before)
@@ -185,6 +185,11 @@ def code_hash(packages: tuple[str, ...]) -> str:
             if source.suffix in (".py", ".html", ".css"):
                 digest.update(source.read_bytes())
     return digest.hexdigest()[:16]
+
+
+def _identity(file: InputFile) -> list[str]:
+    """What a result depends on: the name of a file, which names photos and scans, and its contents."""
+    return [Path(file.path).name, file.sha256]
 
 
 def _item_key(key: str, item: str) -> str:
