@@ -117,6 +117,8 @@ def reading(path: str | Path, kind: str, advice: str = "export or copy it again"
     except MemoryError as problem:
         raise out_of_memory(path, problem) from problem
     except Exception as problem:
+        if "Insufficient memory" in str(problem):  # OpenCV has an error of its own
+            raise out_of_memory(path, MemoryError()) from problem
         raise FileError(
             path, f"not a readable {kind} file ({_brief(problem)})", advice, code="I103"
         ) from problem

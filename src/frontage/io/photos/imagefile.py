@@ -51,6 +51,10 @@ def image_header(path: str | Path) -> ImageHeader:
     return parse_header(p.read_bytes(), p)
 
 
+_DEFLATE_RATIO = 1032  # of the best compression that deflate allows (RFC 1951)
+_BITS = 8  # pixels of one bit in a byte
+
+
 def parse_header(data: bytes, path: str | Path) -> ImageHeader:
     """`image_header` of the bytes of a picture; `path` stands in the messages. Raises FileError."""
     with reading(path, "picture", USE_WHOLE):
@@ -59,6 +63,9 @@ def parse_header(data: bytes, path: str | Path) -> ImageHeader:
         if width * height > _MOST_PIXELS:
             problem = f"claims {width} x {height} px; at most {_MOST_PIXELS} px can be decoded"
             raise FileError(path, problem, "use a smaller picture", code="I103")
+        if picture.format == "PNG" and width * height > _DEFLATE_RATIO * _BITS * len(data):
+            problem = f"claims {width} x {height} px, more than its {len(data)} bytes can hold"
+            raise FileError(path, problem, "copy it again", code="I103")
         if not _is_complete(data, picture):
             problem = f"the {picture.format} picture is truncated"
             raise FileError(path, problem, "copy it again", code="I103")

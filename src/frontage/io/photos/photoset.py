@@ -6,6 +6,7 @@ from functools import partial
 
 from frontage.geometry.arrays import Array
 from frontage.io.files import reading, require_file
+from frontage.io.photos.cache import PIXELS
 from frontage.io.photos.decoder import decode
 from frontage.io.photos.e57blobs import embedded_bytes
 from frontage.io.photos.imagefile import parse_header, upright
@@ -50,6 +51,12 @@ class PhotoSet:
 
         Raises FileError when the picture is missing or damaged, and KeyError for an unknown id.
         """
+        source = self.pixels[photo_id]
+        p = require_file(source.path)
+        found = p.stat()
+        return PIXELS.get((source, found.st_mtime_ns, found.st_size), lambda: self._decoded(photo_id))
+
+    def _decoded(self, photo_id: str) -> Array:
         source = self.pixels[photo_id]
         if source.embedded is not None:
             data = embedded_bytes(source.path, source.embedded)
