@@ -255,15 +255,12 @@ def test_a_bush_is_no_facade():
     assert isinstance(failed, Failed) and failed.code == "F102"
 
 
-def test_points_that_are_not_numbers_are_left_out():
+def test_points_that_are_not_numbers_are_refused_before_any_search():
     scan, *_ = scene(1)
     xyz = scan.xyz.copy()
     xyz[::50] = np.nan
-    broken = Scan("nan", xyz, WORLD, scan.origins, scan.origin_index)
-    f = only(find_facades(broken, whole(broken)))
-    for array in (f.frame.matrix, f.outline, f.local_from_facade.covariance, scan.xyz[f.support]):
-        assert np.isfinite(array).all()
-    assert not np.isin(np.arange(0, len(xyz), 50), f.support).any()
+    with pytest.raises(ValueError, match="not finite; leave these rows out"):
+        Scan("nan", xyz, WORLD, scan.origins, scan.origin_index)
 
 
 def test_paper_method_finds_the_same_wall_less_exactly():

@@ -26,7 +26,7 @@ def test_a_run_that_is_killed_twice_is_resumed_to_the_same_bytes(
     street: Path, whole: Whole, tmp_path: Path, workers: int
 ) -> None:
     kills = killed_often(street, tmp_path, whole, workers, 2, seed=workers)
-    assert kills[0].markers < kills[1].markers < whole.markers
+    assert kills[0].markers < whole.markers and kills[0].markers <= kills[1].markers
     assert [kill for kill in kills if kill.orphans] == []
 
 

@@ -86,13 +86,10 @@ class Slab:
 
 
 def building_points(scan: Scan, building: Building) -> tuple[Float, Int]:
-    """Returns the finite points (n, 3) m local of a building and their indices (n,) in the scan."""
+    """Returns the points (n, 3) m local of a building and their indices (n,) in the scan."""
     index = building.index
     is_whole_scan = len(index) == len(scan) and np.array_equal(index, np.arange(len(scan)))
     xyz = scan.xyz if is_whole_scan else np.take(scan.xyz, index, axis=0)
-    if not np.isfinite(xyz.sum()):  # any NaN or infinity makes the sum one too
-        finite = np.isfinite(xyz).all(1)
-        index, xyz = index[finite], xyz[finite]
     return xyz, index
 
 

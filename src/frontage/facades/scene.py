@@ -3,8 +3,6 @@
 from dataclasses import dataclass, field
 from functools import cached_property
 
-import numpy as np
-
 from frontage.facades.cloud import BuildingCloud
 from frontage.facades.options import FacadeOptions
 from frontage.facades.voxels import voxel_first
@@ -39,7 +37,5 @@ class FacadeScene:
     def around(self) -> Float:
         """Points (k, 3) m local of building and surroundings, evenly spaced: what lines of sight can meet."""
         xyz = self.scan.xyz
-        if not np.isfinite(xyz.sum()):
-            xyz = xyz[np.isfinite(xyz).all(1)]
         thin = voxel_first(xyz, max(_AROUND_CELL_M, self.cloud.cell))
         return xyz[thin[:: len(thin) // _MOST_AROUND + 1]]

@@ -81,9 +81,10 @@ class DeferredPlacement:
 
     def _refuse_outside(self, points: Float) -> None:
         """Raise CrsError for a point (n, 3), east first, that its CRS does not define."""
-        if not (np.nan_to_num(np.abs(points)) < _LARGEST).all():
+        if not (np.nan_to_num(np.abs(points[:, 2])) < _LARGEST).all():
             raise CrsError(
-                f"{self._name}: coordinates beyond {_LARGEST:g} lie in no CRS; correct the file", code="I204"
+                f"{self._name}: heights beyond {_LARGEST:g} lie outside the domain of any CRS; correct them",
+                code="I204",
             )
         if self._domain is None:
             return
