@@ -20,6 +20,7 @@ from frontage.validation.pieces import (
 from frontage.validation.shells import volume
 
 _ON = (SAME, OPPOSITE)
+_MOST_PAIRS = 100  # of shells that are told to be wrong: more would take long and tell nothing new
 
 _Verdict = tuple[int, str, Float]  # code, message and the place (3,) m
 
@@ -39,6 +40,8 @@ def check_solid(shells: Sequence[TriangulatedShell]) -> list[Finding]:
             code, text, at = verdict
             location = shells[0].mesh.location(at)
             in_pairs.append(Finding(code, text, f"shell={i}&shell={j}", "", location))
+        if len(in_pairs) >= _MOST_PAIRS:
+            break
     if not in_pairs and len(surfaces) > 1:
         return findings + _disconnected_interior(shells)
     return findings + in_pairs
