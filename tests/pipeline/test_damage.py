@@ -95,6 +95,14 @@ def test_what_is_damaged_is_made_again_with_the_same_bytes(
     assert contents(copy) == before
 
 
+def test_files_that_a_killed_run_left_half_written_are_removed(copy: Path, simulated: Path) -> None:
+    before = contents(copy)
+    torn = copy / "facades" / "B01_F1" / ".ortho.tif.7583.part"
+    torn.write_bytes(b"half")
+    run(load_project(simulated / "project.toml"), copy)
+    assert not torn.exists() and contents(copy) == before
+
+
 def test_a_whole_facade_folder_that_is_gone_is_made_again(copy: Path, simulated: Path) -> None:
     before = contents(copy)
     shutil.rmtree(copy / "facades" / "B01_F1")

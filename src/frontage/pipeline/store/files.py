@@ -83,7 +83,8 @@ def checksum(path: Path) -> str:
 def flush(paths: Iterable[Path]) -> None:
     """Make files, and the entries of their folders, durable: they survive a loss of power after this."""
     files = list(paths)
-    for path in (*files, *dict.fromkeys(path.parent for path in files)):
+    folders = (folder for path in files for folder in (path.parent, path.parent.parent))
+    for path in (*files, *dict.fromkeys(folders)):
         handle = os.open(path, os.O_RDONLY)
         try:
             os.fsync(handle)

@@ -91,12 +91,18 @@ class Markers:
         flush([path])
 
     def sweep(self, stages: Collection[str] | None = None) -> None:
-        """Remove the files that nothing promises any more; only those of the items of `stages` if given."""
+        """Remove the files that nothing promises any more; only those of the items of `stages` if given.
+
+        Without `stages`, temporary files that a killed run left are removed, too.
+        """
         promised = {p.path for m in map(_read, self._folder.glob("*.json")) if m for p in m.files}
         for pending in sorted(self._folder.glob("*.pending")):
             stage, _, item = pending.name.removesuffix(".pending").partition(".")
             if stages is None or (item and stage in stages):
                 self._remove_pending(pending, promised)
+        if stages is None:
+            for torn in sorted(self._out.rglob(".*.part")):  # a killed run was writing them
+                torn.unlink(missing_ok=True)
 
     def _remove_pending(self, pending: Path, keep: set[str]) -> None:
         marker = _read(pending)
