@@ -13,6 +13,7 @@ import numpy as np
 
 from frontage.errors import FileError
 from frontage.geometry.arrays import Array
+from frontage.io.files import brief
 
 _HEADERS = {
     (1, 0): np.lib.format.read_array_header_1_0,
@@ -32,7 +33,7 @@ def read_arrays(path: Path, advice: str) -> dict[str, Array]:
     except FileNotFoundError:
         raise FileError(path, "no such file", advice) from None
     except Exception as error:  # zipfile, zlib and numpy have errors of their own
-        raise FileError(path, f"is damaged ({_reason(error)})", advice) from None
+        raise FileError(path, f"is damaged ({brief(error)})", advice) from None
 
 
 def read_array(path: Path, advice: str) -> Array:
@@ -44,7 +45,7 @@ def read_array(path: Path, advice: str) -> Array:
     except FileNotFoundError:
         raise FileError(path, "no such file", advice) from None
     except Exception as error:
-        raise FileError(path, f"is damaged ({_reason(error)})", advice) from None
+        raise FileError(path, f"is damaged ({brief(error)})", advice) from None
 
 
 def _member(archive: zipfile.ZipFile, info: zipfile.ZipInfo) -> Array:
@@ -67,9 +68,3 @@ def _array(file: IO[bytes], size: int) -> Array:
         raise ValueError(f"{body} bytes are no {dtype} array of shape {shape}")
     file.seek(0)
     return np.asarray(np.lib.format.read_array(file, allow_pickle=False))
-
-
-def _reason(error: Exception) -> str:
-    """Return the message of an error in one printable line of bounded length."""
-    text = " ".join(str(error).split()) or type(error).__name__
-    return "".join(c if c.isprintable() else "?" for c in text[:200])

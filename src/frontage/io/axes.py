@@ -6,10 +6,10 @@ from pyproj.exceptions import ProjError
 
 from frontage.geometry.arrays import Float
 from frontage.io import crs as systems
+from frontage.io.crs import LARGEST_M
 
 _FORMAL = ("urn:", "http:", "https:")
 _MARGIN_DEG = 30.0  # around the area of use: national data are kept in one zone far beyond its edges
-_LARGEST_M = 1e9  # of local coordinates
 
 
 def is_formal(name: str) -> bool:
@@ -29,7 +29,7 @@ def domain_of(crs: CRS | None) -> Float | None:
     unknown or not bounded.
     """
     if crs is None:
-        return np.array([[-_LARGEST_M] * 2, [_LARGEST_M] * 2])
+        return np.array([[-LARGEST_M] * 2, [LARGEST_M] * 2])
     if crs.is_geocentric:
         return None
     flat = systems.horizontal(crs)

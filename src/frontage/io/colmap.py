@@ -14,11 +14,10 @@ from frontage.errors import FileError
 from frontage.geometry.arrays import Array, Float
 from frontage.geometry.rigid import Rigid3, rotation_from_quaternion
 from frontage.io.columns import PointColumns, to_scan
+from frontage.io.crs import LARGEST_M
 from frontage.io.files import reading, require_file, require_length
 from frontage.io.scans.request import ScanRequest
 from frontage.model import Camera, Scan
-
-_LARGEST_M = 1e9  # no position in the world is as far
 
 # Order of COLMAP's model ids (src/colmap/sensor/models.h).
 _MODELS = (
@@ -201,8 +200,8 @@ def _cameras_binary(path: Path, data: bytes) -> dict[int, Camera]:
 
 
 def _image(number: int, pose: Array, camera: int, name: str) -> ColmapImage:
-    if not (np.abs(pose) < _LARGEST_M).all() or not pose[:4].any():  # NaN is not, either
-        raise ValueError(f"the pose of {name} is no pose: it is zero, not finite, or beyond {_LARGEST_M:g} m")
+    if not (np.abs(pose) < LARGEST_M).all() or not pose[:4].any():  # NaN is not, either
+        raise ValueError(f"the pose of {name} is no pose: it is zero, not finite, or beyond {LARGEST_M:g} m")
     return ColmapImage(
         number, name, camera, Rigid3("camera", "world", rotation_from_quaternion(pose[:4]), pose[4:])
     )

@@ -16,6 +16,9 @@ from pyproj.exceptions import CRSError as ProjError
 from frontage.errors import CrsError
 from frontage.geometry.arrays import Float
 
+LARGEST_M = 1e9
+"""No coordinate in the world is as large, in whatever unit."""
+
 # The German surveys name their systems like "urn:adv:crs:ETRS89_UTM32*DE_DHHN2016_NH" (AdV, GeoInfoDok).
 _ADV = re.compile(r"urn:adv:crs:ETRS89_UTM(\d\d)(?:\*DE_(DHHN92|DHHN2016)_NH)?$")
 _ADV_HEIGHTS = {"DHHN92": "5783", "DHHN2016": "7837"}

@@ -120,7 +120,7 @@ def reading(path: str | Path, kind: str, advice: str = "export or copy it again"
         if "Insufficient memory" in str(problem):  # OpenCV has an error of its own
             raise out_of_memory(path, MemoryError()) from problem
         raise FileError(
-            path, f"not a readable {kind} file ({_brief(problem)})", advice, code="I103"
+            path, f"not a readable {kind} file ({brief(problem)})", advice, code="I103"
         ) from problem
     except BaseException as problem:
         if type(problem).__name__ != "PanicException":
@@ -130,7 +130,7 @@ def reading(path: str | Path, kind: str, advice: str = "export or copy it again"
         ) from problem
 
 
-def _brief(problem: BaseException) -> str:
+def brief(problem: BaseException) -> str:
     """The first line of an exception, short enough for one sentence."""
     if isinstance(problem, RecursionError):
         return "it is nested too deeply"

@@ -9,11 +9,10 @@ from frontage.errors import CrsError
 from frontage.geometry.arrays import Float
 from frontage.io import crs as systems
 from frontage.io.axes import domain_of, is_formal, north_first
+from frontage.io.crs import LARGEST_M
 from frontage.io.placement import Placement, PlacementRequest
 from frontage.io.transform import show, within
 from frontage.model import WorldRef
-
-_LARGEST = 1e9  # no coordinate in the world is as large, in whatever unit
 
 
 class DeferredPlacement:
@@ -81,9 +80,9 @@ class DeferredPlacement:
 
     def _refuse_outside(self, points: Float) -> None:
         """Raise CrsError for a point (n, 3), east first, that its CRS does not define."""
-        if not (np.nan_to_num(np.abs(points[:, 2])) < _LARGEST).all():
+        if not (np.nan_to_num(np.abs(points[:, 2])) < LARGEST_M).all():
             raise CrsError(
-                f"{self._name}: heights beyond {_LARGEST:g} lie outside the domain of any CRS; correct them",
+                f"{self._name}: heights beyond {LARGEST_M:g} lie outside the domain of any CRS; correct them",
                 code="I204",
             )
         if self._domain is None:

@@ -9,6 +9,7 @@ import numpy as np
 
 from frontage.errors import FileError
 from frontage.geometry.rigid import Rigid3, rotation_from_quaternion
+from frontage.io.crs import LARGEST_M
 from frontage.io.photos.photoset import PhotoSet, PixelSource
 from frontage.io.photos.request import PhotoRequest
 from frontage.io.scans.e57 import opened
@@ -24,7 +25,6 @@ _PINHOLE = (
     "principalPointX",
     "principalPointY",
 )
-_LARGEST_M = 1e9  # no position in the world is as far
 
 
 def read_e57_photos(request: PhotoRequest) -> PhotoSet:
@@ -85,6 +85,6 @@ def _pose(node: Any) -> Rigid3:
     """The pose of the camera in the coordinates of the file."""
     q = [float(node["rotation"][k].value()) for k in "wxyz"]
     t = [float(node["translation"][k].value()) for k in "xyz"]
-    if not (np.abs([*q, *t]) < _LARGEST_M).all():  # NaN is not, either
+    if not (np.abs([*q, *t]) < LARGEST_M).all():  # NaN is not, either
         raise ValueError("an embedded photo has no usable pose")
     return Rigid3("file", "camera", rotation_from_quaternion(np.array(q)) @ _DOWN_FORWARD, np.array(t))

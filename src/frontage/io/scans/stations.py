@@ -7,11 +7,10 @@ import numpy as np
 
 from frontage.errors import FileError
 from frontage.geometry.arrays import Array, Float
+from frontage.io.crs import LARGEST_M
 from frontage.io.files import reading, require_file, whole_file
 from frontage.io.placement import Placement
 from frontage.model import Scan
-
-_LARGEST_M = 1e9  # no coordinate in the world is as large
 
 
 def rays_from_stations(
@@ -29,7 +28,7 @@ def rays_from_stations(
         entries = json.loads(p.read_text("utf-8"))
         ids = np.array([int(e["station"]) for e in entries], np.int64)
         positions = np.array([[float(v) for v in e["position"]] for e in entries]).reshape(-1, 3)
-    if not len(ids) or len(np.unique(ids)) != len(ids) or not (np.abs(positions) < _LARGEST_M).all():
+    if not len(ids) or len(np.unique(ids)) != len(ids) or not (np.abs(positions) < LARGEST_M).all():
         raise FileError(
             p, "names no station, a station twice, or one without a position", "correct it", code="I108"
         )

@@ -8,6 +8,7 @@ from pyproj import CRS
 
 from frontage.errors import FileError
 from frontage.geometry.arrays import Array, Float
+from frontage.io.crs import LARGEST_M
 from frontage.io.files import reading, require_file, whole_file
 from frontage.io.placement import Placement, PlacementRequest
 from frontage.io.scans.table import read_table
@@ -17,7 +18,6 @@ TRACK_STEP_M = 0.05
 """Distance along the track between stored sensor positions: an origin is wrong by at most half of it."""
 
 _WEEK_S = 604_800.0  # the GPS week
-_LARGEST_M = 1e9  # no position in the world is as far
 _ADJUSTED_S = 1e9  # LAS 1.4: adjusted standard GPS time = GPS time - 1e9 s
 _GAP_S = 1.0  # no position is interpolated further than this from a sample
 _SBET = np.dtype([("time", "<f8"), ("lat", "<f8"), ("lon", "<f8"), ("alt", "<f8"), ("rest", "<f8", 13)])
@@ -48,7 +48,7 @@ def read_trajectory(path: str | Path) -> Trajectory:
         time, xyz, crs = _sbet(p)
     else:
         time, xyz, crs = _csv(p)
-    ok = np.isfinite(time) & (np.abs(xyz) < _LARGEST_M).all(1)
+    ok = np.isfinite(time) & (np.abs(xyz) < LARGEST_M).all(1)
     time, first = np.unique(time[ok], return_index=True)
     if len(time) < 2:
         raise FileError(
