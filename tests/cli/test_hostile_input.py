@@ -7,8 +7,8 @@ from pathlib import Path
 import pytest
 from click.testing import CliRunner, Result
 
-from frontage.cli.console import printable
 from frontage.cli.main import main
+from frontage.errors import printable
 
 
 def call(*words: object) -> Result:

@@ -11,16 +11,13 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 
+from frontage.errors import printable
+
 if TYPE_CHECKING:
     from frontage.pipeline.progress import Progress
     from frontage.pipeline.run import Summary
 
 Command = TypeVar("Command", bound=Callable[..., Any])
-
-
-def printable(text: str) -> str:
-    """Return text without control characters, which file names may hold and a terminal would obey."""
-    return "".join(c if c.isprintable() or c == "\n" else repr(c)[1:-1] for c in text)
 
 
 def common(command: Command) -> Command:

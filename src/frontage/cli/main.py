@@ -14,8 +14,7 @@ from typing import Any
 import click
 
 from frontage import __version__
-from frontage.cli.console import printable
-from frontage.errors import FrontageError
+from frontage.errors import FrontageError, printable
 
 # Each command with its line in --help, so that help imports nothing; it lives in the module of its name.
 COMMANDS = {
@@ -73,7 +72,7 @@ class LazyGroup(click.Group):
             click.echo("interrupted; the same command goes on where it was", err=True)
             code = 130
         except FrontageError as error:
-            click.echo(f"frontage: {printable(str(error))} [{error.code}]", err=True)
+            click.echo(f"frontage: {error} [{error.code}]", err=True)
             code = 1
         except BrokenPipeError:
             os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())

@@ -28,6 +28,7 @@ __all__ = [
     "OptionError",
     "UnsupportedFormat",
     "WorkspaceError",
+    "printable",
 ]
 
 
@@ -45,9 +46,14 @@ class FrontageError(Exception):
             self.code = code
 
 
+def printable(text: str) -> str:
+    """Returns text without control characters, which file names may hold and a terminal would obey."""
+    return "".join(c if c.isprintable() or c == "\n" else repr(c)[1:-1] for c in text)
+
+
 def _one_line(message: str) -> str:
     """Returns a message without line breaks and control characters, which damaged files may bring into it."""
-    line = "".join(c if c.isprintable() else repr(c)[1:-1] for c in " ".join(message.split()))
+    line = printable(" ".join(message.split()))
     return line if len(line) <= _LONGEST else f"{line[: _LONGEST // 2]} ... {line[-_LONGEST // 3 :]}"
 
 
