@@ -16,8 +16,8 @@ from frontage.registration.observability import about_frame
 from frontage.registration.problem import Problem
 from frontage.registration.select import select_walls
 from frontage.registration.strips import correct_strips
-from frontage.registration.surfels import make_surfels
 from frontage.registration.walls import model_walls
+from frontage.solve.surfels import make_surfels
 from registration.boxes import ALONE, STREET, WORLD, BoxHouse, misplaced, model_of, scan_of
 
 PLACE = np.array([0.0, 0.0, 1.7])

@@ -12,8 +12,8 @@ import numpy as np
 from scipy import fft, ndimage
 
 from frontage.geometry.arrays import Array, Float
-from frontage.registration.surfels import Surfels
 from frontage.registration.walls import ModelWalls
+from frontage.solve.surfels import Surfels
 
 CELL_M = 0.5  # m of the images
 _BLUR_CELLS = 1.2  # cells, one sigma; with the cells, half a metre of slack

@@ -6,8 +6,8 @@ import numpy as np
 import shapely
 
 from frontage.geometry.arrays import Array, Float, Int
-from frontage.registration.surfels import Surfels
 from frontage.registration.walls import ModelWalls
+from frontage.solve.surfels import Surfels
 
 _FACING_COS = np.cos(np.radians(20.0))  # between the normals of surfel and patch: 20 degrees
 _BORDER_M = 0.3  # m that a foot point may lie outside its polygon

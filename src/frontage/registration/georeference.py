@@ -14,8 +14,8 @@ from frontage.registration.options import RegistrationOptions
 from frontage.registration.problem import Problem
 from frontage.registration.result import PosePrior, Registration
 from frontage.registration.summary import summarise
-from frontage.registration.surfels import Surfels, make_surfels
 from frontage.registration.walls import ModelWalls, model_walls
+from frontage.solve.surfels import Surfels, make_surfels
 
 _FIRST_SPREAD_M = 0.2  # m, distance between scans within which surfels are common, before the adjustment
 

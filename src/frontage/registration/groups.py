@@ -10,8 +10,8 @@ from frontage.geometry.rigid import Rigid3
 from frontage.registration.coarse import Peak
 from frontage.registration.problem import Pairs
 from frontage.registration.result import PosePrior
-from frontage.registration.surfels import Surfels
 from frontage.registration.ties import motion_of_peak, neighbours, tie_scans
+from frontage.solve.surfels import Surfels
 
 
 def group_scans(pieces: Sequence[Surfels], priors: Sequence[PosePrior]) -> list[dict[int, Rigid3]]:

@@ -15,9 +15,9 @@ from frontage.registration.groups import group_prior, group_scans
 from frontage.registration.options import RegistrationOptions
 from frontage.registration.problem import Problem
 from frontage.registration.result import Alternative, PosePrior
-from frontage.registration.surfels import Surfels, merge_surfels
 from frontage.registration.ties import motion_of_peak
 from frontage.registration.walls import ModelWalls
+from frontage.solve.surfels import Surfels, merge_surfels
 
 _RIVAL = 0.9  # share of the best score above which another place is an alternative
 _ANOTHER_PLACE = 16.8  # squared sigmas (99.9 % of 3 degrees of freedom) from which a place is another one

@@ -8,8 +8,8 @@ import numpy as np
 from frontage.geometry.arrays import Float, Int
 from frontage.registration.options import RegistrationOptions
 from frontage.registration.result import PosePrior
-from frontage.registration.surfels import Surfels
 from frontage.registration.walls import ModelPatch, ModelWalls
+from frontage.solve.surfels import Surfels
 
 _CORNER = 0.6  # sigma of a corner and of a patch, relative to that of the building
 _ROOF = 0.3  # sigma of a roof, relative to that of the building's height

@@ -18,9 +18,9 @@ from frontage.geometry.plane import facade_axes
 from frontage.geometry.rigid import Rigid3
 from frontage.model import CityModel, Scan
 from frontage.registration.options import RegistrationOptions
-from frontage.registration.surfels import Surfels, make_surfels
 from frontage.registration.walls import ModelPatch, ModelWalls, model_walls
 from frontage.solve.robust import irls, mad_sigma
+from frontage.solve.surfels import Surfels, make_surfels
 
 _FEWEST_CELLS = 50  # cells of a wall, at least
 _STOREY_M = 2.5  # m, least height of a building that the model lacks

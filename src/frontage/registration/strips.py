@@ -19,8 +19,8 @@ from frontage.registration.observability import about_frame, principal_direction
 from frontage.registration.options import RegistrationOptions
 from frontage.registration.problem import Link, Problem
 from frontage.registration.result import Direction, PosePrior
-from frontage.registration.surfels import make_surfels
 from frontage.registration.walls import model_walls
+from frontage.solve.surfels import make_surfels
 
 
 @dataclass(frozen=True, eq=False)

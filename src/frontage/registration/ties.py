@@ -17,7 +17,7 @@ from frontage.model.masonry import TOLERANCES
 from frontage.registration.coarse import Peak, plan_of_surfels, search_motions
 from frontage.registration.equations import apply_step, geman_mcclure
 from frontage.registration.result import PosePrior
-from frontage.registration.surfels import Surfels
+from frontage.solve.surfels import Surfels
 
 _WIDE_M = (2.0, 1.0, 0.5, 0.3)  # m, search distances after the coarse search
 _CLOSE_M = (0.4, 0.2, 0.2)  # m, search distances once a place along the street has been found
