@@ -7,12 +7,13 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from importlib import import_module
 from pathlib import Path
+from typing import Any
 
 from frontage.errors import InputError
 from frontage.io.photos.photoset import PhotoSet
 from frontage.io.photos.request import PhotoRequest
 
-Reader = Callable[[PhotoRequest], PhotoSet]
+_EXCHANGE = "frontage.io.photos.interchange"
 
 
 @dataclass(frozen=True)
@@ -21,20 +22,43 @@ class PoseFormat:
 
     name    as users know it
     holds   what it brings
-    fits    whether a request is of this format
-    reader  "module:function", imported when it is first used
+    reader  "module:function" that reads the photos of a request
+    fits    "module:function" that tells whether a path, as `[photos] cameras` names it, is of this format
+    files   "module:function" that lists the files that the reader opens for such a path
+
+    The functions are imported when they are first used. A format without `fits` and `files` embeds its
+    photos.
     """
 
     name: str
     holds: str
-    fits: Callable[[PhotoRequest], bool]
     reader: str
+    fits: str | None = None
+    files: str | None = None
+
+    def matches(self, request: PhotoRequest) -> bool:
+        """Whether a request is of this format."""
+        if is_one_e57(request.files) or request.cameras is None:
+            return self.fits is None and is_one_e57(request.files)
+        return self.fits is not None and bool(_function(self.fits)(Path(request.cameras)))
 
     def read(self, request: PhotoRequest) -> PhotoSet:
         """The photos of a request of this format."""
-        module, function = self.reader.split(":")
-        reader: Reader = getattr(import_module(module), function)
-        return reader(request)
+        found: PhotoSet = _function(self.reader)(request)
+        return found
+
+    def camera_files(self, request: PhotoRequest) -> tuple[Path, ...]:
+        """The files that state the cameras and poses of a request. Raises FileError when they are missing."""
+        if self.files is None or request.cameras is None:
+            return ()
+        found: tuple[Path, ...] = _function(self.files)(Path(request.cameras))
+        return found
+
+
+def _function(name: str) -> Callable[..., Any]:
+    module, function = name.split(":")
+    found: Callable[..., Any] = getattr(import_module(module), function)
+    return found
 
 
 def is_one_e57(files: Sequence[Path]) -> bool:
@@ -42,26 +66,51 @@ def is_one_e57(files: Sequence[Path]) -> bool:
     return len(files) == 1 and files[0].suffix.lower() == ".e57"
 
 
-def _embeds_photos(request: PhotoRequest) -> bool:
-    return is_one_e57(request.files)
-
-
-def _has_cameras(request: PhotoRequest) -> bool:
-    return request.cameras is not None
+def may_be_colmap(path: Path) -> bool:
+    """Whether a path can be meant as a COLMAP model: any that is not of another format."""
+    return True
 
 
 FORMATS = (
     PoseFormat(
         "E57 images2D",
         "pinhole photos that an E57 file embeds, with their cameras and poses",
-        _embeds_photos,
         "frontage.io.photos.e57photos:read_e57_photos",
+    ),
+    PoseFormat(
+        "Metashape XML",
+        "cameras and poses of picture files, with the CRS of the chunk",
+        f"{_EXCHANGE}.metashape:read_metashape",
+        f"{_EXCHANGE}.metashape:looks_like_metashape",
+        f"{_EXCHANGE}.metashape:metashape_files",
+    ),
+    PoseFormat(
+        "RealityScan CSV",
+        "internal and external parameters of the cameras of picture files",
+        f"{_EXCHANGE}.realityscan:read_realityscan",
+        f"{_EXCHANGE}.realityscan:looks_like_realityscan",
+        f"{_EXCHANGE}.realityscan:realityscan_files",
+    ),
+    PoseFormat(
+        "OPK table",
+        "positions and omega, phi, kappa of picture files, with their cameras in a file beside it",
+        f"{_EXCHANGE}.opk:read_opk",
+        f"{_EXCHANGE}.opk:looks_like_opk",
+        f"{_EXCHANGE}.opk:opk_files",
+    ),
+    PoseFormat(
+        "OpenSfM reconstruction",
+        "cameras and poses of picture files, of OpenSfM and OpenDroneMap projects",
+        f"{_EXCHANGE}.opensfm:read_opensfm",
+        f"{_EXCHANGE}.opensfm:looks_like_opensfm",
+        f"{_EXCHANGE}.opensfm:opensfm_files",
     ),
     PoseFormat(
         "COLMAP model",
         "cameras and poses of picture files, text or binary",
-        _has_cameras,
         "frontage.io.photos.colmapphotos:read_colmap_photos",
+        "frontage.io.photos.formats:may_be_colmap",
+        "frontage.io.colmap:colmap_files",
     ),
 )
 """Every format, in the order in which they are tried."""
@@ -69,11 +118,11 @@ FORMATS = (
 
 def pose_format(request: PhotoRequest) -> PoseFormat:
     """The format of a request. Raises InputError when nothing states the cameras."""
-    found = next((f for f in FORMATS if f.fits(request)), None)
+    found = next((f for f in FORMATS if f.matches(request)), None)
     if found is None:
         raise InputError(
-            'the photos have no cameras; state cameras = "..." (a COLMAP folder) in [photos], because photos '
-            "cannot be oriented yet",
+            'the photos have no cameras; state cameras = "..." (a COLMAP folder, or a file of Metashape, '
+            "OpenSfM, Pix4D or RealityScan) in [photos], because photos cannot be oriented yet",
             code="I111",
         )
     return found

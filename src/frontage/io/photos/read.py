@@ -1,7 +1,6 @@
 """Photographs with their cameras and poses: the one entry for photos."""
 
 import glob
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Literal
 
@@ -9,8 +8,6 @@ import numpy as np
 from pydantic import BaseModel, ConfigDict, Field
 
 from frontage.errors import FileError
-from frontage.io.colmap import model_folder
-from frontage.io.files import require_file
 from frontage.io.photos.formats import is_one_e57, pose_format
 from frontage.io.photos.imagefile import SUFFIXES
 from frontage.io.photos.photoset import PhotoSet
@@ -29,7 +26,10 @@ class PhotoSource(BaseModel):
     path: str | tuple[str, ...] = Field(
         description="folder, file or glob(s); an E57 file with embedded photos"
     )
-    cameras: str | None = Field(default=None, description="COLMAP model folder, text or binary")
+    cameras: str | None = Field(
+        default=None,
+        description="COLMAP folder, OpenSfM or ODM folder, Metashape XML, OPK table or RealityScan CSV",
+    )
     offset: tuple[float, float, float] = Field(
         default=(0.0, 0.0, 0.0), description="m, added to camera positions"
     )
@@ -55,7 +55,12 @@ def read_photos(source: PhotoSource, world: WorldRef) -> PhotoSet:
     Raises FileError when there are no pictures, when the cameras name photos that are missing, or when a
     photo has another size than its camera; InputError without cameras; MissingExtra for E57 without pye57.
     """
-    request = PhotoRequest(
+    request = _request(source, world)
+    return pose_format(request).read(request)
+
+
+def _request(source: PhotoSource, world: WorldRef) -> PhotoRequest:
+    return PhotoRequest(
         tuple(picture_files(source.path)),
         source.cameras,
         world,
@@ -63,30 +68,21 @@ def read_photos(source: PhotoSource, world: WorldRef) -> PhotoSet:
         sigmas=source.sigmas,
         posed=source.pose != "none",
     )
-    return pose_format(request).read(request)
 
 
 def photo_inputs(source: PhotoSource) -> tuple[Path, ...]:
     """Every file that reading the photos of a source opens, and the pictures that it finds, each once.
 
-    These are the pictures or the E57 file, the cameras and images of the COLMAP model in the folder where it
-    really lies, and the offset.txt beside them. Raises FileError as `read_photos` does when there are none.
+    These are the pictures or the E57 file, the files of the format with the cameras where they really lie,
+    and the offset.txt in their folder. Raises FileError as `read_photos` does when there are none.
     """
-    files = list(picture_files(source.path))
+    request = _request(source, WorldRef(np.zeros(3, np.int64)))
+    files = list(request.files)
     if source.cameras is not None and not is_one_e57(files):
-        files += _camera_files(Path(source.cameras))
+        files += pose_format(request).camera_files(request)
+        offset = Path(source.cameras) / OFFSET_FILE
+        files += [offset] if offset.is_file() else []
     return tuple(dict.fromkeys(files))
-
-
-def _camera_files(cameras: Path) -> Iterator[Path]:
-    """The files that state the cameras and poses of photos."""
-    model = model_folder(cameras)
-    for part in ("cameras", "images"):
-        binary = model / f"{part}.bin"  # `read_colmap` prefers it to the text
-        yield require_file(binary if binary.is_file() else model / f"{part}.txt")
-    offset = cameras / OFFSET_FILE
-    if offset.is_file():
-        yield offset
 
 
 def picture_files(path: str | tuple[str, ...]) -> list[Path]:
