@@ -42,6 +42,17 @@ class InstrumentSpec(BaseModel):
     )
     strays: float | None = Field(None, ge=0, le=0.1, description="share of the beams that measure air")
     colour: bool = Field(True, description="points carry the colour of what they hit")
+    spectral: float = Field(
+        0.0, ge=0, le=1, description="how little reflectances have to do with colours: 0 = half, 1 = nothing"
+    )
+    wet: float = Field(0.0, ge=0, le=1, description="share of the porous surfaces that is damp")
+    response: Literal["linear", "root", "log"] = Field(
+        "linear", description="curve by which the intensity is recorded"
+    )
+    bits: int | None = Field(None, ge=4, le=16, description="of the recorded intensity; None: 12 or 16")
+    moved: float = Field(
+        0.0, ge=0, le=1, description="share of cars and pedestrians that stand elsewhere than in the photos"
+    )
 
     @model_validator(mode="after")
     def _check_ranges(self) -> Self:
@@ -118,6 +129,7 @@ class Instrument:
     gain        intensity of a white surface 10 m away
     speckle     relative noise of the intensity
     levels      number of steps of the recorded intensity
+    response    curve by which it is recorded: "linear", "root" or "log"
     """
 
     ranging: str
@@ -142,6 +154,7 @@ class Instrument:
     gain: float
     speckle: float
     levels: int
+    response: str = "linear"
 
     def footprint(self, distance: float) -> float:
         """Return the diameter (m) of the beam at `distance` (m), at 1/e2 of the power."""
@@ -185,8 +198,13 @@ def draw_instrument(spec: InstrumentSpec, rng: np.random.Generator) -> Instrumen
         strays=_stated_or(spec.strays, 10 ** rng.uniform(-5.5, -4)),
         gain=float(rng.uniform(0.3, 1.0)),
         speckle=float(rng.uniform(0.01, 0.05)),
-        levels=int(rng.choice([4096, 65536])),
+        levels=_levels(spec.bits, int(rng.choice([4096, 65536]))),
+        response=spec.response,
     )
+
+
+def _levels(bits: int | None, drawn: int) -> int:
+    return drawn if bits is None else 1 << bits
 
 
 def _stated_or(value: float | None, drawn: float) -> float:

@@ -16,6 +16,7 @@ from frontage.simulate.sensors.ranging import Measurements, measure_beams
 from frontage.simulate.sensors.recording import Drive
 from frontage.simulate.sensors.target import Target
 from frontage.simulate.sensors.track import Track, drive_along, navigation_solution, rotate_to_local
+from frontage.simulate.sensors.traffic import with_moved_traffic
 
 _SCANNERS = 2
 _ARM_M = 0.25  # distance of the scanners before and behind the vehicle's reference point
@@ -73,7 +74,9 @@ def drive(scene: Scene, spec: DriveSpec, seed: int, light: LightSpec | None = No
     first, last = street_extent(scene)
     true = drive_along(scene, (first - spec.overrun, last + spec.overrun), lane, spec, rng)
     navigation = navigation_solution(true, spec, rng)
-    target = Target(scene, instrument.wavelength)
+    if spec.moved:
+        scene = with_moved_traffic(scene, spec.moved, seed)
+    target = Target(scene, instrument.wavelength, spectral=spec.spectral, wet=spec.wet)
     lean = np.radians(rng.uniform(*_LEAN_DEG))
     survey = _Survey(spec, instrument, target, true, navigation, (seed, scene.seed, 0x3B))
     parts = [_scan_profiles(survey, _draw_mount(spec, k, lean, rng), k) for k in range(_SCANNERS)]

@@ -1,5 +1,6 @@
 """Measures with a laser: true beams in, noisy ranges and intensities out."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -13,6 +14,19 @@ from frontage.simulate.sensors.target import Target
 
 _BATCH = 20_000  # beams traced together, so that their sub-rays stay in the processor's cache
 _ENERGY_FLOOR, _ENERGY_CEILING = 1e-4, 4.0  # between which the range noise depends on the energy
+
+_LOG = 255.0  # steepness of the logarithmic curve: its slope at 0 is 46 times that of a straight line
+
+
+def _linear(value: Float) -> Float:
+    return value
+
+
+def _log(value: Float) -> Float:
+    return np.asarray(np.log1p(_LOG * value) / np.log1p(_LOG))
+
+
+_CURVES: dict[str, Callable[[Float], Float]] = {"linear": _linear, "root": np.sqrt, "log": _log}
 
 
 @dataclass(frozen=True, eq=False)
@@ -93,10 +107,11 @@ def _measure_batch(
 
 
 def _intensity(energy: Float, instrument: Instrument, rng: np.random.Generator) -> Array:
-    """Returns the recorded intensity (k,) float32 in 0..1: gain, speckle, saturation, quantisation."""
+    """Returns the recorded intensity (k,) float32 in 0..1: gain, speckle, saturation, curve, quantisation."""
     value = energy * instrument.gain * (1 + instrument.speckle * rng.normal(size=len(energy)))
     top = instrument.levels - 1
-    return (np.rint(np.clip(value, 0, 1) * top) / top).astype(np.float32)
+    curve = _CURVES[instrument.response]
+    return (np.rint(curve(np.clip(value, 0, 1)) * top) / top).astype(np.float32)
 
 
 def _with_strays(echoes: Echoes, beams: int, instrument: Instrument, rng: np.random.Generator) -> Echoes:

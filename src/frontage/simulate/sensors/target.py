@@ -9,6 +9,7 @@ import numpy as np
 
 from frontage.geometry.arrays import Array, Float
 from frontage.simulate.optics.glass import Panes, draw_panes, pane_optics
+from frontage.simulate.optics.laserband import band_reflectance
 from frontage.simulate.optics.lasertexture import LaserTexture
 from frontage.simulate.optics.rays import Hits, Tracer
 from frontage.simulate.optics.roughness import Roughness
@@ -70,16 +71,28 @@ class _AtPanes:
 class Target:
     """A scene as a target of one laser: tracer, reflectances, panes, roughness."""
 
-    def __init__(self, scene: Scene, wavelength: int, tracer: Tracer | None = None) -> None:
+    def __init__(
+        self,
+        scene: Scene,
+        wavelength: int,
+        tracer: Tracer | None = None,
+        *,
+        spectral: float = 0.0,
+        wet: float = 0.0,
+    ) -> None:
         """Prepare `scene` for a laser of `wavelength` nm; panes are drawn from the scene's seed.
+
+        `spectral` and `wet`, both 0..1, are explained in `laserband`.
 
         Raises MissingExtra if embreex is not installed and no `tracer` is given.
         """
         self.tracer = tracer or Tracer(scene.mesh)
         self.roughness = Roughness(scene)
-        self.texture = LaserTexture(scene, np.random.default_rng([scene.seed, 0x71]))
+        rng = np.random.default_rng([scene.seed, 0x71])
+        self.texture = LaserTexture(scene, rng, wavelength, spectral=spectral, wet=wet)
+        laser = band_reflectance(scene, wavelength, spectral)
         material = [scene.materials[s.material] for s in scene.surfaces]
-        self._albedo = np.array([m.laser for m in material])
+        self._albedo = laser[np.array([s.material for s in scene.surfaces], np.int64)]
         self._gloss = np.array([m.gloss for m in material])
         self._surface = scene.mesh.surface
         self._normal = scene.mesh.normals

@@ -10,6 +10,7 @@ from frontage.geometry.rigid import Rigid3
 from frontage.model import Estimate, Provenance, Scan
 from frontage.model.scan import Grid
 from frontage.simulate.optics.light import LightSpec
+from frontage.simulate.optics.rays import Tracer
 from frontage.simulate.scene import Scene
 from frontage.simulate.sensors.instrument import Instrument, ScannerSpec, draw_instrument
 from frontage.simulate.sensors.photograph import scan_colours
@@ -17,6 +18,7 @@ from frontage.simulate.sensors.positions import approximate_pose, rotation, stat
 from frontage.simulate.sensors.ranging import Measurements, measure_beams
 from frontage.simulate.sensors.recording import Station
 from frontage.simulate.sensors.target import Target
+from frontage.simulate.sensors.traffic import with_moved_traffic
 
 _REFERENCE_M = 10.0  # range for which `ScannerSpec.spacing` is stated
 _TILT_RAD = np.radians(0.3)  # standard deviation: tripods are levelled by eye, the compensator does the rest
@@ -49,9 +51,14 @@ def scan_stations(
     """
     rng = np.random.default_rng([seed, scene.seed, 0x7E])
     instrument = draw_instrument(spec, rng)
-    target = Target(scene, instrument.wavelength)
+    tracer = Tracer(scene.mesh)
+    centres = station_positions(scene, spec, tracer)
+    if spec.moved:
+        places = tuple((float(x), float(y)) for x, y, _ in centres)
+        scene = with_moved_traffic(scene, spec.moved, seed, places)
+        tracer = Tracer(scene.mesh)
+    target = Target(scene, instrument.wavelength, tracer, spectral=spec.spectral, wet=spec.wet)
     setup = _Setup(scene, spec, instrument, target, light)
-    centres = station_positions(scene, spec, target.tracer)
     return tuple(
         _scan_station(setup, centres[k], k, (seed, scene.seed, 0x7E, k))
         for k in (range(len(centres)) if only is None else only)
