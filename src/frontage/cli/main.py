@@ -22,6 +22,7 @@ COMMANDS = {
     "run": "The whole chain: scans and photos to ortho-images, model and report.",
     "info": "What is in a scan, a photo folder's cameras, or a run folder.",
     "register": "Register the approximate scans of a run folder to its city model again.",
+    "orient": "Orient the free photos of a run folder against its scans again.",
     "buildings": "Split the street of a run folder into buildings again.",
     "facades": "Find the facades of a run folder's buildings again.",
     "ortho": "Make the ortho-images of a run folder again.",

@@ -27,7 +27,14 @@ if TYPE_CHECKING:
 )
 @click.option("--photos", help="Folder or glob of photos.")
 @click.option(
-    "--cameras", help="COLMAP folder with the photos' poses; without --scan its points are the cloud."
+    "--cameras",
+    help="The photos' cameras and poses: a COLMAP folder, or a file of Metashape, OpenSfM, Pix4D or "
+    "RealityScan; without --scan the points of a COLMAP folder are the cloud.",
+)
+@click.option(
+    "--photo-pose",
+    type=click.Choice(["trusted", "approximate", "none"]),
+    help="Of the photos; those that are not trusted are oriented against the scans.",
 )
 @click.option("--photo-offset", nargs=3, type=float, metavar="X Y Z", help="Added to camera positions, m.")
 @click.option("--model", "city_model", help="City model or footprints (CityJSON, CityGML, GeoJSON, GPKG).")
@@ -80,7 +87,7 @@ def _from_flags(flags: dict[str, Any]) -> "Project":
         "ortho": _given(flags, gsd="gsd"),
         "openings": _given(flags, method="method"),
     }
-    photos = _given(flags, path="photos", cameras="cameras", offset="photo_offset")
+    photos = _given(flags, path="photos", cameras="cameras", offset="photo_offset", pose="photo_pose")
     if photos:
         table["photos"] = photos
     if flags["city_model"]:

@@ -1,8 +1,8 @@
 """What every numbered code means and what to do about it.
 
-The first letter names the origin: I input, F facades and their stages, R registration, S solids,
-W run folder and workers, X optional dependencies, E anything else. The findings of the validator are not
-listed here: they carry val3dity's own numbers (see `frontage.validation`).
+The first letter names the origin: I input, F facades and their stages, O orientation of photos, R
+registration, S solids, W run folder and workers, X optional dependencies, E anything else. The findings of
+the validator are not listed here: they carry val3dity's own numbers (see `frontage.validation`).
 """
 
 from collections.abc import Mapping
@@ -26,6 +26,36 @@ CODES: Mapping[str, ErrorCode] = MappingProxyType(
         "E999": ErrorCode(
             "An item failed with an unexpected error, which is a bug in Frontage.",
             "Run again with -v to see the traceback, and report it. The other items are not affected.",
+        ),
+        # Orientation of photos
+        "O100": ErrorCode(
+            "The observations do not determine the poses of some photos.",
+            "Take photos that overlap more, or give approximate poses.",
+        ),
+        "O101": ErrorCode(
+            "A photo could not be matched with the others, and not be found in the scan on its own.",
+            "Give its approximate pose, or take photos between it and the others. Leave out photos of other "
+            "places.",
+        ),
+        "O102": ErrorCode(
+            "Photos that were matched with one another could not be found in the scan.",
+            "Check that the scan shows what the photos show, and that approximate poses are right.",
+        ),
+        "O103": ErrorCode(
+            "Photos fit at two places of the scan about as well, as on a facade of equal windows.",
+            "Give better approximate poses, or a photo that shows a corner or an entrance.",
+        ),
+        "O104": ErrorCode(
+            "The scan, drawn at the pose that was found for a photo, is found elsewhere in the photo.",
+            "Give a better approximate pose, or leave the photo out.",
+        ),
+        "O105": ErrorCode(
+            "Too few tie points and control points support the pose of a photo.",
+            "Take photos that overlap more, or leave the photo out.",
+        ),
+        "O106": ErrorCode(
+            "The scan does not have what photos were to be compared with.",
+            "Choose another [orientation] source.",
         ),
         # Facades, ortho-images, openings
         "F100": ErrorCode(

@@ -20,6 +20,7 @@ from frontage.io.files import text_of
 from frontage.io.photos.read import PhotoSource
 from frontage.io.scans.read import ScanSource
 from frontage.openings.options import OpeningOptions
+from frontage.orientation import OrientationOptions
 from frontage.ortho import OrthoOptions
 from frontage.registration import RegistrationOptions
 from frontage.solids import BuildOptions
@@ -60,6 +61,7 @@ class Project(BaseModel):
     registration: RegistrationOptions = Field(default_factory=RegistrationOptions)
     buildings: BuildingOptions = Field(default_factory=BuildingOptions)
     facades: FacadeOptions = Field(default_factory=FacadeOptions)
+    orientation: OrientationOptions = Field(default_factory=OrientationOptions)
     ortho: OrthoOptions = Field(default_factory=OrthoOptions)
     openings: OpeningOptions = Field(default_factory=OpeningOptions)
     solids: BuildOptions = Field(default_factory=BuildOptions)
@@ -202,18 +204,13 @@ def _points_of_cameras(photos: Any) -> list[dict[str, Any]]:
 
 
 def _refuse_unregistered(project: Project, name: str) -> None:
-    """Poses that nothing given can improve, and photos' poses, which this version does not estimate."""
+    """Poses of scans that nothing given can improve."""
     for scan in project.scans:
         if scan.pose != "trusted" and project.model is None:
             raise OptionError(
                 f'{name}: {scan.path} has pose = "{scan.pose}" and there is no city model to register it to; '
                 f'name one with [model] path = ... or --model, or give a registered scan and pose = "trusted"'
             )
-    if project.photos is not None and project.photos.pose != "trusted":
-        raise OptionError(
-            f'{name}: the photos have pose = "{project.photos.pose}", but orienting photos is not part of '
-            f'this version; give true poses with cameras = ... and pose = "trusted", or leave [photos] out'
-        )
 
 
 def sentence(error: ValidationError) -> str:

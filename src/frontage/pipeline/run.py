@@ -33,6 +33,7 @@ _LIBRARIES = (
     "shapely",
     "tifffile",
     "pye57",
+    "pycolmap",
 )
 
 
@@ -100,7 +101,8 @@ def run_stage(
     changed = {table: {**manifest.project.get(table, {}), **options}} if options else {}
     project = project_from_table({**manifest.project, **changed})
     if not chosen[0].needed(project):
-        raise OptionError(f"{out}: nothing to do for {stage!r}: all scans have trusted poses")
+        what = "photos" if stage == "orient" else "scans"
+        raise OptionError(f"{out}: nothing to do for {stage!r}: all {what} have trusted poses")
     graph = Graph(STAGES, store, project, manifest.inputs)
     graph.require_before(chosen[0])
     with locked(store.out):

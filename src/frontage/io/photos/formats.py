@@ -26,8 +26,11 @@ class PoseFormat:
     fits    "module:function" that tells whether a path, as `[photos] cameras` names it, is of this format
     files   "module:function" that lists the files that the reader opens for such a path
 
-    The functions are imported when they are first used. A format without `fits` and `files` embeds its
-    photos.
+    embeds  whether the photos are embedded in the file that also states their cameras
+    needs_orienting   whether its poses and cameras are only good enough to start from
+
+    The functions are imported when they are first used. A format without `fits` and `files` takes cameras
+    and poses from the pictures themselves.
     """
 
     name: str
@@ -35,11 +38,17 @@ class PoseFormat:
     reader: str
     fits: str | None = None
     files: str | None = None
+    embeds: bool = False
+    needs_orienting: bool = False
 
     def matches(self, request: PhotoRequest) -> bool:
         """Whether a request is of this format."""
         if is_one_e57(request.files) or request.cameras is None:
-            return self.fits is None and is_one_e57(request.files)
+            return (
+                self.fits is None
+                and self.embeds == is_one_e57(request.files)
+                and not (self.needs_orienting and request.trusted)
+            )
         return self.fits is not None and bool(_function(self.fits)(Path(request.cameras)))
 
     def read(self, request: PhotoRequest) -> PhotoSet:
@@ -76,6 +85,13 @@ FORMATS = (
         "E57 images2D",
         "pinhole photos that an E57 file embeds, with their cameras and poses",
         "frontage.io.photos.e57photos:read_e57_photos",
+        embeds=True,
+    ),
+    PoseFormat(
+        "EXIF",
+        "focal length, GPS position and compass heading that cameras note in their pictures",
+        "frontage.io.photos.exifphotos:read_exif_photos",
+        needs_orienting=True,
     ),
     PoseFormat(
         "Metashape XML",
@@ -122,7 +138,7 @@ def pose_format(request: PhotoRequest) -> PoseFormat:
     if found is None:
         raise InputError(
             'the photos have no cameras; state cameras = "..." (a COLMAP folder, or a file of Metashape, '
-            "OpenSfM, Pix4D or RealityScan) in [photos], because photos cannot be oriented yet",
+            'OpenSfM, Pix4D or RealityScan) in [photos], or pose = "approximate" or "none" to orient them',
             code="I111",
         )
     return found

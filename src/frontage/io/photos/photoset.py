@@ -1,10 +1,10 @@
 """Photos together with the way to their pixels."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import partial
 
-from frontage.geometry.arrays import Array
+from frontage.geometry.arrays import Array, Float
 from frontage.io.files import reading, require_file
 from frontage.io.photos.cache import PIXELS
 from frontage.io.photos.decoder import decode
@@ -31,11 +31,15 @@ class PixelSource:
 
 @dataclass(frozen=True, eq=False)
 class PhotoSet:
-    """Photos, the sources of their pixels by photo id, and notes for the user; pixels are not kept."""
+    """Photos, the sources of their pixels by photo id, and notes for the user; pixels are not kept.
+
+    `camera_sigmas` holds the standard errors (k,) of camera parameters by photo id, where they are not exact.
+    """
 
     photos: tuple[Photo, ...]
     pixels: dict[str, PixelSource]
     notes: tuple[str, ...] = ()
+    camera_sigmas: dict[str, Float] = field(default_factory=dict)
 
     @property
     def turns(self) -> dict[str, Callable[[Array], Array]]:

@@ -30,6 +30,11 @@ class PhotoRequest:
     sigmas: tuple[float, ...] | None = None
     posed: bool = True
 
+    @property
+    def trusted(self) -> bool:
+        """Whether poses are taken to be exact."""
+        return self.posed and self.sigmas is None
+
     def photo(self, name: str, camera: Camera, file_from_camera: Rigid3) -> Photo:
         """A photo with its pose moved from the coordinates of the file to local ones."""
         if not self.posed:

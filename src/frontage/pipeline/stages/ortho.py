@@ -4,10 +4,9 @@ from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 from frontage.io.photos.photoset import PhotoSet
-from frontage.io.photos.read import read_photos
 from frontage.model import Facade, Failed, OrthoImage, Scan
 from frontage.ortho import make_ortho
-from frontage.pipeline.stage import Job, Stage, attempt, gather, per_building
+from frontage.pipeline.stage import After, Job, Stage, attempt, gather, per_building
 from frontage.pipeline.store.results import ItemResult, StageResult, StageWarning
 
 
@@ -26,7 +25,7 @@ Made = Iterator[tuple[str, OrthoImage | Failed]]
 def tasks(job: Job) -> dict[str, PhotoSet | None]:
     """Return every building with the photos of the run."""
     source = job.project.photos
-    photos = read_photos(source, job.store.world()) if source is not None else None
+    photos = job.store.photos_of(source) if source is not None else None
     return dict.fromkeys(per_building(job), photos)
 
 
@@ -97,7 +96,7 @@ def _picture(job: Job, seen: Seen, facade: Facade, photos: PhotoSet | None) -> O
 
 STAGE = Stage(
     name="ortho",
-    after=("facades",),
+    after=("facades", After("orient")),
     tasks=tasks,
     load=load,
     work=work,

@@ -9,7 +9,6 @@ from dataclasses import dataclass, replace
 
 from frontage.catalog.sightlines import ScannedSurfaces, photo_views, scanned_surfaces
 from frontage.errors import FrontageError
-from frontage.io.photos.read import read_photos
 from frontage.model import Elements, Facade, Failed, Photo
 from frontage.pipeline.pictures import drawing_ground, save_picture
 from frontage.pipeline.stage import After, Job, Stage, attempt, gather, per_building, warned
@@ -57,7 +56,7 @@ def tasks(job: Job) -> dict[str, Photos]:
     source, photos = job.project.photos, Photos()
     if source is not None:
         try:
-            photos = Photos(read_photos(source, job.store.world()).photos)
+            photos = Photos(job.store.photos_of(source).photos)
         except FrontageError as error:
             photos = Photos(note=f"the photos could not be read: {error}")
     return dict.fromkeys(per_building(job), photos)
@@ -125,7 +124,7 @@ def _seen(
 
 STAGE = Stage(
     name="views",
-    after=("openings", After("ortho", optional=True)),
+    after=("openings", After("orient"), After("ortho", optional=True)),
     tasks=tasks,
     load=load,
     work=work,

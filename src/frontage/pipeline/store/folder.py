@@ -85,6 +85,11 @@ class Folder:
         return self.out / "registration"
 
     @property
+    def orientation_folder(self) -> Path:
+        """OUT/orientation."""
+        return self.out / "orientation"
+
+    @property
     def buildings_folder(self) -> Path:
         """OUT/buildings."""
         return self.out / "buildings"

@@ -1,0 +1,128 @@
+"""Control points: places of the scan found in a photo whose pose is roughly known."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+
+from frontage.geometry.arrays import Array, Float, freeze
+from frontage.model import Photo
+from frontage.orientation.abreast import each
+from frontage.orientation.gradients import Channels, oriented_gradients
+from frontage.orientation.reflectance.render import Rendering, render, rendering_factor
+from frontage.orientation.reflectance.surface import ScannedSurface
+from frontage.orientation.reflectance.tones import ImageOf, geometry_tone, photo_tone
+from frontage.orientation.templates import HALF, Shifts, find_shifts
+
+_STEP = 24  # px between templates: half of a template
+_OVERLAP = (2.0 * HALF + 1.0) / _STEP  # neighbouring templates share pixels: their errors are not independent
+_MARGIN_PX = 4
+_COARSEST = 16.0  # px of the photo per pixel of a rendering
+
+
+@dataclass(frozen=True, eq=False)
+class ControlPoints:
+    """Points of the scan seen in one photo.
+
+    pixels  (n, 2) px in the photo
+    xyz     (n, 3) m local
+    sigma   (n,) px, standard error of `pixels` per axis
+    score   (n,) correlation 0..1
+    moved   (n, 2) px, from where the approximate pose expects the point to where it was found
+    tried   number of places that were compared
+    radius  px of the photo, largest shift that was looked for
+    """
+
+    pixels: Float
+    xyz: Float
+    sigma: Float
+    score: Float
+    moved: Float
+    tried: int
+    radius: float
+
+    def __post_init__(self) -> None:
+        n = len(self.pixels)
+        freeze(self, pixels=((n, 2), np.float64), xyz=((n, 3), np.float64), sigma=((n,), np.float64))
+        freeze(self, score=((n,), np.float64), moved=((n, 2), np.float64))
+
+    def __len__(self) -> int:
+        return len(self.pixels)
+
+    def take(self, rows: Array) -> "ControlPoints":
+        """Returns the points at `rows`, by number or mask."""
+        return ControlPoints(
+            self.pixels[rows],
+            self.xyz[rows],
+            self.sigma[rows],
+            self.score[rows],
+            self.moved[rows],
+            self.tried,
+            self.radius,
+        )
+
+
+def find_control(
+    photo: Photo,
+    surface: ScannedSurface,
+    image_of: ImageOf,
+    *,
+    coarser: float = 1.0,
+    radius: int = 12,
+) -> ControlPoints:
+    """Finds the scan in a photo by templates of its rendering at the approximate pose.
+
+    `coarser` reduces the rendering below its natural resolution; `radius` is the largest shift in px of the
+    rendering.
+    """
+    factor = min(rendering_factor(photo, surface) * coarser, _COARSEST)
+    drawn = render(photo, surface, factor)
+    template = rendering_channels(drawn, surface)
+    tone, scale = photo_tone(image_of(photo.id), factor)
+    shifts = find_shifts(template, oriented_gradients(tone), radius, _STEP)
+    return _control(drawn, shifts, scale, radius)
+
+
+def rendering_channels(drawn: Rendering, surface: ScannedSurface) -> Channels:
+    """Returns the oriented gradients of a rendering: of its tones, or of its shape where it has none.
+
+    A margin along the edge of what the scan shows is left out. The photo has strong edges there, at the sky
+    and at glass, which the rendering does not have; templates would be pushed away from them.
+    """
+    if surface.tone is None:
+        return oriented_gradients(*geometry_tone(drawn.depth, drawn.known))
+    channels = oriented_gradients(drawn.tone, drawn.known)
+    side = 2 * _MARGIN_PX + 1
+    inner = cv2.erode(channels.known.astype(np.uint8), np.ones((side, side), np.uint8), borderValue=0) > 0
+    return Channels(channels.values * inner, inner)
+
+
+def _control(drawn: Rendering, shifts: Shifts, scale: Float, radius: int) -> ControlPoints:
+    column, row = shifts.at.T
+    solid = drawn.known[row, column] & (drawn.depth[row, column] > 0)
+    at, shift = shifts.at[solid], shifts.shift[solid]
+    xyz = drawn.points(at)
+    pixels = (at + 0.5 + shift) * scale
+    sigma = np.sqrt((shifts.sigma[solid] ** 2).mean(1)) * scale.mean() * _OVERLAP
+    finite = np.isfinite(xyz).all(1)
+    return ControlPoints(
+        pixels[finite],
+        xyz[finite],
+        sigma[finite],
+        shifts.score[solid][finite],
+        (shift * scale)[finite],
+        shifts.tried,
+        float(radius * scale.mean()),
+    )
+
+
+def all_control(
+    photos: Sequence[Photo], surface: ScannedSurface, image_of: ImageOf, *, coarser: float, radius: int
+) -> list[ControlPoints]:
+    """Returns the control points of several photos."""
+
+    def one(photo: Photo) -> ControlPoints:
+        return find_control(photo, surface, image_of, coarser=coarser, radius=radius)
+
+    return list(each(one, photos))

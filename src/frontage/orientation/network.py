@@ -1,0 +1,160 @@
+"""The network of the final adjustment: tie points, control from the scan, surfaces, and poses from GPS."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from frontage.geometry.arrays import Array, Float, Int, freeze
+from frontage.model import Camera, Estimate, Photo
+from frontage.orientation.adjustment import (
+    ImageObservations,
+    Network,
+    Photos,
+    PointObservations,
+    control_rows,
+)
+from frontage.orientation.control import ControlPoints
+from frontage.orientation.reflectance.surface import ScannedSurface
+
+TIES, CONTROL, PLACES, SURFACES = 0, 1, 2, 3
+"""Groups of observations, each with a variance of its own; PLACES are the rows that hold control points."""
+
+_TIE_SIGMA_PX = 0.5
+_HELD_M = 1e-4  # rows that hold control points; their errors are part of the image observations
+_REACH_M = 0.2  # between a tie point and the middle of the flat piece that it lies on
+_OFF_M = 0.05  # from its plane
+_ROUGH_M = 0.003  # least standard error of a surface
+
+
+@dataclass(frozen=True, eq=False)
+class TiePoints:
+    """Tie points with their image measurements, in local coordinates.
+
+    xyz     (n, 3) m, approximate
+    photo   (m,) int64 into the photos of the network; point (m,) int64 into `xyz`
+    pixels  (m, 2) px
+    """
+
+    xyz: Float
+    photo: Int
+    point: Int
+    pixels: Float
+
+    def __post_init__(self) -> None:
+        m = len(self.photo)
+        freeze(self, xyz=((None, 3), np.float64), photo=((m,), np.int64), point=((m,), np.int64))
+        freeze(self, pixels=((m, 2), np.float64))
+
+    @staticmethod
+    def none() -> "TiePoints":
+        """No tie points."""
+        empty = np.empty(0, np.int64)
+        return TiePoints(np.empty((0, 3)), empty, empty, np.empty((0, 2)))
+
+
+def build_network(
+    photos: Sequence[Photo],
+    ties: TiePoints,
+    control: Sequence[ControlPoints],
+    surface: ScannedSurface,
+    *,
+    priors: Sequence[Estimate | None] = (),  # type: ignore[type-arg]
+    camera_sigmas: Sequence[Float] = (),
+) -> Network:
+    """Puts everything that is known about oriented photos into one network.
+
+    `photos` have approximate poses; `control`, `priors` and `camera_sigmas` belong to them in this order. A
+    control point keeps its place in the scan, and its image measurement carries the error of that place too.
+    """
+    cameras, number = distinct_cameras([p.camera for p in photos])
+    images = [_tie_images(ties)]
+    images += [
+        _control_images(k, p, c, surface) for k, (p, c) in enumerate(zip(photos, control, strict=True))
+    ]
+    start = len(ties.xyz)
+    shifted = []
+    for part in images[1:]:
+        shifted.append(ImageObservations(part.photo, part.point + start, part.pixels, part.sigma, part.group))
+        start += len(part)
+    xyz = np.concatenate([ties.xyz, *(c.xyz for c in control)])
+    return Network(
+        tuple(p.pose for p in photos),
+        tuple(cameras),
+        Photos.free(number),
+        xyz,
+        _joined([images[0], *shifted]),
+        PointObservations.joined(_held(len(ties.xyz), xyz), _surfaces(ties.xyz, surface)),
+        tuple(priors),
+        tuple(_sigmas_of(cameras, number, camera_sigmas)),
+    )
+
+
+def distinct_cameras(cameras: Sequence[Camera]) -> tuple[list[Camera], Int]:
+    """Returns the cameras without repetition, and the number (p,) of each photo's among them."""
+    known: dict[tuple[object, ...], int] = {}
+    kept: list[Camera] = []
+    number = []
+    for camera in cameras:
+        key = (camera.model, camera.width, camera.height, camera.params.tobytes())
+        if key not in known:
+            known[key] = len(kept)
+            kept.append(camera)
+        number.append(known[key])
+    return kept, np.array(number, np.int64)
+
+
+def _sigmas_of(cameras: Sequence[Camera], number: Int, sigmas: Sequence[Float]) -> list[Float]:
+    """The sigmas of every distinct camera, from those of the photos."""
+    if not sigmas:
+        return []
+    return [sigmas[int(np.flatnonzero(number == k)[0])] for k in range(len(cameras))]
+
+
+def _tie_images(ties: TiePoints) -> ImageObservations:
+    m = len(ties.photo)
+    return ImageObservations(ties.photo, ties.point, ties.pixels, np.full(m, _TIE_SIGMA_PX), np.full(m, TIES))
+
+
+def _control_images(
+    number: int, photo: Photo, control: ControlPoints, surface: ScannedSurface
+) -> ImageObservations:
+    """The image measurements of one photo's control; sigma also has the error of the point in the scan."""
+    n = len(control)
+    depth = np.maximum(photo.pose.inverse.apply(control.xyz)[:, 2], 0.1) if n else np.ones(0)
+    focal = float(photo.camera.params[0])
+    sigma = np.hypot(control.sigma, surface.sigma * focal / depth)
+    return ImageObservations(
+        np.full(n, number), np.arange(n), control.pixels, np.maximum(sigma, 0.05), np.full(n, CONTROL)
+    )
+
+
+def _held(first: int, xyz: Float) -> PointObservations:
+    points = np.arange(first, len(xyz))
+    if not len(points):
+        return PointObservations.none()
+    return control_rows(points, xyz[points], np.eye(3) * _HELD_M**2, PLACES)
+
+
+def _surfaces(xyz: Float, surface: ScannedSurface) -> PointObservations:
+    """Rows that hold tie points on the scanned surface that they lie on."""
+    if not len(xyz) or not len(surface.pieces):
+        return PointObservations.none()
+    piece, _ = surface.near(_REACH_M, xyz)
+    rows = np.flatnonzero(piece >= 0)
+    at, normal = surface.pieces.xyz[piece[rows]], surface.pieces.normal[piece[rows]]
+    off = np.einsum("ij,ij->i", normal, xyz[rows] - at)
+    rows, at, normal, chosen = _near(rows, at, normal, off, piece)
+    sigma = np.maximum(np.hypot(surface.pieces.thickness[chosen], _ROUGH_M), surface.sigma)
+    return PointObservations(rows, normal, at, sigma, np.full(len(rows), SURFACES))
+
+
+def _near(rows: Int, at: Float, normal: Float, off: Float, piece: Int) -> tuple[Int, Float, Float, Int]:
+    near = np.abs(off) < _OFF_M
+    return rows[near], at[near], normal[near], piece[rows[near]]
+
+
+def _joined(parts: Sequence[ImageObservations]) -> ImageObservations:
+    fields = ("photo", "point", "pixels", "sigma", "group")
+    arrays: list[Array] = [np.concatenate([getattr(p, f) for p in parts]) for f in fields]
+    return ImageObservations(*arrays)

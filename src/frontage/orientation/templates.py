@@ -1,0 +1,153 @@
+"""Dense template matching between a rendering of the scan and a photo, with honest standard errors.
+
+Templates lie on a regular grid of the rendering. Each is compared with the photo by the normalised
+correlation of oriented gradients, over shifts up to the search radius. A peak counts only if it stands out
+from the other values of its own correlation surface, which tell what chance achieves. Its standard error
+follows from the sharpness of the peak and from the share of the pattern that does not agree
+(Foerstner 1982, for least squares matching): ``var = (1 - r^2) / (r n (-r''))`` with n independent samples.
+"""
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+
+from frontage.geometry.arrays import Array, Float, Int, freeze
+from frontage.orientation.gradients import Channels
+
+HALF = 24  # px of the rendering: a template has 49 x 49
+_STEP = 16  # px between templates
+_LEAST_KNOWN = 0.5  # share of a template that must be known
+_STANDS_OUT = 4.5  # robust sigmas of the correlation surface above its median
+_CORRELATED_PX2 = 6.0  # area that one independent sample represents, after the joining blur
+
+
+@dataclass(frozen=True, eq=False)
+class Shifts:
+    """Where templates of the rendering were found in the photo.
+
+    at     (n, 2) int64 px, centre of the template: column and row in the rendering
+    shift  (n, 2) px of the rendering, from there to the place in the photo
+    sigma  (n, 2) px, standard error of the shift
+    score  (n,) correlation at the peak, -1..1
+    tried  number of templates that were compared
+    """
+
+    at: Int
+    shift: Float
+    sigma: Float
+    score: Float
+    tried: int
+
+    def __post_init__(self) -> None:
+        n = len(self.at)
+        freeze(
+            self,
+            at=((n, 2), np.int64),
+            shift=((n, 2), np.float64),
+            sigma=((n, 2), np.float64),
+            score=((n,), np.float64),
+        )
+
+    def __len__(self) -> int:
+        return len(self.at)
+
+
+def correlation_surfaces(
+    template: Channels, photo: Channels, radius: int, step: int = _STEP, half: int = HALF
+) -> tuple[Int, Array]:
+    """Correlates templates on a grid with the photo within `radius` px.
+
+    Returns their centres (n, 2) column and row, and the surfaces (n, 2 r + 1, 2 r + 1) float32. Templates
+    whose search window leaves the picture are left out.
+    """
+    h, w = template.shape
+    reach = half + radius
+    rows, columns = np.arange(reach, h - reach, step), np.arange(reach, w - reach, step)
+    grid = np.stack(np.meshgrid(columns, rows), axis=-1).reshape(-1, 2)
+    side = 2 * half + 1
+    share = cv2.boxFilter(template.known.astype(np.float32), -1, (side, side), borderType=cv2.BORDER_CONSTANT)
+    grid = grid[share[grid[:, 1], grid[:, 0]] > _LEAST_KNOWN].astype(np.int64)
+    power = (photo.values**2).sum(0)
+    surfaces = [_surface(template, photo, power, c, r, half, radius) for c, r in grid]
+    shape = (0, 2 * radius + 1, 2 * radius + 1)
+    return grid, np.stack(surfaces) if surfaces else np.empty(shape, np.float32)
+
+
+def find_shifts(template: Channels, photo: Channels, radius: int, step: int = _STEP) -> Shifts:
+    """Finds the templates of a rendering in the photo, within `radius` px of where it expects them."""
+    at, surfaces = correlation_surfaces(template, photo, radius, step)
+    if not len(at):
+        none = np.empty((0, 2))
+        return Shifts(at, none, none, np.empty(0), 0)
+    peak = surfaces.reshape(len(at), -1).argmax(1)
+    row, column = np.divmod(peak, 2 * radius + 1)
+    inside = (row > 0) & (row < 2 * radius) & (column > 0) & (column < 2 * radius)
+    good = np.flatnonzero(inside & _stands_out(surfaces, row, column))
+    shift, sigma, score = _fitted(surfaces[good], row[good], column[good])
+    samples = _samples(template, at[good])
+    sigma = sigma / np.sqrt(samples / _CORRELATED_PX2)[:, None]
+    usable = np.isfinite(shift).all(1) & np.isfinite(sigma).all(1) & (np.abs(shift) <= radius).all(1)
+    return Shifts(
+        at[good][usable],
+        shift[usable] - 0.0,
+        sigma[usable],
+        score[usable],
+        len(at),
+    )
+
+
+def _surface(
+    template: Channels, photo: Channels, power: Array, c: int, r: int, half: int, radius: int
+) -> Array:
+    inner = (slice(r - half, r + half + 1), slice(c - half, c + half + 1))
+    reach = half + radius
+    outer = (slice(r - reach, r + reach + 1), slice(c - reach, c + reach + 1))
+    mask = template.known[inner].astype(np.float32)
+    patch = template.values[:, *inner]
+    product = sum(
+        cv2.matchTemplate(there[outer], here, cv2.TM_CCORR)
+        for there, here in zip(photo.values, patch, strict=True)
+    )
+    energy = cv2.matchTemplate(power[outer], mask, cv2.TM_CCORR) * float((patch**2).sum())
+    surface: Array = np.asarray(product) / np.sqrt(np.maximum(energy, 1e-9))
+    return surface
+
+
+def _stands_out(surfaces: Array, row: Int, column: Int) -> Array:
+    """Whether the peak is higher than chance: by robust sigmas of the surface's own values."""
+    flat = surfaces.reshape(len(surfaces), -1)
+    middle = np.median(flat, axis=1)
+    spread = 1.4826 * np.median(np.abs(flat - middle[:, None]), axis=1)
+    top = surfaces[np.arange(len(row)), row, column]
+    stands: Array = (top - middle) > _STANDS_OUT * np.maximum(spread, 1e-6)
+    return stands & (top > 0)
+
+
+def _fitted(surfaces: Array, row: Int, column: Int) -> tuple[Float, Float, Float]:
+    """Peak positions relative to the middle (n, 2), sigmas for one sample (n, 2), and peak heights (n,).
+
+    A paraboloid is fitted to the 3 x 3 values around the peak, along the axes.
+    """
+    n = np.arange(len(row))
+    middle = surfaces.shape[1] // 2
+    top = surfaces[n, row, column].astype(np.float64)
+    left, right = (surfaces[n, row, column + d].astype(np.float64) for d in (-1, 1))
+    above, below = (surfaces[n, row + d, column].astype(np.float64) for d in (-1, 1))
+    with np.errstate(divide="ignore", invalid="ignore"):
+        bend = np.column_stack([2 * top - left - right, 2 * top - above - below])
+        bend = np.where(bend > 1e-9, bend, np.nan)
+        slope = 0.5 * np.column_stack([right - left, below - above])
+        shift = np.column_stack([column, row]) - middle + slope / bend
+        height = np.clip(top, 1e-3, 1 - 1e-6)[:, None]
+        sigma = np.sqrt((1 - height**2) / (height * bend))
+    return shift, sigma, top
+
+
+def _samples(template: Channels, at: Int) -> Float:
+    """The number of known pixels (n,) of the templates."""
+    side = 2 * HALF + 1
+    count = cv2.boxFilter(
+        template.known.astype(np.float32), -1, (side, side), normalize=False, borderType=cv2.BORDER_CONSTANT
+    )
+    return np.asarray(np.maximum(count[at[:, 1], at[:, 0]], 1.0), np.float64)

@@ -1,0 +1,95 @@
+"""Which way is up? From the vertical edges of buildings in all photos of a block at once.
+
+The two ends of an image segment and the camera span a plane; the planes of vertical edges all contain the
+plumb line. The line is found from the cameras' x axes, because photos are held level, and improved by the
+segments within some degrees of it (robust total least squares on the normals of the planes).
+"""
+
+from collections.abc import Sequence
+
+import cv2
+import numpy as np
+
+from frontage.geometry.arrays import Array, Float
+from frontage.model import Photo
+from frontage.orientation.reflectance.tones import ImageOf
+from frontage.solve.robust import tukey_weights
+
+_SIDE_PX = 1600  # pictures are reduced to this longer side
+_SHORTEST = 0.03  # of the longer side
+_NEAR = (np.radians(12.0), np.radians(5.0), np.radians(2.0), np.radians(2.0))  # rounds of the improvement
+_LEAST_SEGMENTS = 12
+_MOST_PHOTOS = 12
+
+
+def up_from_cameras(photos: Sequence[Photo]) -> Float:
+    """Returns the direction (3,) that is most nearly at right angles to all cameras' x axes.
+
+    Upright pictures stored on their side have a vertical x axis; each photo therefore counts with the axis of
+    the picture, x or y, that the others agree with.
+    """
+    x = np.array([p.pose.R[:, 0] for p in photos])
+    y = np.array([p.pose.R[:, 1] for p in photos])
+    level = x
+    for _ in range(3):
+        up = np.linalg.eigh(level.T @ level)[1][:, 0]
+        level = np.where((np.abs(x @ up) > np.abs(y @ up))[:, None], y, x)
+    down = np.median(np.where(np.abs(x @ up) > np.abs(y @ up), 0.0, y @ up))
+    return np.asarray(-up if down > 0 else up)
+
+
+def plumb_line(photos: Sequence[Photo], image_of: ImageOf, up: Float) -> Float:
+    """Improves an approximate direction `up` (3,), in the frame of the photos' poses, by vertical edges."""
+    step = max(1, len(photos) // _MOST_PHOTOS)
+    parts = [_plane_normals(p, image_of(p.id)) for p in photos[::step]]
+    normals = np.concatenate([n for n, _ in parts])
+    length = np.concatenate([w for _, w in parts])
+    now = up
+    for near in _NEAR:
+        off = np.arcsin(np.clip(normals @ now, -1.0, 1.0))
+        good = np.abs(off) < near
+        if good.sum() < _LEAST_SEGMENTS:
+            break
+        weight = length[good] * tukey_weights(off[good], near / 3.0)
+        N = normals[good]
+        now = _nearest_to(np.linalg.eigh((N * weight[:, None]).T @ N)[1][:, 0], now)
+    return now
+
+
+def _plane_normals(photo: Photo, rgb: Array) -> tuple[Float, Float]:
+    """Unit normals (n, 3) of the planes through the camera and its segments, and the segments' lengths."""
+    height, width = rgb.shape[:2]
+    factor = max(1.0, max(height, width) / _SIDE_PX)
+    small = cv2.resize(
+        rgb[..., 1], (round(width / factor), round(height / factor)), interpolation=cv2.INTER_AREA
+    )
+    lines = cv2.createLineSegmentDetector().detect(small)[0]
+    if lines is None:
+        return np.empty((0, 3)), np.empty(0)
+    ends = (lines.reshape(-1, 2, 2).astype(np.float64) + 0.5) * (
+        width / small.shape[1],
+        height / small.shape[0],
+    )
+    length = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1)
+    long = length > _SHORTEST * max(height, width)
+    first, last = (photo.pose.rotate(photo.camera.ray(ends[long, k])) for k in (0, 1))
+    normal = np.cross(first, last)
+    size = np.linalg.norm(normal, axis=1)
+    good = np.isfinite(size) & (size > 1e-9)
+    return normal[good] / size[good, None], length[long][good]
+
+
+def _nearest_to(axis: Float, other: Float) -> Float:
+    return np.asarray(axis if axis @ other > 0 else -axis)
+
+
+def turn_upright(up: Float) -> Float:
+    """Returns the smallest rotation (3, 3) that takes the unit vector `up` to the third axis."""
+    z = np.array([0.0, 0.0, 1.0])
+    axis = np.cross(up, z)
+    sine, cosine = float(np.linalg.norm(axis)), float(up @ z)
+    if sine < 1e-12:
+        return np.eye(3) if cosine > 0 else np.diag([1.0, -1.0, -1.0])
+    x, y, w = axis / sine
+    K = np.array([[0.0, -w, y], [w, 0.0, -x], [-y, x, 0.0]])
+    return np.asarray(np.eye(3) + sine * K + (1 - cosine) * K @ K)
