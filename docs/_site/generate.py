@@ -22,7 +22,9 @@ ROOT = Path(__file__).resolve().parents[2]
 # The first letter of an error code says what it is about.
 FAMILIES = {
     "I": "Input: files, coordinate systems, options",
+    "O": "Orientation of photos",
     "R": "Registration",
+    "O": "Orientation of photos",
     "F": "Facades, ortho-images and openings",
     "S": "Solids and models",
     "W": "The run folder",

@@ -28,18 +28,14 @@ CODES: Mapping[str, ErrorCode] = MappingProxyType(
             "Run again with -v to see the traceback, and report it. The other items are not affected.",
         ),
         # Orientation of photos
-        "O100": ErrorCode(
-            "The observations do not determine the poses of some photos.",
-            "Take photos that overlap more, or give approximate poses.",
-        ),
+        "O100": ErrorCode("The observations do not determine some poses.", "Take photos that overlap more."),
         "O101": ErrorCode(
-            "A photo could not be matched with the others, and not be found in the scan on its own.",
-            "Give its approximate pose, or take photos between it and the others. Leave out photos of other "
-            "places.",
+            "A photo could not be matched with the others, nor be found in the scan on its own.",
+            "Give its approximate pose, or take photos between it and the others.",
         ),
         "O102": ErrorCode(
             "Photos that were matched with one another could not be found in the scan.",
-            "Check that the scan shows what the photos show, and that approximate poses are right.",
+            "Check that the scan shows what they show, and that approximate poses are right.",
         ),
         "O103": ErrorCode(
             "Photos fit at two places of the scan about as well, as on a facade of equal windows.",
@@ -50,12 +46,10 @@ CODES: Mapping[str, ErrorCode] = MappingProxyType(
             "Give a better approximate pose, or leave the photo out.",
         ),
         "O105": ErrorCode(
-            "Too few tie points and control points support the pose of a photo.",
-            "Take photos that overlap more, or leave the photo out.",
+            "Too few tie points and control points support a pose.", "Take photos that overlap more."
         ),
         "O106": ErrorCode(
-            "The scan does not have what photos were to be compared with.",
-            "Choose another [orientation] source.",
+            "The scan lacks what photos are to be compared with.", "Choose another [orientation] source."
         ),
         # Facades, ortho-images, openings
         "F100": ErrorCode(
@@ -196,16 +190,14 @@ CODES: Mapping[str, ErrorCode] = MappingProxyType(
             "Name a projected CRS in metres, such as EPSG:25832.",
         ),
         "I204": ErrorCode(
-            "Coordinates lie outside the area in which their CRS can be transformed.",
-            "Check the crs that was given for the file.",
+            "Coordinates lie outside the area of their CRS.", "Check the crs that was given for the file."
         ),
         "I205": ErrorCode(
             "No transformation of known accuracy is installed for this pair of reference systems.",
             "Install the grids for PROJ, or choose another target CRS.",
         ),
         "I206": ErrorCode(
-            "The city model has buildings, but none within the bounds of the scans.",
-            "Check the CRS of the model and that it covers the place.",
+            "No building of the city model is near the scans.", "Check its CRS and that it covers the place."
         ),
         # Input: options
         "I300": ErrorCode(

@@ -15,8 +15,7 @@ from frontage.orientation.reflectance.surface import ScannedSurface
 from frontage.orientation.reflectance.tones import ImageOf, geometry_tone, photo_tone
 from frontage.orientation.templates import HALF, Shifts, find_shifts
 
-_STEP = 24  # px between templates: half of a template
-_OVERLAP = (2.0 * HALF + 1.0) / _STEP  # neighbouring templates share pixels: their errors are not independent
+_STEP = 12  # px between templates: a quarter of a template
 _MARGIN_PX = 4
 _COARSEST = 16.0  # px of the photo per pixel of a rendering
 
@@ -70,18 +69,19 @@ def find_control(
     *,
     coarser: float = 1.0,
     radius: int = 12,
+    step: int = 2 * _STEP,
 ) -> ControlPoints:
     """Finds the scan in a photo by templates of its rendering at the approximate pose.
 
-    `coarser` reduces the rendering below its natural resolution; `radius` is the largest shift in px of the
-    rendering.
+    `coarser` reduces the rendering below its natural resolution; `radius` is the largest shift and `step` the
+    distance between templates, in px of the rendering.
     """
     factor = min(rendering_factor(photo, surface) * coarser, _COARSEST)
     drawn = render(photo, surface, factor)
     template = rendering_channels(drawn, surface)
     tone, scale = photo_tone(image_of(photo.id), factor)
-    shifts = find_shifts(template, oriented_gradients(tone), radius, _STEP)
-    return _control(drawn, shifts, scale, radius)
+    shifts = find_shifts(template, oriented_gradients(tone), radius, step)
+    return _control(drawn, shifts, scale, radius, (2.0 * HALF + 1.0) / step)
 
 
 def rendering_channels(drawn: Rendering, surface: ScannedSurface) -> Channels:
@@ -98,13 +98,14 @@ def rendering_channels(drawn: Rendering, surface: ScannedSurface) -> Channels:
     return Channels(channels.values * inner, inner)
 
 
-def _control(drawn: Rendering, shifts: Shifts, scale: Float, radius: int) -> ControlPoints:
+def _control(drawn: Rendering, shifts: Shifts, scale: Float, radius: int, overlap: float) -> ControlPoints:
+    # Neighbouring templates share pixels: their errors are not independent.
     column, row = shifts.at.T
     solid = drawn.known[row, column] & (drawn.depth[row, column] > 0)
     at, shift = shifts.at[solid], shifts.shift[solid]
     xyz = drawn.points(at)
     pixels = (at + 0.5 + shift) * scale
-    sigma = np.sqrt((shifts.sigma[solid] ** 2).mean(1)) * scale.mean() * _OVERLAP
+    sigma = np.sqrt((shifts.sigma[solid] ** 2).mean(1)) * scale.mean() * overlap
     finite = np.isfinite(xyz).all(1)
     return ControlPoints(
         pixels[finite],

@@ -22,7 +22,7 @@ Tell = Callable[[str], None]
 _CLUSTER_M = 2.0  # wider than a template and than the errors of neighbouring key points are alike
 _SHARED = 0.025  # of the spacing of the scan: how well the middle of its samples tells where an edge is
 _REACH_M = 5.0  # over which that error changes, about two bays and two storeys
-_RADII = (12, 6)  # px of the rendering: the search for control, before and after the first adjustment
+_PASSES = ((12, 24), (6, 12))  # radius of the search for control and distance of templates, px of renderings
 _FEWEST_CONTROL = 12
 _FEWEST_TIES = 30
 _CHECKED = 0.2  # of the control points that are left out for a check
@@ -59,10 +59,10 @@ def adjusted_orientation(
     left = list(unoriented)
     state: _State | None = None
     verdicts: list[Verdict] = []
-    for radius in _RADII:
+    for search in _PASSES:
         if not len(photos):
             break
-        state = _adjusted(numbers, photos, ties, surface, image_of, camera_sigmas, radius=radius, tell=tell)
+        state = _adjusted(numbers, photos, ties, surface, image_of, camera_sigmas, search=search, tell=tell)
         photos = _with_poses(state)
         ties = replace(state.ties, xyz=state.adjustment.points[: len(state.ties.xyz)])
         verdicts = []
@@ -73,9 +73,9 @@ def adjusted_orientation(
         left += refused
         numbers, photos, ties = numbers[keep], tuple(photos[k] for k in keep), _of_photos(ties, keep)
         verdicts = [verdicts[k] for k in keep]
-        if refused and radius == _RADII[-1] and len(photos):
+        if refused and search == _PASSES[-1] and len(photos):
             state = _adjusted(
-                numbers, photos, ties, surface, image_of, camera_sigmas, radius=radius, tell=tell
+                numbers, photos, ties, surface, image_of, camera_sigmas, search=search, tell=tell
             )
             photos = _with_poses(state)
     if state is None or not len(photos):
@@ -96,12 +96,17 @@ def _adjusted(
     image_of: ImageOf,
     camera_sigmas: Sequence[Float],
     *,
-    radius: int,
+    search: tuple[int, int],
     tell: Tell,
 ) -> _State:
     """Measures control at the present poses and adjusts; photos that nothing determines are left out."""
     control = []
-    for found in each(lambda photo: find_control(photo, surface, image_of, radius=radius), photos):
+    radius, step = search
+
+    def measure(photo: Photo) -> ControlPoints:
+        return find_control(photo, surface, image_of, radius=radius, step=step)
+
+    for found in each(measure, photos):
         tell("control")
         control.append(found)
     sigmas = [camera_sigmas[k] for k in numbers] if len(camera_sigmas) else []
@@ -121,7 +126,7 @@ def _adjusted(
             surface,
             image_of,
             camera_sigmas,
-            radius=radius,
+            search=search,
             tell=tell,
         )
     return _State(numbers, tuple(photos), ties, tuple(control), network, adjustment)

@@ -11,7 +11,7 @@ from frontage.geometry.arrays import Array, Float
 from frontage.model import Facade
 from frontage.pipeline.clouds import thin_to
 from frontage.pipeline.pictures import facade_picture
-from frontage.pipeline.store import registration
+from frontage.pipeline.store import orientation, registration
 from frontage.pipeline.store.manifest import Manifest
 from frontage.pipeline.store.records import BuildingRecord
 from frontage.pipeline.store.results import EvidencePicture, StageWarning
@@ -19,6 +19,7 @@ from frontage.pipeline.store.store import Store
 from frontage.report import (
     BuildingView,
     FacadeView,
+    OrientationView,
     OrthoView,
     PictureView,
     RegistrationView,
@@ -47,7 +48,15 @@ def report_data(store: Store, manifest: Manifest) -> ReportData:
     group = np.concatenate([np.full(len(ground), -1, np.int64), *groups])
     model = (p for p in store.model_folder.glob("*") if p.suffix in _MODEL_SUFFIXES)
     files = tuple(f"model/{path.name}" for path in sorted(model))
-    return ReportData(manifest.to_json(), tuple(views), street, group, _registration(store, manifest), files)
+    return ReportData(
+        manifest.to_json(),
+        tuple(views),
+        street,
+        group,
+        _registration(store, manifest),
+        files,
+        _orientation(store, manifest),
+    )
 
 
 def _building(
@@ -76,6 +85,14 @@ def _registration(store: Store, manifest: Manifest) -> RegistrationView | None:
     table, plan = registration.load_report(store.registration_folder)
     origin = np.array(manifest.world["origin"], np.float64)
     return RegistrationView(table, origin, plan["walls"], plan["before"], plan["after"])
+
+
+def _orientation(store: Store, manifest: Manifest) -> OrientationView | None:
+    """Return what the stage `orient` left, if it had something to do."""
+    if manifest.world is None or "orient" not in manifest.stages:
+        return None
+    origin = np.array(manifest.world["origin"], np.float64)
+    return OrientationView(orientation.load_report(store.orientation_folder), origin)
 
 
 def _facade(store: Store, name: str, warnings: Sequence[StageWarning]) -> FacadeView:

@@ -3,6 +3,7 @@
 from frontage.report.data import (
     BuildingView,
     FacadeView,
+    OrientationView,
     OrthoView,
     PictureView,
     RegistrationView,
@@ -13,6 +14,7 @@ from frontage.report.page import render_report
 __all__ = [
     "BuildingView",
     "FacadeView",
+    "OrientationView",
     "OrthoView",
     "PictureView",
     "RegistrationView",

@@ -88,6 +88,14 @@ class RegistrationView:
 
 
 @dataclass(frozen=True, eq=False)
+class OrientationView:
+    """orientation/report.json; origin (3,) m is the world position of the local origin."""
+
+    record: dict[str, Any]
+    origin: Float
+
+
+@dataclass(frozen=True, eq=False)
 class ReportData:
     """The whole page: manifest, buildings, the street's plan (k, 2) m local, building number (k,) or -1.
 
@@ -100,3 +108,4 @@ class ReportData:
     street_building: Array
     registration: RegistrationView | None = None
     files: tuple[str, ...] = ()
+    orientation: OrientationView | None = None

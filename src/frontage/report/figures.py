@@ -122,7 +122,7 @@ def _plan(points: Float, group: Array, facades: list[FacadeView], labels: list[s
     return Figure(
         width=float(size[0] * scale),
         height=float(size[1] * scale),
-        href=_plan_image(pixel(points), group, size * scale),
+        href=plan_image(pixel(points), group, size * scale),
         segments=tuple(_segment(v, t, pixel(e)) for v, t, e in zip(facades, labels, ends, strict=True)),
         bar=bar * scale,
         bar_label=f"{bar:g} m",
@@ -149,7 +149,7 @@ def _segment(view: FacadeView, label: str, ends: Float) -> Segment:
     return Segment(view.facade.id, label, x1, y1, x2, y2, float(tip[0]), float(tip[1]))
 
 
-def _plan_image(xy: Float, group: Array, size: Float) -> str:
+def plan_image(xy: Float, group: Array, size: Float) -> str:
     """Point density as a PNG with a transparent ground; each building has its tint."""
     zoom = min(1.0, _PLAN_PIXELS / float(size.max()))
     w, h = (max(1, math.ceil(v * zoom)) for v in size)

@@ -17,6 +17,7 @@ from frontage.report.figures import (
 from frontage.report.model import model_facts, model_remarks
 from frontage.report.numbers import Fact, facade_facts
 from frontage.report.openings import Row, opening_facts, rows
+from frontage.report.orientation import orientation_section
 from frontage.report.registration import registration_figure, registration_rows
 
 
@@ -65,6 +66,7 @@ def render_report(data: ReportData) -> str:
         street=street_figure(data),
         registration=registration_figure(data.registration) if data.registration else None,
         registered=registration_rows(data.registration.record) if data.registration else [],
+        orientation=orientation_section(data),
         files=data.files,
         buildings=[_building(view) for view in data.buildings],
     )

@@ -8,28 +8,24 @@ import numpy as np
 
 from frontage.geometry.arrays import Float
 from frontage.report.data import RegistrationView
-from frontage.report.figures import nice, png_uri, to_figure
+from frontage.report.figures import png_uri, to_figure
+from frontage.report.plans import Ellipse, error_ellipse, half_axes, magnification, scale_bar
 
 _WIDTH, _HEIGHT = 860.0, 620.0
 _AROUND = 10.0  # m about the stations' surroundings that the model covers
 _MOTION = {"shift": "shift along", "turn": "turn about"}
 _PLACES = ("given", "position")
-_MAGNIFIED = (1, 2, 5, 10, 20, 50, 100, 200, 500, 1000)
 _SHOWN = 14.0  # px, the longest half-axis of an ellipse comes up to this where it can
 
 
 @dataclass(frozen=True)
-class Ellipse:
-    """A station: place before and after, half-axes of its error (px), angle of the longer one (degrees)."""
+class Station:
+    """A station: its name, its place before (px), and the magnified ellipse of its place after."""
 
     name: str
     x0: float
     y0: float
-    x: float
-    y: float
-    major: float
-    minor: float
-    angle: float
+    error: Ellipse
 
 
 @dataclass(frozen=True)
@@ -40,7 +36,7 @@ class RegistrationFigure:
     height: float
     href: str
     walls: tuple[tuple[float, ...], ...]
-    stations: tuple[Ellipse, ...]
+    stations: tuple[Station, ...]
     magnified: int
     bar: float
     bar_label: str
@@ -54,22 +50,21 @@ def registration_figure(view: RegistrationView) -> RegistrationFigure:
     scale = float(min(_WIDTH / (high[0] - low[0]), _HEIGHT / (high[1] - low[1])))
     size = (high - low) * scale
     pixel = partial(to_figure, origin=np.array([low[0], high[1]]), scale=scale)
-    half = [_half_axes(np.array(s["covariance"])[:2, :2]) for s in scans]
-    longest = max(axes[0] for axes in half) * scale
-    magnified = max((m for m in _MAGNIFIED if m * longest <= _SHOWN), default=1)
+    half = [half_axes(np.array(s["covariance"])[:2, :2]) for s in scans]
+    magnified = magnification(max(axes[0] for axes in half) * scale, _SHOWN)
     names = [s["scan"] for s in scans]
     ends = pixel(view.walls.reshape(-1, 2)).reshape(-1, 4)
     inside = ((ends > -50) & (ends < size.max() + 50)).all(1)
-    bar = nice(max(1.0, 60.0 / scale))
+    bar, bar_label = scale_bar(scale)
     return RegistrationFigure(
         width=float(size[0]),
         height=float(size[1]),
         href=_picture(pixel(view.before), pixel(view.after), size),
         walls=tuple(map(tuple, ends[inside].tolist())),
-        stations=_ellipses(names, pixel(given), pixel(placed), half, scale * magnified),
+        stations=_stations(names, pixel(given), pixel(placed), half, scale * magnified),
         magnified=magnified,
-        bar=bar * scale,
-        bar_label=f"{bar:g} m",
+        bar=bar,
+        bar_label=bar_label,
     )
 
 
@@ -80,15 +75,13 @@ def _shown(places: Float, points: Float) -> tuple[Float, Float]:
     return low - _AROUND, high + _AROUND
 
 
-def _ellipses(
+def _stations(
     names: list[str], given: Float, placed: Float, half: list[tuple[float, float, float]], scale: float
-) -> tuple[Ellipse, ...]:
+) -> tuple[Station, ...]:
     """Stations in px; `half` axes in m."""
     return tuple(
-        Ellipse(name, b[0], b[1], a[0], a[1], major * scale, minor * scale, angle)
-        for name, b, a, (major, minor, angle) in zip(
-            names, given.tolist(), placed.tolist(), half, strict=True
-        )
+        Station(name, float(before[0]), float(before[1]), error_ellipse(after, axes, scale))
+        for name, before, after, axes in zip(names, given, placed, half, strict=True)
     )
 
 
@@ -118,13 +111,6 @@ def _direction(d: dict[str, Any]) -> str:
     name = f"{_MOTION[d['kind']]} ({', '.join(f'{v:.2f}' for v in d['axis'])})"
     sigma = f"{100 * d['sigma']:.1f} cm" if d["kind"] == "shift" else f"{d['sigma']:.3f}°"
     return f"{name}: only to {sigma}" if d.get("weak") else name
-
-
-def _half_axes(C: Float) -> tuple[float, float, float]:
-    """Half-axes (m) of the 95 % ellipse of a (2, 2) covariance, and the longer one's angle in the figure."""
-    values, vectors = np.linalg.eigh(C)
-    minor, major = 2.448 * np.sqrt(np.maximum(values, 0.0))
-    return float(major), float(minor), float(-np.degrees(np.arctan2(vectors[1, 1], vectors[0, 1])))
 
 
 def _picture(before: Float, after: Float, size: Float) -> str:

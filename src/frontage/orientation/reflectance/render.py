@@ -23,9 +23,8 @@ _LEAST_SLACK_M = 0.05
 _MARGIN_PX = 24.0  # discs of points outside may reach into the picture
 _WIDER = 1.15  # than the picture: the pyramid outside of which nothing is drawn
 _NEAREST_M = 0.5  # to the camera; points on the instrument or the photographer are not drawn
-_FINEST = (
-    0.4  # of the spacing on the picture: scans from several stations, merged, hold detail below their spacing
-)
+# Of the spacing, on the picture: scans that were merged hold detail below their spacing.
+_FINEST = 0.3
 
 
 @dataclass(frozen=True, eq=False)

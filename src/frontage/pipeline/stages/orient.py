@@ -76,7 +76,7 @@ def camera_sigmas(photos: PhotoSet, calibration: str) -> list[Float]:
 
 def save(job: Job, oriented: Oriented) -> Oriented:
     """Write the report and a COLMAP model."""
-    job.store.save_orientation(oriented.found, oriented.given)
+    job.store.save_orientation(oriented.found, oriented.given, job.store.world())
     return oriented
 
 

@@ -19,17 +19,14 @@ Every method that writes also takes note of the files, so that the marker of the
 """
 
 from collections.abc import Sequence
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 from pydantic import ValidationError
 
 from frontage.errors import FileError, InputError, WorkspaceError
 from frontage.geometry.arrays import Int
 from frontage.io.arrayfiles import read_array
-from frontage.io.colmapwrite import Tracks, write_colmap
 from frontage.io.facadefile import world_to_json
 from frontage.io.files import MALFORMED
 from frontage.io.photos.photoset import PhotoSet
@@ -40,19 +37,17 @@ from frontage.io.rasters.sidecar import OrthoSidecar, read_sidecar
 from frontage.io.scans.laswrite import write_las
 from frontage.io.scans.npz import load_scan, save_scan
 from frontage.model import Building, Elements, Facade, OrthoImage, Scan, WorldRef
-from frontage.orientation import KeyPoints, Orientation, PairMatches
 from frontage.pipeline.project import Project
 from frontage.pipeline.store import elements as elementfiles
-from frontage.pipeline.store import orientation
 from frontage.pipeline.store.files import read_json, write_array, write_json
-from frontage.pipeline.store.folder import Folder
+from frontage.pipeline.store.orientationfolder import OrientationFolder
 from frontage.pipeline.store.records import BuildingRecord, load_facade, save_facade
 from frontage.pipeline.store.results import ItemResult, OpeningsItemResult, ScansResult, result_from_json
 
 _AGAIN = "run `frontage run` again"
 
 
-class Store(Folder):
+class Store(OrientationFolder):
     """A run folder. Methods named after a noun read it, methods named save_... write it."""
 
     def project(self) -> Project:
@@ -270,43 +265,7 @@ class Store(Folder):
         Photos that could not be oriented have no pose. Raises FrontageError if they cannot be read.
         """
         photos = read_photos(source, self.world())
-        if source.pose == "trusted":
-            return photos
-        found = orientation.oriented_photos(self.orientation_folder, self.world())
-        placed = tuple(found.get(p.id, replace(p, local_from_camera=None)) for p in photos.photos)
-        return replace(photos, photos=placed)
-
-    def save_orientation(self, found: Orientation, given: PhotoSet) -> None:
-        """Write `orientation/report.json` and the oriented photos as a COLMAP text model."""
-        folder, world = self.orientation_folder, self.world()
-        write_json(folder / orientation.REPORT, orientation.report_record(found, given.photos, world))
-        photos = [p.photo for p in found.photos]
-        tracks = Tracks(found.point, found.photo, found.pixels)
-        model = write_colmap(folder / "colmap", photos, world.origin.astype(np.float64), found.points, tracks)
-        self.wrote(folder / orientation.REPORT, *sorted(model.iterdir()))
-
-    def save_key_points(self, number: int, points: KeyPoints) -> None:
-        """Write the key points of a photo, which has this number among the given ones."""
-        path = self._ties_path("keypoints", number)
-        orientation.save_key_points(path, points)
-        self.wrote(path)
-
-    def key_points(self, number: int) -> KeyPoints:
-        """Return the key points of a photo. Raises FileError."""
-        return orientation.load_key_points(self._ties_path("keypoints", number))
-
-    def save_matches(self, number: int, pairs: list[PairMatches]) -> None:
-        """Write the matches of a photo with later ones."""
-        path = self._ties_path("matches", number)
-        orientation.save_matches(path, pairs)
-        self.wrote(path)
-
-    def matches(self, number: int) -> list[PairMatches]:
-        """Return the matches of a photo with later ones. Raises FileError."""
-        return orientation.load_matches(self._ties_path("matches", number))
-
-    def _ties_path(self, kind: str, number: int) -> Path:
-        return self.orientation_folder / "ties" / f"{kind}_{number:04d}.npz"
+        return photos if source.pose == "trusted" else self.with_oriented_poses(photos, self.world())
 
     def model(self) -> dict[str, dict[str, Any]]:
         """Return what `model/report.json` says of every building of the model; empty without a model."""
