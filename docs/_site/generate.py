@@ -24,7 +24,6 @@ FAMILIES = {
     "I": "Input: files, coordinate systems, options",
     "O": "Orientation of photos",
     "R": "Registration",
-    "O": "Orientation of photos",
     "F": "Facades, ortho-images and openings",
     "S": "Solids and models",
     "W": "The run folder",

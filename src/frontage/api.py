@@ -89,7 +89,7 @@ def read_scans(*paths: Path | str, crs: str | None = None, **about: Any) -> Scan
 
 
 def read_photos(path: Path | str, scan: Scan, *, cameras: Path | str | None = None, **about: Any) -> PhotoSet:
-    """Read photographs with known poses into the local frame of a scan; pixels are read on demand.
+    """Read photographs with their poses into the local frame of a scan; pixels are read on demand.
 
     path     folder, file or glob of pictures, or an E57 file with embedded ones
     cameras  COLMAP model folder with their cameras and poses; an `offset.txt` in it is added to the positions

@@ -55,7 +55,7 @@ def test_without_scans_the_points_of_the_cameras_are_the_cloud(tmp_path: Path) -
         (SCAN + "[ortho]\ngsd = -0.01\n", r"ortho\.gsd = -0\.01 .*greater than 0"),
         (SCAN + "[ortho]\ngds = 0.01\n", r"unknown key 'ortho\.gds'; known there: .*gsd"),
         (SCAN + "speed = 3\n", r"unknown key 'scans\.0\.speed'; known there: crs, offset"),
-        (SCAN + "[orto]\n", r"unknown key 'orto'; known there: .*buildings, .*openings, ortho, "),
+        (SCAN + "[orto]\n", r"unknown key 'orto'; known there: .*buildings, .*openings, orientation, ortho, "),
         (SCAN + '[project]\nseed = "x"\n', r"project\.seed = 'x' is not usable"),
         ("[project]\nseed = 1\n", "no scan is given"),
         ("[[scans]]\nunits = 'm'\n", r"'scans\.0\.path' is missing"),

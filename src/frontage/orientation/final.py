@@ -6,12 +6,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from frontage.geometry.arrays import Bool, Float, Int
-from frontage.model import Photo
+from frontage.geometry.rigid import Rigid3
+from frontage.model import Estimate, Photo
 from frontage.orientation.abreast import each
 from frontage.orientation.adjustment import Adjustment, Dependence, Network, NotDetermined, adjust
 from frontage.orientation.control import ControlPoints, find_control
 from frontage.orientation.network import CONTROL, SURFACES, TIES, TiePoints, build_network
-from frontage.orientation.options import OrientationOptions
 from frontage.orientation.reflectance.surface import ScannedSurface
 from frontage.orientation.reflectance.tones import ImageOf
 from frontage.orientation.result import Orientation, OrientedPhoto, Unoriented
@@ -25,111 +25,138 @@ _REACH_M = 5.0  # over which that error changes, about two bays and two storeys
 _PASSES = ((12, 24), (6, 12))  # radius of the search for control and distance of templates, px of renderings
 _FEWEST_CONTROL = 12
 _FEWEST_TIES = 30
+_FEWEST_CHECKED = 3
 _CHECKED = 0.2  # of the control points that are left out for a check
 _NAMES = {TIES: "tie points", CONTROL: "control", SURFACES: "surfaces"}
+
+
+@dataclass(frozen=True, eq=False)
+class Scene:
+    """What photos are oriented in, and who is told of the progress.
+
+    given          all photos, with what is known of their poses
+    surface        of the scan; `image_of` returns the picture of a photo id
+    camera_sigmas  per given photo, standard errors of its camera's parameters; empty: all are exact
+    """
+
+    given: Sequence[Photo]
+    surface: ScannedSurface
+    image_of: ImageOf
+    camera_sigmas: Sequence[Float]
+    seed: int
+    tell: Tell
+
+
+@dataclass(frozen=True, eq=False)
+class Placed:
+    """Photos with approximate poses in the scan: their numbers among those given, and their tie points."""
+
+    numbers: Int
+    photos: tuple[Photo, ...]
+    ties: TiePoints
+
+    def only(self, keep: Int) -> "Placed":
+        """The photos at `keep` (k,), with the tie points that they see."""
+        photos = tuple(self.photos[k] for k in keep)
+        return Placed(self.numbers[keep], photos, _of_photos(self.ties, keep))
 
 
 @dataclass(frozen=True, eq=False)
 class _State:
     """The photos that are still in, with what was measured in them, and the last adjustment."""
 
-    numbers: Int
-    photos: tuple[Photo, ...]
-    ties: TiePoints
+    placed: Placed
     control: tuple[ControlPoints, ...]
     network: Network
     adjustment: Adjustment
 
+    @property
+    def improved(self) -> Placed:
+        """The photos with adjusted poses and cameras, and the adjusted tie points."""
+        found, ties = self.adjustment, self.placed.ties
+        cameras = [found.cameras[k].value for k in found.photos.camera]
+        photos = tuple(
+            replace(photo, camera=cameras[k], local_from_camera=found.photo_pose(k))
+            for k, photo in enumerate(self.placed.photos)
+        )
+        return Placed(self.placed.numbers, photos, replace(ties, xyz=found.points[: len(ties.xyz)]))
 
-def adjusted_orientation(
-    given: Sequence[Photo],
-    numbers: Int,
-    photos: Sequence[Photo],
-    ties: TiePoints,
-    surface: ScannedSurface,
-    image_of: ImageOf,
-    unoriented: Sequence[Unoriented],
-    *,
-    options: OrientationOptions,
-    camera_sigmas: Sequence[Float],
-    seed: int,
-    tell: Tell,
-) -> Orientation:
+
+def adjusted_orientation(scene: Scene, placed: Placed, unoriented: Sequence[Unoriented]) -> Orientation:
     """Adjusts placed photos and judges each; those that the scan contradicts are taken out."""
     left = list(unoriented)
-    state: _State | None = None
-    verdicts: list[Verdict] = []
-    for search in _PASSES:
-        if not len(photos):
-            break
-        state = _adjusted(numbers, photos, ties, surface, image_of, camera_sigmas, search=search, tell=tell)
-        photos = _with_poses(state)
-        ties = replace(state.ties, xyz=state.adjustment.points[: len(state.ties.xyz)])
-        verdicts = []
-        for verdict in each(lambda photo: verify(photo, surface, image_of), photos):
-            tell("checking")
-            verdicts.append(verdict)
-        keep, refused = _judged(state, photos, verdicts)
+    passes, again = list(_PASSES), True
+    while passes and len(placed.photos):
+        search = passes.pop(0)
+        state = _adjusted(scene, placed, search)
+        left += _lost(placed, state)
+        placed = state.improved
+        verdicts = _verdicts(scene, placed.photos)
+        keep, refused = _judged(state, verdicts)
         left += refused
-        numbers, photos, ties = numbers[keep], tuple(photos[k] for k in keep), _of_photos(ties, keep)
-        verdicts = [verdicts[k] for k in keep]
-        if refused and search == _PASSES[-1] and len(photos):
-            state = _adjusted(
-                numbers, photos, ties, surface, image_of, camera_sigmas, search=search, tell=tell
-            )
-            photos = _with_poses(state)
-    if state is None or not len(photos):
-        return _nothing(surface, left)
-    checks = _check(state, surface, camera_sigmas, seed)
+        if len(refused):
+            placed = placed.only(keep)
+            if not passes and again:  # what the refused photos contributed has to go
+                passes, again = [search], False
+    if not len(placed.photos):
+        return _nothing(scene.surface, left)
+    checks = _check(scene, state)
     oriented = tuple(
-        _oriented(k, state, photo, verdict, checks[k])
-        for k, (photo, verdict) in enumerate(zip(photos, verdicts, strict=True))
+        _oriented(k, state, placed.photos[k], verdicts[k], checks[k]) for k in range(len(checks))
     )
-    return _orientation(oriented, left, state, surface)
+    return _orientation(oriented, left, state, scene.surface)
 
 
-def _adjusted(
-    numbers: Int,
-    photos: Sequence[Photo],
-    ties: TiePoints,
-    surface: ScannedSurface,
-    image_of: ImageOf,
-    camera_sigmas: Sequence[Float],
-    *,
-    search: tuple[int, int],
-    tell: Tell,
-) -> _State:
+def _lost(placed: Placed, state: _State) -> list[Unoriented]:
+    """The photos that the observations do not determine."""
+    lost = np.flatnonzero(~np.isin(placed.numbers, state.placed.numbers))
+    text = "nothing that was found in it determines its pose"
+    return [Unoriented(placed.photos[k].id, "O100", text) for k in lost]
+
+
+def _verdicts(scene: Scene, photos: Sequence[Photo]) -> list[Verdict]:
+    verdicts = []
+    for verdict in each(lambda photo: verify(photo, scene.surface, scene.image_of), photos):
+        scene.tell("checking")
+        verdicts.append(verdict)
+    return verdicts
+
+
+def _adjusted(scene: Scene, placed: Placed, search: tuple[int, int]) -> _State:
     """Measures control at the present poses and adjusts; photos that nothing determines are left out."""
-    control = []
     radius, step = search
+    control = []
 
     def measure(photo: Photo) -> ControlPoints:
-        return find_control(photo, surface, image_of, radius=radius, step=step)
+        return find_control(photo, scene.surface, scene.image_of, radius=radius, step=step)
 
-    for found in each(measure, photos):
-        tell("control")
+    for found in each(measure, placed.photos):
+        scene.tell("control")
         control.append(found)
-    sigmas = [camera_sigmas[k] for k in numbers] if len(camera_sigmas) else []
-    network = build_network(photos, ties, control, surface, camera_sigmas=sigmas)
-    tell("adjusting")
-    try:
-        adjustment = adjust(network, dependence=dependence_of(network, len(ties.xyz), surface))
-    except NotDetermined as error:
-        keep = np.setdiff1d(np.arange(len(photos)), np.array(error.bodies, np.int64))
-        if len(keep) == len(photos) or not len(keep):
-            raise
-        some = [photos[k] for k in keep]
-        return _adjusted(
-            numbers[keep],
-            some,
-            _of_photos(ties, keep),
-            surface,
-            image_of,
-            camera_sigmas,
-            search=search,
-            tell=tell,
-        )
-    return _State(numbers, tuple(photos), ties, tuple(control), network, adjustment)
+    while True:
+        network = _network(scene, placed, control)
+        try:
+            dependence = dependence_of(network, len(placed.ties.xyz), scene.surface)
+            return _State(placed, tuple(control), network, adjust(network, dependence=dependence))
+        except NotDetermined as error:
+            keep = np.setdiff1d(np.arange(len(placed.photos)), np.array(error.bodies, np.int64))
+            if len(keep) == len(placed.photos) or not len(keep):
+                raise
+            placed, control = placed.only(keep), [control[k] for k in keep]
+
+
+def _network(scene: Scene, placed: Placed, control: Sequence[ControlPoints]) -> Network:
+    sigmas = [scene.camera_sigmas[k] for k in placed.numbers] if len(scene.camera_sigmas) else []
+    priors = [_prior(scene.given[k]) for k in placed.numbers]
+    return build_network(
+        placed.photos, placed.ties, control, scene.surface, priors=priors, camera_sigmas=sigmas
+    )
+
+
+def _prior(photo: Photo) -> Estimate[Rigid3] | None:
+    """The approximate pose as an observation, where its standard errors are stated."""
+    pose = photo.local_from_camera
+    return None if pose is None or not (pose.sigma > 0).all() else pose
 
 
 def dependence_of(network: Network, ties: int, surface: ScannedSurface) -> Dependence:
@@ -141,16 +168,6 @@ def dependence_of(network: Network, ties: int, surface: ScannedSurface) -> Depen
     return Dependence(np.asarray(cluster, np.int64), shared, _REACH_M)
 
 
-def _with_poses(state: _State) -> tuple[Photo, ...]:
-    """The photos with adjusted poses and cameras."""
-    found = state.adjustment
-    cameras = [found.cameras[k].value for k in found.photos.camera]
-    return tuple(
-        replace(photo, camera=cameras[k], local_from_camera=found.photo_pose(k))
-        for k, photo in enumerate(state.photos)
-    )
-
-
 def _of_photos(ties: TiePoints, keep: Int) -> TiePoints:
     """The tie points of some photos, which are numbered anew."""
     place = np.full(max(int(ties.photo.max(initial=-1)), int(keep.max(initial=-1))) + 1, -1)
@@ -159,12 +176,10 @@ def _of_photos(ties: TiePoints, keep: Int) -> TiePoints:
     return TiePoints(ties.xyz, place[ties.photo[rows]], ties.point[rows], ties.pixels[rows])
 
 
-def _judged(
-    state: _State, photos: Sequence[Photo], verdicts: Sequence[Verdict]
-) -> tuple[Int, list[Unoriented]]:
+def _judged(state: _State, verdicts: Sequence[Verdict]) -> tuple[Int, list[Unoriented]]:
     """Which photos may stay, and why the others may not."""
     keep, refused = [], list[Unoriented]()
-    for k, (photo, verdict) in enumerate(zip(photos, verdicts, strict=True)):
+    for k, (photo, verdict) in enumerate(zip(state.placed.photos, verdicts, strict=True)):
         control, ties = _count(state, k, CONTROL), _count(state, k, TIES)
         if verdict.contradicted:
             text = f"the scan is found {verdict.shift:.0f} px from where its pose puts it"
@@ -187,29 +202,23 @@ def _count(state: _State, photo: int, group: int) -> int:
     return len(_rows(state, photo, group))
 
 
-def _check(state: _State, surface: ScannedSurface, camera_sigmas: Sequence[Float], seed: int) -> Float:
+def _check(scene: Scene, state: _State) -> Float:
     """Root mean square error (p,) m of control points that another adjustment did not use."""
-    rng = np.random.default_rng(seed)
+    rng = np.random.default_rng(scene.seed)
     out = [rng.random(len(c)) < _CHECKED for c in state.control]
     rest = [c.take(~o) for c, o in zip(state.control, out, strict=True)]
-    sigmas = [camera_sigmas[k] for k in state.numbers] if len(camera_sigmas) else []
-    photos = _with_poses(state)
-    ties = replace(state.ties, xyz=state.adjustment.points[: len(state.ties.xyz)])
-    network = build_network(photos, ties, rest, surface, camera_sigmas=sigmas)
+    errors = np.full(len(out), np.nan)
     try:
-        found = adjust(network)
+        found = adjust(_network(scene, state.improved, rest))
     except NotDetermined:
-        return np.full(len(photos), np.nan)
-    errors = np.full(len(photos), np.nan)
+        return errors
     for k, (control, mask) in enumerate(zip(state.control, out, strict=True)):
         used = mask & _used_control(state, k)
-        if used.sum() >= 3:
-            pose = found.photo_pose(k).value
+        if used.sum() >= _FEWEST_CHECKED:
             camera = found.cameras[found.photos.camera[k]].value
-            inside = pose.inverse.apply(control.xyz[used])
+            inside = found.photo_pose(k).value.inverse.apply(control.xyz[used])
             off = camera.project(inside) - control.pixels[used]
-            metres = off * (inside[:, 2:] / float(camera.params[0]))
-            errors[k] = float(np.sqrt(np.nanmean(metres**2)))
+            errors[k] = float(np.sqrt(np.nanmean((off * (inside[:, 2:] / camera.params[0])) ** 2)))
     return errors
 
 
@@ -226,7 +235,7 @@ def _oriented(k: int, state: _State, photo: Photo, verdict: Verdict, check: floa
     control, ties = _rows(state, k, CONTROL), _rows(state, k, TIES)
     return OrientedPhoto(
         photo,
-        int(state.numbers[k]),
+        int(state.placed.numbers[k]),
         len(control),
         _rms(found.residuals[control]),
         len(ties),
@@ -250,7 +259,7 @@ def _orientation(
     photos: tuple[OrientedPhoto, ...], left: Sequence[Unoriented], state: _State, surface: ScannedSurface
 ) -> Orientation:
     found, images = state.adjustment, state.network.images
-    n = len(state.ties.xyz)
+    n = len(state.placed.ties.xyz)
     rows = np.flatnonzero(found.used & (images.group == TIES))
     rays = np.bincount(images.point[rows], minlength=n)
     good = np.flatnonzero(found.determined[:n] & (rays >= 2))

@@ -61,3 +61,9 @@ def mean_channels(*parts: Channels) -> Channels:
     total = sum(part.values for part in parts)
     known = np.asarray(count) > 0
     return Channels(np.asarray(total / np.maximum(np.asarray(count), 1.0), np.float32), known)
+
+
+def padded(channels: Channels, margin: int) -> Channels:
+    """Returns the channels with a margin of unknown pixels on every side."""
+    values = np.pad(channels.values, ((0, 0), (margin, margin), (margin, margin)))
+    return Channels(values, np.pad(channels.known, margin))

@@ -4,40 +4,29 @@ The order is that of paper B, section 2.2: blocks of photos from tie points (2.2
 from the reflectance of the scanner (2.2.2), one adjustment of everything.
 """
 
-from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
 
 import numpy as np
 
 from frontage.geometry.arrays import Float, Int
 from frontage.model import Photo, Scan
 from frontage.orientation.alone import place_alone
-from frontage.orientation.final import adjusted_orientation
+from frontage.orientation.final import Placed, Scene, Tell, adjusted_orientation
 from frontage.orientation.network import TiePoints
 from frontage.orientation.nouns import Block
 from frontage.orientation.options import OrientationOptions
 from frontage.orientation.place import Similarity, Start
 from frontage.orientation.placing import BlockPlace, find_place, placed_photos
-from frontage.orientation.reflectance.surface import ScannedSurface, scanned_surface
+from frontage.orientation.reflectance.surface import scanned_surface
 from frontage.orientation.reflectance.tones import ImageOf
 from frontage.orientation.result import Orientation, Unoriented
 from frontage.orientation.start import start_from_poses
 from frontage.orientation.ties import Blocks
 from frontage.orientation.upright import plumb_line, turn_upright, up_from_cameras
 
-Tell = Callable[[str], None]
-
+_AMBIGUOUS = "O103"
 _PRIOR_SIGMAS = 4.0  # positions farther than this from the approximate ones contradict them
-_LEAST_BLOCK = 2
-
-
-@dataclass(frozen=True, eq=False)
-class _Placed:
-    """Photos with approximate poses in the scan: their numbers among those given, and their tie points."""
-
-    numbers: Int
-    photos: tuple[Photo, ...]
-    ties: TiePoints
 
 
 def orient_photos(
@@ -63,46 +52,31 @@ def orient_photos(
     something that the scan does not have.
     """
     options = options or OrientationOptions()
-    tell = tell or _silent
     surface = scanned_surface(scan, options.source, seed)
-    placed, unoriented = list[_Placed](), [Unoriented(n, "O101", r) for n, r in blocks.unoriented]
+    scene = Scene(photos, surface, image_of, camera_sigmas, seed, tell or _silent)
+    placed, unoriented = list[Placed](), [Unoriented(n, "O101", r) for n, r in blocks.unoriented]
     for block in blocks.blocks:
-        tell("placing")
-        found = _place_block(block, photos, surface, image_of, seed)
-        if isinstance(found, _Placed):
+        scene.tell("placing")
+        found = _place_block(block, scene)
+        if isinstance(found, Placed):
             placed.append(found)
         else:
             unoriented += found
-    placed, unoriented = _rescued(photos, placed, unoriented, surface, image_of, seed, tell)
-    numbers, oriented, ties = _merged(placed)
-    return adjusted_orientation(
-        photos,
-        numbers,
-        oriented,
-        ties,
-        surface,
-        image_of,
-        unoriented,
-        options=options,
-        camera_sigmas=camera_sigmas,
-        seed=seed,
-        tell=tell,
-    )
+    placed, unoriented = _rescued(scene, placed, unoriented)
+    return adjusted_orientation(scene, _merged(placed), unoriented)
 
 
-def _place_block(
-    block: Block, photos: Sequence[Photo], surface: ScannedSurface, image_of: ImageOf, seed: int
-) -> _Placed | list[Unoriented]:
+def _place_block(block: Block, scene: Scene) -> Placed | list[Unoriented]:
     """The photos of a block in the scan, or the reason why they are not."""
-    start = start_from_poses(block, photos) or _start_without_poses(block, image_of)
-    place = find_place(block, surface, image_of, start, seed)
+    start = start_from_poses(block, scene.given) or _start_without_poses(block, scene.image_of)
+    place = find_place(block, scene.surface, scene.image_of, start, scene.seed)
     if place is None:
         return _refused(block, "O102", "nothing of the scan could be found in the photos matched with it")
     if place.ambiguous and not _decided_by_poses(place, start):
         text = f"it fits {place.rival_off:.1f} m away as well as in the best place"
-        return _refused(block, "O103", text)
+        return _refused(block, _AMBIGUOUS, text)
     ties = TiePoints(place.similarity.apply(block.points), block.photo, block.point, block.pixels)
-    return _Placed(block.numbers, tuple(placed_photos(block, place.similarity)), ties)
+    return Placed(block.numbers, tuple(placed_photos(block, place.similarity)), ties)
 
 
 def _start_without_poses(block: Block, image_of: ImageOf) -> Start:
@@ -113,7 +87,7 @@ def _start_without_poses(block: Block, image_of: ImageOf) -> Start:
 
 def _decided_by_poses(place: BlockPlace, start: Start) -> bool:
     """Whether approximate poses rule the other place out."""
-    return place.rival_off > 2.0 * _PRIOR_SIGMAS * start.sigma_shift
+    return place.rival_off > _PRIOR_SIGMAS * start.sigma_shift
 
 
 def _refused(block: Block, code: str, reason: str) -> list[Unoriented]:
@@ -121,29 +95,24 @@ def _refused(block: Block, code: str, reason: str) -> list[Unoriented]:
 
 
 def _rescued(
-    photos: Sequence[Photo],
-    placed: list[_Placed],
-    unoriented: list[Unoriented],
-    surface: ScannedSurface,
-    image_of: ImageOf,
-    seed: int,
-    tell: Tell,
-) -> tuple[list[_Placed], list[Unoriented]]:
+    scene: Scene, placed: list[Placed], unoriented: list[Unoriented]
+) -> tuple[list[Placed], list[Unoriented]]:
     """Tries photos without a place on their own."""
-    number_of = {photo.id: k for k, photo in enumerate(photos)}
+    number_of = {photo.id: k for k, photo in enumerate(scene.given)}
     left: list[Unoriented] = []
     for one in unoriented:
-        tell("placing")
-        photo = photos[number_of[one.photo]]
-        found = place_alone(photo, surface, image_of, seed)
+        number, found = number_of[one.photo], None
+        if one.code != _AMBIGUOUS:  # on its own, a photo fits at both places, too
+            scene.tell("placing")
+            found = place_alone(scene.given[number], scene.surface, scene.image_of, scene.seed)
         if found is None:
             left.append(one)
         else:
-            placed.append(_Placed(np.array([number_of[one.photo]]), (found,), TiePoints.none()))
+            placed.append(Placed(np.array([number]), (found,), TiePoints.none()))
     return placed, left
 
 
-def _merged(placed: Sequence[_Placed]) -> tuple[Int, tuple[Photo, ...], TiePoints]:
+def _merged(placed: Sequence[Placed]) -> Placed:
     """All placed photos in their given order, with all tie points."""
     numbers = np.concatenate([np.empty(0, np.int64), *(p.numbers for p in placed)])
     photos = [photo for p in placed for photo in p.photos]
@@ -157,10 +126,10 @@ def _merged(placed: Sequence[_Placed]) -> tuple[Int, tuple[Photo, ...], TiePoint
         np.concatenate([np.empty(0, np.int64), *(t.point for t in parts)]),
         np.concatenate([np.empty((0, 2)), *(t.pixels for t in parts)]),
     )
-    return numbers[order], tuple(photos[k] for k in order), ties
+    return Placed(numbers[order], tuple(photos[k] for k in order), ties)
 
 
-def _numbered(placed: Sequence[_Placed], place: Int) -> Iterator[TiePoints]:
+def _numbered(placed: Sequence[Placed], place: Int) -> Iterator[TiePoints]:
     """The tie points of every part, numbered through; `place` is the new number of every photo."""
     first_photo = first_point = 0
     for part in placed:

@@ -40,7 +40,7 @@ def start_from_poses(block: Block, given: Sequence[Photo]) -> Start | None:
         Similarity(scale, R, t),
         max(sigma_turn, 1e-3) / np.sqrt(n),
         sigma_size if sigma_size < _VAGUE else np.inf,
-        max(sigma_shift, 0.05) / np.sqrt(n),
+        max(sigma_shift, 0.05),  # errors of GPS are common to a walk: more photos do not help
     )
 
 

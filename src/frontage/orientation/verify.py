@@ -15,16 +15,16 @@ from scipy.stats import binom
 
 from frontage.model import Photo
 from frontage.orientation.control import rendering_channels
-from frontage.orientation.gradients import oriented_gradients
-from frontage.orientation.reflectance.render import render, rendering_factor
+from frontage.orientation.gradients import oriented_gradients, padded
+from frontage.orientation.reflectance.render import FINEST, render, rendering_factor
 from frontage.orientation.reflectance.surface import ScannedSurface
 from frontage.orientation.reflectance.tones import ImageOf, photo_tone
 from frontage.orientation.templates import correlation_surfaces
 
-_COARSER = 3.0  # than the natural resolution
-_RADIUS = 28  # px of the coarse rendering; about three metres for a scan at 4 cm
-_NEAR_PX = 3.0  # of the coarse rendering: the peak of the sum lies there when the pose is right
-_STEP = 24
+_PIXEL_M = 0.06  # of the rendering: fine enough for window frames
+_REACH_M = 3.6  # how far off is looked for: one axis of windows, and more than most
+_NEAR_PX = 3.0  # of the rendering: the peak of the sum lies there when the pose is right
+_STEP = 36
 _CHANCE = 1e-6  # probability of a chance result below which a pose is confirmed
 _FEWEST = 8  # templates, below which nothing can be said
 
@@ -64,22 +64,22 @@ class Verdict:
 
 def verify(photo: Photo, surface: ScannedSurface, image_of: ImageOf) -> Verdict:
     """Compares a photo with the scan drawn at its pose."""
-    factor = rendering_factor(photo, surface) * _COARSER
+    spacing = rendering_factor(photo, surface) / FINEST
+    factor = max(spacing * _PIXEL_M / float(np.median(surface.spacing)), 1.0)
     drawn = render(photo, surface, factor)
     tone, scale = photo_tone(image_of(photo.id), factor)
-    radius = min(_RADIUS, (min(drawn.known.shape) - 2 * 24 - 4) // 2)
-    if radius < 6:
-        return Verdict(0, 0, 1.0, 0.0, 0.0)
-    at, surfaces = correlation_surfaces(
-        rendering_channels(drawn, surface), oriented_gradients(tone), radius, _STEP
+    radius = round(_REACH_M / _PIXEL_M)
+    template, picture = (
+        padded(c, radius) for c in (rendering_channels(drawn, surface), oriented_gradients(tone))
     )
+    at, surfaces = correlation_surfaces(template, picture, radius, _STEP)
     if not len(at):
         return Verdict(0, 0, 1.0, 0.0, 0.0)
     row, column = np.divmod(surfaces.reshape(len(at), -1).argmax(1), 2 * radius + 1)
     agreeing = int((np.hypot(row - radius, column - radius) <= _NEAR_PX).sum())
     share = np.pi * _NEAR_PX**2 / (2 * radius + 1) ** 2
-    # Templates overlap by half, so that only every fourth is independent.
-    independent = max(1, len(at) // 4)
+    # Templates overlap, so that only every second is independent.
+    independent = max(1, len(at) // 2)
     chance = float(binom.sf(round(agreeing * independent / len(at)) - 1, independent, share))
     return _judged(surfaces.sum(0), radius, float(scale.mean()), len(at), agreeing, chance)
 

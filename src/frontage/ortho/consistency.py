@@ -15,6 +15,7 @@ import cv2
 import numpy as np
 
 from frontage.geometry.arrays import Array, Bool, Float, Int
+from frontage.geometry.rigid import skew
 from frontage.model import Facade, Photo, PhotoOffset
 from frontage.ortho.options import OrthoOptions
 from frontage.ortho.orthoraster import OrthoRaster
@@ -72,8 +73,10 @@ def photo_offset(
     views = [(plan.photos[k], slopes[k], visible[k]) for k in chosen]
     reach = float(np.abs(slopes[chosen]).max())
 
+    pose_px = _pose_error([photo for photo, _, _ in views], facade, raster)
+
     def measured(offset: float) -> PhotoOffset | None:
-        return _estimate(_compare(replace(surface, offset=offset), patches, views, image_of))
+        return _estimate(_compare(replace(surface, offset=offset), patches, views, image_of), pose_px)
 
     def matters(found: PhotoOffset) -> bool:
         certain = abs(found.value) > _SURE * float(np.hypot(found.sigma, facade.sigma_plane))
@@ -159,12 +162,29 @@ def _compare(
     return _Pairs(table[:, 0].astype(int), table[:, 1].astype(int), table[:, 2], table[:, 3], table[:, 4])
 
 
-def _estimate(pairs: _Pairs) -> PhotoOffset | None:
+def _pose_error(photos: Sequence[Photo], facade: Facade, raster: OrthoRaster) -> float:
+    """Standard error, px per axis, of the shift between two photos that their poses bring about.
+
+    A pose that is moved by v and turned by w about its camera moves what it shows at X by v + w x (X - C).
+    """
+    X = facade.frame.t
+    variance = []
+    for photo in photos:
+        pose = photo.local_from_camera
+        if pose is not None:
+            J = np.column_stack([np.eye(3), -skew(X - pose.value.t)])
+            moved = facade.frame.R.T @ (J @ pose.covariance @ J.T) @ facade.frame.R
+            variance.append(0.5 * (moved[0, 0] + moved[2, 2]))
+    return float(np.sqrt(2.0 * np.mean(variance)) / raster.gsd)
+
+
+def _estimate(pairs: _Pairs, pose_px: float) -> PhotoOffset | None:
     """Returns the mean depth with its standard error; None when there are too few patches.
 
     Patches are independent samples; the pairs of one patch are not. The standard error adds to their scatter
     what all of them share: the error of the matching and the disagreement of the poses, because a pair that
-    is shifted by p px across its base may be shifted as much along it.
+    is shifted by p px across its base may be shifted as much along it. `pose_px` is what the standard errors of
+    the poses let expect.
     """
     patch, index = np.unique(pairs.patch, return_inverse=True)
     if len(patch) < _FEWEST_PATCHES:
@@ -178,7 +198,7 @@ def _estimate(pairs: _Pairs) -> PhotoOffset | None:
     kept = good[index]
     poses = [np.median(pairs.across[kept & (pairs.pair == p)]) for p in np.unique(pairs.pair[kept])]
     base = np.sqrt(np.mean(pairs.weight[kept]))
-    common = np.sqrt(np.mean(np.square(poses)) + _MATCHING_PX**2) / base
+    common = np.sqrt(np.mean(np.square(poses)) + _MATCHING_PX**2 + pose_px**2) / base
     return PhotoOffset(mean, float(np.hypot(scatter, common)), count, False)
 
 

@@ -24,7 +24,7 @@ _MARGIN_PX = 24.0  # discs of points outside may reach into the picture
 _WIDER = 1.15  # than the picture: the pyramid outside of which nothing is drawn
 _NEAREST_M = 0.5  # to the camera; points on the instrument or the photographer are not drawn
 # Of the spacing, on the picture: scans that were merged hold detail below their spacing.
-_FINEST = 0.3
+FINEST = 0.3
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,7 +72,7 @@ def rendering_factor(photo: Photo, surface: ScannedSurface, sample: int = 20_000
     if not seen.any():
         return 1.0
     focal = _focal(photo)
-    return float(max(1.0, _FINEST * np.median(spacing[seen] * focal / in_camera[seen, 2])))
+    return float(max(1.0, FINEST * np.median(spacing[seen] * focal / in_camera[seen, 2])))
 
 
 def render(photo: Photo, surface: ScannedSurface, factor: float) -> Rendering:
