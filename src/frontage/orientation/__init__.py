@@ -10,10 +10,11 @@ checked by drawing the scan again (`verify`). `paper` is the paper's own chain, 
 from frontage.orientation.nouns import Block, KeyPoints, PairMatches
 from frontage.orientation.options import OrientationOptions
 from frontage.orientation.orient import orient_photos
-from frontage.orientation.result import Orientation, OrientedPhoto, Unoriented
+from frontage.orientation.result import Drawing, Orientation, OrientedPhoto, Unoriented
 
 __all__ = [
     "Block",
+    "Drawing",
     "KeyPoints",
     "Orientation",
     "OrientationOptions",

@@ -11,6 +11,7 @@ from frontage.model import Estimate, Photo
 from frontage.orientation.abreast import each
 from frontage.orientation.adjustment import Adjustment, Dependence, Network, NotDetermined, adjust
 from frontage.orientation.control import ControlPoints, find_control
+from frontage.orientation.drawings import draw_scan
 from frontage.orientation.network import CONTROL, SURFACES, TIES, TiePoints, build_network
 from frontage.orientation.reflectance.surface import ScannedSurface
 from frontage.orientation.reflectance.tones import ImageOf
@@ -85,7 +86,7 @@ class _State:
 def adjusted_orientation(scene: Scene, placed: Placed, unoriented: Sequence[Unoriented]) -> Orientation:
     """Adjusts placed photos and judges each; those that the scan contradicts are taken out."""
     left = list(unoriented)
-    passes, again = list(_PASSES), True
+    passes = list(_PASSES)
     while passes and len(placed.photos):
         search = passes.pop(0)
         state = _adjusted(scene, placed, search)
@@ -94,17 +95,15 @@ def adjusted_orientation(scene: Scene, placed: Placed, unoriented: Sequence[Unor
         verdicts = _verdicts(scene, placed.photos)
         keep, refused = _judged(state, verdicts)
         left += refused
-        if len(refused):
+        if refused:
             placed = placed.only(keep)
-            if not passes and again:  # what the refused photos contributed has to go
-                passes, again = [search], False
+            passes = passes or [search]  # what the refused photos contributed has to go
     if not len(placed.photos):
         return _nothing(scene.surface, left)
-    checks = _check(scene, state)
-    oriented = tuple(
-        _oriented(k, state, placed.photos[k], verdicts[k], checks[k]) for k in range(len(checks))
-    )
-    return _orientation(oriented, left, state, scene.surface)
+    rows = zip(placed.photos, verdicts, _check(scene, state), strict=True)
+    oriented = tuple(_oriented(k, state, *row) for k, row in enumerate(rows))
+    drawings = draw_scan(placed.photos, scene.surface)
+    return replace(_orientation(oriented, left, state, scene.surface), drawings=drawings)
 
 
 def _lost(placed: Placed, state: _State) -> list[Unoriented]:

@@ -102,10 +102,13 @@ class _Problem:
         if len(rows) < _LEAST:
             return None
         K, none = np.eye(3), np.zeros(4)
-        done, w, t = cv2.solvePnP(self._xyz[rows], self._xy[rows], K, none, flags=cv2.SOLVEPNP_SQPNP)
-        if not done:
+        try:
+            done, w, t = cv2.solvePnP(self._xyz[rows], self._xy[rows], K, none, flags=cv2.SOLVEPNP_SQPNP)
+            if not done:
+                return None
+            w, t = cv2.solvePnPRefineLM(self._xyz[rows], self._xy[rows], K, none, w, t)
+        except cv2.error:  # points almost on one another
             return None
-        w, t = cv2.solvePnPRefineLM(self._xyz[rows], self._xy[rows], K, none, w, t)
         model = np.concatenate([cv2.Rodrigues(w)[0].ravel(), t.ravel()])
         return model if np.isfinite(model).all() else None
 

@@ -4,7 +4,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from frontage.geometry.arrays import Float, Int, freeze
+from frontage.geometry.arrays import Array, Float, Int, freeze
 from frontage.model import Photo
 
 
@@ -55,6 +55,19 @@ class Unoriented:
 
 
 @dataclass(frozen=True, eq=False)
+class Drawing:
+    """The scan as a photo sees it, made from its reflectance, colour or shape.
+
+    pixels  (h, w) uint8, contrast normalised; 0 where nothing was scanned
+    xyz     (h, w, 3) float32 m local, the point behind every pixel; NaN where nothing was scanned
+    """
+
+    photo: str
+    pixels: Array
+    xyz: Array
+
+
+@dataclass(frozen=True, eq=False)
 class Orientation:
     """What orienting photos found.
 
@@ -66,6 +79,7 @@ class Orientation:
     factors      standard deviations found for tie points, control and surfaces, relative to the stated ones
     sigma0       standard deviation of unit weight; `redundancy` observations beyond those needed
     rejected     number of image measurements that were removed as gross errors
+    drawings     what the scan looks like from every oriented photo
     notes        sentences for the user
     """
 
@@ -82,6 +96,7 @@ class Orientation:
     redundancy: int
     rejected: int
     notes: tuple[str, ...] = ()
+    drawings: tuple[Drawing, ...] = field(default=(), repr=False)
 
     def __post_init__(self) -> None:
         n, m = len(self.points), len(self.point)

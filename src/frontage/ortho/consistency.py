@@ -183,8 +183,8 @@ def _estimate(pairs: _Pairs, pose_px: float) -> PhotoOffset | None:
 
     Patches are independent samples; the pairs of one patch are not. The standard error adds to their scatter
     what all of them share: the error of the matching and the disagreement of the poses, because a pair that
-    is shifted by p px across its base may be shifted as much along it. `pose_px` is what the standard errors of
-    the poses let expect.
+    is shifted by p px across its base may be shifted as much along it. `pose_px` is what the standard errors
+    of the poses let expect.
     """
     patch, index = np.unique(pairs.patch, return_inverse=True)
     if len(patch) < _FEWEST_PATCHES:

@@ -12,7 +12,7 @@ from frontage.model import Camera
 
 def require() -> Any:
     """Returns the module pycolmap. Raises MissingExtra, which names the extra, when it is not installed."""
-    if "pycolmap" in sys.modules:
+    if sys.modules.get("pycolmap") is not None:
         return sys.modules["pycolmap"]
     before = signal.getsignal(signal.SIGTERM)
     try:

@@ -3,14 +3,15 @@
 from dataclasses import replace
 from pathlib import Path
 
+import cv2
 import numpy as np
 
 from frontage.io.colmapwrite import Tracks, write_colmap
 from frontage.io.photos.photoset import PhotoSet
 from frontage.model import WorldRef
-from frontage.orientation import KeyPoints, Orientation, PairMatches
+from frontage.orientation import Drawing, KeyPoints, Orientation, PairMatches
 from frontage.pipeline.store import orientation
-from frontage.pipeline.store.files import write_json
+from frontage.pipeline.store.files import write_array, write_json
 from frontage.pipeline.store.folder import Folder
 
 
@@ -34,6 +35,16 @@ class OrientationFolder(Folder):
         tracks = Tracks(found.point, found.photo, found.pixels)
         model = write_colmap(folder / "colmap", photos, world.origin.astype(np.float64), found.points, tracks)
         self.wrote(folder / orientation.REPORT, *sorted(model.iterdir()))
+        for drawing in found.drawings:
+            self._save_drawing(drawing)
+
+    def _save_drawing(self, drawing: Drawing) -> None:
+        """Write `reflectance/IMG_0001.png`, and the points behind its pixels as `IMG_0001.npy`."""
+        stem = self.orientation_folder / "reflectance" / drawing.photo.replace("\\", "/").replace("/", "_")
+        picture, points = stem.with_suffix(".png"), stem.with_suffix(".npy")
+        self.put(picture, cv2.imencode(".png", drawing.pixels)[1].tobytes())
+        write_array(points, drawing.xyz)
+        self.wrote(points)
 
     def save_key_points(self, number: int, points: KeyPoints) -> None:
         """Write the key points of a photo, which has this number among the given ones."""
