@@ -34,11 +34,12 @@ def _picture(drawn: Rendering, surface: ScannedSurface) -> Array:
 
 
 def stretched(tone: Array, known: Bool) -> Array:
-    """Returns log tones (h, w) as code values (h, w) uint8 between their 1 % and 99 % quantiles."""
+    """Returns log tones (h, w) as code values uint8: roots between their 1 % and 99 % quantiles."""
     if not known.any():
         return np.zeros(tone.shape, np.uint8)
-    low, high = np.quantile(tone[known], _ENDS)
-    share = np.clip((tone - low) / max(high - low, 1e-9), 0.0, 1.0)
+    root = np.exp(0.5 * tone)
+    low, high = np.quantile(root[known], _ENDS)
+    share = np.clip((root - low) / max(high - low, 1e-9), 0.0, 1.0)
     return np.where(known, _DARKEST + (255 - _DARKEST) * share, 0.0).astype(np.uint8)
 
 

@@ -26,6 +26,7 @@ _REACH_M = 5.0  # over which that error changes, about two bays and two storeys
 _PASSES = ((12, 24), (6, 12))  # radius of the search for control and distance of templates, px of renderings
 _FEWEST_CONTROL = 12
 _FEWEST_TIES = 30
+_CONFIRMING = 50  # control points, each of which stands out from chance and agrees with the others
 _FEWEST_CHECKED = 3
 _CHECKED = 0.2  # of the control points that are left out for a check
 _NAMES = {TIES: "tie points", CONTROL: "control", SURFACES: "surfaces"}
@@ -242,7 +243,11 @@ def _oriented(k: int, state: _State, photo: Photo, verdict: Verdict, check: floa
         check,
         float(np.nanmean(found.redundancy[control])) if len(control) else float("nan"),
         float(np.nanmedian(found.detectable_bias[control])) if len(control) else float("nan"),
-        "confirmed" if verdict.confirmed else "tied" if len(ties) >= _FEWEST_TIES else "plain",
+        "confirmed"
+        if verdict.confirmed or len(control) >= _CONFIRMING
+        else "tied"
+        if len(ties) >= _FEWEST_TIES
+        else "plain",
         verdict.rival,
         found.cameras[found.photos.camera[k]].sigma,
         state.network.images.pixels[control],

@@ -224,7 +224,7 @@ def _calibrated(
 
 def looks_like_metashape(path: Path) -> bool:
     """Whether a file can only be meant as a Metashape camera file: its name ends in .xml."""
-    return path.suffix.lower() == ".xml"
+    return path.suffix.lower() == ".xml" and not path.is_dir()
 
 
 def metashape_files(path: Path) -> tuple[Path, ...]:

@@ -142,7 +142,8 @@ def _in_world(
 
 def looks_like_opk(path: Path) -> bool:
     """Whether a file is a text table: it names the angles, or its suffix is that of a table."""
-    return path.suffix.lower() in (".csv", ".txt", ".opk", ".tsv", ".dat") and (
+    table = path.suffix.lower() in (".csv", ".txt", ".opk", ".tsv", ".dat") and not path.is_dir()
+    return table and (
         not path.is_file() or has_header(path, _NAMES, _ANGLES) or path.suffix.lower() != ".txt"
     )
 
