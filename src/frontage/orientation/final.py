@@ -243,16 +243,19 @@ def _oriented(k: int, state: _State, photo: Photo, verdict: Verdict, check: floa
         check,
         float(np.nanmean(found.redundancy[control])) if len(control) else float("nan"),
         float(np.nanmedian(found.detectable_bias[control])) if len(control) else float("nan"),
-        "confirmed"
-        if verdict.confirmed or len(control) >= _CONFIRMING
-        else "tied"
-        if len(ties) >= _FEWEST_TIES
-        else "plain",
+        _in_one_word(verdict, len(control), len(ties)),
         verdict.rival,
         found.cameras[found.photos.camera[k]].sigma,
         state.network.images.pixels[control],
         found.residuals[control],
     )
+
+
+def _in_one_word(verdict: Verdict, control: int, ties: int) -> str:
+    """What supports a pose: the scan ("confirmed"), other photos ("tied"), or little of either ("plain")."""
+    if verdict.confirmed or (control >= _CONFIRMING and verdict.alone):
+        return "confirmed"
+    return "tied" if ties >= _FEWEST_TIES else "plain"
 
 
 def _rms(residuals: Float) -> float:

@@ -23,6 +23,7 @@ from frontage.orientation.reflectance.tones import ImageOf
 from frontage.orientation.result import Orientation, Unoriented
 from frontage.orientation.start import start_from_poses
 from frontage.orientation.ties import Blocks
+from frontage.orientation.ties.reasons import is_copy
 from frontage.orientation.upright import plumb_line, turn_upright, up_from_cameras
 
 _AMBIGUOUS = "O103"
@@ -102,7 +103,8 @@ def _rescued(
     left: list[Unoriented] = []
     for one in unoriented:
         number, found = number_of[one.photo], None
-        if one.code != _AMBIGUOUS:  # on its own, a photo fits at both places, too
+        # On its own, a photo fits at both places, too; a copy tells nothing that its twin does not.
+        if one.code != _AMBIGUOUS and not is_copy(one.reason):
             scene.tell("placing")
             found = place_alone(scene.given[number], scene.surface, scene.image_of, scene.seed)
         if found is None:

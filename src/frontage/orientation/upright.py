@@ -1,7 +1,7 @@
 """Which way is up? From the vertical edges of buildings in all photos of a block at once.
 
 The two ends of an image segment and the camera span a plane; the planes of vertical edges all contain the
-plumb line. The line is found from the cameras' x axes, because photos are held level, and improved by the
+plumb line. The line is found from the cameras' axes, because photos are held level, and improved by the
 segments within some degrees of it (robust total least squares on the normals of the planes).
 """
 
@@ -19,23 +19,31 @@ _SIDE_PX = 1600  # pictures are reduced to this longer side
 _SHORTEST = 0.03  # of the longer side
 _NEAR = (np.radians(12.0), np.radians(5.0), np.radians(2.0), np.radians(2.0))  # rounds of the improvement
 _LEAST_SEGMENTS = 12
+_TILTED = 0.3  # weight of tilts, which are free, against that of being level
+_KEPT = 0.02  # weight of the start in the improvement
 _MOST_PHOTOS = 12
 
 
 def up_from_cameras(photos: Sequence[Photo]) -> Float:
-    """Returns the direction (3,) that is most nearly at right angles to all cameras' x axes.
+    """Returns the direction (3,) that is up if the photos were held level, upright or on their side.
 
-    Upright pictures stored on their side have a vertical x axis; each photo therefore counts with the axis of
-    the picture, x or y, that the others agree with.
+    Every axis of every picture, both ways, is tried. The best has, in every photo, one axis nearly at right
+    angles and the other nearly parallel to it; it is then improved by least squares.
     """
     x = np.array([p.pose.R[:, 0] for p in photos])
     y = np.array([p.pose.R[:, 1] for p in photos])
-    level = x
-    for _ in range(3):
-        up = np.linalg.eigh(level.T @ level)[1][:, 0]
-        level = np.where((np.abs(x @ up) > np.abs(y @ up))[:, None], y, x)
-    down = np.median(np.where(np.abs(x @ up) > np.abs(y @ up), 0.0, y @ up))
-    return np.asarray(-up if down > 0 else up)
+    tried = np.concatenate([-y, y, x, -x])
+    across, down = (x @ tried.T) ** 2, (y @ tried.T) ** 2
+    held = across + _TILTED * (1.0 - down), down + _TILTED * (1.0 - across)
+    best = int(np.minimum(*held).sum(0).argmin())
+    on_side = held[1][:, best] < held[0][:, best]
+    level, start = np.where(on_side[:, None], y, x), tried[best]
+    # Cameras that look the same way leave the turn about their level axis open: it stays as it was.
+    A = level.T @ level + _KEPT * len(photos) * np.eye(3)
+    up = np.linalg.solve(A, _KEPT * len(photos) * start)
+    up /= np.linalg.norm(up)
+    upright = (y @ up)[~on_side]
+    return np.asarray(-up if len(upright) and np.median(upright) > 0 else up)
 
 
 def plumb_line(photos: Sequence[Photo], image_of: ImageOf, up: Float) -> Float:

@@ -4,7 +4,8 @@ Two tests per photo, after Meierhold et al. (2010) and against repeated windows:
 
 - templates of the rendering must be found where the pose puts them more often than chance would: with a share
   `p` of the search window counting as "there", k of n hits have a binomial tail probability;
-- the correlation summed over all templates must be highest at no shift. On a facade of equal windows a pose
+- the correlation summed over all templates must be highest where the scan is, and not when it is moved along
+  the wall. On a facade of equal windows a pose
   that is wrong by one window fits almost as well, but not better.
 """
 
@@ -13,10 +14,11 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.stats import binom
 
+from frontage.geometry.arrays import Array, Bool, Float, Int
 from frontage.model import Photo
 from frontage.orientation.control import rendering_channels
 from frontage.orientation.gradients import oriented_gradients, padded
-from frontage.orientation.reflectance.render import FINEST, render, rendering_factor
+from frontage.orientation.reflectance.render import Rendering, pixel_factor, render
 from frontage.orientation.reflectance.surface import ScannedSurface
 from frontage.orientation.reflectance.tones import ImageOf, photo_tone
 from frontage.orientation.templates import correlation_surfaces
@@ -24,8 +26,12 @@ from frontage.orientation.templates import correlation_surfaces
 _PIXEL_M = 0.06  # of the rendering: fine enough for window frames
 _REACH_M = 3.6  # how far off is looked for: one axis of windows, and more than most
 _NEAR_PX = 3.0  # of the rendering: the peak of the sum lies there when the pose is right
-_STEP = 36
+_STEP = 24
+_GRID_M = 0.12  # between the places that are tried
+_SEEN = 0.4  # share of the templates that must be in view at a place
+_WALL_M = 0.5  # to the piece of surface that a template lies on
 _CHANCE = 1e-6  # probability of a chance result below which a pose is confirmed
+_RIVAL = 0.85  # agreement elsewhere, relative to that here, from which a pose is not confirmed
 _FEWEST = 8  # templates, below which nothing can be said
 
 
@@ -54,7 +60,12 @@ class Verdict:
     @property
     def confirmed(self) -> bool:
         """Whether the scan is where the pose says, beyond chance, and nowhere else as well."""
-        return self.decided and self.chance < _CHANCE and self.shift == 0.0
+        return self.decided and self.chance < _CHANCE and self.alone
+
+    @property
+    def alone(self) -> bool:
+        """Whether the scan agrees with the photo clearly better here than anywhere nearby."""
+        return self.rival < _RIVAL
 
     @property
     def contradicted(self) -> bool:
@@ -64,8 +75,7 @@ class Verdict:
 
 def verify(photo: Photo, surface: ScannedSurface, image_of: ImageOf) -> Verdict:
     """Compares a photo with the scan drawn at its pose."""
-    spacing = rendering_factor(photo, surface) / FINEST
-    factor = max(spacing * _PIXEL_M / float(np.median(surface.spacing)), 1.0)
+    factor = max(1.0, pixel_factor(photo, surface, _PIXEL_M))
     drawn = render(photo, surface, factor)
     tone, scale = photo_tone(image_of(photo.id), factor)
     radius = round(_REACH_M / _PIXEL_M)
@@ -73,6 +83,9 @@ def verify(photo: Photo, surface: ScannedSurface, image_of: ImageOf) -> Verdict:
         padded(c, radius) for c in (rendering_channels(drawn, surface), oriented_gradients(tone))
     )
     at, surfaces = correlation_surfaces(template, picture, radius, _STEP)
+    at = at - radius
+    solid = drawn.depth[at[:, 1], at[:, 0]] > 0
+    at, surfaces = at[solid], surfaces[solid]
     if not len(at):
         return Verdict(0, 0, 1.0, 0.0, 0.0)
     row, column = np.divmod(surfaces.reshape(len(at), -1).argmax(1), 2 * radius + 1)
@@ -81,16 +94,53 @@ def verify(photo: Photo, surface: ScannedSurface, image_of: ImageOf) -> Verdict:
     # Templates overlap, so that only every second is independent.
     independent = max(1, len(at) // 2)
     chance = float(binom.sf(round(agreeing * independent / len(at)) - 1, independent, share))
-    return _judged(surfaces.sum(0), radius, float(scale.mean()), len(at), agreeing, chance)
+    shift, rival = _elsewhere(drawn, surface, at, surfaces)
+    return Verdict(len(at), agreeing, chance, shift * float(scale.mean()), rival)
 
 
-def _judged(
-    total: np.ndarray, radius: int, scale: float, templates: int, agreeing: int, chance: float
-) -> Verdict:
-    rows, columns = np.mgrid[-radius : radius + 1, -radius : radius + 1]
-    distance = np.hypot(rows, columns)
-    own = float(total[distance <= _NEAR_PX].max())
-    other = np.where(distance > 2 * _NEAR_PX, total, -np.inf)
-    best = float(other.max())
-    shift = float(distance.ravel()[other.argmax()]) * scale if best > own else 0.0
-    return Verdict(templates, agreeing, chance, shift, best / max(own, 1e-9))
+def _elsewhere(drawn: Rendering, surface: ScannedSurface, at: Int, surfaces: Array) -> tuple[float, float]:
+    """How far off in px all templates together agree better, 0 if nowhere, and how well relative to here.
+
+    Every template is moved as its piece of the wall would be seen if the scan were moved along the wall, to
+    the side and up: in a slanted view a window is not equally wide everywhere.
+    """
+    steps = np.arange(-_REACH_M, _REACH_M + 1e-9, _GRID_M)
+    aside, up = (g.ravel() for g in np.meshgrid(steps, steps))
+    xyz = drawn.points(at)
+    along = _wall_direction(surface, xyz)
+    moved = np.column_stack([aside[:, None] * along[:2], up])
+    places = (xyz[:, None] + moved).reshape(-1, 3)
+    seen = drawn.photo.project(places).reshape(len(at), len(moved), 2) / drawn.scale
+    value, inside, off = _values(surfaces, seen, at, drawn.known.shape)
+    near = np.hypot(aside, up) <= _NEAR_PX * _PIXEL_M
+    here = value[:, np.flatnonzero(near)[value[:, near].sum(0).argmax()]]
+    far = (np.hypot(aside, up) > 2 * _NEAR_PX * _PIXEL_M) & (inside.sum(0) >= _SEEN * len(at))
+    if not far.any():
+        return 0.0, 0.0
+    # Compared on the templates that are in view at both places.
+    relative = value.sum(0) / np.maximum((here[:, None] * inside).sum(0), 1e-9)
+    best = int(np.where(far, relative, -np.inf).argmax())
+    rival = float(relative[best])
+    shift = float(np.nanmedian(np.linalg.norm(off[:, best], axis=1))) if rival > 1.0 else 0.0
+    return shift, rival
+
+
+def _values(surfaces: Array, seen: Float, at: Int, shape: tuple[int, ...]) -> tuple[Float, Bool, Float]:
+    """The correlation (n, k) of templates moved to k places, where it is known, and the moves in px."""
+    off = seen - (at[:, None] + 0.5)
+    radius, (h, w) = surfaces.shape[1] // 2, shape
+    with np.errstate(invalid="ignore"):
+        inside = (
+            (np.abs(off) < radius).all(-1) & (seen > _STEP).all(-1) & (seen < (w - _STEP, h - _STEP)).all(-1)
+        )
+    cell = np.where(inside[..., None], np.rint(np.nan_to_num(off)), 0.0).astype(np.int64) + radius
+    value = surfaces[np.arange(len(at))[:, None], cell[..., 1], cell[..., 0]]
+    return np.where(inside, value, 0.0), inside, off
+
+
+def _wall_direction(surface: ScannedSurface, xyz: Float) -> Float:
+    """The horizontal direction (3,) along the walls that most of the points (n, 3) lie on."""
+    piece, _ = surface.near(_WALL_M, xyz)
+    normal = surface.pieces.normal[piece[piece >= 0]][:, :2]
+    across = np.linalg.eigh(normal.T @ normal)[1][:, 1] if len(normal) else np.array([0.0, 1.0])
+    return np.array([-across[1], across[0], 0.0])

@@ -48,7 +48,7 @@ class Rendering:
         """Returns pixels (n, 2) of the photo for positions (n, 2) in the picture, first centre at 0.5."""
         return np.asarray(at, np.float64) * self.scale
 
-    def points(self, at: Float) -> Float:
+    def points(self, at: Array) -> Float:
         """Returns the 3-D points (n, 3) m local behind pixel centres at columns and rows (n, 2) int."""
         column, row = np.asarray(at, np.int64).T
         origin, ray = self.photo.ray(self.photo_pixels(np.column_stack([column + 0.5, row + 0.5])))
@@ -57,22 +57,28 @@ class Rendering:
         return np.asarray(origin + ray * along[:, None])
 
 
-def rendering_factor(photo: Photo, surface: ScannedSurface, sample: int = 20_000) -> float:
-    """Returns how many px of the photo lie between neighbouring points of the scan, at least 1.
+def rendering_factor(photo: Photo, surface: ScannedSurface) -> float:
+    """Returns how many px of the photo a pixel of its rendering needs, at least 1.
 
-    It is the median over the points that the photo may show. Returns 1 when there is none.
+    It follows from the px between neighbouring points of the scan (median). Returns 1 when none is in view.
+    """
+    return max(1.0, FINEST * pixel_factor(photo, surface, None))
+
+
+def pixel_factor(photo: Photo, surface: ScannedSurface, size: float | None, sample: int = 20_000) -> float:
+    """Returns how many px of the photo `size` m on the surface are (median of what may be in view).
+
+    `size` None stands for the spacing of the points. Returns 0 when nothing is in view.
     """
     step = max(1, len(surface) // sample)
-    xyz, spacing = surface.xyz[::step], surface.spacing[::step]
-    in_camera = photo.pose.inverse.apply(xyz)
+    in_camera, numbers = _in_view(photo, surface.xyz[::step])
     pixels = photo.camera.project(in_camera)
-    w, h = photo.camera.width, photo.camera.height
     with np.errstate(invalid="ignore"):
-        seen = ((pixels >= 0) & (pixels < (w, h))).all(1) & (in_camera[:, 2] > _NEAREST_M)
+        seen = ((pixels >= 0) & (pixels < (photo.camera.width, photo.camera.height))).all(1)
     if not seen.any():
-        return 1.0
-    focal = _focal(photo)
-    return float(max(1.0, FINEST * np.median(spacing[seen] * focal / in_camera[seen, 2])))
+        return 0.0
+    length = surface.spacing[::step][numbers[seen]] if size is None else size
+    return float(np.median(length * _focal(photo) / in_camera[seen, 2]))
 
 
 def render(photo: Photo, surface: ScannedSurface, factor: float) -> Rendering:
@@ -85,7 +91,8 @@ def render(photo: Photo, surface: ScannedSurface, factor: float) -> Rendering:
         near = np.flatnonzero((at > -_MARGIN_PX).all(1) & (at < (w + _MARGIN_PX, h + _MARGIN_PX)).all(1))
     at, depth, ahead = at[near], in_camera[near, 2], ahead[near]
     spacing = surface.spacing[ahead]
-    radius = spacing * _focal(photo) / scale.mean() / depth
+    # Rounded up: between discs that are too small, what is behind would show.
+    radius = np.ceil(spacing * _focal(photo) / scale.mean() / depth)
     nearest = splat_depth(at, depth, radius, (h, w))
     inside = ((at >= 0) & (at < (w, h))).all(1)
     column, row = np.where(inside[:, None], at, 0.0).astype(np.int64).T

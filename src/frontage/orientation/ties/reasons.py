@@ -13,6 +13,8 @@ _SAME_SHARE = 0.4  # of the key points, that match in two copies
 _FEW = 300  # key points
 _ONE_PLACE = np.radians(0.5)  # median parallax of two photos
 
+_COPY = "it shows the same picture as"
+
 
 def duplicates(
     photos: Sequence[Photo], keypoints: Sequence[KeyPoints], pairs: Sequence[PairMatches]
@@ -76,4 +78,9 @@ CONTRADICTION = "the place that its few matches give contradicts its approximate
 
 def copy_of(other: str) -> str:
     """The reason of a duplicate."""
-    return f"it shows the same picture as {other}, which is used"
+    return f"{_COPY} {other}, which is used"
+
+
+def is_copy(reason: str) -> bool:
+    """Whether a reason is that of a duplicate."""
+    return reason.startswith(_COPY)

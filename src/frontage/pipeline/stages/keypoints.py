@@ -8,6 +8,7 @@ from frontage.io.photos.photoset import PhotoSet
 from frontage.io.photos.read import read_photos
 from frontage.orientation import KeyPoints
 from frontage.orientation.ties import TieOptions, key_points
+from frontage.orientation.ties.colmap import require
 from frontage.pipeline.project import Project
 from frontage.pipeline.stage import Job, Stage
 from frontage.pipeline.store.results import StageResult
@@ -45,7 +46,8 @@ def tie_options(project: Project) -> TieOptions:
 
 
 def tasks(job: Job) -> dict[str, tuple[str, PhotoSet]]:
-    """Return every photo by its number."""
+    """Return every photo by its number. Raises MissingExtra early, before the long work."""
+    require()
     photos = given_photos(job)
     return {item_of(k): (photo.id, photos) for k, photo in enumerate(photos.photos)}
 

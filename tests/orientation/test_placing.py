@@ -1,0 +1,213 @@
+"""A block of photos is found on the walls of a scan; equal windows make it ambiguous."""
+
+from dataclasses import replace
+
+import cv2
+import numpy as np
+import pytest
+
+from frontage.geometry.rigid import rotation_angle
+from frontage.model import Camera, Estimate, Photo
+from frontage.orientation.control import ControlPoints
+from frontage.orientation.correlate import find_places
+from frontage.orientation.gradients import oriented_gradients
+from frontage.orientation.nouns import Block
+from frontage.orientation.place import Similarity, Start, possible_places
+from frontage.orientation.placing import find_place
+from frontage.orientation.reflectance.surface import scanned_surface
+from frontage.orientation.similarity import fit_similarity
+from frontage.orientation.start import start_from_poses
+from orientation.paintedwalls import (
+    EXACT,
+    LANDSCAPE,
+    PORTRAIT,
+    Wall,
+    corner_of_two,
+    looking,
+    paint,
+    photograph,
+    posed,
+    scan_of,
+    windows,
+)
+from orientation.test_gradients import picture
+
+
+@pytest.mark.parametrize(("size", "at"), [(1.0, (180, 60)), (0.8, (100, 90)), (1.25, (40, 30))])
+def test_a_picture_cut_from_a_map_is_found(size, at):
+    tones = picture(1, (400, 600), finest=7)
+    w, h = 200, 160
+    cut = tones[at[1] : at[1] + round(h * size), at[0] : at[0] + round(w * size)]
+    cut = cv2.resize(cut, (w, h), interpolation=cv2.INTER_AREA if size > 1 else cv2.INTER_LINEAR)
+    sizes = np.exp(np.arange(-0.3, 0.31, 0.03))
+    places = find_places(oriented_gradients(tones), oriented_gradients(-cut), sizes)
+    best = places[0]
+    assert best.size == pytest.approx(size, rel=0.03)
+    assert (best.column, best.row) == pytest.approx(at, abs=4)
+    assert best.gain == max(p.gain for p in places) and best.score > 0.4
+    apart = [p for p in places if np.hypot(p.column - at[0], p.row - at[1]) > 15]
+    assert max(p.gain for p in apart) < 0.2 * best.gain
+
+
+def test_a_picture_that_reaches_beyond_the_map_is_found():
+    tones = picture(2, (400, 600))
+    places = find_places(oriented_gradients(tones[:, 120:]), oriented_gradients(tones[:, :300]), np.ones(1))
+    assert (places[0].column, places[0].row) == pytest.approx((-120, 0), abs=1)
+
+
+def test_a_foreign_picture_gains_little():
+    gains = [
+        find_places(*(oriented_gradients(picture(s, (300, 400))) for s in (k, k + 50)), np.ones(1))[0].gain
+        for k in (3, 4)
+    ]
+    own = oriented_gradients(picture(3, (300, 400)))
+    assert max(gains) < 0.05 * find_places(own, own, np.ones(1))[0].gain
+
+
+TURNED = looking(0, 0, heading=30.0, pitch=0.0).R @ looking(0, 0, pitch=0.0).R.T
+TRUE = Similarity(2.3, TURNED, np.array([4.0, -6.0, 1.0]))
+"""local_from_block, with a turn about the plumb line: the block's third axis points up."""
+
+
+def block_of(walls, poses, cameras, seed=0):
+    """The block of photos at known poses, in its own frame, and their pictures."""
+    rng = np.random.default_rng(seed)
+    photos = [posed(p, c, f"{k}.jpg") for k, (p, c) in enumerate(zip(poses, cameras, strict=True))]
+    images = {p.id: photograph(walls, p, seed=k) for k, p in enumerate(photos)}
+    xyz = np.concatenate([wall.points(0.5, rng, 0.005)[0] for wall in walls])
+    back = TRUE.R.T
+    own = [replace(p, local_from_camera=Estimate(in_block(p.pose), EXACT, 0.0)) for p in photos]
+    empty = np.empty(0, np.int64)
+    points = (xyz - TRUE.t) @ back.T / TRUE.scale
+    return Block(np.arange(len(photos)), tuple(own), points, empty, empty, np.empty((0, 2))), photos, images
+
+
+def in_block(pose):
+    return replace(pose, to="block", R=TRUE.R.T @ pose.R, t=TRUE.R.T @ (pose.t - TRUE.t) / TRUE.scale)
+
+
+POSES = (looking(3.0, -7.5, heading=-5.0), looking(6.5, -8.0), looking(7.5, -6.5, heading=38.0))
+CAMERAS = (LANDSCAPE, PORTRAIT, LANDSCAPE)
+
+
+@pytest.fixture(scope="module")
+def corner():
+    walls = corner_of_two()
+    return scanned_surface(scan_of(walls, 0.05)), *block_of(walls, POSES, CAMERAS)
+
+
+def off(similarity, photos, block):
+    """Largest errors of the cameras: m, rad, and the relative error of the size."""
+    poses = [similarity.pose(p.pose) for p in block.photos]
+    shift = max(np.linalg.norm(a.t - b.pose.t) for a, b in zip(poses, photos, strict=True))
+    turn = max(rotation_angle(a.R @ b.pose.R.T) for a, b in zip(poses, photos, strict=True))
+    return shift, turn, abs(np.log(similarity.scale / TRUE.scale))
+
+
+def test_a_block_is_found_by_its_walls_alone(corner):
+    surface, block, photos, images = corner
+    start = Start(Similarity(2.0, np.eye(3), np.zeros(3)), sigma_size=0.1)
+    best = possible_places(block, surface, images.__getitem__, start)[0]
+    shift, turn, size = off(best.similarity, photos, block)
+    assert shift < 0.35 and turn < np.radians(1.5) and size < 0.03
+    assert best.gain > 50
+
+
+ROUGH = Start(Similarity(2.5, TURNED, np.array([5.0, -6.5, 0.0])), 0.05, 0.1, 2.0)
+"""As approximate poses give it: 9 % too large, a metre off."""
+
+
+def test_control_takes_the_block_to_its_place(corner):
+    surface, block, photos, images = corner
+    assert off(ROUGH.similarity, photos, block)[0] > 1.0
+    place = find_place(block, surface, images.__getitem__, ROUGH)
+    assert place is not None and not place.ambiguous
+    shift, turn, size = off(place.similarity, photos, block)
+    assert shift < 0.02 and turn < np.radians(0.1) and size < 0.002
+    assert place.agreeing > 100
+
+
+def test_photos_of_another_place_are_not_found(corner):
+    surface, block, _, _ = corner
+    other = block_of(corner_of_two(seed=7), POSES, CAMERAS)[2]
+    assert find_place(block, surface, other.__getitem__, ROUGH) is None
+
+
+def test_equal_windows_have_a_rival():
+    walls = [Wall((0.0, 0.0, 0.0), (1.0, 0.0, 0.0), windows(12.0, 6.0))]
+    block, photos, images = block_of(walls, (looking(5.0, -7.0), looking(7.0, -7.0)), (LANDSCAPE, LANDSCAPE))
+    surface = scanned_surface(scan_of(walls, 0.05))
+    sigma = np.diag([2.0**2] * 3 + [np.radians(3.0) ** 2] * 3)
+    given = [Photo(p.id, p.camera, Estimate(p.pose, sigma, 0.0)) for p in photos]
+    place = find_place(block, surface, images.__getitem__, start_from_poses(block, given))
+    assert place is not None and place.ambiguous
+    assert place.rival_off % 2.0 == pytest.approx(0.0, abs=0.1) or place.rival_off % 2.0 > 1.9
+    assert 1.9 < place.rival_off < 6.2
+
+
+def test_a_start_from_poses_ignores_a_wrong_one(corner):
+    _, block, photos, _ = corner
+    rng = np.random.default_rng(1)
+    sigma = np.diag([0.3**2] * 3 + [np.radians(2.0) ** 2] * 3)
+    given = [
+        Photo(p.id, p.camera, Estimate(replace(p.pose, t=p.pose.t + rng.normal(0, 0.3, 3)), sigma, 0.0))
+        for p in photos
+    ]
+    start = start_from_poses(block, given)
+    shift, turn, size = off(start.similarity, photos, block)
+    assert 0.02 < shift < 1.0 and turn < np.radians(0.1) and size < 4 * start.sigma_size
+    assert 0.15 < start.sigma_shift < 0.5
+    back = looking(0, 0, heading=170.0, pitch=0.0)
+    wrong = replace(given[0], local_from_camera=replace(given[0].local_from_camera, value=back))
+    assert off(start_from_poses(block, [wrong, *given[1:]]).similarity, photos, block)[1] < np.radians(0.1)
+    assert start_from_poses(block, [Photo(p.id, p.camera) for p in photos]) is None
+
+
+def control_of(photo, rng, wrong, count=80, sigma=0.4):
+    """Control points of a photo of the two walls, some of which are wrong."""
+    xyz = np.column_stack(
+        [rng.uniform(0, 12, count), rng.uniform(-0.3, 0.3, count), rng.uniform(0, 7, count)]
+    )
+    pixels = photo.project(xyz) + rng.normal(0, sigma, (count, 2))
+    bad = rng.random(count) < wrong
+    pixels[bad] += rng.uniform(-40, 40, (int(bad.sum()), 2))
+    good = np.isfinite(pixels).all(1)
+    n = int(good.sum())
+    return ControlPoints(
+        pixels[good], xyz[good], np.full(n, sigma), np.ones(n), np.zeros((n, 2)), count, 40.0
+    ), bad[good]
+
+
+@pytest.mark.parametrize("wrong", [0.0, 0.3])
+def test_a_similarity_is_recovered_among_wrong_control(corner, wrong):
+    _, block, photos, _ = corner
+    rng = np.random.default_rng(2)
+    control, bad = zip(*(control_of(p, rng, wrong) for p in photos), strict=True)
+    turn = looking(0, 0, heading=1.0, pitch=0.5).R @ looking(0, 0, pitch=0.0).R.T
+    start = Similarity(TRUE.scale * 1.01, turn @ TRUE.R, turn @ TRUE.t + (0.1, -0.15, 0.05))
+    fitted = fit_similarity(block.photos, control, start)
+    shift, angle, size = off(fitted.similarity, photos, block)
+    assert shift < 0.02 and angle < np.radians(0.1) and size < 2e-3
+    truly = np.concatenate(bad)
+    agreeing = np.concatenate(fitted.inliers)
+    assert agreeing[~truly].mean() > 0.95
+    assert not truly.any() or agreeing[truly].mean() < 0.15
+    assert fitted.count == agreeing.sum() and 0.4 <= fitted.sigma < 1.5
+
+
+def test_too_few_control_points_leave_the_start():
+    camera = Camera("PINHOLE", 100, 100, np.array([100.0, 100, 50, 50]))
+    photo = posed(looking(0, 0), camera)
+    start = Similarity(1.0, np.eye(3), np.zeros(3))
+    none = ControlPoints(*(np.empty(s) for s in ((0, 2), (0, 3), 0, 0, (0, 2))), 0, 1.0)
+    fitted = fit_similarity([photo], [none], start)
+    assert fitted.similarity == start and fitted.count == 0
+
+
+def test_a_wall_of_points_without_paint_is_still_a_map():
+    """A scan without tones is drawn by its shape: reveals and ledges."""
+    flat = Wall((0.0, 0.0, 0.0), (1.0, 0.0, 0.0), paint(4.0, 3.0))
+    scan = replace(scan_of([flat], 0.05), intensity=None)
+    assert scanned_surface(scan).kind == "geometry" and scanned_surface(scan).tone is None
+    with pytest.raises(ValueError, match="painted has no colour"):
+        scanned_surface(scan, "colour")
