@@ -142,8 +142,8 @@ CODES: Mapping[str, ErrorCode] = MappingProxyType(
             "Export the model again.",
         ),
         "I111": ErrorCode(
-            "Photos are given without cameras; Frontage cannot orient photos yet.",
-            'Add cameras = "..." (a COLMAP folder) under [photos].',
+            "Photos are given as oriented, but nothing states their cameras and poses.",
+            'Add cameras = "..." under [photos], or pose = "approximate" or "none" to orient them.',
         ),
         "I112": ErrorCode(
             "The cameras and the photos do not match: a photo is missing or is found twice.",

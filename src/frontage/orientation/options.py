@@ -14,7 +14,7 @@ class OrientationOptions(BaseModel):
 
     source: Source = Field(
         default="auto",
-        description="what of the scan photos are compared with; auto: its intensity, else colour, else shape",
+        description="what of the scan photos are compared with; auto: what tells most about them",
     )
     calibration: Literal["auto", "fixed", "estimated"] = Field(
         default="auto",

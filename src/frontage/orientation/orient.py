@@ -18,9 +18,10 @@ from frontage.orientation.nouns import Block
 from frontage.orientation.options import OrientationOptions
 from frontage.orientation.place import Similarity, Start
 from frontage.orientation.placing import BlockPlace, find_place, placed_photos
-from frontage.orientation.reflectance.surface import scanned_surface
+from frontage.orientation.reflectance.surface import scanned_surface, sources_of
 from frontage.orientation.reflectance.tones import ImageOf
 from frontage.orientation.result import Orientation, Unoriented
+from frontage.orientation.sources import most_telling
 from frontage.orientation.start import start_from_poses
 from frontage.orientation.ties import Blocks
 from frontage.orientation.ties.reasons import is_copy
@@ -53,8 +54,21 @@ def orient_photos(
     something that the scan does not have.
     """
     options = options or OrientationOptions()
-    surface = scanned_surface(scan, options.source, seed)
-    scene = Scene(photos, surface, image_of, camera_sigmas, seed, tell or _silent)
+    kinds = sources_of(scan) if options.source == "auto" else (options.source,)
+    for kind in kinds:  # the next one only if nothing can be placed with those before
+        surface = scanned_surface(scan, kind, seed)
+        scene = Scene(photos, surface, image_of, camera_sigmas, seed, tell or _silent)
+        placed, unoriented = _place_blocks(blocks, scene)
+        if placed:
+            break
+    if options.source == "auto":
+        known = [photo for part in placed for photo in part.photos]
+        scene = replace(scene, surface=most_telling(known, surface, scan, image_of, seed))
+    placed, unoriented = _rescued(scene, placed, unoriented)
+    return adjusted_orientation(scene, _merged(placed), unoriented)
+
+
+def _place_blocks(blocks: Blocks, scene: Scene) -> tuple[list[Placed], list[Unoriented]]:
     placed, unoriented = list[Placed](), [Unoriented(n, "O101", r) for n, r in blocks.unoriented]
     for block in blocks.blocks:
         scene.tell("placing")
@@ -63,8 +77,7 @@ def orient_photos(
             placed.append(found)
         else:
             unoriented += found
-    placed, unoriented = _rescued(scene, placed, unoriented)
-    return adjusted_orientation(scene, _merged(placed), unoriented)
+    return placed, unoriented
 
 
 def _place_block(block: Block, scene: Scene) -> Placed | list[Unoriented]:

@@ -94,15 +94,19 @@ def point_tones(scan: Scan, source: str = "auto", seed: int = 0) -> Float:
     return tone
 
 
+def sources_of(scan: Scan) -> tuple[str, ...]:
+    """What a scan can be drawn from: "intensity" and "colour" where it has them, and always "geometry"."""
+    intensity = scan.intensity is not None and np.ptp(scan.intensity) > 0
+    colour = scan.rgb is not None and np.ptp(scan.rgb) > 0
+    there = {"intensity": intensity, "colour": colour, "geometry": True}
+    return tuple(kind for kind, is_there in there.items() if is_there)
+
+
 def _kind(scan: Scan, source: str) -> str:
-    has = {
-        "intensity": scan.intensity is not None and np.ptp(scan.intensity) > 0,
-        "colour": scan.rgb is not None and np.ptp(scan.rgb) > 0,
-        "geometry": True,
-    }
+    found = sources_of(scan)
     if source == "auto":
-        return next(kind for kind, there in has.items() if there)
-    if not has.get(source, False):
+        return found[0]
+    if source not in found:
         raise ValueError(f"{scan.name} has no {source}")
     return source
 
