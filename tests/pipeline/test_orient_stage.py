@@ -122,7 +122,8 @@ def test_all_photos_are_oriented_to_centimetres(scene: Path, finished: tuple[Pat
 def test_the_report_has_what_the_design_names(finished: tuple[Path, Summary]) -> None:
     out, _ = finished
     table = report(out)
-    assert table["unoriented"] == [] and table["source"] == "intensity"
+    assert table["unoriented"] == []
+    assert table["source"] in ("intensity", "colour")  # what tells most of the photos
     origin = Store(out).world().origin
     for entry in table["photos"]:
         assert entry.keys() >= KEYS
