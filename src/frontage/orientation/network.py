@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from frontage.geometry.arrays import Array, Float, Int, freeze
+from frontage.geometry.rigid import Rigid3
 from frontage.model import Camera, Estimate, Photo
 from frontage.orientation.adjustment import (
     ImageObservations,
@@ -59,7 +60,7 @@ def build_network(
     control: Sequence[ControlPoints],
     surface: ScannedSurface,
     *,
-    priors: Sequence[Estimate | None] = (),  # type: ignore[type-arg]
+    priors: Sequence[Estimate[Rigid3] | None] = (),
     camera_sigmas: Sequence[Float] = (),
 ) -> Network:
     """Puts everything that is known about oriented photos into one network.
@@ -140,7 +141,7 @@ def _surfaces(xyz: Float, surface: ScannedSurface) -> PointObservations:
     """Rows that hold tie points on the scanned surface that they lie on."""
     if not len(xyz) or not len(surface.pieces):
         return PointObservations.none()
-    piece, _ = surface.near(_REACH_M, xyz)
+    piece = surface.near(_REACH_M, xyz)
     rows = np.flatnonzero(piece >= 0)
     at, normal = surface.pieces.xyz[piece[rows]], surface.pieces.normal[piece[rows]]
     off = np.einsum("ij,ij->i", normal, xyz[rows] - at)

@@ -37,7 +37,7 @@ _KEPT = 6  # places that are returned
 _PER_PAIR = 6  # places of a pair of walls
 
 
-P = TypeVar("P", "Placed", "Fit")
+P = TypeVar("P", "PossiblePlace", "Fit")
 
 
 @dataclass(frozen=True, eq=False)
@@ -79,7 +79,7 @@ class Start:
 
 
 @dataclass(frozen=True, eq=False)
-class Placed:
+class PossiblePlace:
     """A possible place of a block with its log likelihood over chance and its correlation coefficient."""
 
     similarity: Similarity
@@ -89,7 +89,7 @@ class Placed:
 
 def possible_places(
     block: Block, surface: ScannedSurface, image_of: ImageOf, start: Start, seed: int = 0
-) -> list[Placed]:
+) -> list[PossiblePlace]:
     """Returns the most likely places of a block in the scan, the best first; empty if no wall fits any."""
     upright = _upright(block, start.similarity.R)
     size = start.similarity.scale
@@ -107,7 +107,7 @@ def possible_places(
     found.sort(key=lambda f: -f.gain)
     coarse = [f for f in found if _agrees(f.similarity, start, upright)]
     fine = [_finer(fit, maps[FINE_M]) for fit in _distinct(coarse, _FIRST)]
-    placed = [Placed(_composed(f.similarity, start.similarity.R), f.gain, f.score) for f in fine if f]
+    placed = [PossiblePlace(_composed(f.similarity, start.similarity.R), f.gain, f.score) for f in fine if f]
     return _distinct(sorted(placed, key=lambda p: -p.gain), _KEPT)
 
 

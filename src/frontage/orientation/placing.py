@@ -8,7 +8,7 @@ import numpy as np
 from frontage.model import Estimate, Photo, Provenance
 from frontage.orientation.control import ControlPoints, all_control
 from frontage.orientation.nouns import Block
-from frontage.orientation.place import Placed, Similarity, Start, possible_places
+from frontage.orientation.place import PossiblePlace, Similarity, Start, possible_places
 from frontage.orientation.reflectance.surface import ScannedSurface
 from frontage.orientation.reflectance.tones import ImageOf
 from frontage.orientation.similarity import FittedSimilarity, fit_similarity
@@ -86,7 +86,7 @@ def _some(block: Block) -> Block:
 
 
 def _improved(
-    block: Block, surface: ScannedSurface, image_of: ImageOf, place: Placed
+    block: Block, surface: ScannedSurface, image_of: ImageOf, place: PossiblePlace
 ) -> FittedSimilarity | None:
     """Improves a place by control at growing resolution; None when too little of it agrees."""
     similarity = place.similarity

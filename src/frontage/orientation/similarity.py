@@ -4,9 +4,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
-from frontage.geometry.arrays import Array, Bool, Float
-from frontage.geometry.rigid import Rigid3
+from frontage.geometry.arrays import Bool, Float
 from frontage.model import Photo
 from frontage.orientation.control import ControlPoints
 from frontage.orientation.place import Similarity
@@ -75,7 +75,7 @@ def residuals(
 
 def moved(similarity: Similarity, step: Float, centre: Float) -> Similarity:
     """Returns the similarity followed by a shift (m), a small rotation (rad) about `centre`, and log size."""
-    turn = _rotation(step[3:6])
+    turn = Rotation.from_rotvec(step[3:6]).as_matrix()
     size = float(np.exp(step[6]))
     t = size * turn @ (similarity.t - centre) + centre + step[:3]
     return Similarity(similarity.scale * size, turn @ similarity.R, t)
@@ -105,18 +105,3 @@ def _spread(errors: Sequence[Float]) -> float:
     if not len(flat):
         return _FLOOR_PX
     return max(_FLOOR_PX, mad_sigma(np.concatenate([flat, -flat])))
-
-
-def _rotation(w: Array) -> Float:
-    """The rotation matrix of a rotation vector (3,)."""
-    angle = float(np.linalg.norm(w))
-    if angle < 1e-15:
-        return np.eye(3)
-    x, y, z = w / angle
-    K = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
-    return np.asarray(np.eye(3) + np.sin(angle) * K + (1 - np.cos(angle)) * K @ K)
-
-
-def posed(photos: Sequence[Photo], similarity: Similarity) -> list[Rigid3]:
-    """Returns local_from_camera of photos with poses of the block."""
-    return [similarity.pose(photo.pose) for photo in photos]

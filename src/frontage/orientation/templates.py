@@ -90,7 +90,7 @@ def find_shifts(template: Channels, photo: Channels, radius: int, step: int = _S
     usable = np.isfinite(shift).all(1) & np.isfinite(sigma).all(1) & (np.abs(shift) <= radius).all(1)
     return Shifts(
         at[good][usable],
-        shift[usable] - 0.0,
+        shift[usable],
         sigma[usable],
         score[usable],
         len(at),

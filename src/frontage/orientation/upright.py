@@ -11,6 +11,7 @@ import cv2
 import numpy as np
 
 from frontage.geometry.arrays import Array, Float
+from frontage.geometry.rigid import skew
 from frontage.model import Photo
 from frontage.orientation.reflectance.tones import ImageOf
 from frontage.solve.robust import tukey_weights
@@ -98,6 +99,5 @@ def turn_upright(up: Float) -> Float:
     sine, cosine = float(np.linalg.norm(axis)), float(up @ z)
     if sine < 1e-12:
         return np.eye(3) if cosine > 0 else np.diag([1.0, -1.0, -1.0])
-    x, y, w = axis / sine
-    K = np.array([[0.0, -w, y], [w, 0.0, -x], [-y, x, 0.0]])
+    K = skew(axis / sine)
     return np.asarray(np.eye(3) + sine * K + (1 - cosine) * K @ K)

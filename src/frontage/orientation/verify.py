@@ -140,7 +140,7 @@ def _values(surfaces: Array, seen: Float, at: Int, shape: tuple[int, ...]) -> tu
 
 def _wall_direction(surface: ScannedSurface, xyz: Float) -> Float:
     """The horizontal direction (3,) along the walls that most of the points (n, 3) lie on."""
-    piece, _ = surface.near(_WALL_M, xyz)
+    piece = surface.near(_WALL_M, xyz)
     normal = surface.pieces.normal[piece[piece >= 0]][:, :2]
     across = np.linalg.eigh(normal.T @ normal)[1][:, 1] if len(normal) else np.array([0.0, 1.0])
     return np.array([-across[1], across[0], 0.0])

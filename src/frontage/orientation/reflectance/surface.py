@@ -45,12 +45,9 @@ class ScannedSurface:
     def __len__(self) -> int:
         return len(self.xyz)
 
-    def near(self, piece_distance: float, xyz: Float) -> tuple[Int, Float]:
-        """Returns the nearest piece (m,) of points (m, 3) m, -1 beyond the distance, and the distances m."""
-        if not len(self.pieces):
-            return np.full(len(xyz), -1), np.full(len(xyz), np.inf)
-        distance, index = cKDTree(self.pieces.xyz).query(xyz, distance_upper_bound=piece_distance)
-        return np.where(np.isfinite(distance), index, -1).astype(np.int64), np.asarray(distance)
+    def near(self, reach: float, xyz: Float) -> Int:
+        """Returns the nearest flat piece (m,) of points (m, 3) m; -1 beyond `reach` m."""
+        return _nearest_piece(self.pieces, xyz, reach)
 
 
 def scanned_surface(scan: Scan, source: str = "auto", seed: int = 0) -> ScannedSurface:
@@ -122,7 +119,7 @@ def _tones(scan: Scan, kind: str, pieces: Surfels, reach: float, seed: int) -> F
     tone = log_tone(intensity)
     if not scan.has_origins or not len(pieces):
         return tone
-    piece = _piece_of(scan.xyz, pieces, reach)
+    piece = _nearest_piece(pieces, scan.xyz, reach)
     ray = scan.xyz - scan.sensor_of(np.arange(len(scan)))
     ranges = np.linalg.norm(ray, axis=1)
     normal = np.where((piece >= 0)[:, None], pieces.normal[piece], np.nan)
@@ -133,6 +130,8 @@ def _tones(scan: Scan, kind: str, pieces: Surfels, reach: float, seed: int) -> F
     return corrected(tone, model, ranges, cosine, station)
 
 
-def _piece_of(xyz: Float, pieces: Surfels, reach: float) -> Int:
+def _nearest_piece(pieces: Surfels, xyz: Float, reach: float) -> Int:
+    if not len(pieces):
+        return np.full(len(xyz), -1)
     distance, index = cKDTree(pieces.xyz).query(xyz, distance_upper_bound=reach, workers=-1)
     return np.where(np.isfinite(distance), index, -1).astype(np.int64)
