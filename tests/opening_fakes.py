@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 
 from frontage.geometry.ring import rectangle
-from frontage.model import Bar, Elements, Estimate, Opening, Protrusion, Provenance
+from frontage.model import Bar, Elements, Estimate, Glazing, Opening, Protrusion, Provenance
 
 
 def opening(
@@ -30,9 +30,16 @@ def opening(
         confidence=0.9375,
         floor=1,
         bay=1,
-        bars=(
-            Bar("vertical", -2.5, (-0.7, 0.9), 0.06, 0.004),
-            Bar("horizontal", 0.3, (-3.1, -1.9), 0.05, float("inf")),
+        glazing=Glazing(
+            resolved=True,
+            bars=(
+                Bar("vertical", -2.5, (-0.7, 0.9), 0.06, 0.004, 0.003),
+                Bar("horizontal", 0.3, (-3.1, -1.9), 0.05, float("inf"), provenance=Provenance.POOLED),
+            ),
+            frame_width=Estimate(0.07, np.array([[0.004**2]]), 12.0),
+            depth=Estimate(0.125, np.array([[0.003**2]]), 12.0, Provenance.POOLED),
+            confidence=0.875,
+            sources=("IMG_1.jpg", "scan"),
         ),
         photos=("IMG_1.jpg",),
     )
@@ -53,7 +60,7 @@ def round_door(name: str = "B01/F1/D0-1") -> Opening:
         shape="round",
         provenance=Provenance.INFERRED,
         floor=0,
-        bars=(),
+        glazing=None,
         photos=(),
     )
 

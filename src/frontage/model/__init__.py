@@ -9,11 +9,11 @@ from frontage.model.building import Building, Footprint, Surface
 from frontage.model.citymodel import CityBuilding, CityModel, Shell
 from frontage.model.estimate import Estimate, Failed, Provenance
 from frontage.model.facade import Facade, Layer
+from frontage.model.glazing import AXES, FRAME_THICKNESS_M, Bar, Glazing
 from frontage.model.noreturns import NoReturns
 from frontage.model.opening import (
     DOORS,
     OPENING_SURFACES,
-    Bar,
     Elements,
     Opening,
     OpeningKind,
@@ -28,7 +28,9 @@ from frontage.model.solid import Face, Finding, Solid
 from frontage.model.world import WorldRef
 
 __all__ = [
+    "AXES",
     "DOORS",
+    "FRAME_THICKNESS_M",
     "OPENING_SURFACES",
     "Bar",
     "Building",
@@ -43,6 +45,7 @@ __all__ = [
     "Feature",
     "Finding",
     "Footprint",
+    "Glazing",
     "Grid",
     "Layer",
     "NoReturns",

@@ -1,4 +1,4 @@
-"""What a facade holds: openings with their window bars, and protrusions; the kinds of both."""
+"""What a facade holds: openings and protrusions; the kinds of both."""
 
 from collections import Counter
 from dataclasses import dataclass
@@ -8,6 +8,7 @@ import numpy as np
 
 from frontage.geometry.arrays import Float, freeze
 from frontage.model.estimate import Estimate, Provenance
+from frontage.model.glazing import Bar, Glazing
 
 
 @dataclass(frozen=True)
@@ -114,17 +115,6 @@ _WALLS = frozenset(
 _BODIES = _WALLS | {ProtrusionKind.LOGGIA, ProtrusionKind.PILASTER, ProtrusionKind.PLINTH}
 
 
-@dataclass(frozen=True)
-class Bar:
-    """A mullion (`axis` "vertical", position x) or a transom ("horizontal", position z); all in m."""
-
-    axis: str
-    position: float
-    extent: tuple[float, float]
-    width: float
-    sigma: float
-
-
 @dataclass(frozen=True, eq=False)
 class Opening:
     """A window, door or other opening of a facade.
@@ -137,6 +127,7 @@ class Opening:
     evidence    log-likelihood ratio of opening against wall, nats
     confidence  probability that the opening exists, 0..1
     floor, bay  storey (ground floor 0) and column over all floors (from the left, from 1)
+    glazing     its frame and bars; None = not looked for
     photos      names of the photos that show it
     on          id of the protrusion that holds it, from whose front its depth counts; "" = the main wall
 
@@ -154,7 +145,7 @@ class Opening:
     confidence: float
     floor: int
     bay: int
-    bars: tuple[Bar, ...] = ()
+    glazing: Glazing | None = None
     photos: tuple[str, ...] = ()
     on: str = ""
 
@@ -162,6 +153,11 @@ class Opening:
         k = len(self.ring)
         object.__setattr__(self, "kind", OpeningKind(self.kind))
         freeze(self, ring=((k, 2), np.float64), ring_covariance=((2 * k, 2 * k), np.float64))
+
+    @property
+    def bars(self) -> tuple[Bar, ...]:
+        """The window bars found; empty where none were found, and where they were not looked for."""
+        return () if self.glazing is None else self.glazing.bars
 
 
 @dataclass(frozen=True, eq=False)

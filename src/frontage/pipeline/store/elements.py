@@ -4,7 +4,6 @@
 `outlines.npz` holds the covariance of every opening's outline, which is too large for a text file.
 """
 
-import math
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any, TypeVar
@@ -17,10 +16,11 @@ from frontage.geometry.ring import box_sigmas
 from frontage.io.arrayfiles import read_arrays
 from frontage.io.files import MALFORMED
 from frontage.model import (
+    AXES,
     Bar,
     Elements,
-    Estimate,
     Facade,
+    Glazing,
     Opening,
     OpeningKind,
     Protrusion,
@@ -28,6 +28,17 @@ from frontage.model import (
     Provenance,
 )
 from frontage.pipeline.store.files import read_json, write_arrays, write_json
+from frontage.pipeline.store.values import (
+    estimate,
+    estimate_record,
+    measure_record,
+    number,
+    or_infinite,
+    real,
+    text,
+    truth,
+    whole,
+)
 
 FOUND = ("elements.json", "protrusions.json", "outlines.npz")
 """What `save_elements` leaves in a facade's folder."""
@@ -37,6 +48,7 @@ PRODUCT = "openings.json"
 
 _AGAIN = "make it again with `frontage openings`"
 _FAR_M = 1e7  # no local coordinate is as large
+_MEASURES = ("frame_width", "depth")
 _SIDES = ("left", "bottom", "right", "top")
 Noun = TypeVar("Noun")
 
@@ -105,9 +117,8 @@ def _opening_record(o: Opening, facade: Facade, front: float) -> dict[str, Any]:
         "outline": o.ring.tolist(),
         "outline_world": _in_world(o.ring, front, facade),
         "depth": None if o.depth is None else float(o.depth.value),
-        "bars": {
-            axis: [_bar_record(b) for b in o.bars if b.axis == axis] for axis in ("vertical", "horizontal")
-        },
+        "bars": {axis: [_bar_record(b) for b in o.bars if b.axis == axis] for axis in AXES},
+        "glazing": None if o.glazing is None else _glazing_record(o.glazing),
         "sigma": _sigmas(o),
         "provenance": str(o.provenance),
         "confidence": float(o.confidence),
@@ -116,7 +127,7 @@ def _opening_record(o: Opening, facade: Facade, front: float) -> dict[str, Any]:
         "evidence": float(o.evidence),
         "photos": list(o.photos),
         "on": o.on,
-        "depth_estimate": None if o.depth is None else _estimate_record(o.depth),
+        "depth_estimate": None if o.depth is None else estimate_record(o.depth),
     }
 
 
@@ -128,18 +139,18 @@ def _protrusion_record(p: Protrusion, facade: Facade) -> dict[str, Any]:
         "outline": p.ring.tolist(),
         "outline_world": _in_world(p.ring, front, facade),
         "front": front,
-        "sigma": {"border": _number(p.sigma), "front": _number(p.front.sigma[0])},
+        "sigma": {"border": number(p.sigma), "front": number(p.front.sigma[0])},
         "provenance": str(p.provenance),
         "confidence": float(p.confidence),
-        "front_estimate": _estimate_record(p.front),
+        "front_estimate": estimate_record(p.front),
     }
 
 
 def _sigmas(o: Opening) -> dict[str, float | None]:
     """Standard errors m of an opening's borders and depth; None = not known."""
     sides = box_sigmas(o.ring, o.ring_covariance)
-    found = {name: _number(sigma) for name, sigma in zip(_SIDES, sides, strict=True)}
-    return found | {"depth": None if o.depth is None else _number(o.depth.sigma[0])}
+    found = {name: number(sigma) for name, sigma in zip(_SIDES, sides, strict=True)}
+    return found | {"depth": None if o.depth is None else number(o.depth.sigma[0])}
 
 
 def _bar_record(b: Bar) -> dict[str, Any]:
@@ -148,15 +159,21 @@ def _bar_record(b: Bar) -> dict[str, Any]:
         "position": float(b.position),
         "extent": extent,
         "width": float(b.width),
-        "sigma": _number(b.sigma),
+        "sigma": number(b.sigma),
+        "sigma_width": number(b.sigma_width),
+        "provenance": str(b.provenance),
     }
 
 
-def _estimate_record(e: Estimate[float]) -> dict[str, Any]:
+def _glazing_record(g: Glazing) -> dict[str, Any]:
+    """Everything of a window's frame and bars but the bars, which have a place of their own."""
     return {
-        "variance": _number(e.covariance[0, 0]),
-        "dof": _number(e.dof),
-        "provenance": str(e.provenance),
+        "resolved": g.resolved,
+        "frame_width": None if g.frame_width is None else measure_record(g.frame_width),
+        "depth": None if g.depth is None else measure_record(g.depth),
+        "confidence": float(g.confidence),
+        "sources": list(g.sources),
+        "note": g.note,
     }
 
 
@@ -177,13 +194,13 @@ def _nouns(path: Path, make: Callable[[dict[str, Any], int], Noun]) -> tuple[Nou
     if not isinstance(table, list) or not all(isinstance(record, dict) for record in table):
         raise FileError(path, "is no list of objects", _AGAIN)
     made = []
-    for number, record in enumerate(table):
+    for place, record in enumerate(table):
         try:
-            made.append(make(record, number))
+            made.append(make(record, place))
         except KeyError as error:
-            raise FileError(path, f"{_name(record, number)} lacks {error}", _AGAIN) from None
+            raise FileError(path, f"{_name(record, place)} lacks {error}", _AGAIN) from None
         except MALFORMED as error:
-            raise FileError(path, f"{_name(record, number)}: {error}", _AGAIN) from None
+            raise FileError(path, f"{_name(record, place)}: {error}", _AGAIN) from None
     return tuple(made)
 
 
@@ -194,85 +211,71 @@ def _name(record: dict[str, Any], number: int) -> str:
 def _opening(r: dict[str, Any], covariance: Float) -> Opening:
     depth = None
     if r["depth"] is not None:
-        depth = _estimate(_real(r["depth"], "depth"), r["depth_estimate"])
+        depth = estimate(real(r["depth"], "depth"), r["depth_estimate"])
     return Opening(
-        id=_text(r, "id"),
-        kind=OpeningKind(_text(r, "kind")),
+        id=text(r, "id"),
+        kind=OpeningKind(text(r, "kind")),
         ring=_ring(r["outline"]),
         ring_covariance=covariance,
         depth=depth,
-        shape=_text(r, "shape"),
+        shape=text(r, "shape"),
         provenance=Provenance(r["provenance"]),
-        evidence=_real(r["evidence"], "evidence"),
-        confidence=_real(r["confidence"], "confidence"),
-        floor=_whole(r, "floor"),
-        bay=_whole(r, "bay"),
-        bars=tuple(_bar(b, axis) for axis in ("vertical", "horizontal") for b in r["bars"][axis]),
+        evidence=real(r["evidence"], "evidence"),
+        confidence=real(r["confidence"], "confidence"),
+        floor=whole(r, "floor"),
+        bay=whole(r, "bay"),
+        glazing=_glazing(r),
         photos=tuple(str(photo) for photo in r["photos"]),
-        on=_text(r, "on"),
+        on=text(r, "on"),
     )
 
 
 def _protrusion(r: dict[str, Any]) -> Protrusion:
     return Protrusion(
-        id=_text(r, "id"),
-        kind=ProtrusionKind(_text(r, "kind")),
+        id=text(r, "id"),
+        kind=ProtrusionKind(text(r, "kind")),
         ring=_ring(r["outline"]),
-        sigma=_or_infinite(r["sigma"]["border"], "sigma"),
-        front=_estimate(_real(r["front"], "front"), r["front_estimate"]),
+        sigma=or_infinite(r["sigma"]["border"], "sigma"),
+        front=estimate(real(r["front"], "front"), r["front_estimate"]),
         provenance=Provenance(r["provenance"]),
-        confidence=_real(r["confidence"], "confidence"),
+        confidence=real(r["confidence"], "confidence"),
     )
 
 
 def _bar(r: dict[str, Any], axis: str) -> Bar:
-    low, high = (_real(v, "extent") for v in r["extent"])
+    low, high = (real(v, "extent") for v in r["extent"])
     return Bar(
         axis,
-        _real(r["position"], "position"),
+        real(r["position"], "position"),
         (low, high),
-        _real(r["width"], "width"),
-        _or_infinite(r["sigma"], "sigma"),
+        real(r["width"], "width"),
+        or_infinite(r["sigma"], "sigma"),
+        or_infinite(r["sigma_width"], "sigma_width"),
+        Provenance(r["provenance"]),
     )
 
 
-def _estimate(value: float, r: dict[str, Any]) -> Estimate[float]:
-    variance = np.array([[_or_infinite(r["variance"], "variance")]])
-    return Estimate(value, variance, _or_infinite(r["dof"], "dof"), Provenance(r["provenance"]))
+def _glazing(r: dict[str, Any]) -> Glazing | None:
+    """Of an opening's record; None where bars were not looked for."""
+    g = r["glazing"]
+    if g is None:
+        return None
+    width, depth = (None if g[k] is None else estimate(real(g[k]["value"], k), g[k]) for k in _MEASURES)
+    return Glazing(
+        resolved=truth(g, "resolved"),
+        bars=tuple(_bar(b, axis) for axis in AXES for b in r["bars"][axis]),
+        frame_width=width,
+        depth=depth,
+        confidence=real(g["confidence"], "confidence"),
+        sources=tuple(str(source) for source in g["sources"]),
+        note=text(g, "note"),
+    )
 
 
 def _ring(value: Any) -> Float:
-    ring = np.array([[_real(v, "outline") for v in corner] for corner in value], np.float64)
+    ring = np.array([[real(v, "outline") for v in corner] for corner in value], np.float64)
     if ring.ndim != 2 or ring.shape[1] != 2 or len(ring) < 3:
         raise ValueError("its outline is no ring of three or more corners [x, z]")
     if np.abs(ring).max() > _FAR_M:
         raise ValueError(f"its outline lies beyond {_FAR_M:g} m")
     return ring
-
-
-def _text(r: dict[str, Any], key: str) -> str:
-    if not isinstance(r[key], str):
-        raise ValueError(f"{key} = {r[key]!r} is no text")
-    return str(r[key])
-
-
-def _whole(r: dict[str, Any], key: str) -> int:
-    if not isinstance(r[key], int) or isinstance(r[key], bool):
-        raise ValueError(f"{key} = {r[key]!r} is no whole number")
-    return int(r[key])
-
-
-def _real(value: Any, key: str) -> float:
-    if not isinstance(value, int | float) or isinstance(value, bool) or not math.isfinite(value):
-        raise ValueError(f"{key} = {value!r} is no number")
-    return float(value)
-
-
-def _or_infinite(value: Any, key: str) -> float:
-    """null stands for "not known"."""
-    return math.inf if value is None else _real(value, key)
-
-
-def _number(value: float) -> float | None:
-    """JSON has no infinity and no NaN: null stands for "not known"."""
-    return float(value) if math.isfinite(value) else None

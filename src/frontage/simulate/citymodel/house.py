@@ -8,6 +8,7 @@ import shapely
 from frontage.geometry.arrays import Float
 from frontage.geometry.ring import polygon_ring
 from frontage.model import Surface
+from frontage.model.glazing import FRAME_THICKNESS_M
 from frontage.simulate.citymodel.draft import ModelDraft, ModelFacade
 from frontage.simulate.citymodel.openings import KINDS, ModelOpening, frame_fits
 from frontage.simulate.citymodel.room import REACH_M, RoomPlace, draw_room
@@ -16,7 +17,7 @@ from frontage.simulate.houses.elevation import Dressing
 from frontage.simulate.houses.palette import Palette, draw_palette
 from frontage.simulate.houses.shapes import SHAPES, BarLayout, opening_ring, plan_bars
 from frontage.simulate.houses.style import GLASS_BEHIND_M, draw_bars
-from frontage.simulate.houses.windows import FRAME_THICKNESS_M, draw_opening
+from frontage.simulate.houses.windows import draw_opening
 from frontage.simulate.meshing import Pen, band, triangulate
 from frontage.simulate.scene import FacadePlan, House, OpeningPlan, Part, SurfaceMaterial
 

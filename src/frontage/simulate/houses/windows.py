@@ -4,12 +4,12 @@ import numpy as np
 
 from frontage.geometry.arrays import Float
 from frontage.geometry.ring import rectangle
+from frontage.model.glazing import FRAME_THICKNESS_M
 from frontage.simulate.houses.elevation import Dressing
 from frontage.simulate.houses.palette import Palette
 from frontage.simulate.meshing import Pen, band, inset
 from frontage.simulate.scene import OpeningPlan, Part
 
-FRAME_THICKNESS_M = 0.065  # usual depth of a window frame
 LEAF_BEHIND_M = 0.02  # from the front of a frame back to its opaque leaf
 
 

@@ -1,0 +1,6 @@
+"""Window bars: mullions and transoms from oriented photos and the scan (paper B, section 3.3)."""
+
+from frontage.crossbars.options import CrossbarOptions
+from frontage.crossbars.window import Window, WindowView
+
+__all__ = ["CrossbarOptions", "Window", "WindowView"]

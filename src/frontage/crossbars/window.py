@@ -1,0 +1,60 @@
+"""A window with what the photos show of it: the input of both methods."""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from frontage.geometry.arrays import Array, Float, freeze
+from frontage.geometry.rigid import Rigid3
+from frontage.model import Opening, Photo
+
+
+@dataclass(frozen=True, eq=False)
+class WindowView:
+    """The part of a photo that shows a window, at the photo's own resolution.
+
+    pixels   (h, w, 3) uint8 RGB, a crop of the photo with a margin around the window
+    corner   (column, row) px of the crop's upper left corner in the photo
+    visible  share of the window that this photo shows, 0..1
+    gsd      m on the frame's plane per photo px, at the window's middle
+    cosine   of the angle between the line of sight and the wall's normal
+    """
+
+    photo: Photo
+    pixels: Array = field(repr=False)
+    corner: tuple[int, int]
+    visible: float
+    gsd: float
+    cosine: float
+
+    def project(self, frame: Rigid3, xyz: Float) -> Float:
+        """Project points (n, 3) m of a facade frame to pixels (n, 2) of the crop, first centre at 0.5."""
+        return self.photo.project(frame.apply(xyz)) - np.array(self.corner, np.float64)
+
+
+@dataclass(frozen=True, eq=False)
+class Window:
+    """A glazed opening of a facade, its views, and the scan points near the plane of its frame.
+
+    opening  from the scan: outline, depth where it was measured
+    frame    local_from_facade
+    wall_y   m, of the wall that holds the opening, in the facade frame
+    views    the photos that show it, the finest first
+    points   (n, 3) m, facade frame: scan points within the outline, from the wall to 0.7 m behind it
+    spacing  m, of the scan points on the wall around the window
+    """
+
+    opening: Opening
+    frame: Rigid3
+    wall_y: float
+    views: tuple[WindowView, ...] = field(repr=False)
+    points: Float = field(repr=False)
+    spacing: float
+
+    def __post_init__(self) -> None:
+        freeze(self, points=((None, 3), np.float64))
+
+    @property
+    def ring(self) -> Float:
+        """The outline (k, 2) m (x, z) of the opening, counter-clockwise as seen from the street."""
+        return self.opening.ring

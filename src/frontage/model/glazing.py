@@ -1,0 +1,62 @@
+"""What divides a glazed opening: its frame, and the bars in the plane of the frame."""
+
+from dataclasses import dataclass
+from math import inf
+
+from frontage.model.estimate import Estimate, Provenance
+
+AXES = ("vertical", "horizontal")
+"""The directions of window bars: mullions, transoms."""
+
+FRAME_THICKNESS_M = 0.065
+"""Usual thickness of a window frame, which neither photos nor scans show."""
+
+
+@dataclass(frozen=True)
+class Bar:
+    """A mullion (`axis` "vertical", position x) or a transom ("horizontal", position z); all in m.
+
+    position  of the centre line, in the facade frame
+    extent    both ends of the centre line, along the other axis
+    sigma     standard error of the position; `sigma_width` that of the width
+    """
+
+    axis: str
+    position: float
+    extent: tuple[float, float]
+    width: float
+    sigma: float
+    sigma_width: float = inf
+    provenance: Provenance = Provenance.MEASURED
+
+    def __post_init__(self) -> None:
+        if self.axis not in AXES:
+            raise ValueError(f"a bar is vertical or horizontal, not {self.axis!r}")
+
+
+@dataclass(frozen=True)
+class Glazing:
+    """The frame and the bars of one opening, as far as photos or the scan resolve them.
+
+    resolved     whether the layout was decided; without bars, it then is a single pane
+    bars         from left to right, then from the bottom upwards; empty where not resolved
+    frame_width  m, how far the frame reaches into the opening from its borders; None = not measured
+    depth        m, of the frame's front behind the wall, positive = recess; None = not measured
+    confidence   probability that the layout is the true one, 0..1
+    sources      names of the photos that decided it, "scan" where scan points did
+    note         why it is not resolved, or what to be careful about; "" = nothing
+    """
+
+    resolved: bool
+    bars: tuple[Bar, ...] = ()
+    frame_width: Estimate[float] | None = None
+    depth: Estimate[float] | None = None
+    confidence: float = 0.0
+    sources: tuple[str, ...] = ()
+    note: str = ""
+
+    @property
+    def counts(self) -> tuple[int, int]:
+        """The numbers of upright bars and of transoms."""
+        upright = sum(bar.axis == "vertical" for bar in self.bars)
+        return upright, len(self.bars) - upright
