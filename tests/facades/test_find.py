@@ -7,6 +7,7 @@ import pytest
 from scipy import ndimage
 
 from frontage.facades import FacadeOptions, find_facades
+from frontage.geometry.ring import ring_area
 from frontage.model import Building, Facade, Failed, Scan, WorldRef
 from frontage.simulate.scene import Part
 
@@ -106,6 +107,26 @@ def test_rotating_the_world_changes_nothing():
         sizes.append([*(R.T @ (f.frame.t - t)), f.roughness, f.coverage])
     assert np.abs(np.subtract(*sizes))[1] < 0.001
     assert np.abs(np.subtract(*sizes)).max() < 0.15
+
+
+@pytest.mark.parametrize("axes", [np.eye(3), turned(0.9), np.diag([-1.0, 1.0, 1.0])])
+@pytest.mark.parametrize("rays", [True, False])
+def test_neither_order_nor_direction_nor_handedness_changes_a_facade(axes, rays):
+    scan, *_ = scene(2, rays=rays)
+    order = np.random.default_rng(9).permutation(len(scan))
+    origins = scan.origins @ axes.T if rays else None
+    moved = Scan("moved", scan.xyz[order] @ axes.T, WORLD, origins, scan.origin_index[order])
+    a, b = only(find_facades(scan, whole(scan))), only(find_facades(moved, whole(moved)))
+    side = np.array([np.linalg.det(axes), 1.0, 1.0])  # x runs the other way where left and right are swapped
+    assert np.abs(axes @ a.frame.t - b.frame.t).max() < 1e-5
+    assert np.abs(axes @ a.frame.R * side - b.frame.R).max() < 1e-6
+    signs = np.concatenate([side, side * side[0]])
+    expected = a.local_from_facade.covariance * np.outer(signs, signs)
+    assert np.allclose(expected, b.local_from_facade.covariance, rtol=1e-3, atol=1e-14)
+    assert len(np.setxor1d(a.support, order[b.support])) < 1e-3 * len(a.support)
+    ours = a.outline * side[[0, 2]]
+    assert np.abs(np.sort(ours, axis=0) - np.sort(b.outline, axis=0)).max() < 1e-4
+    assert ring_area(b.outline) * ring_area(a.outline) > 0.0
 
 
 def test_errors_are_what_the_covariance_says():
