@@ -269,6 +269,39 @@ def test_thirty_points_fail_with_a_clear_sentence():
     assert failed.code == "F101" and "30 points" in failed.message and failed.hint
 
 
+def monument(rng, trees=True):
+    """A front of 30 x 16 m whose panels lie at six depths, none of them on a third of it; x, y, z in m.
+
+    Trees stand in the street, and the ground is seen under them; the windows show what lies behind.
+    """
+    parts = []
+    for i, j in np.ndindex(10, 8):
+        x, z = np.meshgrid(np.arange(0, 3, 0.05), np.arange(0, 2, 0.05))
+        x, z = x.ravel(), z.ravel()
+        wall = (np.abs(x - 1.5) > 0.75) | (np.abs(z - 1.0) > 0.7)
+        depth = np.where(wall, (0.0, 0.12, 0.25, 0.38, 0.5, 0.62)[rng.integers(6)], 0.9)
+        seen = wall | (rng.random(len(x)) < 0.3)
+        parts.append(np.column_stack([x + 3 * i, depth, z + 2 * j])[seen])
+    n = 60_000
+    ground = np.column_stack([rng.uniform(0, 30, n), rng.uniform(-8, 0, n), np.zeros(n)])
+    crown = np.column_stack([rng.uniform(2, 28, n), rng.uniform(-6, -2, n), rng.uniform(4, 11, n)])
+    xyz = np.vstack([*parts, ground, *([crown] if trees else [])])
+    return xyz + rng.normal(0, 0.004, xyz.shape)
+
+
+@pytest.mark.parametrize("share", [1.0, 0.125])
+def test_a_monumental_front_in_many_planes_has_a_facade_that_looks_to_the_street(share):
+    rng = np.random.default_rng(4)
+    xyz = monument(rng)
+    xyz = xyz[rng.random(len(xyz)) < share]
+    scan = Scan("museum", xyz, WORLD)
+    f = only(find_facades(scan, whole(scan, 0.0)))
+    x0, z0, x1, z1 = f.extent
+    assert x1 - x0 > 28 and z1 - z0 > 14
+    assert f.coverage < 0.35
+    assert f.frame.R[1, 1] > 0.999  # into the building, though nothing is higher than the trees
+
+
 def test_a_bush_is_no_facade():
     rng = np.random.default_rng(0)
     scan = Scan("bush", rng.normal(0, 2.0, (40_000, 3)), WORLD)

@@ -32,6 +32,7 @@ _BELOW_EAVES = 0.2  # mean number of occupied height bins above, from which a he
 _UNLIKE = 0.5  # mean square difference of levelled row profiles: a correlation of 3/4
 _LEAST_OWN = 0.02  # the least mean square difference between the halves of one side
 _RHYTHM_GAIN = 2.0  # standard errors per ratio of the spreads
+_OF_WINGS = ("eaves", "rough", "rhythm")  # cues that wings under one cornice give as neighbours do
 
 
 def compare_sides(
@@ -39,16 +40,20 @@ def compare_sides(
 ) -> tuple[dict[str, float], bool]:
     """Returns the cues (name: standard errors) that part two sides, and whether the eaves suffice alone.
 
+    Where one cornice runs over both sides they are one building's wings as a rule: parapets, relief and
+    openings differ between wings, so only the plane and the surface tell of a neighbour there.
+
     spread (p,): of every channel within a house
     """
     profile = evidence.profile
     cues: dict[str, float] = {}
+    common = does_cornice_continue(profile, left, right)
     alone, tall = False, profile.rows.shape[1] * BIN_M
     for k, kind in enumerate(evidence.kinds):
         step, t = difference(evidence, k, left, right, spread[k])
         least = max(STEP[kind], _STEEP * tall) if kind == "eaves" else STEP[kind]
         if t > SURE and abs(step) > least:
-            alone |= kind == "eaves" and not does_cornice_continue(profile, left, right)
+            alone |= kind == "eaves" and not common
         elif kind == "eaves":
             least *= _LOW_STEP
         is_step = t > _HINT and abs(step) > least
@@ -59,6 +64,8 @@ def compare_sides(
     t = _rhythm(rows[last_bins(left, 2 * REACH_BINS)], rows[first_bins(right, 2 * REACH_BINS)])
     if t > _HINT:
         cues["rhythm"] = t
+    if common:
+        cues = {name: t for name, t in cues.items() if name not in _OF_WINGS}
     return cues, alone
 
 
