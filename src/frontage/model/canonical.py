@@ -13,6 +13,7 @@ from frontage.model.scan import Scan
 
 _VOXEL_M = 0.1  # m: points of one voxel follow one another
 _DIGITS = 6  # of coordinates in m: sums over another order, or turned, differ by less
+_AXIS_DIGITS = 14  # of the axes' directions
 _FINE_BITS = 10  # bits of each coordinate inside a voxel: 0.1 mm
 _VOXEL_BITS = (63 - 3 * _FINE_BITS) // 3  # of each coordinate of a voxel; larger clouds take larger voxels
 _WALL_CELL_M = 1.0  # m, plan cells that tell the direction of walls
@@ -57,8 +58,8 @@ def canonical_view(scan: Scan, index: Int | None = None) -> CanonicalView:
     both signs are as likely.
     """
     axes = canonical_axes(scan.xyz if index is None else scan.xyz[index])
-    xyz = np.round(scan.xyz @ axes, _DIGITS)
-    order = _order(xyz)
+    xyz = steady(scan.xyz @ axes)
+    order = canonical_order(xyz)
     bare = replace(scan, grid=None, no_returns=(), local_from_scanner=None)
     turned = replace(bare.take(order), xyz=np.take(xyz, order, axis=0), origins=scan.origins @ axes)
     return CanonicalView(turned, order, axes)
@@ -76,10 +77,19 @@ def canonical_axes(xyz: Float) -> Float:
     plan = xyz[:, :2] - xyz[:, :2].mean(0)
     along = np.linalg.eigh(plan.T @ plan)[1][:, ::-1]  # the longer first
     along *= np.where(((plan @ along) ** 3).sum(0) < 0.0, -1.0, 1.0)
-    angle = _wall_angle(np.round(plan @ along, _DIGITS))
+    angle = _wall_angle(steady(plan @ along))
     c, s = np.cos(angle), np.sin(angle)
-    axes[:2, :2] = along @ np.array([[c, -s], [s, c]]) @ _ASLANT
+    x, y = (along @ np.array([[c, -s], [s, c]]) @ _ASLANT)[:, 0]
+    x, y = (float(np.round(v, _AXIS_DIGITS)) for v in (x, y))  # a sum in another order gives the same axes
+    x, y = x / float(np.hypot(x, y)), y / float(np.hypot(x, y))
+    side = float(np.sign(np.linalg.det(along)))
+    axes[:2, :2] = np.array([[x, -side * y], [y, side * x]])
     return axes
+
+
+def steady(xyz: Float) -> Float:
+    """Rounds coordinates (n, d) m to a micrometre, more than they change when a cloud is turned and back."""
+    return np.round(xyz, _DIGITS)
 
 
 def _wall_angle(plan: Float) -> float:
@@ -99,8 +109,8 @@ def _wall_angle(plan: Float) -> float:
     return float(np.angle((line**2).sum()) / 4.0) if len(line) else 0.0
 
 
-def _order(xyz: Float) -> Int:
-    """Returns the canonical order (n,) of points (n, 3) m."""
+def canonical_order(xyz: Float) -> Int:
+    """Returns the order (n,) of points (n, 3) m by voxel and by place within it."""
     key = _key(xyz)
     order = np.argsort(key, kind="stable")
     same = np.diff(key[order]) == 0

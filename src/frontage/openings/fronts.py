@@ -13,6 +13,7 @@ import shapely
 from frontage.geometry.arrays import Float, Int
 from frontage.geometry.rigid import Rigid3
 from frontage.geometry.ring import rectangle
+from frontage.model.canonical import steady
 from frontage.model.estimate import Estimate
 from frontage.model.facade import Facade
 from frontage.model.opening import Opening, Protrusion
@@ -39,7 +40,7 @@ class FrontSearch:
     @cached_property
     def q(self) -> Float:
         """The points of the scan (n, 3) m in the facade frame."""
-        return self.facade.frame.inverse.apply(self.scan.xyz)
+        return steady(self.facade.frame.inverse.apply(self.scan.xyz))
 
     def openings(self, wall: Protrusion) -> tuple[Opening, ...]:
         """Returns the openings on a front.
