@@ -1,10 +1,10 @@
-"""The canonical view of a cloud: what its points decide, and what their order and direction do not."""
+"""The canonical frame and order of a cloud: its points decide them, their order and direction do not."""
 
 import numpy as np
 import pytest
 
 from frontage.model import Scan, WorldRef
-from frontage.model.canonical import canonical_view
+from frontage.model.canonical import canonical_axes, canonical_order, is_mirrored, turned
 
 
 def cloud(n: int = 4000) -> Scan:
@@ -41,27 +41,34 @@ MIRROR = np.diag([-1.0, 1.0, 1.0])
 
 
 @pytest.mark.parametrize("axes", [np.eye(3), TURN, MIRROR, TURN @ MIRROR])
-def test_order_direction_and_handedness_do_not_change_the_view(axes: np.ndarray) -> None:
+def test_order_direction_and_handedness_do_not_change_the_points(axes: np.ndarray) -> None:
     scan = cloud()
-    order = np.random.default_rng(1).permutation(len(scan))
-    view, other = canonical_view(scan), canonical_view(changed(scan, axes, order))
-    assert np.abs(view.scan.xyz - other.scan.xyz).max() < 2e-6
-    assert np.abs(view.scan.origins - other.scan.origins).max() < 1e-9
-    assert view.mirrored == (other.mirrored ^ bool(np.linalg.det(axes) < 0))
-    assert np.abs(scan.xyz[view.order] - scan.xyz[order[other.order]]).max() < 2e-6
+    shuffle = np.random.default_rng(1).permutation(len(scan))
+    moved = changed(scan, axes, shuffle)
+    frames = [canonical_axes(s.xyz) for s in (scan, moved)]
+    one, other = (turned(s, frame) for s, frame in zip((scan, moved), frames, strict=True))
+    orders = [canonical_order(s.xyz) for s in (one, other)]
+    assert np.abs(one.xyz[orders[0]] - other.xyz[orders[1]]).max() < 2e-6
+    assert np.abs(one.origins - other.origins).max() < 1e-9
+    assert is_mirrored(frames[0]) == (is_mirrored(frames[1]) ^ bool(np.linalg.det(axes) < 0))
+    assert np.abs(scan.xyz[orders[0]] - scan.xyz[shuffle[orders[1]]]).max() < 2e-6
 
 
-def test_rows_name_the_same_points() -> None:
+def test_the_frame_is_orthogonal_and_keeps_the_plumb_line() -> None:
     scan = cloud()
-    view = canonical_view(scan)
-    index = np.array([7, 300, 4])
-    assert sorted(view.order[view.rows(index)]) == [4, 7, 300]
-    back = view.scan.xyz @ view.axes.T
-    assert np.abs(back - scan.xyz[view.order]).max() < 1e-5
-    assert np.array_equal(view.scan.intensity, scan.intensity[view.order])
+    axes = canonical_axes(scan.xyz)
+    assert np.allclose(axes @ axes.T, np.eye(3))
+    assert axes[:, 2].tolist() == [0.0, 0.0, 1.0]
+    assert np.abs(turned(scan, axes).xyz @ axes.T - scan.xyz).max() < 1e-5
 
 
 def test_no_wall_runs_along_the_axes() -> None:
-    scan = cloud()
-    along = canonical_view(scan).axes.T @ np.array([1.0, 0.0, 0.0])
+    along = canonical_axes(cloud().xyz).T @ np.array([1.0, 0.0, 0.0])
     assert np.abs(along[:2]).min() > 0.3
+
+
+def test_points_of_one_voxel_follow_one_another() -> None:
+    xyz = np.random.default_rng(0).uniform(0, 3, (5000, 3))
+    step = np.linalg.norm(np.diff(xyz[canonical_order(xyz)], axis=0), axis=1)
+    assert np.median(step) < 0.5 < np.median(np.linalg.norm(np.diff(xyz, axis=0), axis=1))
+    assert len(canonical_order(np.empty((0, 3)))) == 0

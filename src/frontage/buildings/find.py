@@ -20,7 +20,7 @@ from frontage.buildings.split.find import Cut, find_cuts
 from frontage.buildings.split.gaps import open_bins
 from frontage.buildings.split.maps import mapped_row
 from frontage.model import Footprint, Scan
-from frontage.model.canonical import canonical_view
+from frontage.model.canonical import canonical_axes, is_mirrored, turned
 
 _DEFAULTS = BuildingOptions()
 _FEWEST_POINTS = 100  # points of a building, at least
@@ -38,17 +38,17 @@ def find_buildings(
     out, and the components are cut into houses along their street fronts (docs/methods/buildings.md). Where
     footprints are given, they decide.
 
-    Neither the order of the points nor the direction of north decides anything: all steps work on the
-    canonical view of the cloud. Buildings are numbered B01, B02, ... along the longest front from left to
+    Neither the order of the points nor the direction of north decides anything: all steps work in the
+    canonical frame of the cloud. Buildings are numbered B01, B02, ... along the longest front from left to
     right, then across the street.
     Raises InputError when the cloud is too wide for an octree.
     """
     if len(scan) < _FEWEST_POINTS:
         return nothing_found(scan, f"no building: {_too_few(scan)}")
-    view = canonical_view(scan)
-    turned = [replace(f, ring=f.ring @ view.axes[:2, :2]) for f in footprints]
-    cloud = replace(prepare_cloud(view.scan, options, turned), mirrored=view.mirrored)
-    return as_seen(_split(cloud), view)
+    axes = canonical_axes(scan.xyz)
+    mapped = [replace(f, ring=f.ring @ axes[:2, :2]) for f in footprints]
+    cloud = replace(prepare_cloud(turned(scan, axes), options, mapped), mirrored=is_mirrored(axes))
+    return as_seen(_split(cloud), axes)
 
 
 def _split(cloud: StreetCloud) -> BuildingSplit:

@@ -15,7 +15,7 @@ from frontage.facades.street import StreetSide
 from frontage.geometry.arrays import Float, Int
 from frontage.geometry.plane import lean
 from frontage.geometry.rigid import Rigid3
-from frontage.model.canonical import CanonicalView
+from frontage.model.canonical import is_mirrored
 from frontage.model.estimate import Estimate
 from frontage.model.facade import Facade
 from frontage.model.masonry import TOLERANCES
@@ -75,14 +75,14 @@ def build_facade(
     )
 
 
-def as_seen(facade: Facade, view: CanonicalView) -> Facade:
-    """Returns a facade of a canonical view as one of the original cloud."""
-    side = np.array([-1.0 if view.mirrored else 1.0, 1.0])  # of x and z in the plane
+def as_seen(facade: Facade, axes: Float) -> Facade:
+    """Returns a facade that was found in the frame of `axes` (3, 3) as one in the frame of the scan."""
+    side = np.array([-1.0 if is_mirrored(axes) else 1.0, 1.0])  # of x and z in the plane
     flip = np.array([side[0], 1.0, 1.0])
     # a rotation about an axis in the mirror keeps its sense only about the mirror's own normal
     signs = np.concatenate([flip, flip * side[0]])
     pose = facade.local_from_facade
-    frame = Rigid3("local", "facade", view.axes @ facade.frame.R * flip, view.axes @ facade.frame.t)
+    frame = Rigid3("local", "facade", axes @ facade.frame.R * flip, axes @ facade.frame.t)
 
     def ring(outline: Float) -> Float:
         """Returns an outline (k, 2) m that still runs the same way round."""
@@ -93,8 +93,6 @@ def as_seen(facade: Facade, view: CanonicalView) -> Facade:
         local_from_facade=Estimate(frame, pose.covariance * np.outer(signs, signs), pose.dof),
         outline=ring(facade.outline),
         layers=tuple(replace(layer, outline=ring(layer.outline)) for layer in facade.layers),
-        support=view.order[facade.support],
-        inliers=view.order[facade.inliers],
     )
 
 

@@ -16,7 +16,7 @@ from frontage.facades.scene import FacadeScene
 from frontage.facades.sequential import is_large, search_candidates
 from frontage.geometry.arrays import Float
 from frontage.model.building import Building
-from frontage.model.canonical import canonical_view
+from frontage.model.canonical import canonical_axes, canonical_order, steady, turned
 from frontage.model.estimate import Failed
 from frontage.model.facade import Facade
 from frontage.model.scan import Scan
@@ -38,8 +38,8 @@ def find_facades(
     no wall is left, then the local frame of each plane at the barycentre of its inliers (section 2.2).
     Interiors, walls that were seen through the openings of another facade, are dropped in between.
 
-    Neither the order of the points nor the direction of north decides anything: all steps work on the
-    canonical view of the cloud.
+    Neither the order of the points nor the direction of north decides anything: all steps work in the
+    canonical frame and order of the building's points.
 
     Never raises for the data: returns one `Failed` with code F101 (too few points) or F102 (no wall).
     """
@@ -47,10 +47,12 @@ def find_facades(
     rng = np.random.default_rng(seed)
     if len(building.index) < _FEWEST_POINTS:
         return (_too_few_points(building, len(building.index)),)
-    view = canonical_view(scan, building.index)
-    index = view.rows(building.index)
-    cloud = prepare(np.take(view.scan.xyz, index, axis=0), index, rng, scan.sigma_range)
-    scene = FacadeScene(view.scan, cloud, building.ground_z, options)
+    xyz = np.take(scan.xyz, building.index, axis=0)
+    axes = canonical_axes(xyz)
+    xyz = steady(xyz @ axes)
+    order = canonical_order(xyz)
+    cloud = prepare(np.take(xyz, order, axis=0), building.index[order], rng, scan.sigma_range)
+    scene = FacadeScene(turned(scan, axes), cloud, building.ground_z, options)
     if options.method == "paper":
         candidates = _paper_candidate(scene, rng)
     else:
@@ -62,7 +64,7 @@ def find_facades(
         return (_no_wall(building, options),)
     candidates.sort(key=lambda candidate: -candidate.cells.area)
     found = (build_facade(f"{building.id}/F{k}", c, scene, rng) for k, c in enumerate(candidates, 1))
-    return tuple(as_seen(facade, view) for facade in found)
+    return tuple(as_seen(facade, axes) for facade in found)
 
 
 def _too_few_points(building: Building, number: int) -> Failed:

@@ -95,16 +95,16 @@ def _claimed(candidate: FacadeCandidate, thin: Float, is_wall: bool, options: Fa
     """Returns which points (n, 3) a candidate uses up: its relief and, for a wall, its whole prism."""
     q = candidate.wall.coordinates(thin)
     used: Bool = (np.abs(q[:, 1]) < RELIEF_M) & candidate.cells.within(q[:, 0], q[:, 2])
-    return used | _in_prism(q, candidate, options) if is_wall else used
+    return used | _in_prism(q, candidate, options, candidate.cells.shrunk(_END_M)) if is_wall else used
 
 
-def _in_prism(q: Float, facade: FacadeCandidate, options: FacadeOptions) -> Bool:
+def _in_prism(q: Float, facade: FacadeCandidate, options: FacadeOptions, where: Bool | None = None) -> Bool:
     """Returns which points (n, 3) m, facade coordinates, are balconies, recesses and bays of a facade.
 
-    Points at its ends are not: the next face stands there, round the corner.
+    `where` (h, w) leaves out its ends where the next face, round the corner, may stand.
     """
     deep = (q[:, 1] > -options.depth_front) & (q[:, 1] < options.depth_back)
-    return np.asarray(deep & facade.cells.within(q[:, 0], q[:, 2], facade.cells.shrunk(_END_M)), np.bool_)
+    return np.asarray(deep & facade.cells.within(q[:, 0], q[:, 2], where), np.bool_)
 
 
 def _is_layer_of_any(

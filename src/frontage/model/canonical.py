@@ -1,17 +1,19 @@
-"""A cloud in an order and a frame that follow from its own points.
+"""A frame and an order of a cloud that follow from its own points.
 
-Samples are drawn by row number and grids are laid along the axes. So that neither the order of the points in
-a file nor the direction of north decides what is found, rooms work on the canonical view of a cloud.
+Grids are laid along the axes, and samples are drawn by row number. So that neither the direction of north
+nor the order of the points in a file decides what is found, rooms work in the canonical frame of a cloud, and
+sort the points that they sample.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
-from frontage.geometry.arrays import Float, Int
+from frontage.geometry.arrays import Float, Int, drawn
 from frontage.model.scan import Scan
 
 _VOXEL_M = 0.1  # m: points of one voxel follow one another
+_MOST_POINTS = 200_000  # points that tell the frame
 _DIGITS = 6  # of coordinates in m: sums over another order, or turned, differ by less
 _AXIS_DIGITS = 14  # of the axes' directions
 _FINE_BITS = 10  # bits of each coordinate inside a voxel: 0.1 mm
@@ -21,60 +23,31 @@ _FEWEST_IN_CELL = 10  # points of such a cell
 _ASLANT = np.array([[2.0, -1.0], [1.0, 2.0]]) / np.sqrt(5.0)  # a wall crosses two cells along, one across
 
 
-@dataclass(frozen=True, eq=False)
-class CanonicalView:
-    """A cloud in its canonical frame and order.
-
-    scan   the points; they have no raster and no beams without return
-    order  (n,) int64, row of each point in the original cloud
-    axes   (3, 3) orthogonal: ``original = axes @ canonical``. Its determinant is -1 where left and right are
-           swapped
-    """
-
-    scan: Scan
-    order: Int
-    axes: Float
-
-    @property
-    def mirrored(self) -> bool:
-        """Whether left and right are swapped."""
-        return bool(np.linalg.det(self.axes) < 0)
-
-    def rows(self, index: Int) -> Int:
-        """Returns the rows (m,) of this view, ascending, of points at `index` (m,) of the original cloud."""
-        chosen = np.zeros(len(self.order), np.bool_)
-        chosen[index] = True
-        return np.flatnonzero(chosen[self.order])
-
-
-def canonical_view(scan: Scan, index: Int | None = None) -> CanonicalView:
-    """Turns a cloud about the vertical, and sorts it, so that only its content decides frame and order.
-
-    index  (m,) int64, points that decide the frame; all of them when omitted
-
-    The frame lies aslant, by arctan 1/2, to the prevailing direction of the walls. Third moments tell the
-    signs of x and y: the longer tail lies on the positive side, also in a mirrored cloud. z stays. Equal
-    clouds get equal views, whatever their order and direction, and whether they are mirrored, except where
-    both signs are as likely.
-    """
-    axes = canonical_axes(scan.xyz if index is None else scan.xyz[index])
-    xyz = steady(scan.xyz @ axes)
-    order = canonical_order(xyz)
+def turned(scan: Scan, axes: Float) -> Scan:
+    """Returns a scan in the frame of `axes` (3, 3), its columns, without its raster and lost beams."""
     bare = replace(scan, grid=None, no_returns=(), local_from_scanner=None)
-    turned = replace(bare.take(order), xyz=np.take(xyz, order, axis=0), origins=scan.origins @ axes)
-    return CanonicalView(turned, order, axes)
+    return replace(bare, xyz=steady(scan.xyz @ axes), origins=scan.origins @ axes)
+
+
+def is_mirrored(axes: Float) -> bool:
+    """Returns whether left and right are swapped in the frame of `axes` (3, 3)."""
+    return bool(np.linalg.det(axes) < 0)
 
 
 def canonical_axes(xyz: Float) -> Float:
     """Returns the axes (3, 3), as columns, of the canonical frame of points (n, 3) m.
 
-    They lie aslant to the prevailing direction of the walls: most walls run along it or across it, and would
-    otherwise coincide with borders of cells over their whole length.
+    They lie aslant, by arctan 1/2, to the prevailing direction of the walls: most walls run along it or
+    across it, and would otherwise coincide with borders of cells over their whole length. Third moments tell
+    the signs of x and y: the longer tail lies on the positive side, also in a mirrored cloud, so that the
+    determinant is -1 where left and right are swapped. z stays. Equal clouds get equal frames, whatever their
+    order and direction, and whether they are mirrored, except where both signs are as likely.
     """
     axes = np.eye(3)
     if len(xyz) < 2:
         return axes
-    plan = xyz[:, :2] - xyz[:, :2].mean(0)
+    plan = xyz[drawn(xyz[:, 2:], _MOST_POINTS), :2]  # by height, which turning does not change
+    plan = plan - plan.mean(0)
     along = np.linalg.eigh(plan.T @ plan)[1][:, ::-1]  # the longer first
     along *= np.where(((plan @ along) ** 3).sum(0) < 0.0, -1.0, 1.0)
     angle = _wall_angle(steady(plan @ along))
@@ -111,8 +84,10 @@ def _wall_angle(plan: Float) -> float:
 
 def canonical_order(xyz: Float) -> Int:
     """Returns the order (n,) of points (n, 3) m by voxel and by place within it."""
+    if len(xyz) == 0:
+        return np.empty(0, np.int64)
     key = _key(xyz)
-    order = np.argsort(key, kind="stable")
+    order = np.argsort(key)
     same = np.diff(key[order]) == 0
     near = np.flatnonzero(np.append(same, False) | np.append(False, same))  # closer than the key tells
     own = order[near]
@@ -122,7 +97,7 @@ def canonical_order(xyz: Float) -> Int:
 
 def _key(xyz: Float) -> Int:
     """Returns a number (n,) int64 for every point, which orders them by voxel and by place within it."""
-    low, high = xyz.min(0), xyz.max(0)
+    low, high = (np.array([extreme(xyz[:, k]) for k in range(3)]) for extreme in (np.min, np.max))
     voxel = max(_VOXEL_M, float((high - low).max()) / ((1 << _VOXEL_BITS) - 1))
     scale = (1 << _FINE_BITS) / voxel
     coarse, fine = np.zeros(len(xyz), np.int64), np.zeros(len(xyz), np.int64)

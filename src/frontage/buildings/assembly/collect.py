@@ -12,7 +12,6 @@ from frontage.buildings.groups import grouped, mean_of
 from frontage.buildings.split.maps import footprint_of
 from frontage.geometry.arrays import Bool, Float, Int, distinct
 from frontage.model import Building, Scan
-from frontage.model.canonical import CanonicalView
 
 _ACROSS_M = 3.0  # m before the longest front, from which a building stands across the street
 
@@ -77,34 +76,23 @@ def nothing_found(scan: Scan, note: str) -> BuildingSplit:
     return BuildingSplit((), none, none, np.arange(len(scan), dtype=np.int64), float("nan"), (note,))
 
 
-def as_seen(split: BuildingSplit, view: CanonicalView) -> BuildingSplit:
-    """Returns a split of a canonical view as one of the original cloud."""
+def as_seen(split: BuildingSplit, axes: Float) -> BuildingSplit:
+    """Returns a split that was found in the frame of `axes` (3, 3) as one in the frame of the scan."""
 
-    def original(index: Int) -> Int:
-        """Returns the rows (k,), ascending, in the original cloud."""
-        return np.sort(view.order[index])
-
-    def turned(xy: tuple[float, float]) -> tuple[float, float]:
-        """Returns a place in plan in the original frame."""
-        x, y = view.axes[:2, :2] @ xy
+    def back(xy: tuple[float, float]) -> tuple[float, float]:
+        """Returns a place in plan in the frame of the scan."""
+        x, y = axes[:2, :2] @ xy
         return float(x), float(y)
 
     buildings = tuple(
         replace(
             b,
-            index=original(b.index),
-            footprint=None if b.footprint is None else b.footprint @ view.axes[:2, :2].T,
-            cuts=tuple((turned(place), posterior) for place, posterior in b.cuts),
+            footprint=None if b.footprint is None else b.footprint @ axes[:2, :2].T,
+            cuts=tuple((back(place), posterior) for place, posterior in b.cuts),
         )
         for b in split.buildings
     )
-    return replace(
-        split,
-        buildings=buildings,
-        ground=original(split.ground),
-        occluders=original(split.occluders),
-        rest=original(split.rest),
-    )
+    return replace(split, buildings=buildings)
 
 
 def _numbers(cloud: StreetCloud, label: Int, street: SegmentedStreet | None) -> tuple[Int, int]:

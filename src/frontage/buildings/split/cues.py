@@ -22,6 +22,7 @@ from frontage.geometry.arrays import Float
 # least step of each kind of channel: m, m, m, Delta E (Lab), log intensity
 STEP = {"eaves": 0.4, "offset": 0.05, "rough": 0.015, "colour": 6.0, "bright": 0.2}
 SURE = 4.0  # standard errors from which a cue is conclusive
+_ALONE = 5.0  # standard errors from which it needs no other: as much as a sure cue and a hint together
 _HINT = 3.0  # standard errors from which a cue confirms another
 _LOW_STEP = 0.5  # share of a conclusive eaves step that confirms another cue
 _STEEP = 0.02  # share of a wall's height; seen steeply, a cornice's depth moves the top that it shows
@@ -53,7 +54,7 @@ def compare_sides(
         step, t = difference(evidence, k, left, right, spread[k])
         least = max(STEP[kind], _STEEP * tall) if kind == "eaves" else STEP[kind]
         if t > SURE and abs(step) > least:
-            alone |= kind == "eaves" and not common
+            alone |= kind == "eaves" and not common and t > _ALONE
         elif kind == "eaves":
             least *= _LOW_STEP
         is_step = t > _HINT and abs(step) > least
