@@ -15,7 +15,6 @@ from frontage.model.scan import Scan
 _VOXEL_M = 0.1  # m: points of one voxel follow one another
 _MOST_POINTS = 200_000  # points that tell the frame
 _DIGITS = 6  # of coordinates in m: sums over another order, or turned, differ by less
-_AXIS_DIGITS = 14  # of the axes' directions
 _FINE_BITS = 10  # bits of each coordinate inside a voxel: 0.1 mm
 _VOXEL_BITS = (63 - 3 * _FINE_BITS) // 3  # of each coordinate of a voxel; larger clouds take larger voxels
 _WALL_CELL_M = 1.0  # m, plan cells that tell the direction of walls
@@ -47,16 +46,13 @@ def canonical_axes(xyz: Float) -> Float:
     if len(xyz) < 2:
         return axes
     plan = xyz[drawn(xyz[:, 2:], _MOST_POINTS), :2]  # by height, which turning does not change
-    plan = plan - plan.mean(0)
+    plan = plan[np.lexsort(plan.T)]  # sums over another order differ in their last digits
+    plan -= plan.mean(0)
     along = np.linalg.eigh(plan.T @ plan)[1][:, ::-1]  # the longer first
     along *= np.where(((plan @ along) ** 3).sum(0) < 0.0, -1.0, 1.0)
     angle = _wall_angle(steady(plan @ along))
     c, s = np.cos(angle), np.sin(angle)
-    x, y = (along @ np.array([[c, -s], [s, c]]) @ _ASLANT)[:, 0]
-    x, y = (float(np.round(v, _AXIS_DIGITS)) for v in (x, y))  # a sum in another order gives the same axes
-    x, y = x / float(np.hypot(x, y)), y / float(np.hypot(x, y))
-    side = float(np.sign(np.linalg.det(along)))
-    axes[:2, :2] = np.array([[x, -side * y], [y, side * x]])
+    axes[:2, :2] = along @ np.array([[c, -s], [s, c]]) @ _ASLANT
     return axes
 
 
