@@ -16,6 +16,7 @@ from frontage.orientation.adjustment.network import (
     Photos,
     PointObservations,
     control_rows,
+    held_mount,
 )
 from frontage.orientation.adjustment.options import AdjustmentOptions
 from frontage.orientation.adjustment.result import Adjustment
@@ -33,5 +34,6 @@ __all__ = [
     "adjust",
     "check_points",
     "control_rows",
+    "held_mount",
     "split_control",
 ]
