@@ -80,7 +80,7 @@ class WindowSet:
     depth: float = 0.02
     spacing: float | None = None
     most: int | None = None
-    house: tuple[tuple[str, Any], ...] = ()
+    house: tuple[tuple[str, Any], ...] = (("windows", "varied"),)
 
 
 @dataclass(frozen=True, eq=False)
