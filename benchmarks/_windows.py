@@ -98,7 +98,7 @@ class WindowScene:
     elements: Elements
     photos: tuple[Photo, ...]
     image_of: Callable[[str], Array]
-    scan: Scan
+    scan: Scan | None
     truth: dict[str, OpeningPlan]
     true_poses: dict[str, Rigid3]
 
@@ -111,7 +111,8 @@ def window_scene(asked: WindowSet, cache: Path | None = None) -> WindowScene:
     rng = np.random.default_rng([asked.seed, 0xBA25])
     exact = [_photo(scene, plan, chosen, asked, k) for k in range(asked.views)]
     pictures = {p.id: _picture(scene, plan, chosen, p, asked.seed, cache) for p in exact}
-    facade, scan = _facade(plan, scene, _scanned(scene, asked))
+    scan = _scanned(scene, asked, cache)
+    facade = _facade(plan, scene, scan)
     return WindowScene(
         asked=asked,
         facade=facade,
@@ -264,7 +265,7 @@ def _as_measured(plan: OpeningPlan, asked: WindowSet, rng: np.random.Generator) 
     return Opening(
         plan.id, OpeningKind(plan.kind), plan.ring + shift, covariance, depth, plan.shape,
         Provenance.MEASURED, 50.0, 0.99, plan.floor, plan.bay,
-        on=_oriel(plan.wall_y),
+        photos=tuple(f"view{k + 1}.jpg" for k in range(asked.views)), on=_oriel(plan.wall_y),
     )  # fmt: skip
 
 
@@ -297,28 +298,40 @@ def _disturbed(photo: Photo, asked: WindowSet, rng: np.random.Generator) -> Phot
     )
 
 
-def _scanned(scene: Scene, asked: WindowSet) -> Scan:
+def _scanned(scene: Scene, asked: WindowSet, cache: Path | None) -> Scan | None:
+    """What two stations scan of the surroundings, without colour."""
     if asked.spacing is None:
-        return Scan("scan", np.empty((0, 3)), scene.world)
-    spec = ScannerSpec(stations=2, spacing=asked.spacing, field=170, lowest=-20, highest=70, subrays=7)
-    return merge_scans([s.scan for s in scan_stations(scene, spec, asked.seed)])
+        return None
+    spec = ScannerSpec(
+        stations=2, spacing=asked.spacing, field=170, lowest=-20, highest=70, subrays=7, colour=False
+    )
+    key = hashlib.sha256(scene.mesh.vertices.tobytes())
+    key.update(repr((_VERSION, spec, asked.seed)).encode())
+    file = None if cache is None else cache / f"{key.hexdigest()[:24]}.npz"
+    if file is None or not file.exists():
+        scan = merge_scans([s.scan for s in scan_stations(scene, spec, asked.seed)])
+        if file is None:
+            return scan
+        file.parent.mkdir(parents=True, exist_ok=True)
+        np.savez(file, xyz=scan.xyz, origins=scan.origins, origin_index=scan.origin_index)
+    kept = np.load(file)
+    return Scan("scan", kept["xyz"], scene.world, kept["origins"], kept["origin_index"])
 
 
-def _facade(plan: FacadePlan, scene: Scene, scan: Scan) -> tuple[Facade, Scan]:
-    """The facade with its frame as planned, and the scan of its surroundings."""
+def _facade(plan: FacadePlan, scene: Scene, scan: Scan | None) -> Facade:
+    """The facade with its frame as planned, and its points in the scan."""
     frame = plan.local_from_facade
-    own = frame.inverse.apply(scan.xyz)
+    own = frame.inverse.apply(scan.xyz if scan else np.empty((0, 3)))
     (x0, z0), (x1, z1) = plan.outline.min(0), plan.outline.max(0)
     near = (own[:, 0] > x0) & (own[:, 0] < x1) & (own[:, 2] > z0) & (own[:, 2] < z1)
     near &= np.abs(own[:, 1]) < 1.0
     on = near & (np.abs(own[:, 1]) < 0.02)
     sigma = np.array([1e-3] * 3 + [1e-4] * 3)
-    facade = Facade(
+    return Facade(
         plan.id, plan.id.rsplit("/", 1)[0], Estimate(frame, np.diag(sigma**2), 100.0), scene.world,
         plan.outline, (Layer(0.0, 1e-3, float((x1 - x0) * (z1 - z0)), plan.outline),),
         np.flatnonzero(near), np.flatnonzero(on), max(plan.roughness, 1e-3), 0.02, 1.0, "rays",
     )  # fmt: skip
-    return facade, scan
 
 
 def _in_space(ring: Float, y: float) -> Float:
