@@ -49,9 +49,9 @@ from frontage.simulate.sensors.terrestrial import scan_stations
 from frontage.simulate.spec import SceneSpec
 from frontage.simulate.street.build import build_street
 
-MARGIN_M = 0.22  # of wall around each window that is rendered
+MARGIN_M = 0.15  # of wall around each window that is rendered
 _GLAZED = ("window", "basement", "shopfront")
-_VERSION = 1  # raise it when pictures of the same scene come out differently
+_VERSION = 2  # raise it when pictures of the same scene come out differently
 
 
 @dataclass(frozen=True)
