@@ -95,7 +95,7 @@ def _cuts(
 
 
 def _factor(cut: _Cut, finest: float) -> int:
-    """Returns by which whole number a crop is reduced, so that its pixels are not much finer than `finest`."""
+    """Returns by which whole number a crop is reduced, so that it is not much finer than `finest`."""
     return max(1, int(finest / cut.gsd + 0.25))
 
 

@@ -1,0 +1,228 @@
+"""The most probable division of a window into panes, by dynamic programming over slicing trees.
+
+A pane is whole, or a bar across all of it divides it in two, or several bars divide it in equal parts.
+Each part is a pane again, so that crosses, fanlights, T layouts and sashes with bars of their own come
+out. A bar is worth its evidence over the length of the pane that it divides, less the nats that it takes
+to describe it.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from frontage.crossbars.lines import MULLIONS_M, Bars
+from frontage.geometry.arrays import Array, Float
+
+COST = 9.0  # nats of a bar: its position and width, the direction of the split, the choice among candidates
+EQUAL = 3.0  # nats less for a bar whose position follows from equal panes
+MULLION = 6.0  # nats more for a bar as wide as a mullion between coupled windows
+MOST_LINES = 11  # candidates per axis
+_ENDS_M = 0.01  # at both ends of a bar, where other bars cross
+_MOVE_M = 0.012  # by which a line may move when it is estimated again within one pane
+_JOINED_M = 0.015  # by which pieces of one bar may lie apart on both sides of a crossing
+_EQUAL_M = 0.015  # by which a bar may miss the place that equal panes give it
+_SHOWN = 0.4  # share of a bar's length that must be seen
+
+
+@dataclass(frozen=True)
+class Line:
+    """A bar of a layout: axis 0 upright or 1, centre, extent (both ends), width, all m; evidence nats."""
+
+    axis: int
+    position: float
+    extent: tuple[float, float]
+    width: float
+    evidence: float
+
+
+@dataclass(frozen=True)
+class Layout:
+    """Bars, with their evidence less what it costs to describe them, nats."""
+
+    lines: tuple[Line, ...]
+    gain: float
+
+    def plus(self, lines: tuple[Line, ...], gain: float) -> "Layout":
+        """Returns the layout with more bars and their gain."""
+        return Layout((*self.lines, *lines), self.gain + gain)
+
+
+Box = tuple[float, float, float, float]
+"""x0, z0, x1, z1 m of a pane."""
+
+
+def best_layout(box: Box, bars: Sequence[Bars], least: float, cost: float = COST) -> Layout:
+    """Returns the best layout of the bars within a box, the inside of the frame.
+
+    bars   the evidence across x and across z
+    least  m, least width and height of a pane
+    """
+    found = tuple(candidates(box, one, least, cost) for one in bars)
+    return _Search(bars, found, least, cost).best(box)
+
+
+def joined(lines: Sequence[Line]) -> tuple[Line, ...]:
+    """Returns the bars with pieces joined that continue each other across a bar of the other direction."""
+    whole: list[Line] = []
+    for line in sorted(lines, key=lambda one: (one.axis, one.extent)):
+        before = [k for k, one in enumerate(whole) if _continues(one, line)]
+        if not before:
+            whole.append(line)
+            continue
+        one = whole[before[0]]
+        runs = np.array([one.extent[1] - one.extent[0], line.extent[1] - line.extent[0]])
+        share = runs / runs.sum()
+        whole[before[0]] = Line(
+            line.axis,
+            float(share @ [one.position, line.position]),
+            (one.extent[0], line.extent[1]),
+            float(share @ [one.width, line.width]),
+            one.evidence + line.evidence,
+        )
+    return tuple(whole)
+
+
+def _continues(one: Line, other: Line) -> bool:
+    gap = other.extent[0] - one.extent[1]
+    aligned = abs(one.position - other.position) < max(_JOINED_M, 0.35 * min(one.width, other.width))
+    return one.axis == other.axis and aligned and -1e-6 < gap < MULLIONS_M[1]
+
+
+def candidates(box: Box, bars: Bars, least: float, cost: float) -> Float:
+    """Returns the positions (k,) m of the lines that any pane may want, the strongest first.
+
+    A line counts by its best piece among the whole length and its parts.
+    """
+    low, high = box[1 - bars.axis], box[3 - bars.axis]
+    best = np.full(bars.total.shape[1:], -np.inf, np.float32)
+    for parts in (1, 2, 3, 4, 6):
+        size = (high - low) / parts
+        if parts > 1 and size < least:
+            break
+        for first in np.arange(low, high - size + 1e-6, size / 2):
+            best = np.maximum(best, bars.over(first + _ENDS_M, first + size - _ENDS_M))
+    best = best - _mullion_cost(bars)
+    strength = best.max(1)
+    centre = bars.centre(np.arange(len(strength)), best.argmax(1))
+    inside = (centre > box[bars.axis] + least / 2) & (centre < box[2 + bars.axis] - least / 2)
+    strength = np.where(inside, strength, -np.inf)
+    places: list[float] = []
+    for k in np.argsort(-strength, kind="stable"):
+        if strength[k] < cost - EQUAL or len(places) == MOST_LINES:
+            break
+        if all(abs(centre[k] - p) > 2 * _MOVE_M for p in places):
+            places.append(float(centre[k]))
+    return np.array(places)
+
+
+def _mullion_cost(bars: Bars) -> Array:
+    return np.where(bars.widths * bars.px > MULLIONS_M[0], MULLION, 0.0).astype(np.float32)
+
+
+@dataclass
+class _Search:
+    """The search over one window; remembers the best layout of every pane."""
+
+    bars: Sequence[Bars]
+    places: tuple[Float, ...]
+    least: float
+    cost: float
+    known: dict[tuple[Box, int], Layout] = field(default_factory=dict)
+    lines: dict[tuple[int, int, float, float], Line | None] = field(default_factory=dict)
+
+    def best(self, box: Box, uncut: int = -1) -> Layout:
+        """Returns the best layout of a pane, whose first split is not along axis `uncut`.
+
+        Splits by parallel bars come from left to right, so that every layout is met only once.
+        """
+        key = (box, uncut)
+        if key in self.known:
+            return self.known[key]
+        best = Layout((), 0.0)
+        for axis in (0, 1):
+            if axis == uncut or box[2 + axis] - box[axis] < 2 * self.least:
+                continue
+            for k in range(len(self.places[axis])):
+                found = self._split(box, axis, k)
+                if found is not None and found.gain > best.gain:
+                    best = found
+            for count in range(1, 7):
+                found = self._equal(box, axis, count)
+                if found is not None and found.gain > best.gain:
+                    best = found
+        self.known[key] = best
+        return best
+
+    def _split(self, box: Box, axis: int, k: int) -> Layout | None:
+        line = self._line(box, axis, k)
+        if line is None:
+            return None
+        low, high = _parts(box, axis, line)
+        if min(low[2 + axis] - low[axis], high[2 + axis] - high[axis]) < self.least:
+            return None
+        gain = line.evidence - self.cost
+        if gain <= -self.cost:
+            return None
+        first, second = self.best(low, uncut=axis), self.best(high)
+        return Layout((line, *first.lines, *second.lines), gain + first.gain + second.gain)
+
+    def _equal(self, box: Box, axis: int, count: int) -> Layout | None:
+        """Returns the division of a pane by `count` bars into panes of one size; None if it has none."""
+        low, high = box[axis], box[2 + axis]
+        if (high - low) / (count + 1) < self.least:
+            return None
+        wanted = low + (high - low) * np.arange(1, count + 1) / (count + 1)
+        places = self.places[axis]
+        if len(places) < count:
+            return None
+        near = np.abs(places[None, :] - wanted[:, None])
+        chosen = near.argmin(1)
+        if near.min(1).max() > _EQUAL_M + _MOVE_M or len(set(chosen.tolist())) < count:
+            return None
+        lines = [self._line(box, axis, int(k)) for k in chosen]
+        if any(
+            line is None or abs(line.position - at) > _EQUAL_M for line, at in zip(lines, wanted, strict=True)
+        ):
+            return None
+        layout, rest = Layout((), 0.0), box
+        for line in lines:
+            assert line is not None
+            part, rest = _parts(rest, axis, line)
+            inner = self.best(part, uncut=axis)
+            layout = layout.plus((line, *inner.lines), line.evidence - self.cost + EQUAL + inner.gain)
+        inner = self.best(rest, uncut=axis)
+        return layout.plus(inner.lines, inner.gain)
+
+    def _line(self, box: Box, axis: int, k: int) -> Line | None:
+        """Returns a candidate as it is within one pane; None if it is not shown there."""
+        low, high = box[1 - axis], box[3 - axis]
+        key = (axis, k, low, high)
+        if key not in self.lines:
+            self.lines[key] = self._estimated(axis, float(self.places[axis][k]), low, high)
+        line = self.lines[key]
+        if line is None or not box[axis] < line.position < box[2 + axis]:
+            return None
+        return line
+
+    def _estimated(self, axis: int, place: float, low: float, high: float) -> Line | None:
+        bars = self.bars[axis]
+        if bars.shown(low, high) < _SHOWN:
+            return None
+        value = bars.over(low + _ENDS_M, high - _ENDS_M) - _mullion_cost(bars)
+        centre = bars.centre(np.arange(len(value))[:, None], np.arange(len(bars.widths))[None, :])
+        value = np.where(np.abs(centre - place) <= _MOVE_M, value, -np.inf)
+        best = int(value.argmax())
+        n, w = divmod(best, value.shape[1])
+        if not np.isfinite(value[n, w]):
+            return None
+        width = float(bars.widths[w] * bars.px)
+        return Line(axis, float(centre[n, w]), (low, high), width, float(value[n, w]))
+
+
+def _parts(box: Box, axis: int, line: Line) -> tuple[Box, Box]:
+    """Returns the panes on both sides of a bar, the lower one first."""
+    low, high = list(box), list(box)
+    low[2 + axis] = line.position - line.width / 2
+    high[axis] = line.position + line.width / 2
+    return (low[0], low[1], low[2], low[3]), (high[0], high[1], high[2], high[3])

@@ -1,0 +1,103 @@
+"""Evidence of bars: pairs of opposite edges, or hits of the scan, summed over the views strip by strip.
+
+What speaks for a bar at one place and of one width is added up over any piece of its length from
+cumulative sums, so that the search over layouts can ask for every pane without touching a pixel.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+from scipy.ndimage import maximum_filter1d
+
+from frontage.crossbars.profiles import STRIP_M, Profiles
+from frontage.crossbars.rectify import Grid
+from frontage.geometry.arrays import Array, Float
+
+WIDTHS_M = (0.015, 0.13)
+MULLIONS_M = (0.13, 0.36)
+_MULLION_STEP_M = 0.01
+_TOLERANCE_M = 0.004  # by which edges may lie apart in two views: poses, and profiles that are not sharp
+_INDEPENDENT_M = 0.1  # length of a bar over which clutter is one and the same thing
+
+
+@dataclass(frozen=True, eq=False)
+class Bars:
+    """Evidence of the bars across one axis.
+
+    axis    0: upright bars, 1: transoms
+    start   m, coordinate of the lower edge of position 0 across the bars; px m per position
+    along   m, coordinate of the lower edge of strip 0; strip m per strip
+    widths  (w,) int, px
+    total   (s + 1, n, w) float32 nats: cumulative over strips; n is the lower edge of a bar
+    known   (s + 1,) cumulative share of strips that anything shows
+    """
+
+    axis: int
+    start: float
+    px: float
+    along: float
+    strip: float
+    widths: Array
+    total: Array = field(repr=False)
+    known: Float = field(repr=False)
+
+    def over(self, low: float, high: float) -> Array:
+        """Returns the evidence (n, w) nats of bars that run from `low` to `high` m."""
+        return np.asarray(self._until(high) - self._until(low))
+
+    def shown(self, low: float, high: float) -> float:
+        """Returns which share of a piece of length anything shows."""
+        at = np.clip((np.array([low, high]) - self.along) / self.strip, 0, len(self.known) - 1)
+        below = np.interp(at, np.arange(len(self.known)), self.known)
+        return float((below[1] - below[0]) / max(at[1] - at[0], 1e-6))
+
+    def _until(self, place: float) -> Array:
+        at = float(np.clip((place - self.along) / self.strip, 0, len(self.total) - 1))
+        k = min(int(at), len(self.total) - 2)
+        return np.asarray(self.total[k] + (at - k) * (self.total[k + 1] - self.total[k]))
+
+    def centre(self, position: Array, width: Array) -> Array:
+        """Returns the coordinates m of the centre lines of bars with a lower edge and a number of a width."""
+        return np.asarray(self.start + (position + 0.5 * self.widths[width]) * self.px)
+
+
+def bar_widths(px: float, finest: float) -> Array:
+    """Returns the widths (w,) in px that are tried; none narrower than one px of the finest photo."""
+    low, high = max(WIDTHS_M[0], finest), WIDTHS_M[1]
+    narrow = np.arange(max(2, round(low / px)), round(high / px) + 1)
+    wide = np.arange(MULLIONS_M[0], MULLIONS_M[1], _MULLION_STEP_M) / px
+    return np.unique(np.concatenate([narrow, np.rint(wide).astype(int)]))
+
+
+def bars_of_views(grid: Grid, profiles: Sequence[Profiles], weights: Float, widths: Array) -> Bars:
+    """Returns the evidence of bars in several views, each of them weighted."""
+    axis = profiles[0].axis
+    strips, n = profiles[0].rise.shape
+    total = np.zeros((strips, n + 1, len(widths)), np.float32)
+    shown = np.zeros(strips)
+    for view, weight in zip(profiles, weights, strict=True):
+        total[:, :n] += weight * _pairs(view, widths, _TOLERANCE_M / grid.px)
+        shown += view.known.mean(1)
+    scale = STRIP_M / _INDEPENDENT_M
+    cumulated = np.zeros((strips + 1, n + 1, len(widths)), np.float32)
+    np.cumsum(scale * total, axis=0, out=cumulated[1:])
+    known = np.concatenate([[0.0], np.cumsum(np.minimum(shown, 1.0))])
+    strip = grid.shape[axis] * grid.px / strips
+    return Bars(axis, grid.start(axis), grid.px, grid.start(1 - axis), strip, widths, cumulated, known)
+
+
+def _pairs(view: Profiles, widths: Array, tolerance: float) -> Array:
+    """Returns the log-likelihood ratios (s, n, w) of bars brighter or darker than what is on both sides."""
+    size = 2 * round(tolerance) + 1
+    rise, fall = (maximum_filter1d(e, size, axis=1) if size > 1 else e for e in (view.rise, view.fall))
+    n = rise.shape[1]
+    out = np.zeros((*rise.shape, len(widths)), np.float32)
+    for k, width in enumerate(widths):
+        if width >= n:
+            continue
+        bright = rise[:, : n - width] + fall[:, width:]
+        dark = fall[:, : n - width] + rise[:, width:]
+        both = view.known[:, : n - width] & view.known[:, width:]
+        out[:, : n - width, k] = np.where(both, np.logaddexp(bright, dark) - np.log(2.0), 0.0)
+    return out
