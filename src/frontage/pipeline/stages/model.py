@@ -244,7 +244,7 @@ def _notes(made: Sequence[Made]) -> list[str]:
 
 STAGE = Stage(
     name="model",
-    after=("buildings", "facades", "views", After("ortho", optional=True)),
+    after=("buildings", "facades", "crossbars", After("ortho", optional=True)),
     tasks=tasks,
     load=load,
     work=work,
