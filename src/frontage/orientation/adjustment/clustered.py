@@ -22,6 +22,8 @@ from frontage.orientation.adjustment.layout import Layout
 from frontage.orientation.adjustment.linearise import Linearised
 from frontage.orientation.adjustment.normal import NormalEquations, inverse_blocks
 
+_SILENT = 1e-12  # variance from clusters over that of the normal equations: rounding, not information
+
 
 @dataclass(frozen=True, eq=False)
 class Dependence:
@@ -84,10 +86,17 @@ def _shared_covariance(
 
 
 def _not_below(covariance: Float, least: Float) -> Float:
-    """Widens a covariance (u, u), parameter by parameter, to at least the variances of another."""
-    ratio = np.diag(least) / np.maximum(np.diag(covariance), 1e-300)
-    scale = np.sqrt(np.maximum(ratio, 1.0))
-    return np.asarray(covariance * scale[:, None] * scale)
+    """Widens a covariance (u, u), parameter by parameter, to at least the variances of another.
+
+    Parameters that no cluster tells anything of, such as the mount of a camera that sees nothing, have what
+    the other covariance says of them.
+    """
+    variance, lowest = np.diag(covariance), np.diag(least)
+    silent = variance <= _SILENT * lowest
+    scale = np.where(silent, 0.0, np.sqrt(np.maximum(lowest / np.where(silent, 1.0, variance), 1.0)))
+    widened = covariance * scale[:, None] * scale
+    widened[np.ix_(silent, silent)] = least[np.ix_(silent, silent)]
+    return np.asarray(widened)
 
 
 def clustered_covariance(equations: NormalEquations, wide: Float, number: Int) -> Float:
