@@ -189,6 +189,8 @@ class _Search:
         for line in lines:
             assert line is not None
             part, rest = _parts(rest, axis, line)
+            if part[2 + axis] - part[axis] < self.least or rest[2 + axis] - rest[axis] < self.least:
+                return None
             inner = self.best(part, uncut=axis)
             layout = layout.plus((line, *inner.lines), line.evidence - self.cost + EQUAL + inner.gain)
         inner = self.best(rest, uncut=axis)

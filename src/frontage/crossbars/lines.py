@@ -18,6 +18,9 @@ WIDTHS_M = (0.015, 0.13)
 MULLIONS_M = (0.13, 0.36)
 _MULLION_STEP_M = 0.01
 _TOLERANCE_M = 0.004  # by which edges may lie apart in two views: poses, and profiles that are not sharp
+_COLOUR = 1.0  # weight of the colour between the edges, whose pixels have their errors in common
+_BROAD_M = 0.06  # width of a bar beyond which more of its colour counts for more
+_MOST_BROAD = 4.0  # times
 _INDEPENDENT_M = 0.1  # length of a bar over which clutter is one and the same thing
 
 
@@ -70,14 +73,19 @@ def bar_widths(px: float, finest: float) -> Array:
     return np.unique(np.concatenate([narrow, np.rint(wide).astype(int)]))
 
 
-def bars_of_views(grid: Grid, profiles: Sequence[Profiles], weights: Float, widths: Array) -> Bars:
-    """Returns the evidence of bars in several views, each of them weighted."""
+def bars_of_views(
+    grid: Grid, profiles: Sequence[Profiles], likeness: Sequence[Array], weights: Float, widths: Array
+) -> Bars:
+    """Returns the evidence of bars in several views, each of them weighted.
+
+    likeness  (s, n) nats of every view, how much a place looks like the frame
+    """
     axis = profiles[0].axis
     strips, n = profiles[0].rise.shape
     total = np.zeros((strips, n + 1, len(widths)), np.float32)
     shown = np.zeros(strips)
-    for view, weight in zip(profiles, weights, strict=True):
-        total[:, :n] += weight * _pairs(view, widths, _TOLERANCE_M / grid.px)
+    for view, like, weight in zip(profiles, likeness, weights, strict=True):
+        total[:, :n] += weight * _pairs(view, like, widths, grid.px)
         shown += view.known.mean(1)
     scale = STRIP_M / _INDEPENDENT_M
     cumulated = np.zeros((strips + 1, n + 1, len(widths)), np.float32)
@@ -87,17 +95,20 @@ def bars_of_views(grid: Grid, profiles: Sequence[Profiles], weights: Float, widt
     return Bars(axis, grid.start(axis), grid.px, grid.start(1 - axis), strip, widths, cumulated, known)
 
 
-def _pairs(view: Profiles, widths: Array, tolerance: float) -> Array:
-    """Returns the log-likelihood ratios (s, n, w) of bars brighter or darker than what is on both sides."""
-    size = 2 * round(tolerance) + 1
+def _pairs(view: Profiles, likeness: Array, widths: Array, px: float) -> Array:
+    """Returns the log-likelihood ratios (s, n, w) of bars, from both edges and from what is between them."""
+    size = 2 * round(_TOLERANCE_M / px) + 1
     rise, fall = (maximum_filter1d(e, size, axis=1) if size > 1 else e for e in (view.rise, view.fall))
     n = rise.shape[1]
     out = np.zeros((*rise.shape, len(widths)), np.float32)
+    before = np.concatenate([np.zeros((len(rise), 1)), np.cumsum(likeness, axis=1)], axis=1)
     for k, width in enumerate(widths):
         if width >= n:
             continue
         bright = rise[:, : n - width] + fall[:, width:]
         dark = fall[:, : n - width] + rise[:, width:]
+        colour = _COLOUR * float(np.clip(width * px / _BROAD_M, 1.0, _MOST_BROAD))
         both = view.known[:, : n - width] & view.known[:, width:]
-        out[:, : n - width, k] = np.where(both, np.logaddexp(bright, dark) - np.log(2.0), 0.0)
+        between = colour * (before[:, width:n] - before[:, : n - width]) / width
+        out[:, : n - width, k] = np.where(both, np.logaddexp(bright, dark) - np.log(2.0) + between, 0.0)
     return out

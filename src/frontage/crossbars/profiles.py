@@ -7,18 +7,17 @@ log-likelihood ratio is bounded from both sides, because bars can be hidden, and
 edges, too.
 """
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import cv2
 import numpy as np
 
-from frontage.crossbars.rectify import Grid, WallView
+from frontage.crossbars.rectify import Grid, PlaneView
 from frontage.geometry.arrays import Array
 
 STRIP_M = 0.03
 _MISSING = 0.12  # probability that the edge of a bar does not show: hidden, or of its background's colour
-_CLUTTER = 0.15  # probability that a step is that of something else
+_CLUTTER = 0.3  # probability that a step is that of something else
 _NOISE_LEVELS = 0.6  # of 255: least Laplace scale of a step, noise and compression of the photo
 _STRONG = 0.985  # quantile of the steps in a window that are those of its frame and bars
 _BRIGHTER = 1.3  # a step may be so many times as strong as those
@@ -31,13 +30,11 @@ class Profiles:
     """Strips of a window in one view, for the bars across one axis.
 
     axis    0: upright bars, positions along x, strips along z; 1: the other way round
-    colour  (s, n, 3) float32, mean colour of strip s at position n
-    known   (s, n) bool, where the view shows the window
+    known   (s, n) bool, where the view shows strip s at position n
     rise, fall  (s, n) float32 nats: an edge there, brighter or darker towards higher positions
     """
 
     axis: int
-    colour: Array
     known: Array
     rise: Array
     fall: Array
@@ -48,19 +45,28 @@ def strip_count(grid: Grid, axis: int) -> int:
     return max(2, round(grid.shape[axis] * grid.px / STRIP_M))
 
 
-def view_profiles(grid: Grid, view: WallView, depth: float, ring: Array, axis: int) -> Profiles:
-    """Returns the strips of a view at the frame's depth; `ring` (h, w) is the mask of the outline."""
-    image = view.at(grid, depth, view.image)
-    inside = view.at(grid, depth, view.inside) * ring
-    if axis == 1:
-        image, inside = image.transpose(1, 0, 2), inside.T
+def view_profiles(grid: Grid, view: PlaneView, axis: int) -> Profiles:
+    """Returns the strips of a view on the plane of the frame."""
+    image, inside = _turned(view.image, axis), _turned(view.inside, axis)
     size = (image.shape[1], strip_count(grid, axis))
-    share = cv2.resize(np.ascontiguousarray(inside), size, interpolation=cv2.INTER_AREA)
-    colour = cv2.resize(np.ascontiguousarray(image * inside[..., None]), size, interpolation=cv2.INTER_AREA)
+    share = cv2.resize(inside, size, interpolation=cv2.INTER_AREA)
+    colour = cv2.resize(image * inside[..., None], size, interpolation=cv2.INTER_AREA)
     known = share > _LEAST_INSIDE
     colour = np.where(known[..., None], colour / np.maximum(share, 1e-3)[..., None], 0.0)
     rise, fall = _edge_evidence(colour, known, max(1, round(_EDGE_PX * view.gsd[axis] / grid.px)))
-    return Profiles(axis, colour.astype(np.float32), known, rise, fall)
+    return Profiles(axis, known, rise, fall)
+
+
+def likeness_profiles(grid: Grid, likeness: Array, axis: int) -> Array:
+    """Returns the mean likeness (s, n) with the frame in every strip, of a picture (h, w) of it."""
+    turned = _turned(likeness, axis)
+    size = (turned.shape[1], strip_count(grid, axis))
+    return np.asarray(cv2.resize(turned, size, interpolation=cv2.INTER_AREA))
+
+
+def _turned(layer: Array, axis: int) -> Array:
+    """Returns a layer with the direction across the bars as its columns."""
+    return np.ascontiguousarray(layer if axis == 0 else layer.swapaxes(0, 1))
 
 
 def _edge_evidence(colour: Array, known: Array, reach: int) -> tuple[Array, Array]:
@@ -85,17 +91,11 @@ def _edge_evidence(colour: Array, known: Array, reach: int) -> tuple[Array, Arra
 def _ratio(step: Array, noise: float, strong: float) -> Array:
     """Returns log p(step | edge of a bar) - log p(step | none), nats."""
     laplace = np.exp(-np.abs(step) / noise) / (2 * noise)
-    # a step of a bar is uniform up to the strongest one, and blurred by the noise
-    broad = np.where(step > 0, 1.0, np.exp(np.minimum(step, 0.0) / noise)) / strong
-    broad = np.where(step > strong, np.exp(-(step - strong) / noise) / strong, broad)
-    clutter = np.where(np.abs(step) < strong, 0.5 / strong, 0.0)
-    edge = (1 - _MISSING) * broad + _MISSING * laplace
-    other = (1 - _CLUTTER) * laplace + _CLUTTER * clutter + 1e-9
-    return np.asarray(np.log((edge + 1e-9) / other), np.float32)
-
-
-def all_profiles(
-    grid: Grid, views: Sequence[WallView], depth: float, ring: Array, axis: int
-) -> list[Profiles]:
-    """Returns the strips of all views."""
-    return [view_profiles(grid, view, depth, ring, axis) for view in views]
+    beyond = np.maximum(np.abs(step) - strong, 0.0)
+    broad = (
+        np.exp(-beyond / (0.3 * strong)) / strong
+    )  # steps of bars and of clutter are uniform up to `strong`
+    own = broad * np.where(step > 0, 1.0, np.exp(np.minimum(step, 0.0) / noise))
+    edge = (1 - _MISSING) * own + _MISSING * laplace
+    other = (1 - _CLUTTER) * laplace + _CLUTTER * 0.5 * broad
+    return np.asarray(np.log(edge / other), np.float32)

@@ -97,6 +97,27 @@ class WallView:
         return np.asarray(cv2.warpAffine(layer, matrix, (columns, rows), flags=flags))
 
 
+@dataclass(frozen=True, eq=False)
+class PlaneView:
+    """A view on the plane of the frame.
+
+    image   (h, w, 3) float32, 0..255
+    inside  (h, w) float32, 1 where the photo shows that plane within the outline of the opening
+    gsd     m per px of the photo across (x) and along (z)
+    """
+
+    name: str
+    image: Array = field(repr=False)
+    inside: Array = field(repr=False)
+    gsd: tuple[float, float]
+
+    @staticmethod
+    def of(grid: Grid, view: WallView, depth: float, mask: Array) -> "PlaneView":
+        """Returns a view at a depth m; `mask` is the outline's."""
+        inside = view.at(grid, depth, view.inside) * mask
+        return PlaneView(view.name, view.at(grid, depth, view.image), inside, view.gsd)
+
+
 def window_grid(window: Window) -> Grid:
     """Returns the raster of a window, as fine as its finest view justifies; of the scan without views."""
     finest = window.views[0].gsd / _OVERSAMPLED if window.views else _SCAN_PX_M
