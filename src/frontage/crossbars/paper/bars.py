@@ -14,6 +14,9 @@ from frontage.model.glazing import AXES, Bar
 BAR_WIDTH_M = 0.045
 """Usual width of a window bar, where only one of its edges was found."""
 
+WIDEST_M = 0.15
+"""Width of the widest bar: the stiles of two casements that meet."""
+
 _WIDTH_SIGMA_M = 0.02  # of the usual width
 _GAP_M = 0.005  # between edges of one place: more than the error of triangulated edges
 
@@ -67,22 +70,19 @@ class _Pair:
 
 
 def bars_of_group(
-    lines: Sequence[Line], windows: Sequence[tuple[Edges3D, Edges3D]], buffer: float, widest: float
+    lines: Sequence[Line], windows: Sequence[tuple[Edges3D, Edges3D]], buffer: float
 ) -> list[list[Bar]]:
     """Returns the bars of each window of a group, relative to its own middle.
 
     windows  vertical and horizontal 3-D edges of each, relative to its own middle
     buffer   m on both sides of a dividing line
-    widest   m, edges farther apart than this have a pane between them
 
     The bars of a group are all lighter or all darker than what is behind them, so that the shaded underside
     of a light bar is not taken for a bar. A window whose own edges do not show a bar gets it from the others
     of its group, with the provenance "pooled".
     """
-    peaks = [[_peaks(line, edges[line.axis], widest) for edges in windows] for line in lines]
-    pairs = [
-        [_pairs(line, own, buffer, widest) for own in row] for line, row in zip(lines, peaks, strict=True)
-    ]
+    peaks = [[_peaks(line, edges[line.axis]) for edges in windows] for line in lines]
+    pairs = [[_pairs(line, own, buffer) for own in row] for line, row in zip(lines, peaks, strict=True)]
     lightness = sum(max(own, key=lambda p: p.strength).lightness for row in pairs for own in row if own)
     out: list[list[Bar]] = [[] for _ in windows]
     for line, row, own_pairs in zip(lines, peaks, pairs, strict=True):
@@ -98,7 +98,7 @@ def bars_of_group(
     return out
 
 
-def _peaks(line: Line, edges: Edges3D, widest: float) -> list[_Peak]:
+def _peaks(line: Line, edges: Edges3D) -> list[_Peak]:
     """Returns the places where 3-D edges of one sign lie beside a line: runs without a gap of 5 mm.
 
     Edges of several pairs of photos share their photos: the error is that of one edge, not of their mean.
@@ -106,7 +106,7 @@ def _peaks(line: Line, edges: Edges3D, widest: float) -> list[_Peak]:
     low, high = line.extent
     beside = np.minimum(edges.along[:, 1], high) - np.maximum(edges.along[:, 0], low)
     strength = np.clip(beside, 0, None) * np.abs(edges.contrast)
-    near = (strength > 0) & (np.abs(edges.across - line.position) <= widest)
+    near = (strength > 0) & (np.abs(edges.across - line.position) <= WIDEST_M)
     found: list[_Peak] = []
     for side in (-1, 1):
         order = np.flatnonzero(near & (side * edges.contrast > 0))
@@ -120,10 +120,16 @@ def _peaks(line: Line, edges: Edges3D, widest: float) -> list[_Peak]:
     return found
 
 
-def _pairs(line: Line, peaks: Sequence[_Peak], buffer: float, widest: float) -> list[_Pair]:
-    """Returns the pairs of edges of opposite contrast about a dividing line, their middles in the buffer."""
-    pairs = [_Pair(a, b) for a in peaks for b in peaks if a.side < b.side and abs(a.at - b.at) <= widest]
-    return [pair for pair in pairs if abs(pair.place.position - line.position) <= buffer]
+def _pairs(line: Line, peaks: Sequence[_Peak], buffer: float) -> list[_Pair]:
+    """Returns the pairs of edges of opposite contrast about a dividing line, one of them in its buffer."""
+    pairs = [_Pair(a, b) for a in peaks for b in peaks if a.side < b.side]
+    return [
+        pair
+        for pair in pairs
+        if pair.place.width <= WIDEST_M
+        and min(abs(peak.at - line.position) for peak in (pair.darker, pair.brighter)) <= buffer
+        and abs(pair.place.position - line.position) <= WIDEST_M / 2
+    ]
 
 
 def _places(

@@ -59,7 +59,7 @@ def crossbars(
     (x0, z0), (x1, z1) = first.min(0) + FRAME_WIDTH_M, first.max(0) - FRAME_WIDTH_M
     division = divide((x0, z0, x1, z1), (by[0], by[1]), least, BAR_WIDTH_M)
     lines = joined(division.lines, 2 * BAR_WIDTH_M)
-    bars = bars_of_group(lines, relative, buffer, least)
+    bars = bars_of_group(lines, relative, buffer)
     return division, [[_placed(b, m) for b in own] for own, m in zip(bars, middles, strict=True)]
 
 
