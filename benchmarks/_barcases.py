@@ -120,9 +120,9 @@ def _bar(u0: float, v0: float, u1: float, v1: float) -> TrueBar:
     return TrueBar("horizontal", (v0 + v1) / 2, (u0, u1), v1 - v0)
 
 
-# The front of castle_photos that photos 3 to 8 show. The plane was fitted to its points; outlines and bars were
-# placed by hand on the photos rectified onto the plane of the frames (0.18 m deep), the windows found by
-# correlation and looked at one by one. All have one layout. One with an open casement is left out.
+# The front of castle_photos that photos 3 to 8 show. The plane was fitted to its points; outlines and bars
+# were placed by hand on the photos rectified onto the plane of the frames (0.18 m deep), the windows found
+# by correlation and looked at one by one. All have one layout. One with an open casement is left out.
 _CASTLE_NORMAL, _CASTLE_OFFSET = (-0.08599271, 0.99629577), 22.401918
 _CASTLE_CENTRES = (
     (-7.016, 10.796), (-1.056, 10.820), (3.576, 10.812), (7.472, 10.812), (11.368, 10.828), (16.016, 10.852),

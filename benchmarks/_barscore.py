@@ -39,7 +39,7 @@ class Judged:
     """How one window came out; the case is what windows are not independent within (a house).
 
     exact      None where there is no layout to be right about (leaded, not completely known)
-    hits, found, seen, true   numbers of bars found that are right, of all found, of true ones found, of all true
+    hits, found, seen, true   numbers of right bars found, of all found, of true bars found, of all true ones
     errors     (m, 2) position errors and their sigmas of the bars that are right; widths (k,) their errors
     depth      error and sigma, or None
     """
