@@ -18,6 +18,9 @@ WIDTHS_M = (0.015, 0.13)
 MULLIONS_M = (0.13, 0.36)
 _MULLION_STEP_M = 0.01
 _TOLERANCE_M = 0.004  # by which edges may lie apart in two views: poses, and profiles that are not sharp
+_LINES = (
+    np.log(2.0) + 0.8
+)  # of edges that run straight along a bar, either sign, but are those of other things
 _COLOUR = 1.0  # weight of the colour between the edges, whose pixels have their errors in common
 _BROAD_M = 0.06  # width of a bar beyond which more of its colour counts for more
 _MOST_BROAD = 4.0  # times
@@ -110,5 +113,5 @@ def _pairs(view: Profiles, likeness: Array, widths: Array, px: float) -> Array:
         colour = _COLOUR * float(np.clip(width * px / _BROAD_M, 1.0, _MOST_BROAD))
         both = view.known[:, : n - width] & view.known[:, width:]
         between = colour * (before[:, width:n] - before[:, : n - width]) / width
-        out[:, : n - width, k] = np.where(both, np.logaddexp(bright, dark) - np.log(2.0) + between, 0.0)
+        out[:, : n - width, k] = np.where(both, np.logaddexp(bright, dark) + between - _LINES, 0.0)
     return out

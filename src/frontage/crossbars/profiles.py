@@ -97,5 +97,5 @@ def _ratio(step: Array, noise: float, strong: float) -> Array:
     )  # steps of bars and of clutter are uniform up to `strong`
     own = broad * np.where(step > 0, 1.0, np.exp(np.minimum(step, 0.0) / noise))
     edge = (1 - _MISSING) * own + _MISSING * laplace
-    other = (1 - _CLUTTER) * laplace + _CLUTTER * 0.5 * broad
-    return np.asarray(np.log(edge / other), np.float32)
+    other = 1e-12 + (1 - _CLUTTER) * laplace + _CLUTTER * 0.5 * broad
+    return np.asarray(np.log((edge + 1e-12) / other), np.float32)
