@@ -49,11 +49,19 @@ class Case:
 def simulated(scene: WindowScene, views: Sequence[int] | None = None, reduce: int = 1) -> Case:
     """A simulated house with all photos or some of them, reduced by a whole number of pixels."""
     photos = scene.photos if views is None else tuple(scene.photos[k] for k in views)
-    truth = {id: TrueLayout(o.bars, o.glazing, o.depth) for id, o in scene.truth.items()}
+    truth = {
+        id: TrueLayout(o.bars, o.glazing, o.depth, light=_light(o.ring, o.frame_width))
+        for id, o in scene.truth.items()
+    }
     return Case(
         f"house {scene.asked.seed}", scene.facade, scene.elements, tuple(_reduced(p, reduce) for p in photos),
         lambda name: _smaller(scene.image_of(name), reduce), scene.scan, truth,
     )  # fmt: skip
+
+
+def _light(ring: Float, frame: float) -> tuple[float, float, float, float]:
+    (x0, z0), (x1, z1) = ring.min(0) + frame, ring.max(0) - frame
+    return float(x0), float(z0), float(x1), float(z1)
 
 
 def _reduced(photo: Photo, factor: int) -> Photo:
@@ -108,7 +116,8 @@ def _ingolstadt_facade(
         openings.append(_opening(o["id"], _moved(ring, 0.005, rng), (depth, 0.01), 0.005, wall))
         sills[wall] = ring
         bars = tuple(_bar(*b) for b in o["bars_uv"])
-        truth[o["id"]] = TrueLayout(bars, "bars", o["depth"])
+        light = _light(np.array(o["rect_uv"]).reshape(2, 2), o["frame_width"])
+        truth[o["id"]] = TrueLayout(bars, "bars", o["depth"], light=light)
     elements = Elements(table["id"], tuple(openings), _walls(sills))
     named = name_photos(facade, elements, photos.photos, surfaces)
     return Case(table["id"], facade, named, photos.photos, photos.image, scan, truth)
@@ -151,7 +160,8 @@ def castle(data: Path) -> list[Case]:
         openings.append(_opening(f"castle/W{k + 1}", ring, (0.18, 0.03), 0.02, 0.0))
         bars = [TrueBar("vertical", x + p, (z - 1.30, z + 1.25), w) for p, w in _CASTLE_UPRIGHT]
         bars += [TrueBar("horizontal", z + p, (x - 0.58, x + 0.68), w) for p, w in _CASTLE_LEVEL]
-        truth[f"castle/W{k + 1}"] = TrueLayout(tuple(bars), "bars", None)
+        light = (x - 0.58, z - 1.30, x + 0.68, z + 1.25)
+        truth[f"castle/W{k + 1}"] = TrueLayout(tuple(bars), light=light)
     named = name_photos(facade, Elements("castle", tuple(openings)), photos.photos, None)
     return [Case("castle", facade, named, photos.photos, photos.image, None, truth)]
 

@@ -1,7 +1,7 @@
 """Compares found window bars with true ones, window by window, and sums up."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -25,6 +25,7 @@ class TrueLayout:
     glazing   "bars", "radial", "leaded" as in `BuiltOpening`
     within    x0, z0, x1, z1 m; None = the whole window
     complete  whether all bars are known; otherwise only recall is judged
+    light     x0, z0, x1, z1 m within the frame: bars found that run on to the border of the opening end there
     """
 
     bars: tuple[TrueBar, ...]
@@ -32,6 +33,7 @@ class TrueLayout:
     depth: float | None = None
     within: tuple[float, float, float, float] | None = None
     complete: bool = True
+    light: tuple[float, float, float, float] | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,7 +64,7 @@ class Judged:
 def judge(case: str, window: str, truth: TrueLayout, glazing: Glazing | None) -> Judged:
     """Compare the glazing found with the truth; None counts as not decided."""
     glazing = glazing or Glazing(False)
-    bars = [b for b in glazing.bars if _inside(b, truth.within)]
+    bars = [_cut(b, truth.light) for b in glazing.bars if _inside(b, truth.within)]
     hits, seen = _covered(bars, truth.bars), _covered(truth.bars, bars)
     errors, widths = _errors(bars, truth.bars)
     exact: bool | None = None
@@ -84,6 +86,16 @@ def _same(found: Sequence[Bar], true: Sequence[TrueBar]) -> bool:
         for bars in (true, found)
     ]
     return all(match_bars(t, f)[2] for t, f in zip(*rows, strict=True))
+
+
+def _cut(bar: Bar, light: tuple[float, float, float, float] | None) -> Bar:
+    """The part of a bar that lies within the frame."""
+    if light is None:
+        return bar
+    x0, z0, x1, z1 = light
+    low, high = (z0, z1) if bar.axis == "vertical" else (x0, x1)
+    a, b = (min(max(end, low), high) for end in bar.extent)
+    return replace(bar, extent=(a, b)) if b > a else bar
 
 
 def _inside(bar: Bar, within: tuple[float, float, float, float] | None) -> bool:
