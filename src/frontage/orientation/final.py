@@ -19,9 +19,10 @@ from frontage.orientation.result import Orientation, OrientedPhoto, Unoriented
 from frontage.orientation.rigs import adjusted_rigs, rig_notes
 from frontage.orientation.verify import Verdict, verify
 
-_CLUSTER_M = 2.0  # wider than a template and than the errors of neighbouring key points are alike
-_SHARED = 0.025  # of the spacing of the scan: how well the middle of its samples tells where an edge is
-_REACH_M = 5.0  # over which that error changes, about two bays and two storeys
+_TIE_TEMPLATES = 4.0  # sides of a template over which errors of tie points may be alike
+_TEMPLATE_M = 0.5  # side of a template where there is no control
+# Of what neighbouring control points share: light comes from one side, and the scanner sees reveals from one.
+_EVERYWHERE = 0.1
 _PASSES = ((12, 24), (6, 12))  # radius of the search for control and distance of templates, px of renderings
 _FEWEST_CONTROL = 12
 _FEWEST_TIES = 30
@@ -106,7 +107,7 @@ def _adjusted(scene: Scene, placed: Placed, search: tuple[int, int]) -> _State:
     while True:
         network = _network(scene, placed, control)
         try:
-            dependence = dependence_of(network, len(placed.ties.xyz), scene.surface)
+            dependence = dependence_of(placed.photos, control)
             return _State(placed, tuple(control), network, adjust(network, dependence=dependence))
         except NotDetermined as error:
             on = network.photos
@@ -137,13 +138,24 @@ def _prior(photo: Photo) -> Estimate[Rigid3] | None:
     return None if pose is None or not (pose.sigma > 0).all() else pose
 
 
-def dependence_of(network: Network, ties: int, surface: ScannedSurface) -> Dependence:
-    """Which errors of a network are alike; its first `ties` points are tie points, the others control."""
-    cube = np.floor(network.points / _CLUSTER_M).astype(np.int64)
-    cluster = np.unique(cube, axis=0, return_inverse=True)[1].ravel()
-    shared = np.zeros(len(network.points))
-    shared[ties:] = _SHARED * float(np.median(surface.spacing))
-    return Dependence(np.asarray(cluster, np.int64), shared, _REACH_M)
+def dependence_of(photos: Sequence[Photo], control: Sequence[ControlPoints]) -> Dependence:
+    """Which errors may be alike: over a template at least, in one photo or, by the scan, in all.
+
+    Templates that overlap see the same samples of the scan. Tie points err like others of their photo by
+    what displaces larger parts of a picture; on the surface of the scan they err like their neighbours.
+    """
+    sides = [c.side * _metres_per_pixel(p, c.xyz) for p, c in zip(photos, control, strict=True) if len(c)]
+    reach = float(np.median(np.concatenate(sides))) if sides else _TEMPLATE_M
+    alike = {TIES: _TIE_TEMPLATES * reach, CONTROL: reach, SURFACES: reach}
+    return Dependence(
+        alike, frozenset({TIES, CONTROL}), frozenset({CONTROL, SURFACES}), {CONTROL: _EVERYWHERE}
+    )
+
+
+def _metres_per_pixel(photo: Photo, xyz: Float) -> Float:
+    """The size (n,) m of a pixel at points (n, 3)."""
+    depth = photo.pose.inverse.apply(xyz)[:, 2]
+    return np.asarray(depth / photo.camera.params[0], np.float64)
 
 
 def _judged(state: _State, verdicts: Sequence[Verdict]) -> tuple[Int, list[Unoriented]]:

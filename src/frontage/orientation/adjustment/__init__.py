@@ -8,8 +8,8 @@ observation, variance components per group, and check points. The entry function
 
 from frontage.orientation.adjustment.bundle import adjust
 from frontage.orientation.adjustment.checks import CheckPoints, check_points, split_control
-from frontage.orientation.adjustment.clustered import Dependence
 from frontage.orientation.adjustment.covariance import NotDetermined
+from frontage.orientation.adjustment.dependence import Dependence
 from frontage.orientation.adjustment.network import (
     ImageObservations,
     Network,
