@@ -19,6 +19,9 @@ _SPREAD = 0.4  # of its logarithm
 _RANGE_M = (0.02, 0.22)
 _SIDE_M = 0.015  # by which the sides differ: sashes, displaced outlines
 _INDEPENDENT_M = 0.1
+_PLAIN = 1.0  # nats of every strip of a plain edge
+_SURE = 3.0  # independent strips that make an edge sure
+_MOST_NATS = 10.0  # of one side
 _LEAST_GAIN = 3.0  # nats without which a side's edge is not seen
 _FLOOR_M = 0.003  # standard error of a side's inner edge
 
@@ -57,8 +60,15 @@ def frame_sides(
 
 
 def _edges(profiles: Sequence[Profiles], weights: Float) -> Float:
-    """Returns the evidence (n,) nats of straight edges over the whole length, of either sign in each view."""
+    """Returns the evidence (n,) nats of straight edges over the whole length, of either sign in each view.
+
+    Sashes have many edges, all of them plain; which one bounds the panes is not told by the plainest.
+    """
     total = np.zeros(profiles[0].rise.shape[1])
+    shown = np.zeros_like(total)
     for view, weight in zip(profiles, weights, strict=True):
         total += weight * np.where(view.known, np.maximum(view.rise, view.fall), 0.0).sum(0)
-    return total * STRIP_M / _INDEPENDENT_M
+        shown += weight * view.known.sum(0)
+    mean = total / np.maximum(shown, 1e-6)
+    sure = np.minimum(shown * STRIP_M / _INDEPENDENT_M / _SURE, 1.0)
+    return np.asarray(_MOST_NATS * sure * np.clip(mean / _PLAIN, -1.0, 1.0))

@@ -123,11 +123,11 @@ def _cut(facade: Facade, opening: Opening, wall_y: float, photo: Photo, number: 
 
 
 def _gsd(facade: Facade, middle: Float, photo: Photo) -> float:
-    """Returns m on the wall per px, the mean of both directions."""
+    """Returns m on the wall per px, in the direction in which it is coarser."""
     step = 0.01
     right, up = facade.frame.R[:, 0], facade.frame.R[:, 2]
     at = photo.project(np.array([middle, middle + step * right, middle + step * up]))
-    return step / float(np.linalg.norm(at[1:] - at[0], axis=1).mean())
+    return step / float(np.linalg.norm(at[1:] - at[0], axis=1).min())
 
 
 def _view(photo: Photo, image: Array, cut: _Cut) -> WindowView:

@@ -16,7 +16,7 @@ class WindowView:
     pixels   (h, w, 3) uint8 RGB, a crop of the photo with a margin around the window
     corner   (column, row) px of the crop's upper left corner in the photo
     visible  share of the window that lies inside the photo, 0..1
-    gsd      m on the wall per px of the crop, at the window's middle, across the line of sight
+    gsd      m on the wall per px of the crop at the window's middle, in the coarser direction
     cosine   of the angle between the line of sight and the wall's normal
     scale    px of the crop per px of the photo; below 1 where the photo is finer than bars need
     """
