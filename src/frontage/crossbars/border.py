@@ -51,7 +51,9 @@ def frame_sides(
     own = soft[:, common].argmax(1)
     seen = scores[np.arange(4), own] > _LEAST_GAIN
     wide = np.where(seen, inset[own], inset[common])
-    box = (low[0] + wide[0], low[1] + wide[1], high[0] - wide[2], high[1] - wide[3])
+    x0, z0 = low + wide[:2]
+    x1, z1 = high - wide[2:]
+    box = (float(x0), float(z0), float(x1), float(z1))
     if not seen.any():
         return box, None
     width = float(inset[own][seen].mean())
@@ -72,3 +74,9 @@ def _edges(profiles: Sequence[Profiles], weights: Float) -> Float:
     mean = total / np.maximum(shown, 1e-6)
     sure = np.minimum(shown * STRIP_M / _INDEPENDENT_M / _SURE, 1.0)
     return np.asarray(_MOST_NATS * sure * np.clip(mean / _PLAIN, -1.0, 1.0))
+
+
+def usual_sides(ring: Float) -> tuple[float, float, float, float]:
+    """Returns the box x0, z0, x1, z1 m inside a frame of the usual width."""
+    (x0, z0), (x1, z1) = ring.min(0) + _USUAL_M, ring.max(0) - _USUAL_M
+    return float(x0), float(z0), float(x1), float(z1)

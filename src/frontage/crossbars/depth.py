@@ -33,7 +33,7 @@ _LEAST_SIGMA_M = 0.002  # of any depth: frames are not flat
 
 
 @dataclass(frozen=True, eq=False)
-class _Edges:
+class StraightEdges:
     """Straight edges of a view on the wall, across x and across z, with where it shows the window.
 
     The layers (2, m, n) float32 hold edges and mask; they are coarse along the edges and fine across them.
@@ -53,12 +53,12 @@ def frame_depth(
     """
     if len(views) < 2 or float(np.ptp([v.tilt for v in views], axis=0).max()) * DEEPEST_M < 3 * grid.px:
         return prior
-    edges = _edges(grid, views)
+    edges = edges_of(grid, views)
     depths = np.arange(_SHALLOWEST_M, DEEPEST_M, _STEP_M)
-    score = np.array([_likelihood(grid, edges, d) for d in depths]) + _prior(depths, prior)
+    score = np.array([likelihood(grid, edges, d) for d in depths]) + _prior(depths, prior)
     best = depths[int(np.argmax(score))]
     fine = best + np.arange(-1.6, 1.61, 0.2) * _STEP_M
-    values = np.array([_likelihood(grid, edges, d) for d in fine]) + _prior(fine, prior)
+    values = np.array([likelihood(grid, edges, d) for d in fine]) + _prior(fine, prior)
     return _estimate(depths, score, fine, values)
 
 
@@ -91,7 +91,7 @@ def _prior(depths: Float, prior: Estimate[float] | None) -> Float:
     return np.asarray(np.log((1 - _OUTLIER) * known + _OUTLIER * free))
 
 
-def _edges(grid: Grid, views: Sequence[WallView]) -> list[_Edges]:
+def edges_of(grid: Grid, views: Sequence[WallView]) -> list[StraightEdges]:
     """Returns the straight edges of all views."""
     found = []
     for view in views:
@@ -99,7 +99,9 @@ def _edges(grid: Grid, views: Sequence[WallView]) -> list[_Edges]:
         solid = cv2.erode((view.inside > 0.99).astype(np.float32), np.ones((5, 5)), borderValue=0.0)
         along = _straight(grey.T, solid.T, grid.px)
         found.append(
-            _Edges(view, (_straight(grey, solid, grid.px), np.ascontiguousarray(along.transpose(1, 0, 2))))
+            StraightEdges(
+                view, (_straight(grey, solid, grid.px), np.ascontiguousarray(along.transpose(1, 0, 2)))
+            )
         )
     return found
 
@@ -121,7 +123,7 @@ def _straight(grey: Array, inside: Array, px: float) -> Array:
     return np.ascontiguousarray(np.stack([total, mask], 2), np.float32)
 
 
-def _likelihood(grid: Grid, edges: Sequence[_Edges], depth: float) -> float:
+def likelihood(grid: Grid, edges: Sequence[StraightEdges], depth: float) -> float:
     """Returns the log-likelihood of a depth, from the correlation of the views' edges there."""
     total = 0.0
     for axis in (0, 1):

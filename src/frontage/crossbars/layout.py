@@ -15,13 +15,19 @@ from frontage.crossbars.lines import MULLIONS_M, Bars
 from frontage.geometry.arrays import Array, Float
 
 COST = 9.0  # nats of a bar: its position and width, the direction of the split, the choice among candidates
+NESTED = 5.0  # nats more for a bar that divides only a part of the window
+STEPPED = 25.0  # nats more where a bar goes on beside itself beyond another one: joiners do not do that
 EQUAL = 3.0  # nats less for a bar whose position follows from equal panes
 MULLION = 6.0  # nats more for a bar as wide as a mullion between coupled windows
 MOST_LINES = 11  # candidates per axis
 _ENDS_M = 0.01  # at both ends of a bar, where other bars cross
-_MOVE_M = 0.012  # by which a line may move when it is estimated again within one pane
-_JOINED_M = 0.015  # by which pieces of one bar may lie apart on both sides of a crossing
+_MOVE_M = 0.02  # by which a line may move when it is estimated again within one pane
+_JOINED_M = 0.03  # by which pieces of one bar may lie apart on both sides of a crossing
+_MOST_EQUAL = 6  # bars that divide a pane in equal parts
 _EQUAL_M = 0.015  # by which a bar may miss the place that equal panes give it
+_MEETING = (0.3, 0.7)  # share of a window's height at which its sashes meet
+_RAIL_M = 0.02  # half a meeting rail
+_BESIDE_M = 0.09  # between the axes of pieces that are too close to be two bars
 _SHOWN = 0.4  # share of a bar's length that must be seen
 
 
@@ -38,14 +44,30 @@ class Line:
 
 @dataclass(frozen=True)
 class Layout:
-    """Bars, with their evidence less what it costs to describe them, nats."""
+    """Bars, with their evidence less what it costs to describe them, nats.
 
-    lines: tuple[Line, ...]
-    gain: float
+    gain    of the whole layout
+    gains   of every bar
+    rivals  of the best bar that a pane could have had, negative; none where nothing speaks for one
+    """
 
-    def plus(self, lines: tuple[Line, ...], gain: float) -> "Layout":
-        """Returns the layout with more bars and their gain."""
-        return Layout((*self.lines, *lines), self.gain + gain)
+    lines: tuple[Line, ...] = ()
+    gain: float = 0.0
+    gains: tuple[float, ...] = ()
+    rivals: tuple[float, ...] = ()
+
+    def with_bar(self, line: Line, gain: float) -> "Layout":
+        """Returns the layout with one more bar, and what it gains."""
+        return Layout((*self.lines, line), self.gain + gain, (*self.gains, gain), self.rivals)
+
+    def beside(self, other: "Layout", less: float = 0.0) -> "Layout":
+        """Returns both layouts of two panes as one, which gains `less` than both."""
+        return Layout(
+            self.lines + other.lines,
+            self.gain + other.gain - less,
+            self.gains + other.gains,
+            self.rivals + other.rivals,
+        )
 
 
 Box = tuple[float, float, float, float]
@@ -59,7 +81,7 @@ def best_layout(box: Box, bars: Sequence[Bars], least: float, cost: float = COST
     least  m, least width and height of a pane
     """
     found = tuple(candidates(box, one, least, cost) for one in bars)
-    return _Search(bars, found, least, cost).best(box)
+    return _Search(box, bars, found, least, cost).best(box)
 
 
 def joined(lines: Sequence[Line]) -> tuple[Line, ...]:
@@ -81,6 +103,20 @@ def joined(lines: Sequence[Line]) -> tuple[Line, ...]:
             one.evidence + line.evidence,
         )
     return tuple(whole)
+
+
+def _stepped(one: Layout, other: Layout) -> float:
+    """Returns what bars cost that go on beyond a bar between both layouts, but a little beside it."""
+    pairs = ((a, b) for a in one.lines for b in other.lines if a.axis == b.axis)
+    beside = (
+        abs(a.position - b.position) < _BESIDE_M and not _continues(a, b) and _meet(a, b) for a, b in pairs
+    )
+    return STEPPED * sum(beside)
+
+
+def _meet(one: Line, other: Line) -> bool:
+    """Tells whether the ends of two bars face each other across one bar."""
+    return -1e-6 < other.extent[0] - one.extent[1] < MULLIONS_M[1]
 
 
 def _continues(one: Line, other: Line) -> bool:
@@ -111,7 +147,7 @@ def candidates(box: Box, bars: Bars, least: float, cost: float) -> Float:
     for k in np.argsort(-strength, kind="stable"):
         if strength[k] < cost - EQUAL or len(places) == MOST_LINES:
             break
-        if all(abs(centre[k] - p) > 2 * _MOVE_M for p in places):
+        if all(abs(centre[k] - p) > 2.2 * _MOVE_M for p in places):
             places.append(float(centre[k]))
     return np.array(places)
 
@@ -124,6 +160,7 @@ def _mullion_cost(bars: Bars) -> Array:
 class _Search:
     """The search over one window; remembers the best layout of every pane."""
 
+    whole: Box
     bars: Sequence[Bars]
     places: tuple[Float, ...]
     least: float
@@ -139,20 +176,28 @@ class _Search:
         key = (box, uncut)
         if key in self.known:
             return self.known[key]
-        best = Layout((), 0.0)
+        best, rival = Layout(), -np.inf
         for axis in (0, 1):
             if axis == uncut or box[2 + axis] - box[axis] < 2 * self.least:
                 continue
-            for k in range(len(self.places[axis])):
+            places = self.places[axis]
+            inside = np.flatnonzero((places > box[axis]) & (places < box[2 + axis])).tolist()
+            for k in inside:
                 found = self._split(box, axis, k)
+                rival = max(rival, found.gain if found is not None else rival)
                 if found is not None and found.gain > best.gain:
                     best = found
-            for count in range(1, 7):
+            for count in range(1, min(len(inside), _MOST_EQUAL) + 1):
                 found = self._equal(box, axis, count)
                 if found is not None and found.gain > best.gain:
                     best = found
+        if not best.lines:
+            best = Layout(rivals=(rival,) if rival > -self.cost else ())
         self.known[key] = best
         return best
+
+    def _cost(self, box: Box) -> float:
+        return self.cost if box == self.whole else self.cost + NESTED
 
     def _split(self, box: Box, axis: int, k: int) -> Layout | None:
         line = self._line(box, axis, k)
@@ -161,11 +206,43 @@ class _Search:
         low, high = _parts(box, axis, line)
         if min(low[2 + axis] - low[axis], high[2 + axis] - high[axis]) < self.least:
             return None
-        gain = line.evidence - self.cost
-        if gain <= -self.cost:
+        gain = line.evidence - self._cost(box)
+        if line.evidence <= 0.0:
             return None
         first, second = self.best(low, uncut=axis), self.best(high)
-        return Layout((line, *first.lines, *second.lines), gain + first.gain + second.gain)
+        return first.beside(second, _stepped(first, second)).with_bar(line, gain)
+
+    def _grid(self, box: Box) -> Layout | None:
+        """Returns the division by bars that all run across the whole pane and cross each other."""
+        sides = [self._across(box, axis) for axis in (0, 1)]
+        if not all(sides):
+            return None
+        layout = Layout()
+        for axis, lines in enumerate(sides):
+            saved = EQUAL * _even(box, axis, lines)
+            for line in lines:
+                layout = layout.with_bar(line, line.evidence - self._cost(box) + saved)
+        for cell in _cells(box, sides):
+            layout = layout.beside(self.best(cell))
+        return layout
+
+    def _across(self, box: Box, axis: int) -> tuple[Line, ...]:
+        """Returns the parallel bars across a pane that together gain most.
+
+        Chains of bars that leave panes of the least size between them are continued from left to right.
+        """
+        found = [self._line(box, axis, k) for k in range(len(self.places[axis]))]
+        lines = sorted((one for one in found if one is not None), key=lambda one: one.position)
+        chains: list[tuple[tuple[Line, ...], float]] = []
+        for line in lines:
+            left = line.position - line.width / 2 - self.least
+            before = [((), 0.0)] if left >= box[axis] else []
+            before += [c for c in chains if left >= c[0][-1].position + c[0][-1].width / 2]
+            if before and box[2 + axis] - line.position - line.width / 2 >= self.least:
+                chain, gain = max(before, key=lambda one: one[1])
+                chains.append(((*chain, line), gain + line.evidence - self._cost(box)))
+        even = [(chain, gain + EQUAL * len(chain) * _even(box, axis, chain)) for chain, gain in chains]
+        return max(even, key=lambda one: one[1], default=((), 0.0))[0]
 
     def _equal(self, box: Box, axis: int, count: int) -> Layout | None:
         """Returns the division of a pane by `count` bars into panes of one size; None if it has none."""
@@ -177,24 +254,23 @@ class _Search:
         if len(places) < count:
             return None
         near = np.abs(places[None, :] - wanted[:, None])
-        chosen = near.argmin(1)
-        if near.min(1).max() > _EQUAL_M + _MOVE_M or len(set(chosen.tolist())) < count:
+        chosen = near.argmin(1).tolist()
+        if near.min(1).max() > _EQUAL_M + _MOVE_M or len(set(chosen)) < count:
             return None
-        lines = [self._line(box, axis, int(k)) for k in chosen]
+        lines = [self._line(box, axis, k) for k in chosen]
         if any(
             line is None or abs(line.position - at) > _EQUAL_M for line, at in zip(lines, wanted, strict=True)
         ):
             return None
-        layout, rest = Layout((), 0.0), box
+        layout, rest = Layout(), box
         for line in lines:
             assert line is not None
             part, rest = _parts(rest, axis, line)
             if part[2 + axis] - part[axis] < self.least or rest[2 + axis] - rest[axis] < self.least:
                 return None
-            inner = self.best(part, uncut=axis)
-            layout = layout.plus((line, *inner.lines), line.evidence - self.cost + EQUAL + inner.gain)
-        inner = self.best(rest, uncut=axis)
-        return layout.plus(inner.lines, inner.gain)
+            inner = self.best(part, uncut=axis).with_bar(line, line.evidence - self._cost(box) + EQUAL)
+            layout = layout.beside(inner)
+        return layout.beside(self.best(rest, uncut=axis))
 
     def _line(self, box: Box, axis: int, k: int) -> Line | None:
         """Returns a candidate as it is within one pane; None if it is not shown there."""
@@ -228,3 +304,29 @@ def _parts(box: Box, axis: int, line: Line) -> tuple[Box, Box]:
     low[2 + axis] = line.position - line.width / 2
     high[axis] = line.position + line.width / 2
     return (low[0], low[1], low[2], low[3]), (high[0], high[1], high[2], high[3])
+
+
+def _even(box: Box, axis: int, lines: Sequence[Line]) -> bool:
+    """Tells whether bars divide a pane in equal parts."""
+    low, high = box[axis], box[2 + axis]
+    wanted = low + (high - low) * np.arange(1, len(lines) + 1) / (len(lines) + 1)
+    return bool(np.abs(np.array([line.position for line in lines]) - wanted).max() <= _EQUAL_M)
+
+
+def _cells(box: Box, sides: Sequence[Sequence[Line]]) -> list[Box]:
+    """Returns the panes between bars that all run across a pane."""
+    spans = []
+    for axis in (0, 1):
+        ends = [box[axis]]
+        for line in sides[axis]:
+            ends += [line.position - line.width / 2, line.position + line.width / 2]
+        ends.append(box[2 + axis])
+        spans.append(list(zip(ends[::2], ends[1::2], strict=True)))
+    return [(x[0], z[0], x[1], z[1]) for x in spans[0] for z in spans[1]]
+
+
+def meeting_places(box: Box, transoms: Bars, least: float) -> Float:
+    """Returns the heights (k,) m, in the middle of a window, below which a lower sash may hang."""
+    places = candidates(box, transoms, least, COST)
+    share = (places - box[1]) / (box[3] - box[1])
+    return np.asarray(places[(share > _MEETING[0]) & (share < _MEETING[1])] - _RAIL_M)

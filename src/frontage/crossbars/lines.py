@@ -5,18 +5,19 @@ cumulative sums, so that the search over layouts can ask for every pane without 
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from scipy.ndimage import maximum_filter1d
 
-from frontage.crossbars.profiles import STRIP_M, Profiles
+from frontage.crossbars.profiles import STRIP_M, Profiles, strip_count
 from frontage.crossbars.rectify import Grid
 from frontage.geometry.arrays import Array, Float
 
 WIDTHS_M = (0.015, 0.13)
 MULLIONS_M = (0.13, 0.36)
-_MULLION_STEP_M = 0.01
+_WIDTH_STEP_M = 0.005
+_MULLION_STEP_M = 0.02
 _TOLERANCE_M = 0.004  # by which edges may lie apart in two views: poses, and profiles that are not sharp
 _LINES = (
     np.log(2.0) + 0.8
@@ -48,9 +49,17 @@ class Bars:
     total: Array = field(repr=False)
     known: Float = field(repr=False)
 
-    def over(self, low: float, high: float) -> Array:
-        """Returns the evidence (n, w) nats of bars that run from `low` to `high` m."""
-        return np.asarray(self._until(high) - self._until(low))
+    def over(self, low: float, high: float, rows: slice = slice(None)) -> Array:
+        """Returns the evidence (n, w) nats of bars that run from `low` to `high` m, of some positions."""
+        return np.asarray(self._until(high, rows) - self._until(low, rows))
+
+    def rows(self, place: float, reach: float) -> tuple[int, int]:
+        """Returns the first and last position of bars of any width with their centre near a place m."""
+        first = (place - reach - self.start) / self.px - 0.5 * float(self.widths.max())
+        last = (place + reach - self.start) / self.px + 1
+        n = self.total.shape[1]
+        low = int(np.clip(np.floor(first), 0, n - 1))
+        return low, int(np.clip(np.ceil(last), low + 1, n))
 
     def shown(self, low: float, high: float) -> float:
         """Returns which share of a piece of length anything shows."""
@@ -58,10 +67,21 @@ class Bars:
         below = np.interp(at, np.arange(len(self.known)), self.known)
         return float((below[1] - below[0]) / max(at[1] - at[0], 1e-6))
 
-    def _until(self, place: float) -> Array:
+    def below(self, other: "Bars", z: float) -> "Bars":
+        """Returns this evidence above a height z m, and that of another plane below it."""
+        if self.axis == 1:
+            n = int(np.clip(round((z - self.start) / self.px), 0, self.total.shape[1]))
+            return replace(self, total=np.concatenate([other.total[:, :n], self.total[:, n:]], axis=1))
+        s = int(np.clip(round((z - self.along) / self.strip), 0, len(self.total) - 1))
+        total = self.total + (other.total[s] - self.total[s])
+        total[:s] = other.total[:s]
+        return replace(self, total=total)
+
+    def _until(self, place: float, rows: slice) -> Array:
         at = float(np.clip((place - self.along) / self.strip, 0, len(self.total) - 1))
         k = min(int(at), len(self.total) - 2)
-        return np.asarray(self.total[k] + (at - k) * (self.total[k + 1] - self.total[k]))
+        below, above = self.total[k, rows], self.total[k + 1, rows]
+        return np.asarray(below + (at - k) * (above - below))
 
     def centre(self, position: Array, width: Array) -> Array:
         """Returns the coordinates m of the centre lines of bars with a lower edge and a number of a width."""
@@ -71,7 +91,7 @@ class Bars:
 def bar_widths(px: float, finest: float) -> Array:
     """Returns the widths (w,) in px that are tried; none narrower than one px of the finest photo."""
     low, high = max(WIDTHS_M[0], finest), WIDTHS_M[1]
-    narrow = np.arange(max(2, round(low / px)), round(high / px) + 1)
+    narrow = np.arange(max(2, round(low / px)), round(high / px) + 1, max(1, int(_WIDTH_STEP_M / px)))
     wide = np.arange(MULLIONS_M[0], MULLIONS_M[1], _MULLION_STEP_M) / px
     return np.unique(np.concatenate([narrow, np.rint(wide).astype(int)]))
 
@@ -96,6 +116,23 @@ def bars_of_views(
     known = np.concatenate([[0.0], np.cumsum(np.minimum(shown, 1.0))])
     strip = grid.shape[axis] * grid.px / strips
     return Bars(axis, grid.start(axis), grid.px, grid.start(1 - axis), strip, widths, cumulated, known)
+
+
+def with_scan(bars: Bars, evidence: Array) -> Bars:
+    """Returns the evidence of the photos with that of the scan, (s, n + 1, w) nats, added."""
+    total = bars.total.copy()
+    total[1:] += np.cumsum(evidence, axis=0)
+    known = np.arange(len(bars.known), dtype=np.float64)
+    return Bars(bars.axis, bars.start, bars.px, bars.along, bars.strip, bars.widths, total, known)
+
+
+def no_views(grid: Grid, axis: int, widths: Array) -> Bars:
+    """Returns bars without any evidence, to which that of the scan is added."""
+    strips, n = strip_count(grid, axis), grid.shape[1 - axis]
+    strip = grid.shape[axis] * grid.px / strips
+    total = np.zeros((strips + 1, n + 1, len(widths)), np.float32)
+    known = np.zeros(strips + 1)
+    return Bars(axis, grid.start(axis), grid.px, grid.start(1 - axis), strip, widths, total, known)
 
 
 def _pairs(view: Profiles, likeness: Array, widths: Array, px: float) -> Array:
