@@ -118,12 +118,14 @@ def test_points_lie_as_surely_as_the_photos_say():
     assert (told.sigma_points >= 0.99 * plain.sigma_points).all()
 
 
-def test_what_is_alike_everywhere_is_an_error_of_all_photos():
+def test_what_is_alike_over_long_ranges_is_an_error_of_all_photos():
     net, _ = network(3, shared=0.5)
-    everywhere = Dependence(ALIKE.reach, ALIKE.own, ALIKE.shared, {0: 1.0})
-    seen, told = adjust(net, PLAIN, ALIKE), adjust(net, PLAIN, everywhere)
+    far = Dependence(ALIKE.reach, ALIKE.own, ALIKE.shared, {0: 1.0})
+    seen, told = adjust(net, PLAIN, ALIKE), adjust(net, PLAIN, far)
+    for a, b in zip(seen.poses, told.poses, strict=True):
+        assert np.array_equal(a.value.t, b.value.t)  # no place is trusted less than another
     added = (told.covariance - seen.covariance).reshape(3, 6, 3, 6)[:, 0, :, 0]
     sigma = np.sqrt(np.diag(added))
-    # the root of half the variance of 0.5 px is 0.35 px, and a pixel 6 mm at 12 m
-    assert (sigma > 0.0015).all() and (sigma < 0.003).all()
-    assert (added / np.outer(sigma, sigma)).min() > 0.9
+    # the root of half the variance of 0.5 px is 0.35 px, and a pixel 6 mm at 12 m: 2 mm, and a turn
+    assert (sigma > 0.0015).all() and (sigma < 0.01).all()
+    assert (added / np.outer(sigma, sigma)).min() > 0.5

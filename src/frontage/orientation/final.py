@@ -21,8 +21,8 @@ from frontage.orientation.verify import Verdict, verify
 
 _TIE_TEMPLATES = 4.0  # sides of a template over which errors of tie points may be alike
 _TEMPLATE_M = 0.5  # side of a template where there is no control
-# Of what neighbouring control points share: light comes from one side, and the scanner sees reveals from one.
-_EVERYWHERE = 0.1
+# Of the variance that neighbours share: light and beams come from one side on all of a wall.
+_FAR = 0.1
 _PASSES = ((12, 24), (6, 12))  # radius of the search for control and distance of templates, px of renderings
 _FEWEST_CONTROL = 12
 _FEWEST_TIES = 30
@@ -146,9 +146,12 @@ def dependence_of(photos: Sequence[Photo], control: Sequence[ControlPoints]) -> 
     """
     sides = [c.side * _metres_per_pixel(p, c.xyz) for p, c in zip(photos, control, strict=True) if len(c)]
     reach = float(np.median(np.concatenate(sides))) if sides else _TEMPLATE_M
-    alike = {TIES: _TIE_TEMPLATES * reach, CONTROL: reach, SURFACES: reach}
+    by_scan = (CONTROL, SURFACES)
     return Dependence(
-        alike, frozenset({TIES, CONTROL}), frozenset({CONTROL, SURFACES}), {CONTROL: _EVERYWHERE}
+        {TIES: _TIE_TEMPLATES * reach, CONTROL: reach, SURFACES: reach},
+        own=frozenset({TIES, CONTROL}),
+        shared=frozenset(by_scan),
+        far=dict.fromkeys(by_scan, _FAR),
     )
 
 

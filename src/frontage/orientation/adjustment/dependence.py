@@ -6,7 +6,6 @@ divided into what every observation has alone, and parts that are alike over sev
 structures; Matheron 1963). The shares are estimated from residuals (`variogram`).
 """
 
-from collections.abc import Iterator
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -16,6 +15,9 @@ from frontage.geometry.arrays import Array, Float, freeze
 RANGES = (1.5, 4.0, 12.0)
 """Over which errors may be alike, in units of `Dependence.reach`: what overlaps, its surroundings, a bay."""
 
+BEYOND = 40.0
+"""The range of errors, in the same units, that poses absorb so well that residuals do not tell them."""
+
 
 @dataclass(frozen=True)
 class Dependence:
@@ -24,14 +26,14 @@ class Dependence:
     reach   per group of observations, m on the object: errors of neighbours are alike at least over it
     own     groups whose errors may be alike at neighbouring places of one photo
     shared  groups whose errors may be alike at neighbouring places in all photos
-    whole   per group, which share of the variance that neighbours in all photos share is alike everywhere:
-            what no residual shows has to be known
+    far     per group, which share of the variance that neighbours in all photos share is alike over longer
+            ranges than residuals can show (`BEYOND`): what nothing shows has to be known
     """
 
     reach: dict[int, float]
     own: frozenset[int]
     shared: frozenset[int]
-    whole: dict[int, float] = field(default_factory=dict)
+    far: dict[int, float] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,34 +43,40 @@ class Variogram:
     own     (r,) in one photo
     shared  (r,) in all photos
     reach   m
-    whole   alike in all photos and everywhere; no residual shows it
+    far     alike in all photos over `BEYOND`; no residual shows it
     """
 
     own: Float
     shared: Float
     reach: float
-    whole: float = 0.0
+    far: float = 0.0
 
     def __post_init__(self) -> None:
         freeze(self, own=((len(RANGES),), np.float64), shared=((len(RANGES),), np.float64))
 
     @property
-    def alike(self) -> float:
-        """The share of the variance that is not an observation's alone."""
-        return float(self.own.sum() + self.shared.sum() + self.whole)
+    def alone(self) -> float:
+        """The share of the variance that is an observation's alone.
+
+        What is alike may be more than the whole: the variance of a group is taken from residuals, and where
+        errors are alike residuals are smaller than errors.
+        """
+        return max(0.0, 1.0 - float(self.own.sum() + self.shared.sum() + self.far))
 
     def between(self, distance: Float, same_photo: Array | bool) -> Float:
         """The covariance of the parts that are alike at a distance (...,) m."""
-        parts = zip(structures(distance, self.reach), self.own, self.shared, strict=True)
-        total = sum(k * (shared + own * np.asarray(same_photo, np.float64)) for k, own, shared in parts)
-        return np.asarray(total + self.whole, np.float64)
+        parts = zip(RANGES, self.own, self.shared, strict=True)
+        same = np.asarray(same_photo, np.float64)
+        total = self.far * spherical(distance, BEYOND * self.reach)
+        for range_, own, shared in parts:
+            total = total + spherical(distance, range_ * self.reach) * (shared + own * same)
+        return np.asarray(total, np.float64)
 
 
-def structures(distance: Float, reach: float) -> Iterator[Float]:
-    """Spherical correlations at a distance (...,) m, for each of `RANGES`; zero beyond its range."""
-    for range_ in RANGES:
-        x = np.minimum(distance / (range_ * reach), 1.0)
-        yield np.asarray(1.0 - 1.5 * x + 0.5 * x**3, np.float64)
+def spherical(distance: Float, reach: float) -> Float:
+    """The spherical correlation at a distance (...,) m; zero beyond its reach."""
+    x = np.minimum(distance / reach, 1.0)
+    return np.asarray(1.0 - 1.5 * x + 0.5 * x**3, np.float64)
 
 
 def distances(a: Float, b: Float) -> Float:

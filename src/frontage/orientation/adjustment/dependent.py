@@ -53,18 +53,18 @@ def alike_groups(network: Network, fit: Fit, dependence: Dependence) -> tuple[Al
         cells = collected(fit.equations, member, xyz, reach)
         own, shared = group in dependence.own, group in dependence.shared
         variogram = estimated_variogram(cells, fit.precision.wide, reach, own=own, shared=shared)
-        whole = dependence.whole.get(group, 0.0) * float(variogram.shared.sum())
-        variogram = replace(variogram, whole=whole)
+        far = dependence.far.get(group, 0.0) * float(variogram.shared.sum())
+        variogram = replace(variogram, far=far)
         found.append(Alike(group, member, variogram, design_effects(cells, variogram)[cells.cell]))
     return tuple(found)
 
 
 def design_effects(cells: Cells, variogram: Variogram) -> Float:
     """By how much the variance of an observation grows in every cell (c,) for those that err alike."""
-    # What is alike everywhere does not tell places apart, and is no reason to trust one less.
-    seen = replace(variogram, whole=0.0)
+    # What is alike over a whole wall does not tell places apart, and is no reason to trust one less.
+    seen = replace(variogram, far=0.0)
     total = [k @ cells.count for _, k in _chunks(cells, seen)]
-    return np.asarray(np.maximum(np.concatenate(total) + 1.0 - seen.alike, 1.0))
+    return np.asarray(np.maximum(np.concatenate(total) + seen.alone, 1.0))
 
 
 def effective_weights(fit: Fit, groups: Sequence[Alike]) -> Weights:
@@ -90,7 +90,7 @@ def dependent_precision(
     gradient = np.zeros_like(Q)
     for one in groups:
         # an error of one sigma alone is 1 / effect in the weights; the inverse Q has taken it for 1
-        alone = (1.0 - one.variogram.alike) / one.effect - 1.0
+        alone = one.variogram.alone / one.effect - 1.0
         cells = collected(equations, one.member, xyz, one.variogram.reach, alone)
         root = np.ones(len(cells.count))
         root[cells.cell] = 1.0 / np.sqrt(one.effect)

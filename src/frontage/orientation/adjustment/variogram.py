@@ -16,9 +16,9 @@ from scipy.optimize import nnls
 
 from frontage.geometry.arrays import Array, Float, Int
 from frontage.orientation.adjustment.cells import Cells
-from frontage.orientation.adjustment.dependence import RANGES, Variogram, distances, structures
+from frontage.orientation.adjustment.dependence import BEYOND, RANGES, Variogram, distances, spherical
 
-_EDGES = np.array([0.0, 0.75, 1.25, 1.75, 2.5, 3.5, 5.0, 8.0, 12.0, 20.0, 40.0])
+_EDGES = (0.0, 0.75, 1.25, 1.75, 2.5, 3.5, 5.0, 8.0, 12.0, 20.0, BEYOND)
 """Of the classes of distance, in units of the reach: fine where spherical structures change."""
 _FEWEST_PAIRS = 8
 _MOST_CELLS = 1500  # that are asked, for the memory that their pairs take
@@ -38,7 +38,7 @@ def estimated_variogram(cells: Cells, wide: Float, reach: float, *, own: bool, s
     if moments is not None:
         found = nnls(*moments)[0]
         chosen = [k for k, wanted in enumerate((own, shared)) if wanted]
-        shares[chosen] = found.reshape(len(RANGES), len(chosen)).T / max(1.0, found.sum())
+        shares[chosen] = found.reshape(len(RANGES), len(chosen)).T
     return Variogram(shares[0], shares[1], reach)
 
 
@@ -69,8 +69,8 @@ def _moments(cells: Cells, wide: Float, reach: float, own: bool, shared: bool) -
     same = cells.photo[:, None] == cells.photo
     alone = _structure(cells, np.diag(1.0 / cells.count))
     parts = [
-        _structure(cells, k * mask)
-        for k in structures(apart, reach)
+        _structure(cells, spherical(apart, range_ * reach) * mask)
+        for range_ in RANGES
         for mask, wanted in ((same, own), (True, shared))
         if wanted
     ]
