@@ -5,7 +5,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from frontage.crossbars.layout import COST, Layout, Line, joined
+from frontage.crossbars.division import Layout, Line, joined
+from frontage.crossbars.layout import COST
 from frontage.crossbars.observe import Observation
 from frontage.geometry.arrays import Float
 from frontage.model import AXES, Bar, Glazing, Provenance

@@ -11,67 +11,29 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from frontage.crossbars.division import Layout, Line, stepped
 from frontage.crossbars.lines import MULLIONS_M, Bars
 from frontage.geometry.arrays import Array, Float
 
 COST = 9.0  # nats of a bar: its position and width, the direction of the split, the choice among candidates
 NESTED = 5.0  # nats more for a bar that divides only a part of the window
-STEPPED = 25.0  # nats more where a bar goes on beside itself beyond another one: joiners do not do that
 EQUAL = 3.0  # nats less for a bar whose position follows from equal panes
 MULLION = 6.0  # nats more for a bar as wide as a mullion between coupled windows
 MOST_LINES = 11  # candidates per axis
 _ENDS_M = 0.01  # at both ends of a bar, where other bars cross
 _MOVE_M = 0.02  # by which a line may move when it is estimated again within one pane
-_JOINED_M = 0.03  # by which pieces of one bar may lie apart on both sides of a crossing
 _MOST_EQUAL = 6  # bars that divide a pane in equal parts
 _EQUAL_M = 0.015  # by which a bar may miss the place that equal panes give it
 _MEETING = (0.3, 0.7)  # share of a window's height at which its sashes meet
 _RAIL_M = 0.02  # half a meeting rail
-_BESIDE_M = 0.09  # between the axes of pieces that are too close to be two bars
 _SHOWN = 0.4  # share of a bar's length that must be seen
-
-
-@dataclass(frozen=True)
-class Line:
-    """A bar of a layout: axis 0 upright or 1, centre, extent (both ends), width, all m; evidence nats."""
-
-    axis: int
-    position: float
-    extent: tuple[float, float]
-    width: float
-    evidence: float
-
-
-@dataclass(frozen=True)
-class Layout:
-    """Bars, with their evidence less what it costs to describe them, nats.
-
-    gain    of the whole layout
-    gains   of every bar
-    rivals  of the best bar that a pane could have had, negative; none where nothing speaks for one
-    """
-
-    lines: tuple[Line, ...] = ()
-    gain: float = 0.0
-    gains: tuple[float, ...] = ()
-    rivals: tuple[float, ...] = ()
-
-    def with_bar(self, line: Line, gain: float) -> "Layout":
-        """Returns the layout with one more bar, and what it gains."""
-        return Layout((*self.lines, line), self.gain + gain, (*self.gains, gain), self.rivals)
-
-    def beside(self, other: "Layout", less: float = 0.0) -> "Layout":
-        """Returns both layouts of two panes as one, which gains `less` than both."""
-        return Layout(
-            self.lines + other.lines,
-            self.gain + other.gain - less,
-            self.gains + other.gains,
-            self.rivals + other.rivals,
-        )
 
 
 Box = tuple[float, float, float, float]
 """x0, z0, x1, z1 m of a pane."""
+
+_Chain = tuple[tuple[Line, ...], float]
+"""Parallel bars, and what they gain."""
 
 
 def best_layout(box: Box, bars: Sequence[Bars], least: float, cost: float = COST) -> Layout:
@@ -82,47 +44,6 @@ def best_layout(box: Box, bars: Sequence[Bars], least: float, cost: float = COST
     """
     found = tuple(candidates(box, one, least, cost) for one in bars)
     return _Search(box, bars, found, least, cost).best(box)
-
-
-def joined(lines: Sequence[Line]) -> tuple[Line, ...]:
-    """Returns the bars with pieces joined that continue each other across a bar of the other direction."""
-    whole: list[Line] = []
-    for line in sorted(lines, key=lambda one: (one.axis, one.extent)):
-        before = [k for k, one in enumerate(whole) if _continues(one, line)]
-        if not before:
-            whole.append(line)
-            continue
-        one = whole[before[0]]
-        runs = np.array([one.extent[1] - one.extent[0], line.extent[1] - line.extent[0]])
-        share = runs / runs.sum()
-        whole[before[0]] = Line(
-            line.axis,
-            float(share @ [one.position, line.position]),
-            (one.extent[0], line.extent[1]),
-            float(share @ [one.width, line.width]),
-            one.evidence + line.evidence,
-        )
-    return tuple(whole)
-
-
-def _stepped(one: Layout, other: Layout) -> float:
-    """Returns what bars cost that go on beyond a bar between both layouts, but a little beside it."""
-    pairs = ((a, b) for a in one.lines for b in other.lines if a.axis == b.axis)
-    beside = (
-        abs(a.position - b.position) < _BESIDE_M and not _continues(a, b) and _meet(a, b) for a, b in pairs
-    )
-    return STEPPED * sum(beside)
-
-
-def _meet(one: Line, other: Line) -> bool:
-    """Tells whether the ends of two bars face each other across one bar."""
-    return -1e-6 < other.extent[0] - one.extent[1] < MULLIONS_M[1]
-
-
-def _continues(one: Line, other: Line) -> bool:
-    gap = other.extent[0] - one.extent[1]
-    aligned = abs(one.position - other.position) < max(_JOINED_M, 0.35 * min(one.width, other.width))
-    return one.axis == other.axis and aligned and -1e-6 < gap < MULLIONS_M[1]
 
 
 def candidates(box: Box, bars: Bars, least: float, cost: float) -> Float:
@@ -210,7 +131,7 @@ class _Search:
         if line.evidence <= 0.0:
             return None
         first, second = self.best(low, uncut=axis), self.best(high)
-        return first.beside(second, _stepped(first, second)).with_bar(line, gain)
+        return first.beside(second, stepped(first, second)).with_bar(line, gain)
 
     def _grid(self, box: Box) -> Layout | None:
         """Returns the division by bars that all run across the whole pane and cross each other."""
@@ -233,10 +154,10 @@ class _Search:
         """
         found = [self._line(box, axis, k) for k in range(len(self.places[axis]))]
         lines = sorted((one for one in found if one is not None), key=lambda one: one.position)
-        chains: list[tuple[tuple[Line, ...], float]] = []
+        chains: list[_Chain] = []
         for line in lines:
             left = line.position - line.width / 2 - self.least
-            before = [((), 0.0)] if left >= box[axis] else []
+            before: list[_Chain] = [((), 0.0)] if left >= box[axis] else []
             before += [c for c in chains if left >= c[0][-1].position + c[0][-1].width / 2]
             if before and box[2 + axis] - line.position - line.width / 2 >= self.least:
                 chain, gain = max(before, key=lambda one: one[1])
@@ -269,8 +190,9 @@ class _Search:
             if part[2 + axis] - part[axis] < self.least or rest[2 + axis] - rest[axis] < self.least:
                 return None
             inner = self.best(part, uncut=axis).with_bar(line, line.evidence - self._cost(box) + EQUAL)
-            layout = layout.beside(inner)
-        return layout.beside(self.best(rest, uncut=axis))
+            layout = layout.beside(inner, stepped(layout, inner))
+        last = self.best(rest, uncut=axis)
+        return layout.beside(last, stepped(layout, last))
 
     def _line(self, box: Box, axis: int, k: int) -> Line | None:
         """Returns a candidate as it is within one pane; None if it is not shown there."""
@@ -287,8 +209,9 @@ class _Search:
         bars = self.bars[axis]
         if bars.shown(low, high) < _SHOWN:
             return None
-        value = bars.over(low + _ENDS_M, high - _ENDS_M) - _mullion_cost(bars)
-        centre = bars.centre(np.arange(len(value))[:, None], np.arange(len(bars.widths))[None, :])
+        first, last = bars.rows(place, _MOVE_M)
+        value = bars.over(low + _ENDS_M, high - _ENDS_M, slice(first, last)) - _mullion_cost(bars)
+        centre = bars.centre(np.arange(first, last)[:, None], np.arange(len(bars.widths))[None, :])
         value = np.where(np.abs(centre - place) <= _MOVE_M, value, -np.inf)
         best = int(value.argmax())
         n, w = divmod(best, value.shape[1])

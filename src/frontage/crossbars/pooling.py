@@ -10,7 +10,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from frontage.crossbars.layout import COST, Layout, Line, best_layout, meeting_places
+from frontage.crossbars.division import Layout, Line
+from frontage.crossbars.layout import COST, best_layout, meeting_places
 from frontage.crossbars.lines import Bars
 from frontage.crossbars.observe import Observation
 from frontage.geometry.arrays import Array, Float
