@@ -9,8 +9,15 @@ from frontage.geometry.arrays import Bool, Float, Int
 from frontage.geometry.rigid import Rigid3
 from frontage.model import Estimate, Photo
 from frontage.orientation.abreast import each
-from frontage.orientation.adjustment import Adjustment, Dependence, Network, NotDetermined, adjust
+from frontage.orientation.adjustment import (
+    Adjustment,
+    AdjustmentOptions,
+    Network,
+    NotDetermined,
+    adjust,
+)
 from frontage.orientation.control import ControlPoints, find_control
+from frontage.orientation.dependence import dependence_of
 from frontage.orientation.drawings import draw_scan
 from frontage.orientation.network import CONTROL, SURFACES, TIES, build_network
 from frontage.orientation.placed import Placed, Scene
@@ -19,10 +26,8 @@ from frontage.orientation.result import Orientation, OrientedPhoto, Unoriented
 from frontage.orientation.rigs import adjusted_rigs, rig_notes
 from frontage.orientation.verify import Verdict, verify
 
-_TIE_TEMPLATES = 4.0  # sides of a template over which errors of tie points may be alike
-_TEMPLATE_M = 0.5  # side of a template where there is no control
-# Of the variance that neighbours share: light and beams come from one side on all of a wall.
-_FAR = 0.1
+# Of a thousand good observations one fails (Baarda 1968): false matches of templates are rarely far off.
+_TESTS = AdjustmentOptions(critical=3.29)
 _PASSES = ((12, 24), (6, 12))  # radius of the search for control and distance of templates, px of renderings
 _FEWEST_CONTROL = 12
 _FEWEST_TIES = 30
@@ -108,7 +113,7 @@ def _adjusted(scene: Scene, placed: Placed, search: tuple[int, int]) -> _State:
         network = _network(scene, placed, control)
         try:
             dependence = dependence_of(placed.photos, control)
-            return _State(placed, tuple(control), network, adjust(network, dependence=dependence))
+            return _State(placed, tuple(control), network, adjust(network, _TESTS, dependence))
         except NotDetermined as error:
             on = network.photos
             lost = np.isin(on.body, error.bodies) | np.isin(on.mount, error.mounts)
@@ -136,29 +141,6 @@ def _prior(photo: Photo) -> Estimate[Rigid3] | None:
     """The approximate pose as an observation, where its standard errors are stated."""
     pose = photo.local_from_camera
     return None if pose is None or not (pose.sigma > 0).all() else pose
-
-
-def dependence_of(photos: Sequence[Photo], control: Sequence[ControlPoints]) -> Dependence:
-    """Which errors may be alike: over a template at least, in one photo or, by the scan, in all.
-
-    Templates that overlap see the same samples of the scan. Tie points err like others of their photo by
-    what displaces larger parts of a picture; on the surface of the scan they err like their neighbours.
-    """
-    sides = [c.side * _metres_per_pixel(p, c.xyz) for p, c in zip(photos, control, strict=True) if len(c)]
-    reach = float(np.median(np.concatenate(sides))) if sides else _TEMPLATE_M
-    by_scan = (CONTROL, SURFACES)
-    return Dependence(
-        {TIES: _TIE_TEMPLATES * reach, CONTROL: reach, SURFACES: reach},
-        own=frozenset({TIES, CONTROL}),
-        shared=frozenset(by_scan),
-        far=dict.fromkeys(by_scan, _FAR),
-    )
-
-
-def _metres_per_pixel(photo: Photo, xyz: Float) -> Float:
-    """The size (n,) m of a pixel at points (n, 3)."""
-    depth = photo.pose.inverse.apply(xyz)[:, 2]
-    return np.asarray(depth / photo.camera.params[0], np.float64)
 
 
 def _judged(state: _State, verdicts: Sequence[Verdict]) -> tuple[Int, list[Unoriented]]:
@@ -201,7 +183,7 @@ def _check(scene: Scene, state: _State) -> Float:
     rest = [c.take(~o) for c, o in zip(state.control, out, strict=True)]
     errors = np.full(len(out), np.nan)
     try:
-        found = adjust(_network(scene, state.improved, rest))
+        found = adjust(_network(scene, state.improved, rest), _TESTS)
     except NotDetermined:
         return errors
     for k, (control, mask) in enumerate(zip(state.control, out, strict=True)):
