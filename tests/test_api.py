@@ -39,7 +39,12 @@ def test_step_by_step_from_a_scan_to_a_valid_model(simulated: Path) -> None:
     assert ortho and ortho.gsd == 0.05 and ortho.photos > 0
     found = frontage.find_openings(facade, scan)
     assert found and len(found.openings) > 3
-    model = frontage.build_model(buildings[0], [(facade, found)])
+    barred = frontage.find_bars(facade, found, scan, photos)
+    windows = [o for o in barred.elements.openings if o.kind == "window"]
+    assert any(o.photos for o in windows) and all(o.glazing is not None for o in windows)
+    alone = frontage.find_bars(facade, found, scan)
+    assert not any(view.views for view in alone.windows)
+    model = frontage.build_model(buildings[0], [(facade, barred)])
     assert model and frontage.validate(model.built[0].solid) == ()
 
 

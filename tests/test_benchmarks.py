@@ -8,6 +8,9 @@ from types import ModuleType
 import numpy as np
 import pytest
 
+from frontage.model import Bar, Glazing
+from frontage.model.built import TrueBar
+
 
 @pytest.fixture(scope="module")
 def common() -> ModuleType:
@@ -63,3 +66,26 @@ def test_a_benchmark_writes_its_section_of_a_page_and_replaces_only_that(
         and "other" in second
         and second.startswith("# Results\n\nProse.")
     )
+
+
+def test_window_bars_are_judged_by_layout_and_by_length(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.syspath_prepend(str(Path(__file__).resolve().parents[1] / "benchmarks"))
+    score = importlib.import_module("_barscore")
+    bars = (TrueBar("vertical", 0.6, (0.1, 1.9), 0.1), TrueBar("horizontal", 1.3, (0.1, 1.1), 0.06))
+    truth = score.TrueLayout(bars, depth=0.15)
+    pieces = (
+        Bar("vertical", 0.61, (0.1, 1.27), 0.1, 0.005),
+        Bar("vertical", 0.61, (1.33, 1.9), 0.1, 0.005),
+        Bar("horizontal", 1.3, (0.1, 1.1), 0.08, 0.005),
+    )
+    right = score.judge("a", "w", truth, Glazing(True, pieces, confidence=0.9))
+    assert right.exact and (right.hits, right.found, right.seen, right.true) == (3, 3, 2, 2)
+    np.testing.assert_allclose(np.sort(right.errors[:, 0]), [0.0, 0.01, 0.01], atol=1e-9)
+    half = score.judge("a", "w", truth, Glazing(True, pieces[1:], confidence=0.9))
+    assert half.exact is False and (half.hits, half.found, half.seen) == (2, 2, 1)
+    none = score.judge("a", "w", truth, Glazing(False))
+    assert none.exact is False and not none.resolved and none.found == 0
+    leaded = score.judge("a", "w", score.TrueLayout((), "leaded"), Glazing(True, pieces))
+    assert leaded.exact is None and leaded.found == 0
+    cells = score.summary([right, half, none, leaded])
+    assert cells[0] == "3" and cells[1].startswith("33.3") and cells[2].startswith("66.7")

@@ -11,7 +11,7 @@ may change. They are imported when they are first used::
     run.locate("13 rue Soufflot", floor=3, window=2)
 
 or step by step on nouns: `read_scans`, `find_buildings`, `find_facades`, `make_ortho`, `find_openings`,
-`build_model`, `validate`.
+`find_bars`, `build_model`, `validate`.
 """
 
 import importlib
@@ -22,6 +22,7 @@ __version__ = "0.1.0"
 if TYPE_CHECKING:
     from frontage.api import (
         build_model,
+        find_bars,
         find_buildings,
         find_facades,
         find_openings,
@@ -37,6 +38,7 @@ if TYPE_CHECKING:
 __all__ = [
     "__version__",
     "build_model",
+    "find_bars",
     "find_buildings",
     "find_facades",
     "find_openings",

@@ -6,6 +6,9 @@ from typing import Any
 
 from frontage.buildings import BuildingOptions, BuildingSplit
 from frontage.buildings import find_buildings as _find_buildings
+from frontage.catalog.sightlines import name_photos, scanned_surfaces
+from frontage.crossbars import CrossbarOptions, FoundBars
+from frontage.crossbars.find import find_bars as _find_bars
 from frontage.errors import InputError
 from frontage.facades import FacadeOptions
 from frontage.facades import find_facades as _find_facades
@@ -33,6 +36,7 @@ from frontage.validation import validate as _validate_solid
 
 __all__ = [
     "build_model",
+    "find_bars",
     "find_buildings",
     "find_facades",
     "find_openings",
@@ -163,9 +167,38 @@ def find_openings(
     return _find_openings(facade, scan, options, ortho)
 
 
+def find_bars(
+    facade: Facade,
+    elements: Elements | FoundOpenings,
+    scan: Scan | None,
+    photos: PhotoSet | None = None,
+    options: CrossbarOptions | None = None,
+) -> FoundBars:
+    """Find the bars in the windows of a facade from photos and scan (paper B, section 3.3).
+
+    elements  what `find_openings` found on it
+    scan      the cloud that the facade was found in; it also tells what hides windows from the photos
+    photos    with their poses; None = bars from the scan alone
+
+    The result holds the elements with the `glazing` of every window, and pictures of what each layout was
+    chosen from. A window that nothing shows well enough is "not resolved" with a reason.
+    Raises FileError for a picture that cannot be read.
+    """
+    found = elements.elements if isinstance(elements, FoundOpenings) else elements
+    oriented = [p for p in photos.photos if p.local_from_camera is not None] if photos else []
+    surfaces = None if scan is None or not oriented else scanned_surfaces(scan.xyz)
+    named = name_photos(facade, found, oriented, surfaces)
+    image = photos.image if photos else _no_pixels
+    return _find_bars(facade, named, oriented, image, scan, options)
+
+
+def _no_pixels(name: str) -> Any:
+    raise KeyError(name)
+
+
 def build_model(
     building: Building,
-    facades: Sequence[tuple[Facade, Elements | FoundOpenings]],
+    facades: Sequence[tuple[Facade, Elements | FoundOpenings | FoundBars]],
     city_model: Path | str | None = None,
     options: BuildOptions | None = None,
 ) -> Assembled | Failed:
@@ -183,7 +216,7 @@ def build_model(
         city = read_city_model(Path(city_model), world).buildings
         (group,) = match_model({building.id: [facade for facade, _ in facades]}, city, options)
         shells = tuple(shell for b in city if b.id in group.model for shell in b.level("2"))
-    fronts = [(f, e.elements if isinstance(e, FoundOpenings) else e) for f, e in facades]
+    fronts = [(f, e if isinstance(e, Elements) else e.elements) for f, e in facades]
     return assemble(building, fronts, shells, world, options)
 
 

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from frontage.evaluation.bars import joined, match_bars
 from frontage.evaluation.openings import score_openings
 from frontage.geometry.rigid import Rigid3
 from truth_tables import found_opening, found_openings, truth
@@ -101,3 +102,11 @@ def test_openings_on_no_true_facade_are_not_scored() -> None:
     part = score_openings(t, [*found, gable])
     assert part.figures["precision_50"].value == 1.0
     assert part.notes == ("1 openings lie on no facade of the truth and are not scored",)
+
+
+def test_pieces_that_continue_each_other_are_one_bar() -> None:
+    rows = joined([(1.0, 0.1, 0.55), (1.004, 0.65, 1.1), (1.0, 1.6, 2.0), (1.3, 0.1, 0.5)])
+    np.testing.assert_allclose(rows, [[1.0, 1.6, 2.0], [1.002, 0.1, 1.1], [1.3, 0.1, 0.5]], atol=1e-9)
+    row, column, exact = match_bars(np.array([[1.0, 0.1, 1.1]]), rows[1:2])
+    assert exact and row.tolist() == column.tolist() == [0]
+    assert not match_bars(np.array([[1.0, 0.1, 0.6]]), rows[1:2])[2]

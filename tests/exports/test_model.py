@@ -6,23 +6,24 @@ import pytest
 from exports.test_facades import accessor, read_glb, world_of_vertices
 from facade_fakes import GSD, WORLD, jpeg, ortho
 from frontage.exports import FacadePicture, building_mesh, model_triangles, render_model
+from frontage.exports.model3d import COLOURS
 from frontage.exports.openingwalls import walls_of_openings
 from frontage.exports.triangles import KINDS, ModelTriangles
 from frontage.io.meshes.glb import glb_of
-from frontage.model import Elements
+from frontage.model import FRAME_THICKNESS_M, Elements
 from frontage.solids import Assembled
 from frontage.solids.brep import volume6
 from opening_fakes import opening
 from solids.test_assemble import house, protrusion, wall, window
 
 
-def model() -> Assembled:
+def model(bars: bool = False) -> Assembled:
     elements = Elements(
         "B01/F1",
         (opening(), window("W2", (2.2, 0, 3.8, 1.5), 0.2), window("W3", (-1, -2, 0, -1), None)),
         (protrusion("oriel", (2, -1, 4, 2), -0.8), protrusion("balcony", (-3.5, -1.5, -1.5, -0.4), -1.0)),
     )
-    return house(wall(), elements)
+    return house(wall(), elements, bars=bars)
 
 
 def test_triangles_enclose_the_volume_of_the_solids() -> None:
@@ -49,6 +50,37 @@ def test_the_ortho_image_lies_on_walls_and_panes_and_nothing_else() -> None:
     plain = gltf["meshes"][0]["primitives"][1:]
     assert all("NORMAL" in p["attributes"] for p in plain)
     assert np.abs(accessor(gltf, binary, plain[0]["attributes"]["POSITION"])).max() < 12  # float32 is enough
+
+
+def test_frames_have_the_colour_of_the_picture_and_panes_stand_behind_them() -> None:
+    image = ortho()
+    shown = FacadePicture(wall(), jpeg(image), GSD, image.corner, image.size)
+    made = model(bars=True)
+    pieces = {p.material.name: p for p in building_mesh(made, [shown], 2.0).pieces}
+    assert {"Frame", "Pane"} <= set(pieces) and "Window" not in pieces
+    assert pieces["Frame"].material.texture is None and pieces["Frame"].material.colour != COLOURS["Frame"]
+    shapes = model_triangles(made)
+    y = [wall().frame.inverse.apply(shapes.corners[shapes.kind == KINDS.index(k)].reshape(-1, 3))[:, 1]
+         for k in ("Pane", "Frame")]  # fmt: skip
+    assert sorted(set(np.round(y[0], 2).tolist())) == [-0.57, 0.15]
+    assert y[1].min() == pytest.approx(-0.601, abs=1e-3) and y[1].max() == pytest.approx(0.184, abs=1e-3)
+
+
+def test_fronts_of_frames_have_the_area_of_their_solids() -> None:
+    made = model(bars=True)
+    shapes = model_triangles(made)
+    front = (shapes.kind == KINDS.index("Frame")) & (shapes.normals @ wall().frame.R[:, 1] < -0.99)
+    a, b, c = np.moveaxis(shapes.corners[front], 1, 0)
+    area = np.linalg.norm(np.cross(b - a, c - a), axis=1).sum() / 2
+    volume = sum(volume6(f.solid) for f in made.frames) / 6e12
+    assert area * FRAME_THICKNESS_M == pytest.approx(volume, rel=3e-3)  # rounded to 0.1 mm
+
+
+def test_the_picture_shows_frames() -> None:
+    inward = wall().frame.R[:, 1]
+    with_bars, without = (render_model(model_triangles(model(b)), inward, most=600) for b in (True, False))
+    bright = [int((i.min(2) > 228).sum() - (i == 255).all(2).sum()) for i in (with_bars, without)]
+    assert bright[0] > bright[1] + 50
 
 
 def test_without_pictures_panes_are_glass_coloured() -> None:

@@ -1,5 +1,6 @@
 """LoD3 files are valid by their schemas and hold the same buildings when they are read back."""
 
+import importlib.util
 import json
 import subprocess
 import sys
@@ -14,12 +15,13 @@ from facade_fakes import WORLD
 from frontage.exports.lod3 import city_building
 from frontage.io.citymodels.citygml.write import write_citygml
 from frontage.io.citymodels.cityjson.write import write_cityjson
+from frontage.io.citymodels.info import city_model_info
 from frontage.io.citymodels.openings import read_city_openings
 from frontage.io.citymodels.read import read_city_model
 from frontage.io.shapes.read import read_shapes
 from frontage.model import Building, Elements
 from frontage.model.citymodel import CityBuilding
-from frontage.solids import assemble
+from frontage.solids import BuildOptions, assemble
 from frontage.validation import validate_feature
 from opening_fakes import opening, round_door
 from realdata import data_path
@@ -28,7 +30,7 @@ from solids.test_assemble import GROUND, protrusion, wall, window
 CJIO = Path(sys.executable).with_name("cjio")
 
 
-def lod3(name: str = "B01") -> CityBuilding:
+def lod3(name: str = "B01", bars: bool = True) -> CityBuilding:
     """A house with two windows, one of them on an oriel, a flush round door, a balcony and an awning."""
     elements = Elements(
         "B01/F1",
@@ -40,17 +42,16 @@ def lod3(name: str = "B01") -> CityBuilding:
         ),
     )
     building = Building(name, np.arange(3), GROUND, "13 rue Soufflot")
-    made = assemble(building, [(wall(), elements)], (), WORLD)
+    made = assemble(building, [(wall(), elements)], (), WORLD, BuildOptions(bars=bars))
     assert made
     return city_building(building, made, [(wall(), elements)])
 
 
-def written(folder: Path, kind: str) -> Path:
+def written(folder: Path, kind: str, bars: bool = True) -> Path:
+    houses = [lod3(bars=bars)]
     if kind == "city.json":
-        return write_cityjson(folder / "lod3.city.json", [lod3()], WORLD, "one house")
-    return write_citygml(
-        folder / "lod3.gml", [lod3()], WORLD, "one house", "2.0" if kind == "gml2" else "3.0"
-    )
+        return write_cityjson(folder / "lod3.city.json", houses, WORLD, "one house")
+    return write_citygml(folder / "lod3.gml", houses, WORLD, "one house", "2.0" if kind == "gml2" else "3.0")
 
 
 KINDS = ["city.json", "gml2", "gml3"]
@@ -66,7 +67,7 @@ def test_written_models_are_read_back(tmp_path: Path, kind: str) -> None:
     assert sorted((s.lod, s.closed, s.installation) for s in read.shells) == sorted(
         (s.lod, s.closed, s.installation) for s in wrote.shells
     )
-    hanging = [s for s in read.shells if s.installation]
+    hanging = [s for s in read.shells if s.installation and not s.frame_of]
     assert [s.attributes["kind"] for s in hanging] == ["balcony", "awning"]
     for one, other in zip(*(sorted(b.shells, key=_order) for b in (wrote, read)), strict=True):
         rings = [{_key(s.ring): s.semantics for s in shell.surfaces} for shell in (one, other)]
@@ -122,7 +123,7 @@ def test_cityjson_is_valid_by_its_schema_and_openings_have_parents(tmp_path: Pat
             wall_of = surfaces[s["parent"]]
             assert wall_of["type"] == "WallSurface" and number in wall_of["children"]
     types = [model["CityObjects"][name]["type"] for name in house["children"]]
-    assert types == ["BuildingInstallation"] * 2
+    assert types == ["BuildingInstallation"] * 2 + ["BuildingConstructiveElement"] * 2
     schema = json.loads(data_path("schemas/cityjson/cityjson.min.schema.json").read_text())
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", DeprecationWarning)
@@ -148,6 +149,49 @@ def test_citygml_is_valid_by_its_schema(tmp_path: Path, kind: str, modules: tupl
     solid = next(e for e in tree.iter() if str(e.tag).endswith("lod3Solid"))
     solid.getparent().append(solid)  # out of its place in the sequence
     assert not schema.validate(tree)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_window_frames_are_objects_of_their_own(tmp_path: Path, kind: str) -> None:
+    (read,) = read_city_model(written(tmp_path, kind), WORLD).buildings
+    frames = {s.frame_of: s for s in read.shells if s.frame_of}
+    assert set(frames) == {"B01/F1/W1-1", "B01/F1/W1-2"}
+    one = frames["B01/F1/W1-1"]
+    assert not one.closed and one.installation and {s.semantics for s in one.surfaces} == {""}
+    assert max(len(s.holes) for s in one.surfaces) == 4
+    about = one.attributes
+    assert (about["kind"], about["n_vertical"], about["frame_width"]) == ("window frame", 1, 0.07)
+    assert city_model_info(written(tmp_path, kind))["window_frames"] == 2
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_without_frames_the_counts_stay(tmp_path: Path, kind: str) -> None:
+    (read,) = read_city_model(written(tmp_path, kind, bars=False), WORLD).buildings
+    assert not any(s.frame_of for s in read.shells)
+    counts = [a["n_vertical"] for s in read.shells for a in s.about.values() if "n_vertical" in a]
+    assert counts == [1, 1]
+
+
+def test_citygml_3_relates_frames_to_their_windows(tmp_path: Path) -> None:
+    tree = etree.parse(str(written(tmp_path, "gml3")))
+    href = "{http://www.w3.org/1999/xlink}href"
+    ids = {e.get("{http://www.opengis.net/gml/3.2}id"): e for e in tree.iter() if isinstance(e.tag, str)}
+    related = [ids[e.get(href)[1:]] for e in tree.iter("{*}relatedTo") if e.get(href)]
+    assert [etree.QName(e).localname for e in related] == ["WindowSurface"] * 2
+
+
+@pytest.mark.filterwarnings("ignore::ResourceWarning", "ignore::pytest.PytestUnraisableExceptionWarning")
+def test_readers_that_count_windows_are_not_misled(tmp_path: Path) -> None:
+    source = data_path("ingolstadt_scene/score_scene.py")
+    spec = importlib.util.spec_from_file_location("score_scene", source)
+    assert spec and spec.loader
+    scorer = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(scorer)
+    found, walls = scorer.read_cityjson(str(written(tmp_path, "city.json")))
+    bare, bare_walls = scorer.read_cityjson(str(written(tmp_path, "city.json", bars=False)))
+    assert sorted(o["kind"] for o in found) == ["Door", "Window", "Window"]
+    assert [(o["kind"], o.get("depth")) for o in found] == [(o["kind"], o.get("depth")) for o in bare]
+    assert len(walls) == len(bare_walls)
 
 
 def test_cjio_can_read_and_rewrite_the_file(tmp_path: Path) -> None:

@@ -10,7 +10,7 @@ import pytest
 
 from facade_fakes import facade
 from frontage.errors import FileError
-from frontage.model import Elements, Estimate, Facade
+from frontage.model import Bar, Elements, Estimate, Facade, Glazing
 from frontage.pipeline.store.elements import FOUND, PRODUCT, check_elements, load_elements, save_product
 from frontage.pipeline.store.elements import save_elements as save_found
 from opening_fakes import elements, opening, round_door
@@ -19,7 +19,7 @@ FILES = (PRODUCT, *FOUND[1:])
 
 
 def save_elements(folder: Path, facade: Facade, elements: Elements) -> None:
-    """What the stages `openings` and `views` leave."""
+    """What the stages `openings` and `crossbars` leave."""
     save_found(folder, facade, elements)
     save_product(folder, facade, elements)
 
@@ -96,6 +96,10 @@ def test_protrusions_stand_at_their_front(tmp_path):
         ("depth", float("nan"), "depth = nan is no number"),
         ("depth_estimate", {"variance": 1.0, "dof": 3.0}, "lacks 'provenance'"),
         ("bars", {"vertical": []}, "lacks 'horizontal'"),
+        ("bars", {"vertical": [{"position": "left"}], "horizontal": []}, "lacks 'extent'"),
+        ("bars", {"vertical": [3], "horizontal": []}, "not subscriptable"),
+        ("glazing", 3, "not subscriptable"),
+        ("glazing", {"resolved": True}, "lacks 'frame_width'"),
     ],
 )
 def test_a_garbled_entry_is_named(tmp_path, key, value, told):
@@ -107,6 +111,38 @@ def test_a_garbled_entry_is_named(tmp_path, key, value, told):
     with pytest.raises(FileError) as caught:
         load_elements(tmp_path, "B01/F1")
     assert str(caught.value).startswith(f"{path}: B01/F1/W1-1") and told in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("key", "value", "told"),
+    [
+        ("resolved", 1, "resolved = 1 is neither true nor false"),
+        ("confidence", "high", "confidence = 'high' is no number"),
+        ("note", None, "note = None is no text"),
+        ("frame_width", {"value": float("inf")}, "frame_width = inf is no number"),
+        ("depth", {"value": 0.1, "variance": 1.0, "dof": 3.0}, "lacks 'provenance'"),
+        ("sources", 7, "not iterable"),
+    ],
+)
+def test_a_garbled_glazing_is_named(tmp_path, key, value, told):
+    save_elements(tmp_path, facade(), elements())
+    path = tmp_path / "openings.json"
+    table = json.loads(path.read_text())
+    table[0]["glazing"][key] = value
+    path.write_text(json.dumps(table))
+    with pytest.raises(FileError) as caught:
+        load_elements(tmp_path, "B01/F1")
+    assert str(caught.value).startswith(f"{path}: B01/F1/W1-1") and told in str(caught.value)
+
+
+def test_unresolved_glazing_and_unknown_errors_come_back(tmp_path):
+    lost = Glazing(False, note="too dark", sources=("IMG_1.jpg",))
+    bare = Glazing(True, (Bar("vertical", 0.5, (0.0, 1.0), 0.03, float("inf")),))
+    for glazing in (lost, bare, Glazing(True)):
+        found = Elements("B01/F1", (replace(opening(), glazing=glazing),))
+        save_elements(tmp_path, facade(), found)
+        assert same(found, load_elements(tmp_path, "B01/F1"))
+    assert not same(found, Elements("B01/F1", (replace(opening(), glazing=lost),)))
 
 
 def test_what_files_cannot_hold_is_told_before(tmp_path):

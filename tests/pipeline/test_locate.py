@@ -144,7 +144,7 @@ def test_the_question_of_the_paper(copy: Path, asked: str, answers: list[Located
 
 def test_the_facade_with_the_most_openings_is_meant_unless_another_is_asked_for(copy: Path) -> None:
     store = Store(copy)
-    for stage in ("facades", "ortho", "openings", "views"):
+    for stage in ("facades", "ortho", "openings", "crossbars"):
         path = copy / ".done" / f"{stage}.B01.json"
         marker = json.loads(path.read_text())
         marker["result"]["facades"] = ["B01/F1", "B01/F2"]
@@ -223,7 +223,7 @@ def test_what_is_not_there_is_told_in_a_sentence(
 
 
 def test_a_facade_without_openings_names_the_stage(copy: Path) -> None:
-    for stage in ("openings", "views"):
+    for stage in ("openings", "crossbars"):
         (copy / ".done" / f"{stage}.B01.json").unlink()
     with pytest.raises(WorkspaceError, match="frontage openings"):
         open_run(copy).locate("B01/F1/W1-1")

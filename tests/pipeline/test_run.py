@@ -98,7 +98,7 @@ def test_a_changed_option_redoes_its_stage_and_what_follows(
     run(load_project(project, {"ortho": {"gsd": 0.08}}), out, progress=told)
     assert told.kept == {
         "scans": True, "buildings": True, "facades": True, "ortho": False, "openings": True,
-        "views": False, "model": False,
+        "crossbars": True, "drawings": False, "model": False,
         "export": False, "report": False,
     }  # fmt: skip
     facade = Store(out).facade_ids()[0]

@@ -64,8 +64,32 @@ def photo(k: int, points: int = 150) -> dict[str, Any]:
         "tie_points": 1234 if k % 6 != 5 else 3, "tie_rms": 0.41,
         "check_rmse": 0.0123 if k % 2 == 0 and n else None,
         "redundancy": 0.93 if n else None, "detectable": 3.21 if n else None,
-        "verdict": VERDICTS[k % 6], "rival": 0.62 if n else None, "residuals": residuals.round(3).tolist(),
+        "verdict": VERDICTS[k % 6], "rival": 0.62 if n else None,
+        "rig": "roof" if k < 2 else None, "exposure": "0017" if k < 2 else None,
+        "residuals": residuals.round(3).tolist(),
     }  # fmt: skip
+
+
+def rig(estimated: bool = True) -> dict[str, Any]:
+    """Two cameras of one exposure, the second 0.4 m beside the first."""
+    sigma = [0.002, 0.003, 0.001] if estimated else [0.0] * 3
+    front = {
+        "camera": "front",
+        "body_from_camera": np.eye(4)[:3].tolist(),
+        "estimated": False,
+        "sigma_position": [0.0] * 3,
+        "sigma_angles": [0.0] * 3,
+    }
+    beside = np.column_stack([np.eye(3), [0.4, 0.0, 0.0]]).tolist()
+    left = {
+        "camera": "left",
+        "body_from_camera": beside,
+        "estimated": estimated,
+        "sigma_position": sigma,
+        "sigma_angles": sigma,
+    }
+    taken = [{"exposure": "0017", "photos": {"front": photo(0)["photo"], "left": photo(1)["photo"]}}]
+    return {"rig": "roof", "cameras": [front, left], "exposures": taken}  # fmt: skip
 
 
 def record(count: int = 6) -> dict[str, Any]:
@@ -75,7 +99,7 @@ def record(count: int = 6) -> dict[str, Any]:
         "unoriented": [{"photo": EVIL, "code": "O102", "reason": reason}],
         "source": "intensity", "points": 12345, "sigma_points": [0.004, 0.0052, 0.003],
         "factors": {"tie points": 1.049, "control": 0.93, "surfaces": 1.2}, "sigma0": 1.0012,
-        "redundancy": 45678, "rejected": 321, "notes": [],
+        "redundancy": 45678, "rejected": 321, "rigs": [rig()] if count > 1 else [], "notes": [],
     }  # fmt: skip
 
 
@@ -293,3 +317,19 @@ def test_the_run_folder_gives_the_record_where_photos_were_oriented(tmp_path: Pa
     assert gathered.orientation is not None
     assert gathered.orientation.record == record() and (gathered.orientation.origin == ORIGIN).all()
     assert "6 of 7 photos" in render_report(gathered)
+
+
+def test_the_rig_of_photos_is_named_with_its_relative_poses():
+    about = record()
+    section = orientation_section(data(about))
+    assert section is not None
+    assert section.rows[0].photo.endswith("(roof, 0017)") and "roof" not in section.rows[2].photo
+    (fact,) = (f for f in section.facts if f.name == "Rig: roof")
+    assert fact.value == "1 exposure of up to 2 photos by 2 cameras"
+    assert fact.error == "left at 40.0, 0.0, 0.0 cm (σ 2.0, 3.0, 1.0 mm; 0.0020, 0.0030, 0.0010°)"
+    about["rigs"] = [rig(estimated=False)]
+    (fact,) = (f for f in orientation_facts(about) if f.name == "Rig: roof")
+    assert fact.error == "relative poses held fixed"
+    about["photos"][2]["verdict"] = "carried"
+    held = orientation_section(data(about))
+    assert held is not None and ("carried", "held by the other cameras of their rig") in held.verdicts

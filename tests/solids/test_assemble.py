@@ -46,7 +46,8 @@ def protrusion(kind: str, box: tuple[float, float, float, float], front: float) 
 
 def window(name: str, box: tuple[float, float, float, float], depth: float | None = 0.12) -> Opening:
     deep = None if depth is None else Estimate(depth, np.array([[1e-4]]), 9.0)
-    return replace(opening(name, box), depth=deep)
+    one = opening(name, box)
+    return replace(one, depth=deep, glazing=None if depth is None else one.glazing)
 
 
 def house(at: Facade, elements: Elements, **options) -> Assembled:

@@ -1,13 +1,13 @@
 """Decides which photos show an opening: from in front, inside the frame, not hidden by scanned surfaces."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import shapely
 
 from frontage.geometry.arrays import Bool, Float
-from frontage.model import Facade, Photo
+from frontage.model import Elements, Facade, Photo
 from frontage.raster.zbuffer import local_spacing, splat_depth
 
 _SAMPLES = 24  # per side of the opening's box
@@ -89,6 +89,17 @@ def photo_views(
             if projection.shown.mean() >= _LEAST:
                 views[k].append(_view(facade, samples[k][0], photo, projection))
     return [tuple(sorted(own, key=lambda v: (v.gsd, v.photo))) for own in views]
+
+
+def name_photos(
+    facade: Facade, elements: Elements, photos: Sequence[Photo], scanned: ScannedSurfaces | None
+) -> Elements:
+    """Return the elements of a facade with the names of the photos that show each opening."""
+    outlines = [(o.ring, elements.wall_y(o)) for o in elements.openings]
+    views = photo_views(facade, outlines, photos, scanned)
+    names = (tuple(view.photo for view in own) for own in views)
+    openings = (replace(o, photos=own) for o, own in zip(elements.openings, names, strict=True))
+    return replace(elements, openings=tuple(openings))
 
 
 @dataclass(frozen=True, eq=False)

@@ -19,6 +19,9 @@ if TYPE_CHECKING:
 
 Command = TypeVar("Command", bound=Callable[..., Any])
 
+BAR_METHODS = ("evidence", "paper", "none")
+"""The ways to find window bars, as in the project file."""
+
 
 def common(command: Command) -> Command:
     """Add --json, --quiet and -v to a command; -v needs no parameter, the others do."""

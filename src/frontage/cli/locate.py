@@ -58,6 +58,7 @@ def _lines(f: "Located") -> list[str]:
         f"sigma: left {sigma['left']}, right {sigma['right']}, bottom {sigma['bottom']}, top {sigma['top']}, "
         f"plane {sigma['plane']} m",
         f"{f.provenance}, confidence {f.confidence:.2f}, {f.shape}",
+        *_bars(f),
         f"on the wall, {f.crs or 'no CRS'}:",
         *_corners(f.corners),
         *([f"at its depth, {f.crs or 'no CRS'}:", *_corners(f.corners_inside)] if f.corners_inside else []),
@@ -74,6 +75,18 @@ def _lines(f: "Located") -> list[str]:
             f"{v.angle:.0f} deg off the normal, {v.gsd * 1000:.1f} mm per pixel"
         )
     return [*lines, *(f"note: {note}" for note in f.notes)]
+
+
+def _bars(f: "Located") -> list[str]:
+    """The line on window bars, if they were looked for."""
+    g = f.glazing
+    if g is None:
+        return []
+    if g.vertical is None:
+        return [f"window bars: {g.layout}{': ' if g.note else ''}{g.note}"]
+    known = [bar.sigma for bar in g.bars if bar.sigma is not None]
+    sigma = f", sigma at most {max(known):.3f} m" if known and len(known) == len(g.bars) else ""
+    return [f"window bars: {g.layout}{sigma}, confidence {g.confidence:.2f}{'; ' if g.note else ''}{g.note}"]
 
 
 def _corners(corners: "tuple[Point, ...]") -> list[str]:

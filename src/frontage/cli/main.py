@@ -27,6 +27,7 @@ COMMANDS = {
     "facades": "Find the facades of a run folder's buildings again.",
     "ortho": "Make the ortho-images of a run folder again.",
     "openings": "Find the windows, doors and protrusions of a run folder's facades again.",
+    "crossbars": "Find the bars in the windows of a run folder's facades again.",
     "model": "Build the LoD3 model (CityJSON, CityGML, GLB) of a run folder again.",
     "export": "Write the textured model (GLB, OBJ) of a run folder again.",
     "report": "Write report.html of a run folder again.",

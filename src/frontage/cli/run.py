@@ -5,7 +5,15 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from frontage.cli.console import common, method_option, progress, strict_option, tell, workers_option
+from frontage.cli.console import (
+    BAR_METHODS,
+    common,
+    method_option,
+    progress,
+    strict_option,
+    tell,
+    workers_option,
+)
 
 if TYPE_CHECKING:
     from frontage.pipeline.project import Project
@@ -41,6 +49,11 @@ if TYPE_CHECKING:
 @click.option("--crs", help="CRS of the result; default: the scans' own.")
 @click.option("--gsd", type=float, help="Metres per pixel of the ortho-images.")
 @method_option
+@click.option(
+    "--bars",
+    type=click.Choice(BAR_METHODS),
+    help="How window bars are found; none: windows have no bars; default: the project's, evidence.",
+)
 @click.option("--seed", type=int, help="Seed of every random choice.")
 @click.option("-o", "--out", type=click.Path(path_type=Path), help="Run folder; default: the project's name.")
 @click.option(
@@ -86,6 +99,7 @@ def _from_flags(flags: dict[str, Any]) -> "Project":
         "scans": [{"path": path, **scan} for path in flags["scans"]],
         "ortho": _given(flags, gsd="gsd"),
         "openings": _given(flags, method="method"),
+        "crossbars": _given(flags, method="bars"),
     }
     photos = _given(flags, path="photos", cameras="cameras", offset="photo_offset", pose="photo_pose")
     if photos:
@@ -96,15 +110,16 @@ def _from_flags(flags: dict[str, Any]) -> "Project":
 
 
 def _from_file(path: Path, flags: dict[str, Any]) -> "Project":
-    """A project file; --gsd, --method, --seed, --crs replace what it says, other flags belong in it."""
+    """A project file; flags of options replace what it says, those of inputs belong in it."""
     from frontage.pipeline.project import load_project
 
     changes = {
         "project": _given(flags, crs="crs", seed="seed"),
         "ortho": _given(flags, gsd="gsd"),
         "openings": _given(flags, method="method"),
+        "crossbars": _given(flags, method="bars"),
     }
-    used = {"crs", "seed", "gsd", "method"}
+    used = {"crs", "seed", "gsd", "method", "bars"}
     extra = [name for name, value in flags.items() if value and name not in used]
     if extra:
         raise click.UsageError(f"with a project file, --{extra[0].replace('_', '-')} belongs into the file")

@@ -11,13 +11,14 @@ from frontage.model import Opening, Photo
 
 @dataclass(frozen=True, eq=False)
 class WindowView:
-    """The part of a photo that shows a window, at the photo's own resolution.
+    """The part of a photo that shows a window.
 
     pixels   (h, w, 3) uint8 RGB, a crop of the photo with a margin around the window
     corner   (column, row) px of the crop's upper left corner in the photo
-    visible  share of the window that this photo shows, 0..1
-    gsd      m on the frame's plane per photo px, at the window's middle
+    visible  share of the window that lies inside the photo, 0..1
+    gsd      m on the wall per px of the crop at the window's middle, in the coarser direction
     cosine   of the angle between the line of sight and the wall's normal
+    scale    px of the crop per px of the photo; below 1 where the photo is finer than bars need
     """
 
     photo: Photo
@@ -26,10 +27,12 @@ class WindowView:
     visible: float
     gsd: float
     cosine: float
+    scale: float = 1.0
 
     def project(self, frame: Rigid3, xyz: Float) -> Float:
         """Project points (n, 3) m of a facade frame to pixels (n, 2) of the crop, first centre at 0.5."""
-        return self.photo.project(frame.apply(xyz)) - np.array(self.corner, np.float64)
+        at = self.photo.project(frame.apply(xyz)) - np.array(self.corner, np.float64)
+        return np.asarray(self.scale * at, np.float64)
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,7 +42,7 @@ class Window:
     opening  from the scan: outline, depth where it was measured
     frame    local_from_facade
     wall_y   m, of the wall that holds the opening, in the facade frame
-    views    the photos that show it, the finest first
+    views    the photos that show it, those with the finest pixels on the wall first
     points   (n, 3) m, facade frame: scan points within the outline, from the wall to 0.7 m behind it
     spacing  m, of the scan points on the wall around the window
     """

@@ -13,7 +13,7 @@ from frontage.errors import InputError
 from frontage.geometry.arrays import Float, freeze
 from frontage.geometry.rigid import Rigid3
 from frontage.model import WorldRef
-from frontage.model.built import BuiltOpening, TrueBar
+from frontage.model.built import BuiltOpening, TrueBar, TrueLine
 
 SCHEMA = 1
 
@@ -158,7 +158,7 @@ def _protrusion(p: Mapping[str, Any]) -> TrueProtrusion:
 
 def _opening(o: Mapping[str, Any]) -> TrueOpening:
     bars = [
-        TrueBar(axis, b["position"], (b["extent"][0], b["extent"][1]), b["width"])
+        TrueBar(axis, b["position"], (b["extent"][0], b["extent"][1]), b["width"], b.get("behind", 0.0))
         for axis in ("vertical", "horizontal")
         for b in o["bars"][axis]
     ]
@@ -173,7 +173,14 @@ def _opening(o: Mapping[str, Any]) -> TrueOpening:
         o["shutters"],
         bool(o["glazed"]),
         o["visible"],
+        glazing=o.get("glazing", "bars"),  # of scenes that were simulated before it was recorded
+        lines=tuple(TrueLine(_ends(line["line"]), float(line["width"])) for line in o.get("lines", ())),
     )
+
+
+def _ends(line: Sequence[Sequence[float]]) -> tuple[tuple[float, float], tuple[float, float]]:
+    (xa, za), (xb, zb) = line
+    return (float(xa), float(za)), (float(xb), float(zb))
 
 
 def _photo(p: Mapping[str, Any], world: WorldRef) -> TruePose:

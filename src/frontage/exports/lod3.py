@@ -5,14 +5,17 @@ from dataclasses import replace
 
 import numpy as np
 
+from frontage.exports.glazing import attributes_of_glazing, estimated
 from frontage.exports.openingwalls import walls_of_openings
-from frontage.model import Building, Elements, Facade, Opening, Protrusion, Solid, Surface
-from frontage.model.citymodel import CityBuilding, Shell
-from frontage.solids import Assembled, Built, Installation
+from frontage.model import FRAME_THICKNESS_M, Building, Elements, Facade, Opening, Protrusion, Solid, Surface
+from frontage.model.citymodel import FRAME, CityBuilding, Shell
+from frontage.solids import Assembled, Built, Installation, WindowFrame
 from frontage.solids.brep import GRID_PER_M
+from frontage.solids.elements import depth_of
 
 Value = str | float | int
 _DIGITS = 4  # 0.1 mm
+_OF_FRAME = ("facade", "n_vertical", "n_horizontal", "frame_width", "sigma_frame_width", "bars")
 
 
 def city_building(
@@ -30,6 +33,7 @@ def city_building(
         part = (name or f"{building.id}-{number + 1}") if several else ""
         shells += _levels(assembled, number, part or building.id, part, about)
     shells += [_installation(i, about) for i in assembled.installations]
+    shells += [_frame(f, about) for f in assembled.frames]
     attributes = _attributes(assembled, range(len(assembled.built)))
     return CityBuilding(building.id, tuple(shells), building.address, attributes)
 
@@ -53,6 +57,7 @@ def city_buildings(
         return (replace(whole, attributes={**whole.attributes, **named}),)
     about = dict(_of_elements(fronts))
     home = [_nearest(assembled, i) for i in assembled.installations]
+    parts = {f.opening: k for k, b in enumerate(assembled.built) for f in b.solid.faces if f.opening}
     found = []
     for number, name in enumerate(assembled.coarse.names):
         own = building.id if number == 0 else f"{building.id}-{number + 1}"
@@ -60,6 +65,7 @@ def city_buildings(
         hung = [i for i, h in zip(assembled.installations, home, strict=True) if h == number]
         attributes = _attributes(assembled, [number]) | ({"model_id": name} if known and name else {})
         shells += [_installation(i, about) for i in hung]
+        shells += [_frame(f, about) for f in assembled.frames if parts[f.opening] == number]
         address = owners.get(name) or (building.address if number == 0 else None)
         found.append(CityBuilding(own, tuple(shells), address, attributes))
     return tuple(found)
@@ -120,6 +126,19 @@ def _installation(thing: Installation, about: Mapping[str, Mapping[str, Value]])
     return Shell("3", surfaces, {}, thing.closed, thing.id, True, attributes=attributes)
 
 
+def _frame(frame: WindowFrame, about: Mapping[str, Mapping[str, Value]]) -> Shell:
+    """A window's frame with its bars as surfaces without semantic classes, which together are closed.
+
+    They are no solid in the file: behind its front, a frame reaches into the building's own solid, and solids
+    of one building must not overlap (601).
+    """
+    kept = {k: v for k, v in about.get(frame.opening, {}).items() if k in _OF_FRAME}
+    assumed = f"{FRAME_THICKNESS_M:g} m thick"
+    attributes = {"kind": FRAME, "opening": frame.opening, **kept, "assumed": assumed}
+    surfaces = surfaces_of(frame.solid, f"{frame.id}/face")
+    return Shell("3", surfaces, {}, False, frame.id, True, attributes=attributes, frame_of=frame.opening)
+
+
 def _of_elements(
     fronts: Sequence[tuple[Facade, Elements]],
 ) -> Iterator[tuple[str, dict[str, Value]]]:
@@ -137,22 +156,15 @@ def _of_opening(o: Opening) -> dict[str, Value]:
     out: dict[str, Value] = {
         "kind": o.kind,
         "shape": o.shape,
-        "n_vertical": sum(b.axis == "vertical" for b in o.bars),
-        "n_horizontal": sum(b.axis == "horizontal" for b in o.bars),
         "provenance": str(o.provenance),
         "confidence": round(float(o.confidence), _DIGITS),
         "floor": o.floor,
         "bay": o.bay,
     }
-    if not o.bars:
-        out["bars"] = "not measured"
+    out |= attributes_of_glazing(o)
     if len(variance) and np.isfinite(variance).all():
         out["sigma_border"] = round(float(np.sqrt(variance.mean())), 5)
-    if o.depth is not None:
-        out["depth"] = round(float(o.depth.value), _DIGITS)
-        if np.isfinite(o.depth.sigma[0]):
-            out["sigma_depth"] = round(float(o.depth.sigma[0]), 5)
-    return out
+    return out | estimated("depth", depth_of(o))
 
 
 def _of_protrusion(p: Protrusion) -> dict[str, Value]:

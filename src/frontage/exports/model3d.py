@@ -1,6 +1,6 @@
 """The LoD3 model as textured meshes, with ortho-images on the walls and plain colours elsewhere."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import cv2
@@ -23,6 +23,8 @@ COLOURS: dict[str, Colour] = {
     "OuterFloorSurface": (0.50, 0.48, 0.46),
     **{name: surface.colour for name, surface in OPENING_SURFACES.items()},
     "Installation": (0.55, 0.53, 0.51),
+    "Frame": (0.72, 0.71, 0.68),
+    "Pane": OPENING_SURFACES["Window"].colour,
 }
 """Linear RGB, 0..1, of surfaces that no picture shows."""
 
@@ -35,6 +37,8 @@ def building_mesh(assembled: Assembled, pictures: Sequence[FacadePicture], reach
 
     Walls, windows and doors that lie within `reach` m of the plane of a facade and are parallel to it show
     its ortho-image, projected along the normal. Walls without a picture take the mean colour of all pictures.
+    Window frames with their bars take the colour that the pictures show there. The panes behind them are
+    plain glass: on them, the ortho-image would show every bar a second time, shifted when seen aslant.
     """
     shapes = model_triangles(assembled)
     centre = np.rint(shapes.corners.reshape(-1, 3).mean(0)) if len(shapes) else np.zeros(3)
@@ -50,7 +54,8 @@ def building_mesh(assembled: Assembled, pictures: Sequence[FacadePicture], reach
             rows, faces = unique_vertices(shapes.corners[shown] - centre, uv[shown])
             material = GlbMaterial(picture.facade.id, limit_texture(picture.jpeg))
             pieces.append(GlbPiece(material, rows[:, :3], faces, uv=rows[:, 3:]))
-    pieces += _plain(shapes, left, centre, _mean_colour(pictures))
+    seen = {"WallSurface": _mean_colour(pictures), "Frame": _frame_colour(shapes, pictures)}
+    pieces += _plain(shapes, left, centre, {k: v for k, v in seen.items() if v is not None})
     extras = {"building": assembled.building, "host": assembled.coarse.source, "lod": "3"}
     return GlbMesh(assembled.building, tuple(pieces), matrix, extras)
 
@@ -74,14 +79,17 @@ def _shown(shapes: ModelTriangles, picture: FacadePicture, uv: Float, reach: flo
     return np.asarray(facing & (np.abs(y) < reach) & within & np.isin(shapes.kind, kinds))
 
 
-def _plain(shapes: ModelTriangles, left: Bool, centre: Float, wall: Colour | None) -> list[GlbPiece]:
-    """One piece per colour of the triangles that are `left`, relative to `centre` (3,) m local."""
+def _plain(shapes: ModelTriangles, left: Bool, centre: Float, seen: Mapping[str, Colour]) -> list[GlbPiece]:
+    """One piece per kind of the triangles that are `left`, relative to `centre` (3,) m local.
+
+    `seen` are the colours of kinds that pictures show.
+    """
     found = []
     for number, name in enumerate(KINDS):
         own: Int = np.flatnonzero(left & (shapes.kind == number))
         if len(own):
-            colour = wall if name == "WallSurface" and wall is not None else COLOURS[name]
-            material = GlbMaterial(name, None, colour, _GLASS_ROUGHNESS if name == "Window" else 1.0)
+            roughness = _GLASS_ROUGHNESS if name in ("Window", "Pane") else 1.0
+            material = GlbMaterial(name, None, seen.get(name, COLOURS[name]), roughness)
             normals = np.repeat(shapes.normals[own][:, None], 3, axis=1)
             rows, faces = unique_vertices(shapes.corners[own] - centre, normals)
             found.append(GlbPiece(material, rows[:, :3], faces, normals=rows[:, 3:]))
@@ -94,7 +102,29 @@ def _mean_colour(pictures: Sequence[FacadePicture]) -> Colour | None:
     for picture in pictures:
         image: Any = cv2.imdecode(np.frombuffer(picture.jpeg, np.uint8), cv2.IMREAD_REDUCED_COLOR_8)
         means.append(np.median(image.reshape(-1, 3), axis=0)[::-1] / 255.0)
-    if not means:
-        return None
-    r, g, b = (np.mean(means, axis=0) ** 2.2).tolist()
+    return _linear(np.mean(means, axis=0)) if means else None
+
+
+def _frame_colour(shapes: ModelTriangles, pictures: Sequence[FacadePicture]) -> Colour | None:
+    """Returns the median colour of frames and bars in the pictures, as linear RGB; None without any."""
+    corners = shapes.corners[shapes.kind == KINDS.index("Frame")]
+    normals = shapes.normals[shapes.kind == KINDS.index("Frame")]
+    samples: list[Array] = []
+    for picture in pictures:
+        front = normals @ -picture.facade.frame.R[:, 1] > _FACING_COS
+        if not front.any():
+            continue
+        u, v = _texture_coordinates(corners[front], picture).mean(1).T
+        inside = (u >= 0) & (u < 1) & (v >= 0) & (v < 1)
+        image: Any = cv2.imdecode(np.frombuffer(picture.jpeg, np.uint8), cv2.IMREAD_COLOR)
+        h, w = image.shape[:2]
+        rows, columns = (v[inside] * h).astype(np.int64), (u[inside] * w).astype(np.int64)
+        samples.append(image[rows, columns][:, ::-1] / 255.0)
+    found = np.concatenate([np.zeros((0, 3)), *samples])
+    return _linear(np.median(found, axis=0)) if len(found) else None
+
+
+def _linear(colour: Array) -> Colour:
+    """Converts sRGB (3,), 0..1, to linear RGB."""
+    r, g, b = (colour**2.2).tolist()
     return r, g, b

@@ -15,6 +15,7 @@ _ASIDE_RAD, _ABOVE_RAD = np.radians(28.0), np.radians(16.0)  # of the view direc
 _LIGHT = np.array([0.45, -0.55, 0.70])  # in the axes of the view: right, away from the eye, up
 _AMBIENT = 0.45
 _EDGE_TOLERANCE_M = 0.02  # an edge is drawn if it lies no farther behind the surface
+_THINNEST_PX = 0.4  # a triangle less high than this hardly has a pixel's centre; models have thousands
 _NONE = np.empty((0, 3))
 _EDGE_COLOUR = np.array([45.0, 45.0, 50.0])
 
@@ -95,9 +96,16 @@ def _surfaces(shapes: ModelTriangles, view: ParallelView) -> tuple[Array, Array]
     base = np.array([COLOURS[k] for k in KINDS])[shapes.kind]
     colour = 255 * np.clip(base * shade[:, None] * 1.5, 0, 1) ** (1 / 2.2)
     place = view.place(shapes.corners)
-    for k in np.flatnonzero(towards[:, 1] < 0).tolist():
+    for k in np.flatnonzero((towards[:, 1] < 0) & (_heights(place) > _THINNEST_PX)).tolist():
         _fill(image, depth, place[k], colour[k])
     return image, depth
+
+
+def _heights(place: Float) -> Float:
+    """Returns the least height (t,) px of triangles (t, 3, 3) of column, row and distance."""
+    sides = np.roll(place, -1, axis=1)[..., :2] - place[..., :2]
+    twice = np.abs(sides[:, 0, 0] * sides[:, 1, 1] - sides[:, 0, 1] * sides[:, 1, 0])
+    return np.asarray(twice / np.maximum(np.linalg.norm(sides, axis=2).max(1), 1e-9))
 
 
 def _fill(image: Array, depth: Array, corners: Float, colour: Float) -> None:

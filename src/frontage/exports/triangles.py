@@ -1,6 +1,6 @@
 """The solids of a building as classified triangles, which its textured model and its picture are made of."""
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -12,8 +12,11 @@ from frontage.solids import Assembled
 from frontage.solids.brep import GRID_PER_M, newell_normal
 
 KINDS = ("WallSurface", "RoofSurface", "GroundSurface", "OuterCeilingSurface", "OuterFloorSurface",
-         *OPENING_SURFACES, "Installation")  # fmt: skip
-"""What a triangle can show; every other semantic class counts as a wall."""
+         *OPENING_SURFACES, "Installation", "Frame", "Pane")  # fmt: skip
+"""What a triangle can show; every other semantic class counts as a wall. A pane stands in a frame."""
+
+PANE_BEHIND_M = 0.03
+"""Usual distance from the front of a frame back to its pane."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -23,7 +26,8 @@ class ModelTriangles:
     corners  (t, 3, 3) float64 m local, counter-clockwise as seen from outside
     normals  (t, 3) float64, unit vectors
     kind     (t,) int64 into `KINDS`
-    edges    (e, 2, 3) float64 m local, borders of the faces
+    edges    (e, 2, 3) float64 m local, borders of the faces but those of panes and frames, where a
+             drawing would be all lines
     """
 
     corners: Float
@@ -37,10 +41,34 @@ class ModelTriangles:
 
 
 def model_triangles(assembled: Assembled) -> ModelTriangles:
-    """Triangulates the fine solids of a building and its installations."""
-    parts = [_solid(b.solid) for b in assembled.built]
+    """Triangulates the fine solids of a building, its installations and window frames.
+
+    The surface of an opening with a frame moves back to the place of its pane. The backs of frames, which
+    nobody sees, are left out.
+    """
+    framed = {f.opening for f in assembled.frames if f.around}
+    parts = [_solid(b.solid, framed=framed) for b in assembled.built]
     parts += [_solid(i.solid, KINDS.index("Installation")) for i in assembled.installations]
+    parts += [_frame(f.solid) for f in assembled.frames]
     return _joined(parts)
+
+
+def _frame(solid: Solid) -> ModelTriangles:
+    """Triangulates the front and the sides of a prism."""
+    xyz = solid.vertices / GRID_PER_M
+    front, _, *sides = solid.faces
+    n = newell_normal(xyz[list(front.ring)])
+    face = _triangles(front, xyz, n)
+    quads = xyz[np.array([f.ring for f in sides])]
+    around = np.concatenate([quads[:, [0, 1, 2]], quads[:, [0, 2, 3]]])
+    across = np.cross(around[:, 1] - around[:, 0], around[:, 2] - around[:, 0])
+    corners = np.concatenate([face, around])
+    return ModelTriangles(
+        corners,
+        np.concatenate([np.tile(n, (len(face), 1)), across / np.linalg.norm(across, axis=1)[:, None]]),
+        np.full(len(corners), KINDS.index("Frame")),
+        np.zeros((0, 2, 3)),
+    )
 
 
 def _joined(parts: Sequence[ModelTriangles]) -> ModelTriangles:
@@ -53,18 +81,23 @@ def _joined(parts: Sequence[ModelTriangles]) -> ModelTriangles:
     )
 
 
-def _solid(solid: Solid, kind: int | None = None) -> ModelTriangles:
-    """Triangulates a solid; all triangles get the same `kind`, or that of their face."""
+def _solid(solid: Solid, kind: int | None = None, framed: Collection[str] = ()) -> ModelTriangles:
+    """Triangulates a solid; all triangles get the same `kind`, or that of their face.
+
+    The surfaces of the openings in `framed` become panes and move back.
+    """
     xyz = solid.vertices / GRID_PER_M
     corners, normals, kinds, edges = [], [], [], []
     for face in solid.faces:
         n = newell_normal(xyz[list(face.ring)])
         triangles = _triangles(face, xyz, n)
-        corners.append(triangles)
+        pane = face.opening in framed
+        corners.append(triangles - n * PANE_BEHIND_M if pane else triangles)
         normals.append(np.tile(n, (len(triangles), 1)))
-        own = kind if kind is not None else KINDS.index(face.semantics) if face.semantics in KINDS else 0
+        shown = "Pane" if pane else face.semantics
+        own = kind if kind is not None else KINDS.index(shown) if shown in KINDS else 0
         kinds.append(np.full(len(triangles), own))
-        for ring in (face.ring, *face.holes):
+        for ring in () if pane else (face.ring, *face.holes):
             edges.append(np.stack([xyz[list(ring)], xyz[[*ring[1:], ring[0]]]], axis=1))
     return ModelTriangles(
         np.concatenate(corners), np.concatenate(normals), np.concatenate(kinds), np.concatenate(edges)

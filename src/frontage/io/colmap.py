@@ -1,4 +1,4 @@
-"""Reading COLMAP models, text and binary: cameras, poses of photos, sparse points. Rig files are not needed.
+"""Reading COLMAP models, text and binary: cameras, poses of photos, sparse points.
 
 Poses are `camera_from_world` (x right, y down, z forward) with pixel centres at 0.5, as everywhere in
 Frontage.
@@ -13,6 +13,7 @@ import numpy as np
 from frontage.errors import FileError
 from frontage.geometry.arrays import Array, Float
 from frontage.geometry.rigid import Rigid3, rotation_from_quaternion
+from frontage.io.colmapfiles import count_of, found_part, lines_of, model_folder, part_of
 from frontage.io.columns import PointColumns, to_scan
 from frontage.io.crs import LARGEST_M
 from frontage.io.files import reading, require_file, require_length
@@ -60,8 +61,8 @@ def read_colmap(folder: str | Path) -> ColmapModel:
     Raises FileError (missing, truncated, corrupt, unknown camera model, image of a missing camera).
     """
     where = model_folder(folder)
-    cameras = _cameras(_part(where, "cameras"))
-    images = sorted(_images(_part(where, "images")), key=lambda i: i.id)
+    cameras = _cameras(part_of(where, "cameras"))
+    images = sorted(_images(part_of(where, "images")), key=lambda i: i.id)
     if not cameras or not images:
         raise FileError(
             where, "the COLMAP model holds no cameras or no images", "export it again", code="I105"
@@ -77,31 +78,13 @@ def read_colmap(folder: str | Path) -> ColmapModel:
     return ColmapModel(where, cameras, tuple(images))
 
 
-def model_folder(folder: str | Path) -> Path:
-    """The folder that holds the files of a model: this one or one inside it. Raises FileError without any."""
-    base = Path(folder)
-    for place in (base, base / "sparse" / "0", base / "sparse", base / "0"):
-        if any(
-            (place / f"{name}.{kind}").is_file()
-            for name in ("cameras", "points3D")
-            for kind in ("bin", "txt")
-        ):
-            return place
-    raise FileError(
-        base,
-        "holds no COLMAP model (cameras.txt or cameras.bin)",
-        "name the folder that holds one",
-        code="I101",
-    )
-
-
 def colmap_files(folder: str | Path) -> tuple[Path, ...]:
     """The files that `read_colmap` opens, in the folder where it finds the model.
 
     Raises FileError when there is no model, or only a part of one.
     """
     where = model_folder(folder)
-    return _part(where, "cameras"), _part(where, "images")
+    return part_of(where, "cameras"), part_of(where, "images")
 
 
 def colmap_point_files(path: Path, request: ScanRequest) -> tuple[Path, ...]:
@@ -110,7 +93,7 @@ def colmap_point_files(path: Path, request: ScanRequest) -> tuple[Path, ...]:
     Raises FileError when there is no model, or one without points.
     """
     points = _points_file(path)
-    beside = [_found(points.parent, name) for name in ("images", "cameras")]
+    beside = [found_part(points.parent, name) for name in ("images", "cameras")]
     return points, *(p for p in beside if p is not None)
 
 
@@ -128,7 +111,7 @@ def read_colmap_points(path: str | Path, request: ScanRequest) -> list[Scan]:
         raise FileError(p, "holds no points", "name a scan instead", code="I105")
     place = request.placement.place(None, xyz)
     c = PointColumns(p.name, place.to_local(xyz), rgb=rgb)
-    poses = _found(p.parent, "images")
+    poses = found_part(p.parent, "images")
     if poses is not None:
         images = _images(poses)
         c.origins, c.origin_index = _origins(images, seen_by)
@@ -147,46 +130,23 @@ def _origins(images: list[ColmapImage], seen_by: Array) -> tuple[Float, Array]:
     return centres, np.where(ids[at] == seen_by, at, -1).astype(np.int32)
 
 
-def _part(folder: Path, name: str) -> Path:
-    """The binary file of a part of the model where there is one, else the text file."""
-    return require_file(_found(folder, name) or folder / f"{name}.txt")
-
-
-def _found(folder: Path, name: str) -> Path | None:
-    """The file of a part of the model, binary where there are both; None where there is neither."""
-    files = [folder / f"{name}.{kind}" for kind in ("bin", "txt")]
-    return next((f for f in files if f.is_file()), None)
-
-
 def _points_file(path: Path) -> Path:
     """The file of the sparse points: this one, or that of the model in a folder."""
-    return _part(model_folder(path), "points3D") if path.is_dir() else require_file(path)
-
-
-def _lines(path: Path) -> list[str]:
-    """Lines without comments; blank lines stay, because they stand for an image without points."""
-    return [line for line in path.read_text("utf-8").splitlines() if not line.startswith("#")]
+    return part_of(model_folder(path), "points3D") if path.is_dir() else require_file(path)
 
 
 def _cameras(path: Path) -> dict[int, Camera]:
     with reading(path, "COLMAP cameras"):
         if path.suffix == ".bin":
             return _cameras_binary(path, path.read_bytes())
-        rows = [line.split() for line in _lines(path) if line.strip()]
+        rows = [line.split() for line in lines_of(path) if line.strip()]
         return {int(r[0]): Camera(r[1], int(r[2]), int(r[3]), np.array(r[4:], np.float64)) for r in rows}
-
-
-def _count(path: Path, data: bytes, what: str, least: int) -> int:
-    """The number of records that the file begins with, checked; a record needs `least` bytes or more."""
-    (count,) = struct.unpack_from("<Q", data)
-    require_length(path, f"{count} {what}", count * least, len(data) - 8)
-    return int(count)
 
 
 def _cameras_binary(path: Path, data: bytes) -> dict[int, Camera]:
     from frontage.geometry.camera import parameter_count
 
-    count, at = _count(path, data, "cameras", 24), 8
+    count, at = count_of(path, data, "cameras", 24), 8
     cameras = {}
     for _ in range(count):
         camera, model, width, height = struct.unpack_from("<iiQQ", data, at)
@@ -211,7 +171,7 @@ def _images(path: Path) -> list[ColmapImage]:
     with reading(path, "COLMAP images"):
         if path.suffix == ".bin":
             return _images_binary(path, path.read_bytes())
-        found, lines = [], _lines(path)
+        found, lines = [], lines_of(path)
         while lines and not lines[-1].strip():
             lines.pop()
         for line in lines[::2]:  # every second line lists the photo's points
@@ -223,7 +183,7 @@ def _images(path: Path) -> list[ColmapImage]:
 
 
 def _images_binary(path: Path, data: bytes) -> list[ColmapImage]:
-    count, at = _count(path, data, "images", 73), 8
+    count, at = count_of(path, data, "images", 73), 8
     found = []
     for _ in range(count):
         number, *pose, camera = struct.unpack_from("<I7dI", data, at)
@@ -237,7 +197,7 @@ def _images_binary(path: Path, data: bytes) -> list[ColmapImage]:
 
 def _points_text(path: Path) -> tuple[Float, Array, Array]:
     """xyz (n, 3), rgb (n, 3) and the first image of the track (n,), -1 = none."""
-    rows = [line.split(maxsplit=9)[:9] for line in _lines(path) if line.strip()]
+    rows = [line.split(maxsplit=9)[:9] for line in lines_of(path) if line.strip()]
     if not rows:
         return np.empty((0, 3)), np.empty((0, 3), np.uint8), np.empty(0, np.int64)
     table = np.array([r + ["-1"] * (9 - len(r)) for r in rows], np.float64)
@@ -246,7 +206,7 @@ def _points_text(path: Path) -> tuple[Float, Array, Array]:
 
 def _points_binary(path: Path, data: bytes) -> tuple[Float, Array, Array]:
     """The same from points3D.bin, whose tracks have any length: every record's start is looked up."""
-    count, at = _count(path, data, "points", 51), 8
+    count, at = count_of(path, data, "points", 51), 8
     starts, lengths = np.empty(count, np.int64), np.empty(count, np.int64)
     for k in range(count):
         starts[k] = at

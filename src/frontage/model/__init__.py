@@ -22,6 +22,7 @@ from frontage.model.opening import (
 )
 from frontage.model.ortho import OrthoImage, PhotoOffset, PhotoRemark
 from frontage.model.photo import Camera, Photo
+from frontage.model.rig import Exposure, MountedCamera, Rig
 from frontage.model.scan import Grid, Scan, merge_scans
 from frontage.model.shape import Feature, Polygons, Shape
 from frontage.model.solid import Face, Finding, Solid
@@ -39,6 +40,7 @@ __all__ = [
     "CityModel",
     "Elements",
     "Estimate",
+    "Exposure",
     "Facade",
     "Face",
     "Failed",
@@ -48,6 +50,7 @@ __all__ = [
     "Glazing",
     "Grid",
     "Layer",
+    "MountedCamera",
     "NoReturns",
     "Opening",
     "OpeningKind",
@@ -59,6 +62,7 @@ __all__ = [
     "Protrusion",
     "ProtrusionKind",
     "Provenance",
+    "Rig",
     "Scan",
     "Shape",
     "Shell",

@@ -10,6 +10,9 @@ from frontage.model.building import Surface
 from frontage.model.estimate import Failed
 from frontage.model.world import WorldRef
 
+FRAME = "window frame"
+"""The attribute `kind` of a window's frame with its bars, which is an object of its own in city models."""
+
 
 @dataclass(frozen=True, eq=False)
 class Texture:
@@ -33,6 +36,7 @@ class Shell:
     closed        whether it is the outer shell of a solid
     part          id of the building part or installation that it belongs to; "" = the building itself
     installation  whether it is an installation (balcony, chimney, stairs) and not a part of the body
+    frame_of      id of the opening whose frame and bars these are; "" = they are something else
     textures      by `source_id`
     attributes    of the part or installation; empty for the building itself
     """
@@ -45,6 +49,11 @@ class Shell:
     installation: bool = False
     textures: Mapping[str, Texture] = field(default_factory=dict)
     attributes: Mapping[str, str | float | int] = field(default_factory=dict)
+    frame_of: str = ""
+
+    def __post_init__(self) -> None:
+        if self.frame_of and not self.installation:
+            raise ValueError("the frame of a window is an installation, not a part of the body")
 
 
 @dataclass(frozen=True, eq=False)

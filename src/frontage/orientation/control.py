@@ -2,11 +2,12 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import cv2
 import numpy as np
 
-from frontage.geometry.arrays import Array, Float, freeze
+from frontage.geometry.arrays import Array, Bool, Float, Int, freeze
 from frontage.model import Photo
 from frontage.orientation.abreast import each
 from frontage.orientation.gradients import Channels, oriented_gradients
@@ -17,6 +18,8 @@ from frontage.orientation.templates import HALF, Shifts, find_shifts
 
 _STEP = 12  # px between templates: a quarter of a template
 _MARGIN_PX = 4
+_DENSE, _SPARSE = 0.5, 0.9  # of the points in view: those dense enough for the finest, coarsest rendering
+_MOST = 4000  # templates of a rendering; more of them would only overlap more
 _COARSEST = 16.0  # px of the photo per pixel of a rendering
 
 
@@ -28,6 +31,7 @@ class ControlPoints:
     xyz     (n, 3) m local
     sigma   (n,) px, standard error of `pixels` per axis
     score   (n,) correlation 0..1
+    side    (n,) px in the photo, of the template
     moved   (n, 2) px, from where the approximate pose expects the point to where it was found
     tried   number of places that were compared
     radius  px of the photo, largest shift that was looked for
@@ -37,6 +41,7 @@ class ControlPoints:
     xyz: Float
     sigma: Float
     score: Float
+    side: Float
     moved: Float
     tried: int
     radius: float
@@ -44,7 +49,7 @@ class ControlPoints:
     def __post_init__(self) -> None:
         n = len(self.pixels)
         freeze(self, pixels=((n, 2), np.float64), xyz=((n, 3), np.float64), sigma=((n,), np.float64))
-        freeze(self, score=((n,), np.float64), moved=((n, 2), np.float64))
+        freeze(self, score=((n,), np.float64), side=((n,), np.float64), moved=((n, 2), np.float64))
 
     def __len__(self) -> int:
         return len(self.pixels)
@@ -56,6 +61,7 @@ class ControlPoints:
             self.xyz[rows],
             self.sigma[rows],
             self.score[rows],
+            self.side[rows],
             self.moved[rows],
             self.tried,
             self.radius,
@@ -73,15 +79,51 @@ def find_control(
 ) -> ControlPoints:
     """Finds the scan in a photo by templates of its rendering at the approximate pose.
 
-    `coarser` reduces the rendering below its natural resolution; `radius` is the largest shift and `step` the
-    distance between templates, in px of the rendering.
+    Where points lie farther apart the rendering must be coarser, or it has gaps. There are several, each
+    twice as coarse as the one before, and a place is looked for in the next one if it was not found.
+    `coarser` reduces them all; `radius` is the largest shift and `step` the least distance between templates,
+    in px of the rendering.
     """
-    factor = min(rendering_factor(photo, surface) * coarser, _COARSEST)
-    drawn = render(photo, surface, factor)
-    template = rendering_channels(drawn, surface)
-    tone, scale = photo_tone(image_of(photo.id), factor)
-    shifts = find_shifts(template, oriented_gradients(tone), radius, step)
-    return _control(drawn, shifts, scale, radius, (2.0 * HALF + 1.0) / step)
+    picture = image_of(photo.id)
+    parts, found = list[ControlPoints](), None
+    for factor in _factors(photo, surface, coarser):
+        drawn = render(photo, surface, factor)
+        tone, scale = photo_tone(picture, factor)
+        left = None if found is None else ~_resized(found, drawn.known.shape)
+        apart = max(step, round(float(np.sqrt(drawn.known.sum() / _MOST))))
+        template, there = rendering_channels(drawn, surface), oriented_gradients(tone)
+        shifts = find_shifts(template, there, radius, apart, left)
+        parts.append(_control(drawn, shifts, scale, radius, max(1.0, (2.0 * HALF + 1.0) / apart)))
+        here = _around(shifts.at, drawn.known.shape)
+        found = here if found is None else here | _resized(found, here.shape)
+    return _joined(parts)
+
+
+def _around(at: Int, shape: tuple[int, ...]) -> Bool:
+    """What of a picture (h, w) lies around places (n, 2), nearer than half of half a template."""
+    mask = np.zeros(shape, np.uint8)
+    mask[at[:, 1], at[:, 0]] = 1
+    return np.asarray(cv2.dilate(mask, np.ones((HALF + 1, HALF + 1), np.uint8)) > 0)
+
+
+def _factors(photo: Photo, surface: ScannedSurface, coarser: float) -> list[float]:
+    """How many px of the photo the pixels of its renderings have, from the finest to the coarsest."""
+    finest, coarsest = (coarser * rendering_factor(photo, surface, share) for share in (_DENSE, _SPARSE))
+    count = 1 + max(0, round(np.log2(coarsest / finest)))
+    return sorted({min(finest * 2.0**k, _COARSEST) for k in range(count)})
+
+
+def _resized(mask: Bool, shape: tuple[int, ...]) -> Bool:
+    h, w = shape
+    return np.asarray(cv2.resize(mask.astype(np.uint8), (w, h), interpolation=cv2.INTER_NEAREST) > 0)
+
+
+def _joined(parts: Sequence[ControlPoints]) -> ControlPoints:
+    """The control points of several renderings of one photo."""
+    fields = ("pixels", "xyz", "sigma", "score", "side", "moved")
+    arrays: dict[str, Any] = {f: np.concatenate([getattr(part, f) for part in parts]) for f in fields}
+    tried, radius = sum(part.tried for part in parts), max(part.radius for part in parts)
+    return ControlPoints(**arrays, tried=tried, radius=radius)
 
 
 def rendering_channels(drawn: Rendering, surface: ScannedSurface) -> Channels:
@@ -112,6 +154,7 @@ def _control(drawn: Rendering, shifts: Shifts, scale: Float, radius: int, overla
         xyz[finite],
         sigma[finite],
         shifts.score[solid][finite],
+        np.full(int(finite.sum()), (2.0 * HALF + 1.0) * scale.mean()),
         (shift * scale)[finite],
         shifts.tried,
         float(radius * scale.mean()),

@@ -1,6 +1,6 @@
 """The final adjustment: control measured at improving poses, everything adjusted, every photo judged."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -9,20 +9,25 @@ from frontage.geometry.arrays import Bool, Float, Int
 from frontage.geometry.rigid import Rigid3
 from frontage.model import Estimate, Photo
 from frontage.orientation.abreast import each
-from frontage.orientation.adjustment import Adjustment, Dependence, Network, NotDetermined, adjust
+from frontage.orientation.adjustment import (
+    Adjustment,
+    AdjustmentOptions,
+    Network,
+    NotDetermined,
+    adjust,
+)
 from frontage.orientation.control import ControlPoints, find_control
+from frontage.orientation.dependence import dependence_of
 from frontage.orientation.drawings import draw_scan
-from frontage.orientation.network import CONTROL, SURFACES, TIES, TiePoints, build_network
+from frontage.orientation.network import CONTROL, SURFACES, TIES, build_network
+from frontage.orientation.placed import Placed, Scene
 from frontage.orientation.reflectance.surface import ScannedSurface
-from frontage.orientation.reflectance.tones import ImageOf
 from frontage.orientation.result import Orientation, OrientedPhoto, Unoriented
+from frontage.orientation.rigs import adjusted_rigs, rig_notes
 from frontage.orientation.verify import Verdict, verify
 
-Tell = Callable[[str], None]
-
-_CLUSTER_M = 2.0  # wider than a template and than the errors of neighbouring key points are alike
-_SHARED = 0.025  # of the spacing of the scan: how well the middle of its samples tells where an edge is
-_REACH_M = 5.0  # over which that error changes, about two bays and two storeys
+# Of a thousand good observations one fails (Baarda 1968): false matches of templates are rarely far off.
+_TESTS = AdjustmentOptions(critical=3.29)
 _PASSES = ((12, 24), (6, 12))  # radius of the search for control and distance of templates, px of renderings
 _FEWEST_CONTROL = 12
 _FEWEST_TIES = 30
@@ -30,37 +35,6 @@ _CONFIRMING = 50  # control points, each of which stands out from chance and agr
 _FEWEST_CHECKED = 3
 _CHECKED = 0.2  # of the control points that are left out for a check
 _NAMES = {TIES: "tie points", CONTROL: "control", SURFACES: "surfaces"}
-
-
-@dataclass(frozen=True, eq=False)
-class Scene:
-    """What photos are oriented in, and who is told of the progress.
-
-    given          all photos, with what is known of their poses
-    surface        of the scan; `image_of` returns the picture of a photo id
-    camera_sigmas  per given photo, standard errors of its camera's parameters; empty: all are exact
-    """
-
-    given: Sequence[Photo]
-    surface: ScannedSurface
-    image_of: ImageOf
-    camera_sigmas: Sequence[Float]
-    seed: int
-    tell: Tell
-
-
-@dataclass(frozen=True, eq=False)
-class Placed:
-    """Photos with approximate poses in the scan: their numbers among those given, and their tie points."""
-
-    numbers: Int
-    photos: tuple[Photo, ...]
-    ties: TiePoints
-
-    def only(self, keep: Int) -> "Placed":
-        """The photos at `keep` (k,), with the tie points that they see."""
-        photos = tuple(self.photos[k] for k in keep)
-        return Placed(self.numbers[keep], photos, _of_photos(self.ties, keep))
 
 
 @dataclass(frozen=True, eq=False)
@@ -104,7 +78,9 @@ def adjusted_orientation(scene: Scene, placed: Placed, unoriented: Sequence[Unor
     rows = zip(placed.photos, verdicts, _check(scene, state), strict=True)
     oriented = tuple(_oriented(k, state, *row) for k, row in enumerate(rows))
     drawings = draw_scan(placed.photos, scene.surface)
-    return replace(_orientation(oriented, left, state, scene.surface), drawings=drawings)
+    rigs = adjusted_rigs(scene.rigs, [p.id for p in placed.photos], state.adjustment)
+    found = _orientation(oriented, left, state, scene.surface)
+    return replace(found, drawings=drawings, rigs=rigs, notes=rig_notes(oriented))
 
 
 def _lost(placed: Placed, state: _State) -> list[Unoriented]:
@@ -136,10 +112,12 @@ def _adjusted(scene: Scene, placed: Placed, search: tuple[int, int]) -> _State:
     while True:
         network = _network(scene, placed, control)
         try:
-            dependence = dependence_of(network, len(placed.ties.xyz), scene.surface)
-            return _State(placed, tuple(control), network, adjust(network, dependence=dependence))
+            dependence = dependence_of(placed.photos, control)
+            return _State(placed, tuple(control), network, adjust(network, _TESTS, dependence))
         except NotDetermined as error:
-            keep = np.setdiff1d(np.arange(len(placed.photos)), np.array(error.bodies, np.int64))
+            on = network.photos
+            lost = np.isin(on.body, error.bodies) | np.isin(on.mount, error.mounts)
+            keep = np.flatnonzero(~lost)
             if len(keep) == len(placed.photos) or not len(keep):
                 raise
             placed, control = placed.only(keep), [control[k] for k in keep]
@@ -149,7 +127,13 @@ def _network(scene: Scene, placed: Placed, control: Sequence[ControlPoints]) -> 
     sigmas = [scene.camera_sigmas[k] for k in placed.numbers] if len(scene.camera_sigmas) else []
     priors = [_prior(scene.given[k]) for k in placed.numbers]
     return build_network(
-        placed.photos, placed.ties, control, scene.surface, priors=priors, camera_sigmas=sigmas
+        placed.photos,
+        placed.ties,
+        control,
+        scene.surface,
+        priors=priors,
+        camera_sigmas=sigmas,
+        rigs=scene.rigs,
     )
 
 
@@ -159,28 +143,12 @@ def _prior(photo: Photo) -> Estimate[Rigid3] | None:
     return None if pose is None or not (pose.sigma > 0).all() else pose
 
 
-def dependence_of(network: Network, ties: int, surface: ScannedSurface) -> Dependence:
-    """Which errors of a network are alike; its first `ties` points are tie points, the others control."""
-    cube = np.floor(network.points / _CLUSTER_M).astype(np.int64)
-    cluster = np.unique(cube, axis=0, return_inverse=True)[1].ravel()
-    shared = np.zeros(len(network.points))
-    shared[ties:] = _SHARED * float(np.median(surface.spacing))
-    return Dependence(np.asarray(cluster, np.int64), shared, _REACH_M)
-
-
-def _of_photos(ties: TiePoints, keep: Int) -> TiePoints:
-    """The tie points of some photos, which are numbered anew."""
-    place = np.full(max(int(ties.photo.max(initial=-1)), int(keep.max(initial=-1))) + 1, -1)
-    place[keep] = np.arange(len(keep))
-    rows = place[ties.photo] >= 0
-    return TiePoints(ties.xyz, place[ties.photo[rows]], ties.point[rows], ties.pixels[rows])
-
-
 def _judged(state: _State, verdicts: Sequence[Verdict]) -> tuple[Int, list[Unoriented]]:
     """Which photos may stay, and why the others may not."""
     keep, refused = [], list[Unoriented]()
     for k, (photo, verdict) in enumerate(zip(state.placed.photos, verdicts, strict=True)):
-        control, ties = _count(state, k, CONTROL), _count(state, k, TIES)
+        # What the other cameras of its rig see supports a photo as well as what it sees itself.
+        control, ties = (sum(_count(state, j, g) for j in _fellows(state, k)) for g in (CONTROL, TIES))
         if verdict.contradicted:
             text = f"the scan is found {verdict.shift:.0f} px from where its pose puts it"
             refused.append(Unoriented(photo.id, "O104", text))
@@ -198,6 +166,12 @@ def _rows(state: _State, photo: int, group: int) -> Int:
     return np.flatnonzero(used)
 
 
+def _fellows(state: _State, photo: int) -> Int:
+    """The photos on the body of a photo, itself among them."""
+    body = state.network.photos.body
+    return np.flatnonzero(body == body[photo])
+
+
 def _count(state: _State, photo: int, group: int) -> int:
     return len(_rows(state, photo, group))
 
@@ -209,7 +183,7 @@ def _check(scene: Scene, state: _State) -> Float:
     rest = [c.take(~o) for c, o in zip(state.control, out, strict=True)]
     errors = np.full(len(out), np.nan)
     try:
-        found = adjust(_network(scene, state.improved, rest))
+        found = adjust(_network(scene, state.improved, rest), _TESTS)
     except NotDetermined:
         return errors
     for k, (control, mask) in enumerate(zip(state.control, out, strict=True)):
@@ -243,7 +217,7 @@ def _oriented(k: int, state: _State, photo: Photo, verdict: Verdict, check: floa
         check,
         float(np.nanmean(found.redundancy[control])) if len(control) else float("nan"),
         float(np.nanmedian(found.detectable_bias[control])) if len(control) else float("nan"),
-        _in_one_word(verdict, len(control), len(ties)),
+        _in_one_word(verdict, len(control), len(ties), len(_fellows(state, k))),
         verdict.rival,
         found.cameras[found.photos.camera[k]].sigma,
         state.network.images.pixels[control],
@@ -251,11 +225,13 @@ def _oriented(k: int, state: _State, photo: Photo, verdict: Verdict, check: floa
     )
 
 
-def _in_one_word(verdict: Verdict, control: int, ties: int) -> str:
-    """What supports a pose: the scan ("confirmed"), other photos ("tied"), or little of either ("plain")."""
+def _in_one_word(verdict: Verdict, control: int, ties: int, fellows: int) -> str:
+    """What supports a pose: the scan, other photos ("tied"), its rig ("carried"), or little ("plain")."""
     if verdict.confirmed or (control >= _CONFIRMING and verdict.alone):
         return "confirmed"
-    return "tied" if ties >= _FEWEST_TIES else "plain"
+    if ties >= _FEWEST_TIES:
+        return "tied"
+    return "carried" if control < _FEWEST_CONTROL and fellows > 1 else "plain"
 
 
 def _rms(residuals: Float) -> float:

@@ -7,16 +7,16 @@ import numpy as np
 
 from frontage.geometry.arrays import Array, Float, Int, freeze
 from frontage.geometry.rigid import Rigid3
-from frontage.model import Camera, Estimate, Photo
+from frontage.model import Camera, Estimate, Photo, Rig
 from frontage.orientation.adjustment import (
     ImageObservations,
     Network,
-    Photos,
     PointObservations,
     control_rows,
 )
 from frontage.orientation.control import ControlPoints
 from frontage.orientation.reflectance.surface import ScannedSurface
+from frontage.orientation.rigs import carriers_of
 
 TIES, CONTROL, PLACES, SURFACES = 0, 1, 2, 3
 """Groups of observations, each with a variance of its own; PLACES are the rows that hold control points."""
@@ -62,11 +62,13 @@ def build_network(
     *,
     priors: Sequence[Estimate[Rigid3] | None] = (),
     camera_sigmas: Sequence[Float] = (),
+    rigs: Sequence[Rig] = (),
 ) -> Network:
     """Puts everything that is known about oriented photos into one network.
 
     `photos` have approximate poses; `control`, `priors` and `camera_sigmas` belong to them in this order. A
     control point keeps its place in the scan, and its image measurement carries the error of that place too.
+    The photos that `rigs` took at one moment are one body.
     """
     cameras, number = distinct_cameras([p.camera for p in photos])
     images = [_tie_images(ties)]
@@ -79,14 +81,15 @@ def build_network(
         shifted.append(ImageObservations(part.photo, part.point + start, part.pixels, part.sigma, part.group))
         start += len(part)
     xyz = np.concatenate([ties.xyz, *(c.xyz for c in control)])
+    carriers = carriers_of(photos, number.tolist(), rigs)
     return Network(
-        tuple(p.pose for p in photos),
+        carriers.bodies,
         tuple(cameras),
-        Photos.free(number),
+        carriers.photos,
         xyz,
         _joined([images[0], *shifted]),
         PointObservations.joined(_held(len(ties.xyz), xyz), _surfaces(ties.xyz, surface)),
-        tuple(priors),
+        carriers.priors(priors) if len(priors) else (),
         tuple(_sigmas_of(cameras, number, camera_sigmas)),
     )
 

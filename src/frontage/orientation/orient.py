@@ -1,7 +1,8 @@
 """The entry function of the room: photos oriented against each other and against the scan.
 
 The order is that of paper B, section 2.2: blocks of photos from tie points (2.2.1, `ties`), control points
-from the reflectance of the scanner (2.2.2), one adjustment of everything.
+from the reflectance of the scanner (2.2.2), one adjustment of everything. Photos of one exposure of a rig are
+brought onto one body as soon as one of them has a place.
 """
 
 from collections.abc import Iterator, Sequence
@@ -10,13 +11,15 @@ from dataclasses import replace
 import numpy as np
 
 from frontage.geometry.arrays import Float, Int
-from frontage.model import Photo, Scan
+from frontage.model import Photo, Rig, Scan
 from frontage.orientation.alone import place_alone
-from frontage.orientation.final import Placed, Scene, Tell, adjusted_orientation
+from frontage.orientation.carry import carried_by_rigs
+from frontage.orientation.final import adjusted_orientation
 from frontage.orientation.network import TiePoints
 from frontage.orientation.nouns import Block
 from frontage.orientation.options import OrientationOptions
 from frontage.orientation.place import Similarity, Start
+from frontage.orientation.placed import Placed, Scene, Tell
 from frontage.orientation.placing import BlockPlace, find_place, placed_photos
 from frontage.orientation.reflectance.surface import scanned_surface, sources_of
 from frontage.orientation.reflectance.tones import ImageOf
@@ -39,6 +42,7 @@ def orient_photos(
     *,
     options: OrientationOptions | None = None,
     camera_sigmas: Sequence[Float] = (),
+    rigs: Sequence[Rig] = (),
     seed: int = 0,
     tell: Tell | None = None,
 ) -> Orientation:
@@ -48,6 +52,7 @@ def orient_photos(
     blocks         of these photos, from tie points
     image_of       returns the picture (h, w, 3) uint8 of a photo id
     camera_sigmas  per photo, standard errors of its camera's parameters; empty: all are exact
+    rigs           tell which photos were taken at the same time by cameras that are fixed to one another
     tell           is told what is being done, once per block and photo
 
     Photos that cannot be oriented are listed with the reason. Raises ValueError when `options.source` names
@@ -57,14 +62,16 @@ def orient_photos(
     kinds = sources_of(scan) if options.source == "auto" else (options.source,)
     for kind in kinds:  # the next one only if nothing can be placed with those before
         surface = scanned_surface(scan, kind, seed)
-        scene = Scene(photos, surface, image_of, camera_sigmas, seed, tell or _silent)
+        scene = Scene(photos, surface, image_of, camera_sigmas, seed, tell or _silent, rigs)
         placed, unoriented = _place_blocks(blocks, scene)
         if placed:
             break
     if options.source == "auto":
         known = [photo for part in placed for photo in part.photos]
         scene = replace(scene, surface=most_telling(known, surface, scan, image_of, seed))
+    placed, unoriented = carried_by_rigs(scene, placed, unoriented)
     placed, unoriented = _rescued(scene, placed, unoriented)
+    placed, unoriented = carried_by_rigs(scene, placed, unoriented)
     return adjusted_orientation(scene, _merged(placed), unoriented)
 
 

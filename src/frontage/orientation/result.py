@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from frontage.geometry.arrays import Array, Float, Int, freeze
-from frontage.model import Photo
+from frontage.model import Photo, Rig
 
 
 @dataclass(frozen=True, eq=False)
@@ -19,7 +19,8 @@ class OrientedPhoto:
     check_rms       m, of control points that were left out of another adjustment; NaN without any
     redundancy      mean redundancy of its control points, 0..1
     detectable      px, median of the errors that would be detected in a single control point
-    verdict         "confirmed", "tied" (only other photos support it) or "plain" (too little scan in view)
+    verdict         "confirmed", "tied" (only other photos support it), "carried" (only the other
+                    cameras of its rig do) or "plain" (too little scan in view)
     rival           correlation of the best other place nearby, relative to that of the pose
     camera_sigma    (c,) standard errors of the camera's parameters, 0 = held fixed
     residual_at     (k, 2) px, where its control points are; `residual` (k, 2) px, computed minus measured
@@ -81,6 +82,7 @@ class Orientation:
     rejected     number of image measurements that were removed as gross errors
     drawings     what the scan looks like from every oriented photo
     notes        sentences for the user
+    rigs         that took some of the oriented photos, with adjusted relative poses
     """
 
     photos: tuple[OrientedPhoto, ...]
@@ -96,6 +98,7 @@ class Orientation:
     redundancy: int
     rejected: int
     notes: tuple[str, ...] = ()
+    rigs: tuple[Rig, ...] = ()
     drawings: tuple[Drawing, ...] = field(default=(), repr=False)
 
     def __post_init__(self) -> None:

@@ -12,12 +12,12 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 
-from frontage.geometry.arrays import Array, Float, Int, freeze
+from frontage.geometry.arrays import Array, Bool, Float, Int, freeze
 from frontage.orientation.gradients import Channels
 
 HALF = 24  # px of the rendering: a template has 49 x 49
 _STEP = 16  # px between templates
-_LEAST_KNOWN = 0.5  # share of a template that must be known
+LEAST_KNOWN = 0.5  # share of a template that must be known
 _STANDS_OUT = 4.5  # robust sigmas of the correlation surface above its median
 _CORRELATED_PX2 = 6.0  # area that one independent sample represents, after the joining blur
 
@@ -53,10 +53,24 @@ class Shifts:
         return len(self.at)
 
 
+def known_share(known: Bool, half: int = HALF) -> Array:
+    """Returns which share of a template around every pixel (h, w) is known; what is outside is not."""
+    side = 2 * half + 1
+    share: Array = cv2.boxFilter(known.astype(np.float32), -1, (side, side), borderType=cv2.BORDER_CONSTANT)
+    return share
+
+
 def correlation_surfaces(
-    template: Channels, photo: Channels, radius: int, step: int = _STEP, half: int = HALF
+    template: Channels,
+    photo: Channels,
+    radius: int,
+    step: int = _STEP,
+    half: int = HALF,
+    wanted: Bool | None = None,
 ) -> tuple[Int, Array]:
     """Correlates templates on a grid with the photo within `radius` px.
+
+    `wanted` (h, w) tells where a template is of use; everywhere where its surface is known if None.
 
     Returns their centres (n, 2) column and row, and the surfaces (n, 2 r + 1, 2 r + 1) float32. Templates
     whose search window leaves the picture are left out.
@@ -65,18 +79,23 @@ def correlation_surfaces(
     reach = half + radius
     rows, columns = np.arange(reach, h - reach, step), np.arange(reach, w - reach, step)
     grid = np.stack(np.meshgrid(columns, rows), axis=-1).reshape(-1, 2)
-    side = 2 * half + 1
-    share = cv2.boxFilter(template.known.astype(np.float32), -1, (side, side), borderType=cv2.BORDER_CONSTANT)
-    grid = grid[share[grid[:, 1], grid[:, 0]] > _LEAST_KNOWN].astype(np.int64)
+    useful = known_share(template.known, half) > LEAST_KNOWN
+    useful &= True if wanted is None else wanted
+    grid = grid[useful[grid[:, 1], grid[:, 0]]].astype(np.int64)
     power = (photo.values**2).sum(0)
     surfaces = [_surface(template, photo, power, c, r, half, radius) for c, r in grid]
     shape = (0, 2 * radius + 1, 2 * radius + 1)
     return grid, np.stack(surfaces) if surfaces else np.empty(shape, np.float32)
 
 
-def find_shifts(template: Channels, photo: Channels, radius: int, step: int = _STEP) -> Shifts:
-    """Finds the templates of a rendering in the photo, within `radius` px of where it expects them."""
-    at, surfaces = correlation_surfaces(template, photo, radius, step)
+def find_shifts(
+    template: Channels, photo: Channels, radius: int, step: int = _STEP, wanted: Bool | None = None
+) -> Shifts:
+    """Finds the templates of a rendering in the photo, within `radius` px of where it expects them.
+
+    `wanted` (h, w) tells where they are looked for; everywhere if None.
+    """
+    at, surfaces = correlation_surfaces(template, photo, radius, step, wanted=wanted)
     if not len(at):
         none = np.empty((0, 2))
         return Shifts(at, none, none, np.empty(0), 0)
@@ -146,8 +165,5 @@ def _fitted(surfaces: Array, row: Int, column: Int) -> tuple[Float, Float, Float
 
 def _samples(template: Channels, at: Int) -> Float:
     """The number of known pixels (n,) of the templates."""
-    side = 2 * HALF + 1
-    count = cv2.boxFilter(
-        template.known.astype(np.float32), -1, (side, side), normalize=False, borderType=cv2.BORDER_CONSTANT
-    )
+    count = known_share(template.known) * (2 * HALF + 1) ** 2
     return np.asarray(np.maximum(count[at[:, 1], at[:, 0]], 1.0), np.float64)

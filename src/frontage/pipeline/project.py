@@ -14,6 +14,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_valida
 
 from frontage.buildings import BuildingOptions
 from frontage.catalog.addressbook import AddressBook
+from frontage.crossbars import CrossbarOptions
 from frontage.errors import FileError, OptionError
 from frontage.facades import FacadeOptions
 from frontage.io.files import text_of
@@ -64,6 +65,7 @@ class Project(BaseModel):
     orientation: OrientationOptions = Field(default_factory=OrientationOptions)
     ortho: OrthoOptions = Field(default_factory=OrthoOptions)
     openings: OpeningOptions = Field(default_factory=OpeningOptions)
+    crossbars: CrossbarOptions = Field(default_factory=CrossbarOptions)
     solids: BuildOptions = Field(default_factory=BuildOptions)
     addresses: AddressBook = ()
 
@@ -104,7 +106,7 @@ def make_project(table: Mapping[str, Any], base: Path, name: str = "the project"
     try:
         table["scans"] = [one for scan in _tables(table, "scans", name) for one in _scan_tables(scan, base)]
         if "photos" in table:
-            table["photos"] = _absolute(table["photos"], base, ("path", "cameras"), globs=True)
+            table["photos"] = _absolute(table["photos"], base, ("path", "cameras", "rig"), globs=True)
             table["photos"] = found_offset(table["photos"])
             if not table["scans"]:
                 table["scans"] = _points_of_cameras(table["photos"])

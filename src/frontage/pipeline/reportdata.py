@@ -24,9 +24,12 @@ from frontage.report import (
     PictureView,
     RegistrationView,
     ReportData,
+    WindowView,
 )
+from frontage.report.windows import fitted
 
 _PICTURE_PX = 1500  # sharp on the page, and a street of 50 facades stays below 30 MB
+_WINDOWS_BYTES = 8_000_000  # of all pictures of windows on the page
 _PLAN_POINTS = 400_000
 _PLAN_CELL_M = 0.1
 _FILES = ("ortho.tif", "ortho.json", "depth.tif", "sources.tif", "ortho.jpg",
@@ -38,9 +41,10 @@ def report_data(store: Store, manifest: Manifest) -> ReportData:
     """Gather everything on the page; pictures are read and shrunk here, because the report opens no file."""
     warnings = [warning for _, warning in manifest.warnings]
     views, streets, groups = [], [], []
+    room = _room(store)
     for k, record in enumerate(store.building_records()):
         plan = _plan(store, record.id)
-        views.append(_building(store, record, plan, warnings))
+        views.append(_building(store, record, plan, warnings, room))
         streets.append(plan)
         groups.append(np.full(len(plan), k, np.int64))
     ground = _surroundings(store)
@@ -60,9 +64,9 @@ def report_data(store: Store, manifest: Manifest) -> ReportData:
 
 
 def _building(
-    store: Store, record: BuildingRecord, plan: Float, warnings: Sequence[StageWarning]
+    store: Store, record: BuildingRecord, plan: Float, warnings: Sequence[StageWarning], room: int
 ) -> BuildingView:
-    facades = tuple(_facade(store, name, warnings) for name in store.facades_of(record.id))
+    facades = tuple(_facade(store, name, warnings, room) for name in store.facades_of(record.id))
     picture, about = _model(store, record.id)
     return BuildingView(record.to_json(), plan, facades, _of(record.id, warnings), picture, about)
 
@@ -95,7 +99,7 @@ def _orientation(store: Store, manifest: Manifest) -> OrientationView | None:
     return OrientationView(orientation.load_report(store.orientation_folder), origin)
 
 
-def _facade(store: Store, name: str, warnings: Sequence[StageWarning]) -> FacadeView:
+def _facade(store: Store, name: str, warnings: Sequence[StageWarning], room: int) -> FacadeView:
     facade, folder = store.facade(name), store.facade_folder(name)
     return FacadeView(
         facade,
@@ -103,6 +107,7 @@ def _facade(store: Store, name: str, warnings: Sequence[StageWarning]) -> Facade
         f"facades/{folder.name}",
         _of(name, warnings),
         files=tuple(file for file in _FILES if (folder / file).is_file()),
+        windows=_windows(store, facade, room),
         **_openings(store, facade),
     )
 
@@ -126,6 +131,23 @@ def _openings(store: Store, facade: Facade) -> dict[str, Any]:
         "evidence": tuple(_picture(store, facade, p) for p in told.pictures.get(facade.id, ())),
         "notes": told.notes.get(facade.id, ()),
     }
+
+
+def _room(store: Store) -> int:
+    """Return how many bytes the picture of a window may have, so that the page stays small enough to send."""
+    items = (store.crossbars_item(record.id) for record in store.building_records())
+    count = sum(len(own) for item in items for own in item.pictures.values())
+    return _WINDOWS_BYTES // max(count, 1)
+
+
+def _windows(store: Store, facade: Facade, room: int) -> tuple[WindowView, ...]:
+    """Return the pictures that window bars were found from, each of at most `room` bytes."""
+    folder = store.facade_folder(facade.id)
+    pictures = store.crossbars_item(facade.building).pictures.get(facade.id, ())
+    shrunk = (fitted((folder / p.file).read_bytes(), room) for p in pictures)
+    return tuple(
+        WindowView(p.opening, jpeg, p.file, p.panels) for p, jpeg in zip(pictures, shrunk, strict=True)
+    )
 
 
 def _picture(store: Store, facade: Facade, picture: EvidencePicture) -> PictureView:

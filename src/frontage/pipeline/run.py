@@ -96,7 +96,7 @@ def run_stage(
     manifest = store.manifest()
     if manifest.project is None:
         raise WorkspaceError(f"{out}: nothing has run here yet; start with `frontage run`")
-    chosen = [s for s in STAGES if stage in (s.name, s.command)]
+    chosen = [s for s in STAGES if stage in (s.name, *s.commands)]
     table = chosen[0].table or chosen[0].name
     changed = {table: {**manifest.project.get(table, {}), **options}} if options else {}
     project = project_from_table({**manifest.project, **changed})

@@ -74,7 +74,7 @@ class Stage:
     load, work, save, join   see the module
     part     type of what `save` returns; None: parts are not kept, the whole stage is done again
     result   type of what `join` returns
-    command  the command that runs it alone, by default its name
+    commands further commands that run it, besides the one of its name
     table    the project's table that this command may change, by default the name
     applies  tells whether a project has any work for it
     rooms    the packages whose code it runs, besides `BASE`
@@ -91,7 +91,7 @@ class Stage:
     join: Callable[[Job, list[Any]], StageResult]
     part: type | None = None
     result: type[StageResult] = StageResult
-    command: str = ""
+    commands: tuple[str, ...] = ()
     table: str = ""
     applies: Callable[[Project], bool] | None = None
     rooms: tuple[str, ...] = ()

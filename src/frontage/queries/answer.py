@@ -8,9 +8,10 @@ from frontage.catalog.sightlines import PhotoView, photo_views, scanned_surfaces
 from frontage.errors import FrontageError
 from frontage.geometry.arrays import Float
 from frontage.geometry.ring import box_sigmas
-from frontage.model import Elements, Facade, Opening, Photo
+from frontage.model import Bar, Elements, Facade, Opening, Photo
 from frontage.pipeline.store.store import Store
 from frontage.queries.pixels import FacadePixels
+from frontage.report.layouts import layout_words
 
 Point = tuple[float, float, float]
 _SIDES = ("left", "bottom", "right", "top")
@@ -27,6 +28,43 @@ class Place:
 
 
 @dataclass(frozen=True)
+class LocatedBar:
+    """A window bar: the ends of its centre line in the world at the depth of the frame, m.
+
+    sigma, sigma_width  standard errors m of position and width; None = not known
+    """
+
+    axis: str
+    ends: tuple[Point, Point]
+    width: float
+    sigma: float | None
+    sigma_width: float | None
+    provenance: str
+
+
+@dataclass(frozen=True)
+class LocatedGlazing:
+    """What divides a window.
+
+    layout       in words: "2 mullions, 1 transom", "one pane", "not resolved"
+    vertical, horizontal  numbers of bars; None = not resolved
+    frame_width  m, None = not measured
+    confidence   probability that the layout is the true one
+    sources      photos that decided it, "scan" where scan points did
+    note         why it was not resolved, or what to be careful about
+    """
+
+    layout: str
+    vertical: int | None
+    horizontal: int | None
+    bars: tuple[LocatedBar, ...]
+    frame_width: float | None
+    confidence: float
+    sources: tuple[str, ...]
+    note: str
+
+
+@dataclass(frozen=True)
 class Located:
     """An opening in the world: positions in m in `crs`, corners from the lower left, seen counter-clockwise.
 
@@ -39,6 +77,7 @@ class Located:
     width, height, area m, m, m2; depth m behind the wall, None = not measured
     sigma               standard errors m: left, right, bottom, top, width, height, depth, plane (of the wall
                         along its normal); None = not known
+    glazing             its bars; None = they were not looked for
     pixels              (column0, row0, column1, row1) of its box in the ortho-image; None = there is none
     photos              those that show at least half of it, finest pixels first; `tested` says how
     """
@@ -66,6 +105,7 @@ class Located:
     sigma: dict[str, float | None]
     provenance: str
     confidence: float
+    glazing: LocatedGlazing | None
     pixels: tuple[float, float, float, float] | None
     photos: tuple[PhotoView, ...]
     tested: str
@@ -108,6 +148,7 @@ def answer(store: Store, place: Place, elements: Elements, o: Opening) -> Locate
         sigma=_sigmas(o, facade),
         provenance=str(o.provenance),
         confidence=float(o.confidence),
+        glazing=_glazing(facade, o, wall_y),
         pixels=_pixels(store, facade, box, wall_y),
         photos=views,
         tested=_tested(scanned is not None) if photos else "",
@@ -155,6 +196,33 @@ def _sigma_of_span(o: Opening, axis: int) -> float:
         gradient[on, axis] = sign / on.sum()
     g = gradient.ravel()
     return float(np.sqrt(g @ o.ring_covariance @ g))
+
+
+def _glazing(facade: Facade, o: Opening, wall_y: float) -> LocatedGlazing | None:
+    """Return what divides an opening; its bars lie at the depth of the frame, or else of the opening."""
+    g = o.glazing
+    if g is None:
+        return None
+    depth = g.depth or o.depth
+    y = wall_y + (float(depth.value) if depth is not None else 0.0)
+    upright, level = g.counts if g.resolved else (None, None)
+    return LocatedGlazing(
+        layout=layout_words(g),
+        vertical=upright,
+        horizontal=level,
+        bars=tuple(_bar(facade, bar, y) for bar in g.bars),
+        frame_width=None if g.frame_width is None else float(g.frame_width.value),
+        confidence=float(g.confidence),
+        sources=g.sources,
+        note=g.note,
+    )
+
+
+def _bar(facade: Facade, bar: Bar, y: float) -> LocatedBar:
+    line = np.array([(bar.position, end) for end in bar.extent])
+    first, last = _world(facade, line if bar.axis == "vertical" else line[:, ::-1], y)
+    sigma, width = (float(s) if np.isfinite(s) else None for s in (bar.sigma, bar.sigma_width))
+    return LocatedBar(bar.axis, (first, last), float(bar.width), sigma, width, str(bar.provenance))
 
 
 def _pixels(store: Store, facade: Facade, box: Float, y: float) -> tuple[float, float, float, float] | None:

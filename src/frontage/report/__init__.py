@@ -8,6 +8,7 @@ from frontage.report.data import (
     PictureView,
     RegistrationView,
     ReportData,
+    WindowView,
 )
 from frontage.report.page import render_report
 
@@ -19,5 +20,6 @@ __all__ = [
     "PictureView",
     "RegistrationView",
     "ReportData",
+    "WindowView",
     "render_report",
 ]

@@ -40,12 +40,28 @@ class PictureView:
 
 
 @dataclass(frozen=True, eq=False)
+class WindowView:
+    """A picture of what the bars of an opening were found from.
+
+    jpeg    its bytes; empty where the page has no room for it
+    file    its name in the facade's folder
+    panels  what it shows
+    """
+
+    opening: str
+    jpeg: bytes
+    file: str
+    panels: tuple[str, ...]
+
+
+@dataclass(frozen=True, eq=False)
 class FacadeView:
     """A facade, its ortho-image where there is one, its folder relative to the page, and its warnings.
 
     elements  its openings and protrusions, None where they were not looked for or could not be judged
     evidence  pictures of what they were found from; files: names in the folder that the page links to
     notes     on the openings
+    windows   pictures of what window bars were found from
     """
 
     facade: Facade
@@ -56,6 +72,7 @@ class FacadeView:
     evidence: tuple[PictureView, ...] = ()
     files: tuple[str, ...] = ()
     notes: tuple[str, ...] = ()
+    windows: tuple[WindowView, ...] = ()
 
 
 @dataclass(frozen=True, eq=False)

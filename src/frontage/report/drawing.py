@@ -6,18 +6,13 @@ import numpy as np
 from frontage.geometry.arrays import Array, Float
 from frontage.geometry.ring import box_sigmas
 from frontage.model import Elements, Opening, Provenance
+from frontage.report.colours import COLOURS
 from frontage.report.evidence import Picture
+from frontage.report.windows import bar_ring
 
 SIGMAS = 1.96
 """Standard errors to either side of a border that are drawn: 95 %."""
 
-# RGB; page.css has the same
-_COLOURS = {
-    Provenance.MEASURED: (46, 229, 157),
-    Provenance.POOLED: (77, 184, 255),
-    Provenance.INFERRED: (255, 159, 28),
-    Provenance.GIVEN: (255, 255, 255),
-}
 _PROTRUSION = (255, 93, 177)
 _FINE = 4  # binary digits of a pixel that outlines are drawn to
 _WIDEST = 0.25  # of the opening's size that a band goes to either side of a border
@@ -25,7 +20,7 @@ _STRENGTH = 0.45  # of the bands of the borders' errors
 
 
 def opening_picture(background: Picture, elements: Elements) -> Picture:
-    """The outlines on a picture of the facade; bands are the 95 % errors of borders, crosses are inferred."""
+    """Outlines and bars on a picture of the facade; bands are 95 % errors of borders, crosses: inferred."""
     image = background.image.copy()
     x0, _, x1, z1 = background.extent
     scale = image.shape[1] / (x1 - x0)
@@ -36,12 +31,16 @@ def opening_picture(background: Picture, elements: Elements) -> Picture:
     bands = image.copy()
     for opening in elements.openings:
         rings = [pixels(ring) for ring in error_band(opening)]
-        cv2.fillPoly(bands, rings, (*_COLOURS[opening.provenance][::-1], 255), cv2.LINE_AA, _FINE)
+        cv2.fillPoly(bands, rings, (*COLOURS[opening.provenance][::-1], 255), cv2.LINE_AA, _FINE)
     image = cv2.addWeighted(bands, _STRENGTH, image, 1 - _STRENGTH, 0.0)
+    for bar in (bar for opening in elements.openings for bar in opening.bars):
+        cv2.fillPoly(
+            image, [pixels(bar_ring(bar))], (*COLOURS[bar.provenance][::-1], 255), cv2.LINE_AA, _FINE
+        )
     for protrusion in elements.protrusions:
         _outline(image, pixels(protrusion.ring), _PROTRUSION)
     for opening in elements.openings:
-        colour = _COLOURS[opening.provenance]
+        colour = COLOURS[opening.provenance]
         _outline(image, pixels(opening.ring), colour)
         if opening.provenance is Provenance.INFERRED:
             (left, low), (right, high) = opening.ring.min(0), opening.ring.max(0)

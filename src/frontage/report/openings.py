@@ -11,19 +11,22 @@ from frontage.geometry.arrays import Float
 from frontage.geometry.ring import box_sigmas, ring_area, ring_area_sigma
 from frontage.model import DOORS, Elements, Facade, Opening, Protrusion, Provenance
 from frontage.report.drawing import error_band
+from frontage.report.layouts import layout_words
 from frontage.report.numbers import Fact
+from frontage.report.windows import bar_ring
 
 _ROOM = 26.0  # px that a label needs in its opening
 
 
 @dataclass(frozen=True)
 class DrawnOutline:
-    """An element in a figure: SVG points, class, hover title; its band of errors as a path, its label."""
+    """An element in a figure: SVG points, class, title; paths of its errors' band and of its bars; label."""
 
     points: str
     css: str
     title: str
     band: str = ""
+    bars: str = ""
     label: str = ""
     x: float = 0.0
     y: float = 0.0
@@ -38,6 +41,7 @@ class Row:
     place: str
     size: str
     depth: str
+    bars: str
     sigma: str
     provenance: str
     confidence: str
@@ -58,6 +62,7 @@ def _opening(o: Opening, to_pixel: Callable[[Float], Float]) -> DrawnOutline:
         css=str(o.provenance),
         title=f"{o.id}: {o.kind}, {_size(o.ring)}, {o.provenance}",
         band=" ".join(f"M{_points(to_pixel(edge))}Z" for edge in error_band(o)),
+        bars=" ".join(f"M{_points(to_pixel(bar_ring(bar)))}Z" for bar in o.bars),
         label=short if x1 - x0 > _ROOM and y1 - y0 > _ROOM / 2 else "",
         x=float(x0 + x1) / 2,
         y=float(y0 + y1) / 2,
@@ -86,6 +91,7 @@ def _opening_row(o: Opening) -> Row:
         place=f"{o.floor}, {o.bay}",
         size=_size(o.ring),
         depth="–" if o.depth is None else _with_sigma(float(o.depth.value), float(o.depth.sigma[0])),
+        bars="–" if o.glazing is None else layout_words(o.glazing),
         sigma=_sides(box_sigmas(o.ring, o.ring_covariance)),
         provenance=str(o.provenance) + (f", on {o.on.rpartition('/')[2]}" if o.on else ""),
         confidence=f"{o.confidence:.2f}",
@@ -95,7 +101,7 @@ def _opening_row(o: Opening) -> Row:
 def _protrusion_row(p: Protrusion) -> Row:
     front = _with_sigma(float(p.front.value), float(p.front.sigma[0]))
     sigma = _millimetres(p.sigma)
-    return Row(p.id, p.kind, "", _size(p.ring), front, sigma, str(p.provenance), f"{p.confidence:.2f}")
+    return Row(p.id, p.kind, "", _size(p.ring), front, "", sigma, str(p.provenance), f"{p.confidence:.2f}")
 
 
 def _size(ring: Float) -> str:

@@ -15,6 +15,7 @@ from frontage.report.residuals import ResidualPlots, residual_plots
 VERDICTS = {
     "confirmed": "confirmed by the scan",
     "tied": "held by other photos only",
+    "carried": "held by the other cameras of their rig",
     "plain": "not confirmed, too little of the scan in view",
 }
 """The verdicts on poses in plain words."""
@@ -87,6 +88,7 @@ def orientation_facts(record: dict[str, Any]) -> list[Fact]:
     ]
     if not photos:
         return facts
+    facts += [_rig_fact(rig) for rig in record.get("rigs", ())]
     sigma = record["sigma_points"]
     spread = "" if sigma is None else f"median σ east, north, up: {lengths(sigma)}"
     factors = ", ".join(f"{name} {value:.2f}" for name, value in record["factors"].items())
@@ -101,10 +103,26 @@ def orientation_facts(record: dict[str, Any]) -> list[Fact]:
     ]
 
 
+def _rig_fact(rig: dict[str, Any]) -> Fact:
+    """The cameras and exposures of a rig, and its relative poses where they were estimated."""
+    cameras, exposures = rig["cameras"], rig["exposures"]
+    most = max(len(e["photos"]) for e in exposures)
+    times = "1 exposure" if len(exposures) == 1 else f"{len(exposures)} exposures"
+    size = f"{times} of up to {most} photos by {len(cameras)} cameras"
+    estimated = [
+        f"{c['camera']} at {lengths([row[3] for row in c['body_from_camera']])} "
+        f"(σ {lengths(c['sigma_position'])}; {_angles(c['sigma_angles'])})"
+        for c in cameras
+        if c["estimated"]
+    ]
+    return Fact(f"Rig: {rig['rig']}", size, "; ".join(estimated) or "relative poses held fixed")
+
+
 def _row(photo: dict[str, Any]) -> PhotoRow:
     rival, detectable, check = photo["rival"], photo["detectable"], photo["check_rmse"]
+    rig = photo.get("rig")
     return PhotoRow(
-        photo["photo"],
+        f"{photo['photo']} ({rig}, {photo['exposure']})" if rig else photo["photo"],
         ", ".join(f"{v:.3f}" for v in photo["center"]),
         lengths(photo["sigma_center"]),
         _angles(photo["sigma_angles"]),

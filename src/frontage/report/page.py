@@ -5,6 +5,7 @@ from typing import Any
 
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
+from frontage.report.crossbars import BarsSheet, bars_sheet
 from frontage.report.data import BuildingView, FacadeView, ReportData
 from frontage.report.figures import (
     Figure,
@@ -31,6 +32,7 @@ class _FacadeSection:
     warnings: tuple[dict[str, str], ...]
     rows: list[Row]
     evidence: list[tuple[Figure, str]]
+    bars: BarsSheet | None
     files: tuple[str, ...]
 
 
@@ -108,5 +110,6 @@ def _facade(view: FacadeView) -> _FacadeSection:
         view.warnings,
         rows(view.elements) if view.elements else [],
         [(evidence_figure(view, picture), picture.caption) for picture in view.evidence],
+        bars_sheet(view),
         view.files,
     )

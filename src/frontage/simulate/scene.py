@@ -123,12 +123,17 @@ class OpeningPlan(BuiltOpening):
     glass_depth   m, from the wall's plane to the pane
     frame_width   m
     floor, bay    number of the storey (0 = ground floor, -1 = basement), and place in it from the left
+    ajar          x0, z0, x1, z1 m of a casement that is turned inwards, and by how much, rad (positive: it
+                  hangs on its left side); None = all are closed
+    meeting       m (z), where two sashes meet, of which the lower one stands behind the upper one; or None
     """
 
     glass_depth: float
     frame_width: float
     floor: int = 0
     bay: int = 0
+    meeting: float | None = field(default=None, kw_only=True)
+    ajar: tuple[float, float, float, float, float] | None = field(default=None, kw_only=True)
 
 
 @dataclass(frozen=True, eq=False)

@@ -10,6 +10,7 @@ from frontage.solids.assemble import Assembled, assemble
 from frontage.solids.cells.build import build_solid
 from frontage.solids.coarse.extrude import facade_block, ground_block
 from frontage.solids.coarse.host import Host, host_solid
+from frontage.solids.frames.seat import WindowFrame
 from frontage.solids.installations.installation import Installation
 from frontage.solids.model_match import ModelMatch, match_model
 from frontage.solids.options import BuildOptions
@@ -24,6 +25,7 @@ __all__ = [
     "Installation",
     "ModelMatch",
     "Relief",
+    "WindowFrame",
     "assemble",
     "build_solid",
     "facade_block",

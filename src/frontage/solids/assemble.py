@@ -5,7 +5,7 @@ facades takes its place. Protrusions that do not belong to the building's volume
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import shapely
 
@@ -17,6 +17,7 @@ from frontage.solids.coarse.choose import CoarseModel, coarse_model
 from frontage.solids.coarse.host import Host
 from frontage.solids.distribute import distribute_reliefs
 from frontage.solids.elements import FacadeParts, facade_parts
+from frontage.solids.frames.seat import WindowFrame, window_frames
 from frontage.solids.installations.apart import apart
 from frontage.solids.installations.attach import attach
 from frontage.solids.installations.installation import Installation
@@ -32,6 +33,7 @@ class Assembled:
     built          one solid per part of the coarse model, in its order
     fine           for each of `built`, whether anything was cut; if not, it is the coarse solid unchanged
     installations  solids of their own, in front of the walls
+    frames         window frames with their bars, solids of their own in the openings
     failed         what is not in the model, and why
     notes          what was changed while building
     parts_overlap  whether the solids reach into each other, so that they cannot be parts of one building
@@ -45,6 +47,7 @@ class Assembled:
     failed: tuple[Failed, ...] = ()
     notes: tuple[str, ...] = ()
     parts_overlap: bool = False
+    frames: tuple[WindowFrame, ...] = ()
 
 
 def assemble(
@@ -68,7 +71,9 @@ def assemble(
     parts = [facade_parts(f, e, options.chord_error) for f, e in facades]
     built = [_cut_cells(building.id, h, own, options) for h, own in _by_host(coarse, parts, options)]
     installed = [i for p in parts for i in _installations(p, built, world, options)]
-    return _collected(building.id, coarse, built, installed)
+    collected = _collected(building.id, coarse, built, installed)
+    frames, notes = window_frames(built, facades, world, options)
+    return replace(collected, frames=tuple(frames), notes=(*collected.notes, *notes))
 
 
 def _largest_first(facades: Sequence[tuple[Facade, Elements]]) -> list[tuple[Facade, Elements]]:

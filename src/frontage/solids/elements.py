@@ -9,7 +9,7 @@ from shapely.geometry import Polygon
 from shapely.geometry.base import BaseGeometry
 
 from frontage.geometry.arrays import Float
-from frontage.model import Elements, Facade, Opening, Protrusion, ProtrusionKind
+from frontage.model import Elements, Estimate, Facade, Opening, Protrusion, ProtrusionKind
 from frontage.solids.relief import FacadeReliefs, Relief
 
 # Kinds that openings interrupt; other volumes hide what is behind them.
@@ -66,8 +66,16 @@ def semantics_of(opening: Opening) -> str:
     return opening.kind.surface.semantics
 
 
+def depth_of(opening: Opening) -> Estimate[float] | None:
+    """Returns the depth of an opening, or that of its frame in the photos where only this was measured."""
+    if opening.depth is None and opening.glazing is not None:
+        return opening.glazing.depth
+    return opening.depth
+
+
 def _opening_relief(opening: Opening, chord_error: float) -> Relief:
-    depth = None if opening.depth is None else float(opening.depth.value)
+    estimate = depth_of(opening)
+    depth = None if estimate is None else float(estimate.value)
     return Relief(opening.id, _simplified(opening.ring, chord_error), depth, semantics_of(opening))
 
 

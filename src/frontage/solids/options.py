@@ -11,6 +11,9 @@ class BuildOptions(BaseModel):
     depth: bool = Field(
         default=True, description="if false, openings are flush in their wall and protrusions left out"
     )
+    bars: bool = Field(
+        default=True, description="if false, the frames and bars of windows are counted but not drawn"
+    )
     gap: float = Field(
         default=0.02,
         ge=0.005,

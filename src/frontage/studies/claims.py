@@ -21,14 +21,16 @@ _ROUNDED = 1e-3  # of printed rotation matrices
 def json_openings(table: Any, path: Path, frame: Rigid3, world: WorldRef) -> Iterator[FoundOpening]:
     """The openings of an openings.json; `frame` = local_from_facade of its facade. Raises FileError.
 
-    Where no opening has any bar, bars were not looked for, and nothing is claimed of them.
+    Nothing is claimed of the bars of an opening whose `glazing` is null or not resolved; and of no opening's,
+    where none has `glazing` or any bar.
     """
     entries = _entries(table, "openings", path)
     bars = [entry.get("bars") for entry in entries]
     barred = any(any(b.values()) if isinstance(b, dict) else b is not None for b in bars)
     for entry in entries:
+        told = bool((entry["glazing"] or {}).get("resolved")) if "glazing" in entry else barred
         try:
-            yield _opening(entry if barred else entry | {"bars": None}, frame, world)
+            yield _opening(entry if told else entry | {"bars": None}, frame, world)
         except (KeyError, TypeError, ValueError, IndexError) as error:
             raise _lacking(path, entry.get("id", "an opening"), error) from None
 

@@ -12,6 +12,7 @@ from frontage.orientation.adjustment import (
     Photos,
     PointObservations,
     control_rows,
+    held_mount,
 )
 
 SIGMA_PX = 0.5
@@ -136,7 +137,10 @@ def rig_block(seed=0, stops=5, points=200, control=10, start=1.0):
         disturbed(Rigid3("local", f"S{i}", np.eye(3), [x, -10.0, 1.5]), rng, 0.1, 0.03)
         for i, x in enumerate(np.linspace(-6, 6, stops))
     )
-    photos = Photos(np.repeat(np.arange(stops), 3), np.tile([1, 0, 1], stops), mounts * stops)
+    held = tuple(held_mount(m) for m in mounts)
+    photos = Photos(
+        np.repeat(np.arange(stops), 3), np.tile([1, 0, 1], stops), np.tile([0, 1, 2], stops), held
+    )
     views = tuple(bodies[b].after(m) for b, m in zip(photos.body, photos.body_from_camera, strict=True))
     xyz = rng.uniform([-10.0, 0.0, 0.0], [10.0, 2.0, 12.0], (points, 3))
     photo, point, pixels = visible(views, cameras, photos.camera, xyz)

@@ -13,7 +13,6 @@ from frontage.model.photo import Camera
 from frontage.orientation.adjustment import (
     AdjustmentOptions,
     NotDetermined,
-    Photos,
     PointObservations,
     adjust,
     control_rows,
@@ -55,6 +54,8 @@ def _dense_design(network, found):
         np.array([p.value.R for p in found.poses]),
         np.array([p.value.t for p in found.poses]),
         tuple(c.value for c in found.cameras),
+        np.array([m.value.R for m in found.mounts]),
+        np.array([m.value.t for m in found.mounts]),
         found.points,
     )
     layout = layout_of(network, found.used, found.surface_used, found.determined)
@@ -128,6 +129,76 @@ def test_a_rig_of_three_cameras_is_one_body():
         for W, d in zip(turns, draws, strict=True)
     ]
     np.testing.assert_allclose(np.std(moved, axis=0), photo.sigma, rtol=0.06)
+
+
+def _with_mounts(block, seed, covariance, free=(1, 2)):
+    """The network with mounts of some cameras wrong by what is unknown of them, and the true mounts."""
+    rng = np.random.default_rng(seed)
+    photos = block.network.photos
+    true = [m.value for m in photos.mounts]
+    finite = np.where(np.isfinite(covariance), covariance, 0.0)
+    mounts = list(photos.mounts)
+    for k in free:
+        shift = rng.multivariate_normal(np.zeros(6), finite)
+        turn = Rotation.from_rotvec(shift[3:]).as_matrix()
+        mounts[k] = Estimate(Rigid3("body", "C", turn @ true[k].R, true[k].t + shift[:3]), covariance, 0.0)
+    return replace(block.network, photos=replace(photos, mounts=tuple(mounts))), true
+
+
+def test_mounts_with_standard_errors_are_estimated():
+    """True errors of mounts and of photos agree with their covariances, over several vehicles."""
+    squared = [[], []]
+    for seed in range(8):
+        block = rig_block(20 + seed)
+        network, true = _with_mounts(block, seed, np.diag([0.02**2] * 3 + [0.005**2] * 3))
+        found = adjust(network)
+        assert (found.mounts[0].covariance == 0).all()
+        assert found.mounts[1].sigma[:3].max() < 0.015 and found.mounts[1].sigma[3:].max() < 0.002
+        for k in (1, 2):
+            error = pose_error(found.mounts[k].value, true[k])
+            squared[0].append(error @ np.linalg.solve(found.mounts[k].covariance, error) / 6)
+        for photo in range(len(network.photos)):
+            estimate = found.photo_pose(photo)
+            body = block.poses[network.photos.body[photo]]
+            error = pose_error(estimate.value, body.after(true[network.photos.mount[photo]]))
+            squared[1].append(error @ np.linalg.solve(estimate.covariance, error) / 6)
+        total = np.nansum(found.redundancy) + np.nansum(found.surface_redundancy)
+        assert total + found.mount_redundancy == pytest.approx(found.dof, abs=1e-6)
+    assert 0.7 < np.mean(squared[0]) < 1.4 and 0.7 < np.mean(squared[1]) < 1.4
+
+
+def test_unknown_mounts_are_found_without_a_prior_and_leave_the_scale_free():
+    unknown = np.diag(np.full(6, np.inf))
+    network, true = _with_mounts(rig_block(31), 0, unknown)
+    found = adjust(network)
+    assert found.datum_defect == 0
+    assert pose_error(found.mounts[2].value, true[2]) == pytest.approx(0, abs=0.02)
+    network, _ = _with_mounts(rig_block(32, control=0), 0, unknown)
+    assert adjust(network).datum_defect == 7  # with no known distance, nothing tells the scale
+    length_known = np.diag([1e-4, np.inf, np.inf, np.inf, np.inf, np.inf])
+    network, _ = _with_mounts(rig_block(32, control=0), 0, length_known)
+    assert adjust(network).datum_defect == 6
+
+
+def test_the_covariance_of_mounts_is_that_of_the_dense_inverse():
+    network, _ = _with_mounts(rig_block(33, stops=3, points=60), 0, np.diag([np.inf] * 3 + [0.0] * 3), (1,))
+    found = adjust(network, PLAIN)
+    J, layout = _dense_design(network, found)
+    u = layout.columns
+    np.testing.assert_allclose(found.covariance, np.linalg.inv(J.T @ J)[:u, :u], rtol=1e-5, atol=1e-12)
+    assert (found.mounts[1].sigma > 0).tolist() == [True] * 3 + [False] * 3
+
+
+def test_a_mount_whose_photos_see_nothing_is_named():
+    block = rig_block(34)
+    images = block.network.images
+    seen = block.network.photos.mount[images.photo] != 1
+    fields = ("photo", "point", "pixels", "sigma", "group")
+    less = replace(images, **{f: getattr(images, f)[seen] for f in fields})
+    network, _ = _with_mounts(block, 0, np.diag(np.full(6, np.inf)), (1,))
+    with pytest.raises(NotDetermined, match="mounts 1") as problem:
+        adjust(replace(network, images=less))
+    assert problem.value.mounts == (1,) and problem.value.bodies == ()
 
 
 def test_a_rig_without_control_has_a_scale_but_no_place():
@@ -281,8 +352,10 @@ def test_a_network_that_does_not_hang_together_is_refused():
         replace(network.surfaces, direction=2 * network.surfaces.direction)
     with pytest.raises(InputError, match="standard error"):
         replace(network.images, sigma=np.zeros(len(network.images)))
-    with pytest.raises(ValueError, match="body_from_camera"):
-        Photos(np.zeros(2, int), np.zeros(2, int), ())
+    with pytest.raises(InputError, match="mount of a photo"):
+        replace(network, photos=replace(network.photos, mounts=()))
+    with pytest.raises(ValueError, match="covariance"):
+        replace(network.photos, mounts=(Estimate(Rigid3.identity("body", "camera"), np.eye(3), 0.0),))
 
 
 def test_the_same_network_gives_the_same_bits():

@@ -1,5 +1,7 @@
 """Derivatives of the projection and of the whole network against differences."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -60,10 +62,16 @@ def test_derivatives_of_the_projection(model):
 def test_derivatives_of_a_network_with_rigs_priors_and_free_cameras():
     block = rig_block(seed=3)
     prior = Estimate(Rigid3("local", "body", np.eye(3), np.ones(3)), np.eye(6), 1.0)
+    photos, some = block.network.photos, np.diag([0.0, 0.0, 0.0, 1.0, np.inf, 4.0])
+    loose = (
+        photos.mounts[0],
+        replace(photos.mounts[1], covariance=np.eye(6) + 0.1),
+        replace(photos.mounts[2], covariance=some),
+    )
     network = Network(
         block.network.poses,
         block.network.cameras,
-        block.network.photos,
+        replace(photos, mounts=loose),
         block.network.points,
         block.network.images,
         block.network.surfaces,
@@ -82,18 +90,29 @@ def test_derivatives_of_a_network_with_rigs_priors_and_free_cameras():
     for i, own in enumerate(parameters):
         own[layout.free[i]] = wide[layout.camera_columns(i)]
 
+    mounts = np.zeros((3, 6))
+    for i, own in enumerate(mounts):
+        own[layout.mounted[i]] = wide[layout.mount_columns(i)]
+
     def moved(h):
         bodies = h * wide[: 6 * layout.bodies].reshape(-1, 6)
-        new = state.moved(bodies, tuple(h * p for p in parameters), layout.points, h * shift)
+        new = state.moved(bodies, tuple(h * p for p in parameters), h * mounts, layout.points, h * shift)
         fresh = linearise(network, new, layout, weights, residuals(network, new))
-        return np.concatenate([fresh.miss.ravel(), fresh.surface_miss, fresh.priors[1][1], fresh.camera_miss])
+        priors = (fresh.priors[1][1], fresh.camera_miss, fresh.mount_miss)
+        return np.concatenate([fresh.miss.ravel(), fresh.surface_miss, *priors])
 
     padded = np.append(wide, 0.0)[layout.photo_columns[layout.photo]]
     images = np.einsum("mik,mk->mi", rows.wide, padded)
     images += np.einsum("mij,mj->mi", rows.point, shift[layout.slot])
     surfaces = np.einsum("ki,ki->k", rows.surface, shift[layout.surface_slot])
     predicted = np.concatenate(
-        [images.ravel(), surfaces, rows.priors[1][0] @ wide[6:12], rows.cameras * wide[6 * layout.bodies :]]
+        [
+            images.ravel(),
+            surfaces,
+            rows.priors[1][0] @ wide[6:12],
+            rows.cameras * wide[layout.all_cameras],
+            rows.mounts @ wide[layout.all_mounts],
+        ]
     )
     expected = (moved(1e-6) - moved(-1e-6)) / 2e-6
     np.testing.assert_allclose(predicted, expected, rtol=1e-5, atol=1e-5 * np.abs(expected).max())

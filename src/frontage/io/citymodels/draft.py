@@ -13,7 +13,7 @@ import numpy as np
 from frontage.geometry.arrays import Bool, Float, Int
 from frontage.io.citymodels.block import block
 from frontage.model import Failed, Surface
-from frontage.model.citymodel import CityBuilding, Shell, Texture
+from frontage.model.citymodel import FRAME, CityBuilding, Shell, Texture
 
 Value = str | float | int
 
@@ -53,6 +53,7 @@ class DraftShell:
     part          id of the part or installation that it belongs to; "" for the building itself
     installation  whether that is an installation
     attributes    of the part
+    frame_of      id of the opening whose frame and bars these are
     """
 
     lod: str
@@ -61,6 +62,13 @@ class DraftShell:
     part: str = ""
     installation: bool = False
     attributes: dict[str, Value] = field(default_factory=dict)
+    frame_of: str = ""
+
+    def describe(self, installation: bool, attributes: dict[str, Value]) -> None:
+        """Take over what the file says of the part; its attributes tell whether it is a window's frame."""
+        self.attributes = attributes
+        self.frame_of = str(attributes.get("opening", "")) if attributes.get("kind") == FRAME else ""
+        self.installation = installation or bool(self.frame_of)
 
 
 @dataclass(eq=False)
@@ -132,7 +140,8 @@ def _shell(
         textures = [t and Texture(t.image, tuple(r[::-1] for r in t.rings)) for t in textures]
         polygons, normals = [[r[::-1] for r in polygon] for polygon in polygons], -normals
     faces = [draft.faces[k] for k in kept]
-    classes = _classes(faces, polygons, normals)
+    framed = draft.frame_of and not any(face.semantics for face in faces)
+    classes = [""] * len(faces) if framed else _classes(faces, polygons, normals)
     names = _names([face.id for face in faces], draft.part or building)
     surfaces = tuple(
         Surface(polygon[0], kind, name, tuple(polygon[1:]))
@@ -141,8 +150,9 @@ def _shell(
     about = {name: face.about for face, name in zip(faces, names, strict=True) if face.about}
     pictures = {name: t for t, name in zip(textures, names, strict=True) if t is not None}
     return Shell(
-        draft.lod, surfaces, about, draft.closed, draft.part, draft.installation, pictures, draft.attributes
-    )
+        draft.lod, surfaces, about, draft.closed, draft.part, draft.installation, pictures, draft.attributes,
+        draft.frame_of,
+    )  # fmt: skip
 
 
 def _texture(face: DraftFace, kept: Sequence[Bool]) -> Texture | None:

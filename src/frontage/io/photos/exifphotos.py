@@ -50,10 +50,12 @@ def read_exif_photos(request: PhotoRequest) -> PhotoSet:
 
 
 def _names(files: tuple[Path, ...]) -> list[str]:
-    plain = [f.name for f in files]
-    if len(set(plain)) == len(plain):
-        return plain
-    return [f"{f.parent.name}/{f.name}" for f in files]
+    """The names of the files, with as many of their folders as tell them apart."""
+    for folders in range(1, 1 + max(len(f.parts) for f in files)):
+        names = ["/".join(f.parts[-folders:]) for f in files]
+        if len(set(names)) == len(names):
+            break
+    return names
 
 
 def _camera(width: int, height: int, exif: Exif) -> tuple[Camera, Float]:

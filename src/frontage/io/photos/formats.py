@@ -116,17 +116,17 @@ FORMATS = (
     ),
     PoseFormat(
         "OpenSfM reconstruction",
-        "cameras and poses of picture files, of OpenSfM and OpenDroneMap projects",
+        "cameras, poses and rigs of picture files, of OpenSfM and OpenDroneMap projects",
         f"{_EXCHANGE}.opensfm:read_opensfm",
         f"{_EXCHANGE}.opensfm:looks_like_opensfm",
         f"{_EXCHANGE}.opensfm:opensfm_files",
     ),
     PoseFormat(
         "COLMAP model",
-        "cameras and poses of picture files, text or binary",
+        "cameras, poses and rigs of picture files, text or binary",
         "frontage.io.photos.colmapphotos:read_colmap_photos",
         "frontage.io.photos.formats:may_be_colmap",
-        "frontage.io.colmap:colmap_files",
+        "frontage.io.photos.colmapphotos:colmap_photo_files",
     ),
 )
 """Every format, in the order in which they are tried."""

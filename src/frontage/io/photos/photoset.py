@@ -10,7 +10,7 @@ from frontage.io.photos.cache import PIXELS
 from frontage.io.photos.decoder import decode
 from frontage.io.photos.e57blobs import embedded_bytes
 from frontage.io.photos.imagefile import parse_header, upright
-from frontage.model import Photo
+from frontage.model import Photo, Rig
 
 
 @dataclass(frozen=True)
@@ -34,12 +34,15 @@ class PhotoSet:
     """Photos, the sources of their pixels by photo id, and notes for the user; pixels are not kept.
 
     `camera_sigmas` holds the standard errors (k,) of camera parameters by photo id, where they are not exact.
+    `rigs` tells which photos were taken at the same time by cameras that are fixed to one another; no photo
+    is in two of them.
     """
 
     photos: tuple[Photo, ...]
     pixels: dict[str, PixelSource]
     notes: tuple[str, ...] = ()
     camera_sigmas: dict[str, Float] = field(default_factory=dict)
+    rigs: tuple[Rig, ...] = ()
 
     @property
     def turns(self) -> dict[str, Callable[[Array], Array]]:

@@ -8,10 +8,12 @@ import numpy as np
 from pydantic import BaseModel, ConfigDict, Field
 
 from frontage.errors import FileError
+from frontage.io.files import require_file
 from frontage.io.photos.formats import is_one_e57, pose_format
 from frontage.io.photos.imagefile import SUFFIXES
 from frontage.io.photos.photoset import PhotoSet
 from frontage.io.photos.request import PhotoRequest
+from frontage.io.photos.rigs import with_mount_sigmas, with_stated_rigs
 from frontage.model import WorldRef
 
 OFFSET_FILE = "offset.txt"
@@ -38,6 +40,15 @@ class PhotoSource(BaseModel):
     )
     sigma_position: float = Field(default=2.0, gt=0, description="m, of an approximate pose")
     sigma_angle: float = Field(default=5.0, gt=0, le=180, description="degrees, of an approximate pose")
+    rig: str | None = Field(
+        default=None, description="file with the relative poses of cameras on a vehicle: rig_config.json"
+    )
+    rig_sigma_position: float = Field(
+        default=0.0, ge=0, description="m, of the relative poses in a rig; 0 = exact"
+    )
+    rig_sigma_angle: float = Field(
+        default=0.0, ge=0, le=180, description="degrees, of the relative poses in a rig; 0 = exact"
+    )
 
     @property
     def sigmas(self) -> tuple[float, ...] | None:
@@ -53,10 +64,17 @@ def read_photos(source: PhotoSource, world: WorldRef) -> PhotoSet:
     Poses come back in local metres of `world`. The photos' ids are their names in the file with the cameras.
 
     Raises FileError when there are no pictures, when the cameras name photos that are missing, or when a
-    photo has another size than its camera; InputError without cameras; MissingExtra for E57 without pye57.
+    photo has another size than its camera, and for a rig file that is damaged or belongs to other photos;
+    InputError without cameras; MissingExtra for E57 without pye57.
     """
     request = _request(source, world)
-    return pose_format(request).read(request)
+    photos = pose_format(request).read(request)
+    if source.rig is not None:
+        photos = with_stated_rigs(photos, source.rig, estimated=bool(photos.camera_sigmas))
+    if source.rig_sigma_position or source.rig_sigma_angle:
+        angle = float(np.radians(source.rig_sigma_angle))
+        photos = with_mount_sigmas(photos, source.rig_sigma_position, angle)
+    return photos
 
 
 def _request(source: PhotoSource, world: WorldRef) -> PhotoRequest:
@@ -74,7 +92,7 @@ def photo_inputs(source: PhotoSource) -> tuple[Path, ...]:
     """Every file that reading the photos of a source opens, and the pictures that it finds, each once.
 
     These are the pictures or the E57 file, the files of the format with the cameras where they really lie,
-    and the offset.txt in their folder. Raises FileError as `read_photos` does when there are none.
+    the offset.txt in their folder, and the rig. Raises FileError as `read_photos` does when there are none.
     """
     request = _request(source, WorldRef(np.zeros(3, np.int64)))
     files = list(request.files)
@@ -82,6 +100,8 @@ def photo_inputs(source: PhotoSource) -> tuple[Path, ...]:
         files += pose_format(request).camera_files(request)
         offset = Path(source.cameras) / OFFSET_FILE
         files += [offset] if offset.is_file() else []
+    if source.rig is not None:
+        files.append(require_file(source.rig))
     return tuple(dict.fromkeys(files))
 
 

@@ -8,14 +8,15 @@ observation, variance components per group, and check points. The entry function
 
 from frontage.orientation.adjustment.bundle import adjust
 from frontage.orientation.adjustment.checks import CheckPoints, check_points, split_control
-from frontage.orientation.adjustment.clustered import Dependence
 from frontage.orientation.adjustment.covariance import NotDetermined
+from frontage.orientation.adjustment.dependence import Dependence
 from frontage.orientation.adjustment.network import (
     ImageObservations,
     Network,
     Photos,
     PointObservations,
     control_rows,
+    held_mount,
 )
 from frontage.orientation.adjustment.options import AdjustmentOptions
 from frontage.orientation.adjustment.result import Adjustment
@@ -33,5 +34,6 @@ __all__ = [
     "adjust",
     "check_points",
     "control_rows",
+    "held_mount",
     "split_control",
 ]

@@ -36,6 +36,7 @@ def assemble(
     return Adjustment(
         poses=_poses(network, fit),
         cameras=_cameras(network, fit),
+        mounts=_mounts(network, fit),
         photos=network.photos,
         points=fit.minimum.state.points,
         point_covariance=covariance,
@@ -76,6 +77,7 @@ def _reliability(network: Network, fit: Fit, options: AdjustmentOptions) -> dict
         "surface_redundancy": surfaces,
         "prior_redundancy": fit.precision.priors,
         "camera_redundancy": fit.precision.cameras,
+        "mount_redundancy": fit.precision.mounts,
         "detectable_bias": _bias(images, image_sigma, options),
         "surface_detectable_bias": _bias(surfaces, surface_sigma, options),
     }
@@ -107,4 +109,14 @@ def _cameras(network: Network, fit: Fit) -> tuple[Estimate[Camera], ...]:
         free, columns = fit.layout.free[index], fit.layout.camera_columns(index)
         covariance[np.ix_(free, free)] = fit.precision.wide[columns, columns]
         estimates.append(Estimate(camera, covariance, fit.dof))
+    return tuple(estimates)
+
+
+def _mounts(network: Network, fit: Fit) -> tuple[Estimate[Rigid3], ...]:
+    estimates = []
+    for index, given in enumerate(network.photos.mounts):
+        covariance = np.zeros((6, 6))
+        free, columns = fit.layout.mounted[index], fit.layout.mount_columns(index)
+        covariance[np.ix_(free, free)] = fit.precision.wide[columns, columns]
+        estimates.append(Estimate(fit.minimum.state.mount(index, given.value), covariance, fit.dof))
     return tuple(estimates)

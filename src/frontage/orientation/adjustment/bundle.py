@@ -6,9 +6,10 @@ import numpy as np
 
 from frontage.geometry.arrays import Bool, Float
 from frontage.orientation.adjustment.assemble import assemble
-from frontage.orientation.adjustment.clustered import Dependence, clustered_precision
 from frontage.orientation.adjustment.covariance import degenerate_points, precision
 from frontage.orientation.adjustment.datum import datum_of
+from frontage.orientation.adjustment.dependence import Dependence
+from frontage.orientation.adjustment.dependent import alike_groups, dependent_precision, effective_weights
 from frontage.orientation.adjustment.fit import Fit
 from frontage.orientation.adjustment.layout import Layout, determined_points, layout_of
 from frontage.orientation.adjustment.linearise import linearise, point_derivatives, residuals
@@ -71,8 +72,7 @@ def adjust(
         if count == chosen.rounds or not _revise(network, now, fit, chosen, count):
             break
     if dependence is not None:
-        points = fit.minimum.state.points
-        fit = replace(fit, precision=clustered_precision(fit.equations, fit.precision, points, dependence))
+        fit = _for_dependent_errors(network, now, fit, dependence, chosen)
     return assemble(network, fit, now.images, now.surfaces, now.iterations, count, chosen)
 
 
@@ -103,15 +103,35 @@ def _set_aside(network: Network, now: _Progress, options: AdjustmentOptions) -> 
 def _fit(network: Network, now: _Progress, options: AdjustmentOptions, keep_robust: bool) -> Fit:
     """Minimises with the present observations and factors, and computes the precision."""
     layout = _lay_out(network, now)
-    weights = plain_weights(network, layout, now.factors)
-    loss: Reweight = least_squares(layout, weights)
+    loss: Reweight = least_squares(layout, plain_weights(network, layout, now.factors))
     if keep_robust:
         loss = robust(network, layout, now.factors, options)
+    return _fitted(network, now, layout, loss, options)
+
+
+def _fitted(
+    network: Network, now: _Progress, layout: Layout, loss: Reweight, options: AdjustmentOptions
+) -> Fit:
     minimum = _take(now, minimise(network, now.state, layout, loss, most=options.iterations))
     rows = linearise(network, now.state, layout, minimum.weights, minimum.residuals)
     equations = normal_equations(layout, rows)
     datum = datum_of(network, now.state, layout, rows)
     return Fit(minimum, layout, equations, datum, precision(equations, datum), now.factors)
+
+
+def _for_dependent_errors(
+    network: Network, now: _Progress, fit: Fit, dependence: Dependence, options: AdjustmentOptions
+) -> Fit:
+    """Adjusts once more with weights for errors that are alike, and gives the covariances that hold for them.
+
+    Tests, redundancies and the cost are those of the fit before: they are about single observations.
+    """
+    groups = alike_groups(network, fit, dependence)
+    loss = least_squares(fit.layout, effective_weights(fit, groups))
+    last = _fitted(network, now, fit.layout, loss, options)
+    told = dependent_precision(last.equations, last.precision, fit.minimum.state.points, groups)
+    kept = replace(fit.precision, wide=told.wide, points=told.points)
+    return replace(last, minimum=replace(last.minimum, cost=fit.minimum.cost), precision=kept)
 
 
 def _revise(network: Network, now: _Progress, fit: Fit, options: AdjustmentOptions, count: int) -> bool:

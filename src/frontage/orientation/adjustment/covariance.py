@@ -21,15 +21,17 @@ _POINT_SINGULAR = 1e-10  # ratio of the eigenvalues of a point's block: rays tha
 
 
 class NotDetermined(FrontageError):
-    """The observations do not determine some bodies or cameras, whose numbers it carries."""
+    """The observations do not determine some bodies, cameras or mounts, whose numbers it carries."""
 
     code = "O100"
 
-    def __init__(self, bodies: tuple[int, ...], cameras: tuple[int, ...]) -> None:
-        self.bodies, self.cameras = bodies, cameras
+    def __init__(
+        self, bodies: tuple[int, ...], cameras: tuple[int, ...], mounts: tuple[int, ...] = ()
+    ) -> None:
+        self.bodies, self.cameras, self.mounts = bodies, cameras, mounts
         parts = [
             f"{what} {_listed(numbers)}"
-            for what, numbers in (("bodies", bodies), ("cameras", cameras))
+            for what, numbers in (("bodies", bodies), ("cameras", cameras), ("mounts", mounts))
             if numbers
         ]
         super().__init__(
@@ -46,11 +48,12 @@ def _listed(numbers: tuple[int, ...]) -> str:
 class Precision:
     """Covariances and redundancies at the end of a minimisation, in the units of the weights.
 
-    wide      (u, u) joint covariance of bodies and camera parameters
+    wide      (u, u) joint covariance of bodies, camera parameters and mounts
     points    (a, 3, 3) marginal covariances of the active points
     images    (m_a, 2, 2) redundancy matrices of the active image rows: covariance of the residuals in sigmas
     surfaces  (k_a,) redundancies
     priors    (b,) sum over the rows of each prior; `cameras` (f,) of the priors of camera parameters
+    mounts    redundancy of the priors of all mounts together
     """
 
     wide: Float
@@ -59,6 +62,7 @@ class Precision:
     surfaces: Float
     priors: Float
     cameras: Float
+    mounts: float
 
 
 def degenerate_points(V: Float) -> Bool:
@@ -88,8 +92,10 @@ def precision(equations: NormalEquations, datum: Datum) -> Precision:
         if prior is not None:
             block = wide[6 * body : 6 * body + 6, 6 * body : 6 * body + 6]
             priors[body] = len(prior[1]) - np.einsum("ri,ij,rj->", prior[0], block, prior[0])
-    cameras = (rows.cameras > 0) - rows.cameras**2 * np.diag(wide)[6 * layout.bodies :]
-    return Precision(wide, points, images, 1.0 - spread, priors, cameras)
+    cameras = (rows.cameras > 0) - rows.cameras**2 * np.diag(wide)[layout.all_cameras]
+    spanned = rows.mounts @ wide[layout.all_mounts, layout.all_mounts] @ rows.mounts.T
+    mounts = float(len(rows.mount_miss) - np.trace(spanned))
+    return Precision(wide, points, images, 1.0 - spread, priors, cameras, mounts)
 
 
 def _own_columns(layout: Layout, chunk: Chunk, across: Float) -> Float:
@@ -132,8 +138,9 @@ def _inverse(S: Float, equations: NormalEquations, datum: Datum) -> Float:
 
 
 def _not_determined(layout: Layout, part: Float) -> NotDetermined:
-    """Names the bodies and cameras with a large `part` (u,) in directions that are not determined."""
+    """Names the bodies, cameras and mounts with a large `part` (u,) in directions that are not determined."""
     large = part >= _SHARE * part.max()
     bodies = large[: 6 * layout.bodies].reshape(-1, 6).any(axis=1)
     cameras = [i for i in range(len(layout.free)) if large[layout.camera_columns(i)].any()]
-    return NotDetermined(tuple(np.flatnonzero(bodies).tolist()), tuple(cameras))
+    mounts = [i for i in range(len(layout.mounted)) if large[layout.mount_columns(i)].any()]
+    return NotDetermined(tuple(np.flatnonzero(bodies).tolist()), tuple(cameras), tuple(mounts))

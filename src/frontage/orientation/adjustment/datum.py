@@ -25,7 +25,7 @@ _SAME_PLACE_M = 1e-9  # m
 
 @dataclass(frozen=True, eq=False)
 class Datum:
-    """The freedoms (u, d) of bodies and cameras that nothing fixes, and the constraints (u, d) on them."""
+    """The freedoms (u, d) of bodies and mounts that nothing fixes, and the constraints (u, d) on them."""
 
     freedoms: Float
     constraints: Float
@@ -42,16 +42,19 @@ def datum_of(network: Network, state: State, layout: Layout, rows: Linearised) -
     miss = np.einsum("ki,ki->k", surfaces.direction, state.points[surfaces.point] - surfaces.at)
     # Where the observations are, not where the points are: their noise must not pass for information.
     places = state.points[surfaces.point] - miss[:, None] * surfaces.direction
-    bodies, at_places, size = _moves(network, state, layout, places)
+    bodies, mounts, at_places, size = _moves(network, state, layout, places)
     free = _not_seen(np.einsum("ki,kij->kj", rows.surface, at_places), _NOISE * np.sqrt(len(places)) / size)
     for body, prior in enumerate(rows.priors):
         if prior is not None:
             strength = prior[0] @ bodies[body] @ free
             free = free @ _not_seen(strength, _RANK * float(np.abs(prior[0]).max()))
+    free = free @ _not_seen(rows.mounts @ mounts @ free, _RANK * float(np.abs(rows.mounts).max(initial=0.0)))
     freedoms = np.zeros((layout.columns, free.shape[1]))
     freedoms[: 6 * layout.bodies] = bodies.reshape(6 * layout.bodies, -1) @ free
+    freedoms[layout.all_mounts] = mounts @ free
     metric = np.ones(layout.columns)
     metric[: 6 * layout.bodies] = np.tile([1.0, 1.0, 1.0, size**2, size**2, size**2], layout.bodies)
+    metric[layout.all_mounts] = 0.0  # the poses of the bodies alone are to change least
     return Datum(freedoms, freedoms * metric[:, None])
 
 
@@ -62,11 +65,13 @@ def _not_seen(seen: Float, least: float) -> Float:
     return np.asarray(directions[strength <= least].T, np.float64)
 
 
-def _moves(network: Network, state: State, layout: Layout, places: Float) -> tuple[Float, Float, float]:
-    """How bodies (b, 6, f) and places (k, 3, f) move by shifts, turns and scale, and the size in m.
+def _moves(
+    network: Network, state: State, layout: Layout, places: Float
+) -> tuple[Float, Float, Float, float]:
+    """How bodies (b, 6, f), columns of mounts (v, f) and places (k, 3, f) move, and the size in m.
 
-    Turns and scale are about the centre of the block, by as much as moves its edge by a metre. There is no
-    freedom of scale where a rig has cameras at known distances.
+    They are moved by shifts, turns and scale. Turns and scale are about the centre of the block, by as much
+    as moves its edge by a metre. There is no freedom of scale where a rig has cameras at known distances.
     """
     everything = np.vstack([state.positions, state.points[layout.points]])
     centre = np.median(everything, axis=0)
@@ -74,11 +79,35 @@ def _moves(network: Network, state: State, layout: Layout, places: Float) -> tup
     bodies = np.zeros((layout.bodies, 6, 7))
     bodies[:, :3] = _shifts_turns_scale((state.positions - centre) / size)
     bodies[:, 3:, 3:6] = np.eye(3) / size
-    # The scale acts on the projection centres; a body follows its camera.
-    carriers, first = np.unique(network.photos.body, return_index=True)
-    bodies[carriers, :3, 6] += state.levers(network.photos)[first] / size
-    count = 6 if _has_baseline(network) else 7
-    return bodies[:, :, :count], _shifts_turns_scale((places - centre) / size)[:, :, :count], size
+    # The scale acts on the projection centres; a body follows its cameras, or these move on the body.
+    arms, carried, fixed = _scaled_arms(network, state, layout)
+    bodies[:, :3, 6] += np.einsum("bij,bj->bi", state.rotations, carried) / size
+    mounts = np.zeros((layout.columns - layout.all_mounts.start, 7))
+    moved = [arms[i, free[free < 3]] for i, free in enumerate(layout.mounted)]
+    turned = [np.zeros((free >= 3).sum()) for free in layout.mounted]
+    mounts[:, 6] = np.concatenate([np.concatenate(pair) for pair in zip(moved, turned, strict=True)]) / size
+    count = 6 if fixed else 7
+    at_places = _shifts_turns_scale((places - centre) / size)
+    return bodies[:, :, :count], mounts[:, :count], at_places[:, :, :count], size
+
+
+def _scaled_arms(network: Network, state: State, layout: Layout) -> tuple[Float, Float, bool]:
+    """How mounts (q, 3) and bodies (b, 3), in their own axes, move when all distances of cameras grow alike.
+
+    The last value tells that mounts which are held do not let them. Only differences within a body count:
+    ``change(mount) - mean = arm(mount) - mean`` over its photos, solved for the mounts that are estimated.
+    """
+    body, mount = network.photos.body, network.photos.mount
+    at = np.zeros((layout.bodies, len(state.arms)))
+    np.add.at(at, (body, mount), 1.0)
+    at /= np.maximum(at.sum(axis=1, keepdims=True), 1.0)
+    apart = np.eye(len(state.arms))[mount] - at[body]
+    arms = np.zeros_like(state.arms)
+    for axis in range(3):
+        free = [i for i, f in enumerate(layout.mounted) if axis in f]
+        arms[free, axis] = np.linalg.lstsq(apart[:, free], apart @ state.arms[:, axis], rcond=None)[0]
+    left = apart @ (state.arms - arms)
+    return arms, at @ (state.arms - arms), bool((np.abs(left) > _SAME_PLACE_M).any())
 
 
 def _shifts_turns_scale(places: Float) -> Float:
@@ -89,12 +118,3 @@ def _shifts_turns_scale(places: Float) -> Float:
         moves[:, :, 3 + axis] = np.cross(np.eye(3)[axis], places)
     moves[:, :, 6] = places
     return moves
-
-
-def _has_baseline(network: Network) -> bool:
-    """Whether two cameras of one body sit at different places."""
-    places: dict[int, Float] = {}
-    for body, mounted in zip(network.photos.body, network.photos.body_from_camera, strict=True):
-        if np.linalg.norm(mounted.t - places.setdefault(int(body), mounted.t)) > _SAME_PLACE_M:
-            return True
-    return False

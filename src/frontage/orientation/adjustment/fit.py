@@ -32,7 +32,7 @@ class Fit:
         """The number of scalar observations, priors included."""
         priors = sum(len(p[1]) for p in self.rows.priors if p is not None)
         own = 2 * len(self.layout.rows) + len(self.layout.surface_rows)
-        return int(own + priors + (self.rows.cameras > 0).sum())
+        return int(own + priors + (self.rows.cameras > 0).sum() + len(self.rows.mount_miss))
 
     @property
     def dof(self) -> int:

@@ -43,9 +43,11 @@ class Layout:
     """The unknowns and rows of one minimisation.
 
     bodies        number of bodies b; their columns are 0 .. 6 b - 1
-    free          per camera the numbers of its estimated parameters
-    columns       number u of columns of bodies and cameras
-    photo_columns (p, k) int64: columns of every photo (six of the body, then the camera's); u for padding
+    free          per camera the numbers of its estimated parameters; their columns follow
+    mounted       per mount the numbers of its estimated parameters; their columns are the last
+    columns       number u of columns of bodies, cameras and mounts
+    photo_columns (p, k) int64: columns of every photo (six of the body, then the camera's, then the mount's);
+                  u for padding
     points        (a,) int64: the points that take part, neighbours together
     rows          (m_a,) int64: the image rows that take part, in the order of their points
     slot          (m_a,) int64: the place of each row's point in `points`
@@ -55,6 +57,7 @@ class Layout:
 
     bodies: int
     free: tuple[Int, ...]
+    mounted: tuple[Int, ...]
     columns: int
     photo_columns: Int
     points: Int
@@ -69,10 +72,30 @@ class Layout:
         """The number k of columns of a row."""
         return int(self.photo_columns.shape[1])
 
+    @property
+    def first_mounted(self) -> int:
+        """Where the columns of the mounts begin in `photo_columns`."""
+        return 6 + max((len(f) for f in self.free), default=0)
+
+    @property
+    def all_cameras(self) -> slice:
+        """The columns of the estimated parameters of all cameras."""
+        return slice(6 * self.bodies, 6 * self.bodies + sum(len(f) for f in self.free))
+
+    @property
+    def all_mounts(self) -> slice:
+        """The columns of the estimated parameters of all mounts."""
+        return slice(self.all_cameras.stop, self.columns)
+
     def camera_columns(self, camera: int) -> slice:
         """The columns of the estimated parameters of a camera."""
         start = 6 * self.bodies + sum(len(f) for f in self.free[:camera])
         return slice(start, start + len(self.free[camera]))
+
+    def mount_columns(self, mount: int) -> slice:
+        """The columns of the estimated parameters of a mount."""
+        start = self.all_mounts.start + sum(len(f) for f in self.mounted[:mount])
+        return slice(start, start + len(self.mounted[mount]))
 
     @cached_property
     def rows_of_photo(self) -> tuple[Int, ...]:
@@ -125,18 +148,20 @@ def layout_of(network: Network, images: Bool, surfaces: Bool, points: Bool) -> L
     """Lays out the rows `images` (m,) and `surfaces` (k,) of the `points` (n,) that take part."""
     bodies = len(network.poses)
     free = tuple(np.flatnonzero(s > 0) for s in network.camera_sigmas)
+    mounted = tuple(np.flatnonzero(np.diag(m.covariance) > 0) for m in network.photos.mounts)
     rows = np.flatnonzero(images & points[network.images.point])
     surface_rows = np.flatnonzero(surfaces & points[network.surfaces.point])
     order = _neighbours_together(network, rows, np.flatnonzero(points))
     slot_of = np.zeros(len(network.points), np.int64)
     slot_of[order] = np.arange(len(order))
     rows = rows[np.argsort(slot_of[network.images.point[rows]], kind="stable")]
-    columns = 6 * bodies + sum(len(f) for f in free)
+    columns = 6 * bodies + sum(len(f) for f in (*free, *mounted))
     return Layout(
         bodies,
         free,
+        mounted,
         columns,
-        _photo_columns(network, free, columns),
+        _photo_columns(network, free, mounted),
         order,
         rows,
         slot_of[network.images.point[rows]],
@@ -146,14 +171,18 @@ def layout_of(network: Network, images: Bool, surfaces: Bool, points: Bool) -> L
     )
 
 
-def _photo_columns(network: Network, free: tuple[Int, ...], columns: int) -> Int:
-    table = np.full((len(network.photos), 6 + max((len(f) for f in free), default=0)), columns)
-    table[:, :6] = 6 * network.photos.body[:, None] + np.arange(6)
-    start = np.cumsum([6 * len(network.poses), *(len(f) for f in free)])
-    for photo, camera in enumerate(network.photos.camera):
-        count = len(free[camera])
-        table[photo, 6 : 6 + count] = start[camera] + np.arange(count)
-    return table
+def _photo_columns(network: Network, free: tuple[Int, ...], mounted: tuple[Int, ...]) -> Int:
+    photos, first = network.photos, 6 * len(network.poses)
+    blocks = [6 * photos.body[:, None] + np.arange(6)]
+    end = first + sum(len(f) for f in (*free, *mounted))
+    for parts, number in ((free, photos.camera), (mounted, photos.mount)):
+        width = [len(f) for f in parts]
+        start = first + np.cumsum([0, *width])
+        place = np.arange(max(width, default=0))
+        table = np.where(place < np.array(width)[:, None], start[:-1, None] + place, end)
+        blocks.append(table[number])
+        first = int(start[-1])
+    return np.concatenate(blocks, axis=1)
 
 
 def _neighbours_together(network: Network, rows: Int, points: Int) -> Int:

@@ -7,14 +7,20 @@ For a camera at ``C = t + R l`` on a body (R, t) with lever arm l, the point in 
     by point        P A
     by translation  -P A
     by rotation     each row a of P A gives  a x (X - t)
+
+and for a mount that is estimated too, in the axes of the body::
+
+    by translation  -P A R
+    by rotation     each row a of P A gives  (a x (X - C)) R
 """
 
 from dataclasses import dataclass
 
 import numpy as np
+from scipy import linalg
 from scipy.spatial.transform import Rotation
 
-from frontage.geometry.arrays import Array, Float, Int
+from frontage.geometry.arrays import Array, Bool, Float, Int
 from frontage.geometry.rigid import Rigid3, skew
 from frontage.model.estimate import Estimate
 from frontage.orientation.adjustment.derivatives import by_parameters, by_point
@@ -48,6 +54,7 @@ class Linearised:
     surface      (k_a, 3) derivatives by the point, `surface_miss` (k_a,)
     priors       per body (6 or fewer, 6) derivatives of its prior and the miss; None without a prior
     cameras      (free parameters,) derivatives of the priors of the cameras, `camera_miss` likewise
+    mounts       derivatives (r, f) of the priors of the mounts by their f columns, `mount_miss` (r,)
     """
 
     point: Float
@@ -58,6 +65,8 @@ class Linearised:
     priors: tuple[tuple[Float, Float] | None, ...]
     cameras: Float
     camera_miss: Float
+    mounts: Float
+    mount_miss: Float
 
 
 def residuals(network: Network, state: State) -> Residuals:
@@ -94,6 +103,7 @@ def linearise(network: Network, state: State, layout: Layout, weights: Weights, 
         prior_rows(network, state),
         cameras,
         camera_miss,
+        *mount_prior_rows(network, state),
     )
 
 
@@ -119,7 +129,24 @@ def _image_derivatives(network: Network, state: State, layout: Layout) -> tuple[
     arm = state.points[network.images.point[layout.rows]] - state.positions[body]
     wide[:, :, :3] = -point
     _cross(point, arm[:, None, :], wide[:, :, 3:6])
+    if any(len(f) for f in layout.mounted):
+        _mount_derivatives(network, state, layout, point, wide[:, :, layout.first_mounted :])
     return point, wide
+
+
+def _mount_derivatives(network: Network, state: State, layout: Layout, point: Float, out: Float) -> None:
+    """Writes the derivatives (m_a, 2, q) by the mounts; `point` (m_a, 2, 3) are those by points."""
+    photos = network.photos
+    centre = state.positions[photos.body] + state.levers(photos)
+    arm = state.points[network.images.point[layout.rows]] - centre[layout.photo]
+    both = np.concatenate([-point, np.empty_like(point)], axis=2)
+    _cross(point, arm[:, None, :], both[:, :, 3:])
+    axes = state.rotations[photos.body[layout.photo]]
+    both = np.concatenate([both[:, :, :3] @ axes, both[:, :, 3:] @ axes], axis=2)
+    mount = photos.mount[layout.photo]
+    for number, free in enumerate(layout.mounted):
+        rows = np.flatnonzero(mount == number)
+        out[rows, :, : len(free)] = both[rows][:, :, free]
 
 
 def point_derivatives(network: Network, state: State, rows: Int, xyz: Float | None = None) -> Float:
@@ -144,20 +171,35 @@ def _cross(a: Float, b: Float, out: Float) -> None:
 def prior_rows(network: Network, state: State) -> tuple[tuple[Float, Float] | None, ...]:
     """Per body the derivative (r, 6) and the miss (r,) of its pose prior, in sigmas."""
     return tuple(
-        None if prior is None else _prior(prior, state.rotations[i], state.positions[i])
+        None
+        if prior is None
+        else _prior(prior, state.rotations[i], state.positions[i], np.isfinite(np.diag(prior.covariance)))
         for i, prior in enumerate(network.pose_priors)
     )
 
 
-def _prior(prior: Estimate[Rigid3], rotation: Float, position: Float) -> tuple[Float, Float]:
+def _prior(prior: Estimate[Rigid3], rotation: Float, position: Float, known: Bool) -> tuple[Float, Float]:
+    """The derivative (r, 6) and the miss (r,) of the components of a pose that are `known` (6,)."""
     turn = Rotation.from_matrix(rotation @ prior.value.R.T).as_rotvec()
     derivative = np.eye(6)
     derivative[3:, 3:] = _inverse_left_jacobian(turn)
-    known = np.isfinite(np.diag(prior.covariance))
     root = np.linalg.cholesky(prior.covariance[np.ix_(known, known)])
     miss = np.concatenate([position - prior.value.t, turn])
     rows = np.linalg.solve(root, np.column_stack([derivative, miss])[known])
     return np.asarray(rows[:, :6], np.float64), np.asarray(rows[:, 6], np.float64)
+
+
+def mount_prior_rows(network: Network, state: State) -> tuple[Float, Float]:
+    """Derivatives (r, f) by the f columns of the mounts, and misses (r,), of their priors, in sigmas."""
+    blocks, miss = [np.empty((0, 0))], [np.empty(0)]
+    for number, mount in enumerate(network.photos.mounts):
+        free = np.diag(mount.covariance) > 0
+        if free.any():
+            known = free & np.isfinite(np.diag(mount.covariance))
+            rows = _prior(mount, state.turns[number], state.arms[number], known)
+            blocks.append(rows[0][:, free])
+            miss.append(rows[1])
+    return np.asarray(linalg.block_diag(*blocks), np.float64), np.concatenate(miss)
 
 
 def _inverse_left_jacobian(turn: Float) -> Float:

@@ -14,6 +14,7 @@ from frontage.orientation.adjustment.linearise import (
     Weights,
     camera_prior_rows,
     linearise,
+    mount_prior_rows,
     prior_rows,
     residuals,
 )
@@ -110,7 +111,7 @@ def _evaluate(network: Network, state: State, reweight: Reweight) -> Minimum:
     at = residuals(network, state)
     weights, cost = reweight(at)
     cost += sum(float(p[1] @ p[1]) for p in prior_rows(network, state) if p is not None)
-    miss = camera_prior_rows(network, state)[1]
+    miss = np.concatenate([camera_prior_rows(network, state)[1], mount_prior_rows(network, state)[1]])
     return Minimum(state, at, weights, cost + float(miss @ miss), 0, "")
 
 
@@ -145,4 +146,7 @@ def _moved(state: State, layout: Layout, wide: Float, points: Float) -> State:
         change[layout.free[i]] = wide[layout.camera_columns(i)]
         parameters.append(change)
     bodies = wide[: 6 * layout.bodies].reshape(-1, 6)
-    return state.moved(bodies, tuple(parameters), layout.points, points)
+    mounts = np.zeros((len(layout.mounted), 6))
+    for i, free in enumerate(layout.mounted):
+        mounts[i, free] = wide[layout.mount_columns(i)]
+    return state.moved(bodies, tuple(parameters), mounts, layout.points, points)

@@ -15,31 +15,46 @@ from frontage.model.photo import Camera
 class Photos:
     """The photos: which body carries each, which camera took it, and how the camera sits on the body.
 
-    body              (p,) int64
-    camera            (p,) int64
-    body_from_camera  per photo, known and held fixed
+    body    (p,) int64
+    camera  (p,) int64
+    mount   (p,) int64 into `mounts`
+    mounts  body_from_camera with covariances (6, 6) in the axes of the body: 0 on the diagonal holds a
+            parameter fixed, inf leaves it free, and all else is a prior
 
     A photo on its own is its own body with the identity. The cameras of a vehicle are several photos of one
-    body, so a rig needs no constraints.
+    body, and share a mount over all its poses. One mount of a vehicle has to be held or have a prior:
+    otherwise nothing says what its body is.
     """
 
     body: Int
     camera: Int
-    body_from_camera: tuple[Rigid3, ...]
+    mount: Int
+    mounts: tuple[Estimate[Rigid3], ...]
 
     def __post_init__(self) -> None:
-        freeze(self, body=((None,), np.int64), camera=((len(self.body),), np.int64))
-        if len(self.body_from_camera) != len(self.body):
-            raise ValueError("photos: one body_from_camera per photo is needed")
+        p = len(self.body)
+        freeze(self, body=((None,), np.int64), camera=((p,), np.int64), mount=((p,), np.int64))
+        if any(m.covariance.shape != (6, 6) or not (np.diag(m.covariance) >= 0).all() for m in self.mounts):
+            raise ValueError("photos: a mount needs a covariance (6, 6)")
 
     def __len__(self) -> int:
         return len(self.body)
+
+    @property
+    def body_from_camera(self) -> tuple[Rigid3, ...]:
+        """Per photo how its camera sits on its body, as approximately known."""
+        return tuple(self.mounts[k].value for k in self.mount)
 
     @staticmethod
     def free(camera: Array) -> "Photos":
         """Photos that are their own bodies, of the cameras (p,)."""
         count = len(camera)
-        return Photos(np.arange(count), camera, (Rigid3.identity("body", "camera"),) * count)
+        return Photos(np.arange(count), camera, np.zeros(count, np.int64), (held_mount(),))
+
+
+def held_mount(body_from_camera: Rigid3 | None = None) -> Estimate[Rigid3]:
+    """How a camera sits on its body, known exactly; by default it is the body itself."""
+    return Estimate(body_from_camera or Rigid3.identity("body", "camera"), np.zeros((6, 6)), np.inf)
 
 
 @dataclass(frozen=True, eq=False)
@@ -154,7 +169,7 @@ class Network:
     camera_sigmas  per camera the standard errors (k,) of its parameters before the adjustment: 0 holds a
                    parameter fixed, inf leaves it free; () holds all fixed
 
-    Raises InputError for numbers of photos, bodies, cameras or points that do not exist.
+    Raises InputError for numbers of photos, bodies, cameras, mounts or points that do not exist.
     """
 
     poses: tuple[Rigid3, ...]
@@ -187,6 +202,7 @@ class Network:
         bounds = (
             ("body of a photo", self.photos.body, len(self.poses)),
             ("camera of a photo", self.photos.camera, len(self.cameras)),
+            ("mount of a photo", self.photos.mount, len(self.photos.mounts)),
             ("photo of an image observation", self.images.photo, len(self.photos)),
             ("point of an image observation", self.images.point, len(self.points)),
             ("point of a point observation", self.surfaces.point, len(self.points)),

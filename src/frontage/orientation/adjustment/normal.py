@@ -1,7 +1,7 @@
-"""The normal equations, reduced to the bodies and cameras by the Schur complement of the points.
+"""The normal equations, reduced to bodies, cameras and mounts by the Schur complement of the points.
 
-With U of bodies and cameras, V of the points (3 x 3 blocks) and W between them, the reduced equations are
-``S = U - W^T V^-1 W``. They are summed over chunks of points, each dense in the few columns that it
+With U of bodies, cameras and mounts, V of the points (3 x 3 blocks) and W between them, the reduced equations
+are ``S = U - W^T V^-1 W``. They are summed over chunks of points, each dense in the few columns that it
 touches, so that the work is done by matrix products.
 """
 
@@ -94,9 +94,11 @@ def _wide_part(layout: Layout, rows: Linearised) -> tuple[Float, Float]:
             block = slice(6 * body, 6 * body + 6)
             U[block, block] += prior[0].T @ prior[0]
             gradient[block] += prior[0].T @ prior[1]
-    own_camera = np.arange(6 * layout.bodies, u)
-    U[own_camera, own_camera] += rows.cameras**2
-    gradient[own_camera] += rows.cameras * rows.camera_miss
+    cameras, mounts = np.arange(u)[layout.all_cameras], layout.all_mounts
+    U[cameras, cameras] += rows.cameras**2
+    gradient[cameras] += rows.cameras * rows.camera_miss
+    U[mounts, mounts] += rows.mounts.T @ rows.mounts
+    gradient[mounts] += rows.mounts.T @ rows.mount_miss
     return U[:u, :u], gradient[:u]
 
 

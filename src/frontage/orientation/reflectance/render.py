@@ -57,16 +57,19 @@ class Rendering:
         return np.asarray(origin + ray * along[:, None])
 
 
-def rendering_factor(photo: Photo, surface: ScannedSurface) -> float:
+def rendering_factor(photo: Photo, surface: ScannedSurface, share: float = 0.5) -> float:
     """Returns how many px of the photo a pixel of its rendering needs, at least 1.
 
-    It follows from the px between neighbouring points of the scan (median). Returns 1 when none is in view.
+    It follows from the px between neighbouring points of the scan, which are fewer at a `share` of them.
+    Returns 1 when none is in view.
     """
-    return max(1.0, FINEST * pixel_factor(photo, surface, None))
+    return max(1.0, FINEST * pixel_factor(photo, surface, None, share))
 
 
-def pixel_factor(photo: Photo, surface: ScannedSurface, size: float | None, sample: int = 20_000) -> float:
-    """Returns how many px of the photo `size` m on the surface are (median of what may be in view).
+def pixel_factor(
+    photo: Photo, surface: ScannedSurface, size: float | None, share: float = 0.5, sample: int = 20_000
+) -> float:
+    """Returns how many px of the photo `size` m on the surface are, or less at a `share` of what is in view.
 
     `size` None stands for the spacing of the points. Returns 0 when nothing is in view.
     """
@@ -78,7 +81,7 @@ def pixel_factor(photo: Photo, surface: ScannedSurface, size: float | None, samp
     if not seen.any():
         return 0.0
     length = surface.spacing[::step][numbers[seen]] if size is None else size
-    return float(np.median(length * _focal(photo) / in_camera[seen, 2]))
+    return float(np.quantile(length * _focal(photo) / in_camera[seen, 2], share))
 
 
 def render(photo: Photo, surface: ScannedSurface, factor: float) -> Rendering:

@@ -9,8 +9,8 @@ import numpy as np
 from frontage.geometry.arrays import Array, Float, Int
 from frontage.orientation.nouns import KeyPoints
 from frontage.orientation.ties.options import TieOptions
+from frontage.orientation.ties.sift import detect
 
-_CONTRAST = 0.02  # COLMAP's threshold: 0.02 / 3 per layer
 _CELLS = 16  # grid cells along the longer side
 _CROWDED = 3.0  # times the mean of all cells, the most that a cell may hold before others are served
 _REBLUR_PX = 1.5  # sigma of the blur against which edges are compared
@@ -28,19 +28,13 @@ def key_points(image: Array, options: TieOptions | None = None) -> KeyPoints:
     options = options or TieOptions()
     grey = image if image.ndim == 2 else cv2.cvtColor(np.ascontiguousarray(image), cv2.COLOR_RGB2GRAY)
     small = _reduced(grey, options.side)
-    # The precise mode removes a shift of a quarter pixel that the doubled first octave brings otherwise.
-    sift = cv2.SIFT.create(contrastThreshold=_CONTRAST, enable_precise_upscale=True)
-    found = sift.detect(small, None)
-    table = np.array([(*k.pt, k.size, k.response) for k in found], np.float64).reshape(-1, 4)
-    kept = _selected(table, small.shape, options.most)
-    chosen, raw = sift.compute(small, [found[i] for i in kept]) if len(kept) else ((), None)
-    if raw is None or len(chosen) != len(kept):
-        raw, kept = np.zeros((0, 128), np.float32), kept[:0]
+    found = detect(small)
+    kept = _selected(found.table, small.shape, options.most)
     stretch = np.array([grey.shape[1] / small.shape[1], grey.shape[0] / small.shape[0]])
     return KeyPoints(
-        pixels=(table[kept, :2] + 0.5) * stretch,
-        scale=table[kept, 2] * stretch.mean(),
-        descriptors=_root(raw),
+        pixels=(found.table[kept, :2] + 0.5) * stretch,
+        scale=found.table[kept, 2] * stretch.mean(),
+        descriptors=_root(found.describe(kept)),
         sharpness=edge_width(grey),
     )
 

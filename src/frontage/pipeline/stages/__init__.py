@@ -6,6 +6,8 @@ depends on. `STAGES` is the order of work; a new stage is a new file and a line 
 
 from frontage.pipeline.stages import (
     buildings,
+    crossbars,
+    drawings,
     export,
     facades,
     keypoints,
@@ -17,7 +19,6 @@ from frontage.pipeline.stages import (
     register,
     report,
     scans,
-    views,
 )
 
 STAGES = (
@@ -30,7 +31,8 @@ STAGES = (
     facades.STAGE,
     ortho.STAGE,
     openings.STAGE,
-    views.STAGE,
+    crossbars.STAGE,
+    drawings.STAGE,
     model.STAGE,
     export.STAGE,
     report.STAGE,

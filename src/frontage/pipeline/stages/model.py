@@ -167,6 +167,7 @@ def _about(found: Assembled, fronts: Sequence[Front]) -> dict[str, Any]:
         "openings_found": sum(len(e.openings) for _, e in fronts),
         "openings_built": len({f.opening for f in faces if f.semantics in ("Window", "Door")}),
         "installations": [i.id for i in found.installations],
+        "window_frames": len({f.opening for f in found.frames}),
         "offsets": offsets,
         "refused": [{"code": f.code, "message": f.message, "hint": f.hint} for f in found.failed],
         "notes": list(found.notes),
@@ -244,7 +245,7 @@ def _notes(made: Sequence[Made]) -> list[str]:
 
 STAGE = Stage(
     name="model",
-    after=("buildings", "facades", "views", After("ortho", optional=True)),
+    after=("buildings", "facades", "crossbars", After("ortho", optional=True)),
     tasks=tasks,
     load=load,
     work=work,

@@ -1,7 +1,6 @@
 """The stage `openings`: openings and protrusions of every facade (paper B, sections 3.1 and 3.2)."""
 
-from collections import defaultdict
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -10,6 +9,7 @@ from frontage.catalog import number_building
 from frontage.model import Building, Elements, Facade, Failed, OrthoImage, Scan
 from frontage.openings import FoundOpenings, OpeningOptions, find_openings
 from frontage.openings.duplicates import without_duplicates
+from frontage.pipeline.notes import shared_notes
 from frontage.pipeline.pictures import evidence_pictures, save_picture
 from frontage.pipeline.project import Project
 from frontage.pipeline.stage import After, Job, Stage, attempt, per_building, warned
@@ -17,8 +17,6 @@ from frontage.pipeline.store.elements import check_elements
 from frontage.pipeline.store.results import EvidencePicture, OpeningsItemResult, StageResult, StageWarning
 from frontage.pipeline.store.store import Store
 from frontage.report.evidence import Picture
-
-_NAMED_FACADES = 4  # that a note which several facades share names
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -122,21 +120,6 @@ def options_at(facade: Facade, building: Building, options: OpeningOptions) -> O
         return options
     rise = float(facade.frame.R[2, 2])
     return options.model_copy(update={"ground_z": (building.ground_z - float(facade.frame.t[2])) / rise})
-
-
-def shared_notes(parts: Iterable[OpeningsItemResult]) -> list[str]:
-    """Return every note on the facades once, with the facades that share it."""
-    facades: dict[str, list[str]] = defaultdict(list)
-    for part in parts:
-        for name, notes in part.notes.items():
-            for note in notes:
-                facades[note.removeprefix(f"facade {name}: ")].append(name)
-    return [f"{_listed(names)}: {note}" for note, names in facades.items()]
-
-
-def _listed(names: list[str]) -> str:
-    more = f" and {len(names) - _NAMED_FACADES} more" if len(names) > _NAMED_FACADES else ""
-    return "openings of " + ", ".join(names[:_NAMED_FACADES]) + more
 
 
 def _judged(

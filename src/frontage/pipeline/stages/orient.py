@@ -59,6 +59,7 @@ def work(job: Job, matched: Matched) -> Oriented:
             photos.image,
             options=project.orientation,
             camera_sigmas=sigmas,
+            rigs=photos.rigs,
             seed=project.project.seed,
             tell=lambda _: job.progress.advance("orient"),
         )

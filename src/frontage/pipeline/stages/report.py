@@ -7,7 +7,18 @@ from frontage.pipeline.stage import After, Job, Stage
 from frontage.pipeline.store.results import StageResult
 from frontage.report import ReportData, render_report
 
-_SHOWN = ("register", "orient", "buildings", "facades", "ortho", "openings", "views", "model", "export")
+_SHOWN = (
+    "register",
+    "orient",
+    "buildings",
+    "facades",
+    "ortho",
+    "openings",
+    "crossbars",
+    "drawings",
+    "model",
+    "export",
+)
 
 
 def load(job: Job) -> ReportData:

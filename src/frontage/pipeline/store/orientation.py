@@ -10,7 +10,7 @@ from frontage.geometry.arrays import Float
 from frontage.geometry.rigid import Rigid3
 from frontage.io.arrayfiles import read_arrays
 from frontage.io.files import MALFORMED
-from frontage.model import Camera, Estimate, Photo, Provenance, WorldRef
+from frontage.model import Camera, Estimate, MountedCamera, Photo, Provenance, Rig, WorldRef
 from frontage.orientation import KeyPoints, Orientation, OrientedPhoto, PairMatches
 from frontage.pipeline.store.files import read_json, write_arrays
 
@@ -85,8 +85,12 @@ def load_matches(path: Path) -> list[PairMatches]:
 def report_record(found: Orientation, given: tuple[Photo, ...], world: WorldRef) -> dict[str, Any]:
     """`orientation/report.json` (DESIGN section 6): poses, standard errors, what supports them."""
     by_id = {photo.id: photo for photo in given}
+    taken = {name: (rig.name, e.name) for rig in found.rigs for e in rig.exposures for name in e.photos}
     return {
-        "photos": [_photo_record(p, by_id[p.photo.id], world) for p in found.photos],
+        "photos": [
+            {**_photo_record(p, by_id[p.photo.id], world), **_taken_record(taken.get(p.photo.id))}
+            for p in found.photos
+        ],
         "unoriented": [{"photo": u.photo, "code": u.code, "reason": u.reason} for u in found.unoriented],
         "source": found.source,
         "points": len(found.points),
@@ -95,7 +99,41 @@ def report_record(found: Orientation, given: tuple[Photo, ...], world: WorldRef)
         "sigma0": _finite(found.sigma0),
         "redundancy": found.redundancy,
         "rejected": found.rejected,
+        "rigs": [_rig_record(rig) for rig in found.rigs],
         "notes": list(found.notes),
+    }
+
+
+def _taken_record(of: tuple[str, str] | None) -> dict[str, Any]:
+    """The rig and the exposure of a photo, null for a photo on its own."""
+    return {"rig": of and of[0], "exposure": of and of[1]}
+
+
+def _rig_record(rig: Rig) -> dict[str, Any]:
+    return {
+        "rig": rig.name,
+        "cameras": [_mount_record(camera) for camera in rig.cameras],
+        "exposures": [
+            {
+                "exposure": e.name,
+                "photos": {rig.cameras[k].name: name for name, k in zip(e.photos, e.cameras, strict=True)},
+            }
+            for e in rig.exposures
+        ],
+    }
+
+
+def _mount_record(camera: MountedCamera) -> dict[str, Any]:
+    """How a camera sits on the body of its rig; null where nothing is known of it."""
+    mount = camera.body_from_camera
+    if mount is None:
+        return {"camera": camera.name, "body_from_camera": None, "estimated": False}
+    return {
+        "camera": camera.name,
+        "body_from_camera": mount.value.matrix[:3].tolist(),
+        "estimated": bool(mount.covariance.any()),
+        "sigma_position": mount.sigma[:3].tolist(),
+        "sigma_angles": np.degrees(mount.sigma[3:]).tolist(),
     }
 
 

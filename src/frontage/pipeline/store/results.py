@@ -88,13 +88,44 @@ class EvidencePicture:
 
 
 @dataclass(frozen=True, kw_only=True)
-class OpeningsItemResult(ItemResult):
-    """What was found on the facades of one building: ids, and per facade its notes and pictures."""
+class NotedItemResult(ItemResult):
+    """The same, with notes for the user per facade."""
+
+    notes: dict[str, tuple[str, ...]] = field(default_factory=dict)
+
+
+@dataclass(frozen=True, kw_only=True)
+class OpeningsItemResult(NotedItemResult):
+    """What was found on the facades of one building: ids, and the pictures of every facade."""
 
     openings: tuple[str, ...] = ()
     protrusions: tuple[str, ...] = ()
-    notes: dict[str, tuple[str, ...]] = field(default_factory=dict)
     pictures: dict[str, tuple[EvidencePicture, ...]] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class WindowPicture:
+    """A picture of what the bars of an opening were found from: file in the facade's folder, its panels."""
+
+    opening: str
+    file: str
+    panels: tuple[str, ...]
+
+
+@dataclass(frozen=True, kw_only=True)
+class CrossbarsItemResult(NotedItemResult):
+    """What was found in the windows of one building.
+
+    resolved    ids of the windows whose layout was decided
+    bars        number of bars in them
+    unresolved  reasons with the ids of the windows that were looked at in vain
+    pictures    per facade
+    """
+
+    resolved: tuple[str, ...] = ()
+    bars: int = 0
+    unresolved: dict[str, tuple[str, ...]] = field(default_factory=dict)
+    pictures: dict[str, tuple[WindowPicture, ...]] = field(default_factory=dict)
 
 
 def result_to_json(result: Any) -> Any:

@@ -20,7 +20,7 @@ Every method that writes also takes note of the files, so that the marker of the
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 from pydantic import ValidationError
 
@@ -42,7 +42,15 @@ from frontage.pipeline.store import elements as elementfiles
 from frontage.pipeline.store.files import read_json, write_array, write_json
 from frontage.pipeline.store.orientationfolder import OrientationFolder
 from frontage.pipeline.store.records import BuildingRecord, load_facade, save_facade
-from frontage.pipeline.store.results import ItemResult, OpeningsItemResult, ScansResult, result_from_json
+from frontage.pipeline.store.results import (
+    CrossbarsItemResult,
+    ItemResult,
+    OpeningsItemResult,
+    ScansResult,
+    result_from_json,
+)
+
+Item = TypeVar("Item", bound=ItemResult)
 
 _AGAIN = "run `frontage run` again"
 
@@ -218,22 +226,26 @@ class Store(OrientationFolder):
         if not self.has(facade, "openings"):
             return None
         folder = self.facade_folder(facade)
-        product = self.has(facade, "views")
+        product = self.has(facade, "crossbars")
         return elementfiles.load_elements(
             folder, facade, elementfiles.PRODUCT if product else elementfiles.FOUND[0]
         )
 
     def openings_item(self, building: str) -> OpeningsItemResult:
         """Return what the stage `openings` told of a building; empty before that stage."""
-        marker = self.markers.read("openings", building)
+        return self._item("openings", building, OpeningsItemResult)
+
+    def crossbars_item(self, building: str) -> CrossbarsItemResult:
+        """Return what the stage `crossbars` told of a building; empty before that stage."""
+        return self._item("crossbars", building, CrossbarsItemResult)
+
+    def _item(self, stage: str, building: str, kind: type[Item]) -> Item:
+        """Return what a stage told of a building; an empty `kind` if there is no readable marker."""
+        marker = self.markers.read(stage, building)
         try:
-            return (
-                OpeningsItemResult()
-                if marker is None
-                else result_from_json(OpeningsItemResult, marker.result)
-            )
+            return kind() if marker is None else result_from_json(kind, marker.result)
         except ValueError:
-            return OpeningsItemResult()
+            return kind()
 
     def found_elements(self, facade: str) -> Elements:
         """Return what the stage `openings` found on a facade, without what later stages added."""

@@ -72,7 +72,7 @@ def read_model_house(building: CityBuilding, id: str) -> ModelDraft | None:
     openings, taken, lost = find_openings(faces, body, walls)
     gone = taken | reveals_of(faces, walls, openings)
     base = _base(faces)
-    fixtures = tuple(s.surfaces for s in shells if s.installation)
+    fixtures = tuple(s.surfaces for s in shells if s.installation and not s.frame_of)
     facades = [f for k in range(len(walls)) if (f := _facade(k, walls[k], openings, gone, base))]
     front = _with_protrusions(id, facades, walls, fixtures)
     address = building.address or f"{id[1:].lstrip('0')} {building.id}"

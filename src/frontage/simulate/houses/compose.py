@@ -15,6 +15,7 @@ from frontage.simulate.houses.placements import PlacedOpening, name_openings, wi
 from frontage.simulate.houses.shapes import BarLayout
 from frontage.simulate.houses.shell import front_outline, house_from_side
 from frontage.simulate.houses.style import Style, WindowType
+from frontage.simulate.houses.varied import vary
 from frontage.simulate.scene import Part
 
 
@@ -69,6 +70,8 @@ def _elevation(
     placements = (
         tuple(_on_storey(s, draft) for s in layout.placements) if draft.spec.opening else layout.placements
     )
+    if draft.spec.windows == "varied":
+        placements = vary(placements, draft, id)
     openings, dressings = name_openings(id, placements)
     cut = [shapely.Polygon(o.ring) for o in openings] + [shapely.Polygon(o.ring) for o in layout.oriels]
     bands = _bands(draft, side, outline, shapely.union_all(cut), rng)

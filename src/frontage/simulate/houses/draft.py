@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from frontage.simulate.houses.housespec import HouseSpec
-from frontage.simulate.houses.palette import Palette, draw_palette
+from frontage.simulate.houses.palette import Palette, draw_palette, varied_palette
 
 SLAB_M = 0.3  # thickness of the structure between two storeys
 ROOFS = ("gable", "street_gable", "hip", "mansard", "flat")
@@ -105,6 +105,8 @@ def draft_house(
     roughness = float(rng.uniform(0.001, 0.005))
     climb = slope * width
     palette = draw_palette(rng, spec.wall)
+    if spec.windows == "varied":
+        palette = varied_palette(palette, seed)
     return HouseDraft(
         spec=spec,
         width=width,

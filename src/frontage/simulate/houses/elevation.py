@@ -19,7 +19,10 @@ class Dressing:
 
     sill       height and projection m; None = no sill
     surround   width and projection m of the moulding around the opening; None = none
-    curtain    "none", "sides", "net" or "blind", covering `share` of the window
+    curtain    "none", "sides", "net", "blind", "cafe" (the lower part) or "venetian" (slats from above),
+               covering `share` of the window
+    things     what stands behind the pane on the sill: x (share of the width), width, height (m), material
+    joinery    whether the frame holds casements or sashes with stiles of their own, and every pane is a sheet
     leaf       pattern of an opaque leaf: "panels", "boards" or "ribs"
     flare      m, by which the inner reveal widens towards the room (behind an oriel's windows)
     """
@@ -28,6 +31,8 @@ class Dressing:
     surround: tuple[float, float] | None = None
     curtain: str = "none"
     share: float = 0.0
+    things: tuple[tuple[float, float, float, str], ...] = ()
+    joinery: bool = False
     leaf: str = "panels"
     flare: float = 0.0
 

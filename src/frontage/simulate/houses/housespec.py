@@ -79,6 +79,9 @@ class HouseSpec(BaseModel):
     vertical: int | None = Field(default=None, ge=0, le=4, description="upright bars of the upper windows")
     horizontal: int | None = Field(default=None, ge=0, le=4, description="transoms of the upper windows")
     bars: Literal["grid", "T", "asymmetric"] | None = Field(default=None, description="layout of their bars")
+    windows: Literal["regular", "varied"] = Field(
+        default="regular", description="varied: divided, coloured and furnished as in real streets"
+    )
     shutters: bool | None = Field(default=None, description="window shutters, some open, some closed")
     balconies: bool | None = Field(default=None, description="balconies with railings")
     oriel: bool | None = Field(default=None, description="an oriel over the upper storeys")

@@ -1,6 +1,6 @@
 """The materials of a house, drawn from colours and reflectances that real houses have."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -16,6 +16,14 @@ _PLASTER: tuple[Rgb, ...] = (
 _BRICK: tuple[Rgb, ...] = ((0.33, 0.12, 0.08), (0.42, 0.19, 0.12), (0.52, 0.38, 0.22), (0.26, 0.13, 0.11))
 _STONE: tuple[Rgb, ...] = ((0.55, 0.49, 0.38), (0.46, 0.44, 0.40), (0.50, 0.36, 0.28), (0.62, 0.58, 0.50))
 _FRAME: tuple[Rgb, ...] = ((0.80, 0.80, 0.78), (0.80, 0.80, 0.78), (0.16, 0.09, 0.05), (0.09, 0.14, 0.10))
+_VARIED_FRAME: tuple[Rgb, ...] = (
+    *_FRAME, (0.80, 0.80, 0.78), (0.66, 0.62, 0.50), (0.30, 0.16, 0.07), (0.05, 0.055, 0.06),
+    (0.33, 0.34, 0.35), (0.10, 0.15, 0.28), (0.28, 0.05, 0.04),
+)  # fmt: skip
+_FABRIC: tuple[Rgb, ...] = (
+    (0.70, 0.69, 0.66), (0.70, 0.69, 0.66), (0.60, 0.52, 0.38), (0.35, 0.10, 0.08), (0.14, 0.18, 0.28),
+    (0.10, 0.09, 0.08), (0.30, 0.36, 0.28),
+)  # fmt: skip
 _LEAF: tuple[Rgb, ...] = ((0.10, 0.05, 0.02), (0.03, 0.09, 0.06), (0.05, 0.06, 0.14), (0.24, 0.03, 0.02))
 _SHUTTER: tuple[Rgb, ...] = ((0.07, 0.17, 0.10), (0.16, 0.22, 0.28), (0.24, 0.13, 0.07), (0.62, 0.62, 0.58))
 _TILES: tuple[Rgb, ...] = ((0.36, 0.13, 0.08), (0.24, 0.10, 0.08), (0.13, 0.13, 0.15), (0.30, 0.18, 0.12))
@@ -72,6 +80,14 @@ def draw_palette(rng: np.random.Generator, wall: str | None = None) -> Palette:
         ),
         furniture=_wood(rng, "furniture", (0.22, 0.13, 0.07)),
     )
+
+
+def varied_palette(palette: Palette, seed: tuple[int, ...]) -> Palette:
+    """Return a palette with frames and curtains of more colours, among them ones close to each other."""
+    rng = np.random.default_rng((*seed, 0xC0))
+    frame, fabric = _pick(rng, _VARIED_FRAME), _pick(rng, _FABRIC)
+    curtain = SurfaceMaterial("curtain", "fabric", _vary(rng, fabric), (0.5, 0.5, 0.5), 0.5, seed=_seed(rng))
+    return replace(palette, frame=_paint(rng, "frame", frame, 0.1), curtain=curtain)
 
 
 def wall_material(rng: np.random.Generator, kind: str) -> SurfaceMaterial:

@@ -4,8 +4,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from frontage.geometry.arrays import Float
 from frontage.simulate.houses.draft import HouseDraft
 from frontage.simulate.houses.elevation import Dressing
+from frontage.simulate.houses.glazing import SASH_GLASS_M, Design, Division, divide
 from frontage.simulate.houses.shapes import BarLayout, opening_ring, plan_bars
 from frontage.simulate.scene import OpeningPlan
 
@@ -22,6 +24,7 @@ _BAR_SHARE = np.array([8, 14, 16, 8, 9, 5, 6, 6, 6, 4, 4, 3, 2, 3, 4, 2]) / 100
 class WindowType:
     """A type of opening that repeats on a house: size, depths and frame width in m, and its dressing.
 
+    bars    how bars divide it: evenly and alike as in a `BarLayout`, or by a `Design`
     rise    m, height of a segmental or triangular head; None = the usual share of the width
     glazed  False for an opaque leaf (doors, gates, garages)
     """
@@ -32,7 +35,7 @@ class WindowType:
     height: float
     depth: float
     frame: float
-    bars: BarLayout
+    bars: BarLayout | Design
     rise: float | None = None
     dressing: Dressing = PLAIN
     glazed: bool = True
@@ -50,12 +53,20 @@ class WindowType:
     ) -> OpeningPlan:
         """Return an opening of this type whose bounding box has its lower left corner at (x, z) m."""
         ring = opening_ring(self.shape, x, z, self.width, self.height, rise=self.rise)
-        bars = plan_bars(ring, self.frame, self.bars) if self.glazed else ()
-        glass = self.depth + GLASS_BEHIND_M
+        division = self._division(ring)
+        glass = self.depth + (GLASS_BEHIND_M if division.meeting is None else SASH_GLASS_M[0])
         return OpeningPlan(
-            id, self.kind, self.shape, ring, wall_y, self.depth, bars, shutters, self.glazed,
+            id, self.kind, self.shape, ring, wall_y, self.depth, division.bars, shutters, self.glazed,
             glass, self.frame, floor, bay,
+            glazing=division.glazing, lines=division.lines, meeting=division.meeting, ajar=division.ajar,
         )  # fmt: skip
+
+    def _division(self, ring: Float) -> Division:
+        if not self.glazed:
+            return Division(())
+        if isinstance(self.bars, Design):
+            return divide(ring, self.frame, self.bars)
+        return Division(plan_bars(ring, self.frame, self.bars))
 
 
 @dataclass(frozen=True)

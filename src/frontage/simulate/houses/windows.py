@@ -6,6 +6,9 @@ from frontage.geometry.arrays import Float
 from frontage.geometry.ring import rectangle
 from frontage.model.glazing import FRAME_THICKNESS_M
 from frontage.simulate.houses.elevation import Dressing
+from frontage.simulate.houses.glazing import STILE_M
+from frontage.simulate.houses.interiors import draw_curtain, draw_things
+from frontage.simulate.houses.joinery import SASHES_THICKNESS_M, draw_joinery
 from frontage.simulate.houses.palette import Palette
 from frontage.simulate.meshing import Pen, band, inset
 from frontage.simulate.scene import OpeningPlan, Part
@@ -25,19 +28,24 @@ def draw_opening(pen: Pen, plan: OpeningPlan, dressing: Dressing, palette: Palet
     if plan.shutters == "closed":
         shutter = pen.surface("shutter", Part.SHUTTER, palette.shutter)
         pen.block(shutter, plan.ring, plan.wall_y + 0.01, plan.wall_y + 0.04)
-    back = front + FRAME_THICKNESS_M
-    light = _draw_frame(pen, plan, palette, front, back)
+    back = front + (FRAME_THICKNESS_M if plan.meeting is None else SASHES_THICKNESS_M)
+    stile = STILE_M if dressing.joinery and plan.glazed else 0.0
+    light = _draw_frame(pen, plan, palette, front, back, stile)
     if not plan.glazed:
         _draw_leaf(pen, light, front + LEAF_BEHIND_M, dressing.leaf, palette)
         return
-    pane = pen.surface("pane", Part.PANE, palette.pane)
-    pen.plate(pane, light, plan.wall_y + plan.glass_depth)
-    _draw_bars(pen, plan, palette, front, back)
+    if dressing.joinery:
+        draw_joinery(pen, plan, palette, front)
+    else:
+        pane = pen.surface("pane", Part.PANE, palette.pane)
+        pen.plate(pane, light, plan.wall_y + plan.glass_depth)
+        _draw_bars(pen, plan, palette, front, back)
     inner = pen.surface("inner_reveal", Part.ROOM, palette.room, u=(0.0, 1.0, 0.0))
     far = inset(plan.ring, -dressing.flare) if dressing.flare else plan.ring
     xyz, corners = band(_at(plan.ring, back), _at(far, max(inner_y, back)))
     pen.triangles(inner, xyz, corners)
-    _draw_curtain(pen, plan, dressing, palette, back + 0.03)
+    draw_curtain(pen, plan, dressing, palette, back + 0.03)
+    draw_things(pen, plan, dressing, palette, back + 0.05)
 
 
 def inner_ring(plan: OpeningPlan, dressing: Dressing) -> Float:
@@ -45,8 +53,11 @@ def inner_ring(plan: OpeningPlan, dressing: Dressing) -> Float:
     return inset(plan.ring, -dressing.flare) if dressing.flare else plan.ring
 
 
-def _draw_frame(pen: Pen, plan: OpeningPlan, palette: Palette, front: float, back: float) -> Float:
-    light = inset(plan.ring, plan.frame_width)
+def _draw_frame(
+    pen: Pen, plan: OpeningPlan, palette: Palette, front: float, back: float, stile: float
+) -> Float:
+    """Draws the frame up to the stiles of its casements or sashes, and returns its inner outline."""
+    light = inset(plan.ring, plan.frame_width - stile)
     frame = pen.surface("frame", Part.FRAME, palette.frame if plan.glazed else palette.leaf)
     pen.triangles(frame, *band(_at(plan.ring, front), _at(light, front)))
     pen.strip(frame, light, front, back)
@@ -85,40 +96,6 @@ def _draw_leaf(pen: Pen, light: Float, y: float, style: str, palette: Palette) -
         cells = [(x0 + w * a, z0 + h * c, x0 + w * b, z0 + h * d) for a, b in columns for c, d in rows]
     for cell in cells:
         pen.block(surface, rectangle(*cell), y - 0.012, y, back=False)
-
-
-def _draw_curtain(pen: Pen, plan: OpeningPlan, dressing: Dressing, palette: Palette, y: float) -> None:
-    """Draws fabric behind the pane: a strip on each side, a net over all of it, or a blind from above."""
-    if dressing.curtain == "none":
-        return
-    (x0, z0), (x1, z1) = plan.ring.min(0), plan.ring.max(0)
-    width, height, share = x1 - x0, z1 - z0, dressing.share
-    surface = pen.surface("curtain", Part.ROOM, palette.curtain)
-    if dressing.curtain == "blind":
-        cells = [(x0, z1 - height * share, x1, z1)]
-    elif dressing.curtain == "net":
-        cells = [(x0, z0 + 0.02, x1, z1)]
-    else:
-        part = width * min(share, 0.45)
-        cells = [(x0, z0, x0 + part, z1), (x1 - part, z0, x1, z1)]
-    for cell in cells:
-        _draw_fabric(pen, surface, cell, y, dressing.curtain != "blind")
-
-
-def _draw_fabric(
-    pen: Pen, surface: int, cell: tuple[float, float, float, float], y: float, wavy: bool
-) -> None:
-    x0, z0, x1, z1 = cell
-    count = max(2, int((x1 - x0) / 0.04)) if wavy else 2
-    x = np.linspace(x0, x1, count)
-    depth = y + (0.012 * np.sin(np.arange(count) * 1.9) + 0.012 if wavy else np.zeros(count))
-    low = np.column_stack([x, depth, np.full(count, z0)])
-    high = np.column_stack([x, depth, np.full(count, z1)])
-    a = np.arange(count - 1)
-    corners = np.concatenate(
-        [np.column_stack([a, a + 1, a + 1 + count]), np.column_stack([a, a + 1 + count, a + count])]
-    )
-    pen.triangles(surface, np.concatenate([low, high]), corners)
 
 
 def _at(ring: Float, y: float) -> Float:

@@ -89,7 +89,12 @@ def _opening(opening: OpeningPlan, facade: FacadePlan, world: WorldRef, seen: Sh
     bars: Table = {"vertical": [], "horizontal": []}
     for b in opening.bars:
         bars[b.axis].append(
-            {"position": _number(b.position), "extent": _numbers(b.extent), "width": _number(b.width)}
+            {
+                "position": _number(b.position),
+                "extent": _numbers(b.extent),
+                "width": _number(b.width),
+                "behind": _number(b.behind),
+            }
         )
     return {
         "id": opening.id,
@@ -102,6 +107,10 @@ def _opening(opening: OpeningPlan, facade: FacadePlan, world: WorldRef, seen: Sh
         "glass_depth": _number(opening.glass_depth),
         "frame_width": _number(opening.frame_width),
         "bars": bars,
+        "glazing": opening.glazing,
+        "lines": [{"line": _numbers(line.line), "width": _number(line.width)} for line in opening.lines],
+        "ajar": None if opening.ajar is None else _numbers(opening.ajar[:4]),
+        "meeting": None if opening.meeting is None else _number(opening.meeting),
         "shutters": opening.shutters,
         "glazed": opening.glazed,
         "floor": opening.floor,
@@ -207,5 +216,5 @@ def _number(value: float) -> float:
     return round(float(value), _DIGITS)
 
 
-def _numbers(values: Float | Sequence[float]) -> Any:
+def _numbers(values: Float | Sequence[Any]) -> Any:
     return np.round(np.asarray(values, np.float64), _DIGITS).tolist()

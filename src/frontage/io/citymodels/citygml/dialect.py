@@ -12,25 +12,39 @@ Node = Any  # an lxml element
 
 
 @dataclass(frozen=True)
+class Member:
+    """The names of a kind of object that a building holds, with prefixes; `{}` is the level of detail.
+
+    holder    the property of the building
+    object    the object in it
+    geometry  the property with its solid, or with the surfaces of a frame
+    order     of its contents
+    """
+
+    holder: str
+    object: str
+    geometry: str
+    order: tuple[str, ...]
+
+
+@dataclass(frozen=True)
 class Dialect:
     """The names of one version of CityGML, with prefixes; `{}` stands for the level of detail.
 
-    `order` is the order of the contents of a building, `installation_order` that of an installation.
+    order    of the contents of a building
+    members  by kind: "part", "installation", "frame" (of a window, with its bars)
     """
 
     version: str
     names: Mapping[str, str]
     order: tuple[str, ...]
-    installation_order: tuple[str, ...]
     boundary: str
     surfaces: str
     solid: str
     multi: str
     opening: str
     filled: str
-    installation: str
-    installation_solid: str
-    part: str
+    members: Mapping[str, Member]
 
     def tag(self, name: str) -> str:
         """A name with prefix in lxml's notation."""
@@ -68,6 +82,13 @@ class Dialect:
             element = self.add(holder, f"gen:{kind.capitalize()}Attribute")
             self.add(element, "gen:name", name)
         self.add(element, "gen:value", text)
+
+    def relation(self, parent: Node, kind: str, other: str) -> None:
+        """Append the relation to another object of the file, which only version 3.0 knows."""
+        if self.version == "3.0":
+            relation = self.add(self.add(parent, "core:relatedTo"), "core:CityObjectRelation")
+            self.add(relation, "core:relationType", kind)
+            self.add(relation, "core:relatedTo", xlink_href=f"#{other}")
 
     def height(self, value: float) -> Node:
         """Make the element with the building's height in m."""
@@ -109,6 +130,14 @@ class Dialect:
 
 
 _COMMON = {"xlink": "http://www.w3.org/1999/xlink"}
+_ORDER2 = ("height", "geometry2", "installation", "frame", "boundary", "geometry3", "part", "address")
+_ORDER3 = ("boundary", "geometry2", "geometry3", "height", "frame", "installation", "address", "part")
+_INSTALLATION2 = Member(
+    "bldg:outerBuildingInstallation",
+    "bldg:BuildingInstallation",
+    "bldg:lod{}Geometry",
+    ("geometry2", "geometry3", "boundary"),
+)
 
 CITYGML2 = Dialect(
     "2.0",
@@ -120,17 +149,18 @@ CITYGML2 = Dialect(
         "xAL": "urn:oasis:names:tc:ciq:xsdschema:xAL:2.0",
         **_COMMON,
     },
-    ("height", "solid2", "installation", "boundary", "solid3", "part", "address"),
-    ("solid2", "solid3", "boundary"),
+    _ORDER2,
     boundary="bldg:boundedBy",
     surfaces="bldg",
     solid="bldg:lod{}Solid",
     multi="bldg:lod{}MultiSurface",
     opening="bldg:opening",
     filled="",
-    installation="bldg:outerBuildingInstallation",
-    installation_solid="bldg:lod{}Geometry",
-    part="bldg:consistsOfBuildingPart",
+    members={
+        "part": Member("bldg:consistsOfBuildingPart", "bldg:BuildingPart", "bldg:lod{}Solid", _ORDER2),
+        "installation": _INSTALLATION2,
+        "frame": _INSTALLATION2,  # version 2.0 has no constructive elements
+    },
 )
 
 CITYGML3 = Dialect(
@@ -144,15 +174,26 @@ CITYGML3 = Dialect(
         "xAL": "urn:oasis:names:tc:ciq:xal:3",
         **_COMMON,
     },
-    ("boundary", "solid2", "solid3", "height", "installation", "address", "part"),
-    ("boundary", "solid2", "solid3"),
+    _ORDER3,
     boundary="core:boundary",
     surfaces="con",
     solid="core:lod{}Solid",
     multi="core:lod{}MultiSurface",
     opening="con:fillingSurface",
     filled="Surface",
-    installation="bldg:buildingInstallation",
-    installation_solid="core:lod{}Solid",
-    part="bldg:buildingPart",
+    members={
+        "part": Member("bldg:buildingPart", "bldg:BuildingPart", "core:lod{}Solid", _ORDER3),
+        "installation": Member(
+            "bldg:buildingInstallation",
+            "bldg:BuildingInstallation",
+            "core:lod{}Solid",
+            ("boundary", "geometry2", "geometry3"),
+        ),
+        "frame": Member(
+            "bldg:buildingConstructiveElement",
+            "bldg:BuildingConstructiveElement",
+            "core:lod{}MultiSurface",
+            ("geometry2", "geometry3"),
+        ),
+    },
 )

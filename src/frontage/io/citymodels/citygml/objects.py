@@ -88,8 +88,8 @@ class _Reader:
             self.read(child, identifier(child) or f"{self._draft.id}/{local(child)}{k}")
             about = attributes_of(child)
             for shell in self._draft.shells[first:]:
-                shell.installation |= local(child) == "BuildingInstallation"
-                shell.attributes = shell.attributes or about
+                installation = shell.installation or local(child) == "BuildingInstallation"
+                shell.describe(installation, shell.attributes or about)
 
     def _collect(
         self,

@@ -44,7 +44,8 @@ def write_citygml(
     shown = [s for b in buildings for s in _shown(b)]
     root = writer.dialect.make("core:CityModel")
     writer.dialect.add(root, "gml:name", title)
-    writer.envelope(root, np.vstack([world.to_world(s.ring) for shell in shown for s in shell.surfaces]))
+    corners = np.vstack([s.ring for shell in shown for s in shell.surfaces])
+    writer.envelope(root, world.to_world(corners))
     for b in buildings:
         writer.building(writer.dialect.add(root, "core:cityObjectMember"), b)
     etree.cleanup_namespaces(root, keep_ns_prefixes=list(writer.dialect.names))
@@ -65,12 +66,18 @@ def _level(shell: Shell) -> str:
     return shell.lod[:1]
 
 
+def _kind(shell: Shell) -> str:
+    """What a shell other than the building's own is, as a key of `Dialect.members`."""
+    return "frame" if shell.frame_of else "installation" if shell.installation else "part"
+
+
 @dataclass(eq=False)
 class _Writer:
     """One file: its dialect, its world, and the identifiers that are in use.
 
     srs          the URN of the CRS
     north_first  whether the authority of the CRS puts north before east, which the URN obliges to
+    openings     the identifiers of windows and doors by their names in the shells of LoD3
     """
 
     dialect: Dialect
@@ -78,6 +85,7 @@ class _Writer:
     srs: str | None
     north_first: bool
     given: set[str] = field(default_factory=set)
+    openings: dict[str, str] = field(default_factory=dict)
 
     def envelope(self, root: Node, xyz: Float) -> None:
         """Write the bounding box of points (n, 3) m world, with the CRS."""
@@ -101,14 +109,13 @@ class _Writer:
         if building.address:
             inside["address"].append(self.dialect.address(building.address))
         for name, own in shells.items():
-            thing = "BuildingInstallation" if own[0].installation else "BuildingPart"
-            kind = "installation" if own[0].installation else "part"
-            holder = self.dialect.make(
-                self.dialect.installation if kind == "installation" else self.dialect.part
-            )
-            part = self.dialect.add(holder, f"bldg:{thing}", gml_id=self.identifier(name))
-            order = self.dialect.installation_order if kind == "installation" else self.dialect.order
-            self.fill(part, self.contents(part, own, own[0].attributes), order)
+            kind = _kind(own[0])
+            names = self.dialect.members[kind]
+            holder = self.dialect.make(names.holder)
+            part = self.dialect.add(holder, names.object, gml_id=self.identifier(name))
+            if (opening := self.openings.get(own[0].frame_of)) is not None:
+                self.dialect.relation(part, "frame of", opening)
+            self.fill(part, self.contents(part, own, own[0].attributes), names.order)
             inside[kind].append(holder)
         self.fill(node, inside, self.dialect.order)
 
@@ -127,17 +134,49 @@ class _Writer:
             inside["height"].append(self.dialect.height(float(height)))
         for shell in shells:
             lod = _level(shell)
-            polygons = self.surfaces(inside["boundary"], shell)
-            if not shell.closed or inside[f"solid{lod}"]:
+            names = self.dialect.members.get(_kind(shell)) if shell.part else None
+            holder = self.dialect.make((names.geometry if names else self.dialect.solid).format(lod))
+            if shell.frame_of:
+                self.frame(holder, shell)
+                inside[f"geometry{lod}"].append(holder)
                 continue
-            name = self.dialect.installation_solid if shell.installation else self.dialect.solid
-            holder = self.dialect.make(name.format(lod))
+            polygons = self.surfaces(inside["boundary"], shell)
+            if not shell.closed or inside[f"geometry{lod}"]:
+                continue
             solid = self.dialect.add(holder, "gml:Solid", gml_id=self.identifier(f"solid_{polygons[0]}"))
             around = self.dialect.shell(solid)
             for polygon in polygons:
                 self.dialect.add(around, "gml:surfaceMember", xlink_href=f"#{polygon}")
-            inside[f"solid{lod}"].append(holder)
+            inside[f"geometry{lod}"].append(holder)
         return inside
+
+    def frame(self, holder: Node, shell: Shell) -> None:
+        """Write the polygons of a window's frame, which belong to no thematic surface.
+
+        A model holds many more of them than of others, so that no tag is looked up twice.
+        """
+        identifier = self.identifier(f"{shell.part}_surface")
+        around = self.dialect.add(holder, "gml:MultiSurface", gml_id=identifier)
+        member, polygon, exterior, interior, line, numbers, name = (
+            self.dialect.tag(f"gml:{n}")
+            for n in (
+                "surfaceMember", "Polygon", "exterior", "interior", "LinearRing", "posList", "id",
+            )
+        )  # fmt: skip
+        rings = [np.vstack([r, r[:1]]) for s in shell.surfaces for r in (s.ring, *s.holes)]
+        points = self.ordered(self.world.to_world(np.concatenate(rings))).tolist()
+        texts = [f"{x:.4f} {y:.4f} {z:.4f}" for x, y, z in points]
+        begin = 0
+        for k, s in enumerate(shell.surfaces):
+            here = etree.SubElement(
+                etree.SubElement(around, member), polygon, {name: self.identifier(f"{shell.part}_{k}")}
+            )
+            for number, ring in enumerate((s.ring, *s.holes)):
+                end = begin + len(ring) + 1
+                border = etree.SubElement(etree.SubElement(here, interior if number else exterior), line)
+                corners: Node = etree.SubElement(border, numbers, srsDimension="3")
+                corners.text = " ".join(texts[begin:end])
+                begin = end
 
     def attributes(self, node: Node, attributes: Mapping[str, Any]) -> None:
         """Append generic attributes, without those that have elements of their own."""
@@ -178,6 +217,8 @@ class _Writer:
         if semantics in _OPENINGS and not opening:
             semantics = "WallSurface"
         clean = self.identifier(name)
+        if opening and _level(shell) == "3":
+            self.openings[name] = clean
         node = self.dialect.make(self.dialect.surface(semantics, opening), gml_id=clean)
         about = shell.about.get(name, {}) if _level(shell) == "3" else {}
         self.attributes(node, {**({"id": name} if about else {}), **about})

@@ -85,8 +85,8 @@ def building_of(
             except _BAD as problem:
                 draft.problems.append(f"a broken geometry ({_said(problem)})")
         for shell in draft.shells[first:]:
-            shell.installation = objects[member].get("type") == "BuildingInstallation"
-            shell.attributes = values(objects[member].get("attributes") or {}) if part else {}
+            about = values(objects[member].get("attributes") or {}) if part else {}
+            shell.describe(objects[member].get("type") == "BuildingInstallation", about)
     return draft
 
 

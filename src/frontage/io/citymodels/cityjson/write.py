@@ -23,7 +23,8 @@ def write_cityjson(path: str | Path, buildings: Sequence[CityBuilding], world: W
 
     Every semantic surface has the `id` of its polygon and its attributes; polygons that share an id are one
     surface. The attribute `parent` of an opening, which is the id of its wall, becomes the relation of
-    CityJSON. Shells of parts and installations become objects of their own.
+    CityJSON. Shells of parts and installations become objects of their own; those of window frames become
+    constructive elements, whose polygons have no semantic surfaces.
 
     Raises FileError when the file cannot be written, and CrsError.
     """
@@ -73,12 +74,18 @@ def _objects(building: CityBuilding, vertices: _Vertices) -> Iterator[tuple[str,
     for shell in building.shells:
         name = shell.part or building.id
         if name not in members:
-            kind = "BuildingInstallation" if shell.installation else "BuildingPart"
             about = {"attributes": dict(shell.attributes)} if shell.attributes else {}
-            members[name] = {"type": kind, "parents": [building.id], **about, "geometry": []}
+            members[name] = {"type": _kind(shell), "parents": [building.id], **about, "geometry": []}
             whole.setdefault("children", []).append(name)
         members[name]["geometry"].append(_geometry(shell, vertices))
     yield from members.items()
+
+
+def _kind(shell: Shell) -> str:
+    """The type of the object that a shell other than the building's own belongs to."""
+    if shell.frame_of:
+        return "BuildingConstructiveElement"
+    return "BuildingInstallation" if shell.installation else "BuildingPart"
 
 
 def _building(building: CityBuilding) -> dict[str, Any]:
@@ -93,7 +100,7 @@ def _building(building: CityBuilding) -> dict[str, Any]:
 
 
 def _geometry(shell: Shell, vertices: _Vertices) -> dict[str, Any]:
-    """A Solid of one shell, or a MultiSurface where the shell is not closed.
+    """A Solid of one shell; a MultiSurface where it is not closed, a CompositeSurface for a window's frame.
 
     Polygons with fewer than three corners on the grid are left out.
     """
@@ -103,13 +110,16 @@ def _geometry(shell: Shell, vertices: _Vertices) -> dict[str, Any]:
         if rings:
             boundaries.append(rings)
             meant.append(s)
-    surfaces, values = _meanings(meant, shell.about)
-    return {
-        "type": "Solid" if shell.closed else "MultiSurface",
+    open_kind = "CompositeSurface" if shell.frame_of else "MultiSurface"
+    geometry: dict[str, Any] = {
+        "type": "Solid" if shell.closed else open_kind,
         "lod": shell.lod,
         "boundaries": [boundaries] if shell.closed else boundaries,
-        "semantics": {"surfaces": surfaces, "values": [values] if shell.closed else values},
     }
+    if not any(s.semantics for s in meant):
+        return geometry
+    surfaces, values = _meanings(meant, shell.about)
+    return {**geometry, "semantics": {"surfaces": surfaces, "values": [values] if shell.closed else values}}
 
 
 def _meanings(

@@ -4,26 +4,31 @@ Conventions (OpenSfM, doc/source/geometry.rst and opensfm/io.py): `rotation` (ax
 `translation` of a shot lead from the world to the camera, which has x right, y down and z forward. Pixels are
 normalised: the origin is the centre of the picture and the unit the longer side. p1 and p2 have OpenCV's
 order. `reference_lla` is the origin of the world, whose axes are east, north and up there, on the WGS 84
-ellipsoid; without it the coordinates are local. The pose of a shot in a rig is that of its rig camera after
-that of the rig instance.
+ellipsoid; without it the coordinates are local.
 """
 
 import json
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from pyproj import CRS, Transformer
-from scipy.spatial.transform import Rotation
 
 from frontage.errors import FileError, UnsupportedFormat
-from frontage.geometry.rigid import Rigid3
-from frontage.io.colmap import model_folder
+from frontage.io.colmapfiles import model_folder
 from frontage.io.files import reading, require_file
 from frontage.io.photos.interchange.calibration import Calibration, Kind
 from frontage.io.photos.interchange.georeference import east_north_up, to_world
-from frontage.io.photos.interchange.numbers import finite, pixels, vector
+from frontage.io.photos.interchange.numbers import finite, pixels
+from frontage.io.photos.interchange.opensfmrigs import (
+    RIG_FILES,
+    opensfm_rigs,
+    pose_of,
+    rig_poses,
+    table_of,
+)
 from frontage.io.photos.match import Posed, photo_set
 from frontage.io.photos.photoset import PhotoSet
 from frontage.io.photos.request import PhotoRequest
@@ -54,15 +59,16 @@ def read_opensfm(request: PhotoRequest) -> PhotoSet:
 
     Raises FileError (missing, damaged, empty, a camera that cannot be represented) and CrsError.
     """
-    path, *beside = opensfm_files(Path(str(request.cameras)))
+    path, *others = opensfm_files(Path(str(request.cameras)))
+    beside = [file for file in others if file.name == _REFERENCE]
     notes: list[str] = []
     with reading(path, "OpenSfM reconstruction"):
         stated = json.loads(path.read_text("utf-8-sig"))
         parts = stated if isinstance(stated, list) else [stated]
         if not parts or not all(isinstance(part, dict) for part in parts):
             raise ValueError("it holds no reconstructions")
-        largest = max(parts, key=lambda part: len(_table(part, "shots")))
-        left = sum(len(_table(part, "shots")) for part in parts) - len(_table(largest, "shots"))
+        largest = max(parts, key=lambda part: len(table_of(part, "shots")))
+        left = sum(len(table_of(part, "shots")) for part in parts) - len(table_of(largest, "shots"))
         if left:
             notes.append(
                 f"{path.name}: {len(parts) - 1} smaller reconstructions with {left} shots were left out"
@@ -79,19 +85,22 @@ def read_opensfm(request: PhotoRequest) -> PhotoSet:
     elif reference is not None:
         with reading(path, "OpenSfM reconstruction"):
             posed = _referenced(path, posed, reference, request, notes)
-    return photo_set(request, posed, notes)
+    rigs = opensfm_rigs(path, largest, {name for name, _, _ in posed})
+    return replace(photo_set(request, posed, notes), rigs=rigs)
 
 
 def opensfm_files(path: Path) -> tuple[Path, ...]:
-    """The files that `read_opensfm` opens: the reconstruction, and the reference beside it if there is one.
+    """The files that `read_opensfm` opens: the reconstruction, and what there is beside it.
+
+    These are the reference, and the files with rigs.
 
     path  the file, or the folder of an OpenSfM or ODM project
 
     Raises FileError when there is none.
     """
     file = require_file(_inside(path) or path)
-    reference = file.with_name(_REFERENCE)
-    return (file, reference) if reference.is_file() else (file,)
+    beside = [file.with_name(name) for name in (_REFERENCE, *RIG_FILES)]
+    return file, *(p for p in beside if p.is_file())
 
 
 def looks_like_opensfm(path: Path) -> bool:
@@ -110,51 +119,24 @@ def _inside(folder: Path) -> Path | None:
     return next((folder / place for place in _PLACES if (folder / place).is_file()), None)
 
 
-def _table(of: Mapping[str, Any], key: str) -> dict[str, Any]:
-    value = of.get(key, {})
-    if not isinstance(value, dict):
-        raise ValueError(f"{key} is no table")
-    return value
-
-
 def _posed(path: Path, part: dict[str, Any]) -> list[Posed]:
     """The shots of a reconstruction, in its own coordinates."""
-    stated, rigs = _table(part, "cameras"), _rig_poses(part)
+    stated, rigs = table_of(part, "cameras"), rig_poses(part)
     cameras: dict[str, Camera] = {}
     posed: list[Posed] = []
-    for name, shot in _table(part, "shots").items():
+    for name, shot in table_of(part, "shots").items():
         of = shot["camera"]
         if of not in stated:
             raise ValueError(f"shot {name} has the camera {of!r}, which the file does not hold")
         if of not in cameras:
             cameras[of] = _camera(path, of, stated[of])
-        pose = _pose(shot, name) if "rotation" in shot else rigs.get(name)
+        pose = pose_of(shot, name) if "rotation" in shot else rigs.get(name)
         if pose is None:
             raise ValueError(f"shot {name} has no pose")
         posed.append((name, cameras[of], pose.inverse))
     if not posed:
         raise FileError(path, "holds no shots", "reconstruct the photos first", code="I105")
     return posed
-
-
-def _rig_poses(part: dict[str, Any]) -> dict[str, Rigid3]:
-    """The poses of shots that only their rig states."""
-    cameras = {name: _pose(node, name) for name, node in _table(part, "rig_cameras").items()}
-    found: dict[str, Rigid3] = {}
-    for name, node in _table(part, "rig_instances").items():
-        instance = _pose(node, name)
-        for shot, camera in _table(node, "rig_camera_ids").items():
-            if camera not in cameras:
-                raise ValueError(f"rig {name} has the camera {camera!r}, which the file does not hold")
-            found[shot] = cameras[camera].after(instance)
-    return found
-
-
-def _pose(node: Mapping[str, Any], name: str) -> Rigid3:
-    """The pose from the world (of the file or of a rig) to the camera."""
-    turn = vector(node["rotation"], 3, f"the rotation of {name}")
-    shift = vector(node.get("translation", [0.0, 0.0, 0.0]), 3, f"the translation of {name}")
-    return Rigid3("camera", "file", Rotation.from_rotvec(turn).as_matrix(), shift)
 
 
 def _camera(path: Path, name: str, node: Mapping[str, Any]) -> Camera:

@@ -1,0 +1,255 @@
+"""The most probable division of a window into panes, by dynamic programming over slicing trees.
+
+A pane is whole, or a bar across all of it divides it in two, or several bars divide it in equal parts.
+Each part is a pane again, so that crosses, fanlights, T layouts and sashes with bars of their own come
+out. A bar is worth its evidence over the length of the pane that it divides, less the nats that it takes
+to describe it.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from frontage.crossbars.division import Layout, Line, stepped
+from frontage.crossbars.lines import MULLIONS_M, Bars
+from frontage.geometry.arrays import Array, Float
+
+COST = 9.0  # nats of a bar: its position and width, the direction of the split, the choice among candidates
+NESTED = 5.0  # nats more for a bar that divides only a part of the window
+EQUAL = 3.0  # nats less for a bar whose position follows from equal panes
+MULLION = 6.0  # nats more for a bar as wide as a mullion between coupled windows
+MOST_LINES = 11  # candidates per axis
+_ENDS_M = 0.01  # at both ends of a bar, where other bars cross
+_MOVE_M = 0.02  # by which a line may move when it is estimated again within one pane
+_MOST_EQUAL = 6  # bars that divide a pane in equal parts
+_EQUAL_M = 0.015  # by which a bar may miss the place that equal panes give it
+_MEETING = (0.3, 0.7)  # share of a window's height at which its sashes meet
+_RAIL_M = 0.02  # half a meeting rail
+_SHOWN = 0.4  # share of a bar's length that must be seen
+
+
+Box = tuple[float, float, float, float]
+"""x0, z0, x1, z1 m of a pane."""
+
+_Chain = tuple[tuple[Line, ...], float]
+"""Parallel bars, and what they gain."""
+
+
+def best_layout(box: Box, bars: Sequence[Bars], least: float, cost: float = COST) -> Layout:
+    """Returns the best layout of the bars within a box, the inside of the frame.
+
+    bars   the evidence across x and across z
+    least  m, least width and height of a pane
+    """
+    found = tuple(candidates(box, one, least, cost) for one in bars)
+    return _Search(box, bars, found, least, cost).best(box)
+
+
+def candidates(box: Box, bars: Bars, least: float, cost: float) -> Float:
+    """Returns the positions (k,) m of the lines that any pane may want, the strongest first.
+
+    A line counts by its best piece among the whole length and its parts.
+    """
+    low, high = box[1 - bars.axis], box[3 - bars.axis]
+    best = np.full(bars.total.shape[1:], -np.inf, np.float32)
+    for parts in (1, 2, 3, 4, 6):
+        size = (high - low) / parts
+        if parts > 1 and size < least:
+            break
+        for first in np.arange(low, high - size + 1e-6, size / 2):
+            best = np.maximum(best, bars.over(first + _ENDS_M, first + size - _ENDS_M))
+    best = best - _mullion_cost(bars)
+    strength = best.max(1)
+    centre = bars.centre(np.arange(len(strength)), best.argmax(1))
+    inside = (centre > box[bars.axis] + least / 2) & (centre < box[2 + bars.axis] - least / 2)
+    strength = np.where(inside, strength, -np.inf)
+    places: list[float] = []
+    for k in np.argsort(-strength, kind="stable"):
+        if strength[k] < cost - EQUAL or len(places) == MOST_LINES:
+            break
+        if all(abs(centre[k] - p) > 2.2 * _MOVE_M for p in places):
+            places.append(float(centre[k]))
+    return np.array(places)
+
+
+def _mullion_cost(bars: Bars) -> Array:
+    return np.where(bars.widths * bars.px > MULLIONS_M[0], MULLION, 0.0).astype(np.float32)
+
+
+@dataclass
+class _Search:
+    """The search over one window; remembers the best layout of every pane."""
+
+    whole: Box
+    bars: Sequence[Bars]
+    places: tuple[Float, ...]
+    least: float
+    cost: float
+    known: dict[tuple[Box, int], Layout] = field(default_factory=dict)
+    lines: dict[tuple[int, int, float, float], Line | None] = field(default_factory=dict)
+
+    def best(self, box: Box, uncut: int = -1) -> Layout:
+        """Returns the best layout of a pane, whose first split is not along axis `uncut`.
+
+        Splits by parallel bars come from left to right, so that every layout is met only once.
+        """
+        key = (box, uncut)
+        if key in self.known:
+            return self.known[key]
+        best, rival = Layout(), -np.inf
+        for axis in (0, 1):
+            if axis == uncut or box[2 + axis] - box[axis] < 2 * self.least:
+                continue
+            places = self.places[axis]
+            inside = np.flatnonzero((places > box[axis]) & (places < box[2 + axis])).tolist()
+            for k in inside:
+                found = self._split(box, axis, k)
+                rival = max(rival, found.gain if found is not None else rival)
+                if found is not None and found.gain > best.gain:
+                    best = found
+            for count in range(1, min(len(inside), _MOST_EQUAL) + 1):
+                found = self._equal(box, axis, count)
+                if found is not None and found.gain > best.gain:
+                    best = found
+        if not best.lines:
+            best = Layout(rivals=(rival,) if rival > -self.cost else ())
+        self.known[key] = best
+        return best
+
+    def _cost(self, box: Box) -> float:
+        return self.cost if box == self.whole else self.cost + NESTED
+
+    def _split(self, box: Box, axis: int, k: int) -> Layout | None:
+        line = self._line(box, axis, k)
+        if line is None:
+            return None
+        low, high = _parts(box, axis, line)
+        if min(low[2 + axis] - low[axis], high[2 + axis] - high[axis]) < self.least:
+            return None
+        gain = line.evidence - self._cost(box)
+        if line.evidence <= 0.0:
+            return None
+        first, second = self.best(low, uncut=axis), self.best(high)
+        return first.beside(second, stepped(first, second)).with_bar(line, gain)
+
+    def _grid(self, box: Box) -> Layout | None:
+        """Returns the division by bars that all run across the whole pane and cross each other."""
+        sides = [self._across(box, axis) for axis in (0, 1)]
+        if not all(sides):
+            return None
+        layout = Layout()
+        for axis, lines in enumerate(sides):
+            saved = EQUAL * _even(box, axis, lines)
+            for line in lines:
+                layout = layout.with_bar(line, line.evidence - self._cost(box) + saved)
+        for cell in _cells(box, sides):
+            layout = layout.beside(self.best(cell))
+        return layout
+
+    def _across(self, box: Box, axis: int) -> tuple[Line, ...]:
+        """Returns the parallel bars across a pane that together gain most.
+
+        Chains of bars that leave panes of the least size between them are continued from left to right.
+        """
+        found = [self._line(box, axis, k) for k in range(len(self.places[axis]))]
+        lines = sorted((one for one in found if one is not None), key=lambda one: one.position)
+        chains: list[_Chain] = []
+        for line in lines:
+            left = line.position - line.width / 2 - self.least
+            before: list[_Chain] = [((), 0.0)] if left >= box[axis] else []
+            before += [c for c in chains if left >= c[0][-1].position + c[0][-1].width / 2]
+            if before and box[2 + axis] - line.position - line.width / 2 >= self.least:
+                chain, gain = max(before, key=lambda one: one[1])
+                chains.append(((*chain, line), gain + line.evidence - self._cost(box)))
+        even = [(chain, gain + EQUAL * len(chain) * _even(box, axis, chain)) for chain, gain in chains]
+        return max(even, key=lambda one: one[1], default=((), 0.0))[0]
+
+    def _equal(self, box: Box, axis: int, count: int) -> Layout | None:
+        """Returns the division of a pane by `count` bars into panes of one size; None if it has none."""
+        low, high = box[axis], box[2 + axis]
+        if (high - low) / (count + 1) < self.least:
+            return None
+        wanted = low + (high - low) * np.arange(1, count + 1) / (count + 1)
+        places = self.places[axis]
+        if len(places) < count:
+            return None
+        near = np.abs(places[None, :] - wanted[:, None])
+        chosen = near.argmin(1).tolist()
+        if near.min(1).max() > _EQUAL_M + _MOVE_M or len(set(chosen)) < count:
+            return None
+        lines = [self._line(box, axis, k) for k in chosen]
+        if any(
+            line is None or abs(line.position - at) > _EQUAL_M for line, at in zip(lines, wanted, strict=True)
+        ):
+            return None
+        layout, rest = Layout(), box
+        for line in lines:
+            assert line is not None
+            part, rest = _parts(rest, axis, line)
+            if part[2 + axis] - part[axis] < self.least or rest[2 + axis] - rest[axis] < self.least:
+                return None
+            inner = self.best(part, uncut=axis).with_bar(line, line.evidence - self._cost(box) + EQUAL)
+            layout = layout.beside(inner, stepped(layout, inner))
+        last = self.best(rest, uncut=axis)
+        return layout.beside(last, stepped(layout, last))
+
+    def _line(self, box: Box, axis: int, k: int) -> Line | None:
+        """Returns a candidate as it is within one pane; None if it is not shown there."""
+        low, high = box[1 - axis], box[3 - axis]
+        key = (axis, k, low, high)
+        if key not in self.lines:
+            self.lines[key] = self._estimated(axis, float(self.places[axis][k]), low, high)
+        line = self.lines[key]
+        if line is None or not box[axis] < line.position < box[2 + axis]:
+            return None
+        return line
+
+    def _estimated(self, axis: int, place: float, low: float, high: float) -> Line | None:
+        bars = self.bars[axis]
+        if bars.shown(low, high) < _SHOWN:
+            return None
+        first, last = bars.rows(place, _MOVE_M)
+        value = bars.over(low + _ENDS_M, high - _ENDS_M, slice(first, last)) - _mullion_cost(bars)
+        centre = bars.centre(np.arange(first, last)[:, None], np.arange(len(bars.widths))[None, :])
+        value = np.where(np.abs(centre - place) <= _MOVE_M, value, -np.inf)
+        best = int(value.argmax())
+        n, w = divmod(best, value.shape[1])
+        if not np.isfinite(value[n, w]):
+            return None
+        width = float(bars.widths[w] * bars.px)
+        return Line(axis, float(centre[n, w]), (low, high), width, float(value[n, w]))
+
+
+def _parts(box: Box, axis: int, line: Line) -> tuple[Box, Box]:
+    """Returns the panes on both sides of a bar, the lower one first."""
+    low, high = list(box), list(box)
+    low[2 + axis] = line.position - line.width / 2
+    high[axis] = line.position + line.width / 2
+    return (low[0], low[1], low[2], low[3]), (high[0], high[1], high[2], high[3])
+
+
+def _even(box: Box, axis: int, lines: Sequence[Line]) -> bool:
+    """Tells whether bars divide a pane in equal parts."""
+    low, high = box[axis], box[2 + axis]
+    wanted = low + (high - low) * np.arange(1, len(lines) + 1) / (len(lines) + 1)
+    return bool(np.abs(np.array([line.position for line in lines]) - wanted).max() <= _EQUAL_M)
+
+
+def _cells(box: Box, sides: Sequence[Sequence[Line]]) -> list[Box]:
+    """Returns the panes between bars that all run across a pane."""
+    spans = []
+    for axis in (0, 1):
+        ends = [box[axis]]
+        for line in sides[axis]:
+            ends += [line.position - line.width / 2, line.position + line.width / 2]
+        ends.append(box[2 + axis])
+        spans.append(list(zip(ends[::2], ends[1::2], strict=True)))
+    return [(x[0], z[0], x[1], z[1]) for x in spans[0] for z in spans[1]]
+
+
+def meeting_places(box: Box, transoms: Bars, least: float) -> Float:
+    """Returns the heights (k,) m, in the middle of a window, below which a lower sash may hang."""
+    places = candidates(box, transoms, least, COST)
+    share = (places - box[1]) / (box[3] - box[1])
+    return np.asarray(places[(share > _MEETING[0]) & (share < _MEETING[1])] - _RAIL_M)

@@ -1,0 +1,154 @@
+"""Evidence of bars: pairs of opposite edges, or hits of the scan, summed over the views strip by strip.
+
+What speaks for a bar at one place and of one width is added up over any piece of its length from
+cumulative sums, so that the search over layouts can ask for every pane without touching a pixel.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from scipy.ndimage import maximum_filter1d
+
+from frontage.crossbars.profiles import STRIP_M, Profiles, strip_count
+from frontage.crossbars.rectify import Grid
+from frontage.geometry.arrays import Array, Float
+
+WIDTHS_M = (0.015, 0.13)
+MULLIONS_M = (0.13, 0.36)
+_WIDTH_STEP_M = 0.005
+_MULLION_STEP_M = 0.02
+_TOLERANCE_M = 0.004  # by which edges may lie apart in two views: poses, and profiles that are not sharp
+_LINES = (
+    np.log(2.0) + 0.8
+)  # of edges that run straight along a bar, either sign, but are those of other things
+_COLOUR = 1.0  # weight of the colour between the edges, whose pixels have their errors in common
+_BROAD_M = 0.06  # width of a bar beyond which more of its colour counts for more
+_MOST_BROAD = 4.0  # times
+_INDEPENDENT_M = 0.1  # length of a bar over which clutter is one and the same thing
+
+
+@dataclass(frozen=True, eq=False)
+class Bars:
+    """Evidence of the bars across one axis.
+
+    axis    0: upright bars, 1: transoms
+    start   m, coordinate of the lower edge of position 0 across the bars; px m per position
+    along   m, coordinate of the lower edge of strip 0; strip m per strip
+    widths  (w,) int, px
+    total   (s + 1, n, w) float32 nats: cumulative over strips; n is the lower edge of a bar
+    known   (s + 1,) cumulative share of strips that anything shows
+    """
+
+    axis: int
+    start: float
+    px: float
+    along: float
+    strip: float
+    widths: Array
+    total: Array = field(repr=False)
+    known: Float = field(repr=False)
+
+    def over(self, low: float, high: float, rows: slice = slice(None)) -> Array:
+        """Returns the evidence (n, w) nats of bars that run from `low` to `high` m, of some positions."""
+        return np.asarray(self._until(high, rows) - self._until(low, rows))
+
+    def rows(self, place: float, reach: float) -> tuple[int, int]:
+        """Returns the first and last position of bars of any width with their centre near a place m."""
+        first = (place - reach - self.start) / self.px - 0.5 * float(self.widths.max())
+        last = (place + reach - self.start) / self.px + 1
+        n = self.total.shape[1]
+        low = int(np.clip(np.floor(first), 0, n - 1))
+        return low, int(np.clip(np.ceil(last), low + 1, n))
+
+    def shown(self, low: float, high: float) -> float:
+        """Returns which share of a piece of length anything shows."""
+        at = np.clip((np.array([low, high]) - self.along) / self.strip, 0, len(self.known) - 1)
+        below = np.interp(at, np.arange(len(self.known)), self.known)
+        return float((below[1] - below[0]) / max(at[1] - at[0], 1e-6))
+
+    def below(self, other: "Bars", z: float) -> "Bars":
+        """Returns this evidence above a height z m, and that of another plane below it."""
+        if self.axis == 1:
+            n = int(np.clip(round((z - self.start) / self.px), 0, self.total.shape[1]))
+            return replace(self, total=np.concatenate([other.total[:, :n], self.total[:, n:]], axis=1))
+        s = int(np.clip(round((z - self.along) / self.strip), 0, len(self.total) - 1))
+        total = self.total + (other.total[s] - self.total[s])
+        total[:s] = other.total[:s]
+        return replace(self, total=total)
+
+    def _until(self, place: float, rows: slice) -> Array:
+        at = float(np.clip((place - self.along) / self.strip, 0, len(self.total) - 1))
+        k = min(int(at), len(self.total) - 2)
+        below, above = self.total[k, rows], self.total[k + 1, rows]
+        return np.asarray(below + (at - k) * (above - below))
+
+    def centre(self, position: Array, width: Array) -> Array:
+        """Returns the coordinates m of the centre lines of bars with a lower edge and a number of a width."""
+        return np.asarray(self.start + (position + 0.5 * self.widths[width]) * self.px)
+
+
+def bar_widths(px: float, finest: float) -> Array:
+    """Returns the widths (w,) in px that are tried; none narrower than one px of the finest photo."""
+    low, high = max(WIDTHS_M[0], finest), WIDTHS_M[1]
+    narrow = np.arange(max(2, round(low / px)), round(high / px) + 1, max(1, int(_WIDTH_STEP_M / px)))
+    wide = np.arange(MULLIONS_M[0], MULLIONS_M[1], _MULLION_STEP_M) / px
+    return np.unique(np.concatenate([narrow, np.rint(wide).astype(int)]))
+
+
+def bars_of_views(
+    grid: Grid, profiles: Sequence[Profiles], likeness: Sequence[Array], weights: Float, widths: Array
+) -> Bars:
+    """Returns the evidence of bars in several views, each of them weighted.
+
+    likeness  (s, n) nats of every view, how much a place looks like the frame
+    """
+    axis = profiles[0].axis
+    strips, n = profiles[0].rise.shape
+    total = np.zeros((strips, n + 1, len(widths)), np.float32)
+    shown = np.zeros(strips)
+    for view, like, weight in zip(profiles, likeness, weights, strict=True):
+        total[:, :n] += weight * _pairs(view, like, widths, grid.px)
+        shown += view.known.mean(1)
+    scale = STRIP_M / _INDEPENDENT_M
+    cumulated = np.zeros((strips + 1, n + 1, len(widths)), np.float32)
+    np.cumsum(scale * total, axis=0, out=cumulated[1:])
+    known = np.concatenate([[0.0], np.cumsum(np.minimum(shown, 1.0))])
+    strip = grid.shape[axis] * grid.px / strips
+    return Bars(axis, grid.start(axis), grid.px, grid.start(1 - axis), strip, widths, cumulated, known)
+
+
+def with_scan(bars: Bars, evidence: Array) -> Bars:
+    """Returns the evidence of the photos with that of the scan, (s, n + 1, w) nats, added."""
+    total = bars.total.copy()
+    total[1:] += np.cumsum(evidence, axis=0)
+    known = np.arange(len(bars.known), dtype=np.float64)
+    return Bars(bars.axis, bars.start, bars.px, bars.along, bars.strip, bars.widths, total, known)
+
+
+def no_views(grid: Grid, axis: int, widths: Array) -> Bars:
+    """Returns bars without any evidence, to which that of the scan is added."""
+    strips, n = strip_count(grid, axis), grid.shape[1 - axis]
+    strip = grid.shape[axis] * grid.px / strips
+    total = np.zeros((strips + 1, n + 1, len(widths)), np.float32)
+    known = np.zeros(strips + 1)
+    return Bars(axis, grid.start(axis), grid.px, grid.start(1 - axis), strip, widths, total, known)
+
+
+def _pairs(view: Profiles, likeness: Array, widths: Array, px: float) -> Array:
+    """Returns the log-likelihood ratios (s, n, w) of bars, from both edges and from what is between them."""
+    size = 2 * round(_TOLERANCE_M / px) + 1
+    rise, fall = (maximum_filter1d(e, size, axis=1) if size > 1 else e for e in (view.rise, view.fall))
+    n = rise.shape[1]
+    out = np.zeros((*rise.shape, len(widths)), np.float32)
+    before = np.concatenate([np.zeros((len(rise), 1)), np.cumsum(likeness, axis=1)], axis=1)
+    for k, width in enumerate(widths):
+        if width >= n:
+            continue
+        bright = rise[:, : n - width] + fall[:, width:]
+        dark = fall[:, : n - width] + rise[:, width:]
+        colour = _COLOUR * float(np.clip(width * px / _BROAD_M, 1.0, _MOST_BROAD))
+        both = view.known[:, : n - width] & view.known[:, width:]
+        between = colour * (before[:, width:n] - before[:, : n - width]) / width
+        out[:, : n - width, k] = np.where(both, np.logaddexp(bright, dark) + between - _LINES, 0.0)
+    return out

@@ -1,0 +1,135 @@
+"""What one window shows: its views on the plane of the frame, the frame, and the evidence of every
+possible bar."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+import shapely
+
+from frontage.crossbars.appearance import eroded, frame_likeness
+from frontage.crossbars.border import frame_sides, usual_sides
+from frontage.crossbars.depth import frame_depth
+from frontage.crossbars.layout import Box
+from frontage.crossbars.lines import Bars, bar_widths, bars_of_views, no_views, with_scan
+from frontage.crossbars.profiles import Profiles, likeness_profiles, view_profiles
+from frontage.crossbars.rectify import Grid, PlaneView, WallView, on_wall, outline_mask, window_grid
+from frontage.crossbars.sashes import bar_depths
+from frontage.crossbars.scanbars import ScanHits, scan_depth, scan_hits
+from frontage.crossbars.window import Window
+from frontage.geometry.arrays import Array, Float
+from frontage.model import Estimate
+
+_OBLIQUE = 0.35  # cosine of the angle to the normal at which the sides of bars hide their fronts
+_FRONTAL = 0.75
+
+
+@dataclass(frozen=True, eq=False)
+class Sight:
+    """A window seen through its outline on the wall: raster, mask of the outline, views, frame's depth."""
+
+    window: Window
+    grid: Grid
+    mask: Array = field(repr=False)
+    views: tuple[WallView, ...] = field(repr=False)
+    depth: Estimate[float] | None
+
+
+@dataclass(frozen=True, eq=False)
+class Observation:
+    """The evidence of a window.
+
+    sight    the views that it comes from, at the final depth of the frame
+    box      x0, z0, x1, z1 m inside the frame
+    frame    width of the frame, None where nothing shows it
+    bars     evidence of upright bars and of transoms
+    behind   the same on the plane of a lower sash that may run behind; None where nothing speaks for one
+    weights  (v,) of the views
+    hits     what the scan says; None without points at the frame
+    """
+
+    sight: Sight
+    box: Box
+    frame: Estimate[float] | None
+    bars: tuple[Bars, Bars]
+    behind: tuple[Bars, Bars] | None
+    weights: Float
+    hits: ScanHits | None
+
+
+def look(window: Window) -> Sight:
+    """Returns a window with its views on the wall and the depth of its frame."""
+    grid = window_grid(window)
+    mask = outline_mask(grid, window.ring)
+    views = tuple(v for view in window.views if (v := on_wall(window, view, grid, mask)) is not None)
+    prior = window.opening.depth if window.opening.depth is not None else scan_depth(window)
+    return Sight(window, grid, mask, views, frame_depth(grid, views, prior))
+
+
+def observe(sight: Sight) -> Observation:
+    """Returns the evidence of a window whose frame's depth is known. Raises ValueError where it is not."""
+    if sight.depth is None:
+        raise ValueError("the depth of the frame is not known")
+    window, grid = sight.window, sight.grid
+    hits = scan_hits(grid, window)
+    if not sight.views:
+        widths = bar_widths(grid.px, grid.px)
+        bars = _with_hits(grid, [no_views(grid, axis, widths) for axis in (0, 1)], hits)
+        return Observation(sight, usual_sides(window.ring), None, bars, None, np.empty(0), hits)
+    weights = _weights(sight.views)
+    profiles = _profiles(grid, _planes(sight, sight.depth.value))
+    arched = window.opening.shape != "rectangle"
+    box, width = frame_sides(grid, profiles, weights, window.ring, arched)
+    upper, lower = bar_depths(grid, sight.views, sight.depth, box)
+    bars = _with_hits(grid, _evidence(sight, upper, box, weights), hits)
+    behind = None
+    if lower != upper:
+        behind = _with_hits(grid, _evidence(sight, lower, box, weights), hits)
+    return Observation(sight, box, width, bars, behind, weights, hits)
+
+
+def _planes(sight: Sight, depth: float) -> list[PlaneView]:
+    return [PlaneView.of(sight.grid, view, depth, sight.mask) for view in sight.views]
+
+
+def _profiles(grid: Grid, planes: Sequence[PlaneView]) -> list[list[Profiles]]:
+    return [[view_profiles(grid, view, axis) for view in planes] for axis in (0, 1)]
+
+
+def _evidence(sight: Sight, depth: float, box: Box, weights: Float) -> list[Bars]:
+    """Returns the evidence of bars at a depth m behind the wall."""
+    grid, planes = sight.grid, _planes(sight, depth)
+    likeness = _likeness(planes, sight.window.ring, box, grid, sight.mask)
+    widths = bar_widths(grid.px, min(min(v.gsd) for v in sight.views))
+    found = []
+    for axis, profiles in enumerate(_profiles(grid, planes)):
+        like = [likeness_profiles(grid, one, axis) for one in likeness]
+        found.append(bars_of_views(grid, profiles, like, weights, widths))
+    return found
+
+
+def _with_hits(grid: Grid, bars: Sequence[Bars], hits: ScanHits | None) -> tuple[Bars, Bars]:
+    """Returns the evidence across both axes with that of the scan."""
+    if hits is not None:
+        bars = [with_scan(one, hits.evidence(grid, one.axis, one.widths)) for one in bars]
+    return bars[0], bars[1]
+
+
+def _likeness(views: Sequence[PlaneView], outline: Float, box: Box, grid: Grid, ring: Array) -> list[Array]:
+    """Returns how much every pixel (h, w) of every view looks like the frame."""
+    low, high = outline.min(0), outline.max(0)
+    inset = (box[0] - low[0] + high[0] - box[2]) / 2
+    inner = shapely.Polygon(outline).buffer(-inset, join_style="mitre")
+    if inner.is_empty or inner.geom_type != "Polygon":
+        return [np.zeros(grid.shape, np.float32) for _ in views]
+    panes = outline_mask(grid, np.asarray(inner.exterior.coords)[:-1]) > 0.5
+    frame = eroded((ring > 0.99) & ~panes)
+    return [frame_likeness(v.image, v.inside > 0.9, frame, panes) for v in views]
+
+
+def _weights(views: Sequence[WallView]) -> Float:
+    """Returns the weights (v,) of views: by their resolution, and less where they are slanted."""
+    gsd = np.array([max(v.gsd) for v in views])
+    cosine = np.array([1.0 / np.sqrt(1.0 + float(v.tilt @ v.tilt)) for v in views])
+    frontal = np.clip((cosine - _OBLIQUE) / (_FRONTAL - _OBLIQUE), 0.15, 1.0)
+    return np.asarray(np.minimum(1.0, gsd.min() / gsd) * frontal)

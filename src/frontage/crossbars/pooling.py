@@ -1,0 +1,158 @@
+"""Windows of one type share their frame and their layout, unless their own evidence speaks against it.
+
+The paper assumes that windows of similar size in a row or column are divided alike (section 3.3). Here this
+is decided by what it takes to describe them: a layout that several windows of one size share is told once,
+so that a window which shows little takes it over, and a window that differs clearly keeps its own.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from frontage.crossbars.division import Layout, Line
+from frontage.crossbars.layout import COST, best_layout, meeting_places
+from frontage.crossbars.lines import Bars
+from frontage.crossbars.observe import Observation
+from frontage.geometry.arrays import Array, Float
+
+_SIZE_M = 0.04  # by which windows of one type may differ in width and height
+_FRAMES = 3  # windows that tell the frame of their type together
+_MOVE_M = 0.01  # by which a bar may miss its place in the layout of its type
+_SHIFTS_M = tuple(np.arange(-5, 6) * 0.01)  # by which all parallel bars may: outlines are displaced
+_ENDS_M = 0.01  # at both ends of a bar, where other bars cross
+_WIDTH = 0.4  # by which the width of a bar may differ, logarithm
+_SHARED = 1.0  # nats to say that a window is like the others
+_OWN = 3.0  # nats to say that it is not
+_SASHES = 4.0  # nats to say that the lower part of a window lies behind the upper one
+
+
+@dataclass(frozen=True, eq=False)
+class Chosen:
+    """The layout of a window.
+
+    seen    its evidence, with the box inside the frame that is used
+    bars    the evidence that the layout was chosen by: on one plane, or on those of two sashes
+    pooled  the lines that only similar windows decide
+    """
+
+    seen: Observation
+    bars: Sequence[Bars]
+    layout: Layout
+    pooled: tuple[Line, ...] = ()
+
+
+def choose_layouts(observed: Sequence[Observation], least: float) -> list[Chosen]:
+    """Returns the layouts of windows, those of one type decided together.
+
+    least  m, least width and height of a pane
+    """
+    found: dict[int, Chosen] = {}
+    for group in _types(observed):
+        alike = _with_one_frame([observed[k] for k in group])
+        own = [_alone(seen, least) for seen in alike]
+        found |= zip(group, _of_type(own) if len(own) > 1 else own, strict=True)
+    return [found[k] for k in range(len(observed))]
+
+
+def _types(observed: Sequence[Observation]) -> list[list[int]]:
+    """Returns the numbers of windows of one shape and of one size, that of the first of each group."""
+    groups: list[list[int]] = []
+    shape = [seen.sight.window.opening.shape for seen in observed]
+    size = [np.ptp(seen.sight.window.ring, axis=0) for seen in observed]
+    for k in range(len(observed)):
+        like = (g for g in groups if shape[g[0]] == shape[k] and abs(size[g[0]] - size[k]).max() <= _SIZE_M)
+        group = next(like, None)
+        if group is None:
+            groups.append([k])
+        else:
+            group.append(k)
+    return groups
+
+
+def _with_one_frame(observed: Sequence[Observation]) -> list[Observation]:
+    """Returns windows of one type whose frames reach equally far in from each side of their outlines."""
+    if len(observed) < _FRAMES:
+        return list(observed)
+    corners = np.array([[*s.sight.window.ring.min(0), *s.sight.window.ring.max(0)] for s in observed])
+    inset = np.median(np.array([s.box for s in observed]) - corners, axis=0)
+    boxes = (corners + inset).tolist()
+    return [replace(s, box=(b[0], b[1], b[2], b[3])) for s, b in zip(observed, boxes, strict=True)]
+
+
+def _alone(seen: Observation, least: float) -> Chosen:
+    """Returns the layout that a window would have on its own, on one plane or with a lower sash behind."""
+    best = Chosen(seen, seen.bars, best_layout(seen.box, seen.bars, least))
+    if seen.behind is not None:
+        for place in meeting_places(seen.box, seen.bars[1], least):
+            bars = [front.below(back, place) for front, back in zip(seen.bars, seen.behind, strict=True)]
+            layout = best_layout(seen.box, bars, least)
+            if layout.gain - _SASHES > best.layout.gain:
+                best = Chosen(seen, bars, layout)
+    return best
+
+
+def _of_type(own: Sequence[Chosen]) -> list[Chosen]:
+    """Returns the layouts of windows of one type, by the layout of one of them that serves all best."""
+    best, most = list(own), -np.inf
+    for model in own:
+        fitted = [fit(model, member) for member in own]
+        gains = np.array([sum(line.evidence for line in lines) for lines in fitted]) - _SHARED
+        alone = np.array([one.layout.gain for one in own]) - _OWN
+        total = float(np.maximum(gains, alone).sum()) - COST * len(model.layout.lines)
+        if total > most:
+            most = total
+            rows = zip(own, fitted, gains >= alone, strict=True)
+            best = [_shared(one, model, lines) if better else one for one, lines, better in rows]
+    return best
+
+
+def _shared(own: Chosen, model: Chosen, lines: Sequence[Line]) -> Chosen:
+    """Returns a window with the layout of its type, as far as its own evidence places the bars."""
+    if own is model:
+        return own
+    gains = tuple(line.evidence - COST for line in lines)
+    weak = tuple(line for line, gain in zip(lines, gains, strict=True) if gain < 0)
+    kept = tuple(max(gain, other) for gain, other in zip(gains, model.layout.gains, strict=True))
+    return Chosen(own.seen, own.bars, Layout(tuple(lines), sum(kept), kept, model.layout.rivals), weak)
+
+
+def fit(model: Chosen, member: Chosen) -> list[Line]:
+    """Returns the bars of one window at their places in another one, with the evidence there."""
+    rings = [one.seen.sight.window.ring for one in (model, member)]
+    start, own = (ring.min(0) for ring in rings)
+    scale = np.ptp(rings[1], axis=0) / np.ptp(rings[0], axis=0)
+    moved = [_moved(line, start, own, scale) for line in model.layout.lines]
+    shift = [_best_shift(member.bars[a], [line for line in moved if line.axis == a]) for a in (0, 1)]
+    return [_estimated(member.bars[line.axis], line, shift[line.axis]) for line in moved]
+
+
+def _moved(line: Line, start: Float, own: Float, scale: Float) -> Line:
+    def at(value: float, axis: int) -> float:
+        return float(own[axis] + (value - start[axis]) * scale[axis])
+
+    extent = (at(line.extent[0], 1 - line.axis), at(line.extent[1], 1 - line.axis))
+    return Line(line.axis, at(line.position, line.axis), extent, line.width, 0.0)
+
+
+def _best_shift(bars: Bars, lines: Sequence[Line]) -> float:
+    """Returns the common displacement m of parallel bars that suits the evidence best."""
+    total = [sum(_estimated(bars, line, shift).evidence for line in lines) for shift in _SHIFTS_M]
+    return float(_SHIFTS_M[int(np.argmax(total))])
+
+
+def _estimated(bars: Bars, line: Line, shift: float) -> Line:
+    """Returns a displaced bar where the evidence is best near its place; there, if nothing shows it."""
+    place = line.position + shift
+    low, high = bars.rows(place, _MOVE_M)
+    away: Array = np.abs(np.log(bars.widths * bars.px / line.width))
+    value = bars.over(line.extent[0] + _ENDS_M, line.extent[1] - _ENDS_M, slice(low, high))
+    centre = bars.centre(np.arange(low, high)[:, None], np.arange(len(bars.widths))[None, :])
+    near = (np.abs(centre - place) <= _MOVE_M) & (away <= max(_WIDTH, float(away.min())))
+    value = np.where(near, value, -np.inf)
+    n, w = divmod(int(value.argmax()), value.shape[1])
+    best = float(value[n, w])
+    if best <= 0.0:
+        return replace(line, position=place, evidence=best if np.isfinite(best) else 0.0)
+    width = float(bars.widths[w] * bars.px)
+    return Line(line.axis, float(centre[n, w]), line.extent, width, best)

@@ -1,0 +1,61 @@
+"""The planes in which bars lie: behind the front of the frame, and one behind the other in sliding sashes.
+
+Bars stand a little behind the front of the frame, so that their own depth is swept for inside it. The lower
+sash of a sliding window runs behind the upper one: where the two halves of a window agree far better at two
+depths than at one, its bars lie in two planes.
+"""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from frontage.crossbars.depth import edges_of, likelihood
+from frontage.crossbars.layout import Box
+from frontage.crossbars.rectify import Grid, WallView
+from frontage.geometry.arrays import Float
+from frontage.model import Estimate
+
+_BEHIND_M = 0.012  # usual distance of bars behind the front of the frame; of its standard error, twice
+_SPREAD_M = 0.008
+_REACH_M = (-0.03, 0.09)  # about the depth of the frame
+_STEP_M = 0.004
+_SASH_M = (0.015, 0.08)  # how far a lower sash can lie behind the upper one
+_GAIN = 0.5  # nats by which two planes must explain the views better than one
+
+
+def bar_depths(
+    grid: Grid, views: Sequence[WallView], frame: Estimate[float], box: Box
+) -> tuple[float, float]:
+    """Returns the depths m behind the wall of the bars in the upper and in the lower half of a window.
+
+    They are the same unless the views tell that the lower half lies behind the upper one.
+
+    frame  the depth of the front of the frame
+    box    x0, z0, x1, z1 m inside the frame
+    """
+    depths = frame.value + np.arange(_REACH_M[0], _REACH_M[1], _STEP_M)
+    spread = np.hypot(_SPREAD_M, frame.sigma[0])
+    prior = -0.5 * ((depths - frame.value - _BEHIND_M) / spread) ** 2
+    if len(views) < 2:
+        return float(frame.value), float(frame.value)
+    middle = 0.5 * (box[1] + box[3])
+    upper = _sweep(grid, views, (box[0], middle, box[2], box[3]), depths)
+    lower = _sweep(grid, views, (box[0], box[1], box[2], middle), depths)
+    together = upper + lower + prior
+    apart = depths[None, :] - depths[:, None]
+    both = (upper + prior)[:, None] + lower[None, :]
+    both = np.where((apart >= _SASH_M[0]) & (apart <= _SASH_M[1]), both, -np.inf)
+    if both.max() - together.max() > _GAIN:
+        u, v = np.unravel_index(int(both.argmax()), both.shape)
+        return float(depths[u]), float(depths[v])
+    one = float(depths[int(together.argmax())])
+    return one, one
+
+
+def _sweep(grid: Grid, views: Sequence[WallView], box: Box, depths: Float) -> Float:
+    """Returns the log-likelihoods of depths from what a part of the window shows."""
+    x, z = grid.centres(0), grid.centres(1)
+    part = ((x > box[0]) & (x < box[2]))[None, :] & ((z > box[1]) & (z < box[3]))[:, None]
+    edges = edges_of(grid, [replace(view, inside=view.inside * part) for view in views])
+    return np.array([likelihood(grid, edges, float(d)) for d in depths])

@@ -1,0 +1,184 @@
+"""Evidence of bars from the scan: beams end on bars near the plane of the frame, and pass beside them.
+
+Points on a bar lie in a layer parallel to the wall, as dense as on the wall; a pane holds few points of
+that layer, from dirt and from mixed pixels at edges, and its beams return from the room or not at all.
+Both are Poisson processes, so that a bar of given place and width has a likelihood ratio that adds up
+point by point. A window has several such layers: frame, both sashes of a sash window, a mullion in front
+of them. Where a blind or a curtain fills a layer, panes and bars are equally dense there, and nothing is
+concluded.
+"""
+
+import itertools
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.ndimage import percentile_filter, uniform_filter, uniform_filter1d
+
+from frontage.crossbars.profiles import strip_count
+from frontage.crossbars.rectify import Grid
+from frontage.crossbars.window import Window
+from frontage.geometry.arrays import Array, Float
+from frontage.model import Estimate
+
+_HALF_M = 0.02  # half thickness of a layer: noise of ranges, profiles of bars
+_BEHIND_M = 0.05  # behind a layer, beams have passed it
+_APART_M = 0.03  # between layers
+_DEEPEST_M = 0.4
+_SHALLOWEST_M = 0.015  # below, points belong to the wall
+_MOST_LAYERS = 4
+_LEAST_SHARE = 0.12  # of the points of the strongest layer that a layer has
+_STEP_M = 0.005
+_STRAY = 0.05  # least share of the density of bars that panes hold
+_PASSED = 0.3  # probability that a beam which meets a bar still returns from behind it: mixed pixels
+_FEW = 25  # points of a window that tell anything
+_CELL_M = 0.04  # of the raster in which the points of panes are counted
+_PANE_CELLS = (17, 17)  # of it that surely hold a piece of pane
+_PANE_PERCENT = 30  # of them that are pane: bars cover less
+_FILLED_M = 0.025  # width of the pieces of a bar in which points are counted
+_BROAD_M = 0.06  # width of a bar from which it must be filled in all its thirds
+_LONG_STRIPS = 9  # over which they tell whether a broad bar is filled
+_STRIPS = 3  # over which points are counted, because single strips hold few
+_BOUNDS = (-1.0, 2.5)  # nats of one piece of one strip: scans have drifts and shadows, too
+_CHOICE = 0.5  # nats that the choice among layers costs a strip
+
+
+@dataclass(frozen=True, eq=False)
+class _Layer:
+    """A layer of points about a depth m: points in it and behind it (n, 3) m; points per m2 of its panes."""
+
+    depth: float
+    own: Float
+    passed: Float
+    pane: Array
+
+
+@dataclass(frozen=True, eq=False)
+class ScanHits:
+    """The scan points of a window, by layers; dense = points per m2 that bars get."""
+
+    layers: tuple[_Layer, ...]
+    dense: float
+
+    @property
+    def contrast(self) -> float:
+        """Median logarithm of how much denser bars are than panes, in the clearest layer."""
+        return max(float(np.median(np.log(self.dense / one.pane))) for one in self.layers)
+
+    def evidence(self, grid: Grid, axis: int, widths: Array) -> Array:
+        """Returns the log-likelihood ratios (s, n + 1, w) nats of bars across an axis."""
+        parts = [self._of_layer(grid, layer, axis, widths) for layer in self.layers]
+        return np.asarray(np.max(parts, axis=0) - _CHOICE * (len(parts) > 1), np.float32)
+
+    def _of_layer(self, grid: Grid, layer: _Layer, axis: int, widths: Array) -> Array:
+        strips, n = strip_count(grid, axis), grid.shape[1 - axis]
+        strip = grid.shape[axis] * grid.px / strips
+        size = max(1, round(_FILLED_M / grid.px))
+        area = size * grid.px * strip
+        window = (min(_STRIPS, strips), size)
+        hits = uniform_filter(_counted(grid, layer.own, axis, strips), window, mode="nearest") * size
+        past = uniform_filter(_counted(grid, layer.passed, axis, strips), window, mode="nearest") * size
+        pane = _sampled(layer.pane, grid, axis, strips)
+        ratio = hits * np.log(self.dense / pane) - (self.dense - pane) * area + past * np.log(_PASSED)
+        piece = np.clip(ratio, *_BOUNDS) * grid.px / _FILLED_M
+        before = np.pad(np.cumsum(piece, axis=1), ((0, 0), (1, 0)))
+        smooth = uniform_filter1d(before, min(_LONG_STRIPS, strips), axis=0, mode="nearest")
+        out = np.zeros((strips, n + 1, len(widths)), np.float32)
+        for k, width in enumerate(widths):
+            if width < n:
+                broad = width * grid.px > _BROAD_M
+                out[:, : n + 1 - width, k] = _filled(smooth if broad else before, int(width), broad)
+        return out
+
+
+def scan_depth(window: Window) -> Estimate[float] | None:
+    """Returns the depth m of the frame from the points alone: the strongest layer behind the wall."""
+    depths = _layer_depths(window)
+    if not depths:
+        return None
+    return Estimate(depths[0], np.array([[(2 * _STEP_M) ** 2]]), float(len(window.points)))
+
+
+def scan_hits(grid: Grid, window: Window) -> ScanHits | None:
+    """Returns the points of a window by layers; None where there are too few."""
+    depths = _layer_depths(window)
+    if not depths or not np.isfinite(window.spacing):
+        return None
+    y = window.points[:, 1] - window.wall_y
+    found = []
+    dense = 1.0 / window.spacing**2
+    for depth in depths:
+        own = window.points[np.abs(y - depth) < _HALF_M]
+        passed = window.points[y > depth + _BEHIND_M]
+        count = _cells(grid, own)
+        found.append((depth, own, passed, count))
+    layers = [_Layer(d, own, passed, _pane_density(c, dense)) for d, own, passed, c in found]
+    return ScanHits(tuple(layers), dense)
+
+
+def _layer_depths(window: Window) -> list[float]:
+    """Returns the depths m behind the wall at which points gather, the strongest first."""
+    depth = window.points[:, 1] - window.wall_y
+    behind = depth[(depth > _SHALLOWEST_M) & (depth < _DEEPEST_M)]
+    if len(behind) < _FEW:
+        return []
+    edges = np.arange(_SHALLOWEST_M, _DEEPEST_M + _STEP_M, _STEP_M)
+    count = uniform_filter(np.histogram(behind, edges)[0].astype(np.float64), 5, mode="constant")
+    middle = (edges[1:] + edges[:-1]) / 2
+    found: list[float] = []
+    for k in np.argsort(-count, kind="stable"):
+        if count[k] < _LEAST_SHARE * count.max() or len(found) == _MOST_LAYERS:
+            break
+        if all(abs(middle[k] - d) > _APART_M for d in found):
+            found.append(float(middle[k]))
+    return found
+
+
+def _filled(before: Array, width: int, broad: bool) -> Array:
+    """Returns the evidence (s, n + 1 - width) of bars from cumulative sums (s, n + 1) across them.
+
+    A broad bar must be filled with points all over: two bars with a pane between them are not one.
+    """
+    last = before.shape[1] - width
+    if not broad:
+        return np.asarray(before[:, width:] - before[:, :last])
+    cuts = [0, width // 3, width - width // 3, width]
+    parts = [
+        (before[:, high : last + high] - before[:, low : last + low]) / (high - low)
+        for low, high in itertools.pairwise(cuts)
+    ]
+    return np.asarray(width * np.min(parts, axis=0))
+
+
+def _cells(grid: Grid, points: Float) -> Array:
+    """Returns the numbers of points in the cells (x, z) over the raster."""
+    x0, z0, x1, z1 = grid.extent
+    shape = (max(3, round((x1 - x0) / _CELL_M)), max(3, round((z1 - z0) / _CELL_M)))
+    return np.histogram2d(points[:, 0], points[:, 2], bins=shape, range=((x0, x1), (z0, z1)))[0]
+
+
+def _pane_density(count: Array, dense: float) -> Array:
+    """Returns the points per m2 of a layer in the panes about every cell (x, z): a low quantile there."""
+    smooth = uniform_filter(count, 2, mode="nearest")
+    low = percentile_filter(smooth, _PANE_PERCENT, size=_PANE_CELLS, mode="nearest") / _CELL_M**2
+    return np.clip(low, _STRAY * dense, 0.95 * dense)
+
+
+def _sampled(pane: Array, grid: Grid, axis: int, strips: int) -> Array:
+    """Returns densities of cells (x, z) at strips and positions (s, n) across an axis."""
+    turned = pane.T if axis == 0 else pane
+    n = grid.shape[1 - axis]
+    rows = (np.arange(strips) * turned.shape[0]) // strips
+    columns = (np.arange(n) * turned.shape[1]) // n
+    return np.asarray(turned[np.ix_(rows, columns)])
+
+
+def _counted(grid: Grid, points: Float, axis: int, strips: int) -> Array:
+    """Returns the numbers of points (s, n) in every strip at every position."""
+    across, along = (0, 2) if axis == 0 else (2, 0)
+    n = grid.shape[1 - axis]
+    strip = grid.shape[axis] * grid.px / strips
+    k = ((points[:, across] - grid.start(axis)) / grid.px).astype(np.int64)
+    s = ((points[:, along] - grid.start(1 - axis)) / strip).astype(np.int64)
+    inside = (k >= 0) & (k < n) & (s >= 0) & (s < strips)
+    count = np.bincount(s[inside] * n + k[inside], minlength=strips * n)
+    return count.reshape(strips, n).astype(np.float64)

@@ -1,0 +1,131 @@
+"""Weights and covariances for errors that are alike at neighbouring places.
+
+The inverse of the normal equations takes all observations for independent. Where errors are alike it is too
+optimistic, by the square root of the number of observations that err together, and groups with many such
+observations weigh too much against others. Both follow from the variograms of the groups (`variogram`):
+
+- the variance of an observation is multiplied by its design effect, the sum of its correlations with all
+  others of its group (Kish 1965), so that a cell that is full of observations weighs as what it is: one
+  measurement;
+- with these weights the unknowns are ``Q g``, and their covariance is ``Q cov(g) Q``, where the gradient
+  ``g`` has the covariance that the variograms tell.
+"""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from frontage.geometry.arrays import Float
+from frontage.orientation.adjustment.cells import Cells, Member, collected
+from frontage.orientation.adjustment.covariance import Precision
+from frontage.orientation.adjustment.dependence import Dependence, Variogram, distances
+from frontage.orientation.adjustment.fit import Fit
+from frontage.orientation.adjustment.linearise import Weights
+from frontage.orientation.adjustment.network import Network
+from frontage.orientation.adjustment.normal import NormalEquations, inverse_blocks
+from frontage.orientation.adjustment.variogram import estimated_variogram
+
+_FEWEST = 30  # rows of a group, below which nothing can be told of them
+_CHUNK = 512  # cells
+
+
+@dataclass(frozen=True, eq=False)
+class Alike:
+    """A group of observations: its rows, which of its errors are alike, and its design effects (m,)."""
+
+    group: int
+    member: Member
+    variogram: Variogram
+    effect: Float
+
+
+def alike_groups(network: Network, fit: Fit, dependence: Dependence) -> tuple[Alike, ...]:
+    """Estimates for every group of a fit how its errors are alike."""
+    layout, xyz = fit.layout, fit.minimum.state.points
+    found = []
+    for group, reach in sorted(dependence.reach.items()):
+        images = np.flatnonzero(network.images.group[layout.rows] == group)
+        surfaces = np.flatnonzero(network.surfaces.group[layout.surface_rows] == group)
+        member = Member(surfaces if len(surfaces) else images, bool(len(surfaces)))
+        if len(member.rows) < _FEWEST:
+            continue
+        cells = collected(fit.equations, member, xyz, reach)
+        own, shared = group in dependence.own, group in dependence.shared
+        variogram = estimated_variogram(cells, fit.precision.wide, reach, own=own, shared=shared)
+        far = dependence.far.get(group, 0.0) * float(variogram.shared.sum())
+        variogram = replace(variogram, far=far)
+        found.append(Alike(group, member, variogram, design_effects(cells, variogram)[cells.cell]))
+    return tuple(found)
+
+
+def design_effects(cells: Cells, variogram: Variogram) -> Float:
+    """By how much the variance of an observation grows in every cell (c,) for those that err alike."""
+    # What is alike over a whole wall does not tell places apart, and is no reason to trust one less.
+    seen = replace(variogram, far=0.0)
+    total = [k @ cells.count for _, k in _chunks(cells, seen)]
+    return np.asarray(np.maximum(np.concatenate(total) + seen.alone, 1.0))
+
+
+def effective_weights(fit: Fit, groups: Sequence[Alike]) -> Weights:
+    """The weights of a fit, divided by the design effects."""
+    images, surfaces = fit.minimum.weights.images.copy(), fit.minimum.weights.surfaces.copy()
+    for one in groups:
+        if one.member.surfaces:
+            surfaces[fit.layout.surface_rows[one.member.rows]] /= np.sqrt(one.effect)
+        else:
+            images[fit.layout.rows[one.member.rows]] /= np.sqrt(one.effect)
+    return Weights(images, surfaces)
+
+
+def dependent_precision(
+    equations: NormalEquations, precision: Precision, xyz: Float, groups: Sequence[Alike]
+) -> Precision:
+    """Returns the precision with covariances that hold for errors that are alike.
+
+    `equations` and `precision` have effective weights; `xyz` (n, 3) m are the points that told the groups.
+    Redundancies stay: they tell how observations control one another, not how they err.
+    """
+    Q = precision.wide
+    gradient = np.zeros_like(Q)
+    for one in groups:
+        # an error of one sigma alone is 1 / effect in the weights; the inverse Q has taken it for 1
+        alone = one.variogram.alone / one.effect - 1.0
+        cells = collected(equations, one.member, xyz, one.variogram.reach, alone)
+        root = np.ones(len(cells.count))
+        root[cells.cell] = 1.0 / np.sqrt(one.effect)
+        gradient += cells.alone + _gradient(cells, one.variogram, root)
+    wide = Q + Q @ gradient @ Q
+    return replace(precision, wide=wide, points=_points(equations, wide))
+
+
+def _gradient(cells: Cells, variogram: Variogram, root: Float) -> Float:
+    """The covariance (u, u) of the gradient from what is alike; `root` (c,) scales the errors."""
+    u = cells.pull.shape[2]
+    pull = (cells.count * root)[:, None, None] * cells.pull
+    wide = pull.reshape(len(pull), -1)
+    total = np.zeros((u, u))
+    for chunk, k in _chunks(cells, variogram):
+        total += pull[chunk].reshape(-1, u).T @ (k @ wide).reshape(-1, u)
+    return 0.5 * (total + total.T)
+
+
+def _chunks(cells: Cells, variogram: Variogram) -> Iterator[tuple[slice, Float]]:
+    """Some cells at a time, with the covariances (g, c) of their errors with those of all cells."""
+    for start in range(0, len(cells.count), _CHUNK):
+        part = slice(start, start + _CHUNK)
+        same = cells.photo[part, None] == cells.photo
+        apart = distances(cells.middle[part], cells.middle)
+        yield part, variogram.between(apart, same)
+
+
+def _points(equations: NormalEquations, wide: Float) -> Float:
+    """Marginal covariances (a, 3, 3) of the points from that of bodies and cameras."""
+    inverse = inverse_blocks(equations.V)
+    points = np.empty_like(equations.V)
+    for chunk, W in equations.between():
+        Z = inverse[chunk.points] @ W
+        inner = wide[np.ix_(chunk.columns, chunk.columns)]
+        across = (Z.reshape(3 * chunk.size, len(chunk.columns)) @ inner).reshape(Z.shape)
+        points[chunk.points] = inverse[chunk.points] + across @ Z.transpose(0, 2, 1)
+    return points

@@ -1,0 +1,39 @@
+"""Which errors of the observations of oriented photos may be alike, and over which distances."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from frontage.geometry.arrays import Float
+from frontage.model import Photo
+from frontage.orientation.adjustment import Dependence
+from frontage.orientation.control import ControlPoints
+from frontage.orientation.network import CONTROL, SURFACES, TIES
+
+_TIE_TEMPLATES = 4.0  # sides of a template over which errors of tie points may be alike
+_TEMPLATE_M = 0.5  # side of a template where there is no control
+# Of the variance that neighbours share: light and beams come from one side on all of a wall.
+_FAR = 0.1
+
+
+def dependence_of(photos: Sequence[Photo], control: Sequence[ControlPoints]) -> Dependence:
+    """Which errors may be alike: over a template at least, in one photo or, by the scan, in all.
+
+    Templates that overlap see the same samples of the scan. Tie points err like others of their photo by
+    what displaces larger parts of a picture; on the surface of the scan they err like their neighbours.
+    """
+    sides = [c.side * _metres_per_pixel(p, c.xyz) for p, c in zip(photos, control, strict=True) if len(c)]
+    reach = float(np.median(np.concatenate(sides))) if sides else _TEMPLATE_M
+    by_scan = (CONTROL, SURFACES)
+    return Dependence(
+        {TIES: _TIE_TEMPLATES * reach, CONTROL: reach, SURFACES: reach},
+        own=frozenset({TIES, CONTROL}),
+        shared=frozenset(by_scan),
+        far=dict.fromkeys(by_scan, _FAR),
+    )
+
+
+def _metres_per_pixel(photo: Photo, xyz: Float) -> Float:
+    """The size (n,) m of a pixel at points (n, 3)."""
+    depth = photo.pose.inverse.apply(xyz)[:, 2]
+    return np.asarray(depth / photo.camera.params[0], np.float64)
