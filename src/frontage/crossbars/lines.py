@@ -85,7 +85,7 @@ class Bars:
         return np.asarray(below + (at - k) * (above - below))
 
     def settled(self, value: Array, first: int) -> tuple[float, float, float]:
-        """Returns centre m, width m and evidence nats of the best bar of values (k, w), from position `first`.
+        """Returns centre m, width m and evidence nats of the best bar of values (k, w) from position `first`.
 
         Edges are found within a tolerance, so that bars of neighbouring places and widths have nearly the
         same evidence: the best bar is their mean.
