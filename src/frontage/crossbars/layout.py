@@ -213,12 +213,10 @@ class _Search:
         value = bars.over(low + _ENDS_M, high - _ENDS_M, slice(first, last)) - _mullion_cost(bars)
         centre = bars.centre(np.arange(first, last)[:, None], np.arange(len(bars.widths))[None, :])
         value = np.where(np.abs(centre - place) <= _MOVE_M, value, -np.inf)
-        best = int(value.argmax())
-        n, w = divmod(best, value.shape[1])
-        if not np.isfinite(value[n, w]):
+        if not np.isfinite(value.max()):
             return None
-        width = float(bars.widths[w] * bars.px)
-        return Line(axis, float(centre[n, w]), (low, high), width, float(value[n, w]))
+        middle, width, evidence = bars.settled(value, first)
+        return Line(axis, middle, (low, high), width, evidence)
 
 
 def _parts(box: Box, axis: int, line: Line) -> tuple[Box, Box]:

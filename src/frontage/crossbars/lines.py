@@ -19,6 +19,7 @@ MULLIONS_M = (0.13, 0.36)
 _WIDTH_STEP_M = 0.005
 _MULLION_STEP_M = 0.02
 _TOLERANCE_M = 0.004  # by which edges may lie apart in two views: poses, and profiles that are not sharp
+_SETTLED = 3.0  # nats within which bars of neighbouring places and widths are alike
 _LINES = (
     np.log(2.0) + 0.8
 )  # of edges that run straight along a bar, either sign, but are those of other things
@@ -82,6 +83,23 @@ class Bars:
         k = min(int(at), len(self.total) - 2)
         below, above = self.total[k, rows], self.total[k + 1, rows]
         return np.asarray(below + (at - k) * (above - below))
+
+    def settled(self, value: Array, first: int) -> tuple[float, float, float]:
+        """Returns centre m, width m and evidence nats of the best bar of values (k, w) from position `first`.
+
+        Edges are found within a tolerance, so that bars of neighbouring places and widths have nearly the
+        same evidence: the best bar is their mean.
+        """
+        n, w = divmod(int(value.argmax()), value.shape[1])
+        best = float(value[n, w])
+        centre = self.centre(
+            np.arange(first, first + len(value))[:, None], np.arange(len(self.widths))[None, :]
+        )
+        width = np.broadcast_to(self.widths * self.px, value.shape)
+        near = np.abs(centre - centre[n, w]) + 0.5 * np.abs(width - width[n, w]) <= 3 * _TOLERANCE_M
+        weight = np.where(near, np.exp(np.maximum(value - best, -700.0) / _SETTLED), 0.0)
+        weight /= weight.sum()
+        return float((weight * centre).sum()), float((weight * width).sum()), best
 
     def centre(self, position: Array, width: Array) -> Array:
         """Returns the coordinates m of the centre lines of bars with a lower edge and a number of a width."""

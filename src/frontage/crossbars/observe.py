@@ -20,6 +20,9 @@ from frontage.crossbars.window import Window
 from frontage.geometry.arrays import Array, Float
 from frontage.model import Estimate
 
+_DENSE_M = (
+    0.01  # spacing of a scan that places bars as well as photos do; beside these, sparser ones count less
+)
 _OBLIQUE = 0.35  # cosine of the angle to the normal at which the sides of bars hide their fronts
 _FRONTAL = 0.75
 
@@ -81,10 +84,11 @@ def observe(sight: Sight) -> Observation:
     arched = window.opening.shape != "rectangle"
     box, width = frame_sides(grid, profiles, weights, window.ring, arched)
     upper, lower = bar_depths(grid, sight.views, sight.depth, box)
-    bars = _with_hits(grid, _evidence(sight, upper, box, weights), hits)
+    trust = min(1.0, (_DENSE_M / window.spacing) ** 2)
+    bars = _with_hits(grid, _evidence(sight, upper, box, weights), hits, trust)
     behind = None
     if lower != upper:
-        behind = _with_hits(grid, _evidence(sight, lower, box, weights), hits)
+        behind = _with_hits(grid, _evidence(sight, lower, box, weights), hits, trust)
     return Observation(sight, box, width, bars, behind, weights, hits)
 
 
@@ -108,10 +112,12 @@ def _evidence(sight: Sight, depth: float, box: Box, weights: Float) -> list[Bars
     return found
 
 
-def _with_hits(grid: Grid, bars: Sequence[Bars], hits: ScanHits | None) -> tuple[Bars, Bars]:
-    """Returns the evidence across both axes with that of the scan."""
+def _with_hits(
+    grid: Grid, bars: Sequence[Bars], hits: ScanHits | None, trust: float = 1.0
+) -> tuple[Bars, Bars]:
+    """Returns the evidence across both axes with that of the scan, which counts for `trust`, 0..1."""
     if hits is not None:
-        bars = [with_scan(one, hits.evidence(grid, one.axis, one.widths)) for one in bars]
+        bars = [with_scan(one, trust * hits.evidence(grid, one.axis, one.widths)) for one in bars]
     return bars[0], bars[1]
 
 

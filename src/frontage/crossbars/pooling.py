@@ -150,9 +150,8 @@ def _estimated(bars: Bars, line: Line, shift: float) -> Line:
     centre = bars.centre(np.arange(low, high)[:, None], np.arange(len(bars.widths))[None, :])
     near = (np.abs(centre - place) <= _MOVE_M) & (away <= max(_WIDTH, float(away.min())))
     value = np.where(near, value, -np.inf)
-    n, w = divmod(int(value.argmax()), value.shape[1])
-    best = float(value[n, w])
+    best = float(value.max())
     if best <= 0.0:
         return replace(line, position=place, evidence=best if np.isfinite(best) else 0.0)
-    width = float(bars.widths[w] * bars.px)
-    return Line(line.axis, float(centre[n, w]), line.extent, width, best)
+    middle, width, best = bars.settled(value, low)
+    return Line(line.axis, middle, line.extent, width, best)

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 import pytest
 
-from crossbars.paper.painted import BAR, DEPTH, EYES, HOLE, Box, bar, view, window
+from crossbars.painted import BAR, DEPTH, EYES, HOLE, Box, bar, view, window
 from frontage.crossbars.options import CrossbarOptions
 from frontage.crossbars.paper.find import bars_by_edges
 from frontage.model import Glazing, Provenance

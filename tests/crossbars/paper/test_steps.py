@@ -6,7 +6,7 @@ import cv2
 import numpy as np
 import pytest
 
-from crossbars.paper.painted import EYES, HOLE, Box, bar, view, window
+from crossbars.painted import EYES, HOLE, Box, bar, view, window
 from frontage.crossbars.paper.derive import derive_edges
 from frontage.crossbars.paper.edges import straight_edges
 from frontage.crossbars.paper.matching import match
