@@ -38,5 +38,5 @@ def _evidence(sight: Sight, chosen: Chosen | None) -> WindowEvidence:
     if chosen is None:
         why = "the depth of its frame is not known" if sight.window.views else "no photo shows it"
         return WindowEvidence(name, extent, (), None, Glazing(False, depth=sight.depth, note=why))
-    result = glazing(chosen.seen, chosen.layout, chosen.pooled)
+    result = glazing(chosen)
     return WindowEvidence(name, extent, view_pictures(sight), evidence_picture(chosen.seen), result)

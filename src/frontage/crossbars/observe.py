@@ -47,6 +47,7 @@ class Observation:
     frame    width of the frame, None where nothing shows it
     bars     evidence of upright bars and of transoms
     behind   the same on the plane of a lower sash that may run behind; None where nothing speaks for one
+    planes   depths m behind the wall that `bars` and `behind` were looked for at
     weights  (v,) of the views
     hits     what the scan says; None without points at the frame
     """
@@ -56,6 +57,7 @@ class Observation:
     frame: Estimate[float] | None
     bars: tuple[Bars, Bars]
     behind: tuple[Bars, Bars] | None
+    planes: tuple[float, float]
     weights: Float
     hits: ScanHits | None
 
@@ -78,7 +80,8 @@ def observe(sight: Sight) -> Observation:
     if not sight.views:
         widths = bar_widths(grid.px, grid.px)
         bars = _with_hits(grid, [no_views(grid, axis, widths) for axis in (0, 1)], hits)
-        return Observation(sight, usual_sides(window.ring), None, bars, None, np.empty(0), hits)
+        at = sight.depth.value
+        return Observation(sight, usual_sides(window.ring), None, bars, None, (at, at), np.empty(0), hits)
     weights = _weights(sight.views)
     profiles = _profiles(grid, _planes(sight, sight.depth.value))
     arched = window.opening.shape != "rectangle"
@@ -89,7 +92,7 @@ def observe(sight: Sight) -> Observation:
     behind = None
     if lower != upper:
         behind = _with_hits(grid, _evidence(sight, lower, box, weights), hits, trust)
-    return Observation(sight, box, width, bars, behind, weights, hits)
+    return Observation(sight, box, width, bars, behind, (upper, lower), weights, hits)
 
 
 def _planes(sight: Sight, depth: float) -> list[PlaneView]:

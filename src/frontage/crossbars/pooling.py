@@ -34,12 +34,14 @@ class Chosen:
     seen    its evidence, with the box inside the frame that is used
     bars    the evidence that the layout was chosen by: on one plane, or on those of two sashes
     pooled  the lines that only similar windows decide
+    meeting m (z) below which bars are those of a lower sash, on the deeper plane; None = one plane
     """
 
     seen: Observation
     bars: Sequence[Bars]
     layout: Layout
     pooled: tuple[Line, ...] = ()
+    meeting: float | None = None
 
 
 def choose_layouts(observed: Sequence[Observation], least: float) -> list[Chosen]:
@@ -88,7 +90,7 @@ def _alone(seen: Observation, least: float) -> Chosen:
             bars = [front.below(back, place) for front, back in zip(seen.bars, seen.behind, strict=True)]
             layout = best_layout(seen.box, bars, least)
             if layout.gain - _SASHES > best.layout.gain:
-                best = Chosen(seen, bars, layout)
+                best = Chosen(seen, bars, layout, meeting=float(place))
     return best
 
 
@@ -114,7 +116,10 @@ def _shared(own: Chosen, model: Chosen, lines: Sequence[Line]) -> Chosen:
     gains = tuple(line.evidence - COST for line in lines)
     weak = tuple(line for line, gain in zip(lines, gains, strict=True) if gain < 0)
     kept = tuple(max(gain, other) for gain, other in zip(gains, model.layout.gains, strict=True))
-    return Chosen(own.seen, own.bars, Layout(tuple(lines), sum(kept), kept, model.layout.rivals), weak)
+    costs = sum(line.evidence for line in model.layout.lines) - model.layout.gain
+    gain = sum(line.evidence for line in lines) - costs
+    layout = Layout(tuple(lines), gain, kept, model.layout.rivals)
+    return Chosen(own.seen, own.bars, layout, weak, own.meeting)
 
 
 def fit(model: Chosen, member: Chosen) -> list[Line]:
