@@ -6,6 +6,7 @@ import numpy as np
 
 from frontage.crossbars.adjust import Adjusted, Known, Shown, adjust
 from frontage.crossbars.division import Line, joined
+from frontage.crossbars.extent import whole_bars
 from frontage.crossbars.observe import Observation, Sight
 from frontage.crossbars.pooling import Chosen
 from frontage.crossbars.readings import read_edges
@@ -28,10 +29,10 @@ def placed_bars(chosen: Chosen) -> tuple[tuple[Bar, ...], Estimate[float] | None
         return _scanned(chosen, lines), seen.sight.depth
     if not lines:
         return (), seen.sight.depth
-    found = _adjusted(chosen, lines)
+    found = _adjusted(chosen, whole_bars(seen, lines))
     bars = tuple(
-        _bar(line, _provenance(line, chosen.pooled), np.hypot(sigma, _FLOOR_M), np.hypot(width, 2 * _FLOOR_M))
-        for line, sigma, width in zip(found.lines, found.sigma, found.sigma_width, strict=True)
+        _bar(line, _provenance(one, chosen.pooled), np.hypot(sigma, _FLOOR_M), np.hypot(width, 2 * _FLOOR_M))
+        for one, line, sigma, width in zip(lines, found.lines, found.sigma, found.sigma_width, strict=True)
     )
     return bars, found.depth
 
