@@ -11,8 +11,8 @@ from frontage.model import Glazing
 THIN_BAR_M = 0.025  # width of usual glazing bars
 THICK_BAR_M = 0.05  # width of usual mullions
 _RESOLVED_PX = 2.5  # px of the finest photo that a bar needs, so that it has two edges
-_NATS = 11.0  # that make a decision as sure as one nat of independent evidence
-_DESCRIBED = 0.93  # probability that a division is one of those that are looked for, before it is seen
+_NATS = 10.5  # that make a decision as sure as one nat of independent evidence
+_DESCRIBED = 0.97  # probability that a division is one of those that are looked for, before it is seen
 _FEWEST_HITS = 10.0  # points of the scan that a thin bar over the window must get
 _SURE = 0.5  # confidence below which a layout is not decided
 
