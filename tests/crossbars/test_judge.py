@@ -103,3 +103,11 @@ def _met(pose: Rigid3, ray: Float) -> Float:
     """Returns where a ray of a camera meets the wall, (x, z) m."""
     way = pose.rotate(ray)[0]
     return np.asarray((pose.t - way * pose.t[1] / way[1])[[0, 2]])
+
+
+def test_the_depth_of_a_window_without_bars_is_that_of_its_frame() -> None:
+    sight = window([view(eye) for eye in EYES], depth=DEPTH + 0.02)
+    found = bars_by_evidence([sight], CrossbarOptions())[0].glazing
+    assert found.resolved and not found.bars and found.depth is not None
+    assert abs(found.depth.value - DEPTH) < 0.01
+    assert 0.001 < float(found.depth.sigma[0]) < 0.02
