@@ -94,6 +94,17 @@ def test_bars_must_be_all_there_and_nothing_else() -> None:
     assert score_openings(t, wrong).figures["bars_exact"].value == 0.0
 
 
+def test_undecided_layouts_are_as_bad_as_wrong_ones() -> None:
+    t = truth()
+    right = found_openings(t)
+    none = [found_opening(f, o, bars=None) for f in t.facades for o in f.openings]
+    f = score_openings(t, [*right[:6], *none[6:]]).figures
+    assert f["bars_exact"].value == 1.0
+    assert f["bars_right"].n == 11  # the closed shutters of B02 tell nothing, B01's hidden window was decided
+    assert f["bars_right"].value == f["bars_decided"].value == pytest.approx(6 / 11)
+    assert score_openings(t, none).figures["bars_right"].value is None
+
+
 def test_openings_on_no_true_facade_are_not_scored() -> None:
     t = truth()
     side = Rigid3("local", "local", np.array([[0.0, -1, 0], [1, 0, 0], [0, 0, 1]]), np.zeros(3))

@@ -79,12 +79,12 @@ def test_the_shares_of_the_variance_are_found():
     assert np.mean([v.shared.sum() for v in found]) == pytest.approx(0.4, abs=0.08)
 
 
-def variogram_of(net):
+def variogram_of(net, dependence=ALIKE):
     """The variogram of the control of a network."""
     with pytest.MonkeyPatch.context() as patch:
         told = []
         patch.setattr(bundle, "alike_groups", lambda *a: told.append(alike_groups(*a)) or told[-1])
-        adjust(net, PLAIN, ALIKE)
+        adjust(net, PLAIN, dependence)
     (group,) = told[0]
     return group.variogram
 
@@ -130,3 +130,15 @@ def test_what_is_alike_over_long_ranges_is_an_error_of_all_photos():
     assert (sigma > 0.0015).all() and (sigma < 0.01).all()
     alike = added / np.outer(sigma, sigma)
     assert alike[0, 1] > 0.5 and alike[1, 2] > 0.5  # they see the same part of the wall
+
+
+def test_neighbours_are_displaced_together_by_at_least_what_is_stated():
+    net, _ = network(4)
+    least = Dependence(ALIKE.reach, ALIKE.own, ALIKE.shared, least={0: 0.005})
+    seen, told = adjust(net, PLAIN, ALIKE), adjust(net, PLAIN, least)
+    added = (told.covariance - seen.covariance).reshape(3, 6, 3, 6)[:, 0, :, 0]
+    sigma = np.sqrt(np.diag(added))
+    # The wall is about two ranges of 3.6 m wide and high: a few independent displacements of 5 mm.
+    assert (sigma > 0.001).all() and (sigma < 0.02).all()
+    # half a pixel is 3.5 mm at 14 m
+    assert variogram_of(net, least).shared[-1] == pytest.approx((0.005 / 0.0035) ** 2, rel=0.15)

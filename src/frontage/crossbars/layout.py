@@ -36,14 +36,24 @@ _Chain = tuple[tuple[Line, ...], float]
 """Parallel bars, and what they gain."""
 
 
-def best_layout(box: Box, bars: Sequence[Bars], least: float, cost: float = COST) -> Layout:
+def best_layout(
+    box: Box,
+    bars: Sequence[Bars],
+    least: float,
+    cost: float = COST,
+    without: tuple[int, float] | None = None,
+) -> Layout:
     """Returns the best layout of the bars within a box, the inside of the frame.
 
-    bars   the evidence across x and across z
-    least  m, least width and height of a pane
+    bars     the evidence across x and across z
+    least    m, least width and height of a pane
+    without  axis and position m of a bar that must not be in it
     """
-    found = tuple(candidates(box, one, least, cost) for one in bars)
-    return _Search(box, bars, found, least, cost).best(box)
+    found = [candidates(box, one, least, cost) for one in bars]
+    if without is not None:
+        axis, place = without
+        found[axis] = found[axis][np.abs(found[axis] - place) > _MOVE_M]
+    return _Search(box, bars, tuple(found), least, cost).best(box)
 
 
 def candidates(box: Box, bars: Bars, least: float, cost: float) -> Float:

@@ -5,6 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 from scipy.optimize import linear_sum_assignment
 
+from frontage.evaluation.metric import Metric, mean, metric
 from frontage.evaluation.result import FoundOpening
 from frontage.evaluation.truth import TrueFacade, TrueOpening
 from frontage.geometry.arrays import Array, Float
@@ -39,6 +40,23 @@ def bar_errors(
         right &= exact
         errors.append(seen[column, 0] - true[row, 0])
     return np.concatenate(errors), None if truth.glazing == "leaded" else bool(right)
+
+
+def layout_figures(openings: Sequence[tuple[TrueOpening, bool | None]]) -> dict[str, Metric]:
+    """Returns shares of glazed openings by whether their layout is right (True, False, None = not decided).
+
+    "bars_exact" is the share of right ones among those decided, "bars_right" that among all, where an
+    undecided layout is as good as a wrong one, and "bars_decided" the share decided. Leaded windows are not
+    asked. A result that decides no layout at all says nothing about bars, and has no figures.
+    """
+    asked = [exact for truth, exact in openings if truth.glazed and truth.glazing != "leaded"]
+    decided = [exact for exact in asked if exact is not None]
+    every = asked if decided else []
+    return {
+        "bars_exact": metric(np.array(decided), mean),
+        "bars_right": metric(np.array([exact is True for exact in every]), mean),
+        "bars_decided": metric(np.array([exact is not None for exact in every]), mean),
+    }
 
 
 def match_bars(true: Float, seen: Float, across: float = _ACROSS_M) -> tuple[Array, Array, bool]:

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 import shapely
 
-from frontage.evaluation.bars import bar_errors
+from frontage.evaluation.bars import bar_errors, layout_figures
 from frontage.evaluation.match import assign, overlap
 from frontage.evaluation.metric import (
     Metric,
@@ -217,10 +217,10 @@ def _same_kind(found: FoundOpening, kind: str) -> bool:
 
 
 def _bars(pairs: Sequence[OpeningPair]) -> dict[str, Metric]:
-    exact = np.array([p.exact for p in pairs if p.exact is not None and p.truth.glazed])
+    """Shares of glazed openings whose layout is right, and errors of positions; unseen ones are not asked."""
+    asked = [(p.truth, p.exact) for p in pairs if p.exact is not None or p.seen in ("visible", "partly")]
     errors = np.concatenate([np.empty(0), *(p.bars for p in pairs if p.bars is not None)])
-    return {
-        "bars_exact": metric(exact, mean),
+    return layout_figures(asked) | {
         "bars_bias": metric(errors, median, "m"),
         "bars_median": metric(np.abs(errors), median, "m"),
     }

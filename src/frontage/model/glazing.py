@@ -41,7 +41,10 @@ class Glazing:
     resolved     whether the layout was decided; without bars, it then is a single pane
     bars         from left to right, then from the bottom upwards; empty where not resolved
     frame_width  m, how far the frame reaches into the opening from its borders; None = not measured
-    depth        m, of the frame's front behind the wall, positive = recess; None = not measured
+    depth        m behind the wall, positive = recess, of the plane in which the front faces of the bars lie;
+                 without bars, of the sashes, casements or frame that hold the glass; None = not measured.
+                 Of two sashes that slide, the plane of the front one. The front of a fixed frame may lie
+                 some centimetres nearer: `Opening.depth`
     confidence   probability that the layout is the true one, 0..1
     sources      names of the photos that decided it, "scan" where scan points did
     note         why it is not resolved, or what to be careful about; "" = nothing

@@ -14,10 +14,15 @@ _TIE_TEMPLATES = 4.0  # sides of a template over which errors of tie points may 
 _TEMPLATE_M = 0.5  # side of a template where there is no control
 # Of the variance that neighbours share: light and beams come from one side on all of a wall.
 _FAR = 0.1
+# Where beams happen to fall on an edge displaces it by about this share of their distance, for all photos
+# and along all of the edge. The likeliest value for the true errors of simulated streets and models.
+_EDGE = 0.025
 
 
-def dependence_of(photos: Sequence[Photo], control: Sequence[ControlPoints]) -> Dependence:
+def dependence_of(photos: Sequence[Photo], control: Sequence[ControlPoints], spacing: float) -> Dependence:
     """Which errors may be alike: over a template at least, in one photo or, by the scan, in all.
+
+    spacing  m, of the points of the scan
 
     Templates that overlap see the same samples of the scan. Tie points err like others of their photo by
     what displaces larger parts of a picture; on the surface of the scan they err like their neighbours.
@@ -30,6 +35,7 @@ def dependence_of(photos: Sequence[Photo], control: Sequence[ControlPoints]) -> 
         own=frozenset({TIES, CONTROL}),
         shared=frozenset(by_scan),
         far=dict.fromkeys(by_scan, _FAR),
+        least={CONTROL: _EDGE * spacing},
     )
 
 

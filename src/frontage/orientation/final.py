@@ -19,7 +19,7 @@ from frontage.orientation.adjustment import (
 from frontage.orientation.control import ControlPoints, find_control
 from frontage.orientation.dependence import dependence_of
 from frontage.orientation.drawings import draw_scan
-from frontage.orientation.network import CONTROL, SURFACES, TIES, build_network
+from frontage.orientation.network import CONTROL, PLACES, SURFACES, TIES, build_network
 from frontage.orientation.placed import Placed, Scene
 from frontage.orientation.reflectance.surface import ScannedSurface
 from frontage.orientation.result import Orientation, OrientedPhoto, Unoriented
@@ -27,7 +27,7 @@ from frontage.orientation.rigs import adjusted_rigs, rig_notes
 from frontage.orientation.verify import Verdict, verify
 
 # Of a thousand good observations one fails (Baarda 1968): false matches of templates are rarely far off.
-_TESTS = AdjustmentOptions(critical=3.29)
+_TESTS = AdjustmentOptions(critical=3.29, known=frozenset({PLACES}))
 _PASSES = ((12, 24), (6, 12))  # radius of the search for control and distance of templates, px of renderings
 _FEWEST_CONTROL = 12
 _FEWEST_TIES = 30
@@ -112,7 +112,8 @@ def _adjusted(scene: Scene, placed: Placed, search: tuple[int, int]) -> _State:
     while True:
         network = _network(scene, placed, control)
         try:
-            dependence = dependence_of(placed.photos, control)
+            spacing = float(np.median(scene.surface.spacing))
+            dependence = dependence_of(placed.photos, control, spacing)
             return _State(placed, tuple(control), network, adjust(network, _TESTS, dependence))
         except NotDetermined as error:
             on = network.photos

@@ -120,3 +120,14 @@ def test_the_split_of_control_follows_its_seed():
     a, b, c = (split_control(network, 0.25, seed)[1].point for seed in (1, 1, 2))
     np.testing.assert_array_equal(a, b)
     assert len(a) == len(c) == 9 and set(a) != set(c)
+
+
+def test_a_group_whose_standard_errors_are_known_keeps_them():
+    network = facade_block(23).network
+    group = int(network.surfaces.group[0])
+    wide = replace(network, surfaces=replace(network.surfaces, sigma=5 * network.surfaces.sigma))
+    estimated = adjust(wide, AdjustmentOptions(least_redundancy=5))
+    known = adjust(wide, AdjustmentOptions(least_redundancy=5, known=frozenset({group})))
+    assert estimated.factors[group] < 0.2
+    assert known.factors[group] == 1.0
+    assert known.factors[0] == pytest.approx(estimated.factors[0], rel=0.05)

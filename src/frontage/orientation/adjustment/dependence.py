@@ -6,7 +6,7 @@ divided into what every observation has alone, and parts that are alike over sev
 structures; Matheron 1963). The shares are estimated from residuals (`variogram`).
 """
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -28,12 +28,15 @@ class Dependence:
     shared  groups whose errors may be alike at neighbouring places in all photos
     far     per group, which share of the variance that neighbours in all photos share is alike over longer
             ranges than residuals can show (`BEYOND`): what nothing shows has to be known
+    least   per group, m: by how much neighbours in all photos are displaced together over the longest of
+            `RANGES`, even where residuals do not show it, because poses have absorbed it
     """
 
     reach: dict[int, float]
     own: frozenset[int]
     shared: frozenset[int]
     far: dict[int, float] = field(default_factory=dict)
+    least: dict[int, float] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,6 +56,12 @@ class Variogram:
 
     def __post_init__(self) -> None:
         freeze(self, own=((len(RANGES),), np.float64), shared=((len(RANGES),), np.float64))
+
+    def at_least(self, share: float) -> "Variogram":
+        """The same, with no less than a share alike in all photos over the longest of `RANGES`."""
+        shared = self.shared.copy()
+        shared[-1] = max(shared[-1], share)
+        return replace(self, shared=shared)
 
     @property
     def alone(self) -> float:

@@ -54,9 +54,17 @@ def alike_groups(network: Network, fit: Fit, dependence: Dependence) -> tuple[Al
         own, shared = group in dependence.own, group in dependence.shared
         variogram = estimated_variogram(cells, fit.precision.wide, reach, own=own, shared=shared)
         far = dependence.far.get(group, 0.0) * float(variogram.shared.sum())
-        variogram = replace(variogram, far=far)
+        least = dependence.least.get(group, 0.0) ** 2 * _weight_per_metre(fit.equations, member)
+        variogram = replace(variogram, far=far).at_least(least)
         found.append(Alike(group, member, variogram, design_effects(cells, variogram)[cells.cell]))
     return tuple(found)
+
+
+def _weight_per_metre(equations: NormalEquations, member: Member) -> float:
+    """The mean squared length of the derivatives of a group's rows by the place of their point, 1/m^2."""
+    point = equations.rows.surface[:, None] if member.surfaces else equations.rows.point
+    lengths = np.square(point[member.rows]).sum(axis=(1, 2))
+    return float(np.mean(lengths)) / float(point.shape[1])
 
 
 def design_effects(cells: Cells, variogram: Variogram) -> Float:

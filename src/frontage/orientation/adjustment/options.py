@@ -2,7 +2,10 @@
 
 from typing import Literal
 
+import numpy as np
 from pydantic import BaseModel, ConfigDict, Field
+
+from frontage.geometry.arrays import Bool
 
 Loss = Literal["none", "huber", "cauchy"]
 
@@ -36,11 +39,18 @@ class AdjustmentOptions(BaseModel):
     variance_components: bool = Field(
         default=True, description="estimate the variance of every group of observations"
     )
+    known: frozenset[int] = Field(
+        default=frozenset(), description="groups whose stated standard errors are believed all the same"
+    )
     least_redundancy: float = Field(
         default=20.0, ge=1, description="redundancy of a group that is needed to estimate its variance"
     )
     rounds: int = Field(default=12, ge=1, le=100, description="most rounds of tests and variance estimation")
     iterations: int = Field(default=50, ge=1, le=1000, description="most steps of one minimisation")
+
+    def estimates(self, groups: int) -> Bool:
+        """For which of a number of groups the variance is estimated, (g,)."""
+        return np.array([self.variance_components and g not in self.known for g in range(groups)], bool)
 
     def loss_of(self, group: int) -> Loss:
         """The robust loss of a group."""

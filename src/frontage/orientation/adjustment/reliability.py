@@ -39,7 +39,7 @@ def next_factors(factors: Float, ratios: Float, redundancies: Float, options: Ad
     """
     if not options.variance_components:
         return factors
-    large = redundancies >= options.least_redundancy
+    large = (redundancies >= options.least_redundancy) & options.estimates(len(factors))
     # A tenth of the standard error of a factor is no change that matters.
     rest = np.abs(ratios - 1.0) <= 0.005 + 0.1 * np.sqrt(2.0 / np.maximum(redundancies, 1.0))
     updated = np.where(rest, factors, np.clip(factors * ratios, _LEAST_FACTOR, _MOST_FACTOR))

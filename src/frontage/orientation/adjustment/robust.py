@@ -73,7 +73,7 @@ def scales(network: Network, layout: Layout, at: Residuals, options: AdjustmentO
     rows = 2 * count + len(layout.surface_rows)
     # Residuals are smaller than errors by the share of the redundancy.
     share = max(1.0 - (layout.columns + 3 * len(layout.points)) / max(rows, 1), 0.05)
-    factors = np.ones(network.groups)
+    factors, estimated = np.ones(network.groups), options.estimates(network.groups)
     parts = (
         (network.images.group[layout.rows], z[:count], _MEDIAN_2D, share),
         (network.surfaces.group[layout.surface_rows], z[count:], _MEDIAN_1D, 1.0),
@@ -82,7 +82,7 @@ def scales(network: Network, layout: Layout, at: Residuals, options: AdjustmentO
         for group in np.unique(groups):
             mine = lengths[groups == group]
             factor = float(np.median(mine) / median) ** 2 / redundancy
-            trusted = options.variance_components and len(mine) >= _ENOUGH and median == _MEDIAN_2D
+            trusted = estimated[group] and len(mine) >= _ENOUGH and median == _MEDIAN_2D
             factors[group] = max(factor, _LEAST_FACTOR if trusted else 1.0)
     return factors
 

@@ -1,0 +1,136 @@
+"""Places the bars of a chosen layout: positions, widths and depth with standard errors and provenance."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from frontage.crossbars.adjust import Adjusted, Known, Shown, adjust
+from frontage.crossbars.division import Line, joined
+from frontage.crossbars.extent import whole_bars
+from frontage.crossbars.observe import Observation, Sight
+from frontage.crossbars.pooling import Chosen
+from frontage.crossbars.readings import read_edges
+from frontage.geometry.arrays import Float
+from frontage.model import AXES, Bar, Estimate, Provenance
+
+_FLOOR_M = 0.0015  # of a bar's position: bars are not ideal prisms
+_FRONT_M = (0.012, 0.012)  # by which sashes and bars stand behind the front of a frame, and its spread
+_SCANNED_M = (
+    0.015  # least standard error of the scan's depth: it sees frames, glass and blinds as one surface
+)
+_FLAT_M = 0.004  # by which the front faces of the bars of one window lie off one plane, in the mean
+_LEAST_FRAME_M = 0.015  # of a side of the frame whose edge is read
+_USUAL_M = (0.15, 0.25)  # depth of frames behind walls, and its spread
+
+
+def placed_bars(chosen: Chosen) -> tuple[tuple[Bar, ...], Estimate[float] | None]:
+    """Returns the bars of a window in their places, and the depth m of their plane behind the wall."""
+    seen = chosen.seen
+    lines = sorted(joined(chosen.layout.lines), key=lambda one: (one.axis, one.position))
+    if not seen.sight.views:
+        return _scanned(chosen, lines), seen.sight.depth
+    found = _adjusted(chosen, whole_bars(seen, lines))
+    bars = tuple(
+        _bar(line, _provenance(one, chosen.pooled), np.hypot(sigma, _FLOOR_M), np.hypot(width, 2 * _FLOOR_M))
+        for one, line, sigma, width in zip(lines, found.lines, found.sigma, found.sigma_width, strict=False)
+    )  # without bars, the lines found are the sides of the frame
+    return bars, replace(found.depth, covariance=found.depth.covariance + _FLAT_M**2)
+
+
+def _adjusted(chosen: Chosen, lines: Sequence[Line]) -> Adjusted:
+    """Returns bars in their places; without bars, the sides of the frame, which tell the depth."""
+    seen, sight = chosen.seen, chosen.seen.sight
+    upper, lower = seen.planes
+    meeting = -np.inf if chosen.meeting is None else chosen.meeting
+    depths = [lower if _middle(line) < meeting else upper for line in lines]
+    sides = [] if lines else _frame_sides(seen)
+    every = [*lines, *(line for line, _ in sides)]
+    readings = read_edges(sight.grid, sight.mask, sight.views, every, [*depths, *[upper] * len(sides)])
+    inner = np.array([*[0] * len(lines), *(side for _, side in sides)])[readings.bar]
+    readings = readings.some((inner == 0) | (inner == readings.side))
+    tilt, gsd = (np.array([getattr(v, name) for v in sight.views]) for name in ("tilt", "gsd"))
+    return adjust(every, readings, Shown(tilt, gsd, pose_sigmas(sight)), upper, _known_depth(seen))
+
+
+def _frame_sides(seen: Observation) -> list[tuple[Line, int]]:
+    """Returns the sides of the frame as bars, each with the number of its inner edge."""
+    ring = seen.sight.window.ring
+    (low_x, low_z), (high_x, high_z) = ring.min(0), ring.max(0)
+    x0, z0, x1, z1 = seen.box
+    found = [
+        (Line(0, (low_x + x0) / 2, (z0, z1), x0 - low_x, 0.0), 1),
+        (Line(0, (x1 + high_x) / 2, (z0, z1), high_x - x1, 0.0), -1),
+        (Line(1, (low_z + z0) / 2, (x0, x1), z0 - low_z, 0.0), 1),
+    ]
+    if seen.sight.window.opening.shape == "rectangle":
+        found.append((Line(1, (z1 + high_z) / 2, (x0, x1), high_z - z1, 0.0), -1))
+    return [(line, side) for line, side in found if line.width > _LEAST_FRAME_M]
+
+
+def _middle(line: Line) -> float:
+    """Returns the height z m of the middle of a bar."""
+    return line.position if line.axis == 1 else (line.extent[0] + line.extent[1]) / 2
+
+
+def _known_depth(seen: Observation) -> Known:
+    """Returns the depth of the bars as far as it is known before their edges are read."""
+    given = seen.sight.window.opening.depth
+    if given is None:
+        return Known(*_USUAL_M)
+    sigma = float(np.hypot(max(given.sigma[0], _SCANNED_M), _FRONT_M[1]))
+    return Known(float(given.value) + _FRONT_M[0], sigma)
+
+
+def _scanned(chosen: Chosen, lines: Sequence[Line]) -> tuple[Bar, ...]:
+    """Returns bars that only the scan shows."""
+    spread = chosen.seen.sight.window.spacing
+    sigma, width = float(np.hypot(0.5 * spread, _FLOOR_M)), float(np.hypot(spread, _FLOOR_M))
+    return tuple(_bar(line, _provenance(line, chosen.pooled), sigma, width) for line in lines)
+
+
+def _bar(line: Line, provenance: Provenance, sigma: float, sigma_width: float) -> Bar:
+    return Bar(
+        AXES[line.axis],
+        line.position,
+        line.extent,
+        line.width,
+        float(sigma),
+        float(sigma_width),
+        provenance,
+    )
+
+
+def _provenance(line: Line, pooled: Sequence[Line]) -> Provenance:
+    """Tells whether only similar windows decide a bar, or a piece of it."""
+    pieces = (
+        one.axis == line.axis
+        and abs(one.position - line.position) <= max(one.width, line.width)
+        and line.extent[0] - 1e-6 <= one.extent[0] <= one.extent[1] <= line.extent[1] + 1e-6
+        for one in pooled
+    )
+    return Provenance.POOLED if any(pieces) else Provenance.MEASURED
+
+
+def pose_sigmas(sight: Sight) -> Float:
+    """Returns the standard errors (v, 2) m, across x and z, by which poses displace the views on the wall.
+
+    A ray d from a camera that is moved by v and turned by w meets the wall displaced by g . (v + w x d)
+    along an axis e, with g = e - n (e . d) / (n . d) and n the wall's normal.
+    """
+    window = sight.window
+    known = {v.photo.id: v.photo for v in window.views}
+    x, z = window.ring.mean(0)
+    middle = window.frame.apply(np.array([[x, window.wall_y, z]]))[0]
+    found = np.zeros((len(sight.views), 2))
+    normal = window.frame.R[:, 1]
+    for k, view in enumerate(sight.views):
+        pose = known[view.name].local_from_camera
+        if pose is None or pose.covariance.shape != (6, 6):
+            continue
+        ray = middle - pose.value.t
+        for axis, along in enumerate((window.frame.R[:, 0], window.frame.R[:, 2])):
+            g = along - normal * float(along @ ray) / float(normal @ ray)
+            J = np.concatenate([g, np.cross(ray, g)])
+            found[k, axis] = np.sqrt(max(float(J @ pose.covariance @ J), 0.0))
+    return found
