@@ -210,6 +210,23 @@ def test_wall_of_a_room_seen_through_windows_is_no_facade(rays):
     assert abs(found[0].frame.t[1]) < 0.001
 
 
+def test_a_shop_beside_the_pier_of_a_neighbour_is_no_facade():
+    rng = np.random.default_rng(6)
+    wall, _ = panel(rng, 20, 9)
+    shop = (wall[:, 0] < -3) & (wall[:, 2] < 3)
+    eye = np.array([-6.0, -10.0, 1.7])
+    pier = np.column_stack(
+        [rng.uniform(-10.6, -10, 4000), rng.normal(0, 0.005, 4000), rng.uniform(0, 9, 4000)]
+    )
+    # the back of the shop, 1.3 m behind its window, which reaches up to the neighbour's pier
+    back = eye + (wall[shop] - eye) * 1.13
+    back[:, 1] = rng.normal(1.3, 0.005, len(back))
+    xyz = np.vstack([wall[~shop], back, back + rng.normal(0, 0.005, back.shape), pier])
+    scan = Scan("shop", xyz, WORLD, eye[None], np.zeros(len(xyz), np.int32))
+    found = find_facades(scan, Building("B01", np.arange(len(xyz) - len(pier)), 0.0))
+    assert len(found) == 1 and abs(only(found).frame.t[1]) < 0.001
+
+
 def test_opposite_side_of_the_street_never_wins():
     rng = np.random.default_rng(3)
     wall, _ = panel(rng, 8, 6)
