@@ -33,7 +33,7 @@ from _barconfidence import confidence_tables
 from _barscore import HEADER, Judged, judge, summary
 from _common import DATA, table
 from _linegrid import bars_by_segments
-from _windows import WindowSet, window_scene
+from _windows import WindowScene, WindowSet, window_scene
 from frontage.crossbars import CrossbarOptions, FoundBars
 from frontage.crossbars.collect import collect_windows
 from frontage.crossbars.find import find_bars
@@ -92,8 +92,11 @@ def scenes(houses: int, cache: Path, **changes: object) -> Callable[..., Iterabl
     base = WindowSet(FIRST, gsd=0.005, views=6, most=6, **ERRORS)
     asked = [replace(base, seed=FIRST + k, **changes) for k in range(houses)]  # type: ignore[arg-type]
 
+    built: list[WindowScene] = []
+
     def make(views: Sequence[int] | None = None, reduce: int = 1) -> Iterable[Case]:
-        return (simulated(window_scene(a, cache), views, reduce) for a in asked)
+        built.extend(window_scene(a, cache) for a in asked[len(built) :])
+        return (simulated(scene, views, reduce) for scene in built)
 
     return make
 
