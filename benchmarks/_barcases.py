@@ -31,6 +31,10 @@ from frontage.model import (
     Scan,
 )
 from frontage.model.built import TrueBar
+from frontage.simulate.houses.glazing import LOWER_SASH_M
+from frontage.simulate.scene import OpeningPlan
+
+CASEMENT_M = 0.012  # from the front of a simulated frame back to its casements
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,13 +54,24 @@ def simulated(scene: WindowScene, views: Sequence[int] | None = None, reduce: in
     """A simulated house with all photos or some of them, reduced by a whole number of pixels."""
     photos = scene.photos if views is None else tuple(scene.photos[k] for k in views)
     truth = {
-        id: TrueLayout(o.bars, o.glazing, o.depth, light=_light(o.ring, o.frame_width))
+        id: TrueLayout(o.bars, o.glazing, _front(o), light=_light(o.ring, o.frame_width))
         for id, o in scene.truth.items()
     }
     return Case(
         f"house {scene.asked.seed}", scene.facade, scene.elements, tuple(_reduced(p, reduce) for p in photos),
         lambda name: _smaller(scene.image_of(name), reduce), scene.scan, truth,
     )  # fmt: skip
+
+
+def _front(o: OpeningPlan) -> float:
+    """Depth m behind the wall of the plane of the bars' front faces: what `Glazing.depth` means.
+
+    Bars of a lower sash lie in a plane of their own. Posts show the edges of the casements on both sides of
+    them, which stand as far behind the front of the frame as casements without any bar.
+    """
+    behind = np.array([b.behind if b.behind > 0 else CASEMENT_M for b in o.bars])
+    length = np.array([b.extent[1] - b.extent[0] for b in o.bars]) * (behind < LOWER_SASH_M)
+    return o.depth + (float(length @ behind / length.sum()) if length.any() else CASEMENT_M)
 
 
 def _light(ring: Float, frame: float) -> tuple[float, float, float, float]:
@@ -80,14 +95,16 @@ def _smaller(image: Array, factor: int) -> Array:
     return cv2.resize(image[: h * factor, : w * factor], (w, h), interpolation=cv2.INTER_AREA)
 
 
-def ingolstadt(data: Path) -> list[Case]:
-    """Real buildings' models with simulated sensors that are not ours; outlines 5 mm off, depths 1 cm."""
+def ingolstadt(data: Path, cameras: Path | None = None) -> list[Case]:
+    """Real buildings' models with simulated sensors that are not ours; outlines 5 mm off, depths 1 cm.
+
+    cameras  COLMAP folder with poses of the photos; None = the true ones
+    """
     folder = data / "ingolstadt_scene"
     truth = json.loads((folder / "truth" / "truth.json").read_text())
     scan = read_scans(folder / "input" / "registered" / "scan_2cm.e57")
-    photos = read_photos(
-        folder / "input" / "photos" / "*.jpg", scan, cameras=folder / "input" / "registered" / "colmap"
-    )
+    true = folder / "input" / "registered" / "colmap"
+    photos = read_photos(folder / "input" / "photos" / "*.jpg", scan, cameras=cameras or true)
     surfaces = scanned_surfaces(scan.xyz)
     return [
         _ingolstadt_facade(f, scan, photos, surfaces, np.random.default_rng(k))

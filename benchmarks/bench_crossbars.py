@@ -1,16 +1,22 @@
 """Window bars: exact layouts, bars found, positions, depths, their errors and the time; curves; real windows.
 
-    python benchmarks/bench_crossbars.py [--quick] [--houses 12] [--only main,views,castle,...]
-                                         [--cache FOLDER] [--data FOLDER] [--sheet FOLDER]
+    python benchmarks/bench_crossbars.py [--quick | --full] [--houses 6] [--first 500] [--oriented FOLDER]
+                                         [--only main,views,castle,...] [--sheet FOLDER]
+                                         [--cache FOLDER] [--data FOLDER]
 
 Simulated: the middle house of a terrace with varied windows (`windows = "varied"`), six of its windows,
 photographed from the street at 5 mm per px. Borders of the openings are off by 5 mm, depths by 2 cm, poses
 by 3 mm and 0.01 degrees (one sigma each). Beside ours, on the same windows: the paper's method (matched edges
 and templates), and straight segments of the best view that vote (OpenCV's LSD).
 
+"Exact layout" is the share of all windows: an undecided one is not exact. "Exact where decided" leaves these
+out. The depth is that of the bars' front faces. Confidence is fitted on one half of the houses and checked on
+the other. `--full` takes 16 houses, and 8 for the curves; otherwise the curves are those of the first four.
+
 Real: the scene of real buildings' models (photos and scan), the castle photos (hand-made outlines and layouts
-in _barcases.py), and the scans with annotated bars (no photos). The pictures are rendered once and kept in
-`--cache`; a house takes about a minute on one core.
+in _barcases.py), and the scans with annotated bars (no photos). With `--oriented`, the scene's photos also
+have the poses that `frontage orient` found (the folder orientation/colmap of its run). The pictures are
+rendered once and kept in `--cache`; a house takes about a minute on one core.
 """
 
 import argparse
@@ -24,10 +30,11 @@ import cv2
 import numpy as np
 
 from _barcases import Case, annotated, castle, ingolstadt, simulated
-from _barscore import HEADER, Judged, judge, reliability, summary
+from _barconfidence import confidence_tables
+from _barscore import HEADER, Judged, judge, summary
 from _common import DATA, table
 from _linegrid import bars_by_segments
-from _windows import WindowSet, window_scene
+from _windows import WindowScene, WindowSet, window_scene
 from frontage.crossbars import CrossbarOptions, FoundBars
 from frontage.crossbars.collect import collect_windows
 from frontage.crossbars.find import find_bars
@@ -36,6 +43,8 @@ FIRST = 500  # number of the first house; tests and trials use smaller ones
 ERRORS = {"position": 0.003, "angle": 0.01}
 SUBSETS = {1: (2,), 2: (1, 4), 3: (0, 2, 5), 4: (0, 2, 3, 5), 6: (0, 1, 2, 3, 4, 5)}
 METHODS = ("evidence", "paper", "segments")
+SECTIONS = ("main", "speed", "views", "gsd", "oblique", "ingolstadt", "castle", "brooklyn", "manhattan")
+CURVES = (*HEADER[:7], *HEADER[8:11])
 NAMES = {"evidence": "ours", "paper": "the paper's", "segments": "LSD votes, one view"}
 
 
@@ -79,31 +88,57 @@ def compare(
     return first or []
 
 
-def scenes(houses: int, cache: Path, **changes: object) -> Callable[..., Iterable[Case]]:
+def scenes(houses: int, cache: Path, first: int = FIRST, **changes: object) -> Callable[..., Iterable[Case]]:
     """Return what makes the cases of some houses: all views, or some; reduced by a factor."""
-    base = WindowSet(FIRST, gsd=0.005, views=6, most=6, **ERRORS)
-    asked = [replace(base, seed=FIRST + k, **changes) for k in range(houses)]  # type: ignore[arg-type]
+    base = WindowSet(first, gsd=0.005, views=6, most=6, **ERRORS)
+    asked = [replace(base, seed=first + k, **changes) for k in range(houses)]  # type: ignore[arg-type]
+
+    built: list[WindowScene] = []
 
     def make(views: Sequence[int] | None = None, reduce: int = 1) -> Iterable[Case]:
-        return (simulated(window_scene(a, cache), views, reduce) for a in asked)
+        built.extend(window_scene(a, cache) for a in asked[len(built) :])
+        return (simulated(scene, views, reduce) for scene in built)
 
     return make
 
 
-def main_table(houses: int, cache: Path, sheet: Path | None) -> None:
-    make = scenes(houses, cache)
+def main_table(houses: int, cache: Path, sheet: Path | None, first: int) -> None:
+    make = scenes(houses, cache, first)
     own = compare(
         f"{houses} houses, 5 mm per px, 4 views, poses 3 mm and 0.01 degrees off",
         lambda: make(SUBSETS[4]), METHODS, sheet,
     )  # fmt: skip
-    table("Confidence of ours", ("confidence", "windows", "mean", "exact"), reliability(own))
     leaded = [j for j in own if j.exact is None]
     if leaded:
         told = sum(not j.resolved for j in leaded)
         print(f"\nOf {len(leaded)} leaded windows, ours leaves {told} as not resolved.")
     kinds(own)
-    exact = scenes(houses, cache, position=0.0, angle=0.0, outline=0.0, depth=0.001)
+    failures(own)
+    few = judged(make(SUBSETS[2]), METHODS[0])[0]
+    confidence_tables([*own, *few], [f"house {first + k}" for k in range(houses)])
+    exact = scenes(houses, cache, first, position=0.0, angle=0.0, outline=0.0, depth=0.001)
     compare("The same with exact poses, outlines and depths", lambda: exact(SUBSETS[4]), METHODS[:2])
+
+
+def speed(houses: int, cache: Path) -> None:
+    """Print how long all windows of a house with six views take, reading and judging them left out."""
+    cases = [replace(c, truth={}) for c in scenes(min(houses, 3), cache)(SUBSETS[6])]
+    start, wall = time.process_time(), time.perf_counter()
+    windows = sum(len(found_by(case, METHODS[0]).windows) for case in cases)
+    spent, wall = time.process_time() - start, time.perf_counter() - wall
+    rate = windows / spent
+    print(
+        f"\n{windows} windows x 6 views: {spent:.1f} s of processor time, {wall:.1f} s on the clock, alone."
+    )
+    print(f"On two cores, a facade each: {2 * rate:.1f} windows per s, 100 in {50 / rate:.0f} s.")
+
+
+def failures(own: Sequence[Judged]) -> None:
+    """List the windows that are not exact."""
+    for j in own:
+        if j.exact is False:
+            what = f"not resolved: {j.note}" if not j.resolved else f"{j.hits} of {j.found} bars right"
+            print(f"- {j.case} {j.window}: {what}, {j.true} true, confidence {j.confidence:.2f}")
 
 
 def kinds(own: Sequence[Judged]) -> None:
@@ -123,37 +158,40 @@ def curves(houses: int, cache: Path, only: Sequence[str]) -> None:
         rows = []
         for n, views in SUBSETS.items():
             rows += curve_rows(str(n), lambda: make(views))  # noqa: B023
-        table("Number of views, 5 mm per px", ("views", "method", *HEADER[:7], HEADER[8]), rows)
+        table(f"{houses} houses: number of views, 5 mm per px", ("views", "method", *CURVES), rows)
     if "gsd" in only:
         rows = []
         fine = scenes(min(houses, 8), cache, gsd=0.0025, views=3, most=2)
         rows += curve_rows("2.5", fine)
         for reduce in (1, 2, 3):
             rows += curve_rows(str(5 * reduce), lambda: make(SUBSETS[3], reduce))  # noqa: B023
-        table("mm per px, 3 views", ("mm", "method", *HEADER[:7], HEADER[8]), rows)
+        table(f"{houses} houses: mm per px, 3 views", ("mm", "method", *CURVES), rows)
     if "oblique" in only:
         rows = []
         for degrees in (0.0, 20.0, 35.0, 50.0, 65.0):
-            some = scenes(min(houses, 6), cache, oblique=degrees, views=3, most=4)
+            some = scenes(min(houses, 4), cache, oblique=degrees, views=3, most=4)
             rows += curve_rows(f"{degrees:.0f}", some)
         title = (
-            "Degrees from the wall's normal, 3 views within 20 degrees, 5 mm per px across the line of sight"
+            f"{min(houses, 4)} houses: degrees from the wall's normal, 3 views within 20 degrees, "
+            "5 mm per px across the line of sight"
         )
-        table(title, ("degrees", "method", *HEADER[:7], HEADER[8]), rows)
+        table(title, ("degrees", "method", *CURVES), rows)
 
 
 def curve_rows(name: str, cases: Callable[[], Iterable[Case]]) -> list[list[str]]:
     rows = []
     for method in METHODS[:2]:
         cells = summary(judged(cases(), method)[0])
-        rows.append([name, NAMES[method], *cells[:7], cells[8]])
+        rows.append([name, NAMES[method], *cells[:7], *cells[8:11]])
     return rows
 
 
-def real(only: Sequence[str], data: Path, sheet: Path | None) -> None:
+def real(only: Sequence[str], data: Path, sheet: Path | None, oriented: Path | None) -> None:
     for folder, title, cases, methods in (
         ("ingolstadt_scene", "Ingolstadt: photos with true poses, scan of 2 cm",
          lambda: ingolstadt(data), METHODS),
+        ("ingolstadt_scene", "Ingolstadt: photos with poses from frontage orient, scan of 2 cm",
+         lambda: ingolstadt(data, oriented) if oriented else [], METHODS[:2]),
         ("castle_photos", "Castle: real photos, 11 mm per px, no scan", lambda: castle(data), METHODS),
         ("brooklyn_row", "Brooklyn: real scan, 9 mm and coarser, no photos",
          lambda: annotated(data, "brooklyn_row"), METHODS[:1]),
@@ -166,11 +204,10 @@ def real(only: Sequence[str], data: Path, sheet: Path | None) -> None:
             print(f"\n{title}: left out, {folder} is not in {data.name}")
             continue
         kept = list(cases())
+        if not kept:
+            continue
         own = compare(title, lambda: kept, methods, sheet)  # noqa: B023
-        for j in own:
-            if j.exact is False:
-                what = f"not resolved: {j.note}" if not j.resolved else f"{j.hits} of {j.found} bars right"
-                print(f"- {j.window}: {what}, {j.true} true")
+        failures(own)
 
 
 def draw_sheet(found: FoundBars, case: Case, file: Path) -> None:
@@ -208,8 +245,13 @@ def main() -> None:
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
     parser.add_argument("--quick", action="store_true", help="two windows of one house, under a minute")
-    parser.add_argument("--houses", type=int, default=12)
-    parser.add_argument("--only", default="main,views,gsd,oblique,ingolstadt,castle,brooklyn,manhattan")
+    parser.add_argument("--full", action="store_true", help="16 houses, 8 for the curves: some hours")
+    parser.add_argument("--houses", type=int, default=6)
+    parser.add_argument(
+        "--first", type=int, default=FIRST, help="number of the first house of the main table"
+    )
+    parser.add_argument("--only", default=",".join(SECTIONS))
+    parser.add_argument("--oriented", type=Path, help="orientation/colmap of a run on the real models")
     parser.add_argument("--cache", type=Path, default=Path(tempfile.gettempdir()) / "frontage-windows")
     parser.add_argument("--data", type=Path, default=DATA)
     parser.add_argument("--sheet", type=Path, help="folder for contact sheets")
@@ -219,10 +261,13 @@ def main() -> None:
         make = scenes(1, arguments.cache, gsd=0.008, views=3, most=2)
         compare("One house, two windows, 8 mm per px, 3 views", make, METHODS, arguments.sheet)
         return
+    houses = 16 if arguments.full else arguments.houses
     if "main" in only:
-        main_table(arguments.houses, arguments.cache, arguments.sheet)
-    curves(arguments.houses, arguments.cache, only)
-    real(only, arguments.data, arguments.sheet)
+        main_table(houses, arguments.cache, arguments.sheet, arguments.first)
+    if "speed" in only:
+        speed(houses, arguments.cache)
+    curves(8 if arguments.full else min(houses, 4), arguments.cache, only)
+    real(only, arguments.data, arguments.sheet, arguments.oriented)
 
 
 if __name__ == "__main__":

@@ -128,18 +128,19 @@ def likelihood(grid: Grid, edges: Sequence[StraightEdges], depth: float) -> floa
     total = 0.0
     for axis in (0, 1):
         moved = np.stack([e.view.at(grid, depth, e.layers[axis]) for e in edges])
-        inside = moved[..., 1] > 0.9
-        r = _correlation(moved[..., 0] * inside, inside)
+        r = _correlation(moved[..., 0].reshape(len(edges), -1), moved[..., 1].reshape(len(edges), -1) > 0.9)
         total += -0.5 * _EDGES * np.log(1.0 - np.clip(r, 0.0, 0.98))
-    return total
+    return float(total)
 
 
 def _correlation(layers: Array, inside: Array) -> float:
-    """Returns the mean correlation of views (v, ...) over all pairs, where both show the window."""
-    enough = inside.sum(0) >= 2
-    layers, inside = layers[:, enough], inside[:, enough]
-    mean = layers.sum(1, keepdims=True) / np.maximum(inside.sum(1, keepdims=True), 1)
-    away = (layers - mean) * inside
-    energy = (away**2).sum(0)
-    pairs = float((away.sum(0) ** 2 - energy).sum())
-    return pairs / max(float((energy * (inside.sum(0) - 1)).sum()), 1e-9)
+    """Returns the mean correlation of views (v, n) over all pairs, where both show the window."""
+    known = inside.astype(np.float32)
+    shown = known.sum(0)
+    known *= shown > 1.5
+    mean = (layers * known).sum(1) / np.maximum(known.sum(1), 1.0)
+    away = (layers - mean[:, None]) * known
+    energy = np.einsum("vn,vn->n", away, away)
+    together = away.sum(0)
+    pairs = float(together @ together) - float(energy.sum())
+    return pairs / max(float(energy @ np.maximum(shown - 1.0, 0.0)), 1e-9)

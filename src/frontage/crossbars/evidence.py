@@ -8,6 +8,7 @@ from frontage.crossbars.observe import Sight, look, observe
 from frontage.crossbars.options import CrossbarOptions
 from frontage.crossbars.pictures import evidence_picture, view_pictures
 from frontage.crossbars.pooling import Chosen, choose_layouts
+from frontage.crossbars.rivals import margins
 from frontage.crossbars.window import Window
 from frontage.model import Glazing
 
@@ -29,14 +30,16 @@ def _judged(windows: Sequence[Window], options: CrossbarOptions) -> list[WindowE
     sights = [look(window) for window in windows]
     told = [s for s in sights if s.depth is not None and (s.views or len(s.window.points))]
     chosen = choose_layouts([observe(sight) for sight in told], options.min_pane)
-    found = {id(one.seen.sight): one for one in chosen}
+    sure = margins(chosen, options.min_pane)
+    found = {id(c.seen.sight): (c, float(m)) for c, m in zip(chosen, sure, strict=True)}
     return [_evidence(sight, found.get(id(sight))) for sight in sights]
 
 
-def _evidence(sight: Sight, chosen: Chosen | None) -> WindowEvidence:
+def _evidence(sight: Sight, found: tuple[Chosen, float] | None) -> WindowEvidence:
     name, extent = sight.window.opening.id, sight.grid.extent
-    if chosen is None:
+    if found is None:
         why = "the depth of its frame is not known" if sight.window.views else "no photo shows it"
         return WindowEvidence(name, extent, (), None, Glazing(False, depth=sight.depth, note=why))
-    result = glazing(chosen)
+    chosen, margin = found
+    result = glazing(chosen, margin)
     return WindowEvidence(name, extent, view_pictures(sight), evidence_picture(chosen.seen), result)

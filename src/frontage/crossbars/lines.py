@@ -123,14 +123,13 @@ def bars_of_views(
     """
     axis = profiles[0].axis
     strips, n = profiles[0].rise.shape
-    total = np.zeros((strips, n + 1, len(widths)), np.float32)
+    total = np.zeros((len(widths), strips, n), np.float32)
     shown = np.zeros(strips)
-    for view, like, weight in zip(profiles, likeness, weights, strict=True):
-        total[:, :n] += weight * _pairs(view, like, widths, grid.px)
+    for view, like, weight in zip(profiles, likeness, weights.tolist(), strict=True):
+        total += (weight * STRIP_M / _INDEPENDENT_M) * _pairs(view, like, widths, grid.px)
         shown += view.known.mean(1)
-    scale = STRIP_M / _INDEPENDENT_M
     cumulated = np.zeros((strips + 1, n + 1, len(widths)), np.float32)
-    np.cumsum(scale * total, axis=0, out=cumulated[1:])
+    cumulated[1:, :n] = np.cumsum(total, axis=1, out=total).transpose(1, 2, 0)
     known = np.concatenate([[0.0], np.cumsum(np.minimum(shown, 1.0))])
     strip = grid.shape[axis] * grid.px / strips
     return Bars(axis, grid.start(axis), grid.px, grid.start(1 - axis), strip, widths, cumulated, known)
@@ -154,19 +153,20 @@ def no_views(grid: Grid, axis: int, widths: Array) -> Bars:
 
 
 def _pairs(view: Profiles, likeness: Array, widths: Array, px: float) -> Array:
-    """Returns the log-likelihood ratios (s, n, w) of bars, from both edges and from what is between them."""
+    """Returns the log-likelihood ratios (w, s, n) of bars, from both edges and from what is between them."""
     size = 2 * round(_TOLERANCE_M / px) + 1
-    rise, fall = (maximum_filter1d(e, size, axis=1) if size > 1 else e for e in (view.rise, view.fall))
+    rise, fall = (
+        np.exp(maximum_filter1d(e, size, axis=1) if size > 1 else e) for e in (view.rise, view.fall)
+    )
     n = rise.shape[1]
-    out = np.zeros((*rise.shape, len(widths)), np.float32)
-    before = np.concatenate([np.zeros((len(rise), 1)), np.cumsum(likeness, axis=1)], axis=1)
-    for k, width in enumerate(widths):
+    out = np.zeros((len(widths), *rise.shape), np.float32)
+    before = np.pad(np.cumsum(likeness, axis=1, dtype=np.float32), ((0, 0), (1, 0)))
+    for k, width in enumerate(widths.tolist()):
         if width >= n:
             continue
-        bright = rise[:, : n - width] + fall[:, width:]
-        dark = fall[:, : n - width] + rise[:, width:]
+        bright_or_dark = rise[:, : n - width] * fall[:, width:] + fall[:, : n - width] * rise[:, width:]
         colour = _COLOUR * float(np.clip(width * px / _BROAD_M, 1.0, _MOST_BROAD))
         both = view.known[:, : n - width] & view.known[:, width:]
-        between = colour * (before[:, width:n] - before[:, : n - width]) / width
-        out[:, : n - width, k] = np.where(both, np.logaddexp(bright, dark) + between - _LINES, 0.0)
+        between = (colour / width) * (before[:, width:n] - before[:, : n - width])
+        out[k, :, : n - width] = (np.log(bright_or_dark) + (between - np.float32(_LINES))) * both
     return out

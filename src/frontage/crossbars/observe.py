@@ -48,6 +48,7 @@ class Observation:
     bars     evidence of upright bars and of transoms
     behind   the same on the plane of a lower sash that may run behind; None where nothing speaks for one
     planes   depths m behind the wall that `bars` and `behind` were looked for at
+    like     (s, n) nats across each axis, how much strips look like the frame in the mean of the views
     weights  (v,) of the views
     hits     what the scan says; None without points at the frame
     """
@@ -58,6 +59,7 @@ class Observation:
     bars: tuple[Bars, Bars]
     behind: tuple[Bars, Bars] | None
     planes: tuple[float, float]
+    like: tuple[Array, ...]
     weights: Float
     hits: ScanHits | None
 
@@ -81,18 +83,19 @@ def observe(sight: Sight) -> Observation:
         widths = bar_widths(grid.px, grid.px)
         bars = _with_hits(grid, [no_views(grid, axis, widths) for axis in (0, 1)], hits)
         at = sight.depth.value
-        return Observation(sight, usual_sides(window.ring), None, bars, None, (at, at), np.empty(0), hits)
+        return Observation(sight, usual_sides(window.ring), None, bars, None, (at, at), (), np.empty(0), hits)
     weights = _weights(sight.views)
     profiles = _profiles(grid, _planes(sight, sight.depth.value))
     arched = window.opening.shape != "rectangle"
     box, width = frame_sides(grid, profiles, weights, window.ring, arched)
     upper, lower = bar_depths(grid, sight.views, sight.depth, box)
     trust = min(1.0, (_DENSE_M / window.spacing) ** 2)
-    bars = _with_hits(grid, _evidence(sight, upper, box, weights), hits, trust)
+    shown, like = _evidence(sight, upper, box, weights)
+    bars = _with_hits(grid, shown, hits, trust)
     behind = None
     if lower != upper:
-        behind = _with_hits(grid, _evidence(sight, lower, box, weights), hits, trust)
-    return Observation(sight, box, width, bars, behind, (upper, lower), weights, hits)
+        behind = _with_hits(grid, _evidence(sight, lower, box, weights)[0], hits, trust)
+    return Observation(sight, box, width, bars, behind, (upper, lower), like, weights, hits)
 
 
 def _planes(sight: Sight, depth: float) -> list[PlaneView]:
@@ -103,16 +106,17 @@ def _profiles(grid: Grid, planes: Sequence[PlaneView]) -> list[list[Profiles]]:
     return [[view_profiles(grid, view, axis) for view in planes] for axis in (0, 1)]
 
 
-def _evidence(sight: Sight, depth: float, box: Box, weights: Float) -> list[Bars]:
-    """Returns the evidence of bars at a depth m behind the wall."""
+def _evidence(sight: Sight, depth: float, box: Box, weights: Float) -> tuple[list[Bars], tuple[Array, ...]]:
+    """Returns the evidence of bars at a depth m behind the wall, and how much strips look like the frame."""
     grid, planes = sight.grid, _planes(sight, depth)
     likeness = _likeness(planes, sight.window.ring, box, grid, sight.mask)
     widths = bar_widths(grid.px, min(min(v.gsd) for v in sight.views))
-    found = []
+    found, mean = [], []
     for axis, profiles in enumerate(_profiles(grid, planes)):
         like = [likeness_profiles(grid, one, axis) for one in likeness]
         found.append(bars_of_views(grid, profiles, like, weights, widths))
-    return found
+        mean.append(np.tensordot(weights / weights.sum(), np.stack(like), 1))
+    return found, tuple(mean)
 
 
 def _with_hits(

@@ -1,11 +1,13 @@
 """Places the bars of a chosen layout: positions, widths and depth with standard errors and provenance."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
 from frontage.crossbars.adjust import Adjusted, Known, Shown, adjust
 from frontage.crossbars.division import Line, joined
+from frontage.crossbars.extent import whole_bars
 from frontage.crossbars.observe import Observation, Sight
 from frontage.crossbars.pooling import Chosen
 from frontage.crossbars.readings import read_edges
@@ -17,6 +19,8 @@ _FRONT_M = (0.012, 0.012)  # by which sashes and bars stand behind the front of 
 _SCANNED_M = (
     0.015  # least standard error of the scan's depth: it sees frames, glass and blinds as one surface
 )
+_FLAT_M = 0.004  # by which the front faces of the bars of one window lie off one plane, in the mean
+_LEAST_FRAME_M = 0.015  # of a side of the frame whose edge is read
 _USUAL_M = (0.15, 0.25)  # depth of frames behind walls, and its spread
 
 
@@ -26,25 +30,42 @@ def placed_bars(chosen: Chosen) -> tuple[tuple[Bar, ...], Estimate[float] | None
     lines = sorted(joined(chosen.layout.lines), key=lambda one: (one.axis, one.position))
     if not seen.sight.views:
         return _scanned(chosen, lines), seen.sight.depth
-    if not lines:
-        return (), seen.sight.depth
-    found = _adjusted(chosen, lines)
+    found = _adjusted(chosen, whole_bars(seen, lines))
     bars = tuple(
-        _bar(line, _provenance(line, chosen.pooled), np.hypot(sigma, _FLOOR_M), np.hypot(width, 2 * _FLOOR_M))
-        for line, sigma, width in zip(found.lines, found.sigma, found.sigma_width, strict=True)
-    )
-    return bars, found.depth
+        _bar(line, _provenance(one, chosen.pooled), np.hypot(sigma, _FLOOR_M), np.hypot(width, 2 * _FLOOR_M))
+        for one, line, sigma, width in zip(lines, found.lines, found.sigma, found.sigma_width, strict=False)
+    )  # without bars, the lines found are the sides of the frame
+    return bars, replace(found.depth, covariance=found.depth.covariance + _FLAT_M**2)
 
 
 def _adjusted(chosen: Chosen, lines: Sequence[Line]) -> Adjusted:
+    """Returns bars in their places; without bars, the sides of the frame, which tell the depth."""
     seen, sight = chosen.seen, chosen.seen.sight
     upper, lower = seen.planes
-    depths = [
-        lower if chosen.meeting is not None and _middle(one) < chosen.meeting else upper for one in lines
-    ]
-    readings = read_edges(sight.grid, sight.mask, sight.views, lines, depths)
+    meeting = -np.inf if chosen.meeting is None else chosen.meeting
+    depths = [lower if _middle(line) < meeting else upper for line in lines]
+    sides = [] if lines else _frame_sides(seen)
+    every = [*lines, *(line for line, _ in sides)]
+    readings = read_edges(sight.grid, sight.mask, sight.views, every, [*depths, *[upper] * len(sides)])
+    inner = np.array([*[0] * len(lines), *(side for _, side in sides)])[readings.bar]
+    readings = readings.some((inner == 0) | (inner == readings.side))
     tilt, gsd = (np.array([getattr(v, name) for v in sight.views]) for name in ("tilt", "gsd"))
-    return adjust(lines, readings, Shown(tilt, gsd, pose_sigmas(sight)), upper, _known_depth(seen))
+    return adjust(every, readings, Shown(tilt, gsd, pose_sigmas(sight)), upper, _known_depth(seen))
+
+
+def _frame_sides(seen: Observation) -> list[tuple[Line, int]]:
+    """Returns the sides of the frame as bars, each with the number of its inner edge."""
+    ring = seen.sight.window.ring
+    (low_x, low_z), (high_x, high_z) = ring.min(0), ring.max(0)
+    x0, z0, x1, z1 = seen.box
+    found = [
+        (Line(0, (low_x + x0) / 2, (z0, z1), x0 - low_x, 0.0), 1),
+        (Line(0, (x1 + high_x) / 2, (z0, z1), high_x - x1, 0.0), -1),
+        (Line(1, (low_z + z0) / 2, (x0, x1), z0 - low_z, 0.0), 1),
+    ]
+    if seen.sight.window.opening.shape == "rectangle":
+        found.append((Line(1, (z1 + high_z) / 2, (x0, x1), high_z - z1, 0.0), -1))
+    return [(line, side) for line, side in found if line.width > _LEAST_FRAME_M]
 
 
 def _middle(line: Line) -> float:

@@ -35,6 +35,8 @@ class Chosen:
     bars    the evidence that the layout was chosen by: on one plane, or on those of two sashes
     pooled  the lines that only similar windows decide
     meeting m (z) below which bars are those of a lower sash, on the deeper plane; None = one plane
+    alone   the layout that its own evidence would choose
+    kin     number that windows with one layout, decided together, have in common; None = decided on its own
     """
 
     seen: Observation
@@ -42,6 +44,8 @@ class Chosen:
     layout: Layout
     pooled: tuple[Line, ...] = ()
     meeting: float | None = None
+    alone: Layout | None = None
+    kin: int | None = None
 
 
 def choose_layouts(observed: Sequence[Observation], least: float) -> list[Chosen]:
@@ -53,7 +57,7 @@ def choose_layouts(observed: Sequence[Observation], least: float) -> list[Chosen
     for group in _types(observed):
         alike = _with_one_frame([observed[k] for k in group])
         own = [_alone(seen, least) for seen in alike]
-        found |= zip(group, _of_type(own) if len(own) > 1 else own, strict=True)
+        found |= zip(group, _of_type(own, group[0]) if len(own) > 1 else own, strict=True)
     return [found[k] for k in range(len(observed))]
 
 
@@ -94,8 +98,11 @@ def _alone(seen: Observation, least: float) -> Chosen:
     return best
 
 
-def _of_type(own: Sequence[Chosen]) -> list[Chosen]:
-    """Returns the layouts of windows of one type, by the layout of one of them that serves all best."""
+def _of_type(own: Sequence[Chosen], kin: int) -> list[Chosen]:
+    """Returns the layouts of windows of one type, by the layout of one of them that serves all best.
+
+    kin  the number of the type
+    """
     best, most = list(own), -np.inf
     for model in own:
         fitted = [fit(model, member) for member in own]
@@ -105,7 +112,7 @@ def _of_type(own: Sequence[Chosen]) -> list[Chosen]:
         if total > most:
             most = total
             rows = zip(own, fitted, gains >= alone, strict=True)
-            best = [_shared(one, model, lines) if better else one for one, lines, better in rows]
+            best = [replace(_shared(a, model, b), kin=kin) if better else a for a, b, better in rows]
     return best
 
 
@@ -119,7 +126,7 @@ def _shared(own: Chosen, model: Chosen, lines: Sequence[Line]) -> Chosen:
     costs = sum(line.evidence for line in model.layout.lines) - model.layout.gain
     gain = sum(line.evidence for line in lines) - costs
     layout = Layout(tuple(lines), gain, kept, model.layout.rivals)
-    return Chosen(own.seen, own.bars, layout, weak, own.meeting)
+    return Chosen(own.seen, own.bars, layout, weak, own.meeting, own.layout)
 
 
 def fit(model: Chosen, member: Chosen) -> list[Line]:

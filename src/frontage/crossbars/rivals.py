@@ -1,10 +1,34 @@
 """How much better a layout is than the next one that is different."""
 
+from collections import defaultdict
+from collections.abc import Sequence
+
 import numpy as np
 
-from frontage.crossbars.division import joined
+from frontage.crossbars.division import Layout, joined
 from frontage.crossbars.layout import best_layout
 from frontage.crossbars.pooling import Chosen
+from frontage.geometry.arrays import Float
+
+_SAME_M = 0.05  # by which bars of the same layout may be displaced
+_NO_RIVAL = 100.0  # nats, where nothing at all speaks for any other layout
+
+
+def margins(chosen: Sequence[Chosen], least: float) -> Float:
+    """Returns by how many nats the layout of each window (n,) is better than the next different one.
+
+    Windows that share a layout decide it together: where one of them shows little, the mean of all counts.
+
+    least  m, least width and height of a pane
+    """
+    own = np.array([margin(one, least) for one in chosen])
+    members = defaultdict(list)
+    for k, one in enumerate(chosen):
+        members[(one.kin, None) if one.kin is not None else (None, k)].append(k)
+    found = own.copy()
+    for group in members.values():
+        found[group] = np.maximum(own[group], own[group].mean())
+    return found
 
 
 def margin(chosen: Chosen, least: float) -> float:
@@ -17,9 +41,19 @@ def margin(chosen: Chosen, least: float) -> float:
     least  m, least width and height of a pane
     """
     layout, box, bars = chosen.layout, chosen.seen.box, chosen.bars
-    lacking = [
-        best_layout(box, bars, least, without=(line.axis, line.position)).gain
-        for line in joined(layout.lines)
-    ]
-    more = [layout.gain + max(layout.rivals)] if layout.rivals else []
-    return layout.gain - max([*lacking, *more], default=-np.inf)
+    alone = chosen.alone or layout
+    present = [(line.axis, line.position) for line in joined(layout.lines)]
+    others = [best_layout(box, bars, least, without=one).gain for one in present]
+    same = _same(layout, alone)
+    rivals = alone.rivals if same else layout.rivals
+    others += [layout.gain + max(rivals)] if rivals else []
+    others += [] if same else [alone.gain]
+    return layout.gain - max(others) if others else _NO_RIVAL
+
+
+def _same(one: Layout, other: Layout) -> bool:
+    """Tells whether two layouts of a window have the same bars."""
+    a, b = (sorted((line.axis, line.position) for line in joined(own.lines)) for own in (one, other))
+    return len(a) == len(b) and all(
+        p[0] == q[0] and abs(p[1] - q[1]) < _SAME_M for p, q in zip(a, b, strict=True)
+    )
