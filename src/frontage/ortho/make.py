@@ -72,14 +72,13 @@ def make_ortho(
     # One photo for every part, in one light; then, as in sections 3.1 and 3.2, project and resample.
     surface = surface.moved_by(offset)
     mosaic = compose_mosaic(surface, plan, image_of, options)
-    names = paint_photos(bands, surface, mosaic, image_of, options)
-    photo_count = len(names)
-    names += paint_missing_from_scan(bands, points, surface, photo_count)
+    painted = paint_photos(bands, surface, mosaic, image_of, options)
+    names = painted + paint_missing_from_scan(bands, points, surface, len(painted))
     if not names:
         return Failed("F302", f"facade {facade.id}: no photo and no scan point shows it", "check the poses")
     clear_outside(bands, intensity, surface, options)
     ortho = bands.as_ortho_image(
-        facade, raster, names, intensity=intensity, photo_offset=offset, photos=photo_count
+        facade, raster, names, intensity=intensity, photo_offset=offset, photos=len(painted)
     )
     return replace(ortho, remarks=check.remarks + why_no_photo(surface, given, plan, check.left_out))
 
