@@ -19,7 +19,7 @@ _COARSE = 0.005  # m, step and blur where no beam determines the place
 _ROUGHLY = 10_000  # beams that are enough for the first rounds
 _NEVER = 1e-300  # likelihood of the impossible
 _TOLD = 5.0  # nats that a border must gain for its place to be known
-_SURE = np.log(100.0)  # nats that it must gain over no border to be seen beyond doubt
+_SURE = float(np.log(100.0))  # nats that it must gain over no border to be seen beyond doubt
 _OUTLIER = 0.05  # share of supposed reveals that are something else
 CLOSE = 0.4
 """m around an opening within which beams determine its borders."""
