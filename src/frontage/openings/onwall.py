@@ -10,6 +10,7 @@ from frontage.model.opening import Opening
 from frontage.model.ortho import OrthoImage
 from frontage.model.scan import Scan
 from frontage.openings.borders.agreement import with_supported_borders
+from frontage.openings.borders.gaps import is_opening
 from frontage.openings.borders.measure import measure
 from frontage.openings.borders.outline import Outline
 from frontage.openings.closed.find import find_closed_openings
@@ -65,8 +66,10 @@ def _measured(
     rough = [evidence.raster.box(box.r0, box.c0, box.r1, box.c1) for box in boxes]
     beams = crossing_beams(facade, scan, wall.beams)
     measured = measure(beams, rough, max(evidence.raster.cell, facade.spacing), facade.spacing)
-    pooled = pool([with_supported_borders(o, r, evidence) for o, r in zip(measured, rough, strict=True)])
-    kept = without_overlaps(pooled, rough, evidence)
+    checked = [with_supported_borders(o, r, evidence) for o, r in zip(measured, rough, strict=True)]
+    real = [k for k, outline in enumerate(checked) if is_opening(outline)]
+    boxes, rough = [boxes[k] for k in real], [rough[k] for k in real]
+    kept = without_overlaps(pool([checked[k] for k in real]), rough, evidence)
     outlines, found = [], []
     for box, outline in zip(boxes, kept, strict=True):
         if outline is not None:

@@ -18,7 +18,8 @@ _FLOOR = 0.0005  # m: reveals are uneven by 1 mm, the mean of a side by half as 
 _COARSE = 0.005  # m, step and blur where no beam determines the place
 _ROUGHLY = 10_000  # beams that are enough for the first rounds
 _NEVER = 1e-300  # likelihood of the impossible
-_TOLD = 5.0  # nats that a border must gain to count as seen
+_TOLD = 5.0  # nats that a border must gain for its place to be known
+_SURE = float(np.log(100.0))  # nats that it must gain over no border to be seen beyond doubt
 _OUTLIER = 0.05  # share of supposed reveals that are something else
 CLOSE = 0.4
 """m around an opening within which beams determine its borders."""
@@ -43,6 +44,21 @@ class Border:
     gain: float
     edge: Edge
     scores: Float
+
+    @property
+    def is_seen(self) -> bool:
+        """Whether it is seen beyond doubt: a hundred times likelier than no border."""
+        return self.gain > _SURE
+
+    @property
+    def is_hidden(self) -> bool:
+        """Whether something before the wall stopped the beams on its open side."""
+        return is_hidden(self.edge)
+
+
+def is_hidden(edge: Edge) -> bool:
+    """Returns whether something before the wall stopped the beams on the open side of an edge."""
+    return len(edge.stopped) > 0 and len(edge.opened) < FEW
 
 
 def find_borders(
@@ -107,8 +123,7 @@ def locate(
     mean = float(p @ e)
     sigma = float(np.hypot(np.sqrt(p @ (e - mean) ** 2), _FLOOR))
     gain = float(score.max() - max(score[0], score[-1]))
-    hidden = len(edge.stopped) > 0 and len(edge.opened) < FEW
-    if hidden:
+    if is_hidden(edge):
         mean, gain = 0.0, 0.0
     if gain < _TOLD:
         sigma = max(sigma, _unseen(near, side, traits, mean, frame=frame, spacing=spacing))

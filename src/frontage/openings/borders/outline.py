@@ -36,8 +36,8 @@ class Outline:
 
     @property
     def sure(self) -> float:
-        """Share of the borders that are seen beyond doubt: a hundred times likelier than no border."""
-        return float(np.mean([b.gain > np.log(100.0) for b in self.borders]))
+        """Share of the borders that are seen beyond doubt."""
+        return float(np.mean([b.is_seen for b in self.borders]))
 
     @property
     def ring(self) -> tuple[Float, Float]:

@@ -1,0 +1,26 @@
+"""Tells openings from gaps in the scan of a solid wall: only openings have straight borders all around."""
+
+from frontage.openings.borders.outline import Outline
+
+_SMALL = 0.6  # m: shadows of ledges, joints and pipes leave gaps that are narrower or lower
+_SMALL_EMPTY = 0.9  # m, the same of gaps from which nothing came back; patches that return little are larger
+_SHARE = 0.75  # share of the borders that nothing hides that a small opening shows
+
+
+def is_opening(outline: Outline) -> bool:
+    """Returns whether an outline is that of an opening, not of a gap in the scan of a solid wall.
+
+    Beams that went through the wall prove that it is open, so this concerns scans without known lines of
+    sight only. Gaps have some straight borders as well: along the ledge or the pipe that throws the shadow.
+    What is no larger than such gaps is an opening only if it shows three of its four borders beyond doubt,
+    or, where something stands before others, two and most of those left. Larger outlines are openings: a scan
+    leaves no gaps of that size in a wall that have the form of a rectangle and wall around.
+    """
+    if any(b.edge.rays for b in outline.borders):
+        return True
+    x0, z0, x1, z1 = outline.place
+    if min(x1 - x0, z1 - z0) >= (_SMALL_EMPTY if outline.depth is None else _SMALL):
+        return True
+    seen = sum(b.is_seen for b in outline.borders)
+    hidden = sum(b.is_hidden for b in outline.borders)
+    return seen >= max(_SHARE * (len(outline.borders) - hidden), 2.0)

@@ -1,0 +1,44 @@
+"""Gaps that a scan leaves in a solid wall are no openings, however much they look like holes."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.special import expit
+
+from frontage.openings import find_openings
+from fronts import WINDOW, box_of, scan_wall
+
+JOINT = (5.0, 1.2, 5.4, 3.4)
+PANE = (5.0, 2.4, 5.4, 2.9)
+
+
+def behind_a_pipe(seed):
+    """Returns a wall with a window, and a joint 7 cm deep that a pipe along its left side hides in part.
+
+    The pipe ends the wall sharply; on the other sides wall and joint show through each other over a few
+    decimetres.
+    """
+    facade, scan = scan_wall([WINDOW], rays=False, seed=seed)
+    rng, p = np.random.default_rng(seed), scan.xyz.copy()
+    x0, z0, x1, z1 = JOINT
+    outside = np.maximum(p[:, 0] - x1, np.abs(p[:, 2] - (z0 + z1) / 2) - (z1 - z0) / 2)
+    gap = (p[:, 0] > x0) & (rng.random(len(p)) > expit(outside / 0.1))
+    p[gap, 1] += 0.07
+    p = p[~gap | (rng.random(len(p)) < 0.4)]
+    index = np.arange(len(p))
+    unknown = np.full(len(p), -1, np.int32)
+    return replace(facade, support=index, inliers=index), replace(scan, xyz=p, origin_index=unknown)
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_a_joint_behind_a_pipe_is_no_opening(seed):
+    (window,) = find_openings(*behind_a_pipe(seed)).openings
+    assert np.abs(box_of(window) - WINDOW).max() < 0.02
+
+
+@pytest.mark.parametrize("rays", [True, False])
+def test_a_narrow_pane_is_an_opening(rays):
+    found = find_openings(*scan_wall([WINDOW, PANE], depth=0.07, rays=rays, returned=0.5)).openings
+    assert len(found) == 2
+    assert np.abs(box_of(found[1]) - PANE).max() < 0.02
