@@ -1,7 +1,8 @@
 """Window bars: exact layouts, bars found, positions, depths, their errors and the time; curves; real windows.
 
-    python benchmarks/bench_crossbars.py [--quick | --full] [--houses 6] [--only main,views,castle,...]
-                                         [--oriented FOLDER] [--cache FOLDER] [--data FOLDER] [--sheet FOLDER]
+    python benchmarks/bench_crossbars.py [--quick | --full] [--houses 6] [--first 500] [--oriented FOLDER]
+                                         [--only main,views,castle,...] [--sheet FOLDER]
+                                         [--cache FOLDER] [--data FOLDER]
 
 Simulated: the middle house of a terrace with varied windows (`windows = "varied"`), six of its windows,
 photographed from the street at 5 mm per px. Borders of the openings are off by 5 mm, depths by 2 cm, poses
@@ -33,7 +34,7 @@ from _barconfidence import confidence_tables
 from _barscore import HEADER, Judged, judge, summary
 from _common import DATA, table
 from _linegrid import bars_by_segments
-from _windows import WindowSet, window_scene
+from _windows import WindowScene, WindowSet, window_scene
 from frontage.crossbars import CrossbarOptions, FoundBars
 from frontage.crossbars.collect import collect_windows
 from frontage.crossbars.find import find_bars
@@ -42,7 +43,18 @@ FIRST = 500  # number of the first house; tests and trials use smaller ones
 ERRORS = {"position": 0.003, "angle": 0.01}
 SUBSETS = {1: (2,), 2: (1, 4), 3: (0, 2, 5), 4: (0, 2, 3, 5), 6: (0, 1, 2, 3, 4, 5)}
 METHODS = ("evidence", "paper", "segments")
-SECTIONS = ("main", "speed", "views", "gsd", "oblique", "ingolstadt", "castle", "brooklyn", "manhattan")
+SECTIONS = (
+    "main",
+    "exact",
+    "speed",
+    "views",
+    "gsd",
+    "oblique",
+    "ingolstadt",
+    "castle",
+    "brooklyn",
+    "manhattan",
+)
 CURVES = (*HEADER[:7], *HEADER[8:11])
 NAMES = {"evidence": "ours", "paper": "the paper's", "segments": "LSD votes, one view"}
 
@@ -87,19 +99,22 @@ def compare(
     return first or []
 
 
-def scenes(houses: int, cache: Path, **changes: object) -> Callable[..., Iterable[Case]]:
+def scenes(houses: int, cache: Path, first: int = FIRST, **changes: object) -> Callable[..., Iterable[Case]]:
     """Return what makes the cases of some houses: all views, or some; reduced by a factor."""
-    base = WindowSet(FIRST, gsd=0.005, views=6, most=6, **ERRORS)
-    asked = [replace(base, seed=FIRST + k, **changes) for k in range(houses)]  # type: ignore[arg-type]
+    base = WindowSet(first, gsd=0.005, views=6, most=6, **ERRORS)
+    asked = [replace(base, seed=first + k, **changes) for k in range(houses)]  # type: ignore[arg-type]
+
+    built: list[WindowScene] = []
 
     def make(views: Sequence[int] | None = None, reduce: int = 1) -> Iterable[Case]:
-        return (simulated(window_scene(a, cache), views, reduce) for a in asked)
+        built.extend(window_scene(a, cache) for a in asked[len(built) :])
+        return (simulated(scene, views, reduce) for scene in built)
 
     return make
 
 
-def main_table(houses: int, cache: Path, sheet: Path | None) -> None:
-    make = scenes(houses, cache)
+def main_table(houses: int, cache: Path, sheet: Path | None, first: int) -> None:
+    make = scenes(houses, cache, first)
     own = compare(
         f"{houses} houses, 5 mm per px, 4 views, poses 3 mm and 0.01 degrees off",
         lambda: make(SUBSETS[4]), METHODS, sheet,
@@ -111,9 +126,14 @@ def main_table(houses: int, cache: Path, sheet: Path | None) -> None:
     kinds(own)
     failures(own)
     few = judged(make(SUBSETS[2]), METHODS[0])[0]
-    confidence_tables([*own, *few], [f"house {FIRST + k}" for k in range(houses)])
-    exact = scenes(houses, cache, position=0.0, angle=0.0, outline=0.0, depth=0.001)
-    compare("The same with exact poses, outlines and depths", lambda: exact(SUBSETS[4]), METHODS[:2])
+    confidence_tables([*own, *few], [f"house {first + k}" for k in range(houses)])
+
+
+def exact_table(houses: int, cache: Path, first: int) -> None:
+    """Print what errors of poses, outlines and depths cost: the table without them."""
+    exact = scenes(houses, cache, first, position=0.0, angle=0.0, outline=0.0, depth=0.001)
+    title = f"{houses} houses with exact poses, outlines and depths"
+    compare(title, lambda: exact(SUBSETS[4]), METHODS[:2])
 
 
 def speed(houses: int, cache: Path) -> None:
@@ -243,6 +263,9 @@ def main() -> None:
     parser.add_argument("--quick", action="store_true", help="two windows of one house, under a minute")
     parser.add_argument("--full", action="store_true", help="16 houses, 8 for the curves: some hours")
     parser.add_argument("--houses", type=int, default=6)
+    parser.add_argument(
+        "--first", type=int, default=FIRST, help="number of the first house of the main table"
+    )
     parser.add_argument("--only", default=",".join(SECTIONS))
     parser.add_argument("--oriented", type=Path, help="orientation/colmap of a run on the real models")
     parser.add_argument("--cache", type=Path, default=Path(tempfile.gettempdir()) / "frontage-windows")
@@ -256,7 +279,9 @@ def main() -> None:
         return
     houses = 16 if arguments.full else arguments.houses
     if "main" in only:
-        main_table(houses, arguments.cache, arguments.sheet)
+        main_table(houses, arguments.cache, arguments.sheet, arguments.first)
+    if "exact" in only:
+        exact_table(houses, arguments.cache, arguments.first)
     if "speed" in only:
         speed(houses, arguments.cache)
     curves(8 if arguments.full else min(houses, 4), arguments.cache, only)

@@ -70,6 +70,14 @@ def test_pictures_on_their_side_are_understood():
     assert degrees_off(plumb_line(photos, images.__getitem__, first)) < 0.1
 
 
+@pytest.mark.parametrize("pitch", [0.0, 12.0, 22.0])
+def test_photos_that_all_look_one_way_are_not_taken_to_lie_on_their_side(pitch):
+    poses = tuple(looking(x, -8.0, heading=0.2 * x, pitch=pitch, roll=0.3) for x in (2.0, 5.0, 8.0))
+    photos, images = block(poses, (LANDSCAPE,) * 3)
+    assert degrees_off(up_from_cameras(photos)) < pitch + 2.0  # how far they all look up is not known
+    assert degrees_off(plumb_line(photos, images.__getitem__, up_from_cameras(photos))) < 0.15
+
+
 def test_without_vertical_edges_nothing_goes_far_wrong():
     photos, images = block(POSES, (LANDSCAPE,) * 3, verticals=False)
     first = up_from_cameras(photos)

@@ -186,7 +186,8 @@ def test_parts_hidden_in_one_photo_come_from_the_next_best(scene):
     ]
     flat = {"front": np.full((600, 800, 3), 60, np.uint8), "right": np.full((600, 800, 3), 180, np.uint8)}
     alone = make_ortho(facade, cloud, photos[:1], flat.__getitem__, options=PLANE)
-    both = make_ortho(facade, cloud, photos, flat.__getitem__, options=PLANE)
+    as_shot = PLANE.model_copy(update={"radiometry": "as shot"})
+    both = make_ortho(facade, cloud, photos, flat.__getitem__, options=as_shot)
     behind = (slice(250, 350), slice(390, 410))
     assert (alone.pixels[behind][..., 3] == 0).all(), "hidden and seen by no other photo: nodata"
     assert (alone.source[behind] == 0).all()

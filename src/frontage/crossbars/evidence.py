@@ -1,6 +1,7 @@
 """The better estimator of window bars: evidence of rectified views, and an exact search over layouts."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 from frontage.crossbars.found import WindowEvidence
 from frontage.crossbars.judge import glazing
@@ -42,4 +43,7 @@ def _evidence(sight: Sight, found: tuple[Chosen, float] | None) -> WindowEvidenc
         return WindowEvidence(name, extent, (), None, Glazing(False, depth=sight.depth, note=why))
     chosen, margin = found
     result = glazing(chosen, margin)
+    if chosen.seen.leaded and result.resolved:
+        why = f"a leaded light with small {chosen.seen.leaded}: its cames are not told as bars"
+        result = replace(result, resolved=False, bars=(), note=why)
     return WindowEvidence(name, extent, view_pictures(sight), evidence_picture(chosen.seen), result)

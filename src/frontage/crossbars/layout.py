@@ -26,6 +26,8 @@ _MOST_EQUAL = 6  # bars that divide a pane in equal parts
 _EQUAL_M = 0.015  # by which a bar may miss the place that equal panes give it
 _MEETING = (0.3, 0.7)  # share of a window's height at which its sashes meet
 _RAIL_M = 0.02  # half a meeting rail
+_MOST_RAILS = 2  # that are tried, the strongest
+_WIDE_M = 0.015  # by which panes may be measured too small, because bars show their sides
 _SHOWN = 0.4  # share of a bar's length that must be seen
 
 
@@ -49,6 +51,7 @@ def best_layout(
     least    m, least width and height of a pane
     without  axis and position m of a bar that must not be in it
     """
+    least -= _WIDE_M
     found = [candidates(box, one, least, cost) for one in bars]
     if without is not None:
         axis, place = without
@@ -256,8 +259,11 @@ def _cells(box: Box, sides: Sequence[Sequence[Line]]) -> list[Box]:
     return [(x[0], z[0], x[1], z[1]) for x in spans[0] for z in spans[1]]
 
 
-def meeting_places(box: Box, transoms: Bars, least: float) -> Float:
-    """Returns the heights (k,) m, in the middle of a window, below which a lower sash may hang."""
-    places = candidates(box, transoms, least, COST)
+def meeting_places(box: Box, rail: Bars, least: float) -> Float:
+    """Returns the heights (k,) m, in the middle of a window, below which a lower sash may hang.
+
+    rail  the evidence of transoms that reach from the plane of one sash to that of the other
+    """
+    places = candidates(box, rail, least, COST)
     share = (places - box[1]) / (box[3] - box[1])
-    return np.asarray(places[(share > _MEETING[0]) & (share < _MEETING[1])] - _RAIL_M)
+    return np.asarray(places[(share > _MEETING[0]) & (share < _MEETING[1])][:_MOST_RAILS] - _RAIL_M)

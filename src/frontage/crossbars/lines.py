@@ -18,14 +18,17 @@ WIDTHS_M = (0.015, 0.13)
 MULLIONS_M = (0.13, 0.36)
 _WIDTH_STEP_M = 0.005
 _MULLION_STEP_M = 0.02
+_RAIL_M = 0.03  # about the lower edge of a meeting rail
 _TOLERANCE_M = 0.004  # by which edges may lie apart in two views: poses, and profiles that are not sharp
 _SETTLED = 3.0  # nats within which bars of neighbouring places and widths are alike
 _LINES = (
     np.log(2.0) + 0.8
 )  # of edges that run straight along a bar, either sign, but are those of other things
-_COLOUR = 1.0  # weight of the colour between the edges, whose pixels have their errors in common
-_BROAD_M = 0.06  # width of a bar beyond which more of its colour counts for more
-_MOST_BROAD = 4.0  # times
+_MIXED = (
+    0.15  # of bars, lighter than what is behind them on one side and darker on the other: their sides show
+)
+_ALIKE_M = 0.05  # width of a bar within which its colours have their errors in common
+_MOST_ALIKE = 4.0  # of such pieces that count
 _INDEPENDENT_M = 0.1  # length of a bar over which clutter is one and the same thing
 
 
@@ -68,14 +71,19 @@ class Bars:
         below = np.interp(at, np.arange(len(self.known)), self.known)
         return float((below[1] - below[0]) / max(at[1] - at[0], 1e-6))
 
-    def below(self, other: "Bars", z: float) -> "Bars":
-        """Returns this evidence above a height z m, and that of another plane below it."""
+    def with_sash(self, behind: "Bars", rail: "Bars", z: float) -> "Bars":
+        """Returns this evidence above a height z m, and that of the plane of a lower sash below it.
+
+        rail  of bars that reach from one plane to the other: of the transom whose lower edge is near z
+        """
         if self.axis == 1:
-            n = int(np.clip(round((z - self.start) / self.px), 0, self.total.shape[1]))
-            return replace(self, total=np.concatenate([other.total[:, :n], self.total[:, n:]], axis=1))
+            ends = np.rint((z + np.array([-_RAIL_M, _RAIL_M]) - self.start) / self.px).astype(int)
+            a, b = np.clip(ends, 0, self.total.shape[1]).tolist()
+            parts = behind.total[:, :a], rail.total[:, a:b], self.total[:, b:]
+            return replace(self, total=np.concatenate(parts, axis=1))
         s = int(np.clip(round((z - self.along) / self.strip), 0, len(self.total) - 1))
-        total = self.total + (other.total[s] - self.total[s])
-        total[:s] = other.total[:s]
+        total = self.total + (behind.total[s] - self.total[s])
+        total[:s] = behind.total[:s]
         return replace(self, total=total)
 
     def _until(self, place: float, rows: slice) -> Array:
@@ -109,24 +117,32 @@ class Bars:
 def bar_widths(px: float, finest: float) -> Array:
     """Returns the widths (w,) in px that are tried; none narrower than one px of the finest photo."""
     low, high = max(WIDTHS_M[0], finest), WIDTHS_M[1]
-    narrow = np.arange(max(2, round(low / px)), round(high / px) + 1, max(1, int(_WIDTH_STEP_M / px)))
+    narrow = np.arange(max(2, round(low / px)), round(high / px) + 1, max(1, round(_WIDTH_STEP_M / px)))
     wide = np.arange(MULLIONS_M[0], MULLIONS_M[1], _MULLION_STEP_M) / px
     return np.unique(np.concatenate([narrow, np.rint(wide).astype(int)]))
 
 
 def bars_of_views(
-    grid: Grid, profiles: Sequence[Profiles], likeness: Sequence[Array], weights: Float, widths: Array
+    grid: Grid,
+    profiles: Sequence[Profiles],
+    likeness: Sequence[Array],
+    weights: Float,
+    widths: Array,
+    upper: Sequence[Profiles] | None = None,
 ) -> Bars:
     """Returns the evidence of bars in several views, each of them weighted.
 
     likeness  (s, n) nats of every view, how much a place looks like the frame
+    upper     the profiles of another plane, on which the higher edges lie: where two sashes meet, seen from
+              the street, the lower edge is that of the lower sash and the upper one that of the upper sash
     """
     axis = profiles[0].axis
     strips, n = profiles[0].rise.shape
     total = np.zeros((len(widths), strips, n), np.float32)
     shown = np.zeros(strips)
-    for view, like, weight in zip(profiles, likeness, weights.tolist(), strict=True):
-        total += (weight * STRIP_M / _INDEPENDENT_M) * _pairs(view, like, widths, grid.px)
+    rows = zip(profiles, upper or profiles, likeness, weights.tolist(), strict=True)
+    for view, above, like, weight in rows:
+        total += (weight * STRIP_M / _INDEPENDENT_M) * _pairs(view, above, like, widths, grid.px)
         shown += view.known.mean(1)
     cumulated = np.zeros((strips + 1, n + 1, len(widths)), np.float32)
     cumulated[1:, :n] = np.cumsum(total, axis=1, out=total).transpose(1, 2, 0)
@@ -152,21 +168,31 @@ def no_views(grid: Grid, axis: int, widths: Array) -> Bars:
     return Bars(axis, grid.start(axis), grid.px, grid.start(1 - axis), strip, widths, total, known)
 
 
-def _pairs(view: Profiles, likeness: Array, widths: Array, px: float) -> Array:
-    """Returns the log-likelihood ratios (w, s, n) of bars, from both edges and from what is between them."""
-    size = 2 * round(_TOLERANCE_M / px) + 1
-    rise, fall = (
-        np.exp(maximum_filter1d(e, size, axis=1) if size > 1 else e) for e in (view.rise, view.fall)
-    )
+def _pairs(view: Profiles, above: Profiles, likeness: Array, widths: Array, px: float) -> Array:
+    """Returns the log-likelihood ratios (w, s, n) of bars, from both edges and from what is between them.
+
+    view, above  profiles of the lower and of the higher edge
+    """
+    rise, fall = (_near(e, px) for e in (view.rise, view.fall))
+    end_rise, end_fall = (rise, fall) if above is view else (_near(e, px) for e in (above.rise, above.fall))
     n = rise.shape[1]
     out = np.zeros((len(widths), *rise.shape), np.float32)
     before = np.pad(np.cumsum(likeness, axis=1, dtype=np.float32), ((0, 0), (1, 0)))
     for k, width in enumerate(widths.tolist()):
         if width >= n:
             continue
-        bright_or_dark = rise[:, : n - width] * fall[:, width:] + fall[:, : n - width] * rise[:, width:]
-        colour = _COLOUR * float(np.clip(width * px / _BROAD_M, 1.0, _MOST_BROAD))
-        both = view.known[:, : n - width] & view.known[:, width:]
-        between = (colour / width) * (before[:, width:n] - before[:, : n - width])
-        out[k, :, : n - width] = (np.log(bright_or_dark) + (between - np.float32(_LINES))) * both
+        low_rise, low_fall = rise[:, : n - width], fall[:, : n - width]
+        alike = low_rise * end_fall[:, width:] + low_fall * end_rise[:, width:]
+        mixed = low_rise * end_rise[:, width:] + low_fall * end_fall[:, width:]
+        edges = (1 - _MIXED) * alike + _MIXED * mixed
+        colour = min(width * px / _ALIKE_M, _MOST_ALIKE)
+        both = view.known[:, : n - width] & above.known[:, width:]
+        between = (before[:, width:n] - before[:, : n - width]) / width
+        out[k, :, : n - width] = (np.log(edges) + (colour * between - np.float32(_LINES))) * both
     return out
+
+
+def _near(edges: Array, px: float) -> Array:
+    """Returns the likelihood ratios (s, n) of edges within the tolerance."""
+    size = 2 * round(_TOLERANCE_M / px) + 1
+    return np.asarray(np.exp(maximum_filter1d(edges, size, axis=1) if size > 1 else edges))

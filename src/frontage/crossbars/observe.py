@@ -11,6 +11,7 @@ from frontage.crossbars.appearance import eroded, frame_likeness
 from frontage.crossbars.border import frame_sides, usual_sides
 from frontage.crossbars.depth import frame_depth
 from frontage.crossbars.layout import Box
+from frontage.crossbars.leaded import leaded
 from frontage.crossbars.lines import Bars, bar_widths, bars_of_views, no_views, with_scan
 from frontage.crossbars.profiles import Profiles, likeness_profiles, view_profiles
 from frontage.crossbars.rectify import Grid, PlaneView, WallView, on_wall, outline_mask, window_grid
@@ -47,8 +48,10 @@ class Observation:
     frame    width of the frame, None where nothing shows it
     bars     evidence of upright bars and of transoms
     behind   the same on the plane of a lower sash that may run behind; None where nothing speaks for one
+    rail     evidence of transoms that reach from that plane, below, to the other one
     planes   depths m behind the wall that `bars` and `behind` were looked for at
     like     (s, n) nats across each axis, how much strips look like the frame in the mean of the views
+    leaded   what small leaded panes the views show, see `leaded.leaded`; "" without any
     weights  (v,) of the views
     hits     what the scan says; None without points at the frame
     """
@@ -56,10 +59,12 @@ class Observation:
     sight: Sight
     box: Box
     frame: Estimate[float] | None
-    bars: tuple[Bars, Bars]
-    behind: tuple[Bars, Bars] | None
+    bars: tuple[Bars, ...]
+    behind: tuple[Bars, ...] | None
+    rail: Bars | None
     planes: tuple[float, float]
     like: tuple[Array, ...]
+    leaded: str
     weights: Float
     hits: ScanHits | None
 
@@ -83,19 +88,24 @@ def observe(sight: Sight) -> Observation:
         widths = bar_widths(grid.px, grid.px)
         bars = _with_hits(grid, [no_views(grid, axis, widths) for axis in (0, 1)], hits)
         at = sight.depth.value
-        return Observation(sight, usual_sides(window.ring), None, bars, None, (at, at), (), np.empty(0), hits)
+        box = usual_sides(window.ring)
+        return Observation(sight, box, None, bars, None, None, (at, at), (), "", np.empty(0), hits)
     weights = _weights(sight.views)
     profiles = _profiles(grid, _planes(sight, sight.depth.value))
     arched = window.opening.shape != "rectangle"
     box, width = frame_sides(grid, profiles, weights, window.ring, arched)
     upper, lower = bar_depths(grid, sight.views, sight.depth, box)
     trust = min(1.0, (_DENSE_M / window.spacing) ** 2)
-    shown, like = _evidence(sight, upper, box, weights)
-    bars = _with_hits(grid, shown, hits, trust)
-    behind = None
+    front = _Plane.at(sight, upper, box)
+    bars = _with_hits(grid, [front.bars(grid, axis, weights) for axis in (0, 1)], hits, trust)
+    like = tuple(np.tensordot(weights / weights.sum(), np.stack(one), 1) for one in front.like)
+    behind = rail = None
     if lower != upper:
-        behind = _with_hits(grid, _evidence(sight, lower, box, weights)[0], hits, trust)
-    return Observation(sight, box, width, bars, behind, (upper, lower), like, weights, hits)
+        back = _Plane.at(sight, lower, box)
+        behind = _with_hits(grid, [back.bars(grid, axis, weights) for axis in (0, 1)], hits, trust)
+        rail = _with_hits(grid, [back.bars(grid, 1, weights, front)], hits, trust)[0]
+    mesh = leaded(grid, _planes(sight, upper), box)
+    return Observation(sight, box, width, bars, behind, rail, (upper, lower), like, mesh, weights, hits)
 
 
 def _planes(sight: Sight, depth: float) -> list[PlaneView]:
@@ -106,26 +116,36 @@ def _profiles(grid: Grid, planes: Sequence[PlaneView]) -> list[list[Profiles]]:
     return [[view_profiles(grid, view, axis) for view in planes] for axis in (0, 1)]
 
 
-def _evidence(sight: Sight, depth: float, box: Box, weights: Float) -> tuple[list[Bars], tuple[Array, ...]]:
-    """Returns the evidence of bars at a depth m behind the wall, and how much strips look like the frame."""
-    grid, planes = sight.grid, _planes(sight, depth)
-    likeness = _likeness(planes, sight.window.ring, box, grid, sight.mask)
-    widths = bar_widths(grid.px, min(min(v.gsd) for v in sight.views))
-    found, mean = [], []
-    for axis, profiles in enumerate(_profiles(grid, planes)):
-        like = [likeness_profiles(grid, one, axis) for one in likeness]
-        found.append(bars_of_views(grid, profiles, like, weights, widths))
-        mean.append(np.tensordot(weights / weights.sum(), np.stack(like), 1))
-    return found, tuple(mean)
+@dataclass(frozen=True, eq=False)
+class _Plane:
+    """What the views show on a plane: profiles and likeness with the frame, (s, n) of every view, by axis."""
+
+    widths: Array
+    profiles: list[list[Profiles]]
+    like: list[list[Array]]
+
+    @staticmethod
+    def at(sight: Sight, depth: float, box: Box) -> "_Plane":
+        """Returns what the views show at a depth m behind the wall."""
+        grid, planes = sight.grid, _planes(sight, depth)
+        likeness = _likeness(planes, sight.window.ring, box, grid, sight.mask)
+        widths = bar_widths(grid.px, min(min(v.gsd) for v in sight.views))
+        like = [[likeness_profiles(grid, one, axis) for one in likeness] for axis in (0, 1)]
+        return _Plane(widths, _profiles(grid, planes), like)
+
+    def bars(self, grid: Grid, axis: int, weights: Float, upper: "_Plane | None" = None) -> Bars:
+        """Returns the evidence of bars, on request of those whose higher edges lie on another plane."""
+        above = upper.profiles[axis] if upper is not None else None
+        return bars_of_views(grid, self.profiles[axis], self.like[axis], weights, self.widths, above)
 
 
 def _with_hits(
     grid: Grid, bars: Sequence[Bars], hits: ScanHits | None, trust: float = 1.0
-) -> tuple[Bars, Bars]:
+) -> tuple[Bars, ...]:
     """Returns the evidence across both axes with that of the scan, which counts for `trust`, 0..1."""
     if hits is not None:
         bars = [with_scan(one, trust * hits.evidence(grid, one.axis, one.widths)) for one in bars]
-    return bars[0], bars[1]
+    return tuple(bars)
 
 
 def _likeness(views: Sequence[PlaneView], outline: Float, box: Box, grid: Grid, ring: Array) -> list[Array]:

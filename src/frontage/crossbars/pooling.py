@@ -89,9 +89,10 @@ def _with_one_frame(observed: Sequence[Observation]) -> list[Observation]:
 def _alone(seen: Observation, least: float) -> Chosen:
     """Returns the layout that a window would have on its own, on one plane or with a lower sash behind."""
     best = Chosen(seen, seen.bars, best_layout(seen.box, seen.bars, least))
-    if seen.behind is not None:
-        for place in meeting_places(seen.box, seen.bars[1], least):
-            bars = [front.below(back, place) for front, back in zip(seen.bars, seen.behind, strict=True)]
+    if seen.behind is not None and seen.rail is not None:
+        both = list(zip(seen.bars, seen.behind, strict=True))
+        for place in meeting_places(seen.box, seen.rail, least):
+            bars = [front.with_sash(back, seen.rail, place) for front, back in both]
             layout = best_layout(seen.box, bars, least)
             if layout.gain - _SASHES > best.layout.gain:
                 best = Chosen(seen, bars, layout, meeting=float(place))

@@ -11,39 +11,43 @@ from frontage.crossbars.pooling import Chosen
 from frontage.geometry.arrays import Float
 
 _SAME_M = 0.05  # by which bars of the same layout may be displaced
+_WEAKEST = 3  # bars of a window without which a layout is searched for again: others cost more to leave out
+_ASKED = 4  # windows of one type that tell the margin of the layout that they share
 _NO_RIVAL = 100.0  # nats, where nothing at all speaks for any other layout
 
 
 def margins(chosen: Sequence[Chosen], least: float) -> Float:
     """Returns by how many nats the layout of each window (n,) is better than the next different one.
 
-    Windows that share a layout decide it together: where one of them shows little, the mean of all counts.
+    Windows that share a layout decide it together: where one of them shows little, the mean of some counts.
 
     least  m, least width and height of a pane
     """
-    own = np.array([margin(one, least) for one in chosen])
     members = defaultdict(list)
     for k, one in enumerate(chosen):
         members[(one.kin, None) if one.kin is not None else (None, k)].append(k)
-    found = own.copy()
+    found = np.zeros(len(chosen))
     for group in members.values():
-        found[group] = np.maximum(own[group], own[group].mean())
+        asked = group[:: -(-len(group) // _ASKED)]
+        own = np.array([margin(chosen[k], least) for k in asked])
+        found[group] = own.mean()
+        found[asked] = np.maximum(own, own.mean())
     return found
 
 
 def margin(chosen: Chosen, least: float) -> float:
     """Returns the nats by which a layout is better than the best different one, on the window's own evidence.
 
-    Every other layout lacks one of its bars, or has them all and more. The best without each bar is searched
-    for again; the best with one more is known of every pane. A layout that was taken over from similar
-    windows may have a negative margin.
+    Every other layout lacks one of its bars, or has them all and more. The best without each of the weakest
+    bars is searched for again; the best with one more is known of every pane. A layout that was taken over
+    from similar windows may have a negative margin.
 
     least  m, least width and height of a pane
     """
     layout, box, bars = chosen.layout, chosen.seen.box, chosen.bars
     alone = chosen.alone or layout
-    present = [(line.axis, line.position) for line in joined(layout.lines)]
-    others = [best_layout(box, bars, least, without=one).gain for one in present]
+    weak = sorted(joined(layout.lines), key=lambda line: line.evidence)[:_WEAKEST]
+    others = [best_layout(box, bars, least, without=(line.axis, line.position)).gain for line in weak]
     same = _same(layout, alone)
     rivals = alone.rivals if same else layout.rivals
     others += [layout.gain + max(rivals)] if rivals else []

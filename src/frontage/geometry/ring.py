@@ -37,6 +37,20 @@ def box_sigmas(ring: Float, covariance: Float) -> tuple[float, float, float, flo
     return side(0, low[0]), side(1, low[1]), side(0, high[0]), side(1, high[1])
 
 
+def span_sigma(ring: Float, covariance: Float, axis: int) -> float:
+    """Returns the standard error of a ring's width (axis 0) or height (axis 1) from its covariance (2k, 2k).
+
+    It is sqrt(g C g); the gradient g takes the mean of the corners on the one side minus that on the other.
+    """
+    value = ring[:, axis]
+    gradient = np.zeros_like(ring)
+    for sign, extreme in ((1.0, value.max()), (-1.0, value.min())):
+        on = np.abs(value - extreme) < _ON_SIDE
+        gradient[on, axis] = sign / on.sum()
+    g = gradient.ravel()
+    return float(np.sqrt(g @ covariance @ g))
+
+
 def ring_contains(ring: Float, xy: Float) -> Bool:
     """Returns whether points (n, 2) lie in a ring (k, 2) or on its border, (n,) bool."""
     polygon = Polygon(ring)

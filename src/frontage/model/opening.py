@@ -155,6 +155,11 @@ class Opening:
         freeze(self, ring=((k, 2), np.float64), ring_covariance=((2 * k, 2 * k), np.float64))
 
     @property
+    def number(self) -> int:
+        """The number on its floor, from the left as seen from the street: the last number of its id."""
+        return int(self.id.rsplit("-", 1)[1])
+
+    @property
     def bars(self) -> tuple[Bar, ...]:
         """The window bars found; empty where none were found, and where they were not looked for."""
         return () if self.glazing is None else self.glazing.bars

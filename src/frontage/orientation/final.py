@@ -64,7 +64,7 @@ def adjusted_orientation(scene: Scene, placed: Placed, unoriented: Sequence[Unor
     passes = list(_PASSES)
     while passes and len(placed.photos):
         search = passes.pop(0)
-        state = _adjusted(scene, placed, search)
+        state = _adjusted(scene, placed, search, last=not passes)
         left += _lost(placed, state)
         placed = state.improved
         verdicts = _verdicts(scene, placed.photos)
@@ -98,8 +98,11 @@ def _verdicts(scene: Scene, photos: Sequence[Photo]) -> list[Verdict]:
     return verdicts
 
 
-def _adjusted(scene: Scene, placed: Placed, search: tuple[int, int]) -> _State:
-    """Measures control at the present poses and adjusts; photos that nothing determines are left out."""
+def _adjusted(scene: Scene, placed: Placed, search: tuple[int, int], *, last: bool) -> _State:
+    """Measures control at the present poses and adjusts; photos that nothing determines are left out.
+
+    Only the `last` adjustment asks which errors are alike: those before give places to look for control at.
+    """
     radius, step = search
     control = []
 
@@ -113,7 +116,7 @@ def _adjusted(scene: Scene, placed: Placed, search: tuple[int, int]) -> _State:
         network = _network(scene, placed, control)
         try:
             spacing = float(np.median(scene.surface.spacing))
-            dependence = dependence_of(placed.photos, control, spacing)
+            dependence = dependence_of(placed.photos, control, spacing) if last else None
             return _State(placed, tuple(control), network, adjust(network, _TESTS, dependence))
         except NotDetermined as error:
             on = network.photos

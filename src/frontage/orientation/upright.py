@@ -19,8 +19,12 @@ from frontage.solve.robust import tukey_weights
 _SIDE_PX = 1600  # pictures are reduced to this longer side
 _SHORTEST = 0.03  # of the longer side
 _NEAR = (np.radians(12.0), np.radians(5.0), np.radians(2.0), np.radians(2.0))  # rounds of the improvement
+_TILTS = np.radians(sorted(range(-30, 31, 3), key=abs))  # of all cameras together
+_USUAL_TILT = np.radians(20.0)
+_ONE_WAY = 0.7  # length of the mean of unit vectors, above which cameras look about the same way
 _LEAST_SEGMENTS = 12
 _TILTED = 0.3  # weight of tilts, which are free, against that of being level
+_ON_SIDE = 0.02  # added for a photo on its side: rare, and level photos that look one way fit both ways
 _KEPT = 0.02  # weight of the start in the improvement
 _MOST_PHOTOS = 12
 
@@ -35,7 +39,7 @@ def up_from_cameras(photos: Sequence[Photo]) -> Float:
     y = np.array([p.pose.R[:, 1] for p in photos])
     tried = np.concatenate([-y, y, x, -x])
     across, down = (x @ tried.T) ** 2, (y @ tried.T) ** 2
-    held = across + _TILTED * (1.0 - down), down + _TILTED * (1.0 - across)
+    held = across + _TILTED * (1.0 - down), down + _TILTED * (1.0 - across) + _ON_SIDE
     best = int(np.minimum(*held).sum(0).argmin())
     on_side = held[1][:, best] < held[0][:, best]
     level, start = np.where(on_side[:, None], y, x), tried[best]
@@ -53,7 +57,7 @@ def plumb_line(photos: Sequence[Photo], image_of: ImageOf, up: Float) -> Float:
     parts = [_plane_normals(p, image_of(p.id)) for p in photos[::step]]
     normals = np.concatenate([n for n, _ in parts])
     length = np.concatenate([w for _, w in parts])
-    now = up
+    now = _best_tilt(photos, up, normals, length)
     for near in _NEAR:
         off = np.arcsin(np.clip(normals @ now, -1.0, 1.0))
         good = np.abs(off) < near
@@ -63,6 +67,21 @@ def plumb_line(photos: Sequence[Photo], image_of: ImageOf, up: Float) -> Float:
         N = normals[good]
         now = _nearest_to(np.linalg.eigh((N * weight[:, None]).T @ N)[1][:, 0], now)
     return now
+
+
+def _best_tilt(photos: Sequence[Photo], up: Float, normals: Float, length: Float) -> Float:
+    """The direction (3,) with the most vertical edges, among those that differ by the tilt of all cameras.
+
+    Cameras that look the same way do not tell how far they all look up or down.
+    """
+    level = np.mean([p.pose.R[:, 0] - (p.pose.R[:, 0] @ up) * up for p in photos], axis=0)
+    if np.linalg.norm(level) < _ONE_WAY:
+        return up
+    across = np.cross(up, level / np.linalg.norm(level))
+    tried = np.cos(_TILTS)[:, None] * up + np.sin(_TILTS)[:, None] * across
+    off = np.arcsin(np.clip(normals @ tried.T, -1.0, 1.0))
+    support = length @ tukey_weights(off, _NEAR[1] / 3.0) * np.exp(-0.5 * (_TILTS / _USUAL_TILT) ** 2)
+    return np.asarray(tried[int(support.argmax())])
 
 
 def _plane_normals(photo: Photo, rgb: Array) -> tuple[Float, Float]:

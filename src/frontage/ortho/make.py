@@ -9,6 +9,7 @@ from frontage.ortho.bands import Bands, clear_outside
 from frontage.ortho.checks.agreement import Turn, check_photos
 from frontage.ortho.checks.excluded import why_no_photo
 from frontage.ortho.consistency import photo_offset
+from frontage.ortho.mosaic.compose import compose_mosaic
 from frontage.ortho.occluders import find_occluders
 from frontage.ortho.options import OrthoOptions
 from frontage.ortho.orthoraster import facade_raster
@@ -59,7 +60,7 @@ def make_ortho(
     bands = Bands(raster, surface.relief)
     intensity = intensity_band(points, raster)
 
-    # Section 3.2, several photos: choose the one that shows each part best and is not hidden.
+    # Section 3.2, several photos: how well each shows every part that it does not hide.
     occluders = find_occluders(facade, scan, surroundings, options) if photos_used else None
     plan = plan_views(surface, occluders, photos_used, options)
     check = check_photos(surface, plan, points, image_of, turns or {})
@@ -68,15 +69,16 @@ def make_ortho(
     image_of = check.images(image_of, turns or {})
     offset = photo_offset(surface, plan, image_of, options)
 
-    # Sections 3.1 and 3.2: project every pixel into its photo and resample the photo there.
-    names = paint_photos(bands, surface.moved_by(offset), plan, image_of, options)
-    photo_count = len(names)
-    names += paint_missing_from_scan(bands, points, surface, photo_count)
+    # One photo for every part, in one light; then, as in sections 3.1 and 3.2, project and resample.
+    surface = surface.moved_by(offset)
+    mosaic = compose_mosaic(surface, plan, image_of, options)
+    painted = paint_photos(bands, surface, mosaic, image_of, options)
+    names = painted + paint_missing_from_scan(bands, points, surface, len(painted))
     if not names:
         return Failed("F302", f"facade {facade.id}: no photo and no scan point shows it", "check the poses")
     clear_outside(bands, intensity, surface, options)
     ortho = bands.as_ortho_image(
-        facade, raster, names, intensity=intensity, photo_offset=offset, photos=photo_count
+        facade, raster, names, intensity=intensity, photo_offset=offset, photos=len(painted)
     )
     return replace(ortho, remarks=check.remarks + why_no_photo(surface, given, plan, check.left_out))
 

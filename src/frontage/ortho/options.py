@@ -30,6 +30,10 @@ class OrthoOptions(BaseModel):
         default="adaptive",
         description="adaptive: cubic, prefiltered where the photo is finer; bilinear: paper A's",
     )
+    radiometry: Literal["balanced", "as shot"] = Field(
+        default="balanced",
+        description="balanced: photos in one light, seams blended; as shot: every pixel as in its photo",
+    )
     max_photos: int = Field(
         default=24,
         ge=1,

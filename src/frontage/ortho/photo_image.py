@@ -4,10 +4,13 @@ import numpy as np
 
 from frontage.geometry.arrays import Array
 from frontage.ortho.bands import TILE_PX, Bands
+from frontage.ortho.mosaic.compose import Mosaic
 from frontage.ortho.options import OrthoOptions
+from frontage.ortho.orthoraster import OrthoRaster
 from frontage.ortho.project import map_tile
 from frontage.ortho.surface import DrawingSurface, ImageOf
-from frontage.ortho.views import ViewPlan
+from frontage.raster import gridding
+from frontage.raster.light import brightened
 from frontage.raster.resample import resample
 from frontage.raster.sourcemap import SourceMap
 from frontage.raster.tiles import Tile, tiles
@@ -16,23 +19,23 @@ _RESAMPLED_TILE_PX = 512  # one Jacobian per tile
 
 
 def paint_photos(
-    bands: Bands, surface: DrawingSurface, plan: ViewPlan | None, image_of: ImageOf, options: OrthoOptions
+    bands: Bands, surface: DrawingSurface, mosaic: Mosaic | None, image_of: ImageOf, options: OrthoOptions
 ) -> tuple[str, ...]:
-    """Paints every pixel from the photo that the plan chose for it, holding one photo in memory at a time.
+    """Paints every pixel from the photo that the mosaic chose for it, holding one photo in memory at a time.
 
     Fills pixels, source and gsd. Returns the names of the photos, in the order of their source numbers;
-    none without a plan.
+    none without a mosaic.
     """
-    if plan is None:
+    if mosaic is None:
         return ()
-    raster = surface.raster
+    raster, plan, gsd = surface.raster, mosaic.plan, mosaic.gsd
     for i, photo in enumerate(plan.photos):
-        if not (plan.label == i).any():
+        if not (mosaic.label == i).any():
             continue
         image = image_of(photo.id)
         to_photo = surface.projection_into(photo, options.projection)
         for tile in tiles(raster.height, raster.width, _RESAMPLED_TILE_PX):
-            mine = plan.window(plan.label, tile) == i
+            mine = plan.window(mosaic.label, tile) == i
             if not mine.any():
                 continue
             part = _bounds(mine, tile)
@@ -40,17 +43,31 @@ def paint_photos(
             at = map_tile(to_photo, part, surface.depth(part))
             inner = inner & _in_picture(at, photo.camera.width, photo.camera.height)
             if inner.all():
-                resample(image, at, options.interpolation, bands.pixels[part.window])
+                _correct(
+                    resample(image, at, options.interpolation, bands.pixels[part.window]), mosaic, i, part
+                )
                 bands.source[part.window] = i + 1
                 continue
-            colour = resample(image, at, options.interpolation)
+            colour = _correct(resample(image, at, options.interpolation), mosaic, i, part)
             np.copyto(
                 bands.pixels[part.window].view(np.uint32), colour.view(np.uint32), where=inner[..., None]
             )
             bands.source[part.window][inner] = i + 1
     for tile in tiles(raster.height, raster.width, TILE_PX):
-        bands.gsd[tile.window] = plan.window(plan.gsd, tile)
+        bands.gsd[tile.window] = plan.window(gsd, tile)
     return tuple(p.id for p in plan.photos)
+
+
+def _correct(colour: Array, mosaic: Mosaic, number: int, tile: Tile) -> Array:
+    """Brings the pixels (m, n, 4) of a tile, painted from one photo, to the light of the mosaic, in place."""
+    if mosaic.correction is not None:
+        cells, step = mosaic.plan.cells, mosaic.plan.step
+        fine = OrthoRaster(cells.corner, cells.gsd / step, cells.width * step, cells.height * step)
+        (r0, r1, c0, c1), u, v = cells.window_of(fine, tile)
+        field = mosaic.correction[number, r0:r1, c0:c1]
+        gain = np.stack([gridding.bilinear(field[..., c], u, v) for c in range(3)], axis=-1)
+        colour[..., :3] = brightened(colour[..., :3], gain)
+    return colour
 
 
 def _in_picture(at: SourceMap, width: int, height: int) -> Array | bool:

@@ -1,9 +1,8 @@
-"""Chooses which photo shows which part of a facade, among those from which it is not hidden.
+"""Tells how well every photo shows every part of a facade, and from which it is hidden.
 
-The choice is made on cells of a few pixels. The quality of a photo is ``cos(theta) / Z^2`` (pixel density
-times frontality); it fades towards the border of the photo and is smoothed over a metre so that patches stay
-large. Whether a cell is hidden is read from a depth buffer into which the cloud is splatted. Photos are never
-blended, and cells that no photo sees stay without data.
+This is told on cells of a few pixels. The quality of a photo is ``cos(theta) / Z^2`` (pixel density times
+frontality); it fades towards the border of the photo and is smoothed over a metre. Whether a cell is hidden
+is read from a depth buffer into which the cloud is splatted.
 """
 
 from collections.abc import Sequence
@@ -12,7 +11,7 @@ from dataclasses import dataclass, replace
 import cv2
 import numpy as np
 
-from frontage.geometry.arrays import Array, Float
+from frontage.geometry.arrays import Array, Bool, Float
 from frontage.model import Photo
 from frontage.ortho.occluders import OccluderCloud
 from frontage.ortho.options import OrthoOptions
@@ -24,15 +23,13 @@ from frontage.raster.zbuffer import splat_depth
 
 _CELL_M = 0.04
 _MAX_CELLS = 4_000_000
+_MAX_VALUES = 12_000_000  # cells times photos: what is told of each must fit into memory
 _REDUCED = 4  # photo px per px of the depth buffer
 _TOLERANCE_M = 0.15  # points less far in front of a surface belong to that surface
 _OCCLUDER_M = DEEPEST_REVEAL_M + _TOLERANCE_M  # in front of the surface: not its own wall, frame or sill
 _SELF_HIDDEN = 1e-4  # factor on the quality of cells hidden by the facade itself: a last resort
 _BLUNT_M = 0.05  # larger discs cannot resolve a sill and hide only what lies far behind
 _LEAN = 2.0  # allows for discs of up to twice the typical spacing of the wall
-_LOYALTY = 1.5  # logarithm of quality that a whole neighbourhood in the same photo is worth
-_NEIGHBOURHOOD_M = 0.3
-_ROUNDS = 6
 _SPLAT = 0.75  # radius of the discs in spacings: a square lattice seen from the front shows no gap
 _SMOOTHING_M = 1.0  # window over which quality is averaged
 _BORDER = 0.05  # share of the photo's width over which quality fades to zero
@@ -40,19 +37,19 @@ _BORDER = 0.05  # share of the photo's width over which quality fades to zero
 
 @dataclass(frozen=True)
 class ViewPlan:
-    """Which photo is used where, by cells of `step` x `step` pixels.
+    """How k photos show a facade, by cells (h, w) of `step` x `step` pixels; the best photo comes first.
 
-    label  (h, w) int16, index into `photos`, -1 = none
-    gsd    (h, w) float32 m, size of a pixel of that photo on the facade
-    clear  (k, h, w) bool, the cells that each photo sees with nothing in front
+    quality  (k, h, w) float32, larger is better, 0 = not seen
+    gsd      (k, h, w) float32 m, size of a pixel of the photo on the facade
+    clear    (k, h, w) bool, seen with nothing in front
     """
 
     cells: OrthoRaster
     step: int
     photos: tuple[Photo, ...]
-    label: Array
+    quality: Array
     gsd: Array
-    clear: Array
+    clear: Bool
 
     def window(self, band: Array, tile: Tile) -> Array:
         """Returns the values (m, n) of a band of cells at the pixels of a tile."""
@@ -63,13 +60,12 @@ class ViewPlan:
 def plan_views(
     surface: DrawingSurface, occluders: OccluderCloud | None, photos: Sequence[Photo], options: OrthoOptions
 ) -> ViewPlan | None:
-    """Chooses the best photo for every cell that it does not hide; None when no photo shows the facade."""
+    """Tells how well the photos show every cell that they do not hide; None when none shows the facade."""
     if not photos or occluders is None:
         return None
     raster = surface.raster
-    step = max(
-        1, round(_CELL_M / raster.gsd), int(np.ceil(np.sqrt(raster.width * raster.height / _MAX_CELLS)))
-    )
+    most = min(_MAX_CELLS, _MAX_VALUES // min(len(photos), options.max_photos))
+    step = max(1, round(_CELL_M / raster.gsd), int(np.ceil(np.sqrt(raster.width * raster.height / most))))
     cells = raster.coarser(step)
     coarse = replace(surface, raster=cells)
     measured = coarse.depth(Tile(0, cells.height, 0, cells.width))
@@ -79,16 +75,13 @@ def plan_views(
     if not views:
         return None
     visible = [_visibility(v, coarse, y, occluders) for v in views]
-    quality = np.stack([free * v.quality for free, v in zip(visible, views, strict=True)])
-    clear = np.stack([(free == 1.0) & (v.quality > 0.0) for free, v in zip(visible, views, strict=True)])
-    label = _connected(quality, max(1, round(_NEIGHBOURHOOD_M / cells.gsd)))
-    gsd = np.take_along_axis(np.stack([v.gsd for v in views]), label[None].astype(np.int64), 0)[0]
-    seen = np.take_along_axis(quality, label[None].astype(np.int64), 0)[0] > 0
-    label[~seen] = -1
-    if not seen.any():
+    pairs = list(zip(visible, views, strict=True))
+    quality = np.stack([(free * v.quality).astype(np.float32) for free, v in pairs])
+    if not quality.any():
         return None
-    chosen = tuple(v.photo for v in views)
-    return ViewPlan(cells, step, chosen, label, np.where(seen, gsd, np.nan).astype(np.float32), clear)
+    clear = np.stack([(free == 1.0) & (v.quality > 0.0) for free, v in pairs])
+    gsd = np.stack([v.gsd.astype(np.float32) for v in views])
+    return ViewPlan(cells, step, tuple(v.photo for v in views), quality, gsd, clear)
 
 
 @dataclass(frozen=True)
@@ -138,25 +131,6 @@ def _effective_gsd(at: Float, gsd: float) -> Array:
         smallest = np.sqrt(np.maximum(total - np.sqrt(np.maximum(total**2 - 4 * det**2, 0.0)), 0.0) / 2)
         out: Array = gsd / smallest
     return out
-
-
-def _connected(quality: Array, radius: int) -> Array:
-    """Assigns a photo (h, w) int16 to every cell from the qualities (k, h, w) and its neighbours' photos.
-
-    Iterated conditional modes (Besag 1986) with a Potts term over a window of 2 `radius` + 1 cells, so that
-    seams run where two photos are about equally good and not around single cells.
-    """
-    with np.errstate(divide="ignore"):
-        score = np.log(quality.astype(np.float32))
-    label: Array = np.argmax(score, axis=0)
-    side = 2 * radius + 1
-    for _ in range(_ROUNDS):
-        together = [
-            s + _LOYALTY * cv2.blur((label == i).astype(np.float32), (side, side))
-            for i, s in enumerate(score)
-        ]
-        label = np.argmax(np.stack(together), axis=0)
-    return np.asarray(label.astype(np.int16))
 
 
 def _visibility(view: _PhotoView, surface: DrawingSurface, y: Array, cloud: OccluderCloud) -> Array:

@@ -7,7 +7,7 @@ import numpy as np
 from frontage.catalog.sightlines import PhotoView, photo_views, scanned_surfaces
 from frontage.errors import FrontageError
 from frontage.geometry.arrays import Float
-from frontage.geometry.ring import box_sigmas
+from frontage.geometry.ring import box_sigmas, ring_area, span_sigma
 from frontage.model import Bar, Elements, Facade, Opening, Photo
 from frontage.pipeline.store.store import Store
 from frontage.queries.pixels import FacadePixels
@@ -133,7 +133,7 @@ def answer(store: Store, place: Place, elements: Elements, o: Opening) -> Locate
         facade=place.facade,
         chosen=place.chosen,
         floor=o.floor,
-        number=number_of(o),
+        number=o.number,
         bay=o.bay,
         crs=facade.world.crs,
         outline=_world(facade, o.ring, wall_y),
@@ -143,7 +143,7 @@ def answer(store: Store, place: Place, elements: Elements, o: Opening) -> Locate
         center=_world(facade, box.mean(0, keepdims=True), wall_y)[0],
         width=width,
         height=height,
-        area=_area(o.ring),
+        area=abs(ring_area(o.ring)),
         depth=depth,
         sigma=_sigmas(o, facade),
         provenance=str(o.provenance),
@@ -156,20 +156,10 @@ def answer(store: Store, place: Place, elements: Elements, o: Opening) -> Locate
     )
 
 
-def number_of(opening: Opening) -> int:
-    """Return the number of an opening on its floor, from the left: the last number of its id."""
-    return int(opening.id.rsplit("-", 1)[1])
-
-
 def _box(ring: Float) -> Float:
     """Return the corners (4, 2) of a ring's bounding box from the lower left, counter-clockwise."""
     (x0, z0), (x1, z1) = ring.min(0), ring.max(0)
     return np.array([[x0, z0], [x1, z0], [x1, z1], [x0, z1]])
-
-
-def _area(ring: Float) -> float:
-    x, z = ring.T
-    return float(abs(x @ np.roll(z, -1) - z @ np.roll(x, -1)) / 2)
 
 
 def _world(facade: Facade, ring: Float, y: float) -> tuple[Point, ...]:
@@ -182,20 +172,12 @@ def _world(facade: Facade, ring: Float, y: float) -> tuple[Point, ...]:
 def _sigmas(o: Opening, facade: Facade) -> dict[str, float | None]:
     """Return the standard errors of borders, of width and height with their correlation, depth, and wall."""
     found = dict(zip(_SIDES, box_sigmas(o.ring, o.ring_covariance), strict=True))
-    found |= {"width": _sigma_of_span(o, 0), "height": _sigma_of_span(o, 1)}
+    found |= {
+        "width": span_sigma(o.ring, o.ring_covariance, 0),
+        "height": span_sigma(o.ring, o.ring_covariance, 1),
+    }
     found |= {"depth": np.inf if o.depth is None else o.depth.sigma[0], "plane": facade.sigma_plane}
     return {name: float(sigma) if np.isfinite(sigma) else None for name, sigma in found.items()}
-
-
-def _sigma_of_span(o: Opening, axis: int) -> float:
-    """Return sqrt(g C g) of the distance of two borders; g takes the mean of the one minus the other."""
-    value = o.ring[:, axis]
-    gradient = np.zeros_like(o.ring)
-    for sign, extreme in ((1.0, value.max()), (-1.0, value.min())):
-        on = np.abs(value - extreme) < 1e-6
-        gradient[on, axis] = sign / on.sum()
-    g = gradient.ravel()
-    return float(np.sqrt(g @ o.ring_covariance @ g))
 
 
 def _glazing(facade: Facade, o: Opening, wall_y: float) -> LocatedGlazing | None:

@@ -7,7 +7,7 @@ from frontage.errors import InputError, WorkspaceError
 from frontage.model import DOORS, Elements, Opening
 from frontage.pipeline.groundplans import ground_plans
 from frontage.pipeline.store.store import Store
-from frontage.queries.answer import Located, Place, answer, number_of
+from frontage.queries.answer import Located, Place, answer
 
 _ID = re.compile(r"(?P<facade>[^/]+[/_]F\d+)/(?P<name>[A-Z]-?\d+-\d+)", re.IGNORECASE)
 
@@ -104,11 +104,7 @@ def _by_name(elements: Elements, id: str) -> Opening:
 def _by_number(elements: Elements, floor: int, window: int | None, door: int | None) -> Opening:
     number = window if door is None else door
     for opening in elements.openings:
-        if (
-            opening.floor == floor
-            and number_of(opening) == number
-            and (door is None or opening.kind in DOORS)
-        ):
+        if opening.floor == floor and opening.number == number and (door is None or opening.kind in DOORS):
             return opening
     what = "opening" if door is None else "door"
     raise InputError(f"{elements.facade} has no {what} {number} on floor {floor}; {_there(elements, floor)}")

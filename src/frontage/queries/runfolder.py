@@ -3,12 +3,20 @@
 import base64
 import html
 from pathlib import Path
+from typing import TYPE_CHECKING, overload
 
+from frontage.errors import InputError
+from frontage.exports.tables import survey_tables
+from frontage.io.tables.frame import geo_frame
 from frontage.model import Elements, Facade, OrthoImage
 from frontage.pipeline.store.store import Store
+from frontage.pipeline.survey import gather_survey
 from frontage.queries.answer import Located
 from frontage.queries.locate import locate
 from frontage.queries.pixels import FacadePixels
+
+if TYPE_CHECKING:
+    import geopandas
 
 _PICTURES = 12  # that a notebook shows
 
@@ -50,9 +58,32 @@ class RunFolder:
         """Return the ortho-image of a facade with all its bands; None if it has none."""
         return self.store.ortho(self.store.known_facade(facade))
 
-    def openings(self, facade: str) -> Elements | None:
-        """Return the openings and protrusions of a facade; None if it was not judged."""
-        return self.store.elements(self.store.known_facade(facade))
+    @overload
+    def openings(self) -> "geopandas.GeoDataFrame": ...
+
+    @overload
+    def openings(self, facade: str) -> Elements | None: ...
+
+    def openings(self, facade: str | None = None) -> "geopandas.GeoDataFrame | Elements | None":
+        """Return the openings and protrusions of a facade, None if it was not judged; or a table of all.
+
+        Without a facade, the openings of the run as a GeoDataFrame: the columns of `products/openings.csv`,
+        the geometry is the outline in the world. That raises MissingExtra without GeoPandas.
+        """
+        if facade is not None:
+            return self.store.elements(self.store.known_facade(facade))
+        return self.table("opening_outlines")
+
+    def table(self, layer: str) -> "geopandas.GeoDataFrame":
+        """Return a layer of `products/frontage.gpkg` as a GeoDataFrame, such as "facades" or "buildings".
+
+        Raises InputError for an unknown layer, MissingExtra without GeoPandas.
+        """
+        survey = gather_survey(self.store)
+        tables = {table.name: table for table in survey_tables(survey)}
+        if layer not in tables:
+            raise InputError(f"no layer {layer!r}; there are {', '.join(tables)}")
+        return geo_frame(tables[layer], survey.world.crs)
 
     def locate(
         self,

@@ -22,6 +22,7 @@ import cv2
 import numpy as np
 
 from frontage.geometry.arrays import Array, Float
+from frontage.raster.light import TO_CODE_8, TO_LINEAR_16
 from frontage.raster.sourcemap import SourceMap
 
 INTERPOLATIONS = ("adaptive", "bilinear", "nearest")
@@ -33,14 +34,6 @@ _UPRIGHT = 0.1  # px^2, negligible covariance between rows and columns (or a fif
 _MARGIN_PX = 4  # of source around the positions of the map, for the kernels
 _CACHE_BYTES = 1 << 21  # of the source of a strip; beyond the cache of a core, sampling is 1.5 times slower
 _CV = {"bilinear": cv2.INTER_LINEAR, "nearest": cv2.INTER_NEAREST}
-
-_CODE = np.arange(256) / 255.0
-_TO_LINEAR = np.where(_CODE <= 0.04045, _CODE / 12.92, ((_CODE + 0.055) / 1.055) ** 2.4)
-_TO_LINEAR_16 = np.rint(_TO_LINEAR * 65535).astype(np.uint16)
-_LIGHT = np.arange(65536) / 65535.0
-_TO_CODE_8 = np.rint(
-    255 * np.where(_LIGHT <= 0.0031308, 12.92 * _LIGHT, 1.055 * _LIGHT ** (1 / 2.4) - 0.055)
-).astype(np.uint8)
 
 
 def resample(image: Array, at: SourceMap, interpolation: str = "adaptive", out: Array | None = None) -> Array:
@@ -121,12 +114,12 @@ def _sample(image: Array, at: SourceMap, rows: slice, kernel: _Kernel, out: Arra
         cv2.remap(source, *planes, kernel.flag, dst=out, borderMode=cv2.BORDER_REPLICATE)
         return
     light = cv2.remap(source, *planes, kernel.flag, borderMode=cv2.BORDER_REPLICATE)
-    np.take(_TO_CODE_8, light, out=out)
+    np.take(TO_CODE_8, light, out=out)
 
 
 def _averaged(source: Array, step: int) -> Array:
     """Averages blocks of step x step px in linear light: (ceil h/step, ceil w/step, 3) uint16."""
-    light = cv2.LUT(source, _TO_LINEAR_16)
+    light = cv2.LUT(source, TO_LINEAR_16)
     h, w = light.shape[:2]
     light = cv2.copyMakeBorder(light, 0, -h % step, 0, -w % step, cv2.BORDER_REPLICATE)
     small: Array = cv2.resize(

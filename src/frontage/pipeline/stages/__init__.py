@@ -8,6 +8,7 @@ from frontage.pipeline.stages import (
     buildings,
     crossbars,
     drawings,
+    elevations,
     export,
     facades,
     keypoints,
@@ -19,6 +20,7 @@ from frontage.pipeline.stages import (
     register,
     report,
     scans,
+    tables,
 )
 
 STAGES = (
@@ -35,5 +37,7 @@ STAGES = (
     drawings.STAGE,
     model.STAGE,
     export.STAGE,
+    tables.STAGE,
+    elevations.STAGE,
     report.STAGE,
 )

@@ -103,6 +103,11 @@ class Folder:
         """OUT/model."""
         return self.out / "model"
 
+    @property
+    def products_folder(self) -> Path:
+        """OUT/products."""
+        return self.out / "products"
+
 
 def _readable(path: Path) -> bool:
     try:

@@ -1,0 +1,1 @@
+"""Elevations of facades as drawings: DXF for CAD, PDF for paper."""

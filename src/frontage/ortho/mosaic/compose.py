@@ -1,0 +1,53 @@
+"""Decides on one picture from many photos: which photo paints which cell, and in what light."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from frontage.geometry.arrays import Array
+from frontage.ortho.mosaic.blending import light_corrections
+from frontage.ortho.mosaic.consensus import compare_photos
+from frontage.ortho.mosaic.pictures import rectify_photos
+from frontage.ortho.mosaic.radiometry import balance_photos
+from frontage.ortho.mosaic.selection import choose_photos
+from frontage.ortho.options import OrthoOptions
+from frontage.ortho.surface import DrawingSurface, ImageOf
+from frontage.ortho.views import ViewPlan
+
+
+@dataclass(frozen=True, eq=False)
+class Mosaic:
+    """Which photo of a plan paints which cell (h, w), and in what light.
+
+    label       (h, w) int16, index into `plan.photos`, -1 = none
+    correction  (k, h, w, 3) float32, logarithm of the factor on the light of a photo; None = as it was shot
+    """
+
+    plan: ViewPlan
+    label: Array
+    correction: Array | None = None
+
+    @property
+    def gsd(self) -> Array:
+        """The size (h, w) float32 m of a pixel of the chosen photo on the facade; NaN where there is none."""
+        chosen = np.maximum(self.label, 0).astype(np.int64)
+        gsd = np.take_along_axis(self.plan.gsd, chosen[None], 0)[0]
+        return np.asarray(np.where(self.label >= 0, gsd, np.nan), np.float32)
+
+
+def compose_mosaic(
+    surface: DrawingSurface, plan: ViewPlan | None, image_of: ImageOf, options: OrthoOptions
+) -> Mosaic | None:
+    """Chooses the photos of the cells and the light that they are painted in; None without a plan."""
+    if plan is None:
+        return None
+    if len(plan.photos) == 1:
+        return Mosaic(plan, np.where(plan.quality[0] > 0, 0, -1).astype(np.int16))
+    pictures = rectify_photos(surface, plan, image_of, options)
+    gains = balance_photos(plan, pictures)
+    disagreement = compare_photos(plan.clear, pictures, gains)
+    label = choose_photos(plan, disagreement, pictures.exposed)
+    if options.radiometry == "as shot":
+        return Mosaic(plan, label)
+    usable = plan.clear & pictures.exposed & disagreement.accepted
+    return Mosaic(plan, label, light_corrections(label, usable, pictures, gains))

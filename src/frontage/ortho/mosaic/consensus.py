@@ -1,0 +1,83 @@
+"""How far every photo disagrees with the others, cell by cell: what only one of them shows is not the wall.
+
+Where three photos or more see a cell, the median of their colours is what stands still. The colour of a photo
+is either that of the wall, with a normal error, or that of anything else, with any colour alike: moved cars,
+walkers, reflections. The error grows with the contrast around the cell, because photos are a part of a cell
+off (poses, relief). The negative logarithm of that likelihood is the cost of taking the photo there.
+"""
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+
+from frontage.geometry.arrays import Array, Bool
+from frontage.ortho.mosaic.pictures import CellPictures
+from frontage.ortho.mosaic.radiometry import PhotoGains
+
+_GAMMA = 2.2  # differences of codes are about equally visible in the light and in the dark
+_FEWEST = 3  # photos of a cell, of which one that differs can be told from the others
+_ELSE = 0.05  # share of cells in which a photo shows something else than the wall
+_FINEST = 0.01  # codes 0..1; smallest standard deviation of equal colours
+_OFF_CELLS = 0.5  # cells by which photos are displaced against each other
+_WINDOW = 3  # cells over which costs are averaged: what is seen is larger than one cell
+
+
+@dataclass(frozen=True, eq=False)
+class Disagreement:
+    """What speaks against the photos (k) in the cells (h, w).
+
+    cost      (k, h, w) float32 >= 0, negative log likelihood relative to a perfect agreement
+    contrast  (h, w) float32, change of the wall's colour from cell to cell in standard deviations
+    accepted  (k, h, w) bool, rather the wall than something else
+    """
+
+    cost: Array
+    contrast: Array
+    accepted: Bool
+
+
+def compare_photos(clear: Bool, pictures: CellPictures, gains: PhotoGains) -> Disagreement:
+    """Compares the photos where they see the wall `clear` (k, h, w) of what the scan knows to hide it."""
+    codes = np.stack(
+        [
+            np.exp((light - gains.at(k, pictures.radius[k])) / np.float32(_GAMMA))
+            for k, light in enumerate(pictures.log_light)
+        ]
+    )
+    count = clear.sum(0)
+    wall = _median(codes, clear, count)
+    known = count >= _FEWEST
+    distance = np.linalg.norm(codes - wall, axis=-1)
+    noise = max(float(np.median(distance[clear & known])) / 1.54 if known.any() else 0.0, _FINEST)
+    slope = _slope(wall)
+    sigma = np.sqrt(noise**2 + (_OFF_CELLS * slope) ** 2)
+    cost, accepted = _cost(distance, sigma)
+    judged = clear & known
+    cost, accepted = np.where(judged, cost, 0.0), accepted | ~judged
+    cost = np.stack([cv2.blur(c.astype(np.float32), (_WINDOW, _WINDOW)) for c in cost])
+    return Disagreement(cost, (slope / noise).astype(np.float32), accepted)
+
+
+def _median(codes: Array, clear: Bool, count: Array) -> Array:
+    """The median colour (h, w, 3) of the photos that see a cell; of no photo, black."""
+    ordered = np.sort(np.where(clear[..., None], codes, np.float32(np.inf)), axis=0)
+    middle = np.maximum(count - 1, 0)
+    low, high = (
+        np.take_along_axis(ordered, n[None, ..., None], 0)[0] for n in (middle // 2, (middle + 1) // 2)
+    )
+    return np.asarray(np.where(count[..., None] > 0, 0.5 * (low + high), 0.0), np.float32)
+
+
+def _slope(wall: Array) -> Array:
+    """Change of colour per cell (h, w), the larger of both directions."""
+    smooth = cv2.GaussianBlur(wall, (0, 0), 0.7)
+    across, down = (cv2.Scharr(smooth, cv2.CV_32F, *d) / 32.0 for d in ((1, 0), (0, 1)))
+    return np.asarray(np.maximum(np.linalg.norm(across, axis=-1), np.linalg.norm(down, axis=-1)))
+
+
+def _cost(distance: Array, sigma: Array) -> tuple[Array, Bool]:
+    """Negative log likelihood (k, h, w) of colours `distance` from the wall's; where the wall is likelier."""
+    peak = (1.0 - _ELSE) / ((2.0 * np.pi) ** 1.5 * sigma**3)
+    own = peak * np.exp(-0.5 * (distance / sigma) ** 2)
+    return np.log(peak + _ELSE) - np.log(own + _ELSE), own > _ELSE

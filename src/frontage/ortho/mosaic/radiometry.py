@@ -1,0 +1,88 @@
+"""Brings the photos of a facade to one exposure, white balance and vignetting, from where they overlap.
+
+In linear light a photo shows a surface with its own gain per channel (exposure, white balance) and the loss
+of its lens towards the corners. Where two photos show the same cell, the difference of the logarithms is free
+of the surface, ``g_i - g_j + v(r_i) - v(r_j)`` with ``v(r) = a r^2 + b r^4`` for every camera (Brown and
+Lowe, Automatic panoramic image stitching, IJCV 2007, adjust gains like this). What the photos see differently
+(cars, reflections, moved shadows) is an outlier: the adjustment is reweighted (Cauchy).
+"""
+
+from dataclasses import dataclass
+from itertools import combinations
+
+import numpy as np
+
+from frontage.geometry.arrays import Array, Bool, Float
+from frontage.ortho.mosaic.pictures import CellPictures, same_camera
+from frontage.ortho.views import ViewPlan
+
+_CELLS = 1500  # of a pair of photos that are compared, evenly spread
+_FEWEST = 50  # cells in common below which two photos tell nothing about each other
+_ROUNDS = 12
+_CAUCHY = 2.4  # standard deviations; 95 % as efficient as least squares with normal errors
+_STOPS = 1.5 * np.log(2.0)  # one sigma of the gains that photos have before anything was compared
+_FALLOFF = 0.5  # likewise of a and b: a lens loses a third of its light in the corners
+_NOISE = 0.02  # smallest standard deviation of a difference of logarithms; 8 bits do not tell more
+
+
+@dataclass(frozen=True, eq=False)
+class PhotoGains:
+    """The logarithms by which photos (k) are brighter than the mosaic.
+
+    gain     (k, 3), of the channels in the middle of the photo
+    falloff  (k, 2, 3), factors of r^2 and r^4
+    """
+
+    gain: Float
+    falloff: Float
+
+    def at(self, number: int, radius: Array) -> Array:
+        """The logarithm (h, w, 3) float32 of what photo `number` adds at distances (h, w) from its middle."""
+        r2 = (radius * radius)[..., None].astype(np.float32)
+        a, b = self.falloff[number].astype(np.float32)
+        return np.asarray(self.gain[number].astype(np.float32) + a * r2 + b * r2 * r2)
+
+
+def balance_photos(plan: ViewPlan, pictures: CellPictures) -> PhotoGains:
+    """Adjusts gains and vignetting of the photos of a plan; their mean gain is zero in every channel."""
+    k = len(plan.photos)
+    camera = same_camera(plan.photos)
+    design, values = _differences(plan.clear & pictures.exposed, pictures, camera)
+    sigma = np.concatenate([np.full(k, _STOPS), np.full(2 * (camera.max() + 1), _FALLOFF)])
+    found = np.column_stack([_adjusted(design, values[:, c], sigma) for c in range(3)])
+    gain = found[:k] - found[:k].mean(0)
+    falloff = found[k:].reshape(-1, 2, 3)
+    return PhotoGains(gain, falloff[camera])
+
+
+def _differences(usable: Bool, pictures: CellPictures, camera: Array) -> tuple[Float, Float]:
+    """The rows (n, unknowns) of the design and the differences of log light (n, 3) of all pairs of photos."""
+    k = len(usable)
+    rows, values = [np.zeros((0, k + 2 * (camera.max() + 1)))], [np.zeros((0, 3))]
+    for i, j in combinations(range(k), 2):
+        cells = np.flatnonzero(usable[i] & usable[j])
+        if len(cells) < _FEWEST:
+            continue
+        cells = cells[np.linspace(0, len(cells) - 1, min(len(cells), _CELLS)).astype(int)]
+        row = np.zeros((len(cells), rows[0].shape[1]))
+        row[:, i], row[:, j] = 1.0, -1.0
+        for photo, sign in ((i, 1.0), (j, -1.0)):
+            r2 = pictures.radius[photo].ravel()[cells].astype(np.float64) ** 2
+            row[:, k + 2 * camera[photo]] += sign * r2
+            row[:, k + 2 * camera[photo] + 1] += sign * r2**2
+        rows.append(row)
+        light = pictures.log_light.reshape(k, -1, 3)
+        values.append((light[i, cells] - light[j, cells]).astype(np.float64))
+    return np.concatenate(rows), np.concatenate(values)
+
+
+def _adjusted(design: Float, value: Float, sigma: Float) -> Float:
+    """Robust least squares with zero as prior value of every unknown, of standard deviation `sigma`."""
+    found: Float = np.zeros(design.shape[1])
+    for _ in range(_ROUNDS):
+        residual = value - design @ found
+        scale = max(1.4826 * float(np.median(np.abs(residual))), _NOISE) if len(value) else _NOISE
+        weight = 1.0 / (1.0 + (residual / (_CAUCHY * scale)) ** 2)
+        normal = design.T @ (design * weight[:, None]) / scale**2 + np.diag(sigma**-2.0)
+        found = np.asarray(np.linalg.solve(normal, design.T @ (weight * value) / scale**2), np.float64)
+    return found

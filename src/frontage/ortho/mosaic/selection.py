@@ -1,0 +1,38 @@
+"""Chooses the photo of every cell by one labelling of the whole facade.
+
+A cell costs the logarithm of the quality that the photo falls short of the best one there (pixel density,
+frontality, distance from the border of the photo), its disagreement with the other photos, and something for
+light or shadow that the photo does not resolve. A seam costs its length and more where the photos at its
+sides disagree and where the wall has contrast: inside openings, whose reflections differ, and along edges.
+"""
+
+import numpy as np
+
+from frontage.geometry.arrays import Array, Bool
+from frontage.ortho.mosaic.consensus import Disagreement
+from frontage.ortho.views import ViewPlan
+from frontage.solve.labelling import label_grid
+
+_SEAM = 2.0  # per cell of length: a patch of two metres is worth 16 % of quality
+_DISAGREEING = 0.3  # of the cost of a photo's disagreement, added to a seam beside it
+_CONTRAST = 0.3  # per standard deviation of contrast
+_MOST_CONTRAST = 6.0  # standard deviations
+_UNEXPOSED = 3.0  # of a cell that is saturated or black
+_HIDDEN = 200.0  # of a cell that the photo does not show: more than any detour around it
+
+
+def choose_photos(plan: ViewPlan, disagreement: Disagreement, exposed: Bool) -> Array:
+    """Returns the photo (h, w) int16 of every cell, an index into `plan.photos`; -1 where none sees it."""
+    seen = plan.quality > 0
+    best = np.maximum(plan.quality.max(0), np.float32(1e-30))
+    cost = np.log(best / np.where(seen, plan.quality, best))
+    cost += disagreement.cost + np.where(exposed, np.float32(0.0), np.float32(_UNEXPOSED))
+    cost = np.where(seen, cost, np.float32(_HIDDEN))
+    cost[:, ~seen.any(0)] = 0.0
+    contrast = np.minimum(disagreement.contrast, _MOST_CONTRAST)
+    border = _DISAGREEING * disagreement.cost + 0.5 * _CONTRAST * contrast
+    label = label_grid(cost.astype(np.float32), _SEAM, border.astype(np.float32))
+    blind = ~np.take_along_axis(seen, label[None], 0)[0]
+    label[blind] = np.argmin(cost, axis=0)[blind]
+    label[~seen.any(0)] = -1
+    return np.asarray(label, np.int16)

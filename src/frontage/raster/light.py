@@ -1,0 +1,27 @@
+"""sRGB codes and linear light: averages, gains and blends of pictures are right in linear light only."""
+
+import numpy as np
+
+from frontage.geometry.arrays import Array
+
+_CODE = np.arange(256) / 255.0
+_LINEAR = np.where(_CODE <= 0.04045, _CODE / 12.92, ((_CODE + 0.055) / 1.055) ** 2.4)
+_LIGHT = np.arange(65536) / 65535.0
+TO_LINEAR_16 = np.rint(_LINEAR * 65535).astype(np.uint16)
+"""Linear light, 65535 = saturated, of the codes 0..255."""
+TO_CODE_8 = np.rint(
+    255 * np.where(_LIGHT <= 0.0031308, 12.92 * _LIGHT, 1.055 * _LIGHT ** (1 / 2.4) - 0.055)
+).astype(np.uint8)
+"""Codes of linear light 0..65535."""
+_LINEAR_32 = _LINEAR.astype(np.float32)
+
+
+def linear_light(codes: Array) -> Array:
+    """Converts sRGB codes (...) uint8 to linear light (...) float32, 1 = saturated."""
+    return np.asarray(np.take(_LINEAR_32, codes))
+
+
+def brightened(codes: Array, log_gain: Array) -> Array:
+    """Multiplies the light of sRGB codes (...) uint8 by exp(log_gain), of the same shape; returns codes."""
+    light = np.take(TO_LINEAR_16, codes) * np.exp(log_gain.astype(np.float32))
+    return np.asarray(np.take(TO_CODE_8, np.minimum(light + 0.5, 65535.0).astype(np.uint16)))
