@@ -8,7 +8,6 @@ import numpy as np
 from frontage.geometry.arrays import Bool, Float, Int
 from frontage.geometry.rigid import Rigid3
 from frontage.model import Estimate, Photo
-from frontage.orientation.abreast import each
 from frontage.orientation.adjustment import (
     Adjustment,
     AdjustmentOptions,
@@ -25,6 +24,7 @@ from frontage.orientation.reflectance.surface import ScannedSurface
 from frontage.orientation.result import Orientation, OrientedPhoto, Unoriented
 from frontage.orientation.rigs import adjusted_rigs, rig_notes
 from frontage.orientation.verify import Verdict, verify
+from frontage.solve.abreast import each
 
 # Of a thousand good observations one fails (Baarda 1968): false matches of templates are rarely far off.
 _TESTS = AdjustmentOptions(critical=3.29, known=frozenset({PLACES}))
