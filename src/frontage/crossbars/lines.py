@@ -21,12 +21,10 @@ _MULLION_STEP_M = 0.02
 _RAIL_M = 0.03  # about the lower edge of a meeting rail
 _TOLERANCE_M = 0.004  # by which edges may lie apart in two views: poses, and profiles that are not sharp
 _SETTLED = 3.0  # nats within which bars of neighbouring places and widths are alike
-_LINES = (
-    np.log(2.0) + 0.8
-)  # of edges that run straight along a bar, either sign, but are those of other things
-_MIXED = (
-    0.15  # of bars, lighter than what is behind them on one side and darker on the other: their sides show
-)
+# Nats of edges that run straight along a bar, either sign, but are those of other things.
+_LINES = np.log(2.0) + 0.8
+# Share of bars that are lighter than what is behind them on one side and darker on the other: sides show.
+_MIXED = 0.15
 _ALIKE_M = 0.05  # width of a bar within which its colours have their errors in common
 _MOST_ALIKE = 4.0  # of such pieces that count
 _INDEPENDENT_M = 0.1  # length of a bar over which clutter is one and the same thing

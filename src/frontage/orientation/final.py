@@ -11,6 +11,7 @@ from frontage.model import Estimate, Photo
 from frontage.orientation.adjustment import (
     Adjustment,
     AdjustmentOptions,
+    Dependence,
     Network,
     NotDetermined,
     adjust,
@@ -115,8 +116,7 @@ def _adjusted(scene: Scene, placed: Placed, search: tuple[int, int], *, last: bo
     while True:
         network = _network(scene, placed, control)
         try:
-            spacing = float(np.median(scene.surface.spacing))
-            dependence = dependence_of(placed.photos, control, spacing) if last else None
+            dependence = _dependence(scene, placed, control) if last else None
             return _State(placed, tuple(control), network, adjust(network, _TESTS, dependence))
         except NotDetermined as error:
             on = network.photos
@@ -125,6 +125,10 @@ def _adjusted(scene: Scene, placed: Placed, search: tuple[int, int], *, last: bo
             if len(keep) == len(placed.photos) or not len(keep):
                 raise
             placed, control = placed.only(keep), [control[k] for k in keep]
+
+
+def _dependence(scene: Scene, placed: Placed, control: Sequence[ControlPoints]) -> Dependence:
+    return dependence_of(placed.photos, control, float(np.median(scene.surface.spacing)))
 
 
 def _network(scene: Scene, placed: Placed, control: Sequence[ControlPoints]) -> Network:
