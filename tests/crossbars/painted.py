@@ -116,3 +116,27 @@ def window(
         photos=tuple(v.photo.id for v in views),
     )
     return Window(opening, FRAME_OF_FACADE, 0.0, tuple(views), np.empty((0, 3)), 0.01)
+
+
+def centres(bars: Sequence[Box], upright: bool) -> list[float]:
+    """Returns the positions of the upright or the level ones of rectangles."""
+    some = [b for b in bars if (b[3] - b[1] > b[2] - b[0]) == upright]
+    return sorted((b[0] + b[2]) / 2 if upright else (b[1] + b[3]) / 2 for b in some)
+
+
+X0, Z0, X1, Z1 = HOLE
+MULLION = bar("vertical", 0.02, Z0, Z1)
+TRANSOM = bar("horizontal", 2.8, X0, X1)
+DIVISIONS: dict[str, list[Box]] = {
+    "mullion": [MULLION],
+    "transom": [TRANSOM],
+    "cross": [MULLION, TRANSOM],
+    "grid": [bar("vertical", -0.2, Z0, Z1), bar("vertical", 0.2, Z0, Z1), bar("horizontal", 2.7, X0, X1)],
+    "T": [TRANSOM, bar("vertical", 0.0, Z0, 2.8)],
+    "one side divided": [
+        bar("vertical", 0.2, Z0, Z1),
+        bar("horizontal", 2.45, X0, 0.2),
+        bar("horizontal", 2.8, X0, 0.2),
+    ],
+}
+"""Windows by how they are divided."""

@@ -7,6 +7,7 @@ import numpy as np
 import shapely
 
 from frontage.geometry.arrays import Bool, Float
+from frontage.geometry.ring import at_depth
 from frontage.model import Elements, Facade, Photo
 from frontage.raster.zbuffer import local_spacing, splat_depth
 
@@ -68,7 +69,7 @@ def photo_views(
     scanned   the surfaces that may hide an opening; None = unknown
     """
     samples = [facade.frame.apply(_samples(*outline)) for outline in outlines]
-    corners = [facade.frame.apply(_on_wall(*outline)) for outline in outlines]
+    corners = [facade.frame.apply(at_depth(*outline)) for outline in outlines]
     walls = [y for _, y in outlines]
     views: list[list[PhotoView]] = [[] for _ in outlines]
     for photo in photos:
@@ -137,11 +138,6 @@ class _Occluders:
         return hidden
 
 
-def _on_wall(ring: Float, wall_y: float) -> Float:
-    """Return corners (k, 3) m of the facade frame of a ring (k, 2) on the wall."""
-    return np.column_stack([ring[:, 0], np.full(len(ring), wall_y), ring[:, 1]])
-
-
 def _samples(ring: Float, wall_y: float) -> Float:
     """Return points (n, 3) m of the facade frame, spread over the opening, its centre first."""
     (x0, z0), (x1, z1) = ring.min(0), ring.max(0)
@@ -149,7 +145,7 @@ def _samples(ring: Float, wall_y: float) -> Float:
     x, z = np.meshgrid(x0 + share * (x1 - x0), z0 + share * (z1 - z0))
     inside = shapely.contains_xy(shapely.Polygon(ring), x, z)
     x, z = np.append((x0 + x1) / 2, x[inside]), np.append((z0 + z1) / 2, z[inside])
-    return _on_wall(np.column_stack([x, z]), wall_y)
+    return at_depth(np.column_stack([x, z]), wall_y)
 
 
 def _occluders(facade: Facade, photo: Photo, ends: Float, scanned: ScannedSurfaces) -> _Occluders:

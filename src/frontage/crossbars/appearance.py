@@ -10,6 +10,7 @@ import cv2
 import numpy as np
 from scipy.ndimage import gaussian_filter
 
+from frontage.crossbars.rectify import grey_of
 from frontage.geometry.arrays import Array
 
 _BINS = (28, 14, 14)  # of brightness and two ratios of colours
@@ -48,7 +49,7 @@ def _binned(image: Array) -> Array:
     level = np.log(np.maximum(image, _LOWEST_LEVEL))
     low, high = np.log(_LOWEST_LEVEL), np.log(255.0)
     parts = (
-        (level.mean(2) - low) / (high - low),
+        (grey_of(level) - low) / (high - low),
         0.5 + (level[..., 0] - level[..., 1]) / (2 * _RATIO),
         0.5 + (level[..., 2] - level[..., 1]) / (2 * _RATIO),
     )

@@ -95,7 +95,7 @@ def edges_of(grid: Grid, views: Sequence[WallView]) -> list[StraightEdges]:
     """Returns the straight edges of all views."""
     found = []
     for view in views:
-        grey = view.image.mean(2)
+        grey = view.grey
         solid = cv2.erode((view.inside > 0.99).astype(np.float32), np.ones((5, 5)), borderValue=0.0)
         along = _straight(grey.T, solid.T, grid.px)
         found.append(

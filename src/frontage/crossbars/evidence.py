@@ -12,6 +12,7 @@ from frontage.crossbars.pooling import Chosen, choose_layouts
 from frontage.crossbars.rivals import margins
 from frontage.crossbars.window import Window
 from frontage.model import Glazing
+from frontage.solve.abreast import each
 
 _TOGETHER = 40  # windows whose evidence is held at once: 0.3 to 0.6 GB
 
@@ -28,12 +29,12 @@ def bars_by_evidence(windows: Sequence[Window], options: CrossbarOptions) -> lis
 
 
 def _judged(windows: Sequence[Window], options: CrossbarOptions) -> list[WindowEvidence]:
-    sights = [look(window) for window in windows]
+    sights = list(each(look, windows))
     told = [s for s in sights if s.depth is not None and (s.views or len(s.window.points))]
-    chosen = choose_layouts([observe(sight) for sight in told], options.min_pane)
+    chosen = choose_layouts(list(each(observe, told)), options.min_pane)
     sure = margins(chosen, options.min_pane)
     found = {id(c.seen.sight): (c, float(m)) for c, m in zip(chosen, sure, strict=True)}
-    return [_evidence(sight, found.get(id(sight))) for sight in sights]
+    return list(each(lambda sight: _evidence(sight, found.get(id(sight))), sights))
 
 
 def _evidence(sight: Sight, found: tuple[Chosen, float] | None) -> WindowEvidence:

@@ -47,7 +47,7 @@ def _unresolved(seen: Observation) -> str:
     """Returns why bars cannot be seen at all, in words; "" where they can."""
     views = seen.sight.views
     if views:
-        gsd = min(max(v.gsd) for v in views)
+        gsd = seen.sight.gsd
         if _RESOLVED_PX * gsd <= THICK_BAR_M:
             return ""
         what = f"pixels of {gsd * 1000:.0f} mm do not resolve bars of {THICK_BAR_M * 1000:.0f} mm"
@@ -78,7 +78,7 @@ def _remarks(seen: Observation) -> list[str]:
     if not views:
         return []
     remarks = []
-    gsd = min(max(v.gsd) for v in views)
+    gsd = seen.sight.gsd
     if _RESOLVED_PX * gsd > THIN_BAR_M:
         thin = _RESOLVED_PX * gsd * 1000
         remarks.append(f"bars thinner than {thin:.0f} mm would not show in pixels of {gsd * 1000:.0f} mm")

@@ -34,9 +34,6 @@ _SHOWN = 0.4  # share of a bar's length that must be seen
 Box = tuple[float, float, float, float]
 """x0, z0, x1, z1 m of a pane."""
 
-_Chain = tuple[tuple[Line, ...], float]
-"""Parallel bars, and what they gain."""
-
 
 def best_layout(
     box: Box,
@@ -90,6 +87,23 @@ def _mullion_cost(bars: Bars) -> Array:
     return np.where(bars.widths * bars.px > MULLIONS_M[0], MULLION, 0.0).astype(np.float32)
 
 
+@dataclass(frozen=True, eq=False)
+class _Place:
+    """Where a candidate may lie: rows of the evidence, with centres and costs (r, w) of bars there."""
+
+    rows: slice
+    centre: Array
+    cost: Array
+
+    @staticmethod
+    def near(bars: Bars, place: float) -> "_Place":
+        """The rows about a place m; bars that lie farther from it cost too much."""
+        first, last = bars.rows(place, _MOVE_M)
+        centre = bars.centres(first, last)
+        cost = np.where(np.abs(centre - place) <= _MOVE_M, _mullion_cost(bars), np.inf)
+        return _Place(slice(first, last), centre, cost)
+
+
 @dataclass
 class _Search:
     """The search over one window; remembers the best layout of every pane."""
@@ -101,6 +115,13 @@ class _Search:
     cost: float
     known: dict[tuple[Box, int], Layout] = field(default_factory=dict)
     lines: dict[tuple[int, int, float, float], Line | None] = field(default_factory=dict)
+    shown: dict[tuple[int, float, float], bool] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        self.around = [
+            [_Place.near(bars, place) for place in places.tolist()]
+            for bars, places in zip(self.bars, self.places, strict=True)
+        ]
 
     def best(self, box: Box, uncut: int = -1) -> Layout:
         """Returns the best layout of a pane, whose first split is not along axis `uncut`.
@@ -146,38 +167,6 @@ class _Search:
         first, second = self.best(low, uncut=axis), self.best(high)
         return first.beside(second, stepped(first, second)).with_bar(line, gain)
 
-    def _grid(self, box: Box) -> Layout | None:
-        """Returns the division by bars that all run across the whole pane and cross each other."""
-        sides = [self._across(box, axis) for axis in (0, 1)]
-        if not all(sides):
-            return None
-        layout = Layout()
-        for axis, lines in enumerate(sides):
-            saved = EQUAL * _even(box, axis, lines)
-            for line in lines:
-                layout = layout.with_bar(line, line.evidence - self._cost(box) + saved)
-        for cell in _cells(box, sides):
-            layout = layout.beside(self.best(cell))
-        return layout
-
-    def _across(self, box: Box, axis: int) -> tuple[Line, ...]:
-        """Returns the parallel bars across a pane that together gain most.
-
-        Chains of bars that leave panes of the least size between them are continued from left to right.
-        """
-        found = [self._line(box, axis, k) for k in range(len(self.places[axis]))]
-        lines = sorted((one for one in found if one is not None), key=lambda one: one.position)
-        chains: list[_Chain] = []
-        for line in lines:
-            left = line.position - line.width / 2 - self.least
-            before: list[_Chain] = [((), 0.0)] if left >= box[axis] else []
-            before += [c for c in chains if left >= c[0][-1].position + c[0][-1].width / 2]
-            if before and box[2 + axis] - line.position - line.width / 2 >= self.least:
-                chain, gain = max(before, key=lambda one: one[1])
-                chains.append(((*chain, line), gain + line.evidence - self._cost(box)))
-        even = [(chain, gain + EQUAL * len(chain) * _even(box, axis, chain)) for chain, gain in chains]
-        return max(even, key=lambda one: one[1], default=((), 0.0))[0]
-
     def _equal(self, box: Box, axis: int, count: int) -> Layout | None:
         """Returns the division of a pane by `count` bars into panes of one size; None if it has none."""
         low, high = box[axis], box[2 + axis]
@@ -212,23 +201,22 @@ class _Search:
         low, high = box[1 - axis], box[3 - axis]
         key = (axis, k, low, high)
         if key not in self.lines:
-            self.lines[key] = self._estimated(axis, float(self.places[axis][k]), low, high)
+            self.lines[key] = self._estimated(axis, self.around[axis][k], low, high)
         line = self.lines[key]
         if line is None or not box[axis] < line.position < box[2 + axis]:
             return None
         return line
 
-    def _estimated(self, axis: int, place: float, low: float, high: float) -> Line | None:
-        bars = self.bars[axis]
-        if bars.shown(low, high) < _SHOWN:
+    def _estimated(self, axis: int, place: _Place, low: float, high: float) -> Line | None:
+        bars, ends = self.bars[axis], (axis, low, high)
+        if ends not in self.shown:
+            self.shown[ends] = bars.shown(low, high) >= _SHOWN
+        if not self.shown[ends]:
             return None
-        first, last = bars.rows(place, _MOVE_M)
-        value = bars.over(low + _ENDS_M, high - _ENDS_M, slice(first, last)) - _mullion_cost(bars)
-        centre = bars.centre(np.arange(first, last)[:, None], np.arange(len(bars.widths))[None, :])
-        value = np.where(np.abs(centre - place) <= _MOVE_M, value, -np.inf)
+        value = bars.over(low + _ENDS_M, high - _ENDS_M, place.rows) - place.cost
         if not np.isfinite(value.max()):
             return None
-        middle, width, evidence = bars.settled(value, first)
+        middle, width, evidence = bars.settled(value, place.centre)
         return Line(axis, middle, (low, high), width, evidence)
 
 
@@ -238,25 +226,6 @@ def _parts(box: Box, axis: int, line: Line) -> tuple[Box, Box]:
     low[2 + axis] = line.position - line.width / 2
     high[axis] = line.position + line.width / 2
     return (low[0], low[1], low[2], low[3]), (high[0], high[1], high[2], high[3])
-
-
-def _even(box: Box, axis: int, lines: Sequence[Line]) -> bool:
-    """Tells whether bars divide a pane in equal parts."""
-    low, high = box[axis], box[2 + axis]
-    wanted = low + (high - low) * np.arange(1, len(lines) + 1) / (len(lines) + 1)
-    return bool(np.abs(np.array([line.position for line in lines]) - wanted).max() <= _EQUAL_M)
-
-
-def _cells(box: Box, sides: Sequence[Sequence[Line]]) -> list[Box]:
-    """Returns the panes between bars that all run across a pane."""
-    spans = []
-    for axis in (0, 1):
-        ends = [box[axis]]
-        for line in sides[axis]:
-            ends += [line.position - line.width / 2, line.position + line.width / 2]
-        ends.append(box[2 + axis])
-        spans.append(list(zip(ends[::2], ends[1::2], strict=True)))
-    return [(x[0], z[0], x[1], z[1]) for x in spans[0] for z in spans[1]]
 
 
 def meeting_places(box: Box, rail: Bars, least: float) -> Float:

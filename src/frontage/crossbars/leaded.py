@@ -23,7 +23,7 @@ _STRONGEST = 3.0  # times the mean difference beyond which a pixel counts no mor
 _WIDTHS_M = np.arange(0.07, 0.165, 0.004)  # of small panes
 _RATIOS = np.arange(0.9, 2.0, 0.05)  # of their heights by their widths
 _FEW = 2.5  # small panes across a window, without which a mesh is not told
-_MESH = 0.0  # contrast of the autocorrelation: higher at whole panes than between them
+_MESH = 0.03  # contrast of the autocorrelation, higher at whole panes than between; noise makes a third of it
 _MESHES = {
     "diamonds": (((0.5, 0.5), (0.5, -0.5), (1.0, 0.0), (0.0, 1.0)), ((0.5, 0.0), (0.0, 0.5))),
     "rectangles": (((1.0, 0.0), (0.0, 1.0), (1.0, 1.0)), ((0.5, 0.0), (0.0, 0.5), (0.5, 0.5))),
@@ -36,14 +36,18 @@ def leaded(grid: Grid, views: Sequence[PlaneView], box: Box) -> str:
 
     box  x0, z0, x1, z1 m inside the frame
     """
-    contrast = {kind: mesh_contrast(grid, views, box, kind) for kind in _MESHES}
+    contrast = mesh_contrasts(grid, views, box)
     best = max(contrast, key=lambda kind: contrast[kind])
     return best if contrast[best] > _MESH else ""
 
 
-def mesh_contrast(grid: Grid, views: Sequence[PlaneView], box: Box, kind: str) -> float:
-    """Returns how clearly the panes are a mesh of small ones, -1..1."""
+def mesh_contrasts(grid: Grid, views: Sequence[PlaneView], box: Box) -> dict[str, float]:
+    """Returns how clearly the panes are a mesh of small ones of every kind, -1..1."""
     total = _autocorrelation(grid, views, box)
+    return {kind: _contrast(total, box, kind) for kind in _MESHES}
+
+
+def _contrast(total: Array | None, box: Box, kind: str) -> float:
     w, ratio = np.meshgrid(_WIDTHS_M, _RATIOS, indexing="ij")
     h = w * ratio
     fits = (w * _FEW < box[2] - box[0]) & (h * _FEW < box[3] - box[1])
@@ -65,7 +69,7 @@ def _autocorrelation(grid: Grid, views: Sequence[PlaneView], box: Box) -> Array 
     shape = (cv2.getOptimalDFTSize(2 * size[1]), cv2.getOptimalDFTSize(2 * size[0]))
     power, overlap = np.zeros(shape), np.zeros(shape)
     for view in views:
-        fine, known = _standing_out(view.image[part].mean(2), view.inside[part] > 0.9, size)
+        fine, known = _standing_out(view.grey[part], view.inside[part] > 0.9, size)
         power += _product(fine, shape)
         overlap += _product(known, shape)
     if power[0, 0] <= 0.0:

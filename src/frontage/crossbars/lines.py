@@ -21,12 +21,10 @@ _MULLION_STEP_M = 0.02
 _RAIL_M = 0.03  # about the lower edge of a meeting rail
 _TOLERANCE_M = 0.004  # by which edges may lie apart in two views: poses, and profiles that are not sharp
 _SETTLED = 3.0  # nats within which bars of neighbouring places and widths are alike
-_LINES = (
-    np.log(2.0) + 0.8
-)  # of edges that run straight along a bar, either sign, but are those of other things
-_MIXED = (
-    0.15  # of bars, lighter than what is behind them on one side and darker on the other: their sides show
-)
+# Nats of edges that run straight along a bar, either sign, but are those of other things.
+_LINES = np.log(2.0) + 0.8
+# Share of bars that are lighter than what is behind them on one side and darker on the other: sides show.
+_MIXED = 0.15
 _ALIKE_M = 0.05  # width of a bar within which its colours have their errors in common
 _MOST_ALIKE = 4.0  # of such pieces that count
 _INDEPENDENT_M = 0.1  # length of a bar over which clutter is one and the same thing
@@ -67,9 +65,9 @@ class Bars:
 
     def shown(self, low: float, high: float) -> float:
         """Returns which share of a piece of length anything shows."""
-        at = np.clip((np.array([low, high]) - self.along) / self.strip, 0, len(self.known) - 1)
-        below = np.interp(at, np.arange(len(self.known)), self.known)
-        return float((below[1] - below[0]) / max(at[1] - at[0], 1e-6))
+        first, last = (min(max((z - self.along) / self.strip, 0.0), len(self.known) - 1) for z in (low, high))
+        below = np.interp((first, last), np.arange(len(self.known)), self.known)
+        return float((below[1] - below[0]) / max(last - first, 1e-6))
 
     def with_sash(self, behind: "Bars", rail: "Bars", z: float) -> "Bars":
         """Returns this evidence above a height z m, and that of the plane of a lower sash below it.
@@ -87,27 +85,28 @@ class Bars:
         return replace(self, total=total)
 
     def _until(self, place: float, rows: slice) -> Array:
-        at = float(np.clip((place - self.along) / self.strip, 0, len(self.total) - 1))
+        at = min(max((place - self.along) / self.strip, 0.0), len(self.total) - 1)
         k = min(int(at), len(self.total) - 2)
         below, above = self.total[k, rows], self.total[k + 1, rows]
         return np.asarray(below + (at - k) * (above - below))
 
-    def settled(self, value: Array, first: int) -> tuple[float, float, float]:
-        """Returns centre m, width m and evidence nats of the best bar of values (k, w) from position `first`.
+    def settled(self, value: Array, centre: Array) -> tuple[float, float, float]:
+        """Returns centre m, width m and evidence nats of the best bar of values (k, w) with centres (k, w) m.
 
         Edges are found within a tolerance, so that bars of neighbouring places and widths have nearly the
         same evidence: the best bar is their mean.
         """
         n, w = divmod(int(value.argmax()), value.shape[1])
         best = float(value[n, w])
-        centre = self.centre(
-            np.arange(first, first + len(value))[:, None], np.arange(len(self.widths))[None, :]
-        )
-        width = np.broadcast_to(self.widths * self.px, value.shape)
-        near = np.abs(centre - centre[n, w]) + 0.5 * np.abs(width - width[n, w]) <= 3 * _TOLERANCE_M
+        width = self.widths * self.px
+        near = np.abs(centre - centre[n, w]) + 0.5 * np.abs(width - width[w]) <= 3 * _TOLERANCE_M
         weight = np.where(near, np.exp(np.maximum(value - best, -700.0) / _SETTLED), 0.0)
         weight /= weight.sum()
         return float((weight * centre).sum()), float((weight * width).sum()), best
+
+    def centres(self, first: int, last: int) -> Array:
+        """Returns the coordinates (k, w) m of the centre lines of bars from `first` to before `last`."""
+        return self.centre(np.arange(first, last)[:, None], np.arange(len(self.widths))[None, :])
 
     def centre(self, position: Array, width: Array) -> Array:
         """Returns the coordinates m of the centre lines of bars with a lower edge and a number of a width."""

@@ -21,9 +21,8 @@ from frontage.crossbars.window import Window
 from frontage.geometry.arrays import Array, Float
 from frontage.model import Estimate
 
-_DENSE_M = (
-    0.01  # spacing of a scan that places bars as well as photos do; beside these, sparser ones count less
-)
+# Spacing of a scan that places bars as well as photos do; beside these, sparser ones count less.
+_DENSE_M = 0.01
 _OBLIQUE = 0.35  # cosine of the angle to the normal at which the sides of bars hide their fronts
 _FRONTAL = 0.75
 
@@ -37,6 +36,11 @@ class Sight:
     mask: Array = field(repr=False)
     views: tuple[WallView, ...] = field(repr=False)
     depth: Estimate[float] | None
+
+    @property
+    def gsd(self) -> float:
+        """The size m of a px of the finest photo, in its coarser direction; there must be a view."""
+        return min(max(view.gsd) for view in self.views)
 
 
 @dataclass(frozen=True, eq=False)
@@ -96,15 +100,16 @@ def observe(sight: Sight) -> Observation:
     box, width = frame_sides(grid, profiles, weights, window.ring, arched)
     upper, lower = bar_depths(grid, sight.views, sight.depth, box)
     trust = min(1.0, (_DENSE_M / window.spacing) ** 2)
-    front = _Plane.at(sight, upper, box)
+    planes = _planes(sight, upper)
+    front = _Plane.of(sight, planes, box)
     bars = _with_hits(grid, [front.bars(grid, axis, weights) for axis in (0, 1)], hits, trust)
     like = tuple(np.tensordot(weights / weights.sum(), np.stack(one), 1) for one in front.like)
     behind = rail = None
     if lower != upper:
-        back = _Plane.at(sight, lower, box)
+        back = _Plane.of(sight, _planes(sight, lower), box)
         behind = _with_hits(grid, [back.bars(grid, axis, weights) for axis in (0, 1)], hits, trust)
         rail = _with_hits(grid, [back.bars(grid, 1, weights, front)], hits, trust)[0]
-    mesh = leaded(grid, _planes(sight, upper), box)
+    mesh = leaded(grid, planes, box)
     return Observation(sight, box, width, bars, behind, rail, (upper, lower), like, mesh, weights, hits)
 
 
@@ -125,9 +130,9 @@ class _Plane:
     like: list[list[Array]]
 
     @staticmethod
-    def at(sight: Sight, depth: float, box: Box) -> "_Plane":
-        """Returns what the views show at a depth m behind the wall."""
-        grid, planes = sight.grid, _planes(sight, depth)
+    def of(sight: Sight, planes: Sequence[PlaneView], box: Box) -> "_Plane":
+        """Returns what the views on one plane show."""
+        grid = sight.grid
         likeness = _likeness(planes, sight.window.ring, box, grid, sight.mask)
         widths = bar_widths(grid.px, min(min(v.gsd) for v in sight.views))
         like = [[likeness_profiles(grid, one, axis) for one in likeness] for axis in (0, 1)]

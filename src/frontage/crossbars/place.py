@@ -16,9 +16,8 @@ from frontage.model import AXES, Bar, Estimate, Provenance
 
 _FLOOR_M = 0.0015  # of a bar's position: bars are not ideal prisms
 _FRONT_M = (0.012, 0.012)  # by which sashes and bars stand behind the front of a frame, and its spread
-_SCANNED_M = (
-    0.015  # least standard error of the scan's depth: it sees frames, glass and blinds as one surface
-)
+# Least standard error of the scan's depth: it sees frames, glass and blinds as one surface.
+_SCANNED_M = 0.015
 _FLAT_M = 0.004  # by which the front faces of the bars of one window lie off one plane, in the mean
 _LEAST_FRAME_M = 0.015  # of a side of the frame whose edge is read
 _USUAL_M = (0.15, 0.25)  # depth of frames behind walls, and its spread

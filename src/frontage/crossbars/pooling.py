@@ -160,11 +160,11 @@ def _estimated(bars: Bars, line: Line, shift: float) -> Line:
     low, high = bars.rows(place, _MOVE_M)
     away: Array = np.abs(np.log(bars.widths * bars.px / line.width))
     value = bars.over(line.extent[0] + _ENDS_M, line.extent[1] - _ENDS_M, slice(low, high))
-    centre = bars.centre(np.arange(low, high)[:, None], np.arange(len(bars.widths))[None, :])
+    centre = bars.centres(low, high)
     near = (np.abs(centre - place) <= _MOVE_M) & (away <= max(_WIDTH, float(away.min())))
     value = np.where(near, value, -np.inf)
     best = float(value.max())
     if best <= 0.0:
         return replace(line, position=place, evidence=best if np.isfinite(best) else 0.0)
-    middle, width, best = bars.settled(value, low)
+    middle, width, best = bars.settled(value, centre)
     return Line(line.axis, middle, line.extent, width, best)

@@ -47,13 +47,13 @@ def strip_count(grid: Grid, axis: int) -> int:
 
 def view_profiles(grid: Grid, view: PlaneView, axis: int) -> Profiles:
     """Returns the strips of a view on the plane of the frame."""
-    image, inside = _turned(view.image, axis), _turned(view.inside, axis)
-    size = (image.shape[1], strip_count(grid, axis))
+    grey, inside = _turned(view.grey, axis), _turned(view.inside, axis)
+    size = (grey.shape[1], strip_count(grid, axis))
     share = cv2.resize(inside, size, interpolation=cv2.INTER_AREA)
-    colour = cv2.resize(image * inside[..., None], size, interpolation=cv2.INTER_AREA)
+    mean = cv2.resize(grey * inside, size, interpolation=cv2.INTER_AREA)
     known = share > _LEAST_INSIDE
-    colour = np.where(known[..., None], colour / np.maximum(share, 1e-3)[..., None], 0.0)
-    rise, fall = _edge_evidence(colour, known, max(1, round(_EDGE_PX * view.gsd[axis] / grid.px)))
+    mean = np.where(known, mean / np.maximum(share, 1e-3), 0.0)
+    rise, fall = _edge_evidence(mean, known, max(1, round(_EDGE_PX * view.gsd[axis] / grid.px)))
     return Profiles(axis, known, rise, fall)
 
 
@@ -69,9 +69,8 @@ def _turned(layer: Array, axis: int) -> Array:
     return np.ascontiguousarray(layer if axis == 0 else layer.swapaxes(0, 1))
 
 
-def _edge_evidence(colour: Array, known: Array, reach: int) -> tuple[Array, Array]:
+def _edge_evidence(grey: Array, known: Array, reach: int) -> tuple[Array, Array]:
     """Returns the log-likelihood ratios (s, n) of edges between pixels n - 1 and n, rising and falling."""
-    grey = colour.mean(2)
     step, seen = np.zeros_like(grey), np.zeros_like(known)
     n = grey.shape[1]
     if n > 2 * reach + 2:

@@ -65,7 +65,7 @@ def read_edges(
 
 def _strength(grid: Grid, plane: PlaneView, line: Line, lines: Sequence[Line]) -> Float | None:
     """Returns the mean steps (n,) of colour across a bar, added along it whatever their signs."""
-    image, inside = plane.image.mean(2), plane.inside
+    image, inside = plane.grey, plane.inside
     if line.axis == 1:
         image, inside = image.T, inside.T
     along = grid.centres(1 - line.axis)

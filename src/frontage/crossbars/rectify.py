@@ -8,6 +8,7 @@ depths costs nothing but scaling.
 """
 
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import cv2
 import numpy as np
@@ -80,6 +81,11 @@ class WallView:
     tilt: Float
     shift: tuple[float, float] = (0.0, 0.0)
 
+    @cached_property
+    def grey(self) -> Array:
+        """The mean of the colours (h, w) float32."""
+        return grey_of(self.image)
+
     def at(self, grid: Grid, depth: float, layer: Array) -> Array:
         """Returns a layer (h, w, ...) of this view on the plane at a depth m, in the same raster.
 
@@ -111,11 +117,21 @@ class PlaneView:
     inside: Array = field(repr=False)
     gsd: tuple[float, float]
 
+    @cached_property
+    def grey(self) -> Array:
+        """The mean of the colours (h, w) float32."""
+        return grey_of(self.image)
+
     @staticmethod
     def of(grid: Grid, view: WallView, depth: float, mask: Array) -> "PlaneView":
         """Returns a view at a depth m; `mask` is the outline's."""
         inside = view.at(grid, depth, view.inside) * mask
         return PlaneView(view.name, view.at(grid, depth, view.image), inside, view.gsd)
+
+
+def grey_of(image: Array) -> Array:
+    """Returns the mean of the colours of a picture (h, w, 3) float32, (h, w) float32."""
+    return np.asarray(cv2.transform(image, np.full((1, 3), 1.0 / 3.0)))
 
 
 def window_grid(window: Window) -> Grid:

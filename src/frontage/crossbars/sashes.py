@@ -35,11 +35,11 @@ def bar_depths(
     frame  the depth of the front of the frame
     box    x0, z0, x1, z1 m inside the frame
     """
+    if len(views) < 2:
+        return float(frame.value), float(frame.value)
     depths = frame.value + np.arange(_REACH_M[0], _REACH_M[1], _STEP_M)
     spread = np.hypot(_SPREAD_M, frame.sigma[0])
     prior = -0.5 * ((depths - frame.value - _BEHIND_M) / spread) ** 2
-    if len(views) < 2:
-        return float(frame.value), float(frame.value)
     middle = 0.5 * (box[1] + box[3])
     left, low, right, high = box[0] - _STILE_M, box[1] - _STILE_M, box[2] + _STILE_M, box[3] + _STILE_M
     upper = _sweep(grid, views, (left, middle, right, high), depths)

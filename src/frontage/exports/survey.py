@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from frontage.geometry.arrays import Float
-from frontage.geometry.ring import ring_area, ring_area_sigma
+from frontage.geometry.ring import at_depth, ring_area, ring_area_sigma
 from frontage.model import Elements, Facade, Opening, Photo, WorldRef
 from frontage.model.opening import DOORS
 
@@ -64,8 +64,7 @@ def heights(facade: Facade, ring: Float, y: float = 0.0) -> Float:
 
 def in_world(facade: Facade, ring: Float, y: float = 0.0) -> Float:
     """Return corners (k, 2) m at depth y m of a facade in the world (k, 3)."""
-    xyz = np.column_stack([ring[:, 0], np.full(len(ring), y), ring[:, 1]])
-    return np.asarray(facade.world.to_world(facade.frame.apply(xyz)), np.float64)
+    return np.asarray(facade.world.to_world(facade.frame.apply(at_depth(ring, y))), np.float64)
 
 
 def window_to_wall(fronts: tuple[Front, ...]) -> tuple[float | None, float | None]:

@@ -51,6 +51,11 @@ def span_sigma(ring: Float, covariance: Float, axis: int) -> float:
     return float(np.sqrt(g @ covariance @ g))
 
 
+def at_depth(ring: Float, y: float) -> Float:
+    """Returns the points (k, 3) of a facade frame for points (k, 2) x and z at depth y."""
+    return np.column_stack([ring[:, 0], np.full(len(ring), y), ring[:, 1]])
+
+
 def ring_contains(ring: Float, xy: Float) -> Bool:
     """Returns whether points (n, 2) lie in a ring (k, 2) or on its border, (n,) bool."""
     polygon = Polygon(ring)

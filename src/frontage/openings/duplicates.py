@@ -8,6 +8,7 @@ import numpy as np
 import shapely
 
 from frontage.geometry.arrays import Float
+from frontage.geometry.ring import at_depth
 from frontage.model.facade import Facade
 from frontage.model.masonry import MASONRY, TOLERANCES
 from frontage.model.opening import Elements
@@ -95,7 +96,7 @@ def _onto(
     """Projects rings (k, 2) m at y m of a facade onto another plane; also returns their mean y m there."""
     rings, depths = [], []
     for ring, y in outlines:
-        own = np.column_stack([ring[:, 0], np.full(len(ring), y), ring[:, 1]])
+        own = at_depth(ring, y)
         there = onto.frame.inverse.apply(facade.frame.apply(own))
         rings.append(shapely.make_valid(shapely.Polygon(there[:, [0, 2]])))
         depths.append(float(there[:, 1].mean()))

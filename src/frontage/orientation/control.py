@@ -9,12 +9,12 @@ import numpy as np
 
 from frontage.geometry.arrays import Array, Bool, Float, Int, freeze
 from frontage.model import Photo
-from frontage.orientation.abreast import each
 from frontage.orientation.gradients import Channels, oriented_gradients
 from frontage.orientation.reflectance.render import Rendering, render, rendering_factor
 from frontage.orientation.reflectance.surface import ScannedSurface
 from frontage.orientation.reflectance.tones import ImageOf, geometry_tone, photo_tone
 from frontage.orientation.templates import HALF, Shifts, find_shifts
+from frontage.solve.abreast import each
 
 _STEP = 12  # px between templates: a quarter of a template
 _MARGIN_PX = 4

@@ -14,8 +14,8 @@ _TIE_TEMPLATES = 4.0  # sides of a template over which errors of tie points may 
 _TEMPLATE_M = 0.5  # side of a template where there is no control
 # Of the variance that neighbours share: light and beams come from one side on all of a wall.
 _FAR = 0.1
-# Where beams happen to fall on an edge displaces it by about this share of their distance, for all photos
-# and along all of the edge. The likeliest value for the true errors of simulated streets and models.
+# The scan shows an edge displaced by about this share of its spacing, depending on where the beams hit it:
+# for all photos, and all along the edge. The likeliest value for the true errors of simulated scenes.
 _EDGE = 0.025
 
 

@@ -6,11 +6,11 @@ import numpy as np
 
 from frontage.geometry.arrays import Array, Bool
 from frontage.model import Photo
-from frontage.orientation.abreast import each
 from frontage.orientation.reflectance.render import Rendering, render, rendering_factor
 from frontage.orientation.reflectance.surface import ScannedSurface
 from frontage.orientation.reflectance.tones import geometry_tone
 from frontage.orientation.result import Drawing
+from frontage.solve.abreast import each
 
 _SIDE_PX = 1200  # longer side, enough to look at
 _ENDS = (0.01, 0.99)  # quantiles of the tone that become black and white

@@ -8,10 +8,10 @@ import numpy as np
 from frontage.geometry.arrays import Bool, Float, Int
 from frontage.geometry.rigid import Rigid3
 from frontage.model import Estimate, Photo
-from frontage.orientation.abreast import each
 from frontage.orientation.adjustment import (
     Adjustment,
     AdjustmentOptions,
+    Dependence,
     Network,
     NotDetermined,
     adjust,
@@ -25,6 +25,7 @@ from frontage.orientation.reflectance.surface import ScannedSurface
 from frontage.orientation.result import Orientation, OrientedPhoto, Unoriented
 from frontage.orientation.rigs import adjusted_rigs, rig_notes
 from frontage.orientation.verify import Verdict, verify
+from frontage.solve.abreast import each
 
 # Of a thousand good observations one fails (Baarda 1968): false matches of templates are rarely far off.
 _TESTS = AdjustmentOptions(critical=3.29, known=frozenset({PLACES}))
@@ -115,8 +116,7 @@ def _adjusted(scene: Scene, placed: Placed, search: tuple[int, int], *, last: bo
     while True:
         network = _network(scene, placed, control)
         try:
-            spacing = float(np.median(scene.surface.spacing))
-            dependence = dependence_of(placed.photos, control, spacing) if last else None
+            dependence = _dependence(scene, placed, control) if last else None
             return _State(placed, tuple(control), network, adjust(network, _TESTS, dependence))
         except NotDetermined as error:
             on = network.photos
@@ -125,6 +125,10 @@ def _adjusted(scene: Scene, placed: Placed, search: tuple[int, int], *, last: bo
             if len(keep) == len(placed.photos) or not len(keep):
                 raise
             placed, control = placed.only(keep), [control[k] for k in keep]
+
+
+def _dependence(scene: Scene, placed: Placed, control: Sequence[ControlPoints]) -> Dependence:
+    return dependence_of(placed.photos, control, float(np.median(scene.surface.spacing)))
 
 
 def _network(scene: Scene, placed: Placed, control: Sequence[ControlPoints]) -> Network:

@@ -6,6 +6,7 @@ import numpy as np
 
 from frontage.catalog.sightlines import PhotoView, photo_views, scanned_surfaces
 from frontage.errors import FrontageError
+from frontage.exports.survey import in_world
 from frontage.geometry.arrays import Float
 from frontage.geometry.ring import box_sigmas, ring_area, span_sigma
 from frontage.model import Bar, Elements, Facade, Opening, Photo
@@ -164,8 +165,7 @@ def _box(ring: Float) -> Float:
 
 def _world(facade: Facade, ring: Float, y: float) -> tuple[Point, ...]:
     """Return a ring (k, 2) m at depth y m in world coordinates, rounded to 0.1 mm."""
-    xyz = np.column_stack([ring[:, 0], np.full(len(ring), y), ring[:, 1]])
-    rows = np.round(facade.world.to_world(facade.frame.apply(xyz)), 4)
+    rows = np.round(in_world(facade, ring, y), 4)
     return tuple((float(a), float(b), float(c)) for a, b, c in rows)
 
 

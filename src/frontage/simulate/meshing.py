@@ -8,6 +8,7 @@ import shapely
 
 from frontage.geometry.arrays import Array, Float, Int
 from frontage.geometry.rigid import Rigid3
+from frontage.geometry.ring import at_depth
 from frontage.simulate.scene import Part, SceneMesh, SceneSurface, SurfaceMaterial
 
 
@@ -112,12 +113,12 @@ class Pen:
     ) -> None:
         """Add a polygon in the plane at `y`, facing the street or, if `inward`, the inside of the house."""
         xz, corners = triangulate(ring, holes)
-        xyz = np.column_stack([xz[:, 0], np.full(len(xz), y), xz[:, 1]])
+        xyz = at_depth(xz, y)
         self.triangles(surface, xyz, corners[:, ::-1] if inward else corners)
 
     def strip(self, surface: int, ring: Float, y0: float, y1: float, outward: bool = False) -> None:
         """Add the side faces of a ring from y0 to y1 > y0, facing its middle (a reveal) or `outward`."""
-        near = np.column_stack([ring[:, 0], np.full(len(ring), y0), ring[:, 1]])
+        near = at_depth(ring, y0)
         far = near + np.array([0.0, y1 - y0, 0.0])
         xyz, corners = band(near, far)
         self.triangles(surface, xyz, corners[:, ::-1] if outward else corners)

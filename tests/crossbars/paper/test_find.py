@@ -5,39 +5,35 @@ from collections.abc import Sequence
 import numpy as np
 import pytest
 
-from crossbars.painted import BAR, DEPTH, EYES, HOLE, Box, bar, view, window
+from crossbars.painted import (
+    BAR,
+    DEPTH,
+    DIVISIONS,
+    EYES,
+    MULLION,
+    TRANSOM,
+    X0,
+    X1,
+    Z0,
+    Z1,
+    Box,
+    bar,
+    centres,
+    view,
+    window,
+)
 from frontage.crossbars.options import CrossbarOptions
 from frontage.crossbars.paper.find import bars_by_edges
 from frontage.model import Glazing, Provenance
 
 OPTIONS = CrossbarOptions(method="paper")
-X0, Z0, X1, Z1 = HOLE
-MULLION = bar("vertical", 0.02, Z0, Z1)
-TRANSOM = bar("horizontal", 2.8, X0, X1)
 
 
 def find(bars: Sequence[Box], eyes: Sequence[tuple[float, float, float]] = EYES, **how: object) -> Glazing:
     return bars_by_edges([window([view(eye, bars, **how) for eye in eyes])], OPTIONS)[0]
 
 
-def centres(bars: Sequence[Box], upright: bool) -> list[float]:
-    """The positions of the upright or the level ones of rectangles."""
-    some = [b for b in bars if (b[3] - b[1] > b[2] - b[0]) == upright]
-    return sorted((b[0] + b[2]) / 2 if upright else (b[1] + b[3]) / 2 for b in some)
-
-
-@pytest.mark.parametrize(
-    "bars",
-    [
-        [MULLION],
-        [TRANSOM],
-        [MULLION, TRANSOM],
-        [bar("vertical", -0.2, Z0, Z1), bar("vertical", 0.2, Z0, Z1), bar("horizontal", 2.7, X0, X1)],
-        [TRANSOM, bar("vertical", 0.0, Z0, 2.8)],
-        [bar("vertical", 0.2, Z0, Z1), bar("horizontal", 2.45, X0, 0.2), bar("horizontal", 2.8, X0, 0.2)],
-    ],
-    ids=["mullion", "transom", "cross", "grid", "T", "one side divided"],
-)
+@pytest.mark.parametrize("bars", DIVISIONS.values(), ids=DIVISIONS)
 def test_layouts_are_exact(bars: list[Box]) -> None:
     found = find(bars)
     assert found.resolved

@@ -11,7 +11,7 @@ from shapely.geometry import Polygon
 from frontage.crossbars.window import Window, WindowView
 from frontage.geometry.arrays import Array, Bool, Float
 from frontage.geometry.rigid import skew
-from frontage.geometry.ring import box_sigmas
+from frontage.geometry.ring import at_depth, box_sigmas
 from frontage.model.glazing import FRAME_THICKNESS_M
 
 _USUAL_DEPTH_M = (0.15, 0.10)  # of a frame behind the wall, and its scatter from house to house
@@ -60,7 +60,7 @@ def on_plane(view: WindowView, window: Window, y: float, px: Float) -> Float:
 
 def to_crop(view: WindowView, window: Window, y: float, xz: Float) -> Float:
     """Returns the pixels (n, 2) of a crop that show the points (n, 2) m (x, z) of the plane `y`."""
-    return view.project(window.frame, np.column_stack([xz[:, 0], np.full(len(xz), y), xz[:, 1]]))
+    return view.project(window.frame, at_depth(xz, y))
 
 
 def image_region(view: WindowView, window: Window, plane: FramePlane) -> Bool:

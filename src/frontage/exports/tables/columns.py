@@ -6,6 +6,8 @@ _WHERE = (
     Column("building", "text", "id of the building"),
     Column("address", "text", "address of the building"),
 )
+_ON_WALL = (*_WHERE, Column("facade", "text", "id of the facade"))
+_PROVENANCE = Column("provenance", "text", "measured, pooled, inferred or given")
 _SIGMA = "standard error"
 BUILDINGS = (
     Column("id", "text", "id"),
@@ -36,12 +38,11 @@ FACADES = (
     Column("doors", "whole", "number of doors, gates and passages"),
     Column("window_to_wall", "real", "area of openings but doors, gates, passages / area"),
     Column("sigma_window_to_wall", "real", _SIGMA),
-    Column("provenance", "text", "measured, pooled, inferred or given"),
+    _PROVENANCE,
 )
 OPENINGS = (
     Column("id", "text", "id"),
-    *_WHERE,
-    Column("facade", "text", "id of the facade"),
+    *_ON_WALL,
     Column("kind", "text", "window, door, shopfront, passage, garage, basement, other"),
     Column("shape", "text", "shape of its outline"),
     Column("floor", "whole", "storey, the ground floor is 0"),
@@ -61,14 +62,13 @@ OPENINGS = (
     Column("transoms", "whole", "number of level bars; empty = not resolved or not looked for"),
     Column("frame_width", "real", "how far the frame reaches into the opening", "m"),
     Column("bar_confidence", "real", "probability that the layout of bars is the true one"),
-    Column("provenance", "text", "measured, pooled, inferred or given"),
+    _PROVENANCE,
     Column("confidence", "real", "probability that the opening exists"),
     Column("photos", "text", "photos that show it, separated by semicolons"),
 )
 PROTRUSIONS = (
     Column("id", "text", "id"),
-    *_WHERE,
-    Column("facade", "text", "id of the facade"),
+    *_ON_WALL,
     Column("kind", "text", "balcony, cornice, oriel, ..."),
     Column("width", "real", "width of its outline", "m"),
     Column("height", "real", "height of its outline", "m"),
@@ -77,7 +77,7 @@ PROTRUSIONS = (
     Column("front", "real", "depth of its front behind the wall, negative = before it", "m"),
     Column("sigma_border", "real", _SIGMA, "m"),
     Column("sigma_front", "real", _SIGMA, "m"),
-    Column("provenance", "text", "measured, pooled, inferred or given"),
+    _PROVENANCE,
     Column("confidence", "real", "probability that it exists"),
 )
 PHOTOS = (

@@ -12,7 +12,6 @@ from frontage.io.drawings.elevation import (
     TITLE_MM,
     Elevation,
     Line,
-    Sheet,
     place_on_sheet,
 )
 from frontage.io.files import whole_file
@@ -150,10 +149,5 @@ def _layout(doc: Any, e: Elevation, shift: float) -> None:
     for box in ((left, BORDER_MM, right, high), (left, BORDER_MM, right, low)):
         corners = [(box[0], box[1]), (box[2], box[1]), (box[2], box[3]), (box[0], box[3])]
         layout.add_lwpolyline(corners, close=True, dxfattribs={"layer": "SHEET"})
-    for k, text in enumerate((*e.title, scale_words(sheet))):
+    for k, text in enumerate((*e.title, sheet.words)):
         _text(layout, text, (left + 4, low - 6 - 5 * k), 2.5, "SHEET", 0)
-
-
-def scale_words(sheet: Sheet) -> str:
-    """Say at which scale the sheet shows the facade."""
-    return f"Scale 1:{sheet.scale} on {sheet.paper}"

@@ -99,6 +99,11 @@ class Sheet:
     size: tuple[float, float]
     scale: int
 
+    @property
+    def words(self) -> str:
+        """At which scale the sheet shows the facade."""
+        return f"Scale 1:{self.scale} on {self.paper}"
+
     def metres(self, millimetres: float) -> float:
         """Return a length on paper in metres of the facade."""
         return millimetres * self.scale / 1000.0

@@ -6,7 +6,6 @@ from pathlib import Path
 from typing import Any
 
 from frontage.errors import MissingExtra
-from frontage.io.drawings.dxf import scale_words
 from frontage.io.drawings.elevation import (
     BORDER_MM,
     LAYERS,
@@ -143,7 +142,7 @@ class _Page:
         self.canvas.rect(left, left, wide, (h - 2 * BORDER_MM) * MM)
         self.canvas.rect(left, left, wide, TITLE_MM * MM)
         top = (BORDER_MM + TITLE_MM) * MM
-        words = (e.title[0] + what, f"{scale_words(e.sheet)}, to scale when printed at 100 %", *e.title[1:])
+        words = (e.title[0] + what, f"{e.sheet.words}, to scale when printed at 100 %", *e.title[1:])
         for k, text in enumerate(words):
             self._text(text, left + 4 * MM, top - (6 + 4.6 * k) * MM, _TEXT_MM, "OUTLINE", bold=not k)
         self._scale_bar(left + wide - 12 * MM, top - 12 * MM)

@@ -1,6 +1,6 @@
 """Weights and covariances for errors that are alike at neighbouring places.
 
-The inverse of the normal equations takes all observations for independent. Where errors are alike it is too
+The inverse of the normal equations treats all observations as independent. Where errors are alike it is too
 optimistic, by the square root of the number of observations that err together, and groups with many such
 observations weigh too much against others. Both follow from the variograms of the groups (`variogram`):
 

@@ -12,7 +12,7 @@ import numpy as np
 
 from frontage.errors import FileError
 from frontage.geometry.arrays import Float
-from frontage.geometry.ring import box_sigmas
+from frontage.geometry.ring import at_depth, box_sigmas
 from frontage.io.arrayfiles import read_arrays
 from frontage.io.files import MALFORMED
 from frontage.model import (
@@ -179,8 +179,7 @@ def _glazing_record(g: Glazing) -> dict[str, Any]:
 
 def _in_world(ring: Float, y: float, facade: Facade) -> list[list[float]]:
     """A ring (k, 2) m at depth y m of the facade's frame in world coordinates (k, 3)."""
-    xyz = np.column_stack([ring[:, 0], np.full(len(ring), y), ring[:, 1]])
-    return list(facade.world.to_world(facade.frame.apply(xyz)).tolist())
+    return list(facade.world.to_world(facade.frame.apply(at_depth(ring, y))).tolist())
 
 
 def _nouns(path: Path, make: Callable[[dict[str, Any], int], Noun]) -> tuple[Noun, ...]:

@@ -3,8 +3,7 @@
 import numpy as np
 import shapely
 
-from frontage.geometry.arrays import Float
-from frontage.geometry.ring import rectangle
+from frontage.geometry.ring import at_depth, rectangle
 from frontage.simulate.houses.elevation import Balcony, Band, Elevation, Oriel
 from frontage.simulate.houses.palette import Palette
 from frontage.simulate.houses.placements import oriel_wall, shutter_leaves
@@ -99,18 +98,14 @@ def _oriel(pen: Pen, oriel: Oriel, elevation: Elevation, palette: Palette) -> No
     front = oriel_wall(oriel)
     holes = [o.ring for o in elevation.openings if o.wall_y == y]
     pen.plate(surface, front, y, holes)
-    at_wall = _at(oriel.ring, 0.0)
-    ahead = _at(front, y)
+    at_wall = at_depth(oriel.ring, 0.0)
+    ahead = at_depth(front, y)
     for a, b in ((0, 3), (1, 2)):
         cheek = np.array([at_wall[a], ahead[a], ahead[b], at_wall[b]])
         pen.polygon(surface, cheek if a == 0 else cheek[::-1])
     pen.polygon(surface, np.array([at_wall[0], at_wall[1], ahead[1], ahead[0]]))
     roof = pen.surface("roof", Part.ORIEL, palette.roof)
     pen.polygon(roof, np.array([ahead[3], ahead[2], at_wall[2], at_wall[3]]))
-
-
-def _at(ring: Float, y: float) -> Float:
-    return np.column_stack([ring[:, 0], np.full(len(ring), y), ring[:, 1]])
 
 
 def draw_steps(pen: Pen, plan: OpeningPlan, ground: float, palette: Palette) -> None:

@@ -1,9 +1,7 @@
 """Draws an opening: reveal, frame, bars, pane or leaf, shutters, and the inner reveal up to the room."""
 
-import numpy as np
-
 from frontage.geometry.arrays import Float
-from frontage.geometry.ring import rectangle
+from frontage.geometry.ring import at_depth, rectangle
 from frontage.model.glazing import FRAME_THICKNESS_M
 from frontage.simulate.houses.elevation import Dressing
 from frontage.simulate.houses.glazing import STILE_M
@@ -42,7 +40,7 @@ def draw_opening(pen: Pen, plan: OpeningPlan, dressing: Dressing, palette: Palet
         _draw_bars(pen, plan, palette, front, back)
     inner = pen.surface("inner_reveal", Part.ROOM, palette.room, u=(0.0, 1.0, 0.0))
     far = inset(plan.ring, -dressing.flare) if dressing.flare else plan.ring
-    xyz, corners = band(_at(plan.ring, back), _at(far, max(inner_y, back)))
+    xyz, corners = band(at_depth(plan.ring, back), at_depth(far, max(inner_y, back)))
     pen.triangles(inner, xyz, corners)
     draw_curtain(pen, plan, dressing, palette, back + 0.03)
     draw_things(pen, plan, dressing, palette, back + 0.05)
@@ -59,9 +57,9 @@ def _draw_frame(
     """Draws the frame up to the stiles of its casements or sashes, and returns its inner outline."""
     light = inset(plan.ring, plan.frame_width - stile)
     frame = pen.surface("frame", Part.FRAME, palette.frame if plan.glazed else palette.leaf)
-    pen.triangles(frame, *band(_at(plan.ring, front), _at(light, front)))
+    pen.triangles(frame, *band(at_depth(plan.ring, front), at_depth(light, front)))
     pen.strip(frame, light, front, back)
-    xyz, corners = band(_at(plan.ring, back), _at(light, back))
+    xyz, corners = band(at_depth(plan.ring, back), at_depth(light, back))
     pen.triangles(frame, xyz, corners[:, ::-1])
     return light
 
@@ -96,7 +94,3 @@ def _draw_leaf(pen: Pen, light: Float, y: float, style: str, palette: Palette) -
         cells = [(x0 + w * a, z0 + h * c, x0 + w * b, z0 + h * d) for a, b in columns for c, d in rows]
     for cell in cells:
         pen.block(surface, rectangle(*cell), y - 0.012, y, back=False)
-
-
-def _at(ring: Float, y: float) -> Float:
-    return np.column_stack([ring[:, 0], np.full(len(ring), y), ring[:, 1]])

@@ -6,6 +6,7 @@ import numpy as np
 
 from frontage.geometry.arrays import Float
 from frontage.geometry.rigid import Rigid3
+from frontage.geometry.ring import at_depth
 from frontage.model import Face, OpeningKind, Solid, WorldRef
 from frontage.simulate.scene import FacadePlan, House, OpeningPlan, ProtrusionPlan
 
@@ -85,4 +86,4 @@ def _draw_sides(work: _Faces, start: Float, end: Float) -> None:
 
 
 def _at(frame: Rigid3, ring: Float, y: float) -> Float:
-    return frame.apply(np.column_stack([ring[:, 0], np.full(len(ring), y), ring[:, 1]]))
+    return frame.apply(at_depth(ring, y))

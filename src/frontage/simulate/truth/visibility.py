@@ -7,6 +7,7 @@ import numpy as np
 import shapely
 
 from frontage.geometry.arrays import Bool, Float, Int
+from frontage.geometry.ring import at_depth
 from frontage.model import Photo
 from frontage.simulate.optics.rays import Tracer
 from frontage.simulate.scene import FacadePlan, OpeningPlan, Scene
@@ -127,13 +128,13 @@ def _samples(scene: Scene) -> _Samples:
 def _opening_samples(opening: OpeningPlan) -> Float:
     """Returns a raster of points (n, 3) in an opening, facade frame."""
     xz = _inside(opening.ring, *(np.ptp(opening.ring, axis=0) / _ACROSS))
-    return np.column_stack([xz[:, 0], np.full(len(xz), opening.wall_y - _BEFORE_M), xz[:, 1]])
+    return at_depth(xz, opening.wall_y - _BEFORE_M)
 
 
 def _wall_samples(facade: FacadePlan) -> Float:
     """Returns a raster of points (n, 3) on the main plane within the outline, facade frame."""
     xz = _inside(facade.outline, _STEP_M, _STEP_M)
-    return np.column_stack([xz[:, 0], np.full(len(xz), -_BEFORE_M), xz[:, 1]])
+    return at_depth(xz, -_BEFORE_M)
 
 
 def _inside(ring: Float, dx: float, dz: float) -> Float:

@@ -1,4 +1,4 @@
-"""Photos worked on abreast by threads: most of the time goes to code outside the interpreter."""
+"""Photos or windows worked on abreast by threads: most of the time goes to code outside the interpreter."""
 
 import os
 from collections.abc import Callable, Iterator, Sequence
@@ -8,7 +8,7 @@ from typing import TypeVar
 T = TypeVar("T")
 R = TypeVar("R")
 
-_MOST = 4  # each holds a decoded picture and a few renderings
+_MOST = 4  # each may hold a decoded picture and a few renderings
 
 
 def each(work: Callable[[T], R], items: Sequence[T]) -> Iterator[R]:
