@@ -173,7 +173,7 @@ def _with_gates(facade: FacadeCandidate, beside: Float | None = None) -> CellMap
     standing = _held(near, cells) & cells.whole.any(0)
     if beside is not None:  # in a cloud that was thinned: every point stands for what is above and below it
         reach = 2 * int(_ADJOINING_CELL_M / cells.cell) + 1
-        standing |= ndimage.binary_dilation(_held(beside, cells), np.ones((reach, 1)))
+        standing |= ndimage.binary_dilation(_held(beside, cells), np.ones((reach, 1), np.bool_))
     left, right = (np.logical_or.accumulate(standing[:, ::way], 1)[:, ::way] for way in (1, -1))
     return replace(cells, whole=(cells.whole | (left & right)) & _at_or_below(cells.wall))
 
