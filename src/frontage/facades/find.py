@@ -10,6 +10,7 @@ from frontage.facades.cloud import prepare
 from frontage.facades.interiors import drop_interiors
 from frontage.facades.layers import find_layers
 from frontage.facades.options import FacadeOptions
+from frontage.facades.pieces import without_overlaps
 from frontage.facades.plane.connected import RELIEF_M
 from frontage.facades.plane.paper import paper_plane
 from frontage.facades.scene import FacadeScene
@@ -59,7 +60,7 @@ def find_facades(
         thinned = replace(scene, cloud=scene.cloud.bounded())
         candidates = search_candidates(thinned, rng)
         candidates = drop_interiors(candidates, thinned, rng)
-        candidates = _refined(candidates, thinned, scene, rng)
+        candidates = without_overlaps(_refined(candidates, thinned, scene, rng))
     if not candidates:
         return (_no_wall(building, options),)
     candidates.sort(key=lambda candidate: -candidate.cells.area)
