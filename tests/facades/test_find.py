@@ -5,6 +5,7 @@ accuracy, frames, sides, what must not win, what must fail clearly.
 import numpy as np
 import pytest
 from scipy import ndimage
+from shapely.geometry import Polygon
 
 from frontage.facades import FacadeOptions, find_facades
 from frontage.geometry.ring import ring_area
@@ -317,6 +318,27 @@ def test_a_monumental_front_in_many_planes_has_a_facade_that_looks_to_the_street
     assert x1 - x0 > 28 and z1 - z0 > 14
     assert f.coverage < 0.35
     assert f.frame.R[1, 1] > 0.999  # into the building, though nothing is higher than the trees
+
+
+def test_walls_side_by_side_share_no_area():
+    rng = np.random.default_rng(8)
+    left, _ = panel(rng, 12, 9)
+    right, _ = panel(rng, 8, 6)
+    right += [10.0, -0.4, 0.0]  # a lower wing that stands 0.4 m further forward
+    both = np.vstack([left, right])
+    ground = np.column_stack(
+        [rng.uniform(-6, 14, 20_000), rng.uniform(-8, -0.5, 20_000), rng.normal(0, 0.01, 20_000)]
+    )
+    xyz = np.vstack([both, ground])
+    eye = np.array([[4.0, -12.0, 1.7]])
+    scan = Scan("wings", xyz, WORLD, eye, np.zeros(len(xyz), np.int32))
+    found = find_facades(scan, Building("B01", np.arange(len(both)), 0.0))
+    a, b = (
+        Polygon([(f.frame.t[0] + f.frame.R[0, 0] * x, f.frame.t[2] + z) for x, z in f.outline]) for f in found
+    )
+    assert a.intersection(b).area < 0.5
+    assert abs(a.area - 12 * 9) < 3.0 and abs(b.area - 8 * 6) < 3.0
+    assert abs(a.bounds[2] - 6.0) < 0.3 and abs(b.bounds[0] - 6.0) < 0.3
 
 
 def test_a_bush_is_no_facade():
