@@ -4,7 +4,7 @@ GDAL reads the true 4x4 matrix of a vertical picture as a degenerate affine tran
 carries a plain two-dimensional transform (pixel-is-area) and the matrix to the world as GDAL metadata.
 """
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -16,10 +16,13 @@ import tifffile
 from frontage.errors import FileError, InputError
 from frontage.geometry.arrays import Array, Float
 from frontage.io.files import whole_file
+from frontage.io.rasters.overviews import overviews
 from frontage.raster.tiles import Tile, allocate, tiles
 
 _TILE = 256  # pixels
 _PICTURE_LEVEL = 1  # of deflate: higher levels take four times as long for a photograph and save nothing
+PRINT_SCALE = 50
+"""Files state the resolution at which a print shows the facade at 1:50, the scale of detailed elevations."""
 _BIG = 2**32 - 2**25  # bytes: classic TIFF ends at 4 GiB
 _FIRST, _AGAIN = "run `frontage ortho` first", "run `frontage ortho` again"
 
@@ -47,8 +50,20 @@ class Georeference:
     metadata: Mapping[str, str]
 
 
-def write_geotiff(path: Path, band: Array, about: Georeference, nodata: float | None = None) -> None:
-    """Write a band (h, w) or an RGBA image (h, w, 4) as a tiled, deflated GeoTIFF.
+def write_geotiff(
+    path: Path,
+    band: Array,
+    about: Georeference,
+    nodata: float | None = None,
+    *,
+    names: Sequence[str] = (),
+    unit: str = "",
+) -> None:
+    """Write a band (h, w) or an RGBA image (h, w, 4) as a tiled, deflated GeoTIFF with overviews.
+
+    names  of its bands; `unit`: of its values
+
+    The resolution in the file is that at which a print shows the facade at 1:50.
 
     The file is a BigTIFF when it might pass 4 GiB. It appears under its name only when it is complete.
 
@@ -60,15 +75,20 @@ def write_geotiff(path: Path, band: Array, about: Georeference, nodata: float | 
         "compression": "adobe_deflate",
         "compressionargs": {"level": _PICTURE_LEVEL} if rgba else {},
         "photometric": "rgb" if rgba else "minisblack",
-        "extratags": _tags(about, nodata),
         "metadata": None,
         "software": "frontage",
         "predictor": bool(band.dtype.kind == "u"),
     }
     if rgba:
         options["extrasamples"] = ["unassalpha"]
-    with whole_file(path) as temporary, tifffile.TiffWriter(temporary, bigtiff=band.nbytes > _BIG) as tif:
-        tif.write(_padded(band), shape=band.shape, dtype=band.dtype, **options)
+    big = band.nbytes * 4 / 3 > _BIG  # overviews take another third
+    with whole_file(path) as temporary, tifffile.TiffWriter(temporary, bigtiff=big) as tif:
+        dots = PRINT_SCALE * 0.01 / about.gsd
+        place = {"extratags": _tags(about, nodata, names, unit), "resolution": (dots, dots)}
+        own = options | place | {"resolutionunit": "CENTIMETER"}
+        tif.write(_padded(band), shape=band.shape, dtype=band.dtype, **own)
+        for level in overviews(band):
+            tif.write(_padded(level), shape=level.shape, dtype=level.dtype, subfiletype=1, **options)
 
 
 def _padded(band: Array) -> Iterator[Array]:
@@ -141,7 +161,9 @@ def matrix_text(matrix: Float) -> str:
     return " ".join(repr(float(v)) for v in np.asarray(matrix).ravel())
 
 
-def _tags(about: Georeference, nodata: float | None) -> list[tuple[int, int | str, int, Any, bool]]:
+def _tags(
+    about: Georeference, nodata: float | None, names: Sequence[str], unit: str
+) -> list[tuple[int, int | str, int, Any, bool]]:
     """The tags of GeoTIFF 1.1 and GDAL's two private ones."""
     (x, z), gsd = about.corner, about.gsd
     name = about.crs_name.replace("|", "/").encode("ascii", "replace").decode() + "|"
@@ -153,6 +175,10 @@ def _tags(about: Georeference, nodata: float | None) -> list[tuple[int, int | st
     ]
     directory = [1, 1, 1, len(keys), *(v for key in keys for v in key)]
     items = "".join(f"  <Item name={quoteattr(k)}>{escape(v)}</Item>\n" for k, v in about.metadata.items())
+    for k, band_name in enumerate(names):
+        items += f'  <Item name="DESCRIPTION" sample="{k}" role="description">{escape(band_name)}</Item>\n'
+        if unit:
+            items += f'  <Item name="UNITTYPE" sample="{k}" role="unittype">{escape(unit)}</Item>\n'
     xml = f"<GDALMetadata>\n{items}</GDALMetadata>".encode("ascii", "xmlcharrefreplace").decode()
     tags: list[tuple[int, int | str, int, Any, bool]] = [
         (_SCALE, "d", 3, (gsd, gsd, 0.0), True),
