@@ -7,14 +7,12 @@ import cv2
 import numpy as np
 import pytest
 import tifffile
-from PIL import Image
 
 import ortho_wall as wall
 from frontage.errors import FileError, InputError
 from frontage.io.facadefile import facade_from_json, facade_to_json
 from frontage.io.rasters import ortho as ortho_io
 from frontage.io.rasters.geotiff import Georeference, read_geotiff, write_geotiff
-from frontage.io.rasters.overviews import overviews
 from frontage.io.rasters.sidecar import OrthoSidecar, read_sidecar
 from frontage.model import Layer, PhotoOffset
 from frontage.ortho import OrthoOptions, make_ortho
@@ -140,52 +138,6 @@ def test_gdal_reads_the_plane_coordinates(ortho, tmp_path):
     with rasterio.open(tmp_path / "ortho.tif") as tif:
         assert tif.xy(20, 10, offset="ul") == pytest.approx((ortho.corner[0] + 0.1, ortho.corner[1] - 0.2))
         assert "metre" in tif.crs.to_wkt()
-
-
-def test_gdal_reads_overviews_names_units_and_the_place_of_the_jpeg(ortho, tmp_path):
-    import rasterio  # only here: it brings its own GDAL and PROJ
-
-    ortho_io.write_ortho(tmp_path, ortho)
-    with rasterio.open(tmp_path / "ortho.tif") as tif:
-        assert tif.overviews(1) == [2]
-        assert tif.descriptions == ("red", "green", "blue", "alpha")
-        dots = float(tif.tags()["TIFFTAG_XRESOLUTION"])
-        assert tif.tags()["TIFFTAG_RESOLUTIONUNIT"].startswith("3") and dots * ortho.gsd == pytest.approx(0.5)
-        zero = float(tif.tags()["HEIGHT_OF_ZERO"])
-    with rasterio.open(tmp_path / "depth.tif") as tif:
-        assert (tif.units, tif.descriptions) == (("metre",), ("depth behind the plane of the facade",))
-        half = tif.read(1, out_shape=tuple((n + 1) // 2 for n in tif.shape))
-    blocks = ortho.depth.reshape(half.shape[0], 2, half.shape[1], 2)
-    full = np.isfinite(blocks).all((1, 3))
-    assert np.allclose(half[full], blocks.mean((1, 3))[full], atol=1e-6) and full.mean() > 0.5
-    assert np.array_equal(np.isnan(half), np.isnan(blocks).all((1, 3)))
-    world, _ = ortho.pixel_to_world(np.array([[10.0, 20.0]]), relief=False)
-    with rasterio.open(tmp_path / "ortho.jpg") as jpeg:
-        x, z = jpeg.xy(20, 10, offset="ul")
-        assert (x, z) == pytest.approx((ortho.corner[0] + 0.1, ortho.corner[1] - 0.2))
-        assert "metre" in jpeg.crs.to_wkt() and jpeg.tags()["FACADE"] == "B01/F1"
-    assert zero + z == pytest.approx(world[0, 2], abs=1e-3)  # the wall of this test is upright
-    (tmp_path / "ortho.jpg.aux.xml").unlink()
-    with rasterio.open(tmp_path / "ortho.jpg") as jpeg:  # now by the world file
-        assert jpeg.xy(20, 10, offset="ul") == pytest.approx((x, z))
-    with Image.open(tmp_path / "ortho.jpg") as picture:
-        density = picture.info["dpi"][0] / 2.54
-    assert density * ortho.gsd == pytest.approx(0.5, rel=0.01)
-
-
-def test_overviews_average_what_is_known():
-    colours = np.zeros((515, 300, 4), np.uint8)
-    colours[::2] = (200, 100, 50, 255)  # every other row has no data
-    half, quarter = overviews(colours)
-    assert half.shape == (258, 150, 4) and quarter.shape == (129, 75, 4)
-    assert np.array_equal(half[0, 0], (200, 100, 50, 128))
-    assert np.array_equal(half[-1, 0], (200, 100, 50, 255))
-    names = np.arange(300 * 4, dtype=np.uint16).reshape(4, 300)
-    (small,) = overviews(names)
-    assert np.array_equal(small, names[::2, ::2])
-    flat = np.broadcast_to(np.float32(np.nan), (400, 400))
-    (small,) = overviews(flat)
-    assert small.shape == (200, 200) and not any(small.strides)
 
 
 def test_more_than_four_gigabytes_is_a_big_tiff(ortho, tmp_path, monkeypatch):
