@@ -38,7 +38,7 @@ def drawing(simulated_run: Path) -> Any:
 @pytest.fixture(scope="module")
 def elevation(simulated_run: Path) -> Elevation:
     store = Store(simulated_run)
-    job = Job(store, store.project(), "B01")
+    job = Job(store, store.project(), "B01", stage.tasks(Job(store, store.project()))["B01"])
     return stage.work(job, stage.load(job))[0]
 
 
@@ -183,7 +183,7 @@ def test_a_facade_without_openings_and_picture_says_so(tmp_path: Path) -> None:
 def test_drawings_are_the_same_every_time(simulated_run: Path, tmp_path: Path) -> None:
     out = Path(shutil.copytree(simulated_run, tmp_path / "copy"))
     store = Store(out)
-    job = Job(store, store.project(), "B01")
+    job = Job(store, store.project(), "B01", stage.tasks(Job(store, store.project()))["B01"])
     stage.save(job, stage.work(job, stage.load(job)))
     for name in ("B01.dxf", "B01.pdf"):
         path = Path("products") / "elevations" / name

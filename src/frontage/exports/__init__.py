@@ -5,6 +5,7 @@ openings (paper B, section 3), `building_mesh` and `facade_mesh` lay the ortho-i
 sections 3 and 4), and `render_model` draws the model as seen from the street. The files are written by `io`.
 """
 
+from frontage.exports.appearance import painted, texture_path
 from frontage.exports.facades import FacadePicture, facade_mesh, limit_texture, triangulate
 from frontage.exports.lod3 import city_building, city_buildings
 from frontage.exports.model3d import building_mesh
@@ -19,6 +20,8 @@ __all__ = [
     "facade_mesh",
     "limit_texture",
     "model_triangles",
+    "painted",
     "render_model",
+    "texture_path",
     "triangulate",
 ]

@@ -28,7 +28,7 @@ COLOURS: dict[str, Colour] = {
 }
 """Linear RGB, 0..1, of surfaces that no picture shows."""
 
-_FACING_COS = 0.96  # of the largest angle between a surface and the facade whose picture it takes
+FACING_COS = 0.96  # of the largest angle between a surface and the facade whose picture it takes
 _GLASS_ROUGHNESS = 0.15  # of the glTF material
 
 
@@ -72,7 +72,7 @@ def _texture_coordinates(corners: Float, picture: FacadePicture) -> Float:
 def _shown(shapes: ModelTriangles, picture: FacadePicture, uv: Float, reach: float) -> Bool:
     """Which triangles (t,) a picture shows: parallel to its plane, near it, two corners within it."""
     frame = picture.facade.frame
-    facing = shapes.normals @ -frame.R[:, 1] > _FACING_COS
+    facing = shapes.normals @ -frame.R[:, 1] > FACING_COS
     y = frame.inverse.apply(shapes.corners.mean(1))[:, 1]
     within = ((uv > -0.02) & (uv < 1.02)).all(2).sum(1) >= 2
     kinds = [KINDS.index(k) for k in ("WallSurface", *OPENING_SURFACES)]
@@ -111,7 +111,7 @@ def _frame_colour(shapes: ModelTriangles, pictures: Sequence[FacadePicture]) -> 
     normals = shapes.normals[shapes.kind == KINDS.index("Frame")]
     samples: list[Array] = []
     for picture in pictures:
-        front = normals @ -picture.facade.frame.R[:, 1] > _FACING_COS
+        front = normals @ -picture.facade.frame.R[:, 1] > FACING_COS
         if not front.any():
             continue
         u, v = _texture_coordinates(corners[front], picture).mean(1).T

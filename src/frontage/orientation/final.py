@@ -29,6 +29,7 @@ from frontage.solve.abreast import each
 
 # Of a thousand good observations one fails (Baarda 1968): false matches of templates are rarely far off.
 _TESTS = AdjustmentOptions(critical=3.29, known=frozenset({PLACES}))
+_AS_STATED = AdjustmentOptions(loss="none", snooping=False, variance_components=False)
 _PASSES = ((12, 24), (6, 12))  # radius of the search for control and distance of templates, px of renderings
 _FEWEST_CONTROL = 12
 _FEWEST_TIES = 30
@@ -76,7 +77,7 @@ def adjusted_orientation(scene: Scene, placed: Placed, unoriented: Sequence[Unor
             passes = passes or [search]  # what the refused photos contributed has to go
     if not len(placed.photos):
         return _nothing(scene.surface, left)
-    rows = zip(placed.photos, verdicts, _check(scene, state), strict=True)
+    rows = zip(placed.photos, verdicts, _check(state, scene.seed), strict=True)
     oriented = tuple(_oriented(k, state, *row) for k, row in enumerate(rows))
     drawings = draw_scan(placed.photos, scene.surface)
     rigs = adjusted_rigs(scene.rigs, [p.id for p in placed.photos], state.adjustment)
@@ -184,14 +185,13 @@ def _count(state: _State, photo: int, group: int) -> int:
     return len(_rows(state, photo, group))
 
 
-def _check(scene: Scene, state: _State) -> Float:
+def _check(state: _State, seed: int) -> Float:
     """Root mean square error (p,) m of control points that another adjustment did not use."""
-    rng = np.random.default_rng(scene.seed)
+    rng = np.random.default_rng(seed)
     out = [rng.random(len(c)) < _CHECKED for c in state.control]
-    rest = [c.take(~o) for c, o in zip(state.control, out, strict=True)]
     errors = np.full(len(out), np.nan)
     try:
-        found = adjust(_network(scene, state.improved, rest), _TESTS)
+        found = adjust(_without_control(state, np.concatenate(out)), _AS_STATED)
     except NotDetermined:
         return errors
     for k, (control, mask) in enumerate(zip(state.control, out, strict=True)):
@@ -202,6 +202,22 @@ def _check(scene: Scene, state: _State) -> Float:
             off = camera.project(inside) - control.pixels[used]
             errors[k] = float(np.sqrt(np.nanmean((off * (inside[:, 2:] / camera.params[0])) ** 2)))
     return errors
+
+
+def _without_control(state: _State, out: Bool) -> Network:
+    """The adjusted network with the observations and variances of its adjustment, but some control (c,)."""
+    network, found = state.network, state.adjustment
+    used = found.used.copy()
+    used[network.images.group == CONTROL] &= ~out
+    images, surfaces = network.images.take(used), network.surfaces.take(found.surface_used)
+    wider = np.sqrt(found.factors)
+    return replace(
+        network,
+        poses=tuple(pose.value for pose in found.poses),
+        points=found.points,
+        images=replace(images, sigma=images.sigma * wider[images.group]),
+        surfaces=replace(surfaces, sigma=surfaces.sigma * wider[surfaces.group]),
+    )
 
 
 def _used_control(state: _State, photo: int) -> Bool:

@@ -21,7 +21,7 @@ _STAGES = ("buildings", "facades", "ortho", "openings", "crossbars", "model")
 def gather_survey(store: Store) -> Survey:
     """Return what a run has measured. Files that are damaged raise FileError; what is missing is told."""
     world, warned = store.world(), _warnings(store)
-    addresses = _addresses(store)
+    addresses = addresses_of(store)
     buildings = tuple(
         _building(store, record, world, addresses[record.id], warned) for record in store.building_records()
     )
@@ -30,12 +30,15 @@ def gather_survey(store: Store) -> Survey:
     return Survey(world, buildings, photos, _stations(store, world), (*unseen, *missing))
 
 
-def gather_building(store: Store, building: str) -> SurveyedBuilding:
-    """Return what a run has measured of one building. Raises InputError for an unknown id, FileError."""
+def gather_building(store: Store, building: str, address: str | None) -> SurveyedBuilding:
+    """Return what a run has measured of one building. Raises InputError for an unknown id, FileError.
+
+    address  its own, of `addresses_of`, which reads the whole run and is asked once for all buildings
+    """
     record = next((r for r in store.building_records() if r.id == building), None)
     if record is None:
         raise InputError(f"no building {building!r} in {store.out}")
-    return _building(store, record, store.world(), _addresses(store)[building], _warnings(store))
+    return _building(store, record, store.world(), address, _warnings(store))
 
 
 def heights_of(world: WorldRef) -> str:
@@ -57,7 +60,7 @@ def _warnings(store: Store) -> dict[str, list[str]]:
     return found
 
 
-def _addresses(store: Store) -> dict[str, str | None]:
+def addresses_of(store: Store) -> dict[str, str | None]:
     """Return the first address of every building, with those that the project file gives."""
     records, book = store.building_records(), store.project().addresses
     plans = ground_plans(store) if any(entry.at for entry in book) else {}

@@ -12,7 +12,9 @@ from frontage.model.estimate import Estimate
 from frontage.model.photo import Camera
 from frontage.orientation.adjustment import (
     AdjustmentOptions,
+    ImageObservations,
     NotDetermined,
+    Photos,
     PointObservations,
     adjust,
     control_rows,
@@ -21,7 +23,7 @@ from frontage.orientation.adjustment.layout import layout_of
 from frontage.orientation.adjustment.linearise import linearise, residuals
 from frontage.orientation.adjustment.robust import plain_weights
 from frontage.orientation.adjustment.state import State
-from orientation.adjustment.blocks import facade_block, pose_error, rig_block
+from orientation.adjustment.blocks import facade_block, pose_error, rig_block, visible
 
 PLAIN = AdjustmentOptions(loss="none", snooping=False, variance_components=False)
 
@@ -317,6 +319,46 @@ def test_points_without_enough_rays_are_left_out_and_counted():
     assert np.isnan(found.point_covariance[50]).all() and found.sigma_points.shape == (150, 3)
     np.testing.assert_array_equal(found.points[50], block.network.points[50])
     assert not found.used[images.point[keep] == 50].any() and not found.rejected.any()
+
+
+def test_points_that_only_photos_of_one_place_see_are_left_out():
+    rng = np.random.default_rng(1)
+    block = facade_block(3, photos=8, points=150, control=12)
+    there = block.poses[3]
+    twin = Rigid3("local", "twin", there.R, there.t + np.array([4e-4, 0.0, 0.0]))
+    photos = Photos.free(np.zeros(9, np.int64))
+    xyz = rng.uniform([-8.0, 0.0, 0.0], [8.0, 2.0, 10.0], (300, 3))
+    common, own = visible((*block.poses, twin), block.cameras, photos.camera, block.points), []
+    mine = common[0] == 8
+    own.append([part[mine] for part in common])
+    photo, point, pixels = visible((there, twin), block.cameras, np.zeros(2, int), xyz)
+    own.append([np.where(photo == 0, 3, 8), point + len(block.points), pixels])
+    photo, point, pixels = (np.concatenate(parts) for parts in zip(*own, strict=True))
+    pixels = pixels + 0.5 * rng.standard_normal(pixels.shape)
+    old = block.network.images
+    images = ImageObservations(
+        np.concatenate([old.photo, photo]),
+        np.concatenate([old.point, point]),
+        np.concatenate([old.pixels, pixels]),
+        np.full(len(old) + len(photo), 0.5),
+        np.zeros(len(old) + len(photo), np.int64),
+    )
+    network = replace(
+        block.network,
+        poses=(*block.network.poses, block.network.poses[3]),
+        photos=photos,
+        points=np.concatenate([block.network.points, xyz]),
+        images=images,
+        pose_priors=(),
+    )
+    found = adjust(network)
+    assert found.reason.startswith("converged") and found.iterations < 10 * found.rounds
+    only = np.unique(point[point >= len(block.points)])
+    assert not found.determined[only].any()
+    errors = np.array(
+        [pose_error(p.value, t) for p, t in zip(found.poses, (*block.poses, twin), strict=True)]
+    )
+    assert _squared(errors, np.array([p.covariance for p in found.poses])).mean() / 6 < 2.0
 
 
 def test_points_behind_a_camera_are_counted_and_do_no_harm():

@@ -4,9 +4,10 @@ GDAL reads the true 4x4 matrix of a vertical picture as a degenerate affine tran
 carries a plain two-dimensional transform (pixel-is-area) and the matrix to the world as GDAL metadata.
 """
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from tempfile import NamedTemporaryFile
 from typing import Any
 from xml.sax.saxutils import escape, quoteattr
 
@@ -16,10 +17,14 @@ import tifffile
 from frontage.errors import FileError, InputError
 from frontage.geometry.arrays import Array, Float
 from frontage.io.files import whole_file
+from frontage.io.rasters.cog import write_ordered
+from frontage.io.rasters.overviews import overviews
 from frontage.raster.tiles import Tile, allocate, tiles
 
 _TILE = 256  # pixels
 _PICTURE_LEVEL = 1  # of deflate: higher levels take four times as long for a photograph and save nothing
+PRINT_SCALE = 50
+"""Files state the resolution at which a print shows the facade at 1:50, the scale of detailed elevations."""
 _BIG = 2**32 - 2**25  # bytes: classic TIFF ends at 4 GiB
 _FIRST, _AGAIN = "run `frontage ortho` first", "run `frontage ortho` again"
 
@@ -29,6 +34,9 @@ _GDAL_METADATA, _GDAL_NODATA = 42112, 42113
 # GeoKeys and their values.
 _MODEL_TYPE, _RASTER_TYPE, _CITATION, _LINEAR_UNIT = 1024, 1025, 1026, 3076
 _USER_DEFINED, _PIXEL_IS_AREA, _METRE = 32767, 1, 9001
+
+_Tag = tuple[int, int | str, int, Any, bool]
+"""Code, type, count, value, and whether only the first page has it, as tifffile takes them."""
 
 
 @dataclass(frozen=True)
@@ -47,8 +55,23 @@ class Georeference:
     metadata: Mapping[str, str]
 
 
-def write_geotiff(path: Path, band: Array, about: Georeference, nodata: float | None = None) -> None:
-    """Write a band (h, w) or an RGBA image (h, w, 4) as a tiled, deflated GeoTIFF.
+def write_geotiff(
+    path: Path,
+    band: Array,
+    about: Georeference,
+    nodata: float | None = None,
+    *,
+    names: Sequence[str] = (),
+    unit: str = "",
+) -> None:
+    """Write a band (h, w) or an RGBA image (h, w, 4) as a cloud-optimised GeoTIFF.
+
+    It is tiled and deflated, and has overviews.
+
+    names  of its bands; `unit`: of its values
+
+    The resolution in the file is that at which a print shows the facade at 1:50. Floating-point bands have no
+    predictor: it would save a sixth, but few programs without GDAL can read it.
 
     The file is a BigTIFF when it might pass 4 GiB. It appears under its name only when it is complete.
 
@@ -60,15 +83,28 @@ def write_geotiff(path: Path, band: Array, about: Georeference, nodata: float | 
         "compression": "adobe_deflate",
         "compressionargs": {"level": _PICTURE_LEVEL} if rgba else {},
         "photometric": "rgb" if rgba else "minisblack",
-        "extratags": _tags(about, nodata),
         "metadata": None,
         "software": "frontage",
         "predictor": bool(band.dtype.kind == "u"),
     }
     if rgba:
         options["extrasamples"] = ["unassalpha"]
-    with whole_file(path) as temporary, tifffile.TiffWriter(temporary, bigtiff=band.nbytes > _BIG) as tif:
-        tif.write(_padded(band), shape=band.shape, dtype=band.dtype, **options)
+    dots = PRINT_SCALE * 0.01 / about.gsd
+    place = {"extratags": _tags(about, nodata, names, unit), "resolution": (dots, dots)}
+    own = options | place | {"resolutionunit": "CENTIMETER"}
+    big = band.nbytes * 4 / 3 > _BIG  # overviews take another third
+    with (
+        whole_file(path) as temporary,
+        NamedTemporaryFile(dir=path.parent, prefix=".", suffix=".part") as plain,
+    ):
+        with tifffile.TiffWriter(plain, bigtiff=big, byteorder="<") as tif:
+            tif.write(_padded(band), shape=band.shape, dtype=band.dtype, **own)
+            for level in overviews(band):
+                options["extratags"] = _nodata(nodata)
+                tif.write(_padded(level), shape=level.shape, dtype=level.dtype, subfiletype=1, **options)
+        plain.seek(0)
+        with open(temporary, "wb") as file:
+            write_ordered(plain.file, file)
 
 
 def _padded(band: Array) -> Iterator[Array]:
@@ -141,7 +177,7 @@ def matrix_text(matrix: Float) -> str:
     return " ".join(repr(float(v)) for v in np.asarray(matrix).ravel())
 
 
-def _tags(about: Georeference, nodata: float | None) -> list[tuple[int, int | str, int, Any, bool]]:
+def _tags(about: Georeference, nodata: float | None, names: Sequence[str], unit: str) -> list[_Tag]:
     """The tags of GeoTIFF 1.1 and GDAL's two private ones."""
     (x, z), gsd = about.corner, about.gsd
     name = about.crs_name.replace("|", "/").encode("ascii", "replace").decode() + "|"
@@ -153,14 +189,20 @@ def _tags(about: Georeference, nodata: float | None) -> list[tuple[int, int | st
     ]
     directory = [1, 1, 1, len(keys), *(v for key in keys for v in key)]
     items = "".join(f"  <Item name={quoteattr(k)}>{escape(v)}</Item>\n" for k, v in about.metadata.items())
+    for k, band_name in enumerate(names):
+        items += f'  <Item name="DESCRIPTION" sample="{k}" role="description">{escape(band_name)}</Item>\n'
+        if unit:
+            items += f'  <Item name="UNITTYPE" sample="{k}" role="unittype">{escape(unit)}</Item>\n'
     xml = f"<GDALMetadata>\n{items}</GDALMetadata>".encode("ascii", "xmlcharrefreplace").decode()
-    tags: list[tuple[int, int | str, int, Any, bool]] = [
+    tags: list[_Tag] = [
         (_SCALE, "d", 3, (gsd, gsd, 0.0), True),
         (_TIEPOINT, "d", 6, (0.0, 0.0, 0.0, x, z, 0.0), True),
         (_KEYS, "H", len(directory), tuple(directory), True),
         (_ASCII, "s", 0, name, True),
         (_GDAL_METADATA, "s", 0, xml, True),
     ]
-    if nodata is not None:
-        tags.append((_GDAL_NODATA, "s", 0, f"{nodata:g}", True))
-    return tags
+    return [*tags, *_nodata(nodata)]
+
+
+def _nodata(nodata: float | None) -> list[_Tag]:
+    return [] if nodata is None else [(_GDAL_NODATA, "s", 0, f"{nodata:g}", True)]

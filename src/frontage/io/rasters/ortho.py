@@ -1,6 +1,7 @@
 """An ortho-image on disk: its GeoTIFF bands, a JPEG to look at, and the sidecar `ortho.json`."""
 
 import math
+from dataclasses import replace
 from pathlib import Path
 
 import cv2
@@ -10,11 +11,13 @@ from frontage.errors import FileError
 from frontage.geometry.arrays import Array
 from frontage.io.files import MALFORMED, whole_file
 from frontage.io.rasters.geotiff import Georeference, matrix_text, read_geotiff, write_geotiff
+from frontage.io.rasters.jpegplace import with_density, write_place
 from frontage.io.rasters.sidecar import OrthoSidecar, read_sidecar, write_sidecar
 from frontage.model import OrthoImage
 from frontage.raster.tiles import Tile
 
-FILES = ("ortho.json", "ortho.tif", "ortho.jpg", "depth.tif", "sources.tif", "gsd.tif", "intensity.tif")
+FILES = ("ortho.json", "ortho.tif", "ortho.jpg", "ortho.jgw", "ortho.jpg.aux.xml", "depth.tif", "sources.tif",
+         "gsd.tif", "intensity.tif")  # fmt: skip
 """The files that `write_ortho` may leave in a folder."""
 
 _JPEG_SIDE_PX = 16384  # the largest picture that common viewers open; the format itself ends at 65535
@@ -44,18 +47,24 @@ def write_ortho(folder: Path, ortho: OrthoImage) -> None:
         "RASTER_TO_WORLD": matrix_text(sidecar.raster_to_world),
         "WORLD_CRS": facade.world.crs or "",
         "SOURCES": "; ".join(ortho.sources),
+        "HEIGHT_OF_ZERO": repr(sidecar.height_of_zero),
     }
     about = Georeference(ortho.corner, ortho.gsd, f"Facade {facade.id} (x right, z up, m)", metadata)
-    write_geotiff(folder / "ortho.tif", ortho.pixels, about)
-    write_geotiff(folder / "depth.tif", ortho.depth, about, math.nan)
-    write_geotiff(folder / "sources.tif", ortho.source, about, 0)
-    write_geotiff(folder / "gsd.tif", ortho.gsd_effective, about, math.nan)
-    if ortho.intensity is not None:
-        write_geotiff(folder / "intensity.tif", ortho.intensity, about, math.nan)
-    else:
-        (folder / "intensity.tif").unlink(missing_ok=True)
+    write_geotiff(folder / "ortho.tif", ortho.pixels, about, names=("red", "green", "blue", "alpha"))
+    for name, band, nodata, title, unit in (
+        ("depth.tif", ortho.depth, math.nan, "depth behind the plane of the facade", "metre"),
+        ("sources.tif", ortho.source, 0, "1 + index into the sources", ""),
+        ("gsd.tif", ortho.gsd_effective, math.nan, "size of a source pixel on the facade", "metre"),
+        ("intensity.tif", ortho.intensity, math.nan, "intensity of the scan, 0 to 1", ""),
+    ):
+        if band is not None:
+            write_geotiff(folder / name, band, about, nodata, names=(title,), unit=unit)
+        else:
+            (folder / name).unlink(missing_ok=True)
+    jpeg, step = _jpeg(ortho.pixels)
     with whole_file(folder / "ortho.jpg") as temporary:
-        temporary.write_bytes(_jpeg(ortho.pixels))
+        temporary.write_bytes(with_density(jpeg, ortho.gsd * step))
+    write_place(folder / "ortho.jpg", replace(about, gsd=ortho.gsd * step))
     write_sidecar(folder, sidecar)
 
 
@@ -101,8 +110,8 @@ def read_ortho(folder: Path, window: Tile | None = None) -> OrthoImage:
         ) from error
 
 
-def _jpeg(pixels: Array) -> bytes:
-    """The picture on white as JPEG; one of more than 16384 px is reduced by a whole factor."""
+def _jpeg(pixels: Array) -> tuple[bytes, int]:
+    """The picture on white as JPEG; one of more than 16384 px is reduced by a whole factor, returned too."""
     step = -(-max(pixels.shape[:2]) // _JPEG_SIDE_PX)
     rows = []
     for r in range(0, pixels.shape[0], _JPEG_ROWS * step):
@@ -113,4 +122,4 @@ def _jpeg(pixels: Array) -> bytes:
             part = cv2.resize(part, size, interpolation=cv2.INTER_AREA)
         rows.append(part)
     picture = cv2.cvtColor(np.concatenate(rows), cv2.COLOR_RGB2BGR)
-    return bytes(cv2.imencode(".jpg", picture, [cv2.IMWRITE_JPEG_QUALITY, _JPEG_QUALITY])[1])
+    return bytes(cv2.imencode(".jpg", picture, [cv2.IMWRITE_JPEG_QUALITY, _JPEG_QUALITY])[1]), step

@@ -12,7 +12,12 @@ from frontage.orientation.adjustment.dependence import Dependence
 from frontage.orientation.adjustment.dependent import alike_groups, dependent_precision, effective_weights
 from frontage.orientation.adjustment.fit import Fit
 from frontage.orientation.adjustment.layout import Layout, determined_points, layout_of
-from frontage.orientation.adjustment.linearise import linearise, point_derivatives, residuals
+from frontage.orientation.adjustment.linearise import (
+    camera_points,
+    linearise,
+    point_derivatives,
+    residuals,
+)
 from frontage.orientation.adjustment.minimise import FIRST_DAMPING, LEAST_DAMPING, Minimum, Reweight, minimise
 from frontage.orientation.adjustment.network import Network
 from frontage.orientation.adjustment.normal import normal_equations, point_blocks
@@ -175,6 +180,10 @@ def _lay_out(network: Network, now: _Progress) -> Layout:
 
 def _degenerate(network: Network, state: State, layout: Layout) -> Bool:
     """The active points (a,) whose rays and rows leave a direction open."""
-    by_ray = point_derivatives(network, state, layout.rows) / network.images.sigma[layout.rows, None, None]
+    rows = layout.rows
+    by_ray = point_derivatives(network, state, rows) / network.images.sigma[rows, None, None]
     by_row = network.surfaces.direction / network.surfaces.sigma[:, None]
-    return degenerate_points(point_blocks(layout, by_ray, by_row[layout.surface_rows]))
+    length = np.linalg.norm(camera_points(network, state, rows), axis=1)
+    nearest = np.full(len(layout.points), np.inf)
+    np.minimum.at(nearest, layout.slot, length)
+    return degenerate_points(point_blocks(layout, by_ray, by_row[layout.surface_rows]), nearest)

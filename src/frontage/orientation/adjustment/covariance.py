@@ -18,6 +18,7 @@ from frontage.orientation.adjustment.normal import NormalEquations, inverse_bloc
 _SINGULAR = 1e-12  # least eigenvalue of the scaled reduced equations; rounding errors are below 1e-14
 _SHARE = 0.1  # of the largest part in a direction that is not determined, from which a body is named
 _POINT_SINGULAR = 1e-10  # ratio of the eigenvalues of a point's block: rays that meet at less than 1e-5 rad
+_LEAST_PARALLAX = 4.0  # standard errors: of the parallax of the rays that meet in a point
 
 
 class NotDetermined(FrontageError):
@@ -65,10 +66,16 @@ class Precision:
     mounts: float
 
 
-def degenerate_points(V: Float) -> Bool:
-    """Which blocks (a, 3, 3) are numerically singular, because rays are parallel or nothing is seen."""
+def degenerate_points(V: Float, reach: Float) -> Bool:
+    """Which points (a,) are not determined, from their blocks (a, 3, 3) and the distance (a,) m of a camera.
+
+    Either a block is numerically singular, or the parallax of the rays is not significant: the distance is
+    known to no better than a quarter of itself. Such a point is not near any minimum, it walks off to
+    infinity, and what it would give the poses is biased.
+    """
     values = np.linalg.eigvalsh(V)
-    return np.asarray(values[:, 0] <= _POINT_SINGULAR * values[:, 2])
+    singular = values[:, 0] <= _POINT_SINGULAR * values[:, 2]
+    return np.asarray(singular | (values[:, 0] * reach**2 < _LEAST_PARALLAX**2))
 
 
 def precision(equations: NormalEquations, datum: Datum) -> Precision:

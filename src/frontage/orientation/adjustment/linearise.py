@@ -72,7 +72,7 @@ class Linearised:
 def residuals(network: Network, state: State) -> Residuals:
     """The residuals of all observations, used or not."""
     images = np.full((len(network.images), 2), np.nan)
-    xyz = _camera_points(network, state, slice(None))
+    xyz = camera_points(network, state, slice(None))
     camera_of = network.photos.camera[network.images.photo]
     for i, camera in enumerate(state.cameras):
         rows = np.flatnonzero(camera_of == i)
@@ -107,7 +107,7 @@ def linearise(network: Network, state: State, layout: Layout, weights: Weights, 
     )
 
 
-def _camera_points(network: Network, state: State, rows: Array | slice) -> Float:
+def camera_points(network: Network, state: State, rows: Array | slice) -> Float:
     """The observed points (r, 3) m in the frames of the cameras that see them."""
     photo, point = network.images.photo[rows], network.images.point[rows]
     centre = state.positions[network.photos.body] + state.levers(network.photos)
@@ -117,7 +117,7 @@ def _camera_points(network: Network, state: State, rows: Array | slice) -> Float
 
 def _image_derivatives(network: Network, state: State, layout: Layout) -> tuple[Float, Float]:
     """Derivatives (m_a, 2, 3) by the point and (m_a, 2, k) by the columns of the photo, px per unit."""
-    xyz = _camera_points(network, state, layout.rows)
+    xyz = camera_points(network, state, layout.rows)
     point = point_derivatives(network, state, layout.rows, xyz)
     wide = np.zeros((len(layout.rows), 2, layout.width))
     camera_of = network.photos.camera[layout.photo]
@@ -152,7 +152,7 @@ def _mount_derivatives(network: Network, state: State, layout: Layout, point: Fl
 def point_derivatives(network: Network, state: State, rows: Int, xyz: Float | None = None) -> Float:
     """Derivatives (r, 2, 3), px per m, of image rows by the local coordinates of their points."""
     if xyz is None:
-        xyz = _camera_points(network, state, rows)
+        xyz = camera_points(network, state, rows)
     photo = network.images.photo[rows]
     camera_of = network.photos.camera[photo]
     total = np.empty((len(rows), 2, 3))

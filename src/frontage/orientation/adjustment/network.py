@@ -83,6 +83,12 @@ class ImageObservations:
     def __len__(self) -> int:
         return len(self.photo)
 
+    def take(self, rows: Array) -> "ImageObservations":
+        """Selects rows, by number or mask."""
+        return ImageObservations(
+            self.photo[rows], self.point[rows], self.pixels[rows], self.sigma[rows], self.group[rows]
+        )
+
 
 @dataclass(frozen=True, eq=False)
 class PointObservations:

@@ -16,10 +16,10 @@ from frontage.io.drawings.pdf import write_pdf
 from frontage.model import Facade
 from frontage.pipeline.pictures import facade_picture
 from frontage.pipeline.products import optional
-from frontage.pipeline.stage import After, Job, Stage, per_building
+from frontage.pipeline.stage import After, Job, Stage
 from frontage.pipeline.store.results import ItemResult, StageResult
 from frontage.pipeline.store.store import Store
-from frontage.pipeline.survey import gather_building, heights_of
+from frontage.pipeline.survey import addresses_of, gather_building, heights_of
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -38,10 +38,15 @@ class Drawn:
     underlays: dict[str, Underlay]
 
 
+def tasks(job: Job) -> dict[str, str | None]:
+    """Return the buildings with their addresses."""
+    return addresses_of(job.store)
+
+
 def load(job: Job) -> Drawn:
     """Read what was measured of a building, with the ortho-images of its facades."""
     store = job.store
-    building = gather_building(store, job.item)
+    building = gather_building(store, job.item, job.payload)
     pictures = ((facade.id, _underlay(store, facade)) for facade, _ in building.fronts)
     found = {name: picture for name, picture in pictures if picture is not None}
     return Drawn(building, heights_of(store.world()), found)
@@ -91,7 +96,7 @@ def _underlay(store: Store, facade: Facade) -> Underlay | None:
 STAGE = Stage(
     name="elevations",
     after=("openings", "crossbars", After("ortho", optional=True)),
-    tasks=per_building,
+    tasks=tasks,
     load=load,
     work=work,
     save=save,

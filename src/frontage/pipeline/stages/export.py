@@ -1,9 +1,13 @@
-"""The stage `export`: the textured model of paper A, `model/facades.glb` and `model/facades.obj`."""
+"""The stage `export`: the textured model of paper A, and the ortho-images for GIS programs.
+
+It writes `model/facades.glb` and `model/facades.obj`, and `products/rasters/B07_F1.vrt` of every facade.
+"""
 
 from dataclasses import dataclass
 
 from frontage.exports import FacadePicture, facade_mesh
 from frontage.io.meshes.textured import TexturedMesh, write_glb, write_obj
+from frontage.io.rasters.vrt import write_virtual
 from frontage.pipeline.pictures import facade_picture
 from frontage.pipeline.stage import After, Job, Stage
 from frontage.pipeline.store.results import StageResult
@@ -29,7 +33,7 @@ def work(job: Job, pictures: list[FacadePicture]) -> list[TexturedMesh]:
 
 
 def save(job: Job, meshes: list[TexturedMesh]) -> list[TexturedMesh]:
-    """Write the model in both formats."""
+    """Write the model in both formats, and the virtual rasters."""
     store = job.store
     folder, world = store.model_folder, store.world()
     folder.mkdir(exist_ok=True)
@@ -37,6 +41,9 @@ def save(job: Job, meshes: list[TexturedMesh]) -> list[TexturedMesh]:
     write_obj(folder / "facades.obj", meshes, world)
     store.wrote(*(folder / f"facades.{ending}" for ending in ("glb", "obj", "mtl", "offset.json")))
     store.wrote(*(folder / "textures" / f"{mesh.file_stem}.jpg" for mesh in meshes))
+    for name in store.facade_ids("ortho"):
+        if (sidecar := store.sidecar(name)) is not None:
+            store.wrote(*write_virtual(store.products_folder / "rasters", store.facade_folder(name), sidecar))
     return meshes
 
 

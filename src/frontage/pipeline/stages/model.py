@@ -9,7 +9,16 @@ import cv2
 import numpy as np
 
 from frontage.catalog.addressbook import known_addresses
-from frontage.exports import FacadePicture, building_mesh, city_buildings, model_triangles, render_model
+from frontage.exports import (
+    FacadePicture,
+    building_mesh,
+    city_buildings,
+    limit_texture,
+    model_triangles,
+    painted,
+    render_model,
+    texture_path,
+)
 from frontage.io.citymodels.citygml.write import write_citygml
 from frontage.io.citymodels.cityjson.write import write_cityjson
 from frontage.io.citymodels.read import read_city_model
@@ -26,6 +35,9 @@ from frontage.pipeline.store.store import Store
 from frontage.solids import Assembled, BuildOptions, ModelMatch, assemble, match_model
 
 _MARGIN_M = 20.0  # around the scan: buildings of the city model beyond are not read
+_BEYOND_OFFSET_M = (
+    1.0  # than the options let a wall lie from its facade: oriels and recesses show pictures, too
+)
 _NAMED = 3  # messages of one code that a warning quotes
 
 Front = tuple[Facade, Elements]
@@ -60,10 +72,14 @@ class Measured:
 
 @dataclass(frozen=True, eq=False)
 class Made:
-    """What goes into the files for one building; `failed`: what does not, and why."""
+    """What goes into the files for one building; `failed`: what does not, and why.
+
+    textures  pictures that its walls show, by path relative to the city model
+    """
 
     id: str
     buildings: tuple[CityBuilding, ...] = ()
+    textures: Mapping[str, bytes] = field(default_factory=dict)
     mesh: GlbMesh | None = None
     picture: bytes = b""
     about: Mapping[str, Any] | None = None
@@ -142,14 +158,17 @@ def join(job: Job, parts: list[Made]) -> ModelResult:
 def _made(
     building: Building, found: Assembled, measured: Measured, task: BuildingTask, options: BuildOptions
 ) -> Made:
-    fronts = measured.fronts
+    fronts, reach = measured.fronts, options.max_offset + _BEYOND_OFFSET_M
     inward = np.array([(f.extent[2] - f.extent[0]) * f.frame.R[:, 1] for f, _ in fronts])
     image = render_model(model_triangles(found), inward[np.linalg.norm(inward, axis=1).argmax()], inward)
     png = cv2.imencode(".png", image[..., ::-1])[1].tobytes()
+    whole = city_buildings(building, found, fronts, task.owners)
+    pictures = {texture_path(p.facade.id): limit_texture(p.jpeg) for p in measured.pictures}
     return Made(
         building.id,
-        city_buildings(building, found, fronts, task.owners),
-        building_mesh(found, measured.pictures, options.max_offset + 1.0),
+        tuple(painted(one, measured.pictures, reach) for one in whole),
+        pictures,
+        building_mesh(found, measured.pictures, reach),
         png,
         _about(found, fronts),
         found.failed,
@@ -210,7 +229,10 @@ def _write(store: Store, made: Sequence[Made]) -> None:
     write_json(folder / "report.json", {m.id: m.about for m in made})
     store.wrote(*(folder / n for n in ("lod3.city.json", "lod3.gml", "lod3_citygml3.gml", "report.json")))
     store.put(folder / "lod3.glb", glb_of([m.mesh for m in made if m.mesh is not None], world))
+    shown = {t.image for b in buildings for shell in b.shells for t in shell.textures.values()}
     for m in made:
+        for path in sorted(shown & m.textures.keys()):
+            store.put(folder / path, m.textures[path])
         store.put(folder / "pictures" / f"{m.id}.png", m.picture)
 
 

@@ -31,12 +31,14 @@ class Member:
 class Dialect:
     """The names of one version of CityGML, with prefixes; `{}` stands for the level of detail.
 
+    schemas  where the official schema of a prefix is published
     order    of the contents of a building
     members  by kind: "part", "installation", "frame" (of a window, with its bars)
     """
 
     version: str
     names: Mapping[str, str]
+    schemas: Mapping[str, str]
     order: tuple[str, ...]
     boundary: str
     surfaces: str
@@ -63,6 +65,11 @@ class Dialect:
         element = self.make(name, text, **attributes)
         parent.append(element)
         return element
+
+    @property
+    def schema_location(self) -> str:
+        """The value of xsi:schemaLocation: pairs of a namespace and its schema."""
+        return " ".join(f"{self.names[prefix]} {place}" for prefix, place in self.schemas.items())
 
     def surface(self, semantics: str, opening: bool = False) -> str:
         """The name of the element of a thematic surface, or of an opening in one."""
@@ -129,7 +136,8 @@ class Dialect:
         return self.add(exterior, "gml:CompositeSurface" if self.version == "2.0" else "gml:Shell")
 
 
-_COMMON = {"xlink": "http://www.w3.org/1999/xlink"}
+_COMMON = {"xlink": "http://www.w3.org/1999/xlink", "xsi": "http://www.w3.org/2001/XMLSchema-instance"}
+_PUBLISHED = "http://schemas.opengis.net/citygml/"
 _ORDER2 = ("height", "geometry2", "installation", "frame", "boundary", "geometry3", "part", "address")
 _ORDER3 = ("boundary", "geometry2", "geometry3", "height", "frame", "installation", "address", "part")
 _INSTALLATION2 = Member(
@@ -144,10 +152,17 @@ CITYGML2 = Dialect(
     {
         "core": "http://www.opengis.net/citygml/2.0",
         "bldg": "http://www.opengis.net/citygml/building/2.0",
+        "app": "http://www.opengis.net/citygml/appearance/2.0",
         "gen": "http://www.opengis.net/citygml/generics/2.0",
         "gml": "http://www.opengis.net/gml",
         "xAL": "urn:oasis:names:tc:ciq:xsdschema:xAL:2.0",
         **_COMMON,
+    },
+    {
+        "core": f"{_PUBLISHED}2.0/cityGMLBase.xsd",
+        "bldg": f"{_PUBLISHED}building/2.0/building.xsd",
+        "gen": f"{_PUBLISHED}generics/2.0/generics.xsd",
+        "app": f"{_PUBLISHED}appearance/2.0/appearance.xsd",
     },
     _ORDER2,
     boundary="bldg:boundedBy",
@@ -169,10 +184,21 @@ CITYGML3 = Dialect(
         "core": "http://www.opengis.net/citygml/3.0",
         "con": "http://www.opengis.net/citygml/construction/3.0",
         "bldg": "http://www.opengis.net/citygml/building/3.0",
+        "app": "http://www.opengis.net/citygml/appearance/3.0",
         "gen": "http://www.opengis.net/citygml/generics/3.0",
         "gml": "http://www.opengis.net/gml/3.2",
         "xAL": "urn:oasis:names:tc:ciq:xal:3",
         **_COMMON,
+    },
+    {
+        name: f"{_PUBLISHED}3.0/{file}.xsd"
+        for name, file in (
+            ("core", "core"),
+            ("con", "construction"),
+            ("bldg", "building"),
+            ("gen", "generics"),
+            ("app", "appearance"),
+        )
     },
     _ORDER3,
     boundary="core:boundary",

@@ -234,7 +234,16 @@ def _without_shared(closed: list[list[_Polygon]], loose: list[_Polygon]) -> list
                     twin.face.id or q.face.id,
                     twin.face.about,
                 )
+                if _same_corners(q.face, twin.face):
+                    q.face.names = twin.face.names  # which textures refer to
     return [q for q in loose if id(q) not in shared]
+
+
+def _same_corners(one: DraftFace, other: DraftFace) -> bool:
+    """Whether two polygons have the same corners in the same order."""
+    return len(one.rings) == len(other.rings) and all(
+        np.array_equal(a, b) for a, b in zip(one.rings, other.rings, strict=True)
+    )
 
 
 def _corners(face: DraftFace) -> frozenset[tuple[float, ...]]:

@@ -37,12 +37,18 @@ class TextureCollector:
 
 
 def _coordinates(texture: etree._Element) -> Iterator[tuple[str, Float]]:
-    """Yield the id of every ring and its texture coordinates (k, 2); broken lists of numbers are skipped."""
-    for e in texture.iter("{*}textureCoordinates"):
-        ring = e.get("ring") or next((c.text or "" for c in e.itersiblings() if local(c) == "ring"), "")
-        try:
-            values = np.array((e.text or "").split(), np.float64)
-        except ValueError:
-            continue
-        if len(values) and len(values) % 2 == 0:
-            yield ring.strip().removeprefix("#"), values.reshape(-1, 2)
+    """Yield the id of every ring and its texture coordinates (k, 2); broken lists of numbers are skipped.
+
+    Version 3.0 lists all coordinates first, then their rings in the same order.
+    """
+    for listed in texture.iter("{*}TexCoordList"):
+        stated = [e for e in listed if local(e) == "textureCoordinates"]
+        rings = [e.text or "" for e in listed if local(e) == "ring"]
+        names = [e.get("ring") or (rings[k] if k < len(rings) else "") for k, e in enumerate(stated)]
+        for e, name in zip(stated, names, strict=True):
+            try:
+                values = np.array((e.text or "").split(), np.float64)
+            except ValueError:
+                continue
+            if len(values) and len(values) % 2 == 0:
+                yield name.strip().removeprefix("#"), values.reshape(-1, 2)

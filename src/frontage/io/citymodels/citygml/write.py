@@ -1,6 +1,7 @@
 """Writing CityGML 2.0 and 3.0, LoD2 and LoD3: buildings as solids of thematic surfaces with openings."""
 
 from collections.abc import Mapping, Sequence
+from copy import deepcopy
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Literal
@@ -10,11 +11,12 @@ from lxml import etree
 
 from frontage.geometry.arrays import Float
 from frontage.io.axes import north_first
+from frontage.io.citymodels.citygml.appearance import Appearance
 from frontage.io.citymodels.citygml.dialect import CITYGML2, CITYGML3, Dialect, Node
 from frontage.io.crs import parse_crs
 from frontage.io.files import whole_file
 from frontage.model import Surface, WorldRef
-from frontage.model.citymodel import CityBuilding, Shell
+from frontage.model.citymodel import CityBuilding, Shell, Texture
 
 _CORNERS = 3  # of a ring, at least
 _OPENINGS = ("Window", "Door")
@@ -31,9 +33,11 @@ def write_citygml(
     """Write the shells of LoD2 and LoD3 of every building, its parts and installations.
 
     Polygons are in local metres of `world` and are written to 0.1 mm, with the axes in the order of the
-    authority of the CRS, which is named by its URN. A solid refers to the polygons of the
-    thematic surfaces. A window or door is put into the wall that its attribute `parent` names. Attributes of
-    buildings, and of surfaces of LoD3, become generic attributes.
+    authority of the CRS, which is named by its URN. A solid of version 3.0 refers to the polygons of the
+    thematic surfaces; one of 2.0 repeats them, because GDAL and what is built on it follow no references.
+    Textures lie on the polygons of the thematic surfaces and refer to their pictures. A window or door is put
+    into the wall that its attribute `parent` names. Attributes of buildings, and of surfaces of LoD3, become
+    generic attributes.
 
     Raises FileError when the file cannot be written, CrsError, and ValueError for a building without such a
     shell.
@@ -42,12 +46,13 @@ def write_citygml(
     turned = world.crs is not None and srs is not None and north_first(parse_crs(world.crs))
     writer = _Writer(CITYGML2 if version == "2.0" else CITYGML3, world, srs, turned)
     shown = [s for b in buildings for s in _shown(b)]
-    root = writer.dialect.make("core:CityModel")
+    root = writer.dialect.make("core:CityModel", xsi_schemaLocation=writer.dialect.schema_location)
     writer.dialect.add(root, "gml:name", title)
     corners = np.vstack([s.ring for shell in shown for s in shell.surfaces])
     writer.envelope(root, world.to_world(corners))
     for b in buildings:
         writer.building(writer.dialect.add(root, "core:cityObjectMember"), b)
+    writer.appearance.write(writer.dialect, root)
     etree.cleanup_namespaces(root, keep_ns_prefixes=list(writer.dialect.names))
     p = Path(path)
     with whole_file(p) as temporary, open(temporary, "wb") as file:
@@ -85,6 +90,7 @@ class _Writer:
     srs: str | None
     north_first: bool
     given: set[str] = field(default_factory=set)
+    appearance: Appearance = field(default_factory=Appearance)
     openings: dict[str, str] = field(default_factory=dict)
 
     def envelope(self, root: Node, xyz: Float) -> None:
@@ -143,12 +149,22 @@ class _Writer:
             polygons = self.surfaces(inside["boundary"], shell)
             if not shell.closed or inside[f"geometry{lod}"]:
                 continue
-            solid = self.dialect.add(holder, "gml:Solid", gml_id=self.identifier(f"solid_{polygons[0]}"))
-            around = self.dialect.shell(solid)
-            for polygon in polygons:
-                self.dialect.add(around, "gml:surfaceMember", xlink_href=f"#{polygon}")
+            name = self.identifier(f"solid_{polygons[0].get(self.dialect.tag('gml:id'))}")
+            self.shared(self.dialect.shell(self.dialect.add(holder, "gml:Solid", gml_id=name)), polygons)
             inside[f"geometry{lod}"].append(holder)
         return inside
+
+    def shared(self, around: Node, polygons: Sequence[Node]) -> None:
+        """Append the polygons of thematic surfaces to a solid: copies without ids, or references to them."""
+        name = self.dialect.tag("gml:id")
+        for polygon in polygons:
+            if self.dialect.version == "3.0":
+                self.dialect.add(around, "gml:surfaceMember", xlink_href=f"#{polygon.get(name)}")
+                continue
+            again = deepcopy(polygon)
+            for element in again.iter():
+                element.attrib.pop(name, None)
+            self.dialect.add(around, "gml:surfaceMember").append(again)
 
     def frame(self, holder: Node, shell: Shell) -> None:
         """Write the polygons of a window's frame, which belong to no thematic surface.
@@ -184,20 +200,20 @@ class _Writer:
             if name not in _HELD:
                 self.dialect.attribute(node, name, value)
 
-    def surfaces(self, boundary: list[Node], shell: Shell) -> list[str]:
-        """Append the thematic surfaces of a shell, openings in their walls; returns all polygons' ids."""
+    def surfaces(self, boundary: list[Node], shell: Shell) -> list[Node]:
+        """Append the thematic surfaces of a shell, openings in their walls; returns all polygons."""
         groups: dict[tuple[str, str], list[Surface]] = {}
         for k, s in enumerate(s for s in shell.surfaces if len(s.ring) >= _CORNERS):
             groups.setdefault((s.source_id or f"{shell.part or 'surface'}/{k}", s.semantics), []).append(s)
         nodes: dict[str, Node] = {}
         walls: list[Node] = []
-        ids: list[str] = []
+        found: list[Node] = []
         for opening in (False, True):
             for (name, semantics), own in groups.items():
                 if (semantics in _OPENINGS) != opening:
                     continue
                 node, polygons = self.thematic(name, own, shell, opening and bool(walls))
-                ids += polygons
+                found += polygons
                 if opening and walls:
                     wall = nodes.get(str(shell.about.get(name, {}).get("parent", "")), walls[0])
                     self.dialect.add(wall, self.dialect.opening).append(node)
@@ -207,11 +223,11 @@ class _Writer:
                 holder = self.dialect.make(self.dialect.boundary)
                 holder.append(node)
                 boundary.append(holder)
-        return ids
+        return found
 
     def thematic(
         self, name: str, own: Sequence[Surface], shell: Shell, opening: bool
-    ) -> tuple[Node, list[str]]:
+    ) -> tuple[Node, list[Node]]:
         """Make a thematic surface with its polygons; an opening in a shell without walls becomes a wall."""
         semantics = own[0].semantics
         if semantics in _OPENINGS and not opening:
@@ -227,18 +243,26 @@ class _Writer:
         )
         if self.dialect.version == "3.0":
             members.set(self.dialect.tag("gml:id"), self.identifier(f"{clean}_surface"))
-        ids = [self.polygon(self.dialect.add(members, "gml:surfaceMember"), s, clean) for s in own]
-        return node, ids
+        texture = shell.textures.get(name)
+        return node, [
+            self.polygon(self.dialect.add(members, "gml:surfaceMember"), s, clean, texture) for s in own
+        ]
 
-    def polygon(self, parent: Node, surface: Surface, name: str) -> str:
-        """Write a polygon with closed rings; returns its identifier."""
+    def polygon(self, parent: Node, surface: Surface, name: str, texture: Texture | None) -> Node:
+        """Write a polygon with closed rings, which have ids where a texture refers to them."""
         name = self.identifier(f"{name}_polygon")
         polygon = self.dialect.add(parent, "gml:Polygon", gml_id=name)
+        lines = []
         for place, ring in (("exterior", surface.ring), *(("interior", hole) for hole in surface.holes)):
             closed = self.ordered(self.world.to_world(np.vstack([ring, ring[:1]])))
-            line = self.dialect.add(self.dialect.add(polygon, f"gml:{place}"), "gml:LinearRing")
-            self.dialect.add(line, "gml:posList", _numbers(closed.ravel()), srsDimension="3")
-        return name
+            lines.append(self.dialect.add(self.dialect.add(polygon, f"gml:{place}"), "gml:LinearRing"))
+            self.dialect.add(lines[-1], "gml:posList", _numbers(closed.ravel()), srsDimension="3")
+        if texture is not None:
+            rings = [self.identifier(f"{name}_ring{k}") for k in range(len(lines))]
+            for line, ring_name in zip(lines, rings, strict=True):
+                line.set(self.dialect.tag("gml:id"), ring_name)
+            self.appearance.add(texture, name, rings)
+        return polygon
 
     def identifier(self, text: str) -> str:
         """A new XML name made of a text: letters, digits and ".-_", beginning with a letter."""

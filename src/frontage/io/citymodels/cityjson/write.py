@@ -9,12 +9,14 @@ import numpy as np
 
 from frontage.geometry.arrays import Float, Int
 from frontage.io.citymodels.address import split_address
+from frontage.io.citymodels.cityjson.appearance import THEME, Appearance
 from frontage.io.crs import parse_crs
 from frontage.io.files import whole_file
 from frontage.model import Surface, WorldRef
 from frontage.model.citymodel import CityBuilding, Shell
 
 _STEP_M = 1e-4  # of the grid that vertices are rounded to
+_CORNERS = 3  # of a ring, at least
 _SKIPPED = {"source_id", "type", "parent", "children"}
 
 
@@ -24,12 +26,12 @@ def write_cityjson(path: str | Path, buildings: Sequence[CityBuilding], world: W
     Every semantic surface has the `id` of its polygon and its attributes; polygons that share an id are one
     surface. The attribute `parent` of an opening, which is the id of its wall, becomes the relation of
     CityJSON. Shells of parts and installations become objects of their own; those of window frames become
-    constructive elements, whose polygons have no semantic surfaces.
+    constructive elements, whose polygons have no semantic surfaces. Textures refer to their pictures.
 
     Raises FileError when the file cannot be written, and CrsError.
     """
-    vertices = _Vertices()
-    objects = {name: thing for b in buildings for name, thing in _objects(b, vertices)}
+    vertices, appearance = _Vertices(), Appearance()
+    objects = {name: thing for b in buildings for name, thing in _objects(b, vertices, appearance)}
     table = vertices.table
     extent = world.to_world(np.concatenate([table.min(0), table.max(0)]).reshape(2, 3) * _STEP_M)
     metadata: dict[str, Any] = {"title": title, "geographicalExtent": extent.ravel().round(4).tolist()}
@@ -41,6 +43,7 @@ def write_cityjson(path: str | Path, buildings: Sequence[CityBuilding], world: W
         "metadata": metadata,
         "transform": {"scale": [_STEP_M] * 3, "translate": [float(v) for v in world.origin]},
         "CityObjects": objects,
+        **({"appearance": appearance.to_json()} if appearance else {}),
         "vertices": table.tolist(),
     }
     p = Path(path)
@@ -55,11 +58,15 @@ class _Vertices:
     def __init__(self) -> None:
         self._number: dict[tuple[int, ...], int] = {}
 
-    def numbers(self, ring: Float) -> list[int]:
-        """The vertex numbers of a ring (k, 3) m; neighbours that round to the same point are one."""
+    def numbers(self, ring: Float) -> tuple[list[int], list[int]]:
+        """The vertex numbers of a ring (k, 3) m, and which corners they are of.
+
+        Of neighbours that round to the same point only the first is kept.
+        """
         points = [tuple(p) for p in np.rint(np.asarray(ring) / _STEP_M).astype(np.int64).tolist()]
         found = [self._number.setdefault(p, len(self._number)) for p in points]
-        return [n for n, before in zip(found, [found[-1], *found[:-1]], strict=True) if n != before]
+        kept = [k for k, n in enumerate(found) if n != found[k - 1]]
+        return [found[k] for k in kept], kept
 
     @property
     def table(self) -> Int:
@@ -67,7 +74,9 @@ class _Vertices:
         return np.array(list(self._number), np.int64).reshape(-1, 3)
 
 
-def _objects(building: CityBuilding, vertices: _Vertices) -> Iterator[tuple[str, dict[str, Any]]]:
+def _objects(
+    building: CityBuilding, vertices: _Vertices, appearance: Appearance
+) -> Iterator[tuple[str, dict[str, Any]]]:
     """Yield the objects of a building: itself, then its parts and installations."""
     whole = _building(building)
     members: dict[str, dict[str, Any]] = {building.id: whole}
@@ -77,7 +86,7 @@ def _objects(building: CityBuilding, vertices: _Vertices) -> Iterator[tuple[str,
             about = {"attributes": dict(shell.attributes)} if shell.attributes else {}
             members[name] = {"type": _kind(shell), "parents": [building.id], **about, "geometry": []}
             whole.setdefault("children", []).append(name)
-        members[name]["geometry"].append(_geometry(shell, vertices))
+        members[name]["geometry"].append(_geometry(shell, vertices, appearance))
     yield from members.items()
 
 
@@ -99,16 +108,20 @@ def _building(building: CityBuilding) -> dict[str, Any]:
     return {**out, "attributes": attributes, "geometry": []}
 
 
-def _geometry(shell: Shell, vertices: _Vertices) -> dict[str, Any]:
+def _geometry(shell: Shell, vertices: _Vertices, appearance: Appearance) -> dict[str, Any]:
     """A Solid of one shell; a MultiSurface where it is not closed, a CompositeSurface for a window's frame.
 
     Polygons with fewer than three corners on the grid are left out.
     """
-    boundaries, meant = [], []
+    boundaries, meant, shown = [], [], []
     for s in shell.surfaces:
-        rings = [ring for r in (s.ring, *s.holes) if len(ring := vertices.numbers(r)) >= 3]
-        if rings:
-            boundaries.append(rings)
+        rings = [vertices.numbers(r) for r in (s.ring, *s.holes)]
+        texture = shell.textures.get(s.source_id)
+        places = appearance.polygon(texture, [kept for _, kept in rings])
+        whole = [k for k, (ring, _) in enumerate(rings) if len(ring) >= _CORNERS]
+        if whole:
+            boundaries.append([rings[k][0] for k in whole])
+            shown.append([places[k] for k in whole])
             meant.append(s)
     open_kind = "CompositeSurface" if shell.frame_of else "MultiSurface"
     geometry: dict[str, Any] = {
@@ -116,6 +129,8 @@ def _geometry(shell: Shell, vertices: _Vertices) -> dict[str, Any]:
         "lod": shell.lod,
         "boundaries": [boundaries] if shell.closed else boundaries,
     }
+    if shell.textures:
+        geometry["texture"] = {THEME: {"values": [shown] if shell.closed else shown}}
     if not any(s.semantics for s in meant):
         return geometry
     surfaces, values = _meanings(meant, shell.about)
