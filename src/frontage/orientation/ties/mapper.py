@@ -49,8 +49,12 @@ def _settings(colmap: Any, options: TieOptions, angle: float) -> Any:
         num_threads=1, random_seed=options.seed, extract_colors=False, min_model_size=2
     )
     chosen.ba_refine_focal_length = chosen.ba_refine_extra_params = options.self_calibrate
-    chosen.ba_global_function_tolerance = chosen.ba_local_function_tolerance = 1e-5
     mapper = chosen.mapper
+    # The adjustments on the way only have to keep the block in shape: `polish` adjusts it in full at the end.
+    chosen.ba_global_function_tolerance = chosen.ba_local_function_tolerance = 1e-5
+    chosen.ba_global_max_num_iterations, chosen.ba_local_max_num_iterations = 15, 10
+    chosen.ba_global_max_refinements = chosen.ba_local_max_refinements = 1
+    mapper.ba_global_ignore_redundant_points3D = True
     mapper.abs_pose_refine_focal_length = mapper.abs_pose_refine_extra_params = options.self_calibrate
     mapper.num_threads, mapper.random_seed = 1, options.seed
     mapper.init_min_tri_angle = angle
