@@ -6,19 +6,41 @@ import subprocess
 import sys
 import tempfile
 from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from _common import DATA, table
 from _houses import openings_of
 from frontage.buildings import find_buildings
-from frontage.evaluation.result import FoundOpening
 from frontage.facades import find_facades
+from frontage.geometry.arrays import Float
 from frontage.io.scans.read import ScanSource, read_scans
 from frontage.model import DOORS, Facade, Scan
 from frontage.model.scan import merge_scans
 
-REAL = ("brooklyn_row", "manhattan_apartment")
+
+@dataclass(frozen=True)
+class Front:
+    """A real scan of the shared data: its file, the truths of facades in it, and its sensor's path."""
+
+    path: str
+    truths: tuple[str, ...]
+    trajectory: str | None = None
+
+
+FRONTS = {
+    "brooklyn_row": Front("brooklyn_row/street_front.laz", ("brooklyn_row",)),
+    "manhattan_apartment": Front("manhattan_apartment/street_front.laz", ("manhattan_apartment",)),
+    "museum_south": Front("museum_south/museum_south.laz", ("museum_south",)),
+    "church_tower": Front("church_tower/church_tower.laz", ("church_tower",)),
+    "lille_mobile": Front("lille_mobile/Lille_street_small.ply", ("lille_mobile",)),
+    "clocktower": Front("clocktower/clocktower_enu.laz", ("clocktower_f0", "clocktower_f3")),
+    "ingolstadt_2cm": Front("ingolstadt_scene/input/registered/scan_2cm.e57", ()),
+    "ingolstadt_mobile": Front(
+        "ingolstadt_scene/input/mobile/mobile.laz", (), "ingolstadt_scene/input/mobile/trajectory.csv"
+    ),
+}
 SCENE = ("registered/scan_2cm.e57", "registered/scan_4cm.laz", "mobile/mobile.laz")
 LEVELS = (0.5, 0.75)
 COLUMNS = ("front", "method", "F1 at 0.5", "F1 at 0.75", "asked", "found", "border cm", "90 % cm")
@@ -38,24 +60,38 @@ def fronts(scan: Scan) -> list[tuple[Facade, float]]:
 def real(methods: Sequence[str]) -> None:
     """Print the tables of the annotated facades and of the complete scene."""
     lines = []
-    for name in REAL:
-        truth = DATA / "truth" / f"{name}.json"
-        if not truth.exists():
+    for name, front in FRONTS.items():
+        if not (DATA / front.path).exists():
             print(f"{name}: shared data is absent and left out", file=sys.stderr)
-            continue
-        (scan,) = read_scans(ScanSource(path=str(DATA / name / "street_front.laz")))
-        facades = fronts(scan)
-        for method in methods:
-            found, _, _, seconds = openings_of(facades, scan, method)
-            told = judged(found, scan, truth)
-            numbers = [f"{told[f'f1@{level}']:.3f}" for level in LEVELS]
-            borders = [told.get("border_median_cm", "-"), told.get("border_p90_cm", "-")]
-            lines.append(
-                [name, method, *numbers, told["asked"], told["predicted"], *borders, f"{seconds:.1f}"]
-            )
+        elif front.truths:
+            lines += annotated(front, methods)
     lines += scene(methods)
     if lines:
         table("Real fronts, and the scene of real buildings", (*COLUMNS, COST), lines)
+
+
+def read_front(front: Front) -> Scan:
+    """Read a scan of the shared data as one cloud."""
+    source = {"path": str(DATA / front.path)}
+    if front.trajectory:
+        source["trajectory"] = str(DATA / front.trajectory)
+    return merge_scans(read_scans(ScanSource.model_validate(source)))
+
+
+def annotated(front: Front, methods: Sequence[str]) -> list[list[Any]]:
+    """Return the table rows of a scan with truths."""
+    scan, lines = read_front(front), []
+    facades = fronts(scan)
+    for method in methods:
+        found, _, _, seconds = openings_of(facades, scan, method)
+        for truth in front.truths:
+            told = judged_rings([(o.kind, o.ring) for o in found], scan, truth)
+            numbers = [f"{told[f'f1@{level}']:.3f}" for level in LEVELS]
+            borders = [told.get("border_median_cm", "-"), told.get("border_p90_cm", "-")]
+            lines.append(
+                [truth, method, *numbers, told["asked"], told["predicted"], *borders, f"{seconds:.1f}"]
+            )
+    return lines
 
 
 def scene(methods: Sequence[str]) -> list[list[Any]]:
@@ -93,14 +129,15 @@ def scene(methods: Sequence[str]) -> list[list[Any]]:
     return lines
 
 
-def judged(found: Sequence[FoundOpening], scan: Scan, truth: Path) -> dict[str, Any]:
-    """Return the figures of the annotation's own scorer."""
-    entries = [{"kind": o.kind, "outline_world": scan.world.to_world(o.ring).tolist()} for o in found]
+def judged_rings(found: Sequence[tuple[str, Float]], scan: Scan, truth: str) -> dict[str, Any]:
+    """Return the figures of the annotation's own scorer for kinds and rings (k, 3) m local."""
+    entries = [{"kind": kind, "outline_world": scan.world.to_world(ring).tolist()} for kind, ring in found]
+    scorer = DATA / "truth" / "score_real.py"
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "facades" / "all" / "openings.json"
         path.parent.mkdir(parents=True)
         path.write_text(json.dumps({"openings": entries}))
-        command = [sys.executable, str(truth.parent / "score_real.py"), folder, str(truth)]
+        command = [sys.executable, str(scorer), folder, str(DATA / "truth" / f"{truth}.json")]
         done = subprocess.run(command, capture_output=True, text=True, check=True)
     told: dict[str, Any] = json.loads(done.stdout)
     return told

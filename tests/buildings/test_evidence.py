@@ -10,11 +10,12 @@ from frontage.buildings.split.verdict import Verdict, judge_cut
 _N, _LOW, _HIGH = 80, 10.0, 12.0  # bins; m, eaves left and right of bin 40
 
 
-def _verdict(empty: bool, cornice: float = 0.0) -> Verdict:
+def _verdict(empty: bool, cornice: float = 0.0, wings: bool = False) -> Verdict:
     """Judges a step of the eaves at bin 40.
 
     empty    whether nothing was measured above the lower side
     cornice  m, by which a moulding projects below the lower eaves on both sides
+    wings    whether the right side is rougher and has its openings at other heights
     """
     n, rows = _N, round(_HIGH / BIN_M)
     top = np.repeat([_LOW, _HIGH], n // 2)
@@ -25,8 +26,14 @@ def _verdict(empty: bool, cornice: float = 0.0) -> Verdict:
         relief[: n // 2, low + 1 :] = np.nan
     flat = np.zeros(n)
     nothing = np.full(n, np.nan)
+    rough, walls = nothing.copy(), np.ones((n, rows))
+    if wings:
+        rough = np.repeat([0.005, 0.1], n // 2)
+        for first, step in ((0, 0), (n // 2, 6)):
+            walls[first : first + n // 2, 4 + step : 10 + step] = 0.0
+            walls[first : first + n // 2, 20 + step : 26 + step] = 0.0
     profile = FrontProfile(
-        0.0, flat, top, nothing, np.full((n, 6), np.nan), nothing, np.ones((n, rows)), relief, 0.0, flat + 100
+        0.0, flat, top, rough, np.full((n, 6), np.nan), nothing, walls, relief, 0.0, flat + 100
     )
     signal, kinds = channels(profile)
     evidence = SplitEvidence(profile, signal, kinds, np.full_like(signal, 0.05), [], 0.25)
@@ -45,5 +52,12 @@ def test_a_house_that_continues_above_the_lower_side_has_no_step() -> None:
 
 def test_a_wall_above_a_continuous_cornice_is_a_parapet() -> None:
     found = _verdict(empty=True, cornice=0.4)
-    assert found.cues == ("eaves",)
+    assert not found.cues
+    assert not found.convincing
+
+
+def test_wings_under_one_cornice_may_differ_in_relief_and_openings() -> None:
+    assert {"rough", "rhythm"} <= set(_verdict(empty=False, wings=True).cues)
+    found = _verdict(empty=False, cornice=0.4, wings=True)
+    assert not found.cues
     assert not found.convincing

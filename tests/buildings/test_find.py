@@ -93,6 +93,21 @@ def test_the_same_cloud_gives_the_same_split(street: ScannedStreet, split: Build
     assert again.occluders.tobytes() == split.occluders.tobytes()
 
 
+def test_neither_order_nor_direction_nor_handedness_changes_the_split(
+    street: ScannedStreet, split: BuildingSplit
+) -> None:
+    c, s = np.cos(0.6), np.sin(0.6)
+    scan, order = street.scan, np.random.default_rng(3).permutation(len(street.scan))
+    for axes in (np.array([[c, -s, 0], [s, c, 0], [0, 0, 1]]), np.diag([-1.0, 1.0, 1.0])):
+        xyz, origins = scan.xyz[order] @ axes.T, scan.origins @ axes.T
+        moved = Scan("moved", xyz, scan.world, origins, scan.origin_index[order], rgb=scan.rgb[order])
+        found = [set(order[b.index]) for b in find_buildings(moved).buildings]
+        if axes[0, 0] < 0:
+            found.reverse()  # from left to right
+        same = [len(a & set(b.index)) / len(b.index) for a, b in zip(found, split.buildings, strict=True)]
+        assert min(same) > 0.9999
+
+
 @pytest.mark.parametrize(("turn", "shift"), [(0.7, (0, 0, 0)), (2.4, (-310.3, 47.7, 12.1))])
 def test_a_turned_and_shifted_world_gives_the_same_houses(
     street: ScannedStreet, turn: float, shift: tuple[float, ...]

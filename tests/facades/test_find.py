@@ -5,8 +5,10 @@ accuracy, frames, sides, what must not win, what must fail clearly.
 import numpy as np
 import pytest
 from scipy import ndimage
+from shapely.geometry import Polygon
 
 from frontage.facades import FacadeOptions, find_facades
+from frontage.geometry.ring import ring_area
 from frontage.model import Building, Facade, Failed, Scan, WorldRef
 from frontage.simulate.scene import Part
 
@@ -108,6 +110,26 @@ def test_rotating_the_world_changes_nothing():
     assert np.abs(np.subtract(*sizes)).max() < 0.15
 
 
+@pytest.mark.parametrize("axes", [np.eye(3), turned(0.9), np.diag([-1.0, 1.0, 1.0])])
+@pytest.mark.parametrize("rays", [True, False])
+def test_neither_order_nor_direction_nor_handedness_changes_a_facade(axes, rays):
+    scan, *_ = scene(2, rays=rays)
+    order = np.random.default_rng(9).permutation(len(scan))
+    origins = scan.origins @ axes.T if rays else None
+    moved = Scan("moved", scan.xyz[order] @ axes.T, WORLD, origins, scan.origin_index[order])
+    a, b = only(find_facades(scan, whole(scan))), only(find_facades(moved, whole(moved)))
+    side = np.array([np.linalg.det(axes), 1.0, 1.0])  # x runs the other way where left and right are swapped
+    assert np.abs(axes @ a.frame.t - b.frame.t).max() < 1e-5
+    assert np.abs(axes @ a.frame.R * side - b.frame.R).max() < 1e-6
+    signs = np.concatenate([side, side * side[0]])
+    expected = a.local_from_facade.covariance * np.outer(signs, signs)
+    assert np.allclose(expected, b.local_from_facade.covariance, rtol=1e-3, atol=1e-14)
+    assert len(np.setxor1d(a.support, order[b.support])) < 1e-3 * len(a.support)
+    ours = a.outline * side[[0, 2]]
+    assert np.abs(np.sort(ours, axis=0) - np.sort(b.outline, axis=0)).max() < 1e-4
+    assert ring_area(b.outline) * ring_area(a.outline) > 0.0
+
+
 def test_errors_are_what_the_covariance_says():
     score = []
     for seed in range(12):
@@ -189,6 +211,23 @@ def test_wall_of_a_room_seen_through_windows_is_no_facade(rays):
     assert abs(found[0].frame.t[1]) < 0.001
 
 
+def test_a_shop_beside_the_pier_of_a_neighbour_is_no_facade():
+    rng = np.random.default_rng(6)
+    wall, _ = panel(rng, 20, 9)
+    shop = (wall[:, 0] < -3) & (wall[:, 2] < 3)
+    eye = np.array([-6.0, -10.0, 1.7])
+    pier = np.column_stack(
+        [rng.uniform(-10.6, -10, 4000), rng.normal(0, 0.005, 4000), rng.uniform(0, 9, 4000)]
+    )
+    # the back of the shop, 1.3 m behind its window, which reaches up to the neighbour's pier
+    back = eye + (wall[shop] - eye) * 1.13
+    back[:, 1] = rng.normal(1.3, 0.005, len(back))
+    xyz = np.vstack([wall[~shop], back, back + rng.normal(0, 0.005, back.shape), pier])
+    scan = Scan("shop", xyz, WORLD, eye[None], np.zeros(len(xyz), np.int32))
+    found = find_facades(scan, Building("B01", np.arange(len(xyz) - len(pier)), 0.0))
+    assert len(found) == 1 and abs(only(found).frame.t[1]) < 0.001
+
+
 def test_opposite_side_of_the_street_never_wins():
     rng = np.random.default_rng(3)
     wall, _ = panel(rng, 8, 6)
@@ -246,6 +285,57 @@ def test_thirty_points_fail_with_a_clear_sentence():
     (failed,) = find_facades(scan, Building("B09", np.arange(30), 0.0))
     assert isinstance(failed, Failed) and not failed
     assert failed.code == "F101" and "30 points" in failed.message and failed.hint
+
+
+def monument(rng, trees=True):
+    """A front of 30 x 16 m whose panels lie at six depths, none of them on a third of it; x, y, z in m.
+
+    Trees stand in the street, and the ground is seen under them; the windows show what lies behind.
+    """
+    parts = []
+    for i, j in np.ndindex(10, 8):
+        x, z = np.meshgrid(np.arange(0, 3, 0.05), np.arange(0, 2, 0.05))
+        x, z = x.ravel(), z.ravel()
+        wall = (np.abs(x - 1.5) > 0.75) | (np.abs(z - 1.0) > 0.7)
+        depth = np.where(wall, (0.0, 0.12, 0.25, 0.38, 0.5, 0.62)[rng.integers(6)], 0.9)
+        seen = wall | (rng.random(len(x)) < 0.3)
+        parts.append(np.column_stack([x + 3 * i, depth, z + 2 * j])[seen])
+    n = 60_000
+    ground = np.column_stack([rng.uniform(0, 30, n), rng.uniform(-8, 0, n), np.zeros(n)])
+    crown = np.column_stack([rng.uniform(2, 28, n), rng.uniform(-6, -2, n), rng.uniform(4, 11, n)])
+    xyz = np.vstack([*parts, ground, *([crown] if trees else [])])
+    return xyz + rng.normal(0, 0.004, xyz.shape)
+
+
+@pytest.mark.parametrize("share", [1.0, 0.125])
+def test_a_monumental_front_in_many_planes_has_a_facade_that_looks_to_the_street(share):
+    rng = np.random.default_rng(4)
+    xyz = monument(rng)
+    xyz = xyz[rng.random(len(xyz)) < share]
+    scan = Scan("museum", xyz, WORLD)
+    f = only(find_facades(scan, whole(scan, 0.0)))
+    x0, z0, x1, z1 = f.extent
+    assert x1 - x0 > 28 and z1 - z0 > 14
+    assert f.coverage < 0.35
+    assert f.frame.R[1, 1] > 0.999  # into the building, though nothing is higher than the trees
+
+
+def test_walls_side_by_side_share_no_area():
+    rng = np.random.default_rng(8)
+    left, _ = panel(rng, 12, 9)
+    right, _ = panel(rng, 8, 6)
+    right[:, 0] += 10.0
+    # a lower wing 0.45 m further forward, whose frieze is near the planes of both walls
+    right[:, 1] -= np.where(right[:, 2] > 5.0, 0.3, 0.45)
+    xyz = np.vstack([left, right])
+    eye = np.array([[4.0, -12.0, 1.7]])
+    scan = Scan("wings", xyz, WORLD, eye, np.zeros(len(xyz), np.int32))
+    a, b = (
+        Polygon([(f.frame.t[0] + f.frame.R[0, 0] * x, f.frame.t[2] + z) for x, z in f.outline])
+        for f in find_facades(scan, whole(scan, 0.0))
+    )
+    assert a.intersection(b).area < 0.5
+    assert abs(a.area - 12 * 9) < 3.0 and abs(b.area - 8 * 6) < 3.0
 
 
 def test_a_bush_is_no_facade():

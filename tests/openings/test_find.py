@@ -1,5 +1,7 @@
 """Openings of small walls: found in their places, none on a bare wall, honest about the unknown."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -77,6 +79,20 @@ def test_thirty_points_fail_with_a_sentence():
 def test_the_same_input_gives_the_same_result():
     first, second = (found_in([WINDOW, DOOR]) for _ in range(2))
     assert [o.ring.tobytes() for o in first] == [o.ring.tobytes() for o in second]
+
+
+@pytest.mark.parametrize("rays", [True, False])
+def test_neither_order_nor_handedness_changes_the_openings(rays):
+    facade, scan = scan_wall([WINDOW, DOOR, (5.6, 2.6, 6.4, 4.1)], rays=rays)
+    openings = [box_of(o) for o in find_openings(facade, scan).openings]
+    order = np.random.default_rng(8).permutation(len(scan))
+    shuffled = [box_of(o) for o in find_openings(facade, scan.take(order)).openings]
+    assert np.abs(np.subtract(openings, shuffled)).max() < 1e-9
+    side = np.array([-1.0, 1.0, 1.0])
+    mirror = replace(scan, xyz=scan.xyz * side, origins=scan.origins * side)
+    other = find_openings(replace(facade, outline=facade.outline[::-1] * side[:2]), mirror).openings
+    mirrored = [box_of(o)[[2, 1, 0, 3]] * [-1, 1, -1, 1] for o in other]
+    assert np.abs(np.sort(openings, axis=0) - np.sort(mirrored, axis=0)).max() < 1e-3
 
 
 def test_sigmas_are_honest():

@@ -5,6 +5,7 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
+from frontage.geometry.rigid import Rigid3
 from frontage.geometry.ring import rectangle, ring_area
 from frontage.model import Face, Failed, Solid
 from frontage.solids.brep import GRID_PER_M, rings_of, unmatched_edges, volume6
@@ -165,6 +166,27 @@ def test_what_cannot_be_placed_is_named(ring, code):
     assert [f.code for f in result.failed] == [code]
     assert "A" in result.failed[0].message
     assert [f.opening for f in kinds(result.solid, "Window")] == ["B"]
+
+
+@pytest.mark.parametrize("step", [-1.6, 1.3])
+def test_a_front_far_from_the_wall_of_the_host_stands_on_a_step_of_it(step):
+    place = Rigid3("local", "facade", STRAIGHT.R, STRAIGHT.t + step * STRAIGHT.R[:, 1])
+    ring = rectangle(1, 3, 11, 8)
+    window = Relief("W", rectangle(4, 5, 5, 6.5), 0.2)
+    host = block(STRAIGHT, WALL)
+    made = build_solid(host, [FacadeReliefs("F", place, ring, (window,))])
+    assert isinstance(made, Built) and not made.failed and not validate(made.solid)
+    (pane,) = kinds(made.solid, "Window")
+    y = STRAIGHT.inverse.apply(made.solid.vertices[list(pane.ring)] / GRID_PER_M)[:, 1]
+    assert np.abs(y - (step + 0.2)).max() < 2e-4
+    assert any(f"a step of {step:.2f} m" in note for note in made.notes)
+
+
+def test_a_front_further_off_than_anything_of_a_facade_can_stand_is_refused():
+    place = Rigid3("local", "facade", STRAIGHT.R, STRAIGHT.t - 2.5 * STRAIGHT.R[:, 1])
+    window = Relief("W", rectangle(4, 5, 5, 6.5), 0.2)
+    made = build_solid(block(STRAIGHT, WALL), [FacadeReliefs("F", place, WALL, (window,))])
+    assert isinstance(made, Built) and [f.code for f in made.failed] == ["S310"]
 
 
 def test_open_host_is_refused():

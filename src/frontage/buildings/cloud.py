@@ -25,6 +25,7 @@ class StreetCloud:
     ground      the terrain, or None where no ground was measured
     spacing     m, median distance between neighbouring points
     footprints  of a map or a city model; empty where there is none
+    mirrored    whether left and right are swapped in this frame
     """
 
     scan: Scan
@@ -33,6 +34,7 @@ class StreetCloud:
     spacing: float
     options: BuildingOptions
     footprints: Sequence[Footprint] = ()
+    mirrored: bool = False
 
     @cached_property
     def cell_height(self) -> Float:

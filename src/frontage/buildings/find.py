@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 
 from frontage.buildings.assembly.assign import assign_points
-from frontage.buildings.assembly.collect import BuildingSplit, collect, nothing_found
+from frontage.buildings.assembly.collect import BuildingSplit, as_seen, collect, nothing_found
 from frontage.buildings.assembly.segments import SegmentedStreet
 from frontage.buildings.cloud import StreetCloud, prepare_cloud
 from frontage.buildings.fronts.find import StreetFronts, find_fronts
@@ -20,6 +20,7 @@ from frontage.buildings.split.find import Cut, find_cuts
 from frontage.buildings.split.gaps import open_bins
 from frontage.buildings.split.maps import mapped_row
 from frontage.model import Footprint, Scan
+from frontage.model.canonical import canonical_axes, is_mirrored, turned
 
 _DEFAULTS = BuildingOptions()
 _FEWEST_POINTS = 100  # points of a building, at least
@@ -37,13 +38,22 @@ def find_buildings(
     out, and the components are cut into houses along their street fronts (docs/methods/buildings.md). Where
     footprints are given, they decide.
 
-    Buildings are numbered B01, B02, ... along the longest front from left to right, then across the street.
+    Neither the order of the points nor the direction of north decides anything: all steps work in the
+    canonical frame of the cloud. Buildings are numbered B01, B02, ... along the longest front from left to
+    right, then across the street.
     Raises InputError when the cloud is too wide for an octree.
     """
     if len(scan) < _FEWEST_POINTS:
         return nothing_found(scan, f"no building: {_too_few(scan)}")
-    cloud = prepare_cloud(scan, options, footprints)
-    if options.method == "paper":
+    axes = canonical_axes(scan.xyz)
+    mapped = [replace(f, ring=f.ring @ axes[:2, :2]) for f in footprints]
+    cloud = replace(prepare_cloud(turned(scan, axes), options, mapped), mirrored=is_mirrored(axes))
+    return as_seen(_split(cloud), axes)
+
+
+def _split(cloud: StreetCloud) -> BuildingSplit:
+    """Divides a cloud in its canonical frame."""
+    if cloud.options.method == "paper":
         return _connected_components(cloud)
     walls = map_walls(cloud)
     fronts = find_fronts(cloud, walls)

@@ -1,5 +1,7 @@
 """Build the `Facade` noun from a refined candidate: frame, covariance, layers, support and notes."""
 
+from dataclasses import replace
+
 import numpy as np
 from scipy.spatial import cKDTree
 
@@ -13,6 +15,7 @@ from frontage.facades.street import StreetSide
 from frontage.geometry.arrays import Float, Int
 from frontage.geometry.plane import lean
 from frontage.geometry.rigid import Rigid3
+from frontage.model.canonical import is_mirrored
 from frontage.model.estimate import Estimate
 from frontage.model.facade import Facade
 from frontage.model.masonry import TOLERANCES
@@ -69,6 +72,27 @@ def build_facade(
         oriented_by=candidate.side.told_by,
         curvature=curvature,
         notes=_notes(wall, candidate.side, curvature),
+    )
+
+
+def as_seen(facade: Facade, axes: Float) -> Facade:
+    """Returns a facade that was found in the frame of `axes` (3, 3) as one in the frame of the scan."""
+    side = np.array([-1.0 if is_mirrored(axes) else 1.0, 1.0])  # of x and z in the plane
+    flip = np.array([side[0], 1.0, 1.0])
+    # a rotation about an axis in the mirror keeps its sense only about the mirror's own normal
+    signs = np.concatenate([flip, flip * side[0]])
+    pose = facade.local_from_facade
+    frame = Rigid3("local", "facade", axes @ facade.frame.R * flip, axes @ facade.frame.t)
+
+    def ring(outline: Float) -> Float:
+        """Returns an outline (k, 2) m that still runs the same way round."""
+        return np.asarray((outline * side)[:: int(side[0])], np.float64)
+
+    return replace(
+        facade,
+        local_from_facade=Estimate(frame, pose.covariance * np.outer(signs, signs), pose.dof),
+        outline=ring(facade.outline),
+        layers=tuple(replace(layer, outline=ring(layer.outline)) for layer in facade.layers),
     )
 
 

@@ -8,8 +8,6 @@ from frontage.facades.noise import surface_noise, surface_spacing
 from frontage.facades.voxels import voxel_first
 from frontage.geometry.arrays import Float, Int
 from frontage.geometry.plane import facade_axes, plane_offsets
-from frontage.model.building import Building
-from frontage.model.scan import Scan
 
 _MOST_SEARCHED = 200_000  # points; the search looks at one point per voxel of a larger cloud
 _WELL_FILLED = 4  # points per voxel, on average, that show a dense cloud without measuring its spacing
@@ -83,14 +81,6 @@ class Slab:
         q = columns(self.q, turn)
         q -= (self.axes.T @ (point - self.point)) @ turn
         return Slab(self.rows, q, axes, point)
-
-
-def building_points(scan: Scan, building: Building) -> tuple[Float, Int]:
-    """Returns the points (n, 3) m local of a building and their indices (n,) in the scan."""
-    index = building.index
-    is_whole_scan = len(index) == len(scan) and np.array_equal(index, np.arange(len(scan)))
-    xyz = scan.xyz if is_whole_scan else np.take(scan.xyz, index, axis=0)
-    return xyz, index
 
 
 def columns(xyz: Float, axes: Float) -> Float:

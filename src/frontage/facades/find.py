@@ -4,18 +4,20 @@ from dataclasses import replace
 
 import numpy as np
 
-from frontage.facades.build import build_facade
+from frontage.facades.build import as_seen, build_facade
 from frontage.facades.candidate import FacadeCandidate, refine_candidate, sketch_candidate
-from frontage.facades.cloud import building_points, prepare
+from frontage.facades.cloud import prepare
 from frontage.facades.interiors import drop_interiors
 from frontage.facades.layers import find_layers
 from frontage.facades.options import FacadeOptions
+from frontage.facades.pieces import without_overlaps
 from frontage.facades.plane.connected import RELIEF_M
 from frontage.facades.plane.paper import paper_plane
 from frontage.facades.scene import FacadeScene
 from frontage.facades.sequential import is_large, search_candidates
 from frontage.geometry.arrays import Float
 from frontage.model.building import Building
+from frontage.model.canonical import canonical_axes, canonical_order, steady, turned
 from frontage.model.estimate import Failed
 from frontage.model.facade import Facade
 from frontage.model.scan import Scan
@@ -37,25 +39,33 @@ def find_facades(
     no wall is left, then the local frame of each plane at the barycentre of its inliers (section 2.2).
     Interiors, walls that were seen through the openings of another facade, are dropped in between.
 
+    Neither the order of the points nor the direction of north decides anything: all steps work in the
+    canonical frame and order of the building's points.
+
     Never raises for the data: returns one `Failed` with code F101 (too few points) or F102 (no wall).
     """
     options = options or FacadeOptions()
     rng = np.random.default_rng(seed)
-    xyz, index = building_points(scan, building)
-    if len(index) < _FEWEST_POINTS:
-        return (_too_few_points(building, len(index)),)
-    scene = FacadeScene(scan, prepare(xyz, index, rng, scan.sigma_range), building.ground_z, options)
+    if len(building.index) < _FEWEST_POINTS:
+        return (_too_few_points(building, len(building.index)),)
+    xyz = np.take(scan.xyz, building.index, axis=0)
+    axes = canonical_axes(xyz)
+    xyz = steady(xyz @ axes)
+    order = canonical_order(xyz)
+    cloud = prepare(np.take(xyz, order, axis=0), building.index[order], rng, scan.sigma_range)
+    scene = FacadeScene(turned(scan, axes), cloud, building.ground_z, options)
     if options.method == "paper":
         candidates = _paper_candidate(scene, rng)
     else:
         thinned = replace(scene, cloud=scene.cloud.bounded())
         candidates = search_candidates(thinned, rng)
         candidates = drop_interiors(candidates, thinned, rng)
-        candidates = _refined(candidates, thinned, scene, rng)
+        candidates = without_overlaps(_refined(candidates, thinned, scene, rng))
     if not candidates:
         return (_no_wall(building, options),)
     candidates.sort(key=lambda candidate: -candidate.cells.area)
-    return tuple(build_facade(f"{building.id}/F{k}", c, scene, rng) for k, c in enumerate(candidates, 1))
+    found = (build_facade(f"{building.id}/F{k}", c, scene, rng) for k, c in enumerate(candidates, 1))
+    return tuple(as_seen(facade, axes) for facade in found)
 
 
 def _too_few_points(building: Building, number: int) -> Failed:

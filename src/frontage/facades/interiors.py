@@ -3,6 +3,7 @@
 from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy import ndimage
 
 from frontage.facades.candidate import FacadeCandidate, sample_rays
 from frontage.facades.cells import CellMap
@@ -150,7 +151,7 @@ class _Covers:
         x, z = np.concatenate([q[:, 0], own[:, 0]]), np.concatenate([q[:, 2], own[:, 2]])
         count, corner, _ = occupied(x, z, _ADJOINING_CELL_M)
         row = largest_part(count, corner, _ADJOINING_CELL_M, own, widest_gap(0.0)) or facade.cells
-        gates = _with_gates(facade)
+        gates = _with_gates(facade, q)
         # shrunk, because a side wall at the end of a facade is not behind it
         row = replace(row, whole=row.shrunk(_ADJOINING_CELL_M) & _at_or_below(row.wall))
         return cls(replace(gates, whole=gates.shrunk(_ADJOINING_CELL_M)), row)
@@ -160,19 +161,30 @@ class _Covers:
         return self.own.within(x, z) | self.row.within(x, z)
 
 
-def _with_gates(facade: FacadeCandidate) -> CellMap:
+def _with_gates(facade: FacadeCandidate, beside: Float | None = None) -> CellMap:
     """Adds to the outline every gap in its border with wall on both sides and above it, however wide.
 
     These are gates, shop windows and arcades. A gap without wall above it is open sky; one without wall
-    beside it lies under an overhang.
+    beside it lies under an overhang. The pier at the end may belong to the neighbour: `beside` (n, 3) m,
+    facade coordinates, are points in the plane of whatever stands there.
     """
     cells = facade.cells
     near = facade.slab.at(np.flatnonzero(np.abs(facade.slab.q[:, 1]) < RELIEF_M))
-    standing = np.zeros(cells.whole.size, np.bool_)
-    standing[cells.flat(near[:, 0], near[:, 2])] = True
-    standing = standing.reshape(cells.whole.shape) & cells.whole.any(0)
+    standing = _held(near, cells) & cells.whole.any(0)
+    if beside is not None:  # in a cloud that was thinned: every point stands for what is above and below it
+        reach = 2 * int(_ADJOINING_CELL_M / cells.cell) + 1
+        standing |= ndimage.binary_dilation(_held(beside, cells), np.ones((reach, 1), np.bool_))
     left, right = (np.logical_or.accumulate(standing[:, ::way], 1)[:, ::way] for way in (1, -1))
     return replace(cells, whole=(cells.whole | (left & right)) & _at_or_below(cells.wall))
+
+
+def _held(q: Float, cells: CellMap) -> Bool:
+    """Returns the cells (h, w) that hold any of the points q (n, 3) m, facade coordinates."""
+    at = ((q[:, [2, 0]] - np.array(cells.corner)[::-1]) / cells.cell).astype(np.int64)
+    row, column = at[((at >= 0) & (at < cells.whole.shape)).all(1)].T
+    held = np.zeros(cells.whole.shape, np.bool_)
+    held[row, column] = True
+    return held
 
 
 def _at_or_below(wall: Bool) -> Bool:

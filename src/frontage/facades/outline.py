@@ -11,6 +11,7 @@ _GAP_M = 2.0  # m, the widest opening or shadow that a wall bridges (shop window
 _GAP_CELLS = 10  # the same in cells: in a sparse cloud even wider gaps are chance
 _GATE_M = 4.0  # m, the widest notch in the border that is bridged once the component is known
 _STEEP_RAD = np.radians(20.0)  # rad, more than any wall leans
+_FEWEST_IN_PATCH = 4  # points that tell the depths of a patch
 _THINNEST_M = 0.3  # m, narrower pieces are no wall (a strip of ground, a wire)
 
 
@@ -64,6 +65,28 @@ def contrast(x: Float, y: Float, z: Float, cells: CellMap, threshold: float) -> 
     held = distinct(level[use] * cells.whole.size + cells.flat(x[use], z[use])) // cells.whole.size
     area = np.bincount(held, minlength=2 * slabs + 1)
     return float(area[slabs] / max(float(np.median(np.delete(area, slabs))), 1.0))
+
+
+def parallel_share(q: Float, side: float, threshold: float) -> float:
+    """Returns the share of patches that show one surface parallel to a plane, at whatever depth.
+
+    Leaves, furniture and walls that meet the plane at an angle spread over all depths within a patch.
+
+    q          (n, 3) m, points near the plane, in its frame
+    side       m, of a patch
+    threshold  m, half the thickness of a surface
+    """
+    step = np.floor((q - q.min(0, initial=0.0)) / (side, threshold, side)).astype(np.int64)
+    across, deep = step[:, 0].max(initial=0) + 1, step[:, 1].max(initial=0) + 2
+    patch = step[:, 2] * across + step[:, 0]
+    key, held = np.unique(patch * deep + step[:, 1], return_counts=True)
+    follows = np.append(np.diff(key) == 1, False)
+    both = held + np.where(follows, np.append(held[1:], 0), 0)  # a surface on the border of two slabs
+    total = np.bincount(patch)
+    most = np.zeros(len(total), np.int64)
+    np.maximum.at(most, key // deep, both)
+    known = total >= _FEWEST_IN_PATCH
+    return float((2 * most > total)[known].mean()) if known.any() else 0.0
 
 
 def widest_gap(cell: float) -> float:

@@ -5,7 +5,7 @@ from functools import cached_property
 
 from frontage.facades.cloud import BuildingCloud
 from frontage.facades.options import FacadeOptions
-from frontage.facades.voxels import voxel_first
+from frontage.facades.voxels import drawn_voxels
 from frontage.geometry.arrays import Float
 from frontage.model.scan import Scan
 
@@ -36,6 +36,4 @@ class FacadeScene:
     @cached_property
     def around(self) -> Float:
         """Points (k, 3) m local of building and surroundings, evenly spaced: what lines of sight can meet."""
-        xyz = self.scan.xyz
-        thin = voxel_first(xyz, max(_AROUND_CELL_M, self.cloud.cell))
-        return xyz[thin[:: len(thin) // _MOST_AROUND + 1]]
+        return drawn_voxels(self.scan.xyz, max(_AROUND_CELL_M, self.cloud.cell), _MOST_AROUND)

@@ -6,7 +6,7 @@ from frontage.facades.candidate import MOST_RAYS, FacadeCandidate, sketch_candid
 from frontage.facades.cells import CellMap
 from frontage.facades.cloud import BuildingCloud, columns
 from frontage.facades.options import FacadeOptions
-from frontage.facades.outline import BESIDE_M, contrast
+from frontage.facades.outline import BESIDE_M, contrast, parallel_share
 from frontage.facades.plane.connected import RELIEF_M, PlaneCandidate, connected_plane
 from frontage.facades.plane.search import search_plane, stack_rise
 from frontage.facades.scene import FacadeScene
@@ -16,8 +16,9 @@ from frontage.model.masonry import TOLERANCES
 _PATIENCE = 3  # rejected planes in a row before the search ends
 _LEAST_HEIGHT_M = 2.0  # m, of a facade: a low storey
 _LEAST_WIDTH_M = 1.0  # m, of a facade: a pier
-_LEAST_COVERAGE = 0.25  # share of the outline that must show wall
 _LEAST_CONTRAST = 2.0  # wall area over that of slabs beside it: a bush or a furnished room has 1
+_LEAST_PARALLEL = 0.5  # share of the patches beside a plane at one depth each: a front in many planes
+_PATCH = 3.0  # voxels, side of a patch: nine points of a wall
 _LEAST_RISE = 3.0  # voxels on top of one another that may be a wall
 _THINNED = 0.5  # share of the least area that must show: rasters of one point per voxel have empty cells
 _END_M = 0.5  # m at the border of a facade in which the next one may stand
@@ -68,41 +69,42 @@ def _large_candidate(
 
 
 def is_large(cells: CellMap, least: float) -> bool:
-    """Decides whether a wall is large enough: `least` m2, a pier wide, a storey high, and mostly wall."""
+    """Decides whether a wall is large enough: `least` m2, a pier wide, and a storey high.
+
+    How much of its outline shows wall does not matter: colonnades, entablatures and recessed walls of one
+    front lie in many planes, none of which may fill a quarter of it.
+    """
     width, height = cells.size
-    return (
-        cells.area >= least
-        and width >= _LEAST_WIDTH_M
-        and height >= _LEAST_HEIGHT_M
-        and cells.coverage >= _LEAST_COVERAGE
-    )
+    return cells.area >= least and width >= _LEAST_WIDTH_M and height >= _LEAST_HEIGHT_M
 
 
 def _stands_out(candidate: FacadeCandidate, thin: Float, cloud: BuildingCloud) -> bool:
-    """Decides whether the plane stands out from what lies beside it.
+    """Decides whether the plane stands out from what lies beside it, or all of that is parallel to it.
 
     thin (n, 3) m: all thinned points, also those of planes that were taken away. Without its neighbours, a
     slice of a bush would stand alone.
     """
     q = columns(thin - candidate.wall.point, candidate.wall.axes)
     q = q[np.abs(q[:, 1]) < BESIDE_M]
-    return contrast(q[:, 0], q[:, 1], q[:, 2], candidate.cells, cloud.threshold) >= _LEAST_CONTRAST
+    clear = contrast(q[:, 0], q[:, 1], q[:, 2], candidate.cells, cloud.threshold) >= _LEAST_CONTRAST
+    q = q[candidate.cells.within(q[:, 0], q[:, 2])]
+    return clear or parallel_share(q, _PATCH * cloud.cell, cloud.threshold) >= _LEAST_PARALLEL
 
 
 def _claimed(candidate: FacadeCandidate, thin: Float, is_wall: bool, options: FacadeOptions) -> Bool:
     """Returns which points (n, 3) a candidate uses up: its relief and, for a wall, its whole prism."""
     q = candidate.wall.coordinates(thin)
     used: Bool = (np.abs(q[:, 1]) < RELIEF_M) & candidate.cells.within(q[:, 0], q[:, 2])
-    return used | _in_prism(q, candidate, options) if is_wall else used
+    return used | _in_prism(q, candidate, options, candidate.cells.shrunk(_END_M)) if is_wall else used
 
 
-def _in_prism(q: Float, facade: FacadeCandidate, options: FacadeOptions) -> Bool:
+def _in_prism(q: Float, facade: FacadeCandidate, options: FacadeOptions, where: Bool | None = None) -> Bool:
     """Returns which points (n, 3) m, facade coordinates, are balconies, recesses and bays of a facade.
 
-    Points at its ends are not: the next face stands there, round the corner.
+    `where` (h, w) leaves out its ends where the next face, round the corner, may stand.
     """
     deep = (q[:, 1] > -options.depth_front) & (q[:, 1] < options.depth_back)
-    return np.asarray(deep & facade.cells.within(q[:, 0], q[:, 2], facade.cells.shrunk(_END_M)), np.bool_)
+    return np.asarray(deep & facade.cells.within(q[:, 0], q[:, 2], where), np.bool_)
 
 
 def _is_layer_of_any(

@@ -10,20 +10,21 @@ import numpy as np
 
 from frontage.facades.cells import CellMap
 from frontage.facades.plane.wall import WallPlane
-from frontage.geometry.arrays import Bool, Float
+from frontage.geometry.arrays import Bool, Float, Int
 from frontage.geometry.sightlines import SightLines
 
 _EYE_M = 1.7  # m above the ground: a tripod; a scanner on a vehicle's roof is at 2-3 m
 _SENSOR_DISTANCES_M = (4.0, 8.0, 15.0, 30.0)  # m from the wall, tried for a sensor
 _STRIP_NEAR_M = 1.0  # m from the wall where the examined strip begins
 _STRIP_FAR_M = 8.0  # m from the wall where it ends
-_PLAN_CELL_M = 0.25  # m
+_PLAN_CELL_M = 0.5  # m, twice the distance of the surroundings' points, so that none is empty by chance
 _STEP_M = 0.75  # m above the ground: kerbs and slopes
 _PERSON_M = 2.0  # m above the ground: higher surfaces are built
 _RECESS_M = 0.6  # m: windows lie this deep at most
 _OPEN_SHARE = 0.25  # share of the strip that is open ground when the wall stands outside
 _OPEN_RATIO = 2.0  # open ground over built-up area there: the floor of a room has as much of both
-_LOG_ODDS_CAP = 3.0  # odds of 20 to 1: no clue decides alone
+_LOG_ODDS_CAP = 3.0  # odds of 20 to 1: neither trees nor a colonnade before the wall may decide alone
+_GROUND_CAP = 6.0  # the same of open ground, of which rooms show little: as much as both other clues
 
 
 @dataclass(frozen=True, eq=False)
@@ -83,7 +84,7 @@ def side_from_rays(wall: WallPlane, xyz: Float, sensors: Float) -> StreetSide | 
 def side_from_evidence(wall: WallPlane, cells: CellMap, xyz: Float, ground_z: float) -> StreetSide:
     """Tells the street side without rays, by a sum of capped log odds from three clues.
 
-    - The street is open ground: in front of the wall lie low points with nothing above them.
+    - The street is open ground: in front of the wall one can walk, also under trees.
     - The building is high: behind the wall, points reach up to its own height (roof, rooms, other faces).
     - Windows are recessed: in the wall's holes, points close behind outweigh points close in front.
 
@@ -94,7 +95,7 @@ def side_from_evidence(wall: WallPlane, cells: CellMap, xyz: Float, ground_z: fl
     (ground_plus, mass_plus), (ground_minus, mass_minus) = (_plan_areas(q, cells, sign) for sign in (1, -1))
     hole = cells.whole & ~cells.wall
     recess_plus, recess_minus = (_hole_area(q, cells, hole, wall, sign) for sign in (1, -1))
-    odds = _log_odds(ground_plus, ground_minus)
+    odds = _log_odds(ground_plus, ground_minus, _GROUND_CAP)
     odds += _log_odds(mass_minus, mass_plus)
     odds += _log_odds(recess_minus, recess_plus)
     sign = 1 if odds > 0 else -1
@@ -106,23 +107,30 @@ def side_from_evidence(wall: WallPlane, cells: CellMap, xyz: Float, ground_z: fl
     )
 
 
-def _log_odds(favour: float, against: float) -> float:
-    """Capped log of the ratio of two areas in m2; one square metre is added to both."""
-    return float(np.clip(np.log((favour + 1.0) / (against + 1.0)), -_LOG_ODDS_CAP, _LOG_ODDS_CAP))
+def _log_odds(favour: float, against: float, cap: float = _LOG_ODDS_CAP) -> float:
+    """Log of the ratio of two areas in m2, at most `cap`; one square metre is added to both."""
+    return float(np.clip(np.log((favour + 1.0) / (against + 1.0)), -cap, cap))
 
 
 def _plan_areas(q: Float, cells: CellMap, sign: int) -> tuple[float, float]:
     """Open ground and building (m2, in plan) on the side `sign` of the wall, along its length.
 
-    A plan cell is open when its highest point is in the lowest third of the wall's height, and built up when
-    it is in the upper half. These limits are relative to the wall, so slopes, areas and steps do not matter.
+    A plan cell is open when its lowest point is in the lowest third of the wall's height and leaves room for
+    a person above it. Any other is built up when its highest point is in the upper half: what rises over open
+    ground is a tree. These limits are relative to the wall, so slopes, areas and steps do not matter.
     """
     (x0, z0), (x1, z1) = cells.outline.min(0), cells.outline.max(0)
     away = sign * q[:, 1]
-    beside = q[(away > _STRIP_NEAR_M) & (away < _STRIP_FAR_M) & (q[:, 0] > x0) & (q[:, 0] < x1)]
-    top = _plan_tops(beside[:, 0] - x0, np.abs(beside[:, 1]), beside[:, 2], float(x1 - x0))
-    is_open = np.isfinite(top) & (top < z0 + (z1 - z0) / 3)
-    return _plan_area(is_open), _plan_area(top > 0.5 * (z0 + z1))
+    beside = (away > _STRIP_NEAR_M) & (away < _STRIP_FAR_M) & (q[:, 0] > x0) & (q[:, 0] < x1)
+    z = q[beside, 2]
+    flat, size = _plan_cells(q[beside, 0] - x0, away[beside], float(x1 - x0))
+    top, floor = np.full(size, -np.inf), np.full(size, np.inf)
+    np.maximum.at(top, flat, z)
+    np.minimum.at(floor, flat, z)
+    above = z - floor[flat]
+    filled = np.bincount(flat[(above > _STEP_M) & (above < _PERSON_M)], minlength=size) > 0
+    is_open = (floor < z0 + (z1 - z0) / 3) & ~filled
+    return _plan_area(is_open), _plan_area((top > 0.5 * (z0 + z1)) & ~is_open)
 
 
 def strip_before(wall: WallPlane, cells: CellMap, xyz: Float, ground_z: float) -> StripBefore:
@@ -152,11 +160,17 @@ def _plan_tops(x: Float, away: Float, height: Float, length: float) -> Float:
     x, away, height  (n,) m: along the wall from its left end, away from it, and up
     length           m, of the wall
     """
-    width = int(length / _PLAN_CELL_M) + 1
-    flat = (away / _PLAN_CELL_M).astype(np.int64) * width + (x / _PLAN_CELL_M).astype(np.int64)
-    top = np.full((int(_STRIP_FAR_M / _PLAN_CELL_M) + 1) * width, -np.inf)
+    flat, size = _plan_cells(x, away, length)
+    top = np.full(size, -np.inf)
     np.maximum.at(top, flat, height)
     return top
+
+
+def _plan_cells(x: Float, away: Float, length: float) -> tuple[Int, int]:
+    """Returns the plan cell (n,) of points of a strip of `length` m, and how many cells there are."""
+    width = int(length / _PLAN_CELL_M) + 1
+    flat = (away / _PLAN_CELL_M).astype(np.int64) * width + (x / _PLAN_CELL_M).astype(np.int64)
+    return flat, (int(_STRIP_FAR_M / _PLAN_CELL_M) + 1) * width
 
 
 def _plan_area(cells: Bool) -> float:

@@ -2,7 +2,8 @@
 
 import numpy as np
 
-from frontage.geometry.arrays import Float, Int
+from frontage.geometry.arrays import Float, Int, drawn
+from frontage.model.canonical import steady
 
 _BLOCK_POINTS = 16384  # points at a time, so that a block stays in the processor's cache
 DENSE_CELLS = 40_000_000  # voxels, above which a table of all of them costs more than a sort
@@ -31,3 +32,15 @@ def voxel_first(xyz: Float, cell: float) -> Int:
     # the last one written is the first point
     table[flat[::-1]] = np.arange(len(flat) - 1, -1, -1, dtype=np.int32)
     return table[np.flatnonzero(table >= 0)].astype(np.int64)
+
+
+def drawn_voxels(xyz: Float, cell: float, most: int) -> Float:
+    """Returns the mean (k, 3) m of the points (n, 3) m in every voxel, or in about `most` of the voxels."""
+    flat, total = voxel_of(xyz, cell)
+    if total > DENSE_CELLS:
+        flat = np.unique(flat, return_inverse=True)[1]
+    count = np.bincount(flat)
+    held = np.flatnonzero(count)
+    mean = np.stack([np.bincount(flat, xyz[:, k])[held] / count[held] for k in range(3)], axis=1)
+    mean = steady(mean)
+    return mean[drawn(mean, most)]

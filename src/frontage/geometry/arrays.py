@@ -10,6 +10,8 @@ Int = NDArray[np.int64]
 Bool = NDArray[np.bool_]
 Array = NDArray[Any]
 
+_ODD = np.uint64(0x9E3779B97F4A7C15)  # 2^64 over the golden ratio, spreads neighbours (Knuth 1973)
+
 
 def readonly(array: Any, shape: tuple[int | None, ...], dtype: DTypeLike, name: str) -> Array:
     """Returns `array` as a read-only, C-ordered array of `shape` and `dtype`.
@@ -45,3 +47,18 @@ def distinct(values: Int) -> Int:
     """Returns the distinct values (n,) in ascending order, many times faster than `numpy.unique`."""
     ordered = np.sort(values)
     return ordered[np.flatnonzero(np.diff(ordered, prepend=ordered[:1] - 1))]
+
+
+def drawn(places: Float, most: int) -> Int:
+    """Returns the rows (k,) of about `most` of the places (n, d) m, all of them where there are no more.
+
+    A hash of the coordinates, to 0.1 mm, draws them: the same places in whatever order they come.
+    """
+    step = -(-len(places) // max(most, 1))
+    if step <= 1:
+        return np.arange(len(places))
+    mixed = np.zeros(len(places), np.uint64)
+    for column in np.rint(places.T * 1e4).astype(np.int64).view(np.uint64):
+        mixed = (mixed ^ column) * _ODD
+        mixed ^= mixed >> np.uint64(29)
+    return np.flatnonzero(mixed % np.uint64(step) == 0)

@@ -13,6 +13,7 @@ import shapely
 from frontage.geometry.arrays import Float, Int
 from frontage.geometry.rigid import Rigid3
 from frontage.geometry.ring import rectangle
+from frontage.model.canonical import canonical_order, steady
 from frontage.model.estimate import Estimate
 from frontage.model.facade import Facade
 from frontage.model.opening import Opening, Protrusion
@@ -39,7 +40,7 @@ class FrontSearch:
     @cached_property
     def q(self) -> Float:
         """The points of the scan (n, 3) m in the facade frame."""
-        return self.facade.frame.inverse.apply(self.scan.xyz)
+        return steady(self.facade.frame.inverse.apply(self.scan.xyz))
 
     def openings(self, wall: Protrusion) -> tuple[Opening, ...]:
         """Returns the openings on a front.
@@ -96,6 +97,7 @@ def _own_facade(facade: Facade, wall: Protrusion, q: Float) -> tuple[Facade, Int
     moved = Rigid3(frame.to, frame.frm, frame.R, frame.apply(np.array([[0.0, y, 0.0]]))[0])
     near = (q[:, 0] > x0 - _ROOM) & (q[:, 0] < x1 + _ROOM) & (q[:, 2] > z0 - _ROOM) & (q[:, 2] < z1 + _ROOM)
     rows = np.flatnonzero(near)
+    rows = rows[canonical_order(q[rows])]
     own = q[rows]
     deep = (own[:, 1] > y - 0.5) & (own[:, 1] < y + 1.0)
     held = deep & (own[:, 0] >= x0) & (own[:, 0] <= x1) & (own[:, 2] >= z0) & (own[:, 2] <= z1)

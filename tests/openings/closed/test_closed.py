@@ -183,8 +183,8 @@ def test_intensity_and_colour_tell_together_what_neither_tells_alone(wall, shown
     facade, scan = wall
     leaf = within(scan, GRID[SHUT])
     noise = np.random.default_rng(2).normal(0.0, 4.0, (len(leaf), 1))
-    grey = 150.0 * bricks(scan, 0.3, 1)[:, None] * (0.85 if shown != "intensity" else 1.0) ** leaf[:, None]
-    dark = bricks(scan, 0.24, 2) * (0.85 if shown != "colour" else 1.0) ** leaf
+    grey = 150.0 * bricks(scan, 0.3, 1)[:, None] * (0.84 if shown != "intensity" else 1.0) ** leaf[:, None]
+    dark = bricks(scan, 0.24, 2) * (0.84 if shown != "colour" else 1.0) ** leaf
     rgb = np.repeat(np.clip(grey + noise, 0, 255).astype(np.uint8), 3, axis=1)
     seen = replace(scan, rgb=rgb, intensity=(brightness(scan) * dark).astype(np.float32))
     assert len(shutters(facade, seen)) == (shown == "both")

@@ -1,7 +1,7 @@
 """Collect the result: from one label per leaf to the `Building` nouns, numbered along the street."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -76,6 +76,25 @@ def nothing_found(scan: Scan, note: str) -> BuildingSplit:
     return BuildingSplit((), none, none, np.arange(len(scan), dtype=np.int64), float("nan"), (note,))
 
 
+def as_seen(split: BuildingSplit, axes: Float) -> BuildingSplit:
+    """Returns a split that was found in the frame of `axes` (3, 3) as one in the frame of the scan."""
+
+    def back(xy: tuple[float, float]) -> tuple[float, float]:
+        """Returns a place in plan in the frame of the scan."""
+        x, y = axes[:2, :2] @ xy
+        return float(x), float(y)
+
+    buildings = tuple(
+        replace(
+            b,
+            footprint=None if b.footprint is None else b.footprint @ axes[:2, :2].T,
+            cuts=tuple((back(place), posterior) for place, posterior in b.cuts),
+        )
+        for b in split.buildings
+    )
+    return replace(split, buildings=buildings)
+
+
 def _numbers(cloud: StreetCloud, label: Int, street: SegmentedStreet | None) -> tuple[Int, int]:
     """Returns the number along the street of every label, and their count; the last entry, -1, is for -1."""
     known = distinct(label[label >= 0])
@@ -83,22 +102,27 @@ def _numbers(cloud: StreetCloud, label: Int, street: SegmentedStreet | None) -> 
     at = np.searchsorted(known, label[inside])
     size = np.bincount(at, minlength=len(known)).astype(np.float64)
     place = np.column_stack([mean_of(at, cloud.tree.leaf.mean[inside, a], size) for a in (0, 1)])
-    rank = _order(street.fronts if street else (), place) if len(known) else np.empty(0, np.int64)
+    rank = (
+        _order(street.fronts if street else (), place, -1.0 if cloud.mirrored else 1.0)
+        if len(known)
+        else np.empty(0, np.int64)
+    )
     number = np.full(int(label.max()) + 2, -1, np.int64)
     number[known[rank]] = np.arange(len(known))
     return number, len(known)
 
 
-def _order(fronts: Sequence[StreetFront], place: Float) -> Int:
+def _order(fronts: Sequence[StreetFront], place: Float, rightwards: float) -> Int:
     """Returns the order (b,) of buildings at `place` (b, 2) m.
 
-    It runs along the longest front from left to right, then across the street.
+    It runs along the longest front from left to right, then across the street. `rightwards` is -1 where left
+    and right are swapped.
     """
     if not fronts:
         return np.lexsort((place[:, 1], place[:, 0]))
     first = max(fronts, key=lambda f: (f.length, -f.origin[0], -f.origin[1]))
     s, d = first.coordinates(place)
-    return np.lexsort((np.round(s, 3), d > _ACROSS_M))
+    return np.lexsort((np.round(rightwards * s, 3), d > _ACROSS_M))
 
 
 def _notes(cloud: StreetCloud, count: int) -> tuple[str, ...]:

@@ -5,7 +5,7 @@ import numpy as np
 from frontage.buildings.cloud import StreetCloud
 from frontage.buildings.fronts.lines import StreetFront
 from frontage.buildings.fronts.wall_map import WallMap
-from frontage.geometry.arrays import Float
+from frontage.geometry.arrays import Float, drawn
 from frontage.model.masonry import MASONRY
 
 _PAVEMENT_M = 6.0  # m before a front in which its pavement is looked for
@@ -36,7 +36,7 @@ def _by_rays(front: StreetFront, cloud: StreetCloud) -> float:
     scan = cloud.scan
     if not scan.has_origins:
         return 0.0
-    pick = np.arange(0, len(scan), max(1, len(scan) // _MOST_POINTS * 2))
+    pick = drawn(scan.xyz[:, 2:], _MOST_POINTS)
     s, d = front.coordinates(scan.xyz[pick, :2])
     on = pick[(s > front.lo) & (s < front.hi) & (np.abs(d) < _ON_WALL_M)]
     eye = scan.sensor_of(on)[:, :2]

@@ -14,6 +14,7 @@ from scipy.sparse.csgraph import connected_components
 from frontage.buildings.groups import extent, mean_of
 from frontage.errors import InputError
 from frontage.geometry.arrays import Array, Float, Int
+from frontage.model.canonical import steady
 
 _BITS = 21  # bits of a coordinate in a key
 _MAX = (1 << _BITS) - 2  # one cell is kept free on either side, so that neighbour keys never wrap
@@ -70,7 +71,7 @@ def leaf_level(xyz: Float, size: float) -> tuple[OctreeLevel, Array]:
     unique, of_point = np.unique(key, return_inverse=True)
     of_point = of_point.astype(np.int32)
     weight = np.bincount(of_point, minlength=len(unique)).astype(np.float64)
-    mean = np.column_stack([mean_of(of_point, xyz[:, a], weight) for a in range(3)])
+    mean = steady(np.column_stack([mean_of(of_point, xyz[:, a], weight) for a in range(3)]))
     mask = (1 << _BITS) - 1
     ijk = np.column_stack([unique >> 2 * _BITS, (unique >> _BITS) & mask, unique & mask]).astype(np.int32) - 1
     return OctreeLevel(size, origin, ijk, unique, weight, mean), of_point

@@ -4,32 +4,37 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from frontage.buildings.groups import extent
-from frontage.geometry.arrays import Float, Int, distinct
+from frontage.geometry.arrays import Float, Int, distinct, drawn
+from frontage.model.canonical import canonical_order
 
 _CUBES = 240  # places of the cloud that are examined
 _PER_CUBE = 400  # query points of each place
+_DRAWN = 50_000  # points that the places are chosen from
 _CHUNK = 1 << 18  # points at a time, so that temporaries stay in the processor's cache
 
 
 def measure_spacing(xyz: Float) -> tuple[float, float]:
     """Returns median and 80 % quantile (m), over places of the cloud, of the spacing of its points.
 
-    The cloud (n, 3) m is cut along its own order into equally long pieces, and a few query points are taken
-    from each. Every place has one vote, so the dense spot in front of the scanner does not decide for the
-    whole street. Coincident points (overlapping scans) do not count as neighbours.
+    The cloud (n, 3) m is cut along its canonical order into equally long pieces, and a few query points are
+    taken from each. Every place has one vote, so the dense spot in front of the scanner does not decide for
+    the whole street. Coincident points (overlapping scans) do not count as neighbours.
     """
     n = len(xyz)
     if n < 2:
         return 0.0, 0.0
     if n <= 200_000:
-        distance = _nearest(xyz, xyz[:: max(1, n // 20_000)])
+        distance = _nearest(xyz, xyz[drawn(xyz, 20_000)])
         return _median(distance), _quantile(distance)
-    seeds = xyz[np.linspace(0, n - 1, _CUBES).astype(np.int64)]
-    half = _half_width(xyz, seeds)
+    some = xyz[drawn(xyz, _DRAWN)]
+    some = some[canonical_order(some)]
+    seeds = some[np.linspace(0, len(some) - 1, _CUBES).astype(np.int64)]
+    half = _half_width(some, seeds)
     low = extent(xyz)[0]
     wanted = distinct(_code(seeds, low, 2 * half))
     near, cube = _inside(xyz, low, 2 * half, wanted)
-    order = np.argsort(cube, kind="stable")
+    order = canonical_order(xyz[near])
+    order = order[np.argsort(cube[order], kind="stable")]
     near, cube = near[order], cube[order]
     start = np.searchsorted(cube, np.arange(len(wanted)))
     rank = np.arange(len(cube)) - start[cube]
@@ -48,8 +53,7 @@ def measure_spacing(xyz: Float) -> tuple[float, float]:
 
 def _half_width(xyz: Float, seeds: Float) -> float:
     """Returns half the edge (m) of cubes that hold some hundred points, from the density at the seeds."""
-    step = max(1, len(xyz) // 50_000)
-    distance = np.asarray(cKDTree(xyz[::step]).query(seeds, k=5)[0])
+    distance = np.asarray(cKDTree(xyz).query(seeds, k=5)[0])
     return max(float(np.median(distance[:, -1])), 1e-6)
 
 

@@ -22,6 +22,7 @@ from frontage.geometry.arrays import Float
 # least step of each kind of channel: m, m, m, Delta E (Lab), log intensity
 STEP = {"eaves": 0.4, "offset": 0.05, "rough": 0.015, "colour": 6.0, "bright": 0.2}
 SURE = 4.0  # standard errors from which a cue is conclusive
+_ALONE = 5.0  # standard errors from which it needs no other: as much as a sure cue and a hint together
 _HINT = 3.0  # standard errors from which a cue confirms another
 _LOW_STEP = 0.5  # share of a conclusive eaves step that confirms another cue
 _STEEP = 0.02  # share of a wall's height; seen steeply, a cornice's depth moves the top that it shows
@@ -32,6 +33,7 @@ _BELOW_EAVES = 0.2  # mean number of occupied height bins above, from which a he
 _UNLIKE = 0.5  # mean square difference of levelled row profiles: a correlation of 3/4
 _LEAST_OWN = 0.02  # the least mean square difference between the halves of one side
 _RHYTHM_GAIN = 2.0  # standard errors per ratio of the spreads
+_OF_WINGS = ("eaves", "rough", "rhythm")  # cues that wings under one cornice give as neighbours do
 
 
 def compare_sides(
@@ -39,16 +41,20 @@ def compare_sides(
 ) -> tuple[dict[str, float], bool]:
     """Returns the cues (name: standard errors) that part two sides, and whether the eaves suffice alone.
 
+    Where one cornice runs over both sides they are one building's wings as a rule: parapets, relief and
+    openings differ between wings, so only the plane and the surface tell of a neighbour there.
+
     spread (p,): of every channel within a house
     """
     profile = evidence.profile
     cues: dict[str, float] = {}
+    common = does_cornice_continue(profile, left, right)
     alone, tall = False, profile.rows.shape[1] * BIN_M
     for k, kind in enumerate(evidence.kinds):
         step, t = difference(evidence, k, left, right, spread[k])
         least = max(STEP[kind], _STEEP * tall) if kind == "eaves" else STEP[kind]
         if t > SURE and abs(step) > least:
-            alone |= kind == "eaves" and not does_cornice_continue(profile, left, right)
+            alone |= kind == "eaves" and not common and t > _ALONE
         elif kind == "eaves":
             least *= _LOW_STEP
         is_step = t > _HINT and abs(step) > least
@@ -59,6 +65,8 @@ def compare_sides(
     t = _rhythm(rows[last_bins(left, 2 * REACH_BINS)], rows[first_bins(right, 2 * REACH_BINS)])
     if t > _HINT:
         cues["rhythm"] = t
+    if common:
+        cues = {name: t for name, t in cues.items() if name not in _OF_WINGS}
     return cues, alone
 
 

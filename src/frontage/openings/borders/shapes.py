@@ -4,7 +4,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from frontage.geometry.arrays import Bool, Float
+from frontage.geometry.arrays import Bool, Float, drawn
 from frontage.geometry.ring import ring_contains
 from frontage.openings.borders.locate import side_scores
 from frontage.openings.boxes import Box
@@ -38,7 +38,7 @@ class Fan:
     def part(self, keep: Bool) -> "Fan":
         """Returns those that `keep` (n,) names, thinned to what a head needs."""
         k = np.flatnonzero(keep)
-        k = k[:: max(len(k) // _MOST, 1)]
+        k = k[drawn(np.column_stack([self.x[k], self.z[k]]), _MOST)]
         return Fan(self.x[k], self.z[k], self.solid[k], self.missing * len(k) / max(int(keep.sum()), 1))
 
 

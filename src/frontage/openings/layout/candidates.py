@@ -1,6 +1,7 @@
 """Finds the rectangles that may be openings, and the best layout of them."""
 
 from collections.abc import Callable, Iterator
+from itertools import pairwise
 
 import numpy as np
 from scipy import ndimage
@@ -19,6 +20,8 @@ _GAP = 0.12  # m between the bars of a grille: guards of windows and balconies l
 _SCALES = ((0.6, 12.0), (1.0, 12.0), (1.7, 12.0), (2.5, 25.0))
 # share of the expected beams that came back from behind the wall where larger components are open
 _SEEN = 0.3
+
+_DIGITS = 6  # of nats: sums in another order differ by less, and must not choose between equal rectangles
 
 Part = tuple[slice, ...]
 
@@ -156,10 +159,12 @@ def _lines(part: Float, axis: int, reach: int) -> Int:
     """
     lines = np.moveaxis(part, axis, 0)
     bands = max(1, min(4, lines.shape[1] // 8))
-    total = np.stack([b.sum(1) for b in np.array_split(lines, bands, axis=1)] + [lines.sum(1) / bands], 1)
+    ends = np.arange(bands + 1) * lines.shape[1] / bands
+    parts = [lines[:, int(a) : int(np.ceil(b))] for a, b in pairwise(ends)]
+    total = np.stack([part.sum(1) for part in parts] + [lines.sum(1) / bands], 1)
     sums = np.pad(np.pad(total, ((reach, reach), (0, 0)), "edge").cumsum(0), ((1, 0), (0, 0)))
     change = np.abs(sums[2 * reach :] - 2.0 * sums[reach:-reach] + sums[: -2 * reach])
-    step = change[:, :-1].max(1) + change[:, -1]
+    step = np.round(change[:, :-1].max(1) + change[:, -1], _DIGITS)
     peak = step >= ndimage.maximum_filter1d(step, 2 * reach + 1)
     ranked = sorted(np.flatnonzero(peak).tolist(), key=lambda k: (-step[k], k))[:_LINES]
     return np.array(sorted({0, len(lines), *ranked}), np.int64)
@@ -178,8 +183,9 @@ def _rectangles(part: Float, due: Float, least: tuple[float, float]) -> tuple[In
     keep, also = r[j] - r[i] >= least[0] - 0.5, c[m] - c[k] >= least[1] - 0.5
     i, j, k, m = i[keep], j[keep], k[also], m[also]
     band = total[j] - total[i]
-    worth = band[:, m] - band[:, k] - PRICE
+    worth = np.round(band[:, m] - band[:, k] - PRICE, _DIGITS)
     a, b = np.nonzero(worth > 0)
-    order = np.lexsort((b, a, -worth[a, b]))
+    area = (r[j[a]] - r[i[a]]) * (c[m[b]] - c[k[b]])
+    order = np.lexsort((b, a, area, -worth[a, b]))
     a, b = a[order], b[order]
     return np.column_stack([r[i[a]], c[k[b]], r[j[a]], c[m[b]]]), worth[a, b]

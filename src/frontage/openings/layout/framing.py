@@ -19,6 +19,7 @@ _VISIBLE = 0.5  # share of the beams expected without obstacles that must reach 
 _HIDDEN = 0.3  # share of the beams expected without obstacles below which a rim is hidden
 _BARS = 0.12  # share of the expected beams that bars and frames level with the wall return
 _KNOWN = 0.5  # share of the cells of an opening that must tell something
+_DIGITS = 6  # of sums over rectangles, which are differences of totals
 
 
 @dataclass(frozen=True, eq=False)
@@ -152,4 +153,5 @@ class Framing:
         r0, r1 = np.clip(boxes[:, 0], 0, self._shape[0]), np.clip(boxes[:, 2], 0, self._shape[0])
         c0, c1 = np.clip(boxes[:, 1], 0, self._shape[1]), np.clip(boxes[:, 3], 0, self._shape[1])
         s = self._totals
-        return _Sums(*(s[:, r1, c1] - s[:, r0, c1] - s[:, r1, c0] + s[:, r0, c0]))
+        sums = s[:, r1, c1] - s[:, r0, c1] - s[:, r1, c0] + s[:, r0, c0]
+        return _Sums(*np.round(sums, _DIGITS))  # sums of nothing are zero, and ties stay ties

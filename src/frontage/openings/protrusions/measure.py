@@ -5,8 +5,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from frontage.geometry.arrays import Float
+from frontage.geometry.arrays import Float, drawn
 from frontage.geometry.sightlines import SightLines, slopes
+from frontage.model.canonical import canonical_order, steady
 from frontage.model.facade import Facade
 from frontage.model.masonry import MASONRY, TOLERANCES
 from frontage.model.scan import Scan
@@ -50,7 +51,7 @@ class FacadeBeams:
         The support may lack parts of balconies and bays that were taken for obstacles.
         """
         inverse = facade.frame.inverse
-        q, (x0, z0, x1, z1) = inverse.apply(scan.xyz), facade.extent
+        q, (x0, z0, x1, z1) = steady(inverse.apply(scan.xyz)), facade.extent
         origins = sensor_positions(facade, scan)
         x, y, z = q.T
         kept = (
@@ -65,9 +66,11 @@ class FacadeBeams:
         far = np.flatnonzero((y < -MASONRY.facade_reach) & (scan.origin_index >= 0))
         x, z = SightLines.to_points(q[far], origins[scan.origin_index[far]]).at(0.0)
         kept[far[(x >= x0) & (z >= z0) & (x <= x1) & (z <= z1)]] = True
-        columns = np.ascontiguousarray(q[kept].T)
+        rows = np.flatnonzero(kept)
+        rows = rows[canonical_order(q[rows])]
+        columns = np.ascontiguousarray(q[rows].T)
         columns[1] -= bend(facade, columns[0])
-        slope = slopes(q[kept], origins[scan.origin_index[kept]])
+        slope = slopes(q[rows], origins[scan.origin_index[rows]])
         return cls(columns, np.ascontiguousarray(slope.T))
 
     def at(self, y: float, box: Box, margin: float) -> tuple[Float, Float]:
@@ -84,13 +87,12 @@ class FacadeBeams:
         return np.column_stack([x[some], z]), self.q[1][some]
 
     def thinned(self, most: int) -> "FacadeBeams":
-        """Returns at most `most` of the beams, to tell shares by."""
-        step = -(-self.q.shape[1] // most)
-        return (
-            self
-            if step <= 1
-            else FacadeBeams(*(np.ascontiguousarray(v[:, ::step]) for v in (self.q, self.slope)))
-        )
+        """Returns about `most` of the beams at most, to tell shares by."""
+        if self.q.shape[1] <= most:
+            return self
+        # by depth and height alone: in a mirrored facade they are the same
+        some = drawn(self.q[1:].T, most)
+        return FacadeBeams(*(np.ascontiguousarray(v[:, some]) for v in (self.q, self.slope)))
 
 
 def bend(facade: Facade, x: Float) -> Float:

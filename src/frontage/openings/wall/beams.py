@@ -6,6 +6,7 @@ import numpy as np
 
 from frontage.geometry.arrays import Float, freeze
 from frontage.geometry.sightlines import SightLines
+from frontage.model.canonical import steady
 from frontage.model.facade import Facade
 from frontage.model.masonry import TOLERANCES
 from frontage.model.scan import Scan
@@ -76,7 +77,7 @@ def sort_beams(facade: Facade, scan: Scan) -> Beams:
     it.
     """
     to_facade = facade.frame.inverse
-    near = to_facade.apply(scan.xyz[facade.support])
+    near = steady(to_facade.apply(scan.xyz[facade.support]))
     raster = WallRaster.over(facade, TILE)
     wall = wall_depth(near, raster, facade.roughness)
     residual = near[:, 1] - value_at(wall, raster, near[:, 0], near[:, 2])
@@ -87,7 +88,7 @@ def sort_beams(facade: Facade, scan: Scan) -> Beams:
     lone = facade.support[~known[facade.support]]
     lines = _lines(facade, scan, wall, raster)
     place, depth = lines.place.T, lines.y - value_at(wall, raster, *lines.place)
-    point = to_facade.apply(scan.xyz[lone])
+    point = steady(to_facade.apply(scan.xyz[lone]))
     own = point[:, 1] - value_at(wall, raster, point[:, 0], point[:, 2])
     d = residual
     on = (d <= least) & (d >= -FITTING)
@@ -118,7 +119,7 @@ def _lines(facade: Facade, scan: Scan, wall: Float, raster: WallRaster) -> WallC
     """
     to_facade = facade.frame.inverse
     eyes = sensor_positions(facade, scan)
-    points = to_facade.apply(scan.xyz)
+    points = steady(to_facade.apply(scan.xyz))
     ahead = np.where(eyes[:, 1] < -FITTING, eyes[:, 1], np.nan)[scan.origin_index]
     ok = np.flatnonzero((points[:, 1] - ahead > _FLAT) & (points[:, 1] < _REACH))
     points, origin, y = points[ok], scan.origin_index[ok], points[ok, 1]

@@ -61,11 +61,12 @@ def blurred(values: Float, wide: float) -> Float:
 
 
 def _blocks(values: Float, step: int) -> Float:
-    """Sums values (h, w) over blocks of step x step cells."""
+    """Sums values (h, w) over blocks of step x step cells, which are centred from left to right."""
     if step == 1:
         return values
     h, w = values.shape
-    padded = np.pad(values, ((0, -h % step), (0, -w % step)))
+    left = -w % step // 2
+    padded = np.pad(values, ((0, -h % step), (left, -w % step - left)))
     return np.asarray(padded.reshape(-(-h // step), step, -(-w // step), step).sum((1, 3)))
 
 
@@ -73,4 +74,5 @@ def _spread(values: Array, step: int, shape: tuple[int, ...]) -> Array:
     """Gives every cell the value of its block."""
     if step == 1:
         return values
-    return np.repeat(np.repeat(values, step, 0), step, 1)[: shape[0], : shape[1]]
+    left = -shape[1] % step // 2
+    return np.repeat(np.repeat(values, step, 0), step, 1)[: shape[0], left : left + shape[1]]

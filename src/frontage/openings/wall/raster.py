@@ -28,13 +28,14 @@ class WallRaster:
     def over(cls, facade: Facade, cell: float) -> "WallRaster":
         """Returns the raster with cells of `cell` m over the facade's bounding box.
 
-        Raises InputError (I322) when it needs more memory than there is.
+        From left to right it is centred and has an even number of cells, so that blocks of cells begin at the
+        same places in a mirrored facade. Raises InputError (I322) when it needs more memory than there is.
         """
         x0, z0, x1, z1 = facade.extent
-        shape = (int((z1 - z0) / cell) + 1, int((x1 - x0) / cell) + 1)
+        shape = (int((z1 - z0) / cell) + 1, 2 * (int((x1 - x0) / (2.0 * cell)) + 1))
         what = f"facade {facade.id} of {x1 - x0:.1f} x {z1 - z0:.1f} m in cells of {cell:.3g} m"
         require_memory(_CELL_BYTES * shape[0] * shape[1], what)
-        return cls((x0, z0), cell, shape)
+        return cls((0.5 * (x0 + x1 - shape[1] * cell), z0), cell, shape)
 
     def flat(self, x: Float, z: Float) -> Int:
         """Returns the number of the cell of every place (n,), row by row; -1 outside or for NaN."""

@@ -68,7 +68,7 @@ def _without_recesses(wall: Float, own: Array, y: Float, slack: float) -> Float:
     part of the building. Piers between them are wall: tiles that mostly hold (`own` (h, w, bins)) the wall
     beside.
     """
-    bay = int(_BESIDE / TILE)
+    bay = int(_BESIDE / TILE) | 1  # odd: as far to the left as to the right
     panel = (ndimage.grey_closing(wall, (bay, bay)) > wall + slack) & (wall < -FITTING)
     wall = _filled(wall, panel)
     beside = ndimage.minimum_filter(wall, bay)
@@ -81,14 +81,16 @@ def _without_recesses(wall: Float, own: Array, y: Float, slack: float) -> Float:
 
 def _opened(wall: Float) -> tuple[Float, Float]:
     """Removes from the map (h, w) what is lower, and what is narrower, than a set-back part of a building."""
-    size = int(_RECESS / TILE)
+    size = int(_RECESS / TILE) | 1
     return ndimage.grey_opening(wall, (size, 1)), ndimage.grey_opening(wall, (1, size))
 
 
 def _filled(values: Float, gap: Bool) -> Float:
-    """Fills the gaps in the values (h, w) with the nearest others."""
+    """Fills the gaps in the values (h, w) with the nearest others, of two as near with the lesser."""
     near = ndimage.distance_transform_edt(gap, return_distances=False, return_indices=True)
-    return np.asarray(values[tuple(near)])
+    far = ndimage.distance_transform_edt(gap[:, ::-1], return_distances=False, return_indices=True)
+    right = values[:, ::-1][tuple(far)][:, ::-1]
+    return np.asarray(np.minimum(values[tuple(near)], right), np.float64)
 
 
 def _refined(wall: Float, xyz: Float, raster: WallRaster, slack: float) -> Float:

@@ -18,6 +18,7 @@ from frontage.solids.cells.project import (
     names_of,
     without_protrusions,
 )
+from frontage.solids.cells.set_off import on_a_step
 from frontage.solids.coarse.reseat import reseat_walls
 from frontage.solids.options import BuildOptions
 from frontage.solids.relief import Built, FacadeReliefs
@@ -54,6 +55,10 @@ def _cut_facade(solid: Solid, facade: FacadeReliefs, context: BuildContext) -> t
     if not facade.reliefs:
         return solid, {}
     walls = find_walls(solid, facade, context.options)
+    if not walls and (far := on_a_step(solid, facade, context.options)):
+        facade, walls = far
+        depth = facade.reliefs[0].depth
+        context.log.note(f"{facade.id}: stands on a step of {depth:.2f} m of the host's wall")
     if not walls:
         count = sum(len(names_of(r)) for r in facade.reliefs)
         text = f"{facade.id}: no wall of the host lies where it was measured; {count} "

@@ -1,0 +1,78 @@
+"""Gives every area of a front to one of its planes: outlines of parallel walls do not overlap."""
+
+from dataclasses import replace
+from itertools import combinations
+
+import numpy as np
+from scipy import ndimage
+
+from frontage.facades.candidate import FacadeCandidate
+from frontage.facades.cells import CellMap
+from frontage.geometry.arrays import Bool, Float, Int
+from frontage.model.masonry import MASONRY, TOLERANCES
+
+_AROUND_M = 0.8  # m, one sigma of the surroundings whose wall tells the owner of a place: half a window
+_WHOLE = 0.95  # share of its remaining wall that a piece keeps in one part; less, and it is divided
+
+
+def without_overlaps(candidates: list[FacadeCandidate]) -> list[FacadeCandidate]:
+    """Returns the walls with outlines that do not overlap where parallel walls stand side by side.
+
+    The outline of a wall continues over the next one where the front steps, for both are upright and near
+    its plane. There a place belongs to the plane that has more wall around it. A wall that another divides
+    in two keeps its outline, for that other one is a step within it.
+    """
+    pieces = list(candidates)
+    for a, b in combinations(range(len(pieces)), 2):
+        if _are_beside(pieces[a], pieces[b]):
+            pieces[a], pieces[b] = _divided(pieces[a], pieces[b])
+    return pieces
+
+
+def _are_beside(a: FacadeCandidate, b: FacadeCandidate) -> bool:
+    """Returns whether two walls face the same way and their planes are near each other."""
+    offset = float((b.wall.point - a.wall.point) @ a.wall.normal)
+    parallel = float(a.wall.normal @ b.wall.normal) > TOLERANCES.parallel_cos
+    return parallel and abs(offset) < MASONRY.facade_reach
+
+
+def _divided(a: FacadeCandidate, b: FacadeCandidate) -> tuple[FacadeCandidate, FacadeCandidate]:
+    """Divides the area that two outlines share between them, where each stays in one part."""
+    shared, there = _shared(b, a)
+    less = shared & (_share(a.cells).ravel()[there] >= _share(b.cells))
+    second = _kept(b.cells, less)
+    if second is None:
+        return a, b
+    b = replace(b, cells=second)
+    first = _kept(a.cells, _shared(a, b)[0])
+    return (a, b) if first is None else (replace(a, cells=first), b)
+
+
+def _shared(own: FacadeCandidate, other: FacadeCandidate) -> tuple[Bool, Int]:
+    """Returns the cells (h, w) that two outlines share, and the number of the other's cell at each."""
+    cells = own.cells
+    row, column = np.indices(cells.whole.shape) + 0.5
+    x, z = (cells.corner[k] + cells.cell * v.ravel() for k, v in enumerate((column, row)))
+    local = own.wall.point + np.column_stack([x, np.zeros(len(x)), z]) @ own.wall.axes.T
+    q = other.wall.coordinates(local)
+    r, c, inside = other.cells.locate(q[:, 0], q[:, 2])
+    there = (r * other.cells.whole.shape[1] + c).reshape(cells.whole.shape)
+    return cells.whole & inside.reshape(there.shape) & other.cells.whole.ravel()[there], there
+
+
+def _share(cells: CellMap) -> Float:
+    """Returns the share (h, w) of wall around every cell."""
+    wide = _AROUND_M / cells.cell
+    return np.asarray(ndimage.gaussian_filter(cells.wall.astype(np.float64), wide, mode="constant"))
+
+
+def _kept(cells: CellMap, lost: Bool) -> CellMap | None:
+    """Returns the map without the cells (h, w) that are lost; None where that would divide it."""
+    left = cells.whole & ~lost
+    labels, number = ndimage.label(left)
+    wall = np.bincount(labels[cells.wall & left], minlength=number + 1)
+    wall[0] = 0
+    if number == 0 or wall.max() < _WHOLE * max(wall.sum(), 1):
+        return None
+    whole = ndimage.binary_fill_holes(labels == int(np.argmax(wall)))
+    return replace(cells, whole=whole, wall=cells.wall & whole, shut=cells.shut & whole)
