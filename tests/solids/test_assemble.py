@@ -19,7 +19,14 @@ from frontage.model import (
     Surface,
 )
 from frontage.model.citymodel import CityBuilding, Shell
-from frontage.solids import Assembled, BuildOptions, ModelMatch, assemble, match_model
+from frontage.solids import (
+    Assembled,
+    BuildOptions,
+    ModelMatch,
+    assemble,
+    facades_of_matches,
+    match_model,
+)
 from frontage.solids.brep import GRID_PER_M, volume6
 from frontage.solids.coarse.eaves import clean_outline
 from frontage.solids.elements import facade_parts
@@ -227,6 +234,28 @@ def test_a_footprint_alone_is_extruded_to_the_height_of_the_facade(height):
     made = assemble(Building("B01", np.arange(3), GROUND), [(wall(), Elements("B01/F1", ()))], [shell], WORLD)
     assert isinstance(made, Assembled) and made.coarse.source == "model"
     assert volume6(made.built[0].host) / 6e12 == pytest.approx(10 * 9 * 6.2, rel=1e-3)
+
+
+def test_a_facade_measured_with_the_house_next_door_goes_to_the_wall_that_it_stands_on():
+    """The neighbour's jetty, 1.6 m before its wall in the model, was taken for the house's own."""
+    feet = {"M1": (-5.0, 5.0), "M2": (5.0, 15.0)}
+    model = [
+        CityBuilding(name, (Shell("0", (Surface(wall().frame.apply(foot), "GroundSurface"),)),))
+        for name, (a, b) in feet.items()
+        for foot in [np.array([[a, 0, -3.2], [b, 0, -3.2], [b, 9, -3.2], [a, 9, -3.2]])]
+    ]
+    jetty = replace(wall(wide=4.0, at=(9.0, -1.6, 0.0)), id="B01/F2")
+    next_door = replace(wall(at=(10.0, 0.0, 0.0)), id="B02/F1")
+    facades = {"B01": [replace(wall(), id="B01/F1"), jetty], "B02": [next_door]}
+    matches = match_model(facades, model, BuildOptions())
+    assert [m.model for m in matches] == [("M1",), ("M2",)]
+    found = facades_of_matches(facades, matches, model, BuildOptions())
+    assert found == [("B01/F1",), ("B01/F2", "B02/F1")]
+    alone = match_model(facades, model[:1], BuildOptions())
+    assert facades_of_matches(facades, alone, model[:1], BuildOptions()) == [
+        ("B01/F1", "B01/F2"),
+        ("B02/F1",),
+    ]
 
 
 def test_nothing_to_build_from():

@@ -12,7 +12,7 @@ from frontage.solids.coarse.extrude import facade_block, ground_block
 from frontage.solids.coarse.host import Host, host_solid
 from frontage.solids.frames.seat import WindowFrame
 from frontage.solids.installations.installation import Installation
-from frontage.solids.model_match import ModelMatch, match_model
+from frontage.solids.model_match import ModelMatch, facades_of_matches, match_model
 from frontage.solids.options import BuildOptions
 from frontage.solids.relief import Built, FacadeReliefs, Relief
 
@@ -29,6 +29,7 @@ __all__ = [
     "assemble",
     "build_solid",
     "facade_block",
+    "facades_of_matches",
     "ground_block",
     "host_solid",
     "match_model",

@@ -10,6 +10,7 @@ from shapely.geometry import Polygon
 from frontage.geometry.arrays import Float
 from frontage.model import Facade
 from frontage.model.citymodel import CityBuilding
+from frontage.model.masonry import MASONRY
 from frontage.solids.brep import ring_edges
 from frontage.solids.options import BuildOptions
 
@@ -48,6 +49,32 @@ def match_model(
     return tuple(sorted(made, key=lambda m: order.index(m.measured[0])))
 
 
+def facades_of_matches(
+    facades: Mapping[str, Sequence[Facade]],
+    matches: Sequence[ModelMatch],
+    model: Sequence[CityBuilding],
+    options: BuildOptions,
+) -> list[tuple[str, ...]]:
+    """Returns for every match the ids of the facades that stand on its buildings of the city model.
+
+    The points of a party wall or of a jetty may be taken for the house next door. Such a facade goes to the
+    match whose walls cover a fifth of it, if those of its own do not; any other stays with its own building.
+    """
+    every = {f.id: f for own in facades.values() for f in own}
+    home = {f.id: k for k, m in enumerate(matches) for n in m.measured for f in facades[n]}
+    walls = options.model_copy(update={"max_offset": max(options.max_offset, MASONRY.facade_reach)})
+    for name, facade in every.items():
+        if not matches[home[name]].model:
+            continue
+        own = [[b for b in model if b.id in m.model] for m in matches]
+        share = [sum(_covered(facade, _walls(b, facade), walls)[0] for b in some) for some in own]
+        least = _MIN_SHARE * shapely.make_valid(Polygon(facade.outline)).area
+        best = int(np.argmax(share))
+        if share[home[name]] < least <= share[best]:
+            home[name] = best
+    return [tuple(name for name in every if home[name] == k) for k in range(len(matches))]
+
+
 def _walls(building: CityBuilding, facade: Facade) -> Iterator[Float]:
     """Yields wall rings (k, 3) of LoD2 or below, or upright rectangles over the edges of the ground.
 
@@ -69,6 +96,13 @@ def _walls(building: CityBuilding, facade: Facade) -> Iterator[Float]:
 
 def _lie_on_each_other(facade: Facade, walls: Iterable[Float], options: BuildOptions) -> bool:
     """Decides whether walls near the facade's plane cover enough of it, or it covers enough of them."""
+    covered, whole = _covered(facade, walls, options)
+    area = shapely.make_valid(Polygon(facade.outline)).area
+    return covered > 0 and (covered > _MIN_SHARE * area or covered > _MIN_SHARE * whole)
+
+
+def _covered(facade: Facade, walls: Iterable[Float], options: BuildOptions) -> tuple[float, float]:
+    """Returns how much (m2) of a facade the walls near its plane cover, and how large these walls are."""
     outline = shapely.make_valid(Polygon(facade.outline))
     covered = whole = 0.0
     limit = np.cos(np.radians(options.max_angle))
@@ -80,4 +114,4 @@ def _lie_on_each_other(facade: Facade, walls: Iterable[Float], options: BuildOpt
         projected = shapely.make_valid(Polygon(in_facade[:, [0, 2]]))
         covered += float(projected.intersection(outline).area)
         whole += float(projected.area)
-    return covered > 0 and (covered > _MIN_SHARE * outline.area or covered > _MIN_SHARE * whole)
+    return covered, whole

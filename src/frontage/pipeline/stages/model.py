@@ -32,7 +32,14 @@ from frontage.pipeline.store.files import write_json
 from frontage.pipeline.store.records import BuildingRecord
 from frontage.pipeline.store.results import StageResult, StageWarning
 from frontage.pipeline.store.store import Store
-from frontage.solids import Assembled, BuildOptions, ModelMatch, assemble, match_model
+from frontage.solids import (
+    Assembled,
+    BuildOptions,
+    ModelMatch,
+    assemble,
+    facades_of_matches,
+    match_model,
+)
 
 _MARGIN_M = 20.0  # around the scan: buildings of the city model beyond are not read
 _BEYOND_OFFSET_M = (
@@ -54,10 +61,12 @@ class ModelResult(StageResult):
 class BuildingTask:
     """What one building is built from: records of what was measured, and its shells in the city model.
 
-    `owners`: ids of the city model's buildings that the shells are of, with their addresses.
+    facades  ids of those that stand on it; a neighbour's points may hold one of them
+    owners   ids of the city model's buildings that the shells are of, with their addresses
     """
 
     records: tuple[BuildingRecord, ...]
+    facades: tuple[str, ...]
     shells: tuple[Shell, ...]
     owners: dict[str, str | None]
 
@@ -96,10 +105,12 @@ def tasks(job: Job) -> dict[str, BuildingTask]:
     city = _city_model(job)
     facades = {name: [store.facade(f) for f in store.facades_of(name)] for name in records}
     found: dict[str, BuildingTask] = {}
-    for group in match_model(facades, city, project.solids):
+    groups = match_model(facades, city, project.solids)
+    on_groups = facades_of_matches(facades, groups, city, project.solids)
+    for group, names in zip(groups, on_groups, strict=True):
         own = tuple(records[name] for name in group.measured)
         owners = {b.id: b.address for b in city if b.id in group.model}
-        found[own[0].id] = BuildingTask(own, _shells(group, city), owners)
+        found[own[0].id] = BuildingTask(own, names, _shells(group, city), owners)
     return found
 
 
@@ -113,8 +124,7 @@ def _addresses(job: Job) -> tuple[dict[str, list[str]], dict[str, str]]:
 def load(job: Job) -> Measured:
     """Read the facades of a building, what was found on them, and their pictures."""
     store, task = job.store, job.payload
-    names = [name for record in task.records for name in store.facades_of(record.id)]
-    fronts = tuple((store.facade(name), store.elements(name) or Elements(name, ())) for name in names)
+    fronts = tuple((store.facade(name), store.elements(name) or Elements(name, ())) for name in task.facades)
     pictures = tuple(p for facade, _ in fronts if (p := wall_picture(store, facade)) is not None)
     return Measured(fronts, pictures)
 

@@ -18,7 +18,7 @@ from frontage.solids.cells.project import (
     names_of,
     without_protrusions,
 )
-from frontage.solids.cells.set_off import on_a_step
+from frontage.solids.cells.set_off import covers_any, on_a_step
 from frontage.solids.coarse.reseat import reseat_walls
 from frontage.solids.options import BuildOptions
 from frontage.solids.relief import Built, FacadeReliefs
@@ -55,7 +55,7 @@ def _cut_facade(solid: Solid, facade: FacadeReliefs, context: BuildContext) -> t
     if not facade.reliefs:
         return solid, {}
     walls = find_walls(solid, facade, context.options)
-    if not walls and (far := on_a_step(solid, facade, context.options)):
+    if not covers_any(facade, walls) and (far := on_a_step(solid, facade, context.options)):
         facade, walls = far
         depth = facade.reliefs[0].depth
         context.log.note(f"{facade.id}: stands on a step of {depth:.2f} m of the host's wall")

@@ -1,14 +1,16 @@
 """Puts a facade far from the host's wall onto a step of that wall: the model does not know every jetty."""
 
+from collections.abc import Sequence
+
 import numpy as np
 import shapely
-from shapely.geometry import Polygon
+from shapely.geometry import LinearRing, Polygon
 
+from frontage.geometry.arrays import Float
 from frontage.geometry.ring import at_depth
 from frontage.model import Solid
 from frontage.model.masonry import MASONRY
 from frontage.solids.brep import GRID_PER_M
-from frontage.solids.cells.placing_area import wall_region
 from frontage.solids.options import BuildOptions
 from frontage.solids.relief import FacadeReliefs, Relief
 from frontage.solids.walls import HostWall, find_walls
@@ -39,12 +41,23 @@ def on_a_step(
     return FacadeReliefs(facade.id, facade.local_from_facade, facade.outline, (step,)), (found[best],)
 
 
+def covers_any(facade: FacadeReliefs, walls: Sequence[HostWall]) -> bool:
+    """Decides whether any of the walls lies within the facade's outline, and not only beside it."""
+    return any(_ring_on(facade, wall) is not None for wall in walls)
+
+
 def _ring_on(facade: FacadeReliefs, wall: HostWall) -> Polygon | None:
     """Returns the largest part of the facade's outline, in its frame, that lies on a wall."""
     facade_from_wall = facade.local_from_facade.inverse @ wall.local_from_wall
-    region = shapely.transform(
-        wall_region(wall), lambda p: facade_from_wall.apply(at_depth(p / GRID_PER_M, 0.0))[:, [0, 2]]
+
+    def flat(ring: LinearRing) -> Float:
+        """Returns a ring of the wall in the facade's plane."""
+        corners = np.asarray(ring.coords)[:-1] / GRID_PER_M
+        return facade_from_wall.apply(at_depth(corners, 0.0))[:, [0, 2]]
+
+    region = shapely.union_all(
+        [shapely.make_valid(Polygon(flat(p.exterior), [flat(h) for h in p.interiors])) for p in wall.polygons]
     )
-    shared = shapely.make_valid(Polygon(facade.outline)).intersection(shapely.make_valid(region))
+    shared = shapely.make_valid(Polygon(facade.outline)).intersection(region)
     parts = [p for p in shapely.get_parts(shared) if isinstance(p, Polygon)]
     return max(parts, key=lambda p: float(p.area), default=None)
