@@ -216,16 +216,19 @@ class _Search:
             low, high = box[1 - axis], box[3 - axis]
             if ends not in self.shown:
                 self.shown[ends] = self.bars[axis].shown(low, high) >= _SHOWN
-            place = self.around[axis][k]
-            self.lines[key] = self._estimated(axis, place, low, high) if self.shown[ends] else None
+            self.lines[key] = self._estimated(ends, k, low, high) if self.shown[ends] else None
         line = self.lines[key]
         if line is None or not box[axis] < line.position < box[2 + axis]:
             return None
         return line
 
-    def _estimated(self, axis: int, place: _Place, low: float, high: float) -> Line | None:
-        bars = self.bars[axis]
+    def _estimated(self, ends: tuple[int, int, int], k: int, low: float, high: float) -> Line | None:
+        """Returns a candidate along a pane from `low` to `high` m, which has the sides `ends` there."""
+        axis = ends[0]
+        bars, place = self.bars[axis], self.around[axis][k]
         value = bars.over(low + _ENDS_M, high - _ENDS_M, place.rows) - place.cost
+        if ends[1:] != (_FRAME, _FRAME):  # mullions part whole windows
+            value = np.where(bars.widths * bars.px > MULLIONS_M[0], -np.inf, value)
         if not np.isfinite(value.max()):
             return None
         middle, width, evidence = bars.settled(value, place.centre)
