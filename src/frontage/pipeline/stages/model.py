@@ -19,10 +19,12 @@ from frontage.exports import (
     render_model,
     texture_path,
 )
+from frontage.exports.tiles import BuildingTile, building_tile
 from frontage.io.citymodels.citygml.write import write_citygml
 from frontage.io.citymodels.cityjson.write import write_cityjson
 from frontage.io.citymodels.read import read_city_model
 from frontage.io.meshes.glb import GlbMesh, glb_of
+from frontage.io.meshes.tileset import write_tileset
 from frontage.model import Building, Elements, Facade, Failed
 from frontage.model.citymodel import CityBuilding, Shell
 from frontage.pipeline.groundplans import ground_plans
@@ -90,6 +92,7 @@ class Made:
     buildings: tuple[CityBuilding, ...] = ()
     textures: Mapping[str, bytes] = field(default_factory=dict)
     mesh: GlbMesh | None = None
+    tile: BuildingTile | None = None
     picture: bytes = b""
     about: Mapping[str, Any] | None = None
     failed: tuple[Failed, ...] = ()
@@ -179,6 +182,7 @@ def _made(
         tuple(painted(one, measured.pictures, reach) for one in whole),
         pictures,
         building_mesh(found, measured.pictures, reach),
+        building_tile(found, measured.pictures, fronts, reach, fronts[0][0].world),
         png,
         _about(found, fronts),
         found.failed,
@@ -240,10 +244,19 @@ def _write(store: Store, made: Sequence[Made]) -> None:
     store.wrote(*(folder / n for n in ("lod3.city.json", "lod3.gml", "lod3_citygml3.gml", "report.json")))
     store.put(folder / "lod3.glb", glb_of([m.mesh for m in made if m.mesh is not None], world))
     shown = {t.image for b in buildings for shell in b.shells for t in shell.textures.values()}
+    _write_tiles(store, [m.tile for m in made if m.tile is not None])
     for m in made:
         for path in sorted(shown & m.textures.keys()):
             store.put(folder / path, m.textures[path])
         store.put(folder / "pictures" / f"{m.id}.png", m.picture)
+
+
+def _write_tiles(store: Store, made: Sequence[BuildingTile]) -> None:
+    folder = store.products_folder / "tiles"
+    for name, data in (file for one in made for file in one.files.items()):
+        store.put(folder / name, data)
+    write_tileset(folder / "tileset.json", [one.tile for one in made], store.world())
+    store.wrote(folder / "tileset.json")
 
 
 def _warnings(made: Made) -> list[StageWarning]:
