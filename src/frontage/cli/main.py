@@ -30,7 +30,7 @@ COMMANDS = {
     "openings": "Find the windows, doors and protrusions of a run folder's facades again.",
     "crossbars": "Find the bars in the windows of a run folder's facades again.",
     "model": "Build the LoD3 model (CityJSON, CityGML, GLB) of a run folder again.",
-    "export": "Write the textured model (GLB, OBJ), tables and drawings of a run folder again.",
+    "export": "Write the textured facades (GLB, OBJ), tables, drawings and the IFC model again.",
     "report": "Write report.html of a run folder again.",
     "locate": "Where an opening is: by address, floor and number, or by its id.",
     "pixel-to-world": "World position of an ortho-image pixel.",
