@@ -156,7 +156,7 @@ def single_photos(street: Street, facade: Facade, options: OrthoOptions) -> list
     """Every photo alone on the facade, without what the scan knows to stand before it."""
     raster = facade_raster(facade, options)
     points = facade_points(street.scan, facade, raster, options)
-    relief = measure_relief(points.xyz[points.used], facade.spacing, raster, options, points.gaps)
+    relief = measure_relief(points.xyz[points.used], facade, raster, options, points.gaps)
     surface = DrawingSurface(facade, raster, relief)
     occluders = find_occluders(facade, street.scan, None, options)
     out = []

@@ -54,7 +54,7 @@ def make_ortho(
         return Failed("F301", why, "check the outline and the scan")
 
     # The paper neglects balconies and sculptures; here the pixels lie on the measured relief.
-    relief = measure_relief(points.xyz[points.used], facade.spacing, raster, options, points.gaps)
+    relief = measure_relief(points.xyz[points.used], facade, raster, options, points.gaps)
     points = points.on_surface(relief)
     surface = DrawingSurface(facade, raster, relief if options.draws_relief else None)
     bands = Bands(raster, surface.relief)

@@ -1,18 +1,20 @@
 """Decides on one picture from many photos: which photo paints which cell, and in what light."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from frontage.geometry.arrays import Array
 from frontage.ortho.mosaic.blending import light_corrections
 from frontage.ortho.mosaic.consensus import compare_photos
+from frontage.ortho.mosaic.glass import glass_cost
 from frontage.ortho.mosaic.pictures import rectify_photos
 from frontage.ortho.mosaic.radiometry import balance_photos
 from frontage.ortho.mosaic.selection import choose_photos
 from frontage.ortho.options import OrthoOptions
 from frontage.ortho.surface import DrawingSurface, ImageOf
 from frontage.ortho.views import ViewPlan
+from frontage.raster.tiles import Tile
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,8 +47,10 @@ def compose_mosaic(
         return Mosaic(plan, np.where(plan.quality[0] > 0, 0, -1).astype(np.int16))
     pictures = rectify_photos(surface, plan, image_of, options)
     gains = balance_photos(plan, pictures)
-    disagreement = compare_photos(plan.clear, pictures, gains)
-    label = choose_photos(plan, disagreement, pictures.exposed)
+    opening = replace(surface, raster=plan.cells).openings(Tile(0, plan.cells.height, 0, plan.cells.width))
+    disagreement = compare_photos(plan.clear, opening > 0, pictures, gains)
+    glass = glass_cost(opening, plan.clear, pictures, gains)
+    label = choose_photos(plan, disagreement, pictures.exposed, glass)
     if options.radiometry == "as shot":
         return Mosaic(plan, label)
     usable = plan.clear & pictures.exposed & disagreement.accepted

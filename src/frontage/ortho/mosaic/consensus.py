@@ -2,8 +2,9 @@
 
 Where three photos or more see a cell, the median of their colours is what stands still. The colour of a photo
 is either that of the wall, with a normal error, or that of anything else, with any colour alike: moved cars,
-walkers, reflections. The error grows with the contrast around the cell, because photos are a part of a cell
-off (poses, relief). The negative logarithm of that likelihood is the cost of taking the photo there.
+walkers. In windows the second darkest colour takes the place of the median, because what glass mirrors adds
+light (and the darkest may be that of a walker). The error grows with the contrast around the cell, because
+photos are a part of a cell off (poses, relief). The negative logarithm of that likelihood is the cost of taking the photo there.
 """
 
 from dataclasses import dataclass
@@ -37,8 +38,11 @@ class Disagreement:
     accepted: Bool
 
 
-def compare_photos(clear: Bool, pictures: CellPictures, gains: PhotoGains) -> Disagreement:
-    """Compares the photos where they see the wall `clear` (k, h, w) of what the scan knows to hide it."""
+def compare_photos(clear: Bool, glass: Bool, pictures: CellPictures, gains: PhotoGains) -> Disagreement:
+    """Compares the photos where they see the wall `clear` (k, h, w) of what the scan knows to hide it.
+
+    In the cells of `glass` (h, w) the colour is not the median but the second darkest of three or more.
+    """
     codes = np.stack(
         [
             np.exp((light - gains.at(k, pictures.radius[k])) / np.float32(_GAMMA))
@@ -46,7 +50,7 @@ def compare_photos(clear: Bool, pictures: CellPictures, gains: PhotoGains) -> Di
         ]
     )
     count = clear.sum(0)
-    wall = _median(codes, clear, count)
+    wall = _standing(codes, clear, count, glass)
     known = count >= _FEWEST
     distance = np.linalg.norm(codes - wall, axis=-1)
     noise = max(float(np.median(distance[clear & known])) / 1.54 if known.any() else 0.0, _FINEST)
@@ -59,12 +63,14 @@ def compare_photos(clear: Bool, pictures: CellPictures, gains: PhotoGains) -> Di
     return Disagreement(cost, (slope / noise).astype(np.float32), accepted)
 
 
-def _median(codes: Array, clear: Bool, count: Array) -> Array:
-    """The median colour (h, w, 3) of the photos that see a cell; of no photo, black."""
+def _standing(codes: Array, clear: Bool, count: Array, glass: Bool) -> Array:
+    """The colour (h, w, 3) of what stands still: the median of the photos that see a cell; of none, black."""
     ordered = np.sort(np.where(clear[..., None], codes, np.float32(np.inf)), axis=0)
     middle = np.maximum(count - 1, 0)
+    dark = np.minimum(middle // 2, 1)
     low, high = (
-        np.take_along_axis(ordered, n[None, ..., None], 0)[0] for n in (middle // 2, (middle + 1) // 2)
+        np.take_along_axis(ordered, np.where(glass, dark, n)[None, ..., None], 0)[0]
+        for n in (middle // 2, (middle + 1) // 2)
     )
     return np.asarray(np.where(count[..., None] > 0, 0.5 * (low + high), 0.0), np.float32)
 
