@@ -6,10 +6,11 @@ import numpy as np
 
 from frontage.geometry.arrays import Array
 from frontage.ortho.mosaic.blending import light_corrections
-from frontage.ortho.mosaic.consensus import compare_photos
+from frontage.ortho.mosaic.consensus import compare_photos, even_colours
 from frontage.ortho.mosaic.glass import glass_cost
 from frontage.ortho.mosaic.pictures import rectify_photos
 from frontage.ortho.mosaic.radiometry import balance_photos
+from frontage.ortho.mosaic.seethrough import see_through
 from frontage.ortho.mosaic.selection import choose_photos
 from frontage.ortho.options import OrthoOptions
 from frontage.ortho.surface import DrawingSurface, ImageOf
@@ -44,14 +45,18 @@ def compose_mosaic(
     if plan is None:
         return None
     if len(plan.photos) == 1:
+        plan = plan.seeing(np.zeros_like(plan.behind))
         return Mosaic(plan, np.where(plan.quality[0] > 0, 0, -1).astype(np.int16))
     pictures = rectify_photos(surface, plan, image_of, options)
     gains = balance_photos(plan, pictures)
     opening = replace(surface, raster=plan.cells).openings(Tile(0, plan.cells.height, 0, plan.cells.width))
-    disagreement = compare_photos(plan.clear, opening > 0, pictures, gains)
+    codes = even_colours(pictures, gains)
+    found = compare_photos(codes, plan.clear)
+    through = see_through(codes, found.wall, found.sigma, plan.clear, plan.behind, opening > 0)
+    plan = plan.seeing(through)
     glass = glass_cost(opening, plan.clear, pictures, gains)
-    label = choose_photos(plan, disagreement, pictures.exposed, glass)
+    label = choose_photos(plan, found, pictures.exposed, glass)
     if options.radiometry == "as shot":
         return Mosaic(plan, label)
-    usable = plan.clear & pictures.exposed & disagreement.accepted
+    usable = plan.clear & pictures.exposed & found.accepted
     return Mosaic(plan, label, light_corrections(label, usable, pictures, gains))

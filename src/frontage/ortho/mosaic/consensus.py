@@ -2,9 +2,8 @@
 
 Where three photos or more see a cell, the median of their colours is what stands still. The colour of a photo
 is either that of the wall, with a normal error, or that of anything else, with any colour alike: moved cars,
-walkers. In windows the second darkest colour takes the place of the median, because what glass mirrors adds
-light (and the darkest may be that of a walker). The error grows with the contrast around the cell, because
-photos are a part of a cell off (poses, relief). The negative logarithm of that likelihood is the cost of taking the photo there.
+walkers, reflections. The error grows with the contrast around the cell, because photos are a part of a cell
+off (poses, relief). The negative logarithm of that likelihood is the cost of taking the photo there.
 """
 
 from dataclasses import dataclass
@@ -31,26 +30,31 @@ class Disagreement:
     cost      (k, h, w) float32 >= 0, negative log likelihood relative to a perfect agreement
     contrast  (h, w) float32, change of the wall's colour from cell to cell in standard deviations
     accepted  (k, h, w) bool, rather the wall than something else
+    wall      (h, w, 3) float32, colour of what stands still
+    sigma     (h, w) float32, standard deviation of the colour that a photo shows it in
     """
 
     cost: Array
     contrast: Array
     accepted: Bool
+    wall: Array
+    sigma: Array
 
 
-def compare_photos(clear: Bool, glass: Bool, pictures: CellPictures, gains: PhotoGains) -> Disagreement:
-    """Compares the photos where they see the wall `clear` (k, h, w) of what the scan knows to hide it.
-
-    In the cells of `glass` (h, w) the colour is not the median but the second darkest of three or more.
-    """
-    codes = np.stack(
+def even_colours(pictures: CellPictures, gains: PhotoGains) -> Array:
+    """The colours (k, h, w, 3) float32 of the photos in the light of the mosaic, as codes of gamma 2.2."""
+    return np.stack(
         [
             np.exp((light - gains.at(k, pictures.radius[k])) / np.float32(_GAMMA))
             for k, light in enumerate(pictures.log_light)
         ]
     )
+
+
+def compare_photos(codes: Array, clear: Bool) -> Disagreement:
+    """Compares the colours (k, h, w, 3) of photos where the scan knows nothing before the wall (`clear`)."""
     count = clear.sum(0)
-    wall = _standing(codes, clear, count, glass)
+    wall = _median(codes, clear, count)
     known = count >= _FEWEST
     distance = np.linalg.norm(codes - wall, axis=-1)
     noise = max(float(np.median(distance[clear & known])) / 1.54 if known.any() else 0.0, _FINEST)
@@ -60,17 +64,15 @@ def compare_photos(clear: Bool, glass: Bool, pictures: CellPictures, gains: Phot
     judged = clear & known
     cost, accepted = np.where(judged, cost, 0.0), accepted | ~judged
     cost = np.stack([cv2.blur(c.astype(np.float32), (_WINDOW, _WINDOW)) for c in cost])
-    return Disagreement(cost, (slope / noise).astype(np.float32), accepted)
+    return Disagreement(cost, (slope / noise).astype(np.float32), accepted, wall, sigma.astype(np.float32))
 
 
-def _standing(codes: Array, clear: Bool, count: Array, glass: Bool) -> Array:
-    """The colour (h, w, 3) of what stands still: the median of the photos that see a cell; of none, black."""
+def _median(codes: Array, clear: Bool, count: Array) -> Array:
+    """The median colour (h, w, 3) of the photos that see a cell; of no photo, black."""
     ordered = np.sort(np.where(clear[..., None], codes, np.float32(np.inf)), axis=0)
     middle = np.maximum(count - 1, 0)
-    dark = np.minimum(middle // 2, 1)
     low, high = (
-        np.take_along_axis(ordered, np.where(glass, dark, n)[None, ..., None], 0)[0]
-        for n in (middle // 2, (middle + 1) // 2)
+        np.take_along_axis(ordered, n[None, ..., None], 0)[0] for n in (middle // 2, (middle + 1) // 2)
     )
     return np.asarray(np.where(count[..., None] > 0, 0.5 * (low + high), 0.0), np.float32)
 
