@@ -11,6 +11,7 @@ from frontage.model.estimate import Estimate, Failed, Provenance
 from frontage.model.facade import Facade, Layer
 from frontage.model.glazing import AXES, FRAME_THICKNESS_M, Bar, Glazing
 from frontage.model.noreturns import NoReturns
+from frontage.model.occluder import OCCLUDER_KINDS, Occluder
 from frontage.model.opening import (
     DOORS,
     OPENING_SURFACES,
@@ -32,6 +33,7 @@ __all__ = [
     "AXES",
     "DOORS",
     "FRAME_THICKNESS_M",
+    "OCCLUDER_KINDS",
     "OPENING_SURFACES",
     "Bar",
     "Building",
@@ -52,6 +54,7 @@ __all__ = [
     "Layer",
     "MountedCamera",
     "NoReturns",
+    "Occluder",
     "Opening",
     "OpeningKind",
     "OrthoImage",

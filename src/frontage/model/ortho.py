@@ -7,6 +7,7 @@ import numpy as np
 
 from frontage.geometry.arrays import Array, Bool, Float, readonly
 from frontage.model.facade import Facade
+from frontage.model.occluder import Occluder
 
 _SHOWN_PX = 800  # longest side of the picture in a notebook
 
@@ -56,6 +57,7 @@ class OrthoImage:
     photo_offset   the depth that the photos show; None without photos that overlap
     photos         number of photos among the sources; they come first
     remarks        photos that were left out or turned, and why no photo was used
+    occluders      what stood free before the facade
     """
 
     pixels: Array
@@ -70,6 +72,7 @@ class OrthoImage:
     photo_offset: PhotoOffset | None = None
     photos: int = 0
     remarks: tuple[PhotoRemark, ...] = ()
+    occluders: tuple[Occluder, ...] = ()
 
     def __post_init__(self) -> None:
         h, w = self.pixels.shape[:2]

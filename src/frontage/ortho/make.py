@@ -17,6 +17,7 @@ from frontage.ortho.photo_image import paint_photos
 from frontage.ortho.points import facade_points
 from frontage.ortho.relief import measure_relief
 from frontage.ortho.scan_image import intensity_band, paint_missing_from_scan
+from frontage.ortho.standing.find import find_standing
 from frontage.ortho.surface import DrawingSurface, ImageOf
 from frontage.ortho.views import plan_views
 
@@ -80,7 +81,8 @@ def make_ortho(
     ortho = bands.as_ortho_image(
         facade, raster, names, intensity=intensity, photo_offset=offset, photos=len(painted)
     )
-    return replace(ortho, remarks=check.remarks + why_no_photo(surface, given, plan, check.left_out))
+    remarks = check.remarks + why_no_photo(surface, given, plan, check.left_out)
+    return replace(ortho, remarks=remarks, occluders=find_standing(facade, scan))
 
 
 def _no_picture(photo: str) -> Array:
