@@ -9,6 +9,8 @@ from frontage.geometry.arrays import Array, Bool, Float, readonly
 from frontage.model.facade import Facade
 from frontage.model.occluder import Occluder
 
+NOT_SEEN = 65535
+"""The source of pixels on the facade that no photo and no scan shows."""
 _SHOWN_PX = 800  # longest side of the picture in a notebook
 
 
@@ -50,7 +52,7 @@ class OrthoImage:
     corner         (x, z) m facade: outer upper left corner of pixel (0, 0)
     facade         the facade whose plane carries it
     depth          (h, w) float32 m, y of the surface; NaN = not measured, the plane is used
-    source         (h, w) uint16: 1 + index into `sources`, 0 = nodata
+    source         (h, w) uint16: 1 + index into `sources`, 0 = outside, `NOT_SEEN` = on the facade, not seen
     sources        names of the photos (or of the scan) that the pixels come from
     gsd_effective  (h, w) float32 m per source pixel (photos) or point spacing (scan)
     intensity      (h, w) float32 0..1 of the scan, NaN = none; or None

@@ -9,6 +9,7 @@ from frontage.ortho.bands import Bands, clear_outside
 from frontage.ortho.checks.agreement import Turn, check_photos
 from frontage.ortho.checks.excluded import why_no_photo
 from frontage.ortho.consistency import photo_offset
+from frontage.ortho.decoded import DecodedPhotos
 from frontage.ortho.mosaic.compose import compose_mosaic
 from frontage.ortho.occluders import find_occluders
 from frontage.ortho.options import OrthoOptions
@@ -44,7 +45,7 @@ def make_ortho(
     """
     options = options or OrthoOptions()
     given = () if image_of is None else photos
-    image_of = image_of or _no_picture
+    image_of = DecodedPhotos(image_of or _no_picture)
     photos_used = [p for p in given if p.local_from_camera is not None]
 
     # Section 3: a raster with a fixed ratio of pixels to metres, and the points that lie on it.

@@ -24,6 +24,7 @@ _OCCLUDER_M = DEEPEST_REVEAL_M + _TOLERANCE_M  # in front of the surface: not it
 _SELF_HIDDEN = 1e-4  # factor on the quality of cells hidden by the facade itself: a last resort
 _BLUNT_M = 0.05  # larger discs cannot resolve a sill and hide only what lies far behind
 _LEAN = 2.0  # allows for discs of up to twice the typical spacing of the wall
+_BESIDE = 0.05  # of the width of a facade: discs of points beside it reach into it
 _SPLAT = 0.75  # radius of the discs in spacings: a square lattice seen from the front shows no gap
 
 
@@ -52,8 +53,12 @@ def visibility(
     # Discs face the photo. Where a surface is seen obliquely, its own discs reach out in front of it.
     slack = _LEAN * _SPLAT * facade.spacing * np.sqrt(np.maximum(1.0 / cosine**2 - 1.0, 0.0))
     box = np.ones((3, 3), np.uint8)
-    part = _nearest(photo, at, cloud.xyz[~cloud.free], cloud.spacing[~cloud.free]) - own + slack
-    stands = _nearest(photo, at, cloud.xyz[cloud.free], cloud.spacing[cloud.free]) - own + slack
+    xyz = photo.pose.inverse.apply(cloud.xyz)
+    ahead = _towards(xyz, photo.pose.inverse.apply(at_cells))
+    part, stands = (
+        _nearest(photo, at, xyz[kind], cloud.spacing[kind]) - own + slack
+        for kind in (ahead & ~cloud.free, ahead & cloud.free)
+    )
     # A cell between two hidden ones is hidden, and the outline of a tree or car is known to a cell at best.
     behind = cv2.dilate((stands < -_OCCLUDER_M).astype(np.uint8), box) > 0
     large, small = (
@@ -65,10 +70,27 @@ def visibility(
     return Visibility(np.where(large, 0.0, np.where(small, _SELF_HIDDEN, 1.0)), behind)
 
 
+def _towards(xyz: Float, cells: Float) -> Bool:
+    """Which points (n, 3) lie in the directions of the cells (m, 3), both in m in the frame of the camera.
+
+    Only these need to be projected, which is most of the work.
+    """
+    if (cells[:, 2] <= 0.0).any():
+        return np.ones(len(xyz), bool)
+    slopes = cells[:, :2] / cells[:, 2:]
+    low, high = slopes.min(0), slopes.max(0)
+    border = _BESIDE * (high - low)
+    depth = np.maximum(xyz[:, 2:], 1e-6)
+    inside: Bool = (xyz[:, 2] > 0.0) & (xyz[:, :2] >= (low - border) * depth).all(1)
+    return inside & (xyz[:, :2] <= (high + border) * depth).all(1)
+
+
 def _nearest(photo: Photo, at: Float, xyz: Float, spacing: Float) -> Array:
-    """Distance (h, w) m of the nearest of some points (n, 3) m local on the rays at `at` (h, w, 2) px."""
+    """Distance (h, w) m of the nearest of some points (n, 3) m on the rays at `at` (h, w, 2) px.
+
+    The points are in the frame of the camera.
+    """
     reduced = _REDUCED
-    xyz = photo.pose.inverse.apply(xyz)
     distance = np.linalg.norm(xyz, axis=1)
     shape = (-(-photo.camera.height // reduced), -(-photo.camera.width // reduced))
     radius = _pixels_per_radian(photo) / reduced * _SPLAT * spacing / np.maximum(distance, 1e-6)

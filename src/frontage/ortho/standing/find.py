@@ -11,7 +11,7 @@ import cv2
 import numpy as np
 from scipy import ndimage
 
-from frontage.geometry.arrays import Bool, Float, Int
+from frontage.geometry.arrays import Float, Int
 from frontage.model import Facade, Scan
 from frontage.model.occluder import Occluder
 from frontage.ortho.standing.kinds import chances
@@ -31,6 +31,7 @@ _GROUND_CELLS = 5  # wide windows over which the lowest points are the ground: c
 _FEWEST_POINTS = 20
 _SMALLEST_M = 0.3  # extent in height
 _WALL_M2 = 8.0  # an upright plane larger than any sign or side of a car
+_MOSTLY = 0.7  # share of the points of a group on such a plane
 _FLAT_M = 0.15  # of a plane, from its middle
 _NEIGHBOURHOOD_M = 0.5
 
@@ -95,7 +96,7 @@ def _groups(points: _Group, cube: float) -> list[_Group]:
     return out
 
 
-def _is_wall(group: _Group) -> Bool:
+def _is_wall(group: _Group) -> bool:
     """Whether most of a group is one large upright plane: the wall of a neighbour."""
     plan = group.xyz[:, :2] - np.median(group.xyz[:, :2], axis=0)
     _, _, axes = np.linalg.svd(plan[:: max(1, len(plan) // 2000)], full_matrices=False)
@@ -103,7 +104,7 @@ def _is_wall(group: _Group) -> Bool:
     flat = np.abs(across - np.median(across)) < _FLAT_M
     low, high = np.quantile(along, [0.02, 0.98])
     area = (high - low) * np.ptp(group.xyz[:, 2])
-    return np.bool_(flat.mean() > 0.7 and area > _WALL_M2)
+    return bool(flat.mean() > _MOSTLY and area > _WALL_M2)
 
 
 def _described(group: _Group, facade: Facade) -> Occluder:
