@@ -81,8 +81,9 @@ def _towards(xyz: Float, cells: Float) -> Bool:
     low, high = slopes.min(0), slopes.max(0)
     border = _BESIDE * (high - low)
     depth = np.maximum(xyz[:, 2:], 1e-6)
-    inside: Bool = (xyz[:, 2] > 0.0) & (xyz[:, :2] >= (low - border) * depth).all(1)
-    return inside & (xyz[:, :2] <= (high + border) * depth).all(1)
+    above = (xyz[:, :2] >= (low - border) * depth).all(1)
+    below = (xyz[:, :2] <= (high + border) * depth).all(1)
+    return np.asarray((xyz[:, 2] > 0.0) & above & below)
 
 
 def _nearest(photo: Photo, at: Float, xyz: Float, spacing: Float) -> Array:
