@@ -163,7 +163,7 @@ def single_photos(street: Street, facade: Facade, options: OrthoOptions) -> list
     for photo in street.photos:
         bands, plan = Bands(raster), plan_views(surface, occluders, [photo], options)
         image_of = street.images.__getitem__
-        mosaic = compose_mosaic(surface, plan, image_of, options)
+        mosaic = compose_mosaic(surface, plan, image_of, options, {})
         paint_photos(bands, surface, mosaic, image_of, options)
         gsd = np.where(bands.source > 0, bands.gsd, np.inf)
         out.append(Single(bands.pixels[..., :3], bands.source > 0, gsd))

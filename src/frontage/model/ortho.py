@@ -1,7 +1,8 @@
 """An ortho-image: pixels on the plane of a facade, each with its position in the world."""
 
 import io
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -60,6 +61,8 @@ class OrthoImage:
     photos         number of photos among the sources; they come first
     remarks        photos that were left out or turned, and why no photo was used
     occluders      what stood free before the facade
+    light          by photo: (3, 3) logarithms by which it is brighter than the picture, per channel: in the
+                   middle, and factors of r^2 and r^4 with r = 1 in its corners; for other facades
     """
 
     pixels: Array
@@ -75,6 +78,7 @@ class OrthoImage:
     photos: int = 0
     remarks: tuple[PhotoRemark, ...] = ()
     occluders: tuple[Occluder, ...] = ()
+    light: Mapping[str, Array] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         h, w = self.pixels.shape[:2]

@@ -32,19 +32,20 @@ def make_ortho(
     surroundings: Scan | None = None,
     options: OrthoOptions | None = None,
     turns: Mapping[str, Turn] | None = None,
+    light: Mapping[str, Array] | None = None,
 ) -> OrthoImage | Failed:
     """Makes the ortho-image of `facade` from oriented photos, and from the scan where no photo shows it.
 
     `scan` is the cloud that `facade.support` refers to; `surroundings` holds what else may hide the facade
     from a photo. `image_of(photo id)` returns the picture (h, w, 3) uint8. Photos without a pose are ignored,
     and so are all photos without `image_of`. `turns` names the photos whose EXIF orientation the cameras may
-    or may not mean, each with the function that turns its pixels; `check_photos` decides.
+    or may not mean, each with the function that turns its pixels; `check_photos` decides. `light` is that
+    of other ortho-images, whose look this one takes where they share photos.
 
     Returns Failed (F301, F302) when neither a photo nor a scan point shows the facade. Raises OptionError
     (I320) when the raster would be too large to store.
     """
-    options = options or OrthoOptions()
-    given = () if image_of is None else photos
+    options, given = options or OrthoOptions(), () if image_of is None else photos
     image_of = DecodedPhotos(image_of or _no_picture)
     photos_used = [p for p in given if p.local_from_camera is not None]
 
@@ -52,8 +53,7 @@ def make_ortho(
     raster = facade_raster(facade, options)
     points = facade_points(scan, facade, raster, options)
     if not points.used.any() and not photos:
-        why = f"facade {facade.id}: no scan point lies on it"
-        return Failed("F301", why, "check the outline and the scan")
+        return Failed("F301", f"facade {facade.id}: no scan point lies on it", "check outline and scan")
 
     # The paper neglects balconies and sculptures; here the pixels lie on the measured relief.
     relief = measure_relief(points.xyz[points.used], facade, raster, options, points.gaps)
@@ -66,14 +66,13 @@ def make_ortho(
     occluders = find_occluders(facade, scan, surroundings, options) if photos_used else None
     plan = plan_views(surface, occluders, photos_used, options)
     check = check_photos(surface, plan, points, image_of, turns or {})
-    if plan is not None and check.left_out:
-        plan = plan_views(surface, occluders, check.kept(plan.photos), options)
+    plan = None if plan is None else plan.without(check.left_out)
     image_of = check.images(image_of, turns or {})
     offset = photo_offset(surface, plan, image_of, options)
 
     # One photo for every part, in one light; then, as in sections 3.1 and 3.2, project and resample.
     surface = surface.moved_by(offset)
-    mosaic = compose_mosaic(surface, plan, image_of, options)
+    mosaic = compose_mosaic(surface, plan, image_of, options, light or {})
     painted = paint_photos(bands, surface, mosaic, image_of, options)
     names = painted + paint_missing_from_scan(bands, points, surface, len(painted))
     if not names:
@@ -83,7 +82,8 @@ def make_ortho(
         facade, raster, names, intensity=intensity, photo_offset=offset, photos=len(painted)
     )
     remarks = check.remarks + why_no_photo(surface, given, plan, check.left_out)
-    return replace(ortho, remarks=remarks, occluders=find_standing(facade, scan))
+    light = {} if mosaic is None else mosaic.light
+    return replace(ortho, remarks=remarks, occluders=find_standing(facade, scan), light=light)
 
 
 def _no_picture(photo: str) -> Array:

@@ -50,6 +50,13 @@ class ViewPlan:
         seen = ~self.behind | through
         return replace(self, quality=self.quality * seen, behind=self.behind & ~through)
 
+    def without(self, names: frozenset[str]) -> "ViewPlan | None":
+        """Returns the plan without the photos of these ids; None when the others see nothing."""
+        keep = [k for k, photo in enumerate(self.photos) if photo.id not in names]
+        bands = {b: getattr(self, b)[keep] for b in ("quality", "gsd", "clear", "behind")}
+        plan = replace(self, photos=tuple(self.photos[k] for k in keep), **bands)
+        return plan if (plan.quality * ~plan.behind).any() else None
+
     def window(self, band: Array, tile: Tile) -> Array:
         """Returns the values (m, n) of a band of cells at the pixels of a tile."""
         rows, columns = np.arange(tile.r0, tile.r1) // self.step, np.arange(tile.c0, tile.c1) // self.step

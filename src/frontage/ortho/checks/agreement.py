@@ -42,10 +42,6 @@ class PhotoCheck:
     turned: frozenset[str] = frozenset()
     remarks: tuple[PhotoRemark, ...] = ()
 
-    def kept(self, photos: Sequence[Photo]) -> list[Photo]:
-        """The photos that are not left out."""
-        return [p for p in photos if p.id not in self.left_out]
-
     def images(self, image_of: ImageOf, turns: Mapping[str, Turn]) -> ImageOf:
         """The pictures, those of `turned` photos turned."""
         if not self.turned:

@@ -24,7 +24,8 @@ _TOUCHING = 0.2  # share of the cubes of a group so near the wall, from which it
 _HELD = 0.02  # and from which it does when it does not stand on the ground
 _ABOVE_GROUND_M = 1.0
 _STREET_M = 12.0  # before the facade, what is farther hides little of it
-_BESIDE_M = 1.0
+_BESIDE_M = 1.0  # what stands so far beside the facade still counts
+_AROUND_M = 5.0  # points so far beside it are looked at, so that no tree is cut
 _GROUND_M = 0.25  # above the ground, higher than kerbs
 _GROUND_CELL_M = 1.0
 _GROUND_CELLS = 5  # wide windows over which the lowest points are the ground: cars are 2 m wide
@@ -49,14 +50,17 @@ def find_standing(facade: Facade, scan: Scan) -> tuple[Occluder, ...]:
     xyz = facade.frame.inverse.apply(scan.xyz)
     (x0, _), (x1, z1) = facade.outline.min(0), facade.outline.max(0)
     near = (xyz[:, 1] > -_STREET_M) & (xyz[:, 1] < _TOUCH_M)
-    near &= (xyz[:, 0] > x0 - _BESIDE_M) & (xyz[:, 0] < x1 + _BESIDE_M) & (xyz[:, 2] < z1 + _BESIDE_M)
+    near &= (xyz[:, 0] > x0 - _AROUND_M) & (xyz[:, 0] < x1 + _AROUND_M) & (xyz[:, 2] < z1 + _AROUND_M)
     xyz = xyz[near]
     if len(xyz) < _FEWEST_POINTS:
         return ()
     height = xyz[:, 2] - _ground(xyz)
     before = (xyz[:, 1] < -_BEFORE_M) & (height > _GROUND_M)
     groups = _groups(_Group(xyz[before], height[before]), max(_CUBE_M, _CUBE_SPACINGS * facade.spacing))
-    found = [_described(g, facade) for g in groups if not _is_wall(g)]
+    beside = [g.xyz[:, 0].max() < x0 - _BESIDE_M or g.xyz[:, 0].min() > x1 + _BESIDE_M for g in groups]
+    found = [
+        _described(g, facade) for g, off in zip(groups, beside, strict=True) if not off and not _is_wall(g)
+    ]
     found.sort(key=lambda one: float(one.centre[0]))
     named = [_renamed(one, f"{facade.id}/X{n}") for n, one in enumerate(found, 1)]
     return tuple(named)
