@@ -73,7 +73,7 @@ $(VENV)/bin/python:
 
 # Resolve the pinned requirements again (needs uv).
 lock:
-	uv pip compile pyproject.toml --extra e57 --extra photos --extra simulate --extra products --extra tables requirements.in $(LOCK) -o requirements.txt
+	uv pip compile pyproject.toml --extra e57 --extra photos --extra simulate --extra products --extra tables --extra bim requirements.in $(LOCK) -o requirements.txt
 	uv pip compile pyproject.toml --extra dev requirements.in -c requirements.txt $(LOCK) -o requirements-dev.txt
 	uv pip compile pyproject.toml --extra docs requirements.in -c requirements.txt -c requirements-dev.txt $(LOCK) -o requirements-docs.txt
 LOCK := --universal --python-version 3.11 --generate-hashes --no-header --no-annotate --quiet

@@ -156,14 +156,14 @@ def single_photos(street: Street, facade: Facade, options: OrthoOptions) -> list
     """Every photo alone on the facade, without what the scan knows to stand before it."""
     raster = facade_raster(facade, options)
     points = facade_points(street.scan, facade, raster, options)
-    relief = measure_relief(points.xyz[points.used], facade.spacing, raster, options, points.gaps)
+    relief = measure_relief(points.xyz[points.used], facade, raster, options, points.gaps)
     surface = DrawingSurface(facade, raster, relief)
     occluders = find_occluders(facade, street.scan, None, options)
     out = []
     for photo in street.photos:
         bands, plan = Bands(raster), plan_views(surface, occluders, [photo], options)
         image_of = street.images.__getitem__
-        mosaic = compose_mosaic(surface, plan, image_of, options)
+        mosaic = compose_mosaic(surface, plan, image_of, options, {})
         paint_photos(bands, surface, mosaic, image_of, options)
         gsd = np.where(bands.source > 0, bands.gsd, np.inf)
         out.append(Single(bands.pixels[..., :3], bands.source > 0, gsd))

@@ -27,7 +27,7 @@ from _common import bootstrap, figure, table
 from _mosaics import CASES, Single, Street, front, record, seen_wall, single_photos
 from _mosaicscore import figures
 from frontage.geometry.arrays import Array
-from frontage.model import Facade, OrthoImage
+from frontage.model import NOT_SEEN, Facade, OrthoImage
 from frontage.ortho import OrthoOptions, make_ortho
 
 GSD = 0.02
@@ -51,7 +51,7 @@ def renumbered(ortho: OrthoImage, street: Street) -> Array:
     """The sources (h, w) as 1 + the number of the photo in the street; 0 = empty or from the scan."""
     names = [p.id for p in street.photos]
     lookup = [0, *(names.index(s) + 1 if s in names else 0 for s in ortho.sources)]
-    return np.array(lookup)[ortho.source]
+    return np.array(lookup)[np.where(ortho.source == NOT_SEEN, 0, ortho.source)]
 
 
 def average(singles: list[Single]) -> Mosaic:

@@ -40,6 +40,12 @@ def test_no_tracked_file_speaks_of(what: str) -> None:
     assert not found, "\n".join(found)
 
 
+def test_the_citation_names_this_version() -> None:
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["project"]
+    cited = re.search(r"^version: (.+)$", (ROOT / "CITATION.cff").read_text("utf-8"), re.M)
+    assert cited is not None and cited[1] == project["version"]
+
+
 def test_modules_stay_under_300_lines() -> None:
     assert len(MODULES) > 100
     long = {

@@ -72,7 +72,7 @@ def run(
 
 
 def read_scans(*paths: Path | str, crs: str | None = None, **about: Any) -> Scan:
-    """Read scan files (LAS, LAZ, COPC, E57, PTX, PLY, XYZ, COLMAP points) into one cloud in one local frame.
+    """Read scans (LAS, LAZ, COPC, E57, PTX, PLY, PCD, XYZ, COLMAP points) into one cloud in one local frame.
 
     crs    projected metric CRS of the result; default: that of the first file
     about  what you know of the files, as in `[[scans]]` of a project file: crs of the file as `file_crs`,

@@ -64,6 +64,11 @@ def test_wrong_usage_is_exit_code_2() -> None:
         assert call(*words).exit_code == 2, words
 
 
+def test_a_command_that_is_nearly_right_is_guessed() -> None:
+    assert "No such command 'lcoate'. Did you mean 'locate'?" in call("lcoate").output
+    assert "Did you mean" not in call("fly").output
+
+
 def test_pixel_to_world_and_back(out: Path) -> None:
     there = call("pixel-to-world", out, "B01/F1", 40.5, 30.5, "--json")
     assert there.exit_code == 0

@@ -115,7 +115,10 @@ def test_the_picture_is_taken_from_the_side_of_the_other_facades() -> None:
 
 
 def test_a_model_without_triangles_is_refused() -> None:
-    empty = ModelTriangles(np.zeros((0, 3, 3)), np.zeros((0, 3)), np.zeros(0, np.int64), np.zeros((0, 2, 3)))
+    none = np.zeros(0, np.int64)
+    empty = ModelTriangles(
+        np.zeros((0, 3, 3)), np.zeros((0, 3)), none, np.zeros((0, 2, 3)), none.astype("U1")
+    )
     with pytest.raises(ValueError, match="nothing to draw"):
         render_model(empty, np.array([0.0, 1, 0]))
 

@@ -1,6 +1,8 @@
 """LAS, PLY and run-folder scans round-trip: every LAS point format, and fields of other programs."""
 
 import filecmp
+from dataclasses import replace
+from datetime import date, datetime
 from pathlib import Path
 
 import laspy
@@ -12,7 +14,7 @@ from frontage.io.placement import PlacementRequest
 from frontage.io.poses import given_pose
 from frontage.io.scans.info import scan_info
 from frontage.io.scans.las import read_las
-from frontage.io.scans.laswrite import write_las
+from frontage.io.scans.laswrite import BUILDING_CLASS, write_las
 from frontage.io.scans.npz import load_scan, save_scan
 from frontage.io.scans.ply import read_ply, write_ply
 from frontage.io.scans.read import ScanSource, read_scans
@@ -35,6 +37,22 @@ def test_las_keeps_points_attributes_and_rays(tmp_path: Path, suffix: str) -> No
     np.testing.assert_array_equal(back.origin_index >= 0, known)
     rays = back.world.to_world(back.sensor_of(known)) - scan.world.to_world(scan.sensor_of(known))
     assert np.abs(rays).max() < 1e-5
+
+
+@pytest.mark.parametrize("suffix", [".las", ".laz"])
+def test_las_tells_the_class_and_the_day_of_its_points(tmp_path: Path, suffix: str) -> None:
+    scan, day = cloud(500), date(2026, 3, 14)
+    since_epoch = (datetime(2026, 3, 14, 12) - datetime(1980, 1, 6)).total_seconds()
+    for times, told in ((since_epoch - 1e9, day), (400_000.0, None), (None, None)):
+        values = None if times is None else np.linspace(times - 60, times, 500)
+        path = write_las(tmp_path / f"b{suffix}", replace(scan, time=values), BUILDING_CLASS)
+        with laspy.open(path) as file:
+            assert file.header.creation_date == told
+            assert file.header.global_encoding.gps_time_type == int(told is not None)
+            points = file.read()
+        assert (np.asarray(points.classification) == BUILDING_CLASS).all() and len(points) == 500
+        back = read_las(path, ScanRequest(PlacementRequest("b", UTM)))[0]
+        assert values is None or np.array_equal(back.time, values)
 
 
 def test_las_with_more_origins_than_source_ids(tmp_path: Path) -> None:

@@ -98,3 +98,16 @@ def test_the_same_photos_give_the_same_bytes(street, mosaic):
     again = make_ortho(facade, cloud, photos, shots.__getitem__, options=OPTIONS)
     assert (again.pixels == mosaic.pixels).all()
     assert (again.source == mosaic.source).all()
+
+
+def test_another_facade_takes_over_the_light_of_its_photos(street, mosaic):
+    facade, picture, cloud, photos, shots = street
+    first = make_ortho(facade, cloud, photos[:2], shots.__getitem__, options=OPTIONS)
+    then = make_ortho(facade, cloud, photos[1:], shots.__getitem__, options=OPTIONS, light=first.light)
+    alone = make_ortho(facade, cloud, photos[1:], shots.__getitem__, options=OPTIONS)
+    right, left = (slice(100, 500), slice(500, 700)), (slice(100, 500), slice(100, 300))
+    level = [
+        np.median(log_ratio(o.pixels, picture)[s]) for o, s in ((first, left), (then, right), (alone, right))
+    ]
+    assert 0.0 <= abs(level[1] - level[0]) < 0.06, "one look"
+    assert abs(level[2] - level[0]) > 0.12, "alone, the second picture has the mean light of its photos"

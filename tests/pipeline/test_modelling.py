@@ -187,7 +187,7 @@ def test_a_facade_without_a_wall_is_a_warning_with_its_count(tmp_path: Path) -> 
     pose = replace(behind.frame, t=behind.frame.apply(np.array([[0, 3.0, 0]]))[0])
     behind = replace(behind, local_from_facade=Estimate(pose, np.eye(6) * 1e-8, 9.0))
     store.save_facade(behind)
-    store.save_found_elements(behind, Elements("B01/F2", (replace(opening(), id="B01/F2/W"),)))
+    store.save_found_elements(behind, Elements("B01/F2", (replace(opening(), id="B01/F2/W0-1"),)))
     judged(store, "B01", "B01/F1", "B01/F2")
     (warning,) = made(store, city=city_model(tmp_path / "m.city.json", 10.0)).warnings
     assert (warning.item, warning.code) == ("B01", "S310")

@@ -9,6 +9,7 @@ import os
 import signal
 import sys
 from contextlib import suppress
+from difflib import get_close_matches
 from typing import Any
 
 import click
@@ -29,7 +30,7 @@ COMMANDS = {
     "openings": "Find the windows, doors and protrusions of a run folder's facades again.",
     "crossbars": "Find the bars in the windows of a run folder's facades again.",
     "model": "Build the LoD3 model (CityJSON, CityGML, GLB) of a run folder again.",
-    "export": "Write the textured model (GLB, OBJ), tables and drawings of a run folder again.",
+    "export": "Write the textured facades (GLB, OBJ), tables, drawings and the IFC model again.",
     "report": "Write report.html of a run folder again.",
     "locate": "Where an opening is: by address, floor and number, or by its id.",
     "pixel-to-world": "World position of an ortho-image pixel.",
@@ -54,6 +55,19 @@ class LazyGroup(click.Group):
         module = importlib.import_module(f"frontage.cli.{cmd_name.replace('-', '_')}")
         command: click.Command = module.command
         return command
+
+    def resolve_command(
+        self, ctx: click.Context, args: list[str]
+    ) -> tuple[str | None, click.Command | None, list[str]]:
+        """Find the command, or fail with the names that are nearly the same."""
+        try:
+            return super().resolve_command(ctx, args)
+        except click.UsageError as error:
+            near = get_close_matches(args[0], COMMANDS, n=3)
+            if not near:
+                raise
+            guess = " or ".join(repr(name) for name in near)
+            raise click.UsageError(f"{error.message} Did you mean {guess}?", ctx) from None
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         """The list of commands, without importing one."""

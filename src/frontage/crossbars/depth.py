@@ -44,16 +44,16 @@ class StraightEdges:
 
 
 def frame_depth(
-    grid: Grid, views: Sequence[WallView], prior: Estimate[float] | None
+    grid: Grid, edges: Sequence[StraightEdges], prior: Estimate[float] | None
 ) -> Estimate[float] | None:
     """Returns the depth m of the frame behind the wall; None where neither views nor the scan tell it.
 
-    views  on the wall, see `rectify.on_wall`
+    edges  of the views on the wall, see `edges_of`
     prior  the depth that the scan measured
     """
-    if len(views) < 2 or float(np.ptp([v.tilt for v in views], axis=0).max()) * DEEPEST_M < 3 * grid.px:
+    tilts = [e.view.tilt for e in edges]
+    if len(edges) < 2 or float(np.ptp(tilts, axis=0).max()) * DEEPEST_M < 3 * grid.px:
         return prior
-    edges = edges_of(grid, views)
     depths = np.arange(_SHALLOWEST_M, DEEPEST_M, _STEP_M)
     score = np.array([likelihood(grid, edges, d) for d in depths]) + _prior(depths, prior)
     best = depths[int(np.argmax(score))]
@@ -125,12 +125,30 @@ def _straight(grey: Array, inside: Array, px: float) -> Array:
 
 def likelihood(grid: Grid, edges: Sequence[StraightEdges], depth: float) -> float:
     """Returns the log-likelihood of a depth, from the correlation of the views' edges there."""
-    total = 0.0
+    return float(likelihoods(grid, edges, depth, (grid.extent,))[0])
+
+
+def likelihoods(
+    grid: Grid, edges: Sequence[StraightEdges], depth: float, parts: Sequence[tuple[float, ...]]
+) -> Float:
+    """Returns the log-likelihoods (k,) of a depth from what parts x0, z0, x1, z1 m of the plane show."""
+    total = np.zeros(len(parts))
     for axis in (0, 1):
         moved = np.stack([e.view.at(grid, depth, e.layers[axis]) for e in edges])
-        r = _correlation(moved[..., 0].reshape(len(edges), -1), moved[..., 1].reshape(len(edges), -1) > 0.9)
-        total += -0.5 * _EDGES * np.log(1.0 - np.clip(r, 0.0, 0.98))
-    return float(total)
+        for k, part in enumerate(parts):
+            rows, columns = _pixels(grid, part, moved.shape[1:3])
+            own = moved[:, rows, columns].reshape(len(edges), -1, 2)
+            r = _correlation(own[..., 0], own[..., 1] > 0.9)
+            total[k] -= 0.5 * _EDGES * np.log(1.0 - np.clip(r, 0.0, 0.98))
+    return total
+
+
+def _pixels(grid: Grid, part: tuple[float, ...], shape: tuple[int, ...]) -> tuple[slice, slice]:
+    """Returns the rows and columns of a part of the plane in a layer (h, w), which may be coarser."""
+    x0, z0, x1, z1 = grid.extent
+    columns = (round((x - x0) / (x1 - x0) * shape[1]) for x in (part[0], part[2]))
+    rows = (round((z - z0) / (z1 - z0) * shape[0]) for z in (part[1], part[3]))
+    return slice(*(max(r, 0) for r in rows)), slice(*(max(c, 0) for c in columns))
 
 
 def _correlation(layers: Array, inside: Array) -> float:

@@ -53,7 +53,7 @@ def best_layout(
     if without is not None:
         axis, place = without
         found[axis] = found[axis][np.abs(found[axis] - place) > _MOVE_M]
-    return _Search(box, bars, tuple(found), least, cost).best(box)
+    return _Search(box, bars, tuple(found), least, cost).best(box, (_FRAME,) * 4)
 
 
 def candidates(box: Box, bars: Bars, least: float, cost: float) -> Float:
@@ -87,6 +87,11 @@ def _mullion_cost(bars: Bars) -> Array:
     return np.where(bars.widths * bars.px > MULLIONS_M[0], MULLION, 0.0).astype(np.float32)
 
 
+_Sides = tuple[int, int, int, int]
+"""Numbers of the candidates at the sides of a pane, in the order of `Box`; FRAME where none is."""
+_FRAME = -1
+
+
 @dataclass(frozen=True, eq=False)
 class _Place:
     """Where a candidate may lie: rows of the evidence, with centres and costs (r, w) of bars there."""
@@ -106,16 +111,20 @@ class _Place:
 
 @dataclass
 class _Search:
-    """The search over one window; remembers the best layout of every pane."""
+    """The search over one window; remembers the best layout of every pane.
+
+    A pane is known by the candidates at its sides. A candidate lies some millimetres elsewhere along another
+    piece of its length; were each of these a pane of its own, there would be no end of panes.
+    """
 
     whole: Box
     bars: Sequence[Bars]
     places: tuple[Float, ...]
     least: float
     cost: float
-    known: dict[tuple[Box, int], Layout] = field(default_factory=dict)
-    lines: dict[tuple[int, int, float, float], Line | None] = field(default_factory=dict)
-    shown: dict[tuple[int, float, float], bool] = field(default_factory=dict)
+    known: dict[tuple[_Sides, int], Layout] = field(default_factory=dict)
+    lines: dict[tuple[int, int, int, int], Line | None] = field(default_factory=dict)
+    shown: dict[tuple[int, int, int], bool] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         self.around = [
@@ -123,12 +132,12 @@ class _Search:
             for bars, places in zip(self.bars, self.places, strict=True)
         ]
 
-    def best(self, box: Box, uncut: int = -1) -> Layout:
+    def best(self, box: Box, sides: _Sides, uncut: int = -1) -> Layout:
         """Returns the best layout of a pane, whose first split is not along axis `uncut`.
 
         Splits by parallel bars come from left to right, so that every layout is met only once.
         """
-        key = (box, uncut)
+        key = (sides, uncut)
         if key in self.known:
             return self.known[key]
         best, rival = Layout(), -np.inf
@@ -138,12 +147,12 @@ class _Search:
             places = self.places[axis]
             inside = np.flatnonzero((places > box[axis]) & (places < box[2 + axis])).tolist()
             for k in inside:
-                found = self._split(box, axis, k)
+                found = self._split(box, sides, axis, k)
                 rival = max(rival, found.gain if found is not None else rival)
                 if found is not None and found.gain > best.gain:
                     best = found
             for count in range(1, min(len(inside), _MOST_EQUAL) + 1):
-                found = self._equal(box, axis, count)
+                found = self._equal(box, sides, axis, count)
                 if found is not None and found.gain > best.gain:
                     best = found
         if not best.lines:
@@ -154,8 +163,8 @@ class _Search:
     def _cost(self, box: Box) -> float:
         return self.cost if box == self.whole else self.cost + NESTED
 
-    def _split(self, box: Box, axis: int, k: int) -> Layout | None:
-        line = self._line(box, axis, k)
+    def _split(self, box: Box, sides: _Sides, axis: int, k: int) -> Layout | None:
+        line = self._line(box, sides, axis, k)
         if line is None:
             return None
         low, high = _parts(box, axis, line)
@@ -164,10 +173,11 @@ class _Search:
         gain = line.evidence - self._cost(box)
         if line.evidence <= 0.0:
             return None
-        first, second = self.best(low, uncut=axis), self.best(high)
+        below, above = _divided(sides, axis, k)
+        first, second = self.best(low, below, uncut=axis), self.best(high, above)
         return first.beside(second, stepped(first, second)).with_bar(line, gain)
 
-    def _equal(self, box: Box, axis: int, count: int) -> Layout | None:
+    def _equal(self, box: Box, sides: _Sides, axis: int, count: int) -> Layout | None:
         """Returns the division of a pane by `count` bars into panes of one size; None if it has none."""
         low, high = box[axis], box[2 + axis]
         if (high - low) / (count + 1) < self.least:
@@ -180,40 +190,45 @@ class _Search:
         chosen = near.argmin(1).tolist()
         if near.min(1).max() > _EQUAL_M + _MOVE_M or len(set(chosen)) < count:
             return None
-        lines = [self._line(box, axis, k) for k in chosen]
+        lines = [self._line(box, sides, axis, k) for k in chosen]
         if any(
             line is None or abs(line.position - at) > _EQUAL_M for line, at in zip(lines, wanted, strict=True)
         ):
             return None
-        layout, rest = Layout(), box
-        for line in lines:
+        layout, rest, around = Layout(), box, sides
+        for k, line in zip(chosen, lines, strict=True):
             assert line is not None
             part, rest = _parts(rest, axis, line)
+            below, around = _divided(around, axis, k)
             if part[2 + axis] - part[axis] < self.least or rest[2 + axis] - rest[axis] < self.least:
                 return None
-            inner = self.best(part, uncut=axis).with_bar(line, line.evidence - self._cost(box) + EQUAL)
+            inner = self.best(part, below, uncut=axis)
+            inner = inner.with_bar(line, line.evidence - self._cost(box) + EQUAL)
             layout = layout.beside(inner, stepped(layout, inner))
-        last = self.best(rest, uncut=axis)
+        last = self.best(rest, around, uncut=axis)
         return layout.beside(last, stepped(layout, last))
 
-    def _line(self, box: Box, axis: int, k: int) -> Line | None:
+    def _line(self, box: Box, sides: _Sides, axis: int, k: int) -> Line | None:
         """Returns a candidate as it is within one pane; None if it is not shown there."""
-        low, high = box[1 - axis], box[3 - axis]
-        key = (axis, k, low, high)
+        ends = (axis, sides[1 - axis], sides[3 - axis])
+        key = (*ends, k)
         if key not in self.lines:
-            self.lines[key] = self._estimated(axis, self.around[axis][k], low, high)
+            low, high = box[1 - axis], box[3 - axis]
+            if ends not in self.shown:
+                self.shown[ends] = self.bars[axis].shown(low, high) >= _SHOWN
+            self.lines[key] = self._estimated(ends, k, low, high) if self.shown[ends] else None
         line = self.lines[key]
         if line is None or not box[axis] < line.position < box[2 + axis]:
             return None
         return line
 
-    def _estimated(self, axis: int, place: _Place, low: float, high: float) -> Line | None:
-        bars, ends = self.bars[axis], (axis, low, high)
-        if ends not in self.shown:
-            self.shown[ends] = bars.shown(low, high) >= _SHOWN
-        if not self.shown[ends]:
-            return None
+    def _estimated(self, ends: tuple[int, int, int], k: int, low: float, high: float) -> Line | None:
+        """Returns a candidate along a pane from `low` to `high` m, which has the sides `ends` there."""
+        axis = ends[0]
+        bars, place = self.bars[axis], self.around[axis][k]
         value = bars.over(low + _ENDS_M, high - _ENDS_M, place.rows) - place.cost
+        if ends[1:] != (_FRAME, _FRAME):  # mullions part whole windows
+            value = np.where(bars.widths * bars.px > MULLIONS_M[0], -np.inf, value)
         if not np.isfinite(value.max()):
             return None
         middle, width, evidence = bars.settled(value, place.centre)
@@ -226,6 +241,13 @@ def _parts(box: Box, axis: int, line: Line) -> tuple[Box, Box]:
     low[2 + axis] = line.position - line.width / 2
     high[axis] = line.position + line.width / 2
     return (low[0], low[1], low[2], low[3]), (high[0], high[1], high[2], high[3])
+
+
+def _divided(sides: _Sides, axis: int, k: int) -> tuple[_Sides, _Sides]:
+    """Returns the sides of the panes below and above a candidate."""
+    below, above = list(sides), list(sides)
+    below[2 + axis] = above[axis] = k
+    return (below[0], below[1], below[2], below[3]), (above[0], above[1], above[2], above[3])
 
 
 def meeting_places(box: Box, rail: Bars, least: float) -> Float:

@@ -11,11 +11,12 @@ from collections.abc import Sequence
 
 import cv2
 import numpy as np
+from scipy import fft
 from scipy.ndimage import map_coordinates
 
 from frontage.crossbars.layout import Box
 from frontage.crossbars.rectify import Grid, PlaneView
-from frontage.geometry.arrays import Array, Float
+from frontage.geometry.arrays import Array
 
 _STEP_M = 0.004  # raster of the autocorrelation
 _LOCAL_M = 0.05  # about a pixel, whose mean is removed: a came stands out from its panes
@@ -66,16 +67,19 @@ def _autocorrelation(grid: Grid, views: Sequence[PlaneView], box: Box) -> Array 
     if min(size) < 20 or not len(views):
         return None
     part = np.s_[rows[0] : rows[-1] + 1, columns[0] : columns[-1] + 1]
-    shape = (cv2.getOptimalDFTSize(2 * size[1]), cv2.getOptimalDFTSize(2 * size[0]))
-    power, overlap = np.zeros(shape), np.zeros(shape)
+    # Displacements beyond the largest pane are not asked for, and may fall on others.
+    reach = round(_WIDTHS_M[-1] * _RATIOS[-1] / _STEP_M) + 2
+    shape = fft.next_fast_len(size[1] + reach, real=True), fft.next_fast_len(size[0] + reach, real=True)
+    power, overlap = (np.zeros((shape[0], shape[1] // 2 + 1), np.float32) for _ in range(2))
     for view in views:
         fine, known = _standing_out(view.grey[part], view.inside[part] > 0.9, size)
-        power += _product(fine, shape)
-        overlap += _product(known, shape)
-    if power[0, 0] <= 0.0:
+        power += np.abs(fft.rfft2(fine, shape)) ** 2
+        overlap += np.abs(fft.rfft2(known, shape)) ** 2
+    together, shown = fft.irfft2(power, shape), fft.irfft2(overlap, shape)
+    if together[0, 0] <= 0.0:
         return None
-    mean = np.where(overlap > 0.1 * overlap[0, 0], power / np.maximum(overlap, 1e-6), 0.0)
-    return np.asarray(np.fft.fftshift(mean / mean[0, 0]))
+    mean = np.where(shown > 0.1 * shown[0, 0], together / np.maximum(shown, 1e-6), 0.0)
+    return np.asarray(fft.fftshift(mean / mean[0, 0]))
 
 
 def _standing_out(grey: Array, known: Array, size: tuple[int, int]) -> tuple[Array, Array]:
@@ -89,11 +93,6 @@ def _standing_out(grey: Array, known: Array, size: tuple[int, int]) -> tuple[Arr
     away = (grey - local) * seen
     most = _STRONGEST * float(np.abs(away).sum() / max(float(seen.sum()), 1.0))
     return np.clip(away, -most, most), seen
-
-
-def _product(layer: Array, shape: tuple[int, int]) -> Float:
-    """Returns the sums of products of a picture with itself at all displacements."""
-    return np.asarray(np.fft.irfft2(np.abs(np.fft.rfft2(layer, shape)) ** 2, shape))
 
 
 def _at(total: Array, x: Array, z: Array) -> Array:

@@ -9,7 +9,7 @@ import shapely
 
 from frontage.crossbars.appearance import eroded, frame_likeness
 from frontage.crossbars.border import frame_sides, usual_sides
-from frontage.crossbars.depth import frame_depth
+from frontage.crossbars.depth import StraightEdges, edges_of, frame_depth
 from frontage.crossbars.layout import Box
 from frontage.crossbars.leaded import leaded
 from frontage.crossbars.lines import Bars, bar_widths, bars_of_views, no_views, with_scan
@@ -29,12 +29,14 @@ _FRONTAL = 0.75
 
 @dataclass(frozen=True, eq=False)
 class Sight:
-    """A window seen through its outline on the wall: raster, mask of the outline, views, frame's depth."""
+    """A window seen through its outline on the wall: raster, mask of the outline, views with their straight
+    edges, and the frame's depth."""
 
     window: Window
     grid: Grid
     mask: Array = field(repr=False)
     views: tuple[WallView, ...] = field(repr=False)
+    edges: tuple[StraightEdges, ...] = field(repr=False)
     depth: Estimate[float] | None
 
     @property
@@ -79,7 +81,8 @@ def look(window: Window) -> Sight:
     mask = outline_mask(grid, window.ring)
     views = tuple(v for view in window.views if (v := on_wall(window, view, grid, mask)) is not None)
     prior = window.opening.depth if window.opening.depth is not None else scan_depth(window)
-    return Sight(window, grid, mask, views, frame_depth(grid, views, prior))
+    edges = tuple(edges_of(grid, views))
+    return Sight(window, grid, mask, views, edges, frame_depth(grid, edges, prior))
 
 
 def observe(sight: Sight) -> Observation:
@@ -98,7 +101,7 @@ def observe(sight: Sight) -> Observation:
     profiles = _profiles(grid, _planes(sight, sight.depth.value))
     arched = window.opening.shape != "rectangle"
     box, width = frame_sides(grid, profiles, weights, window.ring, arched)
-    upper, lower = bar_depths(grid, sight.views, sight.depth, box)
+    upper, lower = bar_depths(grid, sight.edges, sight.depth, box)
     trust = min(1.0, (_DENSE_M / window.spacing) ** 2)
     planes = _planes(sight, upper)
     front = _Plane.of(sight, planes, box)

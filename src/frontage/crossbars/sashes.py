@@ -6,14 +6,12 @@ depths than at one, its bars lie in two planes.
 """
 
 from collections.abc import Sequence
-from dataclasses import replace
 
 import numpy as np
 
-from frontage.crossbars.depth import edges_of, likelihood
+from frontage.crossbars.depth import StraightEdges, likelihoods
 from frontage.crossbars.layout import Box
-from frontage.crossbars.rectify import Grid, WallView
-from frontage.geometry.arrays import Float
+from frontage.crossbars.rectify import Grid
 from frontage.model import Estimate
 
 _BEHIND_M = 0.012  # usual distance of bars behind the front of the frame; of its standard error, twice
@@ -26,24 +24,25 @@ _STILE_M = 0.025  # of the stiles of sashes about the panes, whose inner edges l
 
 
 def bar_depths(
-    grid: Grid, views: Sequence[WallView], frame: Estimate[float], box: Box
+    grid: Grid, edges: Sequence[StraightEdges], frame: Estimate[float], box: Box
 ) -> tuple[float, float]:
     """Returns the depths m behind the wall of the bars in the upper and in the lower half of a window.
 
     They are the same unless the views tell that the lower half lies behind the upper one.
 
+    edges  of the views on the wall, see `depth.edges_of`
     frame  the depth of the front of the frame
     box    x0, z0, x1, z1 m inside the frame
     """
-    if len(views) < 2:
+    if len(edges) < 2:
         return float(frame.value), float(frame.value)
     depths = frame.value + np.arange(_REACH_M[0], _REACH_M[1], _STEP_M)
     spread = np.hypot(_SPREAD_M, frame.sigma[0])
     prior = -0.5 * ((depths - frame.value - _BEHIND_M) / spread) ** 2
     middle = 0.5 * (box[1] + box[3])
     left, low, right, high = box[0] - _STILE_M, box[1] - _STILE_M, box[2] + _STILE_M, box[3] + _STILE_M
-    upper = _sweep(grid, views, (left, middle, right, high), depths)
-    lower = _sweep(grid, views, (left, low, right, middle), depths)
+    halves = (left, middle, right, high), (left, low, right, middle)
+    upper, lower = np.array([likelihoods(grid, edges, float(d), halves) for d in depths]).T
     together = upper + lower + prior
     apart = depths[None, :] - depths[:, None]
     both = (upper + prior)[:, None] + lower[None, :]
@@ -53,11 +52,3 @@ def bar_depths(
         return float(depths[u]), float(depths[v])
     one = float(depths[int(together.argmax())])
     return one, one
-
-
-def _sweep(grid: Grid, views: Sequence[WallView], box: Box, depths: Float) -> Float:
-    """Returns the log-likelihoods of depths from what a part of the window shows."""
-    x, z = grid.centres(0), grid.centres(1)
-    part = ((x > box[0]) & (x < box[2]))[None, :] & ((z > box[1]) & (z < box[3]))[:, None]
-    edges = edges_of(grid, [replace(view, inside=view.inside * part) for view in views])
-    return np.array([likelihood(grid, edges, float(d)) for d in depths])

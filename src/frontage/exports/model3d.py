@@ -6,7 +6,7 @@ from typing import Any
 import cv2
 import numpy as np
 
-from frontage.exports.facades import FacadePicture, limit_texture
+from frontage.exports.facades import MAX_TEXTURE, FacadePicture, limit_texture
 from frontage.exports.triangles import KINDS, ModelTriangles, model_triangles, unique_vertices
 from frontage.geometry.arrays import Array, Bool, Float, Int
 from frontage.io.meshes.glb import GlbMaterial, GlbMesh, GlbPiece
@@ -33,14 +33,31 @@ _GLASS_ROUGHNESS = 0.15  # of the glTF material
 
 
 def building_mesh(assembled: Assembled, pictures: Sequence[FacadePicture], reach: float) -> GlbMesh:
-    """Makes a building one mesh with one piece per picture and per plain colour.
+    """Makes the fine model of a building one mesh, see `mesh_of`."""
+    extras = {"building": assembled.building, "host": assembled.coarse.source, "lod": "3"}
+    return mesh_of(model_triangles(assembled), pictures, reach, assembled.building, extras)
+
+
+def mesh_of(
+    shapes: ModelTriangles,
+    pictures: Sequence[FacadePicture],
+    reach: float,
+    name: str,
+    extras: dict[str, Any],
+    *,
+    features: Sequence[str] = (),
+    max_texture: int = MAX_TEXTURE,
+) -> GlbMesh:
+    """Makes one mesh with one piece per picture and per plain colour.
 
     Walls, windows and doors that lie within `reach` m of the plane of a facade and are parallel to it show
     its ortho-image, projected along the normal. Walls without a picture take the mean colour of all pictures.
     Window frames with their bars take the colour that the pictures show there. The panes behind them are
     plain glass: on them, the ortho-image would show every bar a second time, shifted when seen aslant.
+    Vertices belong to the opening with their triangle's id in `features`.
     """
-    shapes = model_triangles(assembled)
+    number = {opening: k for k, opening in enumerate(features)}
+    feature = np.array([number.get(opening, len(number)) for opening in shapes.opening.tolist()], np.int64)
     centre = np.rint(shapes.corners.reshape(-1, 3).mean(0)) if len(shapes) else np.zeros(3)
     matrix = np.eye(4)
     matrix[:3, 3] = centre
@@ -51,13 +68,19 @@ def building_mesh(assembled: Assembled, pictures: Sequence[FacadePicture], reach
         shown = left & _shown(shapes, picture, uv, reach)
         left &= ~shown
         if shown.any():
-            rows, faces = unique_vertices(shapes.corners[shown] - centre, uv[shown])
-            material = GlbMaterial(picture.facade.id, limit_texture(picture.jpeg))
-            pieces.append(GlbPiece(material, rows[:, :3], faces, uv=rows[:, 3:]))
+            more = np.concatenate([uv[shown], _per_corner(feature[shown])], axis=2)
+            rows, faces = unique_vertices(shapes.corners[shown] - centre, more)
+            material = GlbMaterial(picture.facade.id, limit_texture(picture.jpeg, max_texture))
+            place, own = rows[:, 3:5], rows[:, 5].astype(np.int64)
+            pieces.append(GlbPiece(material, rows[:, :3], faces, uv=place, feature=own))
     seen = {"WallSurface": _mean_colour(pictures), "Frame": _frame_colour(shapes, pictures)}
-    pieces += _plain(shapes, left, centre, {k: v for k, v in seen.items() if v is not None})
-    extras = {"building": assembled.building, "host": assembled.coarse.source, "lod": "3"}
-    return GlbMesh(assembled.building, tuple(pieces), matrix, extras)
+    pieces += _plain(shapes, left, centre, {k: v for k, v in seen.items() if v is not None}, feature)
+    return GlbMesh(name, tuple(pieces), matrix, extras)
+
+
+def _per_corner(values: Int) -> Float:
+    """Values (t,) of triangles for each of their corners (t, 3, 1)."""
+    return np.repeat(values.astype(np.float64)[:, None, None], 3, axis=1)
 
 
 def _texture_coordinates(corners: Float, picture: FacadePicture) -> Float:
@@ -79,10 +102,12 @@ def _shown(shapes: ModelTriangles, picture: FacadePicture, uv: Float, reach: flo
     return np.asarray(facing & (np.abs(y) < reach) & within & np.isin(shapes.kind, kinds))
 
 
-def _plain(shapes: ModelTriangles, left: Bool, centre: Float, seen: Mapping[str, Colour]) -> list[GlbPiece]:
+def _plain(
+    shapes: ModelTriangles, left: Bool, centre: Float, seen: Mapping[str, Colour], feature: Int
+) -> list[GlbPiece]:
     """One piece per kind of the triangles that are `left`, relative to `centre` (3,) m local.
 
-    `seen` are the colours of kinds that pictures show.
+    `seen` are the colours of kinds that pictures show, `feature` (t,) the numbers of the features.
     """
     found = []
     for number, name in enumerate(KINDS):
@@ -91,8 +116,10 @@ def _plain(shapes: ModelTriangles, left: Bool, centre: Float, seen: Mapping[str,
             roughness = _GLASS_ROUGHNESS if name in ("Window", "Pane") else 1.0
             material = GlbMaterial(name, None, seen.get(name, COLOURS[name]), roughness)
             normals = np.repeat(shapes.normals[own][:, None], 3, axis=1)
-            rows, faces = unique_vertices(shapes.corners[own] - centre, normals)
-            found.append(GlbPiece(material, rows[:, :3], faces, normals=rows[:, 3:]))
+            more = np.concatenate([normals, _per_corner(feature[own])], axis=2)
+            rows, faces = unique_vertices(shapes.corners[own] - centre, more)
+            numbers = rows[:, 6].astype(np.int64)
+            found.append(GlbPiece(material, rows[:, :3], faces, normals=rows[:, 3:6], feature=numbers))
     return found
 
 

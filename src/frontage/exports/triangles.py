@@ -28,12 +28,14 @@ class ModelTriangles:
     kind     (t,) int64 into `KINDS`
     edges    (e, 2, 3) float64 m local, borders of the faces but those of panes and frames, where a
              drawing would be all lines
+    opening  (t,) ids of the openings that they belong to; "" = none
     """
 
     corners: Float
     normals: Float
     kind: Int
     edges: Float
+    opening: Array
 
     def __len__(self) -> int:
         """The number of triangles."""
@@ -49,11 +51,16 @@ def model_triangles(assembled: Assembled) -> ModelTriangles:
     framed = {f.opening for f in assembled.frames if f.around}
     parts = [_solid(b.solid, framed=framed) for b in assembled.built]
     parts += [_solid(i.solid, KINDS.index("Installation")) for i in assembled.installations]
-    parts += [_frame(f.solid) for f in assembled.frames]
+    parts += [_frame(f.solid, f.opening) for f in assembled.frames]
     return _joined(parts)
 
 
-def _frame(solid: Solid) -> ModelTriangles:
+def host_triangles(assembled: Assembled) -> ModelTriangles:
+    """Triangulates the coarse solids of a building, without anything that was found on its facades."""
+    return _joined([_solid(b.host) for b in assembled.built])
+
+
+def _frame(solid: Solid, opening: str) -> ModelTriangles:
     """Triangulates the front and the sides of a prism."""
     xyz = solid.vertices / GRID_PER_M
     front, _, *sides = solid.faces
@@ -68,6 +75,7 @@ def _frame(solid: Solid) -> ModelTriangles:
         np.concatenate([np.tile(n, (len(face), 1)), across / np.linalg.norm(across, axis=1)[:, None]]),
         np.full(len(corners), KINDS.index("Frame")),
         np.zeros((0, 2, 3)),
+        np.full(len(corners), opening),
     )
 
 
@@ -78,6 +86,7 @@ def _joined(parts: Sequence[ModelTriangles]) -> ModelTriangles:
         np.concatenate([np.zeros((0, 3)), *(p.normals for p in parts)]),
         np.concatenate([np.zeros(0, np.int64), *(p.kind for p in parts)]),
         np.concatenate([np.zeros((0, 2, 3)), *(p.edges for p in parts)]),
+        np.concatenate([np.zeros(0, "U1"), *(p.opening for p in parts)]),
     )
 
 
@@ -87,7 +96,7 @@ def _solid(solid: Solid, kind: int | None = None, framed: Collection[str] = ()) 
     The surfaces of the openings in `framed` become panes and move back.
     """
     xyz = solid.vertices / GRID_PER_M
-    corners, normals, kinds, edges = [], [], [], []
+    corners, normals, kinds, edges, openings = [], [], [], [], []
     for face in solid.faces:
         n = newell_normal(xyz[list(face.ring)])
         triangles = _triangles(face, xyz, n)
@@ -97,10 +106,15 @@ def _solid(solid: Solid, kind: int | None = None, framed: Collection[str] = ()) 
         shown = "Pane" if pane else face.semantics
         own = kind if kind is not None else KINDS.index(shown) if shown in KINDS else 0
         kinds.append(np.full(len(triangles), own))
+        openings.append(np.full(len(triangles), face.opening or ""))
         for ring in () if pane else (face.ring, *face.holes):
             edges.append(np.stack([xyz[list(ring)], xyz[[*ring[1:], ring[0]]]], axis=1))
     return ModelTriangles(
-        np.concatenate(corners), np.concatenate(normals), np.concatenate(kinds), np.concatenate(edges)
+        np.concatenate(corners),
+        np.concatenate(normals),
+        np.concatenate(kinds),
+        np.concatenate(edges),
+        np.concatenate(openings),
     )
 
 

@@ -11,6 +11,7 @@ from frontage.model.estimate import Estimate, Failed, Provenance
 from frontage.model.facade import Facade, Layer
 from frontage.model.glazing import AXES, FRAME_THICKNESS_M, Bar, Glazing
 from frontage.model.noreturns import NoReturns
+from frontage.model.occluder import OCCLUDER_KINDS, Occluder
 from frontage.model.opening import (
     DOORS,
     OPENING_SURFACES,
@@ -20,7 +21,7 @@ from frontage.model.opening import (
     Protrusion,
     ProtrusionKind,
 )
-from frontage.model.ortho import OrthoImage, PhotoOffset, PhotoRemark
+from frontage.model.ortho import NOT_SEEN, OrthoImage, PhotoOffset, PhotoRemark
 from frontage.model.photo import Camera, Photo
 from frontage.model.rig import Exposure, MountedCamera, Rig
 from frontage.model.scan import Grid, Scan, merge_scans
@@ -32,6 +33,8 @@ __all__ = [
     "AXES",
     "DOORS",
     "FRAME_THICKNESS_M",
+    "NOT_SEEN",
+    "OCCLUDER_KINDS",
     "OPENING_SURFACES",
     "Bar",
     "Building",
@@ -52,6 +55,7 @@ __all__ = [
     "Layer",
     "MountedCamera",
     "NoReturns",
+    "Occluder",
     "Opening",
     "OpeningKind",
     "OrthoImage",

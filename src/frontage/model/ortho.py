@@ -1,13 +1,17 @@
 """An ortho-image: pixels on the plane of a facade, each with its position in the world."""
 
 import io
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 
 import numpy as np
 
 from frontage.geometry.arrays import Array, Bool, Float, readonly
 from frontage.model.facade import Facade
+from frontage.model.occluder import Occluder
 
+NOT_SEEN = 65535
+"""The source of pixels on the facade that no photo and no scan shows."""
 _SHOWN_PX = 800  # longest side of the picture in a notebook
 
 
@@ -49,13 +53,16 @@ class OrthoImage:
     corner         (x, z) m facade: outer upper left corner of pixel (0, 0)
     facade         the facade whose plane carries it
     depth          (h, w) float32 m, y of the surface; NaN = not measured, the plane is used
-    source         (h, w) uint16: 1 + index into `sources`, 0 = nodata
+    source         (h, w) uint16: 1 + index into `sources`, 0 = outside, `NOT_SEEN` = on the facade, not seen
     sources        names of the photos (or of the scan) that the pixels come from
     gsd_effective  (h, w) float32 m per source pixel (photos) or point spacing (scan)
     intensity      (h, w) float32 0..1 of the scan, NaN = none; or None
     photo_offset   the depth that the photos show; None without photos that overlap
     photos         number of photos among the sources; they come first
     remarks        photos that were left out or turned, and why no photo was used
+    occluders      what stood free before the facade
+    light          by photo: (3, 3) logarithms by which it is brighter than the picture, per channel: in the
+                   middle, and factors of r^2 and r^4 with r = 1 in its corners; for other facades
     """
 
     pixels: Array
@@ -70,6 +77,8 @@ class OrthoImage:
     photo_offset: PhotoOffset | None = None
     photos: int = 0
     remarks: tuple[PhotoRemark, ...] = ()
+    occluders: tuple[Occluder, ...] = ()
+    light: Mapping[str, Array] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         h, w = self.pixels.shape[:2]

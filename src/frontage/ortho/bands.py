@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from frontage.geometry.arrays import Array
-from frontage.model import Facade, OrthoImage, PhotoOffset
+from frontage.model import NOT_SEEN, Facade, OrthoImage, PhotoOffset
 from frontage.ortho.options import OrthoOptions
 from frontage.ortho.orthoraster import OrthoRaster
 from frontage.ortho.outline import inside_outline
@@ -96,7 +96,9 @@ def fill_missing(bands: Bands, other: Bands, number: int, raster: OrthoRaster) -
 def clear_outside(
     bands: Bands, intensity: Array | None, surface: DrawingSurface, options: OrthoOptions
 ) -> None:
-    """Clears all bands outside the outline of the facade; within its margin, measured surfaces stay.
+    """Clears all bands outside the outline of the facade, and marks what is not seen in it.
+
+    Within the margin of the outline, measured surfaces stay.
 
     Where no relief was measured at all, nothing can tell a cornice from the sky, and the whole margin stays.
     """
@@ -106,8 +108,11 @@ def clear_outside(
     )
     for tile in tiles(raster.height, raster.width, TILE_PX):
         outside = ~inside_outline(facade, raster, tile, options.margin)
+        within = inside_outline(facade, raster, tile, 0.0)
         if measured:
-            outside |= ~np.isfinite(bands.depth[tile.window]) & ~inside_outline(facade, raster, tile, 0.0)
+            outside |= ~np.isfinite(bands.depth[tile.window]) & ~within
+        source = bands.source[tile.window]
+        source[within & (source == 0)] = NOT_SEEN
         if outside.any():
             bands.pixels[tile.window][outside] = 0
             bands.source[tile.window][outside] = 0

@@ -9,6 +9,7 @@ from frontage.ortho.bands import Bands, clear_outside
 from frontage.ortho.checks.agreement import Turn, check_photos
 from frontage.ortho.checks.excluded import why_no_photo
 from frontage.ortho.consistency import photo_offset
+from frontage.ortho.decoded import DecodedPhotos
 from frontage.ortho.mosaic.compose import compose_mosaic
 from frontage.ortho.occluders import find_occluders
 from frontage.ortho.options import OrthoOptions
@@ -17,6 +18,7 @@ from frontage.ortho.photo_image import paint_photos
 from frontage.ortho.points import facade_points
 from frontage.ortho.relief import measure_relief
 from frontage.ortho.scan_image import intensity_band, paint_missing_from_scan
+from frontage.ortho.standing.find import find_standing
 from frontage.ortho.surface import DrawingSurface, ImageOf
 from frontage.ortho.views import plan_views
 
@@ -30,31 +32,31 @@ def make_ortho(
     surroundings: Scan | None = None,
     options: OrthoOptions | None = None,
     turns: Mapping[str, Turn] | None = None,
+    light: Mapping[str, Array] | None = None,
 ) -> OrthoImage | Failed:
     """Makes the ortho-image of `facade` from oriented photos, and from the scan where no photo shows it.
 
     `scan` is the cloud that `facade.support` refers to; `surroundings` holds what else may hide the facade
     from a photo. `image_of(photo id)` returns the picture (h, w, 3) uint8. Photos without a pose are ignored,
     and so are all photos without `image_of`. `turns` names the photos whose EXIF orientation the cameras may
-    or may not mean, each with the function that turns its pixels; `check_photos` decides.
+    or may not mean, each with the function that turns its pixels; `check_photos` decides. `light` is that
+    of other ortho-images, whose look this one takes where they share photos.
 
     Returns Failed (F301, F302) when neither a photo nor a scan point shows the facade. Raises OptionError
     (I320) when the raster would be too large to store.
     """
-    options = options or OrthoOptions()
-    given = () if image_of is None else photos
-    image_of = image_of or _no_picture
+    options, given = options or OrthoOptions(), () if image_of is None else photos
+    image_of = DecodedPhotos(image_of or _no_picture)
     photos_used = [p for p in given if p.local_from_camera is not None]
 
     # Section 3: a raster with a fixed ratio of pixels to metres, and the points that lie on it.
     raster = facade_raster(facade, options)
     points = facade_points(scan, facade, raster, options)
     if not points.used.any() and not photos:
-        why = f"facade {facade.id}: no scan point lies on it"
-        return Failed("F301", why, "check the outline and the scan")
+        return Failed("F301", f"facade {facade.id}: no scan point lies on it", "check outline and scan")
 
     # The paper neglects balconies and sculptures; here the pixels lie on the measured relief.
-    relief = measure_relief(points.xyz[points.used], facade.spacing, raster, options, points.gaps)
+    relief = measure_relief(points.xyz[points.used], facade, raster, options, points.gaps)
     points = points.on_surface(relief)
     surface = DrawingSurface(facade, raster, relief if options.draws_relief else None)
     bands = Bands(raster, surface.relief)
@@ -64,14 +66,13 @@ def make_ortho(
     occluders = find_occluders(facade, scan, surroundings, options) if photos_used else None
     plan = plan_views(surface, occluders, photos_used, options)
     check = check_photos(surface, plan, points, image_of, turns or {})
-    if plan is not None and check.left_out:
-        plan = plan_views(surface, occluders, check.kept(plan.photos), options)
+    plan = None if plan is None else plan.without(check.left_out)
     image_of = check.images(image_of, turns or {})
     offset = photo_offset(surface, plan, image_of, options)
 
     # One photo for every part, in one light; then, as in sections 3.1 and 3.2, project and resample.
     surface = surface.moved_by(offset)
-    mosaic = compose_mosaic(surface, plan, image_of, options)
+    mosaic = compose_mosaic(surface, plan, image_of, options, light or {})
     painted = paint_photos(bands, surface, mosaic, image_of, options)
     names = painted + paint_missing_from_scan(bands, points, surface, len(painted))
     if not names:
@@ -80,7 +81,9 @@ def make_ortho(
     ortho = bands.as_ortho_image(
         facade, raster, names, intensity=intensity, photo_offset=offset, photos=len(painted)
     )
-    return replace(ortho, remarks=check.remarks + why_no_photo(surface, given, plan, check.left_out))
+    remarks = check.remarks + why_no_photo(surface, given, plan, check.left_out)
+    light = {} if mosaic is None else mosaic.light
+    return replace(ortho, remarks=remarks, occluders=find_standing(facade, scan), light=light)
 
 
 def _no_picture(photo: str) -> Array:

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from frontage.geometry.arrays import Float
+from frontage.geometry.arrays import Bool, Float
 from frontage.model import Facade, Scan
 from frontage.ortho.options import OrthoOptions
 from frontage.raster.zbuffer import local_spacing
@@ -14,10 +14,16 @@ _FEWEST_TOGETHER = 3  # points in one cube of the cloud below which they are noi
 
 @dataclass(frozen=True, eq=False)
 class OccluderCloud:
-    """What may hide the facade: points (n, 3) m local, spacing (n,) m of the surface that each belongs to."""
+    """What may hide the facade.
+
+    xyz      (n, 3) m local
+    spacing  (n,) m, of the surface that a point belongs to
+    free     (n,) bool, so far before the facade that it is no part of it
+    """
 
     xyz: Float
     spacing: Float
+    free: Bool
 
 
 def find_occluders(
@@ -25,12 +31,13 @@ def find_occluders(
 ) -> OccluderCloud:
     """Returns the points in front of the back of the facade with their local spacing, without lone points."""
     clouds = [scan.xyz] if surroundings is None else [scan.xyz, surroundings.xyz]
-    xyz, spacing = [], []
+    xyz, spacing, free = [], [], []
     for points in clouds:
         y = facade.frame.inverse.apply(points)[:, 1]
-        ahead = points[y < options.back]
+        ahead, before = points[y < options.back], y[y < options.back] < -options.front
         s, k = local_spacing(ahead)
         surface = k >= _FEWEST_TOGETHER
         xyz.append(ahead[surface])
         spacing.append(s[surface])
-    return OccluderCloud(np.concatenate(xyz), np.concatenate(spacing))
+        free.append(before[surface])
+    return OccluderCloud(np.concatenate(xyz), np.concatenate(spacing), np.concatenate(free))

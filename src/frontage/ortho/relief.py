@@ -2,8 +2,8 @@
 
 A window frame 15 cm behind the wall is displaced by ``15 cm x tan(theta)`` in an ortho-image on the plane;
 the relief removes this displacement. Cells hold the median depth of their points. Mixed cells (the edge of a
-reveal, foliage in front of a wall) are left out and filled from their neighbours. Openings without returns
-lie at the depth of their frame, which most of the recessed points around them have. At a step, a pixel takes
+reveal, foliage in front of a wall) are left out. Gaps are filled by the wall, in openings by the plane of the
+frame (`glazing.py`). At a step, a pixel takes
 the depth of one side or the other and never a mean; the points themselves decide which (`edges.py`), so that
 edges stay straight and sharp.
 """
@@ -13,12 +13,15 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 
-from frontage.geometry.arrays import Array, Float
+from frontage.geometry.arrays import Array, Float, Int
+from frontage.model import Facade
 from frontage.ortho.edges import Steps, measure_steps
 from frontage.ortho.gaps import Gaps
+from frontage.ortho.glazing import fill_openings
 from frontage.ortho.options import OrthoOptions
 from frontage.ortho.orthoraster import OrthoRaster
-from frontage.ortho.recess import DEEPEST_REVEAL_M, fill_at_frame_depth, room_cells
+from frontage.ortho.outline import inside_outline
+from frontage.ortho.recess import DEEPEST_REVEAL_M, room_cells
 from frontage.raster import gridding
 from frontage.raster.tiles import Tile
 
@@ -38,14 +41,18 @@ class ReliefMap:
 
     y          (h, w) float32 m, depth of the cells, gaps filled
     near, far  (h, w) float32 m, smallest and largest depth around each cell: the two sides of a step
+    deepest    (h, w) float32 m, the largest depth around each cell, with what was measured behind frames
     known      (h, w) float32, 1 where the depth was measured, else 0
+    opening    (h, w) int32, number of the opening whose frame or glass a cell shows; 0 = wall
     """
 
     raster: OrthoRaster
     y: Array
     near: Array
     far: Array
+    deepest: Array
     known: Array
+    opening: Array
     steps: Steps
 
     def at(self, raster: OrthoRaster, tile: Tile, filled: bool = False) -> Array:
@@ -67,24 +74,29 @@ class ReliefMap:
             y[gridding.bilinear(known, u, v) <= 0.5] = np.nan
         return y
 
+    def openings(self, raster: OrthoRaster, tile: Tile) -> Int:
+        """Returns the number (m, n) of the opening at the pixels of a tile of another raster; 0 = wall."""
+        (r0, r1, c0, c1), u, v = self.raster.window_of(raster, tile)
+        return gridding.nearest(self.opening[r0:r1, c0:c1], u, v)
+
     def in_front(self, xyz_facade: Float) -> Array:
         """Returns which points (n, 3) m of the facade frame lie on the surface or in front of it."""
         c, r = np.floor(self.raster.pixel(xyz_facade)).astype(np.int64).T
-        h, w = self.far.shape
-        behind = xyz_facade[:, 1] > self.far[np.clip(r, 0, h - 1), np.clip(c, 0, w - 1)] + _BEHIND_M
+        h, w = self.deepest.shape
+        behind = xyz_facade[:, 1] > self.deepest[np.clip(r, 0, h - 1), np.clip(c, 0, w - 1)] + _BEHIND_M
         kept: Array = ~behind
         return kept
 
 
 def measure_relief(
-    xyz_facade: Float, spacing: float, raster: OrthoRaster, options: OrthoOptions, gaps: Gaps
+    xyz_facade: Float, facade: Facade, raster: OrthoRaster, options: OrthoOptions, gaps: Gaps
 ) -> ReliefMap | None:
     """Measures the relief from points (n, 3) m in the facade frame; None when they are too sparse.
 
-    `spacing` m is the spacing of the cloud on the wall, and `gaps` are its local gaps. Cells are 3 cm, 1.5
-    spacings or a pixel wide, whichever is largest.
+    `gaps` are the local gaps of the cloud. Cells are 3 cm, 1.5 spacings of the cloud on the wall, or a pixel
+    wide, whichever is largest.
     """
-    size = max(_CELL_M, _CELL_SPACINGS * spacing, raster.gsd)
+    size = max(_CELL_M, _CELL_SPACINGS * facade.spacing, raster.gsd)
     if size > _COARSEST_M:
         return None
     cells = raster.of_cells(size)
@@ -104,11 +116,13 @@ def measure_relief(
     median[room_cells(median, size, _STEP_M)] = np.nan
     smooth = _agreed(median.astype(np.float32))
     known = gridding.closed(np.isfinite(smooth), np.full(shape, float(_BRIDGE_CELLS)))
-    full = fill_at_frame_depth(smooth, known, cell, points[:, 1], _STEP_M)
+    inside = inside_outline(facade, cells, Tile(0, cells.height, 0, cells.width), 0.0)
+    found = fill_openings(smooth, known, inside, (cell, points[:, 1]), size=size, step=_STEP_M)
     box = np.ones((5, 5), np.uint8)
-    near, far = cv2.erode(full, box), cv2.dilate(full, box)
+    near, far = cv2.erode(found.y, box), cv2.dilate(found.y, box)
+    deepest = cv2.dilate(np.fmax(found.y, smooth), box)
     steps = measure_steps(points, cells, near, far, step=_STEP_M, raster=raster, gaps=gaps)
-    return ReliefMap(cells, full, near, far, known.astype(np.float32), steps)
+    return ReliefMap(cells, found.y, near, far, deepest, found.known.astype(np.float32), found.opening, steps)
 
 
 def _agreed(y: Array) -> Array:

@@ -3,7 +3,9 @@
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 
-from frontage.geometry.arrays import Array
+import numpy as np
+
+from frontage.geometry.arrays import Array, Int
 from frontage.model import Facade, Photo, PhotoOffset
 from frontage.ortho.orthoraster import OrthoRaster
 from frontage.ortho.project import PixelMap, pixel_map, shifted
@@ -38,6 +40,12 @@ class DrawingSurface:
         Where the relief was not measured, the pixel takes the depth of the nearest measured surface.
         """
         return None if self.relief is None else self.relief.at(self.raster, tile, filled=True)
+
+    def openings(self, tile: Tile) -> Int:
+        """Returns the number (m, n) of the glazed opening at the pixels of a tile; 0 = wall."""
+        return (
+            np.zeros(tile.shape, np.int64) if self.relief is None else self.relief.openings(self.raster, tile)
+        )
 
     def projection_into(self, photo: Photo, projection: str) -> PixelMap:
         """Returns the map from raster pixels and depths to photo pixels, the offset included."""

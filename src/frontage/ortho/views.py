@@ -1,8 +1,8 @@
 """Tells how well every photo shows every part of a facade, and from which it is hidden.
 
 This is told on cells of a few pixels. The quality of a photo is ``cos(theta) / Z^2`` (pixel density times
-frontality); it fades towards the border of the photo and is smoothed over a metre. Whether a cell is hidden
-is read from a depth buffer into which the cloud is splatted.
+frontality); it fades towards the border of the photo and is smoothed over a metre. What hides a cell is read
+from depth buffers of the cloud (`visibility.py`).
 """
 
 from collections.abc import Sequence
@@ -16,21 +16,13 @@ from frontage.model import Photo
 from frontage.ortho.occluders import OccluderCloud
 from frontage.ortho.options import OrthoOptions
 from frontage.ortho.orthoraster import OrthoRaster
-from frontage.ortho.recess import DEEPEST_REVEAL_M
 from frontage.ortho.surface import DrawingSurface
+from frontage.ortho.visibility import visibility
 from frontage.raster.tiles import Tile
-from frontage.raster.zbuffer import splat_depth
 
 _CELL_M = 0.04
 _MAX_CELLS = 4_000_000
 _MAX_VALUES = 12_000_000  # cells times photos: what is told of each must fit into memory
-_REDUCED = 4  # photo px per px of the depth buffer
-_TOLERANCE_M = 0.15  # points less far in front of a surface belong to that surface
-_OCCLUDER_M = DEEPEST_REVEAL_M + _TOLERANCE_M  # in front of the surface: not its own wall, frame or sill
-_SELF_HIDDEN = 1e-4  # factor on the quality of cells hidden by the facade itself: a last resort
-_BLUNT_M = 0.05  # larger discs cannot resolve a sill and hide only what lies far behind
-_LEAN = 2.0  # allows for discs of up to twice the typical spacing of the wall
-_SPLAT = 0.75  # radius of the discs in spacings: a square lattice seen from the front shows no gap
 _SMOOTHING_M = 1.0  # window over which quality is averaged
 _BORDER = 0.05  # share of the photo's width over which quality fades to zero
 
@@ -42,6 +34,7 @@ class ViewPlan:
     quality  (k, h, w) float32, larger is better, 0 = not seen
     gsd      (k, h, w) float32 m, size of a pixel of the photo on the facade
     clear    (k, h, w) bool, seen with nothing in front
+    behind   (k, h, w) bool, behind what stands free before the facade, such as trees and cars
     """
 
     cells: OrthoRaster
@@ -50,6 +43,19 @@ class ViewPlan:
     quality: Array
     gsd: Array
     clear: Bool
+    behind: Bool
+
+    def seeing(self, through: Bool) -> "ViewPlan":
+        """Returns the plan in which photos see nothing behind free-standing things but in cells `through`."""
+        seen = ~self.behind | through
+        return replace(self, quality=self.quality * seen, behind=self.behind & ~through)
+
+    def without(self, names: frozenset[str]) -> "ViewPlan | None":
+        """Returns the plan without the photos of these ids; None when the others see nothing."""
+        keep = [k for k, photo in enumerate(self.photos) if photo.id not in names]
+        bands = {b: getattr(self, b)[keep] for b in ("quality", "gsd", "clear", "behind")}
+        plan = replace(self, photos=tuple(self.photos[k] for k in keep), **bands)
+        return plan if (plan.quality * ~plan.behind).any() else None
 
     def window(self, band: Array, tile: Tile) -> Array:
         """Returns the values (m, n) of a band of cells at the pixels of a tile."""
@@ -74,14 +80,14 @@ def plan_views(
     views = sorted(views, key=lambda v: -float(v.quality.sum()))[: options.max_photos]
     if not views:
         return None
-    visible = [_visibility(v, coarse, y, occluders) for v in views]
-    pairs = list(zip(visible, views, strict=True))
-    quality = np.stack([(free * v.quality).astype(np.float32) for free, v in pairs])
-    if not quality.any():
+    seen = [visibility(v.photo, v.at, coarse, y, occluders) for v in views]
+    quality = np.stack([(s.factor * v.quality).astype(np.float32) for s, v in zip(seen, views, strict=True)])
+    behind = np.stack([s.behind for s in seen]) & (quality > 0.0)
+    if not (quality * ~behind).any():
         return None
-    clear = np.stack([(free == 1.0) & (v.quality > 0.0) for free, v in pairs])
+    clear = np.stack([s.factor == 1.0 for s in seen]) & (quality > 0.0) & ~behind
     gsd = np.stack([v.gsd.astype(np.float32) for v in views])
-    return ViewPlan(cells, step, tuple(v.photo for v in views), quality, gsd, clear)
+    return ViewPlan(cells, step, tuple(v.photo for v in views), quality, gsd, clear, behind)
 
 
 @dataclass(frozen=True)
@@ -131,40 +137,3 @@ def _effective_gsd(at: Float, gsd: float) -> Array:
         smallest = np.sqrt(np.maximum(total - np.sqrt(np.maximum(total**2 - 4 * det**2, 0.0)), 0.0) / 2)
         out: Array = gsd / smallest
     return out
-
-
-def _visibility(view: _PhotoView, surface: DrawingSurface, y: Array, cloud: OccluderCloud) -> Array:
-    """Visibility (h, w): 1 with nothing in front, `_SELF_HIDDEN` behind the facade's own parts, else 0."""
-    photo, facade, cells = view.photo, surface.facade, surface.raster
-    camera_from_local = photo.pose.inverse
-    reduced = (-(-photo.camera.height // _REDUCED), -(-photo.camera.width // _REDUCED))
-    xyz = camera_from_local.apply(cloud.xyz)
-    distance = np.linalg.norm(xyz, axis=1)
-    at = photo.camera.project(xyz) / _REDUCED
-    focal = _pixels_per_radian(photo) / _REDUCED
-    radius = focal * _SPLAT * cloud.spacing / np.maximum(distance, 1e-6)
-    buffer = splat_depth(at, distance, radius, reduced)
-    column, row = np.arange(cells.width) + 0.5, np.arange(cells.height) + 0.5
-    at_cells = facade.frame.apply(cells.xyz(column[None, :], row[:, None], y).reshape(-1, 3))
-    ray = at_cells - photo.pose.t
-    own = np.linalg.norm(ray, axis=1).reshape(y.shape)
-    cosine = np.maximum((ray @ facade.frame.R[:, 1]).reshape(y.shape) / own, 1e-3)
-    # Discs face the photo. Where a surface is seen obliquely, its own discs reach out in front of it.
-    slack = _LEAN * _SPLAT * facade.spacing * np.sqrt(np.maximum(1.0 / cosine**2 - 1.0, 0.0))
-    u, v = np.nan_to_num(np.moveaxis(view.at, -1, 0), nan=0.0) / _REDUCED
-    c, r = (np.clip(i.astype(np.int64), 0, n - 1) for i, n in ((u, reduced[1]), (v, reduced[0])))
-    box = np.ones((3, 3), np.uint8)
-    hidden = (buffer[r, c] < own - _TOLERANCE_M - slack).astype(np.uint8)
-    # A cell between two hidden ones is hidden, and the outline of a tree or car is known to a cell at best.
-    occluder = cv2.dilate((buffer[r, c] < own - _OCCLUDER_M - slack).astype(np.uint8), box)
-    if _SPLAT * facade.spacing > _BLUNT_M:
-        hidden[:] = 0
-    own_shade = cv2.morphologyEx(hidden, cv2.MORPH_CLOSE, box)
-    visible: Array = np.where(occluder > 0, 0.0, np.where(own_shade > 0, _SELF_HIDDEN, 1.0))
-    return visible
-
-
-def _pixels_per_radian(photo: Photo) -> float:
-    """Photo pixels per radian at the principal axis, from the camera model itself."""
-    ahead = photo.camera.project(np.array([[0.0, 0.0, 1.0], [1e-4, 0.0, 1.0]]))
-    return float(np.linalg.norm(ahead[1] - ahead[0]) / 1e-4)

@@ -20,6 +20,7 @@ from frontage.report.numbers import Fact, facade_facts
 from frontage.report.openings import Row, opening_facts, rows
 from frontage.report.orientation import orientation_section
 from frontage.report.registration import registration_figure, registration_rows
+from frontage.report.street import street_rows
 
 
 @dataclass(frozen=True)
@@ -66,6 +67,7 @@ def render_report(data: ReportData) -> str:
         notes=data.manifest.get("notes", []),
         inputs=[entry for group in data.manifest.get("inputs", {}).values() for entry in group],
         street=street_figure(data),
+        rows=street_rows([f for b in data.buildings for f in b.facades]),
         registration=registration_figure(data.registration) if data.registration else None,
         registered=registration_rows(data.registration.record) if data.registration else [],
         orientation=orientation_section(data),

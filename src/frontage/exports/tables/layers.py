@@ -90,13 +90,14 @@ def _facade_row(b: SurveyedBuilding, facade: Facade, elements: Elements | None) 
 
 def _openings(survey: Survey) -> list[Wall]:
     return [
-        (facade, o.ring, elements.wall_y(o), _opening_row(b, facade, elements, o))
+        (facade, o.ring, elements.wall_y(o), opening_row(b, facade, elements, o))
         for b in survey.buildings
         for facade, elements, o in b.openings
     ]
 
 
-def _opening_row(b: SurveyedBuilding, facade: Facade, elements: Elements, o: Opening) -> Row:
+def opening_row(b: SurveyedBuilding, facade: Facade, elements: Elements, o: Opening) -> Row:
+    """Return what is known of an opening, in the order of the columns `OPENINGS`."""
     z, (width, height) = heights(facade, o.ring, elements.wall_y(o)), np.ptp(o.ring, axis=0)
     spans = (span_sigma(o.ring, o.ring_covariance, axis) for axis in (0, 1))
     sigmas = (*box_sigmas(o.ring, o.ring_covariance), *spans)
@@ -124,14 +125,15 @@ def _glazing(o: Opening) -> Row:
 
 def _protrusions(survey: Survey) -> list[Wall]:
     return [
-        (facade, p.ring, float(p.front.value), _protrusion_row(b, facade, p))
+        (facade, p.ring, float(p.front.value), protrusion_row(b, facade, p))
         for b in survey.buildings
         for facade, elements in b.fronts
         for p in (() if elements is None else elements.protrusions)
     ]
 
 
-def _protrusion_row(b: SurveyedBuilding, facade: Facade, p: Protrusion) -> Row:
+def protrusion_row(b: SurveyedBuilding, facade: Facade, p: Protrusion) -> Row:
+    """Return what is known of a protrusion, in the order of the columns `PROTRUSIONS`."""
     front = float(p.front.value)
     z, (width, height) = heights(facade, p.ring, front), np.ptp(p.ring, axis=0)
     return (

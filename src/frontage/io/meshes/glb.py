@@ -15,6 +15,14 @@ from typing import Any
 import numpy as np
 
 from frontage.geometry.arrays import Array, Float
+from frontage.io.meshes.features import (
+    FEATURE_ID,
+    MESH_FEATURES,
+    STRUCTURAL_METADATA,
+    FeatureTable,
+    marked,
+    metadata,
+)
 from frontage.model import WorldRef
 
 # glTF (x, y, z) = local (x, z, -y): a quarter turn about x, as a quaternion (x, y, z, w).
@@ -43,6 +51,7 @@ class GlbPiece:
     faces    (m, 3) vertex numbers
     uv       (n, 2), 0..1, v downwards, where the material has a picture
     normals  (n, 3) where it has none
+    feature  (n,) rows of the file's table of features; as many as it has rows = none of them
     """
 
     material: GlbMaterial
@@ -50,6 +59,7 @@ class GlbPiece:
     faces: Array
     uv: Float | None = None
     normals: Float | None = None
+    feature: Array | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,10 +72,11 @@ class GlbMesh:
     extras: dict[str, Any] = field(default_factory=dict)
 
 
-def glb_of(meshes: Sequence[GlbMesh], world: WorldRef, generator: str = "Frontage") -> bytes:
+def glb_of(meshes: Sequence[GlbMesh], world: WorldRef, features: FeatureTable | None = None) -> bytes:
     """The bytes of one GLB with all meshes and their pictures; equal meshes give equal bytes.
 
-    Pieces that refer to the same `GlbMaterial` object share it and its picture.
+    Pieces that refer to the same `GlbMaterial` object share it and its picture. `features` says what the
+    features are that vertices belong to.
     """
     blob = _Blob()
     place = {"crs": world.crs, "origin": [int(v) for v in world.origin], "world": "local + origin", "up": "z"}
@@ -79,13 +90,16 @@ def glb_of(meshes: Sequence[GlbMesh], world: WorldRef, generator: str = "Frontag
         "extras": place,
     }
     gltf: dict[str, Any] = {
-        "asset": {"version": "2.0", "generator": generator, "extras": place},
-        "extensionsUsed": ["KHR_materials_unlit"],
+        "asset": {"version": "2.0", "generator": "Frontage", "extras": place},
+        **_extensions(pictures, features, blob),
         "scene": 0,
         "scenes": [{"nodes": [0]}],
         "nodes": [root, *(_node(mesh, i) for i, mesh in enumerate(meshes))],
         "meshes": [
-            {"name": m.name, "primitives": [_primitive(p, number[id(p.material)], blob) for p in m.pieces]}
+            {
+                "name": m.name,
+                "primitives": [_primitive(p, number[id(p.material)], blob, features) for p in m.pieces],
+            }
             for m in meshes
         ],
         "materials": [_material(m, pictures) for m in materials],
@@ -98,10 +112,18 @@ def glb_of(meshes: Sequence[GlbMesh], world: WorldRef, generator: str = "Frontag
         root.pop("children")
         gltf = {k: v for k, v in gltf.items() if k in ("asset", "scene", "scenes", "nodes")}
     if not pictures:  # glTF forbids empty lists and unused extensions
-        gltf = {
-            k: v for k, v in gltf.items() if k not in ("textures", "images", "samplers", "extensionsUsed")
-        }
+        gltf = {k: v for k, v in gltf.items() if k not in ("textures", "images", "samplers")}
     return _container(json.dumps(gltf, separators=(",", ":")).encode(), bytes(blob.data))
+
+
+def _extensions(
+    pictures: Sequence[GlbMaterial], features: FeatureTable | None, blob: "_Blob"
+) -> dict[str, Any]:
+    """The extensions of the file: unlit pictures, and features with what is known of them."""
+    used = [*(["KHR_materials_unlit"] if pictures else []),
+            *([MESH_FEATURES, STRUCTURAL_METADATA] if features else [])]  # fmt: skip
+    known = {"extensions": {STRUCTURAL_METADATA: metadata(features, blob.column)}} if features else {}
+    return {**({"extensionsUsed": used} if used else {}), **known}
 
 
 class _Blob:
@@ -119,6 +141,11 @@ class _Blob:
         self.views.append(view | ({"target": target} if target else {}))
         self.data += data
         return len(self.views) - 1
+
+    def column(self, data: bytes, alignment: int) -> int:
+        """Append bytes at a multiple of `alignment`; returns the number of their view."""
+        self.data += b"\0" * (-len(self.data) % alignment)
+        return self.add(data)
 
     def accessor(self, array: Array, kind: str, target: int, bounds: bool = False) -> int:
         """Append an array as float32 or uint32; returns the number of its accessor."""
@@ -152,14 +179,21 @@ def _node(mesh: GlbMesh, i: int) -> dict[str, Any]:
     return {"name": mesh.name, "mesh": i, "matrix": matrix, "extras": mesh.extras}
 
 
-def _primitive(piece: GlbPiece, material: int, blob: _Blob) -> dict[str, Any]:
+def _primitive(piece: GlbPiece, material: int, blob: _Blob, features: FeatureTable | None) -> dict[str, Any]:
     attributes = {"POSITION": blob.accessor(piece.xyz, "VEC3", _ARRAY_BUFFER, bounds=True)}
     if piece.normals is not None:
         attributes["NORMAL"] = blob.accessor(piece.normals, "VEC3", _ARRAY_BUFFER)
     if piece.uv is not None:
         attributes["TEXCOORD_0"] = blob.accessor(piece.uv, "VEC2", _ARRAY_BUFFER)
     indices = blob.accessor(np.asarray(piece.faces, np.uint32).reshape(-1), "SCALAR", _ELEMENT_BUFFER)
-    return {"attributes": attributes, "indices": indices, "material": material}
+    made: dict[str, Any] = {"attributes": attributes, "indices": indices, "material": material}
+    if features is None or piece.feature is None:
+        return made
+    present = np.unique(piece.feature[piece.feature < features.count])
+    if not len(present):
+        return made
+    attributes[FEATURE_ID] = blob.accessor(piece.feature.astype(np.float32), "SCALAR", _ARRAY_BUFFER)
+    return {**made, "extensions": {MESH_FEATURES: marked(features, len(present))}}
 
 
 def _material(material: GlbMaterial, pictures: Sequence[GlbMaterial]) -> dict[str, Any]:

@@ -12,12 +12,13 @@ from frontage.geometry.arrays import Array
 from frontage.io.files import MALFORMED, whole_file
 from frontage.io.rasters.geotiff import Georeference, matrix_text, read_geotiff, write_geotiff
 from frontage.io.rasters.jpegplace import with_density, write_place
+from frontage.io.rasters.occluders import read_occluders, write_occluders
 from frontage.io.rasters.sidecar import OrthoSidecar, read_sidecar, write_sidecar
 from frontage.model import OrthoImage
 from frontage.raster.tiles import Tile
 
 FILES = ("ortho.json", "ortho.tif", "ortho.jpg", "ortho.jgw", "ortho.jpg.aux.xml", "depth.tif", "sources.tif",
-         "gsd.tif", "intensity.tif")  # fmt: skip
+         "gsd.tif", "intensity.tif", "occluders.json")  # fmt: skip
 """The files that `write_ortho` may leave in a folder."""
 
 _JPEG_SIDE_PX = 16384  # the largest picture that common viewers open; the format itself ends at 65535
@@ -65,6 +66,7 @@ def write_ortho(folder: Path, ortho: OrthoImage) -> None:
     with whole_file(folder / "ortho.jpg") as temporary:
         temporary.write_bytes(with_density(jpeg, ortho.gsd * step))
     write_place(folder / "ortho.jpg", replace(about, gsd=ortho.gsd * step))
+    write_occluders(folder / "occluders.json", ortho.occluders, facade)
     write_sidecar(folder, sidecar)
 
 
@@ -103,6 +105,7 @@ def read_ortho(folder: Path, window: Tile | None = None) -> OrthoImage:
             intensity,
             sidecar.photo_offset,
             sidecar.photos,
+            occluders=read_occluders(folder / "occluders.json"),
         )
     except MALFORMED as error:
         raise FileError(

@@ -17,7 +17,7 @@ from frontage.geometry.arrays import Array, Float, freeze
 from frontage.geometry.rigid import Rigid3
 from frontage.io.facadefile import facade_facts, facade_from_facts
 from frontage.io.files import MALFORMED, whole_file
-from frontage.model import Facade, OrthoImage, PhotoOffset, WorldRef
+from frontage.model import NOT_SEEN, Facade, OrthoImage, PhotoOffset, WorldRef
 
 NAME = "ortho.json"
 SCHEMA = 1
@@ -59,7 +59,7 @@ class OrthoSidecar:
     @classmethod
     def of(cls, ortho: OrthoImage) -> "OrthoSidecar":
         """The sidecar of an ortho-image."""
-        nodata = sum(int((part == 0).sum()) for part in _strips(ortho.source))
+        nodata = sum(int(np.isin(part, (0, NOT_SEEN)).sum()) for part in _strips(ortho.source))
         return cls(
             facade=ortho.facade,
             gsd=ortho.gsd,

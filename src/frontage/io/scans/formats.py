@@ -96,6 +96,12 @@ FORMATS = (
         f"{_SCANS}.ply:read_ply",
     ),
     ScanFormat(
+        "PCD",
+        (".pcd",),
+        "one cloud, ascii, binary or compressed: intensity, colour, time, viewpoint",
+        f"{_SCANS}.pcd:read_pcd",
+    ),
+    ScanFormat(
         "COLMAP points3D",
         (".txt", ".bin"),
         "the sparse points of a COLMAP model: colour, and the first photo of each track as its origin",

@@ -10,7 +10,7 @@ A photo is left out if it agrees no more often than by chance with pictures that
 such a number would be a thousand times less likely of a photo that agrees like the least of them.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from itertools import combinations
 
@@ -18,7 +18,7 @@ import numpy as np
 from scipy import stats
 
 from frontage.geometry.arrays import Array
-from frontage.model import Photo, PhotoRemark
+from frontage.model import PhotoRemark
 from frontage.ortho.checks.patches import Agreement, Patches, agreement, of_photo, of_scan, similarity
 from frontage.ortho.points import FacadePoints
 from frontage.ortho.surface import DrawingSurface, ImageOf
@@ -41,10 +41,6 @@ class PhotoCheck:
     left_out: frozenset[str] = frozenset()
     turned: frozenset[str] = frozenset()
     remarks: tuple[PhotoRemark, ...] = ()
-
-    def kept(self, photos: Sequence[Photo]) -> list[Photo]:
-        """The photos that are not left out."""
-        return [p for p in photos if p.id not in self.left_out]
 
     def images(self, image_of: ImageOf, turns: Mapping[str, Turn]) -> ImageOf:
         """The pictures, those of `turned` photos turned."""

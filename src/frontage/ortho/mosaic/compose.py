@@ -1,18 +1,22 @@
 """Decides on one picture from many photos: which photo paints which cell, and in what light."""
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from frontage.geometry.arrays import Array
 from frontage.ortho.mosaic.blending import light_corrections
-from frontage.ortho.mosaic.consensus import compare_photos
+from frontage.ortho.mosaic.consensus import compare_photos, even_colours
+from frontage.ortho.mosaic.glass import glass_cost
 from frontage.ortho.mosaic.pictures import rectify_photos
-from frontage.ortho.mosaic.radiometry import balance_photos
+from frontage.ortho.mosaic.radiometry import PhotoGains, balance_photos
+from frontage.ortho.mosaic.seethrough import see_through
 from frontage.ortho.mosaic.selection import choose_photos
 from frontage.ortho.options import OrthoOptions
 from frontage.ortho.surface import DrawingSurface, ImageOf
 from frontage.ortho.views import ViewPlan
+from frontage.raster.tiles import Tile
 
 
 @dataclass(frozen=True, eq=False)
@@ -21,11 +25,20 @@ class Mosaic:
 
     label       (h, w) int16, index into `plan.photos`, -1 = none
     correction  (k, h, w, 3) float32, logarithm of the factor on the light of a photo; None = as it was shot
+    gains       by how much the photos are brighter; None = nothing to compare a photo with
     """
 
     plan: ViewPlan
     label: Array
     correction: Array | None = None
+    gains: PhotoGains | None = None
+
+    @property
+    def light(self) -> dict[str, Array]:
+        """What was found about the light of every photo (`PhotoGains.rows`), by its id."""
+        if self.gains is None:
+            return {}
+        return {photo.id: self.gains.rows(k) for k, photo in enumerate(self.plan.photos)}
 
     @property
     def gsd(self) -> Array:
@@ -36,18 +49,31 @@ class Mosaic:
 
 
 def compose_mosaic(
-    surface: DrawingSurface, plan: ViewPlan | None, image_of: ImageOf, options: OrthoOptions
+    surface: DrawingSurface,
+    plan: ViewPlan | None,
+    image_of: ImageOf,
+    options: OrthoOptions,
+    light: Mapping[str, Array],
 ) -> Mosaic | None:
-    """Chooses the photos of the cells and the light that they are painted in; None without a plan."""
+    """Chooses the photos of the cells and the light that they are painted in; None without a plan.
+
+    `light` is what other facades have told of photos, see `balance_photos`.
+    """
     if plan is None:
         return None
-    if len(plan.photos) == 1:
+    if len(plan.photos) == 1 and plan.photos[0].id not in light:
+        plan = plan.seeing(np.zeros_like(plan.behind))
         return Mosaic(plan, np.where(plan.quality[0] > 0, 0, -1).astype(np.int16))
     pictures = rectify_photos(surface, plan, image_of, options)
-    gains = balance_photos(plan, pictures)
-    disagreement = compare_photos(plan.clear, pictures, gains)
-    label = choose_photos(plan, disagreement, pictures.exposed)
+    gains = balance_photos(plan, pictures, light)
+    opening = replace(surface, raster=plan.cells).openings(Tile(0, plan.cells.height, 0, plan.cells.width))
+    codes = even_colours(pictures, gains)
+    found = compare_photos(codes, plan.clear)
+    through = see_through(codes, found.wall, found.sigma, plan.clear, plan.behind, opening > 0)
+    plan = plan.seeing(through)
+    glass = glass_cost(opening, plan.clear, pictures, gains)
+    label = choose_photos(plan, found, pictures.exposed, glass)
     if options.radiometry == "as shot":
-        return Mosaic(plan, label)
-    usable = plan.clear & pictures.exposed & disagreement.accepted
-    return Mosaic(plan, label, light_corrections(label, usable, pictures, gains))
+        return Mosaic(plan, label, gains=gains)
+    usable = plan.clear & pictures.exposed & found.accepted
+    return Mosaic(plan, label, light_corrections(label, usable, pictures, gains), gains)

@@ -30,21 +30,29 @@ class Disagreement:
     cost      (k, h, w) float32 >= 0, negative log likelihood relative to a perfect agreement
     contrast  (h, w) float32, change of the wall's colour from cell to cell in standard deviations
     accepted  (k, h, w) bool, rather the wall than something else
+    wall      (h, w, 3) float32, colour of what stands still
+    sigma     (h, w) float32, standard deviation of the colour that a photo shows it in
     """
 
     cost: Array
     contrast: Array
     accepted: Bool
+    wall: Array
+    sigma: Array
 
 
-def compare_photos(clear: Bool, pictures: CellPictures, gains: PhotoGains) -> Disagreement:
-    """Compares the photos where they see the wall `clear` (k, h, w) of what the scan knows to hide it."""
-    codes = np.stack(
+def even_colours(pictures: CellPictures, gains: PhotoGains) -> Array:
+    """The colours (k, h, w, 3) float32 of the photos in the light of the mosaic, as codes of gamma 2.2."""
+    return np.stack(
         [
             np.exp((light - gains.at(k, pictures.radius[k])) / np.float32(_GAMMA))
             for k, light in enumerate(pictures.log_light)
         ]
     )
+
+
+def compare_photos(codes: Array, clear: Bool) -> Disagreement:
+    """Compares the colours (k, h, w, 3) of photos where the scan knows nothing before the wall (`clear`)."""
     count = clear.sum(0)
     wall = _median(codes, clear, count)
     known = count >= _FEWEST
@@ -56,7 +64,7 @@ def compare_photos(clear: Bool, pictures: CellPictures, gains: PhotoGains) -> Di
     judged = clear & known
     cost, accepted = np.where(judged, cost, 0.0), accepted | ~judged
     cost = np.stack([cv2.blur(c.astype(np.float32), (_WINDOW, _WINDOW)) for c in cost])
-    return Disagreement(cost, (slope / noise).astype(np.float32), accepted)
+    return Disagreement(cost, (slope / noise).astype(np.float32), accepted, wall, sigma.astype(np.float32))
 
 
 def _median(codes: Array, clear: Bool, count: Array) -> Array:

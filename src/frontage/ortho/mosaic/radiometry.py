@@ -7,6 +7,7 @@ Lowe, Automatic panoramic image stitching, IJCV 2007, adjust gains like this). W
 (cars, reflections, moved shadows) is an outlier: the adjustment is reweighted (Cauchy).
 """
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from itertools import combinations
 
@@ -22,6 +23,7 @@ _ROUNDS = 12
 _CAUCHY = 2.4  # standard deviations; 95 % as efficient as least squares with normal errors
 _STOPS = 1.5 * np.log(2.0)  # one sigma of the gains that photos have before anything was compared
 _FALLOFF = 0.5  # likewise of a and b: a lens loses a third of its light in the corners
+_KEPT = 0.001  # one sigma of what another facade has told: it is not to change
 _NOISE = 0.02  # smallest standard deviation of a difference of logarithms; 8 bits do not tell more
 
 
@@ -36,6 +38,10 @@ class PhotoGains:
     gain: Float
     falloff: Float
 
+    def rows(self, number: int) -> Float:
+        """The gain and the factors of r^2 and r^4 of photo `number`, by channel, (3, 3)."""
+        return np.asarray(np.vstack([self.gain[number][None], self.falloff[number]]))
+
     def at(self, number: int, radius: Array) -> Array:
         """The logarithm (h, w, 3) float32 of what photo `number` adds at distances (h, w) from its middle."""
         r2 = (radius * radius)[..., None].astype(np.float32)
@@ -43,16 +49,26 @@ class PhotoGains:
         return np.asarray(self.gain[number].astype(np.float32) + a * r2 + b * r2 * r2)
 
 
-def balance_photos(plan: ViewPlan, pictures: CellPictures) -> PhotoGains:
-    """Adjusts gains and vignetting of the photos of a plan; their mean gain is zero in every channel."""
-    k = len(plan.photos)
+def balance_photos(plan: ViewPlan, pictures: CellPictures, known: Mapping[str, Array]) -> PhotoGains:
+    """Adjusts gains and vignetting of the photos of a plan.
+
+    `known` holds the rows (3, 3) of `PhotoGains.rows` of photos that other facades have told already: they
+    stay as they are, so that facades that share photos have one look. Without any, the mean gain is zero in
+    every channel.
+    """
+    k, names = len(plan.photos), [photo.id for photo in plan.photos]
     camera = same_camera(plan.photos)
     design, values = _differences(plan.clear & pictures.exposed, pictures, camera)
-    sigma = np.concatenate([np.full(k, _STOPS), np.full(2 * (camera.max() + 1), _FALLOFF)])
-    found = np.column_stack([_adjusted(design, values[:, c], sigma) for c in range(3)])
-    gain = found[:k] - found[:k].mean(0)
-    falloff = found[k:].reshape(-1, 2, 3)
-    return PhotoGains(gain, falloff[camera])
+    prior = np.zeros((k + 2 * (camera.max() + 1), 3))
+    sigma = np.concatenate([np.full(k, _STOPS), np.full(len(prior) - k, _FALLOFF)])
+    for number, name in enumerate(names):
+        if name in known:
+            unknowns = [number, k + 2 * camera[number], k + 2 * camera[number] + 1]
+            prior[unknowns], sigma[unknowns] = known[name], _KEPT
+    found = np.column_stack([_adjusted(design, values[:, c], prior[:, c], sigma) for c in range(3)])
+    if known.keys().isdisjoint(names):
+        found[:k] -= found[:k].mean(0)
+    return PhotoGains(found[:k], found[k:].reshape(-1, 2, 3)[camera])
 
 
 def _differences(usable: Bool, pictures: CellPictures, camera: Array) -> tuple[Float, Float]:
@@ -76,13 +92,14 @@ def _differences(usable: Bool, pictures: CellPictures, camera: Array) -> tuple[F
     return np.concatenate(rows), np.concatenate(values)
 
 
-def _adjusted(design: Float, value: Float, sigma: Float) -> Float:
-    """Robust least squares with zero as prior value of every unknown, of standard deviation `sigma`."""
-    found: Float = np.zeros(design.shape[1])
+def _adjusted(design: Float, value: Float, prior: Float, sigma: Float) -> Float:
+    """Robust least squares with prior values of the unknowns, of standard deviation `sigma`."""
+    found: Float = prior.copy()
     for _ in range(_ROUNDS):
         residual = value - design @ found
         scale = max(1.4826 * float(np.median(np.abs(residual))), _NOISE) if len(value) else _NOISE
         weight = 1.0 / (1.0 + (residual / (_CAUCHY * scale)) ** 2)
         normal = design.T @ (design * weight[:, None]) / scale**2 + np.diag(sigma**-2.0)
-        found = np.asarray(np.linalg.solve(normal, design.T @ (weight * value) / scale**2), np.float64)
+        right = design.T @ (weight * value) / scale**2 + prior * sigma**-2.0
+        found = np.asarray(np.linalg.solve(normal, right), np.float64)
     return found

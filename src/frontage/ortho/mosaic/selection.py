@@ -2,14 +2,17 @@
 
 A cell costs the logarithm of the quality that the photo falls short of the best one there (pixel density,
 frontality, distance from the border of the photo), its disagreement with the other photos, and something for
-light or shadow that the photo does not resolve. A seam costs its length and more where the photos at its
-sides disagree and where the wall has contrast: inside openings, whose reflections differ, and along edges.
+light or shadow that the photo does not resolve. The quality of a photo is the same in all cells of a window,
+and reflections cost too, so that one photo with little reflection shows all of it. A seam costs its length
+and more where the photos at its sides disagree and where the wall has contrast: inside openings, whose
+reflections differ, and along edges.
 """
 
 import numpy as np
 
 from frontage.geometry.arrays import Array, Bool
 from frontage.ortho.mosaic.consensus import Disagreement
+from frontage.ortho.mosaic.glass import GlassCost
 from frontage.ortho.views import ViewPlan
 from frontage.solve.labelling import label_grid
 
@@ -21,11 +24,12 @@ _UNEXPOSED = 3.0  # of a cell that is saturated or black
 _HIDDEN = 200.0  # of a cell that the photo does not show: more than any detour around it
 
 
-def choose_photos(plan: ViewPlan, disagreement: Disagreement, exposed: Bool) -> Array:
+def choose_photos(plan: ViewPlan, disagreement: Disagreement, exposed: Bool, glass: GlassCost) -> Array:
     """Returns the photo (h, w) int16 of every cell, an index into `plan.photos`; -1 where none sees it."""
     seen = plan.quality > 0
     best = np.maximum(plan.quality.max(0), np.float32(1e-30))
     cost = np.log(best / np.where(seen, plan.quality, best))
+    cost = glass.of_whole_openings(cost)
     cost += disagreement.cost + np.where(exposed, np.float32(0.0), np.float32(_UNEXPOSED))
     cost = np.where(seen, cost, np.float32(_HIDDEN))
     cost[:, ~seen.any(0)] = 0.0

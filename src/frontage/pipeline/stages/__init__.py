@@ -5,6 +5,7 @@ depends on. `STAGES` is the order of work; a new stage is a new file and a line 
 """
 
 from frontage.pipeline.stages import (
+    bim,
     buildings,
     crossbars,
     drawings,
@@ -39,5 +40,6 @@ STAGES = (
     export.STAGE,
     tables.STAGE,
     elevations.STAGE,
+    bim.STAGE,
     report.STAGE,
 )

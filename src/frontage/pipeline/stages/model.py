@@ -1,8 +1,8 @@
 """The stage `model`: measured facades and the city model become LoD3 buildings (paper B, section 3.2)."""
 
 from collections import defaultdict
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from typing import Any
 
 import cv2
@@ -19,19 +19,16 @@ from frontage.exports import (
     render_model,
     texture_path,
 )
-from frontage.io.citymodels.citygml.write import write_citygml
-from frontage.io.citymodels.cityjson.write import write_cityjson
+from frontage.exports.tiles import building_tile
 from frontage.io.citymodels.read import read_city_model
-from frontage.io.meshes.glb import GlbMesh, glb_of
 from frontage.model import Building, Elements, Facade, Failed
 from frontage.model.citymodel import CityBuilding, Shell
 from frontage.pipeline.groundplans import ground_plans
+from frontage.pipeline.modelfiles import Made, write_model
 from frontage.pipeline.pictures import wall_picture
 from frontage.pipeline.stage import After, Job, Stage, attempt
-from frontage.pipeline.store.files import write_json
 from frontage.pipeline.store.records import BuildingRecord
 from frontage.pipeline.store.results import StageResult, StageWarning
-from frontage.pipeline.store.store import Store
 from frontage.solids import (
     Assembled,
     BuildOptions,
@@ -77,23 +74,6 @@ class Measured:
 
     fronts: tuple[Front, ...]
     pictures: tuple[FacadePicture, ...]
-
-
-@dataclass(frozen=True, eq=False)
-class Made:
-    """What goes into the files for one building; `failed`: what does not, and why.
-
-    textures  pictures that its walls show, by path relative to the city model
-    """
-
-    id: str
-    buildings: tuple[CityBuilding, ...] = ()
-    textures: Mapping[str, bytes] = field(default_factory=dict)
-    mesh: GlbMesh | None = None
-    picture: bytes = b""
-    about: Mapping[str, Any] | None = None
-    failed: tuple[Failed, ...] = ()
-    measured: tuple[str, ...] = field(default=())
 
 
 def tasks(job: Job) -> dict[str, BuildingTask]:
@@ -156,7 +136,7 @@ def join(job: Job, parts: list[Made]) -> ModelResult:
     """Write all files of the model; without any building, none."""
     built = [made for made in parts if made.buildings]
     if built:
-        _write(job.store, built)
+        write_model(job.store, built)
     return ModelResult(
         items=sum(len(made.buildings) for made in parts),
         buildings=tuple(b.id for made in parts for b in made.buildings),
@@ -179,6 +159,7 @@ def _made(
         tuple(painted(one, measured.pictures, reach) for one in whole),
         pictures,
         building_mesh(found, measured.pictures, reach),
+        building_tile(found, measured.pictures, fronts, reach, fronts[0][0].world),
         png,
         _about(found, fronts),
         found.failed,
@@ -228,22 +209,6 @@ def _joined(records: Sequence[BuildingRecord]) -> Building:
     grounds = [p.ground_z for p in parts if np.isfinite(p.ground_z)]
     address = next((p.address for p in parts if p.address), None)
     return replace(parts[0], address=address, ground_z=min(grounds, default=parts[0].ground_z))
-
-
-def _write(store: Store, made: Sequence[Made]) -> None:
-    folder, world = store.model_folder, store.world()
-    buildings = [b for m in made for b in m.buildings]
-    write_cityjson(folder / "lod3.city.json", buildings, world, "Frontage LoD3")
-    write_citygml(folder / "lod3.gml", buildings, world, "Frontage LoD3", "2.0")
-    write_citygml(folder / "lod3_citygml3.gml", buildings, world, "Frontage LoD3", "3.0")
-    write_json(folder / "report.json", {m.id: m.about for m in made})
-    store.wrote(*(folder / n for n in ("lod3.city.json", "lod3.gml", "lod3_citygml3.gml", "report.json")))
-    store.put(folder / "lod3.glb", glb_of([m.mesh for m in made if m.mesh is not None], world))
-    shown = {t.image for b in buildings for shell in b.shells for t in shell.textures.values()}
-    for m in made:
-        for path in sorted(shown & m.textures.keys()):
-            store.put(folder / path, m.textures[path])
-        store.put(folder / "pictures" / f"{m.id}.png", m.picture)
 
 
 def _warnings(made: Made) -> list[StageWarning]:

@@ -3,6 +3,7 @@
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
+from frontage.geometry.arrays import Array
 from frontage.io.photos.photoset import PhotoSet
 from frontage.model import Facade, Failed, OrthoImage, Scan
 from frontage.ortho import make_ortho
@@ -39,10 +40,14 @@ def load(job: Job) -> Seen:
 
 
 def work(job: Job, seen: Seen) -> Made:
-    """Make one picture after the other, so that memory holds one at a time."""
+    """Make one picture after the other, in one look, so that memory holds one at a time."""
     photos: PhotoSet | None = job.payload
+    light: dict[str, Array] = {}
     for facade in seen.facades:
-        yield facade.id, attempt(facade.id, lambda f=facade: _picture(job, seen, f, photos))  # type: ignore[misc]
+        ortho = attempt(facade.id, lambda f=facade, known=light: _picture(job, seen, f, photos, known))  # type: ignore[misc]
+        if isinstance(ortho, OrthoImage):
+            light = {**ortho.light, **light}  # the first facade that a photo shows sets its look
+        yield facade.id, ortho
 
 
 def save(job: Job, made: Made) -> ItemResult:
@@ -79,7 +84,9 @@ def ortho_warnings(name: str, ortho: OrthoImage) -> list[StageWarning]:
     return [*warnings, StageWarning(name, "F303", text, hint)]
 
 
-def _picture(job: Job, seen: Seen, facade: Facade, photos: PhotoSet | None) -> OrthoImage | Failed:
+def _picture(
+    job: Job, seen: Seen, facade: Facade, photos: PhotoSet | None, light: dict[str, Array]
+) -> OrthoImage | Failed:
     assert seen.scan is not None
     images = photos.image if photos else None
     poses = photos.photos if photos else ()
@@ -91,6 +98,7 @@ def _picture(job: Job, seen: Seen, facade: Facade, photos: PhotoSet | None) -> O
         surroundings=seen.surroundings,
         options=job.project.ortho,
         turns=photos.turns if photos else None,
+        light=light,
     )
 
 

@@ -34,7 +34,7 @@ from frontage.io.photos.read import PhotoSource, read_photos
 from frontage.io.rasters.ortho import FILES as ORTHO_FILES
 from frontage.io.rasters.ortho import read_ortho, write_ortho
 from frontage.io.rasters.sidecar import OrthoSidecar, read_sidecar
-from frontage.io.scans.laswrite import write_las
+from frontage.io.scans.laswrite import BUILDING_CLASS, write_las
 from frontage.io.scans.npz import load_scan, save_scan
 from frontage.model import Building, Elements, Facade, OrthoImage, Scan, WorldRef
 from frontage.pipeline.project import Project
@@ -147,7 +147,7 @@ class Store(OrientationFolder):
         self._save_scan(self._building_path(building, ".npz"), cloud)
         index, laz = (self._building_path(building, ending) for ending in (".index.npy", ".laz"))
         write_array(index, own)
-        write_las(laz, cloud.take(own))
+        write_las(laz, cloud.take(own), BUILDING_CLASS)
         self.wrote(index, laz)
         stations = laz.with_name(f"{laz.name}.stations.json")
         if stations.is_file():

@@ -1,0 +1,38 @@
+"""The decoded photos of one facade: every photo is decoded once, and memory is bounded.
+
+Several steps look at the same photo: the comparison with other pictures, its depth, its light, and at last
+the painting. Up to half a gigabyte of pixels stays in memory; further photos go to scratch files, from which
+only the parts that a step looks at are read.
+"""
+
+import tempfile
+
+import numpy as np
+
+from frontage.geometry.arrays import Array
+from frontage.ortho.surface import ImageOf
+from frontage.raster.tiles import IN_MEMORY
+
+
+class DecodedPhotos:
+    """Pictures by the id of their photo, (h, w, 3) uint8, each decoded when it is first asked for."""
+
+    def __init__(self, decode: ImageOf, most_bytes: int = IN_MEMORY) -> None:
+        self._decode = decode
+        self._left = most_bytes
+        self._kept: dict[str, Array] = {}
+
+    def __call__(self, photo: str) -> Array:
+        """Return the picture of a photo; callers must not write to it."""
+        if photo not in self._kept:
+            image = self._decode(photo)
+            self._left -= image.nbytes
+            self._kept[photo] = image if self._left >= 0 else _on_disk(image)
+        return self._kept[photo]
+
+
+def _on_disk(image: Array) -> Array:
+    with tempfile.TemporaryFile(prefix="frontage-photo-") as scratch:
+        band: Array = np.memmap(scratch, image.dtype, "w+", shape=image.shape)
+    band[:] = image
+    return band

@@ -1,0 +1,105 @@
+"""Finds the glazed openings of a relief and the planes of their frames, where the scan got little back.
+
+A laser passes through glass, and what returns from behind it (curtains, furniture, the far wall) is not the
+facade. The frame is: it stands around the glass, within the thickness of the wall, and its bars cross the
+glass. In an opening, everything without a surface of its own therefore lies on the plane of the frame. Drawn
+on the wall or on a curtain instead, bars would tear and frames appear twice.
+"""
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+
+from frontage.geometry.arrays import Array, Bool, Float, Int
+from frontage.ortho.recess import DEEPEST_REVEAL_M, solid_cells
+from frontage.raster import gridding
+
+_WALL_M2 = 3.0  # a continuous surface larger than a door leaf (2 m2) is wall
+_FRAME_M = 0.15  # beside the reveal: frames are 5 to 12 cm wide
+_BIN_M = 0.02  # range of depth that the points of a frame share
+_FEWEST_POINTS = 8  # of a frame
+
+
+@dataclass(frozen=True, eq=False)
+class FilledRelief:
+    """A relief without gaps, by cells (h, w).
+
+    y        float32 m, the surface that pictures are drawn on
+    known    bool, where it was measured
+    opening  int32, number of the opening whose frame or glass a cell shows; 0 = wall
+    """
+
+    y: Array
+    known: Bool
+    opening: Int
+
+
+def fill_openings(
+    y: Array, known: Bool, inside: Bool, points: tuple[Int, Float], *, size: float, step: float
+) -> FilledRelief:
+    """Fills the gaps of a relief y (h, w) m: of the wall by the wall, of openings by their frames.
+
+    `known` are the measured cells, small gaps included, and `inside` those in the outline of the facade.
+    `points` are the flat cell numbers (n,) and the depths (n,) m of all points. Cells are `size` m wide; a
+    difference in depth of more than `step` m is an edge. What was measured behind a frame is left out unless
+    it is a surface as wide as a door.
+    """
+    filled = gridding.nearest_filled(y)
+    filled = np.where(np.isfinite(filled), filled, 0.0).astype(np.float32)
+    wall = _wall_depth(filled, known, size, step)
+    count, opening = cv2.connectedComponents(
+        (inside & (~known | (filled - wall > step))).astype(np.uint8), connectivity=4
+    )
+    frame = _frame_depth(opening, count, wall.ravel(), points, size, step)
+    plane = wall + frame[opening]
+    framed = np.isfinite(plane)
+    behind = framed & known & (filled > plane + step)
+    through = behind & ~solid_cells(behind, np.where(known, filled, np.nan), size, step)
+    own = np.where(known & ~through, filled, np.nan)
+    beside = gridding.nearest_filled(own)
+    glass = framed & ~np.isfinite(own) & (beside <= plane + step)
+    rest = np.where(np.isfinite(own), own, np.where(framed, beside, wall))
+    surface = np.where(glass, plane, rest).astype(np.float32)
+    return FilledRelief(surface, known & ~through, np.where(framed, opening, 0).astype(np.int32))
+
+
+def _wall_depth(filled: Array, known: Bool, size: float, step: float) -> Array:
+    """Depth (h, w) m of the wall in or nearest to every cell: of the large continuous surfaces."""
+    box = np.ones((3, 3), np.uint8)
+    flat = known & (cv2.dilate(filled, box) - cv2.erode(filled, box) <= step)
+    _, piece, stats, _ = cv2.connectedComponentsWithStats(flat.astype(np.uint8), connectivity=4)
+    area = stats[:, cv2.CC_STAT_AREA] * size**2
+    area[0] = 0.0
+    large = area >= min(_WALL_M2, float(area.max()))
+    large[0] = False
+    depth: Array = gridding.nearest_filled(np.where(large[piece], filled, np.nan).astype(np.float32))
+    return np.where(np.isfinite(depth), depth, 0.0).astype(np.float32)
+
+
+def _frame_depth(
+    opening: Int, count: int, wall: Array, points: tuple[Int, Float], size: float, step: float
+) -> Float:
+    """Depth (count,) m behind the wall of the frames of numbered openings; NaN where no frame was measured.
+
+    It is where most points lie beside the reveals, or else in the whole opening.
+    """
+    cell, depth = points
+    which, behind = opening.ravel()[cell], depth - wall[cell]
+    use = (which > 0) & (behind > step) & (behind <= DEEPEST_REVEAL_M)
+    beside = (gridding.distance_to(opening == 0) * size <= _FRAME_M + size).ravel()[cell]
+    border = _mode(which[use & beside], behind[use & beside], count)
+    return np.where(np.isfinite(border), border, _mode(which[use], behind[use], count))
+
+
+def _mode(which: Int, value: Array, count: int) -> Float:
+    """Returns the depth (count,) m where most values (n,) of a label lie: mean of the fullest bins."""
+    bins = int(DEEPEST_REVEAL_M / _BIN_M) + 2
+    flat = which * bins + np.minimum((value / _BIN_M).astype(np.int64), bins - 1)
+    n = np.bincount(flat, minlength=count * bins).reshape(count, bins)
+    total = np.bincount(flat, value, count * bins).reshape(count, bins)
+    n3, total3 = (np.pad(a, ((0, 0), (1, 1))) for a in (n, total))
+    n3, total3 = (a[:, :-2] + a[:, 1:-1] + a[:, 2:] for a in (n3, total3))
+    best = np.arange(count), np.argmax(n3, axis=1)
+    mean = total3[best] / np.maximum(n3[best], 1)
+    return np.where(n3[best] >= _FEWEST_POINTS, mean, np.nan)

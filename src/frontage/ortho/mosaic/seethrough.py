@@ -1,0 +1,112 @@
+"""Asks the photos whether the wall can be seen where the scan says that something stands before it.
+
+Between the leaves of a tree the wall shows, in other places from every photo, and a car may have left. Where
+no photo is clear, the colour of each photo is either that of the wall, which is the same in all photos that
+see it and likely on this facade, or that of what stands before it. Both distributions, and how often the scan
+is wrong, are learned where another photo is clear and shows what the wall looks like. The probability of the
+wall follows by Bayes' rule, with the colour of every photo in turn as that of the wall.
+"""
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+
+from frontage.geometry.arrays import Array, Bool, Float
+
+_BINS = 16  # of the codes of a channel
+_SAME = 5.7  # standard deviations within which 99.9 % of two colours of one surface lie, in three channels
+_FEWEST = 200  # cells from which the colours of occluders are learned
+_BLUR = 0.7  # bins, sigma
+_FLOOR = 0.02  # share of colours that were never seen before, all alike
+_WINDOW = 3  # cells over which log odds are averaged
+_ODDS = np.log(3.0)  # of wall against occluder, from which on the wall is painted
+_MOST_ODDS = 5.0  # of one cell, so that most of its neighbours decide and not a single one
+_RANGE = (0.02, 0.5)  # of the share of cells in which the wall shows although the scan hides it
+
+
+@dataclass(frozen=True, eq=False)
+class _Colours:
+    """A density of colours, per unit of the cube of codes 0..1."""
+
+    table: Array
+
+    @classmethod
+    def of(cls, codes: Array) -> "_Colours":
+        """The density of colours (n, 3), blurred, with a floor."""
+        flat = np.ravel_multi_index(tuple(_bin(codes).T), (_BINS,) * 3)
+        count = np.bincount(flat, minlength=_BINS**3).reshape((_BINS,) * 3).astype(np.float32)
+        for axis in range(3):
+            moved = np.ascontiguousarray(np.moveaxis(count, axis, 0)).reshape(_BINS, -1)
+            moved = cv2.GaussianBlur(moved, (1, 7), sigmaX=0.01, sigmaY=_BLUR)
+            count = np.moveaxis(moved.reshape((_BINS,) * 3), 0, axis)
+        share = count / max(float(count.sum()), 1e-6)
+        return cls((1.0 - _FLOOR) * share * _BINS**3 + _FLOOR)
+
+    def __call__(self, codes: Array) -> Array:
+        """The density (...) at colours (..., 3)."""
+        return np.asarray(self.table[tuple(np.moveaxis(_bin(codes), -1, 0))])
+
+
+def see_through(codes: Array, wall: Array, sigma: Array, clear: Bool, behind: Bool, glass: Bool) -> Bool:
+    """Returns the cells (k, h, w) in which photos show the wall although the scan puts something before it.
+
+    `codes` (k, h, w, 3) are the colours of the photos, in one light; `wall` (h, w, 3) is that of the wall
+    with its standard deviation `sigma` (h, w) where photos are `clear` (k, h, w); `behind` (k, h, w) are the
+    cells in question, and `glass` (h, w) tells openings from wall. Only cells without a clear photo are
+    judged.
+    """
+    known = clear.any(0)
+    judged = behind & ~known
+    through = np.zeros_like(behind)
+    learned = behind & known
+    if not judged.any() or learned.sum() < _FEWEST:
+        return through
+    spread = float(np.median(sigma[known]))
+    off = np.linalg.norm(codes - wall, axis=-1)
+    same = off < _SAME * np.maximum(sigma, spread)
+    seen = float(np.clip((learned & same).sum() / learned.sum(), *_RANGE))
+    if (learned & ~same).sum() < _FEWEST:
+        return through
+    before = _Colours.of(codes[learned & ~same])
+    odds = np.full(behind.shape, -20.0, np.float32)
+    for kind in (False, True):
+        cells = judged.any(0) & (glass == kind)
+        sample = known & (glass == kind)
+        if cells.any() and sample.any():
+            own = _Colours.of(wall[sample])
+            odds[:, cells] = _log_odds(codes[:, cells], judged[:, cells], own, before, spread, seen)
+    limited = np.where(judged, np.clip(odds, -_MOST_ODDS, _MOST_ODDS), 0.0).astype(np.float32)
+    smooth = np.stack([cv2.blur(o, (_WINDOW, _WINDOW)) for o in limited])
+    return np.asarray(judged & (smooth > _ODDS))
+
+
+def _log_odds(
+    codes: Array, judged: Bool, own: _Colours, before: _Colours, sigma: float, seen: float
+) -> Float:
+    """Log odds (k, n) that photos of colours (k, n, 3) show the wall; without `judged` (k, n) ones -20."""
+    k = len(codes)
+    other = np.where(judged, before(codes), 1.0)
+    variance = 2.0 * sigma**2  # of the difference of two photos
+    peak = (2.0 * np.pi * variance) ** -1.5
+    total = np.zeros(codes.shape[1])  # weights of all ways: no photo sees the wall, or it looks as in photo i
+    mine = np.zeros(codes.shape[:2])
+    none = np.where(judged, (1.0 - seen) * other, 1.0).prod(0)
+    total += none
+    for i in range(k):
+        off = ((codes - codes[i]) ** 2).sum(-1)
+        like = seen * peak * np.exp(-0.5 * off / variance)
+        unlike = (1.0 - seen) * other
+        share = np.where(judged, like / (like + unlike), 0.0)
+        share[i] = judged[i]
+        every = np.where(judged, like + unlike, 1.0)
+        every[i] = np.where(judged[i], seen * own(codes[i]), 0.0)
+        weight = every.prod(0)
+        total += weight
+        mine += weight * share
+    chance = np.clip(mine / np.maximum(total, 1e-300), 1e-9, 1.0 - 1e-9)
+    return np.where(judged, np.log(chance) - np.log1p(-chance), -20.0)
+
+
+def _bin(codes: Array) -> Array:
+    return np.clip((codes * _BINS).astype(np.int64), 0, _BINS - 1)

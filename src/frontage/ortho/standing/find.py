@@ -1,0 +1,150 @@
+"""Finds the things that stand free before a facade, from the points between it and the street.
+
+Points in front of the wall and above the ground are joined in cubes of a quarter of a metre. A group that
+the wall holds belongs to the facade (a balcony, an awning), and a large upright plane is a neighbour's wall.
+The rest are occluders, each with the smallest box that stands upright.
+"""
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from scipy import ndimage
+
+from frontage.geometry.arrays import Float, Int
+from frontage.model import Facade, Scan
+from frontage.model.occluder import Occluder
+from frontage.ortho.standing.kinds import chances
+
+_CUBE_M = 0.25
+_CUBE_SPACINGS = 3.0
+_BEFORE_M = 0.3  # of the wall, deeper than cornices and sills
+_TOUCH_M = 0.6  # before the plane: what lies so near may be held by the wall
+_TOUCHING = 0.2  # share of the cubes of a group so near the wall, from which it belongs to the facade,
+_HELD = 0.02  # and from which it does when it does not stand on the ground
+_ABOVE_GROUND_M = 1.0
+_STREET_M = 12.0  # before the facade, what is farther hides little of it
+_BESIDE_M = 1.0  # what stands so far beside the facade still counts
+_AROUND_M = 5.0  # points so far beside it are looked at, so that no tree is cut
+_GROUND_M = 0.25  # above the ground, higher than kerbs
+_GROUND_CELL_M = 1.0
+_GROUND_CELLS = 5  # wide windows over which the lowest points are the ground: cars are 2 m wide
+_FEWEST_POINTS = 20
+_SMALLEST_M = 0.3  # extent in height
+_WALL_M2 = 8.0  # an upright plane larger than any sign or side of a car
+_MOSTLY = 0.7  # share of the points of a group on such a plane
+_FLAT_M = 0.15  # of a plane, from its middle
+_NEIGHBOURHOOD_M = 0.5
+
+
+@dataclass(frozen=True)
+class _Group:
+    """Points (n, 3) m in the facade frame with their heights (n,) m above the ground."""
+
+    xyz: Float
+    height: Float
+
+
+def find_standing(facade: Facade, scan: Scan) -> tuple[Occluder, ...]:
+    """Returns what stands free within 12 m before a facade, from left to right."""
+    xyz = facade.frame.inverse.apply(scan.xyz)
+    (x0, _), (x1, z1) = facade.outline.min(0), facade.outline.max(0)
+    near = (xyz[:, 1] > -_STREET_M) & (xyz[:, 1] < _TOUCH_M)
+    near &= (xyz[:, 0] > x0 - _AROUND_M) & (xyz[:, 0] < x1 + _AROUND_M) & (xyz[:, 2] < z1 + _AROUND_M)
+    xyz = xyz[near]
+    if len(xyz) < _FEWEST_POINTS:
+        return ()
+    height = xyz[:, 2] - _ground(xyz)
+    before = (xyz[:, 1] < -_BEFORE_M) & (height > _GROUND_M)
+    groups = _groups(_Group(xyz[before], height[before]), max(_CUBE_M, _CUBE_SPACINGS * facade.spacing))
+    beside = [g.xyz[:, 0].max() < x0 - _BESIDE_M or g.xyz[:, 0].min() > x1 + _BESIDE_M for g in groups]
+    found = [
+        _described(g, facade) for g, off in zip(groups, beside, strict=True) if not off and not _is_wall(g)
+    ]
+    found.sort(key=lambda one: float(one.centre[0]))
+    named = [_renamed(one, f"{facade.id}/X{n}") for n, one in enumerate(found, 1)]
+    return tuple(named)
+
+
+def _ground(xyz: Float) -> Float:
+    """Height z (n,) m of the ground below points (n, 3): the lowest points around, smoothed."""
+    at = np.floor((xyz[:, :2] - xyz[:, :2].min(0)) / _GROUND_CELL_M).astype(np.int64)
+    shape = at.max(0) + 1
+    low = np.full(tuple(shape), np.inf)
+    np.minimum.at(low, tuple(at.T), xyz[:, 2])
+    low = ndimage.minimum_filter(low, _GROUND_CELLS, mode="nearest")
+    ceiling = float(np.quantile(low[np.isfinite(low)], 0.9)) if np.isfinite(low).any() else 0.0
+    low = np.minimum(low, ceiling)
+    return np.asarray(ndimage.uniform_filter(low, _GROUND_CELLS, mode="nearest")[tuple(at.T)])
+
+
+def _groups(points: _Group, cube: float) -> list[_Group]:
+    """Joins points whose cubes touch, without small groups and without those that the wall holds."""
+    if not len(points.xyz):
+        return []
+    at: Int = np.floor((points.xyz - points.xyz.min(0)) / cube).astype(np.int64)
+    filled = np.zeros(tuple(at.max(0) + 1), bool)
+    filled[tuple(at.T)] = True
+    number, _ = ndimage.label(filled, np.ones((3, 3, 3)))
+    mine = number[tuple(at.T)]
+    order = np.argsort(mine, kind="stable")
+    out = []
+    for index in np.split(order, np.flatnonzero(np.diff(mine[order])) + 1):
+        xyz = points.xyz[index]
+        if len(index) < _FEWEST_POINTS or np.ptp(xyz[:, 2]) < _SMALLEST_M:
+            continue
+        _, first = np.unique(at[index], axis=0, return_index=True)
+        stands = points.height[index].min() < _ABOVE_GROUND_M
+        if (xyz[first, 1] > -_TOUCH_M).mean() < (_TOUCHING if stands else _HELD):
+            out.append(_Group(xyz, points.height[index]))
+    return out
+
+
+def _is_wall(group: _Group) -> bool:
+    """Whether most of a group is one large upright plane: the wall of a neighbour."""
+    plan = group.xyz[:, :2] - np.median(group.xyz[:, :2], axis=0)
+    _, _, axes = np.linalg.svd(plan[:: max(1, len(plan) // 2000)], full_matrices=False)
+    along, across = plan @ axes[0], plan @ axes[1]
+    flat = np.abs(across - np.median(across)) < _FLAT_M
+    low, high = np.quantile(along, [0.02, 0.98])
+    area = (high - low) * np.ptp(group.xyz[:, 2])
+    return bool(flat.mean() > _MOSTLY and area > _WALL_M2)
+
+
+def _described(group: _Group, facade: Facade) -> Occluder:
+    """The occluder of a group, without an id."""
+    (x, y), (a, b), angle = cv2.minAreaRect(group.xyz[:, :2].astype(np.float32))
+    length, width = max(a, b), min(a, b)
+    heading = np.radians(angle if a >= b else angle + 90.0)
+    heading = float((heading + np.pi / 2) % np.pi - np.pi / 2)
+    low, high = float(group.xyz[:, 2].min()), float(group.xyz[:, 2].max())
+    on_ground = float(group.height.min()) < 2.0 * _GROUND_M
+    bottom = low - float(group.height.min()) if on_ground else low
+    kinds = chances(length, width, high - low, float(group.height.max()), _roundness(group.xyz))
+    return Occluder(
+        "",
+        kinds,
+        np.array([x, y, 0.5 * (bottom + high)]),
+        np.array([length, width, high - bottom]),
+        heading,
+        float(facade.spacing / np.sqrt(12.0)),
+        len(group.xyz),
+    )
+
+
+def _roundness(xyz: Float) -> float:
+    """Median share of the smallest principal variance of the points (n, 3) in cubes of half a metre."""
+    key = np.floor(xyz / _NEIGHBOURHOOD_M).astype(np.int64)
+    _, inverse, count = np.unique(key, axis=0, return_inverse=True, return_counts=True)
+    inverse = inverse.ravel()
+    mean = np.stack([np.bincount(inverse, xyz[:, c]) for c in range(3)], 1) / count[:, None]
+    off = xyz - mean[inverse]
+    spread = np.stack([np.bincount(inverse, off[:, i] * off[:, j]) for i in range(3) for j in range(3)], 1)
+    values = np.linalg.eigvalsh((spread / count[:, None]).reshape(-1, 3, 3)[count >= 5])
+    if not len(values):
+        return 1e-3
+    return float(np.median(values[:, 0] / np.maximum(values.sum(1), 1e-12)))
+
+
+def _renamed(one: Occluder, name: str) -> Occluder:
+    return Occluder(name, one.chances, one.centre, one.size, one.heading, one.sigma, one.points)

@@ -1,0 +1,76 @@
+"""What stands before a facade: found, boxed and named; what the wall holds is no occluder."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import ortho_wall as wall
+from frontage.io.rasters.occluders import read_occluders, write_occluders
+from frontage.model import Scan
+from frontage.ortho.standing.find import find_standing
+
+GROUND = -3.0
+
+
+def surface(low, high, step=0.04):
+    """Points on the sides and the top of a box, all in the facade frame."""
+    low, high = np.array(low, float), np.array(high, float)
+    axes = [np.arange(a, b, step) for a, b in zip(low, high, strict=True)]
+    faces = []
+    for axis in range(3):
+        for end in (low, high):
+            rest = [axes[i] if i != axis else np.array([end[axis]]) for i in range(3)]
+            faces.append(np.stack(np.meshgrid(*rest, indexing="ij"), -1).reshape(-1, 3))
+    return np.concatenate(faces)
+
+
+@pytest.fixture(scope="module")
+def street():
+    facade = wall.facade(14.0, 6.0, spacing=0.04)
+    rng = np.random.default_rng(0)
+    crown = rng.normal(0.0, 0.8, (4000, 3)) * [1, 1, 1.2] + [5.0, -4.0, 1.5]
+    ground = np.stack(np.meshgrid(np.arange(-7, 7, 0.1), np.arange(-10, 0, 0.1), [GROUND]), -1).reshape(-1, 3)
+    front = np.stack(np.meshgrid(np.arange(-7, 7, 0.05), [0.0], np.arange(-3, 3, 0.05)), -1).reshape(-1, 3)
+    turn, height = rng.uniform(0, 2 * np.pi, 1500), rng.uniform(0, 1.72, 1500)
+    radius = 0.22 * np.sqrt(1.0 - (height / 1.72 - 0.5) ** 2) + rng.normal(0.0, 0.02, 1500)
+    person = np.column_stack(
+        [0.75 + radius * np.cos(turn), -1.8 + 0.7 * radius * np.sin(turn), GROUND + height]
+    )
+    things = {
+        "car": surface((-6.0, -5.0, GROUND), (-1.8, -3.2, GROUND + 1.5)),
+        "person": person,
+        "tree": np.concatenate([crown, surface((4.9, -4.1, GROUND), (5.1, -3.9, 0.5))]),
+        "balcony": surface((1.5, -1.2, 0.0), (3.5, -0.2, 1.1)),
+    }
+    xyz = np.concatenate([ground, front, *things.values()])
+    return facade, Scan("street", facade.frame.apply(xyz), facade.world)
+
+
+def test_things_are_named_and_the_balcony_is_none(street):
+    found = find_standing(*street)
+    assert [one.kind for one in found] == ["car", "person", "tree"]
+    assert all(0.7 < one.confidence <= 1.0 for one in found)
+    assert [one.id for one in found] == ["B01/F1/X1", "B01/F1/X2", "B01/F1/X3"]
+
+
+def test_the_box_of_a_car_is_that_of_the_car(street):
+    car = find_standing(*street)[0]
+    assert np.allclose(car.centre, [-3.9, -4.1, GROUND + 0.75], atol=0.1)
+    assert np.allclose(car.size, [4.2, 1.8, 1.5], atol=0.15)
+    assert abs(np.sin(car.heading)) < 0.02
+    assert np.allclose(car.corners.min(0), [-6.0, -5.0, GROUND], atol=0.15)
+
+
+def test_a_street_without_anything_has_no_occluders(street):
+    facade, _ = street
+    assert find_standing(facade, wall.wall_cloud(facade)) == ()
+
+
+def test_occluders_are_written_and_read_back(street, tmp_path: Path):
+    facade, scan = street
+    found = find_standing(facade, scan)
+    write_occluders(tmp_path / "occluders.json", found, facade)
+    again = read_occluders(tmp_path / "occluders.json")
+    assert [one.kind for one in again] == [one.kind for one in found]
+    assert np.allclose(again[0].corners, found[0].corners, atol=1e-3)
