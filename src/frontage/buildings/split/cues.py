@@ -33,7 +33,7 @@ _BELOW_EAVES = 0.2  # mean number of occupied height bins above, from which a he
 _UNLIKE = 0.5  # mean square difference of levelled row profiles: a correlation of 3/4
 _LEAST_OWN = 0.02  # the least mean square difference between the halves of one side
 _RHYTHM_GAIN = 2.0  # standard errors per ratio of the spreads
-_OF_WINGS = ("eaves", "rough", "rhythm")  # cues that wings under one cornice give as neighbours do
+_OF_WINGS = ("eaves", "rough")  # cues that wings under one cornice give as neighbours do
 
 
 def compare_sides(
@@ -42,7 +42,8 @@ def compare_sides(
     """Returns the cues (name: standard errors) that part two sides, and whether the eaves suffice alone.
 
     Where one cornice runs over both sides they are one building's wings as a rule: parapets, relief and
-    openings differ between wings, so only the plane and the surface tell of a neighbour there.
+    openings differ between wings, so only the plane and the surface tell of a neighbour there, and another
+    rhythm where the surface changes beyond doubt.
 
     spread (p,): of every channel within a house
     """
@@ -66,7 +67,9 @@ def compare_sides(
     if t > _HINT:
         cues["rhythm"] = t
     if common:
-        cues = {name: t for name, t in cues.items() if name not in _OF_WINGS}
+        painted = cues.get("surface", 0.0) > SURE  # neighbours paint each their own house
+        wings = _OF_WINGS if painted else (*_OF_WINGS, "rhythm")
+        cues = {name: t for name, t in cues.items() if name not in wings}
     return cues, alone
 
 
