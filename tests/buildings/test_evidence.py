@@ -10,12 +10,13 @@ from frontage.buildings.split.verdict import Verdict, judge_cut
 _N, _LOW, _HIGH = 80, 10.0, 12.0  # bins; m, eaves left and right of bin 40
 
 
-def _verdict(empty: bool, cornice: float = 0.0, wings: bool = False) -> Verdict:
+def _verdict(empty: bool, cornice: float = 0.0, wings: bool = False, paint: float = 0.0) -> Verdict:
     """Judges a step of the eaves at bin 40.
 
     empty    whether nothing was measured above the lower side
     cornice  m, by which a moulding projects below the lower eaves on both sides
     wings    whether the right side is rougher and has its openings at other heights
+    paint    Delta E, by which the right side has another colour
     """
     n, rows = _N, round(_HIGH / BIN_M)
     top = np.repeat([_LOW, _HIGH], n // 2)
@@ -32,9 +33,10 @@ def _verdict(empty: bool, cornice: float = 0.0, wings: bool = False) -> Verdict:
         for first, step in ((0, 0), (n // 2, 6)):
             walls[first : first + n // 2, 4 + step : 10 + step] = 0.0
             walls[first : first + n // 2, 20 + step : 26 + step] = 0.0
-    profile = FrontProfile(
-        0.0, flat, top, rough, np.full((n, 6), np.nan), nothing, walls, relief, 0.0, flat + 100
-    )
+    colour = np.full((n, 6), np.nan)
+    if paint:
+        colour = np.repeat([50.0, 50.0 + paint], n // 2)[:, None] * np.ones(6)
+    profile = FrontProfile(0.0, flat, top, rough, colour, nothing, walls, relief, 0.0, flat + 100)
     signal, kinds = channels(profile)
     evidence = SplitEvidence(profile, signal, kinds, np.full_like(signal, 0.05), [], 0.25)
     return judge_cut(evidence, [n // 2], 0)
@@ -61,3 +63,9 @@ def test_wings_under_one_cornice_may_differ_in_relief_and_openings() -> None:
     found = _verdict(empty=False, cornice=0.4, wings=True)
     assert not found.cues
     assert not found.convincing
+
+
+def test_houses_under_one_cornice_differ_in_paint_and_openings() -> None:
+    found = _verdict(empty=False, cornice=0.4, wings=True, paint=30.0)
+    assert {"surface", "rhythm"} == set(found.cues)
+    assert found.convincing
