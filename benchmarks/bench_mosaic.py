@@ -11,6 +11,8 @@ true facades and true poses. Every line of the table is the median over facades 
 - colour: mean difference (CIE Lab) to the facade in even light after one gain per channel
 - shift: median displacement against the true ortho-image, px
 
+A last line tells how many of the things before the facades are in their `occluders.json`.
+
     python benchmarks/bench_mosaic.py [--quick] [--views DIR]
 
 `--quick` takes the first street only; `--views` writes the pictures as PNG.
@@ -26,6 +28,7 @@ import numpy as np
 from _common import bootstrap, figure, table
 from _mosaics import CASES, Single, Street, front, record, seen_wall, single_photos
 from _mosaicscore import figures
+from _standing import StandingScore
 from frontage.geometry.arrays import Array
 from frontage.model import NOT_SEEN, Facade, OrthoImage
 from frontage.ortho import OrthoOptions, make_ortho
@@ -95,10 +98,13 @@ def opencv_pieces(singles: list[Single]) -> Mosaic:
     return np.clip(blended[..., ::-1], 0, 255).astype(np.uint8), source
 
 
-def measure(case_name: str, street: Street, house: int, views: Path | None) -> dict[str, dict[str, float]]:
-    """The figures of all methods on one facade."""
+def measure(
+    case_name: str, street: Street, house: int, views: Path | None, standing: StandingScore
+) -> dict[str, dict[str, float]]:
+    """The figures of all methods on one facade; `standing` counts what stands before it."""
     facade = front(street, house)
     ortho = made(street, facade)
+    standing.add(street, facade, ortho.occluders)
     truth = seen_wall(street, house, ortho)
     singles = single_photos(street, facade, OPTIONS)
     shown: dict[str, Mosaic] = {
@@ -124,9 +130,10 @@ def save(folder: Path, name: str, shown: dict[str, Mosaic]) -> None:
 
 def main(streets: Iterator[tuple[str, Street]], views: Path | None) -> None:
     found: dict[str, list[dict[str, float]]] = {}
+    standing = StandingScore()
     for name, street in streets:
         for house in range(len(street.scene.houses)):
-            for method, one in measure(name, street, house, views).items():
+            for method, one in measure(name, street, house, views, standing).items():
                 found.setdefault(method, []).append(one)
                 print(f"{name} house {house} {method}: " + ", ".join(f"{k} {v:.3g}" for k, v in one.items()))
     rows = []
@@ -139,6 +146,7 @@ def main(streets: Iterator[tuple[str, Street]], views: Path | None) -> None:
         rows.append(row)
     count = len(next(iter(found.values())))
     table(f"Mosaics of {count} simulated facades at {GSD * 100:g} cm", ["method", *FIGURES], rows)
+    print(f"\nTrees, cars, lamps and people before them: {standing}")
 
 
 if __name__ == "__main__":
