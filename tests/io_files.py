@@ -172,17 +172,29 @@ def write_photos(folder: Path) -> Path:
     return folder
 
 
+def write_pcd(path: Path, xyz: np.ndarray) -> Path:
+    """A binary PCD file of points (n, 3) in double precision."""
+    head = (
+        "# .PCD v0.7\nVERSION 0.7\nFIELDS x y z\nSIZE 8 8 8\nTYPE F F F\nCOUNT 1 1 1\n"
+        f"WIDTH {len(xyz)}\nHEIGHT 1\nVIEWPOINT 0 0 0 1 0 0 0\nPOINTS {len(xyz)}\nDATA binary\n"
+    )
+    path.write_bytes(head.encode() + np.ascontiguousarray(xyz, "<f8").tobytes())
+    return path
+
+
 def whole_files(folder: Path) -> dict[str, Path]:
     """One good file of every scan format, by suffix."""
     folder.mkdir(parents=True, exist_ok=True)
     scan = cloud(2000)
-    files = {k: folder / f"good{k}" for k in (".laz", ".las", ".ply", ".e57", ".ptx", ".xyz", ".csv")}
+    kinds = (".laz", ".las", ".ply", ".pcd", ".e57", ".ptx", ".xyz", ".csv")
+    files = {k: folder / f"good{k}" for k in kinds}
     write_las(files[".laz"], scan)
     write_las(files[".las"], scan)
     write_ply(files[".ply"], scan)
     write_e57(files[".e57"])
     files[".ptx"].write_text(ptx_text(30, 40))
     world = scan.world.to_world(scan.xyz)
+    write_pcd(files[".pcd"], world)
     np.savetxt(files[".xyz"], world, fmt="%.4f")
     np.savetxt(files[".csv"], world, fmt="%.4f", delimiter=",", header="x,y,z", comments="")
     files["points3D.bin"] = write_colmap_binary(folder / "binary") / "points3D.bin"
