@@ -237,6 +237,8 @@ SEEDS = (
     Seed("PTX", "scan", ("text",), _text("scan.ptx", lambda: io_files.ptx_text(colour=True, scans=2))),
     Seed("PLY ascii", "scan", ("text",), _ascii_ply),
     Seed("PLY binary", "scan", ("head",), _scan(".ply", write_ply)),
+    Seed("PCD", "scan", ("head",),
+         lambda folder: io_files.write_pcd(folder / "scan.pcd", io_files.cloud(60).xyz)),
     Seed("XYZ", "scan", ("text",), _table("scan.xyz", "", " ")),
     Seed("CSV", "scan", ("text",), _table("scan.csv", "x,y,z,intensity", ",")),
     Seed("npz", "scan", ("npz",), _scan(".npz", save_scan)),

@@ -20,7 +20,8 @@ _MB = 1 << 20
 _NEEDED = (
     "pye57", "laspy", "lazrs", "lxml.etree", "shapely", "pyproj", "tifffile", "PIL.Image", "sqlite3",
     "frontage.io.scans.las", "frontage.io.scans.e57", "frontage.io.scans.ply", "frontage.io.scans.xyz",
-    "frontage.io.scans.ptx", "frontage.io.citymodels.citygml.read", "frontage.io.citymodels.geopackage",
+    "frontage.io.scans.ptx", "frontage.io.scans.pcd", "frontage.io.citymodels.citygml.read",
+    "frontage.io.citymodels.geopackage",
     "frontage.io.citymodels.cityjson.read", "frontage.io.citymodels.geojson",
     "frontage.io.shapes.gmlfile", "frontage.io.shapes.jsonfile",
 )  # fmt: skip
