@@ -117,6 +117,7 @@ def broken() -> dict[str, bytes]:
         "no data": b"VERSION 0.7\nFIELDS x y z\n",
         "no coordinates": head("ascii").replace("x y z", "a b c").encode(),
         "odd size": head("ascii").replace("SIZE 4", "SIZE 3").encode(),
+        "two heights": head("binary").replace("COUNT 1 1 1", "COUNT 1 1 2").encode() + content("binary") * 2,
         "unknown kind": head("zipped").encode(),
         "another file": b"PK\x03\x04 a zip" + bytes(range(256)) * 8,
         "nothing but gaps": head("ascii", count=2).encode() + b"nan nan nan 0 0 0\n" * 2,

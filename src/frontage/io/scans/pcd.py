@@ -19,6 +19,7 @@ _SIZES = {"F": (4, 8), "I": (1, 2, 4, 8), "U": (1, 2, 4, 8)}
 _HEAD_BYTES, _HEAD_LINES = 10_000, 50  # of a line and of a header; longer ones are damaged
 _FEW_POINTS = 10_000  # enough to decide where a file lies
 _NO_VIEWPOINT = (0.0, 0.0, 0.0)  # what writers state that know none
+_SINGLE = frozenset({"x", "y", "z", "r", "g", "b", "rgb", "rgba"})  # fields that hold one number per point
 _INTENSITY = ("intensity", "reflectivity", "reflectance", "remission", "i")
 _TIME = ("gps_time", "timestamp", "time", "t")
 _LONGEST_RATIO = 132  # a copy of LZF makes at most 264 bytes of two, so no file unpacks to more than that
@@ -83,6 +84,8 @@ def _header(f: BinaryIO) -> _Header:
     columns = list(zip(names, stated["TYPE"], (int(v) for v in stated["SIZE"]), counts, strict=True))
     if any(size not in _SIZES[kind] or count < 0 for _, kind, size, count in columns):
         raise ValueError("its fields have sizes that no number has")
+    if any(count != 1 and name.lower() in _SINGLE for name, _, _, count in columns):
+        raise ValueError("its points have fields of several numbers where one is meant")
     unique = [f"{n}#{k}" if n == "_" or n in names[:k] else n for k, n in enumerate(names)]
     record = [
         (name, f"<{_KINDS[kind]}{size}", () if number == 1 else (number,))
