@@ -1,12 +1,14 @@
 """Executors: order, equality at any number of workers, failures."""
 
 import os
+import signal
 
 import cv2
 import pytest
 
 from frontage.errors import FrontageError
 from frontage.scale import ProcessExecutor, SerialExecutor, make_executor
+from frontage.scale.executor import _undisturbed
 
 
 def square(number: int) -> int:
@@ -58,3 +60,11 @@ def test_a_killed_worker_raises_one_clear_error() -> None:
 def test_fewer_than_one_worker_is_refused() -> None:
     with pytest.raises(ValueError, match="at least 1"):
         make_executor(0)
+
+
+def test_an_interrupt_waits_until_the_workers_have_started() -> None:
+    before, started = signal.getsignal(signal.SIGINT), False
+    with pytest.raises(KeyboardInterrupt), _undisturbed():
+        signal.raise_signal(signal.SIGINT)
+        started = True
+    assert started and signal.getsignal(signal.SIGINT) is before

@@ -14,6 +14,7 @@ import threading
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
+from contextlib import contextmanager
 from multiprocessing.process import BaseProcess
 from types import TracebackType
 from typing import Any, Protocol, Self, TypeVar
@@ -94,7 +95,8 @@ class ProcessExecutor:
     ) -> list[Result]:
         """See `Executor.map`. Raises FrontageError (W300) when a worker dies, mostly for lack of memory."""
         pool = self._started()
-        futures: dict[Future[Result], int] = {pool.submit(task, item): i for i, item in enumerate(items)}
+        with _undisturbed():  # the first task starts the workers
+            futures: dict[Future[Result], int] = {pool.submit(task, item): i for i, item in enumerate(items)}
         pending: set[Future[Result]] = set(futures)
         results: dict[int, Result] = {}
         try:
@@ -147,6 +149,26 @@ def make_executor(workers: int = 1) -> Executor:
     if workers < 1:
         raise ValueError(f"workers must be at least 1, not {workers}")
     return SerialExecutor() if workers == 1 else ProcessExecutor(workers)
+
+
+@contextmanager
+def _undisturbed() -> Iterator[None]:
+    """Puts SIGINT and SIGTERM off until the end of the block.
+
+    A worker whose parent is interrupted while it starts it would end with a traceback.
+    """
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    held: list[int] = []
+    before = {n: signal.signal(n, lambda n, _: held.append(n)) for n in (signal.SIGINT, signal.SIGTERM)}
+    try:
+        yield
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, signal.SIG_DFL if handler is None else handler)
+        if held:
+            signal.raise_signal(held[0])
 
 
 def _quiet_worker() -> None:
