@@ -24,7 +24,7 @@ from frontage.model.citymodel import CityBuilding
 from frontage.solids import BuildOptions, assemble
 from frontage.validation import validate_feature
 from opening_fakes import opening, round_door
-from realdata import data_path
+from realdata import citygml_schema, data_path
 from solids.test_assemble import GROUND, protrusion, wall, window
 
 CJIO = Path(sys.executable).with_name("cjio")
@@ -135,15 +135,7 @@ def test_cityjson_is_valid_by_its_schema_and_openings_have_parents(tmp_path: Pat
 )
 def test_citygml_is_valid_by_its_schema(tmp_path: Path, kind: str, modules: tuple[str, ...]) -> None:
     version = "2.0" if kind == "gml2" else "3.0"
-    folder = data_path(f"schemas/citygml/citygml/{version}/building.xsd").parent
-    imports = "".join(
-        f'<xs:import namespace="http://www.opengis.net/citygml/{m}/{version}" '
-        f'schemaLocation="{(folder / f"{m}.xsd").resolve().as_uri()}"/>'
-        for m in modules
-    )
-    text = f'<xs:schema xmlns:xs="http://www.w3.org/2001/XMLSchema">{imports}</xs:schema>'
-    (tmp_path / "all.xsd").write_text(text)
-    schema = etree.XMLSchema(etree.parse(str(tmp_path / "all.xsd")))
+    schema = citygml_schema(tmp_path, version, modules)
     tree = etree.parse(str(written(tmp_path, kind)))
     assert schema.validate(tree), schema.error_log.last_error
     solid = next(e for e in tree.iter() if str(e.tag).endswith("lod3Solid"))

@@ -21,7 +21,7 @@ from frontage.crossbars.window import Window
 from frontage.geometry.arrays import Array, Float
 from frontage.model import Estimate
 
-# Spacing of a scan that places bars as well as photos do; beside these, sparser ones count less.
+# A scan of this spacing places bars as well as photos do. A sparser one counts less beside photos.
 _DENSE_M = 0.01
 _OBLIQUE = 0.35  # cosine of the angle to the normal at which the sides of bars hide their fronts
 _FRONTAL = 0.75

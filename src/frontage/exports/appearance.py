@@ -1,5 +1,6 @@
 """The pictures of facades on the polygons of a city model."""
 
+from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
@@ -37,16 +38,16 @@ def painted(building: CityBuilding, pictures: Sequence[FacadePicture], reach: fl
 
 
 def _textures(shell: Shell, pictures: Sequence[FacadePicture], reach: float) -> Iterator[tuple[str, Texture]]:
-    names = [s.source_id for s in shell.surfaces]
+    count = Counter(s.source_id for s in shell.surfaces)
     for s in shell.surfaces:
-        if s.semantics in _PAINTED and names.count(s.source_id) == 1:
+        if s.semantics in _PAINTED and count[s.source_id] == 1:
             shares = [_share(s, picture, reach) for picture in pictures]
             if shares and max(shares) >= _COVERED:
                 yield s.source_id, _texture(s, pictures[int(np.argmax(shares))])
 
 
 def _share(surface: Surface, picture: FacadePicture, reach: float) -> float:
-    """Return the share of a polygon that lies before a picture; 0 for one that it cannot show."""
+    """Return the share of a polygon's area that a picture shows; 0 if it faces elsewhere or lies far off."""
     frame = picture.facade.frame
     if newell_normal(surface.ring) @ -frame.R[:, 1] <= FACING_COS:
         return 0.0

@@ -7,6 +7,7 @@ transformation at the middle of the tile: over 50 m it differs from the exact on
 import json
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -73,14 +74,19 @@ def write_tileset(path: Path, tiles: Sequence[Tile], world: WorldRef) -> None:
 
 def _building(tile: Tile, place: "_Place") -> dict[str, Any]:
     """Return a tile whose child replaces it by the next finer level, and so on."""
-    half, middle = (tile.high - tile.low) / 2, (tile.high + tile.low) / 2
-    box = {"box": [*middle.tolist(), *np.diag(half).ravel().tolist()]}
+    box = _box(tile.low, tile.high)
     made: dict[str, Any] | None = None
     for level in reversed(tile.levels):
         made = {"boundingVolume": box, "geometricError": level.error, "content": {"uri": level.uri},
                 **({"children": [made]} if made else {})}  # fmt: skip
     assert made is not None  # a tile has a level
     return {**made, "transform": place.matrix(tile.centre).T.ravel().tolist(), "extras": {"name": tile.name}}
+
+
+def _box(low: Float, high: Float) -> dict[str, Any]:
+    """Return the bounding volume between two corners (3,) m of a tile."""
+    half, middle = (high - low) / 2, (high + low) / 2
+    return {"box": [*middle.tolist(), *np.diag(half).ravel().tolist()]}
 
 
 class _Place:
@@ -105,6 +111,10 @@ class _Place:
                 return
             except CrsError:
                 continue
+
+    @cached_property
+    def _to_geocentric(self) -> Transformer:
+        return Transformer.from_crs(_GEODETIC, _GEOCENTRIC, always_xy=True)
 
     @property
     def heights(self) -> str:
@@ -133,8 +143,7 @@ class _Place:
         """Return the bounding volume of corners (n, 3) m local: a region of the earth, or a box."""
         low, high = corners.min(0), corners.max(0)
         if self._to_degrees is None:
-            half, middle = (high - low) / 2, (high + low) / 2
-            return {"box": [*middle.tolist(), *np.diag(half).ravel().tolist()]}
+            return _box(low, high)
         eight = np.array(np.meshgrid(*zip(low, high, strict=True))).reshape(3, -1).T
         lon, lat, h = self._degrees(eight).T
         west, south, east, north = np.radians([lon.min(), lat.min(), lon.max(), lat.max()]).tolist()
@@ -145,5 +154,4 @@ class _Place:
         return np.column_stack(self._to_degrees.transform(*self._world.to_world(local).T))
 
     def _geocentric(self, local: Float) -> Float:
-        turn = Transformer.from_crs(_GEODETIC, _GEOCENTRIC, always_xy=True)
-        return np.column_stack(turn.transform(*self._degrees(local).T))
+        return np.column_stack(self._to_geocentric.transform(*self._degrees(local).T))

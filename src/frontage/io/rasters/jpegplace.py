@@ -1,9 +1,9 @@
 """What stands beside a JPEG so that other programs know its place and size: world file, GDAL's `.aux.xml`."""
 
 from pathlib import Path
-from xml.sax.saxutils import escape, quoteattr
 
 from frontage.io.files import whole_file
+from frontage.io.rasters.gdalxml import place_xml
 from frontage.io.rasters.geotiff import PRINT_SCALE, Georeference
 
 _DOTS_PER_CM = 2  # unit of the density in a JFIF header
@@ -35,14 +35,5 @@ def with_density(jpeg: bytes, gsd: float) -> bytes:
 
 
 def _pam(about: Georeference) -> str:
-    (x, z), gsd = about.corner, about.gsd
-    name = about.crs_name.replace('"', "'")
-    items = "".join(
-        f"    <MDI key={quoteattr(key)}>{escape(value)}</MDI>\n" for key, value in about.metadata.items()
-    )
-    srs = escape(f'LOCAL_CS["{name}",UNIT["metre",1],AXIS["x",EAST],AXIS["z",NORTH]]')
-    place = ", ".join(repr(float(v)) for v in (x, gsd, 0.0, z, 0.0, -gsd))
-    return (
-        f"<PAMDataset>\n  <SRS>{srs}</SRS>\n  <GeoTransform>{place}</GeoTransform>\n"
-        f"  <Metadata>\n{items}  </Metadata>\n</PAMDataset>\n"
-    )
+    place = place_xml(about.crs_name, "z", about.corner, about.gsd, about.metadata)
+    return f"<PAMDataset>\n{place}</PAMDataset>\n"

@@ -6,9 +6,10 @@ A virtual raster is a small file that refers to the bands in the folder of the f
 import os
 from dataclasses import dataclass
 from pathlib import Path
-from xml.sax.saxutils import escape, quoteattr
+from xml.sax.saxutils import escape
 
 from frontage.io.files import whole_file
+from frontage.io.rasters.gdalxml import place_xml
 from frontage.io.rasters.sidecar import OrthoSidecar
 
 _NAN = "nan"
@@ -48,19 +49,13 @@ def write_virtual(folder: Path, facade_folder: Path, sidecar: OrthoSidecar) -> l
 
 def _text(sidecar: OrthoSidecar, source: str, bands: tuple[_Band, ...]) -> str:
     facade, (w, h), (x, z), gsd = sidecar.facade, sidecar.size, sidecar.corner, sidecar.gsd
-    top = z + sidecar.height_of_zero
-    srs = escape(f'LOCAL_CS["Facade {facade.id} (x right, height up)",UNIT["metre",1],'
-                 'AXIS["x",EAST],AXIS["height",NORTH]]')  # fmt: skip
-    place = ", ".join(repr(float(v)) for v in (x, gsd, 0.0, top, 0.0, -gsd))
     about = {"FACADE": facade.id, "VERTICAL_AXIS": "height above the datum of WORLD_CRS in metres",
              "WORLD_CRS": facade.world.crs or "unknown"}  # fmt: skip
-    items = "".join(f"    <MDI key={quoteattr(k)}>{escape(v)}</MDI>\n" for k, v in about.items())
+    name, corner = f"Facade {facade.id} (x right, height up)", (x, z + sidecar.height_of_zero)
+    place = place_xml(name, "height", corner, gsd, about)
     whole = f'xOff="0" yOff="0" xSize="{w}" ySize="{h}"'
     texts = "".join(_band(k, band, source, whole) for k, band in enumerate(bands, 1))
-    return (
-        f'<VRTDataset rasterXSize="{w}" rasterYSize="{h}">\n  <SRS>{srs}</SRS>\n'
-        f"  <GeoTransform>{place}</GeoTransform>\n  <Metadata>\n{items}  </Metadata>\n{texts}</VRTDataset>\n"
-    )
+    return f'<VRTDataset rasterXSize="{w}" rasterYSize="{h}">\n{place}{texts}</VRTDataset>\n'
 
 
 def _band(number: int, band: _Band, source: str, whole: str) -> str:

@@ -181,9 +181,9 @@ def _lay_out(network: Network, now: _Progress) -> Layout:
 def _degenerate(network: Network, state: State, layout: Layout) -> Bool:
     """The active points (a,) whose rays and rows leave a direction open."""
     rows = layout.rows
-    by_ray = point_derivatives(network, state, rows) / network.images.sigma[rows, None, None]
+    xyz = camera_points(network, state, rows)
+    by_ray = point_derivatives(network, state, rows, xyz) / network.images.sigma[rows, None, None]
     by_row = network.surfaces.direction / network.surfaces.sigma[:, None]
-    length = np.linalg.norm(camera_points(network, state, rows), axis=1)
     nearest = np.full(len(layout.points), np.inf)
-    np.minimum.at(nearest, layout.slot, length)
+    np.minimum.at(nearest, layout.slot, np.linalg.norm(xyz, axis=1))
     return degenerate_points(point_blocks(layout, by_ray, by_row[layout.surface_rows]), nearest)

@@ -39,9 +39,8 @@ from frontage.solids import (
 )
 
 _MARGIN_M = 20.0  # around the scan: buildings of the city model beyond are not read
-_BEYOND_OFFSET_M = (
-    1.0  # than the options let a wall lie from its facade: oriels and recesses show pictures, too
-)
+# Farther than the options let a wall lie from its facade: oriels and recesses show pictures, too.
+_BEYOND_OFFSET_M = 1.0
 _NAMED = 3  # messages of one code that a warning quotes
 
 Front = tuple[Facade, Elements]
