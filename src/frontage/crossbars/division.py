@@ -59,17 +59,21 @@ def joined(lines: Sequence[Line]) -> tuple[Line, ...]:
         if not before:
             whole.append(line)
             continue
-        one = whole[before[0]]
-        runs = np.array([one.extent[1] - one.extent[0], line.extent[1] - line.extent[0]])
-        share = runs / runs.sum()
-        whole[before[0]] = Line(
-            line.axis,
-            float(share @ [one.position, line.position]),
-            (one.extent[0], line.extent[1]),
-            float(share @ [one.width, line.width]),
-            one.evidence + line.evidence,
-        )
+        whole[before[0]] = joined_pieces((whole[before[0]], line))
     return tuple(whole)
+
+
+def joined_pieces(pieces: Sequence[Line]) -> Line:
+    """Returns pieces of one bar as a bar, with the mean of their positions and widths by their lengths."""
+    runs = np.array([line.extent[1] - line.extent[0] for line in pieces])
+    share = runs / runs.sum()
+    return Line(
+        pieces[0].axis,
+        float(share @ [line.position for line in pieces]),
+        (pieces[0].extent[0], pieces[-1].extent[1]),
+        float(share @ [line.width for line in pieces]),
+        float(sum(line.evidence for line in pieces)),
+    )
 
 
 def stepped(one: Layout, other: Layout) -> float:

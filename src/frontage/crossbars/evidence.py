@@ -5,6 +5,7 @@ from dataclasses import replace
 
 from frontage.crossbars.found import WindowEvidence
 from frontage.crossbars.judge import glazing
+from frontage.crossbars.leaded import are_cames
 from frontage.crossbars.observe import Sight, look, observe
 from frontage.crossbars.options import CrossbarOptions
 from frontage.crossbars.pictures import evidence_picture, view_pictures
@@ -44,7 +45,8 @@ def _evidence(sight: Sight, found: tuple[Chosen, float] | None) -> WindowEvidenc
         return WindowEvidence(name, extent, (), None, Glazing(False, depth=sight.depth, note=why))
     chosen, margin = found
     result = glazing(chosen, margin)
-    if chosen.seen.leaded and result.resolved:
-        why = f"a leaded light with small {chosen.seen.leaded}: its cames are not told as bars"
+    leaded = chosen.seen.leaded or ("panes" if are_cames([bar.width for bar in result.bars]) else "")
+    if leaded and result.resolved:
+        why = f"a leaded light with small {leaded}: its cames are not told as bars"
         result = replace(result, resolved=False, bars=(), note=why)
     return WindowEvidence(name, extent, view_pictures(sight), evidence_picture(chosen.seen), result)

@@ -1,38 +1,27 @@
 """The most probable division of a window into panes, by dynamic programming over slicing trees.
 
-A pane is whole, or a bar across all of it divides it in two, or several bars divide it in equal parts.
-Each part is a pane again, so that crosses, fanlights, T layouts and sashes with bars of their own come
-out. A bar is worth its evidence over the length of the pane that it divides, less the nats that it takes
-to describe it.
+A pane is whole, or a bar across all of it divides it in two, or several bars divide it in equal parts, or
+bars both ways that cross each other divide a sash. Each part is a pane again, so that crosses, fanlights, T
+layouts and sashes with bars of their own come out. A bar is worth its evidence over the length of the pane
+that it divides, less the nats that it takes to describe it.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
 
-from frontage.crossbars.division import Layout, Line, stepped
+from frontage.crossbars.candidates import COST, ENDS_M, EQUAL, MOVE_M, Box, Place, candidates
+from frontage.crossbars.division import Layout, Line, joined_pieces, stepped
 from frontage.crossbars.lines import MULLIONS_M, Bars
-from frontage.geometry.arrays import Array, Float
+from frontage.geometry.arrays import Float
 
-COST = 9.0  # nats of a bar: its position and width, the direction of the split, the choice among candidates
 NESTED = 5.0  # nats more for a bar that divides only a part of the window
-EQUAL = 3.0  # nats less for a bar whose position follows from equal panes
-MULLION = 6.0  # nats more for a bar as wide as a mullion between coupled windows
-MOST_LINES = 11  # candidates per axis
-_ENDS_M = 0.01  # at both ends of a bar, where other bars cross
-_MOVE_M = 0.02  # by which a line may move when it is estimated again within one pane
+_GOES_ON = 2.0  # nats to tell how a bar goes on beyond a crossing
 _MOST_EQUAL = 6  # bars that divide a pane in equal parts
 _EQUAL_M = 0.015  # by which a bar may miss the place that equal panes give it
-_MEETING = (0.3, 0.7)  # share of a window's height at which its sashes meet
-_RAIL_M = 0.02  # half a meeting rail
-_MOST_RAILS = 2  # that are tried, the strongest
 _WIDE_M = 0.015  # by which panes may be measured too small, because bars show their sides
 _SHOWN = 0.4  # share of a bar's length that must be seen
-
-
-Box = tuple[float, float, float, float]
-"""x0, z0, x1, z1 m of a pane."""
 
 
 def best_layout(
@@ -52,61 +41,19 @@ def best_layout(
     found = [candidates(box, one, least, cost) for one in bars]
     if without is not None:
         axis, place = without
-        found[axis] = found[axis][np.abs(found[axis] - place) > _MOVE_M]
+        found[axis] = found[axis][np.abs(found[axis] - place) > MOVE_M]
     return _Search(box, bars, tuple(found), least, cost).best(box, (_FRAME,) * 4)
-
-
-def candidates(box: Box, bars: Bars, least: float, cost: float) -> Float:
-    """Returns the positions (k,) m of the lines that any pane may want, the strongest first.
-
-    A line counts by its best piece among the whole length and its parts.
-    """
-    low, high = box[1 - bars.axis], box[3 - bars.axis]
-    best = np.full(bars.total.shape[1:], -np.inf, np.float32)
-    for parts in (1, 2, 3, 4, 6):
-        size = (high - low) / parts
-        if parts > 1 and size < least:
-            break
-        for first in np.arange(low, high - size + 1e-6, size / 2):
-            best = np.maximum(best, bars.over(first + _ENDS_M, first + size - _ENDS_M))
-    best = best - _mullion_cost(bars)
-    strength = best.max(1)
-    centre = bars.centre(np.arange(len(strength)), best.argmax(1))
-    inside = (centre > box[bars.axis] + least / 2) & (centre < box[2 + bars.axis] - least / 2)
-    strength = np.where(inside, strength, -np.inf)
-    places: list[float] = []
-    for k in np.argsort(-strength, kind="stable"):
-        if strength[k] < cost - EQUAL or len(places) == MOST_LINES:
-            break
-        if all(abs(centre[k] - p) > 2.2 * _MOVE_M for p in places):
-            places.append(float(centre[k]))
-    return np.array(places)
-
-
-def _mullion_cost(bars: Bars) -> Array:
-    return np.where(bars.widths * bars.px > MULLIONS_M[0], MULLION, 0.0).astype(np.float32)
 
 
 _Sides = tuple[int, int, int, int]
 """Numbers of the candidates at the sides of a pane, in the order of `Box`; FRAME where none is."""
 _FRAME = -1
-
-
-@dataclass(frozen=True, eq=False)
-class _Place:
-    """Where a candidate may lie: rows of the evidence, with centres and costs (r, w) of bars there."""
-
-    rows: slice
-    centre: Array
-    cost: Array
-
-    @staticmethod
-    def near(bars: Bars, place: float) -> "_Place":
-        """The rows about a place m; bars that lie farther from it cost too much."""
-        first, last = bars.rows(place, _MOVE_M)
-        centre = bars.centres(first, last)
-        cost = np.where(np.abs(centre - place) <= _MOVE_M, _mullion_cost(bars), np.inf)
-        return _Place(slice(first, last), centre, cost)
+_Spans = tuple[tuple[float, float], ...]
+"""Both ends m of the pieces of a bar."""
+_Key = tuple[int, int, int, int, _Spans]
+"""Axis of a candidate, numbers of those at its ends, its own number, and its pieces."""
+_Crossing = tuple[int, Line, tuple[Line, ...]]
+"""A bar of a grid: the number of its candidate, the bar as a whole, and its pieces."""
 
 
 @dataclass
@@ -123,12 +70,12 @@ class _Search:
     least: float
     cost: float
     known: dict[tuple[_Sides, int], Layout] = field(default_factory=dict)
-    lines: dict[tuple[int, int, int, int], Line | None] = field(default_factory=dict)
+    lines: dict[_Key, Line | None] = field(default_factory=dict)
     shown: dict[tuple[int, int, int], bool] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         self.around = [
-            [_Place.near(bars, place) for place in places.tolist()]
+            [Place.near(bars, place) for place in places.tolist()]
             for bars, places in zip(self.bars, self.places, strict=True)
         ]
 
@@ -155,6 +102,10 @@ class _Search:
                 found = self._equal(box, sides, axis, count)
                 if found is not None and found.gain > best.gain:
                     best = found
+        if sides[0] == sides[2] == _FRAME:
+            found = self._grid(box, sides)
+            if found is not None and found.gain > best.gain:
+                best = found
         if not best.lines:
             best = Layout(rivals=(rival,) if rival > -self.cost else ())
         self.known[key] = best
@@ -188,7 +139,7 @@ class _Search:
             return None
         near = np.abs(places[None, :] - wanted[:, None])
         chosen = near.argmin(1).tolist()
-        if near.min(1).max() > _EQUAL_M + _MOVE_M or len(set(chosen)) < count:
+        if near.min(1).max() > _EQUAL_M + MOVE_M or len(set(chosen)) < count:
             return None
         lines = [self._line(box, sides, axis, k) for k in chosen]
         if any(
@@ -208,31 +159,101 @@ class _Search:
         last = self.best(rest, around, uncut=axis)
         return layout.beside(last, stepped(layout, last))
 
-    def _line(self, box: Box, sides: _Sides, axis: int, k: int) -> Line | None:
-        """Returns a candidate as it is within one pane; None if it is not shown there."""
+    def _grid(self, box: Box, sides: _Sides) -> Layout | None:
+        """Returns the division of a sash by upright bars and transoms that cross; None if it has none.
+
+        A bar that goes on beyond a crossing is described once. Its pieces may lie a little beside each other.
+        """
+        upright = self._crossing(box, sides, 0, ())
+        level = self._crossing(box, sides, 1, [line for _, line, _ in upright])
+        upright = self._crossing(box, sides, 0, [line for _, line, _ in level]) if level else []
+        if not upright or not level:
+            return None
+        layout = Layout()
+        for _, _, pieces in (*upright, *level):
+            for n, piece in enumerate(pieces):
+                layout = layout.with_bar(piece, piece.evidence - (_GOES_ON if n else self._cost(box)))
+        for part, around in _cells(box, sides, upright, level):
+            layout = layout.beside(self.best(part, around))
+        return layout
+
+    def _crossing(self, box: Box, sides: _Sides, axis: int, across: Sequence[Line]) -> list[_Crossing]:
+        """Returns the candidates that are worth their cost along a pane, in pieces between bars across."""
+        ends = sorted((line.position - line.width / 2, line.position + line.width / 2) for line in across)
+        cuts = [box[1 - axis], *(z for pair in ends for z in pair), box[3 - axis]]
+        spans = tuple(zip(cuts[::2], cuts[1::2], strict=True))
+        found: list[_Crossing] = []
+        for k in range(len(self.places[axis])):
+            lines = self._straight_or_bent(box, sides, axis, k, spans)
+            if sum(line.evidence for line in lines) - _GOES_ON * (len(lines) - 1) > self._cost(box):
+                found.append((k, joined_pieces(lines), lines))
+        kept: list[_Crossing] = []
+        for one in sorted(found, key=lambda one: -one[1].evidence):
+            line = one[1]
+            others = [(other.position, other.width) for _, other, _ in kept]
+            others += [(box[axis], 0.0), (box[2 + axis], 0.0)]
+            if min(abs(line.position - x) - (line.width + w) / 2 for x, w in others) >= self.least:
+                kept.append(one)
+        return sorted(kept, key=lambda one: one[1].position)
+
+    def _straight_or_bent(
+        self, box: Box, sides: _Sides, axis: int, k: int, spans: _Spans
+    ) -> tuple[Line, ...]:
+        """Returns a bar with one place on all spans, or one of its own on each, as is better; () for none."""
+        straight = self._line(box, sides, axis, k, spans)
+        pieces = [self._line(box, sides, axis, k, (span,)) for span in spans]
+        bent = tuple(piece for piece in pieces if piece is not None)
+        gain = sum(piece.evidence - _GOES_ON for piece in bent) + _GOES_ON
+        if len(bent) == len(pieces) and (straight is None or gain > straight.evidence):
+            return bent
+        return () if straight is None else (straight,)
+
+    def _line(self, box: Box, sides: _Sides, axis: int, k: int, spans: _Spans = ()) -> Line | None:
+        """Returns a candidate as it is within one pane, or on spans of it; None if it is not shown there."""
         ends = (axis, sides[1 - axis], sides[3 - axis])
-        key = (*ends, k)
+        key = (*ends, k, spans)
         if key not in self.lines:
             low, high = box[1 - axis], box[3 - axis]
             if ends not in self.shown:
                 self.shown[ends] = self.bars[axis].shown(low, high) >= _SHOWN
-            self.lines[key] = self._estimated(ends, k, low, high) if self.shown[ends] else None
+            whole = spans or ((low, high),)
+            self.lines[key] = self._estimated(ends, k, whole) if self.shown[ends] else None
         line = self.lines[key]
         if line is None or not box[axis] < line.position < box[2 + axis]:
             return None
         return line
 
-    def _estimated(self, ends: tuple[int, int, int], k: int, low: float, high: float) -> Line | None:
-        """Returns a candidate along a pane from `low` to `high` m, which has the sides `ends` there."""
+    def _estimated(self, ends: tuple[int, int, int], k: int, spans: _Spans) -> Line | None:
+        """Returns a candidate on spans m of a pane, which has the sides `ends` there."""
         axis = ends[0]
         bars, place = self.bars[axis], self.around[axis][k]
-        value = bars.over(low + _ENDS_M, high - _ENDS_M, place.rows) - place.cost
+        value = -place.cost
+        for low, high in spans:
+            value = value + bars.over(low + ENDS_M, max(high - ENDS_M, low + ENDS_M), place.rows)
         if ends[1:] != (_FRAME, _FRAME):  # mullions part whole windows
             value = np.where(bars.widths * bars.px > MULLIONS_M[0], -np.inf, value)
         if not np.isfinite(value.max()):
             return None
         middle, width, evidence = bars.settled(value, place.centre)
-        return Line(axis, middle, (low, high), width, evidence)
+        return Line(axis, middle, (spans[0][0], spans[-1][1]), width, evidence)
+
+
+def _cells(
+    box: Box, sides: _Sides, upright: Sequence[_Crossing], level: Sequence[_Crossing]
+) -> Iterator[tuple[Box, _Sides]]:
+    """The panes of a grid, each with its sides."""
+    right, beyond = box, sides
+    for n in range(len(upright) + 1):
+        column, of_column = right, beyond
+        if n < len(upright):
+            column, right = _parts(right, 0, upright[n][1])
+            of_column, beyond = _divided(beyond, 0, upright[n][0])
+        for m in range(len(level) + 1):
+            cell, around = column, of_column
+            if m < len(level):
+                cell, column = _parts(column, 1, level[m][1])
+                around, of_column = _divided(of_column, 1, level[m][0])
+            yield cell, around
 
 
 def _parts(box: Box, axis: int, line: Line) -> tuple[Box, Box]:
@@ -248,13 +269,3 @@ def _divided(sides: _Sides, axis: int, k: int) -> tuple[_Sides, _Sides]:
     below, above = list(sides), list(sides)
     below[2 + axis] = above[axis] = k
     return (below[0], below[1], below[2], below[3]), (above[0], above[1], above[2], above[3])
-
-
-def meeting_places(box: Box, rail: Bars, least: float) -> Float:
-    """Returns the heights (k,) m, in the middle of a window, below which a lower sash may hang.
-
-    rail  the evidence of transoms that reach from the plane of one sash to that of the other
-    """
-    places = candidates(box, rail, least, COST)
-    share = (places - box[1]) / (box[3] - box[1])
-    return np.asarray(places[(share > _MEETING[0]) & (share < _MEETING[1])][:_MOST_RAILS] - _RAIL_M)

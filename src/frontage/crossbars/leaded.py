@@ -14,7 +14,7 @@ import numpy as np
 from scipy import fft
 from scipy.ndimage import map_coordinates
 
-from frontage.crossbars.layout import Box
+from frontage.crossbars.candidates import Box
 from frontage.crossbars.rectify import Grid, PlaneView
 from frontage.geometry.arrays import Array
 
@@ -25,6 +25,9 @@ _WIDTHS_M = np.arange(0.07, 0.165, 0.004)  # of small panes
 _RATIOS = np.arange(0.9, 2.0, 0.05)  # of their heights by their widths
 _FEW = 2.5  # small panes across a window, without which a mesh is not told
 _MESH = 0.03  # contrast of the autocorrelation, higher at whole panes than between; noise makes a third of it
+_WIDEST_CAME_M = 0.0145
+_FEWEST_CAMES = 4
+_MULLION_M = 0.06  # bars between lights may be of wood or stone
 _MESHES = {
     "diamonds": (((0.5, 0.5), (0.5, -0.5), (1.0, 0.0), (0.0, 1.0)), ((0.5, 0.0), (0.0, 0.5))),
     "rectangles": (((1.0, 0.0), (0.0, 1.0), (1.0, 1.0)), ((0.5, 0.0), (0.0, 0.5), (0.5, 0.5))),
@@ -99,3 +102,12 @@ def _at(total: Array, x: Array, z: Array) -> Array:
     middle = np.array(total.shape) // 2
     at = np.stack([middle[0] + z / _STEP_M, middle[1] + x / _STEP_M])
     return np.asarray(map_coordinates(total, at, order=1, mode="constant"))
+
+
+def are_cames(widths: Sequence[float]) -> bool:
+    """Whether bars of these widths m are as thin as the lead that holds small panes, mullions aside.
+
+    Cames are 6 to 13 mm wide; bars of wood and iron that carry glass have 16 mm and more.
+    """
+    thin = [width for width in widths if width < _MULLION_M]
+    return len(thin) >= _FEWEST_CAMES and bool(np.median(thin) < _WIDEST_CAME_M)

@@ -9,8 +9,8 @@ import shapely
 
 from frontage.crossbars.appearance import eroded, frame_likeness
 from frontage.crossbars.border import frame_sides, usual_sides
+from frontage.crossbars.candidates import Box
 from frontage.crossbars.depth import StraightEdges, edges_of, frame_depth
-from frontage.crossbars.layout import Box
 from frontage.crossbars.leaded import leaded
 from frontage.crossbars.lines import Bars, bar_widths, bars_of_views, no_views, with_scan
 from frontage.crossbars.profiles import Profiles, likeness_profiles, view_profiles

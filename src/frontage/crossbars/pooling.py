@@ -10,8 +10,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from frontage.crossbars.candidates import COST, meeting_places
 from frontage.crossbars.division import Layout, Line
-from frontage.crossbars.layout import COST, best_layout, meeting_places
+from frontage.crossbars.layout import best_layout
 from frontage.crossbars.lines import Bars
 from frontage.crossbars.observe import Observation
 from frontage.geometry.arrays import Array, Float
@@ -23,7 +24,8 @@ _SHIFTS_M = tuple(np.arange(-5, 6) * 0.01)  # by which all parallel bars may: ou
 _ENDS_M = 0.01  # at both ends of a bar, where other bars cross
 _WIDTH = 0.4  # by which the width of a bar may differ, logarithm
 _SHARED = 1.0  # nats to say that a window is like the others
-_OWN = 3.0  # nats to say that it is not
+# Nats to say that it is not: one window in fifty, and a nat of evidence counts for a tenth of one (`judge`).
+_OWN = 45.0
 _SASHES = 4.0  # nats to say that the lower part of a window lies behind the upper one
 
 

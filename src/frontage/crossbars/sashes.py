@@ -9,8 +9,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from frontage.crossbars.candidates import Box
 from frontage.crossbars.depth import StraightEdges, likelihoods
-from frontage.crossbars.layout import Box
 from frontage.crossbars.rectify import Grid
 from frontage.model import Estimate
 
