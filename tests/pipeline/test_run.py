@@ -99,7 +99,8 @@ def test_a_changed_option_redoes_its_stage_and_what_follows(
     assert told.kept == {
         "scans": True, "buildings": True, "facades": True, "ortho": False, "openings": True,
         "crossbars": True, "drawings": False, "model": False,
-        "export": False, "tables": False, "elevations": False, "bim": True, "report": False,
+        "export": False, "tables": False, "elevations": False, "bim": True, "qgis": False,
+        "report": False,
     }  # fmt: skip
     facade = Store(out).facade_ids()[0]
     assert open_run(out).facade(facade).sidecar.gsd == 0.08
