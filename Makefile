@@ -16,7 +16,7 @@ demo: $(VENV)/.ready-run
 	$(BIN)/frontage demo $(OUT)
 
 test: $(VENV)/.ready-dev
-	OMP_NUM_THREADS=1 $(BIN)/python -m pytest -n $(WORKERS)
+	PYTHONDONTWRITEBYTECODE= OMP_NUM_THREADS=1 $(BIN)/python -m pytest -n $(WORKERS)
 
 # Hostile files and killed runs, many more than in the tests. Failed files go to FUZZ_KEEP, a folder outside the repository.
 FUZZ_CASES ?= 5000

@@ -10,11 +10,13 @@ data (`../shared/data/schemas`). There is no baseline: the papers write no files
 """
 
 import argparse
+import sys
 import tempfile
 import time
 from collections import Counter
 from collections.abc import Sequence
 from concurrent.futures import ProcessPoolExecutor
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -60,6 +62,16 @@ def show(models: Sequence[Judged]) -> None:
         print(text)
 
 
+def _one_by_one(seeds: Sequence[int]) -> list[list[Judged]]:
+    """The models of all streets; when somebody interrupts, those so far."""
+    found: list[list[Judged]] = []
+    with suppress(KeyboardInterrupt):
+        for seed in seeds:
+            found.append(judged(seed))
+            print(f"\r{len(found)} of {len(seeds)} streets", end="", file=sys.stderr, flush=True)
+    return found
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--models", type=int, default=500)
@@ -71,7 +83,7 @@ def main() -> None:
         with ProcessPoolExecutor(args.workers) as pool:
             found = list(pool.map(judged, seeds))
     else:
-        found = [judged(seed) for seed in seeds]
+        found = _one_by_one(seeds)
     show([m for street in found for m in street][: args.models])
     print(f"\n{time.perf_counter() - started:.0f} s with {args.workers} workers")
 

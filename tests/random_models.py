@@ -6,16 +6,16 @@ and added at random, with window bars, pictures, and the city model or none as i
 
 import json
 import tempfile
-import warnings
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
-from functools import cache
+from functools import cache, partial
 from pathlib import Path
 from typing import Any
 
 import cv2
 import jsonschema
 import numpy as np
+from jsonschema import Draft7Validator
 from lxml import etree
 
 from frontage.exports import FacadePicture, city_buildings, painted
@@ -233,9 +233,27 @@ def _pictures(buildings: Sequence[CityBuilding]) -> int:
 @cache
 def _cityjson() -> Any:
     schema = json.loads(data_path("schemas/cityjson/cityjson.min.schema.json").read_text())
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", DeprecationWarning)
-        return jsonschema.validators.validator_for(schema)(schema)
+    plain = Draft7Validator.VALIDATORS["oneOf"]
+    quick = jsonschema.validators.extend(Draft7Validator, {"oneOf": partial(_one_of, plain)})
+    return quick(schema)
+
+
+def _one_of(plain: Any, validator: Any, branches: list[Any], instance: Any, schema: Any) -> Iterator[Any]:
+    """Check "oneOf" without the branches that cannot hold because they state another `type`.
+
+    CityJSON's schema has 34 kinds of objects with up to eight kinds of geometry each; trying them all takes
+    most of the time.
+    """
+    kind = instance.get("type") if isinstance(instance, dict) else None
+    able = [b for b in branches if kind is None or not (own := _types(b)) or kind in own]
+    yield from plain(validator, able or branches, instance, schema)
+
+
+def _types(branch: dict[str, Any]) -> set[str]:
+    """The values of `type` that a branch allows; empty if it states none."""
+    stated = branch.get("properties", {}).get("type", {})
+    own = {stated["const"]} if "const" in stated else set(stated.get("enum", ()))
+    return own.union(*(_types(part) for part in branch.get("allOf", ())))
 
 
 @cache
