@@ -16,7 +16,7 @@ from _common import DATA, bootstrap, figure, table
 from frontage.geometry.arrays import Array, Bool, Float
 from frontage.io.photos.photoset import PhotoSet
 from frontage.io.photos.read import PhotoSource, read_photos
-from frontage.model import Facade, OrthoImage
+from frontage.model import Facade, OrthoImage, Scan
 from frontage.ortho import OrthoOptions, make_ortho
 from frontage.pipeline.store.store import Store
 
@@ -24,6 +24,9 @@ SCENE = DATA / "ingolstadt_scene"
 PHOTOS = {"path": "input/photos_small/*.jpg", "cameras": "input/registered/colmap_small"}
 OFFSET = (678057.0, 5403871.0, 415.0)
 BLOCK_M = 2.0  # blocks of the facade are drawn for intervals: neighbouring pixels are not independent
+FOOT_M = (0.1, 0.8)  # before a wall: where the scan tells the height of the pavement
+PAVED_M = 0.15  # above the lowest point before a wall: kerbs are lower
+COLUMN_M = 1.0  # along the wall, in which that height is one
 SAME = 0.5  # correlation with the true ortho-image from which a photo is taken to show the wall there
 ALIKE_PX = 6.0  # sigma of the window of that correlation
 GAMMA = 2.2
@@ -113,11 +116,8 @@ def _rows(store: Store, facade: Facade, truth: TrueFacade) -> list[list[str]]:
         PhotoSource(path=str(SCENE / PHOTOS["path"]), cameras=str(SCENE / PHOTOS["cameras"]), offset=OFFSET),
         facade.world,
     )
-    cloud, street, seen = (
-        store.working_cloud(facade.building),
-        store.surroundings(),
-        _seen(photos, facade, truth),
-    )
+    cloud, street = store.working_cloud(facade.building), store.surroundings()
+    seen = _seen(photos, facade, truth) & _above_ground(cloud, facade, truth)
     rows = []
     for method, options in METHODS.items():
         ortho = make_ortho(facade, cloud, photos.photos, photos.image, surroundings=street, options=options)
@@ -137,6 +137,24 @@ def _seen(photos: PhotoSet, facade: Facade, truth: TrueFacade) -> Bool:
         a, b = own - _mean(own), grey - _mean(grey)
         best = np.maximum(best, _mean(a * b) / np.sqrt(_mean(a * a) * _mean(b * b) + 4.0))
     return np.asarray(best > SAME)
+
+
+def _above_ground(cloud: Scan, facade: Facade, truth: TrueFacade) -> Bool:
+    """Where (h, w) the wall stands above the pavement: the true ortho-image goes on below it."""
+    x, y, z = facade.frame.inverse.apply(cloud.xyz).T
+    before = (y > -FOOT_M[1]) & (y < -FOOT_M[0])
+    first = np.floor(x[before].min() / COLUMN_M)
+    column = np.floor(x[before] / COLUMN_M - first).astype(int)
+    low = np.array([_pavement(z[before][column == n]) for n in range(int(column.max()) + 1)])
+    low[np.isnan(low)] = np.nanmedian(low)
+    at = facade.frame.inverse.apply(facade.world.to_local(truth.xyz.reshape(-1, 3)))
+    mine = np.clip(np.floor(at[:, 0] / COLUMN_M - first).astype(int), 0, len(low) - 1)
+    return np.asarray((at[:, 2] > low[mine]).reshape(truth.xyz.shape[:2]))
+
+
+def _pavement(z: Float) -> float:
+    """Height m of the pavement in points (n,) before a wall, the middle of its lowest; NaN without any."""
+    return float(np.median(z[z < z.min() + PAVED_M])) if len(z) else float("nan")
 
 
 def _figures(ortho: OrthoImage, truth: TrueFacade, seen: Bool) -> list[str]:
