@@ -21,6 +21,7 @@ from frontage.ortho.relief import measure_relief
 from frontage.ortho.scan_image import intensity_band, paint_missing_from_scan
 from frontage.ortho.standing.find import find_standing
 from frontage.ortho.surface import DrawingSurface, ImageOf
+from frontage.ortho.symmetry import fill_by_symmetry
 from frontage.ortho.views import plan_views
 
 
@@ -80,6 +81,7 @@ def make_ortho(
     if not names:
         return Failed("F302", f"facade {facade.id}: no photo and no scan point shows it", "check the poses")
     clear_outside(bands, intensity, surface, options)
+    fill_by_symmetry(bands, raster, options)
     ortho = bands.as_ortho_image(
         facade, raster, names, intensity=intensity, photo_offset=offset, photos=len(painted)
     )
