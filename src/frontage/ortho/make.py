@@ -61,8 +61,7 @@ def make_ortho(
     relief = measure_relief(points.xyz[points.used], facade, raster, options, points.gaps)
     points = points.on_surface(relief)
     surface = DrawingSurface(facade, raster, relief if options.draws_relief else None)
-    bands = Bands(raster, surface.relief)
-    intensity = intensity_band(points, raster)
+    bands, intensity = Bands(raster, surface.relief), intensity_band(points, raster)
 
     # Section 3.2, several photos: how well each shows every part that it does not hide.
     occluders = find_occluders(facade, points.xyz, surroundings, options) if photos_used else None
