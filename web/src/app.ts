@@ -20,7 +20,7 @@ export class App {
   private readonly crumbs = h("div", { class: "crumbs" });
   private readonly search: SearchBox;
   private readonly list: OpeningList;
-  private district: Promise<District> | null = null;
+  district: Promise<District> | null = null;
   private shown = 0;
 
   constructor(readonly run: Run, root: HTMLElement) {

@@ -152,6 +152,7 @@ export class FacadePage {
       `pixel ${probe.pixel[0].toFixed(1)}, ${probe.pixel[1].toFixed(1)}`].filter((v): v is string => Boolean(v));
     this.readout.dataset["xyz"] = xyz.map((v) => v.toFixed(4)).join(" ");
     this.readout.dataset["sigma"] = String(sigma);
+    this.readout.classList.toggle("pinned", probe.pinned);
     this.readout.replaceChildren(
       h("strong", {}, text), h("span", {}, `${plusMinus(sigma).trim()} across the wall`), h("span", { class: "quiet" }, details.join(" · ")),
       ...(probe.pinned ? [h("button", { type: "button", class: "plain", click: () => void this.copy(text) }, "Copy")] : []));

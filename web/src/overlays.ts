@@ -28,7 +28,7 @@ export class Overlays {
   private opening(o: Opening, selected: boolean, hovered: boolean): void {
     const dash = o.provenance === "measured" ? [] : [6, 4];
     if (selected) this.fill(o.ring, `${kindColour(o.kind)}22`);
-    this.stroke(o.ring, "#ffffffcc", selected ? 6 : 3.5);
+    this.stroke(o.ring, "#ffffffb0", selected ? 5 : 3);
     this.stroke(o.ring, kindColour(o.kind), selected ? 3 : hovered ? 2.5 : 1.5, dash);
   }
 

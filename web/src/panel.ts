@@ -66,9 +66,11 @@ function framed(path: string, size: [number, number], view: PhotoView, o: Openin
 function enlarge(app: App, view: PhotoView, o: Opening): void {
   const photo = app.run.photos[view.number]!;
   const close = () => dialog.close();
+  const picture = framed(photo.path, photo.size, view, o, [0, 0, ...photo.size]);
+  picture.style.setProperty("--shape", String(photo.size[0] / photo.size[1]));
   const dialog = h("dialog", { class: "lightbox", "aria-label": view.photo },
     h("header", {}, h("b", {}, view.photo), h("span", { class: "quiet" }, o.id), h("button", { type: "button", class: "plain", "aria-label": "Close", click: close }, "✕")),
-    framed(photo.path, photo.size, view, o, [0, 0, ...photo.size]));
+    picture);
   dialog.addEventListener("click", (event) => { if (event.target === dialog) close(); });
   dialog.addEventListener("close", () => dialog.remove());
   document.body.append(dialog);

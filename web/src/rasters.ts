@@ -1,8 +1,9 @@
 // Draws the picture of a facade and the layers over it, block by block at the level that the screen needs.
 
-import { Bands, type Block } from "./bands";
+import type { Bands } from "./bands";
 import { hue, ramp, type Rgb } from "./colours";
 import type { BandName, FacadeEntry, Run } from "./data";
+import type { Block } from "./decode";
 import type { Viewport } from "./viewport";
 
 type Drawable = HTMLImageElement | HTMLCanvasElement;

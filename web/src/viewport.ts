@@ -9,6 +9,8 @@ export class Viewport {
   x = 0;
   y = 0;
   private fitted = 1;
+  private readonly above = 52; // CSS px that tools and readout cover
+  private readonly below = 60;
 
   constructor(readonly size: Point, private shown: Point = [1, 1]) {}
 
@@ -24,6 +26,7 @@ export class Viewport {
   fit(): void {
     this.scale = this.fitted = this.fitScale();
     this.centreOn([this.size[0] / 2, this.size[1] / 2]);
+    this.y += (this.above - this.below) / 2;
   }
 
   toScreen([column, row]: Point): Point {
@@ -67,7 +70,7 @@ export class Viewport {
   }
 
   private fitScale(): number {
-    return 0.94 * Math.min(this.shown[0] / this.size[0], this.shown[1] / this.size[1]);
+    return Math.min((0.96 * this.shown[0]) / this.size[0], Math.max(this.shown[1] - this.above - this.below, 40) / this.size[1]);
   }
 
   private keepInSight(): void {

@@ -1,9 +1,8 @@
 // The district before: the coarse buildings of the tileset, the city model that the run started from, in one grey.
 
-import {
-  DirectionalLight, EdgesGeometry, Group, HemisphereLight, LineBasicMaterial, LineSegments, Matrix4, Mesh, MeshLambertMaterial, Scene,
-} from "three";
+import { EdgesGeometry, Group, LineBasicMaterial, LineSegments, Matrix4, Mesh, MeshLambertMaterial, Scene } from "three";
 import { GLTFLoader } from "three/addons/loaders/GLTFLoader.js";
+import { Light } from "./light";
 
 interface TileJson { content?: { uri: string }; transform?: number[]; children?: TileJson[] }
 
@@ -13,10 +12,11 @@ const CREASE_DEG = 25;
 
 export class Before {
   readonly scene = new Scene();
+  readonly light = new Light();
   private loaded: Promise<void> | null = null;
 
   constructor(private readonly url: string, private readonly matrix: number[], private readonly changed: () => void) {
-    this.scene.add(...lights());
+    this.scene.add(this.light.group);
   }
 
   load(): Promise<void> {
@@ -44,14 +44,6 @@ export class Before {
       this.changed();
     }));
   }
-}
-
-export function lights(): [HemisphereLight, DirectionalLight] {
-  const sky = new HemisphereLight(0xffffff, 0xb9b2a5, 1.5);
-  sky.position.set(0, 0, 1);
-  const sun = new DirectionalLight(0xffffff, 1.6);
-  sun.position.set(-0.5, -0.8, 1.2);
-  return [sky, sun];
 }
 
 // The first tile with a content along every branch: the coarsest one.

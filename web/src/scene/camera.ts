@@ -1,7 +1,7 @@
 // Where to look at the district from.
 
-import { Box3, PerspectiveCamera, Sphere, Vector3 } from "three";
-import type { Run } from "../data";
+import { Box3, PerspectiveCamera, Vector3 } from "three";
+import type { FacadeEntry, Run } from "../data";
 
 const FIELD_DEG = 45;
 
@@ -13,18 +13,30 @@ export function makeCamera(): PerspectiveCamera {
 
 export interface Stand { position: Vector3; target: Vector3 }
 
-// From before the fronts, a little above the eaves, so that all facades are in the picture.
+const ROOF_M = 4; // roofs reach this far above the facades
+const ROOM = 1.06;
+
+// From before the fronts, a little above, just so far away that all facades are in the picture.
 export function overview(run: Run, aspect: number): Stand {
-  const box = new Box3().setFromPoints(run.facades.flatMap((f) => f.outline.map((p) => new Vector3(...p))));
-  const around = box.getBoundingSphere(new Sphere());
-  const out = run.facades.reduce((sum, f) => sum.addScaledVector(new Vector3(...f.outward), f.size[0] * f.size[1]), new Vector3());
-  // Two sides of a street cancel each other: then look along the normal of the largest facade.
-  const largest = run.facades.reduce((a, b) => (a.size[0] * a.size[1] >= b.size[0] * b.size[1] ? a : b));
-  const total = run.facades.reduce((sum, f) => sum + f.size[0] * f.size[1], 0);
-  const ahead = out.length() > 0.3 * total ? out.setZ(0).normalize() : new Vector3(...largest.outward).setZ(0).normalize();
-  const aside = new Vector3(-ahead.y, ahead.x, 0);
-  const half = Math.min(FIELD_DEG / 2, (Math.atan(Math.tan((FIELD_DEG * Math.PI) / 360) * aspect) * 180) / Math.PI);
-  const away = (0.85 * around.radius) / Math.sin((half * Math.PI) / 180);
-  const direction = ahead.multiplyScalar(0.9).addScaledVector(aside, 0.28).add(new Vector3(0, 0, 0.34)).normalize();
-  return { position: around.center.clone().addScaledVector(direction, away), target: around.center.clone() };
+  const points = run.facades.flatMap((f) => f.outline.map((p) => new Vector3(...p)));
+  points.push(...points.map((p) => p.clone().add(new Vector3(0, 0, ROOF_M))));
+  const target = new Box3().setFromPoints(points).getCenter(new Vector3());
+  const direction = ahead(run).multiplyScalar(0.9).add(new Vector3(0, 0, 0.34));
+  direction.add(new Vector3(-direction.y, direction.x, 0).multiplyScalar(0.3)).normalize();
+  const right = new Vector3(0, 0, 1).cross(direction).normalize(), up = direction.clone().cross(right);
+  const tall = Math.tan((FIELD_DEG * Math.PI) / 360), wide = tall * aspect;
+  const away = points.map((p) => {
+    const d = p.clone().sub(target);
+    return d.dot(direction) + Math.max(Math.abs(d.dot(right)) / wide, Math.abs(d.dot(up)) / tall);
+  });
+  return { position: target.clone().addScaledVector(direction, ROOM * Math.max(...away)), target };
+}
+
+// The way that most facades face. Two sides of a street cancel each other: then that of the largest.
+function ahead(run: Run): Vector3 {
+  const area = (f: FacadeEntry) => f.size[0] * f.size[1];
+  const sum = run.facades.reduce((v, f) => v.addScaledVector(new Vector3(...f.outward), area(f)), new Vector3());
+  const total = run.facades.reduce((v, f) => v + area(f), 0);
+  const largest = run.facades.reduce((a, b) => (area(a) >= area(b) ? a : b));
+  return (sum.length() > 0.3 * total ? sum : new Vector3(...largest.outward)).setZ(0).normalize();
 }

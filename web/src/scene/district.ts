@@ -6,8 +6,9 @@ import type { App } from "../app";
 import { h } from "../dom";
 import { counted } from "../format";
 import { titleOf } from "../search";
-import { Before, lights } from "./before";
+import { Before } from "./before";
 import { makeCamera, overview } from "./camera";
+import { Light } from "./light";
 import { Model } from "./tiles";
 import { Walls, type Hit } from "./walls";
 
@@ -22,8 +23,9 @@ export class District {
   private readonly renderer: WebGLRenderer | null;
   private controls: MapControls | null = null;
   private readonly walls: Walls;
-  private readonly model: Model | null;
-  private readonly before: Before | null;
+  readonly model: Model | null;
+  readonly before: Before | null;
+  private readonly light = new Light();
   private comparing = false;
   private queued = false;
   private placed = false;
@@ -64,7 +66,7 @@ export class District {
 
   private fill(): void {
     const { run } = this.app;
-    this.scene.add(this.walls.group, ...lights());
+    this.scene.add(this.walls.group, this.light.group);
     if (this.model) this.scene.add(this.model.tiles.group);
     const xs = run.facades.flatMap((f) => f.outline.map((p) => p[0])), ys = run.facades.flatMap((f) => f.outline.map((p) => p[1]));
     const low = Math.min(...run.buildings.map((b) => b.ground ?? Infinity), ...run.facades.flatMap((f) => f.outline.map((p) => p[2])));
@@ -172,6 +174,7 @@ export class District {
     const sky = new Color(style.backgroundColor), ground = new Color(style.outlineColor);
     for (const mesh of this.grounds) mesh.material.color.copy(ground);
     renderer.setClearColor(sky);
+    for (const light of [this.light, this.before?.light]) light?.follow(this.camera);
     this.walls.update(this.camera, size.y);
     this.model?.update(this.camera, renderer);
     renderer.setScissorTest(false);
