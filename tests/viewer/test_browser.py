@@ -3,6 +3,7 @@
 import re
 import shutil
 import threading
+import time
 from collections.abc import Iterator
 from functools import partial
 from http.server import SimpleHTTPRequestHandler, ThreadingHTTPServer
@@ -90,6 +91,14 @@ def run(simulated_run: Path) -> RunFolder:
     return open_run(simulated_run)
 
 
+def until(page: Page, expression: str, given: Any = None) -> None:
+    """Wait until JavaScript is true. The page's own rules let nothing evaluate text inside it."""
+    end = time.monotonic() + PATIENCE_MS / 1000
+    while not page.evaluate(expression, given):
+        assert time.monotonic() < end, f"never true: {expression}"
+        page.wait_for_timeout(50)
+
+
 def front(run: RunFolder) -> str:
     return max(run.facades, key=lambda name: len(run.openings(name).openings))
 
@@ -97,7 +106,7 @@ def front(run: RunFolder) -> str:
 def open_facade(page: Page, name: str) -> None:
     page.goto(f"{page.url.split('#')[0]}#/{name}")
     page.wait_for_selector(".facade canvas")
-    page.wait_for_function("frontage.page?.view?.view.scale !== 1")
+    until(page, "frontage.page?.view?.view.scale !== 1")
 
 
 def clicked(page: Page, at: tuple[float, float]) -> tuple[list[float], list[float], float | None]:
@@ -107,11 +116,12 @@ def clicked(page: Page, at: tuple[float, float]) -> tuple[list[float], list[floa
     x, y = (round(box[side] * share) for side, share in zip(("width", "height"), at, strict=True))
     pixel = page.evaluate("(at) => frontage.page.view.view.toPicture(at)", [x, y])
     page.mouse.click(box["x"] + x, box["y"] + y)
-    page.wait_for_function(
+    until(
+        page,
         "([c, r]) => { const p = frontage.page.view.probeAt([c, r], true); "
         "const shown = document.querySelector('.readout').dataset.xyz; "
         "return p && shown === p.world.xyz.map((v) => v.toFixed(4)).join(' '); }",
-        arg=pixel,
+        pixel,
     )
     shown = page.locator(".readout").evaluate("(e) => [e.dataset.xyz, e.dataset.sigma]")
     sigma = None if shown[1] == "null" else float(shown[1])
@@ -167,7 +177,7 @@ def test_a_search_finds_what_locate_finds(page: Page, run: RunFolder) -> None:
 
 def test_the_district_shows_the_tiles_and_a_click_opens_a_facade(page: Page, run: RunFolder) -> None:
     page.wait_for_selector(".district canvas")
-    page.wait_for_function("frontage.district.then((d) => d.model.tiles.visibleTiles.size > 0)")
+    until(page, "frontage.district.then((d) => d.model.tiles.visibleTiles.size > 0)")
     name = front(run)
     at = page.evaluate(
         """(id) => frontage.district.then((d) => {
@@ -183,7 +193,7 @@ def test_the_district_shows_the_tiles_and_a_click_opens_a_facade(page: Page, run
     ground = picture(page)[-30:-20, 500:520]
     assert np.abs(drawn.mean((0, 1)) - ground.mean((0, 1))).max() > 8
     page.click("text=Before / after")
-    page.wait_for_function("frontage.district.then((d) => d.before.scene.children.length > 2)")
+    until(page, "frontage.district.then((d) => d.before.scene.children.length > 2)")
     page.click("text=Before / after")
     page.mouse.move(*at)
     page.wait_for_selector(".tip:not([hidden])")
@@ -211,7 +221,7 @@ def test_distances_filters_layers_and_keys(page: Page, run: RunFolder) -> None:
     page.click(".layers summary")
     for layer in ("depth", "sources", "resolution", "evidence"):
         page.select_option(".layers select", layer)
-        page.wait_for_function("(l) => !document.querySelector('.legend').hidden", arg=layer)
+        until(page, "(l) => !document.querySelector('.legend').hidden", layer)
     page.keyboard.press("/")
     assert page.evaluate("document.activeElement.type") == "search"
     elements = run.openings(name)

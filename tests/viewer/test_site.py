@@ -166,7 +166,8 @@ def test_the_server_answers_for_the_site_alone(server: SiteServer, simulated_run
     assert ask(server, "/run.json", "HEAD")[:2] == (200, b"")
     for path in (
         "/manifest.json", "/../manifest.json", "/%2e%2e/manifest.json", "/facades/B01_F1/../../manifest.json",
-        "/facades/", "/facades/B01_F1", "/scans/cloud.npz", "//etc/passwd", "/" + str(simulated_run), "/a%00b",
+        "/facades/", "/facades/B01_F1", "/scans/cloud.npz", "//etc/passwd", "/a%00b",
+        f"/{simulated_run}",
     ):  # fmt: skip
         assert ask(server, path)[0] == 404, path
 

@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -115,23 +116,23 @@ class Located:
     notes: tuple[str, ...] = ()
 
 
-@dataclass(frozen=True, eq=False)
 class Witnesses:
-    """What can show or hide an opening: the photos, the scanned surfaces, and a note on unreadable photos.
+    """What can show or hide an opening: the photos of a run, and the surfaces that were scanned.
 
-    `photos` hold the way to their pixels, too; None = the run has none, or they cannot be read.
+    photos  with the way to their pixels; None = the run has none, or they cannot be read
+    note    on photos that cannot be read
     """
 
-    photos: PhotoSet | None
-    scanned: ScannedSurfaces | None
-    note: str = ""
+    def __init__(self, store: Store) -> None:
+        """Read the photos of a run folder, without their pixels."""
+        self._store = store
+        self.photos, self.note = _photos(store)
 
-    @classmethod
-    def of(cls, store: Store) -> "Witnesses":
-        """Gather them from a run folder."""
-        photos, note = _photos(store)
-        surroundings = store.surroundings() if photos and photos.photos else None
-        return cls(photos, None if surroundings is None else scanned_surfaces(surroundings.xyz), note)
+    @cached_property
+    def scanned(self) -> ScannedSurfaces | None:
+        """The surfaces that may hide an opening; None = unknown, or there is nothing to hide it from."""
+        surroundings = self._store.surroundings() if self.photos and self.photos.photos else None
+        return None if surroundings is None else scanned_surfaces(surroundings.xyz)
 
     def views(self, facade: Facade, outlines: Sequence[Outline]) -> list[tuple[PhotoView, ...]]:
         """Return the photos that show each outline on a facade, the finest pixels first."""
@@ -151,7 +152,7 @@ class Witnesses:
 
 def answer(store: Store, place: Place, elements: Elements, o: Opening) -> Located:
     """Return everything that is known of an opening of a facade."""
-    return answers(store, place, elements, (o,), Witnesses.of(store))[0]
+    return answers(store, place, elements, (o,), Witnesses(store))[0]
 
 
 def answers(

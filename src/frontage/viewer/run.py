@@ -28,7 +28,7 @@ class Run:
     @cached_property
     def witnesses(self) -> Witnesses:
         """The photos, and what may hide an opening from them."""
-        return Witnesses.of(self.store)
+        return Witnesses(self.store)
 
     @cached_property
     def photos(self) -> tuple[Photo, ...]:

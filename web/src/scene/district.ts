@@ -17,6 +17,7 @@ export class District {
   readonly camera = makeCamera();
   readonly scene = new Scene();
   private readonly canvas = h("canvas", { tabindex: 0, role: "img", "aria-label": "The district in 3-D" });
+  private readonly status = h("p", { class: "status", role: "status" }, "Loading the model …");
   private readonly tip = h("div", { class: "tip", hidden: true });
   private readonly divider = h("input", { class: "divider", type: "range", min: 0, max: 100, value: 50, "aria-label": "Before and after", hidden: true });
   private readonly sides = h("div", { class: "sides", hidden: true });
@@ -40,7 +41,8 @@ export class District {
     });
     this.before = run.tiles && new Before(run.tiles.path, run.tiles.matrix, redraw);
     this.renderer = this.makeRenderer();
-    this.element.append(this.canvas, this.tip);
+    this.element.append(this.canvas, this.tip, this.status);
+    this.status.hidden = run.tiles === null;
     if (!this.renderer) {
       this.element.replaceChildren(h("p", { class: "empty" }, "This browser shows no 3-D (WebGL 2). The facades are in the list."));
       return;
@@ -189,6 +191,7 @@ export class District {
     renderer.render(this.scene, this.camera);
     this.element.style.setProperty("--split", `${split}px`);
     this.frames += 1;
+    if (this.model?.tiles.visibleTiles.size) this.status.hidden = true;
     if (this.model?.loading) this.redraw();
   }
 }

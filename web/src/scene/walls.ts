@@ -21,8 +21,9 @@ export class Walls {
 
   constructor(private readonly run: Run, private readonly withPictures: boolean, private readonly redraw: () => void) {
     for (const facade of run.facades) {
-      const material = new MeshBasicMaterial({ color: 0x2f6fde, transparent: true, opacity: 0, depthWrite: false, side: FrontSide });
+      const material = new MeshBasicMaterial({ color: 0x2f6fde, transparent: true, opacity: 0.28, depthWrite: false, side: FrontSide });
       const mesh = new Mesh(polygon(facade), material);
+      mesh.visible = false; // it can be hit all the same
       mesh.userData["facade"] = facade;
       this.meshes.set(facade.id, mesh);
       this.group.add(mesh);
@@ -31,7 +32,7 @@ export class Walls {
   }
 
   highlight(id: string | null): void {
-    for (const [name, mesh] of this.meshes) mesh.material.opacity = name === id ? 0.28 : 0;
+    for (const [name, mesh] of this.meshes) mesh.visible = name === id;
     this.redraw();
   }
 
