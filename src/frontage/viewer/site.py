@@ -18,7 +18,7 @@ from frontage.viewer.run import Run
 _TYPES = {
     ".html": "text/html; charset=utf-8", ".js": "text/javascript; charset=utf-8",
     ".css": "text/css; charset=utf-8", ".json": "application/json; charset=utf-8", ".svg": "image/svg+xml",
-    ".jpg": "image/jpeg", ".png": "image/png", ".glb": "model/gltf-binary",
+    ".jpg": "image/jpeg", ".png": "image/png", ".glb": "model/gltf-binary", ".txt": "text/plain",
 }  # fmt: skip
 
 
