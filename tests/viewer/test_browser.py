@@ -1,5 +1,6 @@
 """The viewer in a browser: the exported site of a small run, served as any web server would."""
 
+import json
 import re
 import shutil
 import threading
@@ -13,7 +14,7 @@ from typing import Any
 import cv2
 import numpy as np
 import pytest
-from playwright.sync_api import Browser, Page, sync_playwright
+from playwright.sync_api import Browser, CDPSession, Page, sync_playwright
 
 from frontage.errors import FrontageError
 from frontage.pipeline.store.store import Store
@@ -201,6 +202,58 @@ def test_the_district_shows_the_tiles_and_a_click_opens_a_facade(page: Page, run
     page.mouse.click(*at)
     page.wait_for_selector(".facade canvas")
     assert f"#/{name}" in page.url
+
+
+def test_the_tiles_stand_where_the_model_stands(page: Page, simulated_run: Path) -> None:
+    model = json.loads((simulated_run / "model" / "lod3.city.json").read_text())
+    origin = open_run(simulated_run).store.world().origin
+    scale, shift = model["transform"]["scale"], model["transform"]["translate"]
+    wanted = np.array(model["vertices"]) * scale + shift - origin
+    until(page, "frontage.district && frontage.district.then((d) => d.model.tiles.visibleTiles.size > 0)")
+    corners = page.evaluate(
+        """frontage.district.then((d) => {
+            const at = d.camera.position.clone(), low = [1e9, 1e9, 1e9], high = [-1e9, -1e9, -1e9];
+            d.model.tiles.group.traverse((part) => {
+                const positions = part.geometry?.attributes.position;
+                for (let k = 0; k < (positions?.count ?? 0); k++) {
+                    at.fromBufferAttribute(positions, k).applyMatrix4(part.matrixWorld).toArray()
+                        .forEach((v, j) => { low[j] = Math.min(low[j], v); high[j] = Math.max(high[j], v); });
+                }
+            });
+            return [low, high];
+        })"""
+    )
+    found = np.array(corners)
+    coarse = "the coarse model lacks balconies and steps"
+    assert np.abs(found - [wanted.min(0), wanted.max(0)]).max() < 1.5, coarse
+    assert np.abs(found[1, 2] - wanted[:, 2].max()) < 0.02  # the ridge is in both
+
+
+def test_fingers_pan_and_pinch(browser: Browser, address: str, run: RunFolder) -> None:
+    for page in opened(browser, address, {"width": 390, "height": 820}, has_touch=True):
+        open_facade(page, front(run))
+        box = page.locator(".facade canvas").bounding_box()
+        assert box is not None
+        x, y = box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
+        state = "(() => { const v = frontage.page.view.view; return [v.scale, v.x, v.y]; })()"
+        before = page.evaluate(state)
+        fingers = page.context.new_cdp_session(page)
+
+        def touch(kind: str, *places: tuple[float, float], to: CDPSession = fingers) -> None:
+            points = [{"x": u, "y": v, "id": k} for k, (u, v) in enumerate(places)]
+            to.send("Input.dispatchTouchEvent", {"type": kind, "touchPoints": points})
+
+        touch("touchStart", (x, y))
+        touch("touchMove", (x + 20, y + 10))
+        touch("touchMove", (x + 40, y + 30))
+        touch("touchEnd")
+        panned = page.evaluate(state)
+        assert panned[0] == before[0] and panned[1] > before[1] + 15 and panned[2] > before[2] + 10
+        touch("touchStart", (x - 30, y), (x + 30, y))
+        touch("touchMove", (x - 60, y), (x + 60, y))
+        touch("touchEnd")
+        assert page.evaluate(state)[0] == pytest.approx(2 * before[0], rel=0.05)
+        assert page.locator(".panel").count() == 0  # that was no click
 
 
 def test_distances_filters_layers_and_keys(page: Page, run: RunFolder) -> None:

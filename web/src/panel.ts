@@ -50,23 +50,24 @@ function thumbnail(app: App, view: PhotoView, o: Opening): HTMLElement {
   const us = view.outline.map((p) => p[0]), vs = view.outline.map((p) => p[1]);
   const [u0, u1, v0, v1] = [Math.min(...us), Math.max(...us), Math.min(...vs), Math.max(...vs)];
   const side = 1.7 * Math.max(u1 - u0, v1 - v0);
-  const picture = framed(photo.path, photo.size, view, o, [(u0 + u1 - side) / 2, (v0 + v1 - side) / 2, side, side]);
+  const picture = framed(app, photo.path, photo.size, view, o, [(u0 + u1 - side) / 2, (v0 + v1 - side) / 2, side, side]);
   return h("button", { type: "button", class: "photo", click: () => enlarge(app, view, o) }, picture,
     h("span", {}, h("b", {}, view.photo), h("span", { class: "quiet" }, `${percent(view.visible)} visible · ${view.angle.toFixed(0)}° · ${millimetres(view.gsd)}/px`)));
 }
 
-function framed(path: string, size: [number, number], view: PhotoView, o: Opening, box: number[]): SVGElement {
+function framed(app: App, path: string, size: [number, number], view: PhotoView, o: Opening, box: number[]): SVGElement {
   const points = view.outline.map((p) => p.join(",")).join(" ");
   const line = (colour: string, width: number) =>
     svg("polygon", { points, fill: "none", stroke: colour, "stroke-width": width, "vector-effect": "non-scaling-stroke" });
-  return svg("svg", { viewBox: box.join(" "), role: "img", "aria-label": `${o.id} in ${view.photo}` },
-    svg("image", { href: path, width: size[0], height: size[1], preserveAspectRatio: "none" }), line("#fff", 4), line(kindColour(o.kind), 2));
+  const image = svg("image", { href: path, width: size[0], height: size[1], preserveAspectRatio: "none" });
+  image.addEventListener("error", () => app.notify(`The photo ${view.photo} could not be read.`));
+  return svg("svg", { viewBox: box.join(" "), role: "img", "aria-label": `${o.id} in ${view.photo}` }, image, line("#fff", 4), line(kindColour(o.kind), 2));
 }
 
 function enlarge(app: App, view: PhotoView, o: Opening): void {
   const photo = app.run.photos[view.number]!;
   const close = () => dialog.close();
-  const picture = framed(photo.path, photo.size, view, o, [0, 0, ...photo.size]);
+  const picture = framed(app, photo.path, photo.size, view, o, [0, 0, ...photo.size]);
   picture.style.setProperty("--shape", String(photo.size[0] / photo.size[1]));
   const dialog = h("dialog", { class: "lightbox", "aria-label": view.photo },
     h("header", {}, h("b", {}, view.photo), h("span", { class: "quiet" }, o.id), h("button", { type: "button", class: "plain", "aria-label": "Close", click: close }, "✕")),
