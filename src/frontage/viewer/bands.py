@@ -92,21 +92,15 @@ class Blocks:
     def _read(self, file: str, block: Block, how: int) -> Array:
         """Read a block of a raster, reduced to its level piece by piece."""
         size, step = BLOCK_PX << block.level, 1 << block.level
-        (w, h), c0, r0 = self._size, block.column * size, block.row * size
-        c1, r1 = min(c0 + size, w), min(r0 + size, h)
-        return np.concatenate(
-            [
-                np.concatenate(
-                    [
-                        _reduced(self._window(file, Tile(r, min(r + _READ_PX, r1), c, min(c + _READ_PX, c1))),
-                                 step, how)
-                        for c in range(c0, c1, _READ_PX)
-                    ],
-                    axis=1,
-                )
-                for r in range(r0, r1, _READ_PX)
+        c0, r0 = block.column * size, block.row * size
+        c1, r1 = min(c0 + size, self._size[0]), min(r0 + size, self._size[1])
+        rows = []
+        for r in range(r0, r1, _READ_PX):
+            windows = [
+                Tile(r, min(r + _READ_PX, r1), c, min(c + _READ_PX, c1)) for c in range(c0, c1, _READ_PX)
             ]
-        )  # fmt: skip
+            rows.append(np.concatenate([_reduced(self._window(file, w), step, how) for w in windows], axis=1))
+        return np.concatenate(rows)
 
     def _window(self, file: str, window: Tile) -> Array:
         return np.asarray(read_geotiff(self._folder / file, window)[0])

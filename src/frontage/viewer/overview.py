@@ -8,9 +8,10 @@ import numpy as np
 from frontage import __version__
 from frontage.errors import FrontageError
 from frontage.exports.survey import in_world
+from frontage.geometry.arrays import Float
 from frontage.geometry.ring import at_depth, box_sigmas
 from frontage.io.meshes.tileset import geocentric_from_local
-from frontage.model import Elements
+from frontage.model import Elements, Facade, Opening
 from frontage.pipeline.survey import heights_of
 from frontage.report.layouts import layout_words
 from frontage.viewer.bands import BLOCK_PX, Blocks, described
@@ -76,7 +77,7 @@ def _facade(run: Run, name: str) -> dict[str, Any]:
     }
 
 
-def _opening(facade: Any, elements: Elements, o: Any) -> dict[str, Any]:
+def _opening(facade: Facade, elements: Elements, o: Opening) -> dict[str, Any]:
     (x0, z0), (x1, z1) = o.ring.min(0), o.ring.max(0)
     sigmas = box_sigmas(o.ring, o.ring_covariance)
     centre = in_world(facade, np.array([[(x0 + x1) / 2, (z0 + z1) / 2]]), elements.wall_y(o))[0]
@@ -96,7 +97,7 @@ def _opening(facade: Any, elements: Elements, o: Any) -> dict[str, Any]:
     }
 
 
-def _tiles(run: Run, middle: Any) -> dict[str, Any] | None:
+def _tiles(run: Run, middle: Float) -> dict[str, Any] | None:
     """Return the tileset and the matrix (column by column) from local metres to the tiles' coordinates."""
     if not run.tile_files:
         return None
