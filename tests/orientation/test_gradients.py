@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from frontage.orientation.gradients import Channels, mean_channels, oriented_gradients
-from frontage.orientation.templates import correlation_surfaces, find_shifts
+from frontage.orientation.templates import _fitted, correlation_surfaces, find_shifts
 
 
 def picture(seed, size=(420, 520), finest=5):
@@ -120,6 +120,34 @@ def test_standard_errors_are_right():
         squared.append(((found.shift - shift) / found.sigma)[good] ** 2)
         assert 0.01 < np.median(found.sigma) < 0.5
     assert 0.5 < np.sqrt(np.concatenate(squared).mean()) < 1.6
+
+
+def test_edges_are_found_although_their_surroundings_look_alike():
+    """The borders of windows: few are unique within the reach of the search, and most are measured."""
+    tones, shift = np.zeros((420, 560), np.float32), (1.4, -0.7)
+    for top in range(40, 420, 120):
+        for left in range(30, 560, 140):
+            tones[top : top + 70, left : left + 50] = -1.0
+    tones = cv2.GaussianBlur(tones, (0, 0), 1.0)
+    drawn, photo = (oriented_gradients(noisy(t, 0.05, k)) for k, t in enumerate((tones, moved(tones, shift))))
+    found, unique = (find_shifts(drawn, photo, 6, 12, unique=u) for u in (False, True))
+    assert unique.unique.all() and len(unique) == found.unique.sum() < 0.4 * found.tried
+    assert len(found) > 0.6 * found.tried
+    assert np.median(np.abs(found.shift - shift)) < 0.15
+
+
+def test_a_slanted_edge_is_open_along_itself():
+    turn = np.radians(30.0)
+    along, across = np.array([np.cos(turn), np.sin(turn)]), np.array([-np.sin(turn), np.cos(turn)])
+    bend = 0.1 * np.outer(across, across) + 0.002 * np.outer(along, along)
+    steps, peak = np.arange(-4, 5), np.array([0.2, -0.3])
+    off = np.stack(np.meshgrid(steps, steps), axis=-1) - peak
+    surface = 0.8 - 0.5 * np.einsum("hwi,ij,hwj->hw", off, bend, off)
+    shift, sigma, score = _fitted(surface[None], np.array([4]), np.array([4]))
+    assert np.allclose(shift, peak)
+    variance = (1 - score[0] ** 2) / score[0] * np.linalg.inv(bend)
+    assert np.allclose(sigma**2, np.diag(variance))
+    assert sigma.min() > 0.4 * np.sqrt((1 - score[0] ** 2) / score[0] / 0.002)
 
 
 def test_unrelated_pictures_give_almost_no_peak():

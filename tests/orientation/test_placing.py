@@ -180,6 +180,7 @@ def control_of(photo, rng, wrong, count=80, sigma=0.4):
         np.ones(n),
         np.full(n, 49.0),
         np.zeros((n, 2)),
+        np.ones(n, np.bool_),
         count,
         40.0,
     ), bad[good]
@@ -206,7 +207,9 @@ def test_too_few_control_points_leave_the_start():
     camera = Camera("PINHOLE", 100, 100, np.array([100.0, 100, 50, 50]))
     photo = posed(looking(0, 0), camera)
     start = Similarity(1.0, np.eye(3), np.zeros(3))
-    none = ControlPoints(*(np.empty(s) for s in ((0, 2), (0, 3), 0, 0, 0, (0, 2))), 0, 1.0)
+    none = ControlPoints(
+        *(np.empty(s) for s in ((0, 2), (0, 3), 0, 0, 0, (0, 2))), np.empty(0, np.bool_), 0, 1.0
+    )
     fitted = fit_similarity([photo], [none], start)
     assert fitted.similarity == start and fitted.count == 0
 

@@ -83,7 +83,7 @@ def _improved(
 ) -> tuple[Resection, Photo] | None:
     found: Resection | None = None
     for coarser, radius, agree in _LEVELS:
-        control = find_control(photo, surface, image_of, coarser=coarser, radius=radius)
+        control = find_control(photo, surface, image_of, coarser=coarser, radius=radius, unique=True)
         pixel = control.radius / radius
         up = photo.pose.R.T @ np.array([0.0, 0.0, 1.0])
         found = resect(photo.camera, control.pixels, control.xyz, agree * pixel, up=up, seed=seed)

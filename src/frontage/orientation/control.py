@@ -33,6 +33,7 @@ class ControlPoints:
     score   (n,) correlation 0..1
     side    (n,) px in the photo, of the template
     moved   (n, 2) px, from where the approximate pose expects the point to where it was found
+    unique  (n,) bool, whether nothing nearby looks alike, so that the point helps to recognise the place
     tried   number of places that were compared
     radius  px of the photo, largest shift that was looked for
     """
@@ -43,6 +44,7 @@ class ControlPoints:
     score: Float
     side: Float
     moved: Float
+    unique: Bool
     tried: int
     radius: float
 
@@ -50,6 +52,7 @@ class ControlPoints:
         n = len(self.pixels)
         freeze(self, pixels=((n, 2), np.float64), xyz=((n, 3), np.float64), sigma=((n,), np.float64))
         freeze(self, score=((n,), np.float64), side=((n,), np.float64), moved=((n, 2), np.float64))
+        freeze(self, unique=((n,), np.bool_))
 
     def __len__(self) -> int:
         return len(self.pixels)
@@ -63,6 +66,7 @@ class ControlPoints:
             self.score[rows],
             self.side[rows],
             self.moved[rows],
+            self.unique[rows],
             self.tried,
             self.radius,
         )
@@ -76,13 +80,15 @@ def find_control(
     coarser: float = 1.0,
     radius: int = 12,
     step: int = 2 * _STEP,
+    unique: bool = False,
 ) -> ControlPoints:
     """Finds the scan in a photo by templates of its rendering at the approximate pose.
 
     Where points lie farther apart the rendering must be coarser, or it has gaps. There are several, each
     twice as coarse as the one before, and a place is looked for in the next one if it was not found.
     `coarser` reduces them all; `radius` is the largest shift and `step` the least distance between templates,
-    in px of the rendering.
+    in px of the rendering. To recognise a place takes `unique` points; where the place is known, others
+    measure it as well: along an edge the correlation is high everywhere, and across it the peak is sharp.
     """
     picture = image_of(photo.id)
     parts, found = list[ControlPoints](), None
@@ -92,7 +98,7 @@ def find_control(
         left = None if found is None else ~_resized(found, drawn.known.shape)
         apart = max(step, round(float(np.sqrt(drawn.known.sum() / _MOST))))
         template, there = rendering_channels(drawn, surface), oriented_gradients(tone)
-        shifts = find_shifts(template, there, radius, apart, left)
+        shifts = find_shifts(template, there, radius, apart, left, unique=unique)
         parts.append(_control(drawn, shifts, scale, radius, max(1.0, (2.0 * HALF + 1.0) / apart)))
         here = _around(shifts.at, drawn.known.shape)
         found = here if found is None else here | _resized(found, here.shape)
@@ -120,7 +126,7 @@ def _resized(mask: Bool, shape: tuple[int, ...]) -> Bool:
 
 def _joined(parts: Sequence[ControlPoints]) -> ControlPoints:
     """The control points of several renderings of one photo."""
-    fields = ("pixels", "xyz", "sigma", "score", "side", "moved")
+    fields = ("pixels", "xyz", "sigma", "score", "side", "moved", "unique")
     arrays: dict[str, Any] = {f: np.concatenate([getattr(part, f) for part in parts]) for f in fields}
     tried, radius = sum(part.tried for part in parts), max(part.radius for part in parts)
     return ControlPoints(**arrays, tried=tried, radius=radius)
@@ -156,6 +162,7 @@ def _control(drawn: Rendering, shifts: Shifts, scale: Float, radius: int, overla
         shifts.score[solid][finite],
         np.full(int(finite.sum()), (2.0 * HALF + 1.0) * scale.mean()),
         (shift * scale)[finite],
+        shifts.unique[solid][finite],
         shifts.tried,
         float(radius * scale.mean()),
     )
@@ -164,9 +171,9 @@ def _control(drawn: Rendering, shifts: Shifts, scale: Float, radius: int, overla
 def all_control(
     photos: Sequence[Photo], surface: ScannedSurface, image_of: ImageOf, *, coarser: float, radius: int
 ) -> list[ControlPoints]:
-    """Returns the control points of several photos."""
+    """Returns the unique control points of several photos, whose places are not yet known."""
 
     def one(photo: Photo) -> ControlPoints:
-        return find_control(photo, surface, image_of, coarser=coarser, radius=radius)
+        return find_control(photo, surface, image_of, coarser=coarser, radius=radius, unique=True)
 
     return list(each(one, photos))

@@ -1,15 +1,15 @@
 """The final adjustment: control measured at improving poses, everything adjusted, every photo judged."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
-from frontage.geometry.arrays import Bool, Float, Int
+from frontage.geometry.arrays import Bool, Float
 from frontage.geometry.rigid import Rigid3
 from frontage.model import Estimate, Photo
+from frontage.orientation.adjusted import AdjustedPhotos
 from frontage.orientation.adjustment import (
-    Adjustment,
     AdjustmentOptions,
     Dependence,
     Network,
@@ -19,6 +19,7 @@ from frontage.orientation.adjustment import (
 from frontage.orientation.control import ControlPoints, find_control
 from frontage.orientation.dependence import dependence_of
 from frontage.orientation.drawings import draw_scan
+from frontage.orientation.judging import in_one_word, judged
 from frontage.orientation.network import CONTROL, PLACES, SURFACES, TIES, build_network
 from frontage.orientation.placed import Placed, Scene
 from frontage.orientation.reflectance.surface import ScannedSurface
@@ -31,33 +32,9 @@ from frontage.solve.abreast import each
 _TESTS = AdjustmentOptions(critical=3.29, known=frozenset({PLACES}))
 _AS_STATED = AdjustmentOptions(loss="none", snooping=False, variance_components=False)
 _PASSES = ((12, 24), (6, 12))  # radius of the search for control and distance of templates, px of renderings
-_FEWEST_CONTROL = 12
-_FEWEST_TIES = 30
-_CONFIRMING = 50  # control points, each of which stands out from chance and agrees with the others
 _FEWEST_CHECKED = 3
 _CHECKED = 0.2  # of the control points that are left out for a check
 _NAMES = {TIES: "tie points", CONTROL: "control", SURFACES: "surfaces"}
-
-
-@dataclass(frozen=True, eq=False)
-class _State:
-    """The photos that are still in, with what was measured in them, and the last adjustment."""
-
-    placed: Placed
-    control: tuple[ControlPoints, ...]
-    network: Network
-    adjustment: Adjustment
-
-    @property
-    def improved(self) -> Placed:
-        """The photos with adjusted poses and cameras, and the adjusted tie points."""
-        found, ties = self.adjustment, self.placed.ties
-        cameras = [found.cameras[k].value for k in found.photos.camera]
-        photos = tuple(
-            replace(photo, camera=cameras[k], local_from_camera=found.photo_pose(k))
-            for k, photo in enumerate(self.placed.photos)
-        )
-        return Placed(self.placed.numbers, photos, replace(ties, xyz=found.points[: len(ties.xyz)]))
 
 
 def adjusted_orientation(scene: Scene, placed: Placed, unoriented: Sequence[Unoriented]) -> Orientation:
@@ -70,7 +47,7 @@ def adjusted_orientation(scene: Scene, placed: Placed, unoriented: Sequence[Unor
         left += _lost(placed, state)
         placed = state.improved
         verdicts = _verdicts(scene, placed.photos)
-        keep, refused = _judged(state, verdicts)
+        keep, refused = judged(state, verdicts)
         left += refused
         if refused:
             placed = placed.only(keep)
@@ -85,7 +62,7 @@ def adjusted_orientation(scene: Scene, placed: Placed, unoriented: Sequence[Unor
     return replace(found, drawings=drawings, rigs=rigs, notes=rig_notes(oriented))
 
 
-def _lost(placed: Placed, state: _State) -> list[Unoriented]:
+def _lost(placed: Placed, state: AdjustedPhotos) -> list[Unoriented]:
     """The photos that the observations do not determine."""
     lost = np.flatnonzero(~np.isin(placed.numbers, state.placed.numbers))
     text = "nothing that was found in it determines its pose"
@@ -100,7 +77,7 @@ def _verdicts(scene: Scene, photos: Sequence[Photo]) -> list[Verdict]:
     return verdicts
 
 
-def _adjusted(scene: Scene, placed: Placed, search: tuple[int, int], *, last: bool) -> _State:
+def _adjusted(scene: Scene, placed: Placed, search: tuple[int, int], *, last: bool) -> AdjustedPhotos:
     """Measures control at the present poses and adjusts; photos that nothing determines are left out.
 
     Only the `last` adjustment asks which errors are alike: those before give places to look for control at.
@@ -118,7 +95,7 @@ def _adjusted(scene: Scene, placed: Placed, search: tuple[int, int], *, last: bo
         network = _network(scene, placed, control)
         try:
             dependence = _dependence(scene, placed, control) if last else None
-            return _State(placed, tuple(control), network, adjust(network, _TESTS, dependence))
+            return AdjustedPhotos(placed, tuple(control), network, adjust(network, _TESTS, dependence))
         except NotDetermined as error:
             on = network.photos
             lost = np.isin(on.body, error.bodies) | np.isin(on.mount, error.mounts)
@@ -152,40 +129,7 @@ def _prior(photo: Photo) -> Estimate[Rigid3] | None:
     return None if pose is None or not (pose.sigma > 0).all() else pose
 
 
-def _judged(state: _State, verdicts: Sequence[Verdict]) -> tuple[Int, list[Unoriented]]:
-    """Which photos may stay, and why the others may not."""
-    keep, refused = [], list[Unoriented]()
-    for k, (photo, verdict) in enumerate(zip(state.placed.photos, verdicts, strict=True)):
-        # What the other cameras of its rig see supports a photo as well as what it sees itself.
-        control, ties = (sum(_count(state, j, g) for j in _fellows(state, k)) for g in (CONTROL, TIES))
-        if verdict.contradicted:
-            text = f"the scan is found {verdict.shift:.0f} px from where its pose puts it"
-            refused.append(Unoriented(photo.id, "O104", text))
-        elif control < _FEWEST_CONTROL and ties < _FEWEST_TIES:
-            text = f"only {control} control points and {ties} tie points support its pose"
-            refused.append(Unoriented(photo.id, "O105", text))
-        else:
-            keep.append(k)
-    return np.array(keep, np.int64), refused
-
-
-def _rows(state: _State, photo: int, group: int) -> Int:
-    images = state.network.images
-    used = state.adjustment.used & (images.photo == photo) & (images.group == group)
-    return np.flatnonzero(used)
-
-
-def _fellows(state: _State, photo: int) -> Int:
-    """The photos on the body of a photo, itself among them."""
-    body = state.network.photos.body
-    return np.flatnonzero(body == body[photo])
-
-
-def _count(state: _State, photo: int, group: int) -> int:
-    return len(_rows(state, photo, group))
-
-
-def _check(state: _State, seed: int) -> Float:
+def _check(state: AdjustedPhotos, seed: int) -> Float:
     """Root mean square error (p,) m of control points that another adjustment did not use."""
     rng = np.random.default_rng(seed)
     out = [rng.random(len(c)) < _CHECKED for c in state.control]
@@ -195,7 +139,7 @@ def _check(state: _State, seed: int) -> Float:
     except NotDetermined:
         return errors
     for k, (control, mask) in enumerate(zip(state.control, out, strict=True)):
-        used = mask & _used_control(state, k)
+        used = mask & state.used_control(k)
         if used.sum() >= _FEWEST_CHECKED:
             camera = found.cameras[found.photos.camera[k]].value
             inside = found.photo_pose(k).value.inverse.apply(control.xyz[used])
@@ -204,7 +148,7 @@ def _check(state: _State, seed: int) -> Float:
     return errors
 
 
-def _without_control(state: _State, out: Bool) -> Network:
+def _without_control(state: AdjustedPhotos, out: Bool) -> Network:
     """The adjusted network with the observations and variances of its adjustment, but some control (c,)."""
     network, found = state.network, state.adjustment
     used = found.used.copy()
@@ -220,17 +164,9 @@ def _without_control(state: _State, out: Bool) -> Network:
     )
 
 
-def _used_control(state: _State, photo: int) -> Bool:
-    """Which control points (n,) of a photo the adjustment used."""
-    images = state.network.images
-    mine = (images.photo == photo) & (images.group == CONTROL)
-    used: Bool = state.adjustment.used[mine]
-    return used
-
-
-def _oriented(k: int, state: _State, photo: Photo, verdict: Verdict, check: float) -> OrientedPhoto:
+def _oriented(k: int, state: AdjustedPhotos, photo: Photo, verdict: Verdict, check: float) -> OrientedPhoto:
     found = state.adjustment
-    control, ties = _rows(state, k, CONTROL), _rows(state, k, TIES)
+    control, ties = state.rows(k, CONTROL), state.rows(k, TIES)
     return OrientedPhoto(
         photo,
         int(state.placed.numbers[k]),
@@ -241,7 +177,7 @@ def _oriented(k: int, state: _State, photo: Photo, verdict: Verdict, check: floa
         check,
         float(np.nanmean(found.redundancy[control])) if len(control) else float("nan"),
         float(np.nanmedian(found.detectable_bias[control])) if len(control) else float("nan"),
-        _in_one_word(verdict, len(control), len(ties), len(_fellows(state, k))),
+        in_one_word(state, k, verdict),
         verdict.rival,
         found.cameras[found.photos.camera[k]].sigma,
         state.network.images.pixels[control],
@@ -249,21 +185,15 @@ def _oriented(k: int, state: _State, photo: Photo, verdict: Verdict, check: floa
     )
 
 
-def _in_one_word(verdict: Verdict, control: int, ties: int, fellows: int) -> str:
-    """What supports a pose: the scan, other photos ("tied"), its rig ("carried"), or little ("plain")."""
-    if verdict.confirmed or (control >= _CONFIRMING and verdict.alone):
-        return "confirmed"
-    if ties >= _FEWEST_TIES:
-        return "tied"
-    return "carried" if control < _FEWEST_CONTROL and fellows > 1 else "plain"
-
-
 def _rms(residuals: Float) -> float:
     return float(np.sqrt(np.mean(residuals**2))) if residuals.size else float("nan")
 
 
 def _orientation(
-    photos: tuple[OrientedPhoto, ...], left: Sequence[Unoriented], state: _State, surface: ScannedSurface
+    photos: tuple[OrientedPhoto, ...],
+    left: Sequence[Unoriented],
+    state: AdjustedPhotos,
+    surface: ScannedSurface,
 ) -> Orientation:
     found, images = state.adjustment, state.network.images
     n = len(state.placed.ties.xyz)

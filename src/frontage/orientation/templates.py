@@ -2,7 +2,7 @@
 
 Templates lie on a regular grid of the rendering. Each is compared with the photo by the normalised
 correlation of oriented gradients, over shifts up to the search radius. A peak counts only if it stands out
-from the other values of its own correlation surface, which tell what chance achieves. Its standard error
+from the correlation with other places of the photo, which tell what chance achieves. Its standard error
 follows from the sharpness of the peak and from the share of the pattern that does not agree
 (Foerstner 1982, for least squares matching): ``var = (1 - r^2) / (r n (-r''))`` with n independent samples.
 """
@@ -11,6 +11,7 @@ from dataclasses import dataclass
 
 import cv2
 import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
 
 from frontage.geometry.arrays import Array, Bool, Float, Int, freeze
 from frontage.orientation.gradients import Channels
@@ -18,7 +19,9 @@ from frontage.orientation.gradients import Channels
 HALF = 24  # px of the rendering: a template has 49 x 49
 _STEP = 16  # px between templates
 LEAST_KNOWN = 0.5  # share of a template that must be known
-_STANDS_OUT = 4.5  # robust sigmas of the correlation surface above its median
+_STANDS_OUT = 4.5  # standard deviations above the mean of what chance achieves
+_ELSEWHERE, _FEWEST_ELSEWHERE = 200, 20  # places of the photo that tell what chance achieves
+_AT_ONCE = 512  # templates whose pixels are held in memory
 _CORRELATED_PX2 = 6.0  # area that one independent sample represents, after the joining blur
 
 
@@ -30,6 +33,7 @@ class Shifts:
     shift  (n, 2) px of the rendering, from there to the place in the photo
     sigma  (n, 2) px, standard error of the shift
     score  (n,) correlation at the peak, -1..1
+    unique (n,) bool, whether the peak also stands out from its own surroundings
     tried  number of templates that were compared
     """
 
@@ -37,6 +41,7 @@ class Shifts:
     shift: Float
     sigma: Float
     score: Float
+    unique: Bool
     tried: int
 
     def __post_init__(self) -> None:
@@ -47,6 +52,7 @@ class Shifts:
             shift=((n, 2), np.float64),
             sigma=((n, 2), np.float64),
             score=((n,), np.float64),
+            unique=((n,), np.bool_),
         )
 
     def __len__(self) -> int:
@@ -89,20 +95,30 @@ def correlation_surfaces(
 
 
 def find_shifts(
-    template: Channels, photo: Channels, radius: int, step: int = _STEP, wanted: Bool | None = None
+    template: Channels,
+    photo: Channels,
+    radius: int,
+    step: int = _STEP,
+    wanted: Bool | None = None,
+    *,
+    unique: bool = False,
 ) -> Shifts:
     """Finds the templates of a rendering in the photo, within `radius` px of where it expects them.
 
-    `wanted` (h, w) tells where they are looked for; everywhere if None.
+    `wanted` (h, w) tells where they are looked for; everywhere if None. `unique` peaks stand out from all
+    that is nearby; otherwise it is enough that a peak is higher than chance.
     """
     at, surfaces = correlation_surfaces(template, photo, radius, step, wanted=wanted)
     if not len(at):
         none = np.empty((0, 2))
-        return Shifts(at, none, none, np.empty(0), 0)
+        return Shifts(at, none, none, np.empty(0), np.empty(0, np.bool_), 0)
     peak = surfaces.reshape(len(at), -1).argmax(1)
     row, column = np.divmod(peak, 2 * radius + 1)
     inside = (row > 0) & (row < 2 * radius) & (column > 0) & (column < 2 * radius)
-    good = np.flatnonzero(inside & _stands_out(surfaces, row, column))
+    top = surfaces[np.arange(len(at)), row, column]
+    alone = _unique(surfaces, top)
+    real = alone if unique else alone | _beyond_chance(top, template, photo, at)
+    good = np.flatnonzero(inside & real & (top > 0))
     shift, sigma, score = _fitted(surfaces[good], row[good], column[good])
     samples = _samples(template, at[good])
     sigma = sigma / np.sqrt(samples / _CORRELATED_PX2)[:, None]
@@ -112,6 +128,7 @@ def find_shifts(
         shift[usable],
         sigma[usable],
         score[usable],
+        alone[good][usable],
         len(at),
     )
 
@@ -133,33 +150,73 @@ def _surface(
     return surface
 
 
-def _stands_out(surfaces: Array, row: Int, column: Int) -> Array:
-    """Whether the peak is higher than chance: by robust sigmas of the surface's own values."""
+def _beyond_chance(top: Array, template: Channels, photo: Channels, at: Int) -> Array:
+    """Whether peaks (n,) are higher than what templates at (n, 2) reach by chance, elsewhere in the photo.
+
+    The surroundings of a peak do not tell that: along an edge the correlation is high everywhere.
+    """
+    elsewhere = _elsewhere(photo.shape)
+    values, power = _patches(photo.values, elsewhere), _patches((photo.values**2).sum(0)[None], elsewhere)
+    stands = np.zeros(len(at), np.bool_)
+    for first in range(0, len(at), _AT_ONCE):
+        rows = slice(first, first + _AT_ONCE)
+        patches, masks = _patches(template.values, at[rows]), _patches(template.known[None], at[rows])
+        energy = (masks.astype(np.float32) @ power.T) * (patches**2).sum(1)[:, None]
+        chance = (patches @ values.T) / np.sqrt(np.maximum(energy, 1e-9))
+        other = np.abs(at[rows, None] - elsewhere).max(-1) > HALF
+        count = np.maximum(other.sum(1), 1)
+        mean = (chance * other).sum(1) / count
+        spread = np.sqrt(((chance - mean[:, None]) ** 2 * other).sum(1) / count)
+        stands[rows] = (top[rows] - mean > _STANDS_OUT * spread) & (other.sum(1) >= _FEWEST_ELSEWHERE)
+    return stands
+
+
+def _unique(surfaces: Array, top: Array) -> Array:
+    """Whether peaks (n,) stand out from the other values of their surfaces by robust standard deviations."""
     flat = surfaces.reshape(len(surfaces), -1)
     middle = np.median(flat, axis=1)
     spread = 1.4826 * np.median(np.abs(flat - middle[:, None]), axis=1)
-    top = surfaces[np.arange(len(row)), row, column]
-    stands: Array = (top - middle) > _STANDS_OUT * np.maximum(spread, 1e-6)
-    return stands & (top > 0)
+    return np.asarray(top - middle > _STANDS_OUT * np.maximum(spread, 1e-6))
+
+
+def _elsewhere(shape: tuple[int, int]) -> Int:
+    """Places (k, 2), column and row, all over a picture."""
+    h, w = shape
+    rng = np.random.default_rng(0)
+    return np.column_stack([rng.integers(HALF, side - HALF, _ELSEWHERE) for side in (w, h)])
+
+
+def _patches(layers: Array, at: Int) -> Array:
+    """The templates' pixels (n, k * 49 * 49) of layers (k, h, w) around places (n, 2)."""
+    side = 2 * HALF + 1
+    windows = sliding_window_view(layers, (side, side), axis=(1, 2))
+    picked: Array = windows[:, at[:, 1] - HALF, at[:, 0] - HALF].swapaxes(0, 1).reshape(len(at), -1)
+    return picked
 
 
 def _fitted(surfaces: Array, row: Int, column: Int) -> tuple[Float, Float, Float]:
     """Peak positions relative to the middle (n, 2), sigmas for one sample (n, 2), and peak heights (n,).
 
-    A paraboloid is fitted to the 3 x 3 values around the peak, along the axes.
+    A paraboloid is fitted to the 3 x 3 values around the peak. Its twist matters: along an edge that is not
+    parallel to an axis the position is open, although both sections through the peak are sharp.
     """
-    n = np.arange(len(row))
-    middle = surfaces.shape[1] // 2
-    top = surfaces[n, row, column].astype(np.float64)
-    left, right = (surfaces[n, row, column + d].astype(np.float64) for d in (-1, 1))
-    above, below = (surfaces[n, row + d, column].astype(np.float64) for d in (-1, 1))
+    n = np.arange(len(row))[:, None, None]
+    steps = np.arange(-1, 2)
+    around = surfaces[n, row[:, None, None] + steps[:, None], column[:, None, None] + steps].astype(
+        np.float64
+    )
+    top = around[:, 1, 1]
+    slope = 0.5 * np.column_stack([around[:, 1, 2] - around[:, 1, 0], around[:, 2, 1] - around[:, 0, 1]])
+    across = 2 * top - around[:, 1, 2] - around[:, 1, 0]
+    down = 2 * top - around[:, 2, 1] - around[:, 0, 1]
+    twist = 0.25 * (around[:, 0, 2] + around[:, 2, 0] - around[:, 0, 0] - around[:, 2, 2])
     with np.errstate(divide="ignore", invalid="ignore"):
-        bend = np.column_stack([2 * top - left - right, 2 * top - above - below])
-        bend = np.where(bend > 1e-9, bend, np.nan)
-        slope = 0.5 * np.column_stack([right - left, below - above])
-        shift = np.column_stack([column, row]) - middle + slope / bend
+        determinant = across * down - twist**2
+        determinant = np.where((determinant > 1e-18) & (across > 1e-9), determinant, np.nan)
+        inverse = np.stack([down, -twist, -twist, across], -1).reshape(-1, 2, 2) / determinant[:, None, None]
+        shift = np.column_stack([column, row]) - surfaces.shape[1] // 2 + (inverse @ slope[..., None])[..., 0]
         height = np.clip(top, 1e-3, 1 - 1e-6)[:, None]
-        sigma = np.sqrt((1 - height**2) / (height * bend))
+        sigma = np.sqrt((1 - height**2) / height * np.diagonal(inverse, axis1=1, axis2=2))
     return shift, sigma, top
 
 

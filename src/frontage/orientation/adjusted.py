@@ -1,0 +1,52 @@
+"""Photos after an adjustment: what was measured in them, and what of it supports their poses."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from frontage.geometry.arrays import Bool, Int
+from frontage.orientation.adjustment import Adjustment, Network
+from frontage.orientation.control import ControlPoints
+from frontage.orientation.network import CONTROL
+from frontage.orientation.placed import Placed
+
+
+@dataclass(frozen=True, eq=False)
+class AdjustedPhotos:
+    """The photos that are still in, with what was measured in them, and the last adjustment."""
+
+    placed: Placed
+    control: tuple[ControlPoints, ...]
+    network: Network
+    adjustment: Adjustment
+
+    @property
+    def improved(self) -> Placed:
+        """The photos with adjusted poses and cameras, and the adjusted tie points."""
+        found, ties = self.adjustment, self.placed.ties
+        cameras = [found.cameras[k].value for k in found.photos.camera]
+        photos = tuple(
+            replace(photo, camera=cameras[k], local_from_camera=found.photo_pose(k))
+            for k, photo in enumerate(self.placed.photos)
+        )
+        return Placed(self.placed.numbers, photos, replace(ties, xyz=found.points[: len(ties.xyz)]))
+
+    def rows(self, photo: int, group: int) -> Int:
+        """The image observations (k,) of a group in a photo that the adjustment used."""
+        images = self.network.images
+        return np.flatnonzero(self.adjustment.used & (images.photo == photo) & (images.group == group))
+
+    def used_control(self, photo: int) -> Bool:
+        """Which control points (n,) of a photo the adjustment used."""
+        images = self.network.images
+        used: Bool = self.adjustment.used[(images.photo == photo) & (images.group == CONTROL)]
+        return used
+
+    def recognising(self, photo: int) -> int:
+        """How many control points show that a photo is where it is thought to be."""
+        return int((self.used_control(photo) & self.control[photo].unique).sum())
+
+    def fellows(self, photo: int) -> Int:
+        """The photos on the body of a photo, itself among them."""
+        body = self.network.photos.body
+        return np.flatnonzero(body == body[photo])

@@ -1,0 +1,69 @@
+"""Which adjusted photos may stay: what supports the pose of each, and what contradicts it."""
+
+from collections.abc import Sequence
+
+import numpy as np
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
+
+from frontage.geometry.arrays import Int
+from frontage.orientation.adjusted import AdjustedPhotos
+from frontage.orientation.network import TIES
+from frontage.orientation.result import Unoriented
+from frontage.orientation.verify import Verdict
+
+_FEWEST_CONTROL = 12
+_FEWEST_TIES = 30
+_CONFIRMING = 50  # control points, each of which stands out from chance and agrees with the others
+
+
+def judged(state: AdjustedPhotos, verdicts: Sequence[Verdict]) -> tuple[Int, list[Unoriented]]:
+    """Which photos may stay, and why the others may not."""
+    keep, refused = [], list[Unoriented]()
+    recognising = _recognising(state)
+    of_block = _sums_of_blocks(state, recognising)
+    for k, (photo, verdict) in enumerate(zip(state.placed.photos, verdicts, strict=True)):
+        # What the other cameras of its rig see supports a photo as well as what it sees itself.
+        fellows = state.fellows(k)
+        control, ties = int(recognising[fellows].sum()), sum(len(state.rows(j, TIES)) for j in fellows)
+        if verdict.contradicted:
+            text = f"the scan is found {verdict.shift:.0f} px from where its pose puts it"
+            refused.append(Unoriented(photo.id, "O104", text))
+        elif control < _FEWEST_CONTROL and ties < _FEWEST_TIES:
+            text = f"only {control} control points and {ties} tie points support its pose"
+            refused.append(Unoriented(photo.id, "O105", text))
+        elif of_block[k] < _FEWEST_CONTROL:
+            text = f"only {of_block[k]} control points support it together with the photos that it is tied to"
+            refused.append(Unoriented(photo.id, "O105", text))
+        else:
+            keep.append(k)
+    return np.array(keep, np.int64), refused
+
+
+def _recognising(state: AdjustedPhotos) -> Int:
+    """How many control points (p,) of every photo show that it is where it is thought to be."""
+    return np.array([state.recognising(k) for k in range(len(state.placed.photos))], np.int64)
+
+
+def _sums_of_blocks(state: AdjustedPhotos, counts: Int) -> Int:
+    """The sum (p,) of counts (p,) over a photo, its rig, and all photos that tie points connect with it."""
+    photos, images = len(state.placed.photos), state.network.images
+    ties = state.adjustment.used & (images.group == TIES)
+    body = state.network.photos.body
+    # Photos, points and bodies are the nodes of one graph.
+    first = np.concatenate([images.photo[ties], np.arange(photos)])
+    second = np.concatenate([photos + images.point[ties], photos + len(state.network.points) + body])
+    size = photos + len(state.network.points) + int(body.max()) + 1
+    links = coo_array((np.ones(len(first)), (first, second)), shape=(size, size))
+    block = connected_components(links, directed=False)[1][:photos]
+    return np.asarray(np.bincount(block, counts)[block], np.int64)
+
+
+def in_one_word(state: AdjustedPhotos, photo: int, verdict: Verdict) -> str:
+    """What supports a pose: the scan, other photos ("tied"), its rig ("carried"), or little ("plain")."""
+    control = state.recognising(photo)
+    if verdict.confirmed or (control >= _CONFIRMING and verdict.alone):
+        return "confirmed"
+    if len(state.rows(photo, TIES)) >= _FEWEST_TIES:
+        return "tied"
+    return "carried" if control < _FEWEST_CONTROL and len(state.fellows(photo)) > 1 else "plain"

@@ -1,0 +1,55 @@
+"""Photos that nothing places in the scan are refused, also when tie points connect them with one another."""
+
+from types import SimpleNamespace
+
+import numpy as np
+
+from frontage.orientation.adjusted import AdjustedPhotos
+from frontage.orientation.judging import judged
+from frontage.orientation.network import CONTROL, TIES
+from frontage.orientation.verify import Verdict
+
+UNDECIDED = Verdict(0, 0, 1.0, 0.0, 0.0)
+
+
+def block(control, pairs, *, unique=True, ties=40):
+    """Photos with a number of control points each, and tie points between pairs of them."""
+    photo, point, group = [], [], []
+    for k, count in enumerate(control):
+        photo += [k] * count
+        group += [CONTROL] * count
+    point += list(range(len(photo)))
+    for a, b in pairs:
+        numbers = list(range(len(point), len(point) + ties))
+        photo += [a] * ties + [b] * ties
+        point += numbers * 2
+        group += [TIES] * 2 * ties
+    photos = len(control)
+    network = SimpleNamespace(
+        images=SimpleNamespace(photo=np.array(photo), point=np.array(point), group=np.array(group)),
+        photos=SimpleNamespace(body=np.arange(photos)),
+        points=np.zeros((max(point) + 1, 3)),
+    )
+    return AdjustedPhotos(
+        SimpleNamespace(photos=[SimpleNamespace(id=f"P{k}") for k in range(photos)]),
+        tuple(SimpleNamespace(unique=np.full(count, unique)) for count in control),
+        network,
+        SimpleNamespace(used=np.ones(len(photo), bool)),
+    )
+
+
+def test_one_photo_with_control_carries_those_that_are_tied_to_it():
+    keep, refused = judged(block([20, 0, 0], [(0, 1), (1, 2)]), [UNDECIDED] * 3)
+    assert keep.tolist() == [0, 1, 2] and not refused
+
+
+def test_photos_that_are_tied_to_each_other_alone_are_refused():
+    keep, refused = judged(block([20, 3, 4], [(1, 2)]), [UNDECIDED] * 3)
+    assert keep.tolist() == [0]
+    assert [(r.photo, r.code) for r in refused] == [("P1", "O105"), ("P2", "O105")]
+    assert "only 7 control points support it together" in refused[0].reason
+
+
+def test_control_that_may_lie_elsewhere_does_not_place_a_photo():
+    keep, refused = judged(block([50, 50], [(0, 1)], unique=False), [UNDECIDED] * 2)
+    assert not len(keep) and len(refused) == 2
