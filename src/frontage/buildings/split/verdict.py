@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from frontage.buildings.split.channels import FLOOR, sharpest
-from frontage.buildings.split.cues import SURE, compare_sides, cue_of
+from frontage.buildings.split.cues import compare_sides, cue_of
 from frontage.buildings.split.evidence import NEAR_BINS, SplitEvidence, spread_within
 
 _GAP_CUE = 9.0  # standard errors that an open gap counts as
@@ -28,14 +28,15 @@ class Verdict:
 def judge_cut(evidence: SplitEvidence, cuts: list[int], i: int) -> Verdict:
     """Judges cut i among its neighbours.
 
-    An eaves step or a gap convinces alone; any other cue needs a second one.
+    An eaves step or a gap convinces alone. Any other cue needs a second one, and both together must make a
+    party wall likelier than not.
     """
     left, right = evidence.sides(cuts, i)
     cues, alone = compare_sides(evidence, left, right, spread_within(evidence, cuts))
     if any(a <= cuts[i] <= b for a, b in evidence.gaps):
         cues["gap"], alone = _GAP_CUE, True
-    convincing = alone or (len(cues) >= 2 and max(cues.values()) > SURE)
     odds: float = sum(min(t * t / 2, 12.0) - 4.0 for t in cues.values()) - 2.0
+    convincing = alone or (len(cues) >= 2 and odds > 0.0)
     return Verdict(tuple(sorted(cues)), convincing, float(np.clip(odds, -_MOST_ODDS, _MOST_ODDS)))
 
 
