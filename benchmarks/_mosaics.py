@@ -4,7 +4,7 @@ Between two photos cars and pedestrians move or go, and every photo has its own 
 The facades are the true ones, so that nothing but the picture is judged.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import cv2
@@ -20,6 +20,7 @@ from frontage.ortho.occluders import find_occluders
 from frontage.ortho.orthoraster import facade_raster
 from frontage.ortho.photo_image import paint_photos
 from frontage.ortho.points import facade_points
+from frontage.ortho.rectified import CellPhotos
 from frontage.ortho.relief import measure_relief
 from frontage.ortho.surface import DrawingSurface
 from frontage.ortho.views import plan_views
@@ -137,8 +138,8 @@ def record(case: StreetCase, photos: int = 7, width: int = 1600) -> Street:
     )
 
 
-def front(street: Street, house: int) -> Facade:
-    """The true street facade of a house, with the points of the scan that lie near it."""
+def front(street: Street, house: int, spacing: float = SCAN_M) -> Facade:
+    """The true street facade of a house, with the points of the scan, `spacing` m apart, that lie near it."""
     plan = street.scene.houses[house].facades[0]
     xyz = plan.local_from_facade.inverse.apply(street.scan.xyz)
     (x0, z0), (x1, z1) = plan.outline.min(0), plan.outline.max(0)
@@ -148,7 +149,7 @@ def front(street: Street, house: int) -> Facade:
     inliers = support[np.abs(xyz[support, 1]) < 0.03]
     world, name = street.scan.world, street.scene.houses[house].id
     return Facade(
-        f"{name}/F1", name, pose, world, plan.outline, (), support, inliers, 0.004, SCAN_M, 1.0, "rays"
+        f"{name}/F1", name, pose, world, plan.outline, (), support, inliers, 0.004, spacing, 1.0, "rays"
     )
 
 
@@ -158,12 +159,13 @@ def single_photos(street: Street, facade: Facade, options: OrthoOptions) -> list
     points = facade_points(street.scan, facade, raster, options)
     relief = measure_relief(points.xyz[points.used], facade, raster, options, points.gaps)
     surface = DrawingSurface(facade, raster, relief)
-    occluders = find_occluders(facade, street.scan, None, options)
+    occluders = find_occluders(facade, points.xyz, None, options)
     out = []
     for photo in street.photos:
         bands, plan = Bands(raster), plan_views(surface, occluders, [photo], options)
         image_of = street.images.__getitem__
-        mosaic = compose_mosaic(surface, plan, image_of, options, {})
+        cells = plan and CellPhotos(replace(surface, raster=plan.cells), options.projection, image_of)
+        mosaic = compose_mosaic(surface, plan, cells, options, {})
         paint_photos(bands, surface, mosaic, image_of, options)
         gsd = np.where(bands.source > 0, bands.gsd, np.inf)
         out.append(Single(bands.pixels[..., :3], bands.source > 0, gsd))

@@ -15,24 +15,11 @@ from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
 
 import numpy as np
-import shapely
 
 from _common import bootstrap, rate_interval
 from frontage.geometry.ring import rectangle
-from frontage.model import (
-    Building,
-    Elements,
-    Estimate,
-    Facade,
-    Failed,
-    Opening,
-    Protrusion,
-    ProtrusionKind,
-    Provenance,
-    Surface,
-)
+from frontage.model import Failed, Surface
 from frontage.model.citymodel import Shell
-from frontage.simulate.scene import FacadePlan, House
 from frontage.simulate.spec import SceneSpec
 from frontage.simulate.street.build import build_street
 from frontage.solids import assemble
@@ -41,10 +28,10 @@ from frontage.solids.cells.build import build_solid
 from frontage.solids.relief import FacadeReliefs, Relief
 from frontage.validation import validate
 from frontage.validation.validate import overlapping
+from planned_houses import building, elements, facade
 from solids.facades import block, frame, random_facade
 
 _HOUSES = 3  # on a simulated street
-_ROOFS = ("dormer", "chimney")  # stand on the roof, not on a facade
 
 
 @dataclass(frozen=True)
@@ -84,7 +71,7 @@ def street_case(seed: int) -> Tally:
         fronts = [(facade(f, scene.world), elements(f)) for f in house.facades]
         count = sum(len(e.openings) + len(e.protrusions) for _, e in fronts)
         shell = Shell("2", tuple(Surface(ring, kind) for kind, ring in house.shell))
-        made = assemble(_building(house), fronts, [shell], scene.world)
+        made = assemble(building(house), fronts, [shell], scene.world)
         name = (f"street {seed} {house.id}",)
         if isinstance(made, Failed):
             total += Tally(len(fronts), 1, count, 0, 0, name)
@@ -95,51 +82,6 @@ def street_case(seed: int) -> Tally:
         bad = lost or any(validate(s) for s in solids) or bool(overlapping(apart))
         total += Tally(len(fronts), len(solids), count, len(made.failed), 0, name if bad else ())
     return total
-
-
-def _building(house: House) -> Building:
-    return Building(house.id, np.zeros(0, np.int64), house.ground_z, house.address)
-
-
-def facade(plan: FacadePlan, world) -> Facade:
-    pose = Estimate(plan.local_from_facade, np.eye(6) * 1e-8, 100.0)
-    none = np.zeros(0, np.int64)
-    return Facade(
-        plan.id, plan.id.split("/")[0], pose, world, plan.outline, (), none, none, 0.0, 0.02, 1.0, ""
-    )
-
-
-def elements(plan: FacadePlan) -> Elements:
-    """Return the elements to build on a facade, as if they had been found."""
-    sure = np.eye(1) * 1e-6
-    oriels = {p.y_range[0]: p.id for p in plan.protrusions if p.kind == "oriel"}
-    openings = tuple(
-        Opening(
-            o.id, o.kind, o.ring, np.eye(2 * len(o.ring)) * 1e-6, Estimate(o.depth, sure, 9.0), o.shape,
-            Provenance.MEASURED, 9.0, 1.0, o.floor, o.bay, on=oriels.get(o.wall_y, ""),
-        )
-        for o in plan.openings
-    )  # fmt: skip
-    protrusions = tuple(
-        Protrusion(
-            p.id,
-            p.kind if p.kind in set(ProtrusionKind) else ProtrusionKind.OTHER,  # such as a string course
-            ring,
-            0.01,
-            Estimate(p.y_range[0], sure, 9.0),
-            Provenance.MEASURED,
-            1.0,
-        )
-        for p in plan.protrusions
-        if p.kind not in _ROOFS and len(ring := _above(p.ring, float(plan.outline[:, 1].min())))
-    )
-    return Elements(plan.id, openings, protrusions)
-
-
-def _above(ring: np.ndarray, foot: float) -> np.ndarray:
-    """A ring without what lies below the ground, as that of a plinth; empty where nothing is left."""
-    rest = shapely.Polygon(ring).intersection(shapely.box(-1e4, foot, 1e4, 1e4))
-    return np.asarray(rest.exterior.coords)[:-1] if rest.geom_type == "Polygon" and rest.area else ring[:0]
 
 
 def cases(wanted: int, first: int) -> Iterator[tuple[int, str]]:

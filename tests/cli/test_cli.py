@@ -20,8 +20,10 @@ def call(*words: object) -> Result:
 
 
 @pytest.fixture(scope="module")
-def out(project: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+def out(project: Path, pair_run: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A copy of the run, all of whose stages the command keeps."""
     folder = tmp_path_factory.mktemp("cli") / "out"
+    shutil.copytree(pair_run, folder)
     result = call("run", project, "-o", folder, "--quiet")
     assert result.exit_code == 0, result.output
     assert result.output == ""

@@ -48,8 +48,8 @@ def test_orienting_again_gives_the_same(out: Path, tmp_path: Path) -> None:
     assert all(np.array_equal(after[name], before[name]) for name in before)
 
 
-def test_trusted_photos_have_nothing_to_orient(simulated_run: Path) -> None:
-    result = call("orient", simulated_run)
+def test_trusted_photos_have_nothing_to_orient(simulated_run: Path, tmp_path: Path) -> None:
+    result = call("orient", shutil.copytree(simulated_run, tmp_path / "copy"))
     assert result.exit_code == 1
     assert len(result.stderr.splitlines()) == 1 and "Traceback" not in result.stderr
     assert "nothing to do for 'orient': all photos have trusted poses" in result.stderr

@@ -21,11 +21,11 @@ def whole(street: Path, tmp_path_factory: pytest.TempPathFactory) -> Whole:
     return unkilled(street, tmp_path_factory.mktemp("whole") / "out", 1)
 
 
-@pytest.mark.parametrize("workers", [1, 2])
 def test_a_run_that_is_killed_twice_is_resumed_to_the_same_bytes(
-    street: Path, whole: Whole, tmp_path: Path, workers: int
+    street: Path, whole: Whole, tmp_path: Path
 ) -> None:
-    kills = killed_often(street, tmp_path, whole, workers, 2, seed=workers)
+    """With one worker, tests/pipeline/test_run.py does the same at fourteen places of a run."""
+    kills = killed_often(street, tmp_path, whole, 2, 2, seed=2)
     assert kills[0].markers < whole.markers and kills[0].markers <= kills[1].markers
     assert [kill for kill in kills if kill.orphans] == []
 
@@ -43,7 +43,7 @@ def test_workers_end_with_their_parent(street: Path, tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("workers", [1, 2])
-def test_sigterm_ends_a_run_in_one_sentence_and_it_can_be_resumed(
+def test_sigterm_ends_a_run_in_one_sentence_and_one_of_two_workers_can_be_resumed(
     street: Path, whole: Whole, tmp_path: Path, workers: int
 ) -> None:
     run = Run(street, tmp_path / "out", workers)
@@ -59,7 +59,8 @@ def test_sigterm_ends_a_run_in_one_sentence_and_it_can_be_resumed(
         assert run.orphans() == ()
     finally:
         run.clean()
-    assert unkilled(street, tmp_path / "out", workers).contents == whole.contents
+    if workers == 2:  # with one, tests/cli/test_cli.py resumes a run that Ctrl-C has ended
+        assert unkilled(street, tmp_path / "out", workers).contents == whole.contents
 
 
 def _until_working(run: Run, out: Path) -> None:

@@ -1,11 +1,11 @@
 """A simulated scene whose photos are oriented, shared by the tests of the stage and of the command.
 
-The scene and the run are made once per process, whoever asks first.
+The scene and the runs are made once for all workers, whoever asks first.
 """
 
+import pickle
 import shutil
 from collections.abc import Callable
-from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -18,6 +18,7 @@ from frontage.pipeline.project import Project, load_project
 from frontage.pipeline.run import Summary
 from frontage.simulate.spec import parse_spec
 from frontage.studies.simulate import simulate
+from once import once
 
 SPEC = """
 name = "oriented"
@@ -77,31 +78,21 @@ SIGMA_POSITION, SIGMA_ANGLE = 1.5, 4.0  # of the approximate poses: m, degrees
 _ORIENTING = ("scans", "register", "keypoints", "matches", "orient")
 
 
-@cache
-def _made(base: Path) -> Path:
-    return simulate(parse_spec(SPEC), base / "scene").out
-
-
-@cache
-def _finished(base: Path) -> tuple[Path, Summary]:
-    out = base / "out"
-    return out, chain.run(project_of(_made(base)), out)
-
-
-def _base(factory: pytest.TempPathFactory) -> Path:
-    base = factory.getbasetemp() / "oriented"
-    base.mkdir(exist_ok=True)
-    return base
-
-
 def scene_of(factory: pytest.TempPathFactory) -> Path:
     """Returns the folder of the simulated scene."""
-    return _made(_base(factory))
+    return once(factory, "oriented_scene", lambda folder: simulate(parse_spec(SPEC), folder))
 
 
 def finished_run(factory: pytest.TempPathFactory) -> tuple[Path, Summary]:
     """Returns the folder of the whole chain with approximate poses, and its summary; copy before changes."""
-    return _finished(_base(factory))
+    scene = scene_of(factory)
+
+    def make(folder: Path) -> None:
+        summary = chain.run(project_of(scene), folder / "out")
+        (folder / "summary.pickle").write_bytes(pickle.dumps(summary))
+
+    folder = once(factory, "oriented_run", make)
+    return folder / "out", pickle.loads((folder / "summary.pickle").read_bytes())
 
 
 def project_of(scene: Path, **photos: Any) -> Project:
@@ -117,18 +108,18 @@ def project_of(scene: Path, **photos: Any) -> Project:
     return load_project(scene / "project.toml", {"photos": table, "orientation": {"key_points": 2500}})
 
 
-@cache
-def _pair(base: Path) -> Path:
-    scene = _made(base)
-    nothing = {"pose": "none", "sigma_position": None, "sigma_angle": None}
-    with pytest.MonkeyPatch.context() as patch:
-        only_orienting(patch)(project_of(scene, **some_photos(scene, base, (2, 3)), **nothing), base / "pair")
-    return base / "pair"
-
-
 def pair_run(factory: pytest.TempPathFactory) -> Path:
     """Returns the folder of a run of two photos without any pose, up to `orient`; copy before changes."""
-    return _pair(_base(factory))
+    scene = scene_of(factory)
+    nothing = {"pose": "none", "sigma_position": None, "sigma_angle": None}
+
+    def make(folder: Path) -> None:
+        folder.mkdir()
+        with pytest.MonkeyPatch.context() as patch:
+            photos = some_photos(scene, folder, (2, 3))
+            only_orienting(patch)(project_of(scene, **photos, **nothing), folder / "pair")
+
+    return once(factory, "oriented_pair", make) / "pair"
 
 
 def only_orienting(monkeypatch: pytest.MonkeyPatch) -> Callable[[Project, Path], None]:

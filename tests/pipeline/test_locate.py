@@ -165,7 +165,7 @@ def test_addresses_are_told_without_measuring_anything_again(copy: Path, simulat
     told = _Told()
     run(project, copy, progress=told)
     again = {stage for stage, kept in told.kept.items() if not kept}
-    assert "model" in again and again <= {"model", "export", "tables", "elevations", "bim", "report"}
+    assert "model" in again and again <= {"model", "export", "tables", "elevations", "bim", "qgis", "report"}
     for asked in ("13 rue Soufflot", "hofgasse 2"):
         assert open_run(copy).locate(asked, floor=1, window=1).building == "B01"
 

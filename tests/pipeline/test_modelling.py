@@ -107,14 +107,6 @@ def test_an_address_for_a_building_that_does_not_exist_is_told(tmp_path: Path) -
     assert '"13 rue Soufflot" to building "B99"' in note and "B01" in note
 
 
-def test_two_workers_give_the_same_bytes(tmp_path: Path) -> None:
-    one, two = folder(tmp_path / "1"), folder(tmp_path / "2")
-    made(one)
-    made(two, workers=2)
-    for name in FILES:
-        assert (one.out / "model" / name).read_bytes() == (two.out / "model" / name).read_bytes()
-
-
 def city_model(path: Path, wide: float, offset: float = 0.2) -> Path:
     """A city model of one house, `wide` m along the street, its front `offset` m behind the measured one."""
     at = wall(wide=wide, at=(wide / 2 - 5, offset, 0))

@@ -272,8 +272,8 @@ def test_damaged_ties_are_one_sentence(out: Path, name: str) -> None:
         (load_key_points if name.startswith("key") else load_matches)(path)
 
 
-def test_trusted_photos_have_nothing_to_orient(simulated_run: Path) -> None:
+def test_trusted_photos_have_nothing_to_orient(simulated_run: Path, tmp_path: Path) -> None:
     assert not Store(simulated_run).manifest().stages.keys() & {"keypoints", "matches", "orient"}
     assert not (simulated_run / "orientation").exists()
     with pytest.raises(FrontageError, match="nothing to do for 'orient'"):
-        run_stage(simulated_run, "orient")
+        run_stage(Path(shutil.copytree(simulated_run, tmp_path / "copy")), "orient")

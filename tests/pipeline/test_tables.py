@@ -65,6 +65,8 @@ def test_geopackage_gives_back_the_openings(simulated_run: Path, truth: dict[str
         "buildings": "Polygon", "facades": "LineString Z", "facade_outlines": "Polygon Z",
         "openings": "LineString Z", "opening_outlines": "Polygon Z", "protrusions": "LineString Z",
         "protrusion_outlines": "Polygon Z", "photos": "Point Z", "stations": "Point Z",
+        "facade_elevations": "Polygon", "opening_elevations": "Polygon", "protrusion_elevations": "Polygon",
+        "bar_elevations": "Polygon",
     }  # fmt: skip
     frame = pyogrio.read_dataframe(path, layer="opening_outlines")
     assert frame.crs == pyproj.CRS(Store(simulated_run).world().crs)
@@ -197,3 +199,21 @@ def test_a_missing_extra_is_told_and_its_older_file_removed(
     run_stage(out, "tables")
     after = {p.name: p.read_bytes() for p in (out / "products").glob("*.*")}
     assert after == before  # the same bytes every time
+
+
+def test_elevations_lie_in_the_plane_of_their_facade(simulated_run: Path, truth: dict[str, Any]) -> None:
+    path = simulated_run / "products" / "frontage.gpkg"
+    zero = Store(simulated_run).facade("B01/F1").height_of_zero
+    frame = pyogrio.read_dataframe(path, layer="opening_elevations", where="facade = 'B01/F1'")
+    assert frame.crs is None or frame.crs.is_engineering
+    for row in frame.to_dict("records"):
+        record = truth[row["id"]]
+        expected = np.array(record["outline"]) + np.array([0.0, zero])
+        np.testing.assert_allclose(ring(row["geometry"])[:, :2], expected, atol=TOLERANCE_M, rtol=0)
+    bars = open_run(simulated_run).table("bar_elevations")
+    assert bars.crs is None
+    for row in bars.to_dict("records"):
+        record = truth[row["opening"]]
+        known = {round(b["position"], 4): b for b in record["bars"][row["axis"]]}
+        at = row["position"] - (zero if row["axis"] == "horizontal" else 0.0)
+        assert round(at, 4) in known or round(at, 4) + 1e-4 in known

@@ -150,7 +150,7 @@ def test_quantiles_by_cell():
     cell = np.array([0, 0, 0, 3, 3])
     q, count = gridding.cell_quantiles(cell, np.array([3.0, 1, 2, 10, 20]), (2, 2), (0.0, 0.5, 1.0))
     assert count.tolist() == [[3, 0], [0, 2]]
-    assert q[:, 0, 0].tolist() == [1, 2, 3] and q[:, 1, 1].tolist() == [10, 15, 20]
+    assert q[:, 0, 0] == pytest.approx([1, 2, 3]) and q[:, 1, 1] == pytest.approx([10, 15, 20])
     assert np.isnan(q[:, 0, 1]).all()
 
 

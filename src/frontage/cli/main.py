@@ -32,6 +32,7 @@ COMMANDS = {
     "model": "Build the LoD3 model (CityJSON, CityGML, GLB) of a run folder again.",
     "export": "Write the textured facades (GLB, OBJ), tables, drawings and the IFC model again.",
     "report": "Write report.html of a run folder again.",
+    "view": "Look at a run folder in a browser, or write it as a static site.",
     "locate": "Where an opening is: by address, floor and number, or by its id.",
     "pixel-to-world": "World position of an ortho-image pixel.",
     "world-to-pixel": "Ortho-image pixel of a world position.",

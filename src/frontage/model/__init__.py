@@ -21,7 +21,7 @@ from frontage.model.opening import (
     Protrusion,
     ProtrusionKind,
 )
-from frontage.model.ortho import NOT_SEEN, OrthoImage, PhotoOffset, PhotoRemark
+from frontage.model.ortho import INFERRED, NOT_SEEN, OrthoImage, PhotoOffset, PhotoRemark
 from frontage.model.photo import Camera, Photo
 from frontage.model.rig import Exposure, MountedCamera, Rig
 from frontage.model.scan import Grid, Scan, merge_scans
@@ -33,6 +33,7 @@ __all__ = [
     "AXES",
     "DOORS",
     "FRAME_THICKNESS_M",
+    "INFERRED",
     "NOT_SEEN",
     "OCCLUDER_KINDS",
     "OPENING_SURFACES",

@@ -91,6 +91,11 @@ class Facade:
         return float(self.local_from_facade.sigma[1])
 
     @property
+    def height_of_zero(self) -> float:
+        """Height in m, above the datum of the CRS, of z = 0 of the facade frame."""
+        return float(self.world.to_world(self.frame.t)[2])
+
+    @property
     def extent(self) -> tuple[float, float, float, float]:
         """x0, z0, x1, z1 in m: the bounding box of the outline."""
         (x0, z0), (x1, z1) = self.outline.min(0), self.outline.max(0)

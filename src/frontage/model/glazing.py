@@ -3,6 +3,8 @@
 from dataclasses import dataclass
 from math import inf
 
+from frontage.geometry.arrays import Float
+from frontage.geometry.ring import rectangle
 from frontage.model.estimate import Estimate, Provenance
 
 AXES = ("vertical", "horizontal")
@@ -32,6 +34,15 @@ class Bar:
     def __post_init__(self) -> None:
         if self.axis not in AXES:
             raise ValueError(f"a bar is vertical or horizontal, not {self.axis!r}")
+
+    @property
+    def ring(self) -> Float:
+        """Its outline (4, 2) m (x, z), counter-clockwise as seen from the street."""
+        (low, high), half = self.extent, self.width / 2
+        across = (self.position - half, self.position + half)
+        if self.axis == "vertical":
+            return rectangle(across[0], low, across[1], high)
+        return rectangle(low, across[0], high, across[1])
 
 
 @dataclass(frozen=True)

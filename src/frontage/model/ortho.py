@@ -12,6 +12,8 @@ from frontage.model.occluder import Occluder
 
 NOT_SEEN = 65535
 """The source of pixels on the facade that no photo and no scan shows."""
+INFERRED = 65534
+"""The source of pixels on the facade that nothing shows and that symmetry filled."""
 _SHOWN_PX = 800  # longest side of the picture in a notebook
 
 
@@ -53,7 +55,8 @@ class OrthoImage:
     corner         (x, z) m facade: outer upper left corner of pixel (0, 0)
     facade         the facade whose plane carries it
     depth          (h, w) float32 m, y of the surface; NaN = not measured, the plane is used
-    source         (h, w) uint16: 1 + index into `sources`, 0 = outside, `NOT_SEEN` = on the facade, not seen
+    source         (h, w) uint16: 1 + index into `sources`, 0 = outside, `NOT_SEEN` = on the facade, not
+                   seen, `INFERRED` = not seen, filled by symmetry
     sources        names of the photos (or of the scan) that the pixels come from
     gsd_effective  (h, w) float32 m per source pixel (photos) or point spacing (scan)
     intensity      (h, w) float32 0..1 of the scan, NaN = none; or None

@@ -98,7 +98,8 @@ def clear_outside(
 ) -> None:
     """Clears all bands outside the outline of the facade, and marks what is not seen in it.
 
-    Within the margin of the outline, measured surfaces stay.
+    The wall ends half a spacing beyond its last points, on which the outline runs. Within the margin of the
+    outline, measured surfaces stay.
 
     Where no relief was measured at all, nothing can tell a cornice from the sky, and the whole margin stays.
     """
@@ -108,7 +109,7 @@ def clear_outside(
     )
     for tile in tiles(raster.height, raster.width, TILE_PX):
         outside = ~inside_outline(facade, raster, tile, options.margin)
-        within = inside_outline(facade, raster, tile, 0.0)
+        within = inside_outline(facade, raster, tile, 0.5 * facade.spacing)
         if measured:
             outside |= ~np.isfinite(bands.depth[tile.window]) & ~within
         source = bands.source[tile.window]

@@ -26,13 +26,14 @@ from frontage.raster.resample import resample
 from frontage.raster.tiles import Tile, tiles
 
 _PATCH_PX = 128
-_PATCHES = 80  # at most, evenly spread; their mean is about nine times as certain as a single one
+_PATCHES = 40  # at most, evenly spread; their mean is about six times as certain as a single one
 _FEWEST_PATCHES = 8  # for an estimate
 _PHOTOS = 4  # at most, those with the widest bases; more would only take longer
 _CLEAR = 0.98  # share of a patch that nothing may hide
 _TEXTURE = 2.0  # grey values, standard deviation of a patch without its shading
 _ALIKE = 0.6  # correlation of two patches after the shift, above which both show the same thing
 _STEPS = 3  # iterations of least-squares matching
+_CONVERGED_PX = 0.001
 _MATCHING_PX = 0.01  # common error of all shifts, from the maps and the interpolation of the patches
 _OUTLIER = 3.0  # robust standard deviations
 _SURE = 3.0  # standard errors, of scan and photos together, beyond which a difference is significant
@@ -215,19 +216,37 @@ def _shift(a: Array, b: Array, window: Array) -> Float | None:
     Phase correlation is good to a tenth of a pixel but biased towards whole pixels. Least-squares matching
     removes the bias; it uses the gradients of both patches so that the noise of neither reduces the shift.
     """
-    inner = np.s_[_PATCH_PX // 5 : -_PATCH_PX // 5, _PATCH_PX // 5 : -_PATCH_PX // 5]
-    if min(float(a[inner].std()), float(b[inner].std())) < _TEXTURE:
+    border = _PATCH_PX // 5
+    inner = np.s_[border:-border, border:-border]
+    spread = float(a[inner].std())
+    if min(spread, float(b[inner].std())) < _TEXTURE:
         return None
     move = np.array(cv2.phaseCorrelate(a * window, b * window)[0])
+    # The middle with one pixel around it, for gradients.
+    around = np.s_[border - 1 : 1 - border, border - 1 : 1 - border]
+    first = a[around] / np.float32(spread)
+    size = (first.shape[1], first.shape[0])
     for _ in range(_STEPS):
         if np.hypot(*move) > _PATCH_PX / 8:
             return None
-        M = np.array([[1.0, 0.0, move[0]], [0.0, 1.0, move[1]]])
-        back = cv2.warpAffine(b, M, (_PATCH_PX, _PATCH_PX), flags=cv2.INTER_CUBIC | cv2.WARP_INVERSE_MAP)
-        if np.corrcoef(a[inner].ravel(), back[inner].ravel())[0, 1] < _ALIKE:
+        M = np.array([[1.0, 0.0, move[0] + border - 1], [0.0, 1.0, move[1] + border - 1]])
+        back = cv2.warpAffine(b, M, size, flags=cv2.INTER_CUBIC | cv2.WARP_INVERSE_MAP)
+        second = back / max(back[1:-1, 1:-1].std(), np.float32(1e-6))
+        if _correlation(first[1:-1, 1:-1], second[1:-1, 1:-1]) < _ALIKE:
             return None
-        down, right = np.gradient(0.5 * (a / a[inner].std() + back / back[inner].std()))
-        slopes = np.column_stack([right[inner].ravel(), down[inner].ravel()])
-        rest = (a / a[inner].std() - back / back[inner].std())[inner].ravel()
-        move += np.linalg.lstsq(slopes, rest, rcond=None)[0]
+        mean, rest = first + second, (first - second)[1:-1, 1:-1].ravel()
+        right, down = (mean[1:-1, 2:] - mean[1:-1, :-2]).ravel(), (mean[2:, 1:-1] - mean[:-2, 1:-1]).ravel()
+        slopes = 0.25 * np.stack([right, down]).astype(np.float64)
+        normal = slopes @ slopes.T
+        if np.linalg.det(normal) <= 0.0:
+            return None
+        step = np.linalg.solve(normal, slopes @ rest)
+        move += step
+        if np.hypot(*step) < _CONVERGED_PX:
+            break
     return np.asarray(move, np.float64)
+
+
+def _correlation(a: Array, b: Array) -> float:
+    """Correlation of two pictures (h, w), each of standard deviation 1."""
+    return float(np.mean((a - a.mean()) * (b - b.mean())))

@@ -24,15 +24,19 @@ class DecodedPhotos:
 
     def __call__(self, photo: str) -> Array:
         """Return the picture of a photo; callers must not write to it."""
-        if photo not in self._kept:
-            image = self._decode(photo)
-            self._left -= image.nbytes
-            self._kept[photo] = image if self._left >= 0 else _on_disk(image)
-        return self._kept[photo]
+        if photo in self._kept:
+            return self._kept[photo]
+        image = self._decode(photo)
+        self._left -= image.nbytes
+        self._kept[photo] = image if self._left >= 0 else _on_disk(image)
+        return image
 
 
 def _on_disk(image: Array) -> Array:
+    """Writes a picture to a scratch file and maps it anew, so that only what is read again takes memory."""
     with tempfile.TemporaryFile(prefix="frontage-photo-") as scratch:
-        band: Array = np.memmap(scratch, image.dtype, "w+", shape=image.shape)
-    band[:] = image
+        written: Array = np.memmap(scratch, image.dtype, "w+", shape=image.shape)
+        written[:] = image
+        del written
+        band: Array = np.memmap(scratch, image.dtype, "r", shape=image.shape)
     return band

@@ -19,7 +19,8 @@ from frontage.ortho.orthoraster import OrthoRaster
 from frontage.raster import gridding
 
 _COARSEST_M = 0.25  # closing the gaps of a sparser cloud would close windows
-_QUERIES = 40_000  # samples whose neighbours are searched
+_QUERIES = 40_000  # samples whose neighbours are searched, at most,
+_QUERIES_PER_BLOCK = 5  # and of a block, of which the mean takes in fifty
 _NEIGHBOURS = 40
 _SECTORS = 8
 # The 75 % quantile of the distance to the nearest point of a sector, in spacings, for a Poisson process.
@@ -51,7 +52,7 @@ def local_gaps(at: Float, raster: OrthoRaster, typical: float) -> Gaps:
     """
     block = max(1, round(_BLOCK_M / raster.gsd), int(np.ceil(8 * typical)))
     blocks = raster.coarser(block)
-    place, gap = _sector_gap(at)
+    place, gap = _sector_gap(at, _QUERIES_PER_BLOCK * blocks.height * blocks.width)
     known = np.isfinite(gap)
     cell, inside = gridding.cell_index(place[known] / block, (blocks.height, blocks.width))
     gap = gap[known][inside]
@@ -70,13 +71,17 @@ def local_gaps(at: Float, raster: OrthoRaster, typical: float) -> Gaps:
     return Gaps(block, np.clip(filled, 0.25 * typical, max(_COARSEST_M / raster.gsd, 0.25 * typical)))
 
 
-def _sector_gap(at: Float) -> tuple[Float, Float]:
+def _sector_gap(at: Float, queries: int) -> tuple[Float, Float]:
     """Returns the positions (k, 2) of some of the samples (n, 2) and the gaps (k,) around them, in px.
 
     Several samples of one pixel count as one. A gap is infinite where there are too few samples nearby.
+    `queries` is how many samples are wanted; at most `_QUERIES` are looked at.
     """
-    pixel: Float = np.unique(np.floor(at).astype(np.int64), axis=0).astype(np.float64) + 0.5
-    place = pixel[:: max(1, len(pixel) // _QUERIES)]
+    column, row = np.floor(at).astype(np.int64).T
+    first, rows = (int(row.min()), int(np.ptp(row)) + 1) if len(row) else (0, 1)
+    flat = gridding.distinct_cells(column * rows + row - first, (int(column.max(initial=0)) + 1) * rows)
+    pixel: Float = np.column_stack([flat // rows, flat % rows + first]).astype(np.float64) + 0.5
+    place = pixel[:: max(1, len(pixel) // min(queries, _QUERIES))]
     k = min(_NEIGHBOURS, len(pixel) - 1)
     if k < _SECTORS:
         return place, np.full(len(place), np.inf)

@@ -16,10 +16,12 @@ from frontage.ortho.options import OrthoOptions
 from frontage.ortho.orthoraster import facade_raster
 from frontage.ortho.photo_image import paint_photos
 from frontage.ortho.points import facade_points
+from frontage.ortho.rectified import CellPhotos
 from frontage.ortho.relief import measure_relief
 from frontage.ortho.scan_image import intensity_band, paint_missing_from_scan
 from frontage.ortho.standing.find import find_standing
 from frontage.ortho.surface import DrawingSurface, ImageOf
+from frontage.ortho.symmetry import fill_by_symmetry
 from frontage.ortho.views import plan_views
 
 
@@ -59,25 +61,26 @@ def make_ortho(
     relief = measure_relief(points.xyz[points.used], facade, raster, options, points.gaps)
     points = points.on_surface(relief)
     surface = DrawingSurface(facade, raster, relief if options.draws_relief else None)
-    bands = Bands(raster, surface.relief)
-    intensity = intensity_band(points, raster)
+    bands, intensity = Bands(raster, surface.relief), intensity_band(points, raster)
 
     # Section 3.2, several photos: how well each shows every part that it does not hide.
-    occluders = find_occluders(facade, scan, surroundings, options) if photos_used else None
+    occluders = find_occluders(facade, points.xyz, surroundings, options) if photos_used else None
     plan = plan_views(surface, occluders, photos_used, options)
-    check = check_photos(surface, plan, points, image_of, turns or {})
-    plan = None if plan is None else plan.without(check.left_out)
-    image_of = check.images(image_of, turns or {})
+    cells = CellPhotos.of(surface, plan, image_of)
+    check = check_photos(plan, points, cells, turns or {})
+    plan, image_of = check.kept(plan), check.images(image_of, turns or {})
     offset = photo_offset(surface, plan, image_of, options)
 
     # One photo for every part, in one light; then, as in sections 3.1 and 3.2, project and resample.
     surface = surface.moved_by(offset)
-    mosaic = compose_mosaic(surface, plan, image_of, options, light or {})
+    cells = cells and cells.again(surface, options.projection, image_of, check.turned)
+    mosaic = compose_mosaic(surface, plan, cells, options, light or {})
     painted = paint_photos(bands, surface, mosaic, image_of, options)
     names = painted + paint_missing_from_scan(bands, points, surface, len(painted))
     if not names:
         return Failed("F302", f"facade {facade.id}: no photo and no scan point shows it", "check the poses")
     clear_outside(bands, intensity, surface, options)
+    fill_by_symmetry(bands, raster, options)
     ortho = bands.as_ortho_image(
         facade, raster, names, intensity=intensity, photo_offset=offset, photos=len(painted)
     )

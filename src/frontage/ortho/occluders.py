@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from frontage.geometry.arrays import Bool, Float
+from frontage.geometry.arrays import Array, Float
 from frontage.model import Facade, Scan
 from frontage.ortho.options import OrthoOptions
 from frontage.raster.zbuffer import local_spacing
@@ -12,32 +12,35 @@ from frontage.raster.zbuffer import local_spacing
 _FEWEST_TOGETHER = 3  # points in one cube of the cloud below which they are noise and hide nothing
 
 
+Spaced = tuple[Array, Array]
+"""Points (n, 3) float32 m in the facade frame, and the spacing (n,) float32 m of the surface of each."""
+
+
 @dataclass(frozen=True, eq=False)
 class OccluderCloud:
-    """What may hide the facade.
+    """What may hide the facade: its own parts, and what stands so far before it that it is no part of it."""
 
-    xyz      (n, 3) m local
-    spacing  (n,) m, of the surface that a point belongs to
-    free     (n,) bool, so far before the facade that it is no part of it
-    """
-
-    xyz: Float
-    spacing: Float
-    free: Bool
+    part: Spaced
+    free: Spaced
 
 
 def find_occluders(
-    facade: Facade, scan: Scan, surroundings: Scan | None, options: OrthoOptions
+    facade: Facade, xyz_facade: Float, surroundings: Scan | None, options: OrthoOptions
 ) -> OccluderCloud:
-    """Returns the points in front of the back of the facade with their local spacing, without lone points."""
-    clouds = [scan.xyz] if surroundings is None else [scan.xyz, surroundings.xyz]
-    xyz, spacing, free = [], [], []
+    """Returns the points in front of the back of the facade with their local spacing, without lone points.
+
+    `xyz_facade` (n, 3) m is the scan of the facade in its frame.
+    """
+    clouds = [xyz_facade]
+    if surroundings is not None:
+        clouds.append(facade.frame.inverse.apply(surroundings.xyz))
+    xyz, spacing = [], []
     for points in clouds:
-        y = facade.frame.inverse.apply(points)[:, 1]
-        ahead, before = points[y < options.back], y[y < options.back] < -options.front
+        ahead = points[points[:, 1] < options.back]
         s, k = local_spacing(ahead)
         surface = k >= _FEWEST_TOGETHER
-        xyz.append(ahead[surface])
-        spacing.append(s[surface])
-        free.append(before[surface])
-    return OccluderCloud(np.concatenate(xyz), np.concatenate(spacing), np.concatenate(free))
+        xyz.append(ahead[surface].astype(np.float32))
+        spacing.append(s[surface].astype(np.float32))
+    every, gap = np.concatenate(xyz), np.concatenate(spacing)
+    free = every[:, 1] < -options.front
+    return OccluderCloud((every[~free], gap[~free]), (every[free], gap[free]))

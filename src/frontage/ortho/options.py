@@ -34,6 +34,10 @@ class OrthoOptions(BaseModel):
         default="balanced",
         description="balanced: photos in one light, seams blended; as shot: every pixel as in its photo",
     )
+    fill: Literal["nothing", "symmetry"] = Field(
+        default="nothing",
+        description="what nothing saw stays empty, or is filled by symmetry and marked as inferred",
+    )
     max_photos: int = Field(
         default=24,
         ge=1,

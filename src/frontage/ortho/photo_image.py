@@ -3,7 +3,7 @@
 import numpy as np
 
 from frontage.geometry.arrays import Array
-from frontage.ortho.bands import TILE_PX, Bands
+from frontage.ortho.bands import Bands
 from frontage.ortho.mosaic.compose import Mosaic
 from frontage.ortho.options import OrthoOptions
 from frontage.ortho.orthoraster import OrthoRaster
@@ -21,41 +21,48 @@ _RESAMPLED_TILE_PX = 512  # one Jacobian per tile
 def paint_photos(
     bands: Bands, surface: DrawingSurface, mosaic: Mosaic | None, image_of: ImageOf, options: OrthoOptions
 ) -> tuple[str, ...]:
-    """Paints every pixel from the photo that the mosaic chose for it, holding one photo in memory at a time.
+    """Paints every pixel from the photo that the mosaic chose for it.
 
-    Fills pixels, source and gsd. Returns the names of the photos, in the order of their source numbers;
-    none without a mosaic.
+    Fills pixels, source and gsd, tile by tile. Returns the names of the photos, in the order of their source
+    numbers; none without a mosaic.
     """
     if mosaic is None:
         return ()
     raster, plan, gsd = surface.raster, mosaic.plan, mosaic.gsd
-    for i, photo in enumerate(plan.photos):
-        if not (mosaic.label == i).any():
-            continue
-        image = image_of(photo.id)
-        to_photo = surface.projection_into(photo, options.projection)
-        for tile in tiles(raster.height, raster.width, _RESAMPLED_TILE_PX):
-            mine = plan.window(mosaic.label, tile) == i
-            if not mine.any():
-                continue
+    into = [surface.projection_into(photo, options.projection) for photo in plan.photos]
+    for tile in tiles(raster.height, raster.width, _RESAMPLED_TILE_PX):
+        label = plan.window(mosaic.label, tile)
+        depth = surface.depth(tile)
+        for i in np.unique(label[label >= 0]).tolist():
+            mine = label == i
             part = _bounds(mine, tile)
-            inner = mine[part.r0 - tile.r0 : part.r1 - tile.r0, part.c0 - tile.c0 : part.c1 - tile.c0]
-            at = map_tile(to_photo, part, surface.depth(part))
-            inner = inner & _in_picture(at, photo.camera.width, photo.camera.height)
-            if inner.all():
-                _correct(
-                    resample(image, at, options.interpolation, bands.pixels[part.window]), mosaic, i, part
-                )
-                bands.source[part.window] = i + 1
-                continue
-            colour = _correct(resample(image, at, options.interpolation), mosaic, i, part)
-            np.copyto(
-                bands.pixels[part.window].view(np.uint32), colour.view(np.uint32), where=inner[..., None]
-            )
-            bands.source[part.window][inner] = i + 1
-    for tile in tiles(raster.height, raster.width, TILE_PX):
+            inside = np.s_[part.r0 - tile.r0 : part.r1 - tile.r0, part.c0 - tile.c0 : part.c1 - tile.c0]
+            at = map_tile(into[i], part, None if depth is None else depth[inside])
+            camera = plan.photos[i].camera
+            inner = mine[inside] & _in_picture(at, camera.width, camera.height)
+            _paint(bands, part, inner, i, at, image_of(plan.photos[i].id), mosaic, options)
         bands.gsd[tile.window] = plan.window(gsd, tile)
     return tuple(p.id for p in plan.photos)
+
+
+def _paint(
+    bands: Bands,
+    part: Tile,
+    inner: Array,
+    number: int,
+    at: SourceMap,
+    image: Array,
+    mosaic: Mosaic,
+    options: OrthoOptions,
+) -> None:
+    """Paints the pixels `inner` (m, n) of a part of a tile from photo `number`."""
+    bands.source[part.window][inner] = number + 1
+    if inner.all():
+        own = resample(image, at, options.interpolation, bands.pixels[part.window])
+        _correct(own, mosaic, number, part)
+        return
+    colour = _correct(resample(image, at, options.interpolation), mosaic, number, part)
+    np.copyto(bands.pixels[part.window].view(np.uint32), colour.view(np.uint32), where=inner[..., None])
 
 
 def _correct(colour: Array, mosaic: Mosaic, number: int, tile: Tile) -> Array:
@@ -64,9 +71,8 @@ def _correct(colour: Array, mosaic: Mosaic, number: int, tile: Tile) -> Array:
         cells, step = mosaic.plan.cells, mosaic.plan.step
         fine = OrthoRaster(cells.corner, cells.gsd / step, cells.width * step, cells.height * step)
         (r0, r1, c0, c1), u, v = cells.window_of(fine, tile)
-        field = mosaic.correction[number, r0:r1, c0:c1]
-        gain = np.stack([gridding.bilinear(field[..., c], u, v) for c in range(3)], axis=-1)
-        colour[..., :3] = brightened(colour[..., :3], gain)
+        gain = gridding.bilinear(mosaic.correction[number, r0:r1, c0:c1], u, v)
+        colour[..., :3] = brightened(np.ascontiguousarray(colour[..., :3]), gain)
     return colour
 
 

@@ -1,9 +1,11 @@
 """Projects the pixels of a facade into a photo (paper A, section 3.1)."""
 
 from collections.abc import Callable
+from functools import lru_cache
 
 import cv2
 import numpy as np
+from numpy.polynomial.chebyshev import cheb2poly
 
 from frontage.geometry import camera as maths
 from frontage.geometry.arrays import Array, Float
@@ -14,10 +16,10 @@ from frontage.raster.sourcemap import SourceMap, fitted, jacobian_of
 from frontage.raster.tiles import Tile
 
 MAP_ERROR_PX = 0.01  # in the photo: by how much a polynomial may differ from the projection
-_DEGREES = (5, 9)  # of the polynomials of a tile; higher ones cost more than projecting every pixel
-# The map of a pinhole is a rational function of y; over a relief its third order is below 0.01 px.
-_DEPTH_DEGREE = 2
-_LINEAR_PX = 0.001  # in the photo: effect of the square of y below which it is dropped
+# Degrees of the polynomials of a tile, in columns and rows and in depth; higher ones cost more than
+# projecting every pixel. Balconies and deep entrances near the photo need the higher ones in depth.
+_DEGREES = ((5, 2), (5, 4), (9, 6))
+_DROPPED_PX = 0.001  # in the photo: effect of a power of the depth below which it is dropped
 _FLAT_M = 1e-4  # relief within a tile that no photo resolves
 
 PixelMap = Callable[[Array, Array, Array | float], Float]
@@ -82,14 +84,17 @@ def map_tile(to_photo: PixelMap, tile: Tile, y: Array | None) -> SourceMap:
     def at(c: Array, r: Array, d: Array) -> Float:
         return to_photo(columns + half_width * c, rows + half_height * r, middle + half * d)
 
-    for degree in _DEGREES:
-        found = fitted(at, degree, _DEPTH_DEGREE if half > 0.0 else 0)
+    for degree, depth_degree in _DEGREES:
+        found = fitted(at, degree, depth_degree if half > 0.0 else 0)
         if found.error <= MAP_ERROR_PX:
             jacobian = np.column_stack(
                 [found.factors[0, 0, 1] / half_width, found.factors[0, 1, 0] / half_height]
             )
-            powers = _powers(found.factors, middle, half)
-            used = depth if len(powers) > 1 else None
+            powers = _powers(found.factors)
+            used = (
+                (depth - np.float32(middle)) / np.float32(half) if depth is not None and half > 0.0 else None
+            )
+            used = used if len(powers) > 1 else None
             return SourceMap(powers, tile.shape, jacobian, found.low, found.high, depth=used)
     c, r = np.arange(tile.c0, tile.c1) + 0.5, np.arange(tile.r0, tile.r1) + 0.5
     every = to_photo(c[None, :], r[:, None], 0.0 if depth is None else depth)
@@ -103,11 +108,19 @@ def _range(depth: Array) -> tuple[float, float]:
     return (middle, middle) if high - low < _FLAT_M else (low, high)
 
 
-def _powers(factors: Float, middle: float, half: float) -> tuple[Float, ...]:
-    """Converts coefficients (k, p, q, 2) of T_k((y - middle) / half) to those of the powers of y in m."""
-    if len(factors) == 1:
-        return (factors[0],)
-    g0, g1, g2 = factors[0] - factors[2], factors[1] / half, 2.0 * factors[2] / half**2
-    if 2.0 * float(np.abs(factors[2]).sum()) <= _LINEAR_PX:
-        return g0 - middle * g1, g1
-    return g0 - middle * g1 + middle**2 * g2, g1 - 2.0 * middle * g2, g2
+def _powers(factors: Float) -> tuple[Float, ...]:
+    """Converts coefficients (k, p, q, 2) px of T_k(t) to those of the powers of t, |t| <= 1."""
+    powers = np.tensordot(_to_powers(len(factors)), factors, 1)
+    while len(powers) > 1 and np.abs(powers[-1]).sum((0, 1)).max() <= _DROPPED_PX:
+        powers = powers[:-1]
+    return tuple(powers)
+
+
+@lru_cache(maxsize=8)
+def _to_powers(count: int) -> Float:
+    """The matrix (count, count) from coefficients of Chebyshev polynomials to those of powers."""
+    matrix = np.zeros((count, count))
+    for k in range(count):
+        column = cheb2poly(np.eye(count)[k, : k + 1])
+        matrix[: len(column), k] = column
+    return matrix

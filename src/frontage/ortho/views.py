@@ -16,14 +16,19 @@ from frontage.model import Photo
 from frontage.ortho.occluders import OccluderCloud
 from frontage.ortho.options import OrthoOptions
 from frontage.ortho.orthoraster import OrthoRaster
+from frontage.ortho.project import map_tile
 from frontage.ortho.surface import DrawingSurface
 from frontage.ortho.visibility import visibility
-from frontage.raster.tiles import Tile
+from frontage.raster import gridding
+from frontage.raster.tiles import Tile, tiles
 
 _CELL_M = 0.04
 _MAX_CELLS = 4_000_000
 _MAX_VALUES = 12_000_000  # cells times photos: what is told of each must fit into memory
 _SMOOTHING_M = 1.0  # window over which quality is averaged
+_TILE_CELLS = 256  # of which one polynomial takes the projection
+_SURELY_PX = 64.0  # beyond the border of a photo; a polynomial is bounded at its nodes only
+_SMOOTH_CELLS = 8  # between the places at which smooth quantities are computed
 _BORDER = 0.05  # share of the photo's width over which quality fades to zero
 
 
@@ -75,65 +80,94 @@ def plan_views(
     cells = raster.coarser(step)
     coarse = replace(surface, raster=cells)
     measured = coarse.depth(Tile(0, cells.height, 0, cells.width))
-    y = np.zeros((cells.height, cells.width)) if measured is None else measured.astype(np.float64)
+    y = np.zeros((cells.height, cells.width), np.float32) if measured is None else measured
     views = [v for p in photos if (v := _photo_view(p, coarse, y, options)) is not None]
     views = sorted(views, key=lambda v: -float(v.quality.sum()))[: options.max_photos]
     if not views:
         return None
-    seen = [visibility(v.photo, v.at, coarse, y, occluders) for v in views]
-    quality = np.stack([(s.factor * v.quality).astype(np.float32) for s, v in zip(seen, views, strict=True)])
+    spacing = surface.facade.spacing
+    seen = [visibility(v.centre, cells, y, v.distance, occluders, spacing) for v in views]
+    quality = np.stack([s.factor * v.quality for s, v in zip(seen, views, strict=True)])
     behind = np.stack([s.behind for s in seen]) & (quality > 0.0)
     if not (quality * ~behind).any():
         return None
     clear = np.stack([s.factor == 1.0 for s in seen]) & (quality > 0.0) & ~behind
-    gsd = np.stack([v.gsd.astype(np.float32) for v in views])
+    gsd = np.stack([_effective_gsd(v.photo, coarse, options) for v in views])
     return ViewPlan(cells, step, tuple(v.photo for v in views), quality, gsd, clear, behind)
 
 
 @dataclass(frozen=True)
 class _PhotoView:
-    """How a photo sees the cells: its pixels (h, w, 2), smoothed quality (h, w), effective gsd (h, w) m."""
+    """How a photo sees the cells: its centre (3,) m in the facade frame, the distance (h, w) m of the cells
+    from it, and their smoothed quality (h, w); both float32."""
 
     photo: Photo
-    at: Float
+    centre: Float
+    distance: Array
     quality: Array
-    gsd: Array
 
 
 def _photo_view(photo: Photo, surface: DrawingSurface, y: Array, options: OrthoOptions) -> _PhotoView | None:
-    """Projects the cells at depths y (h, w) m into a photo; None when it stands behind or looks elsewhere."""
-    facade, cells = surface.facade, surface.raster
-    centre = facade.frame.inverse.apply(photo.pose.t[None])[0]
+    """Looks at the cells at depths y (h, w) m from a photo; None when it stands behind or looks elsewhere."""
+    cells = surface.raster
+    centre = surface.facade.frame.inverse.apply(photo.pose.t[None])[0]
     if centre[1] >= 0:
         return None
-    column, row = np.arange(cells.width) + 0.5, np.arange(cells.height) + 0.5
-    to_photo = surface.projection_into(photo, options.projection)
-    at = to_photo(column[None, :], row[:, None], y)
-    size = np.array([photo.camera.width, photo.camera.height])
-    with np.errstate(invalid="ignore"):
-        inset = np.minimum(at, size - at).min(-1)
+    inset = _inset(photo, surface, y, options)
     if not (inset > 1.0).any():
         return None
-    ray = cells.xyz(column[None, :], row[:, None], y) - centre
-    distance = np.linalg.norm(ray, axis=-1)
-    cosine = np.maximum(ray[..., 1] / distance, 0.0)
-    fade = np.clip(np.nan_to_num(inset - 1.0) / (_BORDER * size.max()), 0.0, 1.0)
-    quality = cosine / distance**2 * fade
+    x = cells.corner[0] + (np.arange(cells.width) + 0.5) * cells.gsd - centre[0]
+    z = cells.corner[1] - (np.arange(cells.height) + 0.5) * cells.gsd - centre[2]
+    ahead = y - np.float32(centre[1])
+    square = ahead * ahead + (x * x).astype(np.float32) + (z * z).astype(np.float32)[:, None]
+    distance = np.sqrt(square)
+    fade = np.clip((inset - 1.0) / (_BORDER * max(photo.camera.width, photo.camera.height)), 0.0, 1.0)
+    quality = np.maximum(ahead, 0.0) / (square * distance) * fade
     k = max(1, round(_SMOOTHING_M / cells.gsd)) | 1
     smooth = cv2.blur(quality, (k, k), borderType=cv2.BORDER_REPLICATE)
-    flat = to_photo(column[None, :], row[:, None], 0.0)
-    return _PhotoView(
-        photo, at, np.where(fade > 0, np.maximum(smooth, 1e-12), 0.0), _effective_gsd(flat, cells.gsd)
+    return _PhotoView(photo, centre, distance, np.where(fade > 0, np.maximum(smooth, np.float32(1e-12)), 0))
+
+
+def _inset(photo: Photo, surface: DrawingSurface, y: Array, options: OrthoOptions) -> Array:
+    """Distance (h, w) float32 px of the cells from the border of a photo; -1 outside.
+
+    Tiles whose outermost cells all lie beyond one side of the photo are not projected cell by cell, because
+    most photos of a street do not show a facade.
+    """
+    size = np.array([photo.camera.width, photo.camera.height])
+    inset = np.full(y.shape, -1.0, np.float32)
+    to_photo = surface.projection_into(photo, options.projection)
+    for tile in tiles(y.shape[0], y.shape[1], _TILE_CELLS):
+        at = map_tile(to_photo, tile, y[tile.window])
+        beside = (at.high < -_SURELY_PX) | (at.low > size + _SURELY_PX)
+        if beside.any() or not np.isfinite(at.low).all():
+            continue
+        u, v = at.planes((-0.5, -0.5), 1.0)
+        w, h = (np.float32(n) for n in size)
+        np.minimum(np.minimum(u, w - u), np.minimum(v, h - v), out=inset[tile.window])
+    return inset
+
+
+def _effective_gsd(photo: Photo, surface: DrawingSurface, options: OrthoOptions) -> Array:
+    """Metres of facade per photo pixel (h, w) float32 in the worse direction, on the plane.
+
+    It is the pixel size over the smallest singular value of the Jacobian, which is smooth: it is computed on
+    a coarser raster and interpolated.
+    """
+    cells = surface.raster
+    coarse = cells.coarser(_SMOOTH_CELLS)
+    if min(coarse.width, coarse.height) < 2:
+        coarse = cells
+    if min(coarse.width, coarse.height) < 2:
+        return np.full((cells.height, cells.width), np.nan, np.float32)
+    column, row = np.arange(coarse.width) + 0.5, np.arange(coarse.height) + 0.5
+    at = replace(surface, raster=coarse).projection_into(photo, options.projection)(
+        column[None, :], row[:, None], 0.0
     )
-
-
-def _effective_gsd(at: Float, gsd: float) -> Array:
-    """Metres of facade per photo pixel (h, w) in the worse direction: gsd / smallest singular value of J."""
-    if min(at.shape[:2]) < 2:
-        return np.full(at.shape[:2], np.nan)
     (a, c), (b, d) = np.moveaxis(np.gradient(at, axis=1), -1, 0), np.moveaxis(np.gradient(at, axis=0), -1, 0)
     total, det = a * a + b * b + c * c + d * d, a * d - b * c
     with np.errstate(invalid="ignore", divide="ignore"):
         smallest = np.sqrt(np.maximum(total - np.sqrt(np.maximum(total**2 - 4 * det**2, 0.0)), 0.0) / 2)
-        out: Array = gsd / smallest
-    return out
+        gsd = (coarse.gsd / smallest).astype(np.float32)
+    (r0, r1, c0, c1), u, v = coarse.window_of(cells, Tile(0, cells.height, 0, cells.width))
+    return gridding.bilinear(gsd[r0:r1, c0:c1], u, v)

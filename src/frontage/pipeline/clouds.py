@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 from scipy.ndimage import distance_transform_edt
 
-from frontage.geometry.arrays import Float, Int
+from frontage.geometry.arrays import Float, Int, drawn
 from frontage.model import Scan
 
 REACH = 15.0  # m; across a street: what can hide a facade, and the ground it stands on
@@ -25,13 +25,17 @@ def around(scans: Sequence[Scan], margin: float) -> tuple[float, ...]:
 
 
 def thin(xyz: Float, voxel: float) -> Int:
-    """Indices (k,) int64, ascending, of the first point in every voxel of `voxel` m."""
+    """Indices (k,) int64, ascending, of one point in every voxel of `voxel` m, whatever the points' order.
+
+    It is the one least in x, and of those the one least in y and z.
+    """
     cells = np.floor((xyz - xyz.min(0)) / voxel).astype(np.int64) if len(xyz) else np.empty((0, 3), np.int64)
     if not len(cells):
         return np.empty(0, np.int64)
     _, ny, nz = cells.max(0) + 1
-    _, first = np.unique((cells[:, 0] * ny + cells[:, 1]) * nz + cells[:, 2], return_index=True)
-    return np.sort(first).astype(np.int64)
+    key = (cells[:, 0] * ny + cells[:, 1]) * nz + cells[:, 2]
+    order = np.lexsort((*xyz.T[::-1], key))
+    return np.sort(order[np.diff(key[order], prepend=-1) > 0]).astype(np.int64)
 
 
 def thin_to(xyz: Float, voxel: float, most: int = 3_000_000) -> Int:
@@ -86,6 +90,7 @@ def working_cloud(scan: Scan, neighbourhoods: Neighbourhoods, index: Int) -> tup
     if len(other) > _MANY:
         other = other[thin(scan.xyz[other], _VOXEL)]
     kept = np.sort(np.concatenate([np.flatnonzero(own), other]))
-    some = scan.xyz[index[:: max(1, len(index) // _SOME)]]
+    some = scan.xyz[index]
+    some = some[drawn(some, _SOME)]
     lost = tuple(n.towards(some - scan.origins[n.origin]) for n in scan.no_returns)
     return replace(scan.take(kept), no_returns=lost), np.flatnonzero(own[kept])

@@ -1,15 +1,18 @@
 """What is known of one opening: its place in the world, size, standard errors, and photos that show it."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
-from frontage.catalog.sightlines import PhotoView, photo_views, scanned_surfaces
+from frontage.catalog.sightlines import Outline, PhotoView, ScannedSurfaces, photo_views, scanned_surfaces
 from frontage.errors import FrontageError
 from frontage.exports.survey import in_world
 from frontage.geometry.arrays import Float
 from frontage.geometry.ring import box_sigmas, ring_area, span_sigma
-from frontage.model import Bar, Elements, Facade, Opening, Photo
+from frontage.io.photos.photoset import PhotoSet
+from frontage.model import Bar, Elements, Facade, Opening
 from frontage.pipeline.store.store import Store
 from frontage.queries.pixels import FacadePixels
 from frontage.report.layouts import layout_words
@@ -113,17 +116,71 @@ class Located:
     notes: tuple[str, ...] = ()
 
 
+class Witnesses:
+    """What can show or hide an opening: the photos of a run, and the surfaces that were scanned.
+
+    photos  with the way to their pixels; None = the run has none, or they cannot be read
+    note    on photos that cannot be read
+    """
+
+    def __init__(self, store: Store) -> None:
+        """Read the photos of a run folder, without their pixels."""
+        self._store = store
+        self.photos, self.note = _photos(store)
+
+    @cached_property
+    def scanned(self) -> ScannedSurfaces | None:
+        """The surfaces that may hide an opening; None = unknown, or there is nothing to hide it from."""
+        surroundings = self._store.surroundings() if self.photos and self.photos.photos else None
+        return None if surroundings is None else scanned_surfaces(surroundings.xyz)
+
+    def views(self, facade: Facade, outlines: Sequence[Outline]) -> list[tuple[PhotoView, ...]]:
+        """Return the photos that show each outline on a facade, the finest pixels first."""
+        return photo_views(facade, outlines, self.photos.photos if self.photos else (), self.scanned)
+
+    @property
+    def tested(self) -> str:
+        """How the photos were selected; empty if there are none."""
+        if not self.photos or not self.photos.photos:
+            return ""
+        seen = self.scanned is not None
+        how = (
+            ", at least half not hidden by what was scanned" if seen else "; what may hide it was not tested"
+        )
+        return f"before the wall, at least half inside the frame{how}"
+
+
 def answer(store: Store, place: Place, elements: Elements, o: Opening) -> Located:
     """Return everything that is known of an opening of a facade."""
+    return answers(store, place, elements, (o,), Witnesses(store))[0]
+
+
+def answers(
+    store: Store, place: Place, elements: Elements, openings: Sequence[Opening], witnesses: Witnesses
+) -> list[Located]:
+    """Return everything that is known of some openings of one facade."""
     facade = store.facade(place.facade)
-    wall_y = elements.wall_y(o)
+    has_ortho = store.has(facade.id, "ortho")
+    pixels = FacadePixels(store.facade_folder(facade.id)) if has_ortho else None
+    views = witnesses.views(facade, [(o.ring, elements.wall_y(o)) for o in openings])
+    return [
+        _located(facade, place, o, elements.wall_y(o), pixels, own, witnesses)
+        for o, own in zip(openings, views, strict=True)
+    ]
+
+
+def _located(
+    facade: Facade,
+    place: Place,
+    o: Opening,
+    wall_y: float,
+    pixels: FacadePixels | None,
+    views: tuple[PhotoView, ...],
+    witnesses: Witnesses,
+) -> Located:
     box = _box(o.ring)
     depth = None if o.depth is None else float(o.depth.value)
     inside = None if depth is None else wall_y + depth
-    photos, unread = _photos(store)
-    surroundings = store.surroundings() if photos else None
-    scanned = None if surroundings is None else scanned_surfaces(surroundings.xyz)
-    (views,) = photo_views(facade, [(o.ring, wall_y)], photos, scanned)
     width, height = (float(v) for v in box[2] - box[0])
     return Located(
         id=o.id,
@@ -150,10 +207,10 @@ def answer(store: Store, place: Place, elements: Elements, o: Opening) -> Locate
         provenance=str(o.provenance),
         confidence=float(o.confidence),
         glazing=_glazing(facade, o, wall_y),
-        pixels=_pixels(store, facade, box, wall_y),
+        pixels=None if pixels is None else _pixels(pixels, facade, box, wall_y),
         photos=views,
-        tested=_tested(scanned is not None) if photos else "",
-        notes=tuple(note for note in (_inferred(o), unread) if note),
+        tested=witnesses.tested,
+        notes=tuple(note for note in (_inferred(o), witnesses.note) if note),
     )
 
 
@@ -207,30 +264,19 @@ def _bar(facade: Facade, bar: Bar, y: float) -> LocatedBar:
     return LocatedBar(bar.axis, (first, last), float(bar.width), sigma, width, str(bar.provenance))
 
 
-def _pixels(store: Store, facade: Facade, box: Float, y: float) -> tuple[float, float, float, float] | None:
+def _pixels(pixels: FacadePixels, facade: Facade, box: Float, y: float) -> tuple[float, float, float, float]:
     """Return the box in the ortho-image: column and row of its upper left and its lower right corner."""
-    if not store.has(facade.id, "ortho"):
-        return None
-    at, _ = FacadePixels(store.facade_folder(facade.id)).pixels_from_world(
-        np.array(_world(facade, box[[3, 1]], y))
-    )
+    at, _ = pixels.pixels_from_world(np.array(_world(facade, box[[3, 1]], y)))
     (c0, r0), (c1, r1) = np.round(at, 2).tolist()
     return c0, r0, c1, r1
 
 
-def _photos(store: Store) -> tuple[tuple[Photo, ...], str]:
+def _photos(store: Store) -> tuple[PhotoSet | None, str]:
     """Return the photos of a run, and a note if they cannot be read."""
     try:
-        found = store.photos()
+        return store.photos(), ""
     except FrontageError as error:
-        return (), f"the photos could not be read: {error}"
-    return (found.photos if found else ()), ""
-
-
-def _tested(hidden: bool) -> str:
-    """Say how the photos that show an opening were selected; `hidden`: whether the scan could hide it."""
-    how = ", at least half not hidden by what was scanned" if hidden else "; what may hide it was not tested"
-    return f"before the wall, at least half inside the frame{how}"
+        return None, f"the photos could not be read: {error}"
 
 
 def _inferred(o: Opening) -> str:

@@ -1,6 +1,7 @@
 """Pixel <-> world of the ortho-image of one facade, from its sidecar and its depth raster alone."""
 
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 
 import numpy as np
@@ -17,13 +18,17 @@ _TILE = 1024  # px of the relief that are read at a time
 
 @dataclass(frozen=True)
 class WorldPoint:
-    """A world position (m, in the run's CRS), the depth y (m) it was taken at, and whether relief gave it."""
+    """A world position (m, in the run's CRS), the depth y (m) it was taken at, and whether relief gave it.
+
+    sigma  m, standard error along the wall's normal; None = not known
+    """
 
     x: float
     y: float
     z: float
     depth: float
     surface: str  # "relief" or "plane"
+    sigma: float | None
 
 
 @dataclass(frozen=True)
@@ -76,6 +81,32 @@ class FacadePixels:
         M = self.raster_to_world
         return np.column_stack([cr, y]) @ M[:3, :3].T + M[:3, 3], y, used
 
+    @cached_property
+    def plane_variance(self) -> Float:
+        """The variance (m2) of the plane along its normal as coefficients (6,) of 1, x, z, x2, xz, z2.
+
+        x and z are facade coordinates (m); the covariance of the frame is propagated to that place.
+        """
+        C = self.sidecar.facade.local_from_facade.covariance
+        # A small turn w moves the point (x, 0, z) by w_z x - w_x z along y.
+        return np.array([C[1, 1], 2 * C[1, 5], -2 * C[1, 3], C[5, 5], -2 * C[3, 5], C[3, 3]])
+
+    @property
+    def scatter(self) -> float:
+        """Standard deviation (m) of single points about the plane, which the relief is made from."""
+        return float(self.sidecar.facade.roughness)
+
+    def sigma_across(self, column_row: Float, relief: Array) -> Float:
+        """Standard errors (n,) m along the normal at pixels (n, 2): of the plane, or of the relief (n,).
+
+        The relief follows the points, so it has their scatter on top of the plane's error.
+        """
+        corner, gsd = self.sidecar.corner, self.sidecar.gsd
+        x, z = corner[0] + gsd * column_row[:, 0], corner[1] - gsd * column_row[:, 1]
+        terms = np.stack([np.ones_like(x), x, z, x * x, x * z, z * z])
+        variance = np.maximum(self.plane_variance @ terms, 0.0) + np.where(relief, self.scatter**2, 0.0)
+        return np.asarray(np.sqrt(variance), np.float64)
+
     def pixels_from_world(self, xyz_world: Float) -> tuple[Float, Float]:
         """World points (n, 3) m to pixels (n, 2) and their depth y (n,) m behind the plane."""
         M = self.raster_to_world
@@ -91,7 +122,9 @@ class FacadePixels:
             raise InputError(f"pixel ({column:g}, {row:g}) lies outside the ortho-image of {w} x {h} px")
         xyz, y, used = self.world_from_pixels(np.array([[column, row]]), relief)
         X, Y, Z = (float(v) for v in xyz[0])
-        return WorldPoint(X, Y, Z, float(y[0]), "relief" if used[0] else "plane")
+        sigma = float(self.sigma_across(np.array([[column, row]]), used)[0])
+        known = sigma if np.isfinite(sigma) else None
+        return WorldPoint(X, Y, Z, float(y[0]), "relief" if used[0] else "plane", known)
 
     def world_to_pixel(self, x: float, y: float, z: float) -> PixelPoint:
         """One world position (m, the run's CRS) to its pixel: the foot of its perpendicular on the plane."""

@@ -1,5 +1,6 @@
 """sRGB codes and linear light: averages, gains and blends of pictures are right in linear light only."""
 
+import cv2
 import numpy as np
 
 from frontage.geometry.arrays import Array
@@ -13,6 +14,8 @@ TO_CODE_8 = np.rint(
     255 * np.where(_LIGHT <= 0.0031308, 12.92 * _LIGHT, 1.055 * _LIGHT ** (1 / 2.4) - 0.055)
 ).astype(np.uint8)
 """Codes of linear light 0..65535."""
+_OFFSET = 255 * 0.055  # of codes above the toe, which are 255 * 1.055 light^(1 / 2.4) less this
+_TOE = 11  # codes up to this are proportional to the light, or close to that
 _LINEAR_32 = _LINEAR.astype(np.float32)
 
 
@@ -22,6 +25,16 @@ def linear_light(codes: Array) -> Array:
 
 
 def brightened(codes: Array, log_gain: Array) -> Array:
-    """Multiplies the light of sRGB codes (...) uint8 by exp(log_gain), of the same shape; returns codes."""
-    light = np.take(TO_LINEAR_16, codes) * np.exp(log_gain.astype(np.float32))
-    return np.asarray(np.take(TO_CODE_8, np.minimum(light + 0.5, 65535.0).astype(np.uint16)))
+    """Multiplies the light of sRGB codes (h, w, 3) uint8 by exp(log_gain) (h, w, 3); returns codes.
+
+    Above its toe, the curve of sRGB is a power of the light with an offset, so that a factor on the light is
+    a factor on the code plus that offset. Only the codes in the toe go through linear light.
+    """
+    share = cv2.exp(log_gain.astype(np.float32) * np.float32(1.0 / 2.4))
+    shifted = cv2.add(codes, (_OFFSET,) * 4, dtype=cv2.CV_32F)
+    out = cv2.add(cv2.multiply(shifted, share, dst=shifted), (-_OFFSET,) * 4, dtype=cv2.CV_8U)
+    dark = np.minimum(codes, out) <= _TOE
+    if dark.any():
+        light = TO_LINEAR_16[codes[dark]] * np.exp(log_gain[dark].astype(np.float32))
+        out[dark] = TO_CODE_8[np.minimum(light + 0.5, 65535.0).astype(np.uint16)]
+    return np.asarray(out)

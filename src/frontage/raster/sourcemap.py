@@ -30,7 +30,7 @@ class SourceMap:
     low, high  (2,) px, bounds of all positions; NaN when none is known
     exact      whether `powers` holds the positions themselves
     complete   whether every position is known (finite)
-    depth      (m, n) float32 m, the depth whose powers are used; None when there is only one power
+    depth      (m, n) float32, what the powers are those of, -1..1; None when there is only one power
     """
 
     powers: tuple[Float, ...]

@@ -3,8 +3,9 @@
 import cv2
 import numpy as np
 
-from frontage.geometry.arrays import Array, Float
+from frontage.geometry.arrays import Array, Float, Int
 
+_COUNTED_CUBES = 1 << 23  # as many are counted in memory; more are sorted
 MAX_RADIUS_PX = 24  # very close points would cover the picture; no gap between samples is that wide
 
 _CROSS, _SQUARE = (cv2.getStructuringElement(kind, (3, 3)) for kind in (cv2.MORPH_CROSS, cv2.MORPH_RECT))
@@ -44,12 +45,20 @@ def local_spacing(xyz: Float, samples_per_cell: int = 8) -> tuple[Float, Float]:
     edge = 0.25
     if len(xyz) == 0:
         return np.empty(0), np.empty(0)
+    corner = xyz.min(0)
     while True:
-        key = np.floor((xyz - xyz.min(0)) / edge).astype(np.int64)
+        key = ((xyz - corner) / edge).astype(np.int64)
         shape = key.max(0) + 1
         flat = (key[:, 0] * shape[1] + key[:, 1]) * shape[2] + key[:, 2]
-        _, inverse, count = np.unique(flat, return_inverse=True, return_counts=True)
-        k = count[inverse].astype(np.float64)
+        k = _together(flat, int(shape.prod())).astype(np.float64)
         if np.median(k) >= samples_per_cell or edge >= 8.0:
             return edge / np.sqrt(k), k
         edge *= 2.0
+
+
+def _together(cube: Int, cubes: int) -> Int:
+    """How many of the points (n,) with these numbers of their cubes share the cube of each."""
+    if cubes <= _COUNTED_CUBES:
+        return np.asarray(np.bincount(cube, minlength=cubes)[cube])
+    _, inverse, count = np.unique(cube, return_inverse=True, return_counts=True)
+    return np.asarray(count[inverse])

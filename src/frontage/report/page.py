@@ -19,6 +19,7 @@ from frontage.report.model import model_facts, model_remarks
 from frontage.report.numbers import Fact, facade_facts
 from frontage.report.openings import Row, opening_facts, rows
 from frontage.report.orientation import orientation_section
+from frontage.report.quality import quality_charts
 from frontage.report.registration import registration_figure, registration_rows
 from frontage.report.street import street_rows
 
@@ -58,6 +59,7 @@ def render_report(data: ReportData) -> str:
         lstrip_blocks=True,
     )
     environment.filters["grouped"] = lambda number: f"{number:,}"
+    views = [f for b in data.buildings for f in b.facades]
     text = environment.get_template("page.html").render(
         manifest=data.manifest,
         stages=data.manifest.get("stages", {}),
@@ -67,7 +69,8 @@ def render_report(data: ReportData) -> str:
         notes=data.manifest.get("notes", []),
         inputs=[entry for group in data.manifest.get("inputs", {}).values() for entry in group],
         street=street_figure(data),
-        rows=street_rows([f for b in data.buildings for f in b.facades]),
+        rows=street_rows(views),
+        charts=quality_charts([v.elements for v in views if v.elements is not None]),
         registration=registration_figure(data.registration) if data.registration else None,
         registered=registration_rows(data.registration.record) if data.registration else [],
         orientation=orientation_section(data),

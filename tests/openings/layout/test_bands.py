@@ -1,5 +1,7 @@
 """Bands of windows parted by joinery: several windows, and casements that meet in one."""
 
+import itertools
+
 import numpy as np
 import pytest
 
@@ -76,3 +78,14 @@ def test_curtains_are_no_posts():
     curtain = box(3.9, 4.1, 0.25, 0.27, 3.0, 4.6)
     (only,) = found_in(hole, panes(hole, 1, 0.0, 0.07), [curtain], spacing=0.02)
     assert np.abs(only[0] - hole).max() < 0.01
+
+
+def test_windows_back_to_back_are_parted_by_the_blades_between_their_reveals():
+    lights = panes(BAND, 4, 2 * FRAME, FRAME)
+    middles = [(a[2] + b[0]) / 2 for a, b in itertools.pairwise(lights)]
+    blades = [box(x - 0.005, x + 0.005, 0.0, DEEP, BAND[1], BAND[3]) for x in middles]
+    shelf = box(0.0, 8.0, -0.4, 0.0, 2.4, 2.75)  # hides the sills from the street
+    found = np.array([place for place, _ in found_in(BAND, lights, [*blades, shelf], spacing=0.02)])
+    assert len(found) == 4
+    assert np.abs(found[:, 3] - BAND[3]).max() < 0.02
+    assert np.abs(found[1:, 0] - middles).max() < 0.1 and np.abs(found[:-1, 2] - middles).max() < 0.1

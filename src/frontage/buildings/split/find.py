@@ -114,13 +114,13 @@ def _prune(evidence: SplitEvidence, cuts: Int, walls: Float, snap: float, width:
         fixed = [m or "gap" in v.cues for m, v in zip(mapped, verdicts, strict=True)]
         i = find_avant_corps(evidence, kept, fixed)
         if i is None:
-            return _settled(evidence, kept, verdicts, width)
+            return _settled(evidence, kept, verdicts)
         del kept[i : i + 2]
 
 
-def _settled(evidence: SplitEvidence, kept: list[int], verdicts: list[Verdict], width: int) -> list[Cut]:
+def _settled(evidence: SplitEvidence, kept: list[int], verdicts: list[Verdict]) -> list[Cut]:
     """Moves the cuts that were kept to their steps and states their posteriors."""
-    kept = settle_cuts(evidence, kept, [v.cues for v in verdicts], width)
+    kept = settle_cuts(evidence, kept, [v.cues for v in verdicts])
     return [
         Cut(evidence.profile.lo + c * BIN_M, float(1 / (1 + np.exp(-v.odds))), v.cues)
         for c, v in zip(kept, verdicts, strict=True)

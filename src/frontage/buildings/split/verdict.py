@@ -9,8 +9,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from frontage.buildings.split.channels import FLOOR, sharpest
-from frontage.buildings.split.cues import SURE, compare_sides, cue_of
-from frontage.buildings.split.evidence import SplitEvidence, spread_within
+from frontage.buildings.split.cues import compare_sides, cue_of
+from frontage.buildings.split.evidence import NEAR_BINS, SplitEvidence, spread_within
 
 _GAP_CUE = 9.0  # standard errors that an open gap counts as
 _MOST_ODDS = 20.0  # log odds of a cut
@@ -28,28 +28,28 @@ class Verdict:
 def judge_cut(evidence: SplitEvidence, cuts: list[int], i: int) -> Verdict:
     """Judges cut i among its neighbours.
 
-    An eaves step or a gap convinces alone; any other cue needs a second one.
+    An eaves step or a gap convinces alone. Any other cue needs a second one, and both together must make a
+    party wall likelier than not.
     """
     left, right = evidence.sides(cuts, i)
     cues, alone = compare_sides(evidence, left, right, spread_within(evidence, cuts))
     if any(a <= cuts[i] <= b for a, b in evidence.gaps):
         cues["gap"], alone = _GAP_CUE, True
-    convincing = alone or (len(cues) >= 2 and max(cues.values()) > SURE)
     odds: float = sum(min(t * t / 2, 12.0) - 4.0 for t in cues.values()) - 2.0
+    convincing = alone or (len(cues) >= 2 and odds > 0.0)
     return Verdict(tuple(sorted(cues)), convincing, float(np.clip(odds, -_MOST_ODDS, _MOST_ODDS)))
 
 
-def settle_cuts(
-    evidence: SplitEvidence, cuts: list[int], cues: list[tuple[str, ...]], width: int
-) -> list[int]:
+def settle_cuts(evidence: SplitEvidence, cuts: list[int], cues: list[tuple[str, ...]]) -> list[int]:
     """Moves each cut to the step of the channels that speak for it.
 
-    No piece becomes narrower than `width` bins.
+    A piece may become narrower than houses are looked for (a bay between two of them), but no narrower than
+    the stretch that its eaves and its plane are taken from.
     """
     names = [cue_of(kind) for kind in evidence.kinds]
     floor = np.array([FLOOR[kind] for kind in evidence.kinds])
     spread = np.nan_to_num(spread_within(evidence, cuts))
     sigma = np.sqrt(spread**2 + floor**2 + evidence.sampling**2)
     tells = [np.array([name in own for name in names]) for own in cues]
-    places = sharpest(evidence.signal, sigma, np.array(cuts, np.int64), width, tells)
+    places = sharpest(evidence.signal, sigma, np.array(cuts, np.int64), NEAR_BINS, tells)
     return [int(c) for c in places]

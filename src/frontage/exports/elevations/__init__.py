@@ -1,5 +1,5 @@
 """Elevations of facades: what a drawing shows of what was measured."""
 
-from frontage.exports.elevations.draw import draw_elevation
+from frontage.exports.elevations.draw import UNCERTAIN_M, bounds_of, draw_elevation, title_block
 
-__all__ = ["draw_elevation"]
+__all__ = ["UNCERTAIN_M", "bounds_of", "draw_elevation", "title_block"]

@@ -7,7 +7,7 @@ import numpy as np
 from frontage.exports.elevations.measures import dimensions, levels
 from frontage.exports.survey import SurveyedBuilding
 from frontage.geometry.arrays import Float
-from frontage.geometry.ring import box_sigmas, rectangle
+from frontage.geometry.ring import box_sigmas
 from frontage.io.drawings.elevation import Elevation, Label, Line, Underlay, sheet_for
 from frontage.model import Elements, Facade, Opening, Protrusion, Provenance
 
@@ -29,9 +29,9 @@ def draw_elevation(
 
     Lengths are true in the plane. A facade that leans by a degree is drawn up to 1.5 mm too high at 10 m.
     """
-    zero = float(facade.world.to_world(facade.frame.t)[2])
+    zero = facade.height_of_zero
     found = elements or Elements(facade.id, ())
-    bounds = _bounds(facade, found, zero)
+    bounds = bounds_of(facade, found)
     sheet = sheet_for(bounds[2] - bounds[0], bounds[3] - bounds[1])
     marks = levels(building, facade, found)
     up = np.array([0.0, zero])
@@ -44,13 +44,14 @@ def draw_elevation(
         dimensions=dimensions(facade, found, zero, bounds, sheet),
         levels=marks,
         labels=tuple(_label(o, up, sheet.metres(1.6)) for o in found.openings),
-        title=_title(building, facade, elements, underlay, datum),
+        title=title_block(building, facade, elements, datum, pictured=underlay is not None),
         underlay=None if underlay is None else _raised(underlay, zero),
     )
 
 
-def _bounds(facade: Facade, found: Elements, zero: float) -> tuple[float, float, float, float]:
-    """Return x0, h0, x1, h1 m of everything that is drawn."""
+def bounds_of(facade: Facade, found: Elements) -> tuple[float, float, float, float]:
+    """Return x0, h0, x1, h1 m of everything that is on a facade; h is the height above the datum."""
+    zero = facade.height_of_zero
     rings = [facade.outline, *(o.ring for o in found.openings), *(p.ring for p in found.protrusions)]
     corners = np.vstack(rings)
     (x0, z0), (x1, z1) = corners.min(0), corners.max(0)
@@ -68,11 +69,8 @@ def _lines(facade: Facade, found: Elements, up: Float) -> Iterator[Line]:
         depth = () if o.depth is None else (("depth", float(o.depth.value)),)
         yield Line(f"OPENING_{o.kind.name}", o.ring + up, _vague_opening(o), o.id, depth)
         for bar in o.bars:
-            half, (low, high) = bar.width / 2, bar.extent
-            across = (bar.position - half, low, bar.position + half, high)
-            box = across if bar.axis == "vertical" else (low, across[0], high, across[2])
             vague = bar.provenance is Provenance.INFERRED or not bar.sigma <= UNCERTAIN_M
-            yield Line("BARS", rectangle(*box) + up, vague, o.id)
+            yield Line("BARS", bar.ring + up, vague, o.id)
 
 
 def _vague_opening(o: Opening) -> bool:
@@ -91,14 +89,13 @@ def _label(o: Opening, up: Float, above: float) -> Label:
     return Label(o.id.rsplit("/", 1)[-1], (float(x0 + x1) / 2, float(z1 + up[1]) + above))
 
 
-def _title(
-    building: SurveyedBuilding,
-    facade: Facade,
-    elements: Elements | None,
-    underlay: Underlay | None,
-    datum: str,
+def title_block(
+    building: SurveyedBuilding, facade: Facade, elements: Elements | None, datum: str, *, pictured: bool
 ) -> tuple[str, ...]:
-    """Return the lines of the title block, with what the drawing leaves out."""
+    """Return the lines of the title block, with what the drawing leaves out.
+
+    pictured  whether there is an ortho-image; `datum` as in `draw_elevation`
+    """
     about = [
         f"Elevation of facade {facade.id}" + (f", {building.address}" if building.address else ""),
         f"Lengths in metres; heights {datum}. CRS {_crs(facade)}.",
@@ -107,7 +104,7 @@ def _title(
     ]
     if elements is None:
         about.append("Left out: openings, which were not found or not looked for.")
-    if underlay is None:
+    if not pictured:
         about.append("Left out: the ortho-image, which there is none of.")
     return tuple(about)
 

@@ -80,6 +80,16 @@ PROTRUSIONS = (
     _PROVENANCE,
     Column("confidence", "real", "probability that it exists"),
 )
+BARS = (
+    Column("opening", "text", "id of the opening that it divides"),
+    *_ON_WALL,
+    Column("axis", "text", "vertical (mullion) or horizontal (transom)"),
+    Column("position", "real", "x of the facade, or height above datum, of the centre line", "m"),
+    Column("width", "real", "width", "m"),
+    Column("sigma_position", "real", _SIGMA, "m"),
+    Column("sigma_width", "real", _SIGMA, "m"),
+    _PROVENANCE,
+)
 PHOTOS = (
     Column("photo", "text", "name of the photo"),
     Column("camera", "text", "camera model"),

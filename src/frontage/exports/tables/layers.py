@@ -1,16 +1,19 @@
 """The tables of a run: buildings, facades, openings, protrusions, photos and stations, each with its place.
 
 A wall is vertical, so a map shows it as a line: facades, openings and protrusions have a layer of lines at
-their lower border, and a layer of outlines (polygons with heights) with the same rows.
+their lower border, a layer of outlines (polygons with heights), and a layer of elevations with the same rows.
+The elevations, those of window bars as well, are in the plane of the facade: x to the right, as in the facade
+frame, and height above the datum, as in `products/rasters`.
 """
 
+from collections.abc import Iterable
 from math import atan2, degrees, isfinite
 
 import numpy as np
 import shapely
 
 from frontage.exports.survey import Survey, SurveyedBuilding, heights, in_world, window_to_wall
-from frontage.exports.tables.columns import BUILDINGS, FACADES, OPENINGS, PHOTOS, PROTRUSIONS, STATIONS
+from frontage.exports.tables.columns import BARS, BUILDINGS, FACADES, OPENINGS, PHOTOS, PROTRUSIONS, STATIONS
 from frontage.geometry.arrays import Float
 from frontage.geometry.ring import box_sigmas, ring_area, ring_area_sigma, span_sigma
 from frontage.io.tables.table import Column, Table, Value
@@ -29,6 +32,7 @@ def survey_tables(survey: Survey) -> tuple[Table, ...]:
         *_walls("facade", FACADES, _facades(survey)),
         *_walls("opening", OPENINGS, _openings(survey)),
         *_walls("protrusion", PROTRUSIONS, _protrusions(survey)),
+        _bars(survey),
         _photos(survey),
         _stations(survey),
     )
@@ -47,8 +51,8 @@ def _buildings(survey: Survey) -> Table:
     return Table("buildings", about, BUILDINGS, tuple(rows), "POLYGON", tuple(plans), height=False)
 
 
-def _walls(name: str, columns: tuple[Column, ...], found: list[Wall]) -> tuple[Table, Table]:
-    """Return the lines in plan and the outlines of what is on walls."""
+def _walls(name: str, columns: tuple[Column, ...], found: list[Wall]) -> tuple[Table, Table, Table]:
+    """Return the lines in plan, the outlines and the elevations of what is on walls."""
     rows = tuple(row for *_, row in found)
     lines = tuple(shapely.LineString(_foot(facade, ring, y)) for facade, ring, y, _ in found)
     outlines = tuple(shapely.Polygon(in_world(facade, ring, y)) for facade, ring, y, _ in found)
@@ -56,7 +60,17 @@ def _walls(name: str, columns: tuple[Column, ...], found: list[Wall]) -> tuple[T
     return (
         Table(f"{name}s", plan, columns, rows, "LINESTRING", lines),
         Table(f"{name}_outlines", upright, columns, rows, "POLYGON", outlines),
+        _elevations(name, columns, rows, [(facade, ring) for facade, ring, *_ in found]),
     )
+
+
+def _elevations(
+    name: str, columns: tuple[Column, ...], rows: tuple[Row, ...], found: Iterable[tuple[Facade, Float]]
+) -> Table:
+    """Return outlines (k, 2) m in the planes of their facades, with heights above the datum."""
+    about = f"{name.capitalize()}s: outlines in the plane of the facade (x to the right, height above datum)"
+    places = tuple(shapely.Polygon(ring + np.array([0.0, facade.height_of_zero])) for facade, ring in found)
+    return Table(f"{name}_elevations", about, columns, rows, "POLYGON", places, height=False, in_world=False)
 
 
 def _foot(facade: Facade, ring: Float, y: float) -> Float:
@@ -141,6 +155,17 @@ def protrusion_row(b: SurveyedBuilding, facade: Facade, p: Protrusion) -> Row:
         float(z.max()), front, known(p.sigma), known(float(p.front.sigma[0])), str(p.provenance),
         p.confidence,
     )  # fmt: skip
+
+
+def _bars(survey: Survey) -> Table:
+    found = [(b, f, o, bar) for b in survey.buildings for f, _, o in b.openings for bar in o.bars]
+    rows = tuple(
+        (o.id, b.id, b.address, f.id, bar.axis,
+         bar.position + (f.height_of_zero if bar.axis == "horizontal" else 0.0), bar.width, known(bar.sigma),
+         known(bar.sigma_width), str(bar.provenance))
+        for b, f, o, bar in found
+    )  # fmt: skip
+    return _elevations("bar", BARS, rows, [(f, bar.ring) for _, f, _, bar in found])
 
 
 def _photos(survey: Survey) -> Table:

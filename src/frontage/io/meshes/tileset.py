@@ -72,6 +72,17 @@ def write_tileset(path: Path, tiles: Sequence[Tile], world: WorldRef) -> None:
         temporary.write_text(text + "\n", "utf-8")
 
 
+def geocentric_from_local(world: WorldRef, at: Float) -> Float:
+    """Return the matrix (4, 4) from local metres to the coordinates of tilesets, exact at `at` (3,) m local.
+
+    These are geocentric, or local where the tiles are not placed on the earth.
+    """
+    about = _Place(world).matrix(at)
+    to_origin = np.eye(4)
+    to_origin[:3, 3] = -at
+    return np.asarray(about @ to_origin)
+
+
 def _building(tile: Tile, place: "_Place") -> dict[str, Any]:
     """Return a tile whose child replaces it by the next finer level, and so on."""
     box = _box(tile.low, tile.high)

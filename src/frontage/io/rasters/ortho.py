@@ -48,7 +48,7 @@ def write_ortho(folder: Path, ortho: OrthoImage) -> None:
         "RASTER_TO_WORLD": matrix_text(sidecar.raster_to_world),
         "WORLD_CRS": facade.world.crs or "",
         "SOURCES": "; ".join(ortho.sources),
-        "HEIGHT_OF_ZERO": repr(sidecar.height_of_zero),
+        "HEIGHT_OF_ZERO": repr(sidecar.facade.height_of_zero),
     }
     about = Georeference(ortho.corner, ortho.gsd, f"Facade {facade.id} (x right, z up, m)", metadata)
     write_geotiff(folder / "ortho.tif", ortho.pixels, about, names=("red", "green", "blue", "alpha"))

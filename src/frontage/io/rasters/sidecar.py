@@ -88,11 +88,6 @@ class OrthoSidecar:
         """Width and height of the image in m."""
         return self.gsd * self.size[0], self.gsd * self.size[1]
 
-    @property
-    def height_of_zero(self) -> float:
-        """Height in m, above the datum of the CRS, of z = 0 of the facade frame."""
-        return float(self.facade.world.to_world(self.frame.t)[2])
-
     def corner_in(self, facade: Facade) -> tuple[float, float]:
         """Outer upper left corner (x, z) m of pixel (0, 0) in the frame of `facade`, by `raster_to_world`.
 

@@ -51,7 +51,7 @@ def _text(sidecar: OrthoSidecar, source: str, bands: tuple[_Band, ...]) -> str:
     facade, (w, h), (x, z), gsd = sidecar.facade, sidecar.size, sidecar.corner, sidecar.gsd
     about = {"FACADE": facade.id, "VERTICAL_AXIS": "height above the datum of WORLD_CRS in metres",
              "WORLD_CRS": facade.world.crs or "unknown"}  # fmt: skip
-    name, corner = f"Facade {facade.id} (x right, height up)", (x, z + sidecar.height_of_zero)
+    name, corner = f"Facade {facade.id} (x right, height up)", (x, z + facade.height_of_zero)
     place = place_xml(name, "height", corner, gsd, about)
     whole = f'xOff="0" yOff="0" xSize="{w}" ySize="{h}"'
     texts = "".join(_band(k, band, source, whole) for k, band in enumerate(bands, 1))

@@ -5,6 +5,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import shapely
+from pyproj import CRS
 
 from frontage.errors import MissingExtra
 from frontage.io.crs import parse_crs
@@ -18,7 +19,9 @@ _KINDS = {"POINT": "Point", "LINESTRING": "LineString", "POLYGON": "Polygon"}
 
 
 def geo_frame(table: Table, crs: str | None) -> "geopandas.GeoDataFrame":
-    """Return a table as a GeoDataFrame: the columns by name, None as missing, geometries in the CRS.
+    """Return a table as a GeoDataFrame: the columns by name, None as missing.
+
+    crs  of geometries in the world; others, and all where it is None, have no CRS
 
     Raises MissingExtra without GeoPandas.
     """
@@ -29,7 +32,7 @@ def geo_frame(table: Table, crs: str | None) -> "geopandas.GeoDataFrame":
         raise MissingExtra("a table as a data frame", "tables") from error
     types = {"text": "str", "real": "float64", "whole": "Int64"}
     columns = {c.name: pandas.Series(table.values(c.name), dtype=types[c.kind]) for c in table.columns}
-    places = geopandas.GeoSeries(list(table.geometries), crs=None if crs is None else parse_crs(crs))
+    places = geopandas.GeoSeries(list(table.geometries), crs=_system(table, crs))
     return geopandas.GeoDataFrame(columns, geometry=places)
 
 
@@ -58,14 +61,19 @@ def write_geoparquet(path: Path, table: Table, crs: str | None) -> None:
         pyarrow.parquet.write_table(made, temporary)
 
 
+def _system(table: Table, crs: str | None) -> CRS | None:
+    return parse_crs(crs) if crs is not None and table.in_world else None
+
+
 def _about(table: Table, crs: str | None) -> dict[str, Any]:
     """The metadata "geo" of the file (GeoParquet 1.1.0)."""
+    system = _system(table, crs)
     kind = _KINDS[table.geometry] + (" Z" if table.height else "")
     places = [g for g in table.geometries if g is not None]
     geometry: dict[str, Any] = {
         "encoding": "WKB",
         "geometry_types": [kind] if places else [],
-        "crs": None if crs is None else parse_crs(crs).to_json_dict(),
+        "crs": None if system is None else system.to_json_dict(),
     }
     if places:
         geometry["bbox"] = _bounds(places, table.height)

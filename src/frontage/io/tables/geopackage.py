@@ -48,7 +48,7 @@ CREATE TABLE gpkg_data_column_constraints (constraint_name TEXT NOT NULL, constr
 def write_geopackage(path: Path, tables: Sequence[Table], crs: str | None) -> None:
     """Write every table as a layer of one GeoPackage; an older file of this name is replaced.
 
-    crs  name of the CRS of the geometries; None = an undefined Cartesian one
+    crs  name of the CRS of geometries in the world; None, and for all others, an undefined Cartesian one
 
     Raises FileError when the file cannot be written, CrsError for an unknown CRS.
     """
@@ -62,7 +62,7 @@ def write_geopackage(path: Path, tables: Sequence[Table], crs: str | None) -> No
             srs = _write_systems(database, system)
             _write_extension(database)
             for table in tables:
-                _write_layer(database, table, srs)
+                _write_layer(database, table, srs if table.in_world else _UNKNOWN_CRS)
 
 
 def _write_systems(database: sqlite3.Connection, system: CRS | None) -> int:

@@ -32,8 +32,9 @@ class Table:
 
     name        of the layer, such as "openings"
     geometry    kind of the geometries
-    geometries  one per row, in world coordinates m; None where a row has no place
+    geometries  one per row, m; None where a row has no place
     height      whether the geometries have heights (z)
+    in_world    whether they are in the CRS of the world; else in a plane of their own, such as a facade's
 
     Raises ValueError for rows of another length than the columns, or a wrong number of geometries.
     """
@@ -45,6 +46,7 @@ class Table:
     geometry: GeometryKind
     geometries: tuple[shapely.Geometry | None, ...]
     height: bool = True
+    in_world: bool = True
 
     def __post_init__(self) -> None:
         if any(len(row) != len(self.columns) for row in self.rows):

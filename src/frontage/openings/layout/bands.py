@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import ndimage
 
-from frontage.geometry.arrays import Bool, Float, distinct
+from frontage.geometry.arrays import Bool, Float, Int, distinct
 from frontage.model.masonry import MASONRY
 from frontage.openings.boxes import Box
 from frontage.openings.layout.posts import Post
@@ -16,10 +16,13 @@ from frontage.openings.wall.evidence import Evidence
 _DEEPEST = 0.5  # m: reveals are less deep
 _BIN = 0.01  # m, bin of depths
 _AREA = 0.1  # m2 that a plane of joinery holds at least
-_FULL = 0.5  # share of the expected beams from which a place is joinery, or wall
-_TALL = 0.4  # m: lower pieces are rails and panels
+# share of the expected beams from which a place is likelier joinery (or wall) than a pane, of Poisson hits
+_FULL = float((0.97 - 0.12) / np.log(0.97 / 0.12))
+_SHADED = 0.2  # share of a wall's beams that joinery returns at least: something hides it from some stations
+_TALL = 0.3  # m: as windows are at least; lower pieces are rails and panels
 _WIDE = 0.6  # m: leaves of doors are wider than posts
 _FRAMES = 1.7  # widths of the frame above: windows side by side have one each, casements that meet less
+_COLUMNS = 5  # columns of cells, or mean distances of points, over which the columns of a scan even out
 _RAIL = 0.03  # m, least width of a frame
 _PANE = (0.03, 0.27)  # m beside a post, between which its panes are looked at
 _LINTEL = (0.03, 0.1)  # m below the lintel, between which frames are the first that beams meet
@@ -36,15 +39,24 @@ class _Plane:
     """The points at one depth behind the wall.
 
     own     (2, n) m, x and z of the points themselves, sorted by x
-    before  (2, k) m, x and z of the points before them
+    edges   (2, l) m, x and z of the points on the wall, sorted by x
+    before  (2, k) m, x and z of the points between the wall and them, sorted by x
+    beyond  (2, m) m, x and z where the beams of the points behind them crossed that depth, sorted by x
     depth   m behind the wall
     y       m, depth in the facade frame
     """
 
     own: Float
+    edges: Float
     before: Float
+    beyond: Float
     depth: float
     y: float
+
+    @property
+    def stopped(self) -> tuple[Float, Float, Float]:
+        """The points that end beams here or before: edges and sides of blades between windows, and frames."""
+        return self.edges, self.before, self.own
 
 
 def find_posts(beams: Beams, evidence: Evidence, ground: float) -> tuple[Post, ...]:
@@ -54,12 +66,16 @@ def find_posts(beams: Beams, evidence: Evidence, ground: float) -> tuple[Post, .
     leaves are narrower than windows. Widths are measured at the points' own places on the plane of the
     frames, for seen aslant a bar seems as wide as it is deep.
     """
-    due = np.maximum(_three(evidence.expected), 1e-9)
-    wall = _three(evidence.solid) > _FULL * due
-    known = evidence.expected > 0.0
+    solid, due = _evened(evidence.solid), _evened(evidence.expected)
+    shaded, pier = _SHADED * due, max(int(MASONRY.half_brick / evidence.raster.cell), 1)
+    wall = ndimage.binary_opening(solid > _FULL * np.maximum(due, 1e-9), np.ones((1, pier), np.bool_))
+    edges = beams.solid[np.argsort(beams.solid[:, 0], kind="stable")].T
+    free = (evidence.expected > 0.0) & ~wall
     found: list[Post] = []
-    for plane in _planes(beams, evidence):
-        full = (_three(evidence.raster.count(*plane.own)) > _FULL * due) & known & ~wall
+    for plane in _planes(beams, evidence, edges):
+        ended = solid + _evened(evidence.raster.count(*np.hstack(plane.stopped[1:])))
+        passed = _evened(evidence.raster.count(*plane.beyond))
+        full = (ended > _FULL * (ended + passed)) & (ended > shaded) & free
         for rows, columns in _uprights(full, evidence.raster.cell):
             post = _post(plane, (rows, columns), wall, evidence, ground)
             if post is not None and not any(_meet(post, other) for other in found):
@@ -67,12 +83,12 @@ def find_posts(beams: Beams, evidence: Evidence, ground: float) -> tuple[Post, .
     return tuple(p for p in found if _room(p, found, wall, evidence) >= _WINDOW)
 
 
-def _three(values: Float) -> Float:
-    """Sums the values (h, w) over three cells above one another."""
-    return np.asarray(ndimage.uniform_filter1d(values, 3, axis=0, mode="constant") * 3.0)
+def _evened(values: Float) -> Float:
+    """Averages values (h, w) over half a brick: columns of points from several stations heap up."""
+    return np.asarray(ndimage.uniform_filter(values, (3, _COLUMNS), mode="constant"))
 
 
-def _planes(beams: Beams, evidence: Evidence) -> Iterator[_Plane]:
+def _planes(beams: Beams, evidence: Evidence, edges: Float) -> Iterator[_Plane]:
     """Yields the depths behind the wall that hold area, the fullest first."""
     own, depth, level = _behind(beams)
     at = evidence.raster.flat(*own)
@@ -88,7 +104,8 @@ def _planes(beams: Beams, evidence: Evidence) -> Iterator[_Plane]:
         on = np.abs(depth - middle) <= beams.least
         if on.any():
             d = float(np.median(depth[on]))
-            yield _Plane(own[:, on], own[:, depth < middle - beams.least], d, d + float(np.median(level[on])))
+            before = own[:, depth < middle - beams.least]
+            yield _Plane(own[:, on], edges, before, _beyond(beams, d), d, d + float(np.median(level[on])))
 
 
 def _behind(beams: Beams) -> tuple[Float, Float, Float]:
@@ -102,6 +119,14 @@ def _behind(beams: Beams) -> tuple[Float, Float, Float]:
     near = np.flatnonzero((depth > beams.least) & (depth < _DEEPEST))
     depth = depth[near]
     return lines.take(near).shifted(depth), depth, lines.level[near]
+
+
+def _beyond(beams: Beams, depth: float) -> Float:
+    """Returns where (2, n) m the beams that ended further behind the wall crossed a depth m, sorted by x."""
+    lines = beams.lines
+    far = np.flatnonzero(lines.y - lines.level > depth + beams.least)
+    place = lines.take(far).shifted(np.full(len(far), depth)) if beams.rays else np.empty((2, 0))
+    return place[:, np.argsort(place[0], kind="stable")]
 
 
 def _uprights(full: Bool, cell: float) -> Iterator[tuple[slice, slice]]:
@@ -146,15 +171,26 @@ def _across(plane: _Plane, piece: Box, evidence: Evidence) -> tuple[float, float
     slack, shy, due = 2.0 * evidence.raster.cell, 0.1 * (z1 - z0), _due(evidence, piece)
     if due <= 0.0:
         return None
-    x = _within(plane.own, (x0 - slack, z0 + shy, x1 + slack, z1 - shy))[0]
-    step = 1.0 / np.sqrt(due)
-    column = ((x - x0 + slack) / step).astype(np.int64)
-    labels, _ = ndimage.label(np.bincount(column) > _FULL * due * step * (z1 - z0 - 2.0 * shy))
+    around, step = (x0 - slack, z0 + shy, x1 + slack, z1 - shy), 1.0 / np.sqrt(due)
+    x = np.concatenate([_within(some, around)[0] for some in plane.stopped])
+    column, other = (
+        ((v - x0 + slack) / step).astype(np.int64) for v in (x, _within(plane.beyond, around)[0])
+    )
+    number = int((x1 - x0 + 2.0 * slack) / step) + 1
+    held, passed = _run(column, number), _run(other, number)
+    enough = _SHADED * due * step * (z1 - z0 - 2.0 * shy)
+    labels, _ = ndimage.label((held > _FULL * (held + passed)) & (held > enough))
     own = labels[min(int(((x1 - x0) / 2 + slack) / step), len(labels) - 1)] if len(labels) else 0
     if own == 0:
         return None
     left, right = _span(x[labels[column] == own])
     return (left, right) if right - left >= MASONRY.half_brick else None
+
+
+def _run(bins: Int, number: int) -> Float:
+    """Counts the points (number,) of each bin, as the mean over the bins around it."""
+    count = np.bincount(bins, minlength=number).astype(np.float64)
+    return np.asarray(ndimage.uniform_filter1d(count, _COLUMNS, mode="constant"))
 
 
 def _sides(x0: float, x1: float) -> tuple[tuple[float, float], tuple[float, float]]:
@@ -179,13 +215,15 @@ def _frame(
     step = 1.0 / np.sqrt(due)
     down = z1 + step - _within(plane.own, (x0, z0, x1, z1 + step))[1]
     row = (down / step).astype(np.int64)
-    labels, number = ndimage.label(np.bincount(row) > _FULL * due * step * wide)
+    labels, number = ndimage.label(_run(row, int(row.max(initial=0)) + 1) > _FULL * due * step * wide)
     low, high = _span(down[labels[row] == 1]) if number else (0.0, 0.0)
     return high - low if high - low >= _RAIL else None
 
 
 def _span(places: Float) -> tuple[float, float]:
-    """Returns the ends of what places (n,) m fill evenly, without a few strays."""
+    """Returns the ends of what places (n,) m fill evenly, without a few strays; (0, 0) of none."""
+    if not len(places):
+        return 0.0, 0.0
     low, high = np.quantile(places, [0.05, 0.95]).tolist()
     return low - (high - low) / 18.0, high + (high - low) / 18.0
 

@@ -23,7 +23,7 @@ _SEEN = 0.3
 
 _DIGITS = 6  # of nats: sums in another order differ by less, and must not choose between equal rectangles
 
-Part = tuple[slice, ...]
+Part = tuple[slice, slice]
 
 
 def find_boxes(evidence: Evidence, options: OpeningOptions, framed: Callable[[Int], Bool]) -> list[CellBox]:
@@ -61,8 +61,8 @@ def _rivals(
 
     The cells of `others` count against them.
     """
-    llr = evidence.llr[part]
-    own = worth_of(np.where(others, -np.abs(llr), llr))
+    worth = worth_of(evidence, part)
+    own = np.where(others, -np.abs(worth), worth)
     boxes, gains = _rectangles(own, evidence.expected_free[part], least)
     boxes += [s.start for s in part] * 2
     kept = np.flatnonzero(framed(boxes))
@@ -111,8 +111,13 @@ def _components(evidence: Evidence, least: tuple[float, float], open_: Bool) -> 
             if tall > largest * least[0] or wide > largest * least[1]:
                 open_[rows, columns] |= own
             elif tall + 2 >= least[0] and wide + 2 >= least[1]:
-                part = tuple(slice(max(s.start - 2, 0), s.stop + 2) for s in (rows, columns))
+                part = _grown(rows), _grown(columns)
                 yield part, (labels[part] != number) & (labels[part] > 0)
+
+
+def _grown(cells: slice) -> slice:
+    """Returns the cells with two more on each side."""
+    return slice(max(cells.start - 2, 0), cells.stop + 2)
 
 
 def _seen_through(evidence: Evidence, part: Part, own: Bool) -> bool:

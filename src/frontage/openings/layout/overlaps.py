@@ -81,10 +81,10 @@ def _worth(ring: shapely.Polygon, evidence: Evidence) -> float:
     raster = evidence.raster
     x0, z0, x1, z1 = ((v - raster.corner[k % 2]) / raster.cell for k, v in enumerate(ring.bounds))
     rows, columns = slice(max(int(z0), 0), int(z1) + 2), slice(max(int(x0), 0), int(x1) + 2)
-    llr = evidence.llr[rows, columns]
-    z, x = np.indices(llr.shape) + np.array([rows.start, columns.start])[:, None, None] + 0.5
+    worth = worth_of(evidence, (rows, columns))
+    z, x = np.indices(worth.shape) + np.array([rows.start, columns.start])[:, None, None] + 0.5
     inside = shapely.contains_xy(ring, raster.corner[0] + x * raster.cell, raster.corner[1] + z * raster.cell)
-    return float(worth_of(llr[inside]).sum()) - PRICE
+    return float(worth[inside].sum()) - PRICE
 
 
 def _polygons(rings: Sequence[Float]) -> Array:

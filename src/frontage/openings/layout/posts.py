@@ -41,7 +41,10 @@ class Post:
 
 
 def with_posts(beams: Beams, facade: Facade, scan: Scan, posts: Sequence[Post]) -> Beams:
-    """Returns the beams with posts as parts of the wall, which lies at their depth there."""
+    """Returns the beams with posts as parts of the wall, which lies at their depth there.
+
+    What ends the beams before that depth (a blade between two frames) belongs to the post.
+    """
     lines = beams.lines
     old = lines.y - beams.depth_at(*lines.place) > beams.least
     lines, moved = _on_posts(lines, posts)
@@ -49,12 +52,10 @@ def with_posts(beams: Beams, facade: Facade, scan: Scan, posts: Sequence[Post]) 
     lone, lone_depth = beams.open[int(old.sum()) :], beams.open_depth[int(old.sum()) :]
     x, y, z = facade.frame.inverse.apply(scan.xyz[facade.support]).T
     on, free = np.zeros(len(x), np.bool_), np.ones(len(lone), np.bool_)
+    behind, lone_y = y - beams.depth_at(x, z) > beams.least, lone_depth + beams.depth_at(*lone.T)
     for post in posts:
-        on |= post.holds(x, z) & (np.abs(y - post.y) < TOLERANCES.least_on_wall)
-        free &= ~(
-            post.holds(*lone.T)
-            & (np.abs(lone_depth + beams.depth_at(*lone.T) - post.y) < TOLERANCES.least_on_wall)
-        )
+        on |= post.holds(x, z) & behind & (y < post.y + TOLERANCES.least_on_wall)
+        free &= ~(post.holds(*lone.T) & (lone_y < post.y + TOLERANCES.least_on_wall))
     through = depth > beams.least
     return replace(
         beams,
@@ -69,13 +70,15 @@ def with_posts(beams: Beams, facade: Facade, scan: Scan, posts: Sequence[Post]) 
 def _on_posts(lines: WallCrossings, posts: Sequence[Post]) -> tuple[WallCrossings, Bool]:
     """Returns the lines of sight with those at a post taken at its depth, and which these are.
 
-    A line is at a post if it ends on it or would cross the wall there.
+    A line is at a post if it ends on it, or would cross the wall there.
     """
+    ends = lines.shifted(lines.y - lines.level)
     place, level = lines.place.copy(), lines.level.copy()
     moved = np.zeros(len(level), np.bool_)
     for post in posts:
         there = lines.at(post.y)
         some = (post.holds(*there) | post.holds(*lines.place)) & (lines.y > post.y - TOLERANCES.least_on_wall)
+        some |= post.holds(*ends) & (lines.y > lines.level) & (lines.y < post.y)
         place[:, some], level[some] = there[:, some], post.y
         moved |= some
     return replace(lines, place=place, level=level), moved

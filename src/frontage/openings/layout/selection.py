@@ -7,10 +7,11 @@ import numpy as np
 from scipy import optimize, sparse
 
 from frontage.geometry.arrays import Bool, Float, Int
+from frontage.openings.wall.evidence import Evidence
 
 PRICE = 12.0
 """Nats that an opening must be worth: four borders (minimum description length)."""
-_UNSEEN = 0.05  # nats that a cell costs of which nothing is known
+_UNSEEN = 0.1  # nats that a cell costs which nothing saw
 
 
 @dataclass(frozen=True)
@@ -29,9 +30,11 @@ class CellBox:
         return slice(self.r0, self.r1), slice(self.c0, self.c1)
 
 
-def worth_of(llr: Float) -> Float:
-    """Returns the nats that cells add to the worth of what covers them, by their evidence for open."""
-    return np.where(llr == 0.0, -_UNSEEN, llr)
+def worth_of(evidence: Evidence, cells: tuple[slice, slice]) -> Float:
+    """Returns the nats that cells add to what covers them: their evidence for open, less what hides them."""
+    llr, expected, free = (m[cells] for m in (evidence.llr, evidence.expected, evidence.expected_free))
+    known = np.where(llr == 0.0, 0.0, np.clip(expected / np.maximum(free, 1e-9), 0.0, 1.0))
+    return llr - _UNSEEN * (1.0 - known)
 
 
 def best_layout(groups: Sequence[Sequence[CellBox]], pier: int = 0) -> list[CellBox]:

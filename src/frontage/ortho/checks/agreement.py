@@ -11,7 +11,7 @@ such a number would be a thousand times less likely of a photo that agrees like 
 """
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from itertools import combinations
 
 import numpy as np
@@ -21,7 +21,8 @@ from frontage.geometry.arrays import Array
 from frontage.model import PhotoRemark
 from frontage.ortho.checks.patches import Agreement, Patches, agreement, of_photo, of_scan, similarity
 from frontage.ortho.points import FacadePoints
-from frontage.ortho.surface import DrawingSurface, ImageOf
+from frontage.ortho.rectified import CellPhotos, rectify
+from frontage.ortho.surface import ImageOf
 from frontage.ortho.views import ViewPlan
 
 Turn = Callable[[Array], Array]
@@ -42,6 +43,10 @@ class PhotoCheck:
     turned: frozenset[str] = frozenset()
     remarks: tuple[PhotoRemark, ...] = ()
 
+    def kept(self, plan: ViewPlan | None) -> ViewPlan | None:
+        """The plan without the photos to leave out; None where the others see nothing."""
+        return None if plan is None else plan.without(self.left_out)
+
     def images(self, image_of: ImageOf, turns: Mapping[str, Turn]) -> ImageOf:
         """The pictures, those of `turned` photos turned."""
         if not self.turned:
@@ -50,28 +55,25 @@ class PhotoCheck:
 
 
 def check_photos(
-    surface: DrawingSurface,
-    plan: ViewPlan | None,
-    points: FacadePoints,
-    image_of: ImageOf,
-    turns: Mapping[str, Turn],
+    plan: ViewPlan | None, points: FacadePoints, rectified: CellPhotos | None, turns: Mapping[str, Turn]
 ) -> PhotoCheck:
     """Compares the photos of a plan with each other and with the colours of the scan.
 
-    `turns` holds the photos of which it is not known whether their cameras mean the picture as stored or
-    turned upright; the orientation that agrees better is taken for all of them, and where none does they are
-    left out.
+    `rectified` holds the photos on the cells of the plan. `turns` holds the photos of which it is not known
+    whether their cameras mean the picture as stored or turned upright; the orientation that agrees better is
+    taken for all of them, and where none does they are left out.
     """
-    if plan is None:
+    if plan is None or rectified is None:
         return PhotoCheck()
-    coarse = replace(surface, raster=plan.cells)
     doubtful = {p.id: turns[p.id] for p in plan.photos if p.id in turns}
     photos, upright = dict[str, Patches](), dict[str, Patches]()
     for number, photo in enumerate(plan.photos):
-        image = image_of(photo.id)
-        photos[photo.id] = of_photo(coarse, photo, image, plan.clear[number])
+        shown, clear = plan.quality[number] > 0, plan.clear[number]
+        photos[photo.id] = of_photo(rectified(photo, shown).codes, clear)
         if photo.id in doubtful:
-            upright[photo.id] = of_photo(coarse, photo, doubtful[photo.id](image), plan.clear[number])
+            turned = doubtful[photo.id](rectified.image_of(photo.id))
+            codes = rectify(rectified.surface, photo, turned, shown, rectified.projection).codes
+            upright[photo.id] = of_photo(codes, clear)
     scan = of_scan(points, plan.cells)
     known = {_SCAN: scan.whole} if scan is not None else {}
     check = _orientation({**known, **photos}, upright)

@@ -7,13 +7,9 @@ import numpy as np
 from scipy import stats
 
 from frontage.geometry.arrays import Array, Bool
-from frontage.model import Photo
 from frontage.ortho.orthoraster import OrthoRaster
 from frontage.ortho.points import FacadePoints
-from frontage.ortho.project import map_tile
-from frontage.ortho.surface import DrawingSurface
 from frontage.raster import gridding
-from frontage.raster.resample import resample
 from frontage.raster.tiles import tiles
 
 _PATCH_PX = 48  # about two metres: a window with the wall around it
@@ -24,7 +20,6 @@ _FEWEST_OTHERS = 4
 _CLEAR = 0.98  # share of a patch that nothing may hide
 _COVERED = 0.9  # share of a patch that must hold points of the scan
 _TEXTURE = 2.0  # grey values, standard deviation of a patch without its shading
-_TILE_PX = 512
 
 
 @dataclass(frozen=True)
@@ -66,15 +61,9 @@ class Agreement:
         return float(stats.binom.logpmf(self.agreeing, self.count, rate))
 
 
-def of_photo(surface: DrawingSurface, photo: Photo, image: Array, clear: Bool) -> Patches:
-    """The patches of a photo rectified on a surface, where the cells (h, w) are `clear` of occluders."""
-    raster = surface.raster
-    picture = np.zeros((raster.height, raster.width, 4), np.uint8)
-    to_photo = surface.projection_into(photo, "full")
-    for tile in tiles(raster.height, raster.width, _TILE_PX):
-        if clear[tile.window].any():
-            resample(image, map_tile(to_photo, tile, surface.depth(tile)), out=picture[tile.window])
-    return _cut(cv2.cvtColor(picture, cv2.COLOR_RGBA2GRAY).astype(np.float32), clear, _CLEAR)
+def of_photo(codes: Array, clear: Bool) -> Patches:
+    """The patches of a photo rectified on cells (h, w, 4), where these are `clear` (h, w) of occluders."""
+    return _cut(cv2.cvtColor(codes, cv2.COLOR_RGBA2GRAY).astype(np.float32), clear, _CLEAR)
 
 
 def of_scan(points: FacadePoints, raster: OrthoRaster) -> ScanPatches | None:

@@ -9,12 +9,13 @@ from frontage.geometry.arrays import Array
 from frontage.ortho.mosaic.blending import light_corrections
 from frontage.ortho.mosaic.consensus import compare_photos, even_colours
 from frontage.ortho.mosaic.glass import glass_cost
-from frontage.ortho.mosaic.pictures import rectify_photos
-from frontage.ortho.mosaic.radiometry import PhotoGains, balance_photos
+from frontage.ortho.mosaic.pictures import cell_pictures
+from frontage.ortho.mosaic.radiometry import PhotoGains, balance_photos, even_light
 from frontage.ortho.mosaic.seethrough import see_through
 from frontage.ortho.mosaic.selection import choose_photos
 from frontage.ortho.options import OrthoOptions
-from frontage.ortho.surface import DrawingSurface, ImageOf
+from frontage.ortho.rectified import CellPhotos
+from frontage.ortho.surface import DrawingSurface
 from frontage.ortho.views import ViewPlan
 from frontage.raster.tiles import Tile
 
@@ -51,7 +52,7 @@ class Mosaic:
 def compose_mosaic(
     surface: DrawingSurface,
     plan: ViewPlan | None,
-    image_of: ImageOf,
+    rectified: CellPhotos | None,
     options: OrthoOptions,
     light: Mapping[str, Array],
 ) -> Mosaic | None:
@@ -59,19 +60,20 @@ def compose_mosaic(
 
     `light` is what other facades have told of photos, see `balance_photos`.
     """
-    if plan is None:
+    if plan is None or rectified is None:
         return None
     if len(plan.photos) == 1 and plan.photos[0].id not in light:
         plan = plan.seeing(np.zeros_like(plan.behind))
         return Mosaic(plan, np.where(plan.quality[0] > 0, 0, -1).astype(np.int16))
-    pictures = rectify_photos(surface, plan, image_of, options)
+    pictures = cell_pictures(plan, rectified)
     gains = balance_photos(plan, pictures, light)
     opening = replace(surface, raster=plan.cells).openings(Tile(0, plan.cells.height, 0, plan.cells.width))
-    codes = even_colours(pictures, gains)
+    even = even_light(pictures, gains)
+    codes = even_colours(even)
     found = compare_photos(codes, plan.clear)
     through = see_through(codes, found.wall, found.sigma, plan.clear, plan.behind, opening > 0)
     plan = plan.seeing(through)
-    glass = glass_cost(opening, plan.clear, pictures, gains)
+    glass = glass_cost(opening, plan.clear, pictures.shown, even)
     label = choose_photos(plan, found, pictures.exposed, glass)
     if options.radiometry == "as shot":
         return Mosaic(plan, label, gains=gains)

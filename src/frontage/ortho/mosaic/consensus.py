@@ -12,8 +12,6 @@ import cv2
 import numpy as np
 
 from frontage.geometry.arrays import Array, Bool
-from frontage.ortho.mosaic.pictures import CellPictures
-from frontage.ortho.mosaic.radiometry import PhotoGains
 
 _GAMMA = 2.2  # differences of codes are about equally visible in the light and in the dark
 _FEWEST = 3  # photos of a cell, of which one that differs can be told from the others
@@ -41,14 +39,9 @@ class Disagreement:
     sigma: Array
 
 
-def even_colours(pictures: CellPictures, gains: PhotoGains) -> Array:
-    """The colours (k, h, w, 3) float32 of the photos in the light of the mosaic, as codes of gamma 2.2."""
-    return np.stack(
-        [
-            np.exp((light - gains.at(k, pictures.radius[k])) / np.float32(_GAMMA))
-            for k, light in enumerate(pictures.log_light)
-        ]
-    )
+def even_colours(light: Array) -> Array:
+    """The colours (k, h, w, 3) float32 of photos of which the even log `light` is given, as codes 0..1."""
+    return np.asarray(cv2.exp((light * np.float32(1.0 / _GAMMA)).reshape(-1, 3)).reshape(light.shape))
 
 
 def compare_photos(codes: Array, clear: Bool) -> Disagreement:
@@ -69,12 +62,22 @@ def compare_photos(codes: Array, clear: Bool) -> Disagreement:
 
 def _median(codes: Array, clear: Bool, count: Array) -> Array:
     """The median colour (h, w, 3) of the photos that see a cell; of no photo, black."""
-    ordered = np.sort(np.where(clear[..., None], codes, np.float32(np.inf)), axis=0)
+    ordered = _sorted(np.where(clear[..., None], codes, np.float32(np.inf)))
     middle = np.maximum(count - 1, 0)
     low, high = (
         np.take_along_axis(ordered, n[None, ..., None], 0)[0] for n in (middle // 2, (middle + 1) // 2)
     )
     return np.asarray(np.where(count[..., None] > 0, 0.5 * (low + high), 0.0), np.float32)
+
+
+def _sorted(values: Array) -> Array:
+    """Sorts values (k, ...) along their first axis, in place, by odd-even transpositions of whole planes."""
+    for first in range(len(values)):
+        for i in range(first % 2, len(values) - 1, 2):
+            low = np.minimum(values[i], values[i + 1])
+            np.maximum(values[i], values[i + 1], out=values[i + 1])
+            values[i] = low
+    return values
 
 
 def _slope(wall: Array) -> Array:

@@ -11,8 +11,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from frontage.geometry.arrays import Array, Bool, Float, Int
-from frontage.ortho.mosaic.pictures import CellPictures
-from frontage.ortho.mosaic.radiometry import PhotoGains
 from frontage.raster import gridding
 
 _REFLECTION = 2.0  # cost of e times the light of the darkest: of e^2 times its pixels per area
@@ -44,17 +42,15 @@ class GlassCost:
         return out
 
 
-def glass_cost(opening: Int, clear: Bool, pictures: CellPictures, gains: PhotoGains) -> GlassCost:
-    """Compares the light of the photos in the glazed openings (h, w) of a facade."""
+def glass_cost(opening: Int, clear: Bool, shown: Bool, even: Array) -> GlassCost:
+    """Compares the even log light (k, h, w, 3) of the photos in the glazed openings (h, w) of a facade."""
     flat, count = opening.ravel().astype(np.int64), int(opening.max(initial=0)) + 1
     area = np.bincount(flat, minlength=count)
     light = np.full((len(clear), count), np.inf)
-    for k, shown in enumerate(clear):
-        even = (pictures.log_light[k] - gains.at(k, pictures.radius[k])).mean(-1).ravel()
-        use = (shown & pictures.shown[k] & (opening > 0)).ravel()
-        (median,), number = gridding.cell_quantiles(
-            flat[use], even[use].astype(np.float64), (1, count), (0.5,)
-        )
+    for k in range(len(clear)):
+        use = (clear[k] & shown[k] & (opening > 0)).ravel()
+        own = even[k].reshape(-1, 3)[use].mean(1)
+        (median,), number = gridding.cell_quantiles(flat[use], own.astype(np.float64), (1, count), (0.5,))
         light[k] = np.where(number[0] >= _ENOUGH * area, median[0], np.inf)
     dark = np.sort(light, axis=0)
     several = np.isfinite(light).sum(0) > 2

@@ -1,22 +1,19 @@
 """The photos rectified on the cells of a plan, in linear light: what mosaics are decided on."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
+import cv2
 import numpy as np
 
 from frontage.geometry.arrays import Array, Bool
 from frontage.model import Camera, Photo
-from frontage.ortho.options import OrthoOptions
-from frontage.ortho.project import map_tile
-from frontage.ortho.surface import DrawingSurface, ImageOf
+from frontage.ortho.rectified import CellPhotos
 from frontage.ortho.views import ViewPlan
 from frontage.raster.light import linear_light
-from frontage.raster.resample import resample
-from frontage.raster.tiles import tiles
 
-_TILE_PX = 512
 _DARKEST = 0.004  # of a saturated pixel: below, the light of an 8-bit picture is known to a third at best
 _BRIGHTEST = 0.9
+_LOG_LIGHT = np.log(np.maximum(linear_light(np.arange(256, dtype=np.uint8)), np.float32(_DARKEST)))
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,25 +36,16 @@ class CellPictures:
         return np.asarray(self.shown & ((self.log_light > low) & (self.log_light < high)).all(-1))
 
 
-def rectify_photos(
-    surface: DrawingSurface, plan: ViewPlan, image_of: ImageOf, options: OrthoOptions
-) -> CellPictures:
-    """Rectifies every photo of a plan on its cells, holding one photo in memory at a time."""
+def cell_pictures(plan: ViewPlan, rectified: CellPhotos) -> CellPictures:
+    """Returns the light of every photo of a plan on its cells."""
     shape = (len(plan.photos), plan.cells.height, plan.cells.width)
     log_light = np.zeros((*shape, 3), np.float32)
     radius, shown = np.zeros(shape, np.float32), plan.quality > 0
-    coarse = replace(surface, raster=plan.cells)
     for k, photo in enumerate(plan.photos):
-        image = image_of(photo.id)
-        to_photo = coarse.projection_into(photo, options.projection)
-        for tile in tiles(shape[1], shape[2], _TILE_PX):
-            if not shown[k][tile.window].any():
-                continue
-            at = map_tile(to_photo, tile, coarse.depth(tile))
-            inside = shown[k][tile.window]
-            light = linear_light(resample(image, at)[..., :3])
-            log_light[k][tile.window] = np.log(np.maximum(light, _DARKEST)) * inside[..., None]
-            radius[k][tile.window] = _radius(photo, *at.planes((-0.5, -0.5), 1.0)) * inside
+        found = rectified(photo, shown[k])
+        log_light[k] = cv2.LUT(cv2.cvtColor(found.codes, cv2.COLOR_RGBA2RGB), _LOG_LIGHT)
+        log_light[k][~shown[k]] = 0.0
+        radius[k] = found.radius * shown[k]
     return CellPictures(log_light, radius, shown)
 
 
@@ -75,9 +63,3 @@ def same_camera(photos: tuple[Photo, ...]) -> Array:
 
 def _camera_key(camera: Camera) -> tuple[object, ...]:
     return camera.model, camera.width, camera.height, tuple(camera.params.tolist())
-
-
-def _radius(photo: Photo, u: Array, v: Array) -> Array:
-    """Distance of photo pixels (m, n) from the middle of the photo, in half diagonals."""
-    w, h = photo.camera.width, photo.camera.height
-    return np.asarray(np.hypot(u - 0.5 * w, v - 0.5 * h) / (0.5 * np.hypot(w, h)), np.float32)

@@ -44,9 +44,20 @@ class PhotoGains:
 
     def at(self, number: int, radius: Array) -> Array:
         """The logarithm (h, w, 3) float32 of what photo `number` adds at distances (h, w) from its middle."""
-        r2 = (radius * radius)[..., None].astype(np.float32)
-        a, b = self.falloff[number].astype(np.float32)
-        return np.asarray(self.gain[number].astype(np.float32) + a * r2 + b * r2 * r2)
+        r2 = (radius * radius).astype(np.float32)
+        a, b, gain = (v.astype(np.float32) for v in (*self.falloff[number], self.gain[number]))
+        out = np.empty((*radius.shape, 3), np.float32)
+        for channel in range(3):
+            out[..., channel] = gain[channel] + r2 * (a[channel] + b[channel] * r2)
+        return out
+
+
+def even_light(pictures: CellPictures, gains: PhotoGains) -> Array:
+    """The log light (k, h, w, 3) float32 of photos, less what they add to that of the mosaic."""
+    return np.stack(
+        [light - gains.at(k, pictures.radius[k]) for k, light in enumerate(pictures.log_light)],
+        dtype=np.float32,
+    )
 
 
 def balance_photos(plan: ViewPlan, pictures: CellPictures, known: Mapping[str, Array]) -> PhotoGains:

@@ -18,6 +18,7 @@ from frontage.pipeline.stages import (
     openings,
     orient,
     ortho,
+    qgis,
     register,
     report,
     scans,
@@ -41,5 +42,6 @@ STAGES = (
     tables.STAGE,
     elevations.STAGE,
     bim.STAGE,
+    qgis.STAGE,
     report.STAGE,
 )

@@ -1,0 +1,1 @@
+"""Writes project files of QGIS (version 3.22 or newer)."""

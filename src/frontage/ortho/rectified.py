@@ -1,0 +1,77 @@
+"""The photos rectified on the cells of a plan, each once: what they are compared by and chosen by."""
+
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from frontage.geometry.arrays import Array
+from frontage.model import Photo
+from frontage.ortho.project import map_tile
+from frontage.ortho.surface import DrawingSurface, ImageOf
+from frontage.ortho.views import ViewPlan
+from frontage.raster.resample import resample
+from frontage.raster.tiles import tiles
+
+_TILE_PX = 512
+
+
+@dataclass(frozen=True, eq=False)
+class Rectified:
+    """What a photo shows in cells (h, w): zero in the tiles that were not looked at.
+
+    codes   (h, w, 4) uint8, RGBA; alpha tells the tiles that were looked at
+    radius  (h, w) float32, distance from the middle of the photo, 1 = in its corner
+    """
+
+    codes: Array
+    radius: Array
+
+
+@dataclass(frozen=True, eq=False)
+class CellPhotos:
+    """Rectifies photos on a surface of cells, each when it is first asked for."""
+
+    surface: DrawingSurface
+    projection: str
+    image_of: ImageOf
+    _known: dict[str, Rectified] = field(default_factory=dict)
+
+    @classmethod
+    def of(cls, surface: DrawingSurface, plan: ViewPlan | None, image_of: ImageOf) -> "CellPhotos | None":
+        """The photos of a plan on its cells, by the full projection; None without a plan."""
+        return None if plan is None else cls(replace(surface, raster=plan.cells), "full", image_of)
+
+    def __call__(self, photo: Photo, shown: Array) -> Rectified:
+        """Return what a photo shows in the tiles in which it is `shown` (h, w) anywhere."""
+        if photo.id not in self._known:
+            self._known[photo.id] = rectify(
+                self.surface, photo, self.image_of(photo.id), shown, self.projection
+            )
+        return self._known[photo.id]
+
+    def again(
+        self, surface: DrawingSurface, projection: str, image_of: ImageOf, turned: frozenset[str]
+    ) -> "CellPhotos":
+        """Return the photos on a surface of the same cells, of which those `turned` have new pictures."""
+        moved = surface.offset != self.surface.offset or projection != self.projection
+        kept = {name: found for name, found in self._known.items() if name not in turned and not moved}
+        return CellPhotos(replace(surface, raster=self.surface.raster), projection, image_of, kept)
+
+
+def rectify(surface: DrawingSurface, photo: Photo, image: Array, shown: Array, projection: str) -> Rectified:
+    """Rectifies the picture (H, W, 3) of a photo on a surface of cells (h, w), where it is `shown` (h, w)."""
+    shape = (surface.raster.height, surface.raster.width)
+    codes, radius = np.zeros((*shape, 4), np.uint8), np.zeros(shape, np.float32)
+    to_photo = surface.projection_into(photo, projection)
+    for tile in tiles(shape[0], shape[1], _TILE_PX):
+        if shown[tile.window].any():
+            at = map_tile(to_photo, tile, surface.depth(tile))
+            resample(image, at, out=codes[tile.window])
+            radius[tile.window] = _radius(photo, *at.planes((-0.5, -0.5), 1.0))
+    return Rectified(codes, radius)
+
+
+def _radius(photo: Photo, u: Array, v: Array) -> Array:
+    """Distance of photo pixels (m, n) from the middle of the photo, in half diagonals."""
+    w, h = photo.camera.width, photo.camera.height
+    return np.asarray(np.hypot(u - 0.5 * w, v - 0.5 * h) / (0.5 * np.hypot(w, h)), np.float32)
