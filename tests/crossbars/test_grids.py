@@ -1,9 +1,12 @@
 """Bars that cross are described once, however faint their pieces are; cames are told by their width."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
-from frontage.crossbars.division import joined
+from frontage.crossbars.division import Line, joined
+from frontage.crossbars.extent import within_frame
 from frontage.crossbars.layout import best_layout
 from frontage.crossbars.leaded import are_cames
 from frontage.crossbars.lines import Bars
@@ -57,3 +60,17 @@ def test_bars_as_thin_as_lead_are_cames():
     assert are_cames([0.010, 0.012, 0.011, 0.013, 0.10])
     assert not are_cames([0.018, 0.022, 0.020, 0.013])
     assert not are_cames([0.010, 0.012, 0.10])
+
+
+def test_bars_end_at_the_frame_of_a_pointed_window():
+    ring = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.5, 2.0], [0.0, 1.0]])
+    opening = SimpleNamespace(shape="pointed")
+    window = SimpleNamespace(ring=ring, opening=opening)
+    seen = SimpleNamespace(sight=SimpleNamespace(window=window), box=(0.05, 0.05, 0.95, 1.95))
+    upright, level = Line(0, 0.25, (0.05, 1.95), 0.03, 1.0), Line(1, 1.5, (0.05, 0.95), 0.03, 1.0)
+    cut = within_frame(seen, [upright, level])
+    slope = 0.05 * np.sqrt(5.0)  # of the frame, measured upright
+    assert np.allclose(cut[0].extent, (0.05, 1.5 - slope))
+    assert np.allclose(cut[1].extent, (0.25 + slope / 2, 0.75 - slope / 2))
+    opening.shape = "rectangle"
+    assert within_frame(seen, [upright]) == [upright]

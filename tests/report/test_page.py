@@ -49,7 +49,7 @@ def page_of(shown: FacadeView, address: str = "13 rue Soufflot", model: bytes = 
 class Tags(HTMLParser):
     """Counts start and end tags, collects every address."""
 
-    VOID = frozenset({"meta", "image", "line", "rect", "polygon", "path", "img"})
+    VOID = frozenset({"meta", "img"})
 
     def __init__(self) -> None:
         super().__init__()

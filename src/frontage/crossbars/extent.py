@@ -1,4 +1,4 @@
-"""How far a bar reaches across: as far as it looks like the frame.
+"""How far a bar reaches: across as far as it looks like the frame, along as far as there is glass.
 
 A post between two casements consists of three pieces, the post and a stile on either side, with edges and
 shadows between them. Its layout may rest on one of these pieces. Whatever looks as much like the frame as the
@@ -9,6 +9,8 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
+from shapely import LineString, Polygon
+from shapely.geometry.base import BaseGeometry
 
 from frontage.crossbars.division import Line
 from frontage.crossbars.observe import Observation
@@ -62,3 +64,27 @@ def _farther(profile: Array, inside: float, px: float) -> float:
         return 0.0
     pane = np.flatnonzero(near < 0.5 * (inside + float(near.min())))
     return float(pane[0] * px)
+
+
+def within_frame(seen: Observation, lines: Sequence[Line]) -> list[Line]:
+    """Returns bars that end at the frame also where the head of the window is not level.
+
+    The frame reaches equally far in from the outline all around: as far as at the sides and below.
+    """
+    window = seen.sight.window
+    if window.opening.shape == "rectangle":
+        return list(lines)
+    low, high = window.ring.min(0), window.ring.max(0)
+    inset = float(np.median([seen.box[0] - low[0], high[0] - seen.box[2], seen.box[1] - low[1]]))
+    glass = Polygon(window.ring).buffer(-max(inset, 0.0), join_style="mitre")
+    return [_cut(line, glass) for line in lines]
+
+
+def _cut(line: Line, glass: BaseGeometry) -> Line:
+    """Returns the part of a bar before the glass; all of it where its middle line meets none."""
+    ends = [(line.position, end)[:: 1 if line.axis == 0 else -1] for end in line.extent]
+    part = LineString(ends).intersection(glass)
+    if part.is_empty:
+        return line
+    bounds = part.bounds
+    return replace(line, extent=(bounds[1 - line.axis], bounds[3 - line.axis]))

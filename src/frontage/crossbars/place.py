@@ -7,7 +7,7 @@ import numpy as np
 
 from frontage.crossbars.adjust import Adjusted, Known, Shown, adjust
 from frontage.crossbars.division import Line, joined
-from frontage.crossbars.extent import whole_bars
+from frontage.crossbars.extent import whole_bars, within_frame
 from frontage.crossbars.observe import Observation, Sight
 from frontage.crossbars.pooling import Chosen
 from frontage.crossbars.readings import read_edges
@@ -28,11 +28,13 @@ def placed_bars(chosen: Chosen) -> tuple[tuple[Bar, ...], Estimate[float] | None
     seen = chosen.seen
     lines = sorted(joined(chosen.layout.lines), key=lambda one: (one.axis, one.position))
     if not seen.sight.views:
-        return _scanned(chosen, lines), seen.sight.depth
+        return _scanned(chosen, within_frame(seen, lines)), seen.sight.depth
     found = _adjusted(chosen, whole_bars(seen, lines))
     bars = tuple(
         _bar(line, _provenance(one, chosen.pooled), np.hypot(sigma, _FLOOR_M), np.hypot(width, 2 * _FLOOR_M))
-        for one, line, sigma, width in zip(lines, found.lines, found.sigma, found.sigma_width, strict=False)
+        for one, line, sigma, width in zip(
+            lines, within_frame(seen, found.lines), found.sigma, found.sigma_width, strict=False
+        )
     )  # without bars, the lines found are the sides of the frame
     return bars, replace(found.depth, covariance=found.depth.covariance + _FLAT_M**2)
 
