@@ -34,6 +34,7 @@ from frontage.model.built import TrueBar
 from frontage.simulate.houses.glazing import LOWER_SASH_M
 from frontage.simulate.scene import OpeningPlan
 
+_ANNOTATED_FRAME_M = 0.2  # no frame is wider
 CASEMENT_M = 0.012  # from the front of a simulated frame back to its casements
 
 
@@ -208,7 +209,10 @@ def annotated(data: Path, name: str) -> list[Case]:
 
 
 def _annotation(table: dict[str, Any], box: tuple[float, float, float, float]) -> TrueLayout:
-    """The annotated bars of a window, whose widths are not known (5 cm are assumed for counting overlaps)."""
+    """The annotated bars of a window, whose widths are not known (5 cm are assumed for counting overlaps).
+
+    They are drawn up to the border of the opening, across a frame of unknown width.
+    """
     within = table.get("complete_region")
     complete = bool(table.get("complete")) or within is not None
     bars = []
@@ -220,7 +224,9 @@ def _annotation(table: dict[str, Any], box: tuple[float, float, float, float]) -
                 bars.append(TrueBar(axis, b["pos"], ends, 0.05))
     shown = None if within is None else (max(box[0], within[0]), max(box[1], within[1]),
                                          min(box[2], within[2]), min(box[3], within[3]))  # fmt: skip
-    return TrueLayout(tuple(bars), "bars", None, shown, complete)
+    x, z = (min(_ANNOTATED_FRAME_M, 0.2 * side) for side in (box[2] - box[0], box[3] - box[1]))
+    light = (box[0] + x, box[1] + z, box[2] - x, box[3] - z)
+    return TrueLayout(tuple(bars), "bars", None, shown, complete, light)
 
 
 def _no_pixels(name: str) -> Array:

@@ -64,12 +64,13 @@ class Judged:
 def judge(case: str, window: str, truth: TrueLayout, glazing: Glazing | None) -> Judged:
     """Compare the glazing found with the truth; None counts as not decided."""
     glazing = glazing or Glazing(False)
-    bars = [_cut(b, truth.light) for b in glazing.bars if _inside(b, truth.within)]
-    hits, seen = _covered(bars, truth.bars), _covered(truth.bars, bars)
-    errors, widths = _errors(bars, truth.bars)
+    bars = [_cut(_cut(b, truth.light), truth.within) for b in glazing.bars if _inside(b, truth.within)]
+    true = [_cut(_cut(b, truth.light), truth.within) for b in truth.bars]
+    hits, seen = _covered(bars, true), _covered(true, bars)
+    errors, widths = _errors(bars, true)
     exact: bool | None = None
     if truth.complete and truth.glazing != "leaded":
-        exact = glazing.resolved and _same(bars, truth.bars)
+        exact = glazing.resolved and _same(bars, true)
     depth = None
     if truth.depth is not None and glazing.depth is not None:
         depth = (float(glazing.depth.value) - truth.depth, float(glazing.depth.sigma[0]))
@@ -89,7 +90,7 @@ def _same(found: Sequence[Bar], true: Sequence[TrueBar]) -> bool:
 
 
 def _cut(bar: Bar, light: tuple[float, float, float, float] | None) -> Bar:
-    """The part of a bar that lies within the frame."""
+    """The part of a bar that lies within the frame, or within the part of a window that is judged."""
     if light is None:
         return bar
     x0, z0, x1, z1 = light

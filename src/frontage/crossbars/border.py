@@ -23,6 +23,8 @@ _PLAIN = 1.0  # nats of every strip of a plain edge
 _SURE = 3.0  # independent strips that make an edge sure
 _MOST_NATS = 10.0  # of one side
 _LEAST_GAIN = 3.0  # nats without which a side's edge is not seen
+_CELL_M = 0.01  # across a side of a frame, in which points are counted
+_STRAY = 0.05  # least share of the points of a frame that panes have
 _FLOOR_M = 0.003  # standard error of a side's inner edge
 
 
@@ -74,6 +76,40 @@ def _edges(profiles: Sequence[Profiles], weights: Float) -> Float:
     mean = total / np.maximum(shown, 1e-6)
     sure = np.minimum(shown * STRIP_M / _INDEPENDENT_M / _SURE, 1.0)
     return np.asarray(_MOST_NATS * sure * np.clip(mean / _PLAIN, -1.0, 1.0))
+
+
+def scanned_sides(
+    ring: Float, exposed: Float, points: Float, dense: float
+) -> tuple[tuple[float, float, float, float], Estimate[float] | None]:
+    """Returns the same from a scan, whose points fill the sides of the frame and leave its panes open.
+
+    exposed  (4,) m, the box x0, z0, x1, z1 that beams reach
+    points   (n, 3) m, facade frame: those near the plane of the frame
+    dense    points per m2 that a surface there returns
+    """
+    low, high = ring.min(0), ring.max(0)
+    wide, seen = np.zeros(4), np.zeros(4, bool)
+    for axis in (0, 1):
+        at = points[:, 2 * axis]
+        full = dense * _CELL_M * float(exposed[3 - axis] - exposed[1 - axis])
+        cells = max(3, round(float(high[axis] - low[axis]) / _CELL_M))
+        count = np.histogram(at, cells, (low[axis], high[axis]))[0]
+        pane = max(float(np.median(count)), _STRAY * full)
+        gain = count * np.log(max(full / pane, 1.0)) - max(full - pane, 0.0)
+        most = min(int(_RANGE_M[1] / _CELL_M), int(0.3 * cells))
+        for k, side in ((axis, gain), (2 + axis, gain[::-1])):
+            total = np.cumsum(side[:most])
+            best = int(total.argmax())
+            wide[k], seen[k] = (best + 1) * _CELL_M, total[best] > _LEAST_GAIN
+    usual = float(np.median(wide[seen])) if seen.any() else _USUAL_M
+    wide = np.where(seen, wide, min(usual, _USUAL_M))
+    x0, z0 = low + wide[:2]
+    x1, z1 = high - wide[2:]
+    box = (float(x0), float(z0), float(x1), float(z1))
+    if not seen.any():
+        return box, None
+    sigma = np.hypot(_CELL_M, _SIDE_M / 2) / np.sqrt(seen.sum())
+    return box, Estimate(usual, np.array([[sigma**2]]), float(seen.sum()))
 
 
 def usual_sides(ring: Float) -> tuple[float, float, float, float]:

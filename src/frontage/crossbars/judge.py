@@ -3,6 +3,8 @@ all."""
 
 import numpy as np
 
+from frontage.crossbars.candidates import COST
+from frontage.crossbars.layout import NESTED
 from frontage.crossbars.observe import Observation
 from frontage.crossbars.place import placed_bars
 from frontage.crossbars.pooling import Chosen
@@ -13,7 +15,6 @@ THICK_BAR_M = 0.05  # width of usual mullions
 _RESOLVED_PX = 2.5  # px of the finest photo that a bar needs, so that it has two edges
 _NATS = 10.5  # that make a decision as sure as one nat of independent evidence
 _DESCRIBED = 0.97  # probability that a division is one of those that are looked for, before it is seen
-_FEWEST_HITS = 10.0  # points of the scan that a thin bar over the window must get
 _SURE = 0.5  # confidence below which a layout is not decided
 
 
@@ -55,21 +56,16 @@ def _unresolved(seen: Observation) -> str:
         what = "no photo shows it"
     if seen.hits is None:
         return what
-    hits = _expected_hits(seen)
-    if hits >= _FEWEST_HITS and seen.hits.contrast > 1.0:
+    x0, z0, x1, z1 = seen.box
+    hits = seen.hits.dense * THIN_BAR_M * min(x1 - x0, z1 - z0)
+    if hits * (seen.hits.contrast - 1.0 + np.exp(-seen.hits.contrast)) > COST + NESTED:
         return ""
     scan = (
         f"the scan has {hits:.0f} points on a thin bar"
         if seen.hits.contrast > 1.0
-        else ("the scan does not tell panes from bars")
+        else "the scan does not tell panes from bars"
     )
     return f"{what}; {scan}"
-
-
-def _expected_hits(seen: Observation) -> float:
-    """Returns how many scan points a thin bar over the shorter side of the window gets."""
-    x0, z0, x1, z1 = seen.box
-    return float(seen.hits.dense * THIN_BAR_M * min(x1 - x0, z1 - z0)) if seen.hits is not None else 0.0
 
 
 def _remarks(seen: Observation) -> list[str]:

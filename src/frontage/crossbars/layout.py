@@ -16,6 +16,7 @@ from frontage.crossbars.division import Layout, Line, joined_pieces, stepped
 from frontage.crossbars.lines import MULLIONS_M, Bars
 from frontage.geometry.arrays import Float
 
+SAME_M = 0.05  # by which a bar may be displaced and still be the same
 NESTED = 5.0  # nats more for a bar that divides only a part of the window
 _GOES_ON = 2.0  # nats to tell how a bar goes on beyond a crossing
 _MOST_EQUAL = 6  # bars that divide a pane in equal parts
@@ -35,13 +36,13 @@ def best_layout(
 
     bars     the evidence across x and across z
     least    m, least width and height of a pane
-    without  axis and position m of a bar that must not be in it
+    without  axis and position m of a bar that must not be in it, nor be displaced in it
     """
     least -= _WIDE_M
     found = [candidates(box, one, least, cost) for one in bars]
     if without is not None:
         axis, place = without
-        found[axis] = found[axis][np.abs(found[axis] - place) > MOVE_M]
+        found[axis] = found[axis][np.abs(found[axis] - place) > SAME_M + MOVE_M]
     return _Search(box, bars, tuple(found), least, cost).best(box, (_FRAME,) * 4)
 
 

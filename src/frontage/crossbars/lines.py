@@ -150,11 +150,14 @@ def bars_of_views(
     return Bars(axis, grid.start(axis), grid.px, grid.start(1 - axis), strip, widths, cumulated, known)
 
 
-def with_scan(bars: Bars, evidence: Array) -> Bars:
-    """Returns the evidence of the photos with that of the scan, (s, n + 1, w) nats, added."""
+def with_scan(bars: Bars, evidence: Array, known: Array) -> Bars:
+    """Returns the evidence of the photos with that of the scan, (s, n + 1, w) nats, added.
+
+    known  (s,) bool, the strips that the scan tells about
+    """
     total = bars.total.copy()
     total[1:] += np.cumsum(evidence, axis=0)
-    known = np.arange(len(bars.known), dtype=np.float64)
+    known = np.concatenate([[0.0], np.cumsum(np.maximum(np.diff(bars.known), known))])
     return Bars(bars.axis, bars.start, bars.px, bars.along, bars.strip, bars.widths, total, known)
 
 

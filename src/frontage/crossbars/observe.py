@@ -8,7 +8,7 @@ import numpy as np
 import shapely
 
 from frontage.crossbars.appearance import eroded, frame_likeness
-from frontage.crossbars.border import frame_sides, usual_sides
+from frontage.crossbars.border import frame_sides, scanned_sides, usual_sides
 from frontage.crossbars.candidates import Box
 from frontage.crossbars.depth import StraightEdges, edges_of, frame_depth
 from frontage.crossbars.leaded import leaded
@@ -95,8 +95,10 @@ def observe(sight: Sight) -> Observation:
         widths = bar_widths(grid.px, grid.px)
         bars = _with_hits(grid, [no_views(grid, axis, widths) for axis in (0, 1)], hits)
         at = sight.depth.value
-        box = usual_sides(window.ring)
-        return Observation(sight, box, None, bars, None, None, (at, at), (), "", np.empty(0), hits)
+        box, width = usual_sides(window.ring), None
+        if hits is not None:
+            box, width = scanned_sides(window.ring, np.array(hits.exposed), hits.points, hits.dense)
+        return Observation(sight, box, width, bars, None, None, (at, at), (), "", np.empty(0), hits)
     weights = _weights(sight.views)
     profiles = _profiles(grid, _planes(sight, sight.depth.value))
     arched = window.opening.shape != "rectangle"
@@ -152,7 +154,10 @@ def _with_hits(
 ) -> tuple[Bars, ...]:
     """Returns the evidence across both axes with that of the scan, which counts for `trust`, 0..1."""
     if hits is not None:
-        bars = [with_scan(one, trust * hits.evidence(grid, one.axis, one.widths)) for one in bars]
+        bars = [
+            with_scan(one, trust * hits.evidence(grid, one.axis, one.widths), hits.known(grid, one.axis))
+            for one in bars
+        ]
     return tuple(bars)
 
 

@@ -6,11 +6,10 @@ from collections.abc import Sequence
 import numpy as np
 
 from frontage.crossbars.division import Layout, joined
-from frontage.crossbars.layout import best_layout
+from frontage.crossbars.layout import SAME_M, best_layout
 from frontage.crossbars.pooling import Chosen
 from frontage.geometry.arrays import Float
 
-_SAME_M = 0.05  # by which bars of the same layout may be displaced
 _WEAKEST = 3  # bars of a window without which a layout is searched for again: others cost more to leave out
 _ASKED = 4  # windows of one type that tell the margin of the layout that they share
 _NO_RIVAL = 100.0  # nats, where nothing at all speaks for any other layout
@@ -59,5 +58,5 @@ def _same(one: Layout, other: Layout) -> bool:
     """Tells whether two layouts of a window have the same bars."""
     a, b = (sorted((line.axis, line.position) for line in joined(own.lines)) for own in (one, other))
     return len(a) == len(b) and all(
-        p[0] == q[0] and abs(p[1] - q[1]) < _SAME_M for p, q in zip(a, b, strict=True)
+        p[0] == q[0] and abs(p[1] - q[1]) < SAME_M for p, q in zip(a, b, strict=True)
     )

@@ -14,6 +14,9 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.ndimage import percentile_filter, uniform_filter, uniform_filter1d
 
+from frontage.crossbars.candidates import Box
+from frontage.crossbars.exposure import exposed_box
+from frontage.crossbars.lines import WIDTHS_M
 from frontage.crossbars.profiles import strip_count
 from frontage.crossbars.rectify import Grid
 from frontage.crossbars.window import Window
@@ -28,13 +31,15 @@ _SHALLOWEST_M = 0.015  # below, points belong to the wall
 _MOST_LAYERS = 4
 _LEAST_SHARE = 0.12  # of the points of the strongest layer that a layer has
 _STEP_M = 0.005
+_NEAR_M = 0.08  # of the frame's depth: sashes behind it, posts before it; curtains and blinds lie deeper
 _STRAY = 0.05  # least share of the density of bars that panes hold
 _PASSED = 0.3  # probability that a beam which meets a bar still returns from behind it: mixed pixels
 _FEW = 25  # points of a window that tell anything
 _CELL_M = 0.04  # of the raster in which the points of panes are counted
 _PANE_CELLS = (17, 17)  # of it that surely hold a piece of pane
 _PANE_PERCENT = 30  # of them that are pane: bars cover less
-_FILLED_M = 0.025  # width of the pieces of a bar in which points are counted
+_FILLED_M = 0.025  # greatest width of the pieces of a bar in which points are counted
+_HITS = 2.0  # points that a piece of a bar holds in one strip, if the scan is dense enough
 _BROAD_M = 0.06  # width of a bar from which it must be filled in all its thirds
 _LONG_STRIPS = 9  # over which they tell whether a broad bar is filled
 _STRIPS = 3  # over which points are counted, because single strips hold few
@@ -54,10 +59,17 @@ class _Layer:
 
 @dataclass(frozen=True, eq=False)
 class ScanHits:
-    """The scan points of a window, by layers; dense = points per m2 that bars get."""
+    """The scan points of a window, by layers.
+
+    points   (n, 3) m, those of all layers
+    dense    points per m2 that bars get
+    exposed  x0, z0, x1, z1 m, the part of the frame's plane that beams reach
+    """
 
     layers: tuple[_Layer, ...]
+    points: Float
     dense: float
+    exposed: Box
 
     @property
     def contrast(self) -> float:
@@ -69,25 +81,42 @@ class ScanHits:
         parts = [self._of_layer(grid, layer, axis, widths) for layer in self.layers]
         return np.asarray(np.max(parts, axis=0) - _CHOICE * (len(parts) > 1), np.float32)
 
+    def known(self, grid: Grid, axis: int) -> Array:
+        """Returns which strips (s,) across the bars of an axis beams reach, bool."""
+        strips = strip_count(grid, axis)
+        middle = grid.start(1 - axis) + (np.arange(strips) + 0.5) * grid.shape[axis] * grid.px / strips
+        return np.asarray((middle > self.exposed[1 - axis]) & (middle < self.exposed[3 - axis]))
+
+    def _reached(self, grid: Grid, axis: int) -> Array:
+        """Returns where (s, n) beams reach the raster."""
+        at = grid.centres(axis)
+        across = (at > self.exposed[axis]) & (at < self.exposed[2 + axis])
+        return np.asarray(self.known(grid, axis)[:, None] & across)
+
     def _of_layer(self, grid: Grid, layer: _Layer, axis: int, widths: Array) -> Array:
+        piece = self._pieces(grid, layer, axis)
+        strips, n = piece.shape
+        before = np.pad(np.cumsum(piece, axis=1), ((0, 0), (1, 0)))
+        smooth = uniform_filter1d(before, min(_LONG_STRIPS, strips), axis=0, mode="nearest")
+        out = np.zeros((strips, n + 1, len(widths)), np.float32)
+        for k, width in enumerate(widths):
+            if width < n and (axis == 0 or width * grid.px < WIDTHS_M[1]):
+                broad = width * grid.px > _BROAD_M
+                out[:, : n + 1 - width, k] = _filled(smooth if broad else before, int(width), broad)
+        return out
+
+    def _pieces(self, grid: Grid, layer: _Layer, axis: int) -> Array:
         strips, n = strip_count(grid, axis), grid.shape[1 - axis]
         strip = grid.shape[axis] * grid.px / strips
-        size = max(1, round(_FILLED_M / grid.px))
+        piece = float(np.clip(_HITS / (self.dense * strip), grid.px, _FILLED_M))
+        size = max(1, round(piece / grid.px))
         area = size * grid.px * strip
         window = (min(_STRIPS, strips), size)
         hits = uniform_filter(_counted(grid, layer.own, axis, strips), window, mode="nearest") * size
         past = uniform_filter(_counted(grid, layer.passed, axis, strips), window, mode="nearest") * size
         pane = _sampled(layer.pane, grid, axis, strips)
         ratio = hits * np.log(self.dense / pane) - (self.dense - pane) * area + past * np.log(_PASSED)
-        piece = np.clip(ratio, *_BOUNDS) * grid.px / _FILLED_M
-        before = np.pad(np.cumsum(piece, axis=1), ((0, 0), (1, 0)))
-        smooth = uniform_filter1d(before, min(_LONG_STRIPS, strips), axis=0, mode="nearest")
-        out = np.zeros((strips, n + 1, len(widths)), np.float32)
-        for k, width in enumerate(widths):
-            if width < n:
-                broad = width * grid.px > _BROAD_M
-                out[:, : n + 1 - width, k] = _filled(smooth if broad else before, int(width), broad)
-        return out
+        return np.asarray(np.clip(ratio, *_BOUNDS) * self._reached(grid, axis) * grid.px / _FILLED_M)
 
 
 def scan_depth(window: Window) -> Estimate[float] | None:
@@ -106,13 +135,20 @@ def scan_hits(grid: Grid, window: Window) -> ScanHits | None:
     y = window.points[:, 1] - window.wall_y
     found = []
     dense = 1.0 / window.spacing**2
+    frame = window.opening.depth
+    if frame is not None:
+        near = max(_NEAR_M, 3 * float(frame.sigma[0]))
+        depths = [d for d in depths if abs(d - float(frame.value)) < near]
+        if not depths:
+            return None
     for depth in depths:
         own = window.points[np.abs(y - depth) < _HALF_M]
         passed = window.points[y > depth + _BEHIND_M]
         count = _cells(grid, own)
         found.append((depth, own, passed, count))
     layers = [_Layer(d, own, passed, _pane_density(c, dense)) for d, own, passed, c in found]
-    return ScanHits(tuple(layers), dense)
+    points = window.points[np.any([np.abs(y - d) < _HALF_M for d in depths], axis=0)]
+    return ScanHits(tuple(layers), points, dense, exposed_box(window.ring, points, dense))
 
 
 def _layer_depths(window: Window) -> list[float]:
