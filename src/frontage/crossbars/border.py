@@ -102,7 +102,7 @@ def scanned_sides(
             best = int(total.argmax())
             wide[k], seen[k] = (best + 1) * _CELL_M, total[best] > _LEAST_GAIN
     usual = float(np.median(wide[seen])) if seen.any() else _USUAL_M
-    wide = np.where(seen, wide, min(usual, _USUAL_M))
+    wide = np.where(seen, wide, _RANGE_M[0])  # hidden by the reveal
     x0, z0 = low + wide[:2]
     x1, z1 = high - wide[2:]
     box = (float(x0), float(z0), float(x1), float(z1))

@@ -12,7 +12,7 @@ import itertools
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.ndimage import percentile_filter, uniform_filter, uniform_filter1d
+from scipy.ndimage import uniform_filter, uniform_filter1d
 
 from frontage.crossbars.candidates import Box
 from frontage.crossbars.exposure import exposed_box
@@ -36,8 +36,9 @@ _STRAY = 0.05  # least share of the density of bars that panes hold
 _PASSED = 0.3  # probability that a beam which meets a bar still returns from behind it: mixed pixels
 _FEW = 25  # points of a window that tell anything
 _CELL_M = 0.04  # of the raster in which the points of panes are counted
-_PANE_CELLS = (17, 17)  # of it that surely hold a piece of pane
-_PANE_PERCENT = 30  # of them that are pane: bars cover less
+_PANE_CELLS = 11  # of it across that surely hold a piece of pane
+_BAR_SHARE = 0.25  # of them that are bars
+_ROUNDS = 8
 _FILLED_M = 0.025  # greatest width of the pieces of a bar in which points are counted
 _HITS = 2.0  # points that a piece of a bar holds in one strip, if the scan is dense enough
 _BROAD_M = 0.06  # width of a bar from which it must be filled in all its thirds
@@ -49,9 +50,8 @@ _CHOICE = 0.5  # nats that the choice among layers costs a strip
 
 @dataclass(frozen=True, eq=False)
 class _Layer:
-    """A layer of points about a depth m: points in it and behind it (n, 3) m; points per m2 of its panes."""
+    """A layer of points: those in it and behind it (n, 3) m; points per m2 of its panes."""
 
-    depth: float
     own: Float
     passed: Float
     pane: Array
@@ -133,21 +133,22 @@ def scan_hits(grid: Grid, window: Window) -> ScanHits | None:
     if not depths or not np.isfinite(window.spacing):
         return None
     y = window.points[:, 1] - window.wall_y
-    found = []
     dense = 1.0 / window.spacing**2
     frame = window.opening.depth
     if frame is not None:
         near = max(_NEAR_M, 3 * float(frame.sigma[0]))
         depths = [d for d in depths if abs(d - float(frame.value)) < near]
-        if not depths:
-            return None
-    for depth in depths:
-        own = window.points[np.abs(y - depth) < _HALF_M]
-        passed = window.points[y > depth + _BEHIND_M]
-        count = _cells(grid, own)
-        found.append((depth, own, passed, count))
-    layers = [_Layer(d, own, passed, _pane_density(c, dense)) for d, own, passed, c in found]
-    points = window.points[np.any([np.abs(y - d) < _HALF_M for d in depths], axis=0)]
+    if not depths:
+        return None
+    reach = [(d - _HALF_M, d + _HALF_M) for d in depths]
+    if len(depths) > 1:  # all together: bars may lie between two layers
+        reach.append((min(depths) - _HALF_M, max(depths) + _HALF_M))
+    layers = []
+    for low, high in reach:
+        own = window.points[(y > low) & (y < high)]
+        passed = window.points[y > high + _BEHIND_M - _HALF_M]
+        layers.append(_Layer(own, passed, _pane_density(_cells(grid, own), dense)))
+    points = layers[-1].own
     return ScanHits(tuple(layers), points, dense, exposed_box(window.ring, points, dense))
 
 
@@ -193,10 +194,19 @@ def _cells(grid: Grid, points: Float) -> Array:
 
 
 def _pane_density(count: Array, dense: float) -> Array:
-    """Returns the points per m2 of a layer in the panes about every cell (x, z): a low quantile there."""
-    smooth = uniform_filter(count, 2, mode="nearest")
-    low = percentile_filter(smooth, _PANE_PERCENT, size=_PANE_CELLS, mode="nearest") / _CELL_M**2
-    return np.clip(low, _STRAY * dense, 0.95 * dense)
+    """Returns the points per m2 of a layer in the panes about every cell (x, z).
+
+    Bars and panes are a mixture of two Poisson processes, of which that of bars is known.
+    """
+    bars = dense * _CELL_M**2
+    pane = np.full(count.shape, 0.3 * bars)
+    for _ in range(_ROUNDS):
+        odds = _BAR_SHARE / (1 - _BAR_SHARE) * np.exp(count * np.log(bars / pane) - (bars - pane))
+        open_share = 1.0 / (1.0 + odds)
+        mean = uniform_filter(open_share * count, _PANE_CELLS, mode="nearest")
+        pane = mean / np.maximum(uniform_filter(open_share, _PANE_CELLS, mode="nearest"), 1e-3)
+        pane = np.clip(pane, _STRAY * bars, 0.95 * bars)
+    return np.asarray(pane / _CELL_M**2)
 
 
 def _sampled(pane: Array, grid: Grid, axis: int, strips: int) -> Array:
