@@ -15,6 +15,7 @@ THICK_BAR_M = 0.05  # width of usual mullions
 _RESOLVED_PX = 2.5  # px of the finest photo that a bar needs, so that it has two edges
 _NATS = 10.5  # that make a decision as sure as one nat of independent evidence
 _DESCRIBED = 0.97  # probability that a division is one of those that are looked for, before it is seen
+_LEAST_CONTRAST = 1.0  # nats
 _SURE = 0.5  # confidence below which a layout is not decided
 
 
@@ -56,23 +57,29 @@ def _unresolved(seen: Observation) -> str:
         what = "no photo shows it"
     if seen.hits is None:
         return what
-    x0, z0, x1, z1 = seen.box
-    hits = seen.hits.dense * THIN_BAR_M * min(x1 - x0, z1 - z0)
-    if hits * (seen.hits.contrast - 1.0 + np.exp(-seen.hits.contrast)) > COST + NESTED:
+    if seen.hits.contrast <= _LEAST_CONTRAST:
+        return f"{what}; the scan does not tell panes from bars"
+    if _thinnest(seen) <= THICK_BAR_M:
         return ""
-    scan = (
-        f"the scan has {hits:.0f} points on a thin bar"
-        if seen.hits.contrast > 1.0
-        else "the scan does not tell panes from bars"
-    )
-    return f"{what}; {scan}"
+    return f"{what}; the scan is too sparse for bars of {THICK_BAR_M * 1000:.0f} mm"
+
+
+def _thinnest(seen: Observation) -> float:
+    """Returns the width m of the thinnest bar over the window that the scan tells from a pane."""
+    x0, z0, x1, z1 = seen.box
+    if seen.hits is None:
+        return np.inf
+    nats = seen.hits.contrast - 1.0 + np.exp(-seen.hits.contrast)  # of every point on it
+    enough = (COST + NESTED) / nats / seen.hits.dense / min(x1 - x0, z1 - z0)
+    return float(max(enough, seen.hits.dense**-0.5))  # thinner ones may pass between the points
 
 
 def _remarks(seen: Observation) -> list[str]:
     """Returns what to be careful about."""
     views = seen.sight.views
     if not views:
-        return []
+        thin = _thinnest(seen)
+        return [f"the scan may miss bars thinner than {thin * 1000:.0f} mm"] if thin > THIN_BAR_M else []
     remarks = []
     gsd = seen.sight.gsd
     if _RESOLVED_PX * gsd > THIN_BAR_M:

@@ -24,7 +24,6 @@ from frontage.geometry.arrays import Array, Float
 from frontage.model import Estimate
 
 _HALF_M = 0.02  # half thickness of a layer: noise of ranges, profiles of bars
-_BEHIND_M = 0.05  # behind a layer, beams have passed it
 _APART_M = 0.03  # between layers
 _DEEPEST_M = 0.4
 _SHALLOWEST_M = 0.015  # below, points belong to the wall
@@ -33,7 +32,6 @@ _LEAST_SHARE = 0.12  # of the points of the strongest layer that a layer has
 _STEP_M = 0.005
 _NEAR_M = 0.08  # of the frame's depth: sashes behind it, posts before it; curtains and blinds lie deeper
 _STRAY = 0.05  # least share of the density of bars that panes hold
-_PASSED = 0.3  # probability that a beam which meets a bar still returns from behind it: mixed pixels
 _FEW = 25  # points of a window that tell anything
 _CELL_M = 0.04  # of the raster in which the points of panes are counted
 _PANE_CELLS = 11  # of it across that surely hold a piece of pane
@@ -50,10 +48,9 @@ _CHOICE = 0.5  # nats that the choice among layers costs a strip
 
 @dataclass(frozen=True, eq=False)
 class _Layer:
-    """A layer of points: those in it and behind it (n, 3) m; points per m2 of its panes."""
+    """A layer of points (n, 3) m, and the points per m2 of its panes."""
 
     own: Float
-    passed: Float
     pane: Array
 
 
@@ -113,9 +110,8 @@ class ScanHits:
         area = size * grid.px * strip
         window = (min(_STRIPS, strips), size)
         hits = uniform_filter(_counted(grid, layer.own, axis, strips), window, mode="nearest") * size
-        past = uniform_filter(_counted(grid, layer.passed, axis, strips), window, mode="nearest") * size
         pane = _sampled(layer.pane, grid, axis, strips)
-        ratio = hits * np.log(self.dense / pane) - (self.dense - pane) * area + past * np.log(_PASSED)
+        ratio = hits * np.log(self.dense / pane) - (self.dense - pane) * area
         return np.asarray(np.clip(ratio, *_BOUNDS) * self._reached(grid, axis) * grid.px / _FILLED_M)
 
 
@@ -146,8 +142,7 @@ def scan_hits(grid: Grid, window: Window) -> ScanHits | None:
     layers = []
     for low, high in reach:
         own = window.points[(y > low) & (y < high)]
-        passed = window.points[y > high + _BEHIND_M - _HALF_M]
-        layers.append(_Layer(own, passed, _pane_density(_cells(grid, own), dense)))
+        layers.append(_Layer(own, _pane_density(_cells(grid, own), dense)))
     points = layers[-1].own
     return ScanHits(tuple(layers), points, dense, exposed_box(window.ring, points, dense))
 
