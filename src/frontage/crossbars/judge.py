@@ -15,6 +15,7 @@ THICK_BAR_M = 0.05  # width of usual mullions
 _RESOLVED_PX = 2.5  # px of the finest photo that a bar needs, so that it has two edges
 _NATS = 10.5  # that make a decision as sure as one nat of independent evidence
 _DESCRIBED = 0.97  # probability that a division is one of those that are looked for, before it is seen
+_SCANNED_LEAST, _SCANNED_NATS = 8.0, 6.0  # nats of a scan alone: margin that is as good as none, and scale
 _LEAST_CONTRAST = 1.0  # nats
 _SURE = 0.5  # confidence below which a layout is not decided
 
@@ -24,7 +25,7 @@ def glazing(chosen: Chosen, margin: float) -> Glazing:
     seen = chosen.seen
     sources = tuple(v.name for v in seen.sight.views) + (("scan",) if seen.hits is not None else ())
     blurred = _unresolved(seen)
-    confidence = 0.0 if blurred else probability(margin)
+    confidence = 0.0 if blurred else probability(margin, not seen.sight.views)
     notes = [blurred] if blurred else _remarks(seen)
     if not blurred and confidence < _SURE:
         blurred = "the evidence does not decide between layouts"
@@ -35,13 +36,18 @@ def glazing(chosen: Chosen, margin: float) -> Glazing:
     return Glazing(True, bars, seen.frame, depth, confidence, sources, "; ".join(notes))
 
 
-def probability(margin: float) -> float:
+def probability(margin: float, scanned: bool = False) -> float:
     """Returns the probability of a layout that is by some nats better than the next different one.
 
     The next one is taken for the only rival. Strips and views have errors in common, so that a nat of theirs
     counts for less than one; and whatever the margin, some windows are not divided in a way that is looked
-    for. Both figures were fitted to simulated houses (docs/results/crossbars.md).
+    for. Points of a scan alone have fewer errors in common, but curtains and hidden parts of a window divide
+    it, too. All figures were fitted to simulated houses (docs/results/crossbars.md).
+
+    scanned  whether the scan alone shows the window
     """
+    if scanned:
+        return float(_DESCRIBED / (1.0 + np.exp((_SCANNED_LEAST - margin) / _SCANNED_NATS)))
     return float(_DESCRIBED / (1.0 + np.exp(-margin / _NATS)))
 
 

@@ -26,6 +26,7 @@ _WIDTH = 0.4  # by which the width of a bar may differ, logarithm
 _SHARED = 1.0  # nats to say that a window is like the others
 # Nats to say that it is not: one window in fifty, and a nat of evidence counts for a tenth of one (`judge`).
 _OWN = 45.0
+_OWN_SCANNED = 20.0  # the same of a scan, whose points have fewer errors in common than views
 _SASHES = 4.0  # nats to say that the lower part of a window lies behind the upper one
 
 
@@ -110,13 +111,17 @@ def _of_type(own: Sequence[Chosen], kin: int) -> list[Chosen]:
     for model in own:
         fitted = [fit(model, member) for member in own]
         gains = np.array([sum(line.evidence for line in lines) for lines in fitted]) - _SHARED
-        alone = np.array([one.layout.gain for one in own]) - _OWN
+        alone = np.array([one.layout.gain - _own_cost(one) for one in own])
         total = float(np.maximum(gains, alone).sum()) - COST * len(model.layout.lines)
         if total > most:
             most = total
             rows = zip(own, fitted, gains >= alone, strict=True)
             best = [replace(_shared(a, model, b), kin=kin) if better else a for a, b, better in rows]
     return best
+
+
+def _own_cost(one: Chosen) -> float:
+    return _OWN if one.seen.sight.views else _OWN_SCANNED
 
 
 def _shared(own: Chosen, model: Chosen, lines: Sequence[Line]) -> Chosen:
