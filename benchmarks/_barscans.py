@@ -1,4 +1,4 @@
-"""Simulated dense scans of varied windows from the street, without photos: only beams near windows are traced.
+"""Simulated scans of varied windows from the street, without photos; only beams near windows are traced.
 
     case = scanned(11, spacing=0.02, stations=1)
 

@@ -91,7 +91,7 @@ def scanned_sides(
     wide, seen = np.zeros(4), np.zeros(4, bool)
     for axis in (0, 1):
         at = points[:, 2 * axis]
-        full = dense * _CELL_M * float(exposed[3 - axis] - exposed[1 - axis])
+        full = dense * _CELL_M * max(float(exposed[3 - axis] - exposed[1 - axis]), _CELL_M)
         cells = max(3, round(float(high[axis] - low[axis]) / _CELL_M))
         count = np.histogram(at, cells, (low[axis], high[axis]))[0]
         pane = max(float(np.median(count)), _STRAY * full)

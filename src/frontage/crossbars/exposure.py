@@ -31,7 +31,7 @@ def exposed_box(ring: Float, points: Float, dense: float) -> Box:
 
 
 def _hidden(at: Float, length: float, dense: float) -> float:
-    """Returns how far m from one side inwards beams reach nothing, of points at some distances (n,) m from it.
+    """Returns how far m inwards from one side beams reach nothing; points are at distances (n,) m from it.
 
     The number of points is that of a Poisson process with a step in its density at the place returned.
     """

@@ -16,6 +16,7 @@ _RESOLVED_PX = 2.5  # px of the finest photo that a bar needs, so that it has tw
 _NATS = 10.5  # that make a decision as sure as one nat of independent evidence
 _DESCRIBED = 0.97  # probability that a division is one of those that are looked for, before it is seen
 _SCANNED_LEAST, _SCANNED_NATS = 8.0, 6.0  # nats of a scan alone: margin that is as good as none, and scale
+_LEAST_EXPOSED = 0.5  # share of a window that must be exposed to the scanner
 _LEAST_CONTRAST = 1.0  # nats
 _SURE = 0.5  # confidence below which a layout is not decided
 
@@ -63,6 +64,9 @@ def _unresolved(seen: Observation) -> str:
         what = "no photo shows it"
     if seen.hits is None:
         return what
+    exposed = seen.hits.exposed_share(seen.sight.window.ring)
+    if exposed < _LEAST_EXPOSED:
+        return f"{what}; the scanner sees {exposed:.0%} of its frame"
     if seen.hits.contrast <= _LEAST_CONTRAST:
         return f"{what}; the scan does not tell panes from bars"
     if _thinnest(seen) <= THICK_BAR_M:

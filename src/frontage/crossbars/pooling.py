@@ -20,6 +20,7 @@ from frontage.geometry.arrays import Array, Float
 _SIZE_M = 0.04  # by which windows of one type may differ in width and height
 _FRAMES = 3  # windows that tell the frame of their type together
 _MOVE_M = 0.01  # by which a bar may miss its place in the layout of its type
+_ELSEWHERE_M = 0.12  # by which it may for the nats of a bar of its own, where the scan alone shows it
 _SHIFTS_M = tuple(np.arange(-5, 6) * 0.01)  # by which all parallel bars may: outlines are displaced
 _ENDS_M = 0.01  # at both ends of a bar, where other bars cross
 _WIDTH = 0.4  # by which the width of a bar may differ, logarithm
@@ -40,6 +41,7 @@ class Chosen:
     meeting m (z) below which bars are those of a lower sash, on the deeper plane; None = one plane
     alone   the layout that its own evidence would choose
     kin     number that windows with one layout, decided together, have in common; None = decided on its own
+    beyond  nats by which the layout of its type is better for it than its own one
     """
 
     seen: Observation
@@ -49,6 +51,7 @@ class Chosen:
     meeting: float | None = None
     alone: Layout | None = None
     kin: int | None = None
+    beyond: float = np.inf
 
 
 def choose_layouts(observed: Sequence[Observation], least: float) -> list[Chosen]:
@@ -115,8 +118,10 @@ def _of_type(own: Sequence[Chosen], kin: int) -> list[Chosen]:
         total = float(np.maximum(gains, alone).sum()) - COST * len(model.layout.lines)
         if total > most:
             most = total
-            rows = zip(own, fitted, gains >= alone, strict=True)
-            best = [replace(_shared(a, model, b), kin=kin) if better else a for a, b, better in rows]
+            rows = zip(own, fitted, (gains - alone).tolist(), strict=True)
+            best = [
+                replace(_shared(a, model, b), kin=kin, beyond=more) if more >= 0 else a for a, b, more in rows
+            ]
     return best
 
 
@@ -144,7 +149,8 @@ def fit(model: Chosen, member: Chosen) -> list[Line]:
     scale = np.ptp(rings[1], axis=0) / np.ptp(rings[0], axis=0)
     moved = [_moved(line, start, own, scale) for line in model.layout.lines]
     shift = [_best_shift(member.bars[a], [line for line in moved if line.axis == a]) for a in (0, 1)]
-    return [_estimated(member.bars[line.axis], line, shift[line.axis]) for line in moved]
+    estimated = _estimated if member.seen.sight.views else _scanned
+    return [estimated(member.bars[line.axis], line, shift[line.axis]) for line in moved]
 
 
 def _moved(line: Line, start: Float, own: Float, scale: Float) -> Line:
@@ -161,17 +167,24 @@ def _best_shift(bars: Bars, lines: Sequence[Line]) -> float:
     return float(_SHIFTS_M[int(np.argmax(total))])
 
 
-def _estimated(bars: Bars, line: Line, shift: float) -> Line:
+def _estimated(bars: Bars, line: Line, shift: float, reach: float = _MOVE_M) -> Line:
     """Returns a displaced bar where the evidence is best near its place; there, if nothing shows it."""
     place = line.position + shift
-    low, high = bars.rows(place, _MOVE_M)
+    low, high = bars.rows(place, reach)
     away: Array = np.abs(np.log(bars.widths * bars.px / line.width))
     value = bars.over(line.extent[0] + _ENDS_M, line.extent[1] - _ENDS_M, slice(low, high))
     centre = bars.centres(low, high)
-    near = (np.abs(centre - place) <= _MOVE_M) & (away <= max(_WIDTH, float(away.min())))
+    near = (np.abs(centre - place) <= reach) & (away <= max(_WIDTH, float(away.min())))
     value = np.where(near, value, -np.inf)
     best = float(value.max())
     if best <= 0.0:
         return replace(line, position=place, evidence=best if np.isfinite(best) else 0.0)
     middle, width, best = bars.settled(value, centre)
     return Line(line.axis, middle, line.extent, width, best)
+
+
+def _scanned(bars: Bars, line: Line, shift: float) -> Line:
+    """Returns the same where the scan alone tells it: sashes of one type may be open or divided higher."""
+    near, other = (_estimated(bars, line, shift, reach) for reach in (_MOVE_M, _ELSEWHERE_M))
+    dearer = replace(other, evidence=other.evidence - COST)
+    return dearer if dearer.evidence > near.evidence else near

@@ -19,6 +19,7 @@ def margins(chosen: Sequence[Chosen], least: float) -> Float:
     """Returns by how many nats the layout of each window (n,) is better than the next different one.
 
     Windows that share a layout decide it together: where one of them shows little, the mean of some counts.
+    Where the scan alone shows a window, it must also agree with that layout itself.
 
     least  m, least width and height of a pane
     """
@@ -31,7 +32,8 @@ def margins(chosen: Sequence[Chosen], least: float) -> Float:
         own = np.array([margin(chosen[k], least) for k in asked])
         found[group] = own.mean()
         found[asked] = np.maximum(own, own.mean())
-    return found
+    scanned = np.array([not one.seen.sight.views for one in chosen], bool)
+    return np.where(scanned, np.minimum(found, [one.beyond for one in chosen]), found)
 
 
 def margin(chosen: Chosen, least: float) -> float:

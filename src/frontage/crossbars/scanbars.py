@@ -9,6 +9,7 @@ concluded.
 """
 
 import itertools
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -31,6 +32,8 @@ _MOST_LAYERS = 4
 _LEAST_SHARE = 0.12  # of the points of the strongest layer that a layer has
 _STEP_M = 0.005
 _NEAR_M = 0.08  # of the frame's depth: sashes behind it, posts before it; curtains and blinds lie deeper
+_EDGE_M = 0.06  # beside what is hidden, where bars are not told from what hides it
+_SILL_SHARE = 0.3  # of the height of a window that its sill hides at most
 _STRAY = 0.05  # least share of the density of bars that panes hold
 _FEW = 25  # points of a window that tell anything
 _CELL_M = 0.04  # of the raster in which the points of panes are counted
@@ -73,6 +76,11 @@ class ScanHits:
         """Median logarithm of how much denser bars are than panes, in the clearest layer."""
         return max(float(np.median(np.log(self.dense / one.pane))) for one in self.layers)
 
+    def exposed_share(self, ring: Float) -> float:
+        """Returns how much of a window with an outline (k, 2) m beams reach, 0..1."""
+        x0, z0, x1, z1 = self.exposed
+        return float(max(x1 - x0, 0.0) * max(z1 - z0, 0.0) / np.ptp(ring, axis=0).prod())
+
     def evidence(self, grid: Grid, axis: int, widths: Array) -> Array:
         """Returns the log-likelihood ratios (s, n + 1, w) nats of bars across an axis."""
         parts = [self._of_layer(grid, layer, axis, widths) for layer in self.layers]
@@ -87,7 +95,10 @@ class ScanHits:
     def _reached(self, grid: Grid, axis: int) -> Array:
         """Returns where (s, n) beams reach the raster."""
         at = grid.centres(axis)
-        across = (at > self.exposed[axis]) & (at < self.exposed[2 + axis])
+        low, high = self.exposed[axis], self.exposed[2 + axis]
+        first, last = grid.extent[axis] + _EDGE_M, grid.extent[2 + axis] - _EDGE_M
+        low, high = low + _EDGE_M * (low > first), high - _EDGE_M * (high < last)
+        across = (at > low) & (at < high)
         return np.asarray(self.known(grid, axis)[:, None] & across)
 
     def _of_layer(self, grid: Grid, layer: _Layer, axis: int, widths: Array) -> Array:
@@ -103,7 +114,7 @@ class ScanHits:
         return out
 
     def _pieces(self, grid: Grid, layer: _Layer, axis: int) -> Array:
-        strips, n = strip_count(grid, axis), grid.shape[1 - axis]
+        strips = strip_count(grid, axis)
         strip = grid.shape[axis] * grid.px / strips
         piece = float(np.clip(_HITS / (self.dense * strip), grid.px, _FILLED_M))
         size = max(1, round(piece / grid.px))
@@ -144,7 +155,19 @@ def scan_hits(grid: Grid, window: Window) -> ScanHits | None:
         own = window.points[(y > low) & (y < high)]
         layers.append(_Layer(own, _pane_density(_cells(grid, own), dense)))
     points = layers[-1].own
-    return ScanHits(tuple(layers), points, dense, exposed_box(window.ring, points, dense))
+    return ScanHits(tuple(layers), points, dense, _exposed(window, [one.own for one in layers], dense))
+
+
+def _exposed(window: Window, layers: Sequence[Float], dense: float) -> Box:
+    """Returns the part x0, z0, x1, z1 m of the frame that beams reach; the last layer holds all the others.
+
+    A sill hides more of what lies deeper. A layer that begins higher up is that of an upper sash.
+    """
+    ring = window.ring
+    x0, z0, x1, z1 = exposed_box(ring, layers[-1], dense)
+    start, height = float(ring[:, 1].min()), float(np.ptp(ring[:, 1]))
+    below = [exposed_box(ring, own, dense)[1] for own in layers]
+    return x0, max([z0, *(z for z in below if z - start < _SILL_SHARE * height)]), x1, z1
 
 
 def _layer_depths(window: Window) -> list[float]:
