@@ -16,7 +16,8 @@ the other. `--full` takes 16 houses, and 8 for the curves; otherwise the curves 
 Real: the scene of real buildings' models (photos and scan), the castle photos (hand-made outlines and layouts
 in _barcases.py), and the scans with annotated bars (no photos). With `--oriented`, the scene's photos also
 have the poses that `frontage orient` found (the folder orientation/colmap of its run). The pictures are
-rendered once and kept in `--cache`; a house takes about a minute on one core.
+rendered once and kept in `--cache`; a house takes about a minute on one core. Houses that are only scanned
+are seen from the other side of the street, by one scanner or two.
 """
 
 import argparse
@@ -31,7 +32,8 @@ import numpy as np
 
 from _barcases import Case, annotated, castle, ingolstadt, simulated
 from _barconfidence import confidence_tables
-from _barscore import HEADER, Judged, judge, summary
+from _barscans import scanned
+from _barscore import HEADER, Judged, judge, reliability, summary
 from _common import DATA, table
 from _linegrid import bars_by_segments
 from _windows import WindowScene, WindowSet, window_scene
@@ -40,6 +42,8 @@ from frontage.crossbars.collect import collect_windows
 from frontage.crossbars.find import find_bars
 
 FIRST = 500  # number of the first house; tests and trials use smaller ones
+FIRST_SCAN = 2100  # number of the first house that is only scanned; 2000 to 2019 were developed on
+SPACINGS = (0.010, 0.014, 0.020, 0.030, 0.040)  # m between points on the wall
 ERRORS = {"position": 0.003, "angle": 0.01}
 SUBSETS = {1: (2,), 2: (1, 4), 3: (0, 2, 5), 4: (0, 2, 3, 5), 6: (0, 1, 2, 3, 4, 5)}
 METHODS = ("evidence", "paper", "segments")
@@ -54,6 +58,7 @@ SECTIONS = (
     "castle",
     "brooklyn",
     "manhattan",
+    "scans",
 )
 CURVES = (*HEADER[:7], *HEADER[8:11])
 NAMES = {"evidence": "ours", "paper": "the paper's", "segments": "LSD votes, one view"}
@@ -256,6 +261,21 @@ def draw_sheet(found: FoundBars, case: Case, file: Path) -> None:
         cv2.imwrite(str(file), np.vstack(rows))
 
 
+def scans(houses: int, cache: Path) -> None:
+    """Print how well scans from the street do without photos, by the spacing of their points."""
+    found: dict[float, list[Judged]] = {}
+    for k in range(FIRST_SCAN, FIRST_SCAN + houses):
+        spacing, stations = SPACINGS[k % len(SPACINGS)], 1 + k // len(SPACINGS) % 2
+        reveal = float(np.random.default_rng(k).uniform(0.1, 0.38))
+        case = scanned(k, spacing, stations, cache=cache, reveal=reveal)
+        found.setdefault(spacing, []).extend(judged([case], METHODS[0])[0])
+    every = [j for own in found.values() for j in own]
+    rows = [[f"{1000 * s:.0f}", *summary(found[s])] for s in sorted(found)] + [["all", *summary(every)]]
+    table(f"{houses} houses, only scanned, mm between points", ("mm", *HEADER), rows)
+    header = ("confidence", "windows", "mean", "exact")
+    table("Confidence of windows that are only scanned", header, reliability(every))
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
@@ -285,6 +305,8 @@ def main() -> None:
     if "speed" in only:
         speed(houses, arguments.cache)
     curves(8 if arguments.full else min(houses, 4), arguments.cache, only)
+    if "scans" in only:
+        scans(20 if arguments.full else max(len(SPACINGS), houses), arguments.cache)
     real(only, arguments.data, arguments.sheet, arguments.oriented)
 
 
