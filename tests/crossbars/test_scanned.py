@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from crossbars.painted import BAR, DEPTH, FRAME, HOLE, MULLION, TRANSOM, Box, window
+from crossbars.painted import BAR, DEPTH, FRAME, HOLE, MULLION, TRANSOM, Box, bar, window
 from frontage.crossbars.border import scanned_sides
 from frontage.crossbars.evidence import bars_by_evidence
 from frontage.crossbars.exposure import exposed_box
@@ -90,3 +90,12 @@ def test_a_window_that_is_mostly_hidden_is_left_undecided() -> None:
     found = find(scanned([MULLION], sill=0.7))
     assert not found.resolved
     assert "the scanner sees" in found.note
+
+
+def test_a_window_may_have_one_bar_elsewhere_than_others_of_its_type() -> None:
+    lower = bar("horizontal", 2.7, X0, X1)
+    windows = [scanned([MULLION, TRANSOM], 0.03, seed=k) for k in range(3)]
+    windows.append(scanned([MULLION, lower], 0.03, seed=3))
+    found = [one.glazing for one in bars_by_evidence(windows, CrossbarOptions())]
+    level = [next(b for b in one.bars if b.axis == "horizontal").position for one in found]
+    assert level == pytest.approx([2.8, 2.8, 2.8, 2.7], abs=0.02)

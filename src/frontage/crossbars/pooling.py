@@ -83,8 +83,11 @@ def _types(observed: Sequence[Observation]) -> list[list[int]]:
 
 
 def _with_one_frame(observed: Sequence[Observation]) -> list[Observation]:
-    """Returns windows of one type whose frames reach equally far in from each side of their outlines."""
-    if len(observed) < _FRAMES:
+    """Returns windows of one type whose frames reach equally far in from each side of their outlines.
+
+    A scan alone shows other sides of every window: those that the reveal does not hide.
+    """
+    if len(observed) < _FRAMES or not any(seen.sight.views for seen in observed):
         return list(observed)
     corners = np.array([[*s.sight.window.ring.min(0), *s.sight.window.ring.max(0)] for s in observed])
     inset = np.median(np.array([s.box for s in observed]) - corners, axis=0)
