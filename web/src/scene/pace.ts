@@ -10,8 +10,12 @@ export class Pace {
   private last = 0;
   private resting: ReturnType<typeof setTimeout> | undefined;
 
+  private readonly apply: () => void;
+
   // `apply` takes a new share of the pixels over.
-  constructor(private readonly apply: () => void) {}
+  constructor(apply: () => void) {
+    this.apply = apply;
+  }
 
   // The view was moved by hand.
   moved(): void {
