@@ -28,7 +28,7 @@ _ON_WALL_M = 0.08  # before the plane: the wall itself and its ornaments
 _JOINED = (
     0.15  # share of the cubes so near the wall that must go on up to it if the group stands on the ground
 )
-_ABOVE_GROUND_M = 1.0
+_ABOVE_GROUND_M = 1.5  # what begins no higher may stand on the ground, behind a car
 _STREET_M = 12.0  # before the facade, what is farther hides little of it
 _BESIDE_M = 1.0  # what stands so far beside the facade still counts
 _AROUND_M = 5.0  # points so far beside it are looked at, so that no tree is cut
