@@ -136,6 +136,18 @@ def test_edges_are_found_although_their_surroundings_look_alike():
     assert np.median(np.abs(found.shift - shift)) < 0.15
 
 
+def test_larger_templates_are_more_precise_and_say_so():
+    tones, shift = picture(20), (1.3, -0.6)
+    rms, stated = [], []
+    drawn, photo = (oriented_gradients(noisy(t, 0.5, k)) for k, t in enumerate((tones, moved(tones, shift))))
+    for half in (24, 48):
+        found = find_shifts(drawn, photo, 6, 24, half=half)
+        rms.append(np.sqrt(((found.shift - shift) ** 2).mean()))
+        stated.append(np.median(found.sigma))
+    assert rms[1] < 0.7 * rms[0]
+    assert stated[1] < 0.7 * stated[0]
+
+
 def test_a_slanted_edge_is_open_along_itself():
     turn = np.radians(30.0)
     along, across = np.array([np.cos(turn), np.sin(turn)]), np.array([-np.sin(turn), np.cos(turn)])

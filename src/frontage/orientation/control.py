@@ -18,6 +18,7 @@ from frontage.solve.abreast import each
 
 _STEP = 12  # px between templates: a quarter of a template
 _MARGIN_PX = 4
+_TEMPLATES_ACROSS = 8.5  # the picture, at least: larger ones are precise, but not of one place
 _DENSE, _SPARSE = 0.5, 0.9  # of the points in view: those dense enough for the finest, coarsest rendering
 _MOST = 4000  # templates of a rendering; more of them would only overlap more
 _COARSEST = 16.0  # px of the photo per pixel of a rendering
@@ -80,6 +81,7 @@ def find_control(
     coarser: float = 1.0,
     radius: int = 12,
     step: int = 2 * _STEP,
+    largest: int = HALF,
     unique: bool = False,
 ) -> ControlPoints:
     """Finds the scan in a photo by templates of its rendering at the approximate pose.
@@ -89,27 +91,31 @@ def find_control(
     `coarser` reduces them all; `radius` is the largest shift and `step` the least distance between templates,
     in px of the rendering. To recognise a place takes `unique` points; where the place is known, others
     measure it as well: along an edge the correlation is high everywhere, and across it the peak is sharp.
+    Templates reach `largest` px of the rendering to every side where the picture is large enough.
     """
     picture = image_of(photo.id)
     parts, found = list[ControlPoints](), None
-    for factor in _factors(photo, surface, coarser):
+    factors = _factors(photo, surface, coarser)
+    across = min(photo.camera.width, photo.camera.height) / factors[0]
+    half = int(np.clip(0.5 * across / _TEMPLATES_ACROSS, HALF, largest))
+    for factor in factors:
         drawn = render(photo, surface, factor)
         tone, scale = photo_tone(picture, factor)
         left = None if found is None else ~_resized(found, drawn.known.shape)
         apart = max(step, round(float(np.sqrt(drawn.known.sum() / _MOST))))
         template, there = rendering_channels(drawn, surface), oriented_gradients(tone)
-        shifts = find_shifts(template, there, radius, apart, left, unique=unique)
-        parts.append(_control(drawn, shifts, scale, radius, max(1.0, (2.0 * HALF + 1.0) / apart)))
-        here = _around(shifts.at, drawn.known.shape)
+        shifts = find_shifts(template, there, radius, apart, left, half=half, unique=unique)
+        parts.append(_control(drawn, shifts, scale, radius, half, apart))
+        here = _around(shifts.at, drawn.known.shape, half)
         found = here if found is None else here | _resized(found, here.shape)
     return _joined(parts)
 
 
-def _around(at: Int, shape: tuple[int, ...]) -> Bool:
+def _around(at: Int, shape: tuple[int, ...], half: int) -> Bool:
     """What of a picture (h, w) lies around places (n, 2), nearer than half of half a template."""
     mask = np.zeros(shape, np.uint8)
     mask[at[:, 1], at[:, 0]] = 1
-    return np.asarray(cv2.dilate(mask, np.ones((HALF + 1, HALF + 1), np.uint8)) > 0)
+    return np.asarray(cv2.dilate(mask, np.ones((half + 1, half + 1), np.uint8)) > 0)
 
 
 def _factors(photo: Photo, surface: ScannedSurface, coarser: float) -> list[float]:
@@ -146,8 +152,11 @@ def rendering_channels(drawn: Rendering, surface: ScannedSurface) -> Channels:
     return Channels(channels.values * inner, inner)
 
 
-def _control(drawn: Rendering, shifts: Shifts, scale: Float, radius: int, overlap: float) -> ControlPoints:
-    # Neighbouring templates share pixels: their errors are not independent.
+def _control(
+    drawn: Rendering, shifts: Shifts, scale: Float, radius: int, half: int, apart: int
+) -> ControlPoints:
+    side = 2.0 * half + 1.0
+    overlap = max(1.0, side / apart)  # neighbours share pixels: their errors are not independent
     column, row = shifts.at.T
     solid = drawn.known[row, column] & (drawn.depth[row, column] > 0)
     at, shift = shifts.at[solid], shifts.shift[solid]
@@ -160,7 +169,7 @@ def _control(drawn: Rendering, shifts: Shifts, scale: Float, radius: int, overla
         xyz[finite],
         sigma[finite],
         shifts.score[solid][finite],
-        np.full(int(finite.sum()), (2.0 * HALF + 1.0) * scale.mean()),
+        np.full(int(finite.sum()), side * scale.mean()),
         (shift * scale)[finite],
         shifts.unique[solid][finite],
         shifts.tried,

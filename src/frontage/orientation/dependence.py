@@ -13,10 +13,10 @@ from frontage.orientation.network import CONTROL, SURFACES, TIES
 _TIE_TEMPLATES = 4.0  # sides of a template over which errors of tie points may be alike
 _TEMPLATE_M = 0.5  # side of a template where there is no control
 # Of the variance that neighbours share: light and beams come from one side on all of a wall.
-_FAR = 0.03
+_FAR = 0.01
 # The scan shows an edge displaced by about this share of its spacing, depending on where the beams hit it:
 # for all photos, and all along the edge. The likeliest value for the true errors of simulated scenes.
-_EDGE = 0.02
+_EDGE = 0.01
 
 
 def dependence_of(photos: Sequence[Photo], control: Sequence[ControlPoints], spacing: float) -> Dependence:

@@ -25,13 +25,16 @@ from frontage.orientation.placed import Placed, Scene
 from frontage.orientation.reflectance.surface import ScannedSurface
 from frontage.orientation.result import Orientation, OrientedPhoto, Unoriented
 from frontage.orientation.rigs import adjusted_rigs, rig_notes
+from frontage.orientation.templates import HALF
 from frontage.orientation.verify import Verdict, verify
 from frontage.solve.abreast import each
 
 # Of a thousand good observations one fails (Baarda 1968): false matches of templates are rarely far off.
 _TESTS = AdjustmentOptions(critical=3.29, known=frozenset({PLACES}))
 _AS_STATED = AdjustmentOptions(loss="none", snooping=False, variance_components=False)
-_PASSES = ((12, 24), (6, 12))  # radius of the search for control and distance of templates, px of renderings
+# The search for control: its radius, the distance of templates, and how far the largest of them reach to
+# every side, px of renderings. Small templates stand larger errors of the pose, large ones are precise.
+_PASSES = ((12, 24, HALF), (6, 12, 2 * HALF))
 _FEWEST_CHECKED = 3
 _CHECKED = 0.2  # of the control points that are left out for a check
 _NAMES = {TIES: "tie points", CONTROL: "control", SURFACES: "surfaces"}
@@ -77,16 +80,17 @@ def _verdicts(scene: Scene, photos: Sequence[Photo]) -> list[Verdict]:
     return verdicts
 
 
-def _adjusted(scene: Scene, placed: Placed, search: tuple[int, int], *, last: bool) -> AdjustedPhotos:
+def _adjusted(scene: Scene, placed: Placed, search: tuple[int, int, int], *, last: bool) -> AdjustedPhotos:
     """Measures control at the present poses and adjusts; photos that nothing determines are left out.
 
     Only the `last` adjustment asks which errors are alike: those before give places to look for control at.
     """
-    radius, step = search
+    radius, step, largest = search
     control = []
 
     def measure(photo: Photo) -> ControlPoints:
-        return find_control(photo, scene.surface, scene.image_of, radius=radius, step=step)
+        how = (photo, scene.surface, scene.image_of)
+        return find_control(*how, radius=radius, step=step, largest=largest)
 
     for found in each(measure, placed.photos):
         scene.tell("control")
@@ -167,6 +171,7 @@ def _without_control(state: AdjustedPhotos, out: Bool) -> Network:
 def _oriented(k: int, state: AdjustedPhotos, photo: Photo, verdict: Verdict, check: float) -> OrientedPhoto:
     found = state.adjustment
     control, ties = state.rows(k, CONTROL), state.rows(k, TIES)
+    control = control[np.argsort(state.network.images.sigma[control], kind="stable")]
     return OrientedPhoto(
         photo,
         int(state.placed.numbers[k]),

@@ -7,6 +7,9 @@ import numpy as np
 from frontage.geometry.arrays import Array, Float, Int, freeze
 from frontage.model import Photo, Rig
 
+MANY = 200
+"""Control points that determine a photo well all over the picture."""
+
 
 @dataclass(frozen=True, eq=False)
 class OrientedPhoto:
@@ -23,7 +26,8 @@ class OrientedPhoto:
                     cameras of its rig do) or "plain" (too little scan in view)
     rival           correlation of the best other place nearby, relative to that of the pose
     camera_sigma    (c,) standard errors of the camera's parameters, 0 = held fixed
-    residual_at     (k, 2) px, where its control points are; `residual` (k, 2) px, computed minus measured
+    residual_at     (k, 2) px, where its control points are, those with the smallest standard error first;
+                    `residual` (k, 2) px, computed minus measured
     """
 
     photo: Photo
@@ -44,6 +48,12 @@ class OrientedPhoto:
     def __post_init__(self) -> None:
         k = len(self.residual_at)
         freeze(self, residual_at=((k, 2), np.float64), residual=((k, 2), np.float64))
+
+    @property
+    def precise_rms(self) -> float:
+        """The rms residual, px per axis, of its 200 most precise control points; NaN where it has fewer."""
+        best = self.residual[:MANY]
+        return float(np.sqrt((best**2).mean())) if len(best) == MANY else float("nan")
 
 
 @dataclass(frozen=True, eq=False)

@@ -101,14 +101,16 @@ def find_shifts(
     step: int = _STEP,
     wanted: Bool | None = None,
     *,
+    half: int = HALF,
     unique: bool = False,
 ) -> Shifts:
     """Finds the templates of a rendering in the photo, within `radius` px of where it expects them.
 
-    `wanted` (h, w) tells where they are looked for; everywhere if None. `unique` peaks stand out from all
-    that is nearby; otherwise it is enough that a peak is higher than chance.
+    `wanted` (h, w) tells where they are looked for; everywhere if None. Templates reach `half` px to every
+    side. `unique` peaks stand out from all that is nearby; otherwise it is enough that a peak is higher than
+    chance.
     """
-    at, surfaces = correlation_surfaces(template, photo, radius, step, wanted=wanted)
+    at, surfaces = correlation_surfaces(template, photo, radius, step, half, wanted)
     if not len(at):
         none = np.empty((0, 2))
         return Shifts(at, none, none, np.empty(0), np.empty(0, np.bool_), 0)
@@ -117,10 +119,10 @@ def find_shifts(
     inside = (row > 0) & (row < 2 * radius) & (column > 0) & (column < 2 * radius)
     top = surfaces[np.arange(len(at)), row, column]
     alone = _unique(surfaces, top)
-    real = alone if unique else alone | _beyond_chance(top, template, photo, at)
+    real = alone if unique else alone | _beyond_chance(top, template, photo, at, half)
     good = np.flatnonzero(inside & real & (top > 0))
     shift, sigma, score = _fitted(surfaces[good], row[good], column[good])
-    samples = _samples(template, at[good])
+    samples = _samples(template, at[good], half)
     sigma = sigma / np.sqrt(samples / _CORRELATED_PX2)[:, None]
     usable = np.isfinite(shift).all(1) & np.isfinite(sigma).all(1) & (np.abs(shift) <= radius).all(1)
     return Shifts(
@@ -150,20 +152,22 @@ def _surface(
     return surface
 
 
-def _beyond_chance(top: Array, template: Channels, photo: Channels, at: Int) -> Array:
+def _beyond_chance(top: Array, template: Channels, photo: Channels, at: Int, half: int) -> Array:
     """Whether peaks (n,) are higher than what templates at (n, 2) reach by chance, elsewhere in the photo.
 
     The surroundings of a peak do not tell that: along an edge the correlation is high everywhere.
     """
-    elsewhere = _elsewhere(photo.shape)
-    values, power = _patches(photo.values, elsewhere), _patches((photo.values**2).sum(0)[None], elsewhere)
+    elsewhere = _elsewhere(photo.shape, half)
+    values = _patches(photo.values, elsewhere, half)
+    power = _patches((photo.values**2).sum(0)[None], elsewhere, half)
     stands = np.zeros(len(at), np.bool_)
     for first in range(0, len(at), _AT_ONCE):
         rows = slice(first, first + _AT_ONCE)
-        patches, masks = _patches(template.values, at[rows]), _patches(template.known[None], at[rows])
+        patches = _patches(template.values, at[rows], half)
+        masks = _patches(template.known[None], at[rows], half)
         energy = (masks.astype(np.float32) @ power.T) * (patches**2).sum(1)[:, None]
         chance = (patches @ values.T) / np.sqrt(np.maximum(energy, 1e-9))
-        other = np.abs(at[rows, None] - elsewhere).max(-1) > HALF
+        other = np.abs(at[rows, None] - elsewhere).max(-1) > half
         count = np.maximum(other.sum(1), 1)
         mean = (chance * other).sum(1) / count
         spread = np.sqrt(((chance - mean[:, None]) ** 2 * other).sum(1) / count)
@@ -179,18 +183,18 @@ def _unique(surfaces: Array, top: Array) -> Array:
     return np.asarray(top - middle > _STANDS_OUT * np.maximum(spread, 1e-6))
 
 
-def _elsewhere(shape: tuple[int, int]) -> Int:
-    """Places (k, 2), column and row, all over a picture."""
+def _elsewhere(shape: tuple[int, int], half: int) -> Int:
+    """Places (k, 2), column and row, all over a picture, where a whole template fits."""
     h, w = shape
     rng = np.random.default_rng(0)
-    return np.column_stack([rng.integers(HALF, side - HALF, _ELSEWHERE) for side in (w, h)])
+    return np.column_stack([rng.integers(half, side - half, _ELSEWHERE) for side in (w, h)])
 
 
-def _patches(layers: Array, at: Int) -> Array:
-    """The templates' pixels (n, k * 49 * 49) of layers (k, h, w) around places (n, 2)."""
-    side = 2 * HALF + 1
+def _patches(layers: Array, at: Int, half: int) -> Array:
+    """The templates' pixels (n, k * side * side) of layers (k, h, w) around places (n, 2)."""
+    side = 2 * half + 1
     windows = sliding_window_view(layers, (side, side), axis=(1, 2))
-    picked: Array = windows[:, at[:, 1] - HALF, at[:, 0] - HALF].swapaxes(0, 1).reshape(len(at), -1)
+    picked: Array = windows[:, at[:, 1] - half, at[:, 0] - half].swapaxes(0, 1).reshape(len(at), -1)
     return picked
 
 
@@ -220,7 +224,7 @@ def _fitted(surfaces: Array, row: Int, column: Int) -> tuple[Float, Float, Float
     return shift, sigma, top
 
 
-def _samples(template: Channels, at: Int) -> Float:
+def _samples(template: Channels, at: Int, half: int) -> Float:
     """The number of known pixels (n,) of the templates."""
-    count = known_share(template.known) * (2 * HALF + 1) ** 2
+    count = known_share(template.known, half) * (2 * half + 1) ** 2
     return np.asarray(np.maximum(count[at[:, 1], at[:, 0]], 1.0), np.float64)
