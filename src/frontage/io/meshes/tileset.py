@@ -92,7 +92,12 @@ def _building(tile: Tile, place: "_Place") -> dict[str, Any]:
         made = {"boundingVolume": box, "geometricError": level.error, "content": {"uri": level.uri},
                 **({"children": [made]} if made else {})}  # fmt: skip
     assert made is not None  # a tile has a level
-    return {**made, "refine": "REPLACE", "transform": place.matrix(tile.centre).T.ravel().tolist(), "extras": {"name": tile.name}}
+    return {
+        **made,
+        "refine": "REPLACE",
+        "transform": place.matrix(tile.centre).T.ravel().tolist(),
+        "extras": {"name": tile.name},
+    }
 
 
 def _box(low: Float, high: Float) -> dict[str, Any]:
