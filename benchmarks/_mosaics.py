@@ -22,6 +22,7 @@ from frontage.ortho.photo_image import paint_photos
 from frontage.ortho.points import facade_points
 from frontage.ortho.rectified import CellPhotos
 from frontage.ortho.relief import measure_relief
+from frontage.ortho.standing.find import find_standing
 from frontage.ortho.surface import DrawingSurface
 from frontage.ortho.views import plan_views
 from frontage.simulate.optics.rays import Tracer
@@ -156,10 +157,11 @@ def front(street: Street, house: int, spacing: float = SCAN_M) -> Facade:
 def single_photos(street: Street, facade: Facade, options: OrthoOptions) -> list[Single]:
     """Every photo alone on the facade, without what the scan knows to stand before it."""
     raster = facade_raster(facade, options)
-    points = facade_points(street.scan, facade, raster, options)
+    standing = find_standing(facade, street.scan)
+    points = facade_points(street.scan, facade, raster, standing, options)
     relief = measure_relief(points.xyz[points.used], facade, raster, options, points.gaps)
     surface = DrawingSurface(facade, raster, relief)
-    occluders = find_occluders(facade, points.xyz, None, options)
+    occluders = find_occluders(facade, points.xyz, standing, None, options)
     out = []
     for photo in street.photos:
         bands, plan = Bands(raster), plan_views(surface, occluders, [photo], options)

@@ -109,12 +109,12 @@ def time_of_a_large_front(folder: Path | None) -> None:
 
     def scan_only() -> None:
         raster = facade_raster(case.facade, options)
-        points = facade_points(case.scan, case.facade, raster, options)
+        standing = find_standing(case.facade, case.scan)
+        points = facade_points(case.scan, case.facade, raster, standing, options)
         relief = measure_relief(points.xyz[points.used], case.facade, raster, options, points.gaps)
         Bands(raster, relief)
         intensity_band(points.on_surface(relief), raster)
-        find_occluders(case.facade, points.xyz, None, options)
-        find_standing(case.facade, case.scan)
+        find_occluders(case.facade, points.xyz, standing, None, options)
 
     def paper() -> None:
         raster = facade_raster(case.facade, options)

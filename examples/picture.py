@@ -53,7 +53,9 @@ def elevations(store: Store, facades: list[Facade], pixels_per_metre: float) -> 
     out = []
     for facade in facades:
         image = cv2.imread(str(store.facade_folder(facade.id) / "ortho.jpg"))
-        factor = pixels_per_metre * store.facade(facade.id).sidecar["gsd"]
+        sidecar = store.sidecar(facade.id)
+        assert sidecar is not None  # `ortho.jpg` is there, too
+        factor = pixels_per_metre * sidecar.gsd
         image = cv2.resize(image, None, fx=factor, fy=factor, interpolation=cv2.INTER_AREA)
         panel = np.full((HEIGHT, image.shape[1] + 16, 3), 255, np.uint8)
         foot = HEIGHT - 40

@@ -89,6 +89,7 @@ def test_volumes_enclose_the_tiles_and_errors_fall(tmp_path: Path, made: Buildin
     errors = [found["geometricError"], found["root"]["geometricError"], tile["geometricError"],
               finer["geometricError"]]  # fmt: skip
     assert errors == sorted(errors, reverse=True) and errors[-1] == 0.0
+    assert (found["root"]["refine"], tile["refine"]) == ("ADD", "REPLACE"), "one building waits for no other"
     assert [tile["content"]["uri"], finer["content"]["uri"]] == list(made.files)
     assert len(made.files["B01_lod2.glb"]) < len(made.files["B01_lod3.glb"])
 

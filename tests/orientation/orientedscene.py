@@ -16,6 +16,7 @@ import pytest
 from frontage.pipeline import run as chain
 from frontage.pipeline.project import Project, load_project
 from frontage.pipeline.run import Summary
+from frontage.pipeline.stage import Stage
 from frontage.simulate.spec import parse_spec
 from frontage.studies.simulate import simulate
 from once import once
@@ -76,6 +77,7 @@ gsd = 0.05
 """
 SIGMA_POSITION, SIGMA_ANGLE = 1.5, 4.0  # of the approximate poses: m, degrees
 _ORIENTING = ("scans", "register", "keypoints", "matches", "orient")
+_IMAGING = (*_ORIENTING, "buildings", "facades", "ortho")
 
 
 def scene_of(factory: pytest.TempPathFactory) -> Path:
@@ -84,15 +86,22 @@ def scene_of(factory: pytest.TempPathFactory) -> Path:
 
 
 def finished_run(factory: pytest.TempPathFactory) -> tuple[Path, Summary]:
-    """Returns the folder of the whole chain with approximate poses, and its summary; copy before changes."""
+    """Returns the folder of a run up to `ortho` with approximate poses, and its summary; copy before use."""
     scene = scene_of(factory)
 
     def make(folder: Path) -> None:
-        summary = chain.run(project_of(scene), folder / "out")
+        with pytest.MonkeyPatch.context() as patch:
+            patch.setattr(chain, "STAGES", imaging())
+            summary = chain.run(project_of(scene), folder / "out")
         (folder / "summary.pickle").write_bytes(pickle.dumps(summary))
 
     folder = once(factory, "oriented_run", make)
     return folder / "out", pickle.loads((folder / "summary.pickle").read_bytes())
+
+
+def imaging() -> tuple[Stage, ...]:
+    """Returns the stages that use oriented photos first, and those before them."""
+    return tuple(s for s in chain.STAGES if s.name in _IMAGING)
 
 
 def project_of(scene: Path, **photos: Any) -> Project:

@@ -42,34 +42,44 @@ def street():
         "person": person,
         "tree": np.concatenate([crown, surface((4.9, -4.1, GROUND), (5.1, -3.9, 0.5))]),
         "balcony": surface((1.5, -1.2, 0.0), (3.5, -0.2, 1.1)),
+        "doorstep": surface((-1.0, -0.7, GROUND), (0.3, 0.0, GROUND + 0.34)),
     }
     xyz = np.concatenate([ground, front, *things.values()])
-    return facade, Scan("street", facade.frame.apply(xyz), facade.world)
+    return facade, Scan("street", facade.frame.apply(xyz), facade.world), things | {"front": front}
 
 
 def test_things_are_named_and_the_balcony_is_none(street):
-    found = find_standing(*street)
+    found = find_standing(*street[:2]).occluders
     assert [one.kind for one in found] == ["car", "person", "tree"]
     assert all(0.7 < one.confidence <= 1.0 for one in found)
     assert [one.id for one in found] == ["B01/F1/X1", "B01/F1/X2", "B01/F1/X3"]
 
 
 def test_the_box_of_a_car_is_that_of_the_car(street):
-    car = find_standing(*street)[0]
+    car = find_standing(*street[:2]).occluders[0]
     assert np.allclose(car.centre, [-3.9, -4.1, GROUND + 0.75], atol=0.1)
     assert np.allclose(car.size, [4.2, 1.8, 1.5], atol=0.15)
     assert abs(np.sin(car.heading)) < 0.02
     assert np.allclose(car.corners.min(0), [-6.0, -5.0, GROUND], atol=0.15)
 
 
+@pytest.mark.parametrize("thing", ["car", "person", "tree", "balcony", "doorstep", "front"])
+def test_points_belong_to_what_stands_free_or_to_the_facade(street, thing):
+    facade, scan, things = street
+    own = things[thing][things[thing][:, 2] > GROUND + 0.03]
+    held = find_standing(facade, scan).holds(own)
+    free = thing in ("car", "person", "tree")
+    assert held.mean() > 0.98 if free else not held.any(), "a few leaves stand alone"
+
+
 def test_a_street_without_anything_has_no_occluders(street):
-    facade, _ = street
-    assert find_standing(facade, wall.wall_cloud(facade)) == ()
+    facade, *_ = street
+    assert find_standing(facade, wall.wall_cloud(facade)).occluders == ()
 
 
 def test_occluders_are_written_and_read_back(street, tmp_path: Path):
-    facade, scan = street
-    found = find_standing(facade, scan)
+    facade, scan, _ = street
+    found = find_standing(facade, scan).occluders
     write_occluders(tmp_path / "occluders.json", found, facade)
     again = read_occluders(tmp_path / "occluders.json")
     assert [one.kind for one in again] == [one.kind for one in found]

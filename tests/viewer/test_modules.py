@@ -119,3 +119,23 @@ def test_bands_come_back_as_they_were(name: str) -> None:
     assert (known == np.isfinite(values)).all()
     wanted = np.clip(values[known], 0 if band.dtype == "<u2" else -np.inf, None)
     assert np.abs(found[known] * band.unit - wanted).max() <= 0.5001 * band.unit
+
+
+def test_fewer_pixels_are_drawn_while_a_slow_view_moves_and_all_when_it_rests() -> None:
+    body = """
+        const shares = [], pace = new m.Pace(() => shares.push(pace.scale));
+        const run = (ms, frames) => {
+            for (let k = 0; k < frames; k++) { pace.moved(); pace.frame(now); now += ms; }
+            return pace.scale;
+        };
+        let now = 1;
+        pace.frame(now); pace.frame(now += 500);
+        const still = pace.scale;
+        const fast = run(16, 20), slow = run(200, 6), medium = run(45, 6);
+        await new Promise((done) => setTimeout(done, 400));
+        return { still, fast, slow, medium, rest: pace.scale, told: shares.at(-1) };
+    """
+    found = call("scene/pace.ts", body, None)
+    assert found["still"] == found["fast"] == 1.0
+    assert found["slow"] == 0.3 and found["medium"] == 0.3, "it neither speeds up nor slows down"
+    assert found["rest"] == found["told"] == 1.0

@@ -43,6 +43,7 @@ def test_the_overview_and_the_page_of_a_facade_tell_what_the_run_found(
 ) -> None:
     run, site = open_run(simulated_run), site_of(Store(simulated_run))
     table = told(site, "run.json")
+    assert table["name"] == "tiny", "the name of the project, not of the folder"
     assert [f["id"] for f in table["facades"]] == list(run.facades)
     assert table["tiles"]["path"] in site.files and table["left_out"] == []
     for entry in table["facades"]:

@@ -14,6 +14,7 @@ from frontage.openings.borders.gaps import is_opening
 from frontage.openings.borders.measure import measure
 from frontage.openings.borders.outline import Outline
 from frontage.openings.closed.find import find_closed_openings
+from frontage.openings.hidden import is_foot_hidden, judge_foot, with_foot
 from frontage.openings.kinds import in_reading_order, kind_of
 from frontage.openings.layout.candidates import find_boxes
 from frontage.openings.layout.framing import Framing
@@ -23,7 +24,7 @@ from frontage.openings.layout.pooling import pool
 from frontage.openings.layout.posts import with_post_errors
 from frontage.openings.observe import ObservedWall
 from frontage.openings.options import OpeningOptions
-from frontage.openings.wall.crossings import crossing_beams
+from frontage.openings.wall.crossings import CrossingBeams, crossing_beams
 from frontage.openings.wall.foreground import foreground_points, is_foreground_at_foot
 
 
@@ -40,7 +41,8 @@ def find_on_wall(
     the wall; then those that are closed level with the wall and look different from it. Openings smaller than
     the options allow are left out. They have no id, floor or bay yet: `catalog` numbers whole buildings.
     """
-    outlines, found = _measured(facade, scan, wall, options)
+    beams = crossing_beams(facade, scan, wall.beams)
+    outlines, found = _measured(facade, beams, wall, options)
     found += [
         (i.outline, Provenance.INFERRED, i.evidence, i.confidence) for i in infer(outlines, wall.evidence)
     ]
@@ -48,7 +50,7 @@ def find_on_wall(
         (c.outline, Provenance.MEASURED, c.evidence, c.confidence)
         for c in find_closed_openings(facade, scan, wall.beams, wall.evidence, outlines, ortho=ortho)
     ]
-    openings = _openings(wall, found)
+    openings = _openings(wall, beams, found)
     least = (options.min_width, options.min_height)
     return in_reading_order([o for o in openings if np.all(np.ptp(o.ring, axis=0) >= least)])
 
@@ -58,13 +60,12 @@ Found = tuple[Outline, Provenance, float, float]
 
 
 def _measured(
-    facade: Facade, scan: Scan, wall: ObservedWall, options: OpeningOptions
+    facade: Facade, beams: CrossingBeams, wall: ObservedWall, options: OpeningOptions
 ) -> tuple[list[Outline], list[Found]]:
     """Finds the openings that the beams show: the best layout of rectangles, then their measured borders."""
     evidence = wall.evidence
     boxes = find_boxes(evidence, options, Framing(evidence, wall.ground))
     rough = [evidence.raster.box(box.r0, box.c0, box.r1, box.c1) for box in boxes]
-    beams = crossing_beams(facade, scan, wall.beams)
     measured = measure(beams, rough, max(evidence.raster.cell, facade.spacing), facade.spacing)
     checked = [with_supported_borders(o, r, evidence) for o, r in zip(measured, rough, strict=True)]
     real = [k for k, outline in enumerate(checked) if is_opening(outline)]
@@ -80,16 +81,22 @@ def _measured(
     return outlines, found
 
 
-def _openings(wall: ObservedWall, found: Sequence[Found]) -> Iterable[Opening]:
+def _openings(wall: ObservedWall, beams: CrossingBeams, found: Sequence[Found]) -> Iterable[Opening]:
     """Makes openings of outlines, with kinds by their size, their place and what stands before them."""
     before = foreground_points(wall.beams)
-    for outline, provenance, worth, confidence in found:
+    hidden = [is_foot_hidden(outline, wall.evidence, wall.ground) for outline, *_ in found]
+    known = [outline for (outline, *_), unknown in zip(found, hidden, strict=True) if not unknown]
+    for (outline, provenance, worth, confidence), unknown in zip(found, hidden, strict=True):
         x0, z0, x1, z1 = outline.place
-        ring, covariance = outline.ring
         on_steps = is_foreground_at_foot(before, wall.evidence, x0, x1, z0)
+        kind = kind_of(x1 - x0, z1 - z0, z0 - wall.ground, outline.passes, on_steps)
+        if unknown:
+            foot = judge_foot(outline, known, beams, wall.evidence, wall.ground)
+            kind, outline = foot.kind, with_foot(outline, foot)
+        ring, covariance = outline.ring
         yield Opening(
             id="",
-            kind=kind_of(x1 - x0, z1 - z0, z0 - wall.ground, outline.passes, on_steps),
+            kind=kind,
             ring=ring,
             ring_covariance=covariance,
             depth=outline.depth,

@@ -53,7 +53,7 @@ def make_ortho(
 
     # Section 3: a raster with a fixed ratio of pixels to metres, and the points that lie on it.
     raster = facade_raster(facade, options)
-    points = facade_points(scan, facade, raster, options)
+    points = facade_points(scan, facade, raster, standing := find_standing(facade, scan), options)
     if not points.used.any() and not photos:
         return Failed("F301", f"facade {facade.id}: no scan point lies on it", "check outline and scan")
 
@@ -64,7 +64,7 @@ def make_ortho(
     bands, intensity = Bands(raster, surface.relief), intensity_band(points, raster)
 
     # Section 3.2, several photos: how well each shows every part that it does not hide.
-    occluders = find_occluders(facade, points.xyz, surroundings, options) if photos_used else None
+    occluders = find_occluders(facade, points.xyz, standing, surroundings, options) if photos_used else None
     plan = plan_views(surface, occluders, photos_used, options)
     cells = CellPhotos.of(surface, plan, image_of)
     check = check_photos(plan, points, cells, turns or {})
@@ -85,8 +85,8 @@ def make_ortho(
         facade, raster, names, intensity=intensity, photo_offset=offset, photos=len(painted)
     )
     remarks = check.remarks + why_no_photo(surface, given, plan, check.left_out)
-    light = {} if mosaic is None else mosaic.light
-    return replace(ortho, remarks=remarks, occluders=find_standing(facade, scan), light=light)
+    told = replace(ortho, remarks=remarks, occluders=standing.occluders)
+    return told if mosaic is None else replace(told, light=mosaic.light)
 
 
 def _no_picture(photo: str) -> Array:

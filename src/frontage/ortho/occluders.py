@@ -7,6 +7,7 @@ import numpy as np
 from frontage.geometry.arrays import Array, Float
 from frontage.model import Facade, Scan
 from frontage.ortho.options import OrthoOptions
+from frontage.ortho.standing.find import Standing
 from frontage.raster.zbuffer import local_spacing
 
 _FEWEST_TOGETHER = 3  # points in one cube of the cloud below which they are noise and hide nothing
@@ -18,18 +19,19 @@ Spaced = tuple[Array, Array]
 
 @dataclass(frozen=True, eq=False)
 class OccluderCloud:
-    """What may hide the facade: its own parts, and what stands so far before it that it is no part of it."""
+    """What may hide the facade: its own parts, and what stands free before it."""
 
     part: Spaced
     free: Spaced
 
 
 def find_occluders(
-    facade: Facade, xyz_facade: Float, surroundings: Scan | None, options: OrthoOptions
+    facade: Facade, xyz_facade: Float, standing: Standing, surroundings: Scan | None, options: OrthoOptions
 ) -> OccluderCloud:
     """Returns the points in front of the back of the facade with their local spacing, without lone points.
 
-    `xyz_facade` (n, 3) m is the scan of the facade in its frame.
+    `xyz_facade` (n, 3) m is the scan of the facade in its frame. Free are the points of what is `standing`
+    before it, however near, and all points so far before it that they are no part of it.
     """
     clouds = [xyz_facade]
     if surroundings is not None:
@@ -42,5 +44,5 @@ def find_occluders(
         xyz.append(ahead[surface].astype(np.float32))
         spacing.append(s[surface].astype(np.float32))
     every, gap = np.concatenate(xyz), np.concatenate(spacing)
-    free = every[:, 1] < -options.front
+    free = (every[:, 1] < -options.front) | standing.holds(every)
     return OccluderCloud((every[~free], gap[~free]), (every[free], gap[free]))

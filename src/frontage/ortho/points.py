@@ -9,6 +9,7 @@ from frontage.ortho.options import OrthoOptions
 from frontage.ortho.orthoraster import OrthoRaster
 from frontage.ortho.recess import DEEPEST_REVEAL_M
 from frontage.ortho.relief import ReliefMap
+from frontage.ortho.standing.find import Standing
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,15 +32,18 @@ class FacadePoints:
         return self if relief is None else replace(self, used=self.used & relief.in_front(self.xyz))
 
 
-def facade_points(scan: Scan, facade: Facade, raster: OrthoRaster, options: OrthoOptions) -> FacadePoints:
+def facade_points(
+    scan: Scan, facade: Facade, raster: OrthoRaster, standing: Standing, options: OrthoOptions
+) -> FacadePoints:
     """Finds the points of a scan that lie within the raster and within the depth range of the facade.
 
-    The gaps are those of the wall: points in rooms and far in front of the plane do not count.
+    Those of what is `standing` free before the facade are no part of it, however near they are. The gaps are
+    those of the wall: points in rooms and far in front of the plane do not count.
     """
     xyz = facade.frame.inverse.apply(scan.xyz)
     at, y = raster.pixel(xyz), xyz[:, 1]
     inside = (at >= 0).all(1) & (at[:, 0] < raster.width) & (at[:, 1] < raster.height)
-    used = inside & (y >= -options.front) & (y <= options.back)
+    used = inside & (y >= -options.front) & (y <= options.back) & ~standing.holds(xyz)
     wall = xyz[used]
     wall = wall[abs(wall[:, 1]) <= DEEPEST_REVEAL_M]
     gaps = local_gaps(raster.pixel(wall), raster, facade.spacing / raster.gsd)

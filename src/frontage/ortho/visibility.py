@@ -23,7 +23,9 @@ from frontage.raster.zbuffer import splat_depth
 
 _FINER = 2  # pixels of a buffer per cell, along rows and columns
 _TOLERANCE_M = 0.15  # points less far in front of a surface belong to that surface
-_OCCLUDER_M = DEEPEST_REVEAL_M + _TOLERANCE_M  # in front of the surface: not its own wall, frame or sill
+_OCCLUDER_M = (
+    DEEPEST_REVEAL_M + _TOLERANCE_M
+)  # a part of the facade so far in front is no wall, frame or sill
 _SELF_HIDDEN = 1e-4  # factor on the quality of cells hidden by the facade itself: a last resort
 _BLUNT_M = 0.05  # larger discs cannot resolve a sill and hide only what lies far behind
 _SPLAT = 0.75  # radius of the discs in spacings: a square lattice seen from the front shows no gap
@@ -73,7 +75,7 @@ def visibility(
         for xyz, gap in (cloud.part, cloud.free)
     )
     # A cell between two hidden ones is hidden, and the outline of a tree or car is known to a cell at best.
-    behind = cv2.dilate((stands < -_OCCLUDER_M).astype(np.uint8), box) > 0
+    behind = cv2.dilate((stands < -_TOLERANCE_M).astype(np.uint8), box) > 0
     large, small = (
         cv2.morphologyEx((part < -limit).astype(np.uint8), cv2.MORPH_CLOSE, box) > 0
         for limit in (_OCCLUDER_M, _TOLERANCE_M)

@@ -35,6 +35,9 @@ class General(BaseModel):
 
     model_config = _FORBID
 
+    name: str | None = Field(
+        default=None, min_length=1, description="title of the run; default: that of its folder"
+    )
     crs: str | None = Field(
         default=None, description="projected metric CRS of the result; default: the scans' own"
     )

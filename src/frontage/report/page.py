@@ -63,6 +63,7 @@ def render_report(data: ReportData) -> str:
     text = environment.get_template("page.html").render(
         manifest=data.manifest,
         stages=data.manifest.get("stages", {}),
+        name=data.manifest.get("project", {}).get("project", {}).get("name"),
         totals=_totals(data.manifest.get("stages", {})),
         world=data.manifest.get("world") or {},
         warnings=data.manifest.get("warnings", []),

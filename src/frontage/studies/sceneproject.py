@@ -1,5 +1,6 @@
 """The project file of a simulated scene: what `frontage run` reads."""
 
+import json
 from typing import Any
 
 from frontage.model import WorldRef
@@ -10,6 +11,7 @@ from frontage.studies.measurements import MOBILE
 def project_text(spec: SceneSpec, world: WorldRef, table: dict[str, Any]) -> str:
     """TOML with the scans, photos and city model of a scene; `table` = the contents of truth.json."""
     lines = [f"# simulated scene {spec.name!r}, seed {spec.seed}; the truth is in truth/", "[project]"]
+    lines.append(f"name = {json.dumps(spec.name, ensure_ascii=False)}")
     if world.crs is not None:
         lines.append(f'crs = "{world.crs}"')
     lines += ["seed = 0"]

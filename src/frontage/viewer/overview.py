@@ -29,7 +29,7 @@ def overview_json(run: Run) -> bytes:
     table = {
         "schema": SCHEMA,
         "frontage": __version__,
-        "name": store.out.resolve().name,
+        "name": run.title,
         "crs": world.crs,
         "origin": [int(v) for v in world.origin],
         "heights": heights_of(world),

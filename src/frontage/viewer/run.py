@@ -26,6 +26,11 @@ class Run:
             )
 
     @cached_property
+    def title(self) -> str:
+        """What the run is called: the name in its project, else that of its folder."""
+        return self.store.project().project.name or self.store.out.resolve().name
+
+    @cached_property
     def witnesses(self) -> Witnesses:
         """The photos, and what may hide an opening from them."""
         return Witnesses(self.store)

@@ -9,6 +9,7 @@ import { titleOf } from "../search";
 import { Before } from "./before";
 import { makeCamera, overview } from "./camera";
 import { Light } from "./light";
+import { Pace } from "./pace";
 import { Model } from "./tiles";
 import { Walls, type Hit } from "./walls";
 
@@ -27,6 +28,7 @@ export class District {
   readonly model: Model | null;
   readonly before: Before | null;
   private readonly light = new Light();
+  private readonly pace = new Pace(() => this.resize());
   private comparing = false;
   private queued = false;
   private placed = false;
@@ -58,7 +60,7 @@ export class District {
 
   private makeRenderer(): WebGLRenderer | null {
     try {
-      const renderer = new WebGLRenderer({ canvas: this.canvas, antialias: true });
+      const renderer = new WebGLRenderer({ canvas: this.canvas, context: contextOf(this.canvas) });
       renderer.autoClear = false;
       return renderer;
     } catch {
@@ -104,7 +106,7 @@ export class District {
   private listen(): void {
     this.controls = new MapControls(this.camera, this.canvas);
     this.controls.maxPolarAngle = Math.PI * 0.55;
-    this.controls.addEventListener("change", () => this.redraw());
+    this.controls.addEventListener("change", () => { this.pace.moved(); this.redraw(); });
     this.controls.listenToKeyEvents(this.canvas);
     new ResizeObserver(() => this.resize()).observe(this.canvas);
     matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => this.redraw());
@@ -149,13 +151,13 @@ export class District {
   redraw(): void {
     if (this.queued || !this.renderer) return;
     this.queued = true;
-    requestAnimationFrame(() => { this.queued = false; this.draw(); });
+    requestAnimationFrame((now) => { this.queued = false; this.pace.frame(now); this.draw(); });
   }
 
   private resize(): void {
     const { clientWidth: w, clientHeight: height } = this.canvas;
     if (!this.renderer || !w || !height) return;
-    this.renderer.setPixelRatio(Math.min(window.devicePixelRatio || 1, 2));
+    this.renderer.setPixelRatio(Math.min(window.devicePixelRatio || 1, 2) * this.pace.scale);
     this.renderer.setSize(w, height, false);
     this.camera.aspect = w / height;
     this.camera.updateProjectionMatrix();
@@ -194,4 +196,12 @@ export class District {
     if (this.model?.tiles.visibleTiles.size) this.status.hidden = true;
     if (this.model?.loading) this.redraw();
   }
+}
+
+// Smooth edges cost four times the pixels, which is too much where no graphics hardware draws them.
+function contextOf(canvas: HTMLCanvasElement): WebGL2RenderingContext {
+  const context = canvas.getContext("webgl2", { antialias: true, failIfMajorPerformanceCaveat: true })
+    ?? canvas.getContext("webgl2", { antialias: false });
+  if (!context) throw new Error("no WebGL 2");
+  return context;
 }

@@ -1,7 +1,7 @@
 // The model of the run: its 3D Tiles, brought from geocentric into local coordinates.
 
 import { TilesRenderer } from "3d-tiles-renderer/three";
-import { Matrix4, Mesh, MeshStandardMaterial, type Object3D, type PerspectiveCamera, Quaternion, Vector3, type WebGLRenderer } from "three";
+import { type Material, Matrix4, Mesh, MeshBasicMaterial, MeshLambertMaterial, MeshStandardMaterial, type Object3D, type PerspectiveCamera, Quaternion, Vector3, type WebGLRenderer } from "three";
 
 const ERROR_PX = 12; // of the geometry on the screen, at which finer buildings are loaded
 const MEMORY_BYTES = 384 * 2 ** 20;
@@ -46,21 +46,23 @@ function similar(matrix: Matrix4): Matrix4 {
   return matrix.compose(place, turn, scale.setScalar((scale.x + scale.y) / 2));
 }
 
-// Pictures have their light in them already; bare faces are shaded.
+// Pictures have their light in them already and are drawn as they are; bare faces are shaded. Nothing shines, so
+// that plain materials do, whose programs are compiled and run in a fraction of the time without graphics hardware.
 export function soften(scene: Object3D): void {
+  const made = new Map<Material, Material>();
   scene.traverse((part) => {
-    if (!(part instanceof Mesh)) return;
-    for (const material of [part.material].flat()) {
-      if (material instanceof MeshStandardMaterial) {
-        material.roughness = 1;
-        material.metalness = 0;
-        if (material.map) {
-          material.emissiveMap = material.map;
-          material.emissive.set(0xffffff);
-          material.emissiveIntensity = 0.55;
-          material.map.anisotropy = 4;
-        }
-      }
+    if (part instanceof Mesh && part.material instanceof MeshStandardMaterial) {
+      const given = part.material;
+      if (!made.has(given)) made.set(given, plain(given));
+      part.material = made.get(given)!;
     }
   });
+}
+
+function plain(given: MeshStandardMaterial): Material {
+  const { map, color, side, transparent, opacity, alphaTest, vertexColors, name } = given;
+  const about = { map, color, side, transparent, opacity, alphaTest, vertexColors, name };
+  if (map) map.anisotropy = 4;
+  given.dispose();
+  return map ? new MeshBasicMaterial(about) : new MeshLambertMaterial(about);
 }

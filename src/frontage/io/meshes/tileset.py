@@ -62,7 +62,8 @@ def write_tileset(path: Path, tiles: Sequence[Tile], world: WorldRef) -> None:
     )
     size = float(np.linalg.norm(corners.max(0) - corners.min(0)))
     children = [_building(tile, place) for tile in tiles]
-    root = {"boundingVolume": place.volume(corners), "geometricError": size, "refine": "REPLACE",
+    # Buildings are added one by one, as they come; a finer level replaces its coarser one.
+    root = {"boundingVolume": place.volume(corners), "geometricError": size, "refine": "ADD",
             "children": children}  # fmt: skip
     about = {"crs": world.crs, "origin": [int(v) for v in world.origin], "heights": place.heights,
              "notes": place.notes}  # fmt: skip
@@ -91,7 +92,12 @@ def _building(tile: Tile, place: "_Place") -> dict[str, Any]:
         made = {"boundingVolume": box, "geometricError": level.error, "content": {"uri": level.uri},
                 **({"children": [made]} if made else {})}  # fmt: skip
     assert made is not None  # a tile has a level
-    return {**made, "transform": place.matrix(tile.centre).T.ravel().tolist(), "extras": {"name": tile.name}}
+    return {
+        **made,
+        "refine": "REPLACE",
+        "transform": place.matrix(tile.centre).T.ravel().tolist(),
+        "extras": {"name": tile.name},
+    }
 
 
 def _box(low: Float, high: Float) -> dict[str, Any]:

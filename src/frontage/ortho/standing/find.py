@@ -2,16 +2,18 @@
 
 Points in front of the wall and above the ground are joined in cubes of a quarter of a metre. A group that
 the wall holds belongs to the facade (a balcony, an awning), and a large upright plane is a neighbour's wall.
-The rest are occluders, each with the smallest box that stands upright.
+What stands on the ground is held only if its points go on up to the wall: a walker may pass close to it.
+The rest are occluders, each with the smallest box that stands upright. Their cubes tell which points of any
+cloud of the street are theirs: boxes would also take what stands under the crown of a tree.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import cv2
 import numpy as np
 from scipy import ndimage
 
-from frontage.geometry.arrays import Float, Int
+from frontage.geometry.arrays import Array, Bool, Float, Int
 from frontage.model import Facade, Scan
 from frontage.model.occluder import Occluder
 from frontage.ortho.standing.kinds import chances
@@ -22,7 +24,11 @@ _BEFORE_M = 0.3  # of the wall, deeper than cornices and sills
 _TOUCH_M = 0.6  # before the plane: what lies so near may be held by the wall
 _TOUCHING = 0.2  # share of the cubes of a group so near the wall, from which it belongs to the facade,
 _HELD = 0.02  # and from which it does when it does not stand on the ground
-_ABOVE_GROUND_M = 1.0
+_ON_WALL_M = 0.08  # before the plane: the wall itself and its ornaments
+_JOINED = (
+    0.15  # share of the cubes so near the wall that must go on up to it if the group stands on the ground
+)
+_ABOVE_GROUND_M = 1.5  # what begins no higher may stand on the ground, behind a car
 _STREET_M = 12.0  # before the facade, what is farther hides little of it
 _BESIDE_M = 1.0  # what stands so far beside the facade still counts
 _AROUND_M = 5.0  # points so far beside it are looked at, so that no tree is cut
@@ -37,33 +43,74 @@ _FLAT_M = 0.15  # of a plane, from its middle
 _NEIGHBOURHOOD_M = 0.5
 
 
+@dataclass(frozen=True, eq=False)
+class Standing:
+    """What stands free before a facade, from left to right, and the space that it takes.
+
+    occluders  the things
+    corner     (3,) m in the facade frame, of the first cube
+    cube       m, edge of a cube
+    filled     (i, j, k) bool, cubes that hold points of the things
+    """
+
+    occluders: tuple[Occluder, ...] = ()
+    corner: Float = field(default_factory=lambda: np.zeros(3))
+    cube: float = _CUBE_M
+    filled: Bool = field(default_factory=lambda: np.zeros((0, 0, 0), np.bool_))
+
+    def holds(self, xyz_facade: Array) -> Bool:
+        """Returns which points (n, 3) m of the facade frame belong to the things and not to the facade."""
+        at = np.floor((xyz_facade - self.corner) / self.cube).astype(np.int64)
+        inside = ((at >= 0) & (at < self.filled.shape)).all(1) & (xyz_facade[:, 1] < -_BEFORE_M)
+        inside[inside] = self.filled[tuple(at[inside].T)]
+        return np.asarray(inside)
+
+
 @dataclass(frozen=True)
 class _Group:
-    """Points (n, 3) m in the facade frame with their heights (n,) m above the ground."""
+    """Points (n, 3) m in the facade frame, their heights (n,) m above the ground and cubes (n, 3)."""
 
     xyz: Float
     height: Float
+    cube: Int
 
 
-def find_standing(facade: Facade, scan: Scan) -> tuple[Occluder, ...]:
-    """Returns what stands free within 12 m before a facade, from left to right."""
+def find_standing(facade: Facade, scan: Scan) -> Standing:
+    """Finds what stands free within 12 m before a facade."""
     xyz = facade.frame.inverse.apply(scan.xyz)
     (x0, _), (x1, z1) = facade.outline.min(0), facade.outline.max(0)
     near = (xyz[:, 1] > -_STREET_M) & (xyz[:, 1] < _TOUCH_M)
     near &= (xyz[:, 0] > x0 - _AROUND_M) & (xyz[:, 0] < x1 + _AROUND_M) & (xyz[:, 2] < z1 + _AROUND_M)
     xyz = xyz[near]
     if len(xyz) < _FEWEST_POINTS:
-        return ()
+        return Standing()
     height = xyz[:, 2] - _ground(xyz)
     before = (xyz[:, 1] < -_BEFORE_M) & (height > _GROUND_M)
-    groups = _groups(_Group(xyz[before], height[before]), max(_CUBE_M, _CUBE_SPACINGS * facade.spacing))
-    beside = [g.xyz[:, 0].max() < x0 - _BESIDE_M or g.xyz[:, 0].min() > x1 + _BESIDE_M for g in groups]
-    found = [
-        _described(g, facade) for g, off in zip(groups, beside, strict=True) if not off and not _is_wall(g)
+    if not before.any():
+        return Standing()
+    edge = max(_CUBE_M, _CUBE_SPACINGS * facade.spacing)
+    corner = xyz[before].min(0) - [0.0, 0.0, edge]  # a layer below the lowest point, for the feet
+    cube = np.floor((xyz[before] - corner) / edge).astype(np.int64)
+    between = (xyz[:, 1] >= -_BEFORE_M) & (xyz[:, 1] < -_ON_WALL_M) & (height > _GROUND_M)
+    joining = np.floor((xyz[between] - corner) / edge).astype(np.int64)
+    groups = [
+        g
+        for g in _groups(_Group(xyz[before], height[before], cube), joining)
+        if g.xyz[:, 0].max() >= x0 - _BESIDE_M and g.xyz[:, 0].min() <= x1 + _BESIDE_M and not _is_wall(g)
     ]
-    found.sort(key=lambda one: float(one.centre[0]))
-    named = [_renamed(one, f"{facade.id}/X{n}") for n, one in enumerate(found, 1)]
-    return tuple(named)
+    found = sorted((_described(g, facade) for g in groups), key=lambda one: float(one.centre[0]))
+    named = tuple(_renamed(one, f"{facade.id}/X{n}") for n, one in enumerate(found, 1))
+    return Standing(named, corner, edge, _filled(groups, cube.max(0) + 1))
+
+
+def _filled(groups: list[_Group], shape: Int) -> Bool:
+    """The cubes (`shape`) of the groups, and those below them that hold their feet."""
+    filled = np.zeros(tuple(shape), np.bool_)
+    for group in groups:
+        filled[tuple(group.cube.T)] = True
+        low = group.cube[group.height < 2.0 * _GROUND_M]
+        filled[low[:, 0], low[:, 1], low[:, 2] - 1] = True
+    return filled
 
 
 def _ground(xyz: Float) -> Float:
@@ -78,11 +125,13 @@ def _ground(xyz: Float) -> Float:
     return np.asarray(ndimage.uniform_filter(low, _GROUND_CELLS, mode="nearest")[tuple(at.T)])
 
 
-def _groups(points: _Group, cube: float) -> list[_Group]:
-    """Joins points whose cubes touch, without small groups and without those that the wall holds."""
-    if not len(points.xyz):
-        return []
-    at: Int = np.floor((points.xyz - points.xyz.min(0)) / cube).astype(np.int64)
+def _groups(points: _Group, joining: Int) -> list[_Group]:
+    """Joins points whose cubes touch, without small groups and without those that the wall holds.
+
+    `joining` (m, 3) are the cubes of what lies between them and the wall.
+    """
+    at = points.cube
+    beside = _around(joining, at.max(0) + 1)
     filled = np.zeros(tuple(at.max(0) + 1), bool)
     filled[tuple(at.T)] = True
     number, _ = ndimage.label(filled, np.ones((3, 3, 3)))
@@ -94,10 +143,22 @@ def _groups(points: _Group, cube: float) -> list[_Group]:
         if len(index) < _FEWEST_POINTS or np.ptp(xyz[:, 2]) < _SMALLEST_M:
             continue
         _, first = np.unique(at[index], axis=0, return_index=True)
+        near = xyz[first, 1] > -_TOUCH_M
         stands = points.height[index].min() < _ABOVE_GROUND_M
-        if (xyz[first, 1] > -_TOUCH_M).mean() < (_TOUCHING if stands else _HELD):
-            out.append(_Group(xyz, points.height[index]))
+        joined = (
+            not stands or beside[tuple(at[index[first[near]]].T)].mean() > _JOINED if near.any() else False
+        )
+        if near.mean() < (_TOUCHING if stands else _HELD) or not joined:
+            out.append(_Group(xyz, points.height[index], at[index]))
     return out
+
+
+def _around(cubes: Int, shape: Int) -> Bool:
+    """Which cubes of a grid of this shape are, or touch, the given ones (m, 3), which may lie outside."""
+    found = np.zeros(tuple(shape + 2), np.bool_)
+    inside = ((cubes >= -1) & (cubes <= shape)).all(1)
+    found[tuple(cubes[inside].T + 1)] = True
+    return np.asarray(ndimage.binary_dilation(found, np.ones((3, 3, 3), np.bool_))[1:-1, 1:-1, 1:-1])
 
 
 def _is_wall(group: _Group) -> bool:
