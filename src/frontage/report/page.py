@@ -63,7 +63,7 @@ def render_report(data: ReportData) -> str:
     text = environment.get_template("page.html").render(
         manifest=data.manifest,
         stages=data.manifest.get("stages", {}),
-        name=data.manifest.get("project", {}).get("project", {}).get("name"),
+        name=_title(data.manifest),
         totals=_totals(data.manifest.get("stages", {})),
         world=data.manifest.get("world") or {},
         warnings=data.manifest.get("warnings", []),
@@ -79,6 +79,13 @@ def render_report(data: ReportData) -> str:
         buildings=[_building(view) for view in data.buildings],
     )
     return text.lstrip()
+
+
+def _title(manifest: dict[str, Any]) -> str | None:
+    """The name that the project file gives the run; a manifest may have no project file at all."""
+    project = manifest.get("project") or {}
+    name = project.get("project", {}).get("name")
+    return None if name is None else str(name)
 
 
 def _totals(stages: dict[str, Any]) -> list[tuple[str, str]]:
