@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import replace
 
+from frontage.crossbars.alike import with_one_depth
 from frontage.crossbars.found import WindowEvidence
 from frontage.crossbars.judge import glazing
 from frontage.crossbars.leaded import are_cames
@@ -30,7 +31,7 @@ def bars_by_evidence(windows: Sequence[Window], options: CrossbarOptions) -> lis
 
 
 def _judged(windows: Sequence[Window], options: CrossbarOptions) -> list[WindowEvidence]:
-    sights = list(each(look, windows))
+    sights = with_one_depth(list(each(look, windows)))
     told = [s for s in sights if s.depth is not None and (s.views or len(s.window.points))]
     chosen = choose_layouts(list(each(observe, told)), options.min_pane)
     sure = margins(chosen, options.min_pane)

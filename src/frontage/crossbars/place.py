@@ -15,11 +15,10 @@ from frontage.geometry.arrays import Float
 from frontage.model import AXES, Bar, Estimate, Provenance
 
 _FLOOR_M = 0.0015  # of a bar's position: bars are not ideal prisms
-_FRONT_M = (0.012, 0.012)  # by which sashes and bars stand behind the front of a frame, and its spread
+_FRONT_M = (0.012, 0.01)  # by which sashes and bars stand behind the front of a frame, and its spread
 # Least standard error of the scan's depth: it sees frames, glass and blinds as one surface.
 _SCANNED_M = 0.015
 _FLAT_M = 0.004  # by which the front faces of the bars of one window lie off one plane, in the mean
-_LEAST_FRAME_M = 0.015  # of a side of the frame whose edge is read
 _USUAL_M = (0.15, 0.25)  # depth of frames behind walls, and its spread
 
 
@@ -29,44 +28,28 @@ def placed_bars(chosen: Chosen) -> tuple[tuple[Bar, ...], Estimate[float] | None
     lines = sorted(joined(chosen.layout.lines), key=lambda one: (one.axis, one.position))
     if not seen.sight.views:
         return _scanned(chosen, within_frame(seen, lines)), seen.sight.depth
-    found = _adjusted(chosen, whole_bars(seen, lines))
+    known = _known_depth(seen)
+    if not lines:
+        return (), Estimate(known.depth, np.array([[known.sigma**2]]), float(len(seen.sight.views)))
+    found = _adjusted(chosen, whole_bars(seen, lines), known)
     bars = tuple(
         _bar(line, _provenance(one, chosen.pooled), np.hypot(sigma, _FLOOR_M), np.hypot(width, 2 * _FLOOR_M))
         for one, line, sigma, width in zip(
-            lines, within_frame(seen, found.lines), found.sigma, found.sigma_width, strict=False
+            lines, within_frame(seen, found.lines), found.sigma, found.sigma_width, strict=True
         )
-    )  # without bars, the lines found are the sides of the frame
+    )
     return bars, replace(found.depth, covariance=found.depth.covariance + _FLAT_M**2)
 
 
-def _adjusted(chosen: Chosen, lines: Sequence[Line]) -> Adjusted:
-    """Returns bars in their places; without bars, the sides of the frame, which tell the depth."""
+def _adjusted(chosen: Chosen, lines: Sequence[Line], known: Known) -> Adjusted:
+    """Returns bars in their places."""
     seen, sight = chosen.seen, chosen.seen.sight
     upper, lower = seen.planes
     meeting = -np.inf if chosen.meeting is None else chosen.meeting
     depths = [lower if _middle(line) < meeting else upper for line in lines]
-    sides = [] if lines else _frame_sides(seen)
-    every = [*lines, *(line for line, _ in sides)]
-    readings = read_edges(sight.grid, sight.mask, sight.views, every, [*depths, *[upper] * len(sides)])
-    inner = np.array([*[0] * len(lines), *(side for _, side in sides)])[readings.bar]
-    readings = readings.some((inner == 0) | (inner == readings.side))
+    readings = read_edges(sight.grid, sight.mask, sight.views, lines, depths)
     tilt, gsd = (np.array([getattr(v, name) for v in sight.views]) for name in ("tilt", "gsd"))
-    return adjust(every, readings, Shown(tilt, gsd, pose_sigmas(sight)), upper, _known_depth(seen))
-
-
-def _frame_sides(seen: Observation) -> list[tuple[Line, int]]:
-    """Returns the sides of the frame as bars, each with the number of its inner edge."""
-    ring = seen.sight.window.ring
-    (low_x, low_z), (high_x, high_z) = ring.min(0), ring.max(0)
-    x0, z0, x1, z1 = seen.box
-    found = [
-        (Line(0, (low_x + x0) / 2, (z0, z1), x0 - low_x, 0.0), 1),
-        (Line(0, (x1 + high_x) / 2, (z0, z1), high_x - x1, 0.0), -1),
-        (Line(1, (low_z + z0) / 2, (x0, x1), z0 - low_z, 0.0), 1),
-    ]
-    if seen.sight.window.opening.shape == "rectangle":
-        found.append((Line(1, (z1 + high_z) / 2, (x0, x1), high_z - z1, 0.0), -1))
-    return [(line, side) for line, side in found if line.width > _LEAST_FRAME_M]
+    return adjust(lines, readings, Shown(tilt, gsd, pose_sigmas(sight)), upper, known)
 
 
 def _middle(line: Line) -> float:
@@ -75,12 +58,16 @@ def _middle(line: Line) -> float:
 
 
 def _known_depth(seen: Observation) -> Known:
-    """Returns the depth of the bars as far as it is known before their edges are read."""
-    given = seen.sight.window.opening.depth
-    if given is None:
+    """Returns the depth of the bars as far as it is known before their edges are read.
+
+    What views tell is the depth of all edges, of the frame and of what it holds. A scan measures its front.
+    """
+    found = seen.sight.depth
+    if found is None:
         return Known(*_USUAL_M)
-    sigma = float(np.hypot(max(given.sigma[0], _SCANNED_M), _FRONT_M[1]))
-    return Known(float(given.value) + _FRONT_M[0], sigma)
+    swept = len(seen.sight.views) > 1
+    sigma = float(found.sigma[0]) if swept else max(float(found.sigma[0]), _SCANNED_M)
+    return Known(float(found.value) + (0.0 if swept else _FRONT_M[0]), float(np.hypot(sigma, _FRONT_M[1])))
 
 
 def _scanned(chosen: Chosen, lines: Sequence[Line]) -> tuple[Bar, ...]:

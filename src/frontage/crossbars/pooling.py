@@ -10,6 +10,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from frontage.crossbars.alike import types
 from frontage.crossbars.candidates import COST, meeting_places
 from frontage.crossbars.division import Layout, Line
 from frontage.crossbars.layout import best_layout
@@ -17,7 +18,6 @@ from frontage.crossbars.lines import Bars
 from frontage.crossbars.observe import Observation
 from frontage.geometry.arrays import Array, Float
 
-_SIZE_M = 0.04  # by which windows of one type may differ in width and height
 _FRAMES = 3  # windows that tell the frame of their type together
 _MOVE_M = 0.01  # by which a bar may miss its place in the layout of its type
 _ELSEWHERE_M = 0.12  # by which it may for the nats of a bar of its own, where the scan alone shows it
@@ -60,26 +60,11 @@ def choose_layouts(observed: Sequence[Observation], least: float) -> list[Chosen
     least  m, least width and height of a pane
     """
     found: dict[int, Chosen] = {}
-    for group in _types(observed):
+    for group in types([seen.sight for seen in observed]):
         alike = _with_one_frame([observed[k] for k in group])
         own = [_alone(seen, least) for seen in alike]
         found |= zip(group, _of_type(own, group[0]) if len(own) > 1 else own, strict=True)
     return [found[k] for k in range(len(observed))]
-
-
-def _types(observed: Sequence[Observation]) -> list[list[int]]:
-    """Returns the numbers of windows of one shape and of one size, that of the first of each group."""
-    groups: list[list[int]] = []
-    shape = [seen.sight.window.opening.shape for seen in observed]
-    size = [np.ptp(seen.sight.window.ring, axis=0) for seen in observed]
-    for k in range(len(observed)):
-        like = (g for g in groups if shape[g[0]] == shape[k] and abs(size[g[0]] - size[k]).max() <= _SIZE_M)
-        group = next(like, None)
-        if group is None:
-            groups.append([k])
-        else:
-            group.append(k)
-    return groups
 
 
 def _with_one_frame(observed: Sequence[Observation]) -> list[Observation]:

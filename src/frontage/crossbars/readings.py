@@ -37,10 +37,6 @@ class Readings:
     side: Array
     at: Float
 
-    def some(self, kept: Array) -> "Readings":
-        """Returns the readings that a mask (m,) keeps."""
-        return Readings(self.bar[kept], self.view[kept], self.side[kept], self.at[kept])
-
 
 def read_edges(
     grid: Grid, mask: Array, views: Sequence[WallView], lines: Sequence[Line], depths: Sequence[float]
