@@ -47,8 +47,8 @@ def with_one_depth(sights: Sequence[Sight]) -> list[Sight]:
         sigma = np.array([float(d.sigma[0]) for d in depths])
         for n, (k, own) in enumerate(zip(told, depths, strict=True)):
             value, variance = _contributed(n, at, sigma**2)
-            depth: Estimate[float] = replace(own, value=value, covariance=np.array([[variance]]))
-            found[k] = replace(sights[k], depth=depth)
+            shared = Estimate(value, np.array([[variance]]), own.dof, own.provenance)
+            found[k] = replace(sights[k], depth=shared)
     return found
 
 

@@ -23,6 +23,7 @@ _MOST_EQUAL = 6  # bars that divide a pane in equal parts
 _EQUAL_M = 0.015  # by which a bar may miss the place that equal panes give it
 _WIDE_M = 0.015  # by which panes may be measured too small, because bars show their sides
 _SHOWN = 0.4  # share of a bar's length that must be seen
+_PANE_SHOWN_M = 0.06  # of the width or height of a pane
 
 
 def best_layout(
@@ -122,12 +123,19 @@ class _Search:
         low, high = _parts(box, axis, line)
         if min(low[2 + axis] - low[axis], high[2 + axis] - high[axis]) < self.least:
             return None
+        if not (self._seen(low, axis) and self._seen(high, axis)):
+            return None
         gain = line.evidence - self._cost(box)
         if line.evidence <= 0.0:
             return None
         below, above = _divided(sides, axis, k)
         first, second = self.best(low, below, uncut=axis), self.best(high, above)
         return first.beside(second, stepped(first, second)).with_bar(line, gain)
+
+    def _seen(self, pane: Box, axis: int) -> bool:
+        """Tells whether anything of a pane shows; if not, the bar may be a sill or a reveal that hides it."""
+        low, high = pane[axis], pane[2 + axis]
+        return self.bars[1 - axis].shown(low, high) * (high - low) > _PANE_SHOWN_M
 
     def _equal(self, box: Box, sides: _Sides, axis: int, count: int) -> Layout | None:
         """Returns the division of a pane by `count` bars into panes of one size; None if it has none."""

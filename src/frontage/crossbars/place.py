@@ -10,7 +10,7 @@ from frontage.crossbars.division import Line, joined
 from frontage.crossbars.extent import whole_bars, within_frame
 from frontage.crossbars.observe import Observation, Sight
 from frontage.crossbars.pooling import Chosen
-from frontage.crossbars.readings import read_edges
+from frontage.crossbars.readings import Readings, read_edges
 from frontage.geometry.arrays import Float
 from frontage.model import AXES, Bar, Estimate, Provenance
 
@@ -19,6 +19,7 @@ _FRONT_M = (0.012, 0.01)  # by which sashes and bars stand behind the front of a
 # Least standard error of the scan's depth: it sees frames, glass and blinds as one surface.
 _SCANNED_M = 0.015
 _FLAT_M = 0.004  # by which the front faces of the bars of one window lie off one plane, in the mean
+_RAIL_M = 0.05  # about the height at which sashes meet
 _USUAL_M = (0.15, 0.25)  # depth of frames behind walls, and its spread
 
 
@@ -31,7 +32,7 @@ def placed_bars(chosen: Chosen) -> tuple[tuple[Bar, ...], Estimate[float] | None
     known = _known_depth(seen)
     if not lines:
         return (), Estimate(known.depth, np.array([[known.sigma**2]]), float(len(seen.sight.views)))
-    found = _adjusted(chosen, whole_bars(seen, lines), known)
+    found = _adjusted(chosen, lines, known)
     bars = tuple(
         _bar(line, _provenance(one, chosen.pooled), np.hypot(sigma, _FLOOR_M), np.hypot(width, 2 * _FLOOR_M))
         for one, line, sigma, width in zip(
@@ -45,11 +46,35 @@ def _adjusted(chosen: Chosen, lines: Sequence[Line], known: Known) -> Adjusted:
     """Returns bars in their places."""
     seen, sight = chosen.seen, chosen.seen.sight
     upper, lower = seen.planes
+    rail = _rail(chosen, lines)
+    whole = whole_bars(seen, lines)
+    every = [line if k == rail else wide for k, (line, wide) in enumerate(zip(lines, whole, strict=True))]
     meeting = -np.inf if chosen.meeting is None else chosen.meeting
-    depths = [lower if _middle(line) < meeting else upper for line in lines]
-    readings = read_edges(sight.grid, sight.mask, sight.views, lines, depths)
+    depths = [lower if _middle(line) < meeting else upper for line in every]
+    readings = read_edges(sight.grid, sight.mask, sight.views, every, depths)
+    if rail is not None:
+        depths[rail] = lower
+        below = read_edges(sight.grid, sight.mask, sight.views, every, depths)
+        readings = _with_lower_edge(readings, below, rail)
     tilt, gsd = (np.array([getattr(v, name) for v in sight.views]) for name in ("tilt", "gsd"))
-    return adjust(lines, readings, Shown(tilt, gsd, pose_sigmas(sight)), upper, known)
+    return adjust(every, readings, Shown(tilt, gsd, pose_sigmas(sight)), upper, known)
+
+
+def _rail(chosen: Chosen, lines: Sequence[Line]) -> int | None:
+    """Returns the number of the meeting rail, whose lower edge is that of the lower sash, if there is one."""
+    if chosen.meeting is None:
+        return None
+    away = [
+        abs(line.position - line.width / 2 - chosen.meeting) if line.axis == 1 else np.inf for line in lines
+    ]
+    k = int(np.argmin(away)) if away else 0
+    return k if away and away[k] < _RAIL_M else None
+
+
+def _with_lower_edge(front: Readings, behind: Readings, rail: int) -> Readings:
+    """Returns readings with the lower edge of the meeting rail taken from those on the plane behind."""
+    lower = (behind.bar == rail) & (behind.side < 0)
+    return front.some((front.bar != rail) | (front.side > 0)).and_more(behind.some(lower))
 
 
 def _middle(line: Line) -> float:

@@ -11,13 +11,16 @@ from dataclasses import dataclass
 
 import cv2
 import numpy as np
+from scipy.ndimage import uniform_filter
 
 from frontage.crossbars.rectify import Grid, PlaneView
 from frontage.geometry.arrays import Array
 
 STRIP_M = 0.03
 _MISSING = 0.12  # probability that the edge of a bar does not show: hidden, or of its background's colour
-_CLUTTER = 0.3  # probability that a step is that of something else
+_CLUTTER = 0.3  # least probability that a step is that of something else
+_AROUND_M, _STRIPS = 0.24, 5  # across and along the bars, over which such steps are equally frequent
+_MOST_CLUTTER = 0.95
 _NOISE_LEVELS = 0.6  # of 255: least Laplace scale of a step, noise and compression of the photo
 _STRONG = 0.985  # quantile of the steps in a window that are those of its frame and bars
 _BRIGHTER = 1.3  # a step may be so many times as strong as those
@@ -53,7 +56,8 @@ def view_profiles(grid: Grid, view: PlaneView, axis: int) -> Profiles:
     mean = cv2.resize(grey * inside, size, interpolation=cv2.INTER_AREA)
     known = share > _LEAST_INSIDE
     mean = np.where(known, mean / np.maximum(share, 1e-3), 0.0)
-    rise, fall = _edge_evidence(mean, known, max(1, round(_EDGE_PX * view.gsd[axis] / grid.px)))
+    reach = max(1, round(_EDGE_PX * view.gsd[axis] / grid.px))
+    rise, fall = _edge_evidence(mean, known, reach, grid.px)
     return Profiles(axis, known, rise, fall)
 
 
@@ -69,7 +73,7 @@ def _turned(layer: Array, axis: int) -> Array:
     return np.ascontiguousarray(layer if axis == 0 else layer.swapaxes(0, 1))
 
 
-def _edge_evidence(grey: Array, known: Array, reach: int) -> tuple[Array, Array]:
+def _edge_evidence(grey: Array, known: Array, reach: int, px: float) -> tuple[Array, Array]:
     """Returns the log-likelihood ratios (s, n) of edges between pixels n - 1 and n, rising and falling."""
     step, seen = np.zeros_like(grey), np.zeros_like(known)
     n = grey.shape[1]
@@ -84,17 +88,36 @@ def _edge_evidence(grey: Array, known: Array, reach: int) -> tuple[Array, Array]
         return np.zeros_like(step), np.zeros_like(step)
     noise = max(float(np.median(used)) / np.log(2), _NOISE_LEVELS)
     strong = max(_BRIGHTER * float(np.quantile(used, _STRONG)), 4 * noise)
-    return _ratio(step, noise, strong) * seen, _ratio(-step, noise, strong) * seen
-
-
-def _ratio(step: Array, noise: float, strong: float) -> Array:
-    """Returns log p(step | edge of a bar) - log p(step | none), nats."""
     laplace = np.exp(-np.abs(step) / noise) / (2 * noise)
-    beyond = np.maximum(np.abs(step) - strong, 0.0)
-    broad = (
-        np.exp(-beyond / (0.3 * strong)) / strong
-    )  # steps of bars and of clutter are uniform up to `strong`
+    broad = _broad(step, strong)
+    clutter = _clutter(laplace, broad, seen, px)
+    other = 1e-12 + (1 - clutter) * laplace + clutter * 0.5 * broad
+    rise, fall = (
+        np.log((_edge(sign * step, noise, laplace, broad) + 1e-12) / other).astype(np.float32) * seen
+        for sign in (1, -1)
+    )
+    return rise, fall
+
+
+def _broad(step: Array, strong: float) -> Array:
+    """Returns the density of steps of bars and of clutter, which are uniform up to `strong`."""
+    return np.asarray(np.exp(-np.maximum(np.abs(step) - strong, 0.0) / (0.3 * strong)) / strong)
+
+
+def _edge(step: Array, noise: float, laplace: Array, broad: Array) -> Array:
+    """Returns the density of steps at the edge of a bar that is brighter towards higher positions."""
     own = broad * np.where(step > 0, 1.0, np.exp(np.minimum(step, 0.0) / noise))
-    edge = (1 - _MISSING) * own + _MISSING * laplace
-    other = 1e-12 + (1 - _CLUTTER) * laplace + _CLUTTER * 0.5 * broad
-    return np.asarray(np.log((edge + 1e-12) / other), np.float32)
+    return np.asarray((1 - _MISSING) * own + _MISSING * laplace)
+
+
+def _clutter(laplace: Array, broad: Array, seen: Array, px: float) -> Array:
+    """Returns how probable it is around each place that a step is that of something else.
+
+    Bars are far apart. Where strong steps follow each other closely, they are those of slats or folds.
+    """
+    strong = _CLUTTER * 0.5 * broad
+    share = np.where(seen, strong / (strong + (1 - _CLUTTER) * laplace), 0.0).astype(np.float32)
+    size = (min(_STRIPS, len(share)), round(_AROUND_M / px))
+    shown = uniform_filter(seen.astype(np.float32), size, mode="constant")
+    mean = uniform_filter(share, size, mode="constant") / np.maximum(shown, 1e-3)
+    return np.asarray(np.clip(mean, _CLUTTER, _MOST_CLUTTER))

@@ -37,6 +37,16 @@ class Readings:
     side: Array
     at: Float
 
+    def some(self, kept: Array) -> "Readings":
+        """Returns the readings that a mask (m,) keeps."""
+        return Readings(self.bar[kept], self.view[kept], self.side[kept], self.at[kept])
+
+    def and_more(self, other: "Readings") -> "Readings":
+        """Returns these readings and others of the same bars and views."""
+        pairs = ((self.bar, other.bar), (self.view, other.view), (self.side, other.side), (self.at, other.at))
+        bar, view, side, at = (np.concatenate(pair) for pair in pairs)
+        return Readings(bar, view, side, at)
+
 
 def read_edges(
     grid: Grid, mask: Array, views: Sequence[WallView], lines: Sequence[Line], depths: Sequence[float]
