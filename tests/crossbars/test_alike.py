@@ -43,3 +43,9 @@ def test_a_frame_that_stands_elsewhere_keeps_its_depth() -> None:
 def test_windows_that_only_the_scan_shows_keep_their_depths() -> None:
     sights = [look(window([], depth=depth)) for depth in (0.10, 0.12)]
     assert np.allclose([depth_of(s)[0] for s in with_one_depth(sights)], (0.10, 0.12))
+
+
+def test_frames_that_are_set_differently_share_little() -> None:
+    depths = (DEPTH - 0.04, DEPTH, DEPTH + 0.04)
+    found = with_one_depth([seen(depth, k, eyes=1) for k, depth in enumerate(depths)])
+    assert np.allclose([depth_of(s)[0] for s in found], depths, atol=0.006)

@@ -14,13 +14,11 @@ from frontage.crossbars.depth import StraightEdges, likelihoods
 from frontage.crossbars.rectify import Grid
 from frontage.model import Estimate
 
-# Usual distance of bars behind the depth of the frame, which is that of all its edges, and its spread.
-_BEHIND_M = 0.006
+_BEHIND_M = 0.012  # usual distance of bars behind the front of the frame; of its standard error, twice
 _SPREAD_M = 0.008
 _REACH_M = (-0.03, 0.09)  # about the depth of the frame
 _STEP_M = 0.004
 _SASH_M = (0.015, 0.08)  # how far a lower sash can lie behind the upper one
-_THICK_M, _THICK_SPREAD_M = 0.042, 0.015  # a sash is so thick, and the lower one lies that far behind it
 _GAIN = -2.0  # nats by which two planes explain the views better than one; below, they are not tried
 _STILE_M = 0.025  # of the stiles of sashes about the panes, whose inner edges lie in the planes of the sashes
 
@@ -47,7 +45,7 @@ def bar_depths(
     upper, lower = np.array([likelihoods(grid, edges, float(d), halves) for d in depths]).T
     together = upper + lower + prior
     apart = depths[None, :] - depths[:, None]
-    both = (upper + prior)[:, None] + lower[None, :] - 0.5 * ((apart - _THICK_M) / _THICK_SPREAD_M) ** 2
+    both = (upper + prior)[:, None] + lower[None, :]
     both = np.where((apart >= _SASH_M[0]) & (apart <= _SASH_M[1]), both, -np.inf)
     if both.max() - together.max() > _GAIN:
         u, v = np.unravel_index(int(both.argmax()), both.shape)
