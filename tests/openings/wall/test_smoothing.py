@@ -1,0 +1,55 @@
+"""Walls so noisy that single points do not tell a closed leaf from the wall."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from frontage.openings import FoundOpenings, find_openings
+from frontage.openings.wall.smoothing import smoothed
+from fronts import box_of, scan_wall
+
+LEAVES = np.array([(x, z, x + 1.2, z + 1.5) for x in (1.0, 3.4) for z in (1.2, 4.2)])
+PANEL = (5.6, 1.2, 6.8, 2.7)
+
+
+def noisy_wall(noise, rays, depth=0.12, spacing=0.05):
+    """A wall with closed leaves `depth` m deep and a panel of 4 cm, and `noise` m on all depths."""
+    facade, scan = scan_wall([], size=(8.0, 7.0), spacing=spacing, rays=rays)
+    x, _, z = scan.xyz.T
+    back = np.random.default_rng(3).normal(0.0, noise, len(x))
+    for (x0, z0, x1, z1), y in [*((leaf, depth) for leaf in LEAVES), (PANEL, 0.04)]:
+        back += y * ((x > x0) & (x < x1) & (z > z0) & (z < z1))
+    return replace(facade, roughness=max(noise, 0.005)), replace(
+        scan, xyz=scan.xyz + np.outer(back, [0.0, 1.0, 0.0])
+    )
+
+
+@pytest.mark.parametrize("rays", [True, False])
+def test_closed_leaves_in_a_noisy_wall_are_found_and_a_panel_is_not(rays):
+    found = find_openings(*noisy_wall(0.028, rays))
+    assert isinstance(found, FoundOpenings)
+    boxes = np.array(
+        sorted((box_of(o).tolist() for o in found.openings), key=lambda b: np.round(b, 1).tolist())
+    )
+    assert boxes.shape == LEAVES.shape
+    assert np.abs(boxes - LEAVES).max() < 0.06
+    depths = [o.depth.value for o in found.openings if o.depth is not None]
+    assert depths and np.abs(np.array(depths) - 0.12).max() < 0.03
+
+
+def test_neighbours_bring_the_noise_down_to_what_tells_a_recess():
+    facade, scan = noisy_wall(0.028, rays=True)
+    calm, less = smoothed(facade, scan)
+    x, y, z = less.xyz.T
+    wall = (x < 0.8) & (z > 0.3) & (z < 6.7)
+    assert 0.005 < y[wall].std() < 0.016
+    assert calm.roughness < 0.6 * facade.roughness
+    assert np.array_equal(less.xyz[:, [0, 2]], scan.xyz[:, [0, 2]])
+
+
+@pytest.mark.parametrize(("noise", "roughness"), [(0.008, 0.008), (0.004, 0.03)])
+def test_a_quiet_cloud_stays_as_it_is_however_uneven_its_wall(noise, roughness):
+    facade, scan = noisy_wall(noise, rays=True, spacing=0.08)
+    uneven = replace(facade, roughness=roughness)
+    assert smoothed(uneven, scan) == (uneven, scan)
