@@ -25,7 +25,8 @@ def smoothed(facade: Facade, scan: Scan) -> tuple[Facade, Scan]:
 
     A point tells on which side of half a recess's least depth it lies if that is three sigmas of its noise.
     Where the noise is larger, every point of the facade moves to the median depth of its neighbours on the
-    same surface, of as many as bring the noise down to that. Places along the wall stay, and edges with them.
+    same surface, of as many as bring the noise down to that. It moves straight, for a point of a reveal that
+    followed its line of sight to the depth of the wall would lie within the opening.
     """
     if _SIGMAS * facade.roughness <= _HALF_WAY:
         return facade, scan
@@ -56,7 +57,7 @@ def _noise(q: Float) -> float:
 def _medians(q: Float, number: int, noise: float) -> Float:
     """Returns the median depth (n,) m of the `number` nearest points of one surface around points q (n, 3) m.
 
-    Depths of one surface differ by their noise, six sigmas at most.
+    Depths on one surface differ by three sigmas of the difference of two points at most.
     """
     tree, many = cKDTree(q[:, ::2]), min(_FURTHER * number, len(q))
     out = np.empty(len(q))
