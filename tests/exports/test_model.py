@@ -1,15 +1,17 @@
 """The LoD3 model as meshes and as a picture, and the walls that openings stand in."""
 
+import cv2
 import numpy as np
 import pytest
 
 from exports.test_facades import accessor, read_glb, world_of_vertices
 from facade_fakes import GSD, WORLD, jpeg, ortho
 from frontage.exports import FacadePicture, building_mesh, model_triangles, render_model
+from frontage.exports.atlas import make_atlas
 from frontage.exports.model3d import COLOURS
 from frontage.exports.openingwalls import walls_of_openings
 from frontage.exports.triangles import KINDS, ModelTriangles
-from frontage.io.meshes.glb import glb_of
+from frontage.io.meshes.glb import GlbPiece, glb_of
 from frontage.model import FRAME_THICKNESS_M, Elements
 from frontage.solids import Assembled
 from frontage.solids.brep import volume6
@@ -39,8 +41,10 @@ def test_the_ortho_image_lies_on_walls_and_panes_and_nothing_else() -> None:
     shown = FacadePicture(wall(), jpeg(image), GSD, image.corner, image.size)
     mesh = building_mesh(model(), [shown], 2.0)
     gltf, binary = read_glb(glb_of([mesh], WORLD))
-    assert gltf["materials"][0]["name"] == "B01/F1" and len(gltf["meshes"]) == 1
+    assert gltf["materials"][0]["name"] == "B01 pictures 1" and len(gltf["meshes"]) == 1
     xyz, uv = world_of_vertices(gltf, binary, 0)
+    (place,) = make_atlas([jpeg(image)]).places
+    uv = (uv - place.corner) / place.size
     local = WORLD.to_local(xyz)
     x, y, z = wall().frame.inverse.apply(local).T
     width, height = image.size
@@ -50,6 +54,26 @@ def test_the_ortho_image_lies_on_walls_and_panes_and_nothing_else() -> None:
     plain = gltf["meshes"][0]["primitives"][1:]
     assert all("NORMAL" in p["attributes"] for p in plain)
     assert np.abs(accessor(gltf, binary, plain[0]["attributes"]["POSITION"])).max() < 12  # float32 is enough
+
+
+def test_what_a_picture_does_not_reach_stays_plain() -> None:
+    """A picture of the left half of the wall: nothing of it is drawn out over the other half."""
+    image = ortho()
+    w, h = image.size[0] // 2, image.size[1]
+    half = cv2.imencode(".jpg", np.ascontiguousarray(image.pixels[:, :w, 2::-1]))[1].tobytes()
+    shown = FacadePicture(wall(), half, GSD, image.corner, (w, h))
+    pieces = building_mesh(model(), [shown], 2.0).pieces
+    (place,) = make_atlas([half]).places
+    uv = (pieces[0].uv - place.corner) / place.size
+    assert uv.min() > -0.021 and uv.max() < 1.021
+    whole = building_mesh(model(), [FacadePicture(wall(), jpeg(image), GSD, image.corner, image.size)], 2.0)
+    assert sum(map(area, pieces)) == pytest.approx(sum(map(area, whole.pieces)), rel=1e-9)
+    assert area(pieces[0]) == pytest.approx(0.5 * area(whole.pieces[0]), rel=0.1)
+
+
+def area(piece: GlbPiece) -> float:
+    a, b, c = np.moveaxis(piece.xyz[piece.faces], 1, 0)
+    return float(np.linalg.norm(np.cross(b - a, c - a), axis=1).sum() / 2)
 
 
 def test_frames_have_the_colour_of_the_picture_and_panes_stand_behind_them() -> None:

@@ -3,16 +3,13 @@
 from dataclasses import dataclass
 from typing import Any
 
-import cv2
 import numpy as np
 import shapely
 
+from frontage.exports.atlas import MAX_TEXTURE, decoded, encoded, reduced
 from frontage.geometry.arrays import Array, Float
 from frontage.io.meshes.textured import TexturedMesh
 from frontage.model import Facade
-
-MAX_TEXTURE = 4096  # px, which every graphics card and viewer can handle
-_JPEG_QUALITY = 90
 
 
 @dataclass(frozen=True, eq=False)
@@ -66,13 +63,9 @@ def triangulate(ring: Float) -> tuple[Float, Array]:
 
 def limit_texture(jpeg: bytes, limit: int = MAX_TEXTURE) -> bytes:
     """Returns the same JPEG, reduced by averaging if a side is longer than `limit` px."""
-    image: Any = cv2.imdecode(np.frombuffer(jpeg, np.uint8), cv2.IMREAD_COLOR)
-    scale = limit / max(image.shape[:2])
-    if scale >= 1:
-        return jpeg
-    size = tuple(max(1, round(n * scale)) for n in image.shape[1::-1])
-    small = cv2.resize(image, size, interpolation=cv2.INTER_AREA)
-    return bytes(cv2.imencode(".jpg", small, [cv2.IMWRITE_JPEG_QUALITY, _JPEG_QUALITY])[1])
+    image = decoded(jpeg)
+    small = reduced(image, limit)
+    return jpeg if small is image else encoded(small)
 
 
 def _extras(picture: FacadePicture) -> dict[str, Any]:

@@ -5,9 +5,17 @@ from typing import Any
 
 import cv2
 import numpy as np
+import shapely
 
-from frontage.exports.facades import MAX_TEXTURE, FacadePicture, limit_texture
-from frontage.exports.triangles import KINDS, ModelTriangles, model_triangles, unique_vertices
+from frontage.exports.atlas import BEYOND, MAX_TEXTURE, make_atlas
+from frontage.exports.facades import FacadePicture
+from frontage.exports.triangles import (
+    KINDS,
+    ModelTriangles,
+    cut_triangles,
+    model_triangles,
+    unique_vertices,
+)
 from frontage.geometry.arrays import Array, Bool, Float, Int
 from frontage.io.meshes.glb import GlbMaterial, GlbMesh, GlbPiece
 from frontage.model import OPENING_SURFACES
@@ -48,34 +56,55 @@ def mesh_of(
     features: Sequence[str] = (),
     max_texture: int = MAX_TEXTURE,
 ) -> GlbMesh:
-    """Makes one mesh with one piece per picture and per plain colour.
+    """Makes one mesh with one piece per page of pictures and per plain colour.
 
     Walls, windows and doors that lie within `reach` m of the plane of a facade and are parallel to it show
-    its ortho-image, projected along the normal. Walls without a picture take the mean colour of all pictures.
-    Window frames with their bars take the colour that the pictures show there. The panes behind them are
-    plain glass: on them, the ortho-image would show every bar a second time, shifted when seen aslant.
+    its ortho-image, projected along the normal, as far as it reaches. Walls without a picture take the mean
+    colour of all pictures. Window frames with their bars take the colour that the pictures show there. The
+    panes behind them are plain glass: on them, the ortho-image would show every bar a second time, shifted
+    when seen aslant.
     Vertices belong to the opening with their triangle's id in `features`.
     """
+    for picture in pictures:
+        shapes = _cut_at_border(shapes, picture, reach)
     number = {opening: k for k, opening in enumerate(features)}
     feature = np.array([number.get(opening, len(number)) for opening in shapes.opening.tolist()], np.int64)
     centre = np.rint(shapes.corners.reshape(-1, 3).mean(0)) if len(shapes) else np.zeros(3)
     matrix = np.eye(4)
     matrix[:3, 3] = centre
-    pieces: list[GlbPiece] = []
-    left = np.ones(len(shapes), np.bool_)
-    for picture in pictures:
-        uv = _texture_coordinates(shapes.corners, picture)
-        shown = left & _shown(shapes, picture, uv, reach)
-        left &= ~shown
-        if shown.any():
-            more = np.concatenate([uv[shown], _per_corner(feature[shown])], axis=2)
-            rows, faces = unique_vertices(shapes.corners[shown] - centre, more)
-            material = GlbMaterial(picture.facade.id, limit_texture(picture.jpeg, max_texture))
-            place, own = rows[:, 3:5], rows[:, 5].astype(np.int64)
-            pieces.append(GlbPiece(material, rows[:, :3], faces, uv=place, feature=own))
+    pieces, left = _painted(shapes, pictures, reach, centre, feature, f"{name} pictures", max_texture)
     seen = {"WallSurface": _mean_colour(pictures), "Frame": _frame_colour(shapes, pictures)}
     pieces += _plain(shapes, left, centre, {k: v for k, v in seen.items() if v is not None}, feature)
     return GlbMesh(name, tuple(pieces), matrix, extras)
+
+
+def _painted(
+    shapes: ModelTriangles,
+    pictures: Sequence[FacadePicture],
+    reach: float,
+    centre: Float,
+    feature: Int,
+    name: str,
+    max_texture: int,
+) -> tuple[list[GlbPiece], Bool]:
+    """One piece per page of pictures, relative to `centre` (3,) m; also which triangles (t,) have none."""
+    left = np.ones(len(shapes), np.bool_)
+    atlas = make_atlas([picture.jpeg for picture in pictures], max_texture)
+    rows: list[list[Float]] = [[] for _ in atlas.pages]
+    for picture, place in zip(pictures, atlas.places, strict=True):
+        uv = _texture_coordinates(shapes.corners, picture)
+        shown = left & _shown(shapes, picture, uv, reach)
+        left &= ~shown
+        parts = (shapes.corners[shown] - centre, place.on_page(uv[shown]), _per_corner(feature[shown]))
+        rows[place.page].append(np.concatenate(parts, axis=2))
+    pieces = []
+    for number, (page, own) in enumerate(zip(atlas.pages, map(np.concatenate, rows), strict=True)):
+        if len(own):
+            vertices, faces = unique_vertices(own[..., :3], own[..., 3:])
+            material = GlbMaterial(f"{name} {number + 1}", page)
+            numbers = vertices[:, 5].astype(np.int64)
+            pieces.append(GlbPiece(material, vertices[:, :3], faces, uv=vertices[:, 3:5], feature=numbers))
+    return pieces, left
 
 
 def _per_corner(values: Int) -> Float:
@@ -92,14 +121,28 @@ def _texture_coordinates(corners: Float, picture: FacadePicture) -> Float:
     return np.column_stack([u, v]).reshape(-1, 3, 2)
 
 
+def _cut_at_border(shapes: ModelTriangles, picture: FacadePicture, reach: float) -> ModelTriangles:
+    """Cuts the triangles that only a part of is in a picture."""
+    uv = _texture_coordinates(shapes.corners, picture)
+    beyond = ((uv < -BEYOND) | (uv > 1 + BEYOND)).any((1, 2))
+    touched = (uv.max(1) > 0).all(1) & (uv.min(1) < 1).all(1)
+    rows = np.flatnonzero(_before(shapes, picture, reach) & beyond & touched)
+    return cut_triangles(shapes, rows, uv[rows], shapely.box(0.0, 0.0, 1.0, 1.0)) if len(rows) else shapes
+
+
 def _shown(shapes: ModelTriangles, picture: FacadePicture, uv: Float, reach: float) -> Bool:
-    """Which triangles (t,) a picture shows: parallel to its plane, near it, two corners within it."""
+    """Which triangles (t,) a picture shows: parallel to its plane, near it, and within it."""
+    within = ((uv > -1.01 * BEYOND) & (uv < 1 + 1.01 * BEYOND)).all((1, 2))
+    return np.asarray(_before(shapes, picture, reach) & within)
+
+
+def _before(shapes: ModelTriangles, picture: FacadePicture, reach: float) -> Bool:
+    """Which triangles (t,) are parallel to the plane of a picture, near it, and of a kind that it shows."""
     frame = picture.facade.frame
     facing = shapes.normals @ -frame.R[:, 1] > FACING_COS
-    y = frame.inverse.apply(shapes.corners.mean(1))[:, 1]
-    within = ((uv > -0.02) & (uv < 1.02)).all(2).sum(1) >= 2
+    y = frame.inverse.apply(shapes.corners.mean(1))[:, 1] if len(shapes) else np.zeros(0)
     kinds = [KINDS.index(k) for k in ("WallSurface", *OPENING_SURFACES)]
-    return np.asarray(facing & (np.abs(y) < reach) & within & np.isin(shapes.kind, kinds))
+    return np.asarray(facing & (np.abs(y) < reach) & np.isin(shapes.kind, kinds))
 
 
 def _plain(

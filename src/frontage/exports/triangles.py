@@ -138,6 +138,37 @@ def _triangles(face: Face, xyz: Float, n: Float) -> Float:
     return np.asarray(xyz[np.array([t for t in known if -1 not in t], np.int64).reshape(-1, 3)])
 
 
+def cut_triangles(shapes: ModelTriangles, rows: Int, flat: Float, window: shapely.Polygon) -> ModelTriangles:
+    """Cuts the triangles in `rows` (n,) where the border of a window crosses them.
+
+    `flat` (n, 3, 2) are their corners in any affine coordinates of their plane, which the window is in, too.
+    The parts stand at the end, inside and outside of the window.
+    """
+    corners, source = [np.zeros((0, 3, 3))], [np.zeros(0, np.int64)]
+    for row, triangle in zip(rows.tolist(), flat, strict=True):
+        whole = shapely.Polygon(triangle)
+        halves = [whole.intersection(window), whole.difference(window)]
+        parts = shapely.get_parts(shapely.constrained_delaunay_triangles(np.array(halves)))
+        places = np.array([shapely.get_coordinates(p)[:3] for p in shapely.get_parts(parts)]).reshape(-1, 2)
+        weights = np.linalg.solve(
+            np.vstack([triangle.T, np.ones(3)]), np.vstack([places.T, np.ones(len(places))])
+        )
+        found = (weights.T @ shapes.corners[row]).reshape(-1, 3, 3)
+        turned = np.cross(found[:, 1] - found[:, 0], found[:, 2] - found[:, 0]) @ shapes.normals[row] < 0
+        found[turned] = found[turned][:, ::-1]
+        corners.append(found)
+        source.append(np.full(len(found), row))
+    of = np.concatenate([np.setdiff1d(np.arange(len(shapes)), rows), *source])
+    kept = shapes.corners[of[: len(shapes) - len(rows)]]
+    return ModelTriangles(
+        np.concatenate([kept, *corners]),
+        shapes.normals[of],
+        shapes.kind[of],
+        shapes.edges,
+        shapes.opening[of],
+    )
+
+
 def unique_vertices(corners: Float, extra: Float) -> tuple[Array, Array]:
     """Merges equal vertices of triangles.
 

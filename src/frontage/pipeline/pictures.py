@@ -7,16 +7,38 @@ import numpy as np
 
 from frontage.errors import FileError
 from frontage.exports import FacadePicture, limit_texture
+from frontage.geometry.arrays import Array, Float
 from frontage.io.rasters.geotiff import read_geotiff
 from frontage.model import Facade
 from frontage.openings.observe import ObservedWall
 from frontage.openings.paper.find import Decomposition
+from frontage.ortho import OrthoOptions
+from frontage.ortho.look import common_look
 from frontage.pipeline.store.results import EvidencePicture
 from frontage.pipeline.store.store import Store
+from frontage.raster.light import brightened
 from frontage.report.evidence import Picture, beam_picture, cell_pictures
 
 _LONGEST_SIDE_PX = 1000  # of the ortho-image under the drawn openings
 _JPEG_QUALITY = 90
+
+
+def street_looks(store: Store, options: OrthoOptions) -> dict[str, Float]:
+    """Return by facade by how much its picture is brightened for one look of the street, (3,) log light.
+
+    Photos that several buildings share tell it; facades of one building have one look already. Empty when
+    pictures are to stay as their photos were shot.
+    """
+    if options.radiometry == "as shot":
+        return {}
+    building: dict[str, str] = {}
+    light: dict[str, dict[str, Array]] = {}
+    for name in store.facade_ids("ortho"):
+        if (sidecar := store.sidecar(name)) is not None:
+            building[name] = sidecar.facade.building
+            light.setdefault(building[name], {}).update(sidecar.light)
+    looks = common_look(light)
+    return {name: looks[own] for name, own in building.items()}
 
 
 def facade_picture(store: Store, facade: Facade) -> FacadePicture | None:
@@ -32,17 +54,23 @@ def facade_picture(store: Store, facade: Facade) -> FacadePicture | None:
     return FacadePicture(facade, jpeg, sidecar.gsd, sidecar.corner_in(facade), sidecar.size)
 
 
-def wall_picture(store: Store, facade: Facade) -> FacadePicture | None:
-    """Return the same with the median colour in place of pixels without data: a wall has no white holes."""
+def wall_picture(store: Store, facade: Facade, look: Float | None = None) -> FacadePicture | None:
+    """Return the same, brightened by its `look` (3,), as a wall has it: without white holes.
+
+    Pixels without data take the median colour.
+    """
     picture = facade_picture(store, facade)
     if picture is None:
         return None
     image = read_geotiff(store.facade_folder(facade.id) / "ortho.tif")[0]
     seen = image[..., 3] > 0
-    if seen.all() or not seen.any():
+    if (seen.all() or not seen.any()) and look is None:
         return picture
     rgb = np.ascontiguousarray(image[..., :3])
-    rgb[~seen] = np.median(rgb[seen], axis=0)
+    if look is not None:
+        rgb = brightened(rgb, np.broadcast_to(look.astype(np.float32), rgb.shape))
+    if seen.any():
+        rgb[~seen] = np.median(rgb[seen], axis=0)
     quality = [cv2.IMWRITE_JPEG_QUALITY, _JPEG_QUALITY]
     return replace(picture, jpeg=cv2.imencode(".jpg", rgb[..., ::-1], quality)[1].tobytes())
 

@@ -106,6 +106,7 @@ def read_ortho(folder: Path, window: Tile | None = None) -> OrthoImage:
             sidecar.photo_offset,
             sidecar.photos,
             occluders=read_occluders(folder / "occluders.json"),
+            light=sidecar.light,
         )
     except MALFORMED as error:
         raise FileError(

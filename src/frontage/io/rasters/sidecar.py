@@ -5,8 +5,8 @@ The sidecar is the contract with other programs: the keys `building`, `facade`, 
 """
 
 import json
-from collections.abc import Iterator
-from dataclasses import asdict, dataclass
+from collections.abc import Iterator, Mapping
+from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -40,6 +40,7 @@ class OrthoSidecar:
     photo_offset     what the photos say about the depth of the surface; None without such a measurement
     relief           whether depth.tif holds measured depths
     nodata_share     share of the pixels without a source, 0..1
+    light            by photo, see `OrthoImage.light`
     """
 
     facade: Facade
@@ -52,6 +53,7 @@ class OrthoSidecar:
     photo_offset: PhotoOffset | None
     relief: bool
     nodata_share: float
+    light: Mapping[str, Array] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         freeze(self, raster_to_world=((4, 4), np.float64))
@@ -71,6 +73,7 @@ class OrthoSidecar:
             photo_offset=ortho.photo_offset,
             relief=any(np.isfinite(part).any() for part in _strips(ortho.depth)),
             nodata_share=round(nodata / ortho.source.size, 6),
+            light=ortho.light,
         )
 
     @property
@@ -134,6 +137,7 @@ class OrthoSidecar:
             "photo_offset": None if self.photo_offset is None else asdict(self.photo_offset),
             "photos": self.photos,
             "nodata_share": self.nodata_share,
+            "light": {name: np.round(rows, 5).tolist() for name, rows in self.light.items()},
         }
 
     @classmethod
@@ -160,6 +164,7 @@ class OrthoSidecar:
             photo_offset=None if offset is None else PhotoOffset(**offset),
             relief=bool(record["relief"]),
             nodata_share=float(record["nodata_share"]),
+            light={str(k): np.array(v, np.float64).reshape(3, 3) for k, v in record.get("light", {}).items()},
         )
 
 

@@ -21,10 +21,11 @@ _CELLS = 1500  # of a pair of photos that are compared, evenly spread
 _FEWEST = 50  # cells in common below which two photos tell nothing about each other
 _ROUNDS = 12
 _CAUCHY = 2.4  # standard deviations; 95 % as efficient as least squares with normal errors
-_STOPS = 1.5 * np.log(2.0)  # one sigma of the gains that photos have before anything was compared
 _FALLOFF = 0.5  # likewise of a and b: a lens loses a third of its light in the corners
 _KEPT = 0.001  # one sigma of what another facade has told: it is not to change
 _NOISE = 0.02  # smallest standard deviation of a difference of logarithms; 8 bits do not tell more
+STOPS = 1.5 * np.log(2.0)
+"""One sigma of the gains that photos have before anything was compared."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -71,12 +72,12 @@ def balance_photos(plan: ViewPlan, pictures: CellPictures, known: Mapping[str, A
     camera = same_camera(plan.photos)
     design, values = _differences(plan.clear & pictures.exposed, pictures, camera)
     prior = np.zeros((k + 2 * (camera.max() + 1), 3))
-    sigma = np.concatenate([np.full(k, _STOPS), np.full(len(prior) - k, _FALLOFF)])
+    sigma = np.concatenate([np.full(k, STOPS), np.full(len(prior) - k, _FALLOFF)])
     for number, name in enumerate(names):
         if name in known:
             unknowns = [number, k + 2 * camera[number], k + 2 * camera[number] + 1]
             prior[unknowns], sigma[unknowns] = known[name], _KEPT
-    found = np.column_stack([_adjusted(design, values[:, c], prior[:, c], sigma) for c in range(3)])
+    found = np.column_stack([robust_adjustment(design, values[:, c], prior[:, c], sigma) for c in range(3)])
     if known.keys().isdisjoint(names):
         found[:k] -= found[:k].mean(0)
     return PhotoGains(found[:k], found[k:].reshape(-1, 2, 3)[camera])
@@ -103,7 +104,7 @@ def _differences(usable: Bool, pictures: CellPictures, camera: Array) -> tuple[F
     return np.concatenate(rows), np.concatenate(values)
 
 
-def _adjusted(design: Float, value: Float, prior: Float, sigma: Float) -> Float:
+def robust_adjustment(design: Float, value: Float, prior: Float, sigma: Float) -> Float:
     """Robust least squares with prior values of the unknowns, of standard deviation `sigma`."""
     found: Float = prior.copy()
     for _ in range(_ROUNDS):

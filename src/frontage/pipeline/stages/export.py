@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from frontage.exports import FacadePicture, facade_mesh
 from frontage.io.meshes.textured import TexturedMesh, write_glb, write_obj
 from frontage.io.rasters.vrt import write_virtual
-from frontage.pipeline.pictures import facade_picture
+from frontage.pipeline.pictures import street_looks, wall_picture
 from frontage.pipeline.stage import After, Job, Stage
 from frontage.pipeline.store.results import StageResult
 
@@ -21,9 +21,12 @@ class ExportResult(StageResult):
 
 
 def load(job: Job) -> list[FacadePicture]:
-    """Read the ortho-images of all facades."""
+    """Read the ortho-images of all facades, in one look for the street."""
     store = job.store
-    pictures = (facade_picture(store, store.facade(name)) for name in store.facade_ids("ortho"))
+    looks = street_looks(store, job.project.ortho)
+    pictures = (
+        wall_picture(store, store.facade(name), looks.get(name)) for name in store.facade_ids("ortho")
+    )
     return [picture for picture in pictures if picture is not None]
 
 
@@ -61,5 +64,5 @@ STAGE = Stage(
     save=save,
     join=join,
     result=ExportResult,
-    rooms=("exports",),
+    rooms=("ortho", "exports"),
 )

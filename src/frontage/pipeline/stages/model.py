@@ -20,12 +20,13 @@ from frontage.exports import (
     texture_path,
 )
 from frontage.exports.tiles import building_tile
+from frontage.geometry.arrays import Float
 from frontage.io.citymodels.read import read_city_model
 from frontage.model import Building, Elements, Facade, Failed
 from frontage.model.citymodel import CityBuilding, Shell
 from frontage.pipeline.groundplans import ground_plans
 from frontage.pipeline.modelfiles import Made, write_model
-from frontage.pipeline.pictures import wall_picture
+from frontage.pipeline.pictures import street_looks, wall_picture
 from frontage.pipeline.stage import After, Job, Stage, attempt
 from frontage.pipeline.store.records import BuildingRecord
 from frontage.pipeline.store.results import StageResult, StageWarning
@@ -59,12 +60,14 @@ class BuildingTask:
 
     facades  ids of those that stand on it; a neighbour's points may hold one of them
     owners   ids of the city model's buildings that the shells are of, with their addresses
+    looks    by facade: by how much its picture is brightened, so that the street has one look
     """
 
     records: tuple[BuildingRecord, ...]
     facades: tuple[str, ...]
     shells: tuple[Shell, ...]
     owners: dict[str, str | None]
+    looks: dict[str, Float]
 
 
 @dataclass(frozen=True, eq=False)
@@ -84,12 +87,13 @@ def tasks(job: Job) -> dict[str, BuildingTask]:
     city = _city_model(job)
     facades = {name: [store.facade(f) for f in store.facades_of(name)] for name in records}
     found: dict[str, BuildingTask] = {}
+    looks = street_looks(store, project.ortho)
     groups = match_model(facades, city, project.solids)
     on_groups = facades_of_matches(facades, groups, city, project.solids)
     for group, names in zip(groups, on_groups, strict=True):
         own = tuple(records[name] for name in group.measured)
         owners = {b.id: b.address for b in city if b.id in group.model}
-        found[own[0].id] = BuildingTask(own, names, _shells(group, city), owners)
+        found[own[0].id] = BuildingTask(own, names, _shells(group, city), owners, looks)
     return found
 
 
@@ -104,8 +108,8 @@ def load(job: Job) -> Measured:
     """Read the facades of a building, what was found on them, and their pictures."""
     store, task = job.store, job.payload
     fronts = tuple((store.facade(name), store.elements(name) or Elements(name, ())) for name in task.facades)
-    pictures = tuple(p for facade, _ in fronts if (p := wall_picture(store, facade)) is not None)
-    return Measured(fronts, pictures)
+    pictures = (wall_picture(store, facade, task.looks.get(facade.id)) for facade, _ in fronts)
+    return Measured(fronts, tuple(picture for picture in pictures if picture is not None))
 
 
 def work(job: Job, measured: Measured) -> Made:
@@ -249,7 +253,7 @@ STAGE = Stage(
     join=join,
     result=ModelResult,
     table="solids",
-    rooms=("solids", "validation", "exports", "catalog"),
+    rooms=("ortho", "solids", "validation", "exports", "catalog"),
     inputs=("model",),
     options=("model.crs", "solids", "addresses"),
 )
