@@ -48,6 +48,14 @@ def test_neighbours_bring_the_noise_down_to_what_tells_a_recess():
     assert np.array_equal(less.xyz[:, [0, 2]], scan.xyz[:, [0, 2]])
 
 
+def test_a_mirrored_cloud_is_smoothed_alike():
+    facade, scan = noisy_wall(0.028, rays=False, spacing=0.04)
+    assert len(scan) > 20_000
+    mirror = np.array([-1.0, 1.0, 1.0])
+    other = smoothed(facade, replace(scan, xyz=scan.xyz * mirror))[1]
+    assert np.abs(other.xyz * mirror - smoothed(facade, scan)[1].xyz).max() < 1e-9
+
+
 @pytest.mark.parametrize(("noise", "roughness"), [(0.008, 0.008), (0.004, 0.03)])
 def test_a_quiet_cloud_stays_as_it_is_however_uneven_its_wall(noise, roughness):
     facade, scan = noisy_wall(noise, rays=True, spacing=0.08)

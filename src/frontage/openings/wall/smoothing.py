@@ -13,7 +13,7 @@ from frontage.model.scan import Scan
 _HALF_WAY = 0.035  # m: half a quarter of a brick, the least depth that is a recess and no relief
 _SIGMAS = 3.0  # of the noise of a point, within which all points of a surface lie
 _MEDIAN = np.pi / 2.0  # how many times more points a median needs than a mean
-_SAMPLE = 5000  # points that tell the noise
+_SAMPLE = 20_000  # points that tell the noise
 _AROUND = 12  # neighbours that tell the noise at a point
 _TO_SIGMA = 1.4826 * np.sqrt(_AROUND / (_AROUND - _MEDIAN))  # of deviations from the median of so many
 _FURTHER = 3  # times the neighbours wanted: at an edge half of them lie on another surface, at a corner more
@@ -48,7 +48,7 @@ def smoothed(facade: Facade, scan: Scan) -> tuple[Facade, Scan]:
 
 def _noise(q: Float) -> float:
     """Returns the robust sigma m of the depths of points q (n, 3) m about their neighbours' median."""
-    seeds = q[drawn(q, _SAMPLE)]
+    seeds = q[drawn(np.abs(q), _SAMPLE)]  # the same in a mirrored cloud
     near = cKDTree(q[:, ::2]).query(seeds[:, ::2], min(_AROUND, len(q)))[1]
     off = seeds[:, 1] - np.median(q[near, 1], axis=1)
     return float(_TO_SIGMA * np.median(np.abs(off)))
