@@ -13,8 +13,8 @@ true facades and true poses. Every line of the table is the median over facades 
 
 A line below tells how many of the things before the facades are in their `occluders.json`. Four more parts:
 what is drawn on walkers near the wall on narrow pavements; the Ingolstadt scene against its true
-ortho-images, beside paper A's homography of one photo; the time of a facade of 30 x 15 m over that of decoding its photos;
-and the memory for a street of 200 photos.
+ortho-images, beside paper A's homography of one photo; the time of a facade of 30 x 15 m over that of
+decoding its photos; and the memory for a street of 200 photos.
 
     python benchmarks/bench_mosaic.py [--quick] [--only PART] [--views DIR] [--kept DIR] [--run DIR]
 

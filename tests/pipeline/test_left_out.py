@@ -33,14 +33,16 @@ STAGES = "frontage.pipeline.stages"
 class Case:
     """Something that a run of two houses lacks.
 
-    fails  (stage, function of it, id that it fails for); None = nothing fails
+    fails  (stage, function of it, id that it fails for); None = nothing fails, but photos are lacking
     words  what each product says; a product that is not named has nothing to say
     gone   files that must not be there
+    moved  whether there were photos, which now are somewhere else
     """
 
     fails: tuple[str, str, str] | None
     words: dict[str, str]
     gone: tuple[str, ...] = ()
+    moved: bool = False
 
 
 FACADE, ORTHO = "B02: none here [X101]", "no picture, of: B02/F1"
@@ -57,6 +59,14 @@ CASES = {
             "report": "The run has no photos",
             "viewer": "no oriented photos",
         },
+    ),
+    "moved": Case(
+        None,
+        {
+            **dict.fromkeys((*TABLES, "manifest", "report"), "The photos could not be read and are left out"),
+            "viewer": "The photos could not be read",
+        },
+        moved=True,
     ),
     "facade": Case(
         ("facades", "find_facades", "B02"),
@@ -173,7 +183,8 @@ def lacking(case: Case, project: Path, out: Path, monkeypatch: pytest.MonkeyPatc
     """Make the run folder `out`, a finished run, one that lacks something."""
     if case.fails is None:
         manifest = json.loads((out / "manifest.json").read_text())
-        manifest["project"]["photos"] = None
+        photos = manifest["project"]["photos"]
+        manifest["project"]["photos"] = {**photos, "path": str(out / "gone/*.jpg")} if case.moved else None
         (out / "manifest.json").write_text(json.dumps(manifest))
         run_stage(out, "export")
         run_stage(out, "report")

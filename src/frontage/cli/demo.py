@@ -24,8 +24,8 @@ _SHOWN = (
     ("openings", "f1_75", "openings, F1 at IoU 0.75"),
     ("openings", "border_median", "opening borders, median error"),
     ("openings", "depth_median", "opening depths, median error"),
-    ("openings", "border_normalised", "opening borders, error / stated sigma"),
-    ("openings", "depth_normalised", "opening depths, error / stated sigma"),
+    ("openings", "border_within_95", "opening borders, share within 95 % bounds"),
+    ("openings", "depth_within_95", "opening depths, share within 95 % bounds"),
     ("openings", "bars_exact", "window bars, exact layouts"),
     ("model", "f1_50", "LoD3 model, F1 at IoU 0.5"),
 )
