@@ -4,9 +4,10 @@
 
 Scenes: `paper` = the set-up of paper B (12 MP, lens of 30 mm equivalent, scans at 4 cm; approximate poses
 3 m, 10 and 1 degrees off), one street per seed; `band` = the same with another band, damp walls, 8 bit and
-moved cars; `repeat` = ten equal window axes on plain plaster; `model` = real buildings; `ingolstadt` and
-`castle` (photos alone, all poses known) where present. `--quick` makes one small street instead. Simulated
-scenes are kept in `--scenes`. Every method runs in a process of its own on each scene; times are wall times.
+moved cars; `repeat` = ten equal window axes on plain plaster; `model` and `town` = real buildings;
+`ingolstadt` and `castle` (photos alone, all poses known) where present. `--quick` makes one small street
+instead. Simulated scenes are kept in `--scenes`. Every method runs in a process of its own on each scene;
+times are wall times.
 
 A pose is wrong when it is 0.3 m or 1 degree off and was handed over all the same. Sigmas are per axis. The
 normalised squared error is 1 when covariances are right. Object points are our tie points intersected with
@@ -163,7 +164,43 @@ def specs(quick: bool, seeds: int) -> dict[str, dict]:
         scanner, traffic = {"stations": 2, "spacing": 0.04}, {"cars": 3, "trees": 1, "people": 3}
         model = {"from_model": [str(p) for p in town], "cameras": [{**lens, **sigmas}]}
         found["model 42"] = {"seed": 42, "scanners": [scanner], **traffic, **model}
+        found |= towns()
     return found
+
+
+def towns() -> dict[str, dict]:
+    """Groups of real buildings with few photos for the length of their fronts."""
+
+    def town(seed: int, names: str, scanner: dict, *cameras: tuple, **traffic: int) -> dict:
+        sigmas = {"sigma_position": 3.0, "sigma_heading": 10.0, "sigma_level": 1.0}
+        keys = ("width", "height", "focal", "most", "spacing", "pitches")
+        lenses = [dict(zip(keys, (*camera[:-1], [camera[-1]]), strict=True)) | sigmas for camera in cameras]
+        files = [str(TOWN / f"{name}.xml") for name in names.split()]
+        return {"seed": seed, "from_model": files, "scanners": [scanner], "cameras": lenses, **traffic}
+
+    two = {"stations": 2}
+    return {
+        "town 101": town(
+            101, "4018257 4018258 4018260", two | {"spacing": 0.03},
+            (4000, 3000, 24.0, 8, 4.5, 12.0), cars=4, trees=2, people=3,
+        ),
+        "town 102": town(
+            102, "4018270", two | {"spacing": 0.05},
+            (3264, 2448, 28.0, 9, 5.0, 8.0), cars=3, trees=2, people=2,
+        ),
+        "town 103": town(
+            103, "4018115 4018150a", {"stations": 1, "spacing": 0.05, **BAND},
+            (3264, 2448, 26.0, 7, 3.0, 12.0), cars=2, trees=1, people=4,
+        ),
+        "town 104": town(
+            104, "4018267", two | {"spacing": 0.04, **BAND},
+            (4000, 3000, 35.0, 10, 3.5, 10.0), cars=3, trees=3, people=2,
+        ),
+        "town 105": town(
+            105, "4018152a 4018152b 4018262", two | {"spacing": 0.02},
+            (4000, 3000, 24.0, 7, 3.0, 15.0), (2000, 1500, 30.0, 5, 4.0, 10.0), cars=3, trees=2, people=2,
+        ),
+    }  # fmt: skip
 
 
 def simulated(name: str, spec: dict, folder: Path) -> Scene:

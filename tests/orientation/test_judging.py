@@ -12,8 +12,15 @@ from frontage.orientation.verify import Verdict
 UNDECIDED = Verdict(0, 0, 1.0, 0.0, 0.0)
 
 
-def block(control, pairs, *, unique=True, ties=40):
-    """Photos with a number of control points each, and tie points between pairs of them."""
+REACH = 20.0
+"""Pixels within which control points were looked for."""
+
+
+def block(control, pairs, *, unique=True, ties=40, off=0.02):
+    """Photos with a number of control points each, and tie points between pairs of them.
+
+    Residuals are uniformly distributed up to a share `off` of the reach of the search.
+    """
     photo, point, group = [], [], []
     for k, count in enumerate(control):
         photo += [k] * count
@@ -32,9 +39,12 @@ def block(control, pairs, *, unique=True, ties=40):
     )
     return AdjustedPhotos(
         SimpleNamespace(photos=[SimpleNamespace(id=f"P{k}") for k in range(photos)]),
-        tuple(SimpleNamespace(unique=np.full(count, unique)) for count in control),
+        tuple(SimpleNamespace(unique=np.full(count, unique), radius=REACH) for count in control),
         network,
-        SimpleNamespace(used=np.ones(len(photo), bool)),
+        SimpleNamespace(
+            used=np.ones(len(photo), bool),
+            residuals=np.random.default_rng(1).uniform(-off * REACH, off * REACH, (len(photo), 2)),
+        ),
     )
 
 
@@ -53,3 +63,8 @@ def test_photos_that_are_tied_to_each_other_alone_are_refused():
 def test_control_that_may_lie_elsewhere_does_not_place_a_photo():
     keep, refused = judged(block([50, 50], [(0, 1)], unique=False), [UNDECIDED] * 2)
     assert not len(keep) and len(refused) == 2
+
+
+def test_control_that_is_found_anywhere_within_reach_supports_nothing():
+    keep, refused = judged(block([500, 500], [], off=1.0), [UNDECIDED] * 2)
+    assert not len(keep) and all("only 0 control points" in r.reason for r in refused)

@@ -8,6 +8,7 @@ import pytest
 
 from frontage.geometry.rigid import rotation_angle
 from frontage.model import Camera, Estimate, Photo
+from frontage.orientation.alone import beside, place_alone
 from frontage.orientation.control import ControlPoints
 from frontage.orientation.correlate import find_places
 from frontage.orientation.gradients import oriented_gradients
@@ -125,6 +126,19 @@ def test_control_takes_the_block_to_its_place(corner):
     shift, turn, size = off(place.similarity, photos, block)
     assert shift < 0.02 and turn < np.radians(0.1) and size < 0.002
     assert place.agreeing > 100
+
+
+def test_a_photo_without_pose_is_found_beside_the_one_before(corner):
+    surface, _, photos, images = corner
+    number, lost = 1, Photo(photos[1].id, photos[1].camera)
+    before = beside(number, lost, {0: photos[0]})
+    found = place_alone(before, surface, images.__getitem__)
+    assert np.linalg.norm(before.pose.t - photos[1].pose.t) > 1.0
+    assert found is not None and np.linalg.norm(found.pose.t - photos[1].pose.t) < 0.05
+    assert beside(number, photos[1], {0: photos[0]}) is photos[1]
+    assert beside(number, lost, {}).local_from_camera is None
+    foreign = block_of(corner_of_two(seed=7), POSES, CAMERAS)[2]
+    assert place_alone(before, surface, foreign.__getitem__) is None
 
 
 def test_photos_of_another_place_are_not_found(corner):

@@ -1,16 +1,19 @@
 """Places a single photo that no other photo could be matched with, from its approximate pose.
 
+Without such a pose, it is looked for beside the photos that were taken before and after it.
+
 The photo is drawn on each wall of the scan that it may see, for headings within three sigmas of the given
 one. Each drawing is searched for in the scan's own drawing of that wall, as for blocks. Control points found
 at the best places then give the pose by resection (two points and the plumb line, in RANSAC).
 """
 
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
 
 from frontage.geometry.arrays import Float
-from frontage.geometry.rigid import Rigid3
+from frontage.geometry.rigid import Rigid3, rotation_angle
 from frontage.model import Estimate, Photo, Provenance
 from frontage.orientation.control import find_control
 from frontage.orientation.place import COARSE_M, DrawnWall, Fit, possible_sizes
@@ -23,28 +26,77 @@ from frontage.orientation.walls import UprightWall, scan_walls
 _TURN_STEP = np.radians(3.0)
 _SIZE_STEP = 0.04
 _LEAST_GAIN = 12.0
-_TRIED = 6
+_TRIED = 12
 _FEWEST = 20  # control points that agree
 _LEAST_SHARE = 0.3  # of the control points found that must agree
+_SURELY, _SURE_SHARE = 100, 0.7  # so many of them, and such a share, agree in one place only
+_ELSEWHERE_M = 1.0  # less than the distance of two windows
+_RIVAL = 0.6  # of the control points of a place, that agree in another one: the windows repeat
 _MARGIN_M = 2.0
+_SAME_M, _SAME_TURN = 0.5, np.radians(2.0)  # within which two places lead to the same control points
+_PACE_M = 3.0  # least standard deviation of the way from one photo of a walk to the next
+_LEVEL_M = 1.0  # standard deviation of the height: photos of a walk are taken from one height
+_AIM = np.radians(20.0)  # standard deviation of the turn from one to the next
 _LEVELS = ((3.0, 14, 3.0), (1.5, 12, 2.0))  # resolution, search radius, px of the rendering that agree
 
 
 def place_alone(photo: Photo, surface: ScannedSurface, image_of: ImageOf, seed: int = 0) -> Photo | None:
-    """Returns the photo with a pose that its own control points agree with; None when there is none."""
+    """Returns the photo with a pose that its own control points agree with.
+
+    Returns None when there is none, or when two places agree with nearly as many.
+    """
     given = photo.local_from_camera
     if given is None:
         return None
-    fits = sorted(_fits(photo, given, surface, image_of), key=lambda f: -f[0].gain)
-    best: tuple[Resection, Photo] | None = None
-    for fit, turned in fits[:_TRIED]:
-        if fit.gain < _LEAST_GAIN:
-            break
-        start = fit.similarity.pose(turned.pose)
+    fits = _fits(photo, given, surface, image_of)
+    starts = _starts(given, [(f.gain, f.similarity.pose(turned.pose)) for f, turned in fits])
+    return best_place(photo, starts, surface, image_of, seed)
+
+
+def best_place(
+    photo: Photo, starts: Sequence[Rigid3], surface: ScannedSurface, image_of: ImageOf, seed: int = 0
+) -> Photo | None:
+    """Returns the photo at the place that most control points agree with, looked for from several starts.
+
+    Returns None when there is none, or when another place comes near it.
+    """
+    tried: list[tuple[Resection, Photo]] = []
+    for start in starts:
         found = _improved(_at(photo, start), surface, image_of, seed)
-        if found is not None and (best is None or found[0].inliers.sum() > best[0].inliers.sum()):
-            best = found
-    return None if best is None else best[1]
+        if found is not None:
+            tried.append(found)
+            if found[0].inliers.sum() >= _SURELY and found[0].inliers.mean() >= _SURE_SHARE:
+                break
+    if not tried:
+        return None
+    best, photo = max(tried, key=lambda t: int(t[0].inliers.sum()))
+    others = [r for r, _ in tried if elsewhere(r.pose, best.pose)]
+    rival = max((int(r.inliers.sum()) for r in others), default=0)
+    return photo if rival < _RIVAL * best.inliers.sum() else None
+
+
+def beside(number: int, photo: Photo, known: Mapping[int, Photo]) -> Photo:
+    """Returns a photo without pose with that of the placed photo taken next to it; others as they are.
+
+    `known` are the placed photos by number, in the order in which they were taken. The standard error of the
+    position is the usual way between two of them, as often as photos were taken in between.
+    """
+    if photo.local_from_camera is not None or not known:
+        return photo
+    numbers = np.array(sorted(known))
+    nearest = int(numbers[np.argmin(np.abs(numbers - number))])
+    places = np.array([known[n].pose.t for n in numbers])
+    way = np.linalg.norm(np.diff(places, axis=0), axis=1) / np.diff(numbers)
+    pace = max(float(np.median(way)) if len(way) else 0.0, _PACE_M)
+    shift = pace * abs(nearest - number)
+    sigma = np.array([shift, shift, _LEVEL_M, *[_AIM] * 3])
+    estimate = Estimate(known[nearest].pose, np.diag(sigma**2), 0.0, Provenance.INFERRED)
+    return replace(photo, local_from_camera=estimate)
+
+
+def elsewhere(a: Rigid3, b: Rigid3) -> bool:
+    """Whether two poses are those of different places, such as one window apart."""
+    return bool(np.linalg.norm(a.t - b.t) > _ELSEWHERE_M)
 
 
 def _fits(
@@ -67,6 +119,28 @@ def _fits(
             drawn = DrawnWall(seen, 1.0, [turned], image_of)
             found += [(fit, turned) for fit in drawn.places(host, chart, COARSE_M, sizes, number)]
     return found
+
+
+def _starts(given: Estimate[Rigid3], found: Sequence[tuple[float, Rigid3]]) -> list[Rigid3]:
+    """The likeliest of the poses found, with their gains, that are no repetitions of one another.
+
+    The gain is a log likelihood over chance; that of the approximate position is added.
+    """
+    off = np.array([pose.t - given.value.t for _, pose in found]).reshape(-1, 3)
+    odds = np.array([gain for gain, _ in found]) - 0.5 * ((off / given.sigma[:3]) ** 2).sum(1)
+    kept = list[Rigid3]()
+    for k in np.argsort(-odds, kind="stable").tolist():
+        if odds[k] < _LEAST_GAIN or len(kept) == _TRIED:
+            break
+        pose = found[k][1]
+        if all(_apart(pose, other) for other in kept):
+            kept.append(pose)
+    return kept
+
+
+def _apart(a: Rigid3, b: Rigid3) -> bool:
+    """Whether two poses are so different that they do not lead to the same control points."""
+    return bool(np.linalg.norm(a.t - b.t) > _SAME_M or rotation_angle(a.R @ b.R.T) > _SAME_TURN)
 
 
 def _around(host: UprightWall, position: Float, distance: float, slack: float) -> UprightWall:

@@ -20,6 +20,7 @@ from frontage.orientation.control import ControlPoints, find_control
 from frontage.orientation.dependence import dependence_of
 from frontage.orientation.drawings import draw_scan
 from frontage.orientation.judging import in_one_word, judged
+from frontage.orientation.neighbours import tied_to_neighbours
 from frontage.orientation.network import CONTROL, PLACES, SURFACES, TIES, build_network
 from frontage.orientation.placed import Placed, Scene
 from frontage.orientation.reflectance.surface import ScannedSurface
@@ -48,7 +49,7 @@ def adjusted_orientation(scene: Scene, placed: Placed, unoriented: Sequence[Unor
         search = passes.pop(0)
         state = _adjusted(scene, placed, search, last=not passes)
         left += _lost(placed, state)
-        placed = state.improved
+        placed = tied_to_neighbours(state.improved, scene.common) if passes else state.improved
         verdicts = _verdicts(scene, placed.photos)
         keep, refused = judged(state, verdicts)
         left += refused

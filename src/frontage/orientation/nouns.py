@@ -1,5 +1,6 @@
-"""What the steps of orientation hand to one another: key points, matched pairs, and the block of photos."""
+"""What the steps of orientation hand to one another: key points, matched pairs, and blocks of photos."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -54,6 +55,28 @@ class PairMatches:
 
     def __post_init__(self) -> None:
         freeze(self, rows=((None, 2), np.int64), rotation=((3, 3), np.float64), direction=((3,), np.float64))
+
+
+@dataclass(frozen=True, eq=False)
+class CommonPoints:
+    """What two photos both show, in pixels.
+
+    first, second  numbers of the photos
+    pixels         (m, 2, 2) px in the first and in the second photo
+    """
+
+    first: int
+    second: int
+    pixels: Float
+
+    def __post_init__(self) -> None:
+        freeze(self, pixels=((None, 2, 2), np.float64))
+
+    @staticmethod
+    def of(pair: PairMatches, keypoints: Sequence[KeyPoints]) -> "CommonPoints":
+        """Those of a matched pair; `keypoints` are of all photos."""
+        pixels = [keypoints[n].pixels[pair.rows[:, k]] for k, n in enumerate((pair.first, pair.second))]
+        return CommonPoints(pair.first, pair.second, np.stack(pixels, axis=1))
 
 
 @dataclass(frozen=True, eq=False)

@@ -12,9 +12,10 @@ import numpy as np
 
 from frontage.geometry.arrays import Float, Int
 from frontage.model import Photo, Rig, Scan
-from frontage.orientation.alone import place_alone
+from frontage.orientation.alone import beside, place_alone
 from frontage.orientation.carry import carried_by_rigs
 from frontage.orientation.final import adjusted_orientation
+from frontage.orientation.neighbours import placed_by_neighbours
 from frontage.orientation.network import TiePoints
 from frontage.orientation.nouns import Block
 from frontage.orientation.options import OrientationOptions
@@ -62,17 +63,24 @@ def orient_photos(
     kinds = sources_of(scan) if options.source == "auto" else (options.source,)
     for kind in kinds:  # the next one only if nothing can be placed with those before
         surface = scanned_surface(scan, kind, seed)
-        scene = Scene(photos, surface, image_of, camera_sigmas, seed, tell or _silent, rigs)
+        scene = Scene(photos, surface, image_of, camera_sigmas, seed, tell or _silent, rigs, blocks.common)
         placed, unoriented = _place_blocks(blocks, scene)
+        if placed and options.source == "auto":
+            known = [photo for part in placed for photo in part.photos]
+            scene = replace(scene, surface=most_telling(known, surface, scan, image_of, seed))
+        placed, unoriented = _place_others(scene, placed, unoriented)
         if placed:
             break
-    if options.source == "auto":
-        known = [photo for part in placed for photo in part.photos]
-        scene = replace(scene, surface=most_telling(known, surface, scan, image_of, seed))
-    placed, unoriented = carried_by_rigs(scene, placed, unoriented)
-    placed, unoriented = _rescued(scene, placed, unoriented)
-    placed, unoriented = carried_by_rigs(scene, placed, unoriented)
     return adjusted_orientation(scene, _merged(placed), unoriented)
+
+
+def _place_others(
+    scene: Scene, placed: list[Placed], unoriented: list[Unoriented]
+) -> tuple[list[Placed], list[Unoriented]]:
+    """Places photos by their rigs, by what they share with placed ones, and on their own."""
+    for find in (placed_by_neighbours, _rescued, placed_by_neighbours):
+        placed, unoriented = find(scene, *carried_by_rigs(scene, placed, unoriented))
+    return carried_by_rigs(scene, placed, unoriented)
 
 
 def _place_blocks(blocks: Blocks, scene: Scene) -> tuple[list[Placed], list[Unoriented]]:
@@ -118,15 +126,17 @@ def _refused(block: Block, code: str, reason: str) -> list[Unoriented]:
 def _rescued(
     scene: Scene, placed: list[Placed], unoriented: list[Unoriented]
 ) -> tuple[list[Placed], list[Unoriented]]:
-    """Tries photos without a place on their own."""
+    """Tries photos without a place on their own; those without a pose beside the ones taken around them."""
     number_of = {photo.id: k for k, photo in enumerate(scene.given)}
+    known = {int(n): photo for part in placed for n, photo in zip(part.numbers, part.photos, strict=True)}
     left: list[Unoriented] = []
     for one in unoriented:
         number, found = number_of[one.photo], None
         # On its own, a photo fits at both places, too; a copy tells nothing that its twin does not.
         if one.code != _AMBIGUOUS and not is_copy(one.reason):
             scene.tell("placing")
-            found = place_alone(scene.given[number], scene.surface, scene.image_of, scene.seed)
+            photo = beside(number, scene.given[number], known)
+            found = place_alone(photo, scene.surface, scene.image_of, scene.seed)
         if found is None:
             left.append(one)
         else:

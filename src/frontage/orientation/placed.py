@@ -8,6 +8,7 @@ import numpy as np
 from frontage.geometry.arrays import Float, Int
 from frontage.model import Photo, Rig
 from frontage.orientation.network import TiePoints
+from frontage.orientation.nouns import CommonPoints
 from frontage.orientation.reflectance.surface import ScannedSurface
 from frontage.orientation.reflectance.tones import ImageOf
 
@@ -22,6 +23,7 @@ class Scene:
     surface        of the scan; `image_of` returns the picture of a photo id
     camera_sigmas  per given photo, standard errors of its camera's parameters; empty: all are exact
     rigs           that took some of the photos
+    common         what pairs of photos both show
     """
 
     given: Sequence[Photo]
@@ -31,6 +33,7 @@ class Scene:
     seed: int
     tell: Tell
     rigs: Sequence[Rig] = ()
+    common: Sequence[CommonPoints] = ()
 
 
 @dataclass(frozen=True, eq=False)

@@ -16,6 +16,7 @@ TO_CODE_8 = np.rint(
 """Codes of linear light 0..65535."""
 _OFFSET = 255 * 0.055  # of codes above the toe, which are 255 * 1.055 light^(1 / 2.4) less this
 _TOE = 11  # codes up to this are proportional to the light, or close to that
+_WHITE, _BURNT = 245, 254  # codes of all channels, from which on white is taken as saturated, and surely is
 _LINEAR_32 = _LINEAR.astype(np.float32)
 
 
@@ -27,9 +28,12 @@ def linear_light(codes: Array) -> Array:
 def brightened(codes: Array, log_gain: Array) -> Array:
     """Multiplies the light of sRGB codes (h, w, 3) uint8 by exp(log_gain) (h, w, 3); returns codes.
 
+    White that is saturated in all channels was at least as bright as that, and is not darkened: grey shutters
+    would stand beside white ones.
     Above its toe, the curve of sRGB is a power of the light with an offset, so that a factor on the light is
     a factor on the code plus that offset. Only the codes in the toe go through linear light.
     """
+    log_gain = _sparing_white(codes, log_gain)
     share = cv2.exp(log_gain.astype(np.float32) * np.float32(1.0 / 2.4))
     shifted = cv2.add(codes, (_OFFSET,) * 4, dtype=cv2.CV_32F)
     out = cv2.add(cv2.multiply(shifted, share, dst=shifted), (-_OFFSET,) * 4, dtype=cv2.CV_8U)
@@ -38,3 +42,12 @@ def brightened(codes: Array, log_gain: Array) -> Array:
         light = TO_LINEAR_16[codes[dark]] * np.exp(log_gain[dark].astype(np.float32))
         out[dark] = TO_CODE_8[np.minimum(light + 0.5, 65535.0).astype(np.uint16)]
     return np.asarray(out)
+
+
+def _sparing_white(codes: Array, log_gain: Array) -> Array:
+    """The gains (h, w, 3), without those that would darken what is saturated in all channels."""
+    white = cv2.min(cv2.min(*(cv2.extractChannel(codes, c) for c in (0, 1))), cv2.extractChannel(codes, 2))
+    if int(white.max(initial=0)) <= _WHITE:
+        return log_gain
+    kept = np.clip((_BURNT - white.astype(np.float32)) / (_BURNT - _WHITE), 0.0, 1.0)[..., None]
+    return np.asarray(np.where(log_gain < 0, log_gain * kept, log_gain))

@@ -56,6 +56,15 @@ class Rendering:
         along = self.depth[row, column] / (ray @ axis)
         return np.asarray(origin + ray * along[:, None])
 
+    def behind(self, pixels: Float) -> Float:
+        """Returns the points (n, 3) m local behind pixels (n, 2) of the photo; NaN where nothing is known."""
+        h, w = self.known.shape
+        column, row = np.clip(np.floor(pixels / self.scale), 0, (w - 1, h - 1)).astype(np.int64).T
+        origin, ray = self.photo.ray(pixels)
+        drawn = self.known[row, column] & (self.depth[row, column] > 0)
+        along = np.where(drawn, self.depth[row, column], np.nan) / (ray @ self.photo.pose.R[:, 2])
+        return np.asarray(origin + ray * along[:, None])
+
 
 def rendering_factor(photo: Photo, surface: ScannedSurface, share: float = 0.5) -> float:
     """Returns how many px of the photo a pixel of its rendering needs, at least 1.

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from frontage.model import Photo
-from frontage.orientation.nouns import Block, KeyPoints, PairMatches
+from frontage.orientation.nouns import Block, CommonPoints, KeyPoints, PairMatches
 from frontage.orientation.ties import colmap as door
 from frontage.orientation.ties import reasons
 from frontage.orientation.ties.consistency import consistent
@@ -33,10 +33,12 @@ class Blocks:
     """The blocks of photos, the largest first, and the photos in none of them with the reason.
 
     unoriented  (photo id, one sentence)
+    common      of all pairs that no shift explains, also of those between blocks
     """
 
     blocks: tuple[Block, ...]
     unoriented: tuple[tuple[str, str], ...]
+    common: tuple[CommonPoints, ...] = ()
 
 
 def build_blocks(
@@ -63,13 +65,14 @@ def build_blocks(
     with door.silent() as colmap:
         work = _Work(colmap, photos, keypoints, options, why)
         blocks = work.blocks(usable)
+    common = tuple(CommonPoints.of(pair, keypoints) for pair in work.clear(usable))
     blocks.sort(key=lambda b: (-len(b.photos), -len(b.points), int(b.numbers[0])))
     placed = {int(n) for b in blocks for n in b.numbers}
     left = []
     for k, photo in enumerate(photos):
         if k not in placed:
             left.append((photo.id, why.get(k) or reasons.reason(k, photos, keypoints, pairs, options)))
-    return Blocks(tuple(blocks), tuple(left))
+    return Blocks(tuple(blocks), tuple(left), common)
 
 
 @dataclass(frozen=True, eq=False)
@@ -82,17 +85,20 @@ class _Work:
     options: TieOptions
     why: dict[int, str]
 
+    def clear(self, pairs: list[PairMatches]) -> list[PairMatches]:
+        """The pairs that no shift by a window explains as well, and that do not contradict the others."""
+        return consistent([p for p in pairs if p.rival <= self.options.rival], self.photos, self.options)
+
     def blocks(self, pairs: list[PairMatches]) -> list[Block]:
         """Blocks that share no photo, from the clear pairs.
 
         Doubtful pairs may add photos that are left and have approximate poses, which then must agree.
         """
-        limit = self.options.rival
-        clear = consistent([p for p in pairs if p.rival <= limit], self.photos, self.options)
+        clear = self.clear(pairs)
         made = self._blocks_of(clear)
         placed = {int(n) for b in made for n in b.numbers}
         open_ = {n for n, photo in enumerate(self.photos) if photo.local_from_camera is not None} - placed
-        doubtful = [p for p in pairs if p.rival > limit and {p.first, p.second} & open_]
+        doubtful = [p for p in pairs if p.rival > self.options.rival and {p.first, p.second} & open_]
         if doubtful:
             more = self._blocks_of(consistent([*clear, *doubtful], self.photos, self.options))
             if sum(len(b.photos) for b in more) > len(placed):

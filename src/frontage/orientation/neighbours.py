@@ -1,0 +1,180 @@
+"""Photos that share points with a placed photo, but are in no block with it.
+
+Two photos with hardly any other between them are oriented relative to one another, but their scale is not
+known, so that incremental mapping cannot join them to a block. The scan knows it: where the rays of the
+placed photo meet the scan are the points that the other photo is resected from. And photos of different
+blocks, which were placed in the scan one by one, are tied to one another by what both show.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.sparse import csr_array
+
+from frontage.geometry.arrays import Bool, Float, Int
+from frontage.geometry.rigid import Rigid3
+from frontage.model import Estimate, Photo, Provenance
+from frontage.orientation.alone import best_place, elsewhere
+from frontage.orientation.network import TiePoints
+from frontage.orientation.nouns import CommonPoints
+from frontage.orientation.placed import Placed, Scene
+from frontage.orientation.reflectance.render import Rendering, render, rendering_factor
+from frontage.orientation.resection import resect
+from frontage.orientation.result import Unoriented
+from frontage.orientation.ties.reasons import is_copy
+
+_FEWEST = 20  # points that agree
+_LEAST_SHARE = 0.3  # of the points of a resection that agree
+_PLACED_M = 0.03  # how well a placed photo is known before the adjustment,
+_ADJUSTED_PX = 3.0  # and after its first one
+_LEAST_ANGLE = np.radians(1.0)  # at which two rays must meet
+_PRIOR_SIGMAS = 4.0  # a position farther than this from the approximate one contradicts it
+
+
+def placed_by_neighbours(
+    scene: Scene, placed: Sequence[Placed], unoriented: Sequence[Unoriented]
+) -> tuple[list[Placed], list[Unoriented]]:
+    """Resects photos without a place from what they share with placed ones, as long as there are any."""
+    parts, known = list(placed), _Known(scene)
+    for part in parts:
+        known.add(part)
+    number_of = {photo.id: k for k, photo in enumerate(scene.given)}
+    waiting = {number_of[one.photo]: one for one in unoriented if not is_copy(one.reason)}
+    while new := _resected(scene, known, sorted(waiting)):
+        parts.append(new)
+        known.add(new)
+        del waiting[int(new.numbers[0])]
+    left = {one.photo for one in waiting.values()}
+    return parts, [one for one in unoriented if one.photo in left or is_copy(one.reason)]
+
+
+class _Known:
+    """The placed photos by number, each with the scan drawn as it sees it, when that is asked for."""
+
+    def __init__(self, scene: Scene) -> None:
+        self._scene = scene
+        self._photos: dict[int, Photo] = {}
+        self._drawn: dict[int, Rendering] = {}
+
+    def add(self, part: Placed) -> None:
+        self._photos.update(zip(part.numbers.tolist(), part.photos, strict=True))
+
+    def points(self, number: int) -> list["_Seen"]:
+        """What each of the placed neighbours of a photo tells of it."""
+        found = []
+        for common in self._scene.common:
+            for own, other in ((0, 1), (1, 0)):
+                numbers = common.first, common.second
+                if numbers[own] == number and numbers[other] in self._photos:
+                    drawing = self._drawing(numbers[other])
+                    xyz = drawing.behind(common.pixels[:, other])
+                    there = np.isfinite(xyz).all(1)
+                    away = np.linalg.norm(xyz[there] - drawing.photo.pose.t, axis=1)
+                    found.append(_Seen(common.pixels[there, own], xyz[there], away))
+        return [seen for seen in found if len(seen.pixels) >= _FEWEST]
+
+    def _drawing(self, number: int) -> Rendering:
+        if number not in self._drawn:
+            photo, surface = self._photos[number], self._scene.surface
+            self._drawn[number] = render(photo, surface, rendering_factor(photo, surface))
+        return self._drawn[number]
+
+
+@dataclass(frozen=True, eq=False)
+class _Seen:
+    """Pixels (n, 2) of a photo, the points (n, 3) m of the scan that a neighbour sees there, and how far
+    (n,) m they are from it."""
+
+    pixels: Float
+    xyz: Float
+    away: Float
+
+    @staticmethod
+    def joined(parts: Sequence["_Seen"]) -> "_Seen":
+        return _Seen(*(np.concatenate([getattr(p, f) for p in parts]) for f in ("pixels", "xyz", "away")))
+
+
+def _resected(scene: Scene, known: _Known, waiting: Sequence[int]) -> Placed | None:
+    """The first of the photos that can be resected, those with most points first."""
+    points = {number: seen for number in waiting if (seen := known.points(number))}
+    for number in sorted(points, key=lambda n: -sum(len(seen.pixels) for seen in points[n])):
+        found = _placed(scene, scene.given[number], points[number])
+        if found is not None:
+            return Placed(np.array([number]), (found,), TiePoints.none())
+    return None
+
+
+def _placed(scene: Scene, photo: Photo, seen: Sequence[_Seen]) -> Photo | None:
+    """The photo with its pose; where its neighbours tell different places, control points decide."""
+    poses = [pose for one in seen if (pose := _pose(photo, one, scene.seed)) is not None]
+    if any(elsewhere(pose, poses[0]) for pose in poses):
+        return best_place(photo, poses, scene.surface, scene.image_of, scene.seed)
+    pose = _pose(photo, _Seen.joined(seen), scene.seed)
+    if pose is None:
+        return None
+    return replace(photo, local_from_camera=Estimate(pose, np.zeros((6, 6)), 0.0, Provenance.MEASURED))
+
+
+def _pose(photo: Photo, seen: _Seen, seed: int) -> Rigid3 | None:
+    """The pose that enough of the points agree with and that does not contradict the approximate one."""
+    agree = _PLACED_M * float(photo.camera.params[0] / np.median(seen.away))
+    found = resect(photo.camera, seen.pixels, seen.xyz, agree, seed=seed)
+    enough = max(_FEWEST, _LEAST_SHARE * len(seen.pixels))
+    if found is None or found.inliers.sum() < enough or not _likely(found.pose, photo):
+        return None
+    return found.pose
+
+
+def _likely(pose: Rigid3, given: Photo) -> bool:
+    """Whether a pose does not contradict the approximate one."""
+    prior = given.local_from_camera
+    return prior is None or bool((np.abs(pose.t - prior.value.t) <= _PRIOR_SIGMAS * prior.sigma[:3]).all())
+
+
+def tied_to_neighbours(placed: Placed, common: Sequence[CommonPoints]) -> Placed:
+    """Adds the tie points of pairs that have none yet, where adjusted poses agree with them."""
+    place = {number: k for k, number in enumerate(placed.numbers.tolist())}
+    tied = _tied(placed)
+    parts, count = [placed.ties], len(placed.ties.xyz)
+    for pair in common:
+        if pair.first not in place or pair.second not in place:
+            continue
+        i, j = place[pair.first], place[pair.second]
+        if tied[i, j]:
+            continue
+        xyz, good = _intersected(placed.photos[i], placed.photos[j], pair.pixels)
+        if good.sum() >= _FEWEST:
+            parts.append(_ties(i, j, xyz[good], pair.pixels[good], count))
+            count += int(good.sum())
+    joined = (np.concatenate([getattr(t, f) for t in parts]) for f in ("xyz", "photo", "point", "pixels"))
+    return replace(placed, ties=TiePoints(*joined))
+
+
+def _tied(placed: Placed) -> Bool:
+    """Which photos (p, p) share tie points."""
+    ties, shape = placed.ties, (len(placed.photos), len(placed.ties.xyz))
+    sees = csr_array((np.ones(len(ties.photo)), (ties.photo, ties.point)), shape=shape)
+    return np.asarray((sees @ sees.T).toarray() > 0)
+
+
+def _ties(i: int, j: int, xyz: Float, pixels: Float, first: int) -> TiePoints:
+    n = len(xyz)
+    photo: Int = np.repeat([i, j], n)
+    point: Int = np.tile(np.arange(first, first + n), 2)
+    return TiePoints(xyz, photo, point, np.concatenate([pixels[:, 0], pixels[:, 1]]))
+
+
+def _intersected(a: Photo, b: Photo, pixels: Float) -> tuple[Float, Bool]:
+    """The points (m, 3) m nearest to both rays of pixels (m, 2, 2), and which agree with both photos."""
+    (p, u), (q, v) = a.ray(pixels[:, 0]), b.ray(pixels[:, 1])
+    cosine = (u * v).sum(1)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        square = 1.0 - cosine**2
+        w = q - p
+        s = ((w * u).sum(-1) - cosine * (w * v).sum(-1)) / square
+        t = (cosine * (w * u).sum(-1) - (w * v).sum(-1)) / square
+        xyz = 0.5 * (p + u * s[:, None] + q + v * t[:, None])
+        off = [np.linalg.norm(photo.project(xyz) - pixels[:, k], axis=1) for k, photo in enumerate((a, b))]
+        good = (np.maximum(*off) < _ADJUSTED_PX) & (square > np.sin(_LEAST_ANGLE) ** 2) & (s > 0) & (t > 0)
+    return xyz, np.asarray(good)

@@ -1,0 +1,103 @@
+"""Photos that are in no block find their place by what they share with placed ones, and are tied to them."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from frontage.geometry.rigid import rotation_angle
+from frontage.model import Estimate, Photo
+from frontage.orientation.neighbours import placed_by_neighbours, tied_to_neighbours
+from frontage.orientation.network import TiePoints
+from frontage.orientation.nouns import CommonPoints
+from frontage.orientation.placed import Placed, Scene
+from frontage.orientation.reflectance.surface import scanned_surface
+from frontage.orientation.result import Unoriented
+from frontage.orientation.ties.reasons import copy_of
+from orientation.paintedwalls import LANDSCAPE, corner_of_two, looking, posed, scan_of
+
+POSES = (looking(2.5, -7.5), looking(5.0, -8.0), looking(7.5, -6.5, heading=20.0))
+WRONG = 0.3
+"""Share of false matches."""
+
+
+@pytest.fixture(scope="module")
+def street():
+    walls = corner_of_two()
+    photos = [posed(pose, LANDSCAPE, f"{k}.jpg") for k, pose in enumerate(POSES)]
+    xyz = np.concatenate([w.points(0.15, np.random.default_rng(2), 0.0)[0] for w in walls])
+    return scanned_surface(scan_of(walls, 0.04)), photos, xyz
+
+
+def common(photos, xyz, first, second, wrong=WRONG):
+    """What two photos see of points, some of it in wrong places."""
+    rng = np.random.default_rng([first, second])
+    size = (LANDSCAPE.width, LANDSCAPE.height)
+    pixels = np.stack([photos[k].project(xyz) for k in (first, second)], axis=1)
+    pixels = pixels[((pixels > 0) & (pixels < size)).all((1, 2))]
+    pixels += rng.normal(0, 0.2, pixels.shape)
+    false = rng.random(len(pixels)) < wrong
+    pixels[false, 1] = rng.uniform(0, size, (int(false.sum()), 2))
+    return CommonPoints(first, second, pixels), false
+
+
+def scene_of(surface, given, pairs):
+    return Scene(given, surface, lambda _: pytest.fail("no picture is needed"), (), 0, print, (), pairs)
+
+
+def placed(photos, *numbers):
+    return Placed(np.array(numbers), tuple(photos[n] for n in numbers), TiePoints.none())
+
+
+def unposed(photos):
+    return [Photo(p.id, p.camera) for p in photos]
+
+
+def test_a_photo_is_resected_from_what_its_neighbour_sees_of_the_scan(street):
+    surface, photos, xyz = street
+    pairs = [common(photos, xyz, 0, 1)[0], common(photos, xyz, 1, 2)[0]]
+    scene = scene_of(surface, unposed(photos), pairs)
+    left = [
+        Unoriented("1.jpg", "O101", "it matches no other photo"),
+        Unoriented("2.jpg", "O103", "two places"),
+    ]
+    parts, rest = placed_by_neighbours(scene, [placed(photos, 0)], left)
+    assert not rest and [int(p.numbers[0]) for p in parts] == [0, 1, 2]  # the last one through the second
+    for part, true in zip(parts, photos, strict=True):
+        (found,) = part.photos
+        assert np.linalg.norm(found.pose.t - true.pose.t) < 0.03
+        assert rotation_angle(found.pose.R @ true.pose.R.T) < np.radians(0.2)
+
+
+def test_what_is_not_supported_stays_without_a_place(street):
+    surface, photos, xyz = street
+    few, mostly_false = common(photos, xyz[::150], 0, 1)[0], common(photos, xyz, 0, 2, wrong=0.95)[0]
+    copy = Unoriented("1.jpg", "O101", copy_of("0.jpg"))
+    for pair, one in ((few, "1.jpg"), (mostly_false, "2.jpg")):
+        left = [Unoriented(one, "O101", "why")]
+        scene = scene_of(surface, unposed(photos), [pair])
+        assert placed_by_neighbours(scene, [placed(photos, 0)], left)[1] == left
+    scene = scene_of(surface, unposed(photos), [common(photos, xyz, 0, 1)[0]])
+    assert placed_by_neighbours(scene, [placed(photos, 0)], [copy])[1] == [copy]
+
+
+def test_a_place_that_contradicts_the_approximate_pose_is_refused(street):
+    surface, photos, xyz = street
+    far = replace(photos[1].pose, t=photos[1].pose.t + np.array([10.0, 0.0, 0.0]))
+    prior = Estimate(far, np.diag([1.0] * 3 + [0.1] * 3) ** 2, 0.0)
+    given = [photos[0], replace(photos[1], local_from_camera=prior), photos[2]]
+    left = [Unoriented("1.jpg", "O101", "why")]
+    scene = scene_of(surface, given, [common(photos, xyz, 0, 1)[0]])
+    assert placed_by_neighbours(scene, [placed(photos, 0)], left)[1] == left
+
+
+def test_pairs_without_tie_points_are_tied_where_their_poses_agree(street):
+    _, photos, xyz = street
+    (pair, false), (other, _) = common(photos, xyz, 0, 1), common(photos, xyz, 0, 2, wrong=1.0)
+    tied = tied_to_neighbours(placed(photos, 0, 1, 2), [pair, other])
+    count = len(tied.ties.xyz)
+    assert count == pytest.approx((~false).sum(), rel=0.02)
+    near = np.linalg.norm(tied.ties.xyz[:, None] - xyz[None], axis=2).min(1)
+    assert np.median(near) < 0.02 and set(tied.ties.photo.tolist()) == {0, 1}
+    again = tied_to_neighbours(tied, [pair])
+    assert len(again.ties.xyz) == count
