@@ -1,8 +1,8 @@
 """Walkers near the wall, on narrow pavements: how much of a facade's picture is drawn on them.
 
 The scan saw them, so nothing of them belongs to the facade. A pixel is drawn on something if the surface that
-it is drawn on stands before the true one; what stands out of the facade itself (balconies, cornices) must
-stay, and so must the wall that some photo sees.
+it is drawn on stands before the true one, and nothing of the facade stands out there. What does (balconies,
+cornices) must stay, and so must the wall that some photo sees.
 """
 
 from typing import Any
@@ -74,8 +74,8 @@ def _row(seed: int, of: tuple[Street, int]) -> list[str]:
     truth, true_y = seen_wall(street, house, ortho), _true_depth(street, house, ortho)
     known = (ortho.source != 0) & (ortho.source != NOT_SEEN) & (truth.wall | truth.glass)
     y = np.nan_to_num(ortho.depth)
-    on_thing = known & (y < true_y - BEFORE_M) & (y < -BEFORE_M)
     out = (truth.wall | truth.glass) & (true_y < -STANDS_OUT_M)
+    on_thing = known & ~out & (y < true_y - BEFORE_M) & (y < -BEFORE_M)
     missed = known & out & (y > true_y + BEHIND_M)
     people = [-float(o.centre[1]) for o in ortho.occluders if o.kind == "person"]
     near = min((away for away in people if away < NEAR_M), default=None)
