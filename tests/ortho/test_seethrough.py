@@ -1,5 +1,7 @@
 """Where the scan puts something before the wall, the photos tell whether the wall shows all the same."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
@@ -7,6 +9,14 @@ from frontage.ortho.mosaic.seethrough import see_through
 
 WALL, LEAF = np.array([0.62, 0.55, 0.45]), np.array([0.25, 0.35, 0.15])
 NOISE = 0.02
+
+
+def seen(codes, standing, sigma, clear, behind, solid=None):
+    """What `see_through` finds on a wall without openings."""
+    plan = SimpleNamespace(
+        clear=clear, behind=behind, solid=np.zeros_like(behind) if solid is None else solid
+    )
+    return see_through(codes, standing, sigma, plan, np.zeros(standing.shape[:2], bool))
 
 
 def scene(open_share: float, wall: np.ndarray = WALL, seed: int = 0):
@@ -27,7 +37,7 @@ def scene(open_share: float, wall: np.ndarray = WALL, seed: int = 0):
 @pytest.mark.parametrize("open_share", [0.1, 0.4])
 def test_the_wall_between_leaves_is_found_and_leaves_are_not(open_share):
     codes, standing, sigma, clear, behind, shows = scene(open_share)
-    found = see_through(codes, standing, sigma, clear, behind, np.zeros((60, 120), bool))
+    found = seen(codes, standing, sigma, clear, behind)
     right = np.s_[:, :, 60:]
     assert not found[:, :, :60].any(), "where one photo is clear, the others are not asked"
     assert 0.85 < (found & shows)[right].sum() / shows[right].sum() <= 1.0
@@ -36,10 +46,24 @@ def test_the_wall_between_leaves_is_found_and_leaves_are_not(open_share):
 
 def test_an_occluder_that_is_never_seen_through_stays_one():
     codes, standing, sigma, clear, behind, _ = scene(0.0)
-    assert not see_through(codes, standing, sigma, clear, behind, np.zeros((60, 120), bool)).any()
+    assert not seen(codes, standing, sigma, clear, behind).any()
 
 
 def test_without_a_clear_photo_nothing_is_learned():
     codes, standing, sigma, clear, behind, _ = scene(0.4)
     nothing = np.zeros_like(clear)
-    assert not see_through(codes, standing, sigma, nothing, behind | clear, nothing[0]).any()
+    assert not seen(codes, standing, sigma, nothing, behind | clear).any()
+
+
+def test_a_walker_in_a_coat_of_the_colour_of_the_wall_is_not_painted():
+    """A third of him looks like the wall; a car that has left shows wall in its whole outline."""
+    codes, standing, sigma, clear, behind, _ = scene(0.0)
+    walker, left = np.zeros_like(behind), np.zeros_like(behind)
+    walker[:, 10:50, 70:85] = left[:, 10:50, 95:115] = True
+    rng = np.random.default_rng(1)
+    coat = walker & (np.arange(60) < 24)[None, :, None]
+    look = coat | left
+    codes[look] = (WALL + rng.normal(0.0, NOISE, (int(look.sum()), 3))).astype(np.float32)
+    found = seen(codes, standing, sigma, clear, behind, walker | left)
+    assert not found[walker].any() and found[left].mean() > 0.9
+    assert seen(codes, standing, sigma, clear, behind)[coat].mean() > 0.8, "as it would be among leaves"

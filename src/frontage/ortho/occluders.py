@@ -19,10 +19,14 @@ Spaced = tuple[Array, Array]
 
 @dataclass(frozen=True, eq=False)
 class OccluderCloud:
-    """What may hide the facade: its own parts, and what stands free before it."""
+    """What may hide the facade: its own parts, and what stands free before it.
+
+    `solid` are those of the free points that belong to things without gaps, such as cars and people.
+    """
 
     part: Spaced
     free: Spaced
+    solid: Spaced
 
 
 def find_occluders(
@@ -45,4 +49,5 @@ def find_occluders(
         spacing.append(s[surface].astype(np.float32))
     every, gap = np.concatenate(xyz), np.concatenate(spacing)
     free = (every[:, 1] < -options.front) | standing.holds(every)
-    return OccluderCloud((every[~free], gap[~free]), (every[free], gap[free]))
+    solid = free & standing.holds_in_solid(every)
+    return OccluderCloud(*((every[which], gap[which]) for which in (~free, free, solid)))

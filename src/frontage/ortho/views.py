@@ -40,6 +40,7 @@ class ViewPlan:
     gsd      (k, h, w) float32 m, size of a pixel of the photo on the facade
     clear    (k, h, w) bool, seen with nothing in front
     behind   (k, h, w) bool, behind what stands free before the facade, such as trees and cars
+    solid    (k, h, w) bool, behind what has no gaps, such as cars
     """
 
     cells: OrthoRaster
@@ -49,6 +50,7 @@ class ViewPlan:
     gsd: Array
     clear: Bool
     behind: Bool
+    solid: Bool
 
     def seeing(self, through: Bool) -> "ViewPlan":
         """Returns the plan in which photos see nothing behind free-standing things but in cells `through`."""
@@ -58,7 +60,7 @@ class ViewPlan:
     def without(self, names: frozenset[str]) -> "ViewPlan | None":
         """Returns the plan without the photos of these ids; None when the others see nothing."""
         keep = [k for k, photo in enumerate(self.photos) if photo.id not in names]
-        bands = {b: getattr(self, b)[keep] for b in ("quality", "gsd", "clear", "behind")}
+        bands = {b: getattr(self, b)[keep] for b in ("quality", "gsd", "clear", "behind", "solid")}
         plan = replace(self, photos=tuple(self.photos[k] for k in keep), **bands)
         return plan if (plan.quality * ~plan.behind).any() else None
 
@@ -93,7 +95,8 @@ def plan_views(
         return None
     clear = np.stack([s.factor == 1.0 for s in seen]) & (quality > 0.0) & ~behind
     gsd = np.stack([_effective_gsd(v.photo, coarse, options) for v in views])
-    return ViewPlan(cells, step, tuple(v.photo for v in views), quality, gsd, clear, behind)
+    solid = np.stack([s.solid for s in seen]) & behind
+    return ViewPlan(cells, step, tuple(v.photo for v in views), quality, gsd, clear, behind, solid)
 
 
 @dataclass(frozen=True)

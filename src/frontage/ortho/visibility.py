@@ -38,10 +38,12 @@ class Visibility:
 
     factor  float32, 1 with nothing in front, `_SELF_HIDDEN` behind small parts of the facade, else 0
     behind  bool, behind what stands free before the facade
+    solid   bool, behind such a thing without gaps
     """
 
     factor: Array
     behind: Bool
+    solid: Bool
 
 
 def visibility(
@@ -64,7 +66,7 @@ def visibility(
     u, v = (np.ascontiguousarray(a, np.float32) for a in at)
     slope = distance / own  # metres along the ray per metre along the normal
     box = np.ones((3, 3), np.uint8)
-    part, stands = (
+    part, stands, blocks = (
         (
             cv2.remap(
                 _shadows(centre, xyz, gap, fine), u, v, cv2.INTER_NEAREST, borderMode=cv2.BORDER_REPLICATE
@@ -72,10 +74,10 @@ def visibility(
             - own
         )
         * slope
-        for xyz, gap in (cloud.part, cloud.free)
+        for xyz, gap in (cloud.part, cloud.free, cloud.solid)
     )
     # A cell between two hidden ones is hidden, and the outline of a tree or car is known to a cell at best.
-    behind = cv2.dilate((stands < -_TOLERANCE_M).astype(np.uint8), box) > 0
+    behind, solid = (cv2.dilate((off < -_TOLERANCE_M).astype(np.uint8), box) > 0 for off in (stands, blocks))
     large, small = (
         cv2.morphologyEx((part < -limit).astype(np.uint8), cv2.MORPH_CLOSE, box) > 0
         for limit in (_OCCLUDER_M, _TOLERANCE_M)
@@ -83,7 +85,7 @@ def visibility(
     if _SPLAT * spacing > _BLUNT_M:
         small[:] = False
     factor = np.where(large, 0.0, np.where(small, _SELF_HIDDEN, 1.0)).astype(np.float32)
-    return Visibility(factor, behind)
+    return Visibility(factor, behind, solid)
 
 
 def _shadows(centre: Float, xyz: Array, spacing: Array, raster: OrthoRaster) -> Array:

@@ -1,10 +1,11 @@
 """Asks the photos whether the wall can be seen where the scan says that something stands before it.
 
-Between the leaves of a tree the wall shows, in other places from every photo, and a car may have left. Where
-no photo is clear, the colour of each photo is either that of the wall, which is the same in all photos that
-see it and likely on this facade, or that of what stands before it. Both distributions, and how often the scan
-is wrong, are learned where another photo is clear and shows what the wall looks like. The probability of the
-wall follows by Bayes' rule, with the colour of every photo in turn as that of the wall.
+Between the leaves of a tree the wall shows, in other places from every photo, and a car may have left, but
+only as a whole. Where no photo is clear, the colour of each photo is either that of the wall, which is the
+same in all photos that see it and likely on this facade, or that of what stands before it. Both
+distributions, and how often the scan is wrong, are learned where another photo is clear and shows what the
+wall looks like. The probability of the wall follows by Bayes' rule, with the colour of every photo in turn as
+that of the wall.
 """
 
 from dataclasses import dataclass
@@ -13,6 +14,7 @@ import cv2
 import numpy as np
 
 from frontage.geometry.arrays import Array, Bool, Float
+from frontage.ortho.views import ViewPlan
 
 _BINS = 16  # of the codes of a channel
 _SAME = 5.7  # standard deviations within which 99.9 % of two colours of one surface lie, in three channels
@@ -48,15 +50,15 @@ class _Colours:
         return np.asarray(self.table[tuple(np.moveaxis(_bin(codes), -1, 0))])
 
 
-def see_through(codes: Array, wall: Array, sigma: Array, clear: Bool, behind: Bool, glass: Bool) -> Bool:
+def see_through(codes: Array, wall: Array, sigma: Array, plan: ViewPlan, glass: Bool) -> Bool:
     """Returns the cells (k, h, w) in which photos show the wall although the scan puts something before it.
 
     `codes` (k, h, w, 3) are the colours of the photos, in one light; `wall` (h, w, 3) is that of the wall
-    with its standard deviation `sigma` (h, w) where photos are `clear` (k, h, w); `behind` (k, h, w) are the
-    cells in question, and `glass` (h, w) tells openings from wall. Only cells without a clear photo are
+    with its standard deviation `sigma` (h, w) where photos of the plan are clear; the cells behind something
+    are those in question, and `glass` (h, w) tells openings from wall. Only cells without a clear photo are
     judged.
     """
-    known = clear.any(0)
+    known, behind = plan.clear.any(0), plan.behind
     judged = behind & ~known
     through = np.zeros_like(behind)
     learned = behind & known
@@ -78,7 +80,16 @@ def see_through(codes: Array, wall: Array, sigma: Array, clear: Bool, behind: Bo
             odds[:, cells] = _log_odds(codes[:, cells], judged[:, cells], own, before, spread, seen)
     limited = np.where(judged, np.clip(odds, -_MOST_ODDS, _MOST_ODDS), 0.0).astype(np.float32)
     smooth = np.stack([cv2.blur(o, (_WINDOW, _WINDOW)) for o in limited])
-    return np.asarray(judged & (smooth > _ODDS))
+    there = np.stack([_stays(o, mask) for o, mask in zip(limited, plan.solid & judged, strict=True)])
+    return np.asarray(judged & (smooth > _ODDS) & ~there)
+
+
+def _stays(odds: Array, solid: Bool) -> Bool:
+    """Cells (h, w) behind things without gaps that still stand there, by the mean log odds of each."""
+    count, number = cv2.connectedComponents(solid.astype(np.uint8), connectivity=8)
+    cells = np.maximum(np.bincount(number.ravel(), minlength=count), 1)
+    mean = np.bincount(number.ravel(), odds.ravel(), minlength=count) / cells
+    return np.asarray(solid & (mean <= _ODDS)[number])
 
 
 def _log_odds(

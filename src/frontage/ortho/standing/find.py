@@ -41,6 +41,7 @@ _WALL_M2 = 8.0  # an upright plane larger than any sign or side of a car
 _MOSTLY = 0.7  # share of the points of a group on such a plane
 _FLAT_M = 0.15  # of a plane, from its middle
 _NEIGHBOURHOOD_M = 0.5
+_SOLID = ("car", "person", "sign")  # what nobody sees through
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,18 +52,27 @@ class Standing:
     corner     (3,) m in the facade frame, of the first cube
     cube       m, edge of a cube
     filled     (i, j, k) bool, cubes that hold points of the things
+    solid      (i, j, k) bool, those of things without gaps to see through
     """
 
     occluders: tuple[Occluder, ...] = ()
     corner: Float = field(default_factory=lambda: np.zeros(3))
     cube: float = _CUBE_M
     filled: Bool = field(default_factory=lambda: np.zeros((0, 0, 0), np.bool_))
+    solid: Bool = field(default_factory=lambda: np.zeros((0, 0, 0), np.bool_))
 
     def holds(self, xyz_facade: Array) -> Bool:
         """Returns which points (n, 3) m of the facade frame belong to the things and not to the facade."""
+        return self._within(self.filled, xyz_facade)
+
+    def holds_in_solid(self, xyz_facade: Array) -> Bool:
+        """Returns which points (n, 3) m of the facade frame belong to things without gaps, such as cars."""
+        return self._within(self.solid, xyz_facade)
+
+    def _within(self, cubes: Bool, xyz_facade: Array) -> Bool:
         at = np.floor((xyz_facade - self.corner) / self.cube).astype(np.int64)
-        inside = ((at >= 0) & (at < self.filled.shape)).all(1) & (xyz_facade[:, 1] < -_BEFORE_M)
-        inside[inside] = self.filled[tuple(at[inside].T)]
+        inside = ((at >= 0) & (at < cubes.shape)).all(1) & (xyz_facade[:, 1] < -_BEFORE_M)
+        inside[inside] = cubes[tuple(at[inside].T)]
         return np.asarray(inside)
 
 
@@ -98,9 +108,12 @@ def find_standing(facade: Facade, scan: Scan) -> Standing:
         for g in _groups(_Group(xyz[before], height[before], cube), joining)
         if g.xyz[:, 0].max() >= x0 - _BESIDE_M and g.xyz[:, 0].min() <= x1 + _BESIDE_M and not _is_wall(g)
     ]
-    found = sorted((_described(g, facade) for g in groups), key=lambda one: float(one.centre[0]))
+    things = [_described(g, facade) for g in groups]
+    found = sorted(things, key=lambda one: float(one.centre[0]))
     named = tuple(_renamed(one, f"{facade.id}/X{n}") for n, one in enumerate(found, 1))
-    return Standing(named, corner, edge, _filled(groups, cube.max(0) + 1))
+    solid = [g for g, one in zip(groups, things, strict=True) if one.kind in _SOLID]
+    shape = cube.max(0) + 1
+    return Standing(named, corner, edge, _filled(groups, shape), _filled(solid, shape))
 
 
 def _filled(groups: list[_Group], shape: Int) -> Bool:
