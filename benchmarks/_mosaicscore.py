@@ -27,8 +27,8 @@ def figures(pixels: Array, source: Array, singles: list[Single], truth: SeenWall
         "sharp": sharpness,
         "alike": likeness,
         "occluder": _painted_behind(source, truth),
-        "wall": _covered(known, truth.wall, truth),
-        "glass": _covered(known, truth.glass, truth),
+        "wall": covered(known, truth.wall, truth),
+        "glass": covered(known, truth.glass, truth),
         "colour": colour_difference(pixels, known & truth.wall & sure, truth.rgb),
         "shift": displacement(pixels, known & truth.wall, truth.rgb),
     }
@@ -137,7 +137,7 @@ def _painted_behind(source: Array, truth: SeenWall) -> float:
     return float(np.where(label < 0, mixed, hidden)[shown & (label != 0)].mean())
 
 
-def _covered(known: Bool, what: Bool, truth: SeenWall) -> float:
+def covered(known: Bool, what: Bool, truth: SeenWall) -> float:
     """The share of what at least one photo sees that is painted."""
     seen = truth.clear.any(0) & _sampled(what, truth)
     return float(_sampled(known, truth)[seen].mean()) if seen.any() else float("nan")

@@ -18,8 +18,8 @@ from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 
-ORPHANS_END_S = 2.0  # a killed run leaves no process after this
-STOPS_S = 10.0  # a second on an idle machine; workers that are just starting are waited for
+WORKS_ON_S = 1.0  # of processor time: a process of a killed run that uses more has not noticed
+HANGS_S = 100.0  # by the clock, which a busy machine stretches: whatever lives so long never ends
 _MARK = "FRONTAGE_KILL_TEST"
 _UNEQUAL = ("manifest.json", ".lock")  # holds timings; tells who runs
 
@@ -69,6 +69,10 @@ class Run:
         """The command lines of living processes of this run."""
         return tuple(_told(pid) for pid in _processes() if self._owns(pid))
 
+    def used(self) -> dict[int, float]:
+        """The processor time in s of every living process of this run."""
+        return {pid: _processor_time(pid) for pid in _processes() if self._owns(pid)}
+
     def _owns(self, pid: int) -> bool:
         try:
             state, *_ = fields = Path(f"/proc/{pid}/stat").read_text().rsplit(")", 1)[1].split()
@@ -79,12 +83,18 @@ class Run:
         except (OSError, IndexError):
             return False
 
-    def orphans(self, seconds: float = ORPHANS_END_S) -> tuple[str, ...]:
-        """The processes that still live after some seconds; returns at once when there are none."""
-        end = time.monotonic() + seconds
-        while (left := self.alive()) and time.monotonic() < end:
+    def orphans(self) -> tuple[str, ...]:
+        """The processes that work on or hang; returns at once when none is left.
+
+        Work is told by processor time, because on a busy machine a process that is ending lives for seconds.
+        """
+        before, end = self.used(), time.monotonic() + HANGS_S
+        while left := self.used():
+            busy = [pid for pid, used in left.items() if used - before.get(pid, 0.0) > WORKS_ON_S]
+            if busy or time.monotonic() > end:
+                return tuple(_told(pid) for pid in busy or left)
             time.sleep(0.05)
-        return left
+        return ()
 
     def clean(self) -> None:
         """End what is left of the run, and nothing else."""
@@ -98,6 +108,15 @@ class Run:
 
 def _processes() -> list[int]:
     return [int(path.name) for path in Path("/proc").iterdir() if path.name.isdigit()]
+
+
+def _processor_time(pid: int) -> float:
+    """Of the process itself in s; 0 when it has just ended."""
+    try:
+        fields = Path(f"/proc/{pid}/stat").read_text().rsplit(")", 1)[1].split()
+    except OSError:
+        return 0.0
+    return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
 
 
 def _told(pid: int) -> str:

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from fuzz.kills import STOPS_S, Run, Whole, contents, killed_often, moments, small_street, unkilled
+from fuzz.kills import HANGS_S, Run, Whole, contents, killed_often, markers, moments, small_street, unkilled
 
 
 @pytest.fixture(scope="module")
@@ -21,10 +21,11 @@ def whole(street: Path, tmp_path_factory: pytest.TempPathFactory) -> Whole:
     return unkilled(street, tmp_path_factory.mktemp("whole") / "out", 1)
 
 
-def test_a_run_that_is_killed_twice_is_resumed_to_the_same_bytes(
+def test_a_run_that_is_ended_and_killed_twice_is_resumed_to_the_same_bytes(
     street: Path, whole: Whole, tmp_path: Path
 ) -> None:
     """With one worker, tests/pipeline/test_run.py does the same at fourteen places of a run."""
+    ended_by_sigterm(street, tmp_path / "killed2_0", 2, whole)
     kills = killed_often(street, tmp_path, whole, 2, 2, seed=2)
     assert kills[0].markers < whole.markers and kills[0].markers <= kills[1].markers
     assert [kill for kill in kills if kill.orphans] == []
@@ -42,30 +43,41 @@ def test_workers_end_with_their_parent(street: Path, tmp_path: Path) -> None:
         run.clean()
 
 
-@pytest.mark.parametrize("workers", [1, 2])
-def test_sigterm_ends_a_run_in_one_sentence_and_one_of_two_workers_can_be_resumed(
-    street: Path, whole: Whole, tmp_path: Path, workers: int
-) -> None:
-    run = Run(street, tmp_path / "out", workers)
+def test_sigterm_ends_a_run_of_one_worker(street: Path, whole: Whole, tmp_path: Path) -> None:
+    """tests/cli/test_cli.py resumes one that Ctrl-C has ended."""
+    ended_by_sigterm(street, tmp_path / "out", 1, whole)
+
+
+def ended_by_sigterm(street: Path, out: Path, workers: int, whole: Whole) -> None:
+    """End a run into the folder `out` early: it stops in one sentence, before its work is done."""
+    run = Run(street, out, workers)
     try:
-        _until_working(run, tmp_path / "out")
-        start = time.monotonic()
+        _until_working(run, out)
         run.process.send_signal(signal.SIGTERM)
-        code, said = run.wait(10 * STOPS_S)
-        assert time.monotonic() - start < STOPS_S
+        code, said = run.wait(HANGS_S)
         assert code == 130
+        assert markers(out) < whole.markers
         assert "\n" not in said.strip(), said
         assert said.strip().startswith("interrupted")
         assert run.orphans() == ()
     finally:
         run.clean()
-    if workers == 2:  # with one, tests/cli/test_cli.py resumes a run that Ctrl-C has ended
-        assert unkilled(street, tmp_path / "out", workers).contents == whole.contents
+
+
+def test_a_process_that_works_on_is_an_orphan(street: Path, tmp_path: Path) -> None:
+    run = Run(street, tmp_path / "out", 1)
+    try:
+        (told,) = run.orphans()
+        assert "frontage" in told
+        run.kill()
+        assert run.orphans() == ()
+    finally:
+        run.clean()
 
 
 def _until_working(run: Run, out: Path) -> None:
     """Wait until the first stage is finished."""
-    end = time.monotonic() + 100
+    end = time.monotonic() + HANGS_S
     while not (out / ".done" / "scans.json").exists():
         assert run.process.poll() is None and time.monotonic() < end
         time.sleep(0.02)

@@ -22,6 +22,7 @@ from frontage.pipeline.project import load_project
 from frontage.simulate.scene import Part
 from frontage.simulate.sensors.recording import Echo
 from frontage.simulate.spec import parse_spec
+from frontage.studies.scenefolder import SceneFolder
 from frontage.studies.simulate import simulate
 from realdata import data_path
 from simulated import BARE, truth_of
@@ -67,11 +68,30 @@ def test_a_finished_scene_is_kept_and_a_damaged_one_made_again(bare: Path, tmp_p
     out = Path(shutil.copytree(bare, tmp_path / "scene"))
     before = {p: p.stat().st_mtime_ns for p in out.rglob("*") if p.is_file()}
     kept = simulate(parse_spec(BARE), out)
+    assert not any("simulated again" in note for note in kept.notes)
     assert {p: p.stat().st_mtime_ns for p in out.rglob("*") if p.is_file()} == before
     assert kept.photos == 2 and kept.points > 1000
     (out / "scans" / "S1.e57").unlink()
-    simulate(parse_spec(BARE), out)
+    again = simulate(parse_spec(BARE), out)
+    assert again.notes[0].endswith("is simulated again, because scans/S1.e57 is missing")
     assert hashes(out) == hashes(bare)
+
+
+def test_a_scene_that_is_made_again_says_why(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    made = {"the simulator": "1", "the spec": "2"}
+    folder = SceneFolder(tmp_path, made)
+    assert not folder.current() and folder.outdated() == ""
+    folder.begin(["a.txt"])
+    assert SceneFolder(tmp_path, made).outdated() == "it was not finished"
+    (tmp_path / "a.txt").write_text("a")
+    folder.finish()
+    assert SceneFolder(tmp_path, made).current()
+    other = SceneFolder(tmp_path, {"the simulator": "2", "the spec": "3"})
+    assert not other.current() and other.outdated() == "the simulator and the spec changed"
+    table = json.loads((tmp_path / "truth" / "files.json").read_text())
+    del table["made_of"]  # as an earlier version left it
+    (tmp_path / "truth" / "files.json").write_text(json.dumps(table))
+    assert "the simulator" in SceneFolder(tmp_path, made).outdated()
 
 
 def test_a_folder_with_other_things_is_left_alone(tmp_path: Path) -> None:

@@ -76,8 +76,8 @@ def test_a_poor_run_says_what_is_left_out(simulated_run: Path, built: Path, tmp_
     table = told(site, "run.json")
     text = " ".join(table["left_out"])
     for words in (
-        "no ortho-image of B01/F1",
-        "Openings were not looked for",
+        "no ortho-image, and so no picture, of: B01/F1",
+        "Openings were not found on, or not looked for on: B01/F1",
         "no model",
         "no oriented photos",
     ):

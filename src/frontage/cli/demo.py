@@ -24,6 +24,8 @@ _SHOWN = (
     ("openings", "f1_75", "openings, F1 at IoU 0.75"),
     ("openings", "border_median", "opening borders, median error"),
     ("openings", "depth_median", "opening depths, median error"),
+    ("openings", "border_within_95", "opening borders, share within 95 % bounds"),
+    ("openings", "depth_within_95", "opening depths, share within 95 % bounds"),
     ("openings", "bars_exact", "window bars, exact layouts"),
     ("model", "f1_50", "LoD3 model, F1 at IoU 0.5"),
 )
@@ -54,6 +56,8 @@ def command(out: Path, workers: int, quiet: bool, as_json: bool) -> None:
         return
     if quiet:
         return
+    for note in done.scene.notes:
+        click.echo(f"note: {note}", err=True)
     for _, warning in done.run.warnings:
         click.echo(f"warning {warning.code} {warning.item}: {warning.message}", err=True)
     show(done.scores)

@@ -70,6 +70,7 @@ def gis_project(
         groups=(Group("Plan", plan), Group("Elevations", groups, shown=False)),
         plates=tuple(plates),
         extent=_extent(tables),
+        left_out=survey.left_out,
     )
 
 

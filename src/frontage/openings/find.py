@@ -18,6 +18,7 @@ from frontage.openings.paper.find import Decomposition, find_by_paper
 from frontage.openings.protrusions.doors import with_balcony_doors
 from frontage.openings.protrusions.find import find_protrusions, number_protrusions
 from frontage.openings.protrusions.measure import FacadeBeams
+from frontage.openings.wall.smoothing import smoothed
 
 _UNSEEN_SHARE = 0.05  # share of a facade that may stay unseen without a note
 
@@ -64,6 +65,8 @@ def find_openings(
     if options.method == "paper":
         found = find_by_paper(facade, scan, options)
         return found if isinstance(found, Failed) else FoundOpenings(*found)
+
+    facade, scan = smoothed(facade, scan)
 
     def search(front: Facade, cloud: Scan) -> tuple[Opening, ...]:
         """Finds the openings of the front of a protrusion or niche, which is a wall of its own."""

@@ -33,9 +33,32 @@ def thin(xyz: Float, voxel: float) -> Int:
     if not len(cells):
         return np.empty(0, np.int64)
     _, ny, nz = cells.max(0) + 1
-    key = (cells[:, 0] * ny + cells[:, 1]) * nz + cells[:, 2]
-    order = np.lexsort((*xyz.T[::-1], key))
-    return np.sort(order[np.diff(key[order], prepend=-1) > 0]).astype(np.int64)
+    order, start = _grouped((cells[:, 0] * ny + cells[:, 1]) * nz + cells[:, 2])
+    x = xyz[order, 0]
+    size = np.diff(start, append=len(x))
+    least = np.flatnonzero(x == np.repeat(np.minimum.reduceat(x, start), size))
+    group, rows = np.repeat(np.arange(len(start)), size)[least], order[least]
+    first = np.diff(group, prepend=-1) > 0
+    tied = np.bincount(group)[group] > 1
+    by = np.lexsort((xyz[rows[tied], 2], xyz[rows[tied], 1], group[tied]))
+    rows[tied] = rows[tied][by]  # groups stay where they are
+    return np.sort(rows[first])
+
+
+def _grouped(key: Int) -> tuple[Int, Int]:
+    """Returns the order (n,) that sorts keys (n,) >= 0, equal ones as they come, and where each group starts.
+
+    Keys and rows are sorted as one number where they fit into one, which is several times faster.
+    """
+    bits = len(key).bit_length()
+    if int(key.max()).bit_length() + bits < 64:
+        both = (key << bits) | np.arange(len(key))
+        both.sort()
+        order, ranked = both & ((1 << bits) - 1), both >> bits
+    else:
+        order = np.argsort(key, kind="stable")
+        ranked = key[order]
+    return order, np.flatnonzero(np.diff(ranked, prepend=-1))
 
 
 def thin_to(xyz: Float, voxel: float, most: int = 3_000_000) -> Int:
@@ -56,7 +79,7 @@ class Neighbourhoods:
         self._rows = int(ij[:, 1].max()) + 2 * int(REACH / _CELL) + 8
         self._ij = ij
         flat = ij[:, 0] * self._rows + ij[:, 1]
-        self._order = np.argsort(flat, kind="stable")
+        self._order, _ = _grouped(flat)
         self._sorted = flat[self._order]
 
     def around(self, index: Int, reach: float = REACH) -> Int:
@@ -74,7 +97,9 @@ class Neighbourhoods:
         )
         count = stop - start
         within = np.arange(count.sum()) - np.repeat(np.cumsum(count) - count, count)
-        return np.sort(self._order[np.repeat(start, count) + within])
+        held = np.zeros(len(self._order), bool)
+        held[self._order[np.repeat(start, count) + within]] = True
+        return np.flatnonzero(held)
 
 
 def working_cloud(scan: Scan, neighbourhoods: Neighbourhoods, index: Int) -> tuple[Scan, Int]:
@@ -89,7 +114,9 @@ def working_cloud(scan: Scan, neighbourhoods: Neighbourhoods, index: Int) -> tup
     other = near[~own[near]]
     if len(other) > _MANY:
         other = other[thin(scan.xyz[other], _VOXEL)]
-    kept = np.sort(np.concatenate([np.flatnonzero(own), other]))
+    held = own.copy()
+    held[other] = True
+    kept = np.flatnonzero(held)
     some = scan.xyz[index]
     some = some[drawn(some, _SOME)]
     lost = tuple(n.towards(some - scan.origins[n.origin]) for n in scan.no_returns)

@@ -177,11 +177,15 @@ def _perform(task: _ItemTask) -> Any:
 
 @cache
 def code_hash(packages: tuple[str, ...]) -> str:
-    """Return a fingerprint of the source of packages: results of other code are not current."""
+    """Return a fingerprint of the source of packages and modules ("studies/score.py") of Frontage.
+
+    Results of other code are not current.
+    """
     root = Path(frontage.__file__).parent
     digest = hashlib.sha256(frontage.__version__.encode())
     for package in sorted(packages):
-        for source in sorted((root / package).rglob("*")):
+        place = root / package
+        for source in [place] if place.is_file() else sorted(place.rglob("*")):
             if source.suffix in (".py", ".html", ".css"):
                 digest.update(source.read_bytes())
     return digest.hexdigest()[:16]

@@ -33,27 +33,31 @@ class Made:
     measured: tuple[str, ...] = field(default=())
 
 
-def write_model(store: Store, made: Sequence[Made]) -> None:
-    """Write the city models with their pictures, meshes, tiles and the report. Raises FileError."""
-    folder, world = store.model_folder, store.world()
+def write_model(store: Store, made: Sequence[Made], left_out: Sequence[str]) -> None:
+    """Write the city models with their pictures, meshes, tiles and the report. Raises FileError.
+
+    left_out  sentences on what they do not show, which every file holds
+    """
+    folder, world, title = store.model_folder, store.world(), "Frontage LoD3"
     buildings = [b for m in made for b in m.buildings]
-    write_cityjson(folder / "lod3.city.json", buildings, world, "Frontage LoD3")
-    write_citygml(folder / "lod3.gml", buildings, world, "Frontage LoD3", "2.0")
-    write_citygml(folder / "lod3_citygml3.gml", buildings, world, "Frontage LoD3", "3.0")
+    write_cityjson(folder / "lod3.city.json", buildings, world, title, left_out)
+    write_citygml(folder / "lod3.gml", buildings, world, title, "2.0", left_out)
+    write_citygml(folder / "lod3_citygml3.gml", buildings, world, title, "3.0", left_out)
     write_json(folder / "report.json", {m.id: m.about for m in made})
     store.wrote(*(folder / n for n in ("lod3.city.json", "lod3.gml", "lod3_citygml3.gml", "report.json")))
-    store.put(folder / "lod3.glb", glb_of([m.mesh for m in made if m.mesh is not None], world))
+    meshes = [m.mesh for m in made if m.mesh is not None]
+    store.put(folder / "lod3.glb", glb_of(meshes, world, left_out=left_out))
     shown = {t.image for b in buildings for shell in b.shells for t in shell.textures.values()}
-    _write_tiles(store, [m.tile for m in made if m.tile is not None])
+    _write_tiles(store, [m.tile for m in made if m.tile is not None], left_out)
     for m in made:
         for path in sorted(shown & m.textures.keys()):
             store.put(folder / path, m.textures[path])
         store.put(folder / "pictures" / f"{m.id}.png", m.picture)
 
 
-def _write_tiles(store: Store, made: Sequence[BuildingTile]) -> None:
+def _write_tiles(store: Store, made: Sequence[BuildingTile], left_out: Sequence[str]) -> None:
     folder = store.products_folder / "tiles"
     for name, data in (file for one in made for file in one.files.items()):
         store.put(folder / name, data)
-    write_tileset(folder / "tileset.json", [one.tile for one in made], store.world())
+    write_tileset(folder / "tileset.json", [one.tile for one in made], store.world(), left_out)
     store.wrote(folder / "tileset.json")

@@ -5,6 +5,7 @@ from pathlib import Path
 
 from frontage.errors import MissingExtra
 from frontage.exports.survey import Survey
+from frontage.pipeline.notes import listed
 from frontage.pipeline.store.store import Store
 
 
@@ -19,6 +20,11 @@ def optional(store: Store, files: Sequence[Path], write: Callable[[], None]) -> 
         return f"{names} left out: {error}, then run `frontage export` on this folder"
     store.wrote(*files)
     return ""
+
+
+def without(names: Sequence[str], what: str) -> tuple[str, ...]:
+    """Return the note that some facades or buildings are not in a product, nothing where there are none."""
+    return (f"{what}: {listed(names)}.",) if names else ()
 
 
 def untold(survey: Survey) -> tuple[str, ...]:

@@ -1,6 +1,6 @@
 """What a run has measured, gathered from its folder for tables, drawings and questions."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -10,24 +10,24 @@ from frontage.exports.survey import Front, Survey, SurveyedBuilding
 from frontage.geometry.arrays import Float
 from frontage.geometry.ring import convex_ring
 from frontage.model import Photo, WorldRef
+from frontage.pipeline.gaps import gaps, warnings_of
 from frontage.pipeline.groundplans import ground_plans
 from frontage.pipeline.store.records import BuildingRecord
 from frontage.pipeline.store.store import Store
 
-_STAGES = ("buildings", "facades", "ortho", "openings", "crossbars", "model")
-"""Whose warnings say what is missing."""
+_NAMELESS = "No building has an address: the city model gives none, and the project file has no [addresses]."
 
 
 def gather_survey(store: Store) -> Survey:
     """Return what a run has measured. Files that are damaged raise FileError; what is missing is told."""
-    world, warned = store.world(), _warnings(store)
+    world, warned = store.world(), warnings_of(store)
     addresses = addresses_of(store)
     buildings = tuple(
         _building(store, record, world, addresses[record.id], warned) for record in store.building_records()
     )
     photos, unseen = _photos(store)
-    missing = [text for b in buildings for text in _of_building(b, store)]
-    return Survey(world, buildings, photos, _stations(store, world), (*unseen, *missing))
+    nameless = () if any(addresses.values()) else (_NAMELESS,)
+    return Survey(world, buildings, photos, _stations(store, world), (*unseen, *gaps(store), *nameless))
 
 
 def gather_building(store: Store, building: str, address: str | None) -> SurveyedBuilding:
@@ -38,7 +38,7 @@ def gather_building(store: Store, building: str, address: str | None) -> Surveye
     record = next((r for r in store.building_records() if r.id == building), None)
     if record is None:
         raise InputError(f"no building {building!r} in {store.out}")
-    return _building(store, record, store.world(), address, _warnings(store))
+    return _building(store, record, store.world(), address, warnings_of(store))
 
 
 def heights_of(world: WorldRef) -> str:
@@ -48,16 +48,6 @@ def heights_of(world: WorldRef) -> str:
     upright = None if world.crs is None else vertical(parse_crs(world.crs))
     where = f"the zero of {world.crs}" if world.crs else "the zero of the scans"
     return f"above {upright.name}" if upright is not None else f"above {where}, which names no height datum"
-
-
-def _warnings(store: Store) -> dict[str, list[str]]:
-    """Return what went wrong, by building."""
-    found: dict[str, list[str]] = {}
-    for stage, warning in store.manifest().warnings:
-        if stage in _STAGES:
-            text = f"{warning.item}: {warning.message} [{warning.code}]"
-            found.setdefault(warning.item.split("/")[0], []).append(text)
-    return found
 
 
 def addresses_of(store: Store) -> dict[str, str | None]:
@@ -119,19 +109,6 @@ def _stations(store: Store, world: WorldRef) -> Float:
         return np.empty((0, 3))
     used = np.unique(scan.origin_index[scan.origin_index >= 0])
     return np.asarray(world.to_world(scan.origins[used]), np.float64)
-
-
-def _of_building(b: SurveyedBuilding, store: Store) -> Iterator[str]:
-    """Say what is missing of a building."""
-    yield from b.missing
-    if not b.fronts and not b.missing:
-        yield f"{b.id}: no facade was found."
-    unjudged = [facade.id for facade, elements in b.fronts if elements is None]
-    if unjudged:
-        yield f"Openings were not found on, or not looked for on: {_listed(unjudged)}."
-    blind = [facade.id for facade, _ in b.fronts if not store.has(facade.id, "ortho")]
-    if blind:
-        yield f"There is no ortho-image, and so no picture, of: {_listed(blind)}."
 
 
 def _listed(names: Sequence[str]) -> str:

@@ -32,6 +32,7 @@ class _FacadeSection:
     facts: list[Fact]
     notes: tuple[str, ...]
     warnings: tuple[dict[str, str], ...]
+    judged: bool
     rows: list[Row]
     evidence: list[tuple[Figure, str]]
     bars: BarsSheet | None
@@ -91,7 +92,7 @@ def _title(manifest: dict[str, Any]) -> str | None:
 def _totals(stages: dict[str, Any]) -> list[tuple[str, str]]:
     """What was made, for the head of the page; a dash for stages that did not run."""
     names = {"scans": "points", "buildings": "buildings", "facades": "facades", "ortho": "ortho-images",
-             "openings": "openings"}  # fmt: skip
+             "openings": "openings", "model": "models"}  # fmt: skip
     return [(text, f"{stages[name]['items']:,}" if name in stages else "–") for name, text in names.items()]
 
 
@@ -121,6 +122,7 @@ def _facade(view: FacadeView) -> _FacadeSection:
         facts,
         view.facade.notes + view.notes,
         view.warnings,
+        view.elements is not None,
         rows(view.elements) if view.elements else [],
         [(evidence_figure(view, picture), picture.caption) for picture in view.evidence],
         bars_sheet(view),

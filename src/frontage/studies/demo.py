@@ -44,7 +44,8 @@ class Demo:
 def demo(out: Path, *, workers: int = 1, progress: Progress | None = None) -> Demo:
     """Simulate the street of `SPEC` into out/street and run the chain into out/result.
 
-    A second call keeps the street and the stages of the run that are finished.
+    A second call keeps the street and the stages of the run that are finished; why the street is simulated
+    again, if the simulator has changed, is in the notes of the scene.
 
     Raises FrontageError as `simulate`, `run` and `score` do.
     """

@@ -45,7 +45,10 @@ from frontage.studies.scenemodels import write_lod2, write_lod3
 from frontage.studies.sceneproject import project_text
 
 _SHOWN = 0.1  # share of a facade that some sensor saw, for its true ortho-image to be made
-_CODE = ("geometry", "model", "solve", "raster", "io", "simulate", "pipeline", "studies")
+_CODE = (
+    "geometry", "model", "raster", "io", "simulate", "pipeline/store/files.py", "studies/simulate.py",
+    "studies/scenemodels.py", "studies/sceneproject.py", "studies/measurements.py",
+)  # fmt: skip
 _PLAIN = (
     "project.toml",
     "lod2.city.json",
@@ -100,11 +103,13 @@ def simulate(
     paths = [require_file(Path(base) / path) for path in asked.from_model]
     spec = asked.model_copy(update={"from_model": tuple(str(path.resolve()) for path in paths)})
     contents = [hashlib.sha256(path.read_bytes()).hexdigest() for path in paths]
-    place = SceneFolder(folder, fingerprint(code_hash(_CODE), asked.model_dump(mode="json"), contents))
+    place = SceneFolder(folder, _made_of(asked, contents))
     if place.current():
         made = _summary(folder, notes, start)
         told.end("scene", made.seconds, True, made.facades)
         return made
+    if why := place.outdated():
+        notes = (*notes, f"the scene in {out} is simulated again, because {why}")
     scene = _built(spec, told)
     tasks = [*_scan_tasks(spec, folder), *_photo_tasks(spec, scene, folder)]
     place.begin(_names(tasks, scene))
@@ -139,6 +144,15 @@ def _summary(out: Path, notes: tuple[str, ...], start: float) -> Simulated:
         (*notes, *table["notes"]),
         time.perf_counter() - start,
     )
+
+
+def _made_of(spec: SceneSpec, contents: Sequence[str]) -> dict[str, str]:
+    """What a scene follows from; `contents` are the hashes of its city models."""
+    return {
+        "the simulator": code_hash(_CODE),
+        "the spec": fingerprint(spec.model_dump(mode="json")),
+        "the city models": fingerprint(list(contents)),
+    }
 
 
 def _with_instruments(spec: SceneSpec) -> tuple[SceneSpec, tuple[str, ...]]:

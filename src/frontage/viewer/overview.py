@@ -12,6 +12,7 @@ from frontage.geometry.arrays import Float
 from frontage.geometry.ring import at_depth, box_sigmas
 from frontage.io.meshes.tileset import geocentric_from_local
 from frontage.model import Elements, Facade, Opening
+from frontage.pipeline.gaps import gaps, unmodelled
 from frontage.pipeline.survey import heights_of
 from frontage.report.layouts import layout_words
 from frontage.viewer.bands import BLOCK_PX, Blocks, described
@@ -116,23 +117,13 @@ def _tiles(run: Run, middle: Float) -> dict[str, Any] | None:
 
 def _left_out(run: Run) -> list[str]:
     """Say in sentences what the viewer cannot show."""
-    store, found = run.store, []
-    warned: dict[str, str] = {}
-    for _, w in store.manifest().warnings:
-        warned.setdefault(w.item, f"{w.message} [{w.code}]")
-    for record in store.building_records():
-        if not store.facades_of(record.id):
-            found.append(f"{record.id} has no facade: {warned.get(record.id, 'none was found')}.")
-    blind = [n for n in run.facades if not store.has(n, "ortho")]
-    if blind:
-        found.append(f"There is no ortho-image of {', '.join(blind)}.")
-    unjudged = [n for n in run.facades if not store.has(n, "openings")]
-    if unjudged:
-        found.append(f"Openings were not looked for, or failed, on {', '.join(unjudged)}.")
+    found = [*gaps(run.store), *unmodelled(run.store)]
     if not run.tile_files:
         found.append("The run has no model in 3-D: the district shows the pictures of its facades.")
     if run.witnesses.note:
         found.append(f"{run.witnesses.note[0].upper()}{run.witnesses.note[1:]}.")
     elif not run.photos:
         found.append("The run has no oriented photos.")
+    if not any(run.addresses[0].values()):
+        found.append("No building has an address: search by the ids of buildings.")
     return found

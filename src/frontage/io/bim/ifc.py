@@ -26,10 +26,17 @@ _NO_TIME = "1970-01-01T00:00:00"  # equal runs give equal files
 Entity = Any
 
 
-def write_ifc(path: Path, buildings: Sequence[BimBuilding], world: WorldRef, title: str) -> None:
+def write_ifc(
+    path: Path,
+    buildings: Sequence[BimBuilding],
+    world: WorldRef,
+    title: str,
+    left_out: Sequence[str] = (),
+) -> None:
     """Write buildings as IFC 4.3, in local metres that a map conversion takes to the CRS of `world`.
 
-    A world without CRS has no map conversion; then the placement of the site is its origin.
+    A world without CRS has no map conversion; then the placement of the site is its origin. `left_out`,
+    sentences on what the model does not show, are the description of the project.
 
     Raises MissingExtra without ifcopenshell, FileError when the file cannot be written.
     """
@@ -39,7 +46,7 @@ def write_ifc(path: Path, buildings: Sequence[BimBuilding], world: WorldRef, tit
     except ImportError as error:
         raise MissingExtra("writing IFC", "bim") from error
     file = ifcopenshell.file(schema=SCHEMA)
-    _Writer(file, ifcopenshell.guid.compress, world).project(buildings, title)
+    _Writer(file, ifcopenshell.guid.compress, world).project(buildings, title, " ".join(left_out))
     header = file.header
     header.file_name.name, header.file_name.time_stamp = path.name, _NO_TIME
     header.file_name.preprocessor_version = header.file_name.originating_system = "Frontage"
@@ -63,13 +70,15 @@ class _Writer:
         number = uuid.uuid5(self._space, f"{kind} {key}")
         return self.make(kind, GlobalId=self._compress(number.hex), **values)
 
-    def project(self, buildings: Sequence[BimBuilding], title: str) -> None:
+    def project(self, buildings: Sequence[BimBuilding], title: str, left_out: str) -> None:
         """Make the project with its site and buildings."""
         context = self._context()
         units = [self.make("IfcSIUnit", UnitType=f"{kind}UNIT", Name=name) for kind, name in
                  (("LENGTH", "METRE"), ("AREA", "SQUARE_METRE"), ("VOLUME", "CUBIC_METRE"),
                   ("PLANEANGLE", "RADIAN"))]  # fmt: skip
-        project = self.rooted("IfcProject", "", Name=title, RepresentationContexts=[context],
+        about = f"Left out: {left_out}" if left_out else None
+        project = self.rooted("IfcProject", "", Name=title, Description=about,
+                              RepresentationContexts=[context],
                               UnitsInContext=self.make("IfcUnitAssignment", Units=units))  # fmt: skip
         located = self._map(context)
         origin = np.zeros(3) if located else self._world.origin

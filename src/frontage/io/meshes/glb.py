@@ -72,14 +72,20 @@ class GlbMesh:
     extras: dict[str, Any] = field(default_factory=dict)
 
 
-def glb_of(meshes: Sequence[GlbMesh], world: WorldRef, features: FeatureTable | None = None) -> bytes:
+def glb_of(
+    meshes: Sequence[GlbMesh],
+    world: WorldRef,
+    features: FeatureTable | None = None,
+    left_out: Sequence[str] = (),
+) -> bytes:
     """The bytes of one GLB with all meshes and their pictures; equal meshes give equal bytes.
 
     Pieces that refer to the same `GlbMaterial` object share it and its picture. `features` says what the
-    features are that vertices belong to.
+    features are that vertices belong to; `left_out`, what the file does not show, stands in `asset.extras`.
     """
     blob = _Blob()
     place = {"crs": world.crs, "origin": [int(v) for v in world.origin], "world": "local + origin", "up": "z"}
+    about = {**place, "left_out": list(left_out)} if left_out else place
     materials = list({id(p.material): p.material for m in meshes for p in m.pieces}.values())
     number = {id(m): k for k, m in enumerate(materials)}
     pictures = [m for m in materials if m.texture is not None]
@@ -90,7 +96,7 @@ def glb_of(meshes: Sequence[GlbMesh], world: WorldRef, features: FeatureTable | 
         "extras": place,
     }
     gltf: dict[str, Any] = {
-        "asset": {"version": "2.0", "generator": "Frontage", "extras": place},
+        "asset": {"version": "2.0", "generator": "Frontage", "extras": about},
         **_extensions(pictures, features, blob),
         "scene": 0,
         "scenes": [{"nodes": [0]}],

@@ -41,9 +41,9 @@ class TexturedMesh:
         return self.name.replace("/", "_")
 
 
-def glb_bytes(meshes: Sequence[TexturedMesh], world: WorldRef) -> bytes:
+def glb_bytes(meshes: Sequence[TexturedMesh], world: WorldRef, left_out: Sequence[str] = ()) -> bytes:
     """The bytes of one GLB with all meshes and their textures; equal meshes give equal bytes."""
-    return glb_of([_whole(m) for m in meshes], world)
+    return glb_of([_whole(m) for m in meshes], world, left_out=left_out)
 
 
 def _whole(mesh: TexturedMesh) -> GlbMesh:
@@ -51,16 +51,20 @@ def _whole(mesh: TexturedMesh) -> GlbMesh:
     return GlbMesh(mesh.name, (piece,), mesh.local_from_mesh, mesh.extras)
 
 
-def write_glb(path: Path, meshes: Sequence[TexturedMesh], world: WorldRef) -> None:
+def write_glb(
+    path: Path, meshes: Sequence[TexturedMesh], world: WorldRef, left_out: Sequence[str] = ()
+) -> None:
     """Write the GLB of `glb_bytes`. Raises FileError when that fails."""
-    _write(path, glb_bytes(meshes, world))
+    _write(path, glb_bytes(meshes, world, left_out))
 
 
-def write_obj(path: Path, meshes: Sequence[TexturedMesh], world: WorldRef) -> None:
+def write_obj(
+    path: Path, meshes: Sequence[TexturedMesh], world: WorldRef, left_out: Sequence[str] = ()
+) -> None:
     """Write an OBJ file, and beside it its .mtl, `textures/*.jpg` and `<stem>.offset.json`.
 
     Vertices are in local metres with z up, to 0.1 mm; world = vertex + offset. Texture coordinates have v
-    upwards, as OBJ requires.
+    upwards, as OBJ requires. The last file also says what the model does not show (`left_out`).
 
     Raises FileError when a file cannot be written.
     """
@@ -73,6 +77,7 @@ def write_obj(path: Path, meshes: Sequence[TexturedMesh], world: WorldRef) -> No
         "offset": [int(v) for v in world.origin],
         "world": "vertex + offset",
         "up": "z",
+        **({"left_out": list(left_out)} if left_out else {}),
     }
     _write(path.with_suffix(".offset.json"), (json.dumps(offset, indent=2) + "\n").encode())
     _write(path, _obj_text(meshes, path.with_suffix(".mtl").name).encode())

@@ -49,12 +49,13 @@ class Tile:
     levels: tuple[Level, ...]
 
 
-def write_tileset(path: Path, tiles: Sequence[Tile], world: WorldRef) -> None:
+def write_tileset(path: Path, tiles: Sequence[Tile], world: WorldRef, left_out: Sequence[str] = ()) -> None:
     """Write `tileset.json`. Raises FileError when that fails.
 
     Heights of a CRS that names no height datum, or one whose geoid is not installed, are taken as heights
-    above the ellipsoid; `asset.extras` of the file says so, and how good the place is. Without a CRS, or with
-    one that no transformation leads out of, tiles stay in local metres.
+    above the ellipsoid; `asset.extras` of the file says so, and how good the place is, and what the tiles do
+    not show (`left_out`). Without a CRS, or with one that no transformation leads out of, tiles stay in local
+    metres.
     """
     place = _Place(world)
     corners = np.concatenate([tile.centre + c for tile in tiles for c in (tile.low, tile.high)]).reshape(
@@ -66,7 +67,7 @@ def write_tileset(path: Path, tiles: Sequence[Tile], world: WorldRef) -> None:
     root = {"boundingVolume": place.volume(corners), "geometricError": size, "refine": "ADD",
             "children": children}  # fmt: skip
     about = {"crs": world.crs, "origin": [int(v) for v in world.origin], "heights": place.heights,
-             "notes": place.notes}  # fmt: skip
+             "notes": place.notes, "left_out": list(left_out)}  # fmt: skip
     asset = {"version": "1.1", "generator": "Frontage", "extras": about}
     text = json.dumps({"asset": asset, "geometricError": 2 * size, "root": root}, indent=1)
     with whole_file(path) as temporary:

@@ -98,7 +98,8 @@ class Plate:
 class QgisProject:
     """A project: its title, the CRS of what is not upright, its groups and plates, and the first view.
 
-    extent  m in that CRS; None = nothing has a place
+    extent    m in that CRS; None = nothing has a place
+    left_out  sentences on what the project does not show
     """
 
     title: str
@@ -106,6 +107,7 @@ class QgisProject:
     groups: tuple[Group, ...]
     plates: tuple[Plate, ...]
     extent: Box | None
+    left_out: tuple[str, ...] = ()
 
     @property
     def layers(self) -> Iterator[Layer]:

@@ -51,6 +51,7 @@ def project_xml(project: QgisProject) -> etree._Element:
     root.append(E.layerorder(*(E.layer(id=key) for key in layers)))
     root.append(E.projectlayers(*(_layer(layer, project.crs) for layer in layers.values())))
     root.append(_properties())
+    root.append(_metadata(project))
     root.append(E.Layouts(*(layout(plate, layers, _plane()) for plate in project.plates)))
     return root
 
@@ -108,6 +109,12 @@ def _properties() -> etree._Element:
         E.Measure(E.Ellipsoid("NONE", type="QString")),
         E.Measurement(E.DistanceUnits("meters", type="QString"), E.AreaUnits("m2", type="QString")),
     )
+
+
+def _metadata(project: QgisProject) -> etree._Element:
+    """Return what the properties of the project tell of it: its title, and what it leaves out."""
+    about = f"Left out: {' '.join(project.left_out)}" if project.left_out else ""
+    return E.projectMetadata(E.title(project.title), E.abstract(about))
 
 
 def _plane() -> etree._Element:

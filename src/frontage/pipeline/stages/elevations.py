@@ -15,7 +15,7 @@ from frontage.io.drawings.elevation import Elevation, Underlay
 from frontage.io.drawings.pdf import write_pdf
 from frontage.model import Facade
 from frontage.pipeline.pictures import facade_picture
-from frontage.pipeline.products import optional
+from frontage.pipeline.products import optional, without
 from frontage.pipeline.stage import After, Job, Stage
 from frontage.pipeline.store.results import ItemResult, StageResult
 from frontage.pipeline.store.store import Store
@@ -75,8 +75,12 @@ def save(job: Job, elevations: list[Elevation]) -> ElevationsItem:
 
 
 def join(job: Job, parts: Sequence[ElevationsItem]) -> StageResult:
-    """Count the facades that were drawn."""
-    notes = tuple(note for part in parts for note in part.notes)
+    """Count the facades that were drawn, and tell of which building there is no drawing."""
+    bare = [name for name, part in zip(job.payload, parts, strict=True) if not part.facades]
+    notes = (
+        *without(bare, "Without a facade, and so without a drawing"),
+        *(note for part in parts for note in part.notes),
+    )
     return StageResult(items=sum(len(part.facades) for part in parts), notes=notes)
 
 

@@ -8,9 +8,13 @@ from dataclasses import dataclass
 from frontage.exports import FacadePicture, facade_mesh
 from frontage.io.meshes.textured import TexturedMesh, write_glb, write_obj
 from frontage.io.rasters.vrt import write_virtual
+from frontage.pipeline.gaps import gaps
 from frontage.pipeline.pictures import street_looks, wall_picture
+from frontage.pipeline.products import without
 from frontage.pipeline.stage import After, Job, Stage
 from frontage.pipeline.store.results import StageResult
+
+_SHOWN = ("buildings", "facades", "ortho")  # stages whose results are in these files
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -40,8 +44,9 @@ def save(job: Job, meshes: list[TexturedMesh]) -> list[TexturedMesh]:
     store = job.store
     folder, world = store.model_folder, store.world()
     folder.mkdir(exist_ok=True)
-    write_glb(folder / "facades.glb", meshes, world)
-    write_obj(folder / "facades.obj", meshes, world)
+    left_out = gaps(store, _SHOWN)
+    write_glb(folder / "facades.glb", meshes, world, left_out)
+    write_obj(folder / "facades.obj", meshes, world, left_out)
     store.wrote(*(folder / f"facades.{ending}" for ending in ("glb", "obj", "mtl", "offset.json")))
     store.wrote(*(folder / "textures" / f"{mesh.file_stem}.jpg" for mesh in meshes))
     for name in store.facade_ids("ortho"):
@@ -51,9 +56,14 @@ def save(job: Job, meshes: list[TexturedMesh]) -> list[TexturedMesh]:
 
 
 def join(job: Job, parts: list[list[TexturedMesh]]) -> ExportResult:
-    """Count the facades."""
+    """Count the facades, and tell which are left out."""
     (meshes,) = parts
-    return ExportResult(items=len(meshes), textures=tuple(mesh.file_stem for mesh in meshes))
+    blind = [name for name in job.store.facade_ids() if not job.store.has(name, "ortho")]
+    return ExportResult(
+        items=len(meshes),
+        textures=tuple(mesh.file_stem for mesh in meshes),
+        notes=without(blind, "Without an ortho-image, and so not in model/facades.* and products/rasters"),
+    )
 
 
 STAGE = Stage(

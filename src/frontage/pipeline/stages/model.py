@@ -24,9 +24,11 @@ from frontage.geometry.arrays import Float
 from frontage.io.citymodels.read import read_city_model
 from frontage.model import Building, Elements, Facade, Failed
 from frontage.model.citymodel import CityBuilding, Shell
+from frontage.pipeline.gaps import BEFORE_MODEL, gaps
 from frontage.pipeline.groundplans import ground_plans
 from frontage.pipeline.modelfiles import Made, write_model
 from frontage.pipeline.pictures import street_looks, wall_picture
+from frontage.pipeline.products import without
 from frontage.pipeline.stage import After, Job, Stage, attempt
 from frontage.pipeline.store.records import BuildingRecord
 from frontage.pipeline.store.results import StageResult, StageWarning
@@ -138,12 +140,19 @@ def save(job: Job, made: Made) -> Made:
 def join(job: Job, parts: list[Made]) -> ModelResult:
     """Write all files of the model; without any building, none."""
     built = [made for made in parts if made.buildings]
+    lost = [made for made in parts if not made.buildings]
+    failed = [f"{made.id}: {f.message} [{f.code}]" for made in lost for f in made.failed]
     if built:
-        write_model(job.store, built)
+        write_model(job.store, built, (*gaps(job.store, BEFORE_MODEL), *failed))
+    bare = [made.id for made in lost if not made.failed]
     return ModelResult(
         items=sum(len(made.buildings) for made in parts),
         buildings=tuple(b.id for made in parts for b in made.buildings),
-        notes=(*_notes(parts), *_addresses(job)[1].values()),
+        notes=(
+            *_notes(parts),
+            *without(bare, "Without a facade, and so not in the model"),
+            *_addresses(job)[1].values(),
+        ),
         warnings=tuple(warning for made in parts for warning in _warnings(made)),
     )
 

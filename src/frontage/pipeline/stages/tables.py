@@ -92,6 +92,7 @@ STAGE = Stage(
         "crossbars",
         After("ortho", optional=True),
         After("orient", optional=True),
+        After("model", optional=True),
     ),
     load=load,
     work=work,

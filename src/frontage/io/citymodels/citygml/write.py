@@ -29,6 +29,7 @@ def write_citygml(
     world: WorldRef,
     title: str,
     version: Literal["2.0", "3.0"] = "2.0",
+    left_out: Sequence[str] = (),
 ) -> Path:
     """Write the shells of LoD2 and LoD3 of every building, its parts and installations.
 
@@ -37,7 +38,7 @@ def write_citygml(
     thematic surfaces; one of 2.0 repeats them, because GDAL and what is built on it follow no references.
     Textures lie on the polygons of the thematic surfaces and refer to their pictures. A window or door is put
     into the wall that its attribute `parent` names. Attributes of buildings, and of surfaces of LoD3, become
-    generic attributes.
+    generic attributes. `left_out`, sentences on what the model does not show, are its description.
 
     Raises FileError when the file cannot be written, CrsError, and ValueError for a building without such a
     shell.
@@ -47,6 +48,8 @@ def write_citygml(
     writer = _Writer(CITYGML2 if version == "2.0" else CITYGML3, world, srs, turned)
     shown = [s for b in buildings for s in _shown(b)]
     root = writer.dialect.make("core:CityModel", xsi_schemaLocation=writer.dialect.schema_location)
+    if left_out:
+        writer.dialect.add(root, "gml:description", f"Left out: {' '.join(left_out)}")
     writer.dialect.add(root, "gml:name", title)
     corners = np.vstack([s.ring for shell in shown for s in shell.surfaces])
     writer.envelope(root, world.to_world(corners))

@@ -20,7 +20,13 @@ _CORNERS = 3  # of a ring, at least
 _SKIPPED = {"source_id", "type", "parent", "children"}
 
 
-def write_cityjson(path: str | Path, buildings: Sequence[CityBuilding], world: WorldRef, title: str) -> Path:
+def write_cityjson(
+    path: str | Path,
+    buildings: Sequence[CityBuilding],
+    world: WorldRef,
+    title: str,
+    left_out: Sequence[str] = (),
+) -> Path:
     """Write buildings whose polygons are in local metres of `world`; equal arguments give equal bytes.
 
     Every semantic surface has the `id` of its polygon and its attributes; polygons that share an id are one
@@ -28,13 +34,17 @@ def write_cityjson(path: str | Path, buildings: Sequence[CityBuilding], world: W
     CityJSON. Shells of parts and installations become objects of their own; those of window frames become
     constructive elements, whose polygons have no semantic surfaces. Textures refer to their pictures.
 
+    `left_out`, sentences on what the model does not show, follow the title: the schema of the metadata has no
+    other place for words.
+
     Raises FileError when the file cannot be written, and CrsError.
     """
     vertices, appearance = _Vertices(), Appearance()
     objects = {name: thing for b in buildings for name, thing in _objects(b, vertices, appearance)}
     table = vertices.table
     extent = world.to_world(np.concatenate([table.min(0), table.max(0)]).reshape(2, 3) * _STEP_M)
-    metadata: dict[str, Any] = {"title": title, "geographicalExtent": extent.ravel().round(4).tolist()}
+    about = f"{title}. Left out: {' '.join(left_out)}" if left_out else title
+    metadata: dict[str, Any] = {"title": about, "geographicalExtent": extent.ravel().round(4).tolist()}
     if code := _code(world):
         metadata["referenceSystem"] = code
     model = {
