@@ -36,7 +36,7 @@ def types(sights: Sequence[Sight]) -> list[list[int]]:
 
 
 def with_one_depth(sights: Sequence[Sight]) -> list[Sight]:
-    """Returns windows with the depths of their frames, to which those of their type have contributed.
+    """Returns the windows with depths of their frames that also draw on the other windows of their type.
 
     A frame that stands clearly elsewhere keeps its depth. Windows that only the scan shows keep theirs, too.
     """

@@ -122,7 +122,7 @@ def _texture_coordinates(corners: Float, picture: FacadePicture) -> Float:
 
 
 def _cut_at_border(shapes: ModelTriangles, picture: FacadePicture, reach: float) -> ModelTriangles:
-    """Cuts the triangles that only a part of is in a picture."""
+    """Cuts triangles that lie partly within a picture along its border."""
     uv = _texture_coordinates(shapes.corners, picture)
     beyond = ((uv < -BEYOND) | (uv > 1 + BEYOND)).any((1, 2))
     touched = (uv.max(1) > 0).all(1) & (uv.min(1) < 1).all(1)

@@ -128,7 +128,10 @@ def _seen(foot: Float, outline: Outline, evidence: Evidence) -> Float:
 
 
 def _cells(evidence: Evidence, z: tuple[float, float], x: tuple[float, float]) -> tuple[int, int, int, int]:
-    """Returns the rows [r0, r1) and the columns [c0, c1), one less at either side, between places in m."""
+    """Returns the rows [r0, r1) and the columns [c0, c1) between heights z and places x in m.
+
+    The outermost column on either side is left out.
+    """
     corner, cell, (h, w) = evidence.raster.corner, evidence.raster.cell, evidence.raster.shape
     r0, r1 = (min(max(round((v - corner[1]) / cell), 0), h) for v in z)
     c0, c1 = (min(max(round((v - corner[0]) / cell), 0), w) for v in x)

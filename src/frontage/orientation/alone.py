@@ -76,10 +76,10 @@ def best_place(
 
 
 def beside(number: int, photo: Photo, known: Mapping[int, Photo]) -> Photo:
-    """Returns a photo without pose with that of the placed photo taken next to it; others as they are.
+    """Gives a photo without a pose that of the placed photo taken next to it; returns others unchanged.
 
     `known` are the placed photos by number, in the order in which they were taken. The standard error of the
-    position is the usual way between two of them, as often as photos were taken in between.
+    position is the usual distance from one photo to the next, times the number of steps to the placed one.
     """
     if photo.local_from_camera is not None or not known:
         return photo

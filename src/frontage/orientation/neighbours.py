@@ -18,7 +18,7 @@ from frontage.model import Estimate, Photo, Provenance
 from frontage.orientation.alone import best_place, elsewhere
 from frontage.orientation.network import TiePoints
 from frontage.orientation.nouns import CommonPoints
-from frontage.orientation.placed import Placed, Scene
+from frontage.orientation.placed import PRIOR_SIGMAS, Placed, Scene
 from frontage.orientation.reflectance.render import Rendering, render, rendering_factor
 from frontage.orientation.resection import resect
 from frontage.orientation.result import Unoriented
@@ -29,7 +29,6 @@ _LEAST_SHARE = 0.3  # of the points of a resection that agree
 _PLACED_M = 0.03  # how well a placed photo is known before the adjustment,
 _ADJUSTED_PX = 3.0  # and after its first one
 _LEAST_ANGLE = np.radians(1.0)  # at which two rays must meet
-_PRIOR_SIGMAS = 4.0  # a position farther than this from the approximate one contradicts it
 
 
 def placed_by_neighbours(
@@ -40,13 +39,13 @@ def placed_by_neighbours(
     for part in parts:
         known.add(part)
     number_of = {photo.id: k for k, photo in enumerate(scene.given)}
-    waiting = {number_of[one.photo]: one for one in unoriented if not is_copy(one.reason)}
-    while new := _resected(scene, known, sorted(waiting)):
+    waiting = {number_of[one.photo] for one in unoriented if not is_copy(one.reason)}
+    tried: dict[int, int] = {}
+    while new := _resected(scene, known, waiting, tried):
         parts.append(new)
         known.add(new)
-        del waiting[int(new.numbers[0])]
-    left = {one.photo for one in waiting.values()}
-    return parts, [one for one in unoriented if one.photo in left or is_copy(one.reason)]
+        waiting -= set(new.numbers.tolist())
+    return parts, [one for one in unoriented if number_of[one.photo] in waiting or is_copy(one.reason)]
 
 
 class _Known:
@@ -56,23 +55,30 @@ class _Known:
         self._scene = scene
         self._photos: dict[int, Photo] = {}
         self._drawn: dict[int, Rendering] = {}
+        self._seen: dict[tuple[int, int], _Seen] = {}
 
     def add(self, part: Placed) -> None:
         self._photos.update(zip(part.numbers.tolist(), part.photos, strict=True))
 
     def points(self, number: int) -> list["_Seen"]:
-        """What each of the placed neighbours of a photo tells of it."""
+        """What each of the placed neighbours of a photo tells of it, where that is enough."""
         found = []
         for common in self._scene.common:
             for own, other in ((0, 1), (1, 0)):
                 numbers = common.first, common.second
                 if numbers[own] == number and numbers[other] in self._photos:
-                    drawing = self._drawing(numbers[other])
-                    xyz = drawing.behind(common.pixels[:, other])
-                    there = np.isfinite(xyz).all(1)
-                    away = np.linalg.norm(xyz[there] - drawing.photo.pose.t, axis=1)
-                    found.append(_Seen(common.pixels[there, own], xyz[there], away))
+                    found.append(self._told(number, numbers[other], common.pixels[:, (own, other)]))
         return [seen for seen in found if len(seen.pixels) >= _FEWEST]
+
+    def _told(self, number: int, neighbour: int, pixels: Float) -> "_Seen":
+        """What one neighbour tells of a photo, from pixels (m, 2, 2) in the photo and in the neighbour."""
+        if (number, neighbour) not in self._seen:
+            drawing = self._drawing(neighbour)
+            xyz = drawing.behind(pixels[:, 1])
+            there = np.isfinite(xyz).all(1)
+            away = np.linalg.norm(xyz[there] - drawing.photo.pose.t, axis=1)
+            self._seen[number, neighbour] = _Seen(pixels[there, 0], xyz[there], away)
+        return self._seen[number, neighbour]
 
     def _drawing(self, number: int) -> Rendering:
         if number not in self._drawn:
@@ -95,10 +101,16 @@ class _Seen:
         return _Seen(*(np.concatenate([getattr(p, f) for p in parts]) for f in ("pixels", "xyz", "away")))
 
 
-def _resected(scene: Scene, known: _Known, waiting: Sequence[int]) -> Placed | None:
-    """The first of the photos that can be resected, those with most points first."""
-    points = {number: seen for number in waiting if (seen := known.points(number))}
+def _resected(scene: Scene, known: _Known, waiting: set[int], tried: dict[int, int]) -> Placed | None:
+    """The first of the photos that can be resected, those with most points first.
+
+    `tried` holds the number of neighbours with which a photo could not be resected: it waits for another one.
+    """
+    points = {number: seen for number in sorted(waiting) if (seen := known.points(number))}
     for number in sorted(points, key=lambda n: -sum(len(seen.pixels) for seen in points[n])):
+        if tried.get(number) == len(points[number]):
+            continue
+        tried[number] = len(points[number])
         found = _placed(scene, scene.given[number], points[number])
         if found is not None:
             return Placed(np.array([number]), (found,), TiePoints.none())
@@ -129,11 +141,11 @@ def _pose(photo: Photo, seen: _Seen, seed: int) -> Rigid3 | None:
 def _likely(pose: Rigid3, given: Photo) -> bool:
     """Whether a pose does not contradict the approximate one."""
     prior = given.local_from_camera
-    return prior is None or bool((np.abs(pose.t - prior.value.t) <= _PRIOR_SIGMAS * prior.sigma[:3]).all())
+    return prior is None or bool((np.abs(pose.t - prior.value.t) <= PRIOR_SIGMAS * prior.sigma[:3]).all())
 
 
 def tied_to_neighbours(placed: Placed, common: Sequence[CommonPoints]) -> Placed:
-    """Adds the tie points of pairs that have none yet, where adjusted poses agree with them."""
+    """Adds tie points to pairs that have none yet, where the points agree with the adjusted poses."""
     place = {number: k for k, number in enumerate(placed.numbers.tolist())}
     tied = _tied(placed)
     parts, count = [placed.ties], len(placed.ties.xyz)

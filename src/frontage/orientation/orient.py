@@ -20,7 +20,7 @@ from frontage.orientation.network import TiePoints
 from frontage.orientation.nouns import Block
 from frontage.orientation.options import OrientationOptions
 from frontage.orientation.place import Similarity, Start
-from frontage.orientation.placed import Placed, Scene, Tell
+from frontage.orientation.placed import PRIOR_SIGMAS, Placed, Scene, Tell
 from frontage.orientation.placing import BlockPlace, find_place, placed_photos
 from frontage.orientation.reflectance.surface import scanned_surface, sources_of
 from frontage.orientation.reflectance.tones import ImageOf
@@ -32,7 +32,6 @@ from frontage.orientation.ties.reasons import is_copy
 from frontage.orientation.upright import plumb_line, turn_upright, up_from_cameras
 
 _AMBIGUOUS = "O103"
-_PRIOR_SIGMAS = 4.0  # positions farther than this from the approximate ones contradict them
 
 
 def orient_photos(
@@ -116,7 +115,7 @@ def _start_without_poses(block: Block, image_of: ImageOf) -> Start:
 
 def _decided_by_poses(place: BlockPlace, start: Start) -> bool:
     """Whether approximate poses rule the other place out."""
-    return place.rival_off > _PRIOR_SIGMAS * start.sigma_shift
+    return place.rival_off > PRIOR_SIGMAS * start.sigma_shift
 
 
 def _refused(block: Block, code: str, reason: str) -> list[Unoriented]:

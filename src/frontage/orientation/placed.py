@@ -14,6 +14,9 @@ from frontage.orientation.reflectance.tones import ImageOf
 
 Tell = Callable[[str], None]
 
+PRIOR_SIGMAS = 4.0
+"""A position that is farther than this from the approximate one contradicts it."""
+
 
 @dataclass(frozen=True, eq=False)
 class Scene:
