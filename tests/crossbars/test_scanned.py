@@ -99,3 +99,21 @@ def test_a_window_may_have_one_bar_elsewhere_than_others_of_its_type() -> None:
     found = [one.glazing for one in bars_by_evidence(windows, CrossbarOptions())]
     level = [next(b for b in one.bars if b.axis == "horizontal").position for one in found]
     assert level == pytest.approx([2.8, 2.8, 2.8, 2.7], abs=0.02)
+
+
+def test_coupled_windows_have_a_layout_on_each_side() -> None:
+    left, right = bar("vertical", -0.2, Z0, Z1), bar("vertical", 0.2, Z0, Z1)
+    windows = [scanned([(left, right)[k % 2], TRANSOM], 0.03, seed=k) for k in range(6)]
+    found = [one.glazing for one in bars_by_evidence(windows, CrossbarOptions())]
+    upright = [[b.position for b in one.bars if b.axis == "vertical"] for one in found]
+    assert [len(one) for one in upright] == [1] * 6
+    assert [x[0] for x in upright] == pytest.approx([-0.2, 0.2] * 3, abs=0.02)
+
+
+def test_windows_of_one_type_decide_together_what_each_shows_in_part() -> None:
+    """A sparse scan leaves each of them undecided on its own."""
+    windows = [scanned([MULLION, TRANSOM], 0.045, seed=k) for k in range(8)]
+    alone = [find(one).resolved for one in windows]
+    found = [one.glazing for one in bars_by_evidence(windows, CrossbarOptions())]
+    assert sum(one.resolved for one in found) > sum(alone)
+    assert all(one.counts == (1, 1) for one in found if one.resolved)

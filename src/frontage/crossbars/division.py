@@ -7,6 +7,7 @@ import numpy as np
 
 from frontage.crossbars.lines import MULLIONS_M
 
+SAME_M = 0.05  # by which a bar may be displaced and still be the same
 STEPPED = 60.0  # nats more where a bar goes on beside itself beyond another one, which joiners do not do
 _JOINED_M = 0.03  # by which pieces of one bar may lie apart on both sides of a crossing
 _BESIDE_M = 0.09  # between the axes of pieces that are too close to be two bars
@@ -61,6 +62,17 @@ def joined(lines: Sequence[Line]) -> tuple[Line, ...]:
             continue
         whole[before[0]] = joined_pieces((whole[before[0]], line))
     return tuple(whole)
+
+
+def alike(one: Sequence[Line], other: Sequence[Line], ends: float = np.inf) -> bool:
+    """Tells whether two layouts of a window have the same bars, whose ends differ by less than `ends` m."""
+    a, b = (sorted(joined(lines), key=lambda line: (line.axis, line.position)) for lines in (one, other))
+    return len(a) == len(b) and all(
+        p.axis == q.axis
+        and abs(p.position - q.position) < SAME_M
+        and max(abs(x - y) for x, y in zip(p.extent, q.extent, strict=True)) < ends
+        for p, q in zip(a, b, strict=True)
+    )
 
 
 def joined_pieces(pieces: Sequence[Line]) -> Line:

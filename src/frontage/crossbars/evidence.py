@@ -4,13 +4,14 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from frontage.crossbars.alike import with_one_depth
+from frontage.crossbars.chosen import Chosen
 from frontage.crossbars.found import WindowEvidence
 from frontage.crossbars.judge import glazing
 from frontage.crossbars.leaded import are_cames
 from frontage.crossbars.observe import Sight, look, observe
 from frontage.crossbars.options import CrossbarOptions
 from frontage.crossbars.pictures import evidence_picture, view_pictures
-from frontage.crossbars.pooling import Chosen, choose_layouts
+from frontage.crossbars.pooling import choose_layouts
 from frontage.crossbars.rivals import margins
 from frontage.crossbars.window import Window
 from frontage.model import Glazing

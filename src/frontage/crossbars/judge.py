@@ -4,10 +4,10 @@ all."""
 import numpy as np
 
 from frontage.crossbars.candidates import COST
+from frontage.crossbars.chosen import Chosen
 from frontage.crossbars.layout import NESTED
 from frontage.crossbars.observe import Observation
 from frontage.crossbars.place import placed_bars
-from frontage.crossbars.pooling import Chosen
 from frontage.model import Glazing
 
 THIN_BAR_M = 0.025  # width of usual glazing bars

@@ -12,11 +12,10 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from frontage.crossbars.candidates import COST, ENDS_M, EQUAL, MOVE_M, Box, Place, candidates
-from frontage.crossbars.division import Layout, Line, joined_pieces, stepped
+from frontage.crossbars.division import SAME_M, Layout, Line, joined_pieces, stepped
 from frontage.crossbars.lines import MULLIONS_M, Bars
 from frontage.geometry.arrays import Float
 
-SAME_M = 0.05  # by which a bar may be displaced and still be the same
 NESTED = 5.0  # nats more for a bar that divides only a part of the window
 _GOES_ON = 2.0  # nats to tell how a bar goes on beyond a crossing
 _MOST_EQUAL = 6  # bars that divide a pane in equal parts

@@ -6,10 +6,10 @@ from dataclasses import replace
 import numpy as np
 
 from frontage.crossbars.adjust import Adjusted, Known, Shown, adjust
+from frontage.crossbars.chosen import Chosen
 from frontage.crossbars.division import Line, joined
 from frontage.crossbars.extent import whole_bars, within_frame
 from frontage.crossbars.observe import Observation, Sight
-from frontage.crossbars.pooling import Chosen
 from frontage.crossbars.readings import Readings, read_edges
 from frontage.geometry.arrays import Float
 from frontage.model import AXES, Bar, Estimate, Provenance

@@ -5,9 +5,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from frontage.crossbars.division import Layout, joined
-from frontage.crossbars.layout import SAME_M, best_layout
-from frontage.crossbars.pooling import Chosen
+from frontage.crossbars.chosen import Chosen
+from frontage.crossbars.division import alike, joined
+from frontage.crossbars.layout import best_layout
 from frontage.geometry.arrays import Float
 
 _WEAKEST = 3  # bars of a window without which a layout is searched for again: others cost more to leave out
@@ -19,7 +19,7 @@ def margins(chosen: Sequence[Chosen], least: float) -> Float:
     """Returns by how many nats the layout of each window (n,) is better than the next different one.
 
     Windows that share a layout decide it together: where one of them shows little, the mean of some counts.
-    Where the scan alone shows a window, it must also agree with that layout itself.
+    Where the scan alone shows them, their evidence adds up, and each must agree with that layout itself.
 
     least  m, least width and height of a pane
     """
@@ -28,6 +28,9 @@ def margins(chosen: Sequence[Chosen], least: float) -> Float:
         members[(one.kin, None) if one.kin is not None else (None, k)].append(k)
     found = np.zeros(len(chosen))
     for group in members.values():
+        if len(group) > 1 and not chosen[group[0]].seen.sight.views:
+            found[group] = chosen[group[0]].sure
+            continue
         asked = group[:: -(-len(group) // _ASKED)]
         own = np.array([margin(chosen[k], least) for k in asked])
         found[group] = own.mean()
@@ -49,16 +52,8 @@ def margin(chosen: Chosen, least: float) -> float:
     alone = chosen.alone or layout
     weak = sorted(joined(layout.lines), key=lambda line: line.evidence)[:_WEAKEST]
     others = [best_layout(box, bars, least, without=(line.axis, line.position)).gain for line in weak]
-    same = _same(layout, alone)
+    same = alike(layout.lines, alone.lines)
     rivals = alone.rivals if same else layout.rivals
     others += [layout.gain + max(rivals)] if rivals else []
     others += [] if same else [alone.gain]
     return layout.gain - max(others) if others else _NO_RIVAL
-
-
-def _same(one: Layout, other: Layout) -> bool:
-    """Tells whether two layouts of a window have the same bars."""
-    a, b = (sorted((line.axis, line.position) for line in joined(own.lines)) for own in (one, other))
-    return len(a) == len(b) and all(
-        p[0] == q[0] and abs(p[1] - q[1]) < SAME_M for p, q in zip(a, b, strict=True)
-    )
