@@ -28,6 +28,7 @@ class Chosen:
     meeting m (z) below which bars are those of a lower sash, on the deeper plane; None = one plane
     alone   the layout that its own evidence would choose
     kin     number that windows with one layout, decided together, have in common; None = decided on its own
+    members number of the windows of a scan that share the layout
     beyond  nats by which that layout is better for it than its own one and than the other ones of its type
     sure    nats by which it is better than the next one for all windows of a scan that share it
     """
@@ -39,6 +40,7 @@ class Chosen:
     meeting: float | None = None
     alone: Layout | None = None
     kin: int | None = None
+    members: int = 1
     beyond: float = np.inf
     sure: float = np.inf
 

@@ -6,7 +6,6 @@ import numpy as np
 from frontage.crossbars.candidates import COST
 from frontage.crossbars.chosen import Chosen
 from frontage.crossbars.layout import NESTED
-from frontage.crossbars.observe import Observation
 from frontage.crossbars.place import placed_bars
 from frontage.model import Glazing
 
@@ -25,9 +24,9 @@ def glazing(chosen: Chosen, margin: float) -> Glazing:
     """Returns the glazing of a window; `margin` nats separate its layout from the next, see `rivals`."""
     seen = chosen.seen
     sources = tuple(v.name for v in seen.sight.views) + (("scan",) if seen.hits is not None else ())
-    blurred = _unresolved(seen)
+    blurred = _unresolved(chosen)
     confidence = 0.0 if blurred else probability(margin, not seen.sight.views)
-    notes = [blurred] if blurred else _remarks(seen)
+    notes = [blurred] if blurred else _remarks(chosen)
     if not blurred and confidence < _SURE:
         blurred = "the evidence does not decide between layouts"
         notes.insert(0, blurred)
@@ -52,8 +51,9 @@ def probability(margin: float, scanned: bool = False) -> float:
     return float(_DESCRIBED / (1.0 + np.exp(-margin / _NATS)))
 
 
-def _unresolved(seen: Observation) -> str:
+def _unresolved(chosen: Chosen) -> str:
     """Returns why bars cannot be seen at all, in words; "" where they can."""
+    seen = chosen.seen
     views = seen.sight.views
     if views:
         gsd = seen.sight.gsd
@@ -69,26 +69,33 @@ def _unresolved(seen: Observation) -> str:
         return f"{what}; the scanner sees {exposed:.0%} of its frame"
     if seen.hits.contrast <= _LEAST_CONTRAST:
         return f"{what}; the scan does not tell panes from bars"
-    if _thinnest(seen) <= THICK_BAR_M:
+    if _thinnest(chosen) <= THICK_BAR_M:
         return ""
     return f"{what}; the scan is too sparse for bars of {THICK_BAR_M * 1000:.0f} mm"
 
 
-def _thinnest(seen: Observation) -> float:
-    """Returns the width m of the thinnest bar over the window that the scan tells from a pane."""
+def _thinnest(chosen: Chosen) -> float:
+    """Returns the width m of the thinnest bar over the window that the scan tells from a pane.
+
+    Points on windows that share their layout add up: a bar that passes between those of one window does not
+    in all of them.
+    """
+    seen = chosen.seen
     x0, z0, x1, z1 = seen.box
     if seen.hits is None:
         return np.inf
+    dense = seen.hits.dense * chosen.members
     nats = seen.hits.contrast - 1.0 + np.exp(-seen.hits.contrast)  # of every point on it
-    enough = (COST + NESTED) / nats / seen.hits.dense / min(x1 - x0, z1 - z0)
-    return float(max(enough, seen.hits.dense**-0.5))  # thinner ones may pass between the points
+    enough = (COST + NESTED) / nats / dense / min(x1 - x0, z1 - z0)
+    return float(max(enough, dense**-0.5))  # thinner ones may pass between the points
 
 
-def _remarks(seen: Observation) -> list[str]:
+def _remarks(chosen: Chosen) -> list[str]:
     """Returns what to be careful about."""
+    seen = chosen.seen
     views = seen.sight.views
     if not views:
-        thin = _thinnest(seen)
+        thin = _thinnest(chosen)
         return [f"the scan may miss bars thinner than {thin * 1000:.0f} mm"] if thin > THIN_BAR_M else []
     remarks = []
     gsd = seen.sight.gsd

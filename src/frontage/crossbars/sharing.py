@@ -3,6 +3,9 @@
 A layout is described once for all windows that have it. What it takes to describe the layouts, and to say
 which window has which, decides how many there are: builders use few, such as that of the left and that of the
 right one of coupled windows, or sashes with and without bars. A window that differs clearly keeps its own.
+
+Where photos show them, windows of one size share one layout only: similar windows cast the same shadows and
+show the same sides of their bars to every camera, so that several of them can look like another layout.
 """
 
 from collections.abc import Sequence
@@ -15,7 +18,7 @@ from frontage.crossbars.chosen import Chosen, fit
 from frontage.crossbars.division import Layout, Line, alike, joined
 from frontage.geometry.arrays import Float
 
-_SAME_ENDS_M = 0.15  # by which the ends of one bar may differ in two windows
+_SAME_ENDS_M = 0.25  # by which the ends of one bar may differ in two windows
 _SHARED = 1.0  # nats to say that a window is like the others
 # Nats to say that it is not: one window in fifty, and a nat of evidence counts for a tenth of one (`judge`).
 _OWN = 45.0
@@ -28,21 +31,22 @@ def with_shared_layouts(own: Sequence[Chosen], numbers: Sequence[int]) -> list[C
     own      the windows with the layouts that each has on its own
     numbers  of the windows, by which those are named that share a layout
     """
+    seen = bool(own[0].seen.sight.views)
     fits = _Fits.of(own)
-    models = fits.models()
+    models = fits.models(1 if seen else len(own))
     found = list(own)
     for n, one in enumerate(own):
         k = max(models, key=lambda m: float(fits.gains[m, n]))
         if fits.gains[k, n] >= fits.alone[n]:
             shared = _shared(one, own[k], fits.lines[k][n])
             found[n] = replace(shared, kin=numbers[k], beyond=fits.beyond(n, k, models))
-    if own[0].seen.sight.views:
+    if seen:
         return found
     for k in models:
         members = [n for n, one in enumerate(found) if one.kin == numbers[k]]
         sure = fits.margin(k, members) if members else 0.0
         for n in members:
-            found[n] = replace(found[n], sure=sure)
+            found[n] = replace(found[n], members=len(members), sure=sure)
     return found
 
 
@@ -71,18 +75,19 @@ class _Fits:
         price = np.array([COST * len(one.layout.lines) + differs for one in own])
         return _Fits(lines, gains, alone, price)
 
-    def models(self) -> list[int]:
-        """Returns the windows whose layouts are shared, the one that serves most first."""
+    def models(self, most: int) -> list[int]:
+        """Returns the windows, `most` at most, whose layouts are shared, the one that serves most first."""
         models: list[int] = []
         value = self.alone
-        while True:
+        while len(models) < most:
             served = np.maximum(value, self.gains)
             more = served.sum(1) - value.sum() - self.price
             k = int(more.argmax())
             if models and more[k] <= 0.0:
-                return models
+                break
             models.append(k)
             value = served[k]
+        return models
 
     def beyond(self, n: int, k: int, models: Sequence[int]) -> float:
         """Returns the nats by which layout k is better for window n than its own one and other models."""
