@@ -22,23 +22,26 @@ Box = tuple[float, float, float, float]
 """x0, z0, x1, z1 m of a pane."""
 
 
-def candidates(box: Box, bars: Bars, least: float, cost: float) -> Float:
+def candidates(box: Box, bars: Bars, least: tuple[float, float], cost: float) -> Float:
     """Returns the positions (k,) m of the lines that any pane may want, the strongest first.
 
     A line counts by its best piece among the whole length and its parts.
+
+    least  m, least width and height of a pane
     """
     low, high = box[1 - bars.axis], box[3 - bars.axis]
     best = np.full(bars.total.shape[1:], -np.inf, np.float32)
     for parts in (1, 2, 3, 4, 6):
         size = (high - low) / parts
-        if parts > 1 and size < least:
+        if parts > 1 and size < least[1 - bars.axis]:
             break
         for first in np.arange(low, high - size + 1e-6, size / 2):
             best = np.maximum(best, bars.over(first + ENDS_M, first + size - ENDS_M))
     best = best - _mullion_cost(bars)
     strength = best.max(1)
     centre = bars.centre(np.arange(len(strength)), best.argmax(1))
-    inside = (centre > box[bars.axis] + least / 2) & (centre < box[2 + bars.axis] - least / 2)
+    edge = least[bars.axis] / 2
+    inside = (centre > box[bars.axis] + edge) & (centre < box[2 + bars.axis] - edge)
     strength = np.where(inside, strength, -np.inf)
     places: list[float] = []
     for k in np.argsort(-strength, kind="stable"):
@@ -75,6 +78,6 @@ def meeting_places(box: Box, rail: Bars, least: float) -> Float:
 
     rail  the evidence of transoms that reach from the plane of one sash to that of the other
     """
-    places = candidates(box, rail, least, COST)
+    places = candidates(box, rail, (least, least), COST)
     share = (places - box[1]) / (box[3] - box[1])
     return np.asarray(places[(share > _MEETING[0]) & (share < _MEETING[1])][:_MOST_RAILS] - _RAIL_M)

@@ -22,6 +22,9 @@ _MOST_EQUAL = 6  # bars that divide a pane in equal parts
 _EQUAL_M = 0.015  # by which a bar may miss the place that equal panes give it
 _WIDE_M = 0.015  # by which panes may be measured too small, because bars show their sides
 _SHOWN = 0.4  # share of a bar's length that must be seen
+_NARROW = (
+    0.75  # of the least height of a pane: its least width, for stiles are narrower than bottom rails high
+)
 _PANE_SHOWN_M = 0.06  # of the width or height of a pane
 
 
@@ -35,15 +38,15 @@ def best_layout(
     """Returns the best layout of the bars within a box, the inside of the frame.
 
     bars     the evidence across x and across z
-    least    m, least width and height of a pane
+    least    m, least height of a pane; panes may be a quarter narrower
     without  axis and position m of a bar that must not be in it, nor be displaced in it
     """
-    least -= _WIDE_M
-    found = [candidates(box, one, least, cost) for one in bars]
+    sides = (_NARROW * least - _WIDE_M, least - _WIDE_M)
+    found = [candidates(box, one, sides, cost) for one in bars]
     if without is not None:
         axis, place = without
         found[axis] = found[axis][np.abs(found[axis] - place) > SAME_M + MOVE_M]
-    return _Search(box, bars, tuple(found), least, cost).best(box, (_FRAME,) * 4)
+    return _Search(box, bars, tuple(found), sides, cost).best(box, (_FRAME,) * 4)
 
 
 _Sides = tuple[int, int, int, int]
@@ -68,7 +71,7 @@ class _Search:
     whole: Box
     bars: Sequence[Bars]
     places: tuple[Float, ...]
-    least: float
+    least: tuple[float, float]
     cost: float
     known: dict[tuple[_Sides, int], Layout] = field(default_factory=dict)
     lines: dict[_Key, Line | None] = field(default_factory=dict)
@@ -90,7 +93,7 @@ class _Search:
             return self.known[key]
         best, rival = Layout(), -np.inf
         for axis in (0, 1):
-            if axis == uncut or box[2 + axis] - box[axis] < 2 * self.least:
+            if axis == uncut or box[2 + axis] - box[axis] < 2 * self.least[axis]:
                 continue
             places = self.places[axis]
             inside = np.flatnonzero((places > box[axis]) & (places < box[2 + axis])).tolist()
@@ -120,7 +123,7 @@ class _Search:
         if line is None:
             return None
         low, high = _parts(box, axis, line)
-        if min(low[2 + axis] - low[axis], high[2 + axis] - high[axis]) < self.least:
+        if min(low[2 + axis] - low[axis], high[2 + axis] - high[axis]) < self.least[axis]:
             return None
         if not (self._seen(low, axis) and self._seen(high, axis)):
             return None
@@ -139,7 +142,7 @@ class _Search:
     def _equal(self, box: Box, sides: _Sides, axis: int, count: int) -> Layout | None:
         """Returns the division of a pane by `count` bars into panes of one size; None if it has none."""
         low, high = box[axis], box[2 + axis]
-        if (high - low) / (count + 1) < self.least:
+        if (high - low) / (count + 1) < self.least[axis]:
             return None
         wanted = low + (high - low) * np.arange(1, count + 1) / (count + 1)
         places = self.places[axis]
@@ -159,7 +162,7 @@ class _Search:
             assert line is not None
             part, rest = _parts(rest, axis, line)
             below, around = _divided(around, axis, k)
-            if part[2 + axis] - part[axis] < self.least or rest[2 + axis] - rest[axis] < self.least:
+            if min(part[2 + axis] - part[axis], rest[2 + axis] - rest[axis]) < self.least[axis]:
                 return None
             inner = self.best(part, below, uncut=axis)
             inner = inner.with_bar(line, line.evidence - self._cost(box) + EQUAL)
@@ -200,7 +203,7 @@ class _Search:
             line = one[1]
             others = [(other.position, other.width) for _, other, _ in kept]
             others += [(box[axis], 0.0), (box[2 + axis], 0.0)]
-            if min(abs(line.position - x) - (line.width + w) / 2 for x, w in others) >= self.least:
+            if min(abs(line.position - x) - (line.width + w) / 2 for x, w in others) >= self.least[axis]:
                 kept.append(one)
         return sorted(kept, key=lambda one: one[1].position)
 

@@ -15,4 +15,6 @@ class CrossbarOptions(BaseModel):
         description="evidence: rectified views and an exact layout; paper: matched edges and templates; "
         "none: windows keep no bars",
     )
-    min_pane: float = Field(default=0.14, gt=0, description="m: least width and height of a pane")
+    min_pane: float = Field(
+        default=0.14, gt=0, description="m: least height of a pane, which may be a quarter narrower"
+    )

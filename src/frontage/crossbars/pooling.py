@@ -24,7 +24,7 @@ _SASHES = 4.0  # nats to say that the lower part of a window lies behind the upp
 def choose_layouts(observed: Sequence[Observation], least: float) -> list[Chosen]:
     """Returns the layouts of windows, those of one type decided together.
 
-    least  m, least width and height of a pane
+    least  m, least height of a pane
     """
     found: dict[int, Chosen] = {}
     for group in types([seen.sight for seen in observed]):

@@ -21,7 +21,7 @@ def margins(chosen: Sequence[Chosen], least: float) -> Float:
     Windows that share a layout decide it together: where one of them shows little, the mean of some counts.
     Where the scan alone shows them, their evidence adds up, and each must agree with that layout itself.
 
-    least  m, least width and height of a pane
+    least  m, least height of a pane
     """
     members = defaultdict(list)
     for k, one in enumerate(chosen):
@@ -46,7 +46,7 @@ def margin(chosen: Chosen, least: float) -> float:
     bars is searched for again; the best with one more is known of every pane. A layout that was taken over
     from similar windows may have a negative margin.
 
-    least  m, least width and height of a pane
+    least  m, least height of a pane
     """
     layout, box, bars = chosen.layout, chosen.seen.box, chosen.bars
     alone = chosen.alone or layout
