@@ -33,7 +33,7 @@ def evidence(axis, places, *, nats, known=lambda along: True):
 def test_a_grid_of_faint_bars_is_found_whole(hidden):
     upright = evidence(0, (0.33, 0.67), nats=1.5, known=lambda z: z > hidden)
     level = evidence(1, (0.4, 0.8, 1.2), nats=1.5)
-    found = joined(best_layout(BOX, (upright, level), 0.14).lines)
+    found = joined(best_layout(BOX, (upright, level), (0.14, 0.14)).lines)
     assert sorted((line.axis, round(line.position, 2)) for line in found) == [
         (0, 0.33),
         (0, 0.67),
@@ -52,7 +52,7 @@ def test_bars_end_at_a_transom_where_nothing_continues_them():
     upright = evidence(0, (0.33, 0.67), nats=1.5)
     below = round(0.75 / STRIP)
     upright.total[1:, :, :] -= np.minimum(np.arange(1, len(upright.total)), below)[:, None, None] * 3.0
-    found = joined(best_layout(BOX, (upright, evidence(1, (0.8,), nats=1.5)), 0.14).lines)
+    found = joined(best_layout(BOX, (upright, evidence(1, (0.8,), nats=1.5)), (0.14, 0.14)).lines)
     assert sorted((line.axis, round(line.extent[0], 1)) for line in found) == [(0, 0.8), (0, 0.8), (1, 0.0)]
 
 

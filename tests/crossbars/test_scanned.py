@@ -117,3 +117,21 @@ def test_windows_of_one_type_decide_together_what_each_shows_in_part() -> None:
     found = [one.glazing for one in bars_by_evidence(windows, CrossbarOptions())]
     assert sum(one.resolved for one in found) > sum(alone)
     assert all(one.counts == (1, 1) for one in found if one.resolved)
+
+
+@pytest.mark.parametrize("spacing", [0.01, 0.014, 0.02])
+def test_the_curved_head_of_a_frame_is_no_bar(spacing: float) -> None:
+    radius, middle = (X1 - X0) / 2, np.array([(X0 + X1) / 2, Z1 - (X1 - X0) / 2])
+    turn = np.linspace(0.0, np.pi, 25)
+    head = middle + radius * np.column_stack([np.cos(turn), np.sin(turn)])
+    ring = np.vstack([[[X0, Z0], [X1, Z0]], head])
+    one = scanned([MULLION, (X0, Z0, X1, Z1)], spacing)
+    x, z = one.points[:, 0], one.points[:, 2]
+    away = np.hypot(*(one.points[:, ::2] - middle).T)
+    curved = (away < radius) & (away > radius - FRAME) & (z > middle[1])
+    straight = (np.abs(x) > radius - FRAME) & (z < middle[1]) & (z > Z0 + 0.2)
+    own = curved | straight | ((np.abs(x - 0.02) < BAR / 2) & (away < radius)) | (z < Z0 + FRAME)
+    opening = replace(one.opening, ring=ring, ring_covariance=np.eye(2 * len(ring)) * 1e-6, shape="round")
+    found = find(replace(one, opening=opening, points=one.points[own]))
+    assert found.resolved, found.note
+    assert found.counts == (1, 0)

@@ -79,13 +79,14 @@ def _edges(profiles: Sequence[Profiles], weights: Float) -> Float:
 
 
 def scanned_sides(
-    ring: Float, exposed: Float, points: Float, dense: float
+    ring: Float, exposed: Float, points: Float, dense: float, arched: bool = False
 ) -> tuple[tuple[float, float, float, float], Estimate[float] | None]:
     """Returns the same from a scan, whose points fill the sides of the frame and leave its panes open.
 
     exposed  (4,) m, the box x0, z0, x1, z1 that beams reach
     points   (n, 3) m, facade frame: those near the plane of the frame
     dense    points per m2 that a surface there returns
+    arched   whether the top has no straight side: the frame is as wide there as at the other sides
     """
     low, high = ring.min(0), ring.max(0)
     wide, seen = np.zeros(4), np.zeros(4, bool)
@@ -101,8 +102,10 @@ def scanned_sides(
             total = np.cumsum(side[:most])
             best = int(total.argmax())
             wide[k], seen[k] = (best + 1) * _CELL_M, total[best] > _LEAST_GAIN
+    seen[3] &= not arched
     usual = float(np.median(wide[seen])) if seen.any() else _USUAL_M
     wide = np.where(seen, wide, _RANGE_M[0])  # hidden by the reveal
+    wide[3] = usual if arched else wide[3]
     x0, z0 = low + wide[:2]
     x1, z1 = high - wide[2:]
     box = (float(x0), float(z0), float(x1), float(z1))

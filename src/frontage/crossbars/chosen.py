@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from frontage.crossbars.candidates import COST
+from frontage.crossbars.candidates import COST, Box
 from frontage.crossbars.division import Layout, Line
 from frontage.crossbars.lines import Bars
 from frontage.crossbars.observe import Observation
@@ -24,6 +24,7 @@ class Chosen:
 
     seen    its evidence, with the box inside the frame that is used
     bars    the evidence that the layout was chosen by: on one plane, or on those of two sashes
+    least   m, least width and height of a pane
     pooled  the lines that only similar windows decide
     meeting m (z) below which bars are those of a lower sash, on the deeper plane; None = one plane
     alone   the layout that its own evidence would choose
@@ -36,6 +37,7 @@ class Chosen:
     seen: Observation
     bars: Sequence[Bars]
     layout: Layout
+    least: tuple[float, float]
     pooled: tuple[Line, ...] = ()
     meeting: float | None = None
     alone: Layout | None = None
@@ -52,8 +54,10 @@ def fit(model: Chosen, member: Chosen) -> list[Line]:
     scale = np.ptp(rings[1], axis=0) / np.ptp(rings[0], axis=0)
     moved = [_moved(line, start, own, scale) for line in model.layout.lines]
     shift = [_best_shift(member.bars[a], [line for line in moved if line.axis == a]) for a in (0, 1)]
-    estimated = _estimated if member.seen.sight.views else _scanned
-    return [estimated(member.bars[line.axis], line, shift[line.axis]) for line in moved]
+    found = [(member.bars[line.axis], line, shift[line.axis]) for line in moved]
+    if member.seen.sight.views:
+        return [_estimated(*one) for one in found]
+    return [_scanned(*one, member.seen.box) for one in found]
 
 
 def _moved(line: Line, start: Float, own: Float, scale: Float) -> Line:
@@ -86,13 +90,16 @@ def _estimated(bars: Bars, line: Line, shift: float, reach: float = _MOVE_M) -> 
     return Line(line.axis, middle, line.extent, width, best)
 
 
-def _scanned(bars: Bars, line: Line, shift: float) -> Line:
+def _scanned(bars: Bars, line: Line, shift: float, box: Box) -> Line:
     """Returns the same where the scan alone tells it: sashes of one type may be open or divided higher.
 
-    They slide up and down, so that upright bars stay where they are.
+    They slide up and down, so that upright bars stay where they are. What lies in the frame of this window,
+    outside the box, is no evidence of a bar.
     """
-    if line.axis == 0:
-        return _estimated(bars, line, shift)
-    near, other = (_estimated(bars, line, shift, reach) for reach in (_MOVE_M, _ELSEWHERE_M))
-    dearer = replace(other, evidence=other.evidence - COST)
-    return dearer if dearer.evidence > near.evidence else near
+    found = _estimated(bars, line, shift)
+    if line.axis == 1:
+        other = _estimated(bars, line, shift, _ELSEWHERE_M)
+        dearer = replace(other, evidence=other.evidence - COST)
+        found = dearer if dearer.evidence > found.evidence else found
+    within = box[line.axis] < found.position < box[2 + line.axis]
+    return found if within else replace(found, evidence=min(found.evidence, 0.0))

@@ -35,7 +35,7 @@ def _judged(windows: Sequence[Window], options: CrossbarOptions) -> list[WindowE
     sights = with_one_depth(list(each(look, windows)))
     told = [s for s in sights if s.depth is not None and (s.views or len(s.window.points))]
     chosen = choose_layouts(list(each(observe, told)), options.min_pane)
-    sure = margins(chosen, options.min_pane)
+    sure = margins(chosen)
     found = {id(c.seen.sight): (c, float(m)) for c, m in zip(chosen, sure, strict=True)}
     return list(each(lambda sight: _evidence(sight, found.get(id(sight))), sights))
 

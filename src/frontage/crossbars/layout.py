@@ -22,31 +22,28 @@ _MOST_EQUAL = 6  # bars that divide a pane in equal parts
 _EQUAL_M = 0.015  # by which a bar may miss the place that equal panes give it
 _WIDE_M = 0.015  # by which panes may be measured too small, because bars show their sides
 _SHOWN = 0.4  # share of a bar's length that must be seen
-_NARROW = (
-    0.75  # of the least height of a pane: its least width, for stiles are narrower than bottom rails high
-)
 _PANE_SHOWN_M = 0.06  # of the width or height of a pane
 
 
 def best_layout(
     box: Box,
     bars: Sequence[Bars],
-    least: float,
+    least: tuple[float, float],
     cost: float = COST,
     without: tuple[int, float] | None = None,
 ) -> Layout:
     """Returns the best layout of the bars within a box, the inside of the frame.
 
     bars     the evidence across x and across z
-    least    m, least height of a pane; panes may be a quarter narrower
+    least    m, least width and height of a pane
     without  axis and position m of a bar that must not be in it, nor be displaced in it
     """
-    sides = (_NARROW * least - _WIDE_M, least - _WIDE_M)
-    found = [candidates(box, one, sides, cost) for one in bars]
+    least = (least[0] - _WIDE_M, least[1] - _WIDE_M)
+    found = [candidates(box, one, least, cost) for one in bars]
     if without is not None:
         axis, place = without
         found[axis] = found[axis][np.abs(found[axis] - place) > SAME_M + MOVE_M]
-    return _Search(box, bars, tuple(found), sides, cost).best(box, (_FRAME,) * 4)
+    return _Search(box, bars, tuple(found), least, cost).best(box, (_FRAME,) * 4)
 
 
 _Sides = tuple[int, int, int, int]

@@ -2,7 +2,7 @@
 possible bar."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 import shapely
@@ -91,18 +91,21 @@ def observe(sight: Sight) -> Observation:
         raise ValueError("the depth of the frame is not known")
     window, grid = sight.window, sight.grid
     hits = scan_hits(grid, window)
+    arched = window.opening.shape != "rectangle"
     if not sight.views:
+        box, width = usual_sides(window.ring), None
+        if hits is not None:
+            exposed = np.array(hits.exposed)
+            box, width = scanned_sides(window.ring, exposed, hits.points, hits.dense, arched)
+            hits = _within_arch(hits, sight, box, width) if arched else hits
         widths = bar_widths(grid.px, grid.px)
         bars = _with_hits(grid, [no_views(grid, axis, widths) for axis in (0, 1)], hits)
         at = sight.depth.value
-        box, width = usual_sides(window.ring), None
-        if hits is not None:
-            box, width = scanned_sides(window.ring, np.array(hits.exposed), hits.points, hits.dense)
         return Observation(sight, box, width, bars, None, None, (at, at), (), "", np.empty(0), hits)
     weights = _weights(sight.views)
     profiles = _profiles(grid, _planes(sight, sight.depth.value))
-    arched = window.opening.shape != "rectangle"
     box, width = frame_sides(grid, profiles, weights, window.ring, arched)
+    hits = _within_arch(hits, sight, box, width) if arched and hits is not None else hits
     upper, lower = bar_depths(grid, sight.edges, sight.depth, box)
     trust = min(1.0, (_DENSE_M / window.spacing) ** 2)
     planes = _planes(sight, upper)
@@ -161,14 +164,35 @@ def _with_hits(
     return tuple(bars)
 
 
-def _likeness(views: Sequence[PlaneView], outline: Float, box: Box, grid: Grid, ring: Array) -> list[Array]:
-    """Returns how much every pixel (h, w) of every view looks like the frame."""
-    low, high = outline.min(0), outline.max(0)
-    inset = (box[0] - low[0] + high[0] - box[2]) / 2
+def _within_arch(hits: ScanHits, sight: Sight, box: Box, width: Estimate[float] | None) -> ScanHits:
+    """Returns what the scan says inside a frame that follows its outline: the frame itself tells no bars."""
+    ring = sight.window.ring
+    panes = _panes(sight.grid, ring, _inset(ring, box) if width is None else width.value)
+    return hits if panes is None else replace(hits, inside=panes > 0.5)
+
+
+def _inset(outline: Float, box: Box) -> float:
+    """Returns how far m the upright sides of a frame reach in from the outline, in the mean."""
+    return float(box[0] - outline[:, 0].min() + outline[:, 0].max() - box[2]) / 2
+
+
+def _panes(grid: Grid, outline: Float, inset: float) -> Array | None:
+    """Returns how much of every pixel (h, w) lies inside a frame that reaches equally far in everywhere.
+
+    None where such a frame would leave nothing.
+    """
     inner = shapely.Polygon(outline).buffer(-inset, join_style="mitre")
     if inner.is_empty or inner.geom_type != "Polygon":
+        return None
+    return outline_mask(grid, np.asarray(inner.exterior.coords)[:-1])
+
+
+def _likeness(views: Sequence[PlaneView], outline: Float, box: Box, grid: Grid, ring: Array) -> list[Array]:
+    """Returns how much every pixel (h, w) of every view looks like the frame."""
+    inner = _panes(grid, outline, _inset(outline, box))
+    if inner is None:
         return [np.zeros(grid.shape, np.float32) for _ in views]
-    panes = outline_mask(grid, np.asarray(inner.exterior.coords)[:-1]) > 0.5
+    panes = inner > 0.5
     frame = eroded((ring > 0.99) & ~panes)
     return [frame_likeness(v.image, v.inside > 0.9, frame, panes) for v in views]
 

@@ -18,6 +18,9 @@ from frontage.crossbars.observe import Observation
 from frontage.crossbars.sharing import with_shared_layouts
 
 _FRAMES = 3  # windows that tell the frame of their type together
+# Of the least height of a pane, its least width in photos: bottom rails are high, stiles narrow. In a scan
+# the groove between a stile and the frame looks like a narrow pane.
+_NARROW = 0.75
 _SASHES = 4.0  # nats to say that the lower part of a window lies behind the upper one
 
 
@@ -48,13 +51,14 @@ def _with_one_frame(observed: Sequence[Observation]) -> list[Observation]:
 
 
 def _alone(seen: Observation, least: float) -> Chosen:
-    """Returns the layout that a window would have on its own, on one plane or with a lower sash behind."""
-    best = Chosen(seen, seen.bars, best_layout(seen.box, seen.bars, least))
+    """Returns the layout that a window has on its own, on one plane or with a lower sash behind."""
+    sides = (_NARROW * least if seen.sight.views else least, least)
+    best = Chosen(seen, seen.bars, best_layout(seen.box, seen.bars, sides), sides)
     if seen.behind is not None and seen.rail is not None:
         both = list(zip(seen.bars, seen.behind, strict=True))
         for place in meeting_places(seen.box, seen.rail, least):
             bars = [front.with_sash(back, seen.rail, place) for front, back in both]
-            layout = best_layout(seen.box, bars, least)
+            layout = best_layout(seen.box, bars, sides)
             if layout.gain - _SASHES > best.layout.gain:
-                best = Chosen(seen, bars, layout, meeting=float(place))
+                best = Chosen(seen, bars, layout, sides, meeting=float(place))
     return best

@@ -15,13 +15,11 @@ _ASKED = 4  # windows of one type that tell the margin of the layout that they s
 _NO_RIVAL = 100.0  # nats, where nothing at all speaks for any other layout
 
 
-def margins(chosen: Sequence[Chosen], least: float) -> Float:
+def margins(chosen: Sequence[Chosen]) -> Float:
     """Returns by how many nats the layout of each window (n,) is better than the next different one.
 
     Windows that share a layout decide it together: where one of them shows little, the mean of some counts.
     Where the scan alone shows them, their evidence adds up, and each must agree with that layout itself.
-
-    least  m, least height of a pane
     """
     members = defaultdict(list)
     for k, one in enumerate(chosen):
@@ -32,26 +30,24 @@ def margins(chosen: Sequence[Chosen], least: float) -> Float:
             found[group] = chosen[group[0]].sure
             continue
         asked = group[:: -(-len(group) // _ASKED)]
-        own = np.array([margin(chosen[k], least) for k in asked])
+        own = np.array([margin(chosen[k]) for k in asked])
         found[group] = own.mean()
         found[asked] = np.maximum(own, own.mean())
     scanned = np.array([not one.seen.sight.views for one in chosen], bool)
     return np.where(scanned, np.minimum(found, [one.beyond for one in chosen]), found)
 
 
-def margin(chosen: Chosen, least: float) -> float:
+def margin(chosen: Chosen) -> float:
     """Returns the nats by which a layout is better than the best different one, on the window's own evidence.
 
     Every other layout lacks one of its bars, or has them all and more. The best without each of the weakest
     bars is searched for again; the best with one more is known of every pane. A layout that was taken over
     from similar windows may have a negative margin.
-
-    least  m, least height of a pane
     """
     layout, box, bars = chosen.layout, chosen.seen.box, chosen.bars
     alone = chosen.alone or layout
     weak = sorted(joined(layout.lines), key=lambda line: line.evidence)[:_WEAKEST]
-    others = [best_layout(box, bars, least, without=(line.axis, line.position)).gain for line in weak]
+    others = [best_layout(box, bars, chosen.least, without=(line.axis, line.position)).gain for line in weak]
     same = alike(layout.lines, alone.lines)
     rivals = alone.rivals if same else layout.rivals
     others += [layout.gain + max(rivals)] if rivals else []

@@ -64,12 +64,14 @@ class ScanHits:
     points   (n, 3) m, those of all layers
     dense    points per m2 that bars get
     exposed  x0, z0, x1, z1 m, the part of the frame's plane that beams reach
+    inside   (h, w) bool, where the raster lies inside a frame that is not a rectangle; None = it is one
     """
 
     layers: tuple[_Layer, ...]
     points: Float
     dense: float
     exposed: Box
+    inside: Array | None = None
 
     @property
     def contrast(self) -> float:
@@ -98,8 +100,12 @@ class ScanHits:
         low, high = self.exposed[axis], self.exposed[2 + axis]
         first, last = grid.extent[axis] + _EDGE_M, grid.extent[2 + axis] - _EDGE_M
         low, high = low + _EDGE_M * (low > first), high - _EDGE_M * (high < last)
-        across = (at > low) & (at < high)
-        return np.asarray(self.known(grid, axis)[:, None] & across)
+        reached = self.known(grid, axis)[:, None] & (at > low) & (at < high)
+        if self.inside is None:
+            return np.asarray(reached)
+        turned = self.inside if axis == 0 else self.inside.T
+        rows = (np.arange(len(reached)) + 0.5) * turned.shape[0] / len(reached)
+        return np.asarray(reached & turned[rows.astype(np.int64)])
 
     def _of_layer(self, grid: Grid, layer: _Layer, axis: int, widths: Array) -> Array:
         piece = self._pieces(grid, layer, axis)

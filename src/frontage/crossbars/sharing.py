@@ -118,4 +118,4 @@ def _shared(own: Chosen, model: Chosen, lines: Sequence[Line]) -> Chosen:
     costs = sum(line.evidence for line in model.layout.lines) - model.layout.gain
     gain = sum(line.evidence for line in lines) - costs
     layout = Layout(tuple(lines), gain, kept, model.layout.rivals)
-    return Chosen(own.seen, own.bars, layout, weak, own.meeting, own.layout)
+    return Chosen(own.seen, own.bars, layout, own.least, weak, own.meeting, own.layout)
