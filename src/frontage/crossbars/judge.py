@@ -6,6 +6,7 @@ import numpy as np
 from frontage.crossbars.candidates import COST
 from frontage.crossbars.chosen import Chosen
 from frontage.crossbars.layout import NESTED
+from frontage.crossbars.observe import Observation
 from frontage.crossbars.place import placed_bars
 from frontage.model import Glazing
 
@@ -26,7 +27,7 @@ def glazing(chosen: Chosen, margin: float) -> Glazing:
     sources = tuple(v.name for v in seen.sight.views) + (("scan",) if seen.hits is not None else ())
     blurred = _unresolved(chosen)
     confidence = 0.0 if blurred else probability(margin, not seen.sight.views)
-    notes = [blurred] if blurred else _remarks(chosen)
+    notes = [blurred] if blurred else _remarks(seen)
     if not blurred and confidence < _SURE:
         blurred = "the evidence does not decide between layouts"
         notes.insert(0, blurred)
@@ -69,33 +70,30 @@ def _unresolved(chosen: Chosen) -> str:
         return f"{what}; the scanner sees {exposed:.0%} of its frame"
     if seen.hits.contrast <= _LEAST_CONTRAST:
         return f"{what}; the scan does not tell panes from bars"
-    if _thinnest(chosen) <= THICK_BAR_M:
+    if _thinnest(seen, chosen.members) <= THICK_BAR_M:
         return ""
     return f"{what}; the scan is too sparse for bars of {THICK_BAR_M * 1000:.0f} mm"
 
 
-def _thinnest(chosen: Chosen) -> float:
+def _thinnest(seen: Observation, windows: int = 1) -> float:
     """Returns the width m of the thinnest bar over the window that the scan tells from a pane.
 
-    Points on windows that share their layout add up: a bar that passes between those of one window does not
-    in all of them.
+    The points on several windows that share their layout add up.
     """
-    seen = chosen.seen
     x0, z0, x1, z1 = seen.box
     if seen.hits is None:
         return np.inf
-    dense = seen.hits.dense * chosen.members
+    dense = seen.hits.dense * windows
     nats = seen.hits.contrast - 1.0 + np.exp(-seen.hits.contrast)  # of every point on it
     enough = (COST + NESTED) / nats / dense / min(x1 - x0, z1 - z0)
     return float(max(enough, dense**-0.5))  # thinner ones may pass between the points
 
 
-def _remarks(chosen: Chosen) -> list[str]:
+def _remarks(seen: Observation) -> list[str]:
     """Returns what to be careful about."""
-    seen = chosen.seen
     views = seen.sight.views
     if not views:
-        thin = _thinnest(chosen)
+        thin = _thinnest(seen)  # the windows of a floor have the same rows of points
         return [f"the scan may miss bars thinner than {thin * 1000:.0f} mm"] if thin > THIN_BAR_M else []
     remarks = []
     gsd = seen.sight.gsd
