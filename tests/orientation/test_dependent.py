@@ -142,3 +142,13 @@ def test_neighbours_are_displaced_together_by_at_least_what_is_stated():
     assert (sigma > 0.001).all() and (sigma < 0.02).all()
     # half a pixel is 3.5 mm at 14 m
     assert variogram_of(net, least).shared[-1] == pytest.approx((0.005 / 0.0035) ** 2, rel=0.15)
+
+
+def test_what_is_alike_over_all_of_the_object_takes_no_weight_from_its_group():
+    net, _ = network(6)
+    wide = Dependence({0: 3.0}, frozenset({0}), frozenset({0}))  # 12 times as far is more than the wall
+    seen = adjust(net, PLAIN, wide)
+    told = adjust(net, PLAIN, Dependence(wide.reach, wide.own, wide.shared, least={0: 0.005}))
+    for a, b in zip(seen.poses, told.poses, strict=True):
+        assert np.array_equal(a.value.t, b.value.t)
+        assert (b.sigma[:3] > a.sigma[:3]).all()

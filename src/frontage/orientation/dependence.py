@@ -9,6 +9,7 @@ from frontage.model import Photo
 from frontage.orientation.adjustment import Dependence
 from frontage.orientation.control import ControlPoints
 from frontage.orientation.network import CONTROL, SURFACES, TIES
+from frontage.orientation.reflectance.surface import PIECE
 
 _TIE_TEMPLATES = 4.0  # sides of a template over which errors of tie points may be alike
 _TEMPLATE_M = 0.5  # side of a template where there is no control
@@ -25,17 +26,19 @@ def dependence_of(photos: Sequence[Photo], control: Sequence[ControlPoints], spa
     spacing  m, of the points of the scan
 
     Templates that overlap see the same samples of the scan. Tie points err like others of their photo by
-    what displaces larger parts of a picture; on the surface of the scan they err like their neighbours.
+    what displaces larger parts of a picture. On the surface of the scan they err like those on the same flat
+    piece at least. Where the scan is displaced across its surface, control points are displaced, too.
     """
     sides = [c.side * _metres_per_pixel(p, c.xyz) for p, c in zip(photos, control, strict=True) if len(c)]
     reach = float(np.median(np.concatenate(sides))) if sides else _TEMPLATE_M
     by_scan = (CONTROL, SURFACES)
     return Dependence(
-        {TIES: _TIE_TEMPLATES * reach, CONTROL: reach, SURFACES: reach},
+        {TIES: _TIE_TEMPLATES * reach, CONTROL: reach, SURFACES: PIECE * spacing},
         own=frozenset({TIES, CONTROL}),
         shared=frozenset(by_scan),
         far=dict.fromkeys(by_scan, _FAR),
         least={CONTROL: _EDGE * spacing},
+        relief=(SURFACES, CONTROL),
     )
 
 

@@ -134,7 +134,8 @@ def _for_dependent_errors(
     groups = alike_groups(network, fit, dependence)
     loss = least_squares(fit.layout, effective_weights(fit, groups))
     last = _fitted(network, now, fit.layout, loss, options)
-    told = dependent_precision(last.equations, last.precision, fit.minimum.state.points, groups)
+    points, relief = fit.minimum.state.points, dependence.relief
+    told = dependent_precision(last.equations, last.precision, points, groups, relief)
     kept = replace(fit.precision, wide=told.wide, points=told.points)
     return replace(last, minimum=replace(last.minimum, cost=fit.minimum.cost), precision=kept)
 

@@ -87,7 +87,7 @@ def collected(
     mean = _Mean(cell, count)
     pull = np.zeros((len(count), 3, equations.layout.columns))
     alone = np.zeros((equations.layout.columns,) * 2)
-    for mine, columns, along in _reduced(equations, inverse, point, slot, group):
+    for mine, columns, along in reduced_rows(equations, inverse, point, slot, group):
         np.add.at(pull, (cell[mine][:, None, None], np.arange(3)[:, None], columns), turned[mine] @ along)
         flat = along.reshape(-1, len(columns))
         weighted = (along * share[mine, None, None]).reshape(flat.shape)
@@ -117,10 +117,13 @@ class _Mean:
         return np.asarray((np.stack(sums, 1) / self.count[:, None]).reshape(-1, *values.shape[1:]))
 
 
-def _reduced(
+def reduced_rows(
     equations: NormalEquations, inverse: Float, point: Float, slot: Int, group: Member
 ) -> Iterator[tuple[Int, Int, Float]]:
-    """Per chunk: which rows, the columns (c,), and the rows' reduced derivatives (r, a, c) by them."""
+    """Yields per chunk which rows, the columns (c,), and the rows' reduced derivatives (r, a, c) by them.
+
+    point  (m, a, 3) derivatives of the group's rows by their points, in the slots `slot` (m,)
+    """
     for chunk, W in equations.between():
         mine = np.flatnonzero(_inside(slot, chunk))
         if not len(mine):

@@ -30,6 +30,8 @@ class Dependence:
             ranges than residuals can show (`BEYOND`): what nothing shows has to be known
     least   per group, m: by how much neighbours in all photos are displaced together over the longest of
             `RANGES`, even where residuals do not show it, because poses have absorbed it
+    relief  a group of surfaces and one of images whose points lie on them: both have the errors of the scan
+            across its surface; None where no groups are related
     """
 
     reach: dict[int, float]
@@ -37,6 +39,7 @@ class Dependence:
     shared: frozenset[int]
     far: dict[int, float] = field(default_factory=dict)
     least: dict[int, float] = field(default_factory=dict)
+    relief: tuple[int, int] | None = None
 
 
 @dataclass(frozen=True, eq=False)

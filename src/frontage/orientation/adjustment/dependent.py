@@ -19,11 +19,12 @@ import numpy as np
 from frontage.geometry.arrays import Float
 from frontage.orientation.adjustment.cells import Cells, Member, collected
 from frontage.orientation.adjustment.covariance import Precision
-from frontage.orientation.adjustment.dependence import Dependence, Variogram, distances
+from frontage.orientation.adjustment.dependence import RANGES, Dependence, Variogram, distances
 from frontage.orientation.adjustment.fit import Fit
 from frontage.orientation.adjustment.linearise import Weights
 from frontage.orientation.adjustment.network import Network
 from frontage.orientation.adjustment.normal import NormalEquations, inverse_blocks
+from frontage.orientation.adjustment.relief import relief_gradient
 from frontage.orientation.adjustment.variogram import estimated_variogram
 
 _FEWEST = 30  # rows of a group, below which nothing can be told of them
@@ -32,12 +33,17 @@ _CHUNK = 512  # cells
 
 @dataclass(frozen=True, eq=False)
 class Alike:
-    """A group of observations: its rows, which of its errors are alike, and its design effects (m,)."""
+    """A group of observations and which of its errors are alike.
+
+    member   its rows, with design effects `effect` (m,)
+    weight   1/m2, mean square of the derivatives of its rows by the place of their points
+    """
 
     group: int
     member: Member
     variogram: Variogram
     effect: Float
+    weight: float
 
 
 def alike_groups(network: Network, fit: Fit, dependence: Dependence) -> tuple[Alike, ...]:
@@ -54,9 +60,10 @@ def alike_groups(network: Network, fit: Fit, dependence: Dependence) -> tuple[Al
         own, shared = group in dependence.own, group in dependence.shared
         variogram = estimated_variogram(cells, fit.precision.wide, reach, own=own, shared=shared)
         far = dependence.far.get(group, 0.0) * float(variogram.shared.sum())
-        least = dependence.least.get(group, 0.0) ** 2 * _weight_per_metre(fit.equations, member)
-        variogram = replace(variogram, far=far).at_least(least)
-        found.append(Alike(group, member, variogram, design_effects(cells, variogram)[cells.cell]))
+        weight = _weight_per_metre(fit.equations, member)
+        variogram = replace(variogram, far=far).at_least(dependence.least.get(group, 0.0) ** 2 * weight)
+        effect = design_effects(cells, variogram)[cells.cell]
+        found.append(Alike(group, member, variogram, effect, weight))
     return tuple(found)
 
 
@@ -69,8 +76,10 @@ def _weight_per_metre(equations: NormalEquations, member: Member) -> float:
 
 def design_effects(cells: Cells, variogram: Variogram) -> Float:
     """By how much the variance of an observation grows in every cell (c,) for those that err alike."""
-    # What is alike over a whole wall does not tell places apart, and is no reason to trust one less.
-    seen = replace(variogram, far=0.0)
+    # What is alike over all of the object does not tell places apart, and is no reason to trust one less.
+    extent = float(np.linalg.norm(np.ptp(cells.middle, axis=0)))
+    within = np.array(RANGES) * variogram.reach < extent
+    seen = replace(variogram, far=0.0, shared=variogram.shared * within)
     total = [k @ cells.count for _, k in _chunks(cells, seen)]
     return np.asarray(np.maximum(np.concatenate(total) + seen.alone, 1.0))
 
@@ -87,22 +96,35 @@ def effective_weights(fit: Fit, groups: Sequence[Alike]) -> Weights:
 
 
 def dependent_precision(
-    equations: NormalEquations, precision: Precision, xyz: Float, groups: Sequence[Alike]
+    equations: NormalEquations,
+    precision: Precision,
+    xyz: Float,
+    groups: Sequence[Alike],
+    relief: tuple[int, int] | None = None,
 ) -> Precision:
     """Returns the precision with covariances that hold for errors that are alike.
 
     `equations` and `precision` have effective weights; `xyz` (n, 3) m are the points that told the groups.
+    The groups of `relief` have the errors of a scan across its surface in common (`Dependence`).
     Redundancies stay: they tell how observations control one another, not how they err.
     """
     Q = precision.wide
     gradient = np.zeros_like(Q)
+    pair = [one for group in relief or () for one in groups if one.group == group]
+    if len(pair) == 2:
+        surfaces, control = pair
+        variance = 1.0 / surfaces.weight
+        members = (surfaces.member, control.member)
+        gradient += relief_gradient(equations, xyz, *members, surfaces.variogram, variance)
     for one in groups:
         # an error of one sigma alone is 1 / effect in the weights; the inverse Q has taken it for 1
         alone = one.variogram.alone / one.effect - 1.0
         cells = collected(equations, one.member, xyz, one.variogram.reach, alone)
         root = np.ones(len(cells.count))
         root[cells.cell] = 1.0 / np.sqrt(one.effect)
-        gradient += cells.alone + _gradient(cells, one.variogram, root)
+        gradient += cells.alone
+        if len(pair) < 2 or one is not pair[0]:
+            gradient += _gradient(cells, one.variogram, root)
     wide = Q + Q @ gradient @ Q
     return replace(precision, wide=wide, points=_points(equations, wide))
 

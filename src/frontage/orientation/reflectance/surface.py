@@ -13,7 +13,9 @@ from frontage.raster.zbuffer import local_spacing
 from frontage.solve.surfels import Surfels, make_surfels
 
 _FEWEST_TOGETHER = 3  # points in one cube below which they are noise
-_CELL = 8.0  # spacings: the size of the pieces that tell the normals
+PIECE = 8.0
+"""The size of the flat pieces that tell the normals, in spacings."""
+
 _LUMA = np.array([0.299, 0.587, 0.114])
 _STATIONS = 64  # more origins are a trajectory, whose single points have no offset of their own
 _SIGMA_RANGE = 0.003  # m, of a range, where the scan does not state it
@@ -62,8 +64,8 @@ def scanned_surface(scan: Scan, source: str = "auto", seed: int = 0) -> ScannedS
     kept = scan.take(keep)
     typical = float(np.median(spacing[keep])) if len(keep) else 0.05
     centre = np.median(kept.xyz, axis=0) if len(keep) else np.zeros(3)
-    pieces = make_surfels(kept, _CELL * typical, centre, np.inf)
-    tone = _tones(kept, kind, pieces, _CELL * typical, seed)
+    pieces = make_surfels(kept, PIECE * typical, centre, np.inf)
+    tone = _tones(kept, kind, pieces, PIECE * typical, seed)
     sigma = kept.sigma_range or _SIGMA_RANGE
     return ScannedSurface(
         kept.xyz, spacing[keep], None if tone is None else tone.astype(np.float32), kind, pieces, sigma
@@ -83,7 +85,7 @@ def point_tones(scan: Scan, source: str = "auto", seed: int = 0) -> Float:
     keep = np.flatnonzero(together >= _FEWEST_TOGETHER)
     if not len(keep):
         keep = np.arange(len(scan))
-    cell = _CELL * float(np.median(spacing[keep]))
+    cell = PIECE * float(np.median(spacing[keep]))
     kept = scan.take(keep)
     pieces = make_surfels(kept, cell, np.median(kept.xyz, axis=0), np.inf)
     tone = _tones(scan, kind, pieces, cell, seed)
