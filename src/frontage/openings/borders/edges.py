@@ -149,7 +149,7 @@ def edge_beams(near: CrossingBeams, side: Side, frame: float | None, traits: Edg
     on = on[near.depth[on] < (0.0 if frame is None else frame - near.wall)]
     reveal = _reveal_line(u_own[on], near.depth[on] - max(face.y, 0.0), near.wall / 3.0, slope[on])
     # a loose shutter beside an edge only bounds it: beams that pass have passed at the wall itself
-    back_solid = near.depth <= face.y + back / 2
+    back_solid = near.depth <= max(face.y + back / 2, near.wall)  # the wall behind a sill is solid as well
     edge_y = np.where(back_solid, face.y, max(face.y, 0.0)) if side.loose else face.y
     u, some = side.beside(near.shifted(np.where(slope < 0, begin, edge_y)))
     u, slope, depth, back_solid = u[some], slope[some], near.depth[some], back_solid[some]

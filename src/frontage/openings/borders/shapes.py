@@ -85,7 +85,8 @@ def fan_of(
     back = max(frame - face, 2.0 * near.wall) if frame is not None else 2.0 * near.wall
     x, z = near.shifted(np.where(seen, begin, face))
     free = near.depth >= min(face, 0.0) - near.wall  # points further in front hide the border
-    solid = near.depth <= np.where(seen, begin, face + back / 2)
+    # hood moulds stand out further than some frames lie back: the wall behind them is solid as well
+    solid = near.depth <= np.where(seen, begin, max(face + back / 2, near.wall))
     box = (x > x0) & (x < x1) & (z > z0) & (z < z1 - 0.3 * (z1 - z0))
     through = float((box & ~solid).sum()) / max(0.7 * (x1 - x0) * (z1 - z0), 1e-6)
     return Fan(x[free], z[free], solid[free], max(density - through, 0.0))
