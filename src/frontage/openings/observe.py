@@ -12,6 +12,7 @@ from frontage.openings.wall.beams import Beams, sort_beams
 from frontage.openings.wall.evidence import Evidence, weigh
 from frontage.openings.wall.noreturn import with_lost_beams
 from frontage.openings.wall.panels import without_panels
+from frontage.openings.wall.recesses import with_recesses
 
 _FEWEST_POINTS = 200  # fewer points tell neither the density nor the noise of a wall
 
@@ -35,7 +36,8 @@ class ObservedWall:
 def observe_wall(facade: Facade, scan: Scan, options: OpeningOptions) -> ObservedWall | Failed:
     """Sorts the beams of a facade's working cloud and weighs, cell by cell, whether the wall is open there.
 
-    Shallow panels count as wall, and so do posts between the windows of a band. Returns `Failed` F401 when
+    Recesses larger than any opening lie at their own depth. Shallow panels count as wall, and so do posts
+    between the windows of a band. Returns `Failed` F401 when
     the facade has too few points, and F402 when hardly any of them lie on the wall.
     """
     if len(facade.support) < _FEWEST_POINTS:
@@ -53,6 +55,10 @@ def observe_wall(facade: Facade, scan: Scan, options: OpeningOptions) -> Observe
         )
     ground = ground_height(facade, options)
     evidence = _evidence(facade, scan, beams, ground)
+    recessed = with_recesses(beams, evidence, facade, scan)
+    if recessed is not None:
+        beams = sort_beams(facade, scan, recessed)
+        evidence = _evidence(facade, scan, beams, ground)
     posts = find_posts(beams, evidence, ground)
     if posts:
         beams = with_posts(beams, facade, scan, posts)

@@ -69,8 +69,10 @@ class Beams:
         return value_at(self.wall, self.raster, x, z)
 
 
-def sort_beams(facade: Facade, scan: Scan) -> Beams:
+def sort_beams(facade: Facade, scan: Scan, wall: Float | None = None) -> Beams:
     """Sorts every beam of the working cloud that has to do with the facade's wall.
+
+    `wall` (h, w) m is its depth in tiles over the facade where that is known, else it is measured.
 
     With known sensors, a beam counts where it crosses the wall at its local depth (found on the plane first,
     then once more at the depth there). Without them, a point stands for the place on the wall right before
@@ -79,7 +81,7 @@ def sort_beams(facade: Facade, scan: Scan) -> Beams:
     to_facade = facade.frame.inverse
     near = steady(to_facade.apply(scan.xyz[facade.support]))
     raster = WallRaster.over(facade, TILE)
-    wall = wall_depth(near, raster, facade.roughness)
+    wall = wall_depth(near, raster, facade.roughness) if wall is None else wall
     residual = near[:, 1] - value_at(wall, raster, near[:, 0], near[:, 2])
     close = np.abs(residual) < max(3.0 * facade.roughness, TOLERANCES.least_on_wall)
     sigma = 1.4826 * float(np.median(np.abs(residual[close]))) if close.any() else facade.roughness

@@ -10,13 +10,15 @@ _FINE = 8  # cells of a tile, along and across, in which its area is counted
 _KERNEL = 0.8  # m, one sigma of the surroundings that determine the depth of a tile: wider than half a window
 _PEAK = 0.25  # share of the largest area that a surface needs to be the wall: glass fronts hold little wall
 _FINEST = 0.01  # m, least bin of depths
-_RECESS = 6.0  # m: shop fronts and gates are smaller; parts that are wider or higher and set back are walls
 # m: the wall that a pier belongs to is that near; a recess smaller than that is no bay of the wall
 _BESIDE = 1.5
 _PIER = 0.4  # share of a tile that a pier fills
 
 TILE = 0.25
 """m, side of the tiles that hold the depth of the wall."""
+
+LARGEST_OPENING = 6.0
+"""m: shop fronts and gates are no wider and no higher; parts that are, and lie behind the wall, are walls."""
 
 FITTING = 0.3
 """m: sills, surrounds, open shutters and cut stone stand out no further, and close what they cover."""
@@ -27,6 +29,27 @@ def wall_depth(xyz: Float, raster: WallRaster, roughness: float) -> Float:
 
     Of several surfaces it is the one on the facade plane or nearest before it, else the first behind it:
     frames and panes lie behind the wall they belong to, balconies and bays well before it.
+    """
+    own, area, y, slack = _areas(xyz, raster, roughness)
+    wall = _without_recesses(_chosen(area, y, slack), own, y, slack)
+    return _refined(wall, xyz, raster, slack)
+
+
+def recess_depth(xyz: Float, raster: WallRaster, roughness: float) -> Float:
+    """Returns the depth (h, w) y m of the wall of recesses from the points (n, 3) m in them.
+
+    It is the surface that fills most of the area around each tile. Columns and piers before it may be nearer
+    to the facade plane, and what lies behind it and is no larger than an opening is one.
+    """
+    own, area, y, slack = _areas(xyz, raster, roughness)
+    fullest = _filled(y[area.argmax(2)], np.asarray(area.max(2) <= 0.0))
+    return _refined(_without_recesses(fullest, own, y, slack), xyz, raster, slack)
+
+
+def _areas(xyz: Float, raster: WallRaster, roughness: float) -> tuple[Array, Array, Float, float]:
+    """Returns the area that tiles (h, w, bins) show at depths y (bins,) m, and that of their surroundings.
+
+    Areas are counted in cells. The depths and the slack m within which depths are the same come last.
     """
     step = max(roughness, _FINEST)
     low, high = float(xyz[:, 1].min()), float(xyz[:, 1].max())
@@ -43,9 +66,7 @@ def wall_depth(xyz: Float, raster: WallRaster, roughness: float) -> Float:
     own = held.reshape(*raster.shape, bins).astype(np.float32)
     wide = (_KERNEL / TILE, _KERNEL / TILE, 1.0)
     area = ndimage.gaussian_filter(own, wide, mode="constant", truncate=3.0)
-    y = np.asarray(low + (np.arange(bins) + 0.5) * step, np.float64)
-    wall = _without_recesses(_chosen(area, y, 3.0 * step), own, y, 3.0 * step)
-    return _refined(wall, xyz, raster, 3.0 * step)
+    return own, area, np.asarray(low + (np.arange(bins) + 0.5) * step, np.float64), 3.0 * step
 
 
 def _chosen(area: Array, y: Float, slack: float) -> Float:
@@ -81,7 +102,7 @@ def _without_recesses(wall: Float, own: Array, y: Float, slack: float) -> Float:
 
 def _opened(wall: Float) -> tuple[Float, Float]:
     """Removes from the map (h, w) what is lower, and what is narrower, than a set-back part of a building."""
-    size = int(_RECESS / TILE) | 1
+    size = int(LARGEST_OPENING / TILE) | 1
     return ndimage.grey_opening(wall, (size, 1)), ndimage.grey_opening(wall, (1, size))
 
 

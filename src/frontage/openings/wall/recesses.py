@@ -1,0 +1,63 @@
+"""Recesses larger than any opening: the wall between columns or piers, which lies behind their plane."""
+
+import numpy as np
+from scipy import ndimage
+
+from frontage.geometry.arrays import Float, Int
+from frontage.model.canonical import steady
+from frontage.model.facade import Facade
+from frontage.model.masonry import MASONRY
+from frontage.model.scan import Scan
+from frontage.openings.wall.beams import Beams
+from frontage.openings.wall.evidence import Evidence, local_rate
+from frontage.openings.wall.surface import FITTING, LARGEST_OPENING, recess_depth, value_at
+
+_CORE = 0.75  # m, least width of the core of a recess: ledges and joints join cells over less
+_FRAMES, _WALL = 0.12, 0.4  # shares of the beams into a recess that frames return, and a wall with windows
+# share from which a wall is likelier than frames: where Poisson counts with these two means are as likely
+_SHOWN = (_WALL - _FRAMES) / np.log(_WALL / _FRAMES)
+
+
+def with_recesses(beams: Beams, evidence: Evidence, facade: Facade, scan: Scan) -> Float | None:
+    """Returns the depth (h, w) y m of the wall with large recesses at their own depth; None without any.
+
+    Open cells that are connected over more than the size of an opening are no opening: the wall lies deeper
+    there, as between the columns of a portico or the piers of a belfry. It is the surface that fills most of
+    the recess, and must return more beams than the frames of a glass front do. What stands before it
+    (columns, capitals, the masonry of an arch) is fitted to it like any surround.
+    """
+    cells = _recesses(evidence)
+    if not cells.any():
+        return None
+    raster, tiles = evidence.raster, beams.raster
+    points = steady(facade.frame.inverse.apply(scan.xyz[facade.support]))
+    at = raster.flat(points[:, 0], points[:, 2])
+    behind = points[:, 1] - beams.depth_at(points[:, 0], points[:, 2]) > beams.least
+    points = points[(at >= 0) & (cells.ravel()[at] > 0) & behind]
+    if not len(points):
+        return None
+    depth = recess_depth(points, tiles, facade.roughness)
+    off = points[:, 1] - value_at(depth, tiles, points[:, 0], points[:, 2])
+    held = raster.count(*points[(off <= beams.least) & (off > -FITTING)][:, [0, 2]].T)
+    come, due = (np.bincount(cells.ravel(), m.ravel()) for m in (held, evidence.expected))
+    x, z = raster.middles((cells > 0) & (come > _SHOWN * due)[cells]).T
+    return np.where(tiles.count(x, z) > 0, depth, beams.wall) if len(x) else None
+
+
+def _recesses(evidence: Evidence) -> Int:
+    """Returns the number (h, w) of the recess that a cell belongs to, from 1 on; 0 outside."""
+    cell = evidence.raster.cell
+    open_ = local_rate(evidence.llr, evidence.expected_free, 1.0) > 0
+    core = max(int(_CORE / cell), 2)
+    labels, _ = ndimage.label(ndimage.binary_opening(open_, np.ones((core, core), np.bool_)))
+    for number, (rows, columns) in enumerate(ndimage.find_objects(labels), 1):
+        high, wide = (rows.stop - rows.start) * cell, (columns.stop - columns.start) * cell
+        room = wide >= MASONRY.room_width and high >= MASONRY.room_height
+        part = labels[rows, columns]
+        if max(high, wide) <= LARGEST_OPENING or not room:
+            part[part == number] = 0
+        else:
+            part[ndimage.binary_fill_holes(part == number)] = number
+    # up to the edges of columns and ledges, which the core leaves out
+    near = ndimage.grey_dilation(labels, (2 * core + 1, 2 * core + 1))
+    return np.where(open_, near, labels)
