@@ -11,6 +11,7 @@ from frontage.openings import FoundOpenings, find_openings
 from frontage.openings.borders.agreement import with_supported_borders
 from frontage.openings.borders.measure import measure
 from frontage.openings.kinds import kind_of, with_doors
+from frontage.openings.layout.framing import Framing
 from frontage.openings.layout.selection import CellBox, best_layout
 from frontage.openings.wall.beams import sort_beams
 from frontage.openings.wall.crossings import crossing_beams
@@ -24,6 +25,12 @@ def of_points(facade, scan, xyz, rays=True):
     known = {"origins": EYE[None], "origin_index": np.zeros(len(xyz), np.int32)} if rays else {}
     index = np.arange(len(xyz))
     return replace(facade, support=index, inliers=index), Scan("wall", xyz, scan.world, **known)
+
+
+def of_points_sorted(facade, scan):
+    """The facade and its beams without lines of sight."""
+    facade, scan = of_points(facade, scan, scan.xyz, rays=False)
+    return facade, sort_beams(facade, scan)
 
 
 def overlap(opening, box):
@@ -130,6 +137,16 @@ def test_borders_return_where_the_evidence_speaks_against_them():
     assert (
         with_supported_borders(replace(good, place=(x0 - 0.3, z0, x1, z1)), WINDOW, dark).place[0] == x0 - 0.3
     )
+
+
+@pytest.mark.parametrize(("band", "one"), [(0.2, True), (0.6, False)])
+def test_masonry_from_side_to_side_parts_two_openings(band, one):
+    facade, scan = scan_wall([(2.0, 0.6, 3.2, 2.2), (2.0, 2.2 + band, 3.2, 4.2)])
+    evidence = weigh(*of_points_sorted(facade, scan))
+    cells = np.round((np.array([0.6, 2.0, 4.2, 3.2])) / evidence.raster.cell)
+    corner = np.array(evidence.raster.corner)[[1, 0, 1, 0]] / evidence.raster.cell
+    both = np.round(cells - corner).astype(np.int64)[None]
+    assert Framing(evidence, ground=-5.0)(both)[0] == one
 
 
 def test_between_two_openings_is_a_pier():

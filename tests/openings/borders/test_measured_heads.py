@@ -42,3 +42,19 @@ def test_a_head_whose_end_is_hidden_has_the_sigma_of_the_hidden_border():
     assert seen.shape == "round" and np.sqrt(seen.covariance[3, 3]) < 0.01
     assert hidden.rise > 0.0 and hidden.borders[3].gain == 0.0
     assert np.sqrt(hidden.covariance[3, 3]) >= hidden.borders[3].sigma > 0.1
+
+
+@pytest.mark.parametrize("rough", [3.9, 4.2])
+def test_a_hood_mould_above_an_arch_does_not_draw_its_head_up(rough):
+    rng, ring = np.random.default_rng(0), ring_of("round", ARCH, 0.6)[0]
+    x, z = np.meshgrid(np.arange(0.2, 3.0, 0.02), np.arange(1.2, 5.6, 0.02))
+    p = np.column_stack([x.ravel(), z.ravel()]) + rng.uniform(-0.01, 0.01, (x.size, 2))
+    off = np.hypot(p[:, 0] - 1.6, p[:, 1] - 3.4)
+    hood = (off > 0.62) & (off < 0.75) & (p[:, 1] > 3.4)  # stands out further than the frame lies back
+    depth = np.select([hood, ring_contains(ring, p)], [-0.1, 0.06], 0.0) + rng.normal(0.0, 0.003, len(p))
+    shadow = (off > 0.75) & (off < 0.85) & (p[:, 1] > 3.4)
+    p, depth = p[~shadow], depth[~shadow]
+    order, none = np.argsort(p[:, 0], kind="stable"), np.zeros(len(p))
+    sight = CrossingBeams(p[order].T, np.zeros((2, len(p))), none, depth[order], none, 0.015)
+    found = measure(sight, [(1.0, 2.0, 2.2, rough)], 0.04, 0.02)[0]
+    assert found.shape == "round" and found.place[3] == pytest.approx(4.0, abs=0.02)

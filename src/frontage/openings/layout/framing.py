@@ -19,7 +19,7 @@ _VISIBLE = 0.5  # share of the beams expected without obstacles that must reach 
 _HIDDEN = 0.3  # share of the beams expected without obstacles below which a rim is hidden
 _BARS = 0.12  # share of the expected beams that bars and frames level with the wall return
 _KNOWN = 0.5  # share of the cells of an opening that must tell something
-_BAND_M = 3.0 * MASONRY.half_brick  # least height of the masonry between two openings; joinery is narrower
+_COURSES = 3  # half bricks of masonry between two openings at least; bars and transoms of joinery are lower
 _APART_M = 0.3  # least height of an opening, and so of what a band of masonry leaves above and below
 _DIGITS = 6  # of sums over rectangles, which are differences of totals
 
@@ -113,16 +113,17 @@ class Framing:
         Rooms that are scanned through two openings seem to go on behind the band; known lines of sight show
         that they do not. The middle third of the band tells, for beside a curved head there is wall as well.
         """
-        parted = np.zeros(len(boxes), np.bool_)
+        parted, run = np.zeros(len(boxes), np.bool_), np.zeros(len(boxes), np.int64)
         if self._rays:
             return parted
-        band, apart = (max(round(size / self._cell), 1) for size in (_BAND_M, _APART_M))
+        course, apart = (max(round(size / self._cell), 1) for size in (MASONRY.half_brick, _APART_M))
         r0, c0, r1, c1 = boxes.T
         third = (c1 - c0) // 3
-        for start in range(apart, int((r1 - r0).max(initial=0)) - apart - band + 1, max(band // 2, 1)):
-            low = r0 + start
-            wall = self._sums(np.stack([low, c0 + third, low + band, c1 - third], 1)).is_wall
-            parted |= wall & (low + band <= r1 - apart)
+        for start in range(apart, int((r1 - r0).max(initial=0)) - apart - course + 1, course):
+            low, high = r0 + start, r0 + start + course
+            wall = self._sums(np.stack([low, c0 + third, high, c1 - third], 1)).is_wall
+            run = np.where(wall & (high <= r1 - apart), run + 1, 0)
+            parted |= run >= _COURSES
         return parted
 
     def _is_framed(self, boxes: Int, rims: tuple[_Sums, ...]) -> Bool:

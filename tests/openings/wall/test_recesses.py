@@ -1,0 +1,35 @@
+"""Windows in a wall that lies behind columns: the wall is found at its own depth."""
+
+import numpy as np
+import pytest
+
+from frontage.openings import FoundOpenings, find_openings
+from openings.boxes import box, scanned
+
+COLUMNS = ((0.0, 0.5), (3.75, 4.25), (7.5, 8.0))
+RECESS, PANE = 0.24, 0.42  # m behind the columns
+SILL, HEAD = 3.0, 6.0
+
+
+def portico(windows):
+    """Columns, a plinth and an entablature at y = 0, and between them a wall with windows (x0, x1)."""
+    front = [box(x0, x1, 0.0, 0.5, 0.0, 9.0) for x0, x1 in COLUMNS]
+    front += [box(0.0, 8.0, 0.0, 0.5, 0.0, 1.0), box(0.0, 8.0, 0.0, 0.5, 8.2, 9.0)]
+    x = [0.0, *np.ravel(windows), 8.0]
+    piers = [box(a, b, RECESS, 0.5, SILL, HEAD) for a, b in zip(x[::2], x[1::2], strict=True)]
+    bands = [box(0.0, 8.0, RECESS, 0.5, 0.0, SILL), box(0.0, 8.0, RECESS, 0.5, HEAD, 9.0)]
+    return [*front, *piers, *bands, box(0.0, 8.0, PANE, 0.5, SILL, HEAD)]
+
+
+@pytest.mark.parametrize("rays", [True, False])
+def test_windows_between_columns_are_found_in_the_wall_behind(rays):
+    windows = [(1.3, 2.9), (5.0, 6.6)]
+    facade, scan = scanned(wall=portico(windows), rays=rays)
+    found = find_openings(facade, scan)
+    assert isinstance(found, FoundOpenings)
+    boxes = sorted((*o.ring.min(0), *o.ring.max(0)) for o in found.openings)
+    assert len(boxes) == 2
+    true = [(x0, SILL, x1, HEAD) for x0, x1 in windows]
+    assert np.abs(np.array(boxes) - true).max() < 0.03
+    depths = [o.depth.value for o in found.openings]
+    assert np.allclose(depths, PANE - RECESS, atol=0.01)
