@@ -39,7 +39,7 @@ def with_recesses(beams: Beams, evidence: Evidence, facade: Facade, scan: Scan) 
     depth = recess_depth(points, tiles, facade.roughness)
     off = points[:, 1] - value_at(depth, tiles, points[:, 0], points[:, 2])
     held = raster.count(*points[(off <= beams.least) & (off > -FITTING)][:, [0, 2]].T)
-    come, due = (np.bincount(cells.ravel(), m.ravel()) for m in (held, evidence.expected))
+    come, due = (np.bincount(cells.ravel(), m.ravel()) for m in (held, evidence.expected_free))
     x, z = raster.middles((cells > 0) & (come > _SHOWN * due)[cells]).T
     return np.where(tiles.count(x, z) > 0, depth, beams.wall) if len(x) else None
 
