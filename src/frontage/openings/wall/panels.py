@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 from scipy import ndimage
 
-from frontage.geometry.arrays import Bool, Float
+from frontage.geometry.arrays import Bool
 from frontage.openings.wall.beams import Beams
 from frontage.openings.wall.evidence import Evidence, local_rate, log_likelihood_ratio
 
@@ -27,7 +27,12 @@ def without_panels(evidence: Evidence, beams: Beams, ground: float) -> Evidence:
     held, first, second = (raster.count(x, z, depth**power) for power in range(3))
     come, first, second = (ndimage.uniform_filter(m, 3) for m in (held, first, second))
     spread = second / np.maximum(come, 1e-9) - (first / np.maximum(come, 1e-9)) ** 2
-    full = full_cells(held, evidence, spread < (beams.least / 2.0) ** 2)
+    full = local_rate(held, evidence.expected, 1.0) >= _FULL
+    full &= (evidence.expected > 0.0) & (spread < (beams.least / 2.0) ** 2)
+    least = max(int(np.ceil(_NARROWEST / raster.cell)), 2)
+    # counts scatter, so small gaps are closed first
+    full = ndimage.binary_closing(full, np.ones((3, 3), np.bool_))
+    full = ndimage.binary_opening(full, np.ones((least, least), np.bool_))
     foot = max(int((ground + _ABOVE - raster.corner[1]) / raster.cell), 0)
     doors = _doors(full, evidence.llr > 0.0, foot, raster.cell)
     panel = ndimage.maximum_filter(full & ~doors, 3)
@@ -39,20 +44,6 @@ def without_panels(evidence: Evidence, beams: Beams, ground: float) -> Evidence:
         panel & evidence.inside, log_likelihood_ratio(evidence.expected, solid, 0.0 * open_), evidence.llr
     )
     return replace(evidence, llr=llr, solid=solid, open=open_)
-
-
-def full_cells(held: Float, evidence: Evidence, among: Bool | None = None) -> Bool:
-    """Returns the cells (h, w) that a surface fills over more than the width of frames and posts.
-
-    `held` (h, w) counts the points on it; only cells `among` (h, w) can be full.
-    """
-    full = (local_rate(held, evidence.expected, 1.0) >= _FULL) & (evidence.expected > 0.0)
-    if among is not None:
-        full &= among
-    least = max(int(np.ceil(_NARROWEST / evidence.raster.cell)), 2)
-    # counts scatter, so small gaps are closed first
-    full = ndimage.binary_closing(full, np.ones((3, 3), np.bool_))
-    return np.asarray(ndimage.binary_opening(full, np.ones((least, least), np.bool_)))
 
 
 def _doors(full: Bool, open_: Bool, foot: int, cell: float) -> Bool:

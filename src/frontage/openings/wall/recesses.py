@@ -49,7 +49,7 @@ def _recesses(evidence: Evidence) -> Int:
     cell = evidence.raster.cell
     open_ = local_rate(evidence.llr, evidence.expected_free, 1.0) > 0
     core = max(int(_CORE / cell), 2)
-    labels, _ = ndimage.label(ndimage.binary_opening(open_, np.ones((core, core), np.bool_)))
+    labels, _ = ndimage.label(ndimage.grey_opening(open_.astype(np.uint8), (core, core), mode="constant"))
     for number, (rows, columns) in enumerate(ndimage.find_objects(labels), 1):
         high, wide = (rows.stop - rows.start) * cell, (columns.stop - columns.start) * cell
         room = wide >= MASONRY.room_width and high >= MASONRY.room_height
