@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from crossbars.painted import BAR, DEPTH, FRAME, HOLE, MULLION, TRANSOM, Box, bar, window
+from crossbars.painted import BAR, DEPTH, EYES, FRAME, HOLE, MULLION, TRANSOM, Box, bar, view, window
 from frontage.crossbars.border import scanned_sides
 from frontage.crossbars.evidence import bars_by_evidence
 from frontage.crossbars.exposure import exposed_box
@@ -135,3 +135,11 @@ def test_the_curved_head_of_a_frame_is_no_bar(spacing: float) -> None:
     found = find(replace(one, opening=opening, points=one.points[own]))
     assert found.resolved, found.note
     assert found.counts == (1, 0)
+
+
+def test_a_window_that_only_the_scan_shows_takes_the_layout_of_those_that_photos_show() -> None:
+    photographed = [replace(window([view(e, [MULLION]) for e in EYES]), spacing=0.03) for _ in range(3)]
+    hidden = scanned([MULLION], 0.03)
+    for order in ([hidden, *photographed], [*photographed, hidden]):
+        found = [one.glazing for one in bars_by_evidence(order, CrossbarOptions())]
+        assert all(one.resolved and one.counts == (1, 0) for one in found)

@@ -31,7 +31,8 @@ class Chosen:
     kin     number that windows with one layout, decided together, have in common; None = decided on its own
     members number of the windows of a scan that share the layout
     beyond  nats by which that layout is better for it than its own one and than the other ones of its type
-    sure    nats by which it is better than the next one for all windows of a scan that share it
+    sure    nats by which it is better than the next one for all windows that share it, where only the scan
+            shows them; None = photos show some of them
     """
 
     seen: Observation
@@ -44,7 +45,7 @@ class Chosen:
     kin: int | None = None
     members: int = 1
     beyond: float = np.inf
-    sure: float = np.inf
+    sure: float | None = None
 
 
 def fit(model: Chosen, member: Chosen) -> list[Line]:

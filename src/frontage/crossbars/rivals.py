@@ -26,8 +26,9 @@ def margins(chosen: Sequence[Chosen]) -> Float:
         members[(one.kin, None) if one.kin is not None else (None, k)].append(k)
     found = np.zeros(len(chosen))
     for group in members.values():
-        if len(group) > 1 and not chosen[group[0]].seen.sight.views:
-            found[group] = chosen[group[0]].sure
+        sure = chosen[group[0]].sure
+        if len(group) > 1 and sure is not None:
+            found[group] = sure
             continue
         asked = group[:: -(-len(group) // _ASKED)]
         own = np.array([margin(chosen[k]) for k in asked])

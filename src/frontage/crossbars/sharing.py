@@ -4,8 +4,9 @@ A layout is described once for all windows that have it. What it takes to descri
 which window has which, decides how many there are: builders use few, such as that of the left and that of the
 right one of coupled windows, or sashes with and without bars. A window that differs clearly keeps its own.
 
-Where photos show them, windows of one size share one layout only: similar windows cast the same shadows and
-show the same sides of their bars to every camera, so that several of them can look like another layout.
+Where photos show some of them, windows of one size share one layout only: similar windows cast the same
+shadows and show the same sides of their bars to every camera, so that several of them can look like another
+layout.
 """
 
 from collections.abc import Sequence
@@ -31,7 +32,7 @@ def with_shared_layouts(own: Sequence[Chosen], numbers: Sequence[int]) -> list[C
     own      the windows with the layouts that each has on its own
     numbers  of the windows, by which those are named that share a layout
     """
-    seen = bool(own[0].seen.sight.views)
+    seen = any(one.seen.sight.views for one in own)
     fits = _Fits.of(own)
     models = fits.models(1 if seen else len(own))
     found = list(own)
@@ -70,9 +71,9 @@ class _Fits:
         """Returns the fits of windows with the layouts that each has on its own."""
         lines = [[fit(model, member) for member in own] for model in own]
         gains = np.array([[sum(line.evidence for line in one) for one in row] for row in lines]) - _SHARED
-        differs = _OWN if own[0].seen.sight.views else _OWN_SCANNED
-        alone = np.array([one.layout.gain - differs for one in own])
-        price = np.array([COST * len(one.layout.lines) + differs for one in own])
+        differs = np.array([_OWN if one.seen.sight.views else _OWN_SCANNED for one in own])
+        alone = np.array([one.layout.gain for one in own]) - differs
+        price = COST * np.array([len(one.layout.lines) for one in own]) + differs
         return _Fits(lines, gains, alone, price)
 
     def models(self, most: int) -> list[int]:
