@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from frontage.crossbars.candidates import COST, Box
+from frontage.crossbars.candidates import COST, ENDS_M, Box
 from frontage.crossbars.division import Layout, Line
 from frontage.crossbars.lines import Bars
 from frontage.crossbars.observe import Observation
@@ -14,7 +14,6 @@ from frontage.geometry.arrays import Array, Float
 _MOVE_M = 0.01  # by which a bar may miss its place in the layout of its type
 _ELSEWHERE_M = 0.12  # by which a transom may for the nats of a bar of its own, where the scan alone shows it
 _SHIFTS_M = tuple(np.arange(-5, 6) * 0.01)  # by which all parallel bars may: outlines are displaced
-_ENDS_M = 0.01  # at both ends of a bar, where other bars cross
 _WIDTH = 0.4  # by which the width of a bar may differ, logarithm
 
 
@@ -32,7 +31,7 @@ class Chosen:
     members number of the windows of a scan that share the layout
     beyond  nats by which that layout is better for it than its own one and than the other ones of its type
     sure    nats by which it is better than the next one for all windows that share it, where only the scan
-            shows them; None = photos show some of them
+            shows them and there are two or more; None otherwise
     """
 
     seen: Observation
@@ -80,7 +79,7 @@ def _estimated(bars: Bars, line: Line, shift: float, reach: float = _MOVE_M) -> 
     place = line.position + shift
     low, high = bars.rows(place, reach)
     away: Array = np.abs(np.log(bars.widths * bars.px / line.width))
-    value = bars.over(line.extent[0] + _ENDS_M, line.extent[1] - _ENDS_M, slice(low, high))
+    value = bars.over(line.extent[0] + ENDS_M, line.extent[1] - ENDS_M, slice(low, high))
     centre = bars.centres(low, high)
     near = (np.abs(centre - place) <= reach) & (away <= max(_WIDTH, float(away.min())))
     value = np.where(near, value, -np.inf)

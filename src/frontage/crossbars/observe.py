@@ -177,7 +177,7 @@ def _inset(outline: Float, box: Box) -> float:
 
 
 def _panes(grid: Grid, outline: Float, inset: float) -> Array | None:
-    """Returns how much of every pixel (h, w) lies inside a frame that reaches equally far in everywhere.
+    """Returns how much of every pixel (h, w) lies inside a frame that is equally wide on all sides.
 
     None where such a frame would leave nothing.
     """

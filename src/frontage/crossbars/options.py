@@ -16,5 +16,5 @@ class CrossbarOptions(BaseModel):
         "none: windows keep no bars",
     )
     min_pane: float = Field(
-        default=0.14, gt=0, description="m: least height of a pane, which may be a quarter narrower"
+        default=0.14, gt=0, description="m: least height of a pane; in photos, it may be a quarter narrower"
     )

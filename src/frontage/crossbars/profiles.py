@@ -111,7 +111,7 @@ def _edge(step: Array, noise: float, laplace: Array, broad: Array) -> Array:
 
 
 def _clutter(laplace: Array, broad: Array, seen: Array, px: float) -> Array:
-    """Returns how probable it is around each place that a step is that of something else.
+    """Returns the probability, around each place, that a step is not the edge of a bar.
 
     Bars are far apart. Where strong steps follow each other closely, they are those of slats or folds.
     """

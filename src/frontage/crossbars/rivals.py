@@ -27,7 +27,7 @@ def margins(chosen: Sequence[Chosen]) -> Float:
     found = np.zeros(len(chosen))
     for group in members.values():
         sure = chosen[group[0]].sure
-        if len(group) > 1 and sure is not None:
+        if sure is not None:
             found[group] = sure
             continue
         asked = group[:: -(-len(group) // _ASKED)]

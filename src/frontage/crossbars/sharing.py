@@ -45,7 +45,7 @@ def with_shared_layouts(own: Sequence[Chosen], numbers: Sequence[int]) -> list[C
         return found
     for k in models:
         members = [n for n, one in enumerate(found) if one.kin == numbers[k]]
-        sure = fits.margin(k, members) if members else 0.0
+        sure = fits.margin(k, members) if len(members) > 1 else None
         for n in members:
             found[n] = replace(found[n], members=len(members), sure=sure)
     return found

@@ -23,7 +23,7 @@ def optional(store: Store, files: Sequence[Path], write: Callable[[], None]) -> 
 
 
 def without(names: Sequence[str], what: str) -> tuple[str, ...]:
-    """Return the note that some facades or buildings are not in a product, nothing where there are none."""
+    """Return the note that names the facades or buildings a product lacks; empty if it lacks none."""
     return (f"{what}: {listed(names)}.",) if names else ()
 
 

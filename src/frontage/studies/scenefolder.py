@@ -28,7 +28,7 @@ class SceneFolder:
         return bool(self._marker) and not self.outdated()
 
     def outdated(self) -> str:
-        """Return why an earlier scene in the folder is made again; empty if it is kept, or there is none."""
+        """Return why an earlier scene in the folder is made again; empty if it is kept or if none exists."""
         if not (marker := self._marker):
             return ""
         if not marker.get("complete"):

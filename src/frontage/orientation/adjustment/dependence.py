@@ -6,17 +6,20 @@ divided into what every observation has alone, and parts that are alike over sev
 structures; Matheron 1963). The shares are estimated from residuals (`variogram`).
 """
 
+from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from frontage.geometry.arrays import Array, Float, freeze
+from frontage.geometry.arrays import Array, Float, Int, freeze
 
 RANGES = (1.5, 4.0, 12.0)
 """Over which errors may be alike, in units of `Dependence.reach`: what overlaps, its surroundings, a bay."""
 
 BEYOND = 40.0
 """The range of errors, in the same units, that poses absorb so well that residuals do not tell them."""
+
+_CHUNK = 512  # cells
 
 
 @dataclass(frozen=True)
@@ -95,3 +98,28 @@ def distances(a: Float, b: Float) -> Float:
     """Distances (m, n) of points (m, 3) and (n, 3)."""
     square = np.square(a).sum(1)[:, None] + np.square(b).sum(1) - 2.0 * a @ b.T
     return np.asarray(np.sqrt(np.maximum(square, 0.0)))
+
+
+def alike_chunks(middle: Float, photo: Int | None, variogram: Variogram) -> Iterator[tuple[slice, Float]]:
+    """Yields some cells (c,) at a time, with the covariances (g, c) of their errors with those of all cells.
+
+    middle  (c, 3) m; photo (c,) numbers, None where errors of one photo are no more alike than others
+    """
+    for start in range(0, len(middle), _CHUNK):
+        part = slice(start, start + _CHUNK)
+        same = False if photo is None else photo[part, None] == photo
+        yield part, variogram.between(distances(middle[part], middle), same)
+
+
+def alike_gradient(pull: Float, middle: Float, photo: Int | None, variogram: Variogram) -> Float:
+    """Returns the covariance (u, u) of the gradient from errors of cells (c,) that are alike.
+
+    pull    (c, 3, u), what an error of each cell adds to the gradient
+    middle, photo  of the cells, see `alike_chunks`
+    """
+    u = pull.shape[2]
+    wide = pull.reshape(len(pull), -1)
+    total = np.zeros((u, u))
+    for chunk, k in alike_chunks(middle, photo, variogram):
+        total += pull[chunk].reshape(-1, u).T @ (k @ wide).reshape(-1, u)
+    return np.asarray(0.5 * (total + total.T))

@@ -11,7 +11,7 @@ observations weigh too much against others. Both follow from the variograms of t
   ``g`` has the covariance that the variograms tell.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -19,7 +19,13 @@ import numpy as np
 from frontage.geometry.arrays import Float
 from frontage.orientation.adjustment.cells import Cells, Member, collected
 from frontage.orientation.adjustment.covariance import Precision
-from frontage.orientation.adjustment.dependence import RANGES, Dependence, Variogram, distances
+from frontage.orientation.adjustment.dependence import (
+    RANGES,
+    Dependence,
+    Variogram,
+    alike_chunks,
+    alike_gradient,
+)
 from frontage.orientation.adjustment.fit import Fit
 from frontage.orientation.adjustment.linearise import Weights
 from frontage.orientation.adjustment.network import Network
@@ -28,7 +34,6 @@ from frontage.orientation.adjustment.relief import relief_gradient
 from frontage.orientation.adjustment.variogram import estimated_variogram
 
 _FEWEST = 30  # rows of a group, below which nothing can be told of them
-_CHUNK = 512  # cells
 
 
 @dataclass(frozen=True, eq=False)
@@ -80,7 +85,7 @@ def design_effects(cells: Cells, variogram: Variogram) -> Float:
     extent = float(np.linalg.norm(np.ptp(cells.middle, axis=0)))
     within = np.array(RANGES) * variogram.reach < extent
     seen = replace(variogram, far=0.0, shared=variogram.shared * within)
-    total = [k @ cells.count for _, k in _chunks(cells, seen)]
+    total = [k @ cells.count for _, k in alike_chunks(cells.middle, cells.photo, seen)]
     return np.asarray(np.maximum(np.concatenate(total) + seen.alone, 1.0))
 
 
@@ -124,29 +129,10 @@ def dependent_precision(
         root[cells.cell] = 1.0 / np.sqrt(one.effect)
         gradient += cells.alone
         if len(pair) < 2 or one is not pair[0]:
-            gradient += _gradient(cells, one.variogram, root)
+            pull = (cells.count * root)[:, None, None] * cells.pull
+            gradient += alike_gradient(pull, cells.middle, cells.photo, one.variogram)
     wide = Q + Q @ gradient @ Q
     return replace(precision, wide=wide, points=_points(equations, wide))
-
-
-def _gradient(cells: Cells, variogram: Variogram, root: Float) -> Float:
-    """The covariance (u, u) of the gradient from what is alike; `root` (c,) scales the errors."""
-    u = cells.pull.shape[2]
-    pull = (cells.count * root)[:, None, None] * cells.pull
-    wide = pull.reshape(len(pull), -1)
-    total = np.zeros((u, u))
-    for chunk, k in _chunks(cells, variogram):
-        total += pull[chunk].reshape(-1, u).T @ (k @ wide).reshape(-1, u)
-    return 0.5 * (total + total.T)
-
-
-def _chunks(cells: Cells, variogram: Variogram) -> Iterator[tuple[slice, Float]]:
-    """Some cells at a time, with the covariances (g, c) of their errors with those of all cells."""
-    for start in range(0, len(cells.count), _CHUNK):
-        part = slice(start, start + _CHUNK)
-        same = cells.photo[part, None] == cells.photo
-        apart = distances(cells.middle[part], cells.middle)
-        yield part, variogram.between(apart, same)
 
 
 def _points(equations: NormalEquations, wide: Float) -> Float:

@@ -7,7 +7,6 @@ side in a photo from the left, to the other in a photo from the right. Residuals
 not show that it is one error; the surfaces show it directly.
 """
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,10 +14,8 @@ from scipy.spatial import cKDTree
 
 from frontage.geometry.arrays import Float, Int
 from frontage.orientation.adjustment.cells import Member, reduced_rows
-from frontage.orientation.adjustment.dependence import Variogram, distances
+from frontage.orientation.adjustment.dependence import Variogram, alike_gradient
 from frontage.orientation.adjustment.normal import NormalEquations, inverse_blocks
-
-_CHUNK = 512  # cells
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,7 +54,7 @@ def relief_gradient(
     for rows in both:
         _add_pull(pull, cell[first : first + len(rows.slot)], rows, equations)
         first += len(rows.slot)
-    return variance * _alike(pull, middle, variogram)
+    return variance * alike_gradient(pull, middle, None, variogram)
 
 
 def _rows(equations: NormalEquations, member: Member, xyz: Float, known: _Rows | None) -> _Rows:
@@ -83,18 +80,3 @@ def _add_pull(pull: Float, cell: Int, rows: _Rows, equations: NormalEquations) -
         moved = np.einsum("ra,rac->rc", error[mine], along)
         address = (cell[mine][:, None, None], np.arange(3)[:, None], columns)
         np.add.at(pull, address, rows.normal[mine][:, :, None] * moved[:, None])
-
-
-def _alike(pull: Float, middle: Float, variogram: Variogram) -> Float:
-    """The covariance (u, u) of the gradient for displacements of unit variance."""
-    u = pull.shape[2]
-    wide = pull.reshape(len(pull), -1)
-    total = np.zeros((u, u))
-    for part in _parts(len(pull)):
-        k = variogram.between(distances(middle[part], middle), False)
-        total += pull[part].reshape(-1, u).T @ (k @ wide).reshape(-1, u)
-    return np.asarray(0.5 * (total + total.T))
-
-
-def _parts(cells: int) -> Iterator[slice]:
-    return (slice(start, start + _CHUNK) for start in range(0, cells, _CHUNK))
