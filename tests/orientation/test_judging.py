@@ -9,7 +9,7 @@ from frontage.orientation.judging import judged
 from frontage.orientation.network import CONTROL, TIES
 from frontage.orientation.verify import Verdict
 
-UNDECIDED = Verdict(0, 0, 1.0, 0.0, 0.0)
+UNDECIDED = Verdict(0, 0, 1.0, 0.0, 0.0, 0.0)
 
 
 REACH = 20.0
@@ -49,22 +49,44 @@ def block(control, pairs, *, unique=True, ties=40, off=0.02):
 
 
 def test_one_photo_with_control_carries_those_that_are_tied_to_it():
-    keep, refused = judged(block([20, 0, 0], [(0, 1), (1, 2)]), [UNDECIDED] * 3)
+    keep, refused = judged(block([20, 0, 0], [(0, 1), (1, 2)]), [UNDECIDED] * 3, last=True)
     assert keep.tolist() == [0, 1, 2] and not refused
 
 
 def test_photos_that_are_tied_to_each_other_alone_are_refused():
-    keep, refused = judged(block([20, 3, 4], [(1, 2)]), [UNDECIDED] * 3)
+    keep, refused = judged(block([20, 3, 4], [(1, 2)]), [UNDECIDED] * 3, last=True)
     assert keep.tolist() == [0]
     assert [(r.photo, r.code) for r in refused] == [("P1", "O105"), ("P2", "O105")]
     assert "only 7 control points support it together" in refused[0].reason
 
 
 def test_control_that_may_lie_elsewhere_does_not_place_a_photo():
-    keep, refused = judged(block([50, 50], [(0, 1)], unique=False), [UNDECIDED] * 2)
+    keep, refused = judged(block([50, 50], [(0, 1)], unique=False), [UNDECIDED] * 2, last=True)
     assert not len(keep) and len(refused) == 2
 
 
 def test_control_that_is_found_anywhere_within_reach_supports_nothing():
-    keep, refused = judged(block([500, 500], [], off=1.0), [UNDECIDED] * 2)
+    keep, refused = judged(block([500, 500], [], off=1.0), [UNDECIDED] * 2, last=True)
     assert not len(keep) and all("only 0 control points" in r.reason for r in refused)
+
+
+CONFIRMED = Verdict(20, 18, 1e-9, 0.0, 0.5, -5.0)
+DOUBTED = Verdict(20, 3, 1.0, 300.0, 1.02, 0.4)
+CONTRADICTED = Verdict(20, 3, 1.0, 300.0, 1.6, 5.0)
+
+
+def test_what_may_be_chance_is_outweighed_by_ties_to_a_photo_without_doubt():
+    state = block([60, 60, 60], [(0, 1), (1, 2)])
+    keep, refused = judged(state, [CONFIRMED, DOUBTED, DOUBTED], last=True)
+    assert keep.tolist() == [0, 1]  # the last one is tied only to a photo that is doubtful itself
+    assert [(r.photo, r.code) for r in refused] == [("P2", "O104")]
+
+
+def test_what_is_not_chance_is_not_outweighed():
+    keep, refused = judged(block([60, 60], [(0, 1)]), [CONFIRMED, CONTRADICTED], last=False)
+    assert keep.tolist() == [0] and refused[0].code == "O104"
+
+
+def test_a_doubtful_photo_needs_many_ties():
+    keep, refused = judged(block([60, 60], [(0, 1)], ties=10), [CONFIRMED, DOUBTED], last=True)
+    assert keep.tolist() == [0] and refused[0].code == "O104"

@@ -6,7 +6,7 @@ import numpy as np
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
-from frontage.geometry.arrays import Int
+from frontage.geometry.arrays import Bool, Int
 from frontage.orientation.adjusted import AdjustedPhotos
 from frontage.orientation.network import TIES
 from frontage.orientation.result import Unoriented
@@ -17,16 +17,22 @@ _FEWEST_TIES = 30
 _CONFIRMING = 50  # control points, each of which stands out from chance and agrees with the others
 
 
-def judged(state: AdjustedPhotos, verdicts: Sequence[Verdict]) -> tuple[Int, list[Unoriented]]:
-    """Which photos may stay, and why the others may not."""
+def judged(state: AdjustedPhotos, verdicts: Sequence[Verdict], *, last: bool) -> tuple[Int, list[Unoriented]]:
+    """Which photos may stay, and why the others may not.
+
+    Doubts count in the `last` judgement only: until then a photo may get tie points with its neighbours.
+    """
     keep, refused = [], list[Unoriented]()
     recognising = _recognising(state)
     of_block = _sums_of_blocks(state, recognising)
+    doubted = np.array([verdict.doubted for verdict in verdicts], bool)
+    sure = ~doubted & (recognising >= _CONFIRMING)
     for k, (photo, verdict) in enumerate(zip(state.placed.photos, verdicts, strict=True)):
         # What the other cameras of its rig see supports a photo as well as what it sees itself.
         fellows = state.fellows(k)
         control, ties = int(recognising[fellows].sum()), sum(len(state.rows(j, TIES)) for j in fellows)
-        if verdict.contradicted:
+        held = not last or not verdict.doubted or _ties_to(state, k, sure) >= _FEWEST_TIES
+        if verdict.contradicted or not held:
             text = f"the scan is found {verdict.shift:.0f} px from where its pose puts it"
             refused.append(Unoriented(photo.id, "O104", text))
         elif control < _FEWEST_CONTROL and ties < _FEWEST_TIES:
@@ -38,6 +44,13 @@ def judged(state: AdjustedPhotos, verdicts: Sequence[Verdict]) -> tuple[Int, lis
         else:
             keep.append(k)
     return np.array(keep, np.int64), refused
+
+
+def _ties_to(state: AdjustedPhotos, photo: int, others: Bool) -> int:
+    """How many tie points of a photo are seen by any of the `others`, a mask (p,) of the photos."""
+    used, images = state.adjustment.used, state.network.images
+    seen = images.point[used & (images.group == TIES) & others[images.photo]]
+    return int(np.isin(images.point[state.rows(photo, TIES)], seen).sum())
 
 
 def _recognising(state: AdjustedPhotos) -> Int:

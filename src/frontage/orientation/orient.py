@@ -5,12 +5,12 @@ from the reflectance of the scanner (2.2.2), one adjustment of everything. Photo
 brought onto one body as soon as one of them has a place.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
 
-from frontage.geometry.arrays import Float, Int
+from frontage.geometry.arrays import Float
 from frontage.model import Photo, Rig, Scan
 from frontage.orientation.alone import beside, place_alone
 from frontage.orientation.carry import carried_by_rigs
@@ -20,7 +20,7 @@ from frontage.orientation.network import TiePoints
 from frontage.orientation.nouns import Block
 from frontage.orientation.options import OrientationOptions
 from frontage.orientation.place import Similarity, Start
-from frontage.orientation.placed import PRIOR_SIGMAS, Placed, Scene, Tell
+from frontage.orientation.placed import PRIOR_SIGMAS, Placed, Scene, Tell, merged
 from frontage.orientation.placing import BlockPlace, find_place, placed_photos
 from frontage.orientation.reflectance.surface import scanned_surface, sources_of
 from frontage.orientation.reflectance.tones import ImageOf
@@ -70,7 +70,7 @@ def orient_photos(
         placed, unoriented = _place_others(scene, placed, unoriented)
         if placed:
             break
-    return adjusted_orientation(scene, _merged(placed), unoriented)
+    return adjusted_orientation(scene, merged(placed), unoriented)
 
 
 def _place_others(
@@ -141,33 +141,6 @@ def _rescued(
         else:
             placed.append(Placed(np.array([number]), (found,), TiePoints.none()))
     return placed, left
-
-
-def _merged(placed: Sequence[Placed]) -> Placed:
-    """All placed photos in their given order, with all tie points."""
-    numbers = np.concatenate([np.empty(0, np.int64), *(p.numbers for p in placed)])
-    photos = [photo for p in placed for photo in p.photos]
-    order = np.argsort(numbers, kind="stable")
-    place = np.empty(len(order), np.int64)
-    place[order] = np.arange(len(order))
-    parts = list(_numbered(placed, place))
-    ties = TiePoints(
-        np.concatenate([np.empty((0, 3)), *(t.xyz for t in parts)]),
-        np.concatenate([np.empty(0, np.int64), *(t.photo for t in parts)]),
-        np.concatenate([np.empty(0, np.int64), *(t.point for t in parts)]),
-        np.concatenate([np.empty((0, 2)), *(t.pixels for t in parts)]),
-    )
-    return Placed(numbers[order], tuple(photos[k] for k in order), ties)
-
-
-def _numbered(placed: Sequence[Placed], place: Int) -> Iterator[TiePoints]:
-    """The tie points of every part, numbered through; `place` is the new number of every photo."""
-    first_photo = first_point = 0
-    for part in placed:
-        ties = part.ties
-        yield replace(ties, photo=place[ties.photo + first_photo], point=ties.point + first_point)
-        first_photo += len(part.photos)
-        first_point += len(ties.xyz)
 
 
 def _silent(_: str) -> None:

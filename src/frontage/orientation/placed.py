@@ -1,7 +1,7 @@
 """What photos are oriented in, and photos with approximate poses in it."""
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -59,3 +59,30 @@ def of_photos(ties: TiePoints, keep: Int) -> TiePoints:
     place[keep] = np.arange(len(keep))
     rows = place[ties.photo] >= 0
     return TiePoints(ties.xyz, place[ties.photo[rows]], ties.point[rows], ties.pixels[rows])
+
+
+def merged(placed: Sequence[Placed]) -> Placed:
+    """All placed photos in their given order, with all tie points."""
+    numbers = np.concatenate([np.empty(0, np.int64), *(p.numbers for p in placed)])
+    photos = [photo for p in placed for photo in p.photos]
+    order = np.argsort(numbers, kind="stable")
+    place = np.empty(len(order), np.int64)
+    place[order] = np.arange(len(order))
+    parts = list(_numbered(placed, place))
+    ties = TiePoints(
+        np.concatenate([np.empty((0, 3)), *(t.xyz for t in parts)]),
+        np.concatenate([np.empty(0, np.int64), *(t.photo for t in parts)]),
+        np.concatenate([np.empty(0, np.int64), *(t.point for t in parts)]),
+        np.concatenate([np.empty((0, 2)), *(t.pixels for t in parts)]),
+    )
+    return Placed(numbers[order], tuple(photos[k] for k in order), ties)
+
+
+def _numbered(placed: Sequence[Placed], place: Int) -> Iterator[TiePoints]:
+    """The tie points of every part, numbered through; `place` is the new number of every photo."""
+    first_photo = first_point = 0
+    for part in placed:
+        ties = part.ties
+        yield replace(ties, photo=place[ties.photo + first_photo], point=ties.point + first_point)
+        first_photo += len(part.photos)
+        first_point += len(ties.xyz)

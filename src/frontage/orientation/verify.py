@@ -6,7 +6,8 @@ Two tests per photo, after Meierhold et al. (2010) and against repeated windows:
   `p` of the search window counting as "there", k of n hits have a binomial tail probability;
 - the correlation summed over all templates must be highest where the scan is, and not when it is moved along
   the wall. On a facade of equal windows a pose
-  that is wrong by one window fits almost as well, but not better.
+  that is wrong by one window fits almost as well, but not better. Whether it is *significantly* higher
+  elsewhere follows from the scatter of the differences from template to template.
 """
 
 from dataclasses import dataclass
@@ -33,6 +34,7 @@ _WALL_M = 0.5  # to the piece of surface that a template lies on
 _CHANCE = 1e-6  # probability of a chance result below which a pose is confirmed
 _RIVAL = 0.85  # agreement elsewhere, relative to that here, from which a pose is not confirmed
 _FEWEST = 8  # templates, below which nothing can be said
+_CRITICAL = 3.29  # standard errors: one difference of a thousand is as large by chance, as in data snooping
 
 
 @dataclass(frozen=True)
@@ -44,6 +46,7 @@ class Verdict:
     chance       probability of as many by chance
     shift        px of the photo, from the pose to the best agreement of all templates together
     rival        sum of correlation at the best place apart from it, relative to its own
+    excess       how much better the templates agree there, in standard errors; negative if worse
     """
 
     templates: int
@@ -51,6 +54,7 @@ class Verdict:
     chance: float
     shift: float
     rival: float
+    excess: float
 
     @property
     def decided(self) -> bool:
@@ -68,9 +72,14 @@ class Verdict:
         return self.rival < _RIVAL
 
     @property
-    def contradicted(self) -> bool:
-        """Whether the scan is found clearly elsewhere."""
+    def doubted(self) -> bool:
+        """Whether the scan agrees better elsewhere, be it by chance or not."""
         return self.decided and self.shift > 0.0
+
+    @property
+    def contradicted(self) -> bool:
+        """Whether the scan is found elsewhere, significantly better than where the pose puts it."""
+        return self.doubted and self.excess > _CRITICAL
 
 
 def verify(photo: Photo, surface: ScannedSurface, image_of: ImageOf) -> Verdict:
@@ -87,19 +96,24 @@ def verify(photo: Photo, surface: ScannedSurface, image_of: ImageOf) -> Verdict:
     solid = drawn.depth[at[:, 1], at[:, 0]] > 0
     at, surfaces = at[solid], surfaces[solid]
     if not len(at):
-        return Verdict(0, 0, 1.0, 0.0, 0.0)
+        return Verdict(0, 0, 1.0, 0.0, 0.0, 0.0)
     row, column = np.divmod(surfaces.reshape(len(at), -1).argmax(1), 2 * radius + 1)
     agreeing = int((np.hypot(row - radius, column - radius) <= _NEAR_PX).sum())
     share = np.pi * _NEAR_PX**2 / (2 * radius + 1) ** 2
     # Templates overlap, so that only every second is independent.
     independent = max(1, len(at) // 2)
     chance = float(binom.sf(round(agreeing * independent / len(at)) - 1, independent, share))
-    shift, rival = _elsewhere(drawn, surface, at, surfaces)
-    return Verdict(len(at), agreeing, chance, shift * float(scale.mean()), rival)
+    shift, rival, excess = _elsewhere(drawn, surface, at, surfaces)
+    return Verdict(len(at), agreeing, chance, shift * float(scale.mean()), rival, excess)
 
 
-def _elsewhere(drawn: Rendering, surface: ScannedSurface, at: Int, surfaces: Array) -> tuple[float, float]:
-    """How far off in px all templates together agree better, 0 if nowhere, and how well relative to here.
+def _elsewhere(
+    drawn: Rendering, surface: ScannedSurface, at: Int, surfaces: Array
+) -> tuple[float, float, float]:
+    """Where all templates together agree best, apart from here.
+
+    Returns how far off that is in px, 0 if they agree better here; how well they agree there relative to
+    here; and the excess in standard errors.
 
     Every template is moved as its piece of the wall would be seen if the scan were moved along the wall, to
     the side and up: in a slanted view a window is not equally wide everywhere.
@@ -116,13 +130,21 @@ def _elsewhere(drawn: Rendering, surface: ScannedSurface, at: Int, surfaces: Arr
     here = value[:, np.flatnonzero(near)[value[:, near].sum(0).argmax()]]
     far = (np.hypot(aside, up) > 2 * _NEAR_PX * _PIXEL_M) & (inside.sum(0) >= _SEEN * len(at))
     if not far.any():
-        return 0.0, 0.0
+        return 0.0, 0.0, 0.0
     # Compared on the templates that are in view at both places.
     relative = value.sum(0) / np.maximum((here[:, None] * inside).sum(0), 1e-9)
     best = int(np.where(far, relative, -np.inf).argmax())
     rival = float(relative[best])
     shift = float(np.nanmedian(np.linalg.norm(off[:, best], axis=1))) if rival > 1.0 else 0.0
-    return shift, rival
+    both = inside[:, best]
+    return shift, rival, _standard_errors(value[both, best] - here[both])
+
+
+def _standard_errors(difference: Float) -> float:
+    """The mean of differences (n,) in its standard errors; templates overlap, and every second counts."""
+    scatter = float(difference.std(ddof=1)) if len(difference) > 1 else 0.0
+    error = scatter / float(np.sqrt(max(1.0, len(difference) / 2)))
+    return float(difference.mean()) / max(error, 1e-9)
 
 
 def _values(surfaces: Array, seen: Float, at: Int, shape: tuple[int, ...]) -> tuple[Float, Bool, Float]:
