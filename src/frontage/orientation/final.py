@@ -54,7 +54,7 @@ def adjusted_orientation(scene: Scene, placed: Placed, unoriented: Sequence[Unor
         placed = state.improved.only(keep)
         if passes:
             placed, refused = _placed_again(scene, placed, refused)
-            placed = tied_to_neighbours(placed, scene.common)
+            placed = tied_to_neighbours(scene, placed)
         elif refused:
             passes = [search]  # what the refused photos contributed has to go
         left += refused

@@ -70,6 +70,14 @@ class _Known:
                     found.append(self._told(number, numbers[other], common.pixels[:, (own, other)]))
         return [seen for seen in found if len(seen.pixels) >= _FEWEST]
 
+    def agreeing(self, common: CommonPoints) -> Bool:
+        """Which points (m,) the second photo shows where it should see the scan that the first one sees."""
+        xyz = self._drawing(common.first).behind(common.pixels[:, 0])
+        photo = self._photos[common.second]
+        off = np.linalg.norm(photo.project(xyz) - common.pixels[:, 1], axis=1)
+        away = np.linalg.norm(xyz - photo.pose.t, axis=1)
+        return np.asarray(off * away < _PLACED_M * photo.camera.params[0])
+
     def _told(self, number: int, neighbour: int, pixels: Float) -> "_Seen":
         """What one neighbour tells of a photo, from pixels (m, 2, 2) in the photo and in the neighbour."""
         if (number, neighbour) not in self._seen:
@@ -144,18 +152,24 @@ def _likely(pose: Rigid3, given: Photo) -> bool:
     return prior is None or bool((np.abs(pose.t - prior.value.t) <= PRIOR_SIGMAS * prior.sigma[:3]).all())
 
 
-def tied_to_neighbours(placed: Placed, common: Sequence[CommonPoints]) -> Placed:
-    """Adds tie points to pairs that have none yet, where the points agree with the adjusted poses."""
+def tied_to_neighbours(scene: Scene, placed: Placed) -> Placed:
+    """Adds tie points to pairs that have none yet, where adjusted poses and the scan agree with them.
+
+    Where windows repeat, the rays of different windows may meet as well, but before or behind the wall.
+    """
     place = {number: k for k, number in enumerate(placed.numbers.tolist())}
-    tied = _tied(placed)
+    known, tied = _Known(scene), _tied(placed)
+    known.add(placed)
     parts, count = [placed.ties], len(placed.ties.xyz)
-    for pair in common:
+    for pair in scene.common:
         if pair.first not in place or pair.second not in place:
             continue
         i, j = place[pair.first], place[pair.second]
         if tied[i, j]:
             continue
         xyz, good = _intersected(placed.photos[i], placed.photos[j], pair.pixels)
+        if good.sum() >= _FEWEST:
+            good &= known.agreeing(pair)
         if good.sum() >= _FEWEST:
             parts.append(_ties(i, j, xyz[good], pair.pixels[good], count))
             count += int(good.sum())

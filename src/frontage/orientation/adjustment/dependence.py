@@ -13,8 +13,9 @@ import numpy as np
 
 from frontage.geometry.arrays import Array, Float, Int, freeze
 
-RANGES = (1.5, 4.0, 12.0)
-"""Over which errors may be alike, in units of `Dependence.reach`: what overlaps, its surroundings, a bay."""
+RANGES = (1.5, 4.0, 12.0, 36.0)
+"""Over which errors may be alike, in units of `Dependence.reach`: what overlaps, its surroundings, a bay,
+a front."""
 
 BEYOND = 40.0
 """The range of errors, in the same units, that poses absorb so well that residuals do not tell them."""
