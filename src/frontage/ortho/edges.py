@@ -61,7 +61,7 @@ def measure_steps(
     stepped = far - near > step
     box = np.ones((5, 5), np.uint8)  # so that points beyond the cells in question count too
     near, far = cv2.erode(near, box), cv2.dilate(far, box)
-    at, recessed = _sorted_points(points, cells, near, far, step=step, fine=fine)
+    at, recessed, band = _sorted_points(points, cells, near, far, step=step, fine=fine)
     reach = int(np.ceil(_REACH * max(1.0, float(gaps.px.max()) / k))) + 2
     for tile in tiles(fine.height, fine.width, _TILE_PX):
         (r0, r1, c0, c1), _, _ = cells.window_of(fine, tile)
@@ -69,11 +69,11 @@ def measure_steps(
             continue
         r, c = tile.r0 - reach, tile.c0 - reach
         shape = (tile.shape[0] + 2 * reach, tile.shape[1] + 2 * reach)
-        a, b = np.searchsorted(at[:, 1], [r, r + shape[0]])
-        cell, inside = gridding.cell_index(at[a:b] - [c, r], shape)
+        part = gridding.of_rows(band, r, r + shape[0])
+        cell, inside = gridding.cell_index(at[part] - [c, r], shape)
         spacing = gaps.at(np.arange(r, r + shape[0]) * k, np.arange(c, c + shape[1]) * k) / k
         sides = []
-        for side in (~recessed[a:b][inside], recessed[a:b][inside]):
+        for side in (~recessed[part][inside], recessed[part][inside]):
             hit = np.zeros(shape[0] * shape[1], bool)
             hit[cell[side]] = True
             sides.append(hit.reshape(shape))
@@ -84,16 +84,19 @@ def measure_steps(
 
 def _sorted_points(
     points: Float, cells: OrthoRaster, near: Array, far: Array, *, step: float, fine: OrthoRaster
-) -> tuple[Float, Bool]:
-    """Returns positions (n, 2) in `fine`, by row, of the points at steps, and which lie on the far side."""
+) -> tuple[Float, Bool, Array]:
+    """Returns positions (n, 2) in `fine` of the points at steps, and which lie on the far side.
+
+    They are ordered by bands of rows (`gridding.by_rows`), whose numbers (n,) follow.
+    """
     c, r = np.floor(cells.pixel(points)).astype(np.int64).T
     h, w = near.shape
     r, c = np.clip(r, 0, h - 1), np.clip(c, 0, w - 1)
     low, high, y = near[r, c], far[r, c], points[:, 1]
     use = (high - low > step) & (y <= high + step)
     at, recessed = fine.pixel(points[use]), (y > 0.5 * (low + high))[use]
-    order = np.argsort(at[:, 1], kind="stable")
-    return at[order], recessed[order]
+    order, band = gridding.by_rows(at[:, 1])
+    return at[order], recessed[order], band
 
 
 def _signed_distance(near: Bool, far: Bool, spacing: Array) -> Array:

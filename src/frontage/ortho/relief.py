@@ -65,11 +65,12 @@ class ReliefMap:
         window = (slice(r0, r1), slice(c0, c1))
         cells, near, far, known = (g[window] for g in (self.y, self.near, self.far, self.known))
         y = gridding.bilinear(cells, u, v)
-        if (far - near).max() > _STEP_M:
-            near, far, own = (gridding.nearest(g, u, v) for g in (near, far, cells))
-            third = (own - near > _STEP_M) & (far - own > _STEP_M)  # a sill before a wall before a window
-            side = np.where(third, own, np.where(self.steps.recessed(raster, tile), far, near))
-            y = np.where(far - near > _STEP_M, side, y)
+        stepped = far - near > _STEP_M
+        if stepped.any():
+            third = (cells - near > _STEP_M) & (far - cells > _STEP_M)  # a sill before a wall before a window
+            side, behind = (gridding.nearest(np.where(third, cells, g), u, v) for g in (near, far))
+            cv2.copyTo(behind, self.steps.recessed(raster, tile).view(np.uint8), side)
+            cv2.copyTo(side, gridding.nearest(stepped.view(np.uint8), u, v), y)
         if not filled and not known.all():
             y[gridding.bilinear(known, u, v) <= 0.5] = np.nan
         return y

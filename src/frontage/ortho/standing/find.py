@@ -7,6 +7,7 @@ The rest are occluders, each with the smallest box that stands upright. Their cu
 cloud of the street are theirs: boxes would also take what stands under the crown of a tree.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import cv2
@@ -70,10 +71,12 @@ class Standing:
         return self._within(self.solid, xyz_facade)
 
     def _within(self, cubes: Bool, xyz_facade: Array) -> Bool:
-        at = np.floor((xyz_facade - self.corner) / self.cube).astype(np.int64)
-        inside = ((at >= 0) & (at < cubes.shape)).all(1) & (xyz_facade[:, 1] < -_BEFORE_M)
-        inside[inside] = cubes[tuple(at[inside].T)]
-        return np.asarray(inside)
+        held = np.zeros(len(xyz_facade), np.bool_)
+        before = np.flatnonzero(xyz_facade[:, 1] < -_BEFORE_M)
+        at = np.floor((xyz_facade[before] - self.corner) / self.cube).astype(np.int64)
+        inside = ((at >= 0) & (at < cubes.shape)).all(1)
+        held[before[inside]] = cubes[tuple(at[inside].T)]
+        return held
 
 
 @dataclass(frozen=True)
@@ -94,14 +97,17 @@ def find_standing(facade: Facade, scan: Scan) -> Standing:
     xyz = xyz[near]
     if len(xyz) < _FEWEST_POINTS:
         return Standing()
-    height = xyz[:, 2] - _ground(xyz)
+    ground = _ground(xyz)
+    ahead = xyz[:, 1] < -_ON_WALL_M
+    xyz = xyz[ahead]
+    height = xyz[:, 2] - ground(xyz)
     before = (xyz[:, 1] < -_BEFORE_M) & (height > _GROUND_M)
     if not before.any():
         return Standing()
     edge = max(_CUBE_M, _CUBE_SPACINGS * facade.spacing)
     corner = xyz[before].min(0) - [0.0, 0.0, edge]  # a layer below the lowest point, for the feet
     cube = np.floor((xyz[before] - corner) / edge).astype(np.int64)
-    between = (xyz[:, 1] >= -_BEFORE_M) & (xyz[:, 1] < -_ON_WALL_M) & (height > _GROUND_M)
+    between = (xyz[:, 1] >= -_BEFORE_M) & (height > _GROUND_M)
     joining = np.floor((xyz[between] - corner) / edge).astype(np.int64)
     groups = [
         g
@@ -126,16 +132,25 @@ def _filled(groups: list[_Group], shape: Int) -> Bool:
     return filled
 
 
-def _ground(xyz: Float) -> Float:
-    """Height z (n,) m of the ground below points (n, 3): the lowest points around, smoothed."""
-    at = np.floor((xyz[:, :2] - xyz[:, :2].min(0)) / _GROUND_CELL_M).astype(np.int64)
-    shape = at.max(0) + 1
-    low = np.full(tuple(shape), np.inf)
-    np.minimum.at(low, tuple(at.T), xyz[:, 2])
+def _ground(xyz: Float) -> Callable[[Float], Float]:
+    """Returns the height z (k,) m of the ground below points (k, 3) that lie among the given ones (n, 3).
+
+    It is that of the lowest points around, smoothed.
+    """
+    corner = xyz[:, :2].min(0)
+
+    def cells(points: Float) -> tuple[Int, Int]:
+        column, row = np.floor((points[:, :2] - corner) / _GROUND_CELL_M).astype(np.int64).T
+        return column, row
+
+    at = cells(xyz)
+    low = np.full((int(at[0].max()) + 1, int(at[1].max()) + 1), np.inf)
+    np.minimum.at(low, at, xyz[:, 2])
     low = ndimage.minimum_filter(low, _GROUND_CELLS, mode="nearest")
     ceiling = float(np.quantile(low[np.isfinite(low)], 0.9)) if np.isfinite(low).any() else 0.0
     low = np.minimum(low, ceiling)
-    return np.asarray(ndimage.uniform_filter(low, _GROUND_CELLS, mode="nearest")[tuple(at.T)])
+    smooth = ndimage.uniform_filter(low, _GROUND_CELLS, mode="nearest")
+    return lambda points: np.asarray(smooth[cells(points)])
 
 
 def _groups(points: _Group, joining: Int) -> list[_Group]:
