@@ -4,14 +4,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from frontage.geometry.arrays import Array, Float
+from frontage.geometry.arrays import Array, Float, Int
 from frontage.model import Facade, Scan
 from frontage.ortho.options import OrthoOptions
 from frontage.ortho.standing.find import Standing
 from frontage.raster.zbuffer import local_spacing
 
 _FEWEST_TOGETHER = 3  # points in one cube of the cloud below which they are noise and hide nothing
-
+_CUBE_M = 0.04  # one point of each such cube is enough: photos are told on cells of that size what they see
+_MARKED_CUBES = 1 << 27  # as many are marked in memory, of which little is touched; more are sorted
 
 Spaced = tuple[Array, Array]
 """Points (n, 3) float32 m in the facade frame, and the spacing (n,) float32 m of the surface of each."""
@@ -44,10 +45,27 @@ def find_occluders(
     for points in clouds:
         ahead = points[points[:, 1] < options.back]
         s, k = local_spacing(ahead)
-        surface = k >= _FEWEST_TOGETHER
-        xyz.append(ahead[surface].astype(np.float32))
-        spacing.append(s[surface].astype(np.float32))
+        kept = _one_of_each_cube(ahead)
+        kept = kept[k[kept] >= _FEWEST_TOGETHER]
+        xyz.append(ahead[kept].astype(np.float32))
+        spacing.append(np.maximum(s[kept], _CUBE_M).astype(np.float32))
     every, gap = np.concatenate(xyz), np.concatenate(spacing)
     free = (every[:, 1] < -options.front) | standing.holds(every)
     solid = free & standing.holds_in_solid(every)
     return OccluderCloud(*((every[which], gap[which]) for which in (~free, free, solid)))
+
+
+def _one_of_each_cube(xyz: Float) -> Int:
+    """Which (k,) of the points (n, 3) stand for the cubes that they fill, one for each."""
+    if not len(xyz):
+        return np.zeros(0, np.int64)
+    # The plane of the facade runs through the middle of its cubes, so that one layer of them holds the wall.
+    x, y, z = (np.floor(a / _CUBE_M + 0.5).astype(np.int32) for a in xyz.T)
+    across, ahead, up = (int(np.ptp(a)) + 1 for a in (x, y, z))
+    cube = ((y - y.min()).astype(np.int64) * up + (z - z.min())) * across + (x - x.min())
+    if across * ahead * up > _MARKED_CUBES:
+        return np.asarray(np.unique(cube, return_index=True)[1])
+    number = np.arange(len(cube), dtype=np.int32)
+    last = np.zeros(across * ahead * up, np.int32)
+    last[cube] = number
+    return np.flatnonzero(last[cube] == number)

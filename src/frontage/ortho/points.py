@@ -42,7 +42,8 @@ def facade_points(
     """
     xyz = facade.frame.inverse.apply(scan.xyz)
     at, y = raster.pixel(xyz), xyz[:, 1]
-    inside = (at >= 0).all(1) & (at[:, 0] < raster.width) & (at[:, 1] < raster.height)
+    column, row = at.T
+    inside = (column >= 0) & (row >= 0) & (column < raster.width) & (row < raster.height)
     used = inside & (y >= -options.front) & (y <= options.back) & ~standing.holds(xyz)
     wall = xyz[used]
     wall = wall[abs(wall[:, 1]) <= DEEPEST_REVEAL_M]

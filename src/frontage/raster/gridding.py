@@ -164,9 +164,10 @@ def closed(occupied: Bool, radius: Array) -> Bool:
 
 def _closed_by_disc(occupied: Bool, radius: float) -> Bool:
     disc = _disc(radius)
-    padded = np.pad(occupied.view(np.uint8), len(disc) // 2)
+    reach = len(disc) // 2
+    padded = cv2.copyMakeBorder(occupied.view(np.uint8), reach, reach, reach, reach, cv2.BORDER_CONSTANT)
     whole: Array = cv2.morphologyEx(padded, cv2.MORPH_CLOSE, disc)
-    return whole[len(disc) // 2 :, len(disc) // 2 :][: len(occupied), : occupied.shape[1]].view(np.bool_)
+    return whole[reach:, reach:][: len(occupied), : occupied.shape[1]].view(np.bool_)
 
 
 def _disc(radius: float) -> Array:
