@@ -94,9 +94,9 @@ def _sorted_points(
     r, c = np.clip(r, 0, h - 1), np.clip(c, 0, w - 1)
     low, high, y = near[r, c], far[r, c], points[:, 1]
     use = (high - low > step) & (y <= high + step)
-    at, recessed = fine.pixel(points[use]), (y > 0.5 * (low + high))[use]
+    at, recessed = fine.pixel(np.compress(use, points, axis=0)), (y > 0.5 * (low + high))[use]
     order, band = gridding.by_rows(at[:, 1])
-    return at[order], recessed[order], band
+    return np.take(at, order, axis=0), recessed[order], band
 
 
 def _signed_distance(near: Bool, far: Bool, spacing: Array) -> Array:

@@ -43,16 +43,16 @@ def find_occluders(
         clouds.append(facade.frame.inverse.apply(surroundings.xyz))
     xyz, spacing = [], []
     for points in clouds:
-        ahead = points[points[:, 1] < options.back]
+        ahead = np.compress(points[:, 1] < options.back, points, axis=0)
         s, k = local_spacing(ahead)
         kept = _one_of_each_cube(ahead)
         kept = kept[k[kept] >= _FEWEST_TOGETHER]
-        xyz.append(ahead[kept].astype(np.float32))
+        xyz.append(np.take(ahead, kept, axis=0).astype(np.float32))
         spacing.append(np.maximum(s[kept], _CUBE_M).astype(np.float32))
     every, gap = np.concatenate(xyz), np.concatenate(spacing)
     free = (every[:, 1] < -options.front) | standing.holds(every)
     solid = free & standing.holds_in_solid(every)
-    return OccluderCloud(*((every[which], gap[which]) for which in (~free, free, solid)))
+    return OccluderCloud(*((np.compress(which, every, axis=0), gap[which]) for which in (~free, free, solid)))
 
 
 def _one_of_each_cube(xyz: Float) -> Int:

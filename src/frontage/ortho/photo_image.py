@@ -21,7 +21,7 @@ from frontage.raster.sourcemap import SourceMap
 from frontage.raster.tiles import Tile, tiles
 
 _RESAMPLED_TILE_PX = 512  # one Jacobian per tile
-_STRIP_PX = 64  # rows that are painted at once, and columns of another photo that part two places
+_STRIP_PX = 96  # rows that are painted at once, and columns of another photo that part two places
 _Window = tuple[slice, slice]
 
 

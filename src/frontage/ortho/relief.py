@@ -103,15 +103,15 @@ def measure_relief(
     cells = raster.of_cells(size)
     shape = (cells.height, cells.width)
     y = xyz_facade[:, 1]
-    points = xyz_facade[(y >= -options.front) & (y <= options.back)]
+    points = np.compress((y >= -options.front) & (y <= options.back), xyz_facade, axis=0)
     cell, inside = gridding.cell_index(cells.pixel(points), shape)
     if not inside.any():
         return None
-    points = points[inside]
+    points = np.compress(inside, points, axis=0)
     front = points[:, 1] <= DEEPEST_REVEAL_M
     opaque = np.bincount(cell[front], minlength=shape[0] * shape[1]) >= _OPAQUE_POINTS
     seen = front | ~opaque[cell]  # the far wall of a room, seen through a window beside, lies behind
-    points, cell = points[seen], cell[seen]
+    points, cell = np.compress(seen, points, axis=0), cell[seen]
     (low, median, high), _ = gridding.cell_quantiles(cell, points[:, 1], shape, (0.25, 0.5, 0.75))
     median[high - low > _STEP_M] = np.nan
     median[room_cells(median, size, _STEP_M)] = np.nan

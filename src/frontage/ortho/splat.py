@@ -41,15 +41,14 @@ class Samples:
 def surface_samples(xyz_facade: Float, value: Array, raster: OrthoRaster, gaps: Gaps) -> Samples:
     """Returns those points (n, 3) m of the surface, with their values (n, k), that lie on the raster."""
     at = raster.pixel(xyz_facade)
-    c, r = np.floor(at).astype(np.int64).T
-    inside = (c >= 0) & (c < raster.width) & (r >= 0) & (r < raster.height)
-    return Samples(at[inside], value[inside], gaps)
+    _, inside = gridding.cell_index(at, (raster.height, raster.width))
+    return Samples(np.compress(inside, at, axis=0), np.compress(inside, value, axis=0), gaps)
 
 
 def splat(samples: Samples, raster: OrthoRaster, out: Array, known: Array) -> None:
     """Writes values to `out` (h, w, k) and True to `known` (h, w) where there is a surface, tile by tile."""
     order, band = gridding.by_rows(samples.at[:, 1])
-    at, value = samples.at[order], samples.value[order]
+    at, value = (np.take(a, order, axis=0) for a in (samples.at, samples.value))
     reach = int(np.ceil(_REACH * max(1.0, float(samples.gaps.px.max())))) + 2
     for tile in tiles(raster.height, raster.width, _TILE_PX):
         r0, c0 = tile.r0 - reach, tile.c0 - reach
@@ -60,7 +59,7 @@ def splat(samples: Samples, raster: OrthoRaster, out: Array, known: Array) -> No
             continue
         inner = (slice(reach, -reach), slice(reach, -reach))
         radius = samples.gaps.at(np.arange(r0, r0 + shape[0]), np.arange(c0, c0 + shape[1]))
-        mean, mask = _spread(cell, value[part][inside], shape, radius)
+        mean, mask = _spread(cell, np.compress(inside, value[part], axis=0), shape, radius)
         out[tile.window] = mean[inner]
         known[tile.window] = mask[inner]
 

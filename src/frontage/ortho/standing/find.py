@@ -73,7 +73,7 @@ class Standing:
     def _within(self, cubes: Bool, xyz_facade: Array) -> Bool:
         held = np.zeros(len(xyz_facade), np.bool_)
         before = np.flatnonzero(xyz_facade[:, 1] < -_BEFORE_M)
-        at = np.floor((xyz_facade[before] - self.corner) / self.cube).astype(np.int64)
+        at = np.floor((np.take(xyz_facade, before, axis=0) - self.corner) / self.cube).astype(np.int64)
         inside = ((at >= 0) & (at < cubes.shape)).all(1)
         held[before[inside]] = cubes[tuple(at[inside].T)]
         return held
@@ -94,12 +94,12 @@ def find_standing(facade: Facade, scan: Scan) -> Standing:
     (x0, _), (x1, z1) = facade.outline.min(0), facade.outline.max(0)
     near = (xyz[:, 1] > -_STREET_M) & (xyz[:, 1] < _TOUCH_M)
     near &= (xyz[:, 0] > x0 - _AROUND_M) & (xyz[:, 0] < x1 + _AROUND_M) & (xyz[:, 2] < z1 + _AROUND_M)
-    xyz = xyz[near]
+    xyz = np.compress(near, xyz, axis=0)
     if len(xyz) < _FEWEST_POINTS:
         return Standing()
     ground = _ground(xyz)
     ahead = xyz[:, 1] < -_ON_WALL_M
-    xyz = xyz[ahead]
+    xyz = np.compress(ahead, xyz, axis=0)
     height = xyz[:, 2] - ground(xyz)
     before = (xyz[:, 1] < -_BEFORE_M) & (height > _GROUND_M)
     if not before.any():
@@ -137,11 +137,11 @@ def _ground(xyz: Float) -> Callable[[Float], Float]:
 
     It is that of the lowest points around, smoothed.
     """
-    corner = xyz[:, :2].min(0)
+    x0, y0 = float(xyz[:, 0].min()), float(xyz[:, 1].min())
 
     def cells(points: Float) -> tuple[Int, Int]:
-        column, row = np.floor((points[:, :2] - corner) / _GROUND_CELL_M).astype(np.int64).T
-        return column, row
+        column, row = ((points[:, k] - first) / _GROUND_CELL_M for k, first in ((0, x0), (1, y0)))
+        return column.astype(np.int64), row.astype(np.int64)
 
     at = cells(xyz)
     low = np.full((int(at[0].max()) + 1, int(at[1].max()) + 1), np.inf)
