@@ -52,7 +52,7 @@ def _doubled(values: Array) -> Array:
     """Repeats every cell of values (4, k, h, w) in a block of 2 x 2."""
     d, k, h, w = values.shape
     blocks = np.broadcast_to(values[:, :, :, None, :, None], (d, k, h, 2, w, 2))
-    return np.asarray(blocks.reshape(d, k, 2 * h, 2 * w))
+    return np.array(blocks).reshape(d, k, 2 * h, 2 * w)
 
 
 def _pass(belief: Array, base: np.float32, border: Array, messages: Array) -> None:
