@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 
-from frontage.geometry.arrays import Array, Float, Int
+from frontage.geometry.arrays import Array, Bool, Float, Int
 from frontage.model import Facade
 from frontage.ortho.edges import Steps, measure_steps
 from frontage.ortho.gaps import Gaps
@@ -102,16 +102,15 @@ def measure_relief(
         return None
     cells = raster.of_cells(size)
     shape = (cells.height, cells.width)
-    y = xyz_facade[:, 1]
-    points = np.compress((y >= -options.front) & (y <= options.back), xyz_facade, axis=0)
+    points = _chosen((xyz_facade[:, 1] >= -options.front) & (xyz_facade[:, 1] <= options.back), xyz_facade)
     cell, inside = gridding.cell_index(cells.pixel(points), shape)
     if not inside.any():
         return None
-    points = np.compress(inside, points, axis=0)
+    points = _chosen(inside, points)
     front = points[:, 1] <= DEEPEST_REVEAL_M
     opaque = np.bincount(cell[front], minlength=shape[0] * shape[1]) >= _OPAQUE_POINTS
     seen = front | ~opaque[cell]  # the far wall of a room, seen through a window beside, lies behind
-    points, cell = np.compress(seen, points, axis=0), cell[seen]
+    points, cell = _chosen(seen, points), cell[seen]
     (low, median, high), _ = gridding.cell_quantiles(cell, points[:, 1], shape, (0.25, 0.5, 0.75))
     median[high - low > _STEP_M] = np.nan
     median[room_cells(median, size, _STEP_M)] = np.nan
@@ -122,8 +121,13 @@ def measure_relief(
     box = np.ones((5, 5), np.uint8)
     near, far = cv2.erode(found.y, box), cv2.dilate(found.y, box)
     deepest = cv2.dilate(np.fmax(found.y, smooth), box)
-    steps = measure_steps(points, cells, near, far, step=_STEP_M, raster=raster, gaps=gaps)
+    steps = measure_steps((cell, points), cells, near, far, step=_STEP_M, raster=raster, gaps=gaps)
     return ReliefMap(cells, found.y, near, far, deepest, found.known.astype(np.float32), found.opening, steps)
+
+
+def _chosen(which: Bool, points: Float) -> Float:
+    """The points (n, 3) of which this is true (n,): the same memory if it is true of all."""
+    return points if which.all() else np.compress(which, points, axis=0)
 
 
 def _agreed(y: Array) -> Array:

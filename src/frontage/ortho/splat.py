@@ -42,7 +42,9 @@ def surface_samples(xyz_facade: Float, value: Array, raster: OrthoRaster, gaps: 
     """Returns those points (n, 3) m of the surface, with their values (n, k), that lie on the raster."""
     at = raster.pixel(xyz_facade)
     _, inside = gridding.cell_index(at, (raster.height, raster.width))
-    return Samples(np.compress(inside, at, axis=0), np.compress(inside, value, axis=0), gaps)
+    if not inside.all():
+        at, value = np.compress(inside, at, axis=0), np.compress(inside, value, axis=0)
+    return Samples(at, value, gaps)
 
 
 def splat(samples: Samples, raster: OrthoRaster, out: Array, known: Array) -> None:
