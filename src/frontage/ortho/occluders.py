@@ -11,8 +11,8 @@ from frontage.ortho.standing.find import Standing
 from frontage.raster.zbuffer import local_spacing
 
 _FEWEST_TOGETHER = 3  # points in one cube of the cloud below which they are noise and hide nothing
-_CUBE_M = 0.04  # one point of each such cube is enough: photos are told on cells of that size what they see
-_MARKED_CUBES = 1 << 27  # as many are marked in memory, of which little is touched; more are sorted
+_CUBE_M = 0.04  # of which one point is enough: what photos see is told on cells of that size
+_PLACES = 4194301  # of a table of cubes, many more than a facade fills; a prime number
 
 Spaced = tuple[Array, Array]
 """Points (n, 3) float32 m in the facade frame, and the spacing (n,) float32 m of the surface of each."""
@@ -56,16 +56,16 @@ def find_occluders(
 
 
 def _one_of_each_cube(xyz: Float) -> Int:
-    """Which (k,) of the points (n, 3) stand for the cubes that they fill, one for each."""
+    """Which (k,) of the points (n, 3) stand for the cubes that they fill, one for nearly each."""
     if not len(xyz):
         return np.zeros(0, np.int64)
     # The plane of the facade runs through the middle of its cubes, so that one layer of them holds the wall.
     x, y, z = (np.floor(a / _CUBE_M + 0.5).astype(np.int32) for a in xyz.T)
-    across, ahead, up = (int(np.ptp(a)) + 1 for a in (x, y, z))
+    across, up = int(np.ptp(x)) + 1, int(np.ptp(z)) + 1
     cube = ((y - y.min()).astype(np.int64) * up + (z - z.min())) * across + (x - x.min())
-    if across * ahead * up > _MARKED_CUBES:
-        return np.asarray(np.unique(cube, return_index=True)[1])
-    number = np.arange(len(cube), dtype=np.int32)
-    last = np.zeros(across * ahead * up, np.int32)
-    last[cube] = number
-    return np.flatnonzero(last[cube] == number)
+    # A table with a place for several cubes: where two cubes meet, one of them keeps all of its points.
+    place, number = cube % _PLACES, np.arange(len(cube), dtype=np.int32)
+    last = np.zeros(_PLACES, np.int32)
+    last[place] = number
+    found = last[place]
+    return np.flatnonzero((found == number) | (cube[found] != cube))
