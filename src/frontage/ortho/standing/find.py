@@ -158,9 +158,10 @@ def _groups(points: _Group, joining: Int) -> list[_Group]:
 
     `joining` (m, 3) are the cubes of what lies between them and the wall.
     """
-    at = points.cube
+    at, shape = points.cube, tuple(points.cube.max(0) + 1)
+    flat = np.ravel_multi_index(tuple(at.T), shape)
     beside = _around(joining, at.max(0) + 1)
-    filled = np.zeros(tuple(at.max(0) + 1), bool)
+    filled = np.zeros(shape, bool)
     filled[tuple(at.T)] = True
     number, _ = ndimage.label(filled, np.ones((3, 3, 3)))
     mine = number[tuple(at.T)]
@@ -170,7 +171,7 @@ def _groups(points: _Group, joining: Int) -> list[_Group]:
         xyz = points.xyz[index]
         if len(index) < _FEWEST_POINTS or np.ptp(xyz[:, 2]) < _SMALLEST_M:
             continue
-        _, first = np.unique(at[index], axis=0, return_index=True)
+        _, first = np.unique(flat[index], return_index=True)
         near = xyz[first, 1] > -_TOUCH_M
         stands = points.height[index].min() < _ABOVE_GROUND_M
         joined = (
@@ -224,8 +225,9 @@ def _described(group: _Group, facade: Facade) -> Occluder:
 def _roundness(xyz: Float) -> float:
     """Median share of the smallest principal variance of the points (n, 3) in cubes of half a metre."""
     key = np.floor(xyz / _NEIGHBOURHOOD_M).astype(np.int64)
-    _, inverse, count = np.unique(key, axis=0, return_inverse=True, return_counts=True)
-    inverse = inverse.ravel()
+    key -= key.min(0)
+    flat = np.ravel_multi_index(tuple(key.T), tuple(key.max(0) + 1))
+    _, inverse, count = np.unique(flat, return_inverse=True, return_counts=True)
     mean = np.stack([np.bincount(inverse, xyz[:, c]) for c in range(3)], 1) / count[:, None]
     off = xyz - mean[inverse]
     spread = np.stack([np.bincount(inverse, off[:, i] * off[:, j]) for i in range(3) for j in range(3)], 1)
