@@ -159,7 +159,7 @@ def single_photos(street: Street, facade: Facade, options: OrthoOptions) -> list
     raster = facade_raster(facade, options)
     standing = find_standing(facade, street.scan)
     points = facade_points(street.scan, facade, raster, standing, options)
-    relief = measure_relief(points.xyz[points.used], facade, raster, options, points.gaps)
+    relief = measure_relief(points.xyz_used, facade, raster, options, points.gaps)
     surface = DrawingSurface(facade, raster, relief)
     occluders = find_occluders(facade, points.xyz, standing, None, options)
     out = []

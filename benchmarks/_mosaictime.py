@@ -20,7 +20,6 @@ from frontage.model import Facade, OrthoImage, Photo, Scan
 from frontage.model.scan import merge_scans
 from frontage.ortho import OrthoOptions, make_ortho
 from frontage.ortho.bands import Bands
-from frontage.ortho.occluders import find_occluders
 from frontage.ortho.orthoraster import facade_raster
 from frontage.ortho.points import facade_points
 from frontage.ortho.project import plane_homography
@@ -38,7 +37,8 @@ from frontage.simulate.street.build import build_street
 
 SEED = 5
 GSD = 0.01
-QUALITY = [cv2.IMWRITE_JPEG_QUALITY, 97]  # files of half a byte per pixel, as cameras write them
+QUALITY = [cv2.IMWRITE_JPEG_QUALITY, 97]
+NOISE = 3.0  # codes, one sigma: files of 0.4 bytes per pixel, as cameras write them
 REPEAT = 5
 SPACING_M = 0.02  # of the scan
 FACADES, WIDTH_M, HEIGHT_M = 8, 25.0, 12.0  # of the long street
@@ -93,12 +93,26 @@ def _jpeg(rgb: Array) -> bytes:
 
 
 def time_of_a_large_front(folder: Path | None) -> None:
-    """Prints processor times of the whole image, of its parts and of paper A, over that of the decoding."""
+    """Prints processor times of the whole image, of its parts and of paper A, over that of the decoding.
+
+    Everything runs in one thread, as in worker processes. Rendered photos are smooth, and files of cameras
+    decode more slowly, so the times are told for photos with the noise of a sensor, too.
+    """
+    cv2.setNumThreads(1)
     case = large_front(folder)
+    columns = [_times(case, case.files), _times(case, _with_noise(case.files))]
+    rows = [[name, *(figure(bootstrap(found[name])) for found in columns)] for name in columns[0]]
+    w, h = np.ptp(case.facade.outline, axis=0)
+    title = f"{w:.0f} x {h:.0f} m at 1 cm from six photos of 12 MP, {len(case.scan.xyz)} points"
+    table(f"{title}: processor time over that of decoding", ["what", "as rendered", "with noise"], rows)
+
+
+def _times(case: LargeFront, files: dict[str, bytes]) -> dict[str, list[float]]:
+    """Times over that of decoding, by name of the work, with files (by photo) of the front."""
     options = OrthoOptions(gsd=GSD)
 
     def image(name: str) -> Array:
-        return decode(case.files[name], name)
+        return decode(files[name], name)
 
     def decoded() -> list[Array]:
         return [image(photo.id) for photo in case.photos]
@@ -111,10 +125,9 @@ def time_of_a_large_front(folder: Path | None) -> None:
         raster = facade_raster(case.facade, options)
         standing = find_standing(case.facade, case.scan)
         points = facade_points(case.scan, case.facade, raster, standing, options)
-        relief = measure_relief(points.xyz[points.used], case.facade, raster, options, points.gaps)
+        relief = measure_relief(points.xyz_used, case.facade, raster, options, points.gaps)
         Bands(raster, relief)
         intensity_band(points.on_surface(relief), raster)
-        find_occluders(case.facade, points.xyz, standing, None, options)
 
     def paper() -> None:
         raster = facade_raster(case.facade, options)
@@ -123,23 +136,27 @@ def time_of_a_large_front(folder: Path | None) -> None:
             flags = cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP
             cv2.warpPerspective(image(photo.id), H, (raster.width, raster.height), flags=flags)
 
-    rows = []
     found: dict[str, list[float]] = {}
-    works: dict[str, Callable[[], object]] = {"whole image": everything}
-    works |= {"of it scan and relief": scan_only, "paper A, all photos": paper}
     for _ in range(REPEAT):
-        once = _processor(decoded)
-        for name, work in works.items():
-            found.setdefault(name, []).append(_processor(work) / once)
+        once, whole, scan = _processor(decoded), _processor(everything), _processor(scan_only)
+        ratios = {"whole image": whole, "of it what the photos add": whole - scan}
+        ratios |= {"of it scan and relief": scan, "paper A, all photos": _processor(paper)}
+        for name, spent in ratios.items():
+            found.setdefault(name, []).append(spent / once)
         found.setdefault("decoding, s", []).append(once)
-    for name, values in found.items():
-        rows.append([name, figure(bootstrap(values))])
-    w, h = np.ptp(case.facade.outline, axis=0)
-    size = sum(map(len, case.files.values())) / 1e6
-    title = (
-        f"{w:.0f} x {h:.0f} m at 1 cm from six photos of 12 MP ({size:.0f} MB), {len(case.scan.xyz)} points"
-    )
-    table(f"{title}: processor time over that of decoding", ["what", "times decoding"], rows)
+        found.setdefault("whole image, s", []).append(whole)
+    found["files, bytes per pixel"] = [sum(map(len, files.values())) / sum(a.size / 3 for a in decoded())]
+    return found
+
+
+def _with_noise(files: dict[str, bytes]) -> dict[str, bytes]:
+    """The same photos (files by id) with noise of `NOISE` codes."""
+    noisy = {}
+    for seed, (name, data) in enumerate(files.items()):
+        image = decode(data, name)
+        noise = np.random.default_rng(seed).normal(0.0, NOISE, image.shape).astype(np.float32)
+        noisy[name] = _jpeg(np.clip(image + noise, 0, 255).astype(np.uint8))
+    return noisy
 
 
 def _processor(work: Callable[[], object]) -> float:
@@ -213,6 +230,6 @@ def _write_street(folder: Path) -> list[Photo]:
         image = cv2.warpPerspective(
             whole, np.linalg.inv(shift) @ H @ shift, (4000, 3000), flags=cv2.INTER_LINEAR
         )
-        noise = np.random.default_rng(k).normal(0.0, 3.0, (3000, 4000, 1)).astype(np.float32)
+        noise = np.random.default_rng(k).normal(0.0, NOISE, (3000, 4000, 1)).astype(np.float32)
         path.write_bytes(_jpeg(np.clip(image + noise, 0, 255).astype(np.uint8)))
     return photos

@@ -16,7 +16,8 @@ def seen(codes, standing, sigma, clear, behind, solid=None):
     plan = SimpleNamespace(
         clear=clear, behind=behind, solid=np.zeros_like(behind) if solid is None else solid
     )
-    return see_through(codes, standing, sigma, plan, np.zeros(standing.shape[:2], bool))
+    found = SimpleNamespace(wall=standing, sigma=sigma, distance=np.linalg.norm(codes - standing, axis=-1))
+    return see_through(codes, found, plan, np.zeros(standing.shape[:2], bool))
 
 
 def scene(open_share: float, wall: np.ndarray = WALL, seed: int = 0):

@@ -99,6 +99,9 @@ def test_resampling_by_strips_gives_the_same_result(scale, monkeypatch):
     window = page[30:150, 40:190]
     resampling.resample(picture, SourceMap.of_pixels(at, scale * np.eye(2)), out=window)
     assert np.array_equal(window[..., :3], whole) and page.any(-1).sum() == 120 * 150
+    part = np.s_[17:90, 33:140]
+    found = resampling.resample(picture, SourceMap.of_pixels(at, scale * np.eye(2)), window=part)
+    assert np.array_equal(found[..., :3], whole[part])
 
 
 def test_the_error_of_a_fitted_map_is_measured():
@@ -119,8 +122,8 @@ def test_the_error_of_a_fitted_map_is_measured():
         u, v = at.planes((1000.0, 2000.0), 2.0)
         error = np.abs(np.stack([(u + 0.5) / 2 + 1000, (v + 0.5) / 2 + 2000], -1) - truth).max()
         assert 0.3 * found.error < error + 0.001 and error < 1.1 * found.error + 0.01
-        part = at.planes((1000.0, 2000.0), 2.0, slice(7, 20))
-        assert np.allclose(part, np.stack([u, v])[:, 7:20], atol=0.002)
+        part = at.planes((1000.0, 2000.0), 2.0, np.s_[7:20, 5:31])
+        assert np.allclose(part, np.stack([u, v])[:, 7:20, 5:31], atol=0.002)
     assert fitted(lens, 6, 2).error < 0.01 < fitted(lens, 1, 2).error
     assert fitted(lambda c, r, d: np.full((len(c), 2), np.nan), 3, 0).error == np.inf
 
@@ -160,6 +163,42 @@ def test_bilinear_and_nearest_values_between_cells():
     assert np.allclose(gridding.bilinear(field, u, v), [[1.0, 1.5, 4.0, 4.0], [8.0, 8.5, 11.0, 11.0]])
     assert np.array_equal(gridding.nearest(field, u, v), field[[0, 2]][:, [0, 0, 3, 3]])
     assert np.allclose(gridding.bilinear(np.ones((1, 1)), u, v), 1.0)
+
+
+@pytest.mark.parametrize("divided", [(1, 1), (3, 4), (5, 2)])
+@pytest.mark.parametrize("first", [(-7, -3), (0, 0), (11, 26), (200, 300)])
+def test_cells_divided_into_pixels_are_interpolated_like_any_others(divided, first):
+    field = np.random.default_rng(1).random((9, 7, 3)).astype(np.float32)
+    u, v = ((np.arange(f, f + 40) + 0.5) / d - 0.5 for f, d in zip(first, divided, strict=True))
+    off = 1e-4  # cells: no longer the same pixels in every cell
+    assert np.allclose(
+        gridding.bilinear(field, u, v), gridding.bilinear(field, u + off, v + off), atol=4 * off
+    )
+    at = (np.broadcast_to(a, (40, 40)).astype(np.float32) for a in (u[None, :], v[:, None]))
+    there = cv2.remap(field, *at, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
+    assert np.allclose(gridding.bilinear(field, u, v), there, atol=1e-3)
+
+
+@pytest.mark.parametrize("radius", [0.4, 1.0, 2.3, 5.0, 12.0])
+def test_closing_is_that_of_a_disc_across_blocks(radius, monkeypatch):
+    rng = np.random.default_rng(2)
+    mask = rng.random((90, 130)) < 0.15 / max(radius, 1.0)
+    around = np.pad(mask, 30)
+    steps = np.argwhere(np.hypot(*np.mgrid[-12:13, -12:13]) <= radius) - 12
+    grown = np.any([np.roll(around, step, (0, 1)) for step in steps], axis=0)
+    closed = np.all([np.roll(grown, step, (0, 1)) for step in steps], axis=0)[30:-30, 30:-30]
+    monkeypatch.setattr(gridding, "_BLOCK_PX", 32)
+    found = gridding.closed(mask, np.full(mask.shape, radius))
+    assert (found != closed).mean() < (0.02 if radius > 8 else 1e-9), "large discs are good to two per cent"
+
+
+def test_no_position_is_lost_among_bands_of_rows():
+    row = np.random.default_rng(3).uniform(-200.0, 900.0, 3000)
+    order, band = gridding.by_rows(row)
+    for first, last in ((-200, -1), (0, 100), (333, 335), (880, 2000)):
+        chosen = order[gridding.of_rows(band, first, last)]
+        wanted = np.flatnonzero((row >= first) & (row <= last))
+        assert set(wanted) <= set(chosen) and len(chosen) < len(wanted) + 600
 
 
 def test_closing_fills_narrow_gaps_and_grows_no_edge():

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 
-from frontage.geometry.arrays import Array, Bool, Float
+from frontage.geometry.arrays import Array, Bool, Float, Int
 from frontage.ortho.gaps import Gaps
 from frontage.ortho.orthoraster import OrthoRaster
 from frontage.raster import gridding
@@ -41,7 +41,7 @@ class Steps:
 
 
 def measure_steps(
-    points: Float,
+    points: tuple[Int, Float],
     cells: OrthoRaster,
     near: Array,
     far: Array,
@@ -50,7 +50,7 @@ def measure_steps(
     raster: OrthoRaster,
     gaps: Gaps,
 ) -> Steps:
-    """Locates the edges of the steps from points (n, 3) m in the facade frame.
+    """Locates the edges of the steps from points: their flat cell numbers (n,) and places (n, 3) m.
 
     `near` and `far` (h, w) m are the nearest and farthest depth around each of the `cells`; there is a step
     where they differ by more than `step` m. `raster` and `gaps` are those of the picture.
@@ -61,7 +61,7 @@ def measure_steps(
     stepped = far - near > step
     box = np.ones((5, 5), np.uint8)  # so that points beyond the cells in question count too
     near, far = cv2.erode(near, box), cv2.dilate(far, box)
-    at, recessed = _sorted_points(points, cells, near, far, step=step, fine=fine)
+    at, recessed, band = _sorted_points(points, near, far, step=step, fine=fine)
     reach = int(np.ceil(_REACH * max(1.0, float(gaps.px.max()) / k))) + 2
     for tile in tiles(fine.height, fine.width, _TILE_PX):
         (r0, r1, c0, c1), _, _ = cells.window_of(fine, tile)
@@ -69,11 +69,11 @@ def measure_steps(
             continue
         r, c = tile.r0 - reach, tile.c0 - reach
         shape = (tile.shape[0] + 2 * reach, tile.shape[1] + 2 * reach)
-        a, b = np.searchsorted(at[:, 1], [r, r + shape[0]])
-        cell, inside = gridding.cell_index(at[a:b] - [c, r], shape)
+        part = gridding.of_rows(band, r, r + shape[0])
+        cell, inside = gridding.cell_index(at[part] - [c, r], shape)
         spacing = gaps.at(np.arange(r, r + shape[0]) * k, np.arange(c, c + shape[1]) * k) / k
         sides = []
-        for side in (~recessed[a:b][inside], recessed[a:b][inside]):
+        for side in (~recessed[part][inside], recessed[part][inside]):
             hit = np.zeros(shape[0] * shape[1], bool)
             hit[cell[side]] = True
             sides.append(hit.reshape(shape))
@@ -83,17 +83,18 @@ def measure_steps(
 
 
 def _sorted_points(
-    points: Float, cells: OrthoRaster, near: Array, far: Array, *, step: float, fine: OrthoRaster
-) -> tuple[Float, Bool]:
-    """Returns positions (n, 2) in `fine`, by row, of the points at steps, and which lie on the far side."""
-    c, r = np.floor(cells.pixel(points)).astype(np.int64).T
-    h, w = near.shape
-    r, c = np.clip(r, 0, h - 1), np.clip(c, 0, w - 1)
-    low, high, y = near[r, c], far[r, c], points[:, 1]
+    points: tuple[Int, Float], near: Array, far: Array, *, step: float, fine: OrthoRaster
+) -> tuple[Float, Bool, Array]:
+    """Returns positions (n, 2) in `fine` of the points at steps, and which lie on the far side.
+
+    They are ordered by bands of rows (`gridding.by_rows`), whose numbers (n,) follow.
+    """
+    cell, xyz = points
+    low, high, y = near.ravel()[cell], far.ravel()[cell], xyz[:, 1]
     use = (high - low > step) & (y <= high + step)
-    at, recessed = fine.pixel(points[use]), (y > 0.5 * (low + high))[use]
-    order = np.argsort(at[:, 1], kind="stable")
-    return at[order], recessed[order]
+    at, recessed = fine.pixel(np.compress(use, xyz, axis=0)), (y > 0.5 * (low + high))[use]
+    order, band = gridding.by_rows(at[:, 1])
+    return np.take(at, order, axis=0), recessed[order], band
 
 
 def _signed_distance(near: Bool, far: Bool, spacing: Array) -> Array:

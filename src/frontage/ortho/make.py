@@ -58,7 +58,7 @@ def make_ortho(
         return Failed("F301", f"facade {facade.id}: no scan point lies on it", "check outline and scan")
 
     # The paper neglects balconies and sculptures; here the pixels lie on the measured relief.
-    relief = measure_relief(points.xyz[points.used], facade, raster, options, points.gaps)
+    relief = measure_relief(points.xyz_used, facade, raster, options, points.gaps)
     points = points.on_surface(relief)
     surface = DrawingSurface(facade, raster, relief if options.draws_relief else None)
     bands, intensity = Bands(raster, surface.relief), intensity_band(points, raster)

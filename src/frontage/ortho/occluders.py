@@ -4,14 +4,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from frontage.geometry.arrays import Array, Float
+from frontage.geometry.arrays import Array, Float, Int
 from frontage.model import Facade, Scan
 from frontage.ortho.options import OrthoOptions
 from frontage.ortho.standing.find import Standing
 from frontage.raster.zbuffer import local_spacing
 
 _FEWEST_TOGETHER = 3  # points in one cube of the cloud below which they are noise and hide nothing
-
+_CUBE_M = 0.04  # of which one point is enough: what photos see is told on cells of that size
+_PLACES = 4194301  # of a table of cubes, many more than a facade fills; a prime number
 
 Spaced = tuple[Array, Array]
 """Points (n, 3) float32 m in the facade frame, and the spacing (n,) float32 m of the surface of each."""
@@ -42,12 +43,29 @@ def find_occluders(
         clouds.append(facade.frame.inverse.apply(surroundings.xyz))
     xyz, spacing = [], []
     for points in clouds:
-        ahead = points[points[:, 1] < options.back]
+        ahead = np.compress(points[:, 1] < options.back, points, axis=0)
         s, k = local_spacing(ahead)
-        surface = k >= _FEWEST_TOGETHER
-        xyz.append(ahead[surface].astype(np.float32))
-        spacing.append(s[surface].astype(np.float32))
+        kept = _one_of_each_cube(ahead)
+        kept = kept[k[kept] >= _FEWEST_TOGETHER]
+        xyz.append(np.take(ahead, kept, axis=0).astype(np.float32))
+        spacing.append(np.maximum(s[kept], _CUBE_M).astype(np.float32))
     every, gap = np.concatenate(xyz), np.concatenate(spacing)
     free = (every[:, 1] < -options.front) | standing.holds(every)
     solid = free & standing.holds_in_solid(every)
-    return OccluderCloud(*((every[which], gap[which]) for which in (~free, free, solid)))
+    return OccluderCloud(*((np.compress(which, every, axis=0), gap[which]) for which in (~free, free, solid)))
+
+
+def _one_of_each_cube(xyz: Float) -> Int:
+    """Which (k,) of the points (n, 3) stand for the cubes that they fill, one for nearly each."""
+    if not len(xyz):
+        return np.zeros(0, np.int64)
+    # The plane of the facade runs through the middle of its cubes, so that one layer of them holds the wall.
+    x, y, z = (np.floor(a / _CUBE_M + 0.5).astype(np.int32) for a in xyz.T)
+    across, up = int(np.ptp(x)) + 1, int(np.ptp(z)) + 1
+    cube = ((y - y.min()).astype(np.int64) * up + (z - z.min())) * across + (x - x.min())
+    # A table with a place for several cubes: where two cubes meet, one of them keeps all of its points.
+    place, number = cube % _PLACES, np.arange(len(cube), dtype=np.int32)
+    last = np.zeros(_PLACES, np.int32)
+    last[place] = number
+    found = last[place]
+    return np.flatnonzero((found == number) | (cube[found] != cube))

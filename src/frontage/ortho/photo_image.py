@@ -1,21 +1,28 @@
 """The pixels that come from photos, tile by tile (paper A, section 3.2)."""
 
+from collections.abc import Iterator
+
+import cv2
 import numpy as np
 
-from frontage.geometry.arrays import Array
+from frontage.geometry.arrays import Array, Bool
+from frontage.model import Camera
 from frontage.ortho.bands import Bands
 from frontage.ortho.mosaic.compose import Mosaic
 from frontage.ortho.options import OrthoOptions
 from frontage.ortho.orthoraster import OrthoRaster
 from frontage.ortho.project import map_tile
 from frontage.ortho.surface import DrawingSurface, ImageOf
+from frontage.ortho.views import ViewPlan
 from frontage.raster import gridding
-from frontage.raster.light import brightened
+from frontage.raster.light import code_scale, scaled
 from frontage.raster.resample import resample
 from frontage.raster.sourcemap import SourceMap
 from frontage.raster.tiles import Tile, tiles
 
 _RESAMPLED_TILE_PX = 512  # one Jacobian per tile
+_STRIP_PX = 96  # rows that are painted at once, and columns of another photo that part two places
+_Window = tuple[slice, slice]
 
 
 def paint_photos(
@@ -30,62 +37,59 @@ def paint_photos(
         return ()
     raster, plan, gsd = surface.raster, mosaic.plan, mosaic.gsd
     into = [surface.projection_into(photo, options.projection) for photo in plan.photos]
-    for tile in tiles(raster.height, raster.width, _RESAMPLED_TILE_PX):
+    size = max(1, _RESAMPLED_TILE_PX // plan.step) * plan.step  # whole cells
+    for tile in tiles(raster.height, raster.width, size):
         label = plan.window(mosaic.label, tile)
         depth = surface.depth(tile)
-        for i in np.unique(label[label >= 0]).tolist():
+        for i, photo in enumerate(plan.photos):
             mine = label == i
+            if not mine.any():
+                continue
             part = _bounds(mine, tile)
             inside = np.s_[part.r0 - tile.r0 : part.r1 - tile.r0, part.c0 - tile.c0 : part.c1 - tile.c0]
             at = map_tile(into[i], part, None if depth is None else depth[inside])
-            camera = plan.photos[i].camera
-            inner = mine[inside] & _in_picture(at, camera.width, camera.height)
-            _paint(bands, part, inner, i, at, image_of(plan.photos[i].id), mosaic, options)
+            scale = None if mosaic.correction is None else _code_scale(mosaic.correction[i], plan, part)
+            for window in _places(mine[inside]):
+                inner = mine[inside][window] & _in_picture(at, window, photo.camera)
+                colour = resample(image_of(photo.id), at, options.interpolation, window=window)
+                if scale is not None:
+                    colour = scaled(colour, scale[window])
+                cv2.copyTo(colour, inner.view(np.uint8), bands.pixels[part.window][window])
+                bands.source[part.window][window][inner] = i + 1
         bands.gsd[tile.window] = plan.window(gsd, tile)
     return tuple(p.id for p in plan.photos)
 
 
-def _paint(
-    bands: Bands,
-    part: Tile,
-    inner: Array,
-    number: int,
-    at: SourceMap,
-    image: Array,
-    mosaic: Mosaic,
-    options: OrthoOptions,
-) -> None:
-    """Paints the pixels `inner` (m, n) of a part of a tile from photo `number`."""
-    bands.source[part.window][inner] = number + 1
-    if inner.all():
-        own = resample(image, at, options.interpolation, bands.pixels[part.window])
-        _correct(own, mosaic, number, part)
-        return
-    colour = _correct(resample(image, at, options.interpolation), mosaic, number, part)
-    np.copyto(bands.pixels[part.window].view(np.uint32), colour.view(np.uint32), where=inner[..., None])
+def _places(mask: Bool) -> Iterator[_Window]:
+    """Yields windows that together hold all True pixels of a mask (m, n), and little else."""
+    for first in range(0, len(mask), _STRIP_PX):
+        rows = slice(first, min(first + _STRIP_PX, len(mask)))
+        columns = np.flatnonzero(mask[rows].any(0))
+        gaps = np.flatnonzero(np.diff(columns) > _STRIP_PX)
+        for c in np.split(columns, gaps + 1):
+            if len(c):
+                yield rows, slice(int(c[0]), int(c[-1]) + 1)
 
 
-def _correct(colour: Array, mosaic: Mosaic, number: int, tile: Tile) -> Array:
-    """Brings the pixels (m, n, 4) of a tile, painted from one photo, to the light of the mosaic, in place."""
-    if mosaic.correction is not None:
-        cells, step = mosaic.plan.cells, mosaic.plan.step
-        fine = OrthoRaster(cells.corner, cells.gsd / step, cells.width * step, cells.height * step)
-        (r0, r1, c0, c1), u, v = cells.window_of(fine, tile)
-        gain = gridding.bilinear(mosaic.correction[number, r0:r1, c0:c1], u, v)
-        colour[..., :3] = brightened(np.ascontiguousarray(colour[..., :3]), gain)
-    return colour
+def _code_scale(correction: Array, plan: ViewPlan, part: Tile) -> Array:
+    """The scale (m, n, 4) of the codes of a part of the picture, by the correction (h, w, 3) of a photo."""
+    cells, step = plan.cells, plan.step
+    fine = OrthoRaster(cells.corner, cells.gsd / step, cells.width * step, cells.height * step)
+    (r0, r1, c0, c1), u, v = cells.window_of(fine, part)
+    scale = code_scale(correction[r0:r1, c0:c1])
+    return gridding.bilinear(cv2.cvtColor(scale, cv2.COLOR_RGB2RGBA), u, v)
 
 
-def _in_picture(at: SourceMap, width: int, height: int) -> Array | bool:
-    """Which pixels (m, n) of a map fall inside a photo; True when all do."""
-    if at.complete and (at.low >= 0).all() and at.high[0] <= width and at.high[1] <= height:
+def _in_picture(at: SourceMap, window: _Window, camera: Camera) -> Array | bool:
+    """Which pixels (m, n) of a window of a map fall inside a photo; True when all do."""
+    if at.complete and (at.low >= 0).all() and at.high[0] <= camera.width and at.high[1] <= camera.height:
         return True
-    u, v = at.planes((-0.5, -0.5), 1.0)
-    inside: Array = (u >= 0) & (v >= 0) & (u <= width) & (v <= height)
+    u, v = at.planes((-0.5, -0.5), 1.0, window)
+    inside: Array = (u >= 0) & (v >= 0) & (u <= camera.width) & (v <= camera.height)
     return inside
 
 
-def _bounds(mask: Array, tile: Tile) -> Tile:
+def _bounds(mask: Bool, tile: Tile) -> Tile:
     """Returns the smallest part of a tile that holds all True pixels of its mask."""
     rows, columns = np.flatnonzero(mask.any(1)), np.flatnonzero(mask.any(0))
     return Tile(

@@ -1,6 +1,9 @@
 """The points of the scan in the frame of one facade, and which of them its picture is made from."""
 
 from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
 
 from frontage.geometry.arrays import Bool, Float
 from frontage.model import Facade, Scan
@@ -27,6 +30,11 @@ class FacadePoints:
     used: Bool
     gaps: Gaps
 
+    @cached_property
+    def xyz_used(self) -> Float:
+        """The points (k, 3) m that the picture is made from."""
+        return np.compress(self.used, self.xyz, axis=0)
+
     def on_surface(self, relief: ReliefMap | None) -> "FacadePoints":
         """Leaves out the points behind the surface of their cell, such as those of rooms behind windows."""
         return self if relief is None else replace(self, used=self.used & relief.in_front(self.xyz))
@@ -42,9 +50,9 @@ def facade_points(
     """
     xyz = facade.frame.inverse.apply(scan.xyz)
     at, y = raster.pixel(xyz), xyz[:, 1]
-    inside = (at >= 0).all(1) & (at[:, 0] < raster.width) & (at[:, 1] < raster.height)
+    column, row = at.T
+    inside = (column >= 0) & (row >= 0) & (column < raster.width) & (row < raster.height)
     used = inside & (y >= -options.front) & (y <= options.back) & ~standing.holds(xyz)
-    wall = xyz[used]
-    wall = wall[abs(wall[:, 1]) <= DEEPEST_REVEAL_M]
-    gaps = local_gaps(raster.pixel(wall), raster, facade.spacing / raster.gsd)
+    wall = np.compress(used & (abs(y) <= DEEPEST_REVEAL_M), at, axis=0)
+    gaps = local_gaps(wall, raster, facade.spacing / raster.gsd)
     return FacadePoints(scan, xyz, used, gaps)

@@ -1,6 +1,7 @@
 """The photos rectified on the cells of a plan, each once: what they are compared by and chosen by."""
 
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -10,7 +11,7 @@ from frontage.ortho.project import map_tile
 from frontage.ortho.surface import DrawingSurface, ImageOf
 from frontage.ortho.views import ViewPlan
 from frontage.raster.resample import resample
-from frontage.raster.tiles import tiles
+from frontage.raster.tiles import Tile, tiles
 
 _TILE_PX = 512
 
@@ -44,10 +45,25 @@ class CellPhotos:
     def __call__(self, photo: Photo, shown: Array) -> Rectified:
         """Return what a photo shows in the tiles in which it is `shown` (h, w) anywhere."""
         if photo.id not in self._known:
-            self._known[photo.id] = rectify(
-                self.surface, photo, self.image_of(photo.id), shown, self.projection
-            )
+            self._known[photo.id] = self.rectified(photo, self.image_of(photo.id), shown)
         return self._known[photo.id]
+
+    def rectified(self, photo: Photo, image: Array, shown: Array) -> Rectified:
+        """Rectifies a picture (H, W, 3) as that of a photo, in the tiles in which it is `shown` (h, w)."""
+        shape = (self.surface.raster.height, self.surface.raster.width)
+        codes, radius = np.zeros((*shape, 4), np.uint8), np.zeros(shape, np.float32)
+        to_photo = self.surface.projection_into(photo, self.projection)
+        for tile in tiles(shape[0], shape[1], _TILE_PX):
+            if shown[tile.window].any():
+                at = map_tile(to_photo, tile, None if self._depth is None else self._depth[tile.window])
+                resample(image, at, out=codes[tile.window])
+                radius[tile.window] = _radius(photo, *at.planes((-0.5, -0.5), 1.0))
+        return Rectified(codes, radius)
+
+    @cached_property
+    def _depth(self) -> Array | None:
+        """The depth (h, w) m of the cells, the same for all photos; None for the plane."""
+        return self.surface.depth(Tile(0, self.surface.raster.height, 0, self.surface.raster.width))
 
     def again(
         self, surface: DrawingSurface, projection: str, image_of: ImageOf, turned: frozenset[str]
@@ -56,19 +72,6 @@ class CellPhotos:
         moved = surface.offset != self.surface.offset or projection != self.projection
         kept = {name: found for name, found in self._known.items() if name not in turned and not moved}
         return CellPhotos(replace(surface, raster=self.surface.raster), projection, image_of, kept)
-
-
-def rectify(surface: DrawingSurface, photo: Photo, image: Array, shown: Array, projection: str) -> Rectified:
-    """Rectifies the picture (H, W, 3) of a photo on a surface of cells (h, w), where it is `shown` (h, w)."""
-    shape = (surface.raster.height, surface.raster.width)
-    codes, radius = np.zeros((*shape, 4), np.uint8), np.zeros(shape, np.float32)
-    to_photo = surface.projection_into(photo, projection)
-    for tile in tiles(shape[0], shape[1], _TILE_PX):
-        if shown[tile.window].any():
-            at = map_tile(to_photo, tile, surface.depth(tile))
-            resample(image, at, out=codes[tile.window])
-            radius[tile.window] = _radius(photo, *at.planes((-0.5, -0.5), 1.0))
-    return Rectified(codes, radius)
 
 
 def _radius(photo: Photo, u: Array, v: Array) -> Array:

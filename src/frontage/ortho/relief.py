@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 
-from frontage.geometry.arrays import Array, Float, Int
+from frontage.geometry.arrays import Array, Bool, Float, Int
 from frontage.model import Facade
 from frontage.ortho.edges import Steps, measure_steps
 from frontage.ortho.gaps import Gaps
@@ -65,11 +65,12 @@ class ReliefMap:
         window = (slice(r0, r1), slice(c0, c1))
         cells, near, far, known = (g[window] for g in (self.y, self.near, self.far, self.known))
         y = gridding.bilinear(cells, u, v)
-        if (far - near).max() > _STEP_M:
-            near, far, own = (gridding.nearest(g, u, v) for g in (near, far, cells))
-            third = (own - near > _STEP_M) & (far - own > _STEP_M)  # a sill before a wall before a window
-            side = np.where(third, own, np.where(self.steps.recessed(raster, tile), far, near))
-            y = np.where(far - near > _STEP_M, side, y)
+        stepped = far - near > _STEP_M
+        if stepped.any():
+            third = (cells - near > _STEP_M) & (far - cells > _STEP_M)  # a sill before a wall before a window
+            side, behind = (gridding.nearest(np.where(third, cells, g), u, v) for g in (near, far))
+            cv2.copyTo(behind, self.steps.recessed(raster, tile).view(np.uint8), side)
+            cv2.copyTo(side, gridding.nearest(stepped.view(np.uint8), u, v), y)
         if not filled and not known.all():
             y[gridding.bilinear(known, u, v) <= 0.5] = np.nan
         return y
@@ -101,16 +102,15 @@ def measure_relief(
         return None
     cells = raster.of_cells(size)
     shape = (cells.height, cells.width)
-    y = xyz_facade[:, 1]
-    points = xyz_facade[(y >= -options.front) & (y <= options.back)]
+    points = _chosen((xyz_facade[:, 1] >= -options.front) & (xyz_facade[:, 1] <= options.back), xyz_facade)
     cell, inside = gridding.cell_index(cells.pixel(points), shape)
     if not inside.any():
         return None
-    points = points[inside]
+    points = _chosen(inside, points)
     front = points[:, 1] <= DEEPEST_REVEAL_M
     opaque = np.bincount(cell[front], minlength=shape[0] * shape[1]) >= _OPAQUE_POINTS
     seen = front | ~opaque[cell]  # the far wall of a room, seen through a window beside, lies behind
-    points, cell = points[seen], cell[seen]
+    points, cell = _chosen(seen, points), cell[seen]
     (low, median, high), _ = gridding.cell_quantiles(cell, points[:, 1], shape, (0.25, 0.5, 0.75))
     median[high - low > _STEP_M] = np.nan
     median[room_cells(median, size, _STEP_M)] = np.nan
@@ -121,8 +121,13 @@ def measure_relief(
     box = np.ones((5, 5), np.uint8)
     near, far = cv2.erode(found.y, box), cv2.dilate(found.y, box)
     deepest = cv2.dilate(np.fmax(found.y, smooth), box)
-    steps = measure_steps(points, cells, near, far, step=_STEP_M, raster=raster, gaps=gaps)
+    steps = measure_steps((cell, points), cells, near, far, step=_STEP_M, raster=raster, gaps=gaps)
     return ReliefMap(cells, found.y, near, far, deepest, found.known.astype(np.float32), found.opening, steps)
+
+
+def _chosen(which: Bool, points: Float) -> Float:
+    """The points (n, 3) of which this is true (n,): the same memory if it is true of all."""
+    return points if which.all() else np.compress(which, points, axis=0)
 
 
 def _agreed(y: Array) -> Array:

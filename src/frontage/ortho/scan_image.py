@@ -22,7 +22,7 @@ def intensity_band(points: FacadePoints, raster: OrthoRaster) -> Array | None:
     scan, used = points.scan, points.used
     if scan.intensity is None or not used.any():
         return None
-    samples = surface_samples(points.xyz[used], scan.intensity[used][:, None], raster, points.gaps)
+    samples = surface_samples(points.xyz_used, scan.intensity[used][:, None], raster, points.gaps)
     band = allocate((raster.height, raster.width, 1), np.float32, np.nan)
     known = allocate((raster.height, raster.width), np.bool_)
     splat(samples, raster, band, known)
@@ -64,7 +64,7 @@ def _picture_kind(scan: Scan) -> str:
 def _paint_scan(bands: Bands, points: FacadePoints, raster: OrthoRaster) -> tuple[str, ...]:
     """Fills pixels, source and gsd from the scan's colour, intensity or depth; returns the source's name."""
     scan, used = points.scan, points.used
-    xyz, kind = points.xyz[used], _picture_kind(scan)
+    xyz, kind = points.xyz_used, _picture_kind(scan)
     if kind == "colour" and scan.rgb is not None:
         value = scan.rgb[used].astype(np.float32)
     elif kind == "intensity" and scan.intensity is not None:

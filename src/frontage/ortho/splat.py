@@ -25,6 +25,7 @@ _DENSE_PX = 0.7  # closer samples leave no pixel empty
 _OPENING = 0.5  # spacings: narrower pieces are stray samples
 _REACH = 8.0  # spacings around a tile on which its pixels depend
 _SIGMA = 0.55  # spacings: the Gaussian that joins the samples of a square lattice without visible dots
+_NARROW = 0.35  # px, sigma of a Gaussian that changes nothing
 _RATIO = 1.5  # between the widths of the Gaussians from which each pixel takes one
 
 
@@ -40,26 +41,27 @@ class Samples:
 def surface_samples(xyz_facade: Float, value: Array, raster: OrthoRaster, gaps: Gaps) -> Samples:
     """Returns those points (n, 3) m of the surface, with their values (n, k), that lie on the raster."""
     at = raster.pixel(xyz_facade)
-    c, r = np.floor(at).astype(np.int64).T
-    inside = (c >= 0) & (c < raster.width) & (r >= 0) & (r < raster.height)
-    return Samples(at[inside], value[inside], gaps)
+    _, inside = gridding.cell_index(at, (raster.height, raster.width))
+    if not inside.all():
+        at, value = np.compress(inside, at, axis=0), np.compress(inside, value, axis=0)
+    return Samples(at, value, gaps)
 
 
 def splat(samples: Samples, raster: OrthoRaster, out: Array, known: Array) -> None:
     """Writes values to `out` (h, w, k) and True to `known` (h, w) where there is a surface, tile by tile."""
-    order = np.argsort(samples.at[:, 1], kind="stable")
-    at, value = samples.at[order], samples.value[order]
+    order, band = gridding.by_rows(samples.at[:, 1])
+    at, value = (np.take(a, order, axis=0) for a in (samples.at, samples.value))
     reach = int(np.ceil(_REACH * max(1.0, float(samples.gaps.px.max())))) + 2
     for tile in tiles(raster.height, raster.width, _TILE_PX):
         r0, c0 = tile.r0 - reach, tile.c0 - reach
         shape = (tile.shape[0] + 2 * reach, tile.shape[1] + 2 * reach)
-        a, b = np.searchsorted(at[:, 1], [r0, r0 + shape[0]])
-        cell, inside = gridding.cell_index(at[a:b] - [c0, r0], shape)
+        part = gridding.of_rows(band, r0, r0 + shape[0])
+        cell, inside = gridding.cell_index(at[part] - [c0, r0], shape)
         if not len(cell):
             continue
         inner = (slice(reach, -reach), slice(reach, -reach))
         radius = samples.gaps.at(np.arange(r0, r0 + shape[0]), np.arange(c0, c0 + shape[1]))
-        mean, mask = _spread(cell, value[a:b][inside], shape, radius)
+        mean, mask = _spread(cell, np.compress(inside, value[part], axis=0), shape, radius)
         out[tile.window] = mean[inner]
         known[tile.window] = mask[inner]
 
@@ -81,11 +83,11 @@ def _surface(sampled: Array, spacing: Array) -> Array:
 
 def _spread(cell: Array, value: Array, shape: tuple[int, int], spacing: Array) -> tuple[Array, Array]:
     """Returns mean (h, w, k) and mask (h, w) of points by flat pixel number, spread by the spacing px."""
-    count = np.bincount(cell, minlength=shape[0] * shape[1]).reshape(shape).astype(np.float32)
-    total = np.stack(
-        [np.bincount(cell, value[:, k], shape[0] * shape[1]).reshape(shape) for k in range(value.shape[1])],
-        axis=-1,
-    ).astype(np.float32)
+    size, channels = shape[0] * shape[1], value.shape[1]
+    count = np.bincount(cell, minlength=size).reshape(shape).astype(np.float32)
+    total = np.empty((*shape, channels), np.float32)
+    for k in range(channels):
+        total[..., k] = np.bincount(cell, value[:, k], size).reshape(shape)
     mask = _surface(count > 0, np.where(spacing > _DENSE_PX, spacing, 0.0))
     mean = np.zeros_like(total)
     filled = np.zeros(shape, bool)
@@ -95,9 +97,11 @@ def _spread(cell: Array, value: Array, shape: tuple[int, int], spacing: Array) -
         want = mask & ~filled & (_SIGMA * spacing <= sigma * 1.001)
         if not want.any():
             continue
-        weight = cv2.GaussianBlur(count, (0, 0), sigma) if sigma > 0.35 else count
-        summed = cv2.GaussianBlur(total, (0, 0), sigma) if sigma > 0.35 else total
+        weight, summed = count, total
+        if sigma > _NARROW:
+            weight = cv2.GaussianBlur(count, (0, 0), sigma)
+            summed = cv2.GaussianBlur(total, (0, 0), sigma).reshape(total.shape)
         good = want & (weight > 0.02 / max(1.0, sigma * sigma))
-        mean[good] = summed.reshape(*shape, -1)[good] / weight[good][:, None]
+        np.divide(summed, weight[..., None], out=mean, where=good[..., None])
         filled |= good
     return mean, mask & filled

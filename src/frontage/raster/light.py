@@ -14,6 +14,7 @@ TO_CODE_8 = np.rint(
     255 * np.where(_LIGHT <= 0.0031308, 12.92 * _LIGHT, 1.055 * _LIGHT ** (1 / 2.4) - 0.055)
 ).astype(np.uint8)
 """Codes of linear light 0..65535."""
+_GAMMA = 2.4
 _OFFSET = 255 * 0.055  # of codes above the toe, which are 255 * 1.055 light^(1 / 2.4) less this
 _TOE = 11  # codes up to this are proportional to the light, or close to that
 _WHITE, _BURNT = 245, 254  # codes of all channels, from which on white is taken as saturated, and surely is
@@ -26,28 +27,38 @@ def linear_light(codes: Array) -> Array:
 
 
 def brightened(codes: Array, log_gain: Array) -> Array:
-    """Multiplies the light of sRGB codes (h, w, 3) uint8 by exp(log_gain) (h, w, 3); returns codes.
+    """Multiplies the light of sRGB codes (h, w, 3) uint8 by exp(log_gain) (h, w, 3); returns codes."""
+    return scaled(codes, code_scale(log_gain))
 
+
+def code_scale(log_gain: Array) -> Array:
+    """Returns what `scaled` needs (...) float32 for factors exp(log_gain) (...) on the light."""
+    return np.asarray(cv2.exp(np.multiply(log_gain, 1.0 / _GAMMA, dtype=np.float32)).reshape(log_gain.shape))
+
+
+def scaled(codes: Array, scale: Array) -> Array:
+    """Multiplies the light of sRGB codes (h, w, 3 or 4) uint8 by scale^2.4; returns codes.
+
+    `scale` (h, w, 3 or 4) float32 is 1 for the fourth channel; it may be changed.
     White that is saturated in all channels was at least as bright as that, and is not darkened: grey shutters
     would stand beside white ones.
     Above its toe, the curve of sRGB is a power of the light with an offset, so that a factor on the light is
     a factor on the code plus that offset. Only the codes in the toe go through linear light.
     """
-    log_gain = _sparing_white(codes, log_gain)
-    share = cv2.exp(log_gain.astype(np.float32) * np.float32(1.0 / 2.4))
+    _spare_white(codes, scale)
     shifted = cv2.add(codes, (_OFFSET,) * 4, dtype=cv2.CV_32F)
-    out = cv2.add(cv2.multiply(shifted, share, dst=shifted), (-_OFFSET,) * 4, dtype=cv2.CV_8U)
-    dark = np.minimum(codes, out) <= _TOE
+    out = cv2.add(cv2.multiply(shifted, scale, dst=shifted), (-_OFFSET,) * 4, dtype=cv2.CV_8U)
+    dark = cv2.min(codes, out) <= _TOE
     if dark.any():
-        light = TO_LINEAR_16[codes[dark]] * np.exp(log_gain[dark].astype(np.float32))
+        light = TO_LINEAR_16[codes[dark]] * scale[dark] ** np.float32(_GAMMA)
         out[dark] = TO_CODE_8[np.minimum(light + 0.5, 65535.0).astype(np.uint16)]
     return np.asarray(out)
 
 
-def _sparing_white(codes: Array, log_gain: Array) -> Array:
-    """The gains (h, w, 3), without those that would darken what is saturated in all channels."""
+def _spare_white(codes: Array, scale: Array) -> None:
+    """Takes back, in place, what of a scale (h, w, c) would darken saturated white."""
     white = cv2.min(cv2.min(*(cv2.extractChannel(codes, c) for c in (0, 1))), cv2.extractChannel(codes, 2))
-    if int(white.max(initial=0)) <= _WHITE:
-        return log_gain
-    kept = np.clip((_BURNT - white.astype(np.float32)) / (_BURNT - _WHITE), 0.0, 1.0)[..., None]
-    return np.asarray(np.where(log_gain < 0, log_gain * kept, log_gain))
+    at = white > _WHITE
+    if at.any():
+        kept = np.clip((_BURNT - white[at].astype(np.float32)) / (_BURNT - _WHITE), 0.0, 1.0)[:, None]
+        scale[at] = np.where(scale[at] < 1.0, scale[at] ** kept, scale[at])

@@ -23,7 +23,7 @@ import numpy as np
 
 from frontage.geometry.arrays import Array, Float
 from frontage.raster.light import TO_CODE_8, TO_LINEAR_16
-from frontage.raster.sourcemap import SourceMap
+from frontage.raster.sourcemap import EVERYTHING, SourceMap
 
 INTERPOLATIONS = ("adaptive", "bilinear", "nearest")
 MINIFYING = 1.2  # source px per target px, above which a prefilter is used
@@ -36,22 +36,29 @@ _CACHE_BYTES = 1 << 21  # of the source of a strip; beyond the cache of a core, 
 _CV = {"bilinear": cv2.INTER_LINEAR, "nearest": cv2.INTER_NEAREST}
 
 
-def resample(image: Array, at: SourceMap, interpolation: str = "adaptive", out: Array | None = None) -> Array:
+def resample(
+    image: Array,
+    at: SourceMap,
+    interpolation: str = "adaptive",
+    out: Array | None = None,
+    window: tuple[slice, slice] = EVERYTHING,
+) -> Array:
     """Samples `image` (h, w, 3) uint8 along a map of shape (m, n); returns (m, n, 4) uint8 with alpha 255.
 
     `interpolation` is one of `INTERPOLATIONS`. Unknown positions and those outside take the colour of the
     nearest edge; the caller has to mask them. If `out` is given, which may be a window of a larger picture,
-    the result is written to it.
+    the result is written to it. `window` selects some rows and columns of the map; `out` is that of these.
     """
-    out = np.empty((*at.shape, 4), np.uint8) if out is None else out
+    rows, columns = (range(*part.indices(size)) for part, size in zip(window, at.shape, strict=True))
+    out = np.empty((len(rows), len(columns), 4), np.uint8) if out is None else out
     if not np.isfinite(at.low).all():
         out[:] = (0, 0, 0, 255)
         return out
     kernel = _kernel(at.jacobian, interpolation)
-    strip = max(8, int(_CACHE_BYTES / (4 * at.shape[1] * max(kernel.scale, 1.0) ** 2)))
-    for first in range(0, at.shape[0], strip):
-        rows = slice(first, min(first + strip, at.shape[0]))
-        _sample(image, at, rows, kernel, out[rows])
+    strip = max(8, int(_CACHE_BYTES / (4 * len(columns) * max(kernel.scale, 1.0) ** 2)))
+    for first in range(rows.start, rows.stop, strip):
+        part = slice(first, min(first + strip, rows.stop)), window[1]
+        _sample(image, at, part, kernel, out[first - rows.start :][:strip])
     return out
 
 
@@ -96,10 +103,10 @@ def _span(low: float, high: float, margin: int, size: int, step: int) -> tuple[i
     return first, last
 
 
-def _sample(image: Array, at: SourceMap, rows: slice, kernel: _Kernel, out: Array) -> None:
-    """Samples some rows of a map; cv2.remap needs sides below 32767 px, which the callers' tiles have."""
+def _sample(image: Array, at: SourceMap, window: tuple[slice, slice], kernel: _Kernel, out: Array) -> None:
+    """Samples a window of a map; cv2.remap needs sides below 32767 px, which the callers' tiles have."""
     base = (float(np.floor(at.low[0])), float(np.floor(at.low[1])))
-    planes = at.planes(base, kernel.scale, rows)
+    planes = at.planes(base, kernel.scale, window)
     spans = []
     for plane, first, size in zip(planes, base, image.shape[1::-1], strict=True):
         low, high, _, _ = cv2.minMaxLoc(plane)

@@ -11,6 +11,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from functools import lru_cache
 
+import cv2
 import numpy as np
 from numpy.polynomial.chebyshev import chebvander, chebvander3d
 
@@ -19,6 +20,8 @@ from frontage.geometry.arrays import Array, Float
 # Matrix products of up to this many multiplications run in one thread of BLAS; larger ones start threads,
 # which takes longer.
 _ONE_THREAD = 1 << 17
+EVERYTHING = (slice(None), slice(None))
+"""The window of all rows and columns of a tile."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,28 +55,28 @@ class SourceMap:
         return SourceMap((at,), (at.shape[0], at.shape[1]), jacobian, low, high, True, complete)
 
     def planes(
-        self, origin: tuple[float, float], scale: float, rows: slice = slice(None)
+        self, origin: tuple[float, float], scale: float, window: tuple[slice, slice] = EVERYTHING
     ) -> tuple[Array, Array]:
         """Returns ``(position - origin) scale - 0.5`` as planes u, v (m, n) float32 for `cv2.remap`.
 
-        Unknown positions are -1. `rows` selects some rows of the tile.
+        Unknown positions are -1. `window` selects some rows and columns of the tile.
         """
-        u, v = (self._plane(axis, origin[axis], scale, rows) for axis in (0, 1))
+        u, v = (self._plane(axis, origin[axis], scale, window) for axis in (0, 1))
         return u, v
 
-    def _plane(self, axis: int, origin: float, scale: float, rows: slice) -> Array:
+    def _plane(self, axis: int, origin: float, scale: float, window: tuple[slice, slice]) -> Array:
         shift = origin * scale + 0.5
         if self.exact:
-            every = (self.powers[0][rows, :, axis] * scale - shift).astype(np.float32)
+            every = (self.powers[0][(*window, axis)] * scale - shift).astype(np.float32)
             return every if self.complete else np.nan_to_num(every, nan=-1.0)
         factors = [power[..., axis] * scale for power in self.powers]
         factors[0][0, 0] -= shift
-        total = _values(factors[-1], self.shape, rows)
+        total = _values(factors[-1], self.shape, window)
         if self.depth is not None:
-            y = self.depth[rows]
+            y = self.depth[window]
             for factor in factors[-2::-1]:  # Horner's scheme
-                total *= y
-                total += _values(factor, self.shape, rows)
+                cv2.multiply(total, y, dst=total)
+                cv2.add(total, _values(factor, self.shape, window), dst=total)
         return total
 
 
@@ -123,12 +126,15 @@ def jacobian_of(at: Float) -> Float:
     return np.column_stack(columns)
 
 
-def _values(factors: Float, shape: tuple[int, int], chosen: slice) -> Array:
-    """Evaluates coefficients (p, q) at the pixel centres of chosen rows of a tile (m, n): (k, n) float32."""
-    rows, columns = _basis(shape[0], factors.shape[0])[chosen], _basis(shape[1], factors.shape[1])
+def _values(factors: Float, shape: tuple[int, int], window: tuple[slice, slice]) -> Array:
+    """Evaluates coefficients (p, q) at the pixel centres of a window of a tile (m, n): (k, l) float32."""
+    rows, columns = (
+        _basis(shape[0], factors.shape[0])[window[0]],
+        _basis(shape[1], factors.shape[1])[window[1]],
+    )
     mixed = factors.astype(np.float32) @ columns.T
-    out = np.empty((len(rows), shape[1]), np.float32)
-    block = max(1, _ONE_THREAD // (factors.shape[0] * shape[1]))
+    out = np.empty((len(rows), len(columns)), np.float32)
+    block = max(1, _ONE_THREAD // (factors.shape[0] * len(columns)))
     for first in range(0, len(rows), block):
         np.matmul(rows[first : first + block], mixed, out=out[first : first + block])
     return out

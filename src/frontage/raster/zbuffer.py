@@ -23,17 +23,24 @@ def splat_depth(xy: Float, depth: Float, radius: Float, shape: tuple[int, int]) 
     h, w = shape
     with np.errstate(invalid="ignore"):
         inside = (xy[:, 0] >= 0) & (xy[:, 0] < w) & (xy[:, 1] >= 0) & (xy[:, 1] < h) & (depth > 0)
+    out = np.full(shape, np.inf, np.float32)
+    if not inside.any():
+        return out
     column, row = xy[inside].astype(np.int64).T
-    cell, depth = row * w + column, depth[inside].astype(np.float32)
+    depth = depth[inside].astype(np.float32)
     size = np.clip(np.rint(radius[inside]), 0, MAX_RADIUS_PX).astype(np.int64)
-    out = np.full(h * w, np.inf, np.float32)
-    for r in range(int(size.max(initial=0)), -1, -1):
+    reach = int(size.max())
+    r0, c0 = max(int(row.min()) - reach, 0), max(int(column.min()) - reach, 0)
+    window = out[r0 : int(row.max()) + reach + 1, c0 : int(column.max()) + reach + 1]
+    drawn = window.copy()  # the part of the picture that the discs reach
+    cell = (row - r0) * drawn.shape[1] + column - c0
+    for r in range(reach, -1, -1):
         own = size == r
-        np.minimum.at(out, cell[own], depth[own])
+        np.minimum.at(drawn.reshape(-1), cell[own], depth[own])
         if r > 0:
-            grown = cv2.erode(out.reshape(shape), _GROWTH[r % len(_GROWTH)], borderType=cv2.BORDER_REPLICATE)
-            out = grown.ravel()
-    return out.reshape(shape)
+            drawn = cv2.erode(drawn, _GROWTH[r % len(_GROWTH)], borderType=cv2.BORDER_REPLICATE)
+    window[:] = drawn
+    return out
 
 
 def local_spacing(xyz: Float, samples_per_cell: int = 8) -> tuple[Float, Float]:

@@ -4,8 +4,9 @@ The energy is a cost per cell and label plus, on every border between neighbours
 ``base + e_a + e_b``, where e is what a border costs on the side of each label. That cost is a metric (a way
 through a third label is never cheaper), and a message is computed in O(labels). Messages run on blocks of
 cells first, whose costs are sums over their cells (Felzenszwalb and Huttenlocher, Efficient belief
-propagation for early vision, IJCV 2006). The number of steps is fixed, so that the time is bounded,
-and the result does not depend on how many processes are at work.
+propagation for early vision, IJCV 2006). Each direction uses what the ones before it have sent in the same
+step, and single cells, which inherit what their blocks agreed on, need fewer steps. The number of steps is
+fixed, so that the time is bounded, and the result does not depend on how many processes are at work.
 """
 
 import numpy as np
@@ -13,7 +14,8 @@ import numpy as np
 from frontage.geometry.arrays import Array, Int
 
 _LEVELS = 6  # the coarsest blocks are 32 x 32 cells
-_STEPS = 6  # of messages per level
+_STEPS = 6  # of messages per level of blocks
+_LAST_STEPS = 3  # of messages between single cells
 _AXES = ((1, 1), (1, -1), (2, 1), (2, -1))  # axis and step from the sender to the receiver
 
 
@@ -31,31 +33,42 @@ def label_grid(cost: Array, base: float, border: Array) -> Int:
     for level in range(len(costs) - 1, -1, -1):
         h, w = costs[level].shape[1:]
         if messages.shape[2:] != (h, w):
-            messages = messages.repeat(2, axis=2).repeat(2, axis=3)[:, :, :h, :w] * np.float32(0.5)
-        for _ in range(_STEPS):
-            messages = _passed(costs[level], np.float32(base * 2**level), borders[level], messages)
-    return np.asarray(np.argmin(cost + messages.sum(0), axis=0), np.int64)
+            messages = _doubled(np.float32(0.5) * messages)[:, :, :h, :w]
+        belief = costs[level] + messages.sum(0)
+        for _ in range(_STEPS if level else _LAST_STEPS):
+            _pass(belief, np.float32(base * 2**level), borders[level], messages)
+    return np.asarray(np.argmin(belief, axis=0), np.int64)
 
 
 def _halved(values: Array) -> Array:
     """Sums blocks of 2 x 2 cells of values (k, h, w); beyond the border there is nothing."""
-    k, h, w = values.shape
+    _, h, w = values.shape
     padded = np.pad(values, ((0, 0), (0, h % 2), (0, w % 2)))
-    total: Array = padded.reshape(k, -(-h // 2), 2, -(-w // 2), 2).sum(axis=(2, 4))
-    return total
+    rows = padded[:, ::2] + padded[:, 1::2]
+    return np.asarray(rows[..., ::2] + rows[..., 1::2])
 
 
-def _passed(cost: Array, base: np.float32, border: Array, messages: Array) -> Array:
-    """Sends all messages (4, k, h, w) once; message d reached its cell along `_AXES[d]`."""
-    belief = cost + messages.sum(0)
-    sent = np.zeros_like(messages)
+def _doubled(values: Array) -> Array:
+    """Repeats every cell of values (4, k, h, w) in a block of 2 x 2."""
+    d, k, h, w = values.shape
+    blocks = np.broadcast_to(values[:, :, :, None, :, None], (d, k, h, 2, w, 2))
+    return np.array(blocks).reshape(d, k, 2 * h, 2 * w)
+
+
+def _pass(belief: Array, base: np.float32, border: Array, messages: Array) -> None:
+    """Sends all messages (4, k, h, w) once, one direction after the other, and updates them in place.
+
+    Message d reached its cell along `_AXES[d]`; the belief (k, h, w) is the cost plus all messages.
+    """
     for d, (axis, step) in enumerate(_AXES):
         ahead, behind = _slices(axis, step)
         own = belief[behind] - messages[d ^ 1][behind]  # without what came from the receiver
         edge = border[behind] + border[ahead]
-        message = np.minimum(own, edge + ((own + edge).min(0) + base))
-        sent[d][ahead] = message - message.min(0, keepdims=True)
-    return sent
+        edge += (own + edge).min(0) + base
+        message = np.minimum(own, edge, out=own)
+        message -= message.min(0, keepdims=True)
+        belief[ahead] += message - messages[d][ahead]
+        messages[d][ahead] = message
 
 
 def _slices(axis: int, step: int) -> tuple[tuple[slice, ...], tuple[slice, ...]]:

@@ -49,15 +49,14 @@ def decode(data: bytes, path: object) -> Array:
     Pictures of 16 bits become 8-bit. Raises FileError when the picture cannot be decoded, or when its decoder
     told that the data is damaged.
     """
-    flags = cv2.IMREAD_COLOR | cv2.IMREAD_IGNORE_ORIENTATION
+    flags = cv2.IMREAD_COLOR_RGB | cv2.IMREAD_IGNORE_ORIENTATION
     with _printed() as lines:
-        bgr = cv2.imdecode(np.frombuffer(data, np.uint8), flags)
+        rgb: Array | None = cv2.imdecode(np.frombuffer(data, np.uint8), flags)
     found = next((problem for line in lines if (problem := _damage(line, data))), _deflate_error(data))
     if found is not None:
         raise FileError(path, f"the picture is damaged ({found})", "copy it again", code="I103")
-    if bgr is None:
+    if rgb is None:
         raise FileError(path, "the picture cannot be decoded", USE_WHOLE, code="I103")
-    rgb: Array = cv2.cvtColor(bgr, cv2.COLOR_BGR2RGB)
     return rgb
 
 

@@ -21,7 +21,7 @@ from frontage.geometry.arrays import Array
 from frontage.model import PhotoRemark
 from frontage.ortho.checks.patches import Agreement, Patches, agreement, of_photo, of_scan, similarity
 from frontage.ortho.points import FacadePoints
-from frontage.ortho.rectified import CellPhotos, rectify
+from frontage.ortho.rectified import CellPhotos
 from frontage.ortho.surface import ImageOf
 from frontage.ortho.views import ViewPlan
 
@@ -72,8 +72,7 @@ def check_photos(
         photos[photo.id] = of_photo(rectified(photo, shown).codes, clear)
         if photo.id in doubtful:
             turned = doubtful[photo.id](rectified.image_of(photo.id))
-            codes = rectify(rectified.surface, photo, turned, shown, rectified.projection).codes
-            upright[photo.id] = of_photo(codes, clear)
+            upright[photo.id] = of_photo(rectified.rectified(photo, turned, shown).codes, clear)
     scan = of_scan(points, plan.cells)
     known = {_SCAN: scan.whole} if scan is not None else {}
     check = _orientation({**known, **photos}, upright)

@@ -71,10 +71,9 @@ def of_scan(points: FacadePoints, raster: OrthoRaster) -> ScanPatches | None:
     rgb = points.scan.rgb
     if rgb is None:
         return None
-    used = np.flatnonzero(points.used)
-    value = rgb[used].astype(np.float64).mean(1)
+    value = np.compress(points.used, rgb, axis=0) @ np.full(3, 1.0 / 3.0)
     shape = (raster.height, raster.width)
-    cell, inside = gridding.cell_index(raster.pixel(points.xyz[used]), shape)
+    cell, inside = gridding.cell_index(raster.pixel(points.xyz_used), shape)
     return ScanPatches(
         *(_of_points(cell[part], value[inside][part], shape) for part in (np.s_[:], np.s_[1::2], np.s_[::2]))
     )

@@ -71,7 +71,7 @@ def compose_mosaic(
     even = even_light(pictures, gains)
     codes = even_colours(even)
     found = compare_photos(codes, plan.clear)
-    through = see_through(codes, found.wall, found.sigma, plan, opening > 0)
+    through = see_through(codes, found, plan, opening > 0)
     plan = plan.seeing(through)
     glass = glass_cost(opening, plan.clear, pictures.shown, even)
     label = choose_photos(plan, found, pictures.exposed, glass)

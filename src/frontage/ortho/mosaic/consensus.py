@@ -29,6 +29,7 @@ class Disagreement:
     contrast  (h, w) float32, change of the wall's colour from cell to cell in standard deviations
     accepted  (k, h, w) bool, rather the wall than something else
     wall      (h, w, 3) float32, colour of what stands still
+    distance  (k, h, w) float32, of the colours of the photos from it
     sigma     (h, w) float32, standard deviation of the colour that a photo shows it in
     """
 
@@ -36,6 +37,7 @@ class Disagreement:
     contrast: Array
     accepted: Bool
     wall: Array
+    distance: Array
     sigma: Array
 
 
@@ -49,7 +51,7 @@ def compare_photos(codes: Array, clear: Bool) -> Disagreement:
     count = clear.sum(0)
     wall = _median(codes, clear, count)
     known = count >= _FEWEST
-    distance = np.linalg.norm(codes - wall, axis=-1)
+    distance = np.stack([length(colours - wall) for colours in codes])
     noise = max(float(np.median(distance[clear & known])) / 1.54 if known.any() else 0.0, _FINEST)
     slope = _slope(wall)
     sigma = np.sqrt(noise**2 + (_OFF_CELLS * slope) ** 2)
@@ -57,7 +59,9 @@ def compare_photos(codes: Array, clear: Bool) -> Disagreement:
     judged = clear & known
     cost, accepted = np.where(judged, cost, 0.0), accepted | ~judged
     cost = np.stack([cv2.blur(c.astype(np.float32), (_WINDOW, _WINDOW)) for c in cost])
-    return Disagreement(cost, (slope / noise).astype(np.float32), accepted, wall, sigma.astype(np.float32))
+    return Disagreement(
+        cost, (slope / noise).astype(np.float32), accepted, wall, distance, sigma.astype(np.float32)
+    )
 
 
 def _median(codes: Array, clear: Bool, count: Array) -> Array:
@@ -84,7 +88,13 @@ def _slope(wall: Array) -> Array:
     """Change of colour per cell (h, w), the larger of both directions."""
     smooth = cv2.GaussianBlur(wall, (0, 0), 0.7)
     across, down = (cv2.Scharr(smooth, cv2.CV_32F, *d) / 32.0 for d in ((1, 0), (0, 1)))
-    return np.asarray(np.maximum(np.linalg.norm(across, axis=-1), np.linalg.norm(down, axis=-1)))
+    return np.maximum(length(across), length(down))
+
+
+def length(vectors: Array) -> Array:
+    """The lengths (h, w) float32 of vectors (h, w, 3)."""
+    x, y, z = cv2.split(vectors)
+    return np.asarray(cv2.sqrt(x * x + y * y + z * z))
 
 
 def _cost(distance: Array, sigma: Array) -> tuple[Array, Bool]:

@@ -1,6 +1,7 @@
 """The photos rectified on the cells of a plan, in linear light: what mosaics are decided on."""
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import cv2
 import numpy as np
@@ -29,11 +30,15 @@ class CellPictures:
     radius: Array
     shown: Bool
 
-    @property
+    @cached_property
     def exposed(self) -> Bool:
         """The cells (k, h, w) that are neither too dark nor saturated in any channel."""
-        low, high = np.log(2 * _DARKEST), np.log(_BRIGHTEST)
-        return np.asarray(self.shown & ((self.log_light > low) & (self.log_light < high)).all(-1))
+        low, high = np.float32(np.log(2 * _DARKEST)), np.float32(np.log(_BRIGHTEST))
+        exposed = self.shown.copy()
+        for channel in range(3):
+            light = self.log_light[..., channel]
+            exposed &= (light > low) & (light < high)
+        return exposed
 
 
 def cell_pictures(plan: ViewPlan, rectified: CellPhotos) -> CellPictures:

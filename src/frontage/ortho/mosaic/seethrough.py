@@ -14,6 +14,7 @@ import cv2
 import numpy as np
 
 from frontage.geometry.arrays import Array, Bool, Float
+from frontage.ortho.mosaic.consensus import Disagreement
 from frontage.ortho.views import ViewPlan
 
 _BINS = 16  # of the codes of a channel
@@ -50,14 +51,15 @@ class _Colours:
         return np.asarray(self.table[tuple(np.moveaxis(_bin(codes), -1, 0))])
 
 
-def see_through(codes: Array, wall: Array, sigma: Array, plan: ViewPlan, glass: Bool) -> Bool:
+def see_through(codes: Array, found: Disagreement, plan: ViewPlan, glass: Bool) -> Bool:
     """Returns the cells (k, h, w) in which photos show the wall although the scan puts something before it.
 
-    `codes` (k, h, w, 3) are the colours of the photos, in one light; `wall` (h, w, 3) is that of the wall
-    with its standard deviation `sigma` (h, w) where photos of the plan are clear; the cells behind something
+    `codes` (k, h, w, 3) are the colours of the photos, in one light; `found` compares them with that of the
+    wall, which is known where photos of the plan are clear; the cells behind something
     are those in question, and `glass` (h, w) tells openings from wall. Only cells without a clear photo are
     judged.
     """
+    wall, sigma = found.wall, found.sigma
     known, behind = plan.clear.any(0), plan.behind
     judged = behind & ~known
     through = np.zeros_like(behind)
@@ -65,8 +67,7 @@ def see_through(codes: Array, wall: Array, sigma: Array, plan: ViewPlan, glass: 
     if not judged.any() or learned.sum() < _FEWEST:
         return through
     spread = float(np.median(sigma[known]))
-    off = np.linalg.norm(codes - wall, axis=-1)
-    same = off < _SAME * np.maximum(sigma, spread)
+    same = found.distance < _SAME * np.maximum(sigma, spread)
     seen = float(np.clip((learned & same).sum() / learned.sum(), *_RANGE))
     if (learned & ~same).sum() < _FEWEST:
         return through

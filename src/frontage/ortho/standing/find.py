@@ -7,6 +7,7 @@ The rest are occluders, each with the smallest box that stands upright. Their cu
 cloud of the street are theirs: boxes would also take what stands under the crown of a tree.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import cv2
@@ -70,10 +71,12 @@ class Standing:
         return self._within(self.solid, xyz_facade)
 
     def _within(self, cubes: Bool, xyz_facade: Array) -> Bool:
-        at = np.floor((xyz_facade - self.corner) / self.cube).astype(np.int64)
-        inside = ((at >= 0) & (at < cubes.shape)).all(1) & (xyz_facade[:, 1] < -_BEFORE_M)
-        inside[inside] = cubes[tuple(at[inside].T)]
-        return np.asarray(inside)
+        held = np.zeros(len(xyz_facade), np.bool_)
+        before = np.flatnonzero(xyz_facade[:, 1] < -_BEFORE_M)
+        at = np.floor((np.take(xyz_facade, before, axis=0) - self.corner) / self.cube).astype(np.int64)
+        inside = ((at >= 0) & (at < cubes.shape)).all(1)
+        held[before[inside]] = cubes[tuple(at[inside].T)]
+        return held
 
 
 @dataclass(frozen=True)
@@ -91,17 +94,20 @@ def find_standing(facade: Facade, scan: Scan) -> Standing:
     (x0, _), (x1, z1) = facade.outline.min(0), facade.outline.max(0)
     near = (xyz[:, 1] > -_STREET_M) & (xyz[:, 1] < _TOUCH_M)
     near &= (xyz[:, 0] > x0 - _AROUND_M) & (xyz[:, 0] < x1 + _AROUND_M) & (xyz[:, 2] < z1 + _AROUND_M)
-    xyz = xyz[near]
+    xyz = np.compress(near, xyz, axis=0)
     if len(xyz) < _FEWEST_POINTS:
         return Standing()
-    height = xyz[:, 2] - _ground(xyz)
+    ground = _ground(xyz)
+    ahead = xyz[:, 1] < -_ON_WALL_M
+    xyz = np.compress(ahead, xyz, axis=0)
+    height = xyz[:, 2] - ground(xyz)
     before = (xyz[:, 1] < -_BEFORE_M) & (height > _GROUND_M)
     if not before.any():
         return Standing()
     edge = max(_CUBE_M, _CUBE_SPACINGS * facade.spacing)
     corner = xyz[before].min(0) - [0.0, 0.0, edge]  # a layer below the lowest point, for the feet
     cube = np.floor((xyz[before] - corner) / edge).astype(np.int64)
-    between = (xyz[:, 1] >= -_BEFORE_M) & (xyz[:, 1] < -_ON_WALL_M) & (height > _GROUND_M)
+    between = (xyz[:, 1] >= -_BEFORE_M) & (height > _GROUND_M)
     joining = np.floor((xyz[between] - corner) / edge).astype(np.int64)
     groups = [
         g
@@ -126,16 +132,25 @@ def _filled(groups: list[_Group], shape: Int) -> Bool:
     return filled
 
 
-def _ground(xyz: Float) -> Float:
-    """Height z (n,) m of the ground below points (n, 3): the lowest points around, smoothed."""
-    at = np.floor((xyz[:, :2] - xyz[:, :2].min(0)) / _GROUND_CELL_M).astype(np.int64)
-    shape = at.max(0) + 1
-    low = np.full(tuple(shape), np.inf)
-    np.minimum.at(low, tuple(at.T), xyz[:, 2])
+def _ground(xyz: Float) -> Callable[[Float], Float]:
+    """Returns the height z (k,) m of the ground below points (k, 3) that lie among the given ones (n, 3).
+
+    It is that of the lowest points around, smoothed.
+    """
+    x0, y0 = float(xyz[:, 0].min()), float(xyz[:, 1].min())
+
+    def cells(points: Float) -> tuple[Int, Int]:
+        column, row = ((points[:, k] - first) / _GROUND_CELL_M for k, first in ((0, x0), (1, y0)))
+        return column.astype(np.int64), row.astype(np.int64)
+
+    at = cells(xyz)
+    low = np.full((int(at[0].max()) + 1, int(at[1].max()) + 1), np.inf)
+    np.minimum.at(low, at, xyz[:, 2])
     low = ndimage.minimum_filter(low, _GROUND_CELLS, mode="nearest")
     ceiling = float(np.quantile(low[np.isfinite(low)], 0.9)) if np.isfinite(low).any() else 0.0
     low = np.minimum(low, ceiling)
-    return np.asarray(ndimage.uniform_filter(low, _GROUND_CELLS, mode="nearest")[tuple(at.T)])
+    smooth = ndimage.uniform_filter(low, _GROUND_CELLS, mode="nearest")
+    return lambda points: np.asarray(smooth[cells(points)])
 
 
 def _groups(points: _Group, joining: Int) -> list[_Group]:
@@ -143,9 +158,10 @@ def _groups(points: _Group, joining: Int) -> list[_Group]:
 
     `joining` (m, 3) are the cubes of what lies between them and the wall.
     """
-    at = points.cube
+    at, shape = points.cube, tuple(points.cube.max(0) + 1)
+    flat = np.ravel_multi_index(tuple(at.T), shape)
     beside = _around(joining, at.max(0) + 1)
-    filled = np.zeros(tuple(at.max(0) + 1), bool)
+    filled = np.zeros(shape, bool)
     filled[tuple(at.T)] = True
     number, _ = ndimage.label(filled, np.ones((3, 3, 3)))
     mine = number[tuple(at.T)]
@@ -155,7 +171,7 @@ def _groups(points: _Group, joining: Int) -> list[_Group]:
         xyz = points.xyz[index]
         if len(index) < _FEWEST_POINTS or np.ptp(xyz[:, 2]) < _SMALLEST_M:
             continue
-        _, first = np.unique(at[index], axis=0, return_index=True)
+        _, first = np.unique(flat[index], return_index=True)
         near = xyz[first, 1] > -_TOUCH_M
         stands = points.height[index].min() < _ABOVE_GROUND_M
         joined = (
@@ -209,8 +225,9 @@ def _described(group: _Group, facade: Facade) -> Occluder:
 def _roundness(xyz: Float) -> float:
     """Median share of the smallest principal variance of the points (n, 3) in cubes of half a metre."""
     key = np.floor(xyz / _NEIGHBOURHOOD_M).astype(np.int64)
-    _, inverse, count = np.unique(key, axis=0, return_inverse=True, return_counts=True)
-    inverse = inverse.ravel()
+    key -= key.min(0)
+    flat = np.ravel_multi_index(tuple(key.T), tuple(key.max(0) + 1))
+    _, inverse, count = np.unique(flat, return_inverse=True, return_counts=True)
     mean = np.stack([np.bincount(inverse, xyz[:, c]) for c in range(3)], 1) / count[:, None]
     off = xyz - mean[inverse]
     spread = np.stack([np.bincount(inverse, off[:, i] * off[:, j]) for i in range(3) for j in range(3)], 1)
