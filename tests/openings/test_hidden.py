@@ -1,10 +1,14 @@
 """A car hides the lower part of a ground floor: doors behind it stay doors, windows stay windows."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from frontage.openings import FoundOpenings, find_openings
+from frontage.openings.hidden import lowest_foot
 from openings.faces import face, scanned_faces
+from openings.fronts import outline
 
 SIZE, DEPTH, SILL, TOP = (12.0, 6.0), 0.12, 0.95, 2.3
 AXES = (1.5, 4.0, 6.5, 9.0)  # m, left borders
@@ -27,13 +31,16 @@ def door(x):
     return face((x, DEPTH + 0.06), (x + DOOR, DEPTH + 0.06), 0.0, 2.2), (x, 0.03, x + DOOR, 2.2)
 
 
-def street(*openings, car=True):
-    """The openings from left to right of a wall with a car before it."""
+def street(*openings, car=True, sight=True):
+    """The openings from left to right of a wall with a car before it, with or without lines of sight."""
     parts, holes = zip(*openings, strict=True)
     faces = [*face((0, 0), (SIZE[0], 0), 0.0, SIZE[1], holes), *(f for own in parts for f in own)]
     if car:
         faces += face((CAR[0], -2.6), (CAR[1], -2.6), 0.0, CAR[2])
-    found = find_openings(*scanned_faces(faces, SIZE, spacing=0.03, eyes=EYE))
+    facade, scan = scanned_faces(faces, SIZE, spacing=0.03, eyes=EYE)
+    if not sight:
+        scan = replace(scan, origins=np.empty((0, 3)), origin_index=np.full(len(scan), -1, np.int32))
+    found = find_openings(facade, scan)
     assert isinstance(found, FoundOpenings)
     return sorted(found.openings, key=lambda o: o.ring[:, 0].min())
 
@@ -66,3 +73,20 @@ def test_what_nothing_hides_is_measured_and_not_judged():
     found = street(window(AXES[0]), window(AXES[1], 0.6), window(AXES[2]), door(AXES[3]), car=False)
     assert [o.kind for o in found] == ["window", "window", "window", "door"]
     assert [foot(o)[0] for o in found[:3]] == pytest.approx([SILL, 0.6, SILL], abs=0.02)
+
+
+def test_feet_behind_a_car_are_judged_without_lines_of_sight():
+    found = street(window(AXES[0]), window(AXES[1]), window(AXES[2]), door(AXES[3]), sight=False)
+    assert [o.kind for o in found] == ["window", "window", "window", "door"]
+    at, sigma = foot(found[2])
+    assert abs(at - SILL) < 3 * sigma < 1.0
+    at, sigma = foot(found[3])
+    assert abs(at - 0.03) < 3 * sigma < 1.0
+
+
+def test_no_foot_lies_below_the_top_of_the_opening_under_it():
+    upper, lower = outline((0.0, 2.0, 1.0, 4.0), 0.01), outline((0.2, -1.0, 0.8, 0.5), 0.01)
+    beside = outline((1.5, 0.0, 2.5, 1.5), 0.01)
+    assert lowest_foot(upper, [lower, beside], -2.0) == 0.5
+    assert lowest_foot(upper, [beside], -2.0) == -2.0
+    assert lowest_foot(lower, [upper], -2.0) == -2.0

@@ -22,18 +22,19 @@ from frontage.geometry.arrays import Float
 from frontage.model.opening import DOORS, OpeningKind
 from frontage.openings.borders.outline import Outline
 from frontage.openings.kinds import kind_of
+from frontage.openings.layout.forms import is_known
 from frontage.openings.wall.crossings import CrossingBeams
 from frontage.openings.wall.evidence import Evidence
 
 _UNKNOWN = 0.1  # m: a foot known no better tells no kind
 _BELOW = 0.3  # m below the foot as far as it is known, where what hides it must show
 _HIDDEN = 0.5  # share of the beams that must not have reached the wall there
-_HIGHEST = 3.6  # m above the ground: doors with a light above them end below it
 _STEP = 0.01  # m, of the places of a foot
 _THRESHOLD = (0.1, 0.25)  # m, mean and sigma of the foot of a door above the lowest ground of the facade
 _SILL = 0.05  # m, one sigma of the sills of a row
 _PRIOR = (0.4, 0.4, 0.2)  # of a door, of a sill of the row, and of any other place
 _DOOR_HIGH, _WINDOW_HIGH = (np.log(2.3), 0.2), (np.log(1.7), 0.3)  # m, log-normal; doors with a light above
+_HIGHEST = float(np.exp(norm.ppf(0.99, *_DOOR_HIGH)))  # m above the ground: 99 % of all doors end below it
 _MOST = 6.0  # nats of a row of cells at most: they err together
 _LEAF = 0.05  # m about the front of the frame: panels and boards of a leaf
 _SAME = 0.03  # m, one sigma of widths and depths of a row
@@ -70,16 +71,55 @@ def is_foot_hidden(outline: Outline, evidence: Evidence, ground: float) -> bool:
     return float(evidence.expected[part].sum()) < _HIDDEN * float(evidence.expected_free[part].sum())
 
 
+def is_foot_unknown(outline: Outline, others: Sequence[Outline], evidence: Evidence, ground: float) -> bool:
+    """Returns whether the foot of an opening must be judged, for the beams do not tell it.
+
+    Where the lines of sight are unknown, nothing tells what hides a foot, so that every foot counts that may
+    be a door's and is neither seen nor known to a tenth of the height.
+    """
+    if evidence.rays or not outline.borders:
+        return is_foot_hidden(outline, evidence, ground)
+    told = outline.borders[2].is_seen or bool(is_known(outline)[2])
+    above = outline.place[3] - ground
+    return not told and 2.0 * _STEP < above < _HIGHEST * np.exp(_scale(_row(outline, others)))
+
+
+def _row(outline: Outline, others: Sequence[Outline]) -> list[Outline]:
+    """Returns those of the other openings that stand beside an opening by more than half of their heights."""
+    _, z0, _, z1 = outline.place
+    beside = [min(o.place[3], z1) - max(o.place[1], z0) for o in others]
+    return [o for o, high in zip(others, beside, strict=True) if high > 0.5 * (o.place[3] - o.place[1])]
+
+
+def _scale(row: Sequence[Outline]) -> float:
+    """Returns by what factor, as its logarithm, the openings of a row are higher than windows in general."""
+    heights = [o.place[3] - o.place[1] for o in row]
+    return max(float(np.log(np.median(heights))) - _WINDOW_HIGH[0], 0.0) if heights else 0.0
+
+
+def lowest_foot(outline: Outline, others: Sequence[Outline], ground: float) -> float:
+    """Returns the height z m that no foot lies below: the ground, or the highest opening under this one."""
+    x0, z0, x1, z1 = outline.place
+    under = [o.place for o in others if o.place[0] < x1 and o.place[2] > x0]
+    return max([ground, *(p[3] for p in under if p[1] + p[3] < z0 + z1 and p[3] < 0.5 * (z0 + z1))])
+
+
 def judge_foot(
-    outline: Outline, others: Sequence[Outline], beams: CrossingBeams, evidence: Evidence, ground: float
+    outline: Outline,
+    others: Sequence[Outline],
+    beams: CrossingBeams,
+    evidence: Evidence,
+    ground: float,
+    lowest: float,
 ) -> HiddenFoot:
     """Returns the likeliest kind of an opening with a hidden foot, and its foot under that kind.
 
-    `others` are the openings of the wall whose feet are known, `ground` m is the height z of the ground.
+    `others` are the openings of the wall whose feet are known, `ground` m is the height z of the ground, and
+    `lowest` m the height that the foot does not lie below.
     """
     x0, z0, x1, z1 = outline.place
-    row = [o for o in others if min(o.place[3], z1) - max(o.place[1], z0) > 0.5 * (o.place[3] - o.place[1])]
-    foot = np.arange(ground, 0.5 * (max(z0, ground) + z1), _STEP)
+    row = _row(outline, others)
+    foot = np.arange(lowest, 0.5 * (max(z0, lowest) + z1), _STEP)
     kinds = np.array([kind_of(x1 - x0, z1 - z, z - ground, outline.passes) for z in foot])
     door = np.isin(kinds, list(DOORS))
     nats = np.log(_prior(foot, z1, row, ground)) + _seen(foot, outline, evidence)
@@ -104,8 +144,14 @@ def with_foot(outline: Outline, foot: HiddenFoot) -> Outline:
 
 
 def _prior(foot: Float, top: float, row: Sequence[Outline], ground: float) -> Float:
-    """Returns the density (k,) of the places of a foot before anything of it is seen."""
-    door_high, window_high = (norm.pdf(np.log(top - foot), *size) for size in (_DOOR_HIGH, _WINDOW_HIGH))
+    """Returns the density (k,) of the places of a foot before anything of it is seen.
+
+    Where the openings of the row are higher than windows are in general, doors are as well.
+    """
+    scale = _scale(row)
+    door_high, window_high = (
+        norm.pdf(np.log(top - foot), middle + scale, spread) for middle, spread in (_DOOR_HIGH, _WINDOW_HIGH)
+    )
     door = norm.pdf(foot - ground, *_THRESHOLD) * door_high
     even = window_high / max(np.ptp(foot), _STEP)
     sills = [norm.pdf(foot, o.place[1], np.hypot(_SILL, np.sqrt(o.covariance[2, 2]))) for o in row]
@@ -116,12 +162,17 @@ def _prior(foot: Float, top: float, row: Sequence[Outline], ground: float) -> Fl
 def _seen(foot: Float, outline: Outline, evidence: Evidence) -> Float:
     """Returns the log-likelihood (k,) of the beams for every place of the foot, up to a constant.
 
-    A row of cells above the foot is open and one below it is wall; hidden cells tell nothing.
+    A row of cells above the foot is open and one below it is wall; hidden cells tell nothing. Where the lines
+    of sight are unknown, empty cells may be a shadow: all of them err together.
     """
     x0, _, x1, z1 = outline.place
     raster = evidence.raster
     low, high, *columns = _cells(evidence, (foot[0], z1), (x0, x1))
-    rows = np.clip(evidence.llr[low:high, slice(*columns)].sum(1), -_MOST, _MOST)
+    part = slice(low, high), slice(*columns)
+    told, seen = evidence.llr[part], evidence.seen[part] | evidence.rays
+    rows = np.clip(np.where(seen, told, 0.0).sum(1), -_MOST, _MOST)
+    empty = np.where(seen, 0.0, told).sum(1)
+    rows += empty * min(1.0, _MOST / max(float(empty.sum()), 1e-9))
     above = np.append(np.cumsum(rows[::-1])[::-1], 0.0)  # nats of all rows from one upwards
     at = (foot - raster.corner[1]) / raster.cell - low
     return np.asarray(np.interp(at, np.arange(len(above)), above))

@@ -14,12 +14,14 @@ from frontage.openings.borders.gaps import is_opening
 from frontage.openings.borders.measure import measure
 from frontage.openings.borders.outline import Outline
 from frontage.openings.closed.find import find_closed_openings
-from frontage.openings.hidden import is_foot_hidden, judge_foot, with_foot
+from frontage.openings.hidden import is_foot_hidden, is_foot_unknown, judge_foot, lowest_foot, with_foot
 from frontage.openings.kinds import in_reading_order, kind_of
 from frontage.openings.layout.candidates import find_boxes
+from frontage.openings.layout.forms import is_known
 from frontage.openings.layout.framing import Framing
 from frontage.openings.layout.inferred import infer
 from frontage.openings.layout.overlaps import without_overlaps
+from frontage.openings.layout.pattern import revise, settled
 from frontage.openings.layout.pooling import pool
 from frontage.openings.layout.posts import with_post_errors
 from frontage.openings.observe import ObservedWall
@@ -66,32 +68,46 @@ def _measured(
     evidence = wall.evidence
     boxes = find_boxes(evidence, options, Framing(evidence, wall.ground))
     rough = [evidence.raster.box(box.r0, box.c0, box.r1, box.c1) for box in boxes]
-    measured = measure(beams, rough, max(evidence.raster.cell, facade.spacing), facade.spacing)
+    cell = max(evidence.raster.cell, facade.spacing)
+    measured = measure(beams, rough, cell, facade.spacing)
     checked = [with_supported_borders(o, r, evidence) for o, r in zip(measured, rough, strict=True)]
-    real = [k for k, outline in enumerate(checked) if is_opening(outline)]
-    boxes, rough = [boxes[k] for k in real], [rough[k] for k in real]
-    kept = without_overlaps(pool([checked[k] for k in real]), rough, evidence)
+    real = [(c, r, b.worth) for c, r, b in zip(checked, rough, boxes, strict=True) if is_opening(c)]
+    pooled = pool([outline for outline, *_ in real])
+    hidden = [is_foot_hidden(outline, evidence, wall.ground) for outline in pooled]
+    revisions = revise(pooled, evidence, hidden)
+    if revisions:
+        told = [r.proposal.place for r in revisions]
+        told_again = measure(beams, told, facade.spacing, facade.spacing, others=measured)
+        gone = {k for r in revisions for k in r.instead}
+        real = [one for k, one in enumerate(real) if k not in gone]
+        real += [
+            (settled(r, o), r.proposal.place, r.evidence) for r, o in zip(revisions, told_again, strict=True)
+        ]
+        pooled = pool([outline for outline, *_ in real])
+    kept = without_overlaps(pooled, [place for _, place, _ in real], evidence)
     outlines, found = [], []
-    for box, outline in zip(boxes, kept, strict=True):
+    for (_, _, worth), outline in zip(real, kept, strict=True):
         if outline is not None:
             own = with_post_errors(outline, wall.posts)
             provenance = Provenance.POOLED if own.pooled else Provenance.MEASURED
             outlines.append(own)
-            found.append((own, provenance, box.worth, own.sure))
+            found.append((own, provenance, worth, own.sure))
     return outlines, found
 
 
 def _openings(wall: ObservedWall, beams: CrossingBeams, found: Sequence[Found]) -> Iterable[Opening]:
     """Makes openings of outlines, with kinds by their size, their place and what stands before them."""
     before = foreground_points(wall.beams)
-    hidden = [is_foot_hidden(outline, wall.evidence, wall.ground) for outline, *_ in found]
+    seen = [o for o, *_ in found if is_known(o)[2]]
+    hidden = [is_foot_unknown(o, seen, wall.evidence, wall.ground) for o, *_ in found]
     known = [outline for (outline, *_), unknown in zip(found, hidden, strict=True) if not unknown]
     for (outline, provenance, worth, confidence), unknown in zip(found, hidden, strict=True):
         x0, z0, x1, z1 = outline.place
         on_steps = is_foreground_at_foot(before, wall.evidence, x0, x1, z0)
         kind = kind_of(x1 - x0, z1 - z0, z0 - wall.ground, outline.passes, on_steps)
         if unknown:
-            foot = judge_foot(outline, known, beams, wall.evidence, wall.ground)
+            lowest = lowest_foot(outline, [o for o, *_ in found if o is not outline], wall.ground)
+            foot = judge_foot(outline, known, beams, wall.evidence, wall.ground, lowest)
             kind, outline = foot.kind, with_foot(outline, foot)
         ring, covariance = outline.ring
         yield Opening(

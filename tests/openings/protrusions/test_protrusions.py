@@ -3,7 +3,9 @@
 import numpy as np
 import pytest
 
+from frontage.model.opening import Opening, OpeningKind
 from frontage.openings import FoundOpenings, OpeningOptions, find_openings
+from frontage.openings.protrusions.doors import with_balcony_doors
 from frontage.openings.protrusions.find import find_protrusions, number_protrusions
 from frontage.openings.protrusions.measure import FacadeBeams
 from frontage.openings.protrusions.mouldings import common_profile
@@ -62,6 +64,19 @@ def test_the_door_of_a_balcony_reaches_down_to_its_floor():
     assert box_of(found) == pytest.approx((2.6, 4.05, 3.8, 6.2), abs=0.04)
     sigma = np.sqrt(np.diag(found.ring_covariance)).reshape(-1, 2)
     assert sigma[found.ring[:, 1].argmin(), 1] > 5 * sigma[found.ring[:, 1].argmax(), 1]
+
+
+@pytest.mark.parametrize(("sigma", "kind"), [(0.02, "window"), (0.3, "door")])
+def test_a_foot_that_is_known_is_not_lowered_to_the_floor_of_a_balcony(sigma, kind):
+    facade, scan = scanned(balcony(2.0, 4.5, 4.0, -1.0), wall=[box(0, 2.6, 0, 0.3, 0, 9)])
+    (rail,) = protrusions(facade, scan, ground=0.0)
+    ring = np.array([(2.6, 5.0), (3.8, 5.0), (3.8, 6.2), (2.6, 6.2)])
+    window = Opening(
+        id="", kind=OpeningKind.WINDOW, ring=ring, ring_covariance=np.eye(8) * sigma**2, depth=None,
+        shape="rectangle", provenance="measured", evidence=99.0, confidence=1.0, floor=0, bay=0,
+    )  # fmt: skip
+    (told,) = with_balcony_doors([window], [rail], FacadeBeams.of(facade, scan), facade)
+    assert told.kind == kind and (told.ring[0, 1] < 4.5) == (kind == "door")
 
 
 def test_a_window_above_a_balcony_that_shows_its_wall_stays_one():

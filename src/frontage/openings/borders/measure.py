@@ -1,5 +1,6 @@
 """Measures the openings of a facade: borders, shape, depth, and what they have in common."""
 
+from collections.abc import Sequence
 from functools import partial
 
 import numpy as np
@@ -21,15 +22,18 @@ _WIDENING = np.linspace(1e-4, 5e-4, 41)  # rad, one sigma, of beams: from diffra
 _ENOUGH = 3  # openings that tell what their facade has in common
 
 
-def measure(beams: CrossingBeams, boxes: list[Box], cell: float, spacing: float) -> list[Outline]:
+def measure(
+    beams: CrossingBeams, boxes: list[Box], cell: float, spacing: float, others: Sequence[Outline] = ()
+) -> list[Outline]:
     """Measures the openings whose `boxes` are known to about two cells; `cell` and `spacing` in m.
 
     It does so twice: first every opening by itself, then with the blur of edges and the depth of sills and
-    surrounds that the whole facade shows, where an opening's own points do not tell them.
+    surrounds that the whole facade shows, where an opening's own points do not tell them. `others` were
+    measured before and show it as well.
     """
     first = [_outline(beams, box, EdgeTraits(all_blurs=True), cell=cell, spacing=spacing) for box in boxes]
-    traits = facade_edge_traits(first)
-    walls = np.array([o.wall for o in first if o.wall is not None])
+    traits = facade_edge_traits([*others, *first])
+    walls = np.array([o.wall for o in (*others, *first) if o.wall is not None])
     return [
         _outline(beams, o.place, traits, cell=spacing, spacing=spacing, known=o, walls=walls) for o in first
     ]
@@ -39,7 +43,7 @@ def facade_edge_traits(outlines: list[Outline]) -> EdgeTraits:
     """Returns what the edges of a facade share: the likeliest blur, the median faces, the footprint."""
     if not outlines:
         return EdgeTraits()
-    scores = np.sum([b.scores for o in outlines for b in o.borders], axis=0)
+    scores = np.sum([b.scores for o in outlines for b in o.borders if len(b.scores)], axis=0)
     faces: list[SolidSide | None] = []
     for side in range(4):
         y = np.array(

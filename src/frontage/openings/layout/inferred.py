@@ -6,13 +6,13 @@ shows how often that is right, node by node: each opening that was measured is p
 each node where the wall is seen counts as wrong.
 """
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 import shapely
 
-from frontage.geometry.arrays import Float
+from frontage.geometry.arrays import Bool, Float
 from frontage.model.estimate import Estimate, Provenance
 from frontage.openings.borders.outline import Outline
 from frontage.openings.boxes import Box
@@ -59,6 +59,7 @@ class Node:
     place       box m
     covariance  (5, 5) m2 of left, right, bottom, top and rise
     like        number of an opening of the same form
+    same        whether the column holds openings of that form
     """
 
     place: Box
@@ -66,6 +67,7 @@ class Node:
     like: int
     row: int
     column: int
+    same: bool
 
 
 def infer(outlines: Sequence[Outline], evidence: Evidence) -> list[Inferred]:
@@ -81,21 +83,25 @@ def infer(outlines: Sequence[Outline], evidence: Evidence) -> list[Inferred]:
     right |= {(n.row, n.column): False for n, state in told if state == "wall"}
     found: list[Inferred] = []
     for node, state in told:
-        rates = [_rate(right, None, None), _rate(right, node.row, None), _rate(right, None, node.column)]
+        rates = [
+            rate_of(right, None, None),
+            rate_of(right, node.row, None),
+            rate_of(right, None, node.column),
+        ]
         if state != "unknown" or min(rates) < _RIGHT:
             continue
-        if _near(node.place, [f.outline.place for f in found]):
+        if is_near(node.place, [f.outline.place for f in found]):
             continue
         like = outlines[node.like]
         depth = grid.depth(node.like)
         outline = Outline(
             like.shape, node.place, like.rise, node.covariance, (), depth, like.passes, like.wall
         )
-        found.append(Inferred(outline, rates[0], _worth(node.place, evidence)))
+        found.append(Inferred(outline, rates[0], worth_at(node.place, evidence)))
     return found
 
 
-def _rate(right: dict[tuple[int, int], bool], row: int | None, column: int | None) -> float:
+def rate_of(right: dict[tuple[int, int], bool], row: int | None, column: int | None) -> float:
     """Returns the expected share of right predictions (Jeffreys); of a row or a column its own share."""
     some = [v for (r, c), v in right.items() if row in (None, r) and column in (None, c)]
     if row is None and column is None:
@@ -106,17 +112,24 @@ def _rate(right: dict[tuple[int, int], bool], row: int | None, column: int | Non
 class OpeningGrid:
     """Rows of like openings and columns of all openings, and what they predict."""
 
-    def __init__(self, outlines: Sequence[Outline]) -> None:
+    def __init__(self, outlines: Sequence[Outline], like: Sequence[tuple[int, ...]] | None = None) -> None:
+        """`like` are the groups of like openings, by default those that agree within their errors.
+
+        With groups that are given, a single opening makes a column.
+        """
+        single = like is not None
         self._outlines = outlines
         self._own, variance = values_of(outlines)
         self._sigma = {
             name: np.sqrt([share @ v @ share for v in variance])
             for name, share in (("x", MIDDLE), ("z", BOTTOM), ("w", WIDTH), ("h", HEIGHT))
         }
-        like = like_groups(outlines)
+        like = like_groups(outlines) if like is None else like
         self._like = {k: group for group in like for k in group}
         self._rows = rows_of(outlines, BOTTOM, like)
         self._columns = columns_of(outlines, [tuple(range(len(outlines)))])
+        if single:
+            self._columns += [(k,) for k in range(len(outlines)) if not any(k in c for c in self._columns)]
         self._between = {
             "x": between_members(self._own @ MIDDLE, self._sigma["x"], self._columns),
             "z": between_members(self._own @ BOTTOM, self._sigma["z"], self._rows),
@@ -124,11 +137,18 @@ class OpeningGrid:
             "h": between_members(self._own @ HEIGHT, self._sigma["h"], like),
         }
 
-    def nodes(self) -> list[Node]:
-        """Returns the nodes of all rows and columns that have no opening in common."""
-        pairs = [(r, c) for r in range(len(self._rows)) for c in range(len(self._columns))]
-        free = [(r, c) for r, c in pairs if not set(self._rows[r]) & set(self._columns[c])]
-        return [n for r, c in free if (n := self._node(r, c, -1)) is not None]
+    def nodes(self, vague: Collection[int] = ()) -> list[Node]:
+        """Returns the nodes of all rows and columns that have no opening in common but a `vague` one.
+
+        What a vague opening says of its own node is left out.
+        """
+        found = []
+        for r, row in enumerate(self._rows):
+            for c, column in enumerate(self._columns):
+                both = set(row) & set(column)
+                if both <= set(vague) and len(both) < 2:
+                    found.append(self._node(r, c, min(both, default=-1)))
+        return [node for node in found if node is not None]
 
     def left_out(self) -> list[Node]:
         """Returns the nodes of measured openings that are predicted right without them."""
@@ -137,7 +157,7 @@ class OpeningGrid:
             for c, column in enumerate(self._columns):
                 for k in set(row) & set(column):
                     node = self._node(r, c, k)
-                    if node is not None and _iou(node.place, self._outlines[k].place) >= _IOU:
+                    if node is not None and iou_of(node.place, self._outlines[k].place) >= _IOU:
                         found.append(node)
         return found
 
@@ -148,7 +168,8 @@ class OpeningGrid:
         if len(row) < _OTHERS[0] or len(column) < _OTHERS[1]:
             return None
         like = [k for k in self._like[row[0]] if k != without]
-        near = [k for k in column if k in like] or column
+        same = [k for k in column if k in like]
+        near = same or column
         told = {
             name: predicted(self._own @ share, self._sigma[name], members, self._between[name])
             for name, share, members in (
@@ -164,7 +185,11 @@ class OpeningGrid:
         covariance[2:4, 2:4] = dz**2 + np.diag([0.0, dh**2])
         covariance[4, 4] = self._outlines[row[0]].covariance[4, 4]
         place = (x - w / 2, z, x + w / 2, z + h)
-        return Node(place, covariance, row[0], r, c)
+        return Node(place, covariance, row[0], r, c, bool(same))
+
+    def fellows(self, node: Node) -> tuple[int, ...]:
+        """Returns the numbers of the openings of the form that a node predicts."""
+        return self._like[node.like]
 
     def depth(self, like: int) -> Estimate[float] | None:
         """Returns the depth of a further opening like number `like`; None where too few determine it."""
@@ -183,9 +208,9 @@ def state_of(place: Box, outlines: Sequence[Outline], evidence: Evidence) -> str
 
     "other" means that beams came back from it and that it is not wall.
     """
-    if _near(place, [o.place for o in outlines]):
+    if is_near(place, [o.place for o in outlines]):
         return "taken"
-    part = _cells(place, evidence)
+    part = cells_of(place, evidence)
     if part is None or evidence.inside[part].mean() < WITHIN:
         return "off"
     if float(evidence.llr[part].sum()) < _WALL:
@@ -195,13 +220,13 @@ def state_of(place: Box, outlines: Sequence[Outline], evidence: Evidence) -> str
     return "unknown" if hidden else "other"
 
 
-def _worth(place: Box, evidence: Evidence) -> float:
+def worth_at(place: Box, evidence: Evidence) -> float:
     """Returns the nats for open over a place."""
-    part = _cells(place, evidence)
+    part = cells_of(place, evidence)
     return 0.0 if part is None else float(evidence.llr[part].sum())
 
 
-def _cells(place: Box, evidence: Evidence) -> tuple[slice, slice] | None:
+def cells_of(place: Box, evidence: Evidence) -> tuple[slice, slice] | None:
     """Returns the cells of a place, None where it leaves the raster."""
     g, (cx, cz) = evidence.raster.cell, evidence.raster.corner
     c0, r0, c1, r1 = (round((v - o) / g) for v, o in zip(place, (cx, cz, cx, cz), strict=True))
@@ -209,14 +234,19 @@ def _cells(place: Box, evidence: Evidence) -> tuple[slice, slice] | None:
     return (slice(r0, r1), slice(c0, c1)) if 0 <= r0 < r1 <= h and 0 <= c0 < c1 <= w else None
 
 
-def _near(place: Box, others: Sequence[Box]) -> bool:
+def is_near(place: Box, others: Sequence[Box]) -> bool:
     """Returns whether a box overlaps one of the others or stands too close to it."""
-    own, boxes = np.array(place), np.reshape(others, (-1, 4))
+    return bool(near_ones(place, np.reshape(others, (-1, 4))).any())
+
+
+def near_ones(place: Box, boxes: Float) -> Bool:
+    """Returns which boxes (n, 4) m a box overlaps or stands too close to."""
+    own = np.array(place)
     gap = np.maximum(np.maximum(boxes[:, :2] - own[2:], own[:2] - boxes[:, 2:]), 0.0)
-    return bool((np.hypot(*gap.T) < CLEAR).any())
+    return np.asarray(np.hypot(*gap.T) < CLEAR)
 
 
-def _iou(a: Box, b: Box) -> float:
+def iou_of(a: Box, b: Box) -> float:
     """Returns the intersection over union of two boxes."""
     one, other = shapely.box(*a), shapely.box(*b)
     return float(one.intersection(other).area / one.union(other).area)

@@ -23,11 +23,15 @@ BOTTOM = np.array([0.0, 0.0, 1.0, 0.0])
 TOP = np.array([0.0, 0.0, 0.0, 1.0])
 """What openings may share, as weights of their borders left, right, bottom, top."""
 
+UNKNOWN = 0.1
+"""m: openings known no better than that are not members."""
+
+LIKE = 3.0
+"""Sigmas between neighbouring sizes of like openings, at most."""
+
 _COLUMN = 0.25  # share of the narrower width: openings whose middles are nearer stand in one column
 _ROW = 0.15  # m: sills nearer than that are a row
-_LIKE = 3.0  # sigmas between neighbouring sizes of like openings, at most
 _ODD = 3.5  # sigmas from the others from which a member is left out
-_UNKNOWN = 0.1  # m: openings known no better than that are not members
 _CAUTION = 0.7  # sets the variance between members at the lower quartile of the distribution of the scatter
 _LEAST = 0.001  # m, one sigma between members at least: masonry
 _MOST = 1.0  # m, one sigma between members that is as good as none
@@ -145,7 +149,7 @@ def like_groups(outlines: Sequence[Outline]) -> list[tuple[int, ...]]:
         groups = [
             part
             for group in groups
-            for part in _clusters(size, _LIKE, [k for k in group if sigma[k] < _UNKNOWN], sigma)
+            for part in _clusters(size, LIKE, [k for k in group if sigma[k] < UNKNOWN], sigma)
         ]
     return groups
 
@@ -168,7 +172,7 @@ def _family(outlines: Sequence[Outline], share: Float, groups: Sequence[tuple[in
     own, variance = values_of(outlines)
     value = own @ share
     sigma = np.sqrt([share @ v @ share for v in variance])
-    left = [tuple(k for k in g if sigma[k] < _UNKNOWN) for g in groups]
+    left = [tuple(k for k in g if sigma[k] < UNKNOWN) for g in groups]
     while True:
         left = [g for g in left if len(g) > 1]
         between = between_members(value, sigma, left)

@@ -28,8 +28,8 @@ def with_balcony_doors(
     """Returns the openings, those that lead to a balcony as doors that reach down to its floor.
 
     An opening leads to a balcony that stands before its foot where no beam shows wall between that foot and
-    the floor. The lower border is then inferred: its error is that of the floor, and one border of four
-    counts less in the confidence.
+    the floor, unless that foot is known as well as the floor. The lower border is then inferred: its error is
+    that of the floor, and one border of four counts less in the confidence.
     """
     balconies = [p for p in protrusions if p.kind is ProtrusionKind.BALCONY]
     return tuple(_reaching(o, balconies, beams, facade) for o in openings)
@@ -41,7 +41,8 @@ def _reaching(
     """Returns the opening, as a door if it leads to one of the balconies."""
     x0, z0, x1, z1 = _box(opening.ring)
     flat = np.flatnonzero(opening.ring[:, 1] < z0 + 1e-6)
-    if opening.on or len(flat) < 2 or x1 - x0 < _NARROW:
+    known = np.diag(opening.ring_covariance)[2 * flat + 1] < _SIGMA**2
+    if opening.on or len(flat) < 2 or x1 - x0 < _NARROW or known.all():
         return opening
     for balcony in balconies:
         a, low, b, high = _box(balcony.ring)

@@ -1,0 +1,270 @@
+"""Openings that rows and columns of like openings tell, where the scan shows them badly or not at all.
+
+Trees, ledges and sparse points make one opening of two, half an opening of one, or none. Where the others of
+its row and column are well known, they predict it to a few centimetres. A predicted opening competes with
+whatever was found at its place:
+
+    log p / (1 - p)  +  nats that the place looks like its fellows  -  nats that what it leaves over is open,
+
+where p is the share of such predictions that are right on this facade. Only openings with a border that is
+known no better than a decimetre are given up for a predicted one.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.special import expit, logit
+
+from frontage.geometry.arrays import Bool, Float
+from frontage.openings.borders.outline import Outline
+from frontage.openings.boxes import Box
+from frontage.openings.layout.forms import BUILT, Forms, is_known
+from frontage.openings.layout.inferred import (
+    WITHIN,
+    Node,
+    OpeningGrid,
+    cells_of,
+    iou_of,
+    is_near,
+    near_ones,
+    rate_of,
+    worth_at,
+)
+from frontage.openings.layout.likeness import Likeness
+from frontage.openings.layout.pooling import LIKE, WIDTH
+from frontage.openings.layout.selection import PRICE
+from frontage.openings.wall.evidence import Evidence, local_rate
+
+_SURE = float(np.log(9.0))  # log odds of an opening where none was found
+_DEEP = 6.0  # nats at most of what came back from behind a strip, for neighbouring beams err together
+_LEAST = 0.01  # share of anything that is known no better
+
+
+@dataclass(frozen=True, eq=False)
+class Proposal:
+    """An opening that others tell.
+
+    place       box m
+    covariance  (5, 5) m2 of left, right, bottom, top and rise
+    like        an opening of its form
+    nats        (3, 3) nats that its parts look like openings of the form, not like wall
+    log_odds    that it is right before its place is looked at
+    """
+
+    place: Box
+    covariance: Float
+    like: Outline
+    nats: Float
+    log_odds: float
+
+
+@dataclass(frozen=True, eq=False)
+class Revision:
+    """A predicted opening.
+
+    instead   numbers of the outlines that it stands for
+    chance    probability that it is there
+    evidence  nats of its cells for open
+    """
+
+    proposal: Proposal
+    instead: tuple[int, ...]
+    chance: float
+    evidence: float
+
+
+def revise(outlines: Sequence[Outline], evidence: Evidence, feet: Sequence[bool]) -> list[Revision]:
+    """Returns the openings that rows, columns and forms of the `outlines` tell better than the beams.
+
+    `feet` says which outlines have a hidden foot near the ground, where doors stand among windows. They stay.
+    """
+    forms = Forms(outlines)
+    if not forms.groups:
+        return []
+    firm = [o.place for o, foot in zip(outlines, feet, strict=True) if foot or is_known(o).all()]
+    places = np.array([o.place for o in outlines])
+    likeness = Likeness(evidence, [o.place for o in outlines])
+    wall = _Wall(evidence, outlines)
+    judged = []
+    for one in [*_at_nodes(outlines, forms, likeness, firm), *_in_part(outlines, forms, likeness)]:
+        if is_near(one.place, firm) or not _is_on(one.place, evidence):
+            continue
+        rivals = tuple(np.flatnonzero(near_ones(one.place, places)).tolist())
+        odds = one.log_odds + _gain(one, [outlines[k] for k in rivals], wall)
+        if odds > (0.0 if rivals else _SURE):
+            judged.append((odds, Revision(one, rivals, float(expit(odds)), worth_at(one.place, evidence))))
+    found: list[Revision] = []
+    for _, revision in sorted(judged, key=lambda j: (-j[0], j[1].proposal.place)):
+        if not is_near(revision.proposal.place, [f.proposal.place for f in found]):
+            found.append(revision)
+    return found
+
+
+def _at_nodes(
+    outlines: Sequence[Outline], forms: Forms, likeness: Likeness, firm: Sequence[Box]
+) -> list[Proposal]:
+    """Returns what the rows and columns of the forms predict where they cross."""
+    groups = [tuple(k for k in form if _is_placed(outlines[k])) for form in forms.groups]
+    groups = [form for form in groups if len(form) > 1]
+    if not groups:
+        return []
+    numbers = sorted(k for form in groups for k in form)
+    members = [outlines[k] for k in numbers]
+    grid = OpeningGrid(members, [tuple(numbers.index(k) for k in form) for form in groups])
+    nodes = grid.nodes([n for n, m in enumerate(members) if not is_known(m).all()])
+    fellows = [[members[k].place for k in grid.fellows(n)] for n in nodes]
+    told = [(n, likeness.nats(n.place, f)) for n, f in zip(nodes, fellows, strict=True)]
+    rates = _Rates(grid.left_out(), told, firm, outlines)
+    return [Proposal(n.place, n.covariance, members[n.like], nats, rates.log_odds(n)) for n, nats in told]
+
+
+def _in_part(outlines: Sequence[Outline], forms: Forms, likeness: Likeness) -> list[Proposal]:
+    """Returns the openings known in part as the others of their form have them."""
+    found = []
+    for one in forms.completed():
+        fellows = [k for k in forms.groups[one.form] if k != one.number]
+        nats = likeness.nats(one.place, [outlines[k].place for k in fellows])
+        found.append(Proposal(one.place, one.covariance, outlines[fellows[0]], nats, _log_odds(one.share)))
+    return found
+
+
+def _log_odds(share: float) -> float:
+    """Returns the log odds of a share, which is never known to be nothing or all."""
+    return float(logit(np.clip(share, _LEAST, 1.0 - _LEAST)))
+
+
+class _Rates:
+    """How often what rows and columns predict is right: in all, along a row, and along a column.
+
+    Predictions in columns without an opening of their form are counted by themselves.
+    """
+
+    def __init__(
+        self,
+        right: Sequence[Node],
+        told: Sequence[tuple[Node, Float]],
+        firm: Sequence[Box],
+        outlines: Sequence[Outline],
+    ) -> None:
+        self._right = [{(n.row, n.column): True for n in right if n.same == same} for same in (False, True)]
+        sure, places = np.reshape(firm, (-1, 4)), np.array([o.place for o in outlines])
+        for node, nats in told:
+            other = sure[near_ones(node.place, sure)]
+            wrong = nats.sum() < -_SURE or any(iou_of(node.place, tuple(f)) < 0.5 for f in other)
+            beside = np.flatnonzero(near_ones(node.place, places)).tolist()
+            if wrong or any(_is_unlike(node, outlines[k]) for k in beside):
+                self._right[node.same][node.row, node.column] = False
+
+    def log_odds(self, node: Node) -> float:
+        """Returns the log odds that a prediction is right before its place is looked at."""
+        own = self._right[node.same]
+        rates = (rate_of(own, *at) for at in ((None, None), (node.row, None), (None, node.column)))
+        return _log_odds(min(rates))
+
+
+def _is_unlike(node: Node, outline: Outline) -> bool:
+    """Returns whether an opening is known to have another width than a node predicts."""
+    size = np.array([node.place[2] - node.place[0], outline.place[2] - outline.place[0]])
+    error = [float(WIDTH @ v[:4, :4] @ WIDTH) for v in (node.covariance, outline.covariance)]
+    known = bool(is_known(outline)[:2].all())
+    return known and abs(size[0] - size[1]) > LIKE * np.sqrt(sum(error) + BUILT**2)
+
+
+def _is_placed(outline: Outline) -> bool:
+    """Returns whether the left, the right and the lower border are known, and so row and column."""
+    return bool(is_known(outline)[:3].all())
+
+
+def _is_on(place: Box, evidence: Evidence) -> bool:
+    """Returns whether a place lies on the facade."""
+    cells = cells_of(place, evidence)
+    return cells is not None and float(evidence.inside[cells].mean()) >= WITHIN
+
+
+def _gain(told: Proposal, rivals: Sequence[Outline], wall: "_Wall") -> float:
+    """Returns the nats for a predicted opening against what was found at its place.
+
+    What neither leaves out tells nothing. What only the rivals take for open must be wall or a shadow
+    (`_Wall.open_beyond`). Every border of a rival that is not where the prediction has it costs what a border
+    costs: the rival if it is vague, the prediction if it is well known.
+    """
+    evidence = wall.evidence
+    own = cells_of(told.place, evidence)
+    assert own is not None
+    mine, theirs = np.zeros(evidence.llr.shape, np.bool_), np.zeros(evidence.llr.shape, np.bool_)
+    mine[own] = True
+    gain, sigma = 0.0, np.sqrt(np.diag(told.covariance)[:4])
+    for rival in rivals:
+        one = _mask(rival.place, evidence)
+        theirs |= one
+        gain -= wall.open_beyond(one, mine)
+        error, known = np.sqrt(np.diag(rival.covariance)[:4]), is_known(rival)
+        off = np.abs(np.subtract(rival.place, told.place))[[0, 2, 1, 3]]
+        other = np.where(known, np.hypot(error, BUILT), evidence.raster.cell)
+        apart = off > LIKE * np.hypot(sigma, other)
+        gain += PRICE / 4.0 * float(np.where(known, -1.0, 1.0)[apart].sum())
+    rows, columns = (np.array_split(np.arange(s.start, s.stop), len(told.nats)) for s in own)
+    share = [[float((~theirs)[np.ix_(r, c)].mean()) for c in columns] for r in rows]
+    return gain + float((np.array(share) * told.nats).sum())
+
+
+class _Wall:
+    """What the wall beside all openings looks like where it was not seen."""
+
+    def __init__(self, evidence: Evidence, outlines: Sequence[Outline]) -> None:
+        self.evidence = evidence
+        wall = evidence.inside & ~np.any([_mask(o.place, evidence) for o in outlines], axis=0)
+        open_ = local_rate(evidence.llr, evidence.expected_free, 1.0) > 0
+        due = np.where(wall, evidence.expected_free, 0.0)
+        self._empty = float(np.clip(due[open_].sum() / max(due.sum(), 1e-9), _LEAST, 0.5))
+        self._deep = max(float(evidence.deep[wall].sum() / max(due.sum(), 1e-9)), _LEAST)
+
+    def open_beyond(self, one: Bool, mine: Bool) -> float:
+        """Returns the nats that the cells of one opening (h, w) outside those of `mine` are open.
+
+        Where the lines of sight are not known, they may also be in a shadow. Shadows leave a share of this
+        wall empty, and their cells err together; but nothing comes back from the depth of an opening there.
+        """
+        evidence = self.evidence
+        beyond, both = one & ~mine, one & mine
+        nats = float(evidence.llr[beyond].sum())
+        if evidence.rays:
+            return nats
+        due, come = (float(m[beyond].sum()) for m in (evidence.expected_free, evidence.deep))
+        inside = float(evidence.deep[both].sum()) / max(float(evidence.expected_free[both].sum()), 1e-9)
+        rate = max(inside, self._deep)
+        deep = come * np.log(rate / self._deep) - (rate - self._deep) * due
+        return min(nats, -float(np.log(self._empty))) + float(np.clip(deep, -_DEEP, _DEEP))
+
+
+def _mask(place: Box, evidence: Evidence) -> Bool:
+    """Returns the cells (h, w) of a place; none where it leaves the raster."""
+    mask, cells = np.zeros(evidence.llr.shape, np.bool_), cells_of(place, evidence)
+    if cells is not None:
+        mask[cells] = True
+    return mask
+
+
+def settled(revision: Revision, measured: Outline) -> Outline:
+    """Returns a predicted opening with those of its measured borders that are seen and agree with it."""
+    told = revision.proposal
+    place, covariance = np.array(told.place)[[0, 2, 1, 3]], told.covariance.copy()
+    own = np.array(measured.place)[[0, 2, 1, 3]]
+    for k, border in enumerate(measured.borders):
+        agree = abs(own[k] - place[k]) < 3.0 * np.sqrt(covariance[k, k] + measured.covariance[k, k])
+        if border.is_seen and agree:
+            place[k] = own[k]
+            covariance[k, :] = covariance[:, k] = 0.0
+            covariance[k, k] = measured.covariance[k, k]
+    x0, x1, z0, z1 = (float(v) for v in place)
+    like = told.like
+    return replace(
+        measured,
+        shape=like.shape,
+        place=(x0, z0, x1, z1),
+        rise=like.rise,
+        covariance=covariance,
+        depth=measured.depth or like.depth,
+        pooled=True,
+    )
