@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from frontage.geometry.rigid import rotation_angle
-from frontage.model import Estimate, Photo
-from frontage.orientation.neighbours import placed_by_neighbours, tied_to_neighbours
+from frontage.model import Estimate, Exposure, MountedCamera, Photo, Rig
+from frontage.orientation.neighbours import placed_again, placed_by_neighbours, tied_to_neighbours
 from frontage.orientation.network import TiePoints
 from frontage.orientation.nouns import CommonPoints
 from frontage.orientation.placed import Placed, Scene
@@ -67,6 +67,21 @@ def test_a_photo_is_resected_from_what_its_neighbour_sees_of_the_scan(street):
         (found,) = part.photos
         assert np.linalg.norm(found.pose.t - true.pose.t) < 0.03
         assert rotation_angle(found.pose.R @ true.pose.R.T) < np.radians(0.2)
+
+
+def test_a_refused_photo_is_looked_for_again_unless_it_is_on_a_rig(street):
+    surface, photos, xyz = street
+    pair, _ = common(photos, xyz, 0, 1)
+    refused = [Unoriented("1.jpg", "O104", "the scan is found elsewhere")]
+    scene = scene_of(surface, unposed(photos), [pair])
+    found, rest = placed_again(scene, placed(photos, 0), refused)
+    assert not rest and found.numbers.tolist() == [0, 1]
+    assert np.linalg.norm(found.photos[1].pose.t - photos[1].pose.t) < 0.03
+    cameras = (MountedCamera("left"), MountedCamera("right"))
+    rig = Rig("car", cameras, (Exposure("1", ("0.jpg", "1.jpg"), (0, 1)),))
+    carried = replace(scene, rigs=(rig,))
+    found, rest = placed_again(carried, placed(photos, 0), refused)
+    assert found.numbers.tolist() == [0] and rest == refused
 
 
 def test_what_is_not_supported_stays_without_a_place(street):

@@ -20,9 +20,9 @@ from frontage.orientation.control import ControlPoints, find_control
 from frontage.orientation.dependence import dependence_of
 from frontage.orientation.drawings import draw_scan
 from frontage.orientation.judging import in_one_word, judged
-from frontage.orientation.neighbours import placed_by_neighbours, tied_to_neighbours
+from frontage.orientation.neighbours import placed_again, tied_to_neighbours
 from frontage.orientation.network import CONTROL, PLACES, SURFACES, TIES, build_network
-from frontage.orientation.placed import Placed, Scene, merged
+from frontage.orientation.placed import Placed, Scene
 from frontage.orientation.reflectance.surface import ScannedSurface
 from frontage.orientation.result import Orientation, OrientedPhoto, Unoriented
 from frontage.orientation.rigs import adjusted_rigs, rig_notes
@@ -53,7 +53,7 @@ def adjusted_orientation(scene: Scene, placed: Placed, unoriented: Sequence[Unor
         keep, refused = judged(state, verdicts, last=not passes)
         placed = state.improved.only(keep)
         if passes:
-            placed, refused = _placed_again(scene, placed, refused)
+            placed, refused = placed_again(scene, placed, refused)
             placed = tied_to_neighbours(scene, placed)
         elif refused:
             passes = [search]  # what the refused photos contributed has to go
@@ -66,17 +66,6 @@ def adjusted_orientation(scene: Scene, placed: Placed, unoriented: Sequence[Unor
     rigs = adjusted_rigs(scene.rigs, [p.id for p in placed.photos], state.adjustment)
     found = _orientation(oriented, left, state, scene.surface)
     return replace(found, drawings=drawings, rigs=rigs, notes=rig_notes(oriented))
-
-
-def _placed_again(scene: Scene, placed: Placed, refused: list[Unoriented]) -> tuple[Placed, list[Unoriented]]:
-    """Looks for refused photos once more, now that the poses of their neighbours are adjusted.
-
-    Cameras of rigs are not looked for: the other cameras of their exposures have told where they are.
-    """
-    carried = {name for rig in scene.rigs for exposure in rig.exposures for name in exposure.photos}
-    free = [one for one in refused if one.photo not in carried]
-    parts, still = placed_by_neighbours(scene, [placed], free)
-    return merged(parts), [one for one in refused if one.photo in carried or one in still]
 
 
 def _lost(placed: Placed, state: AdjustedPhotos) -> list[Unoriented]:

@@ -18,7 +18,7 @@ from frontage.model import Estimate, Photo, Provenance
 from frontage.orientation.alone import best_place, elsewhere
 from frontage.orientation.network import TiePoints
 from frontage.orientation.nouns import CommonPoints
-from frontage.orientation.placed import PRIOR_SIGMAS, Placed, Scene
+from frontage.orientation.placed import PRIOR_SIGMAS, Placed, Scene, merged
 from frontage.orientation.reflectance.render import Rendering, render, rendering_factor
 from frontage.orientation.resection import resect
 from frontage.orientation.result import Unoriented
@@ -46,6 +46,19 @@ def placed_by_neighbours(
         known.add(new)
         waiting -= set(new.numbers.tolist())
     return parts, [one for one in unoriented if number_of[one.photo] in waiting or is_copy(one.reason)]
+
+
+def placed_again(
+    scene: Scene, placed: Placed, refused: Sequence[Unoriented]
+) -> tuple[Placed, list[Unoriented]]:
+    """Looks for refused photos once more, now that the poses of their neighbours are adjusted.
+
+    Cameras of rigs are not looked for: the other cameras of their exposures have told where they are.
+    """
+    carried = {name for rig in scene.rigs for exposure in rig.exposures for name in exposure.photos}
+    free = [one for one in refused if one.photo not in carried]
+    parts, still = placed_by_neighbours(scene, [placed], free)
+    return merged(parts), [one for one in refused if one.photo in carried or one in still]
 
 
 class _Known:
