@@ -92,7 +92,7 @@ def _row(outline: Outline, others: Sequence[Outline]) -> list[Outline]:
 
 
 def _scale(row: Sequence[Outline]) -> float:
-    """Returns by what factor, as its logarithm, the openings of a row are higher than windows in general."""
+    """Returns the logarithm of the factor by which the openings of a row are higher than usual windows."""
     heights = [o.place[3] - o.place[1] for o in row]
     return max(float(np.log(np.median(heights))) - _WINDOW_HIGH[0], 0.0) if heights else 0.0
 

@@ -49,9 +49,10 @@ def adjusted_orientation(scene: Scene, placed: Placed, unoriented: Sequence[Unor
         search = passes.pop(0)
         state = _adjusted(scene, placed, search, last=not passes)
         left += _lost(placed, state)
-        verdicts = _verdicts(scene, state.improved.photos)
+        improved = state.improved
+        verdicts = _verdicts(scene, improved.photos)
         keep, refused = judged(state, verdicts, last=not passes)
-        placed = state.improved.only(keep)
+        placed = improved.only(keep)
         if passes:
             placed, refused = placed_again(scene, placed, refused)
             placed = tied_to_neighbours(scene, placed)

@@ -78,7 +78,7 @@ class Forms:
         self.groups = [tuple(g) for g in groups if self._known[g].sum() > 1]
 
     def _off(self, k: int, first: int) -> float:
-        """Returns how many sigmas the sizes of an opening are off those of the first of a form."""
+        """Returns by how many sigmas an opening differs in size from the first member of a form."""
         if self._outlines[k].shape != self._outlines[first].shape:
             return np.inf
         error = np.hypot(np.hypot(self._sigma[k], self._sigma[first]), BUILT)

@@ -108,7 +108,7 @@ class Framing:
         return framed
 
     def _is_parted(self, boxes: Int) -> Bool:
-        """Returns which boxes (n,) a level band of masonry parts, with an opening's height above and below.
+        """Returns which boxes (n,) are two openings, one above the other, with level masonry between them.
 
         Rooms that are scanned through two openings seem to go on behind the band; known lines of sight show
         that they do not. The middle third of the band tells, for beside a curved head there is wall as well.

@@ -1,4 +1,4 @@
-"""How much a place looks like an opening of a facade, and how much like its wall, by what beams come back.
+"""Compares a place with the openings and with the wall of a facade by the beams that come back from it.
 
 Openings of one form return beams in one way: frames, mullions, blinds and panes are alike, whatever they are.
 The facade itself therefore shows what share of the expected beams its openings return in each ninth of their

@@ -18,7 +18,7 @@ TILE = 0.25
 """m, side of the tiles that hold the depth of the wall."""
 
 LARGEST_OPENING = 6.0
-"""m: shop fronts and gates are no wider and no higher; parts that are, and lie behind the wall, are walls."""
+"""m: no shop front or gate is wider or higher; a larger part behind the wall is itself a wall."""
 
 FITTING = 0.3
 """m: sills, surrounds, open shutters and cut stone stand out no further, and close what they cover."""
