@@ -94,7 +94,7 @@ def _adjusted(scene: Scene, placed: Placed, search: tuple[int, int, int], *, las
 
     def measure(photo: Photo) -> ControlPoints:
         how = (photo, scene.surface, scene.image_of)
-        return find_control(*how, radius=radius, step=step, largest=largest)
+        return find_control(*how, radius=radius, step=step, largest=largest).telling()
 
     for found in each(measure, placed.photos):
         scene.tell("control")

@@ -8,18 +8,19 @@ import numpy as np
 from frontage.model import Estimate, Photo, Provenance
 from frontage.orientation.control import ControlPoints, all_control
 from frontage.orientation.nouns import Block
-from frontage.orientation.place import PossiblePlace, Similarity, Start, possible_places
+from frontage.orientation.place import Similarity, Start, possible_places
 from frontage.orientation.reflectance.surface import ScannedSurface
 from frontage.orientation.reflectance.tones import ImageOf
 from frontage.orientation.similarity import FittedSimilarity, fit_similarity
 
-_LEVELS = ((3.0, 12), (1.5, 12))
-"""Resolutions at which control is looked for, relative to the scan's own, and search radii in px."""
+_RADIUS = 12  # px, of the search for control
+_COARSE, _FINE = 3.0, 1.5  # resolutions at which control is looked for, relative to the scan's own
 
 _TRIED = 5  # possible places that are improved
 _LEAST_GAIN = 12.0  # log likelihood over chance of a possible place
 _FEWEST = 12  # control points that agree, for a block to be placed
 _FIT_PX = 6.0  # largest robust spread of control, in px of the finest rendering, of a place that fits
+_HOPELESS = 0.5  # coarse control of a place, relative to the best, below which it cannot become a rival
 _RIVAL = 0.8  # agreeing control of another place, relative to the best, that makes a place ambiguous
 _APART_M = 0.5
 _PHOTOS = 8  # of a block that are enough to find its place
@@ -53,8 +54,10 @@ def find_place(
     places = possible_places(block, surface, image_of, start, seed)
     tried = [p for p in places if p.gain > _LEAST_GAIN][:_TRIED]
     chosen = _some(block)
-    fitted = [_improved(chosen, surface, image_of, place) for place in tried]
-    good = sorted((f for f in fitted if f is not None), key=lambda f: -f.count)
+    coarse = _improved(chosen, surface, image_of, [place.similarity for place in tried], _COARSE)
+    least = _HOPELESS * max((f.count for f in coarse), default=0)
+    likely = [f.similarity for f in coarse if f.count >= least]
+    good = _improved(chosen, surface, image_of, likely, _FINE)
     if not good:
         return None
     centres = np.array([p.pose.t for p in block.photos])
@@ -86,26 +89,28 @@ def _some(block: Block) -> Block:
 
 
 def _improved(
-    block: Block, surface: ScannedSurface, image_of: ImageOf, place: PossiblePlace
-) -> FittedSimilarity | None:
-    """Improves a place by control at growing resolution; None when too little of it agrees."""
-    similarity = place.similarity
-    fitted: FittedSimilarity | None = None
-    for coarser, radius in _LEVELS:
+    block: Block,
+    surface: ScannedSurface,
+    image_of: ImageOf,
+    places: Sequence[Similarity],
+    coarser: float,
+) -> list[FittedSimilarity]:
+    """Improves places by control of one resolution; those that enough of it agrees with, the best first."""
+    good = []
+    for similarity in places:
         photos = placed_photos(block, similarity)
-        control = all_control(photos, surface, image_of, coarser=coarser, radius=radius)
+        control = all_control(photos, surface, image_of, coarser=coarser, radius=_RADIUS)
         if sum(len(c) for c in control) < _FEWEST:
-            return None
+            continue
         fitted = fit_similarity(block.photos, control, similarity)
-        if not _fits(fitted, control, radius):
-            return None
-        similarity = fitted.similarity
-    return fitted
+        if _fits(fitted, control):
+            good.append(fitted)
+    return sorted(good, key=lambda f: -f.count)
 
 
-def _fits(fitted: FittedSimilarity, control: Sequence[ControlPoints], radius: int) -> bool:
+def _fits(fitted: FittedSimilarity, control: Sequence[ControlPoints]) -> bool:
     """Whether enough control agrees, within a few px of the rendering that it was found in."""
-    pixel = float(np.median([c.radius for c in control])) / radius
+    pixel = float(np.median([c.radius for c in control])) / _RADIUS
     return fitted.count >= _FEWEST and fitted.sigma < _FIT_PX / 2.0 * pixel
 
 
