@@ -217,6 +217,17 @@ def test_a_similarity_is_recovered_among_wrong_control(corner, wrong):
     assert fitted.count == agreeing.sum() and 0.4 <= fitted.sigma < 1.5
 
 
+def test_control_that_hardly_tells_anything_is_left_out(corner):
+    """Every second point has ten times the standard error of the others."""
+    control, _ = control_of(corner[2][0], np.random.default_rng(3), 0.0, count=4000)
+    mixed = replace(control, sigma=np.where(np.arange(len(control)) % 2, 4.0, 0.4))
+    told = mixed.telling()
+    assert (told.sigma < 1.0).all() and len(told) == pytest.approx(0.5 * 0.95 * 1.01 * len(mixed), rel=0.01)
+    assert len(mixed.take(np.arange(200)).telling()) == 200, "few points are all kept"
+    kept = np.isin(mixed.pixels[:, 0], told.pixels[:, 0])
+    assert np.array_equal(mixed.pixels[kept], told.pixels), "in the order in which they were found"
+
+
 def test_too_few_control_points_leave_the_start():
     camera = Camera("PINHOLE", 100, 100, np.array([100.0, 100, 50, 50]))
     photo = posed(looking(0, 0), camera)
