@@ -22,7 +22,8 @@ _MARGIN_PX = 4
 _TEMPLATES_ACROSS = 8.5  # the picture, at least: larger ones are precise, but not of one place
 _DENSE, _SPARSE = 0.5, 0.9  # of the points in view: those dense enough for the finest, coarsest rendering
 _MOST = 4000  # templates of a rendering; more of them would only overlap more
-_TELLING = 0.95  # of the weight of all control points of a photo, which the most precise ones have
+_TELLING = 0.8  # of the weight of all points in a square of the photo, which the most precise ones have
+_SQUARE = 2.0  # templates, the side of such a square
 _COARSEST = 16.0  # px of the photo per pixel of a rendering
 
 
@@ -75,14 +76,21 @@ class ControlPoints:
         )
 
     def telling(self) -> "ControlPoints":
-        """Returns the most precise points, which have nearly all of the weight; all where there are few.
+        """Returns the most precise points of every part of the photo; all where there are few.
 
-        The others, a quarter of all points, hardly tell anything, and false matches are most frequent there.
+        Templates overlap, so that the others, a third of all points, repeat what these tell. False matches
+        are most frequent among them.
         """
-        order = np.argsort(self.sigma, kind="stable")
-        weight = np.cumsum(1.0 / self.sigma[order] ** 2)
-        count = np.searchsorted(weight, _TELLING * weight[-1]) if len(weight) else 0
-        return self.take(np.sort(order[: max(int(count), MANY)]))
+        if len(self) <= MANY:
+            return self
+        square = np.floor(self.pixels / (_SQUARE * self.side[:, None])).astype(np.int64)
+        _, square = np.unique(square, axis=0, return_inverse=True)
+        order = np.lexsort([self.sigma, square.ravel()])
+        square, weight = square.ravel()[order], 1.0 / self.sigma[order] ** 2
+        first = np.flatnonzero(np.diff(square, prepend=-1))
+        before = np.cumsum(weight) - weight
+        share = (before - before[first][square]) / np.bincount(square, weight)[square]
+        return self.take(np.sort(order[share < _TELLING]))
 
 
 def find_control(
