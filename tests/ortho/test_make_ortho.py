@@ -201,6 +201,19 @@ def test_parts_hidden_in_one_photo_come_from_the_next_best(scene):
     assert (both.pixels[behind][..., 0] == 180).all()
 
 
+@pytest.mark.parametrize(("echoes", "hides"), [(4, False), (40, True)])
+def test_stray_echoes_before_a_facade_hide_nothing(scene, echoes, hides):
+    """A few points in a cube of air are no part of the facade; forty of them are a small board."""
+    facade, _, wall_only = scene
+    rng = np.random.default_rng(1)
+    place = rng.uniform([-0.08, -0.92, -0.08], [0.08, -0.90, 0.08], (echoes, 3)) + [0.13, 0.0, 0.13]
+    xyz = np.concatenate([wall_only.xyz, facade.frame.apply(place)])
+    cloud = Scan("wall", xyz, wall_only.world)
+    photo = wall.photo(facade, wall.camera(800, 600, distorted=False), (0.0, -8.0, 0.0))
+    ortho = make_ortho(facade, cloud, [photo], lambda _: np.full((600, 800, 3), 60, np.uint8), options=PLANE)
+    assert (~seen(ortho)[250:350, 350:450]).any() == hides
+
+
 def test_the_picture_consists_of_few_patches(scene):
     facade, _, cloud = scene
     camera = wall.camera(800, 600, distorted=False)

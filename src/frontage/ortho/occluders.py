@@ -4,13 +4,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from frontage.geometry.arrays import Array, Float, Int
+from frontage.geometry.arrays import Array, Bool, Float, Int
 from frontage.model import Facade, Scan
 from frontage.ortho.options import OrthoOptions
 from frontage.ortho.standing.find import Standing
 from frontage.raster.zbuffer import local_spacing
 
 _FEWEST_TOGETHER = 3  # points in one cube of the cloud below which they are noise and hide nothing
+_COLUMN_M = 2.0  # of the facade, across which the spacing of beams hardly changes
 _CUBE_M = 0.04  # of which one point is enough: what photos see is told on cells of that size
 _PLACES = 4194301  # of a table of cubes, many more than a facade fills; a prime number
 
@@ -41,18 +42,35 @@ def find_occluders(
     clouds = [xyz_facade]
     if surroundings is not None:
         clouds.append(facade.frame.inverse.apply(surroundings.xyz))
-    xyz, spacing = [], []
+    xyz, spacing, lines = [], [], []
     for points in clouds:
         ahead = np.compress(points[:, 1] < options.back, points, axis=0)
         s, k = local_spacing(ahead)
         kept = _one_of_each_cube(ahead)
         kept = kept[k[kept] >= _FEWEST_TOGETHER]
         xyz.append(np.take(ahead, kept, axis=0).astype(np.float32))
-        spacing.append(np.maximum(s[kept], _CUBE_M).astype(np.float32))
-    every, gap = np.concatenate(xyz), np.concatenate(spacing)
+        spacing.append(s[kept])
+        lines.append(_in_lines(xyz[-1], s[kept], k[kept]))
+    every, gap = np.concatenate(xyz), np.maximum(np.concatenate(spacing), _CUBE_M).astype(np.float32)
     free = (every[:, 1] < -options.front) | standing.holds(every)
     solid = free & standing.holds_in_solid(every)
-    return OccluderCloud(*((np.compress(which, every, axis=0), gap[which]) for which in (~free, free, solid)))
+    part = ~free & np.concatenate(lines)
+    return OccluderCloud(*((np.compress(which, every, axis=0), gap[which]) for which in (part, free, solid)))
+
+
+def _in_lines(xyz: Array, spacing: Float, together: Float) -> Bool:
+    """Which points (n, 3) are as many in a cube as a line of beams through it has, given the `spacing` (n,).
+
+    A part of a facade returns a line of beams at least; fewer are stray echoes. The spacing of beams is the
+    geometric mean of that of all points before 2 x 2 m of the facade.
+    """
+    if not len(xyz):
+        return np.zeros(0, np.bool_)
+    x, z = (np.floor(a / _COLUMN_M).astype(np.int64) for a in (xyz[:, 0], xyz[:, 2]))
+    column = (z - z.min()) * (int(np.ptp(x)) + 1) + x - x.min()
+    usual = np.bincount(column, np.log(spacing)) / np.maximum(np.bincount(column), 1)
+    # `together` points in a cube with edges of spacing sqrt(together): edge / usual of them are a line.
+    return np.asarray(spacing <= np.exp(usual)[column] * np.sqrt(together))
 
 
 def _one_of_each_cube(xyz: Float) -> Int:
