@@ -150,7 +150,8 @@ class Framing:
 
         Large ones that show some depth and do not run on above or below; those with wall above and below that
         are large, where the sensors are known; and where they are not, those with wall above and below that
-        begin sharply and are large or show some depth.
+        begin sharply and are large or show some depth. Without known sensors, no wall may shine through, as
+        it does in the shade of leaves.
         """
         below, above = rims[2:]
         ends, some = self._ends(boxes, rims), inside.has_some_depth
