@@ -33,6 +33,14 @@ def of_points_sorted(facade, scan):
     return facade, sort_beams(facade, scan)
 
 
+def is_framed(evidence, box):
+    """Whether a box x0, z0, x1, z1 m can be an opening."""
+    x0, z0, x1, z1 = box
+    (x, z), cell = evidence.raster.corner, evidence.raster.cell
+    cells = np.round(np.array([[z0 - z, x0 - x, z1 - z, x1 - x]]) / cell).astype(np.int64)
+    return Framing(evidence, ground=-5.0)(cells)[0]
+
+
 def overlap(opening, box):
     """Intersection over union of an opening's box and another."""
     a, b = box_of(opening), np.asarray(box)
@@ -142,11 +150,21 @@ def test_borders_return_where_the_evidence_speaks_against_them():
 @pytest.mark.parametrize(("band", "one"), [(0.2, True), (0.6, False)])
 def test_masonry_from_side_to_side_parts_two_openings(band, one):
     facade, scan = scan_wall([(2.0, 0.6, 3.2, 2.2), (2.0, 2.2 + band, 3.2, 4.2)])
-    evidence = weigh(*of_points_sorted(facade, scan))
-    cells = np.round((np.array([0.6, 2.0, 4.2, 3.2])) / evidence.raster.cell)
-    corner = np.array(evidence.raster.corner)[[1, 0, 1, 0]] / evidence.raster.cell
-    both = np.round(cells - corner).astype(np.int64)[None]
-    assert Framing(evidence, ground=-5.0)(both)[0] == one
+    assert is_framed(weigh(*of_points_sorted(facade, scan)), (2.0, 0.6, 3.2, 4.2)) == one
+
+
+@pytest.mark.parametrize(
+    ("lit", "returned", "rays", "one"),
+    [(0.1, 0.1, False, True), (0.3, 0.1, False, False), (0.3, 0.1, True, True), (0.3, 0.4, False, True)],
+)
+def test_wall_that_shines_through_leaves_is_no_opening(lit, returned, rays, one):
+    facade, scan = scan_wall([(2.0, 1.6, 3.2, 3.6)], returned=returned)
+    wall = scan_wall([], seed=1)[1].xyz
+    x, z = wall[:, 0], wall[:, 2]
+    flecks = np.random.default_rng(0).random((50, 70))[(z / 0.1).astype(int), (x / 0.1).astype(int)] < lit
+    flecks &= (x > 2.0) & (x < 3.2) & (z > 1.6) & (z < 3.6)
+    facade, scan = of_points(facade, scan, np.vstack([scan.xyz, wall[flecks]]), rays)
+    assert is_framed(weigh(facade, sort_beams(facade, scan)), (2.0, 1.6, 3.2, 3.6)) == one
 
 
 def test_between_two_openings_is_a_pier():

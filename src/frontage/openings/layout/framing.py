@@ -18,6 +18,9 @@ _LARGE_M = 0.6  # least side of an opening that may send back less than a small 
 _VISIBLE = 0.5  # share of the beams expected without obstacles that must reach the wall of a visible opening
 _HIDDEN = 0.3  # share of the beams expected without obstacles below which a rim is hidden
 _BARS = 0.12  # share of the expected beams that bars and frames level with the wall return
+# share of the expected beams from which wall in the shade is likelier than bars before an opening: there
+# Poisson counts with these two means are as likely
+_SHADED = (_WALL - _BARS) / np.log(_WALL / _BARS)
 _KNOWN = 0.5  # share of the cells of an opening that must tell something
 _COURSES = 3  # half bricks of masonry between two openings at least; bars and transoms of joinery are lower
 _APART_M = 0.3  # least height of an opening, and so of what a band of masonry leaves above and below
@@ -62,6 +65,11 @@ class _Sums:
     def is_not_open(self) -> Bool:
         """Whether the evidence does not speak for open cells."""
         return np.asarray(self.llr <= 0.0)
+
+    @property
+    def is_empty(self) -> Bool:
+        """Whether no more beams ended on the wall than on bars; wall in the shade of leaves returns more."""
+        return np.asarray(self.wall <= _SHADED * self.expected)
 
     @property
     def has_depth(self) -> Bool:
@@ -142,15 +150,18 @@ class Framing:
 
         Large ones that show some depth and do not run on above or below; those with wall above and below that
         are large, where the sensors are known; and where they are not, those with wall above and below that
-        begin sharply and are large or show some depth.
+        begin sharply and are large or show some depth. Without known sensors, no wall may shine through, as
+        it does in the shade of leaves.
         """
         below, above = rims[2:]
         ends, some = self._ends(boxes, rims), inside.has_some_depth
         sides = np.minimum(boxes[:, 2] - boxes[:, 0], boxes[:, 3] - boxes[:, 1])
         large = sides * self._cell > _LARGE_M
         shut = (ends | np.stack([above.is_not_open, below.is_not_open])).all(0)
-        sure = large if self._rays else self._is_sharp(boxes, rim) & (large | some)
-        return np.asarray((large & shut & some) | (ends.all(0) & sure))
+        if self._rays:
+            return np.asarray((large & shut & some) | (ends.all(0) & large))
+        sure = self._is_sharp(boxes, rim) & (large | some)
+        return np.asarray(((large & shut & some) | (ends.all(0) & sure)) & inside.is_empty)
 
     def _is_sharp(self, boxes: Int, rim: int) -> Bool:
         """Returns whether hardly any wall shows within `rim` cells inside of each border (n,).
