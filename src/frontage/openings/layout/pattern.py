@@ -247,16 +247,21 @@ def _mask(place: Box, evidence: Evidence) -> Bool:
 
 
 def settled(revision: Revision, measured: Outline) -> Outline:
-    """Returns a predicted opening with those of its measured borders that are seen and agree with it."""
+    """Returns a predicted opening with those of its measured borders that are seen and agree with it.
+
+    The others have no part in the error that measured borders share.
+    """
     told = revision.proposal
     place, covariance = np.array(told.place)[[0, 2, 1, 3]], told.covariance.copy()
-    own = np.array(measured.place)[[0, 2, 1, 3]]
+    own, borders = np.array(measured.place)[[0, 2, 1, 3]], list(measured.borders)
     for k, border in enumerate(measured.borders):
         agree = abs(own[k] - place[k]) < 3.0 * np.sqrt(covariance[k, k] + measured.covariance[k, k])
         if border.is_seen and agree:
             place[k] = own[k]
             covariance[k, :] = covariance[:, k] = 0.0
             covariance[k, k] = measured.covariance[k, k]
+        else:
+            borders[k] = replace(border, edge=replace(border.edge, doubt=0.0))
     x0, x1, z0, z1 = (float(v) for v in place)
     like = told.like
     return replace(
@@ -265,6 +270,7 @@ def settled(revision: Revision, measured: Outline) -> Outline:
         place=(x0, z0, x1, z1),
         rise=like.rise,
         covariance=covariance,
+        borders=tuple(borders),
         depth=measured.depth or like.depth,
         pooled=True,
     )

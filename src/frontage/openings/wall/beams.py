@@ -10,6 +10,7 @@ from frontage.model.canonical import steady
 from frontage.model.facade import Facade
 from frontage.model.masonry import TOLERANCES
 from frontage.model.scan import Scan
+from frontage.openings.wall.fields import FieldOfView, fields_of_view
 from frontage.openings.wall.raster import WallRaster
 from frontage.openings.wall.surface import FITTING, TILE, value_at, wall_depth
 
@@ -45,6 +46,7 @@ class Beams:
     least        m, distance from the wall beyond which a point is not on it
     lines        the lines of sight that are known, where they cross the wall
     rays         whether most lines of sight are known
+    fields       fields of view of the stations
     """
 
     solid: Float
@@ -59,6 +61,7 @@ class Beams:
     least: float
     lines: WallCrossings
     rays: bool
+    fields: tuple[FieldOfView, ...] = ()
 
     def __post_init__(self) -> None:
         pair = ((None, 2), np.float64)
@@ -111,6 +114,7 @@ def sort_beams(facade: Facade, scan: Scan, wall: Float | None = None) -> Beams:
         least,
         lines,
         bool(known[facade.support].mean() > 0.5) if len(facade.support) else False,
+        fields_of_view(facade, scan),
     )
 
 

@@ -11,6 +11,7 @@ from frontage.model.facade import Facade
 from frontage.model.masonry import MASONRY
 from frontage.openings.wall.beams import Beams
 from frontage.openings.wall.expected import blurred, expected_beams
+from frontage.openings.wall.fields import zones
 from frontage.openings.wall.raster import WallRaster
 
 _FINEST = 0.02  # m, least side of a cell
@@ -74,7 +75,7 @@ def weigh(facade: Facade, beams: Beams) -> Evidence:
     raster = WallRaster.over(facade, min(max(_PER_CELL * facade.spacing, _FINEST), _COARSEST))
     solid, open_ = raster.count(*beams.solid.T), raster.count(*beams.open.T)
     inside = _inside(facade, raster)
-    due = expected_beams(beams.solid, raster)
+    due = _expected_by_zone(beams, raster)
     expected = due * _unhidden(beams, raster, solid + open_)
     expected = np.where(_unwatched(solid + open_, expected, inside, raster.cell), 0.0, expected)
     through = (_THROUGH if beams.rays else _BEHIND) * open_
@@ -84,6 +85,21 @@ def weigh(facade: Facade, beams: Beams) -> Evidence:
     seen = solid + open_ > 0
     deep = raster.count(*beams.open[beams.open_depth > max(_RELIEF, 2.0 * beams.least)].T)
     return Evidence(raster, llr, solid, open_, deep, expected, due, seen, inside, beams.rays)
+
+
+def _expected_by_zone(beams: Beams, raster: WallRaster) -> Float:
+    """Returns the beams (h, w) that a wall would return, predicted only from what the same stations see.
+
+    Where a station's highest beam runs over the wall, the density falls at once.
+    """
+    zone = zones(beams.fields, raster)
+    out = np.zeros(raster.shape)
+    at = raster.flat(*beams.solid.T)
+    own = np.where(at >= 0, zone.ravel()[at], -1)
+    for number in np.unique(zone):
+        part = beams.solid if (zone == number).all() else beams.solid[own == number]
+        out = np.where(zone == number, expected_beams(part, raster), out)
+    return out
 
 
 def log_likelihood_ratio(expected: Float, solid: Float, through: Float) -> Float:

@@ -97,7 +97,25 @@ def _without_recesses(wall: Float, own: Array, y: Float, slack: float) -> Float:
     pier = np.einsum("rcb,rcb->rc", own, level) > _PIER * own.sum(2)
     high, wide = _opened(wall)
     wall = np.where(pier & (wall > np.minimum(high, wide) + slack), beside, wall)
-    return _filled(wall, wall > np.maximum(*_opened(wall)) + slack)
+    wall = _filled(wall, wall > np.maximum(*_opened(wall)) + slack)
+    return _stepped(wall, own, y, slack)
+
+
+def _stepped(wall: Float, own: Array, y: Float, slack: float) -> Float:
+    """Returns the depth (h, w) m with the steps of the wall where the tiles themselves have them.
+
+    The surroundings that determine a depth reach across a step. A tile that shows a wall further back within
+    their reach, and more of it than of all else, belongs to that wall; one that shows no wall (panes, frames)
+    does if the tiles to the left and right do.
+    """
+    behind = ndimage.maximum_filter(wall, 2 * int(3.0 * _KERNEL / TILE) + 1)
+    held, shown = (
+        np.where(np.abs(y - depth[..., None]) <= slack, own, 0.0).sum(2) for depth in (wall, behind)
+    )
+    most, step = own.sum(2) / 2, behind > wall + slack
+    stepped = np.where(step & (shown > held) & (shown > most), behind, wall)
+    beside = _between(stepped, np.maximum(held, shown) > most)
+    return np.where(step & (np.abs(beside - behind) <= slack), behind, stepped)
 
 
 def _opened(wall: Float) -> tuple[Float, Float]:
