@@ -5,11 +5,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from frontage.openings.borders.edges import Edge
+from frontage.openings.borders.locate import Border
 from frontage.openings.layout.forms import Forms, is_known
 from frontage.openings.layout.inferred import near_ones
 from frontage.openings.layout.likeness import Likeness
 from frontage.openings.layout.pattern import revise, settled
-from frontage.openings.layout.pooling import pool
+from frontage.openings.layout.pooling import pool, values_of
 from openings.fronts import SIZE, front, outline
 from openings.layout.test_inferred import evidence
 
@@ -100,6 +102,18 @@ def test_borders_that_are_not_seen_are_those_of_the_prediction():
     told = settled(one, outline(tuple(np.add(place, 0.3)), 0.01))
     assert told.place == pytest.approx(one.proposal.place) and told.pooled
     assert np.diag(told.covariance)[:4] == pytest.approx(np.diag(one.proposal.covariance)[:4])
+
+
+def test_predicted_borders_owe_nothing_to_the_footprint_of_the_beams():
+    (one,), place, _ = revised(12, None, evidence)
+    none, doubt = np.empty(0), 0.02
+    edge = Edge((none, none), (none, none), none, None, None, 0.0, doubt, (0.0, 0.0, 0.0), True)
+    unseen, seen = (Border(0.0, 0.5, gain, edge, none) for gain in (0.0, 100.0))
+    measured = replace(outline(tuple(place), 0.02), borders=(unseen, unseen, unseen, seen))
+    told = settled(one, measured)
+    assert [b.edge.doubt for b in told.borders] == [0.0, 0.0, 0.0, doubt]
+    _, (covariance,) = values_of([told])
+    assert np.linalg.eigvalsh(covariance).min() > 0.0
 
 
 def test_forms_are_of_one_size_within_the_tolerances_of_building():

@@ -15,7 +15,8 @@ _WITHIN = 0.8  # share of a moulding that lies within the front
 _LOW = 2.0  # times its height that a tier or a step is wide
 _LEVEL = 0.6  # share of the longer one's side that parts of one piece have in common
 _PASSING = 0.1  # share of the beams through a gap between two pieces from which they are not one
-_WALL = 0.08  # m before the wall where beams that passed end at the earliest
+_WALL = 0.08  # m before the wall where beams that passed a shallow piece end at the earliest
+_REVEAL = 0.5  # m behind a front: windows of oriels are less deep; what ends further in passed beside it
 
 
 def merge_pieces(pieces: list[Piece], resolution: Resolution) -> list[Piece]:
@@ -72,7 +73,7 @@ def _goes_on(one: Piece, other: Piece, beams: FacadeBeams, resolution: Resolutio
         _, between = beams.at(y, gap, 0.0)
         _, seen = beams.at(y, a, 0.0)
         due = len(seen) * (end - start) / (a[axis + 2] - a[axis])
-        if (between > -_WALL).sum() < _PASSING * due:
+        if (between > min(y + _REVEAL, -_WALL)).sum() < _PASSING * due:
             return True
     return False
 

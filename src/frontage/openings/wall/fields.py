@@ -1,4 +1,4 @@
-"""How high the stations of a scan look: beyond the highest beam of one of them, a wall returns fewer beams."""
+"""How high the stations of a scan look: above the highest beam of one of them, a wall returns fewer."""
 
 from dataclasses import dataclass
 

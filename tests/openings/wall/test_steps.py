@@ -1,0 +1,28 @@
+"""A ground floor set back by a hand's breadth: its wall begins where its own points show it."""
+
+import numpy as np
+
+from frontage.openings import FoundOpenings, find_openings
+from openings.boxes import box, scanned
+
+BACK, PANE = 0.13, 0.28  # m, the wall of the ground floor and its panes behind the upper wall
+STEP, HEAD, FOOT = 3.2, 3.1, 0.8
+WINDOWS = ((0.3, 2.6), (2.95, 5.1), (5.45, 7.7))  # piers between them are narrower than half a window
+
+
+def ground_floor():
+    """A wall above STEP, and below it one further back with windows nearly as wide as their bays."""
+    x = [0.0, *np.ravel(WINDOWS), 8.0]
+    piers = [box(a, b, BACK, 0.5, FOOT, HEAD) for a, b in zip(x[::2], x[1::2], strict=True)]
+    bands = [box(0.0, 8.0, BACK, 0.5, 0.0, FOOT), box(0.0, 8.0, BACK, 0.5, HEAD, STEP)]
+    return [box(0.0, 8.0, 0.0, 0.5, STEP, 9.0), *piers, *bands, box(0.0, 8.0, PANE, 0.5, FOOT, HEAD)]
+
+
+def test_the_wall_has_the_depth_of_its_own_tiles_on_both_sides_of_a_step():
+    facade, scan = scanned(wall=ground_floor())
+    found = find_openings(facade, scan)
+    assert isinstance(found, FoundOpenings)
+    x = np.array([0.15, 1.5, 4.0, 6.5, 7.85])
+    beams = found.evidence.beams
+    assert np.abs(beams.depth_at(x, np.full(5, STEP + 0.3))).max() < 0.02
+    assert np.abs(beams.depth_at(x, np.full(5, STEP - 0.3)) - BACK).max() < 0.02
