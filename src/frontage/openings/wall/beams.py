@@ -84,12 +84,13 @@ def sort_beams(facade: Facade, scan: Scan, wall: Float | None = None) -> Beams:
     to_facade = facade.frame.inverse
     near = steady(to_facade.apply(scan.xyz[facade.support]))
     raster = WallRaster.over(facade, TILE)
-    wall = wall_depth(near, raster, facade.roughness) if wall is None else wall
+    known = scan.origin_index >= 0
+    rays = bool(known[facade.support].mean() > 0.5) if len(facade.support) else False
+    wall = wall_depth(near, raster, facade.roughness, rays) if wall is None else wall
     residual = near[:, 1] - value_at(wall, raster, near[:, 0], near[:, 2])
     close = np.abs(residual) < max(3.0 * facade.roughness, TOLERANCES.least_on_wall)
     sigma = 1.4826 * float(np.median(np.abs(residual[close]))) if close.any() else facade.roughness
     least = max(3.0 * sigma, TOLERANCES.least_on_wall)
-    known = scan.origin_index >= 0
     lone = facade.support[~known[facade.support]]
     lines = _lines(facade, scan, wall, raster)
     place, depth = lines.place.T, lines.y - value_at(wall, raster, *lines.place)
@@ -113,7 +114,7 @@ def sort_beams(facade: Facade, scan: Scan, wall: Float | None = None) -> Beams:
         sigma,
         least,
         lines,
-        bool(known[facade.support].mean() > 0.5) if len(facade.support) else False,
+        rays,
         fields_of_view(facade, scan),
     )
 

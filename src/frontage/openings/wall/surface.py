@@ -24,14 +24,17 @@ FITTING = 0.3
 """m: sills, surrounds, open shutters and cut stone stand out no further, and close what they cover."""
 
 
-def wall_depth(xyz: Float, raster: WallRaster, roughness: float) -> Float:
+def wall_depth(xyz: Float, raster: WallRaster, roughness: float, rays: bool = True) -> Float:
     """Returns the depth (h, w) y m of the surface that fills much of the area around each tile.
 
     Of several surfaces it is the one on the facade plane or nearest before it, else the first behind it:
-    frames and panes lie behind the wall they belong to, balconies and bays well before it.
+    frames and panes lie behind the wall they belong to, balconies and bays well before it. `rays` says
+    whether the lines of sight are known: without them, rooms are as full of points as walls.
     """
     own, area, y, slack = _areas(xyz, raster, roughness)
     wall = _without_recesses(_chosen(area, y, slack), own, y, slack)
+    if rays:
+        wall = _stepped(wall, own, y, slack)
     return _refined(wall, xyz, raster, slack)
 
 
@@ -97,22 +100,21 @@ def _without_recesses(wall: Float, own: Array, y: Float, slack: float) -> Float:
     pier = np.einsum("rcb,rcb->rc", own, level) > _PIER * own.sum(2)
     high, wide = _opened(wall)
     wall = np.where(pier & (wall > np.minimum(high, wide) + slack), beside, wall)
-    wall = _filled(wall, wall > np.maximum(*_opened(wall)) + slack)
-    return _stepped(wall, own, y, slack)
+    return _filled(wall, wall > np.maximum(*_opened(wall)) + slack)
 
 
 def _stepped(wall: Float, own: Array, y: Float, slack: float) -> Float:
     """Returns the depth (h, w) m with the steps of the wall where the tiles themselves have them.
 
     The surroundings that determine a depth reach across a step. A tile that shows a wall further back within
-    their reach, and more of it than of all else, belongs to that wall; one that shows no wall (panes, frames)
-    does if the tiles to the left and right do.
+    their reach (and no further than fittings are thick), and more of it than of all else, belongs to that
+    wall; one that shows no wall (panes, frames) does if the tiles to the left and right do.
     """
     behind = ndimage.maximum_filter(wall, 2 * int(3.0 * _KERNEL / TILE) + 1)
     held, shown = (
         np.where(np.abs(y - depth[..., None]) <= slack, own, 0.0).sum(2) for depth in (wall, behind)
     )
-    most, step = own.sum(2) / 2, behind > wall + slack
+    most, step = own.sum(2) / 2, (behind > wall + slack) & (behind <= wall + FITTING)
     stepped = np.where(step & (shown > held) & (shown > most), behind, wall)
     beside = _between(stepped, np.maximum(held, shown) > most)
     return np.where(step & (np.abs(beside - behind) <= slack), behind, stepped)
