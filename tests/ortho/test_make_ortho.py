@@ -206,7 +206,7 @@ def test_stray_echoes_before_a_facade_hide_nothing(scene, echoes, hides):
     """A few points in a cube of air are no part of the facade; forty of them are a small board."""
     facade, _, wall_only = scene
     rng = np.random.default_rng(1)
-    place = rng.uniform([-0.08, -0.92, -0.08], [0.08, -0.90, 0.08], (echoes, 3)) + [0.13, 0.0, 0.13]
+    place = rng.uniform([0.05, -0.92, 0.05], [0.21, -0.90, 0.21], (echoes, 3))
     xyz = np.concatenate([wall_only.xyz, facade.frame.apply(place)])
     cloud = Scan("wall", xyz, wall_only.world)
     photo = wall.photo(facade, wall.camera(800, 600, distorted=False), (0.0, -8.0, 0.0))
