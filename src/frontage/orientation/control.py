@@ -78,8 +78,8 @@ class ControlPoints:
     def telling(self) -> "ControlPoints":
         """Returns the most precise points of every part of the photo; all where there are few.
 
-        Templates overlap, so that the others, a third of all points, repeat what these tell. False matches
-        are most frequent among them.
+        Templates overlap, so that the others, a third of all points, repeat what these tell, with larger
+        residuals.
         """
         if len(self) <= MANY:
             return self
