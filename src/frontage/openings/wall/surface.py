@@ -110,7 +110,10 @@ def _stepped(wall: Float, own: Array, y: Float, slack: float) -> Float:
     their reach (and no further than fittings are thick), and more of it than of all else, belongs to that
     wall; one that shows no wall (panes, frames) does if the tiles to the left and right do.
     """
-    behind = ndimage.maximum_filter(wall, 2 * int(3.0 * _KERNEL / TILE) + 1)
+    reach = int(3.0 * _KERNEL / TILE)
+    # The wall further back is looked for below and beside: what leans back above a wall is a roof.
+    around = (reach + 1, 2 * reach + 1)
+    behind = ndimage.maximum_filter(wall, around, origin=(reach // 2, 0), mode="nearest")
     held, shown = (
         np.where(np.abs(y - depth[..., None]) <= slack, own, 0.0).sum(2) for depth in (wall, behind)
     )
