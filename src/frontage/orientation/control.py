@@ -84,12 +84,12 @@ class ControlPoints:
         if len(self) <= MANY:
             return self
         square = np.floor(self.pixels / (_SQUARE * self.side[:, None])).astype(np.int64)
-        _, square = np.unique(square, axis=0, return_inverse=True)
-        order = np.lexsort([self.sigma, square.ravel()])
-        square, weight = square.ravel()[order], 1.0 / self.sigma[order] ** 2
-        first = np.flatnonzero(np.diff(square, prepend=-1))
+        number = np.unique(square, axis=0, return_inverse=True)[1].ravel()
+        order = np.lexsort([self.sigma, number])
+        number, weight = number[order], 1.0 / self.sigma[order] ** 2
+        first = np.flatnonzero(np.diff(number, prepend=-1))
         before = np.cumsum(weight) - weight
-        share = (before - before[first][square]) / np.bincount(square, weight)[square]
+        share = (before - before[first][number]) / np.bincount(number, weight)[number]
         return self.take(np.sort(order[share < _TELLING]))
 
 

@@ -18,8 +18,8 @@ _LARGE_M = 0.6  # least side of an opening that may send back less than a small 
 _VISIBLE = 0.5  # share of the beams expected without obstacles that must reach the wall of a visible opening
 _HIDDEN = 0.3  # share of the beams expected without obstacles below which a rim is hidden
 _BARS = 0.12  # share of the expected beams that bars and frames level with the wall return
-# share of the expected beams from which wall in the shade is likelier than bars before an opening: there
-# Poisson counts with these two means are as likely
+# share of the expected beams above which wall in the shade is likelier than bars before an opening: at this
+# share, Poisson counts with the two means are equally likely
 _SHADED = (_WALL - _BARS) / np.log(_WALL / _BARS)
 _KNOWN = 0.5  # share of the cells of an opening that must tell something
 _COURSES = 3  # half bricks of masonry between two openings at least; bars and transoms of joinery are lower

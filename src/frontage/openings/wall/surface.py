@@ -104,7 +104,7 @@ def _without_recesses(wall: Float, own: Array, y: Float, slack: float) -> Float:
 
 
 def _stepped(wall: Float, own: Array, y: Float, slack: float) -> Float:
-    """Returns the depth (h, w) m with the steps of the wall where the tiles themselves have them.
+    """Returns the depth (h, w) m of the wall, with each step where the points of the tiles show it.
 
     The surroundings that determine a depth reach across a step. A tile that shows a wall further back within
     their reach (and no further than fittings are thick), and more of it than of all else, belongs to that
