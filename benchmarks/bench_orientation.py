@@ -31,6 +31,7 @@ from pathlib import Path
 import cv2
 import numpy as np
 
+from _castle import HEAD, castle_rows, similarity
 from _common import DATA, bootstrap, figure, peak_memory, rate_interval, table
 from frontage.geometry.arrays import Float
 from frontage.geometry.rigid import Rigid3, rotation_angle
@@ -38,6 +39,7 @@ from frontage.io.photos.photoset import PhotoSet
 from frontage.io.photos.read import PhotoSource, read_photos
 from frontage.io.scans.read import ScanSource, read_scans
 from frontage.model import Estimate, Photo, Scan, WorldRef, merge_scans
+from frontage.orientation.free import adjusted_block
 from frontage.orientation.nouns import Block
 from frontage.orientation.orient import orient_photos
 from frontage.orientation.paper import orient_as_paper
@@ -101,13 +103,17 @@ class Found:
 
 @dataclass(frozen=True)
 class Outcome:
-    """Poses by photo, seconds, GB, tie points (photo id, number, pixel) and their median standard error m."""
+    """Poses by photo, seconds, GB, tie points (photo id, number, pixel) and their median standard error m.
+
+    `block` is that of photos without a scan.
+    """
 
     poses: dict[str, Found]
     seconds: float
     memory: float
     ties: tuple[tuple[str, int, Float], ...] = ()
     sigma_points: float = np.nan
+    block: Block | None = None
 
 
 def street(seed: int, *, small: bool = False, **scanner: object) -> dict:
@@ -301,7 +307,7 @@ def by_pycolmap(given: PhotoSet) -> dict[str, Found]:
     return poses
 
 
-def by_us(scans: list[Scan], given: PhotoSet) -> tuple[dict[str, Found], tuple, float]:
+def by_us(scans: list[Scan], given: PhotoSet) -> tuple[dict[str, Found], tuple, float, Block | None]:
     photos = given.photos if scans else tuple(Photo(p.id, p.camera) for p in given.photos)
     points = [key_points(given.image(p.id)) for p in photos]
     pairs = [
@@ -310,8 +316,9 @@ def by_us(scans: list[Scan], given: PhotoSet) -> tuple[dict[str, Found], tuple, 
     ]
     blocks = build_blocks(photos, points, [pair for pair in pairs if pair is not None])
     if not scans:
-        largest: Block = blocks.blocks[0]
-        return {p.id: Found(p.pose) for p in largest.photos}, (), np.nan
+        block = adjusted_block(blocks.blocks[0])
+        poses = {p.id: Found(p.pose, p.local_from_camera.covariance) for p in block.photos}
+        return poses, (), np.nan, block
     got = orient_photos(photos, blocks, merge_scans(scans), given.image)
     poses = {
         o.photo.id: Found(
@@ -328,7 +335,7 @@ def by_us(scans: list[Scan], given: PhotoSet) -> tuple[dict[str, Found], tuple, 
     ties = tuple(
         (names[k], n, xy) for k, n, xy in zip(got.photo.tolist(), got.point.tolist(), got.pixels, strict=True)
     )
-    return poses, ties, float(np.nanmedian(got.sigma_points))
+    return poses, ties, float(np.nanmedian(got.sigma_points)), None
 
 
 def on_places(poses: dict[str, Found], photos: dict[str, Photo]) -> dict[str, Found]:
@@ -336,13 +343,13 @@ def on_places(poses: dict[str, Found], photos: dict[str, Photo]) -> dict[str, Fo
     if len(poses) < 3:
         return {}
     a = np.array([found.pose.t for found in poses.values()])
-    b = np.array([photos[name].pose.t for name in poses])
-    x, y = a - a.mean(0), b - b.mean(0)
-    u, d, vt = np.linalg.svd(y.T @ x)
-    sign = np.array([1.0, 1.0, np.sign(np.linalg.det(u @ vt))])
-    R, scale = u @ (sign[:, None] * vt), float(d @ sign / (x**2).sum())
+    R, scale, shift = similarity(a, np.array([photos[name].pose.t for name in poses]))
+    turned = np.kron(np.diag([scale, 1.0]), R)
     return {
-        name: Found(Rigid3("local", "camera", R @ f.pose.R, scale * R @ (f.pose.t - a.mean(0)) + b.mean(0)))
+        name: Found(
+            Rigid3("local", "camera", R @ f.pose.R, scale * R @ f.pose.t + shift),
+            None if f.covariance is None else turned @ f.covariance @ turned.T,
+        )
         for name, f in poses.items()
     }
 
@@ -472,12 +479,16 @@ def middle(values: list[float]) -> str:
     return f"{np.median(known):.2g}" if known else "-"
 
 
-def compare(scene: Scene, methods: list[str], tallies: dict[tuple[str, str], Tally]) -> None:
-    """Runs the methods on a scene, each in a process of its own, and counts what they found."""
+def compare(scene: Scene, methods: list[str], tallies: dict[tuple[str, str], Tally]) -> list[list[str]]:
+    """Runs the methods on a scene, each in a process of its own, and counts what they found.
+
+    Returns rows on the standard errors of photos without a scan.
+    """
     _, given, photos = read(scene)
     true, approximate = ({p.id: p for p in which.photos} for which in (photos, given))
     kind = scene.name.split()[0] if scene.name.startswith("paper") else scene.name
     ties: tuple = ()
+    rows: list[list[str]] = []
     for method in methods:
         if method == "paper" and not scene.scans:
             continue
@@ -495,6 +506,9 @@ def compare(scene: Scene, methods: list[str], tallies: dict[tuple[str, str], Tal
             tally.add(poses, true, outcome)
             tally.add_points(ties, poses, true, outcome.sigma_points)
             print(" | ".join(tally.poses_row(kind, label)), file=sys.stderr, flush=True)
+        if outcome.block is not None:
+            rows += castle_rows(outcome.block, [true[photo.id] for photo in outcome.block.photos])
+    return rows
 
 
 def main() -> None:
@@ -507,10 +521,11 @@ def main() -> None:
     args = parser.parse_args()
     only = [kind for kind in args.only.split(",") if kind]
     tallies: dict[tuple[str, str], Tally] = {}
+    alone: list[list[str]] = []
     with tempfile.TemporaryDirectory() as temporary:
         folder = args.scenes or Path(temporary)
         for scene in scenes(args.quick, only, args.seeds, folder):
-            compare(scene, args.methods.split(","), tallies)
+            alone += compare(scene, args.methods.split(","), tallies)
     head = ("scene", "method", "right (95 %)", "wrong", "position mm", "angle deg", "sigma mm", "sigma deg")
     rows = [tally.poses_row(*name) for name, tally in tallies.items()]
     table("Poses of photos (medians)", (*head, "normalised squared error", "s", "GB"), rows)
@@ -519,6 +534,8 @@ def main() -> None:
     if rows:
         head = (*head, f"photos with {MANY} at {PRECISE_PX} px", "left-out control mm")
         table("Control and object points (medians)", (*head, "object points mm", "their sigma mm"), rows)
+    if alone:
+        table("Photos alone: differences of poses and their standard errors (medians)", HEAD, alone)
 
 
 def scenes(quick: bool, only: list[str], seeds: int, folder: Path) -> Iterator[Scene]:

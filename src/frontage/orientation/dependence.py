@@ -29,7 +29,7 @@ def dependence_of(photos: Sequence[Photo], control: Sequence[ControlPoints], spa
     what displaces larger parts of a picture. On the surface of the scan they err like those on the same flat
     piece at least. Where the scan is displaced across its surface, control points are displaced, too.
     """
-    sides = [c.side * _metres_per_pixel(p, c.xyz) for p, c in zip(photos, control, strict=True) if len(c)]
+    sides = [c.side * metres_per_pixel(p, c.xyz) for p, c in zip(photos, control, strict=True) if len(c)]
     reach = float(np.median(np.concatenate(sides))) if sides else _TEMPLATE_M
     by_scan = (CONTROL, SURFACES)
     return Dependence(
@@ -42,7 +42,7 @@ def dependence_of(photos: Sequence[Photo], control: Sequence[ControlPoints], spa
     )
 
 
-def _metres_per_pixel(photo: Photo, xyz: Float) -> Float:
-    """The size (n,) m of a pixel at points (n, 3)."""
+def metres_per_pixel(photo: Photo, xyz: Float) -> Float:
+    """Returns the size (n,) m of a pixel of a photo at points (n, 3) m."""
     depth = photo.pose.inverse.apply(xyz)[:, 2]
     return np.asarray(depth / photo.camera.params[0], np.float64)

@@ -71,7 +71,7 @@ def build_network(
     The photos that `rigs` took at one moment are one body.
     """
     cameras, number = distinct_cameras([p.camera for p in photos])
-    images = [_tie_images(ties)]
+    images = [tie_images(ties)]
     images += [
         _control_images(k, p, c, surface) for k, (p, c) in enumerate(zip(photos, control, strict=True))
     ]
@@ -115,7 +115,8 @@ def _sigmas_of(cameras: Sequence[Camera], number: Int, sigmas: Sequence[Float]) 
     return [sigmas[int(np.flatnonzero(number == k)[0])] for k in range(len(cameras))]
 
 
-def _tie_images(ties: TiePoints) -> ImageObservations:
+def tie_images(ties: TiePoints) -> ImageObservations:
+    """Returns the image measurements of tie points as observations."""
     m = len(ties.photo)
     return ImageObservations(ties.photo, ties.point, ties.pixels, np.full(m, _TIE_SIGMA_PX), np.full(m, TIES))
 
