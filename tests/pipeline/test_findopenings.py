@@ -119,15 +119,18 @@ def test_photos_that_are_taken_away_are_named_no_more(copy: Path, simulated: Pat
 
 
 def test_a_picture_that_cannot_be_drawn_costs_no_openings(
-    copy: Path, monkeypatch: pytest.MonkeyPatch
+    copy: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
 ) -> None:
     def broken(*_: Any) -> None:
         raise ZeroDivisionError("of all things")
+
+    caplog.set_level("INFO", "frontage")  # what -v asks for
 
     monkeypatch.setattr(drawings, "opening_picture", broken)
     monkeypatch.setattr(stage, "evidence_pictures", broken)
     summary = run_stage(copy, "openings")
     assert [(stage, w.code) for stage, w in summary.warnings] == [("openings", "E999"), ("drawings", "E999")]
+    assert "of all things" in caplog.text and "Traceback" in caplog.text
     (name,) = Store(copy).facade_ids("openings")
     folder = Store(copy).facade_folder(name)
     assert (folder / "openings.json").is_file() and pictures(folder) == set()

@@ -196,6 +196,13 @@ def test_narrow_panes_are_filled_and_wider_ones_stay() -> None:
         assert len(polygons[0].interiors) == panes
 
 
+def test_a_window_that_its_frame_fills_has_no_pane() -> None:
+    pose, outline = frame(0.3), shapely.box(0, 0, 10_000, 1100)
+    plan = WindowPlan(pose, outline, 500.0, np.zeros(0, int), np.zeros(0), np.zeros((0, 2)), np.zeros(0))
+    ((polygons, complete),) = frame_areas([plan], GAP)
+    assert complete and polygons[0].equals(outline)
+
+
 def test_two_bars_that_meet_in_a_point_are_joined() -> None:
     pose, outline = frame(0.3), shapely.box(0, 0, 10_000, 10_000)
     axis = np.array([VERTICAL, HORIZONTAL])

@@ -131,7 +131,7 @@ def attempt(item: str, function: Callable[[], T]) -> T | Failed:
     except FrontageError as error:
         return Failed(error.code, str(error))
     except Exception as error:
-        logger.debug("%s failed", item, exc_info=error)
+        logger.info("%s failed", item, exc_info=error)
         text = f"unexpected {type(error).__name__}: {error}"
         return Failed("E999", text, "this is a bug in Frontage; run with -v for the traceback and report it")
 

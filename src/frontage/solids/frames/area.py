@@ -83,7 +83,8 @@ def _around(outlines: Array, panes: Array, gap: float) -> Array:
     parts, owner = shapely.get_parts(panes, return_index=True)
     wide = ~shapely.is_empty(shapely.buffer(parts, -gap / 2, join_style="mitre"))
     parts, owner = shapely.simplify(parts[wide], _SIMPLER), owner[wide]
-    inner = shapely.multipolygons(parts, indices=owner, out=np.full(len(outlines), shapely.MultiPolygon()))
+    inner = np.full(len(outlines), shapely.MultiPolygon(), object)
+    shapely.multipolygons(parts, indices=owner, out=inner)  # returns nothing where no pane is left
     left = shapely.difference(outlines, shapely.make_valid(inner))
     return _without_slivers(_on_grid(left))
 
