@@ -13,6 +13,7 @@ from frontage.model import (
     Estimate,
     Facade,
     Failed,
+    Finding,
     Opening,
     Protrusion,
     Provenance,
@@ -26,6 +27,7 @@ from frontage.solids import (
     assemble,
     facades_of_matches,
     match_model,
+    sound,
 )
 from frontage.solids.brep import GRID_PER_M, volume6
 from frontage.solids.coarse.eaves import clean_outline
@@ -193,6 +195,21 @@ def test_a_refused_opening_names_the_one_that_takes_its_place():
     made = house(wall(), Elements("B01/F1", (first, second)))
     (refused,) = made.failed
     assert refused.code == "S311" and refused.message.endswith("lies on wall that W1 leaves free")
+
+
+def test_only_what_makes_a_solid_invalid_is_left_out(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A fault of one opening costs that opening, not those of the whole building."""
+    names = [f"B01/F1/W1-{k}" for k in range(1, 8)]
+    windows = tuple(window(name, (k - 4.0, 0.0, k - 3.4, 1.0)) for k, name in enumerate(names))
+    wrong = Finding(204, "for this test", "", "B01")
+    bad = {names[2], names[5]}
+    monkeypatch.setattr(
+        sound, "validate", lambda solid: [wrong] if bad & {f.opening for f in solid.faces} else []
+    )
+    made = house(wall(), Elements("B01/F1", windows))
+    assert {f.opening for f in made.built[0].solid.faces} - {None} == set(names) - bad
+    (told,) = made.failed
+    assert told.code == "S320" and all((name in told.message) == (name in bad) for name in names)
 
 
 def test_a_cornice_above_the_eaves_is_attached_to_the_wall_below():

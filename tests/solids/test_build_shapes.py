@@ -96,6 +96,23 @@ def test_recess_under_a_roof_slope_stays_below_it():
     assert not validate(result.solid)
 
 
+def test_a_corner_just_under_a_gable_leaves_no_flat_triangle():
+    """A corner that reaches by millimetres into the gap along a gable would be cut by an edge as short."""
+    outline = np.array([[0.0, 0.0], [10.0, 0.0], [10.0, 6.0], [5.0, 9.3], [0.0, 6.0]])
+    for azimuth in np.linspace(0.1, 3.0, 12):
+        place = frame(float(azimuth))
+        host = block(place, outline)
+        for reach in (0.001, 0.003, 0.006, 0.012):
+            x, gap = 6.97, 0.02
+            top = 6.0 + (10.0 - x) * 0.66 - gap * np.hypot(1.0, 0.66) + reach
+            window = Relief("W", rectangle(x - 0.76, top - 0.94, x, top), 0.1)
+            built = build_solid(host, [FacadeReliefs("F", place, outline, (window,))])
+            assert isinstance(built, Built) and not built.failed and not validate(built.solid)
+            (face,) = [f for f in built.solid.faces if f.opening]
+            sides = np.diff(built.solid.vertices[[*face.ring, face.ring[0]]], axis=0) / GRID_PER_M
+            assert np.linalg.norm(sides, axis=1).min() > 2 * gap
+
+
 def test_building_in_front_stops_a_protrusion():
     """In an L-shaped house, an oriel beside the inner corner cannot reach into the other wing."""
     plan = np.array([[0, 0], [10, 0], [10, 4], [4, 4], [4, 10], [0, 10.0]]) * GRID_PER_M

@@ -273,8 +273,8 @@ CODES: Mapping[str, ErrorCode] = MappingProxyType(
             "Check its outline in protrusions.json.",
         ),
         "S320": ErrorCode(
-            "The fine solid of the building is not valid, so the coarse one is kept.",
-            "Report this case; no example of it is known.",
+            "With this element the solid of the building would not be valid, so it is left out.",
+            "Report this case.",
         ),
         "S399": ErrorCode(
             "Cutting the opening would leave the solid open, so the wall stays as it was.",

@@ -11,8 +11,7 @@ import shapely
 
 from frontage.model import Building, Elements, Facade, Failed, WorldRef
 from frontage.model.citymodel import Shell
-from frontage.solids.cells.build import build_solid
-from frontage.solids.checks import parts_overlap, valid_or_coarse
+from frontage.solids.checks import parts_overlap
 from frontage.solids.coarse.choose import CoarseModel, coarse_model
 from frontage.solids.coarse.host import Host
 from frontage.solids.distribute import distribute_reliefs
@@ -23,6 +22,7 @@ from frontage.solids.installations.attach import attach
 from frontage.solids.installations.installation import Installation
 from frontage.solids.options import BuildOptions
 from frontage.solids.relief import Built, FacadeReliefs
+from frontage.solids.sound import sound_solid
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,7 +69,7 @@ def assemble(
     if isinstance(coarse, Failed):
         return coarse
     parts = [facade_parts(f, e, options.chord_error) for f, e in facades]
-    built = [_cut_cells(building.id, h, own, options) for h, own in _by_host(coarse, parts, options)]
+    built = [sound_solid(building.id, h.solid, own, options) for h, own in _by_host(coarse, parts, options)]
     installed = [i for p in parts for i in _installations(p, built, world, options)]
     collected = _collected(building.id, coarse, built, installed)
     frames, notes = window_frames(built, facades, world, options)
@@ -88,13 +88,6 @@ def _by_host(
     solids = [h.solid for h in coarse.hosts]
     shares = [distribute_reliefs(p.reliefs, solids, options) for p in parts]
     return [(h, [share[k] for share in shares]) for k, h in enumerate(coarse.hosts)]
-
-
-def _cut_cells(building: str, host: Host, own: Sequence[FacadeReliefs], options: BuildOptions) -> Built:
-    """Cuts the reliefs into a host; returns the host unchanged if the result would not be valid."""
-    made = build_solid(host.solid, own, options)
-    built = made if isinstance(made, Built) else Built(host.solid, host.solid, failed=(made,))
-    return valid_or_coarse(building, built, host.solid)
 
 
 def _installations(

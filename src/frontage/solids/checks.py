@@ -1,26 +1,11 @@
-"""Validates the finished solids: each one alone, and the parts of a building together."""
+"""Validates the finished parts of a building together."""
 
 from collections.abc import Sequence
 
-from frontage.model import Failed, Feature, Polygons, Shape, Solid
+from frontage.model import Feature, Polygons, Shape, Solid
 from frontage.solids.brep import GRID_PER_M, rings_of
 from frontage.solids.relief import Built
-from frontage.validation.validate import validate, validate_feature
-
-_MAX_NAMED = 3  # findings named in a warning
-
-
-def valid_or_coarse(building: str, built: Built, coarse: Solid) -> Built:
-    """Returns the fine solid if it is valid, else the coarse one with the findings as S320."""
-    findings = validate(built.solid)
-    if not findings:
-        return built
-    named = "; ".join(f"{f.code} {f.message}" for f in findings[:_MAX_NAMED])
-    text = (
-        f"{building}: the fine solid is not valid ({len(findings)} findings: {named}); the coarse one is kept"
-    )
-    failed = Failed("S320", text, "please report this case")
-    return Built(coarse, coarse, failed=(*built.failed, failed), notes=built.notes)
+from frontage.validation.validate import validate_feature
 
 
 def parts_overlap(built: Sequence[Built]) -> bool:

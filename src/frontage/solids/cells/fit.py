@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 
+import numpy as np
 import shapely
 from shapely.geometry import Polygon
 from shapely.geometry.base import BaseGeometry
@@ -16,6 +17,7 @@ from frontage.solids.cells.snap import snap_border
 _MIN_SHARE = 0.5  # a relief that keeps less than half of its area is refused
 _HALF_GAP = 0.49  # of the gap: parts narrower than twice this vanish when the polygon is shrunk by it
 _REGROW = 0.5  # of the gap: the rest is grown back by slightly more than it was shrunk
+_SHORTEST_CUT = 2.5  # gaps: shorter cuts make triangles that are too flat beside a line one gap away
 _CHANGE_M2, _CHANGE_PER_M = 1e-6, 1e-4  # changes of area below this (plus per metre of border) are rounding
 
 
@@ -38,7 +40,8 @@ def fit_polygon(
         return None
     polygon = snap_border(whole, [*lines, *(p.polygon for p in near)], context.gap)
     if not room.covers(polygon):
-        polygon = _largest_polygon(shapely.intersection(polygon, room, grid_size=1.0))
+        free = _largest_polygon(shapely.intersection(polygon, room, grid_size=1.0))
+        polygon = _without_short_cuts(free, polygon, _SHORTEST_CUT * context.gap)
     clipped_by = []
     for other in near:
         if polygon.intersection(other.polygon).area > SAME * polygon.length:
@@ -49,6 +52,27 @@ def fit_polygon(
             log.note(f"{relief.id}: clipped where it overlaps {other.relief.id}")
             polygon = _largest_polygon(shapely.difference(polygon, other.polygon, grid_size=1.0))
     return _checked(projected, _without_necks(polygon, context.gap), clipped_by, context)
+
+
+def _without_short_cuts(polygon: Polygon, whole: Polygon, least: float) -> Polygon:
+    """Removes one end of every edge shorter than `least` (0.1 mm) that cuts a corner off the `whole` polygon.
+
+    The triangles between such an edge and the line that cut it, which runs a gap away, would be so flat that
+    rounding turns them. The corner whose removal costs least area goes; the polygon never grows.
+    """
+    if polygon.is_empty or polygon.interiors:
+        return polygon
+    ring = shapely.get_coordinates(shapely.orient_polygons(polygon).exterior)[:-1]
+    border, start = whole.boundary, 0
+    while len(ring) > 3 and start < len(ring):
+        a, b, c, d = ring[np.arange(start - 1, start + 3) % len(ring)]
+        lost = [float(np.linalg.det([q - p, r - q])) for p, q, r in ((a, b, c), (b, c, d))]
+        cuts = np.hypot(*(c - b)) < least and not border.dwithin(shapely.Point((b + c) / 2.0), SAME)
+        if cuts and min(lost) > 0.0:
+            ring = np.delete(ring, (start + int(np.argmin(lost))) % len(ring), axis=0)
+        else:
+            start += 1
+    return Polygon(ring)
 
 
 def _without_necks(polygon: Polygon, gap: float) -> Polygon:
