@@ -13,14 +13,15 @@ def is_opening(outline: Outline) -> bool:
     Beams that went through the wall prove that it is open, so this concerns scans without known lines of
     sight only. Gaps have some straight borders as well: along the ledge or the pipe that throws the shadow.
     What is no larger than such gaps is an opening only if it shows three of its four borders beyond doubt,
-    or, where something stands before others, two and most of those left. Larger outlines are openings: a scan
-    leaves no gaps of that size in a wall that have the form of a rectangle and wall around.
+    or, where something stands before others, two and most of those left. Of larger outlines, one border or
+    the frame is enough: a scan leaves few gaps of that size in a wall that have the form of a rectangle and
+    wall around. Where neither shows, points are merely missing, as behind the ledges of a frieze.
     """
     if any(b.edge.rays for b in outline.borders):
         return True
     x0, z0, x1, z1 = outline.place
-    if min(x1 - x0, z1 - z0) >= (_SMALL_EMPTY if outline.depth is None else _SMALL):
-        return True
     seen = sum(b.is_seen for b in outline.borders)
+    if min(x1 - x0, z1 - z0) >= (_SMALL_EMPTY if outline.depth is None else _SMALL):
+        return outline.depth is not None or seen > 0
     hidden = sum(b.is_hidden for b in outline.borders)
     return seen >= max(_SHARE * (len(outline.borders) - hidden), 2.0)
