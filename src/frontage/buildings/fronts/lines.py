@@ -90,6 +90,8 @@ def _next_front(walls: WallMap, free: Int, block: int, size: float) -> StreetFro
         out = np.array([along[1], -along[0]])
     s = (xy - origin) @ along
     band = (np.abs((xy - origin) @ out) < _BAND_M) & (np.abs(normal @ out) > _PARALLEL_COS)
+    if not band.any():  # the line of a few columns need not run as they face
+        return None
     run = _heaviest_run(s, weight * on, band, max(_RUN_GAP_M, 4 * size))
     lo, hi = float(s[run].min()), float(s[run].max())
     if hi - lo < max(_MIN_FRONT_M, 3 * size):
