@@ -41,8 +41,7 @@ def smoothed(facade: Facade, scan: Scan) -> tuple[Facade, Scan]:
     q[near, 1] = _medians(q[near], number, noise)
     xyz = scan.xyz.copy()
     xyz[facade.support] = facade.frame.apply(q)
-    own = np.abs(facade.frame.inverse.apply(xyz[facade.inliers])[:, 1])
-    left = max(1.4826 * float(np.median(own)), TOLERANCES.least_on_wall / _SIGMAS)
+    left = max(noise * np.sqrt(_MEDIAN / number), TOLERANCES.least_on_wall / _SIGMAS)
     return replace(facade, roughness=min(left, facade.roughness)), replace(scan, xyz=xyz)
 
 
