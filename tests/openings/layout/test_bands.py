@@ -67,6 +67,15 @@ def test_casements_that_meet_are_one_window(post):
     assert np.abs(only[0] - BAND).max() < 0.01
 
 
+def test_mullions_of_which_some_seem_as_wide_as_two_frames_part_leaves_only():
+    hole, middles = (2.0, 3.0, 6.0, 5.0), np.arange(2.65, 5.6, 0.675)
+    half = np.resize([0.055, 0.08], len(middles))
+    left, right = [2.07, *middles + half], [*middles - half, 5.93]
+    lights = [(a, hole[1] + FRAME, c, hole[3] - FRAME) for a, c in zip(left, right, strict=True)]
+    (only,) = found_in(hole, lights, spacing=0.02)
+    assert np.abs(only[0] - hole).max() < 0.01
+
+
 def test_leaves_of_a_window_are_narrower_than_windows():
     hole = (3.0, 3.0, 4.6, 4.4)
     (only,) = found_in(hole, panes(hole, 2, 0.16, 0.07), spacing=0.02)

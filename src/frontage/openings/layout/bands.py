@@ -72,15 +72,19 @@ def find_posts(beams: Beams, evidence: Evidence, ground: float) -> tuple[Post, .
     edges = beams.solid[np.argsort(beams.solid[:, 0], kind="stable")].T
     free = (evidence.expected > 0.0) & ~wall
     found: list[Post] = []
+    beside: list[list[float]] = []
     for plane in _planes(beams, evidence, edges):
         ended = solid + _evened(evidence.raster.count(*np.hstack(plane.stopped[1:])))
         passed = _evened(evidence.raster.count(*plane.beyond))
         full = (ended > _FULL * (ended + passed)) & (ended > shaded) & free
-        for rows, columns in _uprights(full, evidence.raster.cell):
-            post = _post(plane, (rows, columns), wall, evidence, ground)
+        uprights = list(_uprights(full, evidence.raster.cell))
+        for part in uprights:
+            post = _post(plane, part, wall, evidence, ground)
             if post is not None and not any(_meet(post, other) for other in found):
                 found.append(post)
-    return tuple(p for p in found if _room(p, found, wall, evidence) >= _WINDOW)
+                beside.append(_like(post, plane, uprights, evidence))
+    rooms = [_room(p, found, like, wall, evidence) for p, like in zip(found, beside, strict=True)]
+    return tuple(p for p, room in zip(found, rooms, strict=True) if room >= _WINDOW)
 
 
 def _evened(values: Float) -> Float:
@@ -137,6 +141,22 @@ def _uprights(full: Bool, cell: float) -> Iterator[tuple[slice, slice]]:
             yield rows, columns
 
 
+def _like(post: Post, plane: _Plane, uprights: list[tuple[slice, slice]], evidence: Evidence) -> list[float]:
+    """Returns the middles x m of the uprights beside a post that are wider than one of its two frames.
+
+    Of equal mullions some seem as wide as two frames and some do not, but all of them part leaves.
+    """
+    found = []
+    for rows, columns in uprights:
+        x0, z0, x1, z1 = piece = evidence.raster.box(rows.start, columns.start, rows.stop, columns.stop)
+        beside = x0 > post.x1 or x1 < post.x0
+        if beside and min(z1, post.z1) - max(z0, post.z0) > (post.z1 - post.z0) / 2.0:
+            across = _across(plane, piece, evidence)
+            if across is not None and across[1] - across[0] > (post.x1 - post.x0) / _FRAMES:
+                found.append((x0 + x1) / 2.0)
+    return found
+
+
 def _post(
     plane: _Plane, part: tuple[slice, slice], wall: Bool, evidence: Evidence, ground: float
 ) -> Post | None:
@@ -144,7 +164,7 @@ def _post(
 
     A post runs from a sill to a lintel and is as wide as two frames.
     """
-    (rows, columns), cell, (x, z) = part, evidence.raster.cell, evidence.raster.corner
+    (rows, columns), cell, z = part, evidence.raster.cell, evidence.raster.corner[1]
     middle = (columns.start + columns.stop) // 2
     below = slice(max(rows.start - int((_GAP + _STEEP * plane.depth) / cell) - 1, 0), rows.start)
     above = wall[rows.stop : rows.stop + int(_GAP / cell) + 2, middle]
@@ -153,10 +173,10 @@ def _post(
     low = z + rows.start * cell < ground + MASONRY.threshold
     if not above.any() or not (sill.any() or low or veiled):
         return None
-    piece = (x + columns.start * cell, z + rows.start * cell, x + columns.stop * cell, z + rows.stop * cell)
+    piece = evidence.raster.box(rows.start, columns.start, rows.stop, columns.stop)
     lintel = piece[3] + int(above.argmax()) * cell
     across = _across(plane, piece, evidence)
-    if across is None:
+    if across is None or across[1] - across[0] < MASONRY.half_brick:
         return None
     frames = [_frame(plane, s, piece, lintel, evidence) for s in _sides(*across)]
     if None in frames or across[1] - across[0] < _FRAMES * max(f or 0.0 for f in frames):
@@ -183,8 +203,7 @@ def _across(plane: _Plane, piece: Box, evidence: Evidence) -> tuple[float, float
     own = labels[min(int(((x1 - x0) / 2 + slack) / step), len(labels) - 1)] if len(labels) else 0
     if own == 0:
         return None
-    left, right = _span(x[labels[column] == own])
-    return (left, right) if right - left >= MASONRY.half_brick else None
+    return _span(x[labels[column] == own])
 
 
 def _run(bins: Int, number: int) -> Float:
@@ -249,13 +268,16 @@ def _mean(values: Float, evidence: Evidence, box: Box) -> float:
     return float(part.mean()) if part.size else 0.0
 
 
-def _room(post: Post, posts: list[Post], wall: Bool, evidence: Evidence) -> float:
-    """Returns the width m of the narrower window beside a post: as far as the next post, or the wall."""
+def _room(post: Post, posts: list[Post], like: list[float], wall: Bool, evidence: Evidence) -> float:
+    """Returns the width m of the narrower window beside a post.
+
+    It reaches as far as the next post, the next upright at one of the x m `like` it, or the wall.
+    """
     cell, (x, z) = evidence.raster.cell, evidence.raster.corner
     rows = wall[max(int((post.z0 - z) / cell), 0) : int((post.z1 - z) / cell) + 1]
     jambs = x + (np.flatnonzero(rows.mean(0) > _FULL) + 0.5) * cell
     others = [p.middle for p in posts if p is not post and min(p.z1, post.z1) > max(p.z0, post.z0)]
-    ends = np.concatenate([jambs, others, [x, x + wall.shape[1] * cell]])
+    ends = np.concatenate([jambs, others, like, [x, x + wall.shape[1] * cell]])
     return float(np.abs(ends - post.middle).min())
 
 
