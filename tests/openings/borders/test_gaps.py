@@ -6,7 +6,11 @@ import numpy as np
 import pytest
 from scipy.special import expit
 
-from frontage.openings import find_openings
+from frontage.openings import OpeningOptions, find_openings
+from frontage.openings.borders.gaps import is_opening
+from frontage.openings.borders.measure import measure
+from frontage.openings.observe import observe_wall
+from frontage.openings.wall.crossings import crossing_beams
 from fronts import WINDOW, box_of, scan_wall
 
 JOINT = (5.0, 1.2, 5.4, 3.4)
@@ -42,3 +46,14 @@ def test_a_narrow_pane_is_an_opening(rays):
     found = find_openings(*scan_wall([WINDOW, PANE], depth=0.07, rays=rays, returned=0.5)).openings
     assert len(found) == 2
     assert np.abs(box_of(found[1]) - PANE).max() < 0.02
+
+
+def test_what_shows_neither_a_border_nor_a_frame_is_no_opening():
+    facade, scan = scan_wall([WINDOW], rays=False)
+    wall = observe_wall(facade, scan, OpeningOptions())
+    (seen,) = measure(crossing_beams(facade, scan, wall.beams), [WINDOW], 0.04, 0.02)
+    bare = replace(seen, borders=tuple(replace(b, gain=0.0) for b in seen.borders), depth=None)
+    assert is_opening(seen) and is_opening(replace(seen, depth=None))
+    assert is_opening(replace(bare, depth=seen.depth))
+    assert is_opening(replace(bare, borders=(seen.borders[0], *bare.borders[1:])))
+    assert not is_opening(bare)

@@ -48,6 +48,13 @@ def test_neighbours_bring_the_noise_down_to_what_tells_a_recess():
     assert np.array_equal(less.xyz[:, [0, 2]], scan.xyz[:, [0, 2]])
 
 
+@pytest.mark.parametrize("roughness", [0.028, 0.05])
+def test_the_noise_left_is_that_of_the_points_not_the_unevenness_of_the_wall(roughness):
+    facade, scan = noisy_wall(0.028, rays=True)
+    calm, _ = smoothed(replace(facade, roughness=roughness), scan)
+    assert 0.008 < calm.roughness < 0.012
+
+
 def test_a_mirrored_cloud_is_smoothed_alike():
     facade, scan = noisy_wall(0.028, rays=False, spacing=0.04)
     assert len(scan) > 20_000

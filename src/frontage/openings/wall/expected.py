@@ -45,7 +45,8 @@ def _between_points(points: Float, raster: WallRaster) -> Float:
     Returns 0 where the triangles about a cell cover hardly anything.
     """
     middles, areas = wall_triangles(points)
-    number, covered = raster.count(*middles.T), raster.count(*middles.T, areas / raster.cell**2)
+    x, z = middles.T
+    number, covered = raster.count(x, z), raster.count(x, z, areas / raster.cell**2)
     due, left = np.zeros(raster.shape), np.ones(raster.shape, np.bool_)
     for around in (_AROUND, 2.0 * _AROUND):
         half, cover = (blurred(m, around / raster.cell) for m in (number / 2.0, covered))
