@@ -18,7 +18,7 @@ COLUMNS = np.array(
         [0.41028, 0.09502, 0.49088, 0.87123, 12.0],
     ]
 )
-"""Columns of a real scan beside a cut: x, y m, normal, occupied bins; the refitted line leaves all of them."""
+"""Columns beside a cut of a real scan: x, y m, normal, occupied bins. The last line leaves them all."""
 
 
 def test_a_few_columns_that_do_not_face_across_their_line_are_no_front():
