@@ -82,7 +82,7 @@ def find_posts(beams: Beams, evidence: Evidence, ground: float) -> tuple[Post, .
             post = _post(plane, part, wall, evidence, ground)
             if post is not None and not any(_meet(post, other) for other in found):
                 found.append(post)
-                beside.append(_like(post, plane, uprights, evidence))
+                beside.append([] if beams.rays else _like(post, plane, uprights, evidence))
     rooms = [_room(p, found, like, wall, evidence) for p, like in zip(found, beside, strict=True)]
     return tuple(p for p, room in zip(found, rooms, strict=True) if room >= _WINDOW)
 
@@ -144,7 +144,8 @@ def _uprights(full: Bool, cell: float) -> Iterator[tuple[slice, slice]]:
 def _like(post: Post, plane: _Plane, uprights: list[tuple[slice, slice]], evidence: Evidence) -> list[float]:
     """Returns the middles x m of the uprights beside a post that are wider than one of its two frames.
 
-    Of equal mullions some seem as wide as two frames and some do not, but all of them part leaves.
+    Of equal mullions some seem as wide as two frames and some do not, but all of them part leaves. Where
+    lines of sight are known, the beams that pass tell their widths, and this is not asked.
     """
     found = []
     for rows, columns in uprights:
