@@ -18,11 +18,10 @@ _LARGEST_DISC_PX = 8.0  # the time of a disc grows with its area, that of distan
 def cell_index(column_row: Float, shape: tuple[int, int]) -> tuple[Int, Bool]:
     """Returns the flat cell numbers (k,) of the positions (n, 2) (column, row) inside, and which (n,) are."""
     h, w = shape
-    inside = (
-        (column_row[:, 0] >= 0) & (column_row[:, 0] < w) & (column_row[:, 1] >= 0) & (column_row[:, 1] < h)
-    )
-    c, r = column_row[inside].astype(np.int64).T
-    return r * w + c, inside
+    c, r = (np.floor(at) for at in column_row.T)
+    inside = (c >= 0) & (c < w) & (r >= 0) & (r < h)
+    cell = r * w + c
+    return (cell if inside.all() else cell[inside]).astype(np.int64), inside
 
 
 def by_rows(row: Float) -> tuple[Int, Array]:

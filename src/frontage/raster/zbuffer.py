@@ -52,12 +52,12 @@ def local_spacing(xyz: Float, samples_per_cell: int = 8) -> tuple[Float, Float]:
     edge = 0.25
     if len(xyz) == 0:
         return np.empty(0), np.empty(0)
-    corner = xyz.min(0)
+    axes = np.array(xyz.T, order="C")
+    axes -= axes.min(1, keepdims=True)
     while True:
-        key = ((xyz - corner) / edge).astype(np.int64)
-        shape = key.max(0) + 1
-        flat = (key[:, 0] * shape[1] + key[:, 1]) * shape[2] + key[:, 2]
-        k = _together(flat, int(shape.prod())).astype(np.float64)
+        x, y, z = (axes / edge).astype(np.int64)
+        rows, layers = int(y.max()) + 1, int(z.max()) + 1
+        k = _together((x * rows + y) * layers + z, (int(x.max()) + 1) * rows * layers).astype(np.float64)
         if np.median(k) >= samples_per_cell or edge >= 8.0:
             return edge / np.sqrt(k), k
         edge *= 2.0

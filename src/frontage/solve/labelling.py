@@ -16,6 +16,8 @@ from frontage.geometry.arrays import Array, Int
 _LEVELS = 6  # the coarsest blocks are 32 x 32 cells
 _STEPS = 6  # of messages per level of blocks
 _LAST_STEPS = 3  # of messages between single cells
+_STRIP = 64  # rows of cells that are labelled at once; even
+_AROUND = 4  # rows of cells that messages reach in the last steps, at most; even
 _AXES = ((1, 1), (1, -1), (2, 1), (2, -1))  # axis and step from the sender to the receiver
 
 
@@ -30,14 +32,32 @@ def label_grid(cost: Array, base: float, border: Array) -> Int:
         costs.append(_halved(costs[-1]))
         borders.append(_halved(borders[-1]) * np.float32(0.5))
     messages = np.zeros((4, *costs[-1].shape), np.float32)
-    for level in range(len(costs) - 1, -1, -1):
+    for level in range(len(costs) - 1, 0, -1):
         h, w = costs[level].shape[1:]
         if messages.shape[2:] != (h, w):
-            messages = _doubled(np.float32(0.5) * messages)[:, :, :h, :w]
-        belief = costs[level] + messages.sum(0)
-        for _ in range(_STEPS if level else _LAST_STEPS):
-            _pass(belief, np.float32(base * 2**level), borders[level], messages)
-    return np.asarray(np.argmin(belief, axis=0), np.int64)
+            messages = _doubled(messages, h, w)
+        _sent(costs[level], np.float32(base * 2**level), borders[level], messages, _STEPS)
+    return _labels_of_cells(cost, np.float32(base), borders[0], messages)
+
+
+def _labels_of_cells(cost: Array, base: np.float32, border: Array, messages: Array) -> Int:
+    """Labels the single cells (k, h, w), which inherit the messages of their blocks.
+
+    A message goes one cell per step, so that strips of cells with some rows around them are labelled as the
+    whole would be. A strip stays in the cache, and its memory is used again by the next one.
+    """
+    _, h, w = cost.shape
+    inherits = messages.shape[2:] != (h, w)
+    label = np.empty((h, w), np.int64)
+    for first in range(0, h, _STRIP):
+        top, last = max(first - _AROUND, 0), min(first + _STRIP, h)
+        rows = slice(top, min(last + _AROUND, h))
+        own = messages[:, :, rows].copy()
+        if inherits:
+            own = _doubled(messages[:, :, top // 2 : -(-rows.stop // 2)], rows.stop - top, w)
+        belief = _sent(cost[:, rows], base, border[:, rows], own, _LAST_STEPS)
+        label[first:last] = np.argmin(belief[:, first - top : last - top], axis=0)
+    return label
 
 
 def _halved(values: Array) -> Array:
@@ -48,11 +68,22 @@ def _halved(values: Array) -> Array:
     return np.asarray(rows[..., ::2] + rows[..., 1::2])
 
 
-def _doubled(values: Array) -> Array:
-    """Repeats every cell of values (4, k, h, w) in a block of 2 x 2."""
-    d, k, h, w = values.shape
-    blocks = np.broadcast_to(values[:, :, :, None, :, None], (d, k, h, 2, w, 2))
-    return np.array(blocks).reshape(d, k, 2 * h, 2 * w)
+def _doubled(values: Array, h: int, w: int) -> Array:
+    """Halves the messages (4, k, ...) of blocks, and gives them to the 2 x 2 cells of each, h x w in all."""
+    out = np.empty((*values.shape[:2], h, w), values.dtype)
+    for row in (0, 1):
+        for column in (0, 1):
+            part = out[:, :, row::2, column::2]
+            np.multiply(values[:, :, : part.shape[2], : part.shape[3]], np.float32(0.5), out=part)
+    return out
+
+
+def _sent(cost: Array, base: np.float32, border: Array, messages: Array, steps: int) -> Array:
+    """Sends all messages (4, k, h, w) some times, in place; returns the belief (k, h, w)."""
+    belief = cost + messages.sum(0)
+    for _ in range(steps):
+        _pass(belief, base, border, messages)
+    return np.asarray(belief)
 
 
 def _pass(belief: Array, base: np.float32, border: Array, messages: Array) -> None:
@@ -64,10 +95,10 @@ def _pass(belief: Array, base: np.float32, border: Array, messages: Array) -> No
         ahead, behind = _slices(axis, step)
         own = belief[behind] - messages[d ^ 1][behind]  # without what came from the receiver
         edge = border[behind] + border[ahead]
-        edge += (own + edge).min(0) + base
+        edge += np.add(own, edge).min(0) + base
         message = np.minimum(own, edge, out=own)
         message -= message.min(0, keepdims=True)
-        belief[ahead] += message - messages[d][ahead]
+        belief[ahead] += np.subtract(message, messages[d][ahead], out=edge)
         messages[d][ahead] = message
 
 
