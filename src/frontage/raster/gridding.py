@@ -1,5 +1,6 @@
 """Turns scattered points into grids: quantiles by cell, interpolation between cells, closing of gaps."""
 
+from collections.abc import Callable
 from typing import NamedTuple
 
 import cv2
@@ -12,6 +13,7 @@ _MARKED_CELLS = 1 << 26  # as many are marked in memory; more are sorted
 _SAME_PLACE = 1e-6  # pixels
 _BAND_ROWS = 64
 _BLOCK_PX = 256  # over which the radii of discs hardly change
+_SAMPLE_PX = 16  # between the radii of which the mean of a block is taken
 _LARGEST_DISC_PX = 8.0  # the time of a disc grows with its area, that of distances does not
 
 
@@ -149,14 +151,29 @@ def closed(occupied: Bool, radius: Array) -> Bool:
 
     Small radii are taken to vary slowly: a block of pixels is closed by the disc of its mean radius.
     """
+    return _by_blocks(occupied, radius, _closed_by_disc, _closed_by_distance)
+
+
+def grown(occupied: Bool, radius: Array) -> Bool:
+    """Grows a mask by discs of `radius` (h, w) px; small radii are taken to vary slowly, as in `closed`."""
+    return _by_blocks(occupied, radius, _grown_by_disc, lambda mask, r: distance_to(mask) <= r)
+
+
+def _by_blocks(
+    occupied: Bool,
+    radius: Array,
+    by_disc: Callable[[Bool, float], Bool],
+    by_distance: Callable[[Bool, Array], Bool],
+) -> Bool:
+    """Applies an operation with small discs block by block, and one with distances where discs are large."""
     if float(radius.max(initial=0.0)) > _LARGEST_DISC_PX:
-        return _closed_by_distance(occupied, radius)
+        return by_distance(occupied, radius)
     out = np.empty_like(occupied)
     for tile in tiles(occupied.shape[0], occupied.shape[1], _BLOCK_PX):
-        r = float(radius[tile.window].mean())
+        r = float(radius[tile.window][::_SAMPLE_PX, ::_SAMPLE_PX].mean())
         reach = 2 * int(np.ceil(r)) + 2
         r0, c0 = max(tile.r0 - reach, 0), max(tile.c0 - reach, 0)
-        whole = _closed_by_disc(occupied[r0 : tile.r1 + reach, c0 : tile.c1 + reach], r)
+        whole = by_disc(occupied[r0 : tile.r1 + reach, c0 : tile.c1 + reach], r)
         out[tile.window] = whole[tile.r0 - r0 :, tile.c0 - c0 :][: tile.shape[0], : tile.shape[1]]
     return out
 
@@ -167,6 +184,10 @@ def _closed_by_disc(occupied: Bool, radius: float) -> Bool:
     padded = cv2.copyMakeBorder(occupied.view(np.uint8), reach, reach, reach, reach, cv2.BORDER_CONSTANT)
     whole: Array = cv2.morphologyEx(padded, cv2.MORPH_CLOSE, disc)
     return whole[reach:, reach:][: len(occupied), : occupied.shape[1]].view(np.bool_)
+
+
+def _grown_by_disc(occupied: Bool, radius: float) -> Bool:
+    return np.asarray(cv2.dilate(occupied.view(np.uint8), _disc(radius)).view(np.bool_))
 
 
 def _disc(radius: float) -> Array:
@@ -180,8 +201,8 @@ def _closed_by_distance(occupied: Bool, radius: Array) -> Bool:
     reach = int(np.ceil(radius.max())) + 2
     padded = np.pad(occupied, reach)
     r = np.pad(radius.astype(np.float32), reach, mode="edge")
-    grown = distance_to(padded) <= r
-    back = distance_to(~grown) > r
+    wide = distance_to(padded) <= r
+    back = distance_to(~wide) > r
     return (back | padded)[reach:-reach, reach:-reach]
 
 

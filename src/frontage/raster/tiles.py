@@ -32,11 +32,12 @@ class Tile:
         return self.r1 - self.r0, self.c1 - self.c0
 
 
-def tiles(height: int, width: int, size: int) -> Iterator[Tile]:
-    """Yields tiles of at most `size` x `size` px that cover a raster, row by row."""
+def tiles(height: int, width: int, size: int, columns: int | None = None) -> Iterator[Tile]:
+    """Yields tiles of at most `size` rows and as many (or `columns`) columns that cover a raster, row by row."""
+    wide = columns or size
     for r in range(0, height, size):
-        for c in range(0, width, size):
-            yield Tile(r, min(r + size, height), c, min(c + size, width))
+        for c in range(0, width, wide):
+            yield Tile(r, min(r + size, height), c, min(c + wide, width))
 
 
 def allocate(shape: tuple[int, ...], dtype: DTypeLike, fill: float = 0) -> Array:
