@@ -23,6 +23,8 @@ _PER_SPACING = 3  # cells per spacing
 _CLOSING = 2.0  # spacings, as in `splat`
 _BEYOND = 0.5  # spacings by which a surface extends past its last point
 _SMOOTH = 0.7  # spacings
+_TAIL = 4.0  # sigmas to which it is smoothed
+_EVERY = 16  # cells, of whose spacings the median is taken
 _REACH = 6.0  # spacings around a tile on which its cells depend
 
 
@@ -71,7 +73,7 @@ def measure_steps(
         shape = (tile.shape[0] + 2 * reach, tile.shape[1] + 2 * reach)
         part = gridding.of_rows(band, r, r + shape[0])
         cell, inside = gridding.cell_index(at[part] - [c, r], shape)
-        spacing = gaps.at(np.arange(r, r + shape[0]) * k, np.arange(c, c + shape[1]) * k) / k
+        spacing = gaps.at(np.arange(r, r + shape[0]) * k, np.arange(c, c + shape[1]) * k) / np.float32(k)
         sides = []
         for side in (~recessed[part][inside], recessed[part][inside]):
             hit = np.zeros(shape[0] * shape[1], bool)
@@ -98,13 +100,19 @@ def _sorted_points(
 
 
 def _signed_distance(near: Bool, far: Bool, spacing: Array) -> Array:
-    """Distance (h, w) float32, in cells, to the edge between two sampled sides; negative on the near side."""
-    to_near, to_far = gridding.distance_to(near), gridding.distance_to(far)
-    nearer = to_near <= to_far
+    """Distance (h, w) float32, in cells, to the edge between two sampled sides; negative on the near side.
+
+    It is told as far as it is smoothed over.
+    """
+    sigma = max(0.5, _SMOOTH * float(np.median(spacing[::_EVERY, ::_EVERY])))
+    most = _TAIL * sigma
+    filled = _CLOSING * float(spacing.max()) + 1.0  # beyond, there is neither of the sides
+    nearer = gridding.distance_within(near, filled) <= gridding.distance_within(far, filled)
     near_side = gridding.closed(near, _CLOSING * spacing) & nearer
     far_side = gridding.closed(far, _CLOSING * spacing) & ~nearer
-    beyond = gridding.distance_to(near_side) - gridding.distance_to(~near_side)
-    signed = beyond - np.minimum(gridding.distance_to(far_side), _BEYOND * spacing)
-    sigma = max(0.5, _SMOOTH * float(np.median(spacing)))
-    smooth: Array = cv2.GaussianBlur(np.clip(signed, -8 * sigma, 8 * sigma).astype(np.float32), (0, 0), sigma)
+    signed = cv2.subtract(
+        *(gridding.distance_within(side, most) for side in (near_side, ~near_side)), dtype=cv2.CV_32F
+    )
+    ends = np.minimum(gridding.distance_within(far_side, _BEYOND * float(spacing.max())), _BEYOND * spacing)
+    smooth: Array = cv2.GaussianBlur(signed - ends, (0, 0), sigma)
     return smooth

@@ -12,6 +12,9 @@ from frontage.raster.tiles import tiles
 _MARKED_CELLS = 1 << 26  # as many are marked in memory; more are sorted
 _SAME_PLACE = 1e-6  # pixels
 _BAND_ROWS = 64
+_CROSS, _SQUARE = (cv2.getStructuringElement(kind, (3, 3)) for kind in (cv2.MORPH_CROSS, cv2.MORPH_RECT))
+OCTAGON = (_CROSS, _CROSS, _SQUARE, _CROSS, _SQUARE)
+"""By what to grow in turn, a pixel at a time; two squares in five steps make the rounder octagon."""
 _BLOCK_PX = 256  # over which the radii of discs hardly change
 _SAMPLE_PX = 16  # between the radii of which the mean of a block is taken
 _LARGEST_DISC_PX = 8.0  # the time of a disc grows with its area, that of distances does not
@@ -204,6 +207,20 @@ def _closed_by_distance(occupied: Bool, radius: Array) -> Bool:
     wide = distance_to(padded) <= r
     back = distance_to(~wide) > r
     return (back | padded)[reach:-reach, reach:-reach]
+
+
+def distance_within(mask: Bool, most: float) -> Array:
+    """Distance (h, w) uint8 px of every pixel to the nearest True one, no larger than `most` rounded up.
+
+    Pixels grow by crosses and squares in turn: octagons, which are discs to 8 %. Up to twenty steps or so,
+    this takes a fraction of the time of `distance_to`.
+    """
+    away: Array = (~mask).view(np.uint8)
+    distance = away.copy()
+    for step in range(min(int(np.ceil(most)), 255) - 1):
+        away = cv2.erode(away, OCTAGON[step % len(OCTAGON)])
+        cv2.add(distance, away, dst=distance)
+    return distance
 
 
 def distance_to(mask: Bool) -> Array:

@@ -4,12 +4,10 @@ import cv2
 import numpy as np
 
 from frontage.geometry.arrays import Array, Float, Int
+from frontage.raster.gridding import OCTAGON
 
 _COUNTED_CUBES = 1 << 23  # as many are counted in memory; more are sorted
 MAX_RADIUS_PX = 24  # very close points would cover the picture; no gap between samples is that wide
-
-_CROSS, _SQUARE = (cv2.getStructuringElement(kind, (3, 3)) for kind in (cv2.MORPH_CROSS, cv2.MORPH_RECT))
-_GROWTH = (_CROSS, _CROSS, _SQUARE, _CROSS, _SQUARE)  # two squares in five steps: the rounder octagon
 
 
 def splat_depth(xy: Float, depth: Float, radius: Float, shape: tuple[int, int]) -> Array:
@@ -38,7 +36,7 @@ def splat_depth(xy: Float, depth: Float, radius: Float, shape: tuple[int, int]) 
         own = size == r
         np.minimum.at(drawn.reshape(-1), cell[own], depth[own])
         if r > 0:
-            drawn = cv2.erode(drawn, _GROWTH[r % len(_GROWTH)], borderType=cv2.BORDER_REPLICATE)
+            drawn = cv2.erode(drawn, OCTAGON[r % len(OCTAGON)], borderType=cv2.BORDER_REPLICATE)
     window[:] = drawn
     return out
 
