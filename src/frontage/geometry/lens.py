@@ -58,6 +58,11 @@ class Lens:
         extremum = poly.polyadd(poly.polymul(n, d), 2.0 * poly.polymulx(slope))
         return float(np.sqrt(min(_first_root(extremum), _first_root(d))))
 
+    def _factor(self, q: Array) -> Array:
+        """The radial factor f(q), q = squared radius (n,)."""
+        n = poly.polyval(q, self._numerator)
+        return np.asarray(n / poly.polyval(q, self._denominator) if self.divisor else n)
+
     def factor(self, q: Array) -> tuple[Array, Array]:
         """The radial factor f(q) and its derivative df/dq, q = squared radius (n,)."""
         n, d = poly.polyval(q, self._numerator), poly.polyval(q, self._denominator)
@@ -71,7 +76,7 @@ class Lens:
         """Distorts ideal points (n, 2); NaN past the fold."""
         q = xy[:, 0] ** 2 + xy[:, 1] ** 2
         with np.errstate(invalid="ignore", over="ignore", divide="ignore"):
-            radial = xy * self.factor(q)[0][:, None]
+            radial = xy * self._factor(q)[:, None]
             out = radial if self.is_radial else radial + self._decentre(radial if self.staged else xy)
         if np.isfinite(self.limit):
             out[~(q < self.limit**2)] = np.nan

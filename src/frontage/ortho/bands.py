@@ -20,21 +20,27 @@ _MUCH_MISSING = 0.25  # share that must be missing before a picture of two kinds
 class Bands:
     """The pixels (h, w, 4) uint8, depth (h, w) float32 m, source (h, w) uint16 and gsd (h, w) float32 m.
 
-    All bands start empty (0 or NaN) except the depth, which holds the `relief` where it was measured. Without
-    a relief the depth is a single NaN, broadcast to (h, w).
+    All bands start empty (0 or NaN) except the depth, which holds the `relief` with its gaps filled until
+    `forget_gaps`. Without a relief the depth is a single NaN, broadcast to (h, w).
     """
 
     def __init__(self, raster: OrthoRaster, relief: ReliefMap | None = None) -> None:
         shape = (raster.height, raster.width)
-        self.has_relief = relief is not None
+        self.relief = relief
         self.pixels = allocate((*shape, 4), np.uint8)
         self.depth = np.broadcast_to(np.float32(np.nan), shape)
         if relief is not None:
-            self.depth = allocate(shape, np.float32, np.nan)
+            self.depth = allocate(shape, np.float32)
             for tile in tiles(raster.height, raster.width, TILE_PX):
                 self.depth[tile.window] = relief.at(raster, tile)
         self.source = allocate(shape, np.uint16)
         self.gsd = allocate(shape, np.float32, np.nan)
+
+    def forget_gaps(self, raster: OrthoRaster) -> None:
+        """Sets the depth to NaN where the relief was not measured."""
+        if self.relief is not None:
+            for tile in tiles(raster.height, raster.width, TILE_PX):
+                self.depth[tile.window][~self.relief.measured(raster, tile)] = np.nan
 
     def as_ortho_image(
         self,
@@ -104,7 +110,7 @@ def clear_outside(
     Where no relief was measured at all, nothing can tell a cornice from the sky, and the whole margin stays.
     """
     facade, raster = surface.facade, surface.raster
-    measured = bands.has_relief and any(
+    measured = bands.relief is not None and any(
         np.isfinite(bands.depth[t.window]).any() for t in tiles(raster.height, raster.width, TILE_PX)
     )
     for tile in tiles(raster.height, raster.width, TILE_PX):
@@ -117,6 +123,6 @@ def clear_outside(
         if outside.any():
             bands.pixels[tile.window][outside] = 0
             bands.source[tile.window][outside] = 0
-            for band in (bands.depth if bands.has_relief else None, bands.gsd, intensity):
+            for band in (bands.depth if bands.relief else None, bands.gsd, intensity):
                 if band is not None:
                     band[tile.window][outside] = np.nan

@@ -62,6 +62,7 @@ def make_ortho(
     points = points.on_surface(relief)
     surface = DrawingSurface(facade, raster, relief if options.draws_relief else None)
     bands, intensity = Bands(raster, surface.relief), intensity_band(points, raster)
+    surface = surface if surface.relief is None else surface.on(raster, bands.depth)
 
     # Section 3.2, several photos: how well each shows every part that it does not hide.
     occluders = find_occluders(facade, points.xyz, standing, surroundings, options) if photos_used else None
@@ -79,6 +80,7 @@ def make_ortho(
     names = painted + paint_missing_from_scan(bands, points, surface, len(painted))
     if not names:
         return Failed("F302", f"facade {facade.id}: no photo and no scan point shows it", "check the poses")
+    bands.forget_gaps(raster)
     clear_outside(bands, intensity, surface, options)
     fill_by_symmetry(bands, raster, options)
     ortho = bands.as_ortho_image(

@@ -37,19 +37,23 @@ def solid_cells(among: Bool, y: Array, size: float, step: float) -> Bool:
     """
     if not among.any():
         return among
-    solid = among & _continuous(y, step)
+    solid = _continuous(among, y, step)
     whole = gridding.closed(solid, np.full(y.shape, 1.0))
     wide = ~gridding.closed(~whole, np.full(y.shape, 0.5 * _PASSAGE_M / size))  # opening of the surface
     return among & (gridding.distance_to(wide) <= _BORDER_CELLS)
 
 
-def _continuous(y: Array, step: float) -> Bool:
-    """Returns the cells (h, w) that at least half of their 24 neighbours continue within `step` m."""
+def _continuous(among: Bool, y: Array, step: float) -> Bool:
+    """Returns the cells (h, w) `among` those given that half of their 24 neighbours continue within `step` m."""
     padded = np.pad(y, 2, constant_values=np.nan)
-    h, w = y.shape
-    friends = np.zeros(y.shape, np.int32)
-    for i in range(5):
-        for j in range(5):
+    width = padded.shape[1]
+    row, column = np.nonzero(among)
+    at, own = (row + 2) * width + column + 2, y[row, column]
+    friends = np.zeros(len(at), np.int64)
+    for i in range(-2, 3):
+        for j in range(-2, 3):
             with np.errstate(invalid="ignore"):
-                friends += np.abs(padded[i : i + h, j : j + w] - y) <= step
-    return friends - 1 >= _CONTINUED * 24
+                friends += np.abs(padded.ravel()[at + (i * width + j)] - own) <= step
+    found = np.zeros_like(among)
+    found[row, column] = friends - 1 >= _CONTINUED * 24
+    return found

@@ -1,7 +1,6 @@
 """The photos rectified on the cells of a plan, each once: what they are compared by and chosen by."""
 
-from dataclasses import dataclass, field, replace
-from functools import cached_property
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -11,7 +10,7 @@ from frontage.ortho.project import map_tile
 from frontage.ortho.surface import DrawingSurface, ImageOf
 from frontage.ortho.views import ViewPlan
 from frontage.raster.resample import resample
-from frontage.raster.tiles import Tile, tiles
+from frontage.raster.tiles import tiles
 
 _TILE_PX = 512
 
@@ -40,7 +39,7 @@ class CellPhotos:
     @classmethod
     def of(cls, surface: DrawingSurface, plan: ViewPlan | None, image_of: ImageOf) -> "CellPhotos | None":
         """The photos of a plan on its cells, by the full projection; None without a plan."""
-        return None if plan is None else cls(replace(surface, raster=plan.cells), "full", image_of)
+        return None if plan is None else cls(surface.on(plan.cells, plan.depth), "full", image_of)
 
     def __call__(self, photo: Photo, shown: Array) -> Rectified:
         """Return what a photo shows in the tiles in which it is `shown` (h, w) anywhere."""
@@ -55,15 +54,10 @@ class CellPhotos:
         to_photo = self.surface.projection_into(photo, self.projection)
         for tile in tiles(shape[0], shape[1], _TILE_PX):
             if shown[tile.window].any():
-                at = map_tile(to_photo, tile, None if self._depth is None else self._depth[tile.window])
+                at = map_tile(to_photo, tile, self.surface.depth(tile))
                 resample(image, at, out=codes[tile.window])
                 radius[tile.window] = _radius(photo, *at.planes((-0.5, -0.5), 1.0))
         return Rectified(codes, radius)
-
-    @cached_property
-    def _depth(self) -> Array | None:
-        """The depth (h, w) m of the cells, the same for all photos; None for the plane."""
-        return self.surface.depth(Tile(0, self.surface.raster.height, 0, self.surface.raster.width))
 
     def again(
         self, surface: DrawingSurface, projection: str, image_of: ImageOf, turned: frozenset[str]
@@ -71,7 +65,8 @@ class CellPhotos:
         """Return the photos on a surface of the same cells, of which those `turned` have new pictures."""
         moved = surface.offset != self.surface.offset or projection != self.projection
         kept = {name: found for name, found in self._known.items() if name not in turned and not moved}
-        return CellPhotos(replace(surface, raster=self.surface.raster), projection, image_of, kept)
+        cells = surface.on(self.surface.raster, self.surface.drawn)
+        return CellPhotos(cells, projection, image_of, kept)
 
 
 def _radius(photo: Photo, u: Array, v: Array) -> Array:

@@ -55,15 +55,15 @@ class ReliefMap:
     opening: Array
     steps: Steps
 
-    def at(self, raster: OrthoRaster, tile: Tile, filled: bool = False) -> Array:
+    def at(self, raster: OrthoRaster, tile: Tile) -> Array:
         """Returns the depth (m, n) float32 m at the pixels of a tile of a raster of the same facade.
 
-        Where it was not measured it is NaN, or with `filled` that of the nearest surface. Glass without
-        returns lies at the depth of its frame; drawn on the plane, it would show the frame a second time.
+        Where it was not measured it is that of the nearest surface. Glass without returns lies at the depth
+        of its frame; drawn on the plane, it would show the frame a second time.
         """
         (r0, r1, c0, c1), u, v = self.raster.window_of(raster, tile)
         window = (slice(r0, r1), slice(c0, c1))
-        cells, near, far, known = (g[window] for g in (self.y, self.near, self.far, self.known))
+        cells, near, far = (g[window] for g in (self.y, self.near, self.far))
         y = gridding.bilinear(cells, u, v)
         stepped = far - near > _STEP_M
         if stepped.any():
@@ -71,9 +71,13 @@ class ReliefMap:
             side, behind = (gridding.nearest(np.where(third, cells, g), u, v) for g in (near, far))
             cv2.copyTo(behind, self.steps.recessed(raster, tile).view(np.uint8), side)
             cv2.copyTo(side, gridding.nearest(stepped.view(np.uint8), u, v), y)
-        if not filled and not known.all():
-            y[gridding.bilinear(known, u, v) <= 0.5] = np.nan
         return y
+
+    def measured(self, raster: OrthoRaster, tile: Tile) -> Bool:
+        """Returns at which pixels (m, n) of a tile of another raster the depth was measured."""
+        (r0, r1, c0, c1), u, v = self.raster.window_of(raster, tile)
+        found: Bool = gridding.bilinear(self.known[r0:r1, c0:c1], u, v) > 0.5
+        return found
 
     def openings(self, raster: OrthoRaster, tile: Tile) -> Int:
         """Returns the number (m, n) of the opening at the pixels of a tile of another raster; 0 = wall."""
@@ -135,16 +139,15 @@ def _agreed(y: Array) -> Array:
 
     A median would round the corners of openings and remove frames narrower than half of its window.
     """
-    padded = np.pad(y, 2, constant_values=np.nan)
+    padded = cv2.copyMakeBorder(y, 2, 2, 2, 2, cv2.BORDER_CONSTANT, value=float("nan"))
     h, w = y.shape
-    total, count = np.zeros_like(y), np.zeros(y.shape, np.int32)
+    total, count = np.zeros_like(y), np.zeros(y.shape, np.uint8)
     for i in range(5):
         for j in range(5):
             other = padded[i : i + h, j : j + w]
-            with np.errstate(invalid="ignore"):
-                same = np.abs(other - y) <= _STEP_M
-            total += np.where(same, other, 0.0)
-            count += same
+            same = cv2.compare(cv2.absdiff(other, y), _STEP_M, cv2.CMP_LE)
+            cv2.add(total, other, dst=total, mask=same)
+            count -= same  # 255, which is -1
     with np.errstate(invalid="ignore", divide="ignore"):
         mean: Array = np.where(count > _AGREEING, total / count, np.nan).astype(np.float32)
     return mean

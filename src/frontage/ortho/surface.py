@@ -23,12 +23,18 @@ class DrawingSurface:
     raster  the pixels of the picture, or coarser cells of it
     relief  None = the plane y = 0
     offset  m that the surface lies behind the relief or the plane
+    drawn   (h, w) float32 m, depths of all pixels of the raster where they are known already
     """
 
     facade: Facade
     raster: OrthoRaster
     relief: ReliefMap | None
     offset: float = 0.0
+    drawn: Array | None = None
+
+    def on(self, raster: OrthoRaster, drawn: Array | None = None) -> "DrawingSurface":
+        """Returns the same surface for the pixels of another raster, whose depths may be known already."""
+        return replace(self, raster=raster, drawn=drawn)
 
     def moved_by(self, found: PhotoOffset | None) -> "DrawingSurface":
         """Returns the surface at the depth at which the photos see it, where that offset is to be applied."""
@@ -37,9 +43,12 @@ class DrawingSurface:
     def depth(self, tile: Tile) -> Array | None:
         """Returns y (m, n) float32 m of the pixels of a tile without the offset; None for the plane.
 
-        Where the relief was not measured, the pixel takes the depth of the nearest measured surface.
+        Where the relief was not measured, the pixel takes the depth of the nearest measured surface. Callers
+        must not write to it.
         """
-        return None if self.relief is None else self.relief.at(self.raster, tile, filled=True)
+        if self.drawn is not None:
+            return self.drawn[tile.window]
+        return None if self.relief is None else self.relief.at(self.raster, tile)
 
     def openings(self, tile: Tile) -> Int:
         """Returns the number (m, n) of the glazed opening at the pixels of a tile; 0 = wall."""

@@ -36,6 +36,7 @@ _BORDER = 0.05  # share of the photo's width over which quality fades to zero
 class ViewPlan:
     """How k photos show a facade, by cells (h, w) of `step` x `step` pixels; the best photo comes first.
 
+    depth    (h, w) float32 m, of the cells
     quality  (k, h, w) float32, larger is better, 0 = not seen
     gsd      (k, h, w) float32 m, size of a pixel of the photo on the facade
     clear    (k, h, w) bool, seen with nothing in front
@@ -45,6 +46,7 @@ class ViewPlan:
 
     cells: OrthoRaster
     step: int
+    depth: Array
     photos: tuple[Photo, ...]
     quality: Array
     gsd: Array
@@ -80,7 +82,7 @@ def plan_views(
     most = min(_MAX_CELLS, _MAX_VALUES // min(len(photos), options.max_photos))
     step = max(1, round(_CELL_M / raster.gsd), int(np.ceil(np.sqrt(raster.width * raster.height / most))))
     cells = raster.coarser(step)
-    coarse = replace(surface, raster=cells)
+    coarse = surface.on(cells)
     measured = coarse.depth(Tile(0, cells.height, 0, cells.width))
     y = np.zeros((cells.height, cells.width), np.float32) if measured is None else measured
     views = [v for p in photos if (v := _photo_view(p, coarse, y, options)) is not None]
@@ -96,7 +98,7 @@ def plan_views(
     clear = np.stack([s.factor == 1.0 for s in seen]) & (quality > 0.0) & ~behind
     gsd = np.stack([_effective_gsd(v.photo, coarse, options) for v in views])
     solid = np.stack([s.solid for s in seen]) & behind
-    return ViewPlan(cells, step, tuple(v.photo for v in views), quality, gsd, clear, behind, solid)
+    return ViewPlan(cells, step, y, tuple(v.photo for v in views), quality, gsd, clear, behind, solid)
 
 
 @dataclass(frozen=True)
@@ -164,7 +166,7 @@ def _effective_gsd(photo: Photo, surface: DrawingSurface, options: OrthoOptions)
     if min(coarse.width, coarse.height) < 2:
         return np.full((cells.height, cells.width), np.nan, np.float32)
     column, row = np.arange(coarse.width) + 0.5, np.arange(coarse.height) + 0.5
-    at = replace(surface, raster=coarse).projection_into(photo, options.projection)(
+    at = surface.on(coarse).projection_into(photo, options.projection)(
         column[None, :], row[:, None], 0.0
     )
     (a, c), (b, d) = np.moveaxis(np.gradient(at, axis=1), -1, 0), np.moveaxis(np.gradient(at, axis=0), -1, 0)

@@ -1,6 +1,7 @@
 """Turns scattered points into grids: quantiles by cell, interpolation between cells, closing of gaps."""
 
 from collections.abc import Callable
+from functools import lru_cache
 from typing import NamedTuple
 
 import cv2
@@ -90,15 +91,23 @@ def bilinear(grid: Array, u: Array, v: Array) -> Array:
     Returns (m, n) or (m, n, k) float32; the edges extend outwards. Where the positions divide every cell into
     the same whole number of pixels, the grid is enlarged by it, which takes a twentieth of the time.
     """
-    across, down = _divided(u), _divided(v)
+    across, down = _divided(u, grid.shape[1]), _divided(v, grid.shape[0])
     if across is None or down is None:
         return _anywhere(grid, u, v)
+    part = _with_edges(grid, down, across)
+    if across.pixels > 1 or down.pixels > 1:
+        size = (part.shape[1] * across.pixels, part.shape[0] * down.pixels)
+        part = cv2.resize(part, size, interpolation=cv2.INTER_LINEAR)
+    return np.ascontiguousarray(part[down.skipped :, across.skipped :][: len(v), : len(u)])
+
+
+def _with_edges(grid: Array, down: "_Divided", across: "_Divided") -> Array:
+    """The cells (m, n) or (m, n, k) float32 of a grid (h, w) or (h, w, k) from first to last; edges repeat."""
     h, w = grid.shape[:2]
-    rows, columns = np.arange(down.first, down.last), np.arange(across.first, across.last)
-    part = np.take(grid[np.clip(rows, 0, h - 1)], np.clip(columns, 0, w - 1), axis=1).astype(np.float32)
-    size = (len(columns) * across.pixels, len(rows) * down.pixels)
-    large = cv2.resize(part, size, interpolation=cv2.INTER_LINEAR)
-    return np.ascontiguousarray(large[down.skipped :, across.skipped :][: len(v), : len(u)])
+    rows, columns = (slice(max(d.first, 0), d.last) for d in (down, across))
+    part: Array = grid[rows, columns].astype(np.float32, copy=False)
+    beyond = [max(n, 0) for n in (-down.first, down.last - h, -across.first, across.last - w)]
+    return cv2.copyMakeBorder(part, *beyond, cv2.BORDER_REPLICATE) if any(beyond) else part
 
 
 class _Divided(NamedTuple):
@@ -110,8 +119,11 @@ class _Divided(NamedTuple):
     skipped: int
 
 
-def _divided(at: Array) -> _Divided | None:
-    """The division of cells into pixels of which these (n,) are the positions; None if they are not even."""
+def _divided(at: Array, size: int) -> _Divided | None:
+    """The division of `size` cells into pixels of which these (n,) are the positions.
+
+    None if they are not even, or all of them beyond the cells.
+    """
     if len(at) < 2 or at[-1] <= at[0]:
         return None
     count = round(float((len(at) - 1) / (at[-1] - at[0])))
@@ -120,8 +132,8 @@ def _divided(at: Array) -> _Divided | None:
     if count < 1 or abs(drift) > _SAME_PLACE or abs(pixel - round(pixel)) > _SAME_PLACE:
         return None
     number = round(pixel)
-    first = number // count - 1
-    return _Divided(count, first, (number + len(at) - 1) // count + 2, number - first * count)
+    first, last = number // count - 1, (number + len(at) - 1) // count + 2
+    return _Divided(count, first, last, number - first * count) if first < size and last > 0 else None
 
 
 def _anywhere(grid: Array, u: Array, v: Array) -> Array:
@@ -193,6 +205,7 @@ def _grown_by_disc(occupied: Bool, radius: float) -> Bool:
     return np.asarray(cv2.dilate(occupied.view(np.uint8), _disc(radius)).view(np.bool_))
 
 
+@lru_cache(maxsize=256)
 def _disc(radius: float) -> Array:
     """The pixels (2 r + 1, 2 r + 1) uint8 within a radius px of the middle one."""
     reach = int(radius)

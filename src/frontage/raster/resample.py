@@ -15,6 +15,7 @@ Jacobian J (source px per target px) with singular values s1 >= s2:
 Pictures are sampled with four channels, because OpenCV's bilinear remap is then twice as fast as with three.
 """
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -55,7 +56,7 @@ def resample(
         out[:] = (0, 0, 0, 255)
         return out
     kernel = _kernel(at.jacobian, interpolation)
-    strip = max(8, int(_CACHE_BYTES / (4 * len(columns) * max(kernel.scale, 1.0) ** 2)))
+    strip = max(8, int(_CACHE_BYTES / (4 * len(columns) * max(kernel.scale, kernel.step, 1.0) ** 2)))
     for first in range(rows.start, rows.stop, strip):
         part = slice(first, min(first + strip, rows.stop)), window[1]
         _sample(image, at, part, kernel, out[first - rows.start :][:strip])
@@ -74,6 +75,11 @@ class _Kernel:
     def step(self) -> int:
         """The number of source px, along one axis, that become one."""
         return max(1, round(1.0 / self.scale))
+
+    @property
+    def margin(self) -> int:
+        """The number of source px around the positions of a map that the kernels need."""
+        return _MARGIN_PX * self.step
 
 
 def _kernel(jacobian: Float, interpolation: str) -> _Kernel:
@@ -98,9 +104,9 @@ def _stretch(jacobian: Float) -> float:
 
 def _span(low: float, high: float, margin: int, size: int, step: int) -> tuple[int, int]:
     """First and last (excluded) source pixel that is needed, within the picture and on the grid of `step`."""
-    first = int(np.clip(np.floor(low) - margin, 0, size - 1)) // step * step
-    last = int(np.clip(np.ceil(high) + margin, first + 1, size))
-    return first, last
+    first = min(max(math.floor(low) - margin, 0), size - 1) // step * step
+    last = max(-(-(math.ceil(high) + margin) // step) * step, first + 1)
+    return first, min(last, size)
 
 
 def _sample(image: Array, at: SourceMap, window: tuple[slice, slice], kernel: _Kernel, out: Array) -> None:
@@ -111,7 +117,7 @@ def _sample(image: Array, at: SourceMap, window: tuple[slice, slice], kernel: _K
     for plane, first, size in zip(planes, base, image.shape[1::-1], strict=True):
         low, high, _, _ = cv2.minMaxLoc(plane)
         low, high = first + (low + 0.5) / kernel.scale, first + (high + 0.5) / kernel.scale
-        spans.append(_span(low, high, _MARGIN_PX * kernel.step, size, kernel.step))
+        spans.append(_span(low, high, kernel.margin, size, kernel.step))
         plane -= (spans[-1][0] - first) * kernel.scale
     (c0, c1), (r0, r1) = spans
     source = kernel.prepared(image[r0:r1, c0:c1])
@@ -128,11 +134,12 @@ def _averaged(source: Array, step: int) -> Array:
     """Averages blocks of step x step px in linear light: (ceil h/step, ceil w/step, 3) uint16."""
     light = cv2.LUT(source, TO_LINEAR_16)
     h, w = light.shape[:2]
-    light = cv2.copyMakeBorder(light, 0, -h % step, 0, -w % step, cv2.BORDER_REPLICATE)
-    small: Array = cv2.resize(
-        light, (light.shape[1] // step, light.shape[0] // step), interpolation=cv2.INTER_AREA
-    )
-    return small
+    if h % step or w % step:
+        light = cv2.copyMakeBorder(light, 0, -h % step, 0, -w % step, cv2.BORDER_REPLICATE)
+    while step > 1:  # a power of two; halving is much faster than larger steps
+        light = cv2.resize(light, (light.shape[1] // 2, light.shape[0] // 2), interpolation=cv2.INTER_AREA)
+        step //= 2
+    return np.asarray(light)
 
 
 def _gaussian(jacobian: Float) -> Callable[[Array], Array]:

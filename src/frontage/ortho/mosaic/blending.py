@@ -26,9 +26,7 @@ def light_corrections(label: Array, usable: Bool, pictures: CellPictures, gains:
     wall well enough for its light to be blended into that of its neighbours.
     """
     filled = nearest_filled(np.where(label >= 0, label, np.nan).astype(np.float32)).astype(np.int64)
-    added = np.stack(
-        [gains.at(k, nearest_filled(np.where(s, r, np.nan))) for k, (r, s) in enumerate(_radii(pictures))]
-    )
+    added = np.stack([gains.at(k, _one_farther(radius)) for k, radius in enumerate(pictures.radius)])
     light = pictures.log_light - added
     mosaic = np.take_along_axis(light, filled[None, ..., None], 0)[0]
     used = np.unique(label[label >= 0]).tolist()
@@ -41,8 +39,12 @@ def light_corrections(label: Array, usable: Bool, pictures: CellPictures, gains:
     return added
 
 
-def _radii(pictures: CellPictures) -> list[tuple[Array, Bool]]:
-    return list(zip(pictures.radius, pictures.shown, strict=True))
+def _one_farther(radius: Array) -> Array:
+    """The distances (h, w) of a photo, 0 where it shows nothing; a cell there takes that of its neighbours.
+
+    Corrections are interpolated between cells.
+    """
+    return np.asarray(np.where(radius > 0.0, radius, cv2.dilate(radius, np.ones((3, 3), np.uint8))))
 
 
 def _blend(pictures: list[Array], masks: list[Bool]) -> Array:

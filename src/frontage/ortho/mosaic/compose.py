@@ -1,7 +1,7 @@
 """Decides on one picture from many photos: which photo paints which cell, and in what light."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -67,7 +67,7 @@ def compose_mosaic(
         return Mosaic(plan, np.where(plan.quality[0] > 0, 0, -1).astype(np.int16))
     pictures = cell_pictures(plan, rectified)
     gains = balance_photos(plan, pictures, light)
-    opening = replace(surface, raster=plan.cells).openings(Tile(0, plan.cells.height, 0, plan.cells.width))
+    opening = surface.on(plan.cells).openings(Tile(0, plan.cells.height, 0, plan.cells.width))
     even = even_light(pictures, gains)
     codes = even_colours(even)
     found = compare_photos(codes, plan.clear)

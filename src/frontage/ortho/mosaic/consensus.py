@@ -18,6 +18,7 @@ _FEWEST = 3  # photos of a cell, of which one that differs can be told from the 
 _ELSE = 0.05  # share of cells in which a photo shows something else than the wall
 _FINEST = 0.01  # codes 0..1; smallest standard deviation of equal colours
 _OFF_CELLS = 0.5  # cells by which photos are displaced against each other
+_ENOUGH = 100_000  # colours, whose median is as good as that of all
 _WINDOW = 3  # cells over which costs are averaged: what is seen is larger than one cell
 
 
@@ -52,7 +53,7 @@ def compare_photos(codes: Array, clear: Bool) -> Disagreement:
     wall = _median(codes, clear, count)
     known = count >= _FEWEST
     distance = np.stack([length(colours - wall) for colours in codes])
-    noise = max(float(np.median(distance[clear & known])) / 1.54 if known.any() else 0.0, _FINEST)
+    noise = max(_typical(distance, clear & known) / 1.54, _FINEST)
     slope = _slope(wall)
     sigma = np.sqrt(noise**2 + (_OFF_CELLS * slope) ** 2)
     cost, accepted = _cost(distance, sigma)
@@ -62,6 +63,12 @@ def compare_photos(codes: Array, clear: Bool) -> Disagreement:
     return Disagreement(
         cost, (slope / noise).astype(np.float32), accepted, wall, distance, sigma.astype(np.float32)
     )
+
+
+def _typical(distance: Array, judged: Bool) -> float:
+    """The median of distances (k, h, w) where they are judged, of evenly spread ones if there are many."""
+    at = np.flatnonzero(judged)
+    return float(np.median(distance.ravel()[at[:: 1 + len(at) // _ENOUGH]])) if len(at) else 0.0
 
 
 def _median(codes: Array, clear: Bool, count: Array) -> Array:

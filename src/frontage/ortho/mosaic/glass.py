@@ -49,7 +49,7 @@ def glass_cost(opening: Int, clear: Bool, shown: Bool, even: Array) -> GlassCost
     light = np.full((len(clear), count), np.inf)
     for k in range(len(clear)):
         use = (clear[k] & shown[k] & (opening > 0)).ravel()
-        own = even[k].reshape(-1, 3)[use].mean(1)
+        own = np.compress(use, even[k].reshape(-1, 3), axis=0) @ np.full(3, 1.0 / 3.0, np.float32)
         (median,), number = gridding.cell_quantiles(flat[use], own.astype(np.float64), (1, count), (0.5,))
         light[k] = np.where(number[0] >= _ENOUGH * area, median[0], np.inf)
     dark = np.sort(light, axis=0)

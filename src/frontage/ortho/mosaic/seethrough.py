@@ -88,9 +88,11 @@ def see_through(codes: Array, found: Disagreement, plan: ViewPlan, glass: Bool) 
 def _stays(odds: Array, solid: Bool) -> Bool:
     """Cells (h, w) behind things without gaps that still stand there, by the mean log odds of each."""
     count, number = cv2.connectedComponents(solid.astype(np.uint8), connectivity=8)
-    cells = np.maximum(np.bincount(number.ravel(), minlength=count), 1)
-    mean = np.bincount(number.ravel(), odds.ravel(), minlength=count) / cells
-    return np.asarray(solid & (mean <= _ODDS)[number])
+    own = number[solid]
+    mean = np.bincount(own, odds[solid], count) / np.maximum(np.bincount(own, minlength=count), 1)
+    there = np.zeros_like(solid)
+    there[solid] = mean[own] <= _ODDS
+    return there
 
 
 def _log_odds(

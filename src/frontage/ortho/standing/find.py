@@ -73,9 +73,11 @@ class Standing:
     def _within(self, cubes: Bool, xyz_facade: Array) -> Bool:
         held = np.zeros(len(xyz_facade), np.bool_)
         before = np.flatnonzero(xyz_facade[:, 1] < -_BEFORE_M)
-        at = np.floor((np.take(xyz_facade, before, axis=0) - self.corner) / self.cube).astype(np.int64)
-        inside = ((at >= 0) & (at < cubes.shape)).all(1)
-        held[before[inside]] = cubes[tuple(at[inside].T)]
+        at = [
+            np.floor((xyz_facade[before, k] - self.corner[k]) / self.cube).astype(np.int64) for k in range(3)
+        ]
+        inside = np.logical_and.reduce([(a >= 0) & (a < n) for a, n in zip(at, cubes.shape, strict=True)])
+        held[before[inside]] = cubes[tuple(a[inside] for a in at)]
         return held
 
 
@@ -145,7 +147,7 @@ def _ground(xyz: Float) -> Callable[[Float], Float]:
 
     at = cells(xyz)
     low = np.full((int(at[0].max()) + 1, int(at[1].max()) + 1), np.inf)
-    np.minimum.at(low, at, xyz[:, 2])
+    np.minimum.at(low.reshape(-1), at[0] * low.shape[1] + at[1], xyz[:, 2])
     low = ndimage.minimum_filter(low, _GROUND_CELLS, mode="nearest")
     ceiling = float(np.quantile(low[np.isfinite(low)], 0.9)) if np.isfinite(low).any() else 0.0
     low = np.minimum(low, ceiling)
