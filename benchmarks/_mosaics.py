@@ -166,7 +166,7 @@ def single_photos(street: Street, facade: Facade, options: OrthoOptions) -> list
     for photo in street.photos:
         bands, plan = Bands(raster), plan_views(surface, occluders, [photo], options)
         image_of = street.images.__getitem__
-        cells = plan and CellPhotos(replace(surface, raster=plan.cells), options.projection, image_of)
+        cells = plan and CellPhotos(surface.on(plan.cells, plan.depth), options.projection, image_of)
         mosaic = compose_mosaic(surface, plan, cells, options, {})
         paint_photos(bands, surface, mosaic, image_of, options)
         gsd = np.where(bands.source > 0, bands.gsd, np.inf)

@@ -17,6 +17,7 @@ import numpy as np
 from frontage.geometry.arrays import Array, Bool, Float, Int
 from frontage.geometry.rigid import skew
 from frontage.model import Facade, Photo, PhotoOffset
+from frontage.ortho.checks.patches import without_shading
 from frontage.ortho.options import OrthoOptions
 from frontage.ortho.orthoraster import OrthoRaster
 from frontage.ortho.project import map_tile
@@ -206,8 +207,7 @@ def _estimate(pairs: _Pairs, pose_px: float) -> PhotoOffset | None:
 def _flattened(pixels: Array) -> Array:
     """Grey values (h, w) float32 of a patch without slow variation such as shadows and exposure."""
     grey = cv2.cvtColor(pixels, cv2.COLOR_RGBA2GRAY).astype(np.float32)
-    flat: Array = cv2.GaussianBlur(grey, (0, 0), 1.0) - cv2.GaussianBlur(grey, (0, 0), 8.0)
-    return flat
+    return without_shading(grey)
 
 
 def _shift(a: Array, b: Array, window: Array) -> Float | None:

@@ -21,7 +21,7 @@ from frontage.raster.sourcemap import SourceMap
 from frontage.raster.tiles import Tile, tiles
 
 _RESAMPLED_TILE_PX = 512  # one Jacobian per tile
-_STRIP_PX = 96  # rows that are painted at once, and columns of another photo that part two places
+_STRIP_PX = 128  # rows that are painted at once, and columns of another photo that part two places
 _Window = tuple[slice, slice]
 
 
@@ -48,12 +48,11 @@ def paint_photos(
             part = _bounds(mine, tile)
             inside = np.s_[part.r0 - tile.r0 : part.r1 - tile.r0, part.c0 - tile.c0 : part.c1 - tile.c0]
             at = map_tile(into[i], part, None if depth is None else depth[inside])
-            scale = None if mosaic.correction is None else _code_scale(mosaic.correction[i], plan, part)
             for window in _places(mine[inside]):
                 inner = mine[inside][window] & _in_picture(at, window, photo.camera)
                 colour = resample(image_of(photo.id), at, options.interpolation, window=window)
-                if scale is not None:
-                    colour = scaled(colour, scale[window])
+                if mosaic.correction is not None:
+                    colour = scaled(colour, _code_scale(mosaic.correction[i], plan, part, window))
                 cv2.copyTo(colour, inner.view(np.uint8), bands.pixels[part.window][window])
                 bands.source[part.window][window][inner] = i + 1
         bands.gsd[tile.window] = plan.window(gsd, tile)
@@ -71,11 +70,13 @@ def _places(mask: Bool) -> Iterator[_Window]:
                 yield rows, slice(int(c[0]), int(c[-1]) + 1)
 
 
-def _code_scale(correction: Array, plan: ViewPlan, part: Tile) -> Array:
-    """The scale (m, n, 4) of the codes of a part of the picture, by the correction (h, w, 3) of a photo."""
+def _code_scale(correction: Array, plan: ViewPlan, part: Tile, window: _Window) -> Array:
+    """The scale (m, n, 4) of the codes in a window of a part, by the correction (h, w, 3) of a photo."""
     cells, step = plan.cells, plan.step
     fine = OrthoRaster(cells.corner, cells.gsd / step, cells.width * step, cells.height * step)
-    (r0, r1, c0, c1), u, v = cells.window_of(fine, part)
+    rows, columns = window
+    place = Tile(part.r0 + rows.start, part.r0 + rows.stop, part.c0 + columns.start, part.c0 + columns.stop)
+    (r0, r1, c0, c1), u, v = cells.window_of(fine, place)
     scale = code_scale(correction[r0:r1, c0:c1])
     return gridding.bilinear(cv2.cvtColor(scale, cv2.COLOR_RGB2RGBA), u, v)
 

@@ -68,8 +68,10 @@ class ViewPlan:
 
     def window(self, band: Array, tile: Tile) -> Array:
         """Returns the values (m, n) of a band of cells at the pixels of a tile."""
-        rows, columns = np.arange(tile.r0, tile.r1) // self.step, np.arange(tile.c0, tile.c1) // self.step
-        return band[rows[:, None], columns]
+        step = self.step
+        cells = band[tile.r0 // step : -(-tile.r1 // step), tile.c0 // step : -(-tile.c1 // step)]
+        every = np.repeat(np.repeat(cells, step, axis=1), step, axis=0)
+        return np.asarray(every[tile.r0 % step :, tile.c0 % step :][: tile.shape[0], : tile.shape[1]])
 
 
 def plan_views(

@@ -102,4 +102,4 @@ def _shadows(centre: Float, xyz: Array, spacing: Array, raster: OrthoRaster) -> 
     near = ahead & (u >= 0) & (u < raster.width) & (v >= 0) & (v < raster.height)
     radius = np.float32(_SPLAT / raster.gsd) * spacing[near] * stretch[near]
     shape = (raster.height, raster.width)
-    return splat_depth(np.column_stack([u[near], v[near]]), away[near], radius, shape)
+    return splat_depth(np.stack([u[near], v[near]]).T, away[near], radius, shape)

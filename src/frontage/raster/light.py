@@ -57,8 +57,9 @@ def scaled(codes: Array, scale: Array) -> Array:
 
 def _spare_white(codes: Array, scale: Array) -> None:
     """Takes back, in place, what of a scale (h, w, c) would darken saturated white."""
-    white = cv2.min(cv2.min(*(cv2.extractChannel(codes, c) for c in (0, 1))), cv2.extractChannel(codes, 2))
-    at = white > _WHITE
+    bright = (_WHITE + 1,) * 3 + (0,) * (codes.shape[2] - 3)
+    at = cv2.inRange(codes, bright, (255,) * codes.shape[2]).view(np.bool_)
     if at.any():
-        kept = np.clip((_BURNT - white[at].astype(np.float32)) / (_BURNT - _WHITE), 0.0, 1.0)[:, None]
+        white = codes[at][:, :3].min(1)
+        kept = np.clip((_BURNT - white.astype(np.float32)) / (_BURNT - _WHITE), 0.0, 1.0)[:, None]
         scale[at] = np.where(scale[at] < 1.0, scale[at] ** kept, scale[at])

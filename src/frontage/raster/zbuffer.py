@@ -19,12 +19,13 @@ def splat_depth(xy: Float, depth: Float, radius: Float, shape: tuple[int, int]) 
     crosses and squares in turn makes octagons, which are discs to 8 %.
     """
     h, w = shape
+    x, y = xy.T
     with np.errstate(invalid="ignore"):
-        inside = (xy[:, 0] >= 0) & (xy[:, 0] < w) & (xy[:, 1] >= 0) & (xy[:, 1] < h) & (depth > 0)
+        inside = (x >= 0) & (x < w) & (y >= 0) & (y < h) & (depth > 0)
     out = np.full(shape, np.inf, np.float32)
     if not inside.any():
         return out
-    column, row = xy[inside].astype(np.int64).T
+    column, row = (np.compress(inside, axis).astype(np.int64) for axis in (x, y))
     depth = depth[inside].astype(np.float32)
     size = np.clip(np.rint(radius[inside]), 0, MAX_RADIUS_PX).astype(np.int64)
     reach = int(size.max())

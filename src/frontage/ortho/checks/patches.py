@@ -19,6 +19,7 @@ _OTHERS = 9  # patches from elsewhere that a patch is compared with
 _FEWEST_OTHERS = 4
 _CLEAR = 0.98  # share of a patch that nothing may hide
 _COVERED = 0.9  # share of a patch that must hold points of the scan
+_BOX_PX = 19
 _TEXTURE = 2.0  # grey values, standard deviation of a patch without its shading
 
 
@@ -74,16 +75,18 @@ def of_scan(points: FacadePoints, raster: OrthoRaster) -> ScanPatches | None:
     value = np.compress(points.used, rgb, axis=0) @ np.full(3, 1.0 / 3.0)
     shape = (raster.height, raster.width)
     cell, inside = gridding.cell_index(raster.pixel(points.xyz_used), shape)
-    return ScanPatches(
-        *(_of_points(cell[part], value[inside][part], shape) for part in (np.s_[:], np.s_[1::2], np.s_[::2]))
+    value, size = value[inside], shape[0] * shape[1]
+    odd, even = (
+        np.stack([np.bincount(cell[part], weights, size) for weights in (None, value[part])])
+        for part in (np.s_[1::2], np.s_[::2])
     )
+    return ScanPatches(*(_of_sums(sums.reshape(2, *shape)) for sums in (odd + even, odd, even)))
 
 
-def _of_points(cell: Array, value: Array, shape: tuple[int, int]) -> Patches:
-    """The patches of values (n,) of points in cells (n,), where most cells have points in or beside them."""
-    size = shape[0] * shape[1]
-    count = np.bincount(cell, minlength=size).reshape(shape).astype(np.float32)
-    total = np.bincount(cell, value, size).reshape(shape).astype(np.float32)
+def _of_sums(sums: Array) -> Patches:
+    """The patches of numbers of points and sums of their values (2, h, w), where most cells hold points or
+    lie beside one."""
+    count, total = sums.astype(np.float32)
     near, weight = cv2.GaussianBlur(total, (0, 0), 1.0), cv2.GaussianBlur(count, (0, 0), 1.0)
     grey = np.where(count > 0, total / np.maximum(count, 1.0), near / np.maximum(weight, 1e-6))
     known = cv2.dilate((count > 0).astype(np.uint8), np.ones((3, 3), np.uint8)) > 0
@@ -92,7 +95,7 @@ def _of_points(cell: Array, value: Array, shape: tuple[int, int]) -> Patches:
 
 def _cut(grey: Array, known: Bool, share: float) -> Patches:
     """The patches of a picture (h, w) of which at least a share is known and that have texture."""
-    flat = cv2.GaussianBlur(grey, (0, 0), 1.0) - cv2.GaussianBlur(grey, (0, 0), 8.0)
+    flat = without_shading(grey)
     whole = [t for t in tiles(grey.shape[0], grey.shape[1], _PATCH_PX) if t.shape == (_PATCH_PX, _PATCH_PX)]
     chosen = np.linspace(0, len(whole) - 1, min(len(whole), _MOST_PATCHES)).astype(int).tolist()
     found = {}
@@ -101,6 +104,12 @@ def _cut(grey: Array, known: Bool, share: float) -> Patches:
         if known[whole[number].window].mean() >= share and _inner(patch).std() >= _TEXTURE:
             found[number] = patch
     return Patches(found)
+
+
+def without_shading(grey: Array) -> Array:
+    """Grey values (h, w) float32, smoothed by a pixel, less their means over two boxes (sigma 7.7 px)."""
+    mean = cv2.blur(cv2.blur(grey, (_BOX_PX, _BOX_PX)), (_BOX_PX, _BOX_PX))
+    return np.asarray(cv2.GaussianBlur(grey, (0, 0), 1.0) - mean)
 
 
 def agreement(a: Patches, b: Patches) -> Agreement:
