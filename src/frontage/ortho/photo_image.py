@@ -19,6 +19,7 @@ from frontage.raster.light import code_scale, scaled
 from frontage.raster.resample import resample
 from frontage.raster.sourcemap import SourceMap
 from frontage.raster.tiles import Tile, tiles
+from frontage.solve.abreast import each
 
 _RESAMPLED_TILE_PX = 512  # one Jacobian per tile
 _STRIP_PX = 128  # rows that are painted at once, and columns of another photo that part two places
@@ -38,25 +39,40 @@ def paint_photos(
     raster, plan, gsd = surface.raster, mosaic.plan, mosaic.gsd
     into = [surface.projection_into(photo, options.projection) for photo in plan.photos]
     size = max(1, _RESAMPLED_TILE_PX // plan.step) * plan.step  # whole cells
-    for tile in tiles(raster.height, raster.width, size):
-        label = plan.window(mosaic.label, tile)
-        depth = surface.depth(tile)
+
+    def paint(tile: Tile) -> None:
+        label, depth = plan.window(mosaic.label, tile), surface.depth(tile)
         for i, photo in enumerate(plan.photos):
             mine = label == i
-            if not mine.any():
-                continue
-            part = _bounds(mine, tile)
-            inside = np.s_[part.r0 - tile.r0 : part.r1 - tile.r0, part.c0 - tile.c0 : part.c1 - tile.c0]
-            at = map_tile(into[i], part, None if depth is None else depth[inside])
-            for window in _places(mine[inside]):
-                inner = mine[inside][window] & _in_picture(at, window, photo.camera)
-                colour = resample(image_of(photo.id), at, options.interpolation, window=window)
-                if mosaic.correction is not None:
-                    colour = scaled(colour, _code_scale(mosaic.correction[i], plan, part, window))
-                cv2.copyTo(colour, inner.view(np.uint8), bands.pixels[part.window][window])
-                bands.source[part.window][window][inner] = i + 1
+            if mine.any():
+                part = _bounds(mine, tile)
+                inside = np.s_[part.r0 - tile.r0 : part.r1 - tile.r0, part.c0 - tile.c0 : part.c1 - tile.c0]
+                at = map_tile(into[i], part, None if depth is None else depth[inside])
+                _paint_part(bands, mosaic, i, image_of(photo.id), (part, mine[inside], at), options)
         bands.gsd[tile.window] = plan.window(gsd, tile)
+
+    for _ in each(paint, list(tiles(raster.height, raster.width, size))):
+        pass
     return tuple(p.id for p in plan.photos)
+
+
+def _paint_part(
+    bands: Bands,
+    mosaic: Mosaic,
+    number: int,
+    image: Array,
+    place: tuple[Tile, Bool, SourceMap],
+    options: OrthoOptions,
+) -> None:
+    """Paints the pixels of a part of the picture that show photo `number`, which (m, n), along its map."""
+    part, mine, at = place
+    for window in _places(mine):
+        inner = mine[window] & _in_picture(at, window, mosaic.plan.photos[number].camera)
+        colour = resample(image, at, options.interpolation, window=window)
+        if mosaic.correction is not None:
+            colour = scaled(colour, _code_scale(mosaic.correction[number], mosaic.plan, part, window))
+        cv2.copyTo(colour, inner.view(np.uint8), bands.pixels[part.window][window])
+        bands.source[part.window][window][inner] = number + 1
 
 
 def _places(mask: Bool) -> Iterator[_Window]:

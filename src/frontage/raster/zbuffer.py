@@ -51,10 +51,9 @@ def local_spacing(xyz: Float, samples_per_cell: int = 8) -> tuple[Float, Float]:
     edge = 0.25
     if len(xyz) == 0:
         return np.empty(0), np.empty(0)
-    axes = np.array(xyz.T, order="C")
-    axes -= axes.min(1, keepdims=True)
+    corner = [axis.min() for axis in xyz.T]
     while True:
-        x, y, z = (axes / edge).astype(np.int64)
+        x, y, z = (((a - c) / edge).astype(np.int64) for a, c in zip(xyz.T, corner, strict=True))
         rows, layers = int(y.max()) + 1, int(z.max()) + 1
         k = _together((x * rows + y) * layers + z, (int(x.max()) + 1) * rows * layers).astype(np.float64)
         if np.median(k) >= samples_per_cell or edge >= 8.0:

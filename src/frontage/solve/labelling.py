@@ -12,6 +12,7 @@ fixed, so that the time is bounded, and the result does not depend on how many p
 import numpy as np
 
 from frontage.geometry.arrays import Array, Int
+from frontage.solve.abreast import each
 
 _LEVELS = 6  # the coarsest blocks are 32 x 32 cells
 _STEPS = 6  # of messages per level of blocks
@@ -48,16 +49,17 @@ def _labels_of_cells(cost: Array, base: np.float32, border: Array, messages: Arr
     """
     _, h, w = cost.shape
     inherits = messages.shape[2:] != (h, w)
-    label = np.empty((h, w), np.int64)
-    for first in range(0, h, _STRIP):
+
+    def labels(first: int) -> Int:
         top, last = max(first - _AROUND, 0), min(first + _STRIP, h)
         rows = slice(top, min(last + _AROUND, h))
         own = messages[:, :, rows].copy()
         if inherits:
             own = _doubled(messages[:, :, top // 2 : -(-rows.stop // 2)], rows.stop - top, w)
         belief = _sent(cost[:, rows], base, border[:, rows], own, _LAST_STEPS)
-        label[first:last] = np.argmin(belief[:, first - top : last - top], axis=0)
-    return label
+        return np.asarray(np.argmin(belief[:, first - top : last - top], axis=0), np.int64)
+
+    return np.concatenate(list(each(labels, range(0, h, _STRIP))))
 
 
 def _halved(values: Array) -> Array:

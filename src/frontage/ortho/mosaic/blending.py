@@ -26,12 +26,14 @@ def light_corrections(label: Array, usable: Bool, pictures: CellPictures, gains:
     wall well enough for its light to be blended into that of its neighbours.
     """
     filled = nearest_filled(np.where(label >= 0, label, np.nan).astype(np.float32)).astype(np.int64)
-    added = np.stack([gains.at(k, _one_farther(radius)) for k, radius in enumerate(pictures.radius)])
+    added = np.empty_like(pictures.log_light)
+    for k, radius in enumerate(pictures.radius):
+        added[k] = gains.at(k, _one_farther(radius))
     light = pictures.log_light - added
     mosaic = np.take_along_axis(light, filled[None, ..., None], 0)[0]
     used = np.unique(label[label >= 0]).tolist()
     for k in used:
-        light[k] = np.where((usable[k] | (label == k))[..., None], light[k], mosaic)
+        cv2.copyTo(mosaic, (~(usable[k] | (label == k))).view(np.uint8), light[k])
     blended = _blend([light[k] for k in used], [filled == k for k in used])
     for k in used:
         rest = cv2.GaussianBlur(blended - light[k], (0, 0), _FINEST_CELLS)

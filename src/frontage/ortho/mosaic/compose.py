@@ -69,11 +69,11 @@ def compose_mosaic(
     gains = balance_photos(plan, pictures, light)
     opening = surface.on(plan.cells).openings(Tile(0, plan.cells.height, 0, plan.cells.width))
     even = even_light(pictures, gains)
+    glass = glass_cost(opening, plan.clear, pictures.shown, even)
     codes = even_colours(even)
     found = compare_photos(codes, plan.clear)
     through = see_through(codes, found, plan, opening > 0)
     plan = plan.seeing(through)
-    glass = glass_cost(opening, plan.clear, pictures.shown, even)
     label = choose_photos(plan, found, pictures.exposed, glass)
     if options.radiometry == "as shot":
         return Mosaic(plan, label, gains=gains)

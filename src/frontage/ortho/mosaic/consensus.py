@@ -43,8 +43,14 @@ class Disagreement:
 
 
 def even_colours(light: Array) -> Array:
-    """The colours (k, h, w, 3) float32 of photos of which the even log `light` is given, as codes 0..1."""
-    return np.asarray(cv2.exp((light * np.float32(1.0 / _GAMMA)).reshape(-1, 3)).reshape(light.shape))
+    """The colours (k, h, w, 3) float32 of photos of which the even log `light` is given, as codes 0..1.
+
+    They take the place of the light in memory.
+    """
+    light *= np.float32(1.0 / _GAMMA)
+    flat = light.reshape(len(light), -1)
+    cv2.exp(flat, dst=flat)
+    return light
 
 
 def compare_photos(codes: Array, clear: Bool) -> Disagreement:

@@ -55,10 +55,10 @@ class PhotoGains:
 
 def even_light(pictures: CellPictures, gains: PhotoGains) -> Array:
     """The log light (k, h, w, 3) float32 of photos, less what they add to that of the mosaic."""
-    return np.stack(
-        [light - gains.at(k, pictures.radius[k]) for k, light in enumerate(pictures.log_light)],
-        dtype=np.float32,
-    )
+    even = np.empty_like(pictures.log_light)
+    for k, light in enumerate(pictures.log_light):
+        np.subtract(light, gains.at(k, pictures.radius[k]), out=even[k])
+    return even
 
 
 def balance_photos(plan: ViewPlan, pictures: CellPictures, known: Mapping[str, Array]) -> PhotoGains:
