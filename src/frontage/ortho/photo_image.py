@@ -10,11 +10,8 @@ from frontage.model import Camera
 from frontage.ortho.bands import Bands
 from frontage.ortho.mosaic.compose import Mosaic
 from frontage.ortho.options import OrthoOptions
-from frontage.ortho.orthoraster import OrthoRaster
 from frontage.ortho.project import map_tile
 from frontage.ortho.surface import DrawingSurface, ImageOf
-from frontage.ortho.views import ViewPlan
-from frontage.raster import gridding
 from frontage.raster.light import code_scale, scaled
 from frontage.raster.resample import resample
 from frontage.raster.sourcemap import SourceMap
@@ -22,7 +19,7 @@ from frontage.raster.tiles import Tile, tiles
 from frontage.solve.abreast import each
 
 _RESAMPLED_TILE_PX = 512  # one Jacobian per tile
-_STRIP_PX = 128  # rows that are painted at once, and columns of another photo that part two places
+_STRIP_PX = 128  # rows that are painted at once, and columns of other photos that part two places
 _Window = tuple[slice, slice]
 
 
@@ -41,15 +38,13 @@ def paint_photos(
     size = max(1, _RESAMPLED_TILE_PX // plan.step) * plan.step  # whole cells
 
     def paint(tile: Tile) -> None:
-        label, depth = plan.window(mosaic.label, tile), surface.depth(tile)
-        for i, photo in enumerate(plan.photos):
-            mine = label == i
-            if mine.any():
-                part = _bounds(mine, tile)
-                inside = np.s_[part.r0 - tile.r0 : part.r1 - tile.r0, part.c0 - tile.c0 : part.c1 - tile.c0]
-                at = map_tile(into[i], part, None if depth is None else depth[inside])
-                _paint_part(bands, mosaic, i, image_of(photo.id), (part, mine[inside], at), options)
-        bands.gsd[tile.window] = plan.window(gsd, tile)
+        label, depth = plan.of_tile(mosaic.label, tile), surface.depth(tile)
+        for i in np.unique(label[label >= 0]).tolist():
+            cells = _bounds(label == i)
+            part, inside = _pixels(cells, tile, plan.step)
+            at = map_tile(into[i], part, None if depth is None else depth[inside])
+            _paint_part(bands, mosaic, i, image_of(plan.photos[i].id), (part, label[cells] == i, at), options)
+        bands.gsd[tile.window] = _enlarged(plan.of_tile(gsd, tile), plan.step, tile.shape)
 
     for _ in each(paint, list(tiles(raster.height, raster.width, size))):
         pass
@@ -64,37 +59,68 @@ def _paint_part(
     place: tuple[Tile, Bool, SourceMap],
     options: OrthoOptions,
 ) -> None:
-    """Paints the pixels of a part of the picture that show photo `number`, which (m, n), along its map."""
+    """Paints the cells (h, w) bool of a part of the picture that show photo `number`, along its map."""
     part, mine, at = place
-    for window in _places(mine):
-        inner = mine[window] & _in_picture(at, window, mosaic.plan.photos[number].camera)
+    step, camera = mosaic.plan.step, mosaic.plan.photos[number].camera
+    scale = None
+    if mosaic.correction is not None:
+        scale = _code_scale(mosaic.correction[number], part.r0 // step, part.c0 // step, mine.shape)
+    for cells in _places(mine, max(1, _STRIP_PX // step)):
+        own, window = _pixels(cells, part, step)
+        inner = _enlarged(mine[cells], step, own.shape) & _in_picture(at, window, camera)
         colour = resample(image, at, options.interpolation, window=window)
-        if mosaic.correction is not None:
-            colour = scaled(colour, _code_scale(mosaic.correction[number], mosaic.plan, part, window))
-        cv2.copyTo(colour, inner.view(np.uint8), bands.pixels[part.window][window])
-        bands.source[part.window][window][inner] = number + 1
+        if scale is not None:
+            around = scale[cells[0].start : cells[0].stop + 2, cells[1].start : cells[1].stop + 2]
+            large = cv2.resize(around, (around.shape[1] * step, around.shape[0] * step))
+            colour = scaled(colour, large[step:, step:][: own.shape[0], : own.shape[1]])
+        cv2.copyTo(colour, inner.view(np.uint8), bands.pixels[own.window])
+        bands.source[own.window][inner] = number + 1
 
 
-def _places(mask: Bool) -> Iterator[_Window]:
-    """Yields windows that together hold all True pixels of a mask (m, n), and little else."""
-    for first in range(0, len(mask), _STRIP_PX):
-        rows = slice(first, min(first + _STRIP_PX, len(mask)))
+def _bounds(mask: Bool) -> _Window:
+    """Returns the smallest window that holds all True cells of a mask (m, n)."""
+    rows, columns = np.flatnonzero(mask.any(1)), np.flatnonzero(mask.any(0))
+    return slice(int(rows[0]), int(rows[-1]) + 1), slice(int(columns[0]), int(columns[-1]) + 1)
+
+
+def _places(mask: Bool, most: int) -> Iterator[_Window]:
+    """Yields windows of at most so many rows that hold all True cells of a mask (m, n), and little else.
+
+    Columns that are farther apart come in windows of their own.
+    """
+    for first in range(0, len(mask), most):
+        rows = slice(first, min(first + most, len(mask)))
         columns = np.flatnonzero(mask[rows].any(0))
-        gaps = np.flatnonzero(np.diff(columns) > _STRIP_PX)
+        gaps = np.flatnonzero(np.diff(columns) > most)
         for c in np.split(columns, gaps + 1):
             if len(c):
                 yield rows, slice(int(c[0]), int(c[-1]) + 1)
 
 
-def _code_scale(correction: Array, plan: ViewPlan, part: Tile, window: _Window) -> Array:
-    """The scale (m, n, 4) of the codes in a window of a part, by the correction (h, w, 3) of a photo."""
-    cells, step = plan.cells, plan.step
-    fine = OrthoRaster(cells.corner, cells.gsd / step, cells.width * step, cells.height * step)
-    rows, columns = window
-    place = Tile(part.r0 + rows.start, part.r0 + rows.stop, part.c0 + columns.start, part.c0 + columns.stop)
-    (r0, r1, c0, c1), u, v = cells.window_of(fine, place)
-    scale = code_scale(correction[r0:r1, c0:c1])
-    return gridding.bilinear(cv2.cvtColor(scale, cv2.COLOR_RGB2RGBA), u, v)
+def _pixels(cells: _Window, tile: Tile, step: int) -> tuple[Tile, _Window]:
+    """The pixels of a window of cells of a tile: as a tile of the raster, and as a window of that tile."""
+    (r0, r1), (c0, c1) = (
+        (c.start * step, min(c.stop * step, size)) for c, size in zip(cells, tile.shape, strict=True)
+    )
+    return Tile(tile.r0 + r0, tile.r0 + r1, tile.c0 + c0, tile.c0 + c1), (slice(r0, r1), slice(c0, c1))
+
+
+def _enlarged(cells: Array, step: int, shape: tuple[int, int]) -> Array:
+    """The values of cells at their step x step pixels, as many as the shape (m, n) says."""
+    every = np.repeat(np.repeat(cells, step, axis=1), step, axis=0)
+    return np.ascontiguousarray(every[: shape[0], : shape[1]])
+
+
+def _code_scale(correction: Array, row: int, column: int, shape: tuple[int, int]) -> Array:
+    """The scale (m + 2, n + 2, 4) of the codes of the (m, n) cells from a place on, and of those around them.
+
+    `correction` (h, w, 3) is that of a photo; its edges repeat.
+    """
+    rows, columns = (
+        np.clip(np.arange(first - 1, first + count + 1), 0, size - 1)
+        for first, count, size in zip((row, column), shape, correction.shape[:2], strict=True)
+    )
+    return cv2.cvtColor(code_scale(correction[rows[:, None], columns]), cv2.COLOR_RGB2RGBA)
 
 
 def _in_picture(at: SourceMap, window: _Window, camera: Camera) -> Array | bool:
@@ -104,14 +130,3 @@ def _in_picture(at: SourceMap, window: _Window, camera: Camera) -> Array | bool:
     u, v = at.planes((-0.5, -0.5), 1.0, window)
     inside: Array = (u >= 0) & (v >= 0) & (u <= camera.width) & (v <= camera.height)
     return inside
-
-
-def _bounds(mask: Bool, tile: Tile) -> Tile:
-    """Returns the smallest part of a tile that holds all True pixels of its mask."""
-    rows, columns = np.flatnonzero(mask.any(1)), np.flatnonzero(mask.any(0))
-    return Tile(
-        tile.r0 + int(rows[0]),
-        tile.r0 + int(rows[-1]) + 1,
-        tile.c0 + int(columns[0]),
-        tile.c0 + int(columns[-1]) + 1,
-    )

@@ -27,7 +27,7 @@ _CELL_M = 0.04
 _MAX_CELLS = 4_000_000
 _MAX_VALUES = 12_000_000  # cells times photos: what is told of each must fit into memory
 _SMOOTHING_M = 1.0  # window over which quality is averaged
-_TILE_CELLS = 256  # of which one polynomial takes the projection
+_TILE_CELLS = 512  # of which one polynomial takes the projection
 _SURELY_PX = 64.0  # beyond the border of a photo; a polynomial is bounded at its nodes only
 _SMOOTH_CELLS = 8  # between the places at which smooth quantities are computed
 _BORDER = 0.05  # share of the photo's width over which quality fades to zero
@@ -67,12 +67,11 @@ class ViewPlan:
         plan = replace(self, photos=tuple(self.photos[k] for k in keep), **bands)
         return plan if (plan.quality * ~plan.behind).any() else None
 
-    def window(self, band: Array, tile: Tile) -> Array:
-        """Returns the values (m, n) of a band of cells at the pixels of a tile."""
-        step = self.step
-        cells = band[tile.r0 // step : -(-tile.r1 // step), tile.c0 // step : -(-tile.c1 // step)]
-        every = np.repeat(np.repeat(cells, step, axis=1), step, axis=0)
-        return np.asarray(every[tile.r0 % step :, tile.c0 % step :][: tile.shape[0], : tile.shape[1]])
+    def of_tile(self, band: Array, tile: Tile) -> Array:
+        """Returns the values of a band in the cells of a tile, which begins at a whole cell."""
+        rows, columns = ((tile.r0, tile.r1), (tile.c0, tile.c1))
+        (r0, r1), (c0, c1) = ((first // self.step, -(-last // self.step)) for first, last in (rows, columns))
+        return band[r0:r1, c0:c1]
 
 
 def plan_views(
