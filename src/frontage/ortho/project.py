@@ -75,7 +75,9 @@ def map_tile(to_photo: PixelMap, tile: Tile, y: Array | None) -> SourceMap:
     They lie on a relief y (m, n) m, or on the plane where y is None or NaN. The map is a polynomial if one of
     `_DEGREES` has an error of at most `MAP_ERROR_PX`; otherwise every pixel is projected.
     """
-    depth = None if y is None else np.nan_to_num(np.asarray(y, np.float32), nan=0.0)
+    depth = None if y is None else np.asarray(y, np.float32)
+    if depth is not None and np.isnan(depth).any():
+        depth = np.nan_to_num(depth, nan=0.0)
     low, high = (0.0, 0.0) if depth is None else _range(depth)
     middle, half = 0.5 * (low + high), 0.5 * (high - low)
     columns, rows = 0.5 * (tile.c0 + tile.c1), 0.5 * (tile.r0 + tile.r1)

@@ -57,6 +57,8 @@ def scaled(codes: Array, scale: Array) -> Array:
 
 def _spare_white(codes: Array, scale: Array) -> None:
     """Takes back, in place, what of a scale (h, w, c) would darken saturated white."""
+    if int(cv2.extractChannel(codes, 1).max(initial=0)) <= _WHITE:  # one channel tells of most pictures
+        return
     bright = (_WHITE + 1,) * 3 + (0,) * (codes.shape[2] - 3)
     at = cv2.inRange(codes, bright, (255,) * codes.shape[2]).view(np.bool_)
     if at.any():

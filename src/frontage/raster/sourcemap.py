@@ -61,23 +61,17 @@ class SourceMap:
 
         Unknown positions are -1. `window` selects some rows and columns of the tile.
         """
-        u, v = (self._plane(axis, origin[axis], scale, window) for axis in (0, 1))
-        return u, v
-
-    def _plane(self, axis: int, origin: float, scale: float, window: tuple[slice, slice]) -> Array:
-        shift = origin * scale + 0.5
+        shift = np.array(origin) * scale + 0.5
         if self.exact:
-            every = (self.powers[0][(*window, axis)] * scale - shift).astype(np.float32)
-            return every if self.complete else np.nan_to_num(every, nan=-1.0)
-        factors = [power[..., axis] * scale for power in self.powers]
-        factors[0][0, 0] -= shift
-        total = _values(factors[-1], self.shape, window)
-        if self.depth is not None:
-            y = self.depth[window]
-            for factor in factors[-2::-1]:  # Horner's scheme
-                cv2.multiply(total, y, dst=total)
-                cv2.add(total, _values(factor, self.shape, window), dst=total)
-        return total
+            every = (self.powers[0][window] * scale - shift).astype(np.float32)
+            u, v = cv2.split(every if self.complete else np.nan_to_num(every, nan=-1.0))
+            return u, v
+        factors = np.stack(self.powers) * scale
+        factors[0, 0, 0] -= shift
+        rows, mixed = _lines(factors, self.shape, window)
+        y = None if self.depth is None else self.depth[window]
+        u, v = (_plane(rows, lines, y) for lines in mixed)
+        return u, v
 
 
 @dataclass(frozen=True)
@@ -126,17 +120,33 @@ def jacobian_of(at: Float) -> Float:
     return np.column_stack(columns)
 
 
-def _values(factors: Float, shape: tuple[int, int], window: tuple[slice, slice]) -> Array:
-    """Evaluates coefficients (p, q) at the pixel centres of a window of a tile (m, n): (k, l) float32."""
-    rows, columns = (
-        _basis(shape[0], factors.shape[0])[window[0]],
-        _basis(shape[1], factors.shape[1])[window[1]],
-    )
-    mixed = factors.astype(np.float32) @ columns.T
-    out = np.empty((len(rows), len(columns)), np.float32)
-    block = max(1, _ONE_THREAD // (factors.shape[0] * len(columns)))
+def _lines(factors: Float, shape: tuple[int, int], window: tuple[slice, slice]) -> tuple[Array, Array]:
+    """Evaluates coefficients (k, p, q, 2) along the columns of a window (m, n) of a tile.
+
+    Returns the polynomials of the rows (m, p), and by which lines (2, k, p, n) they are to be multiplied.
+    """
+    k, p, q, _ = factors.shape
+    rows, columns = _basis(shape[0], p)[window[0]], _basis(shape[1], q)[window[1]]
+    flat = factors.transpose(3, 0, 1, 2).reshape(-1, q).astype(np.float32)
+    return rows, (flat @ columns.T).reshape(2, k, p, -1)
+
+
+def _plane(rows: Array, lines: Array, depth: Array | None) -> Array:
+    """Sums ``rows @ lines[k] depth^k`` (m, n) float32; without a depth (m, n) there is one power only."""
+    total = _product(rows, lines[-1])
+    if depth is not None:
+        for power in lines[-2::-1]:  # Horner's scheme
+            cv2.multiply(total, depth, dst=total)
+            cv2.add(total, _product(rows, power), dst=total)
+    return total
+
+
+def _product(rows: Array, lines: Array) -> Array:
+    """The matrix product (m, n) of rows (m, p) and lines (p, n), in one thread."""
+    out = np.empty((len(rows), lines.shape[1]), np.float32)
+    block = max(1, _ONE_THREAD // lines.size)
     for first in range(0, len(rows), block):
-        np.matmul(rows[first : first + block], mixed, out=out[first : first + block])
+        np.matmul(rows[first : first + block], lines, out=out[first : first + block])
     return out
 
 

@@ -17,7 +17,8 @@ from frontage.geometry.arrays import Array, Bool, Float
 from frontage.ortho.mosaic.pictures import CellPictures, same_camera
 from frontage.ortho.views import ViewPlan
 
-_CELLS = 1500  # of a pair of photos that are compared, evenly spread
+_CELLS = 1500  # of a pair of photos that are compared, evenly spread,
+_ALL_CELLS = 15_000  # and of all pairs, as long as each has enough
 _FEWEST = 50  # cells in common below which two photos tell nothing about each other
 _ROUNDS = 12
 _CAUCHY = 2.4  # standard deviations; 95 % as efficient as least squares with normal errors
@@ -87,11 +88,13 @@ def _differences(usable: Bool, pictures: CellPictures, camera: Array) -> tuple[F
     """The rows (n, unknowns) of the design and the differences of log light (n, 3) of all pairs of photos."""
     k = len(usable)
     rows, values = [np.zeros((0, k + 2 * (camera.max() + 1)))], [np.zeros((0, 3))]
-    for i, j in combinations(range(k), 2):
+    pairs = list(combinations(range(k), 2))
+    most = max(_FEWEST, min(_CELLS, _ALL_CELLS // max(len(pairs), 1)))
+    for i, j in pairs:
         cells = np.flatnonzero(usable[i] & usable[j])
         if len(cells) < _FEWEST:
             continue
-        cells = cells[np.linspace(0, len(cells) - 1, min(len(cells), _CELLS)).astype(int)]
+        cells = cells[np.linspace(0, len(cells) - 1, min(len(cells), most)).astype(int)]
         row = np.zeros((len(cells), rows[0].shape[1]))
         row[:, i], row[:, j] = 1.0, -1.0
         for photo, sign in ((i, 1.0), (j, -1.0)):
