@@ -4,7 +4,7 @@ Between two photos cars and pedestrians move or go, and every photo has its own 
 The facades are the true ones, so that nothing but the picture is judged.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import cv2

@@ -210,6 +210,25 @@ def test_closing_fills_narrow_gaps_and_grows_no_edge():
     assert not gridding.closed(block, np.full(block.shape, 1.0))[30, 22:24].all()
 
 
+def test_growing_is_that_of_a_disc():
+    point = np.zeros((41, 41), bool)
+    point[20, 20] = True
+    away = np.hypot(*np.mgrid[-20:21, -20:21])
+    for radius in (0.4, 2.5, 6.0):
+        assert np.array_equal(gridding.grown(point, np.full(point.shape, radius)), away <= radius)
+
+
+def test_distances_within_reach_are_those_of_octagons():
+    point = np.zeros((61, 61), bool)
+    point[30, 30] = True
+    away = np.hypot(*np.mgrid[-30:31, -30:31])
+    found = gridding.distance_within(point, 20.0)
+    assert found[30, 30] == 0 and (found[30, 31:50] == np.arange(1, 20)).all()
+    assert (np.abs(found - away)[away <= 18] <= 0.08 * away[away <= 18] + 1.0).all()
+    assert (found[away > 23] == 20).all()
+    assert (gridding.distance_within(np.zeros((5, 5), bool), 3.0) == 3).all()
+
+
 def test_nearest_known_value_fills():
     field = np.full((5, 9), np.nan)
     field[2, 0], field[2, 8] = 1.0, 2.0

@@ -5,6 +5,7 @@ from itertools import product
 import numpy as np
 import pytest
 
+from frontage.solve import labelling
 from frontage.solve.labelling import label_grid
 
 
@@ -51,3 +52,14 @@ def test_a_border_runs_where_it_costs_least():
     label = label_grid(cost, 0.2, border)
     assert (label[:, :31] == 0).all()
     assert (label[:, 31:] == 1).all()
+
+
+def test_strips_are_labelled_as_the_whole_would_be(monkeypatch):
+    rng = np.random.default_rng(8)
+    for shape in ((201, 37), (200, 64), (150, 1)):
+        cost = rng.uniform(0, 2, (4, *shape)).astype(np.float32)
+        border = rng.uniform(0, 1, (4, *shape)).astype(np.float32)
+        monkeypatch.setattr(labelling, "_STRIP", 1 << 20)
+        whole = label_grid(cost, 0.7, border)
+        monkeypatch.setattr(labelling, "_STRIP", 32)
+        assert np.array_equal(label_grid(cost, 0.7, border), whole)

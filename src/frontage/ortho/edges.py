@@ -110,9 +110,8 @@ def _signed_distance(near: Bool, far: Bool, spacing: Array) -> Array:
     nearer = gridding.distance_within(near, filled) <= gridding.distance_within(far, filled)
     near_side = gridding.closed(near, _CLOSING * spacing) & nearer
     far_side = gridding.closed(far, _CLOSING * spacing) & ~nearer
-    signed = cv2.subtract(
-        *(gridding.distance_within(side, most) for side in (near_side, ~near_side)), dtype=cv2.CV_32F
-    )
+    outside, inside = (gridding.distance_within(side, most) for side in (near_side, ~near_side))
+    signed = cv2.subtract(outside, inside, dtype=cv2.CV_32F)
     ends = np.minimum(gridding.distance_within(far_side, _BEYOND * float(spacing.max())), _BEYOND * spacing)
     smooth: Array = cv2.GaussianBlur(signed - ends, (0, 0), sigma)
     return smooth

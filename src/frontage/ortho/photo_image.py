@@ -120,7 +120,7 @@ def _code_scale(correction: Array, row: int, column: int, shape: tuple[int, int]
         np.clip(np.arange(first - 1, first + count + 1), 0, size - 1)
         for first, count, size in zip((row, column), shape, correction.shape[:2], strict=True)
     )
-    return cv2.cvtColor(code_scale(correction[rows[:, None], columns]), cv2.COLOR_RGB2RGBA)
+    return np.asarray(cv2.cvtColor(code_scale(correction[rows[:, None], columns]), cv2.COLOR_RGB2RGBA))
 
 
 def _in_picture(at: SourceMap, window: _Window, camera: Camera) -> Array | bool:

@@ -44,7 +44,7 @@ def solid_cells(among: Bool, y: Array, size: float, step: float) -> Bool:
 
 
 def _continuous(among: Bool, y: Array, step: float) -> Bool:
-    """Returns the cells (h, w) `among` those given that half of their 24 neighbours continue within `step` m."""
+    """Returns the cells (h, w) `among` those given that half of 24 neighbours continue within `step` m."""
     padded = np.pad(y, 2, constant_values=np.nan)
     width = padded.shape[1]
     row, column = np.nonzero(among)

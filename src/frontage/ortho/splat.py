@@ -75,7 +75,8 @@ def splat(samples: Samples, raster: OrthoRaster, out: Array, known: Array) -> No
         spacing /= np.float32(step)
         mean, mask = _spread(cell, np.compress(inside, value[part], axis=0), shape, spacing)
         inner = (slice(reach - 1, 1 - reach), slice(reach - 1, 1 - reach))
-        _enlarged(mean[inner], mask[inner], step, *(a[tile.r0 * step :, tile.c0 * step :] for a in (out, known)))
+        place = np.s_[tile.r0 * step :, tile.c0 * step :]
+        _enlarged(mean[inner], mask[inner], step, out[place], known[place])
 
 
 def _enlarged(mean: Array, mask: Bool, step: int, out: Array, known: Array) -> None:
@@ -91,9 +92,7 @@ def _enlarged(mean: Array, mask: Bool, step: int, out: Array, known: Array) -> N
     size = (mask.shape[1] * step, len(mask) * step)
     weight = cv2.resize(mask.astype(np.float32), size)[inner][:h, :w]
     summed = cv2.resize(np.where(mask[..., None], mean, np.float32(0.0)), size).reshape(*size[::-1], -1)
-    np.divide(
-        summed[inner][:h, :w], weight[..., None], out=out[:h, :w], where=(weight > _HALF)[..., None]
-    )
+    np.divide(summed[inner][:h, :w], weight[..., None], out=out[:h, :w], where=(weight > _HALF)[..., None])
     known[:h, :w] = weight > _HALF
 
 
@@ -124,7 +123,7 @@ def _surface(sampled: Array, spacing: Array) -> Array:
 
 
 def _spread(cell: Array, value: Array, shape: tuple[int, int], spacing: Array) -> tuple[Array, Bool]:
-    """Returns mean (h, w, k) and mask (h, w) of points by flat cell number, spread by the spacing in cells."""
+    """Returns mean (h, w, k) and mask (h, w) of points by flat cell number, spread by the spacing (cells)."""
     size, channels = shape[0] * shape[1], value.shape[1]
     count = np.bincount(cell, minlength=size).reshape(shape).astype(np.float32)
     total = np.empty((*shape, channels), np.float32)

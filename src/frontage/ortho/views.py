@@ -169,9 +169,7 @@ def _effective_gsd(photo: Photo, surface: DrawingSurface, options: OrthoOptions)
     if min(coarse.width, coarse.height) < 2:
         return np.full((cells.height, cells.width), np.nan, np.float32)
     column, row = np.arange(coarse.width) + 0.5, np.arange(coarse.height) + 0.5
-    at = surface.on(coarse).projection_into(photo, options.projection)(
-        column[None, :], row[:, None], 0.0
-    )
+    at = surface.on(coarse).projection_into(photo, options.projection)(column[None, :], row[:, None], 0.0)
     (a, c), (b, d) = np.moveaxis(np.gradient(at, axis=1), -1, 0), np.moveaxis(np.gradient(at, axis=0), -1, 0)
     total, det = a * a + b * b + c * c + d * d, a * d - b * c
     with np.errstate(invalid="ignore", divide="ignore"):

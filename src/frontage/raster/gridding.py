@@ -102,12 +102,16 @@ def bilinear(grid: Array, u: Array, v: Array) -> Array:
 
 
 def _with_edges(grid: Array, down: "_Divided", across: "_Divided") -> Array:
-    """The cells (m, n) or (m, n, k) float32 of a grid (h, w) or (h, w, k) from first to last; edges repeat."""
+    """The cells (m, n) or (m, n, k) float32 of a grid (h, w) or (h, w, k) from first to last."""
     h, w = grid.shape[:2]
     rows, columns = (slice(max(d.first, 0), d.last) for d in (down, across))
     part: Array = grid[rows, columns].astype(np.float32, copy=False)
-    beyond = [max(n, 0) for n in (-down.first, down.last - h, -across.first, across.last - w)]
-    return cv2.copyMakeBorder(part, *beyond, cv2.BORDER_REPLICATE) if any(beyond) else part
+    above, below, left, right = (
+        max(n, 0) for n in (-down.first, down.last - h, -across.first, across.last - w)
+    )
+    if above or below or left or right:
+        return np.asarray(cv2.copyMakeBorder(part, above, below, left, right, cv2.BORDER_REPLICATE))
+    return part
 
 
 class _Divided(NamedTuple):

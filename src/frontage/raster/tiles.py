@@ -33,7 +33,7 @@ class Tile:
 
 
 def tiles(height: int, width: int, size: int, columns: int | None = None) -> Iterator[Tile]:
-    """Yields tiles of at most `size` rows and as many (or `columns`) columns that cover a raster, row by row."""
+    """Yields tiles of at most `size` rows and as many (or `columns`) columns that cover a raster by rows."""
     wide = columns or size
     for r in range(0, height, size):
         for c in range(0, width, wide):
