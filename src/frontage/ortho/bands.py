@@ -21,7 +21,7 @@ class Bands:
     """The pixels (h, w, 4) uint8, depth (h, w) float32 m, source (h, w) uint16 and gsd (h, w) float32 m.
 
     All bands start empty (0 or NaN) except the depth, which holds the `relief` with its gaps filled until
-    `forget_gaps`. Without a relief the depth is a single NaN, broadcast to (h, w).
+    `clear_outside` is called. Without a relief the depth is a single NaN, broadcast to (h, w).
     """
 
     def __init__(self, raster: OrthoRaster, relief: ReliefMap | None = None) -> None:
@@ -35,6 +35,10 @@ class Bands:
                 self.depth[tile.window] = relief.at(raster, tile)
         self.source = allocate(shape, np.uint16)
         self.gsd = allocate(shape, np.float32, np.nan)
+
+    def surface(self, facade: Facade, raster: OrthoRaster) -> DrawingSurface:
+        """The surface that the pixels are drawn on, with the depths of all of them."""
+        return DrawingSurface(facade, raster, self.relief, drawn=None if self.relief is None else self.depth)
 
     def forget_gaps(self, raster: OrthoRaster) -> None:
         """Sets the depth to NaN where the relief was not measured."""
@@ -102,7 +106,9 @@ def fill_missing(bands: Bands, other: Bands, number: int, raster: OrthoRaster) -
 def clear_outside(
     bands: Bands, intensity: Array | None, surface: DrawingSurface, options: OrthoOptions
 ) -> None:
-    """Clears all bands outside the outline of the facade, and marks what is not seen in it.
+    """Clears all bands outside the outline of the facade, and the depth where it was not measured.
+
+    What is on the facade and not seen is marked.
 
     The wall ends half a spacing beyond its last points, on which the outline runs. Within the margin of the
     outline, measured surfaces stay.
@@ -110,6 +116,7 @@ def clear_outside(
     Where no relief was measured at all, nothing can tell a cornice from the sky, and the whole margin stays.
     """
     facade, raster = surface.facade, surface.raster
+    bands.forget_gaps(raster)
     measured = bands.relief is not None and any(
         np.isfinite(bands.depth[t.window]).any() for t in tiles(raster.height, raster.width, TILE_PX)
     )

@@ -20,7 +20,7 @@ from frontage.ortho.rectified import CellPhotos
 from frontage.ortho.relief import measure_relief
 from frontage.ortho.scan_image import intensity_band, paint_missing_from_scan
 from frontage.ortho.standing.find import find_standing
-from frontage.ortho.surface import DrawingSurface, ImageOf
+from frontage.ortho.surface import ImageOf
 from frontage.ortho.symmetry import fill_by_symmetry
 from frontage.ortho.views import plan_views
 
@@ -60,9 +60,8 @@ def make_ortho(
     # The paper neglects balconies and sculptures; here the pixels lie on the measured relief.
     relief = measure_relief(points.xyz_used, facade, raster, options, points.gaps)
     points = points.on_surface(relief)
-    surface = DrawingSurface(facade, raster, relief if options.draws_relief else None)
-    bands, intensity = Bands(raster, surface.relief), intensity_band(points, raster)
-    surface = surface if surface.relief is None else surface.on(raster, bands.depth)
+    bands, intensity = Bands(raster, relief if options.draws_relief else None), intensity_band(points, raster)
+    surface = bands.surface(facade, raster)
 
     # Section 3.2, several photos: how well each shows every part that it does not hide.
     occluders = find_occluders(facade, points.xyz, standing, surroundings, options) if photos_used else None
@@ -80,7 +79,6 @@ def make_ortho(
     names = painted + paint_missing_from_scan(bands, points, surface, len(painted))
     if not names:
         return Failed("F302", f"facade {facade.id}: no photo and no scan point shows it", "check the poses")
-    bands.forget_gaps(raster)
     clear_outside(bands, intensity, surface, options)
     fill_by_symmetry(bands, raster, options)
     ortho = bands.as_ortho_image(
