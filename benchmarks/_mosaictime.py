@@ -95,9 +95,8 @@ def _jpeg(rgb: Array) -> bytes:
 def time_of_a_large_front(folder: Path | None) -> None:
     """Prints processor times of the whole image, of its parts and of paper A, over that of the decoding.
 
-    Everything runs in one thread, as in worker processes; the last line is the time on the clock with two.
-    Rendered photos are smooth, and files of cameras decode more slowly, so the times are told for photos with
-    the noise of a sensor, too.
+    Everything runs in one thread, as in worker processes. Rendered photos are smooth, and files of cameras
+    decode more slowly, so the times are told for photos with the noise of a sensor, too.
     """
     cv2.setNumThreads(1)
     case = large_front(folder)
@@ -146,9 +145,6 @@ def _times(case: LargeFront, files: dict[str, bytes]) -> dict[str, list[float]]:
             found.setdefault(name, []).append(spent / once)
         found.setdefault("decoding, s", []).append(once)
         found.setdefault("whole image, s", []).append(whole)
-        cv2.setNumThreads(2)
-        found.setdefault("whole image in two threads, s on the clock", []).append(_clock(everything))
-        cv2.setNumThreads(1)
     found["files, bytes per pixel"] = [sum(map(len, files.values())) / sum(a.size / 3 for a in decoded())]
     return found
 
@@ -167,12 +163,6 @@ def _processor(work: Callable[[], object]) -> float:
     start = time.process_time()
     work()
     return time.process_time() - start
-
-
-def _clock(work: Callable[[], object]) -> float:
-    start = time.perf_counter()
-    work()
-    return time.perf_counter() - start
 
 
 def many_photos() -> None:

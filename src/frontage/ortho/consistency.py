@@ -25,7 +25,6 @@ from frontage.ortho.surface import DrawingSurface, ImageOf
 from frontage.ortho.views import ViewPlan
 from frontage.raster.resample import resample
 from frontage.raster.tiles import Tile, tiles
-from frontage.solve.abreast import each
 
 _PATCH_PX = 128
 _PATCHES = 40  # at most, evenly spread; their mean is about six times as certain as a single one
@@ -142,17 +141,15 @@ def _compare(
     views: Sequence[tuple[Photo, Float, Bool]],
     image_of: ImageOf,
 ) -> _Pairs:
-    """Compares the patches of all pairs of photos."""
-
-    def flattened(view: tuple[Photo, Float, Bool]) -> dict[int, Array]:
-        photo, _, visible = view
+    """Compares the patches of all pairs of photos, holding one photo in memory at a time."""
+    grey = []
+    for photo, _, visible in views:
         image, to_photo = image_of(photo.id), surface.projection_into(photo, "full")
-        return {
-            n: _flattened(resample(image, map_tile(to_photo, patches[n], surface.depth(patches[n]))))
-            for n in np.flatnonzero(visible).tolist()
-        }
-
-    grey = list(each(flattened, views))
+        shown = {}
+        for n in np.flatnonzero(visible).tolist():
+            at = map_tile(to_photo, patches[n], surface.depth(patches[n]))
+            shown[n] = _flattened(resample(image, at))
+        grey.append(shown)
     window = cv2.createHanningWindow((_PATCH_PX, _PATCH_PX), cv2.CV_32F)
     rows = []
     for pair, (a, b) in enumerate(combinations(range(len(views)), 2)):

@@ -6,7 +6,6 @@ only the parts that a step looks at are read.
 """
 
 import tempfile
-import threading
 
 import numpy as np
 
@@ -22,16 +21,15 @@ class DecodedPhotos:
         self._decode = decode
         self._left = most_bytes
         self._kept: dict[str, Array] = {}
-        self._lock = threading.Lock()
 
     def __call__(self, photo: str) -> Array:
         """Return the picture of a photo; callers must not write to it."""
-        with self._lock:  # photos are decoded one at a time, while other threads look at those before
-            if photo not in self._kept:
-                image = self._decode(photo)
-                self._left -= image.nbytes
-                self._kept[photo] = image if self._left >= 0 else _on_disk(image)
+        if photo in self._kept:
             return self._kept[photo]
+        image = self._decode(photo)
+        self._left -= image.nbytes
+        self._kept[photo] = image if self._left >= 0 else _on_disk(image)
+        return image
 
 
 def _on_disk(image: Array) -> Array:

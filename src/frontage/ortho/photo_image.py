@@ -16,7 +16,6 @@ from frontage.raster.light import code_scale, scaled
 from frontage.raster.resample import resample
 from frontage.raster.sourcemap import SourceMap
 from frontage.raster.tiles import Tile, tiles
-from frontage.solve.abreast import each
 
 _RESAMPLED_TILE_PX = 512  # one Jacobian per tile
 _STRIP_PX = 128  # rows that are painted at once, and columns of other photos that part two places
@@ -36,8 +35,7 @@ def paint_photos(
     raster, plan, gsd = surface.raster, mosaic.plan, mosaic.gsd
     into = [surface.projection_into(photo, options.projection) for photo in plan.photos]
     size = max(1, _RESAMPLED_TILE_PX // plan.step) * plan.step  # whole cells
-
-    def paint(tile: Tile) -> None:
+    for tile in tiles(raster.height, raster.width, size):
         label, depth = plan.of_tile(mosaic.label, tile), surface.depth(tile)
         for i in np.unique(label[label >= 0]).tolist():
             cells = _bounds(label == i)
@@ -45,9 +43,6 @@ def paint_photos(
             at = map_tile(into[i], part, None if depth is None else depth[inside])
             _paint_part(bands, mosaic, i, image_of(plan.photos[i].id), (part, label[cells] == i, at), options)
         bands.gsd[tile.window] = _enlarged(plan.of_tile(gsd, tile), plan.step, tile.shape)
-
-    for _ in each(paint, list(tiles(raster.height, raster.width, size))):
-        pass
     return tuple(p.id for p in plan.photos)
 
 

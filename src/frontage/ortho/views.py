@@ -21,7 +21,6 @@ from frontage.ortho.surface import DrawingSurface
 from frontage.ortho.visibility import visibility
 from frontage.raster import gridding
 from frontage.raster.tiles import Tile, tiles
-from frontage.solve.abreast import each
 
 _CELL_M = 0.04
 _MAX_CELLS = 4_000_000
@@ -87,13 +86,12 @@ def plan_views(
     coarse = surface.on(cells)
     measured = coarse.depth(Tile(0, cells.height, 0, cells.width))
     y = np.zeros((cells.height, cells.width), np.float32) if measured is None else measured
-    looks = each(lambda photo: _photo_view(photo, coarse, y, options), photos)
-    views = [view for view in looks if view is not None]
+    views = [v for p in photos if (v := _photo_view(p, coarse, y, options)) is not None]
     views = sorted(views, key=lambda v: -float(v.quality.sum()))[: options.max_photos]
     if not views:
         return None
     spacing = surface.facade.spacing
-    seen = list(each(lambda v: visibility(v.centre, cells, y, v.distance, occluders, spacing), views))
+    seen = [visibility(v.centre, cells, y, v.distance, occluders, spacing) for v in views]
     quality = np.stack([s.factor * v.quality for s, v in zip(seen, views, strict=True)])
     behind = np.stack([s.behind for s in seen]) & (quality > 0.0)
     if not (quality * ~behind).any():

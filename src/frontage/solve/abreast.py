@@ -1,10 +1,9 @@
 """Photos or windows worked on abreast by threads: most of the time goes to code outside the interpreter."""
 
+import os
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from typing import TypeVar
-
-import cv2
 
 T = TypeVar("T")
 R = TypeVar("R")
@@ -13,11 +12,8 @@ _MOST = 4  # each may hold a decoded picture and a few renderings
 
 
 def each(work: Callable[[T], R], items: Sequence[T]) -> Iterator[R]:
-    """Yields the results in the order of the items, which does not depend on the number of threads.
-
-    There are as many threads as OpenCV may use: one in worker processes, of which there is one per core.
-    """
-    count = min(_MOST, cv2.getNumThreads(), len(items))
+    """Yields the results in the order of the items, which does not depend on the number of threads."""
+    count = min(_MOST, os.cpu_count() or 1, len(items))
     if count < 2:
         yield from map(work, items)
         return

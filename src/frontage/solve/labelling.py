@@ -12,7 +12,6 @@ fixed, so that the time is bounded, and the result does not depend on how many p
 import numpy as np
 
 from frontage.geometry.arrays import Array, Int
-from frontage.solve.abreast import each
 
 _LEVELS = 6  # the coarsest blocks are 32 x 32 cells
 _STEPS = 6  # of messages per level of blocks
@@ -59,7 +58,7 @@ def _labels_of_cells(cost: Array, base: np.float32, border: Array, messages: Arr
         belief = _sent(cost[:, rows], base, border[:, rows], own, _LAST_STEPS)
         return np.asarray(np.argmin(belief[:, first - top : last - top], axis=0), np.int64)
 
-    return np.concatenate(list(each(labels, range(0, h, _STRIP))))
+    return np.concatenate([labels(first) for first in range(0, h, _STRIP)])
 
 
 def _halved(values: Array) -> Array:

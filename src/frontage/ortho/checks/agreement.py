@@ -24,7 +24,6 @@ from frontage.ortho.points import FacadePoints
 from frontage.ortho.rectified import CellPhotos
 from frontage.ortho.surface import ImageOf
 from frontage.ortho.views import ViewPlan
-from frontage.solve.abreast import each
 
 Turn = Callable[[Array], Array]
 """Turns the pixels of a picture into the orientation that its file states."""
@@ -67,25 +66,19 @@ def check_photos(
     if plan is None or rectified is None:
         return PhotoCheck()
     doubtful = {p.id: turns[p.id] for p in plan.photos if p.id in turns}
-
-    def cut(number: int) -> tuple[Patches, Patches | None]:
-        photo, shown, clear = plan.photos[number], plan.quality[number] > 0, plan.clear[number]
-        stored = of_photo(rectified(photo, shown).codes, clear)
-        if photo.id not in doubtful:
-            return stored, None
-        turned = doubtful[photo.id](rectified.image_of(photo.id))
-        return stored, of_photo(rectified.rectified(photo, turned, shown).codes, clear)
-
-    names = [photo.id for photo in plan.photos]
-    patches = dict(zip(names, each(cut, range(len(names))), strict=True))
-    photos = {name: stored for name, (stored, _) in patches.items()}
-    upright = {name: turned for name, (_, turned) in patches.items() if turned is not None}
+    photos, upright = dict[str, Patches](), dict[str, Patches]()
+    for number, photo in enumerate(plan.photos):
+        shown, clear = plan.quality[number] > 0, plan.clear[number]
+        photos[photo.id] = of_photo(rectified(photo, shown).codes, clear)
+        if photo.id in doubtful:
+            turned = doubtful[photo.id](rectified.image_of(photo.id))
+            upright[photo.id] = of_photo(rectified.rectified(photo, turned, shown).codes, clear)
     scan = of_scan(points, plan.cells)
     known = {_SCAN: scan.whole} if scan is not None else {}
     check = _orientation({**known, **photos}, upright)
     for name in check.turned:
         photos[name] = upright[name]
-    photos = {name: found for name, found in photos.items() if name not in check.left_out}
+    photos = {name: patches for name, patches in photos.items() if name not in check.left_out}
     pictures = {**known, **photos}
     pairs = {pair: agreement(pictures[pair[0]], pictures[pair[1]]) for pair in _partners(pictures)}
     if scan is not None:
