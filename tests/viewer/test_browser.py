@@ -92,12 +92,19 @@ def run(simulated_run: Path) -> RunFolder:
     return open_run(simulated_run)
 
 
-def until(page: Page, expression: str, given: Any = None) -> None:
-    """Wait until JavaScript is true. The page's own rules let nothing evaluate text inside it."""
-    end = time.monotonic() + PATIENCE_MS / 1000
+def becomes(page: Page, expression: str, given: Any, seconds: float) -> bool:
+    """Whether JavaScript becomes true in time. The page's own rules let nothing evaluate text inside it."""
+    end = time.monotonic() + seconds
     while not page.evaluate(expression, given):
-        assert time.monotonic() < end, f"never true: {expression}"
+        if time.monotonic() > end:
+            return False
         page.wait_for_timeout(50)
+    return True
+
+
+def until(page: Page, expression: str, given: Any = None) -> None:
+    """Wait until JavaScript is true."""
+    assert becomes(page, expression, given, PATIENCE_MS / 1000), f"never true: {expression}"
 
 
 def front(run: RunFolder) -> str:
@@ -110,20 +117,31 @@ def open_facade(page: Page, name: str) -> None:
     until(page, "frontage.page?.view?.view.scale !== 1")
 
 
-def clicked(page: Page, at: tuple[float, float]) -> tuple[list[float], list[float], float | None]:
-    """Click at a share of the canvas; return the pixel of the ortho-image, and the place and sigma shown."""
+def click(page: Page, at: tuple[float, float]) -> list[float]:
+    """Click at a share of the canvas; return the pixel of the ortho-image that is there."""
     box = page.locator(".facade canvas").bounding_box()
     assert box is not None
     x, y = (round(box[side] * share) for side, share in zip(("width", "height"), at, strict=True))
-    pixel = page.evaluate("(at) => frontage.page.view.view.toPicture(at)", [x, y])
+    pixel: list[float] = page.evaluate("(at) => frontage.page.view.view.toPicture(at)", [x, y])
     page.mouse.click(box["x"] + x, box["y"] + y)
-    until(
-        page,
+    return pixel
+
+
+def clicked(page: Page, at: tuple[float, float]) -> tuple[list[float], list[float], float | None]:
+    """Click at a share of the canvas; return the pixel of the ortho-image, and the place and sigma shown.
+
+    Clicks again where the canvas moved between the look at it and the click, as it may while a page loads.
+    """
+    told = (
         "([c, r]) => { const p = frontage.page.view.probeAt([c, r], true); "
         "const shown = document.querySelector('.readout').dataset.xyz; "
-        "return p && shown === p.world.xyz.map((v) => v.toFixed(4)).join(' '); }",
-        pixel,
+        "return p && shown === p.world.xyz.map((v) => v.toFixed(4)).join(' '); }"
     )
+    end = time.monotonic() + PATIENCE_MS / 1000
+    pixel = click(page, at)
+    while not becomes(page, told, pixel, 10.0):
+        assert time.monotonic() < end, f"never told: the place of {pixel}"
+        pixel = click(page, at)
     shown = page.locator(".readout").evaluate("(e) => [e.dataset.xyz, e.dataset.sigma]")
     sigma = None if shown[1] == "null" else float(shown[1])
     return pixel, [float(v) for v in shown[0].split()], sigma
