@@ -124,10 +124,12 @@ def _fits(
 def _starts(given: Estimate[Rigid3], found: Sequence[tuple[float, Rigid3]]) -> list[Rigid3]:
     """The likeliest of the poses found, with their gains, that are no repetitions of one another.
 
-    The gain is a log likelihood over chance; that of the approximate position is added.
+    The gain is a log likelihood over chance; that of the approximate position and heading is added.
     """
     off = np.array([pose.t - given.value.t for _, pose in found]).reshape(-1, 3)
-    odds = np.array([gain for gain, _ in found]) - 0.5 * ((off / given.sigma[:3]) ** 2).sum(1)
+    turn = np.array([rotation_angle(pose.R @ given.value.R.T) for _, pose in found])
+    squared = ((off / given.sigma[:3]) ** 2).sum(1) + (turn / given.sigma[3:].max()) ** 2
+    odds = np.array([gain for gain, _ in found]) - 0.5 * squared
     kept = list[Rigid3]()
     for k in np.argsort(-odds, kind="stable").tolist():
         if odds[k] < _LEAST_GAIN or len(kept) == _TRIED:
