@@ -5,7 +5,7 @@ import pytest
 import shapely
 
 from frontage.openings import FoundOpenings, find_openings
-from frontage.openings.wall.density import wall_triangles
+from frontage.openings.wall.density import triangulated_density
 from frontage.openings.wall.expected import expected_beams
 from frontage.openings.wall.raster import WallRaster
 from fronts import box_of, scan_wall
@@ -35,37 +35,16 @@ def test_nothing_is_due_away_from_the_wall():
     assert due[:, 140:].max() == 0.0 and due[:, :80].min() > 0.0
 
 
-def test_points_on_one_line_or_too_few_make_no_triangles():
+def test_points_on_one_line_or_too_few_have_no_density():
     line = np.column_stack([np.arange(9.0), np.zeros(9)])
     for points in (line, line[:2], np.empty((0, 2))):
-        assert len(wall_triangles(points)[1]) == 0
-
-
-def density_of(points):
-    """Points per m2 of a wall by its triangles."""
-    areas = wall_triangles(points)[1]
-    return len(areas) / 2.0 / areas.sum()
+        assert triangulated_density(points, np.array([[1.0, 0.0]]), 1.0).tolist() == [0.0]
 
 
 def test_coincident_points_do_no_harm():
     points = wall(0.1, 0.1)
-    assert abs(density_of(np.vstack([points, points[::3]])) - 100.0) < 5.0
-
-
-def test_points_at_random_are_as_dense_as_those_of_a_lattice():
-    points = wall(0.08, 0.08)
-    some = np.random.default_rng(1).random(len(points)) < 0.25
-    assert density_of(points) == pytest.approx(1.0 / 0.08**2, rel=0.05)
-    assert density_of(points[some]) == pytest.approx(0.25 / 0.08**2, rel=0.1)
-
-
-def test_a_wall_thinned_at_random_is_due_its_beams():
-    cell = 0.115
-    points = wall(0.07, 0.07)
-    some = np.random.default_rng(2).random(len(points)) < 0.5
-    due = expected_beams(points[some], WallRaster((0.0, 0.0), cell, (56, 78)))
-    inner = due[5:-5, 5:-5] * 2.0 * 0.07**2 / cell**2
-    assert np.quantile(inner, 0.05) > 0.75 and np.quantile(inner, 0.95) < 1.25
+    twice = triangulated_density(np.vstack([points, points[::3]]), np.array([[4.5, 3.0]]), 1.0)
+    assert abs(twice[0] - 100.0) < 5.0
 
 
 def test_windows_of_seven_beams_by_ten_are_found():

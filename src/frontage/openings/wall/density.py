@@ -1,42 +1,47 @@
 """The density of beams where they are sparse, from the triangles between neighbouring points."""
 
 import numpy as np
-from scipy.spatial import Delaunay, QhullError
+from scipy.spatial import Delaunay, QhullError, cKDTree
 
 from frontage.geometry.arrays import Float, Int
 
+_NEIGHBOURS = 16  # points that determine the density of a place: more than border one side of an opening
 _FEWEST = 4  # points that make triangles
-_GAP = 2.0  # times the usual radius about a place from which a triangle spans a gap; 1 % of random ones do
 
 
-def wall_triangles(points: Float) -> tuple[Float, Float]:
-    """Returns the middles (t, 2) m and areas (t,) m2 of the triangles between points (n, 2) m of a wall.
+def triangulated_density(points: Float, places: Float, reach: float) -> Float:
+    """Returns the points per m2 (m,) of a wall at places (m, 2) m, from its points (n, 2) m within `reach` m.
 
-    Every triangle stands for half a point, whether the points form a lattice, however narrow, or lie at
-    random. The circle about a triangle holds no other point: where it is twice as large as is usual at the
-    corners, the triangle spans an opening or another gap and is left out.
+    Returns 0 where there are none. Between the points of a lattice, however narrow, all Delaunay triangles
+    have half the area that a point stands for. Those across openings are larger but few, so the median of the
+    triangles at a point, and then of the points around, is that of the wall. For random points the result is
+    1.4 times the density.
     """
     if len(points) < _FEWEST:
-        return np.empty((0, 2)), np.empty(0)
+        return np.zeros(len(places))
     try:
         triangles = Delaunay(points).simplices.astype(np.int64)
     except QhullError:  # all on one line
-        return np.empty((0, 2)), np.empty(0)
-    corners = points[triangles]
-    sides = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2)
-    u, v = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
-    areas = np.abs(u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0]) / 2.0
-    radii = sides.prod(1) / np.maximum(4.0 * areas, 1e-12)
-    usual = _median_about(triangles, radii, len(points))[triangles].min(1)
-    whole = radii <= _GAP * usual
-    return np.asarray(corners[whole].mean(1)), np.asarray(areas[whole])
+        return np.zeros(len(places))
+    own = np.append(_median_about(triangles, _areas(points, triangles), len(points)), np.nan)
+    near = cKDTree(points).query(places, min(_NEIGHBOURS, len(points)), distance_upper_bound=reach)[1]
+    around = own[near]  # NaN where no point is near enough
+    around[np.isnan(around).all(1), 0] = np.inf
+    return np.asarray(0.5 / np.nanmedian(around, axis=1))
 
 
-def _median_about(triangles: Int, values: Float, number: int) -> Float:
-    """Returns the lower median (n,) of the values (t,) of the triangles at each point; NaN without any."""
-    corner, value = triangles.ravel(), np.repeat(values, 3)
-    order = np.lexsort((value, corner))
+def _areas(points: Float, triangles: Int) -> Float:
+    """Returns the areas (t,) m2 of triangles (t, 3) of points (n, 2) m."""
+    a, b, c = (points[triangles[:, k]] for k in range(3))
+    u, v = b - a, c - a
+    return np.asarray(np.abs(u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0]) / 2)
+
+
+def _median_about(triangles: Int, areas: Float, number: int) -> Float:
+    """Returns the lower median (n,) of the areas of the triangles at each point; NaN without any."""
+    corner, area = triangles.ravel(), np.repeat(areas, 3)
+    order = np.lexsort((area, corner))
     first = np.searchsorted(corner[order], np.arange(number))
     held = np.diff(np.append(first, len(order)))
-    middle = np.append(value[order], np.nan)[first + np.maximum(held - 1, 0) // 2]
+    middle = np.append(area[order], np.nan)[first + np.maximum(held - 1, 0) // 2]
     return np.where(held > 0, middle, np.nan)

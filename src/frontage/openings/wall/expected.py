@@ -4,7 +4,7 @@ import numpy as np
 from scipy import ndimage
 
 from frontage.geometry.arrays import Array, Float
-from frontage.openings.wall.density import wall_triangles
+from frontage.openings.wall.density import triangulated_density
 from frontage.openings.wall.raster import WallRaster
 
 _AROUND = 0.5  # m, one sigma of the surroundings
@@ -35,24 +35,7 @@ def expected_beams(points: Float, raster: WallRaster) -> Float:
     if sparse.any():
         flat = raster.flat(*points.T)
         own = points[(flat >= 0) & sparse.ravel()[flat]]
-        due[sparse] = _between_points(own, raster)[sparse]
-    return due
-
-
-def _between_points(points: Float, raster: WallRaster) -> Float:
-    """Returns the number of beams (h, w) in cells of wall as the triangles between points (n, 2) m tell it.
-
-    Returns 0 where the triangles about a cell cover hardly anything.
-    """
-    middles, areas = wall_triangles(points)
-    x, z = middles.T
-    number, covered = raster.count(x, z), raster.count(x, z, areas / raster.cell**2)
-    due, left = np.zeros(raster.shape), np.ones(raster.shape, np.bool_)
-    for around in (_AROUND, 2.0 * _AROUND):
-        half, cover = (blurred(m, around / raster.cell) for m in (number / 2.0, covered))
-        told = left & (cover > _CUT)
-        due = np.where(told, half / np.maximum(cover, 1e-9), due)
-        left &= ~told
+        due[sparse] = raster.cell**2 * triangulated_density(own, raster.middles(sparse), 2.0 * _AROUND)
     return due
 
 
