@@ -102,7 +102,7 @@ def _sector_gap(at: Float, typical: float, queries: int) -> tuple[Float, Float]:
 
 
 def _third_farthest(marked: Bool, cell: Int, radius: int) -> tuple[Float, Int]:
-    """Distances of cells (2, k) to the nearest marked ones in eight sectors: the third farthest (k,).
+    """Returns the third farthest (k,) of the nearest marked cells in eight sectors around cells (2, k).
 
     Also returns how many cells (k,) within the `radius` are marked. Distances are in cells, infinite where
     none is marked.

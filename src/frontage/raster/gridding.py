@@ -102,7 +102,7 @@ def bilinear(grid: Array, u: Array, v: Array) -> Array:
 
 
 def _with_edges(grid: Array, down: "_Divided", across: "_Divided") -> Array:
-    """The cells (m, n) or (m, n, k) float32 of a grid (h, w) or (h, w, k) from first to last."""
+    """Returns the part (m, n) or (m, n, k) float32 of a grid; beyond the grid, its edges repeat."""
     h, w = grid.shape[:2]
     rows, columns = (slice(max(d.first, 0), d.last) for d in (down, across))
     part: Array = grid[rows, columns].astype(np.float32, copy=False)

@@ -37,7 +37,7 @@ class _Cut:
     options: BuildOptions
 
     def with_reliefs(self, names: Sequence[str]) -> Built:
-        """The host with some of the reliefs; the host alone if it cannot be cut."""
+        """Returns the host with the named reliefs cut in, or the host alone if it is not closed."""
         chosen = set(names)
         own = [replace(f, reliefs=tuple(r for r in f.reliefs if r.id in chosen)) for f in self.facades]
         made = build_solid(self.host, own, self.options)

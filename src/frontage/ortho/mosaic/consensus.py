@@ -72,7 +72,7 @@ def compare_photos(codes: Array, clear: Bool) -> Disagreement:
 
 
 def _typical(distance: Array, judged: Bool) -> float:
-    """The median of distances (k, h, w) where they are judged, of evenly spread ones if there are many."""
+    """Returns the median of the judged distances (k, h, w); if they are many, that of a regular sample."""
     at = np.flatnonzero(judged)
     return float(np.median(distance.ravel()[at[:: 1 + len(at) // _ENOUGH]])) if len(at) else 0.0
 
