@@ -99,7 +99,7 @@ lock:
 	uv pip compile pyproject.toml --extra e57 --extra photos --extra simulate --extra products --extra tables --extra bim requirements.in $(LOCK) -o requirements.txt
 	uv pip compile pyproject.toml --extra dev requirements.in -c requirements.txt $(LOCK) -o requirements-dev.txt
 	uv pip compile pyproject.toml --extra docs requirements.in -c requirements.txt -c requirements-dev.txt $(LOCK) -o requirements-docs.txt
-LOCK := --universal --python-version 3.11 --generate-hashes --no-header --no-annotate --quiet
+LOCK := --universal --no-strip-extras --python-version 3.11 --generate-hashes --no-header --no-annotate --quiet
 
 clean:
 	rm -rf $(VENV) $(OUT) build dist site web/node_modules src/frontage/viewer/program .coverage .pytest_cache .mypy_cache .ruff_cache .hypothesis .import_linter_cache
