@@ -71,12 +71,12 @@ def find_openings(
     def search(front: Facade, cloud: Scan) -> tuple[Opening, ...]:
         """Finds the openings of the front of a protrusion or niche, which is a wall of its own."""
         seen = observe_wall(front, cloud, options)
-        return () if isinstance(seen, Failed) else find_on_wall(front, cloud, seen, options, ortho)
+        return () if isinstance(seen, Failed) else find_on_wall(cloud, seen, options, ortho)
 
     wall = observe_wall(facade, scan, options)  # 3.2.1, cell generation
     if isinstance(wall, Failed):
         return wall
-    openings = find_on_wall(facade, scan, wall, options, ortho)  # 3.2.2, classification
+    openings = find_on_wall(scan, wall, options, ortho)  # 3.2.2, classification
     beams = FacadeBeams.of(facade, scan)
     fronts = FrontSearch(facade, scan, search)
     protrusions = find_protrusions(facade, beams, openings, options.ground_z)  # 3.2.3, modelling

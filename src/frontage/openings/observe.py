@@ -10,6 +10,7 @@ from frontage.openings.layout.posts import Post, with_posts
 from frontage.openings.options import OpeningOptions
 from frontage.openings.wall.beams import Beams, sort_beams
 from frontage.openings.wall.evidence import Evidence, weigh
+from frontage.openings.wall.innerface import InnerFace, find_inner_face, with_inner_face
 from frontage.openings.wall.noreturn import with_lost_beams
 from frontage.openings.wall.panels import without_panels
 from frontage.openings.wall.recesses import with_recesses
@@ -21,12 +22,14 @@ _FEWEST_POINTS = 200  # fewer points tell neither the density nor the noise of a
 class ObservedWall:
     """The evidence that the openings of a wall are found from.
 
+    facade    the facade, whose support leaves out the inner faces of its wall
     beams     the beams, sorted into those that ended on the wall, went through it or were stopped before it
     evidence  log-likelihood ratio of open against solid for every cell of the wall
     posts     posts of joinery between the windows of a band; they count as parts of the wall
     ground    m, height z of the ground at the wall in the facade frame
     """
 
+    facade: Facade
     beams: Beams
     evidence: Evidence
     posts: tuple[Post, ...]
@@ -36,9 +39,9 @@ class ObservedWall:
 def observe_wall(facade: Facade, scan: Scan, options: OpeningOptions) -> ObservedWall | Failed:
     """Sorts the beams of a facade's working cloud and weighs, cell by cell, whether the wall is open there.
 
-    Recesses larger than any opening lie at their own depth. Shallow panels count as wall, and so do posts
-    between the windows of a band. Returns `Failed` F401 when
-    the facade has too few points, and F402 when hardly any of them lie on the wall.
+    The inner faces of scanned rooms tell where masonry is. Recesses larger than any opening lie at their own
+    depth. Shallow panels count as wall, and so do posts between the windows of a band. Returns `Failed` F401
+    when the facade has too few points, and F402 when hardly any of them lie on the wall.
     """
     if len(facade.support) < _FEWEST_POINTS:
         return Failed(
@@ -55,15 +58,20 @@ def observe_wall(facade: Facade, scan: Scan, options: OpeningOptions) -> Observe
         )
     ground = ground_height(facade, options)
     evidence = _evidence(facade, scan, beams, ground)
+    inner = find_inner_face(facade, scan, beams, evidence)
+    if inner is not None:
+        facade = inner.facade
+        beams = sort_beams(facade, scan)
+        evidence = _evidence(facade, scan, beams, ground, inner)
     recessed = with_recesses(beams, evidence, facade, scan)
     if recessed is not None:
         beams = sort_beams(facade, scan, recessed)
-        evidence = _evidence(facade, scan, beams, ground)
+        evidence = _evidence(facade, scan, beams, ground, inner)
     posts = find_posts(beams, evidence, ground)
     if posts:
         beams = with_posts(beams, facade, scan, posts)
-        evidence = _evidence(facade, scan, beams, ground)
-    return ObservedWall(beams, evidence, posts, ground)
+        evidence = _evidence(facade, scan, beams, ground, inner)
+    return ObservedWall(facade, beams, evidence, posts, ground)
 
 
 def ground_height(facade: Facade, options: OpeningOptions) -> float:
@@ -71,7 +79,10 @@ def ground_height(facade: Facade, options: OpeningOptions) -> float:
     return facade.extent[1] if options.ground_z is None else options.ground_z
 
 
-def _evidence(facade: Facade, scan: Scan, beams: Beams, ground: float) -> Evidence:
-    """Weighs hits, passes, missing beams, beams without return, and panels."""
+def _evidence(
+    facade: Facade, scan: Scan, beams: Beams, ground: float, inner: InnerFace | None = None
+) -> Evidence:
+    """Weighs hits, passes, missing beams, beams without return, panels, and the inner face of the wall."""
     evidence = with_lost_beams(weigh(facade, beams), facade, scan, beams)
-    return without_panels(evidence, beams, ground)
+    evidence = without_panels(evidence, beams, ground)
+    return evidence if inner is None else with_inner_face(evidence, inner.places)

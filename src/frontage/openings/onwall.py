@@ -24,6 +24,7 @@ from frontage.openings.layout.overlaps import without_overlaps
 from frontage.openings.layout.pattern import revise, settled
 from frontage.openings.layout.pooling import pool
 from frontage.openings.layout.posts import with_post_errors
+from frontage.openings.layout.support import without_unsupported
 from frontage.openings.observe import ObservedWall
 from frontage.openings.options import OpeningOptions
 from frontage.openings.wall.crossings import CrossingBeams, crossing_beams
@@ -31,7 +32,6 @@ from frontage.openings.wall.foreground import foreground_points, is_foreground_a
 
 
 def find_on_wall(
-    facade: Facade,
     scan: Scan,
     wall: ObservedWall,
     options: OpeningOptions,
@@ -43,6 +43,7 @@ def find_on_wall(
     the wall; then those that are closed level with the wall and look different from it. Openings smaller than
     the options allow are left out. They have no id, floor or bay yet: `catalog` numbers whole buildings.
     """
+    facade = wall.facade
     beams = crossing_beams(facade, scan, wall.beams)
     outlines, found = _measured(facade, beams, wall, options)
     found += [
@@ -84,7 +85,7 @@ def _measured(
             (settled(r, o), r.proposal.place, r.evidence) for r, o in zip(revisions, told_again, strict=True)
         ]
         pooled = pool([outline for outline, *_ in real])
-    kept = without_overlaps(pooled, [place for _, place, _ in real], evidence)
+    kept = without_unsupported(without_overlaps(pooled, [place for _, place, _ in real], evidence))
     outlines, found = [], []
     for (_, _, worth), outline in zip(real, kept, strict=True):
         if outline is not None:

@@ -32,9 +32,10 @@ from frontage.openings.wall.evidence import Evidence
 
 _RIGHT = 0.9  # share of the predictions that must be right
 _OTHERS = (2, 1)  # openings of a row, and of a column, that a prediction needs
-_IOU = 0.5  # intersection over union of a prediction that counts as right
 _VISIBLE = 0.5  # share of the beams, expected without obstacles, that reach the wall: less is hidden
 _WALL = -6.0  # nats over a place below which the wall was seen
+SAME = 0.5
+"""Intersection over union of a prediction that counts as right, and of two openings that are the same."""
 CLEAR = 0.1
 """m between openings, at least."""
 WITHIN = 0.98
@@ -157,7 +158,7 @@ class OpeningGrid:
             for c, column in enumerate(self._columns):
                 for k in set(row) & set(column):
                     node = self._node(r, c, k)
-                    if node is not None and iou_of(node.place, self._outlines[k].place) >= _IOU:
+                    if node is not None and iou_of(node.place, self._outlines[k].place) >= SAME:
                         found.append(node)
         return found
 

@@ -21,6 +21,7 @@ from frontage.openings.borders.outline import Outline
 from frontage.openings.boxes import Box
 from frontage.openings.layout.forms import BUILT, Forms, is_known
 from frontage.openings.layout.inferred import (
+    SAME,
     WITHIN,
     Node,
     OpeningGrid,
@@ -151,7 +152,7 @@ class _Rates:
         sure, places = np.reshape(firm, (-1, 4)), np.array([o.place for o in outlines])
         for node, nats in told:
             other = sure[near_ones(node.place, sure)]
-            wrong = nats.sum() < -_SURE or any(iou_of(node.place, tuple(f)) < 0.5 for f in other)
+            wrong = nats.sum() < -_SURE or any(iou_of(node.place, tuple(f)) < SAME for f in other)
             beside = np.flatnonzero(near_ones(node.place, places)).tolist()
             if wrong or any(_is_unlike(node, outlines[k]) for k in beside):
                 self._right[node.same][node.row, node.column] = False

@@ -3,13 +3,14 @@
 import numpy as np
 from scipy import ndimage
 
-from frontage.geometry.arrays import Array, Bool, Float, distinct
+from frontage.geometry.arrays import Array, Bool, Float, Int, distinct
 from frontage.openings.wall.raster import WallRaster
 
 _FINE = 8  # cells of a tile, along and across, in which its area is counted
 _KERNEL = 0.8  # m, one sigma of the surroundings that determine the depth of a tile: wider than half a window
 _PEAK = 0.25  # share of the largest area that a surface needs to be the wall: glass fronts hold little wall
 _FINEST = 0.01  # m, least bin of depths
+_STEPS = 6  # steps of the search for the fullest layer, in its thickness
 # m: the wall that a pier belongs to is that near; a recess smaller than that is no bay of the wall
 _BESIDE = 1.5
 _PIER = 0.4  # share of a tile that a pier fills
@@ -138,23 +139,43 @@ def _filled(values: Float, gap: Bool) -> Float:
 
 
 def _refined(wall: Float, xyz: Float, raster: WallRaster, slack: float) -> Float:
-    """Refines the depth (h, w) m to the mean of the wall's own points around each tile.
+    """Refines the depth (h, w) m to that of the fullest surface about it around each tile.
 
-    Tiles with few of these points belong to openings: they take the depth of the wall beside, not that of
-    their mullions and frames.
+    Two surfaces that are nearer to one another than the slack (the masonry of a ground floor and the wall
+    above it, or the bars before a window) do not mix. Tiles with few points of the wall belong to openings:
+    they take the depth of the wall beside, not that of their mullions and frames.
     """
     flat = raster.flat(xyz[:, 0], xyz[:, 2])
     d = xyz[:, 1] - value_at(wall, raster, xyz[:, 0], xyz[:, 2])
     on = (flat >= 0) & (np.abs(d) <= slack)
+    flat, d = flat[on], d[on]
+    peak = _fullest(flat, d, raster.shape, slack)
+    near = np.abs(d - peak.ravel()[flat]) <= slack / 2.0
     size = raster.shape[0] * raster.shape[1]
-    number = np.bincount(flat[on], minlength=size).reshape(raster.shape).astype(np.float64)
-    total = np.bincount(flat[on], d[on], minlength=size).reshape(raster.shape)
+    number = np.bincount(flat[near], minlength=size).reshape(raster.shape).astype(np.float64)
+    total = np.bincount(flat[near], d[near], minlength=size).reshape(raster.shape)
     weight = ndimage.uniform_filter(number, 3, mode="constant")
     mean = ndimage.uniform_filter(total, 3, mode="constant") / np.maximum(weight, 1e-9)
     own = wall + np.where(weight > 1e-9, mean, 0.0)
     most = ndimage.maximum_filter(weight, 2 * int(_BESIDE / TILE) + 1)
     beside = _between(own, weight >= _PIER * most)
     return np.where(np.abs(beside - own) <= slack, beside, own)
+
+
+def _fullest(flat: Int, d: Float, shape: tuple[int, int], slack: float) -> Float:
+    """Returns the middle (h, w) m of the fullest layer, `slack` m thick, of depths d (n,) m around each tile.
+
+    `flat` (n,) are the numbers of their tiles. Layers begin at steps of a sixth of their thickness.
+    """
+    step = slack / _STEPS
+    level = np.clip(np.floor((d + slack) / step), 0, 2 * _STEPS - 1).astype(np.int64)
+    held = np.bincount(flat * 2 * _STEPS + level, minlength=shape[0] * shape[1] * 2 * _STEPS)
+    near = ndimage.uniform_filter(held.reshape(*shape, -1).astype(np.float64), (3, 3, 1), mode="constant")
+    summed = np.pad(near.cumsum(2), ((0, 0), (0, 0), (1, 0)))
+    layer = np.round(summed[..., _STEPS:] - summed[..., :-_STEPS], 6)
+    middle = (np.arange(layer.shape[2]) - _STEPS / 2.0) * step  # of those as full, the one in the middle
+    best = layer >= layer.max(2, keepdims=True)
+    return np.asarray((best * middle).sum(2) / best.sum(2))
 
 
 def _between(values: Float, held: Bool) -> Float:

@@ -1,0 +1,44 @@
+"""Tells badly seen openings from chance gaps: real ones have others like them."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from frontage.geometry.arrays import Bool, Float
+from frontage.openings.borders.outline import Outline
+from frontage.openings.layout.forms import is_known
+from frontage.openings.layout.inferred import SAME
+
+_ENOUGH = 3  # borders of four that tell a rectangle by themselves, as of small openings
+
+
+def without_unsupported(outlines: Sequence[Outline | None]) -> list[Outline | None]:
+    """Returns the outlines with None for those that neither their borders nor other openings tell.
+
+    Shadows, leaves and lost points leave gaps whose rectangles end anywhere. What has fewer than three known
+    borders is an opening if a better known one beside, above or below it is as wide and as high. Beams that
+    went through the wall prove that it is open; where such lines of sight are known, all openings stay.
+    """
+    told = [o for o in outlines if o is not None]
+    known = np.array([is_known(o).sum() >= _ENOUGH for o in told], np.bool_)
+    places = np.array([o.place for o in told]).reshape(-1, 4)
+    return [o if o is None or _is_told(o, places[known]) else None for o in outlines]
+
+
+def _is_told(outline: Outline, known: Float) -> bool:
+    """Returns whether an outline is told by three borders, by lines of sight, or by `known` boxes (n, 4)."""
+    if is_known(outline).sum() >= _ENOUGH or any(b.edge.rays for b in outline.borders):
+        return True
+    return bool(_are_alike(np.array(outline.place), known).any())
+
+
+def _are_alike(place: Float, others: Float) -> Bool:
+    """Returns which boxes (n, 4) m are the same as a box that is moved along its row or column."""
+    low, high = place[:2], place[2:]
+    size, other = high - low, others[:, 2:] - others[:, :2]
+    shared = np.clip(np.minimum(high, others[:, 2:]) - np.maximum(low, others[:, :2]), 0.0, None)
+    least = np.minimum(size, other)
+    in_row = least[:, 0] * shared[:, 1]  # moved along the row, one lies within the width of the other
+    in_column = shared[:, 0] * least[:, 1]
+    both = np.maximum(in_row, in_column)
+    return np.asarray(both > SAME * (size.prod() + other.prod(1) - both))

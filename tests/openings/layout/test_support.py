@@ -1,0 +1,63 @@
+"""An opening that is badly seen needs another one that is like it."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from frontage.openings import OpeningOptions
+from frontage.openings.borders.measure import measure
+from frontage.openings.layout.support import without_unsupported
+from frontage.openings.observe import observe_wall
+from frontage.openings.wall.crossings import crossing_beams
+from fronts import WINDOW, scan_wall
+
+
+def measured(rays):
+    facade, scan = scan_wall([WINDOW], rays=rays)
+    wall = observe_wall(facade, scan, OpeningOptions())
+    (outline,) = measure(crossing_beams(facade, scan, wall.beams), [WINDOW], 0.04, 0.02)
+    return outline
+
+
+def moved(outline, dx, dz, *, taller=0.0):
+    x0, z0, x1, z1 = outline.place
+    return replace(outline, place=(x0 + dx, z0 + dz, x1 + dx, z1 + dz + taller))
+
+
+def vague(outline, borders=2):
+    """Returns the outline with borders, from the left on, that are known to half a metre only."""
+    unknown = np.diag([0.25] * borders + [0.0] * (5 - borders))
+    return replace(outline, covariance=outline.covariance + unknown)
+
+
+@pytest.fixture(scope="module")
+def window():
+    return measured(rays=False)
+
+
+def test_what_three_borders_tell_stays_by_itself(window):
+    assert without_unsupported([window])[0] is window
+    assert without_unsupported([vague(window, 1)])[0] is not None
+
+
+def test_what_two_borders_tell_is_left_out_by_itself(window):
+    assert without_unsupported([vague(window), None]) == [None, None]
+
+
+@pytest.mark.parametrize("aside", [(2.0, 0.1), (0.1, 3.0)])
+def test_what_two_borders_tell_stays_beside_or_above_one_like_it(window, aside):
+    badly_seen = vague(moved(window, *aside))
+    assert without_unsupported([window, badly_seen])[1] is badly_seen
+
+
+def test_another_size_another_place_or_one_as_vague_is_no_support(window):
+    larger, elsewhere = moved(window, 2.0, -1.6, taller=3.2), moved(window, 2.0, 1.5)
+    for outline in (larger, elsewhere):
+        assert without_unsupported([window, vague(outline)])[1] is None
+    assert without_unsupported([vague(window), vague(moved(window, 2.0, 0.0))]) == [None, None]
+
+
+def test_lines_of_sight_through_the_wall_prove_an_opening():
+    seen = vague(measured(rays=True))
+    assert without_unsupported([seen])[0] is seen
