@@ -54,18 +54,18 @@ class FacadeBeams:
         q, (x0, z0, x1, z1) = steady(inverse.apply(scan.xyz)), facade.extent
         origins = sensor_positions(facade, scan)
         x, y, z = q.T
-        kept = (
-            (y < -_AT_WALL)
-            & (y >= -MASONRY.facade_reach)
-            & (z > z0)
-            & (z < z1 + _CROWN)
-            & (x > x0)
-            & (x < x1)
-        )
+        kept = (y < -_AT_WALL) & (y >= -MASONRY.facade_reach)
+        kept &= (z > z0) & (z < z1 + _CROWN) & (x > x0) & (x < x1)
         kept[facade.support] = True
         far = np.flatnonzero((y < -MASONRY.facade_reach) & (scan.origin_index >= 0))
-        x, z = SightLines.to_points(q[far], origins[scan.origin_index[far]]).at(0.0)
-        kept[far[(x >= x0) & (z >= z0) & (x <= x1) & (z <= z1)]] = True
+        ahead = y[far] - origins[scan.origin_index[far], 1] > 0.0
+        beyond, far = (
+            far[~ahead],
+            far[ahead],
+        )  # beams away from the wall have no place on it but their points'
+        kept[beyond[(x[beyond] >= x0) & (x[beyond] <= x1) & (z[beyond] >= z0) & (z[beyond] <= z1)]] = True
+        u, v = SightLines.to_points(q[far], origins[scan.origin_index[far]]).at(0.0)
+        kept[far[(u >= x0) & (v >= z0) & (u <= x1) & (v <= z1)]] = True
         rows = np.flatnonzero(kept)
         rows = rows[canonical_order(q[rows])]
         columns = np.ascontiguousarray(q[rows].T)
