@@ -155,7 +155,7 @@ def edge_beams(near: CrossingBeams, side: Side, frame: float | None, traits: Edg
     on = on[near.depth[on] < (0.0 if frame is None else frame - near.wall)]
     own_slope = side.sign * near.slope[side.axis, on]
     reveal = _reveal_line(u_own[on], near.depth[on] - max(face.y, 0.0), near.wall / 3.0, own_slope)
-    near = near.part(side.reached(near, max(abs(face.y), begin)))
+    near = near.part(side.reached(near, max(abs(face.y), begin)) if rays else beside)
     slope, depth = side.sign * near.slope[side.axis], near.depth
     # a loose shutter beside an edge only bounds it: beams that pass have passed at the wall itself
     back_solid = depth <= max(face.y + back / 2, near.wall)  # the wall behind a sill is solid as well
@@ -235,16 +235,18 @@ def _face(near: CrossingBeams, side: Side, beside: Int, shared: SolidSide | None
     solid = solid[np.argsort(near.depth[solid])]
     depth, place, slope = near.depth[solid], near.place[side.axis, solid], near.slope[side.axis, solid]
     hidden = side.sign * slope > 0
-    front, y = depth, 0.0
+    front, y, beyond = depth, 0.0, bool(hidden.any())
     wide = max(_STRIP, 2.0 * typical_gap(np.sort(place)))
     for _ in range(_ROUNDS):
         u = side.sign * (place + slope * np.where(hidden, y, depth))
         front = _foremost(depth[u > _quantile(u, 0.97) - wide], near.wall)
         if len(front) < FEW:
             return shared or SolidSide(0.0, near.wall, len(front))
-        y = float(front.mean())
-    error = np.hypot(front.std() / np.sqrt(len(front)), _COMMON * near.wall / 3.0)
-    return SolidSide(y, float(error), len(front))
+        before, y = y, float(np.add.reduce(front) / len(front))
+        if y == before or not beyond:  # the next round would find the same
+            break
+    spread = np.sqrt(np.add.reduce((front - y) ** 2)) / len(front)
+    return SolidSide(y, float(np.hypot(spread, _COMMON * near.wall / 3.0)), len(front))
 
 
 def typical_gap(u: Float) -> float:
