@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass
 
+from frontage.geometry.arrays import Bool
 from frontage.model.estimate import Failed
 from frontage.model.facade import Facade
 from frontage.model.scan import Scan
@@ -58,11 +59,11 @@ def observe_wall(facade: Facade, scan: Scan, options: OpeningOptions) -> Observe
     recessed = with_recesses(beams, evidence, facade, scan)
     if recessed is not None:
         beams = sort_beams(facade, scan, recessed)
-        evidence = _evidence(facade, scan, beams, ground)
+        evidence = _evidence(facade, scan, beams, ground, evidence.inside)
     posts = find_posts(beams, evidence, ground)
     if posts:
         beams = with_posts(beams, facade, scan, posts)
-        evidence = _evidence(facade, scan, beams, ground)
+        evidence = _evidence(facade, scan, beams, ground, evidence.inside)
     return ObservedWall(beams, evidence, posts, ground)
 
 
@@ -71,7 +72,12 @@ def ground_height(facade: Facade, options: OpeningOptions) -> float:
     return facade.extent[1] if options.ground_z is None else options.ground_z
 
 
-def _evidence(facade: Facade, scan: Scan, beams: Beams, ground: float) -> Evidence:
-    """Weighs hits, passes, missing beams, beams without return, and panels."""
-    evidence = with_lost_beams(weigh(facade, beams), facade, scan, beams)
+def _evidence(
+    facade: Facade, scan: Scan, beams: Beams, ground: float, inside: Bool | None = None
+) -> Evidence:
+    """Weighs hits, passes, missing beams, beams without return, and panels.
+
+    `inside` (h, w) are the cells within the facade's outline where they are known.
+    """
+    evidence = with_lost_beams(weigh(facade, beams, inside), facade, scan, beams)
     return without_panels(evidence, beams, ground)

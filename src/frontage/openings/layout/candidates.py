@@ -35,7 +35,7 @@ def find_boxes(evidence: Evidence, options: OpeningOptions, framed: Callable[[In
     """
     least = (options.min_height / evidence.raster.cell, options.min_width / evidence.raster.cell)
     pier = max(round(MASONRY.half_brick / evidence.raster.cell), 1)
-    parts = _components(evidence, least, local_rate(evidence.llr, evidence.expected_free, 1.0) > 0)
+    parts = _components(evidence, least, evidence.is_open)
     found = best_layout(_rivals(evidence, parts, least=least, framed=framed, share=_LESSER), pier)
     if evidence.rays:  # lines of sight tell bars from walls
         return found
@@ -69,7 +69,8 @@ def _rivals(
     for some, gain, ok in zip(boxes[1:], gains, can_be, strict=False):
         kept = np.flatnonzero(ok)
         kept = kept[gain[kept] >= share * gain[kept].max(initial=0.0)]
-        found.append([_box(some[k], gain[k]) for k in kept])
+        cells, worths = some[kept].tolist(), gain[kept].tolist()
+        found.append([CellBox(r0, c0, r1, c1, w) for (r0, c0, r1, c1), w in zip(cells, worths, strict=True)])
     return found
 
 
@@ -152,12 +153,6 @@ def _run(cells: Bool, at: int) -> tuple[int, int]:
     return int(shut[k - 1]) if k else -1, int(shut[k]) if k < len(shut) else len(cells)
 
 
-def _box(cells: Int, worth: float) -> CellBox:
-    """Makes a box of its cells and its worth."""
-    r0, c0, r1, c1 = map(int, cells)
-    return CellBox(r0, c0, r1, c1, float(worth))
-
-
 def _lines(part: Float, axis: int, reach: int) -> Int:
     """Returns the borders (k,) along an axis where the evidence changes most over `reach` lines of cells.
 
@@ -169,7 +164,9 @@ def _lines(part: Float, axis: int, reach: int) -> Int:
     ends = np.arange(bands + 1) * lines.shape[1] / bands
     parts = [lines[:, int(a) : int(np.ceil(b))] for a, b in pairwise(ends)]
     total = np.stack([part.sum(1) for part in parts] + [lines.sum(1) / bands], 1)
-    sums = np.pad(np.pad(total, ((reach, reach), (0, 0)), "edge").cumsum(0), ((1, 0), (0, 0)))
+    sums = np.zeros((len(total) + 2 * reach + 1, bands + 1))
+    sums[1 : reach + 1], sums[reach + 1 : -reach], sums[-reach:] = total[0], total, total[-1]
+    sums = sums.cumsum(0)
     change = np.abs(sums[2 * reach :] - 2.0 * sums[reach:-reach] + sums[: -2 * reach])
     step = np.round(change[:, :-1].max(1) + change[:, -1], _DIGITS)
     peak = step >= ndimage.maximum_filter1d(step, 2 * reach + 1)

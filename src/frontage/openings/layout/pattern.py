@@ -34,7 +34,7 @@ from frontage.openings.layout.inferred import (
 from frontage.openings.layout.likeness import Likeness
 from frontage.openings.layout.pooling import LIKE, WIDTH
 from frontage.openings.layout.selection import PRICE
-from frontage.openings.wall.evidence import Evidence, local_rate
+from frontage.openings.wall.evidence import Evidence
 
 _SURE = float(np.log(9.0))  # log odds of an opening where none was found
 _DEEP = 6.0  # nats at most of what came back from behind a strip, for neighbouring beams err together
@@ -225,9 +225,8 @@ class _Wall:
         for cells in (cells_of(o.place, evidence) for o in outlines):
             if cells is not None:
                 wall[cells] = False
-        open_ = local_rate(evidence.llr, evidence.expected_free, 1.0) > 0
         due = np.where(wall, evidence.expected_free, 0.0)
-        self._empty = float(np.clip(due[open_].sum() / max(due.sum(), 1e-9), _LEAST, 0.5))
+        self._empty = float(np.clip(due[evidence.is_open].sum() / max(due.sum(), 1e-9), _LEAST, 0.5))
         self._deep = max(float(evidence.deep[wall].sum() / max(due.sum(), 1e-9)), _LEAST)
 
     def open_beyond(self, one: Bool, mine: Bool, part: Part) -> float:

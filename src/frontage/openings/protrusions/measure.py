@@ -2,10 +2,11 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
-from frontage.geometry.arrays import Float, drawn
+from frontage.geometry.arrays import Float, Int, drawn
 from frontage.geometry.sightlines import SightLines, slopes
 from frontage.model.canonical import canonical_order, steady
 from frontage.model.facade import Facade
@@ -29,6 +30,8 @@ _THICK = 0.04  # m, thickness of a railing
 _SEEN = 0.2  # share of the expected beams that show the wall beside a front
 _GUESS = 0.25  # share of a cheek's width: error of one that is inferred from the other
 _RIM = 0.06  # m, depth of the rim that shows how far out a border stands
+_STEEP = 1.5  # m along the wall per m of depth: beams that slant more are looked at wherever they are
+_ROUNDING = 1e-6  # m by which places may be off in the choice of beams
 _BEAM = 0.0045  # m: half the footprint of common scanners 10 m away
 
 
@@ -78,13 +81,24 @@ class FacadeBeams:
 
         The depths are the y of the beams' points. `margin` m is added to the box on all sides.
         """
-        lines = SightLines(self.q[::2], self.slope, self.q[1])
-        x = lines.along(0, y)
-        some = np.flatnonzero((x >= box[0] - margin) & (x <= box[2] + margin))
-        z = lines.take(some).along(1, y)
-        inside = (z >= box[1] - margin) & (z <= box[3] + margin)
-        some, z = some[inside], z[inside]
-        return np.column_stack([x[some], z]), self.q[1][some]
+        on_wall, order, steep = self._by_place
+        reach = margin + _STEEP * abs(y) + _ROUNDING
+        a, b = on_wall.searchsorted([box[0] - reach, box[2] + reach])
+        some = np.sort(np.concatenate([order[a:b], steep]))
+        depth = self.q[1, some]
+        x, z = (self.q[2 * k, some] + self.slope[k, some] * (y - depth) for k in range(2))
+        inside = (x >= box[0] - margin) & (x <= box[2] + margin)
+        inside &= (z >= box[1] - margin) & (z <= box[3] + margin)
+        return np.column_stack([x[inside], z[inside]]), depth[inside]
+
+    @cached_property
+    def _by_place(self) -> tuple[Float, Int, Int]:
+        """Where beams cross the plane y = 0, rising x (k,) m, with their numbers, and those of steep ones."""
+        flat = np.abs(self.slope[0]) <= _STEEP
+        rows = np.flatnonzero(flat)
+        x = (self.q[0] - self.slope[0] * self.q[1])[rows]
+        order = np.argsort(x)
+        return x[order], rows[order], np.flatnonzero(~flat)
 
     def thinned(self, most: int) -> "FacadeBeams":
         """Returns about `most` of the beams at most, to tell shares by."""

@@ -9,7 +9,7 @@ from frontage.model.facade import Facade
 from frontage.model.masonry import MASONRY
 from frontage.model.scan import Scan
 from frontage.openings.wall.beams import Beams
-from frontage.openings.wall.evidence import Evidence, local_rate
+from frontage.openings.wall.evidence import Evidence
 from frontage.openings.wall.surface import FITTING, LARGEST_OPENING, recess_depth, value_at
 
 _CORE = 0.75  # m, least width of the core of a recess: ledges and joints join cells over less
@@ -47,7 +47,7 @@ def with_recesses(beams: Beams, evidence: Evidence, facade: Facade, scan: Scan) 
 def _recesses(evidence: Evidence) -> Int:
     """Returns the number (h, w) of the recess that a cell belongs to, from 1 on; 0 outside."""
     cell = evidence.raster.cell
-    open_ = local_rate(evidence.llr, evidence.expected_free, 1.0) > 0
+    open_ = evidence.is_open
     core = max(int(_CORE / cell), 2)
     labels, _ = ndimage.label(ndimage.grey_opening(open_.astype(np.uint8), (core, core), mode="constant"))
     for number, (rows, columns) in enumerate(ndimage.find_objects(labels), 1):
