@@ -197,8 +197,10 @@ def _errors(u: Float, hidden: Bool, by_face: Float, blurred: Float) -> tuple[flo
         return 0.0, 0.0
     near = hidden & (np.abs(u) < _STRIP)
     near = near if near.any() else hidden
-    footprints = _UNSURE * max(float(blurred[near].mean()), _EXIT)
-    return float(np.hypot(np.abs(by_face[near]).mean(), footprints)), footprints * float(hidden.mean())
+    number = np.count_nonzero(near)
+    footprints = _UNSURE * max(float(np.add.reduce(blurred[near]) / number), _EXIT)
+    share = np.count_nonzero(hidden) / len(hidden)
+    return float(np.hypot(np.add.reduce(np.abs(by_face[near])) / number, footprints)), footprints * share
 
 
 def _far(u: Float, way: Float) -> float:

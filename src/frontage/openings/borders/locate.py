@@ -6,15 +6,14 @@ from functools import lru_cache, partial
 
 import numpy as np
 from scipy import ndimage
-from scipy.special import ndtr
 
 from frontage.geometry.arrays import Float
 from frontage.openings.borders.edges import FEW, Edge, EdgeTraits, Side, edge_beams, typical_gap
+from frontage.openings.borders.scores import STRAY, blurred_scores, side_scores
 from frontage.openings.boxes import Box
 from frontage.openings.wall.crossings import CrossingBeams
 
 _STEP = 0.0005  # m, step of the posterior
-_STRAY = 0.01  # share of the beams that say the wrong thing
 _FLOOR = 0.0005  # m: reveals are uneven by 1 mm, the mean of a side by half as much
 _COARSE = 0.005  # m, step and blur where no beam determines the place
 _ROUGHLY = 10_000  # beams that are enough for the first rounds
@@ -197,57 +196,6 @@ def _reveal(line: tuple[float, float] | None, e: Float) -> Float:
     return np.asarray(np.log((1 - _OUTLIER) * fit + _OUTLIER / np.ptp(e)))
 
 
-def side_scores(
-    solid: Float, opened: Float, e: Float, blur: float, strays: tuple[float, float] = (_STRAY, _STRAY)
-) -> Float:
-    """Returns `blurred_scores` (k,) for a single blur m."""
-    return np.asarray(blurred_scores(solid, opened, e, (blur,), strays)[0])
-
-
-def blurred_scores(
-    solid: Float, opened: Float, e: Float, blurs: Sequence[float], strays: tuple[float, float]
-) -> Float:
-    """Returns the log-likelihood (b, k) of borders at e (k,) m, which rise in equal steps, for every blur.
-
-    solid   (n,) m, beams on the wall, below the border
-    opened  (m,) m, beams through the opening, above it
-    blurs   (b,) m, each one sigma of the footprint
-    strays  shares of the solid and of the opened beams that are on the wrong side
-
-    The sum over the beams of log(s + (1 - s) Phi(.)): every beam is on its own side, blurred, except for
-    strays.
-    """
-    step, k = float(e[1] - e[0]), len(e)
-    reaches = [int(6.0 * blur / step) + 1 for blur in blurs]
-    n = max(reaches)
-    bins = k + 2 * n + 2  # the first and the last bin hold everything further off
-    u = (np.concatenate([solid, opened]) - float(e[0])) / step + (n + 1)
-    bin_ = np.minimum(np.maximum(u, 0), bins - 1).astype(np.int64)
-    bin_[len(solid) :] += bins
-    count = np.bincount(bin_, minlength=2 * bins).astype(np.float64).reshape(2, bins)
-    below = count.cumsum(1)[:, n : n + k]
-    wrong = np.log(strays[0]) * (len(solid) - below[0]), np.log(strays[1]) * below[1]
-    total = np.empty((len(blurs), k))
-    for row, blur, m in zip(total, blurs, reaches, strict=True):
-        near = count[:, n - m + 1 : n + m + k]
-        first, second = (
-            np.correlate(c, _near_border(side, m, step, blur, stray), "valid")
-            for c, side, stray in zip(near, (-1.0, 1.0), strays, strict=True)
-        )
-        np.add(first + wrong[0], second + wrong[1], out=row)
-    return total
-
-
-@lru_cache(maxsize=256)
-def _near_border(side: float, n: int, step: float, blur: float, stray: float) -> Float:
-    """Returns the log-likelihood (2n,) of beams within n steps of a border, the lowest first.
-
-    It is less that of beams that are on the wrong side for sure, which `blurred_scores` counts.
-    """
-    lag = side * (np.arange(-n, n) + 0.5) * step  # m from the border to the centre of a bin
-    return np.asarray(np.log(stray + (1 - stray) * ndtr(lag / blur)) - np.log(stray) * (lag < 0))
-
-
 def _strays(edge: Edge, low: float) -> tuple[float, float]:
     """Returns the shares of an edge's solid and opened beams on the wrong side of the border, 1 to 90 %.
 
@@ -263,7 +211,7 @@ def _strays(edge: Edge, low: float) -> tuple[float, float]:
 
 def _stray(own: int, wrong: int) -> float:
     """Returns the share of beams on the wrong side, 1 to 90 %."""
-    return min(max(wrong / max(own, 1), _STRAY), 0.9)
+    return min(max(wrong / max(own, 1), STRAY), 0.9)
 
 
 def _absences(edge: Edge, reach: float, spacing: float, e: Float, strays: tuple[float, float]) -> Float:

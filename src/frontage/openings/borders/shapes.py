@@ -6,7 +6,7 @@ import numpy as np
 
 from frontage.geometry.arrays import Bool, Float, drawn
 from frontage.geometry.ring import ring_contains
-from frontage.openings.borders.locate import side_scores
+from frontage.openings.borders.scores import side_scores
 from frontage.openings.boxes import Box
 from frontage.openings.wall.crossings import CrossingBeams
 
