@@ -56,13 +56,13 @@ def observe_wall(facade: Facade, scan: Scan, options: OpeningOptions) -> Observe
         )
     ground = ground_height(facade, options)
     evidence = _evidence(facade, scan, beams, ground)
-    recessed = with_recesses(beams, evidence, facade, scan)
+    recessed = with_recesses(beams, evidence, facade)
     if recessed is not None:
         beams = sort_beams(facade, scan, recessed)
         evidence = _evidence(facade, scan, beams, ground, evidence.inside)
     posts = find_posts(beams, evidence, ground)
     if posts:
-        beams = with_posts(beams, facade, scan, posts)
+        beams = with_posts(beams, posts)
         evidence = _evidence(facade, scan, beams, ground, evidence.inside)
     return ObservedWall(beams, evidence, posts, ground)
 

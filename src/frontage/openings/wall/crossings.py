@@ -71,8 +71,8 @@ def crossing_beams(facade: Facade, scan: Scan, beams: Beams) -> CrossingBeams:
     """
     lines = beams.lines
     ok = np.flatnonzero(np.abs(lines.slope).max(0) < _STEEPEST)
-    lone = facade.support[scan.origin_index[facade.support] < 0]
-    x, y, z = facade.frame.inverse.apply(scan.xyz[lone]).T
+    lone = np.flatnonzero(scan.origin_index[facade.support] < 0)
+    x, y, z = beams.points[lone].T
     place = np.hstack([lines.place[:, ok], [x, z]])
     level = np.concatenate([lines.level[ok], beams.depth_at(x, z)])
     depth = np.concatenate([lines.y[ok], y]) - level

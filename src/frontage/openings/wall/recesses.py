@@ -7,7 +7,6 @@ from frontage.geometry.arrays import Float, Int
 from frontage.model.canonical import steady
 from frontage.model.facade import Facade
 from frontage.model.masonry import MASONRY
-from frontage.model.scan import Scan
 from frontage.openings.wall.beams import Beams
 from frontage.openings.wall.evidence import Evidence
 from frontage.openings.wall.surface import FITTING, LARGEST_OPENING, recess_depth, value_at
@@ -18,7 +17,7 @@ _FRAMES, _WALL = 0.12, 0.4  # shares of the beams into a recess that frames retu
 _SHOWN = (_WALL - _FRAMES) / np.log(_WALL / _FRAMES)
 
 
-def with_recesses(beams: Beams, evidence: Evidence, facade: Facade, scan: Scan) -> Float | None:
+def with_recesses(beams: Beams, evidence: Evidence, facade: Facade) -> Float | None:
     """Returns the depth (h, w) y m of the wall with large recesses at their own depth; None without any.
 
     Open cells that are connected over more than the size of an opening are no opening: the wall lies deeper
@@ -30,7 +29,7 @@ def with_recesses(beams: Beams, evidence: Evidence, facade: Facade, scan: Scan) 
     if not cells.any():
         return None
     raster, tiles = evidence.raster, beams.raster
-    points = steady(facade.frame.inverse.apply(scan.xyz[facade.support]))
+    points = steady(beams.points)
     at = raster.flat(points[:, 0], points[:, 2])
     behind = points[:, 1] - beams.depth_at(points[:, 0], points[:, 2]) > beams.least
     points = points[(at >= 0) & (cells.ravel()[at] > 0) & behind]
