@@ -55,9 +55,11 @@ class SightLines:
 
 def slopes(points: Float, eyes: Float, least_run: float = _LEAST_RUN_M) -> Float:
     """Returns dx/dy and dz/dy (n, 2) of the lines from `eyes` to `points` (n, 3); 0 without a known eye."""
-    way = points - eyes
+    run = points[:, 1] - eyes[..., 1]
     with np.errstate(invalid="ignore"):
-        known = way[:, 1] > least_run
-    return np.asarray(
-        np.where(known[:, None], way[:, [0, 2]] / np.where(known, way[:, 1], 1.0)[:, None], 0.0)
-    )
+        known = run > least_run
+    run = np.where(known, run, 1.0)
+    found = np.empty((2, len(points)))
+    for row, axis in zip(found, (0, 2), strict=True):
+        np.copyto(row, np.where(known, (points[:, axis] - eyes[..., axis]) / run, 0.0))
+    return found.T

@@ -15,9 +15,9 @@ from frontage.openings.observe import ObservedWall, observe_wall
 from frontage.openings.onwall import find_on_wall
 from frontage.openings.options import OpeningOptions
 from frontage.openings.paper.find import Decomposition, find_by_paper
+from frontage.openings.protrusions.beams import FacadeBeams
 from frontage.openings.protrusions.doors import with_balcony_doors
 from frontage.openings.protrusions.find import find_protrusions, number_protrusions
-from frontage.openings.protrusions.measure import FacadeBeams
 from frontage.openings.wall.smoothing import smoothed
 
 _UNSEEN_SHARE = 0.05  # share of a facade that may stay unseen without a note

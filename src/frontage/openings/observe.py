@@ -1,7 +1,9 @@
 """What the laser beams say about one wall: the first step of finding openings (paper B, section 3.2.1)."""
 
 from dataclasses import dataclass
+from functools import partial
 
+from frontage.geometry.arrays import Bool
 from frontage.model.estimate import Failed
 from frontage.model.facade import Facade
 from frontage.model.scan import Scan
@@ -57,20 +59,21 @@ def observe_wall(facade: Facade, scan: Scan, options: OpeningOptions) -> Observe
             "check the facade's plane, or scan it from the street",
         )
     ground = ground_height(facade, options)
-    evidence = _evidence(facade, scan, beams, ground)
-    inner = find_inner_face(facade, scan, beams, evidence)
+    evidence = _evidence(facade, beams, scan=scan, ground=ground)
+    inner = find_inner_face(facade, beams, evidence)
+    again = partial(_evidence, scan=scan, ground=ground, inside=evidence.inside, inner=inner)
     if inner is not None:
         facade = inner.facade
         beams = sort_beams(facade, scan)
-        evidence = _evidence(facade, scan, beams, ground, inner)
-    recessed = with_recesses(beams, evidence, facade, scan)
+        evidence = again(facade, beams)
+    recessed = with_recesses(beams, evidence, facade)
     if recessed is not None:
         beams = sort_beams(facade, scan, recessed)
-        evidence = _evidence(facade, scan, beams, ground, inner)
+        evidence = again(facade, beams)
     posts = find_posts(beams, evidence, ground)
     if posts:
-        beams = with_posts(beams, facade, scan, posts)
-        evidence = _evidence(facade, scan, beams, ground, inner)
+        beams = with_posts(beams, posts)
+        evidence = again(facade, beams)
     return ObservedWall(facade, beams, evidence, posts, ground)
 
 
@@ -80,9 +83,18 @@ def ground_height(facade: Facade, options: OpeningOptions) -> float:
 
 
 def _evidence(
-    facade: Facade, scan: Scan, beams: Beams, ground: float, inner: InnerFace | None = None
+    facade: Facade,
+    beams: Beams,
+    *,
+    scan: Scan,
+    ground: float,
+    inside: Bool | None = None,
+    inner: InnerFace | None = None,
 ) -> Evidence:
-    """Weighs hits, passes, missing beams, beams without return, panels, and the inner face of the wall."""
-    evidence = with_lost_beams(weigh(facade, beams), facade, scan, beams)
+    """Weighs hits, passes, missing beams, beams without return, panels, and the inner face of the wall.
+
+    `inside` (h, w) are the cells within the facade's outline where they are known.
+    """
+    evidence = with_lost_beams(weigh(facade, beams, inside), facade, scan, beams)
     evidence = without_panels(evidence, beams, ground)
     return evidence if inner is None else with_inner_face(evidence, inner.places)

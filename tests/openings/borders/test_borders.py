@@ -127,7 +127,7 @@ def test_a_single_row_of_wall_leaves_a_border_the_gap_to_the_opening():
     """Rows 9 cm apart: the sill lies anywhere between the last one on the wall and the first one inside."""
     view = sight((AHEAD,), 0.01)
     rows = np.round((view.place[1] - 5.93) / 0.09) * 0.09 + 5.93  # at 5.93 and 6.02
-    (found,) = measure(view._part(np.flatnonzero(np.abs(view.place[1] - rows) < 0.003)), [WINDOW], 0.02, 0.01)
+    (found,) = measure(view.part(np.flatnonzero(np.abs(view.place[1] - rows) < 0.003)), [WINDOW], 0.02, 0.01)
     assert 5.93 < found.place[1] < 6.02
     assert abs(found.place[1] - WINDOW[1]) < 2.0 * np.sqrt(found.covariance[2, 2])
     assert 0.01 < np.sqrt(found.covariance[2, 2]) < 0.04  # 9 cm / sqrt(12) = 2.6 cm
@@ -231,7 +231,7 @@ def test_a_reveal_in_sight_corrects_what_the_face_hides():
     found = []
     for off in (-0.006, 0.006):
         moved = replace(near, place=near.place + near.slope * np.where(hidden, off, 0.0))
-        (one,) = measure(moved._part(np.argsort(moved.place[0], kind="stable")), [rough], 0.02, 0.02)
+        (one,) = measure(moved.part(np.argsort(moved.place[0], kind="stable")), [rough], 0.02, 0.02)
         found.append(one.place[0])
     assert np.ptp(found) < 0.0008
     assert np.abs(np.subtract(found, WINDOW[0])).max() < 0.0015

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from frontage.openings import FoundOpenings, OpeningOptions, find_openings
+from frontage.openings.protrusions.beams import FacadeBeams
 from frontage.openings.protrusions.find import find_protrusions
-from frontage.openings.protrusions.measure import FacadeBeams
 from frontage.openings.wall.beams import sort_beams
 from frontage.openings.wall.evidence import weigh
 from openings.boxes import box, scanned

@@ -5,9 +5,9 @@ import pytest
 
 from frontage.model.opening import Opening, OpeningKind
 from frontage.openings import FoundOpenings, OpeningOptions, find_openings
+from frontage.openings.protrusions.beams import FacadeBeams
 from frontage.openings.protrusions.doors import with_balcony_doors
 from frontage.openings.protrusions.find import find_protrusions, number_protrusions
-from frontage.openings.protrusions.measure import FacadeBeams
 from frontage.openings.protrusions.mouldings import common_profile
 from frontage.openings.protrusions.resolution import Resolution
 from openings.boxes import balcony, box, oriel, scanned

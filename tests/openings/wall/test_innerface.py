@@ -7,6 +7,8 @@ import pytest
 
 from frontage.openings import OpeningOptions, find_openings
 from frontage.openings.observe import observe_wall
+from frontage.openings.wall.beams import sort_beams
+from frontage.openings.wall.evidence import weigh
 from frontage.openings.wall.innerface import find_inner_face
 from fronts import box_of, scan_wall
 
@@ -47,8 +49,8 @@ def lived_in(seed=0):
 
 
 def inner_face_of(facade, scan):
-    wall = observe_wall(facade, scan, OpeningOptions())
-    return find_inner_face(facade, scan, wall.beams, wall.evidence)
+    beams = sort_beams(facade, scan)
+    return find_inner_face(facade, beams, weigh(facade, beams))
 
 
 @pytest.mark.parametrize("seed", range(2))

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from frontage.geometry.arrays import Float
-from frontage.openings.borders.locate import side_scores
+from frontage.openings.borders.scores import side_scores
 from frontage.openings.borders.shapes import Fan
 from frontage.openings.boxes import Box
 

@@ -35,6 +35,7 @@ _QUANTILES = 1.68  # sigmas of a normal distribution between those shares
 _ROUND = 0.01  # m about an edge within which mixed echoes come from
 _DILATED = 1.3  # sigmas by which an edge with nothing near behind it seems to stand out: 10 % of the light
 _UNSURE = 0.6  # sigmas, error of that; as large where face and frame are not equally bright
+_ROUNDING = 1e-6  # m by which places may be off in the choice of what is worth a look
 _EXIT = 0.00125  # m, one sigma of a beam that leaves its scanner: 5 mm wide (1/e2)
 
 
@@ -97,6 +98,11 @@ class Side:
         along = place[1 - self.axis, some]
         return u, some[(along > self.across[0] + cut) & (along < self.across[1] - cut)]
 
+    def reached(self, near: CrossingBeams, most: float) -> Int:
+        """Returns which of the beams may be near the edge at any depth of up to `most` m about the wall."""
+        off = np.abs(near.place[self.axis] - self.at)
+        return np.flatnonzero(off < self.reach + _ROUNDING + most * near.steep[self.axis])
+
 
 @dataclass(frozen=True, eq=False)
 class Edge:
@@ -140,30 +146,33 @@ def edge_beams(near: CrossingBeams, side: Side, frame: float | None, traits: Edg
     face counts where it passes that, and is solid if most of its light came from the face (it ended less than
     half-way to the frame, which is `frame` m deep).
     """
+    rays = near.rays
     u_own, beside = side.beside(near.points)
     face = _face(near, side, beside, traits.faces[side.number])
     begin = max(face.y, 0.0) + near.wall
     back = max(frame - face.y, 2.0 * near.wall) if frame is not None else 2.0 * near.wall
-    slope = side.sign * near.slope[side.axis]
-    on = beside[(slope[beside] < 0) & (near.depth[beside] > begin)]
+    on = beside[(side.sign * near.slope[side.axis, beside] < 0) & (near.depth[beside] > begin)]
     on = on[near.depth[on] < (0.0 if frame is None else frame - near.wall)]
-    reveal = _reveal_line(u_own[on], near.depth[on] - max(face.y, 0.0), near.wall / 3.0, slope[on])
+    own_slope = side.sign * near.slope[side.axis, on]
+    reveal = _reveal_line(u_own[on], near.depth[on] - max(face.y, 0.0), near.wall / 3.0, own_slope)
+    near = near.part(side.reached(near, max(abs(face.y), begin)) if rays else beside)
+    slope, depth = side.sign * near.slope[side.axis], near.depth
     # a loose shutter beside an edge only bounds it: beams that pass have passed at the wall itself
-    back_solid = near.depth <= max(face.y + back / 2, near.wall)  # the wall behind a sill is solid as well
+    back_solid = depth <= max(face.y + back / 2, near.wall)  # the wall behind a sill is solid as well
     edge_y = np.where(back_solid, face.y, max(face.y, 0.0)) if side.loose else face.y
     u, some = side.beside(near.shifted(np.where(slope < 0, begin, edge_y)))
-    u, slope, depth, back_solid = u[some], slope[some], near.depth[some], back_solid[some]
+    u, slope, depth, back_solid = u[some], slope[some], depth[some], back_solid[some]
+    distance = near.range[some]
     # handles or steps before the face are not part of it
     seen, stopped = slope < 0, depth < max(face.y - 2.0 * near.wall, -FITTING)
     hidden, wide = ~seen & ~stopped, np.sqrt(1.0 + slope**2)
-    blurred = wide * footprint(near.range[some], traits.widening)
+    blurred = wide * footprint(distance, traits.widening)
     way = (depth - face.y) / back
-    rays = bool(near.slope.any())
     # without rays the points of a reveal look like mixed echoes: the footprint stays unknown
     told = rays and back < _SHALLOW
     mixed = (0.0, 0.0, 0.0)
     if told:
-        mixed = _mixed(u[hidden], way[hidden], wide[hidden], near.range[some][hidden])
+        mixed = _mixed(u[hidden], way[hidden], wide[hidden], distance[hidden])
     u = np.where(seen, u, u - _far(u[hidden], way[hidden]) * _DILATED * blurred)
     solid = np.where(seen, depth <= begin, back_solid)
     by_sight = [(u[part & solid & ~stopped], u[part & ~solid]) for part in (seen, ~seen)]
@@ -188,8 +197,10 @@ def _errors(u: Float, hidden: Bool, by_face: Float, blurred: Float) -> tuple[flo
         return 0.0, 0.0
     near = hidden & (np.abs(u) < _STRIP)
     near = near if near.any() else hidden
-    footprints = _UNSURE * max(float(blurred[near].mean()), _EXIT)
-    return float(np.hypot(np.abs(by_face[near]).mean(), footprints)), footprints * float(hidden.mean())
+    number = np.count_nonzero(near)
+    footprints = _UNSURE * max(float(np.add.reduce(blurred[near]) / number), _EXIT)
+    share = np.count_nonzero(hidden) / len(hidden)
+    return float(np.hypot(np.add.reduce(np.abs(by_face[near])) / number, footprints)), footprints * share
 
 
 def _far(u: Float, way: Float) -> float:
@@ -223,18 +234,21 @@ def _face(near: CrossingBeams, side: Side, beside: Int, shared: SolidSide | None
     solid = beside[(near.depth[beside] <= near.wall) & (near.depth[beside] > -FITTING)]
     if len(solid) < FEW:
         return shared or SolidSide(0.0, near.wall, len(solid))
+    solid = solid[np.argsort(near.depth[solid])]
     depth, place, slope = near.depth[solid], near.place[side.axis, solid], near.slope[side.axis, solid]
     hidden = side.sign * slope > 0
-    front, y = depth, 0.0
+    front, y, beyond = depth, 0.0, bool(hidden.any())
     wide = max(_STRIP, 2.0 * typical_gap(np.sort(place)))
     for _ in range(_ROUNDS):
         u = side.sign * (place + slope * np.where(hidden, y, depth))
         front = _foremost(depth[u > _quantile(u, 0.97) - wide], near.wall)
         if len(front) < FEW:
             return shared or SolidSide(0.0, near.wall, len(front))
-        y = float(front.mean())
-    error = np.hypot(front.std() / np.sqrt(len(front)), _COMMON * near.wall / 3.0)
-    return SolidSide(y, float(error), len(front))
+        before, y = y, float(np.add.reduce(front) / len(front))
+        if y == before or not beyond:  # the next round would find the same
+            break
+    spread = np.sqrt(np.add.reduce((front - y) ** 2)) / len(front)
+    return SolidSide(y, float(np.hypot(spread, _COMMON * near.wall / 3.0)), len(front))
 
 
 def typical_gap(u: Float) -> float:
@@ -247,11 +261,10 @@ def typical_gap(u: Float) -> float:
 
 
 def _foremost(depth: Float, wall: float) -> Float:
-    """Returns the depths (k,) m of the foremost surface of points (n,) m that is full enough.
+    """Returns the rising depths (k,) m of the foremost surface of points (n,) m that is full enough.
 
     A few mixed echoes of the edge, or leaves before it, are not a surface.
     """
-    depth = np.sort(depth)
     number = np.searchsorted(depth, depth + wall) - np.arange(len(depth))
     if not len(number):
         return depth

@@ -1,19 +1,19 @@
 """Locates the borders of an opening: a posterior from the beams on both sides of each."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import lru_cache
+from functools import lru_cache, partial
 
 import numpy as np
 from scipy import ndimage
-from scipy.special import ndtr
 
 from frontage.geometry.arrays import Float
 from frontage.openings.borders.edges import FEW, Edge, EdgeTraits, Side, edge_beams, typical_gap
+from frontage.openings.borders.scores import STRAY, blurred_scores, side_scores
 from frontage.openings.boxes import Box
 from frontage.openings.wall.crossings import CrossingBeams
 
 _STEP = 0.0005  # m, step of the posterior
-_STRAY = 0.01  # share of the beams that say the wrong thing
 _FLOOR = 0.0005  # m: reveals are uneven by 1 mm, the mean of a side by half as much
 _COARSE = 0.005  # m, step and blur where no beam determines the place
 _ROUGHLY = 10_000  # beams that are enough for the first rounds
@@ -97,56 +97,78 @@ def find_borders(
         for axis, sign, at, inner, across in (*sides, (1, -1, z1, high, (x0, x1))):
             least = min(band, inner)
             one = Side(axis, sign, at, inner, 2 * least, across, axis == 0 and loose)
-            borders.append(locate(part, one, now, band=least, frame=frame, spacing=spacing))
+            last = number == len(rounds)
+            borders.append(locate(part, one, now, band=least, frame=frame, spacing=spacing, last=last))
         x0, x1, z0 = (b.at for b in borders[:3])
         z1 = borders[3].at if rise == 0.0 else z1
     return (x0, z0, x1, z1), borders
 
 
 def locate(
-    near: CrossingBeams, side: Side, traits: EdgeTraits, *, band: float, frame: float | None, spacing: float
+    near: CrossingBeams,
+    side: Side,
+    traits: EdgeTraits,
+    *,
+    band: float,
+    frame: float | None,
+    spacing: float,
+    last: bool = True,
 ) -> Border:
-    """Locates the border at an edge, searching within `band` m to either side of it."""
+    """Locates the border at an edge, searching within `band` m to either side of it.
+
+    Only in the `last` round its sigma tells where it may lie if no beam tells it.
+    """
     edge = edge_beams(near, side, frame, traits)
     asked = WIDTHS if traits.all_blurs else ()
+    unseen = partial(_unseen, near, side, traits, frame=frame, spacing=spacing) if last else _unasked
     if len(edge.solid) < 3:
-        sigma = _unseen(near, side, traits, 0.0, frame=frame, spacing=spacing)
-        return Border(side.at, sigma, 0.0, edge, np.zeros(len(asked)))
+        return Border(side.at, unseen(0.0), 0.0, edge, np.zeros(len(asked)))
     half = round(band / _STEP)
     e: Float = np.arange(-half, half + 1, dtype=np.float64) * _STEP
-    strays = _strays(edge.solid, -band / 2), _strays(-edge.opened, -band / 2)
+    strays = _strays(edge, -band / 2)
     due, reveal = _absences(edge, side.reach, spacing, e, strays), _reveal(edge.reveal, e)
-    scores = {w: reveal + _edge_scores(edge, e, w, strays, due) for w in {*asked, traits.blur}}
-    score = scores[traits.blur]
-    p = np.exp(score - score.max())
-    p /= p.sum()
+    scores = reveal + _edge_scores(edge, e, (traits.blur, *asked), strays, due)
+    best = scores.max(1)
+    p = np.exp(scores - best[:, None])
+    total = p.sum(1)
+    p = p[0] / total[0]
     mean = float(p @ e)
     sigma = float(np.hypot(np.sqrt(p @ (e - mean) ** 2), _FLOOR))
-    gain = float(score.max() - max(score[0], score[-1]))
+    gain = float(best[0] - max(scores[0, 0], scores[0, -1]))
     if is_hidden(edge):
         mean, gain = 0.0, 0.0
     if gain < _TOLD:
-        sigma = max(sigma, _unseen(near, side, traits, mean, frame=frame, spacing=spacing))
-    told = np.array([scores[w].max() + np.log(np.exp(scores[w] - scores[w].max()).sum()) for w in asked])
-    return Border(side.at + side.sign * mean, sigma, gain, edge, told)
+        sigma = max(sigma, unseen(mean))
+    return Border(side.at + side.sign * mean, sigma, gain, edge, best[1:] + np.log(total[1:]))
 
 
-def _edge_scores(edge: Edge, e: Float, blur: float, strays: tuple[float, float], due: Float) -> Float:
-    """Returns the log-likelihood (k,) of borders at e m by the beams that came and the missing ones (`due`).
+def _unasked(_: float) -> float:
+    """Returns nothing instead of the error of a border that no beam tells."""
+    return 0.0
 
-    Beams that the face of the edge hides err together, by the errors of the face's depth and of the
-    footprint: the likelihood of all of them is blurred by that. Where other beams determine the border,
-    they determine these errors too.
+
+def _edge_scores(
+    edge: Edge, e: Float, blurs: Sequence[float], strays: tuple[float, float], due: Float
+) -> Float:
+    """Returns the log-likelihood (b, k) of borders at e m by the beams, also by the missing ones (`due`).
+
+    There is one for every blur (b,) m. Beams that the face of the edge hides err together, by the errors of
+    the face's depth and of the footprint: the likelihood of all of them is blurred by that. Where other beams
+    determine the border, they determine these errors too.
     """
     share = (len(edge.hidden[0]) + len(edge.hidden[1])) / max(len(edge.solid) + len(edge.opened), 1)
-    hidden = side_scores(*edge.hidden, e, blur, strays) + share * due
+    hidden = blurred_scores(*edge.hidden, e, blurs, strays) + share * due
     n = int(4.0 * edge.shift / _STEP)
     if n > 0 and share > 0.0:
         lag = np.arange(-n, n + 1) * (_STEP / edge.shift)
         kernel = np.exp(-0.5 * lag**2)
-        p = np.exp(np.pad(hidden, n, "edge") - hidden.max())
-        hidden = np.log(np.maximum(np.convolve(p, kernel / kernel.sum(), "valid"), _NEVER)) + hidden.max()
-    return hidden + side_scores(*edge.seen, e, blur, strays) + (1.0 - share) * due
+        kernel /= kernel.sum()
+        best = hidden.max(1, keepdims=True)
+        p = np.exp(hidden - best)
+        ends = (np.repeat(p[:, k : k + 1], n, 1) for k in (0, len(e) - 1))
+        p = np.stack([np.correlate(row, kernel, "valid") for row in np.hstack([next(ends), p, next(ends)])])
+        hidden = np.log(np.maximum(p, _NEVER)) + best
+    return hidden + blurred_scores(*edge.seen, e, blurs, strays) + (1.0 - share) * due
 
 
 def _unseen(
@@ -159,7 +181,7 @@ def _unseen(
     reach = max(CLOSE, side.inner)
     edge = edge_beams(near, replace(side, reach=reach), frame, traits)
     e: Float = np.arange(-reach, side.inner, _COARSE)
-    strays = _strays(edge.solid, -side.inner / 2), _strays(-edge.opened, -side.inner / 2)
+    strays = _strays(edge, -side.inner / 2)
     score = _absences(edge, reach, spacing, e, strays)
     score += side_scores(edge.solid, edge.opened, e, _COARSE, strays)
     p = np.exp(score - score.max())
@@ -174,51 +196,22 @@ def _reveal(line: tuple[float, float] | None, e: Float) -> Float:
     return np.asarray(np.log((1 - _OUTLIER) * fit + _OUTLIER / np.ptp(e)))
 
 
-def side_scores(
-    solid: Float, opened: Float, e: Float, blur: float, strays: tuple[float, float] = (_STRAY, _STRAY)
-) -> Float:
-    """Returns the log-likelihood (k,) of borders at e m, which rise in equal steps.
+def _strays(edge: Edge, low: float) -> tuple[float, float]:
+    """Returns the shares of an edge's solid and opened beams on the wrong side of the border, 1 to 90 %.
 
-    solid   (n,) m, beams on the wall, below the border
-    opened  (m,) m, beams through the opening, above it
-    blur    m, one sigma of the footprint
-    strays  shares of the solid and of the opened beams that are on the wrong side
-
-    The sum over the beams of log(s + (1 - s) Phi(.)): every beam is on its own side, blurred, except for
-    strays.
-    """
-    step = float(e[1] - e[0])
-    n = int(6.0 * blur / step) + 1
-    bins = len(e) + 2 * n + 2  # the first and the last bin hold everything further off
-    total = np.zeros(len(e))
-    for u, side, stray in ((solid, -1.0, strays[0]), (opened, 1.0, strays[1])):
-        bin_ = np.minimum(np.maximum((u - float(e[0])) / step + (n + 1), 0), bins - 1).astype(np.int64)
-        count = np.bincount(bin_, minlength=bins).astype(np.float64)
-        below = np.cumsum(count)[n : n + len(e)]
-        wrong = below if side > 0 else len(u) - below
-        local = np.convolve(count, _near_border(side, n, step, blur, stray), "valid")[1 : 1 + len(e)]
-        total += local + np.log(stray) * wrong
-    return total
-
-
-@lru_cache(maxsize=64)
-def _near_border(side: float, n: int, step: float, blur: float, stray: float) -> Float:
-    """Returns the log-likelihood (2n,) of beams within n steps of a border, the furthest ahead first.
-
-    It is less that of beams that are on the wrong side for sure, which `side_scores` counts.
-    """
-    lag = side * (np.arange(n, -n, -1) - 0.5) * step  # m from the border to the centre of a bin
-    return np.asarray(np.log(stray + (1 - stray) * ndtr(lag / blur)) - np.log(stray) * (lag < 0))
-
-
-def _strays(u: Float, low: float) -> float:
-    """Returns the share of points u (n,) m on the wrong side of their border, 1 to 90 %.
-
-    Rooms behind a wall and bars in front of an opening are such. Their own side is below `low` m, the wrong
+    Rooms behind a wall and bars in front of an opening are such. The solid side is below `low` m, the opened
     one as far on the other side.
     """
-    own, wrong = int((u < low).sum()), int((u > -low).sum())
-    return float(np.clip(wrong / max(own, 1), _STRAY, 0.9))
+    below, above = (
+        (int(u.searchsorted(low)), len(u) - int(u.searchsorted(-low, "right")))
+        for u in (edge.solid, edge.opened)
+    )
+    return _stray(below[0], below[1]), _stray(above[1], above[0])
+
+
+def _stray(own: int, wrong: int) -> float:
+    """Returns the share of beams on the wrong side, 1 to 90 %."""
+    return min(max(wrong / max(own, 1), STRAY), 0.9)
 
 
 def _absences(edge: Edge, reach: float, spacing: float, e: Float, strays: tuple[float, float]) -> Float:
@@ -226,23 +219,33 @@ def _absences(edge: Edge, reach: float, spacing: float, e: Float, strays: tuple[
 
     Rasters are regular, so the width of the gaps between points counts, not the number of points.
     """
-    fine = np.arange(-reach, reach + 0.001, 0.002)
-    free = np.ones(len(fine) - 1)
+    fine, length = _all_free(reach)
     if len(edge.stopped):
         found = (edge.solid, edge.opened, edge.stopped)
         count = [np.diff(np.searchsorted(u, fine)).astype(np.float64) for u in found]
         total, stopped = ndimage.gaussian_filter1d(np.stack([sum(count), count[2]]), spacing / 0.002)
-        free -= stopped / np.maximum(total, 1e-9)
-    length = np.concatenate([[0.0], np.cumsum(np.clip(free, 0.0, 1.0)) * 0.002])
+        length = _length(1.0 - stopped / np.maximum(total, 1e-9))
     before = np.interp(e, fine, length)
     # beyond a single row or column everything is empty up to the end
-    solid = np.append(-reach, edge.solid[edge.solid < 0.0])
-    opened = np.append(edge.opened[edge.opened > 0.0], reach)
+    solid = np.concatenate([[-reach], edge.solid[: edge.solid.searchsorted(0.0)]])
+    opened = np.concatenate([edge.opened[edge.opened.searchsorted(0.0, "right") :], [reach]])
     # with unknown sensors, the shadow of the edge itself is empty behind it
     rates = 1.0 / _gap(solid, reach), 1.0 / _gap(opened, reach) if edge.rays else 0.0
     # strays are expected on the other side, too
     rates = rates[0] * (1.0 - strays[0]), rates[1] * (1.0 - strays[1])
     return np.asarray(-(rates[0] * before + rates[1] * (length[-1] - before)))
+
+
+@lru_cache(maxsize=64)
+def _all_free(reach: float) -> tuple[Float, Float]:
+    """Returns places (n,) m every 2 mm up to `reach` m to either side, and the length m before each."""
+    fine = np.arange(-reach, reach + 0.001, 0.002)
+    return fine, _length(np.ones(len(fine) - 1))
+
+
+def _length(free: Float) -> Float:
+    """Returns the length (n + 1,) m that is free before every place, by the shares (n,) between them."""
+    return np.concatenate([[0.0], np.cumsum(np.minimum(np.maximum(free, 0.0), 1.0)) * 0.002])
 
 
 def _gap(u: Float, reach: float) -> float:

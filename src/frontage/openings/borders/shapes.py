@@ -6,7 +6,7 @@ import numpy as np
 
 from frontage.geometry.arrays import Bool, Float, drawn
 from frontage.geometry.ring import ring_contains
-from frontage.openings.borders.locate import side_scores
+from frontage.openings.borders.scores import side_scores
 from frontage.openings.boxes import Box
 from frontage.openings.wall.crossings import CrossingBeams
 
@@ -184,14 +184,16 @@ class _Search:
         """Returns the log-likelihood (k,) of heads whose tops are at `tops` (k,) m."""
         middle = float(tops[len(tops) // 2])
         v = middle - self._z + below(shape, rise, self._half, self._x)
-        score = side_scores(v[: self._solid], v[self._solid :], middle - tops[::-1], self._blur)
-        return np.asarray(score[::-1] + self._missing * self._area(shape, rise, tops))
+        score = side_scores(v[: self._solid], v[self._solid :], middle - tops[::-1], self._blur)[::-1]
+        if self._missing > 0.0:
+            score = score + self._missing * self._area(shape, rise, tops)
+        return np.asarray(score)
 
     def _area(self, shape: str, rise: float, tops: Float) -> Float:
         """Returns the area (k,) m2 within the heads whose tops are at `tops` (k,) m."""
         drop = np.sort(below(shape, rise, self._half, self._u))
-        first = np.searchsorted(drop, self._low - tops)
-        rest = np.append(np.cumsum(drop[::-1])[::-1], 0.0)[first]
+        first = drop.searchsorted(self._low - tops)
+        rest = np.append(drop[::-1].cumsum()[::-1], 0.0)[first]
         return np.asarray(rest + (len(drop) - first) * (tops - self._low)) * 2 * self._half / len(drop)
 
     def best(self, shape: str, rise: float) -> tuple[float, float]:

@@ -74,7 +74,7 @@ def within(xz: Float, place: Box) -> Bool:
 
 def wall_points(facade: Facade, scan: Scan, beams: Beams, reach: tuple[float, float]) -> WallSamples:
     """Returns the points within `reach` m before and behind the wall."""
-    xyz = facade.frame.inverse.apply(scan.xyz[facade.support])
+    xyz = beams.points
     depth = xyz[:, 1] - beams.depth_at(xyz[:, 0], xyz[:, 2])
     near = (depth > -max(reach[0], beams.least)) & (depth < max(reach[1], beams.least))
     xyz, depth, index = xyz[near], depth[near], facade.support[near]

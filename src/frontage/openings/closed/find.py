@@ -11,6 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from frontage.geometry.arrays import Bool
 from frontage.model.facade import Facade
 from frontage.model.ortho import OrthoImage
 from frontage.model.scan import Scan
@@ -79,10 +80,13 @@ class _Peak:
     k: int
     contrasts: Sequence[Contrast]
 
-    def beside(self, other: "_Peak") -> bool:
-        """Returns whether both may be one opening, seen from two cells."""
-        (x, z), (u, v) = (p.places.box(p.k)[:2] for p in (self, other))
-        return self.places is other.places and max(abs(x - u), abs(z - v)) < _BESIDE
+
+def _beside_others(peaks: Sequence[_Peak]) -> Bool:
+    """Returns which peaks (n,) may be one opening with one of those before them, seen from two cells."""
+    corner = np.array([p.places.box(p.k)[:2] for p in peaks]).reshape(-1, 2)
+    owner = np.array([id(p.places) for p in peaks], np.uint64)
+    near = np.abs(corner[:, None] - corner).max(2, initial=0.0) < _BESIDE
+    return np.asarray(np.tril(near & (owner[:, None] == owner), -1).any(1))
 
 
 class _Search:
@@ -133,9 +137,10 @@ class _Search:
         bare = [v.picture.without([*(o.place for o in known), *taken]) for v in self._layers if places]
         peaks = sorted((q for p in places for q in self._peaks(p, bare, least, tails)), key=lambda q: -q.gain)
         found: list[tuple[float, Outline]] = []
+        beside = _beside_others(peaks)
         for n, peak in enumerate(peaks):
             others = [*known, *(outline for _, outline in found)]
-            if any(peak.beside(q) for q in peaks[:n]) or not self._seen(peak.places.box(peak.k), others):
+            if beside[n] or not self._seen(peak.places.box(peak.k), others):
                 continue
             like = known[peak.places.like]
             made = (measure_closed(peak.places, peak.k, like, c, self._surface) for c in peak.contrasts)

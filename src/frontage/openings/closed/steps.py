@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 
@@ -83,8 +84,8 @@ class ChannelMap:
     def _mean(self, rows: tuple[Int, Int], columns: tuple[Int, Int]) -> Float:
         """Returns the means (n, c) of the values in boxes of cells (n, k), the k of a row together."""
         h, w = self.values.shape[:2]
-        r0, r1 = (np.clip(v, 0, h) for v in rows)
-        c0, c1 = (np.clip(v, 0, w) for v in columns)
+        r0, r1 = (np.minimum(np.maximum(v, 0), h) for v in rows)
+        c0, c1 = (np.minimum(np.maximum(v, 0), w) for v in columns)
         upper, lower = (self._sums[r * (w + 1) + c1] - self._sums[r * (w + 1) + c0] for r in (r1, r0))
         total = (upper - lower).sum(1)
         area = ((rows[1] - rows[0]) * (columns[1] - columns[0])).sum(1)
@@ -154,6 +155,7 @@ def _free(raster: WallRaster, taken: Sequence[Box]) -> Bool:
 def integral(values: Float) -> Float:
     """Returns the sums (h + 1, w + 1, ...) of the values (h, w, ...) below and left of all cell corners."""
     sums = np.zeros((values.shape[0] + 1, values.shape[1] + 1, *values.shape[2:]))
-    inner = sums[1:, 1:]
-    np.cumsum(np.cumsum(values, 0, out=inner), 1, out=inner)
+    np.cumsum(values, 1, out=sums[1:, 1:])
+    for before, row in pairwise(sums):  # whole rows at once: numpy sums along the first axis cell by cell
+        row += before
     return sums

@@ -244,8 +244,17 @@ def _span(places: Float) -> tuple[float, float]:
     """Returns the ends of what places (n,) m fill evenly, without a few strays; (0, 0) of none."""
     if not len(places):
         return 0.0, 0.0
-    low, high = np.quantile(places, [0.05, 0.95]).tolist()
+    low, high = _quantile(places := np.sort(places), 0.05), _quantile(places, 0.95)
     return low - (high - low) / 18.0, high + (high - low) / 18.0
+
+
+def _quantile(rising: Float, share: float) -> float:
+    """Returns a quantile of rising values (n,), as numpy does, whose own takes longer than all else here."""
+    at = share * (len(rising) - 1)
+    k = int(at)
+    low, high = float(rising[k]), float(rising[min(k + 1, len(rising) - 1)])
+    t = at - k
+    return low + (high - low) * t if t < 0.5 else high - (high - low) * (1.0 - t)
 
 
 def _within(own: Float, box: Box) -> Float:

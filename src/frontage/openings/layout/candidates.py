@@ -1,6 +1,6 @@
 """Finds the rectangles that may be openings, and the best layout of them."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from itertools import pairwise
 
 import numpy as np
@@ -35,39 +35,43 @@ def find_boxes(evidence: Evidence, options: OpeningOptions, framed: Callable[[In
     """
     least = (options.min_height / evidence.raster.cell, options.min_width / evidence.raster.cell)
     pier = max(round(MASONRY.half_brick / evidence.raster.cell), 1)
-    parts = _components(evidence, least, local_rate(evidence.llr, evidence.expected_free, 1.0) > 0)
-    found = best_layout(
-        [_rivals(evidence, *part, least=least, framed=framed, share=_LESSER) for part in parts], pier
-    )
+    parts = _components(evidence, least, evidence.is_open)
+    found = best_layout(_rivals(evidence, parts, least=least, framed=framed, share=_LESSER), pier)
     if evidence.rays:  # lines of sight tell bars from walls
         return found
     behind_bars = _components(evidence, least, _between_bars(evidence))
-    left = [(part, others) for part, others in behind_bars if not any(_meets(b, part) for b in found)]
-    return found + best_layout(
-        [_rivals(evidence, *part, least=least, framed=framed, share=_PIECE) for part in left], pier
-    )
+    cells = np.array([(b.r0, b.c0, b.r1, b.c1) for b in found], np.int64).reshape(-1, 4)
+    left = [(part, others) for part, others in behind_bars if not _meet(cells, part)]
+    return found + best_layout(_rivals(evidence, left, least=least, framed=framed, share=_PIECE), pier)
 
 
 def _rivals(
     evidence: Evidence,
-    part: Part,
-    others: Bool,
+    parts: Iterable[tuple[Part, Bool]],
     *,
     least: tuple[float, float],
     framed: Callable[[Int], Bool],
     share: float,
-) -> list[CellBox]:
-    """Returns the rectangles of a component that can be openings and are worth a `share` of the best.
+) -> list[list[CellBox]]:
+    """Returns the rectangles of each component that can be openings and are worth a `share` of its best.
 
-    The cells of `others` count against them.
+    Components come with the cells of others, which count against them.
     """
-    worth = worth_of(evidence, part)
-    own = np.where(others, -np.abs(worth), worth)
-    boxes, gains = _rectangles(own, evidence.expected_free[part], least)
-    boxes += [s.start for s in part] * 2
-    kept = np.flatnonzero(framed(boxes))
-    kept = kept[gains[kept] >= share * gains[kept].max(initial=0.0)]
-    return [_box(boxes[k], gains[k]) for k in kept]
+    boxes, gains = [np.empty((0, 4), np.int64)], []
+    for part, others in parts:
+        worth = worth_of(evidence, part)
+        own = np.where(others, -np.abs(worth), worth)
+        some, gain = _rectangles(own, evidence.expected_free[part], least)
+        boxes.append(some + np.array([s.start for s in part] * 2))
+        gains.append(gain)
+    can_be = np.split(framed(np.concatenate(boxes)), np.cumsum([len(gain) for gain in gains]))
+    found = []
+    for some, gain, ok in zip(boxes[1:], gains, can_be, strict=False):
+        kept = np.flatnonzero(ok)
+        kept = kept[gain[kept] >= share * gain[kept].max(initial=0.0)]
+        cells, worths = some[kept].tolist(), gain[kept].tolist()
+        found.append([CellBox(r0, c0, r1, c1, w) for (r0, c0, r1, c1), w in zip(cells, worths, strict=True)])
+    return found
 
 
 def _between_bars(evidence: Evidence) -> Bool:
@@ -80,12 +84,11 @@ def _between_bars(evidence: Evidence) -> Bool:
     return np.asarray(dense & (local_rate(evidence.llr, evidence.expected_free, wide) > 0))
 
 
-def _meets(box: CellBox, part: Part) -> bool:
-    """Returns whether a box has cells in a part."""
-    return all(
-        low < s.stop and s.start < high
-        for s, low, high in zip(part, (box.r0, box.c0), (box.r1, box.c1), strict=True)
-    )
+def _meet(boxes: Int, part: Part) -> bool:
+    """Returns whether any of the boxes (n, 4) r0, c0, r1, c1 has cells in a part."""
+    rows, columns = part
+    low, high = np.array([rows.start, columns.start]), np.array([rows.stop, columns.stop])
+    return bool(((boxes[:, :2] < high) & (boxes[:, 2:] > low)).all(1).any())
 
 
 def _components(evidence: Evidence, least: tuple[float, float], open_: Bool) -> Iterator[tuple[Part, Bool]]:
@@ -150,12 +153,6 @@ def _run(cells: Bool, at: int) -> tuple[int, int]:
     return int(shut[k - 1]) if k else -1, int(shut[k]) if k < len(shut) else len(cells)
 
 
-def _box(cells: Int, worth: float) -> CellBox:
-    """Makes a box of its cells and its worth."""
-    r0, c0, r1, c1 = map(int, cells)
-    return CellBox(r0, c0, r1, c1, float(worth))
-
-
 def _lines(part: Float, axis: int, reach: int) -> Int:
     """Returns the borders (k,) along an axis where the evidence changes most over `reach` lines of cells.
 
@@ -167,7 +164,9 @@ def _lines(part: Float, axis: int, reach: int) -> Int:
     ends = np.arange(bands + 1) * lines.shape[1] / bands
     parts = [lines[:, int(a) : int(np.ceil(b))] for a, b in pairwise(ends)]
     total = np.stack([part.sum(1) for part in parts] + [lines.sum(1) / bands], 1)
-    sums = np.pad(np.pad(total, ((reach, reach), (0, 0)), "edge").cumsum(0), ((1, 0), (0, 0)))
+    sums = np.zeros((len(total) + 2 * reach + 1, bands + 1))
+    sums[1 : reach + 1], sums[reach + 1 : -reach], sums[-reach:] = total[0], total, total[-1]
+    sums = sums.cumsum(0)
     change = np.abs(sums[2 * reach :] - 2.0 * sums[reach:-reach] + sums[: -2 * reach])
     step = np.round(change[:, :-1].max(1) + change[:, -1], _DIGITS)
     peak = step >= ndimage.maximum_filter1d(step, 2 * reach + 1)

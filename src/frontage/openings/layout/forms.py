@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -76,6 +77,7 @@ class Forms:
             elif self._known[k]:
                 groups.append([k])
         self.groups = [tuple(g) for g in groups if self._known[g].sum() > 1]
+        self._sizes: dict[tuple[int, tuple[int, ...]], tuple[float, float]] = {}
 
     def _off(self, k: int, first: int) -> float:
         """Returns by how many sigmas an opening differs in size from the first member of a form."""
@@ -97,13 +99,19 @@ class Forms:
             found += in_rows or [self._alone(k, form) for form in fits if self._told[k].any()]
         return found
 
+    @cached_property
+    def _rows(self) -> list[list[tuple[float, float]]]:
+        """The sills z m of the rows of every form and their sigmas m, by its known members."""
+        known = [[j for j in group if self._known[j]] for group in self.groups]
+        rows = [rows_of(self._outlines, BOTTOM, [group]) for group in known]
+        return [[predicted(self._own[:, 2], self._border[:, 2], row, BUILT) for row in own] for own in rows]
+
     def _in_rows(self, k: int, form: int) -> list[Completed]:
         """Returns what the rows of a form beside an opening make of it."""
         others = [j for j in self.groups[form] if j != k]
         x, found = self._across(k, others), []
         high, error = self._predicted(others, 1)
-        for row in rows_of(self._outlines, BOTTOM, [[j for j in others if self._known[j]]]):
-            sill, own = predicted(self._own[:, 2], self._border[:, 2], row, BUILT)
+        for sill, own in self._rows[form]:
             both = np.minimum(self._own[:, 3], sill + high) - np.maximum(self._own[:, 2], sill)
             beside = both >= _ROW * high
             if beside[k]:
@@ -123,8 +131,12 @@ class Forms:
 
     def _predicted(self, others: Sequence[int], axis: int) -> tuple[float, float]:
         """Returns the width (`axis` 0) or height (1) m of one more opening like the others, and its sigma."""
-        between = between_members(self._size[:, axis], self._sigma[:, axis], [tuple(others)])
-        return predicted(self._size[:, axis], self._sigma[:, axis], others, min(between, UNKNOWN))
+        key = axis, tuple(others)
+        if key not in self._sizes:
+            size, sigma = self._size[:, axis], self._sigma[:, axis]
+            between = between_members(size, sigma, [key[1]])
+            self._sizes[key] = predicted(size, sigma, others, min(between, UNKNOWN))
+        return self._sizes[key]
 
     def _completed(
         self, k: int, form: int, x: tuple[Float, Float], z: tuple[Float, Float], beside: Bool

@@ -94,7 +94,10 @@ class Framing:
         wall = np.minimum(evidence.solid, much)
         known = (evidence.llr != 0.0).astype(np.float64)
         layers = (wall, evidence.expected, evidence.expected_free, evidence.deep, evidence.llr, known)
-        self._totals = np.stack([np.pad(m.cumsum(0).cumsum(1), ((1, 0), (1, 0))) for m in layers])
+        totals = np.zeros((self._shape[0] + 1, self._shape[1] + 1, len(layers)))
+        for k, layer in enumerate(layers):
+            totals[1:, 1:, k] = layer.cumsum(0).cumsum(1)
+        self._totals = totals.reshape(-1, len(layers))
 
     def __call__(self, boxes: Int) -> Bool:
         """Returns which boxes (n, 4) r0, c0, r1, c1 can be openings (n,).
@@ -107,12 +110,14 @@ class Framing:
         Without lines of sight, masonry from side to side makes two openings of it.
         """
         rim = max(int(np.ceil(_RIM_M / self._cell)), 2)
+        framed = self._is_framed(boxes, self._rims(boxes, rim))
+        boxes = boxes[framed]
         rims, inside = self._rims(boxes, rim), self._sums(boxes)
         bare = ~self._sums(boxes + np.array([1, 1, -1, -1])).is_wall
         known = inside.known > _KNOWN * (boxes[:, 2] - boxes[:, 0]) * (boxes[:, 3] - boxes[:, 1])
         shown = inside.has_depth | (inside.is_visible & self._is_framed_all_round(boxes, inside, rims, rim))
-        framed = np.asarray(self._is_framed(boxes, rims) & bare & known & shown)
-        framed[framed] = ~self._is_parted(boxes[framed])
+        framed[framed] = bare & known & shown
+        framed[framed] = ~self._is_parted(boxes[(bare & known & shown)])
         return framed
 
     def _is_parted(self, boxes: Int) -> Bool:
@@ -187,6 +192,6 @@ class Framing:
         """Returns the sums over boxes (n, 4) r0, c0, r1, c1, as far as they lie on the raster."""
         r0, r1 = np.clip(boxes[:, 0], 0, self._shape[0]), np.clip(boxes[:, 2], 0, self._shape[0])
         c0, c1 = np.clip(boxes[:, 1], 0, self._shape[1]), np.clip(boxes[:, 3], 0, self._shape[1])
-        s = self._totals
-        sums = s[:, r1, c1] - s[:, r0, c1] - s[:, r1, c0] + s[:, r0, c0]
-        return _Sums(*np.round(sums, _DIGITS))  # sums of nothing are zero, and ties stay ties
+        s, wide = self._totals, self._shape[1] + 1
+        sums = s[r1 * wide + c1] - s[r0 * wide + c1] - s[r1 * wide + c0] + s[r0 * wide + c0]
+        return _Sums(*np.round(sums, _DIGITS).T.copy())  # sums of nothing are zero, and ties stay ties

@@ -83,13 +83,16 @@ def infer(outlines: Sequence[Outline], evidence: Evidence) -> list[Inferred]:
     right = {(n.row, n.column): True for n in grid.left_out()}
     right |= {(n.row, n.column): False for n, state in told if state == "wall"}
     found: list[Inferred] = []
+    overall = rate_of(right, None, None)
     for node, state in told:
+        if state != "unknown":
+            continue
         rates = [
-            rate_of(right, None, None),
+            overall,
             rate_of(right, node.row, None),
             rate_of(right, None, node.column),
         ]
-        if state != "unknown" or min(rates) < _RIGHT:
+        if min(rates) < _RIGHT:
             continue
         if is_near(node.place, [f.outline.place for f in found]):
             continue

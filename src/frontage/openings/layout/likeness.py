@@ -8,7 +8,6 @@ area, and what share its wall returns beside them. A place is compared with both
 from collections.abc import Sequence
 
 import numpy as np
-from scipy.stats import norm
 
 from frontage.geometry.arrays import Float, Int
 from frontage.openings.boxes import Box
@@ -53,8 +52,8 @@ class Likeness:
         count = np.maximum(known.sum(0), 1)
         mean = np.where(known, shares, 0.0).sum(0) / count
         spread = np.sqrt(np.where(known, (shares - mean) ** 2, 0.0).sum(0) / count + _SPREAD**2)
-        like = norm.pdf(share, mean, np.hypot(spread, sigma))
-        wall = norm.pdf(share, self._wall[0], np.hypot(self._wall[1], sigma))
+        like = _density(share, mean, np.hypot(spread, sigma))
+        wall = _density(share, self._wall[0], np.hypot(self._wall[1], sigma))
         told = np.log((1.0 - _STRAY) * like + _STRAY) - np.log((1.0 - _STRAY) * wall + _STRAY)
         return np.where(known.any(0) & (due > 0.0), told, 0.0)
 
@@ -85,3 +84,8 @@ class Likeness:
                 shares += (came[free] / due[free]).tolist()
         told = np.array(shares) if shares else np.ones(1)
         return float(told.mean()), float(np.hypot(told.std(), _SPREAD))
+
+
+def _density(value: Float, mean: Float | float, sigma: Float) -> Float:
+    """Returns the density (...) of a normal distribution; scipy's own takes longer than all else here."""
+    return np.asarray(np.exp(-(((value - mean) / sigma) ** 2) / 2.0) / np.sqrt(2.0 * np.pi) / sigma)

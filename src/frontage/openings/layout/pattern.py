@@ -35,11 +35,15 @@ from frontage.openings.layout.inferred import (
 from frontage.openings.layout.likeness import Likeness
 from frontage.openings.layout.pooling import LIKE, WIDTH
 from frontage.openings.layout.selection import PRICE
-from frontage.openings.wall.evidence import Evidence, local_rate
+from frontage.openings.wall.evidence import Evidence
 
 _SURE = float(np.log(9.0))  # log odds of an opening where none was found
 _DEEP = 6.0  # nats at most of what came back from behind a strip, for neighbouring beams err together
 _LEAST = 0.01  # share of anything that is known no better
+
+
+Part = tuple[slice, slice]
+"""Rows and columns of cells."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -193,20 +197,23 @@ def _gain(told: Proposal, rivals: Sequence[Outline], wall: "_Wall") -> float:
     evidence = wall.evidence
     own = cells_of(told.place, evidence)
     assert own is not None
-    mine, theirs = np.zeros(evidence.llr.shape, np.bool_), np.zeros(evidence.llr.shape, np.bool_)
-    mine[own] = True
+    places = [cells_of(rival.place, evidence) for rival in rivals]
+    part = _around([own, *(cells for cells in places if cells is not None)])
+    mine = _mask(own, part)
+    theirs = np.zeros_like(mine)
     gain, sigma = 0.0, np.sqrt(np.diag(told.covariance)[:4])
-    for rival in rivals:
-        one = _mask(rival.place, evidence)
+    for rival, cells in zip(rivals, places, strict=True):
+        one = _mask(cells, part)
         theirs |= one
-        gain -= wall.open_beyond(one, mine)
+        gain -= wall.open_beyond(one, mine, part)
         error, known = np.sqrt(np.diag(rival.covariance)[:4]), is_known(rival)
         off = np.abs(np.subtract(rival.place, told.place))[[0, 2, 1, 3]]
         other = np.where(known, np.hypot(error, BUILT), evidence.raster.cell)
         apart = off > LIKE * np.hypot(sigma, other)
         gain += PRICE / 4.0 * float(np.where(known, -1.0, 1.0)[apart].sum())
-    rows, columns = (np.array_split(np.arange(s.start, s.stop), len(told.nats)) for s in own)
-    share = [[float((~theirs)[np.ix_(r, c)].mean()) for c in columns] for r in rows]
+    left = ~theirs[own[0].start - part[0].start :, own[1].start - part[1].start :]
+    rows, columns = (np.array_split(np.arange(s.stop - s.start), len(told.nats)) for s in own)
+    share = [[float(left[np.ix_(r, c)].mean()) for c in columns] for r in rows]
     return gain + float((np.array(share) * told.nats).sum())
 
 
@@ -215,35 +222,49 @@ class _Wall:
 
     def __init__(self, evidence: Evidence, outlines: Sequence[Outline]) -> None:
         self.evidence = evidence
-        wall = evidence.inside & ~np.any([_mask(o.place, evidence) for o in outlines], axis=0)
-        open_ = local_rate(evidence.llr, evidence.expected_free, 1.0) > 0
+        wall = evidence.inside.copy()
+        for cells in (cells_of(o.place, evidence) for o in outlines):
+            if cells is not None:
+                wall[cells] = False
         due = np.where(wall, evidence.expected_free, 0.0)
-        self._empty = float(np.clip(due[open_].sum() / max(due.sum(), 1e-9), _LEAST, 0.5))
+        self._empty = float(np.clip(due[evidence.is_open].sum() / max(due.sum(), 1e-9), _LEAST, 0.5))
         self._deep = max(float(evidence.deep[wall].sum() / max(due.sum(), 1e-9)), _LEAST)
 
-    def open_beyond(self, one: Bool, mine: Bool) -> float:
+    def open_beyond(self, one: Bool, mine: Bool, part: Part) -> float:
         """Returns the nats that the cells of one opening (h, w) outside those of `mine` are open.
+
+        Both are masks of a `part` of the raster.
 
         Where the lines of sight are not known, they may also be in a shadow. Shadows leave a share of this
         wall empty, and their cells err together; but nothing comes back from the depth of an opening there.
         """
         evidence = self.evidence
         beyond, both = one & ~mine, one & mine
-        nats = float(evidence.llr[beyond].sum())
+        nats = float(evidence.llr[part][beyond].sum())
         if evidence.rays:
             return nats
-        due, come = (float(m[beyond].sum()) for m in (evidence.expected_free, evidence.deep))
-        inside = float(evidence.deep[both].sum()) / max(float(evidence.expected_free[both].sum()), 1e-9)
+        free, deep = evidence.expected_free[part], evidence.deep[part]
+        due, come = float(free[beyond].sum()), float(deep[beyond].sum())
+        inside = float(deep[both].sum()) / max(float(free[both].sum()), 1e-9)
         rate = max(inside, self._deep)
-        deep = come * np.log(rate / self._deep) - (rate - self._deep) * due
-        return min(nats, -float(np.log(self._empty))) + float(np.clip(deep, -_DEEP, _DEEP))
+        told = come * np.log(rate / self._deep) - (rate - self._deep) * due
+        return min(nats, -float(np.log(self._empty))) + float(np.clip(told, -_DEEP, _DEEP))
 
 
-def _mask(place: Box, evidence: Evidence) -> Bool:
-    """Returns the cells (h, w) of a place; none where it leaves the raster."""
-    mask, cells = np.zeros(evidence.llr.shape, np.bool_), cells_of(place, evidence)
+def _around(places: Sequence[Part]) -> Part:
+    """Returns the smallest part of the raster that holds all places."""
+    rows, columns = (
+        slice(min(s.start for s in k), max(s.stop for s in k)) for k in zip(*places, strict=True)
+    )
+    return rows, columns
+
+
+def _mask(cells: Part | None, part: Part) -> Bool:
+    """Returns the cells of a place as a mask of a part (h, w) of the raster; None stands for no cells."""
+    mask = np.zeros([s.stop - s.start for s in part], np.bool_)
     if cells is not None:
-        mask[cells] = True
+        rows, columns = (slice(s.start - p.start, s.stop - p.start) for s, p in zip(cells, part, strict=True))
+        mask[rows, columns] = True
     return mask
 
 

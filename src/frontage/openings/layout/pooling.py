@@ -88,8 +88,12 @@ def pool(outlines: Sequence[Outline]) -> list[Outline]:
 
 def values_of(outlines: Sequence[Outline]) -> tuple[Float, list[Float]]:
     """Returns the borders left, right, bottom, top (n, 4) m and the covariances (4, 4) m2 of their errors."""
-    own = np.array([(o.place[0], o.place[2], o.place[1], o.place[3]) for o in outlines]).reshape(-1, 4)
-    return own, [o.covariance[:4, :4] - _common(o) for o in outlines]
+    return borders_of(outlines), [o.covariance[:4, :4] - _common(o) for o in outlines]
+
+
+def borders_of(outlines: Sequence[Outline]) -> Float:
+    """Returns the borders left, right, bottom, top (n, 4) m."""
+    return np.array([(o.place[0], o.place[2], o.place[1], o.place[3]) for o in outlines]).reshape(-1, 4)
 
 
 def _common(outline: Outline) -> Float:
@@ -120,7 +124,7 @@ def find_families(outlines: Sequence[Outline]) -> list[Family]:
 
 def columns_of(outlines: Sequence[Outline], groups: Sequence[Sequence[int]]) -> list[tuple[int, ...]]:
     """Returns the columns within groups of openings: those whose middles are near each other."""
-    own, _ = values_of(outlines)
+    own = borders_of(outlines)
     near = _COLUMN * float((own @ WIDTH).min())
     return [column for group in groups for column in _clusters(own @ MIDDLE, near, group)]
 
@@ -132,7 +136,7 @@ def rows_of(
 
     A row is of those whose sills (`share` = BOTTOM) or lintels (TOP) are near each other.
     """
-    own, _ = values_of(outlines)
+    own = borders_of(outlines)
     return [row for group in groups for row in _clusters(own @ share, _ROW, group)]
 
 
@@ -193,12 +197,13 @@ def between_members(value: Float, sigma: Float, groups: Sequence[tuple[int, ...]
     if target <= 0.05:
         return _MOST
 
+    members = [(sigma[list(g)] ** 2, value[list(g)]) for g in groups]
+
     def excess(between: float) -> float:
         """Returns the scatter of the members for a sigma between them, less what is expected."""
         total = 0.0
-        for g in groups:
-            w = 1.0 / (sigma[list(g)] ** 2 + between**2)
-            v = value[list(g)]
+        for variance, v in members:
+            w = 1.0 / (variance + between**2)
             total += float(w @ (v - w @ v / w.sum()) ** 2)
         return float(total - target)
 

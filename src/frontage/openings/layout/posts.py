@@ -6,9 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from frontage.geometry.arrays import Bool, Float
-from frontage.model.facade import Facade
 from frontage.model.masonry import TOLERANCES
-from frontage.model.scan import Scan
 from frontage.openings.borders.outline import Outline
 from frontage.openings.wall.beams import Beams, WallCrossings
 
@@ -40,7 +38,7 @@ class Post:
         return np.asarray((np.abs(x - self.middle) < half) & (z > self.z0) & (z < self.z1))
 
 
-def with_posts(beams: Beams, facade: Facade, scan: Scan, posts: Sequence[Post]) -> Beams:
+def with_posts(beams: Beams, posts: Sequence[Post]) -> Beams:
     """Returns the beams with posts as parts of the wall, which lies at their depth there.
 
     What ends the beams before that depth (a blade between two frames) belongs to the post.
@@ -50,7 +48,7 @@ def with_posts(beams: Beams, facade: Facade, scan: Scan, posts: Sequence[Post]) 
     lines, moved = _on_posts(lines, posts)
     depth = np.where(moved, lines.y - lines.level, lines.y - beams.depth_at(*lines.place))
     lone, lone_depth = beams.open[int(old.sum()) :], beams.open_depth[int(old.sum()) :]
-    x, y, z = facade.frame.inverse.apply(scan.xyz[facade.support]).T
+    x, y, z = beams.points.T
     on, free = np.zeros(len(x), np.bool_), np.ones(len(lone), np.bool_)
     behind, lone_y = y - beams.depth_at(x, z) > beams.least, lone_depth + beams.depth_at(*lone.T)
     for post in posts:

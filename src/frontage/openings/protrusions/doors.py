@@ -10,7 +10,7 @@ from frontage.model.facade import Facade
 from frontage.model.masonry import MASONRY
 from frontage.model.opening import Opening, OpeningKind, Protrusion, ProtrusionKind
 from frontage.openings.boxes import Box
-from frontage.openings.protrusions.measure import FacadeBeams
+from frontage.openings.protrusions.beams import FacadeBeams
 
 # m from the underside of a balcony to the foot of the door (slab, threshold), and its error
 _FLOOR, _SIGMA = 0.2, 0.06

@@ -12,9 +12,10 @@ from frontage.model.facade import Facade
 from frontage.model.masonry import MASONRY, TOLERANCES
 from frontage.model.opening import Opening, Protrusion, ProtrusionKind
 from frontage.openings.boxes import Box
+from frontage.openings.protrusions.beams import FacadeBeams, bend
 from frontage.openings.protrusions.checks import is_attached
 from frontage.openings.protrusions.kinds import FrontFeatures, kind_of_protrusion
-from frontage.openings.protrusions.measure import FacadeBeams, MeasuredBox, bend, measure_box
+from frontage.openings.protrusions.measure import MeasuredBox, measure_box
 from frontage.openings.protrusions.merging import bridge_gaps, merge_pieces
 from frontage.openings.protrusions.pieces import Piece, find_pieces
 from frontage.openings.protrusions.resolution import Resolution

@@ -5,104 +5,24 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from frontage.geometry.arrays import Float, drawn
-from frontage.geometry.sightlines import SightLines, slopes
-from frontage.model.canonical import canonical_order, steady
-from frontage.model.facade import Facade
-from frontage.model.masonry import MASONRY, TOLERANCES
-from frontage.model.scan import Scan
+from frontage.geometry.arrays import Float
 from frontage.openings.boxes import Box
+from frontage.openings.protrusions.beams import FacadeBeams
 from frontage.openings.protrusions.boxes import within
 from frontage.openings.protrusions.pieces import Piece, fit_slanted_line
 from frontage.openings.protrusions.resolution import Resolution
-from frontage.openings.wall.beams import sensor_positions
 
 _BAND = 0.1  # m to either side of a rough border that is searched
 _STEP = 0.001  # m, step of the posterior
 _STRAY = 0.02  # share of the beams beyond a border that end on the front's plane all the same
 _NEXT = 2.5  # spacings within a border that tell how far apart rows of hits are
 _SHY = 0.02  # share of the side that is left out at either end: corners
-_CROWN = 0.6  # m above the wall that a cornice may reach
-_AT_WALL = 0.05  # m before the wall: nearer points are in the support
 _HIDDEN = 1.5  # m beyond its last hit that a border is looked for behind what hides it
 _THICK = 0.04  # m, thickness of a railing
 _SEEN = 0.2  # share of the expected beams that show the wall beside a front
 _GUESS = 0.25  # share of a cheek's width: error of one that is inferred from the other
 _RIM = 0.06  # m, depth of the rim that shows how far out a border stands
 _BEAM = 0.0045  # m: half the footprint of common scanners 10 m away
-
-
-@dataclass(frozen=True, eq=False)
-class FacadeBeams:
-    """The beams before, on and behind a facade's wall; a bent wall is straightened.
-
-    q      (3, n) m, their points as columns x, y, z in the facade frame
-    slope  (2, n) dx/dy and dz/dy; 0 where the sensor is not known, so that a point stands for the place on a
-           plane right before it
-    """
-
-    q: Float
-    slope: Float
-
-    @classmethod
-    def of(cls, facade: Facade, scan: Scan) -> "FacadeBeams":
-        """Returns the beams of the facade's support, of all that stands before it, and that stopped them.
-
-        The support may lack parts of balconies and bays that were taken for obstacles.
-        """
-        inverse = facade.frame.inverse
-        q, (x0, z0, x1, z1) = steady(inverse.apply(scan.xyz)), facade.extent
-        origins = sensor_positions(facade, scan)
-        x, y, z = q.T
-        kept = (
-            (y < -_AT_WALL)
-            & (y >= -MASONRY.facade_reach)
-            & (z > z0)
-            & (z < z1 + _CROWN)
-            & (x > x0)
-            & (x < x1)
-        )
-        kept[facade.support] = True
-        far = np.flatnonzero((y < -MASONRY.facade_reach) & (scan.origin_index >= 0))
-        x, z = SightLines.to_points(q[far], origins[scan.origin_index[far]]).at(0.0)
-        kept[far[(x >= x0) & (z >= z0) & (x <= x1) & (z <= z1)]] = True
-        rows = np.flatnonzero(kept)
-        rows = rows[canonical_order(q[rows])]
-        columns = np.ascontiguousarray(q[rows].T)
-        columns[1] -= bend(facade, columns[0])
-        slope = slopes(q[rows], origins[scan.origin_index[rows]])
-        return cls(columns, np.ascontiguousarray(slope.T))
-
-    def at(self, y: float, box: Box, margin: float) -> tuple[Float, Float]:
-        """Returns the places (k, 2) x, z m in a box where beams cross the plane at y m, and depths (k,) m.
-
-        The depths are the y of the beams' points. `margin` m is added to the box on all sides.
-        """
-        lines = SightLines(self.q[::2], self.slope, self.q[1])
-        x = lines.along(0, y)
-        some = np.flatnonzero((x >= box[0] - margin) & (x <= box[2] + margin))
-        z = lines.take(some).along(1, y)
-        inside = (z >= box[1] - margin) & (z <= box[3] + margin)
-        some, z = some[inside], z[inside]
-        return np.column_stack([x[some], z]), self.q[1][some]
-
-    def thinned(self, most: int) -> "FacadeBeams":
-        """Returns about `most` of the beams at most, to tell shares by."""
-        if self.q.shape[1] <= most:
-            return self
-        # by depth and height alone: in a mirrored facade they are the same
-        some = drawn(self.q[1:].T, most)
-        return FacadeBeams(*(np.ascontiguousarray(v[:, some]) for v in (self.q, self.slope)))
-
-
-def bend(facade: Facade, x: Float) -> Float:
-    """Returns the depth y (n,) m of a bent wall at x (n,) m, a parabola its plane touches; 0 if straight."""
-    sagitta, sigma = facade.curvature
-    if abs(sagitta) < max(TOLERANCES.bent_sigmas * sigma, 3.0 * facade.roughness):
-        return np.zeros_like(x)
-    x0, _, x1, _ = facade.extent
-    u = (x - (x0 + x1) / 2) / max((x1 - x0) / 2, 1e-9)
-    return np.asarray(-sagitta * u * u)
 
 
 @dataclass(frozen=True)

@@ -6,7 +6,7 @@ import numpy as np
 
 from frontage.model.masonry import MASONRY
 from frontage.openings.boxes import Box
-from frontage.openings.protrusions.measure import FacadeBeams
+from frontage.openings.protrusions.beams import FacadeBeams
 from frontage.openings.protrusions.pieces import Piece
 from frontage.openings.protrusions.resolution import Resolution
 

@@ -6,9 +6,10 @@ from frontage.geometry.arrays import Float, Int
 from frontage.model.facade import Facade
 from frontage.model.masonry import MASONRY, TOLERANCES
 from frontage.openings.boxes import Box
+from frontage.openings.protrusions.beams import FacadeBeams
 from frontage.openings.protrusions.boxes import filled
 from frontage.openings.protrusions.checks import is_framed
-from frontage.openings.protrusions.measure import FacadeBeams, MeasuredBox, posterior
+from frontage.openings.protrusions.measure import MeasuredBox, posterior
 from frontage.openings.protrusions.pieces import Piece, connected, fit_front
 from frontage.openings.protrusions.resolution import Resolution
 

@@ -46,6 +46,7 @@ class Beams:
     least        m, distance from the wall beyond which a point is not on it
     lines        the lines of sight that are known, where they cross the wall
     rays         whether most lines of sight are known
+    points       (s, 3) m, points of the facade's support in its frame
     fields       fields of view of the stations
     """
 
@@ -61,6 +62,7 @@ class Beams:
     least: float
     lines: WallCrossings
     rays: bool
+    points: Float
     fields: tuple[FieldOfView, ...] = ()
 
     def __post_init__(self) -> None:
@@ -82,30 +84,30 @@ def sort_beams(facade: Facade, scan: Scan, wall: Float | None = None) -> Beams:
     it.
     """
     to_facade = facade.frame.inverse
-    near = steady(to_facade.apply(scan.xyz[facade.support]))
+    points = to_facade.apply(scan.xyz[facade.support])
+    near = steady(points)
     raster = WallRaster.over(facade, TILE)
     known = scan.origin_index >= 0
-    rays = bool(known[facade.support].mean() > 0.5) if len(facade.support) else False
+    alone = ~known[facade.support]
+    rays = bool(alone.mean() < 0.5) if len(alone) else False
     wall = wall_depth(near, raster, facade.roughness, rays) if wall is None else wall
     residual = near[:, 1] - value_at(wall, raster, near[:, 0], near[:, 2])
     close = np.abs(residual) < max(3.0 * facade.roughness, TOLERANCES.least_on_wall)
     sigma = 1.4826 * float(np.median(np.abs(residual[close]))) if close.any() else facade.roughness
     least = max(3.0 * sigma, TOLERANCES.least_on_wall)
-    lone = facade.support[~known[facade.support]]
     lines = _lines(facade, scan, wall, raster)
     place, depth = lines.place.T, lines.y - value_at(wall, raster, *lines.place)
-    point = steady(to_facade.apply(scan.xyz[lone]))
-    own = point[:, 1] - value_at(wall, raster, point[:, 0], point[:, 2])
-    d = residual
+    d, own = residual, residual[alone]
     on = (d <= least) & (d >= -FITTING)
     aside = np.hypot(*lines.slope) * -depth  # m between a fitting's point and its shadow on the wall
     through = depth > least
     stopped = (depth < -FITTING) | ((depth < -least) & (aside > _APART * facade.spacing))
     behind, ahead = own > least, d < -FITTING
+    lone = near[alone][behind]
     return Beams(
         near[on][:, [0, 2]],
         d[on],
-        np.vstack([place[through], point[behind][:, [0, 2]]]),
+        np.vstack([place[through], lone[:, [0, 2]]]),
         np.concatenate([depth[through], own[behind]]),
         place[stopped],
         np.column_stack([near[ahead][:, [0, 2]], d[ahead]]),
@@ -115,6 +117,7 @@ def sort_beams(facade: Facade, scan: Scan, wall: Float | None = None) -> Beams:
         least,
         lines,
         rays,
+        points,
         fields_of_view(facade, scan),
     )
 
@@ -126,10 +129,12 @@ def _lines(facade: Facade, scan: Scan, wall: Float, raster: WallRaster) -> WallC
     """
     to_facade = facade.frame.inverse
     eyes = sensor_positions(facade, scan)
-    points = steady(to_facade.apply(scan.xyz))
-    ahead = np.where(eyes[:, 1] < -FITTING, eyes[:, 1], np.nan)[scan.origin_index]
+    known = scan.origin_index >= 0
+    some = slice(None) if known.all() else np.flatnonzero(known)
+    points, origin = steady(to_facade.apply(scan.xyz[some])), scan.origin_index[some]
+    ahead = np.where(eyes[:, 1] < -FITTING, eyes[:, 1], np.nan)[origin]
     ok = np.flatnonzero((points[:, 1] - ahead > _FLAT) & (points[:, 1] < _REACH))
-    points, origin, y = points[ok], scan.origin_index[ok], points[ok, 1]
+    points, origin, y = points[ok], origin[ok], points[ok, 1]
     lines = SightLines.to_points(points, eyes[origin], _FLAT)
     on_plane = lines.moved_to(np.zeros(len(y)))
     crossed = on_plane.moved_to(value_at(wall, raster, *on_plane.place))

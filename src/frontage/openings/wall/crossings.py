@@ -31,21 +31,32 @@ class CrossingBeams(SightLines):
         """Returns the beams that cross a box or the margin of `margin` m around it."""
         a, b = np.searchsorted(self.place[0], [box[0] - margin, box[2] + margin])
         z = self.place[1, a:b]
-        return self._part(a + np.flatnonzero((z > box[1] - margin) & (z < box[3] + margin)))
+        return self.part(a + np.flatnonzero((z > box[1] - margin) & (z < box[3] + margin)))
 
     def thinned(self, number: int) -> "CrossingBeams":
         """Returns every k-th beam, so that about `number` of them are left."""
-        return self._part(np.arange(0, len(self.depth), max(len(self.depth) // number, 1)))
+        step = len(self.depth) // number
+        return self.part(np.arange(0, len(self.depth), step)) if step > 1 else self
 
     def behind(self, y: float) -> "CrossingBeams":
         """Returns the same beams with the wall at the depth y m where it lies before that, as relief does."""
         step = np.maximum(y - self.level, 0.0)
         return replace(self, place=self.shifted(step), level=self.level + step, depth=self.depth - step)
 
-    def _part(self, k: Int) -> "CrossingBeams":
+    def part(self, k: Int) -> "CrossingBeams":
         """Returns the beams with the numbers `k` (m,)."""
         lines = self.take(k)
         return CrossingBeams(lines.place, lines.slope, lines.level, self.depth[k], self.range[k], self.wall)
+
+    @cached_property
+    def rays(self) -> bool:
+        """Whether any line of sight is known."""
+        return bool(self.slope.any())
+
+    @cached_property
+    def steep(self) -> Float:
+        """How far (2, n) m the beams run along x and z per m of depth, to either side."""
+        return np.abs(self.slope)
 
     @cached_property
     def points(self) -> Float:
@@ -60,8 +71,8 @@ def crossing_beams(facade: Facade, scan: Scan, beams: Beams) -> CrossingBeams:
     """
     lines = beams.lines
     ok = np.flatnonzero(np.abs(lines.slope).max(0) < _STEEPEST)
-    lone = facade.support[scan.origin_index[facade.support] < 0]
-    x, y, z = facade.frame.inverse.apply(scan.xyz[lone]).T
+    lone = np.flatnonzero(scan.origin_index[facade.support] < 0)
+    x, y, z = beams.points[lone].T
     place = np.hstack([lines.place[:, ok], [x, z]])
     level = np.concatenate([lines.level[ok], beams.depth_at(x, z)])
     depth = np.concatenate([lines.y[ok], y]) - level

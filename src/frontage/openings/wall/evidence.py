@@ -1,6 +1,7 @@
 """The evidence of open against solid, cell by cell."""
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 import shapely
@@ -63,18 +64,24 @@ class Evidence:
     def __post_init__(self) -> None:
         freeze(self, llr=((None, None), np.float64), inside=((None, None), np.bool_))
 
+    @cached_property
+    def is_open(self) -> Bool:
+        """The cells (h, w) that are open as seen with the least surroundings that tell."""
+        return np.asarray(local_rate(self.llr, self.expected_free, 1.0) > 0)
 
-def weigh(facade: Facade, beams: Beams) -> Evidence:
+
+def weigh(facade: Facade, beams: Beams, inside: Bool | None = None) -> Evidence:
     """Weighs the evidence of every cell: hits speak against open, beams through it and missing beams for it.
 
     Hits of a wall are Poisson with the mean that the surroundings predict, those of an opening with 12 % of
     it. Nothing is expected in cells that a fitting or an occluder hides. A beam through the wall counts
     wherever its line of sight is known; a mere point behind the wall counts only where the wall itself is
-    missing, for rooms are scanned too.
+    missing, for rooms are scanned too. `inside` (h, w) are the cells within the facade's outline where they
+    are known.
     """
     raster = WallRaster.over(facade, min(max(_PER_CELL * facade.spacing, _FINEST), _COARSEST))
     solid, open_ = raster.count(*beams.solid.T), raster.count(*beams.open.T)
-    inside = _inside(facade, raster)
+    inside = _inside(facade, raster) if inside is None else inside
     due = _expected_by_zone(beams, raster)
     expected = due * _unhidden(beams, raster, solid + open_)
     expected = np.where(_unwatched(solid + open_, expected, inside, raster.cell), 0.0, expected)

@@ -35,18 +35,20 @@ def fields_of_view(facade: Facade, scan: Scan) -> tuple[FieldOfView, ...]:
     number = len(scan.origins)
     own = scan.origin_index[facade.support]
     share = np.bincount(own[own >= 0], minlength=number) / max(len(own), 1)
-    known = np.flatnonzero(scan.origin_index >= 0)
-    index = scan.origin_index[known]
-    known = known[share[index] >= _SHARE]
-    index = scan.origin_index[known]
-    beam = scan.xyz[known] - scan.origins[index]
-    highest = np.full(number, -1.0)
-    np.maximum.at(highest, index, beam[:, 2] / np.maximum(np.linalg.norm(beam, axis=1), _LENGTH))
     some = np.flatnonzero(share >= _SHARE)
     eyes = facade.frame.inverse.apply(scan.origins[some])
     return tuple(
-        FieldOfView(eye, facade.frame.R[2], float(highest[k])) for eye, k in zip(eyes, some, strict=True)
+        FieldOfView(eye, facade.frame.R[2], _highest(scan, k))
+        for eye, k in zip(eyes, some.tolist(), strict=True)
     )
+
+
+def _highest(scan: Scan, station: int) -> float:
+    """Returns the sine of the elevation of a station's highest beam."""
+    own = scan.origin_index == station
+    above = own & (scan.xyz[:, 2] > scan.origins[station, 2])
+    beam = scan.xyz[above if above.any() else own] - scan.origins[station]
+    return float((beam[:, 2] / np.maximum(np.linalg.norm(beam, axis=1), _LENGTH)).max(initial=-1.0))
 
 
 def zones(fields: tuple[FieldOfView, ...], raster: WallRaster) -> Int:

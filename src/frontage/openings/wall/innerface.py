@@ -13,7 +13,6 @@ from scipy import ndimage
 from frontage.geometry.arrays import Array, Bool, Float, distinct
 from frontage.model.facade import Facade
 from frontage.model.masonry import MASONRY
-from frontage.model.scan import Scan
 from frontage.openings.wall.beams import Beams
 from frontage.openings.wall.evidence import BEAMS_TO_DECIDE, Evidence, local_rate, log_likelihood_ratio
 from frontage.openings.wall.expected import expected_beams
@@ -42,7 +41,7 @@ class InnerFace:
     places: Float
 
 
-def find_inner_face(facade: Facade, scan: Scan, beams: Beams, evidence: Evidence) -> InnerFace | None:
+def find_inner_face(facade: Facade, beams: Beams, evidence: Evidence) -> InnerFace | None:
     """Returns the inner face of the wall; None where the lines of sight are known or no face shows.
 
     In each tile of the wall, the layer that shows behind most of the masonry around is an inner face if it
@@ -50,7 +49,7 @@ def find_inner_face(facade: Facade, scan: Scan, beams: Beams, evidence: Evidence
     """
     if beams.rays:
         return None
-    x, y, z = facade.frame.inverse.apply(scan.xyz[facade.support]).T
+    x, y, z = beams.points.T
     behind = y - beams.depth_at(x, z)
     some = np.flatnonzero((behind > max(MASONRY.half_brick, beams.least)) & (behind < _THICKEST))
     layer, place = max(beams.least, _LAYER), np.column_stack([x, z])[some]

@@ -7,9 +7,8 @@ from frontage.geometry.arrays import Float, Int
 from frontage.model.canonical import steady
 from frontage.model.facade import Facade
 from frontage.model.masonry import MASONRY
-from frontage.model.scan import Scan
 from frontage.openings.wall.beams import Beams
-from frontage.openings.wall.evidence import Evidence, local_rate
+from frontage.openings.wall.evidence import Evidence
 from frontage.openings.wall.surface import FITTING, LARGEST_OPENING, recess_depth, value_at
 
 _CORE = 0.75  # m, least width of the core of a recess: ledges and joints join cells over less
@@ -18,7 +17,7 @@ _FRAMES, _WALL = 0.12, 0.4  # shares of the beams into a recess that frames retu
 _SHOWN = (_WALL - _FRAMES) / np.log(_WALL / _FRAMES)
 
 
-def with_recesses(beams: Beams, evidence: Evidence, facade: Facade, scan: Scan) -> Float | None:
+def with_recesses(beams: Beams, evidence: Evidence, facade: Facade) -> Float | None:
     """Returns the depth (h, w) y m of the wall with large recesses at their own depth; None without any.
 
     Open cells that are connected over more than the size of an opening are no opening: the wall lies deeper
@@ -30,7 +29,7 @@ def with_recesses(beams: Beams, evidence: Evidence, facade: Facade, scan: Scan) 
     if not cells.any():
         return None
     raster, tiles = evidence.raster, beams.raster
-    points = steady(facade.frame.inverse.apply(scan.xyz[facade.support]))
+    points = steady(beams.points)
     at = raster.flat(points[:, 0], points[:, 2])
     behind = points[:, 1] - beams.depth_at(points[:, 0], points[:, 2]) > beams.least
     points = points[(at >= 0) & (cells.ravel()[at] > 0) & behind]
@@ -47,7 +46,7 @@ def with_recesses(beams: Beams, evidence: Evidence, facade: Facade, scan: Scan) 
 def _recesses(evidence: Evidence) -> Int:
     """Returns the number (h, w) of the recess that a cell belongs to, from 1 on; 0 outside."""
     cell = evidence.raster.cell
-    open_ = local_rate(evidence.llr, evidence.expected_free, 1.0) > 0
+    open_ = evidence.is_open
     core = max(int(_CORE / cell), 2)
     labels, _ = ndimage.label(ndimage.grey_opening(open_.astype(np.uint8), (core, core), mode="constant"))
     for number, (rows, columns) in enumerate(ndimage.find_objects(labels), 1):

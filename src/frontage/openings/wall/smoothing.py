@@ -48,7 +48,9 @@ def smoothed(facade: Facade, scan: Scan) -> tuple[Facade, Scan]:
 def _noise(q: Float) -> float:
     """Returns the robust sigma m of the depths of points q (n, 3) m about their neighbours' median."""
     seeds = q[drawn(np.abs(q), _SAMPLE)]  # the same in a mirrored cloud
-    near = cKDTree(q[:, ::2]).query(seeds[:, ::2], min(_AROUND, len(q)))[1]
+    # few questions: a tree that is quick to build
+    tree = cKDTree(q[:, ::2], balanced_tree=False, compact_nodes=False)
+    near = tree.query(seeds[:, ::2], min(_AROUND, len(q)))[1]
     off = seeds[:, 1] - np.median(q[near, 1], axis=1)
     return float(_TO_SIGMA * np.median(np.abs(off)))
 
