@@ -46,9 +46,10 @@ def fields_of_view(facade: Facade, scan: Scan) -> tuple[FieldOfView, ...]:
 def _highest(scan: Scan, station: int) -> float:
     """Returns the sine of the elevation of a station's highest beam."""
     own = scan.origin_index == station
-    above = own & (scan.xyz[:, 2] > scan.origins[station, 2])
-    beam = scan.xyz[above if above.any() else own] - scan.origins[station]
-    return float((beam[:, 2] / np.maximum(np.linalg.norm(beam, axis=1), _LENGTH)).max(initial=-1.0))
+    above = np.flatnonzero(own & (scan.xyz[:, 2] > scan.origins[station, 2]))
+    rows = above if len(above) else np.flatnonzero(own)
+    x, y, z = (scan.xyz[rows, k] - scan.origins[station, k] for k in range(3))
+    return float((z / np.maximum(np.sqrt(x * x + y * y + z * z), _LENGTH)).max(initial=-1.0))
 
 
 def zones(fields: tuple[FieldOfView, ...], raster: WallRaster) -> Int:
