@@ -4,9 +4,11 @@ import ast
 import re
 import subprocess
 import tomllib
+from importlib import metadata
 from pathlib import Path
 
 import pytest
+from packaging.requirements import Requirement
 
 ROOT = Path(__file__).resolve().parents[1]
 MODULES = sorted((ROOT / "src").rglob("*.py"))
@@ -69,7 +71,7 @@ def test_functions_stay_under_40_lines_without_their_docstrings() -> None:
 def test_requirements_are_pinned_hashed_and_name_no_host() -> None:
     for name in ("requirements.txt", "requirements-dev.txt", "requirements-docs.txt"):
         text = (ROOT / name).read_text()
-        pins = re.findall(r"^([\w.-]+)==", text, re.M)
+        pins = re.findall(r"^([\w.-]+)(?:\[[\w,-]+\])?==", text, re.M)
         blocks = re.split(r"\n(?=\w)", text.strip())
         assert len(pins) == len(blocks) > 20
         assert all("--hash=sha256:" in block for block in blocks)
@@ -77,3 +79,21 @@ def test_requirements_are_pinned_hashed_and_name_no_host() -> None:
         declared = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]["dependencies"]
         wanted = {re.match(r"[\w-]+", d).group() for d in declared}  # type: ignore[union-attr]
         assert wanted <= {p.lower() for p in pins}
+
+
+def test_requirements_name_the_extras_that_others_ask_for() -> None:
+    """Otherwise pip 23 looks for the newest release with the extra, which no hash is pinned for."""
+    for name in ("requirements.txt", "requirements-dev.txt"):
+        text = (ROOT / name).read_text()
+        pinned = {p: set(e.split(",")) for p, e in re.findall(r"^([\w.-]+)\[([\w,-]+)\]==", text, re.M)}
+        asked = 0
+        for package in re.findall(r"^([\w.-]+)(?:\[[\w,-]+\])?==", text, re.M):
+            try:
+                needs = metadata.requires(package) or []
+            except metadata.PackageNotFoundError:
+                continue  # for another system or version of Python
+            for need in (Requirement(n) for n in needs if "extra ==" not in n):
+                if need.extras and (need.marker is None or need.marker.evaluate()):
+                    assert need.extras <= pinned.get(need.name.lower(), set()), f"{package}: {need}"
+                    asked += 1
+        assert asked or name == "requirements.txt"
