@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from scipy.special import expit
 
+from frontage.model import Estimate
 from frontage.openings import OpeningOptions, find_openings
 from frontage.openings.borders.gaps import is_opening
 from frontage.openings.borders.measure import measure
@@ -57,3 +58,15 @@ def test_what_shows_neither_a_border_nor_a_frame_is_no_opening():
     assert is_opening(replace(bare, depth=seen.depth))
     assert is_opening(replace(bare, borders=(seen.borders[0], *bare.borders[1:])))
     assert not is_opening(bare)
+
+
+@pytest.mark.parametrize(
+    ("rays", "depth", "kept"), [(False, 0.03, False), (False, 0.08, True), (True, 0.03, True)]
+)
+def test_a_small_recess_no_deeper_than_the_relief_of_a_wall_is_an_ornament(rays, depth, kept):
+    """Lines of sight that went through the wall prove an opening of any depth."""
+    facade, scan = scan_wall([PANE], depth=0.08, rays=rays)
+    wall = observe_wall(facade, scan, OpeningOptions())
+    (seen,) = measure(crossing_beams(facade, scan, wall.beams), [PANE], 0.04, 0.02)
+    sunk = replace(seen, depth=Estimate(depth, np.array([[1e-6]]), 20.0))
+    assert is_opening(sunk) is kept
