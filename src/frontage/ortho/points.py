@@ -37,7 +37,11 @@ class FacadePoints:
 
     def on_surface(self, relief: ReliefMap | None) -> "FacadePoints":
         """Leaves out the points behind the surface of their cell, such as those of rooms behind windows."""
-        return self if relief is None else replace(self, used=self.used & relief.in_front(self.xyz))
+        if relief is None:
+            return self
+        used = self.used.copy()
+        used[used] = relief.in_front(self.xyz_used)
+        return replace(self, used=used)
 
 
 def facade_points(

@@ -86,10 +86,10 @@ class ReliefMap:
 
     def in_front(self, xyz_facade: Float) -> Array:
         """Returns which points (n, 3) m of the facade frame lie on the surface or in front of it."""
-        c, r = np.floor(self.raster.pixel(xyz_facade)).astype(np.int64).T
-        h, w = self.deepest.shape
-        behind = xyz_facade[:, 1] > self.deepest[np.clip(r, 0, h - 1), np.clip(c, 0, w - 1)] + _BEHIND_M
-        kept: Array = ~behind
+        (x, y, z), (h, w) = xyz_facade.T, self.deepest.shape
+        column = np.clip((x - self.raster.corner[0]) / self.raster.gsd, 0, w - 1).astype(np.int32)
+        row = np.clip((self.raster.corner[1] - z) / self.raster.gsd, 0, h - 1).astype(np.int32)
+        kept: Array = y <= np.take(self.deepest.ravel(), row * w + column) + _BEHIND_M
         return kept
 
 

@@ -27,14 +27,16 @@ def splat_depth(xy: Float, depth: Float, radius: Float, shape: tuple[int, int]) 
         return out
     column, row = (np.compress(inside, axis).astype(np.int64) for axis in (x, y))
     depth = depth[inside].astype(np.float32)
-    size = np.clip(np.rint(radius[inside]), 0, MAX_RADIUS_PX).astype(np.int64)
-    reach = int(size.max())
+    size = np.clip(np.rint(radius[inside]), 0, MAX_RADIUS_PX).astype(np.uint8)
+    order = np.argsort(size, kind="stable")  # numbers of one byte are sorted in linear time
+    first = np.searchsorted(size[order], np.arange(MAX_RADIUS_PX + 2)).tolist()
+    reach = int(size[order[-1]])
     r0, c0 = max(int(row.min()) - reach, 0), max(int(column.min()) - reach, 0)
     window = out[r0 : int(row.max()) + reach + 1, c0 : int(column.max()) + reach + 1]
     drawn = window.copy()  # the part of the picture that the discs reach
-    cell = (row - r0) * drawn.shape[1] + column - c0
+    cell, depth = ((row - r0) * drawn.shape[1] + column - c0)[order], depth[order]
     for r in range(reach, -1, -1):
-        own = size == r
+        own = slice(first[r], first[r + 1])
         np.minimum.at(drawn.reshape(-1), cell[own], depth[own])
         if r > 0:
             drawn = cv2.erode(drawn, OCTAGON[r % len(OCTAGON)], borderType=cv2.BORDER_REPLICATE)

@@ -10,7 +10,7 @@ import cv2
 import numpy as np
 
 from frontage.geometry.arrays import Array, Bool
-from frontage.ortho.mosaic.pictures import CellPictures
+from frontage.ortho.mosaic.pictures import CellPictures, picked
 from frontage.ortho.mosaic.radiometry import PhotoGains
 from frontage.raster.gridding import nearest_filled
 
@@ -25,12 +25,12 @@ def light_corrections(label: Array, usable: Bool, pictures: CellPictures, gains:
     `label` (h, w) is the photo of every cell, and `usable` (k, h, w) are the cells in which a photo shows the
     wall well enough for its light to be blended into that of its neighbours.
     """
-    filled = nearest_filled(np.where(label >= 0, label, np.nan).astype(np.float32)).astype(np.int64)
+    filled = nearest_filled(np.where(label >= 0, label, np.nan).astype(np.float32)).astype(np.int16)
     added = np.empty_like(pictures.log_light)
     for k, radius in enumerate(pictures.radius):
         added[k] = gains.at(k, _one_farther(radius))
     light = pictures.log_light - added
-    mosaic = np.take_along_axis(light, filled[None, ..., None], 0)[0]
+    mosaic = picked(light, filled)
     used = np.unique(label[label >= 0]).tolist()
     for k in used:
         cv2.copyTo(mosaic, (~(usable[k] | (label == k))).view(np.uint8), light[k])

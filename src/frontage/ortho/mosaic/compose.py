@@ -9,7 +9,7 @@ from frontage.geometry.arrays import Array
 from frontage.ortho.mosaic.blending import light_corrections
 from frontage.ortho.mosaic.consensus import compare_photos, even_colours
 from frontage.ortho.mosaic.glass import glass_cost
-from frontage.ortho.mosaic.pictures import cell_pictures
+from frontage.ortho.mosaic.pictures import cell_pictures, picked
 from frontage.ortho.mosaic.radiometry import PhotoGains, balance_photos, even_light
 from frontage.ortho.mosaic.seethrough import see_through
 from frontage.ortho.mosaic.selection import choose_photos
@@ -44,9 +44,8 @@ class Mosaic:
     @property
     def gsd(self) -> Array:
         """The size (h, w) float32 m of a pixel of the chosen photo on the facade; NaN where there is none."""
-        chosen = np.maximum(self.label, 0).astype(np.int64)
-        gsd = np.take_along_axis(self.plan.gsd, chosen[None], 0)[0]
-        return np.asarray(np.where(self.label >= 0, gsd, np.nan), np.float32)
+        gsd = picked(self.plan.gsd, self.label)
+        return np.asarray(np.where(self.label >= 0, gsd, np.float32(np.nan)))
 
 
 def compose_mosaic(

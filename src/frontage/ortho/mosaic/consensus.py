@@ -12,6 +12,7 @@ import cv2
 import numpy as np
 
 from frontage.geometry.arrays import Array, Bool
+from frontage.ortho.mosaic.pictures import picked
 
 _GAMMA = 2.2  # differences of codes are about equally visible in the light and in the dark
 _FEWEST = 3  # photos of a cell, of which one that differs can be told from the others
@@ -64,8 +65,8 @@ def compare_photos(codes: Array, clear: Bool) -> Disagreement:
     sigma = np.sqrt(noise**2 + (_OFF_CELLS * slope) ** 2)
     cost, accepted = _cost(distance, sigma)
     judged = clear & known
-    cost, accepted = np.where(judged, cost, 0.0), accepted | ~judged
-    cost = np.stack([cv2.blur(c.astype(np.float32), (_WINDOW, _WINDOW)) for c in cost])
+    accepted |= ~judged
+    cost = np.stack([cv2.blur(c, (_WINDOW, _WINDOW)) for c in cost * judged])
     return Disagreement(
         cost, (slope / noise).astype(np.float32), accepted, wall, distance, sigma.astype(np.float32)
     )
@@ -79,12 +80,16 @@ def _typical(distance: Array, judged: Bool) -> float:
 
 def _median(codes: Array, clear: Bool, count: Array) -> Array:
     """The median colour (h, w, 3) of the photos that see a cell; of no photo, black."""
-    ordered = _sorted(np.where(clear[..., None], codes, np.float32(np.inf)))
-    middle = np.maximum(count - 1, 0)
-    low, high = (
-        np.take_along_axis(ordered, n[None, ..., None], 0)[0] for n in (middle // 2, (middle + 1) // 2)
-    )
-    return np.asarray(np.where(count[..., None] > 0, 0.5 * (low + high), 0.0), np.float32)
+    ordered = np.full_like(codes, np.inf)
+    for colours, mask, own in zip(codes, clear, ordered, strict=True):
+        cv2.copyTo(colours, mask.view(np.uint8), own)
+    _sorted(ordered)
+    middle = np.maximum(count - 1, 0).astype(np.int16)
+    median = picked(ordered, middle // 2)
+    median += picked(ordered, (middle + 1) // 2)
+    median *= np.float32(0.5)
+    median[count == 0] = 0.0
+    return median
 
 
 def _sorted(values: Array) -> Array:

@@ -54,6 +54,17 @@ def cell_pictures(plan: ViewPlan, rectified: CellPhotos) -> CellPictures:
     return CellPictures(log_light, radius, shown)
 
 
+def picked(bands: Array, number: Array) -> Array:
+    """The values (h, w, ...) of bands (k, h, w, ...), of each cell those of the band of its `number` (h, w).
+
+    Whole bands are copied through masks, which is several times as fast as picking cell by cell.
+    """
+    out: Array = bands[0].copy()
+    for k in range(1, len(bands)):
+        cv2.copyTo(bands[k], (number == k).view(np.uint8), out)
+    return out
+
+
 def same_camera(photos: tuple[Photo, ...]) -> Array:
     """Numbers (k,) of the cameras of photos: the same for photos that share a camera."""
     known: list[tuple[object, ...]] = []

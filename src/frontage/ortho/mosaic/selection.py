@@ -13,6 +13,7 @@ import numpy as np
 from frontage.geometry.arrays import Array, Bool
 from frontage.ortho.mosaic.consensus import Disagreement
 from frontage.ortho.mosaic.glass import GlassCost
+from frontage.ortho.mosaic.pictures import picked
 from frontage.ortho.views import ViewPlan
 from frontage.solve.labelling import label_grid
 
@@ -28,15 +29,17 @@ def choose_photos(plan: ViewPlan, disagreement: Disagreement, exposed: Bool, gla
     """Returns the photo (h, w) int16 of every cell, an index into `plan.photos`; -1 where none sees it."""
     seen = plan.quality > 0
     best = np.maximum(plan.quality.max(0), np.float32(1e-30))
-    cost = np.log(best / np.where(seen, plan.quality, best))
-    cost = glass.of_whole_openings(cost)
-    cost += disagreement.cost + np.where(exposed, np.float32(0.0), np.float32(_UNEXPOSED))
-    cost = np.where(seen, cost, np.float32(_HIDDEN))
-    cost[:, ~seen.any(0)] = 0.0
-    contrast = np.minimum(disagreement.contrast, _MOST_CONTRAST)
-    border = _DISAGREEING * disagreement.cost + 0.5 * _CONTRAST * contrast
-    label = label_grid(cost.astype(np.float32), _SEAM, border.astype(np.float32))
-    blind = ~np.take_along_axis(seen, label[None], 0)[0]
-    label[blind] = np.argmin(cost, axis=0)[blind]
-    label[~seen.any(0)] = -1
+    blind = ~seen.any(0)
+    cost = best / np.where(seen, plan.quality, best)
+    cost = glass.of_whole_openings(np.log(cost, out=cost))
+    cost += disagreement.cost
+    cost += ~exposed * np.float32(_UNEXPOSED)
+    cost[~seen] = _HIDDEN
+    cost[:, blind] = 0.0
+    border = np.float32(_DISAGREEING) * disagreement.cost
+    border += np.float32(0.5 * _CONTRAST) * np.minimum(disagreement.contrast, np.float32(_MOST_CONTRAST))
+    label = label_grid(cost, _SEAM, border)
+    hidden = ~picked(seen.view(np.uint8), label).view(np.bool_)
+    label[hidden] = np.argmin(cost[:, hidden], axis=0)
+    label[blind] = -1
     return np.asarray(label, np.int16)
