@@ -90,7 +90,7 @@ class FacadeBeams:
         return found
 
     def thinned(self, most: int) -> "FacadeBeams":
-        """Returns about `most` of the beams at most, to tell shares by."""
+        """Returns about `most` beams, which are enough to tell shares, or all where there are no more."""
         if self.q.shape[1] <= most:
             return self
         # by depth and height alone: in a mirrored facade they are the same
