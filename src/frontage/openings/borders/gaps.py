@@ -15,11 +15,11 @@ def is_opening(outline: Outline) -> bool:
     sight only. Gaps have some straight borders as well: along the ledge or the pipe that throws the shadow.
     What is no larger than such gaps is an opening only if it is deeper than the relief of a wall, as sunken
     ornaments are not, and shows three of its four borders beyond doubt, or, where something stands before
-    others, two and most of those left. Of larger outlines, one border or
-    the frame is enough: a scan leaves few gaps of that size in a wall that have the form of a rectangle and
-    wall around. Where neither shows, points are merely missing, as behind the ledges of a frieze.
+    others, two and most of those left. Of larger outlines, one border or the frame is enough: a scan leaves
+    few gaps of that size in a wall that have the form of a rectangle and wall around. Where neither
+    shows, points are merely missing, as behind the ledges of a frieze.
     """
-    if any(b.edge.rays for b in outline.borders):
+    if outline.has_rays:
         return True
     x0, z0, x1, z1 = outline.place
     seen = sum(b.is_seen for b in outline.borders)

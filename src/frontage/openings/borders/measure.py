@@ -56,7 +56,7 @@ def facade_edge_traits(outlines: list[Outline]) -> EdgeTraits:
         spread = 1.4826 * float(np.median(np.abs(y - middle)))
         faces.append(SolidSide(middle, max(spread, _SAME), len(y)))
     # without rays, the shadows of edges are as wide as any blur
-    if not any(b.edge.rays for o in outlines for b in o.borders):
+    if not any(o.has_rays for o in outlines):
         return EdgeTraits(faces=tuple(faces))
     return EdgeTraits(WIDTHS[int(np.argmax(scores))], tuple(faces), _widening(outlines))
 

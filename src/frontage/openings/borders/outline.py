@@ -35,6 +35,11 @@ class Outline:
     pooled: bool = False
 
     @property
+    def has_rays(self) -> bool:
+        """Whether lines of sight are known at any border."""
+        return any(b.edge.rays for b in self.borders)
+
+    @property
     def sure(self) -> float:
         """Share of the borders that are seen beyond doubt."""
         return float(np.mean([b.is_seen for b in self.borders]))

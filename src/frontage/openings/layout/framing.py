@@ -6,7 +6,7 @@ import numpy as np
 
 from frontage.geometry.arrays import Bool, Float, Int
 from frontage.model.masonry import MASONRY
-from frontage.openings.wall.evidence import Evidence
+from frontage.openings.wall.evidence import Evidence, equal_share
 
 _RIM_M = 0.1  # width of the strip beside an opening where the wall must show
 _WALL = 0.4  # share of the expected beams that must end on the wall of a rim
@@ -20,7 +20,7 @@ _HIDDEN = 0.3  # share of the beams expected without obstacles below which a rim
 _BARS = 0.12  # share of the expected beams that bars and frames level with the wall return
 # share of the expected beams above which wall in the shade is likelier than bars before an opening: at this
 # share, Poisson counts with the two means are equally likely
-_SHADED = (_WALL - _BARS) / np.log(_WALL / _BARS)
+_SHADED = equal_share(_BARS, _WALL)
 _KNOWN = 0.5  # share of the cells of an opening that must tell something
 _COURSES = 3  # half bricks of masonry between two openings at least; bars and transoms of joinery are lower
 _APART_M = 0.3  # least height of an opening, and so of what a band of masonry leaves above and below
@@ -116,8 +116,9 @@ class Framing:
         bare = ~self._sums(boxes + np.array([1, 1, -1, -1])).is_wall
         known = inside.known > _KNOWN * (boxes[:, 2] - boxes[:, 0]) * (boxes[:, 3] - boxes[:, 1])
         shown = inside.has_depth | (inside.is_visible & self._is_framed_all_round(boxes, inside, rims, rim))
-        framed[framed] = bare & known & shown
-        framed[framed] = ~self._is_parted(boxes[(bare & known & shown)])
+        whole = bare & known & shown
+        whole[whole] = ~self._is_parted(boxes[whole])
+        framed[framed] = whole
         return framed
 
     def _is_parted(self, boxes: Int) -> Bool:

@@ -27,7 +27,7 @@ def without_unsupported(outlines: Sequence[Outline | None]) -> list[Outline | No
 
 def _is_told(outline: Outline, known: Float) -> bool:
     """Returns whether an outline is told by three borders, by lines of sight, or by `known` boxes (n, 4)."""
-    if is_known(outline).sum() >= _ENOUGH or any(b.edge.rays for b in outline.borders):
+    if is_known(outline).sum() >= _ENOUGH or outline.has_rays:
         return True
     return bool(_are_alike(np.array(outline.place), known).any())
 

@@ -47,10 +47,8 @@ class FacadeBeams:
         kept[facade.support] = True
         far = np.flatnonzero((y < -MASONRY.facade_reach) & (scan.origin_index >= 0))
         ahead = y[far] - origins[scan.origin_index[far], 1] > 0.0
-        beyond, far = (
-            far[~ahead],
-            far[ahead],
-        )  # beams away from the wall have no place on it but their points'
+        # beams away from the wall have no place on it but their points'
+        beyond, far = far[~ahead], far[ahead]
         kept[beyond[(x[beyond] >= x0) & (x[beyond] <= x1) & (z[beyond] >= z0) & (z[beyond] <= z1)]] = True
         u, v = SightLines.to_points(q[far], origins[scan.origin_index[far]]).at(0.0)
         kept[far[(u >= x0) & (v >= z0) & (u <= x1) & (v <= z1)]] = True
@@ -99,7 +97,7 @@ class FacadeBeams:
 
 
 def bend(facade: Facade, x: Float) -> Float:
-    """Returns the depth y (n,) m of a bent wall at x (n,) m, a parabola its plane touches; 0 if straight."""
+    """Returns the depth y (n,) m of a bent wall at x (n,) m: a parabola that touches its plane, or 0."""
     sagitta, sigma = facade.curvature
     if abs(sagitta) < max(TOLERANCES.bent_sigmas * sigma, 3.0 * facade.roughness):
         return np.zeros_like(x)

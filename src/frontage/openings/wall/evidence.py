@@ -136,6 +136,14 @@ def _unwatched(seen: Float, expected: Float, inside: Bool, cell: float) -> Bool:
     return out
 
 
+def equal_share(low: float, high: float) -> float:
+    """Returns the share of the expected beams at which Poisson counts with two means are equally likely.
+
+    The means are the shares `low` and `high` of the expected beams.
+    """
+    return float((high - low) / np.log(high / low))
+
+
 def local_rate(values: Float, due: Float, finest: float) -> Float:
     """Returns the sum of the values (h, w) around every cell per expected beam (`due`).
 

@@ -14,7 +14,13 @@ from frontage.geometry.arrays import Array, Bool, Float, distinct
 from frontage.model.facade import Facade
 from frontage.model.masonry import MASONRY
 from frontage.openings.wall.beams import Beams
-from frontage.openings.wall.evidence import BEAMS_TO_DECIDE, Evidence, local_rate, log_likelihood_ratio
+from frontage.openings.wall.evidence import (
+    BEAMS_TO_DECIDE,
+    Evidence,
+    equal_share,
+    local_rate,
+    log_likelihood_ratio,
+)
 from frontage.openings.wall.expected import expected_beams
 from frontage.openings.wall.raster import WallRaster
 from frontage.openings.wall.surface import value_at
@@ -26,7 +32,7 @@ _ROUNDS = 3  # rounds of face and masonry, for each tells of the other
 _MASONRY = 0.4  # share of the expected beams that masonry returns at least
 _BARS, _FACE = 0.12, 0.4  # shares of the cells behind masonry that hold points of clutter, and of a face
 # share from which a face is likelier than clutter: where Poisson counts with these two means are as likely
-_SHOWN = (_FACE - _BARS) / np.log(_FACE / _BARS)
+_SHOWN = equal_share(_BARS, _FACE)
 
 
 @dataclass(frozen=True, eq=False)

@@ -8,13 +8,13 @@ from frontage.model.canonical import steady
 from frontage.model.facade import Facade
 from frontage.model.masonry import MASONRY
 from frontage.openings.wall.beams import Beams
-from frontage.openings.wall.evidence import Evidence
+from frontage.openings.wall.evidence import Evidence, equal_share
 from frontage.openings.wall.surface import FITTING, LARGEST_OPENING, recess_depth, value_at
 
 _CORE = 0.75  # m, least width of the core of a recess: ledges and joints join cells over less
 _FRAMES, _WALL = 0.12, 0.4  # shares of the beams into a recess that frames return, and a wall with windows
 # share from which a wall is likelier than frames: where Poisson counts with these two means are as likely
-_SHOWN = (_WALL - _FRAMES) / np.log(_WALL / _FRAMES)
+_SHOWN = equal_share(_FRAMES, _WALL)
 
 
 def with_recesses(beams: Beams, evidence: Evidence, facade: Facade) -> Float | None:

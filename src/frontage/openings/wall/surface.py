@@ -139,7 +139,7 @@ def _filled(values: Float, gap: Bool) -> Float:
 
 
 def _refined(wall: Float, xyz: Float, raster: WallRaster, slack: float) -> Float:
-    """Refines the depth (h, w) m to that of the fullest surface about it around each tile.
+    """Refines the depth (h, w) m of each tile to that of the fullest surface near it in the tiles around.
 
     Two surfaces that are nearer to one another than the slack (the masonry of a ground floor and the wall
     above it, or the bars before a window) do not mix. Tiles with few points of the wall belong to openings:
