@@ -10,12 +10,12 @@ from frontage.geometry.arrays import Bool, Float
 from frontage.openings.borders.outline import Outline
 from frontage.openings.boxes import Box
 from frontage.openings.layout.pooling import (
-    BOTTOM,
     HEIGHT,
     LIKE,
     UNKNOWN,
     WIDTH,
     between_members,
+    levels_of,
     predicted,
     rows_of,
     values_of,
@@ -53,6 +53,12 @@ def is_known(outline: Outline) -> Bool:
     return np.asarray(np.diag(outline.covariance)[:4] < (VAGUE * size) ** 2)
 
 
+def is_placed(outline: Outline) -> bool:
+    """Returns whether both sides of an outline are known, and its sill or its lintel: its row and column."""
+    left, right, bottom, top = is_known(outline)
+    return bool(left and right and (bottom or top))
+
+
 class Forms:
     """The forms of the openings of a wall, and their members, the best known first.
 
@@ -62,10 +68,10 @@ class Forms:
 
     def __init__(self, outlines: Sequence[Outline]) -> None:
         self._outlines = outlines
-        self._own, variance = values_of(outlines)
-        self._border = np.sqrt([np.diag(v) for v in variance]).reshape(-1, 4)
+        self._own, self._variance = values_of(outlines)
+        self._border = np.sqrt([np.diag(v) for v in self._variance]).reshape(-1, 4)
         self._size = self._own @ np.stack([WIDTH, HEIGHT], 1)
-        self._sigma = np.sqrt([[s @ v @ s for s in (WIDTH, HEIGHT)] for v in variance]).reshape(-1, 2)
+        self._sigma = np.sqrt([[s @ v @ s for s in (WIDTH, HEIGHT)] for v in self._variance]).reshape(-1, 2)
         known = np.array([is_known(o) for o in outlines]).reshape(-1, 4)
         self._told: Bool = np.stack([known[:, :2].all(1), known[:, 2:].all(1)], 1)
         self._known: Bool = np.asarray(self._told.all(1))
@@ -101,10 +107,11 @@ class Forms:
 
     @cached_property
     def _rows(self) -> list[list[tuple[float, float]]]:
-        """The sills z m of the rows of every form and their sigmas m, by its known members."""
-        known = [[j for j in group if self._known[j]] for group in self.groups]
-        rows = [rows_of(self._outlines, BOTTOM, [group]) for group in known]
-        return [[predicted(self._own[:, 2], self._border[:, 2], row, BUILT) for row in own] for own in rows]
+        """The sills z m of the rows of every form and their sigmas m, by the members whose place is known."""
+        level, sigma = levels_of(self._own, self._variance, self.groups)
+        placed = [[j for j in group if is_placed(self._outlines[j])] for group in self.groups]
+        rows = [rows_of(level, [group]) for group in placed]
+        return [[predicted(level, sigma, row, BUILT) for row in own] for own in rows]
 
     def _in_rows(self, k: int, form: int) -> list[Completed]:
         """Returns what the rows of a form beside an opening make of it."""

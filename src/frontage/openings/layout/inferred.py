@@ -17,12 +17,12 @@ from frontage.model.estimate import Estimate, Provenance
 from frontage.openings.borders.outline import Outline
 from frontage.openings.boxes import Box
 from frontage.openings.layout.pooling import (
-    BOTTOM,
     HEIGHT,
     MIDDLE,
     WIDTH,
     between_members,
     columns_of,
+    levels_of,
     like_groups,
     predicted,
     rows_of,
@@ -126,17 +126,18 @@ class OpeningGrid:
         self._own, variance = values_of(outlines)
         self._sigma = {
             name: np.sqrt([share @ v @ share for v in variance])
-            for name, share in (("x", MIDDLE), ("z", BOTTOM), ("w", WIDTH), ("h", HEIGHT))
+            for name, share in (("x", MIDDLE), ("w", WIDTH), ("h", HEIGHT))
         }
         like = like_groups(outlines) if like is None else like
         self._like = {k: group for group in like for k in group}
-        self._rows = rows_of(outlines, BOTTOM, like)
+        self._level, self._sigma["z"] = levels_of(self._own, variance, like)
+        self._rows = rows_of(self._level, like)
         self._columns = columns_of(outlines, [tuple(range(len(outlines)))])
         if single:
             self._columns += [(k,) for k in range(len(outlines)) if not any(k in c for c in self._columns)]
         self._between = {
             "x": between_members(self._own @ MIDDLE, self._sigma["x"], self._columns),
-            "z": between_members(self._own @ BOTTOM, self._sigma["z"], self._rows),
+            "z": between_members(self._level, self._sigma["z"], self._rows),
             "w": between_members(self._own @ WIDTH, self._sigma["w"], like),
             "h": between_members(self._own @ HEIGHT, self._sigma["h"], like),
         }
@@ -175,12 +176,12 @@ class OpeningGrid:
         same = [k for k in column if k in like]
         near = same or column
         told = {
-            name: predicted(self._own @ share, self._sigma[name], members, self._between[name])
-            for name, share, members in (
-                ("x", MIDDLE, near),
-                ("z", BOTTOM, row),
-                ("w", WIDTH, like),
-                ("h", HEIGHT, like),
+            name: predicted(value, self._sigma[name], members, self._between[name])
+            for name, value, members in (
+                ("x", self._own @ MIDDLE, near),
+                ("z", self._level, row),
+                ("w", self._own @ WIDTH, like),
+                ("h", self._own @ HEIGHT, like),
             )
         }
         (x, dx), (z, dz), (w, dw), (h, dh) = (told[name] for name in "xzwh")

@@ -19,7 +19,7 @@ from scipy.special import expit, logit
 from frontage.geometry.arrays import Bool, Float
 from frontage.openings.borders.outline import Outline
 from frontage.openings.boxes import Box
-from frontage.openings.layout.forms import BUILT, Forms, is_known
+from frontage.openings.layout.forms import BUILT, Forms, is_known, is_placed
 from frontage.openings.layout.inferred import (
     SAME,
     WITHIN,
@@ -110,7 +110,7 @@ def _at_nodes(
     outlines: Sequence[Outline], forms: Forms, likeness: Likeness, firm: Sequence[Box]
 ) -> list[Proposal]:
     """Returns what the rows and columns of the forms predict where they cross."""
-    groups = [tuple(k for k in form if _is_placed(outlines[k])) for form in forms.groups]
+    groups = [tuple(k for k in form if is_placed(outlines[k])) for form in forms.groups]
     groups = [form for form in groups if len(form) > 1]
     if not groups:
         return []
@@ -174,11 +174,6 @@ def _is_unlike(node: Node, outline: Outline) -> bool:
     error = [float(WIDTH @ v[:4, :4] @ WIDTH) for v in (node.covariance, outline.covariance)]
     known = bool(is_known(outline)[:2].all())
     return known and abs(size[0] - size[1]) > LIKE * np.sqrt(sum(error) + BUILT**2)
-
-
-def _is_placed(outline: Outline) -> bool:
-    """Returns whether the left, the right and the lower border are known, and so row and column."""
-    return bool(is_known(outline)[:3].all())
 
 
 def _is_on(place: Box, evidence: Evidence) -> bool:

@@ -109,7 +109,7 @@ def find_families(outlines: Sequence[Outline]) -> list[Family]:
     """
     like = like_groups(outlines)
     columns = columns_of(outlines, like)
-    rows = [rows_of(outlines, share, like) for share in (BOTTOM, TOP)]
+    rows = [rows_of(borders_of(outlines) @ share, like) for share in (BOTTOM, TOP)]
     sills, lintels = (
         _family(outlines, share, groups) for share, groups in zip((BOTTOM, TOP), rows, strict=True)
     )
@@ -129,15 +129,30 @@ def columns_of(outlines: Sequence[Outline], groups: Sequence[Sequence[int]]) -> 
     return [column for group in groups for column in _clusters(own @ MIDDLE, near, group)]
 
 
-def rows_of(
-    outlines: Sequence[Outline], share: Float, groups: Sequence[Sequence[int]]
-) -> list[tuple[int, ...]]:
-    """Returns the rows within groups of openings.
+def rows_of(level: Float, groups: Sequence[Sequence[int]]) -> list[tuple[int, ...]]:
+    """Returns the rows within groups of openings: those whose sills or lintels `level` (n,) m are near."""
+    return [row for group in groups for row in _clusters(level, _ROW, group)]
 
-    A row is of those whose sills (`share` = BOTTOM) or lintels (TOP) are near each other.
+
+def levels_of(
+    own: Float, variance: Sequence[Float], groups: Sequence[Sequence[int]]
+) -> tuple[Float, Float]:
+    """Returns the sills (n,) m of openings and their sigmas (n,) m, by whichever border is seen.
+
+    `own` (n, 4) m are their borders with their covariances (4, 4) m2. Openings of one group are equally high,
+    so a lintel tells the sill as well: often that of a window whose sill lies behind a ledge or a balcony.
     """
-    own = borders_of(outlines)
-    return [row for group in groups for row in _clusters(own @ share, _ROW, group)]
+    level, height = own @ BOTTOM, own @ HEIGHT
+    sill, lintel, error = (np.sqrt([w @ v @ w for v in variance]) for w in (BOTTOM, TOP, HEIGHT))
+    sigma = sill.copy()
+    for group in map(list, groups):
+        between = min(between_members(height, error, [tuple(group)]), UNKNOWN)
+        size, doubt = predicted(height, error, group, between)
+        weight = sill[group] ** -2.0, (lintel[group] ** 2 + doubt**2) ** -1.0
+        both = weight[0] + weight[1]
+        level[group] = (weight[0] * (own[group] @ BOTTOM) + weight[1] * (own[group] @ TOP - size)) / both
+        sigma[group] = both**-0.5
+    return level, sigma
 
 
 def like_groups(outlines: Sequence[Outline]) -> list[tuple[int, ...]]:
