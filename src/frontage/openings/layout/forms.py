@@ -107,10 +107,16 @@ class Forms:
 
     @cached_property
     def _rows(self) -> list[list[tuple[float, float]]]:
-        """The sills z m of the rows of every form and their sigmas m, by the members whose place is known."""
+        """The sills z m of the rows of every form and their sigmas m, by the members whose place is known.
+
+        One of a row at least shows both its sill and its lintel, so that the row is known to be of the form.
+        """
         level, sigma = levels_of(self._own, self._variance, self.groups)
         placed = [[j for j in group if is_placed(self._outlines[j])] for group in self.groups]
-        rows = [rows_of(level, [group]) for group in placed]
+        rows = [
+            [row for row in rows_of(level, [group], least=1) if self._told[list(row), 1].any()]
+            for group in placed
+        ]
         return [[predicted(level, sigma, row, BUILT) for row in own] for own in rows]
 
     def _in_rows(self, k: int, form: int) -> list[Completed]:

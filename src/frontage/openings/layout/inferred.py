@@ -16,6 +16,7 @@ from frontage.geometry.arrays import Bool, Float
 from frontage.model.estimate import Estimate, Provenance
 from frontage.openings.borders.outline import Outline
 from frontage.openings.boxes import Box
+from frontage.openings.layout.forms import is_known
 from frontage.openings.layout.pooling import (
     HEIGHT,
     MIDDLE,
@@ -131,7 +132,8 @@ class OpeningGrid:
         like = like_groups(outlines) if like is None else like
         self._like = {k: group for group in like for k in group}
         self._level, self._sigma["z"] = levels_of(self._own, variance, like)
-        self._rows = rows_of(self._level, like)
+        upright = {k for k, o in enumerate(outlines) if is_known(o)[2:].all()}
+        self._rows = [row for row in rows_of(self._level, like) if not upright.isdisjoint(row)]
         self._columns = columns_of(outlines, [tuple(range(len(outlines)))])
         if single:
             self._columns += [(k,) for k in range(len(outlines)) if not any(k in c for c in self._columns)]

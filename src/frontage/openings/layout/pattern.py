@@ -205,7 +205,7 @@ def _gain(told: Proposal, rivals: Sequence[Outline], wall: "_Wall") -> float:
         off = np.abs(np.subtract(rival.place, told.place))[[0, 2, 1, 3]]
         other = np.where(known, np.hypot(error, BUILT), evidence.raster.cell)
         apart = off > LIKE * np.hypot(sigma, other)
-        gain += PRICE / 4.0 * float(np.where(known, -1.0, 1.0)[apart].sum())
+        gain += PRICE / 4.0 * float((~known).sum() - (known & apart).sum())
     left = ~theirs[own[0].start - part[0].start :, own[1].start - part[1].start :]
     rows, columns = (np.array_split(np.arange(s.stop - s.start), len(told.nats)) for s in own)
     share = [[float(left[np.ix_(r, c)].mean()) for c in columns] for r in rows]

@@ -129,9 +129,12 @@ def columns_of(outlines: Sequence[Outline], groups: Sequence[Sequence[int]]) -> 
     return [column for group in groups for column in _clusters(own @ MIDDLE, near, group)]
 
 
-def rows_of(level: Float, groups: Sequence[Sequence[int]]) -> list[tuple[int, ...]]:
-    """Returns the rows within groups of openings: those whose sills or lintels `level` (n,) m are near."""
-    return [row for group in groups for row in _clusters(level, _ROW, group)]
+def rows_of(level: Float, groups: Sequence[Sequence[int]], least: int = 2) -> list[tuple[int, ...]]:
+    """Returns the rows of `least` openings or more within groups of them.
+
+    The sills or the lintels of a row, `level` (n,) m, are near each other.
+    """
+    return [row for group in groups for row in _clusters(level, _ROW, group, least=least)]
 
 
 def levels_of(
@@ -174,7 +177,7 @@ def like_groups(outlines: Sequence[Outline]) -> list[tuple[int, ...]]:
 
 
 def _clusters(
-    value: Float, gap: float, members: Sequence[int], sigma: Float | None = None
+    value: Float, gap: float, members: Sequence[int], sigma: Float | None = None, least: int = 2
 ) -> list[tuple[int, ...]]:
     """Returns the members whose sorted values are at most `gap` m apart, or `gap` times `sigma` (n,) m."""
     order = sorted(members, key=lambda k: (float(value[k]), k))
@@ -183,7 +186,7 @@ def _clusters(
     step = np.diff(value[order])
     limit = gap if sigma is None else gap * np.hypot(sigma[order][1:], sigma[order][:-1])
     cuts = np.flatnonzero(step > limit) + 1
-    return [tuple(int(k) for k in part) for part in np.split(np.array(order), cuts) if len(part) > 1]
+    return [tuple(int(k) for k in part) for part in np.split(np.array(order), cuts) if len(part) >= least]
 
 
 def _family(outlines: Sequence[Outline], share: Float, groups: Sequence[tuple[int, ...]]) -> Family:
