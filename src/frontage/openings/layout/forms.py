@@ -15,6 +15,7 @@ from frontage.openings.layout.pooling import (
     UNKNOWN,
     WIDTH,
     between_members,
+    equally_high,
     levels_of,
     predicted,
     rows_of,
@@ -107,17 +108,20 @@ class Forms:
 
     @cached_property
     def _rows(self) -> list[list[tuple[float, float]]]:
-        """The sills z m of the rows of every form and their sigmas m, by the members whose place is known.
+        """The sills z m and their sigmas m of the rows where every form may stand.
 
-        One of a row at least shows both its sill and its lintel, so that the row is known to be of the form.
+        They are those of all openings as high as it whose place is known. One of a row at least shows both
+        its sill and its lintel, so that the row is known to be that high.
         """
-        level, sigma = levels_of(self._own, self._variance, self.groups)
-        placed = [[j for j in group if is_placed(self._outlines[j])] for group in self.groups]
+        high = equally_high(self._outlines, self.groups)
+        level, sigma = levels_of(self._own, self._variance, high)
+        placed = [[j for j in group if is_placed(self._outlines[j])] for group in high]
         rows = [
             [row for row in rows_of(level, [group], least=1) if self._told[list(row), 1].any()]
             for group in placed
         ]
-        return [[predicted(level, sigma, row, BUILT) for row in own] for own in rows]
+        told = [[predicted(level, sigma, row, BUILT) for row in own] for own in rows]
+        return [next(t for t, group in zip(told, high, strict=True) if g[0] in group) for g in self.groups]
 
     def _in_rows(self, k: int, form: int) -> list[Completed]:
         """Returns what the rows of a form beside an opening make of it."""

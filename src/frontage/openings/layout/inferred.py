@@ -23,6 +23,7 @@ from frontage.openings.layout.pooling import (
     WIDTH,
     between_members,
     columns_of,
+    equally_high,
     levels_of,
     like_groups,
     predicted,
@@ -131,9 +132,11 @@ class OpeningGrid:
         }
         like = like_groups(outlines) if like is None else like
         self._like = {k: group for group in like for k in group}
-        self._level, self._sigma["z"] = levels_of(self._own, variance, like)
+        high = equally_high(outlines, like)
+        self._high = {k: group for group in high for k in group}
+        self._level, self._sigma["z"] = levels_of(self._own, variance, high)
         upright = {k for k, o in enumerate(outlines) if is_known(o)[2:].all()}
-        self._rows = [row for row in rows_of(self._level, like) if not upright.isdisjoint(row)]
+        self._rows = [row for row in rows_of(self._level, high) if not upright.isdisjoint(row)]
         self._columns = columns_of(outlines, [tuple(range(len(outlines)))])
         if single:
             self._columns += [(k,) for k in range(len(outlines)) if not any(k in c for c in self._columns)]
@@ -141,7 +144,7 @@ class OpeningGrid:
             "x": between_members(self._own @ MIDDLE, self._sigma["x"], self._columns),
             "z": between_members(self._level, self._sigma["z"], self._rows),
             "w": between_members(self._own @ WIDTH, self._sigma["w"], like),
-            "h": between_members(self._own @ HEIGHT, self._sigma["h"], like),
+            "h": between_members(self._own @ HEIGHT, self._sigma["h"], high),
         }
 
     def nodes(self, vague: Collection[int] = ()) -> list[Node]:
@@ -169,12 +172,18 @@ class OpeningGrid:
         return found
 
     def _node(self, r: int, c: int, without: int) -> Node | None:
-        """Returns what row r and column c predict without one opening; None where too few determine it."""
+        """Returns what row r and column c predict without one opening; None where too few determine it.
+
+        The row tells sill and height. The column tells the width if it has openings that are equally high;
+        otherwise it is that of most openings of the row.
+        """
         row = [k for k in self._rows[r] if k != without]
         column = [k for k in self._columns[c] if k != without]
         if len(row) < _OTHERS[0] or len(column) < _OTHERS[1]:
             return None
-        like = [k for k in self._like[row[0]] if k != without]
+        equal = [k for k in self._high[row[0]] if k != without]
+        forms = [self._like[k] for k in column if k in equal] or [self._like[k] for k in row]
+        like = [k for k in max(forms, key=forms.count) if k != without]
         same = [k for k in column if k in like]
         near = same or column
         told = {
@@ -183,16 +192,16 @@ class OpeningGrid:
                 ("x", self._own @ MIDDLE, near),
                 ("z", self._level, row),
                 ("w", self._own @ WIDTH, like),
-                ("h", self._own @ HEIGHT, like),
+                ("h", self._own @ HEIGHT, equal),
             )
         }
         (x, dx), (z, dz), (w, dw), (h, dh) = (told[name] for name in "xzwh")
         covariance = np.zeros((5, 5))
         covariance[:2, :2] = dx**2 + dw**2 / 4.0 * np.array([[1.0, -1.0], [-1.0, 1.0]])
         covariance[2:4, 2:4] = dz**2 + np.diag([0.0, dh**2])
-        covariance[4, 4] = self._outlines[row[0]].covariance[4, 4]
+        covariance[4, 4] = self._outlines[like[0]].covariance[4, 4]
         place = (x - w / 2, z, x + w / 2, z + h)
-        return Node(place, covariance, row[0], r, c, bool(same))
+        return Node(place, covariance, like[0], r, c, bool(same))
 
     def fellows(self, node: Node) -> tuple[int, ...]:
         """Returns the numbers of the openings of the form that a node predicts."""

@@ -137,6 +137,25 @@ def rows_of(level: Float, groups: Sequence[Sequence[int]], least: int = 2) -> li
     return [row for group in groups for row in _clusters(level, _ROW, group, least=least)]
 
 
+def equally_high(outlines: Sequence[Outline], groups: Sequence[Sequence[int]]) -> list[tuple[int, ...]]:
+    """Returns groups of openings of one shape and height: those of the given groups of like ones that agree.
+
+    Narrow windows (of stairs and bathrooms) have the sill and the lintel of the wide ones beside them.
+    """
+    own, variance = values_of(outlines)
+    height, error = own @ HEIGHT, np.sqrt([HEIGHT @ v @ HEIGHT for v in variance])
+    between = [min(between_members(height, error, [tuple(g)]), UNKNOWN) for g in groups]
+    told = [predicted(height, error, g, b) for g, b in zip(groups, between, strict=True)]
+    size, sigma = np.array(told).reshape(-1, 2).T
+    shapes = [outlines[g[0]].shape for g in groups]
+    found = []
+    for shape in dict.fromkeys(shapes):
+        some = [n for n, own_shape in enumerate(shapes) if own_shape == shape]
+        for part in _clusters(size, LIKE, some, sigma, least=1):
+            found.append(tuple(sorted(k for n in part for k in groups[n])))
+    return found
+
+
 def levels_of(
     own: Float, variance: Sequence[Float], groups: Sequence[Sequence[int]]
 ) -> tuple[Float, Float]:
