@@ -11,6 +11,8 @@ class Masonry:
 
     half_brick     width of a brick of the normal format, 240 x 115 x 71 mm (DIN 105): no pier of masonry is
                    narrower, no leaf of masonry thinner
+    panel          how far panels and blind niches lie behind the face of their wall at most: a quarter of a
+                   brick (DIN 4172); leaves and panes lie deeper
     relief         how far plinths, cladding, sills and surrounds lie off the plane of their wall at most:
                    about the thickness of a wall of one and a half bricks, 0.365 m (assumed)
     step_out       a part of a wall that stands out or back by less is relief of that wall (assumed)
@@ -27,6 +29,7 @@ class Masonry:
     """
 
     half_brick: float = 0.115
+    panel: float = 0.07
     relief: float = 0.35
     step_out: float = 0.1
     threshold: float = 0.35

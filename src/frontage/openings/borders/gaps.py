@@ -1,10 +1,11 @@
 """Tells openings from gaps in the scan of a solid wall: only openings have straight borders all around."""
 
+from frontage.model.masonry import MASONRY
 from frontage.openings.borders.outline import Outline
-from frontage.openings.wall.evidence import RELIEF
 
 _SMALL = 0.6  # m: shadows of ledges, joints and pipes leave gaps that are narrower or lower
 _SMALL_EMPTY = 0.9  # m, the same of gaps from which nothing came back; patches that return little are larger
+_SURELY = 2.0  # sigmas by which a small opening is deeper than a panel
 _SHARE = 0.75  # share of the borders that nothing hides that a small opening shows
 
 
@@ -13,11 +14,11 @@ def is_opening(outline: Outline) -> bool:
 
     Beams that went through the wall prove that it is open, so this concerns scans without known lines of
     sight only. Gaps have some straight borders as well: along the ledge or the pipe that throws the shadow.
-    What is no larger than such gaps is an opening only if it is deeper than the relief of a wall, as sunken
-    ornaments are not, and shows three of its four borders beyond doubt, or, where something stands before
-    others, two and most of those left. Of larger outlines, one border or the frame is enough: a scan leaves
-    few gaps of that size in a wall that have the form of a rectangle and wall around. Where neither
-    shows, points are merely missing, as behind the ledges of a frieze.
+    What is no larger than such gaps is an opening only if it is surely deeper than the panels of a wall, as
+    sunken ornaments and blind niches are not, and shows three of its four borders beyond doubt, or, where
+    something stands before others, two and most of those left. Of larger outlines, one border or the frame
+    is enough: a scan leaves few gaps of that size in a wall that have the form of a rectangle and wall
+    around. Where neither shows, points are merely missing, as behind the ledges of a frieze.
     """
     if outline.has_rays:
         return True
@@ -25,7 +26,8 @@ def is_opening(outline: Outline) -> bool:
     seen = sum(b.is_seen for b in outline.borders)
     if min(x1 - x0, z1 - z0) >= (_SMALL_EMPTY if outline.depth is None else _SMALL):
         return outline.depth is not None or seen > 0
-    if outline.depth is not None and outline.depth.value < RELIEF:
+    depth = outline.depth
+    if depth is not None and depth.value - _SURELY * float(depth.sigma[0]) < MASONRY.panel:
         return False
     hidden = sum(b.is_hidden for b in outline.borders)
     return seen >= max(_SHARE * (len(outline.borders) - hidden), 2.0)

@@ -156,9 +156,7 @@ def equally_high(outlines: Sequence[Outline], groups: Sequence[Sequence[int]]) -
     return found
 
 
-def levels_of(
-    own: Float, variance: Sequence[Float], groups: Sequence[Sequence[int]]
-) -> tuple[Float, Float]:
+def levels_of(own: Float, variance: Sequence[Float], groups: Sequence[Sequence[int]]) -> tuple[Float, Float]:
     """Returns the sills (n,) m of openings and their sigmas (n,) m, by whichever border is seen.
 
     `own` (n, 4) m are their borders with their covariances (4, 4) m2. Openings of one group are equally high,

@@ -6,10 +6,10 @@ import numpy as np
 from scipy import ndimage
 
 from frontage.geometry.arrays import Bool
+from frontage.model.masonry import MASONRY
 from frontage.openings.wall.beams import Beams
 from frontage.openings.wall.evidence import Evidence, local_rate, log_likelihood_ratio
 
-_DEEPEST = 0.07  # m: masonry steps back by a quarter of a brick; leaves and panes lie deeper
 _FULL = 0.6  # share of the wall's beams that come back from a panel: glass returns less
 _NARROWEST = 0.25  # m, least width of a panel: frames and posts between casements are narrower
 _ABOVE = 0.5  # m above the ground, where thresholds lie and the share is not asked for
@@ -22,7 +22,7 @@ def without_panels(evidence: Evidence, beams: Beams, ground: float) -> Evidence:
     A panel is full of points of one surface right behind the wall, and wider than a frame.
     """
     raster = evidence.raster
-    shallow = beams.open_depth <= _DEEPEST
+    shallow = beams.open_depth <= MASONRY.panel
     (x, z), depth = beams.open[shallow].T, beams.open_depth[shallow]
     held, first, second = (raster.count(x, z, depth**power) for power in range(3))
     come, first, second = (ndimage.uniform_filter(m, 3) for m in (held, first, second))
