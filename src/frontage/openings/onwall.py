@@ -85,7 +85,8 @@ def _measured(
             (settled(r, o), r.proposal.place, r.evidence) for r, o in zip(revisions, told_again, strict=True)
         ]
         pooled = pool([outline for outline, *_ in real])
-    kept = without_unsupported(without_overlaps(pooled, [place for _, place, _ in real], evidence))
+    separate = without_overlaps(pooled, [place for _, place, _ in real], evidence)
+    kept = without_unsupported(separate, wall.ground)
     outlines, found = [], []
     for (_, _, worth), outline in zip(real, kept, strict=True):
         if outline is not None:

@@ -12,6 +12,8 @@ from frontage.openings.observe import observe_wall
 from frontage.openings.wall.crossings import crossing_beams
 from fronts import WINDOW, scan_wall
 
+LOW = WINDOW[1] - 2.0  # m, ground far below the window
+
 
 def measured(rays):
     facade, scan = scan_wall([WINDOW], rays=rays)
@@ -37,27 +39,35 @@ def window():
 
 
 def test_what_three_borders_tell_stays_by_itself(window):
-    assert without_unsupported([window])[0] is window
-    assert without_unsupported([vague(window, 1)])[0] is not None
+    assert without_unsupported([window], LOW)[0] is window
+    assert without_unsupported([vague(window, 1)], LOW)[0] is not None
 
 
 def test_what_two_borders_tell_is_left_out_by_itself(window):
-    assert without_unsupported([vague(window), None]) == [None, None]
+    assert without_unsupported([vague(window), None], LOW) == [None, None]
 
 
 @pytest.mark.parametrize("aside", [(2.0, 0.1), (0.1, 3.0)])
 def test_what_two_borders_tell_stays_beside_or_above_one_like_it(window, aside):
     badly_seen = vague(moved(window, *aside))
-    assert without_unsupported([window, badly_seen])[1] is badly_seen
+    assert without_unsupported([window, badly_seen], LOW)[1] is badly_seen
 
 
 def test_another_size_another_place_or_one_as_vague_is_no_support(window):
     larger, elsewhere = moved(window, 2.0, -1.6, taller=3.2), moved(window, 2.0, 1.5)
     for outline in (larger, elsewhere):
-        assert without_unsupported([window, vague(outline)])[1] is None
-    assert without_unsupported([vague(window), vague(moved(window, 2.0, 0.0))]) == [None, None]
+        assert without_unsupported([window, vague(outline)], LOW)[1] is None
+    assert without_unsupported([vague(window), vague(moved(window, 2.0, 0.0))], LOW) == [None, None]
 
 
 def test_lines_of_sight_through_the_wall_prove_an_opening():
     seen = vague(measured(rays=True))
-    assert without_unsupported([seen])[0] is seen
+    assert without_unsupported([seen], LOW)[0] is seen
+
+
+def test_the_foot_of_a_door_is_known_by_the_ground(window):
+    """Left and foot are hidden; but for the ground, two borders would tell nothing."""
+    left = np.diag([0.25, 0.0, 0.25, 0.0, 0.0])
+    door = replace(window, covariance=window.covariance + left)
+    assert without_unsupported([door], LOW) == [None]
+    assert without_unsupported([door], door.place[1] - 0.1) == [door]

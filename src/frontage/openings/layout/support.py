@@ -5,6 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from frontage.geometry.arrays import Bool, Float
+from frontage.model.masonry import MASONRY
 from frontage.openings.borders.outline import Outline
 from frontage.openings.layout.forms import is_known
 from frontage.openings.layout.inferred import SAME
@@ -12,22 +13,30 @@ from frontage.openings.layout.inferred import SAME
 _ENOUGH = 3  # borders of four that tell a rectangle by themselves, as of small openings
 
 
-def without_unsupported(outlines: Sequence[Outline | None]) -> list[Outline | None]:
+def without_unsupported(outlines: Sequence[Outline | None], ground: float) -> list[Outline | None]:
     """Returns the outlines with None for those that neither their borders nor other openings tell.
 
     Shadows, leaves and lost points leave gaps whose rectangles end anywhere. What has fewer than three known
-    borders is an opening if a better known one beside, above or below it is as wide and as high. Beams that
-    went through the wall prove that it is open; where such lines of sight are known, all openings stay.
+    borders is an opening if a better known one beside, above or below it is as wide and as high. The foot of
+    a door is known by the `ground` (height z m) that it stands on. Beams that went through the wall prove
+    that it is open; where such lines of sight are known, all openings stay.
     """
     told = [o for o in outlines if o is not None]
-    known = np.array([is_known(o).sum() >= _ENOUGH for o in told], np.bool_)
+    known = np.array([_number_known(o, ground) >= _ENOUGH for o in told], np.bool_)
     places = np.array([o.place for o in told]).reshape(-1, 4)
-    return [o if o is None or _is_told(o, places[known]) else None for o in outlines]
+    return [o if o is None or _is_told(o, places[known], ground) else None for o in outlines]
 
 
-def _is_told(outline: Outline, known: Float) -> bool:
+def _number_known(outline: Outline, ground: float) -> int:
+    """Returns the number of borders that are known, the foot of a door on the ground included."""
+    known = is_known(outline)
+    known[2] |= outline.place[1] <= ground + MASONRY.threshold
+    return int(known.sum())
+
+
+def _is_told(outline: Outline, known: Float, ground: float) -> bool:
     """Returns whether an outline is told by three borders, by lines of sight, or by `known` boxes (n, 4)."""
-    if is_known(outline).sum() >= _ENOUGH or outline.has_rays:
+    if _number_known(outline, ground) >= _ENOUGH or outline.has_rays:
         return True
     return bool(_are_alike(np.array(outline.place), known).any())
 
