@@ -71,3 +71,12 @@ def test_a_small_recess_no_deeper_than_a_panel_is_an_ornament(rays, depth, kept)
     (seen,) = measure(crossing_beams(facade, scan, wall.beams), [PANE], 0.04, 0.02)
     sunk = replace(seen, depth=Estimate(depth, np.array([[1e-6]]), 20.0))
     assert is_opening(sunk) is kept
+
+
+@pytest.mark.parametrize("rays", [True, False])
+def test_a_small_gap_needs_a_frame_where_lines_of_sight_are_unknown(rays):
+    facade, scan = scan_wall([PANE], depth=0.15, rays=rays)
+    wall = observe_wall(facade, scan, OpeningOptions())
+    (seen,) = measure(crossing_beams(facade, scan, wall.beams), [PANE], 0.04, 0.02)
+    assert is_opening(seen)
+    assert is_opening(replace(seen, depth=None)) is rays

@@ -1,5 +1,6 @@
 """Tells openings from gaps in the scan of a solid wall: only openings have straight borders all around."""
 
+from frontage.model.estimate import Estimate
 from frontage.model.masonry import MASONRY
 from frontage.openings.borders.outline import Outline
 
@@ -14,20 +15,26 @@ def is_opening(outline: Outline) -> bool:
 
     Beams that went through the wall prove that it is open, so this concerns scans without known lines of
     sight only. Gaps have some straight borders as well: along the ledge or the pipe that throws the shadow.
-    What is no larger than such gaps is an opening only if it is surely deeper than the panels of a wall, as
-    sunken ornaments and blind niches are not, and shows three of its four borders beyond doubt, or, where
-    something stands before others, two and most of those left. Of larger outlines, one border or the frame
-    is enough: a scan leaves few gaps of that size in a wall that have the form of a rectangle and wall
-    around. Where neither shows, points are merely missing, as behind the ledges of a frieze.
+    What is no larger than such gaps is an opening only if its frame shows and is surely deeper than the
+    panels of a wall, as those of sunken ornaments and blind niches are not, and if it shows three of its
+    four borders beyond doubt, or, where something stands before others, two and most of those left. Of
+    larger outlines, one border or the frame is enough: a scan leaves few gaps of that size in a wall that
+    have the form of a rectangle and wall around. Where neither shows, points are merely missing, as behind
+    the ledges of a frieze.
     """
     if outline.has_rays:
         return True
     x0, z0, x1, z1 = outline.place
+    size, depth = min(x1 - x0, z1 - z0), outline.depth
     seen = sum(b.is_seen for b in outline.borders)
-    if min(x1 - x0, z1 - z0) >= (_SMALL_EMPTY if outline.depth is None else _SMALL):
-        return outline.depth is not None or seen > 0
-    depth = outline.depth
-    if depth is not None and depth.value - _SURELY * float(depth.sigma[0]) < MASONRY.panel:
+    if size >= (_SMALL_EMPTY if depth is None else _SMALL):
+        return depth is not None or seen > 0
+    if size < _SMALL and not _is_deep(depth):
         return False
     hidden = sum(b.is_hidden for b in outline.borders)
     return seen >= max(_SHARE * (len(outline.borders) - hidden), 2.0)
+
+
+def _is_deep(depth: Estimate[float] | None) -> bool:
+    """Returns whether a frame or a leaf shows that is surely deeper than the panels of a wall."""
+    return depth is not None and depth.value - _SURELY * float(depth.sigma[0]) >= MASONRY.panel
