@@ -1,5 +1,7 @@
 """Weights and covariances hold when the errors of neighbouring observations are alike."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -77,6 +79,19 @@ def test_the_shares_of_the_variance_are_found():
         found.append(variogram_of(net))
     assert np.mean([v.own.sum() for v in found]) == pytest.approx(0.3, abs=0.08)
     assert np.mean([v.shared.sum() for v in found]) == pytest.approx(0.4, abs=0.08)
+
+
+def test_no_more_is_alike_over_a_longer_range_where_errors_fade():
+    fading = replace(ALIKE, fading=frozenset({0}))
+    rising, sums = 0, []
+    for seed in range(4):
+        net, _ = network(60 + seed, own=0.3, shared=0.4)
+        free, told = variogram_of(net), variogram_of(net, fading)
+        rising += (np.diff(free.shared) > 1e-9).any() or (np.diff(free.own) > 1e-9).any()
+        assert (np.diff(told.shared) < 1e-9).all() and (np.diff(told.own) < 1e-9).all()
+        sums.append([told.own.sum(), told.shared.sum()])
+    assert rising  # residuals hardly tell a long range from a longer one
+    assert np.mean(sums, axis=0) == pytest.approx([0.3, 0.4], abs=0.1)
 
 
 def variogram_of(net, dependence=ALIKE):

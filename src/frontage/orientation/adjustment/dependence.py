@@ -36,6 +36,7 @@ class Dependence:
             `RANGES`, even where residuals do not show it, because poses have absorbed it
     relief  a group of surfaces and one of images whose points lie on them: both have the errors of the scan
             across its surface; None where no groups are related
+    fading  groups of whose errors no more is alike over a longer range than over a shorter one
     """
 
     reach: dict[int, float]
@@ -44,6 +45,7 @@ class Dependence:
     far: dict[int, float] = field(default_factory=dict)
     least: dict[int, float] = field(default_factory=dict)
     relief: tuple[int, int] | None = None
+    fading: frozenset[int] = frozenset()
 
 
 @dataclass(frozen=True, eq=False)

@@ -63,13 +63,21 @@ def alike_groups(network: Network, fit: Fit, dependence: Dependence) -> tuple[Al
             continue
         cells = collected(fit.equations, member, xyz, reach)
         own, shared = group in dependence.own, group in dependence.shared
-        variogram = estimated_variogram(cells, fit.precision.wide, reach, own=own, shared=shared)
-        far = dependence.far.get(group, 0.0) * float(variogram.shared.sum())
+        pair = estimated_variogram(cells, fit.precision.wide, reach, own=own, shared=shared)
         weight = _weight_per_metre(fit.equations, member)
-        variogram = replace(variogram, far=far).at_least(dependence.least.get(group, 0.0) ** 2 * weight)
-        effect = design_effects(cells, variogram)[cells.cell]
+        likeliest, fading = (_with_stated(v, dependence, group, weight) for v in pair)
+        # Which of the two it is hardly matters for weights, and poses shall not hang on what fades.
+        effect = design_effects(cells, likeliest)[cells.cell]
+        variogram = fading if group in dependence.fading else likeliest
         found.append(Alike(group, member, variogram, effect, weight))
     return tuple(found)
+
+
+def _with_stated(variogram: Variogram, dependence: Dependence, group: int, weight: float) -> Variogram:
+    """A variogram with what is stated because no residual shows it; `weight` 1/m2 as in `Alike`."""
+    far = dependence.far.get(group, 0.0) * float(variogram.shared.sum())
+    least = dependence.least.get(group, 0.0) ** 2 * weight
+    return replace(variogram, far=far).at_least(least)
 
 
 def _weight_per_metre(equations: NormalEquations, member: Member) -> float:

@@ -5,6 +5,10 @@ products of the errors of two cells are summed over all pairs in a class of dist
 and in two. The adjustment hides part of the errors, most of all those that are alike everywhere: the
 expected sum is therefore computed for each structure with the residuals that it leaves. Shares that are not
 negative are fitted to the sums by least squares.
+
+Poses absorb so much of what is alike over a whole front that a large error over the longest range leaves
+nearly the same residuals as a small one over a shorter range. Shares that fade with the range are therefore
+fitted as well, for groups whose errors are known to do so.
 """
 
 from collections.abc import Iterator
@@ -26,19 +30,32 @@ _CUBE = 4.0  # reaches
 _FULL = 4.0  # rows of a cell, from which its weight no longer grows: they err alike
 
 
-def estimated_variogram(cells: Cells, wide: Float, reach: float, *, own: bool, shared: bool) -> Variogram:
+def estimated_variogram(
+    cells: Cells, wide: Float, reach: float, *, own: bool, shared: bool
+) -> tuple[Variogram, Variogram]:
     """Estimates which shares of the errors of a group are alike.
 
     wide    (u, u) the inverse of the reduced normal equations
     own     whether errors may be alike in one photo, `shared` in all photos
+
+    Returns the likeliest shares, and the likeliest of those of which no more is alike over a longer range
+    than over a shorter one.
     """
     some = cells.take(_asked(cells, reach))
+    kinds = [k for k, wanted in enumerate((own, shared)) if wanted]
     moments = _moments(some, wide, reach, own, shared)
+    # A share that fades is a sum of steps, each of which holds for its range and all shorter ones.
+    steps = np.triu(np.ones((len(RANGES), len(RANGES))))
+    return _fitted(moments, kinds, np.eye(len(RANGES)), reach), _fitted(moments, kinds, steps, reach)
+
+
+def _fitted(moments: tuple[Float, Float] | None, kinds: list[int], parts: Float, reach: float) -> Variogram:
+    """The shares that are combinations, with no negative weight, of `parts`: shares (r,) in columns."""
     shares = np.zeros((2, len(RANGES)))
     if moments is not None:
-        found = nnls(*moments)[0]
-        chosen = [k for k, wanted in enumerate((own, shared)) if wanted]
-        shares[chosen] = found.reshape(len(RANGES), len(chosen)).T
+        combined = np.kron(parts, np.eye(len(kinds)))
+        found = combined @ nnls(moments[0] @ combined, moments[1])[0]
+        shares[kinds] = found.reshape(len(RANGES), len(kinds)).T
     return Variogram(shares[0], shares[1], reach)
 
 
