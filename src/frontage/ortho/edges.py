@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 
-from frontage.geometry.arrays import Array, Bool, Float, Int
+from frontage.geometry.arrays import Array, Bool, Float, Int, picked_rows
 from frontage.ortho.gaps import Gaps
 from frontage.ortho.orthoraster import OrthoRaster
 from frontage.raster import gridding
@@ -94,9 +94,9 @@ def _sorted_points(
     cell, xyz = points
     low, high, y = near.ravel()[cell], far.ravel()[cell], xyz[:, 1]
     use = (high - low > step) & (y <= high + step)
-    at, recessed = fine.pixel(np.compress(use, xyz, axis=0)), (y > 0.5 * (low + high))[use]
+    at, recessed = fine.pixel(picked_rows(use, xyz)), (y > 0.5 * (low + high))[use]
     order, band = gridding.by_rows(at[:, 1])
-    return np.take(at, order, axis=0), recessed[order], band
+    return np.take(at.T, order, axis=1).T, recessed[order], band
 
 
 def _signed_distance(near: Bool, far: Bool, spacing: Array) -> Array:

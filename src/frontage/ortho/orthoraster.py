@@ -43,9 +43,11 @@ class OrthoRaster:
 
     def pixel(self, xyz_facade: Float) -> Float:
         """Projects points (n, 3) m of the facade frame orthogonally to pixels (n, 2)."""
-        return np.column_stack(
-            [(xyz_facade[:, 0] - self.corner[0]) / self.gsd, (self.corner[1] - xyz_facade[:, 2]) / self.gsd]
-        )
+        at = np.empty((2, len(xyz_facade)))
+        np.subtract(xyz_facade[:, 0], self.corner[0], out=at[0])
+        np.subtract(self.corner[1], xyz_facade[:, 2], out=at[1])
+        at /= self.gsd
+        return at.T
 
     def coarser(self, step: int) -> "OrthoRaster":
         """Returns the raster of cells of step x step pixels that covers this one."""

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 
-from frontage.geometry.arrays import Array, Bool, Float, Int
+from frontage.geometry.arrays import Array, Bool, Float, Int, picked_rows
 from frontage.model import Facade
 from frontage.ortho.edges import Steps, measure_steps
 from frontage.ortho.gaps import Gaps
@@ -106,15 +106,16 @@ def measure_relief(
         return None
     cells = raster.of_cells(size)
     shape = (cells.height, cells.width)
-    points = _chosen((xyz_facade[:, 1] >= -options.front) & (xyz_facade[:, 1] <= options.back), xyz_facade)
+    within = (xyz_facade[:, 1] >= -options.front) & (xyz_facade[:, 1] <= options.back)
+    points = picked_rows(within, xyz_facade)
     cell, inside = gridding.cell_index(cells.pixel(points), shape)
     if not inside.any():
         return None
-    points = _chosen(inside, points)
+    points = picked_rows(inside, points)
     front = points[:, 1] <= DEEPEST_REVEAL_M
     opaque = np.bincount(cell[front], minlength=shape[0] * shape[1]) >= _OPAQUE_POINTS
     seen = front | ~opaque[cell]  # the far wall of a room, seen through a window beside, lies behind
-    points, cell = _chosen(seen, points), cell[seen]
+    points, cell = picked_rows(seen, points), cell[seen]
     (low, median, high), _ = gridding.cell_quantiles(cell, points[:, 1], shape, (0.25, 0.5, 0.75))
     median[high - low > _STEP_M] = np.nan
     median[room_cells(median, size, _STEP_M)] = np.nan
@@ -127,11 +128,6 @@ def measure_relief(
     deepest = cv2.dilate(np.fmax(found.y, smooth), box)
     steps = measure_steps((cell, points), cells, near, far, step=_STEP_M, raster=raster, gaps=gaps)
     return ReliefMap(cells, found.y, near, far, deepest, found.known.astype(np.float32), found.opening, steps)
-
-
-def _chosen(which: Bool, points: Float) -> Float:
-    """The points (n, 3) of which this is true (n,): the same memory if it is true of all."""
-    return points if which.all() else np.compress(which, points, axis=0)
 
 
 def _agreed(y: Array) -> Array:

@@ -24,10 +24,14 @@ _LARGEST_DISC_PX = 8.0  # the time of a disc grows with its area, that of distan
 def cell_index(column_row: Float, shape: tuple[int, int]) -> tuple[Int, Bool]:
     """Returns the flat cell numbers (k,) of the positions (n, 2) (column, row) inside, and which (n,) are."""
     h, w = shape
-    c, r = (np.floor(at, dtype=np.float64) for at in column_row.T)
+    c, r = column_row.T
     inside = (c >= 0) & (c < w) & (r >= 0) & (r < h)
-    cell = r * w + c
-    return (cell if inside.all() else cell[inside]).astype(np.int64), inside
+    if not inside.all():
+        c, r = np.compress(inside, c), np.compress(inside, r)
+    cell = r.astype(np.int64)
+    cell *= w
+    cell += c.astype(np.int64)
+    return cell, inside
 
 
 def by_rows(row: Float) -> tuple[Int, Array]:

@@ -14,9 +14,10 @@ import cv2
 import numpy as np
 from scipy import ndimage
 
-from frontage.geometry.arrays import Array, Bool, Float, Int
+from frontage.geometry.arrays import Array, Bool, Float, Int, picked_rows
 from frontage.model import Facade, Scan
 from frontage.model.occluder import Occluder
+from frontage.ortho.cloud import in_facade_frame
 from frontage.ortho.standing.kinds import chances
 
 _CUBE_M = 0.25
@@ -90,18 +91,21 @@ class _Group:
     cube: Int
 
 
-def find_standing(facade: Facade, scan: Scan) -> Standing:
-    """Finds what stands free within 12 m before a facade."""
-    xyz = facade.frame.inverse.apply(scan.xyz)
+def find_standing(facade: Facade, scan: Scan, xyz: Float | None = None) -> Standing:
+    """Finds what stands free within 12 m before a facade.
+
+    `xyz` are the points `in_facade_frame`, where they are known already.
+    """
+    xyz = in_facade_frame(scan, facade) if xyz is None else xyz
     (x0, _), (x1, z1) = facade.outline.min(0), facade.outline.max(0)
     near = (xyz[:, 1] > -_STREET_M) & (xyz[:, 1] < _TOUCH_M)
     near &= (xyz[:, 0] > x0 - _AROUND_M) & (xyz[:, 0] < x1 + _AROUND_M) & (xyz[:, 2] < z1 + _AROUND_M)
-    xyz = np.compress(near, xyz, axis=0)
+    xyz = picked_rows(near, xyz)
     if len(xyz) < _FEWEST_POINTS:
         return Standing()
     ground = _ground(xyz)
     ahead = xyz[:, 1] < -_ON_WALL_M
-    xyz = np.compress(ahead, xyz, axis=0)
+    xyz = picked_rows(ahead, xyz)
     height = xyz[:, 2] - ground(xyz)
     before = (xyz[:, 1] < -_BEFORE_M) & (height > _GROUND_M)
     if not before.any():
