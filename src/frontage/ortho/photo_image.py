@@ -5,7 +5,7 @@ from collections.abc import Iterator
 import cv2
 import numpy as np
 
-from frontage.geometry.arrays import Array, Bool
+from frontage.geometry.arrays import Array, Bool, Int
 from frontage.model import Camera
 from frontage.ortho.bands import Bands
 from frontage.ortho.mosaic.compose import Mosaic
@@ -92,13 +92,17 @@ def _places(mask: Bool, most: int, apart: int) -> Iterator[_Window]:
     """
     for first in range(0, len(mask), most):
         strip = mask[first : first + most]
-        columns = np.flatnonzero(strip.any(0))
-        if not len(columns):
-            continue
-        gaps = np.flatnonzero(np.diff(columns) > apart)
-        for left, right in zip(columns[np.r_[0, gaps + 1]].tolist(), columns[np.r_[gaps, -1]].tolist(), strict=True):
+        for left, right in _runs(np.flatnonzero(strip.any(0)), apart):
             rows = np.flatnonzero(strip[:, left : right + 1].any(1))
             yield slice(first + int(rows[0]), first + int(rows[-1]) + 1), slice(left, right + 1)
+
+
+def _runs(numbers: Int, apart: int) -> Iterator[tuple[int, int]]:
+    """The first and the last of each group of sorted numbers (n,) that are not farther `apart`."""
+    if len(numbers):
+        breaks = np.flatnonzero(np.diff(numbers) > apart)
+        firsts, lasts = [0, *(breaks + 1).tolist()], [*breaks.tolist(), -1]
+        yield from zip(numbers[firsts].tolist(), numbers[lasts].tolist(), strict=True)
 
 
 def _pixels(cells: _Window, tile: Tile, step: int) -> tuple[Tile, _Window]:
@@ -121,11 +125,13 @@ def _code_scale(correction: Array, row: int, column: int, shape: tuple[int, int]
 
     `correction` (h, w, 3) is that of a photo; its edges repeat.
     """
-    rows, columns = (
-        np.clip(np.arange(first - 1, first + count + 1), 0, size - 1)
-        for first, count, size in zip((row, column), shape, correction.shape[:2], strict=True)
-    )
-    return np.asarray(cv2.cvtColor(code_scale(correction[rows[:, None], columns]), cv2.COLOR_RGB2RGBA))
+    (h, w), (m, n) = correction.shape[:2], shape
+    known = correction[max(row - 1, 0) : row + m + 1, max(column - 1, 0) : column + n + 1]
+    scale = cv2.cvtColor(code_scale(known), cv2.COLOR_RGB2RGBA)
+    beyond = (row == 0, row + m == h, column == 0, column + n == w)
+    if any(beyond):
+        scale = cv2.copyMakeBorder(scale, *map(int, beyond), cv2.BORDER_REPLICATE)
+    return np.asarray(scale)
 
 
 def _whole(at: SourceMap, camera: Camera) -> bool:
