@@ -58,10 +58,7 @@ def picked_rows(which: Bool, points: Array) -> Array:
     """
     if which.all():
         return points
-    axes = np.empty((points.shape[1], int(np.count_nonzero(which))), points.dtype)
-    for axis, own in zip(points.T, axes, strict=True):
-        np.compress(which, axis, out=own)
-    return axes.T
+    return np.take(points.T, np.flatnonzero(which), axis=1).T
 
 
 def distinct(values: Int) -> Int:

@@ -27,7 +27,8 @@ def cell_index(column_row: Float, shape: tuple[int, int]) -> tuple[Int, Bool]:
     c, r = column_row.T
     inside = (c >= 0) & (c < w) & (r >= 0) & (r < h)
     if not inside.all():
-        c, r = np.compress(inside, c), np.compress(inside, r)
+        chosen = np.flatnonzero(inside)
+        c, r = np.take(c, chosen), np.take(r, chosen)
     cell = r.astype(np.int64)
     cell *= w
     cell += c.astype(np.int64)
@@ -44,8 +45,8 @@ def by_rows(row: Float) -> tuple[Int, Array]:
 def of_rows(band: Array, first: int, last: int) -> slice:
     """Returns which of the positions, ordered as by `by_rows`, may lie in the rows `first` to `last`."""
     return slice(
-        int(np.searchsorted(band, first // _BAND_ROWS, "left")),
-        int(np.searchsorted(band, last // _BAND_ROWS, "right")),
+        int(np.searchsorted(band, band.dtype.type(first // _BAND_ROWS), "left")),
+        int(np.searchsorted(band, band.dtype.type(last // _BAND_ROWS), "right")),
     )
 
 
@@ -65,14 +66,18 @@ def cell_quantiles(
     """Quantiles (q, h, w) (NaN = empty) of values (n,) by flat cell number (n,), and counts (h, w)."""
     cell, value = _in_order(cell, value)
     count = np.bincount(cell, minlength=shape[0] * shape[1])
-    start = np.cumsum(count) - count
     used = np.flatnonzero(count)
+    last = count[used]
+    first = np.cumsum(last) - last
+    last -= 1
     out = np.full((len(quantiles), shape[0] * shape[1]), np.nan)
     for i, q in enumerate(quantiles):
-        at = q * (count[used] - 1)
-        low, high = np.floor(at).astype(np.int64), np.ceil(at).astype(np.int64)
+        at = q * last
+        low = at.astype(np.int64)
         share = at - low
-        out[i, used] = value[start[used] + low] * (1 - share) + value[start[used] + high] * share
+        low += first
+        high = low + (share > 0.0)
+        out[i, used] = np.take(value, low) * (1 - share) + np.take(value, high) * share
     return out.reshape(len(quantiles), *shape), count.reshape(shape)
 
 
@@ -98,7 +103,10 @@ def bilinear(grid: Array, u: Array, v: Array) -> Array:
     across, down = _divided(u, grid.shape[1]), _divided(v, grid.shape[0])
     if across is None or down is None:
         return _anywhere(grid, u, v)
-    part = _with_edges(grid, down, across)
+    if across.pixels == down.pixels == 1 and _within(across, u, grid.shape[1]) and _within(down, v, grid.shape[0]):
+        row, column = down.first + down.skipped, across.first + across.skipped
+        return np.array(grid[row : row + len(v), column : column + len(u)], np.float32)
+    part = _with_edges(grid, down, across).astype(np.float32, copy=False)
     if across.pixels > 1 or down.pixels > 1:
         size = (part.shape[1] * across.pixels, part.shape[0] * down.pixels)
         part = cv2.resize(part, size, interpolation=cv2.INTER_LINEAR)
@@ -106,10 +114,10 @@ def bilinear(grid: Array, u: Array, v: Array) -> Array:
 
 
 def _with_edges(grid: Array, down: "_Divided", across: "_Divided") -> Array:
-    """Returns the part (m, n) or (m, n, k) float32 of a grid; beyond the grid, its edges repeat."""
+    """Returns the part (m, n) or (m, n, k) of a grid; beyond the grid, its edges repeat."""
     h, w = grid.shape[:2]
     rows, columns = (slice(max(d.first, 0), d.last) for d in (down, across))
-    part: Array = grid[rows, columns].astype(np.float32, copy=False)
+    part = grid[rows, columns]
     above, below, left, right = (
         max(n, 0) for n in (-down.first, down.last - h, -across.first, across.last - w)
     )
@@ -125,6 +133,12 @@ class _Divided(NamedTuple):
     first: int
     last: int
     skipped: int
+
+
+def _within(divided: _Divided, at: Array, size: int) -> bool:
+    """Whether the cells that are no larger than pixels all belong to the `size` cells of a grid."""
+    first = divided.first + divided.skipped
+    return first >= 0 and first + len(at) <= size
 
 
 def _divided(at: Array, size: int) -> _Divided | None:
@@ -165,6 +179,12 @@ def _anywhere(grid: Array, u: Array, v: Array) -> Array:
 def nearest(grid: Array, u: Array, v: Array) -> Array:
     """Returns the values (m, n) of the cells of a grid (h, w) nearest to columns u (n,) and rows v (m,)."""
     h, w = grid.shape
+    across, down = _divided(u, w), _divided(v, h)
+    if across is not None and down is not None:
+        part = _with_edges(grid, down, across)
+        size = (part.shape[1] * across.pixels, part.shape[0] * down.pixels)
+        part = cv2.resize(part, size, interpolation=cv2.INTER_NEAREST)
+        return part[down.skipped :, across.skipped :][: len(v), : len(u)]
     c = np.clip(np.rint(u), 0, w - 1).astype(int)
     return np.take(grid[np.clip(np.rint(v), 0, h - 1).astype(int)], c, axis=1)
 

@@ -22,9 +22,8 @@ def splat_depth(xy: Float, depth: Float, radius: Float, shape: tuple[int, int]) 
     x, y = xy.T
     with np.errstate(invalid="ignore"):
         inside = (x >= 0) & (x < w) & (y >= 0) & (y < h) & (depth > 0)
-    out = np.full(shape, np.inf, np.float32)
     if not inside.any():
-        return out
+        return np.full(shape, np.inf, np.float32)
     if not inside.all():
         x, y, depth, radius = (np.compress(inside, a) for a in (x, y, depth, radius))
     column, row, depth = x.astype(np.int32), y.astype(np.int32), depth.astype(np.float32, copy=False)
@@ -32,8 +31,8 @@ def splat_depth(xy: Float, depth: Float, radius: Float, shape: tuple[int, int]) 
     count = np.bincount(size)
     reach = len(count) - 1
     r0, c0 = max(int(row.min()) - reach, 0), max(int(column.min()) - reach, 0)
-    window = out[r0 : int(row.max()) + reach + 1, c0 : int(column.max()) + reach + 1]
-    drawn = window.copy()  # the part of the picture that the discs reach
+    r1, c1 = min(int(row.max()) + reach + 1, h), min(int(column.max()) + reach + 1, w)
+    drawn = np.full((r1 - r0, c1 - c0), np.inf, np.float32)  # the part of the picture that the discs reach
     cell = np.multiply(row - r0, drawn.shape[1], dtype=np.intp)
     cell += column - c0
     for r in range(reach, -1, -1):
@@ -42,8 +41,10 @@ def splat_depth(xy: Float, depth: Float, radius: Float, shape: tuple[int, int]) 
             np.minimum.at(drawn.reshape(-1), cell[own], depth[own])
         if r > 0:
             drawn = cv2.erode(drawn, OCTAGON[r % len(OCTAGON)], borderType=cv2.BORDER_REPLICATE)
-    window[:] = drawn
-    return out
+    beyond = (r0, h - r1, c0, w - c1)
+    if any(beyond):
+        drawn = cv2.copyMakeBorder(drawn, *beyond, cv2.BORDER_CONSTANT, value=float("inf"))
+    return drawn
 
 
 def local_spacing(
