@@ -165,14 +165,26 @@ def _anywhere(grid: Array, u: Array, v: Array) -> Array:
     c, r = np.minimum(u.astype(int), max(w - 2, 0)), np.minimum(v.astype(int), max(h - 2, 0))
     c1, r1 = np.minimum(c + 1, w - 1), np.minimum(r + 1, h - 1)
     s, t = (a.astype(np.float32).reshape(-1, *(1,) * (grid.ndim - 1)) for a in (u - c, v - r))
-    lines = np.ascontiguousarray(np.swapaxes(grid, 0, 1), np.float32)  # whole lines are copied fastest
-    left = lines[c]
-    columns = np.ascontiguousarray(np.swapaxes(left + (lines[c1] - left) * s, 0, 1))
-    mixed: Array = columns[r1]
-    low = columns[r]
-    mixed -= low
-    mixed *= t
-    mixed += low
+    if len(v) < h:  # only the rows in question are looked at
+        low, high = (_mixed(np.take(grid, number, axis=0), c, c1, s[..., 0]) for number in (r, r1))
+    else:
+        lines = np.ascontiguousarray(np.swapaxes(grid, 0, 1), np.float32)  # whole lines are copied fastest
+        left = lines[c]
+        columns = np.ascontiguousarray(np.swapaxes(left + (lines[c1] - left) * s, 0, 1))
+        low, high = columns[r], columns[r1]
+    high -= low
+    high *= t
+    high += low
+    return high
+
+
+def _mixed(rows: Array, left: Int, right: Int, share: Array) -> Array:
+    """The columns `left` (n,) of rows (m, w, ...), with a `share` (n, ...) of the columns `right` (n,)."""
+    rows = rows.astype(np.float32, copy=False)
+    first, mixed = np.take(rows, left, axis=1), np.take(rows, right, axis=1)
+    mixed -= first
+    mixed *= share
+    mixed += first
     return mixed
 
 

@@ -25,7 +25,8 @@ def splat_depth(xy: Float, depth: Float, radius: Float, shape: tuple[int, int]) 
     if not inside.any():
         return np.full(shape, np.inf, np.float32)
     if not inside.all():
-        x, y, depth, radius = (np.compress(inside, a) for a in (x, y, depth, radius))
+        chosen = np.flatnonzero(inside)
+        x, y, depth, radius = (np.take(a, chosen) for a in (x, y, depth, radius))
     column, row, depth = x.astype(np.int32), y.astype(np.int32), depth.astype(np.float32, copy=False)
     size = np.clip(np.rint(radius), 0, MAX_RADIUS_PX).astype(np.uint8)
     count = np.bincount(size)
