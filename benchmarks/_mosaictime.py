@@ -96,8 +96,9 @@ def _jpeg(rgb: Array) -> bytes:
 def time_of_a_large_front(folder: Path | None) -> None:
     """Prints processor times of the whole image, of its parts and of paper A, over that of the decoding.
 
-    Everything runs in one thread and uses freed memory again, as in worker processes. Rendered photos are smooth, and files of cameras
-    decode more slowly, so the times are told for photos with the noise of a sensor, too.
+    Everything runs in one thread and uses freed memory again, as in worker processes. Rendered photos are
+    smooth, and files of cameras decode more slowly, so the times are told for photos with the noise of a
+    sensor, too.
     """
     cv2.setNumThreads(1)
     keep_freed_memory()

@@ -43,18 +43,11 @@ def freeze(noun: object, **fields: tuple[tuple[int | None, ...], DTypeLike]) -> 
             object.__setattr__(noun, name, readonly(value, shape, dtype, name))
 
 
-def by_axis(points: Array) -> Array:
-    """Returns points (n, d) whose coordinates lie in memory axis by axis.
-
-    A pass over one coordinate of points that lie there point by point reads all of them.
-    """
-    return np.asfortranarray(points)
-
-
 def picked_rows(which: Bool, points: Array) -> Array:
     """Returns the rows (k, d) of points (n, d) of which this is true (n,), axis by axis in memory.
 
-    It is the same memory if it is true of all.
+    It is the same memory if it is true of all. A pass over one coordinate of points that lie in memory point
+    by point would read all of them.
     """
     if which.all():
         return points

@@ -17,7 +17,8 @@ _CUBE_M = 0.04  # of which one point is enough: what photos see is told on cells
 _PLACES = 4194301  # of a table of cubes, many more than a facade fills; a prime number
 
 Spaced = tuple[Array, Array]
-"""Points (n, 3) float32 m in the facade frame, axis by axis in memory, and the spacing (n,) float32 m of the surface of each."""
+"""Points (n, 3) float32 m in the facade frame, axis by axis in memory, and the spacing (n,) float32 m of the
+surface of each."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -128,9 +128,9 @@ def _code_scale(correction: Array, row: int, column: int, shape: tuple[int, int]
     (h, w), (m, n) = correction.shape[:2], shape
     known = correction[max(row - 1, 0) : row + m + 1, max(column - 1, 0) : column + n + 1]
     scale = cv2.cvtColor(code_scale(known), cv2.COLOR_RGB2RGBA)
-    beyond = (row == 0, row + m == h, column == 0, column + n == w)
-    if any(beyond):
-        scale = cv2.copyMakeBorder(scale, *map(int, beyond), cv2.BORDER_REPLICATE)
+    above, below, left, right = (int(at) for at in (row == 0, row + m == h, column == 0, column + n == w))
+    if above or below or left or right:
+        scale = cv2.copyMakeBorder(scale, above, below, left, right, cv2.BORDER_REPLICATE)
     return np.asarray(scale)
 
 

@@ -3,9 +3,7 @@
 from dataclasses import dataclass, replace
 from functools import cached_property
 
-import numpy as np
-
-from frontage.geometry.arrays import Bool, Float, picked_rows
+from frontage.geometry.arrays import Array, Bool, picked_rows
 from frontage.model import Facade, Scan
 from frontage.ortho.cloud import in_facade_frame
 from frontage.ortho.gaps import Gaps, local_gaps
@@ -21,18 +19,18 @@ class FacadePoints:
     """A scan seen from a facade.
 
     scan  with n points
-    xyz   (n, 3) float64 m in the facade frame
+    xyz   (n, 3) float32 m in the facade frame
     used  (n,) bool, the points that the picture is made from
     gaps  local distances between the points of the wall
     """
 
     scan: Scan
-    xyz: Float
+    xyz: Array
     used: Bool
     gaps: Gaps
 
     @cached_property
-    def xyz_used(self) -> Float:
+    def xyz_used(self) -> Array:
         """The points (k, 3) m that the picture is made from."""
         return picked_rows(self.used, self.xyz)
 
@@ -51,7 +49,7 @@ def facade_points(
     raster: OrthoRaster,
     standing: Standing,
     options: OrthoOptions,
-    xyz: Float | None = None,
+    xyz: Array | None = None,
 ) -> FacadePoints:
     """Finds the points of a scan that lie within the raster and within the depth range of the facade.
 

@@ -3,7 +3,6 @@
 from collections.abc import Callable
 from functools import lru_cache
 
-import cv2
 import numpy as np
 from numpy.polynomial.chebyshev import cheb2poly
 

@@ -85,8 +85,8 @@ def visibility(
 def _before(shadows: Array, at: tuple[Array, Array], own: Array, slope: Array) -> Array:
     """How far (h, w) m along their rays what casts `shadows` lies behind cells, negative before them.
 
-    The rays of the cells meet the shadows `at` these places; `own` (h, w) m are the distances of the cells along
-    the normal, and `slope` (h, w) metres along the ray per metre of that.
+    The rays of the cells meet the shadows `at` these places; `own` (h, w) m are the distances of the cells
+    along the normal, and `slope` (h, w) metres along the ray per metre of that.
     """
     nearest = cv2.remap(shadows, *at, cv2.INTER_NEAREST, borderMode=cv2.BORDER_REPLICATE)
     nearest -= own

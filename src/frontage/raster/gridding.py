@@ -21,7 +21,7 @@ _SAMPLE_PX = 16  # between the radii of which the mean of a block is taken
 _LARGEST_DISC_PX = 8.0  # the time of a disc grows with its area, that of distances does not
 
 
-def cell_index(column_row: Float, shape: tuple[int, int]) -> tuple[Int, Bool]:
+def cell_index(column_row: Array, shape: tuple[int, int]) -> tuple[Int, Bool]:
     """Returns the flat cell numbers (k,) of the positions (n, 2) (column, row) inside, and which (n,) are."""
     h, w = shape
     c, r = column_row.T
@@ -103,7 +103,11 @@ def bilinear(grid: Array, u: Array, v: Array) -> Array:
     across, down = _divided(u, grid.shape[1]), _divided(v, grid.shape[0])
     if across is None or down is None:
         return _anywhere(grid, u, v)
-    if across.pixels == down.pixels == 1 and _within(across, u, grid.shape[1]) and _within(down, v, grid.shape[0]):
+    if (
+        across.pixels == down.pixels == 1
+        and across.within(u, grid.shape[1])
+        and down.within(v, grid.shape[0])
+    ):
         row, column = down.first + down.skipped, across.first + across.skipped
         return np.array(grid[row : row + len(v), column : column + len(u)], np.float32)
     part = _with_edges(grid, down, across).astype(np.float32, copy=False)
@@ -134,11 +138,10 @@ class _Divided(NamedTuple):
     last: int
     skipped: int
 
-
-def _within(divided: _Divided, at: Array, size: int) -> bool:
-    """Whether the cells that are no larger than pixels all belong to the `size` cells of a grid."""
-    first = divided.first + divided.skipped
-    return first >= 0 and first + len(at) <= size
+    def within(self, at: Array, size: int) -> bool:
+        """Whether cells of one pixel, at which these (n,) lie, are all among the `size` cells of a grid."""
+        first = self.first + self.skipped
+        return first >= 0 and first + len(at) <= size
 
 
 def _divided(at: Array, size: int) -> _Divided | None:
@@ -195,7 +198,7 @@ def nearest(grid: Array, u: Array, v: Array) -> Array:
     if across is not None and down is not None:
         part = _with_edges(grid, down, across)
         size = (part.shape[1] * across.pixels, part.shape[0] * down.pixels)
-        part = cv2.resize(part, size, interpolation=cv2.INTER_NEAREST)
+        part = np.asarray(cv2.resize(part, size, interpolation=cv2.INTER_NEAREST))
         return part[down.skipped :, across.skipped :][: len(v), : len(u)]
     c = np.clip(np.rint(u), 0, w - 1).astype(int)
     return np.take(grid[np.clip(np.rint(v), 0, h - 1).astype(int)], c, axis=1)

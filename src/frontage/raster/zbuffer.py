@@ -10,7 +10,7 @@ _COUNTED_CUBES = 1 << 23  # as many are counted in memory; more are sorted
 MAX_RADIUS_PX = 24  # very close points would cover the picture; no gap between samples is that wide
 
 
-def splat_depth(xy: Float, depth: Float, radius: Float, shape: tuple[int, int]) -> Array:
+def splat_depth(xy: Array, depth: Array, radius: Array, shape: tuple[int, int]) -> Array:
     """Returns the nearest depth (h, w) float32 at every pixel, inf where there is no point.
 
     Each point covers a disc: xy (n, 2) px (first pixel centre at 0.5), depth (n,) m, radius (n,) px, rounded.
@@ -48,12 +48,12 @@ def splat_depth(xy: Float, depth: Float, radius: Float, shape: tuple[int, int]) 
     return drawn
 
 
-def local_spacing(
-    xyz: Float, samples_per_cell: int = 8, of: Int | None = None
-) -> tuple[Float, Float]:
+def local_spacing(xyz: Array, samples_per_cell: int = 8, of: Int | None = None) -> tuple[Float, Float]:
     """Returns the spacing (n,) m of a cloud (n, 3) of surfaces and the number of points (n,) around each.
 
-    With `of`, the numbers (k,) of some points, it returns those of these points. Points are counted in cubes. A surface that crosses a cube of edge e with k points has a spacing of
+    With `of`, the numbers (k,) of some points, it returns those of these points.
+
+    Points are counted in cubes. A surface that crosses a cube of edge e with k points has a spacing of
     ``e / sqrt(k)``. The edge doubles from 25 cm until the median cube holds `samples_per_cell` points.
     """
     edge = 0.25

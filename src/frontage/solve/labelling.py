@@ -97,21 +97,23 @@ def _sent(cost: Array, base: np.float32, border: Array, messages: Array, steps: 
     for _ in range(steps):
         for d, (axis, step) in enumerate(_AXES):
             ahead, behind = _slices(axis, step)
-            sent, back = messages[d][ahead], messages[d ^ 1][behind]
-            _send(belief[behind], back, edges[axis - 1], base, spare[axis - 1])
-            message, change, _ = spare[axis - 1]
-            belief[ahead] += np.subtract(message, sent, out=change)
-            sent[...] = message
+            sent, back, there = messages[d][ahead], messages[d ^ 1][behind], belief[ahead]
+            least = _told(belief[behind], back, edges[axis - 1], base, spare[axis - 1])
+            there -= sent
+            np.minimum(*spare[axis - 1][:2], out=sent)
+            sent -= least
+            there += sent
     return np.asarray(belief)
 
 
-def _send(
+def _told(
     belief: Array, back: Array, edge: Array, base: np.float32, spare: tuple[Array, Array, Array]
-) -> None:
-    """Writes the messages of cells to the first of the spare arrays, in which only memory is used again.
+) -> Array:
+    """What cells tell their neighbours: the lesser of two arrays, less what is returned (m, n).
 
-    `belief` (k, m, n) is that of the senders, `back` (k, m, n) what they were told by the receivers, and
-    `edge` (k, m, n) what a border between the two costs on top of `base`.
+    The arrays are the first two of the spare ones, in which only memory is used again. `belief` (k, m, n) is
+    that of the senders, `back` (k, m, n) what they were told by the receivers, and `edge` (k, m, n) what a
+    border between the two costs on top of `base`.
     """
     own, other, least = spare
     np.subtract(belief, back, out=own)  # without what came from the receiver
@@ -120,8 +122,7 @@ def _send(
     least += base
     np.add(edge, least, out=other)
     _least(own, least)  # no way through another label is cheaper than that
-    np.minimum(own, other, out=own)
-    own -= least
+    return least
 
 
 def _least(values: Array, out: Array) -> None:

@@ -16,7 +16,7 @@ _DARKEST = 0.004  # of a saturated pixel: below, the light of an 8-bit picture i
 _BRIGHTEST = 0.9
 _LOG_LIGHT = np.log(np.maximum(linear_light(np.arange(256, dtype=np.uint8)), np.float32(_DARKEST)))
 _EXPOSED = np.flatnonzero(
-    (_LOG_LIGHT > np.float32(np.log(2 * _DARKEST))) & (_LOG_LIGHT < np.float32(np.log(_BRIGHTEST)))
+    (np.float32(np.log(2 * _DARKEST)) < _LOG_LIGHT) & (np.float32(np.log(_BRIGHTEST)) > _LOG_LIGHT)
 )
 _FIRST, _LAST = int(_EXPOSED[0]), int(_EXPOSED[-1])  # codes that are neither too dark nor saturated
 
@@ -53,7 +53,7 @@ def cell_pictures(plan: ViewPlan, rectified: CellPhotos) -> CellPictures:
     return CellPictures(log_light, radius, shown, exposed)
 
 
-def picked(bands: Sequence[Array], number: Array) -> Array:
+def picked(bands: Array | Sequence[Array], number: Array) -> Array:
     """The values (h, w, ...) of bands (k, h, w, ...), of each cell those of the band of its `number` (h, w).
 
     Whole bands are copied through masks, which is several times as fast as picking cell by cell.

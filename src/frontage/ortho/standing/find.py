@@ -91,13 +91,13 @@ class _Group:
     cube: Int
 
 
-def find_standing(facade: Facade, scan: Scan, xyz: Float | None = None) -> Standing:
+def find_standing(facade: Facade, scan: Scan, xyz: Array | None = None) -> Standing:
     """Finds what stands free within 12 m before a facade.
 
     `xyz` are the points `in_facade_frame`, where they are known already.
     """
     xyz = in_facade_frame(scan, facade) if xyz is None else xyz
-    (x0, _), (x1, z1) = facade.outline.min(0), facade.outline.max(0)
+    (x0, _), (x1, z1) = facade.outline.min(0).tolist(), facade.outline.max(0).tolist()
     near = (xyz[:, 1] > -_STREET_M) & (xyz[:, 1] < _TOUCH_M)
     near &= (xyz[:, 0] > x0 - _AROUND_M) & (xyz[:, 0] < x1 + _AROUND_M) & (xyz[:, 2] < z1 + _AROUND_M)
     xyz = picked_rows(near, xyz)
@@ -111,7 +111,8 @@ def find_standing(facade: Facade, scan: Scan, xyz: Float | None = None) -> Stand
     if not before.any():
         return Standing()
     edge = max(_CUBE_M, _CUBE_SPACINGS * facade.spacing)
-    corner = xyz[before].min(0) - [0.0, 0.0, edge]  # a layer below the lowest point, for the feet
+    corner = xyz[before].min(0).astype(np.float64)
+    corner[2] -= edge  # a layer below the lowest point, for the feet
     cube = np.floor((xyz[before] - corner) / edge).astype(np.int64)
     between = (xyz[:, 1] >= -_BEFORE_M) & (height > _GROUND_M)
     joining = np.floor((xyz[between] - corner) / edge).astype(np.int64)
@@ -138,20 +139,20 @@ def _filled(groups: list[_Group], shape: Int) -> Bool:
     return filled
 
 
-def _ground(xyz: Float) -> Callable[[Float], Float]:
+def _ground(xyz: Array) -> Callable[[Array], Float]:
     """Returns the height z (k,) m of the ground below points (k, 3) that lie among the given ones (n, 3).
 
     It is that of the lowest points around, smoothed.
     """
     x0, y0 = float(xyz[:, 0].min()), float(xyz[:, 1].min())
 
-    def cells(points: Float) -> tuple[Int, Int]:
+    def cells(points: Array) -> tuple[Int, Int]:
         column, row = ((points[:, k] - first) / _GROUND_CELL_M for k, first in ((0, x0), (1, y0)))
         return column.astype(np.int64), row.astype(np.int64)
 
     at = cells(xyz)
     low = np.full((int(at[0].max()) + 1, int(at[1].max()) + 1), np.inf)
-    np.minimum.at(low.reshape(-1), at[0] * low.shape[1] + at[1], xyz[:, 2])
+    np.minimum.at(low.reshape(-1), at[0] * low.shape[1] + at[1], xyz[:, 2].astype(np.float64))
     low = ndimage.minimum_filter(low, _GROUND_CELLS, mode="nearest")
     ceiling = float(np.quantile(low[np.isfinite(low)], 0.9)) if np.isfinite(low).any() else 0.0
     low = np.minimum(low, ceiling)
@@ -228,7 +229,7 @@ def _described(group: _Group, facade: Facade) -> Occluder:
     )
 
 
-def _roundness(xyz: Float) -> float:
+def _roundness(xyz: Array) -> float:
     """Median share of the smallest principal variance of the points (n, 3) in cubes of half a metre."""
     key = np.floor(xyz / _NEIGHBOURHOOD_M).astype(np.int64)
     key -= key.min(0)
