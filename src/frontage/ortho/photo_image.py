@@ -17,7 +17,7 @@ from frontage.raster.resample import resample
 from frontage.raster.sourcemap import SourceMap
 from frontage.raster.tiles import Tile, tiles
 
-_RESAMPLED_TILE_PX = 512  # one Jacobian per tile
+_RESAMPLED_TILE_PX = 768  # one projection and one Jacobian per tile and photo
 _STRIP_PX = 128  # rows that are painted at once
 _APART_PX = 32  # columns of other photos that part two places: fewer take less time than another place
 _Window = tuple[slice, slice]

@@ -73,12 +73,15 @@ class Standing:
 
     def _within(self, cubes: Bool, xyz_facade: Array) -> Bool:
         held = np.zeros(len(xyz_facade), np.bool_)
-        before = np.flatnonzero(xyz_facade[:, 1] < -_BEFORE_M)
-        at = [
-            np.floor((xyz_facade[before, k] - self.corner[k]) / self.cube).astype(np.int64) for k in range(3)
-        ]
-        inside = np.logical_and.reduce([(a >= 0) & (a < n) for a, n in zip(at, cubes.shape, strict=True)])
-        held[before[inside]] = cubes[tuple(a[inside] for a in at)]
+        left = np.flatnonzero(xyz_facade[:, 1] < -_BEFORE_M)
+        cube = np.zeros(len(left), np.int64)
+        for axis, first, count in zip(xyz_facade.T, self.corner, cubes.shape, strict=True):
+            at = (np.take(axis, left) - first) / self.cube
+            inside = np.flatnonzero((at >= 0) & (at < count))
+            left, at = np.take(left, inside), np.take(at, inside)
+            cube = np.take(cube, inside) * count + at.astype(np.int64)
+        if len(left):
+            held[left] = np.take(cubes.ravel(), cube)
         return held
 
 
