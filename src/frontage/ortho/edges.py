@@ -15,7 +15,7 @@ import numpy as np
 from frontage.geometry.arrays import Array, Bool, Float, Int, picked_rows
 from frontage.ortho.gaps import Gaps
 from frontage.ortho.orthoraster import OrthoRaster
-from frontage.raster import gridding
+from frontage.raster import gridding, interpolation
 from frontage.raster.tiles import Tile, allocate, tiles
 
 _TILE_PX = 1024
@@ -38,7 +38,7 @@ class Steps:
     def recessed(self, raster: OrthoRaster, tile: Tile) -> Bool:
         """Returns which pixels (m, n) of a tile of another raster lie on the far side of their step."""
         (r0, r1, c0, c1), u, v = self.raster.window_of(raster, tile)
-        far: Bool = gridding.bilinear(self.distance[r0:r1, c0:c1], u, v) > 0.0
+        far: Bool = interpolation.bilinear(self.distance[r0:r1, c0:c1], u, v) > 0.0
         return far
 
 

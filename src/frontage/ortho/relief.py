@@ -22,7 +22,7 @@ from frontage.ortho.options import OrthoOptions
 from frontage.ortho.orthoraster import OrthoRaster
 from frontage.ortho.outline import inside_outline
 from frontage.ortho.recess import DEEPEST_REVEAL_M, room_cells
-from frontage.raster import gridding
+from frontage.raster import gridding, interpolation
 from frontage.raster.tiles import Tile
 
 _CELL_M = 0.03
@@ -64,25 +64,25 @@ class ReliefMap:
         (r0, r1, c0, c1), u, v = self.raster.window_of(raster, tile)
         window = (slice(r0, r1), slice(c0, c1))
         cells, near, far = (g[window] for g in (self.y, self.near, self.far))
-        y = gridding.bilinear(cells, u, v)
+        y = interpolation.bilinear(cells, u, v)
         stepped = far - near > _STEP_M
         if stepped.any():
             third = (cells - near > _STEP_M) & (far - cells > _STEP_M)  # a sill before a wall before a window
-            side, behind = (gridding.nearest(np.where(third, cells, g), u, v) for g in (near, far))
+            side, behind = (interpolation.nearest(np.where(third, cells, g), u, v) for g in (near, far))
             cv2.copyTo(behind, self.steps.recessed(raster, tile).view(np.uint8), side)
-            cv2.copyTo(side, gridding.nearest(stepped.view(np.uint8), u, v), y)
+            cv2.copyTo(side, interpolation.nearest(stepped.view(np.uint8), u, v), y)
         return y
 
     def measured(self, raster: OrthoRaster, tile: Tile) -> Bool:
         """Returns at which pixels (m, n) of a tile of another raster the depth was measured."""
         (r0, r1, c0, c1), u, v = self.raster.window_of(raster, tile)
-        found: Bool = gridding.bilinear(self.known[r0:r1, c0:c1], u, v) > 0.5
+        found: Bool = interpolation.bilinear(self.known[r0:r1, c0:c1], u, v) > 0.5
         return found
 
     def openings(self, raster: OrthoRaster, tile: Tile) -> Int:
         """Returns the number (m, n) of the opening at the pixels of a tile of another raster; 0 = wall."""
         (r0, r1, c0, c1), u, v = self.raster.window_of(raster, tile)
-        return gridding.nearest(self.opening[r0:r1, c0:c1], u, v)
+        return interpolation.nearest(self.opening[r0:r1, c0:c1], u, v)
 
     def in_front(self, xyz_facade: Float) -> Array:
         """Returns which points (n, 3) m of the facade frame lie on the surface or in front of it."""
