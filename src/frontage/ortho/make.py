@@ -53,9 +53,8 @@ def make_ortho(
     photos_used = [p for p in given if p.local_from_camera is not None]
 
     # Section 3: a raster with a fixed ratio of pixels to metres, and the points that lie on it.
-    raster = facade_raster(facade, options)
-    standing = find_standing(facade, scan, xyz := in_facade_frame(scan, facade))
-    points = facade_points(scan, facade, raster, standing, options, xyz)
+    raster, xyz = facade_raster(facade, options), in_facade_frame(scan, facade)
+    points = facade_points(scan, facade, raster, standing := find_standing(facade, scan, xyz), options, xyz)
     if not points.used.any() and not photos:
         return Failed("F301", f"facade {facade.id}: no scan point lies on it", "check outline and scan")
 
