@@ -69,7 +69,9 @@ def drawn(places: Float, most: int) -> Int:
     if step <= 1:
         return np.arange(len(places))
     mixed = np.zeros(len(places), np.uint64)
-    for column in np.rint(places.T * 1e4).astype(np.int64).view(np.uint64):
-        mixed = (mixed ^ column) * _ODD
+    for axis in places.T:
+        scaled = axis * 1e4
+        mixed ^= np.rint(scaled, out=scaled).astype(np.int64).view(np.uint64)
+        mixed *= _ODD
         mixed ^= mixed >> np.uint64(29)
     return np.flatnonzero(mixed % np.uint64(step) == 0)
