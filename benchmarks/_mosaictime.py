@@ -26,6 +26,7 @@ from frontage.ortho.project import plane_homography
 from frontage.ortho.relief import measure_relief
 from frontage.ortho.scan_image import intensity_band
 from frontage.ortho.standing.find import find_standing
+from frontage.scale.executor import keep_freed_memory
 from frontage.simulate.sensors.cameras import CameraSpec
 from frontage.simulate.sensors.instrument import ScannerSpec
 from frontage.simulate.sensors.photograph import iter_photographs
@@ -95,10 +96,12 @@ def _jpeg(rgb: Array) -> bytes:
 def time_of_a_large_front(folder: Path | None) -> None:
     """Prints processor times of the whole image, of its parts and of paper A, over that of the decoding.
 
-    Everything runs in one thread, as in worker processes. Rendered photos are smooth, and files of cameras
-    decode more slowly, so the times are told for photos with the noise of a sensor, too.
+    Everything runs in one thread and uses freed memory again, as in worker processes. Rendered photos are
+    smooth, and files of cameras decode more slowly, so the times are told for photos with the noise of a
+    sensor, too.
     """
     cv2.setNumThreads(1)
+    keep_freed_memory()
     case = large_front(folder)
     columns = [_times(case, case.files), _times(case, _with_noise(case.files))]
     rows = [[name, *(figure(bootstrap(found[name])) for found in columns)] for name in columns[0]]
@@ -167,6 +170,7 @@ def _processor(work: Callable[[], object]) -> float:
 
 def many_photos() -> None:
     """Makes the facades of a street with 200 photo files of 12 MP, and prints time, memory and decodings."""
+    keep_freed_memory()  # as worker processes do
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         photos = _write_street(folder)

@@ -10,11 +10,11 @@ def test_places_hold_every_pixel_of_a_photo_once_and_little_else():
     mask = np.zeros((500, 480), bool)
     mask[10:200, 20:60] = mask[150:230, 400:470] = mask[498, 3] = True
     count = np.zeros(mask.shape, int)
-    for window in _places(mask, 96):
+    for window in _places(mask, 96, 96):
         count[window] += 1
     assert count.max() == 1 and (count[mask] == 1).all()
     assert count.sum() < 2 * mask.sum()
-    assert list(_places(np.zeros((100, 100), bool), 96)) == []
+    assert list(_places(np.zeros((100, 100), bool), 96, 96)) == []
 
 
 def test_every_cube_of_a_cloud_keeps_a_point():

@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 
 from frontage.raster import gridding, tiles
+from frontage.raster import interpolation as between
 from frontage.raster import resample as resampling
 from frontage.raster.sourcemap import SourceMap, fitted
 from frontage.raster.zbuffer import local_spacing, splat_depth
@@ -147,6 +148,9 @@ def test_spacing_is_measured_where_the_points_are():
     assert np.median(spacing[:40_000]) == pytest.approx(0.02, rel=0.1)
     assert np.median(spacing[40_000:]) == pytest.approx(0.04, rel=0.1)
     assert count.min() >= 1
+    some = np.array([3, 45_000])
+    of_some = local_spacing(np.vstack([fine, coarse]), of=some)
+    assert np.array_equal(of_some, (spacing[some], count[some]))
 
 
 def test_quantiles_by_cell():
@@ -160,9 +164,9 @@ def test_quantiles_by_cell():
 def test_bilinear_and_nearest_values_between_cells():
     field = np.arange(12.0).reshape(3, 4)
     u, v = np.array([-1.0, 0.5, 3.0, 9.0]), np.array([0.25, 2.0])
-    assert np.allclose(gridding.bilinear(field, u, v), [[1.0, 1.5, 4.0, 4.0], [8.0, 8.5, 11.0, 11.0]])
-    assert np.array_equal(gridding.nearest(field, u, v), field[[0, 2]][:, [0, 0, 3, 3]])
-    assert np.allclose(gridding.bilinear(np.ones((1, 1)), u, v), 1.0)
+    assert np.allclose(between.bilinear(field, u, v), [[1.0, 1.5, 4.0, 4.0], [8.0, 8.5, 11.0, 11.0]])
+    assert np.array_equal(between.nearest(field, u, v), field[[0, 2]][:, [0, 0, 3, 3]])
+    assert np.allclose(between.bilinear(np.ones((1, 1)), u, v), 1.0)
 
 
 @pytest.mark.parametrize("divided", [(1, 1), (3, 4), (5, 2)])
@@ -171,12 +175,21 @@ def test_cells_divided_into_pixels_are_interpolated_like_any_others(divided, fir
     field = np.random.default_rng(1).random((9, 7, 3)).astype(np.float32)
     u, v = ((np.arange(f, f + 40) + 0.5) / d - 0.5 for f, d in zip(first, divided, strict=True))
     off = 1e-4  # cells: no longer the same pixels in every cell
-    assert np.allclose(
-        gridding.bilinear(field, u, v), gridding.bilinear(field, u + off, v + off), atol=4 * off
-    )
+    assert np.allclose(between.bilinear(field, u, v), between.bilinear(field, u + off, v + off), atol=4 * off)
     at = (np.broadcast_to(a, (40, 40)).astype(np.float32) for a in (u[None, :], v[:, None]))
     there = cv2.remap(field, *at, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
-    assert np.allclose(gridding.bilinear(field, u, v), there, atol=1e-3)
+    assert np.allclose(between.bilinear(field, u, v), there, atol=1e-3)
+    c, r = (np.clip(np.rint(a), 0, n - 1).astype(int) for a, n in ((u, 7), (v, 9)))
+    assert np.array_equal(between.nearest(field[..., 0], u, v), field[r][:, c, 0])
+
+
+@pytest.mark.parametrize("rows", [5, 40])
+def test_few_rows_are_interpolated_like_many(rows):
+    field = np.random.default_rng(2).random((20, 30)).astype(np.float32)
+    u, v = np.linspace(-1.0, 31.0, 47), np.linspace(0.3, 18.9, rows)
+    at = (np.broadcast_to(a, (rows, 47)).astype(np.float32) for a in (np.clip(u, 0, 29)[None, :], v[:, None]))
+    there = cv2.remap(field, *at, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
+    assert np.allclose(between.bilinear(field, u, v), there, atol=0.05)
 
 
 @pytest.mark.parametrize("radius", [0.4, 1.0, 2.3, 5.0, 12.0])

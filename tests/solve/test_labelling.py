@@ -54,12 +54,14 @@ def test_a_border_runs_where_it_costs_least():
     assert (label[:, 31:] == 1).all()
 
 
-def test_strips_are_labelled_as_the_whole_would_be(monkeypatch):
+def test_windows_are_labelled_as_the_whole_would_be(monkeypatch):
     rng = np.random.default_rng(8)
-    for shape in ((201, 37), (200, 64), (150, 1)):
+    for shape in ((201, 37), (200, 64), (150, 1), (70, 131)):
         cost = rng.uniform(0, 2, (4, *shape)).astype(np.float32)
         border = rng.uniform(0, 1, (4, *shape)).astype(np.float32)
-        monkeypatch.setattr(labelling, "_STRIP", 1 << 20)
+        for side in ("_ROWS", "_COLUMNS"):
+            monkeypatch.setattr(labelling, side, 1 << 20)
         whole = label_grid(cost, 0.7, border)
-        monkeypatch.setattr(labelling, "_STRIP", 32)
+        for side in ("_ROWS", "_COLUMNS"):
+            monkeypatch.setattr(labelling, side, 32)
         assert np.array_equal(label_grid(cost, 0.7, border), whole)

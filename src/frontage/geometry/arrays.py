@@ -43,6 +43,17 @@ def freeze(noun: object, **fields: tuple[tuple[int | None, ...], DTypeLike]) -> 
             object.__setattr__(noun, name, readonly(value, shape, dtype, name))
 
 
+def picked_rows(which: Bool, points: Array) -> Array:
+    """Returns the rows (k, d) of points (n, d) of which this is true (n,), axis by axis in memory.
+
+    It is the same memory if it is true of all. A pass over one coordinate of points that lie in memory point
+    by point would read all of them.
+    """
+    if which.all():
+        return points
+    return np.take(points.T, np.flatnonzero(which), axis=1).T
+
+
 def distinct(values: Int) -> Int:
     """Returns the distinct values (n,) in ascending order, many times faster than `numpy.unique`."""
     ordered = np.sort(values)
@@ -58,7 +69,9 @@ def drawn(places: Float, most: int) -> Int:
     if step <= 1:
         return np.arange(len(places))
     mixed = np.zeros(len(places), np.uint64)
-    for column in np.rint(places.T * 1e4).astype(np.int64).view(np.uint64):
-        mixed = (mixed ^ column) * _ODD
+    for axis in places.T:
+        scaled = axis * 1e4
+        mixed ^= np.rint(scaled, out=scaled).astype(np.int64).view(np.uint64)
+        mixed *= _ODD
         mixed ^= mixed >> np.uint64(29)
     return np.flatnonzero(mixed % np.uint64(step) == 0)

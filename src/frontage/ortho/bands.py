@@ -44,7 +44,7 @@ class Bands:
         """Sets the depth to NaN where the relief was not measured."""
         if self.relief is not None:
             for tile in tiles(raster.height, raster.width, TILE_PX):
-                self.depth[tile.window][~self.relief.measured(raster, tile)] = np.nan
+                np.copyto(self.depth[tile.window], np.nan, where=~self.relief.measured(raster, tile))
 
     def as_ortho_image(
         self,
@@ -124,12 +124,12 @@ def clear_outside(
         outside = ~inside_outline(facade, raster, tile, options.margin)
         within = inside_outline(facade, raster, tile, 0.5 * facade.spacing)
         if measured:
-            outside |= ~np.isfinite(bands.depth[tile.window]) & ~within
+            outside |= ~(np.isfinite(bands.depth[tile.window]) | within)
         source = bands.source[tile.window]
         source[within & (source == 0)] = NOT_SEEN
         if outside.any():
-            bands.pixels[tile.window][outside] = 0
-            bands.source[tile.window][outside] = 0
+            np.copyto(bands.pixels.view(np.uint32)[tile.window][..., 0], 0, where=outside)
+            np.copyto(source, 0, where=outside)
             for band in (bands.depth if bands.relief else None, bands.gsd, intensity):
                 if band is not None:
-                    band[tile.window][outside] = np.nan
+                    np.copyto(band[tile.window], np.nan, where=outside)

@@ -12,10 +12,10 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 
-from frontage.geometry.arrays import Array, Bool, Float, Int
+from frontage.geometry.arrays import Array, Bool, Float, Int, picked_rows
 from frontage.ortho.gaps import Gaps
 from frontage.ortho.orthoraster import OrthoRaster
-from frontage.raster import gridding
+from frontage.raster import gridding, interpolation
 from frontage.raster.tiles import Tile, allocate, tiles
 
 _TILE_PX = 1024
@@ -38,7 +38,7 @@ class Steps:
     def recessed(self, raster: OrthoRaster, tile: Tile) -> Bool:
         """Returns which pixels (m, n) of a tile of another raster lie on the far side of their step."""
         (r0, r1, c0, c1), u, v = self.raster.window_of(raster, tile)
-        far: Bool = gridding.bilinear(self.distance[r0:r1, c0:c1], u, v) > 0.0
+        far: Bool = interpolation.bilinear(self.distance[r0:r1, c0:c1], u, v) > 0.0
         return far
 
 
@@ -94,9 +94,9 @@ def _sorted_points(
     cell, xyz = points
     low, high, y = near.ravel()[cell], far.ravel()[cell], xyz[:, 1]
     use = (high - low > step) & (y <= high + step)
-    at, recessed = fine.pixel(np.compress(use, xyz, axis=0)), (y > 0.5 * (low + high))[use]
+    at, recessed = fine.pixel(picked_rows(use, xyz)), (y > 0.5 * (low + high))[use]
     order, band = gridding.by_rows(at[:, 1])
-    return np.take(at, order, axis=0), recessed[order], band
+    return np.take(at.T, order, axis=1).T, recessed[order], band
 
 
 def _signed_distance(near: Bool, far: Bool, spacing: Array) -> Array:

@@ -8,6 +8,7 @@ from frontage.model import Facade, Failed, OrthoImage, Photo, Scan
 from frontage.ortho.bands import Bands, clear_outside
 from frontage.ortho.checks.agreement import Turn, check_photos
 from frontage.ortho.checks.excluded import why_no_photo
+from frontage.ortho.cloud import in_facade_frame
 from frontage.ortho.consistency import photo_offset
 from frontage.ortho.decoded import DecodedPhotos
 from frontage.ortho.mosaic.compose import compose_mosaic
@@ -52,8 +53,8 @@ def make_ortho(
     photos_used = [p for p in given if p.local_from_camera is not None]
 
     # Section 3: a raster with a fixed ratio of pixels to metres, and the points that lie on it.
-    raster = facade_raster(facade, options)
-    points = facade_points(scan, facade, raster, standing := find_standing(facade, scan), options)
+    raster, xyz = facade_raster(facade, options), in_facade_frame(scan, facade)
+    points = facade_points(scan, facade, raster, standing := find_standing(facade, scan, xyz), options, xyz)
     if not points.used.any() and not photos:
         return Failed("F301", f"facade {facade.id}: no scan point lies on it", "check outline and scan")
 

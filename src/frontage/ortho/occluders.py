@@ -4,8 +4,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from frontage.geometry.arrays import Array, Bool, Float, Int
+from frontage.geometry.arrays import Array, Bool, Float, Int, picked_rows
 from frontage.model import Facade, Scan
+from frontage.ortho.cloud import in_facade_frame
 from frontage.ortho.options import OrthoOptions
 from frontage.ortho.standing.find import Standing
 from frontage.raster.zbuffer import local_spacing
@@ -16,7 +17,8 @@ _CUBE_M = 0.04  # of which one point is enough: what photos see is told on cells
 _PLACES = 4194301  # of a table of cubes, many more than a facade fills; a prime number
 
 Spaced = tuple[Array, Array]
-"""Points (n, 3) float32 m in the facade frame, and the spacing (n,) float32 m of the surface of each."""
+"""Points (n, 3) float32 m in the facade frame, axis by axis in memory, and the spacing (n,) float32 m of the
+surface of each."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,21 +43,23 @@ def find_occluders(
     """
     clouds = [xyz_facade]
     if surroundings is not None:
-        clouds.append(facade.frame.inverse.apply(surroundings.xyz))
+        clouds.append(in_facade_frame(surroundings, facade))
     xyz, spacing, lines = [], [], []
     for points in clouds:
-        ahead = np.compress(points[:, 1] < options.back, points, axis=0)
-        s, k = local_spacing(ahead)
+        ahead = picked_rows(points[:, 1] < options.back, points)
         kept = _one_of_each_cube(ahead)
-        kept = kept[k[kept] >= _FEWEST_TOGETHER]
-        xyz.append(np.take(ahead, kept, axis=0).astype(np.float32))
-        spacing.append(s[kept])
-        lines.append(_in_lines(xyz[-1], s[kept], k[kept]))
-    every, gap = np.concatenate(xyz), np.maximum(np.concatenate(spacing), _CUBE_M).astype(np.float32)
+        s, k = local_spacing(ahead, of=kept)
+        many = k >= _FEWEST_TOGETHER
+        kept, s, k = kept[many], s[many], k[many]
+        xyz.append(np.take(ahead.T, kept, axis=1).T.astype(np.float32))
+        spacing.append(s)
+        lines.append(_in_lines(xyz[-1], s, k))
+    every = np.concatenate([points.T for points in xyz], axis=1).T
+    gap = np.maximum(np.concatenate(spacing), _CUBE_M).astype(np.float32)
     free = (every[:, 1] < -options.front) | standing.holds(every)
     solid = free & standing.holds_in_solid(every)
     part = ~free & np.concatenate(lines)
-    return OccluderCloud(*((np.compress(which, every, axis=0), gap[which]) for which in (part, free, solid)))
+    return OccluderCloud(*((picked_rows(which, every), gap[which]) for which in (part, free, solid)))
 
 
 def _in_lines(xyz: Array, spacing: Float, together: Float) -> Bool:

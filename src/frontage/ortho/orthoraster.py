@@ -41,11 +41,13 @@ class OrthoRaster:
         x, z = self.corner[0] + column * self.gsd, self.corner[1] - row * self.gsd
         return np.stack(np.broadcast_arrays(x, np.asarray(y, np.float64), z), axis=-1)
 
-    def pixel(self, xyz_facade: Float) -> Float:
-        """Projects points (n, 3) m of the facade frame orthogonally to pixels (n, 2)."""
-        return np.column_stack(
-            [(xyz_facade[:, 0] - self.corner[0]) / self.gsd, (self.corner[1] - xyz_facade[:, 2]) / self.gsd]
-        )
+    def pixel(self, xyz_facade: Array) -> Array:
+        """Projects points (n, 3) m of the facade frame orthogonally to pixels (n, 2) of their precision."""
+        at = np.empty((2, len(xyz_facade)), xyz_facade.dtype)
+        np.subtract(xyz_facade[:, 0], self.corner[0], out=at[0])
+        np.subtract(self.corner[1], xyz_facade[:, 2], out=at[1])
+        at /= self.gsd
+        return at.T
 
     def coarser(self, step: int) -> "OrthoRaster":
         """Returns the raster of cells of step x step pixels that covers this one."""

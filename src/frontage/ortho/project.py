@@ -3,7 +3,6 @@
 from collections.abc import Callable
 from functools import lru_cache
 
-import cv2
 import numpy as np
 from numpy.polynomial.chebyshev import cheb2poly
 
@@ -76,7 +75,7 @@ def map_tile(to_photo: PixelMap, tile: Tile, y: Array | None) -> SourceMap:
     `_DEGREES` has an error of at most `MAP_ERROR_PX`; otherwise every pixel is projected.
     """
     depth = None if y is None else np.asarray(y, np.float32)
-    if depth is not None and np.isnan(depth).any():
+    if depth is not None and np.isnan(depth.min()):
         depth = np.nan_to_num(depth, nan=0.0)
     low, high = (0.0, 0.0) if depth is None else _range(depth)
     middle, half = 0.5 * (low + high), 0.5 * (high - low)
@@ -105,7 +104,7 @@ def map_tile(to_photo: PixelMap, tile: Tile, y: Array | None) -> SourceMap:
 
 def _range(depth: Array) -> tuple[float, float]:
     """Smallest and largest depth of a tile; their mean twice when they differ by less than 0.1 mm."""
-    low, high, _, _ = cv2.minMaxLoc(depth)
+    low, high = float(depth.min()), float(depth.max())
     middle = 0.5 * (low + high)
     return (middle, middle) if high - low < _FLAT_M else (low, high)
 

@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass, field
 
+import cv2
 import numpy as np
 
 from frontage.geometry.arrays import Array
@@ -72,4 +73,6 @@ class CellPhotos:
 def _radius(photo: Photo, u: Array, v: Array) -> Array:
     """Distance of photo pixels (m, n) from the middle of the photo, in half diagonals."""
     w, h = photo.camera.width, photo.camera.height
-    return np.asarray(np.hypot(u - 0.5 * w, v - 0.5 * h) / (0.5 * np.hypot(w, h)), np.float32)
+    radius: Array = cv2.magnitude(u - np.float32(0.5 * w), v - np.float32(0.5 * h))
+    radius *= np.float32(1.0 / (0.5 * np.hypot(w, h)))
+    return radius

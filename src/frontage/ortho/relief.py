@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 
-from frontage.geometry.arrays import Array, Bool, Float, Int
+from frontage.geometry.arrays import Array, Bool, Float, Int, picked_rows
 from frontage.model import Facade
 from frontage.ortho.edges import Steps, measure_steps
 from frontage.ortho.gaps import Gaps
@@ -22,7 +22,7 @@ from frontage.ortho.options import OrthoOptions
 from frontage.ortho.orthoraster import OrthoRaster
 from frontage.ortho.outline import inside_outline
 from frontage.ortho.recess import DEEPEST_REVEAL_M, room_cells
-from frontage.raster import gridding
+from frontage.raster import gridding, interpolation
 from frontage.raster.tiles import Tile
 
 _CELL_M = 0.03
@@ -64,25 +64,25 @@ class ReliefMap:
         (r0, r1, c0, c1), u, v = self.raster.window_of(raster, tile)
         window = (slice(r0, r1), slice(c0, c1))
         cells, near, far = (g[window] for g in (self.y, self.near, self.far))
-        y = gridding.bilinear(cells, u, v)
+        y = interpolation.bilinear(cells, u, v)
         stepped = far - near > _STEP_M
         if stepped.any():
             third = (cells - near > _STEP_M) & (far - cells > _STEP_M)  # a sill before a wall before a window
-            side, behind = (gridding.nearest(np.where(third, cells, g), u, v) for g in (near, far))
+            side, behind = (interpolation.nearest(np.where(third, cells, g), u, v) for g in (near, far))
             cv2.copyTo(behind, self.steps.recessed(raster, tile).view(np.uint8), side)
-            cv2.copyTo(side, gridding.nearest(stepped.view(np.uint8), u, v), y)
+            cv2.copyTo(side, interpolation.nearest(stepped.view(np.uint8), u, v), y)
         return y
 
     def measured(self, raster: OrthoRaster, tile: Tile) -> Bool:
         """Returns at which pixels (m, n) of a tile of another raster the depth was measured."""
         (r0, r1, c0, c1), u, v = self.raster.window_of(raster, tile)
-        found: Bool = gridding.bilinear(self.known[r0:r1, c0:c1], u, v) > 0.5
+        found: Bool = interpolation.bilinear(self.known[r0:r1, c0:c1], u, v) > 0.5
         return found
 
     def openings(self, raster: OrthoRaster, tile: Tile) -> Int:
         """Returns the number (m, n) of the opening at the pixels of a tile of another raster; 0 = wall."""
         (r0, r1, c0, c1), u, v = self.raster.window_of(raster, tile)
-        return gridding.nearest(self.opening[r0:r1, c0:c1], u, v)
+        return interpolation.nearest(self.opening[r0:r1, c0:c1], u, v)
 
     def in_front(self, xyz_facade: Float) -> Array:
         """Returns which points (n, 3) m of the facade frame lie on the surface or in front of it."""
@@ -106,15 +106,16 @@ def measure_relief(
         return None
     cells = raster.of_cells(size)
     shape = (cells.height, cells.width)
-    points = _chosen((xyz_facade[:, 1] >= -options.front) & (xyz_facade[:, 1] <= options.back), xyz_facade)
+    within = (xyz_facade[:, 1] >= -options.front) & (xyz_facade[:, 1] <= options.back)
+    points = picked_rows(within, xyz_facade)
     cell, inside = gridding.cell_index(cells.pixel(points), shape)
     if not inside.any():
         return None
-    points = _chosen(inside, points)
+    points = picked_rows(inside, points)
     front = points[:, 1] <= DEEPEST_REVEAL_M
     opaque = np.bincount(cell[front], minlength=shape[0] * shape[1]) >= _OPAQUE_POINTS
     seen = front | ~opaque[cell]  # the far wall of a room, seen through a window beside, lies behind
-    points, cell = _chosen(seen, points), cell[seen]
+    points, cell = picked_rows(seen, points), cell[seen]
     (low, median, high), _ = gridding.cell_quantiles(cell, points[:, 1], shape, (0.25, 0.5, 0.75))
     median[high - low > _STEP_M] = np.nan
     median[room_cells(median, size, _STEP_M)] = np.nan
@@ -127,11 +128,6 @@ def measure_relief(
     deepest = cv2.dilate(np.fmax(found.y, smooth), box)
     steps = measure_steps((cell, points), cells, near, far, step=_STEP_M, raster=raster, gaps=gaps)
     return ReliefMap(cells, found.y, near, far, deepest, found.known.astype(np.float32), found.opening, steps)
-
-
-def _chosen(which: Bool, points: Float) -> Float:
-    """The points (n, 3) of which this is true (n,): the same memory if it is true of all."""
-    return points if which.all() else np.compress(which, points, axis=0)
 
 
 def _agreed(y: Array) -> Array:

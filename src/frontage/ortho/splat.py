@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 
-from frontage.geometry.arrays import Array, Bool, Float
+from frontage.geometry.arrays import Array, Bool, Float, picked_rows
 from frontage.ortho.gaps import Gaps
 from frontage.ortho.orthoraster import OrthoRaster
 from frontage.raster import gridding
@@ -48,7 +48,7 @@ def surface_samples(xyz_facade: Float, value: Array, raster: OrthoRaster, gaps: 
     at = raster.pixel(xyz_facade)
     _, inside = gridding.cell_index(at, (raster.height, raster.width))
     if not inside.all():
-        at, value = np.compress(inside, at, axis=0), np.compress(inside, value, axis=0)
+        at, value = picked_rows(inside, at), np.compress(inside, value, axis=0)
     return Samples(at, value, gaps)
 
 
@@ -61,14 +61,14 @@ def splat(samples: Samples, raster: OrthoRaster, out: Array, known: Array) -> No
     step = max(1, round(float(np.quantile(samples.gaps.px, _DENSEST))))
     cells = raster.coarser(step)
     order, band = gridding.by_rows(samples.at[:, 1] / step)
-    at, value = (np.take(a, order, axis=0) for a in (samples.at, samples.value))
+    at, value = np.take(samples.at.T, order, axis=1), np.take(samples.value, order, axis=0)
     at /= step
     for tile in tiles(cells.height, cells.width, _ROWS, _COLUMNS):
         reach = _reach(samples.gaps, tile, step)
         r0, c0 = tile.r0 - reach, tile.c0 - reach
         shape = (tile.shape[0] + 2 * reach, tile.shape[1] + 2 * reach)
         part = gridding.of_rows(band, r0, r0 + shape[0])
-        cell, inside = gridding.cell_index(at[part] - [c0, r0], shape)
+        cell, inside = gridding.cell_index((at[:, part] - [[c0], [r0]]).T, shape)
         if not len(cell):
             continue
         spacing = samples.gaps.at(*(np.arange(n, n + m) * step for n, m in zip((r0, c0), shape, strict=True)))

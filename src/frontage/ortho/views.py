@@ -19,7 +19,7 @@ from frontage.ortho.orthoraster import OrthoRaster
 from frontage.ortho.project import map_tile
 from frontage.ortho.surface import DrawingSurface
 from frontage.ortho.visibility import visibility
-from frontage.raster import gridding
+from frontage.raster import interpolation
 from frontage.raster.tiles import Tile, tiles
 
 _CELL_M = 0.04
@@ -174,4 +174,4 @@ def _effective_gsd(photo: Photo, surface: DrawingSurface, options: OrthoOptions)
         smallest = np.sqrt(np.maximum(total - np.sqrt(np.maximum(total**2 - 4 * det**2, 0.0)), 0.0) / 2)
         gsd = (coarse.gsd / smallest).astype(np.float32)
     (r0, r1, c0, c1), u, v = coarse.window_of(cells, Tile(0, cells.height, 0, cells.width))
-    return gridding.bilinear(gsd[r0:r1, c0:c1], u, v)
+    return interpolation.bilinear(gsd[r0:r1, c0:c1], u, v)

@@ -59,21 +59,15 @@ def visibility(
     x, z = cells.corner[0] + column * cells.gsd, cells.corner[1] - row * cells.gsd
     own = (y - np.float32(centre[1])).astype(np.float32)
     stretch = np.float32(-centre[1]) / own  # the rays to the cells meet the plane at these places
-    at = [
-        (centre[0] + (x[None, :] - centre[0]) * stretch - fine.corner[0]) / fine.gsd - 0.5,
-        (fine.corner[1] - centre[2] - (z[:, None] - centre[2]) * stretch) / fine.gsd - 0.5,
-    ]
-    u, v = (np.ascontiguousarray(a, np.float32) for a in at)
+    u = ((x - centre[0]) / fine.gsd).astype(np.float32) * stretch
+    u += np.float32((centre[0] - fine.corner[0]) / fine.gsd - 0.5)
+    v = ((centre[2] - z) / fine.gsd).astype(np.float32)[:, None] * stretch
+    v += np.float32((fine.corner[1] - centre[2]) / fine.gsd - 0.5)
     slope = distance / own  # metres along the ray per metre along the normal
     box = np.ones((3, 3), np.uint8)
+    u, v = cv2.convertMaps(u, v, cv2.CV_16SC2, nninterpolation=True)
     part, stands, blocks = (
-        (
-            cv2.remap(
-                _shadows(centre, xyz, gap, fine), u, v, cv2.INTER_NEAREST, borderMode=cv2.BORDER_REPLICATE
-            )
-            - own
-        )
-        * slope
+        _before(_shadows(centre, xyz, gap, fine), (u, v), own, slope)
         for xyz, gap in (cloud.part, cloud.free, cloud.solid)
     )
     # A cell between two hidden ones is hidden, and the outline of a tree or car is known to a cell at best.
@@ -88,6 +82,18 @@ def visibility(
     return Visibility(factor, behind, solid)
 
 
+def _before(shadows: Array, at: tuple[Array, Array], own: Array, slope: Array) -> Array:
+    """How far (h, w) m along their rays what casts `shadows` lies behind cells, negative before them.
+
+    The rays of the cells meet the shadows `at` these places; `own` (h, w) m are the distances of the cells
+    along the normal, and `slope` (h, w) metres along the ray per metre of that.
+    """
+    nearest = cv2.remap(shadows, *at, cv2.INTER_NEAREST, borderMode=cv2.BORDER_REPLICATE)
+    nearest -= own
+    nearest *= slope
+    return np.asarray(nearest)
+
+
 def _shadows(centre: Float, xyz: Array, spacing: Array, raster: OrthoRaster) -> Array:
     """The smallest distance (h, w) m along the normal of points (n, 3) m whose shadows cover a pixel.
 
@@ -95,11 +101,16 @@ def _shadows(centre: Float, xyz: Array, spacing: Array, raster: OrthoRaster) -> 
     """
     c = centre.astype(np.float32)
     away = xyz[:, 1] - c[1]
-    ahead = away > _NEAREST_M
-    stretch = -c[1] / np.where(ahead, away, np.float32(np.inf))
-    u = (c[0] + (xyz[:, 0] - c[0]) * stretch - np.float32(raster.corner[0])) / np.float32(raster.gsd)
-    v = (np.float32(raster.corner[1]) - c[2] - (xyz[:, 2] - c[2]) * stretch) / np.float32(raster.gsd)
-    near = ahead & (u >= 0) & (u < raster.width) & (v >= 0) & (v < raster.height)
-    radius = np.float32(_SPLAT / raster.gsd) * spacing[near] * stretch[near]
-    shape = (raster.height, raster.width)
-    return splat_depth(np.stack([u[near], v[near]]).T, away[near], radius, shape)
+    away[away <= _NEAREST_M] = -np.inf  # is not drawn
+    stretch = -c[1] / away
+    at = np.empty((2, len(xyz)), np.float32)
+    u = np.subtract(xyz[:, 0], c[0], out=at[0])
+    u *= stretch
+    u += c[0] - np.float32(raster.corner[0])
+    v = np.subtract(c[2], xyz[:, 2], out=at[1])
+    v *= stretch
+    v += np.float32(raster.corner[1]) - c[2]
+    at /= np.float32(raster.gsd)
+    stretch *= spacing
+    stretch *= np.float32(_SPLAT / raster.gsd)
+    return splat_depth(at.T, away, stretch, (raster.height, raster.width))

@@ -29,12 +29,11 @@ def thin(xyz: Float, voxel: float) -> Int:
 
     It is the one least in x, and of those the one least in y and z.
     """
-    cells = np.floor((xyz - xyz.min(0)) / voxel).astype(np.int64) if len(xyz) else np.empty((0, 3), np.int64)
-    if not len(cells):
+    if not len(xyz):
         return np.empty(0, np.int64)
-    _, ny, nz = cells.max(0) + 1
-    order, start = _grouped((cells[:, 0] * ny + cells[:, 1]) * nz + cells[:, 2])
-    x = xyz[order, 0]
+    axes = np.ascontiguousarray(xyz.T)  # passes over one axis at a time are several times as fast
+    order, start = _grouped(_voxel_of(axes, voxel))
+    x = np.take(axes[0], order)
     size = np.diff(start, append=len(x))
     least = np.flatnonzero(x == np.repeat(np.minimum.reduceat(x, start), size))
     group, rows = np.repeat(np.arange(len(start)), size)[least], order[least]
@@ -43,6 +42,16 @@ def thin(xyz: Float, voxel: float) -> Int:
     by = np.lexsort((xyz[rows[tied], 2], xyz[rows[tied], 1], group[tied]))
     rows[tied] = rows[tied][by]  # groups stay where they are
     return np.sort(rows[first])
+
+
+def _voxel_of(axes: Float, voxel: float) -> Int:
+    """The number (n,) of the voxel, `voxel` m wide, of every point; `axes` (3, n) m are the coordinates."""
+    number = np.zeros(axes.shape[1], np.int64)
+    for axis in axes:
+        cell = ((axis - axis.min()) / voxel).astype(np.int64)  # never negative
+        number *= cell.max() + 1
+        number += cell
+    return number
 
 
 def _grouped(key: Int) -> tuple[Int, Int]:

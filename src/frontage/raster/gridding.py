@@ -1,8 +1,7 @@
-"""Turns scattered points into grids: quantiles by cell, interpolation between cells, closing of gaps."""
+"""Turns scattered points into grids: quantiles by cell, closing of gaps, distances."""
 
 from collections.abc import Callable
 from functools import lru_cache
-from typing import NamedTuple
 
 import cv2
 import numpy as np
@@ -11,7 +10,6 @@ from frontage.geometry.arrays import Array, Bool, Float, Int
 from frontage.raster.tiles import tiles
 
 _MARKED_CELLS = 1 << 26  # as many are marked in memory; more are sorted
-_SAME_PLACE = 1e-6  # pixels
 _BAND_ROWS = 64
 _CROSS, _SQUARE = (cv2.getStructuringElement(kind, (3, 3)) for kind in (cv2.MORPH_CROSS, cv2.MORPH_RECT))
 OCTAGON = (_CROSS, _CROSS, _SQUARE, _CROSS, _SQUARE)
@@ -21,13 +19,18 @@ _SAMPLE_PX = 16  # between the radii of which the mean of a block is taken
 _LARGEST_DISC_PX = 8.0  # the time of a disc grows with its area, that of distances does not
 
 
-def cell_index(column_row: Float, shape: tuple[int, int]) -> tuple[Int, Bool]:
+def cell_index(column_row: Array, shape: tuple[int, int]) -> tuple[Int, Bool]:
     """Returns the flat cell numbers (k,) of the positions (n, 2) (column, row) inside, and which (n,) are."""
     h, w = shape
-    c, r = (np.floor(at, dtype=np.float64) for at in column_row.T)
+    c, r = column_row.T
     inside = (c >= 0) & (c < w) & (r >= 0) & (r < h)
-    cell = r * w + c
-    return (cell if inside.all() else cell[inside]).astype(np.int64), inside
+    if not inside.all():
+        chosen = np.flatnonzero(inside)
+        c, r = np.take(c, chosen), np.take(r, chosen)
+    cell = r.astype(np.int64)
+    cell *= w
+    cell += c.astype(np.int64)
+    return cell, inside
 
 
 def by_rows(row: Float) -> tuple[Int, Array]:
@@ -40,8 +43,8 @@ def by_rows(row: Float) -> tuple[Int, Array]:
 def of_rows(band: Array, first: int, last: int) -> slice:
     """Returns which of the positions, ordered as by `by_rows`, may lie in the rows `first` to `last`."""
     return slice(
-        int(np.searchsorted(band, first // _BAND_ROWS, "left")),
-        int(np.searchsorted(band, last // _BAND_ROWS, "right")),
+        int(np.searchsorted(band, band.dtype.type(first // _BAND_ROWS), "left")),
+        int(np.searchsorted(band, band.dtype.type(last // _BAND_ROWS), "right")),
     )
 
 
@@ -61,14 +64,18 @@ def cell_quantiles(
     """Quantiles (q, h, w) (NaN = empty) of values (n,) by flat cell number (n,), and counts (h, w)."""
     cell, value = _in_order(cell, value)
     count = np.bincount(cell, minlength=shape[0] * shape[1])
-    start = np.cumsum(count) - count
     used = np.flatnonzero(count)
+    last = count[used]
+    first = np.cumsum(last) - last
+    last -= 1
     out = np.full((len(quantiles), shape[0] * shape[1]), np.nan)
     for i, q in enumerate(quantiles):
-        at = q * (count[used] - 1)
-        low, high = np.floor(at).astype(np.int64), np.ceil(at).astype(np.int64)
+        at = q * last
+        low = at.astype(np.int64)
         share = at - low
-        out[i, used] = value[start[used] + low] * (1 - share) + value[start[used] + high] * share
+        low += first
+        high = low + (share > 0.0)
+        out[i, used] = np.take(value, low) * (1 - share) + np.take(value, high) * share
     return out.reshape(len(quantiles), *shape), count.reshape(shape)
 
 
@@ -83,86 +90,6 @@ def _in_order(cell: Int, value: Float) -> tuple[Int, Float]:
     both = np.sort(cell + (value - low) / span)
     cell = both.astype(np.int64)
     return cell, low + (both - cell) * span
-
-
-def bilinear(grid: Array, u: Array, v: Array) -> Array:
-    """Interpolates a grid (h, w) or (h, w, k) bilinearly at columns u (n,) and rows v (m,).
-
-    Returns (m, n) or (m, n, k) float32; the edges extend outwards. Where the positions divide every cell into
-    the same whole number of pixels, the grid is enlarged by it, which takes a twentieth of the time.
-    """
-    across, down = _divided(u, grid.shape[1]), _divided(v, grid.shape[0])
-    if across is None or down is None:
-        return _anywhere(grid, u, v)
-    part = _with_edges(grid, down, across)
-    if across.pixels > 1 or down.pixels > 1:
-        size = (part.shape[1] * across.pixels, part.shape[0] * down.pixels)
-        part = cv2.resize(part, size, interpolation=cv2.INTER_LINEAR)
-    return np.ascontiguousarray(part[down.skipped :, across.skipped :][: len(v), : len(u)])
-
-
-def _with_edges(grid: Array, down: "_Divided", across: "_Divided") -> Array:
-    """Returns the part (m, n) or (m, n, k) float32 of a grid; beyond the grid, its edges repeat."""
-    h, w = grid.shape[:2]
-    rows, columns = (slice(max(d.first, 0), d.last) for d in (down, across))
-    part: Array = grid[rows, columns].astype(np.float32, copy=False)
-    above, below, left, right = (
-        max(n, 0) for n in (-down.first, down.last - h, -across.first, across.last - w)
-    )
-    if above or below or left or right:
-        return np.asarray(cv2.copyMakeBorder(part, above, below, left, right, cv2.BORDER_REPLICATE))
-    return part
-
-
-class _Divided(NamedTuple):
-    """Cells `first` to `last` (excluded), divided into `pixels` each; the first `skipped` are left out."""
-
-    pixels: int
-    first: int
-    last: int
-    skipped: int
-
-
-def _divided(at: Array, size: int) -> _Divided | None:
-    """The division of `size` cells into pixels of which these (n,) are the positions.
-
-    None if they are not even, or all of them beyond the cells.
-    """
-    if len(at) < 2 or at[-1] <= at[0]:
-        return None
-    count = round(float((len(at) - 1) / (at[-1] - at[0])))
-    pixel = (float(at[0]) + 0.5) * count - 0.5  # number of the first one, counted from the edge of cell 0
-    drift = (at[-1] - at[0]) * count - (len(at) - 1)
-    if count < 1 or abs(drift) > _SAME_PLACE or abs(pixel - round(pixel)) > _SAME_PLACE:
-        return None
-    number = round(pixel)
-    first, last = number // count - 1, (number + len(at) - 1) // count + 2
-    return _Divided(count, first, last, number - first * count) if first < size and last > 0 else None
-
-
-def _anywhere(grid: Array, u: Array, v: Array) -> Array:
-    """Interpolates a grid bilinearly at any columns u (n,) and rows v (m,)."""
-    h, w = grid.shape[:2]
-    u, v = np.clip(u, 0, w - 1), np.clip(v, 0, h - 1)
-    c, r = np.minimum(u.astype(int), max(w - 2, 0)), np.minimum(v.astype(int), max(h - 2, 0))
-    c1, r1 = np.minimum(c + 1, w - 1), np.minimum(r + 1, h - 1)
-    s, t = (a.astype(np.float32).reshape(-1, *(1,) * (grid.ndim - 1)) for a in (u - c, v - r))
-    lines = np.ascontiguousarray(np.swapaxes(grid, 0, 1), np.float32)  # whole lines are copied fastest
-    left = lines[c]
-    columns = np.ascontiguousarray(np.swapaxes(left + (lines[c1] - left) * s, 0, 1))
-    mixed: Array = columns[r1]
-    low = columns[r]
-    mixed -= low
-    mixed *= t
-    mixed += low
-    return mixed
-
-
-def nearest(grid: Array, u: Array, v: Array) -> Array:
-    """Returns the values (m, n) of the cells of a grid (h, w) nearest to columns u (n,) and rows v (m,)."""
-    h, w = grid.shape
-    c = np.clip(np.rint(u), 0, w - 1).astype(int)
-    return np.take(grid[np.clip(np.rint(v), 0, h - 1).astype(int)], c, axis=1)
 
 
 def closed(occupied: Bool, radius: Array) -> Bool:

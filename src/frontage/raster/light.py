@@ -48,8 +48,9 @@ def scaled(codes: Array, scale: Array) -> Array:
     _spare_white(codes, scale)
     shifted = cv2.add(codes, (_OFFSET,) * 4, dtype=cv2.CV_32F)
     out = cv2.add(cv2.multiply(shifted, scale, dst=shifted), (-_OFFSET,) * 4, dtype=cv2.CV_8U)
-    dark = cv2.min(codes, out) <= _TOE
-    if dark.any():
+    darker = cv2.min(codes, out)
+    if darker.min(initial=255) <= _TOE:
+        dark = darker <= _TOE
         light = TO_LINEAR_16[codes[dark]] * scale[dark] ** np.float32(_GAMMA)
         out[dark] = TO_CODE_8[np.minimum(light + 0.5, 65535.0).astype(np.uint16)]
     return np.asarray(out)

@@ -18,6 +18,7 @@ Pictures are sampled with four channels, because OpenCV's bilinear remap is then
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import lru_cache
 
 import cv2
 import numpy as np
@@ -55,7 +56,7 @@ def resample(
     if not np.isfinite(at.low).all():
         out[:] = (0, 0, 0, 255)
         return out
-    kernel = _kernel(at.jacobian, interpolation)
+    kernel = _kernel(tuple(at.jacobian.ravel().tolist()), interpolation)
     strip = max(8, int(_CACHE_BYTES / (4 * len(columns) * max(kernel.scale, kernel.step, 1.0) ** 2)))
     for first in range(rows.start, rows.stop, strip):
         part = slice(first, min(first + strip, rows.stop)), window[1]
@@ -82,8 +83,10 @@ class _Kernel:
         return _MARGIN_PX * self.step
 
 
-def _kernel(jacobian: Float, interpolation: str) -> _Kernel:
-    """Chooses the kernel for a map with the Jacobian (2, 2)."""
+@lru_cache(maxsize=64)
+def _kernel(derivatives: tuple[float, ...], interpolation: str) -> _Kernel:
+    """Chooses the kernel for a map whose Jacobian has these four derivatives, row by row."""
+    jacobian = np.reshape(derivatives, (2, 2))
     if interpolation != "adaptive":
         return _Kernel(1.0, lambda source: source, _CV[interpolation])
     stretch = _stretch(jacobian)

@@ -9,7 +9,7 @@ Approximation Practice, ch. 4 and 7). The projection is compared there, so that 
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import cached_property, lru_cache
 
 import cv2
 import numpy as np
@@ -45,6 +45,11 @@ class SourceMap:
     complete: bool = True
     depth: Array | None = None
 
+    @cached_property
+    def _factors(self) -> Float:
+        """The coefficients (2, k, p, q) px of both coordinates."""
+        return np.ascontiguousarray(np.stack(self.powers).transpose(3, 0, 1, 2))
+
     @staticmethod
     def of_pixels(at: Float, jacobian: Float) -> "SourceMap":
         """Makes the map from positions (m, n, 2) px of every pixel; NaN = unknown."""
@@ -61,13 +66,13 @@ class SourceMap:
 
         Unknown positions are -1. `window` selects some rows and columns of the tile.
         """
-        shift = np.array(origin) * scale + 0.5
+        shift = (origin[0] * scale + 0.5, origin[1] * scale + 0.5)
         if self.exact:
             every = (self.powers[0][window] * scale - shift).astype(np.float32)
             u, v = cv2.split(every if self.complete else np.nan_to_num(every, nan=-1.0))
             return u, v
-        factors = np.stack(self.powers) * scale
-        factors[0, 0, 0] -= shift
+        factors = self._factors * scale
+        factors[:, 0, 0, 0] -= shift
         rows, mixed = _lines(factors, self.shape, window)
         y = None if self.depth is None else self.depth[window]
         u, v = (_plane(rows, lines, y) for lines in mixed)
@@ -121,14 +126,13 @@ def jacobian_of(at: Float) -> Float:
 
 
 def _lines(factors: Float, shape: tuple[int, int], window: tuple[slice, slice]) -> tuple[Array, Array]:
-    """Evaluates coefficients (k, p, q, 2) along the columns of a window (m, n) of a tile.
+    """Evaluates coefficients (2, k, p, q) along the columns of a window (m, n) of a tile.
 
     Returns the polynomials of the rows (m, p), and by which lines (2, k, p, n) they are to be multiplied.
     """
-    k, p, q, _ = factors.shape
+    _, k, p, q = factors.shape
     rows, columns = _basis(shape[0], p)[window[0]], _basis(shape[1], q)[window[1]]
-    flat = factors.transpose(3, 0, 1, 2).reshape(-1, q).astype(np.float32)
-    return rows, (flat @ columns.T).reshape(2, k, p, -1)
+    return rows, (factors.reshape(-1, q).astype(np.float32) @ columns.T).reshape(2, k, p, -1)
 
 
 def _plane(rows: Array, lines: Array, depth: Array | None) -> Array:

@@ -10,7 +10,7 @@ _COUNTED_CUBES = 1 << 23  # as many are counted in memory; more are sorted
 MAX_RADIUS_PX = 24  # very close points would cover the picture; no gap between samples is that wide
 
 
-def splat_depth(xy: Float, depth: Float, radius: Float, shape: tuple[int, int]) -> Array:
+def splat_depth(xy: Array, depth: Array, radius: Array, shape: tuple[int, int]) -> Array:
     """Returns the nearest depth (h, w) float32 at every pixel, inf where there is no point.
 
     Each point covers a disc: xy (n, 2) px (first pixel centre at 0.5), depth (n,) m, radius (n,) px, rounded.
@@ -22,30 +22,36 @@ def splat_depth(xy: Float, depth: Float, radius: Float, shape: tuple[int, int]) 
     x, y = xy.T
     with np.errstate(invalid="ignore"):
         inside = (x >= 0) & (x < w) & (y >= 0) & (y < h) & (depth > 0)
-    out = np.full(shape, np.inf, np.float32)
     if not inside.any():
-        return out
-    column, row = (np.compress(inside, axis).astype(np.int64) for axis in (x, y))
-    depth = depth[inside].astype(np.float32)
-    size = np.clip(np.rint(radius[inside]), 0, MAX_RADIUS_PX).astype(np.uint8)
-    order = np.argsort(size, kind="stable")  # numbers of one byte are sorted in linear time
-    first = np.searchsorted(size[order], np.arange(MAX_RADIUS_PX + 2)).tolist()
-    reach = int(size[order[-1]])
+        return np.full(shape, np.inf, np.float32)
+    if not inside.all():
+        chosen = np.flatnonzero(inside)
+        x, y, depth, radius = (np.take(a, chosen) for a in (x, y, depth, radius))
+    column, row, depth = x.astype(np.int32), y.astype(np.int32), depth.astype(np.float32, copy=False)
+    size = np.clip(np.rint(radius), 0, MAX_RADIUS_PX).astype(np.uint8)
+    count = np.bincount(size)
+    reach = len(count) - 1
     r0, c0 = max(int(row.min()) - reach, 0), max(int(column.min()) - reach, 0)
-    window = out[r0 : int(row.max()) + reach + 1, c0 : int(column.max()) + reach + 1]
-    drawn = window.copy()  # the part of the picture that the discs reach
-    cell, depth = ((row - r0) * drawn.shape[1] + column - c0)[order], depth[order]
+    r1, c1 = min(int(row.max()) + reach + 1, h), min(int(column.max()) + reach + 1, w)
+    drawn = np.full((r1 - r0, c1 - c0), np.inf, np.float32)  # the part of the picture that the discs reach
+    cell = np.multiply(row - r0, drawn.shape[1], dtype=np.intp)
+    cell += column - c0
     for r in range(reach, -1, -1):
-        own = slice(first[r], first[r + 1])
-        np.minimum.at(drawn.reshape(-1), cell[own], depth[own])
+        if count[r]:
+            own = np.flatnonzero(size == r)
+            np.minimum.at(drawn.reshape(-1), cell[own], depth[own])
         if r > 0:
             drawn = cv2.erode(drawn, OCTAGON[r % len(OCTAGON)], borderType=cv2.BORDER_REPLICATE)
-    window[:] = drawn
-    return out
+    beyond = (r0, h - r1, c0, w - c1)
+    if any(beyond):
+        drawn = cv2.copyMakeBorder(drawn, *beyond, cv2.BORDER_CONSTANT, value=float("inf"))
+    return drawn
 
 
-def local_spacing(xyz: Float, samples_per_cell: int = 8) -> tuple[Float, Float]:
+def local_spacing(xyz: Array, samples_per_cell: int = 8, of: Int | None = None) -> tuple[Float, Float]:
     """Returns the spacing (n,) m of a cloud (n, 3) of surfaces and the number of points (n,) around each.
+
+    With `of`, the numbers (k,) of some points, it returns those of these points.
 
     Points are counted in cubes. A surface that crosses a cube of edge e with k points has a spacing of
     ``e / sqrt(k)``. The edge doubles from 25 cm until the median cube holds `samples_per_cell` points.
@@ -57,15 +63,28 @@ def local_spacing(xyz: Float, samples_per_cell: int = 8) -> tuple[Float, Float]:
     while True:
         x, y, z = (((a - c) / edge).astype(np.int64) for a, c in zip(xyz.T, corner, strict=True))
         rows, layers = int(y.max()) + 1, int(z.max()) + 1
-        k = _together((x * rows + y) * layers + z, (int(x.max()) + 1) * rows * layers).astype(np.float64)
-        if np.median(k) >= samples_per_cell or edge >= 8.0:
+        cubes = (int(x.max()) + 1) * rows * layers
+        x *= rows
+        x += y
+        x *= layers
+        x += z
+        number, count = _counted(x, cubes)
+        if edge >= 8.0 or _median_point(count) >= samples_per_cell:
+            k = count[number if of is None else number[of]].astype(np.float64)
             return edge / np.sqrt(k), k
         edge *= 2.0
 
 
-def _together(cube: Int, cubes: int) -> Int:
-    """How many of the points (n,) with these numbers of their cubes share the cube of each."""
+def _counted(cube: Int, cubes: int) -> tuple[Int, Int]:
+    """The numbers (n,) of the cubes of points, and how many of them each cube holds."""
     if cubes <= _COUNTED_CUBES:
-        return np.asarray(np.bincount(cube, minlength=cubes)[cube])
+        return cube, np.bincount(cube, minlength=cubes)
     _, inverse, count = np.unique(cube, return_inverse=True, return_counts=True)
-    return np.asarray(count[inverse])
+    return inverse, count
+
+
+def _median_point(count: Int) -> float:
+    """The median, over all points, of how many points their cube holds, from the points in every cube."""
+    points = np.cumsum(np.bincount(count) * np.arange(int(count.max()) + 1))
+    middle = (int(points[-1]) - 1) // 2, int(points[-1]) // 2
+    return float(np.mean(np.searchsorted(points, middle, side="right")))

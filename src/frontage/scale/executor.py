@@ -25,6 +25,10 @@ Item = TypeVar("Item")
 Result = TypeVar("Result")
 
 _PR_SET_PDEATHSIG = 1  # of prctl(2)
+_M_TRIM_THRESHOLD, _M_TOP_PAD, _M_MMAP_THRESHOLD = -1, -2, -3  # of mallopt(3)
+_KEPT_BYTES = 1 << 30  # of freed memory that a process may hold
+_MAPPED_BYTES = 1 << 28  # larger arrays always get new memory and give it back
+_GROWTH_BYTES = 1 << 26
 _MOST_PER_CORE = 4  # processes; more of them only take memory
 THREAD_VARIABLES = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "VECLIB_MAXIMUM_THREADS")
 
@@ -180,6 +184,23 @@ def _quiet_worker() -> None:
         os.environ[name] = "1"
     cv2: Any = __import__("cv2")
     cv2.setNumThreads(1)
+    keep_freed_memory()
+
+
+def keep_freed_memory() -> None:
+    """Lets this process use freed memory again instead of giving it back to the system, up to one gibibyte.
+
+    Otherwise every array of some megabytes is new memory, which the kernel clears page by page: up to a fifth
+    of the processor time of an ortho-image. Does nothing where the C library is not the one of GNU.
+    """
+    mallopt = getattr(ctypes.CDLL(None), "mallopt", None) if sys.platform == "linux" else None
+    if mallopt is not None:
+        for parameter, size in (
+            (_M_MMAP_THRESHOLD, _MAPPED_BYTES),
+            (_M_TRIM_THRESHOLD, _KEPT_BYTES),
+            (_M_TOP_PAD, _GROWTH_BYTES),
+        ):
+            mallopt(parameter, size)
 
 
 def _end_with_parent() -> None:

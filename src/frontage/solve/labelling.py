@@ -16,8 +16,8 @@ from frontage.geometry.arrays import Array, Int
 _LEVELS = 6  # the coarsest blocks are 32 x 32 cells
 _STEPS = 6  # of messages per level of blocks
 _LAST_STEPS = 3  # of messages between single cells
-_STRIP = 64  # rows of cells that are labelled at once; even
-_AROUND = 4  # rows of cells that messages reach in the last steps, at most; even
+_ROWS, _COLUMNS = 64, 128  # of cells that are labelled at once; even
+_AROUND = 4  # cells that messages reach in the last steps, at most; even
 _AXES = ((1, 1), (1, -1), (2, 1), (2, -1))  # axis and step from the sender to the receiver
 
 
@@ -43,22 +43,30 @@ def label_grid(cost: Array, base: float, border: Array) -> Int:
 def _labels_of_cells(cost: Array, base: np.float32, border: Array, messages: Array) -> Int:
     """Labels the single cells (k, h, w), which inherit the messages of their blocks.
 
-    A message goes one cell per step, so that strips of cells with some rows around them are labelled as the
-    whole would be. A strip stays in the cache, and its memory is used again by the next one.
+    A message goes one cell per step, so that windows of cells with some around them are labelled as the
+    whole would be. A window stays in the cache, and its memory is used again by the next one.
     """
     _, h, w = cost.shape
     inherits = messages.shape[2:] != (h, w)
+    out = np.empty((h, w), np.int64)
+    for row in range(0, h, _ROWS):
+        for column in range(0, w, _COLUMNS):
+            (top, bottom), (left, right) = _span(row, _ROWS, h), _span(column, _COLUMNS, w)
+            part = np.s_[:, top:bottom, left:right]
+            if inherits:
+                halves = messages[:, :, top // 2 : -(-bottom // 2), left // 2 : -(-right // 2)]
+                own = _doubled(halves, bottom - top, right - left)
+            else:
+                own = messages[:, *part].copy()
+            belief = _sent(cost[part], base, border[part], own, _LAST_STEPS)
+            inner = belief[:, row - top :, column - left :][:, :_ROWS, :_COLUMNS]
+            out[row : row + _ROWS, column : column + _COLUMNS] = np.argmin(inner, axis=0)
+    return out
 
-    def labels(first: int) -> Int:
-        top, last = max(first - _AROUND, 0), min(first + _STRIP, h)
-        rows = slice(top, min(last + _AROUND, h))
-        own = messages[:, :, rows].copy()
-        if inherits:
-            own = _doubled(messages[:, :, top // 2 : -(-rows.stop // 2)], rows.stop - top, w)
-        belief = _sent(cost[:, rows], base, border[:, rows], own, _LAST_STEPS)
-        return np.asarray(np.argmin(belief[:, first - top : last - top], axis=0), np.int64)
 
-    return np.concatenate([labels(first) for first in range(0, h, _STRIP)])
+def _span(first: int, count: int, size: int) -> tuple[int, int]:
+    """The first and last (excluded) of `size` cells that labels of `count` cells depend on."""
+    return max(first - _AROUND, 0), min(first + count + _AROUND, size)
 
 
 def _halved(values: Array) -> Array:
@@ -81,26 +89,47 @@ def _doubled(values: Array, h: int, w: int) -> Array:
 
 def _sent(cost: Array, base: np.float32, border: Array, messages: Array, steps: int) -> Array:
     """Sends all messages (4, k, h, w) some times, in place; returns the belief (k, h, w)."""
-    belief = cost + messages.sum(0)
+    belief = cost + messages[0]
+    for message in messages[1:]:
+        belief += message
+    edges = [np.add(border[ahead], border[behind]) for ahead, behind in (_slices(1, 1), _slices(2, 1))]
+    spare = [(np.empty_like(edge), np.empty_like(edge), np.empty_like(edge[0])) for edge in edges]
     for _ in range(steps):
-        _pass(belief, base, border, messages)
+        for d, (axis, step) in enumerate(_AXES):
+            ahead, behind = _slices(axis, step)
+            sent, back, there = messages[d][ahead], messages[d ^ 1][behind], belief[ahead]
+            least = _told(belief[behind], back, edges[axis - 1], base, spare[axis - 1])
+            there -= sent
+            np.minimum(*spare[axis - 1][:2], out=sent)
+            sent -= least
+            there += sent
     return np.asarray(belief)
 
 
-def _pass(belief: Array, base: np.float32, border: Array, messages: Array) -> None:
-    """Sends all messages (4, k, h, w) once, one direction after the other, and updates them in place.
+def _told(
+    belief: Array, back: Array, edge: Array, base: np.float32, spare: tuple[Array, Array, Array]
+) -> Array:
+    """What cells tell their neighbours: the lesser of two arrays, less what is returned (m, n).
 
-    Message d reached its cell along `_AXES[d]`; the belief (k, h, w) is the cost plus all messages.
+    The arrays are the first two of the spare ones, in which only memory is used again. `belief` (k, m, n) is
+    that of the senders, `back` (k, m, n) what they were told by the receivers, and `edge` (k, m, n) what a
+    border between the two costs on top of `base`.
     """
-    for d, (axis, step) in enumerate(_AXES):
-        ahead, behind = _slices(axis, step)
-        own = belief[behind] - messages[d ^ 1][behind]  # without what came from the receiver
-        edge = border[behind] + border[ahead]
-        edge += np.add(own, edge).min(0) + base
-        message = np.minimum(own, edge, out=own)
-        message -= message.min(0, keepdims=True)
-        belief[ahead] += np.subtract(message, messages[d][ahead], out=edge)
-        messages[d][ahead] = message
+    own, other, least = spare
+    np.subtract(belief, back, out=own)  # without what came from the receiver
+    np.add(own, edge, out=other)
+    _least(other, least)
+    least += base
+    np.add(edge, least, out=other)
+    _least(own, least)  # no way through another label is cheaper than that
+    return least
+
+
+def _least(values: Array, out: Array) -> None:
+    """Writes the least of values (k, m, n) along their first axis to `out` (m, n)."""
+    np.copyto(out, values[0])
+    for plane in values[1:]:
+        np.minimum(out, plane, out=out)
 
 
 def _slices(axis: int, step: int) -> tuple[tuple[slice, ...], tuple[slice, ...]]:

@@ -80,10 +80,10 @@ def _typical(distance: Array, judged: Bool) -> float:
 
 def _median(codes: Array, clear: Bool, count: Array) -> Array:
     """The median colour (h, w, 3) of the photos that see a cell; of no photo, black."""
-    ordered = np.full_like(codes, np.inf)
+    ordered = [np.full_like(colours, np.inf) for colours in codes]
     for colours, mask, own in zip(codes, clear, ordered, strict=True):
         cv2.copyTo(colours, mask.view(np.uint8), own)
-    _sorted(ordered)
+    _sort(ordered)
     middle = np.maximum(count - 1, 0).astype(np.int16)
     median = picked(ordered, middle // 2)
     median += picked(ordered, (middle + 1) // 2)
@@ -92,14 +92,15 @@ def _median(codes: Array, clear: Bool, count: Array) -> Array:
     return median
 
 
-def _sorted(values: Array) -> Array:
-    """Sorts values (k, ...) along their first axis, in place, by odd-even transpositions of whole planes."""
+def _sort(values: list[Array]) -> None:
+    """Sorts k arrays of one shape place by place, by odd-even transpositions of whole arrays."""
+    low = np.empty_like(values[0])
     for first in range(len(values)):
         for i in range(first % 2, len(values) - 1, 2):
-            low = np.minimum(values[i], values[i + 1])
-            np.maximum(values[i], values[i + 1], out=values[i + 1])
-            values[i] = low
-    return values
+            one, other = values[i], values[i + 1]
+            np.minimum(one, other, out=low)
+            np.maximum(one, other, out=other)
+            values[i], low = low, one
 
 
 def _slope(wall: Array) -> Array:
@@ -112,7 +113,11 @@ def _slope(wall: Array) -> Array:
 def length(vectors: Array) -> Array:
     """The lengths (h, w) float32 of vectors (h, w, 3)."""
     x, y, z = cv2.split(vectors)
-    return np.asarray(cv2.sqrt(x * x + y * y + z * z))
+    for axis in (x, y, z):
+        axis *= axis
+    x += y
+    x += z
+    return np.asarray(cv2.sqrt(x, dst=x))
 
 
 def _cost(distance: Array, sigma: Array) -> tuple[Array, Bool]:

@@ -1,7 +1,7 @@
 """The photos rectified on the cells of a plan, in linear light: what mosaics are decided on."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cached_property
 
 import cv2
 import numpy as np
@@ -15,6 +15,10 @@ from frontage.raster.light import linear_light
 _DARKEST = 0.004  # of a saturated pixel: below, the light of an 8-bit picture is known to a third at best
 _BRIGHTEST = 0.9
 _LOG_LIGHT = np.log(np.maximum(linear_light(np.arange(256, dtype=np.uint8)), np.float32(_DARKEST)))
+_EXPOSED = np.flatnonzero(
+    (np.float32(np.log(2 * _DARKEST)) < _LOG_LIGHT) & (np.float32(np.log(_BRIGHTEST)) > _LOG_LIGHT)
+)
+_FIRST, _LAST = int(_EXPOSED[0]), int(_EXPOSED[-1])  # codes that are neither too dark nor saturated
 
 
 @dataclass(frozen=True, eq=False)
@@ -24,21 +28,13 @@ class CellPictures:
     log_light  (k, h, w, 3) float32, natural logarithm of linear light (1 = saturated)
     radius     (k, h, w) float32, distance from the middle of the photo, 1 = in its corner
     shown      (k, h, w) bool, where the photo shows the facade; elsewhere the others are 0
+    exposed    (k, h, w) bool, where it is shown and neither too dark nor saturated in any channel
     """
 
     log_light: Array
     radius: Array
     shown: Bool
-
-    @cached_property
-    def exposed(self) -> Bool:
-        """The cells (k, h, w) that are neither too dark nor saturated in any channel."""
-        low, high = np.float32(np.log(2 * _DARKEST)), np.float32(np.log(_BRIGHTEST))
-        exposed = self.shown.copy()
-        for channel in range(3):
-            light = self.log_light[..., channel]
-            exposed &= (light > low) & (light < high)
-        return exposed
+    exposed: Bool
 
 
 def cell_pictures(plan: ViewPlan, rectified: CellPhotos) -> CellPictures:
@@ -46,15 +42,18 @@ def cell_pictures(plan: ViewPlan, rectified: CellPhotos) -> CellPictures:
     shape = (len(plan.photos), plan.cells.height, plan.cells.width)
     log_light = np.zeros((*shape, 3), np.float32)
     radius, shown = np.zeros(shape, np.float32), plan.quality > 0
+    exposed = np.empty(shape, np.bool_)
     for k, photo in enumerate(plan.photos):
-        found = rectified(photo, shown[k])
-        log_light[k] = cv2.LUT(cv2.cvtColor(found.codes, cv2.COLOR_RGBA2RGB), _LOG_LIGHT)
-        log_light[k][~shown[k]] = 0.0
-        radius[k] = found.radius * shown[k]
-    return CellPictures(log_light, radius, shown)
+        found, mask = rectified(photo, shown[k]), shown[k].view(np.uint8)
+        light = cv2.LUT(cv2.cvtColor(found.codes, cv2.COLOR_RGBA2RGB), _LOG_LIGHT)
+        cv2.copyTo(light, mask, log_light[k])
+        cv2.copyTo(found.radius, mask, radius[k])
+        well = cv2.inRange(found.codes, (_FIRST,) * 3 + (0,), (_LAST,) * 3 + (255,))
+        np.logical_and(well, shown[k], out=exposed[k])
+    return CellPictures(log_light, radius, shown, exposed)
 
 
-def picked(bands: Array, number: Array) -> Array:
+def picked(bands: Array | Sequence[Array], number: Array) -> Array:
     """The values (h, w, ...) of bands (k, h, w, ...), of each cell those of the band of its `number` (h, w).
 
     Whole bands are copied through masks, which is several times as fast as picking cell by cell.

@@ -11,6 +11,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from itertools import combinations
 
+import cv2
 import numpy as np
 
 from frontage.geometry.arrays import Array, Bool, Float
@@ -48,10 +49,12 @@ class PhotoGains:
         """The logarithm (h, w, 3) float32 of what photo `number` adds at distances (h, w) from its middle."""
         r2 = (radius * radius).astype(np.float32)
         a, b, gain = (v.astype(np.float32) for v in (*self.falloff[number], self.gain[number]))
-        out = np.empty((*radius.shape, 3), np.float32)
-        for channel in range(3):
-            out[..., channel] = gain[channel] + r2 * (a[channel] + b[channel] * r2)
-        return out
+        channels = [b[channel] * r2 for channel in range(3)]
+        for channel, added in enumerate(channels):
+            added += a[channel]
+            added *= r2
+            added += gain[channel]
+        return np.asarray(cv2.merge(channels))
 
 
 def even_light(pictures: CellPictures, gains: PhotoGains) -> Array:

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 
-from frontage.geometry.arrays import Array, Bool, Float
+from frontage.geometry.arrays import Array, Bool, Float, Int
 from frontage.ortho.mosaic.consensus import Disagreement
 from frontage.ortho.views import ViewPlan
 
@@ -37,8 +37,7 @@ class _Colours:
     @classmethod
     def of(cls, codes: Array) -> "_Colours":
         """The density of colours (n, 3), blurred, with a floor."""
-        flat = np.ravel_multi_index(tuple(_bin(codes).T), (_BINS,) * 3)
-        count = np.bincount(flat, minlength=_BINS**3).reshape((_BINS,) * 3).astype(np.float32)
+        count = np.bincount(_bin(codes), minlength=_BINS**3).reshape((_BINS,) * 3).astype(np.float32)
         for axis in range(3):
             moved = np.ascontiguousarray(np.moveaxis(count, axis, 0)).reshape(_BINS, -1)
             moved = cv2.GaussianBlur(moved, (1, 7), sigmaX=0.01, sigmaY=_BLUR)
@@ -48,7 +47,7 @@ class _Colours:
 
     def __call__(self, codes: Array) -> Array:
         """The density (...) at colours (..., 3)."""
-        return np.asarray(self.table[tuple(np.moveaxis(_bin(codes), -1, 0))])
+        return np.asarray(np.take(self.table.ravel(), _bin(codes)))
 
 
 def see_through(codes: Array, found: Disagreement, plan: ViewPlan, glass: Bool) -> Bool:
@@ -122,5 +121,10 @@ def _log_odds(
     return np.where(judged, np.log(chance) - np.log1p(-chance), -20.0)
 
 
-def _bin(codes: Array) -> Array:
-    return np.clip((codes * _BINS).astype(np.int64), 0, _BINS - 1)
+def _bin(codes: Array) -> Int:
+    """The numbers (...) of the cells of the cube of colours (..., 3) in which they lie."""
+    number: Int = np.zeros(codes.shape[:-1], np.int64)
+    for channel in range(3):
+        number *= _BINS
+        number += np.clip(codes[..., channel] * np.float32(_BINS), 0, _BINS - 1).astype(np.int64)
+    return number

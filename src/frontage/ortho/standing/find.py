@@ -14,9 +14,10 @@ import cv2
 import numpy as np
 from scipy import ndimage
 
-from frontage.geometry.arrays import Array, Bool, Float, Int
+from frontage.geometry.arrays import Array, Bool, Float, Int, picked_rows
 from frontage.model import Facade, Scan
 from frontage.model.occluder import Occluder
+from frontage.ortho.cloud import in_facade_frame
 from frontage.ortho.standing.kinds import chances
 
 _CUBE_M = 0.25
@@ -72,12 +73,15 @@ class Standing:
 
     def _within(self, cubes: Bool, xyz_facade: Array) -> Bool:
         held = np.zeros(len(xyz_facade), np.bool_)
-        before = np.flatnonzero(xyz_facade[:, 1] < -_BEFORE_M)
-        at = [
-            np.floor((xyz_facade[before, k] - self.corner[k]) / self.cube).astype(np.int64) for k in range(3)
-        ]
-        inside = np.logical_and.reduce([(a >= 0) & (a < n) for a, n in zip(at, cubes.shape, strict=True)])
-        held[before[inside]] = cubes[tuple(a[inside] for a in at)]
+        left = np.flatnonzero(xyz_facade[:, 1] < -_BEFORE_M)
+        cube = np.zeros(len(left), np.int64)
+        for axis, first, count in zip(xyz_facade.T, self.corner, cubes.shape, strict=True):
+            at = (np.take(axis, left) - first) / self.cube
+            inside = np.flatnonzero((at >= 0) & (at < count))
+            left, at = np.take(left, inside), np.take(at, inside)
+            cube = np.take(cube, inside) * count + at.astype(np.int64)
+        if len(left):
+            held[left] = np.take(cubes.ravel(), cube)
         return held
 
 
@@ -90,24 +94,28 @@ class _Group:
     cube: Int
 
 
-def find_standing(facade: Facade, scan: Scan) -> Standing:
-    """Finds what stands free within 12 m before a facade."""
-    xyz = facade.frame.inverse.apply(scan.xyz)
-    (x0, _), (x1, z1) = facade.outline.min(0), facade.outline.max(0)
+def find_standing(facade: Facade, scan: Scan, xyz: Array | None = None) -> Standing:
+    """Finds what stands free within 12 m before a facade.
+
+    `xyz` are the points `in_facade_frame`, where they are known already.
+    """
+    xyz = in_facade_frame(scan, facade) if xyz is None else xyz
+    (x0, _), (x1, z1) = facade.outline.min(0).tolist(), facade.outline.max(0).tolist()
     near = (xyz[:, 1] > -_STREET_M) & (xyz[:, 1] < _TOUCH_M)
     near &= (xyz[:, 0] > x0 - _AROUND_M) & (xyz[:, 0] < x1 + _AROUND_M) & (xyz[:, 2] < z1 + _AROUND_M)
-    xyz = np.compress(near, xyz, axis=0)
+    xyz = picked_rows(near, xyz)
     if len(xyz) < _FEWEST_POINTS:
         return Standing()
     ground = _ground(xyz)
     ahead = xyz[:, 1] < -_ON_WALL_M
-    xyz = np.compress(ahead, xyz, axis=0)
+    xyz = picked_rows(ahead, xyz)
     height = xyz[:, 2] - ground(xyz)
     before = (xyz[:, 1] < -_BEFORE_M) & (height > _GROUND_M)
     if not before.any():
         return Standing()
     edge = max(_CUBE_M, _CUBE_SPACINGS * facade.spacing)
-    corner = xyz[before].min(0) - [0.0, 0.0, edge]  # a layer below the lowest point, for the feet
+    corner = xyz[before].min(0).astype(np.float64)
+    corner[2] -= edge  # a layer below the lowest point, for the feet
     cube = np.floor((xyz[before] - corner) / edge).astype(np.int64)
     between = (xyz[:, 1] >= -_BEFORE_M) & (height > _GROUND_M)
     joining = np.floor((xyz[between] - corner) / edge).astype(np.int64)
@@ -134,20 +142,20 @@ def _filled(groups: list[_Group], shape: Int) -> Bool:
     return filled
 
 
-def _ground(xyz: Float) -> Callable[[Float], Float]:
+def _ground(xyz: Array) -> Callable[[Array], Float]:
     """Returns the height z (k,) m of the ground below points (k, 3) that lie among the given ones (n, 3).
 
     It is that of the lowest points around, smoothed.
     """
     x0, y0 = float(xyz[:, 0].min()), float(xyz[:, 1].min())
 
-    def cells(points: Float) -> tuple[Int, Int]:
+    def cells(points: Array) -> tuple[Int, Int]:
         column, row = ((points[:, k] - first) / _GROUND_CELL_M for k, first in ((0, x0), (1, y0)))
         return column.astype(np.int64), row.astype(np.int64)
 
     at = cells(xyz)
     low = np.full((int(at[0].max()) + 1, int(at[1].max()) + 1), np.inf)
-    np.minimum.at(low.reshape(-1), at[0] * low.shape[1] + at[1], xyz[:, 2])
+    np.minimum.at(low.reshape(-1), at[0] * low.shape[1] + at[1], xyz[:, 2].astype(np.float64))
     low = ndimage.minimum_filter(low, _GROUND_CELLS, mode="nearest")
     ceiling = float(np.quantile(low[np.isfinite(low)], 0.9)) if np.isfinite(low).any() else 0.0
     low = np.minimum(low, ceiling)
@@ -224,7 +232,7 @@ def _described(group: _Group, facade: Facade) -> Occluder:
     )
 
 
-def _roundness(xyz: Float) -> float:
+def _roundness(xyz: Array) -> float:
     """Median share of the smallest principal variance of the points (n, 3) in cubes of half a metre."""
     key = np.floor(xyz / _NEIGHBOURHOOD_M).astype(np.int64)
     key -= key.min(0)
