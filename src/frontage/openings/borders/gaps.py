@@ -1,11 +1,10 @@
 """Tells openings from gaps in the scan of a solid wall: only openings have straight borders all around."""
 
-from frontage.model.estimate import Estimate
 from frontage.model.masonry import MASONRY
 from frontage.openings.borders.outline import Outline
 
 _SMALL = 0.6  # m: shadows of ledges, joints and pipes leave gaps that are narrower or lower
-_SMALL_EMPTY = 0.9  # m, the same of gaps from which nothing came back; patches that return little are larger
+_SMALL_EMPTY = 0.9  # m, the same of gaps that show no frame; patches that return little are larger
 _SURELY = 2.0  # sigmas by which a small opening is deeper than a panel
 _SHARE = 0.75  # share of the borders that nothing hides that a small opening shows
 
@@ -27,14 +26,11 @@ def is_opening(outline: Outline) -> bool:
     x0, z0, x1, z1 = outline.place
     size, depth = min(x1 - x0, z1 - z0), outline.depth
     seen = sum(b.is_seen for b in outline.borders)
-    if size >= (_SMALL_EMPTY if depth is None else _SMALL):
-        return depth is not None or seen > 0
-    if size < _SMALL and not _is_deep(depth):
+    if depth is None:
+        return size >= _SMALL_EMPTY and seen > 0
+    if size >= _SMALL:
+        return True
+    if depth.value - _SURELY * float(depth.sigma[0]) < MASONRY.panel:
         return False
     hidden = sum(b.is_hidden for b in outline.borders)
     return seen >= max(_SHARE * (len(outline.borders) - hidden), 2.0)
-
-
-def _is_deep(depth: Estimate[float] | None) -> bool:
-    """Returns whether a frame or a leaf shows that is surely deeper than the panels of a wall."""
-    return depth is not None and depth.value - _SURELY * float(depth.sigma[0]) >= MASONRY.panel
