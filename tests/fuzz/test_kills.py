@@ -55,7 +55,7 @@ def ended_by_sigterm(street: Path, out: Path, workers: int, whole: Whole) -> Non
         _until_working(run, out)
         run.process.send_signal(signal.SIGTERM)
         code, said = run.wait(HANGS_S)
-        assert code == 130
+        assert code == 130, said
         assert markers(out) < whole.markers
         assert "\n" not in said.strip(), said
         assert said.strip().startswith("interrupted")

@@ -8,10 +8,11 @@ import pytest
 from frontage.openings.borders.edges import Edge
 from frontage.openings.borders.locate import Border
 from frontage.openings.layout.forms import Forms, is_known
+from frontage.openings.layout.groups import values_of
 from frontage.openings.layout.inferred import near_ones
 from frontage.openings.layout.likeness import Likeness
 from frontage.openings.layout.pattern import revise, settled
-from frontage.openings.layout.pooling import pool, values_of
+from frontage.openings.layout.pooling import pool
 from openings.fronts import SIZE, front, outline
 from openings.layout.test_inferred import evidence
 

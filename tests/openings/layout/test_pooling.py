@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from frontage.openings.layout.pooling import between_members, pool
+from frontage.openings.layout.groups import between_members
+from frontage.openings.layout.pooling import pool
 from openings.fronts import front, outline
 
 

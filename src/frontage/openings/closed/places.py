@@ -9,8 +9,8 @@ from frontage.geometry.arrays import Bool, Float, Int
 from frontage.openings.borders.outline import Outline
 from frontage.openings.boxes import Box
 from frontage.openings.closed.steps import OpeningForm, integral
+from frontage.openings.layout.groups import like_groups
 from frontage.openings.layout.inferred import CLEAR, SEEN, WITHIN, OpeningGrid, state_of
-from frontage.openings.layout.pooling import like_groups
 from frontage.openings.wall.evidence import Evidence
 from frontage.openings.wall.raster import WallRaster
 

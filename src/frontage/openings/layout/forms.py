@@ -9,7 +9,7 @@ import numpy as np
 from frontage.geometry.arrays import Bool, Float
 from frontage.openings.borders.outline import Outline
 from frontage.openings.boxes import Box
-from frontage.openings.layout.pooling import (
+from frontage.openings.layout.groups import (
     HEIGHT,
     LIKE,
     UNKNOWN,

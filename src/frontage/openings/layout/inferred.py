@@ -17,7 +17,7 @@ from frontage.model.estimate import Estimate, Provenance
 from frontage.openings.borders.outline import Outline
 from frontage.openings.boxes import Box
 from frontage.openings.layout.forms import is_known
-from frontage.openings.layout.pooling import (
+from frontage.openings.layout.groups import (
     HEIGHT,
     MIDDLE,
     WIDTH,

@@ -20,6 +20,7 @@ from frontage.geometry.arrays import Bool, Float
 from frontage.openings.borders.outline import Outline
 from frontage.openings.boxes import Box
 from frontage.openings.layout.forms import BUILT, Forms, is_known, is_placed
+from frontage.openings.layout.groups import LIKE, WIDTH
 from frontage.openings.layout.inferred import (
     SAME,
     WITHIN,
@@ -33,7 +34,6 @@ from frontage.openings.layout.inferred import (
     worth_at,
 )
 from frontage.openings.layout.likeness import Likeness
-from frontage.openings.layout.pooling import LIKE, WIDTH
 from frontage.openings.layout.selection import PRICE
 from frontage.openings.wall.evidence import Evidence
 
