@@ -8,7 +8,7 @@ import pytest
 from frontage.openings.borders.edges import Edge
 from frontage.openings.borders.locate import Border
 from frontage.openings.layout.forms import Forms, is_known
-from frontage.openings.layout.groups import values_of
+from frontage.openings.layout.groups import levels_of, rows_of, values_of
 from frontage.openings.layout.inferred import near_ones
 from frontage.openings.layout.likeness import Likeness
 from frontage.openings.layout.pattern import revise, settled
@@ -145,3 +145,27 @@ def test_a_place_is_compared_with_openings_and_with_wall():
 def test_boxes_are_near_within_a_decimetre():
     boxes = np.array([(1.05, 0.0, 2.0, 1.0), (1.2, 0.0, 2.0, 1.0), (0.2, 0.2, 0.4, 0.4)])
     assert near_ones((0.0, 0.0, 1.0, 1.0), boxes).tolist() == [True, False, True]
+
+
+def test_a_narrow_window_is_found_in_a_row_of_wide_ones():
+    """Bathrooms: its row has wide windows only, but as high as the narrow ones of its column."""
+    corners = [(2.5 * c, 3.2 * r + 1.0, 0.6 if c == 1 else SIZE[0]) for r in range(4) for c in range(4)]
+    truth = np.array([(x, z, x + w, z + SIZE[1]) for x, z, w in corners])
+    gone = 9  # of the narrow ones
+    outlines = pool([outline(tuple(t), KNOWN) for k, t in enumerate(truth) if k != gone])
+    (one,) = revise(outlines, evidence(truth), [False] * len(outlines))
+    assert one.instead == ()
+    assert one.proposal.place == pytest.approx(truth[gone], abs=0.02)
+
+
+def test_the_lintel_tells_the_row_of_an_opening_whose_sill_is_hidden():
+    """Two houses, the floors of one 0.3 m higher: the row beside it is that of its lintel."""
+    sigma = np.full(4, KNOWN)
+    hidden = np.array([KNOWN, KNOWN, 0.5, KNOWN])
+    low = [outline((2.0 * k, 1.0, 2.0 * k + 1.0, 3.0), sigma) for k in range(3)]
+    high = [outline((2.0 * k, 1.3, 2.0 * k + 1.0, 3.3), sigma) for k in (4, 5)]
+    badly = outline((12.0, 1.05, 13.0, 3.3), hidden)
+    own, variance = values_of([*low, *high, badly])
+    level, error = levels_of(own, variance, [tuple(range(6))])
+    assert level[5] == pytest.approx(1.3, abs=0.02) and error[5] < 0.05
+    assert [set(row) for row in rows_of(level, [tuple(range(6))])] == [{0, 1, 2}, {3, 4, 5}]
