@@ -21,7 +21,6 @@ from frontage.model.scan import Scan
 
 _ROOM = 3.0  # m around a front within which the beams through its openings end
 _COVERED = 0.5  # share of an opening that a front must hide from the street
-_BARS = 0.12  # share of what a front returns elsewhere that bars before an opening return
 
 Finder = Callable[[Facade, Scan], tuple[Opening, ...]]
 
@@ -54,20 +53,6 @@ class FrontSearch:
             self._searched[key] = self.find(front, self.scan.take(rows))
         return self._searched[key]
 
-    def is_open(self, wall: Protrusion, opening: Opening) -> bool:
-        """Returns whether a front that stands out is as open as the wall behind it is at an opening.
-
-        It returns no more there than bars would, in proportion to what it returns beside.
-        """
-        if wall.front.value >= 0.0:
-            return False
-        on = self.q[np.abs(self.q[:, 1] - float(wall.front.value)) <= 3.0 * self.facade.roughness]
-        around, ring = (shapely.make_valid(shapely.Polygon(r)) for r in (wall.ring, opening.ring))
-        own, hole = (shapely.contains_xy(area, on[:, 0], on[:, 2]) for area in (around, ring))
-        inside = float(shapely.intersection(around, ring).area)
-        beside = (own & ~hole).sum() / max(around.area - inside, 1e-9)
-        return bool((own & hole).sum() <= _BARS * beside * inside)
-
 
 def openings_on_fronts(
     main: Sequence[Opening], protrusions: Sequence[Protrusion], fronts: FrontSearch
@@ -75,13 +60,13 @@ def openings_on_fronts(
     """Returns the openings of the `main` wall, with those of the fronts in place of what these hide.
 
     `Opening.on` names the front. The foremost front comes last, for it hides what lies behind it: what seems
-    to be there was seen through its openings. What was found where a front is open as well, and shows no
-    opening of its own, stays. The openings of a niche replace the opening that it was taken for.
+    to be there was seen through its openings. The openings of a niche replace the opening that it was taken
+    for.
     """
     openings = list(main)
     for wall in sorted((p for p in protrusions if p.kind.is_wall), key=lambda p: -float(p.front.value)):
         around, own = shapely.Polygon(wall.ring), fronts.openings(wall)
-        openings = [o for o in openings if not is_hidden(o, around) or fronts.is_open(wall, o)]
+        openings = [o for o in openings if not is_hidden(o, around)]
         if wall.front.value < 0.0:
             openings = [o for o in openings if not any(_overlap(o, fore) for fore in own)]
         openings += [replace(o, on=wall.id) for o in own]

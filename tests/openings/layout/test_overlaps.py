@@ -96,20 +96,6 @@ def front(name, box, y):
     return Protrusion(name, "oriel", ring, 0.01, depth, Provenance.MEASURED, 1.0)
 
 
-def test_a_front_that_is_as_open_as_the_wall_behind_it_hides_no_opening():
-    """A door goes through the base before a wall, and the search of the base did not find it."""
-    facade, scan = scan_wall([WINDOW])
-    scan = replace(scan, xyz=scan.xyz - facade.frame.R[:, 1] * 0.3)
-    base = front("base", tuple(np.add(WINDOW, (-0.5, -0.5, 0.5, 0.5))), -0.3)
-    fronts = FrontSearch(facade, scan, lambda *_: ())
-    shut = (4.0, 1.0, 5.0, 2.0)  # where the base returns beams
-    wide = front("wide", (0.2, 0.2, 6.8, 4.8), -0.3)
-    assert [box_of(o) for o in openings_on_fronts([opening(box=WINDOW)], [base], fronts)] == [
-        pytest.approx(WINDOW)
-    ]
-    assert openings_on_fronts([opening(box=shut)], [wide], fronts) == []
-
-
 def test_the_foremost_front_hides_what_is_behind_it_and_each_is_searched_once():
     searched = []
 
