@@ -44,10 +44,10 @@ def freeze(noun: object, **fields: tuple[tuple[int | None, ...], DTypeLike]) -> 
 
 
 def picked_rows(which: Bool, points: Array) -> Array:
-    """Returns the rows (k, d) of points (n, d) of which this is true (n,), axis by axis in memory.
+    """Returns the rows (k, d) of points (n, d) that `which` (n,) selects, stored axis by axis in memory.
 
-    It is the same memory if it is true of all. A pass over one coordinate of points that lie in memory point
-    by point would read all of them.
+    Passes over one coordinate are faster in this order, because they do not read the others. If all rows are
+    selected, `points` itself is returned, not a copy.
     """
     if which.all():
         return points

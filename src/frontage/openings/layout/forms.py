@@ -12,13 +12,12 @@ from frontage.openings.boxes import Box
 from frontage.openings.layout.groups import (
     HEIGHT,
     LIKE,
-    UNKNOWN,
     WIDTH,
-    between_members,
     equally_high,
     levels_of,
     predicted,
     rows_of,
+    size_like,
     values_of,
 )
 
@@ -108,10 +107,10 @@ class Forms:
 
     @cached_property
     def _rows(self) -> list[list[tuple[float, float]]]:
-        """The sills z m and their sigmas m of the rows where every form may stand.
+        """For every form, the sills (z, m) of the rows that it may stand in, with their sigmas (m).
 
-        They are those of all openings as high as it whose place is known. One of a row at least shows both
-        its sill and its lintel, so that the row is known to be that high.
+        These rows are made of all openings that are as high as the form and whose places are known. At least
+        one opening of each row shows both its sill and its lintel, which proves the height of the row.
         """
         high = equally_high(self._outlines, self.groups)
         level, sigma = levels_of(self._own, self._variance, high)
@@ -150,9 +149,7 @@ class Forms:
         """Returns the width (`axis` 0) or height (1) m of one more opening like the others, and its sigma."""
         key = axis, tuple(others)
         if key not in self._sizes:
-            size, sigma = self._size[:, axis], self._sigma[:, axis]
-            between = between_members(size, sigma, [key[1]])
-            self._sizes[key] = predicted(size, sigma, others, min(between, UNKNOWN))
+            self._sizes[key] = size_like(self._size[:, axis], self._sigma[:, axis], others)
         return self._sizes[key]
 
     def _completed(

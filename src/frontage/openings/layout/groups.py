@@ -66,15 +66,14 @@ def like_groups(outlines: Sequence[Outline]) -> list[tuple[int, ...]]:
 
 
 def equally_high(outlines: Sequence[Outline], groups: Sequence[Sequence[int]]) -> list[tuple[int, ...]]:
-    """Returns groups of openings of one shape and height: those of the given groups of like ones that agree.
+    """Returns the groups of like openings, merged where shapes are equal and heights agree within errors.
 
-    Narrow windows (of stairs and bathrooms) have the sill and the lintel of the wide ones beside them.
+    Widths do not matter: narrow windows (of stairs and bathrooms) have the sill and the lintel of the wide
+    ones beside them.
     """
     own, variance = values_of(outlines)
     height, error = own @ HEIGHT, np.sqrt([HEIGHT @ v @ HEIGHT for v in variance])
-    between = [min(between_members(height, error, [tuple(g)]), UNKNOWN) for g in groups]
-    told = [predicted(height, error, g, b) for g, b in zip(groups, between, strict=True)]
-    size, sigma = np.array(told).reshape(-1, 2).T
+    size, sigma = np.array([size_like(height, error, g) for g in groups]).reshape(-1, 2).T
     shapes = [outlines[g[0]].shape for g in groups]
     found = []
     for shape in dict.fromkeys(shapes):
@@ -109,8 +108,7 @@ def levels_of(own: Float, variance: Sequence[Float], groups: Sequence[Sequence[i
     sill, lintel, error = (np.sqrt([w @ v @ w for v in variance]) for w in (BOTTOM, TOP, HEIGHT))
     sigma = sill.copy()
     for group in map(list, groups):
-        between = min(between_members(height, error, [tuple(group)]), UNKNOWN)
-        size, doubt = predicted(height, error, group, between)
+        size, doubt = size_like(height, error, group)
         weight = sill[group] ** -2.0, (lintel[group] ** 2 + doubt**2) ** -1.0
         both = weight[0] + weight[1]
         level[group] = (weight[0] * (own[group] @ BOTTOM) + weight[1] * (own[group] @ TOP - size)) / both
@@ -161,3 +159,12 @@ def predicted(value: Float, sigma: Float, others: Sequence[int], between: float)
     """Returns what a further member would be by the `others` of its group, and its sigma, m."""
     w = 1.0 / (sigma[list(others)] ** 2 + between**2)
     return float(w @ value[list(others)] / w.sum()), float(np.sqrt(1.0 / w.sum() + between**2))
+
+
+def size_like(size: Float, sigma: Float, others: Sequence[int]) -> tuple[float, float]:
+    """Returns the size m, a width or a height, of one more opening like the `others`, and its sigma m.
+
+    `size` (n,) m and `sigma` (n,) m are those of all openings.
+    """
+    between = between_members(size, sigma, [tuple(others)])
+    return predicted(size, sigma, others, min(between, UNKNOWN))

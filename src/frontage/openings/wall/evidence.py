@@ -30,8 +30,7 @@ _SCALES = 4  # how often the surroundings of a cell are doubled
 _BLUR = 0.1  # m, one sigma of the surroundings that determine empty areas
 _EMPTY = 0.1  # share of the expected beams below which an area is empty
 _LARGE = 4.0  # m: openings without any return are smaller
-RELIEF = 0.05
-"""m: panels and courses of a wall are less deep."""
+_RELIEF = 0.05  # m: panels and courses of a wall are less deep
 BEAMS_TO_DECIDE = 10.0
 """Beams that a decision needs to be wrong once in a thousand cases."""
 
@@ -91,7 +90,7 @@ def weigh(facade: Facade, beams: Beams, inside: Bool | None = None) -> Evidence:
         through *= ndimage.uniform_filter(solid, 3) < np.maximum(0.3 * expected, 1e-9)
     llr = np.where(inside, log_likelihood_ratio(expected, solid, through), 0.0)
     seen = solid + open_ > 0
-    deep = raster.count(*beams.open[beams.open_depth > max(RELIEF, 2.0 * beams.least)].T)
+    deep = raster.count(*beams.open[beams.open_depth > max(_RELIEF, 2.0 * beams.least)].T)
     return Evidence(raster, llr, solid, open_, deep, expected, due, seen, inside, beams.rays)
 
 

@@ -66,7 +66,7 @@ def alike_groups(network: Network, fit: Fit, dependence: Dependence) -> tuple[Al
         pair = estimated_variogram(cells, fit.precision.wide, reach, own=own, shared=shared)
         weight = _weight_per_metre(fit.equations, member)
         likeliest, fading = (_with_stated(v, dependence, group, weight) for v in pair)
-        # Which of the two it is hardly matters for weights, and poses shall not hang on what fades.
+        # The choice hardly matters for weights, and poses must not depend on whether shares fade.
         effect = design_effects(cells, likeliest)[cells.cell]
         variogram = fading if group in dependence.fading else likeliest
         found.append(Alike(group, member, variogram, effect, weight))
