@@ -65,7 +65,7 @@ def _places(cloud: StreetCloud, walls: WallMap, street: SegmentedStreet) -> _Lea
     for f, front in enumerate(street.fronts):
         own = sort[edge[f] : edge[f + 1]]
         s[own], d[own] = front.coordinates(leaf.mean[own, :2])
-        d[own] -= street.profiles[f].offset_at(s[own])
+        d[own] -= street.profiles[f].face_at(s[own])
     return _LeafPlaces(front_of_leaf, distance, s, d)
 
 

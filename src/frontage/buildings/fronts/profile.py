@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 
 import numpy as np
+from scipy import ndimage
 
 from frontage.buildings.cloud import StreetCloud
 from frontage.buildings.fronts.leaves import FrontLeaves, LeafColour
@@ -24,6 +25,7 @@ from frontage.raster.memory import require_memory
 
 BIN_M = 0.25  # m, width of a bin along the front
 _SKIN_M = 0.2  # m, half thickness of the wall's surface: mouldings belong to it
+_RECESS_M = 1.5  # m: narrower recesses are openings, niches and channels of one front
 
 _ROW_BYTES = 48  # of a bin at one height: six numbers, in the rows and while the relief is measured
 
@@ -60,10 +62,25 @@ class FrontProfile:
 
     def offset_at(self, s: Float) -> Float:
         """Interpolates the offset (k,) m at places s (k,) m along the front between measured bins."""
-        known = np.flatnonzero(np.isfinite(self.offset))
+        return self._interpolated(self.offset, s)
+
+    def face_at(self, s: Float) -> Float:
+        """Returns the offset (k,) m of the front's face at places s (k,) m along it.
+
+        Where a door or a window shows more of the room than there is wall above and below it, the offset of
+        the bin is that of the room. Recesses too narrow for a front of their own are therefore filled.
+        """
+        middle = self.lo + (np.arange(len(self)) + 0.5) * BIN_M
+        every = self._interpolated(self.offset, middle)
+        filled = ndimage.grey_closing(every, 2 * round(_RECESS_M / BIN_M / 2) + 1, mode="nearest")
+        return self._interpolated(filled, s)
+
+    def _interpolated(self, offset: Float, s: Float) -> Float:
+        """Interpolates offsets (n,) m of the bins at places s (k,) m; all zero if none is measured."""
+        known = np.flatnonzero(np.isfinite(offset))
         if not len(known):
             return np.zeros(len(s))
-        return np.interp(s, self.lo + (known + 0.5) * BIN_M, self.offset[known])
+        return np.interp(s, self.lo + (known + 0.5) * BIN_M, offset[known])
 
 
 def front_profile(
