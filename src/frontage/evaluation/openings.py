@@ -116,11 +116,19 @@ def _home(facades: Sequence[TrueFacade], opening: FoundOpening) -> int | None:
         if abs(y.mean()) > _FAR_M or abs(normal @ facade.frame.R[:, 1]) < _SLANT_COS:
             continue
         ring = shapely.make_valid(shapely.Polygon(_plan(facade, opening.ring)))
-        wall = shapely.make_valid(shapely.Polygon(facade.outline))
-        share = float(ring.intersection(wall).area / max(ring.area, 1e-12))
+        share = float(ring.intersection(_extent(facade)).area / max(ring.area, 1e-12))
         if share > best:
             best, home = share, number
     return home
+
+
+def _extent(facade: TrueFacade) -> Any:
+    """Returns the outline of a facade with all of its openings, as one convex polygon (x, z).
+
+    The outline of a front with several gables is that of one of them.
+    """
+    corners = np.concatenate([facade.outline, *(o.ring for o in facade.openings)])
+    return shapely.convex_hull(shapely.multipoints(corners))
 
 
 def _plan(facade: TrueFacade, ring: Float) -> Float:
