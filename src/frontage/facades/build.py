@@ -3,6 +3,7 @@
 from dataclasses import replace
 
 import numpy as np
+from scipy import ndimage
 from scipy.spatial import cKDTree
 
 from frontage.facades.candidate import FacadeCandidate
@@ -12,7 +13,7 @@ from frontage.facades.plane.curvature import wall_sagitta
 from frontage.facades.plane.wall import WallPlane
 from frontage.facades.scene import FacadeScene
 from frontage.facades.street import StreetSide
-from frontage.geometry.arrays import Float, Int
+from frontage.geometry.arrays import Bool, Float, Int
 from frontage.geometry.plane import lean
 from frontage.geometry.rigid import Rigid3
 from frontage.model.canonical import is_mirrored
@@ -22,7 +23,7 @@ from frontage.model.masonry import TOLERANCES
 
 _MOST_FOR_BEND = 50_000  # points that tell whether a wall is bent
 _MOST_LAYERED = 100_000  # points that tell its layers
-_BLOCKS = 12  # blocks of 3 x 3 cells in which the spacing is measured
+_BLOCKS = 48  # blocks of 3 x 3 cells in which the spacing is measured
 _BEND_REACH_M = 0.5  # m: how far a bent wall may leave its plane and still count as the same wall
 _BEND_INSET_M = 0.5  # m at its ends, where a corner, a pilaster or the next face may stand
 # sigmas of the sagitta from which a wall is bent: strips are few, their modes not Gaussian
@@ -50,7 +51,7 @@ def build_facade(
     some = _at_most(np.flatnonzero(inner & inside), _MOST_FOR_BEND, rng)
     curvature = wall_sagitta(slab.q[some, 0], slab.q[some, 1], wall.threshold, _BEND_REACH_M)
     layered = _at_most(near, _MOST_LAYERED, rng)
-    spacing = wall_spacing(slab.q, flat, cells, wall.threshold, rng)
+    spacing = wall_spacing(slab.q, flat, cells, wall.threshold)
     return Facade(
         id=name,
         building=name.rsplit("/", 1)[0],
@@ -101,22 +102,22 @@ def _at_most(rows: Int, most: int, rng: np.random.Generator) -> Int:
     return rows if len(rows) <= most else np.sort(rng.choice(rows, most, replace=False))
 
 
-def wall_spacing(q: Float, flat: Int, cells: CellMap, threshold: float, rng: np.random.Generator) -> float:
-    """Measures the median distance (m) between neighbouring points on the wall, in a few blocks of cells.
+def wall_spacing(q: Float, flat: Int, cells: CellMap, threshold: float) -> float:
+    """Measures the median distance (m) between neighbouring points on the wall, in blocks of cells.
 
     q          (n, 3) m, facade coordinates; flat (n,) the points' cells
     threshold  m, half thickness of the wall
 
-    Returns NaN when no block holds two points.
+    The blocks are spread evenly along the wall: a row of houses is scanned more and more sparsely towards its
+    ends, and a few blocks drawn at random told spacings that differed by a half. Returns NaN when no block
+    holds two points.
     """
-    rows, columns = np.nonzero(cells.wall)
+    columns, rows = np.nonzero(cells.wall.T)
     if len(rows) == 0:
         return float("nan")
-    block = np.zeros(cells.wall.shape, np.int8)
-    for pick in rng.integers(0, len(rows), _BLOCKS):
-        r, c = rows[pick], columns[pick]
-        block[max(r - 1, 0) : r + 2, max(c - 1, 0) : c + 2] = 1
-    block[~cells.wall] = 0
+    block = np.zeros(cells.wall.shape, np.bool_)
+    block[rows, columns] = _evenly(len(rows), _BLOCKS)
+    block = ndimage.binary_dilation(block, np.ones((3, 3), np.bool_)) & cells.wall
     near = np.flatnonzero(block.ravel()[flat])
     near = near[np.abs(q[near, 1]) < threshold]
     if len(near) < 2:
@@ -124,6 +125,13 @@ def wall_spacing(q: Float, flat: Int, cells: CellMap, threshold: float, rng: np.
     apart = np.asarray(cKDTree(q[near]).query(q[near], k=2)[0])[:, 1]
     apart = apart[np.isfinite(apart) & (apart > 1e-6)]
     return float(np.median(apart)) if len(apart) else float("nan")
+
+
+def _evenly(number: int, most: int) -> Bool:
+    """Returns which `most` of a `number` of things (n,) lie in the middles of equal parts of them."""
+    picked = np.zeros(number, np.bool_)
+    picked[((np.arange(most) + 0.5) * number / most).astype(np.int64)] = True
+    return picked
 
 
 def pose_covariance(plane: Float) -> Float:

@@ -37,15 +37,23 @@ def _are_beside(a: FacadeCandidate, b: FacadeCandidate) -> bool:
 
 
 def _divided(a: FacadeCandidate, b: FacadeCandidate) -> tuple[FacadeCandidate, FacadeCandidate]:
-    """Divides the area that two outlines share between them, where each stays in one part."""
+    """Divides the area that two outlines share between them, where each stays in one part.
+
+    What the first one loses because it is no longer connected with it, as a portal in the middle of the
+    second one, goes back to the second one.
+    """
     shared, there = _shared(b, a)
     less = shared & (_share(a.cells).ravel()[there] >= _share(b.cells))
     second = _kept(b.cells, less)
     if second is None:
         return a, b
-    b = replace(b, cells=second)
-    first = _kept(a.cells, _shared(a, b)[0])
-    return (a, b) if first is None else (replace(a, cells=first), b)
+    own = replace(b, cells=second)
+    first = _kept(a.cells, _shared(a, own)[0])
+    if first is None:
+        return a, own
+    a = replace(a, cells=first)
+    rest = _kept(b.cells, _shared(b, a)[0])
+    return a, own if rest is None else replace(b, cells=rest)
 
 
 def _shared(own: FacadeCandidate, other: FacadeCandidate) -> tuple[Bool, Int]:

@@ -70,10 +70,10 @@ class FrontProfile:
         Where a door or a window shows more of the room than there is wall above and below it, the offset of
         the bin is that of the room. Recesses too narrow for a front of their own are therefore filled.
         """
-        middle = self.lo + (np.arange(len(self)) + 0.5) * BIN_M
+        middle: Float = self.lo + (np.arange(len(self), dtype=np.float64) + 0.5) * BIN_M
         every = self._interpolated(self.offset, middle)
-        filled = ndimage.grey_closing(every, 2 * round(_RECESS_M / BIN_M / 2) + 1, mode="nearest")
-        return self._interpolated(filled, s)
+        filled = ndimage.grey_closing(every, (round(_RECESS_M / BIN_M),), mode="nearest")
+        return self._interpolated(np.asarray(filled), s)
 
     def _interpolated(self, offset: Float, s: Float) -> Float:
         """Interpolates offsets (n,) m of the bins at places s (k,) m; all zero if none is measured."""

@@ -1,0 +1,39 @@
+"""The profile of a front tells where its face is."""
+
+import numpy as np
+import pytest
+
+from frontage.buildings.fronts.profile import BIN_M, FrontProfile
+
+
+def _profile(offset: np.ndarray) -> FrontProfile:
+    """Returns a profile of which only the offset is measured."""
+    n = len(offset)
+    nothing, none = np.full(n, np.nan), np.zeros((n, 1))
+    return FrontProfile(
+        0.0, offset, nothing, nothing, np.full((n, 6), np.nan), nothing, none, none, 0.0, nothing
+    )
+
+
+@pytest.mark.parametrize("room", [[-2.0], [-2.0, np.nan], [-0.6, -2.0, -4.0]])
+def test_a_door_that_shows_the_room_does_not_move_the_face_of_the_front(room: list[float]) -> None:
+    offset = np.zeros(40)
+    offset[20 : 20 + len(room)] = room
+    at = np.linspace(0.0, 40 * BIN_M, 81)
+    assert np.abs(_profile(offset).face_at(at)).max() < 1e-9
+
+
+def test_a_part_of_the_front_that_is_set_back_keeps_its_own_face() -> None:
+    offset = np.zeros(40)
+    offset[20:30] = -2.0  # 2.5 m wide
+    assert _profile(offset).face_at(np.array([25 * BIN_M]))[0] == pytest.approx(-2.0)
+
+
+def test_what_stands_out_keeps_its_own_face() -> None:
+    offset = np.zeros(40)
+    offset[20:22] = 0.4
+    assert _profile(offset).face_at(np.array([21 * BIN_M]))[0] == pytest.approx(0.4)
+
+
+def test_a_front_without_any_measured_bin_lies_on_its_line() -> None:
+    assert _profile(np.full(4, np.nan)).face_at(np.array([0.5])).tolist() == [0.0]
