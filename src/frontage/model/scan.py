@@ -107,8 +107,10 @@ class Scan:
 
     def take(self, index: Array) -> "Scan":
         """Returns the points at `index` (k,) int or (n,) bool, with `lost_beams` in place of the raster."""
-        rows = {
-            name: value[index]
+        if index.dtype == np.bool_:
+            index = np.flatnonzero(index)  # numpy takes rows by number several times as fast
+        rows: dict[str, Any] = {
+            name: np.take(value, index, axis=0)
             for name in ("xyz", "origin_index", "rgb", *_PER_POINT)
             if (value := getattr(self, name)) is not None
         }
