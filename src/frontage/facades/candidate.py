@@ -84,8 +84,7 @@ def orient(
     """
     cells, slab = _in_wall_frame(cells, slab, wall)
     inliers = sample_rays(wall.inliers, rng)
-    scan, cloud = scene.scan, scene.cloud
-    side = side_from_rays(wall, cloud.xyz[inliers], scan.sensor_of(cloud.index[inliers]))
+    side = side_from_rays(wall, scene.cloud.xyz[inliers], scene.sensors(inliers))
     if side is None:
         side = side_from_evidence(wall, cells, scene.around, scene.ground_z)
     if side.sign < 0:

@@ -17,7 +17,7 @@ from frontage.facades.scene import FacadeScene
 from frontage.facades.sequential import is_large, search_candidates
 from frontage.geometry.arrays import Float
 from frontage.model.building import Building
-from frontage.model.canonical import canonical_axes, canonical_order, steady, turned
+from frontage.model.canonical import canonical_axes, canonical_order, steady
 from frontage.model.estimate import Failed
 from frontage.model.facade import Facade
 from frontage.model.scan import Scan
@@ -53,7 +53,7 @@ def find_facades(
     xyz = steady(xyz @ axes)
     order = canonical_order(xyz)
     cloud = prepare(np.take(xyz, order, axis=0), building.index[order], rng, scan.sigma_range)
-    scene = FacadeScene(turned(scan, axes), cloud, building.ground_z, options)
+    scene = FacadeScene(scan, axes, cloud, building.ground_z, options)
     if options.method == "paper":
         candidates = _paper_candidate(scene, rng)
     else:

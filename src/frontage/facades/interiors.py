@@ -61,7 +61,7 @@ def _is_interior(outer: FacadeCandidate, inner: FacadeCandidate, rows: Int, scen
         return False
     covers = _Covers.of(outer, scene)
     if outer.side.told_by == "rays":
-        sensors = scene.scan.sensor_of(scene.cloud.index[rows])
+        sensors = scene.sensors(rows)
         return _was_measured_through(outer, covers, xyz, sensors)
     if _faces_the_same_way(outer, inner) and _is_covered_without_a_court(outer, q):
         return True
