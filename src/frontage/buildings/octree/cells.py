@@ -11,9 +11,9 @@ import numpy as np
 from scipy import sparse
 from scipy.sparse.csgraph import connected_components
 
-from frontage.buildings.groups import extent, mean_of
+from frontage.buildings.groups import mean_of
 from frontage.errors import InputError
-from frontage.geometry.arrays import Array, Float, Int
+from frontage.geometry.arrays import Array, Float, Int, extent, sorted_groups
 from frontage.model.canonical import steady
 
 _BITS = 21  # bits of a coordinate in a key
@@ -64,17 +64,30 @@ def leaf_level(xyz: Float, size: float) -> tuple[OctreeLevel, Array]:
         raise InputError(
             f"the cloud is wider than {_MAX * size / 1000:.0f} km; cut it into tiles or remove stray points"
         )
-    key = np.zeros(len(xyz), np.int64)
-    for a in range(3):  # axis by axis: no (n, 3) temporary
-        key <<= _BITS
-        key |= ((xyz[:, a] - origin[a]) / size).astype(np.int64) + 1
-    unique, of_point = np.unique(key, return_inverse=True)
-    of_point = of_point.astype(np.int32)
-    weight = np.bincount(of_point, minlength=len(unique)).astype(np.float64)
+    order, start, ijk = _occupied(xyz, origin, far, size)
+    weight = np.diff(start, append=len(xyz))
+    of_point = np.empty(len(xyz), np.int32)
+    of_point[order] = np.repeat(np.arange(len(start), dtype=np.int32), weight)
+    weight = weight.astype(np.float64)
     mean = steady(np.column_stack([mean_of(of_point, xyz[:, a], weight) for a in range(3)]))
-    mask = (1 << _BITS) - 1
-    ijk = np.column_stack([unique >> 2 * _BITS, (unique >> _BITS) & mask, unique & mask]).astype(np.int32) - 1
-    return OctreeLevel(size, origin, ijk, unique, weight, mean), of_point
+    return OctreeLevel(size, origin, ijk, pack(ijk), weight, mean), of_point
+
+
+def _occupied(xyz: Float, origin: Float, far: Float, size: float) -> tuple[Int, Int, Array]:
+    """Sorts points (n, 3) m by cell of edge `size` m, counted from `origin` (3,) m; `far` is the last corner.
+
+    Returns the order (n,), where each occupied cell starts in it (m,), and the cells' coordinates (m, 3).
+    """
+    shape = ((far - origin) / size).astype(np.int64) + 1
+    cell = np.zeros(len(xyz), np.int64)
+    for a in range(3):  # axis by axis: no (n, 3) temporary
+        step = xyz[:, a] - origin[a]
+        step /= size
+        cell *= shape[a]
+        cell += step.astype(np.int64)
+    order, start = sorted_groups(cell)
+    ijk = np.unravel_index(cell[order[start]], tuple(shape))
+    return order, start, np.column_stack(ijk).astype(np.int32)
 
 
 def parent_level(leaf: OctreeLevel, shift: int) -> tuple[OctreeLevel, Array]:

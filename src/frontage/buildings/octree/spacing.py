@@ -3,14 +3,13 @@
 import numpy as np
 from scipy.spatial import cKDTree
 
-from frontage.buildings.groups import extent
-from frontage.geometry.arrays import Float, Int, distinct, drawn
+from frontage.geometry.arrays import Float, Int, distinct, drawn, extent
 from frontage.model.canonical import canonical_order
 
 _CUBES = 240  # places of the cloud that are examined
 _PER_CUBE = 400  # query points of each place
 _DRAWN = 50_000  # points that the places are chosen from
-_CHUNK = 1 << 18  # points at a time, so that temporaries stay in the processor's cache
+_CHUNK = 1 << 14  # points at a time, so that temporaries stay in the processor's cache
 
 
 def measure_spacing(xyz: Float) -> tuple[float, float]:
