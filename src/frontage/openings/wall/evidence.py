@@ -7,7 +7,7 @@ import numpy as np
 import shapely
 from scipy import ndimage
 
-from frontage.geometry.arrays import Bool, Float, freeze
+from frontage.geometry.arrays import Bool, Float, distinct, freeze
 from frontage.model.facade import Facade
 from frontage.model.masonry import MASONRY
 from frontage.openings.wall.beams import Beams
@@ -100,12 +100,14 @@ def _expected_by_zone(beams: Beams, raster: WallRaster) -> Float:
     Where a station's highest beam runs over the wall, the density falls at once.
     """
     zone = zones(beams.fields, raster)
+    numbers = distinct(zone.ravel())
+    if len(numbers) == 1:
+        return expected_beams(beams.solid, raster)
     out = np.zeros(raster.shape)
     at = raster.flat(*beams.solid.T)
     own = np.where(at >= 0, zone.ravel()[at], -1)
-    for number in np.unique(zone):
-        part = beams.solid if (zone == number).all() else beams.solid[own == number]
-        out = np.where(zone == number, expected_beams(part, raster), out)
+    for number in numbers:
+        out = np.where(zone == number, expected_beams(beams.solid[own == number], raster), out)
     return out
 
 
@@ -157,7 +159,8 @@ def local_rate(values: Float, due: Float, finest: float) -> Float:
         )
         if near.any():
             come, asked = (blurred(m, wide) for m in (values, due))
-            out = np.where(near, come / np.maximum(asked, 1e-9), out)
+            come /= np.maximum(asked, 1e-9, out=asked)
+            np.copyto(out, come, where=near)
         left &= ~near
     return out
 

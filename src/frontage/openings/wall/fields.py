@@ -55,6 +55,8 @@ def _highest(scan: Scan, station: int) -> float:
 def zones(fields: tuple[FieldOfView, ...], raster: WallRaster) -> Int:
     """Returns a number (h, w) for every cell: cells with the same number are seen by the same stations."""
     out = np.zeros(raster.shape, np.int64)
+    if not fields:
+        return out
     x, z = raster.middles(np.ones(raster.shape, np.bool_)).T
     places = np.column_stack([x, np.zeros(len(x)), z])
     for k, field in enumerate(fields):
