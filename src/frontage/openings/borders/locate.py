@@ -157,7 +157,8 @@ def _edge_scores(
     determine the border, they determine these errors too.
     """
     share = (len(edge.hidden[0]) + len(edge.hidden[1])) / max(len(edge.solid) + len(edge.opened), 1)
-    hidden = blurred_scores(*edge.hidden, e, blurs, strays) + share * due
+    hidden, seen = blurred_scores((edge.hidden, edge.seen), e, blurs, strays).transpose(1, 0, 2)
+    hidden = hidden + share * due
     n = int(4.0 * edge.shift / _STEP)
     if n > 0 and share > 0.0:
         lag = np.arange(-n, n + 1) * (_STEP / edge.shift)
@@ -168,7 +169,7 @@ def _edge_scores(
         ends = (np.repeat(p[:, k : k + 1], n, 1) for k in (0, len(e) - 1))
         p = np.stack([np.correlate(row, kernel, "valid") for row in np.hstack([next(ends), p, next(ends)])])
         hidden = np.log(np.maximum(p, _NEVER)) + best
-    return hidden + blurred_scores(*edge.seen, e, blurs, strays) + (1.0 - share) * due
+    return np.asarray(hidden + seen + (1.0 - share) * due)
 
 
 def _unseen(

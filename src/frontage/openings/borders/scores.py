@@ -16,17 +16,16 @@ STRAY = 0.01
 def side_scores(
     solid: Float, opened: Float, e: Float, blur: float, strays: tuple[float, float] = (STRAY, STRAY)
 ) -> Float:
-    """Returns `blurred_scores` (k,) for a single blur m."""
-    return np.asarray(blurred_scores(solid, opened, e, (blur,), strays)[0])
+    """Returns `blurred_scores` (k,) for a single pair and a single blur m."""
+    return np.asarray(blurred_scores([(solid, opened)], e, (blur,), strays)[0, 0])
 
 
 def blurred_scores(
-    solid: Float, opened: Float, e: Float, blurs: Sequence[float], strays: tuple[float, float]
+    pairs: Sequence[tuple[Float, Float]], e: Float, blurs: Sequence[float], strays: tuple[float, float]
 ) -> Float:
-    """Returns the log-likelihood (b, k) of borders at e (k,) m, which rise in equal steps, for every blur.
+    """Returns the log-likelihood (b, p, k) of borders at e (k,) m, which rise in equal steps, for every blur.
 
-    solid   (n,) m, beams on the wall, below the border
-    opened  (m,) m, beams through the opening, above it
+    pairs   p times the beams on the wall, below the border, and those through the opening, above it, (n,) m
     blurs   (b,) m, each one sigma of the footprint
     strays  shares of the solid and of the opened beams that are on the wrong side
 
@@ -34,26 +33,38 @@ def blurred_scores(
     strays.
     """
     step, k = float(e[1] - e[0]), len(e)
-    if not len(solid) + len(opened):
-        return np.zeros((len(blurs), k))
     reaches = [int(6.0 * blur / step) + 1 for blur in blurs]
     n = max(reaches)
     bins = k + 2 * n + 2  # the first and the last bin hold everything further off
-    u = (np.concatenate([solid, opened]) - float(e[0])) / step + (n + 1)
+    beams = [u for pair in pairs for u in pair]
+    total = np.zeros((len(blurs), len(pairs), k))
+    held = np.array([len(u) for u in beams])
+    if not held.any():
+        return total
+    u = (np.concatenate(beams) - float(e[0])) / step + (n + 1)
     bin_ = np.minimum(np.maximum(u, 0), bins - 1).astype(np.int64)
-    bin_[len(solid) :] += bins
-    count = np.bincount(bin_, minlength=2 * bins).astype(np.float64).reshape(2, bins)
-    below = count.cumsum(1)[:, n : n + k]
-    wrong = log(strays[0]) * (len(solid) - below[0]), log(strays[1]) * below[1]
-    total = np.empty((len(blurs), k))
-    for row, blur, m in zip(total, blurs, reaches, strict=True):
-        near = count[:, n - m + 1 : n + m + k]
+    bin_ += np.repeat(np.arange(len(beams)) * bins, held)
+    count = np.bincount(bin_, minlength=len(beams) * bins).astype(np.float64).reshape(-1, 2, bins)
+    solid, opened = count.cumsum(2)[:, :, n : n + k].transpose(1, 0, 2)
+    wrong = log(strays[0]) * (held[::2, None] - solid), log(strays[1]) * opened
+    for out, blur, m in zip(total, blurs, reaches, strict=True):
+        near = count[:, :, n - m + 1 : n + m + k]
         first, second = (
-            np.correlate(c, _near_border(side, m, step, blur, stray), "valid")
-            for c, side, stray in zip(near, (-1.0, 1.0), strays, strict=True)
+            _correlated(near[:, side], _near_border(sign, m, step, blur, strays[side]))
+            for side, sign in enumerate((-1.0, 1.0))
         )
-        np.add(first + wrong[0], second + wrong[1], out=row)
+        np.add(first + wrong[0], second + wrong[1], out=out)
     return total
+
+
+def _correlated(rows: Float, kernel: Float) -> Float:
+    """Correlates rows (p, n) with a kernel (m,) where it lies within them; returns (p, n - m + 1).
+
+    The rows are correlated as one, and the places where the kernel lies across two of them are left out.
+    """
+    after = len(kernel) - 1
+    whole = np.correlate(rows.ravel(), kernel, "full")[after:]
+    return whole.reshape(rows.shape)[:, : rows.shape[1] - after]
 
 
 @lru_cache(maxsize=256)

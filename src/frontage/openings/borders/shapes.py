@@ -1,12 +1,13 @@
 """Tells the head of an opening (flat, segmental, round, pointed, triangular), and makes rings of shapes."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from frontage.geometry.arrays import Bool, Float, drawn
 from frontage.geometry.ring import ring_contains
-from frontage.openings.borders.scores import side_scores
+from frontage.openings.borders.scores import STRAY, blurred_scores
 from frontage.openings.boxes import Box
 from frontage.openings.wall.crossings import CrossingBeams
 
@@ -143,17 +144,18 @@ def find_head(fan: Fan, place: Box, blur: float, known: Head | None = None) -> H
     tops = np.arange(low + 0.2 * (z1 - low), high - 0.2, 0.002)
     search = _Search(near, middle=middle, half=half, low=low, tops=tops, blur=blur)
     if known is not None:
-        rise = max(_rises(known, half, high - z0), key=lambda r: search.best(known.shape, r)[0])
-        return search.refined(replace(known, rise=rise, top=search.best(known.shape, rise)[1]))
-    flat, top = search.best("rectangle", 0.0)
+        rises = _rises(known, half, high - z0)
+        found_at = search.best([(known.shape, r) for r in rises])
+        best = max(range(len(rises)), key=lambda k: found_at[k][0])
+        return search.refined(replace(known, rise=rises[best], top=found_at[best][1]))
+    trials = [("round", half), ("pointed", _SQRT3 * half)]
+    trials += [("segmental", float(r) * 2 * half) for r in _RISES]
+    trials += [("triangular", float(r) * 2 * half) for r in _SLOPES]
+    trials = [("rectangle", 0.0), *((shape, rise) for shape, rise in trials if rise <= 0.95 * (high - z0))]
+    (flat, top), *curved = search.best(trials)
     found = Head("rectangle", top, 0.0, 0.0)
-    trials = [("round", half, 0.0), ("pointed", _SQRT3 * half, 0.0)]
-    trials += [("segmental", float(r) * 2 * half, _FREE) for r in _RISES]
-    trials += [("triangular", float(r) * 2 * half, _FREE) for r in _SLOPES]
-    for shape, rise, price in trials:
-        if rise > 0.95 * (high - z0):
-            continue
-        score, top = search.best(shape, rise)
+    for (shape, rise), (score, top) in zip(trials[1:], curved, strict=True):
+        price = _FREE if shape in ("segmental", "triangular") else 0.0
         # a free rise must beat a fixed one as clearly as a curve beats none
         least = found.gain + (_GAIN if price > 0.0 and found.shape in ("round", "pointed") else 0.0)
         if top - rise > z0 and score - flat - price > max(_GAIN, least):
@@ -180,13 +182,15 @@ class _Search:
         self._low, self._tops = low, tops
         self._u = ((np.arange(100) + 0.5) / 50 - 1.0) * half
 
-    def curve(self, shape: str, rise: float, tops: Float) -> Float:
-        """Returns the log-likelihood (k,) of heads whose tops are at `tops` (k,) m."""
+    def curves(self, heads: Sequence[tuple[str, float]], tops: Float) -> Float:
+        """Returns the log-likelihood (h, k) of heads of a shape and rise m, with tops at `tops` (k,) m."""
         middle = float(tops[len(tops) // 2])
-        v = middle - self._z + below(shape, rise, self._half, self._x)
-        score = side_scores(v[: self._solid], v[self._solid :], middle - tops[::-1], self._blur)[::-1]
+        below_middle = middle - self._z
+        beams = [below_middle + below(*head, self._half, self._x) for head in heads]
+        pairs = [(v[: self._solid], v[self._solid :]) for v in beams]
+        score = blurred_scores(pairs, middle - tops[::-1], (self._blur,), (STRAY, STRAY))[0, :, ::-1]
         if self._missing > 0.0:
-            score = score + self._missing * self._area(shape, rise, tops)
+            score = score + self._missing * np.stack([self._area(*head, tops) for head in heads])
         return np.asarray(score)
 
     def _area(self, shape: str, rise: float, tops: Float) -> Float:
@@ -196,30 +200,29 @@ class _Search:
         rest = np.append(drop[::-1].cumsum()[::-1], 0.0)[first]
         return np.asarray(rest + (len(drop) - first) * (tops - self._low)) * 2 * self._half / len(drop)
 
-    def best(self, shape: str, rise: float) -> tuple[float, float]:
-        """Returns the score and the top m of the likeliest head of that shape and rise."""
-        score = self.curve(shape, rise, self._tops)
-        k = int(score.argmax())
-        return float(score[k]), float(self._tops[k])
+    def best(self, heads: Sequence[tuple[str, float]]) -> list[tuple[float, float]]:
+        """Returns the score and the top m of the likeliest head of every shape and rise m."""
+        score = self.curves(heads, self._tops)
+        return [(float(s[k]), float(self._tops[k])) for s, k in zip(score, score.argmax(1), strict=True)]
 
-    def _fine(self, shape: str, rise: float, top: float) -> tuple[float, float, float]:
-        """Returns the score, and the posterior mean m and variance m2, of tops near `top`."""
+    def _fine(self, shape: str, rises: Sequence[float], top: float) -> tuple[Float, Float, Float]:
+        """Returns the score, and the posterior mean m and variance m2, of tops near `top` for every rise."""
         tops: Float = top + np.arange(-24, 25, dtype=np.float64) * 0.0005
-        score = self.curve(shape, rise, tops)
-        p = np.exp(score - score.max())
-        p /= p.sum()
-        mean = float(p @ tops)
-        return float(score.max()), mean, float(p @ (tops - mean) ** 2)
+        score = self.curves([(shape, rise) for rise in rises], tops)
+        best = score.max(1)
+        p = np.exp(score - best[:, None])
+        p /= p.sum(1, keepdims=True)
+        mean = p @ tops
+        return best, mean, (p * (tops - mean[:, None]) ** 2).sum(1)
 
     def refined(self, head: Head) -> Head:
         """Returns the head with the posterior mean and covariance of top and rise."""
         if head.shape in ("round", "pointed"):
-            _, top, variance = self._fine(head.shape, head.rise, head.top)
-            return Head(head.shape, top, head.rise, head.gain, (variance, 0.0, 0.0))
+            _, (top,), (variance,) = self._fine(head.shape, [head.rise], head.top)
+            return Head(head.shape, float(top), head.rise, head.gain, (float(variance), 0.0, 0.0))
         limit = self._half if head.shape == "segmental" else 4.0 * self._half
         rises = np.clip(head.rise + np.linspace(-0.03, 0.03, 19) * 2 * self._half, 0.01, limit)
-        found = [self._fine(head.shape, float(r), head.top) for r in rises]
-        score, tops, variances = (np.array(c) for c in zip(*found, strict=True))
+        score, tops, variances = self._fine(head.shape, rises.tolist(), head.top)
         p = np.exp(score - score.max())
         p /= p.sum()
         t, r = float(p @ tops), float(p @ rises)
