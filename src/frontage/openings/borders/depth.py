@@ -29,6 +29,7 @@ def find_depth(
     rise: float,
     slack: float = 0.0,
     others: Float | None = None,
+    wall: tuple[float, float] | None = None,
 ) -> Estimate[float] | None:
     """Measures the depth m of the front of the frame behind the wall; None where too few points determine it.
 
@@ -36,12 +37,13 @@ def find_depth(
     box     of the opening, whose head is `rise` m high
     slack   m by which the borders may be off: points nearer to them may lie on a reveal
     others  (n,) m, depths y of the walls around the facade's openings
+    wall    what `find_wall` returns for the box, where that is known
 
     The frame runs along the borders of the opening and is the foremost of the surfaces there: panes, curtains
     and rooms lie behind it, and reveals end at it. The wall is the rearmost of the surfaces that fill much of
     the surroundings: surrounds, bands and plinths stand before it.
     """
-    wall = find_wall(near, box, others)
+    wall = wall or find_wall(near, box, others)
     slack = min(slack, 0.1 * (box[2] - box[0]))
     y = _along(near, box, rise, slack, _HUG + slack)
     if len(y) < _FEW:

@@ -12,6 +12,7 @@ from functools import cached_property
 import numpy as np
 
 from frontage.geometry.arrays import Bool, Float, Int
+from frontage.openings.borders.reveals import reveal_line
 from frontage.openings.wall.crossings import CrossingBeams
 
 FITTING = 0.15
@@ -26,9 +27,6 @@ _STRIP = 0.03
 _SURFACE = 0.3  # share of the points of the fullest surface that the foremost needs
 _ROUNDS = 3  # rounds of face and strip, for each needs the other
 _COMMON = 0.3  # share of a point's noise that its neighbours share
-_SPLAY = 0.1  # m per m, one sigma of the slant of reveals
-_ROUGH = 0.001  # m, one sigma of the points of a reveal about its plane
-_FINEST = 0.0003  # m, least sigma of the place of a reveal: half a step of the posterior
 _SHALLOW = 0.25  # m: echoes of surfaces that near melt into one
 _MIXED = (0.2, 0.8)  # shares of the way from the face to the frame between which only mixed echoes lie
 _QUANTILES = 1.68  # sigmas of a normal distribution between those shares
@@ -151,11 +149,13 @@ def edge_beams(near: CrossingBeams, side: Side, frame: float | None, traits: Edg
     face = _face(near, side, beside, traits.faces[side.number])
     begin = max(face.y, 0.0) + near.wall
     back = max(frame - face.y, 2.0 * near.wall) if frame is not None else 2.0 * near.wall
+    if not rays:
+        return _edge_of_points(u_own[beside], near.depth[beside], face, back, near.wall)
     on = beside[(side.sign * near.slope[side.axis, beside] < 0) & (near.depth[beside] > begin)]
     on = on[near.depth[on] < (0.0 if frame is None else frame - near.wall)]
     own_slope = side.sign * near.slope[side.axis, on]
-    reveal = _reveal_line(u_own[on], near.depth[on] - max(face.y, 0.0), near.wall / 3.0, own_slope)
-    near = near.part(side.reached(near, max(abs(face.y), begin)) if rays else beside)
+    reveal = reveal_line(u_own[on], near.depth[on] - max(face.y, 0.0), near.wall / 3.0, own_slope)
+    near = near.part(side.reached(near, max(abs(face.y), begin)))
     slope, depth = side.sign * near.slope[side.axis], near.depth
     # a loose shutter beside an edge only bounds it: beams that pass have passed at the wall itself
     back_solid = depth <= max(face.y + back / 2, near.wall)  # the wall behind a sill is solid as well
@@ -168,16 +168,31 @@ def edge_beams(near: CrossingBeams, side: Side, frame: float | None, traits: Edg
     hidden, wide = ~seen & ~stopped, np.sqrt(1.0 + slope**2)
     blurred = wide * footprint(distance, traits.widening)
     way = (depth - face.y) / back
-    # without rays the points of a reveal look like mixed echoes: the footprint stays unknown
-    told = rays and back < _SHALLOW
     mixed = (0.0, 0.0, 0.0)
-    if told:
+    if back < _SHALLOW:
         mixed = _mixed(u[hidden], way[hidden], wide[hidden], distance[hidden])
     u = np.where(seen, u, u - _far(u[hidden], way[hidden]) * _DILATED * blurred)
     solid = np.where(seen, depth <= begin, back_solid)
     by_sight = [(u[part & solid & ~stopped], u[part & ~solid]) for part in (seen, ~seen)]
     shift, doubt = _errors(u, hidden, slope * face.sigma, blurred)
-    return Edge(by_sight[0], by_sight[1], np.sort(u[stopped]), reveal, face, shift, doubt, mixed, rays)
+    return Edge(by_sight[0], by_sight[1], np.sort(u[stopped]), reveal, face, shift, doubt, mixed, rays=True)
+
+
+def _edge_of_points(u: Float, depth: Float, face: SolidSide, back: float, wall: float) -> Edge:
+    """Returns the edge that points of unknown sensors show at u (n,) m, `depth` (n,) m behind the wall.
+
+    They stand for themselves, and the face hides them all. Points of a reveal look like mixed echoes, so that
+    the footprint stays unknown.
+    """
+    none = np.empty(0)
+    solid = depth <= max(face.y + back / 2, wall)
+    stopped = depth < max(face.y - 2.0 * wall, -FITTING)
+    free = len(stopped) - int(np.count_nonzero(stopped))
+    shift = _UNSURE * _EXIT if free else 0.0
+    doubt = shift * free / max(len(stopped), 1)
+    hidden = u[solid & ~stopped], u[~solid]
+    before = np.sort(u[stopped])
+    return Edge((none, none), hidden, before, None, face, shift, doubt, (0.0, 0.0, 0.0), rays=False)
 
 
 def footprint(distance: Float, widening: float) -> Float:
@@ -279,20 +294,3 @@ def _quantile(values: Float, share: float) -> float:
     k = int(at)
     low, high = np.partition(values, (k, k + 1))[k : k + 2]
     return float(low + (at - k) * (high - low))
-
-
-def _reveal_line(u: Float, depth: Float, noise: float, slope: Float) -> tuple[float, float] | None:
-    """Returns where a reveal begins, m, and its sigma, from its own points; it may slant a little."""
-    if len(u) < 4:
-        return None
-    keep = np.abs(u - np.median(u)) < 0.02 + _SPLAY * depth
-    u, depth, slope = u[keep], depth[keep], slope[keep]
-    if len(u) < 4:
-        return None
-    sigma = float(np.hypot(noise * np.median(np.abs(slope)), _ROUGH))
-    design = np.column_stack([np.ones(len(u)), depth])
-    normal = design.T @ design / sigma**2 + np.diag([0.0, 1.0 / _SPLAY**2])
-    inverse = np.linalg.inv(normal)
-    start = inverse @ (design.T @ u / sigma**2)
-    spread = float(np.sqrt(np.mean((u - design @ start) ** 2))) / sigma
-    return float(start[0]), max(float(np.sqrt(inverse[0, 0])) * max(spread, 1.0), _FINEST)

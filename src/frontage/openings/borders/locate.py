@@ -9,7 +9,7 @@ from scipy import ndimage
 
 from frontage.geometry.arrays import Float
 from frontage.openings.borders.edges import FEW, Edge, EdgeTraits, Side, edge_beams, typical_gap
-from frontage.openings.borders.scores import STRAY, blurred_scores, side_scores
+from frontage.openings.borders.scores import STRAY, blurred_scores, correlated, side_scores
 from frontage.openings.boxes import Box
 from frontage.openings.wall.crossings import CrossingBeams
 
@@ -167,7 +167,7 @@ def _edge_scores(
         best = hidden.max(1, keepdims=True)
         p = np.exp(hidden - best)
         ends = (np.repeat(p[:, k : k + 1], n, 1) for k in (0, len(e) - 1))
-        p = np.stack([np.correlate(row, kernel, "valid") for row in np.hstack([next(ends), p, next(ends)])])
+        p = correlated(np.hstack([next(ends), p, next(ends)]), kernel)
         hidden = np.log(np.maximum(p, _NEVER)) + best
     return np.asarray(hidden + seen + (1.0 - share) * due)
 

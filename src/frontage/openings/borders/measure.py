@@ -85,7 +85,7 @@ def _outline(
     if wall is not None:
         near = near.behind(wall[0])
     rise = known.rise if known else 0.0
-    depth = known.depth if known else find_depth(wide, box, 0.0, cell / 2)
+    depth = known.depth if known else find_depth(wide, box, 0.0, cell / 2, wall=wall)
     frame = None if depth is None else depth.value
     loose = known is not None and _loose(known, beams.wall)
     search = partial(find_borders, near, frame=frame, spacing=spacing, traits=traits, loose=loose)
