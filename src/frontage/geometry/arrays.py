@@ -96,6 +96,23 @@ def sorted_groups(key: Int) -> tuple[Int, Int]:
     return order, np.flatnonzero(np.append(True, ranked[1:] != ranked[:-1]))
 
 
+def rising(values: Float) -> Int:
+    """Returns the order (n,) in which values (n,) rise, equal ones as they come.
+
+    It is that of numpy's stable sort, which takes twice as long because it compares.
+    """
+    order = np.argsort(values)
+    ranked = values[order]
+    same = ranked[1:] == ranked[:-1]
+    tied = np.flatnonzero(np.append(same, False) | np.append(False, same))
+    if len(tied):
+        bits = len(values).bit_length()
+        group = np.cumsum(np.append(True, ~same))[tied]
+        both = np.sort((group << bits) | order[tied])
+        order[tied] = both & ((1 << bits) - 1)
+    return order
+
+
 def drawn(places: Float, most: int) -> Int:
     """Returns the rows (k,) of about `most` of the places (n, d) m, all of them where there are no more.
 

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from frontage.geometry.arrays import Array, Bool, Float, Int
+from frontage.geometry.arrays import Array, Bool, Float, Int, rising
 from frontage.geometry.sightlines import SightLines
 from frontage.model.facade import Facade
 from frontage.model.ortho import OrthoImage
@@ -79,7 +79,7 @@ def wall_points(facade: Facade, scan: Scan, beams: Beams, reach: tuple[float, fl
     near = (depth > -max(reach[0], beams.least)) & (depth < max(reach[1], beams.least))
     xyz, depth, index = xyz[near], depth[near], facade.support[near]
     xz = _crossings(xyz, depth, index, facade, scan)
-    up = np.argsort(xz[:, 1], kind="stable")
+    up = rising(xz[:, 1])
     return WallSamples(xz[up], xyz[up, 1], depth[up], index[up])
 
 
@@ -151,7 +151,7 @@ class _Means:
     def picture(self) -> ChannelMap:
         """Returns the means of all that was added."""
         with np.errstate(invalid="ignore", divide="ignore"):
-            means = (self._total / self.number).T
+            means = np.divide(self._total.T, self.number[:, None], order="C")
         return ChannelMap(means.reshape(*self._raster.shape, -1), self._raster)
 
 

@@ -8,11 +8,11 @@ import numpy as np
 from frontage.geometry.arrays import Bool, Float, Int
 from frontage.openings.borders.outline import Outline
 from frontage.openings.boxes import Box
-from frontage.openings.closed.steps import OpeningForm, integral
+from frontage.openings.closed.steps import OpeningForm
 from frontage.openings.layout.groups import like_groups
 from frontage.openings.layout.inferred import CLEAR, SEEN, WITHIN, OpeningGrid, state_of
 from frontage.openings.wall.evidence import Evidence
-from frontage.openings.wall.raster import WallRaster
+from frontage.openings.wall.raster import WallRaster, summed
 
 SIZE = 0.01
 """m, one sigma between the sizes, sills and middles of like openings where few determine it."""
@@ -91,7 +91,7 @@ class _Room:
             off = max(int(CLEAR / raster.cell) - 1, 0)
             blocked[max(r[0] - off, 0) : r[1] + off, max(c[0] - off, 0) : c[1] + off] = 1.0
         self._raster = raster
-        self._inside, self._blocked = integral(evidence.inside.astype(np.float64)), integral(blocked)
+        self._inside, self._blocked = summed(evidence.inside.astype(np.float64)), summed(blocked)
 
     def at(self, x: Float, z: Float, form: OpeningForm) -> Bool:
         """Returns whether it does with its lower left corner at x, z (n,) m."""

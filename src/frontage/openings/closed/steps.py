@@ -2,14 +2,13 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from itertools import pairwise
 
 import numpy as np
 
 from frontage.geometry.arrays import Bool, Float, Int
 from frontage.openings.borders.shapes import below
 from frontage.openings.boxes import Box
-from frontage.openings.wall.raster import WallRaster
+from frontage.openings.wall.raster import WallRaster, summed
 
 _STRIP = 0.12  # m, width of the strips on either side of a border
 _CLEAR = 0.03  # m on either side of a border that strips leave out: cells that it cuts, mortar, seals
@@ -38,17 +37,22 @@ class OpeningForm:
 
 
 class ChannelMap:
-    """Channels (h, w, c) on a raster, NaN where nothing is known, as sums over boxes."""
+    """Channels (h, w, c) on a raster, NaN where nothing is known, as sums over boxes.
 
-    def __init__(self, values: Float, raster: WallRaster) -> None:
-        known = np.isfinite(values).all(2, keepdims=True)
+    Only `known` cells (h, w) count, which are all those with values unless they are given.
+    """
+
+    def __init__(self, values: Float, raster: WallRaster, known: Bool | None = None) -> None:
         self.values, self.raster = values, raster
-        sums = integral(np.concatenate([np.where(known, values, 0.0), known], 2))
-        self._sums = sums.reshape(-1, values.shape[2] + 1)
+        self._known = np.isfinite(values).all(2) if known is None else known
+        counted = np.empty((*raster.shape, values.shape[2] + 1))
+        counted[..., :-1], counted[..., -1] = values, self._known
+        counted[~self._known] = 0.0
+        self._sums = summed(counted).reshape(-1, counted.shape[2])
 
     def without(self, taken: Sequence[Box]) -> "ChannelMap":
         """Returns the picture of the bare wall, well off all boxes."""
-        return ChannelMap(np.where(_free(self.raster, taken)[..., None], self.values, np.nan), self.raster)
+        return ChannelMap(self.values, self.raster, self._known & _free(self.raster, taken))
 
     def steps(self, x: Float, z: Float, form: OpeningForm) -> Float:
         """Returns the steps (n, 4, c) inwards on the left, bottom, right and top of a form; NaN = not known.
@@ -150,12 +154,3 @@ def _free(raster: WallRaster, taken: Sequence[Box]) -> Bool:
         columns = slice(max(int((x0 - _AWAY - cx) / g), 0), max(int((x1 + _AWAY - cx) / g) + 1, 0))
         free[rows, columns] = False
     return free
-
-
-def integral(values: Float) -> Float:
-    """Returns the sums (h + 1, w + 1, ...) of the values (h, w, ...) below and left of all cell corners."""
-    sums = np.zeros((values.shape[0] + 1, values.shape[1] + 1, *values.shape[2:]))
-    np.cumsum(values, 1, out=sums[1:, 1:])
-    for before, row in pairwise(sums):  # whole rows at once: numpy sums along the first axis cell by cell
-        row += before
-    return sums

@@ -3,15 +3,17 @@
 from collections.abc import Iterator
 from dataclasses import dataclass
 
+import cv2
 import numpy as np
 from scipy import ndimage
 
-from frontage.geometry.arrays import Bool, Float, Int, distinct
+from frontage.geometry.arrays import Bool, Float, Int, distinct, rising
 from frontage.model.masonry import MASONRY
 from frontage.openings.boxes import Box
 from frontage.openings.layout.posts import Post
 from frontage.openings.wall.beams import Beams
 from frontage.openings.wall.evidence import Evidence
+from frontage.openings.wall.raster import opened
 
 _DEEPEST = 0.5  # m: reveals are less deep
 _BIN = 0.01  # m, bin of depths
@@ -68,8 +70,8 @@ def find_posts(beams: Beams, evidence: Evidence, ground: float) -> tuple[Post, .
     """
     solid, due = _evened(evidence.solid), _evened(evidence.expected)
     shaded, pier = _SHADED * due, max(int(MASONRY.half_brick / evidence.raster.cell), 1)
-    wall = ndimage.binary_opening(solid > _FULL * np.maximum(due, 1e-9), np.ones((1, pier), np.bool_))
-    edges = beams.solid[np.argsort(beams.solid[:, 0], kind="stable")].T
+    wall = opened(solid > _FULL * np.maximum(due, 1e-9), (1, pier))
+    edges = beams.solid[rising(beams.solid[:, 0])].T
     free = (evidence.expected > 0.0) & ~wall
     found: list[Post] = []
     beside: list[list[float]] = []
@@ -89,7 +91,7 @@ def find_posts(beams: Beams, evidence: Evidence, ground: float) -> tuple[Post, .
 
 def _evened(values: Float) -> Float:
     """Averages values (h, w) over half a brick: columns of points from several stations heap up."""
-    return np.asarray(ndimage.uniform_filter(values, (3, _COLUMNS), mode="constant"))
+    return np.asarray(cv2.blur(values, (_COLUMNS, 3), borderType=cv2.BORDER_CONSTANT))
 
 
 def _planes(beams: Beams, evidence: Evidence, edges: Float) -> Iterator[_Plane]:
@@ -97,7 +99,7 @@ def _planes(beams: Beams, evidence: Evidence, edges: Float) -> Iterator[_Plane]:
     own, depth, level = _behind(beams)
     at = evidence.raster.flat(*own)
     kept = np.flatnonzero(at >= 0)
-    kept = kept[np.argsort(own[0, kept], kind="stable")]
+    kept = kept[rising(own[0, kept])]
     own, depth, level, at = own[:, kept], depth[kept], level[kept], at[kept]
     bins = int(_DEEPEST / _BIN) + 3
     held = np.bincount(distinct(at * bins + (depth / _BIN).astype(np.int64)) % bins, minlength=bins)
@@ -130,12 +132,12 @@ def _beyond(beams: Beams, depth: float) -> Float:
     lines = beams.lines
     far = np.flatnonzero(lines.y - lines.level > depth + beams.least)
     place = lines.take(far).shifted(np.full(len(far), depth)) if beams.rays else np.empty((2, 0))
-    return place[:, np.argsort(place[0], kind="stable")]
+    return place[:, rising(place[0])]
 
 
 def _uprights(full: Bool, cell: float) -> Iterator[tuple[slice, slice]]:
     """Yields the rows and columns of tall and narrow pieces of the cells (h, w) that a plane fills."""
-    tall = ndimage.binary_opening(full, np.ones((max(int(_TALL / cell), 2), 1), np.bool_))
+    tall = opened(full, (max(int(_TALL / cell), 2), 1))
     for rows, columns in ndimage.find_objects(ndimage.label(tall)[0]):
         if MASONRY.half_brick - cell <= (columns.stop - columns.start) * cell <= _WIDE:
             yield rows, columns

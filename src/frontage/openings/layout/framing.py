@@ -7,6 +7,7 @@ import numpy as np
 from frontage.geometry.arrays import Bool, Float, Int
 from frontage.model.masonry import MASONRY
 from frontage.openings.wall.evidence import Evidence, equal_share
+from frontage.openings.wall.raster import summed
 
 _RIM_M = 0.1  # width of the strip beside an opening where the wall must show
 _WALL = 0.4  # share of the expected beams that must end on the wall of a rim
@@ -94,9 +95,9 @@ class Framing:
         wall = np.minimum(evidence.solid, much)
         known = (evidence.llr != 0.0).astype(np.float64)
         layers = (wall, evidence.expected, evidence.expected_free, evidence.deep, evidence.llr, known)
-        totals = np.zeros((self._shape[0] + 1, self._shape[1] + 1, len(layers)))
+        totals = np.empty((self._shape[0] + 1, self._shape[1] + 1, len(layers)))
         for k, layer in enumerate(layers):
-            totals[1:, 1:, k] = layer.cumsum(0).cumsum(1)
+            totals[..., k] = summed(layer)
         self._totals = totals.reshape(-1, len(layers))
 
     def __call__(self, boxes: Int) -> Bool:
@@ -110,8 +111,11 @@ class Framing:
         Without lines of sight, masonry from side to side makes two openings of it.
         """
         rim = max(int(np.ceil(_RIM_M / self._cell)), 2)
-        framed = self._is_framed(boxes, self._rims(boxes, rim))
+        framed = self._is_beside_wall(boxes, rim)
         boxes = boxes[framed]
+        ended = self._ends(boxes, self._rims(boxes, rim)).any(0)
+        boxes = boxes[ended]
+        framed[framed] = ended
         rims, inside = self._rims(boxes, rim), self._sums(boxes)
         bare = ~self._sums(boxes + np.array([1, 1, -1, -1])).is_wall
         known = inside.known > _KNOWN * (boxes[:, 2] - boxes[:, 0]) * (boxes[:, 3] - boxes[:, 1])
@@ -140,15 +144,16 @@ class Framing:
             parted |= run >= _COURSES
         return parted
 
-    def _is_framed(self, boxes: Int, rims: tuple[_Sums, ...]) -> Bool:
-        """Returns whether the wall shows on both sides, of which one may be hidden, and above or below."""
-        sides = np.stack([side.is_wall for side in rims[:2]])
-        hidden = np.stack([side.is_hidden & self._rays for side in rims[:2]])
-        return np.asarray((sides | hidden).all(0) & sides.any(0) & self._ends(boxes, rims).any(0))
+    def _is_beside_wall(self, boxes: Int, rim: int) -> Bool:
+        """Returns whether the wall shows on both sides (n,), of which one may be hidden."""
+        sums = self._beside(boxes, rim)
+        sides = np.stack([side.is_wall for side in sums])
+        hidden = np.stack([side.is_hidden & self._rays for side in sums])
+        return np.asarray((sides | hidden).all(0) & sides.any(0))
 
     def _ends(self, boxes: Int, rims: tuple[_Sums, ...]) -> Bool:
         """Returns whether the wall shows above and below (2, n); near the ground it need not show below."""
-        below, above = rims[2:]
+        below, above = rims
         return np.stack([above.is_wall, below.is_wall | (boxes[:, 0] < self._ground)])
 
     def _is_framed_all_round(self, boxes: Int, inside: _Sums, rims: tuple[_Sums, ...], rim: int) -> Bool:
@@ -159,7 +164,7 @@ class Framing:
         begin sharply and are large or show some depth. Without known sensors, no wall may shine through, as
         it does in the shade of leaves.
         """
-        below, above = rims[2:]
+        below, above = rims
         ends, some = self._ends(boxes, rims), inside.has_some_depth
         sides = np.minimum(boxes[:, 2] - boxes[:, 0], boxes[:, 3] - boxes[:, 1])
         large = sides * self._cell > _LARGE_M
@@ -182,12 +187,17 @@ class Framing:
         sums = [self._sums(np.stack(strip, 1)) for strip in strips]
         return np.asarray(np.all([s.wall <= _BARS * s.expected for s in sums], axis=0))
 
-    def _rims(self, boxes: Int, rim: int) -> tuple[_Sums, ...]:
-        """Returns the sums over the strips on the left, on the right, below and above, one cell off."""
+    def _beside(self, boxes: Int, rim: int) -> tuple[_Sums, ...]:
+        """Returns the sums over the strips on the left and on the right, one cell off."""
         r0, c0, r1, c1 = boxes.T
         left, right = (r0, c0 - 1 - rim, r1, c0 - 1), (r0, c1 + 1, r1, c1 + 1 + rim)
+        return tuple(self._sums(np.stack(strip, 1)) for strip in (left, right))
+
+    def _rims(self, boxes: Int, rim: int) -> tuple[_Sums, ...]:
+        """Returns the sums over the strips below and above, one cell off."""
+        r0, c0, r1, c1 = boxes.T
         below, above = (r0 - 1 - rim, c0, r0 - 1, c1), (r1 + 1, c0, r1 + 1 + rim, c1)
-        return tuple(self._sums(np.stack(strip, 1)) for strip in (left, right, below, above))
+        return tuple(self._sums(np.stack(strip, 1)) for strip in (below, above))
 
     def _sums(self, boxes: Int) -> _Sums:
         """Returns the sums over boxes (n, 4) r0, c0, r1, c1, as far as they lie on the raster."""

@@ -9,9 +9,10 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from frontage.geometry.arrays import Float, Int
+from frontage.geometry.arrays import Float
 from frontage.openings.boxes import Box
 from frontage.openings.wall.evidence import Evidence
+from frontage.openings.wall.raster import summed
 
 _PARTS = 3  # parts of an opening along each axis
 _FEW = 5.0  # expected beams of a part that tell what its kind returns
@@ -24,14 +25,12 @@ class Likeness:
 
     def __init__(self, evidence: Evidence, openings: Sequence[Box]) -> None:
         self._evidence = evidence
-        self._totals = [
-            np.pad(m.cumsum(0).cumsum(1), ((1, 0), (1, 0))) for m in (evidence.solid, evidence.expected)
-        ]
-        taken = np.zeros(evidence.llr.shape, np.bool_)
+        self._totals = [summed(m) for m in (evidence.solid, evidence.expected)]
+        taken = np.zeros(evidence.llr.shape)
         for box in openings:
             r0, c0, r1, c1 = self.cells(box)
-            taken[r0:r1, c0:c1] = True
-        self._taken = np.pad(taken.cumsum(0).cumsum(1), ((1, 0), (1, 0)))
+            taken[r0:r1, c0:c1] = 1.0
+        self._taken = summed(taken)
         self._known: dict[Box, tuple[Float, Float]] = {}
         self._wall = self._shares_of_wall(openings)
 
@@ -68,7 +67,7 @@ class Likeness:
         came, due = (self._sums(total, box) for total in self._totals)
         return came, due
 
-    def _sums(self, total: Float | Int, box: Box) -> Float:
+    def _sums(self, total: Float, box: Box) -> Float:
         """Returns the sums (3, 3) over the parts of a box of a map whose running totals are given."""
         r0, c0, r1, c1 = self.cells(box)
         rows, columns = (np.round(np.linspace(a, b, _PARTS + 1)).astype(int) for a, b in ((r0, r1), (c0, c1)))

@@ -51,13 +51,15 @@ def with_posts(beams: Beams, posts: Sequence[Post]) -> Beams:
     x, y, z = beams.points.T
     on, free = np.zeros(len(x), np.bool_), np.ones(len(lone), np.bool_)
     behind, lone_y = y - beams.depth_at(x, z) > beams.least, lone_depth + beams.depth_at(*lone.T)
+    rows = np.flatnonzero(behind)
+    x, y, z = beams.points[rows].T
     for post in posts:
-        on |= post.holds(x, z) & behind & (y < post.y + TOLERANCES.least_on_wall)
+        on[rows] |= post.holds(x, z) & (y < post.y + TOLERANCES.least_on_wall)
         free &= ~(post.holds(*lone.T) & (lone_y < post.y + TOLERANCES.least_on_wall))
     through = depth > beams.least
     return replace(
         beams,
-        solid=np.vstack([beams.solid, np.column_stack([x[on], z[on]])]),
+        solid=np.vstack([beams.solid, beams.points[on][:, [0, 2]]]),
         solid_depth=np.append(beams.solid_depth, np.zeros(int(on.sum()))),
         open=np.vstack([lines.place.T[through], lone[free]]),
         open_depth=np.append(depth[through], lone_depth[free]),

@@ -54,9 +54,10 @@ class FacadeBeams:
         kept[far[(u >= x0) & (v >= z0) & (u <= x1) & (v <= z1)]] = True
         rows = np.flatnonzero(kept)
         rows = rows[canonical_order(q[rows])]
-        columns = np.ascontiguousarray(q[rows].T)
+        own = np.take(q, rows, axis=0)
+        columns = np.ascontiguousarray(own.T)
         columns[1] -= bend(facade, columns[0])
-        slope = slopes(q[rows], origins[scan.origin_index[rows]])
+        slope = slopes(own, np.take(origins, scan.origin_index[rows], axis=0))
         return cls(columns, np.ascontiguousarray(slope.T))
 
     def at(self, y: float, box: Box, margin: float) -> tuple[Float, Float]:
@@ -70,8 +71,8 @@ class FacadeBeams:
             for k, (on_wall, numbers, steep) in enumerate(self._by_place)
         ]
         some = np.sort(np.concatenate(min(by_axis, key=lambda found: len(found[0]) + len(found[1]))))
-        depth = self.q[1, some]
-        x, z = (self.q[2 * k, some] + self.slope[k, some] * (y - depth) for k in range(2))
+        depth = self.q[1].take(some)
+        x, z = (self.q[2 * k].take(some) + self.slope[k].take(some) * (y - depth) for k in range(2))
         inside = (x >= box[0] - margin) & (x <= box[2] + margin)
         inside &= (z >= box[1] - margin) & (z <= box[3] + margin)
         return np.column_stack([x[inside], z[inside]]), depth[inside]

@@ -84,7 +84,7 @@ def sort_beams(facade: Facade, scan: Scan, wall: Float | None = None) -> Beams:
     it.
     """
     to_facade = facade.frame.inverse
-    points = to_facade.apply(scan.xyz[facade.support])
+    points = to_facade.apply(np.take(scan.xyz, facade.support, axis=0))
     near = steady(points)
     raster = WallRaster.over(facade, TILE)
     known = scan.origin_index >= 0

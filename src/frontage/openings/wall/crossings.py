@@ -5,7 +5,7 @@ from functools import cached_property
 
 import numpy as np
 
-from frontage.geometry.arrays import Float, Int
+from frontage.geometry.arrays import Float, Int, rising
 from frontage.geometry.sightlines import SightLines
 from frontage.model.facade import Facade
 from frontage.model.scan import Scan
@@ -78,7 +78,7 @@ def crossing_beams(facade: Facade, scan: Scan, beams: Beams) -> CrossingBeams:
     depth = np.concatenate([lines.y[ok], y]) - level
     slope = np.hstack([lines.slope[:, ok], np.zeros((2, len(lone)))])
     away = np.concatenate([lines.range[ok], np.zeros(len(lone))])
-    order = np.argsort(place[0], kind="stable")
+    order = rising(place[0])
     return CrossingBeams(
         place.take(order, 1), slope.take(order, 1), level[order], depth[order], away[order], beams.least
     )

@@ -13,7 +13,7 @@ from frontage.model.masonry import MASONRY
 from frontage.openings.wall.beams import Beams
 from frontage.openings.wall.expected import blurred, expected_beams
 from frontage.openings.wall.fields import zones
-from frontage.openings.wall.raster import WallRaster
+from frontage.openings.wall.raster import WallRaster, averaged, opened
 
 _FINEST = 0.02  # m, least side of a cell
 _COARSEST = MASONRY.half_brick  # m, largest side of a cell: the least pier
@@ -87,7 +87,7 @@ def weigh(facade: Facade, beams: Beams, inside: Bool | None = None) -> Evidence:
     expected = np.where(_unwatched(solid + open_, expected, inside, raster.cell), 0.0, expected)
     through = (_THROUGH if beams.rays else _BEHIND) * open_
     if not beams.rays:
-        through *= ndimage.uniform_filter(solid, 3) < np.maximum(0.3 * expected, 1e-9)
+        through *= averaged(solid) < np.maximum(0.3 * expected, 1e-9)
     llr = np.where(inside, log_likelihood_ratio(expected, solid, through), 0.0)
     seen = solid + open_ > 0
     deep = raster.count(*beams.open[beams.open_depth > max(_RELIEF, 2.0 * beams.least)].T)
@@ -188,7 +188,7 @@ def _shadow(beams: Beams, raster: WallRaster) -> Float:
     for near in (0.3, 0.6, 1.0):
         some = (depth >= near) & (depth < near + 0.5)
         held = raster.count(*beams.front[some, :2].T) > 0
-        held = ndimage.binary_opening(held, np.ones((1, 3), np.bool_))
+        held = opened(held, (1, 3))
         reach = max(int((near + 0.2) / raster.cell), 1)
         out = np.maximum(out, ndimage.maximum_filter1d(held.astype(np.float64), 2 * reach + 1, axis=0))
     return out

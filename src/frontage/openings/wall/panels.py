@@ -9,6 +9,7 @@ from frontage.geometry.arrays import Bool
 from frontage.model.masonry import MASONRY
 from frontage.openings.wall.beams import Beams
 from frontage.openings.wall.evidence import Evidence, local_rate, log_likelihood_ratio
+from frontage.openings.wall.raster import averaged, closed, opened
 
 _FULL = 0.6  # share of the wall's beams that come back from a panel: glass returns less
 _NARROWEST = 0.25  # m, least width of a panel: frames and posts between casements are narrower
@@ -25,14 +26,14 @@ def without_panels(evidence: Evidence, beams: Beams, ground: float) -> Evidence:
     shallow = beams.open_depth <= MASONRY.panel
     (x, z), depth = beams.open[shallow].T, beams.open_depth[shallow]
     held, first, second = (raster.count(x, z, depth**power) for power in range(3))
-    come, first, second = (ndimage.uniform_filter(m, 3) for m in (held, first, second))
+    come, first, second = (averaged(m) for m in (held, first, second))
     spread = second / np.maximum(come, 1e-9) - (first / np.maximum(come, 1e-9)) ** 2
     full = local_rate(held, evidence.expected, 1.0) >= _FULL
     full &= (evidence.expected > 0.0) & (spread < (beams.least / 2.0) ** 2)
     least = max(int(np.ceil(_NARROWEST / raster.cell)), 2)
     # counts scatter, so small gaps are closed first
-    full = ndimage.binary_closing(full, np.ones((3, 3), np.bool_))
-    full = ndimage.binary_opening(full, np.ones((least, least), np.bool_))
+    full = closed(full, (3, 3))
+    full = opened(full, (least, least))
     foot = max(int((ground + _ABOVE - raster.corner[1]) / raster.cell), 0)
     doors = _doors(full, evidence.llr > 0.0, foot, raster.cell)
     panel = ndimage.maximum_filter(full & ~doors, 3)

@@ -2,7 +2,9 @@
 
 from dataclasses import dataclass
 
+import cv2
 import numpy as np
+from scipy import ndimage
 
 from frontage.geometry.arrays import Bool, Float, Int
 from frontage.model.facade import Facade
@@ -40,10 +42,14 @@ class WallRaster:
     def flat(self, x: Float, z: Float) -> Int:
         """Returns the number of the cell of every place (n,), row by row; -1 outside or for NaN."""
         with np.errstate(invalid="ignore"):
-            c = np.floor((x - self.corner[0]) / self.cell)
-            r = np.floor((z - self.corner[1]) / self.cell)
+            c, r = x - self.corner[0], z - self.corner[1]
+            for steps in (c, r):
+                steps /= self.cell
+                np.floor(steps, out=steps)
             inside = (c >= 0) & (r >= 0) & (c < self.shape[1]) & (r < self.shape[0])
-            return np.where(inside, r * self.shape[1] + c, -1.0).astype(np.int64)
+            r *= self.shape[1]
+            r += c
+            return np.where(inside, r, -1.0).astype(np.int64)
 
     def box(self, r0: int, c0: int, r1: int, c1: int) -> tuple[float, float, float, float]:
         """Returns the box x0, z0, x1, z1 m of the cells in the rows [r0, r1) and columns [c0, c1)."""
@@ -61,3 +67,23 @@ class WallRaster:
         on, size = at >= 0, self.shape[0] * self.shape[1]
         sums = np.bincount(at[on], None if weight is None else weight[on], size)
         return sums.reshape(self.shape).astype(np.float64)
+
+
+def summed(values: Float) -> Float:
+    """Returns the sums (h + 1, w + 1, ...) of the values (h, w, ...) below and left of all cell corners."""
+    return np.asarray(cv2.integral(values, sdepth=cv2.CV_64F))
+
+
+def averaged(values: Float) -> Float:
+    """Averages values (h, w) over 3 x 3 cells; at the border the outermost cells count twice."""
+    return np.asarray(cv2.blur(values, (3, 3), borderType=cv2.BORDER_REFLECT))
+
+
+def opened(cells: Bool, size: tuple[int, int]) -> Bool:
+    """Leaves of the cells (h, w) what rectangles of `size` (rows, columns) cover within them."""
+    return np.asarray(ndimage.grey_opening(cells.view(np.uint8), size, mode="constant").view(np.bool_))
+
+
+def closed(cells: Bool, size: tuple[int, int]) -> Bool:
+    """Adds to the cells (h, w) the gaps that no rectangle of `size` (rows, columns) fits into."""
+    return np.asarray(ndimage.grey_closing(cells.view(np.uint8), size, mode="constant").view(np.bool_))

@@ -57,6 +57,8 @@ def _recesses(evidence: Evidence) -> Int:
             part[part == number] = 0
         else:
             part[ndimage.binary_fill_holes(part == number)] = number
+    if not labels.any():
+        return np.zeros(labels.shape, np.int64)
     # up to the edges of columns and ledges, which the core leaves out
     near = ndimage.grey_dilation(labels, (2 * core + 1, 2 * core + 1))
     return np.where(open_, near, labels)

@@ -30,7 +30,7 @@ def smoothed(facade: Facade, scan: Scan) -> tuple[Facade, Scan]:
     """
     if _SIGMAS * facade.roughness <= _HALF_WAY:
         return facade, scan
-    q = facade.frame.inverse.apply(scan.xyz[facade.support])
+    q = facade.frame.inverse.apply(np.take(scan.xyz, facade.support, axis=0))
     near = np.flatnonzero(np.abs(q[:, 1]) < MASONRY.facade_reach)
     if len(near) < _AROUND:
         return facade, scan
