@@ -44,22 +44,25 @@ def best_layout(groups: Sequence[Sequence[CellBox]], pier: int = 0) -> list[Cell
     together, so only groups whose layouts overlap are laid out together.
     """
     apart = [[_undominated(g)] for g in groups]
-    layouts = [_best(own, pier) for own in apart]
+    layouts = _best(apart, pier)
     while (pair := _overlapping(layouts)) is not None:
         first, second = pair
         apart[first] += apart.pop(second)
         del layouts[second]
-        layouts[first] = _best(apart[first], pier)
+        layouts[first] = _best([apart[first]], pier)[0]
     return [b for layout in layouts for b in layout]
 
 
-def most_worth(worth: Float, exclusive: Bool) -> Int:
+def most_worth(worth: Float, exclusive: Bool | sparse.csr_array) -> Int:
     """Returns the numbers of the set worth most, with at most one in each row of `exclusive` (k, n)."""
+    if not exclusive.shape[0]:
+        return np.flatnonzero(worth > 0.0)
     result = optimize.milp(
         -worth,
         integrality=np.ones(len(worth), np.int64),
         bounds=optimize.Bounds(0, 1),
         constraints=optimize.LinearConstraint(sparse.csr_array(exclusive.astype(float)), -np.inf, 1.0),
+        options={"mip_rel_gap": 0.0},
     )
     return np.flatnonzero(np.asarray(result.x) > 0.5)
 
@@ -73,22 +76,34 @@ def _undominated(boxes: Sequence[CellBox]) -> list[CellBox]:
     return [boxes[k] for k in np.flatnonzero(~worse.any(axis=1)).tolist()]
 
 
-def _best(groups: Sequence[Sequence[CellBox]], pier: int) -> list[CellBox]:
-    """Returns the best layout of the boxes of all groups, which may overlap."""
+def _best(sets: Sequence[Sequence[Sequence[CellBox]]], pier: int) -> list[list[CellBox]]:
+    """Returns the best layout of the boxes of each set of groups, which may overlap.
+
+    One programme solves all of them, for each takes longer to set up than to solve.
+    """
+    rivals = [_excluding(groups, pier) for groups in sets]
+    boxes = [b for own, _ in rivals for b in own]
+    if not boxes:
+        return [[] for _ in sets]
+    exclusive = sparse.block_diag([sparse.csr_array(rows) for _, rows in rivals], format="csr")
+    chosen = set(most_worth(np.array([b.worth for b in boxes]), exclusive).tolist())
+    number = iter(range(len(boxes)))
+    return [[b for b in own if next(number) in chosen] for own, _ in rivals]
+
+
+def _excluding(groups: Sequence[Sequence[CellBox]], pier: int) -> tuple[list[CellBox], Bool]:
+    """Returns the boxes (n,) of all groups, and in each row (k, n) such as exclude one another."""
     boxes = [b for g in groups for b in g]
     if len(boxes) < 2:
-        return boxes
-    worth = np.array([b.worth for b in boxes])
+        return boxes, np.empty((0, len(boxes)), np.bool_)
     owner = np.repeat(np.arange(len(groups)), [len(g) for g in groups])
     exclusive = [_shared_cells(boxes, owner == k, pier) for k in range(len(groups))]
     if len(groups) > 1:
         exclusive.append(_shared_cells(boxes, owner >= 0, 0))
     rows = np.vstack(exclusive)
-    if len(rows) == 0:
-        return boxes
     if rows.all(axis=1).any():  # each excludes all others
-        return [boxes[int(worth.argmax())]]
-    return [boxes[k] for k in most_worth(worth, rows).tolist()]
+        return [max(boxes, key=lambda b: b.worth)], np.empty((0, 1), np.bool_)
+    return boxes, rows
 
 
 def _shared_cells(boxes: Sequence[CellBox], some: Bool, pier: int) -> Bool:
