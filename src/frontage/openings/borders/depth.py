@@ -67,7 +67,7 @@ def find_wall(
     """
     x0, z0, x1, z1 = box
     on = np.flatnonzero(np.abs(near.depth) < _RELIEF)
-    x, z = near.points[:, on]
+    x, z = near.points.take(on, 1)
     on = on[(x < x0) | (x > x1) | (z < z0) | (z > z1)]
     y = near.depth[on] + near.level[on]
     if len(y) < _FEW:
@@ -124,7 +124,7 @@ def _along(
     """
     x0, z0, x1, z1 = box
     deep = np.flatnonzero((near.depth > near.wall) & (near.depth < _DEEPEST))
-    x, z = near.points[:, deep]
+    x, z = near.points.take(deep, 1)
     off = np.minimum(x - x0, x1 - x)
     if rise == 0.0:
         off = np.minimum(off, z1 - z)

@@ -93,7 +93,7 @@ class Side:
         cut = _SHY * (self.across[1] - self.across[0])
         u = self.sign * (place[self.axis] - self.at)
         some = np.flatnonzero(np.abs(u) < self.reach)
-        along = place[1 - self.axis, some]
+        along = place[1 - self.axis].take(some)
         return u, some[(along > self.across[0] + cut) & (along < self.across[1] - cut)]
 
     def reached(self, near: CrossingBeams, most: float) -> Int:
@@ -250,7 +250,8 @@ def _face(near: CrossingBeams, side: Side, beside: Int, shared: SolidSide | None
     if len(solid) < FEW:
         return shared or SolidSide(0.0, near.wall, len(solid))
     solid = solid[np.argsort(near.depth[solid])]
-    depth, place, slope = near.depth[solid], near.place[side.axis, solid], near.slope[side.axis, solid]
+    depth = near.depth[solid]
+    place, slope = (v[side.axis].take(solid) for v in (near.place, near.slope))
     hidden = side.sign * slope > 0
     front, y, beyond = depth, 0.0, bool(hidden.any())
     wide = max(_STRIP, 2.0 * typical_gap(np.sort(place)))

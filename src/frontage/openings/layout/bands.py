@@ -273,10 +273,9 @@ def _due(evidence: Evidence, box: Box) -> float:
 
 def _mean(values: Float, evidence: Evidence, box: Box) -> float:
     """Returns the mean of the cells (h, w) that a box touches."""
-    cell, corner = evidence.raster.cell, np.array(evidence.raster.corner)
-    c0, r0 = np.clip((np.array(box[:2]) - corner) // cell, 0, None).astype(int).tolist()
-    c1, r1 = np.clip((np.array(box[2:]) - corner) // cell + 1, 0, None).astype(int).tolist()
-    part = values[r0:r1, c0:c1]
+    cell, (x, z) = evidence.raster.cell, evidence.raster.corner
+    c0, r0, c1, r1 = (int((v - o) // cell) for v, o in zip(box, (x, z, x, z), strict=True))
+    part = values[max(r0, 0) : max(r1 + 1, 0), max(c0, 0) : max(c1 + 1, 0)]
     return float(part.mean()) if part.size else 0.0
 
 

@@ -72,10 +72,17 @@ class FacadeBeams:
         ]
         some = np.sort(np.concatenate(min(by_axis, key=lambda found: len(found[0]) + len(found[1]))))
         depth = self.q[1].take(some)
-        x, z = (self.q[2 * k].take(some) + self.slope[k].take(some) * (y - depth) for k in range(2))
+        x, z = (q.take(some) for q in self.q[::2])
+        if self._rays:
+            x, z = (v + slope.take(some) * (y - depth) for v, slope in zip((x, z), self.slope, strict=True))
         inside = (x >= box[0] - margin) & (x <= box[2] + margin)
         inside &= (z >= box[1] - margin) & (z <= box[3] + margin)
         return np.column_stack([x[inside], z[inside]]), depth[inside]
+
+    @cached_property
+    def _rays(self) -> bool:
+        """Whether any line of sight is known."""
+        return bool(self.slope.any())
 
     @cached_property
     def _by_place(self) -> list[tuple[Float, Int, Int]]:

@@ -7,8 +7,11 @@ from frontage.openings.boxes import Box
 
 
 def within(p: Float, box: Box, margin: float) -> Bool:
-    """Returns which points (n, 3) m lie before, on or behind a box that is `margin` m wider on all sides."""
-    x, z = p[:, 0], p[:, 2]
+    """Returns which points (n, 3) or places (n, 2) m lie within a box, `margin` m wider on all sides.
+
+    Points lie within it at any depth.
+    """
+    x, z = p[:, 0], p[:, -1]
     return np.asarray(
         (x >= box[0] - margin) & (x <= box[2] + margin) & (z >= box[1] - margin) & (z <= box[3] + margin)
     )

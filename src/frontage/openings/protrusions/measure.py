@@ -147,7 +147,7 @@ def _border(
     solid = solid[solid <= band]
     if len(solid) < 3:
         return piece.box[side], band / np.sqrt(3.0), False
-    own = within(np.insert(where, 1, 0.0, axis=1), piece.box, 0.0)
+    own = within(where, piece.box, 0.0)
     behind = (depth > y + resolution.half) & ~(own & (depth < -resolution.half))
     passed = _outwards(where[behind], piece.box, side, inner)
     mean, spread = posterior(solid, passed[passed <= band], inner, band, resolution.spacing)

@@ -123,6 +123,7 @@ def _inside(facade: Facade, raster: WallRaster) -> Bool:
     x = raster.corner[0] + (np.arange(w) + 0.5) * raster.cell
     z = raster.corner[1] + (np.arange(h) + 0.5) * raster.cell
     polygon = shapely.make_valid(shapely.Polygon(facade.outline))
+    shapely.prepare(polygon)
     gx, gz = np.meshgrid(x, z)
     return np.asarray(shapely.contains_xy(polygon, gx.ravel(), gz.ravel())).reshape(h, w)
 
@@ -183,12 +184,12 @@ def _shadow(beams: Beams, raster: WallRaster) -> Float:
 
     That is above and below it, as far as it stands out.
     """
-    out = np.zeros(raster.shape)
+    out = np.zeros(raster.shape, np.uint8)
     depth = -beams.front[:, 2]
     for near in (0.3, 0.6, 1.0):
         some = (depth >= near) & (depth < near + 0.5)
         held = raster.count(*beams.front[some, :2].T) > 0
         held = opened(held, (1, 3))
         reach = max(int((near + 0.2) / raster.cell), 1)
-        out = np.maximum(out, ndimage.maximum_filter1d(held.astype(np.float64), 2 * reach + 1, axis=0))
-    return out
+        out |= ndimage.maximum_filter1d(held.view(np.uint8), 2 * reach + 1, axis=0)
+    return out.astype(np.float64)

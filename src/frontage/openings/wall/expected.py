@@ -78,8 +78,8 @@ def _blocks(values: Float, step: int) -> Float:
     h, w = values.shape
     left = -w % step // 2
     padded = np.pad(values, ((0, -h % step), (left, -w % step - left)))
-    rows = padded.reshape(-(-h // step), step, -1).sum(1)  # whole rows first, which is faster
-    return np.asarray(rows.reshape(len(rows), -(-w // step), step).sum(2))
+    rows = padded.reshape(-(-h // step), step, -1).sum(1)  # numpy adds whole rows faster than single cells
+    return np.asarray(sum(rows[:, k::step] for k in range(step)))
 
 
 def _spread(values: Array, step: int, shape: tuple[int, ...]) -> Array:

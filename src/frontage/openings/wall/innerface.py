@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy import ndimage
 
-from frontage.geometry.arrays import Array, Bool, Float, distinct
+from frontage.geometry.arrays import Array, Bool, Float, Int, distinct
 from frontage.model.facade import Facade
 from frontage.model.masonry import MASONRY
 from frontage.openings.wall.beams import Beams
@@ -47,6 +47,19 @@ class InnerFace:
     places: Float
 
 
+@dataclass(frozen=True, eq=False)
+class _Tiles:
+    """The tiles of a wall, and the tile (n,) that each cell of its evidence lies in, -1 outside."""
+
+    raster: WallRaster
+    of_cell: Int
+
+    @classmethod
+    def over(cls, cells: WallRaster, tiles: WallRaster) -> "_Tiles":
+        """Finds the tile of every cell."""
+        return cls(tiles, tiles.flat(*cells.middles(np.ones(cells.shape, np.bool_)).T))
+
+
 def find_inner_face(facade: Facade, beams: Beams, evidence: Evidence) -> InnerFace | None:
     """Returns the inner face of the wall; None where the lines of sight are known or no face shows.
 
@@ -60,8 +73,9 @@ def find_inner_face(facade: Facade, beams: Beams, evidence: Evidence) -> InnerFa
     some = np.flatnonzero((behind > max(MASONRY.half_brick, beams.least)) & (behind < _THICKEST))
     layer, place = max(beams.least, _LAYER), np.column_stack([x, z])[some]
     face, known = np.zeros(len(some), np.bool_), evidence
+    tiles = _Tiles.over(evidence.raster, beams.raster)
     for _ in range(_ROUNDS):  # where a face shows, there is masonry, which tells of the face beside it
-        depth = _depths(place, behind[some], beams.raster, known, layer)
+        depth = _depths(place, behind[some], tiles, known, layer)
         face = np.abs(behind[some] - value_at(depth, beams.raster, *place.T)) <= layer
         face[face] = _is_dense(place[face], evidence.raster)
         if not face.any():
@@ -92,7 +106,7 @@ def _is_dense(places: Float, raster: WallRaster) -> Bool:
     return np.asarray((at >= 0) & dense.ravel()[at])
 
 
-def _depths(place: Float, behind: Float, tiles: WallRaster, evidence: Evidence, layer: float) -> Float:
+def _depths(place: Float, behind: Float, tiles: _Tiles, evidence: Evidence, layer: float) -> Float:
     """Returns the depth (h, w) m of the inner face behind the wall in each tile; NaN where none shows.
 
     The points lie at `place` (n, 2) x, z m, `behind` (n,) m behind the wall. Area is counted in cells of the
@@ -108,9 +122,7 @@ def _depths(place: Float, behind: Float, tiles: WallRaster, evidence: Evidence, 
     return np.where((wall > _SHOWN) & (open_ < wall / 2.0), depth, np.nan)
 
 
-def _shares(
-    place: Float, behind: Float, tiles: WallRaster, cells: WallRaster, layer: float, kind: Bool
-) -> Array:
+def _shares(place: Float, behind: Float, tiles: _Tiles, cells: WallRaster, layer: float, kind: Bool) -> Array:
     """Returns the share (h, w, layers) of the cells of a `kind` (rows, columns) that hold points of a layer.
 
     It is that of the surroundings of each tile, 0 where they have too few such cells to tell. A layer is as
@@ -122,14 +134,14 @@ def _shares(
     own = (behind[kept] / layer).astype(np.int64)
     both = np.concatenate([at[kept] * count + own, at[kept] * count + np.maximum(own - 1, 0)])
     cell, number = np.divmod(distinct(both), count)
-    size = tiles.shape[0] * tiles.shape[1]
-    of_cell = tiles.flat(*cells.middles(np.ones(cells.shape, np.bool_)).T)
-    inside = of_cell[cell] >= 0
-    held = np.bincount(of_cell[cell[inside]] * count + number[inside], minlength=size * count)
-    every = of_cell[(of_cell >= 0) & kind.ravel()]
-    total = np.bincount(every, minlength=size).astype(np.float32).reshape(tiles.shape)
-    wide = _AROUND / tiles.cell
-    shown = held.reshape(*tiles.shape, count).astype(np.float32)
+    shape, size = tiles.raster.shape, tiles.raster.shape[0] * tiles.raster.shape[1]
+    tile = tiles.of_cell[cell]
+    inside = tile >= 0
+    held = np.bincount(tile[inside] * count + number[inside], minlength=size * count)
+    every = tiles.of_cell[(tiles.of_cell >= 0) & kind.ravel()]
+    total = np.bincount(every, minlength=size).astype(np.float32).reshape(shape)
+    wide = _AROUND / tiles.raster.cell
+    shown = held.reshape(*shape, count).astype(np.float32)
     shown = ndimage.gaussian_filter(shown, (wide, wide, 0.0), mode="constant", truncate=3.0)
     total = ndimage.gaussian_filter(total, wide, mode="constant", truncate=3.0)
     enough = 2.0 * np.pi * wide**2 * total >= BEAMS_TO_DECIDE
