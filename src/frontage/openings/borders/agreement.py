@@ -76,6 +76,6 @@ def _against(side: int, rough: Box, outline: Outline, evidence: Evidence) -> boo
     if outward and outline.shape == "circle":
         z, x = np.indices(strip.shape) + np.array([rows.start + 0.5, columns.start + 0.5])[:, None, None]
         at_cells = np.column_stack([x.ravel(), z.ravel()]) * cell + evidence.raster.corner
-        strip = strip.ravel()[ring_contains(outline.ring[0], at_cells)]
+        strip = strip.ravel()[ring_contains(outline.bare_ring, at_cells)]
     gain = float(strip.sum())
     return gain < -_AGAINST if outward else gain > _AGAINST

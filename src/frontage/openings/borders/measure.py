@@ -11,7 +11,7 @@ from frontage.openings.borders.depth import AROUND, find_depth, find_wall
 from frontage.openings.borders.edges import FEW, EdgeTraits, SolidSide, footprint
 from frontage.openings.borders.locate import CLOSE, WIDTHS, Border, find_borders
 from frontage.openings.borders.outline import Outline
-from frontage.openings.borders.shapes import Head, fan_of, find_head, ring_of, strays
+from frontage.openings.borders.shapes import Head, bare_ring, fan_of, find_head, strays
 from frontage.openings.boxes import Box
 from frontage.openings.wall.crossings import CrossingBeams
 
@@ -31,7 +31,8 @@ def measure(
     surrounds that the whole facade shows, where an opening's own points do not tell them. `others` were
     measured before and show it as well.
     """
-    first = [_outline(beams, box, EdgeTraits(all_blurs=True), cell=cell, spacing=spacing) for box in boxes]
+    alone = EdgeTraits(all_blurs=beams.rays)  # only lines of sight tell the blur
+    first = [_outline(beams, box, alone, cell=cell, spacing=spacing) for box in boxes]
     traits = facade_edge_traits([*others, *first])
     walls = np.array([o.wall for o in (*others, *first) if o.wall is not None])
     return [
@@ -149,8 +150,8 @@ def _shape(
         return ("circle", place, 0.0, None) if found is None else _circle(found)
     head = find_head(fan, place, blur, None if known is None else Head(known.shape, z1, known.rise, 0.0))
     if known is None and found is not None and found.gain > _CIRCLE:
-        arch = ring_of(head.shape, (x0, z0, x1, head.top if head.rise else z1), head.rise)[0]
-        if strays(fan, ring_of("circle", found.box, 0.0)[0]) + _FEWER < strays(fan, arch):
+        arch = bare_ring(head.shape, (x0, z0, x1, head.top if head.rise else z1), head.rise)
+        if strays(fan, bare_ring("circle", found.box, 0.0)) + _FEWER < strays(fan, arch):
             return _circle(found)
     if head.shape == "rectangle" or head.top - head.rise <= z0:
         return "rectangle", place, 0.0, None

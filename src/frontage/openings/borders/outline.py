@@ -7,7 +7,7 @@ import numpy as np
 from frontage.geometry.arrays import Float
 from frontage.model.estimate import Estimate
 from frontage.openings.borders.locate import Border
-from frontage.openings.borders.shapes import ring_of
+from frontage.openings.borders.shapes import bare_ring, ring_of
 from frontage.openings.boxes import Box
 
 
@@ -43,6 +43,11 @@ class Outline:
     def sure(self) -> float:
         """Share of the borders that are seen beyond doubt."""
         return float(np.mean([b.is_seen for b in self.borders]))
+
+    @property
+    def bare_ring(self) -> Float:
+        """The ring (k, 2) m, without its covariance."""
+        return bare_ring(self.shape, self.place, self.rise)
 
     @property
     def ring(self) -> tuple[Float, Float]:

@@ -190,15 +190,17 @@ class _Search:
         pairs = [(v[: self._solid], v[self._solid :]) for v in beams]
         score = blurred_scores(pairs, middle - tops[::-1], (self._blur,), (STRAY, STRAY))[0, :, ::-1]
         if self._missing > 0.0:
-            score = score + self._missing * np.stack([self._area(*head, tops) for head in heads])
+            score = score + self._missing * self._areas(heads, tops)
         return np.asarray(score)
 
-    def _area(self, shape: str, rise: float, tops: Float) -> Float:
-        """Returns the area (k,) m2 within the heads whose tops are at `tops` (k,) m."""
-        drop = np.sort(below(shape, rise, self._half, self._u))
-        first = drop.searchsorted(self._low - tops)
-        rest = np.append(drop[::-1].cumsum()[::-1], 0.0)[first]
-        return np.asarray(rest + (len(drop) - first) * (tops - self._low)) * 2 * self._half / len(drop)
+    def _areas(self, heads: Sequence[tuple[str, float]], tops: Float) -> Float:
+        """Returns the area (h, k) m2 within heads of a shape and rise m, with tops at `tops` (k,) m."""
+        drop = np.sort([below(*head, self._half, self._u) for head in heads], axis=1)
+        first = np.stack([d.searchsorted(self._low - tops) for d in drop])
+        rest = np.pad(drop[:, ::-1].cumsum(1)[:, ::-1], ((0, 0), (0, 1)))
+        parts = drop.shape[1]
+        above = np.take_along_axis(rest, first, 1) + (parts - first) * (tops - self._low)
+        return np.asarray(above * 2 * self._half / parts)
 
     def best(self, heads: Sequence[tuple[str, float]]) -> list[tuple[float, float]]:
         """Returns the score and the top m of the likeliest head of every shape and rise m."""
@@ -230,6 +232,11 @@ class _Search:
         return Head(head.shape, t, r, head.gain, (*spread, float(p @ (rises - r) ** 2)))
 
 
+def bare_ring(shape: str, place: Box, rise: float) -> Float:
+    """Returns the ring (k, 2) m of a shape as `ring_of` does, without its derivatives."""
+    return _ring(shape, np.array([place[0], place[2], place[1], place[3], rise]))
+
+
 def ring_of(shape: str, place: Box, rise: float) -> tuple[Float, Float]:
     """Returns the ring (k, 2) m, counter-clockwise, of a shape, and its derivatives (2k, 5).
 
@@ -252,7 +259,7 @@ def _ring(shape: str, p: Float) -> Float:
     rise = {"round": half, "pointed": _SQRT3 * half}.get(shape, rise)
     u = np.linspace(1.0, -1.0, {"rectangle": 2, "triangular": 3}.get(shape, _ARC + 1)) * half
     head = z1 + below(shape, rise, half, u)
-    return np.column_stack([np.r_[x0, x1, middle + u], np.r_[z0, z0, head]])
+    return np.column_stack([np.concatenate([[x0, x1], middle + u]), np.concatenate([[z0, z0], head])])
 
 
 def strays(fan: Fan, ring: Float) -> int:

@@ -150,9 +150,10 @@ class _Means:
 
     def picture(self) -> ChannelMap:
         """Returns the means of all that was added."""
-        with np.errstate(invalid="ignore", divide="ignore"):
-            means = np.divide(self._total.T, self.number[:, None], order="C")
-        return ChannelMap(means.reshape(*self._raster.shape, -1), self._raster)
+        known, shape = (self.number > 0.0) & np.isfinite(self._total).all(0), self._raster.shape
+        total, number = np.where(known, self._total, 0.0), np.maximum(self.number, 1.0)
+        means = np.divide(total.T, number[:, None], order="C").reshape(*shape, -1)
+        return ChannelMap(means, self._raster, known.reshape(shape))
 
 
 def _pixels(ortho: OrthoImage, rows: slice, columns: slice) -> tuple[Float, Float]:

@@ -37,17 +37,17 @@ class OpeningForm:
 
 
 class ChannelMap:
-    """Channels (h, w, c) on a raster, NaN where nothing is known, as sums over boxes.
+    """Channels (h, w, c) on a raster, as sums over boxes.
 
-    Only `known` cells (h, w) count, which are all those with values unless they are given.
+    Only `known` cells (h, w) count; where these are not given, all whose values are finite.
     """
 
     def __init__(self, values: Float, raster: WallRaster, known: Bool | None = None) -> None:
-        self.values, self.raster = values, raster
-        self._known = np.isfinite(values).all(2) if known is None else known
+        finite = np.asarray(np.isfinite(values).all(2)) if known is None else known
+        self.values, self.raster, self._known = values, raster, finite
         counted = np.empty((*raster.shape, values.shape[2] + 1))
-        counted[..., :-1], counted[..., -1] = values, self._known
-        counted[~self._known] = 0.0
+        counted[..., :-1], counted[..., -1] = values, finite
+        counted[~finite] = 0.0
         self._sums = summed(counted).reshape(-1, counted.shape[2])
 
     def without(self, taken: Sequence[Box]) -> "ChannelMap":

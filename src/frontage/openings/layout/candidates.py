@@ -11,6 +11,7 @@ from frontage.model.masonry import MASONRY
 from frontage.openings.layout.selection import PRICE, CellBox, best_layout, worth_of
 from frontage.openings.options import OpeningOptions
 from frontage.openings.wall.evidence import BEAMS_TO_DECIDE, Evidence, local_rate
+from frontage.openings.wall.raster import opened
 
 _LINES = 8  # candidate borders that a component has in each direction, at most
 _LESSER = 0.1  # share of the worth of the best of its component: less is a remnant of an uneven outline
@@ -103,8 +104,8 @@ def _components(evidence: Evidence, least: tuple[float, float], open_: Bool) -> 
     if evidence.rays:  # without them, what lies beside an opening may be a shadow
         open_ = _without_bars(open_, int(MASONRY.half_brick / evidence.raster.cell) + 1)
     for size, largest in (*_SCALES, (_SCALES[-1][0], np.inf)):
-        kernel = tuple(max(3, int(size * side)) for side in least)
-        labels, _ = ndimage.label(ndimage.grey_opening(open_.astype(np.uint8), kernel, mode="constant"))
+        high, broad = (max(3, int(size * side)) for side in least)
+        labels, _ = ndimage.label(opened(open_, (high, broad)))
         open_ = np.zeros(llr.shape, np.bool_)
         for number, (rows, columns) in enumerate(ndimage.find_objects(labels), 1):
             tall, wide = rows.stop - rows.start, columns.stop - columns.start

@@ -25,7 +25,7 @@ def without_overlaps(
     a neighbour, or is dropped: whichever set is worth most, the evidence within less the price of each. So
     what the layout took for two openings becomes one where a single outline explains both.
     """
-    first, second = _overlapping(_polygons([o.ring[0] for o in outlines]))
+    first, second = _overlapping(_polygons([o.bare_ring for o in outlines]))
     over: dict[int, set[int]] = {}
     for a, b in [*zip(first, second, strict=True), *zip(second, first, strict=True)]:
         over.setdefault(int(a), set()).update(_beyond(outlines[a].place, rough[a], rough[b]))
@@ -34,7 +34,7 @@ def without_overlaps(
     trials += [
         (k, with_rough_borders(outlines[k], rough[k], sides, cell)) for k, sides in sorted(over.items())
     ]
-    rings = _polygons([o.ring[0] for _, o in trials])
+    rings = _polygons([o.bare_ring for _, o in trials])
     owner = np.array([k for k, _ in trials], np.int64)
     pairs = np.hstack([_overlapping(rings), np.argwhere(np.triu(owner[:, None] == owner, 1)).T])
     worth = np.zeros(len(trials))

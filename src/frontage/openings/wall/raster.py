@@ -4,7 +4,6 @@ from dataclasses import dataclass
 
 import cv2
 import numpy as np
-from scipy import ndimage
 
 from frontage.geometry.arrays import Bool, Float, Int
 from frontage.model.facade import Facade
@@ -81,9 +80,24 @@ def averaged(values: Float) -> Float:
 
 def opened(cells: Bool, size: tuple[int, int]) -> Bool:
     """Leaves of the cells (h, w) what rectangles of `size` (rows, columns) cover within them."""
-    return np.asarray(ndimage.grey_opening(cells.view(np.uint8), size, mode="constant").view(np.bool_))
+    return _grown(_shrunk(cells, size), size)
 
 
 def closed(cells: Bool, size: tuple[int, int]) -> Bool:
     """Adds to the cells (h, w) the gaps that no rectangle of `size` (rows, columns) fits into."""
-    return np.asarray(ndimage.grey_closing(cells.view(np.uint8), size, mode="constant").view(np.bool_))
+    return _shrunk(_grown(cells, size), size)
+
+
+def _shrunk(cells: Bool, size: tuple[int, int]) -> Bool:
+    """Leaves the cells (h, w) that are the middle of a rectangle of cells, none of them beyond the border."""
+    kernel, middle = np.ones(size, np.uint8), (size[1] // 2, size[0] // 2)
+    found = cv2.erode(
+        cells.view(np.uint8), kernel, anchor=middle, borderType=cv2.BORDER_CONSTANT, borderValue=0
+    )
+    return np.asarray(found.view(np.bool_))
+
+
+def _grown(cells: Bool, size: tuple[int, int]) -> Bool:
+    """Adds the rectangle around each of the cells (h, w), whose middle is that of `_shrunk`."""
+    kernel, middle = np.ones(size, np.uint8), ((size[1] - 1) // 2, (size[0] - 1) // 2)
+    return np.asarray(cv2.dilate(cells.view(np.uint8), kernel, anchor=middle).view(np.bool_))

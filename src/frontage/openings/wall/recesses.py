@@ -9,6 +9,7 @@ from frontage.model.facade import Facade
 from frontage.model.masonry import MASONRY
 from frontage.openings.wall.beams import Beams
 from frontage.openings.wall.evidence import Evidence, equal_share
+from frontage.openings.wall.raster import opened
 from frontage.openings.wall.surface import FITTING, LARGEST_OPENING, recess_depth, value_at
 
 _CORE = 0.75  # m, least width of the core of a recess: ledges and joints join cells over less
@@ -48,7 +49,7 @@ def _recesses(evidence: Evidence) -> Int:
     cell = evidence.raster.cell
     open_ = evidence.is_open
     core = max(int(_CORE / cell), 2)
-    labels, _ = ndimage.label(ndimage.grey_opening(open_.astype(np.uint8), (core, core), mode="constant"))
+    labels, _ = ndimage.label(opened(open_, (core, core)))
     for number, (rows, columns) in enumerate(ndimage.find_objects(labels), 1):
         high, wide = (rows.stop - rows.start) * cell, (columns.stop - columns.start) * cell
         room = wide >= MASONRY.room_width and high >= MASONRY.room_height
