@@ -173,8 +173,8 @@ def _unhidden(beams: Beams, raster: WallRaster, seen: Float) -> Float:
     as it stands out, for it throws its shadow there wherever the sensor stands, below 45 degrees.
     """
     if beams.rays:
-        stopped = ndimage.uniform_filter(raster.count(*beams.blocked.T), 3)
-        come = ndimage.uniform_filter(seen, 3)
+        stopped = averaged(raster.count(*beams.blocked.T))
+        come = averaged(seen)
         return np.asarray(np.clip(1.0 - stopped / np.maximum(stopped + come, 1e-9), 0.0, 1.0))
     return 1.0 - _shadow(beams, raster)
 
