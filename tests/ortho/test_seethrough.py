@@ -68,3 +68,25 @@ def test_a_walker_in_a_coat_of_the_colour_of_the_wall_is_not_painted():
     found = seen(codes, standing, sigma, clear, behind, walker | left)
     assert not found[walker].any() and found[left].mean() > 0.9
     assert seen(codes, standing, sigma, clear, behind)[coat].mean() > 0.8, "as it would be among leaves"
+
+
+def test_a_car_is_judged_as_a_whole_and_by_what_another_photo_shows_behind_it():
+    """Its boot has the colour of the wall; most of it can be compared with a clear photo and is no wall."""
+    codes, standing, sigma, clear, behind, _ = scene(0.0)
+    car = np.zeros_like(behind)
+    car[1, 20:40, 30:80] = True  # from where photo 0 is clear into where none is
+    boot = car & (np.arange(120) >= 60)
+    rng = np.random.default_rng(2)
+    codes[boot] = (WALL + rng.normal(0.0, NOISE, (int(boot.sum()), 3))).astype(np.float32)
+    assert not seen(codes, standing, sigma, clear, behind, car)[boot].any()
+    codes[car] = (WALL + rng.normal(0.0, NOISE, (int(car.sum()), 3))).astype(np.float32)
+    assert seen(codes, standing, sigma, clear, behind, car)[boot].mean() > 0.9, "it has left"
+
+
+def test_leaves_as_small_as_a_cell_are_not_painted_with_the_wall_around_them():
+    codes, standing, sigma, clear, behind, _ = scene(0.4)
+    rows, columns = np.mgrid[30:36, 80:86]
+    codes[2, rows, columns] = WALL
+    codes[2, 32, 82] = LEAF
+    found = seen(codes, standing, sigma, clear, behind)
+    assert found[2, 33:35, 83:85].all() and not found[2, 32, 82]

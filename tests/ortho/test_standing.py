@@ -8,7 +8,10 @@ import pytest
 import ortho_wall as wall
 from frontage.io.rasters.occluders import read_occluders, write_occluders
 from frontage.model import Scan
+from frontage.ortho import OrthoOptions
+from frontage.ortho.occluders import find_occluders
 from frontage.ortho.standing.find import find_standing
+from frontage.ortho.standing.walls import is_building
 
 GROUND = -3.0
 
@@ -84,3 +87,34 @@ def test_occluders_are_written_and_read_back(street, tmp_path: Path):
     again = read_occluders(tmp_path / "occluders.json")
     assert [one.kind for one in again] == [one.kind for one in found]
     assert np.allclose(again[0].corners, found[0].corners, atol=1e-3)
+
+
+def upright(x0, y0, x1, y1, height, step=0.06):
+    """Points (n, 3) on a wall between two places, from the ground up."""
+    along, up = np.meshgrid(
+        np.linspace(0, 1, int(np.hypot(x1 - x0, y1 - y0) / step)), np.arange(0, height, step)
+    )
+    return np.column_stack(
+        [x0 + along.ravel() * (x1 - x0), y0 + along.ravel() * (y1 - y0), GROUND + up.ravel()]
+    )
+
+
+def test_a_wing_with_a_corner_is_a_building_and_a_tree_and_a_car_are_none(street):
+    wing = np.concatenate([upright(3, -1, 3, -7, 6.0), upright(3, -7, 7, -7, 6.0)])
+    assert is_building(wing)
+    assert not is_building(street[2]["tree"]) and not is_building(street[2]["car"])
+
+
+def test_a_wing_hides_the_wall_for_good_and_is_no_occluder():
+    facade = wall.facade(14.0, 6.0, spacing=0.06)
+    wing = np.concatenate([upright(3, -0.9, 3, -7, 6.0), upright(3, -7, 7, -7, 6.0)])
+    ground = np.stack(np.meshgrid(np.arange(-7, 7, 0.1), np.arange(-10, 0, 0.1), [GROUND]), -1).reshape(-1, 3)
+    front = np.stack(np.meshgrid(np.arange(-7, 7, 0.06), [0.0], np.arange(-3, 3, 0.06)), -1).reshape(-1, 3)
+    scan = Scan("street", facade.frame.apply(np.concatenate([ground, front, wing])), facade.world)
+    standing = find_standing(facade, scan)
+    assert not standing.occluders
+    assert standing.holds_in_walls(wing[wing[:, 2] > GROUND + 0.3]).mean() > 0.99
+    xyz = facade.frame.inverse.apply(scan.xyz)
+    cloud = find_occluders(facade, xyz, standing, None, OrthoOptions())
+    assert (cloud.part[0][:, 1] < -2.0).sum() > 1000, "the wing is a part that stays"
+    assert not (cloud.free[0][:, 2] > GROUND + 0.3).any()

@@ -39,7 +39,8 @@ def find_occluders(
     """Returns the points in front of the back of the facade with their local spacing, without lone points.
 
     `xyz_facade` (n, 3) m is the scan of the facade in its frame. Free are the points of what is `standing`
-    before it, however near, and all points so far before it that they are no part of it.
+    before it, however near, and all points so far before it that they are no part of it, but for those of
+    walls: a neighbour does not leave, and his wall may have the colour of this one.
     """
     clouds = [xyz_facade]
     if surroundings is not None:
@@ -56,7 +57,7 @@ def find_occluders(
         lines.append(_in_lines(xyz[-1], s, k))
     every = np.concatenate([points.T for points in xyz], axis=1).T
     gap = np.maximum(np.concatenate(spacing), _CUBE_M).astype(np.float32)
-    free = (every[:, 1] < -options.front) | standing.holds(every)
+    free = (every[:, 1] < -options.front) & ~standing.holds_in_walls(every) | standing.holds(every)
     solid = free & standing.holds_in_solid(every)
     part = ~free & np.concatenate(lines)
     return OccluderCloud(*((picked_rows(which, every), gap[which]) for which in (part, free, solid)))

@@ -10,6 +10,7 @@ from frontage.ortho.mosaic.blending import light_corrections
 from frontage.ortho.mosaic.consensus import compare_photos, even_colours
 from frontage.ortho.mosaic.glass import glass_cost
 from frontage.ortho.mosaic.pictures import cell_pictures, picked
+from frontage.ortho.mosaic.places import whole_places
 from frontage.ortho.mosaic.radiometry import PhotoGains, balance_photos, even_light
 from frontage.ortho.mosaic.seethrough import see_through
 from frontage.ortho.mosaic.selection import choose_photos
@@ -72,8 +73,9 @@ def compose_mosaic(
     codes = even_colours(even)
     found = compare_photos(codes, plan.clear)
     through = see_through(codes, found, plan, opening > 0)
+    place = whole_places(found, plan.clear, plan.cells.gsd)
     plan = plan.seeing(through)
-    label = choose_photos(plan, found, pictures.exposed, glass)
+    label = choose_photos(plan, found, pictures.exposed, glass, place)
     if options.radiometry == "as shot":
         return Mosaic(plan, label, gains=gains)
     usable = plan.clear & pictures.exposed & found.accepted

@@ -15,7 +15,8 @@ from frontage.geometry.arrays import Array, Bool
 from frontage.ortho.mosaic.pictures import picked
 
 _GAMMA = 2.2  # differences of codes are about equally visible in the light and in the dark
-_FEWEST = 3  # photos of a cell, of which one that differs can be told from the others
+FEWEST_PHOTOS = 3
+"""Photos of a cell, of which one that differs can be told from the others."""
 _ELSE = 0.05  # share of cells in which a photo shows something else than the wall
 _FINEST = 0.01  # codes 0..1; smallest standard deviation of equal colours
 _OFF_CELLS = 0.5  # cells by which photos are displaced against each other
@@ -58,7 +59,7 @@ def compare_photos(codes: Array, clear: Bool) -> Disagreement:
     """Compares the colours (k, h, w, 3) of photos where the scan knows nothing before the wall (`clear`)."""
     count = clear.sum(0)
     wall = _median(codes, clear, count)
-    known = count >= _FEWEST
+    known = count >= FEWEST_PHOTOS
     distance = np.stack([length(colours - wall) for colours in codes])
     noise = max(_typical(distance, clear & known) / 1.54, _FINEST)
     slope = _slope(wall)

@@ -14,16 +14,18 @@ import cv2
 import numpy as np
 
 from frontage.geometry.arrays import Array, Bool, Float, Int
-from frontage.ortho.mosaic.consensus import Disagreement
+from frontage.ortho.mosaic.consensus import FEWEST_PHOTOS, Disagreement
 from frontage.ortho.views import ViewPlan
 
-_BINS = 16  # of the codes of a channel
+_BINS = 32  # of the codes of a channel
 _SAME = 5.7  # standard deviations within which 99.9 % of two colours of one surface lie, in three channels
 _FEWEST = 200  # cells from which the colours of occluders are learned
+_MEDIAN = 1.54  # standard deviations; the median length of normal errors in three channels
 _BLUR = 0.7  # bins, sigma
 _FLOOR = 0.02  # share of colours that were never seen before, all alike
 _WINDOW = 3  # cells over which log odds are averaged
-_ODDS = np.log(3.0)  # of wall against occluder, from which on the wall is painted
+_ODDS = np.log(1.5)  # of wall against occluder, averaged, from which on the wall is painted
+_GONE = np.log(3.0)  # of the whole of what has no gaps
 _MOST_ODDS = 5.0  # of one cell, so that most of its neighbours decide and not a single one
 _RANGE = (0.02, 0.5)  # of the share of cells in which the wall shows although the scan hides it
 
@@ -65,8 +67,9 @@ def see_through(codes: Array, found: Disagreement, plan: ViewPlan, glass: Bool) 
     learned = behind & known
     if not judged.any() or learned.sum() < _FEWEST:
         return through
-    spread = float(np.median(sigma[known]))
-    same = found.distance < _SAME * np.maximum(sigma, spread)
+    spread = _spreads(found, plan.clear, glass)
+    tolerance = np.maximum(sigma, np.where(glass, spread[1], spread[0]).astype(np.float32))
+    same = found.distance < _SAME * tolerance
     seen = float(np.clip((learned & same).sum() / learned.sum(), *_RANGE))
     if (learned & ~same).sum() < _FEWEST:
         return through
@@ -77,11 +80,39 @@ def see_through(codes: Array, found: Disagreement, plan: ViewPlan, glass: Bool) 
         sample = known & (glass == kind)
         if cells.any() and sample.any():
             own = _Colours.of(wall[sample])
-            odds[:, cells] = _log_odds(codes[:, cells], judged[:, cells], own, before, spread, seen)
+            odds[:, cells] = _log_odds(codes[:, cells], judged[:, cells], own, before, spread[kind], seen)
     limited = np.where(judged, np.clip(odds, -_MOST_ODDS, _MOST_ODDS), 0.0).astype(np.float32)
     smooth = np.stack([cv2.blur(o, (_WINDOW, _WINDOW)) for o in limited])
-    there = np.stack([_stays(o, mask) for o, mask in zip(limited, plan.solid & judged, strict=True)])
-    return np.asarray(judged & (smooth > _ODDS) & ~there)
+    whole = limited + _compared(codes, found, tolerance, learned & plan.solid, before, seen)
+    there = np.stack([_stays(o, mask) for o, mask in zip(whole, plan.solid, strict=True)])
+    return np.asarray(judged & (smooth > _ODDS) & (limited > 0.0) & ~there)
+
+
+def _spreads(found: Disagreement, clear: Bool, glass: Bool) -> tuple[float, float]:
+    """The standard deviations of the colours of photos of one place: on the wall, and on glass.
+
+    Behind glass and in its reflections every photo shows something else.
+    """
+    out = []
+    for kind in (False, True):
+        compared = clear & (glass == kind) & (clear.sum(0) >= FEWEST_PHOTOS)
+        typical = float(np.median(found.distance[compared])) / _MEDIAN if compared.any() else 0.0
+        cells = clear.any(0) & (glass == kind)
+        out.append(max(typical, float(np.median(found.sigma[cells])) if cells.any() else 0.0))
+    return max(out[0], 1e-6), max(out)
+
+
+def _compared(
+    codes: Array, found: Disagreement, sigma: Array, known: Bool, before: _Colours, seen: float
+) -> Array:
+    """Log odds (k, h, w) that photos show the wall in cells (k, h, w) in which it is `known`, elsewhere 0."""
+    odds = np.zeros(known.shape, np.float32)
+    at = np.nonzero(known)
+    own = sigma[at[1:]]
+    fit = np.exp(-0.5 * (found.distance[at] / own) ** 2) / ((2.0 * np.pi) ** 1.5 * own**3)
+    ratio = seen * np.maximum(fit, 1e-9) / ((1.0 - seen) * before(codes[at]))
+    odds[at] = np.clip(np.log(ratio), -_MOST_ODDS, _MOST_ODDS)
+    return odds
 
 
 def _stays(odds: Array, solid: Bool) -> Bool:
@@ -90,7 +121,7 @@ def _stays(odds: Array, solid: Bool) -> Bool:
     own = number[solid]
     mean = np.bincount(own, odds[solid], count) / np.maximum(np.bincount(own, minlength=count), 1)
     there = np.zeros_like(solid)
-    there[solid] = mean[own] <= _ODDS
+    there[solid] = mean[own] <= _GONE
     return there
 
 

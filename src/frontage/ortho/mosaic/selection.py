@@ -10,10 +10,11 @@ reflections differ, and along edges.
 
 import numpy as np
 
-from frontage.geometry.arrays import Array, Bool
+from frontage.geometry.arrays import Array, Bool, Int
 from frontage.ortho.mosaic.consensus import Disagreement
 from frontage.ortho.mosaic.glass import GlassCost
 from frontage.ortho.mosaic.pictures import picked
+from frontage.ortho.mosaic.places import averaged
 from frontage.ortho.views import ViewPlan
 from frontage.solve.labelling import label_grid
 
@@ -25,18 +26,23 @@ _UNEXPOSED = 3.0  # of a cell that is saturated or black
 _HIDDEN = 200.0  # of a cell that the photo does not show: more than any detour around it
 
 
-def choose_photos(plan: ViewPlan, disagreement: Disagreement, exposed: Bool, glass: GlassCost) -> Array:
-    """Returns the photo (h, w) int16 of every cell, an index into `plan.photos`; -1 where none sees it."""
+def choose_photos(
+    plan: ViewPlan, disagreement: Disagreement, exposed: Bool, glass: GlassCost, place: Int
+) -> Array:
+    """Returns the photo (h, w) int16 of every cell, an index into `plan.photos`; -1 where none sees it.
+
+    `place` (h, w) numbers the places that one photo has to show as a whole.
+    """
     seen = plan.quality > 0
     best = np.maximum(plan.quality.max(0), np.float32(1e-30))
     blind = ~seen.any(0)
     cost = best / np.where(seen, plan.quality, best)
     cost = glass.of_whole_openings(np.log(cost, out=cost))
-    cost += disagreement.cost
-    cost += ~exposed * np.float32(_UNEXPOSED)
+    against = averaged(disagreement.cost + ~exposed * np.float32(_UNEXPOSED), place, plan.clear)
+    cost += against
     cost[~seen] = _HIDDEN
     cost[:, blind] = 0.0
-    border = np.float32(_DISAGREEING) * disagreement.cost
+    border = np.float32(_DISAGREEING) * averaged(disagreement.cost, place, plan.clear)
     border += np.float32(0.5 * _CONTRAST) * np.minimum(disagreement.contrast, np.float32(_MOST_CONTRAST))
     label = label_grid(cost, _SEAM, border)
     hidden = ~picked(seen.view(np.uint8), label).view(np.bool_)

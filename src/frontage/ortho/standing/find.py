@@ -1,7 +1,8 @@
 """Finds the things that stand free before a facade, from the points between it and the street.
 
 Points in front of the wall and above the ground are joined in cubes of a quarter of a metre. A group that
-the wall holds belongs to the facade (a balcony, an awning), and a large upright plane is a neighbour's wall.
+the wall holds belongs to the facade (a balcony, an awning), and large upright planes are walls of neighbours
+and wings: they hide the facade, and nobody sees through them or finds them gone.
 What stands on the ground is held only if its points go on up to the wall: a walker may pass close to it.
 The rest are occluders, each with the smallest box that stands upright. Their cubes tell which points of any
 cloud of the street are theirs: boxes would also take what stands under the crown of a tree.
@@ -19,6 +20,7 @@ from frontage.model import Facade, Scan
 from frontage.model.occluder import Occluder
 from frontage.ortho.cloud import in_facade_frame
 from frontage.ortho.standing.kinds import chances
+from frontage.ortho.standing.walls import is_building
 
 _CUBE_M = 0.25
 _CUBE_SPACINGS = 3.0
@@ -39,9 +41,6 @@ _GROUND_CELL_M = 1.0
 _GROUND_CELLS = 5  # wide windows over which the lowest points are the ground: cars are 2 m wide
 _FEWEST_POINTS = 20
 _SMALLEST_M = 0.3  # extent in height
-_WALL_M2 = 8.0  # an upright plane larger than any sign or side of a car
-_MOSTLY = 0.7  # share of the points of a group on such a plane
-_FLAT_M = 0.15  # of a plane, from its middle
 _NEIGHBOURHOOD_M = 0.5
 _SOLID = ("car", "person", "sign")  # what nobody sees through
 
@@ -55,6 +54,7 @@ class Standing:
     cube       m, edge of a cube
     filled     (i, j, k) bool, cubes that hold points of the things
     solid      (i, j, k) bool, those of things without gaps to see through
+    walls      (i, j, k) bool, those of neighbouring walls, which are no things
     """
 
     occluders: tuple[Occluder, ...] = ()
@@ -62,6 +62,7 @@ class Standing:
     cube: float = _CUBE_M
     filled: Bool = field(default_factory=lambda: np.zeros((0, 0, 0), np.bool_))
     solid: Bool = field(default_factory=lambda: np.zeros((0, 0, 0), np.bool_))
+    walls: Bool = field(default_factory=lambda: np.zeros((0, 0, 0), np.bool_))
 
     def holds(self, xyz_facade: Array) -> Bool:
         """Returns which points (n, 3) m of the facade frame belong to the things and not to the facade."""
@@ -70,6 +71,10 @@ class Standing:
     def holds_in_solid(self, xyz_facade: Array) -> Bool:
         """Returns which points (n, 3) m of the facade frame belong to things without gaps, such as cars."""
         return self._within(self.solid, xyz_facade)
+
+    def holds_in_walls(self, xyz_facade: Array) -> Bool:
+        """Returns which points (n, 3) m of the facade frame belong to walls of neighbours."""
+        return self._within(self.walls, xyz_facade)
 
     def _within(self, cubes: Bool, xyz_facade: Array) -> Bool:
         held = np.zeros(len(xyz_facade), np.bool_)
@@ -119,17 +124,21 @@ def find_standing(facade: Facade, scan: Scan, xyz: Array | None = None) -> Stand
     cube = np.floor((xyz[before] - corner) / edge).astype(np.int64)
     between = (xyz[:, 1] >= -_BEFORE_M) & (height > _GROUND_M)
     joining = np.floor((xyz[between] - corner) / edge).astype(np.int64)
+    every = _groups(_Group(xyz[before], height[before], cube), joining)
+    walls = [g for g in every if is_building(g.xyz)]
     groups = [
         g
-        for g in _groups(_Group(xyz[before], height[before], cube), joining)
-        if g.xyz[:, 0].max() >= x0 - _BESIDE_M and g.xyz[:, 0].min() <= x1 + _BESIDE_M and not _is_wall(g)
+        for g in every
+        if g.xyz[:, 0].max() >= x0 - _BESIDE_M
+        and g.xyz[:, 0].min() <= x1 + _BESIDE_M
+        and all(g is not wall for wall in walls)
     ]
     things = [_described(g, facade) for g in groups]
     found = sorted(things, key=lambda one: float(one.centre[0]))
     named = tuple(_renamed(one, f"{facade.id}/X{n}") for n, one in enumerate(found, 1))
     solid = [g for g, one in zip(groups, things, strict=True) if one.kind in _SOLID]
     shape = cube.max(0) + 1
-    return Standing(named, corner, edge, _filled(groups, shape), _filled(solid, shape))
+    return Standing(named, corner, edge, *(_filled(part, shape) for part in (groups, solid, walls)))
 
 
 def _filled(groups: list[_Group], shape: Int) -> Bool:
@@ -198,17 +207,6 @@ def _around(cubes: Int, shape: Int) -> Bool:
     inside = ((cubes >= -1) & (cubes <= shape)).all(1)
     found[tuple(cubes[inside].T + 1)] = True
     return np.asarray(ndimage.binary_dilation(found, np.ones((3, 3, 3), np.bool_))[1:-1, 1:-1, 1:-1])
-
-
-def _is_wall(group: _Group) -> bool:
-    """Whether most of a group is one large upright plane: the wall of a neighbour."""
-    plan = group.xyz[:, :2] - np.median(group.xyz[:, :2], axis=0)
-    _, _, axes = np.linalg.svd(plan[:: max(1, len(plan) // 2000)], full_matrices=False)
-    along, across = plan @ axes[0], plan @ axes[1]
-    flat = np.abs(across - np.median(across)) < _FLAT_M
-    low, high = np.quantile(along, [0.02, 0.98])
-    area = (high - low) * np.ptp(group.xyz[:, 2])
-    return bool(flat.mean() > _MOSTLY and area > _WALL_M2)
 
 
 def _described(group: _Group, facade: Facade) -> Occluder:
