@@ -278,6 +278,29 @@ def test_nothing_is_painted_outside_the_outline(scene, photos):
     assert np.isnan(ortho.depth[15:60, 15:250]).all()
 
 
+def test_no_sky_shows_between_a_verge_and_a_straight_outline(scene):
+    """The wall sags by 12 cm below the outline, as an outline of few corners runs above a stepped verge."""
+    full, _, cloud = scene
+    xyz = full.frame.inverse.apply(cloud.xyz)
+    top = 2.0 - 0.12 * np.sin(np.pi * (xyz[:, 0] + 4.0) / 8.0)
+    ring = np.array([[-4.0, -3.0], [4.0, -3.0], [4.0, 2.0], [-4.0, 2.0]])
+    facade = replace(full, outline=ring)
+    photo = wall.photo(facade, wall.camera(800, 600, distorted=False, focal=0.5), (0.0, -8.0, 0.0))
+    ortho = make_ortho(
+        facade,
+        cloud.take(np.flatnonzero(xyz[:, 2] < top)),
+        [photo],
+        lambda _: np.full((600, 800, 3), 99, np.uint8),
+        options=OrthoOptions(margin=0.0),
+    )
+    alpha = ortho.pixels[..., 3] > 0
+    column = np.arange(10, 790)
+    end = 12.0 * np.sin(np.pi * (column + 0.5) / 800.0)  # px below the outline
+    first = np.argmax(alpha[:, column], axis=0)
+    assert np.abs(first - end).max() <= 5.0 and abs(float((first - end).mean())) < 2.5
+    assert alpha[20:, 10:-10].mean() > 0.999
+
+
 @pytest.mark.parametrize("sparser", [2.0, 3.5, 5.0])
 def test_a_scan_sparser_than_pixels_fills_the_wall_and_not_the_window(sparser):
     spacing = sparser * 0.01

@@ -113,6 +113,8 @@ def clear_outside(
     The wall ends half a spacing beyond its last points, on which the outline runs. Within the margin of the
     outline, measured surfaces stay.
 
+    Above the topmost measured cell is sky, even in the outline, which is straight between its corners.
+
     Where no relief was measured at all, nothing can tell a cornice from the sky, and the whole margin stays.
     """
     facade, raster = surface.facade, surface.raster
@@ -123,6 +125,8 @@ def clear_outside(
     for tile in tiles(raster.height, raster.width, TILE_PX):
         outside = ~inside_outline(facade, raster, tile, options.margin)
         within = inside_outline(facade, raster, tile, 0.5 * facade.spacing)
+        if bands.relief is not None:
+            within &= bands.relief.below_sky(raster, tile)
         if measured:
             outside |= ~(np.isfinite(bands.depth[tile.window]) | within)
         source = bands.source[tile.window]

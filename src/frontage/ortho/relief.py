@@ -32,6 +32,7 @@ _COARSEST_M = 0.1  # cells wider than a window frame distort what the plane woul
 _BEHIND_M = 0.05  # a point so far behind the farther side of its surroundings is inside the building
 _BRIDGE_CELLS = 2  # gaps up to twice as wide are closed
 _OPAQUE_POINTS = 2  # points that make a cell opaque: what lies behind is not the facade
+_EAVES_M = 0.3  # between the outline and the top of the wall: more is a gap of the scan
 _AGREEING = 3  # of the 24 neighbours must agree with a cell within a step, or it is clutter
 
 
@@ -44,6 +45,7 @@ class ReliefMap:
     deepest    (h, w) float32 m, the largest depth around each cell, with what was measured behind frames
     known      (h, w) float32, 1 where the depth was measured, else 0
     opening    (h, w) int32, number of the opening whose frame or glass a cell shows; 0 = wall
+    sky        (h, w) bool, cells above the top of the wall, which may end below its outline
     """
 
     raster: OrthoRaster
@@ -53,6 +55,7 @@ class ReliefMap:
     deepest: Array
     known: Array
     opening: Array
+    sky: Bool
     steps: Steps
 
     def at(self, raster: OrthoRaster, tile: Tile) -> Array:
@@ -78,6 +81,12 @@ class ReliefMap:
         (r0, r1, c0, c1), u, v = self.raster.window_of(raster, tile)
         found: Bool = interpolation.bilinear(self.known[r0:r1, c0:c1], u, v) > 0.5
         return found
+
+    def below_sky(self, raster: OrthoRaster, tile: Tile) -> Bool:
+        """Returns which pixels (m, n) of a tile of another raster are not above the top of the wall."""
+        (r0, r1, c0, c1), u, v = self.raster.window_of(raster, tile)
+        wall: Bool = interpolation.bilinear((~self.sky[r0:r1, c0:c1]).astype(np.float32), u, v) > 0.5
+        return wall
 
     def openings(self, raster: OrthoRaster, tile: Tile) -> Int:
         """Returns the number (m, n) of the opening at the pixels of a tile of another raster; 0 = wall."""
@@ -127,7 +136,21 @@ def measure_relief(
     near, far = cv2.erode(found.y, box), cv2.dilate(found.y, box)
     deepest = cv2.dilate(np.fmax(found.y, smooth), box)
     steps = measure_steps((cell, points), cells, near, far, step=_STEP_M, raster=raster, gaps=gaps)
-    return ReliefMap(cells, found.y, near, far, deepest, found.known.astype(np.float32), found.opening, steps)
+    sky = _above_the_wall(found.known | (found.opening > 0), inside, max(1, round(_EAVES_M / size)))
+    measured = found.known.astype(np.float32)
+    return ReliefMap(cells, found.y, near, far, deepest, measured, found.opening, sky, steps)
+
+
+def _above_the_wall(wall: Bool, inside: Bool, most: int) -> Bool:
+    """Cells (h, w) above the topmost one of the `wall` in the outline, `inside`, in their column.
+
+    An outline bridges what lies between the corners of a verge or a cornice, where the sky shows; more than
+    `most` cells are a gap of the scan.
+    """
+    within = wall & inside
+    top, end = np.argmax(inside, axis=0), np.argmax(within, axis=0)
+    short = within.any(axis=0) & (end - top <= most)
+    return np.asarray((np.arange(len(wall))[:, None] < end) & short)
 
 
 def _agreed(y: Array) -> Array:
