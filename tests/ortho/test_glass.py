@@ -47,6 +47,14 @@ def test_panes_lie_on_the_plane_of_their_frame():
     assert found.known[30:32, 40:90].all()
 
 
+def test_bars_that_were_measured_a_little_off_lie_on_the_plane_of_their_frame():
+    y, known = window_relief()
+    y[54:56, 44:60] = FRAME + 0.02
+    y[60:76, 64:66] = FRAME - 0.015
+    found = filled(y, known)
+    assert np.ptp(found.y[WINDOW]) < 1e-6
+
+
 def test_gaps_of_the_wall_are_closed_by_the_wall():
     found = filled(*window_relief())
     assert np.allclose(found.y[20:50, 120:140], 0.0)

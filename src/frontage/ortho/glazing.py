@@ -41,6 +41,7 @@ def fill_openings(
     """Fills the gaps of a relief y (h, w) m: of the wall by the wall, of openings by their frames.
 
     `known` are the measured cells, small gaps included, and `inside` those in the outline of the facade.
+    What was measured within `step` of a frame lies on its plane, so that its bars are straight.
     `points` are the flat cell numbers (n,) and the depths (n,) m of all points. Cells are `size` m wide; a
     difference in depth of more than `step` m is an edge. What was measured behind a frame is left out unless
     it is a surface as wide as a door.
@@ -57,6 +58,7 @@ def fill_openings(
     behind = framed & known & (filled > plane + step)
     through = behind & ~solid_cells(behind, np.where(known, filled, np.nan), size, step)
     own = np.where(known & ~through, filled, np.nan)
+    own = np.where(framed & (np.abs(own - plane) <= step), plane, own)
     beside = gridding.nearest_filled(own)
     glass = framed & ~np.isfinite(own) & (beside <= plane + step)
     rest = np.where(np.isfinite(own), own, np.where(framed, beside, wall))
