@@ -122,7 +122,8 @@ def measure_relief(
         return None
     points = picked_rows(inside, points)
     front = points[:, 1] <= DEEPEST_REVEAL_M
-    opaque = np.bincount(cell[front], minlength=shape[0] * shape[1]) >= _OPAQUE_POINTS
+    many = np.bincount(cell[front], minlength=shape[0] * shape[1])
+    opaque = many >= _OPAQUE_POINTS
     seen = front | ~opaque[cell]  # the far wall of a room, seen through a window beside, lies behind
     points, cell = picked_rows(seen, points), cell[seen]
     (low, median, high), _ = gridding.cell_quantiles(cell, points[:, 1], shape, (0.25, 0.5, 0.75))
@@ -136,7 +137,8 @@ def measure_relief(
     near, far = cv2.erode(found.y, box), cv2.dilate(found.y, box)
     deepest = cv2.dilate(np.fmax(found.y, smooth), box)
     steps = measure_steps((cell, points), cells, near, far, step=_STEP_M, raster=raster, gaps=gaps)
-    sky = _above_the_wall(found.known | (found.opening > 0), inside, max(1, round(_EAVES_M / size)))
+    solid = found.known | (found.opening > 0) | (many > 0).reshape(shape)
+    sky = _above_the_wall(solid, inside, max(1, round(_EAVES_M / size)))
     measured = found.known.astype(np.float32)
     return ReliefMap(cells, found.y, near, far, deepest, measured, found.opening, sky, steps)
 
@@ -145,12 +147,12 @@ def _above_the_wall(wall: Bool, inside: Bool, most: int) -> Bool:
     """Cells (h, w) above the topmost one of the `wall` in the outline, `inside`, in their column.
 
     An outline bridges what lies between the corners of a verge or a cornice, where the sky shows; more than
-    `most` cells are a gap of the scan.
+    `most` cells are a gap of the scan. The wall may go on for one cell above its last points.
     """
     within = wall & inside
     top, end = np.argmax(inside, axis=0), np.argmax(within, axis=0)
     short = within.any(axis=0) & (end - top <= most)
-    return np.asarray((np.arange(len(wall))[:, None] < end) & short)
+    return np.asarray((np.arange(1, len(wall) + 1)[:, None] < end) & short)
 
 
 def _agreed(y: Array) -> Array:

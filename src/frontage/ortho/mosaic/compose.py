@@ -9,6 +9,7 @@ from frontage.geometry.arrays import Array
 from frontage.ortho.mosaic.blending import light_corrections
 from frontage.ortho.mosaic.consensus import compare_photos, even_colours
 from frontage.ortho.mosaic.glass import glass_cost
+from frontage.ortho.mosaic.pairs import judge_pairs
 from frontage.ortho.mosaic.pictures import cell_pictures, picked
 from frontage.ortho.mosaic.places import whole_places
 from frontage.ortho.mosaic.radiometry import PhotoGains, balance_photos, even_light
@@ -71,7 +72,7 @@ def compose_mosaic(
     even = even_light(pictures, gains)
     glass = glass_cost(opening, plan.clear, pictures.shown, even)
     codes = even_colours(even)
-    found = compare_photos(codes, plan.clear)
+    found = judge_pairs(codes, compare_photos(codes, plan.clear), plan.clear, opening > 0)
     through = see_through(codes, found, plan, opening > 0)
     place = whole_places(found, plan.clear, plan.cells.gsd)
     plan = plan.seeing(through)

@@ -61,7 +61,7 @@ def compare_photos(codes: Array, clear: Bool) -> Disagreement:
     wall = _median(codes, clear, count)
     known = count >= FEWEST_PHOTOS
     distance = np.stack([length(colours - wall) for colours in codes])
-    noise = max(_typical(distance, clear & known) / 1.54, _FINEST)
+    noise = max(_noise(distance, clear, count), _FINEST)
     slope = _slope(wall)
     sigma = np.sqrt(noise**2 + (_OFF_CELLS * slope) ** 2)
     cost, accepted = _cost(distance, sigma)
@@ -71,6 +71,18 @@ def compare_photos(codes: Array, clear: Bool) -> Disagreement:
     return Disagreement(
         cost, (slope / noise).astype(np.float32), accepted, wall, distance, sigma.astype(np.float32)
     )
+
+
+def _noise(distance: Array, clear: Bool, count: Array) -> float:
+    """The standard deviation of the colours of photos on the wall.
+
+    It is that of three photos or more, of which half lie within 1.54 standard deviations of their median. Two
+    photos lie half as far from their mean as from each other, and an error each makes that 0.71 of it.
+    """
+    several = clear & (count >= FEWEST_PHOTOS)
+    if several.any():
+        return _typical(distance, several) / 1.54
+    return _typical(distance, clear & (count == FEWEST_PHOTOS - 1)) * 2**0.5 / 1.54
 
 
 def _typical(distance: Array, judged: Bool) -> float:

@@ -8,48 +8,22 @@ wall looks like. The probability of the wall follows by Bayes' rule, with the co
 that of the wall.
 """
 
-from dataclasses import dataclass
-
 import cv2
 import numpy as np
 
-from frontage.geometry.arrays import Array, Bool, Float, Int
+from frontage.geometry.arrays import Array, Bool, Float
+from frontage.ortho.mosaic.colours import Colours
 from frontage.ortho.mosaic.consensus import FEWEST_PHOTOS, Disagreement
 from frontage.ortho.views import ViewPlan
 
-_BINS = 32  # of the codes of a channel
 _SAME = 5.7  # standard deviations within which 99.9 % of two colours of one surface lie, in three channels
 _FEWEST = 200  # cells from which the colours of occluders are learned
 _MEDIAN = 1.54  # standard deviations; the median length of normal errors in three channels
-_BLUR = 0.7  # bins, sigma
-_FLOOR = 0.02  # share of colours that were never seen before, all alike
 _WINDOW = 3  # cells over which log odds are averaged
 _ODDS = np.log(1.5)  # of wall against occluder, averaged, from which on the wall is painted
 _GONE = np.log(3.0)  # of the whole of what has no gaps
 _MOST_ODDS = 5.0  # of one cell, so that most of its neighbours decide and not a single one
 _RANGE = (0.02, 0.5)  # of the share of cells in which the wall shows although the scan hides it
-
-
-@dataclass(frozen=True, eq=False)
-class _Colours:
-    """A density of colours, per unit of the cube of codes 0..1."""
-
-    table: Array
-
-    @classmethod
-    def of(cls, codes: Array) -> "_Colours":
-        """The density of colours (n, 3), blurred, with a floor."""
-        count = np.bincount(_bin(codes), minlength=_BINS**3).reshape((_BINS,) * 3).astype(np.float32)
-        for axis in range(3):
-            moved = np.ascontiguousarray(np.moveaxis(count, axis, 0)).reshape(_BINS, -1)
-            moved = cv2.GaussianBlur(moved, (1, 7), sigmaX=0.01, sigmaY=_BLUR)
-            count = np.moveaxis(moved.reshape((_BINS,) * 3), 0, axis)
-        share = count / max(float(count.sum()), 1e-6)
-        return cls((1.0 - _FLOOR) * share * _BINS**3 + _FLOOR)
-
-    def __call__(self, codes: Array) -> Array:
-        """The density (...) at colours (..., 3)."""
-        return np.asarray(np.take(self.table.ravel(), _bin(codes)))
 
 
 def see_through(codes: Array, found: Disagreement, plan: ViewPlan, glass: Bool) -> Bool:
@@ -73,13 +47,13 @@ def see_through(codes: Array, found: Disagreement, plan: ViewPlan, glass: Bool) 
     seen = float(np.clip((learned & same).sum() / learned.sum(), *_RANGE))
     if (learned & ~same).sum() < _FEWEST:
         return through
-    before = _Colours.of(codes[learned & ~same])
+    before = Colours.of(codes[learned & ~same])
     odds = np.full(behind.shape, -20.0, np.float32)
     for kind in (False, True):
         cells = judged.any(0) & (glass == kind)
         sample = known & (glass == kind)
         if cells.any() and sample.any():
-            own = _Colours.of(wall[sample])
+            own = Colours.of(wall[sample])
             odds[:, cells] = _log_odds(codes[:, cells], judged[:, cells], own, before, spread[kind], seen)
     limited = np.where(judged, np.clip(odds, -_MOST_ODDS, _MOST_ODDS), 0.0).astype(np.float32)
     smooth = np.stack([cv2.blur(o, (_WINDOW, _WINDOW)) for o in limited])
@@ -103,7 +77,7 @@ def _spreads(found: Disagreement, clear: Bool, glass: Bool) -> tuple[float, floa
 
 
 def _compared(
-    codes: Array, found: Disagreement, sigma: Array, known: Bool, before: _Colours, seen: float
+    codes: Array, found: Disagreement, sigma: Array, known: Bool, before: Colours, seen: float
 ) -> Array:
     """Log odds (k, h, w) that photos show the wall in cells (k, h, w) in which it is `known`, elsewhere 0."""
     odds = np.zeros(known.shape, np.float32)
@@ -125,9 +99,7 @@ def _stays(odds: Array, solid: Bool) -> Bool:
     return there
 
 
-def _log_odds(
-    codes: Array, judged: Bool, own: _Colours, before: _Colours, sigma: float, seen: float
-) -> Float:
+def _log_odds(codes: Array, judged: Bool, own: Colours, before: Colours, sigma: float, seen: float) -> Float:
     """Log odds (k, n) that photos of colours (k, n, 3) show the wall; without `judged` (k, n) ones -20."""
     k = len(codes)
     other = np.where(judged, before(codes), 1.0)
@@ -150,12 +122,3 @@ def _log_odds(
         mine += weight * share
     chance = np.clip(mine / np.maximum(total, 1e-300), 1e-9, 1.0 - 1e-9)
     return np.where(judged, np.log(chance) - np.log1p(-chance), -20.0)
-
-
-def _bin(codes: Array) -> Int:
-    """The numbers (...) of the cells of the cube of colours (..., 3) in which they lie."""
-    number: Int = np.zeros(codes.shape[:-1], np.int64)
-    for channel in range(3):
-        number *= _BINS
-        number += np.clip(codes[..., channel] * np.float32(_BINS), 0, _BINS - 1).astype(np.int64)
-    return number

@@ -1,0 +1,75 @@
+"""Tells which of two photos shows the wall where they disagree and no third one sees it.
+
+Either both show the wall, in one colour with a normal error, or one of them does and the other shows what the
+scan did not see: a walker, a car that has moved, a lamp beside the camera. The wall's own colours are known
+from where photos agree; of anything else, any colour is alike. The negative logarithm of the probability that
+a photo shows the wall is the cost of taking it.
+"""
+
+from dataclasses import replace
+
+import cv2
+import numpy as np
+
+from frontage.geometry.arrays import Array, Bool, Float
+from frontage.ortho.mosaic.colours import Colours
+from frontage.ortho.mosaic.consensus import FEWEST_PHOTOS, Disagreement
+
+_STRANGE = 0.05  # share of cells in which a photo shows something else than the wall
+_FEWEST = 200  # cells in which photos agree, from which colours of the wall are learned
+_MOST_COST = 10.0
+_WINDOW = 3  # cells over which costs are averaged
+
+
+def judge_pairs(codes: Array, found: Disagreement, clear: Bool, glass: Bool) -> Disagreement:
+    """Returns the comparison of photos with what speaks against each of two that see a cell.
+
+    `codes` (k, h, w, 3) are the colours of the photos, in one light, `clear` (k, h, w) tells where they see
+    the facade with nothing in front, and `glass` (h, w) openings from wall.
+    """
+    count = clear.sum(0)
+    pair = count == FEWEST_PHOTOS - 1
+    agreeing = found.accepted.all(0) & (count >= FEWEST_PHOTOS) | pair & (_apart(found) < 2.0)
+    cost, accepted = np.zeros_like(found.cost), found.accepted.copy()
+    for kind in (False, True):
+        at, sample = pair & (glass == kind), agreeing & (glass == kind)
+        if not at.any() or sample.sum() < _FEWEST:
+            continue
+        which = np.argsort(~clear[:, at], axis=0, kind="stable")[:2]
+        cells = np.arange(which.shape[1])
+        own = Colours.of(found.wall[sample])
+        one, other = (own(codes[:, at][n, cells]) for n in which)
+        chance = _chances(one, other, _fit(found, at))
+        for numbers, mine in zip(which, chance, strict=True):
+            rows, columns = np.nonzero(at)
+            against = np.minimum(-np.log(np.maximum(mine, 1e-9)), _MOST_COST)
+            cost[numbers, rows, columns] = against
+            accepted[numbers, rows, columns] = mine > 0.5
+    smooth = np.stack([cv2.blur(c, (_WINDOW, _WINDOW)) for c in cost])
+    return replace(found, cost=found.cost + smooth, accepted=accepted)
+
+
+def _apart(found: Disagreement) -> Array:
+    """How far (h, w) the colours of two photos lie apart, in standard deviations of their difference.
+
+    Each is half as far from the mean of the two.
+    """
+    return np.asarray(found.distance.max(0) * np.float32(np.sqrt(2.0)) / found.sigma)
+
+
+def _fit(found: Disagreement, at: Bool) -> Float:
+    """The density (n,) of the difference of two photos that both show the wall in cells `at` (h, w)."""
+    spread = np.sqrt(2.0) * found.sigma[at].astype(np.float64)
+    return np.asarray(np.exp(-0.5 * _apart(found)[at] ** 2) / ((2.0 * np.pi) ** 1.5 * spread**3))
+
+
+def _chances(one: Array, other: Array, fit: Float) -> tuple[Float, Float]:
+    """The probabilities (n,) that the one and the other of two photos show the wall.
+
+    `one` and `other` (n,) are the densities of their colours on the wall.
+    """
+    mean = 0.5 * (one + other)
+    both = (1.0 - _STRANGE) ** 2 * mean * fit
+    first, second = ((1.0 - _STRANGE) * _STRANGE * density for density in (one, other))
+    total = both + first + second + _STRANGE**2
+    return np.asarray((both + first) / total), np.asarray((both + second) / total)
