@@ -71,3 +71,13 @@ def test_a_walker_in_one_of_two_photos_is_not_painted(walker_in):
     blue = ortho.pixels[..., 2].astype(int) - ortho.pixels[..., 0] > 20
     assert blue.mean() < 0.0005
     assert (ortho.pixels[330:590, 360:440, 3] > 0).all(), "the other photo shows the wall behind him"
+
+
+def test_photos_that_do_not_see_a_cell_have_no_say_in_it():
+    shown = np.zeros((4, 60, 90), int)
+    shown[1][WALKER] = 2
+    shown[2:] = 1
+    clear = np.ones((4, 60, 90), bool)
+    clear[2:] = False
+    found = seen(shown, clear)
+    assert found.cost[1][WALKER].mean() > 2.0 > 0.5 > found.cost[0][WALKER].mean()

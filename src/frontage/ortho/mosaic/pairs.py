@@ -17,6 +17,7 @@ from frontage.ortho.mosaic.consensus import FEWEST_PHOTOS, Disagreement
 
 _STRANGE = 0.05  # share of cells in which a photo shows something else than the wall
 _FEWEST = 200  # cells in which photos agree, from which colours of the wall are learned
+_AGREE = 2.0  # standard deviations within which two photos show the same
 _MOST_COST = 10.0
 _WINDOW = 3  # cells over which costs are averaged
 
@@ -29,7 +30,8 @@ def judge_pairs(codes: Array, found: Disagreement, clear: Bool, glass: Bool) -> 
     """
     count = clear.sum(0)
     pair = count == FEWEST_PHOTOS - 1
-    agreeing = found.accepted.all(0) & (count >= FEWEST_PHOTOS) | pair & (_apart(found) < 2.0)
+    apart = _apart(found, clear)
+    agreeing = found.accepted.all(0) & (count >= FEWEST_PHOTOS) | pair & (apart < _AGREE)
     cost, accepted = np.zeros_like(found.cost), found.accepted.copy()
     for kind in (False, True):
         at, sample = pair & (glass == kind), agreeing & (glass == kind)
@@ -39,7 +41,7 @@ def judge_pairs(codes: Array, found: Disagreement, clear: Bool, glass: Bool) -> 
         cells = np.arange(which.shape[1])
         own = Colours.of(found.wall[sample])
         one, other = (own(codes[:, at][n, cells]) for n in which)
-        chance = _chances(one, other, _fit(found, at))
+        chance = _chances(one, other, _fit(apart[at], found.sigma[at]))
         for numbers, mine in zip(which, chance, strict=True):
             rows, columns = np.nonzero(at)
             against = np.minimum(-np.log(np.maximum(mine, 1e-9)), _MOST_COST)
@@ -49,18 +51,19 @@ def judge_pairs(codes: Array, found: Disagreement, clear: Bool, glass: Bool) -> 
     return replace(found, cost=found.cost + smooth, accepted=accepted)
 
 
-def _apart(found: Disagreement) -> Array:
+def _apart(found: Disagreement, clear: Bool) -> Array:
     """How far (h, w) the colours of two photos lie apart, in standard deviations of their difference.
 
     Each is half as far from the mean of the two.
     """
-    return np.asarray(found.distance.max(0) * np.float32(np.sqrt(2.0)) / found.sigma)
+    half = np.where(clear, found.distance, np.float32(0.0)).max(0)
+    return np.asarray(half * np.float32(np.sqrt(2.0)) / found.sigma)
 
 
-def _fit(found: Disagreement, at: Bool) -> Float:
-    """The density (n,) of the difference of two photos that both show the wall in cells `at` (h, w)."""
-    spread = np.sqrt(2.0) * found.sigma[at].astype(np.float64)
-    return np.asarray(np.exp(-0.5 * _apart(found)[at] ** 2) / ((2.0 * np.pi) ** 1.5 * spread**3))
+def _fit(apart: Array, sigma: Array) -> Float:
+    """The density (n,) of the difference of two photos that both show the wall."""
+    spread = np.sqrt(2.0) * sigma.astype(np.float64)
+    return np.asarray(np.exp(-0.5 * apart.astype(np.float64) ** 2) / ((2.0 * np.pi) ** 1.5 * spread**3))
 
 
 def _chances(one: Array, other: Array, fit: Float) -> tuple[Float, Float]:
