@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass
 
+import cv2
 import numpy as np
 
 from frontage.geometry.arrays import Array, Bool, Float, Int, picked_rows
@@ -13,6 +14,12 @@ from frontage.raster.zbuffer import local_spacing
 
 _FEWEST_TOGETHER = 3  # points in one cube of the cloud below which they are noise and hide nothing
 _COLUMN_M = 2.0  # of the facade, across which the spacing of beams hardly changes
+_BEFORE_M = 0.5  # of the wall: railings stand farther out, sills and ledges do not
+_WALL_M = 0.3  # of the plane, likewise: wall and glass
+_CELL_M = 0.08  # of a railing, between two bars
+_AROUND_M = 0.5
+_SEEN_THROUGH = 0.6  # share of the cells of a railing in which the wall was seen, too
+_WIDE_CELLS = 5  # of a railing; the sides of a bay are narrower, seen from the front
 _CUBE_M = 0.04  # of which one point is enough: what photos see is told on cells of that size
 _PLACES = 4194301  # of a table of cubes, many more than a facade fills; a prime number
 
@@ -36,8 +43,9 @@ class OccluderCloud:
 def find_occluders(
     facade: Facade, xyz_facade: Float, standing: Standing, surroundings: Scan | None, options: OrthoOptions
 ) -> OccluderCloud:
-    """Returns the points in front of the back of the facade with their local spacing, without lone points.
+    """Returns the points in front of the back of the facade with their local spacing.
 
+    Lone points are left out, and so are railings, which are part of the picture and show what is behind them.
     `xyz_facade` (n, 3) m is the scan of the facade in its frame. Free are the points of what is `standing`
     before it, however near, and all points so far before it that they are no part of it, but for those of
     walls: a neighbour does not leave, and his wall may have the colour of this one.
@@ -59,7 +67,7 @@ def find_occluders(
     gap = np.maximum(np.concatenate(spacing), _CUBE_M).astype(np.float32)
     free = (every[:, 1] < -options.front) & ~standing.holds_in_walls(every) | standing.holds(every)
     solid = free & standing.holds_in_solid(every)
-    part = ~free & np.concatenate(lines)
+    part = ~free & np.concatenate(lines) & ~_of_railings(every)
     return OccluderCloud(*((picked_rows(which, every), gap[which]) for which in (part, free, solid)))
 
 
@@ -76,6 +84,32 @@ def _in_lines(xyz: Array, spacing: Float, together: Float) -> Bool:
     usual = np.bincount(column, np.log(spacing)) / np.maximum(np.bincount(column), 1)
     # `together` points in a cube with edges of spacing sqrt(together): edge / usual of them are a line.
     return np.asarray(spacing <= np.exp(usual)[column] * np.sqrt(together))
+
+
+def _of_railings(xyz: Array) -> Bool:
+    """Which points (n, 3) belong to railings: parts of the facade between which the scan saw the wall.
+
+    Behind a parapet there are no points of the wall; behind a railing, there are in most places.
+    """
+    found = xyz[:, 1] < -_BEFORE_M
+    behind = np.flatnonzero(np.abs(xyz[:, 1]) < _WALL_M)
+    before = np.flatnonzero(found)
+    if not len(before) or not len(behind):
+        return np.zeros_like(found)
+    corner = np.minimum(xyz[before].min(0), xyz[behind].min(0))
+    column, row = (np.floor((xyz[:, k] - corner[k]) / _CELL_M).astype(np.int64) for k in (0, 2))
+    shape = int(row[before].max()) + 1, int(column[before].max()) + 1
+    wall, part = np.zeros(shape, np.uint8), np.zeros(shape, np.uint8)
+    within = behind[(row[behind] < shape[0]) & (column[behind] < shape[1])]
+    wall[row[within], column[within]] = 1
+    part[row[before], column[before]] = 1
+    around = (round(_AROUND_M / _CELL_M) | 1,) * 2
+    both = cv2.blur((part & cv2.dilate(wall, np.ones((3, 3), np.uint8))).astype(np.float32), around)
+    share = both / np.maximum(cv2.blur(part.astype(np.float32), around), np.float32(1e-6))
+    whole = cv2.morphologyEx(part, cv2.MORPH_CLOSE, np.ones((1, 3), np.uint8))
+    wide = cv2.morphologyEx(whole, cv2.MORPH_OPEN, np.ones((1, _WIDE_CELLS), np.uint8)) > 0
+    found[before] = ((share > _SEEN_THROUGH) & wide)[row[before], column[before]]
+    return found
 
 
 def _one_of_each_cube(xyz: Float) -> Int:
