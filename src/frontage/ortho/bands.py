@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 
+import cv2
 import numpy as np
 
 from frontage.geometry.arrays import Array
@@ -14,6 +15,8 @@ from frontage.ortho.surface import DrawingSurface
 from frontage.raster.tiles import allocate, tiles
 
 TILE_PX = 1024
+_SAMPLED = 8  # one of so many pixels, along rows and columns, tells how bright the facade is
+_BRIGHT = 0.9  # quantile of its codes; the sky is brighter than most walls
 _MUCH_MISSING = 0.25  # share that must be missing before a picture of two kinds is better than one with holes
 
 
@@ -113,7 +116,7 @@ def clear_outside(
     The wall ends half a spacing beyond its last points, on which the outline runs. Within the margin of the
     outline, measured surfaces stay.
 
-    Above the topmost measured cell is sky, even in the outline, which is straight between its corners.
+    What is bright above the topmost points is sky, even in the outline, which is straight between corners.
 
     Where no relief was measured at all, nothing can tell a cornice from the sky, and the whole margin stays.
     """
@@ -122,11 +125,13 @@ def clear_outside(
     measured = bands.relief is not None and any(
         np.isfinite(bands.depth[t.window]).any() for t in tiles(raster.height, raster.width, TILE_PX)
     )
+    brightest = _brightest(bands)
     for tile in tiles(raster.height, raster.width, TILE_PX):
         outside = ~inside_outline(facade, raster, tile, options.margin)
         within = inside_outline(facade, raster, tile, 0.5 * facade.spacing)
         if bands.relief is not None:
-            within &= bands.relief.below_sky(raster, tile)
+            beyond = ~bands.relief.below_sky(raster, tile)
+            within &= ~beyond | (_light(bands.pixels[tile.window]) < brightest)
         if measured:
             outside |= ~(np.isfinite(bands.depth[tile.window]) | within)
         source = bands.source[tile.window]
@@ -137,3 +142,16 @@ def clear_outside(
             for band in (bands.depth if bands.relief else None, bands.gsd, intensity):
                 if band is not None:
                     np.copyto(band[tile.window], np.nan, where=outside)
+
+
+def _brightest(bands: Bands) -> float:
+    """The code that nine of ten pixels of the measured facade do not reach."""
+    sample = np.s_[::_SAMPLED, ::_SAMPLED]
+    known = np.isfinite(bands.depth[sample]) & (bands.pixels[sample][..., 3] > 0)
+    codes = bands.pixels[sample][known][:, :3]
+    return float(np.quantile(codes.mean(axis=1), _BRIGHT)) if len(codes) else float("inf")
+
+
+def _light(pixels: Array) -> Array:
+    """The mean code (m, n) of pixels (m, n, 4) and of those around them."""
+    return np.asarray(cv2.blur(cv2.cvtColor(pixels, cv2.COLOR_RGBA2GRAY), (5, 5)))

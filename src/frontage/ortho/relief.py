@@ -147,12 +147,12 @@ def _above_the_wall(wall: Bool, inside: Bool, most: int) -> Bool:
     """Cells (h, w) above the topmost one of the `wall` in the outline, `inside`, in their column.
 
     An outline bridges what lies between the corners of a verge or a cornice, where the sky shows; more than
-    `most` cells are a gap of the scan. The wall may go on for one cell above its last points.
+    `most` cells are a gap of the scan.
     """
     within = wall & inside
     top, end = np.argmax(inside, axis=0), np.argmax(within, axis=0)
     short = within.any(axis=0) & (end - top <= most)
-    return np.asarray((np.arange(1, len(wall) + 1)[:, None] < end) & short)
+    return np.asarray((np.arange(len(wall))[:, None] < end) & short)
 
 
 def _agreed(y: Array) -> Array:
