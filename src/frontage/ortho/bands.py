@@ -16,7 +16,7 @@ from frontage.raster.tiles import allocate, tiles
 
 TILE_PX = 1024
 _SAMPLED = 8  # one of so many pixels, along rows and columns, tells how bright the facade is
-_BRIGHT = 0.9  # quantile of its codes; the sky is brighter than most walls
+_BRIGHT = 0.95  # quantile of its codes; the sky is brighter than most walls
 _MUCH_MISSING = 0.25  # share that must be missing before a picture of two kinds is better than one with holes
 
 
@@ -145,7 +145,7 @@ def clear_outside(
 
 
 def _brightest(bands: Bands) -> float:
-    """The code that nine of ten pixels of the measured facade do not reach."""
+    """The code that most pixels of the measured facade do not reach."""
     sample = np.s_[::_SAMPLED, ::_SAMPLED]
     known = np.isfinite(bands.depth[sample]) & (bands.pixels[sample][..., 3] > 0)
     codes = bands.pixels[sample][known][:, :3]

@@ -65,9 +65,10 @@ def find_occluders(
         lines.append(_in_lines(xyz[-1], s, k))
     every = np.concatenate([points.T for points in xyz], axis=1).T
     gap = np.maximum(np.concatenate(spacing), _CUBE_M).astype(np.float32)
-    free = (every[:, 1] < -options.front) & ~standing.holds_in_walls(every) | standing.holds(every)
+    walls = standing.holds_in_walls(every)
+    free = (every[:, 1] < -options.front) & ~walls | standing.holds(every)
     solid = free & standing.holds_in_solid(every)
-    part = ~free & np.concatenate(lines) & ~_of_railings(every)
+    part = ~free & np.concatenate(lines) & (walls | ~_of_railings(every))
     return OccluderCloud(*((picked_rows(which, every), gap[which]) for which in (part, free, solid)))
 
 

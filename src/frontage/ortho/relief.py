@@ -147,12 +147,14 @@ def _above_the_wall(wall: Bool, inside: Bool, most: int) -> Bool:
     """Cells (h, w) above the topmost one of the `wall` in the outline, `inside`, in their column.
 
     An outline bridges what lies between the corners of a verge or a cornice, where the sky shows; more than
-    `most` cells are a gap of the scan.
+    `most` cells are a gap of the scan. Single cells tell nothing.
     """
     within = wall & inside
     top, end = np.argmax(inside, axis=0), np.argmax(within, axis=0)
     short = within.any(axis=0) & (end - top <= most)
-    return np.asarray((np.arange(len(wall))[:, None] < end) & short)
+    above = (np.arange(len(wall))[:, None] < end) & short
+    pair = np.ones((1, 2), np.uint8)
+    return np.asarray(cv2.morphologyEx(above.astype(np.uint8), cv2.MORPH_OPEN, pair) > 0)
 
 
 def _agreed(y: Array) -> Array:
