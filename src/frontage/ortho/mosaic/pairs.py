@@ -31,6 +31,8 @@ def judge_pairs(codes: Array, found: Disagreement, clear: Bool, glass: Bool) -> 
     count = clear.sum(0)
     pair = count == FEWEST_PHOTOS - 1
     apart = _apart(found, clear)
+    if not pair.any():
+        return found
     agreeing = found.accepted.all(0) & (count >= FEWEST_PHOTOS) | pair & (apart < _AGREE)
     cost, accepted = np.zeros_like(found.cost), found.accepted.copy()
     for kind in (False, True):
@@ -47,8 +49,10 @@ def judge_pairs(codes: Array, found: Disagreement, clear: Bool, glass: Bool) -> 
             against = np.minimum(-np.log(np.maximum(mine, 1e-9)), _MOST_COST)
             cost[numbers, rows, columns] = against
             accepted[numbers, rows, columns] = mine > 0.5
-    smooth = np.stack([cv2.blur(c, (_WINDOW, _WINDOW)) for c in cost])
-    return replace(found, cost=found.cost + smooth, accepted=accepted)
+    for against in cost:
+        cv2.blur(against, (_WINDOW, _WINDOW), dst=against)
+    cost += found.cost
+    return replace(found, cost=cost, accepted=accepted)
 
 
 def _apart(found: Disagreement, clear: Bool) -> Array:

@@ -19,6 +19,7 @@ from frontage.ortho.views import ViewPlan
 _SAME = 5.7  # standard deviations within which 99.9 % of two colours of one surface lie, in three channels
 _FEWEST = 200  # cells from which the colours of occluders are learned
 _MEDIAN = 1.54  # standard deviations; the median length of normal errors in three channels
+_SAMPLED = 3  # one of so many cells, along rows and columns, tells how much photos differ
 _WINDOW = 3  # cells over which log odds are averaged
 _ODDS = np.log(1.5)  # of wall against occluder, averaged, from which on the wall is painted
 _GONE = np.log(3.0)  # of the whole of what has no gaps
@@ -68,11 +69,14 @@ def _spreads(found: Disagreement, clear: Bool, glass: Bool) -> tuple[float, floa
     Behind glass and in its reflections every photo shows something else.
     """
     out = []
+    some = np.s_[..., ::_SAMPLED, ::_SAMPLED]
+    clear, glass, distance, sigma = clear[some], glass[some], found.distance[some], found.sigma[some]
+    count = clear.sum(0)
     for kind in (False, True):
-        compared = clear & (glass == kind) & (clear.sum(0) >= FEWEST_PHOTOS)
-        typical = float(np.median(found.distance[compared])) / _MEDIAN if compared.any() else 0.0
-        cells = clear.any(0) & (glass == kind)
-        out.append(max(typical, float(np.median(found.sigma[cells])) if cells.any() else 0.0))
+        compared = clear & (glass == kind) & (count >= FEWEST_PHOTOS)
+        typical = float(np.median(distance[compared])) / _MEDIAN if compared.any() else 0.0
+        cells = (count > 0) & (glass == kind)
+        out.append(max(typical, float(np.median(sigma[cells])) if cells.any() else 0.0))
     return max(out[0], 1e-6), max(out)
 
 

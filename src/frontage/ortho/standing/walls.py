@@ -14,8 +14,8 @@ _MOSTLY = 0.7  # share of the points of a group on such planes
 _PLANES = 3  # of a group, at most
 _FLAT_M = 0.15  # of a plane, from its middle
 _DIRECTIONS = 120  # 1.5 degrees apart
-_CELL_M = 0.25  # of a plane, which counts where it holds points
-_ENOUGH = 4000  # points, which tell as much as all
+_CELL_M = 0.4  # of a plane, which counts where it holds points
+_ENOUGH = 1500  # points, which tell as much as all
 
 
 def is_building(xyz: Array) -> bool:
