@@ -26,7 +26,7 @@ def figures(pixels: Array, source: Array, singles: list[Single], truth: SeenWall
         "edge": edge,
         "sharp": sharpness,
         "alike": likeness,
-        "occluder": _painted_behind(source, truth),
+        "occluder": painted_behind(source, truth),
         "wall": covered(known, truth.wall, truth),
         "glass": covered(known, truth.glass, truth),
         "colour": colour_difference(pixels, known & truth.wall & sure, truth.rgb),
@@ -128,7 +128,7 @@ def _from_clear(source: Array, truth: SeenWall) -> Bool:
     return _upsampled(clear, source.shape)
 
 
-def _painted_behind(source: Array, truth: SeenWall) -> float:
+def painted_behind(source: Array, truth: SeenWall) -> float:
     """The share of the painted facade that shows what stands before it; several photos: their share."""
     label, shown = _sampled(source, truth).astype(np.int64), _sampled(truth.wall | truth.glass, truth)
     hidden = np.take_along_axis(truth.behind, np.maximum(label - 1, 0)[None], 0)[0].astype(float)

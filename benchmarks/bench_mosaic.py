@@ -11,10 +11,10 @@ true facades and true poses. Every line of the table is the median over facades 
 - colour: mean difference (CIE Lab) to the facade in even light after one gain per channel
 - shift: median displacement against the true ortho-image, px
 
-A line below tells how many of the things before the facades are in their `occluders.json`. Four more parts:
-what is drawn on walkers near the wall on narrow pavements; the Ingolstadt scene against its true
-ortho-images, beside paper A's homography of one photo; the time of a facade of 30 x 15 m over that of
-decoding its photos; and the memory for a street of 200 photos.
+A line below tells how many of the things before the facades are in their `occluders.json`. Five more parts:
+facades of other streets that one, two or three photos see; what is drawn on walkers near the wall on narrow
+pavements; the Ingolstadt scene against its true ortho-images, beside paper A's homography of one photo; the
+time of a facade of 30 x 15 m over that of decoding its photos; and the memory for a street of 200 photos.
 
     python benchmarks/bench_mosaic.py [--quick] [--only PART] [--views DIR] [--kept DIR] [--run DIR]
 
@@ -30,6 +30,7 @@ import cv2
 import numpy as np
 
 from _common import bootstrap, figure, table
+from _fewphotos import few_photos
 from _mosaics import CASES, Single, Street, front, record, seen_wall, single_photos
 from _mosaicscore import figures
 from _mosaictime import many_photos, time_of_a_large_front
@@ -46,7 +47,7 @@ FIGURES = {
     "colour": "", "shift": "px",
 }  # fmt: skip
 OPTIONS = OrthoOptions(gsd=GSD)
-PARTS = ("many", "streets", "walkers", "ingolstadt", "time")
+PARTS = ("many", "streets", "few", "walkers", "ingolstadt", "time")
 Mosaic = tuple[Array, Array]
 """Pixels (h, w, 3 or 4) uint8, and 1 + the number of the photo of every pixel; 0 = empty, -1 = several."""
 
@@ -172,6 +173,8 @@ if __name__ == "__main__":
         many_photos()
     if "streets" in parts:
         simulated(((f"street{n}", record(case)) for n, case in enumerate(cases)), given.views)
+    if "few" in parts:
+        few_photos(given.quick)
     if "walkers" in parts:
         walkers(given.quick)
     if "ingolstadt" in parts:
