@@ -11,7 +11,7 @@ from dataclasses import replace
 import cv2
 import numpy as np
 
-from frontage.geometry.arrays import Array, Bool, Float
+from frontage.geometry.arrays import Array, Bool, Float, Int
 from frontage.ortho.mosaic.colours import Colours
 from frontage.ortho.mosaic.consensus import FEWEST_PHOTOS, Disagreement
 
@@ -30,29 +30,33 @@ def judge_pairs(codes: Array, found: Disagreement, clear: Bool, glass: Bool) -> 
     """
     count = clear.sum(0)
     pair = count == FEWEST_PHOTOS - 1
-    apart = _apart(found, clear)
     if not pair.any():
         return found
+    apart = _apart(found, clear)
     agreeing = found.accepted.all(0) & (count >= FEWEST_PHOTOS) | pair & (apart < _AGREE)
     cost, accepted = np.zeros_like(found.cost), found.accepted.copy()
     for kind in (False, True):
         at, sample = pair & (glass == kind), agreeing & (glass == kind)
-        if not at.any() or sample.sum() < _FEWEST:
-            continue
-        which = np.argsort(~clear[:, at], axis=0, kind="stable")[:2]
-        cells = np.arange(which.shape[1])
-        own = Colours.of(found.wall[sample])
-        one, other = (own(codes[:, at][n, cells]) for n in which)
-        chance = _chances(one, other, _fit(apart[at], found.sigma[at]))
-        for numbers, mine in zip(which, chance, strict=True):
-            rows, columns = np.nonzero(at)
-            against = np.minimum(-np.log(np.maximum(mine, 1e-9)), _MOST_COST)
-            cost[numbers, rows, columns] = against
-            accepted[numbers, rows, columns] = mine > 0.5
+        if at.any() and sample.sum() >= _FEWEST:
+            place, chance = _judged(codes, clear, at, Colours.of(found.wall[sample]), apart, found.sigma)
+            cost[place] = np.minimum(-np.log(np.maximum(chance, 1e-9)), _MOST_COST)
+            accepted[place] = chance > 0.5
     for against in cost:
         cv2.blur(against, (_WINDOW, _WINDOW), dst=against)
     cost += found.cost
     return replace(found, cost=cost, accepted=accepted)
+
+
+def _judged(
+    codes: Array, clear: Bool, at: Bool, own: Colours, apart: Array, sigma: Array
+) -> tuple[tuple[Int, Int, Int], Float]:
+    """The places (photos, rows, columns) of pairs in cells `at` (h, w); how likely each shows the wall."""
+    rows, columns = np.nonzero(at)
+    first, second = np.argsort(~clear[:, rows, columns], axis=0, kind="stable")[:2]
+    one, other = (own(codes[photo, rows, columns]) for photo in (first, second))
+    chances = _chances(one, other, _fit(apart[at], sigma[at]))
+    place = np.concatenate([first, second]), np.tile(rows, 2), np.tile(columns, 2)
+    return place, np.concatenate(chances)
 
 
 def _apart(found: Disagreement, clear: Bool) -> Array:
