@@ -15,7 +15,8 @@ from frontage.ortho.surface import DrawingSurface
 from frontage.raster.tiles import allocate, tiles
 
 TILE_PX = 1024
-_SAMPLED = 8  # one of so many pixels, along rows and columns, tells how bright the facade is
+_SAMPLED = 8  # one of so many pixels or more, along rows and columns, tells how bright the facade is
+_ENOUGH = 1_000_000  # of these pixels
 _BRIGHT = 0.95  # quantile of its codes; the sky is brighter than most walls
 _MUCH_MISSING = 0.25  # share that must be missing before a picture of two kinds is better than one with holes
 
@@ -145,8 +146,11 @@ def clear_outside(
 
 
 def _brightest(bands: Bands) -> float:
-    """The code that most pixels of the measured facade do not reach."""
-    sample = np.s_[::_SAMPLED, ::_SAMPLED]
+    """The code that most pixels of the measured facade do not reach; infinite without a relief."""
+    if bands.relief is None:
+        return float("inf")
+    step = max(_SAMPLED, round(np.sqrt(bands.source.size / _ENOUGH)))
+    sample = np.s_[::step, ::step]
     known = np.isfinite(bands.depth[sample]) & (bands.pixels[sample][..., 3] > 0)
     codes = bands.pixels[sample][known][:, :3]
     return float(np.quantile(codes.mean(axis=1), _BRIGHT)) if len(codes) else float("inf")
