@@ -1,7 +1,8 @@
 """Chooses the coarse solids of a building: those of the city model, or blocks behind its facades."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
@@ -11,6 +12,7 @@ from frontage.solids.coarse.cloud_blocks import cloud_blocks
 from frontage.solids.coarse.eaves import clean_outline
 from frontage.solids.coarse.extrude import ground_block
 from frontage.solids.coarse.host import Host, host_solid
+from frontage.solids.coarse.plan_facade import PlanFacade
 from frontage.solids.options import BuildOptions
 from frontage.solids.relief import FacadeReliefs
 from frontage.solids.walls import find_walls
@@ -46,11 +48,12 @@ def coarse_model(
     behind the facades. Returns S302, S304, S305 or S306 if none of them does.
     """
     reason = ""
+    fronts = [PlanFacade.of(f, clean_outline(f, building.ground_z)) for f in facades]
     if shells:
-        solids = _from_model(building, shells, world)
+        solids = _from_model(building, shells, world, partial(_valid_host, fronts=fronts, options=options))
         if isinstance(solids, CoarseModel) and (not facades or _has_wall_near(solids, facades, options)):
             return solids
-        ground = _from_ground(building, facades, shells, world)
+        ground = _from_ground(building, facades, shells, world, fronts=fronts, options=options)
         if isinstance(ground, CoarseModel) and _has_wall_near(ground, facades, options):
             return ground
         far = f"{building.id}: no wall of the city model is within {options.max_offset:g} m of a facade"
@@ -66,8 +69,13 @@ def _has_wall_near(coarse: CoarseModel, facades: Sequence[Facade], options: Buil
     return any(find_walls(h.solid, o, options) for o in outlines for h in coarse.hosts)
 
 
-def _from_model(building: Building, shells: Sequence[Shell], world: WorldRef) -> CoarseModel | Failed:
-    """Makes a host of every part of the city model; a part that does not close becomes a block."""
+def _from_model(
+    building: Building,
+    shells: Sequence[Shell],
+    world: WorldRef,
+    host: Callable[[str, Sequence[Surface], WorldRef], Host | Failed],
+) -> CoarseModel | Failed:
+    """Makes a `host` of every part of the city model; a part that does not close becomes a block."""
     parts: dict[str, list[Surface]] = {}
     for shell in shells:
         if not shell.installation:
@@ -75,7 +83,7 @@ def _from_model(building: Building, shells: Sequence[Shell], world: WorldRef) ->
     hosts, names, notes = [], [], []
     last_failure: Failed | None = None
     for name, surfaces in parts.items():
-        made = _valid_host(name or building.id, surfaces, world)
+        made = host(name or building.id, surfaces, world)
         if isinstance(made, Failed):
             last_failure = made
             notes.append(made.message)
@@ -89,7 +97,13 @@ def _from_model(building: Building, shells: Sequence[Shell], world: WorldRef) ->
 
 
 def _from_ground(
-    building: Building, facades: Sequence[Facade], shells: Sequence[Shell], world: WorldRef
+    building: Building,
+    facades: Sequence[Facade],
+    shells: Sequence[Shell],
+    world: WorldRef,
+    *,
+    fronts: Sequence[PlanFacade],
+    options: BuildOptions,
 ) -> CoarseModel | Failed:
     """Extrudes the model's ground polygons from the foot to the top of the facades.
 
@@ -105,7 +119,7 @@ def _from_ground(
             if s.semantics == "GroundSurface" and not shell.installation:
                 rings = [np.column_stack([r[:, :2], np.full(len(r), low)]) for r in (s.ring, *s.holes)]
                 ground = Surface(rings[0], s.semantics, s.source_id, tuple(rings[1:]))
-                made = ground_block(building.id, [ground], world, high)
+                made = ground_block(building.id, [ground], world, high, fronts=fronts, options=options)
                 if isinstance(made, Host) and not validate(made.solid):
                     hosts.append(made)
                     names.append(shell.part or (building.id if names else ""))
@@ -134,12 +148,19 @@ def _from_cloud(
     return CoarseModel("cloud", blocks, names, notes)
 
 
-def _valid_host(name: str, surfaces: Sequence[Surface], world: WorldRef) -> Host | Failed:
+def _valid_host(
+    name: str,
+    surfaces: Sequence[Surface],
+    world: WorldRef,
+    *,
+    fronts: Sequence[PlanFacade],
+    options: BuildOptions,
+) -> Host | Failed:
     """Makes a valid host: the polygons as they are, under a lid, or the ground extruded to the walls' top."""
     made = host_solid(name, surfaces, world, lid=True)
     if isinstance(made, Host) and not validate(made.solid):
         return made
-    block = ground_block(name, surfaces, world)
+    block = ground_block(name, surfaces, world, fronts=fronts, options=options)
     if isinstance(block, Host) and not validate(block.solid):
         why = made.message if isinstance(made, Failed) else f"{name}: the city model's solid is not valid"
         return Host(block.solid, (why, *block.notes))

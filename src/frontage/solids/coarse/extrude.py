@@ -12,17 +12,27 @@ from frontage.geometry.ring import polygon_ring
 from frontage.model import Face, Failed, Solid, Surface, WorldRef
 from frontage.solids.brep import GRID_PER_M, newell_normal
 from frontage.solids.coarse.host import Host, host_solid
+from frontage.solids.coarse.overhangs import with_overhangs
+from frontage.solids.coarse.plan_facade import PlanFacade
+from frontage.solids.options import BuildOptions
 
 _UP = 0.5  # vertical component of the normal of a block's roof or ground, at least
 
 
 def ground_block(
-    building: str, surfaces: Sequence[Surface], world: WorldRef, top: float | None = None
+    building: str,
+    surfaces: Sequence[Surface],
+    world: WorldRef,
+    top: float | None = None,
+    *,
+    fronts: Sequence[PlanFacade] = (),
+    options: BuildOptions | None = None,
 ) -> Host | Failed:
     """Extrudes a building's one ground polygon up to `top` (m local; None = the top of its highest wall).
 
     The host of a model whose walls and roof do not close: its walls are those of the model in plan, its roof
-    is flat. Returns S304 if there is not exactly one ground polygon, or nothing gives the height.
+    is flat. Its plan reaches up to the measured `fronts` that stand before the ground polygon. Returns S304
+    if there is not exactly one ground polygon, or nothing gives the height.
     """
     grounds = [s for s in surfaces if s.semantics == "GroundSurface"]
     walls = [s.ring[:, 2].max() for s in surfaces if s.semantics == "WallSurface"]
@@ -30,11 +40,27 @@ def ground_block(
         text = f"{building}: a block needs one ground polygon and a height; there are {len(grounds)} polygons"
         return Failed("S304", text, "use a block made from the facade")
     high = float(max(walls)) if top is None else top
-    made = host_solid(building, _prism_surfaces(grounds[0], high), world, "1")
+    ground, notes = _with_overhangs(building, grounds[0], fronts, options or BuildOptions())
+    made = host_solid(building, _prism_surfaces(ground, high), world, "1")
     if not isinstance(made, Host):
         return made
     note = f"{building}: a block over its ground polygon up to {high:.2f} m replaces the city model's solid"
-    return Host(made.solid, (note, *made.notes))
+    return Host(made.solid, (note, *notes, *made.notes))
+
+
+def _with_overhangs(
+    building: str, ground: Surface, fronts: Sequence[PlanFacade], options: BuildOptions
+) -> tuple[Surface, tuple[str, ...]]:
+    """Returns a ground polygon, at its mean height, under the storeys that jut out, and a note on that."""
+    plan = Polygon(ground.ring[:, :2], [hole[:, :2] for hole in ground.holes])
+    wide = with_overhangs(plan, fronts, options) if fronts and plan.is_valid else plan
+    if wide is plan:
+        return ground, ()
+    z = float(ground.ring[:, 2].mean())
+    rings = [np.array(r.coords)[:-1] for r in (wide.exterior, *wide.interiors)]
+    flat = [np.column_stack([r, np.full(len(r), z)]) for r in rings]
+    more = f"{wide.area - plan.area:.1f} m2 that jut out over its ground polygon are built to the ground"
+    return Surface(flat[0], ground.semantics, ground.source_id, tuple(flat[1:])), (f"{building}: {more}",)
 
 
 def _prism_surfaces(ground: Surface, high: float) -> list[Surface]:
