@@ -16,6 +16,7 @@ from frontage.openings.wall.innerface import InnerFace, find_inner_face, with_in
 from frontage.openings.wall.noreturn import with_lost_beams
 from frontage.openings.wall.panels import without_panels
 from frontage.openings.wall.recesses import with_recesses
+from frontage.openings.wall.slats import find_slats, with_slats
 
 _FEWEST_POINTS = 200  # fewer points tell neither the density nor the noise of a wall
 
@@ -73,6 +74,10 @@ def observe_wall(facade: Facade, scan: Scan, options: OpeningOptions) -> Observe
     posts = find_posts(beams, evidence, ground)
     if posts:
         beams = with_posts(beams, posts)
+        evidence = again(facade, beams)
+    slats = find_slats(evidence)
+    if slats:
+        beams = with_slats(beams, slats)
         evidence = again(facade, beams)
     return ObservedWall(facade, beams, evidence, posts, ground)
 

@@ -12,8 +12,9 @@ _SHARE = 0.75  # share of the borders that nothing hides that a small opening sh
 def is_opening(outline: Outline) -> bool:
     """Returns whether an outline is that of an opening, not of a gap in the scan of a solid wall.
 
-    Beams that went through the wall prove that it is open, so this concerns scans without known lines of
-    sight only. Gaps have some straight borders as well: along the ledge or the pipe that throws the shadow.
+    Beams that went through the wall prove that it is open, so where lines of sight are known only what is
+    small and shows no border at all is left out, as a few beams are that end behind the top of a wall.
+    Without them, gaps have some straight borders as well: along the ledge or the pipe that throws the shadow.
     What is no larger than such gaps is an opening only if its frame shows and is surely deeper than the
     panels of a wall, as those of sunken ornaments and blind niches are not, and if it shows three of its
     four borders beyond doubt, or, where something stands before others, two and most of those left. Of
@@ -21,11 +22,11 @@ def is_opening(outline: Outline) -> bool:
     have the form of a rectangle and wall around. Where neither shows, points are merely missing, as behind
     the ledges of a frieze.
     """
-    if outline.has_rays:
-        return True
     x0, z0, x1, z1 = outline.place
     size, depth = min(x1 - x0, z1 - z0), outline.depth
     seen = sum(b.is_seen for b in outline.borders)
+    if outline.has_rays:
+        return size >= _SMALL or seen > 0
     if depth is None:
         return size >= _SMALL_EMPTY and seen > 0
     if size >= _SMALL:

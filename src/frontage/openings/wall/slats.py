@@ -1,0 +1,110 @@
+"""Louvres: slats level with the wall that part an opening into a stack of equal gaps."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy import ndimage
+
+from frontage.geometry.arrays import Bool, Float
+from frontage.model.masonry import MASONRY
+from frontage.openings.boxes import Box
+from frontage.openings.wall.beams import Beams
+from frontage.openings.wall.evidence import Evidence
+from frontage.openings.wall.raster import closed
+
+_THICKEST = 2.0 * MASONRY.half_brick  # m, largest height of a slat; no lintel carries a wall with so little
+_FEWEST = 3  # slats of a louvre at least: fewer are transoms and sills
+_NARROWEST = 0.3  # m, least width of a slat
+_ALIKE = 0.15  # share of their width by which the ends of neighbouring slats differ at most
+_EVEN = 0.25  # share of the mean pitch by which a pitch differs from it at most
+_FULL = 0.7  # share of its box that a slat fills, and of a gap that is open
+
+
+@dataclass(frozen=True)
+class _Slat:
+    """The rows [r0, r1) and columns [c0, c1) of a slat."""
+
+    r0: int
+    r1: int
+    c0: int
+    c1: int
+
+    @property
+    def middle(self) -> float:
+        """The row of its middle."""
+        return (self.r0 + self.r1) / 2.0
+
+
+def find_slats(evidence: Evidence) -> tuple[Box, ...]:
+    """Finds the slats (m) of louvres: no thicker than a brick, equally wide, at equal distances.
+
+    Nothing that carries a wall is so thin and repeats itself so near.
+    """
+    thick = int(_THICKEST / evidence.raster.cell)
+    if thick < 2:  # cells are too large for slats
+        return ()
+    open_ = evidence.is_open & evidence.inside
+    bars = closed(open_, (thick + 1, 1)) & ~open_
+    labels, _ = ndimage.label(bars)
+    least = _NARROWEST / evidence.raster.cell
+    slats = []
+    for number, (rows, columns) in enumerate(ndimage.find_objects(labels), 1):
+        full = float((labels[rows, columns] == number).mean())
+        if columns.stop - columns.start >= least and rows.stop - rows.start <= thick and full >= _FULL:
+            slats.append(_Slat(rows.start, rows.stop, columns.start, columns.stop))
+    stacks = _stacks(sorted(slats, key=lambda s: (s.r0, s.c0)), open_)
+    return tuple(evidence.raster.box(s.r0, s.c0, s.r1, s.c1) for stack in stacks for s in stack)
+
+
+def _stacks(slats: Sequence[_Slat], open_: Bool) -> list[list[_Slat]]:
+    """Returns the stacks of slats above one another that are evenly apart, with open gaps between them."""
+    stacks: list[list[_Slat]] = []
+    for slat in slats:
+        own = next((s for s in stacks if _is_next(s[-1], slat, open_)), None)
+        if own is None:
+            stacks.append([slat])
+        else:
+            own.append(slat)
+    return [s for s in stacks if len(s) >= _FEWEST and _is_even(s)]
+
+
+def _is_next(lower: _Slat, upper: _Slat, open_: Bool) -> bool:
+    """Returns whether a slat is the next one above another: as wide, with nothing but a gap between."""
+    width = max(lower.c1 - lower.c0, upper.c1 - upper.c0)
+    off = max(abs(lower.c0 - upper.c0), abs(lower.c1 - upper.c1))
+    if upper.r0 <= lower.r1 or off > max(_ALIKE * width, 2.0):
+        return False
+    gap = open_[lower.r1 : upper.r0, max(lower.c0, upper.c0) : min(lower.c1, upper.c1)]
+    return gap.size > 0 and float(gap.mean()) >= _FULL
+
+
+def _is_even(stack: Sequence[_Slat]) -> bool:
+    """Returns whether slats follow one another at equal distances."""
+    pitch = np.diff([s.middle for s in stack])
+    return bool(np.abs(pitch - pitch.mean()).max() <= max(_EVEN * pitch.mean(), 1.0))
+
+
+def with_slats(beams: Beams, slats: Sequence[Box]) -> Beams:
+    """Returns the beams with slats right behind the wall, as joinery is, instead of on it."""
+    behind = 2.0 * beams.least
+
+    def held(x: Float, z: Float) -> Bool:
+        """Returns which of the places (n,) m lie on a slat."""
+        return np.asarray(np.any([(x >= a) & (x <= c) & (z >= b) & (z <= d) for a, b, c, d in slats], axis=0))
+
+    points, lines = beams.points.copy(), beams.lines
+    depth = beams.depth_at(points[:, 0], points[:, 2])
+    on = held(points[:, 0], points[:, 2]) & (np.abs(points[:, 1] - depth) <= beams.least)
+    points[on, 1] = depth[on] + behind
+    ended = held(*lines.place) & (np.abs(lines.y - lines.level) <= beams.least)
+    some = held(*beams.solid.T)
+    return replace(
+        beams,
+        solid=beams.solid[~some],
+        solid_depth=beams.solid_depth[~some],
+        open=np.vstack([beams.open, beams.solid[some]]),
+        open_depth=np.append(beams.open_depth, np.full(int(some.sum()), behind)),
+        points=points,
+        lines=replace(lines, y=np.where(ended, lines.level + behind, lines.y)),
+    )
