@@ -12,9 +12,10 @@ _SHARE = 0.75  # share of the borders that nothing hides that a small opening sh
 def is_opening(outline: Outline) -> bool:
     """Returns whether an outline is that of an opening, not of a gap in the scan of a solid wall.
 
-    Beams that went through the wall prove that it is open, so where lines of sight are known only what is
-    small and shows no border at all is left out, as a few beams are that end behind the top of a wall.
-    Without them, gaps have some straight borders as well: along the ledge or the pipe that throws the shadow.
+    Beams that went through the wall prove that it is open, so where lines of sight are known only small
+    outlines are judged: one border must show, as it does not where a few beams end behind the top of a wall,
+    and without a depth three of four, as they do not at the rim of a scan. Without lines of sight, gaps have
+    some straight borders as well: along the ledge or the pipe that throws the shadow.
     What is no larger than such gaps is an opening only if its frame shows and is surely deeper than the
     panels of a wall, as those of sunken ornaments and blind niches are not, and if it shows three of its
     four borders beyond doubt, or, where something stands before others, two and most of those left. Of
@@ -25,13 +26,12 @@ def is_opening(outline: Outline) -> bool:
     x0, z0, x1, z1 = outline.place
     size, depth = min(x1 - x0, z1 - z0), outline.depth
     seen = sum(b.is_seen for b in outline.borders)
+    hidden = sum(b.is_hidden for b in outline.borders)
+    most = seen >= max(_SHARE * (len(outline.borders) - hidden), 2.0)
     if outline.has_rays:
-        return size >= _SMALL or seen > 0
+        return size >= _SMALL or most or (depth is not None and seen > 0)
     if depth is None:
         return size >= _SMALL_EMPTY and seen > 0
     if size >= _SMALL:
         return True
-    if depth.value - _SURELY * float(depth.sigma[0]) < MASONRY.panel:
-        return False
-    hidden = sum(b.is_hidden for b in outline.borders)
-    return seen >= max(_SHARE * (len(outline.borders) - hidden), 2.0)
+    return most and depth.value - _SURELY * float(depth.sigma[0]) >= MASONRY.panel
