@@ -61,6 +61,17 @@ def test_what_shows_neither_a_border_nor_a_frame_is_no_opening():
 
 
 @pytest.mark.parametrize(
+    ("shown", "deep", "kept"), [(0, True, False), (1, True, True), (2, False, False), (3, False, True)]
+)
+def test_a_small_outline_that_beams_went_through_shows_some_of_its_borders(shown, deep, kept):
+    facade, scan = scan_wall([PANE], depth=0.09, rays=True)
+    wall = observe_wall(facade, scan, OpeningOptions())
+    (seen,) = measure(crossing_beams(facade, scan, wall.beams), [PANE], 0.04, 0.02)
+    borders = tuple(b if k < shown else replace(b, gain=0.0) for k, b in enumerate(seen.borders))
+    assert is_opening(replace(seen, borders=borders, depth=seen.depth if deep else None)) is kept
+
+
+@pytest.mark.parametrize(
     ("rays", "depth", "kept"),
     [(False, 0.03, False), (False, 0.071, False), (False, 0.08, True), (True, 0.03, True)],
 )
