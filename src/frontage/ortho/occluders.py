@@ -48,7 +48,7 @@ def find_occluders(
     Lone points are left out, and so are railings, which are part of the picture and show what is behind them.
     `xyz_facade` (n, 3) m is the scan of the facade in its frame. Free are the points of what is `standing`
     before it, however near, and all points so far before it that they are no part of it, but for those of
-    walls: a neighbour does not leave, and his wall may have the colour of this one.
+    walls: the wall of a neighbour stays, and it may have the colour of this one.
     """
     clouds = [xyz_facade]
     if surroundings is not None:

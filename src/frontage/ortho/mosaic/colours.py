@@ -34,6 +34,11 @@ class Colours:
         return np.asarray(np.take(self.table.ravel(), _bin(codes)))
 
 
+def normal_density(apart: Array, sigma: Array) -> Array:
+    """The density (...) of differences of `apart` (...) standard deviations, `sigma` (...) per channel."""
+    return np.asarray(np.exp(-0.5 * apart**2) / ((2.0 * np.pi) ** 1.5 * sigma**3))
+
+
 def _bin(codes: Array) -> Int:
     """The numbers (...) of the cells of the cube of colours (..., 3) in which they lie."""
     number: Int = np.zeros(codes.shape[:-1], np.int64)

@@ -17,6 +17,8 @@ from frontage.ortho.mosaic.pictures import picked
 _GAMMA = 2.2  # differences of codes are about equally visible in the light and in the dark
 FEWEST_PHOTOS = 3
 """Photos of a cell, of which one that differs can be told from the others."""
+MEDIAN_LENGTH = 1.54
+"""Standard deviations: the median length of normal errors in three channels."""
 _ELSE = 0.05  # share of cells in which a photo shows something else than the wall
 _FINEST = 0.01  # codes 0..1; smallest standard deviation of equal colours
 _OFF_CELLS = 0.5  # cells by which photos are displaced against each other
@@ -81,8 +83,8 @@ def _noise(distance: Array, clear: Bool, count: Array) -> float:
     """
     several = clear & (count >= FEWEST_PHOTOS)
     if several.any():
-        return _typical(distance, several) / 1.54
-    return _typical(distance, clear & (count == FEWEST_PHOTOS - 1)) * 2**0.5 / 1.54
+        return _typical(distance, several) / MEDIAN_LENGTH
+    return _typical(distance, clear & (count == FEWEST_PHOTOS - 1)) * 2**0.5 / MEDIAN_LENGTH
 
 
 def _typical(distance: Array, judged: Bool) -> float:

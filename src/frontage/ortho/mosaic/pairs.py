@@ -2,7 +2,7 @@
 
 Either both show the wall, in one colour with a normal error, or one of them does and the other shows what the
 scan did not see: a walker, a car that has moved, a lamp beside the camera. The wall's own colours are known
-from where photos agree; of anything else, any colour is alike. The negative logarithm of the probability that
+from where photos agree; anything else may have any colour. The negative logarithm of the probability that
 a photo shows the wall is the cost of taking it.
 """
 
@@ -12,7 +12,7 @@ import cv2
 import numpy as np
 
 from frontage.geometry.arrays import Array, Bool, Float, Int
-from frontage.ortho.mosaic.colours import Colours
+from frontage.ortho.mosaic.colours import Colours, normal_density
 from frontage.ortho.mosaic.consensus import FEWEST_PHOTOS, Disagreement
 
 _STRANGE = 0.05  # share of cells in which a photo shows something else than the wall
@@ -23,7 +23,7 @@ _WINDOW = 3  # cells over which costs are averaged
 
 
 def judge_pairs(codes: Array, found: Disagreement, clear: Bool, glass: Bool) -> Disagreement:
-    """Returns the comparison of photos with what speaks against each of two that see a cell.
+    """Returns the comparison of photos, with costs also for the cells that only two photos see.
 
     `codes` (k, h, w, 3) are the colours of the photos, in one light, `clear` (k, h, w) tells where they see
     the facade with nothing in front, and `glass` (h, w) openings from wall.
@@ -71,7 +71,7 @@ def _apart(found: Disagreement, clear: Bool) -> Array:
 def _fit(apart: Array, sigma: Array) -> Float:
     """The density (n,) of the difference of two photos that both show the wall."""
     spread = np.sqrt(2.0) * sigma.astype(np.float64)
-    return np.asarray(np.exp(-0.5 * apart.astype(np.float64) ** 2) / ((2.0 * np.pi) ** 1.5 * spread**3))
+    return normal_density(apart.astype(np.float64), spread)
 
 
 def _chances(one: Array, other: Array, fit: Float) -> tuple[Float, Float]:

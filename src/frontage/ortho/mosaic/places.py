@@ -1,7 +1,7 @@
 """Finds the places that one photo has to show as a whole: windows, and whatever the photos do not agree on.
 
 Behind glass, and where bars, balusters or ornaments stand off the surface that the photos are drawn on, every
-photo shows something else. No median stands still there, and cells chosen one by one would be torn from
+photo shows something else. There is no common colour there, and cells chosen one by one would come from
 several photos. What speaks against a photo is therefore averaged over such a place. Walkers do not make one:
 most photos agree on the wall behind them.
 """

@@ -12,13 +12,12 @@ import cv2
 import numpy as np
 
 from frontage.geometry.arrays import Array, Bool, Float
-from frontage.ortho.mosaic.colours import Colours
-from frontage.ortho.mosaic.consensus import FEWEST_PHOTOS, Disagreement
+from frontage.ortho.mosaic.colours import Colours, normal_density
+from frontage.ortho.mosaic.consensus import FEWEST_PHOTOS, MEDIAN_LENGTH, Disagreement
 from frontage.ortho.views import ViewPlan
 
 _SAME = 5.7  # standard deviations within which 99.9 % of two colours of one surface lie, in three channels
 _FEWEST = 200  # cells from which the colours of occluders are learned
-_MEDIAN = 1.54  # standard deviations; the median length of normal errors in three channels
 _SAMPLED = 3  # one of so many cells, along rows and columns, tells how much photos differ
 _WINDOW = 3  # cells over which log odds are averaged
 _ODDS = np.log(1.5)  # of wall against occluder, averaged, from which on the wall is painted
@@ -74,7 +73,7 @@ def _spreads(found: Disagreement, clear: Bool, glass: Bool) -> tuple[float, floa
     count = clear.sum(0)
     for kind in (False, True):
         compared = clear & (glass == kind) & (count >= FEWEST_PHOTOS)
-        typical = float(np.median(distance[compared])) / _MEDIAN if compared.any() else 0.0
+        typical = float(np.median(distance[compared])) / MEDIAN_LENGTH if compared.any() else 0.0
         cells = (count > 0) & (glass == kind)
         out.append(max(typical, float(np.median(sigma[cells])) if cells.any() else 0.0))
     return max(out[0], 1e-6), max(out)
@@ -87,7 +86,7 @@ def _compared(
     odds = np.zeros(known.shape, np.float32)
     at = np.nonzero(known)
     own = sigma[at[1:]]
-    fit = np.exp(-0.5 * (found.distance[at] / own) ** 2) / ((2.0 * np.pi) ** 1.5 * own**3)
+    fit = normal_density(found.distance[at] / own, own)
     ratio = seen * np.maximum(fit, 1e-9) / ((1.0 - seen) * before(codes[at]))
     odds[at] = np.clip(np.log(ratio), -_MOST_ODDS, _MOST_ODDS)
     return odds

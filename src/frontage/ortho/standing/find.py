@@ -125,13 +125,12 @@ def find_standing(facade: Facade, scan: Scan, xyz: Array | None = None) -> Stand
     between = (xyz[:, 1] >= -_BEFORE_M) & (height > _GROUND_M)
     joining = np.floor((xyz[between] - corner) / edge).astype(np.int64)
     every = _groups(_Group(xyz[before], height[before], cube), joining)
-    walls = [g for g in every if is_building(g.xyz)]
+    is_wall = [is_building(g.xyz) for g in every]
+    walls = [g for g, wall in zip(every, is_wall, strict=True) if wall]
     groups = [
         g
-        for g in every
-        if g.xyz[:, 0].max() >= x0 - _BESIDE_M
-        and g.xyz[:, 0].min() <= x1 + _BESIDE_M
-        and all(g is not wall for wall in walls)
+        for g, wall in zip(every, is_wall, strict=True)
+        if not wall and g.xyz[:, 0].max() >= x0 - _BESIDE_M and g.xyz[:, 0].min() <= x1 + _BESIDE_M
     ]
     things = [_described(g, facade) for g in groups]
     found = sorted(things, key=lambda one: float(one.centre[0]))

@@ -1,8 +1,7 @@
 """Chooses the coarse solids of a building: those of the city model, or blocks behind its facades."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import partial
 
 import numpy as np
 
@@ -48,12 +47,11 @@ def coarse_model(
     behind the facades. Returns S302, S304, S305 or S306 if none of them does.
     """
     reason = ""
-    fronts = [PlanFacade.of(f, clean_outline(f, building.ground_z)) for f in facades]
     if shells:
-        solids = _from_model(building, shells, world, partial(_valid_host, fronts=fronts, options=options))
+        solids = _from_model(building, facades, shells, world, options)
         if isinstance(solids, CoarseModel) and (not facades or _has_wall_near(solids, facades, options)):
             return solids
-        ground = _from_ground(building, facades, shells, world, fronts=fronts, options=options)
+        ground = _from_ground(building, facades, shells, world, options)
         if isinstance(ground, CoarseModel) and _has_wall_near(ground, facades, options):
             return ground
         far = f"{building.id}: no wall of the city model is within {options.max_offset:g} m of a facade"
@@ -71,11 +69,12 @@ def _has_wall_near(coarse: CoarseModel, facades: Sequence[Facade], options: Buil
 
 def _from_model(
     building: Building,
+    facades: Sequence[Facade],
     shells: Sequence[Shell],
     world: WorldRef,
-    host: Callable[[str, Sequence[Surface], WorldRef], Host | Failed],
+    options: BuildOptions,
 ) -> CoarseModel | Failed:
-    """Makes a `host` of every part of the city model; a part that does not close becomes a block."""
+    """Makes a host of every part of the city model; a part that does not close becomes a block."""
     parts: dict[str, list[Surface]] = {}
     for shell in shells:
         if not shell.installation:
@@ -83,7 +82,12 @@ def _from_model(
     hosts, names, notes = [], [], []
     last_failure: Failed | None = None
     for name, surfaces in parts.items():
-        made = host(name or building.id, surfaces, world)
+        made = _as_it_is(name or building.id, surfaces, world)
+        if isinstance(made, Failed):
+            fronts = _in_plan(building, facades)
+            block = ground_block(name or building.id, surfaces, world, fronts=fronts, options=options)
+            if isinstance(block, Host) and not validate(block.solid):
+                made = Host(block.solid, (made.message, *block.notes))
         if isinstance(made, Failed):
             last_failure = made
             notes.append(made.message)
@@ -101,8 +105,6 @@ def _from_ground(
     facades: Sequence[Facade],
     shells: Sequence[Shell],
     world: WorldRef,
-    *,
-    fronts: Sequence[PlanFacade],
     options: BuildOptions,
 ) -> CoarseModel | Failed:
     """Extrudes the model's ground polygons from the foot to the top of the facades.
@@ -111,7 +113,8 @@ def _from_ground(
     """
     if not facades:
         return Failed("S305", f"{building.id}: no facade gives the height of the building")
-    low, high = _foot_and_top(facades, building.ground_z)
+    fronts = _in_plan(building, facades)
+    low, high = min(f.low for f in fronts), max(f.high for f in fronts)
     hosts: list[Host] = []
     names: list[str] = []
     for shell in shells:
@@ -148,29 +151,14 @@ def _from_cloud(
     return CoarseModel("cloud", blocks, names, notes)
 
 
-def _valid_host(
-    name: str,
-    surfaces: Sequence[Surface],
-    world: WorldRef,
-    *,
-    fronts: Sequence[PlanFacade],
-    options: BuildOptions,
-) -> Host | Failed:
-    """Makes a valid host: the polygons as they are, under a lid, or the ground extruded to the walls' top."""
+def _as_it_is(name: str, surfaces: Sequence[Surface], world: WorldRef) -> Host | Failed:
+    """Makes a valid host of the polygons as they are, or under a lid."""
     made = host_solid(name, surfaces, world, lid=True)
-    if isinstance(made, Host) and not validate(made.solid):
-        return made
-    block = ground_block(name, surfaces, world, fronts=fronts, options=options)
-    if isinstance(block, Host) and not validate(block.solid):
-        why = made.message if isinstance(made, Failed) else f"{name}: the city model's solid is not valid"
-        return Host(block.solid, (why, *block.notes))
-    if isinstance(made, Failed):
-        return made
-    return Failed("S306", f"{name}: the city model's solid is not valid", "repair the model")
+    if isinstance(made, Host) and validate(made.solid):
+        return Failed("S306", f"{name}: the city model's solid is not valid", "repair the model")
+    return made
 
 
-def _foot_and_top(facades: Sequence[Facade], ground_z: float) -> tuple[float, float]:
-    """Returns the lowest and the highest z (m local) of the facades' clean outlines."""
-    rings = [np.insert(clean_outline(f, ground_z), 1, 0.0, axis=1) for f in facades]
-    z = np.concatenate([f.frame.apply(r)[:, 2] for f, r in zip(facades, rings, strict=True)])
-    return float(z.min()), float(z.max())
+def _in_plan(building: Building, facades: Sequence[Facade]) -> list[PlanFacade]:
+    """Returns the facades in plan, between the feet and the eaves of their clean outlines."""
+    return [PlanFacade.of(f, clean_outline(f, building.ground_z)) for f in facades]

@@ -6,7 +6,6 @@ block over it has no wall there, and openings of the storeys above would have no
 
 from collections.abc import Sequence
 from itertools import pairwise
-from typing import cast
 
 import numpy as np
 import shapely
@@ -14,13 +13,11 @@ from shapely.geometry import Polygon
 from shapely.geometry.base import BaseGeometry
 
 from frontage.geometry.arrays import Float
-from frontage.solids.brep import GRID_PER_M
 from frontage.solids.coarse.plan_facade import PlanFacade
+from frontage.solids.coarse.tidy import buffered, simplified
 from frontage.solids.options import BuildOptions
 
 _FARTHEST_M = 4.0  # m between a facade and the ground plan behind it, at most: the depth of an arcade
-_SHORTEST_M = 0.002  # vertices closer than this are one; twice the validator's snap tolerance
-_GRID_M = 1.0 / GRID_PER_M
 _SLIT_M = 0.01  # m, half the width of slits that are closed
 _LOST_M = 0.5  # m of wall that another facade may lose
 _LEAST_M2 = 0.5  # m2 of plan: less is an error of the plan
@@ -50,10 +47,7 @@ def with_overhangs(plan: Polygon, facades: Sequence[PlanFacade], options: BuildO
 
 def _without_slits(plan: BaseGeometry) -> BaseGeometry:
     """Closes the narrowest slits of a plan, and removes vertices that a straight line replaces."""
-    grown = shapely.set_precision(plan, _GRID_M).buffer(_SLIT_M, join_style="mitre")
-    closed = grown.buffer(-_SLIT_M, join_style="mitre")
-    snapped = shapely.set_precision(closed, _GRID_M).simplify(_SHORTEST_M)
-    return cast(BaseGeometry, shapely.set_precision(snapped, _GRID_M))
+    return simplified(buffered(buffered(simplified(plan), _SLIT_M), -_SLIT_M))
 
 
 def _on_wall(plan: Polygon, facade: PlanFacade, options: BuildOptions) -> tuple[PlanFacade, float]:

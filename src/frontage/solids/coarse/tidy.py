@@ -10,7 +10,7 @@ from frontage.solids.brep import GRID_PER_M
 
 SLIT_M = 0.5  # half the width of gaps between strips that are closed, and of the narrowest block
 _MITRE_LIMIT = 20.0  # how far a pointed corner may reach, in buffer distances
-_SHORTEST_M = 0.002  # vertices and borders closer than this are one; twice the validator's snap tolerance
+SHORTEST_M = 0.002  # vertices and borders closer than this are one; twice the validator's snap tolerance
 _NECK_M = 0.02  # a neck this narrow is cut
 _SMALLEST_M2 = 1.0  # smaller parts are left out
 
@@ -20,35 +20,35 @@ def tidy_footprints(body: BaseGeometry) -> list[Polygon]:
 
     They stay where nothing else would be left. No vertex is closer to a border than 2 mm.
     """
-    closed = _buffered(_buffered(_simplified(body), SLIT_M), -SLIT_M)
-    wide = _buffered(_buffered(closed, -SLIT_M + _SHORTEST_M), SLIT_M)
+    closed = buffered(buffered(simplified(body), SLIT_M), -SLIT_M)
+    wide = buffered(buffered(closed, -SLIT_M + SHORTEST_M), SLIT_M)
     if not wide.is_empty:
         closed = closed.intersection(wide)
-    spikeless = _simplified(_buffered(_buffered(closed, -_SHORTEST_M), _SHORTEST_M))
+    spikeless = simplified(buffered(buffered(closed, -SHORTEST_M), SHORTEST_M))
     parts = [p for p in shapely.get_parts(spikeless) if isinstance(p, Polygon) and p.area > _SMALLEST_M2]
     return [p if _borders_are_apart(p) else _without_holes(p) for p in parts]
 
 
-def _buffered(body: BaseGeometry, by: float) -> BaseGeometry:
+def buffered(body: BaseGeometry, by: float) -> BaseGeometry:
     """Grows (or shrinks, where negative) an area by some metres, its corners kept sharp."""
     return body.buffer(by, join_style="mitre", mitre_limit=_MITRE_LIMIT)
 
 
-def _simplified(body: BaseGeometry) -> BaseGeometry:
+def simplified(body: BaseGeometry) -> BaseGeometry:
     """Snaps an area to the grid and removes vertices that a straight line replaces."""
     step = 1 / GRID_PER_M
-    snapped = shapely.set_precision(shapely.set_precision(body, step).simplify(_SHORTEST_M), step)
+    snapped = shapely.set_precision(shapely.set_precision(body, step).simplify(SHORTEST_M), step)
     return cast(BaseGeometry, shapely.set_precision(snapped, 0.0))  # later operations are not rounded
 
 
 def _borders_are_apart(part: Polygon) -> bool:
     """Decides whether no hole touches another border and no neck has the width of a point."""
-    inner = _buffered(part, -_SHORTEST_M)
+    inner = buffered(part, -SHORTEST_M)
     return isinstance(inner, Polygon) and len(inner.interiors) == len(part.interiors)
 
 
 def _without_holes(part: Polygon) -> Polygon:
     """Returns the largest part of an area that touches itself, without its holes."""
-    pieces = shapely.get_parts(_buffered(Polygon(part.exterior), -_NECK_M))
-    largest = _simplified(_buffered(max(pieces, key=lambda p: float(p.area)), _NECK_M / 2))
+    pieces = shapely.get_parts(buffered(Polygon(part.exterior), -_NECK_M))
+    largest = simplified(buffered(max(pieces, key=lambda p: float(p.area)), _NECK_M / 2))
     return Polygon(shapely.get_exterior_ring(largest))
