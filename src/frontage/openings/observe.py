@@ -6,6 +6,7 @@ from functools import partial
 from frontage.geometry.arrays import Bool
 from frontage.model.estimate import Failed
 from frontage.model.facade import Facade
+from frontage.model.masonry import MASONRY
 from frontage.model.scan import Scan
 from frontage.openings.layout.bands import find_posts
 from frontage.openings.layout.posts import Post, with_posts
@@ -19,6 +20,10 @@ from frontage.openings.wall.recesses import with_recesses
 from frontage.openings.wall.slats import find_slats, with_slats
 
 _FEWEST_POINTS = 200  # fewer points tell neither the density nor the noise of a wall
+_SCALES = (0.9, 1.1)  # sides of the cells of the other rasters, whose borders lie elsewhere
+_PIER = (
+    3  # cells that the least pier is wide if its wall shows on any raster: one at a border and two beside it
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -28,6 +33,7 @@ class ObservedWall:
     facade    the facade, whose support leaves out the inner faces of its wall
     beams     the beams, sorted into those that ended on the wall, went through it or were stopped before it
     evidence  log-likelihood ratio of open against solid for every cell of the wall
+    others    the same on cells of other sizes where cells are so wide that their place decides what shows
     posts     posts of joinery between the windows of a band; they count as parts of the wall
     ground    m, height z of the ground at the wall in the facade frame
     """
@@ -35,6 +41,7 @@ class ObservedWall:
     facade: Facade
     beams: Beams
     evidence: Evidence
+    others: tuple[Evidence, ...]
     posts: tuple[Post, ...]
     ground: float
 
@@ -79,7 +86,9 @@ def observe_wall(facade: Facade, scan: Scan, options: OpeningOptions) -> Observe
     if slats:
         beams = with_slats(beams, slats)
         evidence = again(facade, beams)
-    return ObservedWall(facade, beams, evidence, posts, ground)
+    scales = _SCALES if _PIER * evidence.raster.cell > MASONRY.half_brick else ()
+    others = tuple(again(facade, beams, inside=None, scale=scale) for scale in scales)
+    return ObservedWall(facade, beams, evidence, others, posts, ground)
 
 
 def ground_height(facade: Facade, options: OpeningOptions) -> float:
@@ -95,11 +104,13 @@ def _evidence(
     ground: float,
     inside: Bool | None = None,
     inner: InnerFace | None = None,
+    scale: float = 1.0,
 ) -> Evidence:
     """Weighs hits, passes, missing beams, beams without return, panels, and the inner face of the wall.
 
-    `inside` (h, w) are the cells within the facade's outline where they are known.
+    `inside` (h, w) are the cells within the facade's outline where they are known; cells are `scale` times as
+    wide as the spacing asks for.
     """
-    evidence = with_lost_beams(weigh(facade, beams, inside), facade, scan, beams)
+    evidence = with_lost_beams(weigh(facade, beams, inside, scale), facade, scan, beams)
     evidence = without_panels(evidence, beams, ground)
     return evidence if inner is None else with_inner_face(evidence, inner.places)

@@ -16,14 +16,13 @@ from frontage.openings.borders.outline import Outline
 from frontage.openings.closed.find import find_closed_openings
 from frontage.openings.hidden import is_foot_hidden, is_foot_unknown, judge_foot, lowest_foot, with_foot
 from frontage.openings.kinds import in_reading_order, kind_of
-from frontage.openings.layout.candidates import find_boxes
 from frontage.openings.layout.forms import is_known
-from frontage.openings.layout.framing import Framing
 from frontage.openings.layout.inferred import infer
 from frontage.openings.layout.overlaps import without_overlaps
 from frontage.openings.layout.pattern import revise, settled
 from frontage.openings.layout.pooling import pool
 from frontage.openings.layout.posts import with_post_errors
+from frontage.openings.layout.rasters import find_on_rasters
 from frontage.openings.layout.support import without_unsupported
 from frontage.openings.observe import ObservedWall
 from frontage.openings.options import OpeningOptions
@@ -67,12 +66,12 @@ def _measured(
 ) -> tuple[list[Outline], list[Found]]:
     """Finds the openings that the beams show: the best layout of rectangles, then their measured borders."""
     evidence = wall.evidence
-    boxes = find_boxes(evidence, options, Framing(evidence, wall.ground))
-    rough = [evidence.raster.box(box.r0, box.c0, box.r1, box.c1) for box in boxes]
+    places = find_on_rasters([evidence, *wall.others], options, wall.ground, wall.posts)
+    rough = [box for box, _ in places]
     cell = max(evidence.raster.cell, facade.spacing)
     measured = measure(beams, rough, cell, facade.spacing)
     checked = [with_supported_borders(o, r, evidence) for o, r in zip(measured, rough, strict=True)]
-    real = [(c, r, b.worth) for c, r, b in zip(checked, rough, boxes, strict=True) if is_opening(c)]
+    real = [(c, *place) for c, place in zip(checked, places, strict=True) if is_opening(c)]
     pooled = pool([outline for outline, *_ in real])
     hidden = [is_foot_hidden(outline, evidence, wall.ground) for outline in pooled]
     revisions = revise(pooled, evidence, hidden)

@@ -6,6 +6,9 @@ import numpy as np
 import pytest
 
 from frontage.openings import FoundOpenings, find_openings
+from frontage.openings.layout.joinery import beside, frame_above, joinery_planes, post_borders
+from frontage.openings.wall.beams import sort_beams
+from frontage.openings.wall.evidence import weigh
 from openings.boxes import box, scanned
 from openings.joinery import glazed, wall
 
@@ -98,3 +101,35 @@ def test_windows_back_to_back_are_parted_by_the_blades_between_their_reveals():
     assert len(found) == 4
     assert np.abs(found[:, 3] - BAND[3]).max() < 0.02
     assert np.abs(found[1:, 0] - middles).max() < 0.1 and np.abs(found[:-1, 2] - middles).max() < 0.1
+
+
+def test_windows_over_a_passage_stand_on_the_rail_of_their_frames():
+    band, hole = (2.0, 3.1, 5.4, 4.4), (2.0, 0.0, 5.4, 4.4)
+    behind = [
+        box(2.0, 5.4, 2 * DEEP, 1.0, 3.0, 3.1),
+        box(1.0, 6.5, 3.0, 3.1, 0.0, 4.4),
+    ]  # its head and far end
+    boxes = [*wall([hole]), *glazed(band, DEEP, panes(band, 2, 2 * FRAME, FRAME)), *behind]
+    found = find_openings(*scanned(wall=boxes, spacing=0.02))
+    assert isinstance(found, FoundOpenings)
+    places = np.array([[*o.ring.min(0), *o.ring.max(0)] for o in found.openings])
+    (below,), (left, right) = places[places[:, 1] < 2.0], sorted(places[places[:, 1] > 2.0].tolist())
+    assert abs(below[3] - 3.0) < 0.12
+    for window, x0, x1 in ((left, 2.0, 3.7), (right, 3.7, 5.4)):
+        assert np.abs(np.array(window) - [x0, band[1], x1, band[3]]).max() < 0.1
+
+
+@pytest.mark.parametrize("post", [0.11, 0.16])
+def test_widths_of_posts_and_frames_are_those_of_the_joinery(post):
+    facade, scan = scanned(
+        wall=[*wall([BAND]), *glazed(BAND, DEEP, panes(BAND, 4, post, FRAME))], spacing=0.02
+    )
+    beams = sort_beams(facade, scan)
+    evidence = weigh(facade, beams)
+    plane = next(joinery_planes(beams, evidence, beams.solid[beams.solid[:, 0].argsort()].T))  # the fullest
+    piece = (4.0 - post / 2, BAND[1], 4.0 + post / 2, BAND[3])
+    borders = post_borders(plane, piece, evidence)
+    assert borders is not None
+    assert np.abs(np.array(borders) - piece[::2]).max() < 0.01
+    frames = [frame_above(plane, side, piece, BAND[3], evidence) for side in beside(*borders)]
+    assert np.abs(np.array(frames) - FRAME).max() < 0.012

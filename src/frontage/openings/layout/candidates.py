@@ -1,6 +1,6 @@
 """Finds the rectangles that may be openings, and the best layout of them."""
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from itertools import pairwise
 
 import numpy as np
@@ -8,6 +8,7 @@ from scipy import ndimage
 
 from frontage.geometry.arrays import Bool, Float, Int
 from frontage.model.masonry import MASONRY
+from frontage.openings.layout.posts import Post, cells_of
 from frontage.openings.layout.selection import PRICE, CellBox, best_layout, worth_of
 from frontage.openings.options import OpeningOptions
 from frontage.openings.wall.evidence import BEAMS_TO_DECIDE, Evidence, local_rate
@@ -27,7 +28,9 @@ _DIGITS = 6  # of nats: sums in another order differ by less, and must not choos
 Part = tuple[slice, slice]
 
 
-def find_boxes(evidence: Evidence, options: OpeningOptions, framed: Callable[[Int], Bool]) -> list[CellBox]:
+def find_boxes(
+    evidence: Evidence, options: OpeningOptions, framed: Callable[[Int], Bool], posts: Sequence[Post] = ()
+) -> list[CellBox]:
     """Returns the set of rectangles without overlap that is worth most.
 
     A rectangle is worth the evidence of its cells less the price of an opening; its borders are lines where
@@ -36,7 +39,11 @@ def find_boxes(evidence: Evidence, options: OpeningOptions, framed: Callable[[In
     """
     least = (options.min_height / evidence.raster.cell, options.min_width / evidence.raster.cell)
     pier = max(round(MASONRY.half_brick / evidence.raster.cell), 1)
-    parts = _components(evidence, least, evidence.is_open)
+    open_ = evidence.is_open
+    if evidence.rays:  # without them, what lies beside an opening may be a shadow
+        bars = _bars(open_, int(MASONRY.half_brick / evidence.raster.cell) + 1)
+        open_ = (open_ | bars) & ~cells_of(posts, evidence.raster)
+    parts = _components(evidence, least, open_)
     found = best_layout(_rivals(evidence, parts, least=least, framed=framed, share=_LESSER), pier)
     if evidence.rays:  # lines of sight tell bars from walls
         return found
@@ -97,12 +104,9 @@ def _components(evidence: Evidence, least: tuple[float, float], open_: Bool) -> 
 
     Oversized components are joined only by shadows and gaps: they are opened (morphologically) with larger
     squares, which leave rectangles as they are, until they fall apart. A component that does not is an
-    opening if beams are seen to go through it, as through the panes of a shop. Cells that only upright bars
-    part are one component.
+    opening if beams are seen to go through it, as through the panes of a shop.
     """
     llr = evidence.llr
-    if evidence.rays:  # without them, what lies beside an opening may be a shadow
-        open_ = _without_bars(open_, int(MASONRY.half_brick / evidence.raster.cell) + 1)
     for size, largest in (*_SCALES, (_SCALES[-1][0], np.inf)):
         high, broad = (max(3, int(size * side)) for side in least)
         labels, _ = ndimage.label(opened(open_, (high, broad)))
@@ -130,8 +134,8 @@ def _seen_through(evidence: Evidence, part: Part, own: Bool) -> bool:
     return evidence.rays and deep > _SEEN * expected
 
 
-def _without_bars(open_: Bool, thick: int) -> Bool:
-    """Adds to the open cells (h, w) upright bars, less than `thick` cells wide, between cells equally high.
+def _bars(open_: Bool, thick: int) -> Bool:
+    """Returns the upright bars, at most `thick` cells wide, between open cells (h, w) that are equally high.
 
     Openings whose sills or lintels differ by more than a bar are several, however near they are.
     """
@@ -144,7 +148,7 @@ def _without_bars(open_: Bool, thick: int) -> Bool:
         left, right = (_run(whole[:, c], middle) for c in sides)
         if max(abs(left[0] - right[0]), abs(left[1] - right[1])) > thick:
             bars[rows, columns] &= labels[rows, columns] != number
-    return open_ | bars
+    return bars
 
 
 def _run(cells: Bool, at: int) -> tuple[int, int]:

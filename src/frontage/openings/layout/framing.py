@@ -1,11 +1,13 @@
 """Decides which rectangles of open cells can be openings: wall frames them, and beams tell of them."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from frontage.geometry.arrays import Bool, Float, Int
 from frontage.model.masonry import MASONRY
+from frontage.openings.layout.posts import Post, cells_of
 from frontage.openings.wall.evidence import Evidence, equal_share
 from frontage.openings.wall.raster import summed
 
@@ -86,9 +88,10 @@ class _Sums:
 class Framing:
     """Judges rectangles of cells by sums over the evidence, many of them at once."""
 
-    def __init__(self, evidence: Evidence, ground: float) -> None:
+    def __init__(self, evidence: Evidence, ground: float, posts: Sequence[Post] = ()) -> None:
         self._shape = evidence.llr.shape
         self._cell = evidence.raster.cell
+        self._rails = summed(cells_of([post for post in posts if post.level], evidence.raster).astype(float))
         self._ground = int(np.ceil((ground + MASONRY.threshold - evidence.raster.corner[1]) / self._cell))
         self._rays = evidence.rays
         much = evidence.expected + 2.0 * np.sqrt(evidence.expected) + 1.0  # reveals and ledges hold more
@@ -152,9 +155,21 @@ class Framing:
         return np.asarray((sides | hidden).all(0) & sides.any(0))
 
     def _ends(self, boxes: Int, rims: tuple[_Sums, ...]) -> Bool:
-        """Returns whether the wall shows above and below (2, n); near the ground it need not show below."""
+        """Returns whether the wall shows above and below (2, n).
+
+        Below it need not show near the ground, or where a rail of joinery runs along under most of the box.
+        """
         below, above = rims
-        return np.stack([above.is_wall, below.is_wall | (boxes[:, 0] < self._ground)])
+        stands = (boxes[:, 0] < self._ground) | self._is_on_rail(boxes)
+        return np.stack([above.is_wall, below.is_wall | stands])
+
+    def _is_on_rail(self, boxes: Int) -> Bool:
+        """Returns which boxes (n,) stand on a rail: most columns hold one within two cells of the foot."""
+        r0, c0, _, c1 = boxes.T
+        low, high = (np.clip(r0 + k, 0, self._shape[0]) for k in (-2, 2))
+        c0, c1 = (np.clip(c, 0, self._shape[1]) for c in (c0, c1))
+        held = self._rails[high, c1] - self._rails[low, c1] - self._rails[high, c0] + self._rails[low, c0]
+        return np.asarray(held > _KNOWN * (c1 - c0))
 
     def _is_framed_all_round(self, boxes: Int, inside: _Sums, rims: tuple[_Sums, ...], rim: int) -> Bool:
         """Returns which boxes can be openings although little comes back from their depth.

@@ -10,7 +10,7 @@ from frontage.model.opening import Opening
 from frontage.openings.borders.agreement import with_rough_borders
 from frontage.openings.borders.outline import Outline
 from frontage.openings.boxes import Box
-from frontage.openings.layout.selection import PRICE, most_worth, worth_of
+from frontage.openings.layout.selection import PRICE, best_apart, worth_of
 from frontage.openings.wall.evidence import Evidence
 
 _LEAST = 1e-3  # nats that an opening is worth at least, so that one of several is left
@@ -41,7 +41,7 @@ def without_overlaps(
     for k in np.unique(pairs):
         worth[k] = _worth(rings[k], evidence)
     found: list[Outline | None] = [None] * len(outlines)
-    for k in _best(worth, pairs):
+    for k in best_apart(worth, pairs):
         found[owner[k]] = trials[k][1]
     return found
 
@@ -53,20 +53,7 @@ def best_without_overlaps(openings: Sequence[Opening]) -> list[Opening]:
     overlap others, and so do openings that a front hides in part.
     """
     worth = np.array([max(o.evidence, _LEAST) for o in openings])
-    return [openings[k] for k in _best(worth, _overlapping(_polygons([o.ring for o in openings])))]
-
-
-def _best(worth: Float, pairs: Int) -> Int:
-    """Returns the numbers of the set worth most, of `worth` (n,), without both of any of the pairs (2, k).
-
-    What is in no pair is in the set.
-    """
-    some = np.unique(pairs)
-    exclusive = np.zeros((pairs.shape[1], len(some)), np.bool_)
-    for numbers in np.searchsorted(some, pairs):
-        exclusive[np.arange(len(exclusive)), numbers] = True
-    free = np.setdiff1d(np.arange(len(worth)), some)
-    return np.union1d(free, some[most_worth(worth[some], exclusive)]) if len(some) else free
+    return [openings[k] for k in best_apart(worth, _overlapping(_polygons([o.ring for o in openings])))]
 
 
 def _beyond(place: Box, own: Box, other: Box) -> list[int]:

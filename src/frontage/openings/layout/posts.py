@@ -9,6 +9,7 @@ from frontage.geometry.arrays import Bool, Float
 from frontage.model.masonry import TOLERANCES
 from frontage.openings.borders.outline import Outline
 from frontage.openings.wall.beams import Beams, WallCrossings
+from frontage.openings.wall.raster import WallRaster
 
 _LEAST = 0.15  # m: half a brick, the least pier, and the cells that it is cut by
 
@@ -17,7 +18,8 @@ _LEAST = 0.15  # m: half a brick, the least pier, and the cells that it is cut b
 class Post:
     """A post from x0 to x1, from sill z0 to lintel z1, with its front at y; all m, facade frame.
 
-    Windows meet somewhere in it, where is not seen: its middle half counts as wall.
+    Windows meet somewhere in it, where is not seen: its middle half counts as wall. A `level` one is a rail,
+    which counts as wall as a whole.
     """
 
     x0: float
@@ -25,17 +27,36 @@ class Post:
     x1: float
     z1: float
     y: float
+    level: bool = False
 
     @property
     def middle(self) -> float:
         """The middle x, m."""
         return (self.x0 + self.x1) / 2
 
+    @property
+    def half(self) -> float:
+        """Half the width of the part that counts as wall, m."""
+        width = self.x1 - self.x0
+        return width / 2 if self.level else min(max(width / 2, _LEAST), width) / 2
+
     def holds(self, x: Float, z: Float) -> Bool:
         """Returns which of the places (n,) m lie in the part that counts as wall."""
-        width = self.x1 - self.x0
-        half = min(max(width / 2, _LEAST), width) / 2
-        return np.asarray((np.abs(x - self.middle) < half) & (z > self.z0) & (z < self.z1))
+        return np.asarray((np.abs(x - self.middle) < self.half) & (z > self.z0) & (z < self.z1))
+
+
+def cells_of(posts: Sequence[Post], raster: WallRaster) -> Bool:
+    """Returns the cells (h, w) that posts hold, in part at least."""
+    out = np.zeros(raster.shape, np.bool_)
+    for post in posts:
+        box = np.array([post.middle - post.half, post.z0, post.middle + post.half, post.z1])
+        low, high = ((side - raster.corner) / raster.cell for side in (box[:2], box[2:]))
+        (c0, r0), (c1, r1) = (
+            np.maximum(np.floor(low), 0).astype(int),
+            np.maximum(np.ceil(high), 0).astype(int),
+        )
+        out[r0:r1, c0:c1] = True
+    return out
 
 
 def with_posts(beams: Beams, posts: Sequence[Post]) -> Beams:
@@ -92,7 +113,7 @@ def with_post_errors(outline: Outline, posts: Sequence[Post]) -> Outline:
     covariance, borders = outline.covariance.copy(), list(outline.borders)
     x0, z0, x1, z1 = outline.place
     for post in posts:
-        for k, x in ((0, x0), (1, x1)):
+        for k, x in () if post.level else ((0, x0), (1, x1)):
             width = post.x1 - post.x0
             if abs(x - post.middle) < width and min(z1, post.z1) > max(z0, post.z0):
                 covariance[k, k] += width**2 / 48.0

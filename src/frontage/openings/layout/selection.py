@@ -67,6 +67,19 @@ def most_worth(worth: Float, exclusive: Bool | sparse.csr_array) -> Int:
     return np.flatnonzero(np.asarray(result.x) > 0.5)
 
 
+def best_apart(worth: Float, pairs: Int) -> Int:
+    """Returns the numbers of the set worth most, of `worth` (n,), without both of any of the pairs (2, k).
+
+    What is in no pair is in the set.
+    """
+    some = np.unique(pairs)
+    exclusive = np.zeros((pairs.shape[1], len(some)), np.bool_)
+    for numbers in np.searchsorted(some, pairs):
+        exclusive[np.arange(len(exclusive)), numbers] = True
+    free = np.setdiff1d(np.arange(len(worth)), some)
+    return np.union1d(free, some[most_worth(worth[some], exclusive)]) if len(some) else free
+
+
 def _undominated(boxes: Sequence[CellBox]) -> list[CellBox]:
     """Drops the boxes that contain another one that is worth as much, for that one fits wherever they do."""
     r0, c0, r1, c1, worth = np.array([(b.r0, b.c0, b.r1, b.c1, b.worth) for b in boxes]).reshape(-1, 5).T

@@ -70,16 +70,16 @@ class Evidence:
         return np.asarray(local_rate(self.llr, self.expected_free, 1.0) > 0)
 
 
-def weigh(facade: Facade, beams: Beams, inside: Bool | None = None) -> Evidence:
+def weigh(facade: Facade, beams: Beams, inside: Bool | None = None, scale: float = 1.0) -> Evidence:
     """Weighs the evidence of every cell: hits speak against open, beams through it and missing beams for it.
 
     Hits of a wall are Poisson with the mean that the surroundings predict, those of an opening with 12 % of
     it. Nothing is expected in cells that a fitting or an occluder hides. A beam through the wall counts
     wherever its line of sight is known; a mere point behind the wall counts only where the wall itself is
     missing, for rooms are scanned too. `inside` (h, w) are the cells within the facade's outline where they
-    are known.
+    are known; cells are `scale` times as wide as the spacing of the points asks for.
     """
-    raster = WallRaster.over(facade, min(max(_PER_CELL * facade.spacing, _FINEST), _COARSEST))
+    raster = WallRaster.over(facade, scale * min(max(_PER_CELL * facade.spacing, _FINEST), _COARSEST))
     solid, open_ = raster.count(*beams.solid.T), raster.count(*beams.open.T)
     inside = _inside(facade, raster) if inside is None else inside
     due = _expected_by_zone(beams, raster)
