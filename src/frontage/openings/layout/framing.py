@@ -39,6 +39,7 @@ class _Sums:
     deep      beams that came back from well behind the wall
     llr       nats for open against solid
     known     cells that tell something
+    inside    cells within the facade's outline
     """
 
     wall: Float
@@ -47,6 +48,7 @@ class _Sums:
     deep: Float
     llr: Float
     known: Float
+    inside: Float
 
     @property
     def is_wall(self) -> Bool:
@@ -97,7 +99,8 @@ class Framing:
         much = evidence.expected + 2.0 * np.sqrt(evidence.expected) + 1.0  # reveals and ledges hold more
         wall = np.minimum(evidence.solid, much)
         known = (evidence.llr != 0.0).astype(np.float64)
-        layers = (wall, evidence.expected, evidence.expected_free, evidence.deep, evidence.llr, known)
+        free, inside = evidence.expected_free, evidence.inside.astype(np.float64)
+        layers = (wall, evidence.expected, free, evidence.deep, evidence.llr, known, inside)
         totals = np.empty((self._shape[0] + 1, self._shape[1] + 1, len(layers)))
         for k, layer in enumerate(layers):
             totals[..., k] = summed(layer)
@@ -108,15 +111,17 @@ class Framing:
 
         A rectangle without wall on one side is not an opening. The wall must show on both sides and above or
         below, except below near the ground; with known sensors, one side may be hidden by something before
-        the wall. The rectangle itself must be free of wall and known in half of its cells, and beams must
-        come back from its depth. A visible rectangle may do with less depth (`_is_framed_all_round`), for
-        glass returns as little as a shadow does; but shadows are small, or run on past the rim.
-        Without lines of sight, masonry from side to side makes two openings of it.
+        the wall, or lie beyond the end of the facade, where a window goes round the corner and wall must show
+        above and below. The rectangle itself must be free of wall and known in half of its cells, and beams
+        must come back from its depth. A visible rectangle may do with less depth (`_is_framed_all_round`),
+        for glass returns as little as a shadow does; but shadows are small, or run on past the rim. Without
+        lines of sight, masonry from side to side makes two openings of it.
         """
         rim = max(int(np.ceil(_RIM_M / self._cell)), 2)
-        framed = self._is_beside_wall(boxes, rim)
-        boxes = boxes[framed]
-        ended = self._ends(boxes, self._rims(boxes, rim)).any(0)
+        framed, at_corner = self._is_beside_wall(boxes, rim)
+        boxes, at_corner = boxes[framed], at_corner[framed]
+        ends = self._ends(boxes, self._rims(boxes, rim))
+        ended = np.where(at_corner, ends.all(0), ends.any(0))
         boxes = boxes[ended]
         framed[framed] = ended
         rims, inside = self._rims(boxes, rim), self._sums(boxes)
@@ -147,12 +152,18 @@ class Framing:
             parted |= run >= _COURSES
         return parted
 
-    def _is_beside_wall(self, boxes: Int, rim: int) -> Bool:
-        """Returns whether the wall shows on both sides (n,), of which one may be hidden."""
+    def _is_beside_wall(self, boxes: Int, rim: int) -> tuple[Bool, Bool]:
+        """Returns whether the wall shows on both sides (n,), and whether one lies beyond the facade (n,).
+
+        With known sensors, one side may be hidden or lie there.
+        """
         sums = self._beside(boxes, rim)
         sides = np.stack([side.is_wall for side in sums])
         hidden = np.stack([side.is_hidden & self._rays for side in sums])
-        return np.asarray((sides | hidden).all(0) & sides.any(0))
+        cells = rim * (boxes[:, 2] - boxes[:, 0])
+        beyond = np.stack([(side.inside < _KNOWN * cells) & self._rays for side in sums]) & ~sides
+        framed = (sides | hidden | beyond).all(0) & sides.any(0)
+        return np.asarray(framed), np.asarray(beyond.any(0))
 
     def _ends(self, boxes: Int, rims: tuple[_Sums, ...]) -> Bool:
         """Returns whether the wall shows above and below (2, n).
