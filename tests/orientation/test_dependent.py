@@ -94,6 +94,20 @@ def test_no_more_is_alike_over_a_longer_range_where_errors_fade():
     assert np.mean(sums, axis=0) == pytest.approx([0.3, 0.4], abs=0.1)
 
 
+def test_residuals_are_not_asked_what_is_alike_over_more_than_the_object():
+    wide = Dependence({0: 3.0}, frozenset({0}), frozenset({0}))  # the third range is more than the wall
+    fading = replace(wide, fading=frozenset({0}), least={0: 0.001})
+    asked = 0.0
+    for seed in range(4):
+        net, _ = network(80 + seed, own=0.3, shared=0.4)
+        free, told = variogram_of(net, wide), variogram_of(net, fading)
+        asked += free.own[2:].sum() + free.shared[2:].sum()
+        assert not told.own[2:].any() and not told.shared[2]
+        assert told.shared[3] == pytest.approx((0.001 / 0.0035) ** 2, rel=0.3)  # as stated
+        assert told.shared[0] > 0
+    assert asked > 0.01
+
+
 def variogram_of(net, dependence=ALIKE):
     """The variogram of the control of a network."""
     with pytest.MonkeyPatch.context() as patch:

@@ -43,6 +43,11 @@ class Cells:
     pull: Float
     alone: Float
 
+    @property
+    def extent(self) -> float:
+        """The diagonal of the box around all cells, m."""
+        return float(np.linalg.norm(np.ptp(self.middle, axis=0)))
+
     def take(self, cells: Int) -> "Cells":
         """Some of the cells; `cell` and `alone` remain those of all."""
         fields = ("count", "middle", "photo", "error", "response", "pull")

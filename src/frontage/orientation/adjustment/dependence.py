@@ -36,7 +36,8 @@ class Dependence:
             `RANGES`, even where residuals do not show it, because poses have absorbed it
     relief  a group of surfaces and one of images whose points lie on them: both have the errors of the scan
             across its surface; None where no groups are related
-    fading  groups of whose errors no more is alike over a longer range than over a shorter one
+    fading  groups of whose errors no more is alike over a longer range than over a shorter one, and of which
+            residuals are asked for no range that is longer than the object
     """
 
     reach: dict[int, float]

@@ -90,8 +90,7 @@ def _weight_per_metre(equations: NormalEquations, member: Member) -> float:
 def design_effects(cells: Cells, variogram: Variogram) -> Float:
     """By how much the variance of an observation grows in every cell (c,) for those that err alike."""
     # What is alike over all of the object does not tell places apart, and is no reason to trust one less.
-    extent = float(np.linalg.norm(np.ptp(cells.middle, axis=0)))
-    within = np.array(RANGES) * variogram.reach < extent
+    within = np.array(RANGES) * variogram.reach < cells.extent
     seen = replace(variogram, far=0.0, shared=variogram.shared * within)
     total = [k @ cells.count for _, k in alike_chunks(cells.middle, cells.photo, seen)]
     return np.asarray(np.maximum(np.concatenate(total) + seen.alone, 1.0))

@@ -8,7 +8,8 @@ negative are fitted to the sums by least squares.
 
 Poses absorb so much of what is alike over a whole front that a large error over the longest range leaves
 nearly the same residuals as a small one over a shorter range. Shares that fade with the range are therefore
-fitted as well, for groups whose errors are known to do so.
+fitted as well, for groups whose errors are known to do so. Of what is alike over more than all of the object
+residuals tell nothing at all: such a share is left to what is stated (`Dependence.least`).
 """
 
 from collections.abc import Iterator
@@ -39,20 +40,21 @@ def estimated_variogram(
     own     whether errors may be alike in one photo, `shared` in all photos
 
     Returns the likeliest shares, and the likeliest of those of which no more is alike over a longer range
-    than over a shorter one.
+    than over a shorter one, and nothing over a range that is longer than the object.
     """
     some = cells.take(_asked(cells, reach))
     kinds = [k for k, wanted in enumerate((own, shared)) if wanted]
     moments = _moments(some, wide, reach, own, shared)
     # A share that fades is a sum of steps, each of which holds for its range and all shorter ones.
     steps = np.triu(np.ones((len(RANGES), len(RANGES))))
+    steps = steps[:, np.array(RANGES) * reach < cells.extent]
     return _fitted(moments, kinds, np.eye(len(RANGES)), reach), _fitted(moments, kinds, steps, reach)
 
 
 def _fitted(moments: tuple[Float, Float] | None, kinds: list[int], parts: Float, reach: float) -> Variogram:
     """The shares that are combinations, with no negative weight, of `parts`: shares (r,) in columns."""
     shares = np.zeros((2, len(RANGES)))
-    if moments is not None:
+    if moments is not None and parts.size:
         combined = np.kron(parts, np.eye(len(kinds)))
         found = combined @ nnls(moments[0] @ combined, moments[1])[0]
         shares[kinds] = found.reshape(len(RANGES), len(kinds)).T
