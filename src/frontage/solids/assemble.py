@@ -65,7 +65,8 @@ def assemble(
     """
     options = options or BuildOptions()
     facades = _largest_first(facades)
-    coarse = coarse_model(building, [f for f, _ in facades], shells, world, options)
+    openings = {f.id: [o.ring for o in e.openings] for f, e in facades}
+    coarse = coarse_model(building, [f for f, _ in facades], shells, world, options, openings)
     if isinstance(coarse, Failed):
         return coarse
     parts = [facade_parts(f, e, options.chord_error) for f, e in facades]

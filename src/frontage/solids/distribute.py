@@ -10,6 +10,7 @@ from shapely.geometry.base import BaseGeometry
 
 from frontage.model import Solid
 from frontage.solids.brep import GRID_PER_M
+from frontage.solids.cells.set_off import STEP_REACH_M
 from frontage.solids.options import BuildOptions
 from frontage.solids.relief import FacadeReliefs, Relief
 from frontage.solids.walls import find_walls
@@ -20,11 +21,15 @@ def distribute_reliefs(
 ) -> list[FacadeReliefs]:
     """Returns the facade once per solid, each with the reliefs that its walls cover best.
 
-    A relief that no wall covers goes to the solid with the largest wall under the facade.
+    A relief that no wall covers goes to the solid with the largest wall under the facade. Where no wall is
+    within `max_offset`, those that the facade may stand on a step of count.
     """
     if len(solids) == 1:
         return [facade]
     walls = [_walls_in_facade(facade, s, options) for s in solids]
+    if not any(w.intersects(shapely.make_valid(Polygon(facade.outline))) for w in walls):
+        far = options.model_copy(update={"max_offset": max(options.max_offset, STEP_REACH_M)})
+        walls = [_walls_in_facade(facade, s, far) for s in solids]
     largest = max(range(len(solids)), key=lambda k: walls[k].area)
     chosen: list[list[Relief]] = [[] for _ in solids]
     for relief in facade.reliefs:

@@ -9,11 +9,13 @@ from shapely.geometry import LinearRing, Polygon
 from frontage.geometry.arrays import Float
 from frontage.geometry.ring import at_depth
 from frontage.model import Solid
-from frontage.model.masonry import MASONRY
 from frontage.solids.brep import GRID_PER_M
 from frontage.solids.options import BuildOptions
 from frontage.solids.relief import FacadeReliefs, Relief
 from frontage.solids.walls import HostWall, find_walls
+
+STEP_REACH_M = 4.0
+"""m between a facade and the host's wall that it stands on a step of, at most: the depth of an arcade."""
 
 
 def on_a_step(
@@ -21,13 +23,13 @@ def on_a_step(
 ) -> tuple[FacadeReliefs, tuple[HostWall, ...]] | None:
     """Returns a facade whose reliefs all lie on a step of the wall behind or before it, and that wall.
 
-    Storeys that jut out, and those set back, are steps of the measured front, no errors of registration: as
-    far as anything can stand that belongs to a facade. Returns None where no wall is that near, and for a
+    Storeys that jut out, and those set back, are steps of the measured front, no errors of registration.
+    Returns None where no wall is that near, and for a
     model without depth.
     """
-    if not options.depth or options.max_offset >= MASONRY.facade_reach:
+    if not options.depth or options.max_offset >= STEP_REACH_M:
         return None
-    found = find_walls(solid, facade, options.model_copy(update={"max_offset": MASONRY.facade_reach}))
+    found = find_walls(solid, facade, options.model_copy(update={"max_offset": STEP_REACH_M}))
     rings = [_ring_on(facade, wall) for wall in found]
     area = [0.0 if r is None else float(r.area) for r in rings]
     best = int(np.argmax(area)) if area else -1
@@ -59,5 +61,5 @@ def _ring_on(facade: FacadeReliefs, wall: HostWall) -> Polygon | None:
         [shapely.make_valid(Polygon(flat(p.exterior), [flat(h) for h in p.interiors])) for p in wall.polygons]
     )
     shared = shapely.make_valid(Polygon(facade.outline)).intersection(region)
-    parts = [p for p in shapely.get_parts(shared) if isinstance(p, Polygon)]
+    parts = [p for p in shapely.get_parts(shared) if isinstance(p, Polygon) and p.area > 0.0]
     return max(parts, key=lambda p: float(p.area), default=None)

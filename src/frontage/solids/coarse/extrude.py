@@ -1,22 +1,28 @@
 """Blocks as hosts: a ground polygon extruded upwards, or a facade's outline extruded into the building."""
 
 from collections.abc import Sequence
+from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 import shapely
 from shapely.geometry import Polygon
+from shapely.geometry.base import BaseGeometry
 
 from frontage.geometry.arrays import Float
 from frontage.geometry.rigid import Rigid3
 from frontage.geometry.ring import polygon_ring
 from frontage.model import Face, Failed, Solid, Surface, WorldRef
+from frontage.model.masonry import MASONRY
 from frontage.solids.brep import GRID_PER_M, newell_normal
 from frontage.solids.coarse.host import Host, host_solid
-from frontage.solids.coarse.overhangs import with_overhangs
+from frontage.solids.coarse.overhangs import Storey, storeys_over
 from frontage.solids.coarse.plan_facade import PlanFacade
+from frontage.solids.coarse.tidy import tidy_footprints
 from frontage.solids.options import BuildOptions
 
 _UP = 0.5  # vertical component of the normal of a block's roof or ground, at least
+_LEAST_SOFFIT_M2 = 1e-6  # smaller parts come from rounding
 
 
 def ground_block(
@@ -26,41 +32,102 @@ def ground_block(
     top: float | None = None,
     *,
     fronts: Sequence[PlanFacade] = (),
+    beside: BaseGeometry | None = None,
     options: BuildOptions | None = None,
 ) -> Host | Failed:
-    """Extrudes a building's one ground polygon up to `top` (m local; None = the top of its highest wall).
+    """Extrudes a building's ground up to `top` (m local; None = the top of its highest wall).
 
     The host of a model whose walls and roof do not close: its walls are those of the model in plan, its roof
-    is flat. Its plan reaches up to the measured `fronts` that stand before the ground polygon. Returns S304
-    if there is not exactly one ground polygon, or nothing gives the height.
+    is flat. It reaches up to the measured `fronts` that stand before the ground, but not into the area
+    `beside` it, which belongs to other parts of the building. Returns S304 if its ground polygons are not one
+    piece of ground, or nothing gives the height.
     """
     grounds = [s for s in surfaces if s.semantics == "GroundSurface"]
     walls = [s.ring[:, 2].max() for s in surfaces if s.semantics == "WallSurface"]
-    if len(grounds) != 1 or (top is None and not walls):
+    ground = _one_ground(grounds)
+    if ground is None or (top is None and not walls):
         text = f"{building}: a block needs one ground polygon and a height; there are {len(grounds)} polygons"
         return Failed("S304", text, "use a block made from the facade")
     high = float(max(walls)) if top is None else top
-    ground, notes = _with_overhangs(building, grounds[0], fronts, options or BuildOptions())
-    made = host_solid(building, _prism_surfaces(ground, high), world, "1")
+    shell, notes = _shell(building, ground, high, fronts, beside, options or BuildOptions())
+    made = host_solid(building, shell, world, "1")
     if not isinstance(made, Host):
         return made
     note = f"{building}: a block over its ground polygon up to {high:.2f} m replaces the city model's solid"
     return Host(made.solid, (note, *notes, *made.notes))
 
 
-def _with_overhangs(
-    building: str, ground: Surface, fronts: Sequence[PlanFacade], options: BuildOptions
-) -> tuple[Surface, tuple[str, ...]]:
-    """Returns a ground polygon, at its mean height, under the storeys that jut out, and a note on that."""
+def ground_plan(grounds: Sequence[Surface]) -> BaseGeometry:
+    """Returns the area (m local) that ground surfaces cover together."""
+    polygons = [Polygon(s.ring[:, :2], [hole[:, :2] for hole in s.holes]) for s in grounds]
+    return shapely.union_all([shapely.make_valid(p) for p in polygons])
+
+
+def level_grounds(grounds: Sequence[Surface], z: float) -> list[Surface]:
+    """Returns ground surfaces at one height (m); polygons that touch become one."""
+    if len(grounds) == 1:
+        ring, *holes = (
+            np.column_stack([r[:, :2], np.full(len(r), z)]) for r in (grounds[0].ring, *grounds[0].holes)
+        )
+        return [replace(grounds[0], ring=ring, holes=tuple(holes))]
+    return [_level(p, z, "GroundSurface") for p in tidy_footprints(ground_plan(grounds))]
+
+
+def _one_ground(grounds: Sequence[Surface]) -> Surface | None:
+    """Returns the ground of a building, at its mean height where it is drawn as several polygons."""
+    if len(grounds) < 2:
+        return next(iter(grounds), None)
+    level = level_grounds(grounds, float(np.concatenate([s.ring[:, 2] for s in grounds]).mean()))
+    return level[0] if len(level) == 1 else None
+
+
+def _shell(
+    building: str,
+    ground: Surface,
+    high: float,
+    fronts: Sequence[PlanFacade],
+    beside: BaseGeometry | None,
+    options: BuildOptions,
+) -> tuple[list[Surface], list[str]]:
+    """Returns the shell of a block over a ground polygon with the storeys that jut out, and notes."""
     plan = Polygon(ground.ring[:, :2], [hole[:, :2] for hole in ground.holes])
-    wide = with_overhangs(plan, fronts, options) if fronts and plan.is_valid else plan
-    if wide is plan:
-        return ground, ()
     z = float(ground.ring[:, 2].mean())
-    rings = [np.array(r.coords)[:-1] for r in (wide.exterior, *wide.interiors)]
-    flat = [np.column_stack([r, np.full(len(r), z)]) for r in rings]
-    more = f"{wide.area - plan.area:.1f} m2 that jut out over its ground polygon are built to the ground"
-    return Surface(flat[0], ground.semantics, ground.source_id, tuple(flat[1:])), (f"{building}: {more}",)
+    low = [s for s in fronts if s.low < high]
+    storeys = storeys_over(plan, z, low, options, beside) if low and plan.is_valid else ()
+    storeys = tuple(s for s in storeys if s.foot < high - MASONRY.room_height) or (Storey(z, plan),)
+    first = storeys[0]
+    if len(storeys) == 1 and first.plan is plan:
+        return _prism_surfaces(ground, high), []
+    notes = []
+    if (more := first.plan.area - plan.area) > 0.0:
+        text = f"{more:.1f} m2 that jut out over its ground polygon are built to the ground"
+        notes.append(f"{building}: {text}")
+    for below, storey in pairwise(storeys):
+        more = storey.plan.area - below.plan.area
+        notes.append(f"{building}: {more:.1f} m2 jut out over its ground polygon from {storey.foot:.2f} m up")
+    return _stacked_surfaces(storeys, high), notes
+
+
+def _stacked_surfaces(storeys: Sequence[Storey], high: float) -> list[Surface]:
+    """Returns the ground, the soffits, the walls of every storey and the roof at the height `high` (m)."""
+    shell = _prism_surfaces(_level(storeys[0].plan, storeys[0].foot, "GroundSurface"), high)[:1]
+    for k, storey in enumerate(storeys):
+        upper = storeys[k + 1].foot if k + 1 < len(storeys) else high
+        prism = _prism_surfaces(_level(storey.plan, storey.foot, "GroundSurface"), upper)
+        shell += prism[2:] if upper < high else prism[1:]
+    for below, storey in pairwise(storeys):
+        for part in shapely.get_parts(storey.plan.difference(below.plan)):
+            if isinstance(part, Polygon) and part.area > _LEAST_SOFFIT_M2:
+                up = _level(part, storey.foot, "OuterCeilingSurface")
+                shell.append(replace(up, ring=up.ring[::-1], holes=tuple(h[::-1] for h in up.holes)))
+    return shell
+
+
+def _level(plan: Polygon, z: float, semantics: str) -> Surface:
+    """Returns a level surface over a plan, which looks up."""
+    plan = shapely.orient_polygons(plan)
+    rings = [np.insert(np.array(r.coords)[:-1], 2, z, axis=1) for r in (plan.exterior, *plan.interiors)]
+    return Surface(rings[0], semantics, "", tuple(rings[1:]))
 
 
 def _prism_surfaces(ground: Surface, high: float) -> list[Surface]:

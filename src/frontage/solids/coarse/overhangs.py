@@ -4,7 +4,8 @@ The ground polygon of a city model leaves out what stands over an arcade, a pass
 block over it has no wall there, and openings of the storeys above would have no host.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
@@ -13,41 +14,161 @@ from shapely.geometry import Polygon
 from shapely.geometry.base import BaseGeometry
 
 from frontage.geometry.arrays import Float
+from frontage.model.masonry import MASONRY
 from frontage.solids.coarse.plan_facade import PlanFacade
 from frontage.solids.coarse.tidy import buffered, simplified
 from frontage.solids.options import BuildOptions
 
-_FARTHEST_M = 4.0  # m between a facade and the ground plan behind it, at most: the depth of an arcade
+FARTHEST_M = 4.0  # m between a facade and the ground plan behind it, at most: the depth of an arcade
 _SLIT_M = 0.01  # m, half the width of slits that are closed
 _LOST_M = 0.5  # m of wall that another facade may lose
 _LEAST_M2 = 0.5  # m2 of plan: less is an error of the plan
+_MOST = 0.5  # share of an area that counts as most of it
+_LEVEL_M = 0.3  # m between the feet of storeys that are one: beams and the edges of soffits
+_ROUNDS = 2  # a front at a corner may reach over what another one has added
 
 
-def with_overhangs(plan: Polygon, facades: Sequence[PlanFacade], options: BuildOptions) -> Polygon:
-    """Returns a ground plan (m local) that reaches up to the measured facades before it.
+@dataclass(frozen=True, eq=False)
+class Storey:
+    """A part of a block with one plan (m local), from its foot (m local) to the next storey or the roof."""
 
-    A facade must have been measured on a wall of the plan, within `max_offset`. The line of that wall is the
-    border, so that a front with a passage in it stays flat. The plan stays as it is where it would fall apart
-    or where a wall would disappear that another facade was measured on. A whole front that juts out has no
-    such wall; it stands on a step of the wall behind it.
+    foot: float
+    plan: Polygon
+
+
+def storeys_over(
+    plan: Polygon,
+    ground: float,
+    facades: Sequence[PlanFacade],
+    options: BuildOptions,
+    beside: BaseGeometry | None = None,
+) -> tuple[Storey, ...]:
+    """Returns the storeys of a block over a ground plan (m local) that reaches up to measured facades.
+
+    Each plan contains the one below. A facade on a wall of the plan makes it reach up to the line of that
+    wall, from the `ground` (m local) up. A front without such a wall, on which openings were found, makes it
+    reach up to its own plane: from the ground up where it stands on it, else from its foot up, so that people
+    pass under it. `beside` is the area of other parts of the building, which stay free.
     """
-    for facade in facades:
-        line, length = _on_wall(plan, facade, options)
-        before = _before(plan, line)
-        if length == 0.0 or before.area < _LEAST_M2:
-            continue
-        found = _without_slits(plan.union(before))
+    bodies = {f: body for f in facades if (body := _body(plan, f, facades, options)) is not None}
+    hanging = [f for f in bodies if _foot(f) - ground >= MASONRY.door_height]
+    growing = _Growing(facades, bodies, options, Polygon() if beside is None else beside)
+    storeys = [Storey(ground, growing.plan(plan, [f for f in facades if f not in hanging]))]
+    for level in _levels(hanging):
+        foot, below = _foot(level[0]), storeys[-1].plan
+        above = [f for f in facades if (f.low + f.high) / 2 > foot]
+        wide = replace(growing, facades=above).plan(below, level)
+        if wide is not below:
+            storeys.append(Storey(foot, wide))
+    return tuple(storeys)
+
+
+def _foot(facade: PlanFacade) -> float:
+    """Returns the height (m) from which a facade needs a wall."""
+    return facade.foot if facade.held is None else min(facade.foot, facade.held[1])
+
+
+def _levels(facades: Sequence[PlanFacade]) -> list[list[PlanFacade]]:
+    """Groups facades whose feet are at one height, lowest first."""
+    levels: list[list[PlanFacade]] = []
+    for facade in sorted(facades, key=_foot):
+        if levels and _foot(facade) - _foot(levels[-1][0]) < _LEVEL_M:
+            levels[-1].append(facade)
+        else:
+            levels.append([facade])
+    return levels
+
+
+@dataclass(frozen=True, eq=False)
+class _Growing:
+    """Makes plans reach up to facades.
+
+    facades  whose walls must not disappear
+    bodies   fronts that jut out, and the areas behind their openings
+    beside   the area that stays free
+    """
+
+    facades: Sequence[PlanFacade]
+    bodies: Mapping[PlanFacade, Polygon]
+    options: BuildOptions
+    beside: BaseGeometry
+
+    def plan(self, plan: Polygon, fronts: Sequence[PlanFacade]) -> Polygon:
+        """Returns a plan that reaches up to `fronts`, as far as no other facade loses its wall."""
+        for _ in range(_ROUNDS):
+            earlier = plan
+            for front in fronts:
+                plan = self._reaching(plan, front)
+            if plan is earlier:
+                break
+        return plan
+
+    def _reaching(self, plan: Polygon, front: PlanFacade) -> Polygon:
+        """Returns a plan that reaches up to a front.
+
+        It stays as it is where it would fall apart or where a wall would disappear that another facade was
+        measured on, unless that one was seen through the openings of a front that juts out.
+        """
+        others = [f for f in self.facades if f is not front]
+        if front in self.bodies:
+            more = _before(plan, front).union(self.bodies[front])
+            others = [f for f in others if not _mostly_behind(f, front, self.options)]
+        else:
+            line, length = _on_wall(plan, front, self.options)
+            more = _before(plan, line) if length > 0.0 else Polygon()
+        more = more.difference(self.beside)
+        if more.difference(plan).area < _LEAST_M2:
+            return plan
+        found = _without_slits(plan.union(more))
         if not isinstance(found, Polygon) or not found.is_valid or found.area < plan.area:
-            continue
-        held = [(_on_wall(p, f, options)[1] for f in facades if f is not facade) for p in (plan, found)]
-        if all(now > was - _LOST_M for was, now in zip(*held, strict=True)):
-            plan = found
-    return plan
+            return plan
+        held = [(_on_wall(p, f, self.options)[1] for f in others) for p in (plan, found)]
+        kept = all(now > was - _LOST_M for was, now in zip(*held, strict=True))
+        return found if kept else plan
 
 
 def _without_slits(plan: BaseGeometry) -> BaseGeometry:
     """Closes the narrowest slits of a plan, and removes vertices that a straight line replaces."""
     return simplified(buffered(buffered(simplified(plan), _SLIT_M), -_SLIT_M))
+
+
+def _body(
+    plan: Polygon, facade: PlanFacade, facades: Sequence[PlanFacade], options: BuildOptions
+) -> Polygon | None:
+    """Returns the area behind the openings of a front that juts out over a plan; None for other facades.
+
+    Such a front has no wall of the plan near it, the plan lies behind some of it, and it hides what is behind
+    it: where other facades were measured behind most of it, it is a fence, a scaffold or an error of the
+    scan. The area is as deep as the one between front and plan; it may reach beyond the corner of the plan.
+    """
+    if facade.held is None or _on_wall(plan, facade, options)[1] > 0.0:
+        return None
+    behind = sum(_shared(facade, f, options) for f in facades if f is not facade)
+    before = _before(plan, facade)
+    inside = shapely.LineString(facade.ends + 2.0 * _SLIT_M * facade.inward)
+    covered = float(inside.intersection(before).length)
+    if covered < _LOST_M or behind > _MOST * facade.length * (facade.high - facade.low):
+        return None
+    left, _, right, _ = facade.held
+    left, right = max(left - MASONRY.half_brick, 0.0), min(right + MASONRY.half_brick, facade.length)
+    return facade.strip(left, right, float(before.area) / covered)
+
+
+def _mostly_behind(other: PlanFacade, front: PlanFacade, options: BuildOptions) -> bool:
+    """Decides whether most of another facade lies behind a front: it was seen through its openings."""
+    return _shared(front, other, options) > _MOST * other.length * (other.high - other.low)
+
+
+def _shared(front: PlanFacade, other: PlanFacade, options: BuildOptions) -> float:
+    """Returns how much (m2) of a front lies before another facade that is parallel to it."""
+    depth = float(front.depth_of(other.ends).mean())
+    parallel = front.inward @ other.inward > np.cos(np.radians(options.max_angle))
+    if not parallel or not MASONRY.step_out < depth <= FARTHEST_M:
+        return 0.0
+    s = np.sort((other.ends - front.ends[0]) @ front.along)
+    wide = min(s[1], front.length) - max(s[0], 0.0)
+    high = min(front.high, other.high) - max(front.low, other.low)
+    return float(max(wide, 0.0) * max(high, 0.0))
 
 
 def _on_wall(plan: Polygon, facade: PlanFacade, options: BuildOptions) -> tuple[PlanFacade, float]:
@@ -75,10 +196,10 @@ def _on_wall(plan: Polygon, facade: PlanFacade, options: BuildOptions) -> tuple[
 
 def _before(plan: Polygon, facade: PlanFacade) -> BaseGeometry:
     """Returns the area between a facade and the plan right behind it, and between parts of the plan there."""
-    step: Float = -_FARTHEST_M * facade.inward
+    step: Float = -FARTHEST_M * facade.inward
     corners = np.array(plan.exterior.coords)
     sides = [Polygon([p, q, q + step, p + step]) for p, q in pairwise(corners)]
     swept = shapely.union_all([plan, *(s for s in sides if s.is_valid and s.area > 0.0)])
-    strip = facade.own_strip(_FARTHEST_M)
+    strip = facade.own_strip(FARTHEST_M)
     between = shapely.convex_hull(strip.intersection(plan))
     return strip.intersection(swept.union(between)).difference(plan)

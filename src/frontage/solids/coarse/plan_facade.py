@@ -1,12 +1,17 @@
 """A facade in plan: a directed line with the building on one side, and the heights of foot and eaves."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
+import shapely
 from shapely.geometry import Polygon
 
 from frontage.geometry.arrays import Float
+from frontage.geometry.ring import at_depth
 from frontage.model import Facade
+
+_COLUMNS = 100  # at which the lower border of an outline is looked up
 
 
 @dataclass(eq=False)
@@ -16,6 +21,9 @@ class PlanFacade:
     ends               (2, 2) from left to right as seen from the street
     inward             unit vector (2,) into the building
     low, high          heights of its foot and its eaves
+    foot               height of the lower border that was measured: the ceiling of an arcade under it
+    held               the rectangle that holds its openings: positions (m) along the facade and heights,
+                       from left, low to right, high; None without openings
     eaves              (k, 2): position along the facade, height
     corner_neighbours  facades that meet it at an outer corner
     """
@@ -24,17 +32,27 @@ class PlanFacade:
     inward: Float
     low: float = 0.0
     high: float = 1.0
+    foot: float = 0.0
+    held: tuple[float, float, float, float] | None = None
     eaves: Float = field(default_factory=lambda: np.zeros((0, 2)))
     corner_neighbours: list["PlanFacade"] = field(default_factory=list)
 
     @classmethod
-    def of(cls, facade: Facade, outline: Float) -> "PlanFacade":
-        """Returns a facade in plan, between the foot and the eaves of its clean outline (k, 2) m (x, z)."""
+    def of(cls, facade: Facade, outline: Float, openings: Sequence[Float] = ()) -> "PlanFacade":
+        """Returns a facade in plan, between the foot and the eaves of its clean outline (k, 2) m (x, z).
+
+        `openings` are the rings (k, 2) m (x, z) of what was found on it.
+        """
         corners = facade.frame.apply(np.insert(outline, 1, 0.0, axis=1))
         ends = np.array([[outline[:, 0].min(), 0, 0], [outline[:, 0].max(), 0, 0]])
         inward = facade.frame.R[:2, 1] / np.linalg.norm(facade.frame.R[:2, 1])
         low, high = float(corners[:, 2].min()), float(corners[:, 2].max())
-        made = cls(facade.frame.apply(ends)[:, :2], inward, low, high)
+        foot = float(facade.frame.t[2] + facade.frame.R[2, 2] * lower_border(facade.outline))
+        made = cls(facade.frame.apply(ends)[:, :2], inward, low, high, foot)
+        if len(openings):
+            held = facade.frame.apply(at_depth(np.concatenate(openings), 0.0))
+            flat = np.column_stack([(held[:, :2] - made.ends[0]) @ made.along, held[:, 2]])
+            made.held = (*flat.min(0).tolist(), *flat.max(0).tolist())
         made.eaves = np.column_stack([corners[2:, :2] @ made.along, corners[2:, 2]])[::-1]
         return made
 
@@ -63,6 +81,18 @@ class PlanFacade:
     def own_strip(self, depth: float) -> Polygon:
         """Returns the strip over its own length."""
         return self.strip(0.0, self.length, depth)
+
+
+def lower_border(outline: Float) -> float:
+    """Returns the height (m) over which most of the lower border of an outline (k, 2) m (x, z) stands.
+
+    It is the median over columns: piers and a ragged edge below the ceiling of an arcade do not count.
+    """
+    polygon = shapely.make_valid(Polygon(outline))
+    x0, low, x1, high = polygon.bounds
+    x = np.linspace(x0, x1, _COLUMNS + 2)[1:-1]
+    columns = shapely.linestrings([[(v, low - 1.0), (v, high + 1.0)] for v in x])
+    return float(np.nanmedian(shapely.bounds(shapely.intersection(columns, polygon))[:, 1]))
 
 
 def cross2d(a: Float, b: Float) -> float:
