@@ -182,8 +182,8 @@ def test_a_front_far_from_the_wall_of_the_host_stands_on_a_step_of_it(step, azim
     assert any(f"a step of {step:.2f} m" in note for note in made.notes)
 
 
-def test_a_front_further_off_than_anything_of_a_facade_can_stand_is_refused():
-    place = Rigid3("local", "facade", STRAIGHT.R, STRAIGHT.t - 2.5 * STRAIGHT.R[:, 1])
+def test_a_front_further_off_than_an_arcade_is_deep_is_refused():
+    place = Rigid3("local", "facade", STRAIGHT.R, STRAIGHT.t - 4.5 * STRAIGHT.R[:, 1])
     window = Relief("W", rectangle(4, 5, 5, 6.5), 0.2)
     made = build_solid(block(STRAIGHT, WALL), [FacadeReliefs("F", place, WALL, (window,))])
     assert isinstance(made, Built) and [f.code for f in made.failed] == ["S310"]

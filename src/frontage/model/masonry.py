@@ -26,6 +26,8 @@ class Masonry:
                    (section 47) asks for, and a floor
     facade_reach   how far before its plane anything can stand that belongs to a facade, and how far behind it
                    the backs of niches lie (assumed)
+    arcade         depth of an arcade: how far storeys jut out over the wall of their ground floor at most
+                   (assumed)
     """
 
     half_brick: float = 0.115
@@ -38,6 +40,7 @@ class Masonry:
     room_width: float = 2.0
     room_height: float = 2.5
     facade_reach: float = 2.0
+    arcade: float = 4.0
 
 
 @dataclass(frozen=True)

@@ -9,8 +9,8 @@ from shapely.geometry import Polygon
 from shapely.geometry.base import BaseGeometry
 
 from frontage.model import Solid
+from frontage.model.masonry import MASONRY
 from frontage.solids.brep import GRID_PER_M
-from frontage.solids.cells.set_off import STEP_REACH_M
 from frontage.solids.options import BuildOptions
 from frontage.solids.relief import FacadeReliefs, Relief
 from frontage.solids.walls import find_walls
@@ -28,7 +28,7 @@ def distribute_reliefs(
         return [facade]
     walls = [_walls_in_facade(facade, s, options) for s in solids]
     if not any(w.intersects(shapely.make_valid(Polygon(facade.outline))) for w in walls):
-        far = options.model_copy(update={"max_offset": max(options.max_offset, STEP_REACH_M)})
+        far = options.model_copy(update={"max_offset": max(options.max_offset, MASONRY.arcade)})
         walls = [_walls_in_facade(facade, s, far) for s in solids]
     largest = max(range(len(solids)), key=lambda k: walls[k].area)
     chosen: list[list[Relief]] = [[] for _ in solids]

@@ -9,13 +9,11 @@ from shapely.geometry import LinearRing, Polygon
 from frontage.geometry.arrays import Float
 from frontage.geometry.ring import at_depth
 from frontage.model import Solid
+from frontage.model.masonry import MASONRY
 from frontage.solids.brep import GRID_PER_M
 from frontage.solids.options import BuildOptions
 from frontage.solids.relief import FacadeReliefs, Relief
 from frontage.solids.walls import HostWall, find_walls
-
-STEP_REACH_M = 4.0
-"""m between a facade and the host's wall that it stands on a step of, at most: the depth of an arcade."""
 
 
 def on_a_step(
@@ -27,9 +25,9 @@ def on_a_step(
     Returns None where no wall is that near, and for a
     model without depth.
     """
-    if not options.depth or options.max_offset >= STEP_REACH_M:
+    if not options.depth or options.max_offset >= MASONRY.arcade:
         return None
-    found = find_walls(solid, facade, options.model_copy(update={"max_offset": STEP_REACH_M}))
+    found = find_walls(solid, facade, options.model_copy(update={"max_offset": MASONRY.arcade}))
     rings = [_ring_on(facade, wall) for wall in found]
     area = [0.0 if r is None else float(r.area) for r in rings]
     best = int(np.argmax(area)) if area else -1

@@ -18,7 +18,7 @@ from frontage.solids.brep import GRID_PER_M, newell_normal
 from frontage.solids.coarse.host import Host, host_solid
 from frontage.solids.coarse.overhangs import Storey, storeys_over
 from frontage.solids.coarse.plan_facade import PlanFacade
-from frontage.solids.coarse.tidy import tidy_footprints
+from frontage.solids.coarse.tidy import borders_are_apart, tidy_footprints
 from frontage.solids.options import BuildOptions
 
 _UP = 0.5  # vertical component of the normal of a block's roof or ground, at least
@@ -116,11 +116,21 @@ def _stacked_surfaces(storeys: Sequence[Storey], high: float) -> list[Surface]:
         prism = _prism_surfaces(_level(storey.plan, storey.foot, "GroundSurface"), upper)
         shell += prism[2:] if upper < high else prism[1:]
     for below, storey in pairwise(storeys):
-        for part in shapely.get_parts(storey.plan.difference(below.plan)):
-            if isinstance(part, Polygon) and part.area > _LEAST_SOFFIT_M2:
-                up = _level(part, storey.foot, "OuterCeilingSurface")
-                shell.append(replace(up, ring=up.ring[::-1], holes=tuple(h[::-1] for h in up.holes)))
+        for part in _soffits(below.plan, storey.plan):
+            up = _level(part, storey.foot, "OuterCeilingSurface")
+            shell.append(replace(up, ring=up.ring[::-1], holes=tuple(h[::-1] for h in up.holes)))
     return shell
+
+
+def _soffits(below: Polygon, plan: Polygon) -> list[Polygon]:
+    """Returns what of a plan stands over the air; parts whose borders touch themselves are triangles."""
+    over = shapely.set_precision(plan.difference(below), 1 / GRID_PER_M)
+    parts = [p for p in shapely.get_parts(over) if isinstance(p, Polygon) and p.area > _LEAST_SOFFIT_M2]
+    found: list[Polygon] = []
+    for p in parts:
+        triangles = [] if borders_are_apart(p) else shapely.constrained_delaunay_triangles(p).geoms
+        found += [t for t in triangles if isinstance(t, Polygon)] or [p]
+    return found
 
 
 def _level(plan: Polygon, z: float, semantics: str) -> Surface:

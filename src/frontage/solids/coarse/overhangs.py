@@ -15,12 +15,13 @@ from shapely.geometry.base import BaseGeometry
 
 from frontage.geometry.arrays import Float
 from frontage.model.masonry import MASONRY
+from frontage.solids.brep import GRID_PER_M
 from frontage.solids.coarse.plan_facade import PlanFacade
-from frontage.solids.coarse.tidy import buffered, simplified
+from frontage.solids.coarse.tidy import borders_are_apart, buffered, simplified
 from frontage.solids.options import BuildOptions
 
-FARTHEST_M = 4.0  # m between a facade and the ground plan behind it, at most: the depth of an arcade
 _SLIT_M = 0.01  # m, half the width of slits that are closed
+_FIN_M = 0.05  # m, half the width of what juts out, at least: less is an error of the plan
 _LOST_M = 0.5  # m of wall that another facade may lose
 _LEAST_M2 = 0.5  # m2 of plan: less is an error of the plan
 _MOST = 0.5  # share of an area that counts as most of it
@@ -57,8 +58,8 @@ def storeys_over(
     for level in _levels(hanging):
         foot, below = _foot(level[0]), storeys[-1].plan
         above = [f for f in facades if (f.low + f.high) / 2 > foot]
-        wide = replace(growing, facades=above).plan(below, level)
-        if wide is not below:
+        wide = _over(below, replace(growing, facades=above).plan(below, level))
+        if wide is not None:
             storeys.append(Storey(foot, wide))
     return tuple(storeys)
 
@@ -120,11 +121,20 @@ class _Growing:
         if more.difference(plan).area < _LEAST_M2:
             return plan
         found = _without_slits(plan.union(more))
-        if not isinstance(found, Polygon) or not found.is_valid or found.area < plan.area:
+        if not isinstance(found, Polygon) or not borders_are_apart(found) or found.area < plan.area:
             return plan
         held = [(_on_wall(p, f, self.options)[1] for f in others) for p in (plan, found)]
         kept = all(now > was - _LOST_M for was, now in zip(*held, strict=True))
         return found if kept else plan
+
+
+def _over(below: Polygon, wide: Polygon) -> Polygon | None:
+    """Returns a plan whose borders are those of the plan below or stand apart; None if it is the same."""
+    more = buffered(buffered(wide.difference(below), -_FIN_M), _FIN_M)
+    found = shapely.union(below, shapely.snap(simplified(more), below, _SLIT_M), grid_size=1.0 / GRID_PER_M)
+    if more.area < _LEAST_M2 or not isinstance(found, Polygon) or not borders_are_apart(found):
+        return None
+    return found
 
 
 def _without_slits(plan: BaseGeometry) -> BaseGeometry:
@@ -163,7 +173,7 @@ def _shared(front: PlanFacade, other: PlanFacade, options: BuildOptions) -> floa
     """Returns how much (m2) of a front lies before another facade that is parallel to it."""
     depth = float(front.depth_of(other.ends).mean())
     parallel = front.inward @ other.inward > np.cos(np.radians(options.max_angle))
-    if not parallel or not MASONRY.step_out < depth <= FARTHEST_M:
+    if not parallel or not MASONRY.step_out < depth <= MASONRY.arcade:
         return 0.0
     s = np.sort((other.ends - front.ends[0]) @ front.along)
     wide = min(s[1], front.length) - max(s[0], 0.0)
@@ -196,10 +206,12 @@ def _on_wall(plan: Polygon, facade: PlanFacade, options: BuildOptions) -> tuple[
 
 def _before(plan: Polygon, facade: PlanFacade) -> BaseGeometry:
     """Returns the area between a facade and the plan right behind it, and between parts of the plan there."""
-    step: Float = -FARTHEST_M * facade.inward
+    step: Float = -MASONRY.arcade * facade.inward
     corners = np.array(plan.exterior.coords)
     sides = [Polygon([p, q, q + step, p + step]) for p, q in pairwise(corners)]
-    swept = shapely.union_all([plan, *(s for s in sides if s.is_valid and s.area > 0.0)])
-    strip = facade.own_strip(FARTHEST_M)
+    step_m = 1.0 / GRID_PER_M
+    swept = shapely.union_all([plan, *(s for s in sides if s.is_valid and s.area > 0.0)], grid_size=step_m)
+    strip = facade.own_strip(MASONRY.arcade)
     between = shapely.convex_hull(strip.intersection(plan))
-    return strip.intersection(swept.union(between)).difference(plan)
+    reached = shapely.intersection(strip, swept.union(between.buffer(0.0)), grid_size=step_m)
+    return shapely.difference(reached.buffer(0.0), plan, grid_size=step_m)  # lines are left out

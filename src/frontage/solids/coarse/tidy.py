@@ -26,7 +26,7 @@ def tidy_footprints(body: BaseGeometry) -> list[Polygon]:
         closed = closed.intersection(wide)
     spikeless = simplified(buffered(buffered(closed, -SHORTEST_M), SHORTEST_M))
     parts = [p for p in shapely.get_parts(spikeless) if isinstance(p, Polygon) and p.area > _SMALLEST_M2]
-    return [p if _borders_are_apart(p) else _without_holes(p) for p in parts]
+    return [p if borders_are_apart(p) else _without_holes(p) for p in parts]
 
 
 def buffered(body: BaseGeometry, by: float) -> BaseGeometry:
@@ -41,7 +41,7 @@ def simplified(body: BaseGeometry) -> BaseGeometry:
     return cast(BaseGeometry, shapely.set_precision(snapped, 0.0))  # later operations are not rounded
 
 
-def _borders_are_apart(part: Polygon) -> bool:
+def borders_are_apart(part: Polygon) -> bool:
     """Decides whether no hole touches another border and no neck has the width of a point."""
     inner = buffered(part, -SHORTEST_M)
     return isinstance(inner, Polygon) and len(inner.interiors) == len(part.interiors)
