@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from frontage.facades.arcades import with_open_arcades
 from frontage.facades.build import as_seen, build_facade
 from frontage.facades.candidate import FacadeCandidate, refine_candidate, sketch_candidate
 from frontage.facades.cloud import prepare
@@ -60,7 +61,8 @@ def find_facades(
         thinned = replace(scene, cloud=scene.cloud.bounded())
         candidates = search_candidates(thinned, rng)
         candidates = drop_interiors(candidates, thinned, rng)
-        candidates = without_overlaps(_refined(candidates, thinned, scene, rng))
+        candidates = with_open_arcades(_refined(candidates, thinned, scene, rng), scene, rng)
+        candidates = without_overlaps(candidates)
     if not candidates:
         return (_no_wall(building, options),)
     candidates.sort(key=lambda candidate: -candidate.cells.area)

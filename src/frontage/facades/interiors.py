@@ -5,6 +5,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy import ndimage
 
+from frontage.facades.arcades import stands_in_arcade
 from frontage.facades.candidate import FacadeCandidate, sample_rays
 from frontage.facades.cells import CellMap
 from frontage.facades.outline import largest_part, occupied, widest_gap
@@ -34,7 +35,8 @@ def drop_interiors(
     """Removes walls most of whose points lie behind a larger facade and were seen through its openings.
 
     With rays this is measured: lines of sight cross the larger facade, or its neighbours in the same plane,
-    under and between its wall. A wall that is set back is seen over or beside the facade and stays.
+    under and between its wall. A wall that is set back is seen over or beside the facade and stays, and so
+    does the wall of an arcade.
 
     Without rays the rules are:
 
@@ -62,7 +64,8 @@ def _is_interior(outer: FacadeCandidate, inner: FacadeCandidate, rows: Int, scen
     covers = _Covers.of(outer, scene)
     if outer.side.told_by == "rays":
         sensors = scene.sensors(rows)
-        return _was_measured_through(outer, covers, xyz, sensors)
+        through = _was_measured_through(outer, covers, xyz, sensors)
+        return through and not stands_in_arcade(outer, inner, xyz, sensors, scene)
     if _faces_the_same_way(outer, inner) and _is_covered_without_a_court(outer, q):
         return True
     if not _lies_where_rooms_are(covers, q):

@@ -70,10 +70,30 @@ def _coplanar_groups(solid: Solid, candidates: Sequence[int]) -> tuple[HostWall,
         ring = local[list(solid.faces[rest[0]].ring)]
         n = newell_normal(ring)
         off = [np.abs((local[_vertex_ids(solid.faces[k])] - ring.mean(0)) @ n).max() for k in rest]
-        own = [k for k, d in zip(rest, off, strict=True) if d <= _COPLANAR_M] or rest[:1]
+        near = [k for k, d in zip(rest, off, strict=True) if d <= _COPLANAR_M] or rest[:1]
+        own = _without_steps(solid, near)
         rest = [k for k in rest if k not in own]
         walls.append(_make_wall(solid, own))
     return tuple(walls)
+
+
+def _without_steps(solid: Solid, faces: Sequence[int]) -> list[int]:
+    """Returns the faces without those that a step divides from earlier ones, however small it is.
+
+    The vertices on both sides of a step have one place on the wall.
+    """
+    local = solid.vertices / GRID_PER_M
+    n = newell_normal(local[list(solid.faces[faces[0]].ring)])
+    frame = Rigid3("local", "wall", facade_axes(-n), local[solid.faces[faces[0]].ring[0]])
+    vertex_at: dict[tuple[int, int], int] = {}
+    kept = []
+    for k in faces:
+        ids = _vertex_ids(solid.faces[k])
+        places = [(int(x), int(z)) for x, z in _on_wall_grid(frame, local[ids])]
+        if all(vertex_at.get(p, i) == i for p, i in zip(places, ids, strict=True)):
+            vertex_at |= zip(places, ids, strict=True)
+            kept.append(k)
+    return kept
 
 
 def _vertex_ids(face: Face) -> list[int]:

@@ -130,11 +130,23 @@ class _Growing:
 
 def _over(below: Polygon, wide: Polygon) -> Polygon | None:
     """Returns a plan whose borders are those of the plan below or stand apart; None if it is the same."""
-    more = buffered(buffered(wide.difference(below), -_FIN_M), _FIN_M)
-    found = shapely.union(below, shapely.snap(simplified(more), below, _SLIT_M), grid_size=1.0 / GRID_PER_M)
+    more = simplified(buffered(buffered(wide.difference(below), -_FIN_M), _FIN_M))
+    found = shapely.union(below, _onto_border(more, below), grid_size=1.0 / GRID_PER_M)
     if more.area < _LEAST_M2 or not isinstance(found, Polygon) or not borders_are_apart(found):
         return None
     return found
+
+
+def _onto_border(area: BaseGeometry, plan: Polygon) -> BaseGeometry:
+    """Moves the vertices of an area that nearly lie on the border of a plan onto it, first to its corners."""
+    border = plan.boundary
+
+    def moved(xy: Float) -> Float:
+        lines = shapely.shortest_line(shapely.points(xy), border)
+        near = shapely.length(lines) < _SLIT_M
+        return np.where(near[:, None], shapely.get_coordinates(lines).reshape(-1, 2, 2)[:, 1], xy)
+
+    return shapely.make_valid(shapely.transform(shapely.snap(area, plan, _SLIT_M), moved))
 
 
 def _without_slits(plan: BaseGeometry) -> BaseGeometry:

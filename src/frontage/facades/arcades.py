@@ -1,0 +1,105 @@
+"""Tell the wall behind an arcade from the walls of rooms: it is seen under the front, through open air."""
+
+from dataclasses import replace
+
+import numpy as np
+from scipy import ndimage
+
+from frontage.facades.candidate import FacadeCandidate, sample_rays
+from frontage.facades.scene import FacadeScene
+from frontage.facades.street import crossings
+from frontage.geometry.arrays import Bool, Float, Int
+from frontage.model.masonry import MASONRY, TOLERANCES
+
+_MOST = 0.5  # share that counts as most of it
+_FEW = 0.1  # share that counts as next to nothing
+_REVEAL_M = 0.3  # m beside a pier in which its own faces are seen
+
+
+def with_open_arcades(
+    candidates: list[FacadeCandidate], scene: FacadeScene, rng: np.random.Generator
+) -> list[FacadeCandidate]:
+    """Returns the walls; the outlines of fronts over an arcade end at its ceiling, and at the sides of piers.
+
+    What is seen there belongs to the wall of the arcade, which is another one of the candidates.
+    """
+    found = list(candidates)
+    for inner in candidates:
+        rows = sample_rays(inner.wall.inliers, rng)
+        xyz, sensors = scene.cloud.xyz[rows], scene.sensors(rows)
+        for k, outer in enumerate(found):
+            if outer.cells.area > inner.cells.area and stands_in_arcade(outer, inner, xyz, sensors, scene):
+                found[k] = _opened(outer, inner, scene)
+    return found
+
+
+def _opened(outer: FacadeCandidate, inner: FacadeCandidate, scene: FacadeScene) -> FacadeCandidate:
+    """Returns a front without the gaps between its piers, up to the top of the wall that is seen there."""
+    cells = outer.cells
+    lowest, gates = _gates(outer, scene)
+    ends = outer.wall.coordinates(scene.cloud.xyz[inner.wall.inliers])[:, 0]
+    first, last = np.sort(_columns(outer, np.array([ends.min(), ends.max()])))
+    number = np.arange(cells.whole.shape[1])
+    before = gates & (number >= first) & (number <= last)
+    top = inner.cells.corner[1] + inner.cells.cell * (np.flatnonzero(inner.cells.whole.any(1))[-1] + 1)
+    top += float(inner.wall.point[2] - outer.wall.point[2])
+    rows = cells.corner[1] + cells.cell * np.arange(cells.whole.shape[0])
+    gap = before & (rows[:, None] < np.minimum(lowest, top))
+    return replace(outer, cells=replace(cells, whole=cells.whole & ~gap, shut=cells.shut & ~gap))
+
+
+def stands_in_arcade(
+    outer: FacadeCandidate, inner: FacadeCandidate, xyz: Float, sensors: Float, scene: FacadeScene
+) -> bool:
+    """Decides whether `inner` is the wall of an arcade, or of a storey that is set back, under `outer`.
+
+    It faces the same way, no further behind than an arcade is deep, and ends at its ceiling. Most lines of
+    sight to its points xyz (n, 3) m local pass under the front where this leaves headroom above the ground,
+    and it does so over most of its width. Next to nothing closes the way there, as the frames and panes of
+    shop windows would.
+    """
+    depth = float((inner.wall.point - outer.wall.point) @ outer.wall.normal)
+    same_way = outer.wall.normal @ inner.wall.normal > TOLERANCES.parallel_cos
+    if not same_way or not MASONRY.relief < depth <= MASONRY.arcade:
+        return False
+    lowest, gates = _gates(outer, scene)
+    crosses, x, z = crossings(outer.wall, xyz, sensors)
+    column = _columns(outer, x)
+    under = crosses & gates[column] & (z < lowest[column])
+    if under.mean() <= _MOST:
+        return False
+    q = outer.wall.coordinates(xyz)
+    ceiling = float(np.median(lowest[column[under]])) + MASONRY.threshold
+    first, last = np.sort(_columns(outer, q[:, 0]))[[0, -1]]
+    front = np.isfinite(lowest[first : last + 1])
+    wide = gates[first : last + 1][front].mean() > _MOST
+    return bool(wide and (q[:, 2] > ceiling).mean() < _FEW and _is_free(outer, lowest, gates, under.sum()))
+
+
+def _gates(outer: FacadeCandidate, scene: FacadeScene) -> tuple[Float, Bool]:
+    """Returns the height (m, facade coordinates) of the lowest wall of every column, and which are open."""
+    cells = outer.cells
+    wall = cells.wall.any(0)
+    lowest = np.where(wall, cells.corner[1] + cells.cell * cells.wall.argmax(0), -np.inf)
+    foot = scene.ground_z - outer.wall.point[2]
+    return lowest, np.asarray(lowest - foot >= MASONRY.door_height, np.bool_)
+
+
+def _columns(outer: FacadeCandidate, x: Float) -> Int:
+    """Returns the columns (n,) of the cells of a wall that points at x (n,) m lie in."""
+    cells = outer.cells
+    return np.clip(np.floor((x - cells.corner[0]) / cells.cell), 0, cells.wall.shape[1] - 1).astype(np.int64)
+
+
+def _is_free(outer: FacadeCandidate, lowest: Float, gates: Bool, through: int) -> bool:
+    """Decides whether few points were measured in the gates, given how many lines of sight go `through`.
+
+    The faces of piers do not count.
+    """
+    q = outer.slab.q
+    reach = int(np.ceil(_REVEAL_M / outer.cells.cell))
+    middle = ndimage.binary_erosion(gates, np.ones(2 * reach + 1, np.bool_), border_value=1)
+    column = _columns(outer, q[:, 0])
+    below = lowest[column] - q[:, 2]
+    inside = middle[column] & (below > _REVEAL_M) & (below < MASONRY.door_height)
+    return bool((inside & (np.abs(q[:, 1]) < MASONRY.relief)).sum() < _FEW * through)
