@@ -13,6 +13,7 @@ from frontage.model.masonry import MASONRY, TOLERANCES
 
 _MOST = 0.5  # share that counts as most of it
 _FEW = 0.1  # share that counts as next to nothing
+_PLACE_M = 0.5  # m, twice the distance of the surroundings' points, so that none is empty by chance
 _REVEAL_M = 0.3  # m beside a pier in which its own faces are seen
 
 
@@ -56,7 +57,7 @@ def stands_in_arcade(
     It faces the same way, no further behind than an arcade is deep, and ends at its ceiling. Most lines of
     sight to its points xyz (n, 3) m local pass under the front where this leaves headroom above the ground,
     and it does so over most of its width. Next to nothing closes the way there, as the frames and panes of
-    shop windows would.
+    shop windows would, and the ground of the street goes on up to the wall.
     """
     depth = float((inner.wall.point - outer.wall.point) @ outer.wall.normal)
     same_way = outer.wall.normal @ inner.wall.normal > TOLERANCES.parallel_cos
@@ -72,8 +73,26 @@ def stands_in_arcade(
     ceiling = float(np.median(lowest[column[under]])) + MASONRY.threshold
     first, last = np.sort(_columns(outer, q[:, 0]))[[0, -1]]
     front = np.isfinite(lowest[first : last + 1])
-    wide = gates[first : last + 1][front].mean() > _MOST
-    return bool(wide and (q[:, 2] > ceiling).mean() < _FEW and _is_free(outer, lowest, gates, under.sum()))
+    if gates[first : last + 1][front].mean() <= _MOST or (q[:, 2] > ceiling).mean() > _FEW:
+        return False
+    hall = gates & (np.arange(len(gates)) >= first) & (np.arange(len(gates)) <= last)
+    return _is_free(outer, lowest, gates, under.sum()) and _goes_on(outer, hall, depth, scene)
+
+
+def _goes_on(outer: FacadeCandidate, hall: Bool, depth: float, scene: FacadeScene) -> bool:
+    """Decides whether ground was measured in most places behind the gates, at the height of the street.
+
+    `hall` are the columns of the outer wall's cells whose gates lead to a wall at a depth of `depth` m. A
+    place is a strip of `_PLACE_M` of the width.
+    """
+    q = outer.wall.coordinates(scene.around)
+    level = np.abs(scene.around[:, 2] - scene.ground_z) < MASONRY.threshold
+    behind = (q[:, 1] > MASONRY.relief / 2.0) & (q[:, 1] < depth - MASONRY.relief / 2.0)
+    at = np.flatnonzero(hall)
+    wide = max(1, round(_PLACE_M / outer.cells.cell))
+    column = _columns(outer, q[level & behind, 0])
+    floor = np.intersect1d(column[hall[column]] // wide, at // wide)
+    return bool(len(floor) > _MOST * len(np.unique(at // wide)))
 
 
 def _gates(outer: FacadeCandidate, scene: FacadeScene) -> tuple[Float, Bool]:
