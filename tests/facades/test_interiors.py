@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+import shapely
 
 from frontage.facades import find_facades
 from frontage.model import Building, Scan, WorldRef
@@ -136,3 +137,22 @@ def test_rooms_of_a_cloud_cut_out_without_ground_and_rays_are_no_facades(seed):
         assert all(np.mean(scene.part[own][f.inliers] == Part.ROOM) < 0.2 for f in found)
     shares = [np.mean(scene.part[scene.house == house] == Part.ROOM) for house in range(3)]
     assert max(shares) > 0.1  # there are rooms that could be taken for facades
+
+
+@pytest.mark.parametrize("seed", [0, 3])
+def test_the_wall_of_an_arcade_stays_and_the_front_ends_at_its_ceiling(seed):
+    rng = np.random.default_rng(seed)
+    rear = grid(rng, -7.2, 7.2, 0.0, 3.6, 2.0, 0.05)
+    floor = rng.uniform((-7.2, 0.1, 0.0), (7.2, 2.0, 0.02), (4000, 3))
+    found = facades(arcade, np.vstack([rear, floor]), True, seed)
+    assert depths(found) == [0.0, 2.0]
+    front = max(found, key=lambda f: f.extent[3] - f.extent[1])
+    outline = shapely.Polygon(front.outline)
+
+    def inside(*places):
+        """Tells which places (x, z) on the plane of the front its outline holds."""
+        on_plane = np.array([(x, 0.0, z) for x, z in places])
+        return shapely.contains_xy(outline, front.frame.inverse.apply(on_plane)[:, [0, 2]])
+
+    assert not inside((-5.0, 0.5), (-2.0, 2.5), (2.0, 0.5), (5.0, 2.5)).any()
+    assert inside((-7.2, 0.5), (0.0, 0.5), (7.2, 0.5), (3.6, 4.5)).all()

@@ -19,19 +19,21 @@ _REVEAL_M = 0.3  # m beside a pier in which its own faces are seen
 
 def with_open_arcades(
     candidates: list[FacadeCandidate], scene: FacadeScene, rng: np.random.Generator
-) -> list[FacadeCandidate]:
-    """Returns the walls; the outlines of fronts over an arcade end at its ceiling, and at the sides of piers.
+) -> tuple[list[FacadeCandidate], frozenset[tuple[int, int]]]:
+    """Returns the walls, and the pairs of front and wall of an arcade among them, as their numbers.
 
-    What is seen there belongs to the wall of the arcade, which is another one of the candidates.
+    The outlines of fronts over an arcade end at its ceiling, and at the sides of piers. What is seen there
+    belongs to the wall of the arcade.
     """
-    found = list(candidates)
-    for inner in candidates:
+    found, pairs = list(candidates), set[tuple[int, int]]()
+    for number, inner in enumerate(candidates):
         rows = sample_rays(inner.wall.inliers, rng)
         xyz, sensors = scene.cloud.xyz[rows], scene.sensors(rows)
         for k, outer in enumerate(found):
             if outer.cells.area > inner.cells.area and stands_in_arcade(outer, inner, xyz, sensors, scene):
                 found[k] = _opened(outer, inner, scene)
-    return found
+                pairs.add((k, number))
+    return found, frozenset(pairs)
 
 
 def _opened(outer: FacadeCandidate, inner: FacadeCandidate, scene: FacadeScene) -> FacadeCandidate:

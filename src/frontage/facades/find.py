@@ -61,8 +61,8 @@ def find_facades(
         thinned = replace(scene, cloud=scene.cloud.bounded())
         candidates = search_candidates(thinned, rng)
         candidates = drop_interiors(candidates, thinned, rng)
-        candidates = with_open_arcades(_refined(candidates, thinned, scene, rng), scene, rng)
-        candidates = without_overlaps(candidates)
+        candidates, arcades = with_open_arcades(_refined(candidates, thinned, scene, rng), scene, rng)
+        candidates = without_overlaps(candidates, arcades)
     if not candidates:
         return (_no_wall(building, options),)
     candidates.sort(key=lambda candidate: -candidate.cells.area)

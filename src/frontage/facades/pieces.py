@@ -1,5 +1,6 @@
 """Gives every area of a front to one of its planes: outlines of parallel walls do not overlap."""
 
+from collections.abc import Set
 from dataclasses import replace
 from itertools import combinations
 
@@ -15,16 +16,19 @@ _AROUND_M = 0.8  # m, one sigma of the surroundings whose wall tells the owner o
 _WHOLE = 0.95  # share of its remaining wall that a piece keeps in one part; less, and it is divided
 
 
-def without_overlaps(candidates: list[FacadeCandidate]) -> list[FacadeCandidate]:
+def without_overlaps(
+    candidates: list[FacadeCandidate], arcades: Set[tuple[int, int]] = frozenset()
+) -> list[FacadeCandidate]:
     """Returns the walls with outlines that do not overlap where parallel walls stand side by side.
 
     The outline of a wall continues over the next one where the front steps, for both are upright and near
     its plane. There a place belongs to the plane that has more wall around it. A wall that another divides
-    in two keeps its outline, for that other one is a step within it.
+    in two keeps its outline, for that other one is a step within it. The front and the wall of an arcade,
+    given by their numbers, stand one behind the other, and the wall goes on behind the piers.
     """
     pieces = list(candidates)
     for a, b in combinations(range(len(pieces)), 2):
-        if _are_beside(pieces[a], pieces[b]):
+        if not {(a, b), (b, a)} & arcades and _are_beside(pieces[a], pieces[b]):
             pieces[a], pieces[b] = _divided(pieces[a], pieces[b])
     return pieces
 
