@@ -173,7 +173,7 @@ def test_without_buildings_nothing_stale_stays(tmp_path: Path) -> None:
     assert not [p for p in (tmp_path / "model").rglob("*") if p.is_file()]
 
 
-def test_a_facade_without_a_wall_is_a_warning_with_its_count(tmp_path: Path) -> None:
+def test_a_facade_without_a_wall_is_a_warning_with_its_openings(tmp_path: Path) -> None:
     store = folder(tmp_path, ("B01",))
     behind = replace(wall(), id="B01/F2")
     pose = replace(behind.frame, t=behind.frame.apply(np.array([[0, 3.0, 0]]))[0])
@@ -183,4 +183,4 @@ def test_a_facade_without_a_wall_is_a_warning_with_its_count(tmp_path: Path) -> 
     judged(store, "B01", "B01/F1", "B01/F2")
     (warning,) = made(store, city=city_model(tmp_path / "m.city.json", 10.0)).warnings
     assert (warning.item, warning.code) == ("B01", "S310")
-    assert "B01/F2: no wall of the host lies where it was measured; 1 element left out" in warning.message
+    assert "B01/F2: no wall of the host lies where it was measured; left out: B01/F2/W0-1" in warning.message

@@ -3,7 +3,7 @@
 from dataclasses import dataclass, field
 
 from frontage.model import Failed
-from frontage.solids.relief import Relief
+from frontage.solids.relief import Relief, names_of
 
 
 @dataclass
@@ -18,5 +18,7 @@ class BuildLog:
         self.notes.append(text)
 
     def refuse(self, code: str, relief: Relief, reason: str, hint: str = "") -> None:
-        """Records that a relief is not in the solid, and why."""
-        self.failed.append(Failed(code, f"{relief.id}: {reason}", hint))
+        """Records that a relief, with those on its surface, is not in the solid, and why."""
+        _, *others = names_of(relief)
+        more = f"; left out with it: {', '.join(others)}" if others else ""
+        self.failed.append(Failed(code, f"{relief.id}: {reason}{more}", hint))

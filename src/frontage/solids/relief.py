@@ -29,6 +29,11 @@ class Relief:
         freeze(self, ring=((None, 2), np.float64))
 
 
+def names_of(relief: Relief) -> list[str]:
+    """Returns the ids of a relief and of all reliefs on it."""
+    return [relief.id, *(name for r in relief.inside for name in names_of(r))]
+
+
 @dataclass(frozen=True, eq=False)
 class FacadeReliefs:
     """A facade as the solid builder needs it: id, measured frame, outline (k, 2) m (x, z) and reliefs.

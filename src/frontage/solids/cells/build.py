@@ -12,16 +12,11 @@ from frontage.solids.cells.depths import level_slivers, limit_depths
 from frontage.solids.cells.pinches import partition_without_pinches
 from frontage.solids.cells.place import place_reliefs
 from frontage.solids.cells.placing_area import PlacingArea
-from frontage.solids.cells.project import (
-    ProjectedRelief,
-    assign_to_walls,
-    names_of,
-    without_protrusions,
-)
+from frontage.solids.cells.project import ProjectedRelief, assign_to_walls, without_protrusions
 from frontage.solids.cells.set_off import covers_any, on_a_step
 from frontage.solids.coarse.reseat import reseat_walls
 from frontage.solids.options import BuildOptions
-from frontage.solids.relief import Built, FacadeReliefs
+from frontage.solids.relief import Built, FacadeReliefs, names_of
 from frontage.solids.walls import HostWall, find_again, find_walls
 
 
@@ -43,26 +38,28 @@ def build_solid(
         host = reseat_walls(host, facades, context.options, context.log)
     solid, offsets = host, dict[str, float]()
     for facade in facades:
-        solid, own_offsets = _cut_facade(solid, facade, context)
+        others = [f for f in facades if f is not facade]
+        solid, own_offsets = _cut_facade(solid, facade, others, context)
         offsets |= own_offsets
     in_solid = {f.opening for f in solid.faces}
     kept = {i: d for i, d in offsets.items() if i in in_solid}
     return Built(solid, host, kept, tuple(context.log.failed), tuple(context.log.notes))
 
 
-def _cut_facade(solid: Solid, facade: FacadeReliefs, context: BuildContext) -> tuple[Solid, dict[str, float]]:
+def _cut_facade(
+    solid: Solid, facade: FacadeReliefs, others: Sequence[FacadeReliefs], context: BuildContext
+) -> tuple[Solid, dict[str, float]]:
     """Cuts the reliefs of one facade; also returns their offsets (m) from the measured plane."""
     if not facade.reliefs:
         return solid, {}
     walls = find_walls(solid, facade, context.options)
-    if not covers_any(facade, walls) and (far := on_a_step(solid, facade, context.options)):
+    if not covers_any(facade, walls) and (far := on_a_step(solid, facade, others, context.options)):
         facade, walls = far
         depth = facade.reliefs[0].depth
         context.log.note(f"{facade.id}: stands on a step of {depth:.2f} m of the host's wall")
     if not walls:
-        count = sum(len(names_of(r)) for r in facade.reliefs)
-        text = f"{facade.id}: no wall of the host lies where it was measured; {count} "
-        text += f"element{'s' if count > 1 else ''} left out"
+        names = ", ".join(name for r in facade.reliefs for name in names_of(r))
+        text = f"{facade.id}: no wall of the host lies where it was measured; left out: {names}"
         context.log.failed.append(Failed("S310", text, "check the registration, or raise max_offset"))
         return solid, {}
     by_wall, offsets = assign_to_walls(facade, walls, context)

@@ -12,7 +12,7 @@ from frontage.geometry.rigid import Rigid3
 from frontage.solids.brep import GRID_PER_M
 from frontage.solids.cells.context import BuildContext
 from frontage.solids.cells.placing_area import wall_region
-from frontage.solids.relief import FacadeReliefs, Relief
+from frontage.solids.relief import FacadeReliefs, Relief, names_of
 from frontage.solids.walls import HostWall
 
 
@@ -55,11 +55,6 @@ def assign_to_walls(
         offsets |= dict.fromkeys(names_of(relief), offset)
         by_wall.setdefault(best, []).append(projected[best])
     return by_wall, offsets
-
-
-def names_of(relief: Relief) -> list[str]:
-    """Returns the ids of a relief and of all reliefs on it."""
-    return [relief.id, *(name for r in relief.inside for name in names_of(r))]
 
 
 def without_protrusions(reliefs: Sequence[ProjectedRelief], context: BuildContext) -> list[ProjectedRelief]:

@@ -5,6 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 import shapely
 from shapely.geometry import LinearRing, Polygon
+from shapely.geometry.base import BaseGeometry
 
 from frontage.geometry.arrays import Float
 from frontage.geometry.ring import at_depth
@@ -15,39 +16,82 @@ from frontage.solids.options import BuildOptions
 from frontage.solids.relief import FacadeReliefs, Relief
 from frontage.solids.walls import HostWall, find_walls
 
+_LEAST_M2 = 0.01  # smaller parts of a step come from rounding
+
 
 def on_a_step(
-    solid: Solid, facade: FacadeReliefs, options: BuildOptions
+    solid: Solid, facade: FacadeReliefs, others: Sequence[FacadeReliefs], options: BuildOptions
 ) -> tuple[FacadeReliefs, tuple[HostWall, ...]] | None:
-    """Returns a facade whose reliefs all lie on a step of the wall behind or before it, and that wall.
+    """Returns a facade whose reliefs all lie on steps of the wall behind or before it, and that wall.
 
-    Storeys that jut out, and those set back, are steps of the measured front, no errors of registration.
-    Returns None where no wall is that near, and for a
-    model without depth.
+    Storeys that jut out, and those set back, are steps of the measured front, no errors of registration. The
+    wall stays where `others` were measured on it: between the piers of an arcade that the model draws as a
+    wall, there are several steps. Returns None where no wall is that near, and for a model without depth.
     """
     if not options.depth or options.max_offset >= MASONRY.arcade:
         return None
     found = find_walls(solid, facade, options.model_copy(update={"max_offset": MASONRY.arcade}))
-    rings = [_ring_on(facade, wall) for wall in found]
-    area = [0.0 if r is None else float(r.area) for r in rings]
-    best = int(np.argmax(area)) if area else -1
-    ring = rings[best] if best >= 0 else None
-    if ring is None:
+    regions = [_region_on(facade, wall) for wall in found]
+    best = int(np.argmax([r.area for r in regions])) if regions else -1
+    if best < 0 or regions[best].area == 0.0:
         return None
-    corners = np.asarray(ring.exterior.coords)[:-1]
-    wall_from_facade = found[best].local_from_wall.inverse @ facade.local_from_facade
-    depth = float(wall_from_facade.apply(at_depth(corners, 0.0))[:, 1].mean())
-    step = Relief(f"{facade.id}/step", corners, depth, "WallSurface", facade.reliefs)
-    return FacadeReliefs(facade.id, facade.local_from_facade, facade.outline, (step,)), (found[best],)
+    wall, region = found[best], regions[best]
+    depth = _depth_of(wall, facade)
+    if depth > 0.0:
+        region = region.difference(shapely.union_all([_outline_on(facade, o, wall, options) for o in others]))
+    steps = _steps(facade, region, depth)
+    return (
+        (FacadeReliefs(facade.id, facade.local_from_facade, facade.outline, steps), (wall,))
+        if steps
+        else None
+    )
 
 
 def covers_any(facade: FacadeReliefs, walls: Sequence[HostWall]) -> bool:
     """Decides whether any of the walls lies within the facade's outline, and not only beside it."""
-    return any(_ring_on(facade, wall) is not None for wall in walls)
+    return any(_region_on(facade, wall).area > 0.0 for wall in walls)
 
 
-def _ring_on(facade: FacadeReliefs, wall: HostWall) -> Polygon | None:
-    """Returns the largest part of the facade's outline, in its frame, that lies on a wall."""
+def _depth_of(wall: HostWall, facade: FacadeReliefs) -> float:
+    """Returns how far (m) a facade lies behind a wall."""
+    wall_from_facade = wall.local_from_wall.inverse @ facade.local_from_facade
+    return float(wall_from_facade.apply(at_depth(facade.outline, 0.0))[:, 1].mean())
+
+
+def _steps(facade: FacadeReliefs, region: BaseGeometry, depth: float) -> tuple[Relief, ...]:
+    """Returns the parts of a region that hold reliefs, as steps with these on them, the largest one first.
+
+    Every relief goes to the part that holds most of it, and those in none to the first step.
+    """
+    parts = [p for p in shapely.get_parts(region) if isinstance(p, Polygon) and p.area > _LEAST_M2]
+    parts.sort(key=lambda p: -float(p.area))
+    if not parts:
+        return ()
+    own: list[list[Relief]] = [[] for _ in parts]
+    for relief in facade.reliefs:
+        ring = shapely.make_valid(Polygon(relief.ring))
+        own[int(np.argmax([p.intersection(ring).area for p in parts]))].append(relief)
+    held = [(p, tuple(r)) for p, r in zip(parts, own, strict=True) if r]
+    names = [f"{facade.id}/step", *(f"{facade.id}/step-{k}" for k in range(2, len(held) + 1))]
+    return tuple(
+        Relief(name, np.asarray(p.exterior.coords)[:-1], depth, "WallSurface", reliefs)
+        for name, (p, reliefs) in zip(names, held, strict=True)
+    )
+
+
+def _outline_on(
+    facade: FacadeReliefs, other: FacadeReliefs, wall: HostWall, options: BuildOptions
+) -> BaseGeometry:
+    """Returns the outline of another facade in this one's plane, if that was measured on the wall."""
+    parallel = other.local_from_facade.R[:, 1] @ wall.local_from_wall.R[:, 1]
+    if parallel < np.cos(np.radians(options.max_angle)) or abs(_depth_of(wall, other)) > options.max_offset:
+        return Polygon()
+    facade_from_other = facade.local_from_facade.inverse @ other.local_from_facade
+    return shapely.make_valid(Polygon(facade_from_other.apply(at_depth(other.outline, 0.0))[:, [0, 2]]))
+
+
+def _region_on(facade: FacadeReliefs, wall: HostWall) -> BaseGeometry:
+    """Returns the part of the facade's outline, in its frame, that lies on a wall."""
     facade_from_wall = facade.local_from_facade.inverse @ wall.local_from_wall
 
     def flat(ring: LinearRing) -> Float:
@@ -58,6 +102,4 @@ def _ring_on(facade: FacadeReliefs, wall: HostWall) -> Polygon | None:
     region = shapely.union_all(
         [shapely.make_valid(Polygon(flat(p.exterior), [flat(h) for h in p.interiors])) for p in wall.polygons]
     )
-    shared = shapely.make_valid(Polygon(facade.outline)).intersection(region)
-    parts = [p for p in shapely.get_parts(shared) if isinstance(p, Polygon) and p.area > 0.0]
-    return max(parts, key=lambda p: float(p.area), default=None)
+    return shapely.make_valid(Polygon(facade.outline)).intersection(region)
