@@ -83,3 +83,14 @@ def test_a_step_back_from_one_wall_and_out_from_the_other_is_told_once(stepped):
     assert [[p.kind for p in e.protrusions] for _, e in found] == [["setback"], []]
     other = [judged[0], fronted(back, "oriel", -0.9)]  # it stands before both
     assert [len(e.protrusions) for _, e in without_duplicates(other, scan)] == [1, 1]
+
+
+def test_a_front_that_is_the_wall_of_another_facade_is_dropped_unless_openings_belong_to_it(stepped):
+    front, back, scan = stepped
+    beside = held(back, RIGHT)
+    bare, carrying = fronted(front, "setback", STEP), fronted(front, "setback", STEP, (4.0, 4.0, 4.4, 4.5))
+    for judged, left in ((bare, 0), (carrying, 1)):
+        found = without_duplicates([judged, beside], scan)
+        assert [len(e.protrusions) for _, e in found] == [left, 0]
+    elsewhere = fronted(front, "setback", 3 * STEP)
+    assert [len(e.protrusions) for _, e in without_duplicates([elsewhere, beside], scan)] == [1, 0]

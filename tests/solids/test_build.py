@@ -2,19 +2,23 @@
 
 import numpy as np
 import pytest
+import shapely
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
+from frontage.geometry.plane import facade_axes
 from frontage.geometry.rigid import Rigid3
 from frontage.geometry.ring import rectangle, ring_area
-from frontage.model import Face, Failed, Solid
+from frontage.model import Face, Failed, Solid, Surface
 from frontage.solids.brep import GRID_PER_M, rings_of, unmatched_edges, volume6
 from frontage.solids.cells.build import build_solid
+from frontage.solids.coarse.extrude import ground_block
+from frontage.solids.coarse.host import Host
 from frontage.solids.curves import arch_ring
 from frontage.solids.options import BuildOptions
 from frontage.solids.relief import Built, FacadeReliefs, Relief
 from frontage.validation import validate
-from solids.facades import block, frame, random_facade
+from solids.facades import WORLD, block, frame, random_facade
 
 STRAIGHT = frame(np.pi / 2)  # X = x, Y = y, Z = z: the grid of the wall is the grid of the solid
 WALL = rectangle(0, 0, 12, 9)
@@ -362,3 +366,49 @@ def test_part_on_a_narrow_neck_is_left_out():
         6 * 20_000 * 20_000 * 2_000, rel=2e-3
     )
     assert len(result.notes) == 1
+
+
+def test_openings_behind_the_piers_of_an_arcade_lie_on_steps_between_them():
+    # the model draws the arcade as a wall; the front was measured on it, and a wall 2 m behind its gaps
+    piers = shapely.union_all([shapely.box(x, 0.0, x + 1.0, 3.5) for x in (0.0, 5.5, 11.0)])
+    ring = np.array((piers | shapely.box(0.0, 3.0, 12.0, 9.0)).exterior.coords)[:-1]
+    front = FacadeReliefs("F1", STRAIGHT, ring, (Relief("F1/W", rectangle(4, 5, 5, 6.5), 0.2),))
+    back = Rigid3("local", "facade", STRAIGHT.R, STRAIGHT.t + 2.0 * STRAIGHT.R[:, 1])
+    rings = {"left": rectangle(2, 1, 4, 2.5), "right": rectangle(7, 0.8, 9, 2.6)}
+    rings["door"] = rectangle(9.5, 0, 10.5, 2)
+    shown = (
+        *(Relief(n, r, 0.15) for n, r in rings.items()),
+        Relief("hidden", rectangle(0.1, 1, 0.9, 2), 0.1),
+    )
+    behind = FacadeReliefs("F2", back, rectangle(0, 0, 12, 3), shown)
+    made = build_solid(block(STRAIGHT, WALL), [front, behind])
+    assert isinstance(made, Built) and not validate(made.solid)
+    depth = STRAIGHT.inverse.apply(made.solid.vertices / GRID_PER_M)[:, 1]
+    panes = {f.opening: depth[list(f.ring)] for f in kinds(made.solid, "Window")}
+    assert set(panes) == {"F1/W", *rings}
+    assert all(np.allclose(panes[n], 2.15, atol=5e-4) for n in rings)
+    assert len(made.failed) == 1 and "hidden" in made.failed[0].message
+
+
+def test_a_wall_wholly_behind_another_facade_is_refused_with_all_its_elements():
+    front = FacadeReliefs("F1", STRAIGHT, WALL, (Relief("F1/W", rectangle(4, 5, 5, 6.5), 0.2),))
+    back = Rigid3("local", "facade", STRAIGHT.R, STRAIGHT.t + 2.0 * STRAIGHT.R[:, 1])
+    reliefs = (Relief("A", rectangle(1, 1, 2, 2), 0.1), Relief("B", rectangle(3, 1, 4, 2), 0.1))
+    behind = FacadeReliefs("F2", back, rectangle(0.5, 0.5, 11, 3), reliefs)
+    made = build_solid(block(STRAIGHT, WALL), [front, behind])
+    assert isinstance(made, Built)
+    (failed,) = made.failed
+    assert failed.code == "S310" and failed.message.endswith("left out: A, B")
+
+
+@pytest.mark.parametrize("step", [0.0005, 0.002, 0.004])
+def test_a_host_with_a_step_of_millimetres_in_its_wall_takes_openings_on_both_sides(step):
+    plan = shapely.Polygon([(0, 0), (6, 0), (6, -step), (12, -step), (12, 8), (0, 8)])
+    ring = np.array(shapely.orient_polygons(plan).exterior.coords)[:-1]
+    ground = Surface(np.insert(ring[::-1], 2, 0.0, axis=1), "GroundSurface")
+    host = ground_block("B", [ground], WORLD, 9.0)
+    assert isinstance(host, Host)
+    place = Rigid3("local", "facade", facade_axes(np.array([0.0, 1.0, 0.0])), np.zeros(3))
+    reliefs = (Relief("A", rectangle(2, 2, 3, 3.5), 0.2), Relief("B", rectangle(8, 2, 9, 3.5), 0.2))
+    made = build_solid(host.solid, [FacadeReliefs("F", place, WALL, reliefs)])
+    assert isinstance(made, Built) and not made.failed and not validate(made.solid)

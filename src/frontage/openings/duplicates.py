@@ -40,10 +40,13 @@ def without_duplicates(judged: Sequence[Judged], scan: Scan) -> list[Judged]:
             if (a, i) not in dropped and (b, k) not in dropped:
                 first, second = (_walled(*judged[f], o, scan) for f, o in ((a, i), (b, k)))
                 dropped.add((b, k) if first >= second else (a, i))
-    return [
+    judged = [
         (f, replace(e, openings=tuple(o for k, o in enumerate(e.openings) if (n, k) not in dropped)))
         for n, (f, e) in enumerate(judged)
     ]
+    for a, b in pairs:
+        judged[a], judged[b] = _without_walls(judged[a], judged[b]), _without_walls(judged[b], judged[a])
+    return judged
 
 
 def _beside(a: Facade, b: Facade) -> bool:
@@ -82,6 +85,25 @@ def _without_doubled(judged: Judged, other: Judged) -> Judged:
     kept = tuple(p for p in elements.protrusions if p.id not in double)
     openings = tuple(o for o in elements.openings if o.on not in double)
     return facade, replace(elements, protrusions=kept, openings=openings)
+
+
+def _without_walls(judged: Judged, other: Judged) -> Judged:
+    """Drops the fronts of a facade that are the wall of another facade, unless openings belong to them.
+
+    What stands out or back beside a facade may be a facade itself: the model has one wall there.
+    """
+    facade, elements = judged
+    carriers = {o.on for o in elements.openings}
+    walls = [p for p in elements.protrusions if p.kind.is_wall and p.id not in carriers]
+    rings, y = _onto(other[0], facade, [(p.ring, float(p.front.value)) for p in walls])
+    wall = shapely.make_valid(shapely.Polygon(other[0].outline))
+    double = {
+        p.id
+        for p, ring, at in zip(walls, rings, y, strict=True)
+        if abs(at) < MASONRY.step_out and shapely.intersection(wall, ring).area > _SAME * ring.area
+    }
+    kept = tuple(p for p in elements.protrusions if p.id not in double)
+    return facade, replace(elements, protrusions=kept)
 
 
 def _rings(judged: Judged, onto: Facade) -> list[shapely.Polygon]:
