@@ -1,5 +1,7 @@
 """Scoring of openings."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -113,6 +115,18 @@ def test_openings_on_no_true_facade_are_not_scored() -> None:
     part = score_openings(t, [*found, gable])
     assert part.figures["precision_50"].value == 1.0
     assert part.notes == ("1 openings lie on no facade of the truth and are not scored",)
+
+
+@pytest.mark.parametrize("step", [0.4, 0.9])
+def test_openings_of_a_part_that_stands_out_are_not_those_of_the_wall_behind_it(step: float) -> None:
+    t = truth()
+    wall = t.facades[0]
+    frame = replace(wall.frame, t=wall.frame.apply(np.array([[0.0, -step, 0.0]]))[0])
+    moved = tuple(replace(o, ring=o.ring + np.array([0.6, 0.2])) for o in wall.openings)
+    part = replace(wall, frame=frame, openings=moved)
+    for facades in ((wall, part), (part, wall)):
+        both = replace(t, facades=facades)
+        assert score_openings(both, found_openings(both)).figures["f1_75"].value == pytest.approx(1.0)
 
 
 def test_pieces_that_continue_each_other_are_one_bar() -> None:

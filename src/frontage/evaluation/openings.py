@@ -35,6 +35,7 @@ VISIBLE, PARTLY = 0.8, 0.2
 _FAR_M = 1.5  # an opening farther from the plane of a facade does not lie on it
 _SLANT_COS = np.cos(np.radians(25.0))  # largest angle between an opening and its facade
 _INSIDE = 0.5  # share of an opening that must lie within the outline of its facade
+_WHOLLY = 0.95  # share from which it lies wholly within
 
 
 @dataclass(frozen=True, eq=False)
@@ -107,19 +108,23 @@ def visibility(opening: TrueOpening, sensors: Sequence[str] = ()) -> str:
 def _home(facades: Sequence[TrueFacade], opening: FoundOpening) -> int | None:
     """Returns the number of the facade that an opening lies on, or None.
 
-    It must be near the plane, parallel to it, and mostly within the outline.
+    It must be near the plane, parallel to it, and mostly within the outline. Where several outlines hold it,
+    because the front steps, it lies on the one with the true opening that it is most like, else on the
+    nearest plane.
     """
-    best, home = _INSIDE, None
+    found: list[tuple[bool, float, float, int]] = []
     normal = _normal(opening.ring)
     for number, facade in enumerate(facades):
         y = facade.frame.inverse.apply(opening.ring)[:, 1]
         if abs(y.mean()) > _FAR_M or abs(normal @ facade.frame.R[:, 1]) < _SLANT_COS:
             continue
-        ring = shapely.make_valid(shapely.Polygon(_plan(facade, opening.ring)))
+        flat = _plan(facade, opening.ring)
+        ring = shapely.make_valid(shapely.Polygon(flat))
         share = float(ring.intersection(_extent(facade)).area / max(ring.area, 1e-12))
-        if share > best:
-            best, home = share, number
-    return home
+        if share > _INSIDE:
+            like = float(overlap([o.ring for o in facade.openings], [flat]).max(initial=0.0))
+            found.append((share < _WHOLLY, -round(like, 3), float(abs(y.mean())), number))
+    return min(found)[-1] if found else None
 
 
 def _extent(facade: TrueFacade) -> Any:
