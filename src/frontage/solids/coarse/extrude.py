@@ -1,6 +1,7 @@
 """Blocks as hosts: a ground polygon extruded upwards, or a facade's outline extruded into the building."""
 
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import replace
 from itertools import pairwise
 
@@ -93,7 +94,10 @@ def _shell(
     plan = Polygon(ground.ring[:, :2], [hole[:, :2] for hole in ground.holes])
     z = float(ground.ring[:, 2].mean())
     low = [s for s in fronts if s.low < high]
-    storeys = storeys_over(plan, z, low, options, beside) if low and plan.is_valid else ()
+    storeys: tuple[Storey, ...] = ()
+    if low and plan.is_valid:
+        with suppress(shapely.errors.GEOSException):  # areas that GEOS cannot join: the plan alone
+            storeys = storeys_over(plan, z, low, options, beside)
     storeys = tuple(s for s in storeys if s.foot < high - MASONRY.room_height) or (Storey(z, plan),)
     first = storeys[0]
     if len(storeys) == 1 and first.plan is plan:

@@ -146,7 +146,7 @@ def _onto_border(area: BaseGeometry, plan: Polygon) -> BaseGeometry:
         near = shapely.length(lines) < _SLIT_M
         return np.where(near[:, None], shapely.get_coordinates(lines).reshape(-1, 2, 2)[:, 1], xy)
 
-    return shapely.make_valid(shapely.transform(shapely.snap(area, plan, _SLIT_M), moved))
+    return shapely.transform(shapely.snap(area, plan, _SLIT_M), moved).buffer(0.0)  # lines are left out
 
 
 def _without_slits(plan: BaseGeometry) -> BaseGeometry:
