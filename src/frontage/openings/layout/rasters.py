@@ -6,6 +6,7 @@ Whether a narrow pier shows depends on where the borders of cells cut it. What o
 from collections.abc import Sequence
 
 import numpy as np
+from scipy import ndimage
 
 from frontage.geometry.arrays import Bool, Float, Int
 from frontage.openings.boxes import Box
@@ -15,9 +16,10 @@ from frontage.openings.layout.posts import Post
 from frontage.openings.layout.selection import PRICE, best_apart, worth_of
 from frontage.openings.options import OpeningOptions
 from frontage.openings.wall.evidence import Evidence
-from frontage.openings.wall.raster import WallRaster, summed
+from frontage.openings.wall.raster import summed
 
 _HALF = 0.5  # share of a rectangle that a layout covers if it tells of an opening there
+_DIGITS = 6  # of nats: sums in another order differ by less, and must not choose between equal rectangles
 _ALIKE = 0.5  # share of their union that two rectangles have in common if they are the same opening
 
 
@@ -88,15 +90,13 @@ def _overlapping(boxes: Float) -> Int:
 
 
 def _worth(boxes: Float, evidence: Evidence) -> Float:
-    """Returns the nats (n,) that boxes (n, 4) m are worth as openings by the evidence of one raster."""
+    """Returns the nats (n,) that boxes (n, 4) m are worth as openings by the evidence of one raster.
+
+    Cells that a box covers in part count in part: sums below and left of places between cells are linear.
+    """
     raster = evidence.raster
     total = summed(worth_of(evidence, (slice(None), slice(None))))
-    c0, r0, c1, r1 = _cells(boxes, raster)
-    return np.asarray(total[r1, c1] - total[r0, c1] - total[r1, c0] + total[r0, c0] - PRICE)
-
-
-def _cells(boxes: Float, raster: WallRaster) -> Int:
-    """Returns the nearest borders (4, n) c0, r0, c1, r1 of cells to those of boxes (n, 4) m."""
-    (h, w), corner = raster.shape, np.array(raster.corner * 2)
-    nearest = np.rint((boxes - corner) / raster.cell).astype(np.int64)
-    return np.asarray(np.clip(nearest, 0, [w, h, w, h]).T)
+    c0, r0, c1, r1 = ((boxes - np.array(raster.corner * 2)) / raster.cell).T
+    below = [ndimage.map_coordinates(total, at, order=1, mode="nearest") for at in ((r0, c0), (r0, c1))]
+    above = [ndimage.map_coordinates(total, at, order=1, mode="nearest") for at in ((r1, c0), (r1, c1))]
+    return np.asarray(np.round(above[1] - above[0] - below[1] + below[0], _DIGITS) - PRICE)
