@@ -1,4 +1,4 @@
-"""Tell the wall behind an arcade from the walls of rooms: it is seen under the front, through open air."""
+"""Distinguishes the wall of an arcade, which is seen under the front, from walls of rooms behind a front."""
 
 from dataclasses import replace
 
@@ -41,9 +41,7 @@ def _opened(outer: FacadeCandidate, inner: FacadeCandidate, scene: FacadeScene) 
     cells = outer.cells
     lowest, gates = _gates(outer, scene)
     ends = outer.wall.coordinates(scene.cloud.xyz[inner.wall.inliers])[:, 0]
-    first, last = np.sort(_columns(outer, np.array([ends.min(), ends.max()])))
-    number = np.arange(cells.whole.shape[1])
-    before = gates & (number >= first) & (number <= last)
+    before = gates & _span(outer, ends)
     top = inner.cells.corner[1] + inner.cells.cell * (np.flatnonzero(inner.cells.whole.any(1))[-1] + 1)
     top += float(inner.wall.point[2] - outer.wall.point[2])
     rows = cells.corner[1] + cells.cell * np.arange(cells.whole.shape[0])
@@ -73,12 +71,10 @@ def stands_in_arcade(
         return False
     q = outer.wall.coordinates(xyz)
     ceiling = float(np.median(lowest[column[under]])) + MASONRY.threshold
-    first, last = np.sort(_columns(outer, q[:, 0]))[[0, -1]]
-    front = np.isfinite(lowest[first : last + 1])
-    if gates[first : last + 1][front].mean() <= _MOST or (q[:, 2] > ceiling).mean() > _FEW:
+    span = _span(outer, q[:, 0])
+    if gates[span & np.isfinite(lowest)].mean() <= _MOST or (q[:, 2] > ceiling).mean() > _FEW:
         return False
-    hall = gates & (np.arange(len(gates)) >= first) & (np.arange(len(gates)) <= last)
-    return _is_free(outer, lowest, gates, under.sum()) and _goes_on(outer, hall, depth, scene)
+    return _is_free(outer, lowest, gates, under.sum()) and _goes_on(outer, gates & span, depth, scene)
 
 
 def _goes_on(outer: FacadeCandidate, hall: Bool, depth: float, scene: FacadeScene) -> bool:
@@ -110,6 +106,13 @@ def _columns(outer: FacadeCandidate, x: Float) -> Int:
     """Returns the columns (n,) of the cells of a wall that points at x (n,) m lie in."""
     cells = outer.cells
     return np.clip(np.floor((x - cells.corner[0]) / cells.cell), 0, cells.wall.shape[1] - 1).astype(np.int64)
+
+
+def _span(outer: FacadeCandidate, x: Float) -> Bool:
+    """Returns which columns of the cells of a wall lie between the leftmost and rightmost of x (n,) m."""
+    first, last = _columns(outer, np.array([x.min(), x.max()]))
+    number = np.arange(outer.cells.wall.shape[1])
+    return np.asarray((number >= first) & (number <= last))
 
 
 def _is_free(outer: FacadeCandidate, lowest: Float, gates: Bool, through: int) -> bool:

@@ -21,9 +21,8 @@ from frontage.openings.wall.slats import find_slats, with_slats
 
 _FEWEST_POINTS = 200  # fewer points tell neither the density nor the noise of a wall
 _SCALES = (0.9, 1.1)  # sides of the cells of the other rasters, whose borders lie elsewhere
-_PIER = (
-    3  # cells that the least pier is wide if its wall shows on any raster: one at a border and two beside it
-)
+# cells across the narrowest pier that any raster shows: one at the border of an opening, two for the wall
+_PIER = 3
 
 
 @dataclass(frozen=True, eq=False)

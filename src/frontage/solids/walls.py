@@ -78,9 +78,9 @@ def _coplanar_groups(solid: Solid, candidates: Sequence[int]) -> tuple[HostWall,
 
 
 def _without_steps(solid: Solid, faces: Sequence[int]) -> list[int]:
-    """Returns the faces without those that a step divides from earlier ones, however small it is.
+    """Returns the faces that no step, however small, separates from the earlier ones.
 
-    The vertices on both sides of a step have one place on the wall.
+    At a step, two vertices of the solid have the same place on the wall.
     """
     local = solid.vertices / GRID_PER_M
     n = newell_normal(local[list(solid.faces[faces[0]].ring)])

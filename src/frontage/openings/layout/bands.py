@@ -37,19 +37,19 @@ _HIDDEN = 0.5  # share of the expected beams that come at most where something b
 
 @dataclass(frozen=True)
 class _Found:
-    """A post, the x m of the uprights like it, and the rail that it stands on where there is no sill."""
+    """A post, the x m of the uprights like it, and the rail that it stands on; None where it has a sill."""
 
     post: Post
     like: list[float]
-    rails: list[Post]
+    rail: Post | None
 
 
 def find_posts(beams: Beams, evidence: Evidence, ground: float) -> tuple[Post, ...]:
-    """Finds the posts and rails that part windows; `ground` is the height z m of the ground.
+    """Finds the posts and rails that separate windows; `ground` is the height z m of the ground.
 
     A window has posts of its own where casements meet: they are narrower than two frames side by side, or its
-    leaves are narrower than windows. Where windows stand on something else than a sill or the ground, as on
-    the head of a passage, the rail of their frames parts them from it.
+    leaves are narrower than windows. Some windows stand neither on a sill nor on the ground, but on the head
+    of a passage, for example. There the rail of their frames separates them from what is below.
     """
     most = np.maximum(evidence.expected, 1.0)  # a blade that is seen from the side heaps up and is no pier
     solid, due = _evened(np.minimum(evidence.solid, most)), _evened(evidence.expected)
@@ -64,14 +64,14 @@ def find_posts(beams: Beams, evidence: Evidence, ground: float) -> tuple[Post, .
         full = (ended > FULL * (ended + passed)) & (ended > shaded) & free
         pieces = list(_uprights(full, evidence.raster.cell))
         for part in pieces:
-            post, rail = _post(plane, part, wall, evidence, ground) or (None, 0.0)
+            post, high = _post(plane, part, wall, evidence, ground) or (None, 0.0)
             if post is None or any(_meet(post, other.post) for other in found):
                 continue
             like = [] if beams.rays else _like(post, plane, pieces, evidence)
-            found.append(_Found(post, like, [_rail(post, rail, full, wall, evidence)] if rail else []))
+            found.append(_Found(post, like, _rail(post, high, full, wall, evidence) if high else None))
     posts = [one.post for one in found]
     kept = [one for one in found if _room(one.post, posts, one.like, wall, evidence) >= _WINDOW]
-    return tuple(post for one in kept for post in (one.post, *one.rails))
+    return tuple(post for one in kept for post in (one.post, one.rail) if post is not None)
 
 
 def _evened(values: Float) -> Float:

@@ -8,7 +8,7 @@ from scipy import ndimage
 
 from frontage.geometry.arrays import Bool, Float, Int
 from frontage.model.masonry import MASONRY
-from frontage.openings.layout.posts import Post, cells_of
+from frontage.openings.layout.posts import Post, cells_held_by
 from frontage.openings.layout.selection import PRICE, CellBox, best_layout, worth_of
 from frontage.openings.options import OpeningOptions
 from frontage.openings.wall.evidence import BEAMS_TO_DECIDE, Evidence, local_rate
@@ -42,7 +42,7 @@ def find_boxes(
     open_ = evidence.is_open
     if evidence.rays:  # without them, what lies beside an opening may be a shadow
         bars = _bars(open_, int(MASONRY.half_brick / evidence.raster.cell) + 1)
-        open_ = (open_ | bars) & ~cells_of(posts, evidence.raster)
+        open_ = (open_ | bars) & ~cells_held_by(posts, evidence.raster)
     parts = _components(evidence, least, open_)
     found = best_layout(_rivals(evidence, parts, least=least, framed=framed, share=_LESSER), pier)
     if evidence.rays:  # lines of sight tell bars from walls

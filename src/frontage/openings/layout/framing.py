@@ -7,7 +7,7 @@ import numpy as np
 
 from frontage.geometry.arrays import Bool, Float, Int
 from frontage.model.masonry import MASONRY
-from frontage.openings.layout.posts import Post, cells_of
+from frontage.openings.layout.posts import Post, cells_held_by
 from frontage.openings.wall.evidence import Evidence, equal_share
 from frontage.openings.wall.raster import summed
 
@@ -93,7 +93,9 @@ class Framing:
     def __init__(self, evidence: Evidence, ground: float, posts: Sequence[Post] = ()) -> None:
         self._shape = evidence.llr.shape
         self._cell = evidence.raster.cell
-        self._rails = summed(cells_of([post for post in posts if post.level], evidence.raster).astype(float))
+        self._rails = summed(
+            cells_held_by([post for post in posts if post.level], evidence.raster).astype(float)
+        )
         self._ground = int(np.ceil((ground + MASONRY.threshold - evidence.raster.corner[1]) / self._cell))
         self._rays = evidence.rays
         much = evidence.expected + 2.0 * np.sqrt(evidence.expected) + 1.0  # reveals and ledges hold more

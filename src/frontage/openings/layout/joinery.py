@@ -1,6 +1,7 @@
 """Joinery behind a wall: the planes that hold it, and how wide its posts and frames are.
 
-Widths are measured at the points' own places on the plane, for seen aslant a bar seems as wide as it is deep.
+Widths are measured at the points' own places on the plane: a bar that is seen at an angle also hides what is
+behind it, as wide as the bar is deep.
 """
 
 from collections.abc import Iterator
@@ -12,13 +13,13 @@ from scipy import ndimage
 from frontage.geometry.arrays import Array, Bool, Float, distinct, rising
 from frontage.openings.boxes import Box
 from frontage.openings.wall.beams import Beams
-from frontage.openings.wall.evidence import Evidence
+from frontage.openings.wall.evidence import Evidence, equal_share
 
 _DEEPEST = 0.5  # m: reveals are less deep
 _BIN = 0.01  # m, bin of depths
 _AREA = 0.1  # m2 that a plane of joinery holds at least
 # share of the expected beams from which a place is likelier joinery (or wall) than a pane, of Poisson hits
-FULL = float((0.97 - 0.12) / np.log(0.97 / 0.12))
+FULL = equal_share(0.12, 0.97)
 SHADED = 0.2  # share of a wall's beams that joinery returns at least: something hides it from some stations
 COLUMNS = 5  # columns of cells, or mean distances of points, over which the columns of a scan even out
 _RAIL = 0.03  # m, least width of a frame
@@ -98,7 +99,7 @@ def _beyond(beams: Beams, depth: float) -> Float:
 def post_borders(plane: JoineryPlane, piece: Box, evidence: Evidence) -> tuple[float, float] | None:
     """Returns the left and right border m of a piece, from the columns that points fill, or None.
 
-    What a blade before the plane hides on one side is as wide as on the other, if it is hidden that far.
+    A blade before the plane may hide the frame on one side (`_with_hidden`).
     """
     x0, z0, x1, z1 = piece
     slack, shy, due = max(2.0 * evidence.raster.cell, _PANE[1] / 2.0), 0.1 * (z1 - z0), _due(evidence, piece)
@@ -126,9 +127,11 @@ def post_borders(plane: JoineryPlane, piece: Box, evidence: Evidence) -> tuple[f
 
 
 def _with_hidden(low: float, high: float, blade: Bool, seen: Bool) -> tuple[float, float]:
-    """Returns the borders of a post whose `blade` (bins n) hides one of its frames, among bins `seen` (n).
+    """Returns the left and right border of a post, in bins, with the frame that a blade hides.
 
-    The frame on that side is as wide as the other one, if no bin is seen so far.
+    A post consists of two frames of equal width, with the blade between them. `blade` (n,) are the bins that
+    hold it, and `seen` (n,) those that any beam reached. The hidden frame is taken to be as wide as the other
+    one, but ends where the first bin is seen.
     """
     first, last = round(low), round(high)
     at = np.flatnonzero(blade[max(first - 1, 0) : last + 1])

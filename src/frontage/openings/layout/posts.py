@@ -45,7 +45,7 @@ class Post:
         return np.asarray((np.abs(x - self.middle) < self.half) & (z > self.z0) & (z < self.z1))
 
 
-def cells_of(posts: Sequence[Post], raster: WallRaster) -> Bool:
+def cells_held_by(posts: Sequence[Post], raster: WallRaster) -> Bool:
     """Returns the cells (h, w) that posts hold, in part at least."""
     out = np.zeros(raster.shape, np.bool_)
     for post in posts:

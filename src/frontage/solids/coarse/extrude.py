@@ -1,7 +1,6 @@
 """Blocks as hosts: a ground polygon extruded upwards, or a facade's outline extruded into the building."""
 
 from collections.abc import Sequence
-from contextlib import suppress
 from dataclasses import replace
 from itertools import pairwise
 
@@ -95,14 +94,16 @@ def _shell(
     z = float(ground.ring[:, 2].mean())
     low = [s for s in fronts if s.low < high]
     storeys: tuple[Storey, ...] = ()
+    notes = []
     if low and plan.is_valid:
-        with suppress(shapely.errors.GEOSException):  # areas that GEOS cannot join: the plan alone
+        try:
             storeys = storeys_over(plan, z, low, options, beside)
+        except shapely.errors.GEOSException:  # areas that GEOS cannot join
+            notes.append(f"{building}: its ground polygon could not be extended to storeys that jut out")
     storeys = tuple(s for s in storeys if s.foot < high - MASONRY.room_height) or (Storey(z, plan),)
     first = storeys[0]
     if len(storeys) == 1 and first.plan is plan:
-        return _prism_surfaces(ground, high), []
-    notes = []
+        return _prism_surfaces(ground, high), notes
     if (more := first.plan.area - plan.area) > 0.0:
         text = f"{more:.1f} m2 that jut out over its ground polygon are built to the ground"
         notes.append(f"{building}: {text}")

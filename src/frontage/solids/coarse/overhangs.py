@@ -44,7 +44,7 @@ def storeys_over(
     options: BuildOptions,
     beside: BaseGeometry | None = None,
 ) -> tuple[Storey, ...]:
-    """Returns the storeys of a block over a ground plan (m local) that reaches up to measured facades.
+    """Returns the storeys of a block over a ground plan (m local), extended to the measured facades.
 
     Each plan contains the one below. A facade on a wall of the plan makes it reach up to the line of that
     wall, from the `ground` (m local) up. A front without such a wall, on which openings were found, makes it

@@ -84,9 +84,9 @@ class PlanFacade:
 
 
 def lower_border(outline: Float) -> float:
-    """Returns the height (m) over which most of the lower border of an outline (k, 2) m (x, z) stands.
+    """Returns the median height (m) of the lower border of an outline (k, 2) m (x, z).
 
-    It is the median over columns: piers and a ragged edge below the ceiling of an arcade do not count.
+    Piers, and a ragged edge below the ceiling of an arcade, hardly change the median.
     """
     polygon = shapely.make_valid(Polygon(outline))
     x0, low, x1, high = polygon.bounds
