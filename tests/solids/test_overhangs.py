@@ -159,3 +159,11 @@ def test_the_lower_border_of_an_outline_is_the_ceiling_between_its_piers() -> No
     piers = box(0.0, 0.0, 1.0, 3.0) | box(9.0, 0.0, 10.0, 3.0) | box(4.5, 0.0, 5.5, 3.0)
     outline = np.array((piers | box(0.0, 3.0, 10.0, 9.0)).exterior.coords)[:-1]
     assert lower_border(outline) == pytest.approx(3.0)
+
+
+def test_undersides_of_balconies_are_no_ground() -> None:
+    balcony = _ground(box(4.0, -1.0, 6.0, 0.0))
+    high = Surface(balcony.ring + np.array([0.0, 0.0, 3.0]), "GroundSurface")
+    made = ground_block("B", [_ground(HOUSE), high], WORLD, HIGH)
+    assert isinstance(made, Host)
+    assert volume6(made.solid) == volume6(_block(HOUSE).solid)

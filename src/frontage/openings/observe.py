@@ -10,6 +10,7 @@ from frontage.model.masonry import MASONRY
 from frontage.model.scan import Scan
 from frontage.openings.layout.bands import find_posts
 from frontage.openings.layout.posts import Post, with_posts
+from frontage.openings.layout.strips import find_strips
 from frontage.openings.options import OpeningOptions
 from frontage.openings.wall.beams import Beams, sort_beams
 from frontage.openings.wall.evidence import Evidence, weigh
@@ -77,6 +78,7 @@ def observe_wall(facade: Facade, scan: Scan, options: OpeningOptions) -> Observe
     if recessed is not None:
         beams = sort_beams(facade, scan, recessed)
         evidence = again(facade, beams)
+    strips = find_strips(beams, evidence)
     posts = find_posts(beams, evidence, ground)
     if posts:
         beams = with_posts(beams, posts)
@@ -87,7 +89,7 @@ def observe_wall(facade: Facade, scan: Scan, options: OpeningOptions) -> Observe
         evidence = again(facade, beams)
     scales = _SCALES if _PIER * evidence.raster.cell > MASONRY.half_brick else ()
     others = tuple(again(facade, beams, inside=None, scale=scale) for scale in scales)
-    return ObservedWall(facade, beams, evidence, others, posts, ground)
+    return ObservedWall(facade, beams, evidence, others, posts + strips, ground)
 
 
 def ground_height(facade: Facade, options: OpeningOptions) -> float:

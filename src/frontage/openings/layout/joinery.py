@@ -96,13 +96,14 @@ def _beyond(beams: Beams, depth: float) -> Float:
     return place[:, rising(place[0])]
 
 
-def post_borders(plane: JoineryPlane, piece: Box, evidence: Evidence) -> tuple[float, float] | None:
+def post_borders(plane: JoineryPlane, piece: Box, cell: float, due: float) -> tuple[float, float] | None:
     """Returns the left and right border m of a piece, from the columns that points fill, or None.
 
-    A blade before the plane may hide the frame on one side (`_with_hidden`).
+    Cells are `cell` m wide, and a wall returns `due` beams per m2 there. A blade before the plane may hide
+    the frame on one side (`_with_hidden`).
     """
     x0, z0, x1, z1 = piece
-    slack, shy, due = max(2.0 * evidence.raster.cell, _PANE[1] / 2.0), 0.1 * (z1 - z0), _due(evidence, piece)
+    slack, shy = max(2.0 * cell, _PANE[1] / 2.0), 0.1 * (z1 - z0)
     if due <= 0.0:
         return None
     around, step = (x0 - slack, z0 + shy, x1 + slack, z1 - shy), 1.0 / np.sqrt(due)
@@ -110,9 +111,9 @@ def post_borders(plane: JoineryPlane, piece: Box, evidence: Evidence) -> tuple[f
     own, before, passed = (
         np.bincount(((x - around[0]) / step).astype(np.int64), minlength=number).astype(np.float64)
         for x in (
-            _within(plane.own, around)[0],
-            np.concatenate([_within(some, around)[0] for some in (plane.edges, plane.before)]),
-            _within(plane.beyond, around)[0],
+            points_within(plane.own, around)[0],
+            np.concatenate([points_within(some, around)[0] for some in (plane.edges, plane.before)]),
+            points_within(plane.beyond, around)[0],
         )
     )
     held, full = own + before, due * step * (z1 - z0 - 2.0 * shy)
@@ -178,12 +179,12 @@ def frame_above(
     """Returns the width m of the frame above the pane beside a post; None without a pane or frame."""
     (x0, x1), (_, z0, _, z1) = side, piece
     pane = (x0, z0 + 0.2 * (z1 - z0), x1, z1 - 0.2 * (z1 - z0))
-    due, wide = _due(evidence, pane), x1 - x0
+    due, wide = due_in(evidence, pane), x1 - x0
     most = FULL * due * wide * (pane[3] - pane[1])
     solid = _mean(evidence.solid, evidence, pane) / evidence.raster.cell**2
-    if due <= 0.0 or solid > FULL * due or _within(plane.own, pane).shape[1] > most:
+    if due <= 0.0 or solid > FULL * due or points_within(plane.own, pane).shape[1] > most:
         return None
-    first = _within(plane.before, (x0, lintel - _LINTEL[1], x1, lintel - _LINTEL[0]))
+    first = points_within(plane.before, (x0, lintel - _LINTEL[1], x1, lintel - _LINTEL[0]))
     if first.shape[1] > _BEFORE * due * wide * (_LINTEL[1] - _LINTEL[0]):
         return None
     return _thickness(plane, (x0, z0, x1, z1), due, down=True)
@@ -194,7 +195,7 @@ def frame_below(
 ) -> float | None:
     """Returns the width m of the frame below the pane beside a post; None without a frame."""
     (x0, x1), (_, z0, _, z1) = side, piece
-    return _thickness(plane, (x0, z0, x1, z1), _due(evidence, (x0, z0, x1, z1)), down=False)
+    return _thickness(plane, (x0, z0, x1, z1), due_in(evidence, (x0, z0, x1, z1)), down=False)
 
 
 def _thickness(plane: JoineryPlane, strip: Box, due: float, *, down: bool) -> float | None:
@@ -210,7 +211,7 @@ def _thickness(plane: JoineryPlane, strip: Box, due: float, *, down: bool) -> fl
     number = int((around[3] - around[1]) / step) + 1
     own, passed = (
         np.bincount(((around[3] - z if down else z - around[1]) / step).astype(np.int64), minlength=number)
-        for z in (_within(plane.own, around)[1], _within(plane.beyond, around)[1])
+        for z in (points_within(plane.own, around)[1], points_within(plane.beyond, around)[1])
     )
     full = due * step * (x1 - x0)
     labels, found = ndimage.label(_run(own.astype(np.float64)) > FULL * full)
@@ -220,14 +221,14 @@ def _thickness(plane: JoineryPlane, strip: Box, due: float, *, down: bool) -> fl
     return (high - low) * step if (high - low) * step >= _RAIL else None
 
 
-def _within(own: Float, box: Box) -> Float:
+def points_within(own: Float, box: Box) -> Float:
     """Returns those of the places (2, n) m, sorted by x, that lie in a box."""
     a, b = np.searchsorted(own[0], [box[0], box[2]])
     some = own[:, a:b]
     return some[:, (some[1] >= box[1]) & (some[1] < box[3])]
 
 
-def _due(evidence: Evidence, box: Box) -> float:
+def due_in(evidence: Evidence, box: Box) -> float:
     """Returns the beams per m2 that a wall in a box would return."""
     return _mean(evidence.expected, evidence, box) / evidence.raster.cell**2
 

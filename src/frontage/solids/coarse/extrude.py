@@ -74,11 +74,20 @@ def level_grounds(grounds: Sequence[Surface], z: float) -> list[Surface]:
 
 
 def _one_ground(grounds: Sequence[Surface]) -> Surface | None:
-    """Returns the ground of a building, at its mean height where it is drawn as several polygons."""
+    """Returns the ground of a building, which may be drawn as several polygons, at the height of the largest.
+
+    Polygons that people pass under are no ground but the undersides of balconies and bays.
+    """
     if len(grounds) < 2:
         return next(iter(grounds), None)
-    level = level_grounds(grounds, float(np.concatenate([s.ring[:, 2] for s in grounds]).mean()))
+    z = _height(max(grounds, key=lambda s: Polygon(s.ring[:, :2]).area))
+    level = level_grounds([s for s in grounds if _height(s) < z + MASONRY.door_height], z)
     return level[0] if len(level) == 1 else None
+
+
+def _height(surface: Surface) -> float:
+    """Returns the mean height (m) of the corners of a surface."""
+    return float(surface.ring[:, 2].mean())
 
 
 def _shell(

@@ -1,0 +1,67 @@
+"""Narrow strips of wall between openings, and bars of joinery that are level with the wall."""
+
+import numpy as np
+import pytest
+
+from frontage.openings import FoundOpenings, find_openings
+from openings.boxes import box, scanned
+from openings.joinery import framed, wall
+
+LEFT, RIGHT, MIDDLE = 2.0, 5.0, 3.5
+LOW, HIGH = 2.5, 4.0
+
+
+def pair(strip, lying=False):
+    """Two equal openings with a strip m between them, in a field of 3.0 x 1.5 m."""
+    if lying:
+        z = (LOW + HIGH) / 2
+        return [(LEFT, LOW, RIGHT, z - strip / 2), (LEFT, z + strip / 2, RIGHT, HIGH)]
+    return [(LEFT, LOW, MIDDLE - strip / 2, HIGH), (MIDDLE + strip / 2, LOW, RIGHT, HIGH)]
+
+
+def found_in(boxes):
+    found = find_openings(*scanned(wall=boxes, spacing=0.02))
+    assert isinstance(found, FoundOpenings)
+    return np.array(sorted([*o.ring.min(0), *o.ring.max(0)] for o in found.openings))
+
+
+def between(holes):
+    """The strips of wall between holes, which `wall` leaves open where they lie above one another."""
+    (x0, _, _, z0), (_, z1, x1, _) = holes
+    return [box(x0, x1, 0.0, 0.3, z0, z1)]
+
+
+@pytest.mark.parametrize("deep", [0.06, 0.15, 0.25])
+@pytest.mark.parametrize(("strip", "off"), [(0.07, 0.08), (0.09, 0.02), (0.11, 0.02)])
+def test_a_strip_level_with_the_wall_parts_windows_whose_frames_lie_behind_it(strip, off, deep):
+    holes = pair(strip)
+    places = found_in([*wall(holes), *(b for hole in holes for b in framed(hole, deep))])
+    assert len(places) == 2
+    assert np.abs(places - holes).max() < off  # frames beside the narrowest are taken for its borders
+
+
+def test_four_windows_in_a_cross_of_narrow_strips_are_four():
+    columns = pair(0.09)
+    rows = [(LOW, 3.205), (3.295, HIGH)]
+    holes = [(x0, z0, x1, z1) for x0, _, x1, _ in columns for z0, z1 in rows]
+    strips = [box(x0, x1, 0.0, 0.3, 3.205, 3.295) for x0, _, x1, _ in columns]
+    places = found_in([*wall(columns), *strips, *(b for hole in holes for b in framed(hole, 0.12))])
+    assert len(places) == 4
+    assert np.abs(places - sorted(holes)).max() < 0.02
+
+
+def test_a_lying_strip_parts_windows_above_one_another():
+    holes = pair(0.09, lying=True)
+    field = (LEFT, LOW, RIGHT, HIGH)
+    places = found_in([*wall([field]), *between(holes), *(b for hole in holes for b in framed(hole, 0.15))])
+    assert len(places) == 2
+    assert np.abs(places - sorted(holes)).max() < 0.02
+
+
+@pytest.mark.parametrize("deep", [0.0, 0.02])
+def test_a_bar_in_the_plane_of_its_frame_parts_nothing(deep):
+    field = (LEFT, LOW, RIGHT, HIGH)
+    bar = box(MIDDLE - 0.045, MIDDLE + 0.045, deep, deep + 0.06, LOW, HIGH)
+    room = box(LEFT, RIGHT, 0.8, 0.9, LOW, HIGH)
+    (only,) = found_in([*wall([field]), *framed(field, deep), bar, room])
+    assert only[0] < LEFT + 0.1 and only[2] > RIGHT - 0.1
