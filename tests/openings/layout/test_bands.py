@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from frontage.openings import FoundOpenings, find_openings
-from frontage.openings.layout.joinery import beside, due_in, frame_above, joinery_planes, post_borders
+from frontage.openings.layout.joinery import beside, frame_above, joinery_planes, post_borders
 from frontage.openings.wall.beams import sort_beams
 from frontage.openings.wall.evidence import weigh
 from openings.boxes import box, scanned
@@ -128,7 +128,7 @@ def test_widths_of_posts_and_frames_are_those_of_the_joinery(post):
     evidence = weigh(facade, beams)
     plane = next(joinery_planes(beams, evidence, beams.solid[beams.solid[:, 0].argsort()].T))  # the fullest
     piece = (4.0 - post / 2, BAND[1], 4.0 + post / 2, BAND[3])
-    borders = post_borders(plane, piece, evidence.raster.cell, due_in(evidence, piece))
+    borders = post_borders(plane, piece, evidence)
     assert borders is not None
     assert np.abs(np.array(borders) - piece[::2]).max() < 0.01
     frames = [frame_above(plane, side, piece, BAND[3], evidence) for side in beside(*borders)]

@@ -15,7 +15,6 @@ from frontage.openings.layout.joinery import (
     SHADED,
     JoineryPlane,
     beside,
-    due_in,
     frame_above,
     frame_below,
     joinery_planes,
@@ -101,7 +100,7 @@ def _like(
         x0, z0, x1, z1 = piece = evidence.raster.box(rows.start, columns.start, rows.stop, columns.stop)
         apart = x0 > post.x1 or x1 < post.x0
         if apart and min(z1, post.z1) - max(z0, post.z0) > (post.z1 - post.z0) / 2.0:
-            across = post_borders(plane, piece, evidence.raster.cell, due_in(evidence, piece))
+            across = post_borders(plane, piece, evidence)
             if across is not None and across[1] - across[0] > (post.x1 - post.x0) / _FRAMES:
                 found.append((x0 + x1) / 2.0)
     return found
@@ -127,7 +126,7 @@ def _post(
         return None
     piece = evidence.raster.box(rows.start, columns.start, rows.stop, columns.stop)
     lintel = piece[3] + int(above.argmax()) * cell
-    across = post_borders(plane, piece, cell, due_in(evidence, piece))
+    across = post_borders(plane, piece, evidence)
     if across is None or across[1] - across[0] < MASONRY.half_brick:
         return None
     frames = [frame_above(plane, s, piece, lintel, evidence) for s in beside(*across)]

@@ -96,14 +96,17 @@ def _beyond(beams: Beams, depth: float) -> Float:
     return place[:, rising(place[0])]
 
 
-def post_borders(plane: JoineryPlane, piece: Box, cell: float, due: float) -> tuple[float, float] | None:
+def post_borders(plane: JoineryPlane, piece: Box, evidence: Evidence) -> tuple[float, float] | None:
     """Returns the left and right border m of a piece, from the columns that points fill, or None.
 
-    Cells are `cell` m wide, and a wall returns `due` beams per m2 there. A blade before the plane may hide
-    the frame on one side (`_with_hidden`).
+    A blade before the plane may hide the frame on one side (`_with_hidden`).
     """
     x0, z0, x1, z1 = piece
-    slack, shy = max(2.0 * cell, _PANE[1] / 2.0), 0.1 * (z1 - z0)
+    slack, shy, due = (
+        max(2.0 * evidence.raster.cell, _PANE[1] / 2.0),
+        0.1 * (z1 - z0),
+        due_in(evidence, piece),
+    )
     if due <= 0.0:
         return None
     around, step = (x0 - slack, z0 + shy, x1 + slack, z1 - shy), 1.0 / np.sqrt(due)

@@ -9,7 +9,7 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 from scipy import ndimage
 
-from frontage.geometry.arrays import Float, rising
+from frontage.geometry.arrays import Bool, Float, rising
 from frontage.model.masonry import MASONRY
 from frontage.openings.boxes import Box
 from frontage.openings.layout.joinery import (
@@ -19,14 +19,13 @@ from frontage.openings.layout.joinery import (
     due_in,
     joinery_planes,
     points_within,
-    post_borders,
 )
 from frontage.openings.layout.posts import Post
 from frontage.openings.wall.beams import Beams
 from frontage.openings.wall.evidence import BEAMS_TO_DECIDE, Evidence
 
 _LONG = 0.3  # m: openings are at least as high and wide, and so are the strips between them
-_NARROW = 0.05  # m: cover strips and bars of grilles are narrower
+_NARROW = 0.07  # m: cover strips, bars of grilles and rails of railings are narrower
 _PROUD = 0.04  # m that cover strips stand out from the joinery behind them at most
 _FRAME = 0.04  # m beside a strip that the frame behind it fills
 _NONE = np.empty((2, 0))
@@ -56,45 +55,82 @@ def _strips(
     beams: Beams, evidence: Evidence, frames: Sequence[JoineryPlane], *, lying: bool
 ) -> Iterator[Box]:
     """Yields the strips x0, z0, x1, z1 m of one direction. For lying ones x and z change places."""
-    open_ = evidence.is_open.T if lying else evidence.is_open
     turn = slice(None, None, -1 if lying else 1)
     through = beams.open.T[turn]
     order = rising(through[0])
     through, depth = through[:, order], beams.open_depth[order]
-    wall = JoineryPlane(_sorted(beams.solid.T[turn]), _NONE, _NONE, through, 0.0, 0.0)
+    solid = _sorted(beams.solid.T[turn])
     joinery = [_sorted(plane.own[turn]) for plane in frames]
     cell, corner = evidence.raster.cell, np.tile(evidence.raster.corner[turn], 2)
-    between = (
-        ndimage.binary_closing(open_, np.ones((1, int(MASONRY.half_brick / cell) + 1), np.bool_)) & ~open_
-    )
+    open_ = _open_along(evidence.llr.T if lying else evidence.llr, max(round(_LONG / cell), 3))
+    thick = int(MASONRY.half_brick / cell) + 3  # one cell at either border may be wall in part
+    between = ndimage.binary_closing(open_, np.ones((1, thick), np.bool_)) & ~open_
     for rows, columns in ndimage.find_objects(ndimage.label(between)[0]):
-        if (rows.stop - rows.start) * cell < _LONG:
+        ends = [open_[max(r, 0) : r + 2, columns] for r in (rows.start - 2, rows.stop)]
+        if (rows.stop - rows.start) * cell < _LONG or any(end.all() for end in ends if end.size):
             continue
         x0, z0, x1, z1 = (
             corner + np.array([columns.start, rows.start, columns.stop, rows.stop]) * cell
         ).tolist()
         due = due_in(evidence, (z0, x0, z1, x1) if lying else (x0, z0, x1, z1))
-        across = post_borders(wall, (x0, z0, x1, z1), cell, due)
+        across = _across(solid, through, (x0 - cell, z0, x1 + cell, z1), due)
         if across is None or not _NARROW <= across[1] - across[0] <= MASONRY.half_brick + cell:
             continue
         x0, x1 = across
-        deep = all(_depth(through, depth, (a, z0, b, z1)) > _PROUD for a, b in beside(x0, x1))
+        panes = [(a, z0, b, z1) for a, b in beside(x0, x1)]
+        deep = all(_is_deep(pane, solid, through, depth) for pane in panes)
         sides = [(x0 - _FRAME, z0, x0, z1), (x1, z0, x1 + _FRAME, z1)]
-        held = max(points_within(own, side).shape[1] for own in joinery for side in sides) if joinery else 0
-        if deep and held > FULL * due * _FRAME * (z1 - z0):
+        framed = any(
+            _share(own, side, due) > FULL > _share(own, pane, due)
+            for own in joinery
+            for side, pane in zip(sides, panes, strict=True)
+        )
+        if deep and framed:
             yield (z0, x0, z1, x1) if lying else (x0, z0, x1, z1)
+
+
+def _is_deep(pane: Box, solid: Float, through: Float, depth: Float) -> bool:
+    """Decides whether most beams cross a pane and end at some `depth` (n,) m behind the wall.
+
+    The places (2, n) of the points on the wall and of the beams `through` it are sorted along the first axis.
+    """
+    a, b = np.searchsorted(through[0], [pane[0], pane[2]])
+    own = depth[a:b][(through[1, a:b] >= pane[1]) & (through[1, a:b] < pane[3])]
+    shut = points_within(solid, pane).shape[1]
+    enough = len(own) >= max(BEAMS_TO_DECIDE, (1.0 / FULL - 1.0) * shut)
+    return bool(enough and np.median(own) > _PROUD)
+
+
+def _share(own: Float, box: Box, due: float) -> float:
+    """Returns the share of the beams of a box that points (2, n), sorted along the first axis, returned."""
+    x0, z0, x1, z1 = box
+    return float(points_within(own, box).shape[1] / (due * (x1 - x0) * (z1 - z0)))
+
+
+def _open_along(llr: Float, number: int) -> Bool:
+    """Returns the cells (h, w) that are open as seen over a `number` of cells along a strip."""
+    return np.asarray(ndimage.uniform_filter1d(llr, number, axis=0) > 0.0)
+
+
+def _across(solid: Float, through: Float, around: Box, due: float) -> tuple[float, float] | None:
+    """Returns the left and right border m of the strip of wall in a box; None if no beam tells of it.
+
+    It is as wide as the sum over the box of the shares of beams that ended on the wall. The others crossed it
+    at the places `through` (2, n); both are sorted along the first axis. A wall returns `due` beams per m2.
+    """
+    x0, _, x1, _ = around
+    number = max(int((x1 - x0) * np.sqrt(due)), 1)
+    ended, passed = (
+        np.histogram(points_within(some, around)[0], number, (x0, x1))[0] for some in (solid, through)
+    )
+    share = ended / np.maximum(ended + passed, max(float(np.median(ended + passed)), 1.0))
+    wide, middle = share.sum(), share @ (np.arange(number) + 0.5)
+    if wide == 0.0:
+        return None
+    step = (x1 - x0) / number
+    return x0 + (middle / wide - wide / 2) * step, x0 + (middle / wide + wide / 2) * step
 
 
 def _sorted(places: Float) -> Float:
     """Returns places (2, n) in the order of the first axis."""
     return places[:, rising(places[0])]
-
-
-def _depth(through: Float, depth: Float, pane: Box) -> float:
-    """Returns the median depth m of the points whose beams cross a pane; zero if they are few.
-
-    The beams cross the wall at the places `through` (2, n), sorted along the first axis.
-    """
-    a, b = np.searchsorted(through[0], [pane[0], pane[2]])
-    own = depth[a:b][(through[1, a:b] >= pane[1]) & (through[1, a:b] < pane[3])]
-    return float(np.median(own)) if len(own) >= BEAMS_TO_DECIDE else 0.0
