@@ -261,6 +261,23 @@ def test_curved_wall_says_so():
     assert -0.24 < f.curvature[0] < -0.16 and any("bent" in note for note in f.notes)
 
 
+@pytest.mark.parametrize(("degrees", "pieces"), [(1.0, 1), (3.5, 2), (8.0, 2)])
+def test_no_end_of_a_wall_that_bends_is_lost(degrees, pieces):
+    rng = np.random.default_rng(7)
+    left, _ = panel(rng, 10, 9)
+    right, _ = panel(rng, 10, 9)
+    bend = np.array([5.0, 0.0, 0.0])
+    right = (right + bend) @ turned(np.radians(degrees)).T + bend
+    wall = np.vstack([left, right])
+    scan = Scan("bend", wall, WORLD, np.array([[5, -12.0, 1.7]]), np.zeros(len(wall), np.int32))
+    found = find_facades(scan, whole(scan, 0.0))
+    assert len(found) == pieces
+    held = np.zeros(len(wall), int)
+    for f in found:
+        held[f.support] += 1
+    assert np.mean(held == 0) < 0.01 and np.mean(held > 1) < 0.05
+
+
 def test_flat_wall_is_not_called_bent():
     scan, *_ = scene(6)
     f = only(find_facades(scan, whole(scan)))

@@ -1,5 +1,7 @@
 """Search a building for wall planes one after another, each on the points that the others leave."""
 
+from dataclasses import replace
+
 import numpy as np
 
 from frontage.facades.candidate import MOST_RAYS, FacadeCandidate, sketch_candidate
@@ -50,7 +52,11 @@ def search_candidates(scene: FacadeScene, rng: np.random.Generator) -> list[Faca
         is_wall = candidate is not None and _stands_out(candidate, everything, cloud)
         used = plane.own if candidate is None else plane.own | _claimed(candidate, thin, is_wall, options)
         rejected = 0 if is_wall else rejected + 1
-        if candidate is not None and is_wall and not _is_layer_of_any(candidate, accepted, cloud, options):
+        if (
+            candidate is not None
+            and is_wall
+            and not _is_layer_of_any(candidate, accepted, least, cloud, options)
+        ):
             accepted.append(candidate)
         thin, rise = thin[~used], rise[~used]
     return accepted
@@ -108,17 +114,23 @@ def _in_prism(q: Float, facade: FacadeCandidate, options: FacadeOptions, where: 
 
 
 def _is_layer_of_any(
-    candidate: FacadeCandidate, facades: list[FacadeCandidate], cloud: BuildingCloud, options: FacadeOptions
+    candidate: FacadeCandidate,
+    facades: list[FacadeCandidate],
+    least: float,
+    cloud: BuildingCloud,
+    options: FacadeOptions,
 ) -> bool:
-    """Decides whether the candidate is parallel to an accepted facade and mostly within its prism."""
-    return any(_is_layer_of(candidate, facade, cloud, options) for facade in facades)
+    """Decides whether the candidate is parallel to accepted facades and hardly reaches out of their prisms.
 
-
-def _is_layer_of(
-    candidate: FacadeCandidate, facade: FacadeCandidate, cloud: BuildingCloud, options: FacadeOptions
-) -> bool:
-    """Decides whether the candidate is parallel to one facade and mostly within its prism."""
-    if abs(candidate.wall.normal @ facade.wall.normal) < TOLERANCES.parallel_cos:
+    Where a wall bends, the plane of the next part runs along in the prism of the last one, and goes on beyond
+    it with `least` m2 or more.
+    """
+    parallel = [f for f in facades if abs(candidate.wall.normal @ f.wall.normal) >= TOLERANCES.parallel_cos]
+    own = cloud.xyz[candidate.wall.inliers]
+    some = own[:: len(own) // MOST_RAYS + 1]
+    if not any(_in_prism(f.wall.coordinates(some), f, options).mean() > 0.5 for f in parallel):
         return False
-    some = cloud.xyz[candidate.wall.inliers[:: len(candidate.wall.inliers) // MOST_RAYS + 1]]
-    return bool(_in_prism(facade.wall.coordinates(some), facade, options).mean() > 0.5)
+    inside = np.any([_in_prism(f.wall.coordinates(own), f, options) for f in parallel], axis=0)
+    q = candidate.wall.coordinates(own[~inside])
+    beyond = replace(candidate.cells, whole=candidate.cells.marked(q[:, 0], q[:, 2]))
+    return not is_large(replace(beyond, wall=beyond.whole & beyond.wall), least)

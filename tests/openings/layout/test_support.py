@@ -61,8 +61,9 @@ def test_another_size_another_place_or_one_as_vague_is_no_support(window):
 
 
 def test_lines_of_sight_through_the_wall_prove_an_opening():
-    seen = vague(measured(rays=True))
+    seen = vague(measured(rays=True), 3)
     assert without_unsupported([seen], LOW)[0] is seen
+    assert without_unsupported([vague(seen, 4)], LOW) == [None]  # no border tells where it ends
 
 
 def test_the_foot_of_a_door_is_known_by_the_ground(window):

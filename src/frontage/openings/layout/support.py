@@ -11,6 +11,7 @@ from frontage.openings.layout.forms import is_known
 from frontage.openings.layout.inferred import SAME
 
 _ENOUGH = 3  # borders of four that tell a rectangle by themselves, as of small openings
+_PROVED = 1  # the same where lines of sight prove that it is open: without any border it is a gap in the wall
 
 
 def without_unsupported(outlines: Sequence[Outline | None], ground: float) -> list[Outline | None]:
@@ -19,7 +20,7 @@ def without_unsupported(outlines: Sequence[Outline | None], ground: float) -> li
     Shadows, leaves and lost points leave gaps whose rectangles end anywhere. What has fewer than three known
     borders is an opening if a better known one beside, above or below it is as wide and as high. The foot of
     a door is known by the `ground` (height z m) that it stands on. Beams that went through the wall prove
-    that it is open; where such lines of sight are known, all openings stay.
+    that it is open; where such lines of sight are known, one border is enough.
     """
     told = [o for o in outlines if o is not None]
     known = np.array([_number_known(o, ground) >= _ENOUGH for o in told], np.bool_)
@@ -35,8 +36,8 @@ def _number_known(outline: Outline, ground: float) -> int:
 
 
 def _is_told(outline: Outline, known: Float, ground: float) -> bool:
-    """Returns whether an outline is told by three borders, by lines of sight, or by `known` boxes (n, 4)."""
-    if _number_known(outline, ground) >= _ENOUGH or outline.has_rays:
+    """Returns whether an outline is told by enough of its borders, or by `known` boxes (n, 4) like it."""
+    if _number_known(outline, ground) >= (_PROVED if outline.has_rays else _ENOUGH):
         return True
     return bool(_are_alike(np.array(outline.place), known).any())
 
