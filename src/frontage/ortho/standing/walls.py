@@ -42,8 +42,9 @@ def _fullest_plane(xyz: Float) -> Bool:
     number = (across / _FLAT_M).astype(np.int64)
     width = int(number.max()) + 2
     count = np.bincount((number + width * np.arange(_DIRECTIONS)).ravel(), minlength=width * _DIRECTIONS)
-    both = count[:-1] + count[1:]  # of two neighbouring slices, none of which is the last of a direction
-    direction, first = divmod(int(np.argmax(both)), width)
+    count = count.reshape(_DIRECTIONS, width)
+    both = count[:, :-1] + count[:, 1:]  # of two neighbouring slices
+    direction, first = divmod(int(np.argmax(both)), width - 1)
     own = number[:, direction]
     middle = np.median(across[(own == first) | (own == first + 1), direction])
     return np.asarray(np.abs(across[:, direction] - middle) < _FLAT_M)
