@@ -42,7 +42,8 @@ CODES: Mapping[str, ErrorCode] = MappingProxyType(
             "Give better approximate poses, or a photo that shows a corner or an entrance.",
         ),
         "O104": ErrorCode(
-            "The scan, drawn at the pose that was found for a photo, is found elsewhere in the photo.",
+            "The scan, drawn at the pose that was found for a photo, is found elsewhere in the photo; or "
+            "little supports that pose, which contradicts the approximate one.",
             "Give a better approximate pose, or leave the photo out.",
         ),
         "O105": ErrorCode(

@@ -17,6 +17,7 @@ from frontage.geometry.rigid import Rigid3, rotation_angle
 from frontage.model import Estimate, Photo, Provenance
 from frontage.orientation.control import find_control
 from frontage.orientation.place import COARSE_M, DrawnWall, Fit, possible_sizes
+from frontage.orientation.placed import agrees_with_prior
 from frontage.orientation.reflectance.surface import ScannedSurface
 from frontage.orientation.reflectance.tones import ImageOf
 from frontage.orientation.resection import Resection, resect
@@ -58,12 +59,13 @@ def best_place(
 ) -> Photo | None:
     """Returns the photo at the place that most control points agree with, looked for from several starts.
 
-    Returns None when there is none, or when another place comes near it.
+    Returns None when there is none, or when another place comes near it. Places that contradict the
+    approximate pose do not count.
     """
     tried: list[tuple[Resection, Photo]] = []
     for start in starts:
         found = _improved(_at(photo, start), surface, image_of, seed)
-        if found is not None:
+        if found is not None and agrees_with_prior(found[0].pose, photo):
             tried.append(found)
             if found[0].inliers.sum() >= _SURELY and found[0].inliers.mean() >= _SURE_SHARE:
                 break

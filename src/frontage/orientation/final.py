@@ -22,7 +22,7 @@ from frontage.orientation.drawings import draw_scan
 from frontage.orientation.judging import in_one_word, judged
 from frontage.orientation.neighbours import placed_again, tied_to_neighbours
 from frontage.orientation.network import CONTROL, PLACES, SURFACES, TIES, build_network
-from frontage.orientation.placed import Placed, Scene
+from frontage.orientation.placed import Placed, Scene, contrary
 from frontage.orientation.reflectance.surface import ScannedSurface
 from frontage.orientation.result import Orientation, OrientedPhoto, Unoriented
 from frontage.orientation.rigs import adjusted_rigs, rig_notes
@@ -51,7 +51,7 @@ def adjusted_orientation(scene: Scene, placed: Placed, unoriented: Sequence[Unor
         left += _lost(placed, state)
         improved = state.improved
         verdicts = _verdicts(scene, improved.photos)
-        keep, refused = judged(state, verdicts, last=not passes)
+        keep, refused = judged(state, verdicts, contrary(improved, scene.given), last=not passes)
         placed = improved.only(keep)
         if passes:
             placed, refused = placed_again(scene, placed, refused)

@@ -17,10 +17,14 @@ _FEWEST_TIES = 30
 _CONFIRMING = 50  # control points, each of which stands out from chance and agrees with the others
 
 
-def judged(state: AdjustedPhotos, verdicts: Sequence[Verdict], *, last: bool) -> tuple[Int, list[Unoriented]]:
+def judged(
+    state: AdjustedPhotos, verdicts: Sequence[Verdict], contrary: Sequence[bool], *, last: bool
+) -> tuple[Int, list[Unoriented]]:
     """Which photos may stay, and why the others may not.
 
-    Doubts count in the `last` judgement only: until then a photo may get tie points with its neighbours.
+    Poses that are `contrary` to the approximate ones need many control points of their own: tie points
+    between different things that look alike agree with one another. Doubts count in the `last` judgement
+    only: until then a photo may get tie points with its neighbours.
     """
     keep, refused = [], list[Unoriented]()
     recognising = _recognising(state)
@@ -34,6 +38,9 @@ def judged(state: AdjustedPhotos, verdicts: Sequence[Verdict], *, last: bool) ->
         held = not last or not verdict.doubted or _ties_to(state, k, sure) >= _FEWEST_TIES
         if verdict.contradicted or not held:
             text = f"the scan is found {verdict.shift:.0f} px from where its pose puts it"
+            refused.append(Unoriented(photo.id, "O104", text))
+        elif contrary[k] and not sure[k]:
+            text = "little supports its pose, which contradicts the approximate one"
             refused.append(Unoriented(photo.id, "O104", text))
         elif control < _FEWEST_CONTROL and ties < _FEWEST_TIES:
             text = f"only {control} control points and {ties} tie points support its pose"

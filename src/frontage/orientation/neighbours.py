@@ -18,7 +18,7 @@ from frontage.model import Estimate, Photo, Provenance
 from frontage.orientation.alone import best_place, elsewhere
 from frontage.orientation.network import TiePoints
 from frontage.orientation.nouns import CommonPoints
-from frontage.orientation.placed import PRIOR_SIGMAS, Placed, Scene, merged
+from frontage.orientation.placed import Placed, Scene, agrees_with_prior, merged
 from frontage.orientation.reflectance.render import Rendering, render, rendering_factor
 from frontage.orientation.resection import resect
 from frontage.orientation.result import Unoriented
@@ -154,15 +154,9 @@ def _pose(photo: Photo, seen: _Seen, seed: int) -> Rigid3 | None:
     agree = _PLACED_M * float(photo.camera.params[0] / np.median(seen.away))
     found = resect(photo.camera, seen.pixels, seen.xyz, agree, seed=seed)
     enough = max(_FEWEST, _LEAST_SHARE * len(seen.pixels))
-    if found is None or found.inliers.sum() < enough or not _likely(found.pose, photo):
+    if found is None or found.inliers.sum() < enough or not agrees_with_prior(found.pose, photo):
         return None
     return found.pose
-
-
-def _likely(pose: Rigid3, given: Photo) -> bool:
-    """Whether a pose does not contradict the approximate one."""
-    prior = given.local_from_camera
-    return prior is None or bool((np.abs(pose.t - prior.value.t) <= PRIOR_SIGMAS * prior.sigma[:3]).all())
 
 
 def tied_to_neighbours(scene: Scene, placed: Placed) -> Placed:

@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from frontage.geometry.arrays import Float, Int
+from frontage.geometry.rigid import Rigid3, rotation_angle
 from frontage.model import Photo, Rig
 from frontage.orientation.network import TiePoints
 from frontage.orientation.nouns import CommonPoints
@@ -15,7 +16,20 @@ from frontage.orientation.reflectance.tones import ImageOf
 Tell = Callable[[str], None]
 
 PRIOR_SIGMAS = 4.0
-"""A position that is farther than this from the approximate one contradicts it."""
+"""A pose that is farther than this from the approximate one contradicts it."""
+
+
+def agrees_with_prior(pose: Rigid3, given: Photo, common: Float | None = None) -> bool:
+    """Whether a pose does not contradict the approximate one, if there is one with standard errors.
+
+    common  (3,) m, by which all approximate positions are off, as those of one receiver may be
+    """
+    prior = given.local_from_camera
+    if prior is None or not (prior.sigma > 0.0).all():
+        return True
+    off = pose.t - prior.value.t - (0.0 if common is None else common)
+    turn, sigma = rotation_angle(pose.R @ prior.value.R.T), PRIOR_SIGMAS * prior.sigma
+    return bool((np.abs(off) <= sigma[:3]).all() and turn <= sigma[3:].max())
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,6 +65,17 @@ class Placed:
         """The photos at `keep` (k,), with the tie points that they see."""
         photos = tuple(self.photos[k] for k in keep)
         return Placed(self.numbers[keep], photos, of_photos(self.ties, keep))
+
+
+def contrary(placed: Placed, given: Sequence[Photo]) -> list[bool]:
+    """Which placed photos contradict their approximate poses, although the others may be off alike.
+
+    `given` are all photos. Of two photos, none tells what is common to all.
+    """
+    pairs = [(p.pose, given[n]) for n, p in zip(placed.numbers, placed.photos, strict=True)]
+    off = [pose.t - g.pose.t for pose, g in pairs if g.local_from_camera is not None]
+    common = np.median(off, axis=0) if len(off) > 2 else None
+    return [not agrees_with_prior(pose, g, common) for pose, g in pairs]
 
 
 def of_photos(ties: TiePoints, keep: Int) -> TiePoints:
