@@ -34,7 +34,7 @@ class ObservedWall:
     beams     the beams, sorted into those that ended on the wall, went through it or were stopped before it
     evidence  log-likelihood ratio of open against solid for every cell of the wall
     others    the same on cells of other sizes where cells are so wide that their place decides what shows
-    posts     posts of joinery between the windows of a band; they count as parts of the wall
+    posts     posts of joinery between the windows of a band, which count as wall, and narrow strips of wall
     ground    m, height z of the ground at the wall in the facade frame
     """
 
@@ -50,8 +50,9 @@ def observe_wall(facade: Facade, scan: Scan, options: OpeningOptions) -> Observe
     """Sorts the beams of a facade's working cloud and weighs, cell by cell, whether the wall is open there.
 
     The inner faces of scanned rooms tell where masonry is. Recesses larger than any opening lie at their own
-    depth. Shallow panels count as wall, and so do posts between the windows of a band. Returns `Failed` F401
-    when the facade has too few points, and F402 when hardly any of them lie on the wall.
+    depth. Shallow panels count as wall, and so do posts between the windows of a band. Narrow strips of wall
+    part openings. Returns `Failed` F401 when the facade has too few points, and F402 when hardly any of them
+    lie on the wall.
     """
     if len(facade.support) < _FEWEST_POINTS:
         return Failed(

@@ -1,9 +1,14 @@
 """Narrow strips of wall between openings, and bars of joinery that are level with the wall."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from frontage.openings import FoundOpenings, find_openings
+from frontage.openings.layout.strips import find_strips
+from frontage.openings.wall.beams import sort_beams
+from frontage.openings.wall.evidence import weigh
 from openings.boxes import box, scanned
 from openings.joinery import framed, wall
 
@@ -56,6 +61,15 @@ def test_a_lying_strip_parts_windows_above_one_another():
     places = found_in([*wall([field]), *between(holes), *(b for hole in holes for b in framed(hole, 0.15))])
     assert len(places) == 2
     assert np.abs(places - sorted(holes)).max() < 0.02
+
+
+def test_a_wall_that_nothing_is_expected_of_has_no_strips():
+    holes = pair(0.09)
+    facade, scan = scanned(wall=[*wall(holes), *(b for h in holes for b in framed(h, 0.15))], spacing=0.02)
+    beams = sort_beams(facade, scan)
+    evidence = weigh(facade, beams)
+    assert len(find_strips(beams, evidence)) == 1
+    assert find_strips(beams, replace(evidence, expected=np.zeros_like(evidence.expected))) == ()
 
 
 @pytest.mark.parametrize("deep", [0.0, 0.02])

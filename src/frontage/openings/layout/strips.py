@@ -73,7 +73,7 @@ def _strips(
             corner + np.array([columns.start, rows.start, columns.stop, rows.stop]) * cell
         ).tolist()
         due = due_in(evidence, (z0, x0, z1, x1) if lying else (x0, z0, x1, z1))
-        across = _across(solid, through, (x0 - cell, z0, x1 + cell, z1), due)
+        across = _across(solid, through, (x0 - cell, z0, x1 + cell, z1), due) if due > 0.0 else None
         if across is None or not _NARROW <= across[1] - across[0] <= MASONRY.half_brick + cell:
             continue
         x0, x1 = across
