@@ -43,7 +43,7 @@ CODES: Mapping[str, ErrorCode] = MappingProxyType(
         ),
         "O104": ErrorCode(
             "The scan, drawn at the pose that was found for a photo, is found elsewhere in the photo; or "
-            "little supports that pose, which contradicts the approximate one.",
+            "the pose contradicts the approximate one, and too few control points support it.",
             "Give a better approximate pose, or leave the photo out.",
         ),
         "O105": ErrorCode(

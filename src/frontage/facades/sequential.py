@@ -120,10 +120,10 @@ def _is_layer_of_any(
     cloud: BuildingCloud,
     options: FacadeOptions,
 ) -> bool:
-    """Decides whether the candidate is parallel to accepted facades and hardly reaches out of their prisms.
+    """Decides whether the candidate is parallel to accepted facades and lies within their prisms.
 
-    Where a wall bends, the plane of the next part runs along in the prism of the last one, and goes on beyond
-    it with `least` m2 or more.
+    Where a wall bends, the plane of the next part lies mostly in the prism of the part before, but it also
+    holds `least` m2 or more of wall outside. Such a plane is no layer.
     """
     parallel = [f for f in facades if abs(candidate.wall.normal @ f.wall.normal) >= TOLERANCES.parallel_cos]
     own = cloud.xyz[candidate.wall.inliers]

@@ -6,8 +6,7 @@ from dataclasses import replace
 import numpy as np
 
 from frontage.geometry.arrays import Bool, Float
-from frontage.geometry.rigid import Rigid3
-from frontage.model import Estimate, Photo
+from frontage.model import Photo
 from frontage.orientation.adjusted import AdjustedPhotos
 from frontage.orientation.adjustment import (
     AdjustmentOptions,
@@ -22,7 +21,7 @@ from frontage.orientation.drawings import draw_scan
 from frontage.orientation.judging import in_one_word, judged
 from frontage.orientation.neighbours import placed_again, tied_to_neighbours
 from frontage.orientation.network import CONTROL, PLACES, SURFACES, TIES, build_network
-from frontage.orientation.placed import Placed, Scene, contrary
+from frontage.orientation.placed import Placed, Scene, contrary, prior_of
 from frontage.orientation.reflectance.surface import ScannedSurface
 from frontage.orientation.result import Orientation, OrientedPhoto, Unoriented
 from frontage.orientation.rigs import adjusted_rigs, rig_notes
@@ -119,7 +118,7 @@ def _dependence(scene: Scene, placed: Placed, control: Sequence[ControlPoints]) 
 
 def _network(scene: Scene, placed: Placed, control: Sequence[ControlPoints]) -> Network:
     sigmas = [scene.camera_sigmas[k] for k in placed.numbers] if len(scene.camera_sigmas) else []
-    priors = [_prior(scene.given[k]) for k in placed.numbers]
+    priors = [prior_of(scene.given[k]) for k in placed.numbers]
     return build_network(
         placed.photos,
         placed.ties,
@@ -129,12 +128,6 @@ def _network(scene: Scene, placed: Placed, control: Sequence[ControlPoints]) -> 
         camera_sigmas=sigmas,
         rigs=scene.rigs,
     )
-
-
-def _prior(photo: Photo) -> Estimate[Rigid3] | None:
-    """The approximate pose as an observation, where its standard errors are stated."""
-    pose = photo.local_from_camera
-    return None if pose is None or not (pose.sigma > 0).all() else pose
 
 
 def _check(state: AdjustedPhotos, seed: int) -> Float:

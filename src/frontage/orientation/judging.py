@@ -22,9 +22,9 @@ def judged(
 ) -> tuple[Int, list[Unoriented]]:
     """Which photos may stay, and why the others may not.
 
-    Poses that are `contrary` to the approximate ones need many control points of their own: tie points
-    between different things that look alike agree with one another. Doubts count in the `last` judgement
-    only: until then a photo may get tie points with its neighbours.
+    Poses that are `contrary` to the approximate ones need many control points of their own. Tie points do
+    not help there: those between different things that look alike agree with one another. Doubts count in
+    the `last` judgement only: until then a photo may get tie points with its neighbours.
     """
     keep, refused = [], list[Unoriented]()
     recognising = _recognising(state)
@@ -40,7 +40,7 @@ def judged(
             text = f"the scan is found {verdict.shift:.0f} px from where its pose puts it"
             refused.append(Unoriented(photo.id, "O104", text))
         elif contrary[k] and not sure[k]:
-            text = "little supports its pose, which contradicts the approximate one"
+            text = "its pose contradicts the approximate one, and too few control points support it"
             refused.append(Unoriented(photo.id, "O104", text))
         elif control < _FEWEST_CONTROL and ties < _FEWEST_TIES:
             text = f"only {control} control points and {ties} tie points support its pose"

@@ -7,7 +7,7 @@ import numpy as np
 
 from frontage.geometry.arrays import Float, Int
 from frontage.geometry.rigid import Rigid3, rotation_angle
-from frontage.model import Photo, Rig
+from frontage.model import Estimate, Photo, Rig
 from frontage.orientation.network import TiePoints
 from frontage.orientation.nouns import CommonPoints
 from frontage.orientation.reflectance.surface import ScannedSurface
@@ -19,13 +19,19 @@ PRIOR_SIGMAS = 4.0
 """A pose that is farther than this from the approximate one contradicts it."""
 
 
-def agrees_with_prior(pose: Rigid3, given: Photo, common: Float | None = None) -> bool:
-    """Whether a pose does not contradict the approximate one, if there is one with standard errors.
+def prior_of(photo: Photo) -> Estimate[Rigid3] | None:
+    """The approximate pose as an observation, where its standard errors are stated."""
+    pose = photo.local_from_camera
+    return None if pose is None or not (pose.sigma > 0).all() else pose
 
-    common  (3,) m, by which all approximate positions are off, as those of one receiver may be
+
+def agrees_with_prior(pose: Rigid3, given: Photo, common: Float | None = None) -> bool:
+    """Whether a pose agrees with the approximate one. Without standard errors of that one, any pose does.
+
+    common  (3,) m, the error that all approximate positions share, for example that of the receiver
     """
-    prior = given.local_from_camera
-    if prior is None or not (prior.sigma > 0.0).all():
+    prior = prior_of(given)
+    if prior is None:
         return True
     off = pose.t - prior.value.t - (0.0 if common is None else common)
     turn, sigma = rotation_angle(pose.R @ prior.value.R.T), PRIOR_SIGMAS * prior.sigma
@@ -68,9 +74,10 @@ class Placed:
 
 
 def contrary(placed: Placed, given: Sequence[Photo]) -> list[bool]:
-    """Which placed photos contradict their approximate poses, although the others may be off alike.
+    """Which placed photos contradict their approximate poses.
 
-    `given` are all photos. Of two photos, none tells what is common to all.
+    `given` are all photos. The median error of three or more approximate positions is taken for an error that
+    all of them share, and contradicts nothing.
     """
     pairs = [(p.pose, given[n]) for n, p in zip(placed.numbers, placed.photos, strict=True)]
     off = [pose.t - g.pose.t for pose, g in pairs if g.local_from_camera is not None]

@@ -1,4 +1,4 @@
-"""Strips of wall between two openings that are narrower than any pier of brick.
+"""Finds narrow strips of wall between two openings: they are narrower than any pier of brick.
 
 Bars that are level with the wall belong to joinery that is level with it. Where the frames on both sides lie
 behind a strip that is level with the wall, it is part of the wall: a mullion of stone or concrete.
@@ -56,9 +56,7 @@ def _strips(
 ) -> Iterator[Box]:
     """Yields the strips x0, z0, x1, z1 m of one direction. For lying ones x and z change places."""
     turn = slice(None, None, -1 if lying else 1)
-    through = beams.open.T[turn]
-    order = rising(through[0])
-    through, depth = through[:, order], beams.open_depth[order]
+    through = _sorted(np.vstack([beams.open.T[turn], beams.open_depth]))
     solid = _sorted(beams.solid.T[turn])
     joinery = [_sorted(plane.own[turn]) for plane in frames]
     cell, corner = evidence.raster.cell, np.tile(evidence.raster.corner[turn], 2)
@@ -78,7 +76,7 @@ def _strips(
             continue
         x0, x1 = across
         panes = [(a, z0, b, z1) for a, b in beside(x0, x1)]
-        deep = all(_is_deep(pane, solid, through, depth) for pane in panes)
+        deep = all(_is_deep(pane, solid, through) for pane in panes)
         sides = [(x0 - _FRAME, z0, x0, z1), (x1, z0, x1 + _FRAME, z1)]
         framed = any(
             _share(own, side, due) > FULL > _share(own, pane, due)
@@ -89,20 +87,20 @@ def _strips(
             yield (z0, x0, z1, x1) if lying else (x0, z0, x1, z1)
 
 
-def _is_deep(pane: Box, solid: Float, through: Float, depth: Float) -> bool:
-    """Decides whether most beams cross a pane and end at some `depth` (n,) m behind the wall.
+def _is_deep(pane: Box, solid: Float, through: Float) -> bool:
+    """Decides whether most beams cross a pane and end deep behind the wall.
 
-    The places (2, n) of the points on the wall and of the beams `through` it are sorted along the first axis.
+    `solid` (2, n) m are the places of the points on the wall, and `through` (3, m) m those of the beams that
+    crossed it, with the depths where they ended. Both are sorted along the first axis.
     """
-    a, b = np.searchsorted(through[0], [pane[0], pane[2]])
-    own = depth[a:b][(through[1, a:b] >= pane[1]) & (through[1, a:b] < pane[3])]
+    own = points_within(through, pane)[2]
     shut = points_within(solid, pane).shape[1]
     enough = len(own) >= max(BEAMS_TO_DECIDE, (1.0 / FULL - 1.0) * shut)
     return bool(enough and np.median(own) > _PROUD)
 
 
 def _share(own: Float, box: Box, due: float) -> float:
-    """Returns the share of the beams of a box that points (2, n), sorted along the first axis, returned."""
+    """Returns the share of the expected beams of a box that ended at points (2, n), sorted by row 0."""
     x0, z0, x1, z1 = box
     return float(points_within(own, box).shape[1] / (due * (x1 - x0) * (z1 - z0)))
 
@@ -116,7 +114,7 @@ def _across(solid: Float, through: Float, around: Box, due: float) -> tuple[floa
     """Returns the left and right border m of the strip of wall in a box; None if no beam tells of it.
 
     It is as wide as the sum over the box of the shares of beams that ended on the wall. The others crossed it
-    at the places `through` (2, n); both are sorted along the first axis. A wall returns `due` beams per m2.
+    at the places `through` (3, m); both are sorted along the first axis. A wall returns `due` beams per m2.
     """
     x0, _, x1, _ = around
     number = max(int((x1 - x0) * np.sqrt(due)), 1)
@@ -132,5 +130,5 @@ def _across(solid: Float, through: Float, around: Box, due: float) -> tuple[floa
 
 
 def _sorted(places: Float) -> Float:
-    """Returns places (2, n) in the order of the first axis."""
+    """Returns places (k, n) in the order of the first axis."""
     return places[:, rising(places[0])]

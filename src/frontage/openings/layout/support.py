@@ -11,7 +11,7 @@ from frontage.openings.layout.forms import is_known
 from frontage.openings.layout.inferred import SAME
 
 _ENOUGH = 3  # borders of four that tell a rectangle by themselves, as of small openings
-_PROVED = 1  # the same where lines of sight prove that it is open: without any border it is a gap in the wall
+_PROVED = 1  # the same where lines of sight prove that the wall is open
 
 
 def without_unsupported(outlines: Sequence[Outline | None], ground: float) -> list[Outline | None]:

@@ -97,7 +97,7 @@ class _Case:
         if isinstance(made, Host) and validate(made.solid):
             made = ground_block(name, surfaces, self.world, top)
             if isinstance(made, Host):
-                note = f"{name}: its block is not extended to measured fronts, for it would not be valid"
+                note = f"{name}: its block is not extended to measured fronts, because it would not be valid"
                 made = Host(made.solid, (*made.notes, note))
         if isinstance(made, Host) and (findings := validate(made.solid)):
             text = f"{name}: the block over its ground is not valid ({findings[0].message})"
