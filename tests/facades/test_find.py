@@ -82,6 +82,21 @@ def test_plane_of_a_cluttered_wall_is_found_to_a_millimetre(seed, rays):
     assert 19.5 < x1 - x0 < 20.6 and 11.5 < z1 - z0 < 12.6
 
 
+@pytest.mark.parametrize("seed", range(3))
+def test_frames_tell_the_street_side_of_a_court_that_was_cut_out(seed):
+    # no ground, no roof, and the only things far from the wall are the next walls of the court, before it
+    rng = np.random.default_rng(seed)
+    wall, hole = panel(rng, 12.6, 12, spacing=0.02)
+    left = np.abs((hole[:, 0] + 300) % 3 - 1.0) < 0.1
+    frames = hole[left] + np.array([0.0, 0.2, 0.0])
+    beside, _ = panel(rng, 6, 12, spacing=0.02, windows=False)
+    corners = [np.column_stack([x + beside[:, 1], beside[:, 0] - 3.0, beside[:, 2]]) for x in (-6.1, 6.1)]
+    scan = Scan("court", np.vstack([wall, frames, *corners]) @ turned(0.3).T, WORLD)
+    found = [f for f in find_facades(scan, whole(scan, 0.0)) if isinstance(f, Facade)]
+    f = max(found, key=lambda f: f.extent[2] - f.extent[0])
+    assert f.frame.R[:, 1] @ turned(0.3)[:, 1] > 0.999
+
+
 def test_frame_is_right_handed_upright_and_not_mirrored():
     scan, R, t = scene(1)
     frame = only(find_facades(scan, whole(scan))).frame

@@ -86,7 +86,7 @@ def orient(
     inliers = sample_rays(wall.inliers, rng)
     side = side_from_rays(wall, scene.cloud.xyz[inliers], scene.sensors(inliers))
     if side is None:
-        side = side_from_evidence(wall, cells, scene.around, scene.ground_z)
+        side = side_from_evidence(wall, cells, scene.around, slab.q, scene.ground_z)
     if side.sign < 0:
         return FacadeCandidate(wall, cells, slab, side)
     wall, cells = wall.flipped(), cells.mirrored

@@ -24,6 +24,7 @@ _RECESS_M = 0.6  # m: windows lie this deep at most
 _OPEN_SHARE = 0.25  # share of the strip that is open ground when the wall stands outside
 _OPEN_RATIO = 2.0  # open ground over built-up area there: the floor of a room has as much of both
 _LOG_ODDS_CAP = 3.0  # odds of 20 to 1: neither trees nor a colonnade before the wall may decide alone
+_PANE_M2 = 0.25  # m2, of a pane of half a metre: what a hole shows by chance
 _GROUND_CAP = 6.0  # the same of open ground, of which rooms show little: as much as both other clues
 
 
@@ -81,23 +82,27 @@ def side_from_rays(wall: WallPlane, xyz: Float, sensors: Float) -> StreetSide | 
     return StreetSide(sign, "rays", np.empty((0, 3)), min(front, 1 - front) / max(front, 1 - front))
 
 
-def side_from_evidence(wall: WallPlane, cells: CellMap, xyz: Float, ground_z: float) -> StreetSide:
+def side_from_evidence(
+    wall: WallPlane, cells: CellMap, xyz: Float, beside: Float, ground_z: float
+) -> StreetSide:
     """Tells the street side without rays, by a sum of capped log odds from three clues.
 
     - The street is open ground: in front of the wall one can walk, also under trees.
     - The building is high: behind the wall, points reach up to its own height (roof, rooms, other faces).
-    - Windows are recessed: in the wall's holes, points close behind outweigh points close in front.
+    - Windows are recessed: in the wall's holes, points close behind outweigh points close in front. All
+      points tell that, because in a court that was cut out of its building nothing else does.
 
     xyz       (n, 3) m local, building and surroundings, evenly thinned
+    beside    (m, 3) m, wall's frame: all points of the building beside the plane
     ground_z  m local
     """
     q = wall.coordinates(xyz)
     (ground_plus, mass_plus), (ground_minus, mass_minus) = (_plan_areas(q, cells, sign) for sign in (1, -1))
     hole = cells.whole & ~cells.wall
-    recess_plus, recess_minus = (_hole_area(q, cells, hole, wall, sign) for sign in (1, -1))
+    recess_plus, recess_minus = (_hole_area(beside, cells, hole, wall, sign) for sign in (1, -1))
     odds = _log_odds(ground_plus, ground_minus, _GROUND_CAP)
     odds += _log_odds(mass_minus, mass_plus)
-    odds += _log_odds(recess_minus, recess_plus)
+    odds += _log_odds(recess_minus, recess_plus, chance=_PANE_M2)
     sign = 1 if odds > 0 else -1
     return StreetSide(
         sign,
@@ -107,9 +112,9 @@ def side_from_evidence(wall: WallPlane, cells: CellMap, xyz: Float, ground_z: fl
     )
 
 
-def _log_odds(favour: float, against: float, cap: float = _LOG_ODDS_CAP) -> float:
-    """Log of the ratio of two areas in m2, at most `cap`; one square metre is added to both."""
-    return float(np.clip(np.log((favour + 1.0) / (against + 1.0)), -cap, cap))
+def _log_odds(favour: float, against: float, cap: float = _LOG_ODDS_CAP, chance: float = 1.0) -> float:
+    """Log of the ratio of two areas in m2, at most `cap`; `chance` is added to both, as it proves nothing."""
+    return float(np.clip(np.log((favour + chance) / (against + chance)), -cap, cap))
 
 
 def _plan_areas(q: Float, cells: CellMap, sign: int) -> tuple[float, float]:
