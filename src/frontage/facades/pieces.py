@@ -13,6 +13,7 @@ from frontage.geometry.arrays import Bool, Float, Int
 from frontage.model.masonry import MASONRY, TOLERANCES
 
 _AROUND_M = 0.8  # m, one sigma of the surroundings whose wall tells the owner of a place: half a window
+_BESIDE = 0.16  # share of wall around a place one sigma away from a straight edge of it
 _WHOLE = 0.95  # share of its remaining wall that a piece keeps in one part; less, and it is divided
 
 
@@ -22,9 +23,10 @@ def without_overlaps(
     """Returns the walls with outlines that do not overlap where parallel walls stand side by side.
 
     The outline of a wall continues over the next one where the front steps, for both are upright and near
-    its plane. There a place belongs to the plane that has more wall around it. A wall that another divides
-    in two keeps its outline, for that other one is a step within it. The front and the wall of an arcade,
-    given by their numbers, stand one behind the other, and the wall goes on behind the piers.
+    its plane. There a place belongs to the plane that has more wall around it; what is far from both, such as
+    the middle of a colonnade, goes as a whole to the plane with more wall along its border. A wall that
+    another divides in two keeps its outline, for that other one is a step within it. The front and the wall
+    of an arcade, given by their numbers, stand one behind the other, and the wall goes on behind the piers.
     """
     pieces = list(candidates)
     for a, b in combinations(range(len(pieces)), 2):
@@ -47,8 +49,7 @@ def _divided(a: FacadeCandidate, b: FacadeCandidate) -> tuple[FacadeCandidate, F
     second one, goes back to the second one.
     """
     shared, there = _shared(b, a)
-    less = shared & (_share(a.cells).ravel()[there] >= _share(b.cells))
-    second = _kept(b.cells, less)
+    second = _kept(b.cells, shared & _is_first(_share(a.cells).ravel()[there], _share(b.cells), shared))
     if second is None:
         return a, b
     own = replace(b, cells=second)
@@ -76,6 +77,14 @@ def _share(cells: CellMap) -> Float:
     """Returns the share (h, w) of wall around every cell."""
     wide = _AROUND_M / cells.cell
     return np.asarray(ndimage.gaussian_filter(cells.wall.astype(np.float64), wide, mode="constant"))
+
+
+def _is_first(first: Float, second: Float, shared: Bool) -> Bool:
+    """Returns which cells (h, w) belong to the first of two walls, from the shares of wall around them."""
+    labels, number = ndimage.label(shared & (np.maximum(first, second) < _BESIDE))
+    along = (np.bincount(labels.ravel(), share.ravel(), number + 1) for share in (first, second))
+    border = np.greater_equal(*along)[labels]
+    return np.where(labels > 0, border, first >= second)
 
 
 def _kept(cells: CellMap, lost: Bool) -> CellMap | None:
