@@ -11,6 +11,7 @@ from frontage.facades.cells import CellMap
 from frontage.facades.layers import find_layers
 from frontage.facades.plane.curvature import wall_sagitta
 from frontage.facades.plane.wall import WallPlane
+from frontage.facades.porticoes import depth_behind
 from frontage.facades.scene import FacadeScene
 from frontage.facades.street import StreetSide
 from frontage.geometry.arrays import Bool, Float, Int
@@ -38,14 +39,15 @@ def build_facade(
     """Builds the facade with id `name` from an oriented, refined wall.
 
     Its support is every point of the building in the prism over the outline, from `depth_front` m before the
-    plane to `depth_back` m behind it.
+    plane to `depth_back` m behind it. It is deeper behind a portico whose wall would be cut.
     """
     wall, cells, slab = candidate.wall, candidate.cells, candidate.slab
     options, cloud = scene.options, scene.cloud
     frame = Rigid3("local", "facade", wall.axes, wall.point)
     flat = cells.flat(slab.q[:, 0], slab.q[:, 2])
     inside = cells.whole.ravel()[flat]
-    inside &= (slab.q[:, 1] > -options.depth_front) & (slab.q[:, 1] < options.depth_back)
+    back = depth_behind(slab.q[:, 1], flat, cells, (options.depth_back, options.depth_front))
+    inside &= (slab.q[:, 1] > -options.depth_front) & (slab.q[:, 1] < back.ravel()[flat])
     near = np.flatnonzero(inside)
     inner = cells.shrunk(_BEND_INSET_M).ravel()[flat]
     some = _at_most(np.flatnonzero(inner & inside), _MOST_FOR_BEND, rng)
@@ -63,7 +65,7 @@ def build_facade(
             flat[layered],
             cells,
             wall.sigma,
-            (-options.depth_front, options.depth_back),
+            (-options.depth_front, float(back.max())),
         ),
         support=cloud.index[slab.rows[near]],
         inliers=cloud.index[wall.inliers],

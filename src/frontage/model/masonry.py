@@ -24,6 +24,8 @@ class Masonry:
     room_width     width of the front of the smallest room (assumed)
     room_height    height of that front: the clear height of 2.4 m that the German model building code
                    (section 47) asks for, and a floor
+    largest_opening  no shop front or gate is wider or higher; a larger part behind the wall, as behind the
+                   columns of a portico, is itself a wall (assumed)
     facade_reach   how far before its plane anything can stand that belongs to a facade, and how far behind it
                    the backs of niches lie (assumed)
     arcade         depth of an arcade: how far storeys jut out over the wall of their ground floor at most
@@ -39,6 +41,7 @@ class Masonry:
     person: float = 1.7
     room_width: float = 2.0
     room_height: float = 2.5
+    largest_opening: float = 6.0
     facade_reach: float = 2.0
     arcade: float = 4.0
 

@@ -10,7 +10,7 @@ from frontage.model.masonry import MASONRY
 from frontage.openings.wall.beams import Beams
 from frontage.openings.wall.evidence import Evidence, equal_share
 from frontage.openings.wall.raster import opened
-from frontage.openings.wall.surface import FITTING, LARGEST_OPENING, recess_depth, value_at
+from frontage.openings.wall.surface import FITTING, recess_depth, value_at
 
 _CORE = 0.75  # m, least width of the core of a recess: ledges and joints join cells over less
 _FRAMES, _WALL = 0.12, 0.4  # shares of the beams into a recess that frames return, and a wall with windows
@@ -54,7 +54,7 @@ def _recesses(evidence: Evidence) -> Int:
         high, wide = (rows.stop - rows.start) * cell, (columns.stop - columns.start) * cell
         room = wide >= MASONRY.room_width and high >= MASONRY.room_height
         part = labels[rows, columns]
-        if max(high, wide) <= LARGEST_OPENING or not room:
+        if max(high, wide) <= MASONRY.largest_opening or not room:
             part[part == number] = 0
         else:
             part[ndimage.binary_fill_holes(part == number)] = number

@@ -4,6 +4,7 @@ import numpy as np
 from scipy import ndimage
 
 from frontage.geometry.arrays import Array, Bool, Float, Int, distinct
+from frontage.model.masonry import MASONRY
 from frontage.openings.wall.raster import WallRaster
 
 _FINE = 8  # cells of a tile, along and across, in which its area is counted
@@ -17,9 +18,6 @@ _PIER = 0.4  # share of a tile that a pier fills
 
 TILE = 0.25
 """m, side of the tiles that hold the depth of the wall."""
-
-LARGEST_OPENING = 6.0
-"""m: no shop front or gate is wider or higher; a larger part behind the wall is itself a wall."""
 
 FITTING = 0.3
 """m: sills, surrounds, open shutters and cut stone stand out no further, and close what they cover."""
@@ -126,7 +124,7 @@ def _stepped(wall: Float, own: Array, y: Float, slack: float) -> Float:
 
 def _opened(wall: Float) -> tuple[Float, Float]:
     """Removes from the map (h, w) what is lower, and what is narrower, than a set-back part of a building."""
-    size = int(LARGEST_OPENING / TILE) | 1
+    size = int(MASONRY.largest_opening / TILE) | 1
     return ndimage.grey_opening(wall, (size, 1)), ndimage.grey_opening(wall, (1, size))
 
 
