@@ -35,6 +35,15 @@ def test_heads_are_told_apart_and_measured(shape, rise, returned):
         assert 0.0 < np.sqrt(head.covariance[0]) < 0.01
 
 
+@pytest.mark.parametrize(("place", "half"), [(1.6, 0.12), (1.6, 0.3), (1.6, 0.4), (1.8, 0.4), (1.4, 0.5)])
+def test_the_shadow_of_a_post_above_a_window_is_no_curved_head(place, half):
+    fan = fan_about(ring_of("rectangle", (1.0, 2.0, 2.2, 3.4), 0.0)[0], returned=0.1)
+    shade = (np.abs(fan.x - place) < half) & fan.solid  # crosses the window and the wall above it
+    seen = Fan(fan.x[~shade], fan.z[~shade], fan.solid[~shade], fan.missing)
+    head = find_head(seen, (1.0, 2.0, 2.2, 3.6), 0.002)
+    assert head.shape == "rectangle" and abs(head.top - 3.4) < 0.02
+
+
 @pytest.mark.parametrize(("shape", "rise"), HEADS[1:])
 def test_tops_are_unbiased_and_their_sigmas_honest(shape, rise):
     ring = ring_of(shape, BOX, rise)[0]

@@ -18,6 +18,7 @@ _SLOPES = np.linspace(0.1, 1.0, 19)  # rises of triangular heads, as a share of 
 _EDGE = 0.01  # m beside the sides where beams determine the sides, not the head
 _MARGIN = 0.3  # m above the head that is looked at
 _ARC = 24  # pieces of a head: chord error 3 mm on a half circle of 2 m
+_STRIPS = 24  # borders that the shadow of a post may have, over the width of a head
 _MOST = 6000  # beams of a head: more tell nothing new
 _SQRT3 = float(np.sqrt(3.0))
 
@@ -160,7 +161,12 @@ def find_head(fan: Fan, place: Box, blur: float, known: Head | None = None) -> H
         least = found.gain + (_GAIN if price > 0.0 and found.shape in ("round", "pointed") else 0.0)
         if top - rise > z0 and score - flat - price > max(_GAIN, least):
             found = Head(shape, top, rise, score - flat - price)
-    return found if found.shape == "rectangle" else search.refined(found)
+    if found.shape == "rectangle":
+        return found
+    score, top = search.shadowed(found.top)
+    if score - flat - _GAIN > found.gain:
+        return Head("rectangle", top, 0.0, 0.0)
+    return search.refined(found)
 
 
 def _rises(known: Head, half: float, height: float) -> list[float]:
@@ -201,6 +207,27 @@ class _Search:
         parts = drop.shape[1]
         above = np.take_along_axis(rest, first, 1) + (parts - first) * (tops - self._low)
         return np.asarray(above * 2 * self._half / parts)
+
+    def shadowed(self, high: float) -> tuple[float, float]:
+        """Returns the score and the top m of the likeliest flat head below an empty strip.
+
+        The strip is the shadow of something upright before the wall, such as a post. Where it is taken for a
+        part of the opening, up to `high` m, the head seems to be curved.
+        """
+        flat = self.curves([("rectangle", 0.0)], self._tops)[0]
+        column = ((self._x[: self._solid] / self._half + 1.0) * _STRIPS / 2).astype(np.int64)
+        row = np.searchsorted(self._tops, self._z[: self._solid])  # of tops below the point
+        held = np.zeros((len(self._tops) + 1, _STRIPS + 1))
+        np.add.at(held, (row, np.clip(column, 0, _STRIPS - 1) + 1), 1.0)
+        left = held[::-1].cumsum(0)[::-1][1:].cumsum(1)  # points above each top, left of each border
+        left -= left[np.searchsorted(self._tops, high, "right") - 1]  # up to the head's own top
+        first, last = np.triu_indices(_STRIPS + 1, 1)
+        wide = (last - first) * 2 * self._half / _STRIPS
+        gain = self._missing * wide * (high - self._tops)[:, None] + np.log(STRAY) * (
+            left[:, last] - left[:, first]
+        )
+        score = np.where(self._tops <= high, flat + gain.max(1), -np.inf)
+        return float(score.max()), float(self._tops[score.argmax()])
 
     def best(self, heads: Sequence[tuple[str, float]]) -> list[tuple[float, float]]:
         """Returns the score and the top m of the likeliest head of every shape and rise m."""
