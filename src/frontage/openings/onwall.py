@@ -10,7 +10,6 @@ from frontage.model.opening import Opening
 from frontage.model.ortho import OrthoImage
 from frontage.model.scan import Scan
 from frontage.openings.borders.agreement import with_supported_borders
-from frontage.openings.borders.gaps import is_opening
 from frontage.openings.borders.measure import measure
 from frontage.openings.borders.outline import Outline
 from frontage.openings.closed.find import find_closed_openings
@@ -23,7 +22,7 @@ from frontage.openings.layout.pattern import revise, settled
 from frontage.openings.layout.pooling import pool
 from frontage.openings.layout.posts import with_post_errors
 from frontage.openings.layout.rasters import find_on_rasters
-from frontage.openings.layout.support import without_unsupported
+from frontage.openings.layout.support import are_openings, without_unsupported
 from frontage.openings.observe import ObservedWall
 from frontage.openings.options import OpeningOptions
 from frontage.openings.wall.crossings import CrossingBeams, crossing_beams
@@ -71,7 +70,7 @@ def _measured(
     cell = max(evidence.raster.cell, facade.spacing)
     measured = measure(beams, rough, cell, facade.spacing)
     checked = [with_supported_borders(o, r, evidence) for o, r in zip(measured, rough, strict=True)]
-    real = [(c, *place) for c, place in zip(checked, places, strict=True) if is_opening(c)]
+    real = [(c, *p) for c, p, is_one in zip(checked, places, are_openings(checked), strict=True) if is_one]
     pooled = pool([outline for outline, *_ in real])
     hidden = [is_foot_hidden(outline, evidence, wall.ground) for outline in pooled]
     revisions = revise(pooled, evidence, hidden)

@@ -7,7 +7,7 @@ import pytest
 
 from frontage.openings import OpeningOptions
 from frontage.openings.borders.measure import measure
-from frontage.openings.layout.support import without_unsupported
+from frontage.openings.layout.support import are_openings, without_unsupported
 from frontage.openings.observe import observe_wall
 from frontage.openings.wall.crossings import crossing_beams
 from fronts import WINDOW, scan_wall
@@ -72,3 +72,23 @@ def test_the_foot_of_a_door_is_known_by_the_ground(window):
     door = replace(window, covariance=window.covariance + left)
     assert without_unsupported([door], LOW) == [None]
     assert without_unsupported([door], door.place[1] - 0.1) == [door]
+
+
+def small(outline, depth, dx=0.0):
+    """Returns an outline 0.5 m wide whose frame lies `depth` m deep, moved by dx m."""
+    x0, z0, _, z1 = outline.place
+    return replace(outline, place=(x0 + dx, z0, x0 + dx + 0.5, z1), depth=replace(outline.depth, value=depth))
+
+
+def test_a_small_window_no_deeper_than_a_panel_is_one_if_another_one_surely_is(window):
+    deep, shallow = small(window, 0.12), small(window, 0.06, dx=1.5)
+    assert are_openings([deep, shallow]) == [True, True]
+    assert are_openings([shallow]) == [False]
+    assert are_openings([small(window, 0.06), shallow]) == [False, False]  # panels do not prove one another
+
+
+def test_what_shows_neither_its_frame_nor_most_of_its_borders_is_no_opening_however_like_one(window):
+    deep, shallow = small(window, 0.12), small(window, 0.06, dx=1.5)
+    unseen = tuple(replace(b, gain=0.0) for b in shallow.borders[:2])
+    badly_seen = replace(shallow, borders=(*unseen, *shallow.borders[2:]))
+    assert are_openings([deep, badly_seen, replace(shallow, depth=None)]) == [True, False, False]

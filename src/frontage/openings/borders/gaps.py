@@ -25,13 +25,18 @@ def is_opening(outline: Outline) -> bool:
     """
     x0, z0, x1, z1 = outline.place
     size, depth = min(x1 - x0, z1 - z0), outline.depth
-    seen = sum(b.is_seen for b in outline.borders)
-    hidden = sum(b.is_hidden for b in outline.borders)
-    most = seen >= max(_SHARE * (len(outline.borders) - hidden), 2.0)
+    seen = any(b.is_seen for b in outline.borders)
     if outline.has_rays:
-        return size >= _SMALL or most or (depth is not None and seen > 0)
+        return size >= _SMALL or shows_most(outline) or (depth is not None and seen)
     if depth is None:
-        return size >= _SMALL_EMPTY and seen > 0
+        return size >= _SMALL_EMPTY and seen
     if size >= _SMALL:
         return True
-    return most and depth.value - _SURELY * float(depth.sigma[0]) >= MASONRY.panel
+    return shows_most(outline) and depth.value - _SURELY * float(depth.sigma[0]) >= MASONRY.panel
+
+
+def shows_most(outline: Outline) -> bool:
+    """Returns whether most borders show beyond doubt: three of four, or two where others are hidden."""
+    seen = sum(b.is_seen for b in outline.borders)
+    hidden = sum(b.is_hidden for b in outline.borders)
+    return seen >= max(_SHARE * (len(outline.borders) - hidden), 2.0)

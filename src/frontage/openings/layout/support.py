@@ -6,12 +6,31 @@ import numpy as np
 
 from frontage.geometry.arrays import Bool, Float
 from frontage.model.masonry import MASONRY
+from frontage.openings.borders.gaps import is_opening, shows_most
 from frontage.openings.borders.outline import Outline
 from frontage.openings.layout.forms import is_known
 from frontage.openings.layout.inferred import SAME
 
 _ENOUGH = 3  # borders of four that tell a rectangle by themselves, as of small openings
 _PROVED = 1  # the same where lines of sight prove that the wall is open
+
+
+def are_openings(outlines: Sequence[Outline]) -> list[bool]:
+    """Returns which outlines are openings by themselves, or because another one is.
+
+    Frames of small windows may be no deeper than the panels of a wall. One that shows its frame and most of
+    its borders is an opening if another one above, below or beside it is as wide and as high, and surely one.
+    """
+    sure = [is_opening(outline) for outline in outlines]
+    places = np.array([o.place for o in outlines]).reshape(-1, 4)[np.array(sure, np.bool_)]
+    return [
+        s or (_may_be_small(o) and bool(_are_alike(np.array(o.place), places).any()))
+        for s, o in zip(sure, outlines, strict=True)
+    ]
+
+
+def _may_be_small(outline: Outline) -> bool:
+    return outline.depth is not None and shows_most(outline)
 
 
 def without_unsupported(outlines: Sequence[Outline | None], ground: float) -> list[Outline | None]:
