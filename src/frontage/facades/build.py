@@ -39,7 +39,7 @@ def build_facade(
     """Builds the facade with id `name` from an oriented, refined wall.
 
     Its support is every point of the building in the prism over the outline, from `depth_front` m before the
-    plane to `depth_back` m behind it. It is deeper behind a portico whose wall would be cut.
+    plane to `depth_back` m behind it. Behind a portico it reaches as deep as the wall there.
     """
     wall, cells, slab = candidate.wall, candidate.cells, candidate.slab
     options, cloud = scene.options, scene.cloud

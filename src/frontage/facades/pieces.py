@@ -22,11 +22,12 @@ def without_overlaps(
 ) -> list[FacadeCandidate]:
     """Returns the walls with outlines that do not overlap where parallel walls stand side by side.
 
-    The outline of a wall continues over the next one where the front steps, for both are upright and near
-    its plane. There a place belongs to the plane that has more wall around it; what is far from both, such as
-    the middle of a colonnade, goes as a whole to the plane with more wall along its border. A wall that
-    another divides in two keeps its outline, for that other one is a step within it. The front and the wall
-    of an arcade, given by their numbers, stand one behind the other, and the wall goes on behind the piers.
+    The outline of a wall continues over the next one where the front steps, because both are upright and
+    near its plane. There a place belongs to the plane that has more wall around it. What is far from both,
+    such as the middle of a colonnade, goes as a whole to the plane with more wall along its border. A wall
+    that another divides in two keeps its outline, because that other one is a step within it. The front and
+    the wall of an arcade, given by their numbers, stand one behind the other, and the wall goes on behind
+    the piers.
     """
     pieces = list(candidates)
     for a, b in combinations(range(len(pieces)), 2):

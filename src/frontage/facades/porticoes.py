@@ -1,4 +1,4 @@
-"""How deep a facade reaches behind its plane: deeper in porticoes and loggias than in windows."""
+"""Finds how deep a facade reaches behind its plane. It reaches deeper in porticoes and loggias."""
 
 import numpy as np
 from scipy import ndimage
@@ -19,7 +19,7 @@ def depth_behind(y: Float, flat: Int, cells: CellMap, limits: tuple[float, float
     limits  m, the depth everywhere, and the largest one in porticoes
 
     The wall behind a portico is the deepest surface that shows there in half as many cells as the fullest
-    one, which may be its columns. Its frames lie within its relief, and belong to the facade, too.
+    one, which may be that of the columns. The frames of its windows lie within its relief.
     """
     least, most = limits[0], max(limits)
     recess = _porticoes(cells)
@@ -32,9 +32,9 @@ def depth_behind(y: Float, flat: Int, cells: CellMap, limits: tuple[float, float
 
 
 def _porticoes(cells: CellMap) -> Bool:
-    """Returns the cells (h, w) where a front shows no wall over more than an opening and a room.
+    """Returns the cells (h, w) of areas that show no wall and are too large for an opening.
 
-    Gaps that are narrower than `_CORE_M`, as between the points of a sparse scan, join nothing.
+    Gaps that are narrower than `_CORE_M`, such as those between the points of a sparse scan, join nothing.
     """
     core = max(round(_CORE_M / cells.cell), 1)
     square = np.ones((core, core), np.bool_)
@@ -42,6 +42,5 @@ def _porticoes(cells: CellMap) -> Bool:
     large = []
     for number, parts in enumerate(ndimage.find_objects(labels), 1):
         high, wide = (cells.cell * (part.stop - part.start) for part in parts)
-        room = high >= MASONRY.room_height and wide >= MASONRY.room_width
-        large += [number] if room and max(high, wide) > MASONRY.largest_opening else []
+        large += [number] if MASONRY.exceeds_opening(wide, high) else []
     return np.isin(labels, large)

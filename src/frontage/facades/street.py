@@ -24,7 +24,7 @@ _RECESS_M = 0.6  # m: windows lie this deep at most
 _OPEN_SHARE = 0.25  # share of the strip that is open ground when the wall stands outside
 _OPEN_RATIO = 2.0  # open ground over built-up area there: the floor of a room has as much of both
 _LOG_ODDS_CAP = 3.0  # odds of 20 to 1: neither trees nor a colonnade before the wall may decide alone
-_PANE_M2 = 0.25  # m2, of a pane of half a metre: what a hole shows by chance
+_PANE_M2 = 0.25  # m2: so little may show in a hole by chance; a pane of half a metre
 _GROUND_CAP = 6.0  # the same of open ground, of which rooms show little: as much as both other clues
 
 
@@ -90,7 +90,7 @@ def side_from_evidence(
     - The street is open ground: in front of the wall one can walk, also under trees.
     - The building is high: behind the wall, points reach up to its own height (roof, rooms, other faces).
     - Windows are recessed: in the wall's holes, points close behind outweigh points close in front. All
-      points tell that, because in a court that was cut out of its building nothing else does.
+      points count here, because nothing else tells the side of a court that was cut out of its building.
 
     xyz       (n, 3) m local, building and surroundings, evenly thinned
     beside    (m, 3) m, wall's frame: all points of the building beside the plane
@@ -113,7 +113,7 @@ def side_from_evidence(
 
 
 def _log_odds(favour: float, against: float, cap: float = _LOG_ODDS_CAP, chance: float = 1.0) -> float:
-    """Log of the ratio of two areas in m2, at most `cap`; `chance` is added to both, as it proves nothing."""
+    """Log of the ratio of two areas in m2, at most `cap`; `chance` m2 are added to both."""
     return float(np.clip(np.log((favour + chance) / (against + chance)), -cap, cap))
 
 

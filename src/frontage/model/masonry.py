@@ -45,6 +45,11 @@ class Masonry:
     facade_reach: float = 2.0
     arcade: float = 4.0
 
+    def exceeds_opening(self, width: float, height: float) -> bool:
+        """Return whether an open area (m) is larger than any opening and than the front of a room."""
+        room = width >= self.room_width and height >= self.room_height
+        return room and max(width, height) > self.largest_opening
+
 
 @dataclass(frozen=True)
 class ScanTolerances:

@@ -20,7 +20,7 @@ _CONFIRMING = 50  # control points, each of which stands out from chance and agr
 def judged(
     state: AdjustedPhotos, verdicts: Sequence[Verdict], contrary: Sequence[bool], *, last: bool
 ) -> tuple[Int, list[Unoriented]]:
-    """Which photos may stay, and why the others may not.
+    """Returns which photos may stay, and why the others may not.
 
     Poses that are `contrary` to the approximate ones need many control points of their own. Tie points do
     not help there: those between different things that look alike agree with one another. Doubts count in

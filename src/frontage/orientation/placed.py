@@ -20,13 +20,13 @@ PRIOR_SIGMAS = 4.0
 
 
 def prior_of(photo: Photo) -> Estimate[Rigid3] | None:
-    """The approximate pose as an observation, where its standard errors are stated."""
+    """Returns the approximate pose as an observation; None if its standard errors are not stated."""
     pose = photo.local_from_camera
     return None if pose is None or not (pose.sigma > 0).all() else pose
 
 
 def agrees_with_prior(pose: Rigid3, given: Photo, common: Float | None = None) -> bool:
-    """Whether a pose agrees with the approximate one. Without standard errors of that one, any pose does.
+    """Returns whether a pose agrees with the approximate one. If that has no standard errors, it does.
 
     common  (3,) m, the error that all approximate positions share, for example that of the receiver
     """
@@ -74,7 +74,7 @@ class Placed:
 
 
 def contrary(placed: Placed, given: Sequence[Photo]) -> list[bool]:
-    """Which placed photos contradict their approximate poses.
+    """Returns which of the placed photos contradict their approximate poses.
 
     `given` are all photos. The median error of three or more approximate positions is taken for an error that
     all of them share, and contradicts nothing.

@@ -209,10 +209,10 @@ class _Search:
         return np.asarray(above * 2 * self._half / parts)
 
     def shadowed(self, high: float) -> tuple[float, float]:
-        """Returns the score and the top m of the likeliest flat head below an empty strip.
+        """Returns the score and the top m of the likeliest flat head with an empty strip above it.
 
-        The strip is the shadow of something upright before the wall, such as a post. Where it is taken for a
-        part of the opening, up to `high` m, the head seems to be curved.
+        The strip is the shadow of something upright before the wall, such as a post. If it is taken for a
+        part of the opening, the head seems to be curved and to end at `high` m.
         """
         flat = self.curves([("rectangle", 0.0)], self._tops)[0]
         column = ((self._x[: self._solid] / self._half + 1.0) * _STRIPS / 2).astype(np.int64)
@@ -223,9 +223,8 @@ class _Search:
         left -= left[np.searchsorted(self._tops, high, "right") - 1]  # up to the head's own top
         first, last = np.triu_indices(_STRIPS + 1, 1)
         wide = (last - first) * 2 * self._half / _STRIPS
-        gain = self._missing * wide * (high - self._tops)[:, None] + np.log(STRAY) * (
-            left[:, last] - left[:, first]
-        )
+        points = left[:, last] - left[:, first]
+        gain = self._missing * wide * (high - self._tops)[:, None] + np.log(STRAY) * points
         score = np.where(self._tops <= high, flat + gain.max(1), -np.inf)
         return float(score.max()), float(self._tops[score.argmax()])
 

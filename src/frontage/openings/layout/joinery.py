@@ -225,7 +225,7 @@ def _thickness(plane: JoineryPlane, strip: Box, due: float, *, down: bool) -> fl
 
 
 def points_within(own: Float, box: Box) -> Float:
-    """Returns those of the places (k, n) m, x and z first and sorted by x, that lie in a box."""
+    """Returns the places (k, m) m within a box. Rows 0 and 1 of `own` (k, n) are x (rising) and z."""
     a, b = np.searchsorted(own[0], [box[0], box[2]])
     some = own[:, a:b]
     return some[:, (some[1] >= box[1]) & (some[1] < box[3])]

@@ -100,7 +100,7 @@ def _is_deep(pane: Box, solid: Float, through: Float) -> bool:
 
 
 def _share(own: Float, box: Box, due: float) -> float:
-    """Returns the share of the expected beams of a box that ended at points (2, n), sorted by row 0."""
+    """Returns the beams that ended in a box, as a share of the expected ones. `own` (2, n) is sorted by x."""
     x0, z0, x1, z1 = box
     return float(points_within(own, box).shape[1] / (due * (x1 - x0) * (z1 - z0)))
 

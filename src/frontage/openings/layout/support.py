@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from frontage.geometry.arrays import Bool, Float
+from frontage.geometry.arrays import Float
 from frontage.model.masonry import MASONRY
 from frontage.openings.borders.gaps import is_opening, shows_most
 from frontage.openings.borders.outline import Outline
@@ -18,19 +18,15 @@ _PROVED = 1  # the same where lines of sight prove that the wall is open
 def are_openings(outlines: Sequence[Outline]) -> list[bool]:
     """Returns which outlines are openings by themselves, or because another one is.
 
-    Frames of small windows may be no deeper than the panels of a wall. One that shows its frame and most of
-    its borders is an opening if another one above, below or beside it is as wide and as high, and surely one.
+    The frame of a small window may be no deeper than the panels of a wall. An outline that shows its frame
+    and most of its borders is an opening if a sure one above, below or beside it is as wide and as high.
     """
-    sure = [is_opening(outline) for outline in outlines]
-    places = np.array([o.place for o in outlines]).reshape(-1, 4)[np.array(sure, np.bool_)]
+    sure = np.array([is_opening(o) for o in outlines], np.bool_)
+    places = np.array([o.place for o in outlines]).reshape(-1, 4)[sure]
     return [
-        s or (_may_be_small(o) and bool(_are_alike(np.array(o.place), places).any()))
-        for s, o in zip(sure, outlines, strict=True)
+        bool(told) or (o.depth is not None and shows_most(o) and _has_like(o, places))
+        for told, o in zip(sure, outlines, strict=True)
     ]
-
-
-def _may_be_small(outline: Outline) -> bool:
-    return outline.depth is not None and shows_most(outline)
 
 
 def without_unsupported(outlines: Sequence[Outline | None], ground: float) -> list[Outline | None]:
@@ -56,18 +52,17 @@ def _number_known(outline: Outline, ground: float) -> int:
 
 def _is_told(outline: Outline, known: Float, ground: float) -> bool:
     """Returns whether an outline is told by enough of its borders, or by `known` boxes (n, 4) like it."""
-    if _number_known(outline, ground) >= (_PROVED if outline.has_rays else _ENOUGH):
-        return True
-    return bool(_are_alike(np.array(outline.place), known).any())
+    enough = _PROVED if outline.has_rays else _ENOUGH
+    return _number_known(outline, ground) >= enough or _has_like(outline, known)
 
 
-def _are_alike(place: Float, others: Float) -> Bool:
-    """Returns which boxes (n, 4) m are the same as a box that is moved along its row or column."""
-    low, high = place[:2], place[2:]
+def _has_like(outline: Outline, others: Float) -> bool:
+    """Returns whether one of the boxes (n, 4) m is the outline's own, moved along its row or column."""
+    low, high = np.array(outline.place[:2]), np.array(outline.place[2:])
     size, other = high - low, others[:, 2:] - others[:, :2]
     shared = np.clip(np.minimum(high, others[:, 2:]) - np.maximum(low, others[:, :2]), 0.0, None)
     least = np.minimum(size, other)
     in_row = least[:, 0] * shared[:, 1]  # moved along the row, one lies within the width of the other
     in_column = shared[:, 0] * least[:, 1]
     both = np.maximum(in_row, in_column)
-    return np.asarray(both > SAME * (size.prod() + other.prod(1) - both))
+    return bool((both > SAME * (size.prod() + other.prod(1) - both)).any())

@@ -52,12 +52,11 @@ def _recesses(evidence: Evidence) -> Int:
     labels, _ = ndimage.label(opened(open_, (core, core)))
     for number, (rows, columns) in enumerate(ndimage.find_objects(labels), 1):
         high, wide = (rows.stop - rows.start) * cell, (columns.stop - columns.start) * cell
-        room = wide >= MASONRY.room_width and high >= MASONRY.room_height
         part = labels[rows, columns]
-        if max(high, wide) <= MASONRY.largest_opening or not room:
-            part[part == number] = 0
-        else:
+        if MASONRY.exceeds_opening(wide, high):
             part[ndimage.binary_fill_holes(part == number)] = number
+        else:
+            part[part == number] = 0
     if not labels.any():
         return np.zeros(labels.shape, np.int64)
     # up to the edges of columns and ledges, which the core leaves out
