@@ -9,6 +9,9 @@ from frontage.geometry.arrays import Array, Bool, Float, Int, distinct
 BESIDE_M = 0.5  # m on either side of a wall within which a volume (bush, room) shows
 _GAP_M = 2.0  # m, the widest opening or shadow that a wall bridges (shop window, gate)
 _GAP_CELLS = 10  # the same in cells: in a sparse cloud even wider gaps are chance
+_SPARSEST_M = 0.6  # m, radius of the largest disk that closes a sparse wall: points 0.5 m apart
+_IN_DISK = 4.5  # points that a disk should hold: one in a hundred is empty by chance
+_AROUND_M = 0.5  # m, one sigma of the surroundings that tell the density of a wall
 _GATE_M = 4.0  # m, the widest notch in the border that is bridged once the component is known
 _STEEP_RAD = np.radians(20.0)  # rad, more than any wall leans
 _FEWEST_IN_PATCH = 4  # points that tell the depths of a patch
@@ -108,7 +111,7 @@ def largest_part(
     """
     gap = widest_gap(cell) if gap is None else gap
     wall = count > 0
-    pruned = ndimage.binary_opening(_close(wall, 1.5), _disk(max(_THINNEST_M / cell / 2, 1.0)))
+    pruned = ndimage.binary_opening(_close_by_density(count, cell), _disk(max(_THINNEST_M / cell / 2, 1.0)))
     if not pruned.any():
         return None
     whole = ndimage.binary_fill_holes(_close(pruned, 0.5 * gap / cell))
@@ -122,6 +125,26 @@ def largest_part(
         whole = labels == int(np.argmax(weight))
     whole = ndimage.binary_fill_holes(_under_wall(whole, pruned, cell, gap))
     return CellMap(corner, cell, np.asarray(wall & whole, np.bool_), np.asarray(whole, np.bool_), wall)
+
+
+def _close_by_density(count: Array, cell: float) -> Bool:
+    """Closes the occupied cells by disks that hold a few points of the wall around them.
+
+    A wall that is scanned more and more sparsely towards its end has empty cells there by chance. Disks grow
+    with the distance between points, from 1.5 cells to `_SPARSEST_M`. The densest wall within a metre tells
+    the density, so that nothing is closed beyond the border of a dense wall.
+
+    count  (h, w) points per cell; cell m
+    """
+    dense = ndimage.gaussian_filter(count.astype(np.float64), _AROUND_M / cell)
+    dense = ndimage.maximum_filter(dense, 2 * round(2.0 * _AROUND_M / cell) + 1)
+    asked = np.sqrt(_IN_DISK / np.pi / np.maximum(dense, 1e-9))
+    wall = count > 0
+    closed, radius = _close(wall, 1.5), 1.5
+    while radius * cell < _SPARSEST_M:
+        radius = min(2.0 * radius, _SPARSEST_M / cell)
+        closed |= _close(wall, radius) & (asked > radius / np.sqrt(2.0))
+    return closed
 
 
 def _under_wall(whole: Bool, pruned: Bool, cell: float, gap: float) -> Bool:
