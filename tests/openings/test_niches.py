@@ -1,9 +1,14 @@
 """Recesses of the wall: openings in their backs, and recesses that are openings themselves."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
+from frontage.geometry.ring import rectangle
 from frontage.openings import FoundOpenings, find_openings
+from frontage.openings.fronts import FrontSearch
+from frontage.openings.niches import find_niches
 from openings.boxes import box, scanned
 from openings.joinery import framed, glazed, holed, niche, wall
 
@@ -63,3 +68,20 @@ def test_a_room_behind_a_pane_is_no_niche():
     frame = glazed(pane, 0.15, [(2.57, 0.87, 3.96, 2.73), (4.04, 0.87, 5.43, 2.73)])
     found = found_in([*wall([pane]), *frame, *room])
     assert found.protrusions == () and np.abs(boxes_of(found)[0] - pane).max() < 0.01
+
+
+@pytest.mark.parametrize("is_wall", [True, False])
+def test_a_lattice_that_shows_the_room_behind_it_is_no_back_of_a_niche(is_wall):
+    hole, inner = (2.0, 2.0, 5.0, 6.0), [(2.5, 3.0, 3.1, 3.8), (3.6, 3.0, 4.2, 3.8)]
+    x, z = (np.arange(a + 0.1, b - 0.2, 0.22) for a, b in ((2.0, 5.0), (2.0, 6.0)))
+    lattice = [(a, c, a + 0.19, c + 0.19) for c in z for a in x]
+    bars = [b for c in z for b in holed(2.0, 5.0, c, c + 0.22, 0.6, 0.64, [p for p in lattice if p[1] == c])]
+    room = box(1.0, 6.0, 1.2, 1.3, 1.0, 7.0)
+    solids = niche(hole, 0.6, inner) if is_wall else [*wall([hole]), *bars, room]
+    facade, scan = scanned(wall=solids, spacing=0.02)
+    found = find_openings(facade, scan)
+    assert isinstance(found, FoundOpenings)
+    like = found.openings[0]
+    opening = replace(like, ring=rectangle(*hole), depth=None, on=None)
+    told = tuple(replace(opening, ring=rectangle(*place)) for place in inner)
+    assert len(find_niches([opening], [], FrontSearch(facade, scan, lambda *_: told))) == is_wall

@@ -17,6 +17,7 @@ _LEAST = 0.5  # m, depth of a niche at least: reveals are less deep
 _FRAME = 0.3  # m: frames lie less deep; what stands in a niche may be taken for its frame
 _OFF, _RIM = 0.03, 0.1  # m off the borders, between which the back is looked for first: the cheeks lie nearer
 _BIN = 0.02  # m, bin of depths
+_BEHIND = 3.0  # m behind a niche within which the beams through a lattice end
 _FIRST = 0.25  # share of that strip that the foremost surface must fill: a frame 5 cm wide does
 _ALONE = 0.7  # share of the back from which a single opening is the back itself: a door in a deep reveal
 
@@ -28,7 +29,7 @@ def find_niches(
 
     They are of the kind "niche" and have no id yet. Nothing stands along the borders of a niche until its
     back, which shows two openings or more, or one that leaves a wall around it. All others are openings with
-    deep reveals.
+    deep reveals, or with a lattice in place of a wall.
     """
     before = shapely.union_all([shapely.Polygon(p.ring) for p in protrusions if p.kind.is_wall])
     niches = []
@@ -40,7 +41,8 @@ def find_niches(
         niche = _niche(opening, back)
         inner = fronts.openings(niche)
         area = sum(shapely.Polygon(o.ring).area for o in inner)
-        if len(inner) > 1 or 0.0 < area < _ALONE * shapely.Polygon(opening.ring).area:
+        several = len(inner) > 1 or 0.0 < area < _ALONE * shapely.Polygon(opening.ring).area
+        if several and _is_wall(fronts.q, niche, inner, fronts.facade):
             niches.append(niche)
     return tuple(niches)
 
@@ -68,6 +70,22 @@ def _back(q: Float, opening: Opening, facade: Facade) -> Estimate[float] | None:
     own = y[near][(level >= first[0]) & (level <= first[0] + 1)]
     spread = max(float(own.std()), facade.roughness) / np.sqrt(_FIRST * cells)
     return Estimate(float(np.median(own)), np.array([[spread**2 + facade.sigma_plane**2]]), float(len(own)))
+
+
+def _is_wall(q: Float, niche: Protrusion, openings: Sequence[Opening], facade: Facade) -> bool:
+    """Returns whether the back of a niche is wall or joinery around its `openings`.
+
+    Most of the points q (n, 3) m that show there at all must lie on it. Through a lattice, they lie behind.
+    """
+    x, y, z = q.T
+    (x0, z0), (x1, z1) = niche.ring.min(0) + _RIM, niche.ring.max(0) - _RIM
+    back, slack = float(niche.front.value), max(3.0 * facade.roughness, _BIN)
+    near = np.flatnonzero((x > x0) & (x < x1) & (z > z0) & (z < z1))
+    near = near[(y[near] >= back - slack) & (y[near] < back + _BEHIND)]
+    through = shapely.union_all([shapely.Polygon(o.ring).buffer(_OFF) for o in openings])
+    around = ~shapely.contains_xy(through, x[near], z[near])
+    on = y[near] <= back + slack
+    return int((on & around).sum()) > int((~on & around).sum())
 
 
 def _niche(opening: Opening, back: Estimate[float]) -> Protrusion:
