@@ -53,6 +53,18 @@ def test_a_window_that_was_not_found_is_found_in_its_row_and_column():
     assert one.proposal.place == pytest.approx(place, abs=0.02)
 
 
+def test_a_shadow_below_a_window_does_not_speak_for_the_wall_beside_it():
+    wrong = (-0.5, -0.6, 0.0, 0.0)  # taken half a metre too far to the left, and down into the shadow
+
+    def told(truth):
+        below = (truth[7][0] - 0.5, truth[7][1] - 0.6, truth[7][2], truth[7][1])
+        return evidence([*truth, below])
+
+    (one,), place, last = revised(7, lambda t: seen_badly(t, wrong, [2]), told, rays=False)
+    assert one.instead == (last,) and one.chance > 0.9
+    assert one.proposal.place == pytest.approx(place, abs=0.02)
+
+
 def test_none_where_the_wall_was_seen():
     found, _, _ = revised(12, None, lambda truth: evidence(np.delete(truth, 12, axis=0)))
     assert found == []

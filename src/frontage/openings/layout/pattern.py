@@ -34,16 +34,12 @@ from frontage.openings.layout.inferred import (
     worth_at,
 )
 from frontage.openings.layout.likeness import Likeness
+from frontage.openings.layout.remainder import Part, Wall, strips_of
 from frontage.openings.layout.selection import PRICE
 from frontage.openings.wall.evidence import Evidence
 
 _SURE = float(np.log(9.0))  # log odds of an opening where none was found
-_DEEP = 6.0  # nats at most of what came back from behind a strip, for neighbouring beams err together
 _LEAST = 0.01  # share of anything that is known no better
-
-
-Part = tuple[slice, slice]
-"""Rows and columns of cells."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -90,7 +86,7 @@ def revise(outlines: Sequence[Outline], evidence: Evidence, feet: Sequence[bool]
     firm = [o.place for o, foot in zip(outlines, feet, strict=True) if foot or is_known(o).all()]
     places = np.array([o.place for o in outlines])
     likeness = Likeness(evidence, [o.place for o in outlines])
-    wall = _Wall(evidence, outlines)
+    wall = Wall(evidence, outlines)
     judged = []
     for one in [*_at_nodes(outlines, forms, likeness, firm), *_in_part(outlines, forms, likeness)]:
         if is_near(one.place, firm) or not _is_on(one.place, evidence):
@@ -182,11 +178,11 @@ def _is_on(place: Box, evidence: Evidence) -> bool:
     return cells is not None and float(evidence.inside[cells].mean()) >= WITHIN
 
 
-def _gain(told: Proposal, rivals: Sequence[Outline], wall: "_Wall") -> float:
+def _gain(told: Proposal, rivals: Sequence[Outline], wall: Wall) -> float:
     """Returns the nats for a predicted opening against what was found at its place.
 
     What neither leaves out tells nothing. What only the rivals take for open must be wall or a shadow
-    (`_Wall.open_beyond`). Every border of a rival that is not where the prediction has it costs what a border
+    (`Wall.open_beyond`). Every border of a rival that is not where the prediction has it costs what a border
     costs: the rival if it is vague, the prediction if it is well known.
     """
     evidence = wall.evidence
@@ -200,7 +196,7 @@ def _gain(told: Proposal, rivals: Sequence[Outline], wall: "_Wall") -> float:
     for rival, cells in zip(rivals, places, strict=True):
         one = _mask(cells, part)
         theirs |= one
-        gain -= wall.open_beyond(one, mine, part)
+        gain -= sum(wall.open_beyond(strip, one & mine, part) for strip in strips_of(one & ~mine, own, part))
         error, known = np.sqrt(np.diag(rival.covariance)[:4]), is_known(rival)
         off = np.abs(np.subtract(rival.place, told.place))[[0, 2, 1, 3]]
         other = np.where(known, np.hypot(error, BUILT), evidence.raster.cell)
@@ -210,40 +206,6 @@ def _gain(told: Proposal, rivals: Sequence[Outline], wall: "_Wall") -> float:
     rows, columns = (np.array_split(np.arange(s.stop - s.start), len(told.nats)) for s in own)
     share = [[float(left[np.ix_(r, c)].mean()) for c in columns] for r in rows]
     return gain + float((np.array(share) * told.nats).sum())
-
-
-class _Wall:
-    """What the wall beside all openings looks like where it was not seen."""
-
-    def __init__(self, evidence: Evidence, outlines: Sequence[Outline]) -> None:
-        self.evidence = evidence
-        wall = evidence.inside.copy()
-        for cells in (cells_of(o.place, evidence) for o in outlines):
-            if cells is not None:
-                wall[cells] = False
-        due = np.where(wall, evidence.expected_free, 0.0)
-        self._empty = float(np.clip(due[evidence.is_open].sum() / max(due.sum(), 1e-9), _LEAST, 0.5))
-        self._deep = max(float(evidence.deep[wall].sum() / max(due.sum(), 1e-9)), _LEAST)
-
-    def open_beyond(self, one: Bool, mine: Bool, part: Part) -> float:
-        """Returns the nats that the cells of one opening (h, w) outside those of `mine` are open.
-
-        Both are masks of a `part` of the raster.
-
-        Where the lines of sight are not known, they may also be in a shadow. Shadows leave a share of this
-        wall empty, and their cells err together; but nothing comes back from the depth of an opening there.
-        """
-        evidence = self.evidence
-        beyond, both = one & ~mine, one & mine
-        nats = float(evidence.llr[part][beyond].sum())
-        if evidence.rays:
-            return nats
-        free, deep = evidence.expected_free[part], evidence.deep[part]
-        due, come = float(free[beyond].sum()), float(deep[beyond].sum())
-        inside = float(deep[both].sum()) / max(float(free[both].sum()), 1e-9)
-        rate = max(inside, self._deep)
-        told = come * np.log(rate / self._deep) - (rate - self._deep) * due
-        return min(nats, -float(np.log(self._empty))) + float(np.clip(told, -_DEEP, _DEEP))
 
 
 def _around(places: Sequence[Part]) -> Part:
