@@ -1,5 +1,6 @@
 """What the laser beams say about one wall: the first step of finding openings (paper B, section 3.2.1)."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import partial
 
@@ -9,6 +10,7 @@ from frontage.model.facade import Facade
 from frontage.model.masonry import MASONRY
 from frontage.model.scan import Scan
 from frontage.openings.layout.bands import find_posts
+from frontage.openings.layout.densities import wider_cells
 from frontage.openings.layout.posts import Post, with_posts
 from frontage.openings.layout.strips import find_strips
 from frontage.openings.options import OpeningOptions
@@ -21,7 +23,7 @@ from frontage.openings.wall.recesses import with_recesses
 from frontage.openings.wall.slats import find_slats, with_slats
 
 _FEWEST_POINTS = 200  # fewer points tell neither the density nor the noise of a wall
-_SCALES = (0.9, 1.1)  # sides of the cells of the other rasters, whose borders lie elsewhere
+_OTHERS = (0.9, 1.1)  # sides of the cells of the other rasters, whose borders lie elsewhere
 # cells across the narrowest pier that any raster shows: one at the border of an opening, two for the wall
 _PIER = 3
 
@@ -33,7 +35,8 @@ class ObservedWall:
     facade    the facade, whose support leaves out the inner faces of its wall
     beams     the beams, sorted into those that ended on the wall, went through it or were stopped before it
     evidence  log-likelihood ratio of open against solid for every cell of the wall
-    others    the same on cells of other sizes where cells are so wide that their place decides what shows
+    rasters   the same for parts of the wall that are scanned ever more sparsely, on ever wider cells: on one
+              raster each, or on several where cells are so wide that their place decides what shows
     posts     posts of joinery between the windows of a band, which count as wall, and narrow strips of wall
     ground    m, height z of the ground at the wall in the facade frame
     """
@@ -41,7 +44,7 @@ class ObservedWall:
     facade: Facade
     beams: Beams
     evidence: Evidence
-    others: tuple[Evidence, ...]
+    rasters: Sequence[Sequence[Evidence]]
     posts: tuple[Post, ...]
     ground: float
 
@@ -88,9 +91,13 @@ def observe_wall(facade: Facade, scan: Scan, options: OpeningOptions) -> Observe
     if slats:
         beams = with_slats(beams, slats)
         evidence = again(facade, beams)
-    scales = _SCALES if _PIER * evidence.raster.cell > MASONRY.half_brick else ()
-    others = tuple(again(facade, beams, inside=None, scale=scale) for scale in scales)
-    return ObservedWall(facade, beams, evidence, others, posts + strips, ground)
+    rasters = []
+    for wide in (1.0, *wider_cells(evidence)):
+        scales = _OTHERS if _PIER * wide * evidence.raster.cell > MASONRY.half_brick else ()
+        first = evidence if wide == 1.0 else again(facade, beams, inside=None, scale=wide)
+        others = (again(facade, beams, inside=None, scale=wide * scale) for scale in scales)
+        rasters.append((first, *others))
+    return ObservedWall(facade, beams, evidence, rasters, posts + strips, ground)
 
 
 def ground_height(facade: Facade, options: OpeningOptions) -> float:

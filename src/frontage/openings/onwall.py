@@ -15,13 +15,13 @@ from frontage.openings.borders.outline import Outline
 from frontage.openings.closed.find import find_closed_openings
 from frontage.openings.hidden import is_foot_hidden, is_foot_unknown, judge_foot, lowest_foot, with_foot
 from frontage.openings.kinds import in_reading_order, kind_of
+from frontage.openings.layout.densities import find_at_densities, spacing_at
 from frontage.openings.layout.forms import is_known
 from frontage.openings.layout.inferred import infer
 from frontage.openings.layout.overlaps import without_overlaps
 from frontage.openings.layout.pattern import revise, settled
 from frontage.openings.layout.pooling import pool
 from frontage.openings.layout.posts import with_post_errors
-from frontage.openings.layout.rasters import find_on_rasters
 from frontage.openings.layout.support import are_openings, without_unsupported
 from frontage.openings.observe import ObservedWall
 from frontage.openings.options import OpeningOptions
@@ -65,18 +65,21 @@ def _measured(
 ) -> tuple[list[Outline], list[Found]]:
     """Finds the openings that the beams show: the best layout of rectangles, then their measured borders."""
     evidence = wall.evidence
-    places = find_on_rasters([evidence, *wall.others], options, wall.ground, wall.posts)
-    rough = [box for box, _ in places]
-    cell = max(evidence.raster.cell, facade.spacing)
-    measured = measure(beams, rough, cell, facade.spacing)
-    checked = [with_supported_borders(o, r, evidence) for o, r in zip(measured, rough, strict=True)]
-    real = [(c, *p) for c, p, is_one in zip(checked, places, are_openings(checked), strict=True) if is_one]
+    places = find_at_densities(wall.rasters, options, wall.ground, wall.posts)
+    rough = [p.box for p in places]
+    spacing = spacing_at(rough, evidence, facade.spacing)
+    cell = [max(p.evidence.raster.cell, s) for p, s in zip(places, spacing, strict=True)]
+    measured = measure(beams, rough, cell, spacing)
+    checked = [with_supported_borders(o, p.box, p.evidence) for o, p in zip(measured, places, strict=True)]
+    told = zip(checked, places, are_openings(checked), strict=True)
+    real = [(outline, p.box, p.worth) for outline, p, is_one in told if is_one]
     pooled = pool([outline for outline, *_ in real])
     hidden = [is_foot_hidden(outline, evidence, wall.ground) for outline in pooled]
     revisions = revise(pooled, evidence, hidden)
     if revisions:
-        told = [r.proposal.place for r in revisions]
-        told_again = measure(beams, told, facade.spacing, facade.spacing, others=measured)
+        predicted = [r.proposal.place for r in revisions]
+        spacing = spacing_at(predicted, evidence, facade.spacing)
+        told_again = measure(beams, predicted, spacing, spacing, others=measured)
         gone = {k for r in revisions for k in r.instead}
         real = [one for k, one in enumerate(real) if k not in gone]
         real += [

@@ -23,20 +23,30 @@ _ENOUGH = 3  # openings that tell what their facade has in common
 
 
 def measure(
-    beams: CrossingBeams, boxes: list[Box], cell: float, spacing: float, others: Sequence[Outline] = ()
+    beams: CrossingBeams,
+    boxes: Sequence[Box],
+    cell: float | Sequence[float],
+    spacing: float | Sequence[float],
+    others: Sequence[Outline] = (),
 ) -> list[Outline]:
-    """Measures the openings whose `boxes` are known to about two cells; `cell` and `spacing` in m.
+    """Measures the openings whose `boxes` are known to about two cells.
 
-    It does so twice: first every opening by itself, then with the blur of edges and the depth of sills and
+    `cell` and `spacing` are the sides of cells and the distances between beams, m, for all boxes or for each.
+    Every opening is measured twice: first by itself, then with the blur of edges and the depth of sills and
     surrounds that the whole facade shows, where an opening's own points do not tell them. `others` were
     measured before and show it as well.
     """
+    cells, spacings = (np.broadcast_to(m, len(boxes)).tolist() for m in (cell, spacing))
     alone = EdgeTraits(all_blurs=beams.rays)  # only lines of sight tell the blur
-    first = [_outline(beams, box, alone, cell=cell, spacing=spacing) for box in boxes]
+    first = [
+        _outline(beams, box, alone, cell=c, spacing=s)
+        for box, c, s in zip(boxes, cells, spacings, strict=True)
+    ]
     traits = facade_edge_traits([*others, *first])
     walls = np.array([o.wall for o in (*others, *first) if o.wall is not None])
     return [
-        _outline(beams, o.place, traits, cell=spacing, spacing=spacing, known=o, walls=walls) for o in first
+        _outline(beams, o.place, traits, cell=s, spacing=s, known=o, walls=walls)
+        for o, s in zip(first, spacings, strict=True)
     ]
 
 

@@ -50,7 +50,7 @@ def _told_by_most(layouts: Sequence[Float]) -> Float:
     boxes, most = np.concatenate(layouts), len(layouts) / 2
     told = np.sum([_covered(boxes, layout) > _HALF for layout in layouts], axis=0) > most
     agreed = np.sum([_like(boxes, layout) for layout in layouts], axis=0) > most
-    rivals = (_shared(boxes, boxes) > 0.0) & agreed
+    rivals = (shared_areas(boxes, boxes) > 0.0) & agreed
     return np.asarray(boxes[agreed | (told & ~rivals.any(1))])
 
 
@@ -60,7 +60,7 @@ def _layout(evidence: Evidence, options: OpeningOptions, ground: float, posts: S
     return np.array([evidence.raster.box(b.r0, b.c0, b.r1, b.c1) for b in found]).reshape(-1, 4)
 
 
-def _shared(boxes: Float, others: Float) -> Float:
+def shared_areas(boxes: Float, others: Float) -> Float:
     """Returns the areas (n, m) m2 that boxes (n, 4) share with others (m, 4)."""
     low = np.maximum(boxes[:, None, :2], others[None, :, :2])
     high = np.minimum(boxes[:, None, 2:], others[None, :, 2:])
@@ -69,14 +69,14 @@ def _shared(boxes: Float, others: Float) -> Float:
 
 def _covered(boxes: Float, layout: Float) -> Float:
     """Returns the share (n,) of the area of boxes (n, 4) that the boxes (m, 4) of a layout cover."""
-    return np.asarray(_shared(boxes, layout).sum(1) / _area(boxes))
+    return np.asarray(shared_areas(boxes, layout).sum(1) / _area(boxes))
 
 
 def _like(boxes: Float, layout: Float) -> Bool:
     """Returns which boxes (n, 4) are the same as one of the boxes (m, 4) of a layout."""
-    shared = _shared(boxes, layout)
-    union = _area(boxes)[:, None] + _area(layout) - shared
-    return np.asarray((shared > _ALIKE * union).any(1))
+    common = shared_areas(boxes, layout)
+    union = _area(boxes)[:, None] + _area(layout) - common
+    return np.asarray((common > _ALIKE * union).any(1))
 
 
 def _area(boxes: Float) -> Float:
@@ -86,7 +86,7 @@ def _area(boxes: Float) -> Float:
 
 def _overlapping(boxes: Float) -> Int:
     """Returns the pairs (2, k) of boxes (n, 4) that overlap, the lower number first."""
-    return np.stack(np.nonzero(np.triu(_shared(boxes, boxes) > 0.0, 1)))
+    return np.stack(np.nonzero(np.triu(shared_areas(boxes, boxes) > 0.0, 1)))
 
 
 def _worth(boxes: Float, evidence: Evidence) -> Float:

@@ -16,7 +16,7 @@ from frontage.openings.wall.fields import zones
 from frontage.openings.wall.raster import WallRaster, averaged, opened
 
 _FINEST = 0.02  # m, least side of a cell
-_COARSEST = MASONRY.half_brick  # m, largest side of a cell: the least pier
+COARSEST = MASONRY.half_brick  # m, largest side of a cell: the least pier
 _PER_CELL = 2.0  # spacings that a cell is wide: four beams on average
 # nats against open per hit: bars and frames level with the wall return 12 % of the beams into a window
 _HIT = np.log(0.97 / 0.12)
@@ -79,7 +79,7 @@ def weigh(facade: Facade, beams: Beams, inside: Bool | None = None, scale: float
     missing, for rooms are scanned too. `inside` (h, w) are the cells within the facade's outline where they
     are known; cells are `scale` times as wide as the spacing of the points asks for.
     """
-    raster = WallRaster.over(facade, scale * min(max(_PER_CELL * facade.spacing, _FINEST), _COARSEST))
+    raster = WallRaster.over(facade, scale * min(max(_PER_CELL * facade.spacing, _FINEST), COARSEST))
     solid, open_ = raster.count(*beams.solid.T), raster.count(*beams.open.T)
     inside = _inside(facade, raster) if inside is None else inside
     due = _expected_by_zone(beams, raster)
