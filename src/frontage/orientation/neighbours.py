@@ -8,6 +8,7 @@ blocks, which were placed in the scan one by one, are tied to one another by wha
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from itertools import combinations
 
 import numpy as np
 from scipy.sparse import csr_array
@@ -187,29 +188,33 @@ def tied_to_neighbours(scene: Scene, placed: Placed) -> Placed:
 
 
 def without_contradicted(scene: Scene, placed: Placed) -> Placed:
-    """Leaves out the tie points of two photos that the scan contradicts.
+    """Leaves out the tie points that the scan contradicts.
 
-    A false match of two photos that lies on its epipolar line leaves hardly a residual, and a few of them
-    turn a photo in which they lie far from other points. Only the scan tells: their rays meet before or
-    behind it. Where nothing was scanned, nothing is contradicted; and where most points of a pair are, its
-    poses err and not its matches.
+    A false match of two photos that lies on its epipolar line leaves hardly a residual, and a third photo
+    from the place of one of them agrees with it. A few such points turn a photo in which they lie far from
+    others. Only the scan tells: their rays meet before or behind it. Where nothing was scanned, nothing is
+    contradicted; and where most points of a pair are, its poses err and not its matches.
     """
     ties, known = placed.ties, _Known(scene)
     known.add(placed)
     false = np.zeros(len(ties.xyz), np.bool_)
-    seen_by = np.bincount(ties.point, minlength=len(ties.xyz))
-    of_two = np.flatnonzero(seen_by[ties.point] == 2)
-    pairs = of_two[np.lexsort([ties.photo[of_two], ties.point[of_two]])].reshape(-1, 2)
-    for i, j in np.unique(ties.photo[pairs], axis=0).tolist():
-        own = pairs[(ties.photo[pairs] == (i, j)).all(1)]
+    for i, j in combinations(range(len(placed.photos)), 2):
+        points, pixels = _shared(ties, i, j)
         first, second = int(placed.numbers[i]), int(placed.numbers[j])
-        pixels = ties.pixels[own]
-        off = np.fmin(known.off(first, second, pixels), known.off(second, first, pixels[:, ::-1]))
-        away = off >= _PLACED_M
-        if away.sum() < (off < _PLACED_M).sum():
-            false[ties.point[own[:, 0]]] = away
+        if len(points):
+            off = np.fmin(known.off(first, second, pixels), known.off(second, first, pixels[:, ::-1]))
+            away = off >= _PLACED_M
+            if away.sum() < (off < _PLACED_M).sum():
+                false[points] |= away
     keep = ~false[ties.point]
     return replace(placed, ties=TiePoints(ties.xyz, ties.photo[keep], ties.point[keep], ties.pixels[keep]))
+
+
+def _shared(ties: TiePoints, first: int, second: int) -> tuple[Int, Float]:
+    """The tie points (m,) that two photos show, and their pixels (m, 2, 2) in both."""
+    a, b = (np.flatnonzero(ties.photo == k) for k in (first, second))
+    points, at, there = np.intersect1d(ties.point[a], ties.point[b], return_indices=True)
+    return points, np.stack([ties.pixels[a[at]], ties.pixels[b[there]]], axis=1)
 
 
 def _tied(placed: Placed) -> Bool:
