@@ -75,16 +75,6 @@ def test_control_that_is_found_anywhere_within_reach_supports_nothing():
     assert not len(keep) and all("only 0 control points" in r.reason for r in refused)
 
 
-def test_imprecise_control_supports_a_photo_if_it_agrees_far_beyond_chance():
-    """As where shapes are compared: off by a tenth of the reach in the median, by chance it would be half."""
-    state = block([100, 100], [], off=0.3)
-    keep, refused = judged(state, [UNDECIDED] * 2, [False] * 2, last=True)
-    assert keep.tolist() == [0, 1] and not refused
-    assert 60 <= state.recognising(0) <= 75
-    keep, _ = judged(block([100, 100], [], off=0.5), [UNDECIDED] * 2, [False] * 2, last=True)
-    assert not len(keep)
-
-
 CONFIRMED = Verdict(20, 18, 1e-9, 0.0, 0.5, -5.0)
 DOUBTED = Verdict(20, 3, 1.0, 300.0, 1.02, 0.4)
 CONTRADICTED = Verdict(20, 3, 1.0, 300.0, 1.6, 5.0)
