@@ -7,7 +7,12 @@ import pytest
 
 from frontage.geometry.rigid import rotation_angle
 from frontage.model import Estimate, Exposure, MountedCamera, Photo, Rig
-from frontage.orientation.neighbours import placed_again, placed_by_neighbours, tied_to_neighbours
+from frontage.orientation.neighbours import (
+    placed_again,
+    placed_by_neighbours,
+    tied_to_neighbours,
+    without_contradicted,
+)
 from frontage.orientation.network import TiePoints
 from frontage.orientation.nouns import CommonPoints
 from frontage.orientation.placed import Placed, Scene
@@ -127,3 +132,48 @@ def test_rays_that_meet_behind_the_wall_tie_nothing(street):
     assert len(pair.pixels) > 100
     tied = tied_to_neighbours(scene_of(surface, photos, [pair]), placed(photos, 0, 1))
     assert not len(tied.ties.xyz)
+
+
+def ties_of(photos, xyz, false, *numbers):
+    """Tie points of some photos; those that are `false` lie far from the truth along the first one's ray."""
+    origin = photos[numbers[0]].pose.t
+    xyz = np.where(false[:, None], origin + 0.8 * (xyz - origin), xyz)
+    pixels = np.stack([photos[k].project(xyz) for k in numbers])
+    photo, point = (a.ravel() for a in np.indices(pixels.shape[:2]))
+    pixels = pixels.reshape(-1, 2)
+    inside = ((pixels > 0) & (pixels < (LANDSCAPE.width, LANDSCAPE.height))).all(1)
+    inside &= np.bincount(point[inside], minlength=len(xyz))[point] == len(numbers)
+    return TiePoints(xyz, photo[inside], point[inside], pixels[inside])
+
+
+@pytest.mark.parametrize("views", [(0, 1), (0, 0, 1)])
+def test_the_scan_contradicts_false_ties(street, views):
+    """Their rays meet as well as those of right ones, before the wall; two of three stand in one place."""
+    surface, photos, xyz = street
+    chosen = [photos[k] for k in views]
+    false = np.random.default_rng(5).random(len(xyz)) < 0.1
+    ties = ties_of(chosen, xyz, false, *range(len(views)))
+    before = replace(placed(chosen, *range(len(views))), ties=ties)
+    after = without_contradicted(scene_of(surface, chosen, []), before).ties
+    assert not false[after.point].any() and len(after.xyz) == len(xyz)
+    assert len(after.point) == pytest.approx((~false[ties.point]).sum(), rel=0.03)
+
+
+def test_ties_of_what_was_not_scanned_stay(street):
+    _, photos, xyz = street
+    low = scan_of(corner_of_two(), 0.04)
+    low = low.take(low.xyz[:, 2] < np.median(xyz[:, 2]) - 0.5)
+    high = xyz[xyz[:, 2] > np.median(xyz[:, 2])]
+    ties = ties_of(photos, high, np.ones(len(high), bool), 0, 1)
+    before = replace(placed(photos, 0, 1), ties=ties)
+    kept = without_contradicted(scene_of(scanned_surface(low), photos, []), before).ties
+    assert len(ties.point) > 50 and len(kept.point) == len(ties.point)
+
+
+def test_a_pose_that_errs_keeps_its_ties(street):
+    surface, photos, xyz = street
+    ties = ties_of(photos, xyz, np.zeros(len(xyz), bool), 0, 1)
+    off = replace(photos[1].pose, t=photos[1].pose.t + np.array([0.3, 0.0, 0.0]))
+    moved = replace(photos[1], local_from_camera=replace(photos[1].local_from_camera, value=off))
+    before = Placed(np.array([0, 1]), (photos[0], moved), ties)
+    assert len(without_contradicted(scene_of(surface, photos, []), before).ties.point) == len(ties.point)

@@ -19,7 +19,7 @@ from frontage.orientation.control import ControlPoints, find_control
 from frontage.orientation.dependence import dependence_of
 from frontage.orientation.drawings import draw_scan
 from frontage.orientation.judging import in_one_word, judged
-from frontage.orientation.neighbours import placed_again, tied_to_neighbours
+from frontage.orientation.neighbours import placed_again, tied_to_neighbours, without_contradicted
 from frontage.orientation.network import CONTROL, PLACES, SURFACES, TIES, build_network
 from frontage.orientation.placed import Placed, Scene, contrary, prior_of
 from frontage.orientation.reflectance.surface import ScannedSurface
@@ -54,7 +54,7 @@ def adjusted_orientation(scene: Scene, placed: Placed, unoriented: Sequence[Unor
         placed = improved.only(keep)
         if passes:
             placed, refused = placed_again(scene, placed, refused)
-            placed = tied_to_neighbours(scene, placed)
+            placed = without_contradicted(scene, tied_to_neighbours(scene, placed))
         elif refused:
             passes = [search]  # what the refused photos contributed has to go
         left += refused

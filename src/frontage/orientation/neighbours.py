@@ -8,6 +8,7 @@ blocks, which were placed in the scan one by one, are tied to one another by wha
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from itertools import combinations
 
 import numpy as np
 from scipy.sparse import csr_array
@@ -17,7 +18,6 @@ from frontage.geometry.rigid import Rigid3
 from frontage.model import Estimate, Photo, Provenance
 from frontage.orientation.alone import best_place, elsewhere
 from frontage.orientation.network import TiePoints
-from frontage.orientation.nouns import CommonPoints
 from frontage.orientation.placed import Placed, Scene, agrees_with_prior, merged
 from frontage.orientation.reflectance.render import Rendering, render, rendering_factor
 from frontage.orientation.resection import resect
@@ -83,13 +83,16 @@ class _Known:
                     found.append(self._told(number, numbers[other], common.pixels[:, (own, other)]))
         return [seen for seen in found if len(seen.pixels) >= _FEWEST]
 
-    def agreeing(self, common: CommonPoints) -> Bool:
-        """Which points (m,) the second photo shows where it should see the scan that the first one sees."""
-        xyz = self._drawing(common.first).behind(common.pixels[:, 0])
-        photo = self._photos[common.second]
-        off = np.linalg.norm(photo.project(xyz) - common.pixels[:, 1], axis=1)
+    def off(self, first: int, second: int, pixels: Float) -> Float:
+        """How far (m,) m from pixels (m, 2, 2) the second photo should see the scan that the first one sees.
+
+        NaN where the first one sees nothing of the scan.
+        """
+        xyz = self._drawing(first).behind(pixels[:, 0])
+        photo = self._photos[second]
+        off = np.linalg.norm(photo.project(xyz) - pixels[:, 1], axis=1)
         away = np.linalg.norm(xyz - photo.pose.t, axis=1)
-        return np.asarray(off * away < _PLACED_M * photo.camera.params[0])
+        return np.asarray(off * away / photo.camera.params[0])
 
     def _told(self, number: int, neighbour: int, pixels: Float) -> "_Seen":
         """What one neighbour tells of a photo, from pixels (m, 2, 2) in the photo and in the neighbour."""
@@ -176,12 +179,42 @@ def tied_to_neighbours(scene: Scene, placed: Placed) -> Placed:
             continue
         xyz, good = _intersected(placed.photos[i], placed.photos[j], pair.pixels)
         if good.sum() >= _FEWEST:
-            good &= known.agreeing(pair)
+            good &= known.off(pair.first, pair.second, pair.pixels) < _PLACED_M
         if good.sum() >= _FEWEST:
             parts.append(_ties(i, j, xyz[good], pair.pixels[good], count))
             count += int(good.sum())
     joined = (np.concatenate([getattr(t, f) for t in parts]) for f in ("xyz", "photo", "point", "pixels"))
     return replace(placed, ties=TiePoints(*joined))
+
+
+def without_contradicted(scene: Scene, placed: Placed) -> Placed:
+    """Leaves out the tie points that the scan contradicts.
+
+    A false match of two photos that lies on its epipolar line leaves hardly a residual, and a third photo
+    from the place of one of them agrees with it. A few such points turn a photo in which they lie far from
+    others. Only the scan tells: their rays meet before or behind it. Where nothing was scanned, nothing is
+    contradicted; and where most points of a pair are, its poses err and not its matches.
+    """
+    ties, known = placed.ties, _Known(scene)
+    known.add(placed)
+    false = np.zeros(len(ties.xyz), np.bool_)
+    for i, j in combinations(range(len(placed.photos)), 2):
+        points, pixels = _shared(ties, i, j)
+        first, second = int(placed.numbers[i]), int(placed.numbers[j])
+        if len(points):
+            off = np.fmin(known.off(first, second, pixels), known.off(second, first, pixels[:, ::-1]))
+            away = off >= _PLACED_M
+            if away.sum() < (off < _PLACED_M).sum():
+                false[points] |= away
+    keep = ~false[ties.point]
+    return replace(placed, ties=TiePoints(ties.xyz, ties.photo[keep], ties.point[keep], ties.pixels[keep]))
+
+
+def _shared(ties: TiePoints, first: int, second: int) -> tuple[Int, Float]:
+    """The tie points (m,) that two photos show, and their pixels (m, 2, 2) in both."""
+    a, b = (np.flatnonzero(ties.photo == k) for k in (first, second))
+    points, at, there = np.intersect1d(ties.point[a], ties.point[b], return_indices=True)
+    return points, np.stack([ties.pixels[a[at]], ties.pixels[b[there]]], axis=1)
 
 
 def _tied(placed: Placed) -> Bool:
