@@ -9,6 +9,7 @@ from scipy.spatial import cKDTree
 from frontage.facades.candidate import FacadeCandidate
 from frontage.facades.cells import CellMap
 from frontage.facades.layers import find_layers
+from frontage.facades.outline import CLOSING, radius_asked
 from frontage.facades.plane.curvature import wall_sagitta
 from frontage.facades.plane.wall import WallPlane
 from frontage.facades.porticoes import depth_behind
@@ -24,6 +25,7 @@ from frontage.model.masonry import TOLERANCES
 
 _MOST_FOR_BEND = 50_000  # points that tell whether a wall is bent
 _MOST_LAYERED = 100_000  # points that tell its layers
+_SPARSE = 2.0  # times wider disks are asked for where a wall is too sparse to tell the spacing of the facade
 _BLOCKS = 48  # blocks of 3 x 3 cells in which the spacing is measured
 _BEND_REACH_M = 0.5  # m: how far a bent wall may leave its plane and still count as the same wall
 _BEND_INSET_M = 0.5  # m at its ends, where a corner, a pilaster or the next face may stand
@@ -111,10 +113,13 @@ def wall_spacing(q: Float, flat: Int, cells: CellMap, threshold: float) -> float
     threshold  m, half thickness of the wall
 
     The blocks are spread evenly along the wall: a row of houses is scanned more and more sparsely towards its
-    ends, and a few blocks drawn at random told spacings that differed by a half. Returns NaN when no block
-    holds two points.
+    ends, and a few blocks drawn at random told spacings that differed by a half. Parts that are too sparse
+    for the cells do not count where there are others, for openings are looked for on wider cells there.
+    Returns NaN when no block holds two points.
     """
-    columns, rows = np.nonzero(cells.wall.T)
+    count = np.bincount(flat[np.abs(q[:, 1]) < threshold], minlength=cells.wall.size)
+    dense = cells.wall & (radius_asked(count.reshape(cells.wall.shape), cells.cell) <= _SPARSE * CLOSING)
+    columns, rows = np.nonzero((dense if dense.any() else cells.wall).T)
     if len(rows) == 0:
         return float("nan")
     block = np.zeros(cells.wall.shape, np.bool_)

@@ -9,6 +9,7 @@ from frontage.geometry.arrays import Array, Bool, Float, Int, distinct
 BESIDE_M = 0.5  # m on either side of a wall within which a volume (bush, room) shows
 _GAP_M = 2.0  # m, the widest opening or shadow that a wall bridges (shop window, gate)
 _GAP_CELLS = 10  # the same in cells: in a sparse cloud even wider gaps are chance
+CLOSING = 1.5  # cells, radius of the disks that close a wall whose points are dense enough
 _SPARSEST_M = 0.6  # m, radius of the largest disk that closes a sparse wall: points 0.5 m apart
 _IN_DISK = 4.5  # points that a disk should hold: one in a hundred is empty by chance
 _AROUND_M = 0.5  # m, one sigma of the surroundings that tell the density of a wall
@@ -131,20 +132,27 @@ def _close_by_density(count: Array, cell: float) -> Bool:
     """Closes the occupied cells by disks that hold a few points of the wall around them.
 
     A wall that is scanned more and more sparsely towards its end has empty cells there by chance. Disks grow
-    with the distance between points, from 1.5 cells to `_SPARSEST_M`. The densest wall within a metre tells
+    with the distance between points, from `CLOSING` to `_SPARSEST_M`. The densest wall within a metre tells
     the density, so that nothing is closed beyond the border of a dense wall.
+
+    count  (h, w) points per cell; cell m
+    """
+    asked, wall = radius_asked(count, cell), count > 0
+    closed, radius = _close(wall, CLOSING), CLOSING
+    while radius * cell < _SPARSEST_M:
+        radius = min(2.0 * radius, _SPARSEST_M / cell)
+        closed |= _close(wall, radius) & (asked > radius / np.sqrt(2.0))
+    return closed
+
+
+def radius_asked(count: Array, cell: float) -> Float:
+    """Returns the radius (h, w), in cells, of a disk that holds `_IN_DISK` points of the wall around it.
 
     count  (h, w) points per cell; cell m
     """
     dense = ndimage.gaussian_filter(count.astype(np.float64), _AROUND_M / cell)
     dense = ndimage.maximum_filter(dense, 2 * round(2.0 * _AROUND_M / cell) + 1)
-    asked = np.sqrt(_IN_DISK / np.pi / np.maximum(dense, 1e-9))
-    wall = count > 0
-    closed, radius = _close(wall, 1.5), 1.5
-    while radius * cell < _SPARSEST_M:
-        radius = min(2.0 * radius, _SPARSEST_M / cell)
-        closed |= _close(wall, radius) & (asked > radius / np.sqrt(2.0))
-    return closed
+    return np.asarray(np.sqrt(_IN_DISK / np.pi / np.maximum(dense, 1e-9)))
 
 
 def _under_wall(whole: Bool, pruned: Bool, cell: float, gap: float) -> Bool:
