@@ -36,3 +36,18 @@ def test_points_beside_a_dense_wall_do_not_widen_it() -> None:
     stray = rng.uniform((8.4, 0.0), (8.9, 8.0), (12, 2))  # three per m2, nearer than a gap that is bridged
     whole, (x0, _) = _outline(np.append(x, stray[:, 0]), np.append(z, stray[:, 1]))
     assert np.flatnonzero(whole.any(0)).max() * CELL + x0 < 8.2
+
+
+def test_cells_of_any_size_are_closed() -> None:
+    x, z = np.meshgrid(np.arange(0.0, 4.0, 0.02), np.arange(0.0, 4.0, 0.02))
+    for cell in (
+        0.05,
+        0.1,
+        0.285,
+        0.523,
+        0.57,
+        0.6,
+    ):  # of some, the widest disk is no whole multiple in floats
+        count, corner, _ = occupied(x.ravel(), z.ravel(), float(cell))
+        cells = largest_part(count, corner, float(cell), np.zeros((1, 3)))
+        assert cells is not None and abs(cells.area - 16.0) < 4.0

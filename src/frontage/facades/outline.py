@@ -138,9 +138,9 @@ def _close_by_density(count: Array, cell: float) -> Bool:
     count  (h, w) points per cell; cell m
     """
     asked, wall = radius_asked(count, cell), count > 0
-    closed, radius = _close(wall, CLOSING), CLOSING
-    while radius * cell < _SPARSEST_M:
-        radius = min(2.0 * radius, _SPARSEST_M / cell)
+    closed, radius, most = _close(wall, CLOSING), CLOSING, _SPARSEST_M / cell
+    while radius < most:
+        radius = min(2.0 * radius, most)
         closed |= _close(wall, radius) & (asked > radius / np.sqrt(2.0))
     return closed
 
