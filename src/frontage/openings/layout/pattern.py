@@ -34,12 +34,11 @@ from frontage.openings.layout.inferred import (
     worth_at,
 )
 from frontage.openings.layout.likeness import Likeness
-from frontage.openings.layout.remainder import Part, Wall, strips_of
+from frontage.openings.layout.remainder import LEAST, Part, Wall, strips_of
 from frontage.openings.layout.selection import PRICE
 from frontage.openings.wall.evidence import Evidence
 
 _SURE = float(np.log(9.0))  # log odds of an opening where none was found
-_LEAST = 0.01  # share of anything that is known no better
 
 
 @dataclass(frozen=True, eq=False)
@@ -132,7 +131,7 @@ def _in_part(outlines: Sequence[Outline], forms: Forms, likeness: Likeness) -> l
 
 def _log_odds(share: float) -> float:
     """Returns the log odds of a share, which is never known to be nothing or all."""
-    return float(logit(np.clip(share, _LEAST, 1.0 - _LEAST)))
+    return float(logit(np.clip(share, LEAST, 1.0 - LEAST)))
 
 
 class _Rates:

@@ -10,7 +10,7 @@ from frontage.openings.layout.inferred import cells_of
 from frontage.openings.wall.evidence import Evidence
 
 _DEEP = 6.0  # nats at most of what came back from behind a strip, for neighbouring beams err together
-_LEAST = 0.01  # share of anything that is known no better
+LEAST = 0.01  # share of anything that is known no better
 
 Part = tuple[slice, slice]
 """Rows and columns of cells."""
@@ -41,15 +41,14 @@ class Wall:
             if cells is not None:
                 wall[cells] = False
         due = np.where(wall, evidence.expected_free, 0.0)
-        self._empty = float(np.clip(due[evidence.is_open].sum() / max(due.sum(), 1e-9), _LEAST, 0.5))
-        self._deep = max(float(evidence.deep[wall].sum() / max(due.sum(), 1e-9)), _LEAST)
+        self._empty = float(np.clip(due[evidence.is_open].sum() / max(due.sum(), 1e-9), LEAST, 0.5))
+        self._deep = max(float(evidence.deep[wall].sum() / max(due.sum(), 1e-9)), LEAST)
 
     def open_beyond(self, beyond: Bool, both: Bool, part: Part) -> float:
         """Returns the nats that a strip `beyond` a predicted opening is open, as what was found there has it.
 
         `both` are the cells that belong to both openings. Both are masks (h, w) of a `part` of the raster.
-
-        Where the lines of sight are not known, they may also be in a shadow. Shadows leave a share of this
+        Where the lines of sight are not known, the strip may lie in a shadow. Shadows leave a share of this
         wall empty, and their cells err together; but nothing comes back from the depth of an opening there.
         """
         evidence = self.evidence
