@@ -114,8 +114,8 @@ def wall_spacing(q: Float, flat: Int, cells: CellMap, threshold: float) -> float
 
     The blocks are spread evenly along the wall: a row of houses is scanned more and more sparsely towards its
     ends, and a few blocks drawn at random told spacings that differed by a half. Parts that are too sparse
-    for the cells do not count where there are others, for openings are looked for on wider cells there.
-    Returns NaN when no block holds two points.
+    for the cells do not count where there are others, because wider cells are used there. Returns NaN
+    when no block holds two points.
     """
     count = np.bincount(flat[np.abs(q[:, 1]) < threshold], minlength=cells.wall.size)
     dense = cells.wall & (radius_asked(count.reshape(cells.wall.shape), cells.cell) <= _SPARSE * CLOSING)

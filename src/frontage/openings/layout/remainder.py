@@ -45,11 +45,12 @@ class Wall:
         self._deep = max(float(evidence.deep[wall].sum() / max(due.sum(), 1e-9)), LEAST)
 
     def open_beyond(self, beyond: Bool, both: Bool, part: Part) -> float:
-        """Returns the nats that a strip `beyond` a predicted opening is open, as what was found there has it.
+        """Returns the nats that a strip `beyond` a predicted opening is open.
 
-        `both` are the cells that belong to both openings. Both are masks (h, w) of a `part` of the raster.
-        Where the lines of sight are not known, the strip may lie in a shadow. Shadows leave a share of this
-        wall empty, and their cells err together; but nothing comes back from the depth of an opening there.
+        The strip belongs to the opening that was found there; `both` are the cells that the two openings
+        share. They are masks (h, w) of a `part` of the raster. Where the lines of sight are not known, the
+        strip may lie in a shadow. Shadows leave a share of this wall empty, and their cells err together;
+        but nothing comes back from the depth of an opening there.
         """
         evidence = self.evidence
         nats = float(evidence.llr[part][beyond].sum())
