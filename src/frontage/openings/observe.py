@@ -1,6 +1,6 @@
 """What the laser beams say about one wall: the first step of finding openings (paper B, section 3.2.1)."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
 
@@ -91,18 +91,23 @@ def observe_wall(facade: Facade, scan: Scan, options: OpeningOptions) -> Observe
     if slats:
         beams = with_slats(beams, slats)
         evidence = again(facade, beams)
-    rasters = []
-    for wide in (1.0, *wider_cells(evidence)):
-        scales = _OTHERS if _PIER * wide * evidence.raster.cell > MASONRY.half_brick else ()
-        first = evidence if wide == 1.0 else again(facade, beams, inside=None, scale=wide)
-        others = (again(facade, beams, inside=None, scale=wide * scale) for scale in scales)
-        rasters.append((first, *others))
+    rasters = _rasters(evidence, lambda scale: again(facade, beams, inside=None, scale=scale))
     return ObservedWall(facade, beams, evidence, rasters, posts + strips, ground)
 
 
 def ground_height(facade: Facade, options: OpeningOptions) -> float:
     """Returns the height z m of the ground in the facade frame: the option, else the foot of the facade."""
     return facade.extent[1] if options.ground_z is None else options.ground_z
+
+
+def _rasters(evidence: Evidence, at_scale: Callable[[float], Evidence]) -> list[tuple[Evidence, ...]]:
+    """Returns the rasters of `ObservedWall`: `evidence`, and others that `at_scale` weighs on wider cells."""
+    rasters = []
+    for wide in (1.0, *wider_cells(evidence)):
+        scales = _OTHERS if _PIER * wide * evidence.raster.cell > MASONRY.half_brick else ()
+        first = evidence if wide == 1.0 else at_scale(wide)
+        rasters.append((first, *(at_scale(wide * scale) for scale in scales)))
+    return rasters
 
 
 def _evidence(
