@@ -7,7 +7,6 @@ from functools import partial
 from frontage.geometry.arrays import Bool
 from frontage.model.estimate import Failed
 from frontage.model.facade import Facade
-from frontage.model.masonry import MASONRY
 from frontage.model.scan import Scan
 from frontage.openings.layout.bands import find_posts
 from frontage.openings.layout.densities import wider_cells
@@ -23,9 +22,8 @@ from frontage.openings.wall.recesses import with_recesses
 from frontage.openings.wall.slats import find_slats, with_slats
 
 _FEWEST_POINTS = 200  # fewer points tell neither the density nor the noise of a wall
-_OTHERS = (0.9, 1.1)  # sides of the cells of the other rasters, whose borders lie elsewhere
-# cells across the narrowest pier that any raster shows: one at the border of an opening, two for the wall
-_PIER = 3
+# sides of the cells of three rasters, whose borders lie in other places, in sides that are asked for
+_SIDES = (1.0, 0.9, 1.1)
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,8 +33,8 @@ class ObservedWall:
     facade    the facade, whose support leaves out the inner faces of its wall
     beams     the beams, sorted into those that ended on the wall, went through it or were stopped before it
     evidence  log-likelihood ratio of open against solid for every cell of the wall
-    rasters   the same for parts of the wall that are scanned ever more sparsely, on ever wider cells: on one
-              raster each, or on several where cells are so wide that their place decides what shows
+    rasters   the same on three rasters, so that the place of the cells does not decide what shows, and again
+              on ever wider cells for parts of the wall that are scanned ever more sparsely
     posts     posts of joinery between the windows of a band, which count as wall, and narrow strips of wall
     ground    m, height z of the ground at the wall in the facade frame
     """
@@ -82,17 +80,21 @@ def observe_wall(facade: Facade, scan: Scan, options: OpeningOptions) -> Observe
     if recessed is not None:
         beams = sort_beams(facade, scan, recessed)
         evidence = again(facade, beams)
-    strips = find_strips(beams, evidence)
-    posts = find_posts(beams, evidence, ground)
+    finest = [evidence, *(again(facade, beams, inside=None, scale=scale) for scale in _SIDES[1:])]
+    strips = find_strips(beams, finest)
+    posts = find_posts(beams, finest, ground)
     if posts:
         beams = with_posts(beams, posts)
-        evidence = again(facade, beams)
-    slats = find_slats(evidence)
+        finest = _weighed_again(finest, partial(again, facade, beams))
+    slats = find_slats(finest[0])
     if slats:
         beams = with_slats(beams, slats)
-        evidence = again(facade, beams)
-    rasters = _rasters(evidence, lambda scale: again(facade, beams, inside=None, scale=scale))
-    return ObservedWall(facade, beams, evidence, rasters, posts + strips, ground)
+        finest = _weighed_again(finest, partial(again, facade, beams))
+    wider = [
+        [again(facade, beams, inside=None, scale=wide * scale) for scale in _SIDES]
+        for wide in wider_cells(finest[0])
+    ]
+    return ObservedWall(facade, beams, finest[0], [finest, *wider], posts + strips, ground)
 
 
 def ground_height(facade: Facade, options: OpeningOptions) -> float:
@@ -100,14 +102,9 @@ def ground_height(facade: Facade, options: OpeningOptions) -> float:
     return facade.extent[1] if options.ground_z is None else options.ground_z
 
 
-def _rasters(evidence: Evidence, at_scale: Callable[[float], Evidence]) -> list[tuple[Evidence, ...]]:
-    """Returns the rasters of `ObservedWall`: `evidence`, and others that `at_scale` weighs on wider cells."""
-    rasters = []
-    for wide in (1.0, *wider_cells(evidence)):
-        scales = _OTHERS if _PIER * wide * evidence.raster.cell > MASONRY.half_brick else ()
-        first = evidence if wide == 1.0 else at_scale(wide)
-        rasters.append((first, *(at_scale(wide * scale) for scale in scales)))
-    return rasters
+def _weighed_again(rasters: Sequence[Evidence], again: Callable[..., Evidence]) -> list[Evidence]:
+    """Weighs the evidence on the finest rasters again, for beams that are sorted in another way."""
+    return [again(inside=old.inside, scale=scale) for old, scale in zip(rasters, _SIDES, strict=True)]
 
 
 def _evidence(

@@ -68,8 +68,8 @@ def test_a_wall_that_nothing_is_expected_of_has_no_strips():
     facade, scan = scanned(wall=[*wall(holes), *(b for h in holes for b in framed(h, 0.15))], spacing=0.02)
     beams = sort_beams(facade, scan)
     evidence = weigh(facade, beams)
-    assert len(find_strips(beams, evidence)) == 1
-    assert find_strips(beams, replace(evidence, expected=np.zeros_like(evidence.expected))) == ()
+    assert len(find_strips(beams, [evidence])) == 1
+    assert find_strips(beams, [replace(evidence, expected=np.zeros_like(evidence.expected))]) == ()
 
 
 @pytest.mark.parametrize("deep", [0.0, 0.02])

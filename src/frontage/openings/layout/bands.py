@@ -1,6 +1,6 @@
 """Bands of windows without masonry between them: finds the posts of joinery that part them."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import cv2
@@ -20,7 +20,7 @@ from frontage.openings.layout.joinery import (
     joinery_planes,
     post_borders,
 )
-from frontage.openings.layout.posts import Post
+from frontage.openings.layout.posts import Post, same_on_most
 from frontage.openings.wall.beams import Beams
 from frontage.openings.wall.evidence import Evidence
 from frontage.openings.wall.raster import opened
@@ -37,24 +37,70 @@ _HIDDEN = 0.5  # share of the expected beams that come at most where something b
 
 @dataclass(frozen=True)
 class _Found:
-    """A post, the x m of the uprights like it, and the rail that it stands on; None where it has a sill."""
+    """A post that stands between two frames as one raster shows it.
+
+    frames  m, widths of the frames above the panes on the left and on the right
+    like    m, places x of the uprights like it
+    rail    the rail that it stands on; None where it has a sill
+    """
 
     post: Post
+    frames: tuple[float, float]
     like: list[float]
     rail: Post | None
 
 
-def find_posts(beams: Beams, evidence: Evidence, ground: float) -> tuple[Post, ...]:
+def find_posts(beams: Beams, evidences: Sequence[Evidence], ground: float) -> tuple[Post, ...]:
     """Finds the posts and rails that separate windows; `ground` is the height z m of the ground.
 
     A window has posts of its own where casements meet: they are narrower than two frames side by side, or its
     leaves are narrower than windows. Some windows stand neither on a sill nor on the ground, but on the head
-    of a passage, for example. There the rail of their frames separates them from what is below.
+    of a passage, for example. There the rail of their frames separates them from what is below. `evidences`
+    are those of the wall on several rasters. What stands on most of them is as wide as they show on average.
     """
-    most = np.maximum(evidence.expected, 1.0)  # a blade that is seen from the side heaps up and is no pier
-    solid, due = _evened(np.minimum(evidence.solid, most)), _evened(evidence.expected)
-    shaded, pier = SHADED * due, max(int(MASONRY.half_brick / evidence.raster.cell), 1)
-    wall = opened(solid > FULL * np.maximum(due, 1e-9), (1, pier))
+    walls = [_wall(evidence) for evidence in evidences]
+    found = [
+        one
+        for one in _on_most([_find(beams, e, wall, ground) for e, wall in zip(evidences, walls, strict=True)])
+        if one.post.x1 - one.post.x0 >= max(MASONRY.half_brick, _FRAMES * sum(one.frames) / 2.0)
+    ]
+    posts = [one.post for one in found]
+    kept = [one for one in found if _room(one.post, posts, one.like, walls[0], evidences[0]) >= _WINDOW]
+    return tuple(post for one in kept for post in (one.post, one.rail) if post is not None)
+
+
+def _on_most(rasters: Sequence[Sequence[_Found]]) -> Iterator[_Found]:
+    """Yields the means of the posts that stand on most rasters."""
+    for numbers in same_on_most([[one.post for one in found] for found in rasters]):
+        seen = [rasters[k][number] for k, number in numbers]
+        left, right = np.mean([one.frames for one in seen], axis=0).tolist()
+        rails = [one.rail for one in seen if one.rail is not None]
+        rail = _mean_post(rails) if 2 * len(rails) > len(seen) else None
+        yield _Found(_mean_post([one.post for one in seen]), (left, right), seen[0].like, rail)
+
+
+def _mean_post(posts: Sequence[Post]) -> Post:
+    """Returns the mean of the same post on several rasters."""
+    x0, z0, x1, z1, y = np.mean([(p.x0, p.z0, p.x1, p.z1, p.y) for p in posts], axis=0).tolist()
+    return Post(x0, z0, x1, z1, y, level=posts[0].level)
+
+
+def _wall(evidence: Evidence) -> Bool:
+    """Returns the cells (h, w) of wall in columns that are as wide as a pier."""
+    pier = max(int(MASONRY.half_brick / evidence.raster.cell), 1)
+    solid, due = _solid(evidence), _evened(evidence.expected)
+    return opened(solid > FULL * np.maximum(due, 1e-9), (1, pier))
+
+
+def _solid(evidence: Evidence) -> Float:
+    """Returns the beams (h, w) that ended on the wall: a blade seen from the side heaps up and is no pier."""
+    return _evened(np.minimum(evidence.solid, np.maximum(evidence.expected, 1.0)))
+
+
+def _find(beams: Beams, evidence: Evidence, wall: Bool, ground: float) -> list[_Found]:
+    """Finds the posts on one raster with its cells of `wall` (h, w), whatever their widths."""
+    solid, due = _solid(evidence), _evened(evidence.expected)
+    shaded = SHADED * due
     edges = beams.solid[rising(beams.solid[:, 0])].T
     free = (evidence.expected > 0.0) & ~wall
     found: list[_Found] = []
@@ -64,14 +110,15 @@ def find_posts(beams: Beams, evidence: Evidence, ground: float) -> tuple[Post, .
         full = (ended > FULL * (ended + passed)) & (ended > shaded) & free
         pieces = list(_uprights(full, evidence.raster.cell))
         for part in pieces:
-            post, high = _post(plane, part, wall, evidence, ground) or (None, 0.0)
-            if post is None or any(_meet(post, other.post) for other in found):
+            seen = _post(plane, part, wall, evidence, ground)
+            if seen is None or any(seen[0].meets(other.post) for other in found):
                 continue
+            post, frames, high = seen
             like = [] if beams.rays else _like(post, plane, pieces, evidence)
-            found.append(_Found(post, like, _rail(post, high, full, wall, evidence) if high else None))
-    posts = [one.post for one in found]
-    kept = [one for one in found if _room(one.post, posts, one.like, wall, evidence) >= _WINDOW]
-    return tuple(post for one in kept for post in (one.post, one.rail) if post is not None)
+            found.append(
+                _Found(post, frames, like, _rail(post, high, full, wall, evidence) if high else None)
+            )
+    return found
 
 
 def _evened(values: Float) -> Float:
@@ -108,10 +155,10 @@ def _like(
 
 def _post(
     plane: JoineryPlane, part: tuple[slice, slice], wall: Bool, evidence: Evidence, ground: float
-) -> tuple[Post, float] | None:
-    """Returns the post in a part of the cells, None if it is not one, and the height m of its rail.
+) -> tuple[Post, tuple[float, float], float] | None:
+    """Returns the post in a part of the cells, the widths m of the frames beside it, and its rail's height m.
 
-    A post runs from a sill, or a rail of the frames beside it, to a lintel, and is as wide as two frames.
+    A post runs from a sill, or a rail of the frames beside it, to a lintel. Returns None if it is not one.
     """
     (rows, columns), cell, z = part, evidence.raster.cell, evidence.raster.corner[1]
     middle = (columns.start + columns.stop) // 2
@@ -127,10 +174,10 @@ def _post(
     piece = evidence.raster.box(rows.start, columns.start, rows.stop, columns.stop)
     lintel = piece[3] + int(above.argmax()) * cell
     across = post_borders(plane, piece, evidence)
-    if across is None or across[1] - across[0] < MASONRY.half_brick:
+    if across is None:
         return None
-    frames = [frame_above(plane, s, piece, lintel, evidence) for s in beside(*across)]
-    if None in frames or across[1] - across[0] < _FRAMES * max(f or 0.0 for f in frames):
+    left, right = (frame_above(plane, s, piece, lintel, evidence) for s in beside(*across))
+    if left is None or right is None:
         return None
     stands = sill.any() or low or veiled
     rails = [] if stands else [frame_below(plane, s, piece, evidence) for s in beside(*across)]
@@ -138,7 +185,7 @@ def _post(
         return None
     foot = int(sill.argmax()) if sill.any() else _hidden_foot(hidden) if veiled else 0
     post = Post(across[0], piece[1] - foot * cell, across[1], lintel, plane.y)
-    return post, max((r or 0.0 for r in rails), default=0.0)
+    return post, (left, right), max((r or 0.0 for r in rails), default=0.0)
 
 
 def _rail(post: Post, high: float, full: Bool, wall: Bool, evidence: Evidence) -> Post:
@@ -175,8 +222,3 @@ def _room(post: Post, posts: list[Post], like: list[float], wall: Bool, evidence
     others = [p.middle for p in posts if p is not post and min(p.z1, post.z1) > max(p.z0, post.z0)]
     ends = np.concatenate([jambs, others, like, [x, x + wall.shape[1] * cell]])
     return float(np.abs(ends - post.middle).min())
-
-
-def _meet(a: Post, b: Post) -> bool:
-    """Returns whether two posts overlap."""
-    return min(a.x1, b.x1) > max(a.x0, b.x0) and min(a.z1, b.z1) > max(a.z0, b.z0)

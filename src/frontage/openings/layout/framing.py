@@ -170,16 +170,16 @@ class Framing:
     def _ends(self, boxes: Int, rims: tuple[_Sums, ...]) -> Bool:
         """Returns whether the wall shows above and below (2, n).
 
-        Below it need not show near the ground, or where a rail of joinery runs along under most of the box.
+        It need not show where a rail of joinery runs along most of that border, nor below near the ground.
         """
         below, above = rims
-        stands = (boxes[:, 0] < self._ground) | self._is_on_rail(boxes)
-        return np.stack([above.is_wall, below.is_wall | stands])
+        r0, c0, r1, c1 = boxes.T
+        stands = (r0 < self._ground) | self._is_at_rail(r0, c0, c1)
+        return np.stack([above.is_wall | self._is_at_rail(r1, c0, c1), below.is_wall | stands])
 
-    def _is_on_rail(self, boxes: Int) -> Bool:
-        """Returns which boxes (n,) stand on a rail: most columns hold one within two cells of the foot."""
-        r0, c0, _, c1 = boxes.T
-        low, high = (np.clip(r0 + k, 0, self._shape[0]) for k in (-2, 2))
+    def _is_at_rail(self, row: Int, c0: Int, c1: Int) -> Bool:
+        """Returns whether most columns [c0, c1) hold a rail within two cells of a row (n,)."""
+        low, high = (np.clip(row + k, 0, self._shape[0]) for k in (-2, 2))
         c0, c1 = (np.clip(c, 0, self._shape[1]) for c in (c0, c1))
         held = self._rails[high, c1] - self._rails[low, c1] - self._rails[high, c0] + self._rails[low, c0]
         return np.asarray(held > _KNOWN * (c1 - c0))

@@ -1,6 +1,6 @@
 """Posts of joinery between the windows of a band: what they mean for the beams and for the borders."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -40,9 +40,30 @@ class Post:
         width = self.x1 - self.x0
         return width / 2 if self.level else min(max(width / 2, _LEAST), width) / 2
 
+    def meets(self, other: "Post") -> bool:
+        """Returns whether two posts overlap."""
+        across = min(self.x1, other.x1) > max(self.x0, other.x0)
+        return across and min(self.z1, other.z1) > max(self.z0, other.z0)
+
     def holds(self, x: Float, z: Float) -> Bool:
         """Returns which of the places (n,) m lie in the part that counts as wall."""
         return np.asarray((np.abs(x - self.middle) < self.half) & (z > self.z0) & (z < self.z1))
+
+
+def same_on_most(rasters: Sequence[Sequence[Post]]) -> Iterator[list[tuple[int, int]]]:
+    """Yields where the posts are found that stand on most rasters: the numbers of the rasters and posts.
+
+    They come in the order of the first raster that shows them; what overlaps an earlier one is the same.
+    """
+    told: list[Post] = []
+    for post in (post for found in rasters for post in found):
+        if any(post.meets(other) for other in told):
+            continue
+        told.append(post)
+        same = [next((n for n, other in enumerate(found) if post.meets(other)), None) for found in rasters]
+        numbers = [(k, n) for k, n in enumerate(same) if n is not None]
+        if 2 * len(numbers) > len(rasters):
+            yield numbers
 
 
 def cells_held_by(posts: Sequence[Post], raster: WallRaster) -> Bool:

@@ -20,7 +20,7 @@ from frontage.openings.layout.joinery import (
     joinery_planes,
     points_within,
 )
-from frontage.openings.layout.posts import Post
+from frontage.openings.layout.posts import Post, same_on_most
 from frontage.openings.wall.beams import Beams
 from frontage.openings.wall.evidence import BEAMS_TO_DECIDE, Evidence
 
@@ -31,19 +31,26 @@ _FRAME = 0.04  # m beside a strip that the frame behind it fills
 _NONE = np.empty((2, 0))
 
 
-def find_strips(beams: Beams, evidence: Evidence) -> tuple[Post, ...]:
+def find_strips(beams: Beams, evidences: Sequence[Evidence]) -> tuple[Post, ...]:
     """Finds the upright and lying strips of wall between openings, as posts that are level with the wall.
 
-    Only known lines of sight tell strips from what stands before an opening.
+    `evidences` are those of the wall on several rasters, most of which must show a strip. Only known lines of
+    sight tell strips from what stands before an opening.
     """
     if not beams.rays:
         return ()
-    frames = [p for p in joinery_planes(beams, evidence, _NONE) if p.depth > _PROUD]
-    return tuple(
-        Post(*strip, beams.depth_at(*_middle(strip)).item(), level=True)
-        for lying in (False, True)
-        for strip in _strips(beams, evidence, frames, lying=lying)
-    )
+    frames = [[p for p in joinery_planes(beams, e, _NONE) if p.depth > _PROUD] for e in evidences]
+    found: list[Post] = []
+    for lying in (False, True):
+        rasters = [
+            [
+                Post(*strip, beams.depth_at(*_middle(strip)).item(), level=True)
+                for strip in _strips(beams, evidence, own, lying=lying)
+            ]
+            for evidence, own in zip(evidences, frames, strict=True)
+        ]
+        found += [rasters[k][number] for (k, number), *_ in same_on_most(rasters)]
+    return tuple(found)
 
 
 def _middle(box: Box) -> tuple[Float, Float]:
