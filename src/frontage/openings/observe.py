@@ -10,6 +10,7 @@ from frontage.model.facade import Facade
 from frontage.model.scan import Scan
 from frontage.openings.layout.bands import find_posts
 from frontage.openings.layout.densities import wider_cells
+from frontage.openings.layout.joinery import joinery_planes
 from frontage.openings.layout.posts import Post, with_posts
 from frontage.openings.layout.strips import find_strips
 from frontage.openings.options import OpeningOptions
@@ -81,8 +82,9 @@ def observe_wall(facade: Facade, scan: Scan, options: OpeningOptions) -> Observe
         beams = sort_beams(facade, scan, recessed)
         evidence = again(facade, beams)
     finest = [evidence, *(again(facade, beams, inside=None, scale=scale) for scale in _SIDES[1:])]
-    strips = find_strips(beams, finest)
-    posts = find_posts(beams, finest, ground)
+    planes = list(joinery_planes(beams, evidence))
+    strips = find_strips(beams, planes, finest)
+    posts = find_posts(planes, finest, ground)
     if posts:
         beams = with_posts(beams, posts)
         finest = _weighed_again(finest, partial(again, facade, beams))

@@ -126,7 +126,7 @@ def test_widths_of_posts_and_frames_are_those_of_the_joinery(post):
     )
     beams = sort_beams(facade, scan)
     evidence = weigh(facade, beams)
-    plane = next(joinery_planes(beams, evidence, beams.solid[beams.solid[:, 0].argsort()].T))  # the fullest
+    plane = next(joinery_planes(beams, evidence))  # the fullest
     piece = (4.0 - post / 2, BAND[1], 4.0 + post / 2, BAND[3])
     borders = post_borders(plane, piece, evidence)
     assert borders is not None

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from frontage.openings import FoundOpenings, find_openings
+from frontage.openings.layout.joinery import joinery_planes
 from frontage.openings.layout.strips import find_strips
 from frontage.openings.wall.beams import sort_beams
 from frontage.openings.wall.evidence import weigh
@@ -68,8 +69,9 @@ def test_a_wall_that_nothing_is_expected_of_has_no_strips():
     facade, scan = scanned(wall=[*wall(holes), *(b for h in holes for b in framed(h, 0.15))], spacing=0.02)
     beams = sort_beams(facade, scan)
     evidence = weigh(facade, beams)
-    assert len(find_strips(beams, [evidence])) == 1
-    assert find_strips(beams, [replace(evidence, expected=np.zeros_like(evidence.expected))]) == ()
+    planes = list(joinery_planes(beams, evidence))
+    assert len(find_strips(beams, planes, [evidence])) == 1
+    assert find_strips(beams, planes, [replace(evidence, expected=np.zeros_like(evidence.expected))]) == ()
 
 
 @pytest.mark.parametrize("deep", [0.0, 0.02])

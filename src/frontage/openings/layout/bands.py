@@ -7,7 +7,7 @@ import cv2
 import numpy as np
 from scipy import ndimage
 
-from frontage.geometry.arrays import Bool, Float, rising
+from frontage.geometry.arrays import Bool, Float
 from frontage.model.masonry import MASONRY
 from frontage.openings.layout.joinery import (
     COLUMNS,
@@ -17,11 +17,9 @@ from frontage.openings.layout.joinery import (
     beside,
     frame_above,
     frame_below,
-    joinery_planes,
     post_borders,
 )
 from frontage.openings.layout.posts import Post, same_on_most
-from frontage.openings.wall.beams import Beams
 from frontage.openings.wall.evidence import Evidence
 from frontage.openings.wall.raster import opened
 
@@ -50,7 +48,9 @@ class _Found:
     rail: Post | None
 
 
-def find_posts(beams: Beams, evidences: Sequence[Evidence], ground: float) -> tuple[Post, ...]:
+def find_posts(
+    planes: Sequence[JoineryPlane], evidences: Sequence[Evidence], ground: float
+) -> tuple[Post, ...]:
     """Finds the posts and rails that separate windows; `ground` is the height z m of the ground.
 
     A window has posts of its own where casements meet: they are narrower than two frames side by side, or its
@@ -61,7 +61,9 @@ def find_posts(beams: Beams, evidences: Sequence[Evidence], ground: float) -> tu
     walls = [_wall(evidence) for evidence in evidences]
     found = [
         one
-        for one in _on_most([_find(beams, e, wall, ground) for e, wall in zip(evidences, walls, strict=True)])
+        for one in _on_most(
+            [_find(planes, e, wall, ground) for e, wall in zip(evidences, walls, strict=True)]
+        )
         if one.post.x1 - one.post.x0 >= max(MASONRY.half_brick, _FRAMES * sum(one.frames) / 2.0)
     ]
     posts = [one.post for one in found]
@@ -97,14 +99,13 @@ def _solid(evidence: Evidence) -> Float:
     return _evened(np.minimum(evidence.solid, np.maximum(evidence.expected, 1.0)))
 
 
-def _find(beams: Beams, evidence: Evidence, wall: Bool, ground: float) -> list[_Found]:
+def _find(planes: Sequence[JoineryPlane], evidence: Evidence, wall: Bool, ground: float) -> list[_Found]:
     """Finds the posts on one raster with its cells of `wall` (h, w), whatever their widths."""
     solid, due = _solid(evidence), _evened(evidence.expected)
     shaded = SHADED * due
-    edges = beams.solid[rising(beams.solid[:, 0])].T
     free = (evidence.expected > 0.0) & ~wall
     found: list[_Found] = []
-    for plane in joinery_planes(beams, evidence, edges):
+    for plane in planes:
         ended = solid + _evened(evidence.raster.count(*np.hstack(plane.stopped[1:])))
         passed = _evened(evidence.raster.count(*plane.beyond))
         full = (ended > FULL * (ended + passed)) & (ended > shaded) & free
@@ -114,7 +115,7 @@ def _find(beams: Beams, evidence: Evidence, wall: Bool, ground: float) -> list[_
             if seen is None or any(seen[0].meets(other.post) for other in found):
                 continue
             post, frames, high = seen
-            like = [] if beams.rays else _like(post, plane, pieces, evidence)
+            like = [] if evidence.rays else _like(post, plane, pieces, evidence)
             found.append(
                 _Found(post, frames, like, _rail(post, high, full, wall, evidence) if high else None)
             )

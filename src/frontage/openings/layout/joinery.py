@@ -53,9 +53,10 @@ class JoineryPlane:
         return self.edges, self.before, self.own
 
 
-def joinery_planes(beams: Beams, evidence: Evidence, edges: Float) -> Iterator[JoineryPlane]:
+def joinery_planes(beams: Beams, evidence: Evidence) -> Iterator[JoineryPlane]:
     """Yields the depths behind the wall that hold area, the fullest first."""
     own, depth, level = _behind(beams)
+    edges = beams.solid[rising(beams.solid[:, 0])].T
     at = evidence.raster.flat(*own)
     kept = np.flatnonzero(at >= 0)
     kept = kept[rising(own[0, kept])]

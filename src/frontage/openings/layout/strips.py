@@ -17,7 +17,6 @@ from frontage.openings.layout.joinery import (
     JoineryPlane,
     beside,
     due_in,
-    joinery_planes,
     points_within,
 )
 from frontage.openings.layout.posts import Post, same_on_most
@@ -28,10 +27,12 @@ _LONG = 0.3  # m: openings are at least as high and wide, and so are the strips 
 _NARROW = 0.07  # m: cover strips, bars of grilles and rails of railings are narrower
 _PROUD = 0.04  # m that cover strips stand out from the joinery behind them at most
 _FRAME = 0.04  # m beside a strip that the frame behind it fills
-_NONE = np.empty((2, 0))
+_UPRIGHT, _LYING = slice(None), slice(None, None, -1)  # the order of x and z, along and across a strip
 
 
-def find_strips(beams: Beams, evidences: Sequence[Evidence]) -> tuple[Post, ...]:
+def find_strips(
+    beams: Beams, planes: Sequence[JoineryPlane], evidences: Sequence[Evidence]
+) -> tuple[Post, ...]:
     """Finds the upright and lying strips of wall between openings, as posts that are level with the wall.
 
     `evidences` are those of the wall on several rasters, most of which must show a strip. Only known lines of
@@ -39,18 +40,23 @@ def find_strips(beams: Beams, evidences: Sequence[Evidence]) -> tuple[Post, ...]
     """
     if not beams.rays:
         return ()
-    frames = [[p for p in joinery_planes(beams, e, _NONE) if p.depth > _PROUD] for e in evidences]
+    frames = [plane.own for plane in planes if plane.depth > _PROUD]
     found: list[Post] = []
-    for lying in (False, True):
-        rasters = [
-            [
-                Post(*strip, beams.depth_at(*_middle(strip)).item(), level=True)
-                for strip in _strips(beams, evidence, own, lying=lying)
-            ]
-            for evidence, own in zip(evidences, frames, strict=True)
-        ]
+    for turn in (_UPRIGHT, _LYING):
+        through = _sorted(np.vstack([beams.open.T[turn], beams.open_depth]))
+        solid, joinery = _sorted(beams.solid.T[turn]), [_sorted(own[turn]) for own in frames]
+        rasters = []
+        for evidence in evidences:
+            strips = [_turned(s, turn) for s in _strips(solid, through, joinery, evidence, turn)]
+            rasters.append([Post(*s, beams.depth_at(*_middle(s)).item(), level=True) for s in strips])
         found += [rasters[k][number] for (k, number), *_ in same_on_most(rasters)]
     return tuple(found)
+
+
+def _turned(box: Box, turn: slice) -> Box:
+    """Returns a box with x and z in the order of a direction."""
+    x0, z0, x1, z1 = box
+    return (z0, x0, z1, x1) if turn == _LYING else box
 
 
 def _middle(box: Box) -> tuple[Float, Float]:
@@ -59,15 +65,16 @@ def _middle(box: Box) -> tuple[Float, Float]:
 
 
 def _strips(
-    beams: Beams, evidence: Evidence, frames: Sequence[JoineryPlane], *, lying: bool
+    solid: Float, through: Float, joinery: Sequence[Float], evidence: Evidence, turn: slice
 ) -> Iterator[Box]:
-    """Yields the strips x0, z0, x1, z1 m of one direction. For lying ones x and z change places."""
-    turn = slice(None, None, -1 if lying else 1)
-    through = _sorted(np.vstack([beams.open.T[turn], beams.open_depth]))
-    solid = _sorted(beams.solid.T[turn])
-    joinery = [_sorted(plane.own[turn]) for plane in frames]
+    """Yields the strips x0, z0, x1, z1 m of one direction. For lying ones x and z change places.
+
+    `solid` (2, n) m are the places of the points on the wall, `through` (3, m) m those of the beams that
+    crossed it, with the depths where they ended, and `joinery` (2, k) m those of the points on planes of
+    joinery. All are sorted along the first axis.
+    """
     cell, corner = evidence.raster.cell, np.tile(evidence.raster.corner[turn], 2)
-    open_ = _open_along(evidence.llr.T if lying else evidence.llr, max(round(_LONG / cell), 3))
+    open_ = _open_along(evidence.llr.T if turn == _LYING else evidence.llr, max(round(_LONG / cell), 3))
     thick = int(MASONRY.half_brick / cell) + 3  # one cell at either border may be wall in part
     between = ndimage.binary_closing(open_, np.ones((1, thick), np.bool_)) & ~open_
     for rows, columns in ndimage.find_objects(ndimage.label(between)[0]):
@@ -77,7 +84,7 @@ def _strips(
         x0, z0, x1, z1 = (
             corner + np.array([columns.start, rows.start, columns.stop, rows.stop]) * cell
         ).tolist()
-        due = due_in(evidence, (z0, x0, z1, x1) if lying else (x0, z0, x1, z1))
+        due = due_in(evidence, _turned((x0, z0, x1, z1), turn))
         across = _across(solid, through, (x0 - cell, z0, x1 + cell, z1), due) if due > 0.0 else None
         if across is None or not _NARROW <= across[1] - across[0] <= MASONRY.half_brick + cell:
             continue
@@ -91,7 +98,7 @@ def _strips(
             for side, pane in zip(sides, panes, strict=True)
         )
         if deep and framed:
-            yield (z0, x0, z1, x1) if lying else (x0, z0, x1, z1)
+            yield x0, z0, x1, z1
 
 
 def _is_deep(pane: Box, solid: Float, through: Float) -> bool:
