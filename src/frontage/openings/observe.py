@@ -24,7 +24,7 @@ from frontage.openings.wall.slats import find_slats, with_slats
 
 _FEWEST_POINTS = 200  # fewer points tell neither the density nor the noise of a wall
 # sides of the cells of three rasters, whose borders lie in other places, in sides that are asked for
-_SIDES = (1.0, 0.9, 1.1)
+_SIDES = (1.0, 1.1, 1.2)
 
 
 @dataclass(frozen=True, eq=False)

@@ -17,6 +17,7 @@ from frontage.openings.layout.joinery import (
     beside,
     frame_above,
     frame_below,
+    is_wall_beside,
     post_borders,
 )
 from frontage.openings.layout.posts import Post, same_on_most
@@ -170,18 +171,20 @@ def _post(
     sill = wall[below, middle][::-1] & ~hidden
     veiled = due.sum() < _HIDDEN * free.sum()
     low = z + rows.start * cell < ground + MASONRY.threshold
-    if not above.any():
-        return None
     piece = evidence.raster.box(rows.start, columns.start, rows.stop, columns.stop)
+    if not above.any() or any(is_wall_beside(side, piece, evidence) for side in beside(piece[0], piece[2])):
+        return None
     lintel = piece[3] + int(above.argmax()) * cell
     across = post_borders(plane, piece, evidence)
     if across is None:
         return None
-    left, right = (frame_above(plane, s, piece, lintel, evidence) for s in beside(*across))
-    if left is None or right is None:
+    sides = beside(*across)
+    if (left := frame_above(plane, sides[0], piece, lintel, evidence)) is None:
+        return None
+    if (right := frame_above(plane, sides[1], piece, lintel, evidence)) is None:
         return None
     stands = sill.any() or low or veiled
-    rails = [] if stands else [frame_below(plane, s, piece, evidence) for s in beside(*across)]
+    rails = [] if stands else [frame_below(plane, side, piece, evidence) for side in sides]
     if None in rails:
         return None
     foot = int(sill.argmax()) if sill.any() else _hidden_foot(hidden) if veiled else 0

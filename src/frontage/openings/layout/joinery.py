@@ -177,16 +177,27 @@ def beside(x0: float, x1: float) -> tuple[tuple[float, float], tuple[float, floa
     return (x0 - _PANE[1], x0 - _PANE[0]), (x1 + _PANE[0], x1 + _PANE[1])
 
 
+def is_wall_beside(side: tuple[float, float], piece: Box, evidence: Evidence) -> bool:
+    """Returns whether a side of a piece shows wall, or nothing is expected there, and so no pane."""
+    pane = _pane(side, piece)
+    due = _mean(evidence.expected, evidence, pane)
+    return due <= 0.0 or _mean(evidence.solid, evidence, pane) > FULL * due
+
+
+def _pane(side: tuple[float, float], piece: Box) -> Box:
+    """Returns the pane on a side of a piece, without what is near its upper and lower ends."""
+    (x0, x1), (_, z0, _, z1) = side, piece
+    return x0, z0 + 0.2 * (z1 - z0), x1, z1 - 0.2 * (z1 - z0)
+
+
 def frame_above(
     plane: JoineryPlane, side: tuple[float, float], piece: Box, lintel: float, evidence: Evidence
 ) -> float | None:
     """Returns the width m of the frame above the pane beside a post; None without a pane or frame."""
     (x0, x1), (_, z0, _, z1) = side, piece
-    pane = (x0, z0 + 0.2 * (z1 - z0), x1, z1 - 0.2 * (z1 - z0))
+    pane = _pane(side, piece)
     due, wide = due_in(evidence, pane), x1 - x0
-    most = FULL * due * wide * (pane[3] - pane[1])
-    solid = _mean(evidence.solid, evidence, pane) / evidence.raster.cell**2
-    if due <= 0.0 or solid > FULL * due or points_within(plane.own, pane).shape[1] > most:
+    if points_within(plane.own, pane).shape[1] > FULL * due * wide * (pane[3] - pane[1]):
         return None
     first = points_within(plane.before, (x0, lintel - _LINTEL[1], x1, lintel - _LINTEL[0]))
     if first.shape[1] > _BEFORE * due * wide * (_LINTEL[1] - _LINTEL[0]):
