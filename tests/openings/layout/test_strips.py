@@ -74,10 +74,13 @@ def test_a_wall_that_nothing_is_expected_of_has_no_strips():
     assert find_strips(beams, planes, [replace(evidence, expected=np.zeros_like(evidence.expected))]) == ()
 
 
+@pytest.mark.parametrize("lying", [False, True])
 @pytest.mark.parametrize("deep", [0.0, 0.02])
-def test_a_bar_in_the_plane_of_its_frame_parts_nothing(deep):
-    field = (LEFT, LOW, RIGHT, HIGH)
-    bar = box(MIDDLE - 0.045, MIDDLE + 0.045, deep, deep + 0.06, LOW, HIGH)
+def test_a_bar_in_the_plane_of_its_frame_parts_nothing(deep, lying):
+    field, middle = (LEFT, LOW, RIGHT, HIGH), (LOW + HIGH) / 2
+    upright = (MIDDLE - 0.045, MIDDLE + 0.045, deep, deep + 0.06, LOW, HIGH)
+    transom = (LEFT, RIGHT, deep, deep + 0.06, middle - 0.045, middle + 0.045)
     room = box(LEFT, RIGHT, 0.8, 0.9, LOW, HIGH)
-    (only,) = found_in([*wall([field]), *framed(field, deep), bar, room])
+    (only,) = found_in([*wall([field]), *framed(field, deep), box(*(transom if lying else upright)), room])
     assert only[0] < LEFT + 0.1 and only[2] > RIGHT - 0.1
+    assert only[1] < LOW + 0.1 and only[3] > HIGH - 0.1

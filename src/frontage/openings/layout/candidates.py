@@ -41,8 +41,8 @@ def find_boxes(
     pier = max(round(MASONRY.half_brick / evidence.raster.cell), 1)
     open_ = evidence.is_open
     if evidence.rays:  # without them, what lies beside an opening may be a shadow
-        bars = _bars(open_, int(MASONRY.half_brick / evidence.raster.cell) + 1)
-        open_ = (open_ | bars) & ~cells_held_by(posts, evidence.raster)
+        thick = int(MASONRY.half_brick / evidence.raster.cell) + 1
+        open_ = (open_ | _bars(open_, thick) | _bars(open_.T, thick).T) & ~cells_held_by(posts, evidence.raster)
     parts = _components(evidence, least, open_)
     found = best_layout(_rivals(evidence, parts, least=least, framed=framed, share=_LESSER), pier)
     if evidence.rays:  # lines of sight tell bars from walls
@@ -137,7 +137,8 @@ def _seen_through(evidence: Evidence, part: Part, own: Bool) -> bool:
 def _bars(open_: Bool, thick: int) -> Bool:
     """Returns the upright bars, at most `thick` cells wide, between open cells (h, w) that are equally high.
 
-    Openings whose sills or lintels differ by more than a bar are several, however near they are.
+    Openings whose sills or lintels differ by more than a bar are several, however near they are. Lying bars
+    are those of the transposed cells.
     """
     bars = ndimage.binary_closing(open_, np.ones((1, thick), np.bool_)) & ~open_
     whole = ndimage.binary_closing(open_, np.ones((thick, 1), np.bool_))  # without transoms
