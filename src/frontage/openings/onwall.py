@@ -21,7 +21,7 @@ from frontage.openings.layout.inferred import infer
 from frontage.openings.layout.overlaps import without_overlaps
 from frontage.openings.layout.pattern import revise, settled
 from frontage.openings.layout.pooling import pool
-from frontage.openings.layout.posts import with_post_errors
+from frontage.openings.layout.posts import with_post_borders
 from frontage.openings.layout.support import are_openings, without_unsupported
 from frontage.openings.observe import ObservedWall
 from frontage.openings.options import OpeningOptions
@@ -91,7 +91,7 @@ def _measured(
     outlines, found = [], []
     for (_, _, worth), outline in zip(real, kept, strict=True):
         if outline is not None:
-            own = with_post_errors(outline, wall.posts)
+            own = with_post_borders(outline, wall.posts)
             provenance = Provenance.POOLED if own.pooled else Provenance.MEASURED
             outlines.append(own)
             found.append((own, provenance, worth, own.sure))

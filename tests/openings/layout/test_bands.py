@@ -1,12 +1,14 @@
 """Bands of windows parted by joinery: several windows, and casements that meet in one."""
 
 import itertools
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from frontage.openings import FoundOpenings, find_openings
 from frontage.openings.layout.joinery import beside, frame_above, joinery_planes, post_borders
+from frontage.openings.layout.posts import Post, same_on_most
 from frontage.openings.wall.beams import sort_beams
 from frontage.openings.wall.evidence import weigh
 from openings.boxes import box, scanned
@@ -62,6 +64,27 @@ def test_where_windows_meet_in_a_post_is_not_seen_and_its_sigma_says_so():
     sigma = np.sqrt(np.diag(opening.ring_covariance))
     corners = opening.ring[:, 1].argmin(), opening.ring[:, 1].argmax()
     assert sigma[2 * corners[0]] > 0.02 > 0.005 > sigma[2 * corners[0] + 1]
+
+
+def test_windows_end_a_quarter_inside_the_post_between_them():
+    post = 0.2
+    lights = panes(BAND, 5, post, 0.1)
+    middles = np.array([(a[2] + b[0]) / 2 for a, b in itertools.pairwise(lights)])
+    found = np.array([place for place, _ in found_in(BAND, lights, spacing=0.02)])
+    assert np.abs(found[1:, 0] - middles - post / 4).max() < 0.01
+    assert np.abs(middles - post / 4 - found[:-1, 2]).max() < 0.01
+
+
+def test_what_stands_on_most_rasters_is_told_once():
+    posts = [Post(x, 0.0, x + 0.2, 1.0, 0.1) for x in (1.0, 2.0, 3.0, 4.0)]
+    moved = [replace(post, x0=post.x0 + 0.1, x1=post.x1 + 0.1) for post in posts]
+    first, second, third = posts[:3], [moved[3], moved[0]], [posts[3], moved[1]]
+    assert list(same_on_most([first, second, third])) == [
+        [(0, 0), (1, 1)],
+        [(0, 1), (2, 1)],
+        [(1, 0), (2, 0)],
+    ]
+    assert list(same_on_most([first])) == [[(0, 0)], [(0, 1)], [(0, 2)]]
 
 
 @pytest.mark.parametrize("post", [0.08, 0.1])

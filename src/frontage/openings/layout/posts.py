@@ -126,17 +126,21 @@ def _on_posts(lines: WallCrossings, posts: Sequence[Post]) -> tuple[WallCrossing
     return replace(lines, place=place, level=level), moved
 
 
-def with_post_errors(outline: Outline, posts: Sequence[Post]) -> Outline:
-    """Returns the outline with the error of those borders that a post sets.
+def with_post_borders(outline: Outline, posts: Sequence[Post]) -> Outline:
+    """Returns the outline with those borders where they belong that a post sets.
 
-    Windows meet anywhere in the middle half of the post.
+    Windows meet anywhere in the middle half of the post. Each ends where that half begins, so that the post
+    stays between them; the error is that of a place that is anywhere in the half.
     """
-    covariance, borders = outline.covariance.copy(), list(outline.borders)
-    x0, z0, x1, z1 = outline.place
+    covariance, borders, place = outline.covariance.copy(), list(outline.borders), list(outline.place)
     for post in posts:
-        for k, x in () if post.level else ((0, x0), (1, x1)):
+        for k, side, towards in () if post.level else ((0, 0, 0.25), (1, 2, -0.25)):
             width = post.x1 - post.x0
-            if abs(x - post.middle) < width and min(z1, post.z1) > max(z0, post.z0):
-                covariance[k, k] += width**2 / 48.0
-                borders[k] = replace(borders[k], sigma=float(np.sqrt(covariance[k, k])))
-    return replace(outline, covariance=covariance, borders=tuple(borders))
+            beside = min(place[3], post.z1) > max(place[1], post.z0)
+            if beside and abs(outline.place[side] - post.middle) < width:
+                place[side] = post.middle + towards * width
+                covariance[k, :] = covariance[:, k] = 0.0
+                covariance[k, k] = width**2 / 12.0
+                borders[k] = replace(borders[k], at=place[side], sigma=float(np.sqrt(covariance[k, k])))
+    x0, z0, x1, z1 = place
+    return replace(outline, place=(x0, z0, x1, z1), covariance=covariance, borders=tuple(borders))
