@@ -18,7 +18,11 @@ MAP_ERROR_PX = 0.01  # in the photo: by how much a polynomial may differ from th
 # Degrees of the polynomials of a tile, in columns and rows and in depth; higher ones cost more than
 # projecting every pixel. Balconies and deep entrances near the photo need the higher ones in depth.
 _DEGREES = ((5, 2), (5, 4), (9, 6))
-_DROPPED_PX = 0.001  # in the photo: effect of a power of the depth below which it is dropped
+_SMALL_PX = 256  # sides of tiles to which lower degrees fit as well
+_SMALL_DEGREES = ((3, 2), *_DEGREES)
+_DROPPED_PX = (
+    0.001  # in the photo: effect of a power of the depth, or of degrees, below which they are dropped
+)
 _FLAT_M = 1e-4  # relief within a tile that no photo resolves
 
 PixelMap = Callable[[Array, Array, Array | float], Float]
@@ -68,11 +72,11 @@ def shifted(to_photo: PixelMap, offset: float) -> PixelMap:
     return lambda column, row, y: to_photo(column, row, y + offset)
 
 
-def map_tile(to_photo: PixelMap, tile: Tile, y: Array | None) -> SourceMap:
+def map_tile(to_photo: PixelMap, tile: Tile, y: Array | None, most_error: float = MAP_ERROR_PX) -> SourceMap:
     """Computes where the pixel centres of a tile lie in the photo.
 
     They lie on a relief y (m, n) m, or on the plane where y is None or NaN. The map is a polynomial if one of
-    `_DEGREES` has an error of at most `MAP_ERROR_PX`; otherwise every pixel is projected.
+    `_DEGREES` has an error of at most `most_error` px of the photo; otherwise every pixel is projected.
     """
     depth = None if y is None else np.asarray(y, np.float32)
     if depth is not None and np.isnan(depth.min()):
@@ -85,17 +89,14 @@ def map_tile(to_photo: PixelMap, tile: Tile, y: Array | None) -> SourceMap:
     def at(c: Array, r: Array, d: Array) -> Float:
         return to_photo(columns + half_width * c, rows + half_height * r, middle + half * d)
 
-    for degree, depth_degree in _DEGREES:
+    for degree, depth_degree in _SMALL_DEGREES if max(tile.shape) <= _SMALL_PX else _DEGREES:
         found = fitted(at, degree, depth_degree if half > 0.0 else 0)
-        if found.error <= MAP_ERROR_PX:
+        if found.error <= most_error:
             jacobian = np.column_stack(
                 [found.factors[0, 0, 1] / half_width, found.factors[0, 1, 0] / half_height]
             )
-            powers = _powers(found.factors)
-            used = (
-                (depth - np.float32(middle)) / np.float32(half) if depth is not None and half > 0.0 else None
-            )
-            used = used if len(powers) > 1 else None
+            powers = _powers(found.factors, middle, half)
+            used = depth if len(powers) > 1 else None
             return SourceMap(powers, tile.shape, jacobian, found.low, found.high, depth=used)
     c, r = np.arange(tile.c0, tile.c1) + 0.5, np.arange(tile.r0, tile.r1) + 0.5
     every = to_photo(c[None, :], r[:, None], 0.0 if depth is None else depth)
@@ -109,12 +110,40 @@ def _range(depth: Array) -> tuple[float, float]:
     return (middle, middle) if high - low < _FLAT_M else (low, high)
 
 
-def _powers(factors: Float) -> tuple[Float, ...]:
-    """Converts coefficients (k, p, q, 2) px of T_k(t) to those of the powers of t, |t| <= 1."""
+def _powers(factors: Float, middle: float, half: float) -> tuple[Float, ...]:
+    """Converts coefficients (k, p, q, 2) px of T_k(t), |t| <= 1, to those of powers of ``middle + half t``.
+
+    Powers without effect are dropped before, because they would be divided by powers of `half`.
+    """
     powers = np.tensordot(_to_powers(len(factors)), factors, 1)
     while len(powers) > 1 and np.abs(powers[-1]).sum((0, 1)).max() <= _DROPPED_PX:
         powers = powers[:-1]
-    return tuple(powers)
+    if len(powers) == 1:
+        return (_without_high_degrees(powers[0], 1.0),)
+    powers, most = np.tensordot(_moved(len(powers), middle, half), powers, 1), abs(middle) + half
+    return tuple(_without_high_degrees(power, most**k) for k, power in enumerate(powers))
+
+
+def _without_high_degrees(factors: Float, weight: float) -> Float:
+    """The coefficients (p, q, 2) px without the highest degrees of rows and columns that have no effect.
+
+    `weight` is the largest value that they are multiplied by.
+    """
+    for axis in (0, 1):
+        least = np.abs(factors).max(-1).sum(1 - axis) * weight  # px, of each degree at most
+        beyond = np.cumsum(least[::-1])[::-1]
+        factors = np.take(factors, np.arange(max(1, int((beyond > _DROPPED_PX).sum()))), axis)
+    return factors
+
+
+def _moved(count: int, middle: float, half: float) -> Float:
+    """The matrix (count, count) from coefficients of powers of t to those of ``middle + half t``."""
+    matrix = np.zeros((count, count))
+    power = np.array([1.0])
+    for k in range(count):
+        matrix[: k + 1, k] = power
+        power = np.convolve(power, [-middle / half, 1.0 / half])
+    return matrix
 
 
 @lru_cache(maxsize=8)

@@ -53,10 +53,10 @@ def resample(
     """
     rows, columns = (range(*part.indices(size)) for part, size in zip(window, at.shape, strict=True))
     out = np.empty((len(rows), len(columns), 4), np.uint8) if out is None else out
-    if not np.isfinite(at.low).all():
+    if not at.known:
         out[:] = (0, 0, 0, 255)
         return out
-    kernel = _kernel(tuple(at.jacobian.ravel().tolist()), interpolation)
+    kernel = _kernel(at.derivatives, interpolation)
     strip = max(8, int(_CACHE_BYTES / (4 * len(columns) * max(kernel.scale, kernel.step, 1.0) ** 2)))
     for first in range(rows.start, rows.stop, strip):
         part = slice(first, min(first + strip, rows.stop)), window[1]
