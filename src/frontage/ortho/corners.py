@@ -17,7 +17,7 @@ from frontage.raster import gridding
 from frontage.raster.tiles import Tile
 
 _BEFORE_M = (0.05, 0.3)  # the plane: points of the other wall that tell where the corner is
-_LAYERS = 2  # of that range, all of which the other wall fills; a pipe or a ledge fills one
+_LAYERS = 2  # of that range, both of which the other wall fills; a pipe or a ledge fills one
 _AROUND_M = 0.25  # height in which they are filled
 _TALL_M = 2.0  # height of a wall; what is lower is a balcony, a box or a car
 _REACH_CELLS = 3  # between the measured wall and the other one, at most
@@ -71,7 +71,7 @@ def find_corners(xyz_facade: Array, relief: ReliefMap | None) -> tuple[Corner, .
 
 
 def _upright(ahead: Array, cells: OrthoRaster) -> Array:
-    """The cells (h, w) uint8 in and beside which points (n, 3) m lie in all layers, of tall walls."""
+    """The cells (h, w) uint8 in and beside which points (n, 3) m lie in both layers, of tall walls."""
     shape = (cells.height, cells.width)
     cell, inside = gridding.cell_index(cells.pixel(ahead), shape)
     share = (-ahead[inside, 1] - _BEFORE_M[0]) / (_BEFORE_M[1] - _BEFORE_M[0])
@@ -80,7 +80,7 @@ def _upright(ahead: Array, cells: OrthoRaster) -> Array:
     # Walls stand between cells, too, and their points may be sparse.
     around = np.ones((round(_AROUND_M / cells.gsd) | 1, 3), np.uint8)
     near = cv2.dilate(filled.reshape(*shape, _LAYERS), around)
-    upright = near.min(-1)
+    upright = np.ascontiguousarray(near[..., 0] & near[..., 1])
     tall = np.ones((max(1, round(_TALL_M / cells.gsd)), 1), np.uint8)
     return np.asarray(cv2.morphologyEx(upright, cv2.MORPH_OPEN, tall))
 

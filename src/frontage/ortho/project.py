@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from functools import lru_cache
+from math import comb
 
 import numpy as np
 from numpy.polynomial.chebyshev import cheb2poly
@@ -17,7 +18,7 @@ from frontage.raster.tiles import Tile
 MAP_ERROR_PX = 0.01  # in the photo: by how much a polynomial may differ from the projection
 # Degrees of the polynomials of a tile, in columns and rows and in depth; higher ones cost more than
 # projecting every pixel. Balconies and deep entrances near the photo need the higher ones in depth.
-_DEGREES = ((5, 2), (5, 4), (9, 6))
+_DEGREES = ((5, 2), (5, 3), (5, 4), (9, 6))
 _SMALL_PX = 256  # sides of tiles to which lower degrees fit as well
 _SMALL_DEGREES = ((3, 2), *_DEGREES)
 _DROPPED_PX = (
@@ -79,9 +80,13 @@ def map_tile(to_photo: PixelMap, tile: Tile, y: Array | None, most_error: float 
     `_DEGREES` has an error of at most `most_error` px of the photo; otherwise every pixel is projected.
     """
     depth = None if y is None else np.asarray(y, np.float32)
-    if depth is not None and np.isnan(depth.min()):
-        depth = np.nan_to_num(depth, nan=0.0)
-    low, high = (0.0, 0.0) if depth is None else _range(depth)
+    low, high = 0.0, 0.0
+    if depth is not None:
+        low = float(depth.min())
+        if np.isnan(low):
+            depth = np.nan_to_num(depth, nan=0.0)
+            low = float(depth.min())
+        low, high = _range(low, float(depth.max()))
     middle, half = 0.5 * (low + high), 0.5 * (high - low)
     columns, rows = 0.5 * (tile.c0 + tile.c1), 0.5 * (tile.r0 + tile.r1)
     half_width, half_height = 0.5 * (tile.c1 - tile.c0), 0.5 * (tile.r1 - tile.r0)
@@ -103,9 +108,8 @@ def map_tile(to_photo: PixelMap, tile: Tile, y: Array | None, most_error: float 
     return SourceMap.of_pixels(every, jacobian_of(every))
 
 
-def _range(depth: Array) -> tuple[float, float]:
+def _range(low: float, high: float) -> tuple[float, float]:
     """Smallest and largest depth of a tile; their mean twice when they differ by less than 0.1 mm."""
-    low, high = float(depth.min()), float(depth.max())
     middle = 0.5 * (low + high)
     return (middle, middle) if high - low < _FLAT_M else (low, high)
 
@@ -115,13 +119,16 @@ def _powers(factors: Float, middle: float, half: float) -> tuple[Float, ...]:
 
     Powers without effect are dropped before, because they would be divided by powers of `half`.
     """
-    powers = np.tensordot(_to_powers(len(factors)), factors, 1)
-    while len(powers) > 1 and np.abs(powers[-1]).sum((0, 1)).max() <= _DROPPED_PX:
-        powers = powers[:-1]
-    if len(powers) == 1:
-        return (_without_high_degrees(powers[0], 1.0),)
-    powers, most = np.tensordot(_moved(len(powers), middle, half), powers, 1), abs(middle) + half
-    return tuple(_without_high_degrees(power, most**k) for k, power in enumerate(powers))
+    shape = factors.shape
+    powers = (_to_powers(len(factors)) @ factors.reshape(len(factors), -1)).reshape(shape)
+    most = np.abs(powers).max(-1).sum((1, 2)).tolist()
+    count = max([1, *(k + 1 for k, effect in enumerate(most) if effect > _DROPPED_PX)])
+    powers = powers[:count]
+    if count > 1:
+        moved = _moved(count, middle, half) @ powers.reshape(count, -1)
+        powers = moved.reshape(count, *shape[1:])
+    largest = abs(middle) + half if count > 1 else 1.0
+    return tuple(_without_high_degrees(power, largest**k) for k, power in enumerate(powers))
 
 
 def _without_high_degrees(factors: Float, weight: float) -> Float:
@@ -129,21 +136,27 @@ def _without_high_degrees(factors: Float, weight: float) -> Float:
 
     `weight` is the largest value that they are multiplied by.
     """
-    for axis in (0, 1):
-        least = np.abs(factors).max(-1).sum(1 - axis) * weight  # px, of each degree at most
-        beyond = np.cumsum(least[::-1])[::-1]
-        factors = np.take(factors, np.arange(max(1, int((beyond > _DROPPED_PX).sum()))), axis)
-    return factors
+    effect = np.abs(factors).max(-1) * weight
+    p, q = (_needed(effect.sum(axis).tolist()) for axis in (1, 0))
+    return factors[:p, :q]
+
+
+def _needed(effects: list[float]) -> int:
+    """How many of the first degrees, whose effects (px) are given, differ visibly from all of them."""
+    count, rest = len(effects), 0.0
+    while count > 1 and (rest := rest + effects[count - 1]) <= _DROPPED_PX:
+        count -= 1
+    return count
 
 
 def _moved(count: int, middle: float, half: float) -> Float:
     """The matrix (count, count) from coefficients of powers of t to those of ``middle + half t``."""
-    matrix = np.zeros((count, count))
-    power = np.array([1.0])
-    for k in range(count):
-        matrix[: k + 1, k] = power
-        power = np.convolve(power, [-middle / half, 1.0 / half])
-    return matrix
+    return np.array(
+        [
+            [comb(k, j) * (-middle) ** (k - j) / half**k if k >= j else 0.0 for k in range(count)]
+            for j in range(count)
+        ]
+    )
 
 
 @lru_cache(maxsize=8)

@@ -73,6 +73,8 @@ def check_photos(
         if photo.id in doubtful:
             turned = doubtful[photo.id](rectified.image_of(photo.id))
             upright[photo.id] = of_photo(rectified.rectified(photo, turned, shown).codes, clear)
+    if not doubtful and _all_related(photos):
+        return PhotoCheck()
     scan = of_scan(points, plan.cells)
     known = {_SCAN: scan.whole} if scan is not None else {}
     check = _orientation({**known, **photos}, upright)
@@ -89,6 +91,18 @@ def check_photos(
         check.turned,
         (*check.remarks, *(failed for _, failed in wrong)),
     )
+
+
+def _all_related(photos: Mapping[str, Patches]) -> bool:
+    """Whether every photo agrees with another one more often than by chance: none of them is left out then,
+    whatever the scan shows."""
+    doubted = set(photos)
+    for a, b in _partners(photos):
+        if a in doubted or b in doubted:
+            found = agreement(photos[a], photos[b])
+            if found.count and found.chance < _HINT_OF_RELATION:
+                doubted -= {a, b}
+    return not doubted
 
 
 def _partners(pictures: Mapping[str, Patches]) -> list[tuple[str, str]]:
