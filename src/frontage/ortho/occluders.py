@@ -140,7 +140,7 @@ def _one_of_each_cube(xyz: Float) -> Int:
 
 
 def _numbered(axis: Array) -> tuple[Array, int]:
-    """The cubes (n,), counted from 0 on, into which coordinates (n,) m along an axis fall, and their number."""
+    """The cubes (n,), counted from 0 on, into which coordinates (n,) m of an axis fall, and their number."""
     at = axis * np.float32(1.0 / _CUBE_M)
     at += np.float32(0.5 - np.floor(float(at.min()) + 0.5))
     number = at.astype(np.int32)  # none is negative
