@@ -14,11 +14,13 @@ from frontage.raster.zbuffer import local_spacing
 
 _FEWEST_TOGETHER = 3  # points in one cube of the cloud below which they are noise and hide nothing
 _COLUMN_M = 2.0  # of the facade, across which the spacing of beams hardly changes
-_BEFORE_M = 0.5  # of the wall: railings stand farther out, sills and ledges do not
+_BEFORE_M = 0.25  # of the wall: railings of windows stand farther out
+_LEDGE_M = 0.5  # of the wall: farther out there are no sills and ledges
 _WALL_M = 0.3  # of the plane, likewise: wall and glass
 _CELL_M = 0.08  # of a railing, between two bars
 _AROUND_M = 0.5
 _SEEN_THROUGH = 0.6  # share of the cells of a railing in which the wall was seen, too
+_TALL_CELLS = 8  # of a railing that stands no farther out than a ledge, which is lower
 _WIDE_CELLS = 5  # of a railing; the sides of a bay are narrower, seen from the front
 _CUBE_M = 0.04  # of which one point is enough: what photos see is told on cells of that size
 _PLACES = 1 << 22  # of a table of cubes, many more than a facade fills
@@ -90,7 +92,8 @@ def _in_lines(xyz: Array, spacing: Float, together: Float) -> Bool:
 def _of_railings(xyz: Array) -> Bool:
     """Which points (n, 3) belong to railings: parts of the facade between which the scan saw the wall.
 
-    Behind a parapet there are no points of the wall; behind a railing, there are in most places.
+    Behind a parapet there are no points of the wall; behind a railing, there are in most places. Beside a ledge
+    there are, too, but it is low and stands near the wall.
     """
     found = xyz[:, 1] < -_BEFORE_M
     before, behind = np.flatnonzero(found), np.flatnonzero(np.abs(xyz[:, 1]) < _WALL_M)
@@ -116,7 +119,11 @@ def _of_railings(xyz: Array) -> Bool:
     share = both / np.maximum(cv2.blur(part.astype(np.float32), around), np.float32(1e-6))
     whole = cv2.morphologyEx(part, cv2.MORPH_CLOSE, np.ones((1, 3), np.uint8))
     wide = cv2.morphologyEx(whole, cv2.MORPH_OPEN, np.ones((1, _WIDE_CELLS), np.uint8)) > 0
-    found[before] = ((share > _SEEN_THROUGH) & wide)[own]
+    tall = cv2.morphologyEx(whole, cv2.MORPH_CLOSE, np.ones((3, 1), np.uint8))
+    tall = cv2.morphologyEx(tall, cv2.MORPH_OPEN, np.ones((_TALL_CELLS, _WIDE_CELLS), np.uint8)) > 0
+    railing = (share > _SEEN_THROUGH) & wide
+    far = xyz[before, 1] < -_LEDGE_M
+    found[before] = np.where(far, railing[own], (railing & tall)[own])
     return found
 
 
