@@ -92,8 +92,8 @@ def _in_lines(xyz: Array, spacing: Float, together: Float) -> Bool:
 def _of_railings(xyz: Array) -> Bool:
     """Which points (n, 3) belong to railings: parts of the facade between which the scan saw the wall.
 
-    Behind a parapet there are no points of the wall; behind a railing, there are in most places. Beside a ledge
-    there are, too, but it is low and stands near the wall.
+    Behind a parapet there are no points of the wall; behind a railing, there are in most places. Beside a
+    ledge there are, too, but it is low and stands near the wall.
     """
     found = xyz[:, 1] < -_BEFORE_M
     before, behind = np.flatnonzero(found), np.flatnonzero(np.abs(xyz[:, 1]) < _WALL_M)
