@@ -113,7 +113,7 @@ def test_a_wing_hides_the_wall_for_good_and_is_no_occluder():
     scan = Scan("street", facade.frame.apply(np.concatenate([ground, front, wing])), facade.world)
     standing = find_standing(facade, scan)
     assert not standing.occluders
-    assert standing.holds_in_walls(wing[wing[:, 2] > GROUND + 0.3]).mean() > 0.99
+    assert standing.parted(wing[wing[:, 2] > GROUND + 0.3])[2].mean() > 0.99
     xyz = facade.frame.inverse.apply(scan.xyz)
     cloud = find_occluders(facade, xyz, standing, None, OrthoOptions())
     assert (cloud.part[0][:, 1] < -2.0).sum() > 1000, "the wing is a part that stays"

@@ -105,6 +105,23 @@ def test_resampling_by_strips_gives_the_same_result(scale, monkeypatch):
     assert np.array_equal(found[..., :3], whole[part])
 
 
+def test_grey_values_and_rough_averages_are_those_of_the_picture():
+    for scale in (0.6, 1.0, 1.6, 4.7):
+        picture, at = noise(400, 500, 6.0), grid(80, 90, scale, (10.3, 20.7))
+        positions = SourceMap.of_pixels(at, scale * np.eye(2))
+        whole = resampling.resample(picture, positions)
+        grey = resampling.resample(picture, positions, out=np.empty((80, 90), np.uint8))
+        of_colours = whole[..., :3] @ np.array([0.299, 0.587, 0.114])
+        assert np.abs(grey - of_colours).max() < 4.0
+        rough = resampling.resample(picture, positions, rough=True)
+        assert np.abs(rough[..., :3].astype(int) - whole[..., :3]).max() <= 4
+    stripes = np.zeros((64, 64, 3), np.uint8)
+    stripes[:, ::2] = 255
+    positions = SourceMap.of_pixels(grid(8, 8, 4.0, (16.0, 16.0)), 4.0 * np.eye(2))
+    exact, rough = (resampling.resample(stripes, positions, rough=r)[4, 4, 0] for r in (False, True))
+    assert (abs(int(exact) - 188) < 3) and (abs(int(rough) - 128) < 3), "equal parts of black and white"
+
+
 def test_the_error_of_a_fitted_map_is_measured():
     def lens(column, row, depth):
         u, v, w = 30.0 + 0.9 * column, 20.0 - 1.1 * row, 1.0 + 0.05 * column + 0.02 * row + 0.006 * depth

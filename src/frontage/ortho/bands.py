@@ -7,6 +7,7 @@ import numpy as np
 
 from frontage.geometry.arrays import Array
 from frontage.model import NOT_SEEN, Facade, OrthoImage, PhotoOffset
+from frontage.ortho.corners import Corner
 from frontage.ortho.options import OrthoOptions
 from frontage.ortho.orthoraster import OrthoRaster
 from frontage.ortho.outline import inside_outline
@@ -108,14 +109,18 @@ def fill_missing(bands: Bands, other: Bands, number: int, raster: OrthoRaster) -
 
 
 def clear_outside(
-    bands: Bands, intensity: Array | None, surface: DrawingSurface, options: OrthoOptions
+    bands: Bands,
+    intensity: Array | None,
+    surface: DrawingSurface,
+    corners: Sequence[Corner],
+    options: OrthoOptions,
 ) -> None:
     """Clears all bands outside the outline of the facade, and the depth where it was not measured.
 
     What is on the facade and not seen is marked.
 
     The wall ends half a spacing beyond its last points, on which the outline runs. Within the margin of the
-    outline, measured surfaces stay.
+    outline, measured surfaces stay. Beside inner `corners`, the wall goes on to the other wall.
 
     What is bright above the topmost points is sky, even in the outline, which is straight between corners.
 
@@ -133,6 +138,8 @@ def clear_outside(
         if bands.relief is not None:
             beyond = ~bands.relief.below_sky(raster, tile)
             within &= ~beyond | (_light(bands.pixels[tile.window]) < brightest)
+        for corner in corners:
+            within |= corner.beside(raster, tile)
         if measured:
             outside |= ~(np.isfinite(bands.depth[tile.window]) | within)
         source = bands.source[tile.window]

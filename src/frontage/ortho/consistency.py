@@ -148,7 +148,8 @@ def _compare(
         shown = {}
         for n in np.flatnonzero(visible).tolist():
             at = map_tile(to_photo, patches[n], surface.depth(patches[n]))
-            shown[n] = _flattened(resample(image, at))
+            grey_values = resample(image, at, out=np.empty(at.shape, np.uint8))
+            shown[n] = without_shading(grey_values.astype(np.float32))
         grey.append(shown)
     window = cv2.createHanningWindow((_PATCH_PX, _PATCH_PX), cv2.CV_32F)
     rows = []
@@ -204,12 +205,6 @@ def _estimate(pairs: _Pairs, pose_px: float) -> PhotoOffset | None:
     return PhotoOffset(mean, float(np.hypot(scatter, common)), count, False)
 
 
-def _flattened(pixels: Array) -> Array:
-    """Grey values (h, w) float32 of a patch without slow variation such as shadows and exposure."""
-    grey = cv2.cvtColor(pixels, cv2.COLOR_RGBA2GRAY).astype(np.float32)
-    return without_shading(grey)
-
-
 def _shift(a: Array, b: Array, window: Array) -> Float | None:
     """Returns the shift (2,) px of patch b against a; None where texture or similarity is missing.
 
@@ -218,8 +213,8 @@ def _shift(a: Array, b: Array, window: Array) -> Float | None:
     """
     border = _PATCH_PX // 5
     inner = np.s_[border:-border, border:-border]
-    spread = float(a[inner].std())
-    if min(spread, float(b[inner].std())) < _TEXTURE:
+    spread = _spread(a[inner])
+    if min(spread, _spread(b[inner])) < _TEXTURE:
         return None
     move = np.array(cv2.phaseCorrelate(a * window, b * window)[0])
     # The middle with one pixel around it, for gradients.
@@ -231,22 +226,29 @@ def _shift(a: Array, b: Array, window: Array) -> Float | None:
             return None
         M = np.array([[1.0, 0.0, move[0] + border - 1], [0.0, 1.0, move[1] + border - 1]])
         back = cv2.warpAffine(b, M, size, flags=cv2.INTER_CUBIC | cv2.WARP_INVERSE_MAP)
-        second = back / max(back[1:-1, 1:-1].std(), np.float32(1e-6))
+        second = back * np.float32(1.0 / max(_spread(back[1:-1, 1:-1]), 1e-6))
         if _correlation(first[1:-1, 1:-1], second[1:-1, 1:-1]) < _ALIKE:
             return None
         mean, rest = first + second, (first - second)[1:-1, 1:-1].ravel()
-        right, down = (mean[1:-1, 2:] - mean[1:-1, :-2]).ravel(), (mean[2:, 1:-1] - mean[:-2, 1:-1]).ravel()
-        slopes = 0.25 * np.stack([right, down]).astype(np.float64)
-        normal = slopes @ slopes.T
+        slopes = np.empty((2, len(rest)), np.float32)  # to the right and down, times four
+        np.subtract(mean[1:-1, 2:], mean[1:-1, :-2], out=slopes[0].reshape(size[1] - 2, size[0] - 2))
+        np.subtract(mean[2:, 1:-1], mean[:-2, 1:-1], out=slopes[1].reshape(size[1] - 2, size[0] - 2))
+        normal = (slopes @ slopes.T).astype(np.float64)
         if np.linalg.det(normal) <= 0.0:
             return None
-        step = np.linalg.solve(normal, slopes @ rest)
+        step = np.linalg.solve(normal, 4.0 * (slopes @ rest).astype(np.float64))
         move += step
         if np.hypot(*step) < _CONVERGED_PX:
             break
     return np.asarray(move, np.float64)
 
 
+def _spread(values: Array) -> float:
+    """The standard deviation of a picture (h, w)."""
+    return float(cv2.meanStdDev(values)[1][0, 0])
+
+
 def _correlation(a: Array, b: Array) -> float:
     """Correlation of two pictures (h, w), each of standard deviation 1."""
-    return float(np.mean((a - a.mean()) * (b - b.mean())))
+    shared = float(np.vdot(np.ascontiguousarray(a), np.ascontiguousarray(b))) / a.size
+    return shared - cv2.mean(a)[0] * cv2.mean(b)[0]

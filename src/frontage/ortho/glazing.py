@@ -86,12 +86,15 @@ def _frame_depth(
 
     It is where most points lie beside the reveals, or else in the whole opening.
     """
-    cell, depth = points
-    which, behind = opening.ravel()[cell], depth - wall[cell]
-    use = (which > 0) & (behind > step) & (behind <= DEEPEST_REVEAL_M)
+    inside = np.flatnonzero(np.take((opening > 0).ravel(), points[0]))
+    cell, depth = (np.take(values, inside) for values in points)
+    behind = depth - wall[cell]
+    use = np.flatnonzero((behind > step) & (behind <= DEEPEST_REVEAL_M))
+    cell, behind = cell[use], behind[use]
+    which = opening.ravel()[cell]
     beside = (gridding.distance_to(opening == 0) * size <= _FRAME_M + size).ravel()[cell]
-    border = _mode(which[use & beside], behind[use & beside], count)
-    return np.where(np.isfinite(border), border, _mode(which[use], behind[use], count))
+    border = _mode(which[beside], behind[beside], count)
+    return np.where(np.isfinite(border), border, _mode(which, behind, count))
 
 
 def _mode(which: Int, value: Array, count: int) -> Float:

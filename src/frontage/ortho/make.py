@@ -10,6 +10,7 @@ from frontage.ortho.checks.agreement import Turn, check_photos
 from frontage.ortho.checks.excluded import why_no_photo
 from frontage.ortho.cloud import in_facade_frame
 from frontage.ortho.consistency import photo_offset
+from frontage.ortho.corners import find_corners
 from frontage.ortho.decoded import DecodedPhotos
 from frontage.ortho.mosaic.compose import compose_mosaic
 from frontage.ortho.occluders import find_occluders
@@ -80,7 +81,7 @@ def make_ortho(
     names = painted + paint_missing_from_scan(bands, points, surface, len(painted))
     if not names:
         return Failed("F302", f"facade {facade.id}: no photo and no scan point shows it", "check the poses")
-    clear_outside(bands, intensity, surface, options)
+    clear_outside(bands, intensity, surface, find_corners(points.xyz, relief), options)
     fill_by_symmetry(bands, raster, options)
     ortho = bands.as_ortho_image(
         facade, raster, names, intensity=intensity, photo_offset=offset, photos=len(painted)

@@ -14,14 +14,16 @@ from frontage.raster.zbuffer import local_spacing
 
 _FEWEST_TOGETHER = 3  # points in one cube of the cloud below which they are noise and hide nothing
 _COLUMN_M = 2.0  # of the facade, across which the spacing of beams hardly changes
-_BEFORE_M = 0.5  # of the wall: railings stand farther out, sills and ledges do not
+_BEFORE_M = 0.25  # of the wall: railings of windows stand farther out
+_LEDGE_M = 0.5  # of the wall: farther out there are no sills and ledges
 _WALL_M = 0.3  # of the plane, likewise: wall and glass
 _CELL_M = 0.08  # of a railing, between two bars
 _AROUND_M = 0.5
 _SEEN_THROUGH = 0.6  # share of the cells of a railing in which the wall was seen, too
+_TALL_CELLS = 8  # of a railing that stands no farther out than a ledge, which is lower
 _WIDE_CELLS = 5  # of a railing; the sides of a bay are narrower, seen from the front
 _CUBE_M = 0.04  # of which one point is enough: what photos see is told on cells of that size
-_PLACES = 4194301  # of a table of cubes, many more than a facade fills; a prime number
+_PLACES = 1 << 22  # of a table of cubes, many more than a facade fills
 
 Spaced = tuple[Array, Array]
 """Points (n, 3) float32 m in the facade frame, axis by axis in memory, and the spacing (n,) float32 m of the
@@ -65,9 +67,9 @@ def find_occluders(
         lines.append(_in_lines(xyz[-1], s, k))
     every = np.concatenate([points.T for points in xyz], axis=1).T
     gap = np.maximum(np.concatenate(spacing), _CUBE_M).astype(np.float32)
-    walls = standing.holds_in_walls(every)
-    free = (every[:, 1] < -options.front) & ~walls | standing.holds(every)
-    solid = free & standing.holds_in_solid(every)
+    free, solid, walls = standing.parted(every)
+    free |= (every[:, 1] < -options.front) & ~walls
+    solid &= free
     part = ~free & np.concatenate(lines) & (walls | ~_of_railings(every))
     return OccluderCloud(*((picked_rows(which, every), gap[which]) for which in (part, free, solid)))
 
@@ -90,26 +92,38 @@ def _in_lines(xyz: Array, spacing: Float, together: Float) -> Bool:
 def _of_railings(xyz: Array) -> Bool:
     """Which points (n, 3) belong to railings: parts of the facade between which the scan saw the wall.
 
-    Behind a parapet there are no points of the wall; behind a railing, there are in most places.
+    Behind a parapet there are no points of the wall; behind a railing, there are in most places. Beside a
+    ledge there are, too, but it is low and stands near the wall.
     """
     found = xyz[:, 1] < -_BEFORE_M
-    behind = np.flatnonzero(np.abs(xyz[:, 1]) < _WALL_M)
-    before = np.flatnonzero(found)
+    before, behind = np.flatnonzero(found), np.flatnonzero(np.abs(xyz[:, 1]) < _WALL_M)
     if not len(before) or not len(behind):
         return np.zeros_like(found)
-    corner = np.minimum(xyz[before].min(0), xyz[behind].min(0))
-    column, row = (np.floor((xyz[:, k] - corner[k]) / _CELL_M).astype(np.int64) for k in (0, 2))
-    shape = int(row[before].max()) + 1, int(column[before].max()) + 1
+    corner = [min(float(axis[before].min()), float(axis[behind].min())) for axis in (xyz[:, 0], xyz[:, 2])]
+
+    def cells(chosen: Int) -> tuple[Array, Array]:
+        column, row = (
+            ((np.take(axis, chosen) - np.float32(low)) * np.float32(1.0 / _CELL_M)).astype(np.int32)
+            for axis, low in zip((xyz[:, 0], xyz[:, 2]), corner, strict=True)
+        )
+        return row, column
+
+    own, other = cells(before), cells(behind)
+    shape = int(own[0].max()) + 1, int(own[1].max()) + 1
+    within = (other[0] < shape[0]) & (other[1] < shape[1])
     wall, part = np.zeros(shape, np.uint8), np.zeros(shape, np.uint8)
-    within = behind[(row[behind] < shape[0]) & (column[behind] < shape[1])]
-    wall[row[within], column[within]] = 1
-    part[row[before], column[before]] = 1
+    wall[other[0][within], other[1][within]] = 1
+    part[own] = 1
     around = (round(_AROUND_M / _CELL_M) | 1,) * 2
     both = cv2.blur((part & cv2.dilate(wall, np.ones((3, 3), np.uint8))).astype(np.float32), around)
     share = both / np.maximum(cv2.blur(part.astype(np.float32), around), np.float32(1e-6))
     whole = cv2.morphologyEx(part, cv2.MORPH_CLOSE, np.ones((1, 3), np.uint8))
     wide = cv2.morphologyEx(whole, cv2.MORPH_OPEN, np.ones((1, _WIDE_CELLS), np.uint8)) > 0
-    found[before] = ((share > _SEEN_THROUGH) & wide)[row[before], column[before]]
+    tall = cv2.morphologyEx(whole, cv2.MORPH_CLOSE, np.ones((3, 1), np.uint8))
+    tall = cv2.morphologyEx(tall, cv2.MORPH_OPEN, np.ones((_TALL_CELLS, _WIDE_CELLS), np.uint8)) > 0
+    railing = (share > _SEEN_THROUGH) & wide
+    far = xyz[before, 1] < -_LEDGE_M
+    found[before] = np.where(far, railing[own], (railing & tall)[own])
     return found
 
 
@@ -118,12 +132,23 @@ def _one_of_each_cube(xyz: Float) -> Int:
     if not len(xyz):
         return np.zeros(0, np.int64)
     # The plane of the facade runs through the middle of its cubes, so that one layer of them holds the wall.
-    x, y, z = (np.floor(a / _CUBE_M + 0.5).astype(np.int32) for a in xyz.T)
-    across, up = int(np.ptp(x)) + 1, int(np.ptp(z)) + 1
-    cube = ((y - y.min()).astype(np.int64) * up + (z - z.min())) * across + (x - x.min())
+    (x, across), (y, _), (z, up) = (_numbered(axis) for axis in xyz.T)
+    cube = y.astype(np.int64)
+    cube *= up
+    cube += z
+    cube *= across
+    cube += x
     # A table with a place for several cubes: where two cubes meet, one of them keeps all of its points.
-    place, number = cube % _PLACES, np.arange(len(cube), dtype=np.int32)
+    place, number = cube & (_PLACES - 1), np.arange(len(cube), dtype=np.int32)
     last = np.zeros(_PLACES, np.int32)
     last[place] = number
     found = last[place]
     return np.flatnonzero((found == number) | (cube[found] != cube))
+
+
+def _numbered(axis: Array) -> tuple[Array, int]:
+    """The cubes (n,), counted from 0 on, into which coordinates (n,) m of an axis fall, and their number."""
+    at = axis * np.float32(1.0 / _CUBE_M)
+    at += np.float32(0.5 - np.floor(float(at.min()) + 0.5))
+    number = at.astype(np.int32)  # none is negative
+    return number, int(number.max()) + 1

@@ -1,5 +1,7 @@
 """Rasterises the outline of a facade; sky, neighbours and the roof behind it do not belong in the picture."""
 
+from functools import lru_cache
+
 import cv2
 import numpy as np
 from shapely.geometry import Polygon, box
@@ -17,7 +19,7 @@ _NEAR_M = 0.01
 
 def inside_outline(facade: Facade, raster: OrthoRaster, tile: Tile, margin: float) -> Bool:
     """Returns which pixels (m, n) of a tile lie in the outline of the facade or within `margin` m of it."""
-    x, z = _with_recesses(facade.outline).T
+    x, z = _with_recesses(np.ascontiguousarray(facade.outline, np.float64).tobytes()).T
     ring = np.column_stack([(x - raster.corner[0]) / raster.gsd, (raster.corner[1] - z) / raster.gsd])
     at = np.rint((ring - [tile.c0, tile.r0] - 0.5) * (1 << _SHIFT_BITS)).astype(np.int32)
     mask = np.zeros(tile.shape, np.uint8)
@@ -28,11 +30,14 @@ def inside_outline(facade: Facade, raster: OrthoRaster, tile: Tile, margin: floa
     return mask.astype(bool)
 
 
-def _with_recesses(outline: Float) -> Float:
-    """Adds to an outline (k, 2) m its recesses: entrances and passages with wall on three sides.
+@lru_cache(maxsize=16)
+def _with_recesses(corners: bytes) -> Float:
+    """Adds its recesses to an outline (k, 2) m: entrances and passages with wall on three sides.
 
-    Their backs lie too deep to belong to the wall, but they are part of the picture of the facade.
+    Their backs lie too deep to belong to the wall, but they are part of the picture of the facade. The
+    outline comes as the bytes of its float64, because every tile of a picture asks again.
     """
+    outline = np.frombuffer(corners, np.float64).reshape(-1, 2)
     ring = Polygon(outline)
     if not ring.is_valid:
         return outline

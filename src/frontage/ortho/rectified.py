@@ -14,6 +14,7 @@ from frontage.raster.resample import resample
 from frontage.raster.tiles import tiles
 
 _TILE_PX = 512
+_MAP_ERROR_PX = 0.05  # in the photo: cells are several pixels wide
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,8 +56,8 @@ class CellPhotos:
         to_photo = self.surface.projection_into(photo, self.projection)
         for tile in tiles(shape[0], shape[1], _TILE_PX):
             if shown[tile.window].any():
-                at = map_tile(to_photo, tile, self.surface.depth(tile))
-                resample(image, at, out=codes[tile.window])
+                at = map_tile(to_photo, tile, self.surface.depth(tile), _MAP_ERROR_PX)
+                resample(image, at, out=codes[tile.window], rough=True)
                 radius[tile.window] = _radius(photo, *at.planes((-0.5, -0.5), 1.0))
         return Rectified(codes, radius)
 

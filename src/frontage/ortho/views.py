@@ -28,6 +28,7 @@ _MAX_VALUES = 12_000_000  # cells times photos: what is told of each must fit in
 _SMOOTHING_M = 1.0  # window over which quality is averaged
 _TILE_CELLS = 512  # of which one polynomial takes the projection
 _SURELY_PX = 64.0  # beyond the border of a photo; a polynomial is bounded at its nodes only
+_MAP_ERROR_PX = 0.25  # in the photo: quality fades over many pixels
 _SMOOTH_CELLS = 8  # between the places at which smooth quantities are computed
 _BORDER = 0.05  # share of the photo's width over which quality fades to zero
 
@@ -144,7 +145,7 @@ def _inset(photo: Photo, surface: DrawingSurface, y: Array, options: OrthoOption
     inset = np.full(y.shape, -1.0, np.float32)
     to_photo = surface.projection_into(photo, options.projection)
     for tile in tiles(y.shape[0], y.shape[1], _TILE_CELLS):
-        at = map_tile(to_photo, tile, y[tile.window])
+        at = map_tile(to_photo, tile, y[tile.window], _MAP_ERROR_PX)
         beside = (at.high < -_SURELY_PX) | (at.low > size + _SURELY_PX)
         if beside.any() or not np.isfinite(at.low).all():
             continue

@@ -67,13 +67,17 @@ def visibility(
     box = np.ones((3, 3), np.uint8)
     u, v = cv2.convertMaps(u, v, cv2.CV_16SC2, nninterpolation=True)
     part, stands, blocks = (
-        _before(_shadows(centre, xyz, gap, fine), (u, v), own, slope)
+        cv2.remap(_shadows(centre, xyz, gap, fine), u, v, cv2.INTER_NEAREST, borderMode=cv2.BORDER_REPLICATE)
         for xyz, gap in (cloud.part, cloud.free, cloud.solid)
     )
+    around = cv2.erode(
+        part, box, borderType=cv2.BORDER_REPLICATE
+    )  # what hides the cells beside one hides it only if it lies before that, too
+    part, around, stands, blocks = (_behind(near, own, slope) for near in (part, around, stands, blocks))
     # A cell between two hidden ones is hidden, and the outline of a tree or car is known to a cell at best.
     behind, solid = (cv2.dilate((off < -_TOLERANCE_M).astype(np.uint8), box) > 0 for off in (stands, blocks))
     large, small = (
-        cv2.morphologyEx((part < -limit).astype(np.uint8), cv2.MORPH_CLOSE, box) > 0
+        (cv2.morphologyEx((part < -limit).astype(np.uint8), cv2.MORPH_CLOSE, box) > 0) & (around < -limit)
         for limit in (_OCCLUDER_M, _TOLERANCE_M)
     )
     if _SPLAT * spacing > _BLUNT_M:
@@ -82,16 +86,15 @@ def visibility(
     return Visibility(factor, behind, solid)
 
 
-def _before(shadows: Array, at: tuple[Array, Array], own: Array, slope: Array) -> Array:
-    """How far (h, w) m along their rays what casts `shadows` lies behind cells, negative before them.
+def _behind(nearest: Array, own: Array, slope: Array) -> Array:
+    """How far (h, w) m along their rays what casts shadows lies behind cells, negative before them.
 
-    The rays of the cells meet the shadows `at` these places; `own` (h, w) m are the distances of the cells
-    along the normal, and `slope` (h, w) metres along the ray per metre of that.
+    `nearest` (h, w) m are the distances of what casts a shadow on the cells along the normal, and are changed
+    in place; `own` (h, w) m are those of the cells, `slope` (h, w) metres along the ray per metre of that.
     """
-    nearest = cv2.remap(shadows, *at, cv2.INTER_NEAREST, borderMode=cv2.BORDER_REPLICATE)
     nearest -= own
     nearest *= slope
-    return np.asarray(nearest)
+    return nearest
 
 
 def _shadows(centre: Float, xyz: Array, spacing: Array, raster: OrthoRaster) -> Array:

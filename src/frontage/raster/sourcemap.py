@@ -28,12 +28,13 @@ EVERYTHING = (slice(None), slice(None))
 class SourceMap:
     """The source positions (u, v), first pixel centre at 0.5, of the pixels of a tile of `shape` (m, n).
 
-    powers     one (p, q, 2) px of coefficients g per power of the depth; or one (m, n, 2) px, every pixel
+    powers     one (p, q, 2) px of coefficients g per power of the depth, p and q its own; or one
+               (m, n, 2) px, every pixel
     jacobian   (2, 2) typical d(source)/d(target)
     low, high  (2,) px, bounds of all positions; NaN when none is known
     exact      whether `powers` holds the positions themselves
     complete   whether every position is known (finite)
-    depth      (m, n) float32, what the powers are those of, -1..1; None when there is only one power
+    depth      (m, n) float32, what the powers are those of; None when there is only one power
     """
 
     powers: tuple[Float, ...]
@@ -46,9 +47,19 @@ class SourceMap:
     depth: Array | None = None
 
     @cached_property
-    def _factors(self) -> Float:
-        """The coefficients (2, k, p, q) px of both coordinates."""
-        return np.ascontiguousarray(np.stack(self.powers).transpose(3, 0, 1, 2))
+    def known(self) -> bool:
+        """Whether any position is known."""
+        return bool(np.isfinite(self.low).all())
+
+    @cached_property
+    def derivatives(self) -> tuple[float, ...]:
+        """The four derivatives of the Jacobian, row by row."""
+        return tuple(self.jacobian.ravel().tolist())
+
+    @cached_property
+    def _evaluated(self) -> dict[tuple[tuple[float, float], float], list[Array]]:
+        """What `_lines` returned for the origins and scales that were asked for."""
+        return {}
 
     @staticmethod
     def of_pixels(at: Float, jacobian: Float) -> "SourceMap":
@@ -71,12 +82,12 @@ class SourceMap:
             every = (self.powers[0][window] * scale - shift).astype(np.float32)
             u, v = cv2.split(every if self.complete else np.nan_to_num(every, nan=-1.0))
             return u, v
-        factors = self._factors * scale
-        factors[:, 0, 0, 0] -= shift
-        rows, mixed = _lines(factors, self.shape, window)
-        y = None if self.depth is None else self.depth[window]
-        u, v = (_plane(rows, lines, y) for lines in mixed)
-        return u, v
+        key = origin, scale
+        if key not in self._evaluated:
+            self._evaluated[key] = _lines([power * scale for power in self.powers], shift, self.shape[1])
+        rows = _basis(self.shape[0], max(map(len, self.powers)))
+        lines = [power[..., window[1]] for power in self._evaluated[key]]
+        return _planes(rows[window[0]], lines, None if self.depth is None else self.depth[window])
 
 
 @dataclass(frozen=True)
@@ -125,33 +136,41 @@ def jacobian_of(at: Float) -> Float:
     return np.column_stack(columns)
 
 
-def _lines(factors: Float, shape: tuple[int, int], window: tuple[slice, slice]) -> tuple[Array, Array]:
-    """Evaluates coefficients (2, k, p, q) along the columns of a window (m, n) of a tile.
+def _lines(powers: list[Float], shift: tuple[float, float], width: int) -> list[Array]:
+    """Evaluates coefficients (p, q, 2) of powers, less a shift (2,), along the `width` columns of a tile.
 
-    Returns the polynomials of the rows (m, p), and by which lines (2, k, p, n) they are to be multiplied.
+    Returns by which lines (p, 2, width) the polynomials of the rows are to be multiplied, for each power.
     """
-    _, k, p, q = factors.shape
-    rows, columns = _basis(shape[0], p)[window[0]], _basis(shape[1], q)[window[1]]
-    return rows, (factors.reshape(-1, q).astype(np.float32) @ columns.T).reshape(2, k, p, -1)
+    powers[0][0, 0] -= shift
+    lines = []
+    for factors in powers:
+        p, q, _ = factors.shape
+        each = np.ascontiguousarray(np.swapaxes(factors, 1, 2), np.float32).reshape(-1, q)
+        lines.append((each @ _basis(width, q).T).reshape(p, 2, width))
+    return lines
 
 
-def _plane(rows: Array, lines: Array, depth: Array | None) -> Array:
-    """Sums ``rows @ lines[k] depth^k`` (m, n) float32; without a depth (m, n) there is one power only."""
-    total = _product(rows, lines[-1])
-    if depth is not None:
-        for power in lines[-2::-1]:  # Horner's scheme
-            cv2.multiply(total, depth, dst=total)
-            cv2.add(total, _product(rows, power), dst=total)
-    return total
+def _planes(rows: Array, lines: list[Array], depth: Array | None) -> tuple[Array, Array]:
+    """Sums ``rows @ lines[k] depth^k`` for both coordinates, (m, n) float32 each, in one thread.
 
-
-def _product(rows: Array, lines: Array) -> Array:
-    """The matrix product (m, n) of rows (m, p) and lines (p, n), in one thread."""
-    out = np.empty((len(rows), lines.shape[1]), np.float32)
-    block = max(1, _ONE_THREAD // lines.size)
+    `rows` are (m, p) and each of the lines (p, 2, n), where p may be less; without a depth (m, n) there is
+    one power only. Both coordinates lie side by side in memory: small windows take half as many steps.
+    """
+    n = lines[0].shape[-1]
+    flat = [np.ascontiguousarray(power).reshape(len(power), 2 * n) for power in lines]
+    out = np.empty((len(rows), 2 * n), np.float32)
+    block = max(1, _ONE_THREAD // max(power.size for power in flat))
+    spare = np.empty((min(block, len(rows)), 2 * n), np.float32)
     for first in range(0, len(rows), block):
-        np.matmul(rows[first : first + block], lines, out=out[first : first + block])
-    return out
+        part, total = rows[first : first + block], out[first : first + block]
+        np.matmul(part[:, : len(flat[-1])], flat[-1], out=total)
+        if depth is not None:
+            both, deep = total.reshape(-1, 2, n), depth[first : first + block, None]
+            for power in flat[-2::-1]:  # Horner's scheme
+                np.multiply(both, deep, out=both)
+                added = np.matmul(part[:, : len(power)], power, out=spare[: len(part)])
+                np.add(total, added, out=total)
+    return out[:, :n], out[:, n:]
 
 
 @lru_cache(maxsize=64)

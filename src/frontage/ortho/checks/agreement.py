@@ -11,7 +11,7 @@ such a number would be a thousand times less likely of a photo that agrees like 
 """
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from itertools import combinations
 
 import numpy as np
@@ -73,22 +73,61 @@ def check_photos(
         if photo.id in doubtful:
             turned = doubtful[photo.id](rectified.image_of(photo.id))
             upright[photo.id] = of_photo(rectified.rectified(photo, turned, shown).codes, clear)
+    pairs = _Compared(photos)
+    doubted = set(photos) if doubtful else _unrelated(pairs)
+    if not doubted:
+        return PhotoCheck()
     scan = of_scan(points, plan.cells)
     known = {_SCAN: scan.whole} if scan is not None else {}
-    check = _orientation({**known, **photos}, upright)
+    pairs = _Compared({**known, **photos}, pairs.found)
+    if scan is not None and not doubtful and all(pairs.related(_SCAN, name) for name in doubted):
+        return PhotoCheck()
+    check = _orientation(pairs.pictures, upright)
     for name in check.turned:
         photos[name] = upright[name]
     photos = {name: patches for name, patches in photos.items() if name not in check.left_out}
-    pictures = {**known, **photos}
-    pairs = {pair: agreement(pictures[pair[0]], pictures[pair[1]]) for pair in _partners(pictures)}
+    if doubtful:
+        pairs = _Compared({**known, **photos})
+    found = {pair: pairs(*pair) for pair in _partners(pairs.pictures)}
     if scan is not None:
-        pairs[_ODD, _EVEN] = agreement(scan.odd, scan.even)
-    wrong = [found for name in photos if (found := _contradiction(name, pairs)) is not None]
+        found[_ODD, _EVEN] = agreement(scan.odd, scan.even)
+    wrong = [told for name in photos if (told := _contradiction(name, found)) is not None]
     return PhotoCheck(
         check.left_out | {name for name, _ in wrong},
         check.turned,
         (*check.remarks, *(failed for _, failed in wrong)),
     )
+
+
+@dataclass(frozen=True, eq=False)
+class _Compared:
+    """Pictures by name, and how pairs of them agree, each compared when it is first asked for."""
+
+    pictures: Mapping[str, Patches]
+    found: dict[tuple[str, str], Agreement] = field(default_factory=dict)
+
+    def __call__(self, a: str, b: str) -> Agreement:
+        """How picture `a` agrees with `b`."""
+        if (a, b) not in self.found:
+            self.found[a, b] = agreement(self.pictures[a], self.pictures[b])
+        return self.found[a, b]
+
+    def related(self, a: str, b: str) -> bool:
+        """Whether two pictures agree more often than by chance."""
+        found = self(a, b)
+        return found.count > 0 and found.chance < _HINT_OF_RELATION
+
+
+def _unrelated(photos: _Compared) -> set[str]:
+    """The photos that agree with no other one more often than by chance.
+
+    The others are not left out, whatever the scan shows.
+    """
+    doubted = set(photos.pictures)
+    for a, b in _partners(photos.pictures):
+        if (a in doubted or b in doubted) and photos.related(a, b):
+            doubted -= {a, b}
+    return doubted
 
 
 def _partners(pictures: Mapping[str, Patches]) -> list[tuple[str, str]]:

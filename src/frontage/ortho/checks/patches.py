@@ -1,6 +1,7 @@
 """Pictures of a facade cut into patches, and how two of them agree; see `agreement`."""
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import cv2
 import numpy as np
@@ -30,13 +31,30 @@ class Patches:
     grey: dict[int, Array]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class ScanPatches:
-    """The patches of the colours of a scan: of all its points, and of every second one."""
+    """The patches of the colours of a scan: of all its points, and of every second one.
 
-    whole: Patches
-    odd: Patches
-    even: Patches
+    They are cut from numbers of points and sums of their values (2, h, w), and when they are first asked for.
+    """
+
+    odd_sums: Array
+    even_sums: Array
+
+    @cached_property
+    def whole(self) -> Patches:
+        """Those of all points."""
+        return _of_sums(self.odd_sums + self.even_sums)
+
+    @cached_property
+    def odd(self) -> Patches:
+        """Those of every second point."""
+        return _of_sums(self.odd_sums)
+
+    @cached_property
+    def even(self) -> Patches:
+        """Those of the other points."""
+        return _of_sums(self.even_sums)
 
 
 @dataclass(frozen=True)
@@ -80,7 +98,7 @@ def of_scan(points: FacadePoints, raster: OrthoRaster) -> ScanPatches | None:
         np.stack([np.bincount(cell[part], weights, size) for weights in (None, value[part])])
         for part in (np.s_[1::2], np.s_[::2])
     )
-    return ScanPatches(*(_of_sums(sums.reshape(2, *shape)) for sums in (odd + even, odd, even)))
+    return ScanPatches(odd.reshape(2, *shape), even.reshape(2, *shape))
 
 
 def _of_sums(sums: Array) -> Patches:

@@ -21,7 +21,8 @@ from frontage.ortho.views import ViewPlan
 _CELLS = 1500  # of a pair of photos that are compared, evenly spread,
 _ALL_CELLS = 15_000  # and of all pairs, as long as each has enough
 _FEWEST = 50  # cells in common below which two photos tell nothing about each other
-_ROUNDS = 12
+_ROUNDS = 12  # of the adjustment at most
+_CONVERGED = 1e-4  # of the logarithm of light: a hundredth of a code
 _CAUCHY = 2.4  # standard deviations; 95 % as efficient as least squares with normal errors
 _FALLOFF = 0.5  # likewise of a and b: a lens loses a third of its light in the corners
 _KEPT = 0.001  # one sigma of what another facade has told: it is not to change
@@ -119,5 +120,7 @@ def robust_adjustment(design: Float, value: Float, prior: Float, sigma: Float) -
         weight = 1.0 / (1.0 + (residual / (_CAUCHY * scale)) ** 2)
         normal = design.T @ (design * weight[:, None]) / scale**2 + np.diag(sigma**-2.0)
         right = design.T @ (weight * value) / scale**2 + prior * sigma**-2.0
-        found = np.asarray(np.linalg.solve(normal, right), np.float64)
+        before, found = found, np.asarray(np.linalg.solve(normal, right), np.float64)
+        if np.abs(found - before).max(initial=0.0) < _CONVERGED:
+            break
     return found

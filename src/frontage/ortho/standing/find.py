@@ -66,27 +66,30 @@ class Standing:
 
     def holds(self, xyz_facade: Array) -> Bool:
         """Returns which points (n, 3) m of the facade frame belong to the things and not to the facade."""
-        return self._within(self.filled, xyz_facade)
+        (held,) = self._within(xyz_facade, self.filled)
+        return held
 
-    def holds_in_solid(self, xyz_facade: Array) -> Bool:
-        """Returns which points (n, 3) m of the facade frame belong to things without gaps, such as cars."""
-        return self._within(self.solid, xyz_facade)
+    def parted(self, xyz_facade: Array) -> tuple[Bool, Bool, Bool]:
+        """Returns which points (n, 3) m of the facade frame belong to things, to solid ones, and to walls.
 
-    def holds_in_walls(self, xyz_facade: Array) -> Bool:
-        """Returns which points (n, 3) m of the facade frame belong to walls of neighbours."""
-        return self._within(self.walls, xyz_facade)
+        Solid are those without gaps, such as cars; the walls are those of neighbours.
+        """
+        things, solid, walls = self._within(xyz_facade, self.filled, self.solid, self.walls)
+        return things, solid, walls
 
-    def _within(self, cubes: Bool, xyz_facade: Array) -> Bool:
-        held = np.zeros(len(xyz_facade), np.bool_)
+    def _within(self, xyz_facade: Array, *cubes: Bool) -> list[Bool]:
+        """Which points (n, 3) lie in each of several sets of cubes of one shape."""
         left = np.flatnonzero(xyz_facade[:, 1] < -_BEFORE_M)
         cube = np.zeros(len(left), np.int64)
-        for axis, first, count in zip(xyz_facade.T, self.corner, cubes.shape, strict=True):
+        for axis, first, count in zip(xyz_facade.T, self.corner, self.filled.shape, strict=True):
             at = (np.take(axis, left) - first) / self.cube
             inside = np.flatnonzero((at >= 0) & (at < count))
             left, at = np.take(left, inside), np.take(at, inside)
             cube = np.take(cube, inside) * count + at.astype(np.int64)
-        if len(left):
-            held[left] = np.take(cubes.ravel(), cube)
+        held = [np.zeros(len(xyz_facade), np.bool_) for _ in cubes]
+        for found, filled in zip(held, cubes, strict=True):
+            if len(left):
+                found[left] = np.take(filled.ravel(), cube)
         return held
 
 
