@@ -147,8 +147,8 @@ def _bars(open_: Bool, thick: int) -> Bool:
     labels, _ = ndimage.label(bars)
     for number, (rows, columns) in enumerate(ndimage.find_objects(labels), 1):
         middle = (rows.start + rows.stop) // 2
-        sides = max(columns.start - 1, 0), min(columns.stop, open_.shape[1] - 1)
-        left, right = (_run(whole[:, c], middle) for c in sides)
+        sides = slice(max(columns.start - thick, 0), columns.start), slice(columns.stop, columns.stop + thick)
+        left, right = (_run(whole[:, side].any(axis=1), middle) for side in sides)
         if max(abs(left[0] - right[0]), abs(left[1] - right[1])) > thick:
             bars[rows, columns] &= labels[rows, columns] != number
     return bars
