@@ -10,7 +10,6 @@ from frontage.model import Photo
 from frontage.orientation.adjusted import AdjustedPhotos
 from frontage.orientation.adjustment import (
     AdjustmentOptions,
-    Dependence,
     Network,
     NotDetermined,
     adjust,
@@ -109,7 +108,7 @@ def _adjusted(scene: Scene, placed: Placed, search: tuple[int, int, int], *, las
     while True:
         network = _network(scene, placed, control)
         try:
-            dependence = _dependence(scene, placed, control) if last else None
+            dependence = dependence_of(placed.photos, control, scene.surface) if last else None
             return AdjustedPhotos(placed, tuple(control), network, adjust(network, _TESTS, dependence))
         except NotDetermined as error:
             on = network.photos
@@ -118,10 +117,6 @@ def _adjusted(scene: Scene, placed: Placed, search: tuple[int, int, int], *, las
             if len(keep) == len(placed.photos) or not len(keep):
                 raise
             placed, control = placed.only(keep), [control[k] for k in keep]
-
-
-def _dependence(scene: Scene, placed: Placed, control: Sequence[ControlPoints]) -> Dependence:
-    return dependence_of(placed.photos, control, float(np.median(scene.surface.spacing)))
 
 
 def _network(scene: Scene, placed: Placed, control: Sequence[ControlPoints]) -> Network:
