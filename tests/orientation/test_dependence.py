@@ -11,7 +11,7 @@ from orientation.paintedwalls import corner_of_two, scan_of
 
 
 def test_steps_in_depth_are_displaced_by_more_than_paint():
-    """Shape alone has no paint: what displaces its edges, alike in all photos, is a quarter of the spacing."""
+    """Shape alone has no paint: its edges are displaced together by a quarter of the spacing."""
     painted = scanned_surface(scan_of(corner_of_two(), 0.04))
     shape = replace(painted, tone=None, kind="geometry")
     stated = [dependence_of([], [], surface).least[CONTROL] for surface in (painted, shape)]

@@ -46,9 +46,10 @@ def local_planes(drawing: Rendering, pixels: Float) -> LocalPlanes:
     offset = cell + 0.5 - at[:, None]
     design = np.concatenate([np.ones((*offset.shape[:2], 1)), offset], axis=2)
     off = depth - middle[:, None]  # small numbers, so that squares keep their digits
-    normal = np.einsum("mk,mki,mkj->mij", weight, design, design) + _RIDGE * np.eye(3)
-    plane = np.linalg.solve(normal, np.einsum("mk,mki,mk->mi", weight, design, off)[..., None])[..., 0]
-    left = off - np.einsum("mki,mi->mk", design, plane)
+    weighted = (weight[..., None] * design).swapaxes(1, 2)
+    plane = np.linalg.solve(weighted @ design + _RIDGE * np.eye(3), weighted @ off[..., None])
+    left = off - (design @ plane)[..., 0]
+    plane = plane[..., 0]
     rough = np.sqrt((weight * left**2).sum(1) / np.maximum(count - 3, 1))
     known = np.where(count >= _FEWEST, 1.0, np.nan)
     return LocalPlanes((middle + plane[:, 0]) * known, plane[:, 1:] / drawing.scale, rough * known)
