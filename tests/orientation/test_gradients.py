@@ -196,3 +196,15 @@ def test_templates_without_enough_known_pixels_are_not_tried():
     assert np.abs(surfaces).max() <= 1.0 + 1e-4
     small = find_shifts(oriented_gradients(tones[:50, :50]), oriented_gradients(tones[:50, :50]), 6)
     assert len(small) == 0 and small.tried == 0
+
+
+def test_large_templates_see_enough_between_gaps():
+    """Of a template of 97 px a third is known, which is more than a whole one of 49 px has."""
+    tones, shift = picture(11, (320, 320)), (1.3, -0.6)
+    known = np.zeros(tones.shape, bool)
+    known[np.indices(tones.shape)[1] % 24 < 9] = True
+    drawn, photo = oriented_gradients(tones, known), oriented_gradients(moved(tones, shift))
+    found = find_shifts(drawn, photo, 6, 12, half=48)
+    assert 0.25 < drawn.known.mean() < 0.35 and len(found) > 100
+    assert np.median(np.abs(found.shift - shift)) < 0.1
+    assert not find_shifts(drawn, photo, 6, 12, half=24).tried

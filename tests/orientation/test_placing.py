@@ -228,6 +228,7 @@ def test_control_that_hardly_tells_anything_is_left_out(corner):
     assert kept[left & odd].mean() < 0.01, "but for one that is alone in its square"
     assert 0.8 <= kept[left & ~odd].mean() < 0.85 and 0.8 <= kept[~left].mean() < 0.9
     assert len(mixed.take(np.arange(200)).telling()) == 200, "few points are all kept"
+    assert len(mixed.take(np.arange(300)).telling()) == 250, "many are left when some fail their tests"
 
 
 def test_too_few_control_points_leave_the_start():

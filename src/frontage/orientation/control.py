@@ -23,6 +23,7 @@ _TEMPLATES_ACROSS = 8.5  # the picture, at least: larger ones are precise, but n
 _DENSE, _SPARSE = 0.5, 0.9  # of the points in view: those dense enough for the finest, coarsest rendering
 _MOST = 4000  # templates of a rendering; more of them would only overlap more
 _TELLING = 0.8  # of the weight of all points in a square of the photo, which the most precise ones have
+_ENOUGH = 5 * MANY // 4  # points of a photo, so that many are left when some fail their tests
 _SQUARE = 2.0  # templates, the side of such a square
 _COARSEST = 16.0  # px of the photo per pixel of a rendering
 
@@ -81,7 +82,7 @@ class ControlPoints:
         Templates overlap, so that the others, a third of all points, repeat what these tell, with larger
         residuals.
         """
-        if len(self) <= MANY:
+        if len(self) <= _ENOUGH:
             return self
         square = np.floor(self.pixels / (_SQUARE * self.side[:, None])).astype(np.int64)
         number = np.unique(square, axis=0, return_inverse=True)[1].ravel()
@@ -90,7 +91,9 @@ class ControlPoints:
         first = np.flatnonzero(np.diff(number, prepend=-1))
         before = np.cumsum(weight) - weight
         share = (before - before[first][number]) / np.bincount(number, weight)[number]
-        return self.take(np.sort(order[share < _TELLING]))
+        kept = share < _TELLING
+        kept[np.argsort(share, kind="stable")[:_ENOUGH]] = True
+        return self.take(np.sort(order[kept]))
 
 
 def find_control(
@@ -107,18 +110,21 @@ def find_control(
     """Finds the scan in a photo by templates of its rendering at the approximate pose.
 
     Where points lie farther apart the rendering must be coarser, or it has gaps. There are several, each
-    twice as coarse as the one before, and a place is looked for in the next one if it was not found.
+    twice as coarse as the one before, and a place is looked for in the next one if it was not found. If few
+    are found in all, places are looked for in drawings between these sizes, too.
     `coarser` reduces them all; `radius` is the largest shift and `step` the least distance between templates,
     in px of the rendering. To recognise a place takes `unique` points; where the place is known, others
     measure it as well: along an edge the correlation is high everywhere, and across it the peak is sharp.
     Templates reach `largest` px of the rendering to every side where the picture is large enough.
     """
     picture = image_of(photo.id)
-    parts, found = list[ControlPoints](), None
     factors = _factors(photo, surface, coarser)
     across = min(photo.camera.width, photo.camera.height) / factors[0]
     half = int(np.clip(0.5 * across / _TEMPLATES_ACROSS, HALF, largest))
-    for factor in factors:
+    parts, found = list[ControlPoints](), None
+
+    def search(factor: float) -> Bool:
+        """Adds what is found at this size where nothing was found before, and returns where that is."""
         drawn = render(photo, surface, factor)
         tone, scale = photo_tone(picture, factor)
         left = None if found is None else ~_resized(found, drawn.known.shape)
@@ -127,7 +133,13 @@ def find_control(
         shifts = find_shifts(template, there, radius, apart, left, half=half, unique=unique)
         parts.append(_control(drawn, shifts, scale, radius, half, apart))
         here = _around(shifts.at, drawn.known.shape, half)
-        found = here if found is None else here | _resized(found, here.shape)
+        return here if found is None else here | _resized(found, here.shape)
+
+    for factor in factors:
+        found = search(factor)
+    if sum(len(part) for part in parts) < MANY:
+        for factor in np.sqrt(np.multiply(factors[:-1], factors[1:])).tolist():
+            found = search(factor)
     return _joined(parts)
 
 

@@ -10,7 +10,6 @@ from frontage.model import Photo
 from frontage.orientation.adjusted import AdjustedPhotos
 from frontage.orientation.adjustment import (
     AdjustmentOptions,
-    Dependence,
     Network,
     NotDetermined,
     adjust,
@@ -19,14 +18,16 @@ from frontage.orientation.control import ControlPoints, find_control
 from frontage.orientation.dependence import dependence_of
 from frontage.orientation.drawings import draw_scan
 from frontage.orientation.judging import in_one_word, judged
-from frontage.orientation.neighbours import placed_again, tied_to_neighbours, without_contradicted
+from frontage.orientation.neighbours import placed_again
 from frontage.orientation.network import CONTROL, PLACES, SURFACES, TIES, build_network
 from frontage.orientation.placed import Placed, Scene, contrary, prior_of
 from frontage.orientation.reflectance.surface import ScannedSurface
 from frontage.orientation.result import Orientation, OrientedPhoto, Unoriented
 from frontage.orientation.rigs import adjusted_rigs, rig_notes
 from frontage.orientation.templates import HALF
+from frontage.orientation.tying import tied_to_neighbours, without_contradicted
 from frontage.orientation.verify import Verdict, verify
+from frontage.orientation.views import Views
 from frontage.solve.abreast import each
 
 # Of a thousand good observations one fails (Baarda 1968): false matches of templates are rarely far off.
@@ -53,8 +54,7 @@ def adjusted_orientation(scene: Scene, placed: Placed, unoriented: Sequence[Unor
         keep, refused = judged(state, verdicts, contrary(improved, scene.given), last=not passes)
         placed = improved.only(keep)
         if passes:
-            placed, refused = placed_again(scene, placed, refused)
-            placed = without_contradicted(scene, tied_to_neighbours(scene, placed))
+            placed, refused = _improved(scene, placed, refused)
         elif refused:
             passes = [search]  # what the refused photos contributed has to go
         left += refused
@@ -66,6 +66,13 @@ def adjusted_orientation(scene: Scene, placed: Placed, unoriented: Sequence[Unor
     rigs = adjusted_rigs(scene.rigs, [p.id for p in placed.photos], state.adjustment)
     found = _orientation(oriented, left, state, scene.surface)
     return replace(found, drawings=drawings, rigs=rigs, notes=rig_notes(oriented))
+
+
+def _improved(scene: Scene, placed: Placed, refused: Sequence[Unoriented]) -> tuple[Placed, list[Unoriented]]:
+    """What the poses of the first adjustment and the scan tell of the other photos and of tie points."""
+    views = Views(scene, [placed])  # the scan is drawn once for all three
+    placed, refused = placed_again(scene, placed, refused, views)
+    return without_contradicted(tied_to_neighbours(scene, placed, views), views), refused
 
 
 def _lost(placed: Placed, state: AdjustedPhotos) -> list[Unoriented]:
@@ -101,7 +108,7 @@ def _adjusted(scene: Scene, placed: Placed, search: tuple[int, int, int], *, las
     while True:
         network = _network(scene, placed, control)
         try:
-            dependence = _dependence(scene, placed, control) if last else None
+            dependence = dependence_of(placed.photos, control, scene.surface) if last else None
             return AdjustedPhotos(placed, tuple(control), network, adjust(network, _TESTS, dependence))
         except NotDetermined as error:
             on = network.photos
@@ -110,10 +117,6 @@ def _adjusted(scene: Scene, placed: Placed, search: tuple[int, int, int], *, las
             if len(keep) == len(placed.photos) or not len(keep):
                 raise
             placed, control = placed.only(keep), [control[k] for k in keep]
-
-
-def _dependence(scene: Scene, placed: Placed, control: Sequence[ControlPoints]) -> Dependence:
-    return dependence_of(placed.photos, control, float(np.median(scene.surface.spacing)))
 
 
 def _network(scene: Scene, placed: Placed, control: Sequence[ControlPoints]) -> Network:

@@ -21,7 +21,9 @@ from frontage.orientation.rigs import carriers_of
 TIES, CONTROL, PLACES, SURFACES = 0, 1, 2, 3
 """Groups of observations, each with a variance of its own; PLACES are the rows that hold control points."""
 
-_TIE_SIGMA_PX = 0.5
+TIE_SIGMA_PX = 0.5
+"""First standard error of a measurement of a tie point, px per axis."""
+
 _HELD_M = 1e-4  # rows that hold control points; their errors are part of the image observations
 _REACH_M = 0.2  # between a tie point and the middle of the flat piece that it lies on
 _OFF_M = 0.05  # from its plane
@@ -118,7 +120,7 @@ def _sigmas_of(cameras: Sequence[Camera], number: Int, sigmas: Sequence[Float]) 
 def tie_images(ties: TiePoints) -> ImageObservations:
     """Returns the image measurements of tie points as observations."""
     m = len(ties.photo)
-    return ImageObservations(ties.photo, ties.point, ties.pixels, np.full(m, _TIE_SIGMA_PX), np.full(m, TIES))
+    return ImageObservations(ties.photo, ties.point, ties.pixels, np.full(m, TIE_SIGMA_PX), np.full(m, TIES))
 
 
 def _control_images(

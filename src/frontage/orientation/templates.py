@@ -18,7 +18,7 @@ from frontage.orientation.gradients import Channels
 
 HALF = 24  # px of the rendering: a template has 49 x 49
 _STEP = 16  # px between templates
-LEAST_KNOWN = 0.5  # share of a template that must be known
+_LEAST_KNOWN = 0.5  # share of a template that must be known, of a large one as much as a whole small one has
 _STANDS_OUT = 4.5  # standard deviations above the mean of what chance achieves
 _ELSEWHERE, _FEWEST_ELSEWHERE = 200, 20  # places of the photo that tell what chance achieves
 _AT_ONCE = 512  # templates whose pixels are held in memory
@@ -66,6 +66,14 @@ def known_share(known: Bool, half: int = HALF) -> Array:
     return share
 
 
+def least_known(half: int = HALF) -> float:
+    """Returns which share of a template must be known: half of it, or as much as a whole small one has.
+
+    Where the scan has many gaps, large templates see enough of it between them.
+    """
+    return min(_LEAST_KNOWN, ((2 * HALF + 1) / (2 * half + 1)) ** 2)
+
+
 def correlation_surfaces(
     template: Channels,
     photo: Channels,
@@ -85,7 +93,7 @@ def correlation_surfaces(
     reach = half + radius
     rows, columns = np.arange(reach, h - reach, step), np.arange(reach, w - reach, step)
     grid = np.stack(np.meshgrid(columns, rows), axis=-1).reshape(-1, 2)
-    useful = known_share(template.known, half) > LEAST_KNOWN
+    useful = known_share(template.known, half) > least_known(half)
     useful &= True if wanted is None else wanted
     grid = grid[useful[grid[:, 1], grid[:, 0]]].astype(np.int64)
     power = (photo.values**2).sum(0)
