@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from frontage.openings import FoundOpenings, find_openings
+from frontage.openings.layout.candidates import _bars
 from frontage.openings.layout.joinery import joinery_planes
 from frontage.openings.layout.strips import find_strips
 from frontage.openings.wall.beams import sort_beams
@@ -84,3 +85,13 @@ def test_a_bar_in_the_plane_of_its_frame_parts_nothing(deep, lying):
     (only,) = found_in([*wall([field]), *framed(field, deep), box(*(transom if lying else upright)), room])
     assert only[0] < LEFT + 0.1 and only[2] > RIGHT - 0.1
     assert only[1] < LOW + 0.1 and only[3] > HIGH - 0.1
+
+
+def test_a_bar_beside_a_column_of_noise_is_a_bar():
+    open_ = np.zeros((60, 40), np.bool_)
+    open_[5:55, 4:19], open_[5:55, 22:37] = True, True
+    open_[18:34, 18] = False  # leaves of a plant behind the pane, right beside the bar
+    bars = _bars(open_, 4)[5:55, 19:22]
+    assert bars[:13].all() and bars[29:].all()
+    open_[5:30, 22:37] = False  # a window beside a door
+    assert not _bars(open_, 4)[5:55, 19:22].any()

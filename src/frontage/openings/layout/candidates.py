@@ -148,7 +148,7 @@ def _bars(open_: Bool, thick: int) -> Bool:
     for number, (rows, columns) in enumerate(ndimage.find_objects(labels), 1):
         middle = (rows.start + rows.stop) // 2
         sides = slice(max(columns.start - thick, 0), columns.start), slice(columns.stop, columns.stop + thick)
-        left, right = (_run(whole[:, side].any(axis=1), middle) for side in sides)
+        left, right = (_run(np.any(whole[:, side], axis=1), middle) for side in sides)
         if max(abs(left[0] - right[0]), abs(left[1] - right[1])) > thick:
             bars[rows, columns] &= labels[rows, columns] != number
     return bars
