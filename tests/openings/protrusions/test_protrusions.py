@@ -66,17 +66,29 @@ def test_the_door_of_a_balcony_reaches_down_to_its_floor():
     assert sigma[found.ring[:, 1].argmin(), 1] > 5 * sigma[found.ring[:, 1].argmax(), 1]
 
 
-@pytest.mark.parametrize(("sigma", "kind"), [(0.02, "window"), (0.3, "door")])
-def test_a_foot_that_is_known_is_not_lowered_to_the_floor_of_a_balcony(sigma, kind):
-    facade, scan = scanned(balcony(2.0, 4.5, 4.0, -1.0), wall=[box(0, 2.6, 0, 0.3, 0, 9)])
+@pytest.mark.parametrize(
+    ("sigma", "sides", "kind"),
+    [
+        (0.3, [(2.6, 3.8)], "door"),
+        (0.02, [(2.6, 3.8)], "door"),  # known from its row, but a balcony has a door
+        (0.3, [(2.2, 3.1), (3.4, 4.3)], "door"),
+        (0.02, [(2.2, 3.1), (3.4, 4.3)], "window"),  # either may be the door
+    ],
+)
+def test_openings_with_hidden_feet_lead_to_the_balcony_unless_rows_tell_their_sills(sigma, sides, kind):
+    facade, scan = scanned(balcony(2.0, 4.5, 4.0, -1.0), wall=[box(0, 2.2, 0, 0.3, 0, 9)])
     (rail,) = protrusions(facade, scan, ground=0.0)
-    ring = np.array([(2.6, 5.0), (3.8, 5.0), (3.8, 6.2), (2.6, 6.2)])
-    window = Opening(
-        id="", kind=OpeningKind.WINDOW, ring=ring, ring_covariance=np.eye(8) * sigma**2, depth=None,
-        shape="rectangle", provenance="measured", evidence=99.0, confidence=1.0, floor=0, bay=0,
-    )  # fmt: skip
-    (told,) = with_balcony_doors([window], [rail], FacadeBeams.of(facade, scan), facade)
-    assert told.kind == kind and (told.ring[0, 1] < 4.5) == (kind == "door")
+    windows = [
+        Opening(
+            id="", kind=OpeningKind.WINDOW, ring=np.array([(a, 5.0), (b, 5.0), (b, 6.2), (a, 6.2)]),
+            ring_covariance=np.eye(8) * sigma**2, depth=None, shape="rectangle", provenance="measured",
+            evidence=99.0, confidence=1.0, floor=0, bay=0,
+        )
+        for a, b in sides
+    ]  # fmt: skip
+    told = with_balcony_doors(windows, [rail], FacadeBeams.of(facade, scan), facade)
+    assert [o.kind for o in told] == [kind] * len(sides)
+    assert all((o.ring[:, 1].min() < 4.5) == (kind == "door") for o in told)
 
 
 def test_a_window_above_a_balcony_that_shows_its_wall_stays_one():

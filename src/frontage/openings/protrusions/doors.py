@@ -28,32 +28,49 @@ def with_balcony_doors(
     """Returns the openings, those that lead to a balcony as doors that reach down to its floor.
 
     An opening leads to a balcony that stands before its foot where no beam shows wall between that foot and
-    the floor, unless that foot is known as well as the floor. The lower border is then inferred: its error is
-    that of the floor, and one border of four counts less in the confidence.
+    the floor. If the foot is known as well as the floor, it is so from other openings of the row, and counts
+    unless this is the only opening that leads there: a balcony has a door. The lower border is then inferred:
+    its error is that of the floor, and one border of four counts less in the confidence.
     """
     balconies = [p for p in protrusions if p.kind is ProtrusionKind.BALCONY]
-    return tuple(_reaching(o, balconies, beams, facade) for o in openings)
+    floors = [[_floor(o, balcony, beams, facade) for o in openings] for balcony in balconies]
+    found = list(openings)
+    for own in floors:
+        leading = [k for k, floor in enumerate(own) if floor is not None]
+        for k in leading:
+            floor = own[k]
+            if (
+                floor is not None
+                and found[k] is openings[k]
+                and (len(leading) == 1 or not _is_known(openings[k]))
+            ):
+                found[k] = _lowered(openings[k], floor)
+    return tuple(found)
 
 
-def _reaching(
-    opening: Opening, balconies: Sequence[Protrusion], beams: FacadeBeams, facade: Facade
-) -> Opening:
-    """Returns the opening, as a door if it leads to one of the balconies."""
+def _floor(opening: Opening, balcony: Protrusion, beams: FacadeBeams, facade: Facade) -> float | None:
+    """Returns the height z m of the floor of a balcony that an opening leads to, None if it does not."""
     x0, z0, x1, z1 = _box(opening.ring)
-    flat = np.flatnonzero(opening.ring[:, 1] < z0 + 1e-6)
-    known = np.diag(opening.ring_covariance)[2 * flat + 1] < _SIGMA**2
-    if opening.on or len(flat) < 2 or x1 - x0 < _NARROW or known.all():
-        return opening
-    for balcony in balconies:
-        a, low, b, high = _box(balcony.ring)
-        floor = low + _FLOOR
-        hidden = high + _RISE * abs(float(balcony.front.value))
-        beside = x0 > a - _BESIDE and x1 < b + _BESIDE
-        if not beside or not low - _BESIDE <= z0 <= hidden or z1 - floor < MASONRY.door_height or z1 < high:
-            continue
-        if not _shows_wall(beams, (x0, floor + _MARGIN, x1, z0 - _MARGIN), facade):
-            return _lowered(opening, flat, floor)
-    return opening
+    if opening.on or len(_foot(opening)) < 2 or x1 - x0 < _NARROW:
+        return None
+    a, low, b, high = _box(balcony.ring)
+    floor = low + _FLOOR
+    hidden = high + _RISE * abs(float(balcony.front.value))
+    beside = x0 > a - _BESIDE and x1 < b + _BESIDE
+    if not beside or not low - _BESIDE <= z0 <= hidden or z1 - floor < MASONRY.door_height or z1 < high:
+        return None
+    return None if _shows_wall(beams, (x0, floor + _MARGIN, x1, z0 - _MARGIN), facade) else floor
+
+
+def _foot(opening: Opening) -> Int:
+    """Returns the numbers of the lowest vertices of an opening."""
+    z = opening.ring[:, 1]
+    return np.flatnonzero(z < z.min() + 1e-6)
+
+
+def _is_known(opening: Opening) -> bool:
+    """Returns whether the foot of an opening is known as well as the floor of a balcony is."""
+    return bool((np.diag(opening.ring_covariance)[2 * _foot(opening) + 1] < _SIGMA**2).all())
 
 
 def _shows_wall(beams: FacadeBeams, box: Box, facade: Facade) -> bool:
@@ -68,9 +85,9 @@ def _shows_wall(beams: FacadeBeams, box: Box, facade: Facade) -> bool:
     return on >= _FEW and on > through
 
 
-def _lowered(opening: Opening, flat: Int, floor: float) -> Opening:
-    """Returns the opening as a door with its foot, the vertices `flat`, on the floor at z m."""
-    ring, covariance = opening.ring.copy(), opening.ring_covariance.copy()
+def _lowered(opening: Opening, floor: float) -> Opening:
+    """Returns the opening as a door with its foot on the floor at z m."""
+    ring, covariance, flat = opening.ring.copy(), opening.ring_covariance.copy(), _foot(opening)
     ring[flat, 1] = floor
     index = 2 * flat + 1
     covariance[index, :] = covariance[:, index] = 0.0
