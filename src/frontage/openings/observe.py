@@ -92,10 +92,8 @@ def observe_wall(facade: Facade, scan: Scan, options: OpeningOptions) -> Observe
     if slats:
         beams = with_slats(beams, slats)
         finest = _weighed_again(finest, partial(again, facade, beams))
-    wider = [
-        [again(facade, beams, inside=None, scale=wide * scale) for scale in _SIDES]
-        for wide in wider_cells(finest[0])
-    ]
+    weighed = partial(again, facade, beams, inside=None)
+    wider = [[weighed(scale=wide * side) for side in _SIDES] for wide in wider_cells(finest[0])]
     return ObservedWall(facade, beams, finest[0], [finest, *wider], posts + strips, ground)
 
 
