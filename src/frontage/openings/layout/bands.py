@@ -48,6 +48,12 @@ class _Found:
     like: list[float]
     rail: Post | None
 
+    @property
+    def is_wide(self) -> bool:
+        """Whether the post is as wide as two frames, and as the least pier."""
+        least = max(MASONRY.half_brick, _FRAMES * float(np.mean(self.frames)))
+        return self.post.x1 - self.post.x0 >= least
+
 
 def find_posts(
     planes: Sequence[JoineryPlane], evidences: Sequence[Evidence], ground: float
@@ -60,13 +66,8 @@ def find_posts(
     are those of the wall on several rasters. What stands on most of them is as wide as they show on average.
     """
     walls = [_wall(evidence) for evidence in evidences]
-    found = [
-        one
-        for one in _on_most(
-            [_find(planes, e, wall, ground) for e, wall in zip(evidences, walls, strict=True)]
-        )
-        if one.post.x1 - one.post.x0 >= max(MASONRY.half_brick, _FRAMES * sum(one.frames) / 2.0)
-    ]
+    rasters = [_find(planes, e, wall, ground) for e, wall in zip(evidences, walls, strict=True)]
+    found = [one for one in _on_most(rasters) if one.is_wide]
     posts = [one.post for one in found]
     kept = [one for one in found if _room(one.post, posts, one.like, walls[0], evidences[0]) >= _WINDOW]
     return tuple(post for one in kept for post in (one.post, one.rail) if post is not None)
@@ -117,9 +118,8 @@ def _find(planes: Sequence[JoineryPlane], evidence: Evidence, wall: Bool, ground
                 continue
             post, frames, high = seen
             like = [] if evidence.rays else _like(post, plane, pieces, evidence)
-            found.append(
-                _Found(post, frames, like, _rail(post, high, full, wall, evidence) if high else None)
-            )
+            rail = _rail(post, high, full, wall, evidence) if high else None
+            found.append(_Found(post, frames, like, rail))
     return found
 
 
