@@ -10,6 +10,7 @@ from frontage.model import Estimate, Exposure, MountedCamera, Photo, Rig
 from frontage.orientation.neighbours import placed_again, placed_by_neighbours
 from frontage.orientation.result import Unoriented
 from frontage.orientation.ties.reasons import copy_of
+from frontage.orientation.views import Views
 from orientation.sharedviews import common, painted_street, placed, scene_of
 
 
@@ -43,13 +44,13 @@ def test_a_refused_photo_is_looked_for_again_unless_it_is_on_a_rig(street):
     pair, _ = common(photos, xyz, 0, 1)
     refused = [Unoriented("1.jpg", "O104", "the scan is found elsewhere")]
     scene = scene_of(surface, unposed(photos), [pair])
-    found, rest = placed_again(scene, placed(photos, 0), refused)
+    found, rest = placed_again(scene, placed(photos, 0), refused, Views(scene, [placed(photos, 0)]))
     assert not rest and found.numbers.tolist() == [0, 1]
     assert np.linalg.norm(found.photos[1].pose.t - photos[1].pose.t) < 0.03
     cameras = (MountedCamera("left"), MountedCamera("right"))
     rig = Rig("car", cameras, (Exposure("1", ("0.jpg", "1.jpg"), (0, 1)),))
     carried = replace(scene, rigs=(rig,))
-    found, rest = placed_again(carried, placed(photos, 0), refused)
+    found, rest = placed_again(carried, placed(photos, 0), refused, Views(carried, [placed(photos, 0)]))
     assert found.numbers.tolist() == [0] and rest == refused
 
 

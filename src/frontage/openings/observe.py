@@ -23,7 +23,7 @@ from frontage.openings.wall.recesses import with_recesses
 from frontage.openings.wall.slats import find_slats, with_slats
 
 _FEWEST_POINTS = 200  # fewer points tell neither the density nor the noise of a wall
-# sides of the cells of three rasters, whose borders lie in other places, in sides that are asked for
+# sides of the cells of three rasters, as multiples of the side that the spacing asks for
 _SIDES = (1.0, 1.1, 1.2)
 
 
@@ -81,7 +81,8 @@ def observe_wall(facade: Facade, scan: Scan, options: OpeningOptions) -> Observe
     if recessed is not None:
         beams = sort_beams(facade, scan, recessed)
         evidence = again(facade, beams)
-    finest = [evidence, *(again(facade, beams, inside=None, scale=scale) for scale in _SIDES[1:])]
+    first = partial(again, facade, inside=None)
+    finest = [evidence, *(first(beams, scale=scale) for scale in _SIDES[1:])]
     planes = list(joinery_planes(beams, evidence))
     strips = find_strips(beams, planes, finest)
     posts = find_posts(planes, finest, ground)
@@ -92,8 +93,7 @@ def observe_wall(facade: Facade, scan: Scan, options: OpeningOptions) -> Observe
     if slats:
         beams = with_slats(beams, slats)
         finest = _weighed_again(finest, partial(again, facade, beams))
-    weighed = partial(again, facade, beams, inside=None)
-    wider = [[weighed(scale=wide * side) for side in _SIDES] for wide in wider_cells(finest[0])]
+    wider = [[first(beams, scale=wide * side) for side in _SIDES] for wide in wider_cells(finest[0])]
     return ObservedWall(facade, beams, finest[0], [finest, *wider], posts + strips, ground)
 
 

@@ -43,11 +43,11 @@ def placed_by_neighbours(
 
 
 def placed_again(
-    scene: Scene, placed: Placed, refused: Sequence[Unoriented], views: Views | None = None
+    scene: Scene, placed: Placed, refused: Sequence[Unoriented], views: Views
 ) -> tuple[Placed, list[Unoriented]]:
     """Looks for refused photos once more, now that the poses of their neighbours are adjusted.
 
-    views  of the placed photos, to which those that get a place are added; drawn here if None
+    views  of the placed photos, to which those that get a place are added
 
     Cameras of rigs are not looked for: the other cameras of their exposures have told where they are.
     """

@@ -77,8 +77,11 @@ def without_contradicted(placed: Placed, views: Views) -> Placed:
 
 @dataclass(frozen=True, eq=False)
 class _Asked:
-    """What the scan tells of the tie points of two photos: rows (m, 2) of their measurements, and how far
-    (m,) standard errors they are off; NaN where it tells nothing."""
+    """What the scan tells of the tie points of two photos.
+
+    rows  (m, 2), numbers of the measurements in either photo
+    off   (m,) standard errors, how far the scan contradicts them; NaN where it tells nothing
+    """
 
     rows: Int
     off: Float

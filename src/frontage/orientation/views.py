@@ -89,8 +89,12 @@ class Views:
 
 @dataclass(frozen=True, eq=False)
 class Seen:
-    """Pixels (n, 2) of a photo, the points (n, 3) m of the scan that a neighbour sees there, and how far
-    (n,) m they are from it."""
+    """What a neighbour tells of a photo.
+
+    pixels  (n, 2) px, places in the photo
+    xyz     (n, 3) m, points of the scan that the neighbour sees there
+    away    (n,) m, how far these points are from the neighbour
+    """
 
     pixels: Float
     xyz: Float

@@ -41,7 +41,7 @@ class Corner:
     reach: float
 
     def beside(self, raster: OrthoRaster, tile: Tile) -> Bool:
-        """Returns which pixels (m, n) of a tile lie on the wall within `reach` of the corner."""
+        """Returns which pixels (m, n) of a tile are on the side of the wall, within `reach` of the corner."""
         x = raster.corner[0] + (np.arange(tile.c0, tile.c1) + 0.5) * raster.gsd
         z = raster.corner[1] - (np.arange(tile.r0, tile.r1) + 0.5) * raster.gsd
         inward = (x - self.x) * self.wall
@@ -71,7 +71,7 @@ def find_corners(xyz_facade: Array, relief: ReliefMap | None) -> tuple[Corner, .
 
 
 def _upright(ahead: Array, cells: OrthoRaster) -> Array:
-    """The cells (h, w) uint8 in and beside which points (n, 3) m lie in both layers, of tall walls."""
+    """The cells (h, w) uint8 of tall walls: in or beside each, points (n, 3) m lie in both layers."""
     shape = (cells.height, cells.width)
     cell, inside = gridding.cell_index(cells.pixel(ahead), shape)
     share = (-ahead[inside, 1] - _BEFORE_M[0]) / (_BEFORE_M[1] - _BEFORE_M[0])
@@ -86,9 +86,9 @@ def _upright(ahead: Array, cells: OrthoRaster) -> Array:
 
 
 def _corner(box: Array, known: Bool, ahead: Float, cells: OrthoRaster) -> Corner | None:
-    """The corner at a wall whose cells have these bounds.
+    """The corner at the other wall, whose cells fill a box of the raster.
 
-    None where the facade was measured on both sides of it, or on none.
+    None where the facade was measured on both sides of that wall, or on neither.
     """
     left, top, width, height = box[:4].tolist()
     rows = known[top : top + height]

@@ -21,9 +21,7 @@ MAP_ERROR_PX = 0.01  # in the photo: by how much a polynomial may differ from th
 _DEGREES = ((5, 2), (5, 3), (5, 4), (9, 6))
 _SMALL_PX = 256  # sides of tiles to which lower degrees fit as well
 _SMALL_DEGREES = ((3, 2), *_DEGREES)
-_DROPPED_PX = (
-    0.001  # in the photo: effect of a power of the depth, or of degrees, below which they are dropped
-)
+_DROPPED_PX = 0.001  # in the photo: powers of the depth and degrees with less effect are dropped
 _FLAT_M = 1e-4  # relief within a tile that no photo resolves
 
 PixelMap = Callable[[Array, Array, Array | float], Float]

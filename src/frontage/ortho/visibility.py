@@ -70,9 +70,8 @@ def visibility(
         cv2.remap(_shadows(centre, xyz, gap, fine), u, v, cv2.INTER_NEAREST, borderMode=cv2.BORDER_REPLICATE)
         for xyz, gap in (cloud.part, cloud.free, cloud.solid)
     )
-    around = cv2.erode(
-        part, box, borderType=cv2.BORDER_REPLICATE
-    )  # what hides the cells beside one hides it only if it lies before that, too
+    # What hides the cells beside one hides that cell only if it lies before it, too.
+    around = cv2.erode(part, box, borderType=cv2.BORDER_REPLICATE)
     part, around, stands, blocks = (_behind(near, own, slope) for near in (part, around, stands, blocks))
     # A cell between two hidden ones is hidden, and the outline of a tree or car is known to a cell at best.
     behind, solid = (cv2.dilate((off < -_TOLERANCE_M).astype(np.uint8), box) > 0 for off in (stands, blocks))

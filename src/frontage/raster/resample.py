@@ -183,7 +183,10 @@ def _gaussian(jacobian: Float) -> Callable[[Array], Array]:
 
 
 def _magnified(source: Array, factor: int, clamp: bool) -> Array:
-    """Magnifies (h, w, 3) by `factor` to RGBA, or (h, w), with `clamp` to the range of the neighbours."""
+    """Magnifies colours (h, w, 3) by `factor` to RGBA, or grey values (h, w) to grey values.
+
+    With `clamp`, no value leaves the range of its neighbours.
+    """
     if source.ndim == 3:
         source = cv2.cvtColor(source, cv2.COLOR_RGB2RGBA)
     size = (source.shape[1] * factor, source.shape[0] * factor)

@@ -34,6 +34,31 @@ _STEEP = 2.0  # m that sills hide per m of depth
 _HIDDEN = 0.5  # share of the expected beams that come at most where something before the wall hides a sill
 
 
+@dataclass(frozen=True, eq=False)
+class _Cells:
+    """One raster of a wall: beams per cell (h, w), averaged over half a brick, and which cells are wall.
+
+    solid  beams that ended on the wall
+    due    beams that a wall would return
+    wall   columns of wall that are as wide as a pier
+    """
+
+    evidence: Evidence
+    solid: Float
+    due: Float
+    wall: Bool
+
+    @classmethod
+    def of(cls, evidence: Evidence) -> "_Cells":
+        """Averages the beams of one raster."""
+        pier = max(int(MASONRY.half_brick / evidence.raster.cell), 1)
+        most = np.maximum(
+            evidence.expected, 1.0
+        )  # a blade that is seen from the side heaps up and is no pier
+        solid, due = _evened(np.minimum(evidence.solid, most)), _evened(evidence.expected)
+        return cls(evidence, solid, due, opened(solid > FULL * np.maximum(due, 1e-9), (1, pier)))
+
+
 @dataclass(frozen=True)
 class _Found:
     """A post that stands between two frames as one raster shows it.
@@ -65,11 +90,10 @@ def find_posts(
     of a passage, for example. There the rail of their frames separates them from what is below. `evidences`
     are those of the wall on several rasters. What stands on most of them is as wide as they show on average.
     """
-    walls = [_wall(evidence) for evidence in evidences]
-    rasters = [_find(planes, e, wall, ground) for e, wall in zip(evidences, walls, strict=True)]
-    found = [one for one in _on_most(rasters) if one.is_wide]
-    posts = [one.post for one in found]
-    kept = [one for one in found if _room(one.post, posts, one.like, walls[0], evidences[0]) >= _WINDOW]
+    rasters = [_Cells.of(evidence) for evidence in evidences]
+    found = [one for one in _on_most([_find(planes, cells, ground) for cells in rasters]) if one.is_wide]
+    posts, finest = [one.post for one in found], rasters[0]
+    kept = [one for one in found if _room(one.post, posts, one.like, finest.wall, finest.evidence) >= _WINDOW]
     return tuple(post for one in kept for post in (one.post, one.rail) if post is not None)
 
 
@@ -89,26 +113,13 @@ def _mean_post(posts: Sequence[Post]) -> Post:
     return Post(x0, z0, x1, z1, y, level=posts[0].level)
 
 
-def _wall(evidence: Evidence) -> Bool:
-    """Returns the cells (h, w) of wall in columns that are as wide as a pier."""
-    pier = max(int(MASONRY.half_brick / evidence.raster.cell), 1)
-    solid, due = _solid(evidence), _evened(evidence.expected)
-    return opened(solid > FULL * np.maximum(due, 1e-9), (1, pier))
-
-
-def _solid(evidence: Evidence) -> Float:
-    """Returns the beams (h, w) that ended on the wall: a blade seen from the side heaps up and is no pier."""
-    return _evened(np.minimum(evidence.solid, np.maximum(evidence.expected, 1.0)))
-
-
-def _find(planes: Sequence[JoineryPlane], evidence: Evidence, wall: Bool, ground: float) -> list[_Found]:
-    """Finds the posts on one raster with its cells of `wall` (h, w), whatever their widths."""
-    solid, due = _solid(evidence), _evened(evidence.expected)
-    shaded = SHADED * due
-    free = (evidence.expected > 0.0) & ~wall
+def _find(planes: Sequence[JoineryPlane], cells: _Cells, ground: float) -> list[_Found]:
+    """Finds the posts on one raster, whatever their widths."""
+    evidence, wall = cells.evidence, cells.wall
+    shaded, free = SHADED * cells.due, (evidence.expected > 0.0) & ~wall
     found: list[_Found] = []
     for plane in planes:
-        ended = solid + _evened(evidence.raster.count(*np.hstack(plane.stopped[1:])))
+        ended = cells.solid + _evened(evidence.raster.count(*np.hstack(plane.stopped[1:])))
         passed = _evened(evidence.raster.count(*plane.beyond))
         full = (ended > FULL * (ended + passed)) & (ended > shaded) & free
         pieces = list(_uprights(full, evidence.raster.cell))

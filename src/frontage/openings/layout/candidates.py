@@ -42,9 +42,8 @@ def find_boxes(
     open_ = evidence.is_open
     if evidence.rays:  # without them, what lies beside an opening may be a shadow
         thick = int(MASONRY.half_brick / evidence.raster.cell) + 1
-        open_ = (open_ | _bars(open_, thick) | _bars(open_.T, thick).T) & ~cells_held_by(
-            posts, evidence.raster
-        )
+        open_ = open_ | _bars(open_, thick) | _bars(open_.T, thick).T
+        open_ &= ~cells_held_by(posts, evidence.raster)
     parts = _components(evidence, least, open_)
     found = best_layout(_rivals(evidence, parts, least=least, framed=framed, share=_LESSER), pier)
     if evidence.rays:  # lines of sight tell bars from walls

@@ -178,7 +178,7 @@ class Framing:
         return np.stack([above.is_wall | self._is_at_rail(r1, c0, c1), below.is_wall | stands])
 
     def _is_at_rail(self, row: Int, c0: Int, c1: Int) -> Bool:
-        """Returns whether most columns [c0, c1) hold a rail within two cells of a row (n,)."""
+        """Returns whether a rail lies within two cells of a row (n,) in most of its columns [c0, c1)."""
         low, high = (np.clip(row + k, 0, self._shape[0]) for k in (-2, 2))
         c0, c1 = (np.clip(c, 0, self._shape[1]) for c in (c0, c1))
         held = self._rails[high, c1] - self._rails[low, c1] - self._rails[high, c0] + self._rails[low, c0]

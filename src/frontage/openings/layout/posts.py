@@ -127,17 +127,16 @@ def _on_posts(lines: WallCrossings, posts: Sequence[Post]) -> tuple[WallCrossing
 
 
 def with_post_borders(outline: Outline, posts: Sequence[Post]) -> Outline:
-    """Returns the outline with those borders where they belong that a post sets.
+    """Returns the outline with the borders beside a post put where windows that meet in it end.
 
     Windows meet anywhere in the middle half of the post. Each ends where that half begins, so that the post
-    stays between them; the error is that of a place that is anywhere in the half.
+    stays between them. The error is that of a place anywhere in the half.
     """
     covariance, borders, place = outline.covariance.copy(), list(outline.borders), list(outline.place)
-    for post in posts:
-        for k, side, towards in () if post.level else ((0, 0, 0.25), (1, 2, -0.25)):
-            width = post.x1 - post.x0
-            beside = min(place[3], post.z1) > max(place[1], post.z0)
-            if beside and abs(outline.place[side] - post.middle) < width:
+    for post in (p for p in posts if not p.level and min(place[3], p.z1) > max(place[1], p.z0)):
+        width = post.x1 - post.x0
+        for k, side, towards in ((0, 0, 0.25), (1, 2, -0.25)):
+            if abs(outline.place[side] - post.middle) < width:
                 place[side] = post.middle + towards * width
                 covariance[k, :] = covariance[:, k] = 0.0
                 covariance[k, k] = width**2 / 12.0

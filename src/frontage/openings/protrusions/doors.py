@@ -28,24 +28,19 @@ def with_balcony_doors(
     """Returns the openings, those that lead to a balcony as doors that reach down to its floor.
 
     An opening leads to a balcony that stands before its foot where no beam shows wall between that foot and
-    the floor. If the foot is known as well as the floor, it is so from other openings of the row, and counts
-    unless this is the only opening that leads there: a balcony has a door. The lower border is then inferred:
-    its error is that of the floor, and one border of four counts less in the confidence.
+    the floor. A foot that is known as well as the floor is known from other openings of its row. It stays,
+    unless this is the only opening that leads there, because a balcony has a door. The lower border of a door
+    is inferred: its error is that of the floor, and one border of four counts less in the confidence.
     """
     balconies = [p for p in protrusions if p.kind is ProtrusionKind.BALCONY]
-    floors = [[_floor(o, balcony, beams, facade) for o in openings] for balcony in balconies]
-    found = list(openings)
-    for own in floors:
-        leading = [k for k, floor in enumerate(own) if floor is not None]
-        for k in leading:
-            floor = own[k]
-            if (
-                floor is not None
-                and found[k] is openings[k]
-                and (len(leading) == 1 or not _is_known(openings[k]))
-            ):
-                found[k] = _lowered(openings[k], floor)
-    return tuple(found)
+    lowered: dict[int, Opening] = {}
+    for balcony in balconies:
+        told = ((k, _floor(o, balcony, beams, facade)) for k, o in enumerate(openings))
+        floors = {k: floor for k, floor in told if floor is not None}
+        for k, floor in floors.items():
+            if len(floors) == 1 or not _is_known(openings[k]):
+                lowered.setdefault(k, _lowered(openings[k], floor))
+    return tuple(lowered.get(k, o) for k, o in enumerate(openings))
 
 
 def _floor(opening: Opening, balcony: Protrusion, beams: FacadeBeams, facade: Facade) -> float | None:
@@ -69,7 +64,7 @@ def _foot(opening: Opening) -> Int:
 
 
 def _is_known(opening: Opening) -> bool:
-    """Returns whether the foot of an opening is known as well as the floor of a balcony is."""
+    """Returns whether the standard error of the foot of an opening is below that of a balcony's floor."""
     return bool((np.diag(opening.ring_covariance)[2 * _foot(opening) + 1] < _SIGMA**2).all())
 
 
