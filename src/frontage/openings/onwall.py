@@ -9,7 +9,7 @@ from frontage.model.facade import Facade
 from frontage.model.opening import Opening
 from frontage.model.ortho import OrthoImage
 from frontage.model.scan import Scan
-from frontage.openings.borders.agreement import with_supported_borders
+from frontage.openings.borders.agreement import is_head_open, with_supported_borders
 from frontage.openings.borders.measure import measure
 from frontage.openings.borders.outline import Outline
 from frontage.openings.closed.find import find_closed_openings
@@ -70,6 +70,11 @@ def _measured(
     spacing = spacing_at(rough, evidence, facade.spacing)
     cell = [max(p.evidence.raster.cell, s) for p, s in zip(places, spacing, strict=True)]
     measured = measure(beams, rough, cell, spacing)
+    flat = [k for k, p in enumerate(places) if is_head_open(measured[k], p.box, p.evidence)]
+    cells, spacings = ([sides[k] for k in flat] for sides in (cell, spacing))
+    straight = measure(beams, [rough[k] for k in flat], cells, spacings, measured, flat=True)
+    for k, outline in zip(flat, straight, strict=True):
+        measured[k] = outline
     checked = [with_supported_borders(o, p.box, p.evidence) for o, p in zip(measured, places, strict=True)]
     told = zip(checked, places, are_openings(checked), strict=True)
     real = [(outline, p.box, p.worth) for outline, p, is_one in told if is_one]
@@ -89,9 +94,9 @@ def _measured(
     separate = without_overlaps(pooled, [place for _, place, _ in real], evidence)
     kept = without_unsupported(separate, wall.ground)
     outlines, found = [], []
-    for (_, _, worth), outline in zip(real, kept, strict=True):
-        if outline is not None:
-            own = with_post_borders(outline, wall.posts)
+    for (_, _, worth), one in zip(real, kept, strict=True):
+        if one is not None:
+            own = with_post_borders(one, wall.posts)
             provenance = Provenance.POOLED if own.pooled else Provenance.MEASURED
             outlines.append(own)
             found.append((own, provenance, worth, own.sure))

@@ -1,13 +1,17 @@
 """Curved heads of openings that few beams show."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import shapely
 
 from frontage.geometry.ring import ring_contains
+from frontage.openings import find_openings
 from frontage.openings.borders.measure import measure
 from frontage.openings.borders.shapes import ring_of
 from frontage.openings.wall.crossings import CrossingBeams
+from fronts import box_of, scan_wall
 
 EYE = np.array([0.5, -8.0, 1.7])
 FRAME = 0.15  # m behind the wall
@@ -58,3 +62,21 @@ def test_a_hood_mould_above_an_arch_does_not_draw_its_head_up(rough):
     sight = CrossingBeams(p[order].T, np.zeros((2, len(p))), none, depth[order], none, 0.015)
     found = measure(sight, [(1.0, 2.0, 2.2, rough)], 0.04, 0.02)[0]
     assert found.shape == "round" and found.place[3] == pytest.approx(4.0, abs=0.02)
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_casings_level_with_the_wall_beside_an_empty_upper_sash_are_no_pointed_head(seed):
+    place, sash, count = np.array([2.0, 1.0, 3.0, 3.4]), 2.3, 40
+    facade, scan = scan_wall([tuple(place)], spacing=0.04, depth=0.09, rays=False, seed=seed)
+    x, _, z = scan.xyz.T
+    empty = (x > place[0]) & (x < place[2]) & (z > sash) & (z < place[3])
+    rng = np.random.default_rng(seed)
+    left = rng.random(count) < 0.5
+    x = np.where(left, rng.uniform(2.02, 2.12, count), rng.uniform(2.88, 2.98, count))
+    casings = np.column_stack([x, rng.normal(0.0, 0.003, count), rng.uniform(sash, place[3], count)])
+    points = np.vstack([scan.xyz[~empty], casings])
+    scan = replace(scan, xyz=points, origin_index=np.full(len(points), -1, np.int32))
+    index = np.arange(len(points))
+    (found,) = find_openings(replace(facade, support=index, inliers=index), scan).openings
+    assert found.shape == "rectangle"
+    assert np.abs(box_of(found) - place).max() < 0.05

@@ -83,3 +83,20 @@ def test_a_second_wall_that_shows_behind_the_openings_as_well_is_no_inner_face()
 def test_panes_and_known_lines_of_sight_make_no_inner_face():
     assert inner_face_of(*scan_wall(WINDOWS, rays=False)) is None
     assert inner_face_of(*scan_wall(WINDOWS)) is None
+
+
+def test_points_of_a_room_count_no_more_than_the_beams_that_the_street_can_have_sent_there():
+    facade, scan = scan_wall(WINDOWS, spacing=0.04, rays=False)
+    x, _, z = scan.xyz.T
+    rare = np.random.default_rng(0).random(len(x)) < 0.2  # of the wall above the windows
+    scan = replace(scan, xyz=scan.xyz[(z < WINDOWS[0][3]) | rare], origin_index=None)
+    room = surface(1.2, spacing=0.012)
+    room[:, 1] += np.random.default_rng(0).uniform(0.0, 2.0, len(room))
+    street, furnished = (
+        weigh(seen, sort_beams(seen, cloud))
+        for seen, cloud in (with_points(facade, scan, points) for points in (room[:0], room))
+    )
+    thin = street.raster.middles(np.ones(street.llr.shape, bool))[:, 1] > WINDOWS[0][3]
+    more, due = (furnished.llr - street.llr).ravel()[thin].sum(), street.expected.ravel()[thin].sum()
+    assert furnished.open.sum() > 5.0 * street.expected.sum()  # far more than came through the windows
+    assert more < 0.1 * due

@@ -5,10 +5,12 @@ from dataclasses import replace
 
 import numpy as np
 
+from frontage.geometry.arrays import Float
 from frontage.geometry.ring import ring_contains
 from frontage.openings.borders.outline import Outline
 from frontage.openings.boxes import Box
-from frontage.openings.wall.evidence import Evidence
+from frontage.openings.wall.evidence import BEAMS_TO_DECIDE, SHADED, Evidence
+from frontage.openings.wall.raster import WallRaster
 
 _SLACK = 3.0  # cells by which a measured border may lie off the border of cells without a check
 _AGAINST = 12.0  # nats that must speak against the strip between the two borders: the price of an opening
@@ -60,22 +62,46 @@ def with_rough_borders(outline: Outline, rough: Box, sides: Collection[int], cel
     )
 
 
+def is_head_open(outline: Outline, rough: Box, evidence: Evidence) -> bool:
+    """Returns whether no wall shows between a curved head and the `rough` box around it.
+
+    What stands in the corners of such an opening is joinery, which returns as little as bars do.
+    """
+    if outline.rise <= 0.0:
+        return False
+    x0, _, x1, z1 = rough
+    cells = _cells((x0, outline.place[3] - outline.rise, x1, z1), evidence.raster)
+    outside = ~ring_contains(outline.bare_ring, _middles(cells, evidence))
+    solid, due = (float(m[cells].ravel()[outside].sum()) for m in (evidence.solid, evidence.expected))
+    return due >= BEAMS_TO_DECIDE and solid < SHADED * due
+
+
 def _against(side: int, rough: Box, outline: Outline, evidence: Evidence) -> bool:
     """Returns whether the evidence between a rough side and the measured one speaks against the latter."""
-    cell, axis, at = evidence.raster.cell, side % 2, outline.place[side]
-    if abs(at - rough[side]) <= _SLACK * cell:
+    axis, at = side % 2, outline.place[side]
+    if abs(at - rough[side]) <= _SLACK * evidence.raster.cell:
         return False
-    cells = [np.array([rough[k], rough[k + 2]]) for k in range(2)]
-    cells[axis] = np.sort([at, rough[side]])
-    columns, rows = (
-        slice(*np.clip(np.round((v - corner) / cell), 0, None).astype(int).tolist())
-        for v, corner in zip(cells, evidence.raster.corner, strict=True)
-    )
-    strip = evidence.llr[rows, columns]
+    strip = list(rough)
+    strip[axis], strip[axis + 2] = sorted((at, rough[side]))
+    cells = _cells((strip[0], strip[1], strip[2], strip[3]), evidence.raster)
+    llr = evidence.llr[cells]
     outward = (at < rough[side]) == (side < 2)
     if outward and outline.shape == "circle":
-        z, x = np.indices(strip.shape) + np.array([rows.start + 0.5, columns.start + 0.5])[:, None, None]
-        at_cells = np.column_stack([x.ravel(), z.ravel()]) * cell + evidence.raster.corner
-        strip = strip.ravel()[ring_contains(outline.bare_ring, at_cells)]
-    gain = float(strip.sum())
+        llr = llr.ravel()[ring_contains(outline.bare_ring, _middles(cells, evidence))]
+    gain = float(llr.sum())
     return gain < -_AGAINST if outward else gain > _AGAINST
+
+
+def _cells(box: Box, raster: WallRaster) -> tuple[slice, slice]:
+    """Returns the rows and columns of the cells within a box."""
+    ends = np.array(box).reshape(2, 2) - raster.corner
+    (c0, r0), (c1, r1) = np.clip(np.round(ends / raster.cell), 0, None).astype(int).tolist()
+    return slice(r0, r1), slice(c0, c1)
+
+
+def _middles(cells: tuple[slice, slice], evidence: Evidence) -> Float:
+    """Returns the middles (n, 2) x, z m of cells."""
+    z, x = (np.indices(evidence.llr[cells].shape) + np.array([[[c.start + 0.5]] for c in cells])).reshape(
+        2, -1
+    )
+    return np.column_stack([x, z]) * evidence.raster.cell + evidence.raster.corner

@@ -28,18 +28,19 @@ def measure(
     cell: float | Sequence[float],
     spacing: float | Sequence[float],
     others: Sequence[Outline] = (),
+    flat: bool = False,
 ) -> list[Outline]:
     """Measures the openings whose `boxes` are known to about two cells.
 
     `cell` and `spacing` are the sides of cells and the distances between beams, m, for all boxes or for each.
     Every opening is measured twice: first by itself, then with the blur of edges and the depth of sills and
     surrounds that the whole facade shows, where an opening's own points do not tell them. `others` were
-    measured before and show it as well.
+    measured before and show it as well. All heads are taken as straight where they are `flat`.
     """
     cells, spacings = (np.broadcast_to(m, len(boxes)).tolist() for m in (cell, spacing))
     alone = EdgeTraits(all_blurs=beams.rays)  # only lines of sight tell the blur
     first = [
-        _outline(beams, box, alone, cell=c, spacing=s)
+        _outline(beams, box, alone, cell=c, spacing=s, flat=flat)
         for box, c, s in zip(boxes, cells, spacings, strict=True)
     ]
     traits = facade_edge_traits([*others, *first])
@@ -88,8 +89,12 @@ def _outline(
     spacing: float,
     known: Outline | None = None,
     walls: Float | None = None,
+    flat: bool = False,
 ) -> Outline:
-    """Measures one opening; `known` is its first outline, `walls` (n,) m the depths of all walls."""
+    """Measures one opening; `known` is its first outline, `walls` (n,) m the depths of all walls.
+
+    Its head is straight where it is `flat`; otherwise its points tell.
+    """
     wide = beams.around(box, AROUND)
     near = wide.around(box, CLOSE)
     wall = find_wall(wide, box)  # borders end at the masonry around the opening, even where that is relief
@@ -101,7 +106,9 @@ def _outline(
     loose = known is not None and _loose(known, beams.wall)
     search = partial(find_borders, near, frame=frame, spacing=spacing, traits=traits, loose=loose)
     place, borders = search(box, cell=cell, rise=rise)
-    shape, place, rise, spread = _shape(near, place, borders, frame=frame, blur=traits.blur, known=known)
+    shape, spread = "rectangle", None
+    if not flat:
+        shape, place, rise, spread = _shape(near, place, borders, frame=frame, blur=traits.blur, known=known)
     if rise > 0.0 and known is None:
         place, borders = search(place, cell=spacing, rise=rise)
     slack = 2.0 * max(borders[0].sigma, borders[1].sigma)

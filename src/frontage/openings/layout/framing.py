@@ -8,11 +8,10 @@ import numpy as np
 from frontage.geometry.arrays import Bool, Float, Int
 from frontage.model.masonry import MASONRY
 from frontage.openings.layout.posts import Post, cells_held_by
-from frontage.openings.wall.evidence import Evidence, equal_share
+from frontage.openings.wall.evidence import BARS, SHADED, WALL, Evidence
 from frontage.openings.wall.raster import summed
 
 _RIM_M = 0.1  # width of the strip beside an opening where the wall must show
-_WALL = 0.4  # share of the expected beams that must end on the wall of a rim
 _FEWEST = 5.0  # expected beams: fewer do not tell whether a rim is wall
 _DEEP = 0.3  # share of the expected beams that a small opening must send back from its depth
 _DEEP_LARGE = 0.05  # the same share for a large opening, which shows its frame and reveals at least
@@ -20,10 +19,6 @@ _DEEP_FREE = 0.1  # the same share of the beams that would be expected if nothin
 _LARGE_M = 0.6  # least side of an opening that may send back less than a small one
 _VISIBLE = 0.5  # share of the beams expected without obstacles that must reach the wall of a visible opening
 _HIDDEN = 0.3  # share of the beams expected without obstacles below which a rim is hidden
-_BARS = 0.12  # share of the expected beams that bars and frames level with the wall return
-# share of the expected beams above which wall in the shade is likelier than bars before an opening: at this
-# share, Poisson counts with the two means are equally likely
-_SHADED = equal_share(_BARS, _WALL)
 _KNOWN = 0.5  # share of the cells of an opening that must tell something
 _COURSES = 3  # half bricks of masonry between two openings at least; bars and transoms of joinery are lower
 _APART_M = 0.3  # least height of an opening, and so of what a band of masonry leaves above and below
@@ -54,7 +49,7 @@ class _Sums:
     def is_wall(self) -> Bool:
         """Whether the wall shows: enough beams ended on it, or enough where few were expected."""
         enough = np.maximum(self.wall, self.expected) >= _FEWEST
-        return np.asarray(enough & (self.wall >= _WALL * self.expected))
+        return np.asarray(enough & (self.wall >= WALL * self.expected))
 
     @property
     def is_hidden(self) -> Bool:
@@ -74,7 +69,7 @@ class _Sums:
     @property
     def is_empty(self) -> Bool:
         """Whether no more beams ended on the wall than on bars; wall in the shade of leaves returns more."""
-        return np.asarray(self.wall <= _SHADED * self.expected)
+        return np.asarray(self.wall <= SHADED * self.expected)
 
     @property
     def has_depth(self) -> Bool:
@@ -213,7 +208,7 @@ class Framing:
         strips = [(r0, c0, r1, c0 + wide), (r0, c1 - wide, r1, c1)]
         strips += [(r0, c0, r0 + wide, c1), (r1 - wide, c0, r1, c1)]
         sums = [self._sums(np.stack(strip, 1)) for strip in strips]
-        return np.asarray(np.all([s.wall <= _BARS * s.expected for s in sums], axis=0))
+        return np.asarray(np.all([s.wall <= BARS * s.expected for s in sums], axis=0))
 
     def _beside(self, boxes: Int, rim: int) -> tuple[_Sums, ...]:
         """Returns the sums over the strips on the left and on the right, one cell off."""

@@ -28,11 +28,18 @@ _BEHIND = 1.0  # nats for open per point behind the wall whose line of sight is 
 _CAP = 6.0  # nats of a cell at most: neighbouring beams err together
 _SCALES = 4  # how often the surroundings of a cell are doubled
 _BLUR = 0.1  # m, one sigma of the surroundings that determine empty areas
+_ROOM = 0.3  # m, one sigma of the surroundings that tell a room's points: frames and reveals are narrower
 _EMPTY = 0.1  # share of the expected beams below which an area is empty
 _LARGE = 4.0  # m: openings without any return are smaller
 _RELIEF = 0.05  # m: panels and courses of a wall are less deep
 BEAMS_TO_DECIDE = 10.0
 """Beams that a decision needs to be wrong once in a thousand cases."""
+
+BARS = 0.12
+"""Share of the expected beams that bars and frames level with the wall return."""
+
+WALL = 0.4
+"""Share of the expected beams that masonry returns at least."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -85,9 +92,11 @@ def weigh(facade: Facade, beams: Beams, inside: Bool | None = None, scale: float
     due = _expected_by_zone(beams, raster)
     expected = due * _unhidden(beams, raster, solid + open_)
     expected = np.where(_unwatched(solid + open_, expected, inside, raster.cell), 0.0, expected)
-    through = (_THROUGH if beams.rays else _BEHIND) * open_
+    through = _THROUGH * open_
     if not beams.rays:
-        through *= averaged(solid) < np.maximum(0.3 * expected, 1e-9)
+        missing = averaged(solid) < np.maximum(0.3 * expected, 1e-9)
+        # more points than a wall returns were not seen through an opening, but from within a room
+        through = _BEHIND * open_ / np.maximum(local_rate(open_, due, _ROOM / raster.cell), 1.0) * missing
     llr = np.where(inside, log_likelihood_ratio(expected, solid, through), 0.0)
     seen = solid + open_ > 0
     deep = raster.count(*beams.open[beams.open_depth > max(_RELIEF, 2.0 * beams.least)].T)
@@ -144,6 +153,10 @@ def equal_share(low: float, high: float) -> float:
     The means are the shares `low` and `high` of the expected beams.
     """
     return float((high - low) / np.log(high / low))
+
+
+SHADED = equal_share(BARS, WALL)
+"""Share of the expected beams from which wall in the shade is likelier than bars before an opening."""
 
 
 def local_rate(values: Float, due: Float, finest: float) -> Float:

@@ -16,8 +16,9 @@ from frontage.model.masonry import MASONRY
 from frontage.openings.wall.beams import Beams
 from frontage.openings.wall.evidence import (
     BEAMS_TO_DECIDE,
+    SHADED,
+    WALL,
     Evidence,
-    equal_share,
     local_rate,
     log_likelihood_ratio,
 )
@@ -29,10 +30,6 @@ _THICKEST = 0.8  # m: walls of houses are at most three bricks thick
 _LAYER = 0.02  # m, least thickness of the layers in which an inner face is looked for
 _AROUND = 0.8  # m, one sigma of the surroundings that tell its depth: a pier and the openings beside it
 _ROUNDS = 3  # rounds of face and masonry, for each tells of the other
-_MASONRY = 0.4  # share of the expected beams that masonry returns at least
-_BARS, _FACE = 0.12, 0.4  # shares of the cells behind masonry that hold points of clutter, and of a face
-# share from which a face is likelier than clutter: where Poisson counts with these two means are as likely
-_SHOWN = equal_share(_BARS, _FACE)
 
 
 @dataclass(frozen=True, eq=False)
@@ -101,7 +98,7 @@ def with_inner_face(evidence: Evidence, places: Float) -> Evidence:
 def _is_dense(places: Float, raster: WallRaster) -> Bool:
     """Returns which points of a layer, at `places` (n, 2) m, are as dense as a face; frames are not."""
     due = expected_beams(places, raster)
-    dense = local_rate(raster.count(*places.T), due, 1.0) >= _MASONRY
+    dense = local_rate(raster.count(*places.T), due, 1.0) >= WALL
     at = raster.flat(*places.T)
     return np.asarray((at >= 0) & dense.ravel()[at])
 
@@ -114,12 +111,12 @@ def _depths(place: Float, behind: Float, tiles: _Tiles, evidence: Evidence, laye
     """
     hits = local_rate(evidence.solid, evidence.expected, 1.0)
     watched = evidence.inside & (evidence.expected > 0.0)
-    kinds = watched & (hits >= _MASONRY), watched & (hits <= _SHOWN)
+    kinds = watched & (hits >= WALL), watched & (hits <= SHADED)
     share = [_shares(place, behind, tiles, evidence.raster, layer, kind) for kind in kinds]
     best = share[0].argmax(2)[..., None]
     wall, open_ = (np.take_along_axis(s, best, 2)[..., 0] for s in share)
     depth = (best[..., 0] + 1.0) * layer
-    return np.where((wall > _SHOWN) & (open_ < wall / 2.0), depth, np.nan)
+    return np.where((wall > SHADED) & (open_ < wall / 2.0), depth, np.nan)
 
 
 def _shares(place: Float, behind: Float, tiles: _Tiles, cells: WallRaster, layer: float, kind: Bool) -> Array:

@@ -8,14 +8,11 @@ from frontage.model.canonical import steady
 from frontage.model.facade import Facade
 from frontage.model.masonry import MASONRY
 from frontage.openings.wall.beams import Beams
-from frontage.openings.wall.evidence import Evidence, equal_share
+from frontage.openings.wall.evidence import SHADED, Evidence
 from frontage.openings.wall.raster import opened
 from frontage.openings.wall.surface import FITTING, recess_depth, value_at
 
 _CORE = 0.75  # m, least width of the core of a recess: ledges and joints join cells over less
-_FRAMES, _WALL = 0.12, 0.4  # shares of the beams into a recess that frames return, and a wall with windows
-# share from which a wall is likelier than frames: where Poisson counts with these two means are as likely
-_SHOWN = equal_share(_FRAMES, _WALL)
 
 
 def with_recesses(beams: Beams, evidence: Evidence, facade: Facade) -> Float | None:
@@ -40,7 +37,7 @@ def with_recesses(beams: Beams, evidence: Evidence, facade: Facade) -> Float | N
     off = points[:, 1] - value_at(depth, tiles, points[:, 0], points[:, 2])
     held = raster.count(*points[(off <= beams.least) & (off > -FITTING)][:, [0, 2]].T)
     come, due = (np.bincount(cells.ravel(), m.ravel()) for m in (held, evidence.expected_free))
-    x, z = raster.middles((cells > 0) & (come > _SHOWN * due)[cells]).T
+    x, z = raster.middles((cells > 0) & (come > SHADED * due)[cells]).T
     return np.where(tiles.count(x, z) > 0, depth, beams.wall) if len(x) else None
 
 
