@@ -13,6 +13,7 @@ from frontage.openings.borders.agreement import is_head_open, with_supported_bor
 from frontage.openings.borders.measure import measure
 from frontage.openings.borders.outline import Outline
 from frontage.openings.closed.find import find_closed_openings
+from frontage.openings.flights import points_before, top_of_flight
 from frontage.openings.hidden import is_foot_hidden, is_foot_unknown, judge_foot, lowest_foot, with_foot
 from frontage.openings.kinds import in_reading_order, kind_of
 from frontage.openings.layout.densities import find_at_densities, spacing_at
@@ -51,7 +52,7 @@ def find_on_wall(
         (c.outline, Provenance.MEASURED, c.evidence, c.confidence)
         for c in find_closed_openings(facade, scan, wall.beams, wall.evidence, outlines, ortho=ortho)
     ]
-    openings = _openings(wall, beams, found)
+    openings = _openings(scan, wall, beams, found)
     least = (options.min_width, options.min_height)
     return in_reading_order([o for o in openings if np.all(np.ptp(o.ring, axis=0) >= least)])
 
@@ -103,19 +104,23 @@ def _measured(
     return outlines, found
 
 
-def _openings(wall: ObservedWall, beams: CrossingBeams, found: Sequence[Found]) -> Iterable[Opening]:
+def _openings(
+    scan: Scan, wall: ObservedWall, beams: CrossingBeams, found: Sequence[Found]
+) -> Iterable[Opening]:
     """Makes openings of outlines, with kinds by their size, their place and what stands before them."""
     before = foreground_points(wall.beams)
     seen = [o for o, *_ in found if is_known(o)[2]]
-    hidden = [is_foot_unknown(o, seen, wall.evidence, wall.ground) for o, *_ in found]
+    ground = _grounds(scan, wall, [o for o, *_ in found])
+    hidden = [is_foot_unknown(o, seen, wall.evidence, g) for (o, *_), g in zip(found, ground, strict=True)]
     known = [outline for (outline, *_), unknown in zip(found, hidden, strict=True) if not unknown]
-    for (outline, provenance, worth, confidence), unknown in zip(found, hidden, strict=True):
+    for one, unknown, base in zip(found, hidden, ground, strict=True):
+        outline, provenance, worth, confidence = one
         x0, z0, x1, z1 = outline.place
         on_steps = is_foreground_at_foot(before, wall.evidence, x0, x1, z0)
-        kind = kind_of(x1 - x0, z1 - z0, z0 - wall.ground, outline.passes, on_steps)
+        kind = kind_of(x1 - x0, z1 - z0, z0 - base, outline.passes, on_steps)
         if unknown:
-            lowest = lowest_foot(outline, [o for o, *_ in found if o is not outline], wall.ground)
-            foot = judge_foot(outline, known, beams, wall.evidence, wall.ground, lowest)
+            lowest = lowest_foot(outline, [o for o, *_ in found if o is not outline], base)
+            foot = judge_foot(outline, known, beams, wall.evidence, base, lowest)
             kind, outline = foot.kind, with_foot(outline, foot)
         ring, covariance = outline.ring
         yield Opening(
@@ -131,3 +136,19 @@ def _openings(wall: ObservedWall, beams: CrossingBeams, found: Sequence[Found]) 
             floor=0,
             bay=0,
         )
+
+
+def _grounds(scan: Scan, wall: ObservedWall, outlines: Sequence[Outline]) -> list[float]:
+    """Returns the heights z m that doors in the places of outlines would stand on.
+
+    That is the end of the steps before them, where their feet are not seen, and otherwise the ground.
+    """
+    open_feet = [bool(o.borders) and not o.borders[2].is_seen for o in outlines]
+    if not any(open_feet):
+        return [wall.ground] * len(outlines)
+    before = points_before(wall.facade, scan)
+    tops = [
+        top_of_flight(before, o.place, wall.ground) if u else None
+        for o, u in zip(outlines, open_feet, strict=True)
+    ]
+    return [wall.ground if top is None else top for top in tops]
