@@ -1,5 +1,8 @@
 """Control of one photo: templates are as large, and drawings as coarse, as precise points take."""
 
+from dataclasses import replace
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
@@ -41,6 +44,20 @@ def test_small_templates_stay_small_whatever_is_asked(monkeypatch):
     monkeypatch.setattr(measuring, "PRECISE_PX", 0.01)
     found = measured_control(*seen(0.03), Search(12, 24))
     assert np.median(found.side) == 2.0 * HALF + 1.0
+
+
+def test_templates_of_shape_alone_stay_as_they_are(monkeypatch):
+    monkeypatch.setattr(measuring, "PRECISE_PX", 0.01)
+    tried = []
+
+    def found(*_, wider, **__):
+        tried.append(wider)
+        return SimpleNamespace(telling=lambda: None)
+
+    monkeypatch.setattr(measuring, "find_control", found)
+    photo, surface, image_of = seen(0.1)
+    measured_control(photo, replace(surface, tone=None, kind="geometry"), image_of, SEARCH)
+    assert tried == [1]
 
 
 def test_points_that_lie_unevenly_are_drawn_coarser_than_their_spacing_asks():
