@@ -43,14 +43,14 @@ from frontage.orientation.free import adjusted_block
 from frontage.orientation.nouns import Block
 from frontage.orientation.orient import orient_photos
 from frontage.orientation.paper import orient_as_paper
-from frontage.orientation.result import MANY
+from frontage.orientation.result import MANY, PRECISE_PX
 from frontage.orientation.ties import build_blocks, candidate_pairs, key_points, match_pair
 from frontage.orientation.ties.colmap import silent
 from frontage.simulate.spec import SceneSpec
 from frontage.studies.simulate import simulate
 
 WRONG_M, WRONG_RAD = 0.3, np.radians(1.0)
-PRECISE_PX = 0.7  # the rms that many control points shall have
+
 METHODS = ("ours", "paper", "pycolmap")
 BAND = {"wavelength": 1550, "wet": 0.25, "spectral": 1.0, "response": "root", "bits": 8, "moved": 0.8}
 TOWN = DATA / "citymodels" / "ingolstadt_lod3"

@@ -208,3 +208,17 @@ def test_large_templates_see_enough_between_gaps():
     assert 0.25 < drawn.known.mean() < 0.35 and len(found) > 100
     assert np.median(np.abs(found.shift - shift)) < 0.1
     assert not find_shifts(drawn, photo, 6, 12, half=24).tried
+
+
+def test_templates_that_overlap_are_compared_at_once_with_the_same_result():
+    tones = picture(8, (180, 220))
+    known = np.ones(tones.shape, bool)
+    known[40:90, 60:120] = False
+    template, photo = oriented_gradients(tones, known), oriented_gradients(moved(tones, (1.3, -0.6)))
+    dense, alone = {}, {}
+    for surfaces, step in ((dense, 4), (alone, 40)):  # the second ones are so few that each is on its own
+        at, found = correlation_surfaces(template, photo, 6, step, 30)
+        surfaces.update(zip(map(tuple, at.tolist()), found, strict=True))
+    assert len(dense) > 30 * 180 * 220 / 61**2 > len(alone) > 3
+    for place, surface in alone.items():
+        np.testing.assert_allclose(dense[place], surface, atol=1e-5)

@@ -87,6 +87,13 @@ def test_what_may_be_chance_is_outweighed_by_ties_to_a_photo_without_doubt():
     assert [(r.photo, r.code) for r in refused] == [("P2", "O104")]
 
 
+def test_photos_without_doubt_pass_on_what_holds_a_doubtful_one():
+    state = block([60, 20, 20], [(0, 1), (1, 2)])
+    assert judged(state, [CONFIRMED, UNDECIDED, DOUBTED], [False] * 3, last=True)[0].tolist() == [0, 1, 2]
+    state = block([60, 20, 20], [(0, 1), (1, 2)], ties=10)
+    assert judged(state, [CONFIRMED, UNDECIDED, DOUBTED], [False] * 3, last=True)[0].tolist() == [0, 1]
+
+
 def test_what_is_not_chance_is_not_outweighed():
     keep, refused = judged(block([60, 60], [(0, 1)]), [CONFIRMED, CONTRADICTED], [False] * 2, last=False)
     assert keep.tolist() == [0] and refused[0].code == "O104"

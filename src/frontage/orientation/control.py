@@ -105,22 +105,25 @@ def find_control(
     radius: int = 12,
     step: int = 2 * _STEP,
     largest: int = HALF,
+    wider: int = 1,
     unique: bool = False,
 ) -> ControlPoints:
     """Finds the scan in a photo by templates of its rendering at the approximate pose.
 
     Where points lie farther apart the rendering must be coarser, or it has gaps. There are several, each
     twice as coarse as the one before, and a place is looked for in the next one if it was not found. If few
-    are found in all, places are looked for in drawings between these sizes, too.
+    are found in all, places are looked for in drawings between these sizes, too. If they are still few,
+    points may lie less evenly than their spacing says, and to measure them coarser drawings are tried.
     `coarser` reduces them all; `radius` is the largest shift and `step` the least distance between templates,
     in px of the rendering. To recognise a place takes `unique` points; where the place is known, others
     measure it as well: along an edge the correlation is high everywhere, and across it the peak is sharp.
-    Templates reach `largest` px of the rendering to every side where the picture is large enough.
+    Templates reach `largest` px of the rendering to every side where the picture is large enough, or `wider`
+    times as far as that.
     """
     picture = image_of(photo.id)
     factors = _factors(photo, surface, coarser)
     across = min(photo.camera.width, photo.camera.height) / factors[0]
-    half = int(np.clip(0.5 * across / _TEMPLATES_ACROSS, HALF, largest))
+    half = wider * int(np.clip(0.5 * across / _TEMPLATES_ACROSS, HALF, largest))
     parts, found = list[ControlPoints](), None
 
     def search(factor: float) -> Bool:
@@ -135,11 +138,17 @@ def find_control(
         here = _around(shifts.at, drawn.known.shape, half)
         return here if found is None else here | _resized(found, here.shape)
 
+    def few() -> bool:
+        return sum(len(part) for part in parts) < MANY
+
     for factor in factors:
         found = search(factor)
-    if sum(len(part) for part in parts) < MANY:
+    if few():
         for factor in np.sqrt(np.multiply(factors[:-1], factors[1:])).tolist():
             found = search(factor)
+    factor = 2.0 * factors[-1]
+    while not unique and few() and factor <= _COARSEST:
+        found, factor = search(factor), 2.0 * factor
     return _joined(parts)
 
 

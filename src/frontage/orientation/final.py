@@ -14,10 +14,11 @@ from frontage.orientation.adjustment import (
     NotDetermined,
     adjust,
 )
-from frontage.orientation.control import ControlPoints, find_control
+from frontage.orientation.control import ControlPoints
 from frontage.orientation.dependence import dependence_of
 from frontage.orientation.drawings import draw_scan
 from frontage.orientation.judging import in_one_word, judged
+from frontage.orientation.measuring import Search, measured_control
 from frontage.orientation.neighbours import placed_again
 from frontage.orientation.network import CONTROL, PLACES, SURFACES, TIES, build_network
 from frontage.orientation.placed import Placed, Scene, contrary, prior_of
@@ -33,9 +34,8 @@ from frontage.solve.abreast import each
 # Of a thousand good observations one fails (Baarda 1968): false matches of templates are rarely far off.
 _TESTS = AdjustmentOptions(critical=3.29, known=frozenset({PLACES}))
 _AS_STATED = AdjustmentOptions(loss="none", snooping=False, variance_components=False)
-# The search for control: its radius, the distance of templates, and how far the largest of them reach to
-# every side, px of renderings. Small templates stand larger errors of the pose, large ones are precise.
-_PASSES = ((12, 24, HALF), (6, 12, 2 * HALF))
+# Small templates stand larger errors of the pose, large ones are precise.
+_PASSES = (Search(12, 24), Search(6, 12, 2 * HALF))
 _FEWEST_CHECKED = 3
 _CHECKED = 0.2  # of the control points that are left out for a check
 _NAMES = {TIES: "tie points", CONTROL: "control", SURFACES: "surfaces"}
@@ -90,17 +90,15 @@ def _verdicts(scene: Scene, photos: Sequence[Photo]) -> list[Verdict]:
     return verdicts
 
 
-def _adjusted(scene: Scene, placed: Placed, search: tuple[int, int, int], *, last: bool) -> AdjustedPhotos:
+def _adjusted(scene: Scene, placed: Placed, search: Search, *, last: bool) -> AdjustedPhotos:
     """Measures control at the present poses and adjusts; photos that nothing determines are left out.
 
     Only the `last` adjustment asks which errors are alike: those before give places to look for control at.
     """
-    radius, step, largest = search
     control = []
 
     def measure(photo: Photo) -> ControlPoints:
-        how = (photo, scene.surface, scene.image_of)
-        return find_control(*how, radius=radius, step=step, largest=largest).telling()
+        return measured_control(photo, scene.surface, scene.image_of, search)
 
     for found in each(measure, placed.photos):
         scene.tell("control")

@@ -31,11 +31,12 @@ def judged(
     of_block = _sums_of_blocks(state, recognising)
     doubted = np.array([verdict.doubted for verdict in verdicts], bool)
     sure = ~doubted & (recognising >= _CONFIRMING)
+    known = _with_tied(state, sure, ~doubted & ~np.array(contrary, bool))
     for k, (photo, verdict) in enumerate(zip(state.placed.photos, verdicts, strict=True)):
         # What the other cameras of its rig see supports a photo as well as what it sees itself.
         fellows = state.fellows(k)
         control, ties = int(recognising[fellows].sum()), sum(len(state.rows(j, TIES)) for j in fellows)
-        held = not last or not verdict.doubted or _ties_to(state, k, sure) >= _FEWEST_TIES
+        held = not last or not verdict.doubted or _ties_to(state, k, known) >= _FEWEST_TIES
         if verdict.contradicted or not held:
             text = f"the scan is found {verdict.shift:.0f} px from where its pose puts it"
             refused.append(Unoriented(photo.id, "O104", text))
@@ -51,6 +52,17 @@ def judged(
         else:
             keep.append(k)
     return np.array(keep, np.int64), refused
+
+
+def _with_tied(state: AdjustedPhotos, sure: Bool, others: Bool) -> Bool:
+    """The sure photos (p,), and those of the others that many tie points connect with them, step by step."""
+    known = sure.copy()
+    while True:
+        waiting = np.flatnonzero(others & ~known)
+        new = [k for k in waiting.tolist() if _ties_to(state, k, known) >= _FEWEST_TIES]
+        if not new:
+            return known
+        known[new] = True
 
 
 def _ties_to(state: AdjustedPhotos, photo: int, others: Bool) -> int:

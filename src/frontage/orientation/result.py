@@ -10,6 +10,9 @@ from frontage.model import Photo, Rig
 MANY = 200
 """Control points that determine a photo well all over the picture."""
 
+PRECISE_PX = 0.7
+"""The rms residual, px per axis, that so many of them shall have."""
+
 
 @dataclass(frozen=True, eq=False)
 class OrientedPhoto:

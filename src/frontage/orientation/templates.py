@@ -22,6 +22,7 @@ _LEAST_KNOWN = 0.5  # share of a template that must be known, of a large one as 
 _STANDS_OUT = 4.5  # standard deviations above the mean of what chance achieves
 _ELSEWHERE, _FEWEST_ELSEWHERE = 200, 20  # places of the photo that tell what chance achieves
 _AT_ONCE = 512  # templates whose pixels are held in memory
+_OVERLAPPING = 30.0  # templates over every pixel, from which sums over the whole picture take less time
 _CORRELATED_PX2 = 6.0  # area that one independent sample represents, after the joining blur
 
 
@@ -97,6 +98,8 @@ def correlation_surfaces(
     useful &= True if wanted is None else wanted
     grid = grid[useful[grid[:, 1], grid[:, 0]]].astype(np.int64)
     power = (photo.values**2).sum(0)
+    if len(grid) * (2 * half + 1) ** 2 > _OVERLAPPING * h * w:
+        return grid, _surfaces_by_shift(template, photo, power, grid, half, radius)
     surfaces = [_surface(template, photo, power, c, r, half, radius) for c, r in grid]
     shape = (0, 2 * radius + 1, 2 * radius + 1)
     return grid, np.stack(surfaces) if surfaces else np.empty(shape, np.float32)
@@ -160,19 +163,44 @@ def _surface(
     return surface
 
 
+def _surfaces_by_shift(
+    template: Channels, photo: Channels, power: Array, grid: Int, half: int, radius: int
+) -> Array:
+    """The surfaces of all templates at once, shift by shift: sums over windows of one product of pictures."""
+    h, w = template.shape
+    side, size = 2 * half + 1, 2 * radius + 1
+    inner = (slice(radius, h - radius), slice(radius, w - radius))
+    column, row = (grid - radius).T
+    values, mask = template.values[:, *inner], template.known[inner].astype(np.float32)
+
+    def total(layer: Array) -> Array:
+        window = cv2.boxFilter(layer, -1, (side, side), normalize=False, borderType=cv2.BORDER_CONSTANT)
+        return np.asarray(window[row, column])
+
+    patch = total((values**2).sum(0))
+    surfaces = np.empty((len(grid), size, size), np.float32)
+    for down, right in np.ndindex(size, size):
+        there = (slice(down, down + h - 2 * radius), slice(right, right + w - 2 * radius))
+        product = np.einsum("khw,khw->hw", values, photo.values[:, *there])
+        energy = total(mask * power[there]) * patch
+        surfaces[:, down, right] = total(product) / np.sqrt(np.maximum(energy, 1e-9))
+    return surfaces
+
+
 def _beyond_chance(top: Array, template: Channels, photo: Channels, at: Int, half: int) -> Array:
     """Whether peaks (n,) are higher than what templates at (n, 2) reach by chance, elsewhere in the photo.
 
     The surroundings of a peak do not tell that: along an edge the correlation is high everywhere.
     """
     elsewhere = _elsewhere(photo.shape, half)
-    values = _patches(photo.values, elsewhere, half)
-    power = _patches((photo.values**2).sum(0)[None], elsewhere, half)
+    every = 1 if half <= 2 * HALF else 2  # of the pixels of large templates, which are alike in pairs
+    values = _patches(photo.values, elsewhere, half, every)
+    power = _patches((photo.values**2).sum(0)[None], elsewhere, half, every)
     stands = np.zeros(len(at), np.bool_)
     for first in range(0, len(at), _AT_ONCE):
         rows = slice(first, first + _AT_ONCE)
-        patches = _patches(template.values, at[rows], half)
-        masks = _patches(template.known[None], at[rows], half)
+        patches = _patches(template.values, at[rows], half, every)
+        masks = _patches(template.known[None], at[rows], half, every)
         energy = (masks.astype(np.float32) @ power.T) * (patches**2).sum(1)[:, None]
         chance = (patches @ values.T) / np.sqrt(np.maximum(energy, 1e-9))
         other = np.abs(at[rows, None] - elsewhere).max(-1) > half
@@ -198,10 +226,10 @@ def _elsewhere(shape: tuple[int, int], half: int) -> Int:
     return np.column_stack([rng.integers(half, side - half, _ELSEWHERE) for side in (w, h)])
 
 
-def _patches(layers: Array, at: Int, half: int) -> Array:
-    """The templates' pixels (n, k * side * side) of layers (k, h, w) around places (n, 2)."""
+def _patches(layers: Array, at: Int, half: int, every: int = 1) -> Array:
+    """The templates' pixels (n, k * p) of layers (k, h, w) around places (n, 2), `every` so many of a row."""
     side = 2 * half + 1
-    windows = sliding_window_view(layers, (side, side), axis=(1, 2))
+    windows = sliding_window_view(layers, (side, side), axis=(1, 2))[..., ::every, ::every]
     picked: Array = windows[:, at[:, 1] - half, at[:, 0] - half].swapaxes(0, 1).reshape(len(at), -1)
     return picked
 
