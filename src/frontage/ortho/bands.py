@@ -11,7 +11,7 @@ from frontage.ortho.options import OrthoOptions
 from frontage.ortho.orthoraster import OrthoRaster
 from frontage.ortho.outline import inside_outline
 from frontage.ortho.relief import ReliefMap
-from frontage.ortho.sky import GAP, SkyColours
+from frontage.ortho.sky import SkyColours
 from frontage.ortho.surface import DrawingSurface
 from frontage.raster.tiles import allocate, tiles
 
@@ -153,12 +153,12 @@ def clear_outside(
 def _sky_colours(bands: Bands, raster: OrthoRaster) -> SkyColours:
     """Learns what tells the sky from the picture of the facade; without a relief, nothing does."""
     step = max(_SAMPLED, round(np.sqrt(bands.source.size / _ENOUGH)))
-    facade, gaps = [np.zeros((0, 3), np.uint8)], [np.zeros((0, 3), np.uint8)]
+    facade, over = [np.zeros((0, 3), np.uint8)], [np.zeros((0, 3), np.uint8)]
     for tile in tiles(raster.height, raster.width, TILE_PX):
         if bands.relief is None:
             break
         above, pixels = bands.relief.above_wall(raster, tile), bands.pixels[tile.window]
         some, shown = above[::step, ::step], pixels[::step, ::step]
         facade.append(shown[(some == 0) & (shown[..., 3] > 0)][:, :3])
-        gaps.append(pixels[(above == GAP) & (pixels[..., 3] > 0)][:, :3])
-    return SkyColours.of(np.concatenate(facade), np.concatenate(gaps))
+        over.append(pixels[(above > 0) & (pixels[..., 3] > 0)][:, :3])
+    return SkyColours.of(np.concatenate(facade), np.concatenate(over))

@@ -1,10 +1,9 @@
 """Finds the sky that the outline of a facade encloses: along verges, and between gables and dormers.
 
 The outline is straight between its corners, and the wall may end below it. Above the topmost points of the
-wall, photos tell wall from sky. In a narrow strip along the top, what is brighter than nearly all of the
-facade is sky; cornices are darker. A taller gap may be a part of the wall that the scan missed, and a white
-wall is as bright as the sky. There, what is brighter than most of the facade is sky if its colours are many
-times as usual in these gaps as on the facade.
+wall, photos tell wall from sky: its colours are many times as usual up there as on the facade. In a narrow
+strip along the top it is also brighter than nearly all of the facade, because cornices are as unusual, and in
+taller gaps, brighter than most of it.
 """
 
 from dataclasses import dataclass
@@ -20,8 +19,8 @@ STRIP, GAP = 1, 2
 _STRIP_M = 0.3  # between the outline and the top of the wall
 _GAP_M = 3.0  # likewise; more is a storey that the scan missed
 _BRIGHT = 0.95  # quantile of the codes of a facade; the sky is brighter than most walls
-_FOREIGN = 10.0  # times as usual in gaps as on the facade
-_FEWEST = 200  # pixels of gaps, of which colours are learned
+_FOREIGN = 10.0  # times as usual above the wall as on the facade
+_FEWEST = 200  # pixels above the wall, of which colours are learned
 
 
 def above_wall(surface: Bool, sampled: Bool, inside: Bool, size: float) -> Array:
@@ -44,32 +43,33 @@ def above_wall(surface: Bool, sampled: Bool, inside: Bool, size: float) -> Array
 @dataclass(frozen=True, eq=False)
 class SkyColours:
     """What tells sky from wall: the codes that few and that most pixels of a facade reach, and the colours
-    of gaps against those of the facade, where there are gaps."""
+    above the wall and on the facade, where enough is seen above it."""
 
     bright: float
     middle: float
-    foreign: tuple[Colours, Colours] | None
+    colours: tuple[Colours, Colours] | None
 
     @classmethod
-    def of(cls, facade: Array, gaps: Array) -> "SkyColours":
-        """Learns them from pixels (n, 3) uint8 of the facade and of gaps above it (m, 3)."""
+    def of(cls, facade: Array, above: Array) -> "SkyColours":
+        """Learns them from pixels (n, 3) uint8 of the facade and from those above it (m, 3)."""
         if not len(facade):
             return cls(np.inf, np.inf, None)
         middle, bright = np.quantile(facade.mean(axis=1), (0.5, _BRIGHT))
-        codes = [pixels * np.float32(1.0 / 255.0) for pixels in (gaps, facade)]
-        several = len(gaps) >= _FEWEST
-        foreign = (Colours.of(codes[0]), Colours.of(codes[1])) if several else None
-        return cls(float(bright), float(middle), foreign)
+        codes = [pixels * np.float32(1.0 / 255.0) for pixels in (above, facade)]
+        several = len(above) >= _FEWEST
+        colours = (Colours.of(codes[0]), Colours.of(codes[1])) if several else None
+        return cls(float(bright), float(middle), colours)
 
     def shown(self, pixels: Array, above: Array) -> Bool:
         """Returns which pixels (m, n, 4) uint8 show the sky; `above` (m, n) as `above_wall` tells it."""
         sky = np.zeros(above.shape, np.bool_)
         if above.any():
             light = cv2.blur(cv2.cvtColor(pixels, cv2.COLOR_RGBA2GRAY), (5, 5))
-            sky = (above == STRIP) & (light >= self.bright)
-            at = (above == GAP) & (light >= self.middle)
-            if self.foreign is not None and at.any():
-                codes = pixels[at][:, :3] * np.float32(1.0 / 255.0)
-                gap, facade = self.foreign
-                sky[at] = gap(codes) > _FOREIGN * facade(codes)
+            for kind, least in ((STRIP, self.bright), (GAP, self.middle)):
+                at = (above == kind) & (light >= least)
+                if self.colours is None:
+                    sky |= at & (kind == STRIP)
+                elif at.any():
+                    there, facade = (c(pixels[at][:, :3] * np.float32(1.0 / 255.0)) for c in self.colours)
+                    sky[at] = there > _FOREIGN * facade
         return sky
