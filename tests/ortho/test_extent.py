@@ -41,6 +41,17 @@ def test_what_touches_a_known_car_and_is_no_wall_belongs_to_it():
     assert not found[1].any()
 
 
+def test_what_another_photo_sees_between_the_two_parts_does_not_part_them():
+    codes, plan, glass, boot = scene()
+    plan.clear[1] |= boot & (np.arange(160) < 52)
+    rest = boot & (np.arange(160) >= 52)
+    found = goes_on(
+        codes, SimpleNamespace(wall=np.where(plan.clear[1, ..., None], codes[1], codes[0])), plan, glass
+    )
+    assert found[0][rest].mean() > 0.85
+    assert not found[0][boot & ~rest].any(), "there, the photos decide"
+
+
 def test_where_another_photo_is_clear_the_photos_decide():
     codes, plan, glass, boot = scene()
     plan.clear[1] |= boot

@@ -75,6 +75,15 @@ def test_a_wide_surface_that_no_bar_crosses_keeps_its_depth():
     assert np.allclose(found.y[36:76, 68:86], FRAME, atol=0.002)
 
 
+def test_frames_stand_as_deep_as_a_brick_and_a_half_with_render():
+    y, _ = window_relief()
+    y[y == CURTAIN] = np.nan
+    y[y == FRAME] = 0.385
+    found = filled(y, np.isfinite(y))
+    assert np.allclose(found.y[WINDOW], 0.385, atol=0.002)
+    assert (found.opening[WINDOW] > 0).all()
+
+
 def test_gaps_of_the_wall_are_closed_by_the_wall():
     found = filled(*window_relief())
     assert np.allclose(found.y[20:50, 120:140], 0.0)

@@ -30,7 +30,7 @@ def goes_on(codes: Array, found: Disagreement, plan: ViewPlan, glass: Bool) -> B
     hides = plan.solid & plan.behind
     alone = plan.clear.sum(0) == 1
     known = plan.clear.any(0)
-    if not (hides.any() and (alone & known).any()):
+    if not (hides.any() and alone.any()):
         return more
     size = 2 * round(_REACH_M / plan.cells.gsd) + 1
     box = np.ones((size, size), np.uint8)
@@ -41,7 +41,7 @@ def goes_on(codes: Array, found: Disagreement, plan: ViewPlan, glass: Bool) -> B
             continue
         thing = Colours.of(codes[k][there])
         near = cv2.dilate(there.astype(np.uint8), box) > 0
-        asked = near & plan.clear[k] & alone
+        asked = near & plan.clear[k]
         odds = np.zeros(asked.shape, np.float32)
         for kind in (False, True):
             at = asked & (glass == kind)
@@ -49,5 +49,5 @@ def goes_on(codes: Array, found: Disagreement, plan: ViewPlan, glass: Bool) -> B
             odds[at] = np.log((_OTHER + (1.0 - _OTHER) * thing(colours)) / own[kind](colours))
         likely = (cv2.blur(np.clip(odds, -5.0, 5.0), (_WINDOW, _WINDOW)) > _ODDS) & asked
         _, number = cv2.connectedComponents((likely | there).astype(np.uint8), connectivity=8)
-        more[k] = likely & np.isin(number, np.unique(number[there]))
+        more[k] = likely & alone & np.isin(number, np.unique(number[there]))
     return more
