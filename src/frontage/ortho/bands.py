@@ -17,7 +17,8 @@ from frontage.raster.tiles import allocate, tiles
 
 TILE_PX = 1024
 _SAMPLED = 8  # one of so many pixels or more, along rows and columns, tells the colours of the facade
-_ENOUGH = 1_000_000  # of these pixels
+_SAMPLED_ABOVE = 3  # likewise, of what lies above it, which is less
+_ENOUGH = 1_000_000  # of the pixels of the facade
 _MUCH_MISSING = 0.25  # share that must be missing before a picture of two kinds is better than one with holes
 
 
@@ -160,5 +161,6 @@ def _sky_colours(bands: Bands, raster: OrthoRaster) -> SkyColours:
         above, pixels = bands.relief.above_wall(raster, tile), bands.pixels[tile.window]
         some, shown = above[::step, ::step], pixels[::step, ::step]
         facade.append(shown[(some == 0) & (shown[..., 3] > 0)][:, :3])
-        over.append(pixels[(above > 0) & (pixels[..., 3] > 0)][:, :3])
+        some, shown = above[::_SAMPLED_ABOVE, ::_SAMPLED_ABOVE], pixels[::_SAMPLED_ABOVE, ::_SAMPLED_ABOVE]
+        over.append(shown[(some > 0) & (shown[..., 3] > 0)][:, :3])
     return SkyColours.of(np.concatenate(facade), np.concatenate(over))

@@ -63,13 +63,20 @@ class SkyColours:
     def shown(self, pixels: Array, above: Array) -> Bool:
         """Returns which pixels (m, n, 4) uint8 show the sky; `above` (m, n) as `above_wall` tells it."""
         sky = np.zeros(above.shape, np.bool_)
-        if above.any():
-            light = cv2.blur(cv2.cvtColor(pixels, cv2.COLOR_RGBA2GRAY), (5, 5))
-            for kind, least in ((STRIP, self.bright), (GAP, self.middle)):
-                at = (above == kind) & (light >= least)
-                if self.colours is None:
-                    sky |= at & (kind == STRIP)
-                elif at.any():
-                    there, facade = (c(pixels[at][:, :3] * np.float32(1.0 / 255.0)) for c in self.colours)
-                    sky[at] = there > _FOREIGN * facade
+        rows = np.flatnonzero(above.any(axis=1))
+        if len(rows):
+            top = slice(0, int(rows[-1]) + 1)
+            sky[top] = self._shown(pixels[top], above[top])
+        return sky
+
+    def _shown(self, pixels: Array, above: Array) -> Bool:
+        sky = np.zeros(above.shape, np.bool_)
+        light = cv2.blur(cv2.cvtColor(pixels, cv2.COLOR_RGBA2GRAY), (5, 5))
+        for kind, least in ((STRIP, self.bright), (GAP, self.middle)):
+            at = (above == kind) & (light >= least)
+            if self.colours is None:
+                sky |= at & (kind == STRIP)
+            elif at.any():
+                there, facade = (c(pixels[at][:, :3] * np.float32(1.0 / 255.0)) for c in self.colours)
+                sky[at] = there > _FOREIGN * facade
         return sky

@@ -14,6 +14,7 @@ from frontage.ortho.mosaic.consensus import Disagreement
 from frontage.ortho.views import ViewPlan
 
 _REACH_M = 1.5  # a car beyond what was seen of it
+_SAMPLED = 2  # one of so many cells, along rows and columns, tells the colours of the facade
 _FEWEST = 50  # cells that tell the colours of a thing
 _OTHER = 0.5  # share of colours that the known part does not have, all alike
 _ODDS = np.log(5.0)  # of the thing against the facade, averaged
@@ -35,7 +36,8 @@ def goes_on(codes: Array, found: Disagreement, plan: ViewPlan, glass: Bool) -> B
     size = 2 * round(_REACH_M / plan.cells.gsd) + 1
     box = np.ones((size, size), np.uint8)
     away = known & (cv2.dilate(hides.any(0).astype(np.uint8), box) == 0)
-    own = [Colours.of(found.wall[away & (glass == kind)]) for kind in (False, True)]
+    some = np.s_[::_SAMPLED, ::_SAMPLED]
+    own = [Colours.of(found.wall[some][(away & (glass == kind))[some]]) for kind in (False, True)]
     for k, there in enumerate(hides):
         if there.sum() < _FEWEST:
             continue
