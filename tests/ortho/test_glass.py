@@ -55,6 +55,35 @@ def test_bars_that_were_measured_a_little_off_lie_on_the_plane_of_their_frame():
     assert np.ptp(found.y[WINDOW]) < 1e-6
 
 
+def test_a_curtain_that_fills_a_window_is_drawn_on_the_plane_of_the_bars_before_it():
+    y, known = window_relief()
+    inside = np.zeros_like(known)
+    inside[WINDOW] = True
+    curtain = inside & ~known | (y == CURTAIN)
+    y[curtain] = CURTAIN
+    found = filled(y, known | curtain)
+    assert np.allclose(found.y[WINDOW], FRAME, atol=0.002), "more of the curtain was seen than of the frame"
+    assert not found.known[curtain].any()
+
+
+def test_a_wide_surface_that_no_bar_crosses_keeps_its_depth():
+    """A leaf beside a side light with bars."""
+    y, _ = window_relief()
+    y[32:80, 42:63] = CURTAIN
+    found = filled(y, np.isfinite(y))
+    assert np.allclose(found.y[36:76, 45:60], CURTAIN)
+    assert np.allclose(found.y[36:76, 68:86], FRAME, atol=0.002)
+
+
+def test_frames_stand_as_deep_as_a_brick_and_a_half_with_render():
+    y, _ = window_relief()
+    y[y == CURTAIN] = np.nan
+    y[y == FRAME] = 0.385
+    found = filled(y, np.isfinite(y))
+    assert np.allclose(found.y[WINDOW], 0.385, atol=0.002)
+    assert (found.opening[WINDOW] > 0).all()
+
+
 def test_gaps_of_the_wall_are_closed_by_the_wall():
     found = filled(*window_relief())
     assert np.allclose(found.y[20:50, 120:140], 0.0)

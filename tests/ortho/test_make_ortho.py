@@ -304,6 +304,26 @@ def test_no_sky_shows_between_a_verge_and_a_straight_outline(scene, above):
     assert alpha[20:].mean() > 0.999
 
 
+@pytest.mark.parametrize("sky", [True, False])
+def test_the_sky_between_two_gables_is_empty_and_a_gap_of_the_scan_is_not(scene, sky):
+    """The outline bridges 4 m between two gables, and no point lies in the upper metre there."""
+    full, _, cloud = scene
+    xyz = full.frame.inverse.apply(cloud.xyz)
+    between = (np.abs(xyz[:, 0]) < 2.0) & (xyz[:, 2] > 1.0)
+    facade = replace(full, outline=np.array([[-4.0, -3.0], [4.0, -3.0], [4.0, 2.0], [-4.0, 2.0]]))
+    picture = wall.texture(8.0, 6.0) // 2 + 100
+    if sky:
+        picture[:200, 200:600] = np.clip([[[150, 190, 235]]] + np.arange(200)[:, None, None] // 10, 0, 255)
+    photo = wall.photo(facade, wall.camera(1200, 900, distorted=False, focal=0.6), (0.0, -7.0, 0.0))
+    shot = wall.render(photo, facade, picture)
+    scan = cloud.take(np.flatnonzero(~between & (xyz[:, 2] < 2.0)))
+    ortho = make_ortho(facade, scan, [photo], lambda _: shot, options=OrthoOptions(margin=0.0))
+    alpha = ortho.pixels[..., 3] > 0
+    top = round((ortho.corner[1] - 2.0) / 0.01)
+    assert alpha[top + 10 : top + 85, 210:590].mean() == pytest.approx(0.0 if sky else 1.0, abs=0.02)
+    assert alpha[top + 115 : -10, 10:-10].mean() > 0.999
+
+
 @pytest.mark.parametrize("sparser", [2.0, 3.5, 5.0])
 def test_a_scan_sparser_than_pixels_fills_the_wall_and_not_the_window(sparser):
     spacing = sparser * 0.01

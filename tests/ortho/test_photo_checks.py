@@ -12,6 +12,7 @@ from frontage.geometry.rigid import Rigid3
 from frontage.io.photos.imagefile import upright
 from frontage.model import Failed, Photo
 from frontage.ortho import OrthoOptions, make_ortho
+from frontage.ortho.checks.patches import Patches, agreement
 from frontage.pipeline.stages.ortho import ortho_warnings
 
 OPTIONS = OrthoOptions(margin=0.0, gsd=0.02)
@@ -155,3 +156,23 @@ def test_an_image_without_photos_says_why(scene):
 def _curtain(facade):
     """A dense cloud that hides the whole facade."""
     return wall.wall_cloud(facade, spacing=0.04, depth=lambda x, z: np.full_like(x, -4.0))
+
+
+@pytest.mark.parametrize("order", [1, -1])
+def test_a_photo_that_shows_three_patches_is_compared_with_one_that_shows_many(order):
+    rng = np.random.default_rng(0)
+    grey = {n: cv2.GaussianBlur(rng.normal(0, 20, (48, 48)).astype(np.float32), (0, 0), 1) for n in range(12)}
+    few, many = Patches({n: grey[n] for n in (2, 5, 7)}), Patches(grey)
+    found = agreement(*(few, many)[::order])
+    assert (found.agreeing, found.count) == (3, 3)
+    assert found.chance == pytest.approx(0.001)
+    swapped = Patches({2: grey[5], 5: grey[7], 7: grey[2]})
+    assert agreement(*(swapped, many)[::order]).agreeing == 0
+
+
+def test_a_few_places_in_a_row_are_enough_to_relate_two_pictures():
+    rng = np.random.default_rng(0)
+    grey = {n: cv2.GaussianBlur(rng.normal(0, 20, (48, 48)).astype(np.float32), (0, 0), 1) for n in range(12)}
+    found = agreement(Patches(grey), Patches(grey), enough=0.02)
+    assert (found.agreeing, found.count) == (2, 2)
+    assert agreement(Patches(grey), Patches(grey)).count == 12

@@ -2,7 +2,6 @@
 
 from collections.abc import Sequence
 
-import cv2
 import numpy as np
 
 from frontage.geometry.arrays import Array
@@ -12,13 +11,14 @@ from frontage.ortho.options import OrthoOptions
 from frontage.ortho.orthoraster import OrthoRaster
 from frontage.ortho.outline import inside_outline
 from frontage.ortho.relief import ReliefMap
+from frontage.ortho.sky import SkyColours
 from frontage.ortho.surface import DrawingSurface
 from frontage.raster.tiles import allocate, tiles
 
 TILE_PX = 1024
-_SAMPLED = 8  # one of so many pixels or more, along rows and columns, tells how bright the facade is
-_ENOUGH = 1_000_000  # of these pixels
-_BRIGHT = 0.95  # quantile of its codes; the sky is brighter than most walls
+_SAMPLED = 8  # one of so many pixels or more, along rows and columns, tells the colours of the facade
+_SAMPLED_ABOVE = 3  # likewise, of what lies above it, which is less
+_ENOUGH = 1_000_000  # of the pixels of the facade
 _MUCH_MISSING = 0.25  # share that must be missing before a picture of two kinds is better than one with holes
 
 
@@ -122,7 +122,7 @@ def clear_outside(
     The wall ends half a spacing beyond its last points, on which the outline runs. Within the margin of the
     outline, measured surfaces stay. Beside inner `corners`, the wall goes on to the other wall.
 
-    What is bright above the topmost points is sky, even in the outline, which is straight between corners.
+    The sky above the wall is cleared, even in the outline, which is straight between its corners (`sky.py`).
 
     Where no relief was measured at all, nothing can tell a cornice from the sky, and the whole margin stays.
     """
@@ -131,19 +131,18 @@ def clear_outside(
     measured = bands.relief is not None and any(
         np.isfinite(bands.depth[t.window]).any() for t in tiles(raster.height, raster.width, TILE_PX)
     )
-    brightest = _brightest(bands)
+    sky = _sky_colours(bands, raster)
     for tile in tiles(raster.height, raster.width, TILE_PX):
         outside = ~inside_outline(facade, raster, tile, options.margin)
         within = inside_outline(facade, raster, tile, 0.5 * facade.spacing)
-        if bands.relief is not None:
-            beyond = ~bands.relief.below_sky(raster, tile)
-            within &= ~beyond | (_light(bands.pixels[tile.window]) < brightest)
         for corner in corners:
             within |= corner.beside(raster, tile)
         if measured:
             outside |= ~(np.isfinite(bands.depth[tile.window]) | within)
+        if bands.relief is not None:
+            outside |= sky.shown(bands.pixels[tile.window], bands.relief.above_wall(raster, tile))
         source = bands.source[tile.window]
-        source[within & (source == 0)] = NOT_SEEN
+        source[within & ~outside & (source == 0)] = NOT_SEEN
         if outside.any():
             np.copyto(bands.pixels.view(np.uint32)[tile.window][..., 0], 0, where=outside)
             np.copyto(source, 0, where=outside)
@@ -152,17 +151,16 @@ def clear_outside(
                     np.copyto(band[tile.window], np.nan, where=outside)
 
 
-def _brightest(bands: Bands) -> float:
-    """The code that most pixels of the measured facade do not reach; infinite without a relief."""
-    if bands.relief is None:
-        return float("inf")
+def _sky_colours(bands: Bands, raster: OrthoRaster) -> SkyColours:
+    """Learns what tells the sky from the picture of the facade; without a relief, nothing does."""
     step = max(_SAMPLED, round(np.sqrt(bands.source.size / _ENOUGH)))
-    sample = np.s_[::step, ::step]
-    known = np.isfinite(bands.depth[sample]) & (bands.pixels[sample][..., 3] > 0)
-    codes = bands.pixels[sample][known][:, :3]
-    return float(np.quantile(codes.mean(axis=1), _BRIGHT)) if len(codes) else float("inf")
-
-
-def _light(pixels: Array) -> Array:
-    """The mean code (m, n) of pixels (m, n, 4) and of those around them."""
-    return np.asarray(cv2.blur(cv2.cvtColor(pixels, cv2.COLOR_RGBA2GRAY), (5, 5)))
+    facade, over = [np.zeros((0, 3), np.uint8)], [np.zeros((0, 3), np.uint8)]
+    for tile in tiles(raster.height, raster.width, TILE_PX):
+        if bands.relief is None:
+            break
+        above, pixels = bands.relief.above_wall(raster, tile), bands.pixels[tile.window]
+        some, shown = above[::step, ::step], pixels[::step, ::step]
+        facade.append(shown[(some == 0) & (shown[..., 3] > 0)][:, :3])
+        some, shown = above[::_SAMPLED_ABOVE, ::_SAMPLED_ABOVE], pixels[::_SAMPLED_ABOVE, ::_SAMPLED_ABOVE]
+        over.append(shown[(some > 0) & (shown[..., 3] > 0)][:, :3])
+    return SkyColours.of(np.concatenate(facade), np.concatenate(over))

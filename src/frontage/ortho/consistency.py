@@ -30,6 +30,7 @@ _PATCH_PX = 128
 _PATCHES = 40  # at most, evenly spread; their mean is about six times as certain as a single one
 _FEWEST_PATCHES = 8  # for an estimate
 _PHOTOS = 4  # at most, those with the widest bases; more would only take longer
+_NARROW = 0.6  # of the widest base of a patch; narrower ones have a third of its weight and tell little more
 _CLEAR = 0.98  # share of a patch that nothing may hide
 _TEXTURE = 2.0  # grey values, standard deviation of a patch without its shading
 _ALIKE = 0.6  # correlation of two patches after the shift, above which both show the same thing
@@ -141,28 +142,40 @@ def _compare(
     views: Sequence[tuple[Photo, Float, Bool]],
     image_of: ImageOf,
 ) -> _Pairs:
-    """Compares the patches of all pairs of photos, holding one photo in memory at a time."""
+    """Compares patches of pairs of photos with wide bases, holding one photo in memory at a time."""
+    chosen = _wide_pairs(views)
     grey = []
-    for photo, _, visible in views:
+    for number, (photo, _, _) in enumerate(views):
         image, to_photo = image_of(photo.id), surface.projection_into(photo, "full")
         shown = {}
-        for n in np.flatnonzero(visible).tolist():
+        for n in sorted({n for n, pair, _ in chosen if number in pair}):
             at = map_tile(to_photo, patches[n], surface.depth(patches[n]))
             grey_values = resample(image, at, out=np.empty(at.shape, np.uint8))
             shown[n] = without_shading(grey_values.astype(np.float32))
         grey.append(shown)
     window = cv2.createHanningWindow((_PATCH_PX, _PATCH_PX), cv2.CV_32F)
     rows = []
-    for pair, (a, b) in enumerate(combinations(range(len(views)), 2)):
-        for n in sorted(set(grey[a]) & set(grey[b])):
-            base = views[b][1][n] - views[a][1][n]
-            length = float(np.hypot(*base))
-            move = _shift(grey[a][n], grey[b][n], window)
-            if move is not None and length > 0.0:
-                along, across = base @ move / length, (base[0] * move[1] - base[1] * move[0]) / length
-                rows.append((n, pair, along / length, length**2, across))
+    for n, (a, b), base in chosen:
+        move, length = _shift(grey[a][n], grey[b][n], window), float(np.hypot(*base))
+        if move is not None:
+            along, across = base @ move / length, (base[0] * move[1] - base[1] * move[0]) / length
+            rows.append((n, a * len(views) + b, along / length, length**2, across))
     table = np.array(rows, np.float64).reshape(-1, 5)
     return _Pairs(table[:, 0].astype(int), table[:, 1].astype(int), table[:, 2], table[:, 3], table[:, 4])
+
+
+def _wide_pairs(views: Sequence[tuple[Photo, Float, Bool]]) -> list[tuple[int, tuple[int, int], Float]]:
+    """The numbers of a patch and of two photos that see it, and their base (2,) px/m, patch by patch.
+
+    Pairs with bases narrower than `_NARROW` of the widest are left out.
+    """
+    chosen = []
+    for n in range(len(views[0][2])):
+        seeing = [number for number, (_, _, visible) in enumerate(views) if visible[n]]
+        bases = {(a, b): views[b][1][n] - views[a][1][n] for a, b in combinations(seeing, 2)}
+        widest = max((float(np.hypot(*base)) for base in bases.values()), default=0.0)
+        chosen += [(n, pair, base) for pair, base in bases.items() if np.hypot(*base) > _NARROW * widest]
+    return chosen
 
 
 def _pose_error(photos: Sequence[Photo], facade: Facade, raster: OrthoRaster) -> float:

@@ -19,6 +19,9 @@ _WALL_M2 = 3.0  # a continuous surface larger than a door leaf (2 m2) is wall
 _FRAME_M = 0.15  # beside the reveal: frames are 5 to 12 cm wide
 _BIN_M = 0.02  # range of depth that the points of a frame share
 _FEWEST_POINTS = 8  # of a frame
+_APART_BINS = 3  # between bars and a curtain behind them, at least
+_WIDEST_BAR_M = 0.25  # with the cells beside it, in which its points mix with those of a curtain
+_CURTAIN = 0.5  # share of the inside of an opening that it fills
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,7 +59,8 @@ def fill_openings(
     plane = wall + frame[opening]
     framed = np.isfinite(plane)
     behind = framed & known & (filled > plane + step)
-    through = behind & ~solid_cells(behind, np.where(known, filled, np.nan), size, step)
+    solid = solid_cells(behind, np.where(known, filled, np.nan), size, step)
+    through = behind & (~solid | _crossed(solid, framed & known & (abs(filled - plane) <= step), size))
     own = np.where(known & ~through, filled, np.nan)
     own = np.where(framed & (np.abs(own - plane) <= step), plane, own)
     beside = gridding.nearest_filled(own)
@@ -79,12 +83,27 @@ def _wall_depth(filled: Array, known: Bool, size: float, step: float) -> Array:
     return np.where(np.isfinite(depth), depth, 0.0).astype(np.float32)
 
 
+def _crossed(solid: Bool, frame: Bool, size: float) -> Bool:
+    """Which cells (h, w) of wide surfaces bars cross: cells of the `frame` between two parts of the surface.
+
+    They are curtains; nothing crosses the leaf of a door, or the back of a loggia.
+    """
+    if not solid.any():
+        return solid
+    whole = gridding.closed(solid, np.full(solid.shape, 0.5 * _WIDEST_BAR_M / size))
+    count, piece, stats, _ = cv2.connectedComponentsWithStats(whole.astype(np.uint8), connectivity=8)
+    across = 0.5 * np.minimum(stats[:, cv2.CC_STAT_WIDTH], stats[:, cv2.CC_STAT_HEIGHT])
+    bars = np.bincount(piece[whole & frame], minlength=count)
+    return np.asarray(solid & (bars >= across)[piece])
+
+
 def _frame_depth(
     opening: Int, count: int, wall: Array, points: tuple[Int, Float], size: float, step: float
 ) -> Float:
     """Depth (count,) m behind the wall of the frames of numbered openings; NaN where no frame was measured.
 
-    It is where most points lie beside the reveals, or else in the whole opening.
+    It is where most points lie beside the reveals, or else in the whole opening. What fills most of an
+    opening behind bars is a curtain, and the bars have the depth of the frame.
     """
     inside = np.flatnonzero(np.take((opening > 0).ravel(), points[0]))
     cell, depth = (np.take(values, inside) for values in points)
@@ -92,19 +111,52 @@ def _frame_depth(
     use = np.flatnonzero((behind > step) & (behind <= DEEPEST_REVEAL_M))
     cell, behind = cell[use], behind[use]
     which = opening.ravel()[cell]
-    beside = (gridding.distance_to(opening == 0) * size <= _FRAME_M + size).ravel()[cell]
-    border = _mode(which[beside], behind[beside], count)
-    return np.where(np.isfinite(border), border, _mode(which, behind, count))
+    beside = (gridding.distance_to(opening == 0) * size <= _FRAME_M + size).ravel()
+    border, inner = (_Layers.of(which[part], behind[part], count) for part in (beside[cell], ~beside[cell]))
+    fullest = np.argmax(border.points, axis=1)
+    curtain = border.depth(fullest)
+    filling = np.unique(cell[~beside[cell] & (np.abs(behind - curtain[which]) <= step)])
+    filled, room = (
+        np.bincount(opening.ravel()[cells], minlength=count) for cells in (filling, np.flatnonzero(~beside))
+    )
+    bars = border.before(fullest, inner)
+    found = border.depth(np.where((filled > _CURTAIN * room) & (bars >= 0), bars, fullest))
+    every = _Layers.of(which, behind, count)
+    return np.where(np.isfinite(found), found, every.depth(np.argmax(every.points, axis=1)))
 
 
-def _mode(which: Int, value: Array, count: int) -> Float:
-    """Returns the depth (count,) m where most values (n,) of a label lie: mean of the fullest bins."""
-    bins = int(DEEPEST_REVEAL_M / _BIN_M) + 2
-    flat = which * bins + np.minimum((value / _BIN_M).astype(np.int64), bins - 1)
-    n = np.bincount(flat, minlength=count * bins).reshape(count, bins)
-    total = np.bincount(flat, value, count * bins).reshape(count, bins)
-    n3, total3 = (np.pad(a, ((0, 0), (1, 1))) for a in (n, total))
-    n3, total3 = (a[:, :-2] + a[:, 1:-1] + a[:, 2:] for a in (n3, total3))
-    best = np.arange(count), np.argmax(n3, axis=1)
-    mean = total3[best] / np.maximum(n3[best], 1)
-    return np.where(n3[best] >= _FEWEST_POINTS, mean, np.nan)
+@dataclass(frozen=True, eq=False)
+class _Layers:
+    """How many points (count, bins) each opening has in three neighbouring bins of depth.
+
+    `total` (count, bins) m is the sum of their depths.
+    """
+
+    points: Int
+    total: Array
+
+    @classmethod
+    def of(cls, which: Int, value: Array, count: int) -> "_Layers":
+        """Those of the depths (n,) m of points in numbered openings (n,)."""
+        bins = int(DEEPEST_REVEAL_M / _BIN_M) + 2
+        flat = which * bins + np.minimum((value / _BIN_M).astype(np.int64), bins - 1)
+        n = np.bincount(flat, minlength=count * bins).reshape(count, bins)
+        total = np.bincount(flat, value, count * bins).reshape(count, bins)
+        n3, total3 = (np.pad(a, ((0, 0), (1, 1))) for a in (n, total))
+        return cls(*(a[:, :-2] + a[:, 1:-1] + a[:, 2:] for a in (n3, total3)))
+
+    def depth(self, layer: Int) -> Float:
+        """The mean depth (count,) m of the points of a layer of each opening; NaN where there are few."""
+        at = np.arange(len(layer)), layer
+        mean = self.total[at] / np.maximum(self.points[at], 1)
+        return np.where(self.points[at] >= _FEWEST_POINTS, mean, np.nan)
+
+    def before(self, layer: Int, within: "_Layers") -> Int:
+        """The fullest layer (count,) well before the given one that crosses the opening, too; -1 = none.
+
+        Reveals and rebates do not cross it: `within` are the layers away from its border.
+        """
+        several = (self.points >= _FEWEST_POINTS) & (within.points >= _FEWEST_POINTS)
+        nearer = np.arange(self.points.shape[1]) <= layer[:, None] - _APART_BINS
+        best = np.argmax(np.where(several & nearer, self.points, 0), axis=1)
+        return np.where((several & nearer)[np.arange(len(best)), best], best, -1)

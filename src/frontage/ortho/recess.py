@@ -1,7 +1,7 @@
 """Tells what lies behind the openings of a relief: a frame, a passage, or a room that is not the facade.
 
 Frames stand within the thickness of the outer wall. Solid brick walls are 24 or 36.5 cm thick (one or one and
-a half bricks), and modern insulated walls set their frames no deeper. What a scan sees farther back is
+a half bricks) without render, and insulated walls set their frames no deeper. What a scan sees behind that is
 therefore a room behind glass, unless it is a surface that a person could walk up to: continuous, and at least
 as wide as the narrowest door leaf, 61 cm (DIN 18101), such as the back of a loggia, a passage or a door in a
 deep portal.
@@ -12,7 +12,7 @@ import numpy as np
 from frontage.geometry.arrays import Array, Bool
 from frontage.raster import gridding
 
-DEEPEST_REVEAL_M = 0.365  # one and a half bricks
+DEEPEST_REVEAL_M = 0.4  # one and a half bricks, 36.5 cm, and the render on both sides
 _PASSAGE_M = 0.61  # DIN 18101, narrowest door leaf
 _CONTINUED = 0.5  # share of the cells around that must continue a surface
 _BORDER_CELLS = 3  # beside a wide surface, whose border is not continued on all sides

@@ -22,6 +22,7 @@ from frontage.ortho.options import OrthoOptions
 from frontage.ortho.orthoraster import OrthoRaster
 from frontage.ortho.outline import inside_outline
 from frontage.ortho.recess import DEEPEST_REVEAL_M, room_cells
+from frontage.ortho.sky import above_wall
 from frontage.raster import gridding, interpolation
 from frontage.raster.tiles import Tile
 
@@ -32,7 +33,6 @@ _COARSEST_M = 0.1  # cells wider than a window frame distort what the plane woul
 _BEHIND_M = 0.05  # a point so far behind the farther side of its surroundings is inside the building
 _BRIDGE_CELLS = 2  # gaps up to twice as wide are closed
 _OPAQUE_POINTS = 2  # points that make a cell opaque: what lies behind is not the facade
-_EAVES_M = 0.3  # between the outline and the top of the wall: more is a gap of the scan
 _AGREEING = 3  # of the 24 neighbours must agree with a cell within a step, or it is clutter
 
 
@@ -45,7 +45,7 @@ class ReliefMap:
     deepest    (h, w) float32 m, the largest depth around each cell, with what was measured behind frames
     known      (h, w) float32, 1 where the depth was measured, else 0
     opening    (h, w) int32, number of the opening whose frame or glass a cell shows; 0 = wall
-    sky        (h, w) bool, cells above the top of the wall, which may end below its outline
+    above      (h, w) uint8, cells above the top of the wall, which may end below its outline (`above_wall`)
     """
 
     raster: OrthoRaster
@@ -55,7 +55,7 @@ class ReliefMap:
     deepest: Array
     known: Array
     opening: Array
-    sky: Bool
+    above: Array
     steps: Steps
 
     def at(self, raster: OrthoRaster, tile: Tile) -> Array:
@@ -82,11 +82,10 @@ class ReliefMap:
         found: Bool = interpolation.bilinear(self.known[r0:r1, c0:c1], u, v) > 0.5
         return found
 
-    def below_sky(self, raster: OrthoRaster, tile: Tile) -> Bool:
-        """Returns which pixels (m, n) of a tile of another raster are not above the top of the wall."""
+    def above_wall(self, raster: OrthoRaster, tile: Tile) -> Array:
+        """Returns which pixels (m, n) uint8 of a tile of another raster lie above the top of the wall."""
         (r0, r1, c0, c1), u, v = self.raster.window_of(raster, tile)
-        wall: Bool = interpolation.bilinear((~self.sky[r0:r1, c0:c1]).astype(np.float32), u, v) > 0.5
-        return wall
+        return interpolation.nearest(self.above[r0:r1, c0:c1], u, v)
 
     def openings(self, raster: OrthoRaster, tile: Tile) -> Int:
         """Returns the number (m, n) of the opening at the pixels of a tile of another raster; 0 = wall."""
@@ -137,24 +136,10 @@ def measure_relief(
     near, far = cv2.erode(found.y, box), cv2.dilate(found.y, box)
     deepest = cv2.dilate(np.fmax(found.y, smooth), box)
     steps = measure_steps((cell, points), cells, near, far, step=_STEP_M, raster=raster, gaps=gaps)
-    solid = found.known | (found.opening > 0) | (many > 0).reshape(shape)
-    sky = _above_the_wall(solid, inside, max(1, round(_EAVES_M / size)))
+    surface = np.isfinite(smooth)
+    above = above_wall(surface, surface | (many > 0).reshape(shape), inside, size)
     measured = found.known.astype(np.float32)
-    return ReliefMap(cells, found.y, near, far, deepest, measured, found.opening, sky, steps)
-
-
-def _above_the_wall(wall: Bool, inside: Bool, most: int) -> Bool:
-    """Cells (h, w) above the topmost one of the `wall` in the outline, `inside`, in their column.
-
-    An outline bridges what lies between the corners of a verge or a cornice, where the sky shows; more than
-    `most` cells are a gap of the scan. Single cells tell nothing.
-    """
-    within = wall & inside
-    top, end = np.argmax(inside, axis=0), np.argmax(within, axis=0)
-    short = within.any(axis=0) & (end - top <= most)
-    above = (np.arange(len(wall))[:, None] < end) & short
-    pair = np.ones((1, 2), np.uint8)
-    return np.asarray(cv2.morphologyEx(above.astype(np.uint8), cv2.MORPH_OPEN, pair) > 0)
+    return ReliefMap(cells, found.y, near, far, deepest, measured, found.opening, above, steps)
 
 
 def _agreed(y: Array) -> Array:

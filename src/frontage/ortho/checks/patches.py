@@ -5,7 +5,7 @@ from functools import cached_property
 
 import cv2
 import numpy as np
-from scipy import stats
+from scipy import special, stats
 
 from frontage.geometry.arrays import Array, Bool
 from frontage.ortho.orthoraster import OrthoRaster
@@ -73,7 +73,7 @@ class Agreement:
     @property
     def chance(self) -> float:
         """The probability that pictures without relation agree so often or more often."""
-        return float(stats.binom.sf(self.agreeing - 1, self.count, self.by_chance)) if self.count else 1.0
+        return float(special.bdtrc(self.agreeing - 1, self.count, self.by_chance)) if self.count else 1.0
 
     def log_likelihood(self, rate: float) -> float:
         """The logarithm of the probability of the number found, for pictures that agree at this rate."""
@@ -130,21 +130,29 @@ def without_shading(grey: Array) -> Array:
     return np.asarray(cv2.GaussianBlur(grey, (0, 0), 1.0) - mean)
 
 
-def agreement(a: Patches, b: Patches) -> Agreement:
-    """Counts the patches of `a` that resemble the same patch of `b` more than several others of `b`."""
+def agreement(a: Patches, b: Patches, enough: float = 0.0) -> Agreement:
+    """Counts the patches of a picture that resemble the same patch of another more than several others of it.
+
+    Of the two pictures, the one with more patches lends the others. No more patches are compared once all so
+    far agree and the probability of that by chance is `enough`.
+    """
+    a, b = sorted((a, b), key=lambda picture: len(picture.grey))
     numbers = sorted(b.grey)
     others = min(_OTHERS, len(numbers) - 1)
     if others < _FEWEST_OTHERS:
         return Agreement(0, 0, 1.0)
     steps = np.linspace(1, len(numbers) - 1, others).astype(int)  # all different, none is zero
     agreeing = count = 0
+    by_chance = 1.0 / (others + 1)
     for n in sorted(a.grey.keys() & b.grey.keys()):
+        if agreeing == count and by_chance**count <= enough:
+            break
         at = numbers.index(n)
         elsewhere = [numbers[(at + step) % len(numbers)] for step in steps.tolist()]
         own = _alike(a.grey[n], b.grey[n])
         agreeing += all(own > _alike(a.grey[n], b.grey[m]) for m in elsewhere)
         count += 1
-    return Agreement(agreeing, count, 1.0 / (others + 1))
+    return Agreement(agreeing, count, by_chance)
 
 
 def similarity(a: Patches, b: Patches) -> dict[int, float]:

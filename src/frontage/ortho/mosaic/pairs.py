@@ -12,7 +12,7 @@ import cv2
 import numpy as np
 
 from frontage.geometry.arrays import Array, Bool, Float, Int
-from frontage.ortho.mosaic.colours import Colours, normal_density
+from frontage.ortho.colours import Colours, normal_density
 from frontage.ortho.mosaic.consensus import FEWEST_PHOTOS, Disagreement
 
 _STRANGE = 0.05  # share of cells in which a photo shows something else than the wall

@@ -12,7 +12,7 @@ import cv2
 import numpy as np
 
 from frontage.geometry.arrays import Array, Bool, Float
-from frontage.ortho.mosaic.colours import Colours, normal_density
+from frontage.ortho.colours import Colours, normal_density
 from frontage.ortho.mosaic.consensus import FEWEST_PHOTOS, MEDIAN_LENGTH, Disagreement
 from frontage.ortho.views import ViewPlan
 
