@@ -1,8 +1,10 @@
 """A ground floor set back by a hand's breadth: its wall begins where its own points show it."""
 
 import numpy as np
+import pytest
 
 from frontage.openings import FoundOpenings, find_openings
+from fronts import box_of, scan_wall
 from openings.boxes import box, scanned
 
 BACK, PANE = 0.13, 0.28  # m, the wall of the ground floor and its panes behind the upper wall
@@ -26,3 +28,11 @@ def test_the_wall_has_the_depth_of_its_own_tiles_on_both_sides_of_a_step():
     beams = found.evidence.beams
     assert np.abs(beams.depth_at(x, np.full(5, STEP + 0.3))).max() < 0.02
     assert np.abs(beams.depth_at(x, np.full(5, STEP - 0.3)) - BACK).max() < 0.02
+
+
+@pytest.mark.parametrize("rays", [True, False])
+def test_a_gate_as_high_as_half_of_a_set_back_part_is_an_opening_down_to_the_ground(rays):
+    gate = (3.0, 0.0, 6.2, 4.2)
+    facade, scan = scan_wall([gate], depth=0.39, spacing=0.04, rays=rays, size=(9.0, 9.0))
+    (found,) = find_openings(facade, scan).openings
+    assert np.abs(box_of(found) - gate).max() < 0.05

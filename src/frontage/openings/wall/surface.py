@@ -123,9 +123,14 @@ def _stepped(wall: Float, own: Array, y: Float, slack: float) -> Float:
 
 
 def _opened(wall: Float) -> tuple[Float, Float]:
-    """Removes from the map (h, w) what is lower, and what is narrower, than a set-back part of a building."""
+    """Removes from the map (h, w) what is lower, and what is narrower, than a set-back part of a building.
+
+    A recess ends at the ground, whereas nothing is known of what lies beside the map.
+    """
     size = int(MASONRY.largest_opening / TILE) | 1
-    return ndimage.grey_opening(wall, (size, 1)), ndimage.grey_opening(wall, (1, size))
+    tall = min(size, (len(wall) - 1) | 1)
+    high = ndimage.grey_opening(wall, (tall, 1), mode="constant", cval=-np.inf)
+    return high, ndimage.grey_opening(wall, (1, size))
 
 
 def _filled(values: Float, gap: Bool) -> Float:
