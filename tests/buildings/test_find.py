@@ -169,3 +169,20 @@ def test_a_middle_of_another_colour_and_height_is_a_house() -> None:
     split = find_buildings(replace(scene.scan, rgb=rgb))
     assert len(split.buildings) == 3
     assert best_iou(split, scene).min() > 0.9
+
+
+def test_a_side_wall_whose_first_metres_the_front_takes_is_no_house_of_its_own() -> None:
+    rng = np.random.default_rng(0)
+
+    def wall(start: tuple[float, float], end: tuple[float, float], count: int) -> np.ndarray:
+        along = rng.random((count, 1))
+        plan = np.array(start) + along * (np.array(end) - np.array(start))
+        return np.column_stack([plan + rng.normal(0.0, 0.005, (count, 2)), rng.uniform(0.0, 10.0, count)])
+
+    front, side = wall((0.0, 0.0), (20.0, 0.0), 60000), wall((20.0, 0.0), (21.6, 12.0), 30000)
+    plan = rng.uniform((-5.0, -15.0), (40.0, 15.0), (40000, 2))
+    street = plan[(plan[:, 1] < -0.1) | (plan[:, 0] > 20.1 + 0.14 * plan[:, 1])]
+    ground = np.column_stack([street, rng.normal(0.0, 0.01, len(street))])
+    found = find_buildings(Scan("corner", np.vstack([front, side, ground]), WORLD))
+    assert len(found.buildings) == 1
+    assert len(found.buildings[0].index) > 0.95 * (len(front) + len(side))

@@ -92,7 +92,7 @@ def _cut_into_houses(cloud: StreetCloud, walls: WallMap, fronts: StreetFronts) -
         s, d = front.coordinates(tree.level.mean[:, :2])
         gaps = open_bins(profile, s, d, cloud.cell_height, tree.level.weight)
         cuts.append(find_cuts(profile, options, gaps, row, tree.level.size))
-    return SegmentedStreet(fronts.fronts, tuple(profiles), tuple(cuts), options.max_depth)
+    return SegmentedStreet(fronts.fronts, tuple(profiles), tuple(cuts), options.max_depth, walls.xy)
 
 
 def _whole_or_none(cloud: StreetCloud) -> BuildingSplit:

@@ -12,11 +12,13 @@ from frontage.buildings.fronts.profile import BIN_M, FrontProfile
 from frontage.buildings.groups import grouped
 from frontage.buildings.split.find import Cut, segment_of
 from frontage.geometry.arrays import Float, Int
+from frontage.model.masonry import MASONRY
 
 _BESIDE_M = 1.0  # m that an interior may reach past the front it is seen through
 _BEHIND_M = 0.5  # m behind a front: no longer its own wall
 _NO_HIGHER_M = 0.25  # m that an interior may rise above the front it is seen through
 _CORNER_M = 2.5  # m between the ends of two walls that form one corner
+_NEXT_M = 1.0  # m between columns of one wall
 _CORNER_COS = 0.87  # cosine between two fronts above which they form no corner: 30 degrees
 _SHORTEST_M = 4.0  # m, length of a front from which it may be a house of its own
 _TOUCHING_M = 8.0  # m between the middle of a shorter front and the front that it joins
@@ -30,14 +32,16 @@ class SegmentedStreet:
 
     Segments are numbered through all fronts, from left to right; ``first[f]`` is the first of front f.
 
-    depth  m, how far back a building may reach behind its front
-    joins  pairs of segments that lie on one footprint of a map
+    depth    m, how far back a building may reach behind its front
+    columns  (k, 2) m, places of the wall columns that the fronts consist of
+    joins    pairs of segments that lie on one footprint of a map
     """
 
     fronts: tuple[StreetFront, ...]
     profiles: tuple[FrontProfile, ...]
     cuts: tuple[tuple[Cut, ...], ...]
     depth: float
+    columns: Float
     joins: tuple[Pair, ...] = ()
 
     @property
@@ -100,7 +104,8 @@ class SegmentedStreet:
                     for g, q in self._ends(j)
                     if np.hypot(*(e - g)) < _CORNER_M
                 ]
-                pairs += meet or self._abutting(i, j) + self._abutting(j, i)
+                abut = self._abutting(i, j) + self._abutting(j, i)
+                pairs += meet or abut or self._continued(i, j) + self._continued(j, i)
         return pairs
 
     def _abutting(self, i: int, j: int) -> list[Pair]:
@@ -111,6 +116,23 @@ class SegmentedStreet:
             s, d = front.coordinates(end[None])
             if front.lo < s[0] < front.hi and abs(d[0]) < _CORNER_M:
                 pairs.append((segment, self._segment_at(j, float(s[0]))))
+        return pairs
+
+    def _continued(self, i: int, j: int) -> list[Pair]:
+        """Returns pairs where the wall of front i goes on beyond its end in columns that front j has taken.
+
+        A front takes the columns behind it, the first metres of a side wall among them.
+        """
+        pairs = []
+        front = self.fronts[i]
+        own = self.columns[self.fronts[j].members]
+        s, d = front.coordinates(own)
+        on = np.flatnonzero(np.abs(d) < MASONRY.relief)
+        for at, (_, segment) in zip((front.lo, front.hi), self._ends(i), strict=True):
+            beside = on[np.abs(s[on] - at) < _NEXT_M]
+            if len(beside):
+                place = self.fronts[j].coordinates(own[beside].mean(0)[None])[0]
+                pairs.append((segment, self._segment_at(j, float(place[0]))))
         return pairs
 
     def _short_fronts(self) -> list[Pair]:
