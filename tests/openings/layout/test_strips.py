@@ -95,3 +95,15 @@ def test_a_bar_beside_a_column_of_noise_is_a_bar():
     assert bars[:13].all() and bars[29:].all()
     open_[5:30, 22:37] = False  # a window beside a door
     assert not _bars(open_, 4)[5:55, 19:22].any()
+
+
+def test_a_strip_that_noise_interrupts_is_one_strip():
+    holes = pair(0.09)
+    facade, scan = scanned(wall=[*wall(holes), *(b for h in holes for b in framed(h, 0.15))], spacing=0.02)
+    beams = sort_beams(facade, scan)
+    evidence = weigh(facade, beams)
+    z = evidence.raster.corner[1] + (np.arange(len(evidence.llr)) + 0.5) * evidence.raster.cell
+    noise = np.abs(z - (LOW + HIGH) / 2) < 0.1
+    noisy = replace(evidence, llr=np.where(noise[:, None], 6.0, evidence.llr))
+    (strip,) = find_strips(beams, list(joinery_planes(beams, evidence)), [noisy])
+    assert strip.z1 - strip.z0 > 0.9 * (HIGH - LOW)

@@ -74,9 +74,11 @@ def _strips(
     joinery. All are sorted along the first axis.
     """
     cell, corner = evidence.raster.cell, np.tile(evidence.raster.corner[turn], 2)
-    open_ = _open_along(evidence.llr.T if turn == _LYING else evidence.llr, max(round(_LONG / cell), 3))
+    long = max(round(_LONG / cell), 3)
+    open_ = _open_along(evidence.llr.T if turn == _LYING else evidence.llr, long)
     thick = int(MASONRY.half_brick / cell) + 3  # one cell at either border may be wall in part
     between = ndimage.binary_closing(open_, np.ones((1, thick), np.bool_)) & ~open_
+    between = ndimage.binary_closing(between, np.ones((long, 1), np.bool_))  # noise interrupts it
     for rows, columns in ndimage.find_objects(ndimage.label(between)[0]):
         ends = [open_[max(r, 0) : r + 2, columns] for r in (rows.start - 2, rows.stop)]
         if (rows.stop - rows.start) * cell < _LONG or any(end.all() for end in ends if end.size):
