@@ -49,9 +49,11 @@ def top_of_flight(before: Float, place: Box, ground: float) -> float | None:
         if kept.sum() < BEAMS_TO_DECIDE or np.ptp(y[kept]) < _RUN:
             return None
         pitch, level = np.polyfit(y[kept], z[kept], 1)
-        before_, kept = kept, np.abs(z - level - pitch * y) < _RISER
-        if (kept == before_).all():
+        near = np.abs(z - level - pitch * y) < _RISER
+        if (near == kept).all():
             break
-    left = float((x[kept] < (x0 + x1) / 2).mean()) if kept.any() else 0.0
-    is_flight = kept.mean() >= _MOST and _HALF <= left <= 1.0 - _HALF and _PITCH[0] <= pitch <= _PITCH[1]
+        kept = near
+    on_the_left = (x[kept] < (x0 + x1) / 2).sum() / max(kept.sum(), 1)
+    rises = _PITCH[0] <= pitch <= _PITCH[1]
+    is_flight = rises and kept.mean() >= _MOST and _HALF <= on_the_left <= 1.0 - _HALF
     return float(np.quantile(z[kept], _LAST)) if is_flight else None
