@@ -60,10 +60,6 @@ class ViewPlan:
         seen = ~self.behind | through
         return replace(self, quality=self.quality * seen, behind=self.behind & ~through)
 
-    def not_seeing(self, hidden: Bool) -> "ViewPlan":
-        """Returns the plan in which photos do not see the cells `hidden` (k, h, w) from them."""
-        return replace(self, quality=self.quality * ~hidden, clear=self.clear & ~hidden)
-
     def without(self, names: frozenset[str]) -> "ViewPlan | None":
         """Returns the plan without the photos of these ids; None when the others see nothing."""
         keep = [k for k, photo in enumerate(self.photos) if photo.id not in names]

@@ -8,7 +8,6 @@ import numpy as np
 from frontage.geometry.arrays import Array
 from frontage.ortho.mosaic.blending import light_corrections
 from frontage.ortho.mosaic.consensus import compare_photos, even_colours
-from frontage.ortho.mosaic.extent import goes_on
 from frontage.ortho.mosaic.glass import glass_cost
 from frontage.ortho.mosaic.pairs import judge_pairs
 from frontage.ortho.mosaic.pictures import cell_pictures, picked
@@ -64,6 +63,9 @@ def compose_mosaic(
     """
     if plan is None or rectified is None:
         return None
+    if len(plan.photos) == 1 and plan.photos[0].id not in light:
+        plan = plan.seeing(np.zeros_like(plan.behind))
+        return Mosaic(plan, np.where(plan.quality[0] > 0, 0, -1).astype(np.int16))
     pictures = cell_pictures(plan, rectified)
     gains = balance_photos(plan, pictures, light)
     opening = surface.on(plan.cells).openings(Tile(0, plan.cells.height, 0, plan.cells.width))
@@ -74,10 +76,7 @@ def compose_mosaic(
     through = see_through(codes, found, plan, opening > 0)
     place = whole_places(found, plan.clear, plan.cells.gsd)
     plan = plan.seeing(through)
-    plan = plan.not_seeing(goes_on(codes, found, plan, opening > 0))
     label = choose_photos(plan, found, pictures.exposed, glass, place)
-    if len(plan.photos) == 1 and plan.photos[0].id not in light:  # nothing to compare its light with
-        return Mosaic(plan, label)
     if options.radiometry == "as shot":
         return Mosaic(plan, label, gains=gains)
     usable = plan.clear & pictures.exposed & found.accepted
