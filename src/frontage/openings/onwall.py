@@ -139,16 +139,16 @@ def _openings(
 
 
 def _grounds(scan: Scan, wall: ObservedWall, outlines: Sequence[Outline]) -> list[float]:
-    """Returns the heights z m that doors in the places of outlines would stand on.
+    """Returns for each outline the height z m of what a door in its place stands on.
 
-    That is the end of the steps before them, where their feet are not seen, and otherwise the ground.
+    That is the last of the steps before it, where its foot is not seen, and otherwise the ground.
     """
-    open_feet = [bool(o.borders) and not o.borders[2].is_seen for o in outlines]
-    if not any(open_feet):
+    unseen = [bool(o.borders) and not o.borders[2].is_seen for o in outlines]
+    if not any(unseen):
         return [wall.ground] * len(outlines)
     before = points_before(wall.facade, scan)
     tops = [
         top_of_flight(before, o.place, wall.ground) if u else None
-        for o, u in zip(outlines, open_feet, strict=True)
+        for o, u in zip(outlines, unseen, strict=True)
     ]
     return [wall.ground if top is None else top for top in tops]

@@ -152,12 +152,12 @@ def clear_outside(
 
 
 def _sky_colours(bands: Bands, raster: OrthoRaster) -> SkyColours:
-    """Learns what tells the sky from the picture of the facade; without a relief, nothing does."""
+    """Learns the colours of the sky and of the facade from its picture; without a relief, there are none."""
+    if bands.relief is None:
+        return SkyColours(np.inf, np.inf, None)
     step = max(_SAMPLED, round(np.sqrt(bands.source.size / _ENOUGH)))
     facade, over = [np.zeros((0, 3), np.uint8)], [np.zeros((0, 3), np.uint8)]
     for tile in tiles(raster.height, raster.width, TILE_PX):
-        if bands.relief is None:
-            break
         above, pixels = bands.relief.above_wall(raster, tile), bands.pixels[tile.window]
         some, shown = above[::step, ::step], pixels[::step, ::step]
         facade.append(shown[(some == 0) & (shown[..., 3] > 0)][:, :3])

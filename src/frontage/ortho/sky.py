@@ -24,7 +24,7 @@ _FEWEST = 200  # pixels above the wall, of which colours are learned
 
 
 def above_wall(surface: Bool, sampled: Bool, inside: Bool, size: float) -> Array:
-    """Returns which cells (h, w) uint8 lie above the topmost one of the wall in their column; 0 = none.
+    """Returns the kind (h, w) uint8 of cells above the topmost cell of the wall in their column; 0 = none.
 
     The top of the wall is that of its `surface` where a gap begins, and otherwise its topmost point, which is
     `sampled`. `inside` are the cells in the outline, `size` m wide. Single columns tell nothing.

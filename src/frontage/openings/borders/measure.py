@@ -35,7 +35,7 @@ def measure(
     `cell` and `spacing` are the sides of cells and the distances between beams, m, for all boxes or for each.
     Every opening is measured twice: first by itself, then with the blur of edges and the depth of sills and
     surrounds that the whole facade shows, where an opening's own points do not tell them. `others` were
-    measured before and show it as well. All heads are taken as straight where they are `flat`.
+    measured before and show it as well. With `flat`, all heads are taken as straight.
     """
     cells, spacings = (np.broadcast_to(m, len(boxes)).tolist() for m in (cell, spacing))
     alone = EdgeTraits(all_blurs=beams.rays)  # only lines of sight tell the blur
@@ -93,7 +93,7 @@ def _outline(
 ) -> Outline:
     """Measures one opening; `known` is its first outline, `walls` (n,) m the depths of all walls.
 
-    Its head is straight where it is `flat`; otherwise its points tell.
+    With `flat`, its head is taken as straight; otherwise its beams tell the shape.
     """
     wide = beams.around(box, AROUND)
     near = wide.around(box, CLOSE)

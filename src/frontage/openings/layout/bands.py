@@ -52,9 +52,8 @@ class _Cells:
     def of(cls, evidence: Evidence) -> "_Cells":
         """Averages the beams of one raster."""
         pier = max(int(MASONRY.half_brick / evidence.raster.cell), 1)
-        most = np.maximum(
-            evidence.expected, 1.0
-        )  # a blade that is seen from the side heaps up and is no pier
+        # a blade that is seen from the side returns many beams to one cell, and is no pier
+        most = np.maximum(evidence.expected, 1.0)
         solid, due = _evened(np.minimum(evidence.solid, most)), _evened(evidence.expected)
         return cls(evidence, solid, due, opened(solid > FULL * np.maximum(due, 1e-9), (1, pier)))
 

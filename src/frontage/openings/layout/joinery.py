@@ -13,13 +13,13 @@ from scipy import ndimage
 from frontage.geometry.arrays import Array, Bool, Float, distinct, rising
 from frontage.openings.boxes import Box
 from frontage.openings.wall.beams import Beams
-from frontage.openings.wall.evidence import Evidence, equal_share
+from frontage.openings.wall.evidence import BARS, Evidence, equal_share
 
 _DEEPEST = 0.5  # m: reveals are less deep
 _BIN = 0.01  # m, bin of depths
 _AREA = 0.1  # m2 that a plane of joinery holds at least
 # share of the expected beams from which a place is likelier joinery (or wall) than a pane, of Poisson hits
-FULL = equal_share(0.12, 0.97)
+FULL = equal_share(BARS, 0.97)
 SHADED = 0.2  # share of a wall's beams that joinery returns at least: something hides it from some stations
 COLUMNS = 5  # columns of cells, or mean distances of points, over which the columns of a scan even out
 _RAIL = 0.03  # m, least width of a frame

@@ -15,11 +15,14 @@ from frontage.openings.wall.expected import blurred, expected_beams
 from frontage.openings.wall.fields import zones
 from frontage.openings.wall.raster import WallRaster, averaged, opened
 
+BARS = 0.12
+"""Share of the expected beams that bars and frames level with the wall return."""
+
 _FINEST = 0.02  # m, least side of a cell
 COARSEST = MASONRY.half_brick  # m, largest side of a cell: the least pier
 _PER_CELL = 2.0  # spacings that a cell is wide: four beams on average
 # nats against open per hit: bars and frames level with the wall return 12 % of the beams into a window
-_HIT = np.log(0.97 / 0.12)
+_HIT = np.log(0.97 / BARS)
 # nats for open per expected beam that did not come: the difference of the Poisson means, 0.97 - 0.12
 _LOST = 0.85
 _MOST_LOST = 1.0  # nats of a cell from missing beams at most, for shadows leave cells empty as well
@@ -34,9 +37,6 @@ _LARGE = 4.0  # m: openings without any return are smaller
 _RELIEF = 0.05  # m: panels and courses of a wall are less deep
 BEAMS_TO_DECIDE = 10.0
 """Beams that a decision needs to be wrong once in a thousand cases."""
-
-BARS = 0.12
-"""Share of the expected beams that bars and frames level with the wall return."""
 
 WALL = 0.4
 """Share of the expected beams that masonry returns at least."""
@@ -95,7 +95,7 @@ def weigh(facade: Facade, beams: Beams, inside: Bool | None = None, scale: float
     through = _THROUGH * open_
     if not beams.rays:
         missing = averaged(solid) < np.maximum(0.3 * expected, 1e-9)
-        # more points than a wall returns were not seen through an opening, but from within a room
+        # where more points lie behind the wall than it would return, rooms were scanned from inside
         through = _BEHIND * open_ / np.maximum(local_rate(open_, due, _ROOM / raster.cell), 1.0) * missing
     llr = np.where(inside, log_likelihood_ratio(expected, solid, through), 0.0)
     seen = solid + open_ > 0
