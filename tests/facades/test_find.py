@@ -97,6 +97,22 @@ def test_frames_tell_the_street_side_of_a_court_that_was_cut_out(seed):
     assert f.frame.R[:, 1] @ turned(0.3)[:, 1] > 0.999
 
 
+@pytest.mark.parametrize("seed", range(3))
+def test_windows_round_the_corners_tell_the_street_side_of_a_blank_wall(seed):
+    # the walls that stand before it would be taken for the building behind it
+    rng = np.random.default_rng(seed)
+    blank, _ = panel(rng, 12.6, 12, spacing=0.03, windows=False)
+    beside, hole = panel(rng, 6, 12, spacing=0.03)
+    left = np.abs((hole[:, 0] + 300) % 3 - 1.0) < 0.1
+    beside = np.vstack([beside, hole[left] + np.array([0.0, 0.2, 0.0])])
+    corners = [np.column_stack([s * (6.2 + beside[:, 1]), beside[:, 0] - 3.2, beside[:, 2]]) for s in (-1, 1)]
+    scan = Scan("court", np.vstack([blank, *corners]) @ turned(0.3).T, WORLD)
+    found = [f for f in find_facades(scan, whole(scan, 0.0)) if isinstance(f, Facade)]
+    assert len(found) == 3
+    middle = turned(0.3) @ np.array([0.0, -3.0, 0.0])
+    assert all((middle - f.frame.t)[:2] @ f.frame.R[:2, 1] < 0.0 for f in found)
+
+
 def test_frame_is_right_handed_upright_and_not_mirrored():
     scan, R, t = scene(1)
     frame = only(find_facades(scan, whole(scan))).frame

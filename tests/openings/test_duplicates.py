@@ -54,6 +54,20 @@ def test_what_lies_within_an_opening_of_the_wall_before_it_is_none(stepped):
     ]
 
 
+def test_what_a_wall_shows_within_a_step_that_is_a_facade_itself_is_dropped(stepped):
+    front, back, scan = stepped
+    step = replace(back, outline=np.array([[3.6, 0.0], [7.0, 0.0], [7.0, 5.0], [3.6, 5.0]]))
+    seen_across = (4.0, 4.0, 6.5, 4.6)
+    found = without_duplicates([held(front, LEFT, seen_across), held(step, RIGHT)], scan)
+    assert boxes_of(found) == [[LEFT], [RIGHT]]
+
+
+def test_a_plane_with_less_wall_than_the_one_around_it_takes_no_opening_from_it(stepped):
+    front, back, scan = stepped
+    curtains = replace(front, id="B01/F3", outline=np.array([[3.6, 0.0], [7.0, 0.0], [7.0, 5.0], [3.6, 5.0]]))
+    assert boxes_of(without_duplicates([held(back, RIGHT), held(curtains)], scan)) == [[RIGHT], []]
+
+
 def test_walls_at_an_angle_keep_their_openings(stepped):
     front, back, scan = stepped
     judged = [held(front, LEFT), held(turned(back, 40.0), LEFT)]

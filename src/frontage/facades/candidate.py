@@ -87,10 +87,14 @@ def orient(
     side = side_from_rays(wall, scene.cloud.xyz[inliers], scene.sensors(inliers))
     if side is None:
         side = side_from_evidence(wall, cells, scene.around, slab.q, scene.ground_z)
-    if side.sign < 0:
-        return FacadeCandidate(wall, cells, slab, side)
-    wall, cells = wall.flipped(), cells.mirrored
-    slab = slab.moved(wall.axes, wall.point)
+    candidate = FacadeCandidate(wall, cells, slab, side)
+    return candidate if side.sign < 0 else turned(candidate)
+
+
+def turned(candidate: FacadeCandidate) -> FacadeCandidate:
+    """Returns a candidate with its normal turned round, so that its street lies on the other side."""
+    wall, cells, side = candidate.wall.flipped(), candidate.cells.mirrored, candidate.side
+    slab = candidate.slab.moved(wall.axes, wall.point)
     sensors = side.sensors * np.array([-1.0, -1.0, 1.0])
     side = StreetSide(-1, side.told_by, sensors, side.odds)
     return FacadeCandidate(wall, _marked(cells, slab, wall), slab, side)

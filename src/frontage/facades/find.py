@@ -8,6 +8,7 @@ from frontage.facades.arcades import with_open_arcades
 from frontage.facades.build import as_seen, build_facade
 from frontage.facades.candidate import FacadeCandidate, refine_candidate, sketch_candidate
 from frontage.facades.cloud import prepare
+from frontage.facades.corners import with_sides_of_corners
 from frontage.facades.interiors import drop_interiors
 from frontage.facades.layers import find_layers
 from frontage.facades.options import FacadeOptions
@@ -60,7 +61,7 @@ def find_facades(
     else:
         thinned = replace(scene, cloud=scene.cloud.bounded())
         candidates = search_candidates(thinned, rng)
-        candidates = drop_interiors(candidates, thinned, rng)
+        candidates = drop_interiors(with_sides_of_corners(candidates), thinned, rng)
         candidates, arcades = with_open_arcades(_refined(candidates, thinned, scene, rng), scene, rng)
         candidates = without_overlaps(candidates, arcades)
     if not candidates:

@@ -16,6 +16,7 @@ from frontage.model.scan import Scan
 from frontage.openings.wall.raster import WallRaster
 
 _SAME = 0.5  # share of the smaller of two openings that the other must cover for them to be at one place
+_NESTED = 0.9  # share of an outline that lies within a larger one for it to be a step within that wall
 _RIM = 0.25  # m, width of the rim around an opening that tells which wall it is in
 
 Judged = tuple[Facade, Elements]
@@ -33,6 +34,9 @@ def without_duplicates(judged: Sequence[Judged], scan: Scan) -> list[Judged]:
     pairs = [p for p in combinations(range(len(judged)), 2) if _beside(*(judged[k][0] for k in p))]
     for a, b in pairs:
         judged[b] = _without_doubled(judged[b], judged[a])
+    for a, b in pairs:
+        judged[a] = _outside(judged[a], judged[b][0], scan)
+        judged[b] = _outside(judged[b], judged[a][0], scan)
     dropped: set[tuple[int, int]] = set()
     for a, b in pairs:
         own, others = _rings(judged[a], judged[a][0]), _rings(judged[b], judged[a][0])
@@ -62,6 +66,34 @@ def _beside(a: Facade, b: Facade) -> bool:
         bool(abs(a.frame.R[:, 1] @ b.frame.R[:, 1]) > TOLERANCES.parallel_cos)
         and abs(offset) < MASONRY.facade_reach
     )
+
+
+def _outside(judged: Judged, inner: Facade, scan: Scan) -> Judged:
+    """Drops the openings of a facade that lie within another one which is a step within its outline.
+
+    An outline is one ring, so that of a wall with a colonnade in its middle goes on across it. Within such an
+    inner outline the openings are those of the plane that shows more wall there: a plane through the curtains
+    of a wall has less of it than the wall itself.
+    """
+    facade, elements = judged
+    own = shapely.make_valid(shapely.Polygon(facade.outline))
+    (ring,), _ = _onto(facade, inner, [(inner.outline, 0.0)])
+    is_step = shapely.intersection(own, ring).area >= _NESTED * ring.area and ring.area < _NESTED * own.area
+    if not is_step or _wall_area(inner, inner, scan) <= _wall_area(facade, inner, scan):
+        return judged
+    rings = _rings(judged, facade)
+    kept = [shapely.intersection(ring, r).area <= _SAME * r.area for r in rings]
+    openings = tuple(o for o, keep in zip(elements.openings, kept, strict=True) if keep)
+    return facade, replace(elements, openings=openings)
+
+
+def _wall_area(facade: Facade, inner: Facade, scan: Scan) -> float:
+    """Returns the area (m2) within the outline of `inner` in which a facade's points lie on its plane."""
+    q = inner.frame.inverse.apply(scan.xyz[inner.support])
+    on = np.abs(facade.frame.inverse.apply(scan.xyz[inner.support])[:, 1])
+    q = q[on <= max(3.0 * facade.roughness, TOLERANCES.least_on_wall)]
+    raster = WallRaster.over(inner, max(2.0 * inner.spacing, TOLERANCES.least_on_wall))
+    return float((raster.count(q[:, 0], q[:, 2]) > 0).sum()) * raster.cell**2
 
 
 def _without_doubled(judged: Judged, other: Judged) -> Judged:

@@ -85,6 +85,21 @@ def test_the_shadow_of_a_hood_is_unknown_not_open():
     assert evidence.llr[wall, columns].mean() < -2.0
 
 
+def test_windows_under_an_awning_that_hides_no_wall_keep_their_height():
+    # nothing comes back from their panes, and without sensors the awning might hide all below it
+    awning = box(1.0, 7.0, -0.9, 0.0, 5.3, 5.4)
+    holes = [(1.6, 2.6), (3.5, 4.5), (5.4, 6.4)]
+    x = [0.0, *np.ravel(holes), 8.0]
+    wall = [box(a, b, 0, 0.3, 3.0, 5.0) for a, b in zip(x[::2], x[1::2], strict=True)]
+    wall += [box(0, 8, 0, 0.3, 0, 3.0), box(0, 8, 0, 0.3, 5.0, 9)]
+    frames = [box(a, b, 0.1, 0.15, 4.9, 5.0) for a, b in holes]
+    facade, scan = scanned([awning], wall=wall + frames, rays=False, eyes=((4.0, -9.0, 1.6),))
+    result = find_openings(facade, scan, OpeningOptions(ground_z=0.0))
+    assert isinstance(result, FoundOpenings)
+    rings = sorted((*o.ring.min(0), *o.ring.max(0)) for o in result.openings)
+    assert np.allclose(rings, [(a, 3.0, b, 5.0) for a, b in holes], atol=0.05)
+
+
 def test_a_shop_front_of_ten_metres_is_found():
     posts = (0.8, 3.3, 5.8, 8.3, 10.8)
     holes = [(a + 0.04, 0.6, b - 0.04, 2.9) for a, b in pairwise(posts)]

@@ -1,9 +1,14 @@
 """Windows in a wall that lies behind columns: the wall is found at its own depth."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from frontage.openings import FoundOpenings, find_openings
+from frontage.openings.wall.beams import sort_beams
+from frontage.openings.wall.evidence import weigh
+from frontage.openings.wall.recesses import with_recesses
 from openings.boxes import box, scanned
 
 COLUMNS = ((0.0, 0.5), (3.75, 4.25), (7.5, 8.0))
@@ -33,3 +38,16 @@ def test_windows_between_columns_are_found_in_the_wall_behind(rays):
     assert np.abs(np.array(boxes) - true).max() < 0.03
     depths = [o.depth.value for o in found.openings]
     assert np.allclose(depths, PANE - RECESS, atol=0.01)
+
+
+def test_a_recess_need_not_return_the_beams_that_are_not_due_there():
+    facade, scan = scanned(wall=portico([(1.3, 2.9), (5.0, 6.6)]), rays=False)
+    beams = sort_beams(facade, scan)
+    evidence = weigh(facade, beams)
+    hidden = beams.points[:, 2] > 2.0  # by what stands before it
+    beams = replace(beams, points=beams.points[~hidden])
+    assert with_recesses(beams, evidence, facade) is None
+    rows = int(2.0 / evidence.raster.cell)
+    expected = np.where(np.arange(len(evidence.expected))[:, None] < rows, evidence.expected, 0.0)
+    depth = with_recesses(beams, replace(evidence, expected=expected), facade)
+    assert depth is not None and depth.max() == pytest.approx(RECESS, abs=0.01)

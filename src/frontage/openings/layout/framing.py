@@ -20,6 +20,7 @@ _LARGE_M = 0.6  # least side of an opening that may send back less than a small 
 _VISIBLE = 0.5  # share of the beams expected without obstacles that must reach the wall of a visible opening
 _HIDDEN = 0.3  # share of the beams expected without obstacles below which a rim is hidden
 _KNOWN = 0.5  # share of the cells of an opening that must tell something
+_EDGE = 2  # cells at the end of an opening that show the wall round the corner
 _COURSES = 3  # half bricks of masonry between two openings at least; bars and transoms of joinery are lower
 _APART_M = 0.3  # least height of an opening, and so of what a band of masonry leaves above and below
 _DIGITS = 6  # of sums over rectangles, which are differences of totals
@@ -108,17 +109,21 @@ class Framing:
 
         A rectangle without wall on one side is not an opening. The wall must show on both sides and above or
         below, except below near the ground; with known sensors, one side may be hidden by something before
-        the wall, or lie beyond the end of the facade, where a window goes round the corner and wall must show
-        above and below. The rectangle itself must be free of wall and known in half of its cells, and beams
-        must come back from its depth. A visible rectangle may do with less depth (`_is_framed_all_round`),
-        for glass returns as little as a shadow does; but shadows are small, or run on past the rim. Without
-        lines of sight, masonry from side to side makes two openings of it.
+        the wall. One side may lie beyond the end of the facade, where a window goes round the corner or up to
+        the next wall in an inner corner, and wall must show above and below. Without known sensors, no
+        opening reaches up to the end of the facade: between pinnacles there is sky. The rectangle itself must
+        be free of wall and known in half of its cells, and beams must come back from its depth. A visible
+        rectangle may do with less depth (`_is_framed_all_round`), for glass returns as little as a shadow
+        does; but shadows are small, or run on past the rim. Without lines of sight, masonry from side to side
+        makes two openings of it.
         """
         rim = max(int(np.ceil(_RIM_M / self._cell)), 2)
         framed, at_corner = self._is_beside_wall(boxes, rim)
         boxes, at_corner = boxes[framed], at_corner[framed]
-        ends = self._ends(boxes, self._rims(boxes, rim))
+        rims = self._rims(boxes, rim)
+        ends = self._ends(boxes, rims)
         ended = np.where(at_corner, ends.all(0), ends.any(0))
+        ended &= ends[0] | self._rays | rims[1].is_hidden | ~self._is_at_top(boxes)
         boxes = boxes[ended]
         framed[framed] = ended
         rims, inside = self._rims(boxes, rim), self._sums(boxes)
@@ -152,13 +157,16 @@ class Framing:
     def _is_beside_wall(self, boxes: Int, rim: int) -> tuple[Bool, Bool]:
         """Returns whether the wall shows on both sides (n,), and whether one lies beyond the facade (n,).
 
-        With known sensors, one side may be hidden or lie there.
+        With known sensors, one side may be hidden or lie there. Without them, it may lie there where the end
+        of the opening shows the next wall, round an inner corner.
         """
         sums = self._beside(boxes, rim)
         sides = np.stack([side.is_wall for side in sums])
         hidden = np.stack([side.is_hidden & self._rays for side in sums])
         cells = rim * (boxes[:, 2] - boxes[:, 0])
-        beyond = np.stack([(side.inside < _KNOWN * cells) & self._rays for side in sums]) & ~sides
+        edges = self._beside(boxes + np.array([0, _EDGE, 0, -_EDGE]), _EDGE)
+        ends = np.stack([edge.is_wall | self._rays for edge in edges])
+        beyond = np.stack([side.inside < _KNOWN * cells for side in sums]) & ends & ~sides
         framed = (sides | hidden | beyond).all(0) & sides.any(0)
         return np.asarray(framed), np.asarray(beyond.any(0))
 
@@ -171,6 +179,13 @@ class Framing:
         r0, c0, r1, c1 = boxes.T
         stands = (r0 < self._ground) | self._is_at_rail(r0, c0, c1)
         return np.stack([above.is_wall | self._is_at_rail(r1, c0, c1), below.is_wall | stands])
+
+    def _is_at_top(self, boxes: Int) -> Bool:
+        """Returns which boxes (n,) reach up to the end of the facade, with no wall left above them."""
+        _, c0, r1, c1 = boxes.T
+        high = max(int(_APART_M / self._cell), 1)
+        above = self._sums(np.stack([r1, c0, r1 + high, c1], 1))
+        return np.asarray(above.inside < _KNOWN * high * (c1 - c0))
 
     def _is_at_rail(self, row: Int, c0: Int, c1: Int) -> Bool:
         """Returns whether a rail lies within two cells of a row (n,) in most of its columns [c0, c1)."""

@@ -13,7 +13,9 @@ from frontage.model.masonry import MASONRY
 from frontage.openings.wall.beams import Beams
 from frontage.openings.wall.expected import blurred, expected_beams
 from frontage.openings.wall.fields import zones
-from frontage.openings.wall.raster import WallRaster, averaged, opened
+from frontage.openings.wall.raster import WallRaster, averaged
+from frontage.openings.wall.shadow import shadows_of_fittings
+from frontage.openings.wall.surface import FITTING
 
 BARS = 0.12
 """Share of the expected beams that bars and frames level with the wall return."""
@@ -34,6 +36,8 @@ _BLUR = 0.1  # m, one sigma of the surroundings that determine empty areas
 _ROOM = 0.3  # m, one sigma of the surroundings that tell a room's points: frames and reveals are narrower
 _EMPTY = 0.1  # share of the expected beams below which an area is empty
 _LARGE = 4.0  # m: openings without any return are smaller
+_LAYERS = 6  # layers of depth before the wall, of which a surface seen edge on fills
+_FILLED = 4  # as many or more
 _RELIEF = 0.05  # m: panels and courses of a wall are less deep
 BEAMS_TO_DECIDE = 10.0
 """Beams that a decision needs to be wrong once in a thousand cases."""
@@ -90,7 +94,7 @@ def weigh(facade: Facade, beams: Beams, inside: Bool | None = None, scale: float
     solid, open_ = raster.count(*beams.solid.T), raster.count(*beams.open.T)
     inside = _inside(facade, raster) if inside is None else inside
     due = _expected_by_zone(beams, raster)
-    expected = due * _unhidden(beams, raster, solid + open_)
+    expected = due * _unhidden(beams, raster, solid + open_, due)
     expected = np.where(_unwatched(solid + open_, expected, inside, raster.cell), 0.0, expected)
     through = _THROUGH * open_
     if not beams.rays:
@@ -110,13 +114,31 @@ def _expected_by_zone(beams: Beams, raster: WallRaster) -> Float:
     """
     zone = zones(beams.fields, raster)
     numbers = distinct(zone.ravel())
+    wall = beams.solid[~_edge_on(beams, raster)]
     if len(numbers) == 1:
-        return expected_beams(beams.solid, raster)
+        return expected_beams(wall, raster)
     out = np.zeros(raster.shape)
-    at = raster.flat(*beams.solid.T)
+    at = raster.flat(*wall.T)
     own = np.where(at >= 0, zone.ravel()[at], -1)
     for number in numbers:
-        out = np.where(zone == number, expected_beams(beams.solid[own == number], raster), out)
+        out = np.where(zone == number, expected_beams(wall[own == number], raster), out)
+    return out
+
+
+def _edge_on(beams: Beams, raster: WallRaster) -> Bool:
+    """Returns which points (n,) lie before the wall in cells that show a surface edge on.
+
+    Such a surface, as the next wall round an inner corner, fills all depths before the wall, and a cell of it
+    holds many times as many points as one of the wall.
+    """
+    before = np.flatnonzero(beams.solid_depth < -beams.least)
+    layer = np.floor(-beams.solid_depth[before] / (FITTING / _LAYERS)).astype(np.int64)
+    cell = raster.flat(*beams.solid[before].T)
+    filled = np.zeros(raster.shape[0] * raster.shape[1], np.int64)
+    key = distinct(np.where(cell >= 0, cell * _LAYERS + np.minimum(layer, _LAYERS - 1), 0))
+    np.add.at(filled, key // _LAYERS, 1)
+    out = np.zeros(len(beams.solid), np.bool_)
+    out[before] = (cell >= 0) & (filled[cell] >= _FILLED)
     return out
 
 
@@ -179,30 +201,14 @@ def local_rate(values: Float, due: Float, finest: float) -> Float:
     return out
 
 
-def _unhidden(beams: Beams, raster: WallRaster, seen: Float) -> Float:
+def _unhidden(beams: Beams, raster: WallRaster, seen: Float, due: Float) -> Float:
     """Returns the share (h, w) of a cell's beams that nothing before the wall stops.
 
-    With rays: blocked beams against the others. Without: nothing is expected above and below a fitting as far
-    as it stands out, for it throws its shadow there wherever the sensor stands, below 45 degrees.
+    With rays, that are the blocked beams against the others. Without, nothing is expected in the shadows of
+    fittings.
     """
     if beams.rays:
         stopped = averaged(raster.count(*beams.blocked.T))
         come = averaged(seen)
         return np.asarray(np.clip(1.0 - stopped / np.maximum(stopped + come, 1e-9), 0.0, 1.0))
-    return 1.0 - _shadow(beams, raster)
-
-
-def _shadow(beams: Beams, raster: WallRaster) -> Float:
-    """Returns 1 where something before the wall (at most 1.5 m) may throw a shadow, else 0 (h, w).
-
-    That is above and below it, as far as it stands out.
-    """
-    out = np.zeros(raster.shape, np.uint8)
-    depth = -beams.front[:, 2]
-    for near in (0.3, 0.6, 1.0):
-        some = (depth >= near) & (depth < near + 0.5)
-        held = raster.count(*beams.front[some, :2].T) > 0
-        held = opened(held, (1, 3))
-        reach = max(int((near + 0.2) / raster.cell), 1)
-        out |= ndimage.maximum_filter1d(held.view(np.uint8), 2 * reach + 1, axis=0)
-    return out.astype(np.float64)
+    return 1.0 - shadows_of_fittings(beams, raster, WALL * due)

@@ -36,7 +36,7 @@ def with_recesses(beams: Beams, evidence: Evidence, facade: Facade) -> Float | N
     depth = recess_depth(points, tiles, facade.roughness)
     off = points[:, 1] - value_at(depth, tiles, points[:, 0], points[:, 2])
     held = raster.count(*points[(off <= beams.least) & (off > -FITTING)][:, [0, 2]].T)
-    come, due = (np.bincount(cells.ravel(), m.ravel()) for m in (held, evidence.expected_free))
+    come, due = (np.bincount(cells.ravel(), m.ravel()) for m in (held, evidence.expected))
     x, z = raster.middles((cells > 0) & (come > SHADED * due)[cells]).T
     return np.where(tiles.count(x, z) > 0, depth, beams.wall) if len(x) else None
 

@@ -1,0 +1,49 @@
+"""The shadows that fittings throw on the wall in a scan whose lines of sight are not known."""
+
+import numpy as np
+from scipy import ndimage
+
+from frontage.geometry.arrays import Bool, Float
+from frontage.model.masonry import MASONRY
+from frontage.openings.wall.beams import Beams
+from frontage.openings.wall.raster import WallRaster, averaged, opened
+
+_NEAR = (0.3, 0.6, 1.0)  # m before the wall, where the layers begin in which fittings are looked for
+_THICK = 0.5  # m, thickness of a layer
+_PIER = 2.0 * MASONRY.half_brick  # m, least side of a pier: blocks and balusters are narrower
+_REACH = 0.2  # m: a fitting stands out so much further than its layer begins
+
+
+def shadows_of_fittings(beams: Beams, raster: WallRaster, least: Float) -> Bool:
+    """Returns the cells (h, w) that something at most 1.5 m before the wall may hide.
+
+    `least` (h, w) are the beams that masonry returns at least.
+
+    Those are the cells above and below it, as far as it stands out, for the sensor may stand anywhere. What
+    is long throws its shadow along its whole length: a place is lit where piers to its left and its right
+    returned their beams at the same height in the same shadow, no further apart than an opening is wide.
+    There must be wall above it, for what stands on a cornice at the end of a wall is no pier.
+    """
+    hidden = np.zeros(raster.shape, np.uint8)
+    depth = -beams.front[:, 2]
+    for near in _NEAR:
+        some = (depth >= near) & (depth < near + _THICK)
+        held = raster.count(*beams.front[some, :2].T) > 0
+        held = opened(held, (1, 3))
+        reach = max(int((near + _REACH) / raster.cell), 1)
+        hidden |= ndimage.maximum_filter1d(held.view(np.uint8), 2 * reach + 1, axis=0)
+    if not hidden.any():
+        return hidden.astype(np.bool_)
+    wall = averaged(raster.count(*beams.solid[beams.solid_depth >= -beams.least].T))  # without fittings
+    shown = wall >= np.maximum(averaged(least), 1e-9)
+    wide = max(int(_PIER / raster.cell), 1)
+    lit = _between(opened(shown & (hidden > 0), (wide, wide)), int(MASONRY.largest_opening / raster.cell))
+    below = np.logical_or.accumulate(shown[::-1], axis=0)[::-1]
+    return np.asarray((hidden > 0) & ~(lit & below))
+
+
+def _between(cells: Bool, most: int) -> Bool:
+    """Returns the cells (h, w), and what lies between two of them in a row that are at most `most` apart."""
+    padded = np.pad(cells.view(np.uint8), ((0, 0), (most, most)))
+    wide = ndimage.maximum_filter1d(padded, most | 1, axis=1, mode="constant")
+    return np.asarray(ndimage.minimum_filter1d(wide, most | 1, axis=1, mode="constant")[:, most:-most] > 0)
