@@ -1,0 +1,118 @@
+"""Finds railings: parts of a facade that show what is behind them, and that belong into its picture.
+
+Behind a parapet the scan has no points of the wall; behind a railing it has. High up, the floor of a balcony
+hides what lies right behind its railing, seen from the front, from a scanner in the street. The beams are
+therefore asked as well: those that hit the wall passed between the bars, beside those that hit a bar.
+"""
+
+import cv2
+import numpy as np
+
+from frontage.geometry.arrays import Array, Bool, Float, Int
+
+_BEFORE_M = 0.25  # of the wall: railings of windows stand farther out
+_LEDGE_M = 0.5  # of the wall: farther out there are no sills and ledges
+_WALL_M = 0.3  # of the plane, likewise: wall and glass
+_CELL_M = 0.08  # of a railing, between two bars
+_AROUND = 7  # cells, half a metre
+_SEEN_THROUGH = 0.6  # share of the cells of a railing in which the wall was seen, too
+_TALL_CELLS = 8  # of a railing that stands no farther out than a ledge, which is lower
+_WIDE_CELLS = 5  # of a railing; the sides of a bay are narrower, seen from the front
+_STATION_M = 2.0  # beams from places nearer to each other pass a railing in nearly the same way
+_FEWEST = 50  # points of parts before the wall, seen from one place, that are worth a look
+
+
+def find_railings(xyz: Array, origin: Array, held: Bool) -> Bool:
+    """Returns which points (n, 3) m of the facade frame belong to railings.
+
+    `origin` (n, 3) m is where each was measured from, in the same frame; NaN = unknown. `held` (n,) are those
+    that belong to the facade: of the others, beams are not asked. A ledge also has wall beside it, but it is
+    low and stands near the wall.
+    """
+    found = xyz[:, 1] < -_BEFORE_M
+    before, behind = np.flatnonzero(found), np.flatnonzero(np.abs(xyz[:, 1]) < _WALL_M)
+    if not len(before) or not len(behind):
+        return np.zeros_like(found)
+    place = np.take(xyz[:, ::2].T, before, axis=1)
+    wall = np.take(xyz[:, ::2].T, behind, axis=1)
+    corner = np.minimum(place.min(axis=1), wall.min(axis=1))
+    own, other = _cells(place, corner), _cells(wall, corner)
+    part = _marked(own, (int(own[0].max()) + 1, int(own[1].max()) + 1))
+    wide, tall = _shapes(part)
+    far = xyz[before, 1] < -_LEDGE_M
+    shaped = np.where(far, wide[own], (wide & tall)[own])
+    square = np.ones((3, 3), np.uint8)
+    seen = cv2.dilate(_marked(other, part.shape), square)
+    railing = shaped & (_share(part, seen, _AROUND)[own] > _SEEN_THROUGH)
+    left = shaped & ~railing & tall[own] & held[before]
+    railing[left] = _passed(xyz, origin, before[left], behind)
+    found[before] = railing
+    return found
+
+
+def _shapes(part: Array) -> tuple[Bool, Bool]:
+    """Which cells (h, w) of parts before the wall are as wide as a railing, and as tall as one."""
+    whole = cv2.morphologyEx(part, cv2.MORPH_CLOSE, np.ones((1, 3), np.uint8))
+    wide = cv2.morphologyEx(whole, cv2.MORPH_OPEN, np.ones((1, _WIDE_CELLS), np.uint8)) > 0
+    tall = cv2.morphologyEx(whole, cv2.MORPH_CLOSE, np.ones((3, 1), np.uint8))
+    tall = cv2.morphologyEx(tall, cv2.MORPH_OPEN, np.ones((_TALL_CELLS, _WIDE_CELLS), np.uint8)) > 0
+    return wide, tall
+
+
+def _passed(xyz: Array, origin: Array, before: Int, behind: Int) -> Bool:
+    """Which of the points `before` (k,) the wall stand where beams passed and hit the points `behind` (m,).
+
+    Every point is moved along its own beam to the plane of the wall, and compared with what was measured
+    there from the same place.
+    """
+    passed = np.zeros(len(before), np.bool_)
+    station = _stations(origin)
+    for number in np.unique(station[before]).tolist():
+        mine = np.flatnonzero(station[before] == number)
+        wall = behind[station[behind] == number]
+        if number < 0 or len(mine) < _FEWEST or len(wall) < _FEWEST:
+            continue
+        ray = (xyz - origin)[before[mine]]
+        hit = (xyz[before[mine]] - ray * (xyz[before[mine], 1] / ray[:, 1])[:, None])[:, ::2].T
+        corner = hit.min(axis=1)
+        own, other = _cells(hit, corner), _cells(xyz[wall][:, ::2].T, corner)
+        part = _marked(own, (int(own[0].max()) + 1, int(own[1].max()) + 1))
+        # The wall is seen above and below a handrail, and only above the edge of a floor.
+        seen = cv2.dilate(_marked(other, part.shape), np.ones((1, 3), np.uint8))
+        seen = cv2.morphologyEx(seen, cv2.MORPH_CLOSE, np.ones((3, 1), np.uint8))
+        passed[mine] = _share(part, seen, 3)[own] > _SEEN_THROUGH
+    return passed
+
+
+def _stations(origin: Array) -> Int:
+    """Numbers (n,) of the places that beams came from, -1 = unknown."""
+    known = np.isfinite(origin).all(axis=1)
+    cell = np.floor(origin[known] / _STATION_M).astype(np.int64)
+    number = np.full(len(origin), -1, np.int64)
+    number[known] = np.unique(cell, axis=0, return_inverse=True)[1].ravel()
+    return number
+
+
+def _cells(place: Float, corner: Float) -> tuple[Int, Int]:
+    """The rows and columns (n,) of the cells that places (2, n) m (x, z) lie in, from a corner (2,) on."""
+    column, row = (
+        np.floor((at - first) * np.float32(1.0 / _CELL_M)).astype(np.int64)
+        for at, first in zip(place, corner, strict=True)
+    )
+    return row, column
+
+
+def _marked(cells: tuple[Int, Int], shape: tuple[int, ...]) -> Array:
+    """A grid (h, w) uint8 with 1 in the given cells; what lies outside is left out."""
+    row, column = cells
+    inside = (row >= 0) & (column >= 0) & (row < shape[0]) & (column < shape[1])
+    grid = np.zeros(shape, np.uint8)
+    grid[row[inside], column[inside]] = 1
+    return grid
+
+
+def _share(part: Array, seen: Array, rows: int) -> Array:
+    """The share (h, w) of the cells of a part (h, w) around each one in which the wall was `seen` (h, w)."""
+    around = (_AROUND, rows)
+    both = cv2.blur((part & seen).astype(np.float32), around)
+    return np.asarray(both / np.maximum(cv2.blur(part.astype(np.float32), around), np.float32(1e-6)))
