@@ -72,3 +72,14 @@ def test_without_the_places_of_the_scanner_the_railing_may_be_a_parapet(street):
     xyz = facade.frame.inverse.apply(scan.xyz)
     x, y, z = find_occluders(facade, xyz, find_standing(facade, scan), None, OrthoOptions()).part[0].T
     assert ((x < 0.0) & (y < -OUT + 0.1) & (z > FLOOR + 0.15)).sum() > 200
+
+
+def test_beams_along_the_wall_tell_nothing(street):
+    """They would meet the plane of the wall far away, and a grid up to there would fill the memory."""
+    facade, scan = street
+    station = facade.frame.apply(np.array([[-60.0, -OUT - 1e-4, FLOOR]]))
+    along = Scan("along", scan.xyz, facade.world, station, scan.origin_index)
+    xyz = facade.frame.inverse.apply(along.xyz)
+    cloud = find_occluders(facade, xyz, find_standing(facade, along), None, OrthoOptions(), along)
+    x, y, z = cloud.part[0].T
+    assert ((x < 0.0) & (y < -OUT + 0.1) & (z > FLOOR + 0.15)).sum() > 200

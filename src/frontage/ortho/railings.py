@@ -66,19 +66,24 @@ def _passed(xyz: Array, origin: Array, before: Int, behind: Int) -> Bool:
     there from the same place.
     """
     passed = np.zeros(len(before), np.bool_)
+    corner = xyz[behind][:, ::2].min(axis=0)
+    other = _cells(xyz[behind][:, ::2].T, corner)
+    shape = int(other[0].max()) + 1, int(other[1].max()) + 1
+    ray = xyz[before] - origin[before]
+    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+        hit = xyz[before] - ray * (xyz[before, 1] / ray[:, 1])[:, None]
+    inside = (ray[:, 1] > 0.0) & (hit[:, ::2] >= corner).all(1)
+    inside &= (hit[:, ::2] < corner + np.float32(_CELL_M) * np.array(shape[::-1], np.float32)).all(1)
     station = _stations(origin)
-    for number in np.unique(station[before]).tolist():
-        mine = np.flatnonzero(station[before] == number)
-        wall = behind[station[behind] == number]
-        if number < 0 or len(mine) < _FEWEST or len(wall) < _FEWEST:
+    for number in np.unique(station[before[inside]]).tolist():
+        mine = np.flatnonzero(inside & (station[before] == number))
+        wall = station[behind] == number
+        if number < 0 or len(mine) < _FEWEST or wall.sum() < _FEWEST:
             continue
-        ray = (xyz - origin)[before[mine]]
-        hit = (xyz[before[mine]] - ray * (xyz[before[mine], 1] / ray[:, 1])[:, None])[:, ::2].T
-        corner = hit.min(axis=1)
-        own, other = _cells(hit, corner), _cells(xyz[wall][:, ::2].T, corner)
-        part = _marked(own, (int(own[0].max()) + 1, int(own[1].max()) + 1))
+        own = _within(_cells(hit[mine][:, ::2].T, corner), shape)
+        part = _marked(own, shape)
         # The wall is seen above and below a handrail, and only above the edge of a floor.
-        seen = cv2.dilate(_marked(other, part.shape), np.ones((1, 3), np.uint8))
+        seen = cv2.dilate(_marked((other[0][wall], other[1][wall]), shape), np.ones((1, 3), np.uint8))
         seen = cv2.morphologyEx(seen, cv2.MORPH_CLOSE, np.ones((3, 1), np.uint8))
         passed[mine] = _share(part, seen, 3)[own] > _SEEN_THROUGH
     return passed
@@ -109,6 +114,11 @@ def _marked(cells: tuple[Int, Int], shape: tuple[int, ...]) -> Array:
     grid = np.zeros(shape, np.uint8)
     grid[row[inside], column[inside]] = 1
     return grid
+
+
+def _within(cells: tuple[Int, Int], shape: tuple[int, int]) -> tuple[Int, Int]:
+    """The same cells, of which those that rounding has put beyond a grid (h, w) are moved to its edge."""
+    return np.clip(cells[0], 0, shape[0] - 1), np.clip(cells[1], 0, shape[1] - 1)
 
 
 def _share(part: Array, seen: Array, rows: int) -> Array:
