@@ -8,7 +8,7 @@ from frontage.geometry.arrays import Array, Bool, Float, Int, picked_rows
 from frontage.model import Facade, Scan
 from frontage.ortho.cloud import in_facade_frame
 from frontage.ortho.options import OrthoOptions
-from frontage.ortho.railings import find_railings
+from frontage.ortho.railings import Beams, find_railings
 from frontage.ortho.standing.find import Standing
 from frontage.raster.zbuffer import local_spacing
 
@@ -53,7 +53,7 @@ def find_occluders(
     clouds = [(xyz_facade, scan)]
     if surroundings is not None:
         clouds.append((in_facade_frame(surroundings, facade), surroundings))
-    xyz, spacing, lines, origin = [], [], [], []
+    xyz, spacing, lines, beams = [], [], [], Beams.of(None, facade, np.zeros(0, np.int64))
     for points, measured in clouds:
         near = points[:, 1] < options.back
         ahead = picked_rows(near, points)
@@ -64,14 +64,14 @@ def find_occluders(
         xyz.append(np.take(ahead.T, kept, axis=1).T.astype(np.float32))
         spacing.append(s)
         lines.append(_in_lines(xyz[-1], s, k))
-        origin.append(_origins(measured, facade, np.flatnonzero(near)[kept]))
+        beams = beams.and_those(Beams.of(measured, facade, np.flatnonzero(near)[kept]))
     every = np.concatenate([points.T for points in xyz], axis=1).T
     gap = np.maximum(np.concatenate(spacing), _CUBE_M).astype(np.float32)
     free, solid, walls = standing.parted(every)
     free |= (every[:, 1] < -options.front) & ~walls
     solid &= free
     part = ~free & np.concatenate(lines)
-    part &= walls | ~find_railings(every, np.concatenate(origin), part)
+    part &= walls | ~find_railings(every, beams, part)
     return OccluderCloud(*((picked_rows(which, every), gap[which]) for which in (part, free, solid)))
 
 
@@ -88,15 +88,6 @@ def _in_lines(xyz: Array, spacing: Float, together: Float) -> Bool:
     usual = np.bincount(column, np.log(spacing)) / np.maximum(np.bincount(column), 1)
     # `together` points in a cube with edges of spacing sqrt(together): edge / usual of them are a line.
     return np.asarray(spacing <= np.exp(usual)[column] * np.sqrt(together))
-
-
-def _origins(scan: Scan | None, facade: Facade, points: Int) -> Array:
-    """Where some points (k,) of a scan were measured from, (k, 3) float32 m in the facade frame; else NaN."""
-    if scan is None:
-        return np.full((len(points), 3), np.nan, np.float32)
-    known = np.full((len(scan.origins) + 1, 3), np.nan, np.float32)  # the last one is that of index -1
-    known[:-1] = facade.frame.inverse.apply(scan.origins)
-    return np.take(known, scan.origin_index[points], axis=0)
 
 
 def _one_of_each_cube(xyz: Float) -> Int:

@@ -10,7 +10,7 @@ import numpy as np
 from scipy import ndimage
 
 from frontage.geometry.arrays import Bool, Float, Int
-from frontage.ortho.standing.walls import is_building, wall_points
+from frontage.ortho.standing.walls import fullest_planes, is_building, wall_points
 
 TOUCH_M = 0.6
 """Before the plane: what lies so near may be held by the wall."""
@@ -48,13 +48,14 @@ def loose_groups(points: Group, joining: Int) -> tuple[list[Group], list[Group]]
     """
     loose, walls = [], []
     for group in _grouped(points, joining):
-        wall = wall_points(group.xyz)
+        planes = fullest_planes(group.xyz)
+        wall = wall_points(group.xyz, planes)
         if wall.any():
             parts, upright = _taken_apart(group, wall, joining)
             loose += parts
             walls += upright
         else:
-            (walls if is_building(group.xyz) else loose).append(group)
+            (walls if is_building(group.xyz, planes) else loose).append(group)
     return loose, walls
 
 

@@ -26,12 +26,22 @@ Plane = tuple[Float, float]
 """An upright plane: its normal (2,), which is level, and its distance from the origin in m."""
 
 
-def is_building(xyz: Array) -> bool:
-    """Whether most points (n, 3) m, z upwards, lie on large upright planes."""
-    points = np.asarray(xyz[:: 1 + len(xyz) // _ENOUGH], np.float64)
+def fullest_planes(xyz: Array) -> list[Plane]:
+    """The upright planes that hold most of the points (n, 3) m, z upwards, one after the other."""
+    left = _sample(xyz)
+    planes: list[Plane] = []
+    while len(left) and len(planes) < _PLANES:
+        planes.append(_fullest_plane(left))
+        left = left[np.abs(_off(left, planes[-1])) >= _FLAT_M]
+    return planes
+
+
+def is_building(xyz: Array, planes: list[Plane] | None = None) -> bool:
+    """Whether most points (n, 3) m, z upwards, lie on large upright planes: their `fullest_planes`."""
+    points = _sample(xyz)
     left, on_walls = points, 0
-    for _ in range(_PLANES):
-        on = np.abs(_off(left, _fullest_plane(left))) < _FLAT_M
+    for plane in fullest_planes(xyz) if planes is None else planes:
+        on = np.abs(_off(left, plane)) < _FLAT_M
         if on.sum() < (1.0 - _MOSTLY) / _PLANES * len(points):
             break
         if _area(left[on]) > _WALL_M2:
@@ -40,24 +50,27 @@ def is_building(xyz: Array) -> bool:
     return on_walls > _MOSTLY * len(points)
 
 
-def wall_points(xyz: Array) -> Bool:
+def wall_points(xyz: Array, planes: list[Plane] | None = None) -> Bool:
     """Returns which points (n, 3) m, z upwards, lie on upright planes that are large, thin and high.
 
     A slice of a tree is large as well, but it is as full at its sides as in its middle; a lorry is lower.
+    `planes` are the `fullest_planes` of the points, where they are known.
     """
     found = np.zeros(len(xyz), np.bool_)
     if np.ptp(xyz[:, 2]) < _HIGH_M:
         return found
-    points = np.asarray(xyz, np.float64)
-    left = points[:: 1 + len(points) // _ENOUGH]
-    for _ in range(_PLANES):
-        plane = _fullest_plane(left)
-        if (np.abs(_off(left, plane)) < _FLAT_M).sum() < _FEWEST:
+    points, left = np.asarray(xyz, np.float64), _sample(xyz)
+    for plane in fullest_planes(xyz) if planes is None else planes:
+        on = np.abs(_off(left, plane)) < _FLAT_M
+        if on.sum() < _FEWEST:
             break
-        plane = _fitted(left, plane)
-        found |= _wall_on(points, plane)
-        left = left[np.abs(_off(left, plane)) >= _FLAT_M]
+        found |= _wall_on(points, _fitted(left, plane))
+        left = left[~on]
     return found
+
+
+def _sample(xyz: Array) -> Float:
+    return np.asarray(xyz[:: 1 + len(xyz) // _ENOUGH], np.float64)
 
 
 def _wall_on(xyz: Float, plane: Plane) -> Bool:
