@@ -161,7 +161,7 @@ def single_photos(street: Street, facade: Facade, options: OrthoOptions) -> list
     points = facade_points(street.scan, facade, raster, standing, options)
     relief = measure_relief(points.xyz_used, facade, raster, options, points.gaps)
     surface = DrawingSurface(facade, raster, relief)
-    occluders = find_occluders(facade, points.xyz, standing, None, options)
+    occluders = find_occluders(facade, points.xyz, standing, None, options, street.scan)
     out = []
     for photo in street.photos:
         bands, plan = Bands(raster), plan_views(surface, occluders, [photo], options)

@@ -66,8 +66,8 @@ def make_ortho(
     surface = bands.surface(facade, raster)
 
     # Section 3.2, several photos: how well each shows every part that it does not hide.
-    occluders = find_occluders(facade, points.xyz, standing, surroundings, options) if photos_used else None
-    plan = plan_views(surface, occluders, photos_used, options)
+    hides = find_occluders(facade, points.xyz, standing, surroundings, options, scan) if photos_used else None
+    plan = plan_views(surface, hides, photos_used, options)
     cells = CellPhotos.of(surface, plan, image_of)
     check = check_photos(plan, points, cells, turns or {})
     plan, image_of = check.kept(plan), check.images(image_of, turns or {})

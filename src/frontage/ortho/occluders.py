@@ -2,26 +2,18 @@
 
 from dataclasses import dataclass
 
-import cv2
 import numpy as np
 
 from frontage.geometry.arrays import Array, Bool, Float, Int, picked_rows
 from frontage.model import Facade, Scan
 from frontage.ortho.cloud import in_facade_frame
 from frontage.ortho.options import OrthoOptions
+from frontage.ortho.railings import Beams, find_railings
 from frontage.ortho.standing.find import Standing
 from frontage.raster.zbuffer import local_spacing
 
 _FEWEST_TOGETHER = 3  # points in one cube of the cloud below which they are noise and hide nothing
 _COLUMN_M = 2.0  # of the facade, across which the spacing of beams hardly changes
-_BEFORE_M = 0.25  # of the wall: railings of windows stand farther out
-_LEDGE_M = 0.5  # of the wall: farther out there are no sills and ledges
-_WALL_M = 0.3  # of the plane, likewise: wall and glass
-_CELL_M = 0.08  # of a railing, between two bars
-_AROUND_M = 0.5
-_SEEN_THROUGH = 0.6  # share of the cells of a railing in which the wall was seen, too
-_TALL_CELLS = 8  # of a railing that stands no farther out than a ledge, which is lower
-_WIDE_CELLS = 5  # of a railing; the sides of a bay are narrower, seen from the front
 _CUBE_M = 0.04  # of which one point is enough: what photos see is told on cells of that size
 _PLACES = 1 << 22  # of a table of cubes, many more than a facade fills
 
@@ -43,21 +35,28 @@ class OccluderCloud:
 
 
 def find_occluders(
-    facade: Facade, xyz_facade: Float, standing: Standing, surroundings: Scan | None, options: OrthoOptions
+    facade: Facade,
+    xyz_facade: Float,
+    standing: Standing,
+    surroundings: Scan | None,
+    options: OrthoOptions,
+    scan: Scan | None = None,
 ) -> OccluderCloud:
     """Returns the points in front of the back of the facade with their local spacing.
 
     Lone points are left out, and so are railings, which are part of the picture and show what is behind them.
     `xyz_facade` (n, 3) m is the scan of the facade in its frame. Free are the points of what is `standing`
     before it, however near, and all points so far before it that they are no part of it, but for those of
-    walls: the wall of a neighbour stays, and it may have the colour of this one.
+    walls: the wall of a neighbour stays, and it may have the colour of this one. The `scan` itself, if given,
+    tells where its beams came from, and which of them passed between the bars of a railing.
     """
-    clouds = [xyz_facade]
+    clouds = [(xyz_facade, scan)]
     if surroundings is not None:
-        clouds.append(in_facade_frame(surroundings, facade))
-    xyz, spacing, lines = [], [], []
-    for points in clouds:
-        ahead = picked_rows(points[:, 1] < options.back, points)
+        clouds.append((in_facade_frame(surroundings, facade), surroundings))
+    xyz, spacing, lines, beams = [], [], [], Beams.of(None, facade, np.zeros(0, np.int64))
+    for points, measured in clouds:
+        near = points[:, 1] < options.back
+        ahead = picked_rows(near, points)
         kept = _one_of_each_cube(ahead)
         s, k = local_spacing(ahead, of=kept)
         many = k >= _FEWEST_TOGETHER
@@ -65,12 +64,14 @@ def find_occluders(
         xyz.append(np.take(ahead.T, kept, axis=1).T.astype(np.float32))
         spacing.append(s)
         lines.append(_in_lines(xyz[-1], s, k))
+        beams = beams.and_those(Beams.of(measured, facade, np.flatnonzero(near)[kept]))
     every = np.concatenate([points.T for points in xyz], axis=1).T
     gap = np.maximum(np.concatenate(spacing), _CUBE_M).astype(np.float32)
     free, solid, walls = standing.parted(every)
     free |= (every[:, 1] < -options.front) & ~walls
     solid &= free
-    part = ~free & np.concatenate(lines) & (walls | ~_of_railings(every))
+    part = ~free & np.concatenate(lines)
+    part &= walls | ~find_railings(every, beams, part)
     return OccluderCloud(*((picked_rows(which, every), gap[which]) for which in (part, free, solid)))
 
 
@@ -87,44 +88,6 @@ def _in_lines(xyz: Array, spacing: Float, together: Float) -> Bool:
     usual = np.bincount(column, np.log(spacing)) / np.maximum(np.bincount(column), 1)
     # `together` points in a cube with edges of spacing sqrt(together): edge / usual of them are a line.
     return np.asarray(spacing <= np.exp(usual)[column] * np.sqrt(together))
-
-
-def _of_railings(xyz: Array) -> Bool:
-    """Which points (n, 3) belong to railings: parts of the facade between which the scan saw the wall.
-
-    Behind a parapet there are no points of the wall; behind a railing, there are in most places. Beside a
-    ledge there are, too, but it is low and stands near the wall.
-    """
-    found = xyz[:, 1] < -_BEFORE_M
-    before, behind = np.flatnonzero(found), np.flatnonzero(np.abs(xyz[:, 1]) < _WALL_M)
-    if not len(before) or not len(behind):
-        return np.zeros_like(found)
-    corner = [min(float(axis[before].min()), float(axis[behind].min())) for axis in (xyz[:, 0], xyz[:, 2])]
-
-    def cells(chosen: Int) -> tuple[Array, Array]:
-        column, row = (
-            ((np.take(axis, chosen) - np.float32(low)) * np.float32(1.0 / _CELL_M)).astype(np.int32)
-            for axis, low in zip((xyz[:, 0], xyz[:, 2]), corner, strict=True)
-        )
-        return row, column
-
-    own, other = cells(before), cells(behind)
-    shape = int(own[0].max()) + 1, int(own[1].max()) + 1
-    within = (other[0] < shape[0]) & (other[1] < shape[1])
-    wall, part = np.zeros(shape, np.uint8), np.zeros(shape, np.uint8)
-    wall[other[0][within], other[1][within]] = 1
-    part[own] = 1
-    around = (round(_AROUND_M / _CELL_M) | 1,) * 2
-    both = cv2.blur((part & cv2.dilate(wall, np.ones((3, 3), np.uint8))).astype(np.float32), around)
-    share = both / np.maximum(cv2.blur(part.astype(np.float32), around), np.float32(1e-6))
-    whole = cv2.morphologyEx(part, cv2.MORPH_CLOSE, np.ones((1, 3), np.uint8))
-    wide = cv2.morphologyEx(whole, cv2.MORPH_OPEN, np.ones((1, _WIDE_CELLS), np.uint8)) > 0
-    tall = cv2.morphologyEx(whole, cv2.MORPH_CLOSE, np.ones((3, 1), np.uint8))
-    tall = cv2.morphologyEx(tall, cv2.MORPH_OPEN, np.ones((_TALL_CELLS, _WIDE_CELLS), np.uint8)) > 0
-    railing = (share > _SEEN_THROUGH) & wide
-    far = xyz[before, 1] < -_LEDGE_M
-    found[before] = np.where(far, railing[own], (railing & tall)[own])
-    return found
 
 
 def _one_of_each_cube(xyz: Float) -> Int:

@@ -61,7 +61,8 @@ def facade_points(
     at, y = raster.pixel(xyz), xyz[:, 1]
     column, row = at.T
     inside = (column >= 0) & (row >= 0) & (column < raster.width) & (row < raster.height)
-    used = inside & (y >= -options.front) & (y <= options.back) & ~standing.holds(xyz)
+    used = inside & (y >= -options.front) & (y <= options.back)
+    used &= ~standing.holds(xyz, used)
     wall = picked_rows(used & (abs(y) <= DEEPEST_REVEAL_M), at)
     gaps = local_gaps(wall, raster, facade.spacing / raster.gsd)
     return FacadePoints(scan, xyz, used, gaps)

@@ -26,10 +26,7 @@ def intensity_band(points: FacadePoints, raster: OrthoRaster) -> Array | None:
     band = allocate((raster.height, raster.width, 1), np.float32, np.nan)
     known = allocate((raster.height, raster.width), np.bool_)
     splat(samples, raster, band, known)
-    flat: Array = band[..., 0]
-    for tile in tiles(raster.height, raster.width, TILE_PX):
-        flat[tile.window][~known[tile.window]] = np.nan
-    return flat
+    return np.asarray(band[..., 0])
 
 
 def paint_missing_from_scan(

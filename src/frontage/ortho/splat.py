@@ -87,7 +87,9 @@ def _enlarged(mean: Array, mask: Bool, step: int, out: Array, known: Array) -> N
     inner = (slice(step, (len(mask) - 1) * step), slice(step, (mask.shape[1] - 1) * step))
     h, w = (min(a.stop - a.start, size) for a, size in zip(inner, known.shape, strict=True))
     if step == 1:
-        out[:h, :w], known[:h, :w] = mean[1:-1, 1:-1][:h, :w], mask[1:-1, 1:-1][:h, :w]
+        shown = mask[1:-1, 1:-1][:h, :w]
+        np.copyto(out[:h, :w], mean[1:-1, 1:-1][:h, :w], where=shown[..., None])
+        known[:h, :w] = shown
         return
     size = (mask.shape[1] * step, len(mask) * step)
     weight = cv2.resize(mask.astype(np.float32), size)[inner][:h, :w]

@@ -19,28 +19,19 @@ from frontage.geometry.arrays import Array, Bool, Float, Int, picked_rows
 from frontage.model import Facade, Scan
 from frontage.model.occluder import Occluder
 from frontage.ortho.cloud import in_facade_frame
+from frontage.ortho.standing.groups import FEWEST_POINTS, TOUCH_M, Group, loose_groups
 from frontage.ortho.standing.kinds import chances
-from frontage.ortho.standing.walls import is_building
 
 _CUBE_M = 0.25
 _CUBE_SPACINGS = 3.0
 _BEFORE_M = 0.3  # of the wall, deeper than cornices and sills
-_TOUCH_M = 0.6  # before the plane: what lies so near may be held by the wall
-_TOUCHING = 0.2  # share of the cubes of a group so near the wall, from which it belongs to the facade,
-_HELD = 0.02  # and from which it does when it does not stand on the ground
 _ON_WALL_M = 0.08  # before the plane: the wall itself and its ornaments
-_JOINED = (
-    0.15  # share of the cubes so near the wall that must go on up to it if the group stands on the ground
-)
-_ABOVE_GROUND_M = 1.5  # what begins no higher may stand on the ground, behind a car
 _STREET_M = 12.0  # before the facade, what is farther hides little of it
 _BESIDE_M = 1.0  # what stands so far beside the facade still counts
 _AROUND_M = 5.0  # points so far beside it are looked at, so that no tree is cut
 _GROUND_M = 0.25  # above the ground, higher than kerbs
 _GROUND_CELL_M = 1.0
 _GROUND_CELLS = 5  # wide windows over which the lowest points are the ground: cars are 2 m wide
-_FEWEST_POINTS = 20
-_SMALLEST_M = 0.3  # extent in height
 _NEIGHBOURHOOD_M = 0.5
 _SOLID = ("car", "person", "sign")  # what nobody sees through
 
@@ -64,9 +55,13 @@ class Standing:
     solid: Bool = field(default_factory=lambda: np.zeros((0, 0, 0), np.bool_))
     walls: Bool = field(default_factory=lambda: np.zeros((0, 0, 0), np.bool_))
 
-    def holds(self, xyz_facade: Array) -> Bool:
-        """Returns which points (n, 3) m of the facade frame belong to the things and not to the facade."""
-        (held,) = self._within(xyz_facade, self.filled)
+    def holds(self, xyz_facade: Array, asked: Bool | None = None) -> Bool:
+        """Returns which points (n, 3) m of the facade frame belong to the things and not to the facade.
+
+        Only those that are `asked` (n,) are looked at.
+        """
+        every = np.ones(len(xyz_facade), np.bool_) if asked is None else asked
+        (held,) = self._within(xyz_facade, every, self.filled)
         return held
 
     def parted(self, xyz_facade: Array) -> tuple[Bool, Bool, Bool]:
@@ -74,12 +69,13 @@ class Standing:
 
         Solid are those without gaps, such as cars; the walls are those of neighbours.
         """
-        things, solid, walls = self._within(xyz_facade, self.filled, self.solid, self.walls)
+        every = np.ones(len(xyz_facade), np.bool_)
+        things, solid, walls = self._within(xyz_facade, every, self.filled, self.solid, self.walls)
         return things, solid, walls
 
-    def _within(self, xyz_facade: Array, *cubes: Bool) -> list[Bool]:
-        """Which points (n, 3) lie in each of several sets of cubes of one shape."""
-        left = np.flatnonzero(xyz_facade[:, 1] < -_BEFORE_M)
+    def _within(self, xyz_facade: Array, asked: Bool, *cubes: Bool) -> list[Bool]:
+        """Which of the `asked` (n,) points (n, 3) lie in each of several sets of cubes of one shape."""
+        left = np.flatnonzero(asked & (xyz_facade[:, 1] < -_BEFORE_M))
         cube = np.zeros(len(left), np.int64)
         for axis, first, count in zip(xyz_facade.T, self.corner, self.filled.shape, strict=True):
             at = (np.take(axis, left) - first) / self.cube
@@ -93,15 +89,6 @@ class Standing:
         return held
 
 
-@dataclass(frozen=True)
-class _Group:
-    """Points (n, 3) m in the facade frame, their heights (n,) m above the ground and cubes (n, 3)."""
-
-    xyz: Float
-    height: Float
-    cube: Int
-
-
 def find_standing(facade: Facade, scan: Scan, xyz: Array | None = None) -> Standing:
     """Finds what stands free within 12 m before a facade.
 
@@ -109,10 +96,10 @@ def find_standing(facade: Facade, scan: Scan, xyz: Array | None = None) -> Stand
     """
     xyz = in_facade_frame(scan, facade) if xyz is None else xyz
     (x0, _), (x1, z1) = facade.outline.min(0).tolist(), facade.outline.max(0).tolist()
-    near = (xyz[:, 1] > -_STREET_M) & (xyz[:, 1] < _TOUCH_M)
+    near = (xyz[:, 1] > -_STREET_M) & (xyz[:, 1] < TOUCH_M)
     near &= (xyz[:, 0] > x0 - _AROUND_M) & (xyz[:, 0] < x1 + _AROUND_M) & (xyz[:, 2] < z1 + _AROUND_M)
     xyz = picked_rows(near, xyz)
-    if len(xyz) < _FEWEST_POINTS:
+    if len(xyz) < FEWEST_POINTS:
         return Standing()
     ground = _ground(xyz)
     ahead = xyz[:, 1] < -_ON_WALL_M
@@ -127,14 +114,8 @@ def find_standing(facade: Facade, scan: Scan, xyz: Array | None = None) -> Stand
     cube = np.floor((xyz[before] - corner) / edge).astype(np.int64)
     between = (xyz[:, 1] >= -_BEFORE_M) & (height > _GROUND_M)
     joining = np.floor((xyz[between] - corner) / edge).astype(np.int64)
-    every = _groups(_Group(xyz[before], height[before], cube), joining)
-    is_wall = [is_building(g.xyz) for g in every]
-    walls = [g for g, wall in zip(every, is_wall, strict=True) if wall]
-    groups = [
-        g
-        for g, wall in zip(every, is_wall, strict=True)
-        if not wall and g.xyz[:, 0].max() >= x0 - _BESIDE_M and g.xyz[:, 0].min() <= x1 + _BESIDE_M
-    ]
+    loose, walls = loose_groups(Group(xyz[before], height[before], cube), joining)
+    groups = [g for g in loose if g.xyz[:, 0].max() >= x0 - _BESIDE_M and g.xyz[:, 0].min() <= x1 + _BESIDE_M]
     things = [_described(g, facade) for g in groups]
     found = sorted(things, key=lambda one: float(one.centre[0]))
     named = tuple(_renamed(one, f"{facade.id}/X{n}") for n, one in enumerate(found, 1))
@@ -143,7 +124,7 @@ def find_standing(facade: Facade, scan: Scan, xyz: Array | None = None) -> Stand
     return Standing(named, corner, edge, *(_filled(part, shape) for part in (groups, solid, walls)))
 
 
-def _filled(groups: list[_Group], shape: Int) -> Bool:
+def _filled(groups: list[Group], shape: Int) -> Bool:
     """The cubes (`shape`) of the groups, and those below them that hold their feet."""
     filled = np.zeros(tuple(shape), np.bool_)
     for group in groups:
@@ -174,44 +155,7 @@ def _ground(xyz: Array) -> Callable[[Array], Float]:
     return lambda points: np.asarray(smooth[cells(points)])
 
 
-def _groups(points: _Group, joining: Int) -> list[_Group]:
-    """Joins points whose cubes touch, without small groups and without those that the wall holds.
-
-    `joining` (m, 3) are the cubes of what lies between them and the wall.
-    """
-    at, shape = points.cube, tuple(points.cube.max(0) + 1)
-    flat = np.ravel_multi_index(tuple(at.T), shape)
-    beside = _around(joining, at.max(0) + 1)
-    filled = np.zeros(shape, bool)
-    filled[tuple(at.T)] = True
-    number, _ = ndimage.label(filled, np.ones((3, 3, 3)))
-    mine = number[tuple(at.T)]
-    order = np.argsort(mine, kind="stable")
-    out = []
-    for index in np.split(order, np.flatnonzero(np.diff(mine[order])) + 1):
-        xyz = points.xyz[index]
-        if len(index) < _FEWEST_POINTS or np.ptp(xyz[:, 2]) < _SMALLEST_M:
-            continue
-        _, first = np.unique(flat[index], return_index=True)
-        near = xyz[first, 1] > -_TOUCH_M
-        stands = points.height[index].min() < _ABOVE_GROUND_M
-        joined = (
-            not stands or beside[tuple(at[index[first[near]]].T)].mean() > _JOINED if near.any() else False
-        )
-        if near.mean() < (_TOUCHING if stands else _HELD) or not joined:
-            out.append(_Group(xyz, points.height[index], at[index]))
-    return out
-
-
-def _around(cubes: Int, shape: Int) -> Bool:
-    """Which cubes of a grid of this shape are, or touch, the given ones (m, 3), which may lie outside."""
-    found = np.zeros(tuple(shape + 2), np.bool_)
-    inside = ((cubes >= -1) & (cubes <= shape)).all(1)
-    found[tuple(cubes[inside].T + 1)] = True
-    return np.asarray(ndimage.binary_dilation(found, np.ones((3, 3, 3), np.bool_))[1:-1, 1:-1, 1:-1])
-
-
-def _described(group: _Group, facade: Facade) -> Occluder:
+def _described(group: Group, facade: Facade) -> Occluder:
     """The occluder of a group, without an id."""
     (x, y), (a, b), angle = cv2.minAreaRect(group.xyz[:, :2].astype(np.float32))
     length, width = max(a, b), min(a, b)
