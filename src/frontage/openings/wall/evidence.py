@@ -211,4 +211,4 @@ def _unhidden(beams: Beams, raster: WallRaster, seen: Float, due: Float) -> Floa
         stopped = averaged(raster.count(*beams.blocked.T))
         come = averaged(seen)
         return np.asarray(np.clip(1.0 - stopped / np.maximum(stopped + come, 1e-9), 0.0, 1.0))
-    return 1.0 - shadows_of_fittings(beams, raster, WALL * due)
+    return np.asarray(1.0 - shadows_of_fittings(beams, raster, WALL * due))
