@@ -10,6 +10,7 @@ import numpy as np
 from frontage.geometry.arrays import Array, Bool, Float, Int, freeze
 from frontage.model import Photo
 from frontage.orientation.gradients import Channels, oriented_gradients
+from frontage.orientation.reflectance.gaps import without_small_gaps
 from frontage.orientation.reflectance.render import Rendering, render, rendering_factor
 from frontage.orientation.reflectance.surface import ScannedSurface
 from frontage.orientation.reflectance.tones import ImageOf, geometry_tone, photo_tone
@@ -19,6 +20,7 @@ from frontage.solve.abreast import each
 
 _STEP = 12  # px between templates: a quarter of a template
 _MARGIN_PX = 4
+_GRADIENT_PX = 1  # to either side, which a gradient is taken from
 _TEMPLATES_ACROSS = 8.5  # the picture, at least: larger ones are precise, but not of one place
 _DENSE, _SPARSE = 0.5, 0.9  # of the points in view: those dense enough for the finest, coarsest rendering
 _MOST = 4000  # templates of a rendering; more of them would only overlap more
@@ -183,13 +185,17 @@ def rendering_channels(drawn: Rendering, surface: ScannedSurface) -> Channels:
     """Returns the oriented gradients of a rendering: of its tones, or of its shape where it has none.
 
     A margin along the edge of what the scan shows is left out. The photo has strong edges there, at the sky
-    and at glass, which the rendering does not have; templates would be pushed away from them.
+    and at glass, which the rendering does not have; templates would be pushed away from them. Small gaps in
+    a flat surface are no edges and have no margin.
     """
     if surface.tone is None:
         return oriented_gradients(*geometry_tone(drawn.depth, drawn.known))
     channels = oriented_gradients(drawn.tone, drawn.known)
-    side = 2 * _MARGIN_PX + 1
-    inner = cv2.erode(channels.known.astype(np.uint8), np.ones((side, side), np.uint8), borderValue=0) > 0
+    thickness = float(np.median(surface.pieces.thickness)) if len(surface.pieces) else 0.0
+    measured = without_small_gaps(drawn, thickness).astype(np.uint8)
+    side = 2 * (_MARGIN_PX + _GRADIENT_PX) + 1
+    inner = cv2.erode(measured, np.ones((side, side), np.uint8), borderValue=0) > 0
+    inner &= channels.known
     return Channels(channels.values * inner, inner)
 
 

@@ -5,7 +5,7 @@ from the reflectance of the scanner (2.2.2), one adjustment of everything. Photo
 brought onto one body as soon as one of them has a place.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -60,17 +60,61 @@ def orient_photos(
     """
     options = options or OrientationOptions()
     kinds = sources_of(scan) if options.source == "auto" else (options.source,)
-    for kind in kinds:  # the next one only if nothing can be placed with those before
+
+    def scene_of(kind: str) -> Scene:
         surface = scanned_surface(scan, kind, seed)
-        scene = Scene(photos, surface, image_of, camera_sigmas, seed, tell or _silent, rigs, blocks.common)
-        placed, unoriented = _place_blocks(blocks, scene)
-        if placed and options.source == "auto":
-            known = [photo for part in placed for photo in part.photos]
-            scene = replace(scene, surface=most_telling(known, surface, scan, image_of, seed))
-        placed, unoriented = _place_others(scene, placed, unoriented)
-        if placed:
+        return Scene(photos, surface, image_of, camera_sigmas, seed, tell or _silent, rigs, blocks.common)
+
+    for scene, placed, unoriented in _attempts(blocks, scan, scene_of, kinds):
+        found = adjusted_orientation(scene, merged(placed), unoriented)
+        if found.photos:
             break
-    return adjusted_orientation(scene, merged(placed), unoriented)
+    return found
+
+
+Attempt = tuple[Scene, list[Placed], list[Unoriented]]
+
+
+def _attempts(
+    blocks: Blocks, scan: Scan, scene_of: Callable[[str], Scene], kinds: Sequence[str]
+) -> Iterator[Attempt]:
+    """Places photos by one property of the scan after the other; by the last one whatever it tells.
+
+    A photo on its own finds a place by chance where a property tells nothing, much sooner than a block does.
+    Blocks are therefore looked for with every property before photos are tried on their own.
+    """
+    refused = list[tuple[str, list[Unoriented]]]()
+    for kind in kinds:
+        scene = scene_of(kind)
+        placed, unoriented = _place_blocks(blocks.blocks, scene)
+        unoriented = [Unoriented(n, "O101", reason) for n, reason in blocks.unoriented] + unoriented
+        if placed:
+            if len(kinds) > 1:
+                scene, placed, unoriented = _with_most_telling(blocks, scan, scene, placed, unoriented)
+            yield scene, *_place_others(scene, placed, unoriented)
+        else:
+            refused.append((kind, unoriented))
+    for k, (kind, unoriented) in enumerate(refused):
+        scene = scene_of(kind)
+        placed, unoriented = _place_others(scene, [], unoriented)
+        if placed or k + 1 == len(refused):
+            yield scene, placed, unoriented
+
+
+def _with_most_telling(
+    blocks: Blocks, scan: Scan, scene: Scene, placed: list[Placed], unoriented: list[Unoriented]
+) -> Attempt:
+    """The scene with what tells most of the placed photos; blocks without a place are tried with it."""
+    known = [photo for part in placed for photo in part.photos]
+    surface = most_telling(known, scene.surface, scan, scene.image_of, scene.seed)
+    if surface.kind == scene.surface.kind:
+        return scene, placed, unoriented
+    scene = replace(scene, surface=surface)
+    there = {int(number) for part in placed for number in part.numbers}
+    waiting = [block for block in blocks.blocks if there.isdisjoint(block.numbers.tolist())]
+    more, refused = _place_blocks(waiting, scene)
+    tried = {photo.id for block in waiting for photo in block.photos}
+    return scene, placed + more, [one for one in unoriented if one.photo not in tried] + refused
 
 
 def _place_others(
@@ -82,9 +126,9 @@ def _place_others(
     return carried_by_rigs(scene, placed, unoriented)
 
 
-def _place_blocks(blocks: Blocks, scene: Scene) -> tuple[list[Placed], list[Unoriented]]:
-    placed, unoriented = list[Placed](), [Unoriented(n, "O101", r) for n, r in blocks.unoriented]
-    for block in blocks.blocks:
+def _place_blocks(blocks: Sequence[Block], scene: Scene) -> tuple[list[Placed], list[Unoriented]]:
+    placed, unoriented = list[Placed](), list[Unoriented]()
+    for block in blocks:
         scene.tell("placing")
         found = _place_block(block, scene)
         if isinstance(found, Placed):
