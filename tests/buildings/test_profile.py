@@ -3,7 +3,9 @@
 import numpy as np
 import pytest
 
+from frontage.buildings.fronts.leaves import FrontLeaves
 from frontage.buildings.fronts.profile import BIN_M, FrontProfile
+from frontage.buildings.fronts.signals import eaves
 
 
 def _profile(offset: np.ndarray) -> FrontProfile:
@@ -37,3 +39,12 @@ def test_what_stands_out_keeps_its_own_face() -> None:
 
 def test_a_front_without_any_measured_bin_lies_on_its_line() -> None:
     assert _profile(np.full(4, np.nan)).face_at(np.array([0.5])).tolist() == [0.0]
+
+
+def test_an_entablature_before_a_recessed_wall_is_its_eaves() -> None:
+    bin_, z = (a.ravel() for a in np.meshgrid(np.arange(12), np.arange(0.0, 10.0, 0.25)))
+    recessed = (bin_ >= 4) & (bin_ < 8) & (z < 8.0)
+    d = np.where(recessed, -1.1, 0.0)  # between columns, with the entablature above it
+    at = FrontLeaves((bin_ + 0.5) * BIN_M, d, z, z, 0.25)
+    rel = d - np.where((bin_ >= 4) & (bin_ < 8), -1.1, 0.0)
+    assert np.allclose(eaves(bin_, at, rel, np.ones(len(z), bool), 12), 9.75)

@@ -9,6 +9,7 @@ from frontage.model.masonry import MASONRY
 
 _LAYER_M = 0.1  # m, thickness of the layers in which the wall's offset is looked for
 PROUD_M = 1.0  # m, how far bays and cornices stand out from the wall
+_FRONT_M = MASONRY.facade_reach  # m before it, where the entablature over a recessed wall may lie
 _BEHIND_M = MASONRY.relief  # m behind the wall: still its top, and not yet the roof
 _CROWN_M = 1.0  # m, greatest height of a cornice or parapet above the recognised wall
 _SHOP_M = 4.0  # m, height of the ground floor, whose colour may differ from that of the house
@@ -19,7 +20,7 @@ def eaves(bin_: Array, at: FrontLeaves, rel: Float, wall: Bool, n: int) -> Float
 
     What stands on the recognised wall without a gap belongs to it. NaN where there is no wall.
     """
-    skin = (rel > -_BEHIND_M) & (rel < PROUD_M)
+    skin = (rel > -_BEHIND_M) & (rel < _FRONT_M)
     out = np.full(n, np.nan)
     if not (skin & wall).any():
         return out

@@ -16,7 +16,12 @@ from frontage.buildings.split.evidence import (
     first_bins,
     last_bins,
 )
-from frontage.buildings.split.relief import does_cornice_continue, is_free_above, is_step_upright
+from frontage.buildings.split.relief import (
+    does_cornice_continue,
+    is_free_above,
+    is_step_kept,
+    is_step_upright,
+)
 from frontage.geometry.arrays import Float
 
 # least step of each kind of channel: m, m, m, Delta E (Lab), log intensity
@@ -90,7 +95,8 @@ def difference(
     if kind == "eaves":  # a step and not a slope: it shows close to the cut as well as far from it
         close, _ = _step(evidence, k, last_bins(left, NEAR_BINS), first_bins(right, NEAR_BINS), floor)
         step, t = (float(np.sign(step)) * min(abs(step), abs(close)), t) if step * close > 0 else (0.0, 0.0)
-        if not is_free_above(evidence.profile, left, right):
+        profile = evidence.profile
+        if not (is_free_above(profile, left, right) and is_step_kept(profile, left, right)):
             return 0.0, 0.0
     return step, t
 

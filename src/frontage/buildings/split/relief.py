@@ -14,6 +14,7 @@ from frontage.buildings.split.evidence import (
 from frontage.geometry.arrays import Float
 
 _UPRIGHT_SHARE = 0.75  # share of the height through which a step of the plane must run
+_KEPT = 2 / 3  # share of the higher side that must be higher
 _LEAST_STEP_M = 0.05  # m, of the plane at one height
 _CROWN_BINS = 12  # bins (3 m) below the eaves: cornice, frieze and the uppermost lintels
 _MOULDED_M = 0.04  # m, spread of the relief over these bins from which it tells something
@@ -51,6 +52,19 @@ def is_free_above(profile: FrontProfile, left: BinRange, right: BinRange) -> boo
         return True
     low, high = (full[i].mean() for i in np.argsort(tops))
     return bool(low < _REMAINDER * high)
+
+
+def is_step_kept(profile: FrontProfile, left: BinRange, right: BinRange) -> bool:
+    """Decides whether the higher side stays higher as far as the narrowest house would reach.
+
+    A stair house or a chimney on a roof that is narrower is no neighbour.
+    """
+    parts = last_bins(left, REACH_BINS), first_bins(right, REACH_BINS)
+    tops = _median_tops(profile, parts)
+    if not np.isfinite(tops).all():
+        return True
+    top = profile.top[parts[int(np.argmax(tops))]]
+    return bool(np.mean(top[np.isfinite(top)] > np.mean(tops)) >= _KEPT)
 
 
 def does_cornice_continue(profile: FrontProfile, left: BinRange, right: BinRange) -> bool:
