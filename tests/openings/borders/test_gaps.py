@@ -84,6 +84,18 @@ def test_a_small_recess_no_deeper_than_a_panel_is_an_ornament(rays, depth, kept)
     assert is_opening(sunk) is kept
 
 
+@pytest.mark.parametrize(("behind", "kept"), [(0.09, False), (0.2, True)])
+def test_a_small_window_whose_frame_is_shallow_is_told_by_what_lies_behind_it(behind, kept):
+    facade, scan = scan_wall([PANE], depth=0.05, rays=False)
+    x0, z0, x1, z1 = PANE
+    x, _, z = scan.xyz.T
+    inner = (x > x0 + 0.05) & (x < x1 - 0.05) & (z > z0 + 0.05) & (z < z1 - 0.05)
+    scan = replace(scan, xyz=scan.xyz + np.outer(inner, [0.0, behind - 0.05, 0.0]))
+    wall = observe_wall(facade, scan, OpeningOptions())
+    (seen,) = measure(crossing_beams(facade, scan, wall.beams), [PANE], 0.04, 0.02)
+    assert is_opening(replace(seen, depth=Estimate(0.05, np.array([[1e-6]]), 20.0))) is kept
+
+
 @pytest.mark.parametrize("rays", [True, False])
 def test_a_small_gap_needs_a_frame_where_lines_of_sight_are_unknown(rays):
     facade, scan = scan_wall([PANE], depth=0.15, rays=rays)

@@ -43,3 +43,13 @@ def test_windows_up_to_an_inner_corner_are_found_without_lines_of_sight(beside):
     assert isinstance(found, FoundOpenings)
     places = sorted((*o.ring.min(0).round(1), *o.ring.max(0).round(1)) for o in found.openings)
     assert np.allclose(places, sorted(windows), atol=0.05)
+
+
+def test_what_stands_on_a_roof_between_posts_is_no_opening():
+    top = 6.0
+    posts = [box(x, x + 0.3, 0.0, 0.3, top, 7.2) for x in (0.5, 2.9)]
+    tower = box(3.5, SIZE[0], 0.0, 0.3, top, SIZE[1])  # the facade goes on above the roof
+    behind = box(0.8, 2.9, 0.5, 0.6, top, 7.0)
+    faces = [box(0.0, SIZE[0], 0.0, 0.3, 0.0, top), *posts, tower, behind]
+    found = find_openings(*scanned(wall=faces, rays=False), OpeningOptions(ground_z=0.0))
+    assert isinstance(found, FoundOpenings) and not found.openings

@@ -6,6 +6,7 @@ from frontage.openings.borders.outline import Outline
 _SMALL = 0.6  # m: shadows of ledges, joints and pipes leave gaps that are narrower or lower
 _SMALL_EMPTY = 0.9  # m, the same of gaps that show no frame; patches that return little are larger
 _SURELY = 2.0  # sigmas by which a small opening is deeper than a panel
+_DEEP = 1 / 3  # share of what lies behind the wall that lies deeper than half a brick: panes and rooms
 _SHARE = 0.75  # share of the borders that nothing hides that a small opening shows
 
 
@@ -15,10 +16,10 @@ def is_opening(outline: Outline) -> bool:
     Beams that went through the wall prove that it is open, so where lines of sight are known only small
     outlines are judged: one border must show, as it does not where a few beams end behind the top of a wall,
     and without a depth three of four, as they do not at the rim of a scan. Without lines of sight, gaps have
-    some straight borders as well: along the ledge or the pipe that throws the shadow.
-    What is no larger than such gaps is an opening only if its frame shows and is surely deeper than the
-    panels of a wall, as those of sunken ornaments and blind niches are not, and if it shows three of its
-    four borders beyond doubt, or, where something stands before others, two and most of those left. Of
+    some straight borders as well: along the ledge or the pipe that throws the shadow. What is no larger than
+    such gaps is an opening only if its frame shows and is surely deeper than the panels of a wall, or much
+    lies half a brick behind the wall, as sunken ornaments and blind niches do not, and if it shows three of
+    its four borders beyond doubt, or, where something stands before others, two and most of those left. Of
     larger outlines, one border or the frame is enough: a scan leaves few gaps of that size in a wall that
     have the form of a rectangle and wall around. Where neither shows, points are merely missing, as behind
     the ledges of a frieze.
@@ -32,7 +33,8 @@ def is_opening(outline: Outline) -> bool:
         return size >= _SMALL_EMPTY and seen
     if size >= _SMALL:
         return True
-    return shows_most(outline) and depth.value - _SURELY * float(depth.sigma[0]) >= MASONRY.panel
+    is_deep = outline.sunken > _DEEP or depth.value - _SURELY * float(depth.sigma[0]) >= MASONRY.panel
+    return shows_most(outline) and is_deep
 
 
 def shows_most(outline: Outline) -> bool:

@@ -6,6 +6,7 @@ from functools import partial
 import numpy as np
 
 from frontage.geometry.arrays import Float
+from frontage.model.masonry import MASONRY
 from frontage.openings.borders.circles import Circle, find_circle
 from frontage.openings.borders.depth import AROUND, find_depth, find_wall
 from frontage.openings.borders.edges import FEW, EdgeTraits, SolidSide, footprint
@@ -19,6 +20,7 @@ _CIRCLE = 10.0  # nats that a circle must gain over a square
 _FEWER = 3  # beams that a circle must put on their side more than an arch does: about as many nats
 _SAME = 0.003  # m: the faces of one facade agree no better
 _WIDENING = np.linspace(1e-4, 5e-4, 41)  # rad, one sigma, of beams: from diffraction to 2 mrad (1/e2)
+_ROOM = 1.0  # m behind the wall from which points lie in the room
 _ENOUGH = 3  # openings that tell what their facade has in common
 
 
@@ -119,8 +121,9 @@ def _outline(
         _covariance(shape, borders, spread),
         tuple(borders),
         find_depth(wide, place, rise, slack, walls),
-        _passes(near, place),
+        _deeper(near, place, _ROOM),
         None if wall is None else wall[0],
+        sunken=_deeper(near, place, MASONRY.half_brick),
     )
 
 
@@ -200,9 +203,9 @@ def _density(near: CrossingBeams, place: Box) -> float:
     return float(np.median([left.sum(), right.sum()])) / max(reach * (z1 - z0), 1e-6)
 
 
-def _passes(near: CrossingBeams, place: Box) -> float:
-    """Returns the share of the beams into an opening that end more than a metre behind the wall."""
+def _deeper(near: CrossingBeams, place: Box, depth: float) -> float:
+    """Returns the share of the beams into an opening that end more than `depth` m behind the wall."""
     x0, z0, x1, z1 = place
     x, z = near.place
     inside = (x > x0) & (x < x1) & (z > z0) & (z < z1) & (near.depth > near.wall)
-    return float((near.depth[inside] > 1.0).mean()) if inside.any() else 0.0
+    return float((near.depth[inside] > depth).mean()) if inside.any() else 0.0

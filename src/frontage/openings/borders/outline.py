@@ -22,6 +22,7 @@ class Outline:
     passes      share of the beams that end more than a metre behind
     wall        depth y m of the wall around it, None where nothing determines it
     pooled      whether most of what is known of a border comes from other openings
+    sunken      share of the beams behind the wall that end more than half a brick behind it
     """
 
     shape: str
@@ -33,6 +34,7 @@ class Outline:
     passes: float
     wall: float | None = None
     pooled: bool = False
+    sunken: float = 0.0
 
     @property
     def has_rays(self) -> bool:

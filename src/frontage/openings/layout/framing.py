@@ -110,19 +110,20 @@ class Framing:
         A rectangle without wall on one side is not an opening. The wall must show on both sides and above or
         below, except below near the ground; with known sensors, one side may be hidden by something before
         the wall. One side may lie beyond the end of the facade, where a window goes round the corner or up to
-        the next wall in an inner corner, and wall must show above and below. Without known sensors, no
-        opening reaches up to the end of the facade: between pinnacles there is sky. The rectangle itself must
-        be free of wall and known in half of its cells, and beams must come back from its depth. A visible
-        rectangle may do with less depth (`_is_framed_all_round`), for glass returns as little as a shadow
-        does; but shadows are small, or run on past the rim. Without lines of sight, masonry from side to side
-        makes two openings of it.
+        the next wall in an inner corner, and wall must show above and below. Without known sensors, it is
+        empty then, as the bars of a fence are not, and no opening reaches up to the end of the facade:
+        between pinnacles there is sky. The rectangle itself must be free of wall and known in half of its
+        cells, and beams must come back from its depth. A visible rectangle may do with less depth
+        (`_is_framed_all_round`), for glass returns as little as a shadow does; but shadows are small, or run
+        on past the rim. Without lines of sight, masonry from side to side makes two openings of it.
         """
         rim = max(int(np.ceil(_RIM_M / self._cell)), 2)
         framed, at_corner = self._is_beside_wall(boxes, rim)
         boxes, at_corner = boxes[framed], at_corner[framed]
         rims = self._rims(boxes, rim)
         ends = self._ends(boxes, rims)
-        ended = np.where(at_corner, ends.all(0), ends.any(0))
+        at_end = ends.all(0) & (self._rays | self._sums(boxes).is_empty)
+        ended = np.where(at_corner, at_end, ends.any(0))
         ended &= ends[0] | self._rays | rims[1].is_hidden | ~self._is_at_top(boxes)
         boxes = boxes[ended]
         framed[framed] = ended
@@ -181,11 +182,12 @@ class Framing:
         return np.stack([above.is_wall | self._is_at_rail(r1, c0, c1), below.is_wall | stands])
 
     def _is_at_top(self, boxes: Int) -> Bool:
-        """Returns which boxes (n,) reach up to the end of the facade, with no wall left above them."""
+        """Returns which boxes (n,) reach up to the end of the facade, or have no wall between it and them."""
         _, c0, r1, c1 = boxes.T
         high = max(int(_APART_M / self._cell), 1)
-        above = self._sums(np.stack([r1, c0, r1 + high, c1], 1))
-        return np.asarray(above.inside < _KNOWN * high * (c1 - c0))
+        near = self._sums(np.stack([r1, c0, r1 + high, c1], 1))
+        above = self._sums(np.stack([r1 + 1, c0, np.full(len(r1), self._shape[0]), c1], 1))
+        return np.asarray((near.inside < _KNOWN * high * (c1 - c0)) | (above.wall <= BARS * above.expected))
 
     def _is_at_rail(self, row: Int, c0: Int, c1: Int) -> Bool:
         """Returns whether a rail lies within two cells of a row (n,) in most of its columns [c0, c1)."""
