@@ -36,8 +36,8 @@ _BLUR = 0.1  # m, one sigma of the surroundings that determine empty areas
 _ROOM = 0.3  # m, one sigma of the surroundings that tell a room's points: frames and reveals are narrower
 _EMPTY = 0.1  # share of the expected beams below which an area is empty
 _LARGE = 4.0  # m: openings without any return are smaller
-_LAYERS = 6  # layers of depth before the wall, of which a surface seen edge on fills
-_FILLED = 4  # as many or more
+_LAYERS = 6  # layers of depth in which fittings lie
+_FILLED = 4  # layers that a surface seen edge on fills at least
 _RELIEF = 0.05  # m: panels and courses of a wall are less deep
 BEAMS_TO_DECIDE = 10.0
 """Beams that a decision needs to be wrong once in a thousand cases."""
@@ -131,14 +131,13 @@ def _edge_on(beams: Beams, raster: WallRaster) -> Bool:
     Such a surface, as the next wall round an inner corner, fills all depths before the wall, and a cell of it
     holds many times as many points as one of the wall.
     """
-    before = np.flatnonzero(beams.solid_depth < -beams.least)
-    layer = np.floor(-beams.solid_depth[before] / (FITTING / _LAYERS)).astype(np.int64)
-    cell = raster.flat(*beams.solid[before].T)
-    filled = np.zeros(raster.shape[0] * raster.shape[1], np.int64)
-    key = distinct(np.where(cell >= 0, cell * _LAYERS + np.minimum(layer, _LAYERS - 1), 0))
-    np.add.at(filled, key // _LAYERS, 1)
+    cell = raster.flat(*beams.solid.T)
+    before = np.flatnonzero((beams.solid_depth < -beams.least) & (cell >= 0))
+    layer = np.floor(-beams.solid_depth[before] * (_LAYERS / FITTING)).astype(np.int64)
+    shown = distinct(cell[before] * _LAYERS + np.minimum(layer, _LAYERS - 1))
+    filled = np.bincount(shown // _LAYERS, minlength=raster.shape[0] * raster.shape[1])
     out = np.zeros(len(beams.solid), np.bool_)
-    out[before] = (cell >= 0) & (filled[cell] >= _FILLED)
+    out[before] = filled[cell[before]] >= _FILLED
     return out
 
 

@@ -38,8 +38,8 @@ def shadows_of_fittings(beams: Beams, raster: WallRaster, least: Float) -> Bool:
     shown = wall >= np.maximum(averaged(least), 1e-9)
     wide = max(int(_PIER / raster.cell), 1)
     lit = _between(opened(shown & (hidden > 0), (wide, wide)), int(MASONRY.largest_opening / raster.cell))
-    below = np.logical_or.accumulate(shown[::-1], axis=0)[::-1]
-    return np.asarray((hidden > 0) & ~(lit & below))
+    has_wall_above = np.logical_or.accumulate(shown[::-1], axis=0)[::-1]
+    return np.asarray((hidden > 0) & ~(lit & has_wall_above))
 
 
 def _between(cells: Bool, most: int) -> Bool:
