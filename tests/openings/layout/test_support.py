@@ -75,9 +75,10 @@ def test_the_foot_of_a_door_is_known_by_the_ground(window):
 
 
 def small(outline, depth, dx=0.0):
-    """Returns an outline 0.5 m wide whose frame lies `depth` m deep, moved by dx m."""
+    """Returns an outline 0.5 m wide, moved by dx m, whose frame lies `depth` m deep before nothing else."""
     x0, z0, _, z1 = outline.place
-    return replace(outline, place=(x0 + dx, z0, x0 + dx + 0.5, z1), depth=replace(outline.depth, value=depth))
+    place = (x0 + dx, z0, x0 + dx + 0.5, z1)
+    return replace(outline, place=place, depth=replace(outline.depth, value=depth), sunken=0.0)
 
 
 def test_a_small_window_no_deeper_than_a_panel_is_one_if_another_one_surely_is(window):
