@@ -113,6 +113,12 @@ def wall_cloud(
     return Scan("wall", facade.frame.apply(xyz), WORLD, rgb=rgb, intensity=grey)
 
 
+def grid(x, y, z, step: float = 0.03) -> Float:
+    """Returns points (n, 3) on a lattice over ranges; a number is a range of one."""
+    axes = [np.array([a]) if np.isscalar(a) else np.arange(*a, step) for a in (x, y, z)]
+    return np.stack(np.meshgrid(*axes, indexing="ij"), -1).reshape(-1, 3)
+
+
 def displacement(found: Array, truth: Array, tile: int = 96) -> Float:
     """Returns the shifts (n, 2) px between the tiles of two pictures of one size, by phase correlation."""
     grey = [

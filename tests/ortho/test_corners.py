@@ -19,9 +19,7 @@ SHORT = 3.8  # m, x at which its outline ends
 
 
 def grid(x, y, z, step=0.04):
-    """Points (n, 3) on a lattice over ranges; a number is a range of one."""
-    axes = [np.array([a]) if np.isscalar(a) else np.arange(*a, step) for a in (x, y, z)]
-    return np.stack(np.meshgrid(*axes, indexing="ij"), -1).reshape(-1, 3)
+    return wall.grid(x, y, z, step)
 
 
 def relief_of(facade, xyz, options):

@@ -8,16 +8,11 @@ from frontage.model import Scan
 from frontage.ortho import OrthoOptions
 from frontage.ortho.occluders import find_occluders
 from frontage.ortho.standing.find import find_standing
+from ortho_wall import grid
 
 OUT, FLOOR, HIGH = 1.0, 3.0, 1.0  # m, of both balconies
 STATION = np.array([0.0, -8.0, -3.3])
 LEFT, RIGHT = (-3.0, -1.0), (1.0, 3.0)  # a railing, and a parapet
-
-
-def grid(x, y, z, step=0.03):
-    """Points (n, 3) on a lattice over ranges; a number is a range of one."""
-    axes = [np.array([a]) if np.isscalar(a) else np.arange(*a, step) for a in (x, y, z)]
-    return np.stack(np.meshgrid(*axes, indexing="ij"), -1).reshape(-1, 3)
 
 
 def within(at, low_high):

@@ -13,9 +13,7 @@ FRONT = 0.9  # m, of the bay before the wall
 
 
 def grid(x, y, z, step=0.05):
-    """Points (n, 3) on a lattice over ranges; a number is a range of one."""
-    axes = [np.array([a]) if np.isscalar(a) else np.arange(*a, step) for a in (x, y, z)]
-    return np.stack(np.meshgrid(*axes, indexing="ij"), -1).reshape(-1, 3)
+    return wall.grid(x, y, z, step)
 
 
 @pytest.fixture(scope="module")

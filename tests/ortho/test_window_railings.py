@@ -8,14 +8,9 @@ from frontage.model import Scan
 from frontage.ortho import OrthoOptions
 from frontage.ortho.occluders import find_occluders
 from frontage.ortho.standing.find import find_standing
+from ortho_wall import grid
 
 GROUND = -3.0
-
-
-def grid(x, y, z, step=0.03):
-    """Points (n, 3) on a lattice over ranges; a number is a range of one."""
-    axes = [np.array([a]) if np.isscalar(a) else np.arange(*a, step) for a in (x, y, z)]
-    return np.stack(np.meshgrid(*axes, indexing="ij"), -1).reshape(-1, 3)
 
 
 @pytest.mark.parametrize("out", [0.32, 0.42, 1.0])

@@ -20,7 +20,7 @@ _LEAST_SHARED = 0.5  # share of the lower wall's height that both have
 
 
 def with_sides_of_corners(candidates: list[FacadeCandidate]) -> list[FacadeCandidate]:
-    """Turns the walls that their corners contradict more than their own evidence speaks for them.
+    """Turns a wall round where its corners contradict its street side more than its own evidence supports it.
 
     The wall with the strongest contradiction is turned first, until none remains. Walls with known rays stay.
     The odds of the others are told anew, from their own evidence and their corners.

@@ -79,7 +79,7 @@ def _outside(judged: Judged, inner: Facade, scan: Scan) -> Judged:
     own = shapely.make_valid(shapely.Polygon(facade.outline))
     (ring,), _ = _onto(facade, inner, [(inner.outline, 0.0)])
     is_step = shapely.intersection(own, ring).area >= _NESTED * ring.area and ring.area < _NESTED * own.area
-    if not is_step or _wall_area(inner, inner, scan) <= _wall_area(facade, inner, scan):
+    if not is_step or not _shows_more_wall(inner, facade, scan):
         return judged
     rings = _rings(judged, facade)
     kept = [shapely.intersection(ring, r).area <= _SAME * r.area for r in rings]
@@ -87,13 +87,26 @@ def _outside(judged: Judged, inner: Facade, scan: Scan) -> Judged:
     return facade, replace(elements, openings=openings)
 
 
-def _wall_area(facade: Facade, inner: Facade, scan: Scan) -> float:
-    """Returns the area (m2) within the outline of `inner` in which a facade's points lie on its plane."""
-    q = inner.frame.inverse.apply(scan.xyz[inner.support])
-    on = np.abs(facade.frame.inverse.apply(scan.xyz[inner.support])[:, 1])
-    q = q[on <= max(3.0 * facade.roughness, TOLERANCES.least_on_wall)]
-    raster = WallRaster.over(inner, max(2.0 * inner.spacing, TOLERANCES.least_on_wall))
-    return float((raster.count(q[:, 0], q[:, 2]) > 0).sum()) * raster.cell**2
+def _shows_more_wall(inner: Facade, outer: Facade, scan: Scan) -> bool:
+    """Returns whether more of the area of `inner` has points on its own plane than on that of `outer`."""
+    points = np.take(scan.xyz, inner.support, axis=0)
+    q = inner.frame.inverse.apply(points)
+    raster = WallRaster.over(inner, _cell(inner))
+    own, other = (
+        (raster.count(*q[np.abs(depth) <= _near(facade)][:, [0, 2]].T) > 0).sum()
+        for facade, depth in ((inner, q[:, 1]), (outer, outer.frame.inverse.apply(points)[:, 1]))
+    )
+    return bool(own > other)
+
+
+def _near(facade: Facade) -> float:
+    """Returns how far (m) from its plane points of a facade are on it."""
+    return max(3.0 * facade.roughness, TOLERANCES.least_on_wall)
+
+
+def _cell(facade: Facade) -> float:
+    """Returns the side (m) of cells in which the wall of a facade leaves points."""
+    return max(2.0 * facade.spacing, TOLERANCES.least_on_wall)
 
 
 def _without_doubled(judged: Judged, other: Judged) -> Judged:
@@ -172,8 +185,7 @@ def _walled(facade: Facade, elements: Elements, number: int, scan: Scan) -> floa
     x0, z0, x1, z1 = shapely.bounds(shapely.buffer(ring, _RIM))
     q = facade.frame.inverse.apply(scan.xyz[facade.support])
     depth = q[:, 1] - elements.wall_y(opening)
-    on = q[np.abs(depth) <= max(3.0 * facade.roughness, TOLERANCES.least_on_wall)]
-    cell = max(2.0 * facade.spacing, TOLERANCES.least_on_wall)
+    on, cell = q[np.abs(depth) <= _near(facade)], _cell(facade)
     raster = WallRaster((x0, z0), cell, (int((z1 - z0) / cell) + 1, int((x1 - x0) / cell) + 1))
     rows, columns = np.indices(raster.shape) + 0.5
     rim = ~shapely.contains_xy(ring, x0 + columns * cell, z0 + rows * cell)

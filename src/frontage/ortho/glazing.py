@@ -152,7 +152,7 @@ class _Layers:
         return np.where(self.points[at] >= _FEWEST_POINTS, mean, np.nan)
 
     def before(self, layer: Int, within: "_Layers") -> Int:
-        """The fullest layer (count,) well before the given one that crosses the opening, too; -1 = none.
+        """The fullest layer (count,) well before the given one that also crosses the opening; -1 = none.
 
         Reveals and rebates do not cross it: `within` are the layers away from its border.
         """

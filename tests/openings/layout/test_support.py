@@ -75,7 +75,7 @@ def test_the_foot_of_a_door_is_known_by_the_ground(window):
 
 
 def small(outline, depth, dx=0.0):
-    """Returns an outline 0.5 m wide, moved by dx m, whose frame lies `depth` m deep before nothing else."""
+    """Returns an outline 0.5 m wide, moved by dx m, with a frame `depth` m deep and nothing behind it."""
     x0, z0, _, z1 = outline.place
     place = (x0 + dx, z0, x0 + dx + 0.5, z1)
     return replace(outline, place=place, depth=replace(outline.depth, value=depth), sunken=0.0)

@@ -17,12 +17,12 @@ def is_opening(outline: Outline) -> bool:
     outlines are judged: one border must show, as it does not where a few beams end behind the top of a wall,
     and without a depth three of four, as they do not at the rim of a scan. Without lines of sight, gaps have
     some straight borders as well: along the ledge or the pipe that throws the shadow. What is no larger than
-    such gaps is an opening only if its frame shows and is surely deeper than the panels of a wall, or much
-    lies half a brick behind the wall, as sunken ornaments and blind niches do not, and if it shows three of
-    its four borders beyond doubt, or, where something stands before others, two and most of those left. Of
-    larger outlines, one border or the frame is enough: a scan leaves few gaps of that size in a wall that
-    have the form of a rectangle and wall around. Where neither shows, points are merely missing, as behind
-    the ledges of a frieze.
+    such gaps is an opening only if its frame shows, if it is deeper than sunken ornaments and blind niches,
+    and if it shows three of its four borders beyond doubt, or, where something stands before others, two and
+    most of those left. It is deeper if its frame surely lies behind the panels of a wall, or if a third of
+    what lies behind the wall is more than half a brick behind it. Of larger outlines, one border or the frame
+    is enough: a scan leaves few gaps of that size in a wall that have the form of a rectangle and wall
+    around. Where neither shows, points are merely missing, as behind the ledges of a frieze.
     """
     x0, z0, x1, z1 = outline.place
     size, depth = min(x1 - x0, z1 - z0), outline.depth

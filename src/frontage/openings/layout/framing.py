@@ -110,21 +110,22 @@ class Framing:
         A rectangle without wall on one side is not an opening. The wall must show on both sides and above or
         below, except below near the ground; with known sensors, one side may be hidden by something before
         the wall. One side may lie beyond the end of the facade, where a window goes round the corner or up to
-        the next wall in an inner corner, and wall must show above and below. Without known sensors, it is
-        empty then, as the bars of a fence are not, and no opening reaches up to the end of the facade:
-        between pinnacles there is sky. The rectangle itself must be free of wall and known in half of its
-        cells, and beams must come back from its depth. A visible rectangle may do with less depth
-        (`_is_framed_all_round`), for glass returns as little as a shadow does; but shadows are small, or run
-        on past the rim. Without lines of sight, masonry from side to side makes two openings of it.
+        the next wall in an inner corner, and wall must show above and below. Without known sensors, the
+        opening must then be empty, and no opening reaches up to the end of the facade: between pinnacles
+        there is sky. The rectangle itself must be free of wall and known in half of its cells, and beams must
+        come back from its depth. A visible rectangle may do with less depth (`_is_framed_all_round`), for
+        glass returns as little as a shadow does; but shadows are small, or run on past the rim. Without lines
+        of sight, masonry from side to side makes two openings of it.
         """
         rim = max(int(np.ceil(_RIM_M / self._cell)), 2)
         framed, at_corner = self._is_beside_wall(boxes, rim)
         boxes, at_corner = boxes[framed], at_corner[framed]
         rims = self._rims(boxes, rim)
         ends = self._ends(boxes, rims)
-        at_end = ends.all(0) & (self._rays | self._sums(boxes).is_empty)
-        ended = np.where(at_corner, at_end, ends.any(0))
-        ended &= ends[0] | self._rays | rims[1].is_hidden | ~self._is_at_top(boxes)
+        ended = np.where(at_corner, ends.all(0), ends.any(0))
+        if not self._rays:
+            ended &= ~at_corner | self._sums(boxes).is_empty
+            ended &= ends[0] | rims[1].is_hidden | ~self._is_at_top(boxes)
         boxes = boxes[ended]
         framed[framed] = ended
         rims, inside = self._rims(boxes, rim), self._sums(boxes)
@@ -165,9 +166,10 @@ class Framing:
         sides = np.stack([side.is_wall for side in sums])
         hidden = np.stack([side.is_hidden & self._rays for side in sums])
         cells = rim * (boxes[:, 2] - boxes[:, 0])
-        edges = self._beside(boxes + np.array([0, _EDGE, 0, -_EDGE]), _EDGE)
-        ends = np.stack([edge.is_wall | self._rays for edge in edges])
-        beyond = np.stack([side.inside < _KNOWN * cells for side in sums]) & ends & ~sides
+        beyond = np.stack([side.inside < _KNOWN * cells for side in sums]) & ~sides
+        if not self._rays:
+            edges = self._beside(boxes + np.array([0, _EDGE, 0, -_EDGE]), _EDGE)
+            beyond &= np.stack([edge.is_wall for edge in edges])
         framed = (sides | hidden | beyond).all(0) & sides.any(0)
         return np.asarray(framed), np.asarray(beyond.any(0))
 

@@ -203,7 +203,7 @@ def local_rate(values: Float, due: Float, finest: float) -> Float:
 def _unhidden(beams: Beams, raster: WallRaster, seen: Float, due: Float) -> Float:
     """Returns the share (h, w) of a cell's beams that nothing before the wall stops.
 
-    With rays, that are the blocked beams against the others. Without, nothing is expected in the shadows of
+    With rays, the blocked beams and the others tell it. Without rays, nothing is expected in the shadows of
     fittings.
     """
     if beams.rays:

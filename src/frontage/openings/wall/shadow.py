@@ -6,7 +6,7 @@ from scipy import ndimage
 from frontage.geometry.arrays import Bool, Float
 from frontage.model.masonry import MASONRY
 from frontage.openings.wall.beams import Beams
-from frontage.openings.wall.raster import WallRaster, averaged, opened
+from frontage.openings.wall.raster import WallRaster, averaged, closed, opened
 
 _NEAR = (0.3, 0.6, 1.0)  # m before the wall, where the layers begin in which fittings are looked for
 _THICK = 0.5  # m, thickness of a layer
@@ -44,6 +44,5 @@ def shadows_of_fittings(beams: Beams, raster: WallRaster, least: Float) -> Bool:
 
 def _between(cells: Bool, most: int) -> Bool:
     """Returns the cells (h, w), and what lies between two of them in a row that are at most `most` apart."""
-    padded = np.pad(cells.view(np.uint8), ((0, 0), (most, most)))
-    wide = ndimage.maximum_filter1d(padded, most | 1, axis=1, mode="constant")
-    return np.asarray(ndimage.minimum_filter1d(wide, most | 1, axis=1, mode="constant")[:, most:-most] > 0)
+    padded = np.pad(cells, ((0, 0), (most, most)))
+    return closed(padded, (1, most | 1))[:, most:-most]

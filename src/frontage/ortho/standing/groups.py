@@ -18,9 +18,7 @@ FEWEST_POINTS = 20
 """Points of a thing, at least."""
 _TOUCHING = 0.2  # share of the cubes of a group so near the wall, from which it belongs to the facade,
 _HELD = 0.02  # and from which it does when it does not stand on the ground
-_JOINED = (
-    0.15  # share of the cubes so near the wall that must go on up to it if the group stands on the ground
-)
+_JOINED = 0.15  # share of these cubes that must go on up to the wall if the group stands on the ground
 _ABOVE_GROUND_M = 1.5  # what begins no higher may stand on the ground, behind a car
 _MOSTLY = 0.7  # share of the points of a wall that lie on upright planes
 _SMALLEST_M = 0.3  # extent in height
