@@ -1,6 +1,6 @@
 """What the laser beams say about one wall: the first step of finding openings (paper B, section 3.2.1)."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import partial
 
@@ -88,11 +88,14 @@ def observe_wall(facade: Facade, scan: Scan, options: OpeningOptions) -> Observe
     posts = find_posts(planes, finest, ground)
     if posts:
         beams = with_posts(beams, posts)
-        finest = _weighed_again(finest, partial(again, facade, beams))
+        finest[0] = again(facade, beams)
     slats = find_slats(finest[0])
     if slats:
         beams = with_slats(beams, slats)
-        finest = _weighed_again(finest, partial(again, facade, beams))
+        finest[0] = again(facade, beams)
+    if posts or slats:
+        others = zip(finest[1:], _SIDES[1:], strict=True)
+        finest[1:] = [again(facade, beams, inside=old.inside, scale=side) for old, side in others]
     wider = [[first(beams, scale=wide * side) for side in _SIDES] for wide in wider_cells(finest[0])]
     return ObservedWall(facade, beams, finest[0], [finest, *wider], posts + strips, ground)
 
@@ -100,11 +103,6 @@ def observe_wall(facade: Facade, scan: Scan, options: OpeningOptions) -> Observe
 def ground_height(facade: Facade, options: OpeningOptions) -> float:
     """Returns the height z m of the ground in the facade frame: the option, else the foot of the facade."""
     return facade.extent[1] if options.ground_z is None else options.ground_z
-
-
-def _weighed_again(rasters: Sequence[Evidence], again: Callable[..., Evidence]) -> list[Evidence]:
-    """Weighs the evidence on the finest rasters again, for beams that are sorted in another way."""
-    return [again(inside=old.inside, scale=scale) for old, scale in zip(rasters, _SIDES, strict=True)]
 
 
 def _evidence(

@@ -29,14 +29,20 @@ Part = tuple[slice, slice]
 
 
 def find_boxes(
-    evidence: Evidence, options: OpeningOptions, framed: Callable[[Int], Bool], posts: Sequence[Post] = ()
+    evidence: Evidence,
+    options: OpeningOptions,
+    framed: Callable[[Int], Bool],
+    posts: Sequence[Post] = (),
+    densest: float = np.inf,
 ) -> list[CellBox]:
     """Returns the set of rectangles without overlap that is worth most.
 
     A rectangle is worth the evidence of its cells less the price of an opening; its borders are lines where
     the evidence of a connected component of open cells changes most. Two windows and their pier compete with
-    the window over both. Only rectangles (n, 4) r0, c0, r1, c1 that are `framed` can be openings.
+    the window over both. Only rectangles (n, 4) r0, c0, r1, c1 that are `framed` can be openings. Components
+    are left out where all cells would hold `densest` beams or more.
     """
+    where = evidence.expected_free < densest
     least = (options.min_height / evidence.raster.cell, options.min_width / evidence.raster.cell)
     pier = max(round(MASONRY.half_brick / evidence.raster.cell), 1)
     open_ = evidence.is_open
@@ -44,11 +50,11 @@ def find_boxes(
         thick = int(MASONRY.half_brick / evidence.raster.cell) + 1
         open_ = open_ | _bars(open_, thick) | _bars(open_.T, thick).T
         open_ &= ~cells_held_by(posts, evidence.raster)
-    parts = _components(evidence, least, open_)
+    parts = _components(evidence, least, open_, where)
     found = best_layout(_rivals(evidence, parts, least=least, framed=framed, share=_LESSER), pier)
     if evidence.rays:  # lines of sight tell bars from walls
         return found
-    behind_bars = _components(evidence, least, _between_bars(evidence))
+    behind_bars = _components(evidence, least, _between_bars(evidence), where)
     cells = np.array([(b.r0, b.c0, b.r1, b.c1) for b in found], np.int64).reshape(-1, 4)
     left = [(part, others) for part, others in behind_bars if not _meet(cells, part)]
     return found + best_layout(_rivals(evidence, left, least=least, framed=framed, share=_PIECE), pier)
@@ -100,8 +106,12 @@ def _meet(boxes: Int, part: Part) -> bool:
     return bool(((boxes[:, :2] < high) & (boxes[:, 2:] > low)).all(1).any())
 
 
-def _components(evidence: Evidence, least: tuple[float, float], open_: Bool) -> Iterator[tuple[Part, Bool]]:
+def _components(
+    evidence: Evidence, least: tuple[float, float], open_: Bool, where: Bool
+) -> Iterator[tuple[Part, Bool]]:
     """Yields the bounding boxes of connected `open_` cells that can hold an opening, and others' cells there.
+
+    Boxes without any of the cells `where` (h, w) are left out.
 
     Oversized components are joined only by shadows and gaps: they are opened (morphologically) with larger
     squares, which leave rectangles as they are, until they fall apart. A component that does not is an
@@ -121,7 +131,8 @@ def _components(evidence: Evidence, least: tuple[float, float], open_: Bool) -> 
                 open_[rows, columns] |= own
             elif tall + 2 >= least[0] and wide + 2 >= least[1]:
                 part = _grown(rows), _grown(columns)
-                yield part, (labels[part] != number) & (labels[part] > 0)
+                if where[part].any():
+                    yield part, (labels[part] != number) & (labels[part] > 0)
 
 
 def _grown(cells: slice) -> slice:

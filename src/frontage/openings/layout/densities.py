@@ -71,10 +71,11 @@ def find_at_densities(
     """
     finest, places = rasters[0][0], list[Place]()
     for evidences in rasters:
-        found = find_on_rasters(evidences, options, ground, posts)
+        wider = evidences[0] is not finest
+        found = find_on_rasters(evidences, options, ground, posts, _HALF_STEP**2 if wider else np.inf)
         boxes, others = (np.reshape(b, (-1, 4)) for b in ([b for b, _ in found], [p.box for p in places]))
         free: Bool = (shared_areas(boxes, others) == 0.0).all(1)
-        if evidences[0] is not finest:
+        if wider:
             free &= _cells_at(boxes, finest) > evidences[0].raster.cell / _HALF_STEP
         places += [Place(b, w, evidences[0]) for (b, w), ok in zip(found, free, strict=True) if ok]
     return sorted(places, key=lambda p: (p.box[1], p.box[0]))

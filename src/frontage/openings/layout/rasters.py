@@ -24,16 +24,20 @@ _ALIKE = 0.5  # share of their union that two rectangles have in common if they 
 
 
 def find_on_rasters(
-    evidences: Sequence[Evidence], options: OpeningOptions, ground: float, posts: Sequence[Post] = ()
+    evidences: Sequence[Evidence],
+    options: OpeningOptions,
+    ground: float,
+    posts: Sequence[Post] = (),
+    densest: float = np.inf,
 ) -> list[tuple[Box, float]]:
     """Returns the rectangles that may be openings, and their worth in nats, row by row.
 
     `evidences` are those of one wall on several rasters; `ground` is the height z m of the ground; `posts`
     part openings. The best layouts of all rasters are one set of rectangles, of which those count that are in
     most of them. Their worth is the mean over the rasters, and the set without overlap that is worth most is
-    the result.
+    the result. Parts of the wall are left out where all cells would hold `densest` beams or more.
     """
-    layouts = [_layout(evidence, options, ground, posts) for evidence in evidences]
+    layouts = [_layout(evidence, options, ground, posts, densest) for evidence in evidences]
     boxes = _told_by_most(layouts)
     worth = np.mean([_worth(boxes, evidence) for evidence in evidences], axis=0)
     boxes, worth = boxes[worth > 0.0], worth[worth > 0.0]
@@ -54,9 +58,11 @@ def _told_by_most(layouts: Sequence[Float]) -> Float:
     return np.asarray(boxes[agreed | (told & ~rivals.any(1))])
 
 
-def _layout(evidence: Evidence, options: OpeningOptions, ground: float, posts: Sequence[Post]) -> Float:
+def _layout(
+    evidence: Evidence, options: OpeningOptions, ground: float, posts: Sequence[Post], densest: float
+) -> Float:
     """Returns the best layout (n, 4) x0, z0, x1, z1 m of rectangles on one raster."""
-    found = find_boxes(evidence, options, Framing(evidence, ground, posts), posts)
+    found = find_boxes(evidence, options, Framing(evidence, ground, posts), posts, densest)
     return np.array([evidence.raster.box(b.r0, b.c0, b.r1, b.c1) for b in found]).reshape(-1, 4)
 
 
