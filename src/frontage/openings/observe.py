@@ -1,6 +1,6 @@
 """What the laser beams say about one wall: the first step of finding openings (paper B, section 3.2.1)."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
 
@@ -86,18 +86,30 @@ def observe_wall(facade: Facade, scan: Scan, options: OpeningOptions) -> Observe
     planes = list(joinery_planes(beams, evidence))
     strips = find_strips(beams, planes, finest)
     posts = find_posts(planes, finest, ground)
-    if posts:
-        beams = with_posts(beams, posts)
-        finest[0] = again(facade, beams)
-    slats = find_slats(finest[0])
-    if slats:
-        beams = with_slats(beams, slats)
-        finest[0] = again(facade, beams)
-    if posts or slats:
-        others = zip(finest[1:], _SIDES[1:], strict=True)
-        finest[1:] = [again(facade, beams, inside=old.inside, scale=side) for old, side in others]
+    beams, finest = _with_posts_and_slats(beams, posts, finest, partial(again, facade))
     wider = [[first(beams, scale=wide * side) for side in _SIDES] for wide in wider_cells(finest[0])]
     return ObservedWall(facade, beams, finest[0], [finest, *wider], posts + strips, ground)
+
+
+def _with_posts_and_slats(
+    beams: Beams, posts: Sequence[Post], rasters: list[Evidence], weighed: Callable[..., Evidence]
+) -> tuple[Beams, list[Evidence]]:
+    """Returns the beams sorted with posts and slats as wall, and the evidence `weighed` again for them.
+
+    Slats show once posts are sorted, for which the finest raster is enough.
+    """
+    first = rasters[0]
+    if posts:
+        beams = with_posts(beams, posts)
+        first = weighed(beams)
+    slats = find_slats(first)
+    if slats:
+        beams = with_slats(beams, slats)
+        first = weighed(beams)
+    if not (posts or slats):
+        return beams, rasters
+    others = zip(rasters[1:], _SIDES[1:], strict=True)
+    return beams, [first, *(weighed(beams, inside=old.inside, scale=side) for old, side in others)]
 
 
 def ground_height(facade: Facade, options: OpeningOptions) -> float:
