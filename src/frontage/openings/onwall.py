@@ -12,6 +12,7 @@ from frontage.model.scan import Scan
 from frontage.openings.borders.agreement import is_head_open, with_supported_borders
 from frontage.openings.borders.measure import measure
 from frontage.openings.borders.outline import Outline
+from frontage.openings.borders.sills import with_sill
 from frontage.openings.closed.find import find_closed_openings
 from frontage.openings.flights import points_before, top_of_flight
 from frontage.openings.hidden import is_foot_hidden, is_foot_unknown, judge_foot, lowest_foot, with_foot
@@ -76,7 +77,10 @@ def _measured(
     straight = measure(beams, [rough[k] for k in flat], cells, spacings, measured, flat=True)
     for k, outline in zip(flat, straight, strict=True):
         measured[k] = outline
-    checked = [with_supported_borders(o, p.box, p.evidence) for o, p in zip(measured, places, strict=True)]
+    checked = [
+        with_sill(with_supported_borders(o, p.box, p.evidence), beams)
+        for o, p in zip(measured, places, strict=True)
+    ]
     told = zip(checked, places, are_openings(checked), strict=True)
     real = [(outline, p.box, p.worth) for outline, p, is_one in told if is_one]
     pooled = pool([outline for outline, *_ in real])

@@ -18,6 +18,7 @@ AROUND = 1.2  # m around an opening within which beams determine its wall
 BASE = 0.05
 """m by which the masonry of a ground floor may stand out before the wall"""
 
+_BESIDE, _STRIP = 0.02, 0.3  # m off a side, and width of the strips whose density is told
 _RELIEF = 0.035  # m about the local mean within which wall and relief lie
 _MUCH = 0.2  # share of the points of the largest surface that the wall needs, being the rearmost
 _APART = 2.0 / 3.0  # of three sigmas of a point: walls that far apart are at two levels
@@ -77,6 +78,16 @@ def find_wall(
         return None
     own = -found[0], found[1]
     return own if others is None or not len(others) else _of_level(*own, others, _APART * near.wall)
+
+
+def density_beside(near: CrossingBeams, box: tuple[float, float, float, float]) -> float:
+    """Returns the beams per m2 that the wall on both sides of a box sends back."""
+    x0, z0, x1, z1 = box
+    x, z = near.place
+    on = (np.abs(near.depth) <= near.wall) & (z > z0) & (z < z1)
+    left = on & (x < x0 - _BESIDE) & (x > x0 - _BESIDE - _STRIP)
+    right = on & (x > x1 + _BESIDE) & (x < x1 + _BESIDE + _STRIP)
+    return float(np.median([left.sum(), right.sum()])) / max(_STRIP * (z1 - z0), 1e-6)
 
 
 def _of_level(wall: float, sigma: float, others: Float, apart: float) -> tuple[float, float]:

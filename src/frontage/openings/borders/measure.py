@@ -8,7 +8,7 @@ import numpy as np
 from frontage.geometry.arrays import Float
 from frontage.model.masonry import MASONRY
 from frontage.openings.borders.circles import Circle, find_circle
-from frontage.openings.borders.depth import AROUND, find_depth, find_wall
+from frontage.openings.borders.depth import AROUND, density_beside, find_depth, find_wall
 from frontage.openings.borders.edges import FEW, EdgeTraits, SolidSide, footprint
 from frontage.openings.borders.locate import CLOSE, WIDTHS, Border, find_borders
 from frontage.openings.borders.outline import Outline
@@ -163,7 +163,7 @@ def _shape(
     x0, z0, x1, z1 = place
     told = ("rectangle", 0.0) if known is None else (known.shape, known.rise)
     fan = fan_of(
-        near, place, face=borders[3].edge.face.y, frame=frame, density=_density(near, place), head=told
+        near, place, face=borders[3].edge.face.y, frame=frame, density=density_beside(near, place), head=told
     )
     found = find_circle(fan, place, blur)
     if known is not None and known.shape == "circle":
@@ -190,17 +190,6 @@ def _spread(head: Head) -> Float:
     """Returns the covariance (2, 2) m2 of the top and the rise of a head."""
     top, both, rise = head.covariance
     return np.array([[top + 1e-6, both], [both, rise + 1e-6]])
-
-
-def _density(near: CrossingBeams, place: Box) -> float:
-    """Returns the beams per m2 that the wall beside an opening sends back."""
-    x0, z0, x1, z1 = place
-    reach = min(CLOSE, 0.3)
-    x, z = near.place
-    on = (np.abs(near.depth) <= near.wall) & (z > z0) & (z < z1)
-    left = on & (x < x0 - 0.02) & (x > x0 - 0.02 - reach)
-    right = on & (x > x1 + 0.02) & (x < x1 + 0.02 + reach)
-    return float(np.median([left.sum(), right.sum()])) / max(reach * (z1 - z0), 1e-6)
 
 
 def _deeper(near: CrossingBeams, place: Box, depth: float) -> float:
