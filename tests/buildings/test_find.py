@@ -186,3 +186,15 @@ def test_a_side_wall_whose_first_metres_the_front_takes_is_no_house_of_its_own()
     found = find_buildings(Scan("corner", np.vstack([front, side, ground]), WORLD))
     assert len(found.buildings) == 1
     assert len(found.buildings[0].index) > 0.95 * (len(front) + len(side))
+
+
+def test_a_column_of_wide_windows_does_not_part_a_house() -> None:
+    rng = np.random.default_rng(0)
+    wall = np.column_stack([rng.uniform(0, 24, 70000), rng.normal(0, 0.005, 70000), rng.uniform(0, 7, 70000)])
+    low, high = np.array([0.8, 4.0]), np.array([2.8, 6.0])  # of two windows, one above the other
+    in_window = ((wall[:, 2, None] > low) & (wall[:, 2, None] < high)).any(1)
+    wall = wall[~(in_window & (np.abs(wall[:, 0] - 11.0) < 1.45))]
+    plan = rng.uniform((-5.0, -15.0), (30.0, -0.1), (30000, 2))
+    ground = np.column_stack([plan, rng.normal(0.0, 0.01, len(plan))])
+    found = find_buildings(Scan("wide windows", np.vstack([wall, ground]), WORLD))
+    assert len(found.buildings) == 1

@@ -52,11 +52,15 @@ def map_walls(cloud: StreetCloud) -> WallMap:
     own, of_cell = np.unique(ij[:, 0] << 32 | ij[:, 1], return_inverse=True)
     bins, height = _occupied_bins(own, of_cell, z)
     need = max(_FEWEST_BINS, int(np.ceil(cloud.options.min_wall_height / level.size - 1e-9)))
-    keep = np.flatnonzero((bins >= need) & (bins >= _LEAST_FILL * height))
+    tall = (height >= need) & (bins >= _LEAST_FILL * height)
     count = np.bincount(of_cell, minlength=len(own)).astype(np.float64)
-    xy = np.column_stack([mean_of(of_cell, level.mean[at, a], count) for a in (0, 1)])[keep]
-    normal = _mean_normals(of_cell, shape.normal[at, :2], count)[keep]
-    return WallMap(cells, xy, bins[keep], normal, _blocks(xy, max(_LINK_M, 3 * level.size)))
+    xy = np.column_stack([mean_of(of_cell, level.mean[at, a], count) for a in (0, 1)])
+    normal = _mean_normals(of_cell, shape.normal[at, :2], count)
+    keep = tall & (bins >= need)
+    # columns with wide windows show too little wall for a front, but both sides of them are one block
+    block = _blocks(xy[tall], max(_LINK_M, 3 * level.size))[keep[tall]]
+    block = np.unique(block, return_inverse=True)[1].astype(np.int64)
+    return WallMap(cells, xy[keep], bins[keep], normal[keep], block)
 
 
 def wall_like(shape: LocalShape) -> Bool:
