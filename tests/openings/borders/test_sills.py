@@ -20,9 +20,7 @@ def _window(end):
     return [*wall, *reveals[0], *reveals[1], head, slope, *face((LEFT, PANE), (RIGHT, PANE), end, HEAD)]
 
 
-@pytest.mark.parametrize(
-    ("end", "foot"), [(2.2, 2.2), (FOOT + 0.02, FOOT)], ids=["weathered sill", "slab"]
-)
+@pytest.mark.parametrize(("end", "foot"), [(2.2, 2.2), (FOOT + 0.02, FOOT)], ids=["weathered sill", "slab"])
 def test_an_opening_begins_where_its_sill_ends(end, foot):
     facade, scan = scanned_faces(_window(end), (WIDTH, HEIGHT))
     (window,) = find_openings(facade, scan).openings
