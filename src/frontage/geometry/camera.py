@@ -117,7 +117,7 @@ def project(model: str, params: Float, xyz_camera: Float) -> Float:
 
     Raises InputError (I310) for an unknown model.
     """
-    p = tuple(map(float, params))
+    p = tuple(np.asarray(params, np.float64).tolist())
     focal, centre, lens = _parts(model, p)
     xyz = np.atleast_2d(np.asarray(xyz_camera, np.float64))
     with np.errstate(invalid="ignore", divide="ignore"):

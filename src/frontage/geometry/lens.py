@@ -94,9 +94,10 @@ class Lens:
         x, y = xy.T
         q = x * x + y * y
         (p1, p2), (s1, s2, s3, s4) = self.tangential, self.prism
-        dx = 2 * p1 * x * y + p2 * (q + 2 * x * x) + q * (s1 + s2 * q)
-        dy = 2 * p2 * x * y + p1 * (q + 2 * y * y) + q * (s3 + s4 * q)
-        return np.column_stack([dx, dy])
+        moved = np.empty_like(xy)
+        moved[:, 0] = 2 * p1 * x * y + p2 * (q + 2 * x * x) + q * (s1 + s2 * q)
+        moved[:, 1] = 2 * p2 * x * y + p1 * (q + 2 * y * y) + q * (s3 + s4 * q)
+        return moved
 
     def _undistort_radial(self, xy: Float) -> Float:
         """Inverts ``r f(r^2)`` on [0, limit] by Newton steps within a shrinking bracket."""

@@ -5,11 +5,15 @@ frame: ``T(xi) = (exp(w) R, t + v)`` with ``xi = (v, w)``.
 """
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import cv2
 import numpy as np
 
 from frontage.geometry.arrays import Float, readonly
+
+_UNIT = np.eye(3)
+_SLACK = 1e-6 + 1e-5 * _UNIT
 
 
 @dataclass(frozen=True, eq=False)
@@ -29,7 +33,7 @@ class Rigid3:
 
     def __post_init__(self) -> None:
         R = readonly(self.R, (3, 3), np.float64, "R")
-        if not np.allclose(R @ R.T, np.eye(3), atol=1e-6) or np.linalg.det(R) < 0:
+        if not (np.abs(R @ R.T - _UNIT) <= _SLACK).all() or np.linalg.det(R) < 0:
             raise ValueError(f"{self.to}_from_{self.frm}: R is not a rotation")
         object.__setattr__(self, "R", R)
         object.__setattr__(self, "t", readonly(self.t, (3,), np.float64, "t"))
@@ -58,13 +62,18 @@ class Rigid3:
         M[:3, :3], M[:3, 3] = self.R, self.t
         return M
 
+    @cached_property
+    def _rows(self) -> Float:
+        """The upper three rows (3, 4) of the matrix."""
+        return np.column_stack([self.R, self.t])
+
     def apply(self, xyz: Float) -> Float:
         """Transforms points (n, 3) from frame `frm` to frame `to`."""
         points = np.ascontiguousarray(xyz, np.float64)
         if points.size == 0:
             return points
         # One pass over the memory; a BLAS product of n x 3 by 3 x 3 takes three and starts threads that wait.
-        moved: Float = cv2.transform(points.reshape(-1, 1, 3), np.column_stack([self.R, self.t]))
+        moved: Float = cv2.transform(points.reshape(-1, 1, 3), self._rows)
         return moved.reshape(points.shape)
 
     def rotate(self, directions: Float) -> Float:

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 
-from frontage.geometry.arrays import Array, Bool, Float, Int, picked_rows
+from frontage.geometry.arrays import Array, Bool, Float, Int
 from frontage.ortho.gaps import Gaps
 from frontage.ortho.orthoraster import OrthoRaster
 from frontage.raster import gridding, interpolation
@@ -23,7 +23,7 @@ _PER_SPACING = 3  # cells per spacing
 _CLOSING = 2.0  # spacings, as in `splat`
 _BEYOND = 0.5  # spacings by which a surface extends past its last point
 _SMOOTH = 0.7  # spacings
-_TAIL = 4.0  # sigmas to which it is smoothed
+_TAIL = 3.0  # sigmas of the smoothing, beyond which both sides weigh the same
 _EVERY = 16  # cells, of whose spacings the median is taken
 _REACH = 6.0  # spacings around a tile on which its cells depend
 
@@ -72,7 +72,7 @@ def measure_steps(
         r, c = tile.r0 - reach, tile.c0 - reach
         shape = (tile.shape[0] + 2 * reach, tile.shape[1] + 2 * reach)
         part = gridding.of_rows(band, r, r + shape[0])
-        cell, inside = gridding.cell_index(at[part] - [c, r], shape)
+        cell, inside = gridding.cell_index(at[part] - np.array([c, r], at.dtype), shape)
         spacing = gaps.at(np.arange(r, r + shape[0]) * k, np.arange(c, c + shape[1]) * k) / np.float32(k)
         sides = []
         for side in (~recessed[part][inside], recessed[part][inside]):
@@ -92,9 +92,10 @@ def _sorted_points(
     They are ordered by bands of rows (`gridding.by_rows`), whose numbers (n,) follow.
     """
     cell, xyz = points
-    low, high, y = near.ravel()[cell], far.ravel()[cell], xyz[:, 1]
-    use = (high - low > step) & (y <= high + step)
-    at, recessed = fine.pixel(picked_rows(use, xyz)), (y > 0.5 * (low + high))[use]
+    low, high, y = np.take(near, cell), np.take(far, cell), xyz[:, 1]
+    use = np.flatnonzero((high - low > step) & (y <= high + step))
+    at = fine.pixel(np.take(xyz.T, use, axis=1).T)
+    recessed = np.take(y > 0.5 * (low + high), use)
     order, band = gridding.by_rows(at[:, 1])
     return np.take(at.T, order, axis=1).T, recessed[order], band
 

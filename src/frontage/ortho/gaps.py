@@ -42,7 +42,7 @@ class Gaps:
         """Returns the spacing (m, n) px at pixel rows (m,) and columns (n,); outside, that of the border."""
         h, w = self.px.shape
         r, c = np.clip(rows // self.step, 0, h - 1), np.clip(columns // self.step, 0, w - 1)
-        return np.asarray(np.take(self.px[r], c, axis=1))
+        return np.asarray(np.take(self.px[:, c], r, axis=0))  # whole rows are copied
 
 
 def local_gaps(at: Float, raster: OrthoRaster, typical: float) -> Gaps:

@@ -26,11 +26,11 @@ surface of each."""
 class OccluderCloud:
     """What may hide the facade: its own parts, and what stands free before it.
 
-    `solid` are those of the free points that belong to things without gaps, such as cars and people.
+    Of the latter, `solid` are things without gaps, such as cars and people, and `light` are the others.
     """
 
     part: Spaced
-    free: Spaced
+    light: Spaced
     solid: Spaced
 
 
@@ -72,7 +72,7 @@ def find_occluders(
     solid &= free
     part = ~free & np.concatenate(lines)
     part &= walls | ~find_railings(every, beams, part)
-    return OccluderCloud(*((picked_rows(which, every), gap[which]) for which in (part, free, solid)))
+    return OccluderCloud(*((picked_rows(which, every), gap[which]) for which in (part, free & ~solid, solid)))
 
 
 def _in_lines(xyz: Array, spacing: Float, together: Float) -> Bool:

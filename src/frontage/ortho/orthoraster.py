@@ -39,7 +39,9 @@ class OrthoRaster:
         """Converts pixel positions of shape (...), first centre at 0.5, and depths y to points (..., 3) m."""
         column, row = np.asarray(column, np.float64), np.asarray(row, np.float64)
         x, z = self.corner[0] + column * self.gsd, self.corner[1] - row * self.gsd
-        return np.stack(np.broadcast_arrays(x, np.asarray(y, np.float64), z), axis=-1)
+        points = np.empty((*np.broadcast_shapes(x.shape, np.shape(y), z.shape), 3))
+        points[..., 0], points[..., 1], points[..., 2] = x, y, z
+        return points
 
     def pixel(self, xyz_facade: Array) -> Array:
         """Projects points (n, 3) m of the facade frame orthogonally to pixels (n, 2) of their precision."""
@@ -52,6 +54,11 @@ class OrthoRaster:
     def coarser(self, step: int) -> "OrthoRaster":
         """Returns the raster of cells of step x step pixels that covers this one."""
         return OrthoRaster(self.corner, self.gsd * step, -(-self.width // step), -(-self.height // step))
+
+    def part(self, tile: Tile) -> "OrthoRaster":
+        """Returns the raster of the pixels of a tile."""
+        left, top = self.corner
+        return OrthoRaster((left + tile.c0 * self.gsd, top - tile.r0 * self.gsd), self.gsd, *tile.shape[::-1])
 
     def of_cells(self, size: float) -> "OrthoRaster":
         """Returns the raster of cells of `size` m from the same corner that covers this one amply."""

@@ -4,6 +4,7 @@ from collections.abc import Callable
 from functools import lru_cache
 from math import comb
 
+import cv2
 import numpy as np
 from numpy.polynomial.chebyshev import cheb2poly
 
@@ -80,11 +81,9 @@ def map_tile(to_photo: PixelMap, tile: Tile, y: Array | None, most_error: float 
     depth = None if y is None else np.asarray(y, np.float32)
     low, high = 0.0, 0.0
     if depth is not None:
-        low = float(depth.min())
-        if np.isnan(low):
+        if np.isnan(cv2.sumElems(depth)[0]):
             depth = np.nan_to_num(depth, nan=0.0)
-            low = float(depth.min())
-        low, high = _range(low, float(depth.max()))
+        low, high = _range(*cv2.minMaxLoc(depth)[:2])
     middle, half = 0.5 * (low + high), 0.5 * (high - low)
     columns, rows = 0.5 * (tile.c0 + tile.c1), 0.5 * (tile.r0 + tile.r1)
     half_width, half_height = 0.5 * (tile.c1 - tile.c0), 0.5 * (tile.r1 - tile.r0)

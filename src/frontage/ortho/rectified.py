@@ -2,7 +2,6 @@
 
 from dataclasses import dataclass, field
 
-import cv2
 import numpy as np
 
 from frontage.geometry.arrays import Array
@@ -18,48 +17,38 @@ _MAP_ERROR_PX = 0.05  # in the photo: cells are several pixels wide
 
 
 @dataclass(frozen=True, eq=False)
-class Rectified:
-    """What a photo shows in cells (h, w): zero in the tiles that were not looked at.
-
-    codes   (h, w, 4) uint8, RGBA; alpha tells the tiles that were looked at
-    radius  (h, w) float32, distance from the middle of the photo, 1 = in its corner
-    """
-
-    codes: Array
-    radius: Array
-
-
-@dataclass(frozen=True, eq=False)
 class CellPhotos:
-    """Rectifies photos on a surface of cells, each when it is first asked for."""
+    """Rectifies photos on a surface of cells, each when it is first asked for.
+
+    Their pictures (h, w, 4) uint8 are RGBA, zero in the tiles that were not looked at.
+    """
 
     surface: DrawingSurface
     projection: str
     image_of: ImageOf
-    _known: dict[str, Rectified] = field(default_factory=dict)
+    _known: dict[str, Array] = field(default_factory=dict)
 
     @classmethod
     def of(cls, surface: DrawingSurface, plan: ViewPlan | None, image_of: ImageOf) -> "CellPhotos | None":
         """The photos of a plan on its cells, by the full projection; None without a plan."""
         return None if plan is None else cls(surface.on(plan.cells, plan.depth), "full", image_of)
 
-    def __call__(self, photo: Photo, shown: Array) -> Rectified:
+    def __call__(self, photo: Photo, shown: Array) -> Array:
         """Return what a photo shows in the tiles in which it is `shown` (h, w) anywhere."""
         if photo.id not in self._known:
             self._known[photo.id] = self.rectified(photo, self.image_of(photo.id), shown)
         return self._known[photo.id]
 
-    def rectified(self, photo: Photo, image: Array, shown: Array) -> Rectified:
+    def rectified(self, photo: Photo, image: Array, shown: Array) -> Array:
         """Rectifies a picture (H, W, 3) as that of a photo, in the tiles in which it is `shown` (h, w)."""
         shape = (self.surface.raster.height, self.surface.raster.width)
-        codes, radius = np.zeros((*shape, 4), np.uint8), np.zeros(shape, np.float32)
+        codes = np.zeros((*shape, 4), np.uint8)
         to_photo = self.surface.projection_into(photo, self.projection)
         for tile in tiles(shape[0], shape[1], _TILE_PX):
             if shown[tile.window].any():
                 at = map_tile(to_photo, tile, self.surface.depth(tile), _MAP_ERROR_PX)
                 resample(image, at, out=codes[tile.window], rough=True)
-                radius[tile.window] = _radius(photo, *at.planes((-0.5, -0.5), 1.0))
-        return Rectified(codes, radius)
+        return codes
 
     def again(
         self, surface: DrawingSurface, projection: str, image_of: ImageOf, turned: frozenset[str]
@@ -69,11 +58,3 @@ class CellPhotos:
         kept = {name: found for name, found in self._known.items() if name not in turned and not moved}
         cells = surface.on(self.surface.raster, self.surface.drawn)
         return CellPhotos(cells, projection, image_of, kept)
-
-
-def _radius(photo: Photo, u: Array, v: Array) -> Array:
-    """Distance of photo pixels (m, n) from the middle of the photo, in half diagonals."""
-    w, h = photo.camera.width, photo.camera.height
-    radius: Array = cv2.magnitude(u - np.float32(0.5 * w), v - np.float32(0.5 * h))
-    radius *= np.float32(1.0 / (0.5 * np.hypot(w, h)))
-    return radius

@@ -121,10 +121,10 @@ def measure_relief(
         return None
     points = picked_rows(inside, points)
     front = points[:, 1] <= DEEPEST_REVEAL_M
-    many = np.bincount(cell[front], minlength=shape[0] * shape[1])
+    many = np.bincount(np.take(cell, np.flatnonzero(front)), minlength=shape[0] * shape[1])
     opaque = many >= _OPAQUE_POINTS
-    seen = front | ~opaque[cell]  # the far wall of a room, seen through a window beside, lies behind
-    points, cell = picked_rows(seen, points), cell[seen]
+    seen = front | ~np.take(opaque, cell)  # the far wall of a room, seen through a window beside, lies behind
+    points, cell = picked_rows(seen, points), np.take(cell, np.flatnonzero(seen))
     (low, median, high), _ = gridding.cell_quantiles(cell, points[:, 1], shape, (0.25, 0.5, 0.75))
     median[high - low > _STEP_M] = np.nan
     median[room_cells(median, size, _STEP_M)] = np.nan

@@ -22,7 +22,8 @@ def intensity_band(points: FacadePoints, raster: OrthoRaster) -> Array | None:
     scan, used = points.scan, points.used
     if scan.intensity is None or not used.any():
         return None
-    samples = surface_samples(points.xyz_used, scan.intensity[used][:, None], raster, points.gaps)
+    value = np.take(scan.intensity, np.flatnonzero(used))[:, None]
+    samples = surface_samples(points.xyz_used, value, raster, points.gaps)
     band = allocate((raster.height, raster.width, 1), np.float32, np.nan)
     known = allocate((raster.height, raster.width), np.bool_)
     splat(samples, raster, band, known)

@@ -18,7 +18,7 @@ from frontage.ortho.options import OrthoOptions
 from frontage.ortho.orthoraster import OrthoRaster
 from frontage.ortho.project import map_tile
 from frontage.ortho.surface import DrawingSurface
-from frontage.ortho.visibility import visibility
+from frontage.ortho.visibility import Visibility, visibility
 from frontage.raster import interpolation
 from frontage.raster.tiles import Tile, tiles
 
@@ -40,6 +40,7 @@ class ViewPlan:
     depth    (h, w) float32 m, of the cells
     quality  (k, h, w) float32, larger is better, 0 = not seen
     gsd      (k, h, w) float32 m, size of a pixel of the photo on the facade
+    radius   (k, h, w) float32, distance from the middle of the photo, 1 = in its corner
     clear    (k, h, w) bool, seen with nothing in front
     behind   (k, h, w) bool, behind what stands free before the facade, such as trees and cars
     solid    (k, h, w) bool, behind what has no gaps, such as cars
@@ -51,6 +52,7 @@ class ViewPlan:
     photos: tuple[Photo, ...]
     quality: Array
     gsd: Array
+    radius: Array
     clear: Bool
     behind: Bool
     solid: Bool
@@ -63,7 +65,7 @@ class ViewPlan:
     def without(self, names: frozenset[str]) -> "ViewPlan | None":
         """Returns the plan without the photos of these ids; None when the others see nothing."""
         keep = [k for k, photo in enumerate(self.photos) if photo.id not in names]
-        bands = {b: getattr(self, b)[keep] for b in ("quality", "gsd", "clear", "behind", "solid")}
+        bands = {b: getattr(self, b)[keep] for b in ("quality", "gsd", "radius", "clear", "behind", "solid")}
         plan = replace(self, photos=tuple(self.photos[k] for k in keep), **bands)
         return plan if (plan.quality * ~plan.behind).any() else None
 
@@ -92,15 +94,17 @@ def plan_views(
     if not views:
         return None
     spacing = surface.facade.spacing
-    seen = [visibility(v.centre, cells, y, v.distance, occluders, spacing) for v in views]
+    seen = [_visible(v, cells, y, occluders, spacing) for v in views]
     quality = np.stack([s.factor * v.quality for s, v in zip(seen, views, strict=True)])
     behind = np.stack([s.behind for s in seen]) & (quality > 0.0)
     if not (quality * ~behind).any():
         return None
     clear = np.stack([s.factor == 1.0 for s in seen]) & (quality > 0.0) & ~behind
-    gsd = np.stack([_effective_gsd(v.photo, coarse, options) for v in views])
+    scales = [_scale(v.photo, coarse, options) for v in views]
+    gsd, radius = (np.stack(band) for band in zip(*scales, strict=True))
     solid = np.stack([s.solid for s in seen]) & behind
-    return ViewPlan(cells, step, y, tuple(v.photo for v in views), quality, gsd, clear, behind, solid)
+    used = tuple(v.photo for v in views)
+    return ViewPlan(cells, step, y, used, quality, gsd, radius, clear, behind, solid)
 
 
 @dataclass(frozen=True)
@@ -135,6 +139,21 @@ def _photo_view(photo: Photo, surface: DrawingSurface, y: Array, options: OrthoO
     return _PhotoView(photo, centre, distance, np.where(fade > 0, np.maximum(smooth, np.float32(1e-12)), 0))
 
 
+def _visible(
+    view: _PhotoView, cells: OrthoRaster, y: Array, cloud: OccluderCloud, spacing: float
+) -> Visibility:
+    """How a photo sees the cells at depths y (h, w) m; those that it does not show are hidden."""
+    shown = view.quality > 0.0
+    rows, columns = (np.flatnonzero(shown.any(axis)) for axis in (1, 0))
+    tile = Tile(int(rows[0]), int(rows[-1]) + 1, int(columns[0]), int(columns[-1]) + 1)
+    part = tile.window
+    found = visibility(view.centre, cells.part(tile), y[part], view.distance[part], cloud, spacing)
+    whole = Visibility(np.zeros_like(y), np.zeros_like(shown), np.zeros_like(shown))
+    for band in ("factor", "behind", "solid"):
+        getattr(whole, band)[part] = getattr(found, band)
+    return whole
+
+
 def _inset(photo: Photo, surface: DrawingSurface, y: Array, options: OrthoOptions) -> Array:
     """Distance (h, w) float32 px of the cells from the border of a photo; -1 outside.
 
@@ -155,24 +174,37 @@ def _inset(photo: Photo, surface: DrawingSurface, y: Array, options: OrthoOption
     return inset
 
 
-def _effective_gsd(photo: Photo, surface: DrawingSurface, options: OrthoOptions) -> Array:
-    """Metres of facade per photo pixel (h, w) float32 in the worse direction, on the plane.
+def _scale(photo: Photo, surface: DrawingSurface, options: OrthoOptions) -> tuple[Array, Array]:
+    """Metres of facade per photo pixel (h, w) float32 in the worse direction, and distance (h, w) float32
+    from the middle of the photo, 1 = in its corner; both on the plane.
 
-    It is the pixel size over the smallest singular value of the Jacobian, which is smooth: it is computed on
-    a coarser raster and interpolated.
+    The first is the pixel size over the smallest singular value of the Jacobian. Both are smooth: they are
+    computed on a coarser raster and interpolated.
     """
     cells = surface.raster
     coarse = cells.coarser(_SMOOTH_CELLS)
     if min(coarse.width, coarse.height) < 2:
         coarse = cells
-    if min(coarse.width, coarse.height) < 2:
-        return np.full((cells.height, cells.width), np.nan, np.float32)
     column, row = np.arange(coarse.width) + 0.5, np.arange(coarse.height) + 0.5
     at = surface.on(coarse).projection_into(photo, options.projection)(column[None, :], row[:, None], 0.0)
+    half = 0.5 * np.array([photo.camera.width, photo.camera.height])
+    radius = np.nan_to_num(np.linalg.norm(at - half, axis=-1) / np.linalg.norm(half), nan=1.0)
+    gsd = _gsd(at, coarse.gsd)
+    (r0, r1, c0, c1), u, v = coarse.window_of(cells, Tile(0, cells.height, 0, cells.width))
+    both = np.dstack([gsd, radius]).astype(np.float32)[r0:r1, c0:c1]
+    gsd, radius = cv2.split(interpolation.bilinear(both, u, v))
+    return gsd, radius
+
+
+def _gsd(at: Float, size: float) -> Float:
+    """Metres of facade per photo pixel (h, w) in the worse direction, of places (h, w, 2) px in a photo.
+
+    Their distance on the facade is `size` m; a single row or column tells nothing (NaN).
+    """
+    if min(at.shape[:2]) < 2:
+        return np.full(at.shape[:2], np.nan)
     (a, c), (b, d) = np.moveaxis(np.gradient(at, axis=1), -1, 0), np.moveaxis(np.gradient(at, axis=0), -1, 0)
     total, det = a * a + b * b + c * c + d * d, a * d - b * c
     with np.errstate(invalid="ignore", divide="ignore"):
         smallest = np.sqrt(np.maximum(total - np.sqrt(np.maximum(total**2 - 4 * det**2, 0.0)), 0.0) / 2)
-        gsd = (coarse.gsd / smallest).astype(np.float32)
-    (r0, r1, c0, c1), u, v = coarse.window_of(cells, Tile(0, cells.height, 0, cells.width))
-    return interpolation.bilinear(gsd[r0:r1, c0:c1], u, v)
+        return np.asarray(size / smallest)

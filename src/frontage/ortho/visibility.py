@@ -16,7 +16,7 @@ import cv2
 import numpy as np
 
 from frontage.geometry.arrays import Array, Bool, Float
-from frontage.ortho.occluders import OccluderCloud
+from frontage.ortho.occluders import OccluderCloud, Spaced
 from frontage.ortho.orthoraster import OrthoRaster
 from frontage.ortho.recess import DEEPEST_REVEAL_M
 from frontage.raster.zbuffer import splat_depth
@@ -29,6 +29,7 @@ _OCCLUDER_M = (
 _SELF_HIDDEN = 1e-4  # factor on the quality of cells hidden by the facade itself: a last resort
 _BLUNT_M = 0.05  # larger discs cannot resolve a sill and hide only what lies far behind
 _SPLAT = 0.75  # radius of the discs in spacings: a square lattice seen from the front shows no gap
+_NOTHING = 65535  # in buffers of uint16
 _NEAREST_M = 0.05  # points nearer to the photo along the normal are taken as lying beside it
 
 
@@ -66,10 +67,10 @@ def visibility(
     slope = distance / own  # metres along the ray per metre along the normal
     box = np.ones((3, 3), np.uint8)
     u, v = cv2.convertMaps(u, v, cv2.CV_16SC2, nninterpolation=True)
-    part, stands, blocks = (
-        cv2.remap(_shadows(centre, xyz, gap, fine), u, v, cv2.INTER_NEAREST, borderMode=cv2.BORDER_REPLICATE)
-        for xyz, gap in (cloud.part, cloud.free, cloud.solid)
+    part, light, blocks = (
+        _nearest(centre, of, fine, (u, v)) for of in (cloud.part, cloud.light, cloud.solid)
     )
+    stands = np.minimum(light, blocks)
     # What hides the cells beside one hides that cell only if it lies before it, too.
     around = cv2.erode(part, box, borderType=cv2.BORDER_REPLICATE)
     part, around, stands, blocks = (_behind(near, own, slope) for near in (part, around, stands, blocks))
@@ -96,15 +97,29 @@ def _behind(nearest: Array, own: Array, slope: Array) -> Array:
     return nearest
 
 
-def _shadows(centre: Float, xyz: Array, spacing: Array, raster: OrthoRaster) -> Array:
-    """The smallest distance (h, w) m along the normal of points (n, 3) m whose shadows cover a pixel.
+def _nearest(centre: Float, points: Spaced, raster: OrthoRaster, at: tuple[Array, Array]) -> Array:
+    """The smallest distance (h, w) m along the normal of points whose shadows fall on places of a raster.
 
-    The points are in the facade frame; where no shadow falls, the distance is infinite.
+    The places are those of a map of OpenCV. Where no shadow falls, the distance is infinite.
+    """
+    if not len(points[0]):
+        return np.full(at[0].shape[:2], np.inf, np.float32)
+    shadows, unit = _shadows(centre, *points, raster)
+    level = cv2.remap(shadows, *at, cv2.INTER_NEAREST, borderMode=cv2.BORDER_REPLICATE)
+    return np.where(level == _NOTHING, np.float32(np.inf), level * unit)
+
+
+def _shadows(centre: Float, xyz: Array, spacing: Array, raster: OrthoRaster) -> tuple[Array, np.float32]:
+    """The smallest distance (h, w) uint16 along the normal of points (n, 3) m whose shadows cover a pixel.
+
+    The points are in the facade frame. Also returns the unit of the distance in m, less than a millimetre
+    within 65 m of a photo; where no shadow falls, the distance is 65535.
     """
     c = centre.astype(np.float32)
     away = xyz[:, 1] - c[1]
-    away[away <= _NEAREST_M] = -np.inf  # is not drawn
-    stretch = -c[1] / away
+    unit = np.float32(max(float(away.max()), _NEAREST_M) / (_NOTHING - 1))
+    level = (np.where(away > _NEAREST_M, away, np.float32(0.0)) / unit).astype(np.uint16)  # 0 is not drawn
+    stretch = -c[1] / np.maximum(away, np.float32(_NEAREST_M))
     at = np.empty((2, len(xyz)), np.float32)
     u = np.subtract(xyz[:, 0], c[0], out=at[0])
     u *= stretch
@@ -115,4 +130,4 @@ def _shadows(centre: Float, xyz: Array, spacing: Array, raster: OrthoRaster) -> 
     at /= np.float32(raster.gsd)
     stretch *= spacing
     stretch *= np.float32(_SPLAT / raster.gsd)
-    return splat_depth(at.T, away, stretch, (raster.height, raster.width))
+    return splat_depth(at.T, level, stretch, (raster.height, raster.width)), unit

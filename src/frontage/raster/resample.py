@@ -34,7 +34,8 @@ _NARROW_PX = 0.3  # a Gaussian of a smaller sigma has no effect
 _REACH = 2.2  # sigmas at which a Gaussian is truncated (97 % of it)
 _UPRIGHT = 0.1  # px^2, negligible covariance between rows and columns (or a fifth of the variance)
 _MARGIN_PX = 4  # of source around the positions of the map, for the kernels
-_CACHE_BYTES = 1 << 21  # of the source of a strip; beyond the cache of a core, sampling is 1.5 times slower
+_FEW_PX = 3000  # of the target, below which preparing the source takes longer than sampling it
+_CACHE_BYTES = 1 << 20  # of the source of a strip; beyond the cache of a core, sampling is 1.5 times slower
 _CV = {"bilinear": cv2.INTER_LINEAR, "nearest": cv2.INTER_NEAREST}
 
 
@@ -62,6 +63,10 @@ def resample(
         out[:] = 0 if out.ndim == 2 else (0, 0, 0, 255)
         return out
     kernel = _kernel(at.derivatives, interpolation, rough)
+    if kernel.direct is not None and out.ndim == 3 and len(rows) * len(columns) <= _FEW_PX:
+        planes = at.planes((0.0, 0.0), 1.0, window)
+        few = cv2.remap(image, *planes, kernel.direct, borderMode=cv2.BORDER_REPLICATE)
+        return np.asarray(cv2.cvtColor(few, cv2.COLOR_RGB2RGBA, dst=out))
     strip = max(8, int(_CACHE_BYTES / (4 * len(columns) * max(kernel.scale, kernel.step, 1.0) ** 2)))
     for first in range(rows.start, rows.stop, strip):
         part = slice(first, min(first + strip, rows.stop)), window[1]
@@ -71,11 +76,15 @@ def resample(
 
 @dataclass(frozen=True)
 class _Kernel:
-    """What is done to a part of the source before it is sampled; `scale` = its density afterwards."""
+    """What is done to a part of the source before it is sampled; `scale` = its density afterwards.
+
+    A `direct` flag of OpenCV samples the source itself in the same way, which is faster for few pixels.
+    """
 
     scale: float
     prepared: Callable[[Array], Array]
     flag: int = cv2.INTER_LINEAR
+    direct: int | None = None
 
     @cached_property
     def step(self) -> int:
@@ -102,8 +111,9 @@ def _kernel(derivatives: tuple[float, ...], interpolation: str, rough: bool) -> 
             return _Kernel(1.0, blurred)
         averaged = _roughly_averaged if rough and step > 2 else _averaged
         return _Kernel(1.0 / step, lambda source: blurred(averaged(source, step)))
-    factor = 4 if stretch <= 0.5 else 2
-    return _Kernel(factor, lambda source: _magnified(source, factor, clamp=stretch < MAGNIFYING))
+    factor, clamp = 4 if stretch <= 0.5 else 2, stretch < MAGNIFYING
+    direct = None if clamp else cv2.INTER_CUBIC
+    return _Kernel(factor, lambda source: _magnified(source, factor, clamp), direct=direct)
 
 
 def _stretch(jacobian: Float) -> float:
@@ -144,23 +154,23 @@ def _sample(image: Array, at: SourceMap, window: tuple[slice, slice], kernel: _K
 
 def _roughly_averaged(source: Array, step: int) -> Array:
     """Averages blocks of step x step px like `_averaged`, the first octave of them in codes."""
+    return _averaged(_reduced(source, 2), step // 2)
+
+
+def _reduced(source: Array, step: int) -> Array:
+    """Averages the values of blocks of step x step px: (ceil h/step, ceil w/step, 3)."""
     h, w = source.shape[:2]
-    if h % 2 or w % 2:
-        source = cv2.copyMakeBorder(source, 0, h % 2, 0, w % 2, cv2.BORDER_REPLICATE)
-        h, w = source.shape[:2]
-    return _averaged(cv2.resize(source, (w // 2, h // 2), interpolation=cv2.INTER_AREA), step // 2)
+    if h % step or w % step:
+        source = cv2.copyMakeBorder(source, 0, -h % step, 0, -w % step, cv2.BORDER_REPLICATE)
+    while step > 1:  # a power of two; halving is much faster than larger steps
+        half = source.shape[1] // 2, source.shape[0] // 2
+        source, step = cv2.resize(source, half, interpolation=cv2.INTER_AREA), step // 2
+    return source
 
 
 def _averaged(source: Array, step: int) -> Array:
     """Averages blocks of step x step px in linear light: (ceil h/step, ceil w/step, 3) uint16."""
-    light = cv2.LUT(source, TO_LINEAR_16)
-    h, w = light.shape[:2]
-    if h % step or w % step:
-        light = cv2.copyMakeBorder(light, 0, -h % step, 0, -w % step, cv2.BORDER_REPLICATE)
-    while step > 1:  # a power of two; halving is much faster than larger steps
-        light = cv2.resize(light, (light.shape[1] // 2, light.shape[0] // 2), interpolation=cv2.INTER_AREA)
-        step //= 2
-    return np.asarray(light)
+    return _reduced(cv2.LUT(source, TO_LINEAR_16), step)
 
 
 def _gaussian(jacobian: Float) -> Callable[[Array], Array]:

@@ -13,7 +13,7 @@ from functools import cached_property, lru_cache
 
 import cv2
 import numpy as np
-from numpy.polynomial.chebyshev import chebvander, chebvander3d
+from numpy.polynomial.chebyshev import chebvander3d
 
 from frontage.geometry.arrays import Array, Float
 
@@ -173,11 +173,15 @@ def _planes(rows: Array, lines: list[Array], depth: Array | None) -> tuple[Array
     return out[:, :n], out[:, n:]
 
 
-@lru_cache(maxsize=64)
+@lru_cache(maxsize=256)
 def _basis(size: int, count: int) -> Array:
     """Chebyshev polynomials (size, count) float32 at pixel centres; -1 and 1 are the tile's outer edges."""
     centres = (np.arange(size) + 0.5) * (2.0 / size) - 1.0
-    return np.ascontiguousarray(chebvander(centres, count - 1), np.float32)
+    values = np.ones((size, count))
+    values[:, 1:2] = centres[:, None]
+    for n in range(2, count):
+        values[:, n] = 2.0 * centres * values[:, n - 1] - values[:, n - 2]
+    return values.astype(np.float32)
 
 
 @lru_cache(maxsize=8)

@@ -7,16 +7,24 @@ cells first, whose costs are sums over their cells (Felzenszwalb and Huttenloche
 propagation for early vision, IJCV 2006). Each direction uses what the ones before it have sent in the same
 step, and single cells, which inherit what their blocks agreed on, need fewer steps. The number of steps is
 fixed, so that the time is bounded, and the result does not depend on how many processes are at work.
+
+Energies are whole numbers of two bytes, of which `base` has 256: processors add and compare twice as many of
+them at once. What a label costs beyond the cheapest one of a cell counts up to `_MOST`, more than all borders
+around the cell. On the next larger blocks, whose borders are twice as long, the unit is twice as large, so
+that messages are the same numbers there.
 """
 
 import numpy as np
 
 from frontage.geometry.arrays import Array, Int
 
+_BASE = np.int16(256)
+_MOST = 12800  # what a label may cost beyond the cheapest one, 50 times `base`
+_MOST_BORDER = 1000  # half of what a border may cost on one side; no sum exceeds two bytes
 _LEVELS = 6  # the coarsest blocks are 32 x 32 cells
 _STEPS = 6  # of messages per level of blocks
 _LAST_STEPS = 3  # of messages between single cells
-_ROWS, _COLUMNS = 64, 128  # of cells that are labelled at once; even
+_ROWS, _COLUMNS = 64, 256  # of cells that are labelled at once; even
 _AROUND = 4  # cells that messages reach in the last steps, at most; even
 _AXES = ((1, 1), (1, -1), (2, 1), (2, -1))  # axis and step from the sender to the receiver
 
@@ -27,20 +35,59 @@ def label_grid(cost: Array, base: float, border: Array) -> Int:
     `cost` (k, h, w) float32 is that of every label, and `border` (k, h, w) float32 >= 0 what a border with
     another label costs at a cell; between two neighbours it counts half of each.
     """
-    costs, borders = [cost], [0.5 * border]
+    scale = np.float32(float(_BASE) / base)
+    costs, borders = [cost * scale], [(0.5 * scale) * border]
     while len(costs) < _LEVELS and min(costs[-1].shape[1:]) > 1:
-        costs.append(_halved(costs[-1]))
-        borders.append(_halved(borders[-1]) * np.float32(0.5))
-    messages = np.zeros((4, *costs[-1].shape), np.float32)
+        costs.append(_halved(costs[-1]) * np.float32(0.5))
+        borders.append(_halved(borders[-1]) * np.float32(0.25))
+    messages = np.zeros((4, *costs[-1].shape), np.int16)
     for level in range(len(costs) - 1, 0, -1):
         h, w = costs[level].shape[1:]
         if messages.shape[2:] != (h, w):
             messages = _doubled(messages, h, w)
-        _sent(costs[level], np.float32(base * 2**level), borders[level], messages, _STEPS)
-    return _labels_of_cells(cost, np.float32(base), borders[0], messages)
+        _sent(_whole(costs[level]), _limited(borders[level]), messages, _STEPS)
+    label = _labels_of_cells(_whole(costs[0]), _limited(borders[0]), messages)
+    _join_lone_cells(label, cost, np.float32(base), np.float32(0.5) * border)
+    return label
 
 
-def _labels_of_cells(cost: Array, base: np.float32, border: Array, messages: Array) -> Int:
+def _join_lone_cells(label: Int, cost: Array, base: np.float32, half: Array) -> None:
+    """Gives cells whose four neighbours have other labels (h, w) one of those where it has less energy.
+
+    Messages that went round in circles leave some. `cost` (k, h, w) is that of the labels, and `half`
+    (k, h, w) what they add to a border on their side.
+    """
+    h, w = label.shape
+    around = np.pad(label, 1, constant_values=-1)
+    beside = around[:-2, 1:-1], around[2:, 1:-1], around[1:-1, :-2], around[1:-1, 2:]
+    at = np.flatnonzero(np.all([other != label for other in beside], axis=0))
+    rows, columns = np.divmod(at, w)
+    near = np.stack(
+        [at - w * (rows > 0), at + w * (rows < h - 1), at - (columns > 0), at + (columns < w - 1)]
+    )
+    costs, halves, labels = cost.reshape(len(cost), -1), half.reshape(len(half), -1), label.reshape(-1)
+    theirs, found = labels[near], labels[at]
+    added, least = base + halves[theirs, near], np.full(len(at), np.inf, np.float32)
+    for other in (found.copy(), *theirs):
+        borders = (theirs != other) & (near != at)
+        energy = costs[other, at] + (borders * (added + halves[other, at])).sum(0)
+        better = energy < least
+        least[better], found[better] = energy[better], other[better]
+    labels[at] = found
+
+
+def _whole(cost: Array) -> Array:
+    """Costs (k, h, w) beyond the least one of each cell, as whole numbers up to `_MOST`."""
+    beyond = cost - cost.min(0)
+    return np.asarray(np.minimum(beyond, np.float32(_MOST), out=beyond), np.int16)
+
+
+def _limited(border: Array) -> Array:
+    """The same costs of borders as whole numbers."""
+    return np.minimum(border, np.float32(_MOST_BORDER)).astype(np.int16)
+
+
+def _labels_of_cells(cost: Array, border: Array, messages: Array) -> Int:
     """Labels the single cells (k, h, w), which inherit the messages of their blocks.
 
     A message goes one cell per step, so that windows of cells with some around them are labelled as the
@@ -58,10 +105,22 @@ def _labels_of_cells(cost: Array, base: np.float32, border: Array, messages: Arr
                 own = _doubled(halves, bottom - top, right - left)
             else:
                 own = messages[:, *part].copy()
-            belief = _sent(cost[part], base, border[part], own, _LAST_STEPS)
+            belief = _sent(cost[part], border[part], own, _LAST_STEPS)
             inner = belief[:, row - top :, column - left :][:, :_ROWS, :_COLUMNS]
-            out[row : row + _ROWS, column : column + _COLUMNS] = np.argmin(inner, axis=0)
+            _write_least(inner, out[row : row + _ROWS, column : column + _COLUMNS])
     return out
+
+
+def _write_least(belief: Array, out: Int) -> None:
+    """Writes to `out` (m, n) which of k labels has the least belief (k, m, n); of equal ones the first.
+
+    Plane after plane, this takes a third of the time of `numpy.argmin`.
+    """
+    least = belief[0].copy()
+    out[:] = 0
+    for label, plane in enumerate(belief[1:], 1):
+        np.copyto(out, label, where=plane < least)
+        np.minimum(least, plane, out=least)
 
 
 def _span(first: int, count: int, size: int) -> tuple[int, int]:
@@ -78,16 +137,16 @@ def _halved(values: Array) -> Array:
 
 
 def _doubled(values: Array, h: int, w: int) -> Array:
-    """Halves the messages (4, k, ...) of blocks, and gives them to the 2 x 2 cells of each, h x w in all."""
+    """Gives the messages (4, k, ...) of blocks to the 2 x 2 cells of each, h x w in all."""
     out = np.empty((*values.shape[:2], h, w), values.dtype)
     for row in (0, 1):
         for column in (0, 1):
             part = out[:, :, row::2, column::2]
-            np.multiply(values[:, :, : part.shape[2], : part.shape[3]], np.float32(0.5), out=part)
+            part[:] = values[:, :, : part.shape[2], : part.shape[3]]
     return out
 
 
-def _sent(cost: Array, base: np.float32, border: Array, messages: Array, steps: int) -> Array:
+def _sent(cost: Array, border: Array, messages: Array, steps: int) -> Array:
     """Sends all messages (4, k, h, w) some times, in place; returns the belief (k, h, w)."""
     belief = cost + messages[0]
     for message in messages[1:]:
@@ -98,7 +157,7 @@ def _sent(cost: Array, base: np.float32, border: Array, messages: Array, steps: 
         for d, (axis, step) in enumerate(_AXES):
             ahead, behind = _slices(axis, step)
             sent, back, there = messages[d][ahead], messages[d ^ 1][behind], belief[ahead]
-            least = _told(belief[behind], back, edges[axis - 1], base, spare[axis - 1])
+            least = _told(belief[behind], back, edges[axis - 1], spare[axis - 1])
             there -= sent
             np.minimum(*spare[axis - 1][:2], out=sent)
             sent -= least
@@ -106,20 +165,18 @@ def _sent(cost: Array, base: np.float32, border: Array, messages: Array, steps: 
     return np.asarray(belief)
 
 
-def _told(
-    belief: Array, back: Array, edge: Array, base: np.float32, spare: tuple[Array, Array, Array]
-) -> Array:
+def _told(belief: Array, back: Array, edge: Array, spare: tuple[Array, Array, Array]) -> Array:
     """What cells tell their neighbours: the lesser of two arrays, less what is returned (m, n).
 
     The arrays are the first two of the spare ones, in which only memory is used again. `belief` (k, m, n) is
     that of the senders, `back` (k, m, n) what they were told by the receivers, and `edge` (k, m, n) what a
-    border between the two costs on top of `base`.
+    border between the two costs on top of `_BASE`.
     """
     own, other, least = spare
     np.subtract(belief, back, out=own)  # without what came from the receiver
     np.add(own, edge, out=other)
     _least(other, least)
-    least += base
+    least += _BASE
     np.add(edge, least, out=other)
     _least(own, least)  # no way through another label is cheaper than that
     return least

@@ -69,10 +69,10 @@ def check_photos(
     photos, upright = dict[str, Patches](), dict[str, Patches]()
     for number, photo in enumerate(plan.photos):
         shown, clear = plan.quality[number] > 0, plan.clear[number]
-        photos[photo.id] = of_photo(rectified(photo, shown).codes, clear)
+        photos[photo.id] = of_photo(rectified(photo, shown), clear)
         if photo.id in doubtful:
             turned = doubtful[photo.id](rectified.image_of(photo.id))
-            upright[photo.id] = of_photo(rectified.rectified(photo, turned, shown).codes, clear)
+            upright[photo.id] = of_photo(rectified.rectified(photo, turned, shown), clear)
     pairs = _Compared(photos)
     doubted = set(photos) if doubtful else _unrelated(pairs)
     if not doubted:

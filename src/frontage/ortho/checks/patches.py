@@ -82,7 +82,7 @@ class Agreement:
 
 def of_photo(codes: Array, clear: Bool) -> Patches:
     """The patches of a photo rectified on cells (h, w, 4), where these are `clear` (h, w) of occluders."""
-    return _cut(cv2.cvtColor(codes, cv2.COLOR_RGBA2GRAY).astype(np.float32), clear, _CLEAR)
+    return _cut(cv2.cvtColor(codes, cv2.COLOR_RGBA2GRAY), clear, _CLEAR)
 
 
 def of_scan(points: FacadePoints, raster: OrthoRaster) -> ScanPatches | None:
@@ -125,9 +125,13 @@ def _cut(grey: Array, known: Bool, share: float) -> Patches:
 
 
 def without_shading(grey: Array) -> Array:
-    """Grey values (h, w) float32, smoothed by a pixel, less their means over two boxes (sigma 7.7 px)."""
+    """Grey values (h, w), smoothed by a pixel, less their means over two boxes (sigma 7.7 px): float32.
+
+    The means of uint8 are whole numbers, which is good enough to compare patches, and not to measure shifts.
+    """
     mean = cv2.blur(cv2.blur(grey, (_BOX_PX, _BOX_PX)), (_BOX_PX, _BOX_PX))
-    return np.asarray(cv2.GaussianBlur(grey, (0, 0), 1.0) - mean)
+    smooth = cv2.GaussianBlur(grey.astype(np.float32, copy=False), (0, 0), 1.0)
+    return np.asarray(cv2.subtract(smooth, mean, dtype=cv2.CV_32F))
 
 
 def agreement(a: Patches, b: Patches, enough: float = 0.0) -> Agreement:

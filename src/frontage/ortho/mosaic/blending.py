@@ -26,43 +26,39 @@ def light_corrections(label: Array, usable: Bool, pictures: CellPictures, gains:
     wall well enough for its light to be blended into that of its neighbours.
     """
     filled = nearest_filled(np.where(label >= 0, label, np.nan).astype(np.float32)).astype(np.int16)
-    added = np.empty_like(pictures.log_light)
+    added, light = np.empty_like(pictures.log_light), np.empty_like(pictures.log_light)
     for k, radius in enumerate(pictures.radius):
-        added[k] = gains.at(k, _one_farther(radius))
-    light = pictures.log_light - added
+        added[k] = gains.at(k, radius)
+        cv2.subtract(pictures.log_light[k], added[k], dst=light[k])
     mosaic = picked(light, filled)
     used = np.unique(label[label >= 0]).tolist()
     for k in used:
         cv2.copyTo(mosaic, (~(usable[k] | (label == k))).view(np.uint8), light[k])
     blended = _blend([light[k] for k in used], [filled == k for k in used])
     for k in used:
-        rest = cv2.GaussianBlur(blended - light[k], (0, 0), _FINEST_CELLS)
-        added[k] = np.clip(rest, -_FACTOR, _FACTOR) - added[k]
+        rest = cv2.GaussianBlur(cv2.subtract(blended, light[k]), (0, 0), _FINEST_CELLS)
+        cv2.subtract(np.clip(rest, -_FACTOR, _FACTOR, out=rest), added[k], dst=added[k])
     return added
 
 
-def _one_farther(radius: Array) -> Array:
-    """The distances (h, w) of a photo, 0 where it shows nothing; a cell there takes that of its neighbours.
-
-    Corrections are interpolated between cells.
-    """
-    return np.asarray(np.where(radius > 0.0, radius, cv2.dilate(radius, np.ones((3, 3), np.uint8))))
-
-
 def _blend(pictures: list[Array], masks: list[Bool]) -> Array:
-    """Blends pictures (h, w, 3) float32 whose masks (h, w) together cover everything."""
-    total: list[Array] = []
-    weight: list[Array] = []
+    """Blends pictures (h, w, 3) float32 of which each cell is covered by one of the masks (h, w).
+
+    The finest band comes from one picture each; the shares of coarser ones change from cell to cell.
+    """
+    finest, total, weight = np.zeros_like(pictures[0]), list[Array](), list[Array]()
     for picture, mask in zip(pictures, masks, strict=True):
+        own, *coarser = _bands(picture)
+        cv2.copyTo(own, mask.view(np.uint8), finest)
         share = mask.astype(np.float32)
-        for number, current in enumerate(_bands(picture)):
+        for number, current in enumerate(coarser):
+            share = cv2.pyrDown(share)
             if number == len(total):
                 total.append(np.zeros_like(current))
-                weight.append(np.zeros(current.shape[:2], np.float32))
+                weight.append(np.zeros_like(share))
             total[number] += current * share[..., None]
             weight[number] += share
-            share = cv2.pyrDown(share)
-    bands = [t / np.maximum(w, 1e-6)[..., None] for t, w in zip(total, weight, strict=True)]
+    bands = [finest, *(t / np.maximum(w, 1e-6)[..., None] for t, w in zip(total, weight, strict=True))]
     out = bands[-1]
     for band in bands[-2::-1]:
         out = band + cv2.pyrUp(out, dstsize=band.shape[1::-1])
@@ -75,6 +71,6 @@ def _bands(picture: Array) -> list[Array]:
     rest = picture
     while len(bands) < _BANDS and min(rest.shape[:2]) >= 4:
         coarse = cv2.pyrDown(rest)
-        bands.append(rest - cv2.pyrUp(coarse, dstsize=rest.shape[1::-1]))
+        bands.append(cv2.subtract(rest, cv2.pyrUp(coarse, dstsize=rest.shape[1::-1])))
         rest = coarse
     return [*bands, rest]

@@ -35,10 +35,11 @@ class GlassCost:
         out = cost.copy()
         flat, count = self.opening.ravel(), self.reflection.shape[1]
         for k in range(len(cost)):
-            use = (self.clear[k] & (self.opening > 0)).ravel()
-            number = np.bincount(flat[use], minlength=count)
-            mean = np.bincount(flat[use], cost[k].ravel()[use], count) / np.maximum(number, 1)
-            out[k].ravel()[use] = (mean + _REFLECTION * self.reflection[k])[flat[use]]
+            use = np.flatnonzero((self.clear[k] & (self.opening > 0)).ravel())
+            own = flat[use]
+            number = np.bincount(own, minlength=count)
+            mean = np.bincount(own, cost[k].ravel()[use], count) / np.maximum(number, 1)
+            out[k].ravel()[use] = (mean + _REFLECTION * self.reflection[k])[own]
         return out
 
 
@@ -48,8 +49,8 @@ def glass_cost(opening: Int, clear: Bool, shown: Bool, even: Array) -> GlassCost
     area = np.bincount(flat, minlength=count)
     light = np.full((len(clear), count), np.inf)
     for k in range(len(clear)):
-        use = (clear[k] & shown[k] & (opening > 0)).ravel()
-        own = np.compress(use, even[k].reshape(-1, 3), axis=0) @ np.full(3, 1.0 / 3.0, np.float32)
+        use = np.flatnonzero((clear[k] & shown[k] & (opening > 0)).ravel())
+        own = np.take(even[k].reshape(-1, 3), use, axis=0) @ np.full(3, 1.0 / 3.0, np.float32)
         (median,), number = gridding.cell_quantiles(flat[use], own.astype(np.float64), (1, count), (0.5,))
         light[k] = np.where(number[0] >= _ENOUGH * area, median[0], np.inf)
     dark = np.sort(light, axis=0)

@@ -17,6 +17,7 @@ from frontage.ortho.mosaic.consensus import FEWEST_PHOTOS, Disagreement
 
 _STRANGE = 0.05  # share of cells in which a photo shows something else than the wall
 _FEWEST = 200  # cells in which photos agree, from which colours of the wall are learned
+_TAUGHT = 2  # one of so many cells, along rows and columns, tells the colours of the wall
 _AGREE = 2.0  # standard deviations within which two photos show the same
 _MOST_COST = 10.0
 _WINDOW = 3  # cells over which costs are averaged
@@ -34,11 +35,14 @@ def judge_pairs(codes: Array, found: Disagreement, clear: Bool, glass: Bool) -> 
         return found
     apart = _apart(found, clear)
     agreeing = found.accepted.all(0) & (count >= FEWEST_PHOTOS) | pair & (apart < _AGREE)
+    some = np.s_[::_TAUGHT, ::_TAUGHT]
     cost, accepted = np.zeros_like(found.cost), found.accepted.copy()
     for kind in (False, True):
         at, sample = pair & (glass == kind), agreeing & (glass == kind)
-        if at.any() and sample.sum() >= _FEWEST:
-            place, chance = _judged(codes, clear, at, Colours.of(found.wall[sample]), apart, found.sigma)
+        if at.any() and sample[some].sum() >= _FEWEST:
+            place, chance = _judged(
+                codes, clear, at, Colours.of(found.wall[some][sample[some]]), apart, found.sigma
+            )
             cost[place] = np.minimum(-np.log(np.maximum(chance, 1e-9)), _MOST_COST)
             accepted[place] = chance > 0.5
     for against in cost:

@@ -27,7 +27,7 @@ class CellPictures:
 
     log_light  (k, h, w, 3) float32, natural logarithm of linear light (1 = saturated)
     radius     (k, h, w) float32, distance from the middle of the photo, 1 = in its corner
-    shown      (k, h, w) bool, where the photo shows the facade; elsewhere the others are 0
+    shown      (k, h, w) bool, where the photo shows the facade; elsewhere its light is 0
     exposed    (k, h, w) bool, where it is shown and neither too dark nor saturated in any channel
     """
 
@@ -41,16 +41,15 @@ def cell_pictures(plan: ViewPlan, rectified: CellPhotos) -> CellPictures:
     """Returns the light of every photo of a plan on its cells."""
     shape = (len(plan.photos), plan.cells.height, plan.cells.width)
     log_light = np.zeros((*shape, 3), np.float32)
-    radius, shown = np.zeros(shape, np.float32), plan.quality > 0
+    shown = plan.quality > 0
     exposed = np.empty(shape, np.bool_)
     for k, photo in enumerate(plan.photos):
-        found, mask = rectified(photo, shown[k]), shown[k].view(np.uint8)
-        light = cv2.LUT(cv2.cvtColor(found.codes, cv2.COLOR_RGBA2RGB), _LOG_LIGHT)
-        cv2.copyTo(light, mask, log_light[k])
-        cv2.copyTo(found.radius, mask, radius[k])
-        well = cv2.inRange(found.codes, (_FIRST,) * 3 + (0,), (_LAST,) * 3 + (255,))
+        codes = rectified(photo, shown[k])
+        light = cv2.LUT(cv2.cvtColor(codes, cv2.COLOR_RGBA2RGB), _LOG_LIGHT)
+        cv2.copyTo(light, shown[k].view(np.uint8), log_light[k])
+        well = cv2.inRange(codes, (_FIRST,) * 3 + (0,), (_LAST,) * 3 + (255,))
         np.logical_and(well, shown[k], out=exposed[k])
-    return CellPictures(log_light, radius, shown, exposed)
+    return CellPictures(log_light, plan.radius, shown, exposed)
 
 
 def picked(bands: Array | Sequence[Array], number: Array) -> Array:

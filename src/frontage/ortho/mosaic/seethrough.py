@@ -19,6 +19,7 @@ from frontage.ortho.views import ViewPlan
 _SAME = 5.7  # standard deviations within which 99.9 % of two colours of one surface lie, in three channels
 _FEWEST = 200  # cells from which the colours of occluders are learned
 _SAMPLED = 3  # one of so many cells, along rows and columns, tells how much photos differ
+_TAUGHT = 2  # likewise, the colours of wall and glass
 _WINDOW = 3  # cells over which log odds are averaged
 _ODDS = np.log(1.5)  # of wall against occluder, averaged, from which on the wall is painted
 _GONE = np.log(3.0)  # of the whole of what has no gaps
@@ -47,14 +48,18 @@ def see_through(codes: Array, found: Disagreement, plan: ViewPlan, glass: Bool) 
     seen = float(np.clip((learned & same).sum() / learned.sum(), *_RANGE))
     if (learned & ~same).sum() < _FEWEST:
         return through
-    before = Colours.of(codes[learned & ~same])
-    odds = np.full(behind.shape, -20.0, np.float32)
+    before = Colours.of(_at(codes, learned & ~same))
+    odds, some = np.full(behind.shape, -20.0, np.float32), np.s_[::_TAUGHT, ::_TAUGHT]
     for kind in (False, True):
         cells = judged.any(0) & (glass == kind)
-        sample = known & (glass == kind)
+        sample = (known & (glass == kind))[some]
         if cells.any() and sample.any():
-            own = Colours.of(wall[sample])
-            odds[:, cells] = _log_odds(codes[:, cells], judged[:, cells], own, before, spread[kind], seen)
+            own = Colours.of(wall[some][sample])
+            at = np.flatnonzero(cells)
+            colours, asked = (
+                np.take(a.reshape(len(a), cells.size, *a.shape[3:]), at, 1) for a in (codes, judged)
+            )
+            odds.reshape(len(odds), -1)[:, at] = _log_odds(colours, asked, own, before, spread[kind], seen)
     limited = np.where(judged, np.clip(odds, -_MOST_ODDS, _MOST_ODDS), 0.0).astype(np.float32)
     smooth = np.stack([cv2.blur(o, (_WINDOW, _WINDOW)) for o in limited])
     whole = limited + _compared(codes, found, tolerance, learned & plan.solid, before, seen)
@@ -84,12 +89,17 @@ def _compared(
 ) -> Array:
     """Log odds (k, h, w) that photos show the wall in cells (k, h, w) in which it is `known`, elsewhere 0."""
     odds = np.zeros(known.shape, np.float32)
-    at = np.nonzero(known)
-    own = sigma[at[1:]]
-    fit = normal_density(found.distance[at] / own, own)
-    ratio = seen * np.maximum(fit, 1e-9) / ((1.0 - seen) * before(codes[at]))
-    odds[at] = np.clip(np.log(ratio), -_MOST_ODDS, _MOST_ODDS)
+    at = np.flatnonzero(known)
+    own = np.take(sigma.ravel(), at % sigma.size)
+    fit = normal_density(np.take(found.distance.ravel(), at) / own, own)
+    ratio = seen * np.maximum(fit, 1e-9) / ((1.0 - seen) * before(_at(codes, known)))
+    odds.ravel()[at] = np.clip(np.log(ratio), -_MOST_ODDS, _MOST_ODDS)
     return odds
+
+
+def _at(codes: Array, where: Bool) -> Array:
+    """The colours (n, 3) of the cells of photos (k, h, w, 3) that a mask (k, h, w) names."""
+    return np.asarray(np.take(codes.reshape(-1, 3), np.flatnonzero(where), axis=0))
 
 
 def _stays(odds: Array, solid: Bool) -> Bool:
@@ -113,7 +123,8 @@ def _log_odds(codes: Array, judged: Bool, own: Colours, before: Colours, sigma: 
     none = np.where(judged, (1.0 - seen) * other, 1.0).prod(0)
     total += none
     for i in range(k):
-        off = ((codes - codes[i]) ** 2).sum(-1)
+        off = codes - codes[i]
+        off = np.einsum("kni,kni->kn", off, off)
         like = seen * peak * np.exp(-0.5 * off / variance)
         unlike = (1.0 - seen) * other
         share = np.where(judged, like / (like + unlike), 0.0)

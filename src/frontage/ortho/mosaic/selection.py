@@ -40,8 +40,8 @@ def choose_photos(
     cost = glass.of_whole_openings(np.log(cost, out=cost))
     against = averaged(disagreement.cost + ~exposed * np.float32(_UNEXPOSED), place, plan.clear)
     cost += against
-    cost[~seen] = _HIDDEN
-    cost[:, blind] = 0.0
+    np.copyto(cost, np.float32(_HIDDEN), where=~seen)
+    np.copyto(cost, np.float32(0.0), where=blind)
     border = np.float32(_DISAGREEING) * averaged(disagreement.cost, place, plan.clear)
     border += np.float32(0.5 * _CONTRAST) * np.minimum(disagreement.contrast, np.float32(_MOST_CONTRAST))
     label = label_grid(cost, _SEAM, border)

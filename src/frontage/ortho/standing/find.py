@@ -26,6 +26,7 @@ _CUBE_M = 0.25
 _CUBE_SPACINGS = 3.0
 _BEFORE_M = 0.3  # of the wall, deeper than cornices and sills
 _ON_WALL_M = 0.08  # before the plane: the wall itself and its ornaments
+_WALL_SAMPLED = 8  # one of so many of its points helps to tell where the ground is
 _STREET_M = 12.0  # before the facade, what is farther hides little of it
 _BESIDE_M = 1.0  # what stands so far beside the facade still counts
 _AROUND_M = 5.0  # points so far beside it are looked at, so that no tree is cut
@@ -96,14 +97,15 @@ def find_standing(facade: Facade, scan: Scan, xyz: Array | None = None) -> Stand
     """
     xyz = in_facade_frame(scan, facade) if xyz is None else xyz
     (x0, _), (x1, z1) = facade.outline.min(0).tolist(), facade.outline.max(0).tolist()
-    near = (xyz[:, 1] > -_STREET_M) & (xyz[:, 1] < TOUCH_M)
-    near &= (xyz[:, 0] > x0 - _AROUND_M) & (xyz[:, 0] < x1 + _AROUND_M) & (xyz[:, 2] < z1 + _AROUND_M)
-    xyz = picked_rows(near, xyz)
-    if len(xyz) < FEWEST_POINTS:
+    x, y, z = xyz.T
+    near = (y > -_STREET_M) & (y < TOUCH_M) & (z < z1 + _AROUND_M)
+    near &= (x > x0 - _AROUND_M) & (x < x1 + _AROUND_M)
+    if np.count_nonzero(near) < FEWEST_POINTS:
         return Standing()
-    ground = _ground(xyz)
-    ahead = xyz[:, 1] < -_ON_WALL_M
-    xyz = picked_rows(ahead, xyz)
+    ahead, wall = y < -_ON_WALL_M, np.flatnonzero(near & (y >= -_ON_WALL_M))
+    lowest = np.take(xyz.T, wall[::_WALL_SAMPLED], axis=1)
+    xyz = picked_rows(near & ahead, xyz)
+    ground = _ground(np.concatenate([xyz.T, lowest], axis=1).T)
     height = xyz[:, 2] - ground(xyz)
     before = (xyz[:, 1] < -_BEFORE_M) & (height > _GROUND_M)
     if not before.any():

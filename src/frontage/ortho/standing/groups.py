@@ -78,7 +78,7 @@ def _grouped(points: Group, joining: Int, upright: Int | None = None) -> list[Gr
     near = points.xyz[:, 1] > -TOUCH_M
     joins = np.ones_like(near)
     if upright is not None:
-        by_wall = ndimage.binary_dilation(_around(upright, at.max(0) + 1), _TOUCHES)
+        by_wall = _touched(_around(upright, at.max(0) + 1))
         by_wall |= _behind(upright, at.max(0) + 1)
         beside |= by_wall
         near |= by_wall[tuple(at.T)]
@@ -108,7 +108,18 @@ def _around(cubes: Int, shape: Int) -> Bool:
     found = np.zeros(tuple(shape + 2), np.bool_)
     inside = ((cubes >= -1) & (cubes <= shape)).all(1)
     found[tuple(cubes[inside].T + 1)] = True
-    return np.asarray(ndimage.binary_dilation(found, _TOUCHES)[1:-1, 1:-1, 1:-1])
+    return _touched(found)[1:-1, 1:-1, 1:-1]
+
+
+def _touched(cubes: Bool) -> Bool:
+    """The given cubes of a grid (i, j, k) and all that touch them, axis after axis."""
+    for axis in range(3):
+        before = np.swapaxes(cubes, 0, axis)
+        grown = before.copy()
+        grown[1:] |= before[:-1]
+        grown[:-1] |= before[1:]
+        cubes = np.swapaxes(grown, 0, axis)
+    return cubes
 
 
 def _behind(cubes: Int, shape: Int) -> Bool:
