@@ -9,6 +9,7 @@ from scipy import ndimage
 from frontage.geometry.arrays import Bool, Float, Int
 from frontage.model.masonry import MASONRY
 from frontage.openings.layout.posts import Post, cells_held_by
+from frontage.openings.layout.rejoined import rejoined
 from frontage.openings.layout.selection import PRICE, CellBox, best_layout, worth_of
 from frontage.openings.options import OpeningOptions
 from frontage.openings.wall.evidence import BEAMS_TO_DECIDE, Evidence, local_rate
@@ -49,11 +50,12 @@ def find_boxes(
     if evidence.rays:  # without them, what lies beside an opening may be a shadow
         thick = int(MASONRY.half_brick / evidence.raster.cell) + 1
         open_ = open_ | _bars(open_, thick) | _bars(open_.T, thick).T
-        open_ &= ~cells_held_by(posts, evidence.raster)
+        held = cells_held_by(posts, evidence.raster)
+        open_ &= ~held
     parts = _components(evidence, least, open_, where)
     found = best_layout(_rivals(evidence, parts, least=least, framed=framed, share=_LESSER), pier)
     if evidence.rays:  # lines of sight tell bars from walls
-        return found
+        return rejoined(found, evidence, held, framed)
     behind_bars = _components(evidence, least, _between_bars(evidence), where)
     cells = np.array([(b.r0, b.c0, b.r1, b.c1) for b in found], np.int64).reshape(-1, 4)
     left = [(part, others) for part, others in behind_bars if not _meet(cells, part)]
