@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from frontage.model.estimate import Provenance
 from frontage.model.opening import Opening, OpeningKind
 from frontage.openings import FoundOpenings, OpeningOptions, find_openings
 from frontage.openings.protrusions.beams import FacadeBeams
@@ -67,28 +68,34 @@ def test_the_door_of_a_balcony_reaches_down_to_its_floor():
 
 
 @pytest.mark.parametrize(
-    ("sigma", "sides", "kind"),
+    ("sigma", "sides", "provenance", "kind"),
     [
-        (0.3, [(2.6, 3.8)], "door"),
-        (0.02, [(2.6, 3.8)], "door"),  # known from its row, but a balcony has a door
-        (0.3, [(2.2, 3.1), (3.4, 4.3)], "door"),
-        (0.02, [(2.2, 3.1), (3.4, 4.3)], "window"),  # either may be the door
+        (0.3, [(2.6, 3.8)], "measured", "door"),
+        (0.02, [(2.6, 3.8)], "pooled", "door"),  # known from its row, but a balcony has a door
+        (0.3, [(2.2, 3.1), (3.4, 4.3)], "pooled", "door"),
+        (0.02, [(2.2, 3.1), (3.4, 4.3)], "pooled", "window"),  # either may be the door
+        (0.02, [(2.2, 3.1), (3.4, 4.3)], "measured", "window"),
     ],
 )
-def test_openings_with_hidden_feet_lead_to_the_balcony_unless_rows_tell_their_sills(sigma, sides, kind):
+def test_openings_with_hidden_feet_lead_to_the_balcony_unless_rows_tell_their_sills(
+    sigma, sides, provenance, kind
+):
     facade, scan = scanned(balcony(2.0, 4.5, 4.0, -1.0), wall=[box(0, 2.2, 0, 0.3, 0, 9)])
     (rail,) = protrusions(facade, scan, ground=0.0)
     windows = [
         Opening(
             id="", kind=OpeningKind.WINDOW, ring=np.array([(a, 5.0), (b, 5.0), (b, 6.2), (a, 6.2)]),
-            ring_covariance=np.eye(8) * sigma**2, depth=None, shape="rectangle", provenance="measured",
-            evidence=99.0, confidence=1.0, floor=0, bay=0,
+            ring_covariance=np.eye(8) * sigma**2, depth=None, shape="rectangle",
+            provenance=Provenance(provenance), evidence=99.0, confidence=1.0, floor=0, bay=0,
         )
         for a, b in sides
     ]  # fmt: skip
     told = with_balcony_doors(windows, [rail], FacadeBeams.of(facade, scan), facade)
     assert [o.kind for o in told] == [kind] * len(sides)
     assert all((o.ring[:, 1].min() < 4.5) == (kind == "door") for o in told)
+    if kind == "window":  # a foot that only the row tells may lie on the floor, 0.95 m below
+        feet = np.sqrt([o.ring_covariance[1, 1] for o in told])
+        np.testing.assert_allclose(feet, 0.02 if provenance == "measured" else 0.67, atol=0.02)
 
 
 def test_a_window_above_a_balcony_that_shows_its_wall_stays_one():

@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 
 from frontage.geometry.arrays import Float, Int
+from frontage.model.estimate import Provenance
 from frontage.model.facade import Facade
 from frontage.model.masonry import MASONRY
 from frontage.model.opening import Opening, OpeningKind, Protrusion, ProtrusionKind
@@ -29,8 +30,10 @@ def with_balcony_doors(
 
     An opening leads to a balcony that stands before its foot where no beam shows wall between that foot and
     the floor. A foot that is known as well as the floor is known from other openings of its row. It stays,
-    unless this is the only opening that leads there, because a balcony has a door. The lower border of a door
-    is inferred: its error is that of the floor, and one border of four counts less in the confidence.
+    unless this is the only opening that leads there, because a balcony has a door. Of several, each may be
+    the door, so that a foot which only other openings tell may as well lie on the floor, and its standard
+    error says so. The lower border of a door is inferred: its error is that of the floor, and one border of
+    four counts less in the confidence.
     """
     balconies = [p for p in protrusions if p.kind is ProtrusionKind.BALCONY]
     lowered: dict[int, Opening] = {}
@@ -40,6 +43,8 @@ def with_balcony_doors(
         for k, floor in floors.items():
             if len(floors) == 1 or not _is_known(openings[k]):
                 lowered.setdefault(k, _lowered(openings[k], floor))
+            elif openings[k].provenance is not Provenance.MEASURED:
+                lowered.setdefault(k, _doubted(openings[k], floor))
     return tuple(lowered.get(k, o) for k, o in enumerate(openings))
 
 
@@ -82,18 +87,30 @@ def _shows_wall(beams: FacadeBeams, box: Box, facade: Facade) -> bool:
 
 def _lowered(opening: Opening, floor: float) -> Opening:
     """Returns the opening as a door with its foot on the floor at z m."""
-    ring, covariance, flat = opening.ring.copy(), opening.ring_covariance.copy(), _foot(opening)
-    ring[flat, 1] = floor
-    index = 2 * flat + 1
-    covariance[index, :] = covariance[:, index] = 0.0
-    covariance[np.ix_(index, index)] = _SIGMA**2  # the whole foot errs together
+    ring = opening.ring.copy()
+    ring[_foot(opening), 1] = floor
     return replace(
         opening,
         kind=OpeningKind.DOOR,
         ring=ring,
-        ring_covariance=covariance,
+        ring_covariance=_with_foot_error(opening, _SIGMA),
         confidence=0.75 * opening.confidence,
     )
+
+
+def _doubted(opening: Opening, floor: float) -> Opening:
+    """Returns the opening with a foot that lies on the floor at z m with equal probability."""
+    apart = float(opening.ring[:, 1].min()) - floor
+    error = float(np.hypot(_SIGMA, apart / np.sqrt(2.0)))
+    return replace(opening, ring_covariance=_with_foot_error(opening, error))
+
+
+def _with_foot_error(opening: Opening, sigma: float) -> Float:
+    """Returns the covariance (2k, 2k) m2 of a ring whose foot is known to `sigma` m."""
+    covariance, index = opening.ring_covariance.copy(), 2 * _foot(opening) + 1
+    covariance[index, :] = covariance[:, index] = 0.0
+    covariance[np.ix_(index, index)] = sigma**2  # the whole foot errs together
+    return covariance
 
 
 def _box(ring: Float) -> Box:
