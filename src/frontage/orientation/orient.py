@@ -152,7 +152,8 @@ def _place_block(block: Block, scene: Scene) -> Placed | list[Unoriented]:
     if place.ambiguous and not _decided_by_poses(place, start):
         text = f"it fits {place.rival_off:.1f} m away as well as in the best place"
         return _refused(block, _AMBIGUOUS, text)
-    ties = TiePoints(place.similarity.apply(block.points), block.photo, block.point, block.pixels)
+    xyz = place.similarity.apply(block.points)
+    ties = TiePoints(xyz, block.photo, block.point, block.pixels, block.sizes)
     return Placed(block.numbers, tuple(placed_photos(block, place.similarity)), ties)
 
 

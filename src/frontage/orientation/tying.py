@@ -13,6 +13,7 @@ from scipy.sparse import csr_array
 from frontage.geometry.arrays import Bool, Float, Int
 from frontage.model import Photo
 from frontage.orientation.network import TiePoints
+from frontage.orientation.nouns import CommonPoints
 from frontage.orientation.placed import Placed, Scene
 from frontage.orientation.views import FEWEST, Views
 
@@ -43,10 +44,9 @@ def tied_to_neighbours(scene: Scene, placed: Placed, views: Views) -> Placed:
         if good.sum() >= FEWEST:
             good &= views.off(pair.first, pair.second, pair.pixels) < _CRITICAL
         if good.sum() >= FEWEST:
-            parts.append(_ties(i, j, xyz[good], pair.pixels[good], count))
+            parts.append(_ties(i, j, xyz, pair, good, count))
             count += int(good.sum())
-    joined = (np.concatenate([getattr(t, f) for t in parts]) for f in ("xyz", "photo", "point", "pixels"))
-    return replace(placed, ties=TiePoints(*joined))
+    return replace(placed, ties=TiePoints.joined(parts))
 
 
 def without_contradicted(placed: Placed, views: Views) -> Placed:
@@ -72,7 +72,7 @@ def without_contradicted(placed: Placed, views: Views) -> Placed:
         some = some[np.lexsort([for_it[some], -against[some], ties.point[some]])]
         keep[some[np.diff(ties.point[some], prepend=-1) > 0]] = False  # the worst one of every point
     keep &= _outnumbers(ties, keep, _count(agreeing, keep) > 0)
-    return replace(placed, ties=TiePoints(ties.xyz, ties.photo[keep], ties.point[keep], ties.pixels[keep]))
+    return replace(placed, ties=ties.take(keep))
 
 
 @dataclass(frozen=True, eq=False)
@@ -131,11 +131,12 @@ def _tied(placed: Placed) -> Bool:
     return np.asarray((sees @ sees.T).toarray() > 0)
 
 
-def _ties(i: int, j: int, xyz: Float, pixels: Float, first: int) -> TiePoints:
-    n = len(xyz)
+def _ties(i: int, j: int, xyz: Float, pair: CommonPoints, good: Bool, first: int) -> TiePoints:
+    n = int(good.sum())
     photo: Int = np.repeat([i, j], n)
     point: Int = np.tile(np.arange(first, first + n), 2)
-    return TiePoints(xyz, photo, point, np.concatenate([pixels[:, 0], pixels[:, 1]]))
+    sizes = None if pair.sizes is None else pair.sizes[good].T.ravel()
+    return TiePoints(xyz[good], photo, point, np.concatenate([pair.pixels[good, k] for k in (0, 1)]), sizes)
 
 
 def _intersected(a: Photo, b: Photo, pixels: Float) -> tuple[Float, Bool]:

@@ -80,13 +80,13 @@ def to_block(model: Any, photos: Sequence[Photo], keypoints: Sequence[KeyPoints]
         np.int64,
     ).reshape(-1, 3)
     rows = rows[np.lexsort([rows[:, 2], rows[:, 0], rows[:, 1]])]
-    pixels = np.zeros((len(rows), 2))
+    pixels, sizes = np.zeros((len(rows), 2)), np.zeros(len(rows))
     for k, n in enumerate(numbers.tolist()):
         mine = rows[:, 0] == k
-        pixels[mine] = keypoints[n].pixels[rows[mine, 2]]
+        pixels[mine], sizes[mine] = keypoints[n].pixels[rows[mine, 2]], keypoints[n].scale[rows[mine, 2]]
     points = np.array([model.point3D(i).xyz for i in ids]).reshape(-1, 3)
     oriented = tuple(_oriented(model, photos[n], n + 1) for n in numbers.tolist())
-    return Block(numbers, oriented, points, rows[:, 0], rows[:, 1], pixels)
+    return Block(numbers, oriented, points, rows[:, 0], rows[:, 1], pixels, sizes)
 
 
 def _oriented(model: Any, photo: Photo, number: int) -> Photo:
