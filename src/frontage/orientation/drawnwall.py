@@ -56,9 +56,14 @@ class DrawnWall:
     photos: Sequence[Photo]
     image_of: ImageOf
 
+    @property
+    def longer(self) -> float:
+        """The longer side of the wall in block units."""
+        return max(_sides(self.wall))
+
     def picture(self, metres: float) -> tuple[Channels, float]:
         """The wall with pixels of so many metres, if its size is `unit`, and their size in block units."""
-        pixel = max(metres / self.unit, max(_sides(self.wall)) / _MOST_PX)
+        pixel = max(metres / self.unit, self.longer / _MOST_PX)
         if pixel not in self._kept:
             photos = _squarest(self.photos, self.wall)
             self._kept[pixel] = photos_on_wall(photos, self.image_of, self.wall, pixel)
@@ -120,15 +125,18 @@ def possible_sizes(sigma: float, step: float) -> Float:
 
 
 def grown(wall: UprightWall, photos: Sequence[Photo]) -> UprightWall:
-    """The wall with a margin, and at least as far as the photos show it from not too far aside.
+    """The wall with a margin, or as far as the photos show it from not too far aside, if that is more.
 
-    Two photos that hardly overlap have their tie points in a strip, and see much more of the wall.
+    Two photos that hardly overlap have their tie points in a strip, and see much more of the wall. The more
+    photos there are, the less of it lies beyond their tie points, and larger walls take more time.
     """
     x0, z0, x1, z1 = wall.extent
-    dx, dz = _MARGIN * (x1 - x0), _MARGIN * (z1 - z0)
-    shown = [np.array([[x0 - dx, z0 - dz], [x1 + dx, z1 + dz]])]
-    shown += [_shown(photo, wall) for photo in _squarest(photos, wall)]
-    low, high = np.concatenate(shown).min(0), np.concatenate(shown).max(0)
+    margin = _MARGIN * np.array([x1 - x0, z1 - z0])
+    reach = np.maximum(margin, max(x1 - x0, z1 - z0) / max(len(photos) - 1, 1))
+    low, high = np.array([x0, z0]), np.array([x1, z1])
+    shown = np.concatenate([[low, high], *(_shown(photo, wall) for photo in _squarest(photos, wall))])
+    low = np.minimum(low - margin, np.maximum(shown.min(0), low - reach))
+    high = np.maximum(high + margin, np.minimum(shown.max(0), high + reach))
     return replace(wall, extent=(float(low[0]), float(low[1]), float(high[0]), float(high[1])))
 
 

@@ -27,6 +27,7 @@ _AROUND = 0.04  # relative size, about a place of the coarse search
 _NEAR_M = 1.0  # from a place of the coarse search
 _TURN = 3.0  # sigmas of heading within which walls may belong together
 _LEAST_TURN = np.radians(12.0)
+_LONGEST_M = 100.0  # of a wall whose size nothing tells
 _FIRST = 10  # places of the coarse search that are looked at more closely
 _KEPT = 6  # places that are returned
 
@@ -77,9 +78,9 @@ def possible_places(
     for wall in theirs:
         shown, unit = grown(wall, upright.photos), _unit(wall, centres, start, size)
         drawn = DrawnWall(shown, unit, upright.photos, image_of)
+        sizes = _sensible(possible_sizes(start.sigma_size, _COARSE_STEP), start, unit * drawn.longer)
         for k, host in enumerate(ours):
-            if _may_meet(host, wall, start):
-                sizes = possible_sizes(start.sigma_size, _COARSE_STEP)
+            if len(sizes) and _may_meet(host, wall, start):
                 found += drawn.places(host, maps[COARSE_M][k], COARSE_M, sizes, k, prior)
     found.sort(key=lambda f: -f.gain)
     fine = [_finer(fit, maps[FINE_M], prior) for fit in _distinct(found, _FIRST)]
@@ -121,6 +122,14 @@ def _unit(wall: UprightWall, centres: Float, start: Start, size: float) -> float
         return size
     distance = float(np.median(-wall.pose.inverse.apply(centres)[:, 1]))
     return float(np.sqrt(np.prod(DISTANCE_M)) / max(distance, 1e-9))
+
+
+def _sensible(sizes: Float, start: Start, length: float) -> Float:
+    """Sizes without those that nothing tells and that make a wall of `length` m a very long one.
+
+    Tie points on hills far away lie on such walls, and comparing these takes minutes.
+    """
+    return sizes if np.isfinite(start.sigma_size) else sizes[sizes * length <= _LONGEST_M]
 
 
 def _may_meet(host: UprightWall, wall: UprightWall, start: Start) -> bool:

@@ -19,8 +19,8 @@ from frontage.orientation.views import FEWEST, Views
 
 _ADJUSTED_PX = 3.0  # how well rays meet after the first adjustment
 _LEAST_ANGLE = np.radians(1.0)  # at which two rays must meet
-# Standard errors in two dimensions: what one of a thousand distances exceeds, and what half of them do.
-_CRITICAL, _MEDIAN = 3.72, 1.18
+_CRITICAL = 3.72  # standard errors that one of a thousand distances in two dimensions exceeds
+_SHARES = np.array([0.5, 0.25])  # of the points of a pair that tell how far off all of them are
 _FEWEST_AGREEING = 3  # photos of a point that some others contradict
 
 
@@ -90,8 +90,7 @@ class _Asked:
 def _asked(placed: Placed, views: Views, i: int, j: int) -> _Asked:
     """Asks the scan about the tie points of two photos, seen from either of them.
 
-    Errors of the poses, and of the scan over larger parts of a wall, put all points off. Half of the points
-    of a pair tell how large they are, so that no pair loses more than half of its points.
+    Errors of the poses, and of the scan over larger parts of a wall, put all points off.
     """
     rows = _shared(placed.ties, i, j)
     if not len(rows):
@@ -99,8 +98,18 @@ def _asked(placed: Placed, views: Views, i: int, j: int) -> _Asked:
     pixels = placed.ties.pixels[rows]
     first, second = int(placed.numbers[i]), int(placed.numbers[j])
     off = np.fmin(views.off(first, second, pixels), views.off(second, first, pixels[:, ::-1]))
-    told = off[np.isfinite(off)]
-    return _Asked(rows, off / max(1.0, float(np.median(told)) / _MEDIAN) if len(told) else off)
+    return _Asked(rows, off / _enlarged(off[np.isfinite(off)]))
+
+
+def _enlarged(off: Float) -> float:
+    """By how much all points of a pair are farther off than expected, from distances (m,) in standard errors.
+
+    Half of the points tell it, or the nearest quarter, if that is much nearer: then most of them are false.
+    """
+    if not len(off):
+        return 1.0
+    expected = np.sqrt(-2.0 * np.log1p(-_SHARES))  # two dimensions: Rayleigh
+    return max(1.0, float((np.quantile(off, _SHARES) / expected).min()))
 
 
 def _count(pairs: Int, keep: Bool) -> Int:
