@@ -142,14 +142,14 @@ def left_out(block: Block, given: Sequence[Photo]) -> Compared:
         seen[block.point[block.photo == k]] = True
         part = _of_points(block, seen)
         cameras, number = distinct_cameras([p.camera for p in given])
-        ties = TiePoints(part.points, part.photo, part.point, part.pixels)
+        ties = TiePoints(part.points, part.photo, part.point, part.pixels, part.sizes)
         priors = [None if p is photo else Estimate(p.pose, held, 0.0) for p in given]
         network = Network(
             tuple(p.pose for p in given),
             tuple(cameras),
             Photos.free(number),
             part.points,
-            tie_images(ties),
+            tie_images(given, ties),
             pose_priors=tuple(priors),
         )
         found = adjust(network, AdjustmentOptions(critical=3.29), dependence_of_ties(part)).photo_pose(k)
@@ -168,6 +168,7 @@ def _of_points(block: Block, wanted: Bool) -> Block:
         photo=block.photo[kept],
         point=number[block.point[kept]],
         pixels=block.pixels[kept],
+        sizes=None if block.sizes is None else block.sizes[kept],
     )
 
 

@@ -15,6 +15,7 @@ from orientation.test_placing import CAMERAS, POSES, TRUE, block_of
 
 WALLS = corner_of_two()
 CHANCE = "placed by chance"
+GREY = np.full((600, 800, 3), 90, np.uint8)
 
 
 def named(photos):
@@ -46,7 +47,7 @@ def placing(monkeypatch):
         monkeypatch.setattr(orient, "most_telling", most_telling)
         monkeypatch.setattr(orient, "adjusted_orientation", adjusted)
         monkeypatch.setattr(orient, "placed_by_neighbours", lambda scene, placed, left: (placed, left))
-        return orient_photos(photos, blocks, SCAN, lambda _: None)
+        return orient_photos(photos, blocks, SCAN, lambda _: GREY)
 
     return oriented
 

@@ -11,13 +11,14 @@ from frontage.model import Camera, Estimate, Photo
 from frontage.orientation.alone import beside, place_alone
 from frontage.orientation.control import ControlPoints
 from frontage.orientation.correlate import find_places
+from frontage.orientation.drawnwall import Similarity
 from frontage.orientation.gradients import oriented_gradients
 from frontage.orientation.nouns import Block
-from frontage.orientation.place import Similarity, Start, possible_places
+from frontage.orientation.place import Start, possible_places
 from frontage.orientation.placing import find_place
 from frontage.orientation.reflectance.surface import scanned_surface
 from frontage.orientation.similarity import fit_similarity
-from frontage.orientation.start import start_from_poses
+from frontage.orientation.start import levelled, start_from_poses
 from orientation.paintedwalls import (
     EXACT,
     LANDSCAPE,
@@ -139,6 +140,68 @@ def test_a_photo_without_pose_is_found_beside_the_one_before(corner):
     assert beside(number, lost, {}).local_from_camera is None
     foreign = block_of(corner_of_two(seed=7), POSES, CAMERAS)[2]
     assert place_alone(before, surface, foreign.__getitem__) is None
+
+
+def house(width, height, count=14, seed=3):
+    """Tones of a painted wall with windows of unequal sizes in irregular places."""
+    tones, rng = paint(width, height, seed), np.random.default_rng(seed)
+    for _ in range(count):
+        w, h = rng.integers(30, 80, 2)
+        row, column = rng.integers(0, tones.shape[0] - h), rng.integers(0, tones.shape[1] - w)
+        tones[row : row + h, column : column + w] = 0.95
+        tones[row + 5 : row + h - 5, column + 5 : column + w - 5] = 0.1
+    return tones
+
+
+HOUSE = [Wall((0.0, 0.0, 0.0), (1.0, 0.0, 0.0), house(22.0, 9.0))]
+
+
+@pytest.fixture(scope="module")
+def houses():
+    return scanned_surface(scan_of(HOUSE, 0.05))
+
+
+def roughly(photo, tilt, shift, metres=3.0, degrees=10.0):
+    """A photo with an approximate pose that is tilted by degrees and shifted by m."""
+    turn = cv2.Rodrigues(np.radians([*tilt, 0.0]))[0]
+    sigma = np.diag([metres**2] * 3 + [np.radians(degrees) ** 2] * 3)
+    pose = replace(photo.pose, R=turn @ photo.pose.R, t=photo.pose.t + shift)
+    return replace(photo, local_from_camera=Estimate(pose, sigma, 0.0))
+
+
+@pytest.mark.parametrize("tilt", [(9.0, -5.0), (-4.0, 12.0)])
+def test_a_photo_alone_is_found_from_a_tilted_pose(houses, tilt):
+    photo = posed(looking(8.0, -8.0, heading=5.0), LANDSCAPE)
+    image = photograph(HOUSE, photo)
+    found = place_alone(roughly(photo, tilt, (1.5, -1.0, 0.5)), houses, lambda _: image)
+    assert found is not None and np.linalg.norm(found.pose.t - photo.pose.t) < 0.05
+
+
+def strip_of_two(least, most):
+    """Two photos far from one another, whose common points lie in a strip of the wall between them."""
+    poses = (looking(6.0, -8.0, heading=-3.0), looking(12.5, -8.0, heading=3.0))
+    block, photos, images = block_of(HOUSE, poses, (LANDSCAPE, LANDSCAPE))
+    x = (block.points @ TRUE.R.T * TRUE.scale + TRUE.t)[:, 0]
+    return replace(block, points=block.points[(x > least) & (x < most)]), photos, images
+
+
+def test_two_tilted_photos_that_hardly_overlap_find_their_place(houses):
+    """Positions that are 3 m off do not tell the size of so small a block, but where its cameras stand."""
+    block, photos, images = strip_of_two(8.0, 10.0)
+    given = [
+        roughly(photos[0], (8.0, 7.0), (2.0, -2.0, 1.0)),
+        roughly(photos[1], (6.0, 9.0), (3.0, -1.0, 0.0)),
+    ]
+    start = start_from_poses(block, given)
+    assert np.isinf(start.sigma_size)
+    up = start.similarity.R @ TRUE.R.T @ [0.0, 0.0, 1.0]
+    assert up[2] < np.cos(np.radians(8.0))
+    start = levelled(block, start, images.__getitem__)
+    up = start.similarity.R @ TRUE.R.T @ [0.0, 0.0, 1.0]
+    assert up[2] > np.cos(np.radians(1.0))
+    place = find_place(block, houses, images.__getitem__, start)
+    assert place is not None and not place.ambiguous
+    assert off(place.similarity, photos, block)[0] < 0.05
 
 
 def test_photos_of_another_place_are_not_found(corner):

@@ -137,3 +137,13 @@ def test_distances_are_told_in_their_standard_errors(street, away):
     off = Views(scene_of(surface, pair, []), [before]).off(0, 1, pixels)
     off = off[np.isfinite(off)]
     assert len(off) > 300 and 0.9 < np.median(off) < 1.3 and (off > 3.72).mean() < 0.02
+
+
+def test_ties_of_a_pair_that_are_false_for_the_most_part_are_left_out(street):
+    """Errors of the poses put all points off alike; here the nearest quarter is where it should be."""
+    surface, photos, xyz = street
+    false = np.random.default_rng(6).random(len(xyz)) < 0.65
+    before = replace(placed(photos, 0, 1), ties=ties_of(photos, xyz, false, 0, 1))
+    after = left_of(surface, before)
+    assert not false[after.point].any()
+    assert len(after.point) >= 0.95 * (~false[before.ties.point]).sum()

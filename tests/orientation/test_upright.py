@@ -6,7 +6,7 @@ import pytest
 
 from frontage.geometry.rigid import Rigid3
 from frontage.model import Estimate, Photo
-from frontage.orientation.upright import plumb_line, turn_upright, up_from_cameras
+from frontage.orientation.upright import plumb_line, plumb_line_within, turn_upright, up_from_cameras
 from orientation.paintedwalls import EXACT, LANDSCAPE, PORTRAIT, looking
 
 POSES = (
@@ -84,6 +84,20 @@ def test_without_vertical_edges_nothing_goes_far_wrong():
     assert degrees_off(plumb_line(photos, images.__getitem__, first)) < 12.0
     grey = np.full((600, 800, 3), 90, np.uint8)
     assert np.array_equal(plumb_line(photos, lambda _: grey, first), first)
+
+
+@pytest.mark.parametrize("tilt", [(0.0, 0.0), (14.0, 0.0), (-9.0, 11.0), (0.0, -18.0)])
+def test_one_photo_whose_tilt_is_roughly_known_is_levelled(tilt):
+    photos, images = block(POSES[:1], (LANDSCAPE,))
+    rough = cv2.Rodrigues(np.radians([*tilt, 0.0]))[0] @ BLOCK[:, 2]
+    up = plumb_line_within(photos, images.__getitem__, rough, np.radians(10.0))
+    assert degrees_off(up) < 0.2
+
+
+def test_edges_that_are_upright_by_chance_do_not_tilt_a_photo():
+    photos, images = block(POSES, (LANDSCAPE,) * 3, verticals=False)
+    for rough in (BLOCK[:, 2], up_from_cameras(photos)):
+        assert np.array_equal(plumb_line_within(photos, images.__getitem__, rough, np.radians(10.0)), rough)
 
 
 def test_the_smallest_turn_takes_a_direction_upright():

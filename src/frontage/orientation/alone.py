@@ -16,11 +16,13 @@ from frontage.geometry.arrays import Float
 from frontage.geometry.rigid import Rigid3, rotation_angle
 from frontage.model import Estimate, Photo, Provenance
 from frontage.orientation.control import find_control
-from frontage.orientation.place import COARSE_M, DrawnWall, Fit, possible_sizes
+from frontage.orientation.drawnwall import DrawnWall, Fit, possible_sizes
+from frontage.orientation.place import COARSE_M
 from frontage.orientation.placed import agrees_with_prior
 from frontage.orientation.reflectance.surface import ScannedSurface
 from frontage.orientation.reflectance.tones import ImageOf
 from frontage.orientation.resection import Resection, resect
+from frontage.orientation.upright import plumb_line_within, turn_upright
 from frontage.orientation.wallpicture import scan_on_wall
 from frontage.orientation.walls import UprightWall, scan_walls
 
@@ -49,9 +51,19 @@ def place_alone(photo: Photo, surface: ScannedSurface, image_of: ImageOf, seed: 
     given = photo.local_from_camera
     if given is None:
         return None
-    fits = _fits(photo, given, surface, image_of)
+    fits = _fits(_levelled(photo, given, image_of), given, surface, image_of)
     starts = _starts(given, [(f.gain, f.similarity.pose(turned.pose)) for f, turned in fits])
     return best_place(photo, starts, surface, image_of, seed)
+
+
+def _levelled(photo: Photo, given: Estimate[Rigid3], image_of: ImageOf) -> Photo:
+    """The photo turned in its place so that its vertical edges are upright.
+
+    Two points and the plumb line tell a pose only if that is known to a degree or so.
+    """
+    sigma = float(given.sigma[3:5].max())
+    up = plumb_line_within([photo], image_of, np.array([0.0, 0.0, 1.0]), sigma)
+    return _at(photo, Rigid3("local", "camera", turn_upright(up) @ given.value.R, given.value.t))
 
 
 def best_place(

@@ -35,7 +35,4 @@ def _moved(part: Placed, found: dict[str, Photo]) -> Placed:
     photos = tuple(found.get(photo.id, photo) for photo in part.photos)
     pairs = zip(part.photos, photos, strict=True)
     stays: Bool = np.array([not apart(old.pose, new.pose) for old, new in pairs], bool)
-    rows = stays[part.ties.photo]
-    ties = part.ties
-    kept = TiePoints(ties.xyz, ties.photo[rows], ties.point[rows], ties.pixels[rows])
-    return replace(part, photos=photos, ties=kept)
+    return replace(part, photos=photos, ties=part.ties.take(stays[part.ties.photo]))

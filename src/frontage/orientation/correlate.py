@@ -52,7 +52,7 @@ def _at_size(map_: Channels, picture: Channels, size: float) -> Iterator[Place]:
     # Every shift with any overlap: the picture's corner runs from -h..rows and -w..columns.
     shape = (fft.next_fast_len(rows + h, real=True), fft.next_fast_len(columns + w, real=True))
     score, overlap = _correlation(map_, small, shape)
-    n = overlap / _CORRELATED_PX2
+    n = overlap / (_CORRELATED_PX2 * max(1.0, size) ** 2)  # an enlarged picture shows no more than before
     usable = (overlap > _LEAST_OVERLAP) & (score > 0)
     gain = np.where(usable, -0.5 * n * np.log1p(-(np.clip(score, 0.0, 0.999) ** 2)), 0.0).astype(np.float32)
     highest = cv2.dilate(gain, np.ones((2 * _APART_PX + 1,) * 2, np.uint8))

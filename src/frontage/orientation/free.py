@@ -39,15 +39,18 @@ def adjusted_block(block: Block) -> Block:
         photo=block.photo[kept],
         point=number[block.point[kept]],
         pixels=block.pixels[kept],
+        sizes=None if block.sizes is None else block.sizes[kept],
     )
 
 
 def free_network(block: Block) -> Adjustment:
     """Adjusts the tie points of a block under inner constraints on the poses."""
     cameras, number = distinct_cameras([photo.camera for photo in block.photos])
-    ties = TiePoints(block.points, block.photo, block.point, block.pixels)
+    ties = TiePoints(block.points, block.photo, block.point, block.pixels, block.sizes)
     poses = tuple(photo.pose for photo in block.photos)
-    network = Network(poses, tuple(cameras), Photos.free(number), block.points, tie_images(ties))
+    network = Network(
+        poses, tuple(cameras), Photos.free(number), block.points, tie_images(block.photos, ties)
+    )
     return adjust(network, _TESTS, dependence_of_ties(block))
 
 

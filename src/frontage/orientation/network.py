@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from frontage.geometry.arrays import Array, Float, Int, freeze
+from frontage.geometry.arrays import Array, Bool, Float, Int, freeze
 from frontage.geometry.rigid import Rigid3
 from frontage.model import Camera, Estimate, Photo, Rig
 from frontage.orientation.adjustment import (
@@ -24,6 +24,9 @@ TIES, CONTROL, PLACES, SURFACES = 0, 1, 2, 3
 TIE_SIGMA_PX = 0.5
 """First standard error of a measurement of a tie point, px per axis."""
 
+# Displacement of a blob per px that it is larger or smaller than its counterparts, relative to TIE_SIGMA_PX:
+# the likeliest value for the true errors of simulated scenes.
+_DISPLACED = 1.5
 _HELD_M = 1e-4  # rows that hold control points; their errors are part of the image observations
 _REACH_M = 0.2  # between a tie point and the middle of the flat piece that it lies on
 _OFF_M = 0.05  # from its plane
@@ -37,17 +40,34 @@ class TiePoints:
     xyz     (n, 3) m, approximate
     photo   (m,) int64 into the photos of the network; point (m,) int64 into `xyz`
     pixels  (m, 2) px
+    sizes   (m,) px, of the blobs there; NaN where they are not known
     """
 
     xyz: Float
     photo: Int
     point: Int
     pixels: Float
+    sizes: Float | None = None
 
     def __post_init__(self) -> None:
         m = len(self.photo)
+        if self.sizes is None:
+            object.__setattr__(self, "sizes", np.full(m, np.nan))
         freeze(self, xyz=((None, 3), np.float64), photo=((m,), np.int64), point=((m,), np.int64))
-        freeze(self, pixels=((m, 2), np.float64))
+        freeze(self, pixels=((m, 2), np.float64), sizes=((m,), np.float64))
+
+    def take(self, rows: Int | Bool) -> "TiePoints":
+        """The same points with some of their measurements (m,)."""
+        sizes = None if self.sizes is None else self.sizes[rows]
+        return TiePoints(self.xyz, self.photo[rows], self.point[rows], self.pixels[rows], sizes)
+
+    @staticmethod
+    def joined(parts: Sequence["TiePoints"]) -> "TiePoints":
+        """The measurements of several parts; their numbers of photos and points are those of the whole."""
+        if not parts:
+            return TiePoints.none()
+        fields = ("xyz", "photo", "point", "pixels", "sizes")
+        return TiePoints(*(np.concatenate([getattr(part, f) for part in parts]) for f in fields))
 
     @staticmethod
     def none() -> "TiePoints":
@@ -73,7 +93,7 @@ def build_network(
     The photos that `rigs` took at one moment are one body.
     """
     cameras, number = distinct_cameras([p.camera for p in photos])
-    images = [tie_images(ties)]
+    images = [tie_images(photos, ties)]
     images += [
         _control_images(k, p, c, surface) for k, (p, c) in enumerate(zip(photos, control, strict=True))
     ]
@@ -117,10 +137,35 @@ def _sigmas_of(cameras: Sequence[Camera], number: Int, sigmas: Sequence[Float]) 
     return [sigmas[int(np.flatnonzero(number == k)[0])] for k in range(len(cameras))]
 
 
-def tie_images(ties: TiePoints) -> ImageObservations:
-    """Returns the image measurements of tie points as observations."""
+def tie_images(photos: Sequence[Photo], ties: TiePoints) -> ImageObservations:
+    """Returns the image measurements of tie points as observations.
+
+    The blob of a key point that is found larger or smaller than in the other photos is another one in part,
+    whose middle lies elsewhere. Its standard error grows with that difference.
+    """
     m = len(ties.photo)
-    return ImageObservations(ties.photo, ties.point, ties.pixels, np.full(m, TIE_SIGMA_PX), np.full(m, TIES))
+    sigma = np.hypot(TIE_SIGMA_PX, _DISPLACED * _other_sizes(photos, ties))
+    return ImageObservations(ties.photo, ties.point, ties.pixels, sigma, np.full(m, TIES))
+
+
+def _other_sizes(photos: Sequence[Photo], ties: TiePoints) -> Float:
+    """How much (m,) px blobs differ in size from what the other photos of their points show, rms.
+
+    Near photos show a blob larger, so that sizes are compared in units of length. 0 where nothing is known.
+    """
+    scale, n = np.full(len(ties.photo), np.nan), len(ties.xyz)
+    for k, photo in enumerate(photos):
+        rows = ties.photo == k
+        depth = photo.pose.inverse.apply(ties.xyz[ties.point[rows]])[:, 2]
+        scale[rows] = np.where(depth > 0, depth, np.nan) / photo.camera.params[0]
+    size = np.full(len(scale), np.nan) if ties.sizes is None else ties.sizes * scale
+    known = np.isfinite(size)
+    own, point = size[known], ties.point[known]
+    count, total, square = (np.bincount(point, w, n)[point] for w in (None, own, own**2))
+    apart = count * own**2 - 2.0 * own * total + square  # sum of squared differences from all of the point
+    off = np.zeros(len(size))
+    off[known] = np.sqrt(np.maximum(apart, 0.0) / np.maximum(count - 1, 1)) / scale[known]
+    return off
 
 
 def _control_images(

@@ -63,20 +63,24 @@ class CommonPoints:
 
     first, second  numbers of the photos
     pixels         (m, 2, 2) px in the first and in the second photo
+    sizes          (m, 2) px, of the blobs there; None: not known
     """
 
     first: int
     second: int
     pixels: Float
+    sizes: Float | None = None
 
     def __post_init__(self) -> None:
-        freeze(self, pixels=((None, 2, 2), np.float64))
+        freeze(self, pixels=((None, 2, 2), np.float64), sizes=((len(self.pixels), 2), np.float64))
 
     @staticmethod
     def of(pair: PairMatches, keypoints: Sequence[KeyPoints]) -> "CommonPoints":
         """Those of a matched pair; `keypoints` are of all photos."""
-        pixels = [keypoints[n].pixels[pair.rows[:, k]] for k, n in enumerate((pair.first, pair.second))]
-        return CommonPoints(pair.first, pair.second, np.stack(pixels, axis=1))
+        both = [(keypoints[n], pair.rows[:, k]) for k, n in enumerate((pair.first, pair.second))]
+        pixels = np.stack([points.pixels[rows] for points, rows in both], axis=1)
+        sizes = np.stack([points.scale[rows] for points, rows in both], axis=1)
+        return CommonPoints(pair.first, pair.second, pixels, sizes)
 
 
 @dataclass(frozen=True, eq=False)
@@ -88,6 +92,7 @@ class Block:
     points   (n, 3) in block units
     photo    (m,) int64 of every image measurement, into `photos`; point (m,) int64 into `points`
     pixels   (m, 2) px
+    sizes    (m,) px, of the blobs there; None: not known
     """
 
     numbers: Int
@@ -96,6 +101,7 @@ class Block:
     photo: Int
     point: Int
     pixels: Float
+    sizes: Float | None = None
 
     def __post_init__(self) -> None:
         m = len(self.photo)
@@ -106,4 +112,5 @@ class Block:
             photo=((m,), np.int64),
             point=((m,), np.int64),
             pixels=((m, 2), np.float64),
+            sizes=((m,), np.float64),
         )

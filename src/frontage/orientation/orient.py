@@ -14,19 +14,20 @@ from frontage.geometry.arrays import Float
 from frontage.model import Photo, Rig, Scan
 from frontage.orientation.alone import beside, place_alone
 from frontage.orientation.carry import carried_by_rigs
+from frontage.orientation.drawnwall import Similarity
 from frontage.orientation.final import adjusted_orientation
 from frontage.orientation.neighbours import placed_by_neighbours
 from frontage.orientation.network import TiePoints
 from frontage.orientation.nouns import Block
 from frontage.orientation.options import OrientationOptions
-from frontage.orientation.place import Similarity, Start
+from frontage.orientation.place import Start
 from frontage.orientation.placed import PRIOR_SIGMAS, Placed, Scene, Tell, merged
 from frontage.orientation.placing import BlockPlace, find_place, placed_photos
 from frontage.orientation.reflectance.surface import scanned_surface, sources_of
 from frontage.orientation.reflectance.tones import ImageOf
 from frontage.orientation.result import Orientation, Unoriented
 from frontage.orientation.sources import most_telling
-from frontage.orientation.start import start_from_poses
+from frontage.orientation.start import levelled, start_from_poses
 from frontage.orientation.ties import Blocks
 from frontage.orientation.ties.reasons import is_copy
 from frontage.orientation.upright import plumb_line, turn_upright, up_from_cameras
@@ -140,14 +141,19 @@ def _place_blocks(blocks: Sequence[Block], scene: Scene) -> tuple[list[Placed], 
 
 def _place_block(block: Block, scene: Scene) -> Placed | list[Unoriented]:
     """The photos of a block in the scan, or the reason why they are not."""
-    start = start_from_poses(block, scene.given) or _start_without_poses(block, scene.image_of)
+    start = start_from_poses(block, scene.given)
+    if start is None:
+        start = _start_without_poses(block, scene.image_of)
+    else:
+        start = levelled(block, start, scene.image_of)
     place = find_place(block, scene.surface, scene.image_of, start, scene.seed)
     if place is None:
         return _refused(block, "O102", "nothing of the scan could be found in the photos matched with it")
     if place.ambiguous and not _decided_by_poses(place, start):
         text = f"it fits {place.rival_off:.1f} m away as well as in the best place"
         return _refused(block, _AMBIGUOUS, text)
-    ties = TiePoints(place.similarity.apply(block.points), block.photo, block.point, block.pixels)
+    xyz = place.similarity.apply(block.points)
+    ties = TiePoints(xyz, block.photo, block.point, block.pixels, block.sizes)
     return Placed(block.numbers, tuple(placed_photos(block, place.similarity)), ties)
 
 

@@ -90,7 +90,8 @@ def of_photos(ties: TiePoints, keep: Int) -> TiePoints:
     place = np.full(max(int(ties.photo.max(initial=-1)), int(keep.max(initial=-1))) + 1, -1)
     place[keep] = np.arange(len(keep))
     rows = place[ties.photo] >= 0
-    return TiePoints(ties.xyz, place[ties.photo[rows]], ties.point[rows], ties.pixels[rows])
+    kept = ties.take(rows)
+    return replace(kept, photo=place[kept.photo])
 
 
 def merged(placed: Sequence[Placed]) -> Placed:
@@ -101,13 +102,7 @@ def merged(placed: Sequence[Placed]) -> Placed:
     place = np.empty(len(order), np.int64)
     place[order] = np.arange(len(order))
     parts = list(_numbered(placed, place))
-    ties = TiePoints(
-        np.concatenate([np.empty((0, 3)), *(t.xyz for t in parts)]),
-        np.concatenate([np.empty(0, np.int64), *(t.photo for t in parts)]),
-        np.concatenate([np.empty(0, np.int64), *(t.point for t in parts)]),
-        np.concatenate([np.empty((0, 2)), *(t.pixels for t in parts)]),
-    )
-    return Placed(numbers[order], tuple(photos[k] for k in order), ties)
+    return Placed(numbers[order], tuple(photos[k] for k in order), TiePoints.joined(parts))
 
 
 def _numbered(placed: Sequence[Placed], place: Int) -> Iterator[TiePoints]:

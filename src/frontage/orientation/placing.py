@@ -7,8 +7,9 @@ import numpy as np
 
 from frontage.model import Estimate, Photo, Provenance
 from frontage.orientation.control import ControlPoints, all_control
+from frontage.orientation.drawnwall import Similarity
 from frontage.orientation.nouns import Block
-from frontage.orientation.place import Similarity, Start, possible_places
+from frontage.orientation.place import Start, possible_places
 from frontage.orientation.reflectance.surface import ScannedSurface
 from frontage.orientation.reflectance.tones import ImageOf
 from frontage.orientation.similarity import FittedSimilarity, fit_similarity

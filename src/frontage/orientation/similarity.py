@@ -9,7 +9,7 @@ from scipy.spatial.transform import Rotation
 from frontage.geometry.arrays import Bool, Float
 from frontage.model import Photo
 from frontage.orientation.control import ControlPoints
-from frontage.orientation.place import Similarity
+from frontage.orientation.drawnwall import Similarity
 from frontage.solve.robust import mad_sigma, tukey_weights, weighted_fit
 
 _STEPS = 30

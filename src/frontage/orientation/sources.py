@@ -12,7 +12,7 @@ import numpy as np
 
 from frontage.model import Photo, Scan
 from frontage.orientation.control import all_control
-from frontage.orientation.place import Similarity
+from frontage.orientation.drawnwall import Similarity
 from frontage.orientation.reflectance.surface import ScannedSurface, scanned_surface, sources_of
 from frontage.orientation.reflectance.tones import ImageOf
 from frontage.orientation.similarity import fit_similarity

@@ -1,14 +1,18 @@
 """What approximate poses tell of a block before it is compared with the scan."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
 from frontage.geometry.arrays import Float
 from frontage.geometry.rigid import rotation_angle
 from frontage.model import Photo
+from frontage.orientation.drawnwall import Similarity
 from frontage.orientation.nouns import Block
-from frontage.orientation.place import Similarity, Start
+from frontage.orientation.place import Start
+from frontage.orientation.reflectance.tones import ImageOf
+from frontage.orientation.upright import plumb_line_within, turn_upright
 
 _OUTLIER = 3.0  # sigmas
 _VAGUE = 0.5  # relative size: beyond, positions do not tell the scale
@@ -42,6 +46,20 @@ def start_from_poses(block: Block, given: Sequence[Photo]) -> Start | None:
         sigma_size if sigma_size < _VAGUE else np.inf,
         max(sigma_shift, 0.05),  # errors of GPS are common to a walk: more photos do not help
     )
+
+
+def levelled(block: Block, start: Start, image_of: ImageOf) -> Start:
+    """Returns a start that agrees with the vertical edges of the photos.
+
+    Approximate poses are tilted by as much as they are turned. Pictures of a wall that are tilted by some
+    degrees are not found in the scan, and edges tell the plumb line to tenths of a degree. The middle of the
+    cameras stays where it is.
+    """
+    now = start.similarity
+    up = plumb_line_within(block.photos, image_of, now.R[2], start.sigma_turn)
+    R = turn_upright(now.R @ up) @ now.R
+    middle = np.mean([photo.pose.t for photo in block.photos], axis=0)
+    return replace(start, similarity=Similarity(now.scale, R, now.apply(middle) - now.scale * R @ middle))
 
 
 def _mean_rotation(turns: Float, sigma: float) -> tuple[Float, np.ndarray]:

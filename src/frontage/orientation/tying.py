@@ -13,13 +13,14 @@ from scipy.sparse import csr_array
 from frontage.geometry.arrays import Bool, Float, Int
 from frontage.model import Photo
 from frontage.orientation.network import TiePoints
+from frontage.orientation.nouns import CommonPoints
 from frontage.orientation.placed import Placed, Scene
 from frontage.orientation.views import FEWEST, Views
 
 _ADJUSTED_PX = 3.0  # how well rays meet after the first adjustment
 _LEAST_ANGLE = np.radians(1.0)  # at which two rays must meet
-# Standard errors in two dimensions: what one of a thousand distances exceeds, and what half of them do.
-_CRITICAL, _MEDIAN = 3.72, 1.18
+_CRITICAL = 3.72  # standard errors that one of a thousand distances in two dimensions exceeds
+_SHARES = np.array([0.5, 0.25])  # of the points of a pair that tell how far off all of them are
 _FEWEST_AGREEING = 3  # photos of a point that some others contradict
 
 
@@ -43,10 +44,9 @@ def tied_to_neighbours(scene: Scene, placed: Placed, views: Views) -> Placed:
         if good.sum() >= FEWEST:
             good &= views.off(pair.first, pair.second, pair.pixels) < _CRITICAL
         if good.sum() >= FEWEST:
-            parts.append(_ties(i, j, xyz[good], pair.pixels[good], count))
+            parts.append(_ties(i, j, xyz, pair, good, count))
             count += int(good.sum())
-    joined = (np.concatenate([getattr(t, f) for t in parts]) for f in ("xyz", "photo", "point", "pixels"))
-    return replace(placed, ties=TiePoints(*joined))
+    return replace(placed, ties=TiePoints.joined(parts))
 
 
 def without_contradicted(placed: Placed, views: Views) -> Placed:
@@ -72,7 +72,7 @@ def without_contradicted(placed: Placed, views: Views) -> Placed:
         some = some[np.lexsort([for_it[some], -against[some], ties.point[some]])]
         keep[some[np.diff(ties.point[some], prepend=-1) > 0]] = False  # the worst one of every point
     keep &= _outnumbers(ties, keep, _count(agreeing, keep) > 0)
-    return replace(placed, ties=TiePoints(ties.xyz, ties.photo[keep], ties.point[keep], ties.pixels[keep]))
+    return replace(placed, ties=ties.take(keep))
 
 
 @dataclass(frozen=True, eq=False)
@@ -90,8 +90,7 @@ class _Asked:
 def _asked(placed: Placed, views: Views, i: int, j: int) -> _Asked:
     """Asks the scan about the tie points of two photos, seen from either of them.
 
-    Errors of the poses, and of the scan over larger parts of a wall, put all points off. Half of the points
-    of a pair tell how large they are, so that no pair loses more than half of its points.
+    Errors of the poses, and of the scan over larger parts of a wall, put all points off.
     """
     rows = _shared(placed.ties, i, j)
     if not len(rows):
@@ -99,8 +98,18 @@ def _asked(placed: Placed, views: Views, i: int, j: int) -> _Asked:
     pixels = placed.ties.pixels[rows]
     first, second = int(placed.numbers[i]), int(placed.numbers[j])
     off = np.fmin(views.off(first, second, pixels), views.off(second, first, pixels[:, ::-1]))
-    told = off[np.isfinite(off)]
-    return _Asked(rows, off / max(1.0, float(np.median(told)) / _MEDIAN) if len(told) else off)
+    return _Asked(rows, off / _enlarged(off[np.isfinite(off)]))
+
+
+def _enlarged(off: Float) -> float:
+    """By how much all points of a pair are farther off than expected, from distances (m,) in standard errors.
+
+    Half of the points tell it, or the nearest quarter, if that is much nearer: then most of them are false.
+    """
+    if not len(off):
+        return 1.0
+    expected = np.sqrt(-2.0 * np.log1p(-_SHARES))  # two dimensions: Rayleigh
+    return max(1.0, float((np.quantile(off, _SHARES) / expected).min()))
 
 
 def _count(pairs: Int, keep: Bool) -> Int:
@@ -131,11 +140,12 @@ def _tied(placed: Placed) -> Bool:
     return np.asarray((sees @ sees.T).toarray() > 0)
 
 
-def _ties(i: int, j: int, xyz: Float, pixels: Float, first: int) -> TiePoints:
-    n = len(xyz)
+def _ties(i: int, j: int, xyz: Float, pair: CommonPoints, good: Bool, first: int) -> TiePoints:
+    n = int(good.sum())
     photo: Int = np.repeat([i, j], n)
     point: Int = np.tile(np.arange(first, first + n), 2)
-    return TiePoints(xyz, photo, point, np.concatenate([pixels[:, 0], pixels[:, 1]]))
+    sizes = None if pair.sizes is None else pair.sizes[good].T.ravel()
+    return TiePoints(xyz[good], photo, point, np.concatenate([pair.pixels[good, k] for k in (0, 1)]), sizes)
 
 
 def _intersected(a: Photo, b: Photo, pixels: Float) -> tuple[Float, Bool]:

@@ -9,6 +9,7 @@ from collections.abc import Sequence
 
 import cv2
 import numpy as np
+from scipy.stats import binom
 
 from frontage.geometry.arrays import Array, Float
 from frontage.geometry.rigid import skew
@@ -19,10 +20,12 @@ from frontage.solve.robust import tukey_weights
 _SIDE_PX = 1600  # pictures are reduced to this longer side
 _SHORTEST = 0.03  # of the longer side
 _NEAR = (np.radians(12.0), np.radians(5.0), np.radians(2.0), np.radians(2.0))  # rounds of the improvement
-_TILTS = np.radians(sorted(range(-30, 31, 3), key=abs))  # of all cameras together
+_STEP = np.radians(3.0)  # of tilts that are tried
+_TILTS = _STEP * np.array(sorted(range(-10, 11), key=abs))  # of all cameras together
 _USUAL_TILT = np.radians(20.0)
 _ONE_WAY = 0.7  # length of the mean of unit vectors, above which cameras look about the same way
 _LEAST_SEGMENTS = 12
+_CHANCE = 1e-6  # probability by which edges may be upright by chance
 _TILTED = 0.3  # weight of tilts, which are free, against that of being level
 _ON_SIDE = 0.02  # added for a photo on its side: rare, and level photos that look one way fit both ways
 _KEPT = 0.02  # weight of the start in the improvement
@@ -52,12 +55,35 @@ def up_from_cameras(photos: Sequence[Photo]) -> Float:
 
 
 def plumb_line(photos: Sequence[Photo], image_of: ImageOf, up: Float) -> Float:
-    """Improves an approximate direction `up` (3,), in the frame of the photos' poses, by vertical edges."""
+    """Improves an approximate direction `up` (3,), in the frame of the photos' poses, by vertical edges.
+
+    The photos are taken to be held level; how far all of them look up or down is tried.
+    """
+    normals, length = _edges(photos, image_of)
+    return _improved(_best_tilt(photos, up, normals, length), normals, length)
+
+
+def plumb_line_within(photos: Sequence[Photo], image_of: ImageOf, up: Float, sigma: float) -> Float:
+    """Improves a direction `up` (3,) that is known to `sigma` rad to either side, by vertical edges.
+
+    Returns `up` where no direction has many more edges than chance would give it.
+    """
+    normals, length = _edges(photos, image_of)
+    found = _improved(_likeliest(up, sigma, normals, length), normals, length)
+    near = int((np.abs(normals @ found) < np.sin(_NEAR[-1])).sum())
+    chance = binom.sf(near - 1, len(normals), np.sin(_NEAR[-1]))  # if edges have all directions alike
+    return found if near >= _LEAST_SEGMENTS and chance < _CHANCE else up
+
+
+def _edges(photos: Sequence[Photo], image_of: ImageOf) -> tuple[Float, Float]:
+    """Normals (n, 3) of the planes of the segments in some of the photos, and their lengths (n,)."""
     step = max(1, len(photos) // _MOST_PHOTOS)
     parts = [_plane_normals(p, image_of(p.id)) for p in photos[::step]]
-    normals = np.concatenate([n for n, _ in parts])
-    length = np.concatenate([w for _, w in parts])
-    now = _best_tilt(photos, up, normals, length)
+    return np.concatenate([n for n, _ in parts]), np.concatenate([w for _, w in parts])
+
+
+def _improved(now: Float, normals: Float, length: Float) -> Float:
+    """Robust total least squares from an approximate direction (3,)."""
     for near in _NEAR:
         off = np.arcsin(np.clip(normals @ now, -1.0, 1.0))
         good = np.abs(off) < near
@@ -79,8 +105,25 @@ def _best_tilt(photos: Sequence[Photo], up: Float, normals: Float, length: Float
         return up
     across = np.cross(up, level / np.linalg.norm(level))
     tried = np.cos(_TILTS)[:, None] * up + np.sin(_TILTS)[:, None] * across
-    off = np.arcsin(np.clip(normals @ tried.T, -1.0, 1.0))
-    support = length @ tukey_weights(off, _NEAR[1] / 3.0) * np.exp(-0.5 * (_TILTS / _USUAL_TILT) ** 2)
+    return _with_most_edges(tried, _TILTS / _USUAL_TILT, normals, length)
+
+
+def _likeliest(up: Float, sigma: float, normals: Float, length: Float) -> Float:
+    """The direction (3,) with the most vertical edges within three standard errors of `up`, to all sides."""
+    sigma = float(np.clip(sigma, 1e-9, _USUAL_TILT))
+    steps = np.arange(np.ceil(3.0 * sigma / _STEP) + 1) * _STEP
+    steps = np.concatenate([-steps[:0:-1], steps])
+    a, b = (tilt.ravel() for tilt in np.meshgrid(steps, steps))
+    across = turn_upright(up)[:2]
+    tried = up + np.tan(a)[:, None] * across[0] + np.tan(b)[:, None] * across[1]
+    tried /= np.linalg.norm(tried, axis=1, keepdims=True)
+    return _with_most_edges(tried, np.hypot(a, b) / sigma, normals, length)
+
+
+def _with_most_edges(tried: Float, off: Float, normals: Float, length: Float) -> Float:
+    """The direction (3,) of those tried (k, 3), `off` (k,) standard errors, with the most vertical edges."""
+    away = np.arcsin(np.clip(normals @ tried.T, -1.0, 1.0))
+    support = length @ tukey_weights(away, _NEAR[1] / 3.0) * np.exp(-0.5 * off**2)
     return np.asarray(tried[int(support.argmax())])
 
 

@@ -11,8 +11,16 @@ from frontage.errors import MissingExtra
 from frontage.geometry.rigid import Rigid3, rotation_angle
 from frontage.model import Camera, Estimate, Photo
 from frontage.orientation.nouns import Block, KeyPoints, PairMatches
-from frontage.orientation.ties import TieOptions, build_blocks, candidate_pairs, key_points, match_pair
+from frontage.orientation.ties import (
+    TieOptions,
+    build_blocks,
+    candidate_pairs,
+    key_points,
+    mapping,
+    match_pair,
+)
 from frontage.orientation.ties.consistency import consistent
+from frontage.orientation.ties.mapper import run_mapper
 from frontage.orientation.ties.poses import contradicts, settles
 from frontage.orientation.ties.repetition import strongest_shift
 from frontage.orientation.ties.verify import doubts
@@ -161,6 +169,25 @@ def test_two_runs_give_the_same_bytes_and_nothing_on_the_terminal(street, built,
         assert getattr(one, name).tobytes() == getattr(two, name).tobytes()
     for a, b in zip(one.photos, two.photos, strict=True):
         assert a.pose.matrix.tobytes() == b.pose.matrix.tobytes()
+
+
+def test_a_start_that_leaves_nothing_is_followed_by_another(street, built, monkeypatch):
+    """Two photos from far aside may have false matches only: what is built on them is confirmed by none."""
+    asked = []
+
+    def starts(*how):
+        for models in run_mapper(*how):
+            for model in models if not asked else ():
+                for point in sorted(model.point3D_ids()):
+                    model.delete_point3D(point)
+            asked.append(len(models))
+            yield models
+
+    monkeypatch.setattr(mapping, "run_mapper", starts)
+    result = build_blocks(street.photos, street.points, street.pairs)
+    assert len(asked) == 2 and asked[0] > 0
+    assert [b.numbers.tolist() for b in result.blocks] == [b.numbers.tolist() for b in built.blocks]
+    assert result.unoriented == built.unoriented
 
 
 def test_two_photos_make_a_block(street):

@@ -1,7 +1,7 @@
 """pycolmap's incremental mapping: run it on pairs, and turn its models into blocks."""
 
 import tempfile
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -23,14 +23,14 @@ def run_mapper(
     keypoints: Sequence[KeyPoints],
     pairs: Sequence[PairMatches],
     options: TieOptions,
-) -> list[Any]:
-    """Returns COLMAP's models of the photos, the largest first; image k + 1 is photo k.
+) -> Iterator[list[Any]]:
+    """Yields COLMAP's models of the photos, the largest first; image k + 1 is photo k.
 
-    Photos of one facade may meet its points at small angles only, so the demand on the first pair is lowered
-    where nothing could be started.
+    Photos of one facade may meet its points at small angles only, and pairs with large angles may have many
+    false matches, so the demand on the first pair is lowered step by step, as long as models are asked for.
     """
     if not pairs:
-        return []
+        return
     with tempfile.TemporaryDirectory(prefix="frontage-") as folder:
         path = Path(folder) / "database.db"
         fill(colmap, path, photos, keypoints, pairs)
@@ -38,10 +38,8 @@ def run_mapper(
             output = Path(folder) / f"{angle:g}"
             output.mkdir()
             found = colmap.incremental_mapping(path, folder, output, _settings(colmap, options, angle))
-            if found:
-                break
-    order = sorted(found, key=lambda k: (-found[k].num_reg_images(), -found[k].num_points3D(), k))
-    return [found[k] for k in order]
+            models = [found[k] for k in sorted(found)]
+            yield sorted(models, key=lambda m: (-m.num_reg_images(), -m.num_points3D()))
 
 
 def _settings(colmap: Any, options: TieOptions, angle: float) -> Any:
@@ -80,13 +78,13 @@ def to_block(model: Any, photos: Sequence[Photo], keypoints: Sequence[KeyPoints]
         np.int64,
     ).reshape(-1, 3)
     rows = rows[np.lexsort([rows[:, 2], rows[:, 0], rows[:, 1]])]
-    pixels = np.zeros((len(rows), 2))
+    pixels, sizes = np.zeros((len(rows), 2)), np.zeros(len(rows))
     for k, n in enumerate(numbers.tolist()):
         mine = rows[:, 0] == k
-        pixels[mine] = keypoints[n].pixels[rows[mine, 2]]
+        pixels[mine], sizes[mine] = keypoints[n].pixels[rows[mine, 2]], keypoints[n].scale[rows[mine, 2]]
     points = np.array([model.point3D(i).xyz for i in ids]).reshape(-1, 3)
     oriented = tuple(_oriented(model, photos[n], n + 1) for n in numbers.tolist())
-    return Block(numbers, oriented, points, rows[:, 0], rows[:, 1], pixels)
+    return Block(numbers, oriented, points, rows[:, 0], rows[:, 1], pixels, sizes)
 
 
 def _oriented(model: Any, photo: Photo, number: int) -> Photo:

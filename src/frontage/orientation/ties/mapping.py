@@ -25,6 +25,7 @@ from frontage.orientation.ties.two import block_of_two
 from frontage.orientation.ties.verify import doubts
 
 _LEAST_POINTS = 20  # tie points of a photo that others confirm
+_ENOUGH = 0.5  # of the photos of all pairs that get a place: no other start is tried
 _STRONG = 100  # with as many the approximate pose is not asked, which may be wrong itself
 
 
@@ -106,10 +107,29 @@ class _Work:
         return made or self._two(clear)
 
     def _blocks_of(self, pairs: list[PairMatches]) -> list[Block]:
-        made: list[Block] = []
-        for model in run_mapper(self.colmap, self.photos, self.keypoints, pairs, self.options):
-            self._add(made, model)
-        return made
+        """The blocks of the first start that gives most photos a place, or else of the best one.
+
+        A start from two photos whose matches are mostly false leaves nothing that other photos confirm.
+        """
+        before = dict(self.why)
+        best, most, why = list[Block](), -1, before
+        enough = _ENOUGH * len({n for p in pairs for n in (p.first, p.second)})
+        for models in run_mapper(self.colmap, self.photos, self.keypoints, pairs, self.options):
+            self._restart(before)
+            made = list[Block]()
+            for model in models:
+                self._add(made, model)
+            count = sum(len(block.photos) for block in made)
+            if count > most:
+                best, most, why = made, count, dict(self.why)
+            if most >= enough:
+                break
+        self._restart(why)
+        return best
+
+    def _restart(self, why: dict[int, str]) -> None:
+        self.why.clear()
+        self.why.update(why)
 
     def _add(self, made: list[Block], model: Any) -> None:
         """Adds the block of a model, without photos that have a place already or fit two."""

@@ -6,7 +6,7 @@ import numpy as np
 
 from frontage.geometry.rigid import Rigid3
 from frontage.model import Estimate, Photo
-from frontage.orientation.nouns import Block, KeyPoints, PairMatches
+from frontage.orientation.nouns import Block, CommonPoints, KeyPoints, PairMatches
 
 _LEAST_ANGLE = np.radians(1.0)
 _LEAST_POINTS = 30
@@ -16,8 +16,8 @@ _LEAST_SHARE = 0.2  # of the matches; photos from one place have few by chance
 def block_of_two(pair: PairMatches, photos: Sequence[Photo], keypoints: Sequence[KeyPoints]) -> Block | None:
     """Triangulates a pair, the distance of its cameras being 1; None when too few rays meet at an angle."""
     numbers = (pair.first, pair.second)
-    pixels = [keypoints[n].pixels[pair.rows[:, k]] for k, n in enumerate(numbers)]
-    u, v = (photos[n].camera.ray(p) for n, p in zip(numbers, pixels, strict=True))
+    common = CommonPoints.of(pair, keypoints)
+    u, v = (photos[n].camera.ray(common.pixels[:, k]) for k, n in enumerate(numbers))
     centre, back = -pair.rotation.T @ pair.direction, v @ pair.rotation
     cosine = np.clip((u * back).sum(1), -1, 1)
     sine2 = np.maximum(1 - cosine**2, 1e-12)
@@ -43,5 +43,6 @@ def block_of_two(pair: PairMatches, photos: Sequence[Photo], keypoints: Sequence
         points,
         np.tile([0, 1], m),
         np.repeat(np.arange(m), 2),
-        np.stack([p[good] for p in pixels], axis=1).reshape(-1, 2),
+        common.pixels[good].reshape(-1, 2),
+        None if common.sizes is None else common.sizes[good].ravel(),
     )
