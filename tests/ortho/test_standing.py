@@ -117,7 +117,8 @@ def test_a_wing_hides_the_wall_for_good_and_is_no_occluder():
     xyz = facade.frame.inverse.apply(scan.xyz)
     cloud = find_occluders(facade, xyz, standing, None, OrthoOptions())
     assert (cloud.part[0][:, 1] < -2.0).sum() > 1000, "the wing is a part that stays"
-    assert not (cloud.free[0][:, 2] > GROUND + 0.3).any()
+    for free in (cloud.light, cloud.solid):
+        assert not (free[0][:, 2] > GROUND + 0.3).any()
 
 
 def test_points_in_one_place_are_no_building():
