@@ -13,7 +13,7 @@ lets them pass; and windows of a row share their width and depth, which a door n
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from scipy.stats import beta, norm
@@ -132,15 +132,6 @@ def judge_foot(
     at = float(own @ foot)
     sigma = float(np.hypot(np.sqrt(share @ (foot - at) ** 2), _STEP))
     return HiddenFoot(OpeningKind(best), chances[best], at, sigma)
-
-
-def with_foot(outline: Outline, foot: HiddenFoot) -> Outline:
-    """Returns the outline with its lower border where the foot is."""
-    x0, _, x1, z1 = outline.place
-    covariance = outline.covariance.copy()
-    covariance[2, :] = covariance[:, 2] = 0.0
-    covariance[2, 2] = foot.sigma**2
-    return replace(outline, place=(x0, foot.at, x1, z1), covariance=covariance)
 
 
 def _prior(foot: Float, top: float, row: Sequence[Outline], ground: float) -> Float:

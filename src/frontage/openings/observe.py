@@ -94,9 +94,10 @@ def observe_wall(facade: Facade, scan: Scan, options: OpeningOptions) -> Observe
 def _with_posts_and_slats(
     beams: Beams, posts: Sequence[Post], rasters: list[Evidence], weighed: Callable[..., Evidence]
 ) -> tuple[Beams, list[Evidence]]:
-    """Returns the beams sorted with posts and slats as wall, and the evidence `weighed` again for them.
+    """Returns the beams, with posts and slats as wall, and the evidence of all rasters for these beams.
 
-    Slats show once posts are sorted, for which the finest raster is enough.
+    `weighed` weighs the evidence of a raster. Slats show only when posts are wall, and the finest raster
+    tells them.
     """
     first = rasters[0]
     if posts:

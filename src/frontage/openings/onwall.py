@@ -15,7 +15,7 @@ from frontage.openings.borders.outline import Outline
 from frontage.openings.borders.sills import with_sill
 from frontage.openings.closed.find import find_closed_openings
 from frontage.openings.flights import points_before, top_of_flight
-from frontage.openings.hidden import is_foot_hidden, is_foot_unknown, judge_foot, lowest_foot, with_foot
+from frontage.openings.hidden import is_foot_hidden, is_foot_unknown, judge_foot, lowest_foot
 from frontage.openings.kinds import in_reading_order, kind_of
 from frontage.openings.layout.densities import find_at_densities, spacing_at
 from frontage.openings.layout.forms import is_known
@@ -125,7 +125,7 @@ def _openings(
         if unknown:
             lowest = lowest_foot(outline, [o for o, *_ in found if o is not outline], base)
             foot = judge_foot(outline, known, beams, wall.evidence, base, lowest)
-            kind, outline = foot.kind, with_foot(outline, foot)
+            kind, outline = foot.kind, outline.with_foot(foot.at, foot.sigma)
         ring, covariance = outline.ring
         yield Opening(
             id="",

@@ -109,7 +109,7 @@ def _best_tilt(photos: Sequence[Photo], up: Float, normals: Float, length: Float
 
 
 def _likeliest(up: Float, sigma: float, normals: Float, length: Float) -> Float:
-    """The direction (3,) with the most vertical edges within three standard errors of `up`, to all sides."""
+    """Returns the direction (3,) within three standard errors of `up` that makes the most edges vertical."""
     sigma = float(np.clip(sigma, 1e-9, _USUAL_TILT))
     steps = np.arange(np.ceil(3.0 * sigma / _STEP) + 1) * _STEP
     steps = np.concatenate([-steps[:0:-1], steps])
@@ -121,7 +121,10 @@ def _likeliest(up: Float, sigma: float, normals: Float, length: Float) -> Float:
 
 
 def _with_most_edges(tried: Float, off: Float, normals: Float, length: Float) -> Float:
-    """The direction (3,) of those tried (k, 3), `off` (k,) standard errors, with the most vertical edges."""
+    """Returns that one of the directions `tried` (k, 3) that makes the most edges vertical.
+
+    A direction counts less the more standard errors `off` (k,) it lies from the approximate one.
+    """
     away = np.arcsin(np.clip(normals @ tried.T, -1.0, 1.0))
     support = length @ tukey_weights(away, _NEAR[1] / 3.0) * np.exp(-0.5 * off**2)
     return np.asarray(tried[int(support.argmax())])

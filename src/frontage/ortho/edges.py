@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 
-from frontage.geometry.arrays import Array, Bool, Float, Int
+from frontage.geometry.arrays import Array, Bool, Float, Int, picked_rows
 from frontage.ortho.gaps import Gaps
 from frontage.ortho.orthoraster import OrthoRaster
 from frontage.raster import gridding, interpolation
@@ -93,9 +93,8 @@ def _sorted_points(
     """
     cell, xyz = points
     low, high, y = np.take(near, cell), np.take(far, cell), xyz[:, 1]
-    use = np.flatnonzero((high - low > step) & (y <= high + step))
-    at = fine.pixel(np.take(xyz.T, use, axis=1).T)
-    recessed = np.take(y > 0.5 * (low + high), use)
+    use = (high - low > step) & (y <= high + step)
+    at, recessed = fine.pixel(picked_rows(use, xyz)), (y > 0.5 * (low + high))[use]
     order, band = gridding.by_rows(at[:, 1])
     return np.take(at.T, order, axis=1).T, recessed[order], band
 

@@ -175,8 +175,10 @@ def _inset(photo: Photo, surface: DrawingSurface, y: Array, options: OrthoOption
 
 
 def _scale(photo: Photo, surface: DrawingSurface, options: OrthoOptions) -> tuple[Array, Array]:
-    """Metres of facade per photo pixel (h, w) float32 in the worse direction, and distance (h, w) float32
-    from the middle of the photo, 1 = in its corner; both on the plane.
+    """Returns how large photo pixels are on the plane, and how far they lie from the middle of the photo.
+
+    The size (h, w) float32 is in m of the facade, in the worse direction. The distance (h, w) float32 is 1 in
+    the corners of the photo.
 
     The first is the pixel size over the smallest singular value of the Jacobian. Both are smooth: they are
     computed on a coarser raster and interpolated.

@@ -77,13 +77,13 @@ def _join_lone_cells(label: Int, cost: Array, base: np.float32, half: Array) -> 
 
 
 def _whole(cost: Array) -> Array:
-    """Costs (k, h, w) beyond the least one of each cell, as whole numbers up to `_MOST`."""
+    """Returns by how much costs (k, h, w) exceed the least one of their cell: whole numbers up to `_MOST`."""
     beyond = cost - cost.min(0)
     return np.asarray(np.minimum(beyond, np.float32(_MOST), out=beyond), np.int16)
 
 
 def _limited(border: Array) -> Array:
-    """The same costs of borders as whole numbers."""
+    """Returns costs of borders as whole numbers up to `_MOST_BORDER`."""
     return np.minimum(border, np.float32(_MOST_BORDER)).astype(np.int16)
 
 

@@ -59,7 +59,6 @@ def map_walls(cloud: StreetCloud) -> WallMap:
     keep = tall & (bins >= need)
     # columns with wide windows show too little wall for a front, but both sides of them are one block
     block = _blocks(xy[tall], max(_LINK_M, 3 * level.size))[keep[tall]]
-    block = np.unique(block, return_inverse=True)[1].astype(np.int64)
     return WallMap(cells, xy[keep], bins[keep], normal[keep], block)
 
 

@@ -1,6 +1,6 @@
 """An opening as it was measured, before it has a kind and a number."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -45,6 +45,14 @@ class Outline:
     def sure(self) -> float:
         """Share of the borders that are seen beyond doubt."""
         return float(np.mean([b.is_seen for b in self.borders]))
+
+    def with_foot(self, at: float, sigma: float) -> "Outline":
+        """Returns the outline with its foot at z = `at` m, known to `sigma` m."""
+        x0, _, x1, z1 = self.place
+        covariance = self.covariance.copy()
+        covariance[2, :] = covariance[:, 2] = 0.0
+        covariance[2, 2] = sigma**2
+        return replace(self, place=(x0, at, x1, z1), covariance=covariance)
 
     @property
     def bare_ring(self) -> Float:

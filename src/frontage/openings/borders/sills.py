@@ -48,13 +48,13 @@ def with_sill(outline: Outline, beams: CrossingBeams) -> Outline:
     if not found:
         return outline
     _, top, sigma = max(found)
-    foot = replace(outline.borders[2], at=z0 + top, sigma=sigma)
-    covariance = outline.covariance.copy()
-    covariance[2, :] = covariance[:, 2] = 0.0
-    covariance[2, 2] = sigma**2
-    borders, place = (*outline.borders[:2], foot, outline.borders[3]), (x0, foot.at, x1, z1)
-    behind = find_depth(wide, place, outline.rise, 2.0 * max(b.sigma for b in borders[:2]))
-    return replace(outline, place=place, covariance=covariance, borders=borders, depth=behind)
+    left, right, foot, head = outline.borders
+    above = outline.with_foot(z0 + top, sigma)
+    return replace(
+        above,
+        borders=(left, right, replace(foot, at=z0 + top, sigma=sigma), head),
+        depth=find_depth(wide, above.place, above.rise, 2.0 * max(left.sigma, right.sigma)),
+    )
 
 
 def _slope(z: Float, depth: Float, top: float, off: float, least: float) -> tuple[int, float, float] | None:
