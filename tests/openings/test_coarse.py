@@ -58,7 +58,7 @@ def test_wall_in_sight_above_and_below_ledges_frames_a_window():
 
 
 def test_shadows_of_leaves_on_a_wall_are_no_windows():
-    facade, scan = scan_wall([WINDOW], returned=0.0, rays=False, size=(7.0, 5.0))
+    facade, scan = scan_wall([WINDOW], returned=0.1, rays=False, size=(7.0, 5.0))
     rng = np.random.default_rng(2)
     leaves, reach = rng.uniform([3.2, 0.6], [6.6, 4.4], (150, 2)), rng.lognormal(np.log(0.12), 0.4, 150)
     away = np.linalg.norm(scan.xyz[:, None, [0, 2]] - leaves, axis=2)

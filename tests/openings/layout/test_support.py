@@ -93,3 +93,32 @@ def test_what_shows_neither_its_frame_nor_most_of_its_borders_is_no_opening_howe
     unseen = tuple(replace(b, gain=0.0) for b in shallow.borders[:2])
     badly_seen = replace(shallow, borders=(*unseen, *shallow.borders[2:]))
     assert are_openings([deep, badly_seen, replace(shallow, depth=None)]) == [True, False, False]
+
+
+def empty(outline, dx, dz, *, taller=0.0):
+    """Returns the outline, moved, as that of a place behind which nothing shows."""
+    return replace(moved(outline, dx, dz, taller=taller), depth=None, behind=0.0)
+
+
+def test_a_place_that_returned_nothing_is_an_opening_only_if_one_that_shows_its_frame_is_like_it(window):
+    beside, above = empty(window, 2.0, 0.0), empty(window, 0.0, 3.0)
+    assert are_openings([window, beside, above]) == [True, True, True]
+    patch = empty(window, 2.0, -1.6, taller=3.2)  # of another size
+    assert are_openings([window, patch]) == [True, False]
+    assert are_openings([patch, window]) == [False, True]
+
+
+def test_a_room_that_shows_without_a_frame_proves_the_opening(window):
+    assert are_openings([replace(window, depth=None)]) == [True]
+
+
+def test_what_is_like_an_empty_opening_is_one_too(window):
+    first, second = empty(window, 2.0, 0.0), empty(window, 2.0, 3.0)
+    assert are_openings([second, first, window]) == [True, True, True]
+
+
+def test_where_nothing_shows_behind_any_place_two_alike_tell_each_other(window):
+    one, other = empty(window, 0.0, 0.0), empty(window, 2.0, 0.0)
+    assert are_openings([one]) == [False]
+    assert are_openings([one, other]) == [True, True]
+    assert are_openings([one, empty(window, 2.0, -1.6, taller=3.2)]) == [False, False]

@@ -6,6 +6,7 @@ from frontage.geometry.arrays import Float
 from frontage.model.estimate import Estimate
 from frontage.model.masonry import TOLERANCES
 from frontage.openings.wall.crossings import CrossingBeams
+from frontage.openings.wall.evidence import LARGEST
 
 _NEAREST = 0.012  # m off the borders: reveals, and beams that they share with the frame, lie nearer
 _HUG = 0.05  # m off the borders: frames are that wide
@@ -14,6 +15,7 @@ _BIN = 0.005  # m, bin of depths
 # share of the points of the densest surface that the front of the frame needs, being the foremost
 _SHARE = 0.3
 _FEW = 8  # points that a depth needs
+_SLACK = 0.1  # share of the width that borders may be off at most; ribbons are as well known as others
 AROUND = 1.2  # m around an opening within which beams determine its wall
 BASE = 0.05
 """m by which the masonry of a ground floor may stand out before the wall"""
@@ -45,7 +47,7 @@ def find_depth(
     the surroundings: surrounds, bands and plinths stand before it.
     """
     wall = wall or find_wall(near, box, others)
-    slack = min(slack, 0.1 * (box[2] - box[0]))
+    slack = min(slack, _SLACK * min(box[2] - box[0], LARGEST))
     y = _along(near, box, rise, slack, _HUG + slack)
     if len(y) < _FEW:
         y = _along(near, box, rise, slack, np.inf)

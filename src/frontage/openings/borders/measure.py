@@ -5,7 +5,7 @@ from functools import partial
 
 import numpy as np
 
-from frontage.geometry.arrays import Float
+from frontage.geometry.arrays import Bool, Float
 from frontage.model.masonry import MASONRY
 from frontage.openings.borders.circles import Circle, find_circle
 from frontage.openings.borders.depth import AROUND, density_beside, find_depth, find_wall
@@ -124,6 +124,7 @@ def _outline(
         _deeper(near, place, _ROOM),
         None if wall is None else wall[0],
         sunken=_deeper(near, place, MASONRY.half_brick),
+        behind=_behind(near, place),
     )
 
 
@@ -192,9 +193,21 @@ def _spread(head: Head) -> Float:
     return np.array([[top + 1e-6, both], [both, rise + 1e-6]])
 
 
+def _behind(near: CrossingBeams, place: Box) -> float:
+    """Returns the beams that end behind the wall in an opening, per beam that a wall would return."""
+    x0, z0, x1, z1 = place
+    due = density_beside(near, place) * (x1 - x0) * (z1 - z0)
+    return float(_inside(near, place).sum() / max(due, 1.0))
+
+
 def _deeper(near: CrossingBeams, place: Box, depth: float) -> float:
     """Returns the share of the beams into an opening that end more than `depth` m behind the wall."""
+    inside = _inside(near, place)
+    return float((near.depth[inside] > depth).mean()) if inside.any() else 0.0
+
+
+def _inside(near: CrossingBeams, place: Box) -> Bool:
+    """Returns which beams (n,) end behind the wall in an opening."""
     x0, z0, x1, z1 = place
     x, z = near.place
-    inside = (x > x0) & (x < x1) & (z > z0) & (z < z1) & (near.depth > near.wall)
-    return float((near.depth[inside] > depth).mean()) if inside.any() else 0.0
+    return np.asarray((x > x0) & (x < x1) & (z > z0) & (z < z1) & (near.depth > near.wall))

@@ -23,6 +23,7 @@ class Outline:
     wall        depth y m of the wall around it, None where nothing determines it
     pooled      whether most of what is known of a border comes from other openings
     sunken      share of the beams behind the wall that end more than half a brick behind it
+    behind      beams that end behind the wall, as a share of those that wall in its place would return
     """
 
     shape: str
@@ -35,6 +36,7 @@ class Outline:
     wall: float | None = None
     pooled: bool = False
     sunken: float = 0.0
+    behind: float = 0.0
 
     @property
     def has_rays(self) -> bool:

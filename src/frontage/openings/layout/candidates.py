@@ -21,6 +21,7 @@ _PIECE = 0.5  # the same share for what bars part: less is a piece of it
 _GAP = 0.12  # m between the bars of a grille: guards of windows and balconies leave no wider gaps
 # size of the opening square, and the largest component that is kept, in least openings
 _SCALES = ((0.6, 12.0), (1.0, 12.0), (1.7, 12.0), (2.5, 25.0))
+_FILLED = 0.8  # share of its box that a larger component fills which is a rectangle
 # share of the expected beams that came back from behind the wall where larger components are open
 _SEEN = 0.3
 
@@ -117,7 +118,8 @@ def _components(
 
     Oversized components are joined only by shadows and gaps: they are opened (morphologically) with larger
     squares, which leave rectangles as they are, until they fall apart. A component that does not is an
-    opening if beams are seen to go through it, as through the panes of a shop.
+    opening if it is a rectangle, as ribbon windows are, or if beams are seen to go through it, as through the
+    panes of a shop.
     """
     llr = evidence.llr
     for size, largest in (*_SCALES, (_SCALES[-1][0], np.inf)):
@@ -127,7 +129,8 @@ def _components(
         for number, (rows, columns) in enumerate(ndimage.find_objects(labels), 1):
             tall, wide = rows.stop - rows.start, columns.stop - columns.start
             own = labels[rows, columns] == number
-            if largest == np.inf and not _seen_through(evidence, (rows, columns), own):
+            is_one = own.mean() > _FILLED or _seen_through(evidence, (rows, columns), own)
+            if largest == np.inf and not is_one:
                 continue
             if tall > largest * least[0] or wide > largest * least[1]:
                 open_[rows, columns] |= own

@@ -8,7 +8,7 @@ import numpy as np
 from frontage.geometry.arrays import Bool, Float, Int
 from frontage.model.masonry import MASONRY
 from frontage.openings.layout.posts import Post, cells_held_by
-from frontage.openings.wall.evidence import BARS, SHADED, WALL, Evidence
+from frontage.openings.wall.evidence import BARS, LARGEST, SHADED, WALL, Evidence
 from frontage.openings.wall.raster import summed
 
 _RIM_M = 0.1  # width of the strip beside an opening where the wall must show
@@ -160,7 +160,8 @@ class Framing:
         """Returns whether the wall shows on both sides (n,), and whether one lies beyond the facade (n,).
 
         With known sensors, one side may be hidden or lie there. Without them, it may lie there where the end
-        of the opening shows the next wall, round an inner corner.
+        of the opening shows the next wall, round an inner corner. A ribbon window may go on round a corner
+        within the outline, where its other wall has a ribbon as well.
         """
         sums = self._beside(boxes, rim)
         sides = np.stack([side.is_wall for side in sums])
@@ -170,6 +171,7 @@ class Framing:
         if not self._rays:
             edges = self._beside(boxes + np.array([0, _EDGE, 0, -_EDGE]), _EDGE)
             beyond &= np.stack([edge.is_wall for edge in edges])
+        beyond |= ~sides & ((boxes[:, 3] - boxes[:, 1]) * self._cell > LARGEST)
         framed = (sides | hidden | beyond).all(0) & sides.any(0)
         return np.asarray(framed), np.asarray(beyond.any(0))
 

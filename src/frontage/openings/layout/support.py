@@ -10,6 +10,7 @@ from frontage.openings.borders.gaps import is_opening, shows_most
 from frontage.openings.borders.outline import Outline
 from frontage.openings.layout.forms import is_known
 from frontage.openings.layout.inferred import SAME
+from frontage.openings.wall.evidence import BARS
 
 _ENOUGH = 3  # borders of four that tell a rectangle by themselves, as of small openings
 _PROVED = 1  # the same where lines of sight prove that the wall is open
@@ -19,14 +20,22 @@ def are_openings(outlines: Sequence[Outline]) -> list[bool]:
     """Returns which outlines are openings by themselves, or because another one is.
 
     The frame of a small window may be no deeper than the panels of a wall. An outline that shows its frame
-    and most of its borders is an opening if a sure one above, below or beside it is as wide and as high.
+    and most of its borders is an opening if a sure one above, below or beside it is as wide and as high. So
+    is one behind which nothing shows, where lines of sight are not known: dark or wet masonry returns
+    nothing either. Where nothing shows behind any outline, two that are alike tell each other.
     """
-    sure = np.array([is_opening(o) for o in outlines], np.bool_)
-    places = np.array([o.place for o in outlines]).reshape(-1, 4)[sure]
-    return [
-        bool(told) or (o.depth is not None and shows_most(o) and _has_like(o, places))
-        for told, o in zip(sure, outlines, strict=True)
-    ]
+    places = np.array([o.place for o in outlines]).reshape(-1, 4)
+    large = np.array([is_opening(o) for o in outlines], np.bool_)
+    shown = np.array([o.has_rays or o.depth is not None or o.behind > BARS for o in outlines], np.bool_)
+    told, empty = large & shown, np.flatnonzero(large & ~shown)
+    if not told.any():
+        told[[k for k in empty if _has_like(outlines[k], places[empty[empty != k]])]] = True
+    while more := [k for k in empty if not told[k] and _has_like(outlines[k], places[told])]:
+        told[more] = True
+    framed = np.array([o.depth is not None and shows_most(o) for o in outlines], np.bool_)
+    small = np.flatnonzero(framed & ~large)
+    told[[k for k in small if _has_like(outlines[k], places[told])]] = True
+    return [bool(t) for t in told]
 
 
 def without_unsupported(outlines: Sequence[Outline | None], ground: float) -> list[Outline | None]:

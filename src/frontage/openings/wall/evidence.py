@@ -35,12 +35,14 @@ _SCALES = 4  # how often the surroundings of a cell are doubled
 _BLUR = 0.1  # m, one sigma of the surroundings that determine empty areas
 _ROOM = 0.3  # m, one sigma of the surroundings that tell a room's points: frames and reveals are narrower
 _EMPTY = 0.1  # share of the expected beams below which an area is empty
-_LARGE = 4.0  # m: openings without any return are smaller
 _LAYERS = 6  # layers of depth in which fittings lie
 _FILLED = 4  # layers that a surface seen edge on fills at least
 _RELIEF = 0.05  # m: panels and courses of a wall are less deep
 BEAMS_TO_DECIDE = 10.0
 """Beams that a decision needs to be wrong once in a thousand cases."""
+
+LARGEST = 4.0
+"""Size m that openings without any return do not exceed, unless they are ribbons."""
 
 WALL = 0.4
 """Share of the expected beams that masonry returns at least."""
@@ -159,13 +161,32 @@ def _inside(facade: Facade, raster: WallRaster) -> Bool:
 
 
 def _unwatched(seen: Float, expected: Float, inside: Bool, cell: float) -> Bool:
-    """Returns the cells (h, w) beyond the end of the scan: empty areas too large for an opening."""
+    """Returns the cells (h, w) beyond the end of the scan: empty areas too large for an opening.
+
+    Ribbon windows are longer than other openings, but there is wall above, below, and on one side at least.
+    """
     out = np.zeros(seen.shape, np.bool_)
-    labels, _ = ndimage.label(inside & (local_rate(seen, expected, _BLUR / cell) < _EMPTY))
+    rate = local_rate(seen, expected, _BLUR / cell)
+    empty, wall = inside & (rate < _EMPTY), inside & (rate >= WALL)
+    below, above = _follows(wall, ~inside), _follows(wall[::-1], ~inside[::-1])[::-1]
+    left, right = _follows(wall.T, ~inside.T).T, _follows(wall.T[::-1], ~inside.T[::-1])[::-1].T
+    framed = below & above & (left | right)
+    largest = int(LARGEST / cell)
+    labels, _ = ndimage.label(empty)
     for number, place in enumerate(ndimage.find_objects(labels), 1):
-        if max(p.stop - p.start for p in place) * cell > _LARGE:
-            out[place] |= labels[place] == number
+        high, wide = (p.stop - p.start for p in place)
+        if max(high, wide) > largest:
+            own = labels[place] == number
+            if high > largest or framed[place][own].mean() < 1.0 - BARS:
+                out[place] |= own
     return out
+
+
+def _follows(first: Bool, second: Bool) -> Bool:
+    """Returns the cells (h, w) below which the `first` kind is nearer, in their column, than the `second`."""
+    row = np.arange(len(first))[:, None]
+    last = [np.maximum.accumulate(np.where(kind, row, -1), axis=0) for kind in (first, second)]
+    return np.asarray(last[0] > last[1])
 
 
 def equal_share(low: float, high: float) -> float:
