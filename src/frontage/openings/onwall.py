@@ -24,7 +24,7 @@ from frontage.openings.layout.overlaps import without_overlaps
 from frontage.openings.layout.pattern import revise, settled
 from frontage.openings.layout.pooling import pool
 from frontage.openings.layout.posts import with_post_borders
-from frontage.openings.layout.support import are_openings, without_unsupported
+from frontage.openings.layout.support import are_openings, odd_heads, without_unsupported
 from frontage.openings.observe import ObservedWall
 from frontage.openings.options import OpeningOptions
 from frontage.openings.wall.crossings import CrossingBeams, crossing_beams
@@ -72,7 +72,8 @@ def _measured(
     spacing = spacing_at(rough, evidence, facade.spacing)
     cell = [max(p.evidence.raster.cell, s) for p, s in zip(places, spacing, strict=True)]
     measured = measure(beams, rough, cell, spacing)
-    flat = [k for k, p in enumerate(places) if is_head_open(measured[k], p.box, p.evidence)]
+    flat = {k for k, p in enumerate(places) if is_head_open(measured[k], p.box, p.evidence)}
+    flat = sorted(flat | set(odd_heads(measured)))
     cells, spacings = ([sides[k] for k in flat] for sides in (cell, spacing))
     straight = measure(beams, [rough[k] for k in flat], cells, spacings, measured, flat=True)
     for k, outline in zip(flat, straight, strict=True):

@@ -7,7 +7,7 @@ import pytest
 
 from frontage.openings import OpeningOptions
 from frontage.openings.borders.measure import measure
-from frontage.openings.layout.support import are_openings, without_unsupported
+from frontage.openings.layout.support import are_openings, odd_heads, without_unsupported
 from frontage.openings.observe import observe_wall
 from frontage.openings.wall.crossings import crossing_beams
 from fronts import WINDOW, scan_wall
@@ -122,3 +122,13 @@ def test_where_nothing_shows_behind_any_place_two_alike_tell_each_other(window):
     assert are_openings([one]) == [False]
     assert are_openings([one, other]) == [True, True]
     assert are_openings([one, empty(window, 2.0, -1.6, taller=3.2)]) == [False, False]
+
+
+def test_a_curved_head_among_more_flat_ones_is_odd(window):
+    row = [moved(window, 2.0 * k, 0.0) for k in range(4)]
+    round_one = replace(row[1], shape="round", rise=0.6)
+    assert odd_heads([row[0], round_one, *row[2:]]) == [1]
+    assert odd_heads([round_one]) == []
+    both = [replace(o, shape="round", rise=0.6) for o in row[:2]]
+    assert odd_heads([*both, *row[2:]]) == []  # two of four are none the fewer
+    assert odd_heads([round_one, moved(window, 2.0, -1.6, taller=3.2)]) == []  # another size

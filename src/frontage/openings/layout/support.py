@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from frontage.geometry.arrays import Float
+from frontage.geometry.arrays import Bool, Float
 from frontage.model.masonry import MASONRY
 from frontage.openings.borders.gaps import is_opening, shows_most
 from frontage.openings.borders.outline import Outline
@@ -38,6 +38,22 @@ def are_openings(outlines: Sequence[Outline]) -> list[bool]:
     return [bool(t) for t in told]
 
 
+def odd_heads(outlines: Sequence[Outline]) -> list[int]:
+    """Returns the numbers of the outlines with curved heads that have more flat ones like them.
+
+    Those above, below and beside them count that are as wide and as high. Frames that return beams in their
+    corners, and panes that do not, make a gap look round.
+    """
+    places = np.array([o.place for o in outlines]).reshape(-1, 4)
+    flat = np.array([o.shape == "rectangle" for o in outlines], np.bool_)
+    odd = []
+    for k in np.flatnonzero(~flat).tolist():
+        like = _are_like(outlines[k], places)
+        if (like & flat).sum() > (like & ~flat).sum():
+            odd.append(k)
+    return odd
+
+
 def without_unsupported(outlines: Sequence[Outline | None], ground: float) -> list[Outline | None]:
     """Returns the outlines with None for those that neither their borders nor other openings tell.
 
@@ -67,6 +83,11 @@ def _is_told(outline: Outline, known: Float, ground: float) -> bool:
 
 def _has_like(outline: Outline, others: Float) -> bool:
     """Returns whether one of the boxes (n, 4) m is the outline's own, moved along its row or column."""
+    return bool(_are_like(outline, others).any())
+
+
+def _are_like(outline: Outline, others: Float) -> Bool:
+    """Returns which boxes (n, 4) m are the outline's own, moved along its row or column."""
     low, high = np.array(outline.place[:2]), np.array(outline.place[2:])
     size, other = high - low, others[:, 2:] - others[:, :2]
     shared = np.clip(np.minimum(high, others[:, 2:]) - np.maximum(low, others[:, :2]), 0.0, None)
@@ -74,4 +95,4 @@ def _has_like(outline: Outline, others: Float) -> bool:
     in_row = least[:, 0] * shared[:, 1]  # moved along the row, one lies within the width of the other
     in_column = shared[:, 0] * least[:, 1]
     both = np.maximum(in_row, in_column)
-    return bool((both > SAME * (size.prod() + other.prod(1) - both)).any())
+    return np.asarray(both > SAME * (size.prod() + other.prod(1) - both))
