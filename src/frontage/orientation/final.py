@@ -21,6 +21,7 @@ from frontage.orientation.judging import in_one_word, judged
 from frontage.orientation.measuring import Search, measured_control
 from frontage.orientation.neighbours import placed_again
 from frontage.orientation.network import CONTROL, PLACES, SURFACES, TIES, build_network
+from frontage.orientation.outvoted import by_control_alone, most_outvoted
 from frontage.orientation.placed import Placed, Scene, contrary, prior_of
 from frontage.orientation.reflectance.surface import ScannedSurface
 from frontage.orientation.result import Orientation, OrientedPhoto, Unoriented
@@ -94,6 +95,7 @@ def _adjusted(scene: Scene, placed: Placed, search: Search, *, last: bool) -> Ad
     """Measures control at the present poses and adjusts; photos that nothing determines are left out.
 
     Only the `last` adjustment asks which errors are alike: those before give places to look for control at.
+    Photos whose control agrees on another pose lose their tie points, the worst of them first.
     """
     control = []
 
@@ -107,7 +109,7 @@ def _adjusted(scene: Scene, placed: Placed, search: Search, *, last: bool) -> Ad
         network = _network(scene, placed, control)
         try:
             dependence = dependence_of(placed.photos, control, scene.surface) if last else None
-            return AdjustedPhotos(placed, tuple(control), network, adjust(network, _TESTS, dependence))
+            state = AdjustedPhotos(placed, tuple(control), network, adjust(network, _TESTS, dependence))
         except NotDetermined as error:
             on = network.photos
             lost = np.isin(on.body, error.bodies) | np.isin(on.mount, error.mounts)
@@ -115,6 +117,11 @@ def _adjusted(scene: Scene, placed: Placed, search: Search, *, last: bool) -> Ad
             if len(keep) == len(placed.photos) or not len(keep):
                 raise
             placed, control = placed.only(keep), [control[k] for k in keep]
+            continue
+        outvoted = most_outvoted(state, scene.seed)
+        if outvoted is None:
+            return state
+        placed = by_control_alone(placed, outvoted)
 
 
 def _network(scene: Scene, placed: Placed, control: Sequence[ControlPoints]) -> Network:

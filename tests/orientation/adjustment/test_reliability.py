@@ -32,6 +32,17 @@ def test_a_wrong_control_coordinate_is_removed():
     assert abs(found.surface_residuals[6]) == pytest.approx(0.2, abs=0.03)
 
 
+def test_surfaces_may_be_the_only_observations_that_are_put_aside():
+    network = facade_block(21, control=15, noise=0.2).network
+    at = network.surfaces.at.copy()
+    at[6] += 0.2 * network.surfaces.direction[6]
+    # Standard errors are five times the noise, and stay so: no image point is far off.
+    stated = AdjustmentOptions(variance_components=False)
+    found = adjust(replace(network, surfaces=replace(network.surfaces, at=at)), stated)
+    assert not found.rejected.any()
+    np.testing.assert_array_equal(np.flatnonzero(found.surface_rejected), [6])
+
+
 def test_five_percent_of_mismatches_are_removed():
     block = facade_block(22, photos=10, points=300)
     rng = np.random.default_rng(0)

@@ -49,7 +49,7 @@ def _coupled(fit: Fit, away: Layout, slots: Int) -> Float:
     inverse = inverse_blocks(fit.equations.V[slots[wanted]])
     Z = (inverse @ W).reshape(-1, fit.layout.columns)
     across = np.zeros((len(wanted), 3, fit.layout.columns + 1))
-    across[:, :, :-1] = (Z @ fit.precision.wide).reshape(len(wanted), 3, -1)
+    across[:, :, :-1] = (Z @ fit.precision.wide).reshape(len(wanted), 3, fit.layout.columns)
     columns = away.photo_columns[away.photo]
     picked = across[position[:, None, None], np.arange(3)[:, None], columns[:, None, :]]
     return np.asarray(picked, np.float64)
