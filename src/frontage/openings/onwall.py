@@ -72,8 +72,8 @@ def _measured(
     spacing = spacing_at(rough, evidence, facade.spacing)
     cell = [max(p.evidence.raster.cell, s) for p, s in zip(places, spacing, strict=True)]
     measured = measure(beams, rough, cell, spacing)
-    flat = {k for k, p in enumerate(places) if is_head_open(measured[k], p.box, p.evidence)}
-    flat = sorted(flat | set(odd_heads(measured)))
+    open_ = {k for k, p in enumerate(places) if is_head_open(measured[k], p.box, p.evidence)}
+    flat = sorted(open_.union(odd_heads(measured)))
     cells, spacings = ([sides[k] for k in flat] for sides in (cell, spacing))
     straight = measure(beams, [rough[k] for k in flat], cells, spacings, measured, flat=True)
     for k, outline in zip(flat, straight, strict=True):

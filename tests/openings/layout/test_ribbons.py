@@ -38,3 +38,12 @@ def test_a_long_strip_that_returns_nothing_is_none_where_lines_of_sight_are_unkn
 def test_a_strip_from_end_to_end_of_a_wall_is_none(rays):
     """A scan that thins out leaves such strips."""
     assert found((-1.0, 2.0, 20.0, 3.5), rays=rays) == []
+
+
+@pytest.mark.parametrize("rays", [True, False])
+def test_a_gap_in_the_wall_that_touches_a_ribbon_window_does_not_hide_it(rays):
+    facade, scan = scan_wall(
+        [RIBBON, (6.0, 3.5, 6.9, 4.4)], spacing=0.03, depth=0.1, rays=rays, returned=0.2, size=(16.0, 5.0)
+    )
+    boxes = [box_of(o) for o in find_openings(facade, scan, OPTIONS).elements.openings]
+    assert any(np.abs(box - RIBBON).max() < 0.04 for box in boxes)

@@ -21,6 +21,7 @@ _PIECE = 0.5  # the same share for what bars part: less is a piece of it
 _GAP = 0.12  # m between the bars of a grille: guards of windows and balconies leave no wider gaps
 # size of the opening square, and the largest component that is kept, in least openings
 _SCALES = ((0.6, 12.0), (1.0, 12.0), (1.7, 12.0), (2.5, 25.0))
+_RIBBON = 4.0  # least openings, the square that parts the lights of ribbons from gaps in the wall beside them
 _FILLED = 0.8  # share of its box that a larger component fills which is a rectangle
 # share of the expected beams that came back from behind the wall where larger components are open
 _SEEN = 0.3
@@ -122,7 +123,7 @@ def _components(
     panes of a shop.
     """
     llr = evidence.llr
-    for size, largest in (*_SCALES, (_SCALES[-1][0], np.inf)):
+    for size, largest in (*_SCALES, (_SCALES[-1][0], np.inf), (_RIBBON, np.inf)):
         high, broad = (max(3, int(size * side)) for side in least)
         labels, _ = ndimage.label(opened(open_, (high, broad)))
         open_ = np.zeros(llr.shape, np.bool_)
@@ -130,9 +131,7 @@ def _components(
             tall, wide = rows.stop - rows.start, columns.stop - columns.start
             own = labels[rows, columns] == number
             is_one = own.mean() > _FILLED or _seen_through(evidence, (rows, columns), own)
-            if largest == np.inf and not is_one:
-                continue
-            if tall > largest * least[0] or wide > largest * least[1]:
+            if tall > largest * least[0] or wide > largest * least[1] or (largest == np.inf and not is_one):
                 open_[rows, columns] |= own
             elif tall + 2 >= least[0] and wide + 2 >= least[1]:
                 part = _grown(rows), _grown(columns)

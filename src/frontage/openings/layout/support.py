@@ -27,14 +27,21 @@ def are_openings(outlines: Sequence[Outline]) -> list[bool]:
     places = np.array([o.place for o in outlines]).reshape(-1, 4)
     large = np.array([is_opening(o) for o in outlines], np.bool_)
     shown = np.array([o.has_rays or o.depth is not None or o.behind > BARS for o in outlines], np.bool_)
-    told, empty = large & shown, np.flatnonzero(large & ~shown)
-    if not told.any():
-        told[[k for k in empty if _has_like(outlines[k], places[empty[empty != k]])]] = True
-    while more := [k for k in empty if not told[k] and _has_like(outlines[k], places[told])]:
-        told[more] = True
     framed = np.array([o.depth is not None and shows_most(o) for o in outlines], np.bool_)
-    small = np.flatnonzero(framed & ~large)
-    told[[k for k in small if _has_like(outlines[k], places[told])]] = True
+
+    def like(some: Bool, others: Bool) -> list[int]:
+        """Returns which of some outlines (n,) are like one of the others (n,)."""
+        numbers = np.flatnonzero(others)
+        return [
+            k for k in np.flatnonzero(some).tolist() if _has_like(outlines[k], places[numbers[numbers != k]])
+        ]
+
+    told, empty = large & shown, large & ~shown
+    if not told.any():
+        told[like(empty, empty)] = True
+    while more := like(empty & ~told, told):
+        told[more] = True
+    told[like(framed & ~large, told)] = True
     return [bool(t) for t in told]
 
 

@@ -166,27 +166,25 @@ def _unwatched(seen: Float, expected: Float, inside: Bool, cell: float) -> Bool:
     Ribbon windows are longer than other openings, but there is wall above, below, and on one side at least.
     """
     out = np.zeros(seen.shape, np.bool_)
-    rate = local_rate(seen, expected, _BLUR / cell)
+    rate, largest = local_rate(seen, expected, _BLUR / cell), int(LARGEST / cell)
     empty, wall = inside & (rate < _EMPTY), inside & (rate >= WALL)
-    below, above = _follows(wall, ~inside), _follows(wall[::-1], ~inside[::-1])[::-1]
-    left, right = _follows(wall.T, ~inside.T).T, _follows(wall.T[::-1], ~inside.T[::-1])[::-1].T
-    framed = below & above & (left | right)
-    largest = int(LARGEST / cell)
+    below, above = _to_wall(wall, inside), _to_wall(wall[::-1], inside[::-1])[::-1]
+    left, right = _to_wall(wall.T, inside.T).T, _to_wall(wall.T[::-1], inside.T[::-1])[::-1].T
+    framed = (below + above <= largest) & (np.minimum(left, right) < np.inf)
     labels, _ = ndimage.label(empty)
     for number, place in enumerate(ndimage.find_objects(labels), 1):
-        high, wide = (p.stop - p.start for p in place)
-        if max(high, wide) > largest:
+        if max(p.stop - p.start for p in place) > largest:
             own = labels[place] == number
-            if high > largest or framed[place][own].mean() < 1.0 - BARS:
+            if framed[place][own].mean() < 1.0 - BARS:
                 out[place] |= own
     return out
 
 
-def _follows(first: Bool, second: Bool) -> Bool:
-    """Returns the cells (h, w) below which the `first` kind is nearer, in their column, than the `second`."""
-    row = np.arange(len(first))[:, None]
-    last = [np.maximum.accumulate(np.where(kind, row, -1), axis=0) for kind in (first, second)]
-    return np.asarray(last[0] > last[1])
+def _to_wall(wall: Bool, inside: Bool) -> Float:
+    """Returns how many rows below each cell (h, w) the next wall is; infinity where the facade ends first."""
+    row = np.arange(len(wall))[:, None]
+    last, end = (np.maximum.accumulate(np.where(kind, row, -1), axis=0) for kind in (wall, ~inside))
+    return np.where(last > end, row - last, np.inf)
 
 
 def equal_share(low: float, high: float) -> float:
