@@ -78,10 +78,8 @@ def _measured(
     straight = measure(beams, [rough[k] for k in flat], cells, spacings, measured, flat=True)
     for k, outline in zip(flat, straight, strict=True):
         measured[k] = outline
-    checked = [
-        with_sill(with_supported_borders(o, p.box, p.evidence), beams)
-        for o, p in zip(measured, places, strict=True)
-    ]
+    supported = (with_supported_borders(o, p.box, p.evidence) for o, p in zip(measured, places, strict=True))
+    checked = [with_sill(o, beams) for o in supported]
     told = zip(checked, places, are_openings(checked), strict=True)
     real = [(outline, p.box, p.worth) for outline, p, is_one in told if is_one]
     pooled = pool([outline for outline, *_ in real])
