@@ -12,6 +12,7 @@ from frontage.model.masonry import TOLERANCES
 from frontage.model.scan import Scan
 from frontage.openings.wall.fields import FieldOfView, fields_of_view
 from frontage.openings.wall.raster import WallRaster
+from frontage.openings.wall.roofs import roof_level
 from frontage.openings.wall.surface import FITTING, TILE, value_at, wall_depth
 
 _APART = 2.0  # spacings between a fitting's point and its shadow from which they lie in different cells
@@ -48,6 +49,7 @@ class Beams:
     rays         whether most lines of sight are known
     points       (s, 3) m, points of the facade's support in its frame
     fields       fields of view of the stations
+    roof         m, height z from which points of unknown sensors behind the wall were seen from a roof
     """
 
     solid: Float
@@ -64,6 +66,7 @@ class Beams:
     rays: bool
     points: Float
     fields: tuple[FieldOfView, ...] = ()
+    roof: float = np.inf
 
     def __post_init__(self) -> None:
         pair = ((None, 2), np.float64)
@@ -81,7 +84,7 @@ def sort_beams(facade: Facade, scan: Scan, wall: Float | None = None) -> Beams:
 
     With known sensors, a beam counts where it crosses the wall at its local depth (found on the plane first,
     then once more at the depth there). Without them, a point stands for the place on the wall right before
-    it.
+    it, unless it lies on or above a flat roof.
     """
     to_facade = facade.frame.inverse
     points = to_facade.apply(np.take(scan.xyz, facade.support, axis=0))
@@ -102,8 +105,10 @@ def sort_beams(facade: Facade, scan: Scan, wall: Float | None = None) -> Beams:
     aside = np.hypot(*lines.slope) * -depth  # m between a fitting's point and its shadow on the wall
     through = depth > least
     stopped = (depth < -FITTING) | ((depth < -least) & (aside > _APART * facade.spacing))
-    behind, ahead = own > least, d < -FITTING
-    lone = near[alone][behind]
+    ahead, lone = d < -FITTING, near[alone]
+    roof = roof_level(lone, own, float(facade.outline[:, 1].max()))
+    behind = (own > least) & (lone[:, 2] < roof)
+    lone = lone[behind]
     return Beams(
         near[on][:, [0, 2]],
         d[on],
@@ -119,6 +124,7 @@ def sort_beams(facade: Facade, scan: Scan, wall: Float | None = None) -> Beams:
         rays,
         points,
         fields_of_view(facade, scan),
+        roof,
     )
 
 

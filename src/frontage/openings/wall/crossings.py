@@ -67,12 +67,14 @@ class CrossingBeams(SightLines):
 def crossing_beams(facade: Facade, scan: Scan, beams: Beams) -> CrossingBeams:
     """Returns the beams that cross the facade's bounding box; points of unknown sensors stand for themselves.
 
-    The local depth of the wall is that of `beams`.
+    The local depth of the wall is that of `beams`. Points that were seen from a roof do not count.
     """
     lines = beams.lines
     ok = np.flatnonzero(np.abs(lines.slope).max(0) < _STEEPEST)
     lone = np.flatnonzero(scan.origin_index[facade.support] < 0)
     x, y, z = beams.points[lone].T
+    kept = (z < beams.roof) | (y - beams.depth_at(x, z) <= beams.least)
+    lone, x, y, z = lone[kept], x[kept], y[kept], z[kept]
     place = np.hstack([lines.place[:, ok], [x, z]])
     level = np.concatenate([lines.level[ok], beams.depth_at(x, z)])
     depth = np.concatenate([lines.y[ok], y]) - level
