@@ -129,6 +129,8 @@ def test_a_curved_head_among_more_flat_ones_is_odd(window):
     round_one = replace(row[1], shape="round", rise=0.6)
     assert odd_heads([row[0], round_one, *row[2:]]) == [1]
     assert odd_heads([round_one]) == []
+    unseen = replace(round_one, borders=tuple(replace(b, gain=0.0) for b in round_one.borders))
+    assert odd_heads([row[0], unseen, *row[2:]]) == []  # its row completes it
     both = [replace(o, shape="round", rise=0.6) for o in row[:2]]
     assert odd_heads([*both, *row[2:]]) == []  # two of four are none the fewer
     assert odd_heads([round_one, moved(window, 2.0, -1.6, taller=3.2)]) == []  # another size

@@ -49,14 +49,16 @@ def odd_heads(outlines: Sequence[Outline]) -> list[int]:
     """Returns the numbers of the outlines with curved heads that have more flat ones like them.
 
     Those above, below and beside them count that are as wide and as high. Frames that return beams in their
-    corners, and panes that do not, make a gap look round.
+    corners, and panes that do not, make a gap look round. Outlines that show none of their borders are left
+    out, because their rows complete them.
     """
     places = np.array([o.place for o in outlines]).reshape(-1, 4)
     flat = np.array([o.shape == "rectangle" for o in outlines], np.bool_)
     odd = []
     for k in np.flatnonzero(~flat).tolist():
         like = _are_like(outlines[k], places)
-        if (like & flat).sum() > (like & ~flat).sum():
+        shown = any(b.is_seen for b in outlines[k].borders)
+        if shown and (like & flat).sum() > (like & ~flat).sum():
             odd.append(k)
     return odd
 
