@@ -103,7 +103,7 @@ class DrawnWall:
 
 @dataclass(frozen=True, eq=False)
 class Fit:
-    """A place of a wall of the (upright) block on a wall of the scan."""
+    """A place on a wall of the scan where a wall of the block may lie; the block is upright."""
 
     similarity: Similarity
     gain: float
@@ -156,7 +156,7 @@ def _sides(wall: UprightWall) -> tuple[float, float]:
 
 
 def _squarest(photos: Sequence[Photo], wall: UprightWall) -> list[Photo]:
-    """The photos that look at the wall, the squarest views first, not more than are needed."""
+    """Returns the photos that show the wall least obliquely, these first, and no more than are needed."""
     facing = [(float(p.pose.R[:, 2] @ wall.inward), k) for k, p in enumerate(photos)]
     return [photos[k] for cosine, k in sorted(facing, reverse=True)[:_MOST_PHOTOS] if cosine > 0.2]
 

@@ -26,6 +26,7 @@ from frontage.orientation.placed import Placed, Scene, contrary, prior_of
 from frontage.orientation.reflectance.surface import ScannedSurface
 from frontage.orientation.result import Orientation, OrientedPhoto, Unoriented
 from frontage.orientation.rigs import adjusted_rigs, rig_notes
+from frontage.orientation.significance import CRITICAL
 from frontage.orientation.templates import HALF
 from frontage.orientation.tying import tied_to_neighbours, without_contradicted
 from frontage.orientation.verify import Verdict, verify
@@ -33,7 +34,7 @@ from frontage.orientation.views import Views
 from frontage.solve.abreast import each
 
 # Of a thousand good observations one fails (Baarda 1968): false matches of templates are rarely far off.
-_TESTS = AdjustmentOptions(critical=3.29, known=frozenset({PLACES}))
+_TESTS = AdjustmentOptions(critical=CRITICAL, known=frozenset({PLACES}))
 _AS_STATED = AdjustmentOptions(loss="none", snooping=False, variance_components=False)
 # Small templates stand larger errors of the pose, large ones are precise.
 _PASSES = (Search(12, 24), Search(6, 12, 2 * HALF))

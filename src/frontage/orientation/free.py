@@ -13,9 +13,10 @@ from frontage.orientation.adjustment import Adjustment, AdjustmentOptions, Depen
 from frontage.orientation.dependence import metres_per_pixel
 from frontage.orientation.network import TIES, TiePoints, distinct_cameras, tie_images
 from frontage.orientation.nouns import Block
+from frontage.orientation.significance import CRITICAL
 
 # Of a thousand good observations one fails (Baarda 1968).
-_TESTS = AdjustmentOptions(critical=3.29)
+_TESTS = AdjustmentOptions(critical=CRITICAL)
 _ALIKE_PX = 140.0  # over which errors of tie points may be alike at least, as with a scan
 
 

@@ -9,10 +9,10 @@ from frontage.orientation.control import ControlPoints, find_control
 from frontage.orientation.reflectance.surface import ScannedSurface
 from frontage.orientation.reflectance.tones import ImageOf
 from frontage.orientation.result import MANY, PRECISE_PX
+from frontage.orientation.significance import CRITICAL_DISTANCE
 from frontage.orientation.templates import HALF
 
 _ROUNDS = 3  # of tests, each by what the one before has left
-_CRITICAL = 3.72  # standard errors, what one of a thousand distances in two dimensions exceeds
 
 
 @dataclass(frozen=True)
@@ -92,7 +92,7 @@ def agreement(control: ControlPoints) -> Agreement:
     far = np.linalg.norm(control.moved, axis=1) / control.sigma
     rows = np.arange(len(control))
     for _ in range(_ROUNDS):
-        rows = rows[far[rows] <= _CRITICAL * np.sqrt((far[rows] ** 2).sum() / max(1, 2 * len(rows)))]
+        rows = rows[far[rows] <= CRITICAL_DISTANCE * np.sqrt((far[rows] ** 2).sum() / max(1, 2 * len(rows)))]
     best = rows[np.argsort(control.sigma[rows], kind="stable")[:MANY]]
     if not len(best):
         return Agreement(0, np.inf, 0)

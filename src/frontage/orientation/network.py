@@ -149,9 +149,10 @@ def tie_images(photos: Sequence[Photo], ties: TiePoints) -> ImageObservations:
 
 
 def _other_sizes(photos: Sequence[Photo], ties: TiePoints) -> Float:
-    """How much (m,) px blobs differ in size from what the other photos of their points show, rms.
+    """Returns the differences in size (m,) px between each blob and those of its point in other photos.
 
-    Near photos show a blob larger, so that sizes are compared in units of length. 0 where nothing is known.
+    They are root mean squares, and 0 where nothing is known. Near photos show a blob larger, so that sizes
+    are compared in units of length.
     """
     scale, n = np.full(len(ties.photo), np.nan), len(ties.xyz)
     for k, photo in enumerate(photos):

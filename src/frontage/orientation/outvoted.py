@@ -17,9 +17,7 @@ from frontage.orientation.adjusted import AdjustedPhotos
 from frontage.orientation.network import CONTROL, TIES
 from frontage.orientation.placed import Placed
 from frontage.orientation.resection import resect
-
-_AGREE = 3.72  # standard errors that one of a thousand distances in two dimensions exceeds
-_CRITICAL = 3.29  # standard errors: one difference of a thousand is as large by chance, as in data snooping
+from frontage.orientation.significance import CRITICAL, CRITICAL_DISTANCE
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,7 +55,7 @@ def by_control_alone(placed: Placed, one: Outvoted) -> Placed:
 def _outvoted(state: AdjustedPhotos, k: int, photo: Photo, seed: int) -> Outvoted | None:
     found, images, control = state.adjustment, state.network.images, state.control[k]
     sigma = images.sigma[(images.photo == k) & (images.group == CONTROL)]
-    near = _AGREE * np.sqrt(found.factors[CONTROL]) * sigma
+    near = CRITICAL_DISTANCE * np.sqrt(found.factors[CONTROL]) * sigma
     if not len(near):
         return None
     own = resect(photo.camera, control.pixels, control.xyz, float(np.median(near)), seed=seed)
@@ -70,11 +68,11 @@ def _outvoted(state: AdjustedPhotos, k: int, photo: Photo, seed: int) -> Outvote
 
     gained = agree(own.pose).astype(np.float64) - agree(photo.pose)
     excess = _standard_errors(gained, control.pixels / control.side[:, None])
-    return Outvoted(k, own.pose, excess) if excess > _CRITICAL else None
+    return Outvoted(k, own.pose, excess) if excess > CRITICAL else None
 
 
 def _standard_errors(gained: Float, place: Float) -> float:
-    """The sum of differences (n,) in its standard errors; those in one template (n, 2) count as one."""
+    """Returns the sum of differences (n,) in its standard errors; those in one template count as one."""
     template = np.unique(np.floor(place), axis=0, return_inverse=True)[1].ravel()
     each = np.bincount(template, gained)
     return float(each.sum() / max(np.linalg.norm(each), 1e-9))

@@ -125,9 +125,9 @@ def _unit(wall: UprightWall, centres: Float, start: Start, size: float) -> float
 
 
 def _sensible(sizes: Float, start: Start, length: float) -> Float:
-    """Sizes without those that nothing tells and that make a wall of `length` m a very long one.
+    """Returns the sizes, without those that make a wall of `length` m very long where the size is unknown.
 
-    Tie points on hills far away lie on such walls, and comparing these takes minutes.
+    Tie points on hills far away lie on such walls, and it takes minutes to compare them.
     """
     return sizes if np.isfinite(start.sigma_size) else sizes[sizes * length <= _LONGEST_M]
 

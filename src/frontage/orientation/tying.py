@@ -15,11 +15,11 @@ from frontage.model import Photo
 from frontage.orientation.network import TiePoints
 from frontage.orientation.nouns import CommonPoints
 from frontage.orientation.placed import Placed, Scene
+from frontage.orientation.significance import CRITICAL_DISTANCE
 from frontage.orientation.views import FEWEST, Views
 
 _ADJUSTED_PX = 3.0  # how well rays meet after the first adjustment
 _LEAST_ANGLE = np.radians(1.0)  # at which two rays must meet
-_CRITICAL = 3.72  # standard errors that one of a thousand distances in two dimensions exceeds
 _SHARES = np.array([0.5, 0.25])  # of the points of a pair that tell how far off all of them are
 _FEWEST_AGREEING = 3  # photos of a point that some others contradict
 
@@ -42,7 +42,7 @@ def tied_to_neighbours(scene: Scene, placed: Placed, views: Views) -> Placed:
             continue
         xyz, good = _intersected(placed.photos[i], placed.photos[j], pair.pixels)
         if good.sum() >= FEWEST:
-            good &= views.off(pair.first, pair.second, pair.pixels) < _CRITICAL
+            good &= views.off(pair.first, pair.second, pair.pixels) < CRITICAL_DISTANCE
         if good.sum() >= FEWEST:
             parts.append(_ties(i, j, xyz, pair, good, count))
             count += int(good.sum())
@@ -63,8 +63,8 @@ def without_contradicted(placed: Placed, views: Views) -> Placed:
     ties, rows = placed.ties, len(placed.ties.photo)
     pairs = [_asked(placed, views, i, j) for i, j in combinations(range(len(placed.photos)), 2)]
     none = np.empty((0, 2), np.int64)
-    agreeing = np.concatenate([none, *(p.rows[p.off < _CRITICAL] for p in pairs)])
-    contrary = np.concatenate([none, *(p.rows[p.off >= _CRITICAL] for p in pairs)])
+    agreeing = np.concatenate([none, *(p.rows[p.off < CRITICAL_DISTANCE] for p in pairs)])
+    contrary = np.concatenate([none, *(p.rows[p.off >= CRITICAL_DISTANCE] for p in pairs)])
     keep = np.ones(rows, np.bool_)
     while (left := contrary[keep[contrary].all(1)]).size:
         against, for_it = np.bincount(left.ravel(), minlength=rows), _count(agreeing, keep)

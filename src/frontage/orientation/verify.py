@@ -22,6 +22,7 @@ from frontage.orientation.gradients import oriented_gradients, padded
 from frontage.orientation.reflectance.render import Rendering, pixel_factor, render
 from frontage.orientation.reflectance.surface import ScannedSurface
 from frontage.orientation.reflectance.tones import ImageOf, photo_tone
+from frontage.orientation.significance import CRITICAL
 from frontage.orientation.templates import correlation_surfaces
 
 _PIXEL_M = 0.06  # of the rendering: fine enough for window frames
@@ -34,7 +35,6 @@ _WALL_M = 0.5  # to the piece of surface that a template lies on
 _CHANCE = 1e-6  # probability of a chance result below which a pose is confirmed
 _RIVAL = 0.85  # agreement elsewhere, relative to that here, from which a pose is not confirmed
 _FEWEST = 8  # templates, below which nothing can be said
-_CRITICAL = 3.29  # standard errors: one difference of a thousand is as large by chance, as in data snooping
 
 
 @dataclass(frozen=True)
@@ -79,7 +79,7 @@ class Verdict:
     @property
     def contradicted(self) -> bool:
         """Whether the scan is found elsewhere, significantly better than where the pose puts it."""
-        return self.doubted and self.excess > _CRITICAL
+        return self.doubted and self.excess > CRITICAL
 
 
 def verify(photo: Photo, surface: ScannedSurface, image_of: ImageOf) -> Verdict:

@@ -5,7 +5,7 @@ from functools import partial
 
 import numpy as np
 
-from frontage.geometry.arrays import Bool, Float
+from frontage.geometry.arrays import Float
 from frontage.model.masonry import MASONRY
 from frontage.openings.borders.circles import Circle, find_circle
 from frontage.openings.borders.depth import AROUND, density_beside, find_depth, find_wall
@@ -114,6 +114,7 @@ def _outline(
     if rise > 0.0 and known is None:
         place, borders = search(place, cell=spacing, rise=rise)
     slack = 2.0 * max(borders[0].sigma, borders[1].sigma)
+    into = _depths_into(near, place)
     return Outline(
         shape,
         place,
@@ -121,10 +122,10 @@ def _outline(
         _covariance(shape, borders, spread),
         tuple(borders),
         find_depth(wide, place, rise, slack, walls),
-        _deeper(near, place, _ROOM),
+        _deeper(into, _ROOM),
         None if wall is None else wall[0],
-        sunken=_deeper(near, place, MASONRY.half_brick),
-        behind=_behind(near, place),
+        sunken=_deeper(into, MASONRY.half_brick),
+        behind=len(into) / max(_beams_due(near, place), 1.0),
     )
 
 
@@ -193,21 +194,19 @@ def _spread(head: Head) -> Float:
     return np.array([[top + 1e-6, both], [both, rise + 1e-6]])
 
 
-def _behind(near: CrossingBeams, place: Box) -> float:
-    """Returns the beams that end behind the wall in an opening, per beam that a wall would return."""
-    x0, z0, x1, z1 = place
-    due = density_beside(near, place) * (x1 - x0) * (z1 - z0)
-    return float(_inside(near, place).sum() / max(due, 1.0))
-
-
-def _deeper(near: CrossingBeams, place: Box, depth: float) -> float:
-    """Returns the share of the beams into an opening that end more than `depth` m behind the wall."""
-    inside = _inside(near, place)
-    return float((near.depth[inside] > depth).mean()) if inside.any() else 0.0
-
-
-def _inside(near: CrossingBeams, place: Box) -> Bool:
-    """Returns which beams (n,) end behind the wall in an opening."""
+def _depths_into(near: CrossingBeams, place: Box) -> Float:
+    """Returns the depths (n,) m at which the beams into an opening end behind the wall."""
     x0, z0, x1, z1 = place
     x, z = near.place
-    return np.asarray((x > x0) & (x < x1) & (z > z0) & (z < z1) & (near.depth > near.wall))
+    return np.asarray(near.depth[(x > x0) & (x < x1) & (z > z0) & (z < z1) & (near.depth > near.wall)])
+
+
+def _deeper(into: Float, depth: float) -> float:
+    """Returns the share of the beams into an opening, whose depths (n,) m are given, that end deeper."""
+    return float((into > depth).mean()) if len(into) else 0.0
+
+
+def _beams_due(near: CrossingBeams, place: Box) -> float:
+    """Returns how many beams a wall in the place of an opening would return."""
+    x0, z0, x1, z1 = place
+    return density_beside(near, place) * (x1 - x0) * (z1 - z0)

@@ -130,8 +130,11 @@ def _components(
         for number, (rows, columns) in enumerate(ndimage.find_objects(labels), 1):
             tall, wide = rows.stop - rows.start, columns.stop - columns.start
             own = labels[rows, columns] == number
-            is_one = own.mean() > _FILLED or _seen_through(evidence, (rows, columns), own)
-            if tall > largest * least[0] or wide > largest * least[1] or (largest == np.inf and not is_one):
+            if largest < np.inf:
+                is_large = tall > largest * least[0] or wide > largest * least[1]
+            else:
+                is_large = own.mean() <= _FILLED and not _seen_through(evidence, (rows, columns), own)
+            if is_large:
                 open_[rows, columns] |= own
             elif tall + 2 >= least[0] and wide + 2 >= least[1]:
                 part = _grown(rows), _grown(columns)

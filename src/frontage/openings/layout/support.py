@@ -20,12 +20,13 @@ def are_openings(outlines: Sequence[Outline]) -> list[bool]:
     """Returns which outlines are openings by themselves, or because another one is.
 
     The frame of a small window may be no deeper than the panels of a wall. An outline that shows its frame
-    and most of its borders is an opening if a sure one above, below or beside it is as wide and as high. So
-    is one behind which nothing shows, where lines of sight are not known: dark or wet masonry returns
-    nothing either. Where nothing shows behind any outline, two that are alike tell each other.
+    and most of its borders is an opening if a sure one above, below or beside it is as wide and as high.
+    Where lines of sight are not known, an outline behind which nothing shows needs such a one as well,
+    because dark or wet masonry returns nothing either. Where nothing shows behind any, two that are alike
+    tell each other.
     """
     places = np.array([o.place for o in outlines]).reshape(-1, 4)
-    large = np.array([is_opening(o) for o in outlines], np.bool_)
+    alone = np.array([is_opening(o) for o in outlines], np.bool_)
     shown = np.array([o.has_rays or o.depth is not None or o.behind > BARS for o in outlines], np.bool_)
     framed = np.array([o.depth is not None and shows_most(o) for o in outlines], np.bool_)
 
@@ -36,12 +37,12 @@ def are_openings(outlines: Sequence[Outline]) -> list[bool]:
             k for k in np.flatnonzero(some).tolist() if _has_like(outlines[k], places[numbers[numbers != k]])
         ]
 
-    told, empty = large & shown, large & ~shown
+    told, empty = alone & shown, alone & ~shown
     if not told.any():
         told[like(empty, empty)] = True
     while more := like(empty & ~told, told):
         told[more] = True
-    told[like(framed & ~large, told)] = True
+    told[like(framed & ~alone, told)] = True
     return [bool(t) for t in told]
 
 

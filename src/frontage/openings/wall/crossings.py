@@ -73,10 +73,11 @@ def crossing_beams(facade: Facade, scan: Scan, beams: Beams) -> CrossingBeams:
     ok = np.flatnonzero(np.abs(lines.slope).max(0) < _STEEPEST)
     lone = np.flatnonzero(scan.origin_index[facade.support] < 0)
     x, y, z = beams.points[lone].T
-    kept = (z < beams.roof) | (y - beams.depth_at(x, z) <= beams.least)
-    lone, x, y, z = lone[kept], x[kept], y[kept], z[kept]
+    wall = beams.depth_at(x, z)
+    kept = (z < beams.roof) | (y - wall <= beams.least)
+    lone, x, y, z, wall = (values[kept] for values in (lone, x, y, z, wall))
     place = np.hstack([lines.place[:, ok], [x, z]])
-    level = np.concatenate([lines.level[ok], beams.depth_at(x, z)])
+    level = np.concatenate([lines.level[ok], wall])
     depth = np.concatenate([lines.y[ok], y]) - level
     slope = np.hstack([lines.slope[:, ok], np.zeros((2, len(lone)))])
     away = np.concatenate([lines.range[ok], np.zeros(len(lone))])

@@ -167,17 +167,22 @@ def _unwatched(seen: Float, expected: Float, inside: Bool, cell: float) -> Bool:
     """
     out = np.zeros(seen.shape, np.bool_)
     rate, largest = local_rate(seen, expected, _BLUR / cell), int(LARGEST / cell)
-    empty, wall = inside & (rate < _EMPTY), inside & (rate >= WALL)
+    labels, _ = ndimage.label(inside & (rate < _EMPTY))
+    places = enumerate(ndimage.find_objects(labels), 1)
+    large = [(number, place) for number, place in places if max(p.stop - p.start for p in place) > largest]
+    framed = _between_walls(inside & (rate >= WALL), inside, largest) if large else out
+    for number, place in large:
+        own = labels[place] == number
+        if framed[place][own].mean() < 1.0 - BARS:
+            out[place] |= own
+    return out
+
+
+def _between_walls(wall: Bool, inside: Bool, apart: int) -> Bool:
+    """Returns which cells (h, w) have wall above and below, at most `apart` rows apart, and on one side."""
     below, above = _to_wall(wall, inside), _to_wall(wall[::-1], inside[::-1])[::-1]
     left, right = _to_wall(wall.T, inside.T).T, _to_wall(wall.T[::-1], inside.T[::-1])[::-1].T
-    framed = (below + above <= largest) & (np.minimum(left, right) < np.inf)
-    labels, _ = ndimage.label(empty)
-    for number, place in enumerate(ndimage.find_objects(labels), 1):
-        if max(p.stop - p.start for p in place) > largest:
-            own = labels[place] == number
-            if framed[place][own].mean() < 1.0 - BARS:
-                out[place] |= own
-    return out
+    return np.asarray((below + above <= apart) & (np.minimum(left, right) < np.inf))
 
 
 def _to_wall(wall: Bool, inside: Bool) -> Float:
