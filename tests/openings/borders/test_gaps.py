@@ -96,6 +96,14 @@ def test_a_small_window_whose_frame_is_shallow_is_told_by_what_lies_behind_it(be
     assert is_opening(replace(seen, depth=Estimate(0.05, np.array([[1e-6]]), 20.0))) is kept
 
 
+@pytest.mark.parametrize(("returned", "kept"), [(0.1, True), (0.9, False)])
+def test_a_small_recess_that_returns_nothing_is_no_panel(returned, kept):
+    facade, scan = scan_wall([PANE], depth=0.05, rays=False, returned=returned)
+    wall = observe_wall(facade, scan, OpeningOptions())
+    (seen,) = measure(crossing_beams(facade, scan, wall.beams), [PANE], 0.04, 0.02)
+    assert is_opening(replace(seen, depth=Estimate(0.05, np.array([[1e-6]]), 20.0))) is kept
+
+
 @pytest.mark.parametrize("rays", [True, False])
 def test_a_small_gap_needs_a_frame_where_lines_of_sight_are_unknown(rays):
     facade, scan = scan_wall([PANE], depth=0.15, rays=rays)

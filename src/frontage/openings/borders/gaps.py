@@ -2,6 +2,7 @@
 
 from frontage.model.masonry import MASONRY
 from frontage.openings.borders.outline import Outline
+from frontage.openings.wall.evidence import WALL
 
 _SMALL = 0.6  # m: shadows of ledges, joints and pipes leave gaps that are narrower or lower
 _SMALL_EMPTY = 0.9  # m, the same of gaps that show no frame; patches that return little are larger
@@ -17,12 +18,13 @@ def is_opening(outline: Outline) -> bool:
     outlines are judged: one border must show, as it does not where a few beams end behind the top of a wall,
     and without a depth three of four, as they do not at the rim of a scan. Without lines of sight, gaps have
     some straight borders as well: along the ledge or the pipe that throws the shadow. What is no larger than
-    such gaps is an opening only if its frame shows, if it is deeper than sunken ornaments and blind niches,
-    and if it shows three of its four borders beyond doubt, or, where something stands before others, two and
-    most of those left. It is deeper if its frame surely lies behind the panels of a wall, or if a third of
-    what lies behind the wall is more than half a brick behind it. Of larger outlines, one border or the frame
-    is enough: a scan leaves few gaps of that size in a wall that have the form of a rectangle and wall
-    around. Where neither shows, points are merely missing, as behind the ledges of a frieze.
+    such gaps is an opening only if its frame shows, if it is deeper than sunken ornaments and blind niches or
+    returns less than their masonry does, and if it shows three of its four borders beyond doubt, or, where
+    something stands before others, two and most of those left. It is deeper if its frame surely lies behind
+    the panels of a wall, or if a third of what lies behind the wall is more than half a brick behind it. Of
+    larger outlines, one border or the frame is enough: a scan leaves few gaps of that size in a wall that
+    have the form of a rectangle and wall around. Where neither shows, points are merely missing, as behind
+    the ledges of a frieze.
     """
     x0, z0, x1, z1 = outline.place
     size, depth = min(x1 - x0, z1 - z0), outline.depth
@@ -34,7 +36,7 @@ def is_opening(outline: Outline) -> bool:
     if size >= _SMALL:
         return True
     is_deep = outline.sunken > _DEEP or depth.value - _SURELY * float(depth.sigma[0]) >= MASONRY.panel
-    return shows_most(outline) and is_deep
+    return shows_most(outline) and (is_deep or outline.behind < WALL)
 
 
 def shows_most(outline: Outline) -> bool:

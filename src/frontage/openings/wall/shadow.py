@@ -19,27 +19,45 @@ def shadows_of_fittings(beams: Beams, raster: WallRaster, least: Float) -> Bool:
 
     `least` (h, w) are the beams that masonry returns at least.
 
-    Those are the cells above and below it, as far as it stands out, for the sensor may stand anywhere. What
-    is long throws its shadow along its whole length: a place is lit where piers to its left and its right
-    returned their beams at the same height in the same shadow, no further apart than an opening is wide.
-    There must be wall above it, for what stands on a cornice at the end of a wall is no pier.
+    Those are the cells above and below it, as far as it stands out, for the sensor may stand anywhere. Most
+    of them must be dark: where the wall shows, it was seen past the fitting. What is long throws its shadow
+    along its whole length: a place is lit where piers to its left and its right returned their beams at the
+    same height in the same shadow, no further apart than an opening is wide. There must be wall above it, for
+    what stands on a cornice at the end of a wall is no pier.
     """
-    hidden = np.zeros(raster.shape, np.uint8)
+    wall = averaged(raster.count(*beams.solid[beams.solid_depth >= -beams.least].T))  # without fittings
+    shown = wall >= np.maximum(averaged(least), 1e-9)
+    hidden = np.zeros(raster.shape, np.bool_)
     depth = -beams.front[:, 2]
     for near in _NEAR:
         some = (depth >= near) & (depth < near + _THICK)
-        held = raster.count(*beams.front[some, :2].T) > 0
-        held = opened(held, (1, 3))
+        held = opened(raster.count(*beams.front[some, :2].T) > 0, (1, 3))
+        if not held.any():
+            continue
         reach = max(int((near + _REACH) / raster.cell), 1)
-        hidden |= ndimage.maximum_filter1d(held.view(np.uint8), 2 * reach + 1, axis=0)
+        hidden |= _dark(_raised(held, reach), shown)
+        hidden |= _dark(_raised(held[::-1], reach)[::-1], shown)
     if not hidden.any():
-        return hidden.astype(np.bool_)
-    wall = averaged(raster.count(*beams.solid[beams.solid_depth >= -beams.least].T))  # without fittings
-    shown = wall >= np.maximum(averaged(least), 1e-9)
+        return hidden
     wide = max(int(_PIER / raster.cell), 1)
-    lit = _between(opened(shown & (hidden > 0), (wide, wide)), int(MASONRY.largest_opening / raster.cell))
+    lit = _between(opened(shown & hidden, (wide, wide)), int(MASONRY.largest_opening / raster.cell))
     has_wall_above = np.logical_or.accumulate(shown[::-1], axis=0)[::-1]
-    return np.asarray((hidden > 0) & ~(lit & has_wall_above))
+    return np.asarray(hidden & ~(lit & has_wall_above))
+
+
+def _raised(held: Bool, reach: int) -> Bool:
+    """Returns the `held` cells (h, w) and those at most `reach` above one."""
+    row = np.arange(len(held))[:, None]
+    last = np.maximum.accumulate(np.where(held, row, -reach - 1), axis=0)
+    return np.asarray(row - last <= reach)
+
+
+def _dark(shadow: Bool, shown: Bool) -> Bool:
+    """Returns the cells (h, w) of those connected parts of a shadow in most of which no wall is `shown`."""
+    labels, count = ndimage.label(shadow)
+    size = np.bincount(labels.ravel(), minlength=count + 1)
+    lit = np.bincount(labels[shown], minlength=count + 1)
+    return np.asarray(shadow & (2 * lit <= size)[labels])
 
 
 def _between(cells: Bool, most: int) -> Bool:
