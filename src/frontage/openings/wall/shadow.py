@@ -1,9 +1,10 @@
 """The shadows that fittings throw on the wall in a scan whose lines of sight are not known."""
 
+import cv2
 import numpy as np
 from scipy import ndimage
 
-from frontage.geometry.arrays import Bool, Float
+from frontage.geometry.arrays import Array, Bool, Float
 from frontage.model.masonry import MASONRY
 from frontage.openings.wall.beams import Beams
 from frontage.openings.wall.raster import WallRaster, averaged, closed, opened
@@ -35,8 +36,10 @@ def shadows_of_fittings(beams: Beams, raster: WallRaster, least: Float) -> Bool:
         if not held.any():
             continue
         reach = max(int((near + _REACH) / raster.cell), 1)
-        hidden |= _dark(_raised(held, reach), shown)
-        hidden |= _dark(_raised(held[::-1], reach)[::-1], shown)
+        for anchor in (reach, 0):  # up, and down
+            kernel = np.ones((reach + 1, 1), np.uint8)
+            shadow = cv2.dilate(held.view(np.uint8), kernel, anchor=(0, anchor))
+            hidden |= _dark(shadow, shown)
     if not hidden.any():
         return hidden
     wide = max(int(_PIER / raster.cell), 1)
@@ -45,19 +48,13 @@ def shadows_of_fittings(beams: Beams, raster: WallRaster, least: Float) -> Bool:
     return np.asarray(hidden & ~(lit & has_wall_above))
 
 
-def _raised(held: Bool, reach: int) -> Bool:
-    """Returns the `held` cells (h, w) and those at most `reach` above one."""
-    row = np.arange(len(held))[:, None]
-    last = np.maximum.accumulate(np.where(held, row, -reach - 1), axis=0)
-    return np.asarray(row - last <= reach)
-
-
-def _dark(shadow: Bool, shown: Bool) -> Bool:
+def _dark(shadow: Array, shown: Bool) -> Bool:
     """Returns the cells (h, w) of those connected parts of a shadow in most of which no wall is `shown`."""
     labels, count = ndimage.label(shadow)
-    size = np.bincount(labels.ravel(), minlength=count + 1)
-    lit = np.bincount(labels[shown], minlength=count + 1)
-    return np.asarray(shadow & (2 * lit <= size)[labels])
+    dark, lit = (np.bincount(labels[shown == one], minlength=count + 1) for one in (False, True))
+    is_dark = dark >= lit
+    is_dark[0] = False  # what lies in no shadow
+    return np.asarray(is_dark[labels])
 
 
 def _between(cells: Bool, most: int) -> Bool:
