@@ -61,7 +61,7 @@ def adjusted(share, *, ties=True, rig=False, templates=400):
         control=[SimpleNamespace(pixels=pixels, xyz=xyz, side=np.full(400, 4000.0 / templates))],
         network=SimpleNamespace(images=images),
         adjustment=SimpleNamespace(factors=np.ones(max(CONTROL, TIES) + 1)),
-        rows=lambda k, group: np.arange(30 if ties else 0),
+        ties_of=lambda k: np.arange(30 if ties else 0),
         fellows=lambda k: np.arange(2 if rig else 1),
     )
 

@@ -7,7 +7,7 @@ import numpy as np
 from frontage.geometry.arrays import Bool, Int
 from frontage.orientation.adjustment import Adjustment, Network
 from frontage.orientation.control import ControlPoints
-from frontage.orientation.network import CONTROL
+from frontage.orientation.network import CONTROL, TIE_GROUPS
 from frontage.orientation.placed import Placed
 
 _SCATTERED = 0.1  # median residual per reach: 0.01 in the right place, never above 0.03; by chance 0.5
@@ -37,6 +37,16 @@ class AdjustedPhotos:
         """The image observations (k,) of a group in a photo that the adjustment used."""
         images = self.network.images
         return np.flatnonzero(self.adjustment.used & (images.photo == photo) & (images.group == group))
+
+    @property
+    def ties(self) -> Bool:
+        """Which image observations (m,) are measurements of tie points that the adjustment used."""
+        used: Bool = self.adjustment.used & np.isin(self.network.images.group, TIE_GROUPS)
+        return used
+
+    def ties_of(self, photo: int) -> Int:
+        """The measurements (k,) of tie points in a photo that the adjustment used."""
+        return np.flatnonzero(self.ties & (self.network.images.photo == photo))
 
     def used_control(self, photo: int) -> Bool:
         """Which control points (n,) of a photo the adjustment used."""

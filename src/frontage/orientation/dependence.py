@@ -8,7 +8,7 @@ from frontage.geometry.arrays import Float
 from frontage.model import Photo
 from frontage.orientation.adjustment import Dependence
 from frontage.orientation.control import ControlPoints
-from frontage.orientation.network import CONTROL, SURFACES, TIES
+from frontage.orientation.network import CONTROL, SURFACES, TIE_GROUPS
 from frontage.orientation.reflectance.surface import PIECE, ScannedSurface
 
 _TIE_TEMPLATES = 4.0  # sides of a template over which errors of tie points may be alike
@@ -36,8 +36,8 @@ def dependence_of(
     by_scan, spacing = (CONTROL, SURFACES), float(np.median(surface.spacing))
     edge = _STEP_IN_DEPTH if surface.tone is None else _EDGE
     return Dependence(
-        {TIES: _TIE_TEMPLATES * reach, CONTROL: reach, SURFACES: PIECE * spacing},
-        own=frozenset({TIES, CONTROL}),
+        dict.fromkeys(TIE_GROUPS, _TIE_TEMPLATES * reach) | {CONTROL: reach, SURFACES: PIECE * spacing},
+        own=frozenset({*TIE_GROUPS, CONTROL}),
         shared=frozenset(by_scan),
         far=dict.fromkeys(by_scan, _FAR),
         least={CONTROL: edge * spacing},

@@ -20,7 +20,7 @@ from frontage.orientation.drawings import draw_scan
 from frontage.orientation.judging import in_one_word, judged
 from frontage.orientation.measuring import Search, measured_control
 from frontage.orientation.neighbours import placed_again
-from frontage.orientation.network import CONTROL, PLACES, SURFACES, TIES, build_network
+from frontage.orientation.network import CONTROL, PLACES, SURFACES, build_network
 from frontage.orientation.outvoted import by_control_alone, most_outvoted
 from frontage.orientation.placed import Placed, Scene, contrary, prior_of
 from frontage.orientation.reflectance.surface import ScannedSurface
@@ -40,7 +40,6 @@ _AS_STATED = AdjustmentOptions(loss="none", snooping=False, variance_components=
 _PASSES = (Search(12, 24), Search(6, 12, 2 * HALF))
 _FEWEST_CHECKED = 3
 _CHECKED = 0.2  # of the control points that are left out for a check
-_NAMES = {TIES: "tie points", CONTROL: "control", SURFACES: "surfaces"}
 
 
 def adjusted_orientation(scene: Scene, placed: Placed, unoriented: Sequence[Unoriented]) -> Orientation:
@@ -176,7 +175,7 @@ def _without_control(state: AdjustedPhotos, out: Bool) -> Network:
 
 def _oriented(k: int, state: AdjustedPhotos, photo: Photo, verdict: Verdict, check: float) -> OrientedPhoto:
     found = state.adjustment
-    control, ties = state.rows(k, CONTROL), state.rows(k, TIES)
+    control, ties = state.rows(k, CONTROL), state.ties_of(k)
     control = control[np.argsort(state.network.images.sigma[control], kind="stable")]
     return OrientedPhoto(
         photo,
@@ -208,13 +207,12 @@ def _orientation(
 ) -> Orientation:
     found, images = state.adjustment, state.network.images
     n = len(state.placed.ties.xyz)
-    rows = np.flatnonzero(found.used & (images.group == TIES))
+    rows = np.flatnonzero(state.ties)
     rays = np.bincount(images.point[rows], minlength=n)
     good = np.flatnonzero(found.determined[:n] & (rays >= 2))
     place = np.full(n, -1)
     place[good] = np.arange(len(good))
     rows = rows[place[images.point[rows]] >= 0]
-    factors = np.sqrt(found.factors)
     return Orientation(
         photos,
         tuple(left),
@@ -224,11 +222,19 @@ def _orientation(
         place[images.point[rows]],
         images.photo[rows],
         images.pixels[rows],
-        {name: float(factors[g]) for g, name in _NAMES.items() if g < len(factors)},
+        _factors(state),
         found.sigma0,
         found.dof,
         int(found.rejected.sum()),
     )
+
+
+def _factors(state: AdjustedPhotos) -> dict[str, float]:
+    """The standard deviations that were found, relative to those stated; of all tie points together."""
+    found, group = state.adjustment.factors, state.network.images.group[state.ties]
+    factors = {"tie points": float(np.sqrt(found[group].mean()))} if len(group) else {}
+    names = {CONTROL: "control", SURFACES: "surfaces"}
+    return factors | {name: float(np.sqrt(found[g])) for g, name in names.items() if g < len(found)}
 
 
 def _nothing(surface: ScannedSurface, left: Sequence[Unoriented]) -> Orientation:

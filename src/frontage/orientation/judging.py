@@ -8,7 +8,6 @@ from scipy.sparse.csgraph import connected_components
 
 from frontage.geometry.arrays import Bool, Int
 from frontage.orientation.adjusted import AdjustedPhotos
-from frontage.orientation.network import TIES
 from frontage.orientation.result import Unoriented
 from frontage.orientation.verify import Verdict
 
@@ -35,7 +34,7 @@ def judged(
     for k, (photo, verdict) in enumerate(zip(state.placed.photos, verdicts, strict=True)):
         # What the other cameras of its rig see supports a photo as well as what it sees itself.
         fellows = state.fellows(k)
-        control, ties = int(recognising[fellows].sum()), sum(len(state.rows(j, TIES)) for j in fellows)
+        control, ties = int(recognising[fellows].sum()), sum(len(state.ties_of(j)) for j in fellows)
         held = not last or not verdict.doubted or _ties_to(state, k, known) >= _FEWEST_TIES
         if verdict.contradicted or not held:
             text = f"the scan is found {verdict.shift:.0f} px from where its pose puts it"
@@ -67,9 +66,9 @@ def _with_tied(state: AdjustedPhotos, sure: Bool, others: Bool) -> Bool:
 
 def _ties_to(state: AdjustedPhotos, photo: int, others: Bool) -> int:
     """How many tie points of a photo are seen by any of the `others`, a mask (p,) of the photos."""
-    used, images = state.adjustment.used, state.network.images
-    seen = images.point[used & (images.group == TIES) & others[images.photo]]
-    return int(np.isin(images.point[state.rows(photo, TIES)], seen).sum())
+    images = state.network.images
+    seen = images.point[state.ties & others[images.photo]]
+    return int(np.isin(images.point[state.ties_of(photo)], seen).sum())
 
 
 def _recognising(state: AdjustedPhotos) -> Int:
@@ -80,7 +79,7 @@ def _recognising(state: AdjustedPhotos) -> Int:
 def _sums_of_blocks(state: AdjustedPhotos, counts: Int) -> Int:
     """The sum (p,) of counts (p,) over a photo, its rig, and all photos that tie points connect with it."""
     photos, images = len(state.placed.photos), state.network.images
-    ties = state.adjustment.used & (images.group == TIES)
+    ties = state.ties
     body = state.network.photos.body
     # Photos, points and bodies are the nodes of one graph.
     first = np.concatenate([images.photo[ties], np.arange(photos)])
@@ -96,6 +95,6 @@ def in_one_word(state: AdjustedPhotos, photo: int, verdict: Verdict) -> str:
     control = state.recognising(photo)
     if verdict.confirmed or (control >= _CONFIRMING and verdict.alone):
         return "confirmed"
-    if len(state.rows(photo, TIES)) >= _FEWEST_TIES:
+    if len(state.ties_of(photo)) >= _FEWEST_TIES:
         return "tied"
     return "carried" if control < _FEWEST_CONTROL and len(state.fellows(photo)) > 1 else "plain"

@@ -1,7 +1,7 @@
 """The network of the final adjustment: tie points, control from the scan, surfaces, and poses from GPS."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -21,6 +21,12 @@ from frontage.orientation.rigs import carriers_of
 TIES, CONTROL, PLACES, SURFACES = 0, 1, 2, 3
 """Groups of observations, each with a variance of its own; PLACES are the rows that hold control points."""
 
+TIES_ONCE, TIES_NEVER = 4, 5
+"""Groups of measurements of tie points of which only one of a third photo and the scan tells that they are
+right, and of which neither does; those in TIES have both."""
+
+TIE_GROUPS = (TIES, TIES_ONCE, TIES_NEVER)
+
 TIE_SIGMA_PX = 0.5
 """First standard error of a measurement of a tie point, px per axis."""
 
@@ -31,6 +37,9 @@ _HELD_M = 1e-4  # rows that hold control points; their errors are part of the im
 _REACH_M = 0.2  # between a tie point and the middle of the flat piece that it lies on
 _OFF_M = 0.05  # from its plane
 _ROUGH_M = 0.003  # least standard error of a surface
+# Measurements of a group of tie points, from which its variance is estimated: two of a point in two photos
+# have a redundancy of one, and the standard error of a variance from 40 of them is a fifth of it.
+_FEWEST = 80
 
 
 @dataclass(frozen=True, eq=False)
@@ -93,7 +102,8 @@ def build_network(
     The photos that `rigs` took at one moment are one body.
     """
     cameras, number = distinct_cameras([p.camera for p in photos])
-    images = [tie_images(photos, ties)]
+    surfaces = _surfaces(ties.xyz, surface)
+    images = [_by_confirmation(tie_images(photos, ties), surfaces)]
     images += [
         _control_images(k, p, c, surface) for k, (p, c) in enumerate(zip(photos, control, strict=True))
     ]
@@ -110,7 +120,7 @@ def build_network(
         carriers.photos,
         xyz,
         _joined([images[0], *shifted]),
-        PointObservations.joined(_held(len(ties.xyz), xyz), _surfaces(ties.xyz, surface)),
+        PointObservations.joined(_held(len(ties.xyz), xyz), surfaces),
         carriers.priors(priors) if len(priors) else (),
         tuple(_sigmas_of(cameras, number, camera_sigmas)),
     )
@@ -146,6 +156,22 @@ def tie_images(photos: Sequence[Photo], ties: TiePoints) -> ImageObservations:
     m = len(ties.photo)
     sigma = np.hypot(TIE_SIGMA_PX, _DISPLACED * _other_sizes(photos, ties))
     return ImageObservations(ties.photo, ties.point, ties.pixels, sigma, np.full(m, TIES))
+
+
+def _by_confirmation(images: ImageObservations, surfaces: PointObservations) -> ImageObservations:
+    """Returns measurements of tie points in groups by what confirms them: a third photo, and the scan.
+
+    A false match of two photos agrees with every point along a ray, and leaves, panes and moved things are
+    not on a scanned surface. A group that is too small for a variance of its own joins the next one.
+    """
+    rays = np.bincount(images.point)[images.point]
+    confirmed = (rays > 2).astype(np.int64) + np.isin(images.point, surfaces.point)
+    group = np.array([TIES_NEVER, TIES_ONCE, TIES])[confirmed]
+    if np.count_nonzero(group == TIES_NEVER) < _FEWEST:
+        group[group == TIES_NEVER] = TIES_ONCE
+    if min(np.count_nonzero(group == g) for g in (TIES, TIES_ONCE)) < _FEWEST:
+        group[group == TIES_ONCE] = TIES
+    return replace(images, group=group)
 
 
 def _other_sizes(photos: Sequence[Photo], ties: TiePoints) -> Float:

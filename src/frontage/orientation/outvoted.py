@@ -14,7 +14,7 @@ from frontage.geometry.arrays import Bool, Float
 from frontage.geometry.rigid import Rigid3
 from frontage.model import Estimate, Photo
 from frontage.orientation.adjusted import AdjustedPhotos
-from frontage.orientation.network import CONTROL, TIES
+from frontage.orientation.network import CONTROL
 from frontage.orientation.placed import Placed
 from frontage.orientation.resection import resect
 from frontage.orientation.significance import CRITICAL, CRITICAL_DISTANCE
@@ -39,7 +39,7 @@ def most_outvoted(state: AdjustedPhotos, seed: int) -> Outvoted | None:
     their fellows see to.
     """
     photos = state.improved.photos
-    tied = [k for k in range(len(photos)) if len(state.fellows(k)) == 1 and len(state.rows(k, TIES))]
+    tied = [k for k in range(len(photos)) if len(state.fellows(k)) == 1 and len(state.ties_of(k))]
     found = [one for k in tied if (one := _outvoted(state, k, photos[k], seed)) is not None]
     return max(found, key=lambda one: one.excess, default=None)
 
