@@ -147,7 +147,7 @@ def test_borders_return_where_the_evidence_speaks_against_them():
     )
 
 
-@pytest.mark.parametrize(("band", "one"), [(0.2, True), (0.6, False)])
+@pytest.mark.parametrize(("band", "one"), [(0.25, True), (0.6, False)])
 def test_masonry_from_side_to_side_parts_two_openings(band, one):
     facade, scan = scan_wall([(2.0, 0.6, 3.2, 2.2), (2.0, 2.2 + band, 3.2, 4.2)])
     assert is_framed(weigh(*of_points_sorted(facade, scan)), (2.0, 0.6, 3.2, 4.2)) == one
@@ -218,3 +218,14 @@ def test_what_begins_a_parapet_below_the_windows_beside_it_is_a_door(foot, sill,
     boxes = [(0.0, foot, 1.0, foot + 2.2), (2.0, sill, 3.0, foot + 2.2), (4.0, sill, 5.0, foot + 2.2)]
     high, *others = with_doors([opening(box=box) for box in boxes], 0.0)
     assert high.kind == kind and all(o.kind == "window" for o in others)
+
+
+@pytest.mark.parametrize(("pier", "framed"), [(0.2, True), (0.0, False)])
+def test_a_narrow_pier_frames_a_window_on_wide_cells(pier, framed):
+    facade, scan = scan_wall([WINDOW], spacing=0.06, returned=0.0)
+    end = WINDOW[2] + pier
+    dark = (scan.xyz[:, 0] > end) & (scan.xyz[:, 0] < end + 2.0)
+    facade, scan = of_points(facade, scan, scan.xyz[~dark], rays=False)
+    evidence = weigh(facade, sort_beams(facade, scan))
+    assert evidence.raster.cell > 0.1
+    assert is_framed(evidence, WINDOW) == framed

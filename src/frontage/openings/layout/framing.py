@@ -159,12 +159,15 @@ class Framing:
     def _is_beside_wall(self, boxes: Int, rim: int) -> tuple[Bool, Bool]:
         """Returns whether the wall shows on both sides (n,), and whether one lies beyond the facade (n,).
 
-        With known sensors, one side may be hidden or lie there. Without them, it may lie there where the end
-        of the opening shows the next wall, round an inner corner. A ribbon window may go on round a corner
-        within the outline, where its other wall has a ribbon as well.
+        On cells wider than a rim, the nearest cell counts by itself too, for the next may lie beyond a narrow
+        pier. With known sensors, one side may be hidden or lie beyond the facade. Without them, it may lie
+        there where the end of the opening shows the next wall, round an inner corner. A ribbon window may go
+        on round a corner within the outline, where its other wall has a ribbon as well.
         """
         sums = self._beside(boxes, rim)
         sides = np.stack([side.is_wall for side in sums])
+        if self._cell > _RIM_M:
+            sides |= np.stack([side.is_wall for side in self._beside(boxes, 1)])
         hidden = np.stack([side.is_hidden & self._rays for side in sums])
         cells = rim * (boxes[:, 2] - boxes[:, 0])
         beyond = np.stack([side.inside < _KNOWN * cells for side in sums]) & ~sides
