@@ -6,9 +6,11 @@ import numpy as np
 import pytest
 
 from frontage.openings import FoundOpenings, find_openings
+from frontage.openings.borders.measure import measure
 from frontage.openings.layout.densities import find_at_densities, spacing_at, wider_cells
 from frontage.openings.options import OpeningOptions
 from frontage.openings.wall.beams import sort_beams
+from frontage.openings.wall.crossings import crossing_beams
 from frontage.openings.wall.evidence import weigh
 from openings.boxes import scanned
 from openings.joinery import framed, wall
@@ -76,3 +78,12 @@ def test_wide_cells_add_what_fine_ones_miss_where_the_wall_is_sparse(hidden, exp
     assert len(seen) == 1 and (seen[0].box[0] < 4.0) == (hidden is SPARSE)
     added = [p.box for p in found if p.evidence is wide]
     assert np.abs(np.reshape(added, (-1, 4)) - SPARSE).max(initial=0.0) < 0.25
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_borders_are_found_two_spacings_off_where_the_wall_is_sparse(seed):
+    facade, scan = _half_sparse(seed)
+    beams = crossing_beams(facade, scan, sort_beams(facade, scan))
+    rough = (SPARSE[0] - 0.2, SPARSE[1], SPARSE[2] + 0.2, SPARSE[3])
+    (measured,) = measure(beams, [rough], 2.0 * FINE, COARSE)
+    assert abs(measured.place[0] - SPARSE[0]) < 0.1 and abs(measured.place[2] - SPARSE[2]) < 0.1

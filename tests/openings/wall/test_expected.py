@@ -30,6 +30,15 @@ def test_beams_due_are_those_of_the_wall_around_also_within_openings(dx, dz):
     assert abs(np.median(inner) - 1.0) < 0.1
 
 
+@pytest.mark.parametrize("density", [10.0, 25.0, 50.0])
+def test_points_at_random_are_as_dense_as_they_are(density):
+    places = np.random.default_rng(1).uniform((0, 0), (9, 6.4), (round(density * 9 * 6.4), 2))
+    held = [(places > (a, b)).all(1) & (places < (c, d)).all(1) for a, b, c, d in HOLES]
+    due = expected_beams(places[~np.any(held, axis=0)], WallRaster((0.0, 0.0), 0.05, (128, 180)))
+    inner = due[10:-10, 10:-10] / 0.05**2 / density
+    assert 0.85 < np.median(inner) < 1.2
+
+
 def test_nothing_is_due_away_from_the_wall():
     due = expected_beams(wall(0.17, 0.17), WallRaster((0.0, 0.0), 0.1, (64, 160)))
     assert due[:, 140:].max() == 0.0 and due[:, :80].min() > 0.0

@@ -21,6 +21,7 @@ _FEWER = 3  # beams that a circle must put on their side more than an arch does:
 _SAME = 0.003  # m: the faces of one facade agree no better
 _WIDENING = np.linspace(1e-4, 5e-4, 41)  # rad, one sigma, of beams: from diffraction to 2 mrad (1/e2)
 _ROOM = 1.0  # m behind the wall from which points lie in the room
+_PER_CELL = 2.0  # spacings that cells are wide: where fewer beams come, boxes are known no better
 _ENOUGH = 3  # openings that tell what their facade has in common
 
 
@@ -97,17 +98,19 @@ def _outline(
 
     With `flat`, its head is taken as straight; otherwise its beams tell the shape.
     """
-    wide = beams.around(box, AROUND)
-    near = wide.around(box, CLOSE)
-    wall = find_wall(wide, box)  # borders end at the masonry around the opening, even where that is relief
+    around = beams.around(box, AROUND)
+    near = around.around(box, CLOSE)
+    wall = find_wall(around, box)  # borders end at the masonry around the opening, even where that is relief
     if wall is not None:
         near = near.behind(wall[0])
     rise = known.rise if known else 0.0
-    depth = known.depth if known else find_depth(wide, box, 0.0, cell / 2, wall=wall)
+    depth = known.depth if known else find_depth(around, box, 0.0, cell / 2, wall=wall)
     frame = None if depth is None else depth.value
     loose = known is not None and _loose(known, beams.wall)
     search = partial(find_borders, near, frame=frame, spacing=spacing, traits=traits, loose=loose)
-    place, borders = search(box, cell=cell, rise=rise)
+    wide = max(cell, _PER_CELL * spacing) if known is None else cell
+    tries = [search(box, cell=c, rise=rise) for c in dict.fromkeys((cell, wide))]
+    place, borders = max(tries, key=lambda t: sum(b.gain for b in t[1]))
     shape, spread = "rectangle", None
     if not flat:
         shape, place, rise, spread = _shape(near, place, borders, frame=frame, blur=traits.blur, known=known)
@@ -121,7 +124,7 @@ def _outline(
         rise,
         _covariance(shape, borders, spread),
         tuple(borders),
-        find_depth(wide, place, rise, slack, walls),
+        find_depth(around, place, rise, slack, walls),
         _deeper(into, _ROOM),
         None if wall is None else wall[0],
         sunken=_deeper(into, MASONRY.half_brick),

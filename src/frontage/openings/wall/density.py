@@ -7,15 +7,16 @@ from frontage.geometry.arrays import Float, Int
 
 _NEIGHBOURS = 16  # points that determine the density of a place: more than border one side of an opening
 _FEWEST = 4  # points that make triangles
+_GAP = 2.0  # times the usual radius from which a triangle spans a gap; 1 % of those of random points do
 
 
 def triangulated_density(points: Float, places: Float, reach: float) -> Float:
     """Returns the points per m2 (m,) of a wall at places (m, 2) m, from its points (n, 2) m within `reach` m.
 
-    Returns 0 where there are none. Between the points of a lattice, however narrow, all Delaunay triangles
-    have half the area that a point stands for. Those across openings are larger but few, so the median of the
-    triangles at a point, and then of the points around, is that of the wall. For random points the result is
-    1.4 times the density.
+    Returns 0 where there are none. Every triangle between neighbouring points stands for half a point,
+    whether they form a lattice, however narrow, or lie at random. The circle about a triangle holds no other
+    point: where it is twice as large as is usual at its corners, the triangle spans an opening or another
+    gap and is left out.
     """
     if len(points) < _FEWEST:
         return np.zeros(len(places))
@@ -23,18 +24,24 @@ def triangulated_density(points: Float, places: Float, reach: float) -> Float:
         triangles = Delaunay(points).simplices.astype(np.int64)
     except QhullError:  # all on one line
         return np.zeros(len(places))
-    own = np.append(_median_about(triangles, _areas(points, triangles), len(points)), np.nan)
-    near = cKDTree(points).query(places, min(_NEIGHBOURS, len(points)), distance_upper_bound=reach)[1]
-    around = own[near]  # NaN where no point is near enough
-    around[np.isnan(around).all(1), 0] = np.inf
-    return np.asarray(0.5 / np.nanmedian(around, axis=1))
+    areas, radii = _areas_and_radii(points, triangles)
+    tree, near = cKDTree(points), min(_NEIGHBOURS, len(points))
+    own = _median_about(triangles, radii, len(points))
+    usual = np.nanmedian(own[tree.query(points, near)[1]], axis=1)
+    whole = radii <= _GAP * usual[triangles].min(1)
+    held = np.bincount(triangles[whole].ravel(), minlength=len(points) + 1)
+    area = np.bincount(triangles[whole].ravel(), np.repeat(areas[whole], 3), minlength=len(points) + 1)
+    around = tree.query(places, near, distance_upper_bound=reach)[1]
+    return np.asarray(0.5 * held[around].sum(1) / np.maximum(area[around].sum(1), 1e-9))
 
 
-def _areas(points: Float, triangles: Int) -> Float:
-    """Returns the areas (t,) m2 of triangles (t, 3) of points (n, 2) m."""
-    a, b, c = (points[triangles[:, k]] for k in range(3))
-    u, v = b - a, c - a
-    return np.asarray(np.abs(u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0]) / 2)
+def _areas_and_radii(points: Float, triangles: Int) -> tuple[Float, Float]:
+    """Returns the areas (t,) m2 of triangles (t, 3) of points (n, 2) m, and the radii (t,) m about them."""
+    corners = points[triangles]
+    sides = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2)
+    u, v = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
+    areas = np.abs(u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0]) / 2.0
+    return areas, sides.prod(1) / np.maximum(4.0 * areas, 1e-12)
 
 
 def _median_about(triangles: Int, areas: Float, number: int) -> Float:

@@ -1,0 +1,146 @@
+"""Like openings are divided alike: a bar within one of them is wall in all of them or in none.
+
+Whether a mullion of two windows side by side, or a transom of two above one another, counts as wall is a
+narrow decision where it is as wide as a bar. Which points a cloud happens to have then decides for each
+opening by itself, so that equal windows come out as one here and as two there. Builders made them alike, so
+the evidence at the bars of all of them together decides for each.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.stats import binom
+
+from frontage.geometry.arrays import Bool, Float
+from frontage.model.masonry import MASONRY
+from frontage.openings.boxes import Box
+from frontage.openings.layout.densities import Place
+from frontage.openings.layout.selection import PRICE, worth_of
+from frontage.openings.wall.evidence import Evidence
+
+_CELLS = 2.0  # cells that the borders of a place are known to
+_CHANCE = 0.01  # that as many like places agree by chance, at most
+_BESIDE = 0.5  # share of the height of the higher one by which two places stand beside one another
+_ACROSS, _UPRIGHT = (0, 1, 2, 3), (1, 0, 3, 2)  # order of a box's numbers: side by side, above one another
+
+
+@dataclass(frozen=True, eq=False)
+class _Form:
+    """Openings as wide as one another, some of them divided by a bar.
+
+    pairs  numbers of the two places on both sides of a bar
+    whole  numbers of the places as wide as both of a pair
+    bar    m from the left border, where the bar begins and ends
+    """
+
+    pairs: list[tuple[int, int]]
+    whole: list[int]
+    bar: tuple[float, float]
+
+
+def divided_alike(places: Sequence[Place]) -> list[Place]:
+    """Returns the places with those that are alike divided alike, row by row.
+
+    Two places with a bar between them are alike to one that is as wide as both together. The nats of all of
+    them, divided and whole, tell whether they are divided; what nearly all of them are must agree with that.
+    """
+    found = list(places)
+    for order in (_ACROSS, _UPRIGHT):
+        found = _along(found, order)
+    return sorted(found, key=lambda p: (p.box[1], p.box[0]))
+
+
+def _along(places: list[Place], order: tuple[int, ...]) -> list[Place]:
+    """Returns the places with bars across one axis divided alike, forms with the most places first."""
+    settled, gone, added = set[int](), set[int](), list[Place]()
+    worth = [_place(p.box, _ACROSS, p.evidence).worth for p in places]
+    for form in sorted(_forms(places, order), key=lambda f: -len(f.pairs) - len(f.whole)):
+        pairs = [pair for pair in form.pairs if settled.isdisjoint(pair)]
+        whole = [k for k in form.whole if k not in settled]
+        joined = [_joined(places[a], places[b], order) for a, b in pairs]
+        parts = [part for k in whole for part in _parted(places[k], form.bar, order)]
+        as_whole = sum(p.worth for p in joined) + sum(worth[k] for k in whole)
+        as_parts = sum(worth[k] for pair in pairs for k in pair) + sum(p.worth for p in parts)
+        if not pairs or not whole or not _is_told(as_whole - as_parts, len(whole), len(pairs)):
+            continue
+        settled.update(whole, *pairs)
+        gone.update(*(pairs if as_whole > as_parts else [whole]))
+        added += joined if as_whole > as_parts else [part for part in parts if part.worth > 0.0]
+    return [p for k, p in enumerate(places) if k not in gone] + added
+
+
+def _is_told(nats: float, whole: int, divided: int) -> bool:
+    """Returns whether like places tell how they are divided.
+
+    Nearly all of them agree with the `nats` for whole ones: so many that chance would do it once in a
+    hundred cases.
+    """
+    most, less = (whole, divided) if nats > 0.0 else (divided, whole)
+    return bool(binom.sf(most - 1, most + less, 0.5) < _CHANCE)
+
+
+def _forms(places: Sequence[Place], order: tuple[int, ...]) -> list[_Form]:
+    """Returns the forms that are divided in some places and whole in others; heights do not matter."""
+    boxes = np.array([p.box for p in places]).reshape(-1, 4)[:, order]
+    near = _CELLS * np.array([p.evidence.raster.cell for p in places])
+    pairs = np.argwhere(_are_pairs(boxes, near))
+    first, second = boxes[pairs.T]
+    bar = np.column_stack([first[:, 2], second[:, 0]]) - first[:, :1]
+    shape = np.column_stack([second[:, 2] - first[:, 0], bar.mean(1)])  # width, and middle of the bar
+    found, left = list[_Form](), np.ones(len(pairs), np.bool_)
+    for n, k in enumerate(pairs[:, 0].tolist()):
+        own = left & (np.abs(shape - shape[n]).max(1) <= near[k])
+        whole = np.flatnonzero(np.abs(np.ptp(boxes[:, ::2], axis=1) - shape[n, 0]) <= near[k])
+        if left[n] and len(whole):
+            begin, end = np.median(bar[own], axis=0).tolist()
+            found.append(_Form(_apart(pairs[own].tolist()), whole.tolist(), (begin, end)))
+        left &= ~own
+    return found
+
+
+def _are_pairs(boxes: Float, near: Float) -> Bool:
+    """Returns whether box k (n, 4) lies right of box i (n, 4) with no more than a bar between them (n, n).
+
+    They are beside one another by more than half of their heights; borders are known to `near` (n,) m.
+    """
+    x0, z0, x1, z1 = boxes.T
+    gap = x0 - x1[:, None]
+    both = np.minimum(z1, z1[:, None]) - np.maximum(z0, z0[:, None])
+    beside = both > _BESIDE * np.maximum(z1 - z0, (z1 - z0)[:, None])
+    return np.asarray(beside & (gap >= -near) & (gap <= MASONRY.half_brick + 2.0 * near))
+
+
+def _apart(pairs: Sequence[Sequence[int]]) -> list[tuple[int, int]]:
+    """Returns pairs that have no place in common."""
+    found, taken = list[tuple[int, int]](), set[int]()
+    for a, b in pairs:
+        if taken.isdisjoint((a, b)):
+            found.append((a, b))
+            taken.update((a, b))
+    return found
+
+
+def _joined(a: Place, b: Place, order: tuple[int, ...]) -> Place:
+    """Returns one place over two: as high as either of them, whichever tells of more open cells."""
+    one, other = (np.array(p.box)[list(order)].tolist() for p in (a, b))
+    ends = [(low, high) for low in (one[1], other[1]) for high in (one[3], other[3])]
+    trials = [_place((one[0], low, other[2], high), order, a.evidence) for low, high in ends]
+    return max(trials, key=lambda p: p.worth)
+
+
+def _parted(place: Place, bar: tuple[float, float], order: tuple[int, ...]) -> list[Place]:
+    """Returns the two places on both sides of the bar."""
+    x0, z0, x1, z1 = np.array(place.box)[list(order)].tolist()
+    boxes = [(x0, z0, x0 + bar[0], z1), (x0 + bar[1], z0, x1, z1)]
+    return [_place(box, order, place.evidence) for box in boxes]
+
+
+def _place(numbers: Box, order: tuple[int, ...], evidence: Evidence) -> Place:
+    """Returns the place of a box, whose numbers are ordered along an axis, with its worth."""
+    x0, z0, x1, z1 = (numbers[k] for k in order)
+    raster = evidence.raster
+    ends = ((x0, z0, x1, z1)[k] - raster.corner[k % 2] for k in range(4))
+    c0, r0, c1, r1 = (max(round(end / raster.cell), 0) for end in ends)
+    nats = float(worth_of(evidence, (slice(r0, r1), slice(c0, c1))).sum())
+    return Place((x0, z0, x1, z1), nats - PRICE, evidence)
