@@ -44,11 +44,11 @@ def _areas_and_radii(points: Float, triangles: Int) -> tuple[Float, Float]:
     return areas, sides.prod(1) / np.maximum(4.0 * areas, 1e-12)
 
 
-def _median_about(triangles: Int, areas: Float, number: int) -> Float:
-    """Returns the lower median (n,) of the areas of the triangles at each point; NaN without any."""
-    corner, area = triangles.ravel(), np.repeat(areas, 3)
-    order = np.lexsort((area, corner))
+def _median_about(triangles: Int, values: Float, number: int) -> Float:
+    """Returns the lower median (n,) of the values (t,) of the triangles at each point; NaN without any."""
+    corner, value = triangles.ravel(), np.repeat(values, 3)
+    order = np.lexsort((value, corner))
     first = np.searchsorted(corner[order], np.arange(number))
     held = np.diff(np.append(first, len(order)))
-    middle = np.append(area[order], np.nan)[first + np.maximum(held - 1, 0) // 2]
+    middle = np.append(value[order], np.nan)[first + np.maximum(held - 1, 0) // 2]
     return np.where(held > 0, middle, np.nan)
