@@ -74,3 +74,13 @@ def test_a_place_that_contradicts_the_approximate_pose_is_refused(street):
     left = [Unoriented("1.jpg", "O101", "why")]
     scene = scene_of(surface, given, [common(photos, xyz, 0, 1)[0]])
     assert placed_by_neighbours(scene, [placed(photos, 0)], left)[1] == left
+
+
+def test_a_neighbour_with_false_matches_only_has_no_say(street):
+    surface, photos, xyz = street
+    true, false = common(photos, xyz[::4], 0, 1)[0], common(photos, xyz, 1, 2, wrong=1.0)[0]
+    assert 0.7 * len(true.pixels) < 0.3 * (len(true.pixels) + len(false.pixels))
+    scene = scene_of(surface, unposed(photos), [true, false])
+    left = [Unoriented("1.jpg", "O102", "why")]
+    parts, rest = placed_by_neighbours(scene, [placed(photos, 0, 2)], left)
+    assert not rest and np.linalg.norm(parts[-1].photos[0].pose.t - photos[1].pose.t) < 0.03

@@ -8,6 +8,7 @@ import pytest
 
 from frontage.orientation import orient
 from frontage.orientation.orient import orient_photos
+from frontage.orientation.place import COARSE_M, FINE_M
 from frontage.orientation.placing import BlockPlace
 from frontage.orientation.ties import Blocks
 from orientation.paintedwalls import corner_of_two, scan_of
@@ -26,13 +27,16 @@ def named(photos):
 def placing(monkeypatch):
     """Orients photos with stand-ins: `tells` has the properties by which a block of so many photos is found.
 
+    If `fine`, pixels of 16 cm find nothing; with them, blocks of `twice` photos fit two places.
     A photo alone is found by every property, as chance has it. What is placed by those in `refused` is not
     believed. Of placed photos the property `chosen` tells most, or the one that placed them.
     """
 
-    def oriented(blocks, photos, *, tells, refused=(), chosen=None):
-        def find_place(block, surface, *_):
-            found = surface.kind in tells.get(len(block.photos), ())
+    def oriented(blocks, photos, *, tells, refused=(), chosen=None, fine=False, twice=()):
+        def find_place(block, surface, image_of, start, seed, pixel):
+            if len(block.photos) in twice:
+                return BlockPlace(TRUE, 100, 1.0 if pixel == COARSE_M else 0.0, 0.1)
+            found = surface.kind in tells.get(len(block.photos), ()) and (pixel == FINE_M or not fine)
             return BlockPlace(TRUE, 100) if found else None
 
         def adjusted(scene, placed, unoriented):
@@ -90,3 +94,16 @@ def test_a_block_without_a_place_is_looked_for_with_the_property_that_tells_most
     found = placing(Blocks((BLOCK, other), ()), photos, tells=tells, chosen="colour")
     assert sorted(found.placed.numbers.tolist()) == [0, 1, 2, 3, 4] and not found.left
     assert CHANCE not in {photo.id for photo in found.placed.photos}
+
+
+def test_blocks_are_looked_for_more_finely_where_nothing_has_a_place(placing):
+    tells = {3: ("colour",)}
+    found = placing(Blocks((BLOCK,), ()), PHOTOS, tells=tells, fine=True)
+    assert found.kind == "colour" and not found.left
+    assert CHANCE not in {photo.id for photo in found.placed.photos}
+
+
+def test_a_block_that_fits_two_places_is_not_looked_for_more_finely(placing):
+    found = placing(Blocks((BLOCK,), ()), PHOTOS, tells={}, twice=(3,))
+    assert not len(found.photos) and {one.code for one in found.left} == {"O103"}
+    assert len(found.left) == 3

@@ -14,7 +14,7 @@ from frontage.orientation.correlate import find_places
 from frontage.orientation.drawnwall import Similarity
 from frontage.orientation.gradients import oriented_gradients
 from frontage.orientation.nouns import Block
-from frontage.orientation.place import Start, possible_places
+from frontage.orientation.place import COARSE_M, FINE_M, Start, possible_places
 from frontage.orientation.placing import find_place
 from frontage.orientation.reflectance.surface import scanned_surface
 from frontage.orientation.similarity import fit_similarity
@@ -22,6 +22,7 @@ from frontage.orientation.start import levelled, start_from_poses
 from orientation.paintedwalls import (
     EXACT,
     LANDSCAPE,
+    PIXEL,
     PORTRAIT,
     Wall,
     corner_of_two,
@@ -64,6 +65,22 @@ def test_a_foreign_picture_gains_little():
     ]
     own = oriented_gradients(picture(3, (300, 400)))
     assert max(gains) < 0.05 * find_places(own, own, np.ones(1))[0].gain
+
+
+def with_edge(tones, row):
+    """Tones with one long level edge at a row."""
+    below = np.arange(len(tones))[:, None] >= row
+    return cv2.GaussianBlur(tones + 8.0 * below.astype(np.float32), (0, 0), 1.0)
+
+
+def test_texture_tells_more_than_one_long_edge():
+    """A ridge agrees with any other level edge, at all shifts along it alike; texture agrees at one shift."""
+    own, noise, other = (picture(seed, (300, 400)) for seed in (3, 31, 53))
+    photo = oriented_gradients(with_edge(own, 120)[:, 100:300])
+    right = find_places(oriented_gradients((own + noise)[140:220]), photo, np.ones(1))[0]
+    wrong = find_places(oriented_gradients(with_edge(other, 28)[:40]), photo, np.ones(1))[0]
+    assert (right.column, right.row) == pytest.approx((100, -140), abs=1)
+    assert wrong.score > right.score and wrong.gain < 0.5 * right.gain
 
 
 TURNED = looking(0, 0, heading=30.0, pitch=0.0).R @ looking(0, 0, pitch=0.0).R.T
@@ -204,10 +221,31 @@ def test_two_tilted_photos_that_hardly_overlap_find_their_place(houses):
     assert off(place.similarity, photos, block)[0] < 0.05
 
 
+def bricks(width, height, seed=5):
+    """Tones of a wall of bricks of 24 x 12 cm with bright joints and no window."""
+    rng = np.random.default_rng(seed)
+    tones = np.full((round(height / PIXEL), round(width / PIXEL)), 0.8, np.float32)
+    for row in range(0, tones.shape[0], 6):
+        for column in range(-6 * (row // 6 % 2), tones.shape[1], 12):
+            tones[row : row + 5, max(column, 0) : column + 11] = rng.uniform(0.2, 0.5)
+    return tones
+
+
+def test_bricks_tell_a_place_on_a_wall_without_windows():
+    """They are too small for pixels of 16 cm."""
+    walls = [Wall((0.0, 0.0, 0.0), (1.0, 0.0, 0.0), bricks(14.0, 6.0))]
+    block, photos, images = block_of(walls, (looking(5.0, -7.0), looking(8.0, -7.0)), (LANDSCAPE, LANDSCAPE))
+    surface = scanned_surface(scan_of(walls, 0.03))
+    coarse, fine = (find_place(block, surface, images.__getitem__, ROUGH, 0, m) for m in (COARSE_M, FINE_M))
+    assert coarse is None and fine is not None and not fine.ambiguous
+    assert off(fine.similarity, photos, block)[0] < 0.05
+
+
 def test_photos_of_another_place_are_not_found(corner):
     surface, block, _, _ = corner
     other = block_of(corner_of_two(seed=7), POSES, CAMERAS)[2]
-    assert find_place(block, surface, other.__getitem__, ROUGH) is None
+    for pixel in (COARSE_M, FINE_M):
+        assert find_place(block, surface, other.__getitem__, ROUGH, 0, pixel) is None
 
 
 def test_equal_windows_have_a_rival():

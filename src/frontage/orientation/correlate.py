@@ -3,7 +3,7 @@
 For every relative size the correlation of oriented gradients is computed at all shifts. It is normalised by
 the energy of both pictures within their overlap. A coefficient r over n independent samples raises the
 likelihood over that of unrelated pictures by ``-n/2 log(1 - r^2)``, which makes small and large overlaps
-comparable.
+comparable. How many samples are independent is told by the scatter of the coefficients over all shifts.
 """
 
 from collections.abc import Iterator
@@ -16,7 +16,6 @@ from scipy import fft
 from frontage.geometry.arrays import Array, Float
 from frontage.orientation.gradients import Channels
 
-_CORRELATED_PX2 = 12.0  # pixels that one independent sample represents
 _LEAST_OVERLAP = 600.0  # px
 _APART_PX = 5  # peaks nearer to a higher one are the same
 _PEAKS = 4  # per size
@@ -52,8 +51,10 @@ def _at_size(map_: Channels, picture: Channels, size: float) -> Iterator[Place]:
     # Every shift with any overlap: the picture's corner runs from -h..rows and -w..columns.
     shape = (fft.next_fast_len(rows + h, real=True), fft.next_fast_len(columns + w, real=True))
     score, overlap = _correlation(map_, small, shape)
-    n = overlap / (_CORRELATED_PX2 * max(1.0, size) ** 2)  # an enlarged picture shows no more than before
-    usable = (overlap > _LEAST_OVERLAP) & (score > 0)
+    enough = overlap > _LEAST_OVERLAP
+    if not enough.any():
+        return
+    n, usable = overlap / _per_sample(score[enough], overlap[enough]), enough & (score > 0)
     gain = np.where(usable, -0.5 * n * np.log1p(-(np.clip(score, 0.0, 0.999) ** 2)), 0.0).astype(np.float32)
     highest = cv2.dilate(gain, np.ones((2 * _APART_PX + 1,) * 2, np.uint8))
     r, c = np.nonzero((gain == highest) & (gain > 0))
@@ -63,6 +64,15 @@ def _at_size(map_: Channels, picture: Channels, size: float) -> Iterator[Place]:
         yield Place(
             w / picture.shape[1], float(column), float(row), float(score[r[k], c[k]]), float(gain[r[k], c[k]])
         )
+
+
+def _per_sample(score: Array, overlap: Array) -> float:
+    """Returns how many pixels count as one independent sample, from coefficients (n,) and overlaps (n,) px.
+
+    The coefficient of unrelated pictures has the variance 1/n over n independent samples. Nearly all shifts
+    are wrong, so that their mean square tells n. Long lines, repetition and enlargement leave few samples.
+    """
+    return float((score**2 * overlap**2).sum() / overlap.sum())
 
 
 def _resized(picture: Channels, shape: tuple[int, int]) -> Channels:

@@ -74,11 +74,15 @@ def _resected(scene: Scene, known: Views, waiting: set[int], tried: dict[int, in
 
 
 def _placed(scene: Scene, photo: Photo, seen: Sequence[Seen]) -> Photo | None:
-    """The photo with its pose; where its neighbours tell different places, control points decide."""
-    poses = [pose for one in seen if (pose := _pose(photo, one, scene.seed)) is not None]
+    """The photo with its pose; where its neighbours tell different places, control points decide.
+
+    Neighbours that tell no place may have nothing but false matches, and have no say if others tell one.
+    """
+    told = [(pose, one) for one in seen if (pose := _pose(photo, one, scene.seed)) is not None]
+    poses = [pose for pose, _ in told]
     if any(elsewhere(pose, poses[0]) for pose in poses):
         return best_place(photo, poses, scene.surface, scene.image_of, scene.seed)
-    pose = _pose(photo, Seen.joined(seen), scene.seed)
+    pose = _pose(photo, Seen.joined([one for _, one in told] or seen), scene.seed)
     if pose is None:
         return None
     return replace(photo, local_from_camera=Estimate(pose, np.zeros((6, 6)), 0.0, Provenance.MEASURED))

@@ -20,7 +20,7 @@ from frontage.orientation.neighbours import placed_by_neighbours
 from frontage.orientation.network import TiePoints
 from frontage.orientation.nouns import Block
 from frontage.orientation.options import OrientationOptions
-from frontage.orientation.place import Start
+from frontage.orientation.place import COARSE_M, FINE_M, Start
 from frontage.orientation.placed import PRIOR_SIGMAS, Placed, Scene, Tell, merged
 from frontage.orientation.placing import BlockPlace, find_place, placed_photos
 from frontage.orientation.reflectance.surface import scanned_surface, sources_of
@@ -82,28 +82,45 @@ def _attempts(
     """Places photos by one property of the scan after the other; by the last one whatever it tells.
 
     A photo on its own finds a place by chance where a property tells nothing, much sooner than a block does.
-    Blocks are therefore looked for with every property before photos are tried on their own.
+    Blocks are therefore looked for with every property before photos are tried on their own: first by what is
+    larger than 16 cm, such as windows, then by what is larger than 8 cm, such as bricks.
     """
-    refused = list[tuple[str, list[Unoriented]]]()
-    for kind in kinds:
-        scene = scene_of(kind)
-        placed, unoriented = _place_blocks(blocks.blocks, scene)
-        unoriented = [Unoriented(n, "O101", reason) for n, reason in blocks.unoriented] + unoriented
-        if placed:
+    refused = {kind: list[Unoriented]() for kind in kinds}
+    for pixel in (COARSE_M, FINE_M):
+        for kind in list(refused):
+            scene = scene_of(kind)
+            placed, unoriented = _searched(blocks, scene, pixel, refused.pop(kind))
+            if not placed:
+                refused[kind] = unoriented
+                continue
             if len(kinds) > 1:
-                scene, placed, unoriented = _with_most_telling(blocks, scan, scene, placed, unoriented)
+                scene, placed, unoriented = _with_most_telling(blocks, scan, scene, placed, unoriented, pixel)
             yield scene, *_place_others(scene, placed, unoriented)
-        else:
-            refused.append((kind, unoriented))
-    for k, (kind, unoriented) in enumerate(refused):
+    for k, (kind, unoriented) in enumerate(refused.items()):
         scene = scene_of(kind)
         placed, unoriented = _place_others(scene, [], unoriented)
         if placed or k + 1 == len(refused):
             yield scene, placed, unoriented
 
 
+def _searched(
+    blocks: Blocks, scene: Scene, pixel: float, refused: list[Unoriented]
+) -> tuple[list[Placed], list[Unoriented]]:
+    """Places blocks, without those that a coarser search `refused` because they fit several places."""
+    doubtful = [one for one in refused if one.code == _AMBIGUOUS]
+    named = {one.photo for one in doubtful}
+    waiting = [block for block in blocks.blocks if named.isdisjoint(photo.id for photo in block.photos)]
+    placed, unoriented = _place_blocks(waiting, scene, pixel)
+    return placed, [Unoriented(n, "O101", reason) for n, reason in blocks.unoriented] + doubtful + unoriented
+
+
 def _with_most_telling(
-    blocks: Blocks, scan: Scan, scene: Scene, placed: list[Placed], unoriented: list[Unoriented]
+    blocks: Blocks,
+    scan: Scan,
+    scene: Scene,
+    placed: list[Placed],
+    unoriented: list[Unoriented],
+    pixel: float,
 ) -> Attempt:
     """The scene with what tells most of the placed photos; blocks without a place are tried with it."""
     known = [photo for part in placed for photo in part.photos]
@@ -113,7 +130,7 @@ def _with_most_telling(
     scene = replace(scene, surface=surface)
     there = {int(number) for part in placed for number in part.numbers}
     waiting = [block for block in blocks.blocks if there.isdisjoint(block.numbers.tolist())]
-    more, refused = _place_blocks(waiting, scene)
+    more, refused = _place_blocks(waiting, scene, pixel)
     tried = {photo.id for block in waiting for photo in block.photos}
     return scene, placed + more, [one for one in unoriented if one.photo not in tried] + refused
 
@@ -127,11 +144,13 @@ def _place_others(
     return carried_by_rigs(scene, placed, unoriented)
 
 
-def _place_blocks(blocks: Sequence[Block], scene: Scene) -> tuple[list[Placed], list[Unoriented]]:
+def _place_blocks(
+    blocks: Sequence[Block], scene: Scene, pixel: float
+) -> tuple[list[Placed], list[Unoriented]]:
     placed, unoriented = list[Placed](), list[Unoriented]()
     for block in blocks:
         scene.tell("placing")
-        found = _place_block(block, scene)
+        found = _place_block(block, scene, pixel)
         if isinstance(found, Placed):
             placed.append(found)
         else:
@@ -139,14 +158,14 @@ def _place_blocks(blocks: Sequence[Block], scene: Scene) -> tuple[list[Placed], 
     return placed, unoriented
 
 
-def _place_block(block: Block, scene: Scene) -> Placed | list[Unoriented]:
+def _place_block(block: Block, scene: Scene, pixel: float) -> Placed | list[Unoriented]:
     """The photos of a block in the scan, or the reason why they are not."""
     start = start_from_poses(block, scene.given)
     if start is None:
         start = _start_without_poses(block, scene.image_of)
     else:
         start = levelled(block, start, scene.image_of)
-    place = find_place(block, scene.surface, scene.image_of, start, scene.seed)
+    place = find_place(block, scene.surface, scene.image_of, start, scene.seed, pixel)
     if place is None:
         return _refused(block, "O102", "nothing of the scan could be found in the photos matched with it")
     if place.ambiguous and not _decided_by_poses(place, start):

@@ -21,14 +21,17 @@ from frontage.orientation.reflectance.tones import ImageOf
 from frontage.orientation.wallpicture import scan_on_wall
 from frontage.orientation.walls import UprightWall, block_walls, scan_walls
 
-COARSE_M, FINE_M = 0.16, 0.08  # pixels of the two searches
-_COARSE_STEP, _FINE_STEP = 0.03, 0.01  # relative size
-_AROUND = 0.04  # relative size, about a place of the coarse search
-_NEAR_M = 1.0  # from a place of the coarse search
+COARSE_M, FINE_M = 0.16, 0.08
+"""Pixels of the search over all places. Where the first finds nothing, small texture may tell a place."""
+
+_FINER = 0.5  # pixel near the best places, relative to that of the search over all places
+_STEP, _FINER_STEP = 0.03, 0.01  # relative size, with pixels of 16 cm
+_AROUND = 0.04  # relative size, about a place of the first search, with pixels of 16 cm
+_NEAR_M = 1.0  # from a place of the search over all places
 _TURN = 3.0  # sigmas of heading within which walls may belong together
 _LEAST_TURN = np.radians(12.0)
 _LONGEST_M = 100.0  # of a wall whose size nothing tells
-_FIRST = 10  # places of the coarse search that are looked at more closely
+_FIRST = 10  # places of the search over all places that are looked at more closely
 _KEPT = 6  # places that are returned
 
 
@@ -64,36 +67,48 @@ class PossiblePlace:
 
 
 def possible_places(
-    block: Block, surface: ScannedSurface, image_of: ImageOf, start: Start, seed: int = 0
+    block: Block,
+    surface: ScannedSurface,
+    image_of: ImageOf,
+    start: Start,
+    seed: int = 0,
+    pixel: float = COARSE_M,
 ) -> list[PossiblePlace]:
-    """Returns the most likely places of a block in the scan, the best first; empty if no wall fits any."""
+    """Returns the most likely places of a block in the scan, the best first; empty if no wall fits any.
+
+    pixel  m, with which walls are compared at all places; half of it near the best ones
+    """
     upright = _upright(block, start.similarity.R)
     size = start.similarity.scale
     centres = np.array([p.pose.t for p in upright.photos])
     theirs = block_walls(upright.points, centres, 1.0 / size, seed=seed)
     ours = scan_walls(surface.pieces)
-    maps = {pixel: [scan_on_wall(surface, wall, pixel) for wall in ours] for pixel in (COARSE_M, FINE_M)}
+    charts, finer = ([scan_on_wall(surface, wall, m) for wall in ours] for m in (pixel, _FINER * pixel))
     prior = partial(_log_prior, start=start, upright=upright)
     found: list[Fit] = []
     for wall in theirs:
         shown, unit = grown(wall, upright.photos), _unit(wall, centres, start, size)
         drawn = DrawnWall(shown, unit, upright.photos, image_of)
-        sizes = _sensible(possible_sizes(start.sigma_size, _COARSE_STEP), start, unit * drawn.longer)
+        sizes = possible_sizes(start.sigma_size, _STEP * pixel / COARSE_M)
+        sizes = _sensible(sizes, start, unit * drawn.longer)
         for k, host in enumerate(ours):
             if len(sizes) and _may_meet(host, wall, start):
-                found += drawn.places(host, maps[COARSE_M][k], COARSE_M, sizes, k, prior)
+                found += drawn.places(host, charts[k], pixel, sizes, k, prior)
     found.sort(key=lambda f: -f.gain)
-    fine = [_finer(fit, maps[FINE_M], prior) for fit in _distinct(found, _FIRST)]
+    fine = [_finer(fit, finer, _FINER * pixel, prior) for fit in _distinct(found, _FIRST)]
     placed = [PossiblePlace(_composed(f.similarity, start.similarity.R), f.gain, f.score) for f in fine if f]
     return _distinct(sorted(placed, key=lambda p: -p.gain), _KEPT)
 
 
-def _finer(fit: Fit, charts: Sequence[Channels], prior: Callable[[Similarity], float]) -> Fit | None:
-    """The best place near one of the coarse search; None when there is none."""
+def _finer(
+    fit: Fit, charts: Sequence[Channels], pixel: float, prior: Callable[[Similarity], float]
+) -> Fit | None:
+    """The best place near one of the search over all places; None when there is none."""
+    relative = pixel / (_FINER * COARSE_M)
     now = fit.similarity.scale / fit.drawn.unit
-    sizes = now * np.exp(np.arange(-_AROUND, _AROUND + 1e-9, _FINE_STEP))
+    sizes = now * np.exp(relative * np.arange(-_AROUND, _AROUND + 1e-9, _FINER_STEP))
     middle = fit.drawn.wall.pose.apply(_middle(fit.drawn.wall))
-    for other in fit.drawn.places(fit.host, charts[fit.number], FINE_M, sizes, fit.number, prior):
+    for other in fit.drawn.places(fit.host, charts[fit.number], pixel, sizes, fit.number, prior):
         moved = other.similarity.apply(middle) - fit.similarity.apply(middle)
         if np.linalg.norm(moved) < _NEAR_M:
             return other

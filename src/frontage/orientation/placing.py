@@ -9,7 +9,7 @@ from frontage.model import Estimate, Photo, Provenance
 from frontage.orientation.control import ControlPoints, all_control
 from frontage.orientation.drawnwall import Similarity
 from frontage.orientation.nouns import Block
-from frontage.orientation.place import Start, possible_places
+from frontage.orientation.place import COARSE_M, Start, possible_places
 from frontage.orientation.reflectance.surface import ScannedSurface
 from frontage.orientation.reflectance.tones import ImageOf
 from frontage.orientation.similarity import FittedSimilarity, fit_similarity
@@ -49,10 +49,18 @@ class BlockPlace:
 
 
 def find_place(
-    block: Block, surface: ScannedSurface, image_of: ImageOf, start: Start, seed: int = 0
+    block: Block,
+    surface: ScannedSurface,
+    image_of: ImageOf,
+    start: Start,
+    seed: int = 0,
+    pixel: float = COARSE_M,
 ) -> BlockPlace | None:
-    """Returns the place of a block in the scan, or None when no place agrees with the photos."""
-    places = possible_places(block, surface, image_of, start, seed)
+    """Returns the place of a block in the scan, or None when no place agrees with the photos.
+
+    pixel  m, with which the walls of both are compared
+    """
+    places = possible_places(block, surface, image_of, start, seed, pixel)
     tried = [p for p in places if p.gain > _LEAST_GAIN][:_TRIED]
     chosen = _some(block)
     coarse = _improved(chosen, surface, image_of, [place.similarity for place in tried], _COARSE)
