@@ -6,7 +6,14 @@ import pytest
 from frontage.orientation.adjusted import AdjustedPhotos
 from frontage.orientation.adjustment import AdjustmentOptions, adjust
 from frontage.orientation.control import ControlPoints
-from frontage.orientation.network import TIES, TIES_NEVER, TIES_ONCE, TiePoints, build_network
+from frontage.orientation.network import (
+    TIES,
+    TIES_NEVER,
+    TIES_ONCE,
+    TiePoints,
+    build_network,
+    by_confirmation,
+)
 from frontage.orientation.placed import Placed
 from frontage.orientation.reflectance.surface import scanned_surface
 from orientation.paintedwalls import Wall, looking, paint, posed, scan_of
@@ -56,7 +63,7 @@ def groups(counts, rng):
     kinds = (((0, 1, 2), True), ((0, 1, 2), False), ((0, 1), True), ((0, 1), False))
     parts = [(places(n, rng, scanned=s), k, 0.1) for n, (k, s) in zip(counts, kinds, strict=True)]
     made = ties(parts, rng)
-    images = build_network(PHOTOS, made, [nothing()] * 4, SURFACE).images
+    images = by_confirmation(build_network(PHOTOS, made, [nothing()] * 4, SURFACE)).images
     ends = np.cumsum(counts)[:-1]
     kinds = np.split(np.arange(sum(counts)), ends)
     return [set(images.group[np.isin(images.point, kind)].tolist()) for kind in kinds]
@@ -65,6 +72,14 @@ def groups(counts, rng):
 def test_ties_are_grouped_by_what_confirms_them():
     rng = np.random.default_rng(0)
     assert groups((50, 50, 50, 50), rng) == [{TIES}, {TIES_ONCE}, {TIES_ONCE}, {TIES_NEVER}]
+
+
+def test_ties_have_one_variance_as_long_as_control_may_outvote_them():
+    """False ties that are believed less would move their photo too little to be found out."""
+    made = ties(
+        [(places(50, np.random.default_rng(0), scanned=False), (0, 1), 0.1)], np.random.default_rng(0)
+    )
+    assert set(build_network(PHOTOS, made, [nothing()] * 4, SURFACE).images.group.tolist()) == {TIES}
 
 
 def test_groups_that_are_too_small_for_a_variance_join_others():
@@ -86,7 +101,7 @@ def end_of_row(seed):
         rng,
     )
     found = [control(photo, rng) for photo in PHOTOS[:3]] + [nothing()]
-    return build_network(PHOTOS, made, found, SURFACE), made, found
+    return by_confirmation(build_network(PHOTOS, made, found, SURFACE)), made, found
 
 
 def test_a_photo_that_unconfirmed_ties_hold_has_honest_standard_errors():

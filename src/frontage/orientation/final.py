@@ -10,6 +10,7 @@ from frontage.model import Photo
 from frontage.orientation.adjusted import AdjustedPhotos
 from frontage.orientation.adjustment import (
     AdjustmentOptions,
+    Dependence,
     Network,
     NotDetermined,
     adjust,
@@ -20,7 +21,7 @@ from frontage.orientation.drawings import draw_scan
 from frontage.orientation.judging import in_one_word, judged
 from frontage.orientation.measuring import Search, measured_control
 from frontage.orientation.neighbours import placed_again
-from frontage.orientation.network import CONTROL, PLACES, SURFACES, build_network
+from frontage.orientation.network import CONTROL, PLACES, SURFACES, build_network, by_confirmation
 from frontage.orientation.outvoted import by_control_alone, most_outvoted
 from frontage.orientation.placed import Placed, Scene, contrary, prior_of
 from frontage.orientation.reflectance.surface import ScannedSurface
@@ -120,8 +121,17 @@ def _adjusted(scene: Scene, placed: Placed, search: Search, *, last: bool) -> Ad
             continue
         outvoted = most_outvoted(state, scene.seed)
         if outvoted is None:
-            return state
+            return _confirmed(state, dependence) if last else state
         placed = by_control_alone(placed, outvoted)
+
+
+def _confirmed(state: AdjustedPhotos, dependence: Dependence | None) -> AdjustedPhotos:
+    """Adjusts once more, with a variance each for tie points by what confirms them.
+
+    Only now, because false ones that are believed less no longer contradict the control of their photo.
+    """
+    network = by_confirmation(state.network)
+    return replace(state, network=network, adjustment=adjust(network, _TESTS, dependence))
 
 
 def _network(scene: Scene, placed: Placed, control: Sequence[ControlPoints]) -> Network:

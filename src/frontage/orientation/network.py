@@ -102,8 +102,7 @@ def build_network(
     The photos that `rigs` took at one moment are one body.
     """
     cameras, number = distinct_cameras([p.camera for p in photos])
-    surfaces = _surfaces(ties.xyz, surface)
-    images = [_by_confirmation(tie_images(photos, ties), surfaces)]
+    images = [tie_images(photos, ties)]
     images += [
         _control_images(k, p, c, surface) for k, (p, c) in enumerate(zip(photos, control, strict=True))
     ]
@@ -120,7 +119,7 @@ def build_network(
         carriers.photos,
         xyz,
         _joined([images[0], *shifted]),
-        PointObservations.joined(_held(len(ties.xyz), xyz), surfaces),
+        PointObservations.joined(_held(len(ties.xyz), xyz), _surfaces(ties.xyz, surface)),
         carriers.priors(priors) if len(priors) else (),
         tuple(_sigmas_of(cameras, number, camera_sigmas)),
     )
@@ -158,20 +157,24 @@ def tie_images(photos: Sequence[Photo], ties: TiePoints) -> ImageObservations:
     return ImageObservations(ties.photo, ties.point, ties.pixels, sigma, np.full(m, TIES))
 
 
-def _by_confirmation(images: ImageObservations, surfaces: PointObservations) -> ImageObservations:
-    """Returns measurements of tie points in groups by what confirms them: a third photo, and the scan.
+def by_confirmation(network: Network) -> Network:
+    """Returns a network with tie points in groups by what confirms them: a third photo, and the scan.
 
     A false match of two photos agrees with every point along a ray, and leaves, panes and moved things are
     not on a scanned surface. A group that is too small for a variance of its own joins the next one.
     """
-    rays = np.bincount(images.point)[images.point]
-    confirmed = (rays > 2).astype(np.int64) + np.isin(images.point, surfaces.point)
-    group = np.array([TIES_NEVER, TIES_ONCE, TIES])[confirmed]
-    if np.count_nonzero(group == TIES_NEVER) < _FEWEST:
-        group[group == TIES_NEVER] = TIES_ONCE
-    if min(np.count_nonzero(group == g) for g in (TIES, TIES_ONCE)) < _FEWEST:
-        group[group == TIES_ONCE] = TIES
-    return replace(images, group=group)
+    images, on = network.images, network.surfaces
+    scanned = on.point[on.group == SURFACES]
+    group, ties = images.group.copy(), images.group == TIES
+    point = images.point[ties]
+    confirmed = (np.bincount(point)[point] > 2).astype(np.int64) + np.isin(point, scanned)
+    own = np.array([TIES_NEVER, TIES_ONCE, TIES])[confirmed]
+    if np.count_nonzero(own == TIES_NEVER) < _FEWEST:
+        own[own == TIES_NEVER] = TIES_ONCE
+    if min(np.count_nonzero(own == g) for g in (TIES, TIES_ONCE)) < _FEWEST:
+        own[own == TIES_ONCE] = TIES
+    group[ties] = own
+    return replace(network, images=replace(images, group=group))
 
 
 def _other_sizes(photos: Sequence[Photo], ties: TiePoints) -> Float:
